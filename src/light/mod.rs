@@ -1,0 +1,88 @@
+//! Light as a vector: what travels, what is seen, and the matrix a surface reflects with.
+//!
+//! Light at a point is the pair `(invisible, visible)`. The invisible half travels through the scene and is
+//! reflected again; the visible half is only collected by the camera. A surface with reflectance `rho` and the two
+//! numbers `(alpha, tau)` of [`Transport`] reflects by
+//!
+//! ```text
+//! reflectance matrix = [ alpha*rho  0 ]      alpha scales what is passed on (interreflection),
+//!                      [ rho        0 ]      tau what passes through a surface (transmission).
+//! ```
+//!
+//! Transmission does not change direction, so tau acts inside the form factors and not in this matrix.
+//! Radiance is in W/(m² sr) per RGB channel. Not handled: spectra, polarisation, glossy reflection.
+//!
+//! Source: D. C. Banks, K. M. Beason, *Retro-rendering with vector-valued light*, SPIE 6060, 2006.
+
+mod mode;
+
+pub use mode::{Mode, Transport, TransportError};
+
+use nalgebra::Matrix2;
+
+/// Radiance, reflectance or emission of the three channels red, green, blue.
+pub type Rgb = glam::Vec3;
+
+/// Light of one point or patch: `(L_invisible, L_visible)`, each an RGB radiance in W/(m² sr).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Light {
+    /// The half that travels: `L_inv = E_inv + alpha rho F L_inv`.
+    pub invisible: Rgb,
+    /// The half the camera sees: `L_vis = E_vis + rho F L_inv`.
+    pub visible: Rgb,
+}
+
+impl Light {
+    /// Light emitted by a surface of radiance `emission`; a hidden luminaire has no visible half.
+    pub fn emitted(emission: Rgb, visibility: Visibility) -> Self {
+        let visible = match visibility {
+            Visibility::Seen => emission,
+            Visibility::Hidden => Rgb::ZERO,
+        };
+        Light {
+            invisible: emission,
+            visible,
+        }
+    }
+
+    /// The six numbers in the order the operator stores them: invisible RGB, visible RGB.
+    pub fn components(self) -> [f32; 6] {
+        let (i, v) = (self.invisible, self.visible);
+        [i.x, i.y, i.z, v.x, v.y, v.z]
+    }
+}
+
+/// Whether the camera sees the emission of a luminaire.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Visibility {
+    /// `E_visible = E_invisible`.
+    #[default]
+    Seen,
+    /// `E_visible = 0`: the lamp lights the scene and is black itself.
+    Hidden,
+}
+
+/// The 2×2 reflectance matrix of one channel, `rho [[alpha, 0], [1, 0]]`, acting on `(L_invisible, L_visible)`.
+pub fn reflectance(rho: f32, alpha: f32) -> Matrix2<f32> {
+    Matrix2::new(alpha * rho, 0.0, rho, 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector2;
+
+    #[test]
+    fn the_visible_half_is_never_reflected_again() {
+        let twice = reflectance(0.7, 0.0) * reflectance(0.7, 0.0);
+        assert_eq!(twice, Matrix2::zeros());
+        let seen = reflectance(0.7, 1.0) * Vector2::new(0.0, 3.0);
+        assert_eq!(seen, Vector2::zeros());
+    }
+
+    #[test]
+    fn a_hidden_luminaire_keeps_its_invisible_half() {
+        let light = Light::emitted(Rgb::splat(2.0), Visibility::Hidden);
+        assert_eq!(light.components(), [2.0, 2.0, 2.0, 0.0, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,2 @@
+//! The `halflight` program.
+fn main() {}

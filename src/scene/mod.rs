@@ -1,0 +1,155 @@
+//! The scene: faces, materials, camera, and the frame that brings any scene to unit size.
+//!
+//! A [`Scene`] is what the rest of the program sees: triangles with one material each, in *unit coordinates*
+//! (centred, largest half extent 1), so that a room of 1e-6 or 1e+6 units gives the same picture. Lengths go back
+//! to the file's units through [`Scene::frame`]. Loaded from OBJ + MTL, from a TOML scene file that adds to an OBJ,
+//! or from a scene built in.
+//!
+//! Not handled: textures, Ks, smooth normals, curves, instances.
+
+use glam::{DVec3, Vec3};
+
+use crate::light::{Light, Rgb, Transport, Visibility};
+
+/// A checked scene in unit coordinates.
+///
+/// Invariants: at least one face; every vertex finite; every face has positive area; every index in range;
+/// rho in 0..=1; emission finite and not negative.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The built-in scene's name or the file's stem.
+    pub name: String,
+    /// Corner points, unit coordinates.
+    pub vertices: Vec<Vec3>,
+    /// Triangles, counter-clockwise seen from the front.
+    pub faces: Vec<Face>,
+    /// What the faces are made of.
+    pub materials: Vec<Material>,
+    /// Names of the file's objects and groups.
+    pub objects: Vec<String>,
+    /// Where the picture is taken from, unit coordinates.
+    pub camera: Camera,
+    /// From unit coordinates back to the file's.
+    pub frame: UnitFrame,
+    /// (alpha, tau) of every material that has none of its own.
+    pub transport: Transport,
+    /// What a person should know about the file.
+    pub warnings: Vec<String>,
+}
+
+/// One triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Face {
+    /// Indices into [`Scene::vertices`], counter-clockwise seen from the front.
+    pub vertices: [u32; 3],
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+    /// Index into [`Scene::objects`].
+    pub object: u32,
+}
+
+/// A diffuse material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The MTL's name.
+    pub name: String,
+    /// Diffuse reflectance per channel, 0..=1 (MTL `Kd`).
+    pub rho: Rgb,
+    /// Emitted radiance in W/(m² sr) (MTL `Ke`).
+    pub emission: Rgb,
+    /// Whether the camera sees the emission.
+    pub visibility: Visibility,
+    /// Its own alpha, where the scene file gives one.
+    pub alpha: Option<f32>,
+    /// Its own tau, where the scene file gives one.
+    pub tau: Option<f32>,
+    /// Which sides of its faces reflect and emit.
+    pub sides: Sides,
+}
+
+/// Which sides of a face reflect and emit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sides {
+    /// The front only, as in the paper: the back is black and still occludes by its tau.
+    #[default]
+    One,
+    /// Both: the face carries a patch on either side.
+    Two,
+}
+
+/// A pinhole camera in unit coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// The eye.
+    pub position: Vec3,
+    /// Unit vector, the way it looks.
+    pub forward: Vec3,
+    /// Unit vector to the right of the picture: cross(forward, up) normalised.
+    pub right: Vec3,
+    /// Unit vector up in the picture.
+    pub up: Vec3,
+    /// Full vertical field of view, degrees, in (0, 180).
+    pub vertical_fov: f32,
+}
+
+/// `file = center + scale * unit`, in the file's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnitFrame {
+    /// The middle of the scene's bounding box.
+    pub center: DVec3,
+    /// Half its largest extent.
+    pub scale: f64,
+}
+
+impl Material {
+    /// `E` of a point of this material: `(E_invisible, E_visible)`.
+    pub fn emitted(&self) -> Light {
+        Light::emitted(self.emission, self.visibility)
+    }
+
+    /// Whether any channel emits.
+    pub fn emits(&self) -> bool {
+        self.emission.max_element() > 0.0
+    }
+
+    /// Its own numbers where it has any, the default's elsewhere.
+    pub fn transport(&self, default: Transport) -> Transport {
+        Transport {
+            alpha: self.alpha.unwrap_or(default.alpha),
+            tau: self.tau.unwrap_or(default.tau),
+        }
+    }
+}
+
+impl Scene {
+    /// The three corners of a face.
+    pub fn corners(&self, face: u32) -> [Vec3; 3] {
+        self.faces[face as usize]
+            .vertices
+            .map(|v| self.vertices[v as usize])
+    }
+
+    /// The material of a face.
+    pub fn material(&self, face: u32) -> &Material {
+        &self.materials[self.faces[face as usize].material as usize]
+    }
+
+    /// (alpha, tau) of every material when those without their own take `default`.
+    pub fn transports(&self, default: Transport) -> Vec<Transport> {
+        self.materials
+            .iter()
+            .map(|m| m.transport(default))
+            .collect()
+    }
+}
+
+impl Camera {
+    /// The ray through the point (x, y) of the picture, x to the right and y down, both in 0..1; unit direction.
+    pub fn ray(&self, x: f32, y: f32, aspect: f32) -> (Vec3, Vec3) {
+        let half = (0.5 * self.vertical_fov.to_radians()).tan();
+        let across = (2.0 * x - 1.0) * half * aspect;
+        let above = (1.0 - 2.0 * y) * half;
+        let direction = self.forward + across * self.right + above * self.up;
+        (self.position, direction.normalize())
+    }
+}
