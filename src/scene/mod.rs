@@ -7,13 +7,33 @@
 //!
 //! Not handled: textures, Ks, smooth normals, curves, instances.
 
+mod build;
+pub mod builtin;
+mod camera;
+mod error;
+mod file;
+mod load;
+mod mtl;
+mod obj;
+mod obj_text;
+mod polygon;
+mod text;
+mod warn;
+
+pub use build::THINNEST;
+pub use camera::{DEFAULT_FOV, ViewError};
+pub use error::{Place, SceneError};
+pub use load::LoadOptions;
+pub use mtl::DEFAULT_RHO;
+pub use obj::NO_MATERIAL;
+
 use glam::{DVec3, Vec3};
 
-use crate::light::{Light, Rgb, Transport, Visibility};
+use crate::light::{Light, Rgb, Transport, TransportError, Visibility};
 
 /// A checked scene in unit coordinates.
 ///
-/// Invariants: at least one face; every vertex finite; every face has positive area; every index in range;
+/// Invariants: at least one face; every vertex finite, no two the same; no face thinner than [`THINNEST`]; every index in range;
 /// rho in 0..=1; emission finite and not negative.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -102,6 +122,28 @@ pub struct UnitFrame {
 }
 
 impl Material {
+    /// A one-sided material whose emission is seen, without an alpha or tau of its own. Checked when a scene is made.
+    pub fn new(name: &str, rho: Rgb, emission: Rgb) -> Self {
+        Material {
+            name: name.to_owned(),
+            rho,
+            emission,
+            visibility: Visibility::Seen,
+            alpha: None,
+            tau: None,
+            sides: Sides::One,
+        }
+    }
+
+    /// Checks that its own alpha and tau, where it has any, lie in 0..=1.
+    pub fn check_transport(&self) -> Result<(), TransportError> {
+        let own = self.transport(Transport {
+            alpha: 0.0,
+            tau: 0.0,
+        });
+        Transport::new(own.alpha, own.tau).map(|_| ())
+    }
+
     /// `E` of a point of this material: `(E_invisible, E_visible)`.
     pub fn emitted(&self) -> Light {
         Light::emitted(self.emission, self.visibility)
@@ -144,6 +186,15 @@ impl Scene {
 }
 
 impl Camera {
+    /// At the middle of the scene, looking along -z: a camera before there is one.
+    const NOWHERE: Camera = Camera {
+        position: Vec3::ZERO,
+        forward: Vec3::NEG_Z,
+        right: Vec3::X,
+        up: Vec3::Y,
+        vertical_fov: 45.0,
+    };
+
     /// The ray through the point (x, y) of the picture, x to the right and y down, both in 0..1; unit direction.
     pub fn ray(&self, x: f32, y: f32, aspect: f32) -> (Vec3, Vec3) {
         let half = (0.5 * self.vertical_fov.to_radians()).tan();

@@ -1,0 +1,302 @@
+//! From polygons in the file's units to a checked [`Scene`] in unit coordinates.
+//!
+//! Center and scale are found and applied in double precision and only the result is rounded, so neither the size of
+//! a scene nor its distance from the origin changes the unit coordinates beyond single precision. Points that
+//! coincide there are made one. Triangles thinner than [`THINNEST`] are dropped.
+
+use std::collections::HashMap;
+
+use glam::{DVec3, Vec3};
+
+use super::error::{Place, SceneError};
+use super::mtl::{check_emission, check_rho};
+use super::polygon::{Cover, MOST_CORNERS, Triangulator};
+use super::warn::Tally;
+use super::{Camera, Face, Material, Scene, UnitFrame};
+
+/// The least height of a triangle over its longest side, unit coordinates: the rounding of a coordinate near 1.
+/// Thinner ones have no normal.
+pub const THINNEST: f64 = 1.0 / (1 << 23) as f64;
+
+/// Polygons as read, in the file's units.
+#[derive(Debug, Default)]
+pub(super) struct Soup {
+    /// The scene's name.
+    pub name: String,
+    /// The file, or the name again where there is none.
+    pub file: String,
+    /// What `Polygon::number` counts: `line` or `face`.
+    pub item: &'static str,
+    pub vertices: Vec<DVec3>,
+    /// The corners of all polygons, one after the other.
+    pub corners: Vec<u32>,
+    pub polygons: Vec<Polygon>,
+    pub materials: Vec<Material>,
+    pub objects: Vec<String>,
+    pub warnings: Vec<String>,
+}
+
+/// One polygon of a [`Soup`]; its corners follow those of the polygon before it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Polygon {
+    pub corners: usize,
+    pub material: u32,
+    pub object: u32,
+    /// Its line or number, for messages.
+    pub number: usize,
+}
+
+impl Scene {
+    /// A scene from arrays: vertices in any unit, faces as (corners counter-clockwise seen from the front, material).
+    ///
+    /// The same checks, unit frame and camera as for files. Corners and materials count from 0.
+    ///
+    /// # Errors
+    /// The first vertex, face or material that breaks a rule of [`Scene`], or no face with area.
+    pub fn from_faces(
+        name: &str,
+        vertices: &[DVec3],
+        faces: &[(Vec<u32>, u32)],
+        materials: Vec<Material>,
+    ) -> Result<Scene, SceneError> {
+        check_arrays(name, vertices, faces, &materials)?;
+        let polygon = |(number, (corners, material)): (usize, &(Vec<u32>, u32))| Polygon {
+            corners: corners.len(),
+            material: *material,
+            object: 0,
+            number,
+        };
+        assemble(Soup {
+            name: name.to_owned(),
+            file: name.to_owned(),
+            item: "face",
+            vertices: vertices.to_vec(),
+            corners: faces
+                .iter()
+                .flat_map(|face| face.0.iter().copied())
+                .collect(),
+            polygons: faces.iter().enumerate().map(polygon).collect(),
+            materials,
+            objects: vec![name.to_owned()],
+            warnings: Vec::new(),
+        })
+    }
+}
+
+fn check_arrays(
+    name: &str,
+    vertices: &[DVec3],
+    faces: &[(Vec<u32>, u32)],
+    materials: &[Material],
+) -> Result<(), SceneError> {
+    if let Some(number) = vertices.iter().position(|vertex| !vertex.is_finite()) {
+        let (statement, word) = ("vertex".to_owned(), vertices[number].to_string());
+        return Err(SceneError::NotFinite {
+            place: Place::item(name, "vertex", number),
+            statement,
+            word,
+        });
+    }
+    for (number, material) in materials.iter().enumerate() {
+        let place = || Place::item(name, "material", number);
+        check_rho(material.rho.as_dvec3().to_array(), &material.name, place)?;
+        check_emission(
+            material.emission.as_dvec3().to_array(),
+            &material.name,
+            place,
+        )?;
+        material
+            .check_transport()
+            .map_err(|source| SceneError::Transport {
+                place: place(),
+                source,
+            })?;
+    }
+    for (number, face) in faces.iter().enumerate() {
+        check_face(
+            Place::item(name, "face", number),
+            face,
+            vertices.len(),
+            materials.len(),
+        )?;
+    }
+    Ok(())
+}
+
+fn check_face(
+    place: Place,
+    face: &(Vec<u32>, u32),
+    vertices: usize,
+    materials: usize,
+) -> Result<(), SceneError> {
+    let (corners, material) = face;
+    let (found, limit) = (corners.len(), MOST_CORNERS);
+    if found < 3 {
+        return Err(SceneError::TooFewCorners { place, found });
+    }
+    if found > limit {
+        return Err(SceneError::TooManyCorners {
+            place,
+            found,
+            limit,
+        });
+    }
+    if let Some(corner) = corners.iter().find(|&&corner| corner as usize >= vertices) {
+        return Err(SceneError::IndexOutOfRange {
+            place,
+            index: corner.to_string(),
+            vertices,
+        });
+    }
+    if *material as usize >= materials {
+        return Err(SceneError::MaterialOutOfRange {
+            place,
+            index: *material,
+            materials,
+        });
+    }
+    Ok(())
+}
+
+/// Makes the scene: frame, triangles, points, camera.
+pub(super) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
+    let Some(frame) = UnitFrame::of(soup.corners.iter().map(|&v| soup.vertices[v as usize])) else {
+        return Err(SceneError::Empty {
+            file: soup.file,
+            dropped: soup.polygons.len(),
+        });
+    };
+    let mut mesh = Mesh::default();
+    let mut flaws = Flaws::default();
+    mesh.add_polygons(&soup, &frame, &mut flaws);
+    if mesh.faces.is_empty() {
+        return Err(SceneError::Empty {
+            file: soup.file,
+            dropped: soup.polygons.len(),
+        });
+    }
+    let mut warnings = soup.warnings;
+    flaws.report(&soup.file, soup.item, &mut warnings);
+    let mut scene = Scene {
+        name: soup.name,
+        vertices: mesh.vertices,
+        faces: mesh.faces,
+        materials: soup.materials,
+        objects: soup.objects,
+        camera: Camera::NOWHERE,
+        frame,
+        transport: Default::default(),
+        warnings,
+    };
+    scene.camera = Camera::framing(&scene);
+    Ok(scene)
+}
+
+#[derive(Default)]
+struct Flaws {
+    flat: Tally,
+    crossing: Tally,
+}
+
+impl Flaws {
+    fn report(&self, file: &str, item: &str, warnings: &mut Vec<String>) {
+        self.flat
+            .report(file, item, "face", "dropped, having no area", warnings);
+        let consequence = "crosses itself, so its triangles are a guess";
+        self.crossing
+            .report(file, item, "polygon", consequence, warnings);
+    }
+}
+
+/// Triangles and their points; equal points are one.
+#[derive(Default)]
+struct Mesh {
+    vertices: Vec<Vec3>,
+    faces: Vec<Face>,
+    index: HashMap<[u32; 3], u32>,
+}
+
+impl Mesh {
+    fn add_polygons(&mut self, soup: &Soup, frame: &UnitFrame, flaws: &mut Flaws) {
+        let unit: Vec<DVec3> = soup.vertices.iter().map(|&v| frame.to_unit(v)).collect();
+        let mut triangulator = Triangulator::default();
+        let (mut points, mut rest): (Vec<DVec3>, _) = (Vec::new(), &soup.corners[..]);
+        for polygon in &soup.polygons {
+            let (corners, after) = rest.split_at(polygon.corners);
+            rest = after;
+            points.clear();
+            points.extend(corners.iter().map(|&v| unit[v as usize]));
+            if triangulator.run(&points) == Cover::Crossing {
+                flaws.crossing.add(polygon.number);
+            }
+            let before = self.faces.len();
+            for triangle in &triangulator.triangles {
+                self.add_triangle(triangle.map(|i| points[i as usize].as_vec3()), polygon);
+            }
+            if self.faces.len() == before {
+                flaws.flat.add_named(
+                    polygon.number,
+                    &soup.materials[polygon.material as usize].name,
+                );
+            }
+        }
+    }
+
+    fn add_triangle(&mut self, corners: [Vec3; 3], polygon: &Polygon) {
+        if height(corners) >= THINNEST {
+            let vertices = corners.map(|corner| self.vertex(corner));
+            let (material, object) = (polygon.material, polygon.object);
+            self.faces.push(Face {
+                vertices,
+                material,
+                object,
+            });
+        }
+    }
+
+    fn vertex(&mut self, point: Vec3) -> u32 {
+        // Adding zero makes -0 and 0 one point.
+        let point = point + Vec3::ZERO;
+        *self
+            .index
+            .entry(point.to_array().map(f32::to_bits))
+            .or_insert_with(|| {
+                self.vertices.push(point);
+                self.vertices.len() as u32 - 1
+            })
+    }
+}
+
+/// Height of a triangle over its longest side: twice the area by the side.
+fn height(corners: [Vec3; 3]) -> f64 {
+    let [a, b, c] = corners.map(|v| v.as_dvec3());
+    let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+    let double_area = (b - a).cross(c - a).length();
+    if longest > 0.0 {
+        double_area / longest
+    } else {
+        0.0
+    }
+}
+
+impl UnitFrame {
+    /// The frame of some points; none if there are none or all coincide.
+    pub fn of(points: impl Iterator<Item = DVec3>) -> Option<UnitFrame> {
+        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (low, high) = points.fold(start, |(low, high), p| (low.min(p), high.max(p)));
+        // Halves first: the sum of two large numbers overflows.
+        let scale = (0.5 * high - 0.5 * low).max_element();
+        let center = 0.5 * low + 0.5 * high;
+        (scale > 0.0 && scale.is_finite()).then_some(UnitFrame { center, scale })
+    }
+
+    /// From the file's units to unit coordinates.
+    pub fn to_unit(&self, point: DVec3) -> DVec3 {
+        (point - self.center) / self.scale
+    }
+
+    /// From unit coordinates to the file's units.
+    pub fn to_file(&self, point: DVec3) -> DVec3 {
+        self.center + self.scale * point
+    }
+}

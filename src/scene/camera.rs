@@ -1,0 +1,231 @@
+//! The camera: from a position and a target, and the one that frames a scene that brings none.
+//!
+//! A closed room is looked at from inside, near a corner: from outside its one-sided walls are black. Anything else
+//! is framed from outside, the whole bounding box in view of a picture at least as wide as high; something open
+//! to the front (a box without its front wall) is looked at from its open side. y counts as up.
+//!
+//! Not handled: what furniture hides. The corner is chosen by a few rays against all faces.
+
+use glam::{DVec3, Vec3};
+use thiserror::Error;
+
+use super::{Camera, Scene};
+
+/// Vertical field of view of a camera that is not told its own, degrees: the Cornell box's.
+pub const DEFAULT_FOV: f64 = 39.307_648_116_106_62;
+
+/// Vertical field of view inside a room, degrees.
+const INSIDE_FOV: f64 = 70.0;
+
+/// Below this share of the area, the vector area counts as that of a closed surface (where it is 0).
+const CLOSED: f64 = 0.02;
+
+/// Why a camera cannot look that way.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum ViewError {
+    /// Position and target coincide.
+    #[error("the camera's position is its target: the view has no direction")]
+    NoDirection,
+    /// Up is zero or along the view.
+    #[error("the camera's up vector is zero or points along the view")]
+    UpAlongView,
+    /// A field of view outside (0, 180).
+    #[error("vertical_fov = {0} is outside (0, 180) degrees")]
+    Fov(f64),
+    /// NaN, infinite, or too far away to be represented.
+    #[error("the camera has a number that is not finite")]
+    NotFinite,
+}
+
+impl Camera {
+    /// The camera at `position` looking at `target`, all in one frame (unit coordinates for a [`Scene`]'s camera).
+    ///
+    /// # Errors
+    /// A view without direction, up along the view, a field of view outside (0, 180), or numbers not finite.
+    pub fn look_at(
+        position: DVec3,
+        target: DVec3,
+        up: DVec3,
+        vertical_fov: f64,
+    ) -> Result<Camera, ViewError> {
+        if !(position.is_finite()
+            && target.is_finite()
+            && up.is_finite()
+            && vertical_fov.is_finite())
+        {
+            return Err(ViewError::NotFinite);
+        }
+        let fov = vertical_fov as f32;
+        if !(fov > 0.0 && fov < 180.0) {
+            return Err(ViewError::Fov(vertical_fov));
+        }
+        let forward = direction(target - position).ok_or(ViewError::NoDirection)?;
+        let up = direction(up).ok_or(ViewError::UpAlongView)?;
+        let across = forward.cross(up);
+        // Below 1e-6 the sideways direction is rounding.
+        if across.length() < 1e-6 {
+            return Err(ViewError::UpAlongView);
+        }
+        let right = across.normalize();
+        let up = right.cross(forward);
+        Ok(Camera {
+            position: position.as_vec3(),
+            forward: forward.as_vec3(),
+            right: right.as_vec3(),
+            up: up.as_vec3(),
+            vertical_fov: fov,
+        })
+    }
+
+    /// A camera that frames the scene's faces; the scene's own camera is not looked at.
+    pub fn framing(scene: &Scene) -> Camera {
+        let shape = Shape::of(scene);
+        match shape.is_closed_room() {
+            true => from_corner(scene, &shape),
+            false => from_outside(scene, &shape),
+        }
+    }
+}
+
+/// The unit vector along `vector` without overflow; none for zero.
+fn direction(vector: DVec3) -> Option<DVec3> {
+    let largest = vector.abs().max_element();
+    (largest > 0.0 && largest.is_finite()).then(|| (vector / largest).normalize())
+}
+
+/// What the choice of a view depends on.
+struct Shape {
+    low: DVec3,
+    high: DVec3,
+    /// Sum of area times normal, and of area.
+    vector_area: DVec3,
+    area: f64,
+    /// Sum of corner triple products: six times the volume enclosed, negative where normals point inward.
+    volume: f64,
+}
+
+impl Shape {
+    fn of(scene: &Scene) -> Shape {
+        let mut shape = Shape {
+            low: DVec3::INFINITY,
+            high: DVec3::NEG_INFINITY,
+            vector_area: DVec3::ZERO,
+            area: 0.0,
+            volume: 0.0,
+        };
+        for face in 0..scene.faces.len() as u32 {
+            let [a, b, c] = scene.corners(face).map(|v| v.as_dvec3());
+            let normal = 0.5 * (b - a).cross(c - a);
+            shape.low = shape.low.min(a).min(b).min(c);
+            shape.high = shape.high.max(a).max(b).max(c);
+            shape.vector_area += normal;
+            shape.area += normal.length();
+            shape.volume += a.dot(b.cross(c));
+        }
+        shape
+    }
+
+    fn is_closed_room(&self) -> bool {
+        self.vector_area.length() < CLOSED * self.area && self.volume < 0.0
+    }
+
+    /// The way to the camera: where the open side is, else the usual view from above, right and front.
+    fn towards_camera(&self) -> DVec3 {
+        let three_quarter = DVec3::new(0.6, 0.5, 1.0).normalize();
+        if self.vector_area.length() < CLOSED * self.area {
+            return three_quarter;
+        }
+        let open = self.vector_area.normalize();
+        match open.y {
+            y if y > 0.8 => three_quarter,
+            y if y < -0.8 => three_quarter * DVec3::new(1.0, -1.0, 1.0),
+            _ => open,
+        }
+    }
+
+    fn corners(&self) -> impl Iterator<Item = DVec3> {
+        let (low, high) = (self.low, self.high);
+        (0..8).map(move |i| {
+            let pick = |bit: u32, low, high| if i & bit == 0 { low } else { high };
+            DVec3::new(
+                pick(1, low.x, high.x),
+                pick(2, low.y, high.y),
+                pick(4, low.z, high.z),
+            )
+        })
+    }
+}
+
+/// The nearest camera along the chosen way that has all corners of the bounding box within 95 % of its picture.
+fn from_outside(scene: &Scene, shape: &Shape) -> Camera {
+    let to_camera = shape.towards_camera();
+    let middle = 0.5 * (shape.low + shape.high);
+    let view = |distance: f64| look(middle + distance * to_camera, middle, DEFAULT_FOV, scene);
+    let (right, up) = (view(1.0).right.as_dvec3(), view(1.0).up.as_dvec3());
+    let slope = 0.95 * (0.5 * DEFAULT_FOV).to_radians().tan();
+    let needed = shape.corners().map(|corner| {
+        let offset = corner - middle;
+        let aside = offset.dot(right).abs().max(offset.dot(up).abs());
+        aside / slope + offset.dot(to_camera)
+    });
+    view(needed.fold(f64::MIN_POSITIVE, f64::max))
+}
+
+/// Of the places near the room's upper corners, the one that sees the most fronts, and then the farthest.
+fn from_corner(scene: &Scene, shape: &Shape) -> Camera {
+    let middle = 0.5 * (shape.low + shape.high);
+    let half = 0.5 * (shape.high - shape.low);
+    let signs = [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)];
+    let places = [0.85, 0.5, 0.15].into_iter().flat_map(|share| {
+        signs.map(|(x, z)| middle + half * DVec3::new(share * x, 0.3 * share, share * z))
+    });
+    let target = middle - half * DVec3::new(0.0, 0.2, 0.0);
+    let cameras = places.map(|place| look(place, target, INSIDE_FOV, scene));
+    let scored = cameras.map(|camera| (sight(scene, &camera), camera));
+    let best = scored.reduce(|best, next| if next.0 > best.0 { next } else { best });
+    best.map_or(scene.camera, |(_, camera)| camera)
+}
+
+fn look(position: DVec3, target: DVec3, fov: f64, scene: &Scene) -> Camera {
+    let (up, other) = (DVec3::Y, DVec3::NEG_Z);
+    let camera = Camera::look_at(position, target, up, fov);
+    let camera = camera.or_else(|_| Camera::look_at(position, target, other, fov));
+    camera.unwrap_or(scene.camera)
+}
+
+/// Rays of a 3 by 3 grid that meet a front first, and the sum of their distances.
+fn sight(scene: &Scene, camera: &Camera) -> (usize, f32) {
+    let grid = [1.0 / 6.0, 0.5, 5.0 / 6.0];
+    let rays = grid
+        .into_iter()
+        .flat_map(|y| grid.map(|x| camera.ray(x, y, 1.0)));
+    let seen = rays.filter_map(|(origin, way)| first_front(scene, origin, way));
+    seen.fold((0, 0.0), |(count, sum), distance| {
+        (count + 1, sum + distance)
+    })
+}
+
+/// The distance to the nearest face if its front is met, none for a back or nothing (Möller and Trumbore).
+fn first_front(scene: &Scene, origin: Vec3, way: Vec3) -> Option<f32> {
+    let mut nearest = (f32::INFINITY, false);
+    for face in 0..scene.faces.len() as u32 {
+        let [a, b, c] = scene.corners(face);
+        let (u, v) = (b - a, c - a);
+        let across = way.cross(v);
+        let determinant = u.dot(across);
+        let offset = origin - a;
+        let first = offset.dot(across) / determinant;
+        let along = offset.cross(u);
+        let second = way.dot(along) / determinant;
+        let distance = v.dot(along) / determinant;
+        if first >= 0.0
+            && second >= 0.0
+            && first + second <= 1.0
+            && distance > 0.0
+            && distance < nearest.0
+        {
+            nearest = (distance, determinant > 0.0);
+        }
+    }
+    nearest.1.then_some(nearest.0)
+}

@@ -1,0 +1,234 @@
+//! What can be wrong with a scene: one variant a mistake, each naming file, line, value and what to do.
+
+use std::{fmt, io};
+
+use miette::Diagnostic;
+use thiserror::Error;
+
+use super::camera::ViewError;
+use crate::light::TransportError;
+
+/// Where in the input something was found: a line of a file, or an item of an array given by a caller.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file's path, or the scene's name where there is no file.
+    pub file: String,
+    /// What is counted: `line`, `face`, `vertex` or `material`.
+    pub item: &'static str,
+    /// Lines from 1; items of arrays from 0.
+    pub number: usize,
+}
+
+impl Place {
+    /// A line of a file, counted from 1.
+    pub fn line(file: &str, number: usize) -> Self {
+        Place::item(file, "line", number)
+    }
+
+    /// An item of an array given by a caller, counted from 0.
+    pub fn item(file: &str, item: &'static str, number: usize) -> Self {
+        let file = file.to_owned();
+        Place { file, item, number }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {} {}", self.file, self.item, self.number)
+    }
+}
+
+/// Why a scene could not be loaded. The help of each says what to do about it.
+#[derive(Debug, Error, Diagnostic)]
+#[allow(missing_docs)] // the fields are the values the messages name
+pub enum SceneError {
+    /// Neither a built-in scene nor a file.
+    #[error("there is no scene named `{name}`, and no such file")]
+    #[diagnostic(help(
+        "give a path to an .obj or .toml file, or one of the built-in scenes: {known}"
+    ))]
+    NoSuchScene { name: String, known: String },
+
+    /// The path's extension is neither `.obj` nor `.toml`.
+    #[error("{file} is neither an OBJ nor a scene file")]
+    #[diagnostic(help("name it *.obj (Wavefront OBJ) or *.toml (a scene file)"))]
+    UnknownKind { file: String },
+
+    /// A file is missing or cannot be read.
+    #[error("cannot read {file}: {source}")]
+    #[diagnostic(help("check the path, and that the file may be read"))]
+    Read { file: String, source: io::Error },
+
+    /// The OBJ a scene file names is missing or cannot be read.
+    #[error("{place}: cannot read the OBJ `{name}`: {source}")]
+    #[diagnostic(help("`obj` is a path relative to the scene file's folder"))]
+    MissingObj {
+        place: Place,
+        name: String,
+        source: io::Error,
+    },
+
+    /// A material library is missing or cannot be read.
+    #[error("{place}: cannot read the material library `{name}`: {source}")]
+    #[diagnostic(help("put the MTL file beside the OBJ, or correct the mtllib line"))]
+    MissingLibrary {
+        place: Place,
+        name: String,
+        source: io::Error,
+    },
+
+    /// The text is not UTF-8.
+    #[error("{place}: byte 0x{byte:02x} is not UTF-8 text")]
+    #[diagnostic(help("save the file as UTF-8 text; binary files cannot be read"))]
+    NotUtf8 { place: Place, byte: u8 },
+
+    /// A word that should be a number is none.
+    #[error("{place}: `{word}` in `{statement}` is not a number")]
+    #[diagnostic(help(
+        "write numbers like 1, -0.5 or 2.5e-3, with a decimal point and without commas"
+    ))]
+    NotANumber {
+        place: Place,
+        statement: String,
+        word: String,
+    },
+
+    /// NaN or infinite.
+    #[error("{place}: `{word}` in `{statement}` is not finite")]
+    #[diagnostic(help(
+        "NaN, infinite and overflowing numbers cannot be used: correct the value, or export again"
+    ))]
+    NotFinite {
+        place: Place,
+        statement: String,
+        word: String,
+    },
+
+    /// A statement has too few or too many values, or no name.
+    #[error("{place}: `{statement}` needs {needed}, found {found}")]
+    #[diagnostic(help("complete the statement, or remove the line"))]
+    Malformed {
+        place: Place,
+        statement: String,
+        needed: &'static str,
+        found: String,
+    },
+
+    /// A vertex index is 0 or beyond the vertices.
+    #[error("{place}: a face uses vertex {index}, but there are {vertices} vertices")]
+    #[diagnostic(help(
+        "OBJ indices count from 1 to the number of `v` lines, or from -1 backwards; arrays count from 0"
+    ))]
+    IndexOutOfRange {
+        place: Place,
+        index: String,
+        vertices: usize,
+    },
+
+    /// A face with fewer than three corners.
+    #[error("{place}: a face has {found} corners; it needs three or more")]
+    #[diagnostic(help("remove the face; `l` and `p` are the statements for lines and points"))]
+    TooFewCorners { place: Place, found: usize },
+
+    /// A face with more corners than can be triangulated.
+    #[error("{place}: a face has {found} corners; {limit} are the most that can be read")]
+    #[diagnostic(help("cut the face into smaller ones"))]
+    TooManyCorners {
+        place: Place,
+        found: usize,
+        limit: usize,
+    },
+
+    /// A reflectance outside 0..1.
+    #[error("{place}: material `{material}` reflects {value}, outside 0..1")]
+    #[diagnostic(help("Kd is the reflectance rho: each of its numbers lies in 0..1"))]
+    Rho {
+        place: Place,
+        material: String,
+        value: f64,
+    },
+
+    /// A negative or infinite emission.
+    #[error("{place}: material `{material}` emits {value}; emission is finite and not negative")]
+    #[diagnostic(help("Ke or `emission` is a radiance in W/(m² sr): 0 or more, below 3e38"))]
+    Emission {
+        place: Place,
+        material: String,
+        value: f64,
+    },
+
+    /// The name of a material that no library defines.
+    #[error("{place}: there is no material `{name}`")]
+    #[diagnostic(help("the materials are: {known}"))]
+    UnknownMaterial {
+        place: Place,
+        name: String,
+        known: String,
+    },
+
+    /// `usemtl` in an OBJ without `mtllib`.
+    #[error("{place}: `usemtl {name}`, but the OBJ names no material library")]
+    #[diagnostic(help("add a line `mtllib FILE.mtl` before it, or remove the usemtl lines"))]
+    NoLibrary { place: Place, name: String },
+
+    /// A face of a caller's array names a material that does not exist.
+    #[error("{place}: a face uses material {index}, but there are {materials} materials")]
+    #[diagnostic(help("materials count from 0"))]
+    MaterialOutOfRange {
+        place: Place,
+        index: u32,
+        materials: usize,
+    },
+
+    /// Nothing to see: no faces, or only faces without area.
+    #[error("{file} has no faces with area ({dropped} without)")]
+    #[diagnostic(help("a scene needs at least one `f` line whose corners do not lie on one line"))]
+    Empty { file: String, dropped: usize },
+
+    /// No material that is used emits.
+    #[error("nothing in `{name}` emits light: the picture would be black")]
+    #[diagnostic(help(
+        "give a material `Ke R G B` in the MTL, or `emission = [R, G, B]` under [materials.NAME] in a scene file"
+    ))]
+    Dark { name: String },
+
+    /// The scene file is not TOML, or not of the scene file's form.
+    #[error("{place}: {message}")]
+    #[diagnostic(help(
+        "a scene file holds: obj, mode (or alpha, tau), [camera] position target up vertical_fov, \
+         [materials.NAME] mode (or alpha, tau) two_sided emission visible_emission"
+    ))]
+    SceneFile { place: Place, message: String },
+
+    /// A mode that is none of the four.
+    #[error("{place}: there is no mode `{value}`")]
+    #[diagnostic(help(
+        "the modes are global, shadowless, one-bounce and local; or give alpha and tau"
+    ))]
+    UnknownMode { place: Place, value: String },
+
+    /// `mode` together with `alpha` or `tau`.
+    #[error("{place}: `mode` and `alpha` or `tau` are given together")]
+    #[diagnostic(help("a mode is a pair (alpha, tau): keep either the mode or the numbers"))]
+    ModeAndNumbers { place: Place },
+
+    /// alpha or tau outside 0..1.
+    #[error("{place}: {source}")]
+    #[diagnostic(help("alpha and tau lie in 0..1"))]
+    Transport {
+        place: Place,
+        source: TransportError,
+    },
+
+    /// The camera cannot look that way.
+    #[error("{place}: {source}")]
+    #[diagnostic(help(
+        "position and target must differ, up must not point along the view, vertical_fov is in degrees"
+    ))]
+    View { place: Place, source: ViewError },
+
+    /// The OBJ reader disagrees with the check made before it.
+    #[error("{file}: the OBJ reader failed: {message}")]
+    #[diagnostic(help("this is a fault of the program: please report it together with the file"))]
+    Reader { file: String, message: String },
+}

@@ -1,0 +1,244 @@
+//! Scene files: TOML that adds camera, modes and emission to an OBJ.
+//!
+//! ```toml
+//! obj = "room.obj"              # beside this file
+//! mode = "global"               # or: alpha = 1.0, tau = 0.0
+//! [camera]
+//! position = [278, 273, -800]
+//! target = [278, 273, 0]
+//! up = [0, 1, 0]                # may be left out
+//! vertical_fov = 39.3           # degrees; may be left out
+//! [materials."short block"]     # any of the OBJ's materials
+//! mode = "shadowless"           # or alpha, tau, or one of them
+//! two_sided = true
+//! [materials.light]
+//! emission = [17, 12, 4]        # radiance, W/(m² sr); instead of Ke
+//! visible_emission = false
+//! ```
+//!
+//! Unknown keys are errors. Only place for `toml`.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::build::assemble;
+use super::camera::{DEFAULT_FOV, ViewError};
+use super::error::{Place, SceneError};
+use super::mtl::check_emission;
+use super::obj::{self, Reader};
+use super::text::{self, list, shorten};
+use super::{Camera, LoadOptions, Material, Scene, Sides};
+use crate::light::{Mode, Transport, Visibility};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SceneTable {
+    obj: Spanned<String>,
+    mode: Option<Spanned<String>>,
+    alpha: Option<Spanned<f64>>,
+    tau: Option<Spanned<f64>>,
+    camera: Option<Spanned<CameraTable>>,
+    #[serde(default)]
+    materials: BTreeMap<Spanned<String>, MaterialTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CameraTable {
+    position: [f64; 3],
+    target: [f64; 3],
+    up: Option<[f64; 3]>,
+    vertical_fov: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MaterialTable {
+    mode: Option<Spanned<String>>,
+    alpha: Option<Spanned<f64>>,
+    tau: Option<Spanned<f64>>,
+    two_sided: Option<bool>,
+    emission: Option<Spanned<[f64; 3]>>,
+    visible_emission: Option<bool>,
+}
+
+/// A scene file's text, to find lines in.
+struct Source<'a> {
+    file: &'a str,
+    text: &'a str,
+}
+
+impl Source<'_> {
+    fn place(&self, offset: usize) -> Place {
+        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
+        Place::line(
+            self.file,
+            1 + before.iter().filter(|&&b| b == b'\n').count(),
+        )
+    }
+
+    fn of<T>(&self, value: &Spanned<T>) -> Place {
+        self.place(value.span().start)
+    }
+}
+
+/// Reads a scene file: `name` for the scene, `file` for messages, `reader` for the OBJ and its libraries.
+pub(super) fn read(
+    name: &str,
+    file: &str,
+    bytes: &[u8],
+    reader: Reader,
+    options: LoadOptions,
+) -> Result<Scene, SceneError> {
+    let source = Source {
+        file,
+        text: text::decode(file, bytes)?,
+    };
+    let table: SceneTable = toml::from_str(source.text).map_err(|error| SceneError::SceneFile {
+        place: source.place(error.span().map_or(0, |span| span.start)),
+        message: error.message().to_owned(),
+    })?;
+    let (alpha, tau) = numbers(&source, &table.mode, &table.alpha, &table.tau)?;
+    let default = Transport::default();
+    let obj_name = table.obj.get_ref();
+    let bytes = reader(obj_name).map_err(|error| SceneError::MissingObj {
+        place: source.of(&table.obj),
+        name: shorten(obj_name),
+        source: error,
+    })?;
+    let mut soup = obj::read(name, obj_name, &bytes, reader)?;
+    for (name, changes) in &table.materials {
+        let found = soup
+            .materials
+            .iter()
+            .position(|material| material.name == *name.get_ref());
+        let index = found.ok_or_else(|| SceneError::UnknownMaterial {
+            place: source.of(name),
+            name: shorten(name.get_ref()),
+            known: list(soup.materials.iter().map(|material| material.name.as_str())),
+        })?;
+        changes.apply(&source, &mut soup.materials[index])?;
+    }
+    options.apply(&mut soup.materials, |name| table.says_sides(name));
+    let mut scene = assemble(soup)?;
+    scene.transport = Transport {
+        alpha: alpha.unwrap_or(default.alpha),
+        tau: tau.unwrap_or(default.tau),
+    };
+    if let Some(camera) = &table.camera {
+        scene.camera = camera
+            .get_ref()
+            .camera(&source, source.of(camera), &scene)?;
+    }
+    Ok(scene)
+}
+
+impl SceneTable {
+    fn says_sides(&self, name: &str) -> bool {
+        self.materials
+            .get(name)
+            .is_some_and(|material| material.two_sided.is_some())
+    }
+}
+
+impl MaterialTable {
+    fn apply(&self, source: &Source, material: &mut Material) -> Result<(), SceneError> {
+        (material.alpha, material.tau) = numbers(source, &self.mode, &self.alpha, &self.tau)?;
+        if let Some(emission) = &self.emission {
+            check_emission(*emission.get_ref(), &material.name, || source.of(emission))?;
+            material.emission = DVec3::from_array(*emission.get_ref()).as_vec3();
+        }
+        material.visibility = match self.visible_emission {
+            Some(false) => Visibility::Hidden,
+            Some(true) | None => Visibility::Seen,
+        };
+        material.sides = match self.two_sided {
+            Some(true) => Sides::Two,
+            Some(false) | None => Sides::One,
+        };
+        Ok(())
+    }
+}
+
+impl CameraTable {
+    /// The camera in unit coordinates. The direction is taken in the file's units: a target close by stays exact.
+    fn camera(&self, source: &Source, place: Place, scene: &Scene) -> Result<Camera, SceneError> {
+        let (position, target) = (
+            DVec3::from_array(self.position),
+            DVec3::from_array(self.target),
+        );
+        let up = self.up.map_or(DVec3::Y, DVec3::from_array);
+        let fov = self
+            .vertical_fov
+            .as_ref()
+            .map_or(DEFAULT_FOV, |fov| *fov.get_ref());
+        let eye = scene.frame.to_unit(position).as_vec3();
+        let camera = match eye.is_finite() {
+            true => Camera::look_at(position, target, up, fov),
+            false => Err(ViewError::NotFinite),
+        };
+        match (camera, &self.vertical_fov) {
+            (Ok(camera), _) => Ok(Camera {
+                position: eye,
+                ..camera
+            }),
+            (Err(error @ ViewError::Fov(_)), Some(fov)) => Err(SceneError::View {
+                place: source.of(fov),
+                source: error,
+            }),
+            (Err(error), _) => Err(SceneError::View {
+                place,
+                source: error,
+            }),
+        }
+    }
+}
+
+/// alpha and tau as given by a mode or by themselves.
+fn numbers(
+    source: &Source,
+    mode: &Option<Spanned<String>>,
+    alpha: &Option<Spanned<f64>>,
+    tau: &Option<Spanned<f64>>,
+) -> Result<(Option<f32>, Option<f32>), SceneError> {
+    let Some(mode) = mode else {
+        return Ok((share(source, "alpha", alpha)?, share(source, "tau", tau)?));
+    };
+    if alpha.is_some() || tau.is_some() {
+        return Err(SceneError::ModeAndNumbers {
+            place: source.of(mode),
+        });
+    }
+    let Some(found) = Mode::from_name(mode.get_ref()) else {
+        return Err(SceneError::UnknownMode {
+            place: source.of(mode),
+            value: shorten(mode.get_ref()),
+        });
+    };
+    let Transport { alpha, tau } = found.transport();
+    Ok((Some(alpha), Some(tau)))
+}
+
+/// alpha or tau, if given and in 0..=1.
+fn share(
+    source: &Source,
+    name: &'static str,
+    value: &Option<Spanned<f64>>,
+) -> Result<Option<f32>, SceneError> {
+    let Some(value) = value else { return Ok(None) };
+    let number = *value.get_ref();
+    if !(0.0..=1.0).contains(&number) {
+        let error = crate::light::TransportError {
+            name,
+            value: number as f32,
+        };
+        return Err(SceneError::Transport {
+            place: source.of(value),
+            source: error,
+        });
+    }
+    Ok(Some(number as f32))
+}

@@ -1,0 +1,160 @@
+//! The ways to a scene: a file, a built-in name, either of them, or text in memory.
+
+use std::borrow::Cow;
+use std::path::Path;
+use std::{fs, io};
+
+use super::build::assemble;
+use super::error::SceneError;
+use super::{Material, Scene, Sides, builtin, file, obj};
+
+/// What a person may ask of every scene, whatever its files say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LoadOptions {
+    /// The sides of materials for which no scene file gives `two_sided`.
+    pub two_sided: Sides,
+}
+
+impl LoadOptions {
+    /// Sets the sides of all materials but those of which `said` is true.
+    pub(super) fn apply(self, materials: &mut [Material], said: impl Fn(&str) -> bool) {
+        for material in materials
+            .iter_mut()
+            .filter(|material| !said(&material.name))
+        {
+            material.sides = self.two_sided;
+        }
+    }
+}
+
+impl Scene {
+    /// Loads an `.obj` or a `.toml` scene file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or the first mistake found in it, with its line.
+    pub fn load(path: &Path, options: LoadOptions) -> Result<Scene, SceneError> {
+        let shown = path.display().to_string();
+        let extension = path
+            .extension()
+            .and_then(|e| e.to_str())
+            .unwrap_or("")
+            .to_ascii_lowercase();
+        if !matches!(extension.as_str(), "obj" | "toml") {
+            return Err(SceneError::UnknownKind { file: shown });
+        }
+        let bytes = fs::read(path).map_err(|source| SceneError::Read {
+            file: shown.clone(),
+            source,
+        })?;
+        let name = path
+            .file_stem()
+            .map_or(shown.clone(), |stem| stem.to_string_lossy().into_owned());
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let beside = |name: &str| fs::read(folder.join(name)).map(Cow::Owned);
+        match extension.as_str() {
+            "toml" => file::read(&name, &shown, &bytes, &beside, options),
+            _ => from_obj(&name, &shown, &bytes, &beside, options),
+        }
+    }
+
+    /// A built-in scene; none of that name gives none. See [`builtin::NAMES`].
+    ///
+    /// # Errors
+    /// None that a test has not ruled out: the built-in files go through the same checks as any other.
+    pub fn builtin(name: &str, options: LoadOptions) -> Option<Result<Scene, SceneError>> {
+        let scene = builtin::find(name)?;
+        let beside = |name: &str| {
+            let missing = || io::Error::from(io::ErrorKind::NotFound);
+            builtin::file(name).map(Cow::Borrowed).ok_or_else(missing)
+        };
+        let file = format!("{name}.toml");
+        Some(file::read(
+            name,
+            &file,
+            scene.toml.as_bytes(),
+            &beside,
+            options,
+        ))
+    }
+
+    /// A built-in scene of that name, else the file of that path.
+    ///
+    /// # Errors
+    /// As [`Scene::load`]; where there is neither, the built-in names are listed.
+    pub fn open(name_or_path: &str, options: LoadOptions) -> Result<Scene, SceneError> {
+        if let Some(scene) = Scene::builtin(name_or_path, options) {
+            return scene;
+        }
+        let path = Path::new(name_or_path);
+        if !path.exists() {
+            let known: Vec<&str> = builtin::NAMES.iter().map(|(name, _)| *name).collect();
+            return Err(SceneError::NoSuchScene {
+                name: name_or_path.to_owned(),
+                known: known.join(", "),
+            });
+        }
+        Scene::load(path, options)
+    }
+
+    /// A scene from the text of an OBJ and of an MTL, which every `mtllib` line of the OBJ stands for.
+    ///
+    /// # Errors
+    /// The first mistake found in the texts, with its line.
+    pub fn from_obj_text(name: &str, obj: &str, mtl: &str) -> Result<Scene, SceneError> {
+        let any = |_: &str| Ok(Cow::Borrowed(mtl.as_bytes()));
+        from_obj(
+            name,
+            &format!("{name}.obj"),
+            obj.as_bytes(),
+            &any,
+            LoadOptions::default(),
+        )
+    }
+
+    /// A scene from the text of a scene file, an OBJ and an MTL. The name in `obj` and all in `mtllib` stand for these.
+    ///
+    /// # Errors
+    /// The first mistake found in the texts, with its line.
+    pub fn from_toml_text(
+        name: &str,
+        toml: &str,
+        obj: &str,
+        mtl: &str,
+        options: LoadOptions,
+    ) -> Result<Scene, SceneError> {
+        let any = |name: &str| {
+            let text = if name.ends_with(".obj") { obj } else { mtl };
+            Ok(Cow::Borrowed(text.as_bytes()))
+        };
+        file::read(
+            name,
+            &format!("{name}.toml"),
+            toml.as_bytes(),
+            &any,
+            options,
+        )
+    }
+
+    /// Checks that some face's material emits: renderers ask, those who only look at the geometry need not.
+    ///
+    /// # Errors
+    /// [`SceneError::Dark`], which says where emission is given.
+    pub fn require_emission(&self) -> Result<(), SceneError> {
+        let lit = (0..self.faces.len() as u32).any(|face| self.material(face).emits());
+        lit.then_some(()).ok_or_else(|| SceneError::Dark {
+            name: self.name.clone(),
+        })
+    }
+}
+
+fn from_obj(
+    name: &str,
+    file: &str,
+    bytes: &[u8],
+    reader: obj::Reader,
+    options: LoadOptions,
+) -> Result<Scene, SceneError> {
+    let mut soup = obj::read(name, file, bytes, reader)?;
+    options.apply(&mut soup.materials, |_| false);
+    assemble(soup)
+}

@@ -1,0 +1,260 @@
+//! Material libraries: `newmtl`, `Kd` (the reflectance rho) and `Ke` (emitted radiance), checked line by line.
+//!
+//! One number after `Kd` or `Ke` is a grey. A material without `Kd` reflects [`DEFAULT_RHO`], with a warning. Of two
+//! materials of one name the first counts. Not handled: textures and nonzero `Ks` (a warning each), `spectral` and
+//! `xyz` colours (an error), transparency and illumination models (ignored).
+//!
+//! Source: Wavefront, *MTL Material Format*, Advanced Visualizer manual.
+
+use std::collections::HashMap;
+use std::fmt::Write;
+
+use super::error::{Place, SceneError};
+use super::text::{self, Statement};
+use super::warn::Tally;
+
+/// The reflectance of a material that has no `Kd`: the customary default of MTL readers and writers.
+pub const DEFAULT_RHO: f32 = 0.8;
+
+/// What one material of a library says.
+#[derive(Clone, Debug)]
+struct Entry {
+    name: String,
+    line: usize,
+    kd: Option<[f64; 3]>,
+    ke: Option<[f64; 3]>,
+}
+
+/// The materials of all libraries of an OBJ, in order.
+#[derive(Debug, Default)]
+pub(super) struct Libraries {
+    entries: Vec<Entry>,
+    index: HashMap<String, usize>,
+    /// Warnings of every library read so far.
+    pub warnings: Vec<String>,
+}
+
+#[derive(Default)]
+struct Tallies {
+    textures: Tally,
+    specular: Tally,
+    no_kd: Tally,
+    twice: Tally,
+}
+
+impl Libraries {
+    /// Reads one library.
+    pub fn read(&mut self, file: &str, bytes: &[u8]) -> Result<(), SceneError> {
+        let mut tallies = Tallies::default();
+        let mut entries: Vec<Entry> = Vec::new();
+        for statement in text::statements(text::decode(file, bytes)?) {
+            read_statement(file, &statement, &mut entries, &mut tallies)?;
+        }
+        for entry in entries {
+            self.push(entry, &mut tallies);
+        }
+        self.warn(file, &tallies);
+        Ok(())
+    }
+
+    /// The index of the material of that name.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.index.get(name).copied()
+    }
+
+    /// All names, in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.entries.iter().map(|entry| entry.name.as_str())
+    }
+
+    /// An MTL text of nothing but checked `newmtl`, `Kd` and `Ke`; material i is named by `rename(i)`.
+    pub fn clean_text(&self, rename: impl Fn(usize) -> String) -> String {
+        let mut text = String::new();
+        for (i, entry) in self.entries.iter().enumerate() {
+            let _ = writeln!(text, "newmtl {}", rename(i));
+            let kd = entry.kd.unwrap_or([f64::from(DEFAULT_RHO); 3]);
+            for (key, [r, g, b]) in [("Kd", kd), ("Ke", entry.ke.unwrap_or_default())] {
+                let _ = writeln!(text, "{key} {r} {g} {b}");
+            }
+        }
+        text
+    }
+
+    fn push(&mut self, entry: Entry, tallies: &mut Tallies) {
+        if self.index.contains_key(&entry.name) {
+            return tallies.twice.add_named(entry.line, &entry.name);
+        }
+        if entry.kd.is_none() {
+            tallies.no_kd.add_named(entry.line, &entry.name);
+        }
+        self.index.insert(entry.name.clone(), self.entries.len());
+        self.entries.push(entry);
+    }
+
+    fn warn(&mut self, file: &str, tallies: &Tallies) {
+        let no_kd = format!("it reflects {DEFAULT_RHO}");
+        for (tally, noun, consequence) in [
+            (
+                &tallies.textures,
+                "texture",
+                "textures are not modelled; Kd and Ke alone count",
+            ),
+            (
+                &tallies.specular,
+                "Ks",
+                "specular reflection is not modelled; the material is diffuse",
+            ),
+            (&tallies.no_kd, "missing Kd", no_kd.as_str()),
+            (
+                &tallies.twice,
+                "repeated definition",
+                "the first one counts",
+            ),
+        ] {
+            tally.report(file, "line", noun, consequence, &mut self.warnings);
+        }
+    }
+}
+
+fn read_statement(
+    file: &str,
+    statement: &Statement,
+    entries: &mut Vec<Entry>,
+    tallies: &mut Tallies,
+) -> Result<(), SceneError> {
+    if statement.keyword() == "newmtl" {
+        let (name, line) = (statement.name(file)?.to_owned(), statement.line);
+        entries.push(Entry {
+            name,
+            line,
+            kd: None,
+            ke: None,
+        });
+        return Ok(());
+    }
+    match (statement.keyword(), entries.last_mut()) {
+        ("Kd" | "Ke" | "Ks", None) => {
+            return Err(statement.malformed(file, "a newmtl line before it", "none"));
+        }
+        ("Kd", Some(entry)) => entry.kd = Some(rho(file, statement, &entry.name)?),
+        ("Ke", Some(entry)) => entry.ke = Some(emission(file, statement, &entry.name)?),
+        ("Ks", Some(entry)) if is_nonzero(statement) => {
+            tallies.specular.add_named(statement.line, &entry.name);
+        }
+        (key, Some(entry)) if is_texture(key) => {
+            tallies.textures.add_named(statement.line, &entry.name)
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
+fn is_texture(key: &str) -> bool {
+    key.starts_with("map_") || matches!(key, "bump" | "disp" | "decal" | "refl" | "norm")
+}
+
+/// `Ks` is not used: what cannot be read as numbers is not zero either.
+fn is_nonzero(statement: &Statement) -> bool {
+    statement.words().any(|word| word.parse::<f64>() != Ok(0.0))
+}
+
+fn colour(file: &str, statement: &Statement) -> Result<[f64; 3], SceneError> {
+    let words: Vec<&str> = statement.words().collect();
+    match words[..] {
+        ["spectral" | "xyz", ..] => Err(statement.malformed(file, "RGB numbers", words[0])),
+        [grey] => Ok([statement.number(file, grey)?; 3]),
+        [r, g, b] => {
+            let number = |word| statement.number(file, word);
+            Ok([number(r)?, number(g)?, number(b)?])
+        }
+        _ => Err(statement.malformed(file, "one number or three", &words.len().to_string())),
+    }
+}
+
+fn rho(file: &str, statement: &Statement, material: &str) -> Result<[f64; 3], SceneError> {
+    let kd = colour(file, statement)?;
+    check_rho(kd, material, || Place::line(file, statement.line))?;
+    Ok(kd)
+}
+
+fn emission(file: &str, statement: &Statement, material: &str) -> Result<[f64; 3], SceneError> {
+    let ke = colour(file, statement)?;
+    check_emission(ke, material, || Place::line(file, statement.line))?;
+    Ok(ke)
+}
+
+/// Refuses a reflectance outside 0..=1 (NaN included).
+pub(super) fn check_rho(
+    rho: [f64; 3],
+    material: &str,
+    place: impl Fn() -> Place,
+) -> Result<(), SceneError> {
+    match rho.into_iter().find(|value| !(0.0..=1.0).contains(value)) {
+        Some(value) => Err(SceneError::Rho {
+            place: place(),
+            material: text::shorten(material),
+            value,
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Refuses an emission that is negative, NaN, or infinite in single precision.
+pub(super) fn check_emission(
+    emission: [f64; 3],
+    material: &str,
+    place: impl Fn() -> Place,
+) -> Result<(), SceneError> {
+    let limit = 0.0..=f64::from(f32::MAX);
+    match emission.into_iter().find(|value| !limit.contains(value)) {
+        Some(value) => Err(SceneError::Emission {
+            place: place(),
+            material: text::shorten(material),
+            value,
+        }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Libraries, SceneError> {
+        let mut libraries = Libraries::default();
+        libraries.read("m.mtl", text.as_bytes()).map(|()| libraries)
+    }
+
+    #[test]
+    fn one_number_is_a_grey() {
+        let libraries = read("newmtl a b\nKd .5\nKe 10 # lamp\n").unwrap();
+        let clean = libraries.clean_text(|i| i.to_string());
+        assert_eq!(clean, "newmtl 0\nKd 0.5 0.5 0.5\nKe 10 10 10\n");
+        assert_eq!(libraries.find("a b"), Some(0));
+        assert!(libraries.warnings.is_empty());
+    }
+
+    #[test]
+    fn the_first_of_two_definitions_counts() {
+        let libraries = read("newmtl a\nKd .5\nnewmtl a\nKd .6").unwrap();
+        assert_eq!(libraries.names().count(), 1);
+        assert!(libraries.clean_text(|i| i.to_string()).contains("Kd 0.5"));
+        assert!(libraries.warnings[0].contains("m.mtl, line 3"));
+    }
+
+    #[test]
+    fn what_is_not_modelled_is_named() {
+        let libraries =
+            read("newmtl a\nmap_Kd x.png\nKs 0 0 .1\nnewmtl b\nKs 0\nbump y\n").unwrap();
+        let all = libraries.warnings.join("\n");
+        assert!(
+            all.contains("2 textures of materials a, b (first: m.mtl, line 2)"),
+            "{all}"
+        );
+        assert!(
+            all.contains("1 Ks of material `a` (first: m.mtl, line 3)"),
+            "{all}"
+        );
+        assert!(all.contains("2 missing Kds of materials a, b"), "{all}");
+    }
+}
