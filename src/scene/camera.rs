@@ -17,8 +17,9 @@ pub const DEFAULT_FOV: f64 = 39.307_648_116_106_62;
 /// Vertical field of view inside a room, degrees.
 const INSIDE_FOV: f64 = 70.0;
 
-/// Below this share of the area, the vector area counts as that of a closed surface (where it is 0).
-const CLOSED: f64 = 0.02;
+/// Below this share of the area, the vector area counts as that of a closed surface, where it is 0. Furniture without
+/// bottoms leaves a few hundredths; a cube that lacks a side has a fifth.
+const CLOSED: f64 = 0.1;
 
 /// Why a camera cannot look that way.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
