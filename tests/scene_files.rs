@@ -58,6 +58,10 @@ fn mistakes_in_an_obj_are_named_with_their_line() {
         with("f 1 2 99999999999999999999"),
         &["line 8", "99999999999999999999"],
     );
+    refuses(
+        with(&format!("f{}", " 1".repeat(10_001))),
+        &["line 8", "10001 corners", "10000"],
+    );
     refuses(with("usemtl b"), &["line 8", "no material `b`"]);
     refuses(with("usemtl"), &["line 8", "a name"]);
     refuses(

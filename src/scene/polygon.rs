@@ -11,7 +11,7 @@ use earcut::{Earcut, deviation, utils3d::project3d_to_2d};
 use glam::DVec3;
 
 /// The most corners a polygon may have: ear clipping takes quadratic time where a polygon crosses itself.
-pub(super) const MOST_CORNERS: usize = 100_000;
+pub(super) const MOST_CORNERS: usize = 10_000;
 
 /// Share of a polygon's area by which its triangles may differ from it before it counts as crossing itself.
 const CROSSING: f64 = 1e-6;
