@@ -3,4 +3,5 @@
 //! The modules stand in the order in which light flows through the code; each uses only those above it.
 
 pub mod light;
+pub mod rays;
 pub mod scene;

@@ -1,0 +1,59 @@
+//! Puts the crossings of a ray in order and counts each once.
+//!
+//! A ray that passes exactly through an edge or a vertex meets every face around it: the watertight test accepts an edge
+//! function of exactly 0 on both sides. Such hits carry a barycentric weight of exactly 0 and are the only
+//! ones a surface can report twice, so of those that agree in side and place one is kept. Comparing t alone would also
+//! swallow distinct surfaces that lie close together.
+
+use super::tree::depth;
+use super::{Hit, Side};
+
+/// Two hits on an edge within this distance are the same place of the same edge. Each face interpolates t along the
+/// edge with its own rounding, about 1e-7 over the edge's projected size.
+const SAME_PLACE: f32 = 1e-5;
+
+/// Sorts by t (of a thin sheet the front first), then face, and merges hits of one edge or vertex.
+pub(super) fn settle(hits: &mut Vec<Hit>, planes: &[u32]) {
+    hits.sort_unstable_by(|a, b| {
+        let (near, far) = (depth(a.t, a.side), depth(b.t, b.side));
+        near.total_cmp(&far)
+            .then_with(|| (a.side, a.face).cmp(&(b.side, b.face)))
+    });
+    merge_edges(hits);
+    fronts_first(hits, planes);
+}
+
+/// Keeps one hit of each edge or vertex and side.
+fn merge_edges(hits: &mut Vec<Hit>) {
+    let mut kept = 0;
+    for i in 0..hits.len() {
+        let hit = hits[i];
+        let twin = on_edge(&hit)
+            && hits[..kept]
+                .iter()
+                .rev()
+                .take_while(|k| hit.t - k.t <= SAME_PLACE)
+                .any(|k| k.side == hit.side && on_edge(k));
+        if !twin {
+            hits[kept] = hit;
+            kept += 1;
+        }
+    }
+    hits.truncate(kept);
+}
+
+/// Of two faces in one plane, which a line meets once, the front comes first whatever the rounding of t.
+fn fronts_first(hits: &mut [Hit], planes: &[u32]) {
+    for i in 1..hits.len() {
+        let (a, b) = (hits[i - 1], hits[i]);
+        let same_plane = planes[a.face as usize] == planes[b.face as usize];
+        if same_plane && a.side == Side::Back && b.side == Side::Front {
+            hits.swap(i - 1, i);
+        }
+    }
+}
+
+/// Whether the hit lies exactly on an edge of its face.
+fn on_edge(hit: &Hit) -> bool {
+    hit.u == 0.0 || hit.v == 0.0 || hit.u + hit.v >= 1.0
+}

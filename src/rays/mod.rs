@@ -1,0 +1,209 @@
+//! Rays: the first face met, every face met in order, and whether two points see each other.
+//!
+//! Watertight: a closed surface is never slipped through at its edges or vertices, neither by rays that cross
+//! them nor by rays that start next to them. A face is found by its id and the side met. Results depend on the scene and the ray
+//! alone, so any number of threads may cast them.
+//!
+//! Not handled: curved primitives, instances, moving scenes. Lengths are unit coordinates throughout.
+
+mod anchor;
+pub mod cosine;
+mod crossings;
+mod hull;
+mod planes;
+pub mod sequence;
+#[cfg(test)]
+mod tests;
+mod tree;
+mod triangle;
+
+use glam::{Vec3, Vec3A};
+
+use crate::scene::Scene;
+use anchor::Anchor;
+use planes::Planes;
+use tree::{NO_PLANE, Query, Tree};
+
+/// A scene made ready for casting rays.
+pub struct Rays {
+    tree: Tree,
+    occluders: Occluders,
+    planes: Vec<u32>,
+    materials: Vec<u32>,
+    anchors: Vec<Anchor>,
+    corners: Vec<[Vec3; 3]>,
+}
+
+/// The faces that may lie between two points of the scene.
+enum Occluders {
+    /// All of them: no face was proved to lie on the hull.
+    All,
+    /// Some.
+    Some(Tree),
+    /// None: the surfaces all see each other, as far as they face each other.
+    None,
+}
+
+/// A ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts; on `source` if there is one.
+    pub origin: Vec3,
+    /// Unit vector.
+    pub direction: Vec3,
+    /// The face it starts on. Faces of the same plane are not met again.
+    pub source: Option<u32>,
+}
+
+/// One meeting of a ray and a face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance along the ray, unit coordinates.
+    pub t: f32,
+    /// The face's index in the scene.
+    pub face: u32,
+    /// The side of the face the ray meets.
+    pub side: Side,
+    /// Barycentric weight of the face's second corner.
+    pub u: f32,
+    /// Barycentric weight of the face's third corner.
+    pub v: f32,
+}
+
+/// A side of a face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Side {
+    /// From which its corners run counter-clockwise.
+    Front,
+    /// The other.
+    Back,
+}
+
+/// A point and the face it lies on, if any.
+pub type End = (Vec3, Option<u32>);
+
+impl Rays {
+    /// Builds the hierarchies, the plane ids and the proof of what cannot occlude.
+    pub fn new(scene: &Scene) -> Rays {
+        let planes = Planes::new(scene);
+        let pad = 1e-5 * diagonal(scene);
+        let all: Vec<u32> = (0..scene.faces.len() as u32).collect();
+        let inner = hull::occluders(scene, &planes);
+        let occluders = match inner.len() {
+            0 => Occluders::None,
+            n if n == all.len() => Occluders::All,
+            _ => Occluders::Some(Tree::new(scene, &inner, &planes.of_face, pad)),
+        };
+        Rays {
+            tree: Tree::new(scene, &all, &planes.of_face, pad),
+            occluders,
+            planes: planes.of_face,
+            materials: scene.faces.iter().map(|f| f.material).collect(),
+            anchors: all.iter().map(|&f| Anchor::new(scene, f)).collect(),
+            corners: all.iter().map(|&f| scene.corners(f)).collect(),
+        }
+    }
+
+    /// The first face met. Of a thin sheet (two faces in one place, back to back) it is the one met from its front.
+    #[inline]
+    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
+        self.tree.closest(&self.query(ray))
+    }
+
+    /// Every crossing in order of t into `out`, cleared first. A crossing through a shared edge or vertex counts once;
+    /// of a thin sheet the front comes before the back.
+    #[inline]
+    pub fn crossings(&self, ray: &Ray, out: &mut Vec<Hit>) {
+        out.clear();
+        self.tree.all(&self.query(ray), out);
+        crossings::settle(out, &self.planes);
+    }
+
+    /// Whether nothing lies strictly between the points (tau = 0 everywhere).
+    ///
+    /// The planes of the end points' own faces do not count; whether those faces look at each other is not asked.
+    #[inline]
+    pub fn visible(&self, from: End, to: End) -> bool {
+        match (self.between(from, to), self.segment(from, to)) {
+            (Some(tree), Some(segment)) => tree.is_clear(&segment),
+            _ => true,
+        }
+    }
+
+    /// Product of tau over the surfaces crossed strictly between the points; `tau` holds one number per material.
+    /// `scratch` spares an allocation for each call.
+    pub fn transmittance(&self, from: End, to: End, tau: &[f32], scratch: &mut Vec<Hit>) -> f32 {
+        scratch.clear();
+        let (Some(tree), Some(segment)) = (self.between(from, to), self.segment(from, to)) else {
+            return 1.0;
+        };
+        let tau_of = |face: u32| tau[self.materials[face as usize] as usize];
+        if !tree.all_unless(|face| tau_of(face) == 0.0, &segment, scratch) {
+            return 0.0;
+        }
+        crossings::settle(scratch, &self.planes);
+        scratch.iter().map(|hit| tau_of(hit.face)).product()
+    }
+
+    /// False where it is proved that no face lies between any two points of the scene's surface.
+    pub fn anything_occludes(&self) -> bool {
+        !matches!(self.occluders, Occluders::None)
+    }
+
+    /// The id of the plane a face lies in: faces whose planes agree within rounding share it, whatever way they face.
+    ///
+    /// # Panics
+    ///
+    /// If the scene has no such face.
+    pub fn plane(&self, face: u32) -> u32 {
+        self.planes[face as usize]
+    }
+
+    /// The ray with its start lifted off its source.
+    #[inline]
+    fn query(&self, ray: &Ray) -> Query {
+        let direction = Vec3A::from(ray.direction);
+        let (start, skip) = self.start((ray.origin, ray.source), direction);
+        Query::new(start, direction, f32::INFINITY, [skip, NO_PLANE])
+    }
+
+    /// The segment between two points, both lifted towards the other; `None` if they are one point.
+    #[inline]
+    fn segment(&self, from: End, to: End) -> Option<Query> {
+        let across = Vec3A::from(to.0 - from.0);
+        let (start, first) = self.start(from, across);
+        let (end, last) = self.start(to, -across);
+        let length = (end - start).length();
+        let direction = (end - start) / length;
+        (length > 0.0).then(|| Query::new(start, direction, length, [first, last]))
+    }
+
+    /// Where a ray from a point truly starts, and the plane it cannot meet.
+    #[inline]
+    fn start(&self, (point, face): End, direction: Vec3A) -> (Vec3A, u32) {
+        let point = Vec3A::from(point);
+        let Some(face) = face.map(|f| f as usize) else {
+            return (point, NO_PLANE);
+        };
+        let start = self.anchors[face].start(point, direction, || self.corners[face]);
+        (start, self.planes[face])
+    }
+
+    /// The faces that may lie between two points; `None` if there are none.
+    #[inline]
+    fn between(&self, from: End, to: End) -> Option<&Tree> {
+        match &self.occluders {
+            Occluders::Some(tree) if from.1.is_some() && to.1.is_some() => Some(tree),
+            Occluders::None if from.1.is_some() && to.1.is_some() => None,
+            _ => Some(&self.tree),
+        }
+    }
+}
+
+/// Length of the diagonal of the bounding box of the faces.
+fn diagonal(scene: &Scene) -> f32 {
+    let corners = (0..scene.faces.len() as u32).flat_map(|f| scene.corners(f));
+    let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let (low, high) = corners.fold(empty, |(low, high), c| (low.min(c), high.max(c)));
+    (high - low).length()
+}

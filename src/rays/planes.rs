@@ -1,0 +1,171 @@
+//! Plane ids: faces whose planes agree within rounding share one, whatever way they face.
+//!
+//! A ray that starts on a face can never meet that face's plane again, so every face of the plane is skipped, by
+//! id and not by a distance along the ray. Faces are taken in order of falling area; each joins the first plane
+//! already known that its three corners lie within [`TOLERANCE`] of, or founds a new one. It is compared with the
+//! founder alone, never with a neighbour, so ids do not drift along a finely tessellated curved surface.
+//!
+//! Not handled: a plane may fall into several ids where it is cut so finely that rounding tilts the founder
+//! (faces of 1e-3 that are not parallel to an axis). Rays start a little above their face, so this costs no accuracy.
+
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, DefaultHasher};
+
+use glam::DVec3;
+
+use crate::scene::Scene;
+
+/// Largest distance of a face's corner from the plane it joins, unit coordinates.
+pub(super) const TOLERANCE: f64 = 2e-6;
+
+/// Edge of a hash cell of (normal, offset).
+const CELL: f64 = 1.0 / 4096.0;
+
+/// A plane this close to a cell's border is looked for beyond it too; more than rounding tilts a face of 0.01.
+const BORDER: f64 = CELL / 8.0;
+
+/// Planes looked at in one cell, so that gently curved surfaces with thousands in a cell stay near-linear.
+const PROBES: usize = 32;
+
+/// `normal . x = offset`, normal of length 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Plane {
+    pub normal: DVec3,
+    pub offset: f64,
+}
+
+/// The planes of a scene.
+pub(super) struct Planes {
+    /// The plane of every face.
+    pub of_face: Vec<u32>,
+    /// The founders' planes, by falling area of the founder.
+    pub planes: Vec<Plane>,
+}
+
+impl Plane {
+    /// Signed distance of a point.
+    pub(super) fn distance(&self, point: DVec3) -> f64 {
+        self.normal.dot(point) - self.offset
+    }
+
+    /// The same plane seen from the other side.
+    fn flipped(self) -> Plane {
+        Plane {
+            normal: -self.normal,
+            offset: -self.offset,
+        }
+    }
+
+    fn coordinates(self) -> [f64; 4] {
+        let n = self.normal;
+        [n.x, n.y, n.z, self.offset]
+    }
+}
+
+impl Planes {
+    /// Groups the faces of a scene, in about linear time.
+    pub(super) fn new(scene: &Scene) -> Self {
+        let mut finder = Finder::default();
+        let mut of_face = vec![0; scene.faces.len()];
+        for (face, plane) in by_falling_area(scene) {
+            let corners = scene.corners(face).map(|c| c.as_dvec3());
+            of_face[face as usize] = finder.find(plane, &corners);
+        }
+        Planes {
+            of_face,
+            planes: finder.planes,
+        }
+    }
+}
+
+/// Faces with their planes, largest first, ties by number.
+fn by_falling_area(scene: &Scene) -> Vec<(u32, Plane)> {
+    let count = scene.faces.len() as u32;
+    let measured = (0..count).map(|face| {
+        let [a, b, c] = scene.corners(face).map(|c| c.as_dvec3());
+        let cross = (b - a).cross(c - a);
+        let normal = cross.normalize_or_zero();
+        let offset = normal.dot(a + b + c) / 3.0;
+        (cross.length(), face, Plane { normal, offset })
+    });
+    let mut faces: Vec<_> = measured.collect();
+    faces.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    faces
+        .into_iter()
+        .map(|(_, face, plane)| (face, plane))
+        .collect()
+}
+
+/// Planes in a hash grid over (normal, offset).
+#[derive(Default)]
+struct Finder {
+    planes: Vec<Plane>,
+    /// The plane entered into the same cell before this one.
+    earlier: Vec<Option<u32>>,
+    /// The plane last entered into a cell. The hasher has no random state: runs are repeatable.
+    cells: HashMap<[i32; 4], u32, BuildHasherDefault<DefaultHasher>>,
+}
+
+impl Finder {
+    /// The plane that all corners lie in, entered if it is new.
+    fn find(&mut self, plane: Plane, corners: &[DVec3; 3]) -> u32 {
+        let plane = upright(plane);
+        self.search(plane, corners)
+            .or_else(|| self.search(plane.flipped(), corners))
+            .unwrap_or_else(|| self.enter(plane))
+    }
+
+    /// Looks in the plane's own cell and in those across a border close by.
+    fn search(&self, plane: Plane, corners: &[DVec3; 3]) -> Option<u32> {
+        let coordinates = plane.coordinates();
+        let low = coordinates.map(|c| cell(c - BORDER));
+        let high = coordinates.map(|c| cell(c + BORDER));
+        (0..16u32).find_map(|corner| {
+            let across = |axis: usize| corner >> axis & 1 == 1;
+            let mut key = low;
+            for axis in (0..4).filter(|&axis| across(axis)) {
+                if low[axis] == high[axis] {
+                    return None;
+                }
+                key[axis] = high[axis];
+            }
+            self.search_cell(key, corners)
+        })
+    }
+
+    fn search_cell(&self, key: [i32; 4], corners: &[DVec3; 3]) -> Option<u32> {
+        let newest = self.cells.get(&key).copied();
+        std::iter::successors(newest, |&p| self.earlier[p as usize])
+            .take(PROBES)
+            .find(|&p| {
+                let plane = &self.planes[p as usize];
+                corners
+                    .iter()
+                    .all(|&c| plane.distance(c).abs() <= TOLERANCE)
+            })
+    }
+
+    fn enter(&mut self, plane: Plane) -> u32 {
+        let id = self.planes.len() as u32;
+        let key = plane.coordinates().map(cell);
+        self.planes.push(plane);
+        let earlier = self.cells.insert(key, id);
+        self.earlier.push(earlier);
+        id
+    }
+}
+
+/// The orientation under which a plane is entered. Planes on the border between the two orientations are found under
+/// either, as `find` looks for both.
+fn upright(plane: Plane) -> Plane {
+    let generic = DVec3::new(0.537, 0.623, 0.568);
+    if plane.normal.dot(generic) < 0.0 {
+        plane.flipped()
+    } else {
+        plane
+    }
+}
+
+fn cell(coordinate: f64) -> i32 {
+    (coordinate / CELL).floor() as i32
+}
