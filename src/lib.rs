@@ -4,3 +4,5 @@
 
 pub mod light;
 pub mod scene;
+
+pub mod image;
