@@ -6,3 +6,4 @@ pub mod light;
 pub mod scene;
 
 pub mod image;
+pub mod study;

@@ -36,9 +36,7 @@ impl Transport {
 
     /// The corner of the (alpha, tau) square this is, if it is one.
     pub fn mode(self) -> Option<Mode> {
-        Mode::ALL
-            .into_iter()
-            .find(|mode| mode.transport() == self)
+        Mode::ALL.into_iter().find(|mode| mode.transport() == self)
     }
 
     /// The mode's name at a corner, `alpha A tau T` elsewhere.
