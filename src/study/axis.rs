@@ -171,12 +171,12 @@ mod tests {
     #[test]
     fn linear_ticks_step_by_one_two_five() {
         let bounces = Range::of(Scale::Linear, [0.0, 12.0]);
-        assert_eq!(
-            labels(bounces, 8),
-            ["0", "2", "4", "6", "8", "10", "12"]
-        );
+        assert_eq!(labels(bounces, 8), ["0", "2", "4", "6", "8", "10", "12"]);
         let fine = Range::of(Scale::Linear, [0.0, 0.1]);
-        assert_eq!(labels(fine, 5), ["0.00", "0.02", "0.04", "0.06", "0.08", "0.10"]);
+        assert_eq!(
+            labels(fine, 5),
+            ["0.00", "0.02", "0.04", "0.06", "0.08", "0.10"]
+        );
     }
 
     #[test]

@@ -104,7 +104,8 @@ mod tests {
     fn every_sign_the_charts_use_is_in_the_font() {
         // The private use area holds no sign: this is the box drawn for a missing one.
         let missing = ink('\u{E123}');
-        for run in runs("AZaz09⁰¹²³⁴⁵⁶⁷⁸⁹⁻ⁿ×≥≤ρατλΣ·/(),–≈∞°√−") {
+        for run in runs("AZaz09⁰¹²³⁴⁵⁶⁷⁸⁹⁻ⁿ×≥≤ρατλΣ·/(),–≈∞°√−")
+        {
             for sign in run.text.chars() {
                 let drawn = ink(sign);
                 assert!(!drawn.is_empty() && drawn != missing, "{sign}");

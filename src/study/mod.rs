@@ -9,7 +9,9 @@ mod canvas;
 mod chart;
 mod font;
 mod plot;
+mod sheet;
 
 pub use axis::Scale;
 pub use canvas::{DrawError, Marker};
 pub use chart::{Axis, Chart, ChartError, Look, Series};
+pub use sheet::{Sheet, Tile};

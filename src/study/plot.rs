@@ -164,8 +164,11 @@ fn draw_notes<B: DrawingBackend>(
         let left = (x + 12.0).min(frame.right - wide).max(frame.left + 4.0);
         let mut base = y + 0.35 * TICK_EM;
         let clash = |base: f64, taken: &[(f64, f64, f64)]| {
-            let near = |t: &&(f64, f64, f64)| (t.2 - base).abs() < 1.3 * TICK_EM;
-            taken.iter().find(|t| near(t) && t.0 < left + wide && left < t.1).copied()
+            let near = |t: &&(f64, f64, f64)| (t.2 - base).abs() < 1.2 * TICK_EM;
+            taken
+                .iter()
+                .find(|t| near(t) && t.0 < left + wide && left < t.1)
+                .copied()
         };
         while let Some(other) = clash(base, &taken) {
             base = other.2 + 1.3 * TICK_EM;
