@@ -5,3 +5,6 @@
 pub mod light;
 pub mod rays;
 pub mod scene;
+
+pub mod image;
+pub mod study;

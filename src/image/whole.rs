@@ -1,0 +1,155 @@
+//! Files written whole or not at all.
+//!
+//! The bytes go to a temporary file in the destination's directory, which is renamed over the destination only once
+//! everything is on disk. A reader sees the old file or the new one, never half of it. Permissions are those of any
+//! new file (`0666` less the umask). A symbolic link stays a link: its target is replaced. Devices and pipes cannot
+//! be renamed over and are written directly. Not handled: a process killed between the two steps leaves a hidden
+//! `.halflight-*` file behind.
+
+use std::fs::{self, Permissions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::{Builder, NamedTempFile};
+
+/// A file could not be written; whatever was there before is untouched.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[error("cannot write {}: {source}", path.display())]
+#[diagnostic(
+    code(halflight::write),
+    help(
+        "check that the directory exists, that it and the file may be written, and that the disk has room"
+    )
+)]
+pub struct WriteError {
+    /// The destination.
+    pub path: PathBuf,
+    /// What the system said.
+    pub source: io::Error,
+}
+
+/// Writes `bytes` to `path`, replacing what is there, whole or not at all.
+///
+/// # Errors
+/// [`WriteError`] where the directory is missing, the destination is a directory or read-only, or the disk is full.
+pub fn write_whole(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), WriteError> {
+    let path = path.as_ref();
+    replace(path, bytes).map_err(|source| WriteError {
+        path: path.to_path_buf(),
+        source,
+    })
+}
+
+fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    match fs::metadata(path) {
+        Ok(found) if found.is_dir() => Err(io::Error::from(io::ErrorKind::IsADirectory)),
+        Ok(found) if !found.is_file() => fs::write(path, bytes),
+        // A rename would replace a protected file; a plain write would not.
+        Ok(found) if found.permissions().readonly() => {
+            Err(io::Error::from(io::ErrorKind::PermissionDenied))
+        }
+        Ok(_) => rename_into(&fs::canonicalize(path)?, bytes),
+        Err(_) => rename_into(path, bytes),
+    }
+}
+
+fn rename_into(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let directory = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let mut file = beside(directory)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    file.persist(path).map_err(|refused| refused.error)?;
+    Ok(())
+}
+
+/// A temporary file with the permissions of an ordinary one: tempfile's own default is owner only.
+fn beside(directory: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = Builder::new();
+    builder.prefix(".halflight-");
+    if let Some(permissions) = ordinary_permissions() {
+        builder.permissions(permissions);
+    }
+    builder.tempfile_in(directory)
+}
+
+#[cfg(unix)]
+fn ordinary_permissions() -> Option<Permissions> {
+    use std::os::unix::fs::PermissionsExt;
+    Some(Permissions::from_mode(0o666))
+}
+
+#[cfg(not(unix))]
+fn ordinary_permissions() -> Option<Permissions> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(directory: &Path) -> Vec<String> {
+        let name = |entry: io::Result<fs::DirEntry>| entry.unwrap().file_name();
+        let entries = fs::read_dir(directory).unwrap().map(name);
+        entries.map(|n| n.to_string_lossy().into_owned()).collect()
+    }
+
+    #[test]
+    fn a_file_is_replaced_and_nothing_else_stays() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("numbers.csv");
+        write_whole(&path, b"a much longer first version").unwrap();
+        write_whole(&path, b"second").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"second");
+        assert_eq!(names(directory.path()), ["numbers.csv"]);
+    }
+
+    #[test]
+    fn permissions_are_those_of_an_ordinary_file() {
+        let directory = tempfile::tempdir().unwrap();
+        let (ours, ordinary) = (directory.path().join("a"), directory.path().join("b"));
+        write_whole(&ours, b"x").unwrap();
+        fs::write(&ordinary, b"x").unwrap();
+        let mode = |path| fs::metadata(path).unwrap().permissions();
+        assert_eq!(mode(&ours), mode(&ordinary));
+    }
+
+    #[test]
+    fn a_missing_directory_is_named_and_not_made() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("absent/picture.png");
+        let error = write_whole(&path, b"x").unwrap_err();
+        assert_eq!(error.path, path);
+        assert!(error.to_string().contains("absent"));
+        assert!(names(directory.path()).is_empty());
+    }
+
+    #[test]
+    fn read_only_files_and_directories_are_left_as_they_were() {
+        let directory = tempfile::tempdir().unwrap();
+        let (path, folder) = (directory.path().join("kept"), directory.path().join("d"));
+        fs::write(&path, b"old").unwrap();
+        fs::create_dir(&folder).unwrap();
+        let mut permissions = fs::metadata(&path).unwrap().permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&path, permissions).unwrap();
+        assert!(write_whole(&path, b"new").is_err());
+        assert!(write_whole(&folder, b"new").is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(directory.path()).len(), 2);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_symbolic_link_stays_a_link() {
+        let directory = tempfile::tempdir().unwrap();
+        let (target, link) = (directory.path().join("t"), directory.path().join("l"));
+        fs::write(&target, b"old").unwrap();
+        std::os::unix::fs::symlink(&target, &link).unwrap();
+        write_whole(&link, b"new").unwrap();
+        assert_eq!(fs::read(&target).unwrap(), b"new");
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+    }
+}

@@ -1,0 +1,17 @@
+//! The questions: how the bounce series runs in each mode, drawn as charts and contact sheets.
+//!
+//! Charts are drawn once for a backend and come out as SVG and PNG alike ([`Chart`]); contact sheets lay pictures
+//! side by side at one exposure ([`Sheet`]). All text uses a font inside the binary, so files do not depend on the
+//! machine.
+
+mod axis;
+mod canvas;
+mod chart;
+mod font;
+mod plot;
+mod sheet;
+
+pub use axis::Scale;
+pub use canvas::{DrawError, Marker};
+pub use chart::{Axis, Chart, ChartError, Look, Series};
+pub use sheet::{Sheet, Tile};

@@ -1,0 +1,206 @@
+//! Draws a [`Chart`]: title, plot with grid and axes, legend beside it, caption below.
+//!
+//! The legend has a column of its own, so that it never hides a line. Notes at the ends of series step aside for one
+//! another and stay inside the plot; they do not step aside for lines.
+
+use plotters::backend::DrawingBackend;
+use plotters::style::RGBColor;
+
+use super::axis::Range;
+use super::canvas::{Align, Canvas, DrawError};
+use super::chart::{Chart, Look, Series};
+use super::font;
+
+const INK: RGBColor = RGBColor(34, 34, 34);
+const FAINT_INK: RGBColor = RGBColor(96, 96, 96);
+const GRID: RGBColor = RGBColor(225, 225, 225);
+const TITLE_EM: f64 = 19.0;
+const LABEL_EM: f64 = 15.0;
+const TICK_EM: f64 = 14.0;
+const CAPTION_EM: f64 = 13.0;
+const MARKER_SIZE: f64 = 9.0;
+const LEGEND_WIDTH: f64 = 190.0;
+
+/// The plot's edges and what its axes span.
+struct Frame {
+    left: f64,
+    right: f64,
+    top: f64,
+    bottom: f64,
+    x: Range,
+    y: Range,
+}
+
+impl Frame {
+    fn of(chart: &Chart, caption_lines: usize) -> Frame {
+        let (width, height) = (f64::from(chart.size.0), f64::from(chart.size.1));
+        let below = 62.0 + 1.4 * CAPTION_EM * caption_lines as f64;
+        let shown = chart.series.iter().flat_map(|s| shown(chart, s));
+        let (xs, ys): (Vec<f64>, Vec<f64>) = shown.unzip();
+        Frame {
+            left: 84.0,
+            right: width - LEGEND_WIDTH - 24.0,
+            top: 52.0,
+            bottom: height - below - 14.0,
+            x: Range::of(chart.x.scale, xs),
+            y: Range::of(chart.y.scale, ys),
+        }
+    }
+
+    fn across(&self, at: f64) -> f64 {
+        self.left + at * (self.right - self.left)
+    }
+
+    fn up(&self, at: f64) -> f64 {
+        self.bottom - at * (self.bottom - self.top)
+    }
+
+    fn place(&self, (x, y): (f64, f64)) -> Option<(f64, f64)> {
+        let (x, y) = (self.x.position(x)?, self.y.position(y)?);
+        Some((self.across(x), self.up(y)))
+    }
+}
+
+/// The points of a series that both axes can show.
+fn shown(chart: &Chart, series: &Series) -> Vec<(f64, f64)> {
+    let points = series.points.iter().copied();
+    let fits = |&(x, y): &(f64, f64)| {
+        let (x, y) = (chart.x.scale.coordinate(x), chart.y.scale.coordinate(y));
+        x.is_some() && y.is_some()
+    };
+    points.filter(fits).collect()
+}
+
+/// Draws the whole chart.
+pub fn draw<B: DrawingBackend>(chart: &Chart, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
+    let (width, height) = (f64::from(chart.size.0), f64::from(chart.size.1));
+    let caption = font::wrap(&chart.caption, CAPTION_EM, width - 84.0 - 24.0);
+    let frame = Frame::of(chart, caption.len());
+    canvas.rectangle((0.0, 0.0), (width, height), RGBColor(255, 255, 255))?;
+    canvas.text(&chart.title, (frame.left, 32.0), TITLE_EM, Align::Left, INK)?;
+    draw_axes(chart, &frame, canvas)?;
+    for series in &chart.series {
+        draw_series(series, &frame, canvas)?;
+    }
+    draw_notes(chart, &frame, canvas)?;
+    draw_legend(chart, &frame, canvas)?;
+    for (line, number) in caption.iter().zip(0..) {
+        let y = frame.bottom + 72.0 + 1.4 * CAPTION_EM * f64::from(number);
+        canvas.text(line, (frame.left, y), CAPTION_EM, Align::Left, FAINT_INK)?;
+    }
+    Ok(())
+}
+
+fn draw_axes<B: DrawingBackend>(
+    chart: &Chart,
+    frame: &Frame,
+    canvas: &mut Canvas<B>,
+) -> Result<(), DrawError> {
+    let (left, right, top, bottom) = (frame.left, frame.right, frame.top, frame.bottom);
+    for tick in frame.x.ticks(10) {
+        let x = frame.across(tick.at);
+        let length = if tick.label.is_some() { 6.0 } else { 3.0 };
+        canvas.line((x, bottom), (x, bottom + length), INK, 1.0)?;
+        if let Some(label) = tick.label {
+            canvas.line((x, top), (x, bottom), GRID, 1.0)?;
+            canvas.text(&label, (x, bottom + 22.0), TICK_EM, Align::Center, INK)?;
+        }
+    }
+    for tick in frame.y.ticks(8) {
+        let y = frame.up(tick.at);
+        let length = if tick.label.is_some() { 6.0 } else { 3.0 };
+        canvas.line((left - length, y), (left, y), INK, 1.0)?;
+        if let Some(label) = tick.label {
+            canvas.line((left, y), (right, y), GRID, 1.0)?;
+            let at = (left - 11.0, y + 0.35 * TICK_EM);
+            canvas.text(&label, at, TICK_EM, Align::Right, INK)?;
+        }
+    }
+    // The frame goes over the grid.
+    let corners = [(left, top), (left, bottom), (right, bottom)];
+    canvas.path(&corners, INK, 1.25)?;
+    let middle = (0.5 * (left + right), 0.5 * (top + bottom));
+    let at = (middle.0, bottom + 46.0);
+    canvas.text(&chart.x.label, at, LABEL_EM, Align::Center, INK)?;
+    let at = (26.0, middle.1);
+    canvas.text(&chart.y.label, at, LABEL_EM, Align::Upwards, INK)
+}
+
+fn draw_series<B: DrawingBackend>(
+    series: &Series,
+    frame: &Frame,
+    canvas: &mut Canvas<B>,
+) -> Result<(), DrawError> {
+    // A point that cannot be shown interrupts the line.
+    let places: Vec<_> = series.points.iter().map(|&p| frame.place(p)).collect();
+    for piece in places.split(|place| place.is_none()) {
+        let piece: Vec<_> = piece.iter().flatten().copied().collect();
+        match series.look {
+            Look::Measured => canvas.path(&piece, series.rgb(), 2.0)?,
+            Look::Bound => canvas.dashed(&piece, series.rgb(), 1.25, 5.0)?,
+        }
+    }
+    if series.look == Look::Measured {
+        for place in places.into_iter().flatten() {
+            canvas.marker(series.marker(), place, MARKER_SIZE, series.rgb())?;
+        }
+    }
+    Ok(())
+}
+
+/// Words beside the last point of each series that has some, lowered until no two overlap.
+fn draw_notes<B: DrawingBackend>(
+    chart: &Chart,
+    frame: &Frame,
+    canvas: &mut Canvas<B>,
+) -> Result<(), DrawError> {
+    let mut taken: Vec<(f64, f64, f64)> = Vec::new();
+    for series in &chart.series {
+        let Some(note) = &series.note else { continue };
+        let note = format!("{} {note}", series.name);
+        let last = series.points.iter().rev().find_map(|&p| frame.place(p));
+        let (x, y) = last.unwrap_or((frame.left, frame.bottom - TICK_EM));
+        let wide = font::width(&note, TICK_EM);
+        let left = (x + 12.0).min(frame.right - wide).max(frame.left + 4.0);
+        let mut base = y + 0.35 * TICK_EM;
+        let clash = |base: f64, taken: &[(f64, f64, f64)]| {
+            let near = |t: &&(f64, f64, f64)| (t.2 - base).abs() < 1.2 * TICK_EM;
+            taken
+                .iter()
+                .find(|t| near(t) && t.0 < left + wide && left < t.1)
+                .copied()
+        };
+        while let Some(other) = clash(base, &taken) {
+            base = other.2 + 1.3 * TICK_EM;
+        }
+        canvas.text(&note, (left, base), TICK_EM, Align::Left, INK)?;
+        taken.push((left, left + wide, base));
+    }
+    Ok(())
+}
+
+fn draw_legend<B: DrawingBackend>(
+    chart: &Chart,
+    frame: &Frame,
+    canvas: &mut Canvas<B>,
+) -> Result<(), DrawError> {
+    let left = frame.right + 24.0;
+    let mut y = frame.top + 10.0;
+    for series in &chart.series {
+        let sample = [(left, y), (left + 30.0, y)];
+        match series.look {
+            Look::Bound => canvas.dashed(&sample, series.rgb(), 1.25, 5.0)?,
+            Look::Measured => {
+                canvas.path(&sample, series.rgb(), 2.0)?;
+                canvas.marker(series.marker(), (left + 15.0, y), MARKER_SIZE, series.rgb())?;
+            }
+        }
+        for line in font::wrap(&series.name, TICK_EM, LEGEND_WIDTH - 42.0) {
+            let at = (left + 40.0, y + 0.35 * TICK_EM);
+            canvas.text(&line, at, TICK_EM, Align::Left, INK)?;
+            y += 1.35 * TICK_EM;
+        }
+        y += 6.0;
+    }
+    Ok(())
+}
