@@ -207,7 +207,8 @@ fn a_scene_file_says_everything_the_design_lets_it() {
         [camera]\nposition = [0.5, 0.5, 2]\ntarget = [0.5, 0.5, 1]\nvertical_fov = 90";
     let scene = toml(text).unwrap();
     let a = &scene.materials[0];
-    assert_eq!((scene.transport.alpha, scene.transport.tau), (0.5, 0.0));
+    let transport = scene.transport.unwrap();
+    assert_eq!((transport.alpha, transport.tau), (0.5, 0.0));
     assert_eq!((a.alpha, a.tau), (None, Some(0.25)));
     assert_eq!((a.sides, a.visibility), (Sides::Two, Visibility::Hidden));
     assert_eq!(a.emission, Vec3::new(17.0, 12.0, 4.0));
@@ -215,7 +216,7 @@ fn a_scene_file_says_everything_the_design_lets_it() {
     assert_eq!(scene.camera.position, Vec3::new(0.0, 0.0, 4.0));
     assert_eq!(scene.camera.forward, Vec3::NEG_Z);
     let local = toml("mode = \"local\"\n[materials.a]\nmode = \"shadowless\"").unwrap();
-    assert_eq!(local.transport, Mode::Local.transport());
+    assert_eq!(local.transport, Some(Mode::Local.transport()));
     assert_eq!(
         (local.materials[0].alpha, local.materials[0].tau),
         (Some(1.0), Some(1.0))

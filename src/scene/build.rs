@@ -185,7 +185,7 @@ pub(super) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
         objects: soup.objects,
         camera: Camera::NOWHERE,
         frame,
-        transport: Default::default(),
+        transport: None,
         warnings,
     };
     scene.camera = Camera::framing(&scene);

@@ -124,10 +124,10 @@ pub(super) fn read(
     }
     options.apply(&mut soup.materials, |name| table.says_sides(name));
     let mut scene = assemble(soup)?;
-    scene.transport = Transport {
+    scene.transport = (alpha.is_some() || tau.is_some()).then(|| Transport {
         alpha: alpha.unwrap_or(default.alpha),
         tau: tau.unwrap_or(default.tau),
-    };
+    });
     if let Some(camera) = &table.camera {
         scene.camera = camera
             .get_ref()

@@ -51,8 +51,8 @@ pub struct Scene {
     pub camera: Camera,
     /// From unit coordinates back to the file's.
     pub frame: UnitFrame,
-    /// (alpha, tau) of every material that has none of its own.
-    pub transport: Transport,
+    /// (alpha, tau) of every material that has none of its own, where the scene file gives one.
+    pub transport: Option<Transport>,
     /// What a person should know about the file.
     pub warnings: Vec<String>,
 }

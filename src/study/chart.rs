@@ -143,7 +143,7 @@ impl Series {
 }
 
 /// `E`, `KE`, `K²E` and so on.
-fn term(n: usize) -> String {
+pub(super) fn term(n: usize) -> String {
     match n {
         0 => "E".into(),
         1 => "KE".into(),

@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use glam::{DVec3, Quat, Vec2, Vec3};
 
 use super::*;
-use crate::light::{Rgb, Transport, Visibility};
+use crate::light::{Rgb, Visibility};
 use crate::scene::{Camera, Face, Material, Sides, UnitFrame};
 
 /// A scene of the triangles given, corners of equal coordinates shared; face i has material `materials[i]`.
@@ -46,7 +46,7 @@ pub(super) fn scene_of(triangles: &[[Vec3; 3]], materials: &[u32]) -> Scene {
             center: DVec3::ZERO,
             scale: 1.0,
         },
-        transport: Transport::default(),
+        transport: None,
         warnings: Vec::new(),
     }
 }

@@ -1,0 +1,187 @@
+//! `halflight bounces`: the series E, KE, K²E, ... of each mode, as a table, a chart, CSV and pictures.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use super::CliError;
+use super::console::Console;
+use super::options::{Bounces, Common};
+use super::report::{BounceReport, BouncesReport, Modes, mode_of};
+use crate::image::{Exposure, GatherSampling, write_whole};
+use crate::light::Transport;
+use crate::solve::{Solution, Verdict, explore};
+use crate::study::{
+    Assembled, Prepared, assemble, bounce_pictures, bounce_sheet, bounces_chart, partial_sums,
+    prepare, term_name,
+};
+
+/// Bounces shown in the sheet at most: more would not fit a page.
+const SHEET: usize = 12;
+
+/// Studies every mode asked for.
+pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
+    let console = Console::new(common);
+    let scene = own.problem.load()?;
+    for warning in &scene.warnings {
+        console.warn(warning);
+    }
+    let transports = own.problem.transports(&scene);
+    let fineness = own.problem.fineness(common.seed);
+    let prepared = prepare(scene, fineness.patches);
+    let (modes, _) = assemble(&prepared, &transports, &fineness.sampling, &console);
+    let mut studied = Vec::new();
+    let mut files = Vec::new();
+    for mode in &modes {
+        let solution = explore(&mode.operator, own.count as usize);
+        console.say(table(mode.transport, &solution));
+        files.push(sheet(own, common, &console, &prepared, mode, &solution)?);
+        studied.push((mode.transport, solution));
+    }
+    files.extend(chart_and_csv(common, &prepared, &studied)?);
+    for file in &files {
+        console.say(file.display().to_string());
+    }
+    console.report(&Modes {
+        modes: studied
+            .iter()
+            .map(|(t, s)| report(&prepared, *t, s))
+            .collect(),
+        files,
+    });
+    Ok(())
+}
+
+/// The sheet of one mode: its terms, and their sums under them.
+fn sheet(
+    own: &Bounces,
+    common: &Common,
+    console: &Console,
+    prepared: &Prepared,
+    mode: &Assembled,
+    solution: &Solution,
+) -> Result<PathBuf, CliError> {
+    let sampling = GatherSampling::with_samples(own.problem.samples, common.seed);
+    let size = (own.size.width, own.size.height);
+    let count = SHEET.min(own.count as usize);
+    let terms = bounce_pictures(prepared, mode, solution, count, size, &sampling, console);
+    let sums = partial_sums(&terms);
+    let scene = &prepared.scene.name;
+    let label = mode.transport.label();
+    let heading = format!("{scene}, {label}: {}", sentence(mode.transport, solution));
+    let exposure = Exposure {
+        stops: own.problem.exposure,
+    };
+    let path = common
+        .out
+        .join(format!("{scene}-bounces-{}.png", label.replace(' ', "-")));
+    bounce_sheet(heading, &terms, &sums, exposure).write(&path)?;
+    Ok(path)
+}
+
+fn chart_and_csv(
+    common: &Common,
+    prepared: &Prepared,
+    studied: &[(Transport, Solution)],
+) -> Result<[PathBuf; 3], CliError> {
+    let scene = &prepared.scene.name;
+    let lines: Vec<_> = studied
+        .iter()
+        .map(|(t, s)| (t.label(), s.bounces.as_slice()))
+        .collect();
+    let caption = format!(
+        "{scene}: {} triangles, {} patches. Norm: area-weighted RMS over patches, channels and halves.",
+        prepared.scene.faces.len(),
+        prepared.patches.len(),
+    );
+    let chart = bounces_chart(format!("The bounce series of {scene}"), caption, &lines);
+    let file = |extension: &str| common.out.join(format!("{scene}-bounces.{extension}"));
+    let files = [file("svg"), file("png"), file("csv")];
+    chart.write(&files[0])?;
+    chart.write(&files[1])?;
+    write_whole(&files[2], csv(studied).as_bytes())?;
+    Ok(files)
+}
+
+/// What a person should take from the series.
+fn sentence(transport: Transport, solution: &Solution) -> String {
+    let radius = solution.radius;
+    let bounds = format!("spectral radius {:.4} to {:.4}", radius.lower, radius.upper);
+    match solution.verdict {
+        Verdict::Ends => "the series ends, K²E = 0 exactly".into(),
+        Verdict::Converges => format!("the series converges, {bounds}"),
+        Verdict::Undecided => format!("undecided, {bounds}"),
+        Verdict::Diverges => format!(
+            "the series diverges, {bounds}; it converges for alpha below {:.4}",
+            f64::from(transport.alpha) / radius.upper,
+        ),
+    }
+}
+
+/// The table of one mode.
+fn table(transport: Transport, solution: &Solution) -> String {
+    let (_, alpha, tau) = mode_of(transport);
+    let mut text = format!("{} (alpha {alpha}, tau {tau})\n", transport.label());
+    let _ = writeln!(
+        text,
+        "{:<6} {:>11} {:>11} {:>11} {:>11} {:>11} {:>7} {:>11}",
+        "term", "R, W", "G, W", "B, W", "invisible R", "norm", "ratio", "tail bound"
+    );
+    for b in &solution.bounces {
+        let [r, g, blue] = b.power;
+        let _ = writeln!(
+            text,
+            "{:<6} {r:>11.4e} {g:>11.4e} {blue:>11.4e} {:>11.4e} {:>11.4e} {:>7} {:>11}",
+            term_name(b.n),
+            b.power_invisible[0],
+            b.norm,
+            b.ratio.map_or("-".into(), |r| format!("{r:.4}")),
+            b.tail_bound.map_or("-".into(), |t| format!("{t:.4e}")),
+        );
+    }
+    let _ = writeln!(text, "{}", sentence(transport, solution));
+    text
+}
+
+/// All modes' terms, one line each.
+fn csv(studied: &[(Transport, Solution)]) -> String {
+    let mut text = String::from(
+        "mode,alpha,tau,n,power_r,power_g,power_b,power_invisible_r,power_invisible_g,power_invisible_b,norm,ratio,tail_bound\n",
+    );
+    let optional = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
+    for (transport, solution) in studied {
+        let (mode, alpha, tau) = mode_of(*transport);
+        for b in &solution.bounces {
+            let powers: Vec<String> = b
+                .power
+                .iter()
+                .chain(&b.power_invisible)
+                .map(f64::to_string)
+                .collect();
+            let _ = writeln!(
+                text,
+                "{},{alpha},{tau},{},{},{},{},{}",
+                mode.unwrap_or_default(),
+                b.n,
+                powers.join(","),
+                b.norm,
+                optional(b.ratio),
+                optional(b.tail_bound),
+            );
+        }
+    }
+    text
+}
+
+fn report(prepared: &Prepared, transport: Transport, solution: &Solution) -> BouncesReport {
+    let (mode, alpha, tau) = mode_of(transport);
+    BouncesReport {
+        scene: prepared.scene.name.clone(),
+        mode,
+        alpha,
+        tau,
+        patches: prepared.patches.len(),
+        spectral_radius: solution.radius.into(),
+        verdict: solution.verdict.name(),
+        bounces: solution.bounces.iter().map(BounceReport::from).collect(),
+    }
+}

@@ -1,0 +1,94 @@
+//! The command line: one file a command, one table of exit codes.
+//!
+//! | code | meaning |
+//! |------|---------|
+//! | 0 | done (for `bounces`, also where a series diverges: that is its answer) |
+//! | 1 | a file could not be written |
+//! | 2 | the arguments are wrong |
+//! | 3 | the scene is wrong: not found, not readable, or it fails a check |
+//! | 4 | the bounce series of the mode asked for diverges: there is no picture |
+
+mod bounces;
+mod console;
+mod options;
+mod render;
+mod report;
+mod scenes;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use miette::Diagnostic;
+
+use crate::image::{ImageError, WriteError};
+use crate::scene::SceneError;
+use crate::solve::Diverges;
+use crate::study::ChartError;
+
+/// Everything that can end a command early.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+pub enum CliError {
+    /// The scene is wrong: exit code 3.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    /// No picture: exit code 4.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Diverges(#[from] Diverges),
+    /// A picture could not be written: exit code 1.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Image(#[from] ImageError),
+    /// A file could not be written: exit code 1.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Write(#[from] WriteError),
+    /// A chart could not be drawn: exit code 1.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Chart(#[from] ChartError),
+    /// The arguments contradict each other or the machine: exit code 2.
+    #[error("{message}")]
+    #[diagnostic(code(halflight::usage))]
+    Usage {
+        /// What is wrong.
+        message: String,
+        /// What to do.
+        #[help]
+        help: String,
+    },
+}
+
+impl CliError {
+    fn exit_code(&self) -> u8 {
+        match self {
+            CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
+            CliError::Usage { .. } => 2,
+            CliError::Scene(_) => 3,
+            CliError::Diverges(_) => 4,
+        }
+    }
+}
+
+/// Runs the program with the process's arguments.
+pub fn main() -> ExitCode {
+    let arguments = options::Cli::parse();
+    match run(arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let code = error.exit_code();
+            eprintln!("{:?}", miette::Report::new(error));
+            ExitCode::from(code)
+        }
+    }
+}
+
+fn run(cli: options::Cli) -> Result<(), CliError> {
+    options::use_threads(cli.common.threads)?;
+    match &cli.command {
+        options::Command::Render(own) => render::run(own, &cli.common),
+        options::Command::Bounces(own) => bounces::run(own, &cli.common),
+        options::Command::Scenes => scenes::run(&cli.common),
+    }
+}

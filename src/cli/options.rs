@@ -1,0 +1,248 @@
+//! Arguments of all commands.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use super::CliError;
+use crate::form_factors::Sampling;
+use crate::light::{Mode, Transport};
+use crate::scene::{LoadOptions, Scene, Sides};
+use crate::solve::Settings;
+use crate::study::Fineness;
+
+/// Light transport with vector-valued light: L = E + K L for diffuse scenes.
+///
+/// Global illumination, shadowless, one-bounce and local shading from one equation and two numbers:
+/// alpha (interreflection) and tau (transmission).
+#[derive(Parser, Debug)]
+#[command(version, about, long_about, arg_required_else_help = true)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// Arguments of every command.
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// The commands.
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// Render a scene: the visible half of L
+    Render(Render),
+    /// Study the bounce series E, KE, K²E, ... of a scene
+    Bounces(Bounces),
+    /// List the scenes that are built in
+    Scenes,
+}
+
+/// Arguments of every command.
+#[derive(Args, Debug)]
+pub struct Common {
+    /// Print one JSON report on stdout; text for people goes to stderr
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Directory for the files written
+    #[arg(long, global = true, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// Chooses the sample points; the same seed gives the same bytes
+    #[arg(long, global = true, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+    /// Threads to use [default: all cores]; results do not depend on it
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Say nothing but errors
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+}
+
+/// The scene, its modes, and how finely it is solved.
+#[derive(Args, Debug)]
+pub struct Problem {
+    /// A built-in scene (see `halflight scenes`), a .toml scene file or an .obj file
+    #[arg(default_value = "cornell-box")]
+    pub scene: String,
+    /// Illumination model [default: the scene file's, or all]
+    #[arg(long, value_enum, conflicts_with_all = ["alpha", "tau"])]
+    pub mode: Option<ModeChoice>,
+    /// Interreflection, 0 to 1, instead of a mode
+    #[arg(long, value_name = "A", value_parser = unit_interval)]
+    pub alpha: Option<f32>,
+    /// Transmission, 0 to 1, instead of a mode
+    #[arg(long, value_name = "T", value_parser = unit_interval)]
+    pub tau: Option<f32>,
+    /// Give every face a patch on either side
+    #[arg(long)]
+    pub two_sided: bool,
+    /// About how many patches to cut the scene into
+    #[arg(long, value_name = "N", default_value_t = 4000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub patches: u32,
+    /// Hemisphere rays from each patch
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub rays: u32,
+    /// Hemisphere rays for each pixel, rounded up to a power of two
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub samples: u32,
+    /// Brighten PNG files by so many stops (factors of two); EXR files stay as they are
+    #[arg(
+        long,
+        value_name = "STOPS",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub exposure: f32,
+}
+
+/// `halflight render`
+#[derive(Args, Debug)]
+pub struct Render {
+    /// What to solve.
+    #[command(flatten)]
+    pub problem: Problem,
+    /// Size of the picture
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
+    pub size: Size,
+    /// Picture to write, .png or .exr [default: <out>/<scene>-<mode>.png]; with several modes the mode is added
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}
+
+/// `halflight bounces`
+#[derive(Args, Debug)]
+pub struct Bounces {
+    /// What to solve.
+    #[command(flatten)]
+    pub problem: Problem,
+    /// Terms in the table, the chart and the sheet, E not counted
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub count: u16,
+    /// Size of each picture in the sheet
+    #[arg(long, value_name = "WxH", default_value = "160x160", value_parser = size)]
+    pub size: Size,
+}
+
+/// Width and height in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+}
+
+/// The four modes, or all of them.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum ModeChoice {
+    /// Shadows and interreflection
+    Global,
+    /// Interreflection, no shadows; may diverge
+    Shadowless,
+    /// Shadows, no interreflection
+    OneBounce,
+    /// Neither: OpenGL-style local shading
+    Local,
+    /// All four
+    All,
+}
+
+impl Problem {
+    /// Reads and checks the scene.
+    pub fn load(&self) -> Result<Scene, CliError> {
+        let sides = if self.two_sided {
+            Sides::Two
+        } else {
+            Sides::One
+        };
+        let scene = Scene::open(&self.scene, LoadOptions { two_sided: sides })?;
+        scene.require_emission()?;
+        Ok(scene)
+    }
+
+    /// The (alpha, tau) asked for: one, or the four modes.
+    pub fn transports(&self, scene: &Scene) -> Vec<Transport> {
+        if self.alpha.is_some() || self.tau.is_some() {
+            let base = scene.transport.unwrap_or_default();
+            let alpha = self.alpha.unwrap_or(base.alpha);
+            let tau = self.tau.unwrap_or(base.tau);
+            return vec![Transport { alpha, tau }];
+        }
+        let one = |mode: Mode| vec![mode.transport()];
+        match self.mode {
+            Some(ModeChoice::Global) => one(Mode::Global),
+            Some(ModeChoice::Shadowless) => one(Mode::Shadowless),
+            Some(ModeChoice::OneBounce) => one(Mode::OneBounce),
+            Some(ModeChoice::Local) => one(Mode::Local),
+            Some(ModeChoice::All) => Mode::ALL.map(Mode::transport).to_vec(),
+            None => match scene.transport {
+                Some(own) => vec![own],
+                None => Mode::ALL.map(Mode::transport).to_vec(),
+            },
+        }
+    }
+
+    /// Patches, rays and stopping rule.
+    pub fn fineness(&self, seed: u32) -> Fineness {
+        let sampling = Sampling {
+            rays: self.rays,
+            seed,
+            ..Sampling::default()
+        };
+        Fineness {
+            patches: self.patches as usize,
+            sampling,
+            solve: Settings::default(),
+        }
+    }
+}
+
+/// Fixes the number of threads for everything that follows.
+pub fn use_threads(threads: Option<u16>) -> Result<(), CliError> {
+    let Some(threads) = threads else {
+        return Ok(());
+    };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads as usize)
+        .build_global()
+        .map_err(|error| CliError::Usage {
+            message: format!("cannot start {threads} threads: {error}"),
+            help: "pass a smaller number to --threads".into(),
+        })
+}
+
+fn unit_interval(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
+        _ => Err("must be a number from 0 to 1".into()),
+    }
+}
+
+fn size(text: &str) -> Result<Size, String> {
+    const LARGEST: usize = 16_384;
+    let wrong = || format!("must be WIDTHxHEIGHT, each from 1 to {LARGEST}, as in 640x480");
+    let (width, height) = text.split_once('x').ok_or_else(wrong)?;
+    let number = |t: &str| t.parse().ok().filter(|n| (1..=LARGEST).contains(n));
+    match (number(width), number(height)) {
+        (Some(width), Some(height)) => Ok(Size { width, height }),
+        _ => Err(wrong()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn arguments_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes_are_checked() {
+        assert_eq!(size("640x480").map(|s| (s.width, s.height)), Ok((640, 480)));
+        for wrong in ["640", "0x4", "axb", "640x", "99999x1", "-1x4"] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+}

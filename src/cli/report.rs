@@ -1,0 +1,154 @@
+//! The JSON reports. Field names are kept from version to version; new ones may be added.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::form_factors::Closure;
+use crate::light::Transport;
+use crate::operator::Bounds;
+use crate::solve::Bounce;
+use crate::study::Seconds;
+
+/// `halflight render --json`, one for each mode.
+#[derive(Serialize)]
+pub struct RenderReport {
+    /// The scene's name.
+    pub scene: String,
+    /// `global`, `shadowless`, `one-bounce`, `local`; null away from the corners.
+    pub mode: Option<&'static str>,
+    /// Interreflection.
+    pub alpha: f64,
+    /// Transmission.
+    pub tau: f64,
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+    /// Triangles loaded.
+    pub triangles: usize,
+    /// Patches cut.
+    pub patches: usize,
+    /// Rays cast for form factors (shared by the modes of one run) and for this picture.
+    pub rays: u64,
+    /// Where the time went.
+    pub seconds: Seconds,
+    /// Proved bounds.
+    pub spectral_radius: Radius,
+    /// Row sums of F; null where no ray was needed.
+    pub closure: Option<Sums>,
+    /// `converges`, `ends` or `diverges`.
+    pub verdict: &'static str,
+    /// Files written.
+    pub files: Vec<PathBuf>,
+}
+
+/// Several modes of one run.
+#[derive(Serialize)]
+pub struct Modes<T> {
+    /// One report a mode.
+    pub modes: Vec<T>,
+    /// Files written for all modes together.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<PathBuf>,
+}
+
+/// `lower <= spectral radius <= upper`; both 0 where nothing travels on.
+#[derive(Default, Serialize)]
+pub struct Radius {
+    /// Proved lower bound.
+    pub lower: f64,
+    /// Proved upper bound.
+    pub upper: f64,
+}
+
+/// Row sums of F.
+#[derive(Serialize)]
+pub struct Sums {
+    /// Smallest.
+    pub min: f64,
+    /// Largest.
+    pub max: f64,
+    /// Area-weighted mean.
+    pub mean: f64,
+}
+
+/// `halflight bounces --json`, one for each mode.
+#[derive(Serialize)]
+pub struct BouncesReport {
+    /// The scene's name.
+    pub scene: String,
+    /// `global`, `shadowless`, `one-bounce`, `local`; null away from the corners.
+    pub mode: Option<&'static str>,
+    /// Interreflection.
+    pub alpha: f64,
+    /// Transmission.
+    pub tau: f64,
+    /// Patches cut.
+    pub patches: usize,
+    /// Proved bounds.
+    pub spectral_radius: Radius,
+    /// `converges`, `ends`, `diverges` or `undecided`.
+    pub verdict: &'static str,
+    /// The terms.
+    pub bounces: Vec<BounceReport>,
+}
+
+/// One term.
+#[derive(Serialize)]
+pub struct BounceReport {
+    /// Number of reflections.
+    pub n: usize,
+    /// Power of the visible half per channel, W.
+    pub power: [f64; 3],
+    /// Power of the invisible half per channel, W.
+    pub power_invisible: [f64; 3],
+    /// Area-weighted RMS over patches, channels and halves, W/(m² sr).
+    pub norm: f64,
+    /// Norm over that of the term before.
+    pub ratio: Option<f64>,
+    /// Proven bound on the norm of all later terms together.
+    pub tail_bound: Option<f64>,
+}
+
+impl From<Bounds> for Radius {
+    fn from(b: Bounds) -> Self {
+        Radius {
+            lower: b.lower,
+            upper: b.upper,
+        }
+    }
+}
+
+impl From<Closure> for Sums {
+    fn from(c: Closure) -> Self {
+        Sums {
+            min: c.min,
+            max: c.max,
+            mean: c.mean,
+        }
+    }
+}
+
+impl From<&Bounce> for BounceReport {
+    fn from(b: &Bounce) -> Self {
+        BounceReport {
+            n: b.n,
+            power: b.power,
+            power_invisible: b.power_invisible,
+            norm: b.norm,
+            ratio: b.ratio,
+            tail_bound: b.tail_bound,
+        }
+    }
+}
+
+/// A mode's name, alpha and tau; numbers as written by a person (0.1, not 0.10000000149).
+pub fn mode_of(t: Transport) -> (Option<&'static str>, f64, f64) {
+    (t.mode().map(|m| m.name()), decimal(t.alpha), decimal(t.tau))
+}
+
+/// The f64 whose shortest decimal form is that of the f32.
+fn decimal(x: f32) -> f64 {
+    x.to_string().parse().unwrap_or(f64::from(x))
+}

@@ -1,0 +1,35 @@
+//! `halflight scenes`: the scenes that need no file.
+
+use serde::Serialize;
+
+use super::CliError;
+use super::console::Console;
+use super::options::Common;
+use crate::scene::{LoadOptions, Scene, builtin};
+
+#[derive(Serialize)]
+struct Listed {
+    name: &'static str,
+    description: &'static str,
+    triangles: usize,
+}
+
+/// Lists the built-in scenes.
+pub fn run(common: &Common) -> Result<(), CliError> {
+    let console = Console::new(common);
+    let mut list = Vec::new();
+    for (name, description) in builtin::NAMES {
+        let scene = Scene::open(name, LoadOptions::default())?;
+        let triangles = scene.faces.len();
+        console.say(format!(
+            "{name:<18} {triangles:>6} triangles  {description}"
+        ));
+        list.push(Listed {
+            name,
+            description,
+            triangles,
+        });
+    }
+    console.report(&list);
+    Ok(())
+}

@@ -1,0 +1,379 @@
+//! The gather pass: the visible half of L at every pixel, from the solution on patches.
+//!
+//! ```text
+//! pixel = mean over the box of   E_visible                                     seen directly
+//!                              + rho * sum over luminaires of F(x) V(x) E      closed form × visibility
+//!                              + rho * F^tau L'                                hemisphere rays that read the solution
+//! ```
+//!
+//! with `L'` the invisible light of the patches less what luminaires emit. Shading is evaluated at the points seen,
+//! so no patch edge shows. Several fields `L'` are gathered from the same rays, one picture each: the bounces of a
+//! series cost no more rays than their sum. A camera ray ends at the first surface whatever its tau, as in the paper;
+//! the back of a one-sided face is black.
+//!
+//! No visibility ray is cast where nothing can occlude, and no hemisphere ray where no field has light.
+//!
+//! Not handled: depth of field, motion, filters other than the box.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::Picture;
+use crate::form_factors::{DirectSum, Luminaires, Occlusion, Progress, Receiver, gather_luminaire};
+use crate::light::{Light, Rgb, Transport};
+use crate::patches::Patches;
+use crate::rays::cosine::cosine_direction;
+use crate::rays::sequence::{Sobol, hash};
+use crate::rays::{Hit, Ray, Rays, Side};
+use crate::scene::Scene;
+
+/// What the camera looks at.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    /// The scene, with its camera.
+    pub scene: &'a Scene,
+    /// Its rays.
+    pub rays: &'a Rays,
+    /// Its patches.
+    pub patches: &'a Patches,
+    /// Emitters evaluated by closed form.
+    pub luminaires: &'a Luminaires,
+    /// (alpha, tau) of every material.
+    pub transports: &'a [Transport],
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+}
+
+/// How many rays a pixel gets.
+#[derive(Clone, Copy, Debug)]
+pub struct GatherSampling {
+    /// Camera rays a pixel.
+    pub camera: u32,
+    /// Visibility rays a camera ray and luminaire.
+    pub luminaire: u32,
+    /// Hemisphere rays a camera ray.
+    pub hemisphere: u32,
+    /// Chooses the scrambling of the points.
+    pub seed: u32,
+}
+
+impl GatherSampling {
+    /// Spreads about `samples` hemisphere rays a pixel over camera rays, powers of two for the Sobol points.
+    pub fn with_samples(samples: u32, seed: u32) -> GatherSampling {
+        let samples = samples.clamp(1, 1 << 20).next_power_of_two();
+        let camera = samples.min(16);
+        GatherSampling {
+            camera,
+            luminaire: (samples / camera / 4).max(1),
+            hemisphere: samples / camera,
+            seed,
+        }
+    }
+}
+
+/// `L'`, the invisible light that hemisphere rays read, one or more fields of it at once.
+#[derive(Clone, Debug)]
+pub struct Fields {
+    count: usize,
+    /// Patch by patch, field by field.
+    values: Vec<Rgb>,
+}
+
+impl Fields {
+    /// Interleaves fields of one value a patch.
+    ///
+    /// # Panics
+    /// If the fields differ in length.
+    pub fn new(fields: &[Vec<Rgb>]) -> Fields {
+        let patches = fields.first().map_or(0, Vec::len);
+        assert!(fields.iter().all(|f| f.len() == patches));
+        let values = (0..patches).flat_map(|i| fields.iter().map(move |f| f[i]));
+        Fields {
+            count: fields.len(),
+            values: values.collect(),
+        }
+    }
+
+    /// Whether any field has any light.
+    fn is_dark(&self) -> bool {
+        self.values.iter().all(|v| *v == Vec3::ZERO)
+    }
+
+    #[inline]
+    fn of_patch(&self, patch: u32) -> &[Rgb] {
+        let start = patch as usize * self.count;
+        &self.values[start..start + self.count]
+    }
+}
+
+/// The parts of the picture.
+#[derive(Clone, Debug)]
+pub struct Gathered {
+    /// `E_visible`.
+    pub emission: Picture,
+    /// The first bounce of luminaires.
+    pub direct: Picture,
+    /// What each field sends.
+    pub indirect: Vec<Picture>,
+    /// Share of the camera rays that met the black back of a one-sided face.
+    pub backs: f64,
+    /// Rays cast.
+    pub rays: u64,
+}
+
+impl Gathered {
+    /// All parts together.
+    pub fn total(&self) -> Picture {
+        let mut total = self.emission.clone();
+        for part in std::iter::once(&self.direct).chain(&self.indirect) {
+            for (sum, p) in total.pixels.iter_mut().zip(&part.pixels) {
+                *sum += *p;
+            }
+        }
+        total
+    }
+}
+
+/// Renders the visible half.
+pub fn gather(view: &View, fields: &Fields, sampling: &GatherSampling, tick: Progress) -> Gathered {
+    let pass = Pass::new(view, fields, sampling);
+    let rows: Vec<Vec<Pixel>> = (0..view.height)
+        .into_par_iter()
+        .map_init(
+            || pass.scratch(),
+            |scratch, y| {
+                let row = (0..view.width).map(|x| pass.pixel(x, y, scratch)).collect();
+                tick(1);
+                row
+            },
+        )
+        .collect();
+    let pixels: Vec<Pixel> = rows.into_iter().flatten().collect();
+    let picture = |value: &dyn Fn(&Pixel) -> Rgb| Picture {
+        width: view.width,
+        height: view.height,
+        pixels: pixels.iter().map(value).collect(),
+    };
+    let backs: u64 = pixels.iter().map(|p| u64::from(p.backs)).sum();
+    Gathered {
+        emission: picture(&|p| p.emission),
+        direct: picture(&|p| p.direct),
+        indirect: (0..fields.count)
+            .map(|k| picture(&|p| p.indirect[k]))
+            .collect(),
+        backs: backs as f64 / (pixels.len() as u64 * u64::from(sampling.camera)) as f64,
+        rays: pixels.iter().map(|p| p.rays).sum(),
+    }
+}
+
+struct Pass<'a> {
+    view: &'a View<'a>,
+    fields: &'a Fields,
+    sampling: &'a GatherSampling,
+    sobol: Sobol,
+    occlusion: Occlusion,
+    /// No hemisphere ray finds any light.
+    dark: bool,
+    /// Every ray ends at its first crossing.
+    opaque: bool,
+}
+
+struct Pixel {
+    emission: Rgb,
+    direct: Rgb,
+    indirect: Vec<Rgb>,
+    backs: u32,
+    rays: u64,
+}
+
+struct Scratch {
+    hits: Vec<Hit>,
+    sums: Vec<DirectSum>,
+    incident: Vec<DVec3>,
+}
+
+impl<'a> Pass<'a> {
+    fn new(view: &'a View, fields: &'a Fields, sampling: &'a GatherSampling) -> Pass<'a> {
+        let each = sampling.luminaire.max(sampling.hemisphere).max(1);
+        Pass {
+            view,
+            fields,
+            sampling,
+            sobol: Sobol::new((sampling.camera * each) as usize, 6),
+            occlusion: Occlusion::new(view.rays, view.transports),
+            dark: fields.is_dark(),
+            opaque: view.transports.iter().all(|t| t.tau == 0.0),
+        }
+    }
+
+    fn scratch(&self) -> Scratch {
+        Scratch {
+            hits: Vec::new(),
+            sums: vec![DirectSum::default(); self.view.luminaires.list.len()],
+            incident: vec![DVec3::ZERO; self.fields.count],
+        }
+    }
+
+    /// One pixel: camera rays over its box, and from each point they see rays to luminaires and over the hemisphere.
+    fn pixel(&self, x: usize, y: usize, scratch: &mut Scratch) -> Pixel {
+        let (width, height) = (self.view.width, self.view.height);
+        let seed = hash((y * width + x) as u32, self.sampling.seed ^ 0x9a7e_0000);
+        scratch.sums.fill(DirectSum::default());
+        let mut indirect = vec![DVec3::ZERO; self.fields.count];
+        let mut emission = DVec3::ZERO;
+        let (mut backs, mut rays) = (0, 0);
+        for s in 0..self.sampling.camera {
+            let px = (x as f32 + self.sobol.point(s, 0, seed)) / width as f32;
+            let py = (y as f32 + self.sobol.point(s, 1, seed)) / height as f32;
+            rays += 1;
+            let Some((hit, position)) = self.seen(px, py) else {
+                continue;
+            };
+            let view = self.view;
+            if view.patches.at(hit.face, hit.side, position).is_none() {
+                backs += 1;
+                continue;
+            }
+            let material = view.scene.material(hit.face);
+            emission += material.emitted().visible.as_dvec3();
+            let receiver = Receiver {
+                position,
+                normal: view.patches.normal(hit.face, hit.side),
+                face: hit.face,
+            };
+            let rho = material.rho.as_dvec3();
+            if rho == DVec3::ZERO {
+                continue;
+            }
+            rays += self.add_direct(&receiver, rho, s, seed, scratch);
+            rays += self.add_indirect(&receiver, rho, s, seed, scratch, &mut indirect);
+        }
+        let share = 1.0 / f64::from(self.sampling.camera);
+        let direct: DVec3 = self
+            .view
+            .luminaires
+            .list
+            .iter()
+            .zip(&scratch.sums)
+            .map(|(l, sum)| self.occlusion.estimate(sum) * l.radiance.as_dvec3())
+            .sum();
+        Pixel {
+            emission: (emission * share).as_vec3(),
+            direct: (direct * share).as_vec3(),
+            indirect: indirect.iter().map(|i| (*i * share).as_vec3()).collect(),
+            backs,
+            rays,
+        }
+    }
+
+    /// The first surface under a point of the picture, and where it is met, put exactly into the face's plane.
+    fn seen(&self, x: f32, y: f32) -> Option<(Hit, Vec3)> {
+        let view = self.view;
+        let aspect = view.width as f32 / view.height as f32;
+        let (origin, direction) = view.scene.camera.ray(x, y, aspect);
+        let ray = Ray {
+            origin,
+            direction,
+            source: None,
+        };
+        let hit = view.rays.closest(&ray)?;
+        let position = origin + hit.t * direction;
+        let normal = view.patches.normal(hit.face, Side::Front);
+        let off = (position - view.scene.corners(hit.face)[0]).dot(normal);
+        Some((hit, position - off * normal))
+    }
+
+    /// Adds the light of every luminaire at one point; returns the rays cast.
+    fn add_direct(
+        &self,
+        receiver: &Receiver,
+        rho: DVec3,
+        s: u32,
+        seed: u32,
+        scratch: &mut Scratch,
+    ) -> u64 {
+        let n = self.sampling.luminaire;
+        let path = (self.view.rays, &self.occlusion);
+        for (l, luminaire) in self.view.luminaires.list.iter().enumerate() {
+            let own = hash(l as u32, seed);
+            let draw = (0..n as usize).map(|k| {
+                let index = s * n + k as u32;
+                (
+                    self.sobol.point(index, 2, own),
+                    self.sobol.point(index, 3, own),
+                )
+            });
+            let sum = &mut scratch.sums[l];
+            gather_luminaire(sum, rho, receiver, luminaire, path, draw, &mut scratch.hits);
+        }
+        match self.occlusion {
+            Occlusion::Nothing => 0,
+            _ => u64::from(n) * self.view.luminaires.list.len() as u64,
+        }
+    }
+
+    /// Adds what hemisphere rays from one point read in every field; returns the rays cast.
+    fn add_indirect(
+        &self,
+        receiver: &Receiver,
+        rho: DVec3,
+        s: u32,
+        seed: u32,
+        scratch: &mut Scratch,
+        indirect: &mut [DVec3],
+    ) -> u64 {
+        if self.dark {
+            return 0;
+        }
+        let n = self.sampling.hemisphere;
+        scratch.incident.fill(DVec3::ZERO);
+        for index in s * n..(s + 1) * n {
+            let (u, v) = (
+                self.sobol.point(index, 4, seed),
+                self.sobol.point(index, 5, seed),
+            );
+            let ray = Ray {
+                origin: receiver.position,
+                direction: cosine_direction(receiver.normal, u, v),
+                source: Some(receiver.face),
+            };
+            self.read(&ray, &mut scratch.hits, &mut scratch.incident);
+        }
+        for (sum, i) in indirect.iter_mut().zip(&scratch.incident) {
+            *sum += rho * *i / f64::from(n);
+        }
+        u64::from(n)
+    }
+
+    /// Reads every field along a ray: each crossing's light times the tau of the surfaces before it.
+    fn read(&self, ray: &Ray, hits: &mut Vec<Hit>, incident: &mut [DVec3]) {
+        let view = self.view;
+        if self.opaque {
+            hits.clear();
+            hits.extend(view.rays.closest(ray));
+        } else {
+            view.rays.crossings(ray, hits);
+        }
+        let mut through = 1.0;
+        for hit in hits.iter() {
+            let position = ray.origin + hit.t * ray.direction;
+            if let Some(j) = view.patches.at(hit.face, hit.side, position) {
+                for (sum, l) in incident.iter_mut().zip(self.fields.of_patch(j)) {
+                    *sum += f64::from(through) * l.as_dvec3();
+                }
+            }
+            let material = view.scene.faces[hit.face as usize].material;
+            through *= view.transports[material as usize].tau;
+            if through == 0.0 {
+                break;
+            }
+        }
+    }
+}
+
+/// The invisible half of patch light, as a field to gather.
+pub fn invisible(light: &[Light]) -> Vec<Rgb> {
+    light.iter().map(|l| l.invisible).collect()
+}

@@ -1,0 +1,213 @@
+//! K, the transport operator, stored factored: one sparse F, and alpha and rho of each patch.
+//!
+//! ```text
+//! K_ij = F_ij rho_i [ alpha_i  0 ]        (K L)_invisible = alpha rho F L_invisible
+//!                   [ 1        0 ]        (K L)_visible   =       rho F L_invisible
+//! ```
+//!
+//! for each channel. Light as emitted by luminaires goes through the closed form instead ([`Operator::first_bounce`]);
+//! everything after the first bounce goes through F. [`spectrum`] bounds the spectral radius.
+
+mod blocks;
+mod spectrum;
+
+use std::sync::OnceLock;
+
+use glam::Vec4;
+
+use crate::form_factors::{FormFactors, Luminaires, Rows};
+use crate::light::{Light, Rgb, Transport};
+use crate::patches::Patches;
+use crate::scene::Scene;
+
+pub use spectrum::{Bounds, Spectrum, spectrum};
+
+/// K of one scene and one choice of (alpha, tau), with the E it acts on first.
+#[derive(Debug)]
+pub struct Operator {
+    f: Rows,
+    transposed: OnceLock<Rows>,
+    rho: Vec<Rgb>,
+    alpha: Vec<f32>,
+    areas: Vec<f64>,
+    emission: Vec<Light>,
+    /// Per patch: its emission goes through F, not through the closed form.
+    glows: Vec<bool>,
+    /// `F E` of the luminaires, by closed form.
+    received: Vec<Rgb>,
+}
+
+/// What each patch is made of, under one choice of (alpha, tau).
+#[derive(Clone, Debug)]
+pub struct PatchMaterials {
+    /// Reflectance.
+    pub rho: Vec<Rgb>,
+    /// Interreflection.
+    pub alpha: Vec<f32>,
+    /// `E`.
+    pub emission: Vec<Light>,
+    /// Emits without being a luminaire: its emission goes through F.
+    pub glows: Vec<bool>,
+}
+
+impl PatchMaterials {
+    /// Looks up every patch's material.
+    pub fn new(
+        scene: &Scene,
+        patches: &Patches,
+        luminaires: &Luminaires,
+        transports: &[Transport],
+    ) -> PatchMaterials {
+        let of = |i: usize| &scene.materials[patches.materials()[i] as usize];
+        let first_face = |i: usize| patches.pieces(i).next().map(|p| p.0);
+        let lamp = |i: usize| first_face(i).is_some_and(|f| luminaires.is_luminaire[f as usize]);
+        let all = 0..patches.len();
+        PatchMaterials {
+            rho: all.clone().map(|i| of(i).rho).collect(),
+            alpha: patches
+                .materials()
+                .iter()
+                .map(|&m| transports[m as usize].alpha)
+                .collect(),
+            emission: all.clone().map(|i| of(i).emitted()).collect(),
+            glows: all.map(|i| of(i).emits() && !lamp(i)).collect(),
+        }
+    }
+
+    /// Patches that reflect: the rows F needs.
+    pub fn receives(&self) -> Vec<bool> {
+        self.rho.iter().map(|r| r.max_element() > 0.0).collect()
+    }
+
+    /// Patches that send through F: what they reflect travels on, or they emit without being a luminaire.
+    pub fn sends(&self) -> Vec<bool> {
+        let passes = |i: usize| self.alpha[i] > 0.0 && self.rho[i].max_element() > 0.0;
+        (0..self.rho.len())
+            .map(|i| passes(i) || self.glows[i])
+            .collect()
+    }
+}
+
+impl Operator {
+    /// Puts K together. `areas` are in the file's units squared; `received` is `F E` of the luminaires.
+    ///
+    /// # Panics
+    /// If the parts do not have one entry a patch.
+    pub fn new(
+        f: FormFactors,
+        materials: PatchMaterials,
+        areas: Vec<f64>,
+        received: Vec<Rgb>,
+    ) -> Operator {
+        let n = f.rows.len();
+        assert!(materials.rho.len() == n && areas.len() == n && received.len() == n);
+        Operator {
+            f: f.rows,
+            transposed: OnceLock::new(),
+            rho: materials.rho,
+            alpha: materials.alpha,
+            areas,
+            emission: materials.emission,
+            glows: materials.glows,
+            received,
+        }
+    }
+
+    /// Number of patches.
+    pub fn len(&self) -> usize {
+        self.rho.len()
+    }
+
+    /// Whether there are no patches.
+    pub fn is_empty(&self) -> bool {
+        self.rho.is_empty()
+    }
+
+    /// `E`.
+    pub fn emission(&self) -> &[Light] {
+        &self.emission
+    }
+
+    /// Areas of the patches, the file's units squared.
+    pub fn areas(&self) -> &[f64] {
+        &self.areas
+    }
+
+    /// F as stored.
+    pub fn form_factors(&self) -> &Rows {
+        &self.f
+    }
+
+    /// The eigenvalues of channel c's K are those of `alpha rho F`: this is `alpha_i rho_i`.
+    pub fn passed_on(&self, i: usize) -> Rgb {
+        self.alpha[i] * self.rho[i]
+    }
+
+    /// `rho_i`.
+    pub fn reflectance(&self, i: usize) -> Rgb {
+        self.rho[i]
+    }
+
+    /// `alpha_i`.
+    pub fn alpha(&self, i: usize) -> f32 {
+        self.alpha[i]
+    }
+
+    /// Whether anything reflected travels on; if not, `K²E = 0` exactly.
+    pub fn interreflects(&self) -> bool {
+        (0..self.len()).any(|i| self.passed_on(i).max_element() > 0.0)
+    }
+
+    /// `K E`: luminaires by closed form, other emitters by the rows of F.
+    pub fn first_bounce(&self) -> Vec<Light> {
+        let glow: Vec<Light> = self
+            .emission
+            .iter()
+            .zip(&self.glows)
+            .map(|(e, &glows)| if glows { *e } else { Light::default() })
+            .collect();
+        let from_glow = match self.glows.contains(&true) {
+            true => self.f.product(&invisible(&glow)),
+            false => vec![Vec4::ZERO; self.len()],
+        };
+        let total = |i: usize| from_glow[i].truncate() + self.received[i];
+        (0..self.len()).map(|i| self.reflect(i, total(i))).collect()
+    }
+
+    /// `K x`, all light components at once, row-parallel.
+    pub fn apply(&self, x: &[Light]) -> Vec<Light> {
+        let incident = self.f.product(&invisible(x));
+        (0..self.len())
+            .map(|i| self.reflect(i, incident[i].truncate()))
+            .collect()
+    }
+
+    /// `K^T y`, row-parallel over a transposed copy of F that is made on first use.
+    pub fn apply_transposed(&self, y: &[Light]) -> Vec<Light> {
+        let sent: Vec<Vec4> = (0..self.len())
+            .map(|i| (self.rho[i] * (self.alpha[i] * y[i].invisible + y[i].visible)).extend(0.0))
+            .collect();
+        let transposed = self.transposed.get_or_init(|| self.f.transposed());
+        transposed
+            .product(&sent)
+            .into_iter()
+            .map(|v| Light {
+                invisible: v.truncate(),
+                visible: Rgb::ZERO,
+            })
+            .collect()
+    }
+
+    fn reflect(&self, i: usize, incident: Rgb) -> Light {
+        let visible = self.rho[i] * incident;
+        Light {
+            invisible: self.alpha[i] * visible,
+            visible,
+        }
+    }
+}
+
+/// The half that F acts on, padded to four components.
+fn invisible(x: &[Light]) -> Vec<Vec4> {
+    x.iter().map(|l| l.invisible.extend(0.0)).collect()
+}

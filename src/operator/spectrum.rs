@@ -1,0 +1,174 @@
+//! Two-sided bounds on the spectral radius of K, proved, not estimated.
+//!
+//! The eigenvalues of K are those of `B = alpha rho F`, B >= 0, channel by channel. For any x > 0
+//! (Collatz 1942, Wielandt 1950)
+//!
+//! ```text
+//! min (Bx)_i / x_i  <=  spectral radius  <=  max (Bx)_i / x_i.
+//! ```
+//!
+//! Patches that receive or pass on nothing make the minimum 0; taken over a subset S with x = 0 outside S it is a
+//! proof still, since the radius of B is at least that of its part on S. x comes from a shifted power iteration.
+//! The bounds hold for K as assembled (with the noise of its F) and are widened by the rounding of the products.
+
+use glam::Vec4;
+
+use super::Operator;
+use crate::form_factors::Rows;
+
+/// `lower <= spectral radius <= upper`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Proved lower bound.
+    pub lower: f64,
+    /// Proved upper bound.
+    pub upper: f64,
+}
+
+/// Bounds of each channel, with the vectors that prove the upper ones.
+#[derive(Clone, Debug)]
+pub struct Spectrum {
+    /// Red, green, blue.
+    pub channels: [Bounds; 3],
+    /// x > 0 where `alpha rho > 0`, and 0 elsewhere, with `B x <= upper x`; fourth component unused.
+    pub x: Vec<Vec4>,
+    /// `F x`: what the visible half of the tail is proportional to.
+    pub fx: Vec<Vec4>,
+}
+
+impl Spectrum {
+    /// Bounds of the worst channel.
+    pub fn worst(&self) -> Bounds {
+        let worst = |a: Bounds, b: &Bounds| Bounds {
+            lower: a.lower.max(b.lower),
+            upper: a.upper.max(b.upper),
+        };
+        let [r, rest @ ..] = &self.channels;
+        rest.iter().fold(*r, worst)
+    }
+}
+
+/// When to stop: the bounds are within this share of each other.
+const GAP: f64 = 0.005;
+/// Products to spend on the gap, and as long as it is undecided whether the radius lies below or above 1.
+const PRODUCTS: usize = 64;
+const PRODUCTS_UNDECIDED: usize = 1024;
+/// Shift of the power iteration as a share of the radius: bipartite scenes (two facing walls) would oscillate.
+const SHIFT: f32 = 0.2;
+
+/// Bounds the spectral radius of K.
+pub fn spectrum(k: &Operator) -> Spectrum {
+    let b: Vec<Vec4> = (0..k.len()).map(|i| k.passed_on(i).extend(0.0)).collect();
+    let mut x: Vec<Vec4> = b.iter().map(|b| positive(*b)).collect();
+    let mut lower = [0.0f64; 3];
+    for step in 1.. {
+        let fx = k.form_factors().product(&x);
+        let bx: Vec<Vec4> = b.iter().zip(&fx).map(|(b, fx)| b * fx).collect();
+        let upper = largest_ratio(&bx, &x);
+        // The lower bound costs products of its own: look every few steps only.
+        if step % 4 == 0 || step == 1 {
+            let found = best_subset(k.form_factors(), &b, &x, &bx, upper);
+            for c in 0..3 {
+                lower[c] = lower[c].max(found[c]);
+            }
+            if settled(lower, upper, step) {
+                let channels = [0, 1, 2].map(|c| widened(lower[c], upper[c]));
+                return Spectrum { channels, x, fx };
+            }
+        }
+        x = shifted_step(&x, &bx, upper);
+    }
+    unreachable!("the number of products is bounded")
+}
+
+/// 1 in the components that are above 0.
+fn positive(b: Vec4) -> Vec4 {
+    Vec4::select(b.cmpgt(Vec4::ZERO), Vec4::ONE, Vec4::ZERO)
+}
+
+/// max over i of `(Bx)_i / x_i`; `(Bx)_i` is 0 wherever x_i is.
+fn largest_ratio(bx: &[Vec4], x: &[Vec4]) -> [f64; 3] {
+    let mut largest = [0.0f64; 3];
+    for (y, x) in bx.iter().zip(x) {
+        for c in 0..3 {
+            if x[c] > 0.0 {
+                largest[c] = largest[c].max(y[c] as f64 / x[c] as f64);
+            }
+        }
+    }
+    largest
+}
+
+/// Lower bounds from subsets on which the ratio is nearly the largest, each with its own product.
+fn best_subset(f: &Rows, b: &[Vec4], x: &[Vec4], bx: &[Vec4], upper: [f64; 3]) -> [f64; 3] {
+    let mut best = smallest_ratio(bx, x);
+    let mut restricted = x.to_vec();
+    let mut image = bx.to_vec();
+    for share in [0.5, 0.9, 0.97] {
+        for (x, y) in restricted.iter_mut().zip(&image) {
+            for c in 0..3 {
+                if (y[c] as f64) < share * upper[c] * x[c] as f64 {
+                    x[c] = 0.0;
+                }
+            }
+        }
+        image = f.product(&restricted);
+        for (y, b) in image.iter_mut().zip(b) {
+            *y *= *b;
+        }
+        let found = smallest_ratio(&image, &restricted);
+        for c in 0..3 {
+            best[c] = best[c].max(found[c]);
+        }
+    }
+    best
+}
+
+/// min over the support of x of `(Bx)_i / x_i`; 0 for an empty support.
+fn smallest_ratio(bx: &[Vec4], x: &[Vec4]) -> [f64; 3] {
+    let mut smallest = [f64::INFINITY; 3];
+    for (y, x) in bx.iter().zip(x) {
+        for c in 0..3 {
+            if x[c] > 0.0 {
+                smallest[c] = smallest[c].min(y[c] as f64 / x[c] as f64);
+            }
+        }
+    }
+    smallest.map(|s| if s.is_finite() { s } else { 0.0 })
+}
+
+fn settled(lower: [f64; 3], upper: [f64; 3], step: usize) -> bool {
+    let radius = |v: [f64; 3]| v.into_iter().fold(0.0, f64::max);
+    let undecided = radius(lower) < 1.0 && radius(upper) >= 1.0;
+    let close = (0..3).all(|c| upper[c] - lower[c] <= GAP * upper[c]);
+    let spent = step
+        >= if undecided {
+            PRODUCTS_UNDECIDED
+        } else {
+            PRODUCTS
+        };
+    spent || (close && !undecided)
+}
+
+/// `x + (Bx)/(shift)`, scaled to a largest component of 1 in every channel.
+fn shifted_step(x: &[Vec4], bx: &[Vec4], upper: [f64; 3]) -> Vec<Vec4> {
+    let shift = Vec4::new(upper[0] as f32, upper[1] as f32, upper[2] as f32, 0.0) * SHIFT;
+    let next: Vec<Vec4> = x.iter().zip(bx).map(|(x, y)| *y + shift * *x).collect();
+    let largest = next
+        .iter()
+        .fold(Vec4::splat(f32::MIN_POSITIVE), |m, v| m.max(*v));
+    next.iter()
+        .zip(x)
+        // Components of the support stay above 0, or x would prove nothing about them.
+        .map(|(v, x)| (v / largest).max(positive(*x) * 1e-30))
+        .collect()
+}
+
+/// Widens the bounds by the rounding of F x and of the scaling by alpha rho.
+fn widened(lower: f64, upper: f64) -> Bounds {
+    let rounding = Rows::ROUNDING + 4.0 * f32::EPSILON as f64;
+    Bounds {
+        lower: lower * (1.0 - rounding),
+        upper: upper * (1.0 + rounding),
+    }
+}

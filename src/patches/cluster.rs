@@ -1,0 +1,34 @@
+//! Small surfaces that share one patch: same material and side of space, near-equal normals, close together.
+//!
+//! Grouped by a voxel of the target size and by the cell of a cube map that the normal points to (26 cells, about 45°
+//! wide), so that the cost is linear and neither connectivity nor order of the faces matters.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::surface::Surface;
+
+/// Indices into `small` that belong together, in the order of their first members.
+pub(super) fn groups(small: &[&Surface], size: f64) -> Vec<Vec<usize>> {
+    let mut order: HashMap<_, usize> = HashMap::new();
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (k, s) in small.iter().enumerate() {
+        let middle = s.origin + 0.5 * (s.axes[0] * s.extent[0] + s.axes[1] * s.extent[1]);
+        let voxel = (middle / size).floor().as_i64vec3();
+        let key = (s.material, voxel, direction_cell(s.normal));
+        let g = *order.entry(key).or_insert_with(|| {
+            groups.push(Vec::new());
+            groups.len() - 1
+        });
+        groups[g].push(k);
+    }
+    groups
+}
+
+/// Cell of a cube map with 3×3 cells a face; cells on an edge or corner of the cube belong to all its faces.
+fn direction_cell(n: DVec3) -> [i8; 3] {
+    let along = n / n.abs().max_element();
+    // Nudged so that directions on a cell's border, as of a box at 45°, fall on one side whatever the rounding.
+    (along * 1.4999).round().to_array().map(|x| x as i8)
+}

@@ -1,0 +1,287 @@
+//! Patches: the pieces of surface that carry one value of `L` each.
+//!
+//! Patch count is decoupled from triangle count. Faces that lie in one plane, touch and share a material form a
+//! *surface*; a surface larger than the target size carries a rectangular grid of patches found from the point's
+//! (u, v) in the plane, and small surfaces of one material with near-equal normals that lie close together share one
+//! patch. Cells are cut further along lines where other faces touch the surface. Rays see only the faces as loaded; [`Patches::at`] tells which patch a hit belongs to. A two-sided face has
+//! a patch on either side.
+//!
+//! Areas are in unit coordinates squared. Invariants: the patches' areas of one side sum to the faces' area; every
+//! point of every face belongs to exactly one patch per reflecting side; numbering depends on the scene only.
+//!
+//! Not handled: refinement by estimated error.
+
+mod cluster;
+mod contact;
+mod grid;
+mod surface;
+
+use glam::Vec3;
+
+use crate::rays::cosine::triangle_point;
+use crate::rays::{Rays, Side};
+use crate::scene::{Scene, Sides};
+use contact::Contacts;
+use grid::Grid;
+
+/// No patch: the black back of a one-sided face.
+const NONE: u32 = u32::MAX;
+
+/// A piece of one face that belongs to a patch.
+#[derive(Clone, Copy, Debug)]
+struct Fragment {
+    corners: [Vec3; 3],
+    face: u32,
+    /// Areas of the patch's fragments up to and including this one, divided by the patch's area.
+    share: f32,
+}
+
+/// A point on a patch.
+#[derive(Clone, Copy, Debug)]
+pub struct PatchPoint {
+    /// Unit coordinates.
+    pub position: Vec3,
+    /// Unit normal of the side the patch lies on.
+    pub normal: Vec3,
+    /// The face the point lies on.
+    pub face: u32,
+}
+
+/// How a face's hits find their patch.
+#[derive(Clone, Copy, Debug)]
+enum Owner {
+    Patch(u32),
+    Grid(u32),
+}
+
+/// All patches of a scene.
+#[derive(Debug)]
+pub struct Patches {
+    areas: Vec<f64>,
+    materials: Vec<u32>,
+    sides: Vec<Side>,
+    /// Fragments of patch i: `starts[i]..starts[i + 1]`.
+    starts: Vec<u32>,
+    fragments: Vec<Fragment>,
+    owners: Vec<Owner>,
+    grids: Vec<Grid>,
+    /// The patch behind a front patch, or NONE.
+    backs: Vec<u32>,
+    /// Front unit normals of the faces.
+    normals: Vec<Vec3>,
+}
+
+/// A patch before numbering: its material and the pieces of faces it consists of.
+struct Draft {
+    material: u32,
+    pieces: Vec<Piece>,
+}
+
+/// A triangle cut from a face, and its area.
+struct Piece {
+    face: u32,
+    corners: [Vec3; 3],
+    area: f64,
+}
+
+impl Patches {
+    /// Cuts the scene into about `count` patches, front sides and back sides of two-sided faces counted alike.
+    ///
+    /// The count is met within about a quarter where the geometry allows: at least one patch per surface and
+    /// direction of the normal is needed, and at least one patch is always made.
+    pub fn new(scene: &Scene, rays: &Rays, count: usize) -> Patches {
+        let surfaces = surface::find(scene, rays);
+        let total: f64 = surfaces
+            .iter()
+            .map(|s| s.area * sides_of(scene, s.material))
+            .sum();
+        let mut size = (total / count.max(1) as f64).sqrt();
+        // Edges of surfaces and voxels add patches: correct the size by the count it gave.
+        for _ in 0..4 {
+            let found = Patches::estimate(scene, &surfaces, size);
+            let ratio = found as f64 / count.max(1) as f64;
+            if (0.9..1.1).contains(&ratio) {
+                break;
+            }
+            size *= ratio.sqrt();
+        }
+        Patches::with_size(scene, rays, &surfaces, size)
+    }
+
+    /// Number of patches that `size` would give, without cutting anything.
+    fn estimate(scene: &Scene, surfaces: &[surface::Surface], size: f64) -> usize {
+        let (large, small) = split(surfaces, size);
+        let cells: f64 = large
+            .iter()
+            .map(|s| s.cells(size) * sides_of(scene, s.material))
+            .sum();
+        cells as usize + cluster::groups(&small, size).len()
+    }
+
+    fn with_size(scene: &Scene, rays: &Rays, surfaces: &[surface::Surface], size: f64) -> Patches {
+        let contacts = Contacts::new(scene, rays);
+        let (large, small) = split(surfaces, size);
+        let mut owners = vec![Owner::Patch(NONE); scene.faces.len()];
+        let mut drafts = Vec::new();
+        let mut grids = Vec::new();
+        // Cut large surfaces into grids.
+        for s in large {
+            let (grid, pieces) =
+                grid::cut(scene, s, &contacts.segments(s), size, drafts.len() as u32);
+            for &face in &s.faces {
+                owners[face as usize] = Owner::Grid(grids.len() as u32);
+            }
+            grids.push(grid);
+            drafts.extend(pieces);
+        }
+        // Gather small ones.
+        for group in cluster::groups(&small, size) {
+            let faces = group.iter().flat_map(|&k| &small[k].faces);
+            let mut pieces = Vec::new();
+            for &face in faces {
+                let corners = scene.corners(face);
+                owners[face as usize] = Owner::Patch(drafts.len() as u32);
+                let area = surface::area(corners);
+                pieces.push(Piece {
+                    face,
+                    corners,
+                    area,
+                });
+            }
+            let material = small[group[0]].material;
+            drafts.push(Draft { material, pieces });
+        }
+        Patches::number(scene, drafts, owners, grids)
+    }
+
+    /// Lays out drafts as patches: fronts first, then the backs of two-sided materials.
+    fn number(scene: &Scene, drafts: Vec<Draft>, owners: Vec<Owner>, grids: Vec<Grid>) -> Patches {
+        let mut patches = Patches {
+            areas: Vec::new(),
+            materials: Vec::new(),
+            sides: Vec::new(),
+            starts: vec![0],
+            fragments: Vec::new(),
+            owners,
+            grids,
+            backs: vec![NONE; drafts.len()],
+            normals: (0..scene.faces.len() as u32)
+                .map(|f| surface::normal(scene.corners(f)).as_vec3())
+                .collect(),
+        };
+        for draft in &drafts {
+            patches.push(draft, Side::Front);
+        }
+        for (front, draft) in drafts.iter().enumerate() {
+            if scene.materials[draft.material as usize].sides == Sides::Two {
+                patches.backs[front] = patches.len() as u32;
+                patches.push(draft, Side::Back);
+            }
+        }
+        patches
+    }
+
+    fn push(&mut self, draft: &Draft, side: Side) {
+        let area: f64 = draft.pieces.iter().map(|p| p.area).sum();
+        let mut sum = 0.0;
+        for piece in &draft.pieces {
+            sum += piece.area;
+            let share = (sum / area) as f32;
+            self.fragments.push(Fragment {
+                corners: piece.corners,
+                face: piece.face,
+                share,
+            });
+        }
+        self.starts.push(self.fragments.len() as u32);
+        self.areas.push(area);
+        self.materials.push(draft.material);
+        self.sides.push(side);
+    }
+
+    /// Number of patches.
+    pub fn len(&self) -> usize {
+        self.areas.len()
+    }
+
+    /// Never true for a checked scene; here because a collection with `len` should have it.
+    pub fn is_empty(&self) -> bool {
+        self.areas.is_empty()
+    }
+
+    /// `A_i` of every patch, unit coordinates squared.
+    pub fn areas(&self) -> &[f64] {
+        &self.areas
+    }
+
+    /// Material index of every patch.
+    pub fn materials(&self) -> &[u32] {
+        &self.materials
+    }
+
+    /// The patch that a point of a face's side belongs to; `None` on the black back of a one-sided face.
+    #[inline]
+    pub fn at(&self, face: u32, side: Side, position: Vec3) -> Option<u32> {
+        let front = match self.owners[face as usize] {
+            Owner::Patch(patch) => patch,
+            Owner::Grid(grid) => self.grids[grid as usize].patch(position),
+        };
+        match side {
+            Side::Front => Some(front),
+            Side::Back => Some(self.backs[front as usize]).filter(|&back| back != NONE),
+        }
+    }
+
+    /// Unit normal of a face's side.
+    #[inline]
+    pub fn normal(&self, face: u32, side: Side) -> Vec3 {
+        let normal = self.normals[face as usize];
+        match side {
+            Side::Front => normal,
+            Side::Back => -normal,
+        }
+    }
+
+    /// The point of patch `i` at (u, v) in the unit square; uniform over the patch for uniform (u, v).
+    pub fn point(&self, i: usize, u: f32, v: f32) -> PatchPoint {
+        let own = &self.fragments[self.starts[i] as usize..self.starts[i + 1] as usize];
+        let k = own.partition_point(|f| f.share <= u).min(own.len() - 1);
+        let before = if k == 0 { 0.0 } else { own[k - 1].share };
+        // Stretch u over the chosen fragment, so that one stratified number serves twice.
+        let u = ((u - before) / (own[k].share - before)).clamp(0.0, 0.999_999_94);
+        let face = own[k].face;
+        PatchPoint {
+            position: triangle_point(own[k].corners, u, v),
+            normal: self.normal(face, self.sides[i]),
+            face,
+        }
+    }
+
+    /// The triangles a patch consists of, with the face each is a part of.
+    pub fn pieces(&self, i: usize) -> impl Iterator<Item = (u32, [Vec3; 3])> {
+        let range = self.starts[i] as usize..self.starts[i + 1] as usize;
+        self.fragments[range].iter().map(|f| (f.face, f.corners))
+    }
+
+    /// Which side of its faces a patch lies on.
+    pub fn side(&self, i: usize) -> Side {
+        self.sides[i]
+    }
+}
+
+/// Surfaces that carry a grid of their own, and the others.
+fn split(
+    surfaces: &[surface::Surface],
+    size: f64,
+) -> (Vec<&surface::Surface>, Vec<&surface::Surface>) {
+    surfaces
+        .iter()
+        .partition(|s| s.area >= 0.5 * size * size || s.extent[0] >= 1.5 * size)
+}
+
+fn sides_of(scene: &Scene, material: u32) -> f64 {
+    match scene.materials[material as usize].sides {
+        Sides::One => 1.0,
+        Sides::Two => 2.0,
+    }
+}

@@ -1,0 +1,231 @@
+//! The Neumann series `L = E + KE + K²E + ...`, term by term.
+//!
+//! It stops when the proven bound on the tail is below the wanted share of the sum, ends exactly at n = 1 where
+//! nothing reflected travels on, and refuses, before any term is summed, where the spectral radius is proved >= 1.
+
+use crate::light::Light;
+use crate::operator::{Bounds, Operator, Spectrum, spectrum};
+
+use super::bounce::{Bounce, TailBound, measure, norm};
+
+/// When to stop.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Wanted bound on the tail's norm as a share of the norm of the sum so far.
+    pub tolerance: f64,
+    /// Bounces to compute at most; the tail bound of the last says what is missing.
+    pub max_terms: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            tolerance: 1e-4,
+            max_terms: 10_000,
+        }
+    }
+}
+
+/// How the series behaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Spectral radius proved below 1.
+    Converges,
+    /// `K²E = 0` exactly.
+    Ends,
+    /// Spectral radius proved to be 1 or more.
+    Diverges,
+    /// The bounds enclose 1.
+    Undecided,
+}
+
+impl Verdict {
+    /// `converges`, `ends`, `diverges` or `undecided`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Converges => "converges",
+            Verdict::Ends => "ends",
+            Verdict::Diverges => "diverges",
+            Verdict::Undecided => "undecided",
+        }
+    }
+}
+
+/// L, its bounces, and the proof that it is one.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// `L`, both halves, per patch.
+    pub light: Vec<Light>,
+    /// `KⁿE`, n from 0.
+    pub terms: Vec<Vec<Light>>,
+    /// Figures of each term.
+    pub bounces: Vec<Bounce>,
+    /// How the series behaves.
+    pub verdict: Verdict,
+    /// Bounds on the spectral radius; both 0 where the series ends.
+    pub radius: Bounds,
+}
+
+/// The series does not converge, or cannot be shown to.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error, miette::Diagnostic)]
+#[error(
+    "the bounce series {} in this mode: the spectral radius of K lies between {:.4} and {:.4}",
+    .verdict.name(), .radius.lower, .radius.upper
+)]
+#[diagnostic(
+    code(halflight::diverges),
+    help(
+        "each bounce carries at least as much light as the one before, so the sum has no finite value. \
+         It converges for alpha below {:.4}{}: pass a smaller --alpha, a smaller --tau, or lower the reflectances",
+        .alpha_limit,
+        if *.uniform { "" } else { " of the present alphas" }
+    )
+)]
+pub struct Diverges {
+    /// Diverges or undecided.
+    pub verdict: Verdict,
+    /// Proved bounds on the spectral radius.
+    pub radius: Bounds,
+    /// The series is proved to converge for every alpha below this.
+    pub alpha_limit: f64,
+    /// Whether all patches share one alpha; if not, the limit is a factor on each.
+    pub uniform: bool,
+}
+
+/// The terms `E, KE, K²E, ...` without end, whether their sum converges or not; stops after an exactly zero term.
+pub fn terms(k: &Operator) -> impl Iterator<Item = Vec<Light>> {
+    let mut n = 0;
+    let mut last: Vec<Light> = Vec::new();
+    std::iter::from_fn(move || {
+        let term = match n {
+            0 => k.emission().to_vec(),
+            1 => k.first_bounce(),
+            _ if last.iter().all(|l| l.invisible == glam::Vec3::ZERO) => return None,
+            _ => k.apply(&last),
+        };
+        n += 1;
+        last.clone_from(&term);
+        Some(term)
+    })
+}
+
+/// The verdict on a series, with the bounds that prove it; `None` for the spectrum where the series ends.
+pub fn verdict(k: &Operator) -> (Verdict, Option<Spectrum>) {
+    if !k.interreflects() {
+        return (Verdict::Ends, None);
+    }
+    let spectrum = spectrum(k);
+    let radius = spectrum.worst();
+    let verdict = if radius.upper < 1.0 {
+        Verdict::Converges
+    } else if radius.lower >= 1.0 {
+        Verdict::Diverges
+    } else {
+        Verdict::Undecided
+    };
+    (verdict, Some(spectrum))
+}
+
+/// Solves `L = E + K L` by its Neumann series.
+///
+/// # Errors
+/// [`Diverges`] where the spectral radius is not proved to be below 1.
+pub fn neumann(k: &Operator, settings: &Settings) -> Result<Solution, Diverges> {
+    let (verdict, spectrum) = verdict(k);
+    if matches!(verdict, Verdict::Diverges | Verdict::Undecided) {
+        let radius = spectrum.map_or(NOTHING, |s| s.worst());
+        return Err(refuse(k, verdict, radius));
+    }
+    let enough = |s: &Solution| s.rest() <= settings.tolerance * norm(k.areas(), &s.light);
+    Ok(expand(k, verdict, spectrum, settings.max_terms, enough))
+}
+
+/// The first `count` bounces and E, whether the series converges or not; fewer where it ends or leaves the numbers.
+pub fn explore(k: &Operator, count: usize) -> Solution {
+    let (verdict, spectrum) = verdict(k);
+    expand(k, verdict, spectrum, count, |_| false)
+}
+
+/// The radius of an operator that passes nothing on.
+const NOTHING: Bounds = Bounds {
+    lower: 0.0,
+    upper: 0.0,
+};
+
+/// Adds bounces up to `last`, until `enough` says so or a term is no longer finite.
+fn expand(
+    k: &Operator,
+    verdict: Verdict,
+    spectrum: Option<Spectrum>,
+    last: usize,
+    enough: impl Fn(&Solution) -> bool,
+) -> Solution {
+    let tail = spectrum.as_ref().and_then(|s| TailBound::new(k, s));
+    let mut solution = Solution {
+        light: vec![Light::default(); k.len()],
+        terms: Vec::new(),
+        bounces: Vec::new(),
+        verdict,
+        radius: spectrum.map_or(NOTHING, |s| s.worst()),
+    };
+    for (n, term) in terms(k).take(last.max(1) + 1).enumerate() {
+        solution.add(k, n, term, tail.as_ref());
+        let finite = solution.bounces[n].norm.is_finite();
+        if !finite || (n >= 1 && enough(&solution)) {
+            break;
+        }
+    }
+    solution.bound_first();
+    solution
+}
+
+impl Solution {
+    fn add(&mut self, k: &Operator, n: usize, term: Vec<Light>, tail: Option<&TailBound>) {
+        for (l, t) in self.light.iter_mut().zip(&term) {
+            l.invisible += t.invisible;
+            l.visible += t.visible;
+        }
+        let mut bounce = measure(k, n, &term, self.bounces.last().map(|b| b.norm));
+        bounce.tail_bound = match tail {
+            Some(tail) => tail.after(&term),
+            // Nothing comes after the first bounce of a series that ends.
+            None => (n >= 1 && self.verdict == Verdict::Ends).then_some(0.0),
+        };
+        self.bounces.push(bounce);
+        self.terms.push(term);
+    }
+
+    /// The bound on everything after the last term.
+    pub fn rest(&self) -> f64 {
+        let last = self.bounces.last().and_then(|b| b.tail_bound);
+        last.unwrap_or(f64::INFINITY)
+    }
+
+    /// After E comes KE and what comes after it: a bound even where E lies on patches that pass nothing on.
+    fn bound_first(&mut self) {
+        if let [first, second, ..] = &mut self.bounces[..] {
+            let through_second = second.tail_bound.map(|t| second.norm + t);
+            first.tail_bound = match (first.tail_bound, through_second) {
+                (Some(a), Some(b)) => Some(a.min(b)),
+                (a, b) => a.or(b),
+            };
+        }
+    }
+}
+
+fn refuse(k: &Operator, verdict: Verdict, radius: Bounds) -> Diverges {
+    let passing: Vec<f32> = (0..k.len())
+        .filter(|&i| k.reflectance(i).max_element() > 0.0)
+        .map(|i| k.alpha(i))
+        .collect();
+    let first = passing.first().copied().unwrap_or(0.0);
+    let uniform = passing.iter().all(|&a| a == first);
+    // The radius is proportional to alpha.
+    let scale = if uniform { first as f64 } else { 1.0 };
+    Diverges {
+        verdict,
+        radius,
+        alpha_limit: scale / radius.upper,
+        uniform,
+    }
+}
