@@ -3,13 +3,15 @@
 //! A [`Picture`] holds radiance; the sRGB curve and the exposure belong to files and screens and are applied on the
 //! way out ([`Exposure`]). Not handled: colour management beyond sRGB, alpha, tone mapping other than a clamp.
 
+mod error;
 mod files;
 mod metrics;
 mod picture;
 mod srgb;
 mod whole;
 
-pub use files::{ImageError, encode_png, read_picture, write_bitmap, write_picture};
+pub use error::ImageError;
+pub use files::{encode_png, read_picture, write_bitmap, write_picture};
 pub use metrics::{MeanDifference, MetricError, mean_difference, mean_e_pixel, relative_rms};
 pub use picture::Picture;
 pub use srgb::{Bitmap, Exposure, decode_srgb, encode_srgb};

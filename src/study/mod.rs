@@ -8,10 +8,13 @@ mod axis;
 mod canvas;
 mod chart;
 mod font;
+mod notes;
 mod plot;
 mod sheet;
+mod surface;
 
 pub use axis::Scale;
-pub use canvas::{DrawError, Marker};
+pub use canvas::Marker;
 pub use chart::{Axis, Chart, ChartError, Look, Series};
 pub use sheet::{Sheet, Tile};
+pub use surface::DrawError;
