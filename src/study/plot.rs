@@ -169,9 +169,8 @@ fn draw_notes<B: DrawingBackend>(
     }
     let plot = [frame.left, frame.top, frame.right, frame.bottom];
     for note in notes::place(&notes, &lines, plot, TICK_EM) {
-        if let Some(point) = note.leader {
-            let corner = (note.at.0 - 3.0, note.at.1 - 0.35 * TICK_EM);
-            canvas.line(point, corner, FAINT_INK, 0.75)?;
+        if let Some([from, to]) = note.leader {
+            canvas.line(from, to, FAINT_INK, 0.75)?;
         }
         canvas.text(&note.text, note.at, TICK_EM, Align::Left, INK)?;
     }
