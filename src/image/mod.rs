@@ -3,6 +3,7 @@
 //! A [`Picture`] holds radiance; the sRGB curve and the exposure belong to files and screens and are applied on the
 //! way out ([`Exposure`]). Not handled: colour management beyond sRGB, alpha, tone mapping other than a clamp.
 
+mod error;
 mod files;
 mod gather;
 mod metrics;
@@ -10,7 +11,8 @@ mod picture;
 mod srgb;
 mod whole;
 
-pub use files::{ImageError, encode_png, read_picture, write_bitmap, write_picture};
+pub use error::ImageError;
+pub use files::{encode_png, read_picture, write_bitmap, write_picture};
 pub use gather::{Fields, GatherSampling, Gathered, View, gather, invisible};
 pub use metrics::{MeanDifference, MetricError, mean_difference, mean_e_pixel, relative_rms};
 pub use picture::Picture;

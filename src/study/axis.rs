@@ -99,6 +99,9 @@ impl Range {
         let mut ticks = Vec::new();
         for decade in low..=high {
             let labelled = decade.rem_euclid(step as i32) == 0;
+            if !labelled && step > 10 {
+                continue;
+            }
             ticks.push(Tick {
                 at: self.along(f64::from(decade)),
                 label: labelled.then(|| format!("10{}", superscript(decade))),

@@ -4,27 +4,15 @@
 //! averaged down, which anti-aliases them, and SVG is told to show itself smaller. The same drawing gives both.
 //! Text stands on its baseline, because plotters places its other anchors differently in SVG and bitmaps.
 
-use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
+use plotters::backend::DrawingBackend;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontTransform, RGBColor, ShapeStyle, TextStyle};
 
 use super::font;
-use crate::image::Bitmap;
+use super::surface::DrawError;
 
 /// Backend pixels per logical pixel.
-const FINENESS: u32 = 4;
-
-/// A backend refused to draw.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-#[error("the chart cannot be drawn: {reason}")]
-#[diagnostic(
-    code(halflight::chart),
-    help("charts need a size between 1 and 8192 pixels a side")
-)]
-pub struct DrawError {
-    /// What the backend said.
-    pub reason: String,
-}
+pub const FINENESS: u32 = 4;
 
 /// Where a text stands relative to its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,11 +43,11 @@ pub enum Marker {
 }
 
 /// How a backend treats text.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum TextBy {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextBy {
     /// The reader's browser draws whole lines, in the first family it has.
     Browser,
-    /// plotters draws glyphs of the embedded fonts, one face at a time.
+    /// plotters draws glyphs of the embedded font, one run at a time.
     Glyphs,
 }
 
@@ -67,66 +55,6 @@ enum TextBy {
 pub struct Canvas<'a, B: DrawingBackend> {
     backend: &'a mut B,
     text_by: TextBy,
-}
-
-/// Draws into a bitmap of that size.
-///
-/// # Errors
-/// [`DrawError`] where the size is out of range or a backend fails.
-pub fn draw_bitmap(
-    (width, height): (u32, u32),
-    draw: impl FnOnce(&mut Canvas<BitMapBackend>) -> Result<(), DrawError>,
-) -> Result<Bitmap, DrawError> {
-    let (wide, high) = fine_size(width, height)?;
-    let mut fine = Bitmap::filled(wide as usize, high as usize, [255; 3]);
-    let mut backend = BitMapBackend::with_buffer(&mut fine.bytes, (wide, high));
-    let text_by = TextBy::Glyphs;
-    let backend_ref = &mut backend;
-    draw(&mut Canvas {
-        backend: backend_ref,
-        text_by,
-    })?;
-    drop(backend);
-    Ok(fine.reduced(FINENESS as usize))
-}
-
-/// Draws an SVG document that shows itself at that size.
-///
-/// # Errors
-/// [`DrawError`] where the size is out of range or a backend fails.
-pub fn draw_svg(
-    (width, height): (u32, u32),
-    draw: impl FnOnce(&mut Canvas<SVGBackend>) -> Result<(), DrawError>,
-) -> Result<String, DrawError> {
-    let (wide, high) = fine_size(width, height)?;
-    let mut document = String::new();
-    let mut backend = SVGBackend::with_string(&mut document, (wide, high));
-    let text_by = TextBy::Browser;
-    let backend_ref = &mut backend;
-    draw(&mut Canvas {
-        backend: backend_ref,
-        text_by,
-    })?;
-    backend.present().map_err(refused)?;
-    drop(backend);
-    let drawn = format!("width=\"{wide}\" height=\"{high}\"");
-    let shown = format!("width=\"{width}\" height=\"{height}\"");
-    Ok(document.replacen(&drawn, &shown, 1))
-}
-
-fn fine_size(width: u32, height: u32) -> Result<(u32, u32), DrawError> {
-    let allowed = 1..=8192;
-    if !allowed.contains(&width) || !allowed.contains(&height) {
-        let reason = format!("its size is {width} x {height}");
-        return Err(DrawError { reason });
-    }
-    Ok((width * FINENESS, height * FINENESS))
-}
-
-fn refused(error: impl std::fmt::Display) -> DrawError {
-    DrawError {
-        reason: error.to_string(),
-    }
 }
 
 fn fine(value: f64) -> i32 {
@@ -137,7 +65,12 @@ fn stroke(colour: RGBColor, width: f64) -> ShapeStyle {
     colour.stroke_width(fine(width).max(1) as u32)
 }
 
-impl<B: DrawingBackend> Canvas<'_, B> {
+impl<'a, B: DrawingBackend> Canvas<'a, B> {
+    /// A canvas on a backend [`FINENESS`] times its size.
+    pub fn new(backend: &'a mut B, text_by: TextBy) -> Self {
+        Canvas { backend, text_by }
+    }
+
     /// A straight line.
     pub fn line(
         &mut self,
@@ -148,7 +81,7 @@ impl<B: DrawingBackend> Canvas<'_, B> {
     ) -> Result<(), DrawError> {
         let path = [from, to].map(|(x, y)| (fine(x), fine(y)));
         let style = stroke(colour, width);
-        self.backend.draw_path(path, &style).map_err(refused)
+        self.backend.draw_path(path, &style).map_err(DrawError::new)
     }
 
     /// A line through all points, straight between them.
@@ -200,7 +133,7 @@ impl<B: DrawingBackend> Canvas<'_, B> {
         let corners = [(left, top), (right, bottom)].map(|(x, y)| (fine(x), fine(y)));
         self.backend
             .draw_rect(corners[0], corners[1], &colour, true)
-            .map_err(refused)
+            .map_err(DrawError::new)
     }
 
     /// A marker of about `size` pixels across: one circle or polygon.
@@ -216,7 +149,7 @@ impl<B: DrawingBackend> Canvas<'_, B> {
             Marker::Disc => {
                 let (at, radius) = ((fine(x), fine(y)), fine(r) as u32);
                 let drawn = self.backend.draw_circle(at, radius, &colour.filled(), true);
-                return drawn.map_err(refused);
+                return drawn.map_err(DrawError::new);
             }
             Marker::Square => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
             Marker::Triangle => &[(0.0, -1.2), (1.1, 0.8), (-1.1, 0.8)],
@@ -226,7 +159,9 @@ impl<B: DrawingBackend> Canvas<'_, B> {
         let polygon = corners
             .iter()
             .map(|(dx, dy)| (fine(x + r * dx), fine(y + r * dy)));
-        self.backend.fill_polygon(polygon, &colour).map_err(refused)
+        self.backend
+            .fill_polygon(polygon, &colour)
+            .map_err(DrawError::new)
     }
 
     /// A line of text whose baseline passes through the point, at an em of `em` pixels.
@@ -261,7 +196,7 @@ impl<B: DrawingBackend> Canvas<'_, B> {
             let drawn = self
                 .backend
                 .draw_text(&run.text, &style, (fine(at.0), fine(at.1)));
-            drawn.map_err(refused)?;
+            drawn.map_err(DrawError::new)?;
             along += run.width(em);
         }
         Ok(())
@@ -292,13 +227,15 @@ impl<B: DrawingBackend> Canvas<'_, B> {
         let drawn = self
             .backend
             .draw_text(line, &style, (fine(at.0), fine(at.1)));
-        drawn.map_err(refused)
+        drawn.map_err(DrawError::new)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::Bitmap;
+    use crate::study::surface::{draw_bitmap, draw_svg};
 
     const INK: RGBColor = RGBColor(0, 0, 0);
 
@@ -354,13 +291,5 @@ mod tests {
         let svg = draw_svg((100, 100), |canvas| canvas.dashed(&corner, INK, 1.0, 5.0)).unwrap();
         // 153 pixels are 15.3 periods; the dash that turns the corner counts twice.
         assert_eq!(svg.matches("<polyline").count(), 16 + 1);
-    }
-
-    #[test]
-    fn sizes_out_of_range_are_refused() {
-        assert!(draw_bitmap((0, 10), |_| Ok(())).is_err());
-        assert!(draw_svg((10, 100_000), |_| Ok(())).is_err());
-        let svg = draw_svg((30, 20), |_| Ok(())).unwrap();
-        assert!(svg.contains("width=\"30\" height=\"20\" viewBox=\"0 0 120 80\""));
     }
 }

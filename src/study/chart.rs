@@ -11,8 +11,9 @@ use std::path::Path;
 use plotters::style::RGBColor;
 
 use super::axis::{Scale, superscript};
-use super::canvas::{DrawError, Marker, draw_bitmap, draw_svg};
+use super::canvas::Marker;
 use super::plot;
+use super::surface::{DrawError, draw_bitmap, draw_svg};
 use crate::image::{Bitmap, ImageError, WriteError, write_bitmap, write_whole};
 
 /// A chart.
@@ -203,5 +204,98 @@ impl Chart {
             write_bitmap(path, &self.bitmap()?)?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn modes() -> Chart {
+        let series = vec![
+            Series::bounces("global", 0, &[4.0, 0.5, 0.25, 0.125, 0.0625]),
+            Series::bounces("one-bounce", 1, &[4.0, 0.4, 0.0, 0.0]),
+            Series::bound("proven bound", 0, vec![(2.0, 1.0), (4.0, 0.25)]),
+        ];
+        Chart::of_bounces("Light & bounces", "Cornell box, 504 patches", series)
+    }
+
+    fn markers(svg: &str) -> usize {
+        svg.matches("<circle").count() + svg.matches("<polygon").count()
+    }
+
+    #[test]
+    fn svg_holds_the_labels_and_a_marker_for_each_point() {
+        let svg = modes().svg().unwrap();
+        for text in [
+            "bounce n",
+            "norm of KⁿE, W/(m² sr)",
+            "10⁻²",
+            "10¹",
+            "one-bounce ends: K²E = 0",
+            "proven bound",
+            "Light &amp; bounces",
+            "Cornell box, 504 patches",
+            "sans-serif",
+        ] {
+            assert!(svg.contains(text), "{text}");
+        }
+        // Five and two points, and one marker each in the legend.
+        assert_eq!(markers(&svg), 5 + 2 + 2);
+        assert_eq!(svg.matches("<text").count(), svg.matches("</text>").count());
+    }
+
+    #[test]
+    fn bitmaps_have_the_size_and_colours_of_the_chart() {
+        let page = modes().bitmap().unwrap();
+        assert_eq!((page.width, page.height), (960, 600));
+        let blue = page.bytes.chunks_exact(3).filter(|p| *p == [0, 114, 178]);
+        assert!(blue.count() > 100);
+    }
+
+    #[test]
+    fn series_end_at_the_first_zero_or_overflow() {
+        let dark = Series::bounces("dark", 0, &[0.0, 1.0]);
+        assert_eq!(dark.note.as_deref(), Some("ends: E = 0"));
+        assert!(dark.points.is_empty());
+        let wild = Series::bounces("wild", 0, &[1.0, 1e300, f64::INFINITY, f64::NAN]);
+        assert_eq!(wild.points, [(0.0, 1.0), (1.0, 1e300)]);
+        assert!(wild.note.unwrap().contains("K²E"));
+        let whole = Series::bounces("whole", 0, &[1.0, 0.5]);
+        assert_eq!((whole.points.len(), whole.note), (2, None));
+    }
+
+    #[test]
+    fn odd_series_are_drawn_without_trouble() {
+        let huge: Vec<f64> = (0..40).map(|n| 10_f64.powi(9 * n)).collect();
+        let series = vec![
+            Series::bounces("dark", 0, &[0.0]),
+            Series::bounces("also dark", 1, &[0.0]),
+            Series::bounces("one", 2, &[1.0]),
+            Series::bounces("huge", 3, &huge),
+            Series::bounces("nothing", 9, &[]),
+        ];
+        let svg = Chart::of_bounces("", "", series).svg().unwrap();
+        let finite = huge.iter().filter(|v| v.is_finite()).count();
+        assert_eq!(markers(&svg), finite + 1 + 5);
+        assert!(Chart::of_bounces("", "", vec![]).svg().is_ok());
+        let gap = Series::bounces("gap", 0, &[1.0]);
+        let points = vec![(0.0, 1.0), (1.0, -1.0), (2.0, f64::NAN), (3.0, 1.0)];
+        let svg = Chart::of_bounces("", "", vec![Series { points, ..gap }]).svg();
+        assert_eq!(markers(&svg.unwrap()), 2 + 1);
+    }
+
+    #[test]
+    fn charts_are_written_by_extension() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = |name: &str| directory.path().join(name);
+        modes().write(path("a.svg")).unwrap();
+        modes().write(path("a.png")).unwrap();
+        let svg = std::fs::read_to_string(path("a.svg")).unwrap();
+        assert_eq!(svg, modes().svg().unwrap());
+        let png = crate::image::read_picture(path("a.png")).unwrap();
+        assert_eq!(png.size(), (960, 600));
+        assert!(modes().write(path("a.pdf")).is_err());
+        assert!(!path("a.pdf").exists());
     }
 }

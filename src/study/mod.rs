@@ -9,16 +9,19 @@ mod bounces;
 mod canvas;
 mod chart;
 mod font;
+mod notes;
 mod pipeline;
 mod plot;
 mod sheet;
+mod surface;
 
 pub use axis::Scale;
 pub use bounces::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
-pub use canvas::{DrawError, Marker};
+pub use canvas::Marker;
 pub use chart::{Axis, Chart, ChartError, Look, Series};
 pub use pipeline::{
     Assembled, Fineness, Prepared, Seconds, Watch, assemble, picture, prepare, render,
     without_luminaires,
 };
 pub use sheet::{Sheet, Tile};
+pub use surface::DrawError;

@@ -1,15 +1,17 @@
 //! Draws a [`Chart`]: title, plot with grid and axes, legend beside it, caption below.
 //!
 //! The legend has a column of its own, so that it never hides a line. Notes at the ends of series step aside for one
-//! another and stay inside the plot; they do not step aside for lines.
+//! another and for lines.
 
 use plotters::backend::DrawingBackend;
 use plotters::style::RGBColor;
 
 use super::axis::Range;
-use super::canvas::{Align, Canvas, DrawError};
+use super::canvas::{Align, Canvas};
 use super::chart::{Chart, Look, Series};
 use super::font;
+use super::notes;
+use super::surface::DrawError;
 
 const INK: RGBColor = RGBColor(34, 34, 34);
 const FAINT_INK: RGBColor = RGBColor(96, 96, 96);
@@ -148,33 +150,29 @@ fn draw_series<B: DrawingBackend>(
     Ok(())
 }
 
-/// Words beside the last point of each series that has some, lowered until no two overlap.
+/// Words beside the last point of each series that has some, and below the middle where it shows no point at all.
 fn draw_notes<B: DrawingBackend>(
     chart: &Chart,
     frame: &Frame,
     canvas: &mut Canvas<B>,
 ) -> Result<(), DrawError> {
-    let mut taken: Vec<(f64, f64, f64)> = Vec::new();
-    for series in &chart.series {
-        let Some(note) = &series.note else { continue };
-        let note = format!("{} {note}", series.name);
-        let last = series.points.iter().rev().find_map(|&p| frame.place(p));
-        let (x, y) = last.unwrap_or((frame.left, frame.bottom - TICK_EM));
-        let wide = font::width(&note, TICK_EM);
-        let left = (x + 12.0).min(frame.right - wide).max(frame.left + 4.0);
-        let mut base = y + 0.35 * TICK_EM;
-        let clash = |base: f64, taken: &[(f64, f64, f64)]| {
-            let near = |t: &&(f64, f64, f64)| (t.2 - base).abs() < 1.2 * TICK_EM;
-            taken
-                .iter()
-                .find(|t| near(t) && t.0 < left + wide && left < t.1)
-                .copied()
-        };
-        while let Some(other) = clash(base, &taken) {
-            base = other.2 + 1.3 * TICK_EM;
+    let places =
+        |s: &Series| -> Vec<_> { s.points.iter().filter_map(|&p| frame.place(p)).collect() };
+    let lines: Vec<_> = chart.series.iter().map(places).collect();
+    let nowhere = (frame.left, frame.up(0.25));
+    let mut notes = Vec::new();
+    for (series, line) in chart.series.iter().zip(&lines) {
+        if let Some(note) = &series.note {
+            let point = line.last().copied().unwrap_or(nowhere);
+            notes.push((format!("{} {note}", series.name), point));
         }
-        canvas.text(&note, (left, base), TICK_EM, Align::Left, INK)?;
-        taken.push((left, left + wide, base));
+    }
+    let plot = [frame.left, frame.top, frame.right, frame.bottom];
+    for note in notes::place(&notes, &lines, plot, TICK_EM) {
+        if let Some([from, to]) = note.leader {
+            canvas.line(from, to, FAINT_INK, 0.75)?;
+        }
+        canvas.text(&note.text, note.at, TICK_EM, Align::Left, INK)?;
     }
     Ok(())
 }

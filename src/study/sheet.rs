@@ -7,9 +7,10 @@ use std::path::Path;
 
 use plotters::style::RGBColor;
 
-use super::canvas::{Align, DrawError, draw_bitmap};
+use super::canvas::Align;
 use super::chart::ChartError;
 use super::font;
+use super::surface::{DrawError, draw_bitmap};
 use crate::image::{Bitmap, Exposure, Picture, write_bitmap};
 
 const INK: RGBColor = RGBColor(34, 34, 34);
@@ -254,7 +255,7 @@ mod tests {
             exposure: Exposure::default(),
         };
         assert!(sheet.bitmap().is_ok());
-        sheet.tiles.push(tile(None, "none", "", 1.0));
+        sheet.tiles.push(tile(None, "", "", 1.0));
         let page = sheet.bitmap().unwrap();
         assert_eq!(count(&page, ABSENT), 256 * 256);
     }
