@@ -50,9 +50,11 @@ impl Anchor {
         direction: Vec3A,
         corners: impl FnOnce() -> [Vec3; 3],
     ) -> Vec3A {
-        let point = match self.clearance(point).min_element() {
-            least if least >= MARGIN || least < FOREIGN => point,
-            _ => self.inside(point, corners()),
+        let least = self.clearance(point).min_element();
+        let point = if (FOREIGN..MARGIN).contains(&least) {
+            self.inside(point, corners())
+        } else {
+            point
         };
         point + LIFT.copysign(self.normal.dot(direction)) * self.normal
     }
