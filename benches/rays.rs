@@ -140,7 +140,7 @@ fn random(index: u32, use_of: u32) -> f32 {
 
 /// A random point of a random face; half of them on the first 38 faces, the room's.
 fn end(triangles: &[Corners], index: u32, use_of: u32) -> End {
-    let among = if index % 2 == 0 {
+    let among = if index.is_multiple_of(2) {
         triangles.len().min(38)
     } else {
         triangles.len()
