@@ -7,7 +7,7 @@ use super::CliError;
 use super::console::Console;
 use super::options::{Bounces, Common};
 use super::report::{BounceReport, BouncesReport, Modes, mode_of};
-use crate::image::{Exposure, GatherSampling, write_whole};
+use crate::image::{Exposure, GatherSampling, make_directory, write_whole};
 use crate::light::Transport;
 use crate::solve::{Solution, Verdict, explore};
 use crate::study::{
@@ -21,6 +21,7 @@ const SHEET: usize = 12;
 /// Studies every mode asked for.
 pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
+    make_directory(&common.out)?;
     let scene = own.problem.load()?;
     for warning in &scene.warnings {
         console.warn(warning);

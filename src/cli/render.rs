@@ -7,7 +7,9 @@ use super::CliError;
 use super::console::Console;
 use super::options::{Common, Render};
 use super::report::{Modes, Radius, RenderReport, mode_of};
-use crate::image::{Exposure, GatherSampling, Picture, write_picture};
+use crate::image::{
+    Exposure, GatherSampling, Picture, check_extension, make_directory, write_picture,
+};
 use crate::light::Transport;
 use crate::solve::{Diverges, Settings, Solution, neumann};
 use crate::study::{Assembled, Prepared, Seconds, Sheet, Tile, assemble, prepare, render};
@@ -26,6 +28,10 @@ struct Outcome {
 pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
     let start = Instant::now();
     let console = Console::new(common);
+    match &own.output {
+        Some(path) => check_extension(path)?,
+        None => make_directory(&common.out)?,
+    }
     let scene = own.problem.load()?;
     for warning in &scene.warnings {
         console.warn(warning);

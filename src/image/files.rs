@@ -78,6 +78,17 @@ pub fn write_picture(
     Ok(write_whole(path, &bytes)?)
 }
 
+/// Checks that [`write_picture`] knows a path's extension: worth asking before hours of work.
+///
+/// # Errors
+/// Another extension than `.png` and `.exr`.
+pub fn check_extension(path: &Path) -> Result<(), ImageError> {
+    match Format::of(path)? {
+        Format::Png | Format::Exr => Ok(()),
+        Format::Hdr => Err(unknown(path)),
+    }
+}
+
 /// Writes finished sRGB codes as `.png`.
 ///
 /// # Errors

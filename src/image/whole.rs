@@ -40,6 +40,18 @@ pub fn write_whole(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), WriteErro
     })
 }
 
+/// Makes sure a directory exists, so that what is written into it later need not fail.
+///
+/// # Errors
+/// [`WriteError`] where there is none and none can be made.
+pub fn make_directory(path: impl AsRef<Path>) -> Result<(), WriteError> {
+    let path = path.as_ref();
+    fs::create_dir_all(path).map_err(|source| WriteError {
+        path: path.to_path_buf(),
+        source,
+    })
+}
+
 fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     match fs::metadata(path) {
         Ok(found) if found.is_dir() => Err(io::Error::from(io::ErrorKind::IsADirectory)),
