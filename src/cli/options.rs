@@ -82,7 +82,7 @@ pub struct Problem {
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub rays: u32,
     /// Hemisphere rays for each pixel, rounded up to a power of two
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub samples: u32,
     /// Brighten PNG files by so many stops (factors of two); EXR files stay as they are
     #[arg(

@@ -19,6 +19,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::Picture;
+use super::irradiance::{Layer, smooth};
 use crate::form_factors::{DirectSum, Luminaires, Occlusion, Progress, Receiver, gather_luminaire};
 use crate::light::{Light, Rgb, Transport};
 use crate::patches::Patches;
@@ -66,7 +67,7 @@ impl GatherSampling {
         let camera = samples.min(16);
         GatherSampling {
             camera,
-            luminaire: (samples / camera / 4).max(1),
+            luminaire: (samples / camera / 2).max(1),
             hemisphere: samples / camera,
             seed,
         }
@@ -150,19 +151,30 @@ pub fn gather(view: &View, fields: &Fields, sampling: &GatherSampling, tick: Pro
             },
         )
         .collect();
-    let pixels: Vec<Pixel> = rows.into_iter().flatten().collect();
-    let picture = |value: &dyn Fn(&Pixel) -> Rgb| Picture {
+    let mut pixels: Vec<Pixel> = rows.into_iter().flatten().collect();
+    let layers: Vec<Vec<Layer>> = pixels
+        .iter_mut()
+        .map(|p| std::mem::take(&mut p.layers))
+        .collect();
+    let incident = smooth(&layers, view.width);
+    let picture = |pixels: Vec<Rgb>| Picture {
         width: view.width,
         height: view.height,
-        pixels: pixels.iter().map(value).collect(),
+        pixels,
+    };
+    let reflected = |k: usize| {
+        let pixel = |(layers, incident): (&Vec<Layer>, &Vec<Vec<Rgb>>)| {
+            let parts = layers.iter().zip(incident);
+            let sum: Vec3 = parts.map(|(l, i)| l.count as f32 * l.rho * i[k]).sum();
+            sum / sampling.camera as f32
+        };
+        layers.iter().zip(&incident).map(pixel).collect()
     };
     let backs: u64 = pixels.iter().map(|p| u64::from(p.backs)).sum();
     Gathered {
-        emission: picture(&|p| p.emission),
-        direct: picture(&|p| p.direct),
-        indirect: (0..fields.count)
-            .map(|k| picture(&|p| p.indirect[k]))
-            .collect(),
+        emission: picture(pixels.iter().map(|p| p.emission).collect()),
+        direct: picture(pixels.iter().map(|p| p.direct).collect()),
+        indirect: (0..fields.count).map(|k| picture(reflected(k))).collect(),
         backs: backs as f64 / (pixels.len() as u64 * u64::from(sampling.camera)) as f64,
         rays: pixels.iter().map(|p| p.rays).sum(),
     }
@@ -183,7 +195,7 @@ struct Pass<'a> {
 struct Pixel {
     emission: Rgb,
     direct: Rgb,
-    indirect: Vec<Rgb>,
+    layers: Vec<Layer>,
     backs: u32,
     rays: u64,
 }
@@ -221,7 +233,7 @@ impl<'a> Pass<'a> {
         let (width, height) = (self.view.width, self.view.height);
         let seed = hash((y * width + x) as u32, self.sampling.seed ^ 0x9a7e_0000);
         scratch.sums.fill(DirectSum::default());
-        let mut indirect = vec![DVec3::ZERO; self.fields.count];
+        let mut layers: Vec<Layer> = Vec::new();
         let mut emission = DVec3::ZERO;
         let (mut backs, mut rays) = (0, 0);
         for s in 0..self.sampling.camera {
@@ -248,7 +260,26 @@ impl<'a> Pass<'a> {
                 continue;
             }
             rays += self.add_direct(&receiver, rho, s, seed, scratch);
-            rays += self.add_indirect(&receiver, rho, s, seed, scratch, &mut indirect);
+            if !self.dark {
+                rays += u64::from(self.sampling.hemisphere);
+                let surroundings = self.find_incident(&receiver, s, seed, scratch);
+                let key = (
+                    view.rays.plane(hit.face),
+                    hit.side,
+                    material_of(view, hit.face),
+                );
+                add_to_layer(
+                    &mut layers,
+                    key,
+                    &receiver,
+                    material.rho,
+                    surroundings,
+                    &scratch.incident,
+                );
+            }
+        }
+        for layer in &mut layers {
+            layer.settle();
         }
         let share = 1.0 / f64::from(self.sampling.camera);
         let direct: DVec3 = self
@@ -262,7 +293,7 @@ impl<'a> Pass<'a> {
         Pixel {
             emission: (emission * share).as_vec3(),
             direct: (direct * share).as_vec3(),
-            indirect: indirect.iter().map(|i| (*i * share).as_vec3()).collect(),
+            layers,
             backs,
             rays,
         }
@@ -314,20 +345,11 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// Adds what hemisphere rays from one point read in every field; returns the rays cast.
-    fn add_indirect(
-        &self,
-        receiver: &Receiver,
-        rho: DVec3,
-        s: u32,
-        seed: u32,
-        scratch: &mut Scratch,
-        indirect: &mut [DVec3],
-    ) -> u64 {
-        if self.dark {
-            return 0;
-        }
+    /// Finds what hemisphere rays from one point read in every field, into `scratch.incident`; returns the sum over
+    /// the rays of their inverse lengths, divided by their number.
+    fn find_incident(&self, receiver: &Receiver, s: u32, seed: u32, scratch: &mut Scratch) -> f64 {
         let n = self.sampling.hemisphere;
+        let mut nearness = 0.0;
         scratch.incident.fill(DVec3::ZERO);
         for index in s * n..(s + 1) * n {
             let (u, v) = (
@@ -340,11 +362,15 @@ impl<'a> Pass<'a> {
                 source: Some(receiver.face),
             };
             self.read(&ray, &mut scratch.hits, &mut scratch.incident);
+            nearness += scratch
+                .hits
+                .first()
+                .map_or(0.0, |hit| 1.0 / f64::from(hit.t));
         }
-        for (sum, i) in indirect.iter_mut().zip(&scratch.incident) {
-            *sum += rho * *i / f64::from(n);
+        for sum in &mut scratch.incident {
+            *sum /= f64::from(n);
         }
-        u64::from(n)
+        nearness / f64::from(n)
     }
 
     /// Reads every field along a ray: each crossing's light times the tau of the surfaces before it.
@@ -371,6 +397,27 @@ impl<'a> Pass<'a> {
             }
         }
     }
+}
+
+fn material_of(view: &View, face: u32) -> u32 {
+    view.scene.faces[face as usize].material
+}
+
+/// Adds one camera ray's findings to its pixel's layer of the surface seen.
+fn add_to_layer(
+    layers: &mut Vec<Layer>,
+    key: (u32, Side, u32),
+    receiver: &Receiver,
+    rho: Rgb,
+    nearness: f64,
+    incident: &[DVec3],
+) {
+    let found = layers.iter().position(|l| l.key == key);
+    let k = found.unwrap_or_else(|| {
+        layers.push(Layer::new(key, receiver.normal, rho, incident.len()));
+        layers.len() - 1
+    });
+    layers[k].add(receiver.position, nearness, incident);
 }
 
 /// The invisible half of patch light, as a field to gather.

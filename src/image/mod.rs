@@ -6,6 +6,7 @@
 mod error;
 mod files;
 mod gather;
+mod irradiance;
 mod metrics;
 mod picture;
 mod srgb;

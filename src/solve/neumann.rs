@@ -100,7 +100,7 @@ pub fn terms(k: &Operator) -> impl Iterator<Item = Vec<Light>> {
         let term = match n {
             0 => k.emission().to_vec(),
             1 => k.first_bounce(),
-            _ if last.iter().all(|l| l.invisible == glam::Vec3::ZERO) => return None,
+            _ if last.iter().all(|l| *l == Light::default()) => return None,
             _ => k.apply(&last),
         };
         n += 1;
