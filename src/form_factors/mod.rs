@@ -16,6 +16,7 @@ mod cast;
 mod checks;
 mod emitted;
 mod luminaire;
+mod outline;
 mod polygon;
 mod sparse;
 
