@@ -33,6 +33,8 @@ pub enum Command {
     Render(Render),
     /// Study the bounce series E, KE, K²E, ... of a scene
     Bounces(Bounces),
+    /// Compare two pictures, number by number
+    Diff(Diff),
     /// List the scenes that are built in
     Scenes,
 }
@@ -120,6 +122,26 @@ pub struct Bounces {
     /// Size of each picture in the sheet
     #[arg(long, value_name = "WxH", default_value = "160x160", value_parser = size)]
     pub size: Size,
+}
+
+/// `halflight diff`
+#[derive(Args, Debug)]
+pub struct Diff {
+    /// The picture: .exr, .hdr or .png
+    pub picture: PathBuf,
+    /// What it is compared with
+    pub reference: PathBuf,
+    /// Figure to write, .png [default: <out>/<picture>-minus-<reference>.png]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Brighten the two pictures in the figure by so many stops
+    #[arg(
+        long,
+        value_name = "STOPS",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub exposure: f32,
 }
 
 /// Width and height in pixels.

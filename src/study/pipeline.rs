@@ -94,6 +94,14 @@ pub trait Watch: Sync {
     fn tick(&self, done: u64);
 }
 
+/// Watches nothing.
+pub struct Silent;
+
+impl Watch for Silent {
+    fn begin(&self, _step: &str, _length: u64) {}
+    fn tick(&self, _done: u64) {}
+}
+
 /// Builds rays, patches and luminaires.
 pub fn prepare(scene: Scene, patches: usize) -> Prepared {
     let start = Instant::now();
