@@ -9,6 +9,7 @@ mod gather;
 mod irradiance;
 mod metrics;
 mod picture;
+mod pixel;
 mod srgb;
 mod whole;
 

@@ -19,11 +19,11 @@ pub fn difference_scale(a: &Picture, b: &Picture) -> f32 {
     let large = sizes.get(sizes.len().saturating_sub(1) * 99 / 100);
     match large.copied().filter(|l| *l > 0.0 && l.is_finite()) {
         Some(large) => {
-            let decade = 10f32.powf(large.log10().floor());
-            let step = [1.0, 2.0, 5.0, 10.0]
-                .into_iter()
-                .find(|s| s * decade >= large);
-            step.unwrap_or(10.0) * decade
+            let exponent = large.log10().floor() as i32;
+            // Read from decimal digits, so that 0.005 is written as such in the legend.
+            let round = |digit: i32| format!("{digit}e{exponent}").parse().unwrap_or(f32::MAX);
+            let steps = [1, 2, 5, 10].map(round);
+            steps.into_iter().find(|s| *s >= large).unwrap_or(1.0)
         }
         None => 1.0,
     }
