@@ -24,6 +24,8 @@ pub mod solve;
 
 pub mod image;
 
+pub mod reference;
+
 pub mod study;
 
 pub mod cli;

@@ -1,0 +1,83 @@
+//! Points drawn on emitters for next-event estimation: a face by its power, then a uniform point of it.
+//!
+//! ```text
+//! density of a point of face f, per area:   p_f = P_f / A_f,   P_f = A_f |E_f| / sum of the same,   |E| = sum of channels
+//! ```
+//!
+//! A face that sends from both sides is one face here: a point is lit by the side it sees. Not handled: distance
+//! and orientation, which the weights against rays that meet emitters by chance make up for.
+
+use glam::Vec3;
+
+use super::random::Random;
+use super::surfaces::Surfaces;
+
+/// All faces that emit.
+pub(super) struct Emitters {
+    faces: Vec<u32>,
+    /// Sum of P up to and including each of `faces`.
+    cumulative: Vec<f64>,
+    /// p_f of every face of the scene, 0 where it does not emit.
+    densities: Vec<f32>,
+}
+
+/// A point on an emitter.
+pub(super) struct Drawn {
+    pub position: Vec3,
+    pub face: u32,
+    /// Per area in unit coordinates.
+    pub density: f32,
+}
+
+impl Emitters {
+    /// The faces of a scene that emit.
+    pub(super) fn new(surfaces: &Surfaces) -> Emitters {
+        let strength = |face: u32| f64::from(surfaces.matter(face).emitted.invisible.element_sum());
+        let faces: Vec<u32> = (0..surfaces.count())
+            .filter(|&face| surfaces.matter(face).emits())
+            .collect();
+        let mut densities = vec![0.0; surfaces.count() as usize];
+        let mut sum = 0.0;
+        let powers = faces.iter().map(|&face| {
+            sum += strength(face) * surfaces.facet(face).area();
+            sum
+        });
+        let mut cumulative: Vec<f64> = powers.collect();
+        for &face in &faces {
+            densities[face as usize] = (strength(face) / sum) as f32;
+        }
+        for share in &mut cumulative {
+            *share /= sum;
+        }
+        Emitters {
+            faces,
+            cumulative,
+            densities,
+        }
+    }
+
+    /// A point; none where nothing emits.
+    pub(super) fn draw(&self, surfaces: &Surfaces, random: &mut Random) -> Option<Drawn> {
+        let last = self.faces.len().checked_sub(1)?;
+        let share = random.fine();
+        let face = self.faces[self.cumulative.partition_point(|&c| c <= share).min(last)];
+        // The half of the unit square beyond the diagonal is folded back.
+        let (u, v) = (random.uniform(), random.uniform());
+        let (u, v) = if u + v > 1.0 {
+            (1.0 - u, 1.0 - v)
+        } else {
+            (u, v)
+        };
+        Some(Drawn {
+            position: surfaces.facet(face).at(u, v),
+            face,
+            density: self.density(face),
+        })
+    }
+
+    /// The density at which points of a face are drawn, per area.
+    #[inline]
+    pub(super) fn density(&self, face: u32) -> f32 {
+        self.densities[face as usize]
+    }
+}

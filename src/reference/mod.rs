@@ -1,0 +1,26 @@
+//! Answers found another way: a vector-valued path tracer, the witness to the solver.
+//!
+//! It gathers light into the camera, as the paper did, along random paths, and knows nothing of patches, form
+//! factors or operators. It shares with the solver the light, the scene and the rays; random numbers and directions are its own.
+//! A picture comes with the standard error of every pixel, and each bounce order comes apart.
+//!
+//! ```text
+//! pixel        = E_visible + rho I                          at the first surface, whatever its tau
+//! I (incident) = mean over cosine-distributed directions of
+//!                sum over crossings c of [c is met on a side that sends] T_c (E_c + alpha_c rho_c I_c)
+//! T_c          = product of tau of the surfaces crossed before c
+//! ```
+//!
+//! Not handled: whether the series converges. A tracer sees finitely many bounces; it tells how many paths were cut.
+//!
+//! Source: D. C. Banks, K. M. Beason, *Retro-rendering with vector-valued light*, SPIE 6060, 2006.
+
+mod emitters;
+mod moments;
+mod path;
+mod random;
+mod surfaces;
+mod tracer;
+
+pub use path::{KEPT, NextEvent};
+pub use tracer::{Counts, Mean, TraceSettings, Tracer};

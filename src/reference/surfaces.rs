@@ -1,0 +1,140 @@
+//! What a path needs to know of the faces it meets: place, normal, which sides send, reflectance, tau, emission.
+//!
+//! A one-sided face neither reflects nor emits behind; tau acts from either side. Not handled: smooth normals.
+
+use glam::Vec3;
+
+use crate::light::{Light, Rgb, Transport};
+use crate::rays::{Hit, Side};
+use crate::scene::{Scene, Sides};
+
+/// A face's place.
+#[derive(Clone, Copy)]
+pub(super) struct Facet {
+    corners: [Vec3; 3],
+    /// Unit normal of the front.
+    pub normal: Vec3,
+    material: u32,
+}
+
+/// A material's numbers under one (alpha, tau).
+#[derive(Clone, Copy)]
+pub(super) struct Matter {
+    /// Diffuse reflectance: what reaches the visible half.
+    pub rho: Rgb,
+    /// `alpha rho`: what reaches the invisible half.
+    pub passed_on: Rgb,
+    /// Emitted light.
+    pub emitted: Light,
+    /// Share of light that goes through.
+    pub tau: f32,
+    sides: Sides,
+}
+
+impl Matter {
+    /// Whether light is reflected and emitted there.
+    #[inline]
+    pub(super) fn sends(&self, side: Side) -> bool {
+        side == Side::Front || self.sides == Sides::Two
+    }
+
+    /// Whether anything is emitted.
+    pub(super) fn emits(&self) -> bool {
+        self.emitted.invisible.max_element() > 0.0
+    }
+}
+
+/// A point of a surface and the side looked at.
+#[derive(Clone, Copy)]
+pub(super) struct Point {
+    pub position: Vec3,
+    /// Unit normal of the side looked at.
+    pub normal: Vec3,
+    pub face: u32,
+}
+
+/// All faces of a scene.
+pub(super) struct Surfaces {
+    facets: Vec<Facet>,
+    matter: Vec<Matter>,
+    /// tau of every material.
+    pub taus: Vec<f32>,
+    /// Nothing goes through anything.
+    pub opaque: bool,
+}
+
+impl Surfaces {
+    /// The faces of a scene whose materials have the given (alpha, tau).
+    pub(super) fn new(scene: &Scene, transports: &[Transport]) -> Surfaces {
+        let facets = (0..scene.faces.len() as u32).map(|face| Facet {
+            corners: scene.corners(face),
+            normal: area_vector(scene.corners(face))
+                .normalize_or(glam::DVec3::Z)
+                .as_vec3(),
+            material: scene.faces[face as usize].material,
+        });
+        let matter = scene.materials.iter().zip(transports).map(|(m, t)| Matter {
+            rho: m.rho,
+            passed_on: t.alpha * m.rho,
+            emitted: m.emitted(),
+            tau: t.tau,
+            sides: m.sides,
+        });
+        let taus: Vec<f32> = transports.iter().map(|t| t.tau).collect();
+        Surfaces {
+            facets: facets.collect(),
+            matter: matter.collect(),
+            opaque: taus.iter().all(|&tau| tau == 0.0),
+            taus,
+        }
+    }
+
+    /// Number of faces.
+    pub(super) fn count(&self) -> u32 {
+        self.facets.len() as u32
+    }
+
+    #[inline]
+    pub(super) fn facet(&self, face: u32) -> &Facet {
+        &self.facets[face as usize]
+    }
+
+    #[inline]
+    pub(super) fn matter(&self, face: u32) -> &Matter {
+        &self.matter[self.facet(face).material as usize]
+    }
+
+    /// The point met, exact to the rounding of the corners.
+    #[inline]
+    pub(super) fn point(&self, hit: &Hit) -> Point {
+        let facet = self.facet(hit.face);
+        let normal = match hit.side {
+            Side::Front => facet.normal,
+            Side::Back => -facet.normal,
+        };
+        Point {
+            position: facet.at(hit.u, hit.v),
+            normal,
+            face: hit.face,
+        }
+    }
+}
+
+impl Facet {
+    /// The point of these barycentric weights of the second and third corner.
+    #[inline]
+    pub(super) fn at(&self, u: f32, v: f32) -> Vec3 {
+        let [a, b, c] = self.corners;
+        a + u * (b - a) + v * (c - a)
+    }
+
+    /// Area in unit coordinates.
+    pub(super) fn area(&self) -> f64 {
+        area_vector(self.corners).length()
+    }
+}
+
+fn area_vector(corners: [Vec3; 3]) -> glam::DVec3 {
+    let [a, b, c] = corners.map(|p| p.as_dvec3());
+    0.5 * (b - a).cross(c - a)
+}

@@ -1,0 +1,293 @@
+//! The path tracer: gathers passes of samples into pictures, with the standard error of every pixel.
+//!
+//! Samples of a pixel are independent: uniform over its box, without stratification, so the standard error of their mean
+//! holds. A pass of given size gives the same bits for any number of threads. A pixel takes 268 bytes.
+//!
+//! Not handled: filters other than the box; adaptive sampling; proof that a series converges.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::emitters::Emitters;
+use super::moments::{Moments, Sums};
+use super::path::{KEPT, NextEvent, Space};
+use super::random::Random;
+use super::surfaces::Surfaces;
+use crate::image::Picture;
+use crate::light::{Rgb, Transport};
+use crate::rays::{Hit, Ray, Rays};
+use crate::scene::{Camera, Scene};
+
+/// How paths are traced.
+#[derive(Clone, Copy, Debug)]
+pub struct TraceSettings {
+    /// Whether emitters are looked for on purpose.
+    pub next_event: NextEvent,
+    /// Reflections after which a path ends in any case; what comes later is missing from the picture.
+    pub max_bounces: u32,
+    /// Chooses the random numbers.
+    pub seed: u32,
+}
+
+impl Default for TraceSettings {
+    fn default() -> Self {
+        TraceSettings {
+            next_event: NextEvent::On,
+            max_bounces: 128,
+            seed: 0,
+        }
+    }
+}
+
+/// What was done so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Paths, one for each sample of each pixel.
+    pub paths: u64,
+    /// Rays cast: from the camera, from surface to surface, and to emitters.
+    pub rays: u64,
+    /// Paths that `max_bounces` ended with light still to gather.
+    pub cut: u64,
+    /// Paths that met the black back of a one-sided face first.
+    pub backs: u64,
+}
+
+/// A mean over the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mean {
+    /// Radiance per channel.
+    pub value: [f64; 3],
+    /// Its standard error per channel.
+    pub error: [f64; 3],
+}
+
+/// A picture that grows more exact with every pass.
+pub struct Tracer<'a> {
+    space: Space<'a>,
+    camera: Camera,
+    width: usize,
+    height: usize,
+    seed: u32,
+    pixels: Vec<Pixel>,
+    samples: u64,
+    counts: Counts,
+}
+
+/// What the samples of one pixel add up to.
+#[derive(Clone, Copy, Default)]
+struct Pixel {
+    total: Moments,
+    orders: [Moments; KEPT + 1],
+    luminaire: bool,
+}
+
+impl<'a> Tracer<'a> {
+    /// No samples yet. `transports` holds (alpha, tau) of every material, `size` the picture's width and height.
+    pub fn new(
+        scene: &Scene,
+        rays: &'a Rays,
+        transports: &[Transport],
+        (width, height): (usize, usize),
+        settings: &TraceSettings,
+    ) -> Tracer<'a> {
+        let surfaces = Surfaces::new(scene, transports);
+        let space = Space {
+            rays,
+            emitters: Emitters::new(&surfaces),
+            surfaces,
+            next_event: settings.next_event,
+            max_bounces: settings.max_bounces,
+        };
+        Tracer {
+            space,
+            camera: scene.camera,
+            width,
+            height,
+            seed: settings.seed,
+            pixels: vec![Pixel::default(); width * height],
+            samples: 0,
+            counts: Counts::default(),
+        }
+    }
+
+    /// Adds so many samples to every pixel.
+    pub fn pass(&mut self, samples: u32) {
+        if samples == 0 || self.pixels.is_empty() {
+            return;
+        }
+        let mut pixels = std::mem::take(&mut self.pixels);
+        let this = &*self;
+        let rows: Vec<Counts> = pixels
+            .par_chunks_mut(this.width)
+            .enumerate()
+            .map_init(Vec::new, |hits, (y, row)| {
+                let mut counts = Counts::default();
+                for (x, pixel) in row.iter_mut().enumerate() {
+                    this.sample((x, y), samples, pixel, &mut counts, hits);
+                }
+                counts
+            })
+            .collect();
+        self.pixels = pixels;
+        self.samples += u64::from(samples);
+        for row in rows {
+            self.counts.add(&row);
+        }
+    }
+
+    /// Adds samples to one pixel.
+    fn sample(
+        &self,
+        (x, y): (usize, usize),
+        samples: u32,
+        pixel: &mut Pixel,
+        counts: &mut Counts,
+        hits: &mut Vec<Hit>,
+    ) {
+        let number = (y * self.width + x) as u64;
+        let mut total = Sums::default();
+        let mut orders = [Sums::default(); KEPT + 1];
+        for sample in self.samples..self.samples + u64::from(samples) {
+            let mut random = Random::new(self.seed, number, sample);
+            let ray = self.camera_ray(x, y, &mut random);
+            let found = self.space.follow(&ray, &mut random, hits);
+            let used = &found.orders[..found.used];
+            total.add(used.iter().copied().sum());
+            for (sums, &light) in orders.iter_mut().zip(used) {
+                sums.add(light);
+            }
+            pixel.luminaire |= found.luminaire;
+            counts.add(&Counts {
+                paths: 1,
+                rays: found.rays,
+                cut: u64::from(found.cut),
+                backs: u64::from(found.back),
+            });
+        }
+        let new = u64::from(samples);
+        pixel.total.merge(self.samples, &total, new);
+        for (moments, sums) in pixel.orders.iter_mut().zip(&orders) {
+            moments.merge(self.samples, sums, new);
+        }
+    }
+
+    /// A ray through a uniform point of the pixel's box.
+    fn camera_ray(&self, x: usize, y: usize, random: &mut Random) -> Ray {
+        let px = (x as f32 + random.uniform()) / self.width as f32;
+        let py = (y as f32 + random.uniform()) / self.height as f32;
+        let aspect = self.width as f32 / self.height as f32;
+        let (origin, direction) = self.camera.ray(px, py, aspect);
+        Ray {
+            origin,
+            direction,
+            source: None,
+        }
+    }
+
+    /// Samples a pixel so far.
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// What was done so far.
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// Visible radiance, all bounces together.
+    pub fn picture(&self) -> Picture {
+        self.picture_of(|pixel| pixel.total.mean)
+    }
+
+    /// Standard error of every pixel of [`Tracer::picture`]; none before the second sample.
+    pub fn standard_error(&self) -> Option<Picture> {
+        self.error_of(|pixel| pixel.total)
+    }
+
+    /// Visible radiance after exactly n reflections, n < [`KEPT`]; n = `KEPT` gives all later ones together.
+    pub fn bounce(&self, n: usize) -> Option<Picture> {
+        (n <= KEPT).then(|| self.picture_of(|pixel| pixel.orders[n].mean))
+    }
+
+    /// Standard error of every pixel of [`Tracer::bounce`]; none before the second sample.
+    pub fn bounce_error(&self, n: usize) -> Option<Picture> {
+        (n <= KEPT).then(|| self.error_of(|pixel| pixel.orders[n]))?
+    }
+
+    /// Mean radiance over the picture; its error is 0 before the second sample.
+    pub fn mean(&self) -> Mean {
+        self.mean_of(|pixel| pixel.total)
+    }
+
+    /// Mean radiance over the picture of [`Tracer::bounce`] for n = 0..=[`KEPT`].
+    pub fn means(&self) -> Vec<Mean> {
+        (0..=KEPT)
+            .map(|n| self.mean_of(|pixel| pixel.orders[n]))
+            .collect()
+    }
+
+    /// 1 in pixels none of whose samples saw a luminaire, 0 elsewhere.
+    pub fn mask(&self) -> Picture {
+        self.picture_of(|pixel| Rgb::splat(f32::from(u8::from(!pixel.luminaire))))
+    }
+
+    /// `sqrt(mean(se²) / mean(L²))` over channels and the pixels that see no luminaire, or all where every pixel sees one.
+    ///
+    /// None before the second sample and for a black picture.
+    pub fn relative_error(&self) -> Option<f64> {
+        let everywhere = self.pixels.iter().all(|pixel| pixel.luminaire);
+        let counted = self
+            .pixels
+            .iter()
+            .filter(|pixel| everywhere || !pixel.luminaire);
+        let (mut noise, mut power) = (0.0, 0.0);
+        for pixel in counted {
+            noise += pixel.total.squared_error(self.samples).element_sum();
+            power += pixel.total.mean.as_dvec3().length_squared();
+        }
+        (self.samples > 1 && power > 0.0).then(|| (noise / power).sqrt())
+    }
+
+    fn picture_of(&self, colour: impl Fn(&Pixel) -> Rgb) -> Picture {
+        Picture {
+            width: self.width,
+            height: self.height,
+            pixels: self.pixels.iter().map(colour).collect(),
+        }
+    }
+
+    fn error_of(&self, moments: impl Fn(&Pixel) -> Moments) -> Option<Picture> {
+        let error = |pixel: &Pixel| {
+            moments(pixel)
+                .squared_error(self.samples)
+                .map(f64::sqrt)
+                .as_vec3()
+        };
+        (self.samples > 1).then(|| self.picture_of(error))
+    }
+
+    fn mean_of(&self, moments: impl Fn(&Pixel) -> Moments) -> Mean {
+        let count = self.pixels.len().max(1) as f64;
+        let (mut value, mut noise) = (DVec3::ZERO, DVec3::ZERO);
+        for pixel in &self.pixels {
+            let moments = moments(pixel);
+            value += moments.mean.as_dvec3();
+            if self.samples > 1 {
+                noise += moments.squared_error(self.samples);
+            }
+        }
+        Mean {
+            value: (value / count).to_array(),
+            error: (noise.map(f64::sqrt) / count).to_array(),
+        }
+    }
+}
+
+impl Counts {
+    fn add(&mut self, other: &Counts) {
+        self.paths += other.paths;
+        self.rays += other.rays;
+        self.cut += other.cut;
+        self.backs += other.backs;
+    }
+}
