@@ -148,6 +148,31 @@ impl Operator {
         self.rho[i]
     }
 
+    /// `rho` of every patch.
+    pub fn reflectances(&self) -> &[Rgb] {
+        &self.rho
+    }
+
+    /// `alpha` of every patch.
+    pub fn alphas(&self) -> &[f32] {
+        &self.alpha
+    }
+
+    /// `F E` of the luminaires by closed form, W/(m² sr); 0 on patches that reflect nothing.
+    pub fn received(&self) -> &[Rgb] {
+        &self.received
+    }
+
+    /// Patches whose emission goes through F; that of all others comes by [`Operator::received`].
+    pub fn glows(&self) -> &[bool] {
+        &self.glows
+    }
+
+    /// F transposed, its row j what patch j sends; made on first use.
+    pub fn transposed(&self) -> &Rows {
+        self.transposed.get_or_init(|| self.f.transposed())
+    }
+
     /// `alpha_i`.
     pub fn alpha(&self, i: usize) -> f32 {
         self.alpha[i]
@@ -187,8 +212,7 @@ impl Operator {
         let sent: Vec<Vec4> = (0..self.len())
             .map(|i| (self.rho[i] * (self.alpha[i] * y[i].invisible + y[i].visible)).extend(0.0))
             .collect();
-        let transposed = self.transposed.get_or_init(|| self.f.transposed());
-        transposed
+        self.transposed()
             .product(&sent)
             .into_iter()
             .map(|v| Light {

@@ -3,12 +3,20 @@
 //! [`neumann`] sums the series and refuses where it is proved to diverge; [`explore`] keeps its first terms without
 //! asking, for those who study divergence; [`direct`] solves `(I - K) L = E` densely, the oracle for small scenes.
 //!
+//! [`Shooting`] reaches the same L from the other side: patches shoot what they have not yet passed on, the brightest
+//! first, over an assembled K or with rays alone.
+//!
 //! Not handled: acceleration of the series.
 
 mod bounce;
 mod direct;
 mod neumann;
+mod shooting;
 
 pub use bounce::{Bounce, TailBound, measure, norm};
 pub use direct::direct;
 pub use neumann::{Diverges, Settings, Solution, Verdict, explore, neumann, terms, verdict};
+pub use shooting::{
+    AssembledShooter, Balance, Column, Emitted, Fate, Foreknowledge, Progress, RaySettings,
+    RayShooter, Sender, Shooter, Shooting, ShootingSettings, Surfaces,
+};

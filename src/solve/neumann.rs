@@ -3,7 +3,7 @@
 //! It stops when the proven bound on the tail is below the wanted share of the sum, ends exactly at n = 1 where
 //! nothing reflected travels on, and refuses, before any term is summed, where the spectral radius is proved >= 1.
 
-use crate::light::Light;
+use crate::light::{Light, Rgb};
 use crate::operator::{Bounds, Operator, Spectrum, spectrum};
 
 use super::bounce::{Bounce, TailBound, measure, norm};
@@ -213,19 +213,24 @@ impl Solution {
     }
 }
 
-fn refuse(k: &Operator, verdict: Verdict, radius: Bounds) -> Diverges {
-    let passing: Vec<f32> = (0..k.len())
-        .filter(|&i| k.reflectance(i).max_element() > 0.0)
-        .map(|i| k.alpha(i))
-        .collect();
-    let first = passing.first().copied().unwrap_or(0.0);
-    let uniform = passing.iter().all(|&a| a == first);
-    // The radius is proportional to alpha.
-    let scale = if uniform { first as f64 } else { 1.0 };
-    Diverges {
-        verdict,
-        radius,
-        alpha_limit: scale / radius.upper,
-        uniform,
+pub(super) fn refuse(k: &Operator, verdict: Verdict, radius: Bounds) -> Diverges {
+    Diverges::new(k.reflectances(), k.alphas(), verdict, radius)
+}
+
+impl Diverges {
+    /// The refusal of a scene of these patches, with the alpha below which it is accepted.
+    pub(super) fn new(rho: &[Rgb], alpha: &[f32], verdict: Verdict, radius: Bounds) -> Diverges {
+        let reflecting = rho.iter().map(|r| r.max_element() > 0.0);
+        let mut passing = reflecting.zip(alpha).filter(|p| p.0).map(|p| *p.1);
+        let first = passing.next().unwrap_or(0.0);
+        let uniform = passing.all(|a| a == first);
+        // The radius is proportional to alpha.
+        let scale = if uniform { first as f64 } else { 1.0 };
+        Diverges {
+            verdict,
+            radius,
+            alpha_limit: scale / radius.upper,
+            uniform,
+        }
     }
 }

@@ -14,6 +14,7 @@ mod notes;
 mod pipeline;
 mod plot;
 mod sheet;
+mod shoot;
 mod surface;
 
 pub use axis::Scale;
@@ -26,4 +27,5 @@ pub use pipeline::{
     without_luminaires,
 };
 pub use sheet::{Sheet, Tile};
+pub use shoot::{assembled_shooter, ray_shooter};
 pub use surface::DrawError;

@@ -1,0 +1,261 @@
+//! Matrix-free shooting: columns of F by hemisphere rays from the sender, forgotten once used.
+//!
+//! A cosine-distributed ray of sender j carries `pi A_j L_j / rays`. Every reflecting side it meets receives that times
+//! the product of tau before, w, so that `F_ij = A_j/A_i * sum w / rays`: the power sent is conserved ray by ray. The number of rays follows the
+//! power shot, so that all rays of a run carry about the same. Memory grows with the number of patches only.
+//!
+//! Light as emitted by luminaires comes by closed form or by rays ([`Emitted`]).
+//!
+//! Not handled: lowering the noise of what was received from shots long past; the answer keeps it.
+
+use std::borrow::Cow;
+
+use rayon::prelude::*;
+
+use super::shooter::{Column, Fate, Foreknowledge, Sender, Shooter, Surfaces};
+use crate::form_factors::{Luminaires, Occlusion, Sampling, receive_emitted};
+use crate::light::{Rgb, Transport};
+use crate::operator::PatchMaterials;
+use crate::patches::Patches;
+use crate::rays::cosine::cosine_direction;
+use crate::rays::sequence::{Sobol, hash};
+use crate::rays::{Hit, Ray, Rays};
+use crate::scene::Scene;
+use crate::solve::Diverges;
+
+/// How light as emitted by luminaires reaches the patches; other emitters always shoot rays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Emitted {
+    /// Closed form times visibility, the estimate the operator uses.
+    #[default]
+    ClosedForm,
+    /// Rays from the luminaires, as for reflected light.
+    Rays,
+}
+
+/// How many rays, and which.
+#[derive(Clone, Copy, Debug)]
+pub struct RaySettings {
+    /// Rays that the emitted power would take if it were shot once; a shot takes its share, rounded up to a power of 2, and at least [`RaySettings::FEWEST`].
+    pub rays: u32,
+    /// Receiver points a patch and luminaire, for [`Emitted::ClosedForm`].
+    pub emitter_rays: u32,
+    /// How luminaires send.
+    pub emitted: Emitted,
+    /// Chooses the scrambling of the points; the same seed gives the same bits.
+    pub seed: u32,
+}
+
+impl RaySettings {
+    /// Rays of a shot at least.
+    pub const FEWEST: u64 = 16;
+    /// Rays of a shot at most.
+    pub const MOST: u64 = 1 << 24;
+}
+
+impl Default for RaySettings {
+    fn default() -> Self {
+        RaySettings {
+            rays: 1 << 20,
+            emitter_rays: Sampling::default().emitter_rays,
+            emitted: Emitted::ClosedForm,
+            seed: 0,
+        }
+    }
+}
+
+/// Rays of one summand of a column: small enough to share a large shot among threads.
+const BLOCK: u64 = 4096;
+
+/// Shoots rays from the patches of a scene.
+pub struct RayShooter<'a> {
+    scene: &'a Scene,
+    rays: &'a Rays,
+    patches: &'a Patches,
+    materials: PatchMaterials,
+    areas: Vec<f64>,
+    /// tau of each material.
+    tau: Vec<f32>,
+    received: (Vec<Rgb>, u64),
+    sobol: Sobol,
+    settings: RaySettings,
+}
+
+impl<'a> RayShooter<'a> {
+    /// Makes a scene ready under one choice of (alpha, tau) of every material.
+    pub fn new(
+        scene: &'a Scene,
+        (rays, patches): (&'a Rays, &'a Patches),
+        luminaires: &Luminaires,
+        transports: &[Transport],
+        settings: RaySettings,
+    ) -> Self {
+        let materials = PatchMaterials::new(scene, patches, luminaires, transports);
+        let received = match settings.emitted {
+            Emitted::Rays => (vec![Rgb::ZERO; patches.len()], 0),
+            Emitted::ClosedForm => receive_emitted(
+                (rays, patches),
+                luminaires,
+                &Occlusion::new(rays, transports),
+                &materials.receives(),
+                &Sampling {
+                    rays: 0,
+                    emitter_rays: settings.emitter_rays,
+                    seed: settings.seed,
+                },
+                &|_| (),
+            ),
+        };
+        let unit = scene.frame.scale * scene.frame.scale;
+        RayShooter {
+            scene,
+            rays,
+            patches,
+            materials,
+            areas: patches.areas().iter().map(|a| a * unit).collect(),
+            tau: transports.iter().map(|t| t.tau).collect(),
+            received,
+            sobol: Sobol::new(BLOCK as usize, 4),
+            settings,
+        }
+    }
+
+    /// Rays of a shot that carries this share of the emitted power.
+    fn count(&self, share: f64) -> u64 {
+        let wanted = (share * self.settings.rays as f64).ceil() as u64;
+        wanted
+            .clamp(RaySettings::FEWEST, RaySettings::MOST)
+            .next_power_of_two()
+    }
+
+    /// The part of a column that rays `from..to` of `count` give.
+    fn block(&self, (sender, s): (usize, &Sender), from: u64, count: u64) -> Column<'static> {
+        let to = (from + BLOCK).min(count);
+        let seed = hash(
+            s.patch,
+            hash(
+                s.shot as u32,
+                hash((s.shot >> 32) as u32, self.settings.seed),
+            ),
+        );
+        let mut landed = Vec::new();
+        let mut fate = Fate::default();
+        let mut hits = Vec::new();
+        for k in from..to {
+            let ray = self.ray(s.patch as usize, k as u32, seed);
+            self.find(&ray, &mut hits);
+            self.follow(&ray, &hits, &mut landed, &mut fate);
+        }
+        let share = 1.0 / count as f64;
+        let (receivers, factors) = self.merge(&mut landed, share * self.areas[s.patch as usize]);
+        Column {
+            sender,
+            receivers: Cow::Owned(receivers),
+            factors: Cow::Owned(factors),
+            fate: Some(Fate {
+                escaped: fate.escaped * share,
+                black: fate.black * share,
+                created: fate.created * share,
+            }),
+            rays: to - from,
+        }
+    }
+
+    /// The k-th cosine-distributed ray of a shot.
+    fn ray(&self, patch: usize, k: u32, seed: u32) -> Ray {
+        let at = |d: usize| self.sobol.point(k, d, seed);
+        let from = self.patches.point(patch, at(0), at(1));
+        Ray {
+            origin: from.position,
+            direction: cosine_direction(from.normal, at(2), at(3)),
+            source: Some(from.face),
+        }
+    }
+
+    fn find(&self, ray: &Ray, hits: &mut Vec<Hit>) {
+        if self.tau.iter().any(|&t| t > 0.0) {
+            self.rays.crossings(ray, hits);
+        } else {
+            hits.clear();
+            hits.extend(self.rays.closest(ray));
+        }
+    }
+
+    /// Lets one ray's unit of power land along its crossings.
+    fn follow(&self, ray: &Ray, hits: &[Hit], landed: &mut Vec<(u32, f64)>, fate: &mut Fate) {
+        let mut through = 1.0;
+        for hit in hits {
+            let material = self.scene.faces[hit.face as usize].material;
+            let tau = self.tau[material as usize] as f64;
+            let position = ray.origin + hit.t * ray.direction;
+            match self.patches.at(hit.face, hit.side, position) {
+                Some(j) => {
+                    landed.push((j, through));
+                    fate.created += through * tau;
+                }
+                None => fate.black += through * (1.0 - tau),
+            }
+            through *= tau;
+            if through == 0.0 {
+                return;
+            }
+        }
+        fate.escaped += through;
+    }
+
+    /// Adds up what landed on each patch, ascending, as form factors: times `scale` over the receiver's area.
+    fn merge(&self, landed: &mut [(u32, f64)], scale: f64) -> (Vec<u32>, Vec<f32>) {
+        landed.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let same = landed.chunk_by(|a, b| a.0 == b.0);
+        same.map(|run| {
+            let sum: f64 = run.iter().map(|r| r.1).sum();
+            let j = run[0].0;
+            (j, (sum * scale / self.areas[j as usize]) as f32)
+        })
+        .unzip()
+    }
+}
+
+impl Shooter for RayShooter<'_> {
+    fn surfaces(&self) -> Surfaces<'_> {
+        Surfaces {
+            areas: &self.areas,
+            rho: &self.materials.rho,
+            alpha: &self.materials.alpha,
+            emission: &self.materials.emission,
+        }
+    }
+
+    fn received(&self) -> (&[Rgb], u64) {
+        (&self.received.0, self.received.1)
+    }
+
+    fn emits_by_closed_form(&self, i: usize) -> bool {
+        self.settings.emitted == Emitted::ClosedForm && !self.materials.glows[i]
+    }
+
+    fn columns(&self, senders: &[Sender]) -> Vec<Column<'_>> {
+        let blocks = senders.iter().enumerate().flat_map(|s| {
+            let count = self.count(s.1.share);
+            (0..count)
+                .step_by(BLOCK as usize)
+                .map(move |from| (s, from, count))
+        });
+        let blocks: Vec<_> = blocks.collect();
+        blocks
+            .into_par_iter()
+            .map(|(sender, from, count)| self.block(sender, from, count))
+            .collect()
+    }
+
+    fn foreknowledge(&self) -> Result<Foreknowledge, Diverges> {
+        let m = &self.materials;
+        let passed = m.rho.iter().zip(&m.alpha).map(|(r, a)| a * r.max_element());
+        let most = passed.fold(0.0, f32::max);
+        let opaque = self.tau.iter().all(|&t| t == 0.0);
+        Ok(match most == 0.0 || (opaque && most < 1.0) {
+            true => Foreknowledge::Converges,
+            false => Foreknowledge::Unknown,
+        })
+    }
+}

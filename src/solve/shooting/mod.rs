@@ -1,0 +1,338 @@
+//! Progressive shooting: L found by letting the patch with the most unshot power shoot, again and again.
+//!
+//! ```text
+//! patch j shoots its unshot L_j:   visible_i   +=         rho_i F_ij L_j     collected, never shot again
+//!                                  invisible_i += alpha_i rho_i F_ij L_j     unshot: waits for its own shot
+//! ```
+//!
+//! A batch of the brightest patches shoots at a time, each all its generations at once, every one into the next. So the
+//! bounce number stays explicit: generation n tends to `KⁿE`. Two forms stand behind [`Shooter`]: [`AssembledShooter`] over the columns of an
+//! assembled K, and [`RayShooter`] with rays alone. tau acts inside F. The result does not depend on the number of threads.
+//!
+//! Not handled: overshooting, which needs negative shots, and a displayed ambient term.
+//!
+//! Source: M. Cohen, S. Chen, J. Wallace, D. Greenberg, *A progressive refinement approach to fast radiosity image
+//! generation*, SIGGRAPH 1988.
+
+mod assembled;
+mod balance;
+mod cast;
+mod growth;
+mod ledger;
+mod shooter;
+
+use std::borrow::Cow;
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use crate::light::Light;
+use crate::operator::Bounds;
+use crate::solve::{Diverges, Verdict};
+use ledger::{Ledger, Shot};
+
+pub use assembled::AssembledShooter;
+pub use balance::Balance;
+pub use cast::{Emitted, RaySettings, RayShooter};
+pub use shooter::{Column, Fate, Foreknowledge, Sender, Shooter, Surfaces};
+
+/// When to stop, and in what steps.
+#[derive(Clone, Copy, Debug)]
+pub struct ShootingSettings {
+    /// Wanted unshot power as a share of the power emitted.
+    pub unshot: f64,
+    /// Patches that shoot at a time; 0 takes a 64th of all.
+    pub batch: usize,
+    /// Generations kept apart, at least 2; the last also takes all later ones.
+    pub generations: usize,
+    /// Shots at most, per patch on average; a series not decided by then is refused as undecided.
+    pub shots_per_patch: u64,
+}
+
+impl Default for ShootingSettings {
+    fn default() -> Self {
+        ShootingSettings {
+            unshot: 1e-3,
+            batch: 0,
+            generations: 16,
+            shots_per_patch: 10_000,
+        }
+    }
+}
+
+/// How far shooting has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Progress {
+    /// Patches that shot, each shot counted.
+    pub shots: u64,
+    /// Batches.
+    pub batches: u64,
+    /// Rays cast.
+    pub rays: u64,
+    /// Unshot power, W over all channels.
+    pub unshot: f64,
+    /// Unshot power as a share of the power emitted.
+    pub share: f64,
+}
+
+/// A running solution.
+pub struct Shooting<'a> {
+    shooter: &'a dyn Shooter,
+    settings: ShootingSettings,
+    watched: bool,
+    ledger: Ledger,
+    balance: Balance,
+    progress: Progress,
+    /// Invisible light each patch has shot after its first reflection.
+    shot: Vec<DVec3>,
+    /// Shots after which growth is looked at next.
+    next_look: u64,
+    received: bool,
+}
+
+impl<'a> Shooting<'a> {
+    /// Everything emitted, nothing shot.
+    ///
+    /// # Errors
+    /// [`Diverges`] where the form proves beforehand that the series does not converge.
+    pub fn new(shooter: &'a dyn Shooter, settings: ShootingSettings) -> Result<Self, Diverges> {
+        let foreknowledge = shooter.foreknowledge()?;
+        let ledger = Ledger::new(&shooter.surfaces(), settings.generations.max(2));
+        let emitted: f64 = ledger.power().iter().sum();
+        let n = ledger.power().len();
+        Ok(Shooting {
+            shooter,
+            settings,
+            watched: foreknowledge == Foreknowledge::Unknown,
+            balance: Balance {
+                emitted,
+                ..Balance::default()
+            },
+            progress: Progress {
+                unshot: emitted,
+                share: f64::from(u8::from(emitted > 0.0)),
+                ..Progress::default()
+            },
+            shot: vec![DVec3::ZERO; n],
+            next_look: n as u64,
+            received: false,
+            ledger,
+        })
+    }
+
+    /// Shoots one batch; `None` once no more than the wanted share is unshot.
+    ///
+    /// # Errors
+    /// [`Diverges`] when the light shot so far shows that the series diverges, or when it stays undecided.
+    pub fn step(&mut self) -> Result<Option<Progress>, Diverges> {
+        if self.progress.share <= self.settings.unshot {
+            return Ok(None);
+        }
+        let emitters = self.closed_form_emitters();
+        if emitters.is_empty() {
+            self.shoot_batch();
+        } else {
+            self.receive_emitted(&emitters);
+        }
+        self.received = true;
+        self.progress.batches += 1;
+        self.progress.unshot = self.ledger.power().iter().sum();
+        self.progress.share = self.progress.unshot / self.balance.emitted;
+        self.look_for_growth()?;
+        Ok(Some(self.progress))
+    }
+
+    /// Steps to the end, with a look at the running solution after each batch.
+    ///
+    /// # Errors
+    /// As [`Shooting::step`].
+    pub fn run(&mut self, mut each: impl FnMut(&Self)) -> Result<Progress, Diverges> {
+        while self.step()?.is_some() {
+            each(self);
+        }
+        Ok(self.progress)
+    }
+
+    /// How far it has come.
+    pub fn progress(&self) -> Progress {
+        self.progress
+    }
+
+    /// `L` so far: emitted and received, shot or not.
+    pub fn light(&self) -> Vec<Light> {
+        let emission = self.shooter.surfaces().emission;
+        let light = |(i, e): (usize, &Light)| {
+            let r = self.reflect(i, self.ledger.all_incident(i).iter().sum());
+            Light {
+                invisible: e.invisible + r.invisible,
+                visible: e.visible + r.visible,
+            }
+        };
+        emission.iter().enumerate().map(light).collect()
+    }
+
+    /// What every patch received in generation n so far, both halves; E for n = 0, and 0 beyond the last.
+    ///
+    /// The last generation that the settings keep apart also holds all later ones.
+    pub fn generation(&self, n: usize) -> Vec<Light> {
+        let surfaces = self.shooter.surfaces();
+        match n {
+            0 => surfaces.emission.to_vec(),
+            _ => (0..surfaces.areas.len())
+                .map(|i| self.reflect(i, self.ledger.incident(i, n)))
+                .collect(),
+        }
+    }
+
+    /// The number of generations there is room for; later ones are 0.
+    pub fn generations(&self) -> usize {
+        self.ledger.generations()
+    }
+
+    /// Where the invisible power went.
+    pub fn balance(&self) -> Balance {
+        let areas = self.shooter.surfaces().areas;
+        let unshot = |n| self.ledger.unshot_power(areas, n);
+        Balance {
+            unshot: (0..self.generations()).map(unshot).sum(),
+            ..self.balance
+        }
+    }
+
+    /// Light reflected where this much is incident.
+    fn reflect(&self, i: usize, incident: DVec3) -> Light {
+        let surfaces = self.shooter.surfaces();
+        let visible = surfaces.rho[i].as_dvec3() * incident;
+        Light {
+            invisible: (surfaces.alpha[i] as f64 * visible).as_vec3(),
+            visible: visible.as_vec3(),
+        }
+    }
+
+    /// Emitters that have yet to send by closed form.
+    fn closed_form_emitters(&self) -> Vec<usize> {
+        if self.received {
+            return Vec::new();
+        }
+        let all = 0..self.shot.len();
+        all.filter(|&i| self.ledger.power()[i] > 0.0 && self.shooter.emits_by_closed_form(i))
+            .collect()
+    }
+
+    /// Lets the emitters among `patches` send all they emit, once: the first bounce by closed form.
+    fn receive_emitted(&mut self, patches: &[usize]) {
+        let surfaces = self.shooter.surfaces();
+        let mut sent = 0.0;
+        for &i in patches {
+            sent += power(surfaces.areas[i], &self.ledger.take(i));
+        }
+        // The light received is a column for each channel of a sender of unit radiance.
+        let (received, rays) = self.shooter.received();
+        let shots = DVec3::AXES.map(|axis| vec![(0, axis)]);
+        let all: Vec<u32> = (0..received.len() as u32).collect();
+        let columns = [0, 1, 2].map(|c| Column {
+            sender: c,
+            receivers: Cow::Borrowed(&all),
+            factors: received.iter().map(|r| r[c]).collect(),
+            fate: None,
+            rays: 0,
+        });
+        self.progress.rays += rays;
+        self.progress.shots += patches.len() as u64;
+        self.enter(&columns, &shots, sent);
+    }
+
+    /// Lets the patches with the most unshot power shoot.
+    fn shoot_batch(&mut self) {
+        let areas = self.shooter.surfaces().areas;
+        let senders = self.brightest();
+        let shots: Vec<Shot> = senders
+            .iter()
+            .map(|s| self.ledger.take(s.patch as usize))
+            .collect();
+        for (s, shot) in senders.iter().zip(&shots) {
+            let reflected = shot.iter().filter(|(n, _)| *n >= 1).map(|(_, l)| *l);
+            self.shot[s.patch as usize] += reflected.sum::<DVec3>();
+        }
+        let columns = self.shooter.columns(&senders);
+        let mut unexplained = vec![0.0; senders.len()];
+        for column in &columns {
+            let sent = power(
+                areas[senders[column.sender].patch as usize],
+                &shots[column.sender],
+            );
+            self.progress.rays += column.rays;
+            match column.fate {
+                None => unexplained[column.sender] = sent,
+                Some(fate) => {
+                    self.balance.escaped += sent * fate.escaped;
+                    self.balance.black += sent * fate.black;
+                    self.balance.created += sent * fate.created;
+                }
+            }
+        }
+        self.progress.shots += senders.len() as u64;
+        self.enter(&columns, &shots, unexplained.iter().sum());
+    }
+
+    /// Deposits columns; `sent` is the power of those without a known fate.
+    fn enter(&mut self, columns: &[Column], shots: &[Shot], sent: f64) {
+        let surfaces = self.shooter.surfaces();
+        let landed = self.ledger.deposit(&surfaces, columns, shots);
+        self.balance.absorbed += landed.absorbed;
+        self.balance.held += landed.held;
+        self.balance.undelivered += sent - landed.unexplained;
+    }
+
+    /// The next batch, brightest first; of equals the one with the smaller number.
+    fn brightest(&self) -> Vec<Sender> {
+        let power = self.ledger.power();
+        let size = match self.settings.batch {
+            0 => (power.len() / 64).max(1),
+            size => size,
+        };
+        let order = |a: &u32, b: &u32| {
+            let [p, q] = [a, b].map(|&i| power[i as usize]);
+            q.total_cmp(&p).then(a.cmp(b))
+        };
+        let mut waiting: Vec<u32> = (0..power.len() as u32)
+            .filter(|&i| power[i as usize] > 0.0)
+            .collect();
+        if waiting.len() > size {
+            waiting.select_nth_unstable_by(size - 1, order);
+            waiting.truncate(size);
+        }
+        waiting.sort_unstable_by(order);
+        let sender = |(k, &patch): (usize, &u32)| Sender {
+            patch,
+            shot: self.progress.shots + k as u64,
+            share: power[patch as usize] / self.balance.emitted,
+        };
+        waiting.iter().enumerate().map(sender).collect()
+    }
+
+    /// Looks four times a sweep whether the light shot so far proves growth.
+    fn look_for_growth(&mut self) -> Result<(), Diverges> {
+        let n = self.shot.len() as u64;
+        if !self.watched || self.progress.shots < self.next_look {
+            return Ok(());
+        }
+        self.next_look = self.progress.shots + n.div_ceil(4);
+        let surfaces = self.shooter.surfaces();
+        let radius: Bounds = growth::bounds(&surfaces, &self.ledger, &self.shot);
+        let verdict = if radius.lower >= 1.0 {
+            Verdict::Diverges
+        } else if self.progress.shots / n >= self.settings.shots_per_patch {
+            Verdict::Undecided
+        } else {
+            return Ok(());
+        };
+        Err(Diverges::new(surfaces.rho, surfaces.alpha, verdict, radius))
+    }
+}
+
+/// Power of light about to be shot, W over all channels.
+fn power(area: f64, shot: &Shot) -> f64 {
+    let sum: f64 = shot.iter().map(|(_, l)| l.element_sum()).sum();
+    PI * area * sum
+}
