@@ -8,6 +8,7 @@ mod axis;
 mod bounces;
 mod canvas;
 mod chart;
+pub mod compare;
 mod difference;
 mod font;
 mod notes;

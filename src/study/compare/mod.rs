@@ -1,0 +1,133 @@
+//! Five ways to one picture, each given the same ladder of time, and whether they agree.
+//!
+//! Patch methods (Neumann over K, progressive shooting over K and with rays alone) climb a ladder of fineness as long
+//! as the next rung fits the time; path tracers (with and without next-event estimation) go on adding samples. Errors
+//! of the patch methods are taken against the path tracer with next-event estimation, those of the path tracers
+//! against the finest Neumann solution: a reference is never of the kind under test, and its own noise is subtracted.
+//!
+//! Not handled: adaptive fineness; scenes whose series diverges.
+
+mod patchwise;
+mod tracing;
+mod verdict;
+
+pub use patchwise::{Rung, climb, replicate};
+pub use tracing::trace;
+pub use verdict::{Pair, judge};
+
+use crate::image::{Picture, relative_rms};
+
+/// Bounce orders that are compared one by one: n = 0 to this.
+pub const ORDERS: usize = 5;
+
+/// A way to a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// The Neumann series over an assembled K.
+    Neumann,
+    /// Progressive shooting over an assembled K.
+    ShootingAssembled,
+    /// Progressive shooting with rays from the shooter; no K.
+    ShootingRays,
+    /// Path tracing with next-event estimation.
+    PathsNextEvent,
+    /// Path tracing as in the paper.
+    Paths,
+}
+
+impl Method {
+    /// All five.
+    pub const ALL: [Method; 5] = [
+        Method::Neumann,
+        Method::ShootingAssembled,
+        Method::ShootingRays,
+        Method::PathsNextEvent,
+        Method::Paths,
+    ];
+
+    /// As in tables and legends.
+    pub fn name(self) -> &'static str {
+        match self {
+            Method::Neumann => "Neumann over K",
+            Method::ShootingAssembled => "shooting over K",
+            Method::ShootingRays => "shooting with rays",
+            Method::PathsNextEvent => "path tracing, next event",
+            Method::Paths => "path tracing",
+        }
+    }
+
+    /// Whether it solves on patches.
+    pub fn is_patchwise(self) -> bool {
+        !matches!(self, Method::PathsNextEvent | Method::Paths)
+    }
+}
+
+/// A picture and its bounce orders after some time.
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    /// Seconds it took, scene loading excluded.
+    pub seconds: f64,
+    /// How fine: patches and rays, or samples a pixel.
+    pub effort: String,
+    /// All bounces.
+    pub picture: Picture,
+    /// Standard error of each pixel and channel; none where it is not known.
+    pub noise: Option<Picture>,
+    /// Estimated size of the error that more samples do not reduce, per pixel and channel.
+    pub systematic: Option<Picture>,
+    /// Bounces n = 0 to [`ORDERS`].
+    pub orders: Vec<Picture>,
+    /// Standard errors of the orders.
+    pub order_noise: Option<Vec<Picture>>,
+    /// Standard error of the picture's mean over the mask, per channel, systematic part included.
+    pub mean_error: [f64; 3],
+}
+
+/// What a method reached.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Which.
+    pub method: Method,
+    /// After each step of the ladder.
+    pub ladder: Vec<Estimate>,
+    /// The best, with its errors estimated: what verdicts are based on.
+    pub best: Estimate,
+}
+
+/// Relative RMS error against a reference over the mask, the reference's noise subtracted; `None` where the reference
+/// is black.
+pub fn error_against(
+    picture: &Picture,
+    reference: &Picture,
+    noise: Option<&Picture>,
+    mask: &Picture,
+) -> Option<f64> {
+    relative_rms(picture, reference, Some(mask), noise).ok()
+}
+
+/// Slope of log error over log seconds, by least squares; `None` for fewer than two usable points.
+pub fn slope(points: &[(f64, f64)]) -> Option<f64> {
+    let usable: Vec<(f64, f64)> = points
+        .iter()
+        .filter(|(s, e)| *s > 0.0 && *e > 0.0)
+        .map(|(s, e)| (s.ln(), e.ln()))
+        .collect();
+    let n = usable.len() as f64;
+    let mean = |f: fn(&(f64, f64)) -> f64| usable.iter().map(f).sum::<f64>() / n;
+    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+    let spread: f64 = usable.iter().map(|p| (p.0 - x).powi(2)).sum();
+    let common: f64 = usable.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
+    (usable.len() > 1 && spread > 0.0).then(|| common / spread)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_slope_of_a_power_law_is_its_exponent() {
+        let points: Vec<(f64, f64)> = (1..6).map(|k| (k as f64, (k as f64).powf(-0.5))).collect();
+        assert!((slope(&points).unwrap() + 0.5).abs() < 1e-12);
+        assert_eq!(slope(&points[..1]), None);
+    }
+}
