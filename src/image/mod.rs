@@ -18,4 +18,4 @@ pub use gather::{Fields, GatherSampling, Gathered, View, gather, invisible};
 pub use metrics::{MeanDifference, MetricError, mean_difference, mean_e_pixel, relative_rms};
 pub use picture::Picture;
 pub use srgb::{Bitmap, Exposure, decode_srgb, encode_srgb};
-pub use whole::{WriteError, make_directory, write_whole};
+pub use whole::{WriteError, check_destination, make_directory, write_whole};

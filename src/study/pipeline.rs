@@ -94,6 +94,12 @@ pub trait Watch: Sync {
     fn tick(&self, done: u64);
 }
 
+/// Nobody watches.
+impl Watch for () {
+    fn begin(&self, _: &str, _: u64) {}
+    fn tick(&self, _: u64) {}
+}
+
 /// Builds rays, patches and luminaires.
 pub fn prepare(scene: Scene, patches: usize) -> Prepared {
     let start = Instant::now();
