@@ -119,6 +119,7 @@ fn folder(path: &Path) -> &Path {
 
 /// A temporary file with the permissions of an ordinary one: tempfile's own default is owner only.
 fn beside(directory: &Path) -> io::Result<NamedTempFile> {
+    fs::metadata(directory)?;
     let mut builder = Builder::new();
     builder.prefix(".halflight-");
     if let Some(permissions) = ordinary_permissions() {
@@ -129,11 +130,11 @@ fn beside(directory: &Path) -> io::Result<NamedTempFile> {
 
 /// What the system said, without the name of the temporary file, which means nothing to anyone.
 fn plain(error: io::Error) -> io::Error {
-    let inner = error.get_ref().and_then(|e| e.source());
-    let code = inner
-        .and_then(|e| e.downcast_ref::<io::Error>())
-        .and_then(io::Error::raw_os_error);
-    code.map_or(error, io::Error::from_raw_os_error)
+    use io::ErrorKind::{NotADirectory, PermissionDenied, ReadOnlyFilesystem, StorageFull};
+    match error.kind() {
+        kind @ (NotADirectory | PermissionDenied | ReadOnlyFilesystem | StorageFull) => kind.into(),
+        _ => error,
+    }
 }
 
 #[cfg(unix)]
