@@ -21,8 +21,8 @@ const SHEET: usize = 12;
 /// Studies every mode asked for.
 pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
-    make_directory(&common.out)?;
     let scene = own.problem.load()?;
+    make_directory(&common.out)?;
     for warning in &scene.warnings {
         console.warn(warning);
     }
@@ -48,8 +48,7 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
             .map(|(t, s)| report(&prepared, *t, s))
             .collect(),
         files,
-    });
-    Ok(())
+    })
 }
 
 /// The sheet of one mode: its terms, and their sums under them.

@@ -1,11 +1,13 @@
 //! What a person sees: text, and progress bars where stderr is a terminal.
 
-use std::io::IsTerminal;
+use std::io::{self, IsTerminal, Write as _, stderr, stdout};
 use std::sync::Mutex;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::CliError;
 use super::options::Common;
+use crate::image::WriteError;
 use crate::study::Watch;
 
 /// Where text for people goes: stdout, stderr beside a JSON report, or nowhere.
@@ -13,6 +15,8 @@ pub struct Console {
     json: bool,
     quiet: bool,
     bar: Mutex<ProgressBar>,
+    /// Why a line did not reach stdout.
+    failure: Mutex<Option<io::Error>>,
 }
 
 impl Console {
@@ -22,6 +26,7 @@ impl Console {
             json: common.json,
             quiet: common.quiet,
             bar: Mutex::new(ProgressBar::hidden()),
+            failure: Mutex::new(None),
         }
     }
 
@@ -32,9 +37,9 @@ impl Console {
         }
         self.clear();
         if self.json {
-            eprintln!("{}", line.as_ref());
+            let _ = writeln!(stderr(), "{}", line.as_ref());
         } else {
-            println!("{}", line.as_ref());
+            self.print(line.as_ref());
         }
     }
 
@@ -42,16 +47,37 @@ impl Console {
     pub fn warn(&self, line: impl AsRef<str>) {
         if !self.quiet {
             self.clear();
-            eprintln!("warning: {}", line.as_ref());
+            let _ = writeln!(stderr(), "warning: {}", line.as_ref());
         }
     }
 
-    /// The JSON report, if one was asked for.
-    pub fn report(&self, report: &impl serde::Serialize) {
+    /// The last word of a command: the JSON report, if one was asked for.
+    ///
+    /// # Errors
+    /// Where stdout did not take this or an earlier line. A reader who has had enough (`| head`) is no error.
+    pub fn report(&self, report: &impl serde::Serialize) -> Result<(), CliError> {
         self.clear();
         if self.json {
             let text = serde_json::to_string_pretty(report).expect("reports have string keys");
-            println!("{text}");
+            self.print(&text);
+        }
+        let failure = self.failure.lock().ok().and_then(|mut f| f.take());
+        match failure {
+            Some(source) if source.kind() != io::ErrorKind::BrokenPipe => Err(WriteError {
+                path: "standard output".into(),
+                source,
+            }
+            .into()),
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes a line to stdout, or remembers why it could not.
+    fn print(&self, line: &str) {
+        let mut out = stdout();
+        let written = writeln!(out, "{line}").and_then(|()| out.flush());
+        if let (Err(error), Ok(mut failure)) = (written, self.failure.lock()) {
+            failure.get_or_insert(error);
         }
     }
 

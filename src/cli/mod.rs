@@ -16,10 +16,11 @@ mod render;
 mod report;
 mod scenes;
 
+use std::io::{IsTerminal, Write as _, stderr};
 use std::process::ExitCode;
 
 use clap::Parser;
-use miette::Diagnostic;
+use miette::{Diagnostic, MietteHandlerOpts};
 
 use crate::image::{ImageError, MetricError, WriteError};
 use crate::scene::SceneError;
@@ -37,7 +38,7 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Diverges(#[from] Diverges),
-    /// A picture could not be written: exit code 1.
+    /// A picture could not be written: exit code 1, or 2 where its name asks for an unknown format.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Image(#[from] ImageError),
@@ -68,8 +69,8 @@ pub enum CliError {
 impl CliError {
     fn exit_code(&self) -> u8 {
         match self {
+            CliError::Image(ImageError::Extension { .. }) | CliError::Usage { .. } => 2,
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
-            CliError::Usage { .. } => 2,
             CliError::Scene(_) | CliError::Metric(_) => 3,
             CliError::Diverges(_) => 4,
         }
@@ -79,14 +80,26 @@ impl CliError {
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
     let arguments = options::Cli::parse();
+    set_error_form();
     match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let code = error.exit_code();
-            eprintln!("{:?}", miette::Report::new(error));
+            let _ = writeln!(stderr(), "{:?}", miette::Report::new(error));
             ExitCode::from(code)
         }
     }
+}
+
+/// Messages name their causes themselves; lines are wrapped on a terminal only, so that a path stays in one piece.
+fn set_error_form() {
+    let wrap = stderr().is_terminal();
+    let form = move || {
+        let form = MietteHandlerOpts::new().without_cause_chain();
+        form.wrap_lines(wrap).build()
+    };
+    // Set once, before anything reports: it cannot be taken.
+    let _ = miette::set_hook(Box::new(move |_| Box::new(form())));
 }
 
 fn run(cli: options::Cli) -> Result<(), CliError> {

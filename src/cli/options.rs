@@ -11,12 +11,27 @@ use crate::scene::{LoadOptions, Scene, Sides};
 use crate::solve::Settings;
 use crate::study::Fineness;
 
+/// What long help ends with.
+const EXAMPLES: &str = "\
+Examples:
+  halflight render                                     the Cornell box in all four modes, into out/
+  halflight render room.obj --mode global -o room.exr  one picture, as numbers
+  halflight render furnished-room --alpha 0.5 --tau 1  between the modes
+  halflight bounces furnished-room --mode shadowless   a series that diverges
+
+Exit codes:
+  0  done (for `bounces`, also where a series diverges)
+  1  a file could not be written
+  2  the arguments are wrong
+  3  the scene is wrong: not found, not readable, or it fails a check
+  4  the bounce series of the mode asked for diverges: there is no picture";
+
 /// Light transport with vector-valued light: L = E + K L for diffuse scenes.
 ///
 /// Global illumination, shadowless, one-bounce and local shading from one equation and two numbers:
 /// alpha (interreflection) and tau (transmission).
 #[derive(Parser, Debug)]
-#[command(version, about, long_about, arg_required_else_help = true)]
+#[command(version, arg_required_else_help = true, after_long_help = EXAMPLES)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -41,11 +56,12 @@ pub enum Command {
 
 /// Arguments of every command.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Options of every command")]
 pub struct Common {
     /// Print one JSON report on stdout; text for people goes to stderr
     #[arg(long, global = true)]
     pub json: bool,
-    /// Directory for the files written
+    /// Directory for the files written, made if there is none
     #[arg(long, global = true, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
     /// Chooses the sample points; the same seed gives the same bytes
@@ -68,13 +84,13 @@ pub struct Problem {
     /// Illumination model [default: the scene file's, or all]
     #[arg(long, value_enum, conflicts_with_all = ["alpha", "tau"])]
     pub mode: Option<ModeChoice>,
-    /// Interreflection, 0 to 1, instead of a mode
+    /// Interreflection, 0 to 1, instead of a mode [default: the scene file's, or 1]
     #[arg(long, value_name = "A", value_parser = unit_interval)]
     pub alpha: Option<f32>,
-    /// Transmission, 0 to 1, instead of a mode
+    /// Transmission, 0 to 1, instead of a mode [default: the scene file's, or 0]
     #[arg(long, value_name = "T", value_parser = unit_interval)]
     pub tau: Option<f32>,
-    /// Give every face a patch on either side
+    /// Let the backs of faces reflect and emit as well; without it they are black
     #[arg(long)]
     pub two_sided: bool,
     /// About how many patches to cut the scene into
@@ -91,7 +107,8 @@ pub struct Problem {
         long,
         value_name = "STOPS",
         default_value_t = 0.0,
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        value_parser = stops
     )]
     pub exposure: f32,
 }
@@ -239,10 +256,17 @@ fn unit_interval(text: &str) -> Result<f32, String> {
     }
 }
 
+fn stops(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if (-100.0..=100.0).contains(&value) => Ok(value),
+        _ => Err("must be a number from -100 to 100".into()),
+    }
+}
+
 fn size(text: &str) -> Result<Size, String> {
     const LARGEST: usize = 16_384;
     let wrong = || format!("must be WIDTHxHEIGHT, each from 1 to {LARGEST}, as in 640x480");
-    let (width, height) = text.split_once('x').ok_or_else(wrong)?;
+    let (width, height) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
     let number = |t: &str| t.parse().ok().filter(|n| (1..=LARGEST).contains(n));
     match (number(width), number(height)) {
         (Some(width), Some(height)) => Ok(Size { width, height }),
@@ -258,6 +282,14 @@ mod tests {
     #[test]
     fn arguments_are_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn brightness_stays_within_floats() {
+        assert_eq!(stops("-1.5"), Ok(-1.5));
+        for wrong in ["nan", "inf", "1e9", "bright"] {
+            assert!(stops(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -8,7 +8,8 @@ use super::console::Console;
 use super::options::{Common, Render};
 use super::report::{Modes, Radius, RenderReport, mode_of};
 use crate::image::{
-    Exposure, GatherSampling, Picture, check_extension, make_directory, write_picture,
+    Exposure, GatherSampling, Picture, check_destination, check_extension, make_directory,
+    write_picture,
 };
 use crate::light::Transport;
 use crate::solve::{Diverges, Settings, Solution, neumann};
@@ -21,6 +22,8 @@ const BACKS: f64 = 0.01;
 struct Outcome {
     transport: Transport,
     picture: Result<Picture, Diverges>,
+    /// Share of the camera's rays that meet the black back of a face.
+    backs: f64,
     report: RenderReport,
 }
 
@@ -28,15 +31,21 @@ struct Outcome {
 pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
     let start = Instant::now();
     let console = Console::new(common);
-    match &own.output {
-        Some(path) => check_extension(path)?,
-        None => make_directory(&common.out)?,
+    if let Some(path) = &own.output {
+        check_extension(path)?;
     }
     let scene = own.problem.load()?;
     for warning in &scene.warnings {
         console.warn(warning);
     }
     let transports = own.problem.transports(&scene);
+    let places = Places {
+        own,
+        common,
+        scene: scene.name.clone(),
+        several: transports.len() > 1,
+    };
+    places.check(&transports)?;
     let load = start.elapsed().as_secs_f64();
     let fineness = own.problem.fineness(common.seed);
     let prepared = prepare(scene, fineness.patches);
@@ -53,17 +62,18 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
         common,
         console: &console,
         prepared: &prepared,
-        several: modes.len() > 1,
+        places: &places,
         rays,
         seconds,
     };
     let mut outcomes = Vec::new();
     for mode in &modes {
         let outcome = run.one_mode(mode)?;
-        tell(&console, &outcome);
+        tell(&console, &outcome, places.several);
         outcomes.push(outcome);
     }
-    finish(own, common, &console, &prepared.scene.name, outcomes)
+    warn_of_backs(&console, &outcomes);
+    finish(&places, &console, outcomes)
 }
 
 /// What all modes of one run share.
@@ -72,7 +82,7 @@ struct Shared<'a> {
     common: &'a Common,
     console: &'a Console,
     prepared: &'a Prepared,
-    several: bool,
+    places: &'a Places<'a>,
     /// Rays cast for form factors.
     rays: u64,
     seconds: Seconds,
@@ -91,38 +101,41 @@ impl Shared<'_> {
         };
         report.spectral_radius = radius.into();
         report.verdict = verdict.name();
-        let picture = match solution {
-            Ok(solution) => Ok(self.picture(mode, &solution, &mut report)?),
-            Err(diverges) => Err(diverges),
+        let (picture, backs) = match solution {
+            Ok(solution) => {
+                let (picture, backs) = self.picture(mode, &solution, &mut report)?;
+                (Ok(picture), backs)
+            }
+            Err(diverges) => (Err(diverges), 0.0),
         };
         report.seconds.sum();
         Ok(Outcome {
             transport: mode.transport,
             picture,
+            backs,
             report,
         })
     }
 
-    /// Renders and writes a solution.
+    /// Renders and writes a solution; also tells the share of black backs.
     fn picture(
         &self,
         mode: &Assembled,
         solution: &Solution,
         report: &mut RenderReport,
-    ) -> Result<Picture, CliError> {
+    ) -> Result<(Picture, f64), CliError> {
         let clock = Instant::now();
         let own = self.own;
         let sampling = GatherSampling::with_samples(own.problem.samples, self.common.seed);
         let size = (own.size.width, own.size.height);
         let gathered = render(self.prepared, mode, solution, size, &sampling, self.console);
         report.rays += gathered.rays;
-        warn_of_backs(self.console, mode.transport, gathered.backs);
         let picture = gathered.total();
         report.seconds.gather = clock.elapsed().as_secs_f64();
-        let path = self.file(mode.transport);
+        let path = self.places.picture(mode.transport);
         write_picture(&path, &picture, exposure(own))?;
         report.files.push(path);
-        Ok(picture)
+        Ok((picture, gathered.backs))
     }
 
     /// What is known of a mode before it is solved.
@@ -145,13 +158,37 @@ impl Shared<'_> {
             files: Vec::new(),
         }
     }
+}
 
-    /// Where one mode's picture goes.
-    fn file(&self, transport: Transport) -> PathBuf {
+/// Where the files of one run go.
+struct Places<'a> {
+    own: &'a Render,
+    common: &'a Common,
+    /// The scene's name.
+    scene: String,
+    several: bool,
+}
+
+impl Places<'_> {
+    /// Makes sure that every file can be written, before the work that is to fill it.
+    fn check(&self, transports: &[Transport]) -> Result<(), CliError> {
+        if self.own.output.is_none() {
+            make_directory(&self.common.out)?;
+        }
+        for &transport in transports {
+            check_destination(self.picture(transport))?;
+        }
+        if self.several {
+            check_destination(self.sheet())?;
+        }
+        Ok(())
+    }
+
+    /// One mode's picture.
+    fn picture(&self, transport: Transport) -> PathBuf {
         let mode = transport.label().replace(' ', "-");
-        let scene = &self.prepared.scene.name;
         match &self.own.output {
-            None => self.common.out.join(format!("{scene}-{mode}.png")),
+            None => self.common.out.join(format!("{}-{mode}.png", self.scene)),
             Some(path) if self.several => {
                 let extension = path.extension().unwrap_or_default().to_string_lossy();
                 with_suffix(path, &mode, &extension)
@@ -159,30 +196,31 @@ impl Shared<'_> {
             Some(path) => path.clone(),
         }
     }
+
+    /// The contact sheet.
+    fn sheet(&self) -> PathBuf {
+        match &self.own.output {
+            None => self.common.out.join(format!("{}-modes.png", self.scene)),
+            Some(path) => with_suffix(path, "modes", "png"),
+        }
+    }
 }
 
 /// The contact sheet and the report of several modes, or the report or error of one.
-fn finish(
-    own: &Render,
-    common: &Common,
-    console: &Console,
-    scene: &str,
-    mut outcomes: Vec<Outcome>,
-) -> Result<(), CliError> {
+fn finish(places: &Places, console: &Console, mut outcomes: Vec<Outcome>) -> Result<(), CliError> {
     if outcomes.len() == 1 {
         let outcome = outcomes.remove(0);
         outcome.picture?;
-        console.report(&outcome.report);
-        return Ok(());
+        return console.report(&outcome.report);
     }
-    let path = sheet_file(own, common, scene);
-    sheet(scene, &outcomes, exposure(own)).write(&path)?;
+    let path = places.sheet();
+    let exposure = exposure(places.own);
+    sheet(&places.scene, &outcomes, exposure).write(&path)?;
     console.say(format!("contact sheet: {}", path.display()));
     console.report(&Modes {
         modes: outcomes.into_iter().map(|o| o.report).collect(),
         files: vec![path],
-    });
-    Ok(())
+    })
 }
 
 /// The pictures of several modes under their names, as the paper's Figure 1.
@@ -208,7 +246,8 @@ fn sheet<'a>(scene: &str, outcomes: &'a [Outcome], exposure: Exposure) -> Sheet<
     }
 }
 
-fn tell(console: &Console, outcome: &Outcome) {
+/// A line on one mode; where it was the only one, its error speaks for itself.
+fn tell(console: &Console, outcome: &Outcome, several: bool) {
     let label = outcome.transport.label();
     let r = &outcome.report;
     let (s, radius) = (&r.seconds, &r.spectral_radius);
@@ -219,7 +258,8 @@ fn tell(console: &Console, outcome: &Outcome) {
             bounds(radius.lower, radius.upper),
             r.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(" "),
         )),
-        Err(e) => console.warn(format!("{label}: no picture, {e}")),
+        Err(e) if several => console.warn(format!("{label}: no picture, {e}")),
+        Err(_) => (),
     }
 }
 
@@ -230,12 +270,13 @@ fn bounds(lower: f64, upper: f64) -> String {
     }
 }
 
-fn warn_of_backs(console: &Console, transport: Transport, backs: f64) {
+/// All modes see the same backs but for those behind others: one warning, of the mode with the most.
+fn warn_of_backs(console: &Console, outcomes: &[Outcome]) {
+    let backs = outcomes.iter().map(|o| o.backs).fold(0.0, f64::max);
     if backs > BACKS {
         console.warn(format!(
-            "{}: {:.1} % of the camera's rays meet the black back of a one-sided face; \
+            "{:.1} % of the camera's rays meet the black back of a one-sided face; \
              --two-sided gives every face two sides, `two_sided = true` in a scene file those of one material",
-            transport.label(),
             100.0 * backs,
         ));
     }
@@ -244,14 +285,6 @@ fn warn_of_backs(console: &Console, transport: Transport, backs: f64) {
 fn exposure(own: &Render) -> Exposure {
     Exposure {
         stops: own.problem.exposure,
-    }
-}
-
-/// Where the contact sheet goes.
-fn sheet_file(own: &Render, common: &Common, scene: &str) -> PathBuf {
-    match &own.output {
-        None => common.out.join(format!("{scene}-modes.png")),
-        Some(path) => with_suffix(path, "modes", "png"),
     }
 }
 

@@ -30,6 +30,5 @@ pub fn run(common: &Common) -> Result<(), CliError> {
             triangles,
         });
     }
-    console.report(&list);
-    Ok(())
+    console.report(&list)
 }

@@ -40,51 +40,101 @@ pub fn write_whole(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), WriteErro
     })
 }
 
-/// Makes sure a directory exists, so that what is written into it later need not fail.
+/// Checks that [`write_whole`] could write to `path` now: worth asking before hours of work. Leaves nothing behind.
 ///
 /// # Errors
-/// [`WriteError`] where there is none and none can be made.
-pub fn make_directory(path: impl AsRef<Path>) -> Result<(), WriteError> {
+/// [`WriteError`] where the directory is missing or not writable, the destination is a directory or read-only.
+pub fn check_destination(path: impl AsRef<Path>) -> Result<(), WriteError> {
     let path = path.as_ref();
-    fs::create_dir_all(path).map_err(|source| WriteError {
+    let probe = way(path).and_then(|way| match way {
+        Way::Rename(target) => beside(folder(&target)).map(drop),
+        Way::Through => Ok(()),
+    });
+    probe.map_err(|source| WriteError {
         path: path.to_path_buf(),
         source,
     })
 }
 
-fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+/// Makes sure a directory exists and takes new files, so that what is written into it later need not fail.
+///
+/// # Errors
+/// [`WriteError`] where there is none and none can be made, or it may not be written.
+pub fn make_directory(path: impl AsRef<Path>) -> Result<(), WriteError> {
+    let path = path.as_ref();
+    let made = match fs::metadata(path) {
+        Ok(found) if !found.is_dir() => Err(io::Error::from(io::ErrorKind::NotADirectory)),
+        _ => fs::create_dir_all(path),
+    };
+    let probe = made.and_then(|()| beside(path).map(drop));
+    probe.map_err(|source| WriteError {
+        path: path.to_path_buf(),
+        source,
+    })
+}
+
+/// How bytes get to a destination.
+enum Way {
+    /// By a temporary file renamed to this path.
+    Rename(PathBuf),
+    /// Directly: a device or a pipe.
+    Through,
+}
+
+fn way(path: &Path) -> io::Result<Way> {
     match fs::metadata(path) {
         Ok(found) if found.is_dir() => Err(io::Error::from(io::ErrorKind::IsADirectory)),
-        Ok(found) if !found.is_file() => fs::write(path, bytes),
+        Ok(found) if !found.is_file() => Ok(Way::Through),
         // A rename would replace a protected file; a plain write would not.
         Ok(found) if found.permissions().readonly() => {
             Err(io::Error::from(io::ErrorKind::PermissionDenied))
         }
-        Ok(_) => rename_into(&fs::canonicalize(path)?, bytes),
-        Err(_) => rename_into(path, bytes),
+        Ok(_) => Ok(Way::Rename(fs::canonicalize(path)?)),
+        Err(_) => Ok(Way::Rename(path.to_path_buf())),
+    }
+}
+
+fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    match way(path)? {
+        Way::Rename(target) => rename_into(&target, bytes),
+        Way::Through => fs::write(path, bytes),
     }
 }
 
 fn rename_into(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let directory = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let mut file = beside(directory)?;
+    let mut file = beside(folder(path))?;
     file.write_all(bytes)?;
     file.as_file().sync_all()?;
     file.persist(path).map_err(|refused| refused.error)?;
     Ok(())
 }
 
+/// The directory a path lies in.
+fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
 /// A temporary file with the permissions of an ordinary one: tempfile's own default is owner only.
 fn beside(directory: &Path) -> io::Result<NamedTempFile> {
+    fs::metadata(directory)?;
     let mut builder = Builder::new();
     builder.prefix(".halflight-");
     if let Some(permissions) = ordinary_permissions() {
         builder.permissions(permissions);
     }
-    builder.tempfile_in(directory)
+    builder.tempfile_in(directory).map_err(plain)
+}
+
+/// What the system said, without the name of the temporary file, which means nothing to anyone.
+fn plain(error: io::Error) -> io::Error {
+    use io::ErrorKind::{NotADirectory, PermissionDenied, ReadOnlyFilesystem, StorageFull};
+    match error.kind() {
+        kind @ (NotADirectory | PermissionDenied | ReadOnlyFilesystem | StorageFull) => kind.into(),
+        _ => error,
+    }
 }
 
 #[cfg(unix)]
@@ -132,9 +182,13 @@ mod tests {
     fn a_missing_directory_is_named_and_not_made() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("absent/picture.png");
-        let error = write_whole(&path, b"x").unwrap_err();
-        assert_eq!(error.path, path);
-        assert!(error.to_string().contains("absent"));
+        for error in [write_whole(&path, b"x"), check_destination(&path)] {
+            let error = error.unwrap_err();
+            assert_eq!(error.path, path);
+            assert_eq!(error.source.kind(), io::ErrorKind::NotFound);
+            let message = error.to_string();
+            assert!(message.contains("absent") && !message.contains(".halflight"));
+        }
         assert!(names(directory.path()).is_empty());
     }
 
@@ -149,8 +203,30 @@ mod tests {
         fs::set_permissions(&path, permissions).unwrap();
         assert!(write_whole(&path, b"new").is_err());
         assert!(write_whole(&folder, b"new").is_err());
+        assert!(check_destination(&path).is_err() && check_destination(&folder).is_err());
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(names(directory.path()).len(), 2);
+    }
+
+    #[test]
+    fn a_check_leaves_everything_as_it_was() {
+        let directory = tempfile::tempdir().unwrap();
+        let (old, new) = (directory.path().join("old"), directory.path().join("new"));
+        fs::write(&old, b"old").unwrap();
+        check_destination(&old).unwrap();
+        check_destination(&new).unwrap();
+        make_directory(directory.path()).unwrap();
+        assert_eq!(fs::read(&old).unwrap(), b"old");
+        assert_eq!(names(directory.path()), ["old"]);
+    }
+
+    #[test]
+    fn a_file_is_no_directory() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("file");
+        fs::write(&path, b"old").unwrap();
+        let error = make_directory(&path).unwrap_err();
+        assert_eq!(error.source.kind(), io::ErrorKind::NotADirectory);
     }
 
     #[cfg(unix)]

@@ -1,0 +1,325 @@
+//! The structure of the source, held by reading it: light flows one way through the modules, each outer crate has
+//! its one place, files open with their purpose and stay short, and nothing is unsafe.
+//!
+//! Reads text, not syntax: comments and string literals are taken out first. Not handled: names made by macros, and
+//! the module path of a `super` inside a nested inline module, which is taken as that of its file.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The outer crates that belong to some modules only, by the name they have in code.
+const HOMES: [(&str, &[&str]); 7] = [
+    ("tobj", &["scene"]),
+    ("toml", &["scene"]),
+    ("earcut", &["scene"]),
+    ("obvhs", &["rays"]),
+    ("image", &["image"]),
+    ("plotters", &["study"]),
+    ("clap", &["cli"]),
+];
+
+/// Lines a file may have.
+const LONGEST: usize = 320;
+
+/// Files that are longer, and how long they may be.
+const LONGER: [(&str, usize); 2] = [("patches/grid.rs", 400), ("image/gather.rs", 450)];
+
+/// One source file: its path below `src`, and its text.
+struct Source {
+    path: String,
+    text: String,
+}
+
+impl Source {
+    /// The module path: `["scene", "obj"]` for `scene/obj.rs`, `["scene"]` for `scene/mod.rs`.
+    fn modules(&self) -> Vec<&str> {
+        let stem = self.path.trim_end_matches(".rs");
+        stem.split('/').filter(|part| *part != "mod").collect()
+    }
+}
+
+#[test]
+fn the_source_keeps_to_its_order() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let order = order(&fs::read_to_string(root.join("lib.rs")).unwrap());
+    assert!(order.len() >= 10 && order[0] == "light" && order.last().unwrap() == "cli");
+    let sources = sources(&root);
+    assert!(sources.len() > 40);
+    let found: Vec<String> = sources.iter().flat_map(|s| violations(s, &order)).collect();
+    assert!(found.is_empty(), "\n{}", found.join("\n"));
+}
+
+/// Every `.rs` file below a directory.
+fn sources(root: &Path) -> Vec<Source> {
+    let mut folders = vec![root.to_path_buf()];
+    let mut sources = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                sources.push(read(root, &path));
+            }
+        }
+    }
+    sources.sort_by(|a, b| a.path.cmp(&b.path));
+    sources
+}
+
+fn read(root: &Path, path: &PathBuf) -> Source {
+    let below = path.strip_prefix(root).unwrap().components();
+    let parts: Vec<_> = below
+        .map(|c| c.as_os_str().to_string_lossy().into_owned())
+        .collect();
+    Source {
+        path: parts.join("/"),
+        text: fs::read_to_string(path).unwrap(),
+    }
+}
+
+/// The modules that lib.rs declares, in its order.
+fn order(lib: &str) -> Vec<String> {
+    let declared = lib.lines().filter_map(|l| l.strip_prefix("pub mod "));
+    declared
+        .filter_map(|l| Some(l.strip_suffix(';')?.to_string()))
+        .collect()
+}
+
+/// What one file does that it must not.
+fn violations(source: &Source, order: &[String]) -> Vec<String> {
+    let mut found = Vec::new();
+    if !source.text.starts_with("//!") {
+        found.push("does not open with //!".to_string());
+    }
+    let lines = source.text.lines().count();
+    let longer = LONGER.iter().find(|(path, _)| *path == source.path);
+    let limit = longer.map_or(LONGEST, |l| l.1);
+    if lines > limit {
+        found.push(format!("has {lines} lines, more than {limit}"));
+    }
+    let code = code(&source.text);
+    if words(&code).any(|(_, word)| word == "unsafe") {
+        found.push("is unsafe".into());
+    }
+    let modules = source.modules();
+    // lib.rs lists the modules and main.rs starts the last: neither is in the order.
+    if let Some(own) = order.iter().position(|m| m == modules[0]) {
+        found.extend(upward(&code, &modules, own, order));
+        found.extend(strangers(&code, modules[0]));
+    }
+    let name = |what: String| format!("src/{}: {what}", source.path);
+    found.into_iter().map(name).collect()
+}
+
+/// Uses of modules that come later.
+fn upward(code: &str, modules: &[&str], own: usize, order: &[String]) -> Vec<String> {
+    let mut found = Vec::new();
+    for (at, word) in words(code) {
+        let rest = match word {
+            "crate" => &code[at + word.len()..],
+            // A chain of `super` is looked at from its first.
+            "super" if !code[..at].ends_with("super::") => match escape(&code[at..], modules) {
+                Some(rest) => rest,
+                None => continue,
+            },
+            _ => continue,
+        };
+        for used in first_names(rest) {
+            match order.iter().position(|m| *m == used) {
+                Some(other) if other > own => found.push(format!("uses {used}, which comes later")),
+                // `super::*` is what inline modules say to the file they stand in.
+                None if used == "*" && word == "crate" => {
+                    found.push("imports everything there is".into())
+                }
+                _ => (),
+            }
+        }
+    }
+    found
+}
+
+/// What follows a chain of `super::` that leaves the file's top module for the crate's root.
+fn escape<'a>(chain: &'a str, modules: &[&str]) -> Option<&'a str> {
+    let mut rest = chain;
+    let mut steps = 0;
+    while let Some(after) = rest.strip_prefix("super") {
+        steps += 1;
+        match after.strip_prefix("::") {
+            Some(next) if next.starts_with("super") => rest = next,
+            _ => {
+                rest = after;
+                break;
+            }
+        }
+    }
+    (steps >= modules.len()).then_some(rest)
+}
+
+/// The first name of every path that starts with these `::`: one, or one for each item of a group in braces.
+fn first_names(rest: &str) -> Vec<&str> {
+    let Some(rest) = rest.strip_prefix("::") else {
+        return Vec::new();
+    };
+    let Some(group) = rest.strip_prefix('{') else {
+        return vec![first_name(rest)];
+    };
+    let mut depth = 0usize;
+    let mut names = vec![first_name(group)];
+    for (at, c) in group.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth == 0 => break,
+            '}' => depth -= 1,
+            ',' if depth == 0 => names.push(first_name(&group[at + 1..])),
+            _ => (),
+        }
+    }
+    names.retain(|name| !name.is_empty());
+    names
+}
+
+fn first_name(text: &str) -> &str {
+    let text = text.trim_start();
+    let end = text.find(|c: char| !is_word(c)).unwrap_or(text.len());
+    match text.starts_with('*') {
+        true => "*",
+        false => &text[..end],
+    }
+}
+
+/// Outer crates used where they do not belong.
+fn strangers(code: &str, top: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for (at, word) in words(code) {
+        let Some((name, homes)) = HOMES.iter().find(|(name, _)| *name == word) else {
+            continue;
+        };
+        // A path starts here if nothing comes before it but a leading `::`.
+        let before = code[..at].strip_suffix("::");
+        let starts = before.is_none_or(|b| !b.ends_with(|c: char| is_word(c) || c == '>'));
+        let path = code[at + word.len()..].starts_with("::");
+        if starts && path && !homes.contains(&top) {
+            found.push(format!("uses the crate {name}, which belongs to {homes:?}"));
+        }
+    }
+    found
+}
+
+fn is_word(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
+}
+
+/// All words of a text with the places where they start.
+fn words(code: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut at = 0;
+    std::iter::from_fn(move || {
+        let start = at + code[at..].find(is_word)?;
+        let end = code[start..]
+            .find(|c| !is_word(c))
+            .map_or(code.len(), |n| start + n);
+        at = end;
+        Some((start, &code[start..end]))
+    })
+}
+
+/// The text without comments and without what stands in string literals.
+fn code(text: &str) -> String {
+    let mut code = String::new();
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        let skipped = if rest.starts_with("//") {
+            rest.find('\n').unwrap_or(rest.len())
+        } else if rest.starts_with("/*") {
+            rest.find("*/").map_or(rest.len(), |n| n + 2)
+        } else if let Some(raw) = rest.strip_prefix("r#\"") {
+            raw.find("\"#").map_or(rest.len(), |n| n + 5)
+        } else if c == '"' {
+            string_end(rest)
+        } else if rest.starts_with("'\"'") {
+            3
+        } else {
+            code.push(c);
+            rest = &rest[c.len_utf8()..];
+            continue;
+        };
+        rest = &rest[skipped..];
+    }
+    code
+}
+
+/// The length of the string literal a text starts with.
+fn string_end(text: &str) -> usize {
+    let mut escaped = false;
+    for (at, c) in text.char_indices().skip(1) {
+        match c {
+            '"' if !escaped => return at + 1,
+            '\\' => escaped = !escaped,
+            _ => escaped = false,
+        }
+    }
+    text.len()
+}
+
+/// What the checker says of a made-up file in a crate of modules a, b, c.
+fn said(path: &str, text: &str) -> Vec<String> {
+    let source = Source {
+        path: path.into(),
+        text: text.into(),
+    };
+    violations(&source, &["light", "scene", "cli"].map(String::from))
+}
+
+#[test]
+fn the_checker_finds_what_it_looks_for() {
+    let breaks = |path: &str, line: &str, part: &str| {
+        let found = said(path, &format!("//! A file.\n{line}\n"));
+        assert!(
+            found.len() == 1 && found[0].contains(part),
+            "{line}: {found:?}"
+        );
+    };
+    breaks("light/mod.rs", "use crate::scene::Scene;", "scene");
+    breaks(
+        "light/a.rs",
+        "use crate::{\n  light::Rgb,\n  cli::{a, b}};",
+        "cli",
+    );
+    breaks("light/a.rs", "fn f() { let x = crate::cli::run(); }", "cli");
+    breaks("light/mod.rs", "use super::cli;", "cli");
+    breaks("light/a.rs", "use super::super::{scene};", "scene");
+    breaks("light/a/b.rs", "use super::super::super::cli::x;", "cli");
+    breaks("light/a.rs", "use crate::*;", "everything");
+    breaks("light/a.rs", "use tobj::Model;", "tobj");
+    breaks("cli/a.rs", "let x = ::image::open(p);", "image");
+    breaks("scene/a.rs", "let x = <obvhs::Bvh as T>::x();", "obvhs");
+    breaks("scene/a.rs", "unsafe { f() }", "unsafe");
+    breaks("scene/a.rs", &"\n".repeat(LONGEST), "lines");
+    assert!(said("cli/a.rs", "use crate::light;\n")[0].contains("//!"));
+}
+
+#[test]
+fn the_checker_lets_through_what_is_right() {
+    for (path, line) in [
+        ("scene/a.rs", "use crate::light::{Rgb, cli};"),
+        ("scene/a.rs", "use super::cli;"),
+        ("scene/a/b.rs", "use super::super::cli;"),
+        ("scene/mod.rs", "mod tests { use super::*; }"),
+        ("scene/a.rs", "use tobj::Model;"),
+        ("scene/a.rs", "// use crate::cli, unsafe"),
+        ("scene/a.rs", "let x = \"\\\" crate::cli::run unsafe\";"),
+        ("scene/a.rs", "let x = ('\"', r#\"unsafe \" \"#);"),
+        ("scene/a.rs", "use self::image::Picture; let unsafely = 1;"),
+        ("cli/a.rs", "use crate::light::image::Picture;"),
+        ("main.rs", "fn main() { halflight::cli::main() }"),
+    ] {
+        let found = said(path, &format!("//! A file.\n{line}\n"));
+        assert!(found.is_empty(), "{line}: {found:?}");
+    }
+}
+
+#[test]
+fn modules_are_read_in_the_order_they_are_declared() {
+    let lib = "//! pub mod no;\npub mod b;\n\npub mod a;\nmod hidden;\n";
+    assert_eq!(order(lib), ["b", "a"]);
+}
