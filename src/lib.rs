@@ -11,12 +11,12 @@
 //! use halflight::light::Mode;
 //! use halflight::scene::{LoadOptions, Scene};
 //! use halflight::solve::{Settings, Verdict, neumann, norm};
-//! use halflight::study::{assemble, prepare};
+//! use halflight::study::{Silent, assemble, prepare};
 //!
 //! let scene = Scene::open("cornell-box", LoadOptions::default())?;
 //! let prepared = prepare(scene, 300);
 //! let sampling = Sampling { rays: 64, ..Sampling::default() };
-//! let (modes, _) = assemble(&prepared, &[Mode::Global.transport()], &sampling, &());
+//! let (modes, _) = assemble(&prepared, &[Mode::Global.transport()], &sampling, &Silent);
 //! let solution = neumann(&modes[0].operator, &Settings::default())?;
 //!
 //! assert_eq!(solution.verdict, Verdict::Converges);
@@ -38,13 +38,13 @@
 //! use halflight::light::Mode;
 //! use halflight::scene::{LoadOptions, Scene};
 //! use halflight::solve::{Settings, explore, neumann};
-//! use halflight::study::{assemble, prepare};
+//! use halflight::study::{Silent, assemble, prepare};
 //!
 //! let scene = Scene::open("furnished-room", LoadOptions::default())?;
 //! let prepared = prepare(scene, 300);
 //! let sampling = Sampling { rays: 64, ..Sampling::default() };
 //! let transports = [Mode::Shadowless.transport(), Mode::Local.transport()];
-//! let (modes, _) = assemble(&prepared, &transports, &sampling, &());
+//! let (modes, _) = assemble(&prepared, &transports, &sampling, &Silent);
 //!
 //! let refused = neumann(&modes[0].operator, &Settings::default()).unwrap_err();
 //! assert!(refused.radius.lower > 1.0);

@@ -21,9 +21,6 @@ const HOMES: [(&str, &[&str]); 7] = [
 /// Lines a file may have.
 const LONGEST: usize = 320;
 
-/// Files that are longer, and how long they may be.
-const LONGER: [(&str, usize); 2] = [("patches/grid.rs", 400), ("image/gather.rs", 450)];
-
 /// One source file: its path below `src`, and its text.
 struct Source {
     path: String,
@@ -93,10 +90,8 @@ fn violations(source: &Source, order: &[String]) -> Vec<String> {
         found.push("does not open with //!".to_string());
     }
     let lines = source.text.lines().count();
-    let longer = LONGER.iter().find(|(path, _)| *path == source.path);
-    let limit = longer.map_or(LONGEST, |l| l.1);
-    if lines > limit {
-        found.push(format!("has {lines} lines, more than {limit}"));
+    if lines > LONGEST {
+        found.push(format!("has {lines} lines, more than {LONGEST}"));
     }
     let code = code(&source.text);
     if words(&code).any(|(_, word)| word == "unsafe") {

@@ -35,9 +35,8 @@ struct LargestReport {
 /// Compares a picture with a reference.
 pub fn run(own: &Diff, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
-    match &own.output {
-        Some(path) => check_extension(path)?,
-        None => make_directory(&common.out)?,
+    if let Some(path) = &own.output {
+        check_extension(path)?;
     }
     let picture = read_picture(&own.picture)?;
     let reference = read_picture(&own.reference)?;
@@ -56,8 +55,7 @@ pub fn run(own: &Diff, common: &Common) -> Result<(), CliError> {
         files: vec![figure(own, common, &picture, &reference)?],
     };
     tell(&console, &report, mean.relative);
-    console.report(&report);
-    Ok(())
+    console.report(&report)
 }
 
 fn tell(console: &Console, r: &DiffReport, relative: [Option<f64>; 3]) {
@@ -113,6 +111,9 @@ fn figure(
             .out
             .join(format!("{}-minus-{}.png", names[0], names[1]))
     });
+    if own.output.is_none() {
+        make_directory(&common.out)?;
+    }
     sheet.write(&path)?;
     Ok(path)
 }

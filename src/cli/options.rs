@@ -156,7 +156,8 @@ pub struct Diff {
         long,
         value_name = "STOPS",
         default_value_t = 0.0,
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        value_parser = stops
     )]
     pub exposure: f32,
 }

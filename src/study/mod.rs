@@ -24,7 +24,7 @@ pub use canvas::Marker;
 pub use chart::{Axis, Chart, ChartError, Look, Series};
 pub use difference::{difference_scale, difference_tiles};
 pub use pipeline::{
-    Assembled, Fineness, Prepared, Seconds, Watch, assemble, picture, prepare, render,
+    Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, picture, prepare, render,
     without_luminaires,
 };
 pub use sheet::{Sheet, Tile};

@@ -94,10 +94,12 @@ pub trait Watch: Sync {
     fn tick(&self, done: u64);
 }
 
-/// Nobody watches.
-impl Watch for () {
-    fn begin(&self, _: &str, _: u64) {}
-    fn tick(&self, _: u64) {}
+/// Watches nothing.
+pub struct Silent;
+
+impl Watch for Silent {
+    fn begin(&self, _step: &str, _length: u64) {}
+    fn tick(&self, _done: u64) {}
 }
 
 /// Builds rays, patches and luminaires.

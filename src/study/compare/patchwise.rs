@@ -13,7 +13,7 @@ use crate::image::{Fields, GatherSampling, Picture};
 use crate::light::{Light, Rgb, Transport};
 use crate::scene::Scene;
 use crate::solve::{Diverges, RaySettings, Settings, Shooting, ShootingSettings, neumann};
-use crate::study::pipeline::{Prepared, assemble, picture, prepare, without_luminaires};
+use crate::study::pipeline::{Prepared, Silent, assemble, picture, prepare, without_luminaires};
 use crate::study::shoot::{assembled_shooter, ray_shooter};
 
 /// How fine a patch method works.
@@ -182,7 +182,7 @@ fn solve(
         shooting.run(|_| ())?;
         return Ok(all(&shooting));
     }
-    let (modes, _) = assemble(p, &[transport], &sampling, &());
+    let (modes, _) = assemble(p, &[transport], &sampling, &Silent);
     if method == Method::ShootingAssembled {
         let shooter = assembled_shooter(&modes[0]);
         let mut shooting = Shooting::new(&shooter, shooting)?;
@@ -219,7 +219,14 @@ fn pictures(
         seed,
     };
     let transports = p.scene.transports(transport);
-    let parts = picture(p, &transports, &Fields::new(&fields), size, &sampling, &());
+    let parts = picture(
+        p,
+        &transports,
+        &Fields::new(&fields),
+        size,
+        &sampling,
+        &Silent,
+    );
     let mut orders = vec![parts.emission];
     orders.extend(parts.indirect);
     orders[1] = combine(&orders[1], &parts.direct, |a, b| a + b);
