@@ -22,11 +22,11 @@ const SHEET: usize = 12;
 pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
     make_directory(&common.out)?;
-    let scene = own.problem.load()?;
+    let scene = own.problem.subject.load()?;
     for warning in &scene.warnings {
         console.warn(warning);
     }
-    let transports = own.problem.transports(&scene);
+    let transports = own.problem.subject.transports(&scene);
     let fineness = own.problem.fineness(common.seed);
     let prepared = prepare(scene, fineness.patches);
     let (modes, _) = assemble(&prepared, &transports, &fineness.sampling, &console);
@@ -70,7 +70,7 @@ fn sheet(
     let label = mode.transport.label();
     let heading = format!("{scene}, {label}: {}", sentence(mode.transport, solution));
     let exposure = Exposure {
-        stops: own.problem.exposure,
+        stops: own.problem.subject.exposure,
     };
     let path = common
         .out

@@ -6,7 +6,7 @@
 //! | 1 | a file could not be written |
 //! | 2 | the arguments are wrong |
 //! | 3 | the scene is wrong: not found, not readable, or it fails a check |
-//! | 4 | the bounce series of the mode asked for diverges: there is no picture |
+//! | 4 | the bounce series of the mode asked for diverges, or overflows while traced: there is no picture |
 
 mod bounces;
 mod console;
@@ -14,6 +14,7 @@ mod options;
 mod render;
 mod report;
 mod scenes;
+mod trace;
 
 use std::process::ExitCode;
 
@@ -21,6 +22,7 @@ use clap::Parser;
 use miette::Diagnostic;
 
 use crate::image::{ImageError, WriteError};
+use crate::reference::Overflow;
 use crate::scene::SceneError;
 use crate::solve::Diverges;
 use crate::study::ChartError;
@@ -36,6 +38,10 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Diverges(#[from] Diverges),
+    /// A traced picture overflows: exit code 4.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Overflow(#[from] Overflow),
     /// A picture could not be written: exit code 1.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -66,7 +72,7 @@ impl CliError {
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
             CliError::Usage { .. } => 2,
             CliError::Scene(_) => 3,
-            CliError::Diverges(_) => 4,
+            CliError::Diverges(_) | CliError::Overflow(_) => 4,
         }
     }
 }
@@ -89,6 +95,7 @@ fn run(cli: options::Cli) -> Result<(), CliError> {
     match &cli.command {
         options::Command::Render(own) => render::run(own, &cli.common),
         options::Command::Bounces(own) => bounces::run(own, &cli.common),
+        options::Command::Trace(own) => trace::run(own, &cli.common),
         options::Command::Scenes => scenes::run(&cli.common),
     }
 }

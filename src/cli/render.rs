@@ -32,11 +32,11 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
         Some(path) => check_extension(path)?,
         None => make_directory(&common.out)?,
     }
-    let scene = own.problem.load()?;
+    let scene = own.problem.subject.load()?;
     for warning in &scene.warnings {
         console.warn(warning);
     }
-    let transports = own.problem.transports(&scene);
+    let transports = own.problem.subject.transports(&scene);
     let load = start.elapsed().as_secs_f64();
     let fineness = own.problem.fineness(common.seed);
     let prepared = prepare(scene, fineness.patches);
@@ -89,7 +89,7 @@ impl Shared<'_> {
             Ok(s) => (s.radius, s.verdict),
             Err(e) => (e.radius, e.verdict),
         };
-        report.spectral_radius = radius.into();
+        report.spectral_radius = Some(radius.into());
         report.verdict = verdict.name();
         let picture = match solution {
             Ok(solution) => Ok(self.picture(mode, &solution, &mut report)?),
@@ -139,7 +139,7 @@ impl Shared<'_> {
             patches: self.prepared.patches.len(),
             rays: self.rays,
             seconds: self.seconds,
-            spectral_radius: Radius::default(),
+            spectral_radius: None,
             closure: mode.closure.map(Into::into),
             verdict: "",
             files: Vec::new(),
@@ -148,16 +148,26 @@ impl Shared<'_> {
 
     /// Where one mode's picture goes.
     fn file(&self, transport: Transport) -> PathBuf {
-        let mode = transport.label().replace(' ', "-");
-        let scene = &self.prepared.scene.name;
-        match &self.own.output {
-            None => self.common.out.join(format!("{scene}-{mode}.png")),
-            Some(path) if self.several => {
-                let extension = path.extension().unwrap_or_default().to_string_lossy();
-                with_suffix(path, &mode, &extension)
-            }
-            Some(path) => path.clone(),
+        let place = (self.own.output.as_deref(), self.common.out.as_path());
+        picture_file(place, &self.prepared.scene.name, transport, self.several)
+    }
+}
+
+/// Where one mode's picture goes: the file asked for, or one in the directory named after the stem.
+pub(super) fn picture_file(
+    (output, directory): (Option<&Path>, &Path),
+    stem: &str,
+    transport: Transport,
+    several: bool,
+) -> PathBuf {
+    let mode = transport.label().replace(' ', "-");
+    match output {
+        None => directory.join(format!("{stem}-{mode}.png")),
+        Some(path) if several => {
+            let extension = path.extension().unwrap_or_default().to_string_lossy();
+            with_suffix(path, &mode, &extension)
         }
+        Some(path) => path.to_path_buf(),
     }
 }
 
@@ -175,8 +185,13 @@ fn finish(
         console.report(&outcome.report);
         return Ok(());
     }
-    let path = sheet_file(own, common, scene);
-    sheet(scene, &outcomes, exposure(own)).write(&path)?;
+    let path = sheet_file((own.output.as_deref(), &common.out), scene);
+    let shown: Vec<Shown> = outcomes
+        .iter()
+        .map(|o| (o.transport, o.picture.as_ref().map_err(|e| e.to_string())))
+        .collect();
+    let heading = format!("{scene}: L = E + K L, the visible half");
+    sheet(heading, &shown, exposure(own)).write(&path)?;
     console.say(format!("contact sheet: {}", path.display()));
     console.report(&Modes {
         modes: outcomes.into_iter().map(|o| o.report).collect(),
@@ -185,15 +200,18 @@ fn finish(
     Ok(())
 }
 
+/// One mode's picture, or the reason why there is none.
+pub(super) type Shown<'a> = (Transport, Result<&'a Picture, String>);
+
 /// The pictures of several modes under their names, as the paper's Figure 1.
-fn sheet<'a>(scene: &str, outcomes: &'a [Outcome], exposure: Exposure) -> Sheet<'a> {
-    let tiles = outcomes.iter().map(|o| {
-        let (_, alpha, tau) = mode_of(o.transport);
+pub(super) fn sheet<'a>(heading: String, shown: &[Shown<'a>], exposure: Exposure) -> Sheet<'a> {
+    let tiles = shown.iter().map(|(transport, picture)| {
+        let (_, alpha, tau) = mode_of(*transport);
         let numbers = format!("alpha {alpha}, tau {tau}");
         Tile {
-            picture: o.picture.as_ref().ok(),
-            title: format!("{} ({numbers})", o.transport.label()),
-            note: match &o.picture {
+            picture: picture.as_ref().ok().copied(),
+            title: format!("{} ({numbers})", transport.label()),
+            note: match picture {
                 Ok(_) => String::new(),
                 Err(e) => format!("no picture: {e}"),
             },
@@ -201,7 +219,7 @@ fn sheet<'a>(scene: &str, outcomes: &'a [Outcome], exposure: Exposure) -> Sheet<
         }
     });
     Sheet {
-        heading: format!("{scene}: L = E + K L, the visible half"),
+        heading,
         tiles: tiles.collect(),
         columns: 2,
         exposure,
@@ -211,26 +229,26 @@ fn sheet<'a>(scene: &str, outcomes: &'a [Outcome], exposure: Exposure) -> Sheet<
 fn tell(console: &Console, outcome: &Outcome) {
     let label = outcome.transport.label();
     let r = &outcome.report;
-    let (s, radius) = (&r.seconds, &r.spectral_radius);
+    let s = &r.seconds;
     match &outcome.picture {
         Ok(_) => console.say(format!(
             "{label:<11} {} in {:.2} s ({} patches, F {:.2} s, L {:.2} s, gather {:.2} s), spectral radius {}: {}",
             r.verdict, s.total, r.patches, s.form_factors, s.solve, s.gather,
-            bounds(radius.lower, radius.upper),
+            bounds(r.spectral_radius.as_ref()),
             r.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(" "),
         )),
         Err(e) => console.warn(format!("{label}: no picture, {e}")),
     }
 }
 
-fn bounds(lower: f64, upper: f64) -> String {
-    match upper == 0.0 {
-        true => "0".into(),
-        false => format!("{lower:.4} to {upper:.4}"),
+fn bounds(radius: Option<&Radius>) -> String {
+    match radius {
+        Some(r) if r.upper > 0.0 => format!("{:.4} to {:.4}", r.lower, r.upper),
+        _ => "0".into(),
     }
 }
 
-fn warn_of_backs(console: &Console, transport: Transport, backs: f64) {
+pub(super) fn warn_of_backs(console: &Console, transport: Transport, backs: f64) {
     if backs > BACKS {
         console.warn(format!(
             "{}: {:.1} % of the camera's rays meet the black back of a one-sided face; \
@@ -243,14 +261,14 @@ fn warn_of_backs(console: &Console, transport: Transport, backs: f64) {
 
 fn exposure(own: &Render) -> Exposure {
     Exposure {
-        stops: own.problem.exposure,
+        stops: own.problem.subject.exposure,
     }
 }
 
 /// Where the contact sheet goes.
-fn sheet_file(own: &Render, common: &Common, scene: &str) -> PathBuf {
-    match &own.output {
-        None => common.out.join(format!("{scene}-modes.png")),
+pub(super) fn sheet_file((output, directory): (Option<&Path>, &Path), stem: &str) -> PathBuf {
+    match output {
+        None => directory.join(format!("{stem}-modes.png")),
         Some(path) => with_suffix(path, "modes", "png"),
     }
 }

@@ -23,4 +23,4 @@ mod surfaces;
 mod tracer;
 
 pub use path::{KEPT, NextEvent};
-pub use tracer::{Counts, Mean, TraceSettings, Tracer};
+pub use tracer::{Counts, Mean, Overflow, TraceSettings, Tracer};

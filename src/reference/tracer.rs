@@ -61,6 +61,20 @@ pub struct Mean {
     pub error: [f64; 3],
 }
 
+/// Light grew beyond single precision: a series that diverges, followed too far.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
+#[error("the light overflows within {max_bounces} bounces: the series diverges")]
+#[diagnostic(
+    code(halflight::trace::overflow),
+    help(
+        "--max-bounces N with a smaller N shows the first bounces; `halflight bounces` shows how they grow"
+    )
+)]
+pub struct Overflow {
+    /// Reflections after which paths ended.
+    pub max_bounces: u32,
+}
+
 /// A picture that grows more exact with every pass.
 pub struct Tracer<'a> {
     space: Space<'a>,
@@ -192,6 +206,17 @@ impl<'a> Tracer<'a> {
     /// What was done so far.
     pub fn counts(&self) -> Counts {
         self.counts
+    }
+
+    /// Checks that every mean and standard error is finite.
+    ///
+    /// # Errors
+    /// [`Overflow`] where one is not.
+    pub fn check(&self) -> Result<(), Overflow> {
+        let mean = self.mean();
+        let finite = mean.value.iter().chain(&mean.error).all(|x| x.is_finite());
+        let max_bounces = self.space.max_bounces;
+        finite.then_some(()).ok_or(Overflow { max_bounces })
     }
 
     /// Visible radiance, all bounces together.
