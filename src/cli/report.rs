@@ -55,7 +55,8 @@ pub struct TraceReport {
     pub render: RenderReport,
     /// Paths for each pixel.
     pub samples: u64,
-    /// RMS of the pixels' standard errors over RMS of the pixels, where no luminaire is seen; null from one sample.
+    /// RMS of the pixels' standard errors over RMS of the pixels without their noise, where no luminaire is seen; null from
+    /// one sample, and where there is more noise than picture.
     pub standard_error: Option<f64>,
     /// Whether emitters were looked for at every vertex.
     pub next_event: bool,

@@ -125,7 +125,9 @@ impl Shared<'_> {
             SAMPLES
         };
         let mut left = self.own.samples.unwrap_or(unlimited);
-        self.console.begin("trace", u64::from(left.div_ceil(PASS)));
+        if self.own.time.is_none() {
+            self.console.begin("trace", u64::from(left.div_ceil(PASS)));
+        }
         let start = Instant::now();
         let mut longest = 0.0_f64;
         let mut now = 0.0;
