@@ -187,7 +187,10 @@ impl Shared<'_> {
         let label = outcome.transport.label();
         let r = &outcome.report;
         if let Err(e) = &outcome.picture {
-            self.console.warn(format!("{label}: no picture, {e}"));
+            // One mode alone ends with this error.
+            if self.several {
+                self.console.warn(format!("{label}: no picture, {e}"));
+            }
             return;
         }
         let error = match r.standard_error {
