@@ -21,12 +21,12 @@ const SHEET: usize = 12;
 /// Studies every mode asked for.
 pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
-    let scene = own.problem.load()?;
+    let scene = own.problem.subject.load()?;
     make_directory(&common.out)?;
     for warning in &scene.warnings {
         console.warn(warning);
     }
-    let transports = own.problem.transports(&scene);
+    let transports = own.problem.subject.transports(&scene);
     let fineness = own.problem.fineness(common.seed);
     let prepared = prepare(scene, fineness.patches);
     let (modes, _) = assemble(&prepared, &transports, &fineness.sampling, &console);
@@ -69,7 +69,7 @@ fn sheet(
     let label = mode.transport.label();
     let heading = format!("{scene}, {label}: {}", sentence(mode.transport, solution));
     let exposure = Exposure {
-        stops: own.problem.exposure,
+        stops: own.problem.subject.exposure,
     };
     let path = common
         .out

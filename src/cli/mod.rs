@@ -6,15 +6,17 @@
 //! | 1 | a file could not be written |
 //! | 2 | the arguments are wrong |
 //! | 3 | the scene is wrong (not found, not readable, or it fails a check), or two pictures cannot be compared |
-//! | 4 | the bounce series of the mode asked for diverges: there is no picture |
+//! | 4 | the bounce series of the mode asked for diverges, or overflows while traced: there is no picture |
 
 mod bounces;
 mod console;
 mod diff;
 mod options;
+mod pictures;
 mod render;
 mod report;
 mod scenes;
+mod trace;
 
 use std::io::{IsTerminal, Write as _, stderr};
 use std::process::ExitCode;
@@ -23,6 +25,7 @@ use clap::Parser;
 use miette::{Diagnostic, MietteHandlerOpts};
 
 use crate::image::{ImageError, MetricError, WriteError};
+use crate::reference::Overflow;
 use crate::scene::SceneError;
 use crate::solve::Diverges;
 use crate::study::ChartError;
@@ -38,6 +41,10 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Diverges(#[from] Diverges),
+    /// A traced picture overflows: exit code 4.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Overflow(#[from] Overflow),
     /// A picture could not be written: exit code 1, or 2 where its name asks for an unknown format.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -72,7 +79,7 @@ impl CliError {
             CliError::Image(ImageError::Extension { .. }) | CliError::Usage { .. } => 2,
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
             CliError::Scene(_) | CliError::Metric(_) => 3,
-            CliError::Diverges(_) => 4,
+            CliError::Diverges(_) | CliError::Overflow(_) => 4,
         }
     }
 }
@@ -108,6 +115,7 @@ fn run(cli: options::Cli) -> Result<(), CliError> {
         options::Command::Render(own) => render::run(own, &cli.common),
         options::Command::Bounces(own) => bounces::run(own, &cli.common),
         options::Command::Diff(own) => diff::run(own, &cli.common),
+        options::Command::Trace(own) => trace::run(own, &cli.common),
         options::Command::Scenes => scenes::run(&cli.common),
     }
 }

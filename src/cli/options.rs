@@ -50,6 +50,8 @@ pub enum Command {
     Bounces(Bounces),
     /// Compare two pictures, number by number
     Diff(Diff),
+    /// Render a scene by path tracing, a witness to the solver
+    Trace(Trace),
     /// List the scenes that are built in
     Scenes,
 }
@@ -75,9 +77,9 @@ pub struct Common {
     pub quiet: bool,
 }
 
-/// The scene, its modes, and how finely it is solved.
+/// The scene and its modes.
 #[derive(Args, Debug)]
-pub struct Problem {
+pub struct Subject {
     /// A built-in scene (see `halflight scenes`), a .toml scene file or an .obj file
     #[arg(default_value = "cornell-box")]
     pub scene: String,
@@ -93,15 +95,6 @@ pub struct Problem {
     /// Let the backs of faces reflect and emit as well; without it they are black
     #[arg(long)]
     pub two_sided: bool,
-    /// About how many patches to cut the scene into
-    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub patches: u32,
-    /// Hemisphere rays from each patch
-    #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
-    pub rays: u32,
-    /// Hemisphere rays for each pixel, rounded up to a power of two
-    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
-    pub samples: u32,
     /// Brighten PNG files by so many stops (factors of two); EXR files stay as they are
     #[arg(
         long,
@@ -111,6 +104,23 @@ pub struct Problem {
         value_parser = stops
     )]
     pub exposure: f32,
+}
+
+/// The scene, its modes, and how finely it is solved.
+#[derive(Args, Debug)]
+pub struct Problem {
+    /// What is asked.
+    #[command(flatten)]
+    pub subject: Subject,
+    /// About how many patches to cut the scene into
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub patches: u32,
+    /// Hemisphere rays from each patch
+    #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub rays: u32,
+    /// Hemisphere rays for each pixel, rounded up to a power of two
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub samples: u32,
 }
 
 /// `halflight render`
@@ -162,6 +172,41 @@ pub struct Diff {
     pub exposure: f32,
 }
 
+/// `halflight trace`
+#[derive(Args, Debug)]
+pub struct Trace {
+    /// What to render.
+    #[command(flatten)]
+    pub subject: Subject,
+    /// Size of the picture
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
+    pub size: Size,
+    /// Picture to write, .png or .exr [default: <out>/<scene>-<mode>-traced.png]; with several modes the mode is added
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Paths for each pixel [default: 256, or as many as --time allows]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
+    pub samples: Option<u32>,
+    /// Look for emitters at every vertex, or wait until paths meet them, as in the paper
+    #[arg(long, value_enum, default_value_t = NextEventChoice::On)]
+    pub next_event: NextEventChoice,
+    /// End every path after so many reflections; the light of later ones is missing
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub max_bounces: u32,
+    /// Begin no pass of samples that would not end within so many seconds, for each mode
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub time: Option<f64>,
+}
+
+/// Whether light is looked for on purpose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum NextEventChoice {
+    /// Every vertex draws a point on an emitter
+    On,
+    /// Emitters are found by chance only
+    Off,
+}
+
 /// Width and height in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
@@ -186,7 +231,7 @@ pub enum ModeChoice {
     All,
 }
 
-impl Problem {
+impl Subject {
     /// Reads and checks the scene.
     pub fn load(&self) -> Result<Scene, CliError> {
         let sides = if self.two_sided {
@@ -220,7 +265,9 @@ impl Problem {
             },
         }
     }
+}
 
+impl Problem {
     /// Patches, rays and stopping rule.
     pub fn fineness(&self, seed: u32) -> Fineness {
         let sampling = Sampling {
@@ -261,6 +308,13 @@ fn stops(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(value) if (-100.0..=100.0).contains(&value) => Ok(value),
         _ => Err("must be a number from -100 to 100".into()),
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("must be a number of seconds above 0".into()),
     }
 }
 

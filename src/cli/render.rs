@@ -1,22 +1,16 @@
 //! `halflight render`: the picture of each mode, and a contact sheet of several.
 
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::CliError;
 use super::console::Console;
 use super::options::{Common, Render};
+use super::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use super::report::{Modes, Radius, RenderReport, mode_of};
-use crate::image::{
-    Exposure, GatherSampling, Picture, check_destination, check_extension, make_directory,
-    write_picture,
-};
+use crate::image::{Exposure, GatherSampling, Picture, check_extension, write_picture};
 use crate::light::Transport;
 use crate::solve::{Diverges, Settings, Solution, neumann};
-use crate::study::{Assembled, Prepared, Seconds, Sheet, Tile, assemble, prepare, render};
-
-/// Share of a picture's camera rays that may meet black backs before it is worth a warning.
-const BACKS: f64 = 0.01;
+use crate::study::{Assembled, Prepared, Seconds, assemble, prepare, render};
 
 /// One mode's picture, or the reason why there is none.
 struct Outcome {
@@ -34,15 +28,15 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
     if let Some(path) = &own.output {
         check_extension(path)?;
     }
-    let scene = own.problem.load()?;
+    let scene = own.problem.subject.load()?;
     for warning in &scene.warnings {
         console.warn(warning);
     }
-    let transports = own.problem.transports(&scene);
+    let transports = own.problem.subject.transports(&scene);
     let places = Places {
-        own,
-        common,
-        scene: scene.name.clone(),
+        output: own.output.as_deref(),
+        directory: &common.out,
+        stem: scene.name.clone(),
         several: transports.len() > 1,
     };
     places.check(&transports)?;
@@ -72,8 +66,8 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
         tell(&console, &outcome, places.several);
         outcomes.push(outcome);
     }
-    warn_of_backs(&console, &outcomes);
-    finish(&places, &console, outcomes)
+    warn_of_backs(&console, outcomes.iter().map(|o| o.backs));
+    finish(&places, &console, exposure(own), outcomes)
 }
 
 /// What all modes of one run share.
@@ -99,7 +93,7 @@ impl Shared<'_> {
             Ok(s) => (s.radius, s.verdict),
             Err(e) => (e.radius, e.verdict),
         };
-        report.spectral_radius = radius.into();
+        report.spectral_radius = Some(radius.into());
         report.verdict = verdict.name();
         let (picture, backs) = match solution {
             Ok(solution) => {
@@ -152,7 +146,7 @@ impl Shared<'_> {
             patches: self.prepared.patches.len(),
             rays: self.rays,
             seconds: self.seconds,
-            spectral_radius: Radius::default(),
+            spectral_radius: None,
             closure: mode.closure.map(Into::into),
             verdict: "",
             files: Vec::new(),
@@ -160,62 +154,25 @@ impl Shared<'_> {
     }
 }
 
-/// Where the files of one run go.
-struct Places<'a> {
-    own: &'a Render,
-    common: &'a Common,
-    /// The scene's name.
-    scene: String,
-    several: bool,
-}
-
-impl Places<'_> {
-    /// Makes sure that every file can be written, before the work that is to fill it.
-    fn check(&self, transports: &[Transport]) -> Result<(), CliError> {
-        if self.own.output.is_none() {
-            make_directory(&self.common.out)?;
-        }
-        for &transport in transports {
-            check_destination(self.picture(transport))?;
-        }
-        if self.several {
-            check_destination(self.sheet())?;
-        }
-        Ok(())
-    }
-
-    /// One mode's picture.
-    fn picture(&self, transport: Transport) -> PathBuf {
-        let mode = transport.label().replace(' ', "-");
-        match &self.own.output {
-            None => self.common.out.join(format!("{}-{mode}.png", self.scene)),
-            Some(path) if self.several => {
-                let extension = path.extension().unwrap_or_default().to_string_lossy();
-                with_suffix(path, &mode, &extension)
-            }
-            Some(path) => path.clone(),
-        }
-    }
-
-    /// The contact sheet.
-    fn sheet(&self) -> PathBuf {
-        match &self.own.output {
-            None => self.common.out.join(format!("{}-modes.png", self.scene)),
-            Some(path) => with_suffix(path, "modes", "png"),
-        }
-    }
-}
-
 /// The contact sheet and the report of several modes, or the report or error of one.
-fn finish(places: &Places, console: &Console, mut outcomes: Vec<Outcome>) -> Result<(), CliError> {
+fn finish(
+    places: &Places,
+    console: &Console,
+    exposure: Exposure,
+    mut outcomes: Vec<Outcome>,
+) -> Result<(), CliError> {
     if outcomes.len() == 1 {
         let outcome = outcomes.remove(0);
         outcome.picture?;
         return console.report(&outcome.report);
     }
     let path = places.sheet();
-    let exposure = exposure(places.own);
-    sheet(&places.scene, &outcomes, exposure).write(&path)?;
+    let shown: Vec<Shown> = outcomes
+        .iter()
+        .map(|o| (o.transport, o.picture.as_ref().map_err(|e| e.to_string())))
+        .collect();
+    let heading = format!("{}: L = E + K L, the visible half", places.stem);
+    mode_sheet(heading, &shown, exposure).write(&path)?;
     console.say(format!("contact sheet: {}", path.display()));
     console.report(&Modes {
         modes: outcomes.into_iter().map(|o| o.report).collect(),
@@ -223,39 +180,16 @@ fn finish(places: &Places, console: &Console, mut outcomes: Vec<Outcome>) -> Res
     })
 }
 
-/// The pictures of several modes under their names, as the paper's Figure 1.
-fn sheet<'a>(scene: &str, outcomes: &'a [Outcome], exposure: Exposure) -> Sheet<'a> {
-    let tiles = outcomes.iter().map(|o| {
-        let (_, alpha, tau) = mode_of(o.transport);
-        let numbers = format!("alpha {alpha}, tau {tau}");
-        Tile {
-            picture: o.picture.as_ref().ok(),
-            title: format!("{} ({numbers})", o.transport.label()),
-            note: match &o.picture {
-                Ok(_) => String::new(),
-                Err(e) => format!("no picture: {e}"),
-            },
-            gain: 1.0,
-        }
-    });
-    Sheet {
-        heading: format!("{scene}: L = E + K L, the visible half"),
-        tiles: tiles.collect(),
-        columns: 2,
-        exposure,
-    }
-}
-
 /// A line on one mode; where it was the only one, its error speaks for itself.
 fn tell(console: &Console, outcome: &Outcome, several: bool) {
     let label = outcome.transport.label();
     let r = &outcome.report;
-    let (s, radius) = (&r.seconds, &r.spectral_radius);
+    let s = &r.seconds;
     match &outcome.picture {
         Ok(_) => console.say(format!(
             "{label:<11} {} in {:.2} s ({} patches, F {:.2} s, L {:.2} s, gather {:.2} s), spectral radius {}: {}",
             r.verdict, s.total, r.patches, s.form_factors, s.solve, s.gather,
-            bounds(radius.lower, radius.upper),
+            bounds(r.spectral_radius.as_ref()),
             r.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(" "),
         )),
         Err(e) if several => console.warn(format!("{label}: no picture, {e}")),
@@ -263,32 +197,15 @@ fn tell(console: &Console, outcome: &Outcome, several: bool) {
     }
 }
 
-fn bounds(lower: f64, upper: f64) -> String {
-    match upper == 0.0 {
-        true => "0".into(),
-        false => format!("{lower:.4} to {upper:.4}"),
-    }
-}
-
-/// All modes see the same backs but for those behind others: one warning, of the mode with the most.
-fn warn_of_backs(console: &Console, outcomes: &[Outcome]) {
-    let backs = outcomes.iter().map(|o| o.backs).fold(0.0, f64::max);
-    if backs > BACKS {
-        console.warn(format!(
-            "{:.1} % of the camera's rays meet the black back of a one-sided face; \
-             --two-sided gives every face two sides, `two_sided = true` in a scene file those of one material",
-            100.0 * backs,
-        ));
+fn bounds(radius: Option<&Radius>) -> String {
+    match radius {
+        Some(r) if r.upper > 0.0 => format!("{:.4} to {:.4}", r.lower, r.upper),
+        _ => "0".into(),
     }
 }
 
 fn exposure(own: &Render) -> Exposure {
     Exposure {
-        stops: own.problem.exposure,
+        stops: own.problem.subject.exposure,
     }
-}
-
-fn with_suffix(path: &Path, suffix: &str, extension: &str) -> PathBuf {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{stem}-{suffix}.{extension}"))
 }

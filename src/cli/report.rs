@@ -33,14 +33,52 @@ pub struct RenderReport {
     pub rays: u64,
     /// Where the time went.
     pub seconds: Seconds,
-    /// Proved bounds.
-    pub spectral_radius: Radius,
+    /// Proved bounds; null where none were sought.
+    pub spectral_radius: Option<Radius>,
     /// Row sums of F; null where no ray was needed.
     pub closure: Option<Sums>,
-    /// `converges`, `ends` or `diverges`.
+    /// `converges`, `ends` or `diverges`; of a traced picture see [`TraceReport`].
     pub verdict: &'static str,
     /// Files written.
     pub files: Vec<PathBuf>,
+}
+
+/// `halflight trace --json`, one for each mode: render's fields and these.
+///
+/// There are no patches, form factors or bounds: those fields are 0 or null; `gather` is the time spent tracing. The verdict is
+/// `ends` (alpha is 0 everywhere), `sampled` (every path ended by itself), `truncated` (`--max-bounces` ended some, so later
+/// bounces are missing) or `overflows` (no picture).
+#[derive(Serialize)]
+pub struct TraceReport {
+    /// The fields of render.
+    #[serde(flatten)]
+    pub render: RenderReport,
+    /// Paths for each pixel.
+    pub samples: u64,
+    /// RMS of the pixels' standard errors over RMS of the pixels without their noise, where no luminaire is seen; null from
+    /// one sample, and where there is more noise than picture.
+    pub standard_error: Option<f64>,
+    /// Whether emitters were looked for at every vertex.
+    pub next_event: bool,
+    /// Reflections after which a path ends in any case.
+    pub max_bounces: u32,
+    /// Paths.
+    pub paths: u64,
+    /// Paths that `max_bounces` ended with light still to gather.
+    pub paths_cut: u64,
+    /// Mean radiance of the picture by bounce; the last is that of all later bounces together.
+    pub bounces: Vec<MeanReport>,
+}
+
+/// A mean over the picture.
+#[derive(Serialize)]
+pub struct MeanReport {
+    /// Number of reflections.
+    pub n: usize,
+    /// Mean radiance per channel, W/(m² sr).
+    pub mean: [f64; 3],
+    /// Its standard error.
+    pub standard_error: [f64; 3],
 }
 
 /// Several modes of one run.

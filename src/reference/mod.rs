@@ -19,8 +19,10 @@ mod emitters;
 mod moments;
 mod path;
 mod random;
+mod report;
 mod surfaces;
 mod tracer;
 
 pub use path::{KEPT, NextEvent};
-pub use tracer::{Counts, Mean, TraceSettings, Tracer};
+pub use report::{Counts, Mean, Overflow, TraceSettings};
+pub use tracer::Tracer;

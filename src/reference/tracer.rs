@@ -10,56 +10,14 @@ use rayon::prelude::*;
 
 use super::emitters::Emitters;
 use super::moments::{Moments, Sums};
-use super::path::{KEPT, NextEvent, Space};
+use super::path::{KEPT, Space};
 use super::random::Random;
+use super::report::{Counts, Mean, Overflow, TraceSettings};
 use super::surfaces::Surfaces;
 use crate::image::Picture;
 use crate::light::{Rgb, Transport};
 use crate::rays::{Hit, Ray, Rays};
 use crate::scene::{Camera, Scene};
-
-/// How paths are traced.
-#[derive(Clone, Copy, Debug)]
-pub struct TraceSettings {
-    /// Whether emitters are looked for on purpose.
-    pub next_event: NextEvent,
-    /// Reflections after which a path ends in any case; what comes later is missing from the picture.
-    pub max_bounces: u32,
-    /// Chooses the random numbers.
-    pub seed: u32,
-}
-
-impl Default for TraceSettings {
-    fn default() -> Self {
-        TraceSettings {
-            next_event: NextEvent::On,
-            max_bounces: 128,
-            seed: 0,
-        }
-    }
-}
-
-/// What was done so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Paths, one for each sample of each pixel.
-    pub paths: u64,
-    /// Rays cast: from the camera, from surface to surface, and to emitters.
-    pub rays: u64,
-    /// Paths that `max_bounces` ended with light still to gather.
-    pub cut: u64,
-    /// Paths that met the black back of a one-sided face first.
-    pub backs: u64,
-}
-
-/// A mean over the picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Mean {
-    /// Radiance per channel.
-    pub value: [f64; 3],
-    /// Its standard error per channel.
-    pub error: [f64; 3],
-}
 
 /// A picture that grows more exact with every pass.
 pub struct Tracer<'a> {
@@ -194,6 +152,17 @@ impl<'a> Tracer<'a> {
         self.counts
     }
 
+    /// Checks that every mean and standard error is finite.
+    ///
+    /// # Errors
+    /// [`Overflow`] where one is not.
+    pub fn check(&self) -> Result<(), Overflow> {
+        let mean = self.mean();
+        let finite = mean.value.iter().chain(&mean.error).all(|x| x.is_finite());
+        let max_bounces = self.space.max_bounces;
+        finite.then_some(()).ok_or(Overflow { max_bounces })
+    }
+
     /// Visible radiance, all bounces together.
     pub fn picture(&self) -> Picture {
         self.picture_of(|pixel| pixel.total.mean)
@@ -231,9 +200,10 @@ impl<'a> Tracer<'a> {
         self.picture_of(|pixel| Rgb::splat(f32::from(u8::from(!pixel.luminaire))))
     }
 
-    /// `sqrt(mean(se²) / mean(L²))` over channels and the pixels that see no luminaire, or all where every pixel sees one.
+    /// `sqrt(mean(se²) / (mean(L²) - mean(se²)))` over channels and the pixels that see no luminaire, or all where every pixel
+    /// sees one: the noise over the RMS of the picture without its noise.
     ///
-    /// None before the second sample and for a black picture.
+    /// None before the second sample, and where noise leaves no picture to relate it to.
     pub fn relative_error(&self) -> Option<f64> {
         let everywhere = self.pixels.iter().all(|pixel| pixel.luminaire);
         let counted = self
@@ -245,7 +215,7 @@ impl<'a> Tracer<'a> {
             noise += pixel.total.squared_error(self.samples).element_sum();
             power += pixel.total.mean.as_dvec3().length_squared();
         }
-        (self.samples > 1 && power > 0.0).then(|| (noise / power).sqrt())
+        (self.samples > 1 && power > noise).then(|| (noise / (power - noise)).sqrt())
     }
 
     fn picture_of(&self, colour: impl Fn(&Pixel) -> Rgb) -> Picture {
@@ -280,14 +250,5 @@ impl<'a> Tracer<'a> {
             value: (value / count).to_array(),
             error: (noise.map(f64::sqrt) / count).to_array(),
         }
-    }
-}
-
-impl Counts {
-    fn add(&mut self, other: &Counts) {
-        self.paths += other.paths;
-        self.rays += other.rays;
-        self.cut += other.cut;
-        self.backs += other.backs;
     }
 }

@@ -1,0 +1,105 @@
+//! What `render` and `trace` share: where the pictures of the modes go, their contact sheet, the warning of black backs.
+
+use std::path::{Path, PathBuf};
+
+use super::CliError;
+use super::console::Console;
+use super::report::mode_of;
+use crate::image::{Exposure, Picture, check_destination, make_directory};
+use crate::light::Transport;
+use crate::study::{Sheet, Tile};
+
+/// Share of a picture's camera rays that may meet black backs before it is worth a warning.
+const BACKS: f64 = 0.01;
+
+/// Where the files of one run go.
+pub struct Places<'a> {
+    /// The file asked for.
+    pub output: Option<&'a Path>,
+    /// The directory where none is.
+    pub directory: &'a Path,
+    /// What files in the directory are named after.
+    pub stem: String,
+    /// Whether there are several modes, so that files are told apart by them.
+    pub several: bool,
+}
+
+impl Places<'_> {
+    /// Makes sure that every file can be written, before the work that is to fill it.
+    pub fn check(&self, transports: &[Transport]) -> Result<(), CliError> {
+        if self.output.is_none() {
+            make_directory(self.directory)?;
+        }
+        for &transport in transports {
+            check_destination(self.picture(transport))?;
+        }
+        if self.several {
+            check_destination(self.sheet())?;
+        }
+        Ok(())
+    }
+
+    /// One mode's picture.
+    pub fn picture(&self, transport: Transport) -> PathBuf {
+        let mode = transport.label().replace(' ', "-");
+        match self.output {
+            None => self.directory.join(format!("{}-{mode}.png", self.stem)),
+            Some(path) if self.several => {
+                let extension = path.extension().unwrap_or_default().to_string_lossy();
+                with_suffix(path, &mode, &extension)
+            }
+            Some(path) => path.to_path_buf(),
+        }
+    }
+
+    /// The contact sheet.
+    pub fn sheet(&self) -> PathBuf {
+        match self.output {
+            None => self.directory.join(format!("{}-modes.png", self.stem)),
+            Some(path) => with_suffix(path, "modes", "png"),
+        }
+    }
+}
+
+/// One mode's picture, or the reason why there is none.
+pub type Shown<'a> = (Transport, Result<&'a Picture, String>);
+
+/// The pictures of several modes under their names, as the paper's Figure 1.
+pub fn mode_sheet<'a>(heading: String, shown: &[Shown<'a>], exposure: Exposure) -> Sheet<'a> {
+    let tiles = shown.iter().map(|(transport, picture)| {
+        let (_, alpha, tau) = mode_of(*transport);
+        let numbers = format!("alpha {alpha}, tau {tau}");
+        Tile {
+            picture: picture.as_ref().ok().copied(),
+            title: format!("{} ({numbers})", transport.label()),
+            note: match picture {
+                Ok(_) => String::new(),
+                Err(e) => format!("no picture: {e}"),
+            },
+            gain: 1.0,
+        }
+    });
+    Sheet {
+        heading,
+        tiles: tiles.collect(),
+        columns: 2,
+        exposure,
+    }
+}
+
+/// All modes see the same backs but for those behind others: one warning, of the mode with the most.
+pub fn warn_of_backs(console: &Console, shares: impl Iterator<Item = f64>) {
+    let backs = shares.fold(0.0, f64::max);
+    if backs > BACKS {
+        console.warn(format!(
+            "{:.1} % of the camera's rays meet the black back of a one-sided face; \
+             --two-sided gives every face two sides, `two_sided = true` in a scene file those of one material",
+            100.0 * backs,
+        ));
+    }
+}
+
+fn with_suffix(path: &Path, suffix: &str, extension: &str) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{stem}-{suffix}.{extension}"))
+}
