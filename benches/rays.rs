@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec3, Quat, Vec3};
-use halflight::light::{Rgb, Transport, Visibility};
+use halflight::light::{Rgb, Visibility};
 use halflight::rays::cosine::{cosine_direction, triangle_point};
 use halflight::rays::sequence::hash;
 use halflight::rays::{End, Ray, Rays};
@@ -129,7 +129,7 @@ fn scene_of(triangles: &[Corners]) -> Scene {
             center: DVec3::ZERO,
             scale: 1.0,
         },
-        transport: Transport::default(),
+        transport: None,
         warnings: Vec::new(),
     }
 }
