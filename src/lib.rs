@@ -27,3 +27,8 @@ pub mod image;
 pub mod study;
 
 pub mod cli;
+
+/// The README's code is tested with the documentation.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

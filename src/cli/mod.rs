@@ -5,11 +5,12 @@
 //! | 0 | done (for `bounces`, also where a series diverges: that is its answer) |
 //! | 1 | a file could not be written |
 //! | 2 | the arguments are wrong |
-//! | 3 | the scene is wrong: not found, not readable, or it fails a check |
+//! | 3 | the scene is wrong (not found, not readable, or it fails a check), or two pictures cannot be compared |
 //! | 4 | the bounce series of the mode asked for diverges: there is no picture |
 
 mod bounces;
 mod console;
+mod diff;
 mod options;
 mod render;
 mod report;
@@ -20,7 +21,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use miette::Diagnostic;
 
-use crate::image::{ImageError, WriteError};
+use crate::image::{ImageError, MetricError, WriteError};
 use crate::scene::SceneError;
 use crate::solve::Diverges;
 use crate::study::ChartError;
@@ -48,6 +49,10 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Chart(#[from] ChartError),
+    /// Two pictures cannot be compared: exit code 3.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Metric(#[from] MetricError),
     /// The arguments contradict each other or the machine: exit code 2.
     #[error("{message}")]
     #[diagnostic(code(halflight::usage))]
@@ -65,7 +70,7 @@ impl CliError {
         match self {
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
             CliError::Usage { .. } => 2,
-            CliError::Scene(_) => 3,
+            CliError::Scene(_) | CliError::Metric(_) => 3,
             CliError::Diverges(_) => 4,
         }
     }
@@ -89,6 +94,7 @@ fn run(cli: options::Cli) -> Result<(), CliError> {
     match &cli.command {
         options::Command::Render(own) => render::run(own, &cli.common),
         options::Command::Bounces(own) => bounces::run(own, &cli.common),
+        options::Command::Diff(own) => diff::run(own, &cli.common),
         options::Command::Scenes => scenes::run(&cli.common),
     }
 }

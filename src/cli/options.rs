@@ -33,6 +33,8 @@ pub enum Command {
     Render(Render),
     /// Study the bounce series E, KE, K²E, ... of a scene
     Bounces(Bounces),
+    /// Compare two pictures, number by number
+    Diff(Diff),
     /// List the scenes that are built in
     Scenes,
 }
@@ -76,10 +78,10 @@ pub struct Problem {
     #[arg(long)]
     pub two_sided: bool,
     /// About how many patches to cut the scene into
-    #[arg(long, value_name = "N", default_value_t = 4000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub patches: u32,
     /// Hemisphere rays from each patch
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub rays: u32,
     /// Hemisphere rays for each pixel, rounded up to a power of two
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
@@ -120,6 +122,26 @@ pub struct Bounces {
     /// Size of each picture in the sheet
     #[arg(long, value_name = "WxH", default_value = "160x160", value_parser = size)]
     pub size: Size,
+}
+
+/// `halflight diff`
+#[derive(Args, Debug)]
+pub struct Diff {
+    /// The picture: .exr, .hdr or .png
+    pub picture: PathBuf,
+    /// What it is compared with
+    pub reference: PathBuf,
+    /// Figure to write, .png [default: <out>/<picture>-minus-<reference>.png]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Brighten the two pictures in the figure by so many stops
+    #[arg(
+        long,
+        value_name = "STOPS",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
+    pub exposure: f32,
 }
 
 /// Width and height in pixels.

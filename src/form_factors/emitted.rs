@@ -117,18 +117,19 @@ pub fn gather_luminaire(
     points: impl ExactSizeIterator<Item = (f32, f32)>,
     scratch: &mut Vec<Hit>,
 ) {
-    let closed = luminaire.closed_form(receiver.position, receiver.normal);
-    if let Some(form) = closed {
-        if form == 0.0 {
-            return;
-        }
-        sum.add_point(weight, form);
-        if *occlusion == Occlusion::Nothing {
-            return;
-        }
+    let (x, n) = (receiver.position, receiver.normal);
+    if *occlusion == Occlusion::Nothing {
+        sum.add_point(weight, luminaire.exact_form(x, n));
+        return;
+    }
+    let closed = luminaire.closed_form(x, n);
+    match closed {
+        Some(0.0) => return,
+        Some(form) => sum.add_point(weight, form),
+        None => {}
     }
     let count = points.len() as f64;
-    let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
+    let (x, n) = (x.as_dvec3(), n.as_dvec3());
     for (u, v) in points {
         let y = luminaire.point(u, v);
         let kernel = luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal) / count;

@@ -11,6 +11,7 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
+use super::outline::Outline;
 use super::polygon::point_to_polygon;
 use crate::light::Rgb;
 use crate::rays::Side;
@@ -20,9 +21,6 @@ use crate::scene::{Scene, Sides};
 /// Share of the scene's area above which hemisphere rays find an emitter well enough.
 const LARGE: f64 = 0.1;
 
-/// Faces up to which the closed form is summed; above, points drawn on the luminaire stand in for it.
-const CLOSED_FORM_FACES: usize = 64;
-
 /// One emitting surface of uniform radiance.
 #[derive(Clone, Debug)]
 pub struct Luminaire {
@@ -31,6 +29,8 @@ pub struct Luminaire {
     /// Total area, unit coordinates squared.
     pub area: f64,
     triangles: Vec<EmittingTriangle>,
+    /// None where it has too many faces; points drawn on it stand in for the closed form then.
+    outline: Option<Outline>,
 }
 
 #[derive(Clone, Debug)]
@@ -132,19 +132,25 @@ impl Luminaire {
         Luminaire {
             radiance: scene.material(faces[0]).emission,
             area: sum,
+            outline: Outline::new(triangles.iter().map(|t| t.exact)),
             triangles,
         }
     }
 
-    /// Form factor from a point with unit normal to all of the luminaire, nothing between; `None` where the
-    /// luminaire has too many faces to sum.
+    /// Form factor from a point with unit normal to all of the luminaire, nothing between; `None` where its faces are
+    /// too many for the closed form to be worth its price.
     pub fn closed_form(&self, x: Vec3, n: Vec3) -> Option<f64> {
-        if self.triangles.len() > CLOSED_FORM_FACES {
-            return None;
-        }
-        let (x, n) = (x.as_dvec3(), n.as_dvec3());
-        let form = |t: &EmittingTriangle| point_to_polygon(n, &t.exact.map(|p| p - x));
-        Some(self.triangles.iter().map(form).sum())
+        let outline = self.outline.as_ref()?;
+        Some(outline.form(x.as_dvec3(), n.as_dvec3()))
+    }
+
+    /// The same whatever the number of faces.
+    pub fn exact_form(&self, x: Vec3, n: Vec3) -> f64 {
+        self.closed_form(x, n).unwrap_or_else(|| {
+            let (x, n) = (x.as_dvec3(), n.as_dvec3());
+            let form = |t: &EmittingTriangle| point_to_polygon(n, &t.exact.map(|p| p - x));
+            self.triangles.iter().map(form).sum()
+        })
     }
 
     /// The point at (u, v) in the unit square, uniform in area.

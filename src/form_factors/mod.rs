@@ -16,6 +16,7 @@ mod cast;
 mod checks;
 mod emitted;
 mod luminaire;
+mod outline;
 mod polygon;
 mod sparse;
 
@@ -40,7 +41,7 @@ pub struct Sampling {
 impl Default for Sampling {
     fn default() -> Self {
         Sampling {
-            rays: 1024,
+            rays: 512,
             emitter_rays: 64,
             seed: 0,
         }

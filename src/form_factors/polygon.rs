@@ -26,23 +26,32 @@ pub fn point_to_polygon(n: DVec3, corners: &[DVec3; 3]) -> f64 {
     edges(n, &clipped[..count])
 }
 
-/// Lambert's sum over the edges of a polygon above the horizon.
+/// Lambert's formula for a polygon above the horizon.
 fn edges(n: DVec3, polygon: &[DVec3]) -> f64 {
-    let mut sum = 0.0;
-    for (k, &a) in polygon.iter().enumerate() {
-        let b = polygon[(k + 1) % polygon.len()];
-        let normal = a.cross(b);
-        let sine = normal.length();
-        // An edge seen end on spans no angle.
-        if sine > 0.0 {
-            sum += sine.atan2(a.dot(b)) / sine * n.dot(normal);
-        }
+    signed_edges(n, polygon).abs() / std::f64::consts::TAU
+}
+
+/// Lambert's sum over the edges of a polygon above the horizon; its sign is that of the polygon's turning.
+pub(super) fn signed_edges(n: DVec3, polygon: &[DVec3]) -> f64 {
+    let next = |k: usize| polygon[(k + 1) % polygon.len()];
+    let terms = polygon.iter().enumerate();
+    terms.map(|(k, &a)| edge_term(n, a, next(k))).sum()
+}
+
+/// The angle from a to b times `n · Gamma`, Gamma the unit normal of the plane through both and the point.
+#[inline]
+pub(super) fn edge_term(n: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let normal = a.cross(b);
+    let sine = normal.length();
+    // An edge seen end on spans no angle.
+    match sine > 0.0 {
+        true => sine.atan2(a.dot(b)) / sine * n.dot(normal),
+        false => 0.0,
     }
-    sum.abs() / std::f64::consts::TAU
 }
 
 /// The part of a triangle with height >= 0: up to four corners, and how many.
-fn clip_to_horizon(corners: &[DVec3; 3], heights: [f64; 3]) -> ([DVec3; 4], usize) {
+pub(super) fn clip_to_horizon(corners: &[DVec3; 3], heights: [f64; 3]) -> ([DVec3; 4], usize) {
     let mut out = [DVec3::ZERO; 4];
     let mut count = 0;
     let mut push = |p: DVec3| {

@@ -15,17 +15,16 @@
 //!
 //! Not handled: depth of field, motion, filters other than the box.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::Picture;
 use super::irradiance::{Layer, smooth};
-use crate::form_factors::{DirectSum, Luminaires, Occlusion, Progress, Receiver, gather_luminaire};
+use super::pixel::{Pass, Pixel};
+use crate::form_factors::{Luminaires, Progress};
 use crate::light::{Light, Rgb, Transport};
 use crate::patches::Patches;
-use crate::rays::cosine::cosine_direction;
-use crate::rays::sequence::{Sobol, hash};
-use crate::rays::{Hit, Ray, Rays, Side};
+use crate::rays::Rays;
 use crate::scene::Scene;
 
 /// What the camera looks at.
@@ -77,7 +76,7 @@ impl GatherSampling {
 /// `L'`, the invisible light that hemisphere rays read, one or more fields of it at once.
 #[derive(Clone, Debug)]
 pub struct Fields {
-    count: usize,
+    pub(super) count: usize,
     /// Patch by patch, field by field.
     values: Vec<Rgb>,
 }
@@ -98,12 +97,12 @@ impl Fields {
     }
 
     /// Whether any field has any light.
-    fn is_dark(&self) -> bool {
+    pub(super) fn is_dark(&self) -> bool {
         self.values.iter().all(|v| *v == Vec3::ZERO)
     }
 
     #[inline]
-    fn of_patch(&self, patch: u32) -> &[Rgb] {
+    pub(super) fn of_patch(&self, patch: u32) -> &[Rgb] {
         let start = patch as usize * self.count;
         &self.values[start..start + self.count]
     }
@@ -178,246 +177,6 @@ pub fn gather(view: &View, fields: &Fields, sampling: &GatherSampling, tick: Pro
         backs: backs as f64 / (pixels.len() as u64 * u64::from(sampling.camera)) as f64,
         rays: pixels.iter().map(|p| p.rays).sum(),
     }
-}
-
-struct Pass<'a> {
-    view: &'a View<'a>,
-    fields: &'a Fields,
-    sampling: &'a GatherSampling,
-    sobol: Sobol,
-    occlusion: Occlusion,
-    /// No hemisphere ray finds any light.
-    dark: bool,
-    /// Every ray ends at its first crossing.
-    opaque: bool,
-}
-
-struct Pixel {
-    emission: Rgb,
-    direct: Rgb,
-    layers: Vec<Layer>,
-    backs: u32,
-    rays: u64,
-}
-
-struct Scratch {
-    hits: Vec<Hit>,
-    sums: Vec<DirectSum>,
-    incident: Vec<DVec3>,
-}
-
-impl<'a> Pass<'a> {
-    fn new(view: &'a View, fields: &'a Fields, sampling: &'a GatherSampling) -> Pass<'a> {
-        let each = sampling.luminaire.max(sampling.hemisphere).max(1);
-        Pass {
-            view,
-            fields,
-            sampling,
-            sobol: Sobol::new((sampling.camera * each) as usize, 6),
-            occlusion: Occlusion::new(view.rays, view.transports),
-            dark: fields.is_dark(),
-            opaque: view.transports.iter().all(|t| t.tau == 0.0),
-        }
-    }
-
-    fn scratch(&self) -> Scratch {
-        Scratch {
-            hits: Vec::new(),
-            sums: vec![DirectSum::default(); self.view.luminaires.list.len()],
-            incident: vec![DVec3::ZERO; self.fields.count],
-        }
-    }
-
-    /// One pixel: camera rays over its box, and from each point they see rays to luminaires and over the hemisphere.
-    fn pixel(&self, x: usize, y: usize, scratch: &mut Scratch) -> Pixel {
-        let (width, height) = (self.view.width, self.view.height);
-        let seed = hash((y * width + x) as u32, self.sampling.seed ^ 0x9a7e_0000);
-        scratch.sums.fill(DirectSum::default());
-        let mut layers: Vec<Layer> = Vec::new();
-        let mut emission = DVec3::ZERO;
-        let (mut backs, mut rays) = (0, 0);
-        for s in 0..self.sampling.camera {
-            let px = (x as f32 + self.sobol.point(s, 0, seed)) / width as f32;
-            let py = (y as f32 + self.sobol.point(s, 1, seed)) / height as f32;
-            rays += 1;
-            let Some((hit, position)) = self.seen(px, py) else {
-                continue;
-            };
-            let view = self.view;
-            if view.patches.at(hit.face, hit.side, position).is_none() {
-                backs += 1;
-                continue;
-            }
-            let material = view.scene.material(hit.face);
-            emission += material.emitted().visible.as_dvec3();
-            let receiver = Receiver {
-                position,
-                normal: view.patches.normal(hit.face, hit.side),
-                face: hit.face,
-            };
-            let rho = material.rho.as_dvec3();
-            if rho == DVec3::ZERO {
-                continue;
-            }
-            rays += self.add_direct(&receiver, rho, s, seed, scratch);
-            if !self.dark {
-                rays += u64::from(self.sampling.hemisphere);
-                let surroundings = self.find_incident(&receiver, s, seed, scratch);
-                let key = (
-                    view.rays.plane(hit.face),
-                    hit.side,
-                    material_of(view, hit.face),
-                );
-                add_to_layer(
-                    &mut layers,
-                    key,
-                    &receiver,
-                    material.rho,
-                    surroundings,
-                    &scratch.incident,
-                );
-            }
-        }
-        for layer in &mut layers {
-            layer.settle();
-        }
-        let share = 1.0 / f64::from(self.sampling.camera);
-        let direct: DVec3 = self
-            .view
-            .luminaires
-            .list
-            .iter()
-            .zip(&scratch.sums)
-            .map(|(l, sum)| self.occlusion.estimate(sum) * l.radiance.as_dvec3())
-            .sum();
-        Pixel {
-            emission: (emission * share).as_vec3(),
-            direct: (direct * share).as_vec3(),
-            layers,
-            backs,
-            rays,
-        }
-    }
-
-    /// The first surface under a point of the picture, and where it is met, put exactly into the face's plane.
-    fn seen(&self, x: f32, y: f32) -> Option<(Hit, Vec3)> {
-        let view = self.view;
-        let aspect = view.width as f32 / view.height as f32;
-        let (origin, direction) = view.scene.camera.ray(x, y, aspect);
-        let ray = Ray {
-            origin,
-            direction,
-            source: None,
-        };
-        let hit = view.rays.closest(&ray)?;
-        let position = origin + hit.t * direction;
-        let normal = view.patches.normal(hit.face, Side::Front);
-        let off = (position - view.scene.corners(hit.face)[0]).dot(normal);
-        Some((hit, position - off * normal))
-    }
-
-    /// Adds the light of every luminaire at one point; returns the rays cast.
-    fn add_direct(
-        &self,
-        receiver: &Receiver,
-        rho: DVec3,
-        s: u32,
-        seed: u32,
-        scratch: &mut Scratch,
-    ) -> u64 {
-        let n = self.sampling.luminaire;
-        let path = (self.view.rays, &self.occlusion);
-        for (l, luminaire) in self.view.luminaires.list.iter().enumerate() {
-            let own = hash(l as u32, seed);
-            let draw = (0..n as usize).map(|k| {
-                let index = s * n + k as u32;
-                (
-                    self.sobol.point(index, 2, own),
-                    self.sobol.point(index, 3, own),
-                )
-            });
-            let sum = &mut scratch.sums[l];
-            gather_luminaire(sum, rho, receiver, luminaire, path, draw, &mut scratch.hits);
-        }
-        match self.occlusion {
-            Occlusion::Nothing => 0,
-            _ => u64::from(n) * self.view.luminaires.list.len() as u64,
-        }
-    }
-
-    /// Finds what hemisphere rays from one point read in every field, into `scratch.incident`; returns the sum over
-    /// the rays of their inverse lengths, divided by their number.
-    fn find_incident(&self, receiver: &Receiver, s: u32, seed: u32, scratch: &mut Scratch) -> f64 {
-        let n = self.sampling.hemisphere;
-        let mut nearness = 0.0;
-        scratch.incident.fill(DVec3::ZERO);
-        for index in s * n..(s + 1) * n {
-            let (u, v) = (
-                self.sobol.point(index, 4, seed),
-                self.sobol.point(index, 5, seed),
-            );
-            let ray = Ray {
-                origin: receiver.position,
-                direction: cosine_direction(receiver.normal, u, v),
-                source: Some(receiver.face),
-            };
-            self.read(&ray, &mut scratch.hits, &mut scratch.incident);
-            nearness += scratch
-                .hits
-                .first()
-                .map_or(0.0, |hit| 1.0 / f64::from(hit.t));
-        }
-        for sum in &mut scratch.incident {
-            *sum /= f64::from(n);
-        }
-        nearness / f64::from(n)
-    }
-
-    /// Reads every field along a ray: each crossing's light times the tau of the surfaces before it.
-    fn read(&self, ray: &Ray, hits: &mut Vec<Hit>, incident: &mut [DVec3]) {
-        let view = self.view;
-        if self.opaque {
-            hits.clear();
-            hits.extend(view.rays.closest(ray));
-        } else {
-            view.rays.crossings(ray, hits);
-        }
-        let mut through = 1.0;
-        for hit in hits.iter() {
-            let position = ray.origin + hit.t * ray.direction;
-            if let Some(j) = view.patches.at(hit.face, hit.side, position) {
-                for (sum, l) in incident.iter_mut().zip(self.fields.of_patch(j)) {
-                    *sum += f64::from(through) * l.as_dvec3();
-                }
-            }
-            let material = view.scene.faces[hit.face as usize].material;
-            through *= view.transports[material as usize].tau;
-            if through == 0.0 {
-                break;
-            }
-        }
-    }
-}
-
-fn material_of(view: &View, face: u32) -> u32 {
-    view.scene.faces[face as usize].material
-}
-
-/// Adds one camera ray's findings to its pixel's layer of the surface seen.
-fn add_to_layer(
-    layers: &mut Vec<Layer>,
-    key: (u32, Side, u32),
-    receiver: &Receiver,
-    rho: Rgb,
-    nearness: f64,
-    incident: &[DVec3],
-) {
-    let found = layers.iter().position(|l| l.key == key);
-    let k = found.unwrap_or_else(|| {
-        layers.push(Layer::new(key, receiver.normal, rho, incident.len()));
-        layers.len() - 1
-    });
-    layers[k].add(receiver.position, nearness, incident);
 }
 
 /// The invisible half of patch light, as a field to gather.

@@ -126,6 +126,38 @@ pub fn mean_difference(
     })
 }
 
+/// The largest difference of one channel at one pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Largest {
+    /// `|I - R|` of the channel that differs most, W/(m² sr).
+    pub value: f64,
+    /// Column, 0 on the left.
+    pub x: usize,
+    /// Row, 0 on top.
+    pub y: usize,
+}
+
+/// Where two pictures differ most; the first such pixel in reading order.
+///
+/// # Errors
+/// Sizes that differ, values that are not finite, no pixels.
+pub fn largest_difference(picture: &Picture, reference: &Picture) -> Result<Largest, MetricError> {
+    let mut largest = Largest {
+        value: -1.0,
+        x: 0,
+        y: 0,
+    };
+    for i in counted(picture, reference, None)? {
+        let apart = channels(picture.pixels[i], reference.pixels[i]);
+        let value = apart.iter().fold(0.0f64, |m, d| m.max(d.abs()));
+        if value > largest.value {
+            let (x, y) = (i % picture.width, i / picture.width);
+            largest = Largest { value, x, y };
+        }
+    }
+    Ok(largest)
+}
+
 /// The paper's mean of `e_pixel = sqrt((dr² + dg² + db²)/3)` over all pixels, both pictures clamped to 0..1 first.
 ///
 /// It is a share of full scale: 0 where the pictures are equal, 1 for black against white.

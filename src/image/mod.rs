@@ -9,13 +9,17 @@ mod gather;
 mod irradiance;
 mod metrics;
 mod picture;
+mod pixel;
 mod srgb;
 mod whole;
 
 pub use error::ImageError;
 pub use files::{check_extension, encode_png, read_picture, write_bitmap, write_picture};
 pub use gather::{Fields, GatherSampling, Gathered, View, gather, invisible};
-pub use metrics::{MeanDifference, MetricError, mean_difference, mean_e_pixel, relative_rms};
+pub use metrics::{
+    Largest, MeanDifference, MetricError, largest_difference, mean_difference, mean_e_pixel,
+    relative_rms,
+};
 pub use picture::Picture;
 pub use srgb::{Bitmap, Exposure, decode_srgb, encode_srgb};
 pub use whole::{WriteError, make_directory, write_whole};

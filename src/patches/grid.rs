@@ -1,6 +1,6 @@
 //! A rectangular grid of patches on one surface, cut further where other faces touch it.
 //!
-//! Each face is clipped against the cells it overlaps (Sutherland and Hodgman 1974, in the plane, double precision).
+//! Each face is clipped against the cells it overlaps.
 //! Cells that the surface fills by less than a quarter join their fullest neighbour; cells it does not touch point to
 //! a patch nearby, so that a hit rounded over the rim still finds its patch. A cell crossed by lines of contact has a
 //! patch for each side of them.
@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use glam::{DVec2, Vec2, Vec3};
 
+use super::clip::{Line, clip, passes_inside, side_bits, span, split};
 use super::surface::Surface;
 use super::{Draft, NONE, Piece};
 use crate::scene::Scene;
@@ -38,13 +39,6 @@ struct Cut {
     patches: Vec<u32>,
 }
 
-/// The line `normal · (u, v) = offset`, in units of cells.
-#[derive(Clone, Copy, Debug)]
-struct Line {
-    normal: Vec2,
-    offset: f32,
-}
-
 /// Lines that cut one cell at most; a fifth is left out.
 const MOST_LINES: usize = 4;
 
@@ -62,11 +56,6 @@ impl Grid {
             Cell::Cut(cut) => cut.patches[side_bits(&cut.lines, at)],
         }
     }
-}
-
-fn side_bits(lines: &[Line], at: Vec2) -> usize {
-    let bit = |(k, l): (usize, &Line)| usize::from(l.normal.dot(at) >= l.offset) << k;
-    lines.iter().enumerate().map(bit).sum()
 }
 
 /// The pieces of one cell, by the side of the cell's lines they lie on.
@@ -287,75 +276,4 @@ impl Shape {
         .into_iter()
         .flatten()
     }
-}
-
-/// The cells that an interval touches, at least one.
-fn span(low: f64, high: f64, n: usize) -> std::ops::Range<usize> {
-    (low.floor().max(0.0) as usize).min(n - 1)..(high.ceil().max(1.0) as usize).min(n)
-}
-
-/// Whether a segment passes through the inside of the unit square, not merely along its rim (Liang and Barsky 1984).
-fn passes_inside(a: DVec2, b: DVec2) -> bool {
-    const RIM: f64 = 1e-4;
-    let d = b - a;
-    let (mut enter, mut leave) = (0.0f64, 1.0f64);
-    for axis in 0..2 {
-        if d[axis].abs() < 1e-12 {
-            if a[axis] <= RIM || a[axis] >= 1.0 - RIM {
-                return false;
-            }
-            continue;
-        }
-        let (t, u) = ((RIM - a[axis]) / d[axis], (1.0 - RIM - a[axis]) / d[axis]);
-        enter = enter.max(t.min(u));
-        leave = leave.min(t.max(u));
-    }
-    enter < leave
-}
-
-/// The parts of a convex polygon on each side of the lines.
-fn split(polygon: Vec<DVec2>, lines: &[Line]) -> Vec<(usize, Vec<DVec2>)> {
-    let mut parts = vec![(0, polygon)];
-    for (k, line) in lines.iter().enumerate() {
-        let (normal, offset) = (line.normal.as_dvec2(), f64::from(line.offset));
-        parts = parts
-            .into_iter()
-            .flat_map(|(bits, part)| {
-                [
-                    (bits, half_plane(&part, -normal, -offset)),
-                    (bits | 1 << k, half_plane(&part, normal, offset)),
-                ]
-            })
-            .filter(|(_, part)| part.len() > 2)
-            .collect();
-    }
-    parts
-}
-
-/// The part of a convex polygon inside the k-th of n bands along an axis; the outer bands reach to infinity.
-fn clip(polygon: &[DVec2], axis: DVec2, k: usize, n: usize) -> Vec<DVec2> {
-    let mut inside = polygon.to_vec();
-    if k > 0 {
-        inside = half_plane(&inside, axis, k as f64);
-    }
-    if k + 1 < n {
-        inside = half_plane(&inside, -axis, -((k + 1) as f64));
-    }
-    inside
-}
-
-/// The part of a convex polygon where `normal · q >= offset`.
-fn half_plane(polygon: &[DVec2], normal: DVec2, offset: f64) -> Vec<DVec2> {
-    let mut out = Vec::with_capacity(polygon.len() + 1);
-    for (i, &p) in polygon.iter().enumerate() {
-        let q = polygon[(i + 1) % polygon.len()];
-        let (dp, dq) = (normal.dot(p) - offset, normal.dot(q) - offset);
-        if dp >= 0.0 {
-            out.push(p);
-        }
-        if (dp > 0.0 && dq < 0.0) || (dp < 0.0 && dq > 0.0) {
-            out.push(p.lerp(q, dp / (dp - dq)));
-        }
-    }
-    out
 }

@@ -125,7 +125,7 @@ pub fn bounces_chart(title: String, caption: String, modes: &[(String, &[Bounce]
             .iter()
             .filter_map(|b| Some((b.n as f64, b.tail_bound.filter(|&t| t > 0.0)?)))
             .collect();
-        if !bounds.is_empty() {
+        if bounds.len() > 1 {
             let name = format!("{name}: bound on all later terms");
             series.push(Series::bound(name, colour, bounds));
         }

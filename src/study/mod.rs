@@ -8,6 +8,7 @@ mod axis;
 mod bounces;
 mod canvas;
 mod chart;
+mod difference;
 mod font;
 mod notes;
 mod pipeline;
@@ -19,8 +20,9 @@ pub use axis::Scale;
 pub use bounces::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
 pub use canvas::Marker;
 pub use chart::{Axis, Chart, ChartError, Look, Series};
+pub use difference::{difference_scale, difference_tiles};
 pub use pipeline::{
-    Assembled, Fineness, Prepared, Seconds, Watch, assemble, picture, prepare, render,
+    Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, picture, prepare, render,
     without_luminaires,
 };
 pub use sheet::{Sheet, Tile};

@@ -29,7 +29,7 @@ pub struct Fineness {
 impl Default for Fineness {
     fn default() -> Self {
         Fineness {
-            patches: 4000,
+            patches: 2000,
             sampling: Sampling::default(),
             solve: Settings::default(),
         }
@@ -92,6 +92,14 @@ pub trait Watch: Sync {
     fn begin(&self, step: &str, length: u64);
     /// So many ticks were done.
     fn tick(&self, done: u64);
+}
+
+/// Watches nothing.
+pub struct Silent;
+
+impl Watch for Silent {
+    fn begin(&self, _step: &str, _length: u64) {}
+    fn tick(&self, _done: u64) {}
 }
 
 /// Builds rays, patches and luminaires.

@@ -1,0 +1,125 @@
+//! `halflight diff`: two pictures compared, in numbers and in a figure.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::CliError;
+use super::console::Console;
+use super::options::{Common, Diff};
+use crate::image::{
+    Exposure, Picture, check_extension, largest_difference, make_directory, mean_difference,
+    mean_e_pixel, read_picture, relative_rms,
+};
+use crate::study::{Sheet, Tile, difference_scale, difference_tiles};
+
+#[derive(Serialize)]
+struct DiffReport {
+    /// Relative RMS error.
+    rms: f64,
+    /// The paper's mean e_pixel, after clamping to 0..1.
+    e_pixel: f64,
+    /// Mean of picture less reference, per channel, W/(m² sr).
+    mean_difference: [f64; 3],
+    largest: LargestReport,
+    files: Vec<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct LargestReport {
+    value: f64,
+    x: usize,
+    y: usize,
+}
+
+/// Compares a picture with a reference.
+pub fn run(own: &Diff, common: &Common) -> Result<(), CliError> {
+    let console = Console::new(common);
+    match &own.output {
+        Some(path) => check_extension(path)?,
+        None => make_directory(&common.out)?,
+    }
+    let picture = read_picture(&own.picture)?;
+    let reference = read_picture(&own.reference)?;
+    let rms = relative_rms(&picture, &reference, None, None)?;
+    let largest = largest_difference(&picture, &reference)?;
+    let mean = mean_difference(&picture, &reference, None)?;
+    let report = DiffReport {
+        rms,
+        e_pixel: mean_e_pixel(&picture, &reference)?,
+        mean_difference: mean.absolute,
+        largest: LargestReport {
+            value: largest.value,
+            x: largest.x,
+            y: largest.y,
+        },
+        files: vec![figure(own, common, &picture, &reference)?],
+    };
+    tell(&console, &report, mean.relative);
+    console.report(&report);
+    Ok(())
+}
+
+fn tell(console: &Console, r: &DiffReport, relative: [Option<f64>; 3]) {
+    let [red, green, blue] = r.mean_difference;
+    let percent = relative.map(|r| r.map_or("-".into(), |r| format!("{:+.3} %", 100.0 * r)));
+    console.say(format!("relative RMS error   {:.4} %", 100.0 * r.rms));
+    console.say(format!("mean e_pixel         {:.4} %", 100.0 * r.e_pixel));
+    console.say(format!(
+        "mean difference      {red:+.3e} {green:+.3e} {blue:+.3e}  ({})",
+        percent.join(", ")
+    ));
+    let LargestReport { value, x, y } = r.largest;
+    console.say(format!(
+        "largest difference   {value:.4} at column {x}, row {y}"
+    ));
+    for file in &r.files {
+        console.say(file.display().to_string());
+    }
+}
+
+/// Writes both pictures and their signed difference side by side.
+fn figure(
+    own: &Diff,
+    common: &Common,
+    picture: &Picture,
+    reference: &Picture,
+) -> Result<PathBuf, CliError> {
+    let exposure = Exposure {
+        stops: own.exposure,
+    };
+    let names = [&own.picture, &own.reference].map(|p| name(p));
+    let scale = difference_scale(picture, reference);
+    let difference = difference_tiles(picture, reference, scale, exposure);
+    let tile = |picture, title: &str| Tile {
+        picture: Some(picture),
+        title: title.to_string(),
+        note: String::new(),
+        gain: 1.0,
+    };
+    let mut tiles = vec![tile(picture, &names[0]), tile(reference, &names[1])];
+    tiles.extend(difference.iter().map(Tile::from));
+    let sheet = Sheet {
+        heading: format!(
+            "{} − {}: red where brighter, blue where darker",
+            names[0], names[1]
+        ),
+        tiles,
+        columns: 2,
+        exposure,
+    };
+    let path = own.output.clone().unwrap_or_else(|| {
+        common
+            .out
+            .join(format!("{}-minus-{}.png", names[0], names[1]))
+    });
+    sheet.write(&path)?;
+    Ok(path)
+}
+
+fn name(path: &Path) -> String {
+    path.file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
