@@ -44,7 +44,7 @@ const MEANS: [[f64; 3]; 4] = [
 ];
 
 #[test]
-fn the_picture_and_its_bounces_are_the_reference_s() {
+fn the_picture_and_its_bounces_agree_with_the_reference() {
     let p = prepare(builtin("cornell-box"), Fineness::default().patches);
     let mode = assemble_one(&p, Mode::Global.transport(), &Fineness::default().sampling);
     let solution = neumann(&mode.operator, &Settings::default()).expect("converges");
