@@ -1,6 +1,6 @@
 //! Rows of F per second: the Cornell box opaque (first hit only), with all crossings, and light as emitted.
 //!
-//! 1,024 hemisphere rays a row, 64 visibility rays a row and luminaire for light as emitted.
+//! The default numbers of rays: hemisphere rays a row, and visibility rays a row and luminaire.
 
 use std::hint::black_box;
 
