@@ -1,0 +1,72 @@
+//! Rows of F per second: the Cornell box opaque (first hit only), with all crossings, and light as emitted.
+//!
+//! The default numbers of rays: hemisphere rays a row, and visibility rays a row and luminaire.
+
+use std::hint::black_box;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use halflight::form_factors::{Occlusion, Sampling, Variant, cast, receive_emitted};
+use halflight::scene::{LoadOptions, Scene};
+use halflight::study::{Prepared, prepare};
+
+/// Patches, and so rows.
+const PATCHES: usize = 1000;
+
+fn cornell() -> Prepared {
+    let scene = Scene::builtin("cornell-box", LoadOptions::default());
+    let scene = scene.expect("a built-in name").expect("a correct scene");
+    prepare(scene, PATCHES)
+}
+
+/// All rows and columns under these taus.
+fn variants(p: &Prepared, taus: &[f32]) -> Vec<Variant> {
+    let n = p.patches.len();
+    let variant = |&tau: &f32| Variant {
+        tau: vec![tau; p.scene.materials.len()],
+        rows: vec![true; n],
+        columns: vec![true; n],
+    };
+    taus.iter().map(variant).collect()
+}
+
+fn rows(c: &mut Criterion) {
+    let p = cornell();
+    let path = (&p.rays, &p.patches);
+    let sampling = Sampling::default();
+    let mut group = c.benchmark_group("form_factors");
+    group
+        .sample_size(10)
+        .throughput(Throughput::Elements(p.patches.len() as u64));
+    for (name, taus) in [
+        ("opaque", &[0.0][..]),
+        ("all crossings", &[1.0]),
+        ("four taus at once", &[0.0, 0.25, 0.5, 1.0]),
+    ] {
+        let variants = variants(&p, taus);
+        group.bench_function(name, |b| {
+            b.iter(|| cast(&p.scene, path, black_box(&variants), &sampling, &|_| ()));
+        });
+    }
+    let receives = vec![true; p.patches.len()];
+    for (name, occlusion) in [
+        ("emitted, opaque", Occlusion::Opaque),
+        ("emitted, nothing occludes", Occlusion::Nothing),
+    ] {
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                receive_emitted(
+                    path,
+                    &p.luminaires,
+                    black_box(&occlusion),
+                    &receives,
+                    &sampling,
+                    &|_| (),
+                )
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, rows);
+criterion_main!(benches);

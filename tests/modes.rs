@@ -1,0 +1,216 @@
+//! The modes: what ends ends exactly, and materials with modes of their own.
+
+mod common;
+
+use common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling};
+use glam::{DQuat, DVec3};
+use halflight::form_factors::{Occlusion, Sampling, receive_emitted};
+use halflight::light::{Light, Mode, Rgb};
+use halflight::operator::PatchMaterials;
+use halflight::scene::Scene;
+use halflight::solve::{Settings, Solution, Verdict, explore, neumann};
+use halflight::study::{Assembled, Prepared, assemble, prepare};
+
+fn solve(mode: &Assembled) -> Solution {
+    neumann(&mode.operator, &Settings::default()).expect("converges")
+}
+
+/// A closed room: floor (0), walls (1), a slab that hangs over the floor (2) and a lamp over it (3).
+fn room(slab: bool) -> Scene {
+    let mut mesh = Mesh::default();
+    let p = DVec3::new;
+    mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 1);
+    mesh.polygon(
+        &[
+            p(-0.9, -0.99, 0.9),
+            p(0.9, -0.99, 0.9),
+            p(0.9, -0.99, -0.9),
+            p(-0.9, -0.99, -0.9),
+        ],
+        0,
+    );
+    if slab {
+        mesh.cuboid(
+            p(0.1, 0.0, 0.0),
+            p(0.4, 0.05, 0.4),
+            DQuat::IDENTITY,
+            Facing::Out,
+            2,
+        );
+    }
+    mesh.polygon(
+        &[
+            p(-0.3, 0.95, -0.3),
+            p(0.3, 0.95, -0.3),
+            p(0.3, 0.95, 0.3),
+            p(-0.3, 0.95, 0.3),
+        ],
+        3,
+    );
+    let mut lamp = grey("lamp", 0.0);
+    lamp.emission = Rgb::splat(5.0);
+    mesh.scene(vec![
+        grey("floor", 0.6),
+        grey("wall", 0.5),
+        grey("slab", 0.7),
+        lamp,
+    ])
+}
+
+/// Visible light of the patches of a material, area-weighted mean, red.
+fn mean_light(p: &Prepared, light: &[Light], material: u32) -> f64 {
+    let (mut sum, mut area) = (0.0, 0.0);
+    for (i, l) in light.iter().enumerate() {
+        if p.patches.materials()[i] == material {
+            sum += p.patches.areas()[i] * f64::from(l.visible.x);
+            area += p.patches.areas()[i];
+        }
+    }
+    sum / area
+}
+
+#[test]
+fn without_interreflection_the_second_bounce_is_exactly_nothing() {
+    for name in ["cornell-box", "furnished-room", "two-rooms"] {
+        let p = prepare(builtin(name), 400);
+        for mode in [Mode::Local, Mode::OneBounce] {
+            let (mut assembled, rays) =
+                assemble(&p, &[mode.transport()], &sampling(256, 0), &Silent);
+            let k = assembled.remove(0);
+            // Only light as emitted is asked for: hidden by nothing in local mode, else by visibility rays.
+            let receivers =
+                PatchMaterials::new(&p.scene, &p.patches, &p.luminaires, &k.transports).receives();
+            let receivers = receivers.iter().filter(|&&r| r).count() as u64;
+            let visibility = receivers * p.luminaires.list.len() as u64 * 64;
+            let expected = if mode == Mode::Local { 0 } else { visibility };
+            assert_eq!(rays, expected, "{name} {mode}");
+            assert!(k.closure.is_none());
+            assert_eq!(k.operator.form_factors().entries(), 0);
+            let first = k.operator.first_bounce();
+            assert!(first.iter().any(|l| l.visible != Rgb::ZERO));
+            assert!(first.iter().all(|l| l.invisible == Rgb::ZERO));
+            let nothing = vec![Light::default(); k.operator.len()];
+            assert_eq!(k.operator.apply(&first), nothing);
+            let solution = solve(&k);
+            assert_eq!((solution.verdict, solution.terms.len()), (Verdict::Ends, 2));
+            assert_eq!(solution.rest(), 0.0);
+            let further = explore(&k.operator, 10).terms;
+            assert!(further.iter().skip(2).all(|t| *t == nothing));
+        }
+    }
+}
+
+#[test]
+fn glowing_rooms_end_too() {
+    // The furnace's light goes through the rows of F, which are cast, but it ends after one bounce all the same.
+    let p = prepare(builtin("furnace"), 100);
+    let k = assemble_one(&p, Mode::OneBounce.transport(), &sampling(64, 0));
+    assert!(k.operator.form_factors().entries() > 0);
+    let nothing = vec![Light::default(); k.operator.len()];
+    assert_eq!(k.operator.apply(&k.operator.first_bounce()), nothing);
+    assert_eq!(solve(&k).terms.len(), 2);
+}
+
+#[test]
+fn a_transmitting_thing_in_a_global_scene_casts_no_shadow() {
+    let mut scene = room(true);
+    scene.materials[2].tau = Some(1.0);
+    let (with, without, shaded) = (
+        prepare(scene, 500),
+        prepare(room(false), 430),
+        prepare(room(true), 500),
+    );
+    let direct = |p: &Prepared| {
+        let k = assemble_one(
+            p,
+            Mode::OneBounce.transport(),
+            &Sampling {
+                emitter_rays: 256,
+                ..sampling(64, 0)
+            },
+        );
+        mean_light(p, &solve(&k).light, 0)
+    };
+    // Every ray from lamp to floor arrives, so the ratio that holds the noise is exactly 1; what differs is how the
+    // floor is sampled: its patches may be cut another way.
+    let (found, bare, dark) = (direct(&with), direct(&without), direct(&shaded));
+    assert!((found / bare - 1.0).abs() < 1e-4, "{found} {bare}");
+    assert!(
+        dark < 0.8 * bare,
+        "an opaque slab shades the floor: {dark} {bare}"
+    );
+}
+
+#[test]
+fn a_transmitting_thing_leaves_the_same_direct_light_patch_by_patch() {
+    let mut scene = room(true);
+    scene.materials[2].tau = Some(1.0);
+    let p = prepare(scene, 500);
+    let receive = |occlusion: &Occlusion| {
+        let receives = vec![true; p.patches.len()];
+        let sampling = Sampling {
+            emitter_rays: 16,
+            ..sampling(1, 0)
+        };
+        let path = (&p.rays, &p.patches);
+        receive_emitted(
+            path,
+            &p.luminaires,
+            occlusion,
+            &receives,
+            &sampling,
+            &|_| (),
+        )
+        .0
+    };
+    let (partial, bare) = (
+        Occlusion::Partial(vec![0.0, 0.0, 1.0, 0.0]),
+        Occlusion::Nothing,
+    );
+    for (i, (a, b)) in receive(&partial)
+        .into_iter()
+        .zip(receive(&bare))
+        .enumerate()
+    {
+        if p.patches.materials()[i] == 0 {
+            assert_eq!(a, b, "patch {i}");
+            assert!(a.x > 0.0);
+        }
+    }
+}
+
+#[test]
+fn a_transmitting_thing_reflects_all_the_same() {
+    // tau = 1 and alpha = 0: local shading for one thing in a global scene. It neither shades nor lights the rest.
+    let mut ghost = room(true);
+    (ghost.materials[2].tau, ghost.materials[2].alpha) = (Some(1.0), Some(0.0));
+    let mut glass = room(true);
+    glass.materials[2].tau = Some(1.0);
+    let [ghost, glass, bare] = [ghost, glass, room(false)].map(|scene| prepare(scene, 500));
+    let global = Mode::Global.transport();
+    let floor = |p: &Prepared| {
+        let of = |seed: u32| {
+            mean_light(
+                p,
+                &solve(&assemble_one(p, global, &sampling(256, seed))).light,
+                0,
+            )
+        };
+        mean_and_error(&[0, 1, 2, 3].map(of))
+    };
+    let ((a, ea), (b, eb), (c, _)) = (floor(&ghost), floor(&bare), floor(&glass));
+    // Patches differ, whose size moves the mean by far less than a thousandth.
+    assert!(
+        (a - b).abs() < 4.0 * ea.hypot(eb) + 1e-3 * b,
+        "{a} +- {ea}, {b} +- {eb}"
+    );
+    // With alpha = 1 what it reflects arrives on top of what passes through it.
+    assert!(c > 1.01 * b, "{c} {b}");
+    for p in [&ghost, &glass] {
+        let k = assemble_one(p, global, &sampling(256, 0));
+        assert!(mean_light(p, &solve(&k).light, 2) > 0.05);
+        let sent = |i: usize| k.operator.passed_on(i).x > 0.0;
+        let slab = (0..p.patches.len()).filter(|&i| p.patches.materials()[i] == 2);
+        assert!(slab.into_iter().all(|i| sent(i) == std::ptr::eq(p, &glass)));
+    }
+}

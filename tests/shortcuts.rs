@@ -1,0 +1,125 @@
+//! Work that is spared, against the general path that would do it all: the same numbers.
+
+mod common;
+
+use common::{Silent, all_of_f, assemble_one, builtin, sampling, transport};
+use halflight::form_factors::{FormFactors, Occlusion, Sampling, Variant, cast, receive_emitted};
+use halflight::light::{Light, Mode, Transport};
+use halflight::operator::{Operator, PatchMaterials};
+use halflight::solve::{Settings, Solution, explore, neumann};
+use halflight::study::{Assembled, assemble, prepare};
+
+fn solve(mode: &Assembled) -> Solution {
+    neumann(&mode.operator, &Settings::default()).expect("converges")
+}
+
+#[test]
+fn one_cast_for_several_modes_gives_what_each_alone_gives() {
+    let p = prepare(builtin("cornell-box"), 400);
+    let mut modes = Mode::ALL.map(Mode::transport).to_vec();
+    modes.extend([transport(0.5, 0.5), transport(0.0, 0.25)]);
+    let (together, _) = assemble(&p, &modes, &sampling(256, 7), &Silent);
+    for (all, &mode) in together.iter().zip(&modes) {
+        let alone = assemble_one(&p, mode, &sampling(256, 7));
+        let label = mode.label();
+        assert!(
+            all.operator.form_factors() == alone.operator.form_factors(),
+            "{label}"
+        );
+        assert_eq!(
+            all.operator.first_bounce(),
+            alone.operator.first_bounce(),
+            "{label}"
+        );
+        assert_eq!(all.closure, alone.closure, "{label}");
+    }
+}
+
+#[test]
+fn occlusion_shortcuts_agree_with_the_general_case() {
+    let p = prepare(builtin("cornell-box"), 300);
+    let receive = |occlusion: &Occlusion| {
+        let receives = vec![true; p.patches.len()];
+        let sampling = Sampling {
+            emitter_rays: 16,
+            ..sampling(1, 0)
+        };
+        let path = (&p.rays, &p.patches);
+        receive_emitted(
+            path,
+            &p.luminaires,
+            occlusion,
+            &receives,
+            &sampling,
+            &|_| (),
+        )
+        .0
+    };
+    let tau = |t: f32| Occlusion::Partial(vec![t; p.scene.materials.len()]);
+    // sum/sum is 1 exactly where every ray arrives: only patches whose drawn points all see nothing may differ, and
+    // those have nothing to see.
+    for (a, b) in receive(&Occlusion::Nothing).iter().zip(receive(&tau(1.0))) {
+        assert!(
+            (*a - b).abs().max_element() <= 1e-5 * a.max_element(),
+            "{a} {b}"
+        );
+    }
+    assert_eq!(receive(&Occlusion::Opaque), receive(&tau(0.0)));
+}
+
+#[test]
+fn alpha_zero_without_rows_is_alpha_zero_with_rows() {
+    let p = prepare(builtin("cornell-box"), 300);
+    for mode in [Mode::Local, Mode::OneBounce] {
+        let transports: Vec<Transport> = p.scene.transports(mode.transport());
+        let short = assemble_one(&p, mode.transport(), &sampling(128, 0));
+        let materials = PatchMaterials::new(&p.scene, &p.patches, &p.luminaires, &transports);
+        let f: FormFactors = all_of_f(&p, mode.transport().tau, &sampling(128, 0));
+        let occlusion = Occlusion::new(&p.rays, &transports);
+        let path = (&p.rays, &p.patches);
+        let receives = materials.receives();
+        let (received, _) = receive_emitted(
+            path,
+            &p.luminaires,
+            &occlusion,
+            &receives,
+            &sampling(128, 0),
+            &|_| (),
+        );
+        let long = Operator::new(f, materials, short.operator.areas().to_vec(), received);
+        let found = neumann(&long, &Settings::default()).expect("ends");
+        assert_eq!(found.light, solve(&short).light, "{mode}");
+        let further = explore(&long, 5).terms;
+        assert!(
+            further[2..]
+                .iter()
+                .flatten()
+                .all(|l| *l == Light::default())
+        );
+    }
+}
+
+#[test]
+fn opaque_rows_by_the_first_hit_are_those_by_all_crossings() {
+    let p = prepare(builtin("furnished-room"), 300);
+    let n = p.patches.len();
+    let variant = |tau: f32| Variant {
+        tau: vec![tau; p.scene.materials.len()],
+        rows: vec![true; n],
+        columns: vec![true; n],
+    };
+    let both = |variants: &[Variant]| {
+        cast(
+            &p.scene,
+            (&p.rays, &p.patches),
+            variants,
+            &sampling(512, 0),
+            &|_| (),
+        )
+        .0
+    };
+    let first = both(&[variant(0.0)]).remove(0);
+    let all = both(&[variant(0.0), variant(1.0)]).remove(0);
+    assert!(first.rows == all.rows);
+    assert_eq!(first.row_sums, all.row_sums);
+}
