@@ -129,7 +129,7 @@ fn scene_of(triangles: &[Corners]) -> Scene {
             center: DVec3::ZERO,
             scale: 1.0,
         },
-        transport: Transport::default(),
+        transport: Some(Transport::default()),
         warnings: Vec::new(),
     }
 }

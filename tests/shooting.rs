@@ -314,7 +314,7 @@ fn where_nothing_is_passed_on_only_emitters_shoot() {
 
 /// Shoots until the end or the refusal.
 fn refusal(shooter: &dyn Shooter) -> Option<halflight::solve::Diverges> {
-    let mut shooting = match Shooting::new(shooter, until(1e-4)) {
+    let mut shooting = match Shooting::new(shooter, until(1e-3)) {
         Ok(shooting) => shooting,
         Err(e) => return Some(e),
     };
@@ -342,6 +342,10 @@ fn spheres_are_refused_just_beyond_the_frontier_and_solved_just_before() {
     for m in &mut bright.materials {
         m.rho = halflight::light::Rgb::splat(0.95);
     }
+    let few = |emitted| RaySettings {
+        rays: 1 << 15,
+        ..rays(emitted, 0)
+    };
     let p = prepare(bright, 250);
     let one = Mode::Shadowless.transport();
     let (_, spectrum) = verdict(&k(&p, one, 0).operator);
@@ -354,10 +358,25 @@ fn spheres_are_refused_just_beyond_the_frontier_and_solved_just_before() {
         let k = k(&p, mode, 0);
         assert_eq!(refusal(&assembled_shooter(&k)).is_some(), refused);
         for emitted in [Emitted::ClosedForm, Emitted::Rays] {
-            let found = refusal(&ray_shooter(&p, mode, rays(emitted, 0)));
+            let found = refusal(&ray_shooter(&p, mode, few(emitted)));
             assert_eq!(found.is_some(), refused, "{times} {found:?}");
         }
     }
+}
+
+#[test]
+fn a_run_that_takes_too_long_is_refused_as_undecided() {
+    let mode = Transport::new(0.5, 0.5).unwrap();
+    let p = prepare(scene("cornell-box"), 200);
+    let shooter = ray_shooter(&p, mode, rays(Emitted::ClosedForm, 0));
+    let settings = ShootingSettings {
+        shots_per_patch: 2,
+        ..until(1e-9)
+    };
+    let mut shooting = Shooting::new(&shooter, settings).unwrap();
+    let refused = shooting.run(|_| ()).unwrap_err();
+    assert_eq!(refused.verdict, Verdict::Undecided);
+    assert!(refused.radius.lower < 1.0);
 }
 
 #[test]
