@@ -39,7 +39,7 @@ fn shots(c: &mut Criterion) {
     for (name, shooter) in forms {
         let mut group = c.benchmark_group(name);
         group.sample_size(10);
-        for batch in [1, 8, 32, 128, 512] {
+        for batch in [4, 32, 128, 512] {
             group.throughput(Throughput::Elements(shoot(shooter, batch)));
             let id = BenchmarkId::new("batch", batch);
             group.bench_function(id, |b| b.iter(|| shoot(shooter, batch)));
