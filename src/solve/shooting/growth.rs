@@ -20,12 +20,64 @@
 
 use glam::DVec3;
 
-use super::ledger::Ledger;
-use super::shooter::Surfaces;
+use super::ledger::{Ledger, Shot};
+use super::shooter::{Foreknowledge, Surfaces};
 use crate::operator::Bounds;
+use crate::solve::{Diverges, Verdict};
+
+/// Watches a run whose convergence is not known beforehand.
+pub(super) struct Growth {
+    watched: bool,
+    /// Invisible light each patch has shot after its first reflection.
+    shot: Vec<DVec3>,
+    /// Shots after which to look next.
+    next: u64,
+    /// Shots after which to give up.
+    most: u64,
+}
+
+impl Growth {
+    /// Nothing shot yet.
+    pub fn new(patches: usize, foreknowledge: Foreknowledge, shots_per_patch: u64) -> Growth {
+        Growth {
+            watched: foreknowledge == Foreknowledge::Unknown,
+            shot: vec![DVec3::ZERO; patches],
+            next: patches as u64,
+            most: shots_per_patch.saturating_mul(patches as u64),
+        }
+    }
+
+    /// Notes what patch i shoots; light as emitted does not count.
+    pub fn add(&mut self, i: usize, shot: &Shot) {
+        let reflected = shot.iter().filter(|(n, _)| *n >= 1).map(|(_, l)| *l);
+        self.shot[i] += reflected.sum::<DVec3>();
+    }
+
+    /// Looks four times a sweep over all patches whether the light shot so far shows growth.
+    pub fn look(
+        &mut self,
+        surfaces: &Surfaces,
+        ledger: &Ledger,
+        shots: u64,
+    ) -> Result<(), Diverges> {
+        if !self.watched || shots < self.next {
+            return Ok(());
+        }
+        self.next = shots + (self.shot.len() as u64).div_ceil(4);
+        let radius = bounds(surfaces, ledger, &self.shot);
+        let verdict = if radius.lower >= 1.0 {
+            Verdict::Diverges
+        } else if shots >= self.most {
+            Verdict::Undecided
+        } else {
+            return Ok(());
+        };
+        Err(Diverges::new(surfaces.rho, surfaces.alpha, verdict, radius))
+    }
+}
 
 /// Bounds on the spectral radius, worst channel, from the light `shot` by every patch after its first reflection.
-pub(super) fn bounds(surfaces: &Surfaces, ledger: &Ledger, shot: &[DVec3]) -> Bounds {
+fn bounds(surfaces: &Surfaces, ledger: &Ledger, shot: &[DVec3]) -> Bounds {
     let mut products = DVec3::ZERO;
     let mut squares = DVec3::ZERO;
     let mut upper = 0.0f64;

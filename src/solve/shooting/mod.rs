@@ -9,16 +9,19 @@
 //! bounce number stays explicit: generation n tends to `KⁿE`. Two forms stand behind [`Shooter`]: [`AssembledShooter`] over the columns of an
 //! assembled K, and [`RayShooter`] with rays alone. tau acts inside F. The result does not depend on the number of threads.
 //!
-//! Not handled: overshooting, which needs negative shots, and a displayed ambient term.
+//! Not handled, both measured: an ambient term for what is unshot lowers the error of the light by a third over K, saving
+//! about a fifth of the shots to 10 % and a seventh to 1 %, but belongs to no generation and to no account of power. Shooting 1.2 times the
+//! unshot light, the excess taken back later, saves a third of the shots to 1 % over K (a single channel, 500 patches); rays are spent by
+//! power and not by shots, so they would not gain as much, and unshot light of either sign would make the accounts and the stop harder to read.
 //!
 //! Source: M. Cohen, S. Chen, J. Wallace, D. Greenberg, *A progressive refinement approach to fast radiosity image
 //! generation*, SIGGRAPH 1988.
 
 mod assembled;
-mod balance;
 mod cast;
 mod growth;
 mod ledger;
+mod report;
 mod shooter;
 
 use std::borrow::Cow;
@@ -27,67 +30,23 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::light::Light;
-use crate::operator::Bounds;
-use crate::solve::{Diverges, Verdict};
+use crate::solve::Diverges;
+use growth::Growth;
 use ledger::{Ledger, Shot};
 
 pub use assembled::AssembledShooter;
-pub use balance::Balance;
 pub use cast::{Emitted, RaySettings, RayShooter};
+pub use report::{Balance, Progress, ShootingSettings};
 pub use shooter::{Column, Fate, Foreknowledge, Sender, Shooter, Surfaces};
-
-/// When to stop, and in what steps.
-#[derive(Clone, Copy, Debug)]
-pub struct ShootingSettings {
-    /// Wanted unshot power as a share of the power emitted.
-    pub unshot: f64,
-    /// Patches that shoot at a time; 0 takes a 64th of all.
-    pub batch: usize,
-    /// Generations kept apart, at least 2; the last also takes all later ones.
-    pub generations: usize,
-    /// Shots at most, per patch on average; a series not decided by then is refused as undecided.
-    pub shots_per_patch: u64,
-}
-
-impl Default for ShootingSettings {
-    fn default() -> Self {
-        ShootingSettings {
-            unshot: 1e-3,
-            batch: 0,
-            generations: 16,
-            shots_per_patch: 10_000,
-        }
-    }
-}
-
-/// How far shooting has come.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Progress {
-    /// Patches that shot, each shot counted.
-    pub shots: u64,
-    /// Batches.
-    pub batches: u64,
-    /// Rays cast.
-    pub rays: u64,
-    /// Unshot power, W over all channels.
-    pub unshot: f64,
-    /// Unshot power as a share of the power emitted.
-    pub share: f64,
-}
 
 /// A running solution.
 pub struct Shooting<'a> {
     shooter: &'a dyn Shooter,
     settings: ShootingSettings,
-    watched: bool,
     ledger: Ledger,
     balance: Balance,
     progress: Progress,
-    /// Invisible light each patch has shot after its first reflection.
-    shot: Vec<DVec3>,
-    /// Shots after which growth is looked at next.
-    next_look: u64,
-    received: bool,
+    growth: Growth,
 }
 
 impl<'a> Shooting<'a> {
@@ -103,7 +62,6 @@ impl<'a> Shooting<'a> {
         Ok(Shooting {
             shooter,
             settings,
-            watched: foreknowledge == Foreknowledge::Unknown,
             balance: Balance {
                 emitted,
                 ..Balance::default()
@@ -113,9 +71,7 @@ impl<'a> Shooting<'a> {
                 share: f64::from(u8::from(emitted > 0.0)),
                 ..Progress::default()
             },
-            shot: vec![DVec3::ZERO; n],
-            next_look: n as u64,
-            received: false,
+            growth: Growth::new(n, foreknowledge, settings.shots_per_patch),
             ledger,
         })
     }
@@ -134,11 +90,12 @@ impl<'a> Shooting<'a> {
         } else {
             self.receive_emitted(&emitters);
         }
-        self.received = true;
         self.progress.batches += 1;
         self.progress.unshot = self.ledger.power().iter().sum();
         self.progress.share = self.progress.unshot / self.balance.emitted;
-        self.look_for_growth()?;
+        let surfaces = self.shooter.surfaces();
+        self.growth
+            .look(&surfaces, &self.ledger, self.progress.shots)?;
         Ok(Some(self.progress))
     }
 
@@ -211,11 +168,12 @@ impl<'a> Shooting<'a> {
 
     /// Emitters that have yet to send by closed form.
     fn closed_form_emitters(&self) -> Vec<usize> {
-        if self.received {
+        if self.progress.batches > 0 {
             return Vec::new();
         }
-        let all = 0..self.shot.len();
-        all.filter(|&i| self.ledger.power()[i] > 0.0 && self.shooter.emits_by_closed_form(i))
+        let power = self.ledger.power();
+        (0..power.len())
+            .filter(|&i| power[i] > 0.0 && self.shooter.emits_by_closed_form(i))
             .collect()
     }
 
@@ -251,8 +209,7 @@ impl<'a> Shooting<'a> {
             .map(|s| self.ledger.take(s.patch as usize))
             .collect();
         for (s, shot) in senders.iter().zip(&shots) {
-            let reflected = shot.iter().filter(|(n, _)| *n >= 1).map(|(_, l)| *l);
-            self.shot[s.patch as usize] += reflected.sum::<DVec3>();
+            self.growth.add(s.patch as usize, shot);
         }
         let columns = self.shooter.columns(&senders);
         let mut unexplained = vec![0.0; senders.len()];
@@ -309,25 +266,6 @@ impl<'a> Shooting<'a> {
             share: power[patch as usize] / self.balance.emitted,
         };
         waiting.iter().enumerate().map(sender).collect()
-    }
-
-    /// Looks four times a sweep whether the light shot so far proves growth.
-    fn look_for_growth(&mut self) -> Result<(), Diverges> {
-        let n = self.shot.len() as u64;
-        if !self.watched || self.progress.shots < self.next_look {
-            return Ok(());
-        }
-        self.next_look = self.progress.shots + n.div_ceil(4);
-        let surfaces = self.shooter.surfaces();
-        let radius: Bounds = growth::bounds(&surfaces, &self.ledger, &self.shot);
-        let verdict = if radius.lower >= 1.0 {
-            Verdict::Diverges
-        } else if self.progress.shots / n >= self.settings.shots_per_patch {
-            Verdict::Undecided
-        } else {
-            return Ok(());
-        };
-        Err(Diverges::new(surfaces.rho, surfaces.alpha, verdict, radius))
     }
 }
 

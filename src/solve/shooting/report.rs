@@ -1,8 +1,51 @@
-//! Where the invisible power went: `emitted + created = absorbed + held + escaped + black + undelivered + unshot`.
+//! What a run of shooting is asked, and what it tells: how far it has come, and where the invisible power went,
+//!
+//! ```text
+//! emitted + created = absorbed + held + escaped + black + undelivered + unshot.
+//! ```
 //!
 //! At tau = 0 and alpha = 1 this reads emitted = absorbed + escaped + unshot. Each entry is summed in f64 where it
 //! arises, so that [`Balance::residual`] is a check and not a definition; only what columns without a known fate (an
 //! assembled F, a closed form) did not deliver is taken as a difference, shot less landed.
+
+/// When to stop, and in what steps.
+#[derive(Clone, Copy, Debug)]
+pub struct ShootingSettings {
+    /// Wanted unshot power as a share of the power emitted.
+    pub unshot: f64,
+    /// Patches that shoot at a time; 0 takes a 64th of all.
+    pub batch: usize,
+    /// Generations kept apart, at least 2; the last also takes all later ones.
+    pub generations: usize,
+    /// Shots at most, per patch on average; a series not decided by then is refused as undecided.
+    pub shots_per_patch: u64,
+}
+
+impl Default for ShootingSettings {
+    fn default() -> Self {
+        ShootingSettings {
+            unshot: 1e-3,
+            batch: 0,
+            generations: 16,
+            shots_per_patch: 1000,
+        }
+    }
+}
+
+/// How far shooting has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Progress {
+    /// Patches that shot, each shot counted.
+    pub shots: u64,
+    /// Batches.
+    pub batches: u64,
+    /// Rays cast.
+    pub rays: u64,
+    /// Unshot power, W over all channels.
+    pub unshot: f64,
+    /// Unshot power as a share of the power emitted.
+    pub share: f64,
+}
 
 /// The accounts, watts summed over the three channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

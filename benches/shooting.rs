@@ -1,0 +1,52 @@
+//! Shots per second of both forms in the Cornell box, global mode, and how the size of a batch changes it.
+//!
+//! One iteration shoots from the start to 1 % unshot. Ratios count, not the absolute numbers.
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use halflight::form_factors::Sampling;
+use halflight::light::Mode;
+use halflight::scene::{LoadOptions, Scene};
+use halflight::solve::{RaySettings, Shooter, Shooting, ShootingSettings};
+use halflight::study::{Watch, assemble, assembled_shooter, prepare, ray_shooter};
+
+struct Quiet;
+
+impl Watch for Quiet {
+    fn begin(&self, _: &str, _: u64) {}
+    fn tick(&self, _: u64) {}
+}
+
+/// Shoots to 1 %; tells how many shots it took.
+fn shoot(shooter: &dyn Shooter, batch: usize) -> u64 {
+    let settings = ShootingSettings {
+        unshot: 1e-2,
+        batch,
+        ..ShootingSettings::default()
+    };
+    let mut shooting = Shooting::new(shooter, settings).expect("it converges");
+    shooting.run(|_| ()).expect("it converges").shots
+}
+
+fn shots(c: &mut Criterion) {
+    let scene = Scene::builtin("cornell-box", LoadOptions::default());
+    let scene = scene.expect("a built-in name").expect("a correct scene");
+    let p = prepare(scene, 2000);
+    let mode = Mode::Global.transport();
+    let (modes, _) = assemble(&p, &[mode], &Sampling::default(), &Quiet);
+    let assembled = assembled_shooter(&modes[0]);
+    let cast = ray_shooter(&p, mode, RaySettings::default());
+    let forms: [(&str, &dyn Shooter); 2] = [("assembled", &assembled), ("rays", &cast)];
+    for (name, shooter) in forms {
+        let mut group = c.benchmark_group(name);
+        group.sample_size(10);
+        for batch in [4, 32, 128, 512] {
+            group.throughput(Throughput::Elements(shoot(shooter, batch)));
+            let id = BenchmarkId::new("batch", batch);
+            group.bench_function(id, |b| b.iter(|| shoot(shooter, batch)));
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, shots);
+criterion_main!(benches);
