@@ -48,6 +48,8 @@ pub enum Command {
     Render(Render),
     /// Study the bounce series E, KE, K²E, ... of a scene
     Bounces(Bounces),
+    /// Compare Neumann, shooting and path tracing on one scene: error against time, and whether they agree
+    Compare(Compare),
     /// Compare two pictures, number by number
     Diff(Diff),
     /// Render a scene by path tracing, a witness to the solver
@@ -149,6 +151,20 @@ pub struct Bounces {
     /// Size of each picture in the sheet
     #[arg(long, value_name = "WxH", default_value = "160x160", value_parser = size)]
     pub size: Size,
+}
+
+/// `halflight compare`
+#[derive(Args, Debug)]
+pub struct Compare {
+    /// What is solved.
+    #[command(flatten)]
+    pub subject: Subject,
+    /// Size of the pictures
+    #[arg(long, value_name = "WxH", default_value = "128x128", value_parser = size)]
+    pub size: Size,
+    /// Seconds each method may take, for each mode
+    #[arg(long, value_name = "SECONDS", default_value_t = 8.0, value_parser = seconds)]
+    pub time: f64,
 }
 
 /// `halflight diff`

@@ -7,10 +7,14 @@
 //!
 //! Not handled: adaptive fineness; scenes whose series diverges.
 
+mod comparison;
+mod figures;
 mod patchwise;
 mod tracing;
 mod verdict;
 
+pub use comparison::{Comparison, Plan, Point, Track, compare};
+pub use figures::{FigureSheet, csv, error_chart, markdown, order_chart, picture_sheet, verdict};
 pub use patchwise::{Rung, climb, replicate};
 pub use tracing::trace;
 pub use verdict::{Pair, judge};

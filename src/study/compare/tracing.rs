@@ -12,8 +12,7 @@ use crate::scene::Scene;
 /// Traces until the last of `steps` (seconds, ascending) has passed; also the mask of pixels that see no luminaire.
 pub fn trace(
     (scene, rays): (&Scene, &Rays),
-    transport: Transport,
-    size: (usize, usize),
+    (transport, size): (Transport, (usize, usize)),
     next_event: NextEvent,
     seed: u32,
     steps: &[f64],

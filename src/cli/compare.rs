@@ -1,0 +1,198 @@
+//! `halflight compare`: five ways to one picture, their errors over time, and whether they agree.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::CliError;
+use super::console::Console;
+use super::options::{Common, Compare};
+use super::report::mode_of;
+use crate::image::{Exposure, make_directory, write_whole};
+use crate::light::Transport;
+use crate::scene::Scene;
+use crate::study::compare::{
+    Comparison, ORDERS, Plan, compare, csv, error_chart, markdown, order_chart, picture_sheet,
+    verdict,
+};
+use crate::study::term_name;
+
+#[derive(Serialize)]
+struct CompareReport {
+    scene: String,
+    alpha: f64,
+    tau: f64,
+    reference: String,
+    methods: Vec<MethodReport>,
+    pairs: Vec<PairReport>,
+    files: Vec<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct MethodReport {
+    name: &'static str,
+    reference: String,
+    points: Vec<PointReport>,
+    slope: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct PointReport {
+    seconds: f64,
+    rms: f64,
+}
+
+#[derive(Serialize)]
+struct PairReport {
+    a: &'static str,
+    b: &'static str,
+    verdict: &'static str,
+    mean_difference: f64,
+    mean_difference_error: f64,
+    failing_pixels: usize,
+}
+
+/// Compares every mode asked for; of several, those that diverge are named and left out.
+pub fn run(own: &Compare, common: &Common) -> Result<(), CliError> {
+    let console = Console::new(common);
+    let scene = own.subject.load()?;
+    for warning in &scene.warnings {
+        console.warn(warning);
+    }
+    make_directory(&common.out)?;
+    let transports = own.subject.transports(&scene);
+    let several = transports.len() > 1;
+    let mut reports = Vec::new();
+    for transport in transports {
+        match one_mode(own, common, &console, &scene, transport) {
+            Err(CliError::Diverges(e)) if several => {
+                console.warn(format!("{}: nothing to compare, {e}", transport.label()));
+            }
+            other => reports.push(other?),
+        }
+    }
+    match several {
+        true => console.report(&serde_json::json!({ "modes": reports })),
+        false => console.report(&reports[0]),
+    }
+}
+
+fn one_mode(
+    own: &Compare,
+    common: &Common,
+    console: &Console,
+    scene: &Scene,
+    transport: Transport,
+) -> Result<CompareReport, CliError> {
+    let plan = Plan {
+        transport,
+        size: (own.size.width, own.size.height),
+        seconds: own.time,
+        seed: common.seed,
+    };
+    let label = transport.label();
+    let comparison = compare(scene, &plan, &|method| {
+        console.say(format!("{label}: {} …", method.name()));
+    })?;
+    let title = format!("{}, {label}: five ways to one picture", scene.name);
+    let text = markdown(&title, &comparison);
+    console.say(&text);
+    let files = write(own, common, scene, transport, &comparison, &text)?;
+    for file in &files {
+        console.say(file.display().to_string());
+    }
+    Ok(report(scene, transport, &comparison, files))
+}
+
+/// Writes the charts, the sheet and the tables.
+fn write(
+    own: &Compare,
+    common: &Common,
+    scene: &Scene,
+    transport: Transport,
+    c: &Comparison,
+    text: &str,
+) -> Result<Vec<PathBuf>, CliError> {
+    let label = transport.label();
+    let stem = format!("{}-compare-{}", scene.name, label.replace(' ', "-"));
+    let place = |suffix: &str| common.out.join(format!("{stem}{suffix}"));
+    let settings = format!(
+        "{}, {label}, {}×{} pixels, {} s a method. Errors of patch methods against path tracing with next-event \
+         estimation, of path tracing against Neumann; pixels that see a luminaire do not count.",
+        scene.name, own.size.width, own.size.height, own.time
+    );
+    let mut files = Vec::new();
+    for extension in [".svg", ".png"] {
+        let title = format!("Error against time: {}, {label}", scene.name);
+        error_chart(title, settings.clone(), c).write(place(extension))?;
+        files.push(place(extension));
+        for n in 1..=ORDERS {
+            let path = place(&format!("-bounce-{n}{extension}"));
+            let title = format!(
+                "Error of {} against time: {}, {label}",
+                term_name(n),
+                scene.name
+            );
+            let chart = order_chart(title, settings.clone(), c, n);
+            // Orders that are black in this mode have no relative error to show.
+            if chart.series.iter().any(|s| !s.points.is_empty()) {
+                chart.write(&path)?;
+                files.push(path);
+            }
+        }
+    }
+    let exposure = Exposure {
+        stops: own.subject.exposure,
+    };
+    let heading = format!(
+        "{}, {label}: pictures, and their signed differences",
+        scene.name
+    );
+    picture_sheet(heading, c, exposure)
+        .sheet()
+        .write(place("-pictures.png"))?;
+    write_whole(place(".md"), text.as_bytes())?;
+    write_whole(place(".csv"), csv(c).as_bytes())?;
+    files.extend(["-pictures.png", ".md", ".csv"].map(place));
+    Ok(files)
+}
+
+fn report(
+    scene: &Scene,
+    transport: Transport,
+    c: &Comparison,
+    files: Vec<PathBuf>,
+) -> CompareReport {
+    let (_, alpha, tau) = mode_of(transport);
+    let methods = c.tracks.iter().map(|t| MethodReport {
+        name: t.method.name(),
+        reference: t.reference.clone(),
+        points: t
+            .points
+            .iter()
+            .map(|p| PointReport {
+                seconds: p.seconds,
+                rms: p.rms,
+            })
+            .collect(),
+        slope: t.slope,
+    });
+    let pairs = c.pairs.iter().map(|(a, b, pair)| PairReport {
+        a: a.name(),
+        b: b.name(),
+        verdict: verdict(pair),
+        mean_difference: pair.mean_difference,
+        mean_difference_error: pair.mean_difference_error,
+        failing_pixels: pair.failing_pixels,
+    });
+    CompareReport {
+        scene: scene.name.clone(),
+        alpha,
+        tau,
+        reference: "path tracing with next-event estimation for patch methods, Neumann over K for path tracing"
+            .into(),
+        methods: methods.collect(),
+        pairs: pairs.collect(),
+        files,
+    }
+}

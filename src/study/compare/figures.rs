@@ -1,0 +1,184 @@
+//! A comparison on paper: charts of error over time, tables, and the pictures with their differences.
+
+use std::fmt::Write as _;
+
+use super::{Comparison, Method, ORDERS, Pair, Point};
+use crate::image::{Exposure, Picture};
+use crate::study::{
+    Axis, Chart, Look, Scale, Series, Sheet, Tile, difference_scale, difference_tiles, term_name,
+};
+
+/// Error against seconds, both logarithmic, a line a method with its slope.
+pub fn error_chart(title: String, caption: String, c: &Comparison) -> Chart {
+    chart(title, caption, c, &|p| Some(p.rms))
+}
+
+/// The same for the bounces of order n.
+pub fn order_chart(title: String, caption: String, c: &Comparison, n: usize) -> Chart {
+    chart(title, caption, c, &|p| p.orders[n])
+}
+
+fn chart(
+    title: String,
+    caption: String,
+    c: &Comparison,
+    value: &dyn Fn(&Point) -> Option<f64>,
+) -> Chart {
+    let series = c.tracks.iter().enumerate().map(|(colour, track)| {
+        let points: Vec<(f64, f64)> = track
+            .points
+            .iter()
+            .filter_map(|p| Some((p.seconds, value(p)?)))
+            .collect();
+        let slope = super::slope(&points).map_or(String::new(), |s| format!(", slope {s:.2}"));
+        Series {
+            name: format!("{}{slope}", track.method.name()),
+            points,
+            look: Look::Measured,
+            colour,
+            note: None,
+        }
+    });
+    Chart {
+        title,
+        caption,
+        x: Axis {
+            label: "seconds".into(),
+            scale: Scale::Log,
+        },
+        y: Axis {
+            label: "relative RMS error".into(),
+            scale: Scale::Log,
+        },
+        series: series.collect(),
+        size: (960, 600),
+    }
+}
+
+/// The best pictures in a row, and under each its signed difference from path tracing with next-event estimation.
+pub fn picture_sheet(heading: String, c: &Comparison, exposure: Exposure) -> FigureSheet {
+    let of = |m: Method| {
+        c.runs
+            .iter()
+            .find(|r| r.method == m)
+            .map(|r| &r.best.picture)
+    };
+    let mut pictures: Vec<(Picture, String, String)> = c
+        .runs
+        .iter()
+        .map(|r| {
+            let effort = r.best.effort.clone();
+            (r.best.picture.clone(), r.method.name().to_string(), effort)
+        })
+        .collect();
+    if let Some(reference) = of(Method::PathsNextEvent) {
+        let scales = c
+            .runs
+            .iter()
+            .map(|r| difference_scale(&r.best.picture, reference));
+        // Equal pictures ask for scale 1: they do not count.
+        let scale = scales.filter(|s| *s < 1.0).fold(0.0, f32::max);
+        let scale = if scale > 0.0 { scale } else { 1.0 };
+        let mut legend = None;
+        for run in &c.runs {
+            let [difference, bar] = difference_tiles(&run.best.picture, reference, scale, exposure);
+            if run.method == Method::PathsNextEvent {
+                legend = Some(bar);
+                continue;
+            }
+            let (picture, ..) = difference;
+            let title = format!("{} − next event", run.method.name());
+            pictures.push((picture, title, String::new()));
+        }
+        pictures.extend(legend);
+    }
+    FigureSheet {
+        heading,
+        pictures,
+        columns: c.runs.len(),
+        exposure,
+    }
+}
+
+/// A sheet that owns its pictures.
+pub struct FigureSheet {
+    heading: String,
+    pictures: Vec<(Picture, String, String)>,
+    columns: usize,
+    exposure: Exposure,
+}
+
+impl FigureSheet {
+    /// The sheet to write.
+    pub fn sheet(&self) -> Sheet<'_> {
+        Sheet {
+            heading: self.heading.clone(),
+            tiles: self.pictures.iter().map(Tile::from).collect(),
+            columns: self.columns,
+            exposure: self.exposure,
+        }
+    }
+}
+
+/// `agree` or `differ`.
+pub fn verdict(pair: &Pair) -> &'static str {
+    if pair.agree { "agree" } else { "differ" }
+}
+
+/// The comparison as a Markdown document.
+pub fn markdown(title: &str, c: &Comparison) -> String {
+    let mut text = format!("# {title}\n\n");
+    let _ = writeln!(
+        text,
+        "| method | seconds | relative RMS error | slope | effort | reference |"
+    );
+    let _ = writeln!(text, "|---|---|---|---|---|---|");
+    for (track, run) in c.tracks.iter().zip(&c.runs) {
+        for (point, estimate) in track.points.iter().zip(&run.ladder) {
+            let _ = writeln!(
+                text,
+                "| {} | {:.3} | {:.3} % | {} | {} | {} |",
+                track.method.name(),
+                point.seconds,
+                100.0 * point.rms,
+                track.slope.map_or("-".into(), |s| format!("{s:.2}")),
+                estimate.effort,
+                track.reference,
+            );
+        }
+    }
+    let _ = writeln!(
+        text,
+        "\n| pair | verdict | mean difference | failing pixels |\n|---|---|---|---|"
+    );
+    for (a, b, pair) in &c.pairs {
+        let _ = writeln!(
+            text,
+            "| {} / {} | {} | {:+.3} % ± {:.3} % | {} of {} |",
+            a.name(),
+            b.name(),
+            verdict(pair),
+            100.0 * pair.mean_difference,
+            100.0 * pair.mean_difference_error,
+            pair.failing_pixels,
+            pair.pixels,
+        );
+    }
+    text
+}
+
+/// The errors as comma-separated values, a line a point.
+pub fn csv(c: &Comparison) -> String {
+    let orders: Vec<String> = (0..=ORDERS)
+        .map(|n| format!("rms_{}", term_name(n)))
+        .collect();
+    let mut text = format!("method,seconds,rms,{}\n", orders.join(","));
+    for track in &c.tracks {
+        for p in &track.points {
+            let orders = p.orders.map(|o| o.map_or(String::new(), |o| o.to_string()));
+            let name = track.method.name().replace(',', "");
+            let _ = writeln!(text, "{name},{},{},{}", p.seconds, p.rms, orders.join(","));
+        }
+    }
+    text
+}
