@@ -52,7 +52,7 @@ fn a_limited_time_gives_the_picture_of_its_number_of_samples() {
     let samples = json(&trace(directory.path(), timed))["samples"]
         .as_u64()
         .unwrap();
-    assert!(samples > 0 && samples % 16 == 0);
+    assert!(samples > 0 && samples.is_multiple_of(16));
     let counted = format!("--mode local --size 8x8 --samples {samples} --threads 1 -o counted.exr");
     json(&trace(directory.path(), &counted));
     let read = |name: &str| fs::read(directory.path().join(name)).unwrap();
