@@ -115,10 +115,10 @@ pub struct Problem {
     #[command(flatten)]
     pub subject: Subject,
     /// About how many patches to cut the scene into
-    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 4000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub patches: u32,
     /// Hemisphere rays from each patch
-    #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub rays: u32,
     /// Hemisphere rays for each pixel, rounded up to a power of two
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
@@ -197,7 +197,7 @@ pub struct Trace {
     /// Size of the picture
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
     pub size: Size,
-    /// Picture to write, .png or .exr [default: <out>/<scene>-<mode>-traced.png]; with several modes the mode is added
+    /// Picture to write, .png or .exr [default: <out>/<scene>-traced-<mode>.png]; with several modes the mode is added
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Paths for each pixel [default: 256, or as many as --time allows]

@@ -41,7 +41,7 @@ pub struct Sampling {
 impl Default for Sampling {
     fn default() -> Self {
         Sampling {
-            rays: 512,
+            rays: 256,
             emitter_rays: 64,
             seed: 0,
         }

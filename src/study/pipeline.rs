@@ -29,7 +29,7 @@ pub struct Fineness {
 impl Default for Fineness {
     fn default() -> Self {
         Fineness {
-            patches: 2000,
+            patches: 4000,
             sampling: Sampling::default(),
             solve: Settings::default(),
         }

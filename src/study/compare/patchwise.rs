@@ -99,7 +99,7 @@ pub fn replicate(
     let pictures = |of: &[Estimate]| of.iter().map(|e| e.picture.clone()).collect::<Vec<_>>();
     let (fine_pictures, coarse_pictures) = (pictures(&fine), pictures(&coarse));
     let (mean, coarse_mean) = (average(&fine_pictures), average(&coarse_pictures));
-    let systematic = smoothed(&combine(&mean, &coarse_mean, |a, b| a - b), WINDOW);
+    let systematic = smoothed(&combine(&mean, &coarse_mean, |a, b| a - b), WINDOW, mask);
     let order = |n: usize| fine.iter().map(|e| e.orders[n].clone()).collect::<Vec<_>>();
     let orders: Vec<Vec<Picture>> = (0..=ORDERS).map(order).collect();
     Ok(Estimate {
@@ -251,8 +251,7 @@ fn average(pictures: &[Picture]) -> Picture {
     sum.scaled(1.0 / pictures.len() as f32)
 }
 
-/// Standard error of the mean of repetitions; variances are averaged over a window, since a few repetitions of one
-/// pixel tell little.
+/// Standard error of the mean of repetitions, unbiased in its square; of a few repetitions, so rough for one pixel.
 fn standard_error(pictures: &[Picture], mean: &Picture) -> Picture {
     let n = pictures.len() as f32;
     let apart = pictures
@@ -260,22 +259,21 @@ fn standard_error(pictures: &[Picture], mean: &Picture) -> Picture {
         .map(|p| combine(p, mean, |a, b| (a - b) * (a - b)))
         .reduce(|a, b| combine(&a, &b, |a, b| a + b));
     let variance = apart.map_or_else(|| mean.scaled(0.0), |a| a.scaled(1.0 / ((n - 1.0) * n)));
-    let pooled = smoothed(&variance, 1);
-    // An edge is noisier than what is around it: never below the pixel's own.
-    combine(&variance, &pooled, |own, pooled| {
-        own.max(pooled).map(f32::sqrt)
-    })
+    map(&variance, |v| v.map(f32::sqrt))
 }
 
-/// Mean over a square window of pixels.
-pub(super) fn smoothed(picture: &Picture, half: usize) -> Picture {
+/// Mean over a square window of pixels; only those of the mask count, so that a lamp's edge does not spread.
+pub(super) fn smoothed(picture: &Picture, half: usize, mask: &Picture) -> Picture {
     let (width, height) = picture.size();
     Picture::from_fn(width, height, |x, y| {
         let rows = y.saturating_sub(half)..(y + half + 1).min(height);
         let columns = x.saturating_sub(half)..(x + half + 1).min(width);
-        let count = (rows.len() * columns.len()) as f32;
-        let around = rows.flat_map(|v| columns.clone().map(move |u| picture.pixels[v * width + u]));
-        around.sum::<Rgb>() / count
+        let around = rows.flat_map(|v| columns.clone().map(move |u| v * width + u));
+        let counted = around.filter(|&k| mask.pixels[k].x >= 0.5);
+        let (sum, count) = counted.fold((Rgb::ZERO, 0.0), |(sum, count), k| {
+            (sum + picture.pixels[k], count + 1.0)
+        });
+        sum / f32::max(count, 1.0)
     })
 }
 

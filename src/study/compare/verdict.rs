@@ -4,7 +4,7 @@
 //! standard normal. With m numbers tested, one may exceed the quantile of 1 - LEVEL/(2m) (Bonferroni) only with
 //! probability LEVEL, so any that does is a pixel that fails. The means must agree within their own quantile too.
 //! Standard errors of a pixel's own samples are rough and, where light is rare, too small just where the picture is too
-//! dark: variances are pooled with the eight neighbours, and the larger counts.
+//! dark: variances are pooled over a window of pixels, and the larger of a pixel's own and the pooled one counts.
 //!
 //! Not handled: spatial patterns too weak for any pixel and too balanced for the mean.
 
@@ -15,6 +15,9 @@ use crate::light::Rgb;
 
 /// Probability of calling two equal pictures different.
 const LEVEL: f64 = 0.01;
+
+/// Half the window over which variances are pooled, in pixels.
+const POOL: usize = 3;
 
 /// Two methods, compared.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,7 +36,7 @@ pub struct Pair {
 
 /// Compares two estimates over the mask.
 pub fn judge(a: &Estimate, b: &Estimate, mask: &Picture) -> Pair {
-    let (va, vb) = (variance(a), variance(b));
+    let (va, vb) = (variance(a, mask), variance(b, mask));
     let counted: Vec<usize> = (0..mask.pixels.len())
         .filter(|&k| mask.pixels[k].x >= 0.5)
         .collect();
@@ -60,7 +63,7 @@ pub fn judge(a: &Estimate, b: &Estimate, mask: &Picture) -> Pair {
 }
 
 /// Squared errors of a pixel, noise and systematic, per channel.
-fn variance(e: &Estimate) -> Picture {
+fn variance(e: &Estimate, mask: &Picture) -> Picture {
     let squared = |p: &Picture| Picture {
         width: p.width,
         height: p.height,
@@ -68,7 +71,7 @@ fn variance(e: &Estimate) -> Picture {
     };
     let black = || Picture::new(e.picture.width, e.picture.height);
     let own = e.noise.as_ref().map_or_else(black, squared);
-    let pooled = smoothed(&own, 1);
+    let pooled = smoothed(&own, POOL, mask);
     let systematic = e.systematic.as_ref().map_or_else(black, squared);
     let at = |k: usize| own.pixels[k].max(pooled.pixels[k]) + systematic.pixels[k];
     Picture {
