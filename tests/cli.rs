@@ -53,15 +53,16 @@ fn output_names_one_file_or_one_a_mode() {
 }
 
 /// In a convex room where all emits E and reflects rho, `L_visible = E + rho E / (1 - alpha rho)` whatever tau:
-/// nothing is in the way. Halves: E = rho = 1/2.
+/// nothing is in the way.
 #[test]
 fn the_furnace_has_its_closed_form_in_every_pixel() {
+    let (emission, rho) = furnace_material();
     let place = place(&[]);
     for (alpha, tau) in [(1.0, 0.0), (1.0, 1.0), (0.5, 0.25), (0.0, 0.0), (0.0, 1.0)] {
         let arguments = format!("render furnace {SMALL} --alpha {alpha} --tau {tau} -o f.exr");
         succeed(&place, &arguments);
         let picture = read_picture(place.path().join("f.exr")).unwrap();
-        let wanted = 0.5 + 0.25 / (1.0 - 0.5 * alpha);
+        let wanted = emission + rho * emission / (1.0 - alpha * rho);
         for pixel in &picture.pixels {
             // The series stops at a tail of 1e-4; the pixel's rays and the rows of F sum to 1 within rounding.
             let error = (pixel.as_dvec3() - DVec3::splat(wanted))
@@ -276,17 +277,8 @@ fn a_series_that_diverges_is_an_answer_for_bounces() {
 /// reflectance has rho times the power of the one before.
 #[test]
 fn powers_are_in_watts() {
-    let text = |extension: &str| {
-        let meshes = concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/furnace.");
-        fs::read_to_string(format!("{meshes}{extension}")).unwrap()
-    };
-    let area = quad_area(&text("obj"));
-    let mtl = text("mtl");
-    let value = |key: &str| -> f64 {
-        let line = mtl.lines().find_map(|l| l.strip_prefix(key)).unwrap();
-        line.split_whitespace().next().unwrap().parse().unwrap()
-    };
-    let (emission, rho) = (value("Ke"), value("Kd"));
+    let area = quad_area(&furnace("obj"));
+    let (emission, rho) = furnace_material();
     let place = place(&[]);
     let report = report(
         &place,
@@ -306,6 +298,22 @@ fn powers_are_in_watts() {
             }
         }
     }
+}
+
+/// The text of one of the furnace's files.
+fn furnace(extension: &str) -> String {
+    let stem = concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/furnace.");
+    fs::read_to_string(format!("{stem}{extension}")).unwrap()
+}
+
+/// E and rho of the furnace's one grey material, as its file gives them.
+fn furnace_material() -> (f64, f64) {
+    let mtl = furnace("mtl");
+    let value = |key: &str| -> f64 {
+        let line = mtl.lines().find_map(|l| l.strip_prefix(key)).unwrap();
+        line.split_whitespace().next().unwrap().parse().unwrap()
+    };
+    (value("Ke"), value("Kd"))
 }
 
 /// The area of a file of planar, convex quadrilaterals: half the cross product of the diagonals of each.

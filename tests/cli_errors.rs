@@ -250,6 +250,21 @@ fn a_protected_picture_is_not_replaced() {
     refuses(&place, &arguments, 1, &["kept.png", "permission denied"]);
 }
 
+#[test]
+fn pictures_that_cannot_be_compared() {
+    let place = place(&[("broken.png", "not a picture")]);
+    let small = SMALL.replace("48x48", "8x8");
+    for (size, name) in [("8x8", "a.png"), ("9x8", "b.png")] {
+        let small = small.replace("8x8", size);
+        let drawn = halflight(&place, &format!("render {small} --mode local -o {name}"));
+        assert_eq!(drawn.code, Some(0), "{}", drawn.err);
+    }
+    refuses(&place, "diff lost.png a.png", 3, &["lost.png"]);
+    refuses(&place, "diff a.png broken.png", 3, &["broken.png", "PNG"]);
+    refuses(&place, "diff a.png b.png", 3, &["8", "9"]);
+    refuses(&place, "diff a.png a.png -o x.bmp", 2, &["\".bmp\""]);
+}
+
 /// A reader that leaves early (`| head`) is no mistake; a full disk is.
 #[test]
 fn standard_output_that_ends_or_fails() {

@@ -5,7 +5,7 @@
 //! | 0 | done (for `bounces`, also where a series diverges: that is its answer) |
 //! | 1 | a file could not be written |
 //! | 2 | the arguments are wrong |
-//! | 3 | the scene is wrong (not found, not readable, or it fails a check), or two pictures cannot be compared |
+//! | 3 | the scene is wrong (not found, not readable, or it fails a check), or two pictures cannot be read or compared |
 //! | 4 | the bounce series of the mode asked for diverges, or overflows while traced: there is no picture |
 
 mod bounces;
@@ -46,7 +46,7 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Overflow(#[from] Overflow),
-    /// A picture could not be written: exit code 1, or 2 where its name asks for an unknown format.
+    /// A picture could not be written: exit code 1; its format is unknown: 2; it could not be read: 3.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Image(#[from] ImageError),
@@ -78,6 +78,7 @@ impl CliError {
     fn exit_code(&self) -> u8 {
         match self {
             CliError::Image(ImageError::Extension { .. }) | CliError::Usage { .. } => 2,
+            CliError::Image(ImageError::Read { .. } | ImageError::Decode { .. }) => 3,
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
             CliError::Scene(_) | CliError::Metric(_) => 3,
             CliError::Diverges(_) | CliError::Overflow(_) => 4,

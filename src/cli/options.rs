@@ -23,7 +23,8 @@ Exit codes:
   0  done (for `bounces`, also where a series diverges)
   1  a file could not be written
   2  the arguments are wrong
-  3  the scene is wrong: not found, not readable, or it fails a check
+  3  the scene is wrong (not found, not readable, or it fails a check), or pictures cannot be
+     read or compared
   4  the bounce series of the mode asked for diverges: there is no picture";
 
 /// Light transport with vector-valued light: L = E + K L for diffuse scenes.

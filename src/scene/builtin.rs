@@ -11,7 +11,7 @@ pub const NAMES: [(&str, &str); 5] = [
     ),
     (
         "furnace",
-        "a closed cube that emits and reflects 0.5 everywhere: L = E/(1 - rho) = 1",
+        "a closed cube that emits 0.25 and reflects 0.5 everywhere: L = E/(1 - rho) = 0.5",
     ),
     (
         "concentric-spheres",
