@@ -18,6 +18,7 @@ mod render;
 mod report;
 mod scenes;
 mod trace;
+mod values;
 
 use std::io::{IsTerminal, Write as _, stderr};
 use std::process::ExitCode;

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 
 use super::CliError;
+use super::values::{ModeChoice, NextEventChoice, Size, seconds, size, stops, unit_interval};
 use crate::form_factors::Sampling;
 use crate::light::{Mode, Transport};
 use crate::scene::{LoadOptions, Scene, Sides};
@@ -215,39 +216,6 @@ pub struct Trace {
     pub time: Option<f64>,
 }
 
-/// Whether light is looked for on purpose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum NextEventChoice {
-    /// Every vertex draws a point on an emitter
-    On,
-    /// Emitters are found by chance only
-    Off,
-}
-
-/// Width and height in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    /// Pixels across.
-    pub width: usize,
-    /// Pixels down.
-    pub height: usize,
-}
-
-/// The four modes, or all of them.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum ModeChoice {
-    /// Shadows and interreflection
-    Global,
-    /// Interreflection, no shadows; may diverge
-    Shadowless,
-    /// Shadows, no interreflection
-    OneBounce,
-    /// Neither: OpenGL-style local shading
-    Local,
-    /// All four
-    All,
-}
-
 impl Subject {
     /// Reads and checks the scene.
     pub fn load(&self) -> Result<Scene, CliError> {
@@ -314,38 +282,6 @@ pub fn use_threads(threads: Option<u16>) -> Result<(), CliError> {
         })
 }
 
-fn unit_interval(text: &str) -> Result<f32, String> {
-    match text.parse::<f32>() {
-        Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
-        _ => Err("must be a number from 0 to 1".into()),
-    }
-}
-
-fn stops(text: &str) -> Result<f32, String> {
-    match text.parse::<f32>() {
-        Ok(value) if (-100.0..=100.0).contains(&value) => Ok(value),
-        _ => Err("must be a number from -100 to 100".into()),
-    }
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("must be a number of seconds above 0".into()),
-    }
-}
-
-fn size(text: &str) -> Result<Size, String> {
-    const LARGEST: usize = 16_384;
-    let wrong = || format!("must be WIDTHxHEIGHT, each from 1 to {LARGEST}, as in 640x480");
-    let (width, height) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
-    let number = |t: &str| t.parse().ok().filter(|n| (1..=LARGEST).contains(n));
-    match (number(width), number(height)) {
-        (Some(width), Some(height)) => Ok(Size { width, height }),
-        _ => Err(wrong()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -354,21 +290,5 @@ mod tests {
     #[test]
     fn arguments_are_consistent() {
         Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn brightness_stays_within_floats() {
-        assert_eq!(stops("-1.5"), Ok(-1.5));
-        for wrong in ["nan", "inf", "1e9", "bright"] {
-            assert!(stops(wrong).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn sizes_are_checked() {
-        assert_eq!(size("640x480").map(|s| (s.width, s.height)), Ok((640, 480)));
-        for wrong in ["640", "0x4", "axb", "640x", "99999x1", "-1x4"] {
-            assert!(size(wrong).is_err(), "{wrong}");
-        }
     }
 }

@@ -8,9 +8,10 @@ use std::time::Instant;
 
 use super::CliError;
 use super::console::Console;
-use super::options::{Common, NextEventChoice, Trace};
+use super::options::{Common, Trace};
 use super::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use super::report::{MeanReport, Modes, RenderReport, TraceReport, mode_of};
+use super::values::NextEventChoice;
 use crate::image::{Exposure, Picture, check_extension, write_picture};
 use crate::light::Transport;
 use crate::rays::Rays;
