@@ -60,14 +60,17 @@ pub struct GatherSampling {
 }
 
 impl GatherSampling {
-    /// Spreads about `samples` hemisphere rays a pixel over camera rays, powers of two for the Sobol points.
+    /// Spreads about `samples` hemisphere rays a pixel over camera rays: 16 of those at least, then one for each 8.
+    ///
+    /// Measured on the Cornell box: edges in a picture want as many camera rays as its insides want rays to look around.
     pub fn with_samples(samples: u32, seed: u32) -> GatherSampling {
         let samples = samples.clamp(1, 1 << 20).next_power_of_two();
-        let camera = samples.min(16);
+        let camera = (samples / 8).max(samples.min(16));
+        let hemisphere = samples / camera;
         GatherSampling {
             camera,
-            luminaire: (samples / camera / 2).max(1),
-            hemisphere: samples / camera,
+            luminaire: (hemisphere / 2).max(1),
+            hemisphere,
             seed,
         }
     }
