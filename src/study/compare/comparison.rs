@@ -4,7 +4,7 @@ use super::{
     Estimate, Method, ORDERS, Pair, Run, climb, error_against, judge, replicate, slope, trace,
 };
 use crate::image::Picture;
-use crate::light::Transport;
+use crate::light::{Rgb, Transport};
 use crate::rays::Rays;
 use crate::reference::NextEvent;
 use crate::scene::Scene;
@@ -56,7 +56,7 @@ pub struct Comparison {
     pub tracks: Vec<Track>,
     /// Every pair's verdict.
     pub pairs: Vec<(Method, Method, Pair)>,
-    /// Pixels that see no luminaire: where errors are taken.
+    /// Pixels that see no luminaire, or all where each sees one: where errors are taken.
     pub mask: Picture,
 }
 
@@ -79,6 +79,7 @@ pub fn compare(scene: &Scene, plan: &Plan, begin: &dyn Fn(Method)) -> Result<Com
     };
     begin(Method::PathsNextEvent);
     let (next_event, mask) = paths(NextEvent::On);
+    let mask = counted(mask);
     begin(Method::Paths);
     let (plain, _) = paths(NextEvent::Off);
     let mut runs = vec![finish(scene, Method::Neumann, plan, neumann, &mask)?];
@@ -103,6 +104,14 @@ pub fn compare(scene: &Scene, plan: &Plan, begin: &dyn Fn(Method)) -> Result<Com
         pairs,
         mask,
     })
+}
+
+/// The mask, or every pixel where all see a luminaire, as in a furnace.
+fn counted(mask: Picture) -> Picture {
+    match mask.pixels.iter().any(|p| p.x >= 0.5) {
+        true => mask,
+        false => Picture::filled(mask.width, mask.height, Rgb::ONE),
+    }
 }
 
 type Ladder = Vec<(super::Rung, Estimate)>;
