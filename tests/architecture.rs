@@ -18,6 +18,9 @@ const HOMES: [(&str, &[&str]); 7] = [
     ("clap", &["cli"]),
 ];
 
+/// What the witness to the solver may use of the crate: anything else would be a mistake to share.
+const WITNESS: [&str; 5] = ["light", "scene", "rays", "image", "reference"];
+
 /// Lines a file may have.
 const LONGEST: usize = 320;
 
@@ -102,9 +105,22 @@ fn violations(source: &Source, order: &[String]) -> Vec<String> {
     if let Some(own) = order.iter().position(|m| m == modules[0]) {
         found.extend(upward(&code, &modules, own, order));
         found.extend(strangers(&code, modules[0]));
+        if modules[0] == "reference" {
+            found.extend(shared(&code));
+        }
     }
     let name = |what: String| format!("src/{}: {what}", source.path);
     found.into_iter().map(name).collect()
+}
+
+/// Uses, in the reference, of what it is there to check.
+fn shared(code: &str) -> Vec<String> {
+    let paths = words(code).filter(|(_, word)| *word == "crate");
+    paths
+        .flat_map(|(at, word)| first_names(&code[at + word.len()..]))
+        .filter(|used| !WITNESS.contains(used))
+        .map(|used| format!("shares {used} with the solver"))
+        .collect()
 }
 
 /// Uses of modules that come later.
@@ -262,7 +278,8 @@ fn said(path: &str, text: &str) -> Vec<String> {
         path: path.into(),
         text: text.into(),
     };
-    violations(&source, &["light", "scene", "cli"].map(String::from))
+    let order = ["light", "scene", "solve", "reference", "cli"];
+    violations(&source, &order.map(String::from))
 }
 
 #[test]
@@ -281,6 +298,11 @@ fn the_checker_finds_what_it_looks_for() {
         "cli",
     );
     breaks("light/a.rs", "fn f() { let x = crate::cli::run(); }", "cli");
+    breaks(
+        "reference/mod.rs",
+        "use crate::solve::neumann;",
+        "shares solve",
+    );
     breaks("light/mod.rs", "use super::cli;", "cli");
     breaks("light/a.rs", "use super::super::{scene};", "scene");
     breaks("light/a/b.rs", "use super::super::super::cli::x;", "cli");

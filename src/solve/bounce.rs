@@ -61,13 +61,11 @@ pub fn norm(areas: &[f64], x: &[Light]) -> f64 {
 ///
 /// With `B x <= lambda x`, lambda < 1, and `term_invisible <= c x`, the invisible halves of all later terms sum to at
 /// most `c lambda/(1-lambda) x`, and the visible ones, each `rho F` of the invisible term before, to at most
-/// `c/(1-lambda) rho F x`, patch by patch and channel by channel. (F >= 0; design: Collatz-Wielandt.)
+/// `c/(1-lambda) rho F x`, patch by patch and channel by channel, since F >= 0.
 pub struct TailBound {
     lambda: [f64; 3],
     x: Vec<DVec3>,
-    /// `rho F x`.
-    w: Vec<DVec3>,
-    /// Norms of x and w per channel, as in [`norm`].
+    /// Norms of x and of `w = rho F x` per channel, as in [`norm`].
     norms: [[f64; 2]; 3],
 }
 
@@ -89,7 +87,6 @@ impl TailBound {
             lambda: spectrum.channels.map(|b| b.upper),
             norms: [0, 1, 2].map(|c| [squares(&x, c).sqrt(), squares(&w, c).sqrt()]),
             x,
-            w,
         })
     }
 
@@ -118,15 +115,5 @@ impl TailBound {
             }
         }
         Some(scale)
-    }
-
-    /// Number of patches; the bound is for terms of that length.
-    pub fn len(&self) -> usize {
-        self.w.len()
-    }
-
-    /// Whether there are no patches.
-    pub fn is_empty(&self) -> bool {
-        self.w.is_empty()
     }
 }

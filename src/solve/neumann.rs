@@ -201,14 +201,11 @@ impl Solution {
         last.unwrap_or(f64::INFINITY)
     }
 
-    /// After E comes KE and what comes after it: a bound even where E lies on patches that pass nothing on.
+    /// After E comes KE and what comes after it. The bound from E itself would not do: luminaires' light goes by the
+    /// closed form in KE, which is not bounded by the rows of F.
     fn bound_first(&mut self) {
         if let [first, second, ..] = &mut self.bounces[..] {
-            let through_second = second.tail_bound.map(|t| second.norm + t);
-            first.tail_bound = match (first.tail_bound, through_second) {
-                (Some(a), Some(b)) => Some(a.min(b)),
-                (a, b) => a.or(b),
-            };
+            first.tail_bound = second.tail_bound.map(|t| second.norm + t);
         }
     }
 }
