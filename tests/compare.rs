@@ -1,0 +1,119 @@
+//! `halflight compare` and `halflight diff`: their reports, and verdicts on scenes whose answer is known.
+
+mod run;
+
+use glam::Vec3;
+use halflight::image::{Exposure, Picture, write_picture};
+use run::{contents, halflight, place, report};
+use serde_json::Value;
+
+const QUICK: &str = "--time 0.25 --size 16x16 --out .";
+
+fn names(report: &Value) -> Vec<&str> {
+    let methods = report["methods"].as_array().unwrap();
+    methods
+        .iter()
+        .map(|m| m["name"].as_str().unwrap())
+        .collect()
+}
+
+#[test]
+fn five_methods_agree_on_a_furnace_to_rounding() {
+    let place = place(&[]);
+    let report = report(&place, &format!("compare furnace --mode global {QUICK}"));
+    assert_eq!(names(&report).len(), 5);
+    let pairs = report["pairs"].as_array().unwrap();
+    assert_eq!(pairs.len(), 10);
+    for pair in pairs {
+        // Everything is E/(1 - rho) here, so the patch methods know it to the tail they leave, 1e-4 of the sum.
+        let apart = pair["mean_difference"].as_f64().unwrap().abs();
+        let error = pair["mean_difference_error"].as_f64().unwrap();
+        assert!(apart < 2e-4 + 2.0 * error, "{pair}");
+    }
+}
+
+#[test]
+fn the_report_has_its_fields_and_the_files_exist() {
+    let place = place(&[]);
+    let report = report(&place, &format!("compare --mode one-bounce {QUICK}"));
+    assert_eq!(report["scene"], "cornell-box");
+    assert_eq!(
+        (&report["alpha"], &report["tau"]),
+        (&0.0.into(), &0.0.into())
+    );
+    assert!(report["reference"].is_string());
+    for method in report["methods"].as_array().unwrap() {
+        let points = method["points"].as_array().unwrap();
+        assert!(!points.is_empty() && method.get("slope").is_some());
+        for point in points {
+            assert!(point["seconds"].as_f64().unwrap() > 0.0);
+            assert!(point["rms"].as_f64().unwrap() >= 0.0);
+        }
+    }
+    for pair in report["pairs"].as_array().unwrap() {
+        assert!(["agree", "differ"].contains(&pair["verdict"].as_str().unwrap()));
+        assert!(pair["failing_pixels"].is_u64() && pair["a"].is_string() && pair["b"].is_string());
+    }
+    let files = contents(&place);
+    for file in report["files"].as_array().unwrap() {
+        let name = file.as_str().unwrap().trim_start_matches("./");
+        assert!(files.contains_key(name), "{name}");
+    }
+    assert!(files["cornell-box-compare-one-bounce.svg"].starts_with(b"<svg"));
+}
+
+#[test]
+fn a_diverging_series_is_refused_before_any_path_is_traced() {
+    let place = place(&[]);
+    let ran = halflight(
+        &place,
+        &format!("compare furnished-room --mode shadowless {QUICK}"),
+    );
+    assert_eq!(ran.code, Some(4), "{}", ran.err);
+    assert!(ran.err.contains("spectral radius"), "{}", ran.err);
+    assert!(contents(&place).is_empty());
+}
+
+#[test]
+fn diff_reports_what_was_changed() {
+    let place = place(&[]);
+    let mut picture = Picture::filled(8, 6, Vec3::splat(0.5));
+    let exposure = Exposure { stops: 0.0 };
+    let path = |name: &str| place.path().join(name);
+    write_picture(path("a.exr"), &picture, exposure).unwrap();
+    picture.pixels[2 * 8 + 3].y = 0.75;
+    write_picture(path("b.exr"), &picture, exposure).unwrap();
+    let same = report(&place, "diff a.exr a.exr --out .");
+    assert_eq!(
+        (same["rms"].as_f64(), same["e_pixel"].as_f64()),
+        (Some(0.0), Some(0.0))
+    );
+    let found = report(&place, "diff b.exr a.exr --out .");
+    let largest = &found["largest"];
+    assert_eq!(
+        (largest["x"].as_u64(), largest["y"].as_u64()),
+        (Some(3), Some(2))
+    );
+    assert_eq!(largest["value"].as_f64(), Some(0.25));
+    // One channel of one of 48 pixels differs by half the reference's value.
+    let rms = 0.5 / (48.0f64 * 3.0).sqrt();
+    assert!((found["rms"].as_f64().unwrap() - rms).abs() < 1e-9);
+    let e_pixel = 0.25 / 3f64.sqrt() / 48.0;
+    assert!((found["e_pixel"].as_f64().unwrap() - e_pixel).abs() < 1e-9);
+    assert!((found["mean_difference"][1].as_f64().unwrap() - 0.25 / 48.0).abs() < 1e-9);
+    assert!(contents(&place).contains_key("b-minus-a.png"));
+}
+
+#[test]
+fn a_picture_with_a_nan_has_no_error() {
+    let place = place(&[]);
+    let mut picture = Picture::filled(4, 4, Vec3::ONE);
+    let exposure = Exposure { stops: 0.0 };
+    write_picture(place.path().join("a.exr"), &picture, exposure).unwrap();
+    picture.pixels[5].x = f32::NAN;
+    write_picture(place.path().join("nan.exr"), &picture, exposure).unwrap();
+    let ran = halflight(&place, "diff nan.exr a.exr -o d.png");
+    assert_eq!(ran.code, Some(3), "{}", ran.err);
+    assert!(ran.err.contains("column 1, row 1"), "{}", ran.err);
+    assert!(!contents(&place).contains_key("d.png"));
+}
