@@ -70,7 +70,7 @@ impl Luminaires {
         let mut candidates: Vec<Vec<u32>> = Vec::new();
         let mut total = 0.0;
         for (f, face) in scene.faces.iter().enumerate() {
-            total += area(scene.corners(f as u32));
+            total += scene.area(f as u32);
             if scene.material(f as u32).emits() {
                 let k = *order
                     .entry((face.object, face.material))
@@ -92,7 +92,7 @@ impl Luminaires {
     }
 
     fn consider(&mut self, scene: &Scene, faces: &[u32], total: f64) {
-        let own: f64 = faces.iter().map(|&f| area(scene.corners(f))).sum();
+        let own: f64 = faces.iter().map(|&f| scene.area(f)).sum();
         if own >= LARGE * total {
             return;
         }
@@ -115,7 +115,7 @@ impl Luminaire {
             if side == Side::Back {
                 corners.swap(1, 2);
             }
-            sum += area(corners);
+            sum += scene.area(face);
             let exact = corners.map(|p| p.as_dvec3());
             let normal = (exact[1] - exact[0]).cross(exact[2] - exact[0]).normalize();
             triangles.push(EmittingTriangle {
@@ -170,9 +170,4 @@ impl Luminaire {
             face: t.face,
         }
     }
-}
-
-fn area(corners: [Vec3; 3]) -> f64 {
-    let [a, b, c] = corners.map(|p| p.as_dvec3());
-    0.5 * (b - a).cross(c - a).length()
 }

@@ -142,7 +142,7 @@ impl Patches {
             for &face in faces {
                 let corners = scene.corners(face);
                 owners[face as usize] = Owner::Patch(drafts.len() as u32);
-                let area = surface::area(corners);
+                let area = scene.area(face);
                 pieces.push(Piece {
                     face,
                     corners,

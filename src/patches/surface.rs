@@ -44,12 +44,6 @@ impl Surface {
     }
 }
 
-/// Area of a triangle in double precision.
-pub(super) fn area(corners: [Vec3; 3]) -> f64 {
-    let [a, b, c] = corners.map(|p| p.as_dvec3());
-    0.5 * (b - a).cross(c - a).length()
-}
-
 /// Unit normal of a triangle, by the right-hand rule.
 pub(super) fn normal(corners: [Vec3; 3]) -> DVec3 {
     let [a, b, c] = corners.map(|p| p.as_dvec3());
@@ -124,7 +118,7 @@ fn measure(scene: &Scene, faces: Vec<u32>) -> Surface {
     let origin = base + u * low.x + v * low.y;
     let mut surface = Surface {
         material: scene.faces[faces[0] as usize].material,
-        area: faces.iter().map(|&f| area(scene.corners(f))).sum(),
+        area: faces.iter().map(|&f| scene.area(f)).sum(),
         normal,
         origin,
         axes: [u, v],

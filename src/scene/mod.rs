@@ -171,6 +171,12 @@ impl Scene {
             .map(|v| self.vertices[v as usize])
     }
 
+    /// The area of a face, unit coordinates squared, in double precision.
+    pub fn area(&self, face: u32) -> f64 {
+        let [a, b, c] = self.corners(face).map(|p| p.as_dvec3());
+        0.5 * (b - a).cross(c - a).length()
+    }
+
     /// The material of a face.
     pub fn material(&self, face: u32) -> &Material {
         &self.materials[self.faces[face as usize].material as usize]
