@@ -67,70 +67,70 @@ impl<'a> Pass<'a> {
         let (width, height) = (self.view.width, self.view.height);
         let seed = hash((y * width + x) as u32, self.sampling.seed ^ 0x9a7e_0000);
         scratch.sums.fill(DirectSum::default());
-        let mut layers: Vec<Layer> = Vec::new();
-        let mut emission = DVec3::ZERO;
-        let (mut backs, mut rays) = (0, 0);
+        let mut pixel = Pixel {
+            emission: Rgb::ZERO,
+            direct: Rgb::ZERO,
+            layers: Vec::new(),
+            backs: 0,
+            rays: u64::from(self.sampling.camera),
+        };
         for s in 0..self.sampling.camera {
             let px = (x as f32 + self.sobol.point(s, 0, seed)) / width as f32;
             let py = (y as f32 + self.sobol.point(s, 1, seed)) / height as f32;
-            rays += 1;
-            let Some((hit, position)) = self.seen(px, py) else {
-                continue;
-            };
-            let view = self.view;
-            if view.patches.at(hit.face, hit.side, position).is_none() {
-                backs += 1;
-                continue;
-            }
-            let material = view.scene.material(hit.face);
-            emission += material.emitted().visible.as_dvec3();
-            let receiver = Receiver {
-                position,
-                normal: view.patches.normal(hit.face, hit.side),
-                face: hit.face,
-            };
-            let rho = material.rho.as_dvec3();
-            if rho == DVec3::ZERO {
-                continue;
-            }
-            rays += self.add_direct(&receiver, rho, s, seed, scratch);
-            if !self.dark {
-                rays += u64::from(self.sampling.hemisphere);
-                let surroundings = self.find_incident(&receiver, s, seed, scratch);
-                let key = (
-                    view.rays.plane(hit.face),
-                    hit.side,
-                    material_of(view, hit.face),
-                );
-                add_to_layer(
-                    &mut layers,
-                    key,
-                    &receiver,
-                    material.rho,
-                    surroundings,
-                    &scratch.incident,
-                );
+            if let Some(seen) = self.seen(px, py) {
+                self.shade(seen, (s, seed), &mut pixel, scratch);
             }
         }
-        for layer in &mut layers {
-            layer.settle();
+        pixel.layers.iter_mut().for_each(Layer::settle);
+        let share = 1.0 / self.sampling.camera as f32;
+        pixel.emission *= share;
+        pixel.direct = self.direct(scratch) * share;
+        pixel
+    }
+
+    /// Adds what one camera ray found: the light the point emits, and what it receives from luminaires and patches.
+    fn shade(
+        &self,
+        (hit, position): (Hit, Vec3),
+        (s, seed): (u32, u32),
+        pixel: &mut Pixel,
+        scratch: &mut Scratch,
+    ) {
+        let view = self.view;
+        if view.patches.at(hit.face, hit.side, position).is_none() {
+            pixel.backs += 1;
+            return;
         }
-        let share = 1.0 / f64::from(self.sampling.camera);
-        let direct: DVec3 = self
-            .view
-            .luminaires
-            .list
-            .iter()
-            .zip(&scratch.sums)
+        let material = view.scene.material(hit.face);
+        pixel.emission += material.emitted().visible;
+        let receiver = Receiver {
+            position,
+            normal: view.patches.normal(hit.face, hit.side),
+            face: hit.face,
+        };
+        if material.rho == Rgb::ZERO {
+            return;
+        }
+        let rho = material.rho.as_dvec3();
+        pixel.rays += self.add_direct(&receiver, rho, s, seed, scratch);
+        if !self.dark {
+            pixel.rays += u64::from(self.sampling.hemisphere);
+            let nearness = self.find_incident(&receiver, s, seed, scratch);
+            let material = view.scene.faces[hit.face as usize].material;
+            let key = (view.rays.plane(hit.face), hit.side, material);
+            let rho = view.scene.material(hit.face).rho;
+            let layer = pixel.layer(key, &receiver, rho, self.fields.count);
+            layer.add(position, nearness, &scratch.incident);
+        }
+    }
+
+    /// Light of all luminaires, summed over the camera rays.
+    fn direct(&self, scratch: &Scratch) -> Rgb {
+        let luminaires = self.view.luminaires.list.iter().zip(&scratch.sums);
+        let sum: DVec3 = luminaires
             .map(|(l, sum)| self.occlusion.estimate(sum) * l.radiance.as_dvec3())
             .sum();
-        Pixel {
-            emission: (emission * share).as_vec3(),
-            direct: (direct * share).as_vec3(),
-            layers,
-            backs,
-            rays,
-        }
+        sum.as_vec3()
     }
 
     /// The first surface under a point of the picture, and where it is met, put exactly into the face's plane.
@@ -233,23 +233,20 @@ impl<'a> Pass<'a> {
     }
 }
 
-fn material_of(view: &View, face: u32) -> u32 {
-    view.scene.faces[face as usize].material
-}
-
-/// Adds one camera ray's findings to its pixel's layer of the surface seen.
-fn add_to_layer(
-    layers: &mut Vec<Layer>,
-    key: (u32, Side, u32),
-    receiver: &Receiver,
-    rho: Rgb,
-    nearness: f64,
-    incident: &[DVec3],
-) {
-    let found = layers.iter().position(|l| l.key == key);
-    let k = found.unwrap_or_else(|| {
-        layers.push(Layer::new(key, receiver.normal, rho, incident.len()));
-        layers.len() - 1
-    });
-    layers[k].add(receiver.position, nearness, incident);
+impl Pixel {
+    /// The layer of a surface seen; a new one if no camera ray has seen it before.
+    fn layer(
+        &mut self,
+        key: (u32, Side, u32),
+        seen: &Receiver,
+        rho: Rgb,
+        fields: usize,
+    ) -> &mut Layer {
+        let found = self.layers.iter().position(|l| l.key == key);
+        let k = found.unwrap_or_else(|| {
+            self.layers.push(Layer::new(key, seen.normal, rho, fields));
+            self.layers.len() - 1
+        });
+        &mut self.layers[k]
+    }
 }
