@@ -107,7 +107,10 @@ pub fn replicate(
         effort: format!("mean of {REPLICAS}: {}", fine[0].effort),
         mean_error: mean_error(&fine_pictures, &systematic, mask),
         noise: Some(standard_error(&fine_pictures, &mean)),
-        systematic: Some(map(&systematic, |v| v.abs())),
+        // What the series or the shooting left out counts too.
+        systematic: Some(combine(&systematic, &mean, |v, m| {
+            v.abs() + REST as f32 * m
+        })),
         orders: orders.iter().map(|o| average(o)).collect(),
         order_noise: Some(
             orders
@@ -288,6 +291,6 @@ fn mean_error(pictures: &[Picture], systematic: &Picture, mask: &Picture) -> [f6
     [0, 1, 2].map(|c| {
         let mean = means.iter().map(|m| m[c]).sum::<f64>() / n;
         let variance = means.iter().map(|m| (m[c] - mean).powi(2)).sum::<f64>() / ((n - 1.0) * n);
-        (variance + shift[c] * shift[c]).sqrt()
+        (variance + shift[c] * shift[c] + (REST * mean).powi(2)).sqrt()
     })
 }
