@@ -1,7 +1,8 @@
 //! Luminaires: emitting surfaces small enough that light as emitted is worth a closed form.
 //!
-//! All emitting faces of one object and material form one candidate. It becomes a luminaire when its area is below a
-//! tenth of the scene's: hemisphere rays would then miss it nine times in ten, while its own sum over faces is cheap.
+//! An emitting material is carried by luminaires, one for each object, when its area is below a tenth of the scene's:
+//! hemisphere rays would miss it nine times in ten, while its own sum over faces is cheap. The choice is the material's,
+//! because a patch has one material but may span objects.
 //! Larger emitters (a glowing wall, a furnace) are found by hemisphere rays well enough, and n emitters by n patches
 //! of closed forms would be n² work.
 //!
@@ -59,50 +60,57 @@ pub struct EmittingPoint {
 pub struct Luminaires {
     /// Evaluated by closed form.
     pub list: Vec<Luminaire>,
-    /// Per face: its emission is a luminaire's, so hemisphere rays must not count it again.
-    pub is_luminaire: Vec<bool>,
+    /// Per material: its emission is the luminaires', so hemisphere rays must not count it again.
+    pub carries: Vec<bool>,
 }
 
 impl Luminaires {
     /// Chooses the emitters of a scene that are worth a closed form.
     pub fn new(scene: &Scene) -> Luminaires {
-        let mut order: HashMap<(u32, u32), usize> = HashMap::new();
-        let mut candidates: Vec<Vec<u32>> = Vec::new();
-        let mut total = 0.0;
+        let mut areas = vec![0.0; scene.materials.len()];
         for (f, face) in scene.faces.iter().enumerate() {
-            total += scene.area(f as u32);
-            if scene.material(f as u32).emits() {
-                let k = *order
-                    .entry((face.object, face.material))
-                    .or_insert_with(|| {
-                        candidates.push(Vec::new());
-                        candidates.len() - 1
-                    });
-                candidates[k].push(f as u32);
-            }
+            areas[face.material as usize] += scene.area(f as u32);
         }
+        let small = LARGE * areas.iter().sum::<f64>();
+        let carries: Vec<bool> = scene
+            .materials
+            .iter()
+            .zip(&areas)
+            .map(|(material, &area)| material.emits() && area < small)
+            .collect();
         let mut luminaires = Luminaires {
             list: Vec::new(),
-            is_luminaire: vec![false; scene.faces.len()],
+            carries,
         };
-        for faces in candidates {
-            luminaires.consider(scene, &faces, total);
+        for faces in luminaires.groups(scene) {
+            luminaires
+                .list
+                .push(Luminaire::new(scene, &faces, Side::Front));
+            if scene.material(faces[0]).sides == Sides::Two {
+                luminaires
+                    .list
+                    .push(Luminaire::new(scene, &faces, Side::Back));
+            }
         }
         luminaires
     }
 
-    fn consider(&mut self, scene: &Scene, faces: &[u32], total: f64) {
-        let own: f64 = faces.iter().map(|&f| scene.area(f)).sum();
-        if own >= LARGE * total {
-            return;
+    /// Faces of the carried materials, an object and material together, in the order of their first faces.
+    fn groups(&self, scene: &Scene) -> Vec<Vec<u32>> {
+        let mut order: HashMap<(u32, u32), usize> = HashMap::new();
+        let mut groups: Vec<Vec<u32>> = Vec::new();
+        for (f, face) in scene.faces.iter().enumerate() {
+            if self.carries[face.material as usize] {
+                let k = *order
+                    .entry((face.object, face.material))
+                    .or_insert_with(|| {
+                        groups.push(Vec::new());
+                        groups.len() - 1
+                    });
+                groups[k].push(f as u32);
+            }
         }
-        for &f in faces {
-            self.is_luminaire[f as usize] = true;
-        }
-        self.list.push(Luminaire::new(scene, faces, Side::Front));
-        if scene.material(faces[0]).sides == Sides::Two {
-            self.list.push(Luminaire::new(scene, faces, Side::Back));
-        }
+        groups
     }
 }
 
@@ -169,5 +177,44 @@ impl Luminaire {
             normal: t.normal,
             face: t.face,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    /// A dark floor and panels of one emitting material, as many as `objects`, each its own object.
+    fn panels(objects: u32, size: f64) -> Scene {
+        let floor = crate::scene::Material::new("floor", Rgb::splat(0.5), Rgb::ZERO);
+        let glow = crate::scene::Material::new("glow", Rgb::splat(0.5), Rgb::ONE);
+        let mut corners = Vec::new();
+        let mut faces = Vec::new();
+        let mut square = |x: f64, z: f64, a: f64, material: u32| {
+            let first = corners.len() as u32;
+            for (u, v) in [(0.0, 0.0), (a, 0.0), (a, a), (0.0, a)] {
+                corners.push(DVec3::new(x + u, v, z));
+            }
+            faces.push(((first..first + 4).collect::<Vec<u32>>(), material));
+        };
+        square(0.0, 0.0, 10.0, 0);
+        for k in 0..objects {
+            square(f64::from(k) * size, 1.0, size, 1);
+        }
+        let mut scene = Scene::from_faces("panels", &corners, &faces, vec![floor, glow]).unwrap();
+        for (f, face) in scene.faces.iter_mut().enumerate() {
+            face.object = f as u32 / 2;
+        }
+        scene
+    }
+
+    #[test]
+    fn a_material_is_carried_whole_or_not_at_all() {
+        // Two panels of 1 in 102: each object a luminaire. Nine of 4 in 136: a quarter of the scene, by rays.
+        let few = Luminaires::new(&panels(2, 1.0));
+        assert_eq!((few.list.len(), few.carries), (2, vec![false, true]));
+        let many = Luminaires::new(&panels(9, 2.0));
+        assert_eq!((many.list.len(), many.carries), (0, vec![false, false]));
     }
 }

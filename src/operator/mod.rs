@@ -59,8 +59,7 @@ impl PatchMaterials {
         transports: &[Transport],
     ) -> PatchMaterials {
         let of = |i: usize| &scene.materials[patches.materials()[i] as usize];
-        let first_face = |i: usize| patches.pieces(i).next().map(|p| p.0);
-        let lamp = |i: usize| first_face(i).is_some_and(|f| luminaires.is_luminaire[f as usize]);
+        let lamp = |i: usize| luminaires.carries[patches.materials()[i] as usize];
         let all = 0..patches.len();
         PatchMaterials {
             rho: all.clone().map(|i| of(i).rho).collect(),

@@ -187,13 +187,9 @@ fn received(
 
 /// What hemisphere rays read of E: all of it but the luminaires', which are gathered by closed form.
 pub fn without_luminaires(p: &Prepared, emission: &[Light]) -> Vec<Rgb> {
-    let lamp = |i: usize| {
-        let mut faces = p.patches.pieces(i).map(|(face, _)| face);
-        faces.any(|f| p.luminaires.is_luminaire[f as usize])
-    };
     let mut field = invisible(emission);
-    for (i, l) in field.iter_mut().enumerate() {
-        if lamp(i) {
+    for (l, &material) in field.iter_mut().zip(p.patches.materials()) {
+        if p.luminaires.carries[material as usize] {
             *l = Rgb::ZERO;
         }
     }
