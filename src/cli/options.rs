@@ -125,6 +125,9 @@ pub struct Problem {
     /// Hemisphere rays for each pixel, rounded up to a power of two
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub samples: u32,
+    /// Tolerance
+    #[arg(long)]
+    pub tolerance: Option<f64>,
 }
 
 /// `halflight render`

@@ -122,7 +122,12 @@ impl Shared<'_> {
         let own = self.own;
         let sampling = GatherSampling::with_samples(own.problem.samples, self.common.seed);
         let size = (own.size.width, own.size.height);
-        let gathered = render(self.prepared, mode, solution, size, &sampling, self.console);
+        let gathering = match own.problem.tolerance {
+            Some(error) => crate::image::Gathering::Within { error, seed: self.common.seed },
+            None => (&sampling).into(),
+        };
+        let gathered = render(self.prepared, mode, solution, size, gathering, self.console);
+        eprintln!("{:?} {}", gathered.error, gathered.error.relative());
         report.rays += gathered.rays;
         let picture = gathered.total();
         report.seconds.gather = clock.elapsed().as_secs_f64();

@@ -1,74 +1,48 @@
-//! Light as emitted: what every patch receives from the luminaires, closed form times visibility.
+//! Light as emitted: what every patch receives from the luminaires.
 //!
-//! For receiver points x and points y drawn on a luminaire of area A,
+//! Where nothing lies between, Lambert's closed form; where few faces do, the closed form of what they leave visible;
+//! elsewhere closed form times visibility. For receiver points x and points y drawn on a luminaire of area A,
 //!
 //! ```text
 //! mean_x F(x) * [ sum A k(x,y) T(x,y) ] / [ sum A k(x,y) ],     k = cos cos / (pi r²), T = product of tau between
 //! ```
 //!
 //! with F(x) Lambert's closed form. The ratio makes the estimate exact where nothing or everything occludes, so rays
-//! only decide the shadow's edge; its bias falls as 1/rays. Where no face can occlude, no ray is cast.
+//! only decide the shadow's edge; its bias falls as 1/rays.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::luminaire::{Luminaire, Luminaires};
 use super::polygon::point_kernel;
+use super::shadow::Pieces;
+use super::shaft::Between;
+use super::sight::{Occlusion, Sight};
 use super::{Progress, Sampling};
-use crate::light::{Rgb, Transport};
+use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::rays::sequence::{Sobol, hash};
 use crate::rays::{Hit, Rays};
 
-/// What lies between two points, as far as the scene needs it modelled.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Occlusion {
-    /// Nothing can occlude: tau is 1 everywhere, or every face lies on the scene's convex hull.
-    Nothing,
-    /// tau is 0 everywhere: the first face ends a ray.
-    Opaque,
-    /// tau of each material; every crossing counts.
-    Partial(Vec<f32>),
-}
-
-impl Occlusion {
-    /// The least that models these materials in this scene.
-    pub fn new(rays: &Rays, transports: &[Transport]) -> Occlusion {
-        if transports.iter().all(|t| t.tau == 1.0) || !rays.anything_occludes() {
-            Occlusion::Nothing
-        } else if transports.iter().all(|t| t.tau == 0.0) {
-            Occlusion::Opaque
-        } else {
-            Occlusion::Partial(transports.iter().map(|t| t.tau).collect())
-        }
-    }
-
-    /// Product of tau between two points, each with the face it lies on.
-    #[inline]
-    pub fn transmittance(
-        &self,
-        rays: &Rays,
-        from: (Vec3, Option<u32>),
-        to: (Vec3, Option<u32>),
-        scratch: &mut Vec<Hit>,
-    ) -> f32 {
-        match self {
-            Occlusion::Nothing => 1.0,
-            Occlusion::Opaque => f32::from(rays.visible(from, to)),
-            Occlusion::Partial(tau) => rays.transmittance(from, to, tau, scratch),
-        }
-    }
-}
+/// Receiver points that are enough where each is exact and nothing occludes: the closed form varies smoothly over a
+/// patch, and a few points are within 0.03 %.
+const SMOOTH: u32 = 16;
 
 /// Sums of one luminaire's light over receiver points, weighted per channel (by rho, say).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DirectSum {
+    exact: DVec3,
     unoccluded: DVec3,
     drawn: DVec3,
     arrived: DVec3,
 }
 
 impl DirectSum {
+    /// Adds a receiver point whose form factor is known.
+    pub fn add_exact(&mut self, weight: DVec3, form: f64) {
+        self.exact += weight * form;
+    }
+
     /// Adds a receiver point that sees the luminaire under form factor `closed` when nothing is between.
     pub fn add_point(&mut self, weight: DVec3, closed: f64) {
         self.unoccluded += weight * closed;
@@ -82,17 +56,16 @@ impl DirectSum {
 
     /// Weighted sum of the form factors with occlusion.
     pub fn estimate(&self) -> DVec3 {
-        let share = |arrived: f64, drawn: f64| if drawn > 0.0 { arrived / drawn } else { 0.0 };
-        DVec3::new(
-            self.unoccluded.x * share(self.arrived.x, self.drawn.x),
-            self.unoccluded.y * share(self.arrived.y, self.drawn.y),
-            self.unoccluded.z * share(self.arrived.z, self.drawn.z),
-        )
+        let share = |c: usize| match self.drawn[c] > 0.0 {
+            true => self.arrived[c] / self.drawn[c],
+            false => 0.0,
+        };
+        self.exact + self.unoccluded * DVec3::new(share(0), share(1), share(2))
     }
 
-    /// Weighted sum of the form factors when nothing occludes.
-    pub fn without_occlusion(&self) -> DVec3 {
-        self.unoccluded
+    /// Whether no point drawn so far faced a receiver.
+    fn is_blind(&self) -> bool {
+        self.drawn == DVec3::ZERO
     }
 }
 
@@ -107,76 +80,110 @@ pub struct Receiver {
     pub face: u32,
 }
 
-/// Adds what one receiver gets from a luminaire to `sum`, with one visibility ray for each (u, v) given.
+/// Memory to use again from receiver to receiver.
+#[derive(Default)]
+pub struct Scratch {
+    hits: Vec<Hit>,
+    pieces: Pieces,
+}
+
+/// Adds what one receiver gets from a luminaire to `sum`, by closed form where what lies `between` is known, else with one
+/// visibility ray for each (u, v) given; returns the rays cast.
 pub fn gather_luminaire(
     sum: &mut DirectSum,
     weight: DVec3,
     receiver: &Receiver,
-    luminaire: &Luminaire,
-    (rays, occlusion): (&Rays, &Occlusion),
+    (luminaire, between): (&Luminaire, Between),
+    (rays, sight): (&Rays, &Sight),
     points: impl ExactSizeIterator<Item = (f32, f32)>,
-    scratch: &mut Vec<Hit>,
-) {
+    scratch: &mut Scratch,
+) -> u64 {
     let (x, n) = (receiver.position, receiver.normal);
-    if *occlusion == Occlusion::Nothing {
-        sum.add_point(weight, luminaire.exact_form(x, n));
-        return;
+    if sight.occlusion == Occlusion::Nothing {
+        sum.add_exact(weight, luminaire.exact_form(x, n));
+        return 0;
     }
     let closed = luminaire.closed_form(x, n);
-    match closed {
-        Some(0.0) => return,
-        Some(form) => sum.add_point(weight, form),
-        None => {}
+    let known = match (closed, between) {
+        (Some(form), Between::Nothing) => Some(form),
+        (Some(0.0), _) => Some(0.0),
+        (Some(_), Between::Faces(faces)) => {
+            let casters = sight.shafts.casters(faces);
+            luminaire.visible_form((x, n), casters, &mut scratch.pieces)
+        }
+        _ => None,
+    };
+    match (known, closed) {
+        (Some(form), _) => {
+            sum.add_exact(weight, form);
+            return 0;
+        }
+        (None, Some(form)) => sum.add_point(weight, form),
+        _ => {}
     }
+    draw(sum, weight, receiver, luminaire, closed.is_none(), (rays, sight), points, scratch)
+}
+
+/// Casts visibility rays to points drawn on a luminaire.
+#[allow(clippy::too_many_arguments)]
+fn draw(
+    sum: &mut DirectSum,
+    weight: DVec3,
+    receiver: &Receiver,
+    luminaire: &Luminaire,
+    unknown: bool,
+    (rays, sight): (&Rays, &Sight),
+    points: impl ExactSizeIterator<Item = (f32, f32)>,
+    scratch: &mut Scratch,
+) -> u64 {
     let count = points.len() as f64;
-    let (x, n) = (x.as_dvec3(), n.as_dvec3());
+    let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
+    let mut cast = 0;
     for (u, v) in points {
-        let y = luminaire.point(u, v);
-        let kernel = luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal) / count;
-        if kernel > 0.0 {
-            let from = (receiver.position, Some(receiver.face));
-            let to = (y.position, Some(y.face));
-            let arrived = occlusion.transmittance(rays, from, to, scratch);
-            sum.add_ray(weight, kernel, arrived);
-            if closed.is_none() {
-                sum.add_point(weight, kernel);
+        // A luminaire half below the horizon hides most points drawn; until one is found, others are tried.
+        for (a, b) in [(0.0, 0.0), (0.5, 0.5), (0.5, 0.0), (0.0, 0.5)] {
+            let y = luminaire.point((u + a).fract(), (v + b).fract());
+            let kernel =
+                luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal) / count;
+            if kernel > 0.0 {
+                let from = (receiver.position, Some(receiver.face));
+                let to = (y.position, Some(y.face));
+                let hits = &mut scratch.hits;
+                let arrived = sight.occlusion.transmittance(rays, from, to, hits);
+                cast += 1;
+                sum.add_ray(weight, kernel, arrived);
+                if unknown {
+                    sum.add_point(weight, kernel);
+                }
+            }
+            if unknown || !sum.is_blind() {
+                break;
             }
         }
     }
-}
-
-impl Occlusion {
-    /// The estimate of a sum gathered under this occlusion by closed form or by drawn points.
-    pub fn estimate(&self, sum: &DirectSum) -> DVec3 {
-        match self {
-            Occlusion::Nothing => sum.without_occlusion(),
-            _ => sum.estimate(),
-        }
-    }
+    cast
 }
 
 /// `sum over luminaires of F_il E_l` for every patch that `receives`, W/(m² sr); and how many rays were cast.
 pub fn receive_emitted(
     (rays, patches): (&Rays, &Patches),
     luminaires: &Luminaires,
-    occlusion: &Occlusion,
+    sight: &Sight,
     receives: &[bool],
     sampling: &Sampling,
     tick: Progress,
 ) -> (Vec<Rgb>, u64) {
-    let points = match occlusion {
-        // The closed form varies smoothly over a patch: a few points are within 0.03 %.
-        Occlusion::Nothing => sampling.emitter_rays.min(16),
-        _ => sampling.emitter_rays,
-    }
-    .max(1);
-    let sobol = Sobol::new(points as usize, 4);
-    let receive = |scratch: &mut Vec<Hit>, i: usize| {
-        let mut received = DVec3::ZERO;
+    let sobol = Sobol::new(sampling.emitter_rays.max(1) as usize, 4);
+    let receive = |scratch: &mut Scratch, i: usize| {
+        let (mut received, mut cast) = (DVec3::ZERO, 0);
         for (l, luminaire) in luminaires.list.iter().enumerate() {
             if !receives[i] {
                 break;
             }
+            let between = sight.shafts.between(i as u32, l);
+            let clear = sight.occlusion == Occlusion::Nothing || between == Between::Nothing;
+            let most = if clear { SMOOTH } else { u32::MAX };
+            let points = sampling.emitter_rays.min(most).max(1);
             let seed = hash(
                 (i * luminaires.list.len() + l) as u32,
                 sampling.seed ^ 0x5eed_1a3b,
@@ -191,30 +198,19 @@ pub fn receive_emitted(
                     face: p.face,
                 };
                 let draw = std::iter::once((at(2), at(3)));
-                let path = (rays, occlusion);
-                gather_luminaire(
-                    &mut sum,
-                    DVec3::ONE,
-                    &receiver,
-                    luminaire,
-                    path,
-                    draw,
-                    scratch,
-                );
+                let path = (rays, sight);
+                let lamp = (luminaire, between);
+                cast += gather_luminaire(&mut sum, DVec3::ONE, &receiver, lamp, path, draw, scratch);
             }
-            let form = occlusion.estimate(&sum).x / points as f64;
-            received += form * luminaire.radiance.as_dvec3();
+            received += sum.estimate().x / f64::from(points) * luminaire.radiance.as_dvec3();
         }
         tick(1);
-        received.as_vec3()
+        (received.as_vec3(), cast)
     };
-    let received = (0..patches.len())
+    let received: Vec<(Rgb, u64)> = (0..patches.len())
         .into_par_iter()
-        .map_init(Vec::new, receive)
+        .map_init(Scratch::default, receive)
         .collect();
-    let cast = match occlusion {
-        Occlusion::Nothing => 0,
-        _ => receives.iter().filter(|&&r| r).count() * luminaires.list.len() * points as usize,
-    };
-    (received, cast as u64)
+    let cast = received.iter().map(|r| r.1).sum();
+    (received.into_iter().map(|r| r.0).collect(), cast)
 }

@@ -14,6 +14,7 @@ use glam::{DVec3, Vec3};
 
 use super::outline::Outline;
 use super::polygon::point_to_polygon;
+use super::shadow::{Caster, Pieces, visible_form};
 use crate::light::Rgb;
 use crate::rays::Side;
 use crate::rays::cosine::triangle_point;
@@ -159,6 +160,22 @@ impl Luminaire {
             let form = |t: &EmittingTriangle| point_to_polygon(n, &t.exact.map(|p| p - x));
             self.triangles.iter().map(form).sum()
         })
+    }
+
+    /// Corners of its triangles, three by three, counter-clockwise seen from the emitting side.
+    pub(super) fn corners(&self) -> impl Iterator<Item = DVec3> {
+        self.triangles.iter().flat_map(|t| t.exact)
+    }
+
+    /// Form factor from a point to what it sees of the luminaire behind `casters`; `None` where that is too ragged.
+    pub(super) fn visible_form(
+        &self,
+        (x, n): (Vec3, Vec3),
+        casters: impl Iterator<Item = Caster>,
+        memory: &mut Pieces,
+    ) -> Option<f64> {
+        let triangles = self.triangles.iter().map(|t| t.exact);
+        visible_form((x.as_dvec3(), n.as_dvec3()), triangles, casters, memory)
     }
 
     /// The point at (u, v) in the unit square, uniform in area.

@@ -18,13 +18,18 @@ mod emitted;
 mod luminaire;
 mod outline;
 mod polygon;
+mod shadow;
+mod shaft;
+mod sight;
 mod sparse;
 
 pub use cast::{FormFactors, Variant, cast};
 pub use checks::{Closure, closure, reciprocity};
-pub use emitted::{DirectSum, Occlusion, Receiver, gather_luminaire, receive_emitted};
+pub use emitted::{DirectSum, Receiver, Scratch, gather_luminaire, receive_emitted};
 pub use luminaire::{Luminaire, Luminaires};
 pub use polygon::{point_kernel, point_to_polygon};
+pub use shaft::{Between, Shafts};
+pub use sight::{Occlusion, Sight};
 pub use sparse::Rows;
 
 /// How many rays, and which.

@@ -6,8 +6,8 @@
 //!                              + rho * F^tau L'                                hemisphere rays that read the solution
 //! ```
 //!
-//! with `L'` the invisible light of the patches less what luminaires emit. Shading is evaluated at the points seen,
-//! so no patch edge shows. Several fields `L'` are gathered from the same rays, one picture each: the bounces of a
+//! with `L'` the invisible light of the patches less what luminaires emit. Direct light is evaluated at the points seen;
+//! irradiance from patches at points chosen where it varies, with a linear fit between them, so no patch edge shows. Several fields `L'` are gathered from the same rays, one picture each: the bounces of a
 //! series cost no more rays than their sum. A camera ray ends at the first surface whatever its tau, as in the paper;
 //! the back of a one-sided face is black.
 //!
@@ -16,12 +16,14 @@
 //! Not handled: depth of field, motion, filters other than the box.
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use super::Picture;
-use super::irradiance::{Layer, smooth};
-use super::pixel::{Pass, Pixel};
-use crate::form_factors::{Luminaires, Progress};
+use super::budget::{Found, Settings};
+use super::hemisphere::Reader;
+use super::pixel::Pass;
+use super::points::Points;
+use super::spread::sample_pixels;
+use crate::form_factors::{Luminaires, Progress, Sight};
 use crate::light::{Light, Rgb, Transport};
 use crate::patches::Patches;
 use crate::rays::Rays;
@@ -38,6 +40,8 @@ pub struct View<'a> {
     pub patches: &'a Patches,
     /// Emitters evaluated by closed form.
     pub luminaires: &'a Luminaires,
+    /// What lies between patches and luminaires.
+    pub sight: &'a Sight,
     /// (alpha, tau) of every material.
     pub transports: &'a [Transport],
     /// Pixels across.
@@ -46,14 +50,14 @@ pub struct View<'a> {
     pub height: usize,
 }
 
-/// How many rays a pixel gets.
+/// How many rays, the same for every pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct GatherSampling {
-    /// Camera rays a pixel.
+    /// Camera rays a pixel, in two halves.
     pub camera: u32,
     /// Visibility rays a camera ray and luminaire.
     pub luminaire: u32,
-    /// Hemisphere rays a camera ray.
+    /// Hemisphere rays for each camera ray.
     pub hemisphere: u32,
     /// Chooses the scrambling of the points.
     pub seed: u32,
@@ -76,12 +80,37 @@ impl GatherSampling {
     }
 }
 
+/// How well the picture is to be gathered.
+#[derive(Clone, Copy, Debug)]
+pub enum Gathering {
+    /// The same rays for every pixel, and irradiance from each pixel's own point.
+    Uniform(GatherSampling),
+    /// Rays where they are needed until the estimated error is below `error`: RMS, as a share of the RMS picture, over the pixels
+    /// that see no luminaire.
+    Within {
+        /// The error.
+        error: f64,
+        /// Chooses the scrambling of the points.
+        seed: u32,
+    },
+}
+
+impl From<&GatherSampling> for Gathering {
+    fn from(sampling: &GatherSampling) -> Gathering {
+        Gathering::Uniform(*sampling)
+    }
+}
+
 /// `L'`, the invisible light that hemisphere rays read, one or more fields of it at once.
 #[derive(Clone, Debug)]
 pub struct Fields {
-    pub(super) count: usize,
+    count: usize,
+    /// The fields that add up to the picture come first.
+    leading: usize,
     /// Patch by patch, field by field.
     values: Vec<Rgb>,
+    /// Irradiance over pi of the patches themselves; empty where it is not known.
+    ambient: Vec<Rgb>,
 }
 
 impl Fields {
@@ -95,11 +124,36 @@ impl Fields {
         let values = (0..patches).flat_map(|i| fields.iter().map(move |f| f[i]));
         Fields {
             count: fields.len(),
+            leading: fields.len(),
             values: values.collect(),
+            ambient: Vec::new(),
         }
     }
 
-    /// Whether any field has any light.
+    /// Only the first `leading` fields make the picture; the others ride along on the same rays.
+    pub fn led_by(mut self, leading: usize) -> Fields {
+        self.leading = leading.min(self.count);
+        self
+    }
+
+    /// Adds what the patches themselves receive of these fields, irradiance over pi: it tells edges of indirect light before
+    /// any of it is gathered.
+    pub fn with_ambient(mut self, ambient: Vec<Rgb>) -> Fields {
+        self.ambient = ambient;
+        self
+    }
+
+    /// Number of fields.
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Number of fields that make the picture.
+    pub(super) fn leading(&self) -> usize {
+        self.leading
+    }
+
+    /// Whether no field has any light.
     pub(super) fn is_dark(&self) -> bool {
         self.values.iter().all(|v| *v == Vec3::ZERO)
     }
@@ -108,6 +162,14 @@ impl Fields {
     pub(super) fn of_patch(&self, patch: u32) -> &[Rgb] {
         let start = patch as usize * self.count;
         &self.values[start..start + self.count]
+    }
+
+    #[inline]
+    pub(super) fn ambient(&self, patch: u32) -> Rgb {
+        self.ambient
+            .get(patch as usize)
+            .copied()
+            .unwrap_or(Rgb::ZERO)
     }
 }
 
@@ -120,17 +182,48 @@ pub struct Gathered {
     pub direct: Picture,
     /// What each field sends.
     pub indirect: Vec<Picture>,
+    /// Standard error of the picture that the leading fields make.
+    pub standard_error: Picture,
+    /// Estimated error.
+    pub error: GatherError,
     /// Share of the camera rays that met the black back of a one-sided face.
     pub backs: f64,
     /// Rays cast.
     pub rays: u64,
+    pub(super) leading: usize,
+}
+
+/// Estimated RMS errors over the pixels that see no luminaire, W/(m² sr), and the RMS picture they compare with.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct GatherError {
+    /// Noise of camera rays and visibility.
+    pub camera: f64,
+    /// Noise of hemisphere rays.
+    pub hemisphere: f64,
+    /// Bias of the fit between irradiance points.
+    pub fit: f64,
+    /// RMS of the picture.
+    pub signal: f64,
+}
+
+impl GatherError {
+    /// All parts together, as a share of the picture; 0 for a black picture.
+    pub fn relative(&self) -> f64 {
+        let sum = self.camera.powi(2) + self.hemisphere.powi(2) + self.fit.powi(2);
+        if self.signal > 0.0 {
+            sum.sqrt() / self.signal
+        } else {
+            0.0
+        }
+    }
 }
 
 impl Gathered {
-    /// All parts together.
+    /// Emission, direct light and the leading fields together.
     pub fn total(&self) -> Picture {
         let mut total = self.emission.clone();
-        for part in std::iter::once(&self.direct).chain(&self.indirect) {
+        let parts = std::iter::once(&self.direct).chain(&self.indirect[..self.leading]);
+        for part in parts {
             for (sum, p) in total.pixels.iter_mut().zip(&part.pixels) {
                 *sum += *p;
             }
@@ -140,46 +233,20 @@ impl Gathered {
 }
 
 /// Renders the visible half.
-pub fn gather(view: &View, fields: &Fields, sampling: &GatherSampling, tick: Progress) -> Gathered {
-    let pass = Pass::new(view, fields, sampling);
-    let rows: Vec<Vec<Pixel>> = (0..view.height)
-        .into_par_iter()
-        .map_init(
-            || pass.scratch(),
-            |scratch, y| {
-                let row = (0..view.width).map(|x| pass.pixel(x, y, scratch)).collect();
-                tick(1);
-                row
-            },
-        )
-        .collect();
-    let mut pixels: Vec<Pixel> = rows.into_iter().flatten().collect();
-    let layers: Vec<Vec<Layer>> = pixels
-        .iter_mut()
-        .map(|p| std::mem::take(&mut p.layers))
-        .collect();
-    let incident = smooth(&layers, view.width);
-    let picture = |pixels: Vec<Rgb>| Picture {
-        width: view.width,
-        height: view.height,
-        pixels,
-    };
-    let reflected = |k: usize| {
-        let pixel = |(layers, incident): (&Vec<Layer>, &Vec<Vec<Rgb>>)| {
-            let parts = layers.iter().zip(incident);
-            let sum: Vec3 = parts.map(|(l, i)| l.count as f32 * l.rho * i[k]).sum();
-            sum / sampling.camera as f32
-        };
-        layers.iter().zip(&incident).map(pixel).collect()
-    };
-    let backs: u64 = pixels.iter().map(|p| u64::from(p.backs)).sum();
-    Gathered {
-        emission: picture(pixels.iter().map(|p| p.emission).collect()),
-        direct: picture(pixels.iter().map(|p| p.direct).collect()),
-        indirect: (0..fields.count).map(|k| picture(reflected(k))).collect(),
-        backs: backs as f64 / (pixels.len() as u64 * u64::from(sampling.camera)) as f64,
-        rays: pixels.iter().map(|p| p.rays).sum(),
+pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progress) -> Gathered {
+    let settings = Settings::new(view, fields, gathering);
+    let pass = Pass::new(view, fields, settings.tabled, settings.seed);
+    let pixels = sample_pixels(&pass, &settings.plan, tick);
+    let reader = Reader::new(view, fields, settings.density.rays);
+    let camera = view.scene.camera.position.as_dvec3();
+    let mut points = Points::new(&reader, settings.density, camera, &pixels, view.width);
+    let mut found = Found::default();
+    if !fields.is_dark() {
+        found = settings.gather_indirect(&pixels, &mut points, fields);
     }
+    let mut gathered = found.assemble(&pixels, fields, (view.width, view.height));
+    gathered.rays += points.cast;
+    gathered
 }
 
 /// The invisible half of patch light, as a field to gather.

@@ -1,77 +1,17 @@
-//! Irradiance smoothed over the surface: local linear regression on the neighbouring pixels' estimates.
+//! Irradiance between points where it is known: local linear regression.
 //!
 //! Indirect irradiance varies slowly along a surface, over lengths of the distance R to what surrounds it (Ward,
-//! Rubinstein and Clear 1988: the harmonic mean of the hemisphere rays' lengths). Each point's estimate is replaced by
-//! the value there of a plane fitted to the estimates within a small part of R, weighted by nearness; the fit is exact
-//! for irradiance that varies linearly, so what remains is of second order in the part of R, and the noise falls with
-//! the square root of the number of neighbours. Near a contact R shrinks and nothing is smoothed.
+//! Rubinstein and Clear 1988: the harmonic mean of the hemisphere rays' lengths). The value at a place is that of
+//! a plane fitted to the points nearby, each weighted down to 0 at a small part of its own R; the fit is exact for irradiance
+//! that varies linearly, so what remains is of second order in that part, and noise averages over the points.
+//!
+//! A fit is a linear combination of the points' values. The sum of its squared coefficients is the variance that it
+//! leaves of theirs: it is small where many points surround the place, and large where the place lies outside of them.
 //!
 //! Not handled: direct light, whose shadows have sharp edges.
 
 use glam::{DMat3, DVec3, Vec3};
-use rayon::prelude::*;
 
-use crate::light::Rgb;
-use crate::rays::Side;
-
-/// What the camera rays of one pixel saw of one surface, and the irradiance found there.
-#[derive(Clone, Debug)]
-pub(super) struct Layer {
-    /// Plane, side and material: camera rays of one pixel that agree in these share a layer.
-    pub key: (u32, Side, u32),
-    /// Mean of the points seen.
-    pub position: DVec3,
-    /// Unit normal of the side seen.
-    pub normal: Vec3,
-    /// Reflectance.
-    pub rho: Rgb,
-    /// Number of camera rays.
-    pub count: u32,
-    /// Harmonic mean of the distances to what surrounds the points; while adding, the sum of inverse distances.
-    pub surroundings: f64,
-    /// Irradiance over pi of each field, mean over the camera rays: W/(m² sr).
-    pub incident: Vec<DVec3>,
-}
-
-impl Layer {
-    /// A layer that no ray has seen yet.
-    pub fn new(key: (u32, Side, u32), normal: Vec3, rho: Rgb, fields: usize) -> Layer {
-        Layer {
-            key,
-            position: DVec3::ZERO,
-            normal,
-            rho,
-            count: 0,
-            surroundings: 0.0,
-            incident: vec![DVec3::ZERO; fields],
-        }
-    }
-
-    /// Adds one camera ray: the point seen, its mean inverse distance to the surroundings, its irradiance over pi.
-    pub fn add(&mut self, position: Vec3, nearness: f64, incident: &[DVec3]) {
-        self.count += 1;
-        self.position += position.as_dvec3();
-        self.surroundings += nearness;
-        for (sum, i) in self.incident.iter_mut().zip(incident) {
-            *sum += *i;
-        }
-    }
-
-    /// Turns sums into means.
-    pub fn settle(&mut self) {
-        let count = f64::from(self.count);
-        self.position /= count;
-        self.surroundings = count / self.surroundings;
-        for sum in &mut self.incident {
-            *sum /= count;
-        }
-    }
-}
-
-/// Neighbours lie within this share of R.
-const REACH: f64 = 0.15;
-/// Pixels looked at to each side.
-const WINDOW: usize = 3;
 /// Normals of neighbours agree to this cosine.
 const ALIGNED: f32 = 0.97;
 /// Neighbours lie within this share of the reach off the tangent plane.
@@ -79,74 +19,114 @@ const FLAT: f64 = 0.25;
 /// Keeps the fit regular where neighbours lie in a line or are few: a slope costs something.
 const RIDGE: f64 = 1e-4;
 
-/// The smoothed irradiance of every layer of every pixel, in the same order; `layers[y * width + x]`.
-pub(super) fn smooth(layers: &[Vec<Layer>], width: usize) -> Vec<Vec<Vec<Rgb>>> {
-    let height = layers.len() / width.max(1);
-    let around = |x: usize, y: usize| {
-        let rows = y.saturating_sub(WINDOW)..(y + WINDOW + 1).min(height);
-        rows.flat_map(move |v| {
-            let columns = x.saturating_sub(WINDOW)..(x + WINDOW + 1).min(width);
-            columns.flat_map(move |u| &layers[v * width + u])
-        })
-    };
-    layers
-        .par_iter()
-        .enumerate()
-        .map(|(k, own)| {
-            let fit = |layer| fitted(layer, around(k % width, k / width));
-            own.iter().map(fit).collect()
-        })
-        .collect()
+/// A place on a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub position: DVec3,
+    /// Unit normal of the side seen.
+    pub normal: Vec3,
+    /// Side and material of other places it may borrow from agree.
+    pub material: u32,
 }
 
-/// The value at a layer of the plane fitted to its neighbours (itself among them), field by field.
-fn fitted<'a>(own: &Layer, around: impl Iterator<Item = &'a Layer>) -> Vec<Rgb> {
-    let neighbours: Vec<(f64, DVec3, &Layer)> = around
-        .filter_map(|other| relate(own, other).map(|(w, b)| (w, b, other)))
-        .collect();
-    // Solve the normal equations for the value at the middle: the first row of the inverse.
-    let mut normal = DMat3::ZERO;
-    for (w, b, _) in &neighbours {
-        normal += DMat3::from_cols(*b * b.x, *b * b.y, *b * b.z) * *w;
+/// A place where irradiance is known.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Known {
+    pub place: Place,
+    /// How far it speaks, unit coordinates.
+    pub reach: f64,
+    /// How much it counts beside others: the inverse of its variance.
+    pub weight: f64,
+}
+
+/// Coefficients of a fit: the irradiance is the sum of `share * value` over the points.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Fit {
+    pub shares: Vec<(u32, f64)>,
+    terms: Vec<(u32, f64, DVec3)>,
+    /// Sum of the weights.
+    total: f64,
+}
+
+impl Fit {
+    /// Fits the points `near` (each with its number) at a place; returns whether there is any.
+    pub fn solve<'a>(&mut self, at: &Place, near: impl Iterator<Item = (u32, &'a Known)>) -> bool {
+        self.terms.clear();
+        self.shares.clear();
+        let frame = at.normal.as_dvec3().any_orthonormal_pair();
+        let mut unit = 0.0;
+        for (k, known) in near {
+            if unit == 0.0 {
+                unit = known.reach;
+            }
+            if let Some((w, b)) = relate(at, frame, unit, known) {
+                self.terms.push((k, w, b));
+            }
+        }
+        // Solve the normal equations for the value in the middle: the first row of the inverse.
+        let mut normal = DMat3::ZERO;
+        for (_, w, b) in &self.terms {
+            normal += DMat3::from_cols(*b * b.x, *b * b.y, *b * b.z) * *w;
+        }
+        if normal.x_axis.x <= 0.0 {
+            return false;
+        }
+        let ridge = RIDGE * (normal.y_axis.y + normal.z_axis.z) + 1e-9 * normal.x_axis.x;
+        normal += DMat3::from_diagonal(DVec3::new(0.0, ridge, ridge));
+        let first = normal.inverse().x_axis;
+        self.shares
+            .extend(self.terms.iter().map(|(k, w, b)| (*k, w * first.dot(*b))));
+        self.total = normal.x_axis.x;
+        true
     }
-    let ridge = RIDGE * (normal.y_axis.y + normal.z_axis.z) + 1e-12 * normal.x_axis.x;
-    normal += DMat3::from_diagonal(DVec3::new(0.0, ridge, ridge));
-    let first = normal.inverse().x_axis;
-    let mut values = vec![DVec3::ZERO; own.incident.len()];
-    for (w, b, other) in &neighbours {
-        let share = w * first.dot(*b);
-        for (sum, value) in values.iter_mut().zip(&other.incident) {
-            *sum += share * *value;
+
+    /// Replaces a fit that leaves more than `most` of a point's variance, because the place lies outside of its points, by
+    /// their mean.
+    pub fn settle(&mut self, most: f64) {
+        if self.shares.len() > 1 && self.variance() > most {
+            let terms = self.terms.iter();
+            self.shares.clear();
+            self.shares.extend(terms.map(|(k, w, _)| (*k, w / self.total)));
         }
     }
-    // A plane through noise may dip below the dark; light does not.
-    values
-        .iter()
-        .map(|v| v.max(DVec3::ZERO).as_vec3())
-        .collect()
+
+    /// Takes one point's value as it is.
+    pub fn take(&mut self, point: u32) {
+        self.shares.clear();
+        self.shares.push((point, 1.0));
+    }
+
+    /// Variance left of points of equal variance.
+    pub fn variance(&self) -> f64 {
+        self.shares.iter().map(|(_, s)| s * s).sum()
+    }
+
+    /// The fitted value.
+    pub fn value(&self, values: impl Fn(u32) -> DVec3) -> DVec3 {
+        self.shares.iter().map(|&(k, s)| s * values(k)).sum()
+    }
 }
 
-/// A neighbour's weight and its place (1, u, v) in the tangent plane, in units of the reach; none where it is too far,
-/// off the plane, or looks another way.
-fn relate(own: &Layer, other: &Layer) -> Option<(f64, DVec3)> {
-    let normal = own.normal.as_dvec3();
-    let reach = REACH * own.surroundings.min(other.surroundings);
-    let d = other.position - own.position;
-    let off = d.dot(normal).abs();
-    let itself = std::ptr::eq(own, other);
-    if itself || reach == 0.0 {
-        return itself.then_some((f64::from(own.count), DVec3::X));
-    }
-    if d.length_squared() >= reach * reach
-        || own.normal.dot(other.normal) < ALIGNED
-        || off > FLAT * reach
+/// A point's weight and its place (1, u, v) in the tangent plane, in the unit given; none where it is too far, off the plane,
+/// or looks another way.
+#[inline]
+fn relate(
+    at: &Place,
+    (u, v): (DVec3, DVec3),
+    unit: f64,
+    known: &Known,
+) -> Option<(f64, DVec3)> {
+    let d = known.place.position - at.position;
+    let nearness = 1.0 - d.length_squared() / (known.reach * known.reach);
+    if nearness <= 0.0
+        || at.material != known.place.material
+        || at.normal.dot(known.place.normal) < ALIGNED
+        || d.dot(at.normal.as_dvec3()).abs() > FLAT * known.reach
     {
         return None;
     }
-    let (u, v) = normal.any_orthonormal_pair();
-    let (u, v) = (d.dot(u) / reach, d.dot(v) / reach);
-    let weight = f64::from(other.count) * (1.0 - u * u - v * v).max(0.0);
-    Some((weight, DVec3::new(1.0, u, v)))
+    let place = DVec3::new(1.0, d.dot(u) / unit, d.dot(v) / unit);
+    Some((known.weight * nearness, place))
 }
 
 #[cfg(test)]
@@ -154,73 +134,67 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const WIDTH: usize = 9;
+    fn known(x: f64, y: f64, reach: f64, normal: Vec3) -> Known {
+        Known {
+            place: Place {
+                position: DVec3::new(x, y, 0.0),
+                normal,
+                material: 0,
+            },
+            reach,
+            weight: 1.0,
+        }
+    }
 
-    /// A floor seen from above, one layer a pixel, 0.01 apart, with the irradiance that `value` gives.
-    fn floor(value: impl Fn(f64, f64) -> f64) -> Vec<Vec<Layer>> {
-        let at = |k: usize| ((k % WIDTH) as f64 * 0.01, (k / WIDTH) as f64 * 0.01);
-        (0..WIDTH * WIDTH)
-            .map(|k| {
-                let (x, y) = at(k);
-                vec![Layer {
-                    key: (0, Side::Front, 0),
-                    position: DVec3::new(x, y, 0.0),
-                    normal: Vec3::Z,
-                    rho: Rgb::ONE,
-                    count: 4,
-                    surroundings: 1.0,
-                    incident: vec![DVec3::splat(value(x, y))],
-                }]
-            })
+    /// A floor with points 0.01 apart.
+    fn floor(reach: f64) -> Vec<Known> {
+        let at = |k: usize| ((k % 9) as f64 * 0.01, (k / 9) as f64 * 0.01);
+        (0..81)
+            .map(|k| known(at(k).0, at(k).1, reach, Vec3::Z))
             .collect()
+    }
+
+    fn fitted(points: &[Known], at: &Known, value: impl Fn(&Known) -> f64) -> Option<(f64, f64)> {
+        let mut fit = Fit::default();
+        let near = points.iter().enumerate().map(|(k, p)| (k as u32, p));
+        fit.solve(&at.place, near).then(|| {
+            let value = fit.value(|k| DVec3::splat(value(&points[k as usize])));
+            (value.x, fit.variance())
+        })
     }
 
     proptest! {
         #[test]
-        fn linear_irradiance_passes_unchanged(a in 1.0..2.0f64, b in -3.0..3.0f64, c in -3.0..3.0f64) {
-            let layers = floor(|x, y| a + b * x + c * y);
-            for (own, found) in layers.iter().zip(smooth(&layers, WIDTH)) {
-                let (exact, found) = (own[0].incident[0].x, f64::from(found[0][0].x));
-                // The ridge damps slopes by a few times 1e-4, over the 0.03 of the window.
-                prop_assert!((found - exact).abs() < 2e-3 * 0.03 * 6.0 + 1e-6, "{found} {exact}");
-            }
+        fn linear_irradiance_passes_unchanged(
+            a in 1.0..2.0f64, b in -3.0..3.0f64, c in -3.0..3.0f64, x in 0.0..0.08f64, y in 0.0..0.08f64
+        ) {
+            let field = |p: &Known| a + b * p.place.position.x + c * p.place.position.y;
+            let at = known(x, y, 1.0, Vec3::Z);
+            let (found, _) = fitted(&floor(0.035), &at, field).unwrap();
+            // The ridge damps slopes by a few times 1e-4, over the reach.
+            prop_assert!((found - field(&at)).abs() < 2e-3 * 0.035 * 6.0, "{found} {}", field(&at));
         }
     }
 
     #[test]
-    fn noise_falls_with_the_number_of_neighbours() {
-        let noise = |x: f64, y: f64| 1.0 + ((x * 7919.0 + y * 104_729.0) * 1e3).sin();
-        let layers = floor(noise);
-        let spread = |values: &[f32]| {
-            let mean = values.iter().sum::<f32>() / values.len() as f32;
-            values.iter().map(|v| (v - mean).powi(2)).sum::<f32>() / values.len() as f32
-        };
-        let raw: Vec<f32> = layers.iter().map(|l| l[0].incident[0].x as f32).collect();
-        let smoothed: Vec<f32> = smooth(&layers, WIDTH).iter().map(|l| l[0][0].x).collect();
-        // Inside the window of 49 the variance falls at least tenfold, at the rim of the picture less.
-        assert!(spread(&smoothed) < 0.2 * spread(&raw));
-    }
-
-    #[test]
-    fn a_contact_keeps_its_own_value() {
-        let mut layers = floor(|x, _| x);
-        for l in layers.iter_mut().flatten() {
-            l.surroundings = 1e-3;
-        }
-        for (own, found) in layers.iter().zip(smooth(&layers, WIDTH)) {
-            assert_eq!(own[0].incident[0].as_vec3(), found[0][0]);
-        }
+    fn variance_falls_inside_and_rises_outside() {
+        let points = floor(0.035);
+        let variance = |x: f64, y: f64| fitted(&points, &known(x, y, 1.0, Vec3::Z), |_| 1.0);
+        let inside = variance(0.04, 0.04).unwrap().1;
+        // Some 38 points lie within the reach; the parabolic kernel makes 3/4 as many of them.
+        assert!((0.02..0.06).contains(&inside), "{inside}");
+        assert!(variance(0.1, 0.04).unwrap().1 > 3.0 * inside);
+        assert!(variance(0.2, 0.04).is_none());
     }
 
     #[test]
     fn another_surface_is_not_mixed_in() {
-        let mut layers = floor(|_, _| 1.0);
-        for l in layers.iter_mut().skip(40).flatten() {
-            l.normal = Vec3::X;
-            l.incident = vec![DVec3::splat(5.0)];
-        }
-        for (own, found) in layers.iter().zip(smooth(&layers, WIDTH)) {
-            assert!((own[0].incident[0].x as f32 - found[0][0].x).abs() < 1e-5);
-        }
+        let mut points = floor(0.035);
+        points.extend(
+            (0..81).map(|k| known((k % 9) as f64 * 0.01, (k / 9) as f64 * 0.01, 0.035, Vec3::X)),
+        );
+        let value = |p: &Known| if p.place.normal == Vec3::X { 5.0 } else { 1.0 };
+        let (found, _) = fitted(&points, &known(0.04, 0.04, 1.0, Vec3::Z), value).unwrap();
+        assert!((found - 1.0).abs() < 1e-9);
     }
 }

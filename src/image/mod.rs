@@ -3,19 +3,27 @@
 //! A [`Picture`] holds radiance; the sRGB curve and the exposure belong to files and screens and are applied on the
 //! way out ([`Exposure`]). Not handled: colour management beyond sRGB, alpha, tone mapping other than a clamp.
 
+mod budget;
 mod error;
 mod files;
 mod gather;
+mod hemisphere;
 mod irradiance;
+mod lattice;
+mod layer;
 mod metrics;
 mod picture;
 mod pixel;
+mod points;
+mod spread;
 mod srgb;
 mod whole;
 
 pub use error::ImageError;
 pub use files::{check_extension, encode_png, read_picture, write_bitmap, write_picture};
-pub use gather::{Fields, GatherSampling, Gathered, View, gather, invisible};
+pub use gather::{
+    Fields, GatherError, GatherSampling, Gathered, Gathering, View, gather, invisible,
+};
 pub use metrics::{
     Largest, MeanDifference, MetricError, largest_difference, mean_difference, mean_e_pixel,
     relative_rms,

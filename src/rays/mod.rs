@@ -28,6 +28,8 @@ use tree::{NO_PLANE, Query, Tree};
 pub struct Rays {
     tree: Tree,
     occluders: Occluders,
+    /// The faces that may occlude.
+    occluding: Vec<u32>,
     planes: Vec<u32>,
     materials: Vec<u32>,
     anchors: Vec<Anchor>,
@@ -95,6 +97,7 @@ impl Rays {
             _ => Occluders::Some(Tree::new(scene, &inner, &planes.of_face, pad)),
         };
         Rays {
+            occluding: inner,
             tree: Tree::new(scene, &all, &planes.of_face, pad),
             occluders,
             planes: planes.of_face,
@@ -143,6 +146,11 @@ impl Rays {
         }
         crossings::settle(scratch, &self.planes);
         scratch.iter().map(|hit| tau_of(hit.face)).product()
+    }
+
+    /// The faces that may lie between two points of the scene's surface, in order; all others are proved not to.
+    pub fn occluders(&self) -> &[u32] {
+        &self.occluding
     }
 
     /// False where it is proved that no face lies between any two points of the scene's surface.

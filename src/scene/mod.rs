@@ -209,4 +209,10 @@ impl Camera {
         let direction = self.forward + across * self.right + above * self.up;
         (self.position, direction.normalize())
     }
+
+    /// Width of a pixel of a picture of so many rows, at unit distance in the middle of the view.
+    pub fn pixel(&self, rows: usize) -> f64 {
+        let half = (0.5 * f64::from(self.vertical_fov).to_radians()).tan();
+        2.0 * half / rows.max(1) as f64
+    }
 }

@@ -3,7 +3,7 @@
 use super::chart::{Chart, Series, term};
 use super::pipeline::{Assembled, Prepared, Watch, picture, without_luminaires};
 use super::sheet::{Sheet, Tile};
-use crate::image::{Exposure, Fields, GatherSampling, Picture, invisible};
+use crate::image::{Exposure, Fields, Gathering, Picture, invisible};
 use crate::solve::{Bounce, Solution};
 
 /// `E`, `KE`, `K²E` and so on.
@@ -18,7 +18,7 @@ pub fn bounce_pictures(
     solution: &Solution,
     count: usize,
     size: (usize, usize),
-    sampling: &GatherSampling,
+    gathering: impl Into<Gathering>,
     watch: &dyn Watch,
 ) -> Vec<Picture> {
     let count = count.min(solution.terms.len() - 1);
@@ -30,7 +30,7 @@ pub fn bounce_pictures(
         })
         .collect();
     let fields = Fields::new(&fields);
-    let parts = picture(p, &mode.transports, &fields, size, sampling, watch);
+    let parts = picture(p, &mode.transports, &fields, size, gathering, watch);
     let mut pictures = vec![parts.emission];
     pictures.extend(parts.indirect);
     if let Some(first) = pictures.get_mut(1) {

@@ -5,9 +5,9 @@
 use std::time::Instant;
 
 use crate::form_factors::{
-    self, Closure, Luminaires, Occlusion, Sampling, Variant, closure, receive_emitted,
+    self, Closure, Luminaires, Sampling, Sight, Variant, closure, receive_emitted,
 };
-use crate::image::{Fields, GatherSampling, Gathered, View, gather, invisible};
+use crate::image::{Fields, Gathering, Gathered, View, gather, invisible};
 use crate::light::{Light, Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
 use crate::patches::Patches;
@@ -80,6 +80,8 @@ pub struct Assembled {
     pub transport: Transport,
     /// (alpha, tau) of every material.
     pub transports: Vec<Transport>,
+    /// What lies between patches and luminaires.
+    pub sight: Sight,
     /// K.
     pub operator: Operator,
     /// Row sums of F; none where no ray was needed.
@@ -151,13 +153,15 @@ pub fn assemble(
         .zip(transports)
         .zip(modes)
     {
-        let (received, cast) = received(p, &t, &m, sampling, watch);
+        let sight = sight(p, &t);
+        let (received, cast) = received(p, &sight, &m, sampling, watch);
         rays += cast;
         let closure = closure(&f, p.patches.areas());
         let operator = Operator::new(f, m, areas.clone(), received);
         assembled.push(Assembled {
             transport,
             transports: t,
+            sight,
             operator,
             closure,
         });
@@ -165,20 +169,27 @@ pub fn assemble(
     (assembled, rays)
 }
 
+/// What lies between the patches and the luminaires.
+fn sight(p: &Prepared, transports: &[Transport]) -> Sight {
+    let reflects = |&m: &u32| p.scene.materials[m as usize].rho != Rgb::ZERO;
+    let receives: Vec<bool> = p.patches.materials().iter().map(reflects).collect();
+    let path = (&p.rays, &p.patches);
+    Sight::new(&p.scene, path, &p.luminaires, transports, &receives)
+}
+
 /// `F E` of the luminaires for every patch that reflects.
 fn received(
     p: &Prepared,
-    transports: &[Transport],
+    sight: &Sight,
     materials: &PatchMaterials,
     sampling: &Sampling,
     watch: &dyn Watch,
 ) -> (Vec<Rgb>, u64) {
     watch.begin("light as emitted", p.patches.len() as u64);
-    let occlusion = Occlusion::new(&p.rays, transports);
     receive_emitted(
         (&p.rays, &p.patches),
         &p.luminaires,
-        &occlusion,
+        sight,
         &materials.receives(),
         sampling,
         &|done| watch.tick(done),
@@ -210,26 +221,29 @@ fn reflected(p: &Prepared, solution: &Solution) -> Vec<Rgb> {
     field
 }
 
-/// Renders fields of patch light under one mode.
+/// What the patches receive of the reflected light, irradiance over pi.
+fn ambient(mode: &Assembled, solution: &Solution) -> Vec<Rgb> {
+    let k = &mode.operator;
+    let received = |i: usize| {
+        let visible = solution.light[i].visible - k.emission()[i].visible;
+        let rho = k.reflectance(i);
+        let over = |c: usize| if rho[c] > 0.0 { visible[c] / rho[c] } else { 0.0 };
+        Rgb::new(over(0), over(1), over(2)) - k.received()[i]
+    };
+    (0..k.len()).map(received).collect()
+}
+
+/// Renders fields of patch light under one choice of (alpha, tau) for every material.
 pub fn picture(
     p: &Prepared,
     transports: &[Transport],
     fields: &Fields,
-    (width, height): (usize, usize),
-    sampling: &GatherSampling,
+    size: (usize, usize),
+    gathering: impl Into<Gathering>,
     watch: &dyn Watch,
 ) -> Gathered {
-    let view = View {
-        scene: &p.scene,
-        rays: &p.rays,
-        patches: &p.patches,
-        luminaires: &p.luminaires,
-        transports,
-        width,
-        height,
-    };
-    watch.begin("gather", height as u64);
-    gather(&view, fields, sampling, &|done| watch.tick(done))
+    let sight = sight(p, transports);
+    look(p, (transports, &sight), fields, size, gathering, watch)
 }
 
 /// Renders the solution of one mode.
@@ -238,9 +252,32 @@ pub fn render(
     mode: &Assembled,
     solution: &Solution,
     size: (usize, usize),
-    sampling: &GatherSampling,
+    gathering: impl Into<Gathering>,
     watch: &dyn Watch,
 ) -> Gathered {
-    let fields = Fields::new(&[reflected(p, solution)]);
-    picture(p, &mode.transports, &fields, size, sampling, watch)
+    let fields = Fields::new(&[reflected(p, solution)]).with_ambient(ambient(mode, solution));
+    let surfaces = (&mode.transports[..], &mode.sight);
+    look(p, surfaces, &fields, size, gathering, watch)
+}
+
+fn look(
+    p: &Prepared,
+    (transports, sight): (&[Transport], &Sight),
+    fields: &Fields,
+    (width, height): (usize, usize),
+    gathering: impl Into<Gathering>,
+    watch: &dyn Watch,
+) -> Gathered {
+    let view = View {
+        scene: &p.scene,
+        rays: &p.rays,
+        patches: &p.patches,
+        luminaires: &p.luminaires,
+        sight,
+        transports,
+        width,
+        height,
+    };
+    watch.begin("gather", height as u64);
+    gather(&view, fields, &gathering.into(), &|done| watch.tick(done))
 }

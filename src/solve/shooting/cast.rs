@@ -96,7 +96,7 @@ impl<'a> RayShooter<'a> {
             Emitted::ClosedForm => receive_emitted(
                 (rays, patches),
                 luminaires,
-                &Occlusion::new(rays, transports),
+                &Occlusion::new(rays, transports).into(),
                 &materials.receives(),
                 &Sampling {
                     rays: 0,

@@ -1,0 +1,231 @@
+//! The part of a luminaire that a point sees, exactly: shadows of triangles are cut out of it, and Lambert's closed form
+//! sums over what is left.
+//!
+//! The shadow of a triangle is the part beyond its plane of the cone from the point over it. A piece is cut along
+//! the plane and the cone's sides; outside it stays as bright as it was, inside it is dimmed by tau or dropped.
+//! So light as emitted has no noise where few faces stand in its way: penumbrae are smooth.
+//!
+//! Not handled: a point in a triangle's plane sees it edge on, as nothing. More than [`MOST`] pieces: the caller draws points.
+
+use glam::DVec3;
+
+use super::polygon::signed_edges;
+
+/// Corners of a piece at most: a triangle cut by the horizon and by a few cones.
+const CORNERS: usize = 12;
+
+/// Pieces at most.
+const MOST: usize = 64;
+
+/// Heights below this lie in the plane: a few roundings of unit coordinates.
+const FLAT: f64 = 1e-7;
+
+/// A triangle that stops or dims light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Caster {
+    /// Unit coordinates.
+    pub corners: [DVec3; 3],
+    /// Unit normal.
+    pub normal: DVec3,
+    /// What it lets through.
+    pub tau: f64,
+}
+
+/// A convex polygon relative to the point, and the share of its light that arrives.
+#[derive(Clone, Copy)]
+struct Piece {
+    corners: [DVec3; CORNERS],
+    count: usize,
+    through: f64,
+}
+
+/// Memory to use again from point to point.
+#[derive(Default)]
+pub struct Pieces {
+    now: Vec<Piece>,
+    next: Vec<Piece>,
+}
+
+impl Piece {
+    fn new(through: f64) -> Piece {
+        Piece {
+            corners: [DVec3::ZERO; CORNERS],
+            count: 0,
+            through,
+        }
+    }
+
+    /// Adds a corner; `None` where there is no room.
+    fn push(&mut self, p: DVec3) -> Option<()> {
+        *self.corners.get_mut(self.count)? = p;
+        self.count += 1;
+        Some(())
+    }
+
+    fn corners(&self) -> &[DVec3] {
+        &self.corners[..self.count]
+    }
+
+    /// Cuts along a plane: the parts where `height` is positive and where it is negative.
+    fn split(&self, height: impl Fn(DVec3) -> f64) -> Option<(Piece, Piece)> {
+        let (mut above, mut below) = (Piece::new(self.through), Piece::new(self.through));
+        let mut heights = [0.0; CORNERS];
+        for (h, p) in heights.iter_mut().zip(self.corners()) {
+            *h = height(*p);
+        }
+        for k in 0..self.count {
+            let next = (k + 1) % self.count;
+            let (p, q) = (self.corners[k], self.corners[next]);
+            let (h, g) = (heights[k], heights[next]);
+            if h >= 0.0 {
+                above.push(p)?;
+            }
+            if h <= 0.0 {
+                below.push(p)?;
+            }
+            if (h > 0.0 && g < 0.0) || (h < 0.0 && g > 0.0) {
+                let cut = p.lerp(q, h / (h - g));
+                above.push(cut)?;
+                below.push(cut)?;
+            }
+        }
+        Some((above, below))
+    }
+}
+
+/// Form factor from the point x with unit normal n to the fronts of `triangles` behind `casters`; `None` where the pieces
+/// become too many.
+pub(super) fn visible_form(
+    (x, n): (DVec3, DVec3),
+    triangles: impl Iterator<Item = [DVec3; 3]>,
+    casters: impl Iterator<Item = Caster>,
+    memory: &mut Pieces,
+) -> Option<f64> {
+    memory.now.clear();
+    for corners in triangles {
+        let [a, b, c] = corners.map(|p| p - x);
+        if a.dot((b - a).cross(c - a)) < 0.0 {
+            let mut whole = Piece::new(1.0);
+            [a, b, c].into_iter().try_for_each(|p| whole.push(p))?;
+            let (above, _) = whole.split(|p| p.dot(n))?;
+            memory.now.push(above);
+        }
+    }
+    for caster in casters {
+        if memory.now.is_empty() {
+            break;
+        }
+        darken(memory, x, &caster)?;
+    }
+    let form = |p: &Piece| p.through * signed_edges(n, p.corners()).abs();
+    Some(memory.now.iter().map(form).sum::<f64>() / std::f64::consts::TAU)
+}
+
+/// Cuts one caster's shadow out of all pieces.
+fn darken(memory: &mut Pieces, x: DVec3, caster: &Caster) -> Option<()> {
+    let corners = caster.corners.map(|p| p - x);
+    let plane = caster.normal.dot(corners[0]);
+    if plane.abs() <= FLAT {
+        return Some(());
+    }
+    // Heights beyond the plane as seen from the point, and the cone's sides looking inwards.
+    let turn = plane.signum();
+    let depth = |p: DVec3| turn * (caster.normal.dot(p) - plane);
+    let sides = [0, 1, 2].map(|k| turn * corners[k].cross(corners[(k + 1) % 3]));
+    memory.next.clear();
+    for piece in &memory.now {
+        let own = piece.corners();
+        let reaches = |s: &DVec3| own.iter().any(|p| s.dot(*p) > 0.0);
+        if !own.iter().any(|&p| depth(p) > FLAT) || !sides.iter().all(reaches) {
+            memory.next.push(*piece);
+            continue;
+        }
+        let mut keep = |piece: Piece| {
+            if piece.count > 2 && piece.through > 0.0 {
+                memory.next.push(piece);
+            }
+        };
+        let (mut shaded, near) = piece.split(depth)?;
+        keep(near);
+        for side in &sides {
+            let (inside, outside) = shaded.split(|p| side.dot(p))?;
+            keep(outside);
+            shaded = inside;
+        }
+        shaded.through *= caster.tau;
+        keep(shaded);
+    }
+    std::mem::swap(&mut memory.now, &mut memory.next);
+    (memory.now.len() <= MOST).then_some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::polygon::point_to_polygon;
+    use super::*;
+    use proptest::prelude::*;
+
+    fn caster(corners: [DVec3; 3], tau: f64) -> Caster {
+        let [a, b, c] = corners;
+        let normal = (b - a).cross(c - a).normalize();
+        Caster {
+            corners,
+            normal,
+            tau,
+        }
+    }
+
+    /// A large lamp at height 2 that faces down.
+    fn lamp() -> [[DVec3; 3]; 2] {
+        let p = |x: f64, y: f64| DVec3::new(x, y, 2.0);
+        let [a, b, c, d] = [p(-9.0, -9.0), p(-9.0, 9.0), p(9.0, 9.0), p(9.0, -9.0)];
+        [[a, b, c], [a, c, d]]
+    }
+
+    fn seen(x: DVec3, casters: &[Caster]) -> f64 {
+        let memory = &mut Pieces::default();
+        let casters = casters.iter().copied();
+        visible_form((x, DVec3::Z), lamp().into_iter(), casters, memory).unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn a_shadow_is_the_form_factor_of_what_casts_it(
+            p in prop::array::uniform3(prop::array::uniform3(-1.0..1.0f64)), tau in 0.0..1.0f64
+        ) {
+            let corners = p.map(|q| DVec3::from(q) * DVec3::new(1.0, 1.0, 0.45) + DVec3::Z);
+            prop_assume!((corners[1] - corners[0]).cross(corners[2] - corners[0]).length() > 1e-3);
+            let x = DVec3::new(0.1, 0.2, 0.0);
+            let [a, b, c] = corners.map(|q| q - x);
+            let own = point_to_polygon(DVec3::Z, &[a, b, c]) + point_to_polygon(DVec3::Z, &[a, c, b]);
+            let found = seen(x, &[caster(corners, tau)]);
+            let exact = seen(x, &[]) - (1.0 - tau) * own;
+            // Roundings of a few dozen angles.
+            prop_assert!((found - exact).abs() < 1e-11, "{found} {exact}");
+        }
+
+        #[test]
+        fn two_triangles_of_one_square_cast_one_shadow(u in -0.5..0.5f64, v in -0.5..0.5f64) {
+            let q = |s: f64, t: f64| DVec3::new(s, t, 1.0);
+            let square = [q(-0.4, -0.3), q(0.5, -0.3), q(0.5, 0.6), q(-0.4, 0.6)];
+            let [a, b, c, d] = square;
+            let both = [caster([a, b, c], 0.0), caster([a, c, d], 0.0)];
+            let other = [caster([b, c, d], 0.0), caster([b, d, a], 0.0)];
+            let x = DVec3::new(u, v, 0.0);
+            prop_assert!((seen(x, &both) - seen(x, &other)).abs() < 1e-11);
+            // The same sheet twice is no darker.
+            let twice: Vec<Caster> = both.into_iter().chain(other).collect();
+            prop_assert!((seen(x, &both) - seen(x, &twice)).abs() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn what_lies_behind_the_lamp_or_the_point_casts_nothing() {
+        let x = DVec3::new(0.1, 0.2, 0.0);
+        for z in [3.0, -1.0] {
+            let q = |s: f64, t: f64| DVec3::new(s, t, z);
+            let wall = caster([q(-9.0, -9.0), q(9.0, -9.0), q(0.0, 20.0)], 0.0);
+            assert!((seen(x, &[wall]) - seen(x, &[])).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! What may lie between a patch and a luminaire: nothing, a few faces, or too much to tell.
+//!
+//! Everything between a point of the patch and one of the luminaire lies in the convex hull of both. A face does not
+//! reach into it if it lies on or behind the plane of either, if both lie on one side of its own plane, or if a plane
+//! separates it from the hull. The last is found by Frank and Wolfe's iteration for the shortest vector of the
+//! Minkowski difference, stopped early: what is not separated by then counts as between, which costs time and no
+//! accuracy.
+//!
+//! Where nothing lies between, the closed form is the answer and no ray is cast; where few faces do, their shadows are cut out of the
+//! luminaire ([`super::shadow`]); else points are drawn.
+//!
+//! Not handled: hierarchies of faces. Scenes with too many faces draw points everywhere.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::luminaire::Luminaires;
+use super::shadow::Caster;
+use crate::patches::Patches;
+use crate::rays::{Rays, Side};
+use crate::scene::Scene;
+
+/// Tests of a face against a patch and a luminaire, for the whole scene.
+const MOST_TESTS: usize = 20_000_000;
+/// Faces between that are cut out; more are left to drawn points.
+const MOST_FACES: usize = 32;
+/// Corners of a patch, and of a luminaire, at most.
+const MOST_CORNERS: usize = 32;
+/// Steps of the search for a separating plane.
+const STEPS: usize = 48;
+/// Heights below this lie in the plane: a few roundings of unit coordinates.
+const FLAT: f64 = 1e-6;
+
+/// What may lie between.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Between<'a> {
+    /// Nothing: every point of the patch sees all of the luminaire that is above its horizon.
+    Nothing,
+    /// These faces, as indices into the shafts' casters.
+    Faces(&'a [u32]),
+    /// Too much to tell.
+    Unknown,
+}
+
+/// The shafts between patches and luminaires.
+#[derive(Debug, Default)]
+pub struct Shafts {
+    casters: Vec<Caster>,
+    luminaires: usize,
+    /// Of patch i and luminaire l: `starts[k]..starts[k + 1]` of `faces`, k = i * luminaires + l.
+    starts: Vec<u32>,
+    faces: Vec<u32>,
+    /// Shafts of which nothing is known.
+    unknown: Vec<bool>,
+}
+
+/// A convex body's corners, with the plane it lies in, if in one.
+struct Body {
+    corners: Vec<DVec3>,
+    plane: Option<(DVec3, f64)>,
+}
+
+impl Shafts {
+    /// Finds what may lie between every patch that `receives` and every luminaire; `tau` by material.
+    pub fn new(
+        scene: &Scene,
+        (rays, patches): (&Rays, &Patches),
+        luminaires: &Luminaires,
+        tau: &[f32],
+        receives: &[bool],
+    ) -> Shafts {
+        let casters = casters(scene, rays, tau);
+        let count = luminaires.list.len();
+        if casters.len() * count * patches.len() > MOST_TESTS {
+            return Shafts::default();
+        }
+        let lamps: Vec<Option<Body>> = luminaires.list.iter().map(|l| Body::new(l.corners())).collect();
+        let find = |i: usize| -> Vec<Option<Vec<u32>>> {
+            if !receives[i] {
+                return vec![None; count];
+            }
+            let patch = patch_body(patches, i);
+            let one = |lamp: &Option<Body>| between(patch.as_ref()?, lamp.as_ref()?, &casters);
+            lamps.iter().map(one).collect()
+        };
+        let found: Vec<Option<Vec<u32>>> = (0..patches.len())
+            .into_par_iter()
+            .flat_map_iter(find)
+            .collect();
+        let mut shafts = Shafts {
+            luminaires: count,
+            starts: vec![0],
+            unknown: found.iter().map(Option::is_none).collect(),
+            faces: Vec::new(),
+            casters,
+        };
+        for faces in found {
+            shafts.faces.extend(faces.unwrap_or_default());
+            shafts.starts.push(shafts.faces.len() as u32);
+        }
+        shafts
+    }
+
+    /// What may lie between patch i and luminaire l.
+    #[inline]
+    pub fn between(&self, patch: u32, luminaire: usize) -> Between<'_> {
+        let k = patch as usize * self.luminaires + luminaire;
+        if self.unknown.get(k).copied().unwrap_or(true) {
+            return Between::Unknown;
+        }
+        match &self.faces[self.starts[k] as usize..self.starts[k + 1] as usize] {
+            [] => Between::Nothing,
+            faces => Between::Faces(faces),
+        }
+    }
+
+    /// The faces of [`Between::Faces`].
+    pub(super) fn casters(&self, faces: &[u32]) -> impl Iterator<Item = Caster> {
+        faces.iter().map(|&k| self.casters[k as usize])
+    }
+}
+
+/// A patch's corners, counter-clockwise seen from the side it lies on.
+fn patch_body(patches: &Patches, i: usize) -> Option<Body> {
+    let corners = patches.pieces(i).flat_map(|(_, [a, b, c])| match patches.side(i) {
+        Side::Front => [a, b, c],
+        Side::Back => [a, c, b],
+    });
+    Body::new(corners.map(|p| p.as_dvec3()))
+}
+
+/// The faces that may occlude and do.
+fn casters(scene: &Scene, rays: &Rays, tau: &[f32]) -> Vec<Caster> {
+    let faces = rays.occluders().iter();
+    faces
+        .map(|&face| {
+            let corners = scene.corners(face).map(|p| p.as_dvec3());
+            let [a, b, c] = corners;
+            Caster {
+                corners,
+                normal: (b - a).cross(c - a).normalize_or_zero(),
+                tau: f64::from(tau[scene.faces[face as usize].material as usize]),
+            }
+        })
+        .filter(|c| c.tau < 1.0 && c.normal != DVec3::ZERO)
+        .collect()
+}
+
+/// The casters between two bodies; `None` where they are too many.
+fn between(patch: &Body, lamp: &Body, casters: &[Caster]) -> Option<Vec<u32>> {
+    let hull: Vec<DVec3> = patch.corners.iter().chain(&lamp.corners).copied().collect();
+    let (low, high) = bounds(&hull);
+    let matters = |c: &Caster| {
+        let (l, h) = bounds(&c.corners);
+        l.cmplt(high).all()
+            && h.cmpgt(low).all()
+            && patch.reached_by(c)
+            && lamp.reached_by(c)
+            && straddled(c, &hull)
+            && !separated(&hull, &c.corners)
+    };
+    let found: Vec<u32> = (0..casters.len() as u32)
+        .filter(|&k| matters(&casters[k as usize]))
+        .take(MOST_FACES + 1)
+        .collect();
+    (found.len() <= MOST_FACES).then_some(found)
+}
+
+impl Body {
+    /// `None` where there are too many corners.
+    fn new(corners: impl Iterator<Item = DVec3>) -> Option<Body> {
+        let mut body = Body {
+            corners: Vec::new(),
+            plane: None,
+        };
+        let mut area = DVec3::ZERO;
+        let all: Vec<DVec3> = corners.collect();
+        for t in all.chunks_exact(3) {
+            area += (t[1] - t[0]).cross(t[2] - t[0]);
+        }
+        for p in all {
+            if !body.corners.contains(&p) {
+                body.corners.push(p);
+            }
+        }
+        let normal = area.normalize_or_zero();
+        let offset = normal.dot(*body.corners.first()?);
+        let flat = |p: &DVec3| (normal.dot(*p) - offset).abs() <= FLAT;
+        body.plane = body.corners.iter().all(flat).then_some((normal, offset));
+        (body.corners.len() <= MOST_CORNERS).then_some(body)
+    }
+
+    /// Whether a caster rises above the body's plane.
+    fn reached_by(&self, caster: &Caster) -> bool {
+        let Some((normal, offset)) = self.plane else {
+            return true;
+        };
+        caster.corners.iter().any(|p| normal.dot(*p) - offset > FLAT)
+    }
+}
+
+fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
+    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let grow = |(low, high): (DVec3, DVec3), p: &DVec3| (low.min(*p), high.max(*p));
+    points.iter().fold(none, grow)
+}
+
+/// Whether points lie on both sides of a caster's plane.
+fn straddled(c: &Caster, points: &[DVec3]) -> bool {
+    let height = |p: &DVec3| c.normal.dot(*p - c.corners[0]);
+    points.iter().any(|p| height(p) > FLAT) && points.iter().any(|p| height(p) < -FLAT)
+}
+
+/// Whether a plane is found that has the points on one side and the triangle on the other.
+fn separated(hull: &[DVec3], triangle: &[DVec3; 3]) -> bool {
+    let lowest = |set: &[DVec3], v: DVec3| {
+        let by = |a: &&DVec3, b: &&DVec3| v.dot(**a).total_cmp(&v.dot(**b));
+        *set.iter().min_by(by).unwrap_or(&DVec3::ZERO)
+    };
+    let mut v = hull[0] - triangle[0];
+    for _ in 0..STEPS {
+        // The point of the difference furthest against v.
+        let s = lowest(hull, v) - lowest(triangle, -v);
+        if v.dot(s) > 0.0 {
+            return true;
+        }
+        let d = s - v;
+        let along = -v.dot(d) / d.length_squared();
+        if along <= 0.0 || !along.is_finite() {
+            return false;
+        }
+        v += along.min(1.0) * d;
+    }
+    false
+}

@@ -1,0 +1,230 @@
+//! How the error of the gather pass is divided between camera rays, hemisphere rays and the fit between points, and the
+//! rounds of sampling that bring each below its part.
+//!
+//! Not handled: errors of the solution that is gathered.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Picture;
+use super::gather::{Fields, GatherError, Gathered, Gathering, View};
+use super::irradiance::Fit;
+use super::pixel::Pixel;
+use super::points::{Density, Points};
+use super::spread::{Plan, measure};
+use crate::light::Rgb;
+
+/// Share of the error that camera rays may make where there is indirect light: edges are the dearest part.
+const CAMERA: f64 = 0.8;
+/// Share of what camera rays leave that hemisphere rays may make, and the fit.
+const HEMISPHERE: f64 = 0.85;
+const FIT: f64 = 0.5;
+/// Rounds of more rays, or more points.
+const ROUNDS: usize = 6;
+/// Share of the distance to the surroundings that a point speaks for, at an error of 1 %; the fit's bias is of second
+/// order in it.
+const REACH: f64 = 0.15;
+
+/// What [`Gathering`] comes to for one picture.
+pub(super) struct Settings {
+    pub plan: Plan,
+    pub density: Density,
+    /// Camera rays of a half to table, and visibility rays of each.
+    pub tabled: (u32, u32),
+    pub seed: u32,
+    error: Option<f64>,
+}
+
+impl Settings {
+    /// The first guess; rounds of sampling correct it.
+    pub fn new(view: &View, fields: &Fields, gathering: &Gathering) -> Settings {
+        match *gathering {
+            Gathering::Uniform(sampling) => Settings {
+                plan: Plan {
+                    first: (sampling.camera / 2).max(1),
+                    noise: None,
+                },
+                density: Density {
+                    spacing: 1,
+                    rays: (sampling.camera * sampling.hemisphere / 2).max(1),
+                    reach: REACH,
+                    least: 0.0,
+                    seed: sampling.seed,
+                },
+                tabled: (sampling.camera.max(1), sampling.luminaire),
+                seed: sampling.seed,
+                error: None,
+            },
+            Gathering::Within { error, seed } => {
+                let fineness = (0.01 / error).clamp(0.1, 100.0);
+                let pixel = view.scene.camera.pixel(view.height);
+                Settings {
+                    plan: Plan {
+                        first: ((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(),
+                        noise: Some(error * if fields.is_dark() { 1.0 } else { CAMERA }),
+                    },
+                    density: Density {
+                        spacing: spacing(view.width.max(view.height)),
+                        rays: ((64.0 * fineness) as u32).max(16).next_power_of_two(),
+                        reach: REACH * fineness.powf(-0.5),
+                        least: 1.5 * pixel,
+                        seed,
+                    },
+                    tabled: (64, 1),
+                    seed,
+                    error: Some(error),
+                }
+            }
+        }
+    }
+
+    /// Places points and casts their rays until noise and bias are within their parts.
+    pub fn gather_indirect(&self, pixels: &[Pixel], points: &mut Points, fields: &Fields) -> Found {
+        points.place(pixels, fields);
+        let mut found = Found::new(pixels, points, fields);
+        let Some(error) = self.error else {
+            return found;
+        };
+        let camera = measure(pixels);
+        let left = (error * error * camera.signal - camera.variance).max(0.0);
+        for _ in 0..ROUNDS {
+            let measured = found.measure(pixels);
+            let noise = measured.variance / (HEMISPHERE * HEMISPHERE * left);
+            let bias = points.bias(fields.leading()) * measured.signal / (FIT * FIT * left);
+            if std::env::var("DBG").is_ok() { eprintln!("noise {} bias {} of {} points {:?} rays {}", (measured.variance/camera.signal).sqrt(), (points.bias(fields.leading()) * measured.signal/camera.signal).sqrt(), (left/camera.signal).sqrt(), points.census(), points.cast); }
+            if noise <= 1.0 && bias <= 1.0 {
+                break;
+            }
+            if bias > 1.0 {
+                points.shorten(bias.powf(-0.25).max(0.5));
+                points.place(pixels, fields);
+            }
+            if noise > 1.0 {
+                // The variance of scrambled nets falls as about N^-3/2 where light is smooth, N^-1 where it is not.
+                points.refine(noise.powf(0.8).ceil().clamp(2.0, 8.0) as u32);
+            }
+            found = Found::new(pixels, points, fields);
+        }
+        found
+    }
+}
+
+/// Pixels between the points of the coarsest lattice: some 32 points across the picture.
+fn spacing(length: usize) -> usize {
+    let most = (length / 32).clamp(1, 16);
+    1 << most.ilog2()
+}
+
+/// Indirect light of every pixel, and the variance of its sum over the leading fields.
+#[derive(Default)]
+pub(super) struct Found {
+    pixels: Vec<Indirect>,
+    bias: f64,
+}
+
+#[derive(Default)]
+struct Indirect {
+    fields: Vec<Rgb>,
+    variance: DVec3,
+}
+
+/// Sums over the pixels that see no luminaire.
+struct Sums {
+    variance: f64,
+    signal: f64,
+}
+
+impl Found {
+    fn new(pixels: &[Pixel], points: &Points, fields: &Fields) -> Found {
+        let reflected = |fit: &mut Fit, (k, pixel): (usize, &Pixel)| {
+            let found = points.at(fit, k, pixel, fields.count());
+            indirect(pixel, &found, fields)
+        };
+        let indexed = pixels.par_iter().enumerate();
+        Found {
+            pixels: indexed.map_init(Fit::default, reflected).collect(),
+            bias: points.bias(fields.leading()),
+        }
+    }
+
+    fn measure(&self, pixels: &[Pixel]) -> Sums {
+        let mut sums = Sums {
+            variance: 0.0,
+            signal: 0.0,
+        };
+        for (found, _) in self.pixels.iter().zip(pixels).filter(|p| p.1.sees_no_luminaire()) {
+            let total: Rgb = found.fields.iter().sum();
+            sums.variance += found.variance.element_sum();
+            sums.signal += total.as_dvec3().length_squared();
+        }
+        sums
+    }
+
+    /// The pictures of all parts, with their errors.
+    pub fn assemble(
+        &self,
+        pixels: &[Pixel],
+        fields: &Fields,
+        (width, height): (usize, usize),
+    ) -> Gathered {
+        let picture = |value: &dyn Fn(usize) -> DVec3| Picture {
+            width,
+            height,
+            pixels: (0..pixels.len()).map(|k| value(k).as_vec3()).collect(),
+        };
+        let own = |k: usize| self.pixels.get(k);
+        let variance = |k: usize| own(k).map_or(DVec3::ZERO, |p| p.variance);
+        let field = |f: usize| {
+            picture(&|k| own(k).map_or(DVec3::ZERO, |p| p.fields[f].as_dvec3()))
+        };
+        let deviation = |k: usize| (pixels[k].variance() + variance(k)).map(f64::sqrt);
+        let cast: f64 = pixels.iter().map(Pixel::camera).sum();
+        let backs: u64 = pixels.iter().map(|p| u64::from(p.backs)).sum();
+        Gathered {
+            emission: picture(&|k| pixels[k].emission / pixels[k].camera()),
+            direct: picture(&|k| pixels[k].direct / pixels[k].camera()),
+            indirect: (0..fields.count()).map(field).collect(),
+            standard_error: picture(&deviation),
+            error: self.error(pixels),
+            backs: backs as f64 / cast,
+            rays: pixels.iter().map(|p| p.rays).sum(),
+            leading: fields.leading(),
+        }
+    }
+
+    fn error(&self, pixels: &[Pixel]) -> GatherError {
+        let camera = measure(pixels);
+        let indirect = self.measure(pixels);
+        let rms = |sum: f64| (sum / (3 * camera.count.max(1)) as f64).sqrt();
+        GatherError {
+            camera: rms(camera.variance),
+            hemisphere: rms(indirect.variance),
+            fit: rms(self.bias * indirect.signal),
+            signal: rms(camera.signal),
+        }
+    }
+}
+
+/// What one pixel reflects of every field, and the variance of the leading ones together.
+fn indirect(pixel: &Pixel, found: &[Vec<[DVec3; 2]>], fields: &Fields) -> Indirect {
+    let mut halves = [DVec3::ZERO; 2];
+    let mut sums = vec![DVec3::ZERO; fields.count()];
+    for (layer, found) in pixel.layers.iter().zip(found) {
+        let rho = layer.rho.as_dvec3() * (f64::from(layer.count) / pixel.camera());
+        for (f, [a, b]) in found.iter().enumerate() {
+            let mean = 0.5 * (*a + *b);
+            // A plane through noise may dip below the dark; light does not. Differences of fields may.
+            let mean = if f < fields.leading() { mean.max(DVec3::ZERO) } else { mean };
+            sums[f] += rho * mean;
+            if f < fields.leading() {
+                halves[0] += rho * *a;
+                halves[1] += rho * *b;
+            }
+        }
+    }
+    let d = 0.5 * (halves[0] - halves[1]);
+    Indirect {
+        fields: sums.iter().map(|s| s.as_vec3()).collect(),
+        variance: d * d,
+    }
+}

@@ -1,0 +1,297 @@
+//! Irradiance points: few where irradiance varies slowly, many where surroundings are near.
+//!
+//! A coarse lattice of pixels comes first. At each finer lattice those pixels become points whose place the points so far
+//! cannot speak for (Ward, Rubinstein and Clear 1988, here by the variance of a local linear fit). A point of a
+//! coarse lattice stands for more pixels and gets more rays, in proportion to the spacing: that minimises the noise of the
+//! picture for the rays cast. Every point's rays come in two halves with independent scramblings.
+//!
+//! What is said of errors: the halves' difference, fitted like the values, is the noise. Fitting each point from the others,
+//! in either half, and multiplying the two misfits, leaves the squared bias of the fit: the halves' noises do not
+//! correlate.
+//!
+//! Not handled: a point's irradiance varying within one pixel.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::gather::Fields;
+use super::hemisphere::Reader;
+use super::irradiance::{Fit, Known, Place};
+use super::layer::Layer;
+use super::lattice::Lattice;
+use super::pixel::Pixel;
+use crate::form_factors::Receiver;
+use crate::rays::Side;
+use crate::rays::sequence::hash;
+
+/// No point.
+const NONE: u32 = u32::MAX;
+/// A place is spoken for when the fit leaves at most this share of a point's variance: some four points around it.
+const COVERED: f64 = 0.34;
+/// A fit that leaves more than this share reaches out of its points.
+const LOOSE: f64 = 0.5;
+/// Rays of a half at least.
+const LEAST: u32 = 8;
+
+/// How many points and rays.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Density {
+    /// Pixels between the points of the coarsest lattice, a power of two; 1 makes every pixel a point.
+    pub spacing: usize,
+    /// Rays of each half of a point of the coarsest lattice.
+    pub rays: u32,
+    /// A point speaks for places within this share of the harmonic mean distance to its surroundings...
+    pub reach: f64,
+    /// ... and within this distance a unit distance from the camera, whatever surrounds it: about a pixel.
+    pub least: f64,
+    /// Chooses the scrambling of the rays.
+    pub seed: u32,
+}
+
+/// One irradiance point.
+struct Point {
+    from: Receiver,
+    material: u32,
+    seed: u32,
+    /// Spacing of the lattice it belongs to.
+    spacing: usize,
+    /// Distance from the camera.
+    distance: f64,
+    /// Rays of each half cast so far.
+    rays: u32,
+    /// Sum over the rays of their inverse lengths.
+    nearness: f64,
+    /// Sums over the rays of each half, field by field.
+    sums: [Vec<DVec3>; 2],
+}
+
+/// All points of a picture.
+pub(super) struct Points<'a> {
+    reader: &'a Reader<'a>,
+    density: Density,
+    camera: DVec3,
+    points: Vec<Point>,
+    known: Vec<Known>,
+    lattice: Lattice,
+    /// The point of each layer that is one, by the layer's number; else NONE.
+    hosts: Vec<u32>,
+    /// Number of the first layer of every pixel.
+    starts: Vec<usize>,
+    /// Rays cast.
+    pub cast: u64,
+}
+
+impl<'a> Points<'a> {
+    /// No points yet.
+    pub fn new(
+        reader: &'a Reader<'a>,
+        density: Density,
+        camera: DVec3,
+        pixels: &[Pixel],
+        width: usize,
+    ) -> Points<'a> {
+        let mut starts = vec![0];
+        for pixel in pixels {
+            starts.push(starts[starts.len() - 1] + pixel.layers.len());
+        }
+        Points {
+            reader,
+            density,
+            camera,
+            points: Vec::new(),
+            known: Vec::new(),
+            lattice: Lattice::new(density.spacing, width, pixels.len() / width.max(1)),
+            hosts: vec![NONE; starts[pixels.len()]],
+            starts,
+            cast: 0,
+        }
+    }
+
+    /// Adds points until every layer of every pixel is spoken for.
+    pub fn place(&mut self, pixels: &[Pixel], fields: &Fields) {
+        let mut spacing = self.density.spacing;
+        loop {
+            let own: Vec<usize> = self.lattice.pixels(spacing).collect();
+            let found: Vec<(usize, usize)> = own
+                .par_iter()
+                .map_init(Fit::default, |fit, &k| self.wanting(fit, k, &pixels[k]))
+                .flatten_iter()
+                .collect();
+            let first = self.points.len();
+            for &(k, l) in &found {
+                self.add(k, l, &pixels[k].layers[l], spacing, fields);
+            }
+            let rays = self.rays_at(spacing);
+            self.cast_from(first, |_| rays);
+            for (i, &(k, _)) in found.iter().enumerate() {
+                self.lattice.insert(spacing, k, (first + i) as u32);
+            }
+            if spacing == 1 {
+                return;
+            }
+            spacing /= 2;
+        }
+    }
+
+    /// Layers of pixel k that no points speak for.
+    fn wanting(&self, fit: &mut Fit, k: usize, pixel: &Pixel) -> Vec<(usize, usize)> {
+        let all = self.density.spacing == 1;
+        (0..pixel.layers.len())
+            .filter(|l| self.hosts[self.starts[k] + l] == NONE)
+            .filter(|&l| all || !self.covers(fit, k, &pixel.layers[l]))
+            .map(|l| (k, l))
+            .collect()
+    }
+
+    fn covers(&self, fit: &mut Fit, k: usize, layer: &Layer) -> bool {
+        self.fit(fit, k, &place(layer)) && fit.variance() <= COVERED
+    }
+
+    /// Fits the points around pixel k at a place.
+    fn fit(&self, fit: &mut Fit, k: usize, at: &Place) -> bool {
+        let near = self.lattice.near(k);
+        fit.solve(at, near.map(|i| (i, &self.known[i as usize])))
+    }
+
+    fn add(&mut self, k: usize, l: usize, layer: &Layer, spacing: usize, fields: &Fields) {
+        self.hosts[self.starts[k] + l] = self.points.len() as u32;
+        let none = || vec![DVec3::ZERO; fields.count()];
+        self.points.push(Point {
+            from: layer.first,
+            material: place(layer).material,
+            seed: hash(k as u32, hash(l as u32, self.density.seed)),
+            spacing,
+            distance: layer.first.position.as_dvec3().distance(self.camera),
+            rays: 0,
+            nearness: 0.0,
+            sums: [none(), none()],
+        });
+    }
+
+    /// Rays of a half that the points of one lattice get.
+    fn rays_at(&self, spacing: usize) -> u32 {
+        let rays = self.density.rays as usize * spacing / self.density.spacing;
+        (rays as u32).max(LEAST.min(self.density.rays))
+    }
+
+    /// Casts rays from the points after `first` until each half has as many as `wanted` says.
+    fn cast_from(&mut self, first: usize, wanted: impl Fn(&Point) -> u32 + Sync) {
+        let reader = self.reader;
+        let cast = |hits: &mut Vec<_>, point: &mut Point| {
+            let range = point.rays..wanted(point).max(point.rays);
+            let added = 2 * range.len() as u64;
+            for (half, sums) in point.sums.iter_mut().enumerate() {
+                let seed = point.seed ^ HALVES[half];
+                point.nearness += reader.read(&point.from, range.clone(), seed, hits, sums);
+            }
+            point.rays = range.end;
+            added
+        };
+        let added: u64 = self.points[first..]
+            .par_iter_mut()
+            .map_init(Vec::new, cast)
+            .sum();
+        self.cast += added;
+        self.settle(first);
+    }
+
+    /// Sets reach and weight of the points after `first`.
+    fn settle(&mut self, first: usize) {
+        self.known.truncate(first);
+        let density = self.density;
+        self.known.extend(self.points[first..].iter().map(|p| {
+            let surroundings = f64::from(2 * p.rays) / p.nearness;
+            Known {
+                place: Place {
+                    position: p.from.position.as_dvec3(),
+                    normal: p.from.normal,
+                    material: p.material,
+                },
+                reach: (density.reach * surroundings)
+                    .min(1.0)
+                    .max(density.least * p.distance),
+                weight: f64::from(p.rays),
+            }
+        }));
+    }
+
+    /// Multiplies the rays of every point.
+    pub fn refine(&mut self, factor: u32) {
+        self.density.rays = self.density.rays.saturating_mul(factor);
+        self.cast_from(0, |p| p.rays.saturating_mul(factor));
+    }
+
+    /// Shortens the reach of every point; places may want more points then.
+    pub fn shorten(&mut self, factor: f64) {
+        self.density.reach *= factor;
+        self.settle(0);
+    }
+
+    pub fn census(&self) -> Vec<usize> { [16,8,4,2,1].iter().map(|s| self.points.iter().filter(|p| p.spacing==*s).count()).collect() }
+
+    /// Irradiance over pi of both halves at a layer of pixel k, for one field.
+    fn value(&self, fit: &Fit, field: usize) -> [DVec3; 2] {
+        [0, 1].map(|half| fit.value(|i| self.points[i as usize].mean(half, field)))
+    }
+
+    /// Irradiance over pi of every layer of pixel k in both halves, field by field: `[layer][field][half]`.
+    pub fn at(&self, fit: &mut Fit, k: usize, pixel: &Pixel, fields: usize) -> Vec<Vec<[DVec3; 2]>> {
+        let of = |(l, layer): (usize, &Layer)| {
+            let own = self.hosts[self.starts[k] + l];
+            // A point near a contact speaks for less than its pixel.
+            if !self.fit(fit, k, &place(layer)) && own != NONE {
+                fit.take(own);
+            }
+            fit.settle(LOOSE);
+            (0..fields).map(|f| self.value(fit, f)).collect()
+        };
+        pixel.layers.iter().enumerate().map(of).collect()
+    }
+
+    /// Mean squared bias of the fit relative to the mean squared irradiance, of the light of all `fields` leading ones
+    /// together: each point fitted from the others, weighted by the pixels it stands for.
+    pub fn bias(&self, fields: usize) -> f64 {
+        let one = |fit: &mut Fit, i: usize| -> (f64, f64) {
+            let (own, known) = (&self.points[i], &self.known[i]);
+            let near = self.lattice.near(self.lattice.pixel_of(i as u32));
+            let others = near.filter(|&k| k as usize != i);
+            let fitted = fit.solve(&known.place, others.map(|k| (k, &self.known[k as usize])));
+            if !fitted || fit.variance() > COVERED {
+                return (0.0, 0.0);
+            }
+            let [mut a, mut b] = [DVec3::ZERO; 2];
+            let (mut x, mut y) = (DVec3::ZERO, DVec3::ZERO);
+            for f in 0..fields {
+                let [u, v] = self.value(fit, f);
+                let [p, q] = [own.mean(0, f), own.mean(1, f)];
+                (a, b, x, y) = (a + p - u, b + q - v, x + p, y + q);
+            }
+            let pixels = (own.spacing * own.spacing) as f64;
+            (pixels * a.dot(b), pixels * x.dot(y))
+        };
+        let sums: Vec<(f64, f64)> = (0..self.points.len())
+            .into_par_iter()
+            .map_init(Fit::default, one)
+            .collect();
+        let (bias, signal) = sums.iter().fold((0.0, 0.0), |s, t| (s.0 + t.0, s.1 + t.1));
+        if signal > 0.0 { (bias / signal).max(0.0) } else { 0.0 }
+    }
+}
+
+/// Tells the two halves' scramblings apart.
+const HALVES: [u32; 2] = [0x51ed_270b, 0xa3b1_95c7];
+
+impl Point {
+    fn mean(&self, half: usize, field: usize) -> DVec3 {
+        self.sums[half][field] / f64::from(self.rays)
+    }
+}
+
+/// Where a layer's irradiance is wanted, and what may speak for it.
+fn place(layer: &Layer) -> Place {
+    Place {
+        position: layer.position(),
+        normal: layer.first.normal,
+        material: 2 * layer.key.2 + u32::from(layer.key.1 == Side::Back),
+    }
+}
