@@ -5,18 +5,28 @@ use std::path::PathBuf;
 
 use super::CliError;
 use super::console::Console;
+use super::effort::Precision;
 use super::options::{Bounces, Common};
 use super::report::{BounceReport, BouncesReport, Modes, mode_of};
-use crate::image::{Exposure, GatherSampling, make_directory, write_whole};
+use crate::image::{Exposure, GatherSampling, Gathering, make_directory, write_whole};
 use crate::light::Transport;
-use crate::solve::{Solution, Verdict, explore};
+use crate::solve::{Bounce, Solution, Verdict, explore};
 use crate::study::{
-    Assembled, Prepared, assemble, bounce_pictures, bounce_sheet, bounces_chart, partial_sums,
-    prepare, term_name,
+    Assembled, Prepared, TermError, assemble, bounce_pictures, bounce_sheet, bounces_chart,
+    explore_within, partial_sums, prepare, term_name,
 };
 
 /// Bounces shown in the sheet at most: more would not fit a page.
 const SHEET: usize = 12;
+
+/// The series of one mode.
+struct Studied {
+    transport: Transport,
+    solution: Solution,
+    patches: usize,
+    /// Errors of the terms, where a tolerance was asked for.
+    errors: Option<Vec<TermError>>,
+}
 
 /// Studies every mode asked for.
 pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
@@ -27,26 +37,53 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
         console.warn(warning);
     }
     let transports = own.problem.subject.transports(&scene);
-    let fineness = own.problem.fineness(common.seed);
-    let prepared = prepare(scene, fineness.patches);
-    let (modes, _) = assemble(&prepared, &transports, &fineness.sampling, &console);
-    let mut studied = Vec::new();
     let mut files = Vec::new();
-    for mode in &modes {
-        let solution = explore(&mode.operator, own.count as usize);
-        console.say(table(mode.transport, &solution));
-        files.push(sheet(own, common, &console, &prepared, mode, &solution)?);
-        studied.push((mode.transport, solution));
-    }
+    let mut studied = Vec::new();
+    let mut study = |p: &Prepared, mode: &Assembled, s: Studied, gathering| {
+        console.say(table(&s));
+        files.push(sheet(own, common, &console, p, mode, &s.solution, gathering)?);
+        studied.push(s);
+        Ok::<(), CliError>(())
+    };
+    let prepared = match own.problem.effort.precision(common.seed) {
+        Precision::Fixed(fineness, samples) => {
+            let p = prepare(scene, fineness.patches);
+            let (modes, _) = assemble(&p, &transports, &fineness.sampling, &console);
+            let sampling = GatherSampling::with_samples(samples, common.seed);
+            for mode in &modes {
+                let s = Studied {
+                    transport: mode.transport,
+                    solution: explore(&mode.operator, own.count as usize),
+                    patches: p.patches.len(),
+                    errors: None,
+                };
+                study(&p, mode, s, (&sampling).into())?;
+            }
+            p
+        }
+        Precision::Within(tolerance) => {
+            let mut p = prepare(scene, 1);
+            for transport in transports {
+                let wanted = (tolerance, common.seed);
+                let found = explore_within(&mut p, transport, own.count.into(), wanted, &console);
+                let s = Studied {
+                    transport,
+                    solution: found.solution,
+                    patches: p.patches.len(),
+                    errors: Some(found.errors),
+                };
+                let (error, seed) = wanted;
+                study(&p, &found.mode, s, Gathering::Within { error, seed })?;
+            }
+            p
+        }
+    };
     files.extend(chart_and_csv(common, &prepared, &studied)?);
     for file in &files {
         console.say(file.display().to_string());
     }
     console.report(&Modes {
-        modes: studied
-            .iter()
-            .map(|(t, s)| report(&prepared, *t, s))
-            .collect(),
+        modes: studied.iter().map(|s| report(&prepared, s)).collect(),
         files,
     })
 }
@@ -59,11 +96,11 @@ fn sheet(
     prepared: &Prepared,
     mode: &Assembled,
     solution: &Solution,
+    gathering: Gathering,
 ) -> Result<PathBuf, CliError> {
-    let sampling = GatherSampling::with_samples(own.problem.samples, common.seed);
     let size = (own.size.width, own.size.height);
     let count = SHEET.min(own.count as usize);
-    let terms = bounce_pictures(prepared, mode, solution, count, size, &sampling, console);
+    let terms = bounce_pictures(prepared, mode, solution, count, size, gathering, console);
     let sums = partial_sums(&terms);
     let scene = &prepared.scene.name;
     let label = mode.transport.label();
@@ -81,17 +118,17 @@ fn sheet(
 fn chart_and_csv(
     common: &Common,
     prepared: &Prepared,
-    studied: &[(Transport, Solution)],
+    studied: &[Studied],
 ) -> Result<[PathBuf; 3], CliError> {
     let scene = &prepared.scene.name;
     let lines: Vec<_> = studied
         .iter()
-        .map(|(t, s)| (t.label(), s.bounces.as_slice()))
+        .map(|s| (s.transport.label(), s.solution.bounces.as_slice()))
         .collect();
     let caption = format!(
-        "{scene}: {} triangles, {} patches. Norm: area-weighted RMS over patches, channels and halves.",
+        "{scene}: {} triangles, up to {} patches. Norm: area-weighted RMS over patches, channels and halves.",
         prepared.scene.faces.len(),
-        prepared.patches.len(),
+        studied.iter().map(|s| s.patches).max().unwrap_or(0),
     );
     let chart = bounces_chart(format!("The bounce series of {scene}"), caption, &lines);
     let file = |extension: &str| common.out.join(format!("{scene}-bounces.{extension}"));
@@ -118,24 +155,26 @@ fn sentence(transport: Transport, solution: &Solution) -> String {
 }
 
 /// The table of one mode.
-fn table(transport: Transport, solution: &Solution) -> String {
+fn table(studied: &Studied) -> String {
+    let (transport, solution) = (studied.transport, &studied.solution);
     let (_, alpha, tau) = mode_of(transport);
     let mut text = format!("{} (alpha {alpha}, tau {tau})\n", transport.label());
     let _ = writeln!(
         text,
-        "{:<6} {:>11} {:>11} {:>11} {:>11} {:>11} {:>7} {:>11}",
-        "term", "R, W", "G, W", "B, W", "invisible R", "norm", "ratio", "tail bound"
+        "{:<6} {:>11} {:>11} {:>11} {:>11} {:>11} {:>7} {:>11} {:>7}",
+        "term", "R, W", "G, W", "B, W", "invisible R", "norm", "ratio", "tail bound", "error"
     );
     for b in &solution.bounces {
         let [r, g, blue] = b.power;
         let _ = writeln!(
             text,
-            "{:<6} {r:>11.4e} {g:>11.4e} {blue:>11.4e} {:>11.4e} {:>11.4e} {:>7} {:>11}",
+            "{:<6} {r:>11.4e} {g:>11.4e} {blue:>11.4e} {:>11.4e} {:>11.4e} {:>7} {:>11} {:>7}",
             term_name(b.n),
             b.power_invisible[0],
             b.norm,
             b.ratio.map_or("-".into(), |r| format!("{r:.4}")),
             b.tail_bound.map_or("-".into(), |t| format!("{t:.4e}")),
+            studied.error(b.n).map_or("-".into(), |e| format!("{:.2} %", 100.0 * e.total)),
         );
     }
     let _ = writeln!(text, "{}", sentence(transport, solution));
@@ -143,14 +182,14 @@ fn table(transport: Transport, solution: &Solution) -> String {
 }
 
 /// All modes' terms, one line each.
-fn csv(studied: &[(Transport, Solution)]) -> String {
+fn csv(studied: &[Studied]) -> String {
     let mut text = String::from(
-        "mode,alpha,tau,n,power_r,power_g,power_b,power_invisible_r,power_invisible_g,power_invisible_b,norm,ratio,tail_bound\n",
+        "mode,alpha,tau,n,power_r,power_g,power_b,power_invisible_r,power_invisible_g,power_invisible_b,norm,ratio,tail_bound,error\n",
     );
     let optional = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
-    for (transport, solution) in studied {
-        let (mode, alpha, tau) = mode_of(*transport);
-        for b in &solution.bounces {
+    for s in studied {
+        let (mode, alpha, tau) = mode_of(s.transport);
+        for b in &s.solution.bounces {
             let powers: Vec<String> = b
                 .power
                 .iter()
@@ -159,29 +198,42 @@ fn csv(studied: &[(Transport, Solution)]) -> String {
                 .collect();
             let _ = writeln!(
                 text,
-                "{},{alpha},{tau},{},{},{},{},{}",
+                "{},{alpha},{tau},{},{},{},{},{},{}",
                 mode.unwrap_or_default(),
                 b.n,
                 powers.join(","),
                 b.norm,
                 optional(b.ratio),
                 optional(b.tail_bound),
+                optional(s.error(b.n).map(|e| e.total)),
             );
         }
     }
     text
 }
 
-fn report(prepared: &Prepared, transport: Transport, solution: &Solution) -> BouncesReport {
-    let (mode, alpha, tau) = mode_of(transport);
+fn report(prepared: &Prepared, studied: &Studied) -> BouncesReport {
+    let solution = &studied.solution;
+    let (mode, alpha, tau) = mode_of(studied.transport);
+    let bounce = |b: &Bounce| BounceReport {
+        error: studied.error(b.n),
+        ..BounceReport::from(b)
+    };
     BouncesReport {
         scene: prepared.scene.name.clone(),
         mode,
         alpha,
         tau,
-        patches: prepared.patches.len(),
+        patches: studied.patches,
         spectral_radius: solution.radius.into(),
         verdict: solution.verdict.name(),
-        bounces: solution.bounces.iter().map(BounceReport::from).collect(),
+        bounces: solution.bounces.iter().map(bounce).collect(),
+    }
+}
+
+impl Studied {
+    /// Error of one term, where known.
+    fn error(&self, n: usize) -> Option<TermError> {
+        self.errors.as_ref()?.get(n).copied()
     }
 }

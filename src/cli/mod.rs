@@ -12,6 +12,7 @@ mod bounces;
 mod compare;
 mod console;
 mod diff;
+mod effort;
 mod options;
 mod pictures;
 mod render;

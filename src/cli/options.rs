@@ -5,12 +5,10 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use super::CliError;
+use super::effort::Effort;
 use super::values::{ModeChoice, NextEventChoice, Size, seconds, size, stops, unit_interval};
-use crate::form_factors::Sampling;
 use crate::light::{Mode, Transport};
 use crate::scene::{LoadOptions, Scene, Sides};
-use crate::solve::Settings;
-use crate::study::Fineness;
 
 /// What long help ends with.
 const EXAMPLES: &str = "\
@@ -116,18 +114,9 @@ pub struct Problem {
     /// What is asked.
     #[command(flatten)]
     pub subject: Subject,
-    /// About how many patches to cut the scene into
-    #[arg(long, value_name = "N", default_value_t = 4000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub patches: u32,
-    /// Hemisphere rays from each patch
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
-    pub rays: u32,
-    /// Hemisphere rays for each pixel, rounded up to a power of two
-    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
-    pub samples: u32,
-    /// Tolerance
-    #[arg(long)]
-    pub tolerance: Option<f64>,
+    /// How accurately.
+    #[command(flatten)]
+    pub effort: Effort,
 }
 
 /// `halflight render`
@@ -251,22 +240,6 @@ impl Subject {
                 Some(own) => vec![own],
                 None => Mode::ALL.map(Mode::transport).to_vec(),
             },
-        }
-    }
-}
-
-impl Problem {
-    /// Patches, rays and stopping rule.
-    pub fn fineness(&self, seed: u32) -> Fineness {
-        let sampling = Sampling {
-            rays: self.rays,
-            seed,
-            ..Sampling::default()
-        };
-        Fineness {
-            patches: self.patches as usize,
-            sampling,
-            solve: Settings::default(),
         }
     }
 }

@@ -7,10 +7,14 @@ use super::console::Console;
 use super::options::{Common, Render};
 use super::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use super::report::{Modes, Radius, RenderReport, mode_of};
+use super::effort::Precision;
 use crate::image::{Exposure, GatherSampling, Picture, check_extension, write_picture};
 use crate::light::Transport;
-use crate::solve::{Diverges, Settings, Solution, neumann};
-use crate::study::{Assembled, Prepared, Seconds, assemble, prepare, render};
+use crate::scene::Scene;
+use crate::solve::{Diverges, neumann};
+use crate::study::{
+    Fineness, Prepared, Seconds, Wanted, Within, assemble, prepare, render, render_within,
+};
 
 /// One mode's picture, or the reason why there is none.
 struct Outcome {
@@ -40,32 +44,17 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
         several: transports.len() > 1,
     };
     places.check(&transports)?;
-    let load = start.elapsed().as_secs_f64();
-    let fineness = own.problem.fineness(common.seed);
-    let prepared = prepare(scene, fineness.patches);
-    let clock = Instant::now();
-    let (modes, rays) = assemble(&prepared, &transports, &fineness.sampling, &console);
-    let seconds = Seconds {
-        load,
-        patches: prepared.seconds,
-        form_factors: clock.elapsed().as_secs_f64(),
-        ..Seconds::default()
-    };
     let run = Shared {
         own,
         common,
         console: &console,
-        prepared: &prepared,
         places: &places,
-        rays,
-        seconds,
+        load: start.elapsed().as_secs_f64(),
     };
-    let mut outcomes = Vec::new();
-    for mode in &modes {
-        let outcome = run.one_mode(mode)?;
-        tell(&console, &outcome, places.several);
-        outcomes.push(outcome);
-    }
+    let outcomes = match own.problem.effort.precision(common.seed) {
+        Precision::Within(tolerance) => run.within(scene, &transports, tolerance)?,
+        Precision::Fixed(fineness, samples) => run.fixed(scene, &transports, &fineness, samples)?,
+    };
     warn_of_backs(&console, outcomes.iter().map(|o| o.backs));
     finish(&places, &console, exposure(own), outcomes)
 }
@@ -75,84 +64,125 @@ struct Shared<'a> {
     own: &'a Render,
     common: &'a Common,
     console: &'a Console,
-    prepared: &'a Prepared,
     places: &'a Places<'a>,
-    /// Rays cast for form factors.
-    rays: u64,
-    seconds: Seconds,
+    /// Seconds that loading took.
+    load: f64,
 }
 
 impl Shared<'_> {
-    /// Solves, renders and writes one mode.
-    fn one_mode(&self, mode: &Assembled) -> Result<Outcome, CliError> {
-        let mut report = self.report(mode);
+    /// Every mode to a tolerance, each with the patches that it needs.
+    fn within(
+        &self,
+        scene: Scene,
+        transports: &[Transport],
+        tolerance: f64,
+    ) -> Result<Vec<Outcome>, CliError> {
+        let wanted = Wanted {
+            tolerance,
+            size: (self.own.size.width, self.own.size.height),
+            seed: self.common.seed,
+        };
+        let mut prepared = prepare(scene, 1);
+        let mut outcomes = Vec::new();
+        for &transport in transports {
+            let found = render_within(&mut prepared, transport, &wanted, self.console);
+            let report = self.report(&prepared, transport);
+            outcomes.push(self.outcome(transport, report, found)?);
+        }
+        Ok(outcomes)
+    }
+
+    /// Every mode with the effort given: one set of patches and one cast of rays for all.
+    fn fixed(
+        &self,
+        scene: Scene,
+        transports: &[Transport],
+        fineness: &Fineness,
+        samples: u32,
+    ) -> Result<Vec<Outcome>, CliError> {
+        let prepared = prepare(scene, fineness.patches);
         let clock = Instant::now();
-        let solution = neumann(&mode.operator, &Settings::default());
-        report.seconds.solve = clock.elapsed().as_secs_f64();
-        let (radius, verdict) = match &solution {
+        let (modes, rays) = assemble(&prepared, transports, &fineness.sampling, self.console);
+        let form_factors = clock.elapsed().as_secs_f64();
+        let sampling = GatherSampling::with_samples(samples, self.common.seed);
+        let mut outcomes = Vec::new();
+        for mode in &modes {
+            let clock = Instant::now();
+            let solution = neumann(&mode.operator, &fineness.solve);
+            let solve = clock.elapsed().as_secs_f64();
+            let found = solution.map(|solution| {
+                let clock = Instant::now();
+                let size = (self.own.size.width, self.own.size.height);
+                let gathered = render(&prepared, mode, &solution, size, &sampling, self.console);
+                let seconds = Seconds {
+                    patches: prepared.seconds,
+                    form_factors,
+                    solve,
+                    gather: clock.elapsed().as_secs_f64(),
+                    ..Seconds::default()
+                };
+                Within::fixed(&prepared, mode, &solution, gathered, (seconds, rays))
+            });
+            let report = self.report(&prepared, mode.transport);
+            let mut outcome = self.outcome(mode.transport, report, found)?;
+            outcome.report.error = None;
+            outcomes.push(outcome);
+        }
+        Ok(outcomes)
+    }
+
+    /// Writes a picture, and reports it, or why there is none.
+    fn outcome(
+        &self,
+        transport: Transport,
+        mut report: RenderReport,
+        found: Result<Within, Diverges>,
+    ) -> Result<Outcome, CliError> {
+        let (radius, verdict) = match &found {
             Ok(s) => (s.radius, s.verdict),
             Err(e) => (e.radius, e.verdict),
         };
         report.spectral_radius = Some(radius.into());
         report.verdict = verdict.name();
-        let (picture, backs) = match solution {
-            Ok(solution) => {
-                let (picture, backs) = self.picture(mode, &solution, &mut report)?;
-                (Ok(picture), backs)
+        let mut backs = 0.0;
+        let picture = match found {
+            Ok(within) => {
+                report.take(&within, self.load);
+                backs = within.backs;
+                let path = self.places.picture(transport);
+                write_picture(&path, &within.picture, exposure(self.own))?;
+                report.files.push(path);
+                Ok(within.picture)
             }
-            Err(diverges) => (Err(diverges), 0.0),
+            Err(diverges) => Err(diverges),
         };
-        report.seconds.sum();
-        Ok(Outcome {
-            transport: mode.transport,
+        let outcome = Outcome {
+            transport,
             picture,
             backs,
             report,
-        })
-    }
-
-    /// Renders and writes a solution; also tells the share of black backs.
-    fn picture(
-        &self,
-        mode: &Assembled,
-        solution: &Solution,
-        report: &mut RenderReport,
-    ) -> Result<(Picture, f64), CliError> {
-        let clock = Instant::now();
-        let own = self.own;
-        let sampling = GatherSampling::with_samples(own.problem.samples, self.common.seed);
-        let size = (own.size.width, own.size.height);
-        let gathering = match own.problem.tolerance {
-            Some(error) => crate::image::Gathering::Within { error, seed: self.common.seed },
-            None => (&sampling).into(),
         };
-        let gathered = render(self.prepared, mode, solution, size, gathering, self.console);
-        eprintln!("{:?} {}", gathered.error, gathered.error.relative());
-        report.rays += gathered.rays;
-        let picture = gathered.total();
-        report.seconds.gather = clock.elapsed().as_secs_f64();
-        let path = self.places.picture(mode.transport);
-        write_picture(&path, &picture, exposure(own))?;
-        report.files.push(path);
-        Ok((picture, gathered.backs))
+        tell(self.console, &outcome, self.places.several);
+        Ok(outcome)
     }
 
     /// What is known of a mode before it is solved.
-    fn report(&self, mode: &Assembled) -> RenderReport {
-        let (name, alpha, tau) = mode_of(mode.transport);
+    fn report(&self, prepared: &Prepared, transport: Transport) -> RenderReport {
+        let (name, alpha, tau) = mode_of(transport);
         RenderReport {
-            scene: self.prepared.scene.name.clone(),
+            scene: prepared.scene.name.clone(),
             mode: name,
             alpha,
             tau,
             width: self.own.size.width,
             height: self.own.size.height,
-            triangles: self.prepared.scene.faces.len(),
-            patches: self.prepared.patches.len(),
-            rays: self.rays,
-            seconds: self.seconds,
+            triangles: prepared.scene.faces.len(),
+            patches: prepared.patches.len(),
+            rays: 0,
+            seconds: Seconds::default(),
+            error: None,
             spectral_radius: None,
-            closure: mode.closure.map(Into::into),
+            closure: None,
             verdict: "",
             files: Vec::new(),
         }
@@ -192,8 +222,9 @@ fn tell(console: &Console, outcome: &Outcome, several: bool) {
     let s = &r.seconds;
     match &outcome.picture {
         Ok(_) => console.say(format!(
-            "{label:<11} {} in {:.2} s ({} patches, F {:.2} s, L {:.2} s, gather {:.2} s), spectral radius {}: {}",
+            "{label:<11} {} in {:.2} s ({} patches, F {:.2} s, L {:.2} s, gather {:.2} s), {}spectral radius {}: {}",
             r.verdict, s.total, r.patches, s.form_factors, s.solve, s.gather,
+            r.error.map_or(String::new(), |e| format!("estimated error {:.2} %, ", 100.0 * e.total)),
             bounds(r.spectral_radius.as_ref()),
             r.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(" "),
         )),

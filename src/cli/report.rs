@@ -8,7 +8,7 @@ use crate::form_factors::Closure;
 use crate::light::Transport;
 use crate::operator::Bounds;
 use crate::solve::Bounce;
-use crate::study::Seconds;
+use crate::study::{ErrorParts, Seconds, TermError, Within};
 
 /// `halflight render --json`, one for each mode.
 #[derive(Serialize)]
@@ -33,6 +33,8 @@ pub struct RenderReport {
     pub rays: u64,
     /// Where the time went.
     pub seconds: Seconds,
+    /// Estimated relative errors of the picture; null where effort was given instead of a tolerance, and for a path tracer.
+    pub error: Option<ErrorParts>,
     /// Proved bounds; null where none were sought.
     pub spectral_radius: Option<Radius>,
     /// Row sums of F; null where no ray was needed.
@@ -41,6 +43,19 @@ pub struct RenderReport {
     pub verdict: &'static str,
     /// Files written.
     pub files: Vec<PathBuf>,
+}
+
+impl RenderReport {
+    /// Adds what a picture cost and how good it is.
+    pub fn take(&mut self, within: &Within, load: f64) {
+        self.patches = within.patches;
+        self.rays = within.rays;
+        self.seconds = within.seconds;
+        self.seconds.load = load;
+        self.seconds.sum();
+        self.error = Some(within.error);
+        self.closure = within.closure.map(Into::into);
+    }
 }
 
 /// `halflight trace --json`, one for each mode: render's fields and these.
@@ -147,6 +162,8 @@ pub struct BounceReport {
     pub ratio: Option<f64>,
     /// Proven bound on the norm of all later terms together.
     pub tail_bound: Option<f64>,
+    /// Estimated relative errors of the power; null where effort was given instead of a tolerance.
+    pub error: Option<TermError>,
 }
 
 impl From<Bounds> for Radius {
@@ -177,6 +194,7 @@ impl From<&Bounce> for BounceReport {
             norm: b.norm,
             ratio: b.ratio,
             tail_bound: b.tail_bound,
+            error: None,
         }
     }
 }

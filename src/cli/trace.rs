@@ -174,6 +174,7 @@ impl Shared<'_> {
                 patches: 0,
                 rays: counts.rays,
                 seconds: self.seconds,
+                error: None,
                 spectral_radius: None,
                 closure: None,
                 verdict,

@@ -24,8 +24,8 @@ use crate::patches::Patches;
 use crate::rays::sequence::{Sobol, hash};
 use crate::rays::{Hit, Rays};
 
-/// Receiver points that are enough where each is exact and nothing occludes: the closed form varies smoothly over a
-/// patch, and a few points are within 0.03 %.
+/// Receiver points that are enough where each is exact: the form factor varies smoothly over a patch, and a few points
+/// are within 0.03 %.
 const SMOOTH: u32 = 16;
 
 /// Sums of one luminaire's light over receiver points, weighted per channel (by rho, say).
@@ -181,8 +181,8 @@ pub fn receive_emitted(
                 break;
             }
             let between = sight.shafts.between(i as u32, l);
-            let clear = sight.occlusion == Occlusion::Nothing || between == Between::Nothing;
-            let most = if clear { SMOOTH } else { u32::MAX };
+            let exact = sight.occlusion == Occlusion::Nothing || between != Between::Unknown;
+            let most = if exact { SMOOTH } else { u32::MAX };
             let points = sampling.emitter_rays.min(most).max(1);
             let seed = hash(
                 (i * luminaires.list.len() + l) as u32,

@@ -154,7 +154,7 @@ impl Fields {
     }
 
     /// Whether no field has any light.
-    pub(super) fn is_dark(&self) -> bool {
+    pub fn is_dark(&self) -> bool {
         self.values.iter().all(|v| *v == Vec3::ZERO)
     }
 
@@ -186,6 +186,8 @@ pub struct Gathered {
     pub standard_error: Picture,
     /// Estimated error.
     pub error: GatherError,
+    /// RMS of what each field beyond the leading ones sends, over the pixels that see no luminaire, W/(m² sr).
+    pub riders: Vec<f64>,
     /// Share of the camera rays that met the black back of a one-sided face.
     pub backs: f64,
     /// Rays cast.

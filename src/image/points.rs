@@ -216,14 +216,16 @@ impl<'a> Points<'a> {
     }
 
     /// Multiplies the rays of every point.
-    pub fn refine(&mut self, factor: u32) {
-        self.density.rays = self.density.rays.saturating_mul(factor);
-        self.cast_from(0, |p| p.rays.saturating_mul(factor));
+    pub fn refine(&mut self, factor: f64) {
+        let more = |rays: u32| (f64::from(rays) * factor).ceil() as u32;
+        self.density.rays = more(self.density.rays);
+        self.cast_from(0, |p| more(p.rays));
     }
 
     /// Shortens the reach of every point; places may want more points then.
     pub fn shorten(&mut self, factor: f64) {
         self.density.reach *= factor;
+        self.density.least *= factor;
         self.settle(0);
     }
 

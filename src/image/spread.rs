@@ -75,7 +75,7 @@ fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
     let variances = variances(pixels, width);
     let total: f64 = variances.iter().sum();
     let mut left = measured.variance;
-    if std::env::var("DBG").is_ok() { eprintln!("raw {} pooled+pred {} wanted {}", (measured.variance/measured.signal).sqrt(), (total/measured.signal).sqrt(), noise); }
+
     if left <= wanted {
         return Vec::new();
     }

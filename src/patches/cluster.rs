@@ -26,6 +26,21 @@ pub(super) fn groups(small: &[&Surface], size: f64) -> Vec<Vec<usize>> {
     groups
 }
 
+/// For each of the groups, numbered from `first`, the number of the group of twice the size that it is part of.
+pub(super) fn parents(
+    small: &[&Surface],
+    clusters: &[Vec<usize>],
+    size: f64,
+    first: u32,
+) -> Vec<(u32, u32)> {
+    let mut larger = vec![0; small.len()];
+    for (g, group) in groups(small, 2.0 * size).iter().enumerate() {
+        group.iter().for_each(|&k| larger[k] = g as u32);
+    }
+    let numbered = clusters.iter().zip(first..);
+    numbered.map(|(group, own)| (own, larger[group[0]])).collect()
+}
+
 /// Cell of a cube map with 3×3 cells a face; cells on an edge or corner of the cube belong to all its faces.
 fn direction_cell(n: DVec3) -> [i8; 3] {
     let along = n / n.abs().max_element();

@@ -58,6 +58,23 @@ impl Grid {
     }
 }
 
+impl Grid {
+    /// Every patch of the grid with the block of two by two cells it lies in; a patch may come several times.
+    pub fn blocks(&self) -> impl Iterator<Item = (u32, u32)> {
+        let across = self.columns.div_ceil(2);
+        self.cells.iter().enumerate().flat_map(move |(k, cell)| {
+            let (row, column) = (k / self.columns, k % self.columns);
+            let block = (row / 2 * across + column / 2) as u32;
+            let patches = match cell {
+                Cell::Patch(patch) => std::slice::from_ref(patch),
+                // A line of contact divides light from dark: its patches join no block.
+                Cell::Cut(_) => &[],
+            };
+            patches.iter().map(move |&patch| (patch, block))
+        })
+    }
+}
+
 /// The pieces of one cell, by the side of the cell's lines they lie on.
 #[derive(Default)]
 struct CellPieces {

@@ -17,6 +17,8 @@ mod contact;
 mod grid;
 mod surface;
 
+use std::collections::HashMap;
+
 use glam::Vec3;
 
 use crate::rays::cosine::triangle_point;
@@ -66,6 +68,8 @@ pub struct Patches {
     fragments: Vec<Fragment>,
     owners: Vec<Owner>,
     grids: Vec<Grid>,
+    /// The larger patch that each would be part of at twice the size, by any number.
+    parents: Vec<u32>,
     /// The patch behind a front patch, or NONE.
     backs: Vec<u32>,
     /// Front unit normals of the faces.
@@ -135,8 +139,15 @@ impl Patches {
             grids.push(grid);
             drafts.extend(pieces);
         }
+        let blocks = blocks(&grids);
         // Gather small ones.
-        for group in cluster::groups(&small, size) {
+        let clusters = cluster::groups(&small, size);
+        let first = drafts.len() as u32;
+        let parents = Parents {
+            blocks,
+            clusters: cluster::parents(&small, &clusters, size, first),
+        };
+        for group in clusters {
             let faces = group.iter().flat_map(|&k| &small[k].faces);
             let mut pieces = Vec::new();
             for &face in faces {
@@ -152,11 +163,17 @@ impl Patches {
             let material = small[group[0]].material;
             drafts.push(Draft { material, pieces });
         }
-        Patches::number(scene, drafts, owners, grids)
+        Patches::number(scene, drafts, owners, grids, parents)
     }
 
     /// Lays out drafts as patches: fronts first, then the backs of two-sided materials.
-    fn number(scene: &Scene, drafts: Vec<Draft>, owners: Vec<Owner>, grids: Vec<Grid>) -> Patches {
+    fn number(
+        scene: &Scene,
+        drafts: Vec<Draft>,
+        owners: Vec<Owner>,
+        grids: Vec<Grid>,
+        parents: Parents,
+    ) -> Patches {
         let mut patches = Patches {
             areas: Vec::new(),
             materials: Vec::new(),
@@ -166,6 +183,7 @@ impl Patches {
             owners,
             grids,
             backs: vec![NONE; drafts.len()],
+            parents: parents.of(drafts.len()),
             normals: (0..scene.faces.len() as u32)
                 .map(|f| surface::normal(scene.corners(f)).as_vec3())
                 .collect(),
@@ -173,10 +191,13 @@ impl Patches {
         for draft in &drafts {
             patches.push(draft, Side::Front);
         }
+        let fronts = patches.parents.clone();
+        let apart = fronts.iter().max().map_or(0, |p| p + 1);
         for (front, draft) in drafts.iter().enumerate() {
             if scene.materials[draft.material as usize].sides == Sides::Two {
                 patches.backs[front] = patches.len() as u32;
                 patches.push(draft, Side::Back);
+                patches.parents.push(fronts[front] + apart);
             }
         }
         patches
@@ -218,6 +239,13 @@ impl Patches {
     /// Material index of every patch.
     pub fn materials(&self) -> &[u32] {
         &self.materials
+    }
+
+    /// For every patch the number of the larger patch that it is part of, about four to one.
+    ///
+    /// Patches along lines of contact are their own, and so are surfaces of a single patch.
+    pub fn parents(&self) -> &[u32] {
+        &self.parents
     }
 
     /// The patch that a point of a face's side belongs to; `None` on the black back of a one-sided face.
@@ -268,6 +296,44 @@ impl Patches {
     pub fn side(&self, i: usize) -> Side {
         self.sides[i]
     }
+}
+
+/// What larger patches the patches would be part of: patches with a number for the larger one.
+struct Parents {
+    /// Of grids: (patch, grid, block).
+    blocks: Vec<(u32, u32, u32)>,
+    /// Of clusters: (patch, cluster of twice the size).
+    clusters: Vec<(u32, u32)>,
+}
+
+impl Parents {
+    /// The parent of each of `count` patches, numbered without gaps.
+    fn of(self, count: usize) -> Vec<u32> {
+        let mut parents = vec![NONE; count];
+        let mut numbers: HashMap<(u32, u32), u32> = HashMap::new();
+        let clusters = self.clusters.into_iter().map(|(p, c)| (p, NONE, c));
+        for (patch, grid, block) in self.blocks.into_iter().chain(clusters) {
+            let next = numbers.len() as u32;
+            let own = &mut parents[patch as usize];
+            if *own == NONE {
+                *own = *numbers.entry((grid, block)).or_insert(next);
+            }
+        }
+        let mut next = numbers.len() as u32;
+        for own in parents.iter_mut().filter(|p| **p == NONE) {
+            *own = next;
+            next += 1;
+        }
+        parents
+    }
+}
+
+fn blocks(grids: &[Grid]) -> Vec<(u32, u32, u32)> {
+    let of = |(g, grid): (usize, &Grid)| {
+        let blocks: Vec<_> = grid.blocks().map(|(p, b)| (p, g as u32, b)).collect();
+        blocks
+    };
+    grids.iter().enumerate().flat_map(of).collect()
 }
 
 /// Surfaces that carry a grid of their own, and the others.

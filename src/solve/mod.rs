@@ -9,11 +9,13 @@
 //! Not handled: acceleration of the series.
 
 mod bounce;
+mod coarse;
 mod direct;
 mod neumann;
 mod shooting;
 
 pub use bounce::{Bounce, TailBound, measure, norm};
+pub use coarse::coarse_terms;
 pub use direct::direct;
 pub use neumann::{Diverges, Settings, Solution, Verdict, explore, neumann, terms, verdict};
 pub use shooting::{

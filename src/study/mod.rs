@@ -14,9 +14,11 @@ mod font;
 mod notes;
 mod pipeline;
 mod plot;
+mod series;
 mod sheet;
 mod shoot;
 mod surface;
+mod tolerance;
 
 pub use axis::Scale;
 pub use bounces::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
@@ -27,6 +29,8 @@ pub use pipeline::{
     Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, picture, prepare, render,
     without_luminaires,
 };
+pub use series::{BounceSeries, TermError, explore_within};
 pub use sheet::{Sheet, Tile};
 pub use shoot::{assembled_shooter, ray_shooter};
 pub use surface::DrawError;
+pub use tolerance::{ErrorParts, Wanted, Within, render_within};

@@ -2,6 +2,7 @@
 //!
 //! One set of patches and one cast of rays serves all the modes asked for.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use crate::form_factors::{
@@ -81,7 +82,7 @@ pub struct Assembled {
     /// (alpha, tau) of every material.
     pub transports: Vec<Transport>,
     /// What lies between patches and luminaires.
-    pub sight: Sight,
+    pub sight: Arc<Sight>,
     /// K.
     pub operator: Operator,
     /// Row sums of F; none where no ray was needed.
@@ -119,10 +120,31 @@ pub fn prepare(scene: Scene, patches: usize) -> Prepared {
     }
 }
 
+impl Prepared {
+    /// Cuts the scene again, into about so many patches.
+    pub fn recut(&mut self, patches: usize) {
+        let start = Instant::now();
+        self.patches = Patches::new(&self.scene, &self.rays, patches);
+        self.seconds += start.elapsed().as_secs_f64();
+    }
+}
+
 /// Casts the rays for all `modes` at once and puts each one's K together; also tells how many rays were cast.
 pub fn assemble(
     p: &Prepared,
     modes: &[Transport],
+    sampling: &Sampling,
+    watch: &dyn Watch,
+) -> (Vec<Assembled>, u64) {
+    let sights: Vec<Arc<Sight>> = modes.iter().map(|&m| sight(p, &p.scene.transports(m))).collect();
+    assemble_seeing(p, modes, &sights, sampling, watch)
+}
+
+/// The same where it is known what lies between patches and luminaires.
+pub(super) fn assemble_seeing(
+    p: &Prepared,
+    modes: &[Transport],
+    sights: &[Arc<Sight>],
     sampling: &Sampling,
     watch: &dyn Watch,
 ) -> (Vec<Assembled>, u64) {
@@ -147,13 +169,14 @@ pub fn assemble(
     let unit = p.scene.frame.scale * p.scene.frame.scale;
     let areas: Vec<f64> = p.patches.areas().iter().map(|a| a * unit).collect();
     let mut assembled = Vec::new();
-    for (((f, m), t), &transport) in factors
+    for ((((f, m), t), &transport), sight) in factors
         .into_iter()
         .zip(materials)
         .zip(transports)
         .zip(modes)
+        .zip(sights)
     {
-        let sight = sight(p, &t);
+        let sight = Arc::clone(sight);
         let (received, cast) = received(p, &sight, &m, sampling, watch);
         rays += cast;
         let closure = closure(&f, p.patches.areas());
@@ -170,11 +193,12 @@ pub fn assemble(
 }
 
 /// What lies between the patches and the luminaires.
-fn sight(p: &Prepared, transports: &[Transport]) -> Sight {
+pub(super) fn sight(p: &Prepared, transports: &[Transport]) -> Arc<Sight> {
     let reflects = |&m: &u32| p.scene.materials[m as usize].rho != Rgb::ZERO;
     let receives: Vec<bool> = p.patches.materials().iter().map(reflects).collect();
     let path = (&p.rays, &p.patches);
-    Sight::new(&p.scene, path, &p.luminaires, transports, &receives)
+    let luminaires = &p.luminaires;
+    Arc::new(Sight::new(&p.scene, path, luminaires, transports, &receives))
 }
 
 /// `F E` of the luminaires for every patch that reflects.
@@ -208,8 +232,8 @@ pub fn without_luminaires(p: &Prepared, emission: &[Light]) -> Vec<Rgb> {
 }
 
 /// The invisible light that the picture of a solution reads: every term, luminaires' emission excepted.
-fn reflected(p: &Prepared, solution: &Solution) -> Vec<Rgb> {
-    let mut terms = solution.terms.iter();
+pub(super) fn reflected(p: &Prepared, terms: &[Vec<Light>]) -> Vec<Rgb> {
+    let mut terms = terms.iter();
     let mut field = terms
         .next()
         .map_or_else(Vec::new, |emission| without_luminaires(p, emission));
@@ -222,7 +246,7 @@ fn reflected(p: &Prepared, solution: &Solution) -> Vec<Rgb> {
 }
 
 /// What the patches receive of the reflected light, irradiance over pi.
-fn ambient(mode: &Assembled, solution: &Solution) -> Vec<Rgb> {
+pub(super) fn ambient(mode: &Assembled, solution: &Solution) -> Vec<Rgb> {
     let k = &mode.operator;
     let received = |i: usize| {
         let visible = solution.light[i].visible - k.emission()[i].visible;
@@ -255,12 +279,13 @@ pub fn render(
     gathering: impl Into<Gathering>,
     watch: &dyn Watch,
 ) -> Gathered {
-    let fields = Fields::new(&[reflected(p, solution)]).with_ambient(ambient(mode, solution));
-    let surfaces = (&mode.transports[..], &mode.sight);
+    let fields = Fields::new(&[reflected(p, &solution.terms)]).with_ambient(ambient(mode, solution));
+    let surfaces = (&mode.transports[..], &*mode.sight);
     look(p, surfaces, &fields, size, gathering, watch)
 }
 
-fn look(
+/// Renders the visible half of what the fields send.
+pub(super) fn look(
     p: &Prepared,
     (transports, sight): (&[Transport], &Sight),
     fields: &Fields,
