@@ -71,8 +71,8 @@ impl Settings {
                     density: Density {
                         spacing: spacing(view.width.max(view.height)),
                         rays: ((RAYS * fineness.powf(1.4)) as u32).max(16),
-                        reach: WITHIN * fineness.powf(-0.8),
-                        least: LEAST * fineness.powf(-0.5) * pixel,
+                        reach: WITHIN * fineness.powf(-0.5),
+                        least: LEAST * fineness.powf(-0.3) * pixel,
                         seed,
                     },
                     tabled: (64, 1),
