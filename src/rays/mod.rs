@@ -7,9 +7,13 @@
 //! Not handled: curved primitives, instances, moving scenes. Lengths are unit coordinates throughout.
 
 mod anchor;
+mod block;
+mod cluster;
 pub mod cosine;
 mod crossings;
+mod few;
 mod hull;
+mod many;
 mod planes;
 pub mod sequence;
 #[cfg(test)]
