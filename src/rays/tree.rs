@@ -87,8 +87,14 @@ impl Query {
 }
 
 impl Tree {
-    /// Makes `faces` ready; `planes` holds the plane of every face of the scene.
-    pub(super) fn new(scene: &Scene, faces: &[u32], planes: &[u32], pad: f32) -> Self {
+    /// Makes `faces` ready, their boxes padded and if there are fewer than `many` in blocks; `planes` holds the plane of
+    /// every face of the scene.
+    pub(super) fn new(
+        scene: &Scene,
+        faces: &[u32],
+        planes: &[u32],
+        (pad, many): (f32, usize),
+    ) -> Self {
         let faces: Vec<(Triangle, Label)> = faces
             .iter()
             .map(|&face| {
@@ -96,7 +102,7 @@ impl Tree {
                 (Triangle::new(scene.corners(face)), Label { face, plane })
             })
             .collect();
-        Tree::of(&faces, pad, MANY)
+        Tree::of(&faces, pad, many)
     }
 
     /// In blocks if there are fewer than `many` faces and the blocks suffice, otherwise in a hierarchy.
