@@ -1,5 +1,6 @@
 //! Rays per second: closest hit, visibility and all crossings, in a small room and among half a million triangles.
 //!
+//! `crossover` casts the same closest hits with all faces in blocks and through the hierarchy, by number of faces.
 //! Rays are incoherent: each starts at a random point of a random face and leaves by the cosine law.
 //! Ratios count, not the absolute numbers. Compare with `RUSTFLAGS='-C target-cpu=native' cargo bench --bench rays`.
 
@@ -161,47 +162,91 @@ fn ray(triangles: &[Corners], index: u32) -> Ray {
     }
 }
 
-fn cast(c: &mut Criterion) {
-    for (name, triangles) in [("cornell", cornell()), ("500k", half_a_million())] {
+/// A room full of small boxes, at most `count` triangles.
+fn crowded(count: usize) -> Vec<Corners> {
+    let boxes = (0..(count / 12 - 1) as u32).flat_map(|i| {
+        let at = |k: u32| 1.6 * random(i, k) - 0.8;
+        let center = Vec3::new(at(20), at(21), at(22));
+        let turn = Quat::from_rotation_y(TAU * random(i, 23));
+        cuboid(center, Vec3::splat(0.1 + 0.1 * random(i, 24)), turn, 1.0)
+    });
+    let mut triangles = cuboid(Vec3::ZERO, Vec3::ONE, Quat::IDENTITY, -1.0);
+    triangles.extend(boxes);
+    triangles
+}
+
+fn crossover(c: &mut Criterion) {
+    let mut group = c.benchmark_group("crossover");
+    group
+        .sample_size(20)
+        .throughput(Throughput::Elements(u64::from(BATCH)));
+    for count in [24, 48, 96, 192, 288, 384] {
+        let triangles = crowded(count);
         let scene = scene_of(&triangles);
-        let rays = Rays::new(&scene);
         let batch: Vec<Ray> = (0..BATCH).map(|i| ray(&triangles, i)).collect();
-        let pairs: Vec<(End, End)> = (0..BATCH)
-            .map(|i| (end(&triangles, i, 0), end(&triangles, i + BATCH, 4)))
-            .collect();
-        let mut group = c.benchmark_group("rays");
-        group
-            .sample_size(30)
-            .throughput(Throughput::Elements(u64::from(BATCH)));
-        group.bench_function(BenchmarkId::new("closest", name), |b| {
-            b.iter(|| {
-                batch
-                    .iter()
-                    .filter_map(|r| rays.closest(black_box(r)))
-                    .map(|h| h.t)
-                    .sum::<f32>()
+        for (name, many) in [("blocks", usize::MAX), ("hierarchy", 0)] {
+            let rays = Rays::with_blocks(&scene, many);
+            group.bench_function(BenchmarkId::new(name, count), |b| {
+                b.iter(|| {
+                    batch
+                        .iter()
+                        .filter_map(|r| rays.closest(black_box(r)))
+                        .map(|h| h.t)
+                        .sum::<f32>()
+                });
             });
-        });
-        group.bench_function(BenchmarkId::new("visible", name), |b| {
-            b.iter(|| {
-                pairs
-                    .iter()
-                    .filter(|&&(from, to)| rays.visible(from, to))
-                    .count()
-            });
-        });
-        group.bench_function(BenchmarkId::new("crossings", name), |b| {
-            let mut hits = Vec::new();
-            b.iter(|| {
-                let count = |r| {
-                    rays.crossings(black_box(r), &mut hits);
-                    hits.len()
-                };
-                batch.iter().map(count).sum::<usize>()
-            });
-        });
-        group.finish();
+        }
     }
+    group.finish();
+}
+
+fn cast_in_a_small_room(c: &mut Criterion) {
+    cast(c, "cornell", &cornell());
+}
+
+fn cast_at_half_a_million(c: &mut Criterion) {
+    cast(c, "500k", &half_a_million());
+}
+
+fn cast(c: &mut Criterion, name: &str, triangles: &[Corners]) {
+    let scene = scene_of(triangles);
+    let rays = Rays::new(&scene);
+    let batch: Vec<Ray> = (0..BATCH).map(|i| ray(triangles, i)).collect();
+    let pairs: Vec<(End, End)> = (0..BATCH)
+        .map(|i| (end(triangles, i, 0), end(triangles, i + BATCH, 4)))
+        .collect();
+    let mut group = c.benchmark_group("rays");
+    group
+        .sample_size(30)
+        .throughput(Throughput::Elements(u64::from(BATCH)));
+    group.bench_function(BenchmarkId::new("closest", name), |b| {
+        b.iter(|| {
+            batch
+                .iter()
+                .filter_map(|r| rays.closest(black_box(r)))
+                .map(|h| h.t)
+                .sum::<f32>()
+        });
+    });
+    group.bench_function(BenchmarkId::new("visible", name), |b| {
+        b.iter(|| {
+            pairs
+                .iter()
+                .filter(|&&(from, to)| rays.visible(from, to))
+                .count()
+        });
+    });
+    group.bench_function(BenchmarkId::new("crossings", name), |b| {
+        let mut hits = Vec::new();
+        b.iter(|| {
+            let count = |r| {
+                rays.crossings(black_box(r), &mut hits);
+                hits.len()
+            };
+            batch.iter().map(count).sum::<usize>()
+        });
+    });
+    group.finish();
 }
 
 fn build(c: &mut Criterion) {
@@ -214,5 +259,11 @@ fn build(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, cast, build);
+criterion_group!(
+    benches,
+    cast_in_a_small_room,
+    crossover,
+    cast_at_half_a_million,
+    build
+);
 criterion_main!(benches);

@@ -7,7 +7,7 @@
 //!
 //! Not handled: corners sharper than about 1 in 2 (`LIFT / MARGIN`), and slivers narrower than the margin.
 
-use glam::{Vec3, Vec3A, Vec4};
+use glam::{Vec3, Vec3A};
 
 use crate::scene::Scene;
 
@@ -20,11 +20,12 @@ const LIFT: f32 = 5e-7;
 /// Points further outside their face than this are not on it; they are left where they are.
 const FOREIGN: f32 = -1e-5;
 
-/// The face's unit normal and its edges' inward distance functions, `(n, c)` with distance `n . p + c`.
+/// The face's unit normal and its edges' inward distance functions, `(n, c)` with distance `n . p + c`: the edges' x, y
+/// and z of n, then their c.
 #[derive(Clone, Copy)]
 pub(super) struct Anchor {
     normal: Vec3A,
-    edges: [Vec4; 3],
+    edges: [Vec3A; 4],
 }
 
 impl Anchor {
@@ -36,9 +37,10 @@ impl Anchor {
             let inward = normal.cross(q - p).normalize_or_zero();
             inward.extend(-inward.dot(p)).as_vec4()
         });
+        let column = |k: usize| Vec3A::from_array(edges.map(|edge| edge[k]));
         Anchor {
             normal: normal.as_vec3a(),
-            edges,
+            edges: [column(0), column(1), column(2), column(3)],
         }
     }
 
@@ -62,8 +64,8 @@ impl Anchor {
     /// Distances to the three edges, negative outside.
     #[inline]
     fn clearance(&self, point: Vec3A) -> Vec3A {
-        let p = Vec4::from((point, 1.0));
-        Vec3A::from_array(self.edges.map(|edge| edge.dot(p)))
+        let [x, y, z, c] = self.edges;
+        (x * point.x + y * point.y) + (z * point.z + c)
     }
 
     /// The point moved towards the centroid until it keeps the margin, or half of what the centroid has.

@@ -7,9 +7,13 @@
 //! Not handled: curved primitives, instances, moving scenes. Lengths are unit coordinates throughout.
 
 mod anchor;
+mod block;
+mod cluster;
 pub mod cosine;
 mod crossings;
+mod few;
 mod hull;
+mod many;
 mod planes;
 pub mod sequence;
 #[cfg(test)]
@@ -22,7 +26,7 @@ use glam::{Vec3, Vec3A};
 use crate::scene::Scene;
 use anchor::Anchor;
 use planes::Planes;
-use tree::{NO_PLANE, Query, Tree};
+use tree::{MANY, NO_PLANE, Query, Tree};
 
 /// A scene made ready for casting rays.
 pub struct Rays {
@@ -85,8 +89,14 @@ pub enum Side {
 pub type End = (Vec3, Option<u32>);
 
 impl Rays {
-    /// Builds the hierarchies, the plane ids and the proof of what cannot occlude.
+    /// Builds what rays are tested against, the plane ids and the proof of what cannot occlude.
     pub fn new(scene: &Scene) -> Rays {
+        Rays::with_blocks(scene, MANY)
+    }
+
+    /// As [`Rays::new`], with fewer than `many` faces tested in blocks and others through a hierarchy; there are blocks
+    /// for 512 at most. Both find the same; this is for measuring which is faster.
+    pub fn with_blocks(scene: &Scene, many: usize) -> Rays {
         let planes = Planes::new(scene);
         let pad = 1e-5 * diagonal(scene);
         let all: Vec<u32> = (0..scene.faces.len() as u32).collect();
@@ -94,11 +104,11 @@ impl Rays {
         let occluders = match inner.len() {
             0 => Occluders::None,
             n if n == all.len() => Occluders::All,
-            _ => Occluders::Some(Tree::new(scene, &inner, &planes.of_face, pad)),
+            _ => Occluders::Some(Tree::new(scene, &inner, &planes.of_face, (pad, many))),
         };
         Rays {
             occluding: inner,
-            tree: Tree::new(scene, &all, &planes.of_face, pad),
+            tree: Tree::new(scene, &all, &planes.of_face, (pad, many)),
             occluders,
             planes: planes.of_face,
             materials: scene.faces.iter().map(|f| f.material).collect(),
@@ -182,7 +192,7 @@ impl Rays {
         let (start, first) = self.start(from, across);
         let (end, last) = self.start(to, -across);
         let length = (end - start).length();
-        let direction = (end - start) / length;
+        let direction = (end - start) * length.recip();
         (length > 0.0).then(|| Query::new(start, direction, length, [first, last]))
     }
 

@@ -11,15 +11,13 @@
 
 use glam::{Vec3, Vec3A, Vec3Swizzles};
 
+use obvhs::aabb::Aabb;
+
 use super::Side;
 
-/// Three corners, one register for each coordinate: `x` holds the corners' x.
+/// Three corners, one register for each axis: register 0 holds the corners' x.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Triangle {
-    x: Vec3A,
-    y: Vec3A,
-    z: Vec3A,
-}
+pub(super) struct Triangle(pub [Vec3A; 3]);
 
 /// Where a line meets a triangle.
 #[derive(Clone, Copy, Debug)]
@@ -33,20 +31,30 @@ pub(super) struct Meeting {
     pub v: f32,
 }
 
-/// The per-ray half of the test: the rows of the matrix that turns the ray into the z axis.
+/// The per-ray half of the test: the shear that turns the ray into the z axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shear {
-    origin: Vec3A,
-    rows: [Vec3A; 3],
+    /// Which axis becomes x, y and z; z is the one along which the ray runs fastest.
+    pub axes: [usize; 3],
+    /// The ray's origin along those axes.
+    pub origin: [f32; 3],
+    /// What a unit of z adds to x and to y, and z's own factor.
+    pub slope: [f32; 3],
 }
 
 impl Triangle {
+    /// Meets no line.
+    pub(super) const NOTHING: Triangle = Triangle([Vec3A::NAN; 3]);
+
     pub(super) fn new([a, b, c]: [Vec3; 3]) -> Self {
-        Triangle {
-            x: Vec3A::new(a.x, b.x, c.x),
-            y: Vec3A::new(a.y, b.y, c.y),
-            z: Vec3A::new(a.z, b.z, c.z),
-        }
+        Triangle([0, 1, 2].map(|axis| Vec3A::new(a[axis], b[axis], c[axis])))
+    }
+
+    /// Its bounding box, wider by `pad` on every side.
+    pub(super) fn padded_box(&self, pad: f32) -> Aabb {
+        let low = Vec3A::from_array(self.0.map(Vec3A::min_element));
+        let high = Vec3A::from_array(self.0.map(Vec3A::max_element));
+        Aabb::new(low - pad, high + pad)
     }
 }
 
@@ -55,7 +63,7 @@ impl Shear {
     #[inline]
     pub(super) fn new(origin: Vec3A, direction: Vec3A) -> Self {
         let size = direction.abs();
-        let k = if size.x >= size.y && size.x >= size.z {
+        let z = if size.x >= size.y && size.x >= size.z {
             0
         } else if size.y >= size.z {
             1
@@ -63,27 +71,30 @@ impl Shear {
             2
         };
         // The winding is kept: the two other axes change places when the ray runs down its main axis.
-        let (i, j) = ([1, 2, 0][k], [2, 0, 1][k]);
-        let (i, j) = if direction[k] < 0.0 { (j, i) } else { (i, j) };
-        let scale = 1.0 / direction[k];
-        let mut rows = [Vec3A::ZERO; 3];
-        rows[0][i] = 1.0;
-        rows[0][k] = -direction[i] * scale;
-        rows[1][j] = 1.0;
-        rows[1][k] = -direction[j] * scale;
-        rows[2][k] = scale;
-        Shear { origin, rows }
+        let way = direction.to_array();
+        let (next, last) = ([1, 2, 0][z], [2, 0, 1][z]);
+        let down = way[z] < 0.0;
+        let axes = [
+            if down { last } else { next },
+            if down { next } else { last },
+            z,
+        ];
+        let scale = 1.0 / way[z];
+        let from = origin.to_array();
+        Shear {
+            axes,
+            origin: axes.map(|axis| from[axis]),
+            slope: [-way[axes[0]] * scale, -way[axes[1]] * scale, scale],
+        }
     }
 
     /// Where the line meets the triangle; `None` if it misses it or runs within its plane.
     #[inline(always)]
     pub(super) fn meet(&self, triangle: &Triangle) -> Option<Meeting> {
         // Each sheared corner depends on the corner and the ray alone: neighbours agree on it to the bit.
-        let x = triangle.x - Vec3A::splat(self.origin.x);
-        let y = triangle.y - Vec3A::splat(self.origin.y);
-        let z = triangle.z - Vec3A::splat(self.origin.z);
-        let row = |r: Vec3A| x * r.x + y * r.y + z * r.z;
-        let (px, py) = (row(self.rows[0]), row(self.rows[1]));
+        let along = |k: usize| triangle.0[self.axes[k]] - Vec3A::splat(self.origin[k]);
+        let z = along(2);
+        let (px, py) = (along(0) + z * self.slope[0], along(1) + z * self.slope[1]);
         let mut edges = edge_functions(px, py);
         if edges.cmpeq(Vec3A::ZERO).any() {
             edges = exact_edges(px, py);
@@ -94,7 +105,7 @@ impl Shear {
             return None;
         }
         let inverse = 1.0 / det;
-        let t = edges.dot(row(self.rows[2])) * inverse;
+        let t = edges.dot(z * self.slope[2]) * inverse;
         Some(Meeting::new(t, edges, inverse))
     }
 }

@@ -1,5 +1,6 @@
 //! Scenes built by hand, and the tests of the module.
 
+mod blocks;
 mod ends;
 mod lattice;
 mod soup;
