@@ -41,7 +41,15 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     let mut studied = Vec::new();
     let mut study = |p: &Prepared, mode: &Assembled, s: Studied, gathering| {
         console.say(table(&s));
-        files.push(sheet(own, common, &console, p, mode, &s.solution, gathering)?);
+        files.push(sheet(
+            own,
+            common,
+            &console,
+            p,
+            mode,
+            &s.solution,
+            gathering,
+        )?);
         studied.push(s);
         Ok::<(), CliError>(())
     };
@@ -174,7 +182,9 @@ fn table(studied: &Studied) -> String {
             b.norm,
             b.ratio.map_or("-".into(), |r| format!("{r:.4}")),
             b.tail_bound.map_or("-".into(), |t| format!("{t:.4e}")),
-            studied.error(b.n).map_or("-".into(), |e| format!("{:.2} %", 100.0 * e.total)),
+            studied
+                .error(b.n)
+                .map_or("-".into(), |e| format!("{:.2} %", 100.0 * e.total)),
         );
     }
     let _ = writeln!(text, "{}", sentence(transport, solution));

@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use super::CliError;
 use super::console::Console;
+use super::effort::Precision;
 use super::options::{Common, Render};
 use super::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use super::report::{Modes, Radius, RenderReport, mode_of};
-use super::effort::Precision;
 use crate::image::{Exposure, GatherSampling, Picture, check_extension, write_picture};
 use crate::light::Transport;
 use crate::scene::Scene;

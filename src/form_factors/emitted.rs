@@ -121,7 +121,16 @@ pub fn gather_luminaire(
         (None, Some(form)) => sum.add_point(weight, form),
         _ => {}
     }
-    draw(sum, weight, receiver, luminaire, closed.is_none(), (rays, sight), points, scratch)
+    draw(
+        sum,
+        weight,
+        receiver,
+        luminaire,
+        closed.is_none(),
+        (rays, sight),
+        points,
+        scratch,
+    )
 }
 
 /// Casts visibility rays to points drawn on a luminaire.
@@ -200,7 +209,8 @@ pub fn receive_emitted(
                 let draw = std::iter::once((at(2), at(3)));
                 let path = (rays, sight);
                 let lamp = (luminaire, between);
-                cast += gather_luminaire(&mut sum, DVec3::ONE, &receiver, lamp, path, draw, scratch);
+                cast +=
+                    gather_luminaire(&mut sum, DVec3::ONE, &receiver, lamp, path, draw, scratch);
             }
             received += sum.estimate().x / f64::from(points) * luminaire.radiance.as_dvec3();
         }

@@ -145,12 +145,18 @@ fn darken(memory: &mut Pieces, x: DVec3, caster: &Caster) -> Option<()> {
                 memory.next.push(piece);
             }
         };
-        let (mut shaded, near) = piece.split(depth)?;
-        keep(near);
+        let mut shaded = *piece;
+        if own.iter().any(|&p| depth(p) < 0.0) {
+            let (beyond, near) = piece.split(depth)?;
+            keep(near);
+            shaded = beyond;
+        }
         for side in &sides {
-            let (inside, outside) = shaded.split(|p| side.dot(p))?;
-            keep(outside);
-            shaded = inside;
+            if shaded.corners().iter().any(|p| side.dot(*p) < 0.0) {
+                let (inside, outside) = shaded.split(|p| side.dot(p))?;
+                keep(outside);
+                shaded = inside;
+            }
         }
         shaded.through *= caster.tau;
         keep(shaded);

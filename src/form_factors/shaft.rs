@@ -74,7 +74,11 @@ impl Shafts {
         if casters.len() * count * patches.len() > MOST_TESTS {
             return Shafts::default();
         }
-        let lamps: Vec<Option<Body>> = luminaires.list.iter().map(|l| Body::new(l.corners())).collect();
+        let lamps: Vec<Option<Body>> = luminaires
+            .list
+            .iter()
+            .map(|l| Body::new(l.corners()))
+            .collect();
         let find = |i: usize| -> Vec<Option<Vec<u32>>> {
             if !receives[i] {
                 return vec![None; count];
@@ -122,10 +126,12 @@ impl Shafts {
 
 /// A patch's corners, counter-clockwise seen from the side it lies on.
 fn patch_body(patches: &Patches, i: usize) -> Option<Body> {
-    let corners = patches.pieces(i).flat_map(|(_, [a, b, c])| match patches.side(i) {
-        Side::Front => [a, b, c],
-        Side::Back => [a, c, b],
-    });
+    let corners = patches
+        .pieces(i)
+        .flat_map(|(_, [a, b, c])| match patches.side(i) {
+            Side::Front => [a, b, c],
+            Side::Back => [a, c, b],
+        });
     Body::new(corners.map(|p| p.as_dvec3()))
 }
 
@@ -195,7 +201,10 @@ impl Body {
         let Some((normal, offset)) = self.plane else {
             return true;
         };
-        caster.corners.iter().any(|p| normal.dot(*p) - offset > FLAT)
+        caster
+            .corners
+            .iter()
+            .any(|p| normal.dot(*p) - offset > FLAT)
     }
 }
 

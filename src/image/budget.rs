@@ -19,8 +19,10 @@ const CAMERA: f64 = 0.5;
 /// Share of what camera rays leave that hemisphere rays may make, and the fit.
 const HEMISPHERE: f64 = 0.8;
 const FIT: f64 = 0.55;
+/// One pixel in so many rows and columns tells the errors of a round.
+const SOME: usize = 3;
 /// Rounds of more rays, or more points.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 8;
 /// Share of the distance to the surroundings that a point of every pixel speaks for.
 const REACH: f64 = 0.15;
 /// The same at first for chosen points at an error of 1 %. Measured on the Cornell box, the fit's bias grows as its power 1.2.
@@ -85,31 +87,32 @@ impl Settings {
 
     /// Places points and casts their rays until noise and bias are within their parts.
     pub fn gather_indirect(&self, pixels: &[Pixel], points: &mut Points, fields: &Fields) -> Found {
-        points.place(pixels, fields);
-        let mut found = Found::new(pixels, points, fields);
-        let Some(error) = self.error else {
-            return found;
-        };
+        points.place(pixels);
         let camera = measure(pixels);
-        let left = (error * error * camera.signal - camera.variance).max(0.0);
+        let left = self.error.map_or(f64::INFINITY, |error| {
+            (error * error * camera.signal - camera.variance).max(0.0)
+        });
         for _ in 0..ROUNDS {
-            let measured = found.measure(pixels);
-            let noise = measured.variance / (HEMISPHERE * HEMISPHERE * left);
-            let bias = points.bias(fields.leading()) * measured.signal / (FIT * FIT * left);
+            if self.error.is_none() {
+                break;
+            }
+            let some = Found::new(pixels, points, fields, SOME).measure(pixels);
+            let scale = camera.count as f64 / some.count.max(1) as f64;
+            let noise = scale * some.variance / (HEMISPHERE * HEMISPHERE * left);
+            let bias = scale * points.bias(fields.leading()) * some.signal / (FIT * FIT * left);
             if noise <= 1.0 && bias <= 1.0 {
                 break;
             }
-            if bias > 1.0 {
-                points.shorten(bias.powf(-0.25).max(0.5));
-                points.place(pixels, fields);
-            }
             if noise > 1.0 {
                 // The variance of scrambled nets falls as about N^-1.4 here.
-                points.refine((1.05 * noise.powf(0.7)).clamp(1.2, 8.0));
+                points.refine((1.05 * noise.powf(0.7)).clamp(1.1, 8.0));
+            } else {
+                // Only now: a bias measured through much noise is itself noisy.
+                points.shorten(bias.powf(-0.4).max(0.5));
+                points.place(pixels);
             }
-            found = Found::new(pixels, points, fields);
         }
-        found
+        Found::new(pixels, points, fields, 1)
     }
 }
 
@@ -135,33 +138,42 @@ struct Indirect {
 }
 
 /// Sums over the pixels that see no luminaire.
+#[derive(Default)]
 struct Sums {
     variance: f64,
     signal: f64,
+    count: usize,
 }
 
 impl Found {
-    fn new(pixels: &[Pixel], points: &Points, fields: &Fields) -> Found {
-        let reflected = |fit: &mut Fit, (k, pixel): (usize, &Pixel)| {
-            let found = points.at(fit, k, pixel, fields.count());
-            indirect(pixel, &found, fields)
+    /// One pixel in `step` rows and columns; the others stay dark.
+    fn new(pixels: &[Pixel], points: &Points, fields: &Fields, step: usize) -> Found {
+        let width = points.width();
+        let reflected = |memory: &mut (Fit, Vec<[DVec3; 2]>), (k, pixel): (usize, &Pixel)| {
+            if (k % width) % step != step / 2 || (k / width) % step != step / 2 {
+                return Indirect::default();
+            }
+            indirect(k, pixel, points, fields, memory)
         };
         let indexed = pixels.par_iter().enumerate();
         Found {
-            pixels: indexed.map_init(Fit::default, reflected).collect(),
-            bias: points.bias(fields.leading()),
+            pixels: indexed.map_init(Default::default, reflected).collect(),
+            bias: if step == 1 {
+                points.bias(fields.leading())
+            } else {
+                0.0
+            },
         }
     }
 
     fn measure(&self, pixels: &[Pixel]) -> Sums {
-        let mut sums = Sums {
-            variance: 0.0,
-            signal: 0.0,
-        };
-        for (found, _) in self.pixels.iter().zip(pixels).filter(|p| p.1.sees_no_luminaire()) {
+        let mut sums = Sums::default();
+        let seen = self.pixels.iter().zip(pixels);
+        for (found, _) in seen.filter(|(f, p)| p.sees_no_luminaire() && !f.fields.is_empty()) {
             let total: Rgb = found.fields.iter().sum();
             sums.variance += found.variance.element_sum();
             sums.signal += total.as_dvec3().length_squared();
+            sums.count += 1;
         }
         sums
     }
@@ -180,9 +192,7 @@ impl Found {
         };
         let own = |k: usize| self.pixels.get(k);
         let variance = |k: usize| own(k).map_or(DVec3::ZERO, |p| p.variance);
-        let field = |f: usize| {
-            picture(&|k| own(k).map_or(DVec3::ZERO, |p| p.fields[f].as_dvec3()))
-        };
+        let field = |f: usize| picture(&|k| own(k).map_or(DVec3::ZERO, |p| p.fields[f].as_dvec3()));
         let deviation = |k: usize| (pixels[k].variance() + variance(k)).map(f64::sqrt);
         let cast: f64 = pixels.iter().map(Pixel::camera).sum();
         let backs: u64 = pixels.iter().map(|p| u64::from(p.backs)).sum();
@@ -227,18 +237,30 @@ impl Found {
 }
 
 /// What one pixel reflects of every field, and the variance of the leading ones together.
-fn indirect(pixel: &Pixel, found: &[Vec<[DVec3; 2]>], fields: &Fields) -> Indirect {
+fn indirect(
+    k: usize,
+    pixel: &Pixel,
+    points: &Points,
+    fields: &Fields,
+    (fit, found): &mut (Fit, Vec<[DVec3; 2]>),
+) -> Indirect {
+    let leading = fields.leading();
     let mut halves = [DVec3::ZERO; 2];
     let mut sums = vec![DVec3::ZERO; fields.count()];
-    let mut riders = vec![[DVec3::ZERO; 2]; fields.count() - fields.leading()];
-    for (layer, found) in pixel.layers.iter().zip(found) {
-        let rho = layer.rho.as_dvec3() * (f64::from(layer.count) / pixel.camera());
+    let mut riders = vec![[DVec3::ZERO; 2]; fields.count() - leading];
+    for layer in pixel.layers.iter().enumerate() {
+        let rho = layer.1.rho.as_dvec3() * (f64::from(layer.1.count) / pixel.camera());
+        points.at(fit, k, layer, found);
         for (f, [a, b]) in found.iter().enumerate() {
             let mean = 0.5 * (*a + *b);
             // A plane through noise may dip below the dark; light does not. Differences of fields may.
-            let mean = if f < fields.leading() { mean.max(DVec3::ZERO) } else { mean };
+            let mean = if f < leading {
+                mean.max(DVec3::ZERO)
+            } else {
+                mean
+            };
             sums[f] += rho * mean;
-            let own = match f.checked_sub(fields.leading()) {
+            let own = match f.checked_sub(leading) {
                 Some(rider) => &mut riders[rider],
                 None => &mut halves,
             };

@@ -28,6 +28,11 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Number of fields read.
+    pub fn fields(&self) -> usize {
+        self.fields.count()
+    }
+
     /// Adds what the rays `indices` read in every field to `incident`; returns the sum of the rays' inverse lengths.
     pub fn read(
         &self,

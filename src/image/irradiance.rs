@@ -46,24 +46,47 @@ pub(super) struct Fit {
     terms: Vec<(u32, f64, DVec3)>,
     /// Sum of the weights.
     total: f64,
+    /// Unit of length in the fit.
+    unit: f64,
+    axes: [DVec3; 2],
 }
 
 impl Fit {
-    /// Fits the points `near` (each with its number) at a place; returns whether there is any.
-    pub fn solve<'a>(&mut self, at: &Place, near: impl Iterator<Item = (u32, &'a Known)>) -> bool {
+    /// Begins a fit at a place.
+    pub fn begin(&mut self, at: &Place) {
         self.terms.clear();
         self.shares.clear();
-        let frame = at.normal.as_dvec3().any_orthonormal_pair();
-        let mut unit = 0.0;
-        for (k, known) in near {
-            if unit == 0.0 {
-                unit = known.reach;
-            }
-            if let Some((w, b)) = relate(at, frame, unit, known) {
-                self.terms.push((k, w, b));
-            }
+        self.unit = 0.0;
+        let (u, v) = at.normal.as_dvec3().any_orthonormal_pair();
+        self.axes = [u, v];
+    }
+
+    /// Adds a point, unless it is too far from the place, off its plane, or looks another way.
+    #[inline]
+    pub fn consider(&mut self, at: &Place, k: u32, known: &Known) {
+        let d = known.place.position - at.position;
+        let nearness = 1.0 - d.length_squared() / (known.reach * known.reach);
+        if nearness <= 0.0
+            || at.material != known.place.material
+            || at.normal.dot(known.place.normal) < ALIGNED
+            || d.dot(at.normal.as_dvec3()).abs() > FLAT * known.reach
+        {
+            return;
         }
-        // Solve the normal equations for the value in the middle: the first row of the inverse.
+        if self.unit == 0.0 {
+            self.unit = known.reach;
+        }
+        let place = DVec3::new(
+            1.0,
+            d.dot(self.axes[0]) / self.unit,
+            d.dot(self.axes[1]) / self.unit,
+        );
+        self.terms.push((k, known.weight * nearness, place));
+    }
+
+    /// Solves for the value in the middle, the first row of the inverse of the normal equations; false where no point speaks
+    /// for the place.
+    pub fn solve(&mut self) -> bool {
         let mut normal = DMat3::ZERO;
         for (_, w, b) in &self.terms {
             normal += DMat3::from_cols(*b * b.x, *b * b.y, *b * b.z) * *w;
@@ -71,12 +94,12 @@ impl Fit {
         if normal.x_axis.x <= 0.0 {
             return false;
         }
-        let ridge = RIDGE * (normal.y_axis.y + normal.z_axis.z) + 1e-9 * normal.x_axis.x;
+        self.total = normal.x_axis.x;
+        let ridge = RIDGE * (normal.y_axis.y + normal.z_axis.z) + 1e-9 * self.total;
         normal += DMat3::from_diagonal(DVec3::new(0.0, ridge, ridge));
         let first = normal.inverse().x_axis;
         self.shares
             .extend(self.terms.iter().map(|(k, w, b)| (*k, w * first.dot(*b))));
-        self.total = normal.x_axis.x;
         true
     }
 
@@ -86,7 +109,8 @@ impl Fit {
         if self.shares.len() > 1 && self.variance() > most {
             let terms = self.terms.iter();
             self.shares.clear();
-            self.shares.extend(terms.map(|(k, w, _)| (*k, w / self.total)));
+            self.shares
+                .extend(terms.map(|(k, w, _)| (*k, w / self.total)));
         }
     }
 
@@ -100,33 +124,6 @@ impl Fit {
     pub fn variance(&self) -> f64 {
         self.shares.iter().map(|(_, s)| s * s).sum()
     }
-
-    /// The fitted value.
-    pub fn value(&self, values: impl Fn(u32) -> DVec3) -> DVec3 {
-        self.shares.iter().map(|&(k, s)| s * values(k)).sum()
-    }
-}
-
-/// A point's weight and its place (1, u, v) in the tangent plane, in the unit given; none where it is too far, off the plane,
-/// or looks another way.
-#[inline]
-fn relate(
-    at: &Place,
-    (u, v): (DVec3, DVec3),
-    unit: f64,
-    known: &Known,
-) -> Option<(f64, DVec3)> {
-    let d = known.place.position - at.position;
-    let nearness = 1.0 - d.length_squared() / (known.reach * known.reach);
-    if nearness <= 0.0
-        || at.material != known.place.material
-        || at.normal.dot(known.place.normal) < ALIGNED
-        || d.dot(at.normal.as_dvec3()).abs() > FLAT * known.reach
-    {
-        return None;
-    }
-    let place = DVec3::new(1.0, d.dot(u) / unit, d.dot(v) / unit);
-    Some((known.weight * nearness, place))
 }
 
 #[cfg(test)]
@@ -156,10 +153,14 @@ mod tests {
 
     fn fitted(points: &[Known], at: &Known, value: impl Fn(&Known) -> f64) -> Option<(f64, f64)> {
         let mut fit = Fit::default();
-        let near = points.iter().enumerate().map(|(k, p)| (k as u32, p));
-        fit.solve(&at.place, near).then(|| {
-            let value = fit.value(|k| DVec3::splat(value(&points[k as usize])));
-            (value.x, fit.variance())
+        fit.begin(&at.place);
+        for (k, p) in points.iter().enumerate() {
+            fit.consider(&at.place, k as u32, p);
+        }
+        fit.solve().then(|| {
+            let shares = fit.shares.iter();
+            let sum = shares.map(|(k, s)| s * value(&points[*k as usize])).sum();
+            (sum, fit.variance())
         })
     }
 

@@ -49,14 +49,21 @@ impl Lattice {
         }
     }
 
+    /// Pixels across.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
     /// The pixels on the lattice of one spacing, in order.
     pub fn pixels(&self, spacing: usize) -> impl Iterator<Item = usize> {
         let (width, height) = (self.width, self.height);
         // A picture smaller than the spacing still has a pixel on it.
         let first = move |length: usize| (spacing / 2).min(length.saturating_sub(1));
-        (first(height)..height)
-            .step_by(spacing)
-            .flat_map(move |y| (first(width)..width).step_by(spacing).map(move |x| y * width + x))
+        (first(height)..height).step_by(spacing).flat_map(move |y| {
+            (first(width)..width)
+                .step_by(spacing)
+                .map(move |x| y * width + x)
+        })
     }
 
     /// Adds the next point, number `point`, at pixel k.
@@ -74,20 +81,22 @@ impl Lattice {
         self.pixels[point as usize] as usize
     }
 
-    /// The points of every lattice near pixel k.
-    pub fn near(&self, k: usize) -> impl Iterator<Item = u32> {
+    /// Visits the points of every lattice near pixel k.
+    #[inline]
+    pub fn visit(&self, k: usize, mut visit: impl FnMut(u32)) {
         let (x, y) = (k % self.width, k / self.width);
-        self.levels.iter().flat_map(move |level| {
+        for level in &self.levels {
             let reach = AROUND * level.spacing;
-            let tiles = move |p: usize, length: usize| {
+            let tiles = |p: usize, length: usize| {
                 p.saturating_sub(reach) / level.tile..=(p + reach).min(length - 1) / level.tile
             };
-            tiles(y, self.height).flat_map(move |row| {
+            for row in tiles(y, self.height) {
                 let columns = tiles(x, self.width);
-                columns.flat_map(move |column| &level.tiles[row * level.columns + column])
-            })
-        })
-        .copied()
+                let first = row * level.columns;
+                let own = &level.tiles[first + columns.start()..=first + columns.end()];
+                own.iter().flatten().for_each(|&point| visit(point));
+            }
+        }
     }
 }
 
@@ -110,11 +119,17 @@ mod tests {
     #[test]
     fn points_are_found_from_pixels_nearby() {
         let mut lattice = Lattice::new(8, 64, 64);
-        for (point, k) in lattice.pixels(8).collect::<Vec<_>>().into_iter().enumerate() {
+        for (point, k) in lattice
+            .pixels(8)
+            .collect::<Vec<_>>()
+            .into_iter()
+            .enumerate()
+        {
             lattice.insert(8, k, point as u32);
         }
         // Within two spacings to each side: nine points at least, and none is missed.
-        let near: Vec<usize> = lattice.near(64 * 30 + 30).map(|p| lattice.pixel_of(p)).collect();
+        let mut near = Vec::new();
+        lattice.visit(64 * 30 + 30, |p| near.push(lattice.pixel_of(p)));
         let close = |k: &usize| (k % 64).abs_diff(30) <= 16 && (k / 64).abs_diff(30) <= 16;
         let expected = lattice.pixels(8).filter(close);
         assert!(expected.clone().count() >= 9 && expected.clone().all(|k| near.contains(&k)));

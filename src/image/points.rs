@@ -14,11 +14,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::gather::Fields;
 use super::hemisphere::Reader;
 use super::irradiance::{Fit, Known, Place};
-use super::layer::Layer;
 use super::lattice::Lattice;
+use super::layer::Layer;
 use super::pixel::Pixel;
 use crate::form_factors::Receiver;
 use crate::rays::Side;
@@ -72,6 +71,9 @@ pub(super) struct Points<'a> {
     camera: DVec3,
     points: Vec<Point>,
     known: Vec<Known>,
+    /// Irradiance over pi of each point, field by field in both halves.
+    values: Vec<[DVec3; 2]>,
+    fields: usize,
     lattice: Lattice,
     /// The point of each layer that is one, by the layer's number; else NONE.
     hosts: Vec<u32>,
@@ -100,6 +102,8 @@ impl<'a> Points<'a> {
             camera,
             points: Vec::new(),
             known: Vec::new(),
+            values: Vec::new(),
+            fields: reader.fields(),
             lattice: Lattice::new(density.spacing, width, pixels.len() / width.max(1)),
             hosts: vec![NONE; starts[pixels.len()]],
             starts,
@@ -107,8 +111,13 @@ impl<'a> Points<'a> {
         }
     }
 
+    /// Pixels across.
+    pub fn width(&self) -> usize {
+        self.lattice.width()
+    }
+
     /// Adds points until every layer of every pixel is spoken for.
-    pub fn place(&mut self, pixels: &[Pixel], fields: &Fields) {
+    pub fn place(&mut self, pixels: &[Pixel]) {
         let mut spacing = self.density.spacing;
         loop {
             let own: Vec<usize> = self.lattice.pixels(spacing).collect();
@@ -119,7 +128,7 @@ impl<'a> Points<'a> {
                 .collect();
             let first = self.points.len();
             for &(k, l) in &found {
-                self.add(k, l, &pixels[k].layers[l], spacing, fields);
+                self.add(k, l, &pixels[k].layers[l], spacing);
             }
             let rays = self.rays_at(spacing);
             self.cast_from(first, |_| rays);
@@ -149,13 +158,23 @@ impl<'a> Points<'a> {
 
     /// Fits the points around pixel k at a place.
     fn fit(&self, fit: &mut Fit, k: usize, at: &Place) -> bool {
-        let near = self.lattice.near(k);
-        fit.solve(at, near.map(|i| (i, &self.known[i as usize])))
+        self.fit_without(fit, k, at, NONE)
     }
 
-    fn add(&mut self, k: usize, l: usize, layer: &Layer, spacing: usize, fields: &Fields) {
+    /// The same, one point left out.
+    fn fit_without(&self, fit: &mut Fit, k: usize, at: &Place, out: u32) -> bool {
+        fit.begin(at);
+        self.lattice.visit(k, |i| {
+            if i != out {
+                fit.consider(at, i, &self.known[i as usize]);
+            }
+        });
+        fit.solve()
+    }
+
+    fn add(&mut self, k: usize, l: usize, layer: &Layer, spacing: usize) {
         self.hosts[self.starts[k] + l] = self.points.len() as u32;
-        let none = || vec![DVec3::ZERO; fields.count()];
+        let none = || vec![DVec3::ZERO; self.fields];
         self.points.push(Point {
             from: layer.first,
             material: place(layer).material,
@@ -195,9 +214,16 @@ impl<'a> Points<'a> {
         self.settle(first);
     }
 
-    /// Sets reach and weight of the points after `first`.
+    /// Sets value, reach and weight of the points after `first`.
     fn settle(&mut self, first: usize) {
         self.known.truncate(first);
+        self.values.truncate(first * self.fields);
+        for p in &self.points[first..] {
+            let share = 1.0 / f64::from(p.rays);
+            let [a, b] = &p.sums;
+            self.values
+                .extend(a.iter().zip(b).map(|(a, b)| [*a * share, *b * share]));
+        }
         let density = self.density;
         self.known.extend(self.points[first..].iter().map(|p| {
             let surroundings = f64::from(2 * p.rays) / p.nearness;
@@ -229,65 +255,73 @@ impl<'a> Points<'a> {
         self.settle(0);
     }
 
-    pub fn census(&self) -> Vec<usize> { [16,8,4,2,1].iter().map(|s| self.points.iter().filter(|p| p.spacing==*s).count()).collect() }
-
-    /// Irradiance over pi of both halves at a layer of pixel k, for one field.
-    fn value(&self, fit: &Fit, field: usize) -> [DVec3; 2] {
-        [0, 1].map(|half| fit.value(|i| self.points[i as usize].mean(half, field)))
+    /// Irradiance over pi at layer l of pixel k, every field in both halves, into `found`.
+    pub fn at(
+        &self,
+        fit: &mut Fit,
+        k: usize,
+        (l, layer): (usize, &Layer),
+        found: &mut Vec<[DVec3; 2]>,
+    ) {
+        let own = self.hosts[self.starts[k] + l];
+        // A point near a contact speaks for less than its pixel.
+        if !self.fit(fit, k, &place(layer)) && own != NONE {
+            fit.take(own);
+        }
+        fit.settle(LOOSE);
+        self.combine(fit, found);
     }
 
-    /// Irradiance over pi of every layer of pixel k in both halves, field by field: `[layer][field][half]`.
-    pub fn at(&self, fit: &mut Fit, k: usize, pixel: &Pixel, fields: usize) -> Vec<Vec<[DVec3; 2]>> {
-        let of = |(l, layer): (usize, &Layer)| {
-            let own = self.hosts[self.starts[k] + l];
-            // A point near a contact speaks for less than its pixel.
-            if !self.fit(fit, k, &place(layer)) && own != NONE {
-                fit.take(own);
+    /// The fitted value of every field in both halves.
+    fn combine(&self, fit: &Fit, found: &mut Vec<[DVec3; 2]>) {
+        found.clear();
+        found.resize(self.fields, [DVec3::ZERO; 2]);
+        for &(i, share) in &fit.shares {
+            for ([a, b], [u, v]) in found.iter_mut().zip(self.means(i as usize)) {
+                *a += share * *u;
+                *b += share * *v;
             }
-            fit.settle(LOOSE);
-            (0..fields).map(|f| self.value(fit, f)).collect()
-        };
-        pixel.layers.iter().enumerate().map(of).collect()
+        }
     }
 
-    /// Mean squared bias of the fit relative to the mean squared irradiance, of the light of all `fields` leading ones
+    /// Irradiance over pi that a point found: every field in both halves.
+    fn means(&self, i: usize) -> &[[DVec3; 2]] {
+        &self.values[i * self.fields..(i + 1) * self.fields]
+    }
+
+    /// Mean squared bias of the fit relative to the mean squared irradiance, of the light of all `leading` fields
     /// together: each point fitted from the others, weighted by the pixels it stands for.
-    pub fn bias(&self, fields: usize) -> f64 {
-        let one = |fit: &mut Fit, i: usize| -> (f64, f64) {
+    pub fn bias(&self, leading: usize) -> f64 {
+        let total = |means: &[[DVec3; 2]]| {
+            let sum = |half: usize| means[..leading].iter().map(|m| m[half]).sum::<DVec3>();
+            [sum(0), sum(1)]
+        };
+        let one = |(fit, found): &mut (Fit, Vec<[DVec3; 2]>), i: usize| -> (f64, f64) {
             let (own, known) = (&self.points[i], &self.known[i]);
-            let near = self.lattice.near(self.lattice.pixel_of(i as u32));
-            let others = near.filter(|&k| k as usize != i);
-            let fitted = fit.solve(&known.place, others.map(|k| (k, &self.known[k as usize])));
-            if !fitted || fit.variance() > COVERED {
+            let k = self.lattice.pixel_of(i as u32);
+            if !self.fit_without(fit, k, &known.place, i as u32) || fit.variance() > COVERED {
                 return (0.0, 0.0);
             }
-            let [mut a, mut b] = [DVec3::ZERO; 2];
-            let (mut x, mut y) = (DVec3::ZERO, DVec3::ZERO);
-            for f in 0..fields {
-                let [u, v] = self.value(fit, f);
-                let [p, q] = [own.mean(0, f), own.mean(1, f)];
-                (a, b, x, y) = (a + p - u, b + q - v, x + p, y + q);
-            }
+            self.combine(fit, found);
+            let ([u, v], [p, q]) = (total(found), total(self.means(i)));
             let pixels = (own.spacing * own.spacing) as f64;
-            (pixels * a.dot(b), pixels * x.dot(y))
+            (pixels * (p - u).dot(q - v), pixels * p.dot(q))
         };
         let sums: Vec<(f64, f64)> = (0..self.points.len())
             .into_par_iter()
-            .map_init(Fit::default, one)
+            .map_init(Default::default, one)
             .collect();
         let (bias, signal) = sums.iter().fold((0.0, 0.0), |s, t| (s.0 + t.0, s.1 + t.1));
-        if signal > 0.0 { (bias / signal).max(0.0) } else { 0.0 }
+        if signal > 0.0 {
+            (bias / signal).max(0.0)
+        } else {
+            0.0
+        }
     }
 }
 
 /// Tells the two halves' scramblings apart.
 const HALVES: [u32; 2] = [0x51ed_270b, 0xa3b1_95c7];
-
-impl Point {
-    fn mean(&self, half: usize, field: usize) -> DVec3 {
-        self.sums[half][field] / f64::from(self.rays)
-    }
-}
 
 /// Where a layer's irradiance is wanted, and what may speak for it.
 fn place(layer: &Layer) -> Place {

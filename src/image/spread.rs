@@ -140,7 +140,13 @@ pub(super) fn variances(pixels: &[Pixel], width: usize) -> Vec<f64> {
         DVec3::splat(if lamp { bright } else { f64::INFINITY })
     };
     let halves = |p: &Pixel| p.halves.map(|h| (h / f64::from(p.count)).min(cut(p)));
-    let means: Vec<DVec3> = pixels.iter().map(|p| { let [a, b] = halves(p); 0.5 * (a + b) }).collect();
+    let means: Vec<DVec3> = pixels
+        .iter()
+        .map(|p| {
+            let [a, b] = halves(p);
+            0.5 * (a + b)
+        })
+        .collect();
     let height = pixels.len() / width.max(1);
     let bends = |k: usize| -> f64 {
         let (x, y) = (k % width, k / width);
@@ -151,6 +157,7 @@ pub(super) fn variances(pixels: &[Pixel], width: usize) -> Vec<f64> {
         bend(x > 0 && x + 1 < width, 1) + bend(y > 0 && y + 1 < height, width)
     };
     let own: Vec<(f64, f64)> = (0..pixels.len())
+        .into_par_iter()
         .map(|k| {
             let [a, b] = halves(&pixels[k]);
             (0.25 * (a - b).length_squared(), bends(k))

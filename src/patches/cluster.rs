@@ -38,7 +38,9 @@ pub(super) fn parents(
         group.iter().for_each(|&k| larger[k] = g as u32);
     }
     let numbered = clusters.iter().zip(first..);
-    numbered.map(|(group, own)| (own, larger[group[0]])).collect()
+    numbered
+        .map(|(group, own)| (own, larger[group[0]]))
+        .collect()
 }
 
 /// Cell of a cube map with 3×3 cells a face; cells on an edge or corner of the cube belong to all its faces.

@@ -8,7 +8,7 @@ use std::time::Instant;
 use crate::form_factors::{
     self, Closure, Luminaires, Sampling, Sight, Variant, closure, receive_emitted,
 };
-use crate::image::{Fields, Gathering, Gathered, View, gather, invisible};
+use crate::image::{Fields, Gathered, Gathering, View, gather, invisible};
 use crate::light::{Light, Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
 use crate::patches::Patches;
@@ -136,7 +136,10 @@ pub fn assemble(
     sampling: &Sampling,
     watch: &dyn Watch,
 ) -> (Vec<Assembled>, u64) {
-    let sights: Vec<Arc<Sight>> = modes.iter().map(|&m| sight(p, &p.scene.transports(m))).collect();
+    let sights: Vec<Arc<Sight>> = modes
+        .iter()
+        .map(|&m| sight(p, &p.scene.transports(m)))
+        .collect();
     assemble_seeing(p, modes, &sights, sampling, watch)
 }
 
@@ -198,7 +201,9 @@ pub(super) fn sight(p: &Prepared, transports: &[Transport]) -> Arc<Sight> {
     let receives: Vec<bool> = p.patches.materials().iter().map(reflects).collect();
     let path = (&p.rays, &p.patches);
     let luminaires = &p.luminaires;
-    Arc::new(Sight::new(&p.scene, path, luminaires, transports, &receives))
+    Arc::new(Sight::new(
+        &p.scene, path, luminaires, transports, &receives,
+    ))
 }
 
 /// `F E` of the luminaires for every patch that reflects.
@@ -251,7 +256,13 @@ pub(super) fn ambient(mode: &Assembled, solution: &Solution) -> Vec<Rgb> {
     let received = |i: usize| {
         let visible = solution.light[i].visible - k.emission()[i].visible;
         let rho = k.reflectance(i);
-        let over = |c: usize| if rho[c] > 0.0 { visible[c] / rho[c] } else { 0.0 };
+        let over = |c: usize| {
+            if rho[c] > 0.0 {
+                visible[c] / rho[c]
+            } else {
+                0.0
+            }
+        };
         Rgb::new(over(0), over(1), over(2)) - k.received()[i]
     };
     (0..k.len()).map(received).collect()
@@ -279,7 +290,8 @@ pub fn render(
     gathering: impl Into<Gathering>,
     watch: &dyn Watch,
 ) -> Gathered {
-    let fields = Fields::new(&[reflected(p, &solution.terms)]).with_ambient(ambient(mode, solution));
+    let fields =
+        Fields::new(&[reflected(p, &solution.terms)]).with_ambient(ambient(mode, solution));
     let surfaces = (&mode.transports[..], &*mode.sight);
     look(p, surfaces, &fields, size, gathering, watch)
 }

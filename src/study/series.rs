@@ -61,7 +61,8 @@ pub fn explore_within(
     for round in 1.. {
         p.recut(patches);
         let series = cast(p, transport, count, (rays.max(16), seed), watch);
-        let worst = |part: fn(&TermError) -> f64| series.errors.iter().map(part).fold(0.0, f64::max);
+        let worst =
+            |part: fn(&TermError) -> f64| series.errors.iter().map(part).fold(0.0, f64::max);
         let noise = worst(|e| e.form_factors) / (0.7 * tolerance);
         let coarse = worst(|e| e.patches) / (0.7 * tolerance);
         let full = p.patches.len() >= MOST.0 && rays >= MOST.1;

@@ -62,7 +62,12 @@ pub struct ErrorParts {
 
 impl ErrorParts {
     fn sum(mut self) -> ErrorParts {
-        let parts = [self.form_factors, self.patches, self.truncation, self.gather];
+        let parts = [
+            self.form_factors,
+            self.patches,
+            self.truncation,
+            self.gather,
+        ];
         self.total = parts.iter().map(|p| p * p).sum::<f64>().sqrt();
         self
     }
@@ -211,7 +216,8 @@ fn solve(
 ) -> Result<Solved, Diverges> {
     let clock = Instant::now();
     let sights = [sight(p, &p.scene.transports(transport))];
-    let [first, second] = [0, 1].map(|half| cast_half(p, transport, &sights, rays, wanted.seed, half, watch));
+    let [first, second] =
+        [0, 1].map(|half| cast_half(p, transport, &sights, rays, wanted.seed, half, watch));
     spent.rays += first.1 + second.1;
     spent.seconds.form_factors += clock.elapsed().as_secs_f64();
     let clock = Instant::now();
@@ -227,9 +233,14 @@ fn solve(
     let mix = |x: &[Rgb], y: &[Rgb], u: f32, v: f32| -> Vec<Rgb> {
         x.iter().zip(y).map(|(x, y)| u * *x + v * *y).collect()
     };
-    let fields = [mix(&a, &b, 0.5, 0.5), mix(&a, &b, 0.5, -0.5), mix(&a, &c, 1.0, -1.0)];
+    let fields = [
+        mix(&a, &b, 0.5, 0.5),
+        mix(&a, &b, 0.5, -0.5),
+        mix(&a, &c, 1.0, -1.0),
+    ];
     let fields = Fields::new(&fields).led_by(1);
-    let truncation = solution.rest() / norm(operator.areas(), &solution.light).max(f64::MIN_POSITIVE);
+    let truncation =
+        solution.rest() / norm(operator.areas(), &solution.light).max(f64::MIN_POSITIVE);
     let fields = fields.with_ambient(ambient(&first.0, &solution));
     spent.seconds.solve += clock.elapsed().as_secs_f64();
     Ok(Solved {
@@ -275,7 +286,13 @@ impl Solved {
     }
 
     /// A small picture, enough to tell the errors of the fields.
-    fn rough(&self, p: &Prepared, wanted: &Wanted, spent: &mut Spent, watch: &dyn Watch) -> Gathered {
+    fn rough(
+        &self,
+        p: &Prepared,
+        wanted: &Wanted,
+        spent: &mut Spent,
+        watch: &dyn Watch,
+    ) -> Gathered {
         let clock = Instant::now();
         let (width, height) = wanted.size;
         let divisor = width.max(height).div_ceil(ROUGH);
@@ -294,7 +311,13 @@ impl Solved {
 
     /// Takes the errors of F and of patch size from a picture.
     fn set_errors(&mut self, gathered: &Gathered) {
-        let share = |rms: f64| if gathered.error.signal > 0.0 { rms / gathered.error.signal } else { 0.0 };
+        let share = |rms: f64| {
+            if gathered.error.signal > 0.0 {
+                rms / gathered.error.signal
+            } else {
+                0.0
+            }
+        };
         if let [noise, coarse] = gathered.riders[..] {
             self.error.form_factors = share(noise);
             self.error.patches = SECOND_ORDER * share(coarse);
