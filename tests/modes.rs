@@ -156,7 +156,7 @@ fn a_transmitting_thing_leaves_the_same_direct_light_patch_by_patch() {
         receive_emitted(
             path,
             &p.luminaires,
-            occlusion,
+            &occlusion.clone().into(),
             &receives,
             &sampling,
             &|_| (),

@@ -73,8 +73,8 @@ impl<'a> Pass<'a> {
 
     /// Casts camera rays until each half has `count`.
     pub fn extend(&self, k: usize, pixel: &mut Pixel, count: u32, scratch: &mut Scratch) {
-        for half in 0..2 {
-            let seed = hash(k as u32, self.seed ^ HALVES[half]);
+        for (half, scrambling) in HALVES.into_iter().enumerate() {
+            let seed = hash(k as u32, self.seed ^ scrambling);
             scratch.sums.fill(DirectSum::default());
             for s in pixel.count..count {
                 let (u, v) = (self.sobol.point(s, 0, seed), self.sobol.point(s, 1, seed));

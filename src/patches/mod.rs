@@ -319,10 +319,9 @@ impl Parents {
                 *own = *numbers.entry((grid, block)).or_insert(next);
             }
         }
-        let mut next = numbers.len() as u32;
-        for own in parents.iter_mut().filter(|p| **p == NONE) {
+        let alone = parents.iter_mut().filter(|p| **p == NONE);
+        for (own, next) in alone.zip(numbers.len() as u32..) {
             *own = next;
-            next += 1;
         }
         parents
     }
