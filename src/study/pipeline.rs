@@ -117,6 +117,13 @@ pub fn prepare(scene: Scene, patches: usize) -> Prepared {
     }
 }
 
+impl Prepared {
+    /// Cuts the surfaces anew; scene, rays and luminaires stay.
+    pub fn recut(&mut self, patches: usize) {
+        self.patches = Patches::new(&self.scene, &self.rays, patches);
+    }
+}
+
 /// Casts the rays for all `modes` at once and puts each one's K together; also tells how many rays were cast.
 pub fn assemble(
     p: &Prepared,
