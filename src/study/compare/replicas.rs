@@ -75,14 +75,14 @@ pub fn answers(
 /// Pictures of each order, E first, all beyond [`ORDERS`] last.
 type Orders = Vec<Picture>;
 
-/// The finest rung whose four repetitions fit twice the plan's time, half for solving and half for gathering, and its
-/// first repetition.
+/// The finest rung, and its first repetition: solving takes up to twice the plan's time for all repetitions and methods
+/// together, and gathering, coarse patches included, as long again; but 4000 patches and 2 camera rays at least.
 fn finest(
     p: &mut Prepared,
     plan: &Plan,
     watch: &dyn Watch,
 ) -> Result<(Rung, Vec<Orders>), Diverges> {
-    let share = plan.seconds / f64::from(REPLICAS);
+    let share = 2.0 * plan.seconds / f64::from(REPLICAS);
     let mut rung = Rung {
         patches: 4000,
         rays: 256,
@@ -92,10 +92,10 @@ fn finest(
         p.recut(rung.patches);
         let clock = Instant::now();
         let solutions = solve(p, plan, (0, rung), &METHODS, watch)?;
-        // Four times the patches take some five times as long.
-        if 5.0 * clock.elapsed().as_secs_f64() < share && rung.patches < 64_000 {
-            rung.patches *= 4;
-            rung.rays = 64;
+        // Twice the patches with as many rays in all, but 64 a patch, take up to some 2.3 times as long.
+        if 2.3 * clock.elapsed().as_secs_f64() < share && rung.patches < 64_000 {
+            rung.patches *= 2;
+            rung.rays = (rung.rays / 2).max(64);
             continue;
         }
         loop {
