@@ -22,7 +22,7 @@ use halflight::study::{Silent, assemble, prepare, render};
 const SIZE: (usize, usize) = (64, 48);
 const WANTED: f64 = 0.004;
 /// Samples a pixel at which e_pixel is measured.
-const COUNTS: [u32; 6] = [16, 64, 256, 1024, 2048, 4096];
+const COUNTS: [u32; 5] = [64, 256, 1024, 2048, 4096];
 
 fn main() {
     let cornell = Scene::open("cornell-box", LoadOptions::default()).expect("a correct scene");
@@ -39,15 +39,21 @@ fn study(name: &str, scene: &Scene) {
     let exact = closed_form(scene);
     println!("{name}, local mode, {} x {} pixels", SIZE.0, SIZE.1);
     println!("{:>16}  mean e_pixel", "samples a pixel");
-    let points = traced(scene, &COUNTS, &exact);
+    let points = traced(scene, NextEvent::Off, &COUNTS, &exact);
     for (n, error) in &points {
         println!("{n:>16}  {:.3} %", 100.0 * error);
     }
     let (slope, needed) = fit(&points);
     println!("slope {slope:.3}; 0.4 % at some {needed:.0} samples a pixel");
     let rounded = needed.round().clamp(2.0, 200_000.0) as u32;
-    let (_, error) = traced(scene, &[rounded], &exact)[0];
-    println!("{rounded:>16}  {:.3} % (measured)\n", 100.0 * error);
+    let (_, error) = traced(scene, NextEvent::Off, &[rounded], &exact)[0];
+    println!("{rounded:>16}  {:.3} % (measured)", 100.0 * error);
+    let (_, error) = traced(scene, NextEvent::On, &[1024], &exact)[0];
+    println!(
+        "{:>16}  {:.3} % with next-event estimation\n",
+        1024,
+        100.0 * error
+    );
 }
 
 /// The picture by Lambert's closed form, many camera rays a pixel.
@@ -70,11 +76,16 @@ fn closed_form(scene: &Scene) -> Picture {
 }
 
 /// e_pixel after each of the ascending numbers of samples.
-fn traced(scene: &Scene, counts: &[u32], exact: &Picture) -> Vec<(f64, f64)> {
+fn traced(
+    scene: &Scene,
+    next_event: NextEvent,
+    counts: &[u32],
+    exact: &Picture,
+) -> Vec<(f64, f64)> {
     let rays = Rays::new(scene);
     let transports = scene.transports(Mode::Local.transport());
     let settings = TraceSettings {
-        next_event: NextEvent::Off,
+        next_event,
         ..TraceSettings::default()
     };
     let mut tracer = Tracer::new(scene, &rays, &transports, SIZE, &settings);

@@ -75,14 +75,15 @@ pub fn answers(
 /// Pictures of each order, E first, all beyond [`ORDERS`] last.
 type Orders = Vec<Picture>;
 
-/// The finest rung, and its first repetition: solving takes up to twice the plan's time for all repetitions and methods
-/// together, and gathering, coarse patches included, as long again; but 4000 patches and 2 camera rays at least.
+/// The finest rung, and its first repetition: solving takes up to the plan's time for each method and all repetitions, and
+/// gathering, coarse patches included, as long for all methods together; but 4000 patches and 2 camera rays at least.
 fn finest(
     p: &mut Prepared,
     plan: &Plan,
     watch: &dyn Watch,
 ) -> Result<(Rung, Vec<Orders>), Diverges> {
-    let share = 2.0 * plan.seconds / f64::from(REPLICAS);
+    let share = plan.seconds / f64::from(REPLICAS);
+    let solving = METHODS.len() as f64 * share;
     let mut rung = Rung {
         patches: 4000,
         rays: 256,
@@ -93,7 +94,7 @@ fn finest(
         let clock = Instant::now();
         let solutions = solve(p, plan, (0, rung), &METHODS, watch)?;
         // Twice the patches with as many rays in all, but 64 a patch, take up to some 2.3 times as long.
-        if 2.3 * clock.elapsed().as_secs_f64() < share && rung.patches < 64_000 {
+        if 2.3 * clock.elapsed().as_secs_f64() < solving && rung.patches < 64_000 {
             rung.patches *= 2;
             rung.rays = (rung.rays / 2).max(64);
             continue;
