@@ -23,6 +23,8 @@ use crate::study::pipeline::{Prepared, Watch};
 
 /// Repetitions for the standard error.
 const REPLICAS: u32 = 4;
+/// Patches that even a slow machine can afford, and that leave an error of some tenths of a percent.
+const LEAST: usize = 16_000;
 /// Half the window, in pixels, over which systematic errors are averaged.
 const WINDOW: usize = 3;
 /// The methods, in the order of their pictures.
@@ -76,7 +78,8 @@ pub fn answers(
 type Orders = Vec<Picture>;
 
 /// The finest rung, and its first repetition: solving takes up to the plan's time for each method and all repetitions, and
-/// gathering, coarse patches included, as long for all methods together; but 4000 patches and 2 camera rays at least.
+/// gathering, coarse patches included, as long for all methods together; but 2 camera rays and [`LEAST`] patches at least, a
+/// quarter of them for a plan of less than 2 seconds.
 fn finest(
     p: &mut Prepared,
     plan: &Plan,
@@ -85,10 +88,13 @@ fn finest(
     let share = plan.seconds / f64::from(REPLICAS);
     let solving = METHODS.len() as f64 * share;
     let mut rung = Rung {
-        patches: 4000,
-        rays: 256,
+        patches: LEAST,
+        rays: 64,
         camera: 2,
     };
+    if plan.seconds < 2.0 {
+        (rung.patches, rung.rays) = (LEAST / 4, 256);
+    }
     loop {
         p.recut(rung.patches);
         let clock = Instant::now();
