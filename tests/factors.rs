@@ -25,14 +25,21 @@ fn cases(kind: &str) -> Vec<Value> {
 fn points(polygon: &Value) -> Vec<DVec3> {
     let number = |v: &Value| v.as_f64().expect("a number");
     let point = |p: &Value| DVec3::new(number(&p[0]), number(&p[1]), number(&p[2]));
-    polygon.as_array().expect("a list").iter().map(point).collect()
+    polygon
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(point)
+        .collect()
 }
 
 /// The polygons of a case as the objects `1`, `2` and the occluders.
 fn scene(case: &Value) -> Scene {
     let mut obj = String::new();
     let occluders = case["occluders"].as_array().expect("a list").iter();
-    let all = [&case["surf1"], &case["surf2"]].into_iter().chain(occluders);
+    let all = [&case["surf1"], &case["surf2"]]
+        .into_iter()
+        .chain(occluders);
     for (k, polygon) in all.enumerate() {
         obj += &format!("o {}\n", k + 1);
         let points = points(polygon);
@@ -60,7 +67,9 @@ fn number(case: &Value, field: &str) -> f64 {
 #[test]
 fn every_case_within_its_error_and_the_tolerance() {
     let mut wrong = Vec::new();
-    println!("| case | truth | found | error | predicted | method | ms |\n|---|---|---|---|---|---|---|");
+    println!(
+        "| case | truth | found | error | predicted | method | ms |\n|---|---|---|---|---|---|---|"
+    );
     for case in cases("polygon_pair") {
         let scene = scene(&case);
         let start = Instant::now();
@@ -72,7 +81,9 @@ fn every_case_within_its_error_and_the_tolerance() {
         let (value, predicted) = (found.share.value, found.share.error);
         let error = (value - truth).abs();
         let how = found.how.name();
-        println!("| {id} | {truth:.10e} | {value:.10e} | {error:.1e} | {predicted:.1e} | {how} | {time:.1} |");
+        println!(
+            "| {id} | {truth:.10e} | {value:.10e} | {error:.1e} | {predicted:.1e} | {how} | {time:.1} |"
+        );
         // The last digits of the truth, and of a number in the file.
         let known = number(&case, "abs_tol") + f64::EPSILON * truth;
         let allowed = match table.rows.len() {
@@ -87,7 +98,10 @@ fn every_case_within_its_error_and_the_tolerance() {
         }
         let share = |f: &halflight::study::Factor| (0.0..=1.0).contains(&f.share.value);
         if !table.factors.iter().all(share) || table.unmet > 0 {
-            wrong.push(format!("{id}: a form factor outside 0..=1, or {} unmet", table.unmet));
+            wrong.push(format!(
+                "{id}: a form factor outside 0..=1, or {} unmet",
+                table.unmet
+            ));
         }
         for r in &table.reciprocity {
             if r.residual.abs() > 4.0 * r.error + 1e-12 {
@@ -107,6 +121,10 @@ fn points_to_polygons() {
         let fan = (1..polygon.len() - 1).map(|k| [0, k, k + 1].map(|i| polygon[i] - x));
         let found: f64 = fan.map(|t| point_to_polygon(n, &t)).sum();
         let truth = number(&case, "F12");
-        assert!((found - truth).abs() < 1e-12, "{}: {found} {truth}", case["id"]);
+        assert!(
+            (found - truth).abs() < 1e-12,
+            "{}: {found} {truth}",
+            case["id"]
+        );
     }
 }

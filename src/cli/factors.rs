@@ -124,7 +124,10 @@ fn text(table: &FactorTable) -> String {
     for f in table.factors.iter().take(SHOWN) {
         let (from, to) = (name(f.from), name(f.to));
         let (value, error, how) = (f.share.value, f.share.error, f.how.name());
-        let _ = writeln!(text, "{from:<w$}  {to:<w$}  {value:>13.9}  {error:>14.1e}  {how}");
+        let _ = writeln!(
+            text,
+            "{from:<w$}  {to:<w$}  {value:>13.9}  {error:>14.1e}  {how}"
+        );
     }
     if table.factors.len() > SHOWN {
         let _ = writeln!(text, "... {} in all: see the file", table.factors.len());
@@ -164,7 +167,11 @@ fn csv(table: &FactorTable) -> String {
     let mut text = String::from("from,to,F,standard_error,method\n");
     for f in &table.factors {
         let (from, to, how) = (name(f.from), name(f.to), f.how.name());
-        let _ = writeln!(text, "{from},{to},{},{},{how}", f.share.value, f.share.error);
+        let _ = writeln!(
+            text,
+            "{from},{to},{},{},{how}",
+            f.share.value, f.share.error
+        );
     }
     text
 }

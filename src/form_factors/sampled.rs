@@ -21,9 +21,6 @@ const REPLICATES: u32 = 16;
 /// Points of each scrambling in the first round; every later round doubles them.
 const FIRST: u32 = 1 << 8;
 
-/// Points of each scrambling at most.
-const MOST: u32 = 1 << 19;
-
 /// What casts and meets the rays.
 pub struct Sampler<'a> {
     /// The scene.
@@ -32,6 +29,8 @@ pub struct Sampler<'a> {
     pub rays: &'a Rays,
     /// tau of each material.
     pub tau: &'a [f32],
+    /// Rays from an object at most.
+    pub most: u32,
     /// Chooses the scramblings.
     pub seed: u32,
 }
@@ -47,7 +46,7 @@ struct Sender {
 
 impl Sampler<'_> {
     /// Form factors from `object` to every object; rays are cast until those `wanted` meet the tolerance with one
-    /// standard error, or until there are eight million.
+    /// standard error, or there would be too many.
     pub fn row(&self, object: u32, wanted: &[bool], tolerance: &Tolerance) -> Vec<Estimate> {
         let senders = self.senders(object);
         let n = self.scene.objects.len();
@@ -58,13 +57,18 @@ impl Sampler<'_> {
         let (mut done, mut until) = (0, FIRST);
         loop {
             sums.par_iter_mut().enumerate().for_each(|(r, sum)| {
-                self.cast(&senders, hash(object, self.seed ^ hash(r as u32, 77)), done..until, sum);
+                self.cast(
+                    &senders,
+                    hash(object, self.seed ^ hash(r as u32, 77)),
+                    done..until,
+                    sum,
+                );
             });
             done = until;
             let row: Vec<Estimate> = (0..n).map(|j| estimate(&sums, j, done)).collect();
             let enough = |e: &Estimate| e.error <= tolerance.of(e.value);
             let met = row.iter().zip(wanted).all(|(e, w)| !w || enough(e));
-            if met || until >= MOST {
+            if met || 2 * until > self.most / REPLICATES {
                 return row;
             }
             until *= 2;

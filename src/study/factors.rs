@@ -14,6 +14,12 @@ use crate::scene::Scene;
 /// Share of the relative tolerance that is the absolute one.
 const ABSOLUTE: f64 = 1e-3;
 
+/// Work for all quadratures together, see [`Bodies::factor`]: half a minute or so of one core.
+const WORK: usize = 8_000_000;
+
+/// Rays for all rows together, and for one: half a minute or so of one core.
+const RAYS: (u32, u32) = (1 << 26, 1 << 23);
+
 /// How a form factor was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -109,7 +115,7 @@ pub fn factors(
     let bodies = Bodies::new(scene, tau);
     watch.begin("form factors", (n * n) as u64);
     let pair = |k: usize| {
-        let found = bodies.factor(k / n, k % n, &tolerance);
+        let found = bodies.factor(k / n, k % n, &tolerance, WORK / (n * n));
         watch.tick(1);
         found
     };
@@ -153,6 +159,7 @@ fn sample_rows(
         scene,
         rays: &rays,
         tau,
+        most: (RAYS.0 / n as u32).min(RAYS.1),
         seed: settings.seed,
     };
     watch.begin("rays", n as u64);

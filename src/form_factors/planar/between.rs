@@ -100,7 +100,11 @@ mod tests {
         assert!(!separated(&cube, &triangle(p(0.4, 0.4, 0.4)), 1e-12));
         assert!(!separated(&cube, &triangle(p(-0.1, 0.4, 0.9)), 1e-12));
         // Beyond a corner, where no box or face separates.
-        assert!(separated(&cube, &[p(1.6, 0.6, 0.5), p(0.6, 1.6, 0.5), p(1.2, 1.2, 2.0)], 1e-12));
+        assert!(separated(
+            &cube,
+            &[p(1.6, 0.6, 0.5), p(0.6, 1.6, 0.5), p(1.2, 1.2, 2.0)],
+            1e-12
+        ));
         assert!(separated(&cube, &triangle(p(1.01, 0.2, 0.2)), 1e-12));
     }
 }

@@ -67,7 +67,10 @@ pub(super) fn exchange(first: &[Edge], second: &[Edge]) -> Estimate {
     let pairs = first
         .iter()
         .flat_map(|a| second.iter().map(move |b| Pair::new(a, b, scale)));
-    let cells: Vec<Cell<Part>> = pairs.flatten().map(|pair| measure(pair, 0.0, 1.0)).collect();
+    let cells: Vec<Cell<Part>> = pairs
+        .flatten()
+        .map(|pair| measure(pair, 0.0, 1.0))
+        .collect();
     let size: f64 = cells.iter().map(|c| c.place.size()).sum();
     let floor = 16.0 * f64::EPSILON * size;
     let most = cells.len() + MOST;
@@ -219,7 +222,8 @@ mod tests {
             let exact = 2.0 / f64::from(power + 1);
             let rule = |weights: &[f64], step: usize| -> f64 {
                 let nodes = NODES.iter().skip(step - 1).step_by(step);
-                let both = |(x, w): (&f64, &f64)| w * x.powi(power) * if *x > 0.0 { 2.0 } else { 1.0 };
+                let both =
+                    |(x, w): (&f64, &f64)| w * x.powi(power) * if *x > 0.0 { 2.0 } else { 1.0 };
                 nodes.zip(weights).map(both).sum()
             };
             assert!((rule(&KRONROD, 1) - exact).abs() < 1e-15, "{power}");
@@ -239,7 +243,10 @@ mod tests {
         ] {
             let found = exchange(&square(0.0, true), &square(gap, false));
             let apart = (found.value - exact).abs();
-            assert!(apart <= 4.0 * found.error && apart < 1e-9, "{gap}: {found:?}");
+            assert!(
+                apart <= 4.0 * found.error && apart < 1e-9,
+                "{gap}: {found:?}"
+            );
         }
     }
 }

@@ -31,18 +31,31 @@ struct Part {
 /// Planes along which a sender is cut at most.
 const MOST_CUTS: usize = 16;
 
-/// Triangles of one sender before refinement at most, each for each occluder.
-const MOST_PARTS: usize = 2000;
+/// Triangles larger than this many times their distance from an occluder's outline are cut before the start.
+const NEAR: f64 = 1.5;
+
+/// Share of an occluder's radius below which a distance from its outline makes no finer start.
+const TOUCH: f64 = 1.0 / 8.0;
 
 /// Least share of a triangle's error that its halves are given together: a rule that agrees by accident is not trusted.
-const TRUST: f64 = 1.0 / 16.0;
+const TRUST: f64 = 1.0 / 8.0;
 
 /// `sum of A F` over the links, refined until the error is `goal(sum)` or the triangles are `most`.
 pub(super) fn exchange(links: &[Link], goal: impl Fn(f64) -> f64, most: usize) -> Estimate {
     use rayon::prelude::*;
     let start = |(k, link): (usize, &Link)| -> Vec<Cell<Part>> {
-        let parts = parts(link).into_iter();
-        parts.map(|t| first(links, Part { corners: t, link: k as u32 })).collect()
+        let parts = parts(link, most / (4 * links.len())).into_iter();
+        parts
+            .map(|t| {
+                first(
+                    links,
+                    Part {
+                        corners: t,
+                        link: k as u32,
+                    },
+                )
+            })
+            .collect()
     };
     let cells: Vec<Vec<Cell<Part>>> = links.par_iter().enumerate().map(start).collect();
     let sum = refine(cells.concat(), goal, most, |cell| halves(links, cell));
@@ -52,14 +65,19 @@ pub(super) fn exchange(links: &[Link], goal: impl Fn(f64) -> f64, most: usize) -
     }
 }
 
-/// The triangles a sender starts with.
-fn parts(link: &Link) -> Vec<[DVec3; 3]> {
+/// The triangles a sender starts with, not many more than `most`.
+fn parts(link: &Link, most: usize) -> Vec<[DVec3; 3]> {
     let mut sender = link.from.clone();
     let touching = |o: &&&Occluder| {
         let mut heights = o.polygon.iter().map(|&p| sender.plane.height(p));
         heights.any(|h| h <= 0.0)
     };
-    let cuts: Vec<_> = link.occluders.iter().filter(touching).take(MOST_CUTS).collect();
+    let cuts: Vec<_> = link
+        .occluders
+        .iter()
+        .filter(touching)
+        .take(MOST_CUTS)
+        .collect();
     for occluder in cuts {
         sender.cut_along(&occluder.plane);
     }
@@ -69,23 +87,24 @@ fn parts(link: &Link) -> Vec<[DVec3; 3]> {
     };
     let mut parts: Vec<[DVec3; 3]> = sender.tiles.iter().flat_map(fan).collect();
     for occluder in &link.occluders {
-        approach(&mut parts, occluder);
+        approach(&mut parts, &occluder.polygon, most);
     }
     parts
 }
 
-/// Cuts triangles that are large against an occluder and their distance from it: a small shadow must not fall between
-/// the nodes.
-fn approach(parts: &mut Vec<[DVec3; 3]>, occluder: &Occluder) {
-    let corners = &occluder.polygon;
-    let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
-    let radius = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
-    let most = parts.len() + MOST_PARTS;
+/// Cuts triangles that are large against their distance from the outline of an occluder: where its shadow begins to show
+/// must not fall between the nodes.
+fn approach(parts: &mut Vec<[DVec3; 3]>, outline: &[DVec3], most: usize) {
+    let middle = outline.iter().sum::<DVec3>() / outline.len() as f64;
+    let radius = outline
+        .iter()
+        .map(|p| p.distance(middle))
+        .fold(0.0, f64::max);
     let mut next = 0;
     while next < parts.len() && parts.len() < most {
         let t = parts[next];
-        let center = (t[0] + t[1] + t[2]) / 3.0;
-        if longest(&t).1 > 1.5 * radius.max(center.distance(middle)) {
+        let away = distance(outline, (t[0] + t[1] + t[2]) / 3.0);
+        if longest(&t).1 > NEAR * away.max(TOUCH * radius) {
             let [a, b] = bisect(&t);
             parts[next] = a;
             parts.push(b);
@@ -95,10 +114,29 @@ fn approach(parts: &mut Vec<[DVec3; 3]>, occluder: &Occluder) {
     }
 }
 
+/// Distance of a point from the nearest edge of a polygon.
+fn distance(polygon: &[DVec3], p: DVec3) -> f64 {
+    let from_edge = |k: usize| {
+        let (a, b) = (polygon[k], polygon[(k + 1) % polygon.len()]);
+        let along = b - a;
+        let share = (p - a).dot(along) / along.length_squared();
+        p.distance(a + share.clamp(0.0, 1.0) * along)
+    };
+    (0..polygon.len())
+        .map(from_edge)
+        .fold(f64::INFINITY, f64::min)
+}
+
 /// The first corner of the longest edge, and its length.
 fn longest(t: &[DVec3; 3]) -> (usize, f64) {
     let length = |k: usize| t[k].distance(t[(k + 1) % 3]);
-    let longer = |best: (usize, f64), k| if length(k) > best.1 { (k, length(k)) } else { best };
+    let longer = |best: (usize, f64), k| {
+        if length(k) > best.1 {
+            (k, length(k))
+        } else {
+            best
+        }
+    };
     (1..3).fold((0, length(0)), longer)
 }
 
@@ -114,7 +152,11 @@ fn bisect(t: &[DVec3; 3]) -> [[DVec3; 3]; 2] {
 fn first(links: &[Link], part: Part) -> Cell<Part> {
     let value = radon(links, &part);
     let possible = area_vector(&part.corners).length();
-    let error = (2.0 * value).min(possible).max(1e-3 * possible);
+    let hidden = !links[part.link as usize].occluders.is_empty();
+    let error = match hidden {
+        true => value.max(1e-3 * possible),
+        false => value,
+    };
     Cell {
         place: part,
         integral: Estimate { value, error },
@@ -149,7 +191,11 @@ fn radon(links: &[Link], part: &Part) -> f64 {
     for sign in [-1.0, 1.0] {
         let (u, w) = ((6.0 + sign * root) / 21.0, (155.0 + sign * root) / 1200.0);
         let v = 1.0 - 2.0 * u;
-        for node in [u * a + u * b + v * c, u * a + v * b + u * c, v * a + u * b + u * c] {
+        for node in [
+            u * a + u * b + v * c,
+            u * a + v * b + u * c,
+            v * a + u * b + u * c,
+        ] {
             mean += w * form(node);
         }
     }

@@ -25,7 +25,11 @@ impl Plane {
     /// Height of a point above the plane; 0 within rounding.
     pub fn height(&self, p: DVec3) -> f64 {
         let height = self.normal.dot(p) - self.offset;
-        if height.abs() <= self.flat { 0.0 } else { height }
+        if height.abs() <= self.flat {
+            0.0
+        } else {
+            height
+        }
     }
 }
 
@@ -89,7 +93,8 @@ impl Facet {
 
     /// Merges the tiles where together they are one convex polygon.
     fn joined(mut self) -> Facet {
-        if let Some(ring) = ring(&self.edges).filter(|r| self.tiles.len() > 1 && self.is_convex(r)) {
+        if let Some(ring) = ring(&self.edges).filter(|r| self.tiles.len() > 1 && self.is_convex(r))
+        {
             self.tiles = vec![ring];
         }
         self
@@ -112,7 +117,10 @@ pub(super) fn facets(triangles: &[[DVec3; 3]], flat: f64) -> Vec<Facet> {
     let mut by_edge: HashMap<[[u64; 3]; 2], Vec<usize>> = HashMap::new();
     for (k, t) in triangles.iter().enumerate() {
         for i in 0..3 {
-            by_edge.entry(key(t[i], t[(i + 1) % 3])).or_default().push(k);
+            by_edge
+                .entry(key(t[i], t[(i + 1) % 3]))
+                .or_default()
+                .push(k);
         }
     }
     // Larger triangles have truer planes: they found facets first.
@@ -210,10 +218,7 @@ fn ring(edges: &[Edge]) -> Option<Vec<DVec3>> {
 }
 
 /// Parts of a convex polygon where the height is not negative, and not positive. Either may be empty.
-pub(super) fn split(
-    polygon: &[DVec3],
-    height: impl Fn(DVec3) -> f64,
-) -> (Vec<DVec3>, Vec<DVec3>) {
+pub(super) fn split(polygon: &[DVec3], height: impl Fn(DVec3) -> f64) -> (Vec<DVec3>, Vec<DVec3>) {
     let (mut above, mut below) = (Vec::new(), Vec::new());
     let heights: Vec<f64> = polygon.iter().map(|&p| height(p)).collect();
     if heights.iter().all(|&h| h >= 0.0) {
@@ -286,14 +291,20 @@ mod tests {
         assert!(sum.length() < 1e-14);
         let along: f64 = cut.edges.iter().map(|e| (e[1] - e[0]).length()).sum();
         let whole: f64 = facet.edges.iter().map(|e| (e[1] - e[0]).length()).sum();
-        assert!((along - (0.5 * whole + 2.0)).abs() < 1e-12, "{along} {whole}");
+        assert!(
+            (along - (0.5 * whole + 2.0)).abs() < 1e-12,
+            "{along} {whole}"
+        );
     }
 
     #[test]
     fn squares_become_one_tile_and_folds_stay_apart() {
         let (a, b, c, d) = (at(0., 0.), at(1., 0.), at(1., 1.), at(0., 1.));
         let square = facets(&[[a, b, c], [a, c, d]], FLAT);
-        assert_eq!((square.len(), square[0].tiles.len(), square[0].edges.len()), (1, 1, 4));
+        assert_eq!(
+            (square.len(), square[0].tiles.len(), square[0].edges.len()),
+            (1, 1, 4)
+        );
         let fold = DVec3::new(0.0, 1.0, 1e-9);
         assert_eq!(facets(&[[a, b, c], [a, c, fold]], FLAT).len(), 2);
     }

@@ -43,8 +43,8 @@ const MOST_EDGE_PAIRS: usize = 5_000_000;
 /// Pairs of facets with something between, for two bodies.
 const MOST_LINKS: usize = 400;
 
-/// Occluders cut out of a tile, over all nodes of a quadrature.
-const MOST_CUTS: usize = 4_000_000;
+/// Triangles of a quadrature with nothing between.
+const MOST_OPEN: usize = 40_000;
 
 /// Distance over size from which the contour integral loses more digits than quadrature over the sender.
 const FAR: f64 = 20.0;
@@ -118,8 +118,17 @@ impl Bodies {
     }
 
     /// The form factor from a body that sends rays to one that receives them, with an estimate of its error; `None` where
-    /// they are of too many facets. The error exceeds the tolerance where the work would have been too much.
-    pub fn factor(&self, from: usize, to: usize, tolerance: &Tolerance) -> Option<(Estimate, Method)> {
+    /// they are of too many facets.
+    ///
+    /// The error exceeds the tolerance where it would have taken more than `work`: triangles of the sender times the
+    /// occluders seen from each, about a microsecond a piece.
+    pub fn factor(
+        &self,
+        from: usize,
+        to: usize,
+        tolerance: &Tolerance,
+        work: usize,
+    ) -> Option<(Estimate, Method)> {
         let area = self.area(from);
         if area <= 0.0 {
             return Some((Estimate::default(), Method::ClosedForm));
@@ -127,7 +136,10 @@ impl Bodies {
         let links = self.links(from, to)?;
         let (open, hidden): (Vec<Link>, Vec<Link>) =
             links.into_iter().partition(|l| l.occluders.is_empty());
-        let edges: usize = open.iter().map(|l| l.from.edges.len() * l.to.edges.len()).sum();
+        let edges: usize = open
+            .iter()
+            .map(|l| l.from.edges.len() * l.to.edges.len())
+            .sum();
         if edges > MOST_EDGE_PAIRS || hidden.len() > MOST_LINKS {
             return None;
         }
@@ -138,13 +150,12 @@ impl Bodies {
             false => Method::Quadrature,
         };
         if method == Method::Quadrature {
-            // Half, so that an error estimated too small by so much still meets the tolerance.
+            // A quarter, so that an error estimated too small by so much still meets the tolerance.
             let known = sum;
-            let goal = |value: f64| {
-                0.5 * area * tolerance.of((known.value + value) / area) - known.error
-            };
+            let goal =
+                |value: f64| 0.25 * area * tolerance.of((known.value + value) / area) - known.error;
             let cuts: usize = hidden.iter().map(|l| 1 + l.occluders.len()).sum();
-            let most = MOST_CUTS * hidden.len() / cuts;
+            let most = work * hidden.len() / cuts;
             sum = plus(&sum, &cubature::exchange(&hidden, goal, most));
         }
         let value = (sum.value / area).min(1.0);
@@ -206,7 +217,7 @@ fn unoccluded(link: &Link) -> Estimate {
         return contour::exchange(&a.edges, &b.edges);
     }
     let goal = |value: f64| 1e-10 * value;
-    cubature::exchange(std::slice::from_ref(link), goal, MOST_CUTS / 100)
+    cubature::exchange(std::slice::from_ref(link), goal, MOST_OPEN)
 }
 
 /// Distance of the middles of two facets over the larger's size.
