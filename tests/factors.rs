@@ -7,6 +7,7 @@ mod common;
 use std::time::Instant;
 
 use common::Silent;
+use common::rows::objects;
 use glam::DVec3;
 use halflight::form_factors::point_to_polygon;
 use halflight::scene::Scene;
@@ -33,23 +34,13 @@ fn points(polygon: &Value) -> Vec<DVec3> {
         .collect()
 }
 
-/// The polygons of a case as the objects `1`, `2` and the occluders.
+/// The polygons of a case as the objects 1, 2 and the occluders.
 fn scene(case: &Value) -> Scene {
-    let mut obj = String::new();
     let occluders = case["occluders"].as_array().expect("a list").iter();
     let all = [&case["surf1"], &case["surf2"]]
         .into_iter()
         .chain(occluders);
-    for (k, polygon) in all.enumerate() {
-        obj += &format!("o {}\n", k + 1);
-        let points = points(polygon);
-        for p in &points {
-            obj += &format!("v {:?} {:?} {:?}\n", p.x, p.y, p.z);
-        }
-        let corners: Vec<String> = (1..=points.len()).map(|i| format!("-{i}")).rev().collect();
-        obj += &format!("f {}\n", corners.join(" "));
-    }
-    Scene::from_obj_text("case", &obj, "").expect("a correct scene")
+    objects(&all.map(points).collect::<Vec<_>>())
 }
 
 fn table(scene: &Scene, tolerance: f64) -> FactorTable {
