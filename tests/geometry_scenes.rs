@@ -100,23 +100,19 @@ fn a_camera_inside_an_object_or_on_a_wall() {
     // Inside the crate there are only black backs.
     let inside = seen_from(room_with_crate(), p(0.3, 0.0, -0.8));
     assert!(inside.pixels.iter().all(|c| *c == Rgb::ZERO));
-    // On the floor, on a wall behind the camera, in a corner of the room, and on the lamp's plane: an ordinary picture.
-    for eye in [
-        p(-0.5, 0.0, -1.0),
-        p(-1.0, 0.0, 0.0),
-        p(-1.0, -1.0, -1.0),
-        p(-0.9, 0.0, 0.99),
+    // On the floor half of the view is in the room, in its corner a quarter; on the wall behind the camera, and in the
+    // lamp's plane, all of it.
+    for (eye, within) in [
+        (p(-0.5, 0.0, -1.0), 128),
+        (p(-1.0, -1.0, -1.0), 64),
+        (p(-1.0, 0.0, 0.0), 256),
+        (p(-0.9, 0.0, 0.99), 256),
     ] {
         let picture = seen_from(room_with_crate(), eye);
-        assert!(
-            picture
-                .pixels
-                .iter()
-                .all(|c| c.is_finite() && c.min_element() >= 0.0),
-            "{eye}"
-        );
+        let right = |c: &Rgb| c.is_finite() && c.min_element() >= 0.0;
+        assert!(picture.pixels.iter().all(right), "{eye}");
         let lit = picture.pixels.iter().filter(|c| c.x > 0.0).count();
-        assert!(lit > 128, "{eye}: {lit} pixels of 256");
+        assert!(lit >= within, "{eye}: {lit} pixels of 256");
     }
     // On the far wall, looking out of the room, there is nothing but sky.
     let out = seen_from(room_with_crate(), p(1.0, 0.5, 0.5));
