@@ -7,7 +7,8 @@
 
 use glam::DVec3;
 
-use super::facet::{Facet, Plane};
+use super::facet::Facet;
+use super::plane::Plane;
 
 /// A convex polygon that stops or dims light.
 #[derive(Clone, Debug)]

@@ -21,7 +21,7 @@ const NODES: [f64; 8] = [
     0.864_864_423_359_769_1,
     0.741_531_185_599_394_4,
     0.586_087_235_467_691_1,
-    0.405_845_151_377_397_17,
+    0.405_845_151_377_397_2,
     0.207_784_955_007_898_47,
     0.0,
 ];
@@ -40,7 +40,7 @@ const KRONROD: [f64; 8] = [
 const GAUSS: [f64; 4] = [
     0.129_484_966_168_869_7,
     0.279_705_391_489_276_64,
-    0.381_830_050_505_118_95,
+    0.381_830_050_505_118_9,
     0.417_959_183_673_469_4,
 ];
 /// Nodes and weights of Gauss's rule of 8 points, for edges seen from afar.
@@ -155,7 +155,7 @@ impl Pair {
         let half = 0.5 * self.length;
         let middle = p - half * self.unit;
         if middle.length_squared() > 4.0 * self.length * self.length {
-            return self.from_afar(middle);
+            return self.seen_from_afar(middle);
         }
         let height = p.cross(self.unit).length();
         let primitive = |x: f64| match x {
@@ -168,7 +168,7 @@ impl Pair {
     }
 
     /// The same where the edge is short against its distance.
-    fn from_afar(&self, middle: DVec3) -> f64 {
+    fn seen_from_afar(&self, middle: DVec3) -> f64 {
         let half = 0.5 * self.length;
         let log = |s: f64| {
             let r = middle - (s * half) * self.unit;

@@ -10,7 +10,8 @@
 use glam::DVec3;
 
 use super::between::Occluder;
-use super::facet::{Facet, area_vector};
+use super::facet::Facet;
+use super::plane::area_vector;
 use super::refine::{Cell, Estimate, refine};
 use super::visible::visible_form;
 
@@ -80,7 +81,9 @@ fn parts(link: &Link, most: usize) -> Vec<[DVec3; 3]> {
         .take(MOST_CUTS)
         .collect();
     for occluder in cuts {
-        sender.cut_along(&occluder.plane);
+        if sender.tiles.len() < most {
+            sender.cut_along(&occluder.plane);
+        }
     }
     let fan = |tile: &Vec<DVec3>| -> Vec<[DVec3; 3]> {
         let rest = tile[1..].windows(2);

@@ -18,6 +18,7 @@ mod between;
 mod contour;
 mod cubature;
 mod facet;
+mod plane;
 mod refine;
 mod visible;
 
@@ -42,6 +43,9 @@ const MOST_EDGE_PAIRS: usize = 5_000_000;
 
 /// Pairs of facets with something between, for two bodies.
 const MOST_LINKS: usize = 400;
+
+/// Triangles a sender needs at least for a quadrature worth beginning.
+const FEWEST: usize = 16;
 
 /// Triangles of a quadrature with nothing between.
 const MOST_OPEN: usize = 40_000;
@@ -118,7 +122,7 @@ impl Bodies {
     }
 
     /// The form factor from a body that sends rays to one that receives them, with an estimate of its error; `None` where
-    /// they are of too many facets.
+    /// they are of too many facets, or have too much between them for the `work` allowed.
     ///
     /// The error exceeds the tolerance where it would have taken more than `work`: triangles of the sender times the
     /// occluders seen from each, about a microsecond a piece.
@@ -140,7 +144,8 @@ impl Bodies {
             .iter()
             .map(|l| l.from.edges.len() * l.to.edges.len())
             .sum();
-        if edges > MOST_EDGE_PAIRS || hidden.len() > MOST_LINKS {
+        let cuts: usize = hidden.iter().map(|l| 1 + l.occluders.len()).sum();
+        if edges > MOST_EDGE_PAIRS || hidden.len() > MOST_LINKS || FEWEST * cuts > work {
             return None;
         }
         let parts: Vec<Estimate> = open.par_iter().map(unoccluded).collect();
@@ -154,7 +159,6 @@ impl Bodies {
             let known = sum;
             let goal =
                 |value: f64| 0.25 * area * tolerance.of((known.value + value) / area) - known.error;
-            let cuts: usize = hidden.iter().map(|l| 1 + l.occluders.len()).sum();
             let most = work * hidden.len() / cuts;
             sum = plus(&sum, &cubature::exchange(&hidden, goal, most));
         }
@@ -185,8 +189,11 @@ impl Bodies {
     }
 }
 
-/// The faces of each object and material, in order of first use.
-fn groups(scene: &Scene) -> Vec<((u32, u32), Vec<[DVec3; 3]>)> {
+/// An object and a material, and the faces they have in common.
+type Group = ((u32, u32), Vec<[DVec3; 3]>);
+
+/// The faces of each object and material, in order of their numbers.
+fn groups(scene: &Scene) -> Vec<Group> {
     let mut found = std::collections::BTreeMap::<_, Vec<_>>::new();
     for (k, face) in scene.faces.iter().enumerate() {
         let group = found.entry((face.object, face.material)).or_default();

@@ -11,7 +11,8 @@ use glam::DVec3;
 
 use super::super::polygon::signed_edges;
 use super::between::Occluder;
-use super::facet::{Facet, split};
+use super::facet::Facet;
+use super::plane::split;
 
 /// A convex part of a facet, and the share of its light that arrives.
 struct Piece {
@@ -80,7 +81,8 @@ fn darken(pieces: Vec<Piece>, x: DVec3, occluder: &Occluder) -> Vec<Piece> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::facet::{facets, plane_of};
+    use super::super::facet::facets;
+    use super::super::plane::plane_of;
     use super::*;
 
     const FLAT: f64 = 1e-12;
