@@ -57,6 +57,32 @@ fn a_box_in_a_room_for_every_tau() {
 }
 
 #[test]
+fn every_crossing_counts_where_light_passes() {
+    // Three boxes around each other: rays from each reach the room, so the room's rays cross their fronts
+    // 0.81 + 0.64 + 0.49 times on average.
+    let mut mesh = Mesh::default();
+    mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 0);
+    for half in [0.9, 0.8, 0.7] {
+        mesh.cuboid(
+            DVec3::ZERO,
+            DVec3::splat(half),
+            DQuat::IDENTITY,
+            Facing::Out,
+            1,
+        );
+    }
+    let mut scene = mesh.scene(vec![grey("wall", 0.5), grey("boxes", 0.5)]);
+    scene.objects = vec!["room".into(), "boxes".into()];
+    for face in &mut scene.faces {
+        face.object = face.material;
+    }
+    let table = table(&scene, 1.0, 1e-4);
+    for (f, exact) in table.factors.iter().zip([1.0, 1.94, 1.0, 0.0]) {
+        assert!((f.share.value - exact).abs() < 1e-9, "{f:?} {exact}");
+    }
+}
+
+#[test]
 fn rays_agree_with_the_exact_way() {
     let (scene, q) = box_in_room();
     let rays = Rays::new(&scene);
