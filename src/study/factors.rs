@@ -14,10 +14,10 @@ use crate::scene::Scene;
 /// Share of the relative tolerance that is the absolute one.
 const ABSOLUTE: f64 = 1e-3;
 
-/// Work for all quadratures together, see [`Bodies::factor`]: half a minute or so of one core.
-const WORK: usize = 8_000_000;
+/// Work for all quadratures together, see [`Bodies::factor`]: half a minute of one core.
+const WORK: usize = 16_000_000;
 
-/// Rays for all rows together, and for one: half a minute or so of one core.
+/// Rays for all rows together, and for one: half a minute of one core.
 const RAYS: (u32, u32) = (1 << 26, 1 << 23);
 
 /// How a form factor was found.
