@@ -52,6 +52,8 @@ pub enum Command {
     Compare(Compare),
     /// Compare two pictures, number by number
     Diff(Diff),
+    /// Form factors between the objects of a scene, with their errors
+    Factors(super::factors::Factors),
     /// Render a scene by path tracing, a witness to the solver
     Trace(Trace),
     /// List the scenes that are built in

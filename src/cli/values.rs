@@ -67,6 +67,14 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A relative error.
+pub fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (1e-9..=1.0).contains(&value) => Ok(value),
+        _ => Err("must be a number from 1e-9 to 1".into()),
+    }
+}
+
 /// WIDTHxHEIGHT in pixels.
 pub fn size(text: &str) -> Result<Size, String> {
     const LARGEST: usize = 16_384;

@@ -10,6 +10,9 @@
 //! [`Luminaire`]s, closed form of the polygon times visibility, which needs some sixty times less work for the same
 //! error. Surfaces that emit but are no luminaires (everything, in a furnace) go by the rows.
 //!
+//! Between whole objects, [`planar`] finds form factors by contour integrals and by quadrature, to as many digits as asked
+//! for, and [`sampled`] by rays where there are too many faces for that.
+//!
 //! [`closure`] and [`reciprocity`] are checks for anyone to call; nothing is silently repaired.
 
 mod cast;
@@ -17,10 +20,13 @@ mod checks;
 mod emitted;
 mod luminaire;
 mod outline;
+pub mod planar;
 mod polygon;
+pub mod sampled;
 mod shadow;
 mod shaft;
 mod sight;
+
 mod sparse;
 
 pub use cast::{FormFactors, Variant, cast};

@@ -10,6 +10,7 @@ mod canvas;
 mod chart;
 pub mod compare;
 mod difference;
+mod factors;
 mod font;
 mod notes;
 mod pipeline;
@@ -25,6 +26,9 @@ pub use bounces::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, te
 pub use canvas::Marker;
 pub use chart::{Axis, Chart, ChartError, Look, Series};
 pub use difference::{difference_scale, difference_tiles};
+pub use factors::{
+    Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors,
+};
 pub use pipeline::{
     Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, picture, prepare, render,
     without_luminaires,
