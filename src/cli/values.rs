@@ -51,8 +51,8 @@ pub fn stops(text: &str) -> Result<f32, String> {
     }
 }
 
-/// A relative error.
-pub fn tolerance(text: &str) -> Result<f64, String> {
+/// A relative error of a picture.
+pub fn picture_error(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (1e-4..=0.5).contains(&value) => Ok(value),
         _ => Err("must be a number from 0.0001 to 0.5; 0.01 is 1 %".into()),
