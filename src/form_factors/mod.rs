@@ -10,11 +10,14 @@
 //! [`Luminaire`]s, closed form of the polygon times visibility, which needs some sixty times less work for the same
 //! error. Surfaces that emit but are no luminaires (everything, in a furnace) go by the rows.
 //!
+//! [`cast_layers`] keeps the crossings of the rays apart, so that one cast gives `F^tau` for every tau.
+//!
 //! [`closure`] and [`reciprocity`] are checks for anyone to call; nothing is silently repaired.
 
 mod cast;
 mod checks;
 mod emitted;
+mod layers;
 mod luminaire;
 mod outline;
 mod polygon;
@@ -23,6 +26,7 @@ mod sparse;
 pub use cast::{FormFactors, Variant, cast};
 pub use checks::{Closure, closure, reciprocity};
 pub use emitted::{DirectSum, Occlusion, Receiver, gather_luminaire, receive_emitted};
+pub use layers::{Layers, cast_layers};
 pub use luminaire::{Luminaire, Luminaires};
 pub use polygon::{point_kernel, point_to_polygon};
 pub use sparse::Rows;

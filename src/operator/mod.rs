@@ -20,7 +20,7 @@ use crate::light::{Light, Rgb, Transport};
 use crate::patches::Patches;
 use crate::scene::Scene;
 
-pub use spectrum::{Bounds, Spectrum, spectrum};
+pub use spectrum::{Bounds, Effort, Spectrum, spectrum, spectrum_of};
 
 /// K of one scene and one choice of (alpha, tau), with the E it acts on first.
 #[derive(Debug)]
