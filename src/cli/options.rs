@@ -56,6 +56,8 @@ pub enum Command {
     Diff(Diff),
     /// Render a scene by path tracing, a witness to the solver
     Trace(Trace),
+    /// Map where the series converges over the (alpha, tau) square
+    Map(super::map::MapArguments),
     /// List the scenes that are built in
     Scenes,
 }
