@@ -12,6 +12,7 @@ mod bounces;
 mod compare;
 mod console;
 mod diff;
+mod frontier;
 mod map;
 mod options;
 mod pictures;
@@ -121,6 +122,7 @@ fn run(cli: options::Cli) -> Result<(), CliError> {
         options::Command::Compare(own) => compare::run(own, &cli.common),
         options::Command::Diff(own) => diff::run(own, &cli.common),
         options::Command::Trace(own) => trace::run(own, &cli.common),
+        options::Command::Frontier(own) => frontier::run(own, &cli.common),
         options::Command::Map(own) => map::run(own, &cli.common),
         options::Command::Scenes => scenes::run(&cli.common),
     }

@@ -11,6 +11,7 @@ mod chart;
 pub mod compare;
 mod difference;
 mod font;
+pub mod frontier;
 pub mod map;
 mod notes;
 mod pipeline;

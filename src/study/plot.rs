@@ -14,7 +14,7 @@ use super::notes;
 use super::surface::DrawError;
 
 pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
-pub(super) const FAINT_INK: RGBColor = RGBColor(96, 96, 96);
+const FAINT_INK: RGBColor = RGBColor(96, 96, 96);
 const GRID: RGBColor = RGBColor(225, 225, 225);
 pub(super) const TITLE_EM: f64 = 19.0;
 const LABEL_EM: f64 = 15.0;

@@ -15,7 +15,7 @@ use super::super::canvas::{Align, Canvas, Marker};
 use super::super::chart::ChartError;
 use super::super::font;
 use super::super::plot::{
-    CAPTION_EM, FAINT_INK, Frame, INK, LEGEND_WIDTH, TICK_EM, TITLE_EM, draw_axes, draw_caption,
+    CAPTION_EM, Frame, INK, LEGEND_WIDTH, TICK_EM, TITLE_EM, draw_axes, draw_caption,
 };
 use super::super::surface::{DrawError, draw_bitmap, draw_svg};
 use super::{Column, Map};
@@ -28,7 +28,7 @@ const PAPER: RGBColor = RGBColor(255, 255, 255);
 /// Pieces a curve has between two columns.
 const PIECES: usize = 8;
 /// Bands at most.
-const BANDS: f64 = 12.0;
+const BANDS: f64 = 16.0;
 
 /// A map and the words around it.
 pub struct MapChart<'a> {
@@ -76,7 +76,7 @@ impl MapChart<'_> {
         let unit = || Range::of(Scale::Linear, [0.0, 1.0]);
         let frame = Frame::spanning(SIZE, caption.len(), (unit(), unit()));
         canvas.rectangle((0.0, 0.0), (width, height), PAPER)?;
-        canvas.text(&self.title, (frame.left, 32.0), TITLE_EM, Align::Left, INK)?;
+        canvas.text(&self.title, (frame.left, 22.0), TITLE_EM, Align::Left, INK)?;
         let labels = ["alpha: interreflection", "tau: transmission"];
         draw_axes(labels, &frame, canvas)?;
         let levels = self.levels();
@@ -210,21 +210,20 @@ fn draw_corners<B: DrawingBackend>(frame: &Frame, canvas: &mut Canvas<B>) -> Res
         };
         canvas.marker(Marker::Disc, (x, y), 13.0, INK)?;
         canvas.marker(Marker::Disc, (x, y), 8.0, PAPER)?;
+        // Above the square nothing is hidden; below it are the ticks.
+        if at.tau > 0.5 {
+            canvas.text(mode.name(), (x, y - 11.0), TICK_EM, Align::Center, INK)?;
+            continue;
+        }
         let wide = font::width(mode.name(), TICK_EM) + 12.0;
         let left = if at.alpha > 0.5 {
             x - 10.0 - wide
         } else {
             x + 10.0
         };
-        let base = if at.tau > 0.5 { y + 26.0 } else { y - 14.0 };
+        let base = y - 14.0;
         canvas.rectangle((left, base - 15.0), (left + wide, base + 6.0), PAPER)?;
-        canvas.text(
-            mode.name(),
-            (left + 6.0, base),
-            TICK_EM,
-            Align::Left,
-            FAINT_INK,
-        )?;
+        canvas.text(mode.name(), (left + 6.0, base), TICK_EM, Align::Left, INK)?;
     }
     Ok(())
 }
