@@ -17,8 +17,7 @@ use crate::light::Transport;
 use crate::scene::{LoadOptions, Scene};
 use crate::solve::Settings;
 use crate::study::frontier::{
-    Formal, Run, Spread, at, formal, runs, series_chart, shooting_chart, slope, spread_chart,
-    spreads,
+    Formal, Run, Scaling, at, formal, runs, scaling, series_chart, shooting_chart, spread_chart,
 };
 use crate::study::map::Survey;
 use crate::study::{Chart, Prepared, Silent, assemble, prepare};
@@ -26,7 +25,7 @@ use crate::study::{Chart, Prepared, Silent, assemble, prepare};
 /// alpha over alpha_c of the runs.
 const SHARES: [f64; 4] = [0.9, 0.99, 0.999, 1.1];
 /// Repeats and doublings of the path tracer's error.
-const REPEATS: u32 = 64;
+const REPEATS: usize = 128;
 const DOUBLINGS: u32 = 12;
 
 /// `halflight frontier`
@@ -116,7 +115,7 @@ struct Traced {
     alpha: f64,
     /// Predicted error ~ N^-exponent.
     exponent: f64,
-    spreads: Vec<Spread>,
+    found: Scaling,
 }
 
 /// What one run works on.
@@ -239,13 +238,12 @@ impl<'a> Study<'a> {
         let measure = |alpha: f64| {
             let index = self.survey.tail_index(alpha, self.tau).unwrap_or(2.0);
             let scene = at(&self.scene, alpha, self.tau);
-            let spreads = spreads(&scene, REPEATS, DOUBLINGS, self.sampling.seed);
             let traced = Traced {
                 alpha,
                 exponent: 1.0 - 1.0 / index,
-                spreads,
+                found: scaling(&scene, REPEATS, DOUBLINGS, self.sampling.seed),
             };
-            let (slope, error) = traced.slope();
+            let (slope, error) = traced.found.slope;
             console.say(format!(
                 "path tracing at alpha {alpha:.4}: error falls as N^{slope:.3} ± {error:.3}, predicted N^-{:.3}",
                 traced.exponent
@@ -295,7 +293,7 @@ impl<'a> Study<'a> {
                 (
                     format!("alpha {:.3}", t.alpha),
                     t.exponent,
-                    t.spreads.clone(),
+                    t.found.spreads.clone(),
                 )
             };
             let lines: Vec<_> = traced.iter().map(line).collect();
@@ -337,39 +335,27 @@ impl<'a> Study<'a> {
     }
 }
 
-impl Traced {
-    /// The measured exponent with its standard error.
-    fn slope(&self) -> (f64, f64) {
-        let points = self.spreads.iter().map(|s| (s.paths as f64, s.spread));
-        slope(&points.collect::<Vec<_>>())
-    }
-}
-
 fn table(found: &[Run]) -> String {
-    let mut text = format!(
-        "{:>13} {:>7} {:>16} {:>7} {:>6} {:>12} {:>11} {:>9} {:>14}\n",
-        "alpha/alpha_c",
-        "alpha",
-        "spectral radius",
-        "norm(K)",
-        "terms",
-        "extrapolated",
-        "shots/patch",
-        "unshot",
-        "shooting says"
+    let mut text = String::from(
+        "    of                 spectral                  products with K      seconds of Neumann, extra-     shots             shooting\n\
+         alpha_c   alpha          radius norm(K)   terms  extrapolated    polated, LU, shooting over K   a patch    unshot      says\n",
     );
+    let optional = |n: Option<usize>| n.map_or("-".into(), |n| n.to_string());
+    let second = |s: Option<f64>| s.map_or("-".into(), |s| format!("{s:.4}"));
     for run in found {
-        let optional = |n: Option<usize>| n.map_or("-".into(), |n| n.to_string());
         let report = run_report(run);
+        let radius = format!("{:.4} to {:.4}", run.radius.lower, run.radius.upper);
+        let t = run.seconds;
+        let seconds = [t.neumann, t.extrapolated, t.direct, t.shooting].map(second);
         let _ = writeln!(
             text,
-            "{:>13} {:>7.4} {:>16} {:>7.4} {:>6} {:>12} {:>11.1} {:>9.2e} {:>14}",
+            "{:>7} {:>7.4} {radius:>16} {:>7.4} {:>7} {:>13} {:>31} {:>9.1} {:>9.2e} {:>10}",
             run.share,
             run.alpha,
-            format!("{:.4} to {:.4}", run.radius.lower, run.radius.upper),
             run.norm,
             optional(report.terms),
             optional(run.extrapolated),
+            seconds.join(" "),
             report.shots_per_patch,
             report.unshot,
             report.shooting,
@@ -395,8 +381,8 @@ fn run_report(run: &Run) -> RunReport {
 }
 
 fn spread_report(traced: &Traced) -> SpreadReport {
-    let (slope, error) = traced.slope();
-    let points = traced.spreads.iter().map(|s| SpreadPoint {
+    let (slope, error) = traced.found.slope;
+    let points = traced.found.spreads.iter().map(|s| SpreadPoint {
         paths: s.paths,
         spread: s.spread,
         reported: s.reported,

@@ -55,7 +55,7 @@ pub struct Effort {
     pub gap: f64,
     /// Products to spend on that at most.
     pub products: usize,
-    /// Products to spend at most as long as it is undecided whether the radius lies below or above 1.
+    /// Products to spend at most as long as it is undecided whether the radius lies below or above 1, or, below, how far.
     pub undecided: usize,
 }
 
@@ -69,6 +69,8 @@ impl Default for Effort {
     }
 }
 
+/// The gap that bounds below 1 may have, as a share of what is left to 1.
+const VAGUE: f64 = 0.25;
 /// Shift of the power iteration as a share of the radius: bipartite scenes (two facing walls) would oscillate.
 const SHIFT: f32 = 0.2;
 
@@ -176,14 +178,16 @@ fn smallest_ratio(bx: &[Vec4], x: &[Vec4]) -> [f64; 3] {
 fn settled(lower: [f64; 3], upper: [f64; 3], step: usize, effort: &Effort) -> bool {
     let radius = |v: [f64; 3]| v.into_iter().fold(0.0, f64::max);
     let undecided = radius(lower) < 1.0 && radius(upper) >= 1.0;
+    // Just below 1 the sum of the series is as uncertain as 1 - radius, and so is the number of its terms.
+    let vague = |c: usize| upper[c] < 1.0 && upper[c] - lower[c] > VAGUE * (1.0 - upper[c]);
+    let near = undecided || (0..3).any(vague);
     let close = (0..3).all(|c| upper[c] - lower[c] <= effort.gap * upper[c]);
-    let most = if undecided {
+    let most = if near {
         effort.undecided
     } else {
         effort.products
     };
-    let spent = step >= most;
-    spent || (close && !undecided)
+    step >= most || (close && !near)
 }
 
 /// `x + (Bx)/(shift)`, scaled to a largest component of 1 in every channel.

@@ -115,7 +115,7 @@ pub fn spread_chart(
         let guide = points.iter().map(|(x, _)| (*x, scale * x.powf(-exponent)));
         let guide = guide.collect();
         lines.push(series(name.clone(), colour, Look::Measured, points));
-        let law = format!("predicted: N^-{exponent:.2}");
+        let law = format!("predicted: N^−{exponent:.2}");
         lines.push(series(law, colour, Look::Bound, guide));
     }
     let labels = ["paths N", "relative error of the picture's mean"];

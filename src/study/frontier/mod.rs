@@ -1,7 +1,7 @@
 //! What each method does on both sides of the frontier, at one tau: along alpha = share / radius(1, tau).
 //!
 //! [`runs`] follows the Neumann series, its proved tail bound and its true tail, the extrapolated solve and progressive
-//! shooting; [`formal`] solves (I - K) L = E beyond the frontier; [`spreads`] measures the path tracer's error.
+//! shooting; [`formal`] solves (I - K) L = E beyond the frontier; [`scaling`] measures the path tracer's error.
 //!
 //! Not handled: scenes whose frontier lies beyond alpha = 1 at this tau.
 
@@ -12,8 +12,8 @@ mod spread;
 
 pub use charts::{series_chart, shooting_chart, spread_chart};
 pub use formal::{Formal, formal};
-pub use series::{Run, Shot, runs};
-pub use spread::{Spread, slope, spreads};
+pub use series::{Run, Shot, Timing, runs};
+pub use spread::{Scaling, Spread, scaling};
 
 use crate::light::Transport;
 use crate::scene::Scene;

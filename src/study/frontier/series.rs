@@ -1,7 +1,9 @@
 //! The series, its bounds, its true tails and progressive shooting at given shares of the frontier's alpha.
 
+use std::time::Instant;
+
 use super::super::pipeline::{Assembled, Silent, assemble, prepare};
-use super::super::shoot::ray_shooter;
+use super::super::shoot::{assembled_shooter, ray_shooter};
 use super::at;
 use crate::form_factors::Sampling;
 use crate::light::{Light, Transport};
@@ -9,7 +11,7 @@ use crate::operator::{Bounds, operator_norm};
 use crate::scene::Scene;
 use crate::solve::{
     RaySettings, Settings, Shooting, ShootingSettings, TailBound, Verdict, direct, extrapolated,
-    norm, terms, verdict,
+    neumann, norm, terms, verdict,
 };
 
 /// Products to estimate a norm from.
@@ -42,10 +44,25 @@ pub struct Run {
     pub tails: Vec<f64>,
     /// Products of the extrapolated solve; none beyond the frontier.
     pub extrapolated: Option<usize>,
+    /// Seconds of each solve of L over the same K.
+    pub seconds: Timing,
     /// Progressive shooting with rays, batch by batch.
     pub shooting: Vec<Shot>,
     /// How shooting ended.
     pub shot: Verdict,
+}
+
+/// Seconds of solving for L on this machine; none where a method refuses.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Timing {
+    /// The Neumann series, bounds included.
+    pub neumann: Option<f64>,
+    /// The extrapolated series, bounds included.
+    pub extrapolated: Option<f64>,
+    /// LU.
+    pub direct: Option<f64>,
+    /// Shooting over K to a thousandth unshot.
+    pub shooting: Option<f64>,
 }
 
 /// The state of shooting after a batch.
@@ -101,6 +118,7 @@ fn follow(mode: &Assembled, share: f64, alpha: f64, settings: &Settings) -> Run 
         bounds: Vec::new(),
         tails: Vec::new(),
         extrapolated: extrapolated(k, settings).ok().map(|found| found.products),
+        seconds: time(mode, settings),
         shooting: Vec::new(),
         shot: Verdict::Undecided,
     };
@@ -130,6 +148,31 @@ fn follow(mode: &Assembled, share: f64, alpha: f64, settings: &Settings) -> Run 
         }
     }
     run
+}
+
+/// Solves over one K in four ways.
+fn time(mode: &Assembled, settings: &Settings) -> Timing {
+    let k = &mode.operator;
+    Timing {
+        neumann: seconds(|| neumann(k, settings).ok()),
+        extrapolated: seconds(|| extrapolated(k, settings).ok()),
+        direct: seconds(|| direct(k)),
+        shooting: seconds(|| {
+            let shooter = assembled_shooter(mode);
+            let settings = ShootingSettings {
+                generations: 2,
+                ..ShootingSettings::default()
+            };
+            Shooting::new(&shooter, settings).ok()?.run(|_| ()).ok()
+        }),
+    }
+}
+
+/// Seconds that something took, if it came to an end.
+fn seconds<T>(solve: impl FnOnce() -> Option<T>) -> Option<f64> {
+    let start = Instant::now();
+    let solved = solve();
+    solved.map(|_| start.elapsed().as_secs_f64())
 }
 
 fn add(sum: &mut [Light], term: &[Light], factor: f32) {

@@ -25,18 +25,32 @@ pub struct Spread {
     pub reported: f64,
 }
 
-/// Measures at paths = 16 · 2^k, k = 4 ..= `doublings`; the scene's materials have their own (alpha, tau).
-pub fn spreads(scene: &Scene, repeats: u32, doublings: u32, seed: u32) -> Vec<Spread> {
+/// How the error scales with the number of paths.
+#[derive(Clone, Debug)]
+pub struct Scaling {
+    /// By paths, each step twice as many.
+    pub spreads: Vec<Spread>,
+    /// The slope of log spread over log paths, and its standard error from independent groups of repeats.
+    pub slope: (f64, f64),
+}
+
+/// Groups of repeats, each with a slope of its own.
+const GROUPS: usize = 8;
+/// Samples a pixel at the first look, as a power of two.
+const FIRST: u32 = 4;
+
+/// Measures at 2^4 to 2^`doublings` samples a pixel; the scene's materials have their own (alpha, tau).
+pub fn scaling(scene: &Scene, repeats: usize, doublings: u32, seed: u32) -> Scaling {
     let rays = Rays::new(scene);
     let transports = scene.transports(Default::default());
     let repeat = |number: u32| -> Vec<(f64, f64)> {
         let settings = TraceSettings {
             next_event: NextEvent::On,
             max_bounces: 100_000,
-            seed: seed.wrapping_add(number),
+            seed: seed.wrapping_mul(65_537).wrapping_add(number),
         };
         let mut tracer = Tracer::new(scene, &rays, &transports, (SIDE, SIDE), &settings);
-        let looks = (4..=doublings).map(|k| {
+        let looks = (FIRST..=doublings).map(|k| {
             let samples = 1u64 << k;
             tracer.pass((samples - tracer.samples()) as u32);
             let mean = tracer.mean();
@@ -44,21 +58,34 @@ pub fn spreads(scene: &Scene, repeats: u32, doublings: u32, seed: u32) -> Vec<Sp
         });
         looks.collect()
     };
-    let found: Vec<_> = (0..repeats).into_par_iter().map(repeat).collect();
-    let at = |k: u32| {
-        let of = |pick: fn(&(f64, f64)) -> f64| {
-            let values = found.iter().map(|looks| pick(&looks[k as usize - 4]));
-            sorted(values)
-        };
+    let size = repeats.div_ceil(GROUPS).max(2);
+    let found: Vec<_> = (0..(GROUPS * size) as u32)
+        .into_par_iter()
+        .map(repeat)
+        .collect();
+    let slopes: Vec<f64> = found.chunks(size).map(|g| slope(&spreads(g))).collect();
+    let mean = slopes.iter().sum::<f64>() / GROUPS as f64;
+    let squares: f64 = slopes.iter().map(|s| (s - mean).powi(2)).sum();
+    Scaling {
+        spreads: spreads(&found),
+        slope: (mean, (squares / ((GROUPS - 1) * GROUPS) as f64).sqrt()),
+    }
+}
+
+/// Errors at every look, from the repeats' (mean, reported error).
+fn spreads(repeats: &[Vec<(f64, f64)>]) -> Vec<Spread> {
+    let at = |look: usize| {
+        let of = |pick: fn(&(f64, f64)) -> f64| sorted(repeats.iter().map(|r| pick(&r[look])));
         let (means, errors) = (of(|l| l.0), of(|l| l.1));
         let middle = quantile(&means, 0.5);
         Spread {
-            paths: (SIDE * SIDE) as u64 * (1 << k),
+            paths: (SIDE * SIDE) as u64 * (1 << (FIRST as usize + look)),
             spread: 0.5 * (quantile(&means, 0.75) - quantile(&means, 0.25)) / 0.6745 / middle,
             reported: quantile(&errors, 0.5) / middle,
         }
     };
-    (4..=doublings).map(at).collect()
+    let looks = repeats.first().map_or(0, Vec::len);
+    (0..looks).map(at).collect()
 }
 
 fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
@@ -77,20 +104,16 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
     sorted[low] + (sorted[high] - sorted[low]) * at.fract()
 }
 
-/// The slope of log error over log paths by least squares, and its standard error from the scatter about the line.
-pub fn slope(points: &[(f64, f64)]) -> (f64, f64) {
-    let logs: Vec<_> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
+/// The slope of log spread over log paths by least squares.
+fn slope(spreads: &[Spread]) -> f64 {
+    let log = |s: &Spread| ((s.paths as f64).ln(), s.spread.ln());
+    let logs: Vec<_> = spreads.iter().map(log).collect();
     let n = logs.len() as f64;
-    let (x0, y0) = (
-        logs.iter().map(|p| p.0).sum::<f64>() / n,
-        logs.iter().map(|p| p.1).sum::<f64>() / n,
-    );
+    let mean = |pick: fn(&(f64, f64)) -> f64| logs.iter().map(pick).sum::<f64>() / n;
+    let (x0, y0) = (mean(|p| p.0), mean(|p| p.1));
     let xx: f64 = logs.iter().map(|p| (p.0 - x0).powi(2)).sum();
     let xy: f64 = logs.iter().map(|p| (p.0 - x0) * (p.1 - y0)).sum();
-    let slope = xy / xx;
-    let left = logs.iter().map(|p| (p.1 - y0 - slope * (p.0 - x0)).powi(2));
-    let error = (left.sum::<f64>() / (n - 2.0) / xx).sqrt();
-    (slope, error)
+    xy / xx
 }
 
 #[cfg(test)]
@@ -99,9 +122,12 @@ mod tests {
 
     #[test]
     fn slopes_of_powers_are_their_exponents() {
-        let points = [1.0, 2.0, 4.0, 8.0].map(|x: f64| (x, 3.0 * x.powf(-0.4)));
-        let (found, error) = slope(&points);
-        assert!((found + 0.4).abs() < 1e-12 && error < 1e-12);
+        let spreads = [1, 2, 4, 8].map(|paths| Spread {
+            paths,
+            spread: 3.0 * (paths as f64).powf(-0.4),
+            reported: 0.0,
+        });
+        assert!((slope(&spreads) + 0.4).abs() < 1e-12);
     }
 
     #[test]
