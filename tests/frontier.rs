@@ -220,7 +220,7 @@ fn random_room(number: u32) -> (Prepared, Transport) {
     let at = |purpose: u32| random(number, purpose);
     let mut mesh = Mesh::default();
     mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 0);
-    let boxes = (14.0 * at(1)) as u32;
+    let boxes = (25.0 * at(1)) as u32;
     for b in 0..boxes {
         let own = |k: u32| at(100 + 10 * b + k);
         let half = DVec3::new(own(0), own(1), own(2)) * 0.25 + 0.05;
@@ -228,11 +228,11 @@ fn random_room(number: u32) -> (Prepared, Transport) {
         let turn = DQuat::from_rotation_y(own(6)) * DQuat::from_rotation_x(own(7));
         mesh.cuboid(place, half, turn, Facing::Out, 1);
     }
-    let mut wall = grey("wall", 0.6 + 0.4 * at(2) as f32);
+    let mut wall = grey("wall", 0.8 + 0.2 * at(2) as f32);
     wall.emission = Rgb::ONE;
-    let things = grey("things", 0.6 + 0.4 * at(3) as f32);
-    let tau = [at(4), 1.0][usize::from(at(5) < 0.5)];
-    let transport = transport(0.5 + 0.5 * at(6) as f32, tau as f32);
+    let things = grey("things", 0.8 + 0.2 * at(3) as f32);
+    let tau = [at(4), 1.0][usize::from(at(5) < 0.7)];
+    let transport = transport(0.7 + 0.3 * at(6) as f32, tau as f32);
     (prepare(mesh.scene(vec![wall, things]), 100), transport)
 }
 
@@ -300,10 +300,11 @@ fn every_method_agrees_with_the_bounds_in_200_random_scenes() {
         }
         assert_eq!(shot(&p, transport, number), found, "shooting: {shown}");
     }
+    println!("{diverging} diverge, {close} too close to compare shooting");
     // Both sides of the frontier were seen, and few scenes lie too close to it to compare shooting.
     assert!((30..170).contains(&diverging), "{diverging} diverge");
     assert_eq!(undecided, 0);
-    assert!(close < 30, "{close} close to the frontier");
+    assert!(close < 50, "{close} close to the frontier");
 }
 
 /// Between the frontiers the weight of a path has a tail of index p < 2: the error of the mean falls as N^-(1 - 1/p), not

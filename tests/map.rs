@@ -302,6 +302,50 @@ fn the_map_does_not_depend_on_threads() {
 }
 
 #[test]
+fn frontier_studies_both_sides_and_labels_what_is_not_light() {
+    let place = place(&[]);
+    let small = "frontier furnished-room --patches 60 --rays 64";
+    let plain = report(&place, small);
+    assert!(plain["formal"].is_null());
+    assert!(plain["alpha_variance"].as_f64() < plain["alpha_c"].as_f64());
+    let verdicts: Vec<_> = plain["runs"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|r| &r["verdict"])
+        .collect();
+    assert_eq!(
+        verdicts,
+        ["converges", "converges", "converges", "diverges"]
+    );
+    assert!(!files(&place).iter().any(|f| f.contains("formal")));
+    let asked = report(&place, &format!("{small} --formal"));
+    assert!(
+        asked["formal"]["label"]
+            .as_str()
+            .unwrap()
+            .contains("not light")
+    );
+    assert!(asked["formal"]["smallest"].as_f64() < Some(0.0));
+    let csv = place
+        .path()
+        .join("out/furnished-room-frontier-formal-not-light.csv");
+    assert!(
+        std::fs::read_to_string(csv)
+            .unwrap()
+            .starts_with("# formal solution")
+    );
+    // The Cornell box converges for every alpha: there is no frontier to study, and nothing is written.
+    let refused = halflight(&place, "frontier cornell-box --patches 60 --rays 32");
+    assert_eq!(refused.code, Some(2));
+    assert!(
+        refused.err.contains("converges for every alpha"),
+        "{}",
+        refused.err
+    );
+}
+
+#[test]
 fn transports_of_the_square_reach_its_corners() {
     let scene = at(&plain(), 0.5, 0.25);
     let all = scene.transports(transport(1.0, 1.0));

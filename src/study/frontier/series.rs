@@ -42,6 +42,8 @@ pub struct Run {
     pub bounds: Vec<f64>,
     /// The norm of everything after term n, from LU; none beyond the frontier.
     pub tails: Vec<f64>,
+    /// Whether the wanted bound was reached within the settings' number of terms.
+    pub reached: bool,
     /// Products of the extrapolated solve; none beyond the frontier.
     pub extrapolated: Option<usize>,
     /// Seconds of each solve of L over the same K.
@@ -53,7 +55,7 @@ pub struct Run {
 }
 
 /// Seconds of solving for L on this machine; none where a method refuses.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
 pub struct Timing {
     /// The Neumann series, bounds included.
     pub neumann: Option<f64>,
@@ -117,6 +119,7 @@ fn follow(mode: &Assembled, share: f64, alpha: f64, settings: &Settings) -> Run 
         norms: Vec::new(),
         bounds: Vec::new(),
         tails: Vec::new(),
+        reached: false,
         extrapolated: extrapolated(k, settings).ok().map(|found| found.products),
         seconds: time(mode, settings),
         shooting: Vec::new(),
@@ -143,7 +146,8 @@ fn follow(mode: &Assembled, share: f64, alpha: f64, settings: &Settings) -> Run 
         }
         let bound = tail.after(&term).unwrap_or(f64::INFINITY);
         run.bounds.push(bound);
-        if bound <= settings.tolerance * norm(k.areas(), &sum) {
+        run.reached = bound <= settings.tolerance * norm(k.areas(), &sum);
+        if run.reached {
             break;
         }
     }

@@ -1,15 +1,14 @@
 //! `halflight frontier`: what each method does on both sides of the frontier, at one tau, as tables, charts and JSON.
 
-use std::fmt::Write as _;
+mod report;
+
 use std::path::PathBuf;
 
 use clap::Args;
-use serde::Serialize;
 
 use super::CliError;
 use super::console::Console;
 use super::options::Common;
-use super::report::Radius;
 use super::values::unit_interval;
 use crate::form_factors::Sampling;
 use crate::image::{make_directory, write_whole};
@@ -21,9 +20,12 @@ use crate::study::frontier::{
 };
 use crate::study::map::Survey;
 use crate::study::{Chart, Prepared, Silent, assemble, prepare};
+use report::{NOT_LIGHT, formal_csv, table};
 
 /// alpha over alpha_c of the runs.
 const SHARES: [f64; 4] = [0.9, 0.99, 0.999, 1.1];
+/// Terms of the Neumann series at most: at 0.999 alpha_c it takes about ten thousand.
+const MAX_TERMS: usize = 20_000;
 /// Repeats and doublings of the path tracer's error.
 const REPEATS: usize = 128;
 const DOUBLINGS: u32 = 12;
@@ -38,7 +40,7 @@ pub struct Frontier {
     #[arg(long, value_name = "T", default_value_t = 1.0, value_parser = unit_interval)]
     pub tau: f32,
     /// About how many patches; true tails come from a dense solve
-    #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=2000))]
+    #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub patches: u32,
     /// Hemisphere rays from each patch
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
@@ -50,65 +52,6 @@ pub struct Frontier {
     #[arg(long)]
     pub trace: bool,
 }
-
-/// `halflight frontier --json`
-#[derive(Serialize)]
-struct Report {
-    scene: String,
-    patches: usize,
-    tau: f64,
-    /// The mean diverges beyond.
-    alpha_c: f64,
-    /// The path tracer's variance is infinite beyond.
-    alpha_variance: f64,
-    runs: Vec<RunReport>,
-    formal: Option<FormalReport>,
-    spread: Vec<SpreadReport>,
-    files: Vec<PathBuf>,
-}
-
-#[derive(Serialize)]
-struct RunReport {
-    share: f64,
-    alpha: f64,
-    spectral_radius: Radius,
-    norm_of_k: f64,
-    verdict: &'static str,
-    terms: Option<usize>,
-    products_extrapolated: Option<usize>,
-    shooting: &'static str,
-    shots_per_patch: f64,
-    unshot: f64,
-}
-
-#[derive(Serialize)]
-struct FormalReport {
-    /// Says what this is not.
-    label: &'static str,
-    alpha: f64,
-    smallest: f64,
-    largest: f64,
-    negative_patches: usize,
-}
-
-#[derive(Serialize)]
-struct SpreadReport {
-    alpha: f64,
-    predicted_exponent: f64,
-    measured_exponent: f64,
-    standard_error: f64,
-    points: Vec<SpreadPoint>,
-}
-
-#[derive(Serialize)]
-struct SpreadPoint {
-    paths: u64,
-    spread: f64,
-    reported: f64,
-}
-
-/// What is written on everything that shows a formal solution.
-const NOT_LIGHT: &str = "formal solution of (I - K) L = E beyond the frontier: not light";
 
 /// The path tracer's error at one alpha.
 struct Traced {
@@ -146,7 +89,10 @@ pub fn run(own: &Frontier, common: &Common) -> Result<(), CliError> {
         .map(|s| (*s, s * study.alpha_c))
         .filter(|(_, alpha)| *alpha <= 1.0)
         .collect();
-    let settings = Settings::default();
+    let settings = Settings {
+        max_terms: MAX_TERMS,
+        ..Settings::default()
+    };
     let found = runs(
         &study.scene,
         own.patches as usize,
@@ -307,102 +253,4 @@ impl<'a> Study<'a> {
         }
         Ok(files)
     }
-
-    fn report(
-        &self,
-        found: &[Run],
-        beyond: Option<&(f64, Formal)>,
-        traced: &[Traced],
-        files: Vec<PathBuf>,
-    ) -> Report {
-        Report {
-            scene: self.scene.name.clone(),
-            patches: self.prepared.patches.len(),
-            tau: self.tau,
-            alpha_c: self.alpha_c,
-            alpha_variance: self.alpha_variance,
-            runs: found.iter().map(run_report).collect(),
-            formal: beyond.map(|(alpha, f)| FormalReport {
-                label: NOT_LIGHT,
-                alpha: *alpha,
-                smallest: f.smallest,
-                largest: f.largest,
-                negative_patches: f.negative,
-            }),
-            spread: traced.iter().map(spread_report).collect(),
-            files,
-        }
-    }
-}
-
-fn table(found: &[Run]) -> String {
-    let mut text = String::from(
-        "    of                 spectral                  products with K      seconds of Neumann, extra-     shots             shooting\n\
-         alpha_c   alpha          radius norm(K)   terms  extrapolated    polated, LU, shooting over K   a patch    unshot      says\n",
-    );
-    let optional = |n: Option<usize>| n.map_or("-".into(), |n| n.to_string());
-    let second = |s: Option<f64>| s.map_or("-".into(), |s| format!("{s:.4}"));
-    for run in found {
-        let report = run_report(run);
-        let radius = format!("{:.4} to {:.4}", run.radius.lower, run.radius.upper);
-        let t = run.seconds;
-        let seconds = [t.neumann, t.extrapolated, t.direct, t.shooting].map(second);
-        let _ = writeln!(
-            text,
-            "{:>7} {:>7.4} {radius:>16} {:>7.4} {:>7} {:>13} {:>31} {:>9.1} {:>9.2e} {:>10}",
-            run.share,
-            run.alpha,
-            run.norm,
-            optional(report.terms),
-            optional(run.extrapolated),
-            seconds.join(" "),
-            report.shots_per_patch,
-            report.unshot,
-            report.shooting,
-        );
-    }
-    text
-}
-
-fn run_report(run: &Run) -> RunReport {
-    let last = run.shooting.last();
-    RunReport {
-        share: run.share,
-        alpha: run.alpha,
-        spectral_radius: run.radius.into(),
-        norm_of_k: run.norm,
-        verdict: run.verdict.name(),
-        terms: (!run.bounds.is_empty()).then_some(run.bounds.len()),
-        products_extrapolated: run.extrapolated,
-        shooting: run.shot.name(),
-        shots_per_patch: last.map_or(0.0, |s| s.sweeps),
-        unshot: last.map_or(1.0, |s| s.unshot),
-    }
-}
-
-fn spread_report(traced: &Traced) -> SpreadReport {
-    let (slope, error) = traced.found.slope;
-    let points = traced.found.spreads.iter().map(|s| SpreadPoint {
-        paths: s.paths,
-        spread: s.spread,
-        reported: s.reported,
-    });
-    SpreadReport {
-        alpha: traced.alpha,
-        predicted_exponent: -traced.exponent,
-        measured_exponent: slope,
-        standard_error: error,
-        points: points.collect(),
-    }
-}
-
-fn formal_csv(alpha: f64, formal: &Formal) -> String {
-    let mut text = format!(
-        "# {NOT_LIGHT}; alpha {alpha}\npatch,invisible_r,invisible_g,invisible_b,visible_r,visible_g,visible_b\n"
-    );
-    for (i, l) in formal.light.iter().enumerate() {
-        let [a, b] = [l.invisible, l.visible];
-        let _ = writeln!(text, "{i},{},{},{},{},{},{}", a.x, a.y, a.z, b.x, b.y, b.z);
-    }
-    text
 }
