@@ -196,7 +196,7 @@ impl<'a> Study<'a> {
             ));
             traced
         };
-        [0.7 * self.alpha_variance, between].map(measure).into()
+        [0.5 * self.alpha_variance, between].map(measure).into()
     }
 
     fn write(

@@ -161,15 +161,25 @@ fn time(mode: &Assembled, settings: &Settings) -> Timing {
         neumann: seconds(|| neumann(k, settings).ok()),
         extrapolated: seconds(|| extrapolated(k, settings).ok()),
         direct: seconds(|| direct(k)),
-        shooting: seconds(|| {
-            let shooter = assembled_shooter(mode);
-            let settings = ShootingSettings {
-                generations: 2,
-                ..ShootingSettings::default()
-            };
-            Shooting::new(&shooter, settings).ok()?.run(|_| ()).ok()
-        }),
+        shooting: seconds(|| empty(mode)),
     }
+}
+
+/// Shoots over K until a thousandth is unshot; none where that takes too many shots.
+fn empty(mode: &Assembled) -> Option<()> {
+    let shooter = assembled_shooter(mode);
+    let settings = ShootingSettings {
+        generations: 2,
+        ..ShootingSettings::default()
+    };
+    let mut shooting = Shooting::new(&shooter, settings).ok()?;
+    let most = SHOTS_A_PATCH * mode.operator.len() as u64;
+    while let Some(progress) = shooting.step().ok()? {
+        if progress.shots > most {
+            return None;
+        }
+    }
+    Some(())
 }
 
 /// Seconds that something took, if it came to an end.

@@ -37,9 +37,9 @@ pub struct Scaling {
 /// Groups of repeats, each with a slope of its own.
 const GROUPS: usize = 8;
 /// Samples a pixel at the first look, as a power of two.
-const FIRST: u32 = 4;
+const FIRST: u32 = 5;
 
-/// Measures at 2^4 to 2^`doublings` samples a pixel; the scene's materials have their own (alpha, tau).
+/// Measures at 2^5 to 2^`doublings` samples a pixel; the scene's materials have their own (alpha, tau).
 pub fn scaling(scene: &Scene, repeats: usize, doublings: u32, seed: u32) -> Scaling {
     let rays = Rays::new(scene);
     let transports = scene.transports(Default::default());
