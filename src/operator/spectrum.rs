@@ -55,7 +55,7 @@ pub struct Effort {
     pub gap: f64,
     /// Products to spend on that at most.
     pub products: usize,
-    /// Products to spend at most as long as it is undecided whether the radius lies below or above 1, or, below, how far.
+    /// Products to spend at most as long as it is undecided whether the radius lies below or above 1, or, below, how far; 0 where 1 means nothing.
     pub undecided: usize,
 }
 
@@ -180,14 +180,9 @@ fn settled(lower: [f64; 3], upper: [f64; 3], step: usize, effort: &Effort) -> bo
     let undecided = radius(lower) < 1.0 && radius(upper) >= 1.0;
     // Just below 1 the sum of the series is as uncertain as 1 - radius, and so is the number of its terms.
     let vague = |c: usize| upper[c] < 1.0 && upper[c] - lower[c] > VAGUE * (1.0 - upper[c]);
-    let near = undecided || (0..3).any(vague);
+    let near = step < effort.undecided && (undecided || (0..3).any(vague));
     let close = (0..3).all(|c| upper[c] - lower[c] <= effort.gap * upper[c]);
-    let most = if near {
-        effort.undecided
-    } else {
-        effort.products
-    };
-    step >= most || (close && !near)
+    !near && (close || step >= effort.products)
 }
 
 /// `x + (Bx)/(shift)`, scaled to a largest component of 1 in every channel.
