@@ -14,6 +14,8 @@ mod console;
 mod diff;
 mod effort;
 mod factors;
+mod frontier;
+mod map;
 mod options;
 mod pictures;
 mod render;
@@ -123,6 +125,8 @@ fn run(cli: options::Cli) -> Result<(), CliError> {
         options::Command::Diff(own) => diff::run(own, &cli.common),
         options::Command::Factors(own) => factors::run(own, &cli.common),
         options::Command::Trace(own) => trace::run(own, &cli.common),
+        options::Command::Frontier(own) => frontier::run(own, &cli.common),
+        options::Command::Map(own) => map::run(own, &cli.common),
         options::Command::Scenes => scenes::run(&cli.common),
     }
 }

@@ -12,12 +12,14 @@
 //!
 //! Between whole objects, [`planar`] finds form factors by contour integrals and by quadrature, to as many digits as asked
 //! for, and [`sampled`] by rays where there are too many faces for that.
+//! [`cast_layers`] keeps the crossings of the rays apart, so that one cast gives `F^tau` for every tau.
 //!
 //! [`closure`] and [`reciprocity`] are checks for anyone to call; nothing is silently repaired.
 
 mod cast;
 mod checks;
 mod emitted;
+mod layers;
 mod luminaire;
 mod outline;
 pub mod planar;
@@ -26,12 +28,12 @@ pub mod sampled;
 mod shadow;
 mod shaft;
 mod sight;
-
 mod sparse;
 
 pub use cast::{FormFactors, Variant, cast};
 pub use checks::{Closure, closure, reciprocity};
 pub use emitted::{DirectSum, Receiver, Scratch, gather_luminaire, receive_emitted};
+pub use layers::{Layers, cast_layers};
 pub use luminaire::{Luminaire, Luminaires};
 pub use polygon::{point_kernel, point_to_polygon};
 pub use shaft::{Between, Shafts};

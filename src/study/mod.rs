@@ -12,6 +12,8 @@ pub mod compare;
 mod difference;
 mod factors;
 mod font;
+pub mod frontier;
+pub mod map;
 mod notes;
 mod pipeline;
 mod plot;
