@@ -81,7 +81,7 @@ impl Shafts {
             .collect();
         let find = |i: usize| -> Vec<Option<Vec<u32>>> {
             if !receives[i] {
-                return vec![None; count];
+                return vec![Some(Vec::new()); count];
             }
             let patch = patch_body(patches, i);
             let one = |lamp: &Option<Body>| between(patch.as_ref()?, lamp.as_ref()?, &casters);
@@ -103,6 +103,11 @@ impl Shafts {
             shafts.starts.push(shafts.faces.len() as u32);
         }
         shafts
+    }
+
+    /// Whether something is known of every patch and luminaire.
+    pub fn know_all(&self) -> bool {
+        !self.unknown.is_empty() && self.unknown.iter().all(|u| !u)
     }
 
     /// What may lie between patch i and luminaire l.

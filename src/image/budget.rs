@@ -12,6 +12,7 @@ use super::irradiance::Fit;
 use super::pixel::Pixel;
 use super::points::{Density, Points};
 use super::spread::{Plan, measure};
+use crate::form_factors::Occlusion;
 use crate::light::Rgb;
 
 /// Share of the error that camera rays may make where there is indirect light, which is dearer.
@@ -65,6 +66,8 @@ impl Settings {
             Gathering::Within { error, seed } => {
                 let fineness = (0.01 / error).clamp(0.1, 100.0);
                 let pixel = view.scene.camera.pixel(view.height);
+                let drawn =
+                    view.sight.occlusion != Occlusion::Nothing && !view.sight.shafts.know_all();
                 Settings {
                     plan: Plan {
                         first: ((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(),
@@ -77,7 +80,8 @@ impl Settings {
                         least: LEAST * fineness.powf(-0.3) * pixel,
                         seed,
                     },
-                    tabled: (64, 1),
+                    // The ratio of few drawn points is biased.
+                    tabled: (64, if drawn { 4 } else { 1 }),
                     seed,
                     error: Some(error),
                 }

@@ -22,6 +22,7 @@ mod sheet;
 mod shoot;
 mod surface;
 mod tolerance;
+mod within;
 
 pub use axis::Scale;
 pub use bounces::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
@@ -39,4 +40,5 @@ pub use series::{BounceSeries, TermError, explore_within};
 pub use sheet::{Sheet, Tile};
 pub use shoot::{assembled_shooter, ray_shooter};
 pub use surface::DrawError;
-pub use tolerance::{ErrorParts, Wanted, Within, render_within};
+pub use tolerance::{Wanted, render_within};
+pub use within::{ErrorParts, Within};
