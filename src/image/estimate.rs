@@ -11,10 +11,13 @@ use rayon::prelude::*;
 
 use super::irradiance::Fit;
 use super::layer::Layer;
-use super::points::{COVERED, NONE, Points, place};
+use super::points::{NONE, Points, place};
 
 /// A fit that leaves more than this share reaches out of its points.
 const LOOSE: f64 = 0.5;
+
+/// A point that others speak for with more than this share of their variance lies outside of them.
+const OUTSIDE: f64 = 0.7;
 
 impl Points<'_> {
     /// Irradiance over pi at layer l of pixel k, every field in both halves, into `found`.
@@ -51,9 +54,9 @@ impl Points<'_> {
         &self.values[i * self.fields..(i + 1) * self.fields]
     }
 
-    /// Mean squared bias of the fit relative to the mean squared irradiance, of the light of all `leading` fields
-    /// together: each point fitted from the others, weighted by the pixels it stands for.
-    pub fn bias(&self, leading: usize) -> f64 {
+    /// Squared bias of the fit at each point, the others fitted there, of the light of all `leading` fields together; and the
+    /// squared irradiance; both times the pixels that the point stands for. Single products are noisy, their sums are not.
+    pub fn biases(&self, leading: usize) -> Vec<(f64, f64)> {
         let total = |means: &[[DVec3; 2]]| {
             let sum = |half: usize| means[..leading].iter().map(|m| m[half]).sum::<DVec3>();
             [sum(0), sum(1)]
@@ -61,7 +64,7 @@ impl Points<'_> {
         let one = |(fit, found): &mut (Fit, Vec<[DVec3; 2]>), i: usize| -> (f64, f64) {
             let (own, known) = (&self.points[i], &self.known[i]);
             let k = self.lattice.pixel_of(i as u32);
-            if !self.fit_without(fit, k, &known.place, i as u32) || fit.variance() > COVERED {
+            if !self.fit_without(fit, k, &known.place, i as u32) || fit.variance() > OUTSIDE {
                 return (0.0, 0.0);
             }
             self.combine(fit, found);
@@ -69,15 +72,41 @@ impl Points<'_> {
             let pixels = (own.spacing * own.spacing) as f64;
             (pixels * (p - u).dot(q - v), pixels * p.dot(q))
         };
-        let sums: Vec<(f64, f64)> = (0..self.points.len())
+        let all = (0..self.points.len()).into_par_iter();
+        all.map_init(Default::default, one).collect()
+    }
+
+    /// The points whose surroundings have the largest bias, up to the `share` of the whole bias that is too much.
+    pub fn worst(&self, biases: &[(f64, f64)], share: f64) -> Vec<u32> {
+        let pooled: Vec<f64> = (0..self.points.len())
             .into_par_iter()
-            .map_init(Default::default, one)
+            .map(|i| self.pooled(i, biases))
             .collect();
-        let (bias, signal) = sums.iter().fold((0.0, 0.0), |s, t| (s.0 + t.0, s.1 + t.1));
-        if signal > 0.0 {
-            (bias / signal).max(0.0)
-        } else {
-            0.0
-        }
+        let total: f64 = pooled.iter().map(|b| b.max(0.0)).sum();
+        let mut order: Vec<u32> = (0..pooled.len() as u32).collect();
+        let bias = |i: u32| pooled[i as usize];
+        order.sort_unstable_by(|&a, &b| bias(b).total_cmp(&bias(a)).then(a.cmp(&b)));
+        let mut sum = 0.0;
+        let within = |i: &u32| {
+            sum += bias(*i);
+            sum - bias(*i) < share * total && bias(*i) > 0.0
+        };
+        let taken = order.iter().copied().take_while(within).collect();
+        taken
+    }
+
+    /// Mean bias of the points that one point is fitted with, for the pixels that it stands for.
+    fn pooled(&self, i: usize, biases: &[(f64, f64)]) -> f64 {
+        let known = &self.known[i];
+        let (mut sum, mut pixels) = (0.0, 0.0);
+        self.lattice.visit(self.lattice.pixel_of(i as u32), |j| {
+            let other = &self.known[j as usize].place;
+            let near = other.position.distance(known.place.position) < 2.0 * known.reach;
+            if near && other.normal.dot(known.place.normal) > 0.9 {
+                sum += biases[j as usize].0;
+                pixels += (self.points[j as usize].spacing as f64).powi(2);
+            }
+        });
+        sum / pixels.max(1.0) * (self.points[i].spacing as f64).powi(2)
     }
 }

@@ -48,6 +48,8 @@ pub(super) struct Point {
     seed: u32,
     /// Spacing of the lattice it belongs to.
     pub(super) spacing: usize,
+    /// Factor on its reach, where the fit was biased.
+    shortened: f64,
     /// Distance from the camera.
     distance: f64,
     /// Rays of each half cast so far.
@@ -174,6 +176,7 @@ impl<'a> Points<'a> {
             material: place(layer).material,
             seed: hash(k as u32, hash(l as u32, self.density.seed)),
             spacing,
+            shortened: 1.0,
             distance: layer.first.position.as_dvec3().distance(self.camera),
             rays: 0,
             nearness: 0.0,
@@ -227,9 +230,10 @@ impl<'a> Points<'a> {
                     normal: p.from.normal,
                     material: p.material,
                 },
-                reach: (density.reach * surroundings)
-                    .min(1.0)
-                    .max(density.least * p.distance),
+                reach: p.shortened
+                    * (density.reach * surroundings)
+                        .min(1.0)
+                        .max(density.least * p.distance),
                 weight: f64::from(p.rays),
             }
         }));
@@ -242,10 +246,11 @@ impl<'a> Points<'a> {
         self.cast_from(0, |p| more(p.rays));
     }
 
-    /// Shortens the reach of every point; places may want more points then.
-    pub fn shorten(&mut self, factor: f64) {
-        self.density.reach *= factor;
-        self.density.least *= factor;
+    /// Shortens the reach of some points; places may want more points then.
+    pub fn shorten(&mut self, some: &[u32], factor: f64) {
+        for &i in some {
+            self.points[i as usize].shortened *= factor;
+        }
         self.settle(0);
     }
 }
