@@ -9,9 +9,9 @@ use rayon::prelude::*;
 use super::Picture;
 use super::gather::{Fields, GatherError, Gathered, Gathering, View};
 use super::irradiance::Fit;
-use super::pixel::Pixel;
+use super::pixel::{Pass, Pixel};
 use super::points::{Density, Points};
-use super::spread::{Plan, measure};
+use super::spread::{Plan, choose, double, measure};
 use crate::form_factors::Occlusion;
 use crate::light::Rgb;
 
@@ -154,6 +154,8 @@ struct Indirect {
     variance: DVec3,
     /// Product of the two halves of every field that rides along, channels added: free of noise in the mean.
     riders: Vec<f64>,
+    /// What each half of the camera rays reflects, sums over them.
+    ambient: [DVec3; 2],
 }
 
 /// Sums over the pixels that see no luminaire.
@@ -194,6 +196,39 @@ impl Found {
             sums.count += 1;
         }
         sums
+    }
+
+    /// Gives pixels more camera rays where the light now gathered varies within them.
+    pub fn sharpen(
+        &mut self,
+        pass: &Pass,
+        pixels: &mut [Pixel],
+        points: &Points,
+        noise: Option<f64>,
+    ) {
+        let width = points.width();
+        for (pixel, found) in pixels.iter_mut().zip(&self.pixels) {
+            pixel.ambient = found.ambient;
+        }
+        let Some(noise) = noise else { return };
+        for _ in 0..ROUNDS {
+            let chosen = choose(pixels, width, noise);
+            if chosen.is_empty() {
+                return;
+            }
+            double(pass, pixels, &chosen);
+            let again = |memory: &mut _, &k: &u32| {
+                indirect(k as usize, &pixels[k as usize], points, pass.fields, memory)
+            };
+            let found: Vec<Indirect> = chosen
+                .par_iter()
+                .map_init(Default::default, again)
+                .collect();
+            for (&k, found) in chosen.iter().zip(found) {
+                pixels[k as usize].ambient = found.ambient;
+                self.pixels[k as usize] = found;
+            }
+        }
     }
 
     /// The pictures of all parts, with their errors.
@@ -266,9 +301,12 @@ fn indirect(
     let mut halves = [DVec3::ZERO; 2];
     let mut sums = vec![DVec3::ZERO; fields.count()];
     let mut riders = vec![[DVec3::ZERO; 2]; fields.count() - leading];
+    let mut ambient = [DVec3::ZERO; 2];
     for layer in pixel.layers.iter().enumerate() {
-        let rho = layer.1.rho.as_dvec3() * (f64::from(layer.1.count) / pixel.camera());
-        points.at(fit, k, layer, found);
+        let counts = layer.1.count.map(f64::from);
+        let rho = layer.1.rho.as_dvec3() * ((counts[0] + counts[1]) / pixel.camera());
+        let change = points.at(fit, k, layer, leading, found);
+        let mut total = DVec3::ZERO;
         for (f, [a, b]) in found.iter().enumerate() {
             let mean = 0.5 * (*a + *b);
             // A plane through noise may dip below the dark; light does not. Differences of fields may.
@@ -280,10 +318,16 @@ fn indirect(
             sums[f] += rho * mean;
             let own = match f.checked_sub(leading) {
                 Some(rider) => &mut riders[rider],
-                None => &mut halves,
+                None => {
+                    total += mean;
+                    &mut halves
+                }
             };
             own[0] += rho * *a;
             own[1] += rho * *b;
+        }
+        for half in 0..2 {
+            ambient[half] += layer.1.rho.as_dvec3() * (counts[half] * (total + change[half]));
         }
     }
     let d = 0.5 * (halves[0] - halves[1]);
@@ -291,5 +335,6 @@ fn indirect(
         fields: sums.iter().map(|s| s.as_vec3()).collect(),
         variance: d * d,
         riders: riders.iter().map(|[a, b]| a.dot(*b)).collect(),
+        ambient,
     }
 }

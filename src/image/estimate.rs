@@ -9,7 +9,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::irradiance::Fit;
+use super::irradiance::{Fit, Place};
 use super::layer::Layer;
 use super::points::{NONE, Points, place};
 
@@ -21,20 +21,60 @@ const OUTSIDE: f64 = 0.7;
 
 impl Points<'_> {
     /// Irradiance over pi at layer l of pixel k, every field in both halves, into `found`.
+    ///
+    /// Returns by how much that of the `leading` fields together differs between where each half of the camera rays met the
+    /// layer and the middle.
     pub fn at(
         &self,
         fit: &mut Fit,
         k: usize,
         (l, layer): (usize, &Layer),
+        leading: usize,
         found: &mut Vec<[DVec3; 2]>,
-    ) {
-        let own = self.hosts[self.starts[k] + l];
+    ) -> [DVec3; 2] {
+        let own = self.host(k, l);
         // A point near a contact speaks for less than its pixel.
-        if !self.fit(fit, k, &place(layer)) && own != NONE {
-            fit.take(own);
+        if !self.fit(fit, k, &place(layer)) {
+            match own.or_else(|| self.nearest(k, &place(layer))) {
+                Some(point) => fit.take(point),
+                None => fit.clear(),
+            }
         }
         fit.settle(LOOSE);
         self.combine(fit, found);
+        [0, 1].map(|half| {
+            let change = fit.change(layer.off(half));
+            change
+                .map(|(i, share)| share * self.total(i, leading))
+                .sum()
+        })
+    }
+
+    /// The point of a layer, if it is one.
+    fn host(&self, k: usize, l: usize) -> Option<u32> {
+        let own = &self.hosts[self.starts[k]..self.starts[k + 1]];
+        // Layers that later camera rays found come after those that points were chosen for.
+        own.get(l).copied().filter(|&point| point != NONE)
+    }
+
+    /// The nearest point on the same side and material that looks the same way.
+    fn nearest(&self, k: usize, at: &Place) -> Option<u32> {
+        let mut best: Option<(f64, u32)> = None;
+        self.lattice.visit(k, |i| {
+            let other = &self.known[i as usize].place;
+            let apart = other.position.distance_squared(at.position);
+            let alike = other.material == at.material && other.normal.dot(at.normal) > 0.9;
+            if alike && best.is_none_or(|b| (apart, i) < b) {
+                best = Some((apart, i));
+            }
+        });
+        best.map(|b| b.1)
+    }
+
+    /// The mean of both halves that a point found of the leading fields together.
+    fn total(&self, i: u32, leading: usize) -> DVec3 {
+        let means = &self.means(i as usize)[..leading];
+        means.iter().map(|[a, b]| 0.5 * (*a + *b)).sum()
     }
 
     /// The fitted value of every field in both halves.
