@@ -13,15 +13,15 @@ use super::font;
 use super::notes;
 use super::surface::DrawError;
 
-const INK: RGBColor = RGBColor(34, 34, 34);
-const FAINT_INK: RGBColor = RGBColor(96, 96, 96);
-const GRID: RGBColor = RGBColor(225, 225, 225);
-const TITLE_EM: f64 = 19.0;
-const LABEL_EM: f64 = 15.0;
-const TICK_EM: f64 = 14.0;
-const CAPTION_EM: f64 = 13.0;
+pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
+pub(super) const FAINT_INK: RGBColor = RGBColor(96, 96, 96);
+pub(super) const GRID: RGBColor = RGBColor(225, 225, 225);
+pub(super) const TITLE_EM: f64 = 19.0;
+pub(super) const LABEL_EM: f64 = 15.0;
+pub(super) const TICK_EM: f64 = 14.0;
+pub(super) const CAPTION_EM: f64 = 13.0;
 const MARKER_SIZE: f64 = 9.0;
-const LEGEND_WIDTH: f64 = 190.0;
+pub(super) const LEGEND_WIDTH: f64 = 190.0;
 
 /// The plot's edges and what its axes span.
 struct Frame {
