@@ -9,6 +9,7 @@
 //! | 4 | the bounce series of the mode asked for diverges, or overflows while traced: there is no picture |
 
 mod bounces;
+mod chart;
 mod compare;
 mod console;
 mod diff;
@@ -121,6 +122,7 @@ fn run(cli: options::Cli) -> Result<(), CliError> {
     match &cli.command {
         options::Command::Render(own) => render::run(own, &cli.common),
         options::Command::Bounces(own) => bounces::run(own, &cli.common),
+        options::Command::Chart(own) => chart::run(own, &cli.common),
         options::Command::Compare(own) => compare::run(own, &cli.common),
         options::Command::Diff(own) => diff::run(own, &cli.common),
         options::Command::Factors(own) => factors::run(own, &cli.common),

@@ -48,6 +48,8 @@ pub enum Command {
     Render(Render),
     /// Study the bounce series E, KE, K²E, ... of a scene
     Bounces(Bounces),
+    /// Chart speed against accuracy: error over time of every method and setting, and where the time goes
+    Chart(super::chart::ChartCommand),
     /// Compare Neumann, shooting and path tracing on one scene: error against time, and whether they agree
     Compare(Compare),
     /// Compare two pictures, number by number

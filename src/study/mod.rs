@@ -5,6 +5,7 @@
 //! machine.
 
 mod axis;
+mod bars;
 mod bounces;
 mod canvas;
 mod chart;
@@ -22,9 +23,11 @@ mod sheet;
 mod shoot;
 mod surface;
 mod tolerance;
+pub mod tradeoff;
 mod within;
 
 pub use axis::Scale;
+pub use bars::Bars;
 pub use bounces::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
 pub use canvas::Marker;
 pub use chart::{Axis, Chart, ChartError, Look, Series};
