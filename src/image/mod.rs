@@ -7,6 +7,7 @@ mod budget;
 mod error;
 mod estimate;
 mod files;
+mod found;
 mod gather;
 mod hemisphere;
 mod irradiance;
