@@ -7,12 +7,18 @@
 //! | 2 | the arguments are wrong |
 //! | 3 | the scene is wrong (not found, not readable, or it fails a check), or two pictures cannot be read or compared |
 //! | 4 | the bounce series of the mode asked for diverges, or overflows while traced: there is no picture |
+//! | 5 | K would not fit in memory: the message has the number of patches that would |
+//! | 6 | undecided: the bounds on the spectral radius enclose 1, so no picture can be proved to be the sum |
+//! | 101 | a fault of the program |
+//! | 130 | interrupted: finished files are whole, the others were not written |
 
 mod bounces;
 mod compare;
 mod console;
 mod diff;
 mod effort;
+mod interrupt;
+mod memory;
 mod options;
 mod pictures;
 mod render;
@@ -30,8 +36,8 @@ use miette::{Diagnostic, MietteHandlerOpts};
 use crate::image::{ImageError, MetricError, WriteError};
 use crate::reference::Overflow;
 use crate::scene::SceneError;
-use crate::solve::Diverges;
-use crate::study::ChartError;
+use crate::solve::{Diverges, Verdict};
+use crate::study::{ChartError, Unfit};
 
 /// Everything that can end a command early.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -40,10 +46,14 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
-    /// No picture: exit code 4.
+    /// No picture: exit code 4, or 6 where neither convergence nor divergence is proved.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Diverges(#[from] Diverges),
+    /// K does not fit in memory: exit code 5.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Memory(#[from] Unfit),
     /// A traced picture overflows: exit code 4.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -83,7 +93,9 @@ impl CliError {
             CliError::Image(ImageError::Read { .. } | ImageError::Decode { .. }) => 3,
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
             CliError::Scene(_) | CliError::Metric(_) => 3,
+            CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
             CliError::Diverges(_) | CliError::Overflow(_) => 4,
+            CliError::Memory(_) => 5,
         }
     }
 }
@@ -92,6 +104,7 @@ impl CliError {
 pub fn main() -> ExitCode {
     let arguments = options::Cli::parse();
     set_error_form();
+    interrupt::end_cleanly();
     match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -11,6 +11,7 @@ mod chart;
 pub mod compare;
 mod difference;
 mod font;
+mod memory;
 mod notes;
 mod pipeline;
 mod plot;
@@ -25,6 +26,7 @@ pub use bounces::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, te
 pub use canvas::Marker;
 pub use chart::{Axis, Chart, ChartError, Look, Series};
 pub use difference::{difference_scale, difference_tiles};
+pub use memory::{Estimate, Unfit, check_memory, estimate_memory, usable_memory};
 pub use pipeline::{
     Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, picture, prepare, render,
     without_luminaires,

@@ -71,6 +71,8 @@ pub struct Prepared {
     pub patches: Patches,
     /// Its emitters by closed form.
     pub luminaires: Luminaires,
+    /// Bytes that K may take; patches that are cut anew stay within. Infinite at first.
+    pub memory: f64,
     /// Seconds this took.
     pub seconds: f64,
 }
@@ -116,6 +118,7 @@ pub fn prepare(scene: Scene, patches: usize) -> Prepared {
         rays,
         patches,
         luminaires,
+        memory: f64::INFINITY,
         seconds: start.elapsed().as_secs_f64(),
     }
 }
