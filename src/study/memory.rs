@@ -58,8 +58,10 @@ pub struct Estimate {
     code(halflight::memory),
     help(
         "K stores one row of F for each patch, here of {entries:.0} entries for each choice of tau, so memory grows with \
-         the patches times the patches that each of them sees. About {fitting} patches would fit: pass --patches {fitting}, \
-         fewer --rays, one --mode at a time, or --memory GIB if there is more memory than it seems"
+         the patches times the patches that each of them sees. About {fitting} patches would fit: pass --patches {} (a \
+         count asked for is met within about a third), fewer --rays, one --mode at a time, or --memory GIB if there is more \
+         memory than it seems",
+        (.fitting * 2 / 3).max(1)
     )
 )]
 pub struct Unfit {
