@@ -137,3 +137,45 @@ fn run(cli: options::Cli) -> Result<(), CliError> {
         options::Command::Scenes => scenes::run(&cli.common),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::Bounds;
+    use clap::CommandFactory;
+
+    /// The codes at the start of a table's rows.
+    fn codes(text: &str, before: &str) -> Vec<u8> {
+        let rows = text.lines().filter_map(|line| line.strip_prefix(before));
+        let word = |row: &str| row.split_whitespace().next()?.parse().ok();
+        rows.filter_map(word).collect()
+    }
+
+    #[test]
+    fn the_help_has_every_code_of_the_table() {
+        let table = codes(include_str!("mod.rs"), "//! | ");
+        assert_eq!(table, [0, 1, 2, 3, 4, 5, 6, 101, interrupt::INTERRUPTED]);
+        let help = options::Cli::command().render_long_help().to_string();
+        let (_, listed) = help.split_once("Exit codes:").unwrap();
+        assert_eq!(codes(listed, "  "), table);
+    }
+
+    #[test]
+    fn what_is_not_proved_has_its_own_code_and_words() {
+        let error = |verdict, lower| Diverges {
+            verdict,
+            radius: Bounds { lower, upper: 1.2 },
+            alpha_limit: 0.8,
+            uniform: true,
+        };
+        let (open, shut) = (
+            error(Verdict::Undecided, 0.9),
+            error(Verdict::Diverges, 1.1),
+        );
+        assert!(open.to_string().contains("is undecided") && shut.to_string().contains("diverges"));
+        let help = |e: &Diverges| e.help().unwrap().to_string();
+        assert!(help(&open).contains("enclose 1") && help(&shut).contains("no finite value"));
+        assert_eq!(CliError::from(open).exit_code(), 6);
+        assert_eq!(CliError::from(shut).exit_code(), 4);
+    }
+}

@@ -202,11 +202,8 @@ pub(super) fn assemble_seeing(
 pub(super) fn sight(p: &Prepared, transports: &[Transport]) -> Arc<Sight> {
     let reflects = |&m: &u32| p.scene.materials[m as usize].rho != Rgb::ZERO;
     let receives: Vec<bool> = p.patches.materials().iter().map(reflects).collect();
-    let path = (&p.rays, &p.patches);
-    let luminaires = &p.luminaires;
-    Arc::new(Sight::new(
-        &p.scene, path, luminaires, transports, &receives,
-    ))
+    let (scene, path, lamps) = (&p.scene, (&p.rays, &p.patches), &p.luminaires);
+    Arc::new(Sight::new(scene, path, lamps, transports, &receives))
 }
 
 /// `F E` of the luminaires for every patch that reflects.
