@@ -73,7 +73,7 @@ impl Texts {
         };
         let all = seed.is_multiple_of(4);
         Texts {
-            toml: (seed % 3 == 0).then(|| text(&TOMLS, true)),
+            toml: seed.is_multiple_of(3).then(|| text(&TOMLS, true)),
             obj: text(&OBJS, all || seed % 3 == 1),
             mtl: text(&MTLS, all || seed % 3 == 2),
         }
