@@ -24,7 +24,11 @@ Exit codes:
   2  the arguments are wrong
   3  the scene is wrong (not found, not readable, or it fails a check), or pictures cannot be
      read or compared
-  4  the bounce series of the mode asked for diverges: there is no picture";
+  4  the bounce series of the mode asked for diverges: there is no picture
+  5  K would not fit in memory: the message has the number of patches that would
+  6  undecided: the bounds on the spectral radius enclose 1
+  101  a fault of the program
+  130  interrupted (Ctrl-C): finished files are whole, the others were not written";
 
 /// Light transport with vector-valued light: L = E + K L for diffuse scenes.
 ///

@@ -15,6 +15,7 @@ mod factors;
 mod font;
 pub mod frontier;
 pub mod map;
+mod memory;
 mod notes;
 mod pipeline;
 mod plot;
@@ -35,6 +36,7 @@ pub use difference::{difference_scale, difference_tiles};
 pub use factors::{
     Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors,
 };
+pub use memory::{Estimate, Unfit, check_memory, estimate_memory, usable_memory};
 pub use pipeline::{
     Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, picture, prepare, render,
     without_luminaires,
