@@ -91,7 +91,8 @@ impl Settings {
         points.place(pixels);
         let camera = measure(pixels);
         let left = self.error.map_or(f64::INFINITY, |error| {
-            (error * error * camera.signal - camera.variance).max(0.0)
+            (error * error * camera.signal - camera.variance)
+                .max(0.25 * error * error * camera.signal)
         });
         for _ in 0..ROUNDS {
             if self.error.is_none() {

@@ -23,6 +23,8 @@ use crate::rays::sequence::hash;
 pub(super) const NONE: u32 = u32::MAX;
 /// A place is spoken for when the fit leaves at most this share of a point's variance: some four points around it.
 pub(super) const COVERED: f64 = 0.34;
+/// Rays of a half at most.
+const MOST: u32 = 1 << 14;
 /// Rays of a half at least.
 const LEAST: u32 = 8;
 
@@ -242,7 +244,7 @@ impl<'a> Points<'a> {
 
     /// Multiplies the rays of every point.
     pub fn refine(&mut self, factor: f64) {
-        let more = |rays: u32| (f64::from(rays) * factor).ceil() as u32;
+        let more = |rays: u32| ((f64::from(rays) * factor).ceil() as u32).min(MOST.max(rays));
         self.density.rays = more(self.density.rays);
         self.cast_from(0, |p| more(p.rays));
     }
