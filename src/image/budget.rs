@@ -94,6 +94,7 @@ impl Settings {
             (error * error * camera.signal - camera.variance)
                 .max(0.25 * error * error * camera.signal)
         });
+        let mut before = f64::INFINITY;
         for _ in 0..ROUNDS {
             if self.error.is_none() {
                 break;
@@ -106,14 +107,18 @@ impl Settings {
             if noise <= 1.0 && bias <= 1.0 {
                 break;
             }
-            if noise > 1.0 {
+            // Noise that more rays did not lessen is not theirs.
+            if noise > 1.0 && noise < 0.8 * before {
+                before = noise;
                 // The variance of scrambled nets falls as about N^-1.4 here.
                 points.refine((1.05 * noise.powf(0.7)).clamp(1.1, 8.0));
-            } else {
+            } else if bias > 1.0 {
                 // Only now: a bias measured through much noise is itself noisy.
                 let worst = points.worst(&biases, 1.2 * (1.0 - 1.0 / bias).max(0.1));
                 points.shorten(&worst, SHORTER);
                 points.place(pixels);
+            } else {
+                break;
             }
         }
         Found::new(pixels, points, fields, 1)

@@ -58,10 +58,9 @@ impl Layer {
         self.sum[half] += seen.position.as_dvec3();
     }
 
-    /// Points that rays of a half may start from: those it saw first, or the other half's where it saw none.
+    /// Points that rays may start from: those that a half saw first.
     pub fn origins(&self, half: usize) -> &[Receiver] {
-        let half = if self.count[half] > 0 { half } else { 1 - half };
-        let count = (self.count[half] as usize).clamp(1, ORIGINS);
+        let count = (self.count[half] as usize).min(ORIGINS);
         &self.origins[half][..count]
     }
 

@@ -45,8 +45,8 @@ pub(super) struct Density {
 
 /// One irradiance point.
 pub(super) struct Point {
-    /// Where the rays of each half start.
-    from: [Vec<Receiver>; 2],
+    /// Where the rays start, in turn.
+    from: Vec<Receiver>,
     material: u32,
     seed: u32,
     /// Spacing of the lattice it belongs to.
@@ -175,7 +175,7 @@ impl<'a> Points<'a> {
         self.hosts[self.starts[k] + l] = self.points.len() as u32;
         let none = || vec![DVec3::ZERO; self.fields];
         self.points.push(Point {
-            from: [0, 1].map(|half| layer.origins(half).to_vec()),
+            from: [layer.origins(0), layer.origins(1)].concat(),
             material: place(layer).material,
             seed: hash(k as u32, hash(l as u32, self.density.seed)),
             spacing,
@@ -201,7 +201,7 @@ impl<'a> Points<'a> {
             let added = 2 * range.len() as u64;
             for (half, sums) in point.sums.iter_mut().enumerate() {
                 let seed = point.seed ^ HALVES[half];
-                point.nearness += reader.read(&point.from[half], range.clone(), seed, hits, sums);
+                point.nearness += reader.read(&point.from, range.clone(), seed, hits, sums);
             }
             point.rays = range.end;
             added
@@ -230,7 +230,7 @@ impl<'a> Points<'a> {
             Known {
                 place: Place {
                     position: p.middle(),
-                    normal: p.from[0][0].normal,
+                    normal: p.from[0].normal,
                     material: p.material,
                 },
                 reach: p.shortened
@@ -264,11 +264,8 @@ const HALVES: [u32; 2] = [0x51ed_270b, 0xa3b1_95c7];
 impl Point {
     /// Mean of where its rays start.
     fn middle(&self) -> DVec3 {
-        let mean = |from: &Vec<Receiver>| {
-            let sum: DVec3 = from.iter().map(|r| r.position.as_dvec3()).sum();
-            sum / from.len() as f64
-        };
-        0.5 * (mean(&self.from[0]) + mean(&self.from[1]))
+        let sum: DVec3 = self.from.iter().map(|r| r.position.as_dvec3()).sum();
+        sum / self.from.len() as f64
     }
 }
 
