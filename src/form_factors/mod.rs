@@ -15,17 +15,22 @@
 mod cast;
 mod checks;
 mod emitted;
+mod lamps;
+mod links;
 mod luminaire;
+mod many;
 mod outline;
 mod polygon;
 mod shadow;
 mod shaft;
 mod sight;
+mod smooth;
 mod sparse;
 
 pub use cast::{FormFactors, Variant, cast};
 pub use checks::{Closure, closure, reciprocity};
 pub use emitted::{DirectSum, Receiver, Scratch, gather_luminaire, receive_emitted};
+pub use links::Links;
 pub use luminaire::{Luminaire, Luminaires};
 pub use polygon::{point_kernel, point_to_polygon};
 pub use shaft::{Between, Shafts};
