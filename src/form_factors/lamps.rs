@@ -19,7 +19,7 @@ use super::shaft::Body;
 const APART: f64 = 0.9;
 
 /// Sums over the area of luminaires, weighted by radiance.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Sums {
     /// Power by channel over pi.
     power: DVec3,
@@ -72,7 +72,15 @@ pub(super) struct Lamps {
 impl Sums {
     fn of(luminaire: &Luminaire) -> Sums {
         let radiance = luminaire.radiance.as_dvec3();
-        let mut sums = Sums::default();
+        // Not the default: a matrix's is one.
+        let mut sums = Sums {
+            power: DVec3::ZERO,
+            weight: 0.0,
+            first: DVec3::ZERO,
+            second: DMat3::ZERO,
+            channels: [DVec3::ZERO; 3],
+            normal: DVec3::ZERO,
+        };
         for [a, b, c] in luminaire.triangles() {
             let cross = 0.5 * (b - a).cross(c - a);
             let power = radiance * cross.length();
@@ -295,5 +303,78 @@ fn join(range: Range<usize>, children: [usize; 2], nodes: &[Node], sums: &Sums) 
         spread: reach(a).max(reach(b)).min(PI),
         power: sums.weight,
         moments: sums.moments(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::Rgb;
+    use crate::scene::{Material, Scene};
+
+    /// Nine small red and blue squares that face down, over a floor.
+    fn lamps() -> Luminaires {
+        let floor = Material::new("floor", Rgb::splat(0.5), Rgb::ZERO);
+        let red = Material::new("red", Rgb::ZERO, Rgb::new(3.0, 1.0, 0.0));
+        let blue = Material::new("blue", Rgb::ZERO, Rgb::new(0.0, 1.0, 2.0));
+        let mut corners = Vec::new();
+        let mut faces = Vec::new();
+        let mut square = |x: f64, y: f64, z: f64, a: f64, material: u32| {
+            let first = corners.len() as u32;
+            for (u, v) in [(0.0, 0.0), (0.0, a), (a, a), (a, 0.0)] {
+                corners.push(DVec3::new(x + u, y + v, z));
+            }
+            faces.push(((first..first + 4).collect::<Vec<u32>>(), material));
+        };
+        square(0.0, 0.0, -1.0, 10.0, 0);
+        for k in 0..9 {
+            let (x, y) = (f64::from(k % 3), f64::from(k / 3));
+            square(x, y, 0.1 * x, 0.1 + 0.02 * y, 1 + k % 2);
+        }
+        let mut scene = Scene::from_faces("", &corners, &faces, vec![floor, red, blue]).unwrap();
+        for (f, face) in scene.faces.iter_mut().enumerate() {
+            face.object = f as u32 / 2;
+        }
+        Luminaires::new(&scene)
+    }
+
+    #[test]
+    fn moments_err_in_the_third_order() {
+        let luminaires = lamps();
+        let lamps = Lamps::new(&luminaires);
+        let root = &lamps.nodes[lamps.root()];
+        let away = DVec3::new(0.3, -0.2, -1.0).normalize();
+        let error = |distance: f64| {
+            let x = root.center() + distance * away;
+            let each = luminaires.list.iter().map(|l| {
+                let form = l.exact_form(x.as_vec3(), -away.as_vec3());
+                form * l.radiance.as_dvec3()
+            });
+            let exact: DVec3 = each.sum();
+            let off = root.moments.light(x, -away) - exact;
+            (off / exact).abs().max_element()
+        };
+        let (near, far) = (error(5.0 * root.radius()), error(10.0 * root.radius()));
+        // Third order: an eighth at twice the distance, if the leading term leads.
+        assert!(near < 0.01 && far < near / 6.0, "{near} {far}");
+    }
+
+    #[test]
+    fn luminaires_are_drawn_by_power() {
+        let luminaires = lamps();
+        let lamps = Lamps::new(&luminaires);
+        let whole = 0..lamps.order.len();
+        let power = |l: u32| {
+            let own = &luminaires.list[l as usize];
+            own.area * f64::from(own.radiance.element_sum())
+        };
+        let all: f64 = lamps.order.iter().map(|&l| power(l)).sum();
+        let mut sum = 0.0;
+        for &l in &lamps.order {
+            let (drawn, chance, rest) = lamps.draw(&whole, sum + 0.25 * power(l) / all);
+            sum += power(l) / all;
+            assert_eq!(drawn, l);
+            assert!((chance - power(l) / all).abs() < 1e-12 && (rest - 0.25).abs() < 1e-9);
+        }
     }
 }

@@ -16,7 +16,7 @@ use super::luminaire::Luminaires;
 use super::shadow::Caster;
 use super::shaft::{Body, MOST_FACES, patch_body, sieve};
 use super::sight::Occlusion;
-use super::smooth::{Rectangle, SIDE};
+use super::smooth::{Rectangle, Tiles};
 use crate::patches::Patches;
 use crate::rays::sequence::{Sobol, hash};
 use crate::rays::{Hit, Rays};
@@ -52,7 +52,7 @@ pub struct Links {
 #[derive(Debug, Default)]
 pub(super) struct Link {
     /// What is surely seen and what likely arrives of the rest, as a polynomial.
-    pub smooth: Option<(Rectangle, [Vec3; SIDE * SIDE])>,
+    pub smooth: Option<Tiles>,
     /// The same as nodes with shares of their light, where there is no polynomial.
     pub seen: Vec<(usize, f64)>,
     /// Luminaires by closed form, with the casters between.
@@ -120,7 +120,7 @@ impl Links {
             walk.finish(maker, i, hits)
         };
         let all = (0..maker.patches.len()).into_par_iter();
-        let links = all.map_init(Vec::new, link).collect();
+        let links: Vec<Link> = all.map_init(Vec::new, link).collect();
         Links { lamps, links }
     }
 
@@ -257,7 +257,12 @@ impl<'a> Walk<'a> {
         };
         node.radius() <= SMALL * (self.distance(node) - self.radius)
             && self.rectangle.as_ref().is_none_or(above)
-            && self.facing(node) == Facing::Towards
+            && match self.facing(node) {
+                Facing::Towards => true,
+                // Of luminaires in one plane the kernel itself knows the side.
+                Facing::Both => node.body.plane.is_some(),
+                Facing::Away => false,
+            }
     }
 
     fn is_near(&self, node: &Node) -> bool {
@@ -368,15 +373,8 @@ impl<'a> Walk<'a> {
         let seen: Vec<(usize, f64)> = sure.chain(likely.filter(|d| d.1 > 0.0)).collect();
         let sum = |x: DVec3| light(lamps, &seen, x, normal);
         if let Some(rectangle) = self.rectangle.filter(|_| !seen.is_empty()) {
-            let values = rectangle.points().map(|x| sum(x).as_vec3());
-            let fits = |(s, t): (f64, f64)| {
-                let x = rectangle.point(s, t);
-                let exact = sum(x);
-                let off = (rectangle.interpolate(&values, x) - exact).abs();
-                off.cmple(MISFIT * exact).all()
-            };
-            if [(0.0, 0.0), (0.7, 0.7)].into_iter().all(fits) {
-                link.smooth = Some((rectangle, values));
+            link.smooth = Tiles::new(&rectangle, MISFIT, sum);
+            if link.smooth.is_some() {
                 return;
             }
         }

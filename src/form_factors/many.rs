@@ -74,8 +74,8 @@ impl Links {
     /// What is surely seen.
     fn seen(&self, link: &Link, luminaires: &Luminaires, receiver: &Receiver) -> DVec3 {
         let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
-        if let Some((rectangle, values)) = &link.smooth {
-            return rectangle.interpolate(values, x);
+        if let Some(tiles) = &link.smooth {
+            return tiles.at(x);
         }
         light((&self.lamps, luminaires), &link.seen, x, n)
     }

@@ -69,6 +69,16 @@ impl Rectangle {
         self.center + s * self.half[0] + t * self.half[1]
     }
 
+    /// Tile k of side² equal ones.
+    fn tile(&self, k: usize, side: usize) -> Rectangle {
+        let place = |i: usize| (2 * i + 1) as f64 / side as f64 - 1.0;
+        Rectangle {
+            center: self.point(place(k % side), place(k / side)),
+            normal: self.normal,
+            half: self.half.map(|h| h / side as f64),
+        }
+    }
+
     pub fn corners(&self) -> [DVec3; 4] {
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(s, t)| self.point(s, t))
     }
@@ -89,6 +99,61 @@ impl Rectangle {
             }
         }
         sum
+    }
+}
+
+/// Polynomials on equal tiles of a rectangle.
+#[derive(Clone, Debug)]
+pub(super) struct Tiles {
+    rectangle: Rectangle,
+    /// Tiles along a side.
+    side: usize,
+    values: Vec<[Vec3; SIDE * SIDE]>,
+}
+
+impl Tiles {
+    /// On as few tiles as make the polynomials fit within a share of the function, where some do.
+    pub fn new(
+        rectangle: &Rectangle,
+        misfit: f64,
+        function: impl Fn(DVec3) -> DVec3,
+    ) -> Option<Tiles> {
+        [1, 2, 4].into_iter().find_map(|side| {
+            let fitted = (0..side * side).map(|k| {
+                let tile = rectangle.tile(k, side);
+                let values = tile.points().map(|x| function(x).as_vec3());
+                let fits = |(s, t): (f64, f64)| {
+                    let x = tile.point(s, t);
+                    let exact = function(x);
+                    let off = (tile.interpolate(&values, x) - exact).abs();
+                    let most = values.iter().fold(Vec3::ZERO, |m, v| m.max(*v));
+                    off.cmple(misfit * most.as_dvec3()).all()
+                };
+                [(0.0, 0.0), (0.7, 0.7)]
+                    .into_iter()
+                    .all(fits)
+                    .then_some(values)
+            });
+            let values: Option<Vec<_>> = fitted.collect();
+            let rectangle = rectangle.clone();
+            values.map(|values| Tiles {
+                rectangle,
+                side,
+                values,
+            })
+        })
+    }
+
+    /// The polynomial at x.
+    pub fn at(&self, x: DVec3) -> DVec3 {
+        let d = x - self.rectangle.center;
+        let [i, j] = self.rectangle.half.map(|h| {
+            let place = 0.5 * (d.dot(h) / h.length_squared() + 1.0) * self.side as f64;
+            (place.max(0.0) as usize).min(self.side - 1)
+        });
+        let k = i + j * self.side;
+        let tile = self.rectangle.tile(k, self.side);
+        tile.interpolate(&self.values[k], x)
     }
 }
 
