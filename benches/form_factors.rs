@@ -5,7 +5,8 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use halflight::form_factors::{Occlusion, Sampling, Variant, cast, receive_emitted};
+use halflight::form_factors::{Occlusion, Sampling, Sight, Variant, cast, receive_emitted};
+use halflight::light::Transport;
 use halflight::scene::{LoadOptions, Scene};
 use halflight::study::{Prepared, prepare};
 
@@ -48,16 +49,22 @@ fn rows(c: &mut Criterion) {
         });
     }
     let receives = vec![true; p.patches.len()];
-    for (name, occlusion) in [
-        ("emitted, opaque", Occlusion::Opaque),
-        ("emitted, nothing occludes", Occlusion::Nothing),
+    let opaque = p.scene.transports(Transport {
+        alpha: 1.0,
+        tau: 0.0,
+    });
+    let cut = Sight::new(&p.scene, path, &p.luminaires, &opaque, &receives);
+    for (name, sight) in [
+        ("emitted, shadows by rays", Occlusion::Opaque.into()),
+        ("emitted, shadows cut out", cut),
+        ("emitted, nothing occludes", Occlusion::Nothing.into()),
     ] {
         group.bench_function(name, |b| {
             b.iter(|| {
                 receive_emitted(
                     path,
                     &p.luminaires,
-                    black_box(&occlusion),
+                    black_box(&sight),
                     &receives,
                     &sampling,
                     &|_| (),

@@ -117,6 +117,7 @@ fn scene_of(triangles: &[Corners]) -> Scene {
         name: "bench".into(),
         vertices: triangles.concat(),
         faces: faces.collect(),
+        exact: Vec::new(),
         materials: vec![grey],
         objects: vec!["all".into()],
         camera: Camera {

@@ -100,9 +100,10 @@ fn alpha_and_tau_stand_in_for_a_mode() {
     assert_eq!(corner["mode"], "local");
 }
 
-const RENDER_FIELDS: [&str; 14] = [
+const RENDER_FIELDS: [&str; 15] = [
     "alpha",
     "closure",
+    "error",
     "files",
     "height",
     "mode",
@@ -234,12 +235,12 @@ fn bounces_draws_tabulates_and_reports_every_mode() {
     let csv = fs::read_to_string(place.path().join("out/cornell-box-bounces.csv")).unwrap();
     let columns: Vec<usize> = csv.lines().map(|l| l.split(',').count()).collect();
     // Four terms of the two modes that go on, three of those that end with K²E = 0.
-    assert_eq!(columns, [13; 1 + 4 + 4 + 3 + 3]);
+    assert_eq!(columns, [14; 1 + 4 + 4 + 3 + 3]);
 }
 
 fn check_bounces(bounces: &[Value]) {
     for (n, bounce) in bounces.iter().enumerate() {
-        let names = ["n", "norm", "power", "power_invisible", "ratio"];
+        let names = ["error", "n", "norm", "power", "power_invisible", "ratio"];
         assert_eq!(fields(bounce), [&names[..], &["tail_bound"]].concat());
         assert_eq!(bounce["n"], n);
         for half in ["power", "power_invisible"] {

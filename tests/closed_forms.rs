@@ -10,7 +10,8 @@ use std::f64::consts::PI;
 use common::{builtin, mean_and_error};
 use glam::DVec3;
 use halflight::form_factors::{
-    DirectSum, Luminaires, Occlusion, Receiver, gather_luminaire, point_to_polygon,
+    Between, DirectSum, Luminaires, Occlusion, Receiver, Scratch, Sight, gather_luminaire,
+    point_to_polygon,
 };
 use halflight::rays::Rays;
 use halflight::rays::sequence::Sobol;
@@ -66,15 +67,15 @@ fn direct_irradiance_of_the_cornell_box() {
                 )
             });
             let mut sum = DirectSum::default();
-            let path = (&rays, &Occlusion::Opaque);
+            let sight = Sight::from(Occlusion::Opaque);
             gather_luminaire(
                 &mut sum,
                 DVec3::ONE,
                 &receiver,
-                luminaire,
-                path,
+                (luminaire, Between::Unknown),
+                (&rays, &sight),
                 draw,
-                &mut Vec::new(),
+                &mut Scratch::default(),
             );
             (unit * sum.estimate()).x
         };

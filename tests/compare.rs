@@ -53,6 +53,16 @@ fn the_report_has_its_fields_and_the_files_exist() {
     for pair in report["pairs"].as_array().unwrap() {
         assert!(["agree", "differ"].contains(&pair["verdict"].as_str().unwrap()));
         assert!(pair["failing_pixels"].is_u64() && pair["a"].is_string() && pair["b"].is_string());
+        let orders = pair["orders"].as_array().unwrap();
+        assert_eq!(orders.len(), 6);
+        for (n, order) in orders.iter().enumerate() {
+            assert_eq!(order["n"], n);
+            assert!(["agree", "differ"].contains(&order["verdict"].as_str().unwrap()));
+            let [apart, error] = ["mean_difference", "mean_difference_error"]
+                .map(|field| order[field].as_f64().unwrap());
+            // Light ends after one bounce here: both are black beyond.
+            assert!(n < 2 || (apart, error) == (0.0, 0.0), "{order}");
+        }
     }
     let files = contents(&place);
     for file in report["files"].as_array().unwrap() {

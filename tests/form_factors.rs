@@ -166,7 +166,7 @@ fn light_as_emitted_is_what_hemisphere_rays_find_of_the_lamp() {
         let (found, _) = receive_emitted(
             path,
             &p.luminaires,
-            &Occlusion::Opaque,
+            &Occlusion::Opaque.into(),
             &receives,
             &sampling,
             &|_| (),

@@ -65,7 +65,7 @@ fn neither_size_nor_place_changes_the_picture() {
     let (other, other_power) = solve(cornell(1.0, DVec3::ZERO), 1);
     let noise = relative_rms(&other, &picture, None, None).unwrap();
     let power_noise = (other_power / power - 1.0).abs().max(1e-4);
-    assert!(noise > 0.0 && noise < 0.05, "{noise}");
+    assert!(noise > 0.0 && noise < 0.1, "{noise}");
     let far = 1e5 * 556.0 * DVec3::new(1.0, -0.7, 0.3);
     for (scale, shift) in [
         (1e-6, DVec3::ZERO),

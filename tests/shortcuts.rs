@@ -2,9 +2,11 @@
 
 mod common;
 
-use common::{Silent, all_of_f, assemble_one, builtin, sampling, transport};
-use halflight::form_factors::{FormFactors, Occlusion, Sampling, Variant, cast, receive_emitted};
-use halflight::light::{Light, Mode, Transport};
+use common::{Silent, all_of_f, assemble_one, builtin, mean_and_error, sampling, transport};
+use halflight::form_factors::{
+    FormFactors, Occlusion, Sampling, Sight, Variant, cast, receive_emitted,
+};
+use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::operator::{Operator, PatchMaterials};
 use halflight::solve::{Settings, Solution, explore, neumann};
 use halflight::study::{Assembled, assemble, prepare};
@@ -48,7 +50,7 @@ fn occlusion_shortcuts_agree_with_the_general_case() {
         receive_emitted(
             path,
             &p.luminaires,
-            occlusion,
+            &occlusion.clone().into(),
             &receives,
             &sampling,
             &|_| (),
@@ -68,6 +70,68 @@ fn occlusion_shortcuts_agree_with_the_general_case() {
 }
 
 #[test]
+fn shadows_cut_out_are_those_that_rays_find() {
+    for (name, tau) in [
+        ("cornell-box", 0.0),
+        ("cornell-box", 0.5),
+        ("two-rooms", 0.0),
+        ("furnished-room", 0.25),
+    ] {
+        let p = prepare(builtin(name), 300);
+        let path = (&p.rays, &p.patches);
+        let receives = vec![true; p.patches.len()];
+        let transports = p.scene.transports(Transport { alpha: 1.0, tau });
+        let receive = |sight: &Sight, rays: u32, seed: u32| {
+            let sampling = Sampling {
+                emitter_rays: rays,
+                ..sampling(1, seed)
+            };
+            receive_emitted(path, &p.luminaires, sight, &receives, &sampling, &|_| ())
+        };
+        let sight = Sight::new(&p.scene, path, &p.luminaires, &transports, &receives);
+        let drawn = Sight::from(Occlusion::new(&p.rays, &transports));
+        let bare = receive(&Occlusion::Nothing.into(), 64, 0).0;
+        const REPLICAS: u32 = 8;
+        let exact: Vec<_> = (0..REPLICAS).map(|s| receive(&sight, 64, s)).collect();
+        let rays: Vec<_> = (0..REPLICAS).map(|s| receive(&drawn, 256, s)).collect();
+        assert!(exact[0].1 * 4 < rays[0].1, "{name}: hardly a ray is saved");
+        let (mut scores, mut counted) = (0.0, 0);
+        let mean_area = p.patches.areas().iter().sum::<f64>() / p.patches.len() as f64;
+        for i in 0..p.patches.len() {
+            // Slivers along a slanting wall are as thin as the margin that keeps rays inside their face.
+            if p.patches.areas()[i] < 1e-4 * mean_area {
+                continue;
+            }
+            let of = |all: &[(Vec<Rgb>, u64)]| {
+                let values: Vec<f64> = all.iter().map(|(v, _)| f64::from(v[i].x)).collect();
+                mean_and_error(&values)
+            };
+            let ((a, ea), (b, eb)) = (of(&exact), of(&rays));
+            // A patch in full light has no noise either way; f32 rounds the sums. Of all the rays one more or less may arrive.
+            let one = f64::from(bare[i].x) / f64::from(REPLICAS * 256);
+            let error = ea.hypot(eb).hypot(one) + 1e-5 * a;
+            let score = (a - b) / error.max(1e-12);
+            // Seven degrees of freedom: t beyond 8 has a chance of 1e-4, of a few thousand patches less than one.
+            assert!(
+                score.abs() < 9.0,
+                "{name}, patch {i}: {a} ± {ea}, {b} ± {eb}"
+            );
+            if eb > 1e-4 * b {
+                scores += score;
+                counted += 1;
+            }
+        }
+        // Their mean has a standard error of 1.2 (t of seven degrees) over the root of the count.
+        let mean: f64 = scores / f64::from(counted.max(1));
+        assert!(
+            mean.abs() < 4.0 * 1.2 / f64::from(counted).sqrt(),
+            "{name}: {mean} of {counted}"
+        );
+        assert!(counted > 10);
+    }
+}
+
+#[test]
 fn alpha_zero_without_rows_is_alpha_zero_with_rows() {
     let p = prepare(builtin("cornell-box"), 300);
     for mode in [Mode::Local, Mode::OneBounce] {
@@ -75,13 +139,13 @@ fn alpha_zero_without_rows_is_alpha_zero_with_rows() {
         let short = assemble_one(&p, mode.transport(), &sampling(128, 0));
         let materials = PatchMaterials::new(&p.scene, &p.patches, &p.luminaires, &transports);
         let f: FormFactors = all_of_f(&p, mode.transport().tau, &sampling(128, 0));
-        let occlusion = Occlusion::new(&p.rays, &transports);
         let path = (&p.rays, &p.patches);
         let receives = materials.receives();
+        let sight = Sight::new(&p.scene, path, &p.luminaires, &transports, &receives);
         let (received, _) = receive_emitted(
             path,
             &p.luminaires,
-            &occlusion,
+            &sight,
             &receives,
             &sampling(128, 0),
             &|_| (),

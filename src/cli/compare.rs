@@ -12,10 +12,10 @@ use crate::image::{Exposure, make_directory, write_whole};
 use crate::light::Transport;
 use crate::scene::Scene;
 use crate::study::compare::{
-    Comparison, ORDERS, Plan, compare, csv, error_chart, markdown, order_chart, picture_sheet,
-    verdict,
+    Comparison, Difference, Method, ORDERS, Plan, Stage, compare, csv, error_chart, markdown,
+    order_chart, pairs_csv, picture_sheet, verdict,
 };
-use crate::study::term_name;
+use crate::study::{Watch, term_name};
 
 #[derive(Serialize)]
 struct CompareReport {
@@ -50,6 +50,45 @@ struct PairReport {
     mean_difference: f64,
     mean_difference_error: f64,
     failing_pixels: usize,
+    orders: Vec<OrderReport>,
+}
+
+#[derive(Serialize)]
+struct OrderReport {
+    n: usize,
+    mean_difference: f64,
+    mean_difference_error: f64,
+    verdict: &'static str,
+}
+
+/// Tells what is being done, with a bar for each step.
+struct Telling<'a> {
+    console: &'a Console,
+    label: String,
+}
+
+impl Watch for Telling<'_> {
+    fn begin(&self, step: &str, length: u64) {
+        self.console.begin(step, length);
+    }
+
+    fn tick(&self, done: u64) {
+        self.console.tick(done);
+    }
+}
+
+impl Stage for Telling<'_> {
+    fn climbs(&self, method: Method) {
+        let label = &self.label;
+        self.console.say(format!("{label}: {} …", method.name()));
+    }
+
+    fn repeats(&self) {
+        let label = &self.label;
+        self.console.say(format!(
+            "{label}: the patch methods once more, for the verdicts …"
+        ));
+    }
 }
 
 /// Compares every mode asked for; of several, those that diverge are named and left out.
@@ -91,9 +130,11 @@ fn one_mode(
         seed: common.seed,
     };
     let label = transport.label();
-    let comparison = compare(scene, &plan, &|method| {
-        console.say(format!("{label}: {} …", method.name()));
-    })?;
+    let stage = Telling {
+        console,
+        label: label.clone(),
+    };
+    let comparison = compare(scene, &plan, &stage)?;
     let title = format!("{}, {label}: five ways to one picture", scene.name);
     let text = markdown(&title, &comparison);
     console.say(&text);
@@ -153,7 +194,8 @@ fn write(
         .write(place("-pictures.png"))?;
     write_whole(place(".md"), text.as_bytes())?;
     write_whole(place(".csv"), csv(c).as_bytes())?;
-    files.extend(["-pictures.png", ".md", ".csv"].map(place));
+    write_whole(place("-pairs.csv"), pairs_csv(c).as_bytes())?;
+    files.extend(["-pictures.png", ".md", ".csv", "-pairs.csv"].map(place));
     Ok(files)
 }
 
@@ -180,10 +222,11 @@ fn report(
     let pairs = c.pairs.iter().map(|(a, b, pair)| PairReport {
         a: a.name(),
         b: b.name(),
-        verdict: verdict(pair),
-        mean_difference: pair.mean_difference,
-        mean_difference_error: pair.mean_difference_error,
+        verdict: verdict(pair.agree),
+        mean_difference: pair.mean.relative,
+        mean_difference_error: pair.mean.error,
         failing_pixels: pair.failing_pixels,
+        orders: pair.orders.iter().enumerate().map(order_report).collect(),
     });
     CompareReport {
         scene: scene.name.clone(),
@@ -194,5 +237,14 @@ fn report(
         methods: methods.collect(),
         pairs: pairs.collect(),
         files,
+    }
+}
+
+fn order_report((n, d): (usize, &Difference)) -> OrderReport {
+    OrderReport {
+        n,
+        mean_difference: d.relative,
+        mean_difference_error: d.error,
+        verdict: verdict(d.agree),
     }
 }

@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::values::tolerance;
+use super::values::picture_error;
 use crate::form_factors::Sampling;
 use crate::study::Fineness;
 
@@ -13,7 +13,7 @@ const SAMPLES: u32 = 128;
 #[derive(Args, Debug)]
 pub struct Effort {
     /// Error to aim at, a share of the picture's RMS radiance; for bounces, of each term's power [default: 0.01]
-    #[arg(long, value_name = "T", value_parser = tolerance, conflicts_with_all = ["patches", "rays", "samples"])]
+    #[arg(long, value_name = "T", value_parser = picture_error, conflicts_with_all = ["patches", "rays", "samples"])]
     pub tolerance: Option<f64>,
     /// Cut the scene into about so many patches, whatever the error [default with --rays or --samples: 4000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]

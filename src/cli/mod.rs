@@ -13,6 +13,9 @@ mod compare;
 mod console;
 mod diff;
 mod effort;
+mod factors;
+mod frontier;
+mod map;
 mod options;
 mod pictures;
 mod render;
@@ -120,7 +123,10 @@ fn run(cli: options::Cli) -> Result<(), CliError> {
         options::Command::Bounces(own) => bounces::run(own, &cli.common),
         options::Command::Compare(own) => compare::run(own, &cli.common),
         options::Command::Diff(own) => diff::run(own, &cli.common),
+        options::Command::Factors(own) => factors::run(own, &cli.common),
         options::Command::Trace(own) => trace::run(own, &cli.common),
+        options::Command::Frontier(own) => frontier::run(own, &cli.common),
+        options::Command::Map(own) => map::run(own, &cli.common),
         options::Command::Scenes => scenes::run(&cli.common),
     }
 }

@@ -52,8 +52,14 @@ pub enum Command {
     Compare(Compare),
     /// Compare two pictures, number by number
     Diff(Diff),
+    /// Form factors between the objects of a scene, with their errors
+    Factors(super::factors::Factors),
     /// Render a scene by path tracing, a witness to the solver
     Trace(Trace),
+    /// Map where the series converges over the (alpha, tau) square
+    Map(super::map::MapArguments),
+    /// Show what each method does on both sides of the frontier where the series starts to diverge
+    Frontier(super::frontier::Frontier),
     /// List the scenes that are built in
     Scenes,
 }

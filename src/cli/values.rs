@@ -51,8 +51,8 @@ pub fn stops(text: &str) -> Result<f32, String> {
     }
 }
 
-/// A relative error.
-pub fn tolerance(text: &str) -> Result<f64, String> {
+/// A relative error of a picture.
+pub fn picture_error(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (1e-4..=0.5).contains(&value) => Ok(value),
         _ => Err("must be a number from 0.0001 to 0.5; 0.01 is 1 %".into()),
@@ -64,6 +64,14 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
         _ => Err("must be a number of seconds above 0".into()),
+    }
+}
+
+/// A relative error.
+pub fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (1e-9..=1.0).contains(&value) => Ok(value),
+        _ => Err("must be a number from 1e-9 to 1".into()),
     }
 }
 

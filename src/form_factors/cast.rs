@@ -96,15 +96,8 @@ pub fn cast(
     tick: Progress,
 ) -> (Vec<FormFactors>, u64) {
     let needed: Vec<&Variant> = variants.iter().filter(|v| needs_rays(v)).collect();
-    let caster = Caster {
-        scene,
-        rays,
-        patches,
-        all: needed.iter().any(|v| v.tau.iter().any(|&t| t > 0.0)),
-        count: sampling.rays.max(1),
-        sobol: Sobol::new(sampling.rays.max(1) as usize, 4),
-        seed: sampling.seed,
-    };
+    let through = needed.iter().any(|v| v.tau.iter().any(|&t| t > 0.0));
+    let caster = Caster::new(scene, (rays, patches), through, sampling);
     let scratch = || {
         let rows = needed.iter().map(|_| Accumulator::new(patches.len()));
         (rows.collect::<Vec<_>>(), Vec::new())
@@ -148,7 +141,8 @@ fn distribute(variants: &[Variant], mut rows: Vec<Vec<CastRow>>, n: usize) -> Ve
         .collect()
 }
 
-struct Caster<'a> {
+/// Casts the rays of a patch, the same for the same seed whatever is done with them.
+pub(super) struct Caster<'a> {
     scene: &'a Scene,
     rays: &'a Rays,
     patches: &'a Patches,
@@ -159,7 +153,25 @@ struct Caster<'a> {
     seed: u32,
 }
 
-impl Caster<'_> {
+impl<'a> Caster<'a> {
+    /// Finds all crossings, or the first only.
+    pub(super) fn new(
+        scene: &'a Scene,
+        (rays, patches): (&'a Rays, &'a Patches),
+        all: bool,
+        sampling: &Sampling,
+    ) -> Caster<'a> {
+        Caster {
+            scene,
+            rays,
+            patches,
+            all,
+            count: sampling.rays.max(1),
+            sobol: Sobol::new(sampling.rays.max(1) as usize, 4),
+            seed: sampling.seed,
+        }
+    }
+
     /// Row i of every variant.
     fn row(
         &self,
@@ -171,14 +183,11 @@ impl Caster<'_> {
         if !variants.iter().any(|v| v.rows[i]) {
             return vec![CastRow::default(); variants.len()];
         }
-        let seed = hash(i as u32, self.seed);
-        for k in 0..self.count {
-            let ray = self.ray(i, k, seed);
-            self.find(&ray, hits);
+        self.each(i, hits, |ray, hits| {
             for (variant, sum) in variants.iter().zip(sums.iter_mut()) {
-                self.add(&ray, hits, variant, sum);
+                self.add(ray, hits, variant, sum);
             }
-        }
+        });
         variants
             .iter()
             .zip(sums)
@@ -206,6 +215,16 @@ impl Caster<'_> {
         } else {
             hits.clear();
             hits.extend(self.rays.closest(ray));
+        }
+    }
+
+    /// Calls `each` with every ray of patch i and its crossings in order.
+    pub(super) fn each(&self, i: usize, hits: &mut Vec<Hit>, mut each: impl FnMut(&Ray, &[Hit])) {
+        let seed = hash(i as u32, self.seed);
+        for k in 0..self.count {
+            let ray = self.ray(i, k, seed);
+            self.find(&ray, hits);
+            each(&ray, hits);
         }
     }
 

@@ -25,9 +25,8 @@ use crate::patches::Patches;
 use crate::rays::sequence::{Sobol, hash};
 use crate::rays::{Hit, Rays};
 
-/// Receiver points that are enough where each is exact: the form factor varies smoothly over a patch, and a few points
-/// are within 0.03 %.
-const SMOOTH: u32 = 16;
+/// Receiver points that are enough where each is exact: the form factor varies smoothly over a patch.
+const SMOOTH: u32 = 32;
 
 /// Sums of one luminaire's light over receiver points, weighted per channel (by rho, say).
 #[derive(Clone, Copy, Debug, Default)]

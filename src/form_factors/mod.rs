@@ -10,17 +10,24 @@
 //! [`Luminaire`]s, closed form of the polygon times visibility, which needs some sixty times less work for the same
 //! error. Surfaces that emit but are no luminaires (everything, in a furnace) go by the rows.
 //!
+//! Between whole objects, [`planar`] finds form factors by contour integrals and by quadrature, to as many digits as asked
+//! for, and [`sampled`] by rays where there are too many faces for that.
+//! [`cast_layers`] keeps the crossings of the rays apart, so that one cast gives `F^tau` for every tau.
+//!
 //! [`closure`] and [`reciprocity`] are checks for anyone to call; nothing is silently repaired.
 
 mod cast;
 mod checks;
 mod emitted;
 mod lamps;
+mod layers;
 mod links;
 mod luminaire;
 mod many;
 mod outline;
+pub mod planar;
 mod polygon;
+pub mod sampled;
 mod shadow;
 mod shaft;
 mod sight;
@@ -30,6 +37,7 @@ mod sparse;
 pub use cast::{FormFactors, Variant, cast};
 pub use checks::{Closure, closure, reciprocity};
 pub use emitted::{DirectSum, Receiver, Scratch, gather_luminaire, receive_emitted};
+pub use layers::{Layers, cast_layers};
 pub use links::Links;
 pub use luminaire::{Luminaire, Luminaires};
 pub use polygon::{point_kernel, point_to_polygon};

@@ -82,7 +82,7 @@ impl Shafts {
             .collect();
         let find = |i: usize| -> Vec<Option<Vec<u32>>> {
             if !receives[i] {
-                return vec![None; count];
+                return vec![Some(Vec::new()); count];
             }
             let patch = patch_body(patches, i);
             let one = |lamp: &Option<Body>| between(patch.as_ref()?, lamp.as_ref()?, &casters);
@@ -112,6 +112,11 @@ impl Shafts {
             casters,
             ..Shafts::default()
         }
+    }
+
+    /// Whether something is known of every patch and luminaire.
+    pub fn know_all(&self) -> bool {
+        !self.unknown.is_empty() && self.unknown.iter().all(|u| !u)
     }
 
     /// What may lie between patch i and luminaire l.

@@ -9,9 +9,10 @@ use rayon::prelude::*;
 use super::Picture;
 use super::gather::{Fields, GatherError, Gathered, Gathering, View};
 use super::irradiance::Fit;
-use super::pixel::Pixel;
+use super::pixel::{Pass, Pixel};
 use super::points::{Density, Points};
-use super::spread::{Plan, measure};
+use super::spread::{Plan, choose, double, measure};
+use crate::form_factors::Occlusion;
 use crate::light::Rgb;
 
 /// Share of the error that camera rays may make where there is indirect light, which is dearer.
@@ -21,8 +22,10 @@ const HEMISPHERE: f64 = 0.8;
 const FIT: f64 = 0.55;
 /// One pixel in so many rows and columns tells the errors of a round.
 const SOME: usize = 3;
+/// What a reach that is too long is shortened to.
+const SHORTER: f64 = 0.6;
 /// Rounds of more rays, or more points.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 12;
 /// Share of the distance to the surroundings that a point of every pixel speaks for.
 const REACH: f64 = 0.15;
 /// The same at first for chosen points at an error of 1 %. Measured on the Cornell box, the fit's bias grows as its power 1.2.
@@ -65,6 +68,8 @@ impl Settings {
             Gathering::Within { error, seed } => {
                 let fineness = (0.01 / error).clamp(0.1, 100.0);
                 let pixel = view.scene.camera.pixel(view.height);
+                let drawn =
+                    view.sight.occlusion != Occlusion::Nothing && !view.sight.shafts.know_all();
                 Settings {
                     plan: Plan {
                         first: ((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(),
@@ -77,7 +82,8 @@ impl Settings {
                         least: LEAST * fineness.powf(-0.3) * pixel,
                         seed,
                     },
-                    tabled: (64, 1),
+                    // The ratio of few drawn points is biased.
+                    tabled: (64, if drawn { 4 } else { 1 }),
                     seed,
                     error: Some(error),
                 }
@@ -99,7 +105,8 @@ impl Settings {
             let some = Found::new(pixels, points, fields, SOME).measure(pixels);
             let scale = camera.count as f64 / some.count.max(1) as f64;
             let noise = scale * some.variance / (HEMISPHERE * HEMISPHERE * left);
-            let bias = scale * points.bias(fields.leading()) * some.signal / (FIT * FIT * left);
+            let biases = points.biases(fields.leading());
+            let bias = scale * relative(&biases) * some.signal / (FIT * FIT * left);
             if noise <= 1.0 && bias <= 1.0 {
                 break;
             }
@@ -108,11 +115,23 @@ impl Settings {
                 points.refine((1.05 * noise.powf(0.7)).clamp(1.1, 8.0));
             } else {
                 // Only now: a bias measured through much noise is itself noisy.
-                points.shorten(bias.powf(-0.4).max(0.5));
+                let worst = points.worst(&biases, 1.2 * (1.0 - 1.0 / bias).max(0.1));
+                points.shorten(&worst, SHORTER);
                 points.place(pixels);
             }
         }
         Found::new(pixels, points, fields, 1)
+    }
+}
+
+/// Mean squared bias as a share of the mean squared irradiance.
+fn relative(biases: &[(f64, f64)]) -> f64 {
+    let sum = |(b, s): (f64, f64), t: &(f64, f64)| (b + t.0, s + t.1);
+    let (bias, signal) = biases.iter().fold((0.0, 0.0), sum);
+    if signal > 0.0 {
+        (bias / signal).max(0.0)
+    } else {
+        0.0
     }
 }
 
@@ -135,6 +154,8 @@ struct Indirect {
     variance: DVec3,
     /// Product of the two halves of every field that rides along, channels added: free of noise in the mean.
     riders: Vec<f64>,
+    /// What each half of the camera rays reflects, sums over them.
+    ambient: [DVec3; 2],
 }
 
 /// Sums over the pixels that see no luminaire.
@@ -158,10 +179,9 @@ impl Found {
         let indexed = pixels.par_iter().enumerate();
         Found {
             pixels: indexed.map_init(Default::default, reflected).collect(),
-            bias: if step == 1 {
-                points.bias(fields.leading())
-            } else {
-                0.0
+            bias: match step {
+                1 => relative(&points.biases(fields.leading())),
+                _ => 0.0,
             },
         }
     }
@@ -176,6 +196,39 @@ impl Found {
             sums.count += 1;
         }
         sums
+    }
+
+    /// Gives pixels more camera rays where the light now gathered varies within them.
+    pub fn sharpen(
+        &mut self,
+        pass: &Pass,
+        pixels: &mut [Pixel],
+        points: &Points,
+        noise: Option<f64>,
+    ) {
+        let width = points.width();
+        for (pixel, found) in pixels.iter_mut().zip(&self.pixels) {
+            pixel.ambient = found.ambient;
+        }
+        let Some(noise) = noise else { return };
+        for _ in 0..ROUNDS {
+            let chosen = choose(pixels, width, noise);
+            if chosen.is_empty() {
+                return;
+            }
+            double(pass, pixels, &chosen);
+            let again = |memory: &mut _, &k: &u32| {
+                indirect(k as usize, &pixels[k as usize], points, pass.fields, memory)
+            };
+            let found: Vec<Indirect> = chosen
+                .par_iter()
+                .map_init(Default::default, again)
+                .collect();
+            for (&k, found) in chosen.iter().zip(found) {
+                pixels[k as usize].ambient = found.ambient;
+                self.pixels[k as usize] = found;
+            }
+        }
     }
 
     /// The pictures of all parts, with their errors.
@@ -248,9 +301,12 @@ fn indirect(
     let mut halves = [DVec3::ZERO; 2];
     let mut sums = vec![DVec3::ZERO; fields.count()];
     let mut riders = vec![[DVec3::ZERO; 2]; fields.count() - leading];
+    let mut ambient = [DVec3::ZERO; 2];
     for layer in pixel.layers.iter().enumerate() {
-        let rho = layer.1.rho.as_dvec3() * (f64::from(layer.1.count) / pixel.camera());
-        points.at(fit, k, layer, found);
+        let counts = layer.1.count.map(f64::from);
+        let rho = layer.1.rho.as_dvec3() * ((counts[0] + counts[1]) / pixel.camera());
+        let change = points.at(fit, k, layer, leading, found);
+        let mut total = DVec3::ZERO;
         for (f, [a, b]) in found.iter().enumerate() {
             let mean = 0.5 * (*a + *b);
             // A plane through noise may dip below the dark; light does not. Differences of fields may.
@@ -262,10 +318,16 @@ fn indirect(
             sums[f] += rho * mean;
             let own = match f.checked_sub(leading) {
                 Some(rider) => &mut riders[rider],
-                None => &mut halves,
+                None => {
+                    total += mean;
+                    &mut halves
+                }
             };
             own[0] += rho * *a;
             own[1] += rho * *b;
+        }
+        for half in 0..2 {
+            ambient[half] += layer.1.rho.as_dvec3() * (counts[half] * (total + change[half]));
         }
     }
     let d = 0.5 * (halves[0] - halves[1]);
@@ -273,5 +335,6 @@ fn indirect(
         fields: sums.iter().map(|s| s.as_vec3()).collect(),
         variance: d * d,
         riders: riders.iter().map(|[a, b]| a.dot(*b)).collect(),
+        ambient,
     }
 }

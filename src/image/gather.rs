@@ -238,13 +238,14 @@ impl Gathered {
 pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progress) -> Gathered {
     let settings = Settings::new(view, fields, gathering);
     let pass = Pass::new(view, fields, settings.tabled, settings.seed);
-    let pixels = sample_pixels(&pass, &settings.plan, tick);
+    let mut pixels = sample_pixels(&pass, &settings.plan, tick);
     let reader = Reader::new(view, fields, settings.density.rays);
     let camera = view.scene.camera.position.as_dvec3();
     let mut points = Points::new(&reader, settings.density, camera, &pixels, view.width);
     let mut found = Found::default();
     if !fields.is_dark() {
         found = settings.gather_indirect(&pixels, &mut points, fields);
+        found.sharpen(&pass, &mut pixels, &points, settings.plan.noise);
     }
     let mut gathered = found.assemble(&pixels, fields, (view.width, view.height));
     gathered.rays += points.cast;

@@ -33,10 +33,11 @@ impl<'a> Reader<'a> {
         self.fields.count()
     }
 
-    /// Adds what the rays `indices` read in every field to `incident`; returns the sum of the rays' inverse lengths.
+    /// Adds what the rays `indices`, which start from the points `from` in turn, read in every field to `incident`; returns
+    /// the sum of the rays' inverse lengths.
     pub fn read(
         &self,
-        from: &Receiver,
+        from: &[Receiver],
         indices: std::ops::Range<u32>,
         seed: u32,
         hits: &mut Vec<Hit>,
@@ -48,6 +49,7 @@ impl<'a> Reader<'a> {
                 self.sobol.point(index, 0, seed),
                 self.sobol.point(index, 1, seed),
             );
+            let from = &from[index as usize % from.len()];
             let ray = Ray {
                 origin: from.position,
                 direction: cosine_direction(from.normal, u, v),

@@ -43,12 +43,15 @@ pub(super) struct Known {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Fit {
     pub shares: Vec<(u32, f64)>,
+    inverse: DMat3,
     terms: Vec<(u32, f64, DVec3)>,
     /// Sum of the weights.
     total: f64,
     /// Unit of length in the fit.
     unit: f64,
     axes: [DVec3; 2],
+    /// The value is a mean, not a plane's.
+    flat: bool,
 }
 
 impl Fit {
@@ -57,6 +60,7 @@ impl Fit {
         self.terms.clear();
         self.shares.clear();
         self.unit = 0.0;
+        self.flat = false;
         let (u, v) = at.normal.as_dvec3().any_orthonormal_pair();
         self.axes = [u, v];
     }
@@ -97,7 +101,8 @@ impl Fit {
         self.total = normal.x_axis.x;
         let ridge = RIDGE * (normal.y_axis.y + normal.z_axis.z) + 1e-9 * self.total;
         normal += DMat3::from_diagonal(DVec3::new(0.0, ridge, ridge));
-        let first = normal.inverse().x_axis;
+        self.inverse = normal.inverse();
+        let first = self.inverse.x_axis;
         self.shares
             .extend(self.terms.iter().map(|(k, w, b)| (*k, w * first.dot(*b))));
         true
@@ -107,6 +112,7 @@ impl Fit {
     /// their mean.
     pub fn settle(&mut self, most: f64) {
         if self.shares.len() > 1 && self.variance() > most {
+            self.flat = true;
             let terms = self.terms.iter();
             self.shares.clear();
             self.shares
@@ -114,9 +120,26 @@ impl Fit {
         }
     }
 
+    /// By how much the fitted value changes over a step: the change is the sum of `share * value` over the points. None where
+    /// the fit is a mean.
+    pub fn change(&self, step: DVec3) -> impl Iterator<Item = (u32, f64)> {
+        let [u, v] = self
+            .axes
+            .map(|axis| step.dot(axis) / self.unit.max(f64::MIN_POSITIVE));
+        let row = self.inverse.y_axis * u + self.inverse.z_axis * v;
+        let terms = if self.flat { &[][..] } else { &self.terms };
+        terms.iter().map(move |(k, w, b)| (*k, w * row.dot(*b)))
+    }
+
+    /// Knows nothing: the value is 0.
+    pub fn clear(&mut self) {
+        self.flat = true;
+        self.shares.clear();
+    }
+
     /// Takes one point's value as it is.
     pub fn take(&mut self, point: u32) {
-        self.shares.clear();
+        self.clear();
         self.shares.push((point, 1.0));
     }
 

@@ -5,7 +5,7 @@
 //!
 //! Not handled: more than one texture of rho within a material; there is none.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use crate::form_factors::Receiver;
 use crate::light::Rgb;
@@ -16,6 +16,9 @@ const ALIGNED: f32 = 0.99;
 /// Facets of one surface lie off each other's plane by at most this share of their distance.
 const FLAT: f32 = 0.1;
 
+/// Points of a half that are kept for rays to start from.
+const ORIGINS: usize = 4;
+
 /// A surface as one pixel sees it.
 #[derive(Clone, Debug)]
 pub(super) struct Layer {
@@ -25,10 +28,12 @@ pub(super) struct Layer {
     pub first: Receiver,
     /// Reflectance.
     pub rho: Rgb,
-    /// Number of camera rays.
-    pub count: u32,
-    /// Sum of the points seen.
-    sum: DVec3,
+    /// Number of camera rays of each half.
+    pub count: [u32; 2],
+    /// Sums of the points seen.
+    sum: [DVec3; 2],
+    /// The first points seen by each half.
+    origins: [[Receiver; ORIGINS]; 2],
 }
 
 impl Layer {
@@ -38,20 +43,39 @@ impl Layer {
             key,
             first,
             rho,
-            count: 0,
-            sum: DVec3::ZERO,
+            count: [0; 2],
+            sum: [DVec3::ZERO; 2],
+            origins: [[first; ORIGINS]; 2],
         }
     }
 
-    /// Adds one camera ray.
-    pub fn add(&mut self, position: Vec3) {
-        self.count += 1;
-        self.sum += position.as_dvec3();
+    /// Adds one camera ray of a half.
+    pub fn add(&mut self, half: usize, seen: &Receiver) {
+        if let Some(origin) = self.origins[half].get_mut(self.count[half] as usize) {
+            *origin = *seen;
+        }
+        self.count[half] += 1;
+        self.sum[half] += seen.position.as_dvec3();
+    }
+
+    /// Points that rays of a half may start from: those it saw first, or the other half's where it saw none.
+    pub fn origins(&self, half: usize) -> &[Receiver] {
+        let half = if self.count[half] > 0 { half } else { 1 - half };
+        let count = (self.count[half] as usize).clamp(1, ORIGINS);
+        &self.origins[half][..count]
     }
 
     /// Mean of the points seen.
     pub fn position(&self) -> DVec3 {
-        self.sum / f64::from(self.count)
+        (self.sum[0] + self.sum[1]) / f64::from(self.count[0] + self.count[1])
+    }
+
+    /// How far a half's mean of the points seen lies from that of both.
+    pub fn off(&self, half: usize) -> DVec3 {
+        match self.count[half] {
+            0 => DVec3::ZERO,
+            n => self.sum[half] / f64::from(n) - self.position(),
+        }
     }
 
     /// Whether a point belongs to this surface: in its plane, or on a facet that continues it around a bend.
@@ -70,6 +94,7 @@ impl Layer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     fn receiver(position: Vec3, normal: Vec3) -> Receiver {
         Receiver {

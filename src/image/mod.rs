@@ -5,6 +5,7 @@
 
 mod budget;
 mod error;
+mod estimate;
 mod files;
 mod gather;
 mod hemisphere;

@@ -5,7 +5,7 @@
 use crate::light::Rgb;
 
 /// Linear radiance per pixel, row by row from the top left.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {
     /// Pixels in a row.
     pub width: usize,

@@ -30,8 +30,10 @@ pub(super) struct Pass<'a> {
 pub(super) struct Pixel {
     pub emission: DVec3,
     pub direct: DVec3,
-    /// All light of each half, what is reflected more than once taken from the patches.
-    pub halves: [DVec3; 2],
+    /// Emission and direct light of each half.
+    pub lit: [DVec3; 2],
+    /// Indirect light of each half: what the patches themselves receive, until it is gathered.
+    pub ambient: [DVec3; 2],
     /// Camera rays of each half.
     pub count: u32,
     pub layers: Vec<Layer>,
@@ -79,8 +81,8 @@ impl<'a> Pass<'a> {
 
     /// Casts camera rays until each half has `count`.
     pub fn extend(&self, k: usize, pixel: &mut Pixel, count: u32, scratch: &mut Scratch) {
-        for half in 0..2 {
-            let seed = hash(k as u32, self.seed ^ HALVES[half]);
+        for (half, scrambling) in HALVES.into_iter().enumerate() {
+            let seed = hash(k as u32, self.seed ^ scrambling);
             scratch.sums.fill(DirectSum::default());
             scratch.linked = DVec3::ZERO;
             for s in pixel.count..count {
@@ -91,7 +93,7 @@ impl<'a> Pass<'a> {
             }
             let direct = self.direct(scratch);
             pixel.direct += direct;
-            pixel.halves[half] += direct;
+            pixel.lit[half] += direct;
         }
         pixel.rays += 2 * u64::from(count - pixel.count);
         pixel.count = count;
@@ -114,7 +116,7 @@ impl<'a> Pass<'a> {
         let material = &view.scene.materials[index as usize];
         let emitted = material.emitted().visible.as_dvec3();
         pixel.emission += emitted;
-        pixel.halves[half] += emitted;
+        pixel.lit[half] += emitted;
         if material.rho == Rgb::ZERO {
             return;
         }
@@ -126,9 +128,11 @@ impl<'a> Pass<'a> {
         let rho = material.rho.as_dvec3();
         pixel.rays += self.add_direct(&receiver, patch, rho, (s, seed), scratch);
         if !self.dark {
-            pixel.halves[half] += rho * self.fields.ambient(patch).as_dvec3();
+            pixel.ambient[half] += rho * self.fields.ambient(patch).as_dvec3();
             let key = (view.rays.plane(hit.face), hit.side, index);
-            pixel.layer(key, receiver, material.rho).add(position);
+            pixel
+                .layer(key, receiver, material.rho)
+                .add(half, &receiver);
         }
     }
 
@@ -235,9 +239,15 @@ impl Pixel {
         f64::from(2 * self.count)
     }
 
+    /// All light of each half, sums over its camera rays.
+    pub fn halves(&self) -> [DVec3; 2] {
+        [0, 1].map(|half| self.lit[half] + self.ambient[half])
+    }
+
     /// Standard error squared of the mean of the halves, all channels.
     pub fn variance(&self) -> DVec3 {
-        let d = (self.halves[0] - self.halves[1]) / self.camera();
+        let [a, b] = self.halves();
+        let d = (a - b) / self.camera();
         d * d
     }
 

@@ -5,10 +5,6 @@
 //! coarse lattice stands for more pixels and gets more rays, in proportion to the spacing: that minimises the noise of the
 //! picture for the rays cast. Every point's rays come in two halves with independent scramblings.
 //!
-//! What is said of errors: the halves' difference, fitted like the values, is the noise. Fitting each point from the others,
-//! in either half, and multiplying the two misfits, leaves the squared bias of the fit: the halves' noises do not
-//! correlate.
-//!
 //! Not handled: a point's irradiance varying within one pixel.
 
 use glam::DVec3;
@@ -24,11 +20,9 @@ use crate::rays::Side;
 use crate::rays::sequence::hash;
 
 /// No point.
-const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 /// A place is spoken for when the fit leaves at most this share of a point's variance: some four points around it.
-const COVERED: f64 = 0.34;
-/// A fit that leaves more than this share reaches out of its points.
-const LOOSE: f64 = 0.5;
+pub(super) const COVERED: f64 = 0.34;
 /// Rays of a half at least.
 const LEAST: u32 = 8;
 
@@ -48,12 +42,15 @@ pub(super) struct Density {
 }
 
 /// One irradiance point.
-struct Point {
-    from: Receiver,
+pub(super) struct Point {
+    /// Where the rays of each half start.
+    from: [Vec<Receiver>; 2],
     material: u32,
     seed: u32,
     /// Spacing of the lattice it belongs to.
-    spacing: usize,
+    pub(super) spacing: usize,
+    /// Factor on its reach, where the fit was biased.
+    shortened: f64,
     /// Distance from the camera.
     distance: f64,
     /// Rays of each half cast so far.
@@ -69,16 +66,16 @@ pub(super) struct Points<'a> {
     reader: &'a Reader<'a>,
     density: Density,
     camera: DVec3,
-    points: Vec<Point>,
-    known: Vec<Known>,
+    pub(super) points: Vec<Point>,
+    pub(super) known: Vec<Known>,
     /// Irradiance over pi of each point, field by field in both halves.
-    values: Vec<[DVec3; 2]>,
-    fields: usize,
-    lattice: Lattice,
+    pub(super) values: Vec<[DVec3; 2]>,
+    pub(super) fields: usize,
+    pub(super) lattice: Lattice,
     /// The point of each layer that is one, by the layer's number; else NONE.
-    hosts: Vec<u32>,
+    pub(super) hosts: Vec<u32>,
     /// Number of the first layer of every pixel.
-    starts: Vec<usize>,
+    pub(super) starts: Vec<usize>,
     /// Rays cast.
     pub cast: u64,
 }
@@ -157,12 +154,12 @@ impl<'a> Points<'a> {
     }
 
     /// Fits the points around pixel k at a place.
-    fn fit(&self, fit: &mut Fit, k: usize, at: &Place) -> bool {
+    pub(super) fn fit(&self, fit: &mut Fit, k: usize, at: &Place) -> bool {
         self.fit_without(fit, k, at, NONE)
     }
 
     /// The same, one point left out.
-    fn fit_without(&self, fit: &mut Fit, k: usize, at: &Place, out: u32) -> bool {
+    pub(super) fn fit_without(&self, fit: &mut Fit, k: usize, at: &Place, out: u32) -> bool {
         fit.begin(at);
         self.lattice.visit(k, |i| {
             if i != out {
@@ -176,10 +173,11 @@ impl<'a> Points<'a> {
         self.hosts[self.starts[k] + l] = self.points.len() as u32;
         let none = || vec![DVec3::ZERO; self.fields];
         self.points.push(Point {
-            from: layer.first,
+            from: [0, 1].map(|half| layer.origins(half).to_vec()),
             material: place(layer).material,
             seed: hash(k as u32, hash(l as u32, self.density.seed)),
             spacing,
+            shortened: 1.0,
             distance: layer.first.position.as_dvec3().distance(self.camera),
             rays: 0,
             nearness: 0.0,
@@ -201,7 +199,7 @@ impl<'a> Points<'a> {
             let added = 2 * range.len() as u64;
             for (half, sums) in point.sums.iter_mut().enumerate() {
                 let seed = point.seed ^ HALVES[half];
-                point.nearness += reader.read(&point.from, range.clone(), seed, hits, sums);
+                point.nearness += reader.read(&point.from[half], range.clone(), seed, hits, sums);
             }
             point.rays = range.end;
             added
@@ -229,13 +227,14 @@ impl<'a> Points<'a> {
             let surroundings = f64::from(2 * p.rays) / p.nearness;
             Known {
                 place: Place {
-                    position: p.from.position.as_dvec3(),
-                    normal: p.from.normal,
+                    position: p.middle(),
+                    normal: p.from[0][0].normal,
                     material: p.material,
                 },
-                reach: (density.reach * surroundings)
-                    .min(1.0)
-                    .max(density.least * p.distance),
+                reach: p.shortened
+                    * (density.reach * surroundings)
+                        .min(1.0)
+                        .max(density.least * p.distance),
                 weight: f64::from(p.rays),
             }
         }));
@@ -248,83 +247,31 @@ impl<'a> Points<'a> {
         self.cast_from(0, |p| more(p.rays));
     }
 
-    /// Shortens the reach of every point; places may want more points then.
-    pub fn shorten(&mut self, factor: f64) {
-        self.density.reach *= factor;
-        self.density.least *= factor;
+    /// Shortens the reach of some points; places may want more points then.
+    pub fn shorten(&mut self, some: &[u32], factor: f64) {
+        for &i in some {
+            self.points[i as usize].shortened *= factor;
+        }
         self.settle(0);
-    }
-
-    /// Irradiance over pi at layer l of pixel k, every field in both halves, into `found`.
-    pub fn at(
-        &self,
-        fit: &mut Fit,
-        k: usize,
-        (l, layer): (usize, &Layer),
-        found: &mut Vec<[DVec3; 2]>,
-    ) {
-        let own = self.hosts[self.starts[k] + l];
-        // A point near a contact speaks for less than its pixel.
-        if !self.fit(fit, k, &place(layer)) && own != NONE {
-            fit.take(own);
-        }
-        fit.settle(LOOSE);
-        self.combine(fit, found);
-    }
-
-    /// The fitted value of every field in both halves.
-    fn combine(&self, fit: &Fit, found: &mut Vec<[DVec3; 2]>) {
-        found.clear();
-        found.resize(self.fields, [DVec3::ZERO; 2]);
-        for &(i, share) in &fit.shares {
-            for ([a, b], [u, v]) in found.iter_mut().zip(self.means(i as usize)) {
-                *a += share * *u;
-                *b += share * *v;
-            }
-        }
-    }
-
-    /// Irradiance over pi that a point found: every field in both halves.
-    fn means(&self, i: usize) -> &[[DVec3; 2]] {
-        &self.values[i * self.fields..(i + 1) * self.fields]
-    }
-
-    /// Mean squared bias of the fit relative to the mean squared irradiance, of the light of all `leading` fields
-    /// together: each point fitted from the others, weighted by the pixels it stands for.
-    pub fn bias(&self, leading: usize) -> f64 {
-        let total = |means: &[[DVec3; 2]]| {
-            let sum = |half: usize| means[..leading].iter().map(|m| m[half]).sum::<DVec3>();
-            [sum(0), sum(1)]
-        };
-        let one = |(fit, found): &mut (Fit, Vec<[DVec3; 2]>), i: usize| -> (f64, f64) {
-            let (own, known) = (&self.points[i], &self.known[i]);
-            let k = self.lattice.pixel_of(i as u32);
-            if !self.fit_without(fit, k, &known.place, i as u32) || fit.variance() > COVERED {
-                return (0.0, 0.0);
-            }
-            self.combine(fit, found);
-            let ([u, v], [p, q]) = (total(found), total(self.means(i)));
-            let pixels = (own.spacing * own.spacing) as f64;
-            (pixels * (p - u).dot(q - v), pixels * p.dot(q))
-        };
-        let sums: Vec<(f64, f64)> = (0..self.points.len())
-            .into_par_iter()
-            .map_init(Default::default, one)
-            .collect();
-        let (bias, signal) = sums.iter().fold((0.0, 0.0), |s, t| (s.0 + t.0, s.1 + t.1));
-        if signal > 0.0 {
-            (bias / signal).max(0.0)
-        } else {
-            0.0
-        }
     }
 }
 
 /// Tells the two halves' scramblings apart.
 const HALVES: [u32; 2] = [0x51ed_270b, 0xa3b1_95c7];
 
+impl Point {
+    /// Mean of where its rays start.
+    fn middle(&self) -> DVec3 {
+        let mean = |from: &Vec<Receiver>| {
+            let sum: DVec3 = from.iter().map(|r| r.position.as_dvec3()).sum();
+            sum / from.len() as f64
+        };
+        0.5 * (mean(&self.from[0]) + mean(&self.from[1]))
+    }
+}
+
 /// Where a layer's irradiance is wanted, and what may speak for it.
-fn place(layer: &Layer) -> Place {
+pub(super) fn place(layer: &Layer) -> Place {
     Place {
         position: layer.position(),
         normal: layer.first.normal,

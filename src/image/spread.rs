@@ -51,25 +51,30 @@ pub(super) fn sample_pixels(pass: &Pass, plan: &Plan, tick: Progress) -> Vec<Pix
         if chosen.is_empty() {
             return pixels;
         }
-        let mut marked = vec![false; pixels.len()];
-        chosen.iter().for_each(|&k| marked[k as usize] = true);
-        // Blocks of pixels, not rows: noisy pixels gather on a few rows.
-        pixels.par_chunks_mut(16).enumerate().for_each_init(
-            || pass.scratch(),
-            |scratch, (block, own)| {
-                for (i, pixel) in own.iter_mut().enumerate() {
-                    let k = 16 * block + i;
-                    if marked[k] {
-                        pass.extend(k, pixel, 2 * pixel.count, scratch);
-                    }
-                }
-            },
-        );
+        double(pass, &mut pixels, &chosen);
     }
 }
 
+/// Doubles the rays of the pixels chosen.
+pub(super) fn double(pass: &Pass, pixels: &mut [Pixel], chosen: &[u32]) {
+    let mut marked = vec![false; pixels.len()];
+    chosen.iter().for_each(|&k| marked[k as usize] = true);
+    // Blocks of pixels, not rows: noisy pixels gather on a few rows.
+    pixels.par_chunks_mut(16).enumerate().for_each_init(
+        || pass.scratch(),
+        |scratch, (block, own)| {
+            for (i, pixel) in own.iter_mut().enumerate() {
+                let k = 16 * block + i;
+                if marked[k] {
+                    pass.extend(k, pixel, 2 * pixel.count, scratch);
+                }
+            }
+        },
+    );
+}
+
 /// The pixels to double: best gain for the price first, until the noise is foreseen to be as wanted.
-fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
+pub(super) fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
     let measured = measure(pixels);
     let wanted = noise * noise * measured.signal;
     let variances = variances(pixels, width);
@@ -120,7 +125,8 @@ pub(super) fn measure(pixels: &[Pixel]) -> Measured {
         count: 0,
     };
     for pixel in pixels.iter().filter(|p| p.sees_no_luminaire()) {
-        let value = (pixel.halves[0] + pixel.halves[1]) / pixel.camera();
+        let [a, b] = pixel.halves();
+        let value = (a + b) / pixel.camera();
         measured.variance += pixel.variance().element_sum();
         measured.signal += value.length_squared();
         measured.count += 1;
@@ -139,7 +145,7 @@ pub(super) fn variances(pixels: &[Pixel], width: usize) -> Vec<f64> {
         let lamp = !pixel.sees_no_luminaire();
         DVec3::splat(if lamp { bright } else { f64::INFINITY })
     };
-    let halves = |p: &Pixel| p.halves.map(|h| (h / f64::from(p.count)).min(cut(p)));
+    let halves = |p: &Pixel| p.halves().map(|h| (h / f64::from(p.count)).min(cut(p)));
     let means: Vec<DVec3> = pixels
         .iter()
         .map(|p| {

@@ -9,6 +9,7 @@
 //! everything after the first bounce goes through F. [`spectrum`] bounds the spectral radius.
 
 mod blocks;
+mod norm;
 mod spectrum;
 
 use std::sync::OnceLock;
@@ -20,7 +21,8 @@ use crate::light::{Light, Rgb, Transport};
 use crate::patches::Patches;
 use crate::scene::Scene;
 
-pub use spectrum::{Bounds, Spectrum, spectrum};
+pub use norm::operator_norm;
+pub use spectrum::{Bounds, Effort, Spectrum, spectrum, spectrum_of};
 
 /// K of one scene and one choice of (alpha, tau), with the E it acts on first.
 #[derive(Debug)]

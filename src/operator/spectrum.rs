@@ -48,37 +48,78 @@ impl Spectrum {
     }
 }
 
-/// When to stop: the bounds are within this share of each other.
-const GAP: f64 = 0.005;
-/// Products to spend on the gap, and as long as it is undecided whether the radius lies below or above 1.
-const PRODUCTS: usize = 64;
-const PRODUCTS_UNDECIDED: usize = 1024;
+/// When the power iteration stops.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// The bounds of every channel are within this share of each other.
+    pub gap: f64,
+    /// Products to spend on that at most.
+    pub products: usize,
+    /// Products to spend at most as long as it is undecided whether the radius lies below or above 1, or, below, how far; 0 where 1 means nothing.
+    pub undecided: usize,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Effort {
+            gap: 0.005,
+            products: 64,
+            undecided: 1024,
+        }
+    }
+}
+
+/// The gap that bounds below 1 may have, as a share of what is left to 1.
+const VAGUE: f64 = 0.25;
 /// Shift of the power iteration as a share of the radius: bipartite scenes (two facing walls) would oscillate.
 const SHIFT: f32 = 0.2;
 
 /// Bounds the spectral radius of K.
 pub fn spectrum(k: &Operator) -> Spectrum {
     let b: Vec<Vec4> = (0..k.len()).map(|i| k.passed_on(i).extend(0.0)).collect();
-    let mut x: Vec<Vec4> = b.iter().map(|b| positive(*b)).collect();
+    let start: Vec<Vec4> = b.iter().map(|b| positive(*b)).collect();
+    spectrum_of(k.form_factors(), &b, &start, &Effort::default())
+}
+
+/// Bounds the spectral radius of `b F`, b >= 0 one number a row and channel (the fourth component unused).
+///
+/// The iteration starts from the components of `start` where b is above 0; those of an eigenvector of a matrix near by
+/// save most of it.
+///
+/// # Panics
+/// If `b` and `start` do not have one entry a row.
+pub fn spectrum_of(f: &Rows, b: &[Vec4], start: &[Vec4], effort: &Effort) -> Spectrum {
+    assert!(b.len() == f.len() && start.len() == f.len());
+    let pairs = b.iter().zip(start);
+    let mut x: Vec<Vec4> = pairs.map(|(b, x)| kept_positive(*x, *b)).collect();
     let mut lower = [0.0f64; 3];
     for step in 1.. {
-        let fx = k.form_factors().product(&x);
+        let fx = f.product(&x);
         let bx: Vec<Vec4> = b.iter().zip(&fx).map(|(b, fx)| b * fx).collect();
         let upper = largest_ratio(&bx, &x);
-        // The lower bound costs products of its own: look every few steps only.
-        if step % 4 == 0 || step == 1 {
-            let found = best_subset(k.form_factors(), &b, &x, &bx, upper);
-            for c in 0..3 {
-                lower[c] = lower[c].max(found[c]);
-            }
-            if settled(lower, upper, step) {
-                let channels = [0, 1, 2].map(|c| widened(lower[c], upper[c]));
-                return Spectrum { channels, x, fx };
-            }
+        raise(&mut lower, smallest_ratio(&bx, &x));
+        // Bounds from subsets cost products of their own: look every few steps only.
+        if step % 4 == 0 && !settled(lower, upper, step, effort) {
+            raise(&mut lower, best_subset(f, b, &x, &bx, upper));
+        }
+        if settled(lower, upper, step, effort) {
+            let channels = [0, 1, 2].map(|c| widened(lower[c], upper[c]));
+            return Spectrum { channels, x, fx };
         }
         x = shifted_step(&x, &bx, upper);
     }
     unreachable!("the number of products is bounded")
+}
+
+fn raise(lower: &mut [f64; 3], found: [f64; 3]) {
+    for c in 0..3 {
+        lower[c] = lower[c].max(found[c]);
+    }
+}
+
+/// x where b is above 0 and 0 elsewhere; components of the support stay above 0, or x would prove nothing about them.
+fn kept_positive(x: Vec4, b: Vec4) -> Vec4 {
+    positive(b) * x.max(Vec4::splat(1e-30))
 }
 
 /// 1 in the components that are above 0.
@@ -101,7 +142,7 @@ fn largest_ratio(bx: &[Vec4], x: &[Vec4]) -> [f64; 3] {
 
 /// Lower bounds from subsets on which the ratio is nearly the largest, each with its own product.
 fn best_subset(f: &Rows, b: &[Vec4], x: &[Vec4], bx: &[Vec4], upper: [f64; 3]) -> [f64; 3] {
-    let mut best = smallest_ratio(bx, x);
+    let mut best = [0.0f64; 3];
     let mut restricted = x.to_vec();
     let mut image = bx.to_vec();
     for share in [0.5, 0.9, 0.97] {
@@ -116,10 +157,7 @@ fn best_subset(f: &Rows, b: &[Vec4], x: &[Vec4], bx: &[Vec4], upper: [f64; 3]) -
         for (y, b) in image.iter_mut().zip(b) {
             *y *= *b;
         }
-        let found = smallest_ratio(&image, &restricted);
-        for c in 0..3 {
-            best[c] = best[c].max(found[c]);
-        }
+        raise(&mut best, smallest_ratio(&image, &restricted));
     }
     best
 }
@@ -137,17 +175,14 @@ fn smallest_ratio(bx: &[Vec4], x: &[Vec4]) -> [f64; 3] {
     smallest.map(|s| if s.is_finite() { s } else { 0.0 })
 }
 
-fn settled(lower: [f64; 3], upper: [f64; 3], step: usize) -> bool {
+fn settled(lower: [f64; 3], upper: [f64; 3], step: usize, effort: &Effort) -> bool {
     let radius = |v: [f64; 3]| v.into_iter().fold(0.0, f64::max);
     let undecided = radius(lower) < 1.0 && radius(upper) >= 1.0;
-    let close = (0..3).all(|c| upper[c] - lower[c] <= GAP * upper[c]);
-    let spent = step
-        >= if undecided {
-            PRODUCTS_UNDECIDED
-        } else {
-            PRODUCTS
-        };
-    spent || (close && !undecided)
+    // Just below 1 the sum of the series is as uncertain as 1 - radius, and so is the number of its terms.
+    let vague = |c: usize| upper[c] < 1.0 && upper[c] - lower[c] > VAGUE * (1.0 - upper[c]);
+    let near = step < effort.undecided && (undecided || (0..3).any(vague));
+    let close = (0..3).all(|c| upper[c] - lower[c] <= effort.gap * upper[c]);
+    !near && (close || step >= effort.products)
 }
 
 /// `x + (Bx)/(shift)`, scaled to a largest component of 1 in every channel.
@@ -159,8 +194,7 @@ fn shifted_step(x: &[Vec4], bx: &[Vec4], upper: [f64; 3]) -> Vec<Vec4> {
         .fold(Vec4::splat(f32::MIN_POSITIVE), |m, v| m.max(*v));
     next.iter()
         .zip(x)
-        // Components of the support stay above 0, or x would prove nothing about them.
-        .map(|(v, x)| (v / largest).max(positive(*x) * 1e-30))
+        .map(|(v, x)| kept_positive(v / largest, *x))
         .collect()
 }
 

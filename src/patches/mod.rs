@@ -15,9 +15,8 @@ mod clip;
 mod cluster;
 mod contact;
 mod grid;
+mod parents;
 mod surface;
-
-use std::collections::HashMap;
 
 use glam::Vec3;
 
@@ -26,6 +25,7 @@ use crate::rays::{Rays, Side};
 use crate::scene::{Scene, Sides};
 use contact::Contacts;
 use grid::Grid;
+use parents::Parents;
 
 /// No patch: the black back of a one-sided face.
 const NONE: u32 = u32::MAX;
@@ -139,14 +139,10 @@ impl Patches {
             grids.push(grid);
             drafts.extend(pieces);
         }
-        let blocks = blocks(&grids);
         // Gather small ones.
         let clusters = cluster::groups(&small, size);
         let first = drafts.len() as u32;
-        let parents = Parents {
-            blocks,
-            clusters: cluster::parents(&small, &clusters, size, first),
-        };
+        let parents = Parents::new(&grids, cluster::parents(&small, &clusters, size, first));
         for group in clusters {
             let faces = group.iter().flat_map(|&k| &small[k].faces);
             let mut pieces = Vec::new();
@@ -296,44 +292,6 @@ impl Patches {
     pub fn side(&self, i: usize) -> Side {
         self.sides[i]
     }
-}
-
-/// What larger patches the patches would be part of: patches with a number for the larger one.
-struct Parents {
-    /// Of grids: (patch, grid, block).
-    blocks: Vec<(u32, u32, u32)>,
-    /// Of clusters: (patch, cluster of twice the size).
-    clusters: Vec<(u32, u32)>,
-}
-
-impl Parents {
-    /// The parent of each of `count` patches, numbered without gaps.
-    fn of(self, count: usize) -> Vec<u32> {
-        let mut parents = vec![NONE; count];
-        let mut numbers: HashMap<(u32, u32), u32> = HashMap::new();
-        let clusters = self.clusters.into_iter().map(|(p, c)| (p, NONE, c));
-        for (patch, grid, block) in self.blocks.into_iter().chain(clusters) {
-            let next = numbers.len() as u32;
-            let own = &mut parents[patch as usize];
-            if *own == NONE {
-                *own = *numbers.entry((grid, block)).or_insert(next);
-            }
-        }
-        let mut next = numbers.len() as u32;
-        for own in parents.iter_mut().filter(|p| **p == NONE) {
-            *own = next;
-            next += 1;
-        }
-        parents
-    }
-}
-
-fn blocks(grids: &[Grid]) -> Vec<(u32, u32, u32)> {
-    let of = |(g, grid): (usize, &Grid)| {
-        let blocks: Vec<_> = grid.blocks().map(|(p, b)| (p, g as u32, b)).collect();
-        blocks
-    };
-    grids.iter().enumerate().flat_map(of).collect()
 }
 
 /// Surfaces that carry a grid of their own, and the others.

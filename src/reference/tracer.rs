@@ -1,7 +1,7 @@
 //! The path tracer: gathers passes of samples into pictures, with the standard error of every pixel.
 //!
 //! Samples of a pixel are independent: uniform over its box, without stratification, so the standard error of their mean
-//! holds. A pass of given size gives the same bits for any number of threads. A pixel takes 268 bytes.
+//! holds. A pass of given size gives the same bits for any number of threads. A pixel takes 284 bytes.
 //!
 //! Not handled: filters other than the box; adaptive sampling; proof that a series converges.
 
@@ -36,6 +36,8 @@ pub struct Tracer<'a> {
 struct Pixel {
     total: Moments,
     orders: [Moments; KEPT + 1],
+    largest: Rgb,
+    lit: u32,
     luminaire: bool,
 }
 
@@ -110,7 +112,10 @@ impl<'a> Tracer<'a> {
             let ray = self.camera_ray(x, y, &mut random);
             let found = self.space.follow(&ray, &mut random, hits);
             let used = &found.orders[..found.used];
-            total.add(used.iter().copied().sum());
+            let light: Rgb = used.iter().copied().sum();
+            total.add(light);
+            pixel.largest = pixel.largest.max(light);
+            pixel.lit = pixel.lit.saturating_add(u32::from(light != Rgb::ZERO));
             for (sums, &light) in orders.iter_mut().zip(used) {
                 sums.add(light);
             }
@@ -171,6 +176,16 @@ impl<'a> Tracer<'a> {
     /// Standard error of every pixel of [`Tracer::picture`]; none before the second sample.
     pub fn standard_error(&self) -> Option<Picture> {
         self.error_of(|pixel| pixel.total)
+    }
+
+    /// The largest sample of every pixel, channel by channel.
+    pub fn largest(&self) -> Picture {
+        self.picture_of(|pixel| pixel.largest)
+    }
+
+    /// How many samples of every pixel found any light.
+    pub fn lit(&self) -> Vec<u32> {
+        self.pixels.iter().map(|pixel| pixel.lit).collect()
     }
 
     /// Visible radiance after exactly n reflections, n < [`KEPT`]; n = `KEPT` gives all later ones together.

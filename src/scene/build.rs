@@ -181,6 +181,7 @@ pub(super) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
         name: soup.name,
         vertices: mesh.vertices,
         faces: mesh.faces,
+        exact: mesh.exact,
         materials: soup.materials,
         objects: soup.objects,
         camera: Camera::NOWHERE,
@@ -213,6 +214,7 @@ impl Flaws {
 struct Mesh {
     vertices: Vec<Vec3>,
     faces: Vec<Face>,
+    exact: Vec<[DVec3; 3]>,
     index: HashMap<[u32; 3], u32>,
 }
 
@@ -231,7 +233,7 @@ impl Mesh {
             }
             let before = self.faces.len();
             for triangle in &triangulator.triangles {
-                self.add_triangle(triangle.map(|i| points[i as usize].as_vec3()), polygon);
+                self.add_triangle(triangle.map(|i| points[i as usize]), polygon);
             }
             if self.faces.len() == before {
                 flaws.flat.add_named(
@@ -242,8 +244,11 @@ impl Mesh {
         }
     }
 
-    fn add_triangle(&mut self, corners: [Vec3; 3], polygon: &Polygon) {
+    fn add_triangle(&mut self, exact: [DVec3; 3], polygon: &Polygon) {
+        let corners = exact.map(|corner| corner.as_vec3());
         if height(corners) >= THINNEST {
+            // Adding zero makes -0 and 0 one point.
+            self.exact.push(exact.map(|corner| corner + DVec3::ZERO));
             let vertices = corners.map(|corner| self.vertex(corner));
             let (material, object) = (polygon.material, polygon.object);
             self.faces.push(Face {

@@ -43,6 +43,8 @@ pub struct Scene {
     pub vertices: Vec<Vec3>,
     /// Triangles, counter-clockwise seen from the front.
     pub faces: Vec<Face>,
+    /// Corners of the faces before they were rounded to single precision, unit coordinates; see [`Scene::exact_corners`].
+    pub exact: Vec<[DVec3; 3]>,
     /// What the faces are made of.
     pub materials: Vec<Material>,
     /// Names of the file's objects and groups.
@@ -169,6 +171,13 @@ impl Scene {
         self.faces[face as usize]
             .vertices
             .map(|v| self.vertices[v as usize])
+    }
+
+    /// The three corners of a face in double precision: as the file gives them, where the scene has kept them, so that
+    /// gaps below the rounding of [`Scene::vertices`] stay open.
+    pub fn exact_corners(&self, face: u32) -> [DVec3; 3] {
+        let kept = self.exact.get(face as usize).copied();
+        kept.unwrap_or_else(|| self.corners(face).map(|p| p.as_dvec3()))
     }
 
     /// The area of a face, unit coordinates squared, in double precision.

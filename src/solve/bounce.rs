@@ -102,11 +102,11 @@ impl TailBound {
         Some(sum.sqrt())
     }
 
-    /// The smallest c with `term_invisible <= c x` in one channel.
+    /// The smallest c with `|term_invisible| <= c x` in one channel.
     fn scale(&self, term: &[Light], channel: usize) -> Option<f64> {
         let mut scale = 0.0f64;
         for (l, x) in term.iter().zip(&self.x) {
-            let value = l.invisible[channel] as f64;
+            let value = f64::from(l.invisible[channel].abs());
             if value > 0.0 {
                 if x[channel] <= 0.0 {
                     return None;

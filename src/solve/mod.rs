@@ -6,17 +6,19 @@
 //! [`Shooting`] reaches the same L from the other side: patches shoot what they have not yet passed on, the brightest
 //! first, over an assembled K or with rays alone.
 //!
-//! Not handled: acceleration of the series.
+//! [`extrapolated`] gives L alone, without its bounces, in far fewer products where the spectral radius is near 1.
 
 mod bounce;
 mod coarse;
 mod direct;
+mod extrapolated;
 mod neumann;
 mod shooting;
 
 pub use bounce::{Bounce, TailBound, measure, norm};
 pub use coarse::coarse_terms;
 pub use direct::direct;
+pub use extrapolated::{Extrapolated, extrapolated};
 pub use neumann::{Diverges, Settings, Solution, Verdict, explore, neumann, terms, verdict};
 pub use shooting::{
     AssembledShooter, Balance, Column, Emitted, Fate, Foreknowledge, Progress, RaySettings,

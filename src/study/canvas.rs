@@ -136,6 +136,14 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
             .map_err(DrawError::new)
     }
 
+    /// A filled polygon.
+    pub fn polygon(&mut self, corners: &[(f64, f64)], colour: RGBColor) -> Result<(), DrawError> {
+        let corners = corners.iter().map(|(x, y)| (fine(*x), fine(*y)));
+        self.backend
+            .fill_polygon(corners, &colour)
+            .map_err(DrawError::new)
+    }
+
     /// A marker of about `size` pixels across: one circle or polygon.
     pub fn marker(
         &mut self,
@@ -156,12 +164,9 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
             Marker::Diamond => &[(0.0, -1.25), (1.25, 0.0), (0.0, 1.25), (-1.25, 0.0)],
             Marker::Wedge => &[(0.0, 1.2), (1.1, -0.8), (-1.1, -0.8)],
         };
-        let polygon = corners
-            .iter()
-            .map(|(dx, dy)| (fine(x + r * dx), fine(y + r * dy)));
-        self.backend
-            .fill_polygon(polygon, &colour)
-            .map_err(DrawError::new)
+        let corner = |(dx, dy): &(f64, f64)| (x + r * dx, y + r * dy);
+        let corners: Vec<_> = corners.iter().map(corner).collect();
+        self.polygon(&corners, colour)
     }
 
     /// A line of text whose baseline passes through the point, at an em of `em` pixels.

@@ -10,7 +10,10 @@ mod canvas;
 mod chart;
 pub mod compare;
 mod difference;
+mod factors;
 mod font;
+pub mod frontier;
+pub mod map;
 mod notes;
 mod pipeline;
 mod plot;
@@ -19,12 +22,16 @@ mod sheet;
 mod shoot;
 mod surface;
 mod tolerance;
+mod within;
 
 pub use axis::Scale;
 pub use bounces::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
 pub use canvas::Marker;
 pub use chart::{Axis, Chart, ChartError, Look, Series};
 pub use difference::{difference_scale, difference_tiles};
+pub use factors::{
+    Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors,
+};
 pub use pipeline::{
     Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, picture, prepare, render,
     without_luminaires,
@@ -33,4 +40,5 @@ pub use series::{BounceSeries, TermError, explore_within};
 pub use sheet::{Sheet, Tile};
 pub use shoot::{assembled_shooter, ray_shooter};
 pub use surface::DrawError;
-pub use tolerance::{ErrorParts, Wanted, Within, render_within};
+pub use tolerance::{Wanted, render_within};
+pub use within::{ErrorParts, Within};

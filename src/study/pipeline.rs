@@ -121,7 +121,7 @@ pub fn prepare(scene: Scene, patches: usize) -> Prepared {
 }
 
 impl Prepared {
-    /// Cuts the scene again, into about so many patches.
+    /// Cuts the surfaces anew, into about so many patches; scene, rays and luminaires stay.
     pub fn recut(&mut self, patches: usize) {
         let start = Instant::now();
         self.patches = Patches::new(&self.scene, &self.rays, patches);

@@ -13,39 +13,50 @@ use super::font;
 use super::notes;
 use super::surface::DrawError;
 
-const INK: RGBColor = RGBColor(34, 34, 34);
+pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
 const FAINT_INK: RGBColor = RGBColor(96, 96, 96);
 const GRID: RGBColor = RGBColor(225, 225, 225);
-const TITLE_EM: f64 = 19.0;
+pub(super) const TITLE_EM: f64 = 19.0;
 const LABEL_EM: f64 = 15.0;
-const TICK_EM: f64 = 14.0;
-const CAPTION_EM: f64 = 13.0;
+pub(super) const TICK_EM: f64 = 14.0;
+pub(super) const CAPTION_EM: f64 = 13.0;
 const MARKER_SIZE: f64 = 9.0;
-const LEGEND_WIDTH: f64 = 190.0;
+pub(super) const LEGEND_WIDTH: f64 = 190.0;
 
 /// The plot's edges and what its axes span.
-struct Frame {
-    left: f64,
-    right: f64,
-    top: f64,
-    bottom: f64,
+pub(super) struct Frame {
+    pub left: f64,
+    pub right: f64,
+    pub top: f64,
+    pub bottom: f64,
     x: Range,
     y: Range,
 }
 
 impl Frame {
     fn of(chart: &Chart, caption_lines: usize) -> Frame {
-        let (width, height) = (f64::from(chart.size.0), f64::from(chart.size.1));
-        let below = 62.0 + 1.4 * CAPTION_EM * caption_lines as f64;
         let shown = chart.series.iter().flat_map(|s| shown(chart, s));
         let (xs, ys): (Vec<f64>, Vec<f64>) = shown.unzip();
+        let x = Range::of(chart.x.scale, xs);
+        let y = Range::of(chart.y.scale, ys);
+        Frame::spanning(chart.size, caption_lines, (x, y))
+    }
+
+    /// The frame of a drawing of that size, with room for a legend and a caption.
+    pub(super) fn spanning(
+        size: (u32, u32),
+        caption_lines: usize,
+        (x, y): (Range, Range),
+    ) -> Frame {
+        let (width, height) = (f64::from(size.0), f64::from(size.1));
+        let below = 62.0 + 1.4 * CAPTION_EM * caption_lines as f64;
         Frame {
             left: 84.0,
             right: width - LEGEND_WIDTH - 24.0,
             top: 52.0,
             bottom: height - below - 14.0,
-            x: Range::of(chart.x.scale, xs),
-            y: Range::of(chart.y.scale, ys),
+            x,
+            y,
         }
     }
 
@@ -57,7 +68,7 @@ impl Frame {
         self.bottom - at * (self.bottom - self.top)
     }
 
-    fn place(&self, (x, y): (f64, f64)) -> Option<(f64, f64)> {
+    pub(super) fn place(&self, (x, y): (f64, f64)) -> Option<(f64, f64)> {
         let (x, y) = (self.x.position(x)?, self.y.position(y)?);
         Some((self.across(x), self.up(y)))
     }
@@ -80,21 +91,31 @@ pub fn draw<B: DrawingBackend>(chart: &Chart, canvas: &mut Canvas<B>) -> Result<
     let frame = Frame::of(chart, caption.len());
     canvas.rectangle((0.0, 0.0), (width, height), RGBColor(255, 255, 255))?;
     canvas.text(&chart.title, (frame.left, 32.0), TITLE_EM, Align::Left, INK)?;
-    draw_axes(chart, &frame, canvas)?;
+    draw_axes([&chart.x.label, &chart.y.label], &frame, canvas)?;
     for series in &chart.series {
         draw_series(series, &frame, canvas)?;
     }
     draw_notes(chart, &frame, canvas)?;
     draw_legend(chart, &frame, canvas)?;
-    for (line, number) in caption.iter().zip(0..) {
+    draw_caption(&caption, &frame, canvas)
+}
+
+/// Lines of text below the plot.
+pub(super) fn draw_caption<B: DrawingBackend>(
+    lines: &[String],
+    frame: &Frame,
+    canvas: &mut Canvas<B>,
+) -> Result<(), DrawError> {
+    for (line, number) in lines.iter().zip(0..) {
         let y = frame.bottom + 72.0 + 1.4 * CAPTION_EM * f64::from(number);
         canvas.text(line, (frame.left, y), CAPTION_EM, Align::Left, FAINT_INK)?;
     }
     Ok(())
 }
 
-fn draw_axes<B: DrawingBackend>(
-    chart: &Chart,
+/// Grid, ticks, frame and the labels of x and y.
+pub(super) fn draw_axes<B: DrawingBackend>(
+    [x_label, y_label]: [&str; 2],
     frame: &Frame,
     canvas: &mut Canvas<B>,
 ) -> Result<(), DrawError> {
@@ -123,9 +144,9 @@ fn draw_axes<B: DrawingBackend>(
     canvas.path(&corners, INK, 1.25)?;
     let middle = (0.5 * (left + right), 0.5 * (top + bottom));
     let at = (middle.0, bottom + 46.0);
-    canvas.text(&chart.x.label, at, LABEL_EM, Align::Center, INK)?;
+    canvas.text(x_label, at, LABEL_EM, Align::Center, INK)?;
     let at = (26.0, middle.1);
-    canvas.text(&chart.y.label, at, LABEL_EM, Align::Upwards, INK)
+    canvas.text(y_label, at, LABEL_EM, Align::Upwards, INK)
 }
 
 fn draw_series<B: DrawingBackend>(

@@ -21,11 +21,11 @@ use std::time::Instant;
 use super::pipeline::{
     Assembled, Prepared, Seconds, Watch, ambient, assemble_seeing, look, reflected, sight,
 };
-use crate::form_factors::{Closure, Sampling, Sight};
-use crate::image::{Fields, GatherSampling, Gathered, Gathering, Picture};
+use super::within::{ErrorParts, Within};
+use crate::form_factors::{Sampling, Sight};
+use crate::image::{Fields, GatherSampling, Gathered, Gathering};
 use crate::light::{Rgb, Transport};
-use crate::operator::Bounds;
-use crate::solve::{Diverges, Settings, Solution, Verdict, coarse_terms, neumann, norm};
+use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann, norm};
 
 /// Shares of the tolerance that noise of F, and patch size, may take.
 const FORM_FACTORS: f64 = 0.35;
@@ -33,7 +33,7 @@ const PATCHES: f64 = 0.4;
 /// Share of the tolerance at which the series is cut.
 const TRUNCATION: f64 = 0.02;
 /// Share of what is left that the gather pass aims at: its own estimate has an error too.
-const GATHER: f64 = 0.95;
+const GATHER: f64 = 0.9;
 /// Patches and rays a patch at first, at a tolerance of 1 %.
 const FIRST: (f64, f64) = (1000.0, 128.0);
 /// Patches, and rays a patch, at most.
@@ -44,82 +44,6 @@ const ROUNDS: usize = 5;
 const SECOND_ORDER: f64 = 1.0 / 3.0;
 /// Width and height of the rough gather at most, pixels.
 const ROUGH: usize = 64;
-
-/// Estimated relative errors of a picture, and their root sum of squares.
-#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
-pub struct ErrorParts {
-    /// Noise of F.
-    pub form_factors: f64,
-    /// Size of the patches.
-    pub patches: f64,
-    /// What the series left out, a bound.
-    pub truncation: f64,
-    /// Sampling of the gather pass, and its fit between irradiance points.
-    pub gather: f64,
-    /// All together.
-    pub total: f64,
-}
-
-impl ErrorParts {
-    fn sum(mut self) -> ErrorParts {
-        let parts = [
-            self.form_factors,
-            self.patches,
-            self.truncation,
-            self.gather,
-        ];
-        self.total = parts.iter().map(|p| p * p).sum::<f64>().sqrt();
-        self
-    }
-}
-
-/// A picture, and how far it may be off.
-pub struct Within {
-    /// Linear radiance.
-    pub picture: Picture,
-    /// Standard error of every pixel from the gather pass.
-    pub standard_error: Picture,
-    /// Estimated errors of the picture.
-    pub error: ErrorParts,
-    /// Where the time went.
-    pub seconds: Seconds,
-    /// Patches at last.
-    pub patches: usize,
-    /// Rays cast in all.
-    pub rays: u64,
-    /// Proved bounds on the spectral radius.
-    pub radius: Bounds,
-    /// How the series behaves.
-    pub verdict: Verdict,
-    /// Row sums of F; none where no ray was needed.
-    pub closure: Option<Closure>,
-    /// Share of the camera's rays that met the black back of a one-sided face.
-    pub backs: f64,
-}
-
-impl Within {
-    /// The picture of a solution made with given effort; its errors but those of the gather pass and of truncation are unknown.
-    pub fn fixed(
-        p: &Prepared,
-        mode: &Assembled,
-        solution: &Solution,
-        gathered: Gathered,
-        (seconds, rays): (Seconds, u64),
-    ) -> Within {
-        Within {
-            picture: gathered.total(),
-            error: ErrorParts::default(),
-            seconds,
-            patches: p.patches.len(),
-            rays: rays + gathered.rays,
-            radius: solution.radius,
-            verdict: solution.verdict,
-            closure: mode.closure,
-            backs: gathered.backs,
-            standard_error: gathered.standard_error,
-        }
-    }
-}
 
 /// What is asked.
 #[derive(Clone, Copy, Debug)]

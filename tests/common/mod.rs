@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "every test file uses its own part")]
 
+pub mod rows;
+
 use glam::{DQuat, DVec3};
 use halflight::form_factors::{FormFactors, Sampling, Variant, cast};
 use halflight::light::{Rgb, Transport};

@@ -39,6 +39,7 @@ pub(super) fn scene_of(triangles: &[[Vec3; 3]], materials: &[u32]) -> Scene {
     Scene {
         name: "test".into(),
         faces,
+        exact: Vec::new(),
         vertices,
         materials: vec![grey(); count as usize],
         objects: vec!["all".into()],

@@ -1,14 +1,15 @@
 //! One comparison: every method run, every error taken, every pair judged.
 
+use super::arithmetic::combine;
 use super::{
-    Estimate, Method, ORDERS, Pair, Run, climb, error_against, judge, replicate, slope, trace,
+    Estimate, Method, ORDERS, Pair, Run, answers, climb, error_against, judge, slope, trace,
 };
 use crate::image::Picture;
 use crate::light::{Rgb, Transport};
-use crate::rays::Rays;
 use crate::reference::NextEvent;
 use crate::scene::Scene;
 use crate::solve::Diverges;
+use crate::study::pipeline::{Watch, prepare};
 
 /// What is compared, and for how long.
 #[derive(Clone, Copy, Debug)]
@@ -63,37 +64,49 @@ pub struct Comparison {
 /// Steps of the path tracers' clock, as shares of the time.
 const STEPS: [f64; 6] = [1.0 / 32.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 1.0];
 
-/// Runs every method, telling `begin` which.
+/// What happens while methods are compared.
+pub trait Stage: Watch {
+    /// A method begins to climb its ladder.
+    fn climbs(&self, method: Method);
+    /// The patch methods repeat their best.
+    fn repeats(&self);
+}
+
+/// Runs every method.
 ///
 /// # Errors
 /// [`Diverges`] where the series does: there is nothing to compare.
-pub fn compare(scene: &Scene, plan: &Plan, begin: &dyn Fn(Method)) -> Result<Comparison, Diverges> {
+pub fn compare<S: Stage>(scene: &Scene, plan: &Plan, stage: &S) -> Result<Comparison, Diverges> {
+    let mut p = prepare(scene.clone(), 1);
     // A diverging series is found before any path is traced.
-    begin(Method::Neumann);
-    let neumann = climb_patches(scene, Method::Neumann, plan)?;
-    let rays = Rays::new(scene);
-    let steps = STEPS.map(|s| s * plan.seconds);
-    let paths = |next_event| {
-        let which = (plan.transport, plan.size);
-        trace((scene, &rays), which, next_event, plan.seed, &steps)
-    };
-    begin(Method::PathsNextEvent);
-    let (next_event, mask) = paths(NextEvent::On);
-    let mask = counted(mask);
-    begin(Method::Paths);
-    let (plain, _) = paths(NextEvent::Off);
-    let mut runs = vec![finish(scene, Method::Neumann, plan, neumann, &mask)?];
-    for method in [Method::ShootingAssembled, Method::ShootingRays] {
-        begin(method);
-        let ladder = climb_patches(scene, method, plan)?;
-        runs.push(finish(scene, method, plan, ladder, &mask)?);
+    let mut ladders = Vec::new();
+    for method in Method::ALL.into_iter().filter(|m| m.is_patchwise()) {
+        stage.climbs(method);
+        ladders.push(climb(&mut p, method, plan, stage)?);
     }
-    for (method, ladder) in [(Method::PathsNextEvent, next_event), (Method::Paths, plain)] {
-        let best = ladder[ladder.len() - 1].clone();
-        runs.push(Run {
+    let steps = STEPS.map(|s| s * plan.seconds);
+    let paths = |method, next_event| {
+        stage.climbs(method);
+        trace((scene, &p.rays), plan, next_event, &steps, stage)
+    };
+    let next_event = paths(Method::PathsNextEvent, NextEvent::On);
+    let plain = paths(Method::Paths, NextEvent::Off);
+    let mask = counted(&next_event.mask, &plain.mask);
+    stage.repeats();
+    let best = answers(&mut p, plan, &mask, stage)?;
+    let patchwise = best.into_iter().zip(ladders);
+    let mut runs: Vec<Run> = patchwise
+        .map(|((method, best), ladder)| Run {
             method,
             ladder,
             best,
+        })
+        .collect();
+    for (method, traced) in [(Method::PathsNextEvent, next_event), (Method::Paths, plain)] {
+        runs.push(Run {
+            method,
+            best: traced.best(&mask),
+            ladder: traced.ladder,
         });
     }
     let tracks = runs.iter().map(|run| track(run, &runs, &mask)).collect();
@@ -106,51 +119,13 @@ pub fn compare(scene: &Scene, plan: &Plan, begin: &dyn Fn(Method)) -> Result<Com
     })
 }
 
-/// The mask, or every pixel where all see a luminaire, as in a furnace.
-fn counted(mask: Picture) -> Picture {
+/// Pixels that see no luminaire in either picture, or every pixel where none is left, as in a furnace.
+fn counted(a: &Picture, b: &Picture) -> Picture {
+    let mask = combine(a, b, |a, b| a * b);
     match mask.pixels.iter().any(|p| p.x >= 0.5) {
         true => mask,
         false => Picture::filled(mask.width, mask.height, Rgb::ONE),
     }
-}
-
-type Ladder = Vec<(super::Rung, Estimate)>;
-
-fn climb_patches(scene: &Scene, method: Method, plan: &Plan) -> Result<Ladder, Diverges> {
-    climb(
-        scene,
-        method,
-        plan.transport,
-        plan.size,
-        plan.seed,
-        plan.seconds,
-    )
-}
-
-/// Repeats the finest rung that fits a quarter of the time.
-fn finish(
-    scene: &Scene,
-    method: Method,
-    plan: &Plan,
-    ladder: Ladder,
-    mask: &Picture,
-) -> Result<Run, Diverges> {
-    let fits = |(_, e): &&(super::Rung, Estimate)| e.seconds <= 0.25 * plan.seconds;
-    let rung = ladder.iter().rev().find(fits).unwrap_or(&ladder[0]).0;
-    let best = replicate(
-        scene,
-        method,
-        plan.transport,
-        plan.size,
-        plan.seed,
-        rung,
-        mask,
-    )?;
-    Ok(Run {
-        method,
-        ladder: ladder.into_iter().map(|(_, e)| e).collect(),
-        best,
-    })
 }
 
 /// A method's errors against the best of the other kind.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Comparison, Method, ORDERS, Pair, Point};
+use super::{Comparison, Difference, Method, ORDERS, Point};
 use crate::image::{Exposure, Picture};
 use crate::study::{
     Axis, Chart, Look, Scale, Series, Sheet, Tile, difference_scale, difference_tiles, term_name,
@@ -121,8 +121,8 @@ impl FigureSheet {
 }
 
 /// `agree` or `differ`.
-pub fn verdict(pair: &Pair) -> &'static str {
-    if pair.agree { "agree" } else { "differ" }
+pub fn verdict(agree: bool) -> &'static str {
+    if agree { "agree" } else { "differ" }
 }
 
 /// The comparison as a Markdown document.
@@ -147,6 +147,13 @@ pub fn markdown(title: &str, c: &Comparison) -> String {
             );
         }
     }
+    pair_table(&mut text, c);
+    order_table(&mut text, c);
+    text
+}
+
+/// Each pair's verdict, the difference of the means, and the pixels that fail.
+fn pair_table(text: &mut String, c: &Comparison) {
     let _ = writeln!(
         text,
         "\n| pair | verdict | mean difference | failing pixels |\n|---|---|---|---|"
@@ -154,15 +161,66 @@ pub fn markdown(title: &str, c: &Comparison) -> String {
     for (a, b, pair) in &c.pairs {
         let _ = writeln!(
             text,
-            "| {} / {} | {} | {:+.3} % ± {:.3} % | {} of {} |",
+            "| {} / {} | {} | {} | {} of {} |",
             a.name(),
             b.name(),
-            verdict(pair),
-            100.0 * pair.mean_difference,
-            100.0 * pair.mean_difference_error,
+            verdict(pair.agree),
+            percent(&pair.mean),
             pair.failing_pixels,
             pair.pixels,
         );
+    }
+}
+
+/// The difference of each pair's means, order by order; those that differ are marked.
+fn order_table(text: &mut String, c: &Comparison) {
+    let names: Vec<String> = (0..=ORDERS).map(term_name).collect();
+    let _ = writeln!(
+        text,
+        "\n| pair | {} |\n|---{}|",
+        names.join(" | "),
+        "|---".repeat(names.len())
+    );
+    for (a, b, pair) in &c.pairs {
+        let cell = |d: &Difference| match d.agree {
+            true => percent(d),
+            false => format!("**{} differ**", percent(d)),
+        };
+        let cells: Vec<String> = pair.orders.iter().map(cell).collect();
+        let _ = writeln!(
+            text,
+            "| {} / {} | {} |",
+            a.name(),
+            b.name(),
+            cells.join(" | ")
+        );
+    }
+}
+
+/// A difference with its 95 % interval.
+fn percent(d: &Difference) -> String {
+    format!("{:+.3} % ± {:.3} %", 100.0 * d.relative, 100.0 * d.error)
+}
+
+/// Every pair's verdicts as comma-separated values: a line for the whole picture (order "all") and for each order.
+pub fn pairs_csv(c: &Comparison) -> String {
+    let mut text =
+        "a,b,order,mean_difference,mean_difference_error,verdict,failing_pixels\n".to_string();
+    for (a, b, pair) in &c.pairs {
+        let names = [a, b].map(|m| m.name().replace(',', "")).join(",");
+        let whole = verdict(pair.agree);
+        let Difference {
+            relative, error, ..
+        } = pair.mean;
+        let _ = writeln!(
+            text,
+            "{names},all,{relative},{error},{whole},{}",
+            pair.failing_pixels
+        );
+        for (n, d) in pair.orders.iter().enumerate() {
+            let own = verdict(d.agree);
+            let _ = writeln!(text, "{names},{n},{},{},{own},", d.relative, d.error);
+        }
     }
     text
 }

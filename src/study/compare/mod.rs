@@ -5,19 +5,28 @@
 //! of the patch methods are taken against the path tracer with next-event estimation, those of the path tracers
 //! against the finest Neumann solution: a reference is never of the kind under test, and its own noise is subtracted.
 //!
+//! Verdicts rest on answers of their own: the patch methods' on patches as fine as time allows ([`answers`]), the path
+//! tracers' after all samples.
+//!
 //! Not handled: adaptive fineness; scenes whose series diverges.
 
+mod arithmetic;
 mod comparison;
 mod figures;
 mod patchwise;
+mod replicas;
+mod tails;
 mod tracing;
 mod verdict;
 
-pub use comparison::{Comparison, Plan, Point, Track, compare};
-pub use figures::{FigureSheet, csv, error_chart, markdown, order_chart, picture_sheet, verdict};
-pub use patchwise::{Rung, climb, replicate};
-pub use tracing::trace;
-pub use verdict::{Pair, judge};
+pub use comparison::{Comparison, Plan, Point, Stage, Track, compare};
+pub use figures::{
+    FigureSheet, csv, error_chart, markdown, order_chart, pairs_csv, picture_sheet, verdict,
+};
+pub use patchwise::{Rung, climb};
+pub use replicas::answers;
+pub use tracing::{Traced, trace};
+pub use verdict::{Difference, Pair, judge};
 
 use crate::image::{Picture, relative_rms};
 
@@ -67,7 +76,7 @@ impl Method {
 }
 
 /// A picture and its bounce orders after some time.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Estimate {
     /// Seconds it took, scene loading excluded.
     pub seconds: f64,
@@ -83,8 +92,23 @@ pub struct Estimate {
     pub orders: Vec<Picture>,
     /// Standard errors of the orders.
     pub order_noise: Option<Vec<Picture>>,
-    /// Standard error of the picture's mean over the mask, per channel, systematic part included.
-    pub mean_error: [f64; 3],
+    /// Means over the mask: of the picture, then of the orders. Empty where no verdict rests on this.
+    pub means: Vec<Mean>,
+    /// Degrees of freedom behind the standard errors of the means.
+    pub freedom: f64,
+    /// The most that one sample adds to each pixel; none where noise counts as normal.
+    pub sample: Option<Picture>,
+}
+
+/// A mean over the mask, per channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mean {
+    /// Radiance, W/(m² sr).
+    pub value: [f64; 3],
+    /// Its standard error.
+    pub noise: [f64; 3],
+    /// Bound on the error that the size of patches makes.
+    pub systematic: [f64; 3],
 }
 
 /// What a method reached.

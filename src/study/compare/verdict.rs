@@ -1,17 +1,24 @@
-//! Whether two pictures agree: a z-test of every pixel, and of the mean.
+//! Whether two answers agree: every pixel, the mean, and the mean of every bounce order.
 //!
-//! For each pixel and channel `z = |a - b| / sqrt(se_a² + se_b² + sys_a² + sys_b²)`; under agreement z is at most
-//! standard normal. With m numbers tested, one may exceed the quantile of 1 - LEVEL/(2m) (Bonferroni) only with
-//! probability LEVEL, so any that does is a pixel that fails. The means must agree within their own quantile too.
-//! Standard errors of a pixel's own samples are rough and, where light is rare, too small just where the picture is too
-//! dark. So the largest variance among a pixel and its eight neighbours counts (a few repetitions often make one pixel of
-//! an edge seem free of noise, seldom three), or the mean over a wider window if that is larger. This makes the test
-//! conservative: in a picture of even noise by up to 1.6 standard errors for four repetitions, by little for many samples.
+//! Two numbers agree where their difference is within what chance allows with probability 1 - LEVEL, plus the error that
+//! patches make. LEVEL is shared between all numbers tested (Bonferroni): half of it between the pixels and their
+//! channels, half between the means.
+//!
+//! A pixel of a path tracer may have few samples with light, or none: its samples' own spread is then no standard error
+//! and its mean is not normal. What chance allows is therefore Bennett's bound for the largest sample near the pixel, with
+//! the largest variance that the samples around it leave possible ([`super::tails`]); for many samples this is the normal
+//! bound `sqrt(2 ln(3/p))` standard errors. Of repeated pictures the noise counts as normal. Variances are pooled: the largest of a
+//! pixel and its eight neighbours counts (a few repetitions often make one pixel of an edge seem free of noise, seldom
+//! three), or the mean over a wider window if that is larger. This makes the test conservative.
+//!
+//! Means are tested by Student's distribution with Welch's degrees of freedom, and by the same bounds where light is rare.
+//! Errors of the size of patches cancel between methods on the same patches.
 //!
 //! Not handled: spatial patterns too weak for any pixel and too balanced for the mean.
 
-use super::Estimate;
-use super::patchwise::smoothed;
+use super::arithmetic::{counted, map, smoothed, window};
+use super::tails::{bennett, student_quantile, variance_limit};
+use super::{Estimate, Mean};
 use crate::image::Picture;
 use crate::light::Rgb;
 
@@ -21,197 +28,216 @@ const LEVEL: f64 = 0.01;
 /// Half the window over which variances are pooled, in pixels.
 const POOL: usize = 3;
 
+/// What the end of a series leaves out, relative: counts as none.
+const NEGLIGIBLE: f64 = 1e-4;
+
 /// Two methods, compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pair {
-    /// Whether no pixel fails and the means agree.
+    /// Whether no pixel fails and all means agree.
     pub agree: bool,
-    /// Relative difference of the means, the channel that differs most in standard errors.
-    pub mean_difference: f64,
-    /// Half the width of its 95 % confidence interval.
-    pub mean_difference_error: f64,
+    /// The means of the pictures.
+    pub mean: Difference,
+    /// The means of bounce orders n = 0, 1, ….
+    pub orders: Vec<Difference>,
     /// Pixels that fail.
     pub failing_pixels: usize,
     /// Pixels tested.
     pub pixels: usize,
 }
 
-/// Compares two estimates over the mask.
+/// Two means, compared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Difference {
+    /// Relative difference, of the channel that differs most in parts of its error; 0 where both are black.
+    pub relative: f64,
+    /// Half the width of its 95 % confidence interval, the error of the patches included.
+    pub error: f64,
+    /// Whether all channels agree.
+    pub agree: bool,
+}
+
+/// Compares two answers over the mask.
 pub fn judge(a: &Estimate, b: &Estimate, mask: &Picture) -> Pair {
-    let (va, vb) = (variance(a, mask), variance(b, mask));
-    let counted: Vec<usize> = (0..mask.pixels.len())
-        .filter(|&k| mask.pixels[k].x >= 0.5)
-        .collect();
-    let threshold = normal_quantile(1.0 - LEVEL / (6.0 * counted.len().max(1) as f64));
-    let fails = |&&k: &&usize| {
-        (0..3).any(|c| {
-            let apart = f64::from((a.picture.pixels[k][c] - b.picture.pixels[k][c]).abs());
-            // Rounding of the pictures themselves, for scenes without any noise.
-            let rounding = 1e-6 * f64::from(a.picture.pixels[k][c].abs());
-            apart > threshold * f64::from(va.pixels[k][c] + vb.pixels[k][c]).sqrt() + rounding
-        })
-    };
-    let failing_pixels = counted.iter().filter(fails).count();
-    let (difference, error) = mean_difference(a, b, mask);
-    // Three channels are tested, at LEVEL together.
-    let means_agree = difference.abs() <= normal_quantile(1.0 - LEVEL / 6.0) * error + 1e-6;
+    let chosen = counted(mask);
+    let failing_pixels = failing(a, b, mask, &chosen);
+    let numbers = a.means.len().min(b.means.len()).max(1);
+    let pairs = a.means.iter().zip(&b.means);
+    let mut means = pairs.map(|pair| difference(pair, (a, b), chosen.len(), numbers));
+    let mean = means.next().unwrap_or(Difference {
+        relative: 0.0,
+        error: 0.0,
+        agree: true,
+    });
+    let orders: Vec<Difference> = means.collect();
     Pair {
-        agree: failing_pixels == 0 && means_agree,
-        mean_difference: difference,
-        mean_difference_error: 1.96 * error,
+        agree: failing_pixels == 0 && mean.agree && orders.iter().all(|o| o.agree),
+        mean,
+        orders,
         failing_pixels,
-        pixels: counted.len(),
+        pixels: chosen.len(),
     }
 }
 
-/// Squared errors of a pixel, noise and systematic, per channel.
-fn variance(e: &Estimate, mask: &Picture) -> Picture {
-    let squared = |p: &Picture| Picture {
-        width: p.width,
-        height: p.height,
-        pixels: p.pixels.iter().map(|v| *v * *v).collect(),
+/// Number of pixels with a channel that chance and patches do not explain.
+fn failing(a: &Estimate, b: &Estimate, mask: &Picture, chosen: &[usize]) -> usize {
+    // Either way, and the variance beyond its limit: three ways to be wrong, for each channel.
+    let l = (3.0 * 3.0 * chosen.len().max(1) as f64 / (0.5 * LEVEL)).ln();
+    let variances = [a, b].map(|e| variance(e, mask, l));
+    let weight = |k: usize, c: usize| {
+        let of = |e: &Estimate| e.sample.as_ref().map_or(0.0, |s| s.pixels[k][c]);
+        f64::from(of(a).max(of(b)))
     };
+    let patches = |k: usize, c: usize| match (&a.systematic, &b.systematic) {
+        (Some(s), None) | (None, Some(s)) => f64::from(s.pixels[k][c]),
+        _ => 0.0,
+    };
+    let fails = |k: usize, c: usize| {
+        let (x, y) = (a.picture.pixels[k][c], b.picture.pixels[k][c]);
+        let noise = f64::from(variances[0].pixels[k][c] + variances[1].pixels[k][c]);
+        let chance = deviation(noise, weight(k, c), l);
+        let negligible = NEGLIGIBLE * f64::from(x.max(y));
+        f64::from((x - y).abs()) > chance + patches(k, c) + negligible
+    };
+    let any = |k: &&usize| (0..3).any(|c| fails(**k, c));
+    chosen.iter().filter(any).count()
+}
+
+/// How far a mean of this variance may be off with probability exp(-l), if one sample adds at most `weight` to it.
+fn deviation(variance: f64, weight: f64, l: f64) -> f64 {
+    match weight > 0.0 {
+        true => weight * bennett(variance / (weight * weight), l),
+        false => (2.0 * l * variance).sqrt(),
+    }
+}
+
+/// The largest variance of each pixel's mean that what is seen near it leaves possible.
+fn variance(e: &Estimate, mask: &Picture, l: f64) -> Picture {
     let black = || Picture::new(e.picture.width, e.picture.height);
-    let own = e.noise.as_ref().map_or_else(black, squared);
+    let own = e.noise.as_ref().map_or_else(black, |n| map(n, |v| v * v));
     let pooled = smoothed(&own, POOL, mask);
-    let systematic = e.systematic.as_ref().map_or_else(black, squared);
     let largest = largest_near(&own, mask);
-    let at = |k: usize| largest.pixels[k].max(pooled.pixels[k]) + systematic.pixels[k];
+    let limit = |k: usize| match &e.sample {
+        None => pooled.pixels[k],
+        Some(sample) => {
+            let n = window(mask, k, POOL).count().max(1) as f64;
+            let (seen, weight) = (pooled.pixels[k], sample.pixels[k]);
+            Rgb::from_array(
+                [0, 1, 2].map(|c| limit(f64::from(seen[c]), weight[c].into(), n, l) as f32),
+            )
+        }
+    };
+    let at = |k: usize| largest.pixels[k].max(limit(k));
     Picture {
         pixels: (0..own.pixels.len()).map(at).collect(),
         ..own
     }
 }
 
+/// Largest mean variance of n means whose mean variance `seen` was estimated from samples that weigh `weight` at most.
+fn limit(seen: f64, weight: f64, n: f64, l: f64) -> f64 {
+    if weight == 0.0 {
+        return seen;
+    }
+    let unit = weight * weight;
+    variance_limit(n * seen / unit, l) * unit / n
+}
+
 /// Largest of each pixel and its eight neighbours, channel by channel, within the mask.
 fn largest_near(picture: &Picture, mask: &Picture) -> Picture {
     let (width, height) = picture.size();
     Picture::from_fn(width, height, |x, y| {
-        let rows = y.saturating_sub(1)..(y + 2).min(height);
-        let near = rows.flat_map(|v| {
-            let columns = x.saturating_sub(1)..(x + 2).min(width);
-            columns.map(move |u| v * width + u)
-        });
-        let counted = near.filter(|&k| mask.pixels[k].x >= 0.5);
-        counted.fold(Rgb::ZERO, |m, k| m.max(picture.pixels[k]))
+        let near = window(mask, y * width + x, 1);
+        near.fold(Rgb::ZERO, |m, k| m.max(picture.pixels[k]))
     })
 }
 
-/// Relative difference of the masked means and its standard error, of the channel where it is largest in these.
-fn mean_difference(a: &Estimate, b: &Estimate, mask: &Picture) -> (f64, f64) {
-    let (ma, mb) = (masked_mean(&a.picture, mask), masked_mean(&b.picture, mask));
-    let mut worst = (0.0, 0.0);
+/// Compares one of `numbers` means of `pixels` pixels, in the channel that differs most.
+fn difference(
+    (x, y): (&Mean, &Mean),
+    (a, b): (&Estimate, &Estimate),
+    pixels: usize,
+    numbers: usize,
+) -> Difference {
+    let same_patches = a.systematic.is_some() == b.systematic.is_some();
+    let weights = [a, b].map(|e| {
+        e.sample.as_ref().map_or(Rgb::ZERO, |s| {
+            s.pixels.iter().copied().fold(Rgb::ZERO, Rgb::max)
+        })
+    });
+    let mut worst = Difference {
+        relative: 0.0,
+        error: 0.0,
+        agree: true,
+    };
+    let (mut rank, mut agree) = (-1.0, true);
     for c in 0..3 {
-        let size = 0.5 * (ma[c] + mb[c]);
-        if size > 0.0 {
-            let apart = (ma[c] - mb[c]) / size;
-            let error = a.mean_error[c].hypot(b.mean_error[c]) / size;
-            let rank = |(d, e): (f64, f64)| d.abs() / e.max(1e-12);
-            if worst == (0.0, 0.0) || rank((apart, error)) > rank(worst) {
-                worst = (apart, error);
-            }
+        let size = 0.5 * (x.value[c] + y.value[c]);
+        if size <= 0.0 {
+            continue;
+        }
+        let chance = Chance {
+            variances: [x.noise[c].powi(2), y.noise[c].powi(2)],
+            freedoms: [a.freedom, b.freedom],
+            weights: weights.map(|w| f64::from(w[c]) / pixels.max(1) as f64),
+        };
+        let patches = match same_patches {
+            true => 0.0,
+            false => x.systematic[c] + y.systematic[c],
+        };
+        let apart = x.value[c] - y.value[c];
+        // Three channels, two sides.
+        let allowed = chance.allows(0.5 * LEVEL / (6 * numbers) as f64) + patches;
+        agree &= apart.abs() <= allowed + NEGLIGIBLE * size;
+        let error = chance.interval() + patches;
+        if apart.abs() / error.max(1e-12 * size) > rank {
+            rank = apart.abs() / error.max(1e-12 * size);
+            worst.relative = apart / size;
+            worst.error = error / size;
         }
     }
-    worst
+    Difference { agree, ..worst }
 }
 
-/// Mean radiance of the pixels of a mask, per channel.
-pub(super) fn masked_mean(picture: &Picture, mask: &Picture) -> [f64; 3] {
-    let counted = |k: &usize| mask.pixels[*k].x >= 0.5;
-    let chosen: Vec<Rgb> = (0..picture.pixels.len())
-        .filter(counted)
-        .map(|k| picture.pixels[k])
-        .collect();
-    let n = chosen.len().max(1) as f64;
-    [0, 1, 2].map(|c| chosen.iter().map(|p| f64::from(p[c])).sum::<f64>() / n)
+/// What is known of the noise of two means.
+struct Chance {
+    variances: [f64; 2],
+    freedoms: [f64; 2],
+    /// The most one sample adds.
+    weights: [f64; 2],
 }
 
-/// Quantile of the standard normal distribution for p in (1/2, 1): bisection on its tail, `erfc` by its continued
-/// fraction and series.
-fn normal_quantile(p: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 40.0);
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if upper_tail(middle) > 1.0 - p {
-            low = middle
-        } else {
-            high = middle
-        }
+impl Chance {
+    /// Half the 95 % confidence interval.
+    fn interval(&self) -> f64 {
+        let [a, b] = self.variances;
+        (a + b).sqrt() * student_quantile(0.975, self.freedom())
     }
-    0.5 * (low + high)
-}
 
-/// Probability that a standard normal number exceeds z >= 0.
-fn upper_tail(z: f64) -> f64 {
-    let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
-    if z < 3.0 {
-        // 1/2 less the density's Taylor series about 0.
-        let (mut term, mut sum, mut k) = (z, z, 1.0);
-        while term > 1e-17 * sum {
-            term *= z * z / (2.0 * k + 1.0);
-            sum += term;
-            k += 1.0;
+    /// The difference that is exceeded one way with probability `p`.
+    fn allows(&self, p: f64) -> f64 {
+        let l = (1.0 / p).ln();
+        let limits = [0, 1].map(|k| limit(self.variances[k], self.weights[k], 1.0, l));
+        let (total, weight) = (limits[0] + limits[1], self.weights[0].max(self.weights[1]));
+        if total == 0.0 {
+            return 0.0;
         }
-        0.5 - density * sum
-    } else {
-        // Laplace's continued fraction, from the tail forward.
-        density / (1..60).rev().fold(z, |f, k| z + f64::from(k) / f)
+        // Student's quantile, widened as rare light widens the normal bound.
+        let widened = deviation(total, weight, l) / (2.0 * l * total).sqrt();
+        total.sqrt() * student_quantile(1.0 - p, self.freedom()) * widened
+    }
+
+    /// Welch's degrees of freedom of the sum.
+    fn freedom(&self) -> f64 {
+        let [a, b] = self.variances;
+        let share = |k: usize| self.variances[k].powi(2) / self.freedoms[k];
+        let parts = share(0) + share(1);
+        match parts > 0.0 {
+            true => (a + b).powi(2) / parts,
+            false => f64::INFINITY,
+        }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn estimate(value: impl Fn(usize) -> f32, noise: f32) -> Estimate {
-        let picture = Picture::from_fn(32, 32, |x, y| Rgb::splat(value(y * 32 + x)));
-        Estimate {
-            seconds: 1.0,
-            effort: String::new(),
-            noise: Some(Picture::filled(32, 32, Rgb::splat(noise))),
-            systematic: None,
-            orders: Vec::new(),
-            order_noise: None,
-            mean_error: [f64::from(noise) / 32.0; 3],
-            picture,
-        }
-    }
-
-    /// A number of zero mean and unit variance from an index.
-    fn wobble(k: usize) -> f32 {
-        let x = crate::rays::sequence::hash(k as u32, 7) as f32 / u32::MAX as f32;
-        12f32.sqrt() * (x - 0.5)
-    }
-
-    #[test]
-    fn quantiles_are_those_of_the_tables() {
-        for (p, z) in [
-            (0.975, 1.959_963_985),
-            (0.999, 3.090_232_306),
-            (1.0 - 1e-7, 5.199_337_582),
-        ] {
-            assert!((normal_quantile(p) - z).abs() < 1e-8, "{p}");
-        }
-    }
-
-    #[test]
-    fn noise_agrees_and_a_shifted_pixel_does_not() {
-        let mask = Picture::filled(32, 32, Rgb::ONE);
-        let a = estimate(|k| 1.0 + 0.01 * wobble(k), 0.01);
-        let b = estimate(|_| 1.0, 0.0);
-        assert!(judge(&a, &b, &mask).agree);
-        let c = estimate(|k| if k == 100 { 1.1 } else { 1.0 }, 0.0);
-        let pair = judge(&a, &c, &mask);
-        assert_eq!((pair.agree, pair.failing_pixels), (false, 1));
-    }
-
-    #[test]
-    fn a_shift_of_the_mean_too_small_for_any_pixel_is_found() {
-        let mask = Picture::filled(32, 32, Rgb::ONE);
-        let a = estimate(|k| 1.0 + 0.01 * wobble(k), 0.01);
-        let b = estimate(|_| 1.004, 0.0);
-        let pair = judge(&a, &b, &mask);
-        assert_eq!(pair.failing_pixels, 0);
-        assert!(!pair.agree);
-    }
-}
+mod tests;

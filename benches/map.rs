@@ -1,0 +1,51 @@
+//! The stability map against the bounce series: their ratio is what counts, not the absolute numbers.
+//!
+//! `map` is 21 by 21 points of the furnished room; `bounces` is what `halflight bounces` does there: four modes, eight terms
+//! each, and their pictures of 160 by 160 pixels.
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use halflight::form_factors::Sampling;
+use halflight::image::GatherSampling;
+use halflight::light::Mode;
+use halflight::scene::{LoadOptions, Scene};
+use halflight::solve::explore;
+use halflight::study::map::map;
+use halflight::study::{Silent, assemble, bounce_pictures, prepare};
+
+const PATCHES: usize = 4000;
+
+fn scene() -> Scene {
+    Scene::open("furnished-room", LoadOptions::default()).expect("it is built in")
+}
+
+fn compare(c: &mut Criterion) {
+    let mut group = c.benchmark_group("furnished-room");
+    group.sample_size(10);
+    group.bench_function("map 21x21", |b| {
+        b.iter(|| {
+            let prepared = prepare(scene(), PATCHES);
+            black_box(map(&prepared, 21, &Sampling::default(), &Silent))
+        })
+    });
+    group.bench_function("bounces", |b| b.iter(bounces));
+    group.finish();
+}
+
+fn bounces() {
+    let prepared = prepare(scene(), PATCHES);
+    let transports = Mode::ALL.map(Mode::transport);
+    let (modes, _) = assemble(&prepared, &transports, &Sampling::default(), &Silent);
+    let sampling = GatherSampling::with_samples(128, 0);
+    for mode in &modes {
+        let solution = explore(&mode.operator, 8);
+        let size = (160, 160);
+        black_box(bounce_pictures(
+            &prepared, mode, &solution, 8, size, &sampling, &Silent,
+        ));
+    }
+}
+
+criterion_group!(benches, compare);
+criterion_main!(benches);

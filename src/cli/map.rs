@@ -1,0 +1,253 @@
+//! `halflight map`: where the bounce series converges, over the (alpha, tau) square, as a chart, CSV and JSON.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::CliError;
+use super::console::Console;
+use super::options::Common;
+use super::report::Radius;
+use crate::form_factors::Sampling;
+use crate::image::{make_directory, write_whole};
+use crate::scene::{LoadOptions, Scene, Sides};
+use crate::study::map::{FrontierPoint, Map, MapChart, TauPoint, map};
+use crate::study::{Prepared, prepare};
+
+/// `halflight map`
+#[derive(Args, Debug)]
+pub struct MapArguments {
+    /// A built-in scene (see `halflight scenes`), a .toml scene file or an .obj file; it need not emit
+    #[arg(default_value = "cornell-box")]
+    pub scene: String,
+    /// Points of the grid each way
+    #[arg(long, value_name = "N", default_value_t = 21, value_parser = clap::value_parser!(u16).range(2..=1001))]
+    pub grid: u16,
+    /// Let the backs of faces reflect as well; without it they are black
+    #[arg(long)]
+    pub two_sided: bool,
+    /// About how many patches to cut the scene into
+    #[arg(long, value_name = "N", default_value_t = 4000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub patches: u32,
+    /// Hemisphere rays from each patch
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub rays: u32,
+}
+
+/// `halflight map --json`
+#[derive(Serialize)]
+struct MapReport {
+    scene: String,
+    patches: usize,
+    rays: u64,
+    crossings: usize,
+    /// Loading, patches, rays and radii; drawing and writing excluded.
+    seconds: f64,
+    /// Bounds on the spectral radius at every point.
+    grid: Vec<GridPoint>,
+    /// alpha_c of every tau; above 1 where it lies outside the square.
+    frontier: Vec<Point>,
+    /// tau_c of every alpha of the grid that has one in the square.
+    tau_frontier: Vec<TauReport>,
+    /// alpha from which on the path tracer's variance is infinite.
+    variance_frontier: Vec<Point>,
+    /// Whether `variance_frontier` is exact, or only proved to be no higher than the true one.
+    variance_exact: bool,
+    files: Vec<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct GridPoint {
+    alpha: f64,
+    tau: f64,
+    lower: f64,
+    upper: f64,
+}
+
+#[derive(Serialize)]
+struct Point {
+    tau: f64,
+    alpha: f64,
+    alpha_lower: f64,
+    alpha_upper: f64,
+}
+
+#[derive(Serialize)]
+struct TauReport {
+    alpha: f64,
+    tau: f64,
+    spectral_radius: Radius,
+}
+
+/// Maps a scene.
+pub fn run(own: &MapArguments, common: &Common) -> Result<(), CliError> {
+    let console = Console::new(common);
+    let start = Instant::now();
+    let two_sided = if own.two_sided {
+        Sides::Two
+    } else {
+        Sides::One
+    };
+    let scene = Scene::open(&own.scene, LoadOptions { two_sided })?;
+    make_directory(&common.out)?;
+    for warning in &scene.warnings {
+        console.warn(warning);
+    }
+    let prepared = prepare(scene, own.patches as usize);
+    let sampling = Sampling {
+        rays: own.rays,
+        seed: common.seed,
+        ..Sampling::default()
+    };
+    let map = map(&prepared, own.grid.into(), &sampling, &console);
+    let seconds = start.elapsed().as_secs_f64();
+    console.say(table(&map));
+    console.say(sentence(&prepared, &map, seconds));
+    let files = write(common, &prepared, &map)?;
+    for file in &files {
+        console.say(file.display().to_string());
+    }
+    console.report(&report(&prepared, map, seconds, files))
+}
+
+fn write(common: &Common, prepared: &Prepared, map: &Map) -> Result<Vec<PathBuf>, CliError> {
+    let scene = &prepared.scene.name;
+    let file = |end: &str| common.out.join(format!("{scene}-map{end}"));
+    let chart = MapChart {
+        map,
+        title: format!("Where the bounce series of {scene} converges"),
+        caption: format!(
+            "{scene}: {} triangles, {} patches, {} rays, {} by {} points.",
+            prepared.scene.faces.len(),
+            prepared.patches.len(),
+            map.rays,
+            map.columns.len(),
+            map.columns.len(),
+        ),
+    };
+    let charts = [file(".svg"), file(".png")];
+    for path in &charts {
+        chart.write(path)?;
+    }
+    let tables = [
+        (file(".csv"), grid_csv(map)),
+        (file("-alpha-c.csv"), alpha_csv(map)),
+        (file("-tau-c.csv"), tau_csv(&map.tau_frontier)),
+    ];
+    let mut files = charts.to_vec();
+    for (path, text) in tables {
+        write_whole(&path, text.as_bytes())?;
+        files.push(path);
+    }
+    Ok(files)
+}
+
+/// The columns for people: at most eleven of them.
+fn table(map: &Map) -> String {
+    let mut text = format!(
+        "{:>6} {:>19} {:>19} {:>19}\n",
+        "tau", "radius at alpha = 1", "alpha_c", "alpha_variance"
+    );
+    let pairs = map.frontier().into_iter().zip(map.variance_frontier());
+    let rows: Vec<_> = map.columns.iter().zip(pairs).collect();
+    let step = rows.len().saturating_sub(1).div_ceil(10).max(1);
+    for (column, (mean, variance)) in rows.into_iter().step_by(step) {
+        let range = |low: f64, high: f64| format!("{low:.4} to {high:.4}");
+        let _ = writeln!(
+            text,
+            "{:>6.3} {:>19} {:>19} {:>19}",
+            column.tau,
+            range(column.radius.lower, column.radius.upper),
+            range(mean.lower, mean.upper),
+            range(variance.lower, variance.upper),
+        );
+    }
+    text
+}
+
+/// What a person should take from the map.
+fn sentence(prepared: &Prepared, map: &Map, seconds: f64) -> String {
+    let highest = map.columns.last().map_or(0.0, |c| c.radius.upper);
+    let verdict = match map.tau_frontier.last() {
+        Some(full) if full.alpha == 1.0 => format!(
+            "with all interreflection (alpha 1) the series diverges from tau = {:.4} on",
+            full.tau
+        ),
+        _ if highest < 1.0 => "the series converges over the whole square".into(),
+        _ => "the series diverges at every tau once alpha is large enough".into(),
+    };
+    format!(
+        "{}: {verdict} ({} patches, {} rays, {} crossings, {seconds:.2} s)",
+        prepared.scene.name,
+        prepared.patches.len(),
+        map.rays,
+        map.crossings,
+    )
+}
+
+fn grid_csv(map: &Map) -> String {
+    let mut text = String::from("alpha,tau,lower,upper\n");
+    for (alpha, tau, radius) in map.grid() {
+        let _ = writeln!(text, "{alpha},{tau},{},{}", radius.lower, radius.upper);
+    }
+    text
+}
+
+fn alpha_csv(map: &Map) -> String {
+    let mut text = String::from(
+        "tau,alpha_c,alpha_c_lower,alpha_c_upper,alpha_variance,alpha_variance_lower,alpha_variance_upper\n",
+    );
+    for (mean, variance) in map.frontier().iter().zip(map.variance_frontier()) {
+        let numbers = [mean, &variance].map(|p| format!("{},{},{}", p.alpha, p.lower, p.upper));
+        let _ = writeln!(text, "{},{},{}", mean.tau, numbers[0], numbers[1]);
+    }
+    text
+}
+
+fn tau_csv(frontier: &[TauPoint]) -> String {
+    let mut text = String::from("alpha,tau_c,radius_lower,radius_upper\n");
+    for p in frontier {
+        let TauPoint { alpha, tau, radius } = p;
+        let _ = writeln!(text, "{alpha},{tau},{},{}", radius.lower, radius.upper);
+    }
+    text
+}
+
+fn report(prepared: &Prepared, map: Map, seconds: f64, files: Vec<PathBuf>) -> MapReport {
+    let points = |frontier: Vec<FrontierPoint>| {
+        let point = |p: FrontierPoint| Point {
+            tau: p.tau,
+            alpha: p.alpha,
+            alpha_lower: p.lower,
+            alpha_upper: p.upper,
+        };
+        frontier.into_iter().map(point).collect()
+    };
+    let grid = map.grid().map(|(alpha, tau, radius)| GridPoint {
+        alpha,
+        tau,
+        lower: radius.lower,
+        upper: radius.upper,
+    });
+    let tau_frontier = map.tau_frontier.iter().map(|p| TauReport {
+        alpha: p.alpha,
+        tau: p.tau,
+        spectral_radius: p.radius.into(),
+    });
+    MapReport {
+        scene: prepared.scene.name.clone(),
+        patches: prepared.patches.len(),
+        rays: map.rays,
+        crossings: map.crossings,
+        seconds,
+        grid: grid.collect(),
+        frontier: points(map.frontier()),
+        tau_frontier: tau_frontier.collect(),
+        variance_frontier: points(map.variance_frontier()),
+        variance_exact: map.grey,
+        files,
+    }
+}

@@ -1,0 +1,53 @@
+//! The larger patch that each patch would be part of at twice the size, about four to one.
+//!
+//! On a grid it is a block of two by two cells, among clusters the cluster of twice the size. A solution on the larger
+//! patches tells what patch size does to the light.
+//!
+//! Not handled: patches along lines of contact, which separate light from dark, and surfaces of a single patch; they
+//! are their own parents.
+
+use std::collections::HashMap;
+
+use super::NONE;
+use super::grid::Grid;
+
+/// What larger patches the patches would be part of: patches with a number for the larger one.
+pub(super) struct Parents {
+    /// Of grids: (patch, grid, block).
+    blocks: Vec<(u32, u32, u32)>,
+    /// Of clusters: (patch, cluster of twice the size).
+    clusters: Vec<(u32, u32)>,
+}
+
+impl Parents {
+    /// Blocks of cells of the grids, and clusters with the cluster of twice the size.
+    pub fn new(grids: &[Grid], clusters: Vec<(u32, u32)>) -> Parents {
+        let of = |(g, grid): (usize, &Grid)| {
+            let blocks: Vec<_> = grid.blocks().map(|(p, b)| (p, g as u32, b)).collect();
+            blocks
+        };
+        Parents {
+            blocks: grids.iter().enumerate().flat_map(of).collect(),
+            clusters,
+        }
+    }
+
+    /// The parent of each of `count` patches, numbered without gaps.
+    pub fn of(self, count: usize) -> Vec<u32> {
+        let mut parents = vec![NONE; count];
+        let mut numbers: HashMap<(u32, u32), u32> = HashMap::new();
+        let clusters = self.clusters.into_iter().map(|(p, c)| (p, NONE, c));
+        for (patch, grid, block) in self.blocks.into_iter().chain(clusters) {
+            let next = numbers.len() as u32;
+            let own = &mut parents[patch as usize];
+            if *own == NONE {
+                *own = *numbers.entry((grid, block)).or_insert(next);
+            }
+        }
+        let alone = parents.iter_mut().filter(|p| **p == NONE);
+        for (own, next) in alone.zip(numbers.len() as u32..) {
+            *own = next;
+        }
+        parents
+    }
+}

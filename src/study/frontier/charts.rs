@@ -1,0 +1,123 @@
+//! The charts of both sides of the frontier.
+
+use super::super::axis::Scale;
+use super::super::chart::{Axis, Chart, Look, Series};
+use super::{Run, Spread};
+
+/// Points a factor of two that long series keep on a logarithmic axis.
+const PER_OCTAVE: f64 = 2.0;
+
+fn chart(title: String, caption: String, labels: [&str; 2], series: Vec<Series>) -> Chart {
+    let axis = |label: &str| Axis {
+        label: label.into(),
+        scale: Scale::Log,
+    };
+    Chart {
+        title,
+        caption,
+        x: axis(labels[0]),
+        y: axis(labels[1]),
+        series,
+        size: (960, 600),
+    }
+}
+
+fn series(name: String, colour: usize, look: Look, points: Vec<(f64, f64)>) -> Series {
+    Series {
+        name,
+        points,
+        look,
+        colour,
+        note: None,
+    }
+}
+
+/// The norm of what follows term n, as it is and as it is proved to be at most, and beyond the frontier the terms themselves.
+pub fn series_chart(title: String, caption: String, runs: &[Run]) -> Chart {
+    let mut lines = Vec::new();
+    for (colour, run) in runs.iter().enumerate() {
+        let name = format!("{} alpha_c", run.share);
+        if run.tails.is_empty() {
+            let name = format!("{name}: the terms, which grow");
+            let points = thinned(&run.norms[1..]);
+            lines.push(series(name, colour, Look::Measured, points));
+            continue;
+        }
+        let tails = thinned(&run.tails[1..]);
+        lines.push(series(
+            format!("{name}: true tail"),
+            colour,
+            Look::Measured,
+            tails,
+        ));
+        let bounds = thinned(&run.bounds);
+        lines.push(series(
+            format!("{name}: proved bound"),
+            colour,
+            Look::Bound,
+            bounds,
+        ));
+    }
+    let labels = ["n", "norm of what follows KⁿE, W/(m² sr)"];
+    chart(title, caption, labels, lines)
+}
+
+/// `(n, value)` from n = 1, thinned to even steps of log n.
+fn thinned(values: &[f64]) -> Vec<(f64, f64)> {
+    let mut next = 1.0;
+    let mut points = Vec::new();
+    for (n, &value) in (1u32..).zip(values) {
+        let n = f64::from(n);
+        if n >= next {
+            points.push((n, value));
+            next = (n * 2f64.powf(1.0 / PER_OCTAVE)).max(next);
+        }
+    }
+    points
+}
+
+/// Unshot power over shots a patch.
+pub fn shooting_chart(title: String, caption: String, runs: &[Run]) -> Chart {
+    let line = |(colour, run): (usize, &Run)| {
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        for shot in &run.shooting {
+            let far = points.last().is_none_or(|p| shot.sweeps >= 1.2 * p.0);
+            if far {
+                points.push((shot.sweeps, shot.unshot));
+            }
+        }
+        if let Some(last) = run.shooting.last() {
+            points.push((last.sweeps, last.unshot));
+        }
+        let name = format!("{} alpha_c: {}", run.share, run.shot.name());
+        series(name, colour, Look::Measured, points)
+    };
+    let labels = ["shots per patch", "unshot power / emitted power"];
+    let lines = runs.iter().enumerate().map(line).collect();
+    chart(title, caption, labels, lines)
+}
+
+/// The path tracer's relative error over its paths, with the predicted power law through the last point of each.
+pub fn spread_chart(
+    title: String,
+    caption: String,
+    measured: &[(String, f64, Vec<Spread>)],
+) -> Chart {
+    let mut lines = Vec::new();
+    for (colour, (name, exponent, spreads)) in measured.iter().enumerate() {
+        let of = |pick: fn(&Spread) -> f64| -> Vec<(f64, f64)> {
+            spreads.iter().map(|s| (s.paths as f64, pick(s))).collect()
+        };
+        let points = of(|s| s.spread);
+        // The geometric mean lies on the guide.
+        let middle = points.iter().map(|(x, y)| (y * x.powf(*exponent)).ln());
+        let scale = (middle.sum::<f64>() / points.len() as f64).exp();
+        let guide = points.iter().map(|(x, _)| (*x, scale * x.powf(-exponent)));
+        let guide = guide.collect();
+        lines.push(series(name.clone(), colour, Look::Measured, points));
+        let law = format!("predicted: N^−{exponent:.2}");
+        lines.push(series(law, colour, Look::Bound, guide));
+    }
+    let labels = ["paths N", "relative error of the picture's mean"];
+    chart(title, caption, labels, lines)
+}

@@ -1,0 +1,36 @@
+//! The formal solution beyond the frontier: (I - K) L = E has one, and it is not light.
+//!
+//! If L >= 0 solved it with radius lambda > 1 and y > 0 the left eigenvector of B, then `y L = y E + lambda y L`, so
+//! `y L = -y E/(lambda - 1) < 0`: some patch of every scene whose light reaches everything is negative. Solved by LU
+//! ([`direct`]), O(patches³). Not handled: lambda an eigenvalue to rounding, where LU finds I - K singular.
+
+use crate::light::Light;
+use crate::operator::Operator;
+use crate::solve::direct;
+
+/// The formal solution in figures.
+#[derive(Clone, Debug)]
+pub struct Formal {
+    /// L, negative in places.
+    pub light: Vec<Light>,
+    /// The smallest invisible radiance, W/(m² sr).
+    pub smallest: f64,
+    /// The largest.
+    pub largest: f64,
+    /// Patches with a negative channel.
+    pub negative: usize,
+}
+
+/// Solves (I - K) L = E by LU; none where that is singular.
+pub fn formal(k: &Operator) -> Option<Formal> {
+    let light = direct(k)?;
+    let least = |l: &Light| l.invisible.min_element().min(l.visible.min_element());
+    let smallest = light.iter().map(|l| l.invisible.min_element());
+    let largest = light.iter().map(|l| l.invisible.max_element());
+    Some(Formal {
+        smallest: smallest.fold(f32::INFINITY, f32::min).into(),
+        largest: largest.fold(f32::NEG_INFINITY, f32::max).into(),
+        negative: light.iter().filter(|l| least(l) < 0.0).count(),
+        light,
+    })
+}

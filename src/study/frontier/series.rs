@@ -1,0 +1,217 @@
+//! The series, its bounds, its true tails and progressive shooting at given shares of the frontier's alpha.
+
+use std::time::Instant;
+
+use super::super::pipeline::{Assembled, Silent, assemble, prepare};
+use super::super::shoot::{assembled_shooter, ray_shooter};
+use super::at;
+use crate::form_factors::Sampling;
+use crate::light::{Light, Transport};
+use crate::operator::{Bounds, operator_norm};
+use crate::scene::Scene;
+use crate::solve::{
+    RaySettings, Settings, Shooting, ShootingSettings, TailBound, Verdict, direct, extrapolated,
+    neumann, norm, terms, verdict,
+};
+
+/// Products to estimate a norm from.
+const NORM_PRODUCTS: usize = 64;
+/// Terms looked at where the series does not converge.
+const TERMS_BEYOND: usize = 64;
+/// Rays of one unit of emitted power in progressive shooting.
+const SHOOTING_RAYS: u32 = 1 << 16;
+/// Shots a patch after which shooting gives up.
+const SHOTS_A_PATCH: u64 = 400;
+
+/// What happened at one alpha.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// alpha over the frontier's alpha.
+    pub share: f64,
+    /// alpha.
+    pub alpha: f64,
+    /// Proved bounds on the spectral radius.
+    pub radius: Bounds,
+    /// norm(K), from below.
+    pub norm: f64,
+    /// What the bounds say of the series.
+    pub verdict: Verdict,
+    /// Norms of `KⁿE`, n from 0.
+    pub norms: Vec<f64>,
+    /// The proved bound on everything after term n, from n = 1; none beyond the frontier.
+    pub bounds: Vec<f64>,
+    /// The norm of everything after term n, from LU; none beyond the frontier.
+    pub tails: Vec<f64>,
+    /// Whether the wanted bound was reached within the settings' number of terms.
+    pub reached: bool,
+    /// Products of the extrapolated solve; none beyond the frontier.
+    pub extrapolated: Option<usize>,
+    /// Seconds of each solve of L over the same K.
+    pub seconds: Timing,
+    /// Progressive shooting with rays, batch by batch.
+    pub shooting: Vec<Shot>,
+    /// How shooting ended.
+    pub shot: Verdict,
+}
+
+/// Seconds of solving for L on this machine; none where a method refuses.
+#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
+pub struct Timing {
+    /// The Neumann series, bounds included.
+    pub neumann: Option<f64>,
+    /// The extrapolated series, bounds included.
+    pub extrapolated: Option<f64>,
+    /// LU.
+    pub direct: Option<f64>,
+    /// Shooting over K to a thousandth unshot.
+    pub shooting: Option<f64>,
+}
+
+/// The state of shooting after a batch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shot {
+    /// Shots over patches.
+    pub sweeps: f64,
+    /// Unshot power as a share of that emitted.
+    pub unshot: f64,
+}
+
+/// Runs every method at each alpha, all on patches and rays of the same seed.
+pub fn runs(
+    scene: &Scene,
+    patches: usize,
+    (tau, alphas): (f64, &[(f64, f64)]),
+    sampling: &Sampling,
+    settings: &Settings,
+) -> Vec<Run> {
+    let run = |&(share, alpha): &(f64, f64)| {
+        let prepared = prepare(at(scene, alpha, tau), patches);
+        let (mut modes, _) = assemble(&prepared, &[Transport::default()], sampling, &Silent);
+        let mode = modes.remove(0);
+        let mut run = follow(&mode, share, alpha, settings);
+        let rays = RaySettings {
+            rays: SHOOTING_RAYS,
+            seed: sampling.seed,
+            ..RaySettings::default()
+        };
+        let shooter = ray_shooter(&prepared, Transport::default(), rays);
+        (run.shooting, run.shot) = shoot(&shooter, prepared.patches.len());
+        run
+    };
+    alphas.iter().map(run).collect()
+}
+
+/// Follows the series of one K to the wanted bound, or some way beyond the frontier.
+fn follow(mode: &Assembled, share: f64, alpha: f64, settings: &Settings) -> Run {
+    let k = &mode.operator;
+    let (verdict, spectrum) = verdict(k);
+    let tail = spectrum.as_ref().and_then(|s| TailBound::new(k, s));
+    let zero = Bounds {
+        lower: 0.0,
+        upper: 0.0,
+    };
+    let mut run = Run {
+        share,
+        alpha,
+        radius: spectrum.map_or(zero, |s| s.worst()),
+        norm: operator_norm(k, NORM_PRODUCTS),
+        verdict,
+        norms: Vec::new(),
+        bounds: Vec::new(),
+        tails: Vec::new(),
+        reached: false,
+        extrapolated: extrapolated(k, settings).ok().map(|found| found.products),
+        seconds: time(mode, settings),
+        shooting: Vec::new(),
+        shot: Verdict::Undecided,
+    };
+    let exact = tail.as_ref().and_then(|_| direct(k));
+    let mut sum = vec![Light::default(); k.len()];
+    let last = if tail.is_some() {
+        settings.max_terms
+    } else {
+        TERMS_BEYOND
+    };
+    for (n, term) in terms(k).take(last + 1).enumerate() {
+        add(&mut sum, &term, 1.0);
+        run.norms.push(norm(k.areas(), &term));
+        let (Some(tail), Some(exact)) = (&tail, &exact) else {
+            continue;
+        };
+        let mut rest = exact.clone();
+        add(&mut rest, &sum, -1.0);
+        run.tails.push(norm(k.areas(), &rest));
+        if n == 0 {
+            continue;
+        }
+        let bound = tail.after(&term).unwrap_or(f64::INFINITY);
+        run.bounds.push(bound);
+        run.reached = bound <= settings.tolerance * norm(k.areas(), &sum);
+        if run.reached {
+            break;
+        }
+    }
+    run
+}
+
+/// Solves over one K in four ways.
+fn time(mode: &Assembled, settings: &Settings) -> Timing {
+    let k = &mode.operator;
+    Timing {
+        neumann: seconds(|| neumann(k, settings).ok()),
+        extrapolated: seconds(|| extrapolated(k, settings).ok()),
+        direct: seconds(|| direct(k)),
+        shooting: seconds(|| empty(mode)),
+    }
+}
+
+/// Shoots over K until a thousandth is unshot; none where that takes too many shots.
+fn empty(mode: &Assembled) -> Option<()> {
+    let shooter = assembled_shooter(mode);
+    let settings = ShootingSettings {
+        generations: 2,
+        ..ShootingSettings::default()
+    };
+    let mut shooting = Shooting::new(&shooter, settings).ok()?;
+    let most = SHOTS_A_PATCH * mode.operator.len() as u64;
+    while let Some(progress) = shooting.step().ok()? {
+        if progress.shots > most {
+            return None;
+        }
+    }
+    Some(())
+}
+
+/// Seconds that something took, if it came to an end.
+fn seconds<T>(solve: impl FnOnce() -> Option<T>) -> Option<f64> {
+    let start = Instant::now();
+    let solved = solve();
+    solved.map(|_| start.elapsed().as_secs_f64())
+}
+
+fn add(sum: &mut [Light], term: &[Light], factor: f32) {
+    for (s, t) in sum.iter_mut().zip(term) {
+        s.invisible += factor * t.invisible;
+        s.visible += factor * t.visible;
+    }
+}
+
+/// Shoots until a thousandth is unshot or growth shows.
+fn shoot(shooter: &dyn crate::solve::Shooter, patches: usize) -> (Vec<Shot>, Verdict) {
+    let settings = ShootingSettings {
+        shots_per_patch: SHOTS_A_PATCH,
+        ..ShootingSettings::default()
+    };
+    let mut seen = Vec::new();
+    let ended = Shooting::new(shooter, settings).and_then(|mut shooting| {
+        shooting.run(|s| {
+            let progress = s.progress();
+            seen.push(Shot {
+                sweeps: progress.shots as f64 / patches as f64,
+                unshot: progress.share,
+            });
+        })
+    });
+    let verdict = ended.map_or_else(|refused| refused.verdict, |_| Verdict::Converges);
+    (seen, verdict)
+}

@@ -1,0 +1,121 @@
+//! Form factors between objects against the exact cases of `tests/data/factors`: every one, as a scene of its own.
+//!
+//! Run with `--nocapture` to see the table.
+
+mod common;
+
+use std::time::Instant;
+
+use common::Silent;
+use common::rows::objects;
+use glam::DVec3;
+use halflight::form_factors::point_to_polygon;
+use halflight::scene::Scene;
+use halflight::study::{FactorSettings, FactorTable, How, factors};
+use serde_json::Value;
+
+const TOLERANCE: f64 = 1e-4;
+
+fn cases(kind: &str) -> Vec<Value> {
+    let text = include_str!("data/factors/factors.json");
+    let all: Value = serde_json::from_str(text).expect("JSON");
+    let cases = all["cases"].as_array().expect("a list").iter();
+    cases.filter(|c| c["kind"] == kind).cloned().collect()
+}
+
+fn points(polygon: &Value) -> Vec<DVec3> {
+    let number = |v: &Value| v.as_f64().expect("a number");
+    let point = |p: &Value| DVec3::new(number(&p[0]), number(&p[1]), number(&p[2]));
+    polygon
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(point)
+        .collect()
+}
+
+/// The polygons of a case as the objects 1, 2 and the occluders.
+fn scene(case: &Value) -> Scene {
+    let occluders = case["occluders"].as_array().expect("a list").iter();
+    let all = [&case["surf1"], &case["surf2"]]
+        .into_iter()
+        .chain(occluders);
+    objects(&all.map(points).collect::<Vec<_>>())
+}
+
+fn table(scene: &Scene, tolerance: f64) -> FactorTable {
+    let tau = vec![0.0; scene.materials.len()];
+    let settings = FactorSettings { tolerance, seed: 0 };
+    factors(scene, &tau, &settings, &Silent)
+}
+
+fn number(case: &Value, field: &str) -> f64 {
+    let value = &case[field];
+    let text = value.as_str().map(|t| t.parse().expect("a number"));
+    text.or(value.as_f64()).expect("a number")
+}
+
+#[test]
+fn every_case_within_its_error_and_the_tolerance() {
+    let mut wrong = Vec::new();
+    println!(
+        "| case | truth | found | error | predicted | method | ms |\n|---|---|---|---|---|---|---|"
+    );
+    for case in cases("polygon_pair") {
+        let scene = scene(&case);
+        let start = Instant::now();
+        let table = table(&scene, TOLERANCE);
+        let time = 1e3 * start.elapsed().as_secs_f64();
+        let n = table.rows.len();
+        let found = table.factors[1];
+        let (id, truth) = (case["id"].as_str().expect("a name"), number(&case, "F12"));
+        let (value, predicted) = (found.share.value, found.share.error);
+        let error = (value - truth).abs();
+        let how = found.how.name();
+        println!(
+            "| {id} | {truth:.10e} | {value:.10e} | {error:.1e} | {predicted:.1e} | {how} | {time:.1} |"
+        );
+        // The last digits of the truth, and of a number in the file.
+        let known = number(&case, "abs_tol") + f64::EPSILON * truth;
+        let allowed = match table.rows.len() {
+            2 => 1e-6 * truth,
+            _ => (TOLERANCE * truth).max(1e-3 * TOLERANCE),
+        };
+        if error > 4.0 * predicted + known || error > allowed + known {
+            wrong.push(format!("{id}: {value} for {truth}"));
+        }
+        if n == 2 && found.how != How::ClosedForm {
+            wrong.push(format!("{id}: by {how}"));
+        }
+        let share = |f: &halflight::study::Factor| (0.0..=1.0).contains(&f.share.value);
+        if !table.factors.iter().all(share) || table.unmet > 0 {
+            wrong.push(format!(
+                "{id}: a form factor outside 0..=1, or {} unmet",
+                table.unmet
+            ));
+        }
+        for r in &table.reciprocity {
+            if r.residual.abs() > 4.0 * r.error + 1e-12 {
+                wrong.push(format!("{id}: reciprocity {r:?}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn points_to_polygons() {
+    for case in cases("point_polygon") {
+        let polygon = points(&case["surf2"]);
+        let x = points(&Value::Array(vec![case["point"].clone()]))[0];
+        let n = points(&Value::Array(vec![case["normal"].clone()]))[0].normalize();
+        let fan = (1..polygon.len() - 1).map(|k| [0, k, k + 1].map(|i| polygon[i] - x));
+        let found: f64 = fan.map(|t| point_to_polygon(n, &t)).sum();
+        let truth = number(&case, "F12");
+        assert!(
+            (found - truth).abs() < 1e-12,
+            "{}: {found} {truth}",
+            case["id"]
+        );
+    }
+}
