@@ -11,14 +11,16 @@
 //! Not handled: receivers off their patch; a luminaire by closed form whose shadows are too ragged costs one ray and its
 //! ratio's bias, as without links.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
+use super::drawn::draw;
 use super::emitted::{DirectSum, Receiver, Scratch, gather_luminaire};
-use super::links::{Chance, Link, Links, draw, light};
+use super::links::{Chance, Link, Links, light};
 use super::luminaire::Luminaires;
 use super::shaft::Between;
 use super::sight::Sight;
 use crate::rays::Rays;
+use crate::rays::sequence::hash;
 
 impl Links {
     /// How many luminaires to draw at a receiver on a patch.
@@ -45,7 +47,7 @@ impl Links {
             };
             let lamp = &luminaires.list[*l as usize];
             let mut own = DirectSum::default();
-            let point = std::iter::once((0.5, 0.5));
+            let point = std::iter::once(somewhere(receiver.position, *l));
             let path = (rays, sight);
             let lamps = (lamp, between);
             cast += gather_luminaire(&mut own, DVec3::ONE, receiver, lamps, path, point, scratch);
@@ -81,6 +83,16 @@ impl Links {
     }
 }
 
+/// A point of the unit square that differs from receiver to receiver and from luminaire to luminaire.
+fn somewhere(x: Vec3, luminaire: u32) -> (f32, f32) {
+    let place = x.to_array().map(f32::to_bits);
+    let seed = place
+        .into_iter()
+        .fold(luminaire, |seed, bits| hash(bits, seed));
+    let unit = |bits: u32| (bits >> 8) as f32 * (1.0 / 16_777_216.0);
+    (unit(seed), unit(hash(1, seed)))
+}
+
 /// The node at u in the unit interval, its chance, and u within it.
 fn pick(link: &Link, u: f32) -> Option<(Chance, f64, f32)> {
     let u = f64::from(u);
@@ -89,5 +101,6 @@ fn pick(link: &Link, u: f32) -> Option<(Chance, f64, f32)> {
     let before = if k == 0 { 0.0 } else { link.drawn[k - 1].until };
     let chance = link.drawn[k].until - before;
     let rest = ((u - before) / chance).clamp(0.0, 1.0);
-    Some((link.drawn[k], chance, rest as f32))
+    // Below 1, also once rounded: a luminaire of no power to speak of may be the last.
+    Some((link.drawn[k], chance, (rest as f32).min(0.999_999_94)))
 }

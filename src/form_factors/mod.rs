@@ -18,12 +18,14 @@
 
 mod cast;
 mod checks;
+mod drawn;
 mod emitted;
 mod lamps;
 mod layers;
 mod links;
 mod luminaire;
 mod many;
+mod moments;
 mod outline;
 pub mod planar;
 mod polygon;
@@ -33,6 +35,7 @@ mod shaft;
 mod sight;
 mod smooth;
 mod sparse;
+mod walk;
 
 pub use cast::{FormFactors, Variant, cast};
 pub use checks::{Closure, closure, reciprocity};

@@ -93,6 +93,12 @@ impl Sight {
         }
     }
 
+    /// Whether light at some receivers is closed form times a ratio of drawn points. The ratio of few points is biased.
+    /// Links draw without a ratio, and have chosen how many: there one visibility ray for each draw is enough.
+    pub fn takes_ratios(&self) -> bool {
+        self.occlusion != Occlusion::Nothing && self.links.is_none() && !self.shafts.know_all()
+    }
+
     /// Links in place of shafts to each luminaire.
     fn of_many(
         occlusion: Occlusion,

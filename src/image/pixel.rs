@@ -58,10 +58,11 @@ impl<'a> Pass<'a> {
         seed: u32,
     ) -> Pass<'a> {
         let luminaire = luminaire.max(1);
+        let most = view.sight.links.as_ref().map_or(1, |_| Links::MOST_DRAWN);
         Pass {
             view,
             fields,
-            sobol: Sobol::new((camera * luminaire) as usize, 4),
+            sobol: Sobol::new((camera * luminaire * most) as usize, 4),
             luminaire,
             seed,
             dark: fields.is_dark(),
