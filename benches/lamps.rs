@@ -81,7 +81,7 @@ fn lamps(c: &mut Criterion) {
         let solution = explore(&modes[0].operator, 1);
         let gather = GatherSampling::with_samples(16, 0);
         group.bench_function(BenchmarkId::new("picture", count), |b| {
-            b.iter(|| black_box(render(&p, &modes[0], &solution, (48, 48), gather, &Silent)))
+            b.iter(|| black_box(render(&p, &modes[0], &solution, (48, 48), &gather, &Silent)))
         });
     }
     group.finish();

@@ -230,12 +230,12 @@ mod tests {
     }
 
     #[test]
-    fn moments_err_in_the_third_order() {
+    fn moments_err_in_the_third_order_and_colours_in_the_second() {
         let luminaires = lamps();
         let lamps = Lamps::new(&luminaires);
         let root = &lamps.nodes[lamps.root()];
         let away = DVec3::new(0.3, -0.2, -1.0).normalize();
-        let error = |distance: f64| {
+        let errors = |distance: f64| {
             let x = root.center() + distance * away;
             let each = luminaires.list.iter().map(|l| {
                 let form = l.exact_form(x.as_vec3(), -away.as_vec3());
@@ -243,11 +243,16 @@ mod tests {
             });
             let exact: DVec3 = each.sum();
             let off = root.moments.light(x, -away) - exact;
-            (off / exact).abs().max_element()
+            let whole = off.element_sum() / exact.element_sum();
+            (whole.abs(), (off / exact).abs().max_element())
         };
-        let (near, far) = (error(5.0 * root.radius()), error(10.0 * root.radius()));
-        // Third order: an eighth at twice the distance, if the leading term leads.
+        let radius = root.radius();
+        let ((near, near_colour), (far, far_colour)) =
+            (errors(5.0 * radius), errors(10.0 * radius));
+        // At twice the distance an eighth and a quarter, if the leading terms lead.
         assert!(near < 0.01 && far < near / 6.0, "{near} {far}");
+        let colours = near_colour < 0.02 && far_colour < near_colour / 3.0;
+        assert!(colours, "{near_colour} {far_colour}");
     }
 
     #[test]

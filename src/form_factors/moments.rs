@@ -1,8 +1,9 @@
 //! Sums over luminaires, and the few points that stand for them.
 //!
-//! Up to six points have the power, centroid and covariance of the luminaires, and the centroid of every channel: the error
-//! of the kernel's sum over them is of third order in their extent over their distance. One mean normal speaks for
-//! all; it is right to that order where the normals are alike.
+//! Up to six points have the power, centroid and covariance of the luminaires, all channels together, and the power and
+//! centroid of every channel. The error of the kernel's sum over them is of third order in their extent over their distance
+//! for the mean of the channels; of second order for each channel, where luminaires of different colours lie together. One
+//! mean normal speaks for all; it is right to that order where the normals are alike.
 //!
 //! Not handled: what lies between, and points of which only some are above the receiver's horizon.
 
