@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The outer crates that belong to some modules only, by the name they have in code.
-const HOMES: [(&str, &[&str]); 7] = [
+const HOMES: [(&str, &[&str]); 8] = [
     ("tobj", &["scene"]),
     ("toml", &["scene"]),
     ("earcut", &["scene"]),
@@ -16,6 +16,7 @@ const HOMES: [(&str, &[&str]); 7] = [
     ("image", &["image"]),
     ("plotters", &["study"]),
     ("clap", &["cli"]),
+    ("ctrlc", &["cli"]),
 ];
 
 /// What the witness to the solver may use of the crate: anything else would be a mistake to share.

@@ -93,7 +93,7 @@ fn emitted(p: &Prepared, occlusion: &Occlusion, only: impl Fn(usize) -> bool) ->
         let (light, _) = receive_emitted(
             path,
             &p.luminaires,
-            occlusion,
+            &occlusion.clone().into(),
             &receives,
             &sampling,
             &|_| (),

@@ -6,7 +6,6 @@ use common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, 
 use glam::{DQuat, DVec3};
 use halflight::form_factors::{Occlusion, Sampling, receive_emitted};
 use halflight::light::{Light, Mode, Rgb};
-use halflight::operator::PatchMaterials;
 use halflight::scene::Scene;
 use halflight::solve::{Settings, Solution, Verdict, explore, neumann};
 use halflight::study::{Assembled, Prepared, assemble, prepare};

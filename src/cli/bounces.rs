@@ -13,7 +13,7 @@ use crate::light::Transport;
 use crate::solve::{Bounce, Solution, Verdict, explore};
 use crate::study::{
     Assembled, Prepared, TermError, assemble, bounce_pictures, bounce_sheet, bounces_chart,
-    explore_within, partial_sums, prepare, term_name,
+    explore_within, partial_sums, term_name,
 };
 
 /// Bounces shown in the sheet at most: more would not fit a page.
@@ -55,7 +55,7 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     };
     let prepared = match own.problem.effort.precision(common.seed) {
         Precision::Fixed(fineness, samples) => {
-            let p = prepare(scene, fineness.patches);
+            let p = own.problem.effort.prepare(scene, &transports, &fineness)?;
             let (modes, _) = assemble(&p, &transports, &fineness.sampling, &console);
             let sampling = GatherSampling::with_samples(samples, common.seed);
             for mode in &modes {
@@ -70,7 +70,7 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
             p
         }
         Precision::Within(tolerance) => {
-            let mut p = prepare(scene, 1);
+            let mut p = own.problem.effort.prepare_within(scene, &transports)?;
             for transport in transports {
                 let wanted = (tolerance, common.seed);
                 let found = explore_within(&mut p, transport, own.count.into(), wanted, &console);

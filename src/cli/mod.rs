@@ -7,15 +7,22 @@
 //! | 2 | the arguments are wrong |
 //! | 3 | the scene is wrong (not found, not readable, or it fails a check), or two pictures cannot be read or compared |
 //! | 4 | the bounce series of the mode asked for diverges, or overflows while traced: there is no picture |
+//! | 5 | K would not fit in memory: the message has the number of patches that would |
+//! | 6 | undecided: the bounds on the spectral radius enclose 1, so no picture can be proved to be the sum |
+//! | 101 | a fault of the program |
+//! | 130 | interrupted: finished files are whole, the others were not written |
 
 mod bounces;
+mod chart;
 mod compare;
 mod console;
 mod diff;
 mod effort;
 mod factors;
 mod frontier;
+mod interrupt;
 mod map;
+mod memory;
 mod options;
 mod pictures;
 mod render;
@@ -33,8 +40,8 @@ use miette::{Diagnostic, MietteHandlerOpts};
 use crate::image::{ImageError, MetricError, WriteError};
 use crate::reference::Overflow;
 use crate::scene::SceneError;
-use crate::solve::Diverges;
-use crate::study::ChartError;
+use crate::solve::{Diverges, Verdict};
+use crate::study::{ChartError, Unfit};
 
 /// Everything that can end a command early.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -43,10 +50,14 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
-    /// No picture: exit code 4.
+    /// No picture: exit code 4, or 6 where neither convergence nor divergence is proved.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Diverges(#[from] Diverges),
+    /// K does not fit in memory: exit code 5.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Memory(#[from] Unfit),
     /// A traced picture overflows: exit code 4.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -86,7 +97,9 @@ impl CliError {
             CliError::Image(ImageError::Read { .. } | ImageError::Decode { .. }) => 3,
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
             CliError::Scene(_) | CliError::Metric(_) => 3,
+            CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
             CliError::Diverges(_) | CliError::Overflow(_) => 4,
+            CliError::Memory(_) => 5,
         }
     }
 }
@@ -95,6 +108,7 @@ impl CliError {
 pub fn main() -> ExitCode {
     let arguments = options::Cli::parse();
     set_error_form();
+    interrupt::end_cleanly();
     match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -121,6 +135,7 @@ fn run(cli: options::Cli) -> Result<(), CliError> {
     match &cli.command {
         options::Command::Render(own) => render::run(own, &cli.common),
         options::Command::Bounces(own) => bounces::run(own, &cli.common),
+        options::Command::Chart(own) => chart::run(own, &cli.common),
         options::Command::Compare(own) => compare::run(own, &cli.common),
         options::Command::Diff(own) => diff::run(own, &cli.common),
         options::Command::Factors(own) => factors::run(own, &cli.common),
@@ -128,5 +143,47 @@ fn run(cli: options::Cli) -> Result<(), CliError> {
         options::Command::Frontier(own) => frontier::run(own, &cli.common),
         options::Command::Map(own) => map::run(own, &cli.common),
         options::Command::Scenes => scenes::run(&cli.common),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::Bounds;
+    use clap::CommandFactory;
+
+    /// The codes at the start of a table's rows.
+    fn codes(text: &str, before: &str) -> Vec<u8> {
+        let rows = text.lines().filter_map(|line| line.strip_prefix(before));
+        let word = |row: &str| row.split_whitespace().next()?.parse().ok();
+        rows.filter_map(word).collect()
+    }
+
+    #[test]
+    fn the_help_has_every_code_of_the_table() {
+        let table = codes(include_str!("mod.rs"), "//! | ");
+        assert_eq!(table, [0, 1, 2, 3, 4, 5, 6, 101, interrupt::INTERRUPTED]);
+        let help = options::Cli::command().render_long_help().to_string();
+        let (_, listed) = help.split_once("Exit codes:").unwrap();
+        assert_eq!(codes(listed, "  "), table);
+    }
+
+    #[test]
+    fn what_is_not_proved_has_its_own_code_and_words() {
+        let error = |verdict, lower| Diverges {
+            verdict,
+            radius: Bounds { lower, upper: 1.2 },
+            alpha_limit: 0.8,
+            uniform: true,
+        };
+        let (open, shut) = (
+            error(Verdict::Undecided, 0.9),
+            error(Verdict::Diverges, 1.1),
+        );
+        assert!(open.to_string().contains("is undecided") && shut.to_string().contains("diverges"));
+        let help = |e: &Diverges| e.help().unwrap().to_string();
+        assert!(help(&open).contains("enclose 1") && help(&shut).contains("no finite value"));
+        assert_eq!(CliError::from(open).exit_code(), 6);
+        assert_eq!(CliError::from(shut).exit_code(), 4);
     }
 }

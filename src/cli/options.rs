@@ -24,7 +24,11 @@ Exit codes:
   2  the arguments are wrong
   3  the scene is wrong (not found, not readable, or it fails a check), or pictures cannot be
      read or compared
-  4  the bounce series of the mode asked for diverges: there is no picture";
+  4  the bounce series of the mode asked for diverges: there is no picture
+  5  K would not fit in memory: the message has the number of patches that would
+  6  undecided: the bounds on the spectral radius enclose 1
+  101  a fault of the program
+  130  interrupted (Ctrl-C): finished files are whole, the others were not written";
 
 /// Light transport with vector-valued light: L = E + K L for diffuse scenes.
 ///
@@ -48,6 +52,8 @@ pub enum Command {
     Render(Render),
     /// Study the bounce series E, KE, K²E, ... of a scene
     Bounces(Bounces),
+    /// Chart speed against accuracy: error over time of every method and setting, and where the time goes
+    Chart(super::chart::ChartCommand),
     /// Compare Neumann, shooting and path tracing on one scene: error against time, and whether they agree
     Compare(Compare),
     /// Compare two pictures, number by number

@@ -12,9 +12,7 @@ use crate::image::{Exposure, GatherSampling, Picture, check_extension, write_pic
 use crate::light::Transport;
 use crate::scene::Scene;
 use crate::solve::{Diverges, neumann};
-use crate::study::{
-    Fineness, Prepared, Seconds, Wanted, Within, assemble, prepare, render, render_within,
-};
+use crate::study::{Fineness, Prepared, Seconds, Wanted, Within, assemble, render, render_within};
 
 /// One mode's picture, or the reason why there is none.
 struct Outcome {
@@ -82,7 +80,7 @@ impl Shared<'_> {
             size: (self.own.size.width, self.own.size.height),
             seed: self.common.seed,
         };
-        let mut prepared = prepare(scene, 1);
+        let mut prepared = self.own.problem.effort.prepare_within(scene, transports)?;
         let mut outcomes = Vec::new();
         for &transport in transports {
             let found = render_within(&mut prepared, transport, &wanted, self.console);
@@ -100,7 +98,11 @@ impl Shared<'_> {
         fineness: &Fineness,
         samples: u32,
     ) -> Result<Vec<Outcome>, CliError> {
-        let prepared = prepare(scene, fineness.patches);
+        let prepared = self
+            .own
+            .problem
+            .effort
+            .prepare(scene, transports, fineness)?;
         let clock = Instant::now();
         let (modes, rays) = assemble(&prepared, transports, &fineness.sampling, self.console);
         let form_factors = clock.elapsed().as_secs_f64();

@@ -87,6 +87,14 @@ pub fn size(text: &str) -> Result<Size, String> {
     }
 }
 
+/// More than nothing, GiB.
+pub fn gibibytes(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("write a number of GiB above 0, such as 4 or 0.5".into()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -127,12 +127,11 @@ impl Points<'_> {
         let bias = |i: u32| pooled[i as usize];
         order.sort_unstable_by(|&a, &b| bias(b).total_cmp(&bias(a)).then(a.cmp(&b)));
         let mut sum = 0.0;
-        let within = |i: &u32| {
-            sum += bias(*i);
-            sum - bias(*i) < share * total && bias(*i) > 0.0
-        };
-        let taken = order.iter().copied().take_while(within).collect();
-        taken
+        order.retain(|&i| {
+            sum += bias(i);
+            sum - bias(i) < share * total && bias(i) > 0.0
+        });
+        order
     }
 
     /// Mean bias of the points that one point is fitted with, for the pixels that it stands for.

@@ -18,7 +18,8 @@
 use glam::Vec3;
 
 use super::Picture;
-use super::budget::{Found, Settings};
+use super::budget::Settings;
+use super::found::Found;
 use super::hemisphere::Reader;
 use super::pixel::Pass;
 use super::points::Points;

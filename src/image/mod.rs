@@ -7,6 +7,7 @@ mod budget;
 mod error;
 mod estimate;
 mod files;
+mod found;
 mod gather;
 mod hemisphere;
 mod irradiance;
@@ -31,4 +32,4 @@ pub use metrics::{
 };
 pub use picture::Picture;
 pub use srgb::{Bitmap, Exposure, decode_srgb, encode_srgb};
-pub use whole::{WriteError, check_destination, make_directory, write_whole};
+pub use whole::{WriteError, abandon_files, check_destination, make_directory, write_whole};

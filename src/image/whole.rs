@@ -3,14 +3,19 @@
 //! The bytes go to a temporary file in the destination's directory, which is renamed over the destination only once
 //! everything is on disk. A reader sees the old file or the new one, never half of it. Permissions are those of any
 //! new file (`0666` less the umask). A symbolic link stays a link: its target is replaced. Devices and pipes cannot
-//! be renamed over and are written directly. Not handled: a process killed between the two steps leaves a hidden
-//! `.halflight-*` file behind.
+//! be renamed over and are written directly. A program about to end early calls [`abandon_files`], which removes the
+//! temporary files of all threads and lets no other come into being. Not handled: a process killed outright between
+//! the two steps leaves a hidden `.halflight-*` file behind.
 
 use std::fs::{self, Permissions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::{Builder, NamedTempFile};
+
+/// The temporary files that exist now. Held while one is made, renamed or removed, never while one is written.
+static LIVE: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// A file could not be written; whatever was there before is untouched.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -73,6 +78,24 @@ pub fn make_directory(path: impl AsRef<Path>) -> Result<(), WriteError> {
     })
 }
 
+/// Removes every temporary file and holds back all that would make, rename or remove one for as long as the returned
+/// guard lives: end the process while holding it, and files are whole or not there.
+///
+/// Devices and pipes, which are written directly, may have taken a part.
+#[must_use]
+pub fn abandon_files() -> impl Drop {
+    let live = live();
+    for path in live.iter() {
+        // One that cannot be removed cannot be helped: the process is about to end.
+        let _ = fs::remove_file(path);
+    }
+    live
+}
+
+fn live() -> MutexGuard<'static, Vec<PathBuf>> {
+    LIVE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// How bytes get to a destination.
 enum Way {
     /// By a temporary file renamed to this path.
@@ -103,10 +126,8 @@ fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 fn rename_into(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = beside(folder(path))?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|refused| refused.error)?;
-    Ok(())
+    file.write(bytes)?;
+    file.rename(path)
 }
 
 /// The directory a path lies in.
@@ -117,15 +138,53 @@ fn folder(path: &Path) -> &Path {
     }
 }
 
+/// A temporary file that is known to [`LIVE`]; removed when dropped.
+struct Temporary(Option<NamedTempFile>);
+
+impl Temporary {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        match &mut self.0 {
+            Some(file) => file
+                .write_all(bytes)
+                .and_then(|()| file.as_file().sync_all()),
+            None => Ok(()),
+        }
+    }
+
+    fn rename(mut self, path: &Path) -> io::Result<()> {
+        let mut live = live();
+        let Some(file) = self.0.take() else {
+            return Ok(());
+        };
+        live.retain(|known| known != file.path());
+        file.persist(path)
+            .map(drop)
+            .map_err(|refused| refused.error)
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        if let Some(file) = self.0.take() {
+            let mut live = live();
+            live.retain(|known| known != file.path());
+            drop(file);
+        }
+    }
+}
+
 /// A temporary file with the permissions of an ordinary one: tempfile's own default is owner only.
-fn beside(directory: &Path) -> io::Result<NamedTempFile> {
+fn beside(directory: &Path) -> io::Result<Temporary> {
     fs::metadata(directory)?;
     let mut builder = Builder::new();
     builder.prefix(".halflight-");
     if let Some(permissions) = ordinary_permissions() {
         builder.permissions(permissions);
     }
-    builder.tempfile_in(directory).map_err(plain)
+    let mut live = live();
+    let file = builder.tempfile_in(directory).map_err(plain)?;
+    live.push(file.path().to_path_buf());
+    Ok(Temporary(Some(file)))
 }
 
 /// What the system said, without the name of the temporary file, which means nothing to anyone.

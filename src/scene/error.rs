@@ -141,7 +141,9 @@ pub enum SceneError {
 
     /// A reflectance outside 0..1.
     #[error("{place}: material `{material}` reflects {value}, outside 0..1")]
-    #[diagnostic(help("Kd is the reflectance rho: each of its numbers lies in 0..1"))]
+    #[diagnostic(help(
+        "Kd is the reflectance rho, which scales the rows of K: above 1 a bounce would make light. Each of its numbers lies in 0..1"
+    ))]
     Rho {
         place: Place,
         material: String,
@@ -150,7 +152,7 @@ pub enum SceneError {
 
     /// A negative or infinite emission.
     #[error("{place}: material `{material}` emits {value}; emission is finite and not negative")]
-    #[diagnostic(help("Ke or `emission` is a radiance in W/(m² sr): 0 or more, below 3e38"))]
+    #[diagnostic(help("Ke or `emission` is E, a radiance in W/(m² sr): 0 or more, below 3e38"))]
     Emission {
         place: Place,
         material: String,
@@ -188,7 +190,7 @@ pub enum SceneError {
     /// No material that is used emits.
     #[error("nothing in `{name}` emits light: the picture would be black")]
     #[diagnostic(help(
-        "give a material `Ke R G B` in the MTL, or `emission = [R, G, B]` under [materials.NAME] in a scene file"
+        "where E = 0, L = E + K L is 0 too: give a material `Ke R G B` in the MTL, or `emission = [R, G, B]` under [materials.NAME] in a scene file"
     ))]
     Dark { name: String },
 
@@ -214,7 +216,9 @@ pub enum SceneError {
 
     /// alpha or tau outside 0..1.
     #[error("{place}: {source}")]
-    #[diagnostic(help("alpha and tau lie in 0..1"))]
+    #[diagnostic(help(
+        "alpha is the share of reflected light that travels on, tau that of light let through: both lie in 0..1"
+    ))]
     Transport {
         place: Place,
         source: TransportError,

@@ -18,7 +18,7 @@
 //!
 //! Unknown keys are errors. Only place for `toml`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::DVec3;
 use serde::Deserialize;
@@ -110,11 +110,11 @@ pub(super) fn read(
         source: error,
     })?;
     let mut soup = obj::read(name, obj_name, &bytes, reader)?;
+    // Of two materials of one name the first counts, so it comes last.
+    let names = soup.materials.iter().enumerate().rev();
+    let index: HashMap<String, usize> = names.map(|(i, m)| (m.name.clone(), i)).collect();
     for (name, changes) in &table.materials {
-        let found = soup
-            .materials
-            .iter()
-            .position(|material| material.name == *name.get_ref());
+        let found = index.get(name.get_ref()).copied();
         let index = found.ok_or_else(|| SceneError::UnknownMaterial {
             place: source.of(name),
             name: shorten(name.get_ref()),

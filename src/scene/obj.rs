@@ -5,6 +5,7 @@
 //! line of the check, which gives every polygon its line number.
 
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::io;
 
 use glam::DVec3;
@@ -66,7 +67,9 @@ pub(super) fn read(
 
 fn read_libraries(file: &str, text: &ObjText, reader: Reader) -> Result<Libraries, SceneError> {
     let mut libraries = Libraries::default();
-    for (line, names) in &text.libraries {
+    // A library named again says nothing new; reading it for each of many lines would take forever.
+    let mut known = HashSet::new();
+    for (line, names) in text.libraries.iter().filter(|(_, n)| known.insert(n)) {
         let found = find_libraries(names, reader);
         let found = found.map_err(|source| SceneError::MissingLibrary {
             place: Place::line(file, *line),

@@ -40,6 +40,8 @@ pub enum Marker {
     Diamond,
     /// A triangle, point down.
     Wedge,
+    /// An upright cross.
+    Cross,
 }
 
 /// How a backend treats text.
@@ -163,6 +165,20 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
             Marker::Triangle => &[(0.0, -1.2), (1.1, 0.8), (-1.1, 0.8)],
             Marker::Diamond => &[(0.0, -1.25), (1.25, 0.0), (0.0, 1.25), (-1.25, 0.0)],
             Marker::Wedge => &[(0.0, 1.2), (1.1, -0.8), (-1.1, -0.8)],
+            Marker::Cross => &[
+                (-0.4, -1.2),
+                (0.4, -1.2),
+                (0.4, -0.4),
+                (1.2, -0.4),
+                (1.2, 0.4),
+                (0.4, 0.4),
+                (0.4, 1.2),
+                (-0.4, 1.2),
+                (-0.4, 0.4),
+                (-1.2, 0.4),
+                (-1.2, -0.4),
+                (-0.4, -0.4),
+            ],
         };
         let corner = |(dx, dy): &(f64, f64)| (x + r * dx, y + r * dy);
         let corners: Vec<_> = corners.iter().map(corner).collect();

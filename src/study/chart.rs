@@ -62,7 +62,7 @@ pub struct Series {
 pub enum Look {
     /// Values: a marker at each point, joined by a line.
     Measured,
-    /// A proven bound: a thin dashed line without markers.
+    /// A proven bound, or a line to compare with: thin, dashed, without markers.
     Bound,
 }
 
@@ -83,22 +83,29 @@ pub enum ChartError {
     Write(#[from] WriteError),
 }
 
-/// Okabe and Ito's palette without black and yellow, dark ones first.
-const PALETTE: [RGBColor; 6] = [
+/// Okabe and Ito's palette without yellow, dark ones first; then black, and a grey, for lines to compare with.
+pub(super) const PALETTE: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
+    RGBColor(150, 150, 150),
 ];
 
-const MARKERS: [Marker; 5] = [
+/// The numbers of black and grey in the palette.
+pub(super) const BLACK: usize = 6;
+pub(super) const GREY: usize = 7;
+
+const MARKERS: [Marker; 6] = [
     Marker::Disc,
     Marker::Square,
     Marker::Triangle,
     Marker::Diamond,
     Marker::Wedge,
+    Marker::Cross,
 ];
 
 impl Series {

@@ -5,6 +5,7 @@
 //! machine.
 
 mod axis;
+mod bars;
 mod bounces;
 mod canvas;
 mod chart;
@@ -14,6 +15,7 @@ mod factors;
 mod font;
 pub mod frontier;
 pub mod map;
+mod memory;
 mod notes;
 mod pipeline;
 mod plot;
@@ -22,9 +24,11 @@ mod sheet;
 mod shoot;
 mod surface;
 mod tolerance;
+pub mod tradeoff;
 mod within;
 
 pub use axis::Scale;
+pub use bars::Bars;
 pub use bounces::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
 pub use canvas::Marker;
 pub use chart::{Axis, Chart, ChartError, Look, Series};
@@ -32,6 +36,7 @@ pub use difference::{difference_scale, difference_tiles};
 pub use factors::{
     Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors,
 };
+pub use memory::{Estimate, Unfit, check_memory, estimate_memory, usable_memory};
 pub use pipeline::{
     Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, picture, prepare, render,
     without_luminaires,

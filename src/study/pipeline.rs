@@ -71,6 +71,8 @@ pub struct Prepared {
     pub patches: Patches,
     /// Its emitters by closed form.
     pub luminaires: Luminaires,
+    /// Bytes that K may take; patches that are cut anew stay within. Infinite at first.
+    pub memory: f64,
     /// Seconds this took.
     pub seconds: f64,
 }
@@ -116,6 +118,7 @@ pub fn prepare(scene: Scene, patches: usize) -> Prepared {
         rays,
         patches,
         luminaires,
+        memory: f64::INFINITY,
         seconds: start.elapsed().as_secs_f64(),
     }
 }
@@ -199,11 +202,8 @@ pub(super) fn assemble_seeing(
 pub(super) fn sight(p: &Prepared, transports: &[Transport]) -> Arc<Sight> {
     let reflects = |&m: &u32| p.scene.materials[m as usize].rho != Rgb::ZERO;
     let receives: Vec<bool> = p.patches.materials().iter().map(reflects).collect();
-    let path = (&p.rays, &p.patches);
-    let luminaires = &p.luminaires;
-    Arc::new(Sight::new(
-        &p.scene, path, luminaires, transports, &receives,
-    ))
+    let (scene, path, lamps) = (&p.scene, (&p.rays, &p.patches), &p.luminaires);
+    Arc::new(Sight::new(scene, path, lamps, transports, &receives))
 }
 
 /// `F E` of the luminaires for every patch that reflects.

@@ -14,10 +14,10 @@ use super::notes;
 use super::surface::DrawError;
 
 pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
-const FAINT_INK: RGBColor = RGBColor(96, 96, 96);
-const GRID: RGBColor = RGBColor(225, 225, 225);
+pub(super) const FAINT_INK: RGBColor = RGBColor(96, 96, 96);
+pub(super) const GRID: RGBColor = RGBColor(225, 225, 225);
 pub(super) const TITLE_EM: f64 = 19.0;
-const LABEL_EM: f64 = 15.0;
+pub(super) const LABEL_EM: f64 = 15.0;
 pub(super) const TICK_EM: f64 = 14.0;
 pub(super) const CAPTION_EM: f64 = 13.0;
 const MARKER_SIZE: f64 = 9.0;

@@ -6,6 +6,7 @@
 //!
 //! Not handled: terms below a millionth of the first; their share of the sum is below any tolerance.
 
+use super::memory::keep_within;
 use super::pipeline::{Assembled, Prepared, Watch, assemble_seeing, sight};
 use crate::form_factors::Sampling;
 use crate::light::{Light, Transport};
@@ -60,12 +61,17 @@ pub fn explore_within(
     let (mut patches, mut rays) = ((FIRST.0 * fineness) as usize, (FIRST.1 * fineness) as u32);
     for round in 1.. {
         p.recut(patches);
+        let sampling = Sampling {
+            rays: rays.max(16),
+            ..Sampling::default()
+        };
+        let most = keep_within(p, transport, &sampling, 2);
         let series = cast(p, transport, count, (rays.max(16), seed), watch);
         let worst =
             |part: fn(&TermError) -> f64| series.errors.iter().map(part).fold(0.0, f64::max);
         let noise = worst(|e| e.form_factors) / (0.7 * tolerance);
         let coarse = worst(|e| e.patches) / (0.7 * tolerance);
-        let full = p.patches.len() >= MOST.0 && rays >= MOST.1;
+        let full = most || (p.patches.len() >= MOST.0 && rays >= MOST.1);
         if (noise <= 1.0 && coarse <= 1.0) || round == ROUNDS || full {
             return series;
         }

@@ -11,13 +11,14 @@
 //!
 //! A rough gather of few pixels first tells the first two parts in the picture, not on the patches: what no pixel sees
 //! and no visible surface receives does not count. Patches and rays grow until both are within their shares. Then the
-//! gather pass gets what is left of the tolerance.
+//! gather pass gets what is left of the tolerance. Where memory ends first they stay as they are, and the error says so.
 //!
 //! Not handled: patches along lines of contact have no larger patch; detail that neither level of patches resolves.
 
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::memory::keep_within;
 use super::pipeline::{
     Assembled, Prepared, Seconds, Watch, ambient, assemble_seeing, look, reflected, sight,
 };
@@ -108,6 +109,7 @@ fn solve_within(
     let mut rays = ((FIRST.1 * fineness.sqrt()) as u32).next_power_of_two();
     for round in 1.. {
         p.recut(patches);
+        let most = keep_within(p, transport, &half(rays, wanted.seed, 0), 2);
         let mut solved = solve(p, transport, rays, wanted, spent, watch)?;
         if solved.fields.is_dark() {
             return Ok(solved);
@@ -116,7 +118,7 @@ fn solve_within(
         solved.set_errors(&rough);
         let noise = solved.error.form_factors / (FORM_FACTORS * wanted.tolerance);
         let coarse = solved.error.patches / (PATCHES * wanted.tolerance);
-        let full = patches >= MOST.0 && rays >= MOST.1;
+        let full = most || (patches >= MOST.0 && rays >= MOST.1);
         if (noise <= 1.0 && coarse <= 1.0) || round == ROUNDS || full {
             return Ok(solved);
         }
@@ -188,13 +190,17 @@ fn cast_half(
     half: u32,
     watch: &dyn Watch,
 ) -> (Assembled, u64) {
-    let sampling = Sampling {
+    let sampling = self::half(rays, seed, half);
+    let (mut modes, cast) = assemble_seeing(p, &[transport], sights, &sampling, watch);
+    (modes.remove(0), cast)
+}
+
+fn half(rays: u32, seed: u32, half: u32) -> Sampling {
+    Sampling {
         rays: (rays / 2).max(1),
         seed: seed.wrapping_add(half.wrapping_mul(0x9e37_79b9)),
         ..Sampling::default()
-    };
-    let (mut modes, cast) = assemble_seeing(p, &[transport], sights, &sampling, watch);
-    (modes.remove(0), cast)
+    }
 }
 
 impl Solved {

@@ -1,0 +1,239 @@
+//! How much memory K will take, told before it is put together, and how much there is.
+//!
+//! Rows of F are nearly all of it. Their length is measured: a few rows are cast as they will be, with every column
+//! kept. With n patches, e entries a row, v choices of tau and c casts held at once,
+//!
+//! ```text
+//! n (16 e + ROW) v          rows while they are joined: once apart, once together, 8 bytes an entry
+//! n (8 e + 16) v c          and the joined rows of the casts before
+//! n (TERM terms + PATCH) v  E, KE, K²E, ... and what else a patch carries
+//! 8 n threads + 16 rays     sums of one row in each thread, the table of sample points
+//! 5 n luminaires            what lies between, where it is known
+//! ```
+//!
+//! Fewer patches have rows no longer, which bounds from below the number that fits. Not handled: the pictures (some
+//! hundred bytes a pixel) and the scene itself, which is already loaded when this is asked.
+
+use super::pipeline::Prepared;
+use crate::form_factors::{Rows, Sampling, Variant, cast};
+use crate::light::Transport;
+use crate::operator::PatchMaterials;
+
+/// A row while it is apart: two lists with their allocations, its sum, and its place in the list of variants.
+const ROW: f64 = 56.0 + 24.0 + 2.0 * 16.0 + 8.0;
+/// Both halves of one term, RGB in single precision.
+const TERM: f64 = 24.0;
+/// Other lists over patches: materials, areas, received light, the vectors that the bounds iterate on.
+const PATCH: f64 = 200.0;
+/// Terms kept: those of a convergence rate of 0.8 at the default tolerance.
+const TERMS: f64 = 48.0;
+/// Rows cast to learn their length, and rays for them in all, about.
+const PILOTS: usize = 64;
+const PILOT_RAYS: usize = 1 << 20;
+/// Share of the memory there is that is used at most: estimates are off by some tenths, and others need memory too.
+const USABLE: f64 = 0.8;
+
+/// What assembly will need.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimate {
+    /// Patches that were counted.
+    pub patches: usize,
+    /// Mean entries of a row of F over all choices of tau, measured.
+    pub entries: f64,
+    /// Choices of tau that need rows.
+    pub variants: usize,
+    /// Bytes at the peak.
+    pub bytes: f64,
+    /// Patches that would fit in the memory given.
+    pub fitting: usize,
+}
+
+/// K would not fit in memory.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error, miette::Diagnostic)]
+#[error(
+    "K of {patches} patches needs about {} of memory, and {} can be used",
+    amount(*.bytes), amount(*.limit)
+)]
+#[diagnostic(
+    code(halflight::memory),
+    help(
+        "K stores one row of F for each patch, here of {entries:.0} entries for each choice of tau, so memory grows with \
+         the patches times the patches that each of them sees. About {fitting} patches would fit: pass --patches {} (a \
+         count asked for is met within about a third), fewer --rays, one --mode at a time, or --memory GIB if there is more \
+         memory than it seems",
+        (.fitting * 2 / 3).max(1)
+    )
+)]
+pub struct Unfit {
+    /// Patches asked for.
+    pub patches: usize,
+    /// Mean entries of a row.
+    pub entries: f64,
+    /// Bytes needed, about.
+    pub bytes: f64,
+    /// Bytes that can be used.
+    pub limit: f64,
+    /// Patches that would fit; at least 1.
+    pub fitting: usize,
+}
+
+fn amount(bytes: f64) -> String {
+    let mib = bytes / f64::from(1 << 20);
+    match mib < 1000.0 {
+        true => format!("{mib:.1} MiB"),
+        false => format!("{:.1} GiB", mib / 1024.0),
+    }
+}
+
+/// Checks that K of all `modes` together fits in `limit` bytes; infinity asks nothing.
+///
+/// # Errors
+/// [`Unfit`], with the number of patches that would.
+pub fn check_memory(
+    p: &Prepared,
+    modes: &[Transport],
+    sampling: &Sampling,
+    limit: f64,
+) -> Result<(), Unfit> {
+    if limit.is_infinite() {
+        return Ok(());
+    }
+    let e = estimate_memory(p, modes, sampling, 1, limit);
+    match e.bytes <= limit {
+        true => Ok(()),
+        false => Err(Unfit {
+            patches: e.patches,
+            entries: e.entries,
+            bytes: e.bytes,
+            limit,
+            fitting: e.fitting.max(1),
+        }),
+    }
+}
+
+/// Estimates what K of all `modes` takes when `casts` of it are held at once, and the patches that fit in `limit` bytes.
+pub fn estimate_memory(
+    p: &Prepared,
+    modes: &[Transport],
+    sampling: &Sampling,
+    casts: usize,
+    limit: f64,
+) -> Estimate {
+    let (entries, variants) = pilot(p, modes, sampling);
+    let n = p.patches.len();
+    let needs = |n: f64| {
+        // Fewer patches have rows no longer, and no row has more entries than there are patches.
+        let e = entries.min(n);
+        let (v, earlier) = (variants as f64, casts.saturating_sub(1) as f64);
+        let rows = v * (16.0 * e + ROW) + v * earlier * (8.0 * e + 16.0);
+        let terms = modes.len().min(casts.max(1)) as f64 * TERM * TERMS;
+        let own = rows + terms + PATCH * modes.len() as f64;
+        let threads = rayon::current_num_threads() as f64;
+        let shared = 8.0 * threads * v + 5.0 * p.luminaires.list.len() as f64;
+        n * (own + shared) + 16.0 * f64::from(sampling.rays)
+    };
+    // The need grows with n, so halving the interval finds the last that fits.
+    let (mut low, mut high) = (0, n);
+    while low < high {
+        let middle = (low + high).div_ceil(2);
+        match needs(middle as f64) <= limit {
+            true => low = middle,
+            false => high = middle - 1,
+        }
+    }
+    Estimate {
+        patches: n,
+        entries,
+        variants,
+        bytes: needs(n as f64),
+        fitting: low,
+    }
+}
+
+/// Mean entries of a row, from a few rows of every choice of tau that needs any; and how many do.
+fn pilot(p: &Prepared, modes: &[Transport], sampling: &Sampling) -> (f64, usize) {
+    let n = p.patches.len();
+    let count = (PILOT_RAYS / sampling.rays.max(1) as usize)
+        .clamp(4, PILOTS)
+        .min(n);
+    let chosen: Vec<usize> = (0..count).map(|k| (2 * k + 1) * n / (2 * count)).collect();
+    let variants: Vec<Variant> = modes
+        .iter()
+        .filter_map(|&mode| {
+            let transports = p.scene.transports(mode);
+            let m = PatchMaterials::new(&p.scene, &p.patches, &p.luminaires, &transports);
+            let receives = m.receives();
+            let mut rows = vec![false; n];
+            for &i in &chosen {
+                rows[i] = receives[i];
+            }
+            m.sends().contains(&true).then(|| Variant {
+                tau: transports.iter().map(|t| t.tau).collect(),
+                rows,
+                columns: vec![true; n],
+            })
+        })
+        .collect();
+    let path = (&p.rays, &p.patches);
+    let (factors, _) = cast(&p.scene, path, &variants, sampling, &|_| ());
+    let entries: usize = factors.iter().map(|f| Rows::entries(&f.rows)).sum();
+    let rows = count * variants.len();
+    (entries as f64 / rows.max(1) as f64, variants.len())
+}
+
+/// Bytes that may be used: a share of what the machine, or the control group this runs in, has left. Infinite where
+/// the system does not tell.
+pub fn usable_memory() -> f64 {
+    USABLE * machine().min(control_group())
+}
+
+/// `MemAvailable` of Linux's `/proc/meminfo`.
+fn machine() -> f64 {
+    let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
+    let kib = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"));
+    let kib = kib.and_then(|l| l.split_whitespace().next()?.parse::<f64>().ok());
+    kib.map_or(f64::INFINITY, |kib| 1024.0 * kib)
+}
+
+/// What the strictest of the control groups (version 2) above this process leaves; their file cache can be given back.
+fn control_group() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
+    let own = text.lines().find_map(|l| l.strip_prefix("0::/"));
+    let mut folder = std::path::Path::new("/sys/fs/cgroup").join(own.unwrap_or_default());
+    let mut least = f64::INFINITY;
+    while folder.starts_with("/sys/fs/cgroup") {
+        let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap_or_default();
+        let number = |name: &str| read(name).trim().parse::<f64>().ok();
+        if let (Some(most), Some(used)) = (number("memory.max"), number("memory.current")) {
+            let stat = read("memory.stat");
+            let cache = stat.lines().find_map(|l| l.strip_prefix("inactive_file "));
+            let cache = cache.and_then(|c| c.parse::<f64>().ok()).unwrap_or(0.0);
+            least = least.min((most - used + cache).max(0.0));
+        }
+        folder.pop();
+    }
+    least
+}
+
+/// Cuts the patches anew, fewer, where K of so many `casts` held at once would not fit; whether it had to.
+pub(super) fn keep_within(
+    p: &mut Prepared,
+    mode: Transport,
+    sampling: &Sampling,
+    casts: usize,
+) -> bool {
+    if p.memory.is_infinite() {
+        return false;
+    }
+    // The count asked for is met within about a quarter only.
+    let mut cut = false;
+    for share in [1.0, 0.75, 0.5] {
+        let e = estimate_memory(p, &[mode], sampling, casts, p.memory);
+        if e.bytes <= p.memory {
+            break;
+        }
+        p.recut((share * e.fitting as f64).max(1.0) as usize);
+        cut = true;
+    }
+    cut
+}

@@ -1,0 +1,139 @@
+//! What pictures are held against: a reference with its standard error, and the error it finds.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::image::{MetricError, Picture, relative_rms};
+use crate::light::Rgb;
+
+/// How a reference was made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Made {
+    /// By which method.
+    pub by: String,
+    /// With how much effort.
+    pub effort: String,
+    /// In how many seconds.
+    pub seconds: f64,
+    /// Its own relative RMS error: the path tracer's standard error, the patch picture's estimated error; null where
+    /// it is not known.
+    pub error: Option<f64>,
+}
+
+/// A reference.
+#[derive(Clone, Debug)]
+pub struct Truth {
+    /// Linear radiance.
+    pub picture: Picture,
+    /// Standard error of every pixel and channel, which is subtracted.
+    pub noise: Picture,
+    /// 1 in pixels that count.
+    pub mask: Picture,
+    /// How it was made.
+    pub made: Made,
+    /// Whether it was made by an earlier run.
+    pub kept: bool,
+    /// Where it stands.
+    pub files: Vec<PathBuf>,
+}
+
+/// Error against a reference, and the range in which the reference leaves it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Reached {
+    /// Relative RMS error, the reference's noise subtracted; 0 where that leaves nothing.
+    pub error: f64,
+    /// Lower end of its range, two standard errors.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Truth {
+    /// A picture without noise, every pixel of which counts.
+    pub fn of(picture: Picture, by: &str) -> Truth {
+        Truth {
+            noise: picture.scaled(0.0),
+            mask: Picture::filled(picture.width, picture.height, Rgb::ONE),
+            picture,
+            made: Made {
+                by: by.into(),
+                effort: String::new(),
+                seconds: 0.0,
+                error: None,
+            },
+            kept: false,
+            files: Vec::new(),
+        }
+    }
+}
+
+/// Relative RMS error of a picture against a reference.
+///
+/// # Errors
+/// Sizes that differ, values that are not finite, an empty mask, a black reference.
+pub fn reached(picture: &Picture, truth: &Truth) -> Result<Reached, MetricError> {
+    let error = relative_rms(
+        picture,
+        &truth.picture,
+        Some(&truth.mask),
+        Some(&truth.noise),
+    )?;
+    let counted = (0..picture.pixels.len()).filter(|&k| truth.mask.pixels[k].x >= 0.5);
+    let [mut n, mut sum, mut squares, mut power] = [0.0; 4];
+    for k in counted {
+        let of = |p: &Picture| p.pixels[k].as_dvec3();
+        let apart = of(picture) - of(&truth.picture);
+        let excess = apart.length_squared() - of(&truth.noise).length_squared();
+        n += 1.0;
+        sum += excess;
+        squares += excess * excess;
+        power += of(&truth.picture).length_squared();
+    }
+    // Channels of one pixel err together, so a pixel is one sample.
+    let spread = (squares - sum * sum / n).max(0.0).sqrt();
+    let at = |excess: f64| (excess.max(0.0) / power).sqrt();
+    Ok(Reached {
+        error,
+        low: at(sum - 2.0 * spread),
+        high: at(sum + 2.0 * spread),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A number of zero mean and unit variance from an index.
+    fn wobble(k: usize, seed: u32) -> f32 {
+        let x = crate::rays::sequence::hash(k as u32, seed) as f32 / u32::MAX as f32;
+        12f32.sqrt() * (x - 0.5)
+    }
+
+    #[test]
+    fn the_references_noise_is_subtracted() {
+        let noisy = |noise: f32, seed: u32| {
+            Picture::from_fn(100, 100, |x, y| {
+                Rgb::ONE + noise * Rgb::splat(wobble(y * 100 + x, seed))
+            })
+        };
+        let truth = Truth {
+            noise: Picture::filled(100, 100, Rgb::splat(0.05)),
+            ..Truth::of(noisy(0.05, 1), "")
+        };
+        let found = reached(&noisy(0.03, 2), &truth).unwrap();
+        assert!(found.low < 0.03 && 0.03 < found.high, "{found:?}");
+        // mean(d²) is 0.0034 with a relative standard error of about 1 %: twice that on 0.0009 is 4 % of the error.
+        assert!(found.high - found.low < 0.2 * 0.03, "{found:?}");
+        let exact = reached(&noisy(0.0, 3), &truth).unwrap();
+        // No error of its own: within two standard errors of 0.0025/100 · sqrt(0.8) from zero, so below 0.7 %.
+        assert!(exact.low == 0.0 && exact.error < 0.01, "{exact:?}");
+    }
+
+    #[test]
+    fn a_reference_of_another_size_is_refused() {
+        let truth = Truth::of(Picture::filled(4, 4, Rgb::ONE), "");
+        let found = reached(&Picture::filled(4, 5, Rgb::ONE), &truth);
+        assert!(matches!(found, Err(MetricError::Size { .. })));
+    }
+}

@@ -1,0 +1,97 @@
+//! The memory estimate made before K is put together, against what a run takes, and what happens where it is too much.
+
+mod run;
+
+use halflight::form_factors::Sampling;
+use halflight::light::Mode;
+use halflight::scene::{LoadOptions, Scene};
+use halflight::study::{Prepared, check_memory, estimate_memory, prepare};
+use run::{contents, halflight, place};
+
+fn room(patches: usize) -> Prepared {
+    let scene = Scene::builtin("furnished-room", LoadOptions::default());
+    prepare(scene.unwrap().unwrap(), patches)
+}
+
+const SAMPLING: Sampling = Sampling {
+    rays: 64,
+    emitter_rays: 64,
+    seed: 0,
+};
+
+#[test]
+fn the_patches_said_to_fit_do_and_one_more_does_not() {
+    let p = room(12_000);
+    let modes = [Mode::Global.transport()];
+    let all = estimate_memory(&p, &modes, &SAMPLING, 1, f64::INFINITY);
+    assert_eq!(all.fitting, p.patches.len());
+    // Half the rays of a row land apart at the most, and at least one does.
+    assert!(all.entries >= 1.0 && all.entries <= 64.0);
+    let error = check_memory(&p, &modes, &SAMPLING, 0.5 * all.bytes).unwrap_err();
+    assert!(error.fitting > 1 && error.fitting < p.patches.len());
+    assert!(check_memory(&p, &modes, &SAMPLING, all.bytes).is_ok());
+    // The count cut is met within about a third, so ask for less than what fits by that.
+    let fewer = room(error.fitting * 2 / 3);
+    assert!(fewer.patches.len() <= error.fitting);
+    assert!(check_memory(&fewer, &modes, &SAMPLING, error.limit).is_ok());
+}
+
+/// The stored entries are what most of the estimate stands for.
+#[test]
+fn the_measured_length_of_a_row_is_that_of_all_rows() {
+    let p = room(2000);
+    let modes = [Mode::Global.transport()];
+    let estimate = estimate_memory(&p, &modes, &SAMPLING, 1, f64::INFINITY);
+    let (k, _) = halflight::study::assemble(&p, &modes, &SAMPLING, &halflight::study::Silent);
+    let f = k[0].operator.form_factors();
+    let lengths: Vec<f64> = (0..f.len()).map(|i| f.row(i).0.len() as f64).collect();
+    let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
+    let variance = lengths.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / lengths.len() as f64;
+    // 64 rows were looked at. Columns that send nothing are counted too, here the lamp's: one entry a row at the most.
+    let allowed = 4.0 * (variance / 64.0).sqrt() + 1.0;
+    assert!(
+        (estimate.entries - mean).abs() < allowed,
+        "{} {mean}",
+        estimate.entries
+    );
+}
+
+#[test]
+fn what_does_not_fit_is_refused_with_the_number_that_would() {
+    let place = place(&[]);
+    let before = contents(&place);
+    for command in ["render", "bounces"] {
+        let arguments =
+            format!("{command} furnished-room --mode global --rays 64 --memory 0.002 --out .");
+        let ran = halflight(&place, &format!("{arguments} --patches 20000"));
+        assert_eq!(ran.code, Some(5), "{}", ran.err);
+        for part in [
+            "MiB of memory",
+            "one row of F for each patch",
+            "--memory",
+            "2.0 MiB can be used",
+        ] {
+            assert!(ran.err.contains(part), "`{part}` not in {}", ran.err);
+        }
+        let fits = ran.err.split("pass --patches ").nth(1).unwrap();
+        let fits: usize = fits.split(' ').next().unwrap().trim().parse().unwrap();
+        assert!(fits > 1 && fits < 20_000);
+        assert!(contents(&place) == before);
+    }
+    let ran = halflight(&place, "render --mode global --memory 0.00001 --size 8x8");
+    assert_eq!(ran.code, Some(5), "{}", ran.err);
+    let ran = halflight(&place, "render --memory 0");
+    assert_eq!(ran.code, Some(2), "{}", ran.err);
+}
+
+/// Where a tolerance asks for more patches than memory holds, it gets those that fit, and the error says so.
+#[test]
+fn a_tolerance_takes_what_memory_there_is() {
+    let place = place(&[]);
+    let render = "render furnished-room --mode global --tolerance 0.02 --size 32x32";
+    let error = |report: &serde_json::Value| report["error"]["patches"].as_f64().unwrap();
+    let free = run::report(&place, render);
+    let tight = run::report(&place, &format!("{render} --memory 0.004"));
+    assert!(tight["patches"].as_u64() < free["patches"].as_u64());
+    assert!(error(&tight) > 0.0);
+}
