@@ -13,6 +13,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::links::Links;
 use super::luminaire::{Luminaire, Luminaires};
 use super::polygon::point_kernel;
 use super::shadow::Pieces;
@@ -84,6 +85,12 @@ pub struct Receiver {
 pub struct Scratch {
     hits: Vec<Hit>,
     pieces: Pieces,
+}
+
+impl Scratch {
+    pub(super) fn hits(&mut self) -> &mut Vec<Hit> {
+        &mut self.hits
+    }
 }
 
 /// Adds what one receiver gets from a luminaire to `sum`, by closed form where what lies `between` is known, else with one
@@ -181,6 +188,16 @@ pub fn receive_emitted(
     sampling: &Sampling,
     tick: Progress,
 ) -> (Vec<Rgb>, u64) {
+    if let Some(links) = &sight.links {
+        return receive_linked(
+            (rays, patches),
+            luminaires,
+            (sight, links),
+            receives,
+            sampling,
+            tick,
+        );
+    }
     let sobol = Sobol::new(sampling.emitter_rays.max(1) as usize, 4);
     let receive = |scratch: &mut Scratch, i: usize| {
         let (mut received, mut cast) = (DVec3::ZERO, 0);
@@ -214,6 +231,53 @@ pub fn receive_emitted(
             received += sum.estimate().x / f64::from(points) * luminaire.radiance.as_dvec3();
         }
         tick(1);
+        (received.as_vec3(), cast)
+    };
+    let received: Vec<(Rgb, u64)> = (0..patches.len())
+        .into_par_iter()
+        .map_init(Scratch::default, receive)
+        .collect();
+    let cast = received.iter().map(|r| r.1).sum();
+    (received.into_iter().map(|r| r.0).collect(), cast)
+}
+
+/// The same where luminaires are many: points drawn on them in proportion to the rays of a patch, however many they are.
+fn receive_linked(
+    (rays, patches): (&Rays, &Patches),
+    luminaires: &Luminaires,
+    (sight, links): (&Sight, &Links),
+    receives: &[bool],
+    sampling: &Sampling,
+    tick: Progress,
+) -> (Vec<Rgb>, u64) {
+    let points = sampling.emitter_rays.clamp(1, SMOOTH);
+    let draws = sampling.emitter_rays.div_ceil(SMOOTH).next_power_of_two();
+    let sobol = Sobol::new((points * draws * Links::MOST_DRAWN) as usize, 4);
+    let receive = |scratch: &mut Scratch, i: usize| {
+        tick(1);
+        let (mut received, mut cast) = (DVec3::ZERO, 0);
+        if !receives[i] {
+            return (Rgb::ZERO, 0);
+        }
+        let seed = hash(i as u32, sampling.seed ^ 0x5eed_1a3b);
+        let draws = draws * links.draws(i as u32);
+        for k in 0..points {
+            let p = patches.point(i, sobol.point(k, 0, seed), sobol.point(k, 1, seed));
+            let receiver = Receiver {
+                position: p.position,
+                normal: p.normal,
+                face: p.face,
+            };
+            let draw = |j: usize| {
+                let at = |d: usize| sobol.point(k * draws + j as u32, d, seed);
+                (at(2), at(3))
+            };
+            let place = (&receiver, i as u32);
+            let drawn = (0..draws as usize).map(draw);
+            let (light, rays) = links.gather(place, luminaires, (rays, sight), drawn, scratch);
+            received += light / f64::from(points);
+            cast += rays;
+        }
         (received.as_vec3(), cast)
     };
     let received: Vec<(Rgb, u64)> = (0..patches.len())

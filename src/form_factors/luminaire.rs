@@ -6,12 +6,14 @@
 //! Larger emitters (a glowing wall, a furnace) are found by hemisphere rays well enough, and n emitters by n patches
 //! of closed forms would be n² work.
 //!
-//! Not handled: clustering of many luminaires; each costs its own closed form at every receiver.
+//! Where luminaires are many, or one has many faces, all are divided into pieces of few faces that lie together, and
+//! [`super::links`] sees to it that a receiver need not ask each.
 
 use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
+use super::lamps::{Placed, part};
 use super::outline::Outline;
 use super::polygon::point_to_polygon;
 use super::shadow::{Caster, Pieces, visible_form};
@@ -22,6 +24,10 @@ use crate::scene::{Scene, Sides};
 
 /// Share of the scene's area above which hemisphere rays find an emitter well enough.
 const LARGE: f64 = 0.1;
+/// Luminaires that each receiver asks one by one, at most.
+pub(super) const FEW: usize = 16;
+/// Faces of a piece of a luminaire, where they are cut into pieces.
+const PIECE: usize = 16;
 
 /// One emitting surface of uniform radiance.
 #[derive(Clone, Debug)]
@@ -83,7 +89,7 @@ impl Luminaires {
             list: Vec::new(),
             carries,
         };
-        for faces in luminaires.groups(scene) {
+        for faces in divided(scene, luminaires.groups(scene)) {
             luminaires
                 .list
                 .push(Luminaire::new(scene, &faces, Side::Front));
@@ -113,6 +119,40 @@ impl Luminaires {
         }
         groups
     }
+}
+
+/// Groups of faces, cut into pieces where there are many groups, or many faces in one.
+fn divided(scene: &Scene, groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
+    let many = |faces: &Vec<u32>| faces.len() > Outline::MOST_FACES;
+    if groups.len() <= FEW && !groups.iter().any(many) {
+        return groups;
+    }
+    let mut pieces = Vec::new();
+    for group in groups {
+        let place = |face: u32| {
+            let [a, b, c] = scene.corners(face).map(|p| p.as_dvec3());
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            ((a + b + c) / 3.0, normal, face)
+        };
+        divide(
+            &mut group.into_iter().map(place).collect::<Vec<_>>(),
+            &mut pieces,
+        );
+    }
+    pieces
+}
+
+/// Halves faces until few are left together.
+fn divide(faces: &mut [Placed], pieces: &mut Vec<Vec<u32>>) {
+    if faces.len() <= PIECE {
+        let mut piece: Vec<u32> = faces.iter().map(|f| f.2).collect();
+        piece.sort_unstable();
+        return pieces.push(piece);
+    }
+    let half = part(faces);
+    let (left, right) = faces.split_at_mut(half);
+    divide(left, pieces);
+    divide(right, pieces);
 }
 
 impl Luminaire {
@@ -160,6 +200,11 @@ impl Luminaire {
             let form = |t: &EmittingTriangle| point_to_polygon(n, &t.exact.map(|p| p - x));
             self.triangles.iter().map(form).sum()
         })
+    }
+
+    /// Its triangles, counter-clockwise seen from the emitting side.
+    pub(super) fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        self.triangles.iter().map(|t| t.exact)
     }
 
     /// Corners of its triangles, three by three, counter-clockwise seen from the emitting side.

@@ -18,9 +18,14 @@
 
 mod cast;
 mod checks;
+mod drawn;
 mod emitted;
+mod lamps;
 mod layers;
+mod links;
 mod luminaire;
+mod many;
+mod moments;
 mod outline;
 pub mod planar;
 mod polygon;
@@ -28,12 +33,15 @@ pub mod sampled;
 mod shadow;
 mod shaft;
 mod sight;
+mod smooth;
 mod sparse;
+mod walk;
 
 pub use cast::{FormFactors, Variant, cast};
 pub use checks::{Closure, closure, reciprocity};
 pub use emitted::{DirectSum, Receiver, Scratch, gather_luminaire, receive_emitted};
 pub use layers::{Layers, cast_layers};
+pub use links::Links;
 pub use luminaire::{Luminaire, Luminaires};
 pub use polygon::{point_kernel, point_to_polygon};
 pub use shaft::{Between, Shafts};

@@ -23,7 +23,7 @@ use crate::scene::Scene;
 /// Tests of a face against a patch and a luminaire, for the whole scene.
 const MOST_TESTS: usize = 20_000_000;
 /// Faces between that are cut out; more are left to drawn points.
-const MOST_FACES: usize = 32;
+pub(super) const MOST_FACES: usize = 32;
 /// Corners of a patch, and of a luminaire, at most.
 const MOST_CORNERS: usize = 32;
 /// Steps of the search for a separating plane.
@@ -55,9 +55,10 @@ pub struct Shafts {
 }
 
 /// A convex body's corners, with the plane it lies in, if in one.
-struct Body {
-    corners: Vec<DVec3>,
-    plane: Option<(DVec3, f64)>,
+#[derive(Clone, Debug)]
+pub(super) struct Body {
+    pub corners: Vec<DVec3>,
+    pub plane: Option<(DVec3, f64)>,
 }
 
 impl Shafts {
@@ -105,6 +106,14 @@ impl Shafts {
         shafts
     }
 
+    /// Casters by number, and nothing known of any pair.
+    pub(super) fn casting(casters: Vec<Caster>) -> Shafts {
+        Shafts {
+            casters,
+            ..Shafts::default()
+        }
+    }
+
     /// Whether something is known of every patch and luminaire.
     pub fn know_all(&self) -> bool {
         !self.unknown.is_empty() && self.unknown.iter().all(|u| !u)
@@ -130,7 +139,7 @@ impl Shafts {
 }
 
 /// A patch's corners, counter-clockwise seen from the side it lies on.
-fn patch_body(patches: &Patches, i: usize) -> Option<Body> {
+pub(super) fn patch_body(patches: &Patches, i: usize) -> Option<Body> {
     let corners = patches
         .pieces(i)
         .flat_map(|(_, [a, b, c])| match patches.side(i) {
@@ -141,7 +150,7 @@ fn patch_body(patches: &Patches, i: usize) -> Option<Body> {
 }
 
 /// The faces that may occlude and do.
-fn casters(scene: &Scene, rays: &Rays, tau: &[f32]) -> Vec<Caster> {
+pub(super) fn casters(scene: &Scene, rays: &Rays, tau: &[f32]) -> Vec<Caster> {
     let faces = rays.occluders().iter();
     faces
         .map(|&face| {
@@ -159,9 +168,24 @@ fn casters(scene: &Scene, rays: &Rays, tau: &[f32]) -> Vec<Caster> {
 
 /// The casters between two bodies; `None` where they are too many.
 fn between(patch: &Body, lamp: &Body, casters: &[Caster]) -> Option<Vec<u32>> {
+    let all = 0..casters.len() as u32;
+    let found: Vec<u32> = sieve(patch, lamp, casters, all)
+        .take(MOST_FACES + 1)
+        .collect();
+    (found.len() <= MOST_FACES).then_some(found)
+}
+
+/// Those `among` the casters that may lie between two bodies.
+pub(super) fn sieve(
+    patch: &Body,
+    lamp: &Body,
+    casters: &[Caster],
+    among: impl Iterator<Item = u32>,
+) -> impl Iterator<Item = u32> {
     let hull: Vec<DVec3> = patch.corners.iter().chain(&lamp.corners).copied().collect();
     let (low, high) = bounds(&hull);
-    let matters = |c: &Caster| {
+    among.filter(move |&k| {
+        let c = &casters[k as usize];
         let (l, h) = bounds(&c.corners);
         l.cmplt(high).all()
             && h.cmpgt(low).all()
@@ -169,17 +193,12 @@ fn between(patch: &Body, lamp: &Body, casters: &[Caster]) -> Option<Vec<u32>> {
             && lamp.reached_by(c)
             && straddled(c, &hull)
             && !separated(&hull, &c.corners)
-    };
-    let found: Vec<u32> = (0..casters.len() as u32)
-        .filter(|&k| matters(&casters[k as usize]))
-        .take(MOST_FACES + 1)
-        .collect();
-    (found.len() <= MOST_FACES).then_some(found)
+    })
 }
 
 impl Body {
     /// `None` where there are too many corners.
-    fn new(corners: impl Iterator<Item = DVec3>) -> Option<Body> {
+    pub fn new(corners: impl Iterator<Item = DVec3>) -> Option<Body> {
         let mut body = Body {
             corners: Vec::new(),
             plane: None,
@@ -201,8 +220,28 @@ impl Body {
         (body.corners.len() <= MOST_CORNERS).then_some(body)
     }
 
+    /// A box, and no plane.
+    pub fn of_box(low: DVec3, high: DVec3) -> Body {
+        let mut corners: Vec<DVec3> = Vec::new();
+        for k in 0..8 {
+            let side = |bit: usize| k >> bit & 1 == 1;
+            let p = DVec3::select(glam::BVec3::new(side(0), side(1), side(2)), high, low);
+            if !corners.contains(&p) {
+                corners.push(p);
+            }
+        }
+        let plane = None;
+        Body { corners, plane }
+    }
+
+    /// The plane that this and another body lie in, if in one.
+    pub fn common_plane(&self, other: &Body) -> Option<(DVec3, f64)> {
+        let ((n, p), (m, q)) = (self.plane?, other.plane?);
+        (n.dot(m) > 1.0 - 1e-12 && (p - q).abs() <= FLAT).then_some((n, p))
+    }
+
     /// Whether a caster rises above the body's plane.
-    fn reached_by(&self, caster: &Caster) -> bool {
+    pub fn reached_by(&self, caster: &Caster) -> bool {
         let Some((normal, offset)) = self.plane else {
             return true;
         };

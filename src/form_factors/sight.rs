@@ -2,8 +2,9 @@
 
 use glam::Vec3;
 
-use super::luminaire::Luminaires;
-use super::shaft::Shafts;
+use super::links::{Links, Maker};
+use super::luminaire::{FEW, Luminaires};
+use super::shaft::{Shafts, casters};
 use crate::light::Transport;
 use crate::patches::Patches;
 use crate::rays::{Hit, Rays};
@@ -56,6 +57,8 @@ pub struct Sight {
     pub occlusion: Occlusion,
     /// What may lie between a patch and a luminaire.
     pub shafts: Shafts,
+    /// Who lights each patch, where luminaires are many.
+    pub links: Option<Links>,
 }
 
 impl Sight {
@@ -69,18 +72,69 @@ impl Sight {
     ) -> Sight {
         let occlusion = Occlusion::new(rays, transports);
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
+        if luminaires.list.len() > FEW {
+            return Sight::of_many(
+                occlusion,
+                scene,
+                (rays, patches),
+                luminaires,
+                &tau,
+                receives,
+            );
+        }
         let shafts = match occlusion {
             Occlusion::Nothing => Shafts::default(),
             _ => Shafts::new(scene, (rays, patches), luminaires, &tau, receives),
         };
-        Sight { occlusion, shafts }
+        Sight {
+            occlusion,
+            shafts,
+            links: None,
+        }
+    }
+
+    /// Whether light at some receivers is closed form times a ratio of drawn points. The ratio of few points is biased.
+    /// Links draw without a ratio, and have chosen how many: there one visibility ray for each draw is enough.
+    pub fn takes_ratios(&self) -> bool {
+        self.occlusion != Occlusion::Nothing && self.links.is_none() && !self.shafts.know_all()
+    }
+
+    /// Links in place of shafts to each luminaire.
+    fn of_many(
+        occlusion: Occlusion,
+        scene: &Scene,
+        (rays, patches): (&Rays, &Patches),
+        luminaires: &Luminaires,
+        tau: &[f32],
+        receives: &[bool],
+    ) -> Sight {
+        let casters = match occlusion {
+            Occlusion::Nothing => Vec::new(),
+            _ => casters(scene, rays, tau),
+        };
+        let maker = Maker {
+            rays,
+            patches,
+            luminaires,
+            occlusion: &occlusion,
+            casters: &casters,
+        };
+        let links = Some(Links::new(&maker, receives));
+        Sight {
+            occlusion,
+            shafts: Shafts::casting(casters),
+            links,
+        }
     }
 }
 
 impl From<Occlusion> for Sight {
     /// Nothing is known of any pair: points are drawn wherever something can occlude.
     fn from(occlusion: Occlusion) -> Sight {
-        let shafts = Shafts::default();
-        Sight { occlusion, shafts }
+        Sight {
+            occlusion,
+            shafts: Shafts::default(),
+            links: None,
+        }
     }
 }

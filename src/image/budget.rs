@@ -8,7 +8,6 @@ use super::gather::{Fields, Gathering, View};
 use super::pixel::Pixel;
 use super::points::{Density, Points};
 use super::spread::{Plan, measure};
-use crate::form_factors::Occlusion;
 
 /// Share of the error that camera rays may make where there is indirect light, which is dearer.
 const CAMERA: f64 = 0.5;
@@ -63,8 +62,6 @@ impl Settings {
             Gathering::Within { error, seed } => {
                 let fineness = (0.01 / error).clamp(0.1, 100.0);
                 let pixel = view.scene.camera.pixel(view.height);
-                let drawn =
-                    view.sight.occlusion != Occlusion::Nothing && !view.sight.shafts.know_all();
                 Settings {
                     plan: Plan {
                         first: ((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(),
@@ -78,7 +75,7 @@ impl Settings {
                         seed,
                     },
                     // The ratio of few drawn points is biased.
-                    tabled: (64, if drawn { 4 } else { 1 }),
+                    tabled: (64, if view.sight.takes_ratios() { 4 } else { 1 }),
                     seed,
                     error: Some(error),
                 }

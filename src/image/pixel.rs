@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 
 use super::gather::{Fields, View};
 use super::layer::Layer;
-use crate::form_factors::{DirectSum, Receiver, Scratch as Memory, gather_luminaire};
+use crate::form_factors::{DirectSum, Links, Receiver, Scratch as Memory, gather_luminaire};
 use crate::light::Rgb;
 use crate::rays::sequence::{Sobol, hash};
 use crate::rays::{Hit, Ray, Side};
@@ -45,6 +45,8 @@ pub(super) struct Pixel {
 pub(super) struct Scratch {
     memory: Memory,
     sums: Vec<DirectSum>,
+    /// Light of luminaires that are too many for a sum each.
+    linked: DVec3,
 }
 
 impl<'a> Pass<'a> {
@@ -56,10 +58,11 @@ impl<'a> Pass<'a> {
         seed: u32,
     ) -> Pass<'a> {
         let luminaire = luminaire.max(1);
+        let most = view.sight.links.as_ref().map_or(1, |_| Links::MOST_DRAWN);
         Pass {
             view,
             fields,
-            sobol: Sobol::new((camera * luminaire) as usize, 4),
+            sobol: Sobol::new((camera * luminaire * most) as usize, 4),
             luminaire,
             seed,
             dark: fields.is_dark(),
@@ -69,7 +72,11 @@ impl<'a> Pass<'a> {
     pub fn scratch(&self) -> Scratch {
         Scratch {
             memory: Memory::default(),
-            sums: vec![DirectSum::default(); self.view.luminaires.list.len()],
+            sums: match self.view.sight.links {
+                Some(_) => Vec::new(),
+                None => vec![DirectSum::default(); self.view.luminaires.list.len()],
+            },
+            linked: DVec3::ZERO,
         }
     }
 
@@ -78,6 +85,7 @@ impl<'a> Pass<'a> {
         for (half, scrambling) in HALVES.into_iter().enumerate() {
             let seed = hash(k as u32, self.seed ^ scrambling);
             scratch.sums.fill(DirectSum::default());
+            scratch.linked = DVec3::ZERO;
             for s in pixel.count..count {
                 let (u, v) = (self.sobol.point(s, 0, seed), self.sobol.point(s, 1, seed));
                 if let Some(seen) = self.seen(k, u, v) {
@@ -132,9 +140,8 @@ impl<'a> Pass<'a> {
     /// Light of all luminaires, summed over the camera rays.
     fn direct(&self, scratch: &Scratch) -> DVec3 {
         let luminaires = self.view.luminaires.list.iter().zip(&scratch.sums);
-        luminaires
-            .map(|(l, sum)| sum.estimate() * l.radiance.as_dvec3())
-            .sum()
+        let each = luminaires.map(|(l, sum)| sum.estimate() * l.radiance.as_dvec3());
+        each.sum::<DVec3>() + scratch.linked
     }
 
     /// The first surface under a point of pixel k, and where it is met, put exactly into the face's plane.
@@ -167,6 +174,9 @@ impl<'a> Pass<'a> {
     ) -> u64 {
         let n = self.luminaire;
         let sight = self.view.sight;
+        if let Some(links) = &sight.links {
+            return self.add_linked(links, (receiver, patch), rho, (s, seed), scratch);
+        }
         let mut cast = 0;
         for (l, luminaire) in self.view.luminaires.list.iter().enumerate() {
             // The first luminaire shares the camera ray's scrambling: joint points over pixel and emitter.
@@ -183,6 +193,30 @@ impl<'a> Pass<'a> {
             let path = (self.view.rays, sight);
             cast += gather_luminaire(sum, rho, receiver, lamp, path, draw, &mut scratch.memory);
         }
+        cast
+    }
+
+    /// The same where luminaires are many: some are drawn.
+    fn add_linked(
+        &self,
+        links: &Links,
+        place: (&Receiver, u32),
+        rho: DVec3,
+        (s, seed): (u32, u32),
+        scratch: &mut Scratch,
+    ) -> u64 {
+        let view = self.view;
+        // Blocks of one length for all patches, or two of them in a pixel would share points.
+        let block = self.luminaire * Links::MOST_DRAWN;
+        let draw = |k: usize| {
+            let at = |d: usize| self.sobol.point(s * block + k as u32, d, seed);
+            (at(2), at(3))
+        };
+        let drawn = (0..(self.luminaire * links.draws(place.1)) as usize).map(draw);
+        let path = (view.rays, view.sight);
+        let memory = &mut scratch.memory;
+        let (light, cast) = links.gather(place, view.luminaires, path, drawn, memory);
+        scratch.linked += rho * light;
         cast
     }
 }

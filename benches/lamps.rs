@@ -1,0 +1,91 @@
+//! How the price of a scene grows with the number of its luminaires: 10, each asked, and 1,000, linked by a tree.
+//!
+//! An open room of 4 by 4 by 2.4 with a box on its floor, the lamps below its ceiling and of the same area together.
+//! `links` finds what lies between patches and luminaires and puts K together with few hemisphere rays, `picture`
+//! renders 48 by 48 pixels of one bounce. Ratios between the two scenes count, not the absolute numbers.
+
+use std::hint::black_box;
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use glam::DVec3;
+use halflight::form_factors::Sampling;
+use halflight::image::GatherSampling;
+use halflight::light::{Mode, Rgb};
+use halflight::scene::{Material, Scene};
+use halflight::solve::explore;
+use halflight::study::{Prepared, Silent, assemble, prepare, render};
+
+/// Width and depth of the room, and its height.
+const SIDE: f64 = 4.0;
+const HEIGHT: f64 = 2.4;
+/// Share of a cell's sides that its lamp takes.
+const LAMP: f64 = 0.4;
+
+/// A parallelogram: a corner and its two sides, counter-clockwise.
+type Quad = [[f64; 3]; 3];
+
+/// Floor, ceiling, two walls, and three faces of a box.
+const ROOM: [Quad; 7] = [
+    [[0.0; 3], [SIDE, 0.0, 0.0], [0.0, SIDE, 0.0]],
+    [[0.0, 0.0, HEIGHT], [0.0, SIDE, 0.0], [SIDE, 0.0, 0.0]],
+    [[0.0; 3], [0.0, SIDE, 0.0], [0.0, 0.0, HEIGHT]],
+    [[SIDE, 0.0, 0.0], [0.0, 0.0, HEIGHT], [0.0, SIDE, 0.0]],
+    [[1.2, 1.2, 1.1], [0.9, 0.0, 0.0], [0.0, 0.9, 0.0]],
+    [[1.2, 1.2, 0.0], [0.9, 0.0, 0.0], [0.0, 0.0, 1.1]],
+    [[1.2, 2.1, 0.0], [0.0, 0.0, 1.1], [0.9, 0.0, 0.0]],
+];
+
+/// The room with `columns` × `rows` lamps, each its own object.
+fn room(columns: u32, rows: u32) -> Prepared {
+    let white = Material::new("white", Rgb::splat(0.7), Rgb::ZERO);
+    let glow = Material::new("glow", Rgb::splat(0.5), Rgb::new(10.0, 9.0, 7.0));
+    let (a, b) = (SIDE / f64::from(columns), SIDE / f64::from(rows));
+    let lamp = |k: u32| -> Quad {
+        let (u, v) = (f64::from(k % columns) + 0.3, f64::from(k / columns) + 0.3);
+        let corner = [a * u, b * v, HEIGHT - 0.02];
+        [corner, [0.0, LAMP * b, 0.0], [LAMP * a, 0.0, 0.0]]
+    };
+    let quads = ROOM.iter().map(|&q| (q, 0));
+    let (mut corners, mut faces) = (Vec::new(), Vec::new());
+    for (quad, material) in quads.chain((0..columns * rows).map(|k| (lamp(k), 1))) {
+        let [p, u, v] = quad.map(DVec3::from);
+        let first = corners.len() as u32;
+        corners.extend([p, p + u, p + u + v, p + v]);
+        faces.push(((first..first + 4).collect::<Vec<u32>>(), material));
+    }
+    let scene = Scene::from_faces("lamps", &corners, &faces, vec![white, glow]);
+    let mut scene = scene.expect("a correct scene");
+    for (f, face) in scene.faces.iter_mut().enumerate() {
+        face.object = f as u32 / 2;
+    }
+    let prepared = prepare(scene, 400);
+    assert_eq!(prepared.luminaires.list.len(), (columns * rows) as usize);
+    prepared
+}
+
+fn lamps(c: &mut Criterion) {
+    let mut group = c.benchmark_group("lamps");
+    group.sample_size(10);
+    let sampling = Sampling {
+        rays: 16,
+        ..Sampling::default()
+    };
+    for (columns, rows) in [(5, 2), (40, 25)] {
+        let p = room(columns, rows);
+        let mode = [Mode::OneBounce.transport()];
+        let count = columns * rows;
+        group.bench_function(BenchmarkId::new("links", count), |b| {
+            b.iter(|| black_box(assemble(&p, &mode, &sampling, &Silent)))
+        });
+        let (modes, _) = assemble(&p, &mode, &sampling, &Silent);
+        let solution = explore(&modes[0].operator, 1);
+        let gather = GatherSampling::with_samples(16, 0);
+        group.bench_function(BenchmarkId::new("picture", count), |b| {
+            b.iter(|| black_box(render(&p, &modes[0], &solution, (48, 48), &gather, &Silent)))
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, lamps);
+criterion_main!(benches);
