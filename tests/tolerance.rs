@@ -1,0 +1,128 @@
+//! Pictures to a tolerance: the error reached is the error asked for, and the error stated is the error reached.
+
+mod common;
+
+use std::path::Path;
+
+use common::{Silent, builtin};
+use halflight::image::{Picture, read_picture, relative_rms};
+use halflight::light::Mode;
+use halflight::study::{Wanted, Within, explore_within, prepare, render_within};
+
+fn data(name: &str) -> Picture {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");
+    read_picture(folder.join(format!("{name}.exr"))).expect("a picture")
+}
+
+fn rendered(scene: &str, mode: Mode, tolerance: f64, seed: u32) -> Within {
+    let wanted = Wanted {
+        tolerance,
+        size: (64, 64),
+        seed,
+    };
+    let mut p = prepare(builtin(scene), 1);
+    render_within(&mut p, mode.transport(), &wanted, &Silent).expect("converges")
+}
+
+#[test]
+fn the_cornell_box_is_as_near_its_reference_as_asked() {
+    let (reference, se, mask) = (data("reference"), data("reference_se"), data("mask"));
+    for tolerance in [0.1, 0.05, 0.02] {
+        let found = rendered("cornell-box", Mode::Global, tolerance, 3);
+        let true_error =
+            relative_rms(&found.picture, &reference, Some(&mask), Some(&se)).expect("equal sizes");
+        println!(
+            "asked {tolerance}, stated {:?}, true {true_error}",
+            found.error
+        );
+        assert!(
+            true_error <= 1.1 * tolerance,
+            "{true_error} for {tolerance}"
+        );
+        let ratio = found.error.total / true_error;
+        assert!((0.5..=2.0).contains(&ratio), "{ratio} at {tolerance}");
+    }
+}
+
+#[test]
+fn a_finer_tolerance_costs_more_and_the_parts_add_up() {
+    let (coarse, fine) = (
+        rendered("cornell-box", Mode::Global, 0.1, 0),
+        rendered("cornell-box", Mode::Global, 0.02, 0),
+    );
+    assert!(coarse.rays < fine.rays && coarse.patches < fine.patches);
+    for e in [coarse.error, fine.error] {
+        let parts = [e.form_factors, e.patches, e.truncation, e.gather];
+        let sum = parts.iter().map(|p| p * p).sum::<f64>().sqrt();
+        assert!((sum - e.total).abs() < 1e-12);
+        assert!(parts.iter().all(|p| *p > 0.0));
+    }
+}
+
+#[test]
+fn two_seeds_differ_by_the_error_stated() {
+    for (scene, mode) in [
+        ("cornell-box", Mode::OneBounce),
+        ("two-rooms", Mode::Local),
+        ("concentric-spheres", Mode::Global),
+    ] {
+        let (a, b) = (
+            rendered(scene, mode, 0.02, 1),
+            rendered(scene, mode, 0.02, 2),
+        );
+        // Pixels with a luminaire are far brighter than what it lights.
+        let bright = a
+            .picture
+            .pixels
+            .iter()
+            .map(|p| p.max_element())
+            .fold(0.0, f32::max);
+        let dim = Picture::from_fn(64, 64, |x, y| {
+            let near = |dx: usize, dy: usize| {
+                a.picture
+                    .get((x + dx).saturating_sub(1), (y + dy).saturating_sub(1))
+            };
+            let around = (0..9).filter_map(|k| near(k % 3, k / 3));
+            let most = around.map(|p| p.max_element()).fold(0.0, f32::max);
+            glam::Vec3::splat(f32::from(most < 0.2 * bright))
+        });
+        let apart = relative_rms(&a.picture, &b.picture, Some(&dim), None).expect("equal sizes");
+        // Independent errors of the size stated, which holds within a factor of two.
+        let ratio = apart / std::f64::consts::SQRT_2 / a.error.total;
+        assert!((0.5..=2.0).contains(&ratio), "{scene} {mode}: {ratio}");
+    }
+}
+
+#[test]
+fn threads_change_no_bit() {
+    let render = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| rendered("cornell-box", Mode::Global, 0.05, 0).picture)
+    };
+    assert!(render(1) == render(3));
+}
+
+#[test]
+fn terms_are_as_near_finer_ones_as_stated() {
+    let series = |tolerance: f64, seed: u32| {
+        let mut p = prepare(builtin("cornell-box"), 1);
+        explore_within(
+            &mut p,
+            Mode::Global.transport(),
+            5,
+            (tolerance, seed),
+            &Silent,
+        )
+    };
+    let (coarse, fine) = (series(0.01, 0), series(0.001, 9));
+    for n in 1..=5 {
+        let power =
+            |s: &halflight::study::BounceSeries| s.solution.bounces[n].power.iter().sum::<f64>();
+        let apart = (power(&coarse) / power(&fine) - 1.0).abs();
+        assert!(apart <= 1.1 * 0.01, "term {n}: {apart}");
+        assert!(coarse.errors[n].total > 0.0 && coarse.errors[n].total <= 0.011);
+    }
+}
