@@ -19,7 +19,7 @@ const SOME: usize = 3;
 /// What a reach that is too long is shortened to.
 const SHORTER: f64 = 0.6;
 /// Rounds of more rays, or more points.
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 8;
 /// Share of the distance to the surroundings that a point of every pixel speaks for.
 const REACH: f64 = 0.15;
 /// The same at first for chosen points at an error of 1 %. Measured on the Cornell box, the fit's bias grows as its power 1.2.
@@ -99,24 +99,22 @@ impl Settings {
             let some = Found::new(pixels, points, fields, SOME).measure(pixels);
             let scale = camera.count as f64 / some.count.max(1) as f64;
             let noise = scale * some.variance / (HEMISPHERE * HEMISPHERE * left);
-            let biases = points.biases(fields.leading());
-            let bias = scale * relative(&biases) * some.signal / (FIT * FIT * left);
-            if noise <= 1.0 && bias <= 1.0 {
-                break;
-            }
             // Noise that more rays did not lessen is not theirs.
             if noise > 1.0 && noise < 0.8 * before {
                 before = noise;
                 // The variance of scrambled nets falls as about N^-1.4 here.
                 points.refine((1.05 * noise.powf(0.7)).clamp(1.1, 8.0));
-            } else if bias > 1.0 {
-                // Only now: a bias measured through much noise is itself noisy.
-                let worst = points.worst(&biases, 1.2 * (1.0 - 1.0 / bias).max(0.1));
-                points.shorten(&worst, SHORTER);
-                points.place(pixels);
-            } else {
+                continue;
+            }
+            // Only now: a bias measured through much noise is itself noisy.
+            let biases = points.biases(fields.leading());
+            let bias = scale * relative(&biases) * some.signal / (FIT * FIT * left);
+            if bias <= 1.0 {
                 break;
             }
+            let worst = points.worst(&biases, (1.5 * (1.0 - 1.0 / bias)).clamp(0.3, 1.0));
+            points.shorten(&worst, SHORTER);
+            points.place(pixels);
         }
         Found::new(pixels, points, fields, 1)
     }
