@@ -180,7 +180,7 @@ fn expand(
             break;
         }
     }
-    solution.bound_first();
+    solution.bound_backwards();
     solution
 }
 
@@ -206,11 +206,18 @@ impl Solution {
         last.unwrap_or(f64::INFINITY)
     }
 
-    /// After E comes KE and what comes after it. The bound from E itself would not do: luminaires' light goes by the
-    /// closed form in KE, which is not bounded by the rows of F.
-    fn bound_first(&mut self) {
-        if let [first, second, ..] = &mut self.bounces[..] {
-            first.tail_bound = second.tail_bound.map(|t| second.norm + t);
+    /// After a term comes the next and what comes after that: where this bounds the tail more tightly than the term itself
+    /// does, it is taken. For E it must be: luminaires' light goes by the closed form in KE, which is not bounded by the rows
+    /// of F. And a sliver that is lit but that no ray of F meets makes the bound from KE huge.
+    fn bound_backwards(&mut self) {
+        for n in (0..self.bounces.len().saturating_sub(1)).rev() {
+            let next = &self.bounces[n + 1];
+            let through = next.tail_bound.map(|t| next.norm + t);
+            let own = self.bounces[n].tail_bound.filter(|_| n > 0);
+            self.bounces[n].tail_bound = match (own, through) {
+                (Some(a), Some(b)) => Some(a.min(b)),
+                (a, b) => b.or(a),
+            };
         }
     }
 }
