@@ -81,7 +81,11 @@ pub fn contents(place: &TempDir) -> BTreeMap<String, Vec<u8>> {
                 found.insert(format!("{name}/"), Vec::new());
                 walk(&path, &format!("{name}/"), found);
             } else {
-                found.insert(name, fs::read(&path).unwrap());
+                // A temporary file may be gone by now.
+                match fs::read(&path) {
+                    Ok(bytes) => drop(found.insert(name, bytes)),
+                    Err(e) => assert_eq!(e.kind(), std::io::ErrorKind::NotFound, "{name}"),
+                }
             }
         }
     }
