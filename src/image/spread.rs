@@ -77,7 +77,7 @@ pub(super) fn double(pass: &Pass, pixels: &mut [Pixel], chosen: &[u32]) {
 pub(super) fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
     let measured = measure(pixels);
     let wanted = noise * noise * measured.signal;
-    let variances = variances(pixels, width);
+    let variances = variances(pixels, width, measured.bright());
     let total: f64 = variances.iter().sum();
     let mut left = measured.variance;
 
@@ -139,8 +139,7 @@ pub(super) fn measure(pixels: &[Pixel]) -> Measured {
 /// Halves may agree by chance where an edge passes, and such pixels would never get more rays. An edge of contrast c
 /// leaves about `c²/12 n^-3/2` of n rays a half, and shows in the second differences of the picture whose squares, summed
 /// across it, are c² in the mean.
-pub(super) fn variances(pixels: &[Pixel], width: usize) -> Vec<f64> {
-    let bright = measure(pixels).bright();
+fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
     let cut = |pixel: &Pixel| {
         let lamp = !pixel.sees_no_luminaire();
         DVec3::splat(if lamp { bright } else { f64::INFINITY })

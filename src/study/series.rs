@@ -8,6 +8,7 @@
 
 use super::memory::keep_within;
 use super::pipeline::{Assembled, Prepared, Watch, assemble_seeing, sight};
+use super::tolerance::finer;
 use crate::form_factors::Sampling;
 use crate::light::{Light, Transport};
 use crate::operator::Operator;
@@ -75,10 +76,7 @@ pub fn explore_within(
         if (noise <= 1.0 && coarse <= 1.0) || round == ROUNDS || full {
             return series;
         }
-        let more = (1.1 * coarse).clamp(1.0, 4.0);
-        patches = ((p.patches.len() as f64 * more) as usize).min(MOST.0);
-        let denser = (1.2 * noise * noise / more).clamp(1.0, 16.0);
-        rays = ((f64::from(rays) * denser) as u32).min(MOST.1);
+        (patches, rays) = finer((p.patches.len(), rays), (noise, coarse), MOST);
     }
     unreachable!("the last round returns")
 }

@@ -122,13 +122,25 @@ fn solve_within(
         if (noise <= 1.0 && coarse <= 1.0) || round == ROUNDS || full {
             return Ok(solved);
         }
-        // Patch size is of second order, so the error falls as their number; noise with all rays, as the root at least.
-        let more = (1.1 * coarse).clamp(1.0, 4.0);
-        patches = ((p.patches.len() as f64 * more) as usize).min(MOST.0);
-        let denser = (1.2 * noise * noise / more).clamp(1.0, 16.0);
-        rays = ((f64::from(rays) * denser) as u32).min(MOST.1);
+        (patches, rays) = finer((p.patches.len(), rays), (noise, coarse), MOST);
     }
     unreachable!("the last round returns")
+}
+
+/// The patches and rays a patch of the next round, up to `most`, from how far noise and the error of patch size exceed
+/// their shares.
+pub(super) fn finer(
+    (patches, rays): (usize, u32),
+    (noise, coarse): (f64, f64),
+    most: (usize, u32),
+) -> (usize, u32) {
+    // Patch size is of second order, so the error falls as their number; noise with all rays, as the root at least.
+    let more = (1.1 * coarse).clamp(1.0, 4.0);
+    let denser = (1.2 * noise * noise / more).clamp(1.0, 16.0);
+    (
+        ((patches as f64 * more) as usize).min(most.0),
+        ((f64::from(rays) * denser) as u32).min(most.1),
+    )
 }
 
 /// Two solutions of half the rays each: their mean, half their difference, and a third of that to larger patches.
