@@ -233,3 +233,19 @@ fn a_diverging_series_is_refused_before_any_reference_is_made() {
     assert_eq!(ran.code, Some(4), "{}", ran.err);
     assert!(contents(&place).is_empty());
 }
+
+#[test]
+fn only_the_ladders_asked_for_are_run() {
+    let place = place(&ROOM);
+    let line = format!("chart room.toml {QUICK} --ladders rays,samples");
+    let mode = mode(&place, &line);
+    let methods: Vec<&str> = list(&mode, "points")
+        .iter()
+        .map(|p| p["method"].as_str().unwrap())
+        .collect();
+    assert!(methods.contains(&"rays alone") && methods.contains(&"samples alone"));
+    assert!(methods.iter().all(|m| m.ends_with(" alone") && *m != "patches alone"));
+    // No path tracer is judged, so no patch picture is made to judge it, and there is no tolerance to chart.
+    let names = files(&place);
+    assert!(names.iter().all(|name| !name.contains("-patches-") && !name.contains("-asked")));
+}

@@ -2,6 +2,8 @@
 
 use clap::ValueEnum;
 
+use crate::study::tradeoff::Ladder;
+
 /// Whether light is looked for on purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum NextEventChoice {
@@ -33,6 +35,37 @@ pub enum ModeChoice {
     Local,
     /// All four
     All,
+}
+
+/// What `chart` varies.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum LadderChoice {
+    /// The error asked for
+    Tolerance,
+    /// The number of patches, the rest fine
+    Patches,
+    /// Rays a patch, the rest fine
+    Rays,
+    /// Rays a pixel, the rest fine
+    Samples,
+    /// Progressive shooting, all finer together
+    Shooting,
+    /// Samples of the path tracer
+    Paths,
+}
+
+impl LadderChoice {
+    /// The ladder of that name.
+    pub fn ladder(self) -> Ladder {
+        match self {
+            LadderChoice::Tolerance => Ladder::Tolerance,
+            LadderChoice::Patches => Ladder::Patches,
+            LadderChoice::Rays => Ladder::Rays,
+            LadderChoice::Samples => Ladder::Samples,
+            LadderChoice::Shooting => Ladder::Shooting,
+            LadderChoice::Paths => Ladder::Paths,
+        }
+    }
 }
 
 /// A number from 0 to 1.

@@ -11,7 +11,7 @@ use self::report::{ChartReport, ModeReport, report};
 use super::CliError;
 use super::console::Console;
 use super::options::{Common, Subject};
-use super::values::{Size, seconds, size};
+use super::values::{LadderChoice, Size, seconds, size};
 use crate::image::{make_directory, write_whole};
 use crate::light::Transport;
 use crate::scene::Scene;
@@ -32,6 +32,9 @@ pub struct ChartCommand {
     /// Seconds that each of a mode's two references may take; a quarter of it bounds each step of the ladders
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
     pub time: f64,
+    /// Run these ladders only, separated by commas
+    #[arg(long, value_name = "LADDERS", value_delimiter = ',', default_values = LADDERS)]
+    pub ladders: Vec<LadderChoice>,
     /// Measure against this picture (.exr) of one mode instead of making references
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
@@ -39,6 +42,11 @@ pub struct ChartCommand {
     #[arg(long, value_name = "FILE", requires = "reference")]
     pub reference_error: Option<PathBuf>,
 }
+
+/// All ladders.
+const LADDERS: [&str; 6] = [
+    "tolerance", "patches", "rays", "samples", "shooting", "paths",
+];
 
 /// The tolerances over which a slope of its own is told.
 const MIDDLE: (f64, f64) = (0.005, 0.05);
@@ -98,6 +106,7 @@ fn one_mode(
         seed: common.seed,
         load,
         store: common.out.join("references"),
+        ladders: own.ladders.iter().map(|l| l.ladder()).collect(),
     };
     let brought = own.reference.as_ref().map(|picture| Brought {
         picture: picture.clone(),
@@ -185,6 +194,9 @@ fn write(
         let path = place(&format!(".{extension}"));
         chart.write(&path)?;
         files.push(path);
+        if t.of(Ladder::Tolerance).next().is_none() {
+            continue;
+        }
         let chart = asked_chart(format!("Asked and reached: {subject}"), settings.clone(), t);
         let path = place(&format!("-asked.{extension}"));
         chart.write(&path)?;

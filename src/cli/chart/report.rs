@@ -137,7 +137,7 @@ pub fn report(scene: &Scene, plan: &Plan, t: &Tradeoff, files: Vec<PathBuf>) -> 
         height: plan.size.1,
         references: t.truths.iter().zip(judges).map(reference).collect(),
         points: t.points.iter().enumerate().map(point).collect(),
-        slopes: Ladder::ALL.into_iter().map(slope).collect(),
+        slopes: plan.ladders.iter().copied().map(slope).collect(),
         files,
     }
 }

@@ -90,6 +90,8 @@ pub struct Plan {
     pub load: f64,
     /// Where references are kept.
     pub store: PathBuf,
+    /// What to run.
+    pub ladders: Vec<Ladder>,
 }
 
 /// One picture's cost and error.
@@ -199,7 +201,7 @@ impl Tradeoff {
     }
 }
 
-/// Runs every ladder of one mode against references made, or found in the store, or brought by the user.
+/// Runs the ladders of one mode, in the order of [`Ladder::ALL`], against references made, or found in the store, or brought by the user.
 ///
 /// # Errors
 /// A series that diverges (found before any reference is made), a reference that cannot be read, written or used.
@@ -211,16 +213,19 @@ pub fn trade_off(
 ) -> Result<Tradeoff, TradeoffError> {
     let brought = brought.map(|files| sources::brought(scene, plan, files));
     let brought = brought.transpose()?;
-    let mut runs = ladders::tolerances(scene, plan, watch)?;
+    let mut runs = Vec::new();
+    for ladder in Ladder::ALL.into_iter().filter(|l| plan.ladders.contains(l)) {
+        runs.extend(match ladder {
+            Ladder::Tolerance => ladders::tolerances(scene, plan, watch)?,
+            Ladder::Shooting => ladders::shooting(scene, plan, watch)?,
+            Ladder::Paths => ladders::paths(scene, plan, watch),
+            knob => ladders::one_knob(scene, plan, knob, watch)?,
+        });
+    }
     let truths = match brought {
         Some(truth) => [truth.clone(), truth],
         None => sources::made(scene, plan, watch)?,
     };
-    for ladder in [Ladder::Patches, Ladder::Rays, Ladder::Samples] {
-        runs.extend(ladders::one_knob(scene, plan, ladder, watch)?);
-    }
-    runs.extend(ladders::shooting(scene, plan, watch)?);
-    runs.extend(ladders::paths(scene, plan, watch));
     let points = runs.into_iter().map(|run| judged(run, &truths));
     let points = points.collect::<Result<_, MetricError>>()?;
     Ok(Tradeoff { truths, points })

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use super::store::{Kept, Key};
 use super::truth::{Made, Truth};
-use super::{Plan, TradeoffError};
+use super::{Ladder, Plan, TradeoffError};
 use crate::image::{Picture, read_picture, relative_rms};
 use crate::light::Rgb;
 use crate::rays::Rays;
@@ -36,7 +36,8 @@ pub struct Brought {
     pub error: Option<PathBuf>,
 }
 
-/// The references for patch methods and for the path tracer: from the store, or made and put there.
+/// The references for patch methods and for the path tracer: from the store, or made and put there. Where no path tracer
+/// is to be judged both are the first.
 pub fn made(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Result<[Truth; 2], TradeoffError> {
     let key = Key::of(scene, plan.transport, plan.size);
     let kept = |by: &str| Kept::new(&plan.store, scene, plan.transport, plan.size, by);
@@ -45,6 +46,9 @@ pub fn made(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Result<[Truth; 2],
         Some(truth) => truth,
         None => paths.write(&key, plan.seconds, traced(scene, plan, watch))?,
     };
+    if !plan.ladders.contains(&Ladder::Paths) {
+        return Ok([traced.clone(), traced]);
+    }
     let patches = kept("patches");
     let mut solved = match patches.read(&key, plan.seconds) {
         Some(truth) => truth,
