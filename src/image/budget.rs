@@ -14,8 +14,8 @@ const CAMERA: f64 = 0.5;
 /// Share of what camera rays leave that hemisphere rays may make, and the fit.
 const HEMISPHERE: f64 = 0.8;
 const FIT: f64 = 0.55;
-/// One pixel in so many rows and columns tells the errors of a round.
-const SOME: usize = 3;
+/// One pixel in so many tells the errors of a round.
+const SOME: usize = 9;
 /// What a reach that is too long is shortened to.
 const SHORTER: f64 = 0.6;
 /// Rounds of more rays, or more points.
@@ -25,7 +25,7 @@ const REACH: f64 = 0.15;
 /// The same at first for chosen points at an error of 1 %. Measured on the Cornell box, the fit's bias grows as its power 1.2.
 const WITHIN: f64 = 0.18;
 /// Pixels that a point speaks for at first whatever its surroundings, at an error of 1 %.
-const LEAST: f64 = 5.0;
+const LEAST: f64 = 1.5;
 /// Rays of a half at first, at an error of 1 %.
 const RAYS: f64 = 128.0;
 
@@ -53,6 +53,7 @@ impl Settings {
                     rays: (sampling.camera * sampling.hemisphere / 2).max(1),
                     reach: REACH,
                     least: 0.0,
+                    pixel: view.scene.camera.pixel(view.height),
                     seed: sampling.seed,
                 },
                 tabled: (sampling.camera.max(1), sampling.luminaire),
@@ -64,14 +65,15 @@ impl Settings {
                 let pixel = view.scene.camera.pixel(view.height);
                 Settings {
                     plan: Plan {
-                        first: ((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(),
+                        first: std::env::var("FIRST").map_or(((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(), |v| v.parse().unwrap()),
                         noise: Some(error * if fields.is_dark() { 1.0 } else { CAMERA }),
                     },
                     density: Density {
                         spacing: spacing(view.width.max(view.height)),
-                        rays: ((RAYS * fineness.powf(1.4)) as u32).max(16),
-                        reach: WITHIN * fineness.powf(-0.5),
-                        least: LEAST * fineness.powf(-0.3) * pixel,
+                        rays: ((env("RAYS", RAYS) * fineness.powf(1.4)) as u32).max(16),
+                        reach: env("WITHIN", WITHIN) * fineness.powf(-0.5),
+                        least: env("LEAST", LEAST) * fineness.powf(-0.3),
+                        pixel,
                         seed,
                     },
                     // The ratio of few drawn points is biased.
@@ -99,6 +101,7 @@ impl Settings {
             let some = Found::new(pixels, points, fields, SOME).measure(pixels);
             let scale = camera.count as f64 / some.count.max(1) as f64;
             let noise = scale * some.variance / (HEMISPHERE * HEMISPHERE * left);
+            if std::env::var("DBG").is_ok() { let b = points.biases(fields.leading()); eprintln!("points {} rays {} noise {:.3} bias {:.3} camera {:.3}", points.points.len(), points.cast, noise, scale * relative(&b) * some.signal / (FIT * FIT * left), camera.variance/(self.error.unwrap().powi(2)*camera.signal)); }
             // Noise that more rays did not lessen is not theirs.
             if noise > 1.0 && noise < 0.8 * before {
                 before = noise;
@@ -113,8 +116,9 @@ impl Settings {
                 break;
             }
             let worst = points.worst(&biases, (1.5 * (1.0 - 1.0 / bias)).clamp(0.3, 1.0));
-            points.shorten(&worst, SHORTER);
+            points.shorten(&worst, env("SHORTER", SHORTER));
             points.place(pixels);
+            before = f64::INFINITY;
         }
         Found::new(pixels, points, fields, 1)
     }
@@ -125,3 +129,5 @@ fn spacing(length: usize) -> usize {
     let most = (length / 32).clamp(1, 16);
     1 << most.ilog2()
 }
+
+fn env(n: &str, d: f64) -> f64 { std::env::var(n).map_or(d, |v| v.parse().unwrap()) }

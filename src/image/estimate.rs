@@ -11,13 +11,16 @@ use rayon::prelude::*;
 
 use super::irradiance::{Fit, Place};
 use super::layer::Layer;
-use super::points::{NONE, Points, place};
+use super::points::{NONE, Points};
 
 /// A fit that leaves more than this share reaches out of its points.
 const LOOSE: f64 = 0.5;
 
 /// A point that others speak for with more than this share of their variance lies outside of them.
 const OUTSIDE: f64 = 0.7;
+
+/// Spacings within which points are alike in noise.
+const NEAR: f64 = 2.5;
 
 impl Points<'_> {
     /// Irradiance over pi at layer l of pixel k, every field in both halves, into `found`.
@@ -34,8 +37,8 @@ impl Points<'_> {
     ) -> [DVec3; 2] {
         let own = self.host(k, l);
         // A point near a contact speaks for less than its pixel.
-        if !self.fit(fit, k, &place(layer)) {
-            match own.or_else(|| self.nearest(k, &place(layer))) {
+        if !self.fit(fit, k, &layer.place()) {
+            match own.or_else(|| self.nearest(k, &layer.place())) {
                 Some(point) => fit.take(point),
                 None => fit.clear(),
             }
@@ -104,9 +107,13 @@ impl Points<'_> {
         let one = |(fit, found): &mut (Fit, Vec<[DVec3; 2]>), i: usize| -> (f64, f64) {
             let (own, known) = (&self.points[i], &self.known[i]);
             let k = self.lattice.pixel_of(i as u32);
-            if !self.fit_without(fit, k, &known.place, i as u32) || fit.variance() > OUTSIDE {
+            let inside =
+                self.fit_without(fit, k, &known.place, i as u32) && fit.variance() <= OUTSIDE;
+            // At the rim, along a crease, others say nothing; its own share in the fit there is then part of the fit.
+            if !inside && !self.fit(fit, k, &known.place) {
                 return (0.0, 0.0);
             }
+            fit.settle(LOOSE);
             self.combine(fit, found);
             let ([u, v], [p, q]) = (total(found), total(self.means(i)));
             let pixels = (own.spacing * own.spacing) as f64;
@@ -132,6 +139,37 @@ impl Points<'_> {
             sum - bias(i) < share * total && bias(i) > 0.0
         });
         order
+    }
+
+    /// What each point's rays are worth: the standard deviation of one, times the reflectance, times the pixels to a side
+    /// that the point stands for.
+    ///
+    /// Two halves say little about one point, so points nearby speak as well.
+    pub(super) fn wants(&self) -> Vec<f64> {
+        let leading = self.reader.leading();
+        let one = |i: usize| {
+            let sum = |half: usize| self.means(i)[..leading].iter().map(|m| m[half]).sum::<DVec3>();
+            let own = &self.points[i];
+            0.25 * (sum(0) - sum(1)).length_squared() * f64::from(own.rays)
+        };
+        let count = 0..self.points.len();
+        let variances: Vec<f64> = count.clone().into_par_iter().map(one).collect();
+        let want = |i: usize| {
+            let own = &self.points[i];
+            let at = &self.known[i].place;
+            let near = NEAR * own.spacing as f64 * self.density.pixel * own.distance;
+            let (mut sum, mut number) = (0.0, 0.0);
+            self.lattice.visit(self.lattice.pixel_of(i as u32), |j| {
+                let other = &self.known[j as usize].place;
+                let apart = other.position.distance(at.position);
+                if apart <= near && other.normal.dot(at.normal) > 0.9 {
+                    sum += variances[j as usize];
+                    number += 1.0;
+                }
+            });
+            own.rho() * own.spacing as f64 * (sum / number).sqrt()
+        };
+        count.into_par_iter().map(want).collect()
     }
 
     /// Mean bias of the points that one point is fitted with, for the pixels that it stands for.

@@ -13,6 +13,8 @@ use super::points::Points;
 use super::spread::{choose, double, measure};
 use crate::light::Rgb;
 
+/// Places of one row's chosen pixels before those of the next: creases lie along rows and columns, none may be missed.
+const SKEW: usize = 4;
 /// Rounds of more camera rays.
 const ROUNDS: usize = 12;
 
@@ -42,11 +44,11 @@ pub(super) struct Sums {
 }
 
 impl Found {
-    /// One pixel in `step` rows and columns; the others stay dark.
+    /// One pixel in `step`, in every row and column; the others stay dark.
     pub fn new(pixels: &[Pixel], points: &Points, fields: &Fields, step: usize) -> Found {
         let width = points.width();
         let reflected = |memory: &mut (Fit, Vec<[DVec3; 2]>), (k, pixel): (usize, &Pixel)| {
-            if (k % width) % step != step / 2 || (k / width) % step != step / 2 {
+            if (k % width + SKEW * (k / width)) % step != step / 2 {
                 return Indirect::default();
             }
             indirect(k, pixel, points, fields, memory)

@@ -241,8 +241,7 @@ pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progres
     let pass = Pass::new(view, fields, settings.tabled, settings.seed);
     let mut pixels = sample_pixels(&pass, &settings.plan, tick);
     let reader = Reader::new(view, fields, settings.density.rays);
-    let camera = view.scene.camera.position.as_dvec3();
-    let mut points = Points::new(&reader, settings.density, camera, &pixels, view.width);
+    let mut points = Points::new((&pass, &reader), settings.density, &pixels);
     let mut found = Found::default();
     if !fields.is_dark() {
         found = settings.gather_indirect(&pixels, &mut points, fields);

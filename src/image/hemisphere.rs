@@ -28,6 +28,11 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Number of fields that make the picture.
+    pub fn leading(&self) -> usize {
+        self.fields.leading()
+    }
+
     /// Number of fields read.
     pub fn fields(&self) -> usize {
         self.fields.count()

@@ -7,6 +7,7 @@
 
 use glam::DVec3;
 
+use super::irradiance::Place;
 use crate::form_factors::Receiver;
 use crate::light::Rgb;
 use crate::rays::Side;
@@ -16,8 +17,8 @@ const ALIGNED: f32 = 0.99;
 /// Facets of one surface lie off each other's plane by at most this share of their distance.
 const FLAT: f32 = 0.1;
 
-/// Points of a half that are kept for rays to start from.
-const ORIGINS: usize = 4;
+/// Points of a half that camera rays leave for hemisphere rays to start from.
+const ORIGINS: usize = 16;
 
 /// A surface as one pixel sees it.
 #[derive(Clone, Debug)]
@@ -33,7 +34,7 @@ pub(super) struct Layer {
     /// Sums of the points seen.
     sum: [DVec3; 2],
     /// The first points seen by each half.
-    origins: [[Receiver; ORIGINS]; 2],
+    origins: [Vec<Receiver>; 2],
 }
 
 impl Layer {
@@ -45,23 +46,39 @@ impl Layer {
             rho,
             count: [0; 2],
             sum: [DVec3::ZERO; 2],
-            origins: [[first; ORIGINS]; 2],
+            origins: [Vec::new(), Vec::new()],
         }
     }
 
     /// Adds one camera ray of a half.
     pub fn add(&mut self, half: usize, seen: &Receiver) {
-        if let Some(origin) = self.origins[half].get_mut(self.count[half] as usize) {
-            *origin = *seen;
+        if self.origins[half].len() < ORIGINS {
+            self.start(half, *seen);
         }
         self.count[half] += 1;
         self.sum[half] += seen.position.as_dvec3();
     }
 
-    /// Points that rays may start from: those that a half saw first.
+    /// Points that rays of a half may start from: those that it saw first, or the other half's where it saw none.
     pub fn origins(&self, half: usize) -> &[Receiver] {
-        let count = (self.count[half] as usize).min(ORIGINS);
-        &self.origins[half][..count]
+        match &self.origins[half][..] {
+            [] => &self.origins[1 - half],
+            own => own,
+        }
+    }
+
+    /// Adds a point that rays of a half may start from.
+    pub fn start(&mut self, half: usize, seen: Receiver) {
+        self.origins[half].push(seen);
+    }
+
+    /// Where its irradiance is wanted, and what may speak for it.
+    pub fn place(&self) -> Place {
+        Place {
+            position: self.position(),
+            normal: self.first.normal,
+            material: 2 * self.key.2 + u32::from(self.key.1 == Side::Back),
+        }
     }
 
     /// Mean of the points seen.

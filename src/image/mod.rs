@@ -16,6 +16,7 @@ mod layer;
 mod metrics;
 mod picture;
 mod pixel;
+mod point;
 mod points;
 mod spread;
 mod srgb;

@@ -144,6 +144,23 @@ impl<'a> Pass<'a> {
         each.sum::<DVec3>() + scratch.linked
     }
 
+    /// The surface that camera ray s of one half of pixel k sees: its plane, side and material, and the point.
+    pub fn look(&self, k: usize, half: usize, s: u32) -> Option<((u32, Side, u32), Receiver)> {
+        let view = self.view;
+        let seed = hash(k as u32, self.seed ^ HALVES[half]);
+        let (u, v) = (self.sobol.point(s, 0, seed), self.sobol.point(s, 1, seed));
+        let (hit, position) = self.seen(k, u, v)?;
+        view.patches.at(hit.face, hit.side, position)?;
+        let material = view.scene.faces[hit.face as usize].material;
+        let receiver = Receiver {
+            position,
+            normal: view.patches.normal(hit.face, hit.side),
+            face: hit.face,
+        };
+        let key = (view.rays.plane(hit.face), hit.side, material);
+        Some((key, receiver))
+    }
+
     /// The first surface under a point of pixel k, and where it is met, put exactly into the face's plane.
     fn seen(&self, k: usize, u: f32, v: f32) -> Option<(Hit, Vec3)> {
         let view = self.view;

@@ -5,7 +5,7 @@
 //! coarse lattice stands for more pixels and gets more rays, in proportion to the spacing: that minimises the noise of the
 //! picture for the rays cast. Every point's rays come in two halves with independent scramblings.
 //!
-//! Not handled: a point's irradiance varying within one pixel.
+//! Not handled: places seen only by camera rays that came after the points were chosen; the nearest point speaks for them.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -14,9 +14,8 @@ use super::hemisphere::Reader;
 use super::irradiance::{Fit, Known, Place};
 use super::lattice::Lattice;
 use super::layer::Layer;
-use super::pixel::Pixel;
-use crate::form_factors::Receiver;
-use crate::rays::Side;
+use super::pixel::{Pass, Pixel};
+use super::point::Point;
 use crate::rays::sequence::hash;
 
 /// No point.
@@ -37,36 +36,19 @@ pub(super) struct Density {
     pub rays: u32,
     /// A point speaks for places within this share of the harmonic mean distance to its surroundings...
     pub reach: f64,
-    /// ... and within this distance a unit distance from the camera, whatever surrounds it: about a pixel.
+    /// ... and within so many pixels, whatever surrounds it.
     pub least: f64,
+    /// Width of a pixel a unit distance from the camera.
+    pub pixel: f64,
     /// Chooses the scrambling of the rays.
     pub seed: u32,
 }
 
-/// One irradiance point.
-pub(super) struct Point {
-    /// Where the rays start, in turn.
-    from: Vec<Receiver>,
-    material: u32,
-    seed: u32,
-    /// Spacing of the lattice it belongs to.
-    pub(super) spacing: usize,
-    /// Factor on its reach, where the fit was biased.
-    shortened: f64,
-    /// Distance from the camera.
-    distance: f64,
-    /// Rays of each half cast so far.
-    rays: u32,
-    /// Sum over the rays of their inverse lengths.
-    nearness: f64,
-    /// Sums over the rays of each half, field by field.
-    sums: [Vec<DVec3>; 2],
-}
-
 /// All points of a picture.
 pub(super) struct Points<'a> {
-    reader: &'a Reader<'a>,
-    density: Density,
+    pass: &'a Pass<'a>,
+    pub(super) reader: &'a Reader<'a>,
+    pub(super) density: Density,
     camera: DVec3,
     pub(super) points: Vec<Point>,
     pub(super) known: Vec<Known>,
@@ -85,20 +67,21 @@ pub(super) struct Points<'a> {
 impl<'a> Points<'a> {
     /// No points yet.
     pub fn new(
-        reader: &'a Reader<'a>,
+        (pass, reader): (&'a Pass<'a>, &'a Reader<'a>),
         density: Density,
-        camera: DVec3,
         pixels: &[Pixel],
-        width: usize,
     ) -> Points<'a> {
+        let view = pass.view;
+        let width = view.width;
         let mut starts = vec![0];
         for pixel in pixels {
             starts.push(starts[starts.len() - 1] + pixel.layers.len());
         }
         Points {
+            pass,
             reader,
             density,
-            camera,
+            camera: view.scene.camera.position.as_dvec3(),
             points: Vec::new(),
             known: Vec::new(),
             values: Vec::new(),
@@ -127,7 +110,7 @@ impl<'a> Points<'a> {
                 .collect();
             let first = self.points.len();
             for &(k, l) in &found {
-                self.add(k, l, &pixels[k].layers[l], spacing);
+                self.add(k, l, &pixels[k], spacing);
             }
             let rays = self.rays_at(spacing);
             self.cast_from(first, |_| rays);
@@ -152,7 +135,7 @@ impl<'a> Points<'a> {
     }
 
     fn covers(&self, fit: &mut Fit, k: usize, layer: &Layer) -> bool {
-        self.fit(fit, k, &place(layer)) && fit.variance() <= COVERED
+        self.fit(fit, k, &layer.place()) && fit.variance() <= COVERED
     }
 
     /// Fits the points around pixel k at a place.
@@ -171,20 +154,12 @@ impl<'a> Points<'a> {
         fit.solve()
     }
 
-    fn add(&mut self, k: usize, l: usize, layer: &Layer, spacing: usize) {
+    fn add(&mut self, k: usize, l: usize, pixel: &Pixel, spacing: usize) {
         self.hosts[self.starts[k] + l] = self.points.len() as u32;
-        let none = || vec![DVec3::ZERO; self.fields];
-        self.points.push(Point {
-            from: [layer.origins(0), layer.origins(1)].concat(),
-            material: place(layer).material,
-            seed: hash(k as u32, hash(l as u32, self.density.seed)),
-            spacing,
-            shortened: 1.0,
-            distance: layer.first.position.as_dvec3().distance(self.camera),
-            rays: 0,
-            nearness: 0.0,
-            sums: [none(), none()],
-        });
+        let seed = hash(k as u32, hash(l as u32, self.density.seed));
+        let (seen, camera) = ((k, pixel.count), self.camera);
+        let point = Point::new(&pixel.layers[l], seen, spacing, camera, (self.fields, seed));
+        self.points.push(point);
     }
 
     /// Rays of a half that the points of one lattice get.
@@ -193,22 +168,14 @@ impl<'a> Points<'a> {
         (rays as u32).max(LEAST.min(self.density.rays))
     }
 
-    /// Casts rays from the points after `first` until each half has as many as `wanted` says.
-    fn cast_from(&mut self, first: usize, wanted: impl Fn(&Point) -> u32 + Sync) {
-        let reader = self.reader;
-        let cast = |hits: &mut Vec<_>, point: &mut Point| {
-            let range = point.rays..wanted(point).max(point.rays);
-            let added = 2 * range.len() as u64;
-            for (half, sums) in point.sums.iter_mut().enumerate() {
-                let seed = point.seed ^ HALVES[half];
-                point.nearness += reader.read(&point.from, range.clone(), seed, hits, sums);
-            }
-            point.rays = range.end;
-            added
-        };
-        let added: u64 = self.points[first..]
-            .par_iter_mut()
-            .map_init(Vec::new, cast)
+    /// Casts rays from the points after `first` until each half has as many as `wanted` says of each of them.
+    fn cast_from(&mut self, first: usize, wanted: impl Fn(usize) -> u32 + Sync) {
+        let with = (self.pass, self.reader);
+        let points = self.points[first..].par_iter_mut().enumerate();
+        let added: u64 = points
+            .map_init(Vec::new, |hits, (i, point)| {
+                point.extend(with, wanted(i), hits)
+            })
             .sum();
         self.cast += added;
         self.settle(first);
@@ -218,35 +185,29 @@ impl<'a> Points<'a> {
     fn settle(&mut self, first: usize) {
         self.known.truncate(first);
         self.values.truncate(first * self.fields);
-        for p in &self.points[first..] {
-            let share = 1.0 / f64::from(p.rays);
-            let [a, b] = &p.sums;
-            self.values
-                .extend(a.iter().zip(b).map(|(a, b)| [*a * share, *b * share]));
-        }
         let density = self.density;
-        self.known.extend(self.points[first..].iter().map(|p| {
-            let surroundings = f64::from(2 * p.rays) / p.nearness;
-            Known {
-                place: Place {
-                    position: p.middle(),
-                    normal: p.from[0].normal,
-                    material: p.material,
-                },
-                reach: p.shortened
-                    * (density.reach * surroundings)
-                        .min(1.0)
-                        .max(density.least * p.distance),
-                weight: f64::from(p.rays),
-            }
-        }));
+        for p in &self.points[first..] {
+            self.values.extend(p.means());
+            let least = density.least * density.pixel * p.distance;
+            let reach = (density.reach * p.surroundings()).min(1.0).max(least);
+            self.known.push(Known {
+                place: p.place(),
+                reach: p.shortened * reach,
+                // Not by their own rays or variance: a point that met bright light by chance would count less.
+                weight: p.spacing as f64,
+            });
+        }
     }
 
-    /// Multiplies the rays of every point.
+    /// Casts as many more rays as multiply their number by a factor, where they lessen the noise of the picture most: rays
+    /// that leave `s² / n` at each of the w pixels that a point stands for go as `s sqrt(w)`.
     pub fn refine(&mut self, factor: f64) {
         let more = |rays: u32| ((f64::from(rays) * factor).ceil() as u32).min(MOST.max(rays));
         self.density.rays = more(self.density.rays);
-        self.cast_from(0, |p| more(p.rays));
+        let wants = self.wants();
+        let rays: Vec<f64> = self.points.iter().map(|p| f64::from(p.rays)).collect();
+        let level = level(&wants, &rays, factor * rays.iter().sum::<f64>());
+        self.cast_from(0, |i| (level * wants[i]).min(f64::from(MOST)) as u32);
     }
 
     /// Shortens the reach of some points; places may want more points then.
@@ -258,22 +219,21 @@ impl<'a> Points<'a> {
     }
 }
 
-/// Tells the two halves' scramblings apart.
-const HALVES: [u32; 2] = [0x51ed_270b, 0xa3b1_95c7];
-
-impl Point {
-    /// Mean of where its rays start.
-    fn middle(&self) -> DVec3 {
-        let sum: DVec3 = self.from.iter().map(|r| r.position.as_dvec3()).sum();
-        sum / self.from.len() as f64
+/// The level at which `max(rays, level * want)`, summed over the points, is `total`.
+fn level(wants: &[f64], rays: &[f64], total: f64) -> f64 {
+    // Points join in the order in which a rising level meets their rays.
+    let mut order: Vec<usize> = (0..wants.len()).filter(|&i| wants[i] > 0.0).collect();
+    let meets = |i: usize| rays[i] / wants[i];
+    order.sort_unstable_by(|&a, &b| meets(a).total_cmp(&meets(b)).then(a.cmp(&b)));
+    let mut rest: f64 = rays.iter().sum();
+    let (mut want, mut level) = (0.0, 0.0);
+    for (k, &i) in order.iter().enumerate() {
+        rest -= rays[i];
+        want += wants[i];
+        level = (total - rest).max(0.0) / want;
+        if order.get(k + 1).is_none_or(|&next| level <= meets(next)) {
+            break;
+        }
     }
-}
-
-/// Where a layer's irradiance is wanted, and what may speak for it.
-pub(super) fn place(layer: &Layer) -> Place {
-    Place {
-        position: layer.position(),
-        normal: layer.first.normal,
-        material: 2 * layer.key.2 + u32::from(layer.key.1 == Side::Back),
-    }
+    level
 }
