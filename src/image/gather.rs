@@ -15,12 +15,11 @@
 //!
 //! Not handled: depth of field, motion, filters other than the box.
 
-use glam::Vec3;
-
 use super::Picture;
 use super::budget::Settings;
 use super::found::Found;
 use super::hemisphere::Reader;
+use super::linear::Linear;
 use super::pixel::Pass;
 use super::points::Points;
 use super::spread::sample_pixels;
@@ -109,17 +108,26 @@ pub struct Fields {
     /// The fields that add up to the picture come first.
     leading: usize,
     /// Patch by patch, field by field.
-    values: Vec<Rgb>,
+    values: Vec<Linear>,
     /// Irradiance over pi of the patches themselves; empty where it is not known.
     ambient: Vec<Rgb>,
 }
 
 impl Fields {
-    /// Interleaves fields of one value a patch.
+    /// Fields of one value a patch.
     ///
     /// # Panics
     /// If the fields differ in length.
     pub fn new(fields: &[Vec<Rgb>]) -> Fields {
+        let constant = |field: &Vec<Rgb>| field.iter().map(|v| Linear::constant(*v)).collect();
+        Fields::linear(&fields.iter().map(constant).collect::<Vec<_>>())
+    }
+
+    /// Interleaves fields that are linear within each patch.
+    ///
+    /// # Panics
+    /// If the fields differ in length.
+    pub fn linear(fields: &[Vec<Linear>]) -> Fields {
         let patches = fields.first().map_or(0, Vec::len);
         assert!(fields.iter().all(|f| f.len() == patches));
         let values = (0..patches).flat_map(|i| fields.iter().map(move |f| f[i]));
@@ -156,11 +164,11 @@ impl Fields {
 
     /// Whether no field has any light.
     pub fn is_dark(&self) -> bool {
-        self.values.iter().all(|v| *v == Vec3::ZERO)
+        self.values.iter().all(|v| *v == Linear::default())
     }
 
     #[inline]
-    pub(super) fn of_patch(&self, patch: u32) -> &[Rgb] {
+    pub(super) fn of_patch(&self, patch: u32) -> &[Linear] {
         let start = patch as usize * self.count;
         &self.values[start..start + self.count]
     }

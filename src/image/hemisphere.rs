@@ -23,7 +23,7 @@ impl<'a> Reader<'a> {
         Reader {
             view,
             fields,
-            sobol: Sobol::new(count as usize, 2),
+            sobol: Sobol::new(count as usize, 3),
             opaque: view.transports.iter().all(|t| t.tau == 0.0),
         }
     }
@@ -38,7 +38,7 @@ impl<'a> Reader<'a> {
         self.fields.count()
     }
 
-    /// Adds what the rays `indices`, which start from the points `from` in turn, read in every field to `incident`; returns
+    /// Adds what the rays `indices`, which start from the points `from`, read in every field to `incident`; returns
     /// the sum of the rays' inverse lengths.
     pub fn read(
         &self,
@@ -54,7 +54,7 @@ impl<'a> Reader<'a> {
                 self.sobol.point(index, 0, seed),
                 self.sobol.point(index, 1, seed),
             );
-            let from = &from[index as usize % from.len()];
+            let from = &from[self.start(index, seed, from.len())];
             let ray = Ray {
                 origin: from.position,
                 direction: cosine_direction(from.normal, u, v),
@@ -64,6 +64,15 @@ impl<'a> Reader<'a> {
             nearness += hits.first().map_or(0.0, |hit| 1.0 / f64::from(hit.t));
         }
         nearness
+    }
+
+    /// Which of some points a ray leaves: a dimension of its own, or each of the points would look at a part of the hemisphere
+    /// only.
+    fn start(&self, index: u32, seed: u32, count: usize) -> usize {
+        match count {
+            1 => 0,
+            _ => (f64::from(self.sobol.point(index, 2, seed)) * count as f64) as usize,
+        }
     }
 
     /// Reads every field along a ray: each crossing's light times the tau of the surfaces before it.
@@ -80,7 +89,7 @@ impl<'a> Reader<'a> {
             let position = ray.origin + hit.t * ray.direction;
             if let Some(j) = view.patches.at(hit.face, hit.side, position) {
                 for (sum, l) in incident.iter_mut().zip(self.fields.of_patch(j)) {
-                    *sum += f64::from(through) * l.as_dvec3();
+                    *sum += f64::from(through) * l.at(position).as_dvec3();
                 }
             }
             let material = view.scene.faces[hit.face as usize].material;

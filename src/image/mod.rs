@@ -13,6 +13,7 @@ mod hemisphere;
 mod irradiance;
 mod lattice;
 mod layer;
+mod linear;
 mod metrics;
 mod picture;
 mod pixel;
@@ -27,6 +28,7 @@ pub use files::{check_extension, encode_png, read_picture, write_bitmap, write_p
 pub use gather::{
     Fields, GatherError, GatherSampling, Gathered, Gathering, View, gather, invisible,
 };
+pub use linear::{Linear, linear};
 pub use metrics::{
     Largest, MeanDifference, MetricError, largest_difference, mean_difference, mean_e_pixel,
     relative_rms,

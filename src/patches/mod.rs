@@ -15,6 +15,7 @@ mod clip;
 mod cluster;
 mod contact;
 mod grid;
+mod neighbours;
 mod parents;
 mod surface;
 
@@ -25,6 +26,7 @@ use crate::rays::{Rays, Side};
 use crate::scene::{Scene, Sides};
 use contact::Contacts;
 use grid::Grid;
+pub use neighbours::Neighbours;
 use parents::Parents;
 
 /// No patch: the black back of a one-sided face.
@@ -242,6 +244,11 @@ impl Patches {
     /// Patches along lines of contact are their own, and so are surfaces of a single patch.
     pub fn parents(&self) -> &[u32] {
         &self.parents
+    }
+
+    /// Which patches lie beside each other.
+    pub fn neighbours(&self) -> Neighbours {
+        Neighbours::new(self)
     }
 
     /// The patch that a point of a face's side belongs to; `None` on the black back of a one-sided face.

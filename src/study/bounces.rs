@@ -1,9 +1,9 @@
 //! The bounce series as figures: a picture of every term `KⁿE`, their partial sums, and a chart of their norms.
 
 use super::chart::{Chart, Series, term};
-use super::pipeline::{Assembled, Prepared, Watch, picture, without_luminaires};
+use super::pipeline::{Assembled, Prepared, Watch, fields, picture, without_luminaires};
 use super::sheet::{Sheet, Tile};
-use crate::image::{Exposure, Fields, Gathering, Picture, invisible};
+use crate::image::{Exposure, Gathering, Picture, invisible};
 use crate::solve::{Bounce, Solution};
 
 /// `E`, `KE`, `K²E` and so on.
@@ -23,13 +23,13 @@ pub fn bounce_pictures(
 ) -> Vec<Picture> {
     let count = count.min(solution.terms.len() - 1);
     // The picture of bounce n shows the patch light of bounce n - 1 reflected once more.
-    let fields: Vec<_> = (0..count)
+    let values: Vec<_> = (0..count)
         .map(|n| match n {
             0 => without_luminaires(p, &solution.terms[0]),
             n => invisible(&solution.terms[n]),
         })
         .collect();
-    let fields = Fields::new(&fields);
+    let fields = fields(p, &values);
     let parts = picture(p, &mode.transports, &fields, size, gathering, watch);
     let mut pictures = vec![parts.emission];
     pictures.extend(parts.indirect);

@@ -8,7 +8,7 @@ use std::time::Instant;
 use crate::form_factors::{
     self, Closure, Luminaires, Sampling, Sight, Variant, closure, receive_emitted,
 };
-use crate::image::{Fields, Gathered, Gathering, View, gather, invisible};
+use crate::image::{Fields, Gathered, Gathering, View, gather, invisible, linear};
 use crate::light::{Light, Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
 use crate::patches::Patches;
@@ -281,6 +281,13 @@ pub fn picture(
     look(p, (transports, &sight), fields, size, gathering, watch)
 }
 
+/// Fields to gather from one value a patch each, read as linear within a patch.
+pub(super) fn fields(p: &Prepared, values: &[Vec<Rgb>]) -> Fields {
+    let neighbours = p.patches.neighbours();
+    let each = values.iter().map(|field| linear(&neighbours, field));
+    Fields::linear(&each.collect::<Vec<_>>())
+}
+
 /// Renders the solution of one mode.
 pub fn render(
     p: &Prepared,
@@ -290,8 +297,7 @@ pub fn render(
     gathering: impl Into<Gathering>,
     watch: &dyn Watch,
 ) -> Gathered {
-    let fields =
-        Fields::new(&[reflected(p, &solution.terms)]).with_ambient(ambient(mode, solution));
+    let fields = fields(p, &[reflected(p, &solution.terms)]).with_ambient(ambient(mode, solution));
     let surfaces = (&mode.transports[..], &*mode.sight);
     look(p, surfaces, &fields, size, gathering, watch)
 }

@@ -24,8 +24,9 @@ use super::pipeline::{
 };
 use super::within::{ErrorParts, Within};
 use crate::form_factors::{Sampling, Sight};
-use crate::image::{Fields, GatherSampling, Gathered, Gathering};
+use crate::image::{Fields, GatherSampling, Gathered, Gathering, Linear, linear};
 use crate::light::{Rgb, Transport};
+use crate::patches::Neighbours;
 use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann, norm};
 
 /// Shares of the tolerance that noise of F, and patch size, may take.
@@ -168,15 +169,18 @@ fn solve(
     let operator = &first.0.operator;
     let coarse = coarse_terms(operator, p.patches.parents(), solution.terms.len() - 1);
     let [a, b, c] = [&solution.terms, &other.terms, &coarse].map(|terms| reflected(p, terms));
-    let mix = |x: &[Rgb], y: &[Rgb], u: f32, v: f32| -> Vec<Rgb> {
-        x.iter().zip(y).map(|(x, y)| u * *x + v * *y).collect()
+    let neighbours = p.patches.neighbours();
+    let [a, b] = [&a, &b].map(|values| linear(&neighbours, values));
+    let c = larger(p, &neighbours, &c);
+    let mix = |x: &[Linear], y: &[Linear], u: f32, v: f32| -> Vec<Linear> {
+        x.iter().zip(y).map(|(x, y)| x.mix(u, y, v)).collect()
     };
     let fields = [
         mix(&a, &b, 0.5, 0.5),
         mix(&a, &b, 0.5, -0.5),
         mix(&a, &c, 1.0, -1.0),
     ];
-    let fields = Fields::new(&fields).led_by(1);
+    let fields = Fields::linear(&fields).led_by(1);
     let truncation =
         solution.rest() / norm(operator.areas(), &solution.light).max(f64::MIN_POSITIVE);
     let fields = fields.with_ambient(ambient(&first.0, &solution));
@@ -190,6 +194,18 @@ fn solve(
             ..ErrorParts::default()
         },
     })
+}
+
+/// Light of larger patches, given on the smaller ones, as linear within the larger.
+fn larger(p: &Prepared, neighbours: &Neighbours, values: &[Rgb]) -> Vec<Linear> {
+    let parents = p.patches.parents();
+    let neighbours = neighbours.larger(parents, p.patches.areas());
+    let mut own = vec![Rgb::ZERO; neighbours.len()];
+    for (value, &parent) in values.iter().zip(parents) {
+        own[parent as usize] = *value;
+    }
+    let light = linear(&neighbours, &own);
+    parents.iter().map(|&parent| light[parent as usize]).collect()
 }
 
 /// K from half the rays.

@@ -7,10 +7,10 @@ use std::time::Instant;
 use super::arithmetic::{combine, sum};
 use super::{Estimate, Method, ORDERS, Plan};
 use crate::form_factors::Sampling;
-use crate::image::{Fields, GatherSampling, Picture};
+use crate::image::{GatherSampling, Picture};
 use crate::light::{Light, Rgb};
 use crate::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
-use crate::study::pipeline::{Assembled, Prepared, Watch, assemble, picture, without_luminaires};
+use crate::study::pipeline::{Assembled, Prepared, Watch, assemble, fields, picture, without_luminaires};
 use crate::study::shoot::{assembled_shooter, ray_shooter};
 
 /// How fine a patch method works.
@@ -178,7 +178,7 @@ pub(super) fn pictures(
     solutions: &[Generations],
     watch: &dyn Watch,
 ) -> Vec<Vec<Picture>> {
-    let fields: Vec<Vec<Rgb>> = solutions.iter().flat_map(|g| fields(p, g)).collect();
+    let values: Vec<Vec<Rgb>> = solutions.iter().flat_map(|g| values(p, g)).collect();
     let sampling = GatherSampling {
         camera: rung.camera,
         luminaire: 4,
@@ -186,7 +186,7 @@ pub(super) fn pictures(
         seed,
     };
     let transports = p.scene.transports(plan.transport);
-    let fields = Fields::new(&fields);
+    let fields = fields(p, &values);
     let parts = picture(p, &transports, &fields, plan.size, &sampling, watch);
     let of_one = |indirect: &[Picture]| {
         let mut orders = vec![parts.emission.clone()];
@@ -198,7 +198,7 @@ pub(super) fn pictures(
 }
 
 /// What hemisphere rays read of generations 0 to `ORDERS - 1`, then of all later ones together.
-fn fields(p: &Prepared, generations: &Generations) -> Vec<Vec<Rgb>> {
+fn values(p: &Prepared, generations: &Generations) -> Vec<Vec<Rgb>> {
     let mut fields = vec![vec![Rgb::ZERO; p.patches.len()]; ORDERS + 1];
     fields[0] = without_luminaires(p, &generations[0]);
     for (n, generation) in generations.iter().enumerate().skip(1) {

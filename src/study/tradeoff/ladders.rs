@@ -6,12 +6,13 @@ use std::time::Instant;
 
 use super::{Ladder, Plan, Run};
 use crate::form_factors::Sampling;
-use crate::image::{Fields, GatherSampling, Gathered};
+use crate::image::{GatherSampling, Gathered};
 use crate::rays::Rays;
 use crate::reference::{TraceSettings, Tracer};
 use crate::scene::Scene;
 use crate::solve::{Diverges, RaySettings, Shooting, ShootingSettings, neumann};
 use crate::study::pipeline::{
+    fields,
     Fineness, Seconds, Silent, Watch, assemble, picture, prepare, reflected, render,
 };
 use crate::study::shoot::ray_shooter;
@@ -178,7 +179,7 @@ fn shoot(scene: &Scene, plan: &Plan, k: u32) -> Result<Run, Diverges> {
         seed: plan.seed,
     };
     let transports = p.scene.transports(plan.transport);
-    let fields = Fields::new(&[reflected(&p, &terms)]);
+    let fields = fields(&p, &[reflected(&p, &terms)]);
     let gathered = picture(&p, &transports, &fields, plan.size, &gathering, &Silent);
     seconds.gather = lap(&mut clock);
     let effort = format!(

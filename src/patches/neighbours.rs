@@ -1,0 +1,112 @@
+//! Which patches lie beside each other on one surface, for light that is read as linear within a patch.
+//!
+//! On a grid the four cells that share an edge. A line of contact divides light from dark, so patches along it are no
+//! one's neighbours.
+//!
+//! Lengths are in unit coordinates. Not handled: patches that small surfaces share, and cells cut along lines; they have no
+//! neighbours.
+
+use glam::Vec3;
+
+use super::grid::Grid;
+use super::{NONE, Patches};
+
+/// The patches beside each patch, and where they lie.
+#[derive(Clone, Debug)]
+pub struct Neighbours {
+    /// Along the first axis after and before, along the second after and before; [`u32::MAX`] where there is none.
+    beside: Vec<[u32; 4]>,
+    /// Centroids.
+    middles: Vec<Vec3>,
+    /// Half the patch's size along both axes, as vectors.
+    halves: Vec<[Vec3; 2]>,
+}
+
+impl Neighbours {
+    /// Of all patches.
+    pub(super) fn new(patches: &Patches) -> Neighbours {
+        let mut found = Neighbours {
+            beside: vec![[NONE; 4]; patches.len()],
+            middles: (0..patches.len()).map(|i| middle(patches, i)).collect(),
+            halves: vec![[Vec3::ZERO; 2]; patches.len()],
+        };
+        for grid in &patches.grids {
+            for (patch, beside) in grid.beside() {
+                found.set(patch, beside, grid);
+                let behind = |p: u32| patches.backs.get(p as usize).copied().unwrap_or(NONE);
+                if behind(patch) != NONE {
+                    found.set(behind(patch), beside.map(behind), grid);
+                }
+            }
+        }
+        found
+    }
+
+    fn set(&mut self, patch: u32, beside: [u32; 4], grid: &Grid) {
+        self.beside[patch as usize] = beside;
+        self.halves[patch as usize] = grid.halves();
+    }
+
+    /// The same of larger patches: `parents` tells which one each patch is part of, `areas` how much of it.
+    pub fn larger(&self, parents: &[u32], areas: &[f64]) -> Neighbours {
+        let count = parents.iter().max().map_or(0, |&p| p as usize + 1);
+        let mut found = Neighbours {
+            beside: vec![[NONE; 4]; count],
+            middles: vec![Vec3::ZERO; count],
+            halves: vec![[Vec3::ZERO; 2]; count],
+        };
+        let mut totals = vec![0.0; count];
+        for (i, &p) in parents.iter().enumerate() {
+            let p = p as usize;
+            totals[p] += areas[i];
+            let share = (areas[i] / totals[p]) as f32;
+            found.middles[p] = found.middles[p].lerp(self.middles[i], share);
+            found.halves[p] = self.halves[i].map(|half| 2.0 * half);
+            for (own, &j) in found.beside[p].iter_mut().zip(&self.beside[i]) {
+                match parents.get(j as usize) {
+                    Some(&other) if other as usize != p => *own = other,
+                    _ => {}
+                }
+            }
+        }
+        found
+    }
+
+    /// Number of patches.
+    pub fn len(&self) -> usize {
+        self.middles.len()
+    }
+
+    /// Whether there is no patch.
+    pub fn is_empty(&self) -> bool {
+        self.middles.is_empty()
+    }
+
+    /// Centroid of patch i.
+    pub fn middle(&self, i: usize) -> Vec3 {
+        self.middles[i]
+    }
+
+    /// Half the size of patch i along both axes, as vectors; zero where it has no neighbours.
+    pub fn halves(&self, i: usize) -> [Vec3; 2] {
+        self.halves[i]
+    }
+
+    /// The patches after and before patch i along an axis, 0 or 1.
+    pub fn beside(&self, i: usize, axis: usize) -> [Option<usize>; 2] {
+        [0, 1].map(|k| {
+            let other = self.beside[i][2 * axis + k];
+            (other != NONE).then_some(other as usize)
+        })
+    }
+}
+
+fn middle(patches: &Patches, i: usize) -> Vec3 {
+    let (mut sum, mut total) = (Vec3::ZERO, 0.0);
+    for (_, [a, b, c]) in patches.pieces(i) {
+        let area = (b - a).cross(c - a).length();
+        sum += area / 3.0 * (a + b + c);
+        total += area;
+    }
+    if total > 0.0 { sum / total } else { Vec3::ZERO }
+}
