@@ -244,8 +244,16 @@ fn only_the_ladders_asked_for_are_run() {
         .map(|p| p["method"].as_str().unwrap())
         .collect();
     assert!(methods.contains(&"rays alone") && methods.contains(&"samples alone"));
-    assert!(methods.iter().all(|m| m.ends_with(" alone") && *m != "patches alone"));
+    assert!(
+        methods
+            .iter()
+            .all(|m| m.ends_with(" alone") && *m != "patches alone")
+    );
     // No path tracer is judged, so no patch picture is made to judge it, and there is no tolerance to chart.
     let names = files(&place);
-    assert!(names.iter().all(|name| !name.contains("-patches-") && !name.contains("-asked")));
+    assert!(
+        names
+            .iter()
+            .all(|name| !name.contains("-patches-") && !name.contains("-asked"))
+    );
 }

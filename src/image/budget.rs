@@ -18,6 +18,8 @@ const FIT: f64 = 0.55;
 const SOME: usize = 9;
 /// What a reach that is too long is shortened to.
 const SHORTER: f64 = 0.6;
+/// Rounds of more points that lessen no bias, after which there are no more.
+const STALLS: usize = 2;
 /// Rounds of more rays, or more points.
 const ROUNDS: usize = 8;
 /// Share of the distance to the surroundings that a point of every pixel speaks for.
@@ -25,7 +27,7 @@ const REACH: f64 = 0.15;
 /// The same at first for chosen points at an error of 1 %. Measured on the Cornell box, the fit's bias grows as its power 1.2.
 const WITHIN: f64 = 0.18;
 /// Pixels that a point speaks for at first whatever its surroundings, at an error of 1 %.
-const LEAST: f64 = 1.5;
+const LEAST: f64 = 3.0;
 /// Rays of a half at first, at an error of 1 %.
 const RAYS: f64 = 128.0;
 
@@ -65,14 +67,14 @@ impl Settings {
                 let pixel = view.scene.camera.pixel(view.height);
                 Settings {
                     plan: Plan {
-                        first: std::env::var("FIRST").map_or(((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(), |v| v.parse().unwrap()),
+                        first: ((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(),
                         noise: Some(error * if fields.is_dark() { 1.0 } else { CAMERA }),
                     },
                     density: Density {
                         spacing: spacing(view.width.max(view.height)),
-                        rays: ((env("RAYS", RAYS) * fineness.powf(1.4)) as u32).max(16),
-                        reach: env("WITHIN", WITHIN) * fineness.powf(-0.5),
-                        least: env("LEAST", LEAST) * fineness.powf(-0.3),
+                        rays: ((RAYS * fineness.powf(1.4)) as u32).max(16),
+                        reach: WITHIN * fineness.powf(-0.5),
+                        least: LEAST * fineness.powf(-0.3),
                         pixel,
                         seed,
                     },
@@ -93,7 +95,7 @@ impl Settings {
             (error * error * camera.signal - camera.variance)
                 .max(0.25 * error * error * camera.signal)
         });
-        let mut before = f64::INFINITY;
+        let (mut before, mut biased, mut stalls) = (f64::INFINITY, f64::INFINITY, 0);
         for _ in 0..ROUNDS {
             if self.error.is_none() {
                 break;
@@ -101,7 +103,6 @@ impl Settings {
             let some = Found::new(pixels, points, fields, SOME).measure(pixels);
             let scale = camera.count as f64 / some.count.max(1) as f64;
             let noise = scale * some.variance / (HEMISPHERE * HEMISPHERE * left);
-            if std::env::var("DBG").is_ok() { let b = points.biases(fields.leading()); eprintln!("points {} rays {} noise {:.3} bias {:.3} camera {:.3}", points.points.len(), points.cast, noise, scale * relative(&b) * some.signal / (FIT * FIT * left), camera.variance/(self.error.unwrap().powi(2)*camera.signal)); }
             // Noise that more rays did not lessen is not theirs.
             if noise > 1.0 && noise < 0.8 * before {
                 before = noise;
@@ -112,11 +113,14 @@ impl Settings {
             // Only now: a bias measured through much noise is itself noisy.
             let biases = points.biases(fields.leading());
             let bias = scale * relative(&biases) * some.signal / (FIT * FIT * left);
-            if bias <= 1.0 {
+            // A bias that more points did not lessen is that of light they cannot follow, or chance.
+            stalls += usize::from(bias > 0.95 * biased);
+            if bias <= 1.0 || stalls == STALLS {
                 break;
             }
+            biased = bias;
             let worst = points.worst(&biases, (1.5 * (1.0 - 1.0 / bias)).clamp(0.3, 1.0));
-            points.shorten(&worst, env("SHORTER", SHORTER));
+            points.shorten(&worst, SHORTER);
             points.place(pixels);
             before = f64::INFINITY;
         }
@@ -129,5 +133,3 @@ fn spacing(length: usize) -> usize {
     let most = (length / 32).clamp(1, 16);
     1 << most.ilog2()
 }
-
-fn env(n: &str, d: f64) -> f64 { std::env::var(n).map_or(d, |v| v.parse().unwrap()) }

@@ -11,13 +11,10 @@ use rayon::prelude::*;
 
 use super::irradiance::{Fit, Place};
 use super::layer::Layer;
-use super::points::{NONE, Points};
+use super::points::{COVERED, NONE, Points};
 
 /// A fit that leaves more than this share reaches out of its points.
 const LOOSE: f64 = 0.5;
-
-/// A point that others speak for with more than this share of their variance lies outside of them.
-const OUTSIDE: f64 = 0.7;
 
 /// Spacings within which points are alike in noise.
 const NEAR: f64 = 2.5;
@@ -108,8 +105,8 @@ impl Points<'_> {
             let (own, known) = (&self.points[i], &self.known[i]);
             let k = self.lattice.pixel_of(i as u32);
             let inside =
-                self.fit_without(fit, k, &known.place, i as u32) && fit.variance() <= OUTSIDE;
-            // At the rim, along a crease, others say nothing; its own share in the fit there is then part of the fit.
+                self.fit_without(fit, k, &known.place, i as u32) && fit.variance() <= COVERED;
+            // Places that others cannot speak for, as along a crease, are points: their own share is part of the fit there.
             if !inside && !self.fit(fit, k, &known.place) {
                 return (0.0, 0.0);
             }
@@ -148,7 +145,12 @@ impl Points<'_> {
     pub(super) fn wants(&self) -> Vec<f64> {
         let leading = self.reader.leading();
         let one = |i: usize| {
-            let sum = |half: usize| self.means(i)[..leading].iter().map(|m| m[half]).sum::<DVec3>();
+            let sum = |half: usize| {
+                self.means(i)[..leading]
+                    .iter()
+                    .map(|m| m[half])
+                    .sum::<DVec3>()
+            };
             let own = &self.points[i];
             0.25 * (sum(0) - sum(1)).length_squared() * f64::from(own.rays)
         };

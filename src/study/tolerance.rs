@@ -205,7 +205,10 @@ fn larger(p: &Prepared, neighbours: &Neighbours, values: &[Rgb]) -> Vec<Linear> 
         own[parent as usize] = *value;
     }
     let light = linear(&neighbours, &own);
-    parents.iter().map(|&parent| light[parent as usize]).collect()
+    parents
+        .iter()
+        .map(|&parent| light[parent as usize])
+        .collect()
 }
 
 /// K from half the rays.

@@ -45,7 +45,12 @@ pub struct ChartCommand {
 
 /// All ladders.
 const LADDERS: [&str; 6] = [
-    "tolerance", "patches", "rays", "samples", "shooting", "paths",
+    "tolerance",
+    "patches",
+    "rays",
+    "samples",
+    "shooting",
+    "paths",
 ];
 
 /// The tolerances over which a slope of its own is told.

@@ -12,8 +12,7 @@ use crate::reference::{TraceSettings, Tracer};
 use crate::scene::Scene;
 use crate::solve::{Diverges, RaySettings, Shooting, ShootingSettings, neumann};
 use crate::study::pipeline::{
-    fields,
-    Fineness, Seconds, Silent, Watch, assemble, picture, prepare, reflected, render,
+    Fineness, Seconds, Silent, Watch, assemble, fields, picture, prepare, reflected, render,
 };
 use crate::study::shoot::ray_shooter;
 use crate::study::tolerance::{Wanted, render_within};
