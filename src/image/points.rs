@@ -202,8 +202,8 @@ impl<'a> Points<'a> {
     /// Casts as many more rays as multiply their number by a factor, where they lessen the noise of the picture most: rays
     /// that leave `s² / n` at each of the w pixels that a point stands for go as `s sqrt(w)`.
     pub fn refine(&mut self, factor: f64) {
-        let more = |rays: u32| ((f64::from(rays) * factor).ceil() as u32).min(MOST.max(rays));
-        self.density.rays = more(self.density.rays);
+        let more = (f64::from(self.density.rays) * factor).ceil() as u32;
+        self.density.rays = more.min(MOST.max(self.density.rays));
         let wants = self.wants();
         let rays: Vec<f64> = self.points.iter().map(|p| f64::from(p.rays)).collect();
         let level = level(&wants, &rays, factor * rays.iter().sum::<f64>());

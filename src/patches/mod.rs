@@ -11,6 +11,7 @@
 //!
 //! Not handled: refinement by estimated error.
 
+mod beside;
 mod clip;
 mod cluster;
 mod contact;

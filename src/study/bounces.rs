@@ -1,7 +1,8 @@
 //! The bounce series as figures: a picture of every term `KⁿE`, their partial sums, and a chart of their norms.
 
 use super::chart::{Chart, Series, term};
-use super::pipeline::{Assembled, Prepared, Watch, fields, picture, without_luminaires};
+use super::look::{fields, picture, without_luminaires};
+use super::pipeline::{Assembled, Prepared, Watch};
 use super::sheet::{Sheet, Tile};
 use crate::image::{Exposure, Gathering, Picture, invisible};
 use crate::solve::{Bounce, Solution};

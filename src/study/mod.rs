@@ -14,6 +14,7 @@ mod difference;
 mod factors;
 mod font;
 pub mod frontier;
+mod look;
 pub mod map;
 mod memory;
 mod notes;
@@ -36,11 +37,9 @@ pub use difference::{difference_scale, difference_tiles};
 pub use factors::{
     Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors,
 };
+pub use look::{picture, render, without_luminaires};
 pub use memory::{Estimate, Unfit, check_memory, estimate_memory, usable_memory};
-pub use pipeline::{
-    Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, picture, prepare, render,
-    without_luminaires,
-};
+pub use pipeline::{Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, prepare};
 pub use series::{BounceSeries, TermError, explore_within};
 pub use sheet::{Sheet, Tile};
 pub use shoot::{assembled_shooter, ray_shooter};

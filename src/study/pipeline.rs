@@ -1,4 +1,4 @@
-//! The way from a scene to its solutions: rays, patches, form factors, K, L and the picture, with what each step cost.
+//! The way from a scene to its operators: rays, patches, form factors and K, with what each step cost.
 //!
 //! One set of patches and one cast of rays serves all the modes asked for.
 
@@ -8,13 +8,12 @@ use std::time::Instant;
 use crate::form_factors::{
     self, Closure, Luminaires, Sampling, Sight, Variant, closure, receive_emitted,
 };
-use crate::image::{Fields, Gathered, Gathering, View, gather, invisible, linear};
-use crate::light::{Light, Rgb, Transport};
+use crate::light::{Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
 use crate::patches::Patches;
 use crate::rays::Rays;
 use crate::scene::Scene;
-use crate::solve::{Settings, Solution};
+use crate::solve::Settings;
 
 /// How fine.
 #[derive(Clone, Copy, Debug)]
@@ -223,104 +222,4 @@ fn received(
         sampling,
         &|done| watch.tick(done),
     )
-}
-
-/// What hemisphere rays read of E: all of it but the luminaires', which are gathered by closed form.
-pub fn without_luminaires(p: &Prepared, emission: &[Light]) -> Vec<Rgb> {
-    let mut field = invisible(emission);
-    for (l, &material) in field.iter_mut().zip(p.patches.materials()) {
-        if p.luminaires.carries[material as usize] {
-            *l = Rgb::ZERO;
-        }
-    }
-    field
-}
-
-/// The invisible light that the picture of a solution reads: every term, luminaires' emission excepted.
-pub(super) fn reflected(p: &Prepared, terms: &[Vec<Light>]) -> Vec<Rgb> {
-    let mut terms = terms.iter();
-    let mut field = terms
-        .next()
-        .map_or_else(Vec::new, |emission| without_luminaires(p, emission));
-    for term in terms {
-        for (sum, l) in field.iter_mut().zip(term) {
-            *sum += l.invisible;
-        }
-    }
-    field
-}
-
-/// What the patches receive of the reflected light, irradiance over pi.
-pub(super) fn ambient(mode: &Assembled, solution: &Solution) -> Vec<Rgb> {
-    let k = &mode.operator;
-    let received = |i: usize| {
-        let visible = solution.light[i].visible - k.emission()[i].visible;
-        let rho = k.reflectance(i);
-        let over = |c: usize| {
-            if rho[c] > 0.0 {
-                visible[c] / rho[c]
-            } else {
-                0.0
-            }
-        };
-        Rgb::new(over(0), over(1), over(2)) - k.received()[i]
-    };
-    (0..k.len()).map(received).collect()
-}
-
-/// Renders fields of patch light under one choice of (alpha, tau) for every material.
-pub fn picture(
-    p: &Prepared,
-    transports: &[Transport],
-    fields: &Fields,
-    size: (usize, usize),
-    gathering: impl Into<Gathering>,
-    watch: &dyn Watch,
-) -> Gathered {
-    let sight = sight(p, transports);
-    look(p, (transports, &sight), fields, size, gathering, watch)
-}
-
-/// Fields to gather from one value a patch each, read as linear within a patch.
-pub(super) fn fields(p: &Prepared, values: &[Vec<Rgb>]) -> Fields {
-    let neighbours = p.patches.neighbours();
-    let each = values.iter().map(|field| linear(&neighbours, field));
-    Fields::linear(&each.collect::<Vec<_>>())
-}
-
-/// Renders the solution of one mode.
-pub fn render(
-    p: &Prepared,
-    mode: &Assembled,
-    solution: &Solution,
-    size: (usize, usize),
-    gathering: impl Into<Gathering>,
-    watch: &dyn Watch,
-) -> Gathered {
-    let fields = fields(p, &[reflected(p, &solution.terms)]).with_ambient(ambient(mode, solution));
-    let surfaces = (&mode.transports[..], &*mode.sight);
-    look(p, surfaces, &fields, size, gathering, watch)
-}
-
-/// Renders the visible half of what the fields send.
-pub(super) fn look(
-    p: &Prepared,
-    (transports, sight): (&[Transport], &Sight),
-    fields: &Fields,
-    (width, height): (usize, usize),
-    gathering: impl Into<Gathering>,
-    watch: &dyn Watch,
-) -> Gathered {
-    let view = View {
-        scene: &p.scene,
-        rays: &p.rays,
-        patches: &p.patches,
-        luminaires: &p.luminaires,
-        sight,
-        transports,
-        width,
-        height,
-    };
-    watch.begin("gather", height as u64);
-    gather(&view, fields, &gathering.into(), &|done| watch.tick(done))
 }

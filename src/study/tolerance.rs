@@ -18,10 +18,9 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::look::{ambient, look, reflected};
 use super::memory::keep_within;
-use super::pipeline::{
-    Assembled, Prepared, Seconds, Watch, ambient, assemble_seeing, look, reflected, sight,
-};
+use super::pipeline::{Assembled, Prepared, Seconds, Watch, assemble_seeing, sight};
 use super::within::{ErrorParts, Within};
 use crate::form_factors::{Sampling, Sight};
 use crate::image::{Fields, GatherSampling, Gathered, Gathering, Linear, linear};

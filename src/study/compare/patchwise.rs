@@ -10,9 +10,8 @@ use crate::form_factors::Sampling;
 use crate::image::{GatherSampling, Picture};
 use crate::light::{Light, Rgb};
 use crate::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
-use crate::study::pipeline::{
-    Assembled, Prepared, Watch, assemble, fields, picture, without_luminaires,
-};
+use crate::study::look::{fields, picture, without_luminaires};
+use crate::study::pipeline::{Assembled, Prepared, Watch, assemble};
 use crate::study::shoot::{assembled_shooter, ray_shooter};
 
 /// How fine a patch method works.

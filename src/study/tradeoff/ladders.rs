@@ -11,9 +11,8 @@ use crate::rays::Rays;
 use crate::reference::{TraceSettings, Tracer};
 use crate::scene::Scene;
 use crate::solve::{Diverges, RaySettings, Shooting, ShootingSettings, neumann};
-use crate::study::pipeline::{
-    Fineness, Seconds, Silent, Watch, assemble, fields, picture, prepare, reflected, render,
-};
+use crate::study::look::{fields, picture, reflected, render};
+use crate::study::pipeline::{Fineness, Seconds, Silent, Watch, assemble, prepare};
 use crate::study::shoot::ray_shooter;
 use crate::study::tolerance::{Wanted, render_within};
 

@@ -1,0 +1,55 @@
+//! Which patches of a grid lie together: in blocks of two by two cells, and side by side.
+//!
+//! A line of contact divides light from dark: patches of cells that it cuts join no block and are no one's neighbours.
+
+use glam::Vec3;
+
+use super::NONE;
+use super::grid::{Cell, Grid};
+
+impl Grid {
+    /// Every patch of the grid with the block of two by two cells it lies in; a patch may come several times.
+    pub fn blocks(&self) -> impl Iterator<Item = (u32, u32)> {
+        let across = self.columns.div_ceil(2);
+        self.cells.iter().enumerate().flat_map(move |(k, cell)| {
+            let (row, column) = (k / self.columns, k % self.columns);
+            let block = (row / 2 * across + column / 2) as u32;
+            let patches = match cell {
+                Cell::Patch(patch) => std::slice::from_ref(patch),
+                // A line of contact divides light from dark: its patches join no block.
+                Cell::Cut(_) => &[],
+            };
+            patches.iter().map(move |&patch| (patch, block))
+        })
+    }
+
+    /// Every patch that has a cell of its own, with the patches of the cells beside: in u after and before, in v
+    /// after and before. NONE stands for the rim, a cell cut by lines, and a cell that shares the patch.
+    pub fn beside(&self) -> impl Iterator<Item = (u32, [u32; 4])> {
+        let whole = |row: usize, column: usize| match self.cells.get(row * self.columns + column) {
+            Some(Cell::Patch(patch)) if row < self.rows && column < self.columns => *patch,
+            _ => NONE,
+        };
+        let cells = (0..self.rows).flat_map(|row| (0..self.columns).map(move |c| (row, c)));
+        cells.filter_map(move |(row, column)| {
+            let own = whole(row, column);
+            let other = |row: usize, column: usize| match whole(row, column) {
+                patch if patch == own => NONE,
+                patch => patch,
+            };
+            let before = |k: usize| k.wrapping_sub(1);
+            let around = [
+                other(row, column + 1),
+                other(row, before(column)),
+                other(row + 1, column),
+                other(before(row), column),
+            ];
+            (own != NONE).then_some((own, around))
+        })
+    }
+
+    /// Half a cell along u and along v.
+    pub fn halves(&self) -> [Vec3; 2] {
+        self.per_cell.map(|axis| 0.5 * axis / axis.length_squared())
+    }
+}
