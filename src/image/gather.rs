@@ -145,6 +145,17 @@ impl Fields {
         self
     }
 
+    /// The fields that make the picture, without those that ride along.
+    pub fn led(&self) -> Fields {
+        let own = self.values.chunks_exact(self.count.max(1));
+        Fields {
+            count: self.leading,
+            leading: self.leading,
+            values: own.flat_map(|v| &v[..self.leading]).copied().collect(),
+            ambient: self.ambient.clone(),
+        }
+    }
+
     /// Adds what the patches themselves receive of these fields, irradiance over pi: it tells edges of indirect light before
     /// any of it is gathered.
     pub fn with_ambient(mut self, ambient: Vec<Rgb>) -> Fields {

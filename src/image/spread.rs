@@ -88,7 +88,7 @@ pub(super) fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
     let mut order: Vec<u32> = (0..pixels.len() as u32)
         .filter(|&k| pixels[k as usize].count < MOST && variances[k as usize] > 0.0)
         .collect();
-    order.sort_unstable_by(|&a, &b| price(b).total_cmp(&price(a)).then(a.cmp(&b)));
+    order.par_sort_unstable_by(|&a, &b| price(b).total_cmp(&price(a)).then(a.cmp(&b)));
     // A round aims no lower than half the variance: the next one knows the pixels better.
     let goal = (0.9 * wanted).max(0.5 * left);
     let mut count = 0;

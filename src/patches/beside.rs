@@ -26,9 +26,14 @@ impl Grid {
     /// Every patch that has a cell of its own, with the patches of the cells beside: in u after and before, in v
     /// after and before. NONE stands for the rim, a cell cut by lines, and a cell that shares the patch.
     pub fn beside(&self) -> impl Iterator<Item = (u32, [u32; 4])> {
-        let whole = |row: usize, column: usize| match self.cells.get(row * self.columns + column) {
-            Some(Cell::Patch(patch)) if row < self.rows && column < self.columns => *patch,
-            _ => NONE,
+        let whole = |row: usize, column: usize| {
+            if row >= self.rows || column >= self.columns {
+                return NONE;
+            }
+            match &self.cells[row * self.columns + column] {
+                Cell::Patch(patch) => *patch,
+                Cell::Cut(_) => NONE,
+            }
         };
         let cells = (0..self.rows).flat_map(|row| (0..self.columns).map(move |c| (row, c)));
         cells.filter_map(move |(row, column)| {

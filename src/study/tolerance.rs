@@ -75,7 +75,8 @@ pub fn render_within(
     let error = GATHER * left.max(0.25 * wanted.tolerance.powi(2)).sqrt();
     let seed = wanted.seed;
     let within = Gathering::Within { error, seed };
-    let gathered = solved.gather(p, wanted.size, within, watch);
+    // The rough picture has told the errors of the fields.
+    let gathered = solved.gather(p, &solved.fields.led(), wanted.size, within, watch);
     spent.seconds.gather += clock.elapsed().as_secs_f64();
     spent.seconds.patches += p.seconds;
     Ok(solved.finish(p, gathered, spent))
@@ -237,12 +238,13 @@ impl Solved {
     fn gather(
         &self,
         p: &Prepared,
+        fields: &Fields,
         size: (usize, usize),
         gathering: impl Into<Gathering>,
         watch: &dyn Watch,
     ) -> Gathered {
         let surfaces = (&self.mode.transports[..], &*self.mode.sight);
-        look(p, surfaces, &self.fields, size, gathering, watch)
+        look(p, surfaces, fields, size, gathering, watch)
     }
 
     /// A small picture, enough to tell the errors of the fields.
@@ -263,7 +265,7 @@ impl Solved {
             hemisphere: 16,
             seed: wanted.seed,
         };
-        let gathered = self.gather(p, size, &sampling, watch);
+        let gathered = self.gather(p, &self.fields, size, &sampling, watch);
         spent.rays += gathered.rays;
         spent.seconds.gather += clock.elapsed().as_secs_f64();
         gathered
@@ -285,7 +287,6 @@ impl Solved {
     }
 
     fn finish(mut self, p: &Prepared, gathered: Gathered, mut spent: Spent) -> Within {
-        self.set_errors(&gathered);
         self.error.gather = gathered.error.relative();
         spent.seconds.sum();
         Within {
