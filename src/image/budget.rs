@@ -67,7 +67,7 @@ impl Settings {
                 let pixel = view.scene.camera.pixel(view.height);
                 Settings {
                     plan: Plan {
-                        first: fineness.round().clamp(1.0, 16.0) as u32,
+                        first: ((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(),
                         noise: Some(error * if fields.is_dark() { 1.0 } else { CAMERA }),
                     },
                     density: Density {
