@@ -1,7 +1,10 @@
 //! Patches for which K fits in memory, or the number that would.
 
+use clap::Args;
+
 use super::CliError;
 use super::effort::Effort;
+use super::values::gibibytes;
 use crate::form_factors::Sampling;
 use crate::light::Transport;
 use crate::scene::Scene;
@@ -10,29 +13,25 @@ use crate::study::{Fineness, Prepared, check_memory, prepare, usable_memory};
 /// Where a tolerance asks for patches, it begins with about as many, and rays.
 const FIRST: (usize, u32) = (1000, 128);
 
-impl Effort {
-    /// Bytes that K may take: as asked, else what there is.
-    fn memory(&self) -> f64 {
+/// How much memory may be used.
+#[derive(Args, Debug)]
+pub struct MemoryLimit {
+    /// Memory that K may take; a scene that needs more is refused [default: four fifths of what is free]
+    #[arg(long, value_name = "GIB", value_parser = gibibytes)]
+    pub memory: Option<f64>,
+}
+
+impl MemoryLimit {
+    /// As asked, else what there is.
+    pub fn bytes(&self) -> f64 {
         let asked = self.memory.map(|gib| gib * f64::from(1 << 30));
         asked.unwrap_or_else(usable_memory)
-    }
-
-    /// Cuts a scene into the patches asked for, and checks that K of all modes fits.
-    pub fn prepare(
-        &self,
-        scene: Scene,
-        modes: &[Transport],
-        fineness: &Fineness,
-    ) -> Result<Prepared, CliError> {
-        let prepared = prepare(scene, fineness.patches);
-        check_memory(&prepared, modes, &fineness.sampling, self.memory())?;
-        Ok(prepared)
     }
 
     /// Makes a scene ready for as many patches as a tolerance needs and memory holds; the first few must fit.
     pub fn prepare_within(&self, scene: Scene, modes: &[Transport]) -> Result<Prepared, CliError> {
         let mut prepared = prepare(scene, FIRST.0);
-        prepared.memory = self.memory();
+        prepared.memory = self.bytes();
         let sampling = Sampling {
             rays: FIRST.1,
             ..Sampling::default()
@@ -41,5 +40,24 @@ impl Effort {
             check_memory(&prepared, &[*mode], &sampling, prepared.memory)?;
         }
         Ok(prepared)
+    }
+}
+
+impl Effort {
+    /// Cuts a scene into the patches asked for, and checks that K of all modes fits.
+    pub fn prepare(
+        &self,
+        scene: Scene,
+        modes: &[Transport],
+        fineness: &Fineness,
+    ) -> Result<Prepared, CliError> {
+        let prepared = prepare(scene, fineness.patches);
+        check_memory(&prepared, modes, &fineness.sampling, self.limit.bytes())?;
+        Ok(prepared)
+    }
+
+    /// Makes a scene ready for as many patches as a tolerance needs and memory holds; the first few must fit.
+    pub fn prepare_within(&self, scene: Scene, modes: &[Transport]) -> Result<Prepared, CliError> {
+        self.limit.prepare_within(scene, modes)
     }
 }

@@ -30,6 +30,7 @@ mod report;
 mod scenes;
 mod trace;
 mod values;
+mod variance;
 
 use std::io::{IsTerminal, Write as _, stderr};
 use std::process::ExitCode;

@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand};
 
 use super::CliError;
 use super::effort::Effort;
+use super::memory::MemoryLimit;
 use super::values::{ModeChoice, NextEventChoice, Size, seconds, size, stops, unit_interval};
 use crate::light::{Mode, Transport};
 use crate::scene::{LoadOptions, Scene, Sides};
@@ -171,6 +172,9 @@ pub struct Compare {
     /// Seconds each method may take, for each mode
     #[arg(long, value_name = "SECONDS", default_value_t = 8.0, value_parser = seconds)]
     pub time: f64,
+    /// Within which memory.
+    #[command(flatten)]
+    pub limit: MemoryLimit,
 }
 
 /// `halflight diff`

@@ -12,11 +12,13 @@ use super::options::{Common, Trace};
 use super::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use super::report::{MeanReport, Modes, RenderReport, TraceReport, mode_of};
 use super::values::NextEventChoice;
+use super::variance::check_variance;
 use crate::image::{Exposure, Picture, check_extension, write_picture};
 use crate::light::Transport;
 use crate::rays::Rays;
 use crate::reference::{Mean, NextEvent, Overflow, TraceSettings, Tracer};
 use crate::scene::Scene;
+use crate::study::map::Growth;
 use crate::study::{Seconds, Watch};
 
 /// Samples a pixel between two looks at the clock.
@@ -99,11 +101,13 @@ impl Shared<'_> {
         };
         let transports = self.scene.transports(transport);
         let size = (own.size.width, own.size.height);
+        let seed = self.common.seed;
+        let growth = check_variance(self.console, self.scene, self.rays, transport, seed);
         let clock = Instant::now();
         let mut tracer = Tracer::new(self.scene, self.rays, &transports, size, &settings);
         self.sample(&mut tracer);
         let ends = transports.iter().all(|t| t.alpha == 0.0);
-        let mut report = self.report(transport, &tracer, ends);
+        let mut report = self.report(transport, &tracer, (ends, growth));
         report.render.seconds.gather = clock.elapsed().as_secs_f64();
         report.render.seconds.sum();
         let picture = tracer.check().map(|()| tracer.picture());
@@ -148,7 +152,12 @@ impl Shared<'_> {
         }
     }
 
-    fn report(&self, transport: Transport, tracer: &Tracer, ends: bool) -> TraceReport {
+    fn report(
+        &self,
+        transport: Transport,
+        tracer: &Tracer,
+        (ends, growth): (bool, Growth),
+    ) -> TraceReport {
         let (mode, alpha, tau) = mode_of(transport);
         let counts = tracer.counts();
         let verdict = match (tracer.check(), counts.cut) {
@@ -182,6 +191,7 @@ impl Shared<'_> {
             },
             samples: tracer.samples(),
             standard_error: tracer.relative_error(),
+            variance: growth.into(),
             next_event: self.own.next_event == NextEventChoice::On,
             max_bounces: self.own.max_bounces,
             paths: counts.paths,

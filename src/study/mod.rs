@@ -25,6 +25,7 @@ mod shoot;
 mod surface;
 mod tolerance;
 pub mod tradeoff;
+mod unfit;
 mod within;
 
 pub use axis::Scale;
@@ -36,7 +37,7 @@ pub use difference::{difference_scale, difference_tiles};
 pub use factors::{
     Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors,
 };
-pub use memory::{Estimate, Unfit, check_memory, estimate_memory, usable_memory};
+pub use memory::{Estimate, check_memory, estimate_memory, usable_memory};
 pub use pipeline::{
     Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, picture, prepare, render,
     without_luminaires,
@@ -46,4 +47,5 @@ pub use sheet::{Sheet, Tile};
 pub use shoot::{assembled_shooter, ray_shooter};
 pub use surface::DrawError;
 pub use tolerance::{Wanted, render_within};
+pub use unfit::{Stored, Unfit};
 pub use within::{ErrorParts, Within};

@@ -90,6 +90,8 @@ pub struct Plan {
     pub load: f64,
     /// Where references are kept.
     pub store: PathBuf,
+    /// Bytes that K may take: finer steps are left out.
+    pub memory: f64,
 }
 
 /// One picture's cost and error.
