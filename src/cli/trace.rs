@@ -31,6 +31,7 @@ const SAMPLES: u32 = 256;
 struct Outcome {
     transport: Transport,
     picture: Result<Picture, Overflow>,
+    growth: Growth,
     report: TraceReport,
 }
 
@@ -121,6 +122,7 @@ impl Shared<'_> {
         let outcome = Outcome {
             transport,
             picture,
+            growth,
             report,
         };
         self.tell(&outcome);
@@ -222,9 +224,14 @@ impl Shared<'_> {
             files(&r.render.files),
         ));
         if r.paths_cut > 0 {
+            let advice = match outcome.growth.diverges() {
+                true => "",
+                false => {
+                    ". Raise --max-bounces, unless `halflight bounces` says that the series diverges"
+                }
+            };
             self.console.warn(format!(
-                "{label}: {:.2} % of the paths were cut after {} bounces; the picture is the series up to there. \
-                 Raise --max-bounces, unless `halflight bounces` says that the series diverges",
+                "{label}: {:.2} % of the paths were cut after {} bounces; the picture is the series up to there{advice}",
                 100.0 * r.paths_cut as f64 / r.paths as f64,
                 r.max_bounces,
             ));
