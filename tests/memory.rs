@@ -62,8 +62,9 @@ fn what_does_not_fit_is_refused_with_the_number_that_would() {
     let place = place(&[]);
     let before = contents(&place);
     for command in ["render", "bounces"] {
-        let arguments =
-            format!("{command} furnished-room --mode global --rays 64 --memory 0.002 --out .");
+        let arguments = format!(
+            "{command} furnished-room --mode global --rays 64 --size 8x8 --memory 0.002 --out ."
+        );
         let ran = halflight(&place, &format!("{arguments} --patches 20000"));
         assert_eq!(ran.code, Some(5), "{}", ran.err);
         for part in [
@@ -104,11 +105,11 @@ fn every_command_that_stores_patches_refuses_what_does_not_fit() {
     let before = contents(&place);
     for (arguments, parts) in [
         (
-            "compare --mode global --memory 0.002 --time 1",
+            "compare --mode global --memory 0.002 --time 1 --size 8x8",
             ["one row of F for each patch", "pass a --time below 2"],
         ),
         (
-            "chart --mode global --memory 0.00001 --time 1",
+            "chart --mode global --memory 0.0002 --time 1 --size 8x8",
             ["one row of F for each patch", "fewer faces"],
         ),
         (
@@ -155,4 +156,28 @@ fn crossings_said_to_fit_do() {
     assert!(error.bytes > 12.0 * survey.crossings() as f64 * 0.5);
     assert!(check_crossings(&p, &SAMPLING, 2, error.bytes).is_ok());
     assert!(check_crossings(&p, &SAMPLING, 2, 0.99 * error.bytes).is_err());
+}
+
+/// Pictures are asked about before a scene is even read.
+#[test]
+fn pictures_that_do_not_fit_are_refused_with_the_pixels_that_would() {
+    let place = place(&[]);
+    for command in ["render", "bounces", "trace", "compare", "chart"] {
+        let arguments = format!("{command} --size 16384x16384 --memory 0.5 --out .");
+        let ran = halflight(&place, &arguments);
+        assert_eq!(ran.code, Some(5), "{arguments}: {}", ran.err);
+        for part in [
+            "16384x16384 pixels",
+            "512.0 MiB can be used",
+            "smaller --size",
+        ] {
+            assert!(ran.err.contains(part), "`{part}` not in {}", ran.err);
+        }
+        assert!(contents(&place).is_empty());
+    }
+    let ran = halflight(
+        &place,
+        "trace --size 40x10 --samples 1 --mode local --memory 0.001",
+    );
+    assert_eq!(ran.code, Some(0), "{}", ran.err);
 }

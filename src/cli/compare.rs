@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::CliError;
 use super::console::Console;
+use super::memory::pixel;
 use super::options::{Common, Compare};
 use super::report::mode_of;
 use super::variance::check_variance;
@@ -105,6 +106,7 @@ impl From<CompareError> for CliError {
 /// Compares every mode asked for; of several, those that diverge are named and left out.
 pub fn run(own: &Compare, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
+    own.limit.check_pictures(own.size, pixel::COMPARE)?;
     let scene = own.subject.load()?;
     for warning in &scene.warnings {
         console.warn(warning);

@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use super::CliError;
 use super::console::Console;
+use super::memory::pixel;
 use super::options::{Common, Trace};
 use super::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use super::report::{MeanReport, Modes, RenderReport, TraceReport, mode_of};
@@ -53,6 +54,7 @@ pub fn run(own: &Trace, common: &Common) -> Result<(), CliError> {
     if let Some(path) = &own.output {
         check_extension(path)?;
     }
+    own.limit.check_pictures(own.size, pixel::TRACE)?;
     let scene = own.subject.load()?;
     for warning in &scene.warnings {
         console.warn(warning);

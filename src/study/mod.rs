@@ -47,5 +47,5 @@ pub use sheet::{Sheet, Tile};
 pub use shoot::{assembled_shooter, ray_shooter};
 pub use surface::DrawError;
 pub use tolerance::{Wanted, render_within};
-pub use unfit::{Stored, Unfit};
+pub use unfit::{PictureUnfit, Stored, Unfit, check_pictures};
 pub use within::{ErrorParts, Within};

@@ -38,6 +38,50 @@ pub struct Unfit {
     pub fitting: usize,
 }
 
+/// Pictures would not fit in memory.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error, miette::Diagnostic)]
+#[error(
+    "pictures of {}x{} pixels need about {} of memory, and {} can be used",
+    .size.0, .size.1, amount(*.bytes), amount(*.limit)
+)]
+#[diagnostic(
+    code(halflight::memory::pictures),
+    help(
+        "this command keeps about {each:.0} bytes for each pixel: sums, their errors and what is seen there. About \
+         {fitting} pixels would fit: pass a smaller --size, or --memory GIB if there is more memory than it seems"
+    )
+)]
+pub struct PictureUnfit {
+    /// Width and height asked for.
+    pub size: (usize, usize),
+    /// Bytes a pixel.
+    pub each: f64,
+    /// Bytes needed, about.
+    pub bytes: f64,
+    /// Bytes that can be used.
+    pub limit: f64,
+    /// Pixels that would fit.
+    pub fitting: u64,
+}
+
+/// Checks that pictures of a size fit in `limit` bytes where a command keeps `each` bytes a pixel.
+///
+/// # Errors
+/// [`PictureUnfit`], with the number of pixels that would.
+pub fn check_pictures(size: (usize, usize), each: f64, limit: f64) -> Result<(), PictureUnfit> {
+    let bytes = size.0 as f64 * size.1 as f64 * each;
+    match bytes <= limit {
+        true => Ok(()),
+        false => Err(PictureUnfit {
+            size,
+            each,
+            bytes,
+            limit,
+            fitting: (limit / each) as u64,
+        }),
+    }
+}
+
 impl Stored {
     fn name(self) -> &'static str {
         match self {

@@ -10,7 +10,7 @@ use clap::Args;
 use self::report::{ChartReport, ModeReport, report};
 use super::CliError;
 use super::console::Console;
-use super::memory::MemoryLimit;
+use super::memory::{MemoryLimit, pixel};
 use super::options::{Common, Subject};
 use super::values::{Size, seconds, size};
 use super::variance::check_variance;
@@ -64,6 +64,7 @@ impl From<TradeoffError> for CliError {
 pub fn run(own: &ChartCommand, common: &Common) -> Result<(), CliError> {
     let clock = Instant::now();
     let console = Console::new(common);
+    own.limit.check_pictures(own.size, pixel::CHART)?;
     let scene = own.subject.load()?;
     let load = clock.elapsed().as_secs_f64();
     for warning in &scene.warnings {
