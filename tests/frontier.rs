@@ -133,6 +133,31 @@ fn terms_may_grow_before_they_decay() {
     assert!(error <= solution.rest() + 1e-6 * norm(k.areas(), &exact));
 }
 
+/// Every wall emits 1 and every shell sees walls all round, so KE is rho on the shells and the walls' 0.01 on the walls, in both halves.
+#[test]
+fn the_drawn_hump_is_as_high_as_areas_say() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hump/hump.toml");
+    let p = prepare(Scene::open(file, Default::default()).unwrap(), 600);
+    let transport = p.scene.transport.unwrap();
+    let mode = assemble_one(&p, transport, &sampling(256, 1));
+    let k = &mode.operator;
+    let area = |material: u32| -> f64 {
+        let faces = (0..p.scene.faces.len() as u32).zip(&p.scene.faces);
+        let own = faces.filter(|(_, f)| f.material == material);
+        own.map(|(i, _)| p.scene.area(i)).sum()
+    };
+    let (walls, shells) = (area(0), area(1));
+    let solution = neumann(k, &Settings::default()).expect("the radius is below 1");
+    let norms: Vec<f64> = solution.bounces.iter().map(|b| b.norm).collect();
+    let exact = (0.7f64.powi(2) * shells / walls + 0.01f64.powi(2)).sqrt();
+    assert!(
+        (norms[1] / norms[0] - exact).abs() < 1e-3 * exact,
+        "{norms:?} {exact}"
+    );
+    assert!(operator_norm(k, 64) >= exact * 0.999 && spectrum(k).worst().upper < 1.0);
+    assert!(norms[2] > norms[0] && norms[12] < 0.5 * norms[0]);
+}
+
 #[test]
 fn beyond_the_frontier_the_formal_solution_is_negative_somewhere() {
     for share in [1.02, 1.1, 1.5] {

@@ -136,7 +136,10 @@ fn mistakes_in_a_scene_file_are_named_with_their_line() {
         camera("target = [0, 0, 1]\nvertical_fov = 180"),
         &["line 5", "vertical_fov = 180"],
     );
-    refuses(camera("target = [0, 0, inf]"), &["line 2", "not finite"]);
+    refuses(
+        camera("target = [0, 0, inf]"),
+        &["line 4", "`inf` in `target`", "not finite"],
+    );
     refuses(camera(""), &["line 2", "target"]);
 }
 

@@ -101,3 +101,57 @@ fn arguments_that_cannot_be_met_are_refused() {
         assert_eq!(output.status.code(), Some(code), "{arguments}");
     }
 }
+
+/// The frontier of the variance of the furnished room at tau = 1 lies at alpha 0.624, that of the mean at 0.798 (`halflight map`).
+#[test]
+fn an_infinite_variance_is_told_before_it_misleads() {
+    let directory = tempfile::tempdir().unwrap();
+    let run = |mode: &str| {
+        let output = trace(
+            directory.path(),
+            &format!("furnished-room {mode} --size 8x8 --samples 4 --max-bounces 16"),
+        );
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        (json(&output)["variance"].clone(), words)
+    };
+    // Nothing passes through anything, or nothing travels on: finite without a look.
+    for mode in ["--mode global", "--mode local"] {
+        let (variance, words) = run(mode);
+        assert_eq!(variance["verdict"], "finite");
+        assert!(variance["squared_weights"].is_null() && !words.contains("variance"));
+    }
+    let (inside, words) = run("--alpha 0.45 --tau 1");
+    assert_eq!(inside["verdict"], "finite");
+    assert_eq!(inside["exponent"], 0.5);
+    assert!(!words.contains("variance"), "{words}");
+    let (near, words) = run("--alpha 0.62 --tau 1");
+    assert_eq!(near["verdict"], "undecided");
+    assert!(words.contains("may be infinite"), "{words}");
+    let (between, words) = run("--alpha 0.72 --tau 1");
+    assert_eq!(between["verdict"], "infinite");
+    assert!(between["spectral_radius"]["upper"].as_f64() < Some(1.0));
+    // docs/frontier.md predicts N^-0.341 at alpha 0.722 from patches of another size.
+    let exponent = between["exponent"].as_f64().unwrap();
+    assert!((exponent - 0.341).abs() < 0.05, "{exponent}");
+    for part in ["variance is infinite", "N^-1/2", "halflight render"] {
+        assert!(words.contains(part), "{words}");
+    }
+    let (beyond, words) = run("--mode shadowless");
+    assert_eq!(beyond["verdict"], "infinite");
+    assert!(
+        words.contains("diverges") && beyond["exponent"].is_null(),
+        "{words}"
+    );
+}
+
+/// Where the mean diverges far enough, the overflow keeps its error.
+#[test]
+fn light_that_overflows_is_an_error() {
+    let directory = tempfile::tempdir().unwrap();
+    let output = trace(
+        directory.path(),
+        "furnished-room --mode shadowless --size 8x8 --samples 16 --max-bounces 3000",
+    );
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("overflows"));
+}

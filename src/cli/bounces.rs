@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use super::CliError;
 use super::console::Console;
 use super::effort::Precision;
+use super::memory::pixel;
 use super::options::{Bounces, Common};
 use super::report::{BounceReport, BouncesReport, Modes, mode_of};
 use crate::image::{Exposure, GatherSampling, Gathering, make_directory, write_whole};
@@ -31,6 +32,9 @@ struct Studied {
 /// Studies every mode asked for.
 pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
+    let (fixed, term) = pixel::BOUNCES;
+    let each = fixed + term * f64::from(own.count);
+    own.problem.effort.limit.check_pictures(own.size, each)?;
     let scene = own.problem.subject.load()?;
     make_directory(&common.out)?;
     for warning in &scene.warnings {

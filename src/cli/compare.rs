@@ -6,14 +6,17 @@ use serde::Serialize;
 
 use super::CliError;
 use super::console::Console;
+use super::memory::pixel;
 use super::options::{Common, Compare};
 use super::report::mode_of;
+use super::variance::check_variance;
 use crate::image::{Exposure, make_directory, write_whole};
 use crate::light::Transport;
+use crate::rays::Rays;
 use crate::scene::Scene;
 use crate::study::compare::{
-    Comparison, Difference, Method, ORDERS, Plan, Stage, compare, csv, error_chart, markdown,
-    order_chart, pairs_csv, picture_sheet, verdict,
+    CompareError, Comparison, Difference, Method, ORDERS, Plan, Stage, compare, csv, error_chart,
+    markdown, order_chart, pairs_csv, picture_sheet, verdict,
 };
 use crate::study::{Watch, term_name};
 
@@ -91,9 +94,19 @@ impl Stage for Telling<'_> {
     }
 }
 
+impl From<CompareError> for CliError {
+    fn from(error: CompareError) -> CliError {
+        match error {
+            CompareError::Diverges(e) => e.into(),
+            CompareError::Memory(e) => e.into(),
+        }
+    }
+}
+
 /// Compares every mode asked for; of several, those that diverge are named and left out.
 pub fn run(own: &Compare, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
+    own.limit.check_pictures(own.size, pixel::COMPARE)?;
     let scene = own.subject.load()?;
     for warning in &scene.warnings {
         console.warn(warning);
@@ -101,9 +114,10 @@ pub fn run(own: &Compare, common: &Common) -> Result<(), CliError> {
     make_directory(&common.out)?;
     let transports = own.subject.transports(&scene);
     let several = transports.len() > 1;
+    let rays = Rays::new(&scene);
     let mut reports = Vec::new();
     for transport in transports {
-        match one_mode(own, common, &console, &scene, transport) {
+        match one_mode(own, common, &console, (&scene, &rays), transport) {
             Err(CliError::Diverges(e)) if several => {
                 console.warn(format!("{}: nothing to compare, {e}", transport.label()));
             }
@@ -120,7 +134,7 @@ fn one_mode(
     own: &Compare,
     common: &Common,
     console: &Console,
-    scene: &Scene,
+    (scene, rays): (&Scene, &Rays),
     transport: Transport,
 ) -> Result<CompareReport, CliError> {
     let plan = Plan {
@@ -128,6 +142,7 @@ fn one_mode(
         size: (own.size.width, own.size.height),
         seconds: own.time,
         seed: common.seed,
+        memory: own.limit.bytes(),
     };
     let label = transport.label();
     let stage = Telling {
@@ -135,6 +150,7 @@ fn one_mode(
         label: label.clone(),
     };
     let comparison = compare(scene, &plan, &stage)?;
+    check_variance(console, scene, rays, transport, common.seed);
     let title = format!("{}, {label}: five ways to one picture", scene.name);
     let text = markdown(&title, &comparison);
     console.say(&text);

@@ -2,7 +2,8 @@
 
 use clap::Args;
 
-use super::values::{gibibytes, picture_error};
+use super::memory::MemoryLimit;
+use super::values::picture_error;
 use crate::form_factors::Sampling;
 use crate::study::Fineness;
 
@@ -24,9 +25,9 @@ pub struct Effort {
     /// Cast so many hemisphere rays for each pixel, rounded up to a power of two [default with --patches or --rays: 128]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub samples: Option<u32>,
-    /// Memory that K may take; a scene that needs more is refused [default: four fifths of what is free]
-    #[arg(long, value_name = "GIB", value_parser = gibibytes)]
-    pub memory: Option<f64>,
+    /// Within which memory.
+    #[command(flatten)]
+    pub limit: MemoryLimit,
 }
 
 /// What [`Effort`] asks for.

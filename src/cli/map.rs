@@ -9,12 +9,13 @@ use serde::Serialize;
 
 use super::CliError;
 use super::console::Console;
+use super::memory::MemoryLimit;
 use super::options::Common;
 use super::report::Radius;
 use crate::form_factors::Sampling;
 use crate::image::{make_directory, write_whole};
 use crate::scene::{LoadOptions, Scene, Sides};
-use crate::study::map::{FrontierPoint, Map, MapChart, TauPoint, map};
+use crate::study::map::{FrontierPoint, Map, MapChart, TauPoint, check_crossings, map};
 use crate::study::{Prepared, prepare};
 
 /// `halflight map`
@@ -35,6 +36,9 @@ pub struct MapArguments {
     /// Hemisphere rays from each patch
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub rays: u32,
+    /// Within which memory.
+    #[command(flatten)]
+    pub limit: MemoryLimit,
 }
 
 /// `halflight map --json`
@@ -102,6 +106,8 @@ pub fn run(own: &MapArguments, common: &Common) -> Result<(), CliError> {
         seed: common.seed,
         ..Sampling::default()
     };
+    let limit = own.limit.bytes();
+    check_crossings(&prepared, &sampling, own.grid.into(), limit)?;
     let map = map(&prepared, own.grid.into(), &sampling, &console);
     let seconds = start.elapsed().as_secs_f64();
     console.say(table(&map));

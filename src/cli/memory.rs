@@ -1,38 +1,62 @@
 //! Patches for which K fits in memory, or the number that would.
 
+use clap::Args;
+
 use super::CliError;
 use super::effort::Effort;
+use super::values::{Size, gibibytes};
 use crate::form_factors::Sampling;
 use crate::light::Transport;
 use crate::scene::Scene;
-use crate::study::{Fineness, Prepared, check_memory, prepare, usable_memory};
+use crate::study::{Fineness, Prepared, check_memory, check_pictures, prepare, usable_memory};
 
 /// Where a tolerance asks for patches, it begins with about as many, and rays.
 const FIRST: (usize, u32) = (1000, 128);
 
-impl Effort {
-    /// Bytes that K may take: as asked, else what there is.
-    fn memory(&self) -> f64 {
+/// Bytes a pixel, measured as what a run grows by with its pictures (`within`: made to a tolerance).
+pub mod pixel {
+    /// `render`.
+    pub const RENDER: f64 = 260.0;
+    /// `render` and `bounces` to a tolerance.
+    pub const WITHIN: f64 = 1800.0;
+    /// `trace`.
+    pub const TRACE: f64 = 310.0;
+    /// `bounces`, and for each term.
+    pub const BOUNCES: (f64, f64) = (2000.0, 100.0);
+    /// `compare`: five methods' orders, repeated.
+    pub const COMPARE: f64 = 9000.0;
+    /// `chart`.
+    pub const CHART: f64 = 2500.0;
+}
+
+/// How much memory may be used.
+#[derive(Args, Debug)]
+pub struct MemoryLimit {
+    /// Memory that K or the pictures may take; what needs more is refused [default: four fifths of what is free]
+    #[arg(long, value_name = "GIB", value_parser = gibibytes)]
+    pub memory: Option<f64>,
+}
+
+impl MemoryLimit {
+    /// As asked, else what there is.
+    pub fn bytes(&self) -> f64 {
         let asked = self.memory.map(|gib| gib * f64::from(1 << 30));
         asked.unwrap_or_else(usable_memory)
     }
 
-    /// Cuts a scene into the patches asked for, and checks that K of all modes fits.
-    pub fn prepare(
-        &self,
-        scene: Scene,
-        modes: &[Transport],
-        fineness: &Fineness,
-    ) -> Result<Prepared, CliError> {
-        let prepared = prepare(scene, fineness.patches);
-        check_memory(&prepared, modes, &fineness.sampling, self.memory())?;
-        Ok(prepared)
+    /// Checks that pictures of a size fit, of which a command keeps `each` bytes a pixel.
+    pub fn check_pictures(&self, size: Size, each: f64) -> Result<(), CliError> {
+        Ok(check_pictures(
+            (size.width, size.height),
+            each,
+            self.bytes(),
+        )?)
     }
 
     /// Makes a scene ready for as many patches as a tolerance needs and memory holds; the first few must fit.
     pub fn prepare_within(&self, scene: Scene, modes: &[Transport]) -> Result<Prepared, CliError> {
         let mut prepared = prepare(scene, FIRST.0);
-        prepared.memory = self.memory();
+        prepared.memory = self.bytes();
         let sampling = Sampling {
             rays: FIRST.1,
             ..Sampling::default()
@@ -41,5 +65,24 @@ impl Effort {
             check_memory(&prepared, &[*mode], &sampling, prepared.memory)?;
         }
         Ok(prepared)
+    }
+}
+
+impl Effort {
+    /// Cuts a scene into the patches asked for, and checks that K of all modes fits.
+    pub fn prepare(
+        &self,
+        scene: Scene,
+        modes: &[Transport],
+        fineness: &Fineness,
+    ) -> Result<Prepared, CliError> {
+        let prepared = prepare(scene, fineness.patches);
+        check_memory(&prepared, modes, &fineness.sampling, self.limit.bytes())?;
+        Ok(prepared)
+    }
+
+    /// Makes a scene ready for as many patches as a tolerance needs and memory holds; the first few must fit.
+    pub fn prepare_within(&self, scene: Scene, modes: &[Transport]) -> Result<Prepared, CliError> {
+        self.limit.prepare_within(scene, modes)
     }
 }

@@ -7,7 +7,7 @@
 //! | 2 | the arguments are wrong |
 //! | 3 | the scene is wrong (not found, not readable, or it fails a check), or two pictures cannot be read or compared |
 //! | 4 | the bounce series of the mode asked for diverges, or overflows while traced: there is no picture |
-//! | 5 | K would not fit in memory: the message has the number of patches that would |
+//! | 5 | K or the pictures would not fit in memory: the message has the number of patches or pixels that would |
 //! | 6 | undecided: the bounds on the spectral radius enclose 1, so no picture can be proved to be the sum |
 //! | 101 | a fault of the program |
 //! | 130 | interrupted: finished files are whole, the others were not written |
@@ -30,18 +30,19 @@ mod report;
 mod scenes;
 mod trace;
 mod values;
+mod variance;
 
 use std::io::{IsTerminal, Write as _, stderr};
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 use miette::{Diagnostic, MietteHandlerOpts};
 
 use crate::image::{ImageError, MetricError, WriteError};
 use crate::reference::Overflow;
 use crate::scene::SceneError;
 use crate::solve::{Diverges, Verdict};
-use crate::study::{ChartError, Unfit};
+use crate::study::{ChartError, PictureUnfit, Unfit};
 
 /// Everything that can end a command early.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -58,6 +59,10 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Memory(#[from] Unfit),
+    /// Pictures do not fit in memory: exit code 5.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Pictures(#[from] PictureUnfit),
     /// A traced picture overflows: exit code 4.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -99,14 +104,14 @@ impl CliError {
             CliError::Scene(_) | CliError::Metric(_) => 3,
             CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
             CliError::Diverges(_) | CliError::Overflow(_) => 4,
-            CliError::Memory(_) => 5,
+            CliError::Memory(_) | CliError::Pictures(_) => 5,
         }
     }
 }
 
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
-    let arguments = options::Cli::parse();
+    let arguments = arguments();
     set_error_form();
     interrupt::end_cleanly();
     match run(arguments) {
@@ -117,6 +122,19 @@ pub fn main() -> ExitCode {
             ExitCode::from(code)
         }
     }
+}
+
+/// The process's arguments. A negative number is a value, to be judged as one, and not an option nobody knows.
+fn arguments() -> options::Cli {
+    let numbers = |arg: clap::Arg| match arg.get_long() {
+        Some(_) if arg.get_action().takes_values() => arg.allow_negative_numbers(true),
+        _ => arg,
+    };
+    let command = options::Cli::command().mut_args(numbers);
+    let matches = command
+        .mut_subcommands(|c| c.mut_args(numbers))
+        .get_matches();
+    options::Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
 }
 
 /// Messages name their causes themselves; lines are wrapped on a terminal only, so that a path stays in one piece.
@@ -150,7 +168,6 @@ fn run(cli: options::Cli) -> Result<(), CliError> {
 mod tests {
     use super::*;
     use crate::operator::Bounds;
-    use clap::CommandFactory;
 
     /// The codes at the start of a table's rows.
     fn codes(text: &str, before: &str) -> Vec<u8> {

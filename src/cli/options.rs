@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand};
 
 use super::CliError;
 use super::effort::Effort;
+use super::memory::MemoryLimit;
 use super::values::{ModeChoice, NextEventChoice, Size, seconds, size, stops, unit_interval};
 use crate::light::{Mode, Transport};
 use crate::scene::{LoadOptions, Scene, Sides};
@@ -25,7 +26,8 @@ Exit codes:
   3  the scene is wrong (not found, not readable, or it fails a check), or pictures cannot be
      read or compared
   4  the bounce series of the mode asked for diverges: there is no picture
-  5  K would not fit in memory: the message has the number of patches that would
+  5  K or the pictures would not fit in memory: the message has the number of patches or
+     pixels that would
   6  undecided: the bounds on the spectral radius enclose 1
   101  a fault of the program
   130  interrupted (Ctrl-C): finished files are whole, the others were not written";
@@ -171,6 +173,9 @@ pub struct Compare {
     /// Seconds each method may take, for each mode
     #[arg(long, value_name = "SECONDS", default_value_t = 8.0, value_parser = seconds)]
     pub time: f64,
+    /// Within which memory.
+    #[command(flatten)]
+    pub limit: MemoryLimit,
 }
 
 /// `halflight diff`
@@ -218,6 +223,9 @@ pub struct Trace {
     /// Begin no pass of samples that would not end within so many seconds, for each mode
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub time: Option<f64>,
+    /// Within which memory.
+    #[command(flatten)]
+    pub limit: MemoryLimit,
 }
 
 impl Subject {

@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::CliError;
 use super::console::Console;
 use super::effort::Precision;
+use super::memory::pixel;
 use super::options::{Common, Render};
 use super::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use super::report::{Modes, Radius, RenderReport, mode_of};
@@ -30,6 +31,12 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
     if let Some(path) = &own.output {
         check_extension(path)?;
     }
+    let effort = &own.problem.effort;
+    let each = match effort.precision(common.seed) {
+        Precision::Within(_) => pixel::WITHIN,
+        Precision::Fixed(..) => pixel::RENDER,
+    };
+    effort.limit.check_pictures(own.size, each)?;
     let scene = own.problem.subject.load()?;
     for warning in &scene.warnings {
         console.warn(warning);
@@ -49,7 +56,7 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
         places: &places,
         load: start.elapsed().as_secs_f64(),
     };
-    let outcomes = match own.problem.effort.precision(common.seed) {
+    let outcomes = match effort.precision(common.seed) {
         Precision::Within(tolerance) => run.within(scene, &transports, tolerance)?,
         Precision::Fixed(fineness, samples) => run.fixed(scene, &transports, &fineness, samples)?,
     };

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use super::variance::VarianceReport;
 use crate::form_factors::Closure;
 use crate::light::Transport;
 use crate::operator::Bounds;
@@ -73,6 +74,8 @@ pub struct TraceReport {
     /// RMS of the pixels' standard errors over RMS of the pixels without their noise, where no luminaire is seen; null from
     /// one sample, and where there is more noise than picture.
     pub standard_error: Option<f64>,
+    /// Whether the standard errors mean anything.
+    pub variance: VarianceReport,
     /// Whether emitters were looked for at every vertex.
     pub next_event: bool,
     /// Reflections after which a path ends in any case.

@@ -8,15 +8,18 @@ use std::time::Instant;
 
 use super::CliError;
 use super::console::Console;
+use super::memory::pixel;
 use super::options::{Common, Trace};
 use super::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use super::report::{MeanReport, Modes, RenderReport, TraceReport, mode_of};
 use super::values::NextEventChoice;
+use super::variance::check_variance;
 use crate::image::{Exposure, Picture, check_extension, write_picture};
 use crate::light::Transport;
 use crate::rays::Rays;
 use crate::reference::{Mean, NextEvent, Overflow, TraceSettings, Tracer};
 use crate::scene::Scene;
+use crate::study::map::Growth;
 use crate::study::{Seconds, Watch};
 
 /// Samples a pixel between two looks at the clock.
@@ -29,6 +32,7 @@ const SAMPLES: u32 = 256;
 struct Outcome {
     transport: Transport,
     picture: Result<Picture, Overflow>,
+    growth: Growth,
     report: TraceReport,
 }
 
@@ -50,6 +54,7 @@ pub fn run(own: &Trace, common: &Common) -> Result<(), CliError> {
     if let Some(path) = &own.output {
         check_extension(path)?;
     }
+    own.limit.check_pictures(own.size, pixel::TRACE)?;
     let scene = own.subject.load()?;
     for warning in &scene.warnings {
         console.warn(warning);
@@ -99,11 +104,13 @@ impl Shared<'_> {
         };
         let transports = self.scene.transports(transport);
         let size = (own.size.width, own.size.height);
+        let seed = self.common.seed;
+        let growth = check_variance(self.console, self.scene, self.rays, transport, seed);
         let clock = Instant::now();
         let mut tracer = Tracer::new(self.scene, self.rays, &transports, size, &settings);
         self.sample(&mut tracer);
         let ends = transports.iter().all(|t| t.alpha == 0.0);
-        let mut report = self.report(transport, &tracer, ends);
+        let mut report = self.report(transport, &tracer, (ends, growth));
         report.render.seconds.gather = clock.elapsed().as_secs_f64();
         report.render.seconds.sum();
         let picture = tracer.check().map(|()| tracer.picture());
@@ -117,6 +124,7 @@ impl Shared<'_> {
         let outcome = Outcome {
             transport,
             picture,
+            growth,
             report,
         };
         self.tell(&outcome);
@@ -148,7 +156,12 @@ impl Shared<'_> {
         }
     }
 
-    fn report(&self, transport: Transport, tracer: &Tracer, ends: bool) -> TraceReport {
+    fn report(
+        &self,
+        transport: Transport,
+        tracer: &Tracer,
+        (ends, growth): (bool, Growth),
+    ) -> TraceReport {
         let (mode, alpha, tau) = mode_of(transport);
         let counts = tracer.counts();
         let verdict = match (tracer.check(), counts.cut) {
@@ -182,6 +195,7 @@ impl Shared<'_> {
             },
             samples: tracer.samples(),
             standard_error: tracer.relative_error(),
+            variance: growth.into(),
             next_event: self.own.next_event == NextEventChoice::On,
             max_bounces: self.own.max_bounces,
             paths: counts.paths,
@@ -212,9 +226,14 @@ impl Shared<'_> {
             files(&r.render.files),
         ));
         if r.paths_cut > 0 {
+            let advice = match outcome.growth.diverges() {
+                true => "",
+                false => {
+                    ". Raise --max-bounces, unless `halflight bounces` says that the series diverges"
+                }
+            };
             self.console.warn(format!(
-                "{label}: {:.2} % of the paths were cut after {} bounces; the picture is the series up to there. \
-                 Raise --max-bounces, unless `halflight bounces` says that the series diverges",
+                "{label}: {:.2} % of the paths were cut after {} bounces; the picture is the series up to there{advice}",
                 100.0 * r.paths_cut as f64 / r.paths as f64,
                 r.max_bounces,
             ));

@@ -146,6 +146,9 @@ impl Row {
             // Present by construction.
             c.slot = self.columns.partition_point(|&j| j < c.slot) as u32;
         }
+        // All are kept to the end: without room to grow.
+        self.columns.shrink_to_fit();
+        self.ends.shrink_to_fit();
         self.crossings.shrink_to_fit();
     }
 
@@ -189,6 +192,11 @@ impl Layers {
     /// Crossings kept.
     pub fn crossings(&self) -> usize {
         self.rows.iter().map(|r| r.crossings.len()).sum()
+    }
+
+    /// Columns of all rows together.
+    pub fn columns(&self) -> usize {
+        self.rows.iter().map(|r| r.columns.len()).sum()
     }
 
     /// Surfaces crossed before the deepest of them.

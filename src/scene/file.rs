@@ -48,9 +48,9 @@ struct SceneTable {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CameraTable {
-    position: [f64; 3],
-    target: [f64; 3],
-    up: Option<[f64; 3]>,
+    position: Spanned<[f64; 3]>,
+    target: Spanned<[f64; 3]>,
+    up: Option<Spanned<[f64; 3]>>,
     vertical_fov: Option<Spanned<f64>>,
 }
 
@@ -166,11 +166,12 @@ impl MaterialTable {
 impl CameraTable {
     /// The camera in unit coordinates. The direction is taken in the file's units: a target close by stays exact.
     fn camera(&self, source: &Source, place: Place, scene: &Scene) -> Result<Camera, SceneError> {
-        let (position, target) = (
-            DVec3::from_array(self.position),
-            DVec3::from_array(self.target),
-        );
-        let up = self.up.map_or(DVec3::Y, DVec3::from_array);
+        let position = vector(source, "position", &self.position)?;
+        let target = vector(source, "target", &self.target)?;
+        let up = match &self.up {
+            Some(up) => vector(source, "up", up)?,
+            None => DVec3::Y,
+        };
         let fov = self
             .vertical_fov
             .as_ref()
@@ -194,6 +195,19 @@ impl CameraTable {
                 source: error,
             }),
         }
+    }
+}
+
+/// Three numbers of the camera, which must be finite.
+fn vector(source: &Source, name: &str, value: &Spanned<[f64; 3]>) -> Result<DVec3, SceneError> {
+    let numbers = *value.get_ref();
+    match numbers.iter().find(|x| !x.is_finite()) {
+        None => Ok(DVec3::from_array(numbers)),
+        Some(wrong) => Err(SceneError::NotFinite {
+            place: source.of(value),
+            statement: name.into(),
+            word: wrong.to_string(),
+        }),
     }
 }
 

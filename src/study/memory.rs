@@ -15,6 +15,7 @@
 //! hundred bytes a pixel) and the scene itself, which is already loaded when this is asked.
 
 use super::pipeline::Prepared;
+use super::unfit::{Stored, Unfit};
 use crate::form_factors::{Rows, Sampling, Variant, cast};
 use crate::light::Transport;
 use crate::operator::PatchMaterials;
@@ -48,43 +49,6 @@ pub struct Estimate {
     pub fitting: usize,
 }
 
-/// K would not fit in memory.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error, miette::Diagnostic)]
-#[error(
-    "K of {patches} patches needs about {} of memory, and {} can be used",
-    amount(*.bytes), amount(*.limit)
-)]
-#[diagnostic(
-    code(halflight::memory),
-    help(
-        "K stores one row of F for each patch, here of {entries:.0} entries for each choice of tau, so memory grows with \
-         the patches times the patches that each of them sees. About {fitting} patches would fit: pass --patches {} (a \
-         count asked for is met within about a third), fewer --rays, one --mode at a time, or --memory GIB if there is more \
-         memory than it seems",
-        (.fitting * 2 / 3).max(1)
-    )
-)]
-pub struct Unfit {
-    /// Patches asked for.
-    pub patches: usize,
-    /// Mean entries of a row.
-    pub entries: f64,
-    /// Bytes needed, about.
-    pub bytes: f64,
-    /// Bytes that can be used.
-    pub limit: f64,
-    /// Patches that would fit; at least 1.
-    pub fitting: usize,
-}
-
-fn amount(bytes: f64) -> String {
-    let mib = bytes / f64::from(1 << 20);
-    match mib < 1000.0 {
-        true => format!("{mib:.1} MiB"),
-        false => format!("{:.1} GiB", mib / 1024.0),
-    }
-}
-
 /// Checks that K of all `modes` together fits in `limit` bytes; infinity asks nothing.
 ///
 /// # Errors
@@ -99,15 +63,35 @@ pub fn check_memory(
         return Ok(());
     }
     let e = estimate_memory(p, modes, sampling, 1, limit);
-    match e.bytes <= limit {
-        true => Ok(()),
-        false => Err(Unfit {
-            patches: e.patches,
-            entries: e.entries,
-            bytes: e.bytes,
-            limit,
-            fitting: e.fitting.max(1),
-        }),
+    e.check(Stored::Rows(e.entries), limit)
+}
+
+/// The same for one mode of which so many `solutions` are held at once, on patches whose number nobody asked for.
+pub(super) fn check_solutions(
+    p: &Prepared,
+    mode: Transport,
+    sampling: &Sampling,
+    solutions: usize,
+) -> Result<(), Unfit> {
+    if p.memory.is_infinite() {
+        return Ok(());
+    }
+    let e = estimate(p, &[mode], sampling, (1, solutions), p.memory);
+    e.check(Stored::Verdicts(e.entries), p.memory)
+}
+
+impl Estimate {
+    fn check(&self, stored: Stored, limit: f64) -> Result<(), Unfit> {
+        match self.bytes <= limit {
+            true => Ok(()),
+            false => Err(Unfit {
+                patches: self.patches,
+                stored,
+                bytes: self.bytes,
+                limit,
+                fitting: self.fitting.max(1),
+            }),
+        }
     }
 }
 
@@ -119,6 +103,17 @@ pub fn estimate_memory(
     casts: usize,
     limit: f64,
 ) -> Estimate {
+    let solutions = modes.len().min(casts.max(1));
+    estimate(p, modes, sampling, (casts, solutions), limit)
+}
+
+fn estimate(
+    p: &Prepared,
+    modes: &[Transport],
+    sampling: &Sampling,
+    (casts, solutions): (usize, usize),
+    limit: f64,
+) -> Estimate {
     let (entries, variants) = pilot(p, modes, sampling);
     let n = p.patches.len();
     let needs = |n: f64| {
@@ -126,13 +121,23 @@ pub fn estimate_memory(
         let e = entries.min(n);
         let (v, earlier) = (variants as f64, casts.saturating_sub(1) as f64);
         let rows = v * (16.0 * e + ROW) + v * earlier * (8.0 * e + 16.0);
-        let terms = modes.len().min(casts.max(1)) as f64 * TERM * TERMS;
+        let terms = solutions as f64 * TERM * TERMS;
         let own = rows + terms + PATCH * modes.len() as f64;
         let threads = rayon::current_num_threads() as f64;
         let shared = 8.0 * threads * v + 5.0 * p.luminaires.list.len() as f64;
         n * (own + shared) + 16.0 * f64::from(sampling.rays)
     };
-    // The need grows with n, so halving the interval finds the last that fits.
+    Estimate {
+        patches: n,
+        entries,
+        variants,
+        bytes: needs(n as f64),
+        fitting: most_fitting(n, limit, needs),
+    }
+}
+
+/// The most patches up to n whose need is within the limit: it grows with them, so halving the interval finds the last.
+pub(super) fn most_fitting(n: usize, limit: f64, needs: impl Fn(f64) -> f64) -> usize {
     let (mut low, mut high) = (0, n);
     while low < high {
         let middle = (low + high).div_ceil(2);
@@ -141,22 +146,21 @@ pub fn estimate_memory(
             false => high = middle - 1,
         }
     }
-    Estimate {
-        patches: n,
-        entries,
-        variants,
-        bytes: needs(n as f64),
-        fitting: low,
-    }
+    low
+}
+
+/// The rows that a few tell the length of, spread over all n.
+pub(super) fn pilots(n: usize, sampling: &Sampling) -> Vec<usize> {
+    let count = (PILOT_RAYS / sampling.rays.max(1) as usize)
+        .clamp(4, PILOTS)
+        .min(n);
+    (0..count).map(|k| (2 * k + 1) * n / (2 * count)).collect()
 }
 
 /// Mean entries of a row, from a few rows of every choice of tau that needs any; and how many do.
 fn pilot(p: &Prepared, modes: &[Transport], sampling: &Sampling) -> (f64, usize) {
     let n = p.patches.len();
-    let count = (PILOT_RAYS / sampling.rays.max(1) as usize)
-        .clamp(4, PILOTS)
-        .min(n);
-    let chosen: Vec<usize> = (0..count).map(|k| (2 * k + 1) * n / (2 * count)).collect();
+    let chosen = pilots(n, sampling);
     let variants: Vec<Variant> = modes
         .iter()
         .filter_map(|&mode| {
@@ -177,7 +181,7 @@ fn pilot(p: &Prepared, modes: &[Transport], sampling: &Sampling) -> (f64, usize)
     let path = (&p.rays, &p.patches);
     let (factors, _) = cast(&p.scene, path, &variants, sampling, &|_| ());
     let entries: usize = factors.iter().map(|f| Rows::entries(&f.rows)).sum();
-    let rows = count * variants.len();
+    let rows = chosen.len() * variants.len();
     (entries as f64 / rows.max(1) as f64, variants.len())
 }
 

@@ -26,6 +26,7 @@ mod shoot;
 mod surface;
 mod tolerance;
 pub mod tradeoff;
+mod unfit;
 mod within;
 
 pub use axis::Scale;
@@ -38,11 +39,12 @@ pub use factors::{
     Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors,
 };
 pub use look::{picture, render, without_luminaires};
-pub use memory::{Estimate, Unfit, check_memory, estimate_memory, usable_memory};
+pub use memory::{Estimate, check_memory, estimate_memory, usable_memory};
 pub use pipeline::{Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, prepare};
 pub use series::{BounceSeries, TermError, explore_within};
 pub use sheet::{Sheet, Tile};
 pub use shoot::{assembled_shooter, ray_shooter};
 pub use surface::DrawError;
 pub use tolerance::{Wanted, render_within};
+pub use unfit::{PictureUnfit, Stored, Unfit, check_pictures};
 pub use within::{ErrorParts, Within};

@@ -10,8 +10,10 @@ use clap::Args;
 use self::report::{ChartReport, ModeReport, report};
 use super::CliError;
 use super::console::Console;
+use super::memory::{MemoryLimit, pixel};
 use super::options::{Common, Subject};
 use super::values::{LadderChoice, Size, seconds, size};
+use super::variance::check_variance;
 use crate::image::{make_directory, write_whole};
 use crate::light::Transport;
 use crate::scene::Scene;
@@ -19,6 +21,7 @@ use crate::study::tradeoff::{
     Brought, Ladder, Plan, Tradeoff, TradeoffError, Truth, asked_chart, csv, error_chart,
     seconds_bars, trade_off,
 };
+use crate::study::{Prepared, Stored, Unfit};
 
 /// `halflight chart`
 #[derive(Args, Debug)]
@@ -41,6 +44,9 @@ pub struct ChartCommand {
     /// Standard error of every pixel of --reference (.exr), to be subtracted
     #[arg(long, value_name = "FILE", requires = "reference")]
     pub reference_error: Option<PathBuf>,
+    /// Within which memory.
+    #[command(flatten)]
+    pub limit: MemoryLimit,
 }
 
 /// All ladders.
@@ -71,6 +77,7 @@ impl From<TradeoffError> for CliError {
 pub fn run(own: &ChartCommand, common: &Common) -> Result<(), CliError> {
     let clock = Instant::now();
     let console = Console::new(common);
+    own.limit.check_pictures(own.size, pixel::CHART)?;
     let scene = own.subject.load()?;
     let load = clock.elapsed().as_secs_f64();
     for warning in &scene.warnings {
@@ -85,9 +92,12 @@ pub fn run(own: &ChartCommand, common: &Common) -> Result<(), CliError> {
         });
     }
     make_directory(&common.out)?;
+    // Built anew for every step: here only to refuse what does not fit, before anything is measured.
+    let prepared = own.limit.prepare_within(scene.clone(), &transports);
+    let prepared = prepared.map_err(unfit)?;
     let mut modes = Vec::new();
     for transport in transports {
-        match one_mode(own, common, &console, (&scene, load), transport) {
+        match one_mode(own, common, &console, (&prepared, load), transport) {
             Err(CliError::Diverges(e)) if several => {
                 console.warn(format!("{}: nothing to chart, {e}", transport.label()));
             }
@@ -97,13 +107,24 @@ pub fn run(own: &ChartCommand, common: &Common) -> Result<(), CliError> {
     console.report(&ChartReport { modes })
 }
 
+/// Patches are not asked for here, so the advice is another.
+fn unfit(mut error: CliError) -> CliError {
+    if let CliError::Memory(Unfit { stored, .. }) = &mut error
+        && let Stored::Rows(entries) = *stored
+    {
+        *stored = Stored::Ladders(entries);
+    }
+    error
+}
+
 fn one_mode(
     own: &ChartCommand,
     common: &Common,
     console: &Console,
-    (scene, load): (&Scene, f64),
+    (prepared, load): (&Prepared, f64),
     transport: Transport,
 ) -> Result<ModeReport, CliError> {
+    let scene = &prepared.scene;
     let plan = Plan {
         transport,
         size: (own.size.width, own.size.height),
@@ -112,12 +133,14 @@ fn one_mode(
         load,
         store: common.out.join("references"),
         ladders: own.ladders.iter().map(|l| l.ladder()).collect(),
+        memory: prepared.memory,
     };
     let brought = own.reference.as_ref().map(|picture| Brought {
         picture: picture.clone(),
         error: own.reference_error.clone(),
     });
     let found = trade_off(scene, &plan, brought.as_ref(), console)?;
+    check_variance(console, scene, &prepared.rays, transport, common.seed);
     tell(console, scene, transport, &found);
     let files = write(common, scene, &plan, &found)?;
     for file in &files {

@@ -8,6 +8,7 @@ use clap::Args;
 
 use super::CliError;
 use super::console::Console;
+use super::memory::MemoryLimit;
 use super::options::Common;
 use super::values::unit_interval;
 use crate::form_factors::Sampling;
@@ -16,9 +17,10 @@ use crate::light::Transport;
 use crate::scene::{LoadOptions, Scene};
 use crate::solve::Settings;
 use crate::study::frontier::{
-    Formal, Run, Scaling, at, formal, runs, scaling, series_chart, shooting_chart, spread_chart,
+    Formal, Run, Scaling, at, check_dense, formal, runs, scaling, series_chart, shooting_chart,
+    spread_chart,
 };
-use crate::study::map::Survey;
+use crate::study::map::{Survey, check_crossings};
 use crate::study::{Chart, Prepared, Silent, assemble, prepare};
 use report::{NOT_LIGHT, formal_csv, table};
 
@@ -51,6 +53,9 @@ pub struct Frontier {
     /// Measure how the path tracer's error shrinks on both sides of the frontier of its variance
     #[arg(long)]
     pub trace: bool,
+    /// Within which memory.
+    #[command(flatten)]
+    pub limit: MemoryLimit,
 }
 
 /// The path tracer's error at one alpha.
@@ -135,6 +140,9 @@ impl<'a> Study<'a> {
             ..Sampling::default()
         };
         let prepared = prepare(scene.clone(), own.patches as usize);
+        let limit = own.limit.bytes();
+        check_crossings(&prepared, &sampling, 1, limit)?;
+        check_dense(&prepared, limit)?;
         let survey = Survey::new(&prepared, &sampling, console);
         let tau = f64::from(own.tau);
         let radius = survey.spectrum(tau, &survey.start()).worst();

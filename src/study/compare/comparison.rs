@@ -1,8 +1,9 @@
 //! One comparison: every method run, every error taken, every pair judged.
 
 use super::arithmetic::combine;
+use super::patchwise::cut_within;
 use super::{
-    Estimate, Method, ORDERS, Pair, Run, answers, climb, error_against, judge, slope, trace,
+    Estimate, Method, ORDERS, Pair, Run, Rung, answers, climb, error_against, judge, slope, trace,
 };
 use crate::image::Picture;
 use crate::light::{Rgb, Transport};
@@ -10,6 +11,7 @@ use crate::reference::NextEvent;
 use crate::scene::Scene;
 use crate::solve::Diverges;
 use crate::study::pipeline::{Watch, prepare};
+use crate::study::unfit::Unfit;
 
 /// What is compared, and for how long.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +24,19 @@ pub struct Plan {
     pub seconds: f64,
     /// Chooses sample points.
     pub seed: u32,
+    /// Bytes that K and its solutions may take.
+    pub memory: f64,
+}
+
+/// There is nothing to compare.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    /// The series diverges.
+    #[error(transparent)]
+    Diverges(#[from] Diverges),
+    /// K of the patches that verdicts need does not fit in memory.
+    #[error(transparent)]
+    Memory(#[from] Unfit),
 }
 
 /// Error after some time.
@@ -75,9 +90,15 @@ pub trait Stage: Watch {
 /// Runs every method.
 ///
 /// # Errors
-/// [`Diverges`] where the series does: there is nothing to compare.
-pub fn compare<S: Stage>(scene: &Scene, plan: &Plan, stage: &S) -> Result<Comparison, Diverges> {
+/// [`CompareError`] where the series diverges, and where memory would not do.
+pub fn compare<S: Stage>(
+    scene: &Scene,
+    plan: &Plan,
+    stage: &S,
+) -> Result<Comparison, CompareError> {
     let mut p = prepare(scene.clone(), 1);
+    p.memory = plan.memory;
+    cut_within(&mut p, plan, Rung::least(plan))?;
     // A diverging series is found before any path is traced.
     let mut ladders = Vec::new();
     for method in Method::ALL.into_iter().filter(|m| m.is_patchwise()) {

@@ -19,7 +19,7 @@ mod tails;
 mod tracing;
 mod verdict;
 
-pub use comparison::{Comparison, Plan, Point, Stage, Track, compare};
+pub use comparison::{CompareError, Comparison, Plan, Point, Stage, Track, compare};
 pub use figures::{
     FigureSheet, csv, error_chart, markdown, order_chart, pairs_csv, picture_sheet, verdict,
 };

@@ -11,8 +11,10 @@ use crate::image::{GatherSampling, Picture};
 use crate::light::{Light, Rgb};
 use crate::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
 use crate::study::look::{fields, picture, without_luminaires};
+use crate::study::memory::check_solutions;
 use crate::study::pipeline::{Assembled, Prepared, Watch, assemble};
 use crate::study::shoot::{assembled_shooter, ray_shooter};
+use crate::study::unfit::Unfit;
 
 /// How fine a patch method works.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +33,33 @@ pub(super) const REST: f64 = 2e-5;
 /// Patch light of every generation.
 pub(super) type Generations = Vec<Vec<Light>>;
 
+/// Patches that even a slow machine can afford, and that leave an error of some tenths of a percent.
+const LEAST: usize = 16_000;
+/// Solutions that are held at once: those of the three patch methods.
+const SOLUTIONS: usize = 3;
+
 impl Rung {
+    /// The coarsest that verdicts rest on: [`LEAST`] patches, a quarter of them for a plan of less than 2 seconds.
+    pub fn least(plan: &Plan) -> Rung {
+        let (patches, rays) = match plan.seconds < 2.0 {
+            true => (LEAST / 4, 256),
+            false => (LEAST, 64),
+        };
+        Rung {
+            patches,
+            rays,
+            camera: 2,
+        }
+    }
+
+    fn sampling(self, seed: u32) -> Sampling {
+        Sampling {
+            rays: self.rays,
+            seed,
+            ..Sampling::default()
+        }
+    }
+
     /// The k-th rung.
     pub fn new(k: u32) -> Rung {
         Rung {
@@ -42,7 +70,14 @@ impl Rung {
     }
 }
 
-/// Climbs while the time of a rung, as foreseen from the last, is below the plan's; the first rung always counts.
+/// Cuts the patches of a rung and checks that K and its solutions fit in memory.
+pub(super) fn cut_within(p: &mut Prepared, plan: &Plan, rung: Rung) -> Result<(), Unfit> {
+    p.recut(rung.patches);
+    check_solutions(p, plan.transport, &rung.sampling(plan.seed), SOLUTIONS)
+}
+
+/// Climbs while the time of a rung, as foreseen from the last, is below the plan's, and K fits in memory; the first rung
+/// always counts.
 ///
 /// # Errors
 /// [`Diverges`] where the series does.
@@ -59,6 +94,10 @@ pub fn climb(
             .last()
             .is_some_and(|e| 2.5 * e.seconds > plan.seconds)
         {
+            break;
+        }
+        let matrix = method != Method::ShootingRays;
+        if k > 0 && matrix && cut_within(p, plan, Rung::new(k)).is_err() {
             break;
         }
         ladder.push(step(p, method, plan, Rung::new(k), watch)?);
@@ -112,12 +151,7 @@ pub(super) fn matrix(
     (seed, rung): (u32, Rung),
     watch: &dyn Watch,
 ) -> Assembled {
-    let sampling = Sampling {
-        rays: rung.rays,
-        seed,
-        ..Sampling::default()
-    };
-    let (mut modes, _) = assemble(p, &[plan.transport], &sampling, watch);
+    let (mut modes, _) = assemble(p, &[plan.transport], &rung.sampling(seed), watch);
     modes.remove(0)
 }
 

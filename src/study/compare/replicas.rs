@@ -15,16 +15,14 @@ use std::time::Instant;
 use super::arithmetic::{
     average, combine, map, masked_mean, smoothed, spread, standard_error, sum,
 };
-use super::patchwise::{Generations, effort, matrix, pictures, shot_by_rays, solved};
-use super::{Estimate, Mean, Method, ORDERS, Plan, Rung};
+use super::patchwise::{Generations, cut_within, effort, matrix, pictures, shot_by_rays, solved};
+use super::{CompareError, Estimate, Mean, Method, ORDERS, Plan, Rung};
 use crate::image::Picture;
 use crate::solve::Diverges;
 use crate::study::pipeline::{Prepared, Watch};
 
 /// Repetitions for the standard error.
 const REPLICAS: u32 = 4;
-/// Patches that even a slow machine can afford, and that leave an error of some tenths of a percent.
-const LEAST: usize = 16_000;
 /// Half the window, in pixels, over which systematic errors are averaged.
 const WINDOW: usize = 3;
 /// The methods, in the order of their pictures.
@@ -37,13 +35,13 @@ const METHODS: [Method; 3] = [
 /// Answers of the three patch methods, with their errors.
 ///
 /// # Errors
-/// [`Diverges`] where the series does.
+/// [`CompareError`] where the series diverges, and where memory would not do.
 pub fn answers(
     p: &mut Prepared,
     plan: &Plan,
     mask: &Picture,
     watch: &dyn Watch,
-) -> Result<Vec<(Method, Estimate)>, Diverges> {
+) -> Result<Vec<(Method, Estimate)>, CompareError> {
     let (rung, first) = finest(p, plan, watch)?;
     let start = Instant::now();
     let mut fine = vec![first];
@@ -78,32 +76,31 @@ pub fn answers(
 type Orders = Vec<Picture>;
 
 /// The finest rung, and its first repetition: solving takes up to the plan's time for each method and all repetitions, and
-/// gathering, coarse patches included, as long for all methods together; but 2 camera rays and [`LEAST`] patches at least, a
-/// quarter of them for a plan of less than 2 seconds.
+/// gathering, coarse patches included, as long for all methods together, as far as memory goes; but [`Rung::least`] at least.
 fn finest(
     p: &mut Prepared,
     plan: &Plan,
     watch: &dyn Watch,
-) -> Result<(Rung, Vec<Orders>), Diverges> {
+) -> Result<(Rung, Vec<Orders>), CompareError> {
     let share = plan.seconds / f64::from(REPLICAS);
     let solving = METHODS.len() as f64 * share;
-    let mut rung = Rung {
-        patches: LEAST,
-        rays: 64,
-        camera: 2,
-    };
-    if plan.seconds < 2.0 {
-        (rung.patches, rung.rays) = (LEAST / 4, 256);
-    }
+    let mut rung = Rung::least(plan);
+    cut_within(p, plan, rung)?;
     loop {
-        p.recut(rung.patches);
         let clock = Instant::now();
         let solutions = solve(p, plan, (0, rung), &METHODS, watch)?;
         // Twice the patches with as many rays in all, but 64 a patch, take up to some 2.3 times as long.
         if 2.3 * clock.elapsed().as_secs_f64() < solving && rung.patches < 64_000 {
-            rung.patches *= 2;
-            rung.rays = (rung.rays / 2).max(64);
-            continue;
+            let finer = Rung {
+                patches: 2 * rung.patches,
+                rays: (rung.rays / 2).max(64),
+                ..rung
+            };
+            if cut_within(p, plan, finer).is_ok() {
+                rung = finer;
+                continue;
+            }
+            p.recut(rung.patches);
         }
         loop {
             let clock = Instant::now();

@@ -4,6 +4,9 @@
 //! `y L = -y E/(lambda - 1) < 0`: some patch of every scene whose light reaches everything is negative. Solved by LU
 //! ([`direct`]), O(patches³). Not handled: lambda an eigenvalue to rounding, where LU finds I - K singular.
 
+use super::super::memory::most_fitting;
+use super::super::pipeline::Prepared;
+use super::super::unfit::{Stored, Unfit};
 use crate::light::Light;
 use crate::operator::Operator;
 use crate::solve::direct;
@@ -19,6 +22,27 @@ pub struct Formal {
     pub largest: f64,
     /// Patches with a negative channel.
     pub negative: usize,
+}
+
+/// Checks that the dense solves of a frontier's study fit in `limit` bytes.
+///
+/// # Errors
+/// [`Unfit`] where three matrices of both halves' size do not.
+pub fn check_dense(p: &Prepared, limit: f64) -> Result<(), Unfit> {
+    // (2 n)² numbers of 8 bytes: I, K, and their difference.
+    let bytes = |n: f64| 3.0 * 8.0 * (2.0 * n).powi(2);
+    let patches = p.patches.len();
+    let fitting = most_fitting(patches, limit, bytes).max(1);
+    match bytes(patches as f64) <= limit {
+        true => Ok(()),
+        false => Err(Unfit {
+            patches,
+            stored: Stored::Dense,
+            bytes: bytes(patches as f64),
+            limit,
+            fitting,
+        }),
+    }
 }
 
 /// Solves (I - K) L = E by LU; none where that is singular.

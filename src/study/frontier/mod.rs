@@ -11,7 +11,7 @@ mod series;
 mod spread;
 
 pub use charts::{series_chart, shooting_chart, spread_chart};
-pub use formal::{Formal, formal};
+pub use formal::{Formal, check_dense, formal};
 pub use series::{Run, Shot, Timing, runs};
 pub use spread::{Scaling, Spread, scaling};
 

@@ -15,7 +15,9 @@
 
 mod contour;
 mod inverse;
+mod memory;
 mod survey;
+mod variance;
 
 use crate::form_factors::Sampling;
 use crate::operator::{Bounds, Spectrum};
@@ -24,7 +26,9 @@ use super::pipeline::{Prepared, Watch};
 use inverse::tau_frontier;
 
 pub use contour::MapChart;
+pub use memory::check_crossings;
 pub use survey::Survey;
+pub use variance::{Growth, Variance, growth};
 
 /// The spectral radii at one tau and alpha = 1.
 #[derive(Clone, Copy, Debug, PartialEq)]

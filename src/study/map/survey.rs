@@ -24,6 +24,9 @@ use glam::Vec4;
 use crate::form_factors::{Layers, Sampling, cast_layers};
 use crate::light::{Rgb, Transport};
 use crate::operator::{Effort, Spectrum, spectrum_of};
+use crate::patches::Patches;
+use crate::rays::Rays;
+use crate::scene::Scene;
 
 use super::super::pipeline::{Prepared, Watch};
 
@@ -45,25 +48,37 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Casts the rays.
+    /// Casts the rays for materials at alpha = tau = 1, or their own.
     pub fn new(p: &Prepared, sampling: &Sampling, watch: &dyn Watch) -> Survey {
-        let transports = p.scene.transports(Transport {
+        let corner = Transport {
             alpha: 1.0,
             tau: 1.0,
-        });
-        let of = |material: u32| {
-            let rho = p.scene.materials[material as usize].rho;
-            (transports[material as usize].alpha * rho, rho)
         };
-        let materials = p.patches.materials();
-        let passed: Vec<Rgb> = materials.iter().map(|&m| of(m).0).collect();
+        let transports = p.scene.transports(corner);
+        Survey::of(
+            (&p.scene, &p.rays, &p.patches),
+            &transports,
+            sampling,
+            watch,
+        )
+    }
+
+    /// The same for any (alpha, tau) of the materials, which take the place of their own.
+    pub fn of(
+        (scene, rays, patches): (&Scene, &Rays, &Patches),
+        transports: &[Transport],
+        sampling: &Sampling,
+        watch: &dyn Watch,
+    ) -> Survey {
+        let of = |&m: &u32| transports[m as usize].alpha * scene.materials[m as usize].rho;
+        let passed: Vec<Rgb> = patches.materials().iter().map(of).collect();
         let largest: Vec<f32> = passed.iter().map(|b| b.max_element()).collect();
         let travels: Vec<bool> = largest.iter().map(|&b| b > 0.0).collect();
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
-        watch.begin("form factors", p.patches.len() as u64);
+        watch.begin("form factors", patches.len() as u64);
         let (layers, rays) = cast_layers(
-            &p.scene,
-            (&p.rays, &p.patches),
+            scene,
+            (rays, patches),
             (&travels, &travels),
             &tau,
             sampling,

@@ -12,6 +12,7 @@ use crate::reference::{TraceSettings, Tracer};
 use crate::scene::Scene;
 use crate::solve::{Diverges, RaySettings, Shooting, ShootingSettings, neumann};
 use crate::study::look::{fields, picture, reflected, render};
+use crate::study::memory::check_memory;
 use crate::study::pipeline::{Fineness, Seconds, Silent, Watch, assemble, prepare};
 use crate::study::shoot::ray_shooter;
 use crate::study::tolerance::{Wanted, render_within};
@@ -39,12 +40,12 @@ struct Knobs {
 }
 
 /// Runs steps while the next is foreseen to end within `limit` seconds: it takes as many times the last as that did the one
-/// before, `growth` times at most.
+/// before, `growth` times at most. A step of none, for want of memory, is the end too.
 fn climb<E>(
     count: u32,
     (growth, limit): (f64, f64),
     watch: &dyn Watch,
-    mut step: impl FnMut(u32) -> Result<Run, E>,
+    mut step: impl FnMut(u32) -> Result<Option<Run>, E>,
 ) -> Result<Vec<Run>, E> {
     let mut runs: Vec<Run> = Vec::new();
     for k in 0..count {
@@ -59,7 +60,10 @@ fn climb<E>(
         if foreseen > limit {
             break;
         }
-        runs.push(step(k)?);
+        let Some(run) = step(k)? else {
+            break;
+        };
+        runs.push(run);
         watch.tick(1);
     }
     Ok(runs)
@@ -77,15 +81,17 @@ pub fn tolerances(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Result<Vec<R
             seed: plan.seed,
         };
         let mut p = prepare(scene.clone(), 1);
+        p.memory = plan.memory;
         let within = render_within(&mut p, plan.transport, &wanted, &Silent)?;
-        Ok(Run {
+        let run = Run {
             ladder: Ladder::Tolerance,
             effort: format!("{} patches, {} rays in all", within.patches, within.rays),
             asked: Some(tolerance),
             estimated: Some(within.error.total),
             seconds: loaded(plan, within.seconds),
             picture: within.picture,
-        })
+        };
+        Ok(Some(run))
     })
 }
 
@@ -108,14 +114,22 @@ pub fn one_knob(
     })
 }
 
-/// A picture with so many patches, rays and samples.
-fn fixed(scene: &Scene, plan: &Plan, ladder: Ladder, knobs: Knobs) -> Result<Run, Diverges> {
+/// A picture with so many patches, rays and samples; none where K would not fit in memory.
+fn fixed(
+    scene: &Scene,
+    plan: &Plan,
+    ladder: Ladder,
+    knobs: Knobs,
+) -> Result<Option<Run>, Diverges> {
     let sampling = Sampling {
         rays: knobs.rays,
         seed: plan.seed,
         ..Sampling::default()
     };
     let p = prepare(scene.clone(), knobs.patches);
+    if check_memory(&p, &[plan.transport], &sampling, plan.memory).is_err() {
+        return Ok(None);
+    }
     let mut seconds = Seconds {
         patches: p.seconds,
         ..Seconds::default()
@@ -134,7 +148,7 @@ fn fixed(scene: &Scene, plan: &Plan, ladder: Ladder, knobs: Knobs) -> Result<Run
         knobs.rays,
         knobs.samples
     );
-    Ok(finished(plan, ladder, effort, seconds, gathered))
+    Ok(Some(finished(plan, ladder, effort, seconds, gathered)))
 }
 
 /// Progressive shooting with rays: patches, rays and samples doubled together.
@@ -142,7 +156,9 @@ pub fn shooting(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Result<Vec<Run
     let count = 8;
     watch.begin(Ladder::Shooting.name(), count);
     let limits = (2.5, SHARE * plan.seconds);
-    climb(count as u32, limits, watch, |k| shoot(scene, plan, k))
+    climb(count as u32, limits, watch, |k| {
+        shoot(scene, plan, k).map(Some)
+    })
 }
 
 fn shoot(scene: &Scene, plan: &Plan, k: u32) -> Result<Run, Diverges> {
@@ -209,14 +225,14 @@ pub fn paths(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Vec<Run> {
         let samples = 4 << (2 * k);
         tracer.pass(samples - tracer.samples() as u32);
         seconds.gather += lap(&mut clock);
-        Ok::<_, std::convert::Infallible>(Run {
+        Ok::<_, std::convert::Infallible>(Some(Run {
             ladder: Ladder::Paths,
             effort: format!("{samples} samples a pixel"),
             asked: None,
             estimated: tracer.relative_error(),
             seconds: loaded(plan, seconds),
             picture: tracer.picture(),
-        })
+        }))
     });
     let Ok(runs) = climbed;
     runs

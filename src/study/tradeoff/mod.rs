@@ -92,6 +92,8 @@ pub struct Plan {
     pub store: PathBuf,
     /// What to run.
     pub ladders: Vec<Ladder>,
+    /// Bytes that K may take: finer steps are left out.
+    pub memory: f64,
 }
 
 /// One picture's cost and error.

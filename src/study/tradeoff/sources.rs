@@ -114,6 +114,7 @@ fn solved(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Result<Truth, Diverg
             seed: plan.seed ^ 0x5eed_0002,
         };
         let mut p = prepare(scene.clone(), 1);
+        p.memory = plan.memory;
         let within = render_within(&mut p, plan.transport, &wanted, &Silent)?;
         last = clock.elapsed().as_secs_f64();
         clock = Instant::now();
