@@ -175,7 +175,7 @@ impl Fields {
 
     /// Whether no field has any light.
     pub fn is_dark(&self) -> bool {
-        self.values.iter().all(|v| *v == Linear::default())
+        self.values.iter().all(|v| *v == Linear::DARK)
     }
 
     #[inline]

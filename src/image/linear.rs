@@ -17,7 +17,7 @@ use crate::light::Rgb;
 use crate::patches::Neighbours;
 
 /// Light that varies linearly: `at_origin + slope * x`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linear {
     /// What it would be at the origin of coordinates.
     pub at_origin: Rgb,
@@ -26,6 +26,12 @@ pub struct Linear {
 }
 
 impl Linear {
+    /// No light.
+    pub const DARK: Linear = Linear {
+        at_origin: Rgb::ZERO,
+        slope: Mat3::ZERO,
+    };
+
     /// The same everywhere.
     pub fn constant(value: Rgb) -> Linear {
         Linear {
