@@ -120,8 +120,7 @@ impl Settings {
             }
             biased = bias;
             let worst = points.worst(&biases, (1.5 * (1.0 - 1.0 / bias)).clamp(0.3, 1.0));
-            points.shorten(&worst, SHORTER);
-            points.place(pixels);
+            points.shorten(&worst, SHORTER, pixels);
             before = f64::INFINITY;
         }
         Found::new(pixels, points, fields, 1)

@@ -81,6 +81,18 @@ impl Lattice {
         self.pixels[point as usize] as usize
     }
 
+    /// Marks the pixels from which a point is visited.
+    pub fn mark(&self, spacing: usize, point: u32, marked: &mut [bool]) {
+        let k = self.pixel_of(point);
+        let (x, y) = (k % self.width, k / self.width);
+        let reach = AROUND * spacing + spacing.max(LEAST_TILE);
+        let range = |p: usize, length: usize| p.saturating_sub(reach)..(p + reach).min(length);
+        for row in range(y, self.height) {
+            let columns = range(x, self.width);
+            marked[row * self.width + columns.start..row * self.width + columns.end].fill(true);
+        }
+    }
+
     /// Visits the points of every lattice near pixel k.
     #[inline]
     pub fn visit(&self, k: usize, mut visit: impl FnMut(u32)) {
@@ -114,6 +126,22 @@ mod tests {
         assert!(seen.iter().all(|&n| n <= 1));
         assert_eq!(lattice.pixels(1).count(), 37 * 21);
         assert_eq!(Lattice::new(8, 2, 1).pixels(8).collect::<Vec<_>>(), vec![1]);
+    }
+
+    #[test]
+    fn every_pixel_that_visits_a_point_is_marked() {
+        let mut lattice = Lattice::new(8, 61, 53);
+        for (point, k) in [0, 61 * 20 + 33, 61 * 53 - 1].into_iter().enumerate() {
+            let spacing = 1 << point;
+            lattice.insert(spacing, k, point as u32);
+            let mut marked = vec![false; 61 * 53];
+            lattice.mark(spacing, point as u32, &mut marked);
+            for (pixel, marked) in marked.iter().enumerate() {
+                let mut visits = false;
+                lattice.visit(pixel, |p| visits |= p == point as u32);
+                assert!(*marked || !visits, "pixel {pixel}, point {point}");
+            }
+        }
     }
 
     #[test]

@@ -100,9 +100,15 @@ impl<'a> Points<'a> {
 
     /// Adds points until every layer of every pixel is spoken for.
     pub fn place(&mut self, pixels: &[Pixel]) {
+        self.place_where(pixels, &vec![true; pixels.len()]);
+    }
+
+    /// The same where only the layers of the pixels marked may want points.
+    fn place_where(&mut self, pixels: &[Pixel], marked: &[bool]) {
         let mut spacing = self.density.spacing;
         loop {
-            let own: Vec<usize> = self.lattice.pixels(spacing).collect();
+            let own = self.lattice.pixels(spacing).filter(|&k| marked[k]);
+            let own: Vec<usize> = own.collect();
             let found: Vec<(usize, usize)> = own
                 .par_iter()
                 .map_init(Fit::default, |fit, &k| self.wanting(fit, k, &pixels[k]))
@@ -210,12 +216,16 @@ impl<'a> Points<'a> {
         self.cast_from(0, |i| (level * wants[i]).min(f64::from(MOST)) as u32);
     }
 
-    /// Shortens the reach of some points; places may want more points then.
-    pub fn shorten(&mut self, some: &[u32], factor: f64) {
+    /// Shortens the reach of some points, and adds points for the places that they spoke for.
+    pub fn shorten(&mut self, some: &[u32], factor: f64, pixels: &[Pixel]) {
+        let mut marked = vec![false; pixels.len()];
         for &i in some {
-            self.points[i as usize].shortened *= factor;
+            let point = &mut self.points[i as usize];
+            point.shortened *= factor;
+            self.lattice.mark(point.spacing, i, &mut marked);
         }
         self.settle(0);
+        self.place_where(pixels, &marked);
     }
 }
 
