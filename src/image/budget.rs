@@ -115,7 +115,8 @@ impl Settings {
             let bias = scale * relative(&biases) * some.signal / (FIT * FIT * left);
             // A bias that more points did not lessen is that of light they cannot follow, or chance.
             stalls += usize::from(bias > 0.95 * biased);
-            if bias <= 1.0 || stalls == STALLS {
+            let both = HEMISPHERE * HEMISPHERE * noise + FIT * FIT * bias;
+            if both <= HEMISPHERE * HEMISPHERE + FIT * FIT || stalls == STALLS {
                 break;
             }
             biased = bias;

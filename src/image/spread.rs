@@ -77,27 +77,27 @@ pub(super) fn double(pass: &Pass, pixels: &mut [Pixel], chosen: &[u32]) {
 pub(super) fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
     let measured = measure(pixels);
     let wanted = noise * noise * measured.signal;
-    let variances = variances(pixels, width, measured.bright());
-    let total: f64 = variances.iter().sum();
     let mut left = measured.variance;
-
     if left <= wanted {
         return Vec::new();
     }
+    let variances = variances(pixels, width, measured.bright());
+    let total: f64 = variances.iter().sum();
     let price = |k: u32| variances[k as usize] / f64::from(pixels[k as usize].count);
-    let mut order: Vec<u32> = (0..pixels.len() as u32)
+    let mut order: Vec<(f64, u32)> = (0..pixels.len() as u32)
         .filter(|&k| pixels[k as usize].count < MOST && variances[k as usize] > 0.0)
+        .map(|k| (price(k), k))
         .collect();
-    order.par_sort_unstable_by(|&a, &b| price(b).total_cmp(&price(a)).then(a.cmp(&b)));
+    order.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     // A round aims no lower than half the variance: the next one knows the pixels better.
     let goal = (0.9 * wanted).max(0.5 * left);
     let mut count = 0;
     while count < order.len() && left > goal {
-        left -= (1.0 - DOUBLED) * variances[order[count] as usize] * (measured.variance / total);
+        let variance = variances[order[count].1 as usize];
+        left -= (1.0 - DOUBLED) * variance * (measured.variance / total);
         count += 1;
     }
-    order.truncate(count);
-    order
+    order[..count].iter().map(|&(_, k)| k).collect()
 }
 
 /// Sums over the pixels that see no luminaire.
