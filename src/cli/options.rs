@@ -145,6 +145,9 @@ pub struct Render {
     /// Picture to write, .png or .exr [default: <out>/<scene>-<mode>.png]; with several modes the mode is added
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Add the standard error of every pixel as a layer of the EXR file
+    #[arg(long)]
+    pub standard_error: bool,
 }
 
 /// `halflight bounces`

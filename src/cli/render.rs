@@ -1,5 +1,6 @@
 //! `halflight render`: the picture of each mode, and a contact sheet of several.
 
+use std::path::Path;
 use std::time::Instant;
 
 use super::CliError;
@@ -9,11 +10,15 @@ use super::memory::pixel;
 use super::options::{Common, Render};
 use super::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use super::report::{Modes, Radius, RenderReport, mode_of};
-use crate::image::{Exposure, GatherSampling, Picture, check_extension, write_picture};
+use crate::image::{
+    Exposure, GatherSampling, Picture, check_extension, write_picture, write_with_error,
+};
 use crate::light::Transport;
 use crate::scene::Scene;
 use crate::solve::{Diverges, neumann};
-use crate::study::{Fineness, Prepared, Seconds, Wanted, Within, assemble, render, render_within};
+use crate::study::{
+    ErrorParts, Fineness, Prepared, Seconds, Wanted, Within, assemble, render, render_within,
+};
 
 /// One mode's picture, or the reason why there is none.
 struct Outcome {
@@ -30,6 +35,9 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
     if let Some(path) = &own.output {
         check_extension(path)?;
+    }
+    if own.standard_error {
+        check_layered(own.output.as_deref())?;
     }
     let effort = &own.problem.effort;
     let each = match effort.precision(common.seed) {
@@ -91,6 +99,9 @@ impl Shared<'_> {
         let mut outcomes = Vec::new();
         for &transport in transports {
             let found = render_within(&mut prepared, transport, &wanted, self.console);
+            if let Ok(within) = &found {
+                warn_of_error(self.console, transport, &within.error, tolerance);
+            }
             let report = self.report(&prepared, transport);
             outcomes.push(self.outcome(transport, report, found)?);
         }
@@ -159,7 +170,11 @@ impl Shared<'_> {
                 report.take(&within, self.load);
                 backs = within.backs;
                 let path = self.places.picture(transport);
-                write_picture(&path, &within.picture, exposure(self.own))?;
+                if self.own.standard_error {
+                    write_with_error(&path, &within.picture, &within.standard_error)?;
+                } else {
+                    write_picture(&path, &within.picture, exposure(self.own))?;
+                }
                 report.files.push(path);
                 Ok(within.picture)
             }
@@ -222,6 +237,42 @@ fn finish(
         modes: outcomes.into_iter().map(|o| o.report).collect(),
         files: vec![path],
     })
+}
+
+/// The standard error is a layer of an EXR file.
+fn check_layered(output: Option<&Path>) -> Result<(), CliError> {
+    let extension = output.and_then(Path::extension).unwrap_or_default();
+    if extension.eq_ignore_ascii_case("exr") {
+        return Ok(());
+    }
+    Err(CliError::Usage {
+        message: "--standard-error is a layer of an EXR file, and the picture is to be a PNG"
+            .into(),
+        help: "name an EXR file: --output FILE.exr".into(),
+    })
+}
+
+/// Says where more is estimated than was asked for, and of what.
+fn warn_of_error(console: &Console, transport: Transport, error: &ErrorParts, tolerance: f64) {
+    if error.total <= tolerance {
+        return;
+    }
+    let parts = [
+        (error.form_factors, "noise of F"),
+        (error.patches, "patch size"),
+        (error.truncation, "the series' truncation"),
+        (error.gather, "the gather pass"),
+    ];
+    let largest = parts.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+    let (part, name) = largest.unwrap_or_default();
+    console.warn(format!(
+        "{}: estimated error {:.2} %, more than the {:.2} % asked for; most of it ({:.2} %) is {name}, which more effort \
+         lessened too little; a larger --size leaves less to bend within a pixel",
+        transport.label(),
+        100.0 * error.total,
+        100.0 * tolerance,
+        100.0 * part,
+    ));
 }
 
 /// A line on one mode; where it was the only one, its error speaks for itself.

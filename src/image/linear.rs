@@ -109,3 +109,68 @@ fn limited(a: Rgb, b: Rgb) -> Rgb {
     };
     Rgb::new(one(a.x, b.x), one(a.y, b.y), one(a.z, b.z))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::patches::Patches;
+    use crate::rays::Rays;
+    use crate::scene::{LoadOptions, Scene};
+
+    fn furnace() -> Patches {
+        let scene = Scene::open("furnace", LoadOptions::default()).unwrap();
+        Patches::new(&scene, &Rays::new(&scene), 600)
+    }
+
+    /// Largest difference between the light read and `exact`, at the corners of all patches.
+    fn worst(patches: &Patches, light: &[Linear], exact: impl Fn(Vec3) -> Rgb) -> f32 {
+        let corners = |i: usize| patches.pieces(i).flat_map(|p| p.1).collect::<Vec<_>>();
+        let of = |i: usize| {
+            let apart = |x: Vec3| (light[i].at(x) - exact(x)).abs().max_element();
+            corners(i).into_iter().map(apart).fold(0.0, f32::max)
+        };
+        (0..patches.len()).map(of).fold(0.0, f32::max)
+    }
+
+    #[test]
+    fn linear_light_is_read_exactly_up_to_the_rims() {
+        let patches = furnace();
+        let neighbours = patches.neighbours();
+        let exact = |x: Vec3| Rgb::new(5.0, 6.0, 7.0) + x + 0.5 * Vec3::splat(x.y);
+        let means: Vec<Rgb> = (0..patches.len())
+            .map(|i| exact(neighbours.middle(i)))
+            .collect();
+        let light = linear(&neighbours, &means);
+        // Rounding of values below 10 over some steps.
+        assert!(worst(&patches, &light, exact) < 2e-5);
+        let constant: Vec<Linear> = means.iter().map(|v| Linear::constant(*v)).collect();
+        assert!(worst(&patches, &constant, exact) > 0.05);
+    }
+
+    #[test]
+    fn patches_keep_their_means_and_light_stays_positive() {
+        let patches = furnace();
+        let neighbours = patches.neighbours();
+        // Light that changes by any factor from patch to patch.
+        let means: Vec<Rgb> = (0..patches.len() as u32)
+            .map(|i| Rgb::splat((crate::rays::sequence::hash(i, 3) % 1000) as f32))
+            .collect();
+        let light = linear(&neighbours, &means);
+        for (i, (l, mean)) in light.iter().zip(&means).enumerate() {
+            let middle = l.at(neighbours.middle(i));
+            assert!((middle - *mean).abs().max_element() < 1e-2);
+            for (_, corners) in patches.pieces(i) {
+                assert!(corners.iter().all(|&x| l.at(x).min_element() > -1e-2));
+            }
+        }
+    }
+
+    #[test]
+    fn a_step_makes_no_slope_on_either_side() {
+        let one = |a: f32, b: f32| limited(Rgb::splat(a), Rgb::splat(b)).x;
+        assert_eq!(one(0.0, 3.0), 0.0);
+        assert_eq!(one(-1.0, 3.0), 0.0);
+        assert_eq!(one(1.0, 2.0), 1.5);
+        assert_eq!(one(-1.0, -9.0), -2.0);
+    }
+}

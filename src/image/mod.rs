@@ -13,6 +13,7 @@ mod hemisphere;
 mod irradiance;
 mod lattice;
 mod layer;
+mod layered;
 mod linear;
 mod metrics;
 mod picture;
@@ -28,6 +29,7 @@ pub use files::{check_extension, encode_png, read_picture, write_bitmap, write_p
 pub use gather::{
     Fields, GatherError, GatherSampling, Gathered, Gathering, View, gather, invisible,
 };
+pub use layered::write_with_error;
 pub use linear::{Linear, linear};
 pub use metrics::{
     Largest, MeanDifference, MetricError, largest_difference, mean_difference, mean_e_pixel,

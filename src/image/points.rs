@@ -247,3 +247,24 @@ fn level(wants: &[f64], rays: &[f64], total: f64) -> f64 {
     }
     level
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_level_shares_out_the_rays_by_what_they_are_worth() {
+        let wants = [1.0, 2.0, 4.0, 0.0];
+        let rays = [10.0_f64; 4];
+        let spent = |level: f64| -> f64 {
+            let each = wants.iter().zip(rays).map(|(w, n)| n.max(level * w));
+            each.sum()
+        };
+        // Nothing more, some for the third, for the last two, for all that want any.
+        for total in [40.0, 45.0, 60.0, 200.0] {
+            let found = spent(level(&wants, &rays, total));
+            assert!((found - total).abs() < 1e-9, "{found} of {total}");
+        }
+        assert_eq!(level(&[0.0; 4], &rays, 100.0), 0.0);
+    }
+}

@@ -23,34 +23,38 @@ impl Grid {
         })
     }
 
-    /// Every patch that has a cell of its own, with the patches of the cells beside: in u after and before, in v
-    /// after and before. NONE stands for the rim, a cell cut by lines, and a cell that shares the patch.
-    pub fn beside(&self) -> impl Iterator<Item = (u32, [u32; 4])> {
-        let whole = |row: usize, column: usize| {
+    /// Every patch of whole cells; a patch may come several times.
+    pub fn whole(&self) -> impl Iterator<Item = u32> {
+        self.cells.iter().filter_map(|cell| match cell {
+            Cell::Patch(patch) => Some(*patch),
+            Cell::Cut(_) => None,
+        })
+    }
+
+    /// The patches of the cells beside that of a patch with its middle there: in u after and before, in v after and
+    /// before. NONE stands for the rim, a cell cut by lines, and a cell that shares the patch.
+    pub fn beside(&self, patch: u32, middle: Vec3) -> [u32; 4] {
+        let d = middle - self.origin;
+        let (column, row) = (
+            d.dot(self.per_cell[0]) as usize,
+            d.dot(self.per_cell[1]) as usize,
+        );
+        let at = |row: usize, column: usize| {
             if row >= self.rows || column >= self.columns {
                 return NONE;
             }
             match &self.cells[row * self.columns + column] {
-                Cell::Patch(patch) => *patch,
-                Cell::Cut(_) => NONE,
+                Cell::Patch(other) if *other != patch => *other,
+                _ => NONE,
             }
         };
-        let cells = (0..self.rows).flat_map(|row| (0..self.columns).map(move |c| (row, c)));
-        cells.filter_map(move |(row, column)| {
-            let own = whole(row, column);
-            let other = |row: usize, column: usize| match whole(row, column) {
-                patch if patch == own => NONE,
-                patch => patch,
-            };
-            let before = |k: usize| k.wrapping_sub(1);
-            let around = [
-                other(row, column + 1),
-                other(row, before(column)),
-                other(row + 1, column),
-                other(before(row), column),
-            ];
-            (own != NONE).then_some((own, around))
-        })
+        let before = |k: usize| k.wrapping_sub(1);
+        [
+            at(row, column + 1),
+            at(row, before(column)),
+            at(row + 1, column),
+            at(before(row), column),
+        ]
     }
 
     /// Half a cell along u and along v.

@@ -17,7 +17,7 @@ use crate::scene::Scene;
 /// Finds a patch from a point's (u, v).
 #[derive(Debug)]
 pub(super) struct Grid {
-    origin: Vec3,
+    pub(super) origin: Vec3,
     /// u and v axes divided by the cell's width and height.
     pub(super) per_cell: [Vec3; 2],
     pub(super) columns: usize,

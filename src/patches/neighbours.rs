@@ -31,7 +31,8 @@ impl Neighbours {
             halves: vec![[Vec3::ZERO; 2]; patches.len()],
         };
         for grid in &patches.grids {
-            for (patch, beside) in grid.beside() {
+            for patch in grid.whole() {
+                let beside = grid.beside(patch, found.middles[patch as usize]);
                 found.set(patch, beside, grid);
                 let behind = |p: u32| patches.backs.get(p as usize).copied().unwrap_or(NONE);
                 if behind(patch) != NONE {
@@ -109,4 +110,66 @@ fn middle(patches: &Patches, i: usize) -> Vec3 {
         total += area;
     }
     if total > 0.0 { sum / total } else { Vec3::ZERO }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rays::Rays;
+    use crate::scene::{LoadOptions, Scene};
+
+    fn neighbours(scene: &str, count: usize) -> (Patches, Neighbours) {
+        let scene = Scene::open(scene, LoadOptions::default()).unwrap();
+        let patches = Patches::new(&scene, &Rays::new(&scene), count);
+        let found = patches.neighbours();
+        (patches, found)
+    }
+
+    #[test]
+    fn neighbours_are_mutual_and_lie_a_patch_apart() {
+        for scene in ["cornell-box", "furnished-room"] {
+            let (_, n) = neighbours(scene, 3000);
+            let mut pairs = 0;
+            for i in 0..n.len() {
+                for axis in 0..2 {
+                    for (side, other) in n.beside(i, axis).into_iter().enumerate() {
+                        let Some(j) = other else { continue };
+                        assert_eq!(n.beside(j, axis)[1 - side], Some(i), "{scene}: {i} {j}");
+                        let half = n.halves(i)[axis];
+                        let steps = (n.middle(j) - n.middle(i)).dot(half) / half.length_squared();
+                        let steps = if side == 0 { steps } else { -steps };
+                        // Two halves, less or more where a rim cuts a cell or a sliver joins it.
+                        assert!((0.5..4.0).contains(&steps), "{scene}: {i} {j} {steps}");
+                        pairs += 1;
+                    }
+                }
+            }
+            assert!(pairs > 2 * n.len(), "{scene}: {pairs} of {}", n.len());
+        }
+    }
+
+    #[test]
+    fn larger_patches_have_the_middle_of_their_parts() {
+        let (patches, n) = neighbours("furnace", 2400);
+        let larger = n.larger(patches.parents(), patches.areas());
+        assert!(larger.len() * 3 < n.len());
+        for p in 0..larger.len() {
+            let (mut sum, mut area) = (Vec3::ZERO, 0.0);
+            for i in (0..n.len()).filter(|&i| patches.parents()[i] as usize == p) {
+                sum += patches.areas()[i] as f32 * n.middle(i);
+                area += patches.areas()[i] as f32;
+            }
+            assert!((larger.middle(p) - sum / area).length() < 1e-5);
+            for other in [0, 1]
+                .into_iter()
+                .flat_map(|axis| larger.beside(p, axis))
+                .flatten()
+            {
+                assert_ne!(other, p);
+                let apart = (larger.middle(other) - larger.middle(p)).length();
+                let size = larger.halves(p)[0].length() + larger.halves(p)[1].length();
+                assert!(apart < 2.0 * size, "{apart} {size}");
+            }
+        }
+    }
 }
