@@ -8,8 +8,8 @@
 
 use std::collections::HashMap;
 
-use super::NONE;
 use super::grid::Grid;
+use super::{NONE, Patches};
 
 /// What larger patches the patches would be part of: patches with a number for the larger one.
 pub(super) struct Parents {
@@ -49,5 +49,19 @@ impl Parents {
             *own = next;
         }
         parents
+    }
+}
+
+impl Patches {
+    /// Share of the area whose patches are no part of a larger one.
+    pub fn alone(&self) -> f64 {
+        let mut parts = vec![0_u32; self.len()];
+        self.parents.iter().for_each(|&p| parts[p as usize] += 1);
+        let own = self.parents.iter().zip(&self.areas);
+        let alone: f64 = own
+            .filter(|(p, _)| parts[**p as usize] == 1)
+            .map(|o| o.1)
+            .sum();
+        alone / self.areas.iter().sum::<f64>()
     }
 }

@@ -5,7 +5,7 @@
 //! * Noise of F: the rows are cast twice with independent scramblings and half the rays each; the picture of half the
 //!   difference of the two solutions is the standard error.
 //! * Size of patches: the solution on patches four times as large, from the same rays ([`crate::solve::coarse_terms`]). The error is
-//!   of second order, so that of the finer patches is a third of the difference.
+//!   between first and second order, so that of the finer patches is about half the difference.
 //! * Truncation of the series: bounded.
 //! * The gather pass: estimated by itself ([`crate::image::GatherError`]).
 //!
@@ -41,8 +41,12 @@ const FIRST: (f64, f64) = (1000.0, 128.0);
 const MOST: (usize, u32) = (200_000, 1 << 16);
 /// Times patches and rays are chosen anew.
 const ROUNDS: usize = 5;
-/// The error on the finer patches as a share of the difference between the two levels: h² / (4h² - h²).
-const SECOND_ORDER: f64 = 1.0 / 3.0;
+/// The error on the finer patches as a share of the difference between the two levels, if it goes as h^1.5: where light is smooth
+/// it goes as h², and across what stands close to a wall as h. Measured on the furnished room: 8.1, 2.7, 1.0 % too dark with
+/// 250, 1000, 4000 patches.
+const FINER: f64 = 0.547;
+/// Share of the area whose patches have no larger one, beyond which the two levels tell too little.
+const ALONE: f64 = 0.2;
 /// Width and height of the rough gather at most, pixels.
 const ROUGH: usize = 64;
 
@@ -118,7 +122,10 @@ fn solve_within(
         let rough = solved.rough(p, wanted, spent, watch);
         solved.set_errors(&rough);
         let noise = solved.error.form_factors / (FORM_FACTORS * wanted.tolerance);
-        let coarse = solved.error.patches / (PATCHES * wanted.tolerance);
+        let mut coarse = solved.error.patches / (PATCHES * wanted.tolerance);
+        if p.patches.alone() > ALONE {
+            coarse = coarse.max(2.0);
+        }
         let full = most || (patches >= MOST.0 && rays >= MOST.1);
         if (noise <= 1.0 && coarse <= 1.0) || round == ROUNDS || full {
             return Ok(solved);
@@ -135,7 +142,7 @@ pub(super) fn finer(
     (noise, coarse): (f64, f64),
     most: (usize, u32),
 ) -> (usize, u32) {
-    // Patch size is of second order, so the error falls as their number; noise with all rays, as the root at least.
+    // The error of patch size falls about as their number; noise with all rays, as the root at least.
     let more = (1.1 * coarse).clamp(1.0, 4.0);
     let denser = (1.2 * noise * noise / more).clamp(1.0, 16.0);
     (
@@ -144,7 +151,7 @@ pub(super) fn finer(
     )
 }
 
-/// Two solutions of half the rays each: their mean, half their difference, and a third of that to larger patches.
+/// Two solutions of half the rays each: their mean, half their difference, and that to larger patches.
 fn solve(
     p: &Prepared,
     transport: Transport,
@@ -282,7 +289,7 @@ impl Solved {
         };
         if let [noise, coarse] = gathered.riders[..] {
             self.error.form_factors = share(noise);
-            self.error.patches = SECOND_ORDER * share(coarse);
+            self.error.patches = FINER * share(coarse);
         }
     }
 
