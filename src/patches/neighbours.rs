@@ -40,7 +40,21 @@ impl Neighbours {
                 }
             }
         }
+        found.keep_mutual();
         found
+    }
+
+    /// A cell that joined another's patch has that patch beside it, but does not lie beside the patch's own cell.
+    fn keep_mutual(&mut self) {
+        let before = self.beside.clone();
+        for (i, beside) in self.beside.iter_mut().enumerate() {
+            for (k, other) in beside.iter_mut().enumerate() {
+                let back = before.get(*other as usize).map(|b| b[k ^ 1]);
+                if back != Some(i as u32) {
+                    *other = NONE;
+                }
+            }
+        }
     }
 
     fn set(&mut self, patch: u32, beside: [u32; 4], grid: &Grid) {

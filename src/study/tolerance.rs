@@ -123,7 +123,7 @@ fn solve_within(
         solved.set_errors(&rough);
         let noise = solved.error.form_factors / (FORM_FACTORS * wanted.tolerance);
         let mut coarse = solved.error.patches / (PATCHES * wanted.tolerance);
-        if p.patches.alone() > ALONE {
+        if round == 1 && p.patches.alone() > ALONE {
             coarse = coarse.max(2.0);
         }
         let full = most || (patches >= MOST.0 && rays >= MOST.1);
