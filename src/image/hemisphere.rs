@@ -100,3 +100,70 @@ impl<'a> Reader<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::form_factors::{Luminaires, Sight};
+    use crate::light::{Mode, Rgb, Transport};
+    use crate::patches::Patches;
+    use crate::rays::Rays;
+    use crate::scene::{LoadOptions, Scene};
+
+    /// Rays once took their points in turn. Of Sobol points every other one lies in the same half of the interval, so each point
+    /// looked at a half of its hemisphere only.
+    #[test]
+    fn every_point_that_rays_leave_looks_all_around() {
+        let scene = Scene::open("furnace", LoadOptions::default()).unwrap();
+        let rays = Rays::new(&scene);
+        let patches = Patches::new(&scene, &rays, 6);
+        let transports: Vec<Transport> = scene.transports(Mode::Global.transport());
+        let luminaires = Luminaires::new(&scene);
+        let receives = vec![true; patches.len()];
+        let sight = Sight::new(
+            &scene,
+            (&rays, &patches),
+            &luminaires,
+            &transports,
+            &receives,
+        );
+        let view = View {
+            scene: &scene,
+            rays: &rays,
+            patches: &patches,
+            luminaires: &luminaires,
+            sight: &sight,
+            transports: &transports,
+            width: 1,
+            height: 1,
+        };
+        // Three walls that meet in a corner are bright.
+        let bright = |i: usize| patches.point(i, 0.5, 0.5).normal.element_sum() > 0.0;
+        let field = (0..patches.len()).map(|i| Rgb::splat(f32::from(bright(i))));
+        let fields = Fields::new(&[field.collect()]);
+        let reader = Reader::new(&view, &fields, 64);
+        let middle = |i: usize| {
+            let p = patches.point(i, 0.5, 0.5);
+            Receiver {
+                position: p.position,
+                normal: p.normal,
+                face: p.face,
+            }
+        };
+        const RAYS: u32 = 4096;
+        let read = |from: &[Receiver]| {
+            let mut sums = [DVec3::ZERO];
+            reader.read(from, 0..RAYS, 5, &mut Vec::new(), &mut sums);
+            sums[0].x / f64::from(RAYS)
+        };
+        for i in 0..patches.len() {
+            for j in 0..i {
+                let apart = read(&[middle(i), middle(j)]);
+                let each = 0.5 * (read(&[middle(i)]) + read(&[middle(j)]));
+                // Four standard errors of independent rays that see bright or dark; the two estimates share no points.
+                let bound = 4.0 * (0.25 / f64::from(RAYS) * 2.0).sqrt();
+                assert!((apart - each).abs() < bound, "{i} {j}: {apart} {each}");
+            }
+        }
+    }
+}

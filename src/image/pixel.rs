@@ -121,11 +121,7 @@ impl<'a> Pass<'a> {
         if material.rho == Rgb::ZERO {
             return;
         }
-        let receiver = Receiver {
-            position,
-            normal: view.patches.normal(hit.face, hit.side),
-            face: hit.face,
-        };
+        let receiver = self.receiver(&hit, position);
         let rho = material.rho.as_dvec3();
         pixel.rays += self.add_direct(&receiver, patch, rho, (s, seed), scratch);
         if !self.dark {
@@ -152,13 +148,16 @@ impl<'a> Pass<'a> {
         let (hit, position) = self.seen(k, u, v)?;
         view.patches.at(hit.face, hit.side, position)?;
         let material = view.scene.faces[hit.face as usize].material;
-        let receiver = Receiver {
-            position,
-            normal: view.patches.normal(hit.face, hit.side),
-            face: hit.face,
-        };
         let key = (view.rays.plane(hit.face), hit.side, material);
-        Some((key, receiver))
+        Some((key, self.receiver(&hit, position)))
+    }
+
+    fn receiver(&self, hit: &Hit, position: Vec3) -> Receiver {
+        Receiver {
+            position,
+            normal: self.view.patches.normal(hit.face, hit.side),
+            face: hit.face,
+        }
     }
 
     /// The first surface under a point of pixel k, and where it is met, put exactly into the face's plane.
