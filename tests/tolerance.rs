@@ -5,8 +5,11 @@ mod common;
 use std::path::Path;
 
 use common::{Silent, builtin};
-use halflight::image::{Picture, read_picture, relative_rms};
+use halflight::image::{Picture, mean_difference, read_picture, relative_rms};
 use halflight::light::Mode;
+use halflight::rays::Rays;
+use halflight::reference::{TraceSettings, Tracer};
+use halflight::scene::{LoadOptions, Scene};
 use halflight::study::{Wanted, Within, explore_within, prepare, render_within};
 
 fn data(name: &str) -> Picture {
@@ -125,4 +128,46 @@ fn terms_are_as_near_finer_ones_as_stated() {
         assert!(apart <= 1.1 * 0.01, "term {n}: {apart}");
         assert!(coarse.errors[n].total > 0.0 && coarse.errors[n].total <= 0.011);
     }
+}
+
+/// Two modes in one scene (tests/data/hybrid): a block without shadow, another that lets half of the light through.
+#[test]
+fn a_scene_of_two_modes_agrees_with_path_tracing() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hybrid/hybrid.toml");
+    let scene = Scene::open(path, LoadOptions::default()).expect("a correct scene");
+    let transport = Mode::Global.transport();
+    let size = (48, 48);
+    let rays = Rays::new(&scene);
+    let transports = scene.transports(transport);
+    let mut tracer = Tracer::new(&scene, &rays, &transports, size, &TraceSettings::default());
+    tracer.pass(1024);
+    let wanted = Wanted {
+        tolerance: 0.01,
+        size,
+        seed: 4,
+    };
+    let mut p = prepare(scene, 1);
+    let found = render_within(&mut p, transport, &wanted, &Silent).expect("converges");
+    let (picture, noise) = (tracer.picture(), tracer.standard_error().expect("samples"));
+    // Without the lamp's edges, whose few samples have no normal distribution.
+    let mask = tracer.mask();
+    let rms = relative_rms(&found.picture, &picture, Some(&mask), Some(&noise)).unwrap();
+    let mean = mean_difference(&found.picture, &picture, Some(&mask)).unwrap();
+    let counted = mask.pixels.iter().filter(|m| m.x >= 0.5).count() as f64;
+    for c in 0..3 {
+        let own = |k: usize| mask.pixels[k].x >= 0.5;
+        let sum = |of: &Picture| -> f64 {
+            let values = (0..of.pixels.len()).filter(|&k| own(k));
+            values.map(|k| f64::from(of.pixels[k][c]).powi(2)).sum()
+        };
+        let error = sum(&noise).sqrt() / counted;
+        let level = (sum(&picture) / counted).sqrt();
+        let bound = 4.0 * error + 0.01 * level;
+        assert!(
+            mean.absolute[c].abs() < bound,
+            "{:?} {bound}",
+            mean.absolute
+        );
+    }
+    println!("relative RMS {rms}, stated {:?}", found.error);
 }
