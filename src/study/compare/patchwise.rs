@@ -39,7 +39,7 @@ const LEAST: usize = 16_000;
 const SOLUTIONS: usize = 3;
 
 impl Rung {
-    /// The coarsest that verdicts rest on: [`LEAST`] patches, a quarter of them for a plan of less than 2 seconds.
+    /// The coarsest that verdicts rest on: 16,000 patches, a quarter of them for a plan of less than 2 seconds.
     pub fn least(plan: &Plan) -> Rung {
         let (patches, rays) = match plan.seconds < 2.0 {
             true => (LEAST / 4, 256),
