@@ -1,6 +1,7 @@
 //! Values of arguments: their types, and how their text is read and checked.
 
 use clap::ValueEnum;
+use clap::builder::PossibleValue;
 
 use crate::study::tradeoff::Ladder;
 
@@ -37,34 +38,21 @@ pub enum ModeChoice {
     All,
 }
 
-/// What `chart` varies.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum LadderChoice {
-    /// The error asked for
-    Tolerance,
-    /// The number of patches, the rest fine
-    Patches,
-    /// Rays a patch, the rest fine
-    Rays,
-    /// Rays a pixel, the rest fine
-    Samples,
-    /// Progressive shooting, all finer together
-    Shooting,
-    /// Samples of the path tracer
-    Paths,
-}
+impl ValueEnum for Ladder {
+    fn value_variants<'a>() -> &'a [Ladder] {
+        &Ladder::ALL
+    }
 
-impl LadderChoice {
-    /// The ladder of that name.
-    pub fn ladder(self) -> Ladder {
-        match self {
-            LadderChoice::Tolerance => Ladder::Tolerance,
-            LadderChoice::Patches => Ladder::Patches,
-            LadderChoice::Rays => Ladder::Rays,
-            LadderChoice::Samples => Ladder::Samples,
-            LadderChoice::Shooting => Ladder::Shooting,
-            LadderChoice::Paths => Ladder::Paths,
-        }
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let (name, help) = match self {
+            Ladder::Tolerance => ("tolerance", "The error asked for"),
+            Ladder::Patches => ("patches", "The number of patches, the rest fine"),
+            Ladder::Rays => ("rays", "Rays a patch, the rest fine"),
+            Ladder::Samples => ("samples", "Rays a pixel, the rest fine"),
+            Ladder::Shooting => ("shooting", "Progressive shooting, all finer together"),
+            Ladder::Paths => ("paths", "Samples of the path tracer"),
+        };
+        Some(PossibleValue::new(name).help(help))
     }
 }
 

@@ -12,7 +12,7 @@ use super::CliError;
 use super::console::Console;
 use super::memory::{MemoryLimit, pixel};
 use super::options::{Common, Subject};
-use super::values::{LadderChoice, Size, seconds, size};
+use super::values::{Size, seconds, size};
 use super::variance::check_variance;
 use crate::image::{make_directory, write_whole};
 use crate::light::Transport;
@@ -36,8 +36,8 @@ pub struct ChartCommand {
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
     pub time: f64,
     /// Run these ladders only, separated by commas
-    #[arg(long, value_name = "LADDERS", value_delimiter = ',', default_values = LADDERS)]
-    pub ladders: Vec<LadderChoice>,
+    #[arg(long, value_enum, value_name = "LADDERS", value_delimiter = ',', default_values_t = Ladder::ALL)]
+    pub ladders: Vec<Ladder>,
     /// Measure against this picture (.exr) of one mode instead of making references
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
@@ -48,16 +48,6 @@ pub struct ChartCommand {
     #[command(flatten)]
     pub limit: MemoryLimit,
 }
-
-/// All ladders.
-const LADDERS: [&str; 6] = [
-    "tolerance",
-    "patches",
-    "rays",
-    "samples",
-    "shooting",
-    "paths",
-];
 
 /// The tolerances over which a slope of its own is told.
 const MIDDLE: (f64, f64) = (0.005, 0.05);
@@ -132,7 +122,7 @@ fn one_mode(
         seed: common.seed,
         load,
         store: common.out.join("references"),
-        ladders: own.ladders.iter().map(|l| l.ladder()).collect(),
+        ladders: own.ladders.clone(),
         memory: prepared.memory,
     };
     let brought = own.reference.as_ref().map(|picture| Brought {
