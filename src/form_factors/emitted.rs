@@ -109,23 +109,23 @@ pub fn gather_luminaire(
         sum.add_exact(weight, luminaire.exact_form(x, n));
         return 0;
     }
-    let closed = luminaire.closed_form(x, n);
-    let known = match (closed, between) {
-        (Some(form), Between::Nothing) => Some(form),
-        (Some(0.0), _) => Some(0.0),
-        (Some(_), Between::Faces(faces)) => {
-            let casters = sight.shafts.casters(faces);
-            luminaire.visible_form((x, n), casters, &mut scratch.pieces)
-        }
-        _ => None,
-    };
-    match (known, closed) {
-        (Some(form), _) => {
+    if let Between::Faces(faces) = between {
+        let casters = sight.shafts.casters(faces);
+        if let Some(form) = luminaire.visible_form((x, n), casters, &mut scratch.pieces) {
             sum.add_exact(weight, form);
             return 0;
         }
-        (None, Some(form)) => sum.add_point(weight, form),
-        _ => {}
+    }
+    let closed = luminaire.closed_form(x, n);
+    match (closed, between) {
+        (Some(form), Between::Nothing) => {
+            sum.add_exact(weight, form);
+            return 0;
+        }
+        // Nothing of it faces the receiver.
+        (Some(0.0), _) => return 0,
+        (Some(form), _) => sum.add_point(weight, form),
+        (None, _) => {}
     }
     draw(
         sum,

@@ -37,6 +37,8 @@ pub struct Luminaire {
     /// Total area, unit coordinates squared.
     pub area: f64,
     triangles: Vec<EmittingTriangle>,
+    /// The same area in convex polygons, as few as are easily found.
+    polygons: Vec<Vec<DVec3>>,
     /// None where it has too many faces; points drawn on it stand in for the closed form then.
     outline: Option<Outline>,
 }
@@ -155,6 +157,41 @@ fn divide(faces: &mut [Placed], pieces: &mut Vec<Vec<u32>>) {
     divide(right, pieces);
 }
 
+/// Triangles, those that follow one another and make up a convex quadrangle of one plane taken together.
+fn polygons(triangles: &[EmittingTriangle]) -> Vec<Vec<DVec3>> {
+    let mut polygons: Vec<Vec<DVec3>> = Vec::new();
+    let mut rest = triangles;
+    while let [first, others @ ..] = rest {
+        let joined = others.first().and_then(|second| quadrangle(first, second));
+        rest = match joined {
+            Some(_) => &others[1..],
+            None => others,
+        };
+        polygons.push(joined.map_or_else(|| first.exact.to_vec(), |q| q.to_vec()));
+    }
+    polygons
+}
+
+/// The quadrangle that two triangles make up, if they share an edge and a plane and it is convex.
+fn quadrangle(first: &EmittingTriangle, second: &EmittingTriangle) -> Option<[DVec3; 4]> {
+    let n = first.normal;
+    let turned = |t: &[DVec3; 3], k: usize| [t[k], t[(k + 1) % 3], t[(k + 2) % 3]];
+    let turns = (0..9).map(|k| (turned(&first.exact, k / 3), turned(&second.exact, k % 3)));
+    // c-a of the first, a-c of the second.
+    let shared = turns
+        .into_iter()
+        .find(|([a, _, c], [p, q, _])| (a, c) == (p, q));
+    let ([a, b, c], [_, _, d]) = shared?;
+    let corners = [a, b, c, d];
+    let size = (c - a).length();
+    let flat = n.dot(d - a).abs() <= 1e-12 * size;
+    let bends = |k: usize| {
+        let [p, q, r] = [0, 1, 2].map(|i| corners[(k + i) % 4]);
+        n.dot((q - p).cross(r - q)) > 0.0
+    };
+    (flat && (0..4).all(bends)).then_some(corners)
+}
+
 impl Luminaire {
     fn new(scene: &Scene, faces: &[u32], side: Side) -> Luminaire {
         let mut triangles: Vec<EmittingTriangle> = Vec::with_capacity(faces.len());
@@ -182,6 +219,7 @@ impl Luminaire {
             radiance: scene.material(faces[0]).emission,
             area: sum,
             outline: Outline::new(triangles.iter().map(|t| t.exact)),
+            polygons: polygons(&triangles),
             triangles,
         }
     }
@@ -212,15 +250,17 @@ impl Luminaire {
         self.triangles.iter().flat_map(|t| t.exact)
     }
 
-    /// Form factor from a point to what it sees of the luminaire behind `casters`; `None` where that is too ragged.
+    /// Form factor from a point to what it sees of the luminaire behind `casters`; `None` where that is too ragged, or the faces
+    /// are too many.
     pub(super) fn visible_form(
         &self,
         (x, n): (Vec3, Vec3),
         casters: impl Iterator<Item = Caster>,
         memory: &mut Pieces,
     ) -> Option<f64> {
-        let triangles = self.triangles.iter().map(|t| t.exact);
-        visible_form((x.as_dvec3(), n.as_dvec3()), triangles, casters, memory)
+        self.outline.as_ref()?;
+        let polygons = self.polygons.iter().map(|p| &p[..]);
+        visible_form((x.as_dvec3(), n.as_dvec3()), polygons, casters, memory)
     }
 
     /// The point at (u, v) in the unit square, uniform in area.

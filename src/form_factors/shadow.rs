@@ -32,27 +32,43 @@ pub(super) struct Caster {
 }
 
 /// A convex polygon relative to the point, and the share of its light that arrives.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Piece {
     corners: [DVec3; CORNERS],
     count: usize,
     through: f64,
 }
 
+/// Pieces whose memory is used again: they are large, so only corners that count are copied.
+#[derive(Default)]
+struct Pool {
+    pieces: Vec<Piece>,
+    count: usize,
+}
+
 /// Memory to use again from point to point.
 #[derive(Default)]
 pub struct Pieces {
-    now: Vec<Piece>,
-    next: Vec<Piece>,
+    now: Pool,
+    next: Pool,
+    /// What is being cut.
+    shaded: [Piece; 2],
 }
 
-impl Piece {
-    fn new(through: f64) -> Piece {
+impl Default for Piece {
+    fn default() -> Piece {
         Piece {
             corners: [DVec3::ZERO; CORNERS],
             count: 0,
-            through,
+            through: 1.0,
         }
+    }
+}
+
+impl Piece {
+    fn begin(&mut self, through: f64) {
+        self.count = 0;
+        self.through = through;
     }
 
     /// Adds a corner; `None` where there is no room.
@@ -66,15 +82,27 @@ impl Piece {
         &self.corners[..self.count]
     }
 
+    fn take(&mut self, other: &Piece) {
+        self.count = other.count;
+        self.through = other.through;
+        self.corners[..other.count].copy_from_slice(other.corners());
+    }
+
     /// Cuts along a plane: the parts where `height` is positive and where it is negative.
-    fn split(&self, height: impl Fn(DVec3) -> f64) -> Option<(Piece, Piece)> {
-        let (mut above, mut below) = (Piece::new(self.through), Piece::new(self.through));
+    fn split(
+        &self,
+        height: impl Fn(DVec3) -> f64,
+        above: &mut Piece,
+        below: &mut Piece,
+    ) -> Option<()> {
+        above.begin(self.through);
+        below.begin(self.through);
         let mut heights = [0.0; CORNERS];
         for (h, p) in heights.iter_mut().zip(self.corners()) {
             *h = height(*p);
         }
         for k in 0..self.count {
-            let next = (k + 1) % self.count;
+            let next = if k + 1 == self.count { 0 } else { k + 1 };
             let (p, q) = (self.corners[k], self.corners[next]);
             let (h, g) = (heights[k], heights[next]);
             if h >= 0.0 {
@@ -89,36 +117,60 @@ impl Piece {
                 below.push(cut)?;
             }
         }
-        Some((above, below))
+        Some(())
     }
 }
 
-/// Form factor from the point x with unit normal n to the fronts of `triangles` behind `casters`; `None` where the pieces
+impl Pool {
+    fn all(&self) -> &[Piece] {
+        &self.pieces[..self.count]
+    }
+
+    /// One more piece, whatever it was before.
+    fn more(&mut self) -> &mut Piece {
+        if self.count == self.pieces.len() {
+            self.pieces.push(Piece::default());
+        }
+        self.count += 1;
+        &mut self.pieces[self.count - 1]
+    }
+
+    /// Drops the last piece if it has no area or no light.
+    fn settle(&mut self) {
+        let last = &self.pieces[self.count - 1];
+        if last.count < 3 || last.through <= 0.0 {
+            self.count -= 1;
+        }
+    }
+}
+
+/// Form factor from the point x with unit normal n to the fronts of convex `polygons` behind `casters`; `None` where the pieces
 /// become too many.
-pub(super) fn visible_form(
+pub(super) fn visible_form<'a>(
     (x, n): (DVec3, DVec3),
-    triangles: impl Iterator<Item = [DVec3; 3]>,
+    polygons: impl Iterator<Item = &'a [DVec3]>,
     casters: impl Iterator<Item = Caster>,
     memory: &mut Pieces,
 ) -> Option<f64> {
-    memory.now.clear();
-    for corners in triangles {
-        let [a, b, c] = corners.map(|p| p - x);
+    memory.now.count = 0;
+    let [whole, below] = &mut memory.shaded;
+    for corners in polygons {
+        let [a, b, c] = [0, 1, 2].map(|k| corners[k] - x);
         if a.dot((b - a).cross(c - a)) < 0.0 {
-            let mut whole = Piece::new(1.0);
-            [a, b, c].into_iter().try_for_each(|p| whole.push(p))?;
-            let (above, _) = whole.split(|p| p.dot(n))?;
-            memory.now.push(above);
+            whole.begin(1.0);
+            corners.iter().try_for_each(|p| whole.push(p - x))?;
+            whole.split(|p| p.dot(n), memory.now.more(), below)?;
+            memory.now.settle();
         }
     }
     for caster in casters {
-        if memory.now.is_empty() {
+        if memory.now.count == 0 {
             break;
         }
         darken(memory, x, &caster)?;
     }
     let form = |p: &Piece| p.through * signed_edges(n, p.corners()).abs();
-    Some(memory.now.iter().map(form).sum::<f64>() / std::f64::consts::TAU)
+    Some(memory.now.all().iter().map(form).sum::<f64>() / std::f64::consts::TAU)
 }
 
 /// Cuts one caster's shadow out of all pieces.
@@ -132,37 +184,44 @@ fn darken(memory: &mut Pieces, x: DVec3, caster: &Caster) -> Option<()> {
     let turn = plane.signum();
     let depth = |p: DVec3| turn * (caster.normal.dot(p) - plane);
     let sides = [0, 1, 2].map(|k| turn * corners[k].cross(corners[(k + 1) % 3]));
-    memory.next.clear();
-    for piece in &memory.now {
+    let touched = |piece: &Piece| {
         let own = piece.corners();
         let reaches = |s: &DVec3| own.iter().any(|p| s.dot(*p) > 0.0);
-        if !own.iter().any(|&p| depth(p) > FLAT) || !sides.iter().all(reaches) {
-            memory.next.push(*piece);
+        own.iter().any(|&p| depth(p) > FLAT) && sides.iter().all(reaches)
+    };
+    // Most casters touch nothing.
+    if !memory.now.all().iter().any(touched) {
+        return Some(());
+    }
+    let Pieces { now, next, shaded } = memory;
+    next.count = 0;
+    for piece in now.all() {
+        if !touched(piece) {
+            next.more().take(piece);
             continue;
         }
-        let mut keep = |piece: Piece| {
-            if piece.count > 2 && piece.through > 0.0 {
-                memory.next.push(piece);
-            }
-        };
-        let mut shaded = *piece;
-        if own.iter().any(|&p| depth(p) < 0.0) {
-            let (beyond, near) = piece.split(depth)?;
-            keep(near);
-            shaded = beyond;
+        let [own, part] = shaded;
+        let (mut own, mut part) = (own, part);
+        own.take(piece);
+        if piece.corners().iter().any(|&p| depth(p) < 0.0) {
+            own.split(depth, part, next.more())?;
+            next.settle();
+            std::mem::swap(&mut own, &mut part);
         }
         for side in &sides {
-            if shaded.corners().iter().any(|p| side.dot(*p) < 0.0) {
-                let (inside, outside) = shaded.split(|p| side.dot(p))?;
-                keep(outside);
-                shaded = inside;
+            if own.corners().iter().any(|p| side.dot(*p) < 0.0) {
+                own.split(|p| side.dot(p), part, next.more())?;
+                next.settle();
+                std::mem::swap(&mut own, &mut part);
             }
         }
-        shaded.through *= caster.tau;
-        keep(shaded);
+        let dimmed = next.more();
+        dimmed.take(own);
+        dimmed.through *= caster.tau;
+        next.settle();
     }
-    std::mem::swap(&mut memory.now, &mut memory.next);
-    (memory.now.len() <= MOST).then_some(())
+    std::mem::swap(now, next);
+    (now.count <= MOST).then_some(())
 }
 
 #[cfg(test)]
@@ -191,7 +250,8 @@ mod tests {
     fn seen(x: DVec3, casters: &[Caster]) -> f64 {
         let memory = &mut Pieces::default();
         let casters = casters.iter().copied();
-        visible_form((x, DVec3::Z), lamp().into_iter(), casters, memory).unwrap()
+        let lamp = lamp();
+        visible_form((x, DVec3::Z), lamp.iter().map(|t| &t[..]), casters, memory).unwrap()
     }
 
     proptest! {

@@ -259,7 +259,7 @@ pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progres
     let settings = Settings::new(view, fields, gathering);
     let pass = Pass::new(view, fields, settings.tabled, settings.seed);
     let mut pixels = sample_pixels(&pass, &settings.plan, tick);
-    let reader = Reader::new(view, fields, settings.density.rays);
+    let reader = Reader::new(view, fields);
     let mut points = Points::new((&pass, &reader), settings.density, &pixels);
     let mut found = Found::default();
     if !fields.is_dark() {

@@ -1,12 +1,16 @@
 //! Hemisphere rays from one point that read the solution: irradiance over pi, and how near the surroundings are.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use super::gather::{Fields, View};
 use crate::form_factors::Receiver;
-use crate::rays::cosine::cosine_direction;
 use crate::rays::sequence::Sobol;
-use crate::rays::{Hit, Ray};
+use crate::rays::{FAN, Fan, Hit, Ray};
+
+/// Rays of a point whose numbers are tabled: few points cast more.
+const TABLED: usize = 1 << 13;
 
 /// Reads fields along cosine-distributed rays.
 pub(super) struct Reader<'a> {
@@ -18,12 +22,12 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// A reader whose first `count` rays of a point are tabled.
-    pub fn new(view: &'a View, fields: &'a Fields, count: u32) -> Reader<'a> {
+    /// A reader of the light that a view meets.
+    pub fn new(view: &'a View, fields: &'a Fields) -> Reader<'a> {
         Reader {
             view,
             fields,
-            sobol: Sobol::new(count as usize, 3),
+            sobol: Sobol::new(TABLED, 3),
             opaque: view.transports.iter().all(|t| t.tau == 0.0),
         }
     }
@@ -43,59 +47,70 @@ impl<'a> Reader<'a> {
     pub fn read(
         &self,
         from: &[Receiver],
-        indices: std::ops::Range<u32>,
+        indices: Range<u32>,
         seed: u32,
         hits: &mut Vec<Hit>,
         incident: &mut [DVec3],
     ) -> f64 {
         let mut nearness = 0.0;
-        for index in indices {
-            let (u, v) = (
-                self.sobol.point(index, 0, seed),
-                self.sobol.point(index, 1, seed),
-            );
-            let from = &from[self.start(index, seed, from.len())];
-            let ray = Ray {
-                origin: from.position,
-                direction: cosine_direction(from.normal, u, v),
-                source: Some(from.face),
-            };
-            self.follow(&ray, hits, incident);
-            nearness += hits.first().map_or(0.0, |hit| 1.0 / f64::from(hit.t));
+        let mut first = indices.start;
+        while first < indices.end {
+            let fan = Fan::new(&self.sobol, first, seed);
+            for k in 0..FAN.min((indices.end - first) as usize) {
+                // A dimension of its own chooses the point, or each would look at a part of the hemisphere only.
+                let from = match from {
+                    [one] => one,
+                    _ => &from[(f64::from(fan.third(k)) * from.len() as f64) as usize],
+                };
+                let ray = Ray {
+                    origin: from.position,
+                    direction: fan.direction(k, from.normal),
+                    source: Some(from.face),
+                };
+                nearness += match self.opaque {
+                    true => self.follow_to_first(&ray, incident),
+                    false => self.follow(&ray, hits, incident),
+                };
+            }
+            first += FAN as u32;
         }
         nearness
     }
 
-    /// Which of some points a ray leaves: a dimension of its own, or each of the points would look at a part of the hemisphere
-    /// only.
-    fn start(&self, index: u32, seed: u32, count: usize) -> usize {
-        match count {
-            1 => 0,
-            _ => (f64::from(self.sobol.point(index, 2, seed)) * count as f64) as usize,
-        }
+    /// Reads every field where a ray first meets a face; returns its inverse length.
+    #[inline]
+    fn follow_to_first(&self, ray: &Ray, incident: &mut [DVec3]) -> f64 {
+        let Some(hit) = self.view.rays.closest(ray) else {
+            return 0.0;
+        };
+        self.add(ray, &hit, 1.0, incident);
+        1.0 / f64::from(hit.t)
     }
 
-    /// Reads every field along a ray: each crossing's light times the tau of the surfaces before it.
-    fn follow(&self, ray: &Ray, hits: &mut Vec<Hit>, incident: &mut [DVec3]) {
+    /// Reads every field along a ray: each crossing's light times the tau of the surfaces before it; returns the inverse length
+    /// to the first.
+    fn follow(&self, ray: &Ray, hits: &mut Vec<Hit>, incident: &mut [DVec3]) -> f64 {
         let view = self.view;
-        if self.opaque {
-            hits.clear();
-            hits.extend(view.rays.closest(ray));
-        } else {
-            view.rays.crossings(ray, hits);
-        }
+        view.rays.crossings(ray, hits);
         let mut through = 1.0;
         for hit in hits.iter() {
-            let position = ray.origin + hit.t * ray.direction;
-            if let Some(j) = view.patches.at(hit.face, hit.side, position) {
-                for (sum, l) in incident.iter_mut().zip(self.fields.of_patch(j)) {
-                    *sum += f64::from(through) * l.at(position).as_dvec3();
-                }
-            }
+            self.add(ray, hit, through, incident);
             let material = view.scene.faces[hit.face as usize].material;
             through *= view.transports[material as usize].tau;
             if through == 0.0 {
                 break;
+            }
+        }
+        hits.first().map_or(0.0, |hit| 1.0 / f64::from(hit.t))
+    }
+
+    /// Adds the light of one crossing.
+    #[inline]
+    fn add(&self, ray: &Ray, hit: &Hit, through: f32, incident: &mut [DVec3]) {
+        let position = ray.origin + hit.t * ray.direction;
+        if let Some(j) = self.view.patches.at(hit.face, hit.side, position) {
+            for (sum, l) in incident.iter_mut().zip(self.fields.of_patch(j)) {
+                *sum += (through * l.at(position)).as_dvec3();
             }
         }
     }
@@ -141,7 +156,7 @@ mod tests {
         let bright = |i: usize| patches.point(i, 0.5, 0.5).normal.element_sum() > 0.0;
         let field = (0..patches.len()).map(|i| Rgb::splat(f32::from(bright(i))));
         let fields = Fields::new(&[field.collect()]);
-        let reader = Reader::new(&view, &fields, 64);
+        let reader = Reader::new(&view, &fields);
         let middle = |i: usize| {
             let p = patches.point(i, 0.5, 0.5);
             Receiver {

@@ -5,7 +5,7 @@
 //! Sources: P. Shirley, K. Chiu, *A low distortion map between disk and square*, JGT 2(3), 1997; T. Duff et al., *Building an
 //! orthonormal basis, revisited*, JCGT 6(1), 2017; E. Heitz, *A low-distortion map between triangle and square*, 2019.
 
-use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::f32::consts::FRAC_PI_4;
 
 use glam::Vec3;
 
@@ -14,10 +14,47 @@ use glam::Vec3;
 /// cos(theta) is at least 1e-6: no direction lies within the surface.
 #[inline]
 pub fn cosine_direction(normal: Vec3, u1: f32, u2: f32) -> Vec3 {
+    let (x, y, z) = about_z(u1, u2);
+    turned(normal, Vec3::new(x, y, z))
+}
+
+/// A direction given about z, turned to lie about `normal`.
+#[inline(always)]
+pub(super) fn turned(normal: Vec3, direction: Vec3) -> Vec3 {
     let (tangent, bitangent) = basis(normal);
-    let (x, y) = disk(u1, u2);
-    let z = (1.0 - x * x - y * y).max(1e-12).sqrt();
-    (x * tangent + y * bitangent + z * normal).normalize()
+    direction.x * tangent + direction.y * bitangent + direction.z * normal
+}
+
+/// [`cosine_direction`] about z. There are no branches in it, so that several can be made side by side.
+#[inline(always)]
+pub(super) fn about_z(u1: f32, u2: f32) -> (f32, f32, f32) {
+    // The concentric map of the unit square onto the unit disk.
+    let (a, b) = (2.0 * u1 - 1.0, 2.0 * u2 - 1.0);
+    let wide = a.abs() > b.abs();
+    let (radius, other) = if wide { (a, b) } else { (b, a) };
+    let (sin, cos) = of_eighth(other / if radius == 0.0 { 1.0 } else { radius });
+    let (along, across) = (radius * cos, radius * sin);
+    let (x, y) = if wide {
+        (along, across)
+    } else {
+        (across, along)
+    };
+    // x² + y² is the radius squared; the least z keeps the direction off the surface.
+    let squared = 1.0 - radius * radius;
+    let z = if squared > 1e-12 { squared } else { 1e-12 }.sqrt();
+    (x, y, z)
+}
+
+/// Sine and cosine of r pi/4 for r from -1 to 1, by their power series; what is left out is below 3e-8.
+#[inline(always)]
+fn of_eighth(r: f32) -> (f32, f32) {
+    const T: f32 = FRAC_PI_4;
+    const SIN: [f32; 4] = [1.0 / 6.0, 1.0 / 20.0, 1.0 / 42.0, 1.0 / 72.0];
+    const COS: [f32; 4] = [1.0 / 2.0, 1.0 / 12.0, 1.0 / 30.0, 1.0 / 56.0];
+    let t2 = (T * r) * (T * r);
+    let sin = 1.0 - t2 * SIN[0] * (1.0 - t2 * SIN[1] * (1.0 - t2 * SIN[2] * (1.0 - t2 * SIN[3])));
+    let cos = 1.0 - t2 * COS[0] * (1.0 - t2 * COS[1] * (1.0 - t2 * COS[2] * (1.0 - t2 * COS[3])));
+    (T * r * sin, cos)
 }
 
 /// Barycentric weights of the second and third corner of a uniform point of a triangle.
@@ -49,20 +86,4 @@ pub fn basis(normal: Vec3) -> (Vec3, Vec3) {
     let tangent = Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x);
     let bitangent = Vec3::new(b, sign + n.y * n.y * a, -n.y);
     (tangent, bitangent)
-}
-
-/// The concentric map of the unit square onto the unit disk.
-#[inline]
-fn disk(u1: f32, u2: f32) -> (f32, f32) {
-    let (a, b) = (2.0 * u1 - 1.0, 2.0 * u2 - 1.0);
-    if a == 0.0 && b == 0.0 {
-        return (0.0, 0.0);
-    }
-    let (radius, angle) = if a.abs() > b.abs() {
-        (a, FRAC_PI_4 * (b / a))
-    } else {
-        (b, FRAC_PI_2 - FRAC_PI_4 * (a / b))
-    };
-    let (sin, cos) = angle.sin_cos();
-    (radius * cos, radius * sin)
 }

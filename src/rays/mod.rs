@@ -11,6 +11,7 @@ mod block;
 mod cluster;
 pub mod cosine;
 mod crossings;
+mod fan;
 mod few;
 mod hull;
 mod many;
@@ -25,6 +26,7 @@ use glam::{Vec3, Vec3A};
 
 use crate::scene::Scene;
 use anchor::Anchor;
+pub use fan::{FAN, Fan};
 use planes::Planes;
 use tree::{MANY, NO_PLANE, Query, Tree};
 

@@ -28,9 +28,10 @@ const JOE_KUO: [(usize, u32, [u32; 4]); DIMENSIONS - 1] = [
 pub struct Sobol {
     /// Column k of dimension d, its bits reversed: what bit k of the index adds.
     columns: [[u32; 32]; DIMENSIONS],
-    /// Points by index, dimensions side by side, bits reversed.
+    /// Points by index, one dimension after the other, bits reversed.
     table: Vec<u32>,
-    dimensions: usize,
+    /// Points tabled of each dimension.
+    count: usize,
 }
 
 impl Sobol {
@@ -40,18 +41,17 @@ impl Sobol {
         let columns = std::array::from_fn(|d| columns(d).map(u32::reverse_bits));
         let mut table = vec![0; count * dimensions];
         // Point i is the point without its highest bit, plus that bit's column.
-        for index in 1..count {
-            let top = index.ilog2() as usize;
-            let rest = index - (1 << top);
-            for d in 0..dimensions {
-                let column: &[u32; 32] = &columns[d];
-                table[index * dimensions + d] = table[rest * dimensions + d] ^ column[top];
+        for (own, column) in table.chunks_exact_mut(count.max(1)).zip(&columns) {
+            let column: &[u32; 32] = column;
+            for index in 1..count {
+                let top = index.ilog2() as usize;
+                own[index] = own[index - (1 << top)] ^ column[top];
             }
         }
         Sobol {
             columns,
             table,
-            dimensions,
+            count,
         }
     }
 
@@ -64,14 +64,39 @@ impl Sobol {
     /// If `dimension` is [`DIMENSIONS`] or more.
     #[inline]
     pub fn point(&self, index: u32, dimension: usize, seed: u32) -> f32 {
-        let place = index as usize * self.dimensions + dimension;
-        let reversed = match self.table.get(place) {
-            Some(&value) if dimension < self.dimensions => value,
-            _ => self.compute(index, dimension),
+        let tabled = match self.tabled(dimension) {
+            Some(own) => own.get(index as usize).copied(),
+            None => None,
         };
-        let scrambled = permute(reversed, hash(dimension as u32, seed)).reverse_bits();
-        // 24 bits: all an f32 below 1 can hold, so that nothing rounds up to 1.
-        (scrambled >> 8) as f32 * (1.0 / 16_777_216.0)
+        let reversed = tabled.unwrap_or_else(|| self.compute(index, dimension));
+        unit(permute(reversed, hash(dimension as u32, seed)))
+    }
+
+    /// [`Sobol::point`] of the points from `first` on, as many as `out` holds: without branches if they are tabled, so that
+    /// a caller compiled for vector instructions has them made side by side.
+    #[inline(always)]
+    pub(super) fn fill(&self, first: u32, dimension: usize, seed: u32, out: &mut [f32]) {
+        let key = hash(dimension as u32, seed);
+        let range = first as usize..first as usize + out.len();
+        match self.tabled(dimension).and_then(|own| own.get(range)) {
+            Some(own) => {
+                for (out, reversed) in out.iter_mut().zip(own) {
+                    *out = unit(permute(*reversed, key));
+                }
+            }
+            None => {
+                for (out, index) in out.iter_mut().zip(first..) {
+                    *out = unit(permute(self.compute(index, dimension), key));
+                }
+            }
+        }
+    }
+
+    /// The table of one dimension.
+    #[inline(always)]
+    fn tabled(&self, dimension: usize) -> Option<&[u32]> {
+        self.table
+            .get(dimension * self.count..(dimension + 1) * self.count)
     }
 
     /// The point's coordinate, bits reversed, without the table.
@@ -104,13 +129,19 @@ fn finish(mut x: u32) -> u32 {
 ///
 /// Laine and Karras's permutation: additions, and multiplications by odd or of the form `x ^= x * even`,
 /// carry upwards only.
-#[inline]
+#[inline(always)]
 fn permute(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
     x = x.wrapping_mul((seed >> 16) | 1);
     x ^= x.wrapping_mul(0x0552_6c56);
     x ^ x.wrapping_mul(0x53a2_2864)
+}
+
+/// The number in [0, 1) of reversed bits: its first 24, all an f32 below 1 can hold, so that nothing rounds up to 1.
+#[inline(always)]
+fn unit(reversed: u32) -> f32 {
+    (reversed.reverse_bits() >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
 /// Direction numbers of a dimension, column k for bit k of the index, the first binary digit in the highest bit.
