@@ -62,13 +62,19 @@ pub(super) fn split(polygon: Vec<DVec2>, lines: &[Line]) -> Vec<(usize, Vec<DVec
     parts
 }
 
-/// The part of a convex polygon inside the k-th of n bands along an axis; the outer bands reach to infinity.
-pub(super) fn clip(polygon: &[DVec2], axis: DVec2, k: usize, n: usize) -> Vec<DVec2> {
+/// The part of a convex polygon inside the k-th of n bands along an axis; the outer bands reach to infinity, unless they are
+/// bounded below or above as well.
+pub(super) fn clip(
+    polygon: &[DVec2],
+    axis: DVec2,
+    k: usize,
+    (n, bounded): (usize, [bool; 2]),
+) -> Vec<DVec2> {
     let mut inside = polygon.to_vec();
-    if k > 0 {
+    if k > 0 || bounded[0] {
         inside = half_plane(&inside, axis, k as f64);
     }
-    if k + 1 < n {
+    if k + 1 < n || bounded[1] {
         inside = half_plane(&inside, -axis, -((k + 1) as f64));
     }
     inside

@@ -9,14 +9,15 @@ use glam::DVec3;
 
 use super::surface::Surface;
 
-/// Indices into `small` that belong together, in the order of their first members.
-pub(super) fn groups(small: &[&Surface], size: f64) -> Vec<Vec<usize>> {
+/// Indices into `small`, surfaces with the size of their patches, that belong together at sizes larger by a factor, in the
+/// order of their first members.
+pub(super) fn groups(small: &[(&Surface, f64)], factor: f64) -> Vec<Vec<usize>> {
     let mut order: HashMap<_, usize> = HashMap::new();
     let mut groups: Vec<Vec<usize>> = Vec::new();
-    for (k, s) in small.iter().enumerate() {
+    for (k, (s, size)) in small.iter().enumerate() {
         let middle = s.origin + 0.5 * (s.axes[0] * s.extent[0] + s.axes[1] * s.extent[1]);
-        let voxel = (middle / size).floor().as_i64vec3();
-        let key = (s.material, voxel, direction_cell(s.normal));
+        let voxel = (middle / (factor * size)).floor().as_i64vec3();
+        let key = (s.material, voxel, direction_cell(s.normal), size.to_bits());
         let g = *order.entry(key).or_insert_with(|| {
             groups.push(Vec::new());
             groups.len() - 1
@@ -28,13 +29,12 @@ pub(super) fn groups(small: &[&Surface], size: f64) -> Vec<Vec<usize>> {
 
 /// For each of the groups, numbered from `first`, the number of the group of twice the size that it is part of.
 pub(super) fn parents(
-    small: &[&Surface],
+    small: &[(&Surface, f64)],
     clusters: &[Vec<usize>],
-    size: f64,
     first: u32,
 ) -> Vec<(u32, u32)> {
     let mut larger = vec![0; small.len()];
-    for (g, group) in groups(small, 2.0 * size).iter().enumerate() {
+    for (g, group) in groups(small, 2.0).iter().enumerate() {
         group.iter().for_each(|&k| larger[k] = g as u32);
     }
     let numbered = clusters.iter().zip(first..);

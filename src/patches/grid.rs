@@ -11,6 +11,7 @@ use glam::{DVec2, Vec2, Vec3};
 
 use super::clip::{Line, clip, passes_inside, side_bits, span, split};
 use super::surface::Surface;
+use super::zones::Tile;
 use super::{Draft, NONE, Piece};
 use crate::scene::Scene;
 
@@ -46,15 +47,27 @@ impl Grid {
     /// The patch of the cell that the point lies in.
     #[inline]
     pub fn patch(&self, position: Vec3) -> u32 {
+        let (cell, at) = self.locate(position);
+        match cell {
+            Cell::Patch(patch) => *patch,
+            Cell::Cut(cut) => cut.patches[side_bits(&cut.lines, at)],
+        }
+    }
+
+    /// The cell that the point lies in.
+    pub(super) fn cell(&self, position: Vec3) -> &Cell {
+        self.locate(position).0
+    }
+
+    /// The cell that the point lies in, and the point in units of cells.
+    #[inline]
+    fn locate(&self, position: Vec3) -> (&Cell, Vec2) {
         let d = position - self.origin;
         let at = Vec2::new(d.dot(self.per_cell[0]), d.dot(self.per_cell[1]));
         // Points rounded over the rim stay inside. Casts to i32 are one instruction, to usize some ten.
         let column = ((at.x as i32).max(0) as usize).min(self.columns - 1);
         let row = ((at.y as i32).max(0) as usize).min(self.rows - 1);
-        match &self.cells[row * self.columns + column] {
-            Cell::Patch(patch) => *patch,
-            Cell::Cut(cut) => cut.patches[side_bits(&cut.lines, at)],
-        }
+        (&self.cells[row * self.columns + column], at)
     }
 }
 
@@ -71,19 +84,21 @@ impl CellPieces {
     }
 }
 
-/// Cuts a surface into cells of about `size`, and along `contacts`; patches are numbered from `first`.
+/// Cuts a tile of a surface into cells, and along `contacts`; patches are numbered from `first`. None where the surface has no
+/// part in the tile.
 pub(super) fn cut(
     scene: &Scene,
-    s: &Surface,
+    (s, tile): (&Surface, &Tile),
     contacts: &[[DVec2; 2]],
-    size: f64,
+    [columns, rows]: [usize; 2],
     first: u32,
-) -> (Grid, Vec<Draft>) {
-    let [columns, rows] = s.divisions(size);
+) -> Option<(Grid, Vec<Draft>)> {
     let shape = Shape {
         columns,
         rows,
-        cell: DVec2::new(s.extent[0] / columns as f64, s.extent[1] / rows as f64),
+        low: tile.low,
+        inner: tile.inner,
+        cell: tile.extent / DVec2::new(columns as f64, rows as f64),
     };
     let mut cells: Vec<CellPieces> = Vec::new();
     cells.resize_with(columns * rows, CellPieces::default);
@@ -93,17 +108,20 @@ pub(super) fn cut(
     for &face in &s.faces {
         shape.clip_face(scene, s, face, &mut cells);
     }
+    if cells.iter().all(|c| c.parts.is_empty()) {
+        return None;
+    }
     let targets = shape.assign(&cells);
     let (cells, drafts) = number(s, cells, &targets, first);
     let axis = |k: usize, length: f64| (s.axes[k] / length).as_vec3();
     let grid = Grid {
-        origin: s.origin.as_vec3(),
+        origin: (s.origin + s.axes[0] * tile.low.x + s.axes[1] * tile.low.y).as_vec3(),
         per_cell: [axis(0, shape.cell.x), axis(1, shape.cell.y)],
         columns,
         rows,
         cells,
     };
-    (grid, drafts)
+    Some((grid, drafts))
 }
 
 /// Makes a draft of every part that is its own target, and points the other cells to theirs.
@@ -169,13 +187,17 @@ fn fill(patches: &mut [u32]) {
 struct Shape {
     columns: usize,
     rows: usize,
+    /// (u, v) of the first cell's corner.
+    low: DVec2,
+    /// Whether the surface goes on below and above along each axis.
+    inner: [[bool; 2]; 2],
     cell: DVec2,
 }
 
 impl Shape {
     /// Adds the line through a segment to every cell the segment passes through.
     fn draw(&self, segment: &[DVec2; 2], cells: &mut [CellPieces]) {
-        let [a, b] = segment.map(|p| p / self.cell);
+        let [a, b] = segment.map(|p| (p - self.low) / self.cell);
         let (low, high) = (a.min(b), a.max(b));
         let normal = (b - a).perp().normalize_or_zero();
         let line = Line {
@@ -203,18 +225,23 @@ impl Shape {
 
     /// Puts the parts of a face into the cells they lie in.
     fn clip_face(&self, scene: &Scene, s: &Surface, face: u32, cells: &mut [CellPieces]) {
-        let corners = scene.corners(face).map(|p| s.uv(p.as_dvec3()) / self.cell);
+        let corners = scene
+            .corners(face)
+            .map(|p| (s.uv(p.as_dvec3()) - self.low) / self.cell);
         let low = corners[0].min(corners[1]).min(corners[2]);
         let high = corners[0].max(corners[1]).max(corners[2]);
         let full = self.cell.element_product();
         let lift = |q: DVec2| {
-            let q = q * self.cell;
+            let q = self.low + q * self.cell;
             (s.origin + s.axes[0] * q.x + s.axes[1] * q.y).as_vec3()
         };
+        if self.misses(low, high) {
+            return;
+        }
         for row in span(low.y, high.y, self.rows) {
-            let strip = clip(&corners, DVec2::Y, row, self.rows);
+            let strip = clip(&corners, DVec2::Y, row, (self.rows, self.inner[1]));
             for column in span(low.x, high.x, self.columns) {
-                let polygon = clip(&strip, DVec2::X, column, self.columns);
+                let polygon = clip(&strip, DVec2::X, column, (self.columns, self.inner[0]));
                 let cell = &mut cells[row * self.columns + column];
                 for (bits, part) in split(polygon, &cell.lines) {
                     for k in 2..part.len() {
@@ -233,6 +260,15 @@ impl Shape {
                 }
             }
         }
+    }
+
+    /// Whether a face between two corners lies in other tiles.
+    fn misses(&self, low: DVec2, high: DVec2) -> bool {
+        let size = DVec2::new(self.columns as f64, self.rows as f64);
+        (0..2).any(|axis| {
+            let [before, after] = self.inner[axis];
+            (before && high[axis] <= 0.0) || (after && low[axis] >= size[axis])
+        })
     }
 
     /// The cell whose patches each cell uses: itself, its fullest neighbour if nearly empty, the nearest if empty.

@@ -9,7 +9,7 @@
 //! Areas are in unit coordinates squared. Invariants: the patches' areas of one side sum to the faces' area; every
 //! point of every face belongs to exactly one patch per reflecting side; numbering depends on the scene only.
 //!
-//! Not handled: refinement by estimated error.
+//! Patches have one size over the scene, or one for each of its zones ([`Zones`]). Not handled: which size light asks for.
 
 mod beside;
 mod clip;
@@ -19,6 +19,8 @@ mod grid;
 mod neighbours;
 mod parents;
 mod surface;
+mod tiling;
+mod zones;
 
 use glam::Vec3;
 
@@ -29,6 +31,8 @@ use contact::Contacts;
 use grid::Grid;
 pub use neighbours::Neighbours;
 use parents::Parents;
+use tiling::{Tiling, cut_tiles};
+pub use zones::Zones;
 
 /// No patch: the black back of a one-sided face.
 const NONE: u32 = u32::MAX;
@@ -58,6 +62,7 @@ pub struct PatchPoint {
 enum Owner {
     Patch(u32),
     Grid(u32),
+    Tiling(u32),
 }
 
 /// All patches of a scene.
@@ -71,6 +76,9 @@ pub struct Patches {
     fragments: Vec<Fragment>,
     owners: Vec<Owner>,
     grids: Vec<Grid>,
+    tilings: Vec<Tiling>,
+    /// About the size of the largest patches, unit coordinates.
+    size: f64,
     /// The larger patch that each would be part of at twice the size, by any number.
     parents: Vec<u32>,
     /// The patch behind a front patch, or NONE.
@@ -98,7 +106,8 @@ impl Patches {
     /// The count is met within about a quarter where the geometry allows: at least one patch per surface and
     /// direction of the normal is needed, and at least one patch is always made.
     pub fn new(scene: &Scene, rays: &Rays, count: usize) -> Patches {
-        let surfaces = surface::find(scene, rays);
+        let zones = Zones::whole(scene, rays);
+        let surfaces = &zones.surfaces;
         let total: f64 = surfaces
             .iter()
             .map(|s| s.area * sides_of(scene, s.material))
@@ -106,48 +115,63 @@ impl Patches {
         let mut size = (total / count.max(1) as f64).sqrt();
         // Edges of surfaces and voxels add patches: correct the size by the count it gave.
         for _ in 0..4 {
-            let found = Patches::estimate(scene, &surfaces, size);
+            let found = Patches::estimate(scene, surfaces, size);
             let ratio = found as f64 / count.max(1) as f64;
             if (0.9..1.1).contains(&ratio) {
                 break;
             }
             size *= ratio.sqrt();
         }
-        Patches::with_size(scene, rays, &surfaces, size)
+        Patches::refined(scene, rays, &zones, &vec![size; surfaces.len()])
     }
 
     /// Number of patches that `size` would give, without cutting anything.
     fn estimate(scene: &Scene, surfaces: &[surface::Surface], size: f64) -> usize {
-        let (large, small) = split(surfaces, size);
+        let (large, small): (Vec<_>, Vec<_>) = surfaces.iter().partition(|s| is_large(s, size));
         let cells: f64 = large
             .iter()
             .map(|s| s.cells(size) * sides_of(scene, s.material))
             .sum();
-        cells as usize + cluster::groups(&small, size).len()
+        let small: Vec<_> = small.into_iter().map(|s| (s, size)).collect();
+        cells as usize + cluster::groups(&small, 1.0).len()
     }
 
-    fn with_size(scene: &Scene, rays: &Rays, surfaces: &[surface::Surface], size: f64) -> Patches {
+    /// Cuts every zone into patches of its own size, unit coordinates.
+    ///
+    /// # Panics
+    /// If there are fewer sizes than zones.
+    pub fn refined(scene: &Scene, rays: &Rays, zones: &Zones, sizes: &[f64]) -> Patches {
         let contacts = Contacts::new(scene, rays);
-        let (large, small) = split(surfaces, size);
         let mut owners = vec![Owner::Patch(NONE); scene.faces.len()];
-        let mut drafts = Vec::new();
-        let mut grids = Vec::new();
+        let (mut drafts, mut grids, mut tilings) = (Vec::new(), Vec::new(), Vec::new());
+        let mut small = Vec::new();
         // Cut large surfaces into grids.
-        for s in large {
-            let (grid, pieces) =
-                grid::cut(scene, s, &contacts.segments(s), size, drafts.len() as u32);
-            for &face in &s.faces {
-                owners[face as usize] = Owner::Grid(grids.len() as u32);
+        for (s, surface) in zones.surfaces.iter().enumerate() {
+            let (size, whole) = (sizes[zones.zone(s, 0, 0)], zones.tiles(s) == [1, 1]);
+            let cut = |grids: &mut _, drafts: &mut _| {
+                cut_tiles(scene, (zones, s), sizes, &contacts, (grids, drafts))
+            };
+            let large = !whole || is_large(surface, size);
+            let tiling = large.then(|| cut(&mut grids, &mut drafts)).flatten();
+            let Some(tiling) = tiling else {
+                small.push((surface, size));
+                continue;
+            };
+            let owner = match whole {
+                true => Owner::Grid(grids.len() as u32 - 1),
+                false => Owner::Tiling(tilings.len() as u32),
+            };
+            tilings.push(tiling);
+            for &face in &surface.faces {
+                owners[face as usize] = owner;
             }
-            grids.push(grid);
-            drafts.extend(pieces);
         }
         // Gather small ones.
-        let clusters = cluster::groups(&small, size);
+        let clusters = cluster::groups(&small, 1.0);
         let first = drafts.len() as u32;
-        let parents = Parents::new(&grids, cluster::parents(&small, &clusters, size, first));
+        let parents = Parents::new(&grids, cluster::parents(&small, &clusters, first));
         for group in clusters {
-            let faces = group.iter().flat_map(|&k| &small[k].faces);
+            let faces = group.iter().flat_map(|&k| &small[k].0.faces);
             let mut pieces = Vec::new();
             for &face in faces {
                 let corners = scene.corners(face);
@@ -159,19 +183,20 @@ impl Patches {
                     area,
                 });
             }
-            let material = small[group[0]].material;
+            let material = small[group[0]].0.material;
             drafts.push(Draft { material, pieces });
         }
-        Patches::number(scene, drafts, owners, grids, parents)
+        let size = sizes.iter().copied().fold(0.0, f64::max);
+        Patches::number(scene, drafts, (owners, grids, tilings), parents, size)
     }
 
     /// Lays out drafts as patches: fronts first, then the backs of two-sided materials.
     fn number(
         scene: &Scene,
         drafts: Vec<Draft>,
-        owners: Vec<Owner>,
-        grids: Vec<Grid>,
+        (owners, grids, tilings): (Vec<Owner>, Vec<Grid>, Vec<Tiling>),
         parents: Parents,
+        size: f64,
     ) -> Patches {
         let mut patches = Patches {
             areas: Vec::new(),
@@ -181,6 +206,8 @@ impl Patches {
             fragments: Vec::new(),
             owners,
             grids,
+            tilings,
+            size,
             backs: vec![NONE; drafts.len()],
             parents: parents.of(drafts.len()),
             normals: (0..scene.faces.len() as u32)
@@ -258,11 +285,28 @@ impl Patches {
         let front = match self.owners[face as usize] {
             Owner::Patch(patch) => patch,
             Owner::Grid(grid) => self.grids[grid as usize].patch(position),
+            Owner::Tiling(tiling) => {
+                let grid = self.tilings[tiling as usize].grid(position);
+                self.grids[grid as usize].patch(position)
+            }
         };
         match side {
             Side::Front => Some(front),
             Side::Back => Some(self.backs[front as usize]).filter(|&back| back != NONE),
         }
+    }
+
+    /// The patch that the front of a face is part of, where it is one patch only.
+    fn of_face(&self, face: u32) -> Option<u32> {
+        match self.owners[face as usize] {
+            Owner::Patch(patch) => Some(patch),
+            _ => None,
+        }
+    }
+
+    /// About the size of the largest patches, unit coordinates.
+    pub fn size(&self) -> f64 {
+        self.size
     }
 
     /// Unit normal of a face's side.
@@ -302,14 +346,9 @@ impl Patches {
     }
 }
 
-/// Surfaces that carry a grid of their own, and the others.
-fn split(
-    surfaces: &[surface::Surface],
-    size: f64,
-) -> (Vec<&surface::Surface>, Vec<&surface::Surface>) {
-    surfaces
-        .iter()
-        .partition(|s| s.area >= 0.5 * size * size || s.extent[0] >= 1.5 * size)
+/// Whether a surface carries a grid of its own.
+fn is_large(s: &surface::Surface, size: f64) -> bool {
+    s.area >= 0.5 * size * size || s.extent[0] >= 1.5 * size
 }
 
 fn sides_of(scene: &Scene, material: u32) -> f64 {

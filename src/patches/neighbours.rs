@@ -9,6 +9,7 @@
 use glam::Vec3;
 
 use super::grid::Grid;
+use super::tiling::Tiling;
 use super::{NONE, Patches};
 
 /// The patches beside each patch, and where they lie.
@@ -30,9 +31,15 @@ impl Neighbours {
             middles: (0..patches.len()).map(|i| middle(patches, i)).collect(),
             halves: vec![[Vec3::ZERO; 2]; patches.len()],
         };
-        for grid in &patches.grids {
+        let tilings = patches.tilings.iter().flat_map(Tiling::grids);
+        for (g, tiling) in tilings {
+            let grid = &patches.grids[g as usize];
             for patch in grid.whole() {
-                let beside = grid.beside(patch, found.middles[patch as usize]);
+                let middle = found.middles[patch as usize];
+                let mut beside = grid.beside(patch, middle);
+                if tiling.tiles() > 1 {
+                    across(patches, (tiling, g), middle, &mut beside);
+                }
                 found.set(patch, beside, grid);
                 let behind = |p: u32| patches.backs.get(p as usize).copied().unwrap_or(NONE);
                 if behind(patch) != NONE {
@@ -113,6 +120,23 @@ impl Neighbours {
             let other = self.beside[i][2 * axis + k];
             (other != NONE).then_some(other as usize)
         })
+    }
+}
+
+/// Fills in the patches beside one that lie in other tiles, where their cells are as large.
+fn across(patches: &Patches, (tiling, g): (&Tiling, u32), middle: Vec3, beside: &mut [u32; 4]) {
+    let halves = patches.grids[g as usize].halves();
+    for (k, own) in beside.iter_mut().enumerate() {
+        let sign = if k % 2 == 0 { 2.0 } else { -2.0 };
+        let position = middle + sign * halves[k / 2];
+        let Some(other) = tiling.inside(position).filter(|&other| other != g) else {
+            continue;
+        };
+        let grid = &patches.grids[other as usize];
+        let alike = |(a, b): (&Vec3, &Vec3)| (*a - *b).length() < 0.01 * a.length();
+        if *own == NONE && halves.iter().zip(&grid.halves()).all(alike) {
+            *own = grid.whole_at(position).unwrap_or(NONE);
+        }
     }
 }
 

@@ -10,6 +10,7 @@ use crate::rays::Rays;
 use crate::scene::Scene;
 
 /// A maximal set of touching coplanar faces with its (u, v) frame.
+#[derive(Debug)]
 pub(super) struct Surface {
     pub faces: Vec<u32>,
     pub material: u32,

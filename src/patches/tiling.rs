@@ -1,0 +1,124 @@
+//! The grids of one surface: one for each of its tiles, cells of different size side by side.
+//!
+//! A tile that the surface has no part in points to the grid of the nearest one that has.
+
+use glam::{DVec2, Vec2, Vec3};
+
+use super::Draft;
+use super::contact::Contacts;
+use super::grid::{Grid, cut};
+use super::surface::Surface;
+use super::zones::Zones;
+use crate::scene::Scene;
+
+/// Finds the grid of a point's tile.
+#[derive(Debug)]
+pub(super) struct Tiling {
+    origin: Vec3,
+    per_tile: [Vec3; 2],
+    columns: usize,
+    rows: usize,
+    grids: Vec<u32>,
+}
+
+impl Tiling {
+    /// The grid of the tile that the point lies in.
+    #[inline]
+    pub fn grid(&self, position: Vec3) -> u32 {
+        let at = self.units(position);
+        let column = ((at.x as i32).max(0) as usize).min(self.columns - 1);
+        let row = ((at.y as i32).max(0) as usize).min(self.rows - 1);
+        self.grids[row * self.columns + column]
+    }
+
+    /// The same where the point lies within the tiles' rectangle.
+    pub fn inside(&self, position: Vec3) -> Option<u32> {
+        let at = self.units(position);
+        let within = |x: f32, n: usize| x >= 0.0 && x <= n as f32;
+        let inside = within(at.x, self.columns) && within(at.y, self.rows);
+        inside.then(|| self.grid(position))
+    }
+
+    /// Number of tiles.
+    pub fn tiles(&self) -> usize {
+        self.grids.len()
+    }
+
+    /// Every grid once, with the tiling it belongs to.
+    pub fn grids(&self) -> impl Iterator<Item = (u32, &Tiling)> {
+        let (first, last) = (self.grids.iter().min(), self.grids.iter().max());
+        let range = first.copied().unwrap_or(0)..last.map_or(0, |&g| g + 1);
+        range.map(move |g| (g, self))
+    }
+
+    /// A point in units of tiles.
+    #[inline]
+    fn units(&self, position: Vec3) -> Vec2 {
+        let d = position - self.origin;
+        Vec2::new(d.dot(self.per_tile[0]), d.dot(self.per_tile[1]))
+    }
+}
+
+/// Cuts the tiles of surface s, each to its zone's size; grids are numbered from `grids.len()` on, patches from
+/// `drafts.len()`. None where the surface is too thin for any.
+pub(super) fn cut_tiles(
+    scene: &Scene,
+    (zones, s): (&Zones, usize),
+    sizes: &[f64],
+    contacts: &Contacts,
+    (grids, drafts): (&mut Vec<Grid>, &mut Vec<Draft>),
+) -> Option<Tiling> {
+    let surface = &zones.surfaces[s];
+    let [columns, rows] = zones.tiles(s);
+    let segments = contacts.segments(surface);
+    let mut found: Vec<Option<u32>> = Vec::new();
+    for row in 0..rows {
+        for column in 0..columns {
+            let tile = zones.tile(s, column, row);
+            let size = sizes[zones.zone(s, column, row)];
+            let cells = match columns * rows {
+                1 => surface.divisions(size),
+                _ => even(tile.extent / size),
+            };
+            let first = drafts.len() as u32;
+            let made = cut(scene, (surface, &tile), &segments, cells, first);
+            found.push(made.map(|(grid, pieces)| {
+                grids.push(grid);
+                drafts.extend(pieces);
+                grids.len() as u32 - 1
+            }));
+        }
+    }
+    found
+        .iter()
+        .any(Option::is_some)
+        .then(|| tiling(surface, [columns, rows], &found))
+}
+
+/// Cells of a tile along each axis: even, so that two by two of them make a larger one, or one.
+fn even(ratio: DVec2) -> [usize; 2] {
+    ratio.to_array().map(|r| match r.clamp(1.0, 4096.0) {
+        r if r < 1.25 => 1,
+        r => 2 * (0.5 * r).round().max(1.0) as usize,
+    })
+}
+
+fn tiling(surface: &Surface, [columns, rows]: [usize; 2], found: &[Option<u32>]) -> Tiling {
+    let nearest = |k: usize| {
+        let apart = |other: usize| {
+            let (a, b) = (k % columns, other % columns);
+            a.abs_diff(b).pow(2) + (k / columns).abs_diff(other / columns).pow(2)
+        };
+        let filled = (0..found.len()).filter(|&other| found[other].is_some());
+        filled.min_by_key(|&other| apart(other))
+    };
+    let grid = |k: usize| nearest(k).and_then(|other| found[other]).unwrap_or(0);
+    let axis = |k: usize, n: usize| (surface.axes[k] * (n as f64 / surface.extent[k])).as_vec3();
+    Tiling {
+        origin: surface.origin.as_vec3(),
+        per_tile: [axis(0, columns), axis(1, rows)],
+        columns,
+        rows,
+        grids: (0..found.len()).map(grid).collect(),
+    }
+}

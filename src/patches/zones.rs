@@ -1,0 +1,153 @@
+//! Zones: the pieces of the surfaces whose patches have one size each, so that patches can be small where light asks for
+//! it and large elsewhere.
+//!
+//! A large surface is divided into rectangular tiles, a small one is a zone by itself. Zones do not change while the size of
+//! the patches in them does.
+//!
+//! Not handled: which size a zone needs; that depends on the light.
+
+use glam::{DVec2, DVec3};
+
+use super::surface::{self, Surface};
+use super::{Patches, sides_of};
+use crate::rays::Rays;
+use crate::scene::Scene;
+
+/// Patches along each side of a tile, at the size that zones are made for.
+const ACROSS: usize = 2;
+
+/// A scene's surfaces, divided into zones.
+#[derive(Debug)]
+pub struct Zones {
+    pub(super) surfaces: Vec<Surface>,
+    /// Tiles of every surface along u and along v.
+    tiles: Vec<[usize; 2]>,
+    /// The first zone of every surface, and the number of zones.
+    starts: Vec<u32>,
+    /// The surface of every face.
+    of_face: Vec<u32>,
+}
+
+/// A rectangle of a surface in its (u, v), and whether it is bounded by other tiles below and above along each axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tile {
+    pub low: DVec2,
+    pub extent: DVec2,
+    pub inner: [[bool; 2]; 2],
+}
+
+impl Zones {
+    /// Zones for patches of `size` and smaller ones.
+    pub fn new(scene: &Scene, rays: &Rays, size: f64) -> Zones {
+        let tiles = |s: &Surface| s.divisions(size).map(|n| n.div_ceil(ACROSS));
+        Zones::of(scene, surface::find(scene, rays), tiles)
+    }
+
+    /// Every surface one zone.
+    pub(super) fn whole(scene: &Scene, rays: &Rays) -> Zones {
+        Zones::of(scene, surface::find(scene, rays), |_| [1, 1])
+    }
+
+    fn of(scene: &Scene, surfaces: Vec<Surface>, tiles: impl Fn(&Surface) -> [usize; 2]) -> Zones {
+        let tiles: Vec<[usize; 2]> = surfaces.iter().map(tiles).collect();
+        let mut starts = vec![0];
+        let mut of_face = vec![0; scene.faces.len()];
+        for (k, (surface, [columns, rows])) in surfaces.iter().zip(&tiles).enumerate() {
+            starts.push(starts[k] + (columns * rows) as u32);
+            surface
+                .faces
+                .iter()
+                .for_each(|&f| of_face[f as usize] = k as u32);
+        }
+        Zones {
+            surfaces,
+            tiles,
+            starts,
+            of_face,
+        }
+    }
+
+    /// Number of zones.
+    pub fn len(&self) -> usize {
+        self.starts[self.surfaces.len()] as usize
+    }
+
+    /// Whether there is none: never, as a scene has faces.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Tiles of surface s along u and along v.
+    pub(super) fn tiles(&self, s: usize) -> [usize; 2] {
+        self.tiles[s]
+    }
+
+    /// The zone of a surface's tile.
+    pub(super) fn zone(&self, s: usize, column: usize, row: usize) -> usize {
+        self.starts[s] as usize + row * self.tiles[s][0] + column
+    }
+
+    /// The rectangle of a surface's tile.
+    pub(super) fn tile(&self, s: usize, column: usize, row: usize) -> Tile {
+        let tiles = self.tiles[s];
+        let extent = self.surfaces[s].extent;
+        let size = DVec2::new(extent[0] / tiles[0] as f64, extent[1] / tiles[1] as f64);
+        let inner = |k: usize, n: usize| [k > 0, k + 1 < n];
+        Tile {
+            low: size * DVec2::new(column as f64, row as f64),
+            extent: size,
+            inner: [inner(column, tiles[0]), inner(row, tiles[1])],
+        }
+    }
+
+    /// The zone of every patch, front and back alike; that of its first piece, where it has pieces of several.
+    pub fn of_patches(&self, patches: &Patches) -> Vec<u32> {
+        let zone = |i: usize| {
+            let (face, corners) = patches.pieces(i).next()?;
+            let middle: DVec3 = corners.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / 3.0;
+            Some(self.at(face, middle) as u32)
+        };
+        let all = (0..patches.len()).map(zone);
+        all.map(|zone| zone.unwrap_or(0)).collect()
+    }
+
+    /// The zone of a point of a face.
+    fn at(&self, face: u32, position: DVec3) -> usize {
+        let s = self.of_face[face as usize] as usize;
+        let surface = &self.surfaces[s];
+        let uv = surface.uv(position);
+        let cell = |axis: usize| {
+            let n = self.tiles[s][axis];
+            let at = uv[axis] / surface.extent[axis] * n as f64;
+            (at.max(0.0) as usize).min(n - 1)
+        };
+        self.zone(s, cell(0), cell(1))
+    }
+
+    /// For every zone the one whose patch its own faces are part of: itself, unless small surfaces share a patch.
+    pub fn shared(&self, patches: &Patches, of_patches: &[u32]) -> Vec<u32> {
+        let mut shared: Vec<u32> = (0..self.len() as u32).collect();
+        for (s, surface) in self.surfaces.iter().enumerate() {
+            if let Some(patch) = patches.of_face(surface.faces[0])
+                && self.tiles[s] == [1, 1]
+            {
+                shared[self.starts[s] as usize] = of_patches[patch as usize];
+            }
+        }
+        shared
+    }
+
+    /// Area of every zone's rectangle times the sides that carry patches, unit coordinates squared: about what its patches cover.
+    pub fn areas(&self, scene: &Scene) -> Vec<f64> {
+        let each = |(surface, [columns, rows]): (&Surface, &[usize; 2])| {
+            let count = columns * rows;
+            let area = surface.area * sides_of(scene, surface.material) / count as f64;
+            std::iter::repeat_n(area, count)
+        };
+        self.surfaces
+            .iter()
+            .zip(&self.tiles)
+            .flat_map(each)
+            .collect()
+    }
+}
