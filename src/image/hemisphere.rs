@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::gather::{Fields, View};
 use crate::form_factors::Receiver;
@@ -52,6 +52,24 @@ impl<'a> Reader<'a> {
         hits: &mut Vec<Hit>,
         incident: &mut [DVec3],
     ) -> f64 {
+        self.trace(from, indices, seed, hits, |patch, position, through| {
+            for (sum, l) in incident.iter_mut().zip(self.fields.of_patch(patch)) {
+                *sum += (through * l.at(position)).as_dvec3();
+            }
+        })
+    }
+
+    /// Calls `meet(patch, position, through)` for all that the rays `indices` from the points `from` meet, `through` being
+    /// the product of tau before it; returns the sum of the rays' inverse lengths to the first.
+    #[inline(always)]
+    pub fn trace(
+        &self,
+        from: &[Receiver],
+        indices: Range<u32>,
+        seed: u32,
+        hits: &mut Vec<Hit>,
+        mut meet: impl FnMut(u32, Vec3, f32),
+    ) -> f64 {
         let mut nearness = 0.0;
         let mut first = indices.start;
         while first < indices.end {
@@ -68,8 +86,8 @@ impl<'a> Reader<'a> {
                     source: Some(from.face),
                 };
                 nearness += match self.opaque {
-                    true => self.follow_to_first(&ray, incident),
-                    false => self.follow(&ray, hits, incident),
+                    true => self.follow_to_first(&ray, &mut meet),
+                    false => self.follow(&ray, hits, &mut meet),
                 };
             }
             first += FAN as u32;
@@ -77,24 +95,23 @@ impl<'a> Reader<'a> {
         nearness
     }
 
-    /// Reads every field where a ray first meets a face; returns its inverse length.
-    #[inline]
-    fn follow_to_first(&self, ray: &Ray, incident: &mut [DVec3]) -> f64 {
+    /// Meets the first face; returns its inverse distance.
+    #[inline(always)]
+    fn follow_to_first(&self, ray: &Ray, meet: &mut impl FnMut(u32, Vec3, f32)) -> f64 {
         let Some(hit) = self.view.rays.closest(ray) else {
             return 0.0;
         };
-        self.add(ray, &hit, 1.0, incident);
+        self.meet(ray, &hit, 1.0, meet);
         1.0 / f64::from(hit.t)
     }
 
-    /// Reads every field along a ray: each crossing's light times the tau of the surfaces before it; returns the inverse length
-    /// to the first.
-    fn follow(&self, ray: &Ray, hits: &mut Vec<Hit>, incident: &mut [DVec3]) -> f64 {
+    /// Meets every face that light comes through from; returns the first one's inverse distance.
+    fn follow(&self, ray: &Ray, hits: &mut Vec<Hit>, meet: &mut impl FnMut(u32, Vec3, f32)) -> f64 {
         let view = self.view;
         view.rays.crossings(ray, hits);
         let mut through = 1.0;
         for hit in hits.iter() {
-            self.add(ray, hit, through, incident);
+            self.meet(ray, hit, through, meet);
             let material = view.scene.faces[hit.face as usize].material;
             through *= view.transports[material as usize].tau;
             if through == 0.0 {
@@ -104,14 +121,11 @@ impl<'a> Reader<'a> {
         hits.first().map_or(0.0, |hit| 1.0 / f64::from(hit.t))
     }
 
-    /// Adds the light of one crossing.
-    #[inline]
-    fn add(&self, ray: &Ray, hit: &Hit, through: f32, incident: &mut [DVec3]) {
+    #[inline(always)]
+    fn meet(&self, ray: &Ray, hit: &Hit, through: f32, meet: &mut impl FnMut(u32, Vec3, f32)) {
         let position = ray.origin + hit.t * ray.direction;
-        if let Some(j) = self.view.patches.at(hit.face, hit.side, position) {
-            for (sum, l) in incident.iter_mut().zip(self.fields.of_patch(j)) {
-                *sum += (through * l.at(position)).as_dvec3();
-            }
+        if let Some(patch) = self.view.patches.at(hit.face, hit.side, position) {
+            meet(patch, position, through);
         }
     }
 }

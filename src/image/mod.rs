@@ -3,6 +3,7 @@
 //! A [`Picture`] holds radiance; the sRGB curve and the exposure belong to files and screens and are applied on the
 //! way out ([`Exposure`]). Not handled: colour management beyond sRGB, alpha, tone mapping other than a clamp.
 
+mod blame;
 mod budget;
 mod error;
 mod estimate;
@@ -24,6 +25,7 @@ mod spread;
 mod srgb;
 mod whole;
 
+pub use blame::{Blame, blame};
 pub use error::ImageError;
 pub use files::{check_extension, encode_png, read_picture, write_bitmap, write_picture};
 pub use gather::{

@@ -26,6 +26,11 @@ pub fn coarse_terms(k: &Operator, parents: &[u32], count: usize) -> Vec<Vec<Ligh
     terms
 }
 
+/// `Π x`: the mean over the parts of each larger patch by area, given on the smaller ones.
+pub fn average(areas: &[f64], parents: &[u32], x: &[Light]) -> Vec<Light> {
+    Average::new(areas, parents).of(x)
+}
+
 /// Π: the mean over the parts of each larger patch, by area.
 struct Average<'a> {
     areas: &'a [f64],

@@ -16,7 +16,7 @@ mod neumann;
 mod shooting;
 
 pub use bounce::{Bounce, TailBound, measure, norm};
-pub use coarse::coarse_terms;
+pub use coarse::{average, coarse_terms};
 pub use direct::direct;
 pub use extrapolated::{Extrapolated, extrapolated};
 pub use neumann::{Diverges, Settings, Solution, Verdict, explore, neumann, terms, verdict};

@@ -4,7 +4,7 @@
 
 use super::pipeline::{Assembled, Prepared, Watch, sight};
 use crate::form_factors::Sight;
-use crate::image::{Fields, Gathered, Gathering, View, gather, invisible, linear};
+use crate::image::{Blame, Fields, Gathered, Gathering, View, blame, gather, invisible, linear};
 use crate::light::{Light, Rgb, Transport};
 use crate::solve::Solution;
 
@@ -85,16 +85,37 @@ pub fn render(
     look(p, surfaces, &fields, size, gathering, watch)
 }
 
+/// Which patches the error of the picture comes from: the first field's, of which the second is a part.
+pub(super) fn look_for_blame(
+    p: &Prepared,
+    surfaces: (&[Transport], &Sight),
+    fields: &Fields,
+    size: (usize, usize),
+    seed: u32,
+) -> Blame {
+    blame(&view(p, surfaces, size), fields, seed)
+}
+
 /// Renders the visible half of what the fields send.
 pub(super) fn look(
     p: &Prepared,
-    (transports, sight): (&[Transport], &Sight),
+    surfaces: (&[Transport], &Sight),
     fields: &Fields,
-    (width, height): (usize, usize),
+    size: (usize, usize),
     gathering: impl Into<Gathering>,
     watch: &dyn Watch,
 ) -> Gathered {
-    let view = View {
+    watch.begin("gather", size.1 as u64);
+    let view = view(p, surfaces, size);
+    gather(&view, fields, &gathering.into(), &|done| watch.tick(done))
+}
+
+fn view<'a>(
+    p: &'a Prepared,
+    (transports, sight): (&'a [Transport], &'a Sight),
+    (width, height): (usize, usize),
+) -> View<'a> {
+    View {
         scene: &p.scene,
         rays: &p.rays,
         patches: &p.patches,
@@ -103,7 +124,5 @@ pub(super) fn look(
         transports,
         width,
         height,
-    };
-    watch.begin("gather", height as u64);
-    gather(&view, fields, &gathering.into(), &|done| watch.tick(done))
+    }
 }

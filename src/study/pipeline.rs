@@ -10,7 +10,7 @@ use crate::form_factors::{
 };
 use crate::light::{Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
-use crate::patches::Patches;
+use crate::patches::{Patches, Zones};
 use crate::rays::Rays;
 use crate::scene::Scene;
 use crate::solve::Settings;
@@ -127,6 +127,13 @@ impl Prepared {
     pub fn recut(&mut self, patches: usize) {
         let start = Instant::now();
         self.patches = Patches::new(&self.scene, &self.rays, patches);
+        self.seconds += start.elapsed().as_secs_f64();
+    }
+
+    /// Cuts every zone of the surfaces anew, into patches of its own size.
+    pub(super) fn cut_zones(&mut self, zones: &Zones, sizes: &[f64]) {
+        let start = Instant::now();
+        self.patches = Patches::refined(&self.scene, &self.rays, zones, sizes);
         self.seconds += start.elapsed().as_secs_f64();
     }
 }
