@@ -1,5 +1,15 @@
 //! A solution of one mode with what is needed to tell its error: another scrambling, and larger patches.
 //!
+//! K reads light as one value a patch, an error of first order in patch size where surfaces meet. Light on larger patches tells
+//! how it falls, so the picture is made of light extrapolated to none of it (Richardson 1911):
+//!
+//! ```text
+//! L = L_h + (Π L_h - L_2h)      Π averages over the larger patches, so detail within them stays as it is
+//! ```
+//!
+//! Measured against path tracing, it leaves a fifth to a half of the error in the mean. The terms of the series are not extrapolated, and the
+//! stated error is that of light that is not.
+//!
 //! Not handled: how fine the patches are and how many rays are cast ([`super::tolerance`]).
 
 use std::sync::Arc;
@@ -71,17 +81,21 @@ pub(super) fn solve(
     let operator = &first.0.operator;
     let coarse = coarse_terms(operator, p.patches.parents(), solution.terms.len() - 1);
     let [a, b, c] = [&solution.terms, &other.terms, &coarse].map(|terms| reflected(p, terms));
+    // Both levels' means over larger patches differ by what K makes of patch size: the light moves on by that much.
+    let means = averaged(p, &a);
+    let onward: Vec<Rgb> = means.iter().zip(&c).map(|(a, c)| *a - *c).collect();
     let held = averaged(p, &b);
     let detail: Vec<Rgb> = b.iter().zip(&held).map(|(b, held)| *b - *held).collect();
     let neighbours = p.patches.neighbours();
     let [a, b] = [&a, &b].map(|values| linear(&neighbours, values));
-    let [c, held] = [&c, &held].map(|values| larger(p, &neighbours, values));
+    let [c, held, onward] = [&c, &held, &onward].map(|values| larger(p, &neighbours, values));
     let mix = |x: &[Linear], y: &[Linear], u: f32, v: f32| -> Vec<Linear> {
         x.iter().zip(y).map(|(x, y)| x.mix(u, y, v)).collect()
     };
     let off = mix(&a, &c, 1.0, -1.0);
     let coarse = [off.clone(), mix(&b, &held, 1.0, -1.0)];
-    let fields = [mix(&a, &b, 0.5, 0.5), mix(&a, &b, 0.5, -0.5), off];
+    let light = mix(&mix(&a, &b, 0.5, 0.5), &onward, 1.0, 1.0);
+    let fields = [light, mix(&a, &b, 0.5, -0.5), off];
     let fields = Fields::linear(&fields).led_by(1);
     let truncation =
         solution.rest() / norm(operator.areas(), &solution.light).max(f64::MIN_POSITIVE);
