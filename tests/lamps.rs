@@ -166,7 +166,7 @@ fn each_asked(p: &Prepared, mode: Mode, size: (usize, usize), camera: u32, seed:
 
 #[test]
 fn a_picture_of_a_thousand_lamps_is_as_near_as_it_says() {
-    let (size, tolerance) = ((32, 32), 0.05);
+    let (size, tolerance) = ((32, 32), 0.02);
     for (mode, camera) in [(Mode::Local, 8), (Mode::OneBounce, 16)] {
         let mut p = prepare(looked_into(32), 1);
         assert_eq!(p.luminaires.list.len(), 1024);
