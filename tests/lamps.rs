@@ -7,7 +7,7 @@ use halflight::light::{Mode, Rgb};
 use halflight::scene::{Camera, Material, Scene};
 use halflight::study::{Prepared, Silent, Wanted, prepare, render_within};
 
-/// Whether lamps are one object, cut into pieces of many lamps, or each its own.
+/// Whether lamps are one object, or each its own.
 #[derive(Clone, Copy)]
 enum Lamps {
     Together,
