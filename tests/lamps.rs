@@ -1,13 +1,28 @@
-//! Many luminaires: what links find against the sum over all of them, in one thread and in two.
+//! Many luminaires: what links find against the sum over all of them, on patches and in pictures, in one thread and in two.
 
 use glam::DVec3;
 use halflight::form_factors::{Luminaires, Occlusion, Sampling, Sight, receive_emitted};
+use halflight::image::{Fields, GatherSampling, Gathering, Picture, View, gather};
 use halflight::light::{Mode, Rgb};
-use halflight::scene::{Material, Scene};
-use halflight::study::{Prepared, prepare};
+use halflight::scene::{Camera, Material, Scene};
+use halflight::study::{Prepared, Silent, Wanted, prepare, render_within};
+
+/// Whether lamps are one object, or each its own.
+#[derive(Clone, Copy)]
+enum Lamps {
+    Together,
+    Apart,
+}
 
 /// A room of 4 by 4 by 2.4 with a box, and `side`² lamps below its ceiling.
-fn room(side: u32) -> Prepared {
+fn room(side: u32, lamps: Lamps) -> Prepared {
+    let prepared = prepare(scene(side, lamps), 200);
+    // Fewer are asked each, without links.
+    assert!(prepared.luminaires.list.len() > 16);
+    prepared
+}
+
+fn scene(side: u32, lamps: Lamps) -> Scene {
     let white = Material::new("white", Rgb::splat(0.7), Rgb::ZERO);
     let glow = Material::new("glow", Rgb::splat(0.5), Rgb::new(10.0, 9.0, 7.0));
     let (mut corners, mut faces) = (Vec::new(), Vec::new());
@@ -40,7 +55,13 @@ fn room(side: u32) -> Prepared {
         );
     }
     let scene = Scene::from_faces("lamps", &corners, &faces, vec![white, glow]);
-    prepare(scene.expect("a correct scene"), 200)
+    let mut scene = scene.expect("a correct scene");
+    if let Lamps::Apart = lamps {
+        for (f, face) in scene.faces.iter_mut().enumerate() {
+            face.object = f as u32 / 2;
+        }
+    }
+    scene
 }
 
 fn receive(p: &Prepared, mode: Mode, general: bool, rays: u32, seed: u32) -> Vec<Rgb> {
@@ -72,13 +93,18 @@ fn apart(a: &[Rgb], b: &[Rgb]) -> f64 {
 
 #[test]
 fn a_thousand_lamps_are_the_sum_of_each() {
-    let p = room(32);
-    assert!(p.luminaires.list.len() > 16);
+    for lamps in [Lamps::Together, Lamps::Apart] {
+        let p = room(32, lamps);
+        compare_with_each(&p);
+    }
+}
+
+fn compare_with_each(p: &Prepared) {
     // Both take 16 points a patch, not the same ones: the spread over seeds is the standard error.
     let exact: Vec<Vec<Rgb>> = (0..2)
-        .map(|s| receive(&p, Mode::Local, true, 16, s))
+        .map(|s| receive(p, Mode::Local, true, 16, s))
         .collect();
-    let found = receive(&p, Mode::Local, false, 16, 2);
+    let found = receive(p, Mode::Local, false, 16, 2);
     let noise = apart(&exact[0], &exact[1]);
     // What nodes of radius 0.2 of their distance leave in third order is below 0.2 %.
     assert!(apart(&found, &exact[0]) < 2.0 * noise + 2e-3, "{noise}");
@@ -86,7 +112,7 @@ fn a_thousand_lamps_are_the_sum_of_each() {
 
 #[test]
 fn drawing_is_free_of_bias() {
-    let p = room(8);
+    let p = room(8, Lamps::Apart);
     let count = 8;
     let runs = |general: bool| -> Vec<f64> {
         let sum = |s: u32| receive(&p, Mode::OneBounce, general, 64, s);
@@ -107,9 +133,68 @@ fn drawing_is_free_of_bias() {
     );
 }
 
+/// The room looked down into: no lamp is in the picture.
+fn looked_into(side: u32) -> Scene {
+    let mut scene = scene(side, Lamps::Apart);
+    let [from, to] = [[2.0, 0.3, 1.4], [1.8, 2.2, 0.3]].map(|p| scene.frame.to_unit(p.into()));
+    scene.camera = Camera::look_at(from, to, DVec3::Z, 50.0).expect("a view");
+    scene
+}
+
+/// Direct light with every lamp asked at every camera ray.
+fn each_asked(p: &Prepared, mode: Mode, size: (usize, usize), camera: u32, seed: u32) -> Picture {
+    let transports = p.scene.transports(mode.transport());
+    let view = View {
+        scene: &p.scene,
+        rays: &p.rays,
+        patches: &p.patches,
+        luminaires: &p.luminaires,
+        sight: &Occlusion::new(&p.rays, &transports).into(),
+        transports: &transports,
+        width: size.0,
+        height: size.1,
+    };
+    let dark = Fields::new(&[vec![Rgb::ZERO; p.patches.len()]]);
+    let sampling = GatherSampling {
+        camera,
+        luminaire: 1,
+        hemisphere: 1,
+        seed,
+    };
+    gather(&view, &dark, &Gathering::Uniform(sampling), &|_| ()).direct
+}
+
+#[test]
+fn a_picture_of_a_thousand_lamps_is_as_near_as_it_says() {
+    let (size, tolerance) = ((32, 32), 0.02);
+    for (mode, camera) in [(Mode::Local, 8), (Mode::OneBounce, 16)] {
+        let mut p = prepare(looked_into(32), 1);
+        assert_eq!(p.luminaires.list.len(), 1024);
+        let wanted = Wanted {
+            tolerance,
+            size,
+            seed: 5,
+        };
+        let found = render_within(&mut p, mode.transport(), &wanted, &Silent).expect("ends");
+        // The product of the differences to two references is free of their noise.
+        let [a, b] = [1, 2].map(|seed| each_asked(&p, mode, size, camera, seed));
+        let pixels =
+            || (0..a.pixels.len()).map(|k| (found.picture.pixels[k], a.pixels[k], b.pixels[k]));
+        let error: f64 = pixels()
+            .map(|(p, a, b)| f64::from((p - a).dot(p - b)))
+            .sum();
+        let signal: f64 = pixels().map(|(_, a, b)| f64::from(a.dot(b))).sum();
+        let reached = (error / signal).max(0.0).sqrt();
+        println!("{mode}: stated {}, reached {reached}", found.error.total);
+        assert!(reached <= 1.1 * tolerance, "{mode}: {reached}");
+        let ratio = found.error.total / reached;
+        assert!((0.5..=2.0).contains(&ratio), "{mode}: {ratio}");
+    }
+}
+
 #[test]
 fn threads_change_no_bit() {
-    let p = room(8);
+    let p = room(8, Lamps::Apart);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.expect("a pool")

@@ -1,0 +1,93 @@
+//! The gather pass alone: one solution, looked at with the same rays for every pixel, and to two errors.
+//!
+//! The Cornell box and the furnished room, global mode, 96 by 96 pixels, 4000 patches. F and the solution are made once,
+//! before the clock runs. `picture` is all of the pass; `direct` is the same with patches that send nothing, so that only
+//! camera rays and light as emitted are left: the difference is what hemisphere rays, irradiance points and their fit cost.
+//! `direct` asks its error of direct light alone and `picture` shares it among all parts, so the two compare exactly
+//! only with the same rays for every pixel. Ratios count, between two builds or two lines, not the absolute numbers.
+
+use std::hint::black_box;
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use halflight::form_factors::Sampling;
+use halflight::image::{Fields, GatherSampling, Gathering, View, gather};
+use halflight::light::{Mode, Rgb};
+use halflight::scene::{LoadOptions, Scene};
+use halflight::solve::{Settings, Solution, neumann};
+use halflight::study::{Assembled, Prepared, Silent, assemble, prepare, render};
+
+/// Pixels across and down.
+const SIZE: (usize, usize) = (96, 96);
+const PATCHES: usize = 4000;
+/// Errors of the gather pass asked for, as shares of the picture.
+const ERRORS: [f64; 2] = [0.02, 0.01];
+
+/// A scene and its solution.
+struct Solved {
+    prepared: Prepared,
+    mode: Assembled,
+    solution: Solution,
+}
+
+fn solve(name: &str) -> Solved {
+    let scene = Scene::open(name, LoadOptions::default()).expect("it is built in");
+    let prepared = prepare(scene, PATCHES);
+    let transports = [Mode::Global.transport()];
+    let (mut modes, _) = assemble(&prepared, &transports, &Sampling::default(), &Silent);
+    let mode = modes.remove(0);
+    let solution = neumann(&mode.operator, &Settings::default()).expect("it converges");
+    Solved {
+        prepared,
+        mode,
+        solution,
+    }
+}
+
+/// What is timed, with its name: 128 hemisphere rays a pixel, and each error.
+fn gatherings() -> Vec<(String, Gathering)> {
+    let uniform = Gathering::Uniform(GatherSampling::with_samples(128, 0));
+    let within = |error: f64| {
+        let name = format!("within {} %", 100.0 * error);
+        (name, Gathering::Within { error, seed: 0 })
+    };
+    let uniform = std::iter::once(("uniform".to_string(), uniform));
+    uniform.chain(ERRORS.map(within)).collect()
+}
+
+impl Solved {
+    fn view(&self) -> View<'_> {
+        let p = &self.prepared;
+        View {
+            scene: &p.scene,
+            rays: &p.rays,
+            patches: &p.patches,
+            luminaires: &p.luminaires,
+            sight: &self.mode.sight,
+            transports: &self.mode.transports,
+            width: SIZE.0,
+            height: SIZE.1,
+        }
+    }
+}
+
+fn pass(c: &mut Criterion) {
+    for name in ["cornell-box", "furnished-room"] {
+        let solved = solve(name);
+        let (p, mode, solution) = (&solved.prepared, &solved.mode, &solved.solution);
+        let dark = Fields::new(&[vec![Rgb::ZERO; p.patches.len()]]);
+        let mut group = c.benchmark_group(name);
+        group.sample_size(10);
+        for (how, gathering) in gatherings() {
+            group.bench_function(BenchmarkId::new("picture", &how), |b| {
+                b.iter(|| black_box(render(p, mode, solution, SIZE, gathering, &Silent)))
+            });
+            group.bench_function(BenchmarkId::new("direct", &how), |b| {
+                b.iter(|| black_box(gather(&solved.view(), &dark, &gathering, &|_| ())))
+            });
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, pass);
+criterion_main!(benches);
