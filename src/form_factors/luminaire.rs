@@ -6,15 +6,15 @@
 //! Larger emitters (a glowing wall, a furnace) are found by hemisphere rays well enough, and n emitters by n patches
 //! of closed forms would be n² work.
 //!
-//! Where luminaires are many, or one has many faces, all are divided into pieces of few faces that lie together, and
-//! [`super::links`] sees to it that a receiver need not ask each.
+//! Where luminaires are many, or one has many faces, all are divided ([`super::pieces`]), and [`super::links`] sees to it
+//! that a receiver need not ask each.
 
 use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
-use super::lamps::{Placed, part};
 use super::outline::Outline;
+use super::pieces::divided;
 use super::polygon::point_to_polygon;
 use super::shadow::{Caster, Pieces, visible_form};
 use crate::light::Rgb;
@@ -26,8 +26,6 @@ use crate::scene::{Scene, Sides};
 const LARGE: f64 = 0.1;
 /// Luminaires that each receiver asks one by one, at most.
 pub(super) const FEW: usize = 16;
-/// Faces of a piece of a luminaire, where they are cut into pieces.
-const PIECE: usize = 16;
 
 /// One emitting surface of uniform radiance.
 #[derive(Clone, Debug)]
@@ -121,40 +119,6 @@ impl Luminaires {
         }
         groups
     }
-}
-
-/// Groups of faces, cut into pieces where there are many groups, or many faces in one.
-fn divided(scene: &Scene, groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
-    let many = |faces: &Vec<u32>| faces.len() > Outline::MOST_FACES;
-    if groups.len() <= FEW && !groups.iter().any(many) {
-        return groups;
-    }
-    let mut pieces = Vec::new();
-    for group in groups {
-        let place = |face: u32| {
-            let [a, b, c] = scene.corners(face).map(|p| p.as_dvec3());
-            let normal = (b - a).cross(c - a).normalize_or_zero();
-            ((a + b + c) / 3.0, normal, face)
-        };
-        divide(
-            &mut group.into_iter().map(place).collect::<Vec<_>>(),
-            &mut pieces,
-        );
-    }
-    pieces
-}
-
-/// Halves faces until few are left together.
-fn divide(faces: &mut [Placed], pieces: &mut Vec<Vec<u32>>) {
-    if faces.len() <= PIECE {
-        let mut piece: Vec<u32> = faces.iter().map(|f| f.2).collect();
-        piece.sort_unstable();
-        return pieces.push(piece);
-    }
-    let half = part(faces);
-    let (left, right) = faces.split_at_mut(half);
-    divide(left, pieces);
-    divide(right, pieces);
 }
 
 /// Triangles, those that follow one another and make up a convex quadrangle of one plane taken together.

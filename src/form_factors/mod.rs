@@ -27,6 +27,7 @@ mod luminaire;
 mod many;
 mod moments;
 mod outline;
+mod pieces;
 pub mod planar;
 mod polygon;
 pub mod sampled;

@@ -179,7 +179,7 @@ impl Fields {
     }
 
     #[inline]
-    pub(super) fn of_patch(&self, patch: u32) -> &[Linear] {
+    pub(crate) fn of_patch(&self, patch: u32) -> &[Linear] {
         let start = patch as usize * self.count;
         &self.values[start..start + self.count]
     }

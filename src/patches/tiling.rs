@@ -1,6 +1,9 @@
 //! The grids of one surface: one for each of its tiles, cells of different size side by side.
 //!
 //! A tile that the surface has no part in points to the grid of the nearest one that has.
+//!
+//! Not handled: a hit on the very rim of a hole along which two tiles meet may round into the other tile, and finds the patch
+//! there that is nearest to the hole.
 
 use glam::{DVec2, Vec2, Vec3};
 
