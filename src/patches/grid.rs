@@ -9,10 +9,11 @@ use std::collections::{BTreeMap, VecDeque};
 
 use glam::{DVec2, Vec2, Vec3};
 
+use super::NONE;
 use super::clip::{Line, clip, passes_inside, side_bits, span, split};
+use super::cutting::{Draft, Piece};
 use super::surface::Surface;
 use super::zones::Tile;
-use super::{Draft, NONE, Piece};
 use crate::scene::Scene;
 
 /// Finds a patch from a point's (u, v).

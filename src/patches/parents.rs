@@ -53,15 +53,18 @@ impl Parents {
 }
 
 impl Patches {
-    /// Share of the area whose patches are no part of a larger one.
-    pub fn alone(&self) -> f64 {
+    /// Whether each patch is no part of a larger one.
+    pub fn each_alone(&self) -> Vec<bool> {
         let mut parts = vec![0_u32; self.len()];
         self.parents.iter().for_each(|&p| parts[p as usize] += 1);
-        let own = self.parents.iter().zip(&self.areas);
-        let alone: f64 = own
-            .filter(|(p, _)| parts[**p as usize] == 1)
-            .map(|o| o.1)
-            .sum();
+        let alone = |&p: &u32| parts[p as usize] == 1;
+        self.parents.iter().map(alone).collect()
+    }
+
+    /// Share of the area whose patches are no part of a larger one.
+    pub fn alone(&self) -> f64 {
+        let each = self.each_alone().into_iter().zip(&self.areas);
+        let alone: f64 = each.filter(|own| own.0).map(|own| own.1).sum();
         alone / self.areas.iter().sum::<f64>()
     }
 }

@@ -7,8 +7,8 @@
 
 use glam::{DVec2, Vec2, Vec3};
 
-use super::Draft;
 use super::contact::Contacts;
+use super::cutting::Draft;
 use super::grid::{Grid, cut};
 use super::surface::Surface;
 use super::zones::Zones;

@@ -8,8 +8,9 @@
 
 use glam::{DVec2, DVec3};
 
+use super::Patches;
+use super::cutting::sides_of;
 use super::surface::{self, Surface};
-use super::{Patches, sides_of};
 use crate::rays::Rays;
 use crate::scene::Scene;
 

@@ -8,6 +8,7 @@
 //!
 //! [`extrapolated`] gives L alone, without its bounces, in far fewer products where the spectral radius is near 1.
 
+mod adjoint;
 mod bounce;
 mod coarse;
 mod direct;
@@ -15,6 +16,7 @@ mod extrapolated;
 mod neumann;
 mod shooting;
 
+pub use adjoint::importance;
 pub use bounce::{Bounce, TailBound, measure, norm};
 pub use coarse::{average, coarse_terms};
 pub use direct::direct;

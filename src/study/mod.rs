@@ -22,6 +22,7 @@ mod pipeline;
 mod plot;
 mod refine;
 mod series;
+mod shares;
 mod sheet;
 mod shoot;
 mod solved;

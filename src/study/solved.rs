@@ -15,14 +15,13 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::look::{ambient, look, look_for_blame, reflected};
+use super::look::{ambient, look, reflected};
 use super::pipeline::{Assembled, Prepared, Seconds, Watch, assemble_seeing, sight};
 use super::tolerance::Wanted;
 use super::within::{ErrorParts, Within};
 use crate::form_factors::{Sampling, Sight};
 use crate::image::{Fields, GatherSampling, Gathered, Gathering, Linear, linear};
 use crate::light::{Light, Rgb, Transport};
-use crate::operator::Operator;
 use crate::patches::Neighbours;
 use crate::solve::{Diverges, Settings, Solution, average, coarse_terms, neumann, norm};
 
@@ -34,8 +33,6 @@ const TRUNCATION: f64 = 0.02;
 const FINER: f64 = 0.547;
 /// Width and height of the rough gather at most, pixels.
 const ROUGH: usize = 64;
-/// Bounces after which an error on a patch is no more followed, and their share in the first.
-const FOLLOWED: (usize, f32) = (16, 0.02);
 
 /// What was spent so far.
 #[derive(Default)]
@@ -46,14 +43,14 @@ pub(super) struct Spent {
 
 /// A solution of one mode, with its difference to another scrambling and to larger patches.
 pub(super) struct Solved {
-    mode: Assembled,
+    pub mode: Assembled,
     solution: Solution,
     pub fields: Fields,
     pub error: ErrorParts,
     /// By how much larger patches would be off, and what of another scrambling's light they cannot hold.
-    coarse: [Vec<Linear>; 2],
+    pub coarse: [Vec<Linear>; 2],
     /// The same, one value a patch.
-    detail: Vec<Rgb>,
+    pub detail: Vec<Rgb>,
 }
 
 /// Two solutions of half the rays each: their mean, half their difference, and that to larger patches.
@@ -213,26 +210,6 @@ impl Solved {
         }
     }
 
-    /// Each patch's share in the squared error that patch size makes in the picture; None for patches that are part of no larger
-    /// one, of which nothing is known.
-    pub fn shares(&self, p: &Prepared, wanted: &Wanted) -> Vec<Option<f64>> {
-        let surfaces = (&self.mode.transports[..], &*self.mode.sight);
-        let fields = Fields::linear(&self.coarse);
-        let blame = look_for_blame(p, surfaces, &fields, rough(wanted.size), wanted.seed);
-        // What is off on a patch also reaches the camera by way of others.
-        let onward = followed(&self.mode.operator, blame.adjoint);
-        let mut parts = vec![0_u32; p.patches.len()];
-        p.patches
-            .parents()
-            .iter()
-            .for_each(|&q| parts[q as usize] += 1);
-        let share = |i: usize| {
-            let alone = parts[p.patches.parents()[i] as usize] == 1;
-            (!alone).then(|| blame.shares[i] + f64::from(onward[i].dot(self.detail[i])))
-        };
-        (0..p.patches.len()).map(share).collect()
-    }
-
     pub fn finish(mut self, p: &Prepared, gathered: Gathered, mut spent: Spent) -> Within {
         self.error.gather = gathered.error.relative();
         spent.seconds.sum();
@@ -252,34 +229,9 @@ impl Solved {
 }
 
 /// Width and height of a rough picture.
-fn rough((width, height): (usize, usize)) -> (usize, usize) {
+pub(super) fn rough((width, height): (usize, usize)) -> (usize, usize) {
     let divisor = width.max(height).div_ceil(ROUGH);
     (width.div_ceil(divisor), height.div_ceil(divisor))
-}
-
-/// `(K + K² + ...)^T y`, the first bounces of it.
-fn followed(k: &Operator, y: Vec<Rgb>) -> Vec<Rgb> {
-    let mut sum = vec![Rgb::ZERO; y.len()];
-    if !k.interreflects() {
-        return sum;
-    }
-    let light = |v: Rgb| Light {
-        invisible: v,
-        visible: Rgb::ZERO,
-    };
-    let size = |x: &[Light]| -> f32 { x.iter().map(|l| l.invisible.abs().element_sum()).sum() };
-    let mut term: Vec<Light> = y.into_iter().map(light).collect();
-    let first = size(&term);
-    for _ in 0..FOLLOWED.0 {
-        term = k.apply_transposed(&term);
-        for (sum, term) in sum.iter_mut().zip(&term) {
-            *sum += term.invisible;
-        }
-        if size(&term) <= FOLLOWED.1 * first {
-            break;
-        }
-    }
-    sum
 }
 
 #[cfg(test)]
@@ -301,35 +253,6 @@ mod tests {
         let mut spent = Spent::default();
         let found = solve(&p, transport, 1024, &wanted, &mut spent, &Silent);
         (p, found.expect("converges"))
-    }
-
-    #[test]
-    fn what_follows_is_the_adjoint_of_the_series() {
-        let (p, s) = solved("cornell-box", 60);
-        let k = &s.mode.operator;
-        let numbers = |seed: u32| -> Vec<Rgb> {
-            let one =
-                |i: usize| crate::rays::sequence::hash(i as u32, seed) as f32 / u32::MAX as f32;
-            (0..p.patches.len()).map(|i| Rgb::splat(one(i))).collect()
-        };
-        let (y, d) = (numbers(1), numbers(2));
-        let dot = |x: &[Rgb], y: &[Rgb]| -> f32 { x.iter().zip(y).map(|(x, y)| x.dot(*y)).sum() };
-        let adjoint = dot(&followed(k, y.clone()), &d);
-        let mut term: Vec<Light> = d
-            .iter()
-            .map(|&invisible| Light {
-                invisible,
-                visible: Rgb::ZERO,
-            })
-            .collect();
-        let mut series = 0.0;
-        for _ in 0..40 {
-            term = k.apply(&term);
-            let invisible: Vec<Rgb> = term.iter().map(|l| l.invisible).collect();
-            series += dot(&y, &invisible);
-        }
-        // Terms below 2 % of the first are left out; they fall by at least a quarter each.
-        assert!((adjoint / series - 1.0).abs() < 0.08, "{adjoint} {series}");
     }
 
     /// Mean of the picture of light on patches, seen along the same rays whatever the patches.

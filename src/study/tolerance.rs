@@ -20,6 +20,7 @@ use std::time::Instant;
 use super::memory::keep_within;
 use super::pipeline::{Prepared, Watch};
 use super::refine::Sizes;
+use super::shares::shares;
 use super::solved::{Solved, Spent, half, solve};
 use super::within::Within;
 use crate::image::Gathering;
@@ -114,7 +115,7 @@ fn solve_within(
         } else if coarse > 1.0 {
             let sizes = sizes.get_or_insert_with(|| Sizes::new(p));
             let clock = Instant::now();
-            let shares = solved.shares(p, wanted);
+            let shares = shares(p, &solved, wanted);
             sizes.refine(p, &shares, (1.1 * coarse).powi(-2), MOST.0);
             spent.seconds.solve += clock.elapsed().as_secs_f64();
             sizes.cut(p);
