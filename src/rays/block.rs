@@ -4,7 +4,9 @@
 //! turns into vector instructions. Where an edge function is 0 the lanes cannot tell, and the exact test is asked instead.
 //!
 //! Not handled: the hit in full. A block says which lanes are met and about where; the rest is asked of the one triangle
-//! that counts.
+//! that counts; registers of more than eight lanes.
+
+use pulp::Simd;
 
 use super::tree::Query;
 use super::triangle::Triangle;
@@ -107,14 +109,19 @@ pub(super) fn least_of(lanes: &Lane<f32>) -> f32 {
 
 /// A bit for each lane whose key is at most `limit`.
 #[inline(always)]
-pub(super) fn bits(keys: &Lane<f32>, limit: f32) -> u32 {
-    const BIT: Lane<u32> = [1, 2, 4, 8, 16, 32, 64, 128];
-    let mut bits = 0;
-    for l in 0..LANES {
-        bits |= if keys[l] <= limit { BIT[l] } else { 0 };
-    }
-    bits
+pub(super) fn bits<S: Simd>(simd: S, keys: &Lane<f32>, limit: f32) -> u32 {
+    let (limit, none) = (simd.splat_f32s(limit), simd.splat_f32s(0.0));
+    let registers = S::as_simd_f32s(keys).0.iter().zip(S::as_simd_f32s(&BIT).0);
+    let each = registers.map(|(keys, bit)| {
+        let met = simd.less_than_or_equal_f32s(*keys, limit);
+        // Sums of different powers of two: exact, in any order.
+        simd.reduce_sum_f32s(simd.select_f32s(met, *bit, none))
+    });
+    each.sum::<f32>() as u32
 }
+
+/// The bit of each lane.
+const BIT: Lane<f32> = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
 
 /// The lesser; unlike `f32::min` one instruction, as NaN is not looked after.
 #[inline(always)]

@@ -8,7 +8,7 @@
 
 use std::array::from_fn;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Arch, Scalar, Simd, WithSimd};
 
 use super::Hit;
 use super::block::{
@@ -79,11 +79,11 @@ impl Few {
 
     /// A bit for each block whose box the ray meets.
     #[inline(always)]
-    fn near(&self, query: &Query) -> u64 {
+    fn near<S: Simd>(&self, simd: S, query: &Query) -> u64 {
         let inverse = query.direction.to_array().map(inverse);
         let mut near = 0;
         for (k, boxes) in self.boxes.iter().enumerate() {
-            near |= u64::from(boxes.met(query, inverse)) << (LANES * k);
+            near |= u64::from(boxes.met(simd, query, inverse)) << (LANES * k);
         }
         near
     }
@@ -153,22 +153,39 @@ impl Boxes {
     }
 
     /// A bit for each box the ray meets. The padding is far more than what rounding moves a box by.
+    ///
+    /// Written in registers: of eight lanes in a row the compiler makes scalars.
     #[inline(always)]
-    fn met(&self, query: &Query, inverse: [f32; 3]) -> u32 {
+    fn met<S: Simd>(&self, simd: S, query: &Query, inverse: [f32; 3]) -> u32 {
         let origin = query.origin.to_array();
-        let entry = |axis: usize| usize::from(inverse[axis] < 0.0);
-        let near = |axis: usize| &self.0[entry(axis)][axis];
-        let far = |axis: usize| &self.0[1 - entry(axis)][axis];
-        let (n, f) = ([near(0), near(1), near(2)], [far(0), far(1), far(2)]);
-        let mut short = [0.0; LANES];
-        for l in 0..LANES {
-            let at =
-                |ends: [&Lane<f32>; 3], axis: usize| (ends[axis][l] - origin[axis]) * inverse[axis];
-            let first = most(0.0, most(at(n, 2), most(at(n, 0), at(n, 1))));
-            let last = least(query.end, least(at(f, 2), least(at(f, 0), at(f, 1))));
-            short[l] = if first <= last { 0.0 } else { MISSED };
+        let start = origin.map(|o| simd.splat_f32s(o));
+        let scale = inverse.map(|i| simd.splat_f32s(i));
+        let ends = |end: usize, axis: usize| {
+            let entry = usize::from(inverse[axis] < 0.0);
+            S::as_simd_f32s(&self.0[if end == 0 { entry } else { 1 - entry }][axis]).0
+        };
+        let (near, far) = ([0, 1, 2].map(|a| ends(0, a)), [0, 1, 2].map(|a| ends(1, a)));
+        let (zero, end) = (simd.splat_f32s(0.0), simd.splat_f32s(query.end));
+        let missed = simd.splat_f32s(MISSED);
+        let mut short = [MISSED; LANES];
+        for (r, short) in S::as_mut_simd_f32s(&mut short).0.iter_mut().enumerate() {
+            let at = |ends: &[S::f32s], axis: usize| {
+                simd.mul_f32s(simd.sub_f32s(ends[r], start[axis]), scale[axis])
+            };
+            let least = |a, b| simd.select_f32s(simd.less_than_f32s(a, b), a, b);
+            let most = |a, b| simd.select_f32s(simd.less_than_f32s(b, a), a, b);
+            let first = most(
+                zero,
+                most(at(near[2], 2), most(at(near[0], 0), at(near[1], 1))),
+            );
+            let last = least(
+                end,
+                least(at(far[2], 2), least(at(far[0], 0), at(far[1], 1))),
+            );
+            let met = simd.less_than_or_equal_f32s(first, last);
+            *short = simd.select_f32s(met, zero, missed);
         }
-        bits(&short, 0.0)
+        bits(simd, &short, 0.0)
     }
 }
 
@@ -184,10 +201,13 @@ impl WithSimd for Closest<'_> {
     type Output = Option<Hit>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Option<Hit> {
+    fn with_simd<S: Simd>(self, simd: S) -> Option<Hit> {
+        if S::F32_LANES > LANES {
+            return self.with_simd(Scalar::new());
+        }
         let Closest(few, query) = self;
         let (mut first, mut second) = ([MISSED; LANES], [MISSED; LANES]);
-        let mut near = few.near(query);
+        let mut near = few.near(simd, query);
         while near != 0 {
             let keys = few.keys(near.trailing_zeros() as usize, query);
             near &= near - 1;
@@ -201,7 +221,7 @@ impl WithSimd for Closest<'_> {
             return None;
         }
         let limit = limit(key, SAME_PLACE);
-        let alone = bits(&first, limit).count_ones() == 1 && bits(&second, limit) == 0;
+        let alone = bits(simd, &first, limit).is_power_of_two() && bits(simd, &second, limit) == 0;
         match alone {
             true => few.hit(place(key), query),
             false => few.first_of_several(query),
@@ -215,9 +235,12 @@ impl WithSimd for IsClear<'_> {
     type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> bool {
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        if S::F32_LANES > LANES {
+            return self.with_simd(Scalar::new());
+        }
         let IsClear(few, query) = self;
-        let mut near = few.near(query);
+        let mut near = few.near(simd, query);
         while near != 0 {
             let keys = few.keys(near.trailing_zeros() as usize, query);
             near &= near - 1;
@@ -235,13 +258,16 @@ impl<F: Fn(u32) -> bool> WithSimd for AllUnless<'_, F> {
     type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> bool {
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        if S::F32_LANES > LANES {
+            return self.with_simd(Scalar::new());
+        }
         let AllUnless(few, stop, query, out) = self;
-        let mut near = few.near(query);
+        let mut near = few.near(simd, query);
         while near != 0 {
             let b = near.trailing_zeros() as usize;
             near &= near - 1;
-            let mut met = bits(&few.keys(b, query), 0.5 * MISSED);
+            let mut met = bits(simd, &few.keys(b, query), 0.5 * MISSED);
             while met != 0 {
                 let place = b * LANES + met.trailing_zeros() as usize;
                 met &= met - 1;
