@@ -14,7 +14,9 @@ use halflight::image::{Fields, GatherSampling, Gathering, View, gather};
 use halflight::light::{Mode, Rgb};
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::{Settings, Solution, neumann};
-use halflight::study::{Assembled, Prepared, Silent, assemble, prepare, render};
+use halflight::study::{
+    Assembled, Prepared, Silent, Wanted, assemble, prepare, render, render_within,
+};
 
 /// Pixels across and down.
 const SIZE: (usize, usize) = (96, 96);
@@ -89,5 +91,37 @@ fn pass(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, pass);
+/// F, solution and picture to an error, small: most of it goes to patches of the sizes that the error asks for. Beside it
+/// F and the solution alone, on as many patches of one size as the same error took before patches had sizes of their own.
+fn patches(c: &mut Criterion) {
+    let mut group = c.benchmark_group("furnished-room to 1 %");
+    group.sample_size(10);
+    let scene = || Scene::open("furnished-room", LoadOptions::default()).expect("it is built in");
+    let wanted = Wanted {
+        tolerance: 0.01,
+        size: (32, 32),
+        seed: 0,
+    };
+    group.bench_function("sizes by zone", |b| {
+        b.iter(|| {
+            let mut p = prepare(scene(), 1000);
+            let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
+            black_box(found.expect("it converges").patches)
+        })
+    });
+    let rays = Sampling {
+        rays: 256,
+        ..Sampling::default()
+    };
+    group.bench_function("11500 of one size", |b| {
+        b.iter(|| {
+            let p = prepare(scene(), 11_500);
+            let (modes, _) = assemble(&p, &[Mode::Global.transport()], &rays, &Silent);
+            black_box(neumann(&modes[0].operator, &Settings::default()).is_ok())
+        })
+    });
+    group.finish();
+}
+
+criterion_group!(benches, pass, patches);
 criterion_main!(benches);

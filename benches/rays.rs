@@ -1,6 +1,7 @@
 //! Rays per second: closest hit, visibility and all crossings, in a small room and among half a million triangles.
 //!
 //! `crossover` casts the same closest hits with all faces in blocks and through the hierarchy, by number of faces.
+//! `directions` makes cosine-distributed directions of Sobol points, one by one and side by side.
 //! Rays are incoherent: each starts at a random point of a random face and leaves by the cosine law.
 //! Ratios count, not the absolute numbers. Compare with `RUSTFLAGS='-C target-cpu=native' cargo bench --bench rays`.
 
@@ -11,8 +12,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use glam::{DVec3, Quat, Vec3};
 use halflight::light::{Rgb, Visibility};
 use halflight::rays::cosine::{cosine_direction, triangle_point};
-use halflight::rays::sequence::hash;
-use halflight::rays::{End, Ray, Rays};
+use halflight::rays::sequence::{Sobol, hash};
+use halflight::rays::{End, FAN, Fan, Ray, Rays};
 use halflight::scene::{Camera, Face, Material, Scene, Sides, UnitFrame};
 
 type Corners = [Vec3; 3];
@@ -201,6 +202,30 @@ fn crossover(c: &mut Criterion) {
     group.finish();
 }
 
+/// Directions one by one, and a fan at a time.
+fn directions(c: &mut Criterion) {
+    let mut group = c.benchmark_group("directions");
+    group.throughput(Throughput::Elements(u64::from(BATCH)));
+    let sobol = Sobol::new(BATCH as usize + FAN, 3);
+    let normal = Vec3::new(0.36, -0.48, 0.8);
+    group.bench_function("one by one", |b| {
+        let one = |k: u32| {
+            let [u, v, w] = [0, 1, 2].map(|d| sobol.point(k, d, 7));
+            cosine_direction(black_box(normal), u, v) * w
+        };
+        b.iter(|| (0..BATCH).map(one).sum::<Vec3>());
+    });
+    group.bench_function("fans", |b| {
+        let fan = |k: usize| {
+            let fan = Fan::new(&sobol, k as u32, 7);
+            let each = (0..FAN).map(|l| fan.direction(l, black_box(normal)) * fan.third(l));
+            each.sum::<Vec3>()
+        };
+        b.iter(|| (0..BATCH as usize).step_by(FAN).map(fan).sum::<Vec3>());
+    });
+    group.finish();
+}
+
 fn cast_in_a_small_room(c: &mut Criterion) {
     cast(c, "cornell", &cornell());
 }
@@ -264,6 +289,7 @@ criterion_group!(
     benches,
     cast_in_a_small_room,
     crossover,
+    directions,
     cast_at_half_a_million,
     build
 );

@@ -4,7 +4,9 @@ mod common;
 
 use common::{Facing, Mesh, all_of_f, builtin, grey, mean_and_error, random, sampling};
 use glam::{DQuat, DVec3, EulerRot};
-use halflight::form_factors::{Occlusion, Sampling, closure, receive_emitted, reciprocity};
+use halflight::form_factors::{
+    Occlusion, Sampling, Variant, cast, cast_counts, closure, receive_emitted, reciprocity,
+};
 use halflight::study::{Prepared, prepare};
 
 const OPPOSITE: f64 = 0.1998248957;
@@ -203,4 +205,26 @@ fn light_as_emitted_is_what_hemisphere_rays_find_of_the_lamp() {
         "{}",
         scores / f64::from(counted)
     );
+}
+
+#[test]
+fn rows_with_more_rays_are_those_of_a_cast_with_more_rays() {
+    let p = prepare(builtin("cornell-box"), 120);
+    let n = p.patches.len();
+    let variant = [Variant {
+        tau: vec![0.0; p.scene.materials.len()],
+        rows: vec![true; n],
+        columns: vec![true; n],
+    }];
+    let path = (&p.rays, &p.patches);
+    let counts: Vec<u32> = (0..n as u32).map(|i| 64 << (i % 3)).collect();
+    let uneven = (&sampling(64, 5), &counts[..]);
+    let (found, rays) = cast_counts(&p.scene, path, &variant, uneven, &|_| ());
+    assert_eq!(rays, counts.iter().map(|&c| u64::from(c)).sum::<u64>());
+    for k in 0..3 {
+        let (all, _) = cast(&p.scene, path, &variant, &sampling(64 << k, 5), &|_| ());
+        for i in (k..n).step_by(3) {
+            assert_eq!(found[0].rows.row(i), all[0].rows.row(i));
+        }
+    }
 }

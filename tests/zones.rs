@@ -142,20 +142,20 @@ fn in_a_furnace_the_blame_adds_up_to_the_squared_error() {
         height: size,
     };
     // An error of 1 everywhere, and the part of it that lies on every third patch.
-    let (all, some) = (
-        vec![Rgb::ONE; p.patches.len()],
-        (0..p.patches.len()).map(|i| Rgb::splat(f32::from(i % 3 == 0))),
-    );
-    let some: Vec<Rgb> = some.collect();
-    let whole = blame(&view, &Fields::new(&[all.clone(), all.clone()]), 3);
-    let part = blame(&view, &Fields::new(&[all, some.clone()]), 3);
+    let all = vec![Rgb::ONE; p.patches.len()];
+    let third = |i: usize| Rgb::splat(f32::from(i.is_multiple_of(3)));
+    let some: Vec<Rgb> = (0..p.patches.len()).map(third).collect();
+    let fields = Fields::new(&[all, some.clone()]);
+    let [whole, part] = &blame(&view, &fields, &[(0, 0), (0, 1)], 3)[..] else {
+        panic!("two pairs");
+    };
     let rho = p.scene.materials[0].rho.as_dvec3();
     // Every ray of a closed room meets a patch: each pixel is off by rho.
     let exact = (size * size) as f64 * rho.length_squared();
     let sum: f64 = whole.shares.iter().sum();
     assert!((sum / exact - 1.0).abs() < 1e-5, "{sum} {exact}");
-    for i in 0..p.patches.len() {
-        let expected = if some[i] == Rgb::ONE {
+    for (i, some) in some.iter().enumerate() {
+        let expected = if *some == Rgb::ONE {
             whole.shares[i]
         } else {
             0.0

@@ -90,14 +90,34 @@ struct CastRow {
 /// Casts rays from the patches and fills F for every variant; also tells how many rays were cast.
 pub fn cast(
     scene: &Scene,
-    (rays, patches): (&Rays, &Patches),
+    path: (&Rays, &Patches),
     variants: &[Variant],
     sampling: &Sampling,
     tick: Progress,
 ) -> (Vec<FormFactors>, u64) {
+    let counts = vec![sampling.rays; path.1.len()];
+    cast_counts(scene, path, variants, (sampling, &counts), tick)
+}
+
+/// The same with a number of rays for each patch instead of one for all.
+///
+/// # Panics
+/// If there are fewer numbers than patches.
+pub fn cast_counts(
+    scene: &Scene,
+    (rays, patches): (&Rays, &Patches),
+    variants: &[Variant],
+    (sampling, counts): (&Sampling, &[u32]),
+    tick: Progress,
+) -> (Vec<FormFactors>, u64) {
     let needed: Vec<&Variant> = variants.iter().filter(|v| needs_rays(v)).collect();
     let through = needed.iter().any(|v| v.tau.iter().any(|&t| t > 0.0));
-    let caster = Caster::new(scene, (rays, patches), through, sampling);
+    let most = Sampling {
+        rays: counts.iter().copied().max().unwrap_or(1),
+        ..*sampling
+    };
+    let caster = Caster::new(scene, (rays, patches), through, &most);
+    let count = |i: usize| counts[i].max(1);
     let scratch = || {
         let rows = needed.iter().map(|_| Accumulator::new(patches.len()));
         (rows.collect::<Vec<_>>(), Vec::new())
@@ -106,11 +126,11 @@ pub fn cast(
         .into_par_iter()
         .map_init(scratch, |(sums, hits), i| {
             tick(1);
-            caster.row(i, &needed, sums, hits)
+            caster.row((i, count(i)), &needed, sums, hits)
         })
         .collect();
     let sources = (0..patches.len()).filter(|&i| needed.iter().any(|v| v.rows[i]));
-    let cast = sources.count() as u64 * caster.count as u64;
+    let cast = sources.map(|i| u64::from(count(i))).sum();
     (distribute(variants, rows, patches.len()), cast)
 }
 
@@ -172,10 +192,10 @@ impl<'a> Caster<'a> {
         }
     }
 
-    /// Row i of every variant.
+    /// Row i of every variant, from so many rays.
     fn row(
         &self,
-        i: usize,
+        (i, count): (usize, u32),
         variants: &[&Variant],
         sums: &mut [Accumulator],
         hits: &mut Vec<Hit>,
@@ -183,7 +203,7 @@ impl<'a> Caster<'a> {
         if !variants.iter().any(|v| v.rows[i]) {
             return vec![CastRow::default(); variants.len()];
         }
-        self.each(i, hits, |ray, hits| {
+        self.each_of((i, count), hits, |ray, hits| {
             for (variant, sum) in variants.iter().zip(sums.iter_mut()) {
                 self.add(ray, hits, variant, sum);
             }
@@ -192,7 +212,7 @@ impl<'a> Caster<'a> {
             .iter()
             .zip(sums)
             .map(|(v, sum)| {
-                let row = sum.take(&v.columns, self.count);
+                let row = sum.take(&v.columns, count);
                 if v.rows[i] { row } else { CastRow::default() }
             })
             .collect()
@@ -219,9 +239,19 @@ impl<'a> Caster<'a> {
     }
 
     /// Calls `each` with every ray of patch i and its crossings in order.
-    pub(super) fn each(&self, i: usize, hits: &mut Vec<Hit>, mut each: impl FnMut(&Ray, &[Hit])) {
+    pub(super) fn each(&self, i: usize, hits: &mut Vec<Hit>, each: impl FnMut(&Ray, &[Hit])) {
+        self.each_of((i, self.count), hits, each);
+    }
+
+    /// The same for the first `count` rays.
+    fn each_of(
+        &self,
+        (i, count): (usize, u32),
+        hits: &mut Vec<Hit>,
+        mut each: impl FnMut(&Ray, &[Hit]),
+    ) {
         let seed = hash(i as u32, self.seed);
-        for k in 0..self.count {
+        for k in 0..count {
             let ray = self.ray(i, k, seed);
             self.find(&ray, hits);
             each(&ray, hits);

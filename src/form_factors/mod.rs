@@ -38,7 +38,7 @@ mod smooth;
 mod sparse;
 mod walk;
 
-pub use cast::{FormFactors, Variant, cast};
+pub use cast::{FormFactors, Variant, cast, cast_counts};
 pub use checks::{Closure, closure, reciprocity};
 pub use emitted::{DirectSum, Receiver, Scratch, gather_luminaire, receive_emitted};
 pub use layers::{Layers, cast_layers};

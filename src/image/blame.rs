@@ -38,46 +38,43 @@ pub struct Blame {
     pub adjoint: Vec<Rgb>,
 }
 
-/// One ray's part: patch, adjoint, share.
-type Part = (u32, DVec3, f64);
-
-/// Shares of the second field, d, in the squared error that the first field, e, makes in a picture.
+/// For each pair (e, d) of fields by number: shares of d in the squared error that e makes in a picture.
 ///
 /// # Panics
-/// If there are not two fields.
-pub fn blame(view: &View, fields: &Fields, seed: u32) -> Blame {
-    assert_eq!(fields.count(), 2, "e and d");
+/// If there is no such field.
+pub fn blame(view: &View, fields: &Fields, pairs: &[(usize, usize)], seed: u32) -> Vec<Blame> {
     let pass = Pass::new(view, fields, (2, 1), seed);
     let reader = Reader::new(view, fields);
-    let rows: Vec<Vec<Part>> = (0..view.height)
+    let rows: Vec<Vec<Met>> = (0..view.height)
         .into_par_iter()
         .map(|y| {
             let pixels = y * view.width..(y + 1) * view.width;
             pixels
-                .flat_map(|k| of_pixel(k, &pass, &reader, seed))
+                .filter_map(|k| met(k, &pass, &reader, seed))
                 .collect()
         })
         .collect();
-    let mut blame = Blame {
-        shares: vec![0.0; view.patches.len()],
-        adjoint: vec![Rgb::ZERO; view.patches.len()],
+    let one = |&pair: &(usize, usize)| {
+        let mut blame = Blame {
+            shares: vec![0.0; view.patches.len()],
+            adjoint: vec![Rgb::ZERO; view.patches.len()],
+        };
+        // One after the other: the sum is the same for any number of threads.
+        rows.iter()
+            .flatten()
+            .for_each(|met| blame.add(met, fields, pair));
+        blame
     };
-    // One after the other: the sum is the same for any number of threads.
-    for (patch, adjoint, share) in rows.into_iter().flatten() {
-        blame.shares[patch as usize] += share;
-        blame.adjoint[patch as usize] += adjoint.as_vec3();
-    }
-    blame
+    pairs.par_iter().map(one).collect()
 }
 
-/// The parts of one pixel: of its rays each half is weighed by the error that the other one saw.
-fn of_pixel(k: usize, pass: &Pass, reader: &Reader, seed: u32) -> Vec<Part> {
-    let fields = pass.fields;
-    let mut met: [Vec<(u32, Vec3, DVec3)>; 2] = [Vec::new(), Vec::new()];
+/// What one pixel's rays of each half met: patch, position, and weight in the pixel.
+type Met = [Vec<(u32, Vec3, DVec3)>; 2];
+
+fn met(k: usize, pass: &Pass, reader: &Reader, seed: u32) -> Option<Met> {
+    let mut met = Met::default();
     for (half, met) in met.iter_mut().enumerate() {
-        let Some(((_, _, material), from)) = pass.look(k, half, 0) else {
-            return Vec::new();
-        };
+        let ((_, _, material), from) = pass.look(k, half, 0)?;
         let rho = pass.view.scene.materials[material as usize].rho.as_dvec3();
         let seed = hash(k as u32, seed ^ HALVES[half]);
         let weight = |through: f32| rho * (f64::from(through) / f64::from(RAYS));
@@ -85,20 +82,26 @@ fn of_pixel(k: usize, pass: &Pass, reader: &Reader, seed: u32) -> Vec<Part> {
             met.push((patch, x, weight(t)));
         });
     }
-    let error = |half: usize| -> DVec3 {
-        let each = met[half].iter();
-        each.map(|&(patch, x, w)| w * fields.of_patch(patch)[0].at(x).as_dvec3())
-            .sum()
-    };
-    let errors = [error(0), error(1)];
-    let parts = met.iter().zip([errors[1], errors[0]]);
-    parts
-        .flat_map(|(met, error)| {
-            met.iter().map(move |&(patch, x, w)| {
+    Some(met)
+}
+
+impl Blame {
+    /// Adds a pixel: the rays of each half are weighed by the error that the other one saw.
+    fn add(&mut self, met: &Met, fields: &Fields, (e, d): (usize, usize)) {
+        let light = |patch: u32, field: usize, x: Vec3| {
+            let light = fields.of_patch(patch)[field].at(x);
+            light.as_dvec3()
+        };
+        let error = |half: usize| -> DVec3 {
+            let each = met[half].iter();
+            each.map(|&(patch, x, w)| w * light(patch, e, x)).sum()
+        };
+        for (half, error) in [error(1), error(0)].into_iter().enumerate() {
+            for &(patch, x, w) in &met[half] {
                 let adjoint = 0.5 * w * error;
-                let part = fields.of_patch(patch)[1].at(x).as_dvec3();
-                (patch, adjoint, adjoint.dot(part))
-            })
-        })
-        .collect()
+                self.adjoint[patch as usize] += adjoint.as_vec3();
+                self.shares[patch as usize] += adjoint.dot(light(patch, d, x));
+            }
+        }
+    }
 }

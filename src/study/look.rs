@@ -85,15 +85,15 @@ pub fn render(
     look(p, surfaces, &fields, size, gathering, watch)
 }
 
-/// Which patches the error of the picture comes from: the first field's, of which the second is a part.
+/// Which patches errors of the picture come from, those of the first fields of some pairs, of which the second are parts.
 pub(super) fn look_for_blame(
     p: &Prepared,
     surfaces: (&[Transport], &Sight),
     fields: &Fields,
-    size: (usize, usize),
-    seed: u32,
-) -> Blame {
-    blame(&view(p, surfaces, size), fields, seed)
+    pairs: &[(usize, usize)],
+    (size, seed): ((usize, usize), u32),
+) -> Vec<Blame> {
+    blame(&view(p, surfaces, size), fields, pairs, seed)
 }
 
 /// Renders the visible half of what the fields send.

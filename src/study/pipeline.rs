@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::form_factors::{
-    self, Closure, Luminaires, Sampling, Sight, Variant, closure, receive_emitted,
+    Closure, Luminaires, Sampling, Sight, Variant, cast_counts, closure, receive_emitted,
 };
 use crate::light::{Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
@@ -70,6 +70,8 @@ pub struct Prepared {
     pub patches: Patches,
     /// Its emitters by closed form.
     pub luminaires: Luminaires,
+    /// Rays of each patch over the number asked for; empty where all have the same.
+    pub(super) densities: Vec<f32>,
     /// Bytes that K may take; patches that are cut anew stay within. Infinite at first.
     pub memory: f64,
     /// Seconds this took.
@@ -117,6 +119,7 @@ pub fn prepare(scene: Scene, patches: usize) -> Prepared {
         rays,
         patches,
         luminaires,
+        densities: Vec::new(),
         memory: f64::INFINITY,
         seconds: start.elapsed().as_secs_f64(),
     }
@@ -127,7 +130,26 @@ impl Prepared {
     pub fn recut(&mut self, patches: usize) {
         let start = Instant::now();
         self.patches = Patches::new(&self.scene, &self.rays, patches);
+        self.densities.clear();
         self.seconds += start.elapsed().as_secs_f64();
+    }
+
+    /// Mean over the patches of their rays over the number asked for.
+    pub(super) fn density(&self) -> f64 {
+        let sum: f64 = self.densities.iter().map(|&d| f64::from(d)).sum();
+        match self.densities.len() {
+            0 => 1.0,
+            n => sum / n as f64,
+        }
+    }
+
+    /// Rays of each patch where `rays` are asked for.
+    fn counts(&self, rays: u32) -> Vec<u32> {
+        let count = |density: &f32| (rays as f32 * density).ceil() as u32;
+        match self.densities.len() == self.patches.len() {
+            true => self.densities.iter().map(count).collect(),
+            false => vec![rays; self.patches.len()],
+        }
     }
 
     /// Cuts every zone of the surfaces anew, into patches of its own size.
@@ -177,7 +199,8 @@ pub(super) fn assemble_seeing(
     watch.begin("form factors", p.patches.len() as u64);
     let tick = |done| watch.tick(done);
     let path = (&p.rays, &p.patches);
-    let (factors, mut rays) = form_factors::cast(&p.scene, path, &variants, sampling, &tick);
+    let rays = (sampling, &p.counts(sampling.rays)[..]);
+    let (factors, mut rays) = cast_counts(&p.scene, path, &variants, rays, &tick);
     let unit = p.scene.frame.scale * p.scene.frame.scale;
     let areas: Vec<f64> = p.patches.areas().iter().map(|a| a * unit).collect();
     let mut assembled = Vec::new();

@@ -1,30 +1,63 @@
-//! Each patch's share in the error that patch size makes in the picture.
+//! Each patch's share in the errors that patch size, and noise of F, make in the picture.
 //!
-//! What larger patches cannot hold of the light on a patch is off where the camera sees it read, and goes on by way of other
-//! patches ([`crate::image::blame`], [`crate::solve::importance`]).
+//! What is off on a patch is off where the camera sees it read, and goes on by way of other patches ([`crate::image::blame`],
+//! [`crate::solve::importance`]). Patch size is off by what larger patches cannot hold of the light, noise by what a row of F adds:
 //!
-//! Not handled: patches that are part of no larger one; nothing is known of them.
+//! ```text
+//! L' - L = (I - K)^-1 r,      r = (I - K) (L' - L)      r_i the noise of row i alone
+//! ```
+//!
+//! Not handled: the size of patches that are part of no larger one; nothing is known of it.
 
 use super::look::look_for_blame;
 use super::pipeline::Prepared;
 use super::solved::{Solved, rough};
 use super::tolerance::Wanted;
 use crate::image::Fields;
+use crate::light::{Light, Rgb};
 use crate::solve::importance;
 
-/// Shares in the squared error of a rough picture, in its units; None for patches that are part of no larger one.
-pub(super) fn shares(p: &Prepared, s: &Solved, wanted: &Wanted) -> Vec<Option<f64>> {
+/// Shares in the squared errors of a rough picture, in its units.
+pub(super) struct Shares {
+    /// Of patch size; None for patches that are part of no larger one.
+    pub size: Vec<Option<f64>>,
+    /// Of the noise of each row of F.
+    pub noise: Vec<f64>,
+}
+
+/// Tells whose patches and rows the errors come from.
+pub(super) fn shares(p: &Prepared, s: &Solved, wanted: &Wanted) -> Shares {
     let surfaces = (&s.mode.transports[..], &*s.mode.sight);
-    let fields = Fields::linear(&s.coarse);
-    let blame = look_for_blame(p, surfaces, &fields, rough(wanted.size), wanted.seed);
-    let onward = importance(&s.mode.operator, blame.adjoint);
-    let share = |(i, alone): (usize, bool)| {
-        (!alone).then(|| blame.shares[i] + f64::from(onward[i].dot(s.detail[i])))
+    let fields = Fields::linear(&s.parts);
+    let with = (rough(wanted.size), wanted.seed);
+    let mut both = look_for_blame(p, surfaces, &fields, &[(0, 1), (2, 2)], with).into_iter();
+    let (Some(size), Some(noise)) = (both.next(), both.next()) else {
+        unreachable!("a blame for each pair");
     };
-    p.patches
-        .each_alone()
-        .into_iter()
-        .enumerate()
-        .map(share)
+    let k = &s.mode.operator;
+    let onward = importance(k, size.adjoint);
+    let share = |(i, alone): (usize, bool)| {
+        (!alone).then(|| size.shares[i] + f64::from(onward[i].dot(s.detail[i])))
+    };
+    let alone = p.patches.each_alone().into_iter().enumerate();
+    let onward = importance(k, noise.adjoint.clone());
+    let rows = own(s);
+    let row = |i: usize| f64::from((noise.adjoint[i] + onward[i]).dot(rows[i]));
+    Shares {
+        size: alone.map(share).collect(),
+        noise: (0..p.patches.len()).map(row).collect(),
+    }
+}
+
+/// `(I - K)` of the noise: what each row adds.
+fn own(s: &Solved) -> Vec<Rgb> {
+    let light = |invisible: &Rgb| Light {
+        invisible: *invisible,
+        visible: Rgb::ZERO,
+    };
+    let noise: Vec<Light> = s.noise.iter().map(light).collect();
+    let passed = s.mode.operator.apply(&noise);
+    let each = s.noise.iter().zip(&passed);
+    each.map(|(noise, passed)| *noise - passed.invisible)
         .collect()
 }

@@ -47,10 +47,12 @@ pub(super) struct Solved {
     solution: Solution,
     pub fields: Fields,
     pub error: ErrorParts,
-    /// By how much larger patches would be off, and what of another scrambling's light they cannot hold.
-    pub coarse: [Vec<Linear>; 2],
-    /// The same, one value a patch.
+    /// By how much larger patches would be off, what of another scrambling's light they cannot hold, and the noise of F.
+    pub parts: [Vec<Linear>; 3],
+    /// What larger patches cannot hold, one value a patch.
     pub detail: Vec<Rgb>,
+    /// The noise of F, one value a patch.
+    pub noise: Vec<Rgb>,
 }
 
 /// Two solutions of half the rays each: their mean, half their difference, and that to larger patches.
@@ -83,6 +85,7 @@ pub(super) fn solve(
     let onward: Vec<Rgb> = means.iter().zip(&c).map(|(a, c)| *a - *c).collect();
     let held = averaged(p, &b);
     let detail: Vec<Rgb> = b.iter().zip(&held).map(|(b, held)| *b - *held).collect();
+    let noise: Vec<Rgb> = a.iter().zip(&b).map(|(a, b)| 0.5 * (*a - *b)).collect();
     let neighbours = p.patches.neighbours();
     let [a, b] = [&a, &b].map(|values| linear(&neighbours, values));
     let [c, held, onward] = [&c, &held, &onward].map(|values| larger(p, &neighbours, values));
@@ -90,9 +93,10 @@ pub(super) fn solve(
         x.iter().zip(y).map(|(x, y)| x.mix(u, y, v)).collect()
     };
     let off = mix(&a, &c, 1.0, -1.0);
-    let coarse = [off.clone(), mix(&b, &held, 1.0, -1.0)];
+    let noisy = mix(&a, &b, 0.5, -0.5);
+    let parts = [off.clone(), mix(&b, &held, 1.0, -1.0), noisy.clone()];
     let light = mix(&mix(&a, &b, 0.5, 0.5), &onward, 1.0, 1.0);
-    let fields = [light, mix(&a, &b, 0.5, -0.5), off];
+    let fields = [light, noisy, off];
     let fields = Fields::linear(&fields).led_by(1);
     let truncation =
         solution.rest() / norm(operator.areas(), &solution.light).max(f64::MIN_POSITIVE);
@@ -106,8 +110,9 @@ pub(super) fn solve(
             truncation,
             ..ErrorParts::default()
         },
-        coarse,
+        parts,
         detail,
+        noise,
     })
 }
 

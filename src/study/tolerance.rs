@@ -10,7 +10,8 @@
 //! * The gather pass: estimated by itself ([`crate::image::GatherError`]).
 //!
 //! A rough gather of few pixels first tells the first two parts in the picture, not on the patches: what no pixel sees
-//! and no visible surface receives does not count. Patches and rays grow until both are within their shares. Then the
+//! and no visible surface receives does not count. Until both are within their shares, patches are divided in the zones that
+//! the error comes from, and rows whose noise shows get more rays ([`super::refine`]). Then the
 //! gather pass gets what is left of the tolerance. Where memory ends first they stay as they are, and the error says so.
 //!
 //! Not handled: patches along lines of contact have no larger patch; detail that neither level of patches resolves.
@@ -36,6 +37,8 @@ const GATHER: f64 = 0.9;
 const FIRST: (f64, f64) = (1000.0, 128.0);
 /// Patches, and rays a patch, at most.
 const MOST: (usize, u32) = (200_000, 1 << 16);
+/// How far below their shares the next round aims.
+const MARGIN: f64 = 1.1;
 /// Times patches and rays are chosen anew.
 const ROUNDS: usize = 5;
 /// Share of the area whose patches have no larger one, beyond which the two levels tell too little.
@@ -87,12 +90,13 @@ fn solve_within(
 ) -> Result<Solved, Diverges> {
     let fineness = (0.01 / wanted.tolerance).clamp(0.1, 10.0);
     let mut rays = ((FIRST.1 * fineness.sqrt()) as u32).next_power_of_two();
-    p.recut((FIRST.0 * fineness) as usize);
+    let mut patches = (FIRST.0 * fineness) as usize;
+    p.recut(patches);
     let mut sizes = None;
     for round in 1.. {
-        let sampling = half(rays, wanted.seed, 0);
+        let mean = (f64::from(rays) * p.density()).ceil() as u32;
         // Two solutions, and F transposed.
-        let most = keep_within(p, transport, &sampling, 3);
+        let most = keep_within(p, transport, &half(mean, wanted.seed, 0), 3);
         let mut solved = solve(p, transport, rays, wanted, spent, watch)?;
         if solved.fields.is_dark() {
             return Ok(solved);
@@ -105,24 +109,42 @@ fn solve_within(
         if blind {
             coarse = coarse.max(2.0);
         }
-        let full = most || (p.patches.len() >= MOST.0 && rays >= MOST.1);
+        let full = most || (coarse > 1.0 && p.patches.len() >= MOST.0);
         if (noise <= 1.0 && coarse <= 1.0) || round == ROUNDS || full {
             return Ok(solved);
         }
-        let before = p.patches.len();
         if blind {
-            p.recut(finer((before, rays), (noise, coarse), MOST).0);
-        } else if coarse > 1.0 {
-            let sizes = sizes.get_or_insert_with(|| Sizes::new(p));
-            let clock = Instant::now();
-            let shares = shares(p, &solved, wanted);
-            sizes.refine(p, &shares, (1.1 * coarse).powi(-2), MOST.0);
-            spent.seconds.solve += clock.elapsed().as_secs_f64();
-            sizes.cut(p);
+            (patches, rays) = finer((p.patches.len(), rays), (noise, coarse), MOST);
+            p.recut(patches);
+            continue;
         }
-        rays = denser(rays, noise, p.patches.len() as f64 / before as f64, MOST.1);
+        refine(p, &solved, &mut sizes, (noise, coarse), wanted, spent);
     }
     unreachable!("the last round returns")
+}
+
+/// Cuts smaller patches where their size makes the error, and casts more rays for the rows whose noise does; `noise` and
+/// `coarse` tell how far the errors exceed their shares.
+fn refine(
+    p: &mut Prepared,
+    solved: &Solved,
+    sizes: &mut Option<Sizes>,
+    (noise, coarse): (f64, f64),
+    wanted: &Wanted,
+    spent: &mut Spent,
+) {
+    let clock = Instant::now();
+    let sizes = sizes.get_or_insert_with(|| Sizes::new(p));
+    let shares = shares(p, solved, wanted);
+    let mut more = vec![1.0; sizes.len()];
+    if coarse > 1.0 {
+        more = sizes.refine(p, &shares.size, (MARGIN * coarse).powi(-2), MOST.0);
+    }
+    if noise > 1.0 {
+        sizes.spread(p, &shares.noise, (MARGIN * noise).powi(-2), &more);
+    }
+    spent.seconds.solve += clock.elapsed().as_secs_f64();
+    sizes.apply(p, coarse > 1.0);
 }
 
 /// The patches and rays a patch of the next round, up to `most`, from how far noise and the error of patch size exceed
@@ -134,14 +156,9 @@ pub(super) fn finer(
 ) -> (usize, u32) {
     // The error of patch size falls about as their number; noise with all rays, as the root at least.
     let more = (1.1 * coarse).clamp(1.0, 4.0);
+    let denser = (1.2 * noise * noise / more).clamp(1.0, 16.0);
     (
         ((patches as f64 * more) as usize).min(most.0),
-        denser(rays, noise, more, most.1),
+        ((f64::from(rays) * denser) as u32).min(most.1),
     )
-}
-
-/// The rays a patch of the next round, of `more` times as many patches.
-fn denser(rays: u32, noise: f64, more: f64, most: u32) -> u32 {
-    let denser = (1.2 * noise * noise / more).clamp(1.0, 16.0);
-    ((f64::from(rays) * denser) as u32).min(most)
 }
