@@ -38,8 +38,8 @@ fn patches_of_all_sizes_cover_every_face_once() {
             "{name}: {covered} {faces}"
         );
         let of_patches = zones.of_patches(&patches);
-        for i in 0..patches.len() {
-            assert!((of_patches[i] as usize) < zones.len());
+        for (i, &zone) in of_patches.iter().enumerate() {
+            assert!((zone as usize) < zones.len());
             for k in 0..8 {
                 let (u, v) = ((k as f32 + 0.5) / 8.0, ((k as f32 + 0.5) * 0.618).fract());
                 let p = patches.point(i, u, v);
