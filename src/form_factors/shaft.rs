@@ -184,6 +184,7 @@ pub(super) fn sieve(
 ) -> impl Iterator<Item = u32> {
     let hull: Vec<DVec3> = patch.corners.iter().chain(&lamp.corners).copied().collect();
     let (low, high) = bounds(&hull);
+    let [from, to] = [patch, lamp].map(Body::middle);
     among.filter(move |&k| {
         let c = &casters[k as usize];
         let (l, h) = bounds(&c.corners);
@@ -191,8 +192,7 @@ pub(super) fn sieve(
             && h.cmpgt(low).all()
             && patch.reached_by(c)
             && lamp.reached_by(c)
-            && straddled(c, &hull)
-            && !separated(&hull, &c.corners)
+            && (pierced(c, from, to) || straddled(c, &hull) && !separated(&hull, &c.corners))
     })
 }
 
@@ -218,6 +218,11 @@ impl Body {
         let flat = |p: &DVec3| (normal.dot(*p) - offset).abs() <= FLAT;
         body.plane = body.corners.iter().all(flat).then_some((normal, offset));
         (body.corners.len() <= MOST_CORNERS).then_some(body)
+    }
+
+    /// Mean of the corners, a point of the body.
+    fn middle(&self) -> DVec3 {
+        self.corners.iter().sum::<DVec3>() / self.corners.len() as f64
     }
 
     /// A box, and no plane.
@@ -258,6 +263,20 @@ fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
     points.iter().fold(none, grow)
 }
 
+/// Whether the segment between two points surely passes through a caster: then there is no plane to search for.
+fn pierced(c: &Caster, from: DVec3, to: DVec3) -> bool {
+    let [h, g] = [from, to].map(|p| c.normal.dot(p - c.corners[0]));
+    if !(h > FLAT && g < -FLAT || h < -FLAT && g > FLAT) {
+        return false;
+    }
+    let at = from.lerp(to, h / (h - g));
+    let inside = |k: usize| {
+        let [a, b] = [c.corners[k], c.corners[(k + 1) % 3]];
+        c.normal.dot((b - a).cross(at - a)) > 0.0
+    };
+    (0..3).all(inside)
+}
+
 /// Whether points lie on both sides of a caster's plane.
 fn straddled(c: &Caster, points: &[DVec3]) -> bool {
     let height = |p: &DVec3| c.normal.dot(*p - c.corners[0]);
@@ -267,8 +286,11 @@ fn straddled(c: &Caster, points: &[DVec3]) -> bool {
 /// Whether a plane is found that has the points on one side and the triangle on the other.
 fn separated(hull: &[DVec3], triangle: &[DVec3; 3]) -> bool {
     let lowest = |set: &[DVec3], v: DVec3| {
-        let by = |a: &&DVec3, b: &&DVec3| v.dot(**a).total_cmp(&v.dot(**b));
-        *set.iter().min_by(by).unwrap_or(&DVec3::ZERO)
+        let lower = |best: (f64, DVec3), &p: &DVec3| match v.dot(p) {
+            h if h < best.0 => (h, p),
+            _ => best,
+        };
+        set.iter().fold((f64::INFINITY, DVec3::ZERO), lower).1
     };
     let mut v = hull[0] - triangle[0];
     for _ in 0..STEPS {

@@ -152,9 +152,23 @@ fn cast_half(
     half: u32,
     watch: &dyn Watch,
 ) -> (Assembled, u64) {
-    let sampling = self::half(rays, seed, half);
+    let mut sampling = self::half(rays, seed, half);
+    if is_dark(p, transport) {
+        // What patches receive goes nowhere.
+        sampling.emitter_rays = 1;
+    }
     let (mut modes, cast) = assemble_seeing(p, &[transport], sights, &sampling, watch);
     (modes.remove(0), cast)
+}
+
+/// Whether nothing but luminaires sends any light.
+fn is_dark(p: &Prepared, transport: Transport) -> bool {
+    let transports = p.scene.transports(transport);
+    let materials = p.scene.materials.iter().zip(&transports);
+    let mut all = materials.zip(&p.luminaires.carries);
+    all.all(|((material, t), carried)| {
+        (t.alpha == 0.0 || material.rho == Rgb::ZERO) && (*carried || !material.emits())
+    })
 }
 
 pub(super) fn half(rays: u32, seed: u32, half: u32) -> Sampling {
