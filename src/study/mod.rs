@@ -14,6 +14,7 @@ mod difference;
 mod factors;
 mod font;
 pub mod frontier;
+mod levels;
 mod look;
 pub mod map;
 mod memory;

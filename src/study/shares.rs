@@ -28,7 +28,7 @@ pub(super) struct Shares {
 /// Tells whose patches and rows the errors come from.
 pub(super) fn shares(p: &Prepared, s: &Solved, wanted: &Wanted) -> Shares {
     let surfaces = (&s.mode.transports[..], &*s.mode.sight);
-    let fields = Fields::linear(&s.parts);
+    let fields = Fields::linear(&s.off.parts);
     let with = (rough(wanted.size), wanted.seed);
     let mut both = look_for_blame(p, surfaces, &fields, &[(0, 1), (2, 2)], with).into_iter();
     let (Some(size), Some(noise)) = (both.next(), both.next()) else {
@@ -37,7 +37,7 @@ pub(super) fn shares(p: &Prepared, s: &Solved, wanted: &Wanted) -> Shares {
     let k = &s.mode.operator;
     let onward = importance(k, size.adjoint);
     let share = |(i, alone): (usize, bool)| {
-        (!alone).then(|| size.shares[i] + f64::from(onward[i].dot(s.detail[i])))
+        (!alone).then(|| size.shares[i] + f64::from(onward[i].dot(s.off.detail[i])))
     };
     let alone = p.patches.each_alone().into_iter().enumerate();
     let onward = importance(k, noise.adjoint.clone());
@@ -55,9 +55,9 @@ fn own(s: &Solved) -> Vec<Rgb> {
         invisible: *invisible,
         visible: Rgb::ZERO,
     };
-    let noise: Vec<Light> = s.noise.iter().map(light).collect();
+    let noise: Vec<Light> = s.off.noise.iter().map(light).collect();
     let passed = s.mode.operator.apply(&noise);
-    let each = s.noise.iter().zip(&passed);
+    let each = s.off.noise.iter().zip(&passed);
     each.map(|(noise, passed)| *noise - passed.invisible)
         .collect()
 }

@@ -1,29 +1,19 @@
 //! A solution of one mode with what is needed to tell its error: another scrambling, and larger patches.
 //!
-//! K reads light as one value a patch, an error of first order in patch size where surfaces meet. Light on larger patches tells
-//! how it falls, so the picture is made of light extrapolated to none of it (Richardson 1911):
-//!
-//! ```text
-//! L = L_h + (Π L_h - L_2h)      Π averages over the larger patches, so detail within them stays as it is
-//! ```
-//!
-//! Measured against path tracing, it leaves a fifth to a half of the error in the mean. The terms of the series are not extrapolated, and the
-//! stated error is that of light that is not.
-//!
 //! Not handled: how fine the patches are and how many rays are cast ([`super::tolerance`]).
 
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::levels::{Off, fields};
 use super::look::{ambient, look, reflected};
 use super::pipeline::{Assembled, Prepared, Seconds, Watch, assemble_seeing, sight};
 use super::tolerance::Wanted;
 use super::within::{ErrorParts, Within};
 use crate::form_factors::{Sampling, Sight};
-use crate::image::{Fields, GatherSampling, Gathered, Gathering, Linear, linear};
-use crate::light::{Light, Rgb, Transport};
-use crate::patches::Neighbours;
-use crate::solve::{Diverges, Settings, Solution, average, coarse_terms, neumann, norm};
+use crate::image::{Fields, GatherSampling, Gathered, Gathering};
+use crate::light::{Rgb, Transport};
+use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann, norm};
 
 /// Share of the tolerance at which the series is cut.
 const TRUNCATION: f64 = 0.02;
@@ -47,12 +37,7 @@ pub(super) struct Solved {
     solution: Solution,
     pub fields: Fields,
     pub error: ErrorParts,
-    /// By how much larger patches would be off, what of another scrambling's light they cannot hold, and the noise of F.
-    pub parts: [Vec<Linear>; 3],
-    /// What larger patches cannot hold, one value a patch.
-    pub detail: Vec<Rgb>,
-    /// The noise of F, one value a patch.
-    pub noise: Vec<Rgb>,
+    pub off: Off,
 }
 
 /// Two solutions of half the rays each: their mean, half their difference, and that to larger patches.
@@ -79,25 +64,8 @@ pub(super) fn solve(
     let other = neumann(&second.0.operator, &settings)?;
     let operator = &first.0.operator;
     let coarse = coarse_terms(operator, p.patches.parents(), solution.terms.len() - 1);
-    let [a, b, c] = [&solution.terms, &other.terms, &coarse].map(|terms| reflected(p, terms));
-    // Both levels' means over larger patches differ by what K makes of patch size: the light moves on by that much.
-    let means = averaged(p, &a);
-    let onward: Vec<Rgb> = means.iter().zip(&c).map(|(a, c)| *a - *c).collect();
-    let held = averaged(p, &b);
-    let detail: Vec<Rgb> = b.iter().zip(&held).map(|(b, held)| *b - *held).collect();
-    let noise: Vec<Rgb> = a.iter().zip(&b).map(|(a, b)| 0.5 * (*a - *b)).collect();
-    let neighbours = p.patches.neighbours();
-    let [a, b] = [&a, &b].map(|values| linear(&neighbours, values));
-    let [c, held, onward] = [&c, &held, &onward].map(|values| larger(p, &neighbours, values));
-    let mix = |x: &[Linear], y: &[Linear], u: f32, v: f32| -> Vec<Linear> {
-        x.iter().zip(y).map(|(x, y)| x.mix(u, y, v)).collect()
-    };
-    let off = mix(&a, &c, 1.0, -1.0);
-    let noisy = mix(&a, &b, 0.5, -0.5);
-    let parts = [off.clone(), mix(&b, &held, 1.0, -1.0), noisy.clone()];
-    let light = mix(&mix(&a, &b, 0.5, 0.5), &onward, 1.0, 1.0);
-    let fields = [light, noisy, off];
-    let fields = Fields::linear(&fields).led_by(1);
+    let levels = [&solution.terms, &other.terms, &coarse].map(|terms| reflected(p, terms));
+    let (fields, off) = fields(p, levels);
     let truncation =
         solution.rest() / norm(operator.areas(), &solution.light).max(f64::MIN_POSITIVE);
     let fields = fields.with_ambient(ambient(&first.0, &solution));
@@ -110,36 +78,8 @@ pub(super) fn solve(
             truncation,
             ..ErrorParts::default()
         },
-        parts,
-        detail,
-        noise,
+        off,
     })
-}
-
-/// The mean over the parts of each larger patch, given on the smaller ones.
-fn averaged(p: &Prepared, values: &[Rgb]) -> Vec<Rgb> {
-    let light = |v: &Rgb| Light {
-        invisible: *v,
-        visible: Rgb::ZERO,
-    };
-    let light: Vec<Light> = values.iter().map(light).collect();
-    let means = average(p.patches.areas(), p.patches.parents(), &light);
-    means.iter().map(|l| l.invisible).collect()
-}
-
-/// Light of larger patches, given on the smaller ones, as linear within the larger.
-fn larger(p: &Prepared, neighbours: &Neighbours, values: &[Rgb]) -> Vec<Linear> {
-    let parents = p.patches.parents();
-    let neighbours = neighbours.larger(parents, p.patches.areas());
-    let mut own = vec![Rgb::ZERO; neighbours.len()];
-    for (value, &parent) in values.iter().zip(parents) {
-        own[parent as usize] = *value;
-    }
-    let light = linear(&neighbours, &own);
-    parents
-        .iter()
-        .map(|&parent| light[parent as usize])
-        .collect()
 }
 
 /// K from half the rays.
