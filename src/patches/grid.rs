@@ -85,11 +85,11 @@ impl CellPieces {
     }
 }
 
-/// Cuts a tile of a surface into cells, and along `contacts`; patches are numbered from `first`. None where the surface has no
-/// part in the tile.
+/// Cuts a tile of a surface into cells, and along `contacts`; patches are numbered from `first`. `faces` are those that reach
+/// into the tile, others do no harm. None where the surface has no part in it.
 pub(super) fn cut(
     scene: &Scene,
-    (s, tile): (&Surface, &Tile),
+    (s, tile, faces): (&Surface, &Tile, &[u32]),
     contacts: &[[DVec2; 2]],
     [columns, rows]: [usize; 2],
     first: u32,
@@ -106,7 +106,7 @@ pub(super) fn cut(
     for contact in contacts {
         shape.draw(contact, &mut cells);
     }
-    for &face in &s.faces {
+    for &face in faces {
         shape.clip_face(scene, s, face, &mut cells);
     }
     if cells.iter().all(|c| c.parts.is_empty()) {
@@ -236,9 +236,6 @@ impl Shape {
             let q = self.low + q * self.cell;
             (s.origin + s.axes[0] * q.x + s.axes[1] * q.y).as_vec3()
         };
-        if self.misses(low, high) {
-            return;
-        }
         for row in span(low.y, high.y, self.rows) {
             let strip = clip(&corners, DVec2::Y, row, (self.rows, self.inner[1]));
             for column in span(low.x, high.x, self.columns) {
@@ -261,15 +258,6 @@ impl Shape {
                 }
             }
         }
-    }
-
-    /// Whether a face between two corners lies in other tiles.
-    fn misses(&self, low: DVec2, high: DVec2) -> bool {
-        let size = DVec2::new(self.columns as f64, self.rows as f64);
-        (0..2).any(|axis| {
-            let [before, after] = self.inner[axis];
-            (before && high[axis] <= 0.0) || (after && low[axis] >= size[axis])
-        })
     }
 
     /// The cell whose patches each cell uses: itself, its fullest neighbour if nearly empty, the nearest if empty.

@@ -7,6 +7,7 @@
 
 use glam::{DVec2, Vec2, Vec3};
 
+use super::clip::span;
 use super::contact::Contacts;
 use super::cutting::Draft;
 use super::grid::{Grid, cut};
@@ -74,6 +75,7 @@ pub(super) fn cut_tiles(
     let surface = &zones.surfaces[s];
     let [columns, rows] = zones.tiles(s);
     let segments = contacts.segments(surface);
+    let faces = by_tile(scene, surface, [columns, rows]);
     let mut found: Vec<Option<u32>> = Vec::new();
     for row in 0..rows {
         for column in 0..columns {
@@ -84,7 +86,8 @@ pub(super) fn cut_tiles(
                 _ => even(tile.extent / size),
             };
             let first = drafts.len() as u32;
-            let made = cut(scene, (surface, &tile), &segments, cells, first);
+            let part = (surface, &tile, &faces[row * columns + column][..]);
+            let made = cut(scene, part, &segments, cells, first);
             found.push(made.map(|(grid, pieces)| {
                 grids.push(grid);
                 drafts.extend(pieces);
@@ -96,6 +99,23 @@ pub(super) fn cut_tiles(
         .iter()
         .any(Option::is_some)
         .then(|| tiling(surface, [columns, rows], &found))
+}
+
+/// The faces that reach into each tile.
+fn by_tile(scene: &Scene, surface: &Surface, [columns, rows]: [usize; 2]) -> Vec<Vec<u32>> {
+    let mut faces = vec![Vec::new(); columns * rows];
+    let tiles = DVec2::new(columns as f64, rows as f64) / DVec2::from(surface.extent);
+    for &face in &surface.faces {
+        let corners = scene.corners(face);
+        let [a, b, c] = corners.map(|p| surface.uv(p.as_dvec3()) * tiles);
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        for row in span(low.y, high.y, rows) {
+            for column in span(low.x, high.x, columns) {
+                faces[row * columns + column].push(face);
+            }
+        }
+    }
+    faces
 }
 
 /// Cells of a tile along each axis: even, so that two by two of them make a larger one, or one.

@@ -197,6 +197,7 @@ pub(super) fn rough((width, height): (usize, usize)) -> (usize, usize) {
 mod tests {
     use super::super::pipeline::{Silent, prepare};
     use super::*;
+    use crate::image::linear;
     use crate::light::Mode;
     use crate::scene::{LoadOptions, Scene};
 
