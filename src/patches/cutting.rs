@@ -179,7 +179,7 @@ fn is_large(s: &Surface, size: f64) -> bool {
     s.area >= 0.5 * size * size || s.extent[0] >= 1.5 * size
 }
 
-pub(super) fn sides_of(scene: &Scene, material: u32) -> f64 {
+fn sides_of(scene: &Scene, material: u32) -> f64 {
     match scene.materials[material as usize].sides {
         Sides::One => 1.0,
         Sides::Two => 2.0,

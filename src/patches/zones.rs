@@ -9,7 +9,6 @@
 use glam::{DVec2, DVec3};
 
 use super::Patches;
-use super::cutting::sides_of;
 use super::surface::{self, Surface};
 use crate::rays::Rays;
 use crate::scene::Scene;
@@ -136,19 +135,5 @@ impl Zones {
             }
         }
         shared
-    }
-
-    /// Area of every zone's rectangle times the sides that carry patches, unit coordinates squared: about what its patches cover.
-    pub fn areas(&self, scene: &Scene) -> Vec<f64> {
-        let each = |(surface, [columns, rows]): (&Surface, &[usize; 2])| {
-            let count = columns * rows;
-            let area = surface.area * sides_of(scene, surface.material) / count as f64;
-            std::iter::repeat_n(area, count)
-        };
-        self.surfaces
-            .iter()
-            .zip(&self.tiles)
-            .flat_map(each)
-            .collect()
     }
 }
