@@ -111,7 +111,9 @@ fn check(scene: &Scene, rays: &Rays, ray: &Ray) -> Result<(), TestCaseError> {
         let [a, b, c] = scene.corners(*face);
         let place = (1.0 - hit.u - hit.v) * a + hit.u * b + hit.v * c;
         let off = place.distance(ray.origin + hit.t * ray.direction);
-        prop_assert!(f64::from(off) < OUTLINE / truth.slope);
+        // The place errs in two coordinates by its weights, the ray's end by t.
+        let doubt = (1.0 + 2f64.sqrt()) * OUTLINE / truth.slope;
+        prop_assert!(f64::from(off) < doubt);
     }
     // The closest is the first crossing, up to ties in t that the edge rule merges.
     let closest = rays.closest(ray);
