@@ -107,13 +107,14 @@ fn check(scene: &Scene, rays: &Rays, ray: &Ray) -> Result<(), TestCaseError> {
             .find(|h| h.face == *face)
             .expect("just compared");
         prop_assert_eq!(hit.side, truth.side);
-        prop_assert!((f64::from(hit.t) - truth.t).abs() < OUTLINE / truth.slope);
+        // Corners err by OUTLINE; edge functions lose 6e-8 of products up to 50 times a sliver's area, as much again.
+        let doubt = 2.0 * OUTLINE / truth.slope;
+        prop_assert!((f64::from(hit.t) - truth.t).abs() < doubt);
         let [a, b, c] = scene.corners(*face);
         let place = (1.0 - hit.u - hit.v) * a + hit.u * b + hit.v * c;
         let off = place.distance(ray.origin + hit.t * ray.direction);
         // The place errs in two coordinates by its weights, the ray's end by t.
-        let doubt = (1.0 + 2f64.sqrt()) * OUTLINE / truth.slope;
-        prop_assert!(f64::from(off) < doubt);
+        prop_assert!(f64::from(off) < (1.0 + 2f64.sqrt()) * doubt);
     }
     // The closest is the first crossing, up to ties in t that the edge rule merges.
     let closest = rays.closest(ray);
