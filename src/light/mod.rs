@@ -45,6 +45,14 @@ impl Light {
         }
     }
 
+    /// Light that travels and that no camera sees.
+    pub fn unseen(invisible: Rgb) -> Self {
+        Light {
+            invisible,
+            visible: Rgb::ZERO,
+        }
+    }
+
     /// The six numbers in the order the operator stores them: invisible RGB, visible RGB.
     pub fn components(self) -> [f32; 6] {
         let (i, v) = (self.invisible, self.visible);

@@ -65,11 +65,16 @@ impl Grid {
     fn locate(&self, position: Vec3) -> (&Cell, Vec2) {
         let d = position - self.origin;
         let at = Vec2::new(d.dot(self.per_cell[0]), d.dot(self.per_cell[1]));
-        // Points rounded over the rim stay inside. Casts to i32 are one instruction, to usize some ten.
-        let column = ((at.x as i32).max(0) as usize).min(self.columns - 1);
-        let row = ((at.y as i32).max(0) as usize).min(self.rows - 1);
+        let (column, row) = (index(at.x, self.columns), index(at.y, self.rows));
         (&self.cells[row * self.columns + column], at)
     }
+}
+
+/// The cell of n along an axis that holds a coordinate; points rounded over the rim stay inside.
+#[inline]
+pub(super) fn index(x: f32, n: usize) -> usize {
+    // Casts to i32 are one instruction, to usize some ten.
+    ((x as i32).max(0) as usize).min(n - 1)
 }
 
 /// The pieces of one cell, by the side of the cell's lines they lie on.

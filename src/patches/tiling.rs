@@ -10,7 +10,7 @@ use glam::{DVec2, Vec2, Vec3};
 use super::clip::span;
 use super::contact::Contacts;
 use super::cutting::Draft;
-use super::grid::{Grid, cut};
+use super::grid::{Grid, cut, index};
 use super::surface::Surface;
 use super::zones::Zones;
 use crate::scene::Scene;
@@ -30,8 +30,7 @@ impl Tiling {
     #[inline]
     pub fn grid(&self, position: Vec3) -> u32 {
         let at = self.units(position);
-        let column = ((at.x as i32).max(0) as usize).min(self.columns - 1);
-        let row = ((at.y as i32).max(0) as usize).min(self.rows - 1);
+        let (column, row) = (index(at.x, self.columns), index(at.y, self.rows));
         self.grids[row * self.columns + column]
     }
 

@@ -32,8 +32,7 @@ impl Fan {
             z: nothing,
             third: nothing,
         };
-        let fan_ = &mut fan;
-        Arch::new().dispatch(Fill(fan_, sobol, first, seed));
+        Arch::new().dispatch(Fill(&mut fan, sobol, first, seed));
         fan
     }
 

@@ -25,12 +25,8 @@ pub fn importance(k: &Operator, y: Vec<Rgb>) -> Vec<Rgb> {
     if !k.interreflects() {
         return sum;
     }
-    let light = |invisible: Rgb| Light {
-        invisible,
-        visible: Rgb::ZERO,
-    };
     let size = |x: &[Light]| -> f32 { x.iter().map(|l| l.invisible.abs().element_sum()).sum() };
-    let mut term: Vec<Light> = y.into_iter().map(light).collect();
+    let mut term: Vec<Light> = y.into_iter().map(Light::unseen).collect();
     let least = REST * size(&term);
     for _ in 0..MOST {
         term = k.apply_transposed(&term);

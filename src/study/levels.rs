@@ -13,7 +13,7 @@
 //! Not handled: the terms of the series one by one.
 
 use super::pipeline::Prepared;
-use crate::image::{Fields, Linear, linear};
+use crate::image::{Fields, Linear, invisible, linear};
 use crate::light::{Light, Rgb};
 use crate::patches::Neighbours;
 use crate::solve::average;
@@ -58,13 +58,8 @@ pub(super) fn fields(p: &Prepared, [a, b, c]: [Vec<Rgb>; 3]) -> (Fields, Off) {
 
 /// The mean over the parts of each larger patch, given on the smaller ones.
 fn averaged(p: &Prepared, values: &[Rgb]) -> Vec<Rgb> {
-    let light = |v: &Rgb| Light {
-        invisible: *v,
-        visible: Rgb::ZERO,
-    };
-    let light: Vec<Light> = values.iter().map(light).collect();
-    let means = average(p.patches.areas(), p.patches.parents(), &light);
-    means.iter().map(|l| l.invisible).collect()
+    let light: Vec<Light> = values.iter().copied().map(Light::unseen).collect();
+    invisible(&average(p.patches.areas(), p.patches.parents(), &light))
 }
 
 /// Light of larger patches, given on the smaller ones, as linear within the larger.

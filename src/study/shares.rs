@@ -51,11 +51,7 @@ pub(super) fn shares(p: &Prepared, s: &Solved, wanted: &Wanted) -> Shares {
 
 /// `(I - K)` of the noise: what each row adds.
 fn own(s: &Solved) -> Vec<Rgb> {
-    let light = |invisible: &Rgb| Light {
-        invisible: *invisible,
-        visible: Rgb::ZERO,
-    };
-    let noise: Vec<Light> = s.off.noise.iter().map(light).collect();
+    let noise: Vec<Light> = s.off.noise.iter().copied().map(Light::unseen).collect();
     let passed = s.mode.operator.apply(&noise);
     let each = s.off.noise.iter().zip(&passed);
     each.map(|(noise, passed)| *noise - passed.invisible)
