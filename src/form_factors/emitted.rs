@@ -91,6 +91,10 @@ impl Scratch {
     pub(super) fn hits(&mut self) -> &mut Vec<Hit> {
         &mut self.hits
     }
+
+    pub(super) fn pieces(&mut self) -> &mut Pieces {
+        &mut self.pieces
+    }
 }
 
 /// Adds what one receiver gets from a luminaire to `sum`, by closed form where what lies `between` is known, else with one

@@ -16,6 +16,7 @@
 //!
 //! [`closure`] and [`reciprocity`] are checks for anyone to call; nothing is silently repaired.
 
+mod asked;
 mod cast;
 mod checks;
 mod drawn;
@@ -38,6 +39,7 @@ mod smooth;
 mod sparse;
 mod walk;
 
+pub use asked::Lighting;
 pub use cast::{FormFactors, Variant, cast, cast_counts};
 pub use checks::{Closure, closure, reciprocity};
 pub use emitted::{DirectSum, Receiver, Scratch, gather_luminaire, receive_emitted};

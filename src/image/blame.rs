@@ -21,6 +21,7 @@ use rayon::prelude::*;
 use super::gather::{Fields, View};
 use super::hemisphere::Reader;
 use super::pixel::Pass;
+use super::residual::Reading;
 use crate::light::Rgb;
 use crate::rays::sequence::hash;
 
@@ -44,7 +45,7 @@ pub struct Blame {
 /// If there is no such field.
 pub fn blame(view: &View, fields: &Fields, pairs: &[(usize, usize)], seed: u32) -> Vec<Blame> {
     let pass = Pass::new(view, fields, (2, 1), seed);
-    let reader = Reader::new(view, fields);
+    let reader = Reader::new(view, fields, Reading::PLAIN);
     let rows: Vec<Vec<Met>> = (0..view.height)
         .into_par_iter()
         .map(|y| {

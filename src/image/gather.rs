@@ -15,13 +15,16 @@
 //!
 //! Not handled: depth of field, motion, filters other than the box.
 
+use glam::Vec3;
+
 use super::Picture;
 use super::budget::Settings;
 use super::found::Found;
 use super::hemisphere::Reader;
-use super::linear::Linear;
+use super::linear::{Linear, linear};
 use super::pixel::Pass;
 use super::points::Points;
+use super::residual::Reading;
 use super::spread::sample_pixels;
 use crate::form_factors::{Luminaires, Progress, Sight};
 use crate::light::{Light, Rgb, Transport};
@@ -111,6 +114,10 @@ pub struct Fields {
     values: Vec<Linear>,
     /// Irradiance over pi of the patches themselves; empty where it is not known.
     ambient: Vec<Rgb>,
+    /// The first field without what luminaires send there directly; empty where it is not known.
+    without_direct: Vec<Linear>,
+    /// How gather rays read.
+    reading: Reading,
 }
 
 impl Fields {
@@ -136,6 +143,8 @@ impl Fields {
             leading: fields.len(),
             values: values.collect(),
             ambient: Vec::new(),
+            without_direct: Vec::new(),
+            reading: Reading::PLAIN,
         }
     }
 
@@ -153,6 +162,8 @@ impl Fields {
             leading: self.leading,
             values: own.flat_map(|v| &v[..self.leading]).copied().collect(),
             ambient: self.ambient.clone(),
+            without_direct: self.without_direct.clone(),
+            reading: self.reading,
         }
     }
 
@@ -161,6 +172,34 @@ impl Fields {
     pub fn with_ambient(mut self, ambient: Vec<Rgb>) -> Fields {
         self.ambient = ambient;
         self
+    }
+
+    /// Adds what the first field is without the direct light of luminaires, two estimates of that light given, for readers that
+    /// ask for it where they read.
+    pub fn with_rest(mut self, direct: [Vec<Rgb>; 2], patches: &Patches) -> Fields {
+        let neighbours = patches.neighbours();
+        let [a, b] = direct.map(|values| linear(&neighbours, &values));
+        let rest = |i: usize| {
+            let direct = a[i].mix(0.5, &b[i], 0.5);
+            self.of_patch(i as u32)[0].mix(1.0, &direct, -1.0)
+        };
+        self.without_direct = (0..a.len()).map(rest).collect();
+        self
+    }
+
+    /// Has gather rays read in some way; asked light and further rays tell the first field only.
+    pub fn read_by(mut self, reading: Reading) -> Fields {
+        self.reading = reading;
+        self
+    }
+
+    /// The first field at a point of a patch, without the direct light of luminaires.
+    #[inline]
+    pub(super) fn without_direct(&self, patch: u32, position: Vec3) -> Rgb {
+        match self.without_direct.get(patch as usize) {
+            Some(rest) => rest.at(position),
+            None => self.of_patch(patch)[0].at(position),
+        }
     }
 
     /// Number of fields.
@@ -259,7 +298,7 @@ pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progres
     let settings = Settings::new(view, fields, gathering);
     let pass = Pass::new(view, fields, settings.tabled, settings.seed);
     let mut pixels = sample_pixels(&pass, &settings.plan, tick);
-    let reader = Reader::new(view, fields);
+    let reader = Reader::new(view, fields, fields.reading);
     let mut points = Points::new((&pass, &reader), settings.density, &pixels);
     let mut found = Found::default();
     if !fields.is_dark() {

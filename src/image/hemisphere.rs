@@ -5,8 +5,11 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 
 use super::gather::{Fields, View};
+use super::residual::{Direct, Reading};
+use super::walker::{Memory, Met, Walker};
 use crate::form_factors::Receiver;
-use crate::rays::sequence::Sobol;
+use crate::rays::sequence::{Sobol, Stream, hash};
+use crate::rays::cosine::cosine_direction;
 use crate::rays::{FAN, Fan, Hit, Ray};
 
 /// Rays of a point whose numbers are tabled: few points cast more.
@@ -17,18 +20,19 @@ pub(super) struct Reader<'a> {
     view: &'a View<'a>,
     fields: &'a Fields,
     sobol: Sobol,
-    /// Every ray ends at its first crossing.
-    opaque: bool,
+    walker: Walker<'a>,
+    reading: Reading,
 }
 
 impl<'a> Reader<'a> {
     /// A reader of the light that a view meets.
-    pub fn new(view: &'a View, fields: &'a Fields) -> Reader<'a> {
+    pub fn new(view: &'a View, fields: &'a Fields, reading: Reading) -> Reader<'a> {
         Reader {
             view,
             fields,
             sobol: Sobol::new(TABLED, 3),
-            opaque: view.transports.iter().all(|t| t.tau == 0.0),
+            walker: Walker::new(view),
+            reading,
         }
     }
 
@@ -49,14 +53,75 @@ impl<'a> Reader<'a> {
         from: &[Receiver],
         indices: Range<u32>,
         seed: u32,
-        hits: &mut Vec<Hit>,
+        memory: &mut Memory,
         incident: &mut [DVec3],
     ) -> f64 {
-        self.trace(from, indices, seed, hits, |patch, position, through| {
+        if self.reading != Reading::PLAIN {
+            return self.read_onward(from, indices, seed, memory, incident);
+        }
+        self.trace(from, indices, seed, &mut memory.hits, |patch, position, through| {
             for (sum, l) in incident.iter_mut().zip(self.fields.of_patch(patch)) {
                 *sum += (through * l.at(position)).as_dvec3();
             }
         })
+    }
+
+    /// The same where rays go on, or ask for direct light, before they read; only the leading field is.
+    fn read_onward(
+        &self,
+        from: &[Receiver],
+        indices: Range<u32>,
+        seed: u32,
+        memory: &mut Memory,
+        incident: &mut [DVec3],
+    ) -> f64 {
+        let mut nearness = 0.0;
+        let mut met = Vec::new();
+        for k in indices {
+            let ray = self.ray(from, k, seed);
+            met.clear();
+            nearness += self.walker.follow(&ray, memory, |m| met.push(m));
+            let mut random = Stream::new(hash(k, seed));
+            for m in &met {
+                let light = self.light(m, self.reading.bounces, &mut random, memory);
+                incident[0] += f64::from(m.through) * light;
+            }
+        }
+        nearness
+    }
+
+    /// Ray k from the points.
+    fn ray(&self, from: &[Receiver], k: u32, seed: u32) -> Ray {
+        let at = |d: usize| self.sobol.point(k, d, seed);
+        let from = match from {
+            [one] => one,
+            _ => &from[(f64::from(at(2)) * from.len() as f64) as usize],
+        };
+        Ray {
+            origin: from.position,
+            direction: cosine_direction(from.normal, at(0), at(1)),
+            source: Some(from.face),
+        }
+    }
+
+    /// A sample of the leading field at a point, from light read after so many more rays.
+    fn light(&self, at: &Met, bounces: u32, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+        let Some(patch) = self.walker.patch(at) else {
+            return DVec3::ZERO;
+        };
+        if bounces == 0 && self.reading.direct == Direct::Patch {
+            return self.fields.of_patch(patch)[0].at(at.position).as_dvec3();
+        }
+        if bounces == 0 {
+            let rest = self.fields.without_direct(patch, at.position).as_dvec3();
+            return rest + self.walker.direct(at, random, memory).direct;
+        }
+        let found = self.walker.reflect(at, random, memory);
+        let mut onward = DVec3::ZERO;
+        for m in &found.next {
+            onward += f64::from(m.through) * self.light(m, bounces - 1, random, memory);
+        }
+        found.glow + found.direct + found.reflect * onward
     }
 
     /// Calls `meet(patch, position, through)` for all that the rays `indices` from the points `from` meet, `through` being
@@ -85,7 +150,7 @@ impl<'a> Reader<'a> {
                     direction: fan.direction(k, from.normal),
                     source: Some(from.face),
                 };
-                nearness += match self.opaque {
+                nearness += match self.walker.opaque {
                     true => self.follow_to_first(&ray, &mut meet),
                     false => self.follow(&ray, hits, &mut meet),
                 };
@@ -170,7 +235,7 @@ mod tests {
         let bright = |i: usize| patches.point(i, 0.5, 0.5).normal.element_sum() > 0.0;
         let field = (0..patches.len()).map(|i| Rgb::splat(f32::from(bright(i))));
         let fields = Fields::new(&[field.collect()]);
-        let reader = Reader::new(&view, &fields);
+        let reader = Reader::new(&view, &fields, Reading::PLAIN);
         let middle = |i: usize| {
             let p = patches.point(i, 0.5, 0.5);
             Receiver {
@@ -182,7 +247,7 @@ mod tests {
         const RAYS: u32 = 4096;
         let read = |from: &[Receiver]| {
             let mut sums = [DVec3::ZERO];
-            reader.read(from, 0..RAYS, 5, &mut Vec::new(), &mut sums);
+            reader.read(from, 0..RAYS, 5, &mut Memory::default(), &mut sums);
             sums[0].x / f64::from(RAYS)
         };
         for i in 0..patches.len() {

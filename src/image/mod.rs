@@ -21,8 +21,11 @@ mod picture;
 mod pixel;
 mod point;
 mod points;
+mod residual;
 mod spread;
 mod srgb;
+mod walker;
+mod walks;
 mod whole;
 
 pub use blame::{Blame, blame};
@@ -38,5 +41,7 @@ pub use metrics::{
     relative_rms,
 };
 pub use picture::Picture;
+pub use residual::{Direct, READINGS, Reading, Residual, Squared};
 pub use srgb::{Bitmap, Exposure, decode_srgb, encode_srgb};
+pub use walks::Walks;
 pub use whole::{WriteError, abandon_files, check_destination, make_directory, write_whole};

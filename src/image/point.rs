@@ -13,8 +13,8 @@ use super::hemisphere::Reader;
 use super::irradiance::Place;
 use super::layer::Layer;
 use super::pixel::Pass;
+use super::walker::Memory;
 use crate::form_factors::Receiver;
-use crate::rays::Hit;
 
 /// Rays of a half that tell how near the surroundings are.
 const FIRST: u32 = 8;
@@ -78,26 +78,26 @@ impl Point {
         &mut self,
         (pass, reader): (&Pass, &Reader),
         count: u32,
-        hits: &mut Vec<Hit>,
+        memory: &mut Memory,
     ) -> u64 {
         let mut cast = 0;
         if self.rays == 0 {
-            cast += self.read(reader, count.min(FIRST), hits);
+            cast += self.read(reader, count.min(FIRST), memory);
         }
         if count > self.rays {
             cast += self.look(pass, count / EACH);
-            cast += self.read(reader, count, hits);
+            cast += self.read(reader, count, memory);
         }
         cast
     }
 
-    fn read(&mut self, reader: &Reader, count: u32, hits: &mut Vec<Hit>) -> u64 {
+    fn read(&mut self, reader: &Reader, count: u32, memory: &mut Memory) -> u64 {
         let range = self.rays..count.max(self.rays);
         let cast = 2 * range.len() as u64;
         for (half, sums) in self.sums.iter_mut().enumerate() {
             let seed = self.seed ^ HALVES[half];
             let from = self.layer.origins(half);
-            self.nearness += reader.read(from, range.clone(), seed, hits, sums);
+            self.nearness += reader.read(from, range.clone(), seed, memory, sums);
         }
         self.rays = range.end;
         cast

@@ -16,6 +16,7 @@ use super::lattice::Lattice;
 use super::layer::Layer;
 use super::pixel::{Pass, Pixel};
 use super::point::Point;
+use super::walker::Memory;
 use crate::rays::sequence::hash;
 
 /// No point.
@@ -179,8 +180,8 @@ impl<'a> Points<'a> {
         let with = (self.pass, self.reader);
         let points = self.points[first..].par_iter_mut().enumerate();
         let added: u64 = points
-            .map_init(Vec::new, |hits, (i, point)| {
-                point.extend(with, wanted(i), hits)
+            .map_init(Memory::default, |memory, (i, point)| {
+                point.extend(with, wanted(i), memory)
             })
             .sum();
         self.cast += added;

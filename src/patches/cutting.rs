@@ -1,5 +1,7 @@
 //! Cutting a scene's surfaces into patches: grids on large surfaces, clusters of small ones.
 
+use std::collections::HashMap;
+
 use super::cluster;
 use super::contact::Contacts;
 use super::grid::Grid;
@@ -139,17 +141,25 @@ impl Patches {
             normals: (0..scene.faces.len() as u32)
                 .map(|f| surface::normal(scene.corners(f)).as_vec3())
                 .collect(),
+            starts_of_rays: Vec::new(),
+            parts: Default::default(),
         };
         for draft in &drafts {
             patches.push(draft, Side::Front);
         }
         let fronts = patches.parents.clone();
-        let apart = fronts.iter().max().map_or(0, |p| p + 1);
+        let mut next = fronts.iter().max().map_or(0, |p| p + 1);
+        let mut behind: HashMap<u32, u32> = HashMap::new();
         for (front, draft) in drafts.iter().enumerate() {
             if scene.materials[draft.material as usize].sides == Sides::Two {
                 patches.backs[front] = patches.len() as u32;
                 patches.push(draft, Side::Back);
-                patches.parents.push(fronts[front] + apart);
+                // Numbers have no gaps: only some fronts have a back.
+                let parent = *behind.entry(fronts[front]).or_insert_with(|| {
+                    next += 1;
+                    next - 1
+                });
+                patches.parents.push(parent);
             }
         }
         patches

@@ -19,6 +19,7 @@ mod cutting;
 mod grid;
 mod neighbours;
 mod parents;
+mod parts;
 mod surface;
 mod tiling;
 mod zones;
@@ -29,11 +30,16 @@ use crate::rays::Side;
 use crate::rays::cosine::triangle_point;
 use grid::Grid;
 pub use neighbours::Neighbours;
+use parts::Parts;
+pub use parts::Sample;
 use tiling::Tiling;
 pub use zones::Zones;
 
 /// No patch: the black back of a one-sided face.
 const NONE: u32 = u32::MAX;
+
+/// What the area of a patch without chosen points counts beside those that have some: next to nothing, but more than none.
+const UNSEEN: f64 = 1e-6;
 
 /// A piece of one face that belongs to a patch.
 #[derive(Clone, Copy, Debug)]
@@ -83,6 +89,10 @@ pub struct Patches {
     backs: Vec<u32>,
     /// Front unit normals of the faces.
     normals: Vec<Vec3>,
+    /// Points that the rays of a patch start from, where they are chosen; empty where they are uniform over it.
+    starts_of_rays: Vec<Vec<PatchPoint>>,
+    /// Patches that are divided further.
+    parts: Parts,
 }
 
 impl Patches {
@@ -129,10 +139,14 @@ impl Patches {
                 self.grids[grid as usize].patch(position)
             }
         };
-        match side {
-            Side::Front => Some(front),
-            Side::Back => Some(self.backs[front as usize]).filter(|&back| back != NONE),
+        let patch = match side {
+            Side::Front => front,
+            Side::Back => self.backs[front as usize],
+        };
+        if patch == NONE {
+            return None;
         }
+        Some(self.parts.at(patch, position, self.normal(face, side)))
     }
 
     /// The patch that the front of a face is part of, where it is one patch only.
@@ -158,9 +172,35 @@ impl Patches {
         }
     }
 
-    /// The point of patch `i` at (u, v) in the unit square; uniform over the patch for uniform (u, v).
+    /// Has the rays of patches start from some of their points only: a patch then stands for those, as for what a picture sees of it.
+    ///
+    /// Patches without such points keep uniform ones.
+    pub fn start_from(&mut self, starts: Vec<Vec<PatchPoint>>) {
+        self.starts_of_rays = starts;
+    }
+
+    /// What a patch counts when the light of several is averaged: its area, or its chosen points where there are any.
+    pub fn weights(&self) -> Vec<f64> {
+        let chosen = |i: usize| self.chosen(i).len() as f64 + UNSEEN * self.areas[i];
+        match self.starts_of_rays.is_empty() {
+            true => self.areas.clone(),
+            false => (0..self.len()).map(chosen).collect(),
+        }
+    }
+
+    /// The points that stand for patch i, if some were chosen.
+    pub fn chosen(&self, i: usize) -> &[PatchPoint] {
+        self.starts_of_rays.get(i).map_or(&[], |own| own)
+    }
+
+    /// The point of patch `i` at (u, v) in the unit square; uniform over the patch, or over its chosen points, for uniform (u, v).
     pub fn point(&self, i: usize, u: f32, v: f32) -> PatchPoint {
-        let own = &self.fragments[self.starts[i] as usize..self.starts[i + 1] as usize];
+        let chosen = self.chosen(i);
+        if !chosen.is_empty() {
+            return chosen[((u * chosen.len() as f32) as usize).min(chosen.len() - 1)];
+        }
+        let whole = self.parts.whole(i);
+        let own = &self.fragments[self.starts[whole] as usize..self.starts[whole + 1] as usize];
         let k = own.partition_point(|f| f.share <= u).min(own.len() - 1);
         let before = if k == 0 { 0.0 } else { own[k - 1].share };
         // Stretch u over the chosen fragment, so that one stratified number serves twice.
@@ -175,7 +215,8 @@ impl Patches {
 
     /// The triangles a patch consists of, with the face each is a part of.
     pub fn pieces(&self, i: usize) -> impl Iterator<Item = (u32, [Vec3; 3])> {
-        let range = self.starts[i] as usize..self.starts[i + 1] as usize;
+        let whole = self.parts.whole(i);
+        let range = self.starts[whole] as usize..self.starts[whole + 1] as usize;
         self.fragments[range].iter().map(|f| (f.face, f.corners))
     }
 

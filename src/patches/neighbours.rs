@@ -47,6 +47,10 @@ impl Neighbours {
                 }
             }
         }
+        if patches.are_divided() {
+            // The parts of a patch have no grid.
+            found.beside.fill([NONE; 4]);
+        }
         found.keep_mutual();
         found
     }
@@ -140,7 +144,13 @@ fn across(patches: &Patches, (tiling, g): (&Tiling, u32), middle: Vec3, beside: 
     }
 }
 
+/// Where the patch's one value stands: the centroid of what its rays start from.
 fn middle(patches: &Patches, i: usize) -> Vec3 {
+    let chosen = patches.chosen(i);
+    if !chosen.is_empty() {
+        let sum: Vec3 = chosen.iter().map(|p| p.position).sum();
+        return sum / chosen.len() as f32;
+    }
     let (mut sum, mut total) = (Vec3::ZERO, 0.0);
     for (_, [a, b, c]) in patches.pieces(i) {
         let area = (b - a).cross(c - a).length();

@@ -115,6 +115,29 @@ pub fn hash(value: u32, seed: u32) -> u32 {
     finish(value ^ mixed)
 }
 
+/// Numbers in [0, 1) that look independent of each other and of those of other seeds, one after the other.
+///
+/// For what has more dimensions than [`Sobol`]: paths of any length.
+#[derive(Clone, Debug)]
+pub struct Stream {
+    seed: u32,
+    count: u32,
+}
+
+impl Stream {
+    /// The stream of a seed.
+    pub fn new(seed: u32) -> Stream {
+        Stream { seed, count: 0 }
+    }
+
+    /// The next number.
+    #[inline]
+    pub fn uniform(&mut self) -> f32 {
+        self.count = self.count.wrapping_add(1);
+        (hash(self.count, self.seed) >> 8) as f32 * (1.0 / 16_777_216.0)
+    }
+}
+
 /// A bijection of 32 bits in which every input bit moves every output bit (C. Wellons' low-bias constants).
 #[inline]
 fn finish(mut x: u32) -> u32 {

@@ -13,9 +13,15 @@
 use crate::light::Light;
 use crate::operator::Operator;
 
-/// The first `count + 1` terms on the larger patches `parents`, given on the smaller ones.
-pub fn coarse_terms(k: &Operator, parents: &[u32], count: usize) -> Vec<Vec<Light>> {
-    let average = Average::new(k.areas(), parents);
+/// The first `count + 1` terms on the larger patches `parents`, given on the smaller ones, which count by `weights` (areas, or
+/// whatever the patches stand for).
+pub fn coarse_terms(
+    k: &Operator,
+    weights: &[f64],
+    parents: &[u32],
+    count: usize,
+) -> Vec<Vec<Light>> {
+    let average = Average::new(weights, parents);
     let mut terms = vec![average.of(k.emission())];
     if count > 0 {
         terms.push(average.of(&k.first_bounce()));

@@ -43,7 +43,8 @@ pub(super) fn fields(p: &Prepared, [a, b, c]: [Vec<Rgb>; 3]) -> (Fields, Off) {
     let mix = |x: &[Linear], y: &[Linear], u: f32, v: f32| -> Vec<Linear> {
         x.iter().zip(y).map(|(x, y)| x.mix(u, y, v)).collect()
     };
-    let light = mix(&mix(&a, &b, 0.5, 0.5), &onward, 1.0, 1.0);
+    let mean = mix(&a, &b, 0.5, 0.5);
+    let light = if p.patches.are_divided() { mean } else { mix(&mean, &onward, 1.0, 1.0) };
     let noisy = mix(&a, &b, 0.5, -0.5);
     let coarse = mix(&a, &c, 1.0, -1.0);
     let parts = [coarse.clone(), mix(&b, &held, 1.0, -1.0), noisy.clone()];
@@ -59,13 +60,13 @@ pub(super) fn fields(p: &Prepared, [a, b, c]: [Vec<Rgb>; 3]) -> (Fields, Off) {
 /// The mean over the parts of each larger patch, given on the smaller ones.
 fn averaged(p: &Prepared, values: &[Rgb]) -> Vec<Rgb> {
     let light: Vec<Light> = values.iter().copied().map(Light::unseen).collect();
-    invisible(&average(p.patches.areas(), p.patches.parents(), &light))
+    invisible(&average(&p.patches.weights(), p.patches.parents(), &light))
 }
 
 /// Light of larger patches, given on the smaller ones, as linear within the larger.
 fn larger(p: &Prepared, neighbours: &Neighbours, values: &[Rgb]) -> Vec<Linear> {
     let parents = p.patches.parents();
-    let neighbours = neighbours.larger(parents, p.patches.areas());
+    let neighbours = neighbours.larger(parents, &p.patches.weights());
     let mut own = vec![Rgb::ZERO; neighbours.len()];
     for (value, &parent) in values.iter().zip(parents) {
         own[parent as usize] = *value;

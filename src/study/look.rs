@@ -110,7 +110,7 @@ pub(super) fn look(
     gather(&view, fields, &gathering.into(), &|done| watch.tick(done))
 }
 
-fn view<'a>(
+pub(super) fn view<'a>(
     p: &'a Prepared,
     (transports, sight): (&'a [Transport], &'a Sight),
     (width, height): (usize, usize),

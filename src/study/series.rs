@@ -108,7 +108,7 @@ fn cast(
         let (mode, solution) = one(c);
         self::powers(&mode.operator, &solution.terms)
     }));
-    let coarse = coarse_terms(&mode.operator, p.patches.parents(), last);
+    let coarse = coarse_terms(&mode.operator, p.patches.areas(), p.patches.parents(), last);
     let coarse = self::powers(&mode.operator, &coarse);
     BounceSeries {
         errors: errors(&powers, &coarse),

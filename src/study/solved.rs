@@ -6,13 +6,14 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::levels::{Off, fields};
-use super::look::{ambient, look, reflected};
+use super::look::{ambient, look, reflected, view};
 use super::pipeline::{Assembled, Prepared, Seconds, Watch, assemble_seeing, sight};
 use super::tolerance::Wanted;
 use super::within::{ErrorParts, Within};
 use crate::form_factors::{Sampling, Sight};
-use crate::image::{Fields, GatherSampling, Gathered, Gathering};
+use crate::image::{Fields, GatherSampling, Gathered, Gathering, Reading, View};
 use crate::light::{Rgb, Transport};
+use crate::operator::Operator;
 use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann, norm};
 
 /// Share of the tolerance at which the series is cut.
@@ -38,6 +39,8 @@ pub(super) struct Solved {
     pub fields: Fields,
     pub error: ErrorParts,
     pub off: Off,
+    /// How the gather pass is to read the light.
+    pub reading: Reading,
 }
 
 /// Two solutions of half the rays each: their mean, half their difference, and that to larger patches.
@@ -63,12 +66,19 @@ pub(super) fn solve(
     let solution = neumann(&first.0.operator, &settings)?;
     let other = neumann(&second.0.operator, &settings)?;
     let operator = &first.0.operator;
-    let coarse = coarse_terms(operator, p.patches.parents(), solution.terms.len() - 1);
+    let coarse = coarse_terms(
+        operator,
+        &p.patches.weights(),
+        p.patches.parents(),
+        solution.terms.len() - 1,
+    );
     let levels = [&solution.terms, &other.terms, &coarse].map(|terms| reflected(p, terms));
     let (fields, off) = fields(p, levels);
     let truncation =
         solution.rest() / norm(operator.areas(), &solution.light).max(f64::MIN_POSITIVE);
-    let fields = fields.with_ambient(ambient(&first.0, &solution));
+    let fields = fields
+        .with_ambient(ambient(&first.0, &solution))
+        .with_rest([operator, &second.0.operator].map(direct), &p.patches);
     spent.seconds.solve += clock.elapsed().as_secs_f64();
     Ok(Solved {
         mode: first.0,
@@ -79,7 +89,14 @@ pub(super) fn solve(
             ..ErrorParts::default()
         },
         off,
+        reading: Reading::PLAIN,
     })
+}
+
+/// Light that leaves the patches for what luminaires send there, one value each.
+fn direct(k: &Operator) -> Vec<Rgb> {
+    let one = |(i, received): (usize, &Rgb)| k.passed_on(i) * *received;
+    k.received().iter().enumerate().map(one).collect()
 }
 
 /// K from half the rays.
@@ -132,6 +149,12 @@ impl Solved {
         look(p, surfaces, fields, size, gathering, watch)
     }
 
+    /// What a small picture looks at.
+    pub fn rough_view<'a>(&'a self, p: &'a Prepared, wanted: &Wanted) -> View<'a> {
+        let surfaces = (&self.mode.transports[..], &*self.mode.sight);
+        view(p, surfaces, rough(wanted.size))
+    }
+
     /// A small picture, enough to tell the errors of the fields.
     pub fn rough(
         &self,
@@ -167,6 +190,13 @@ impl Solved {
             self.error.form_factors = share(noise);
             self.error.patches = FINER * share(coarse);
         }
+    }
+
+    /// Takes the squared error of the light as it is read, relative to the picture's: noise of F and all else.
+    pub fn state(&mut self, squared: f64) {
+        let noise = self.error.form_factors.min(squared.sqrt());
+        self.error.form_factors = noise;
+        self.error.patches = (squared - noise * noise).max(0.0).sqrt();
     }
 
     pub fn finish(mut self, p: &Prepared, gathered: Gathered, mut spent: Spent) -> Within {

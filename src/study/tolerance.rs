@@ -18,6 +18,8 @@
 
 use std::time::Instant;
 
+use super::check::Check;
+use super::divided::divided;
 use super::memory::keep_within;
 use super::pipeline::{Prepared, Watch};
 use super::refine::Sizes;
@@ -74,7 +76,7 @@ pub fn render_within(
     let seed = wanted.seed;
     let within = Gathering::Within { error, seed };
     // The rough picture has told the errors of the fields.
-    let gathered = solved.gather(p, &solved.fields.led(), wanted.size, within, watch);
+    let gathered = solved.gather(p, &solved.fields.led().read_by(solved.reading), wanted.size, within, watch);
     spent.seconds.gather += clock.elapsed().as_secs_f64();
     spent.seconds.patches += p.seconds;
     Ok(solved.finish(p, gathered, spent))
@@ -93,6 +95,7 @@ fn solve_within(
     let mut patches = (FIRST.0 * fineness) as usize;
     p.recut(patches);
     let mut sizes = None;
+    let mut check: Option<Check> = None;
     for round in 1.. {
         let mean = (f64::from(rays) * p.density()).ceil() as u32;
         // Two solutions, and F transposed.
@@ -103,6 +106,11 @@ fn solve_within(
         }
         let rough = solved.rough(p, wanted, spent, watch);
         solved.set_errors(&rough);
+        let check = check.get_or_insert_with(|| Check::new(p, &solved, wanted, rough.error.signal));
+        if check.contradicts(p, &solved, wanted) {
+            spent.rays += check.rays();
+            return divided(p, transport, solved, wanted, spent, watch);
+        }
         let noise = solved.error.form_factors / (FORM_FACTORS * wanted.tolerance);
         let mut coarse = solved.error.patches / (PATCHES * wanted.tolerance);
         let blind = round == 1 && p.patches.alone() > ALONE;
@@ -111,6 +119,8 @@ fn solve_within(
         }
         let full = most || (coarse > 1.0 && p.patches.len() >= MOST.0);
         if (noise <= 1.0 && coarse <= 1.0) || round == ROUNDS || full {
+            check.confirm(p, &mut solved);
+            spent.rays += check.rays();
             return Ok(solved);
         }
         if blind {

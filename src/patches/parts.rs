@@ -1,0 +1,259 @@
+//! Patches divided where the light on them differs, as samples of it tell.
+//!
+//! A patch is one value of light, but what it stands for may be lit here and dark there: on both sides of a partition, inside a
+//! cupboard, across a shadow's edge. Samples at points of the patch are divided by planes across an axis of place or of the
+//! normal, each time the one that leaves least variance (regression trees: L. Breiman et al. 1984), as long as the difference between both
+//! sides is more than chance:
+//!
+//! ```text
+//! F = (n - 2) * between / within > SIGNIFICANT,     between = n_a n_b / n |mean_a - mean_b|²
+//! ```
+//!
+//! so flat patches stay whole, and more samples tell finer differences apart.
+//!
+//! Parts have the pieces of the patch they were cut from; areas are shared out by samples. Not handled: borders that are not across
+//! an axis take several planes.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::{NONE, PatchPoint, Patches};
+
+/// Samples of a part at least.
+const LEAST: usize = 12;
+/// F beyond which a difference is no chance: the best of some hundred planes reaches 10 in one of twenty samples of noise.
+const SIGNIFICANT: f64 = 10.0;
+/// Planes in a row at most.
+const DEEPEST: u32 = 24;
+
+/// The light that leaves a point, as far as one ray tells.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// Where.
+    pub point: PatchPoint,
+    /// W/(m² sr).
+    pub light: DVec3,
+}
+
+/// Parts of patches.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Parts {
+    /// The first plane of every patch that is divided, else NONE.
+    roots: Vec<u32>,
+    planes: Vec<Plane>,
+    /// The patch that part `count + k` was cut from.
+    whole: Vec<u32>,
+    /// Patches before any was divided.
+    count: usize,
+    /// Their areas.
+    areas: Vec<f64>,
+}
+
+/// A plane across an axis, and what lies on either side.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    /// 0 to 2 for place, 3 to 5 for the normal.
+    axis: usize,
+    at: f32,
+    sides: [Part; 2],
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Part {
+    Divided(u32),
+    Patch(u32),
+}
+
+/// A tree that is not numbered yet: planes with their sides, or the samples of a part.
+enum Tree {
+    Plane {
+        axis: usize,
+        at: f32,
+        sides: Box<[Tree; 2]>,
+    },
+    Leaf(Vec<Sample>),
+}
+
+impl Parts {
+    /// The part of a patch that a point with a normal lies in.
+    #[inline]
+    pub fn at(&self, patch: u32, position: Vec3, normal: Vec3) -> u32 {
+        let Some(&root) = self.roots.get(patch as usize) else {
+            return patch;
+        };
+        if root == NONE {
+            return patch;
+        }
+        let mut own = root;
+        loop {
+            let plane = &self.planes[own as usize];
+            let beyond = coordinate(position, normal, plane.axis) >= plane.at;
+            match plane.sides[usize::from(beyond)] {
+                Part::Divided(next) => own = next,
+                Part::Patch(patch) => return patch,
+            }
+        }
+    }
+
+    /// The patch whose pieces a part has.
+    #[inline]
+    pub fn whole(&self, patch: usize) -> usize {
+        match patch.checked_sub(self.count) {
+            Some(k) => self.whole.get(k).map_or(patch, |&w| w as usize),
+            None => patch,
+        }
+    }
+}
+
+#[inline]
+fn coordinate(position: Vec3, normal: Vec3, axis: usize) -> f32 {
+    match axis {
+        0..3 => position[axis],
+        _ => normal[axis - 3],
+    }
+}
+
+impl Patches {
+    /// Whether patches were divided by light.
+    pub fn are_divided(&self) -> bool {
+        self.parts.count > 0
+    }
+
+    /// The patch that a patch is a part of; itself where it was not divided.
+    pub fn whole(&self, patch: u32) -> u32 {
+        self.parts.whole(patch as usize) as u32
+    }
+
+    /// Divides the patches as they were cut by the light sampled on them, and has their rays start from where it was sampled; `samples`
+    /// of every patch before any was divided.
+    pub fn divide(&mut self, samples: Vec<Vec<Sample>>) {
+        self.restore();
+        let trees: Vec<Tree> = samples.into_par_iter().map(|own| grow(own, 0)).collect();
+        let mut starts: Vec<Vec<PatchPoint>> = Vec::new();
+        starts.resize_with(self.len(), Vec::new);
+        let mut parts = Parts {
+            roots: vec![NONE; self.len()],
+            count: self.len(),
+            areas: self.areas.clone(),
+            ..Parts::default()
+        };
+        for (i, tree) in trees.into_iter().enumerate() {
+            let total = tree.count();
+            let area = self.areas[i];
+            let mut first = true;
+            let mut add = |own: Vec<Sample>| {
+                let share = area * own.len() as f64 / total.max(1) as f64;
+                let points = own.iter().map(|s| s.point).collect();
+                if std::mem::take(&mut first) {
+                    starts[i] = points;
+                    if total > 0 {
+                        self.areas[i] = share;
+                    }
+                    return i as u32;
+                }
+                starts.push(points);
+                parts.whole.push(i as u32);
+                self.areas.push(share);
+                self.materials.push(self.materials[i]);
+                self.sides.push(self.sides[i]);
+                self.parents.push(self.parents[i]);
+                self.areas.len() as u32 - 1
+            };
+            if let Part::Divided(root) = number(tree, &mut parts.planes, &mut add) {
+                parts.roots[i] = root;
+            }
+        }
+        self.parts = parts;
+        self.start_from(starts);
+    }
+}
+
+impl Patches {
+    /// Takes all parts back.
+    fn restore(&mut self) {
+        if !self.are_divided() {
+            return;
+        }
+        let Parts { count, areas, .. } = std::mem::take(&mut self.parts);
+        self.areas = areas;
+        self.materials.truncate(count);
+        self.sides.truncate(count);
+        self.parents.truncate(count);
+    }
+}
+
+impl Tree {
+    fn count(&self) -> usize {
+        match self {
+            Tree::Plane { sides, .. } => sides.iter().map(Tree::count).sum(),
+            Tree::Leaf(own) => own.len(),
+        }
+    }
+}
+
+/// Numbers the planes and parts of a tree.
+fn number(tree: Tree, planes: &mut Vec<Plane>, add: &mut impl FnMut(Vec<Sample>) -> u32) -> Part {
+    match tree {
+        Tree::Leaf(own) => Part::Patch(add(own)),
+        Tree::Plane { axis, at, sides } => {
+            let own = planes.len();
+            planes.push(Plane {
+                axis,
+                at,
+                sides: [Part::Patch(NONE); 2],
+            });
+            let sides = sides.map(|side| number(side, planes, add));
+            planes[own].sides = sides;
+            Part::Divided(own as u32)
+        }
+    }
+}
+
+/// Divides samples as long as their light differs by more than chance.
+fn grow(mut own: Vec<Sample>, depth: u32) -> Tree {
+    let Some((axis, at)) = best(&mut own).filter(|_| depth < DEEPEST) else {
+        return Tree::Leaf(own);
+    };
+    let (below, beyond): (Vec<Sample>, Vec<Sample>) = own
+        .into_iter()
+        .partition(|s| coordinate(s.point.position, s.point.normal, axis) < at);
+    Tree::Plane {
+        axis,
+        at,
+        sides: Box::new([below, beyond].map(|side| grow(side, depth + 1))),
+    }
+}
+
+/// The plane that leaves least variance, if it leaves significantly less.
+fn best(own: &mut [Sample]) -> Option<(usize, f32)> {
+    let n = own.len();
+    if n < 2 * LEAST {
+        return None;
+    }
+    let sum: DVec3 = own.iter().map(|s| s.light).sum();
+    let squares: f64 = own.iter().map(|s| s.light.length_squared()).sum();
+    let whole = squares - sum.length_squared() / n as f64;
+    let mut found: Option<(f64, usize, f32)> = None;
+    for axis in 0..6 {
+        let key = |s: &Sample| coordinate(s.point.position, s.point.normal, axis);
+        own.sort_by(|a, b| key(a).total_cmp(&key(b)));
+        let mut below = DVec3::ZERO;
+        for k in 1..=n - LEAST {
+            below += own[k - 1].light;
+            let (low, high) = (key(&own[k - 1]), key(&own[k]));
+            // Places nearer to each other than coordinates are certain are one place.
+            if k < LEAST || high - low <= 4.0 * f32::EPSILON {
+                continue;
+            }
+            let (a, b) = (k as f64, (n - k) as f64);
+            let apart = below / a - (sum - below) / b;
+            let between = a * b / n as f64 * apart.length_squared();
+            if found.is_none_or(|f| between > f.0) {
+                found = Some((between, axis, 0.5 * (low + high)));
+            }
+        }
+    }
+    let (between, axis, at) = found?;
+    let within = (whole - between).max(1e-12 * whole);
+    ((n - 2) as f64 * between > SIGNIFICANT * within).then_some((axis, at))
+}

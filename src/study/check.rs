@@ -1,0 +1,89 @@
+//! Whether patches of one size stand for a scene at all, as measured at points: the two levels of patches agree where both are
+//! wrong alike, the residual does not ([`crate::image::Residual`]).
+//!
+//! A few paths are enough to find errors as large as what is asked for; where they find one, more paths make sure of it.
+//!
+//! Not handled: errors that few paths cannot tell from none; the larger of both estimates is stated.
+
+use super::pipeline::Prepared;
+use super::solved::Solved;
+use super::tolerance::Wanted;
+use crate::image::{Reading, Squared, Walks};
+
+/// Paths of every pixel of a rough picture at first, and at most.
+const EACH: (u32, u32) = (4, 64);
+/// Share of the tolerance that an error must exceed to matter.
+const MATTERS: f64 = 0.5;
+/// Standard errors beyond which an error is certain.
+const CERTAIN: f64 = 3.0;
+/// Squared error over what the two levels and the noise of F say, beyond which they are contradicted.
+const BEYOND: f64 = 2.0;
+
+/// Paths that check solutions on any patches.
+pub(super) struct Check {
+    walks: Walks,
+    /// Squared RMS of the picture.
+    signal: f64,
+}
+
+impl Check {
+    /// A few paths through the rough picture of a solution.
+    pub fn new(p: &Prepared, solved: &Solved, wanted: &Wanted, signal: f64) -> Check {
+        let view = solved.rough_view(p, wanted);
+        let mut walks = Walks::new(&view, wanted.seed ^ 0x2c1b_3c6d);
+        walks.extend(&view, EACH.0);
+        Check {
+            walks,
+            signal: signal * signal,
+        }
+    }
+
+    /// Whether the light is off by more than its two levels of patches and its noise say, and by more than is tolerable.
+    pub fn contradicts(&mut self, p: &Prepared, solved: &Solved, wanted: &Wanted) -> bool {
+        if self.signal == 0.0 {
+            return false;
+        }
+        let known = known(solved);
+        let matters = (MATTERS * wanted.tolerance).powi(2);
+        loop {
+            let found = self.measure(p, solved);
+            let suspicious = found.value - found.deviation > matters.max(BEYOND * known);
+            let certain = found.value > CERTAIN * found.deviation;
+            if !suspicious || certain || self.walks.each() >= EACH.1 {
+                return suspicious;
+            }
+            let more = 3 * self.walks.each();
+            self.walks.extend(&solved.rough_view(p, wanted), more);
+        }
+    }
+
+    /// States the larger of what the two levels of patches and the paths are sure of.
+    pub fn confirm(&self, p: &Prepared, solved: &mut Solved) {
+        if self.signal > 0.0 {
+            let found = self.measure(p, solved);
+            let noise = solved.error.form_factors.powi(2);
+            let sure = (found.value - found.deviation - noise).max(0.0).sqrt();
+            solved.error.patches = solved.error.patches.max(sure);
+        }
+    }
+
+    /// Rays cast.
+    pub fn rays(&self) -> u64 {
+        self.walks.rays
+    }
+
+    /// The squared error of the light as it is read, as a share of the picture's square.
+    fn measure(&self, p: &Prepared, solved: &Solved) -> Squared {
+        let residual = self.walks.residual(&p.patches, &solved.fields);
+        let found = residual.of(Reading::PLAIN, 0.0);
+        Squared {
+            value: found.value / self.signal,
+            deviation: found.deviation / self.signal,
+        }
+    }
+}
+
+/// What the squared error is by the two levels of patches and two scramblings.
+fn known(solved: &Solved) -> f64 {
+    solved.error.patches.powi(2) + solved.error.form_factors.powi(2)
+}
