@@ -17,11 +17,11 @@ const FIT: f64 = 0.55;
 /// One pixel in so many tells the errors of a round.
 const SOME: usize = 9;
 /// What a reach that is too long is shortened to.
-const SHORTER: f64 = 0.6;
+const SHORTER: f64 = 0.35;
 /// Rounds of more points that lessen no bias, after which there are no more.
-const STALLS: usize = 2;
+const STALLS: usize = 3;
 /// Rounds of more rays, or more points.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 40;
 /// Share of the distance to the surroundings that a point of every pixel speaks for.
 const REACH: f64 = 0.15;
 /// The same at first for chosen points at an error of 1 %. Measured on the Cornell box, the fit's bias grows as its power 1.2.

@@ -118,6 +118,8 @@ pub struct Fields {
     without_direct: Vec<Linear>,
     /// How gather rays read.
     reading: Reading,
+    /// Patches met by shorter rays than this are not read, the rays go on; empty where all are.
+    near: Vec<f32>,
 }
 
 impl Fields {
@@ -145,6 +147,7 @@ impl Fields {
             ambient: Vec::new(),
             without_direct: Vec::new(),
             reading: Reading::PLAIN,
+            near: Vec::new(),
         }
     }
 
@@ -164,6 +167,7 @@ impl Fields {
             ambient: self.ambient.clone(),
             without_direct: self.without_direct.clone(),
             reading: self.reading,
+            near: self.near.clone(),
         }
     }
 
@@ -191,6 +195,23 @@ impl Fields {
     pub fn read_by(mut self, reading: Reading) -> Fields {
         self.reading = reading;
         self
+    }
+
+    /// Has rays go on that meet a patch nearer than its number, in unit coordinates.
+    pub fn not_read_nearer(mut self, near: Vec<f32>) -> Fields {
+        self.near = near;
+        self
+    }
+
+    /// Whether a ray of this length is too short to read the patch it meets.
+    #[inline]
+    pub(super) fn is_near(&self, patch: u32, distance: f32) -> bool {
+        self.near.get(patch as usize).is_some_and(|&near| distance < near)
+    }
+
+    /// Whether every ray reads the first patch that it meets.
+    pub(super) fn is_read_at_once(&self) -> bool {
+        self.near.is_empty() && self.reading == Reading::PLAIN
     }
 
     /// The first field at a point of a patch, without the direct light of luminaires.

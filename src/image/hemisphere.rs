@@ -15,6 +15,9 @@ use crate::rays::{FAN, Fan, Hit, Ray};
 /// Rays of a point whose numbers are tabled: few points cast more.
 const TABLED: usize = 1 << 13;
 
+/// Rays that follow one another at most before one reads, however near what they meet is.
+pub(super) const MOST: u32 = 16;
+
 /// Reads fields along cosine-distributed rays.
 pub(super) struct Reader<'a> {
     view: &'a View<'a>,
@@ -56,7 +59,7 @@ impl<'a> Reader<'a> {
         memory: &mut Memory,
         incident: &mut [DVec3],
     ) -> f64 {
-        if self.reading != Reading::PLAIN {
+        if !self.fields.is_read_at_once() {
             return self.read_onward(from, indices, seed, memory, incident);
         }
         self.trace(from, indices, seed, &mut memory.hits, |patch, position, through| {
@@ -83,7 +86,7 @@ impl<'a> Reader<'a> {
             nearness += self.walker.follow(&ray, memory, |m| met.push(m));
             let mut random = Stream::new(hash(k, seed));
             for m in &met {
-                let light = self.light(m, self.reading.bounces, &mut random, memory);
+                let light = self.light(m, (self.reading.bounces, MOST), &mut random, memory);
                 incident[0] += f64::from(m.through) * light;
             }
         }
@@ -104,24 +107,35 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A sample of the leading field at a point, from light read after so many more rays.
-    fn light(&self, at: &Met, bounces: u32, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+    /// A sample of the leading field at a point, from light read after so many more rays, or at most so many where what is met
+    /// is too near.
+    fn light(
+        &self,
+        at: &Met,
+        (bounces, most): (u32, u32),
+        random: &mut Stream,
+        memory: &mut Memory,
+    ) -> DVec3 {
         let Some(patch) = self.walker.patch(at) else {
             return DVec3::ZERO;
         };
-        if bounces == 0 && self.reading.direct == Direct::Patch {
-            return self.fields.of_patch(patch)[0].at(at.position).as_dvec3();
+        let ends = bounces == 0 && !self.fields.is_near(patch, at.distance) || most == 0;
+        match self.reading.direct {
+            Direct::Patch if ends => self.fields.of_patch(patch)[0].at(at.position).as_dvec3(),
+            Direct::Asked if ends => {
+                let rest = self.fields.without_direct(patch, at.position).as_dvec3();
+                rest + self.walker.direct(at, random, memory).direct
+            }
+            _ => {
+                let found = self.walker.reflect(at, random, memory);
+                let left = (bounces.saturating_sub(1), most - 1);
+                let mut onward = DVec3::ZERO;
+                for m in &found.next {
+                    onward += f64::from(m.through) * self.light(m, left, random, memory);
+                }
+                found.glow + found.direct + found.reflect * onward
+            }
         }
-        if bounces == 0 {
-            let rest = self.fields.without_direct(patch, at.position).as_dvec3();
-            return rest + self.walker.direct(at, random, memory).direct;
-        }
-        let found = self.walker.reflect(at, random, memory);
-        let mut onward = DVec3::ZERO;
-        for m in &found.next {
-            onward += f64::from(m.through) * self.light(m, bounces - 1, random, memory);
-        }
-        found.glow + found.direct + found.reflect * onward
     }
 
     /// Calls `meet(patch, position, through)` for all that the rays `indices` from the points `from` meet, `through` being

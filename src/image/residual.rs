@@ -93,6 +93,9 @@ pub struct Residual {
     pub mean: [f64; READINGS],
 }
 
+/// Standard errors below its estimate that an error of small blocks is likely to lie.
+const LIKELY: f64 = 0.5;
+
 /// Sums over the paths of a pixel or block, of either half.
 type Halves = [(DVec3, f64); 2];
 
@@ -117,8 +120,8 @@ impl Walks {
         });
         let mean = std::array::from_fn(|reading| {
             let own = pixels.iter().flat_map(|p| p[reading]);
-            let (sum, n) = own.fold((DVec3::ZERO, 0.0), |(s, n), h| (s + h.0, n + h.1));
-            sum.element_sum() / (3.0 * n)
+            let sum: DVec3 = own.map(|(sum, paths)| sum / paths.max(1.0)).sum();
+            sum.element_sum() / (6.0 * pixels.len() as f64)
         });
         Residual { squared, mean }
     }
@@ -126,19 +129,20 @@ impl Walks {
     /// Mean over blocks of the product of both halves' mean errors.
     fn products(&self, pixels: &[[Halves; READINGS]], reading: usize, side: usize) -> Squared {
         let columns = self.width.div_ceil(side);
-        let mut blocks = vec![(Halves::default(), 0.0); columns * self.height.div_ceil(side)];
+        let none = ([DVec3::ZERO; 2], 0.0);
+        let mut blocks = vec![none; columns * self.height.div_ceil(side)];
         for (k, pixel) in pixels.iter().enumerate() {
             let (x, y) = (k % self.width, k / self.width);
             let (block, area) = &mut blocks[y / side * columns + x / side];
-            for (sum, own) in block.iter_mut().zip(pixel[reading]) {
-                sum.0 += own.0;
-                sum.1 += own.1;
+            // Every pixel counts alike, however many paths it has.
+            for (sum, (own, paths)) in block.iter_mut().zip(pixel[reading]) {
+                *sum += own / f64::max(paths, 1.0);
             }
             *area += 1.0;
         }
         let (mut sum, mut squares, mut total) = (0.0, 0.0, 0.0);
-        for ([a, b], area) in blocks.into_iter().filter(|([a, b], _)| a.1 > 0.0 && b.1 > 0.0) {
-            let product = area * (a.0 / a.1).dot(b.0 / b.1) / 3.0;
+        for ([a, b], area) in blocks {
+            let product = a.dot(b) / (3.0 * area);
             sum += product;
             squares += product * product;
             total += area;
@@ -159,12 +163,14 @@ impl Residual {
         let told = blocks.iter().find(|s| s.deviation <= wanted);
         told.or(blocks.iter().min_by(best)).copied().unwrap_or_default()
     }
-}
 
-impl Squared {
-    /// What the squared error is at most, but for chance of one standard error.
-    pub fn upper(&self) -> f64 {
-        self.value.max(0.0) + self.deviation
+    /// What the squared error of a reading is at most, but for chance of one standard error: that of [`Residual::of`], or what smaller blocks
+    /// are likely to hold beyond it.
+    pub fn upper(&self, reading: Reading, wanted: f64) -> f64 {
+        let told = self.of(reading, wanted);
+        let blocks = self.squared[reading.number()].iter();
+        let likely = blocks.map(|s| s.value - LIKELY * s.deviation);
+        likely.fold(told.value.max(0.0) + told.deviation, f64::max)
     }
 }
 
@@ -217,17 +223,21 @@ fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] 
     let read = |at: &Met| read(patches, fields, at);
     let mut errors = [DVec3::ZERO; READINGS];
     // From the last point on, so that sums over what follows are known.
-    let mut rest = DVec3::ZERO;
+    let (mut rest, mut own) = (DVec3::ZERO, [DVec3::ZERO; 2]);
     for (k, step) in path.steps.iter().enumerate().rev() {
         let (light, without) = read(&step.at);
         let incident = |m: &Met| f64::from(m.through) * read(m).0;
         let onward: DVec3 = step.found.next.iter().map(incident).sum();
         let sample = step.found.glow + step.found.direct + step.found.reflect * onward;
         rest += step.weight * (sample - light);
-        let corrected = step.weight * (step.found.direct + without - light);
-        if let Some(own) = errors.get_mut(2 * k..2 * k + 2) {
-            own[0] = rest;
-            own[1] = rest - corrected;
+        let patch = patches.at(step.at.face, step.at.side, step.at.position);
+        // A ray that is too short goes on: what the next one leaves is what it leaves.
+        if !patch.is_some_and(|patch| fields.is_near(patch, step.at.distance)) {
+            let corrected = step.weight * (step.found.direct + without - light);
+            own = [rest, rest - corrected];
+        }
+        if let Some(errors) = errors.get_mut(2 * k..2 * k + 2) {
+            errors.copy_from_slice(&own);
         }
     }
     errors

@@ -20,6 +20,8 @@ pub(super) struct Met {
     pub position: Vec3,
     /// The product of tau before it.
     pub through: f32,
+    /// Length of the ray that met it.
+    pub distance: f32,
 }
 
 /// What leaves a point of a surface, as far as one ray tells.
@@ -159,6 +161,7 @@ impl<'a> Walker<'a> {
             side: hit.side,
             position: position - off * normal,
             through,
+            distance: hit.t,
         }
     }
 

@@ -49,37 +49,50 @@ pub struct Walks {
     pub(super) width: usize,
     pub(super) height: usize,
     seed: u32,
-    /// Paths of every pixel so far.
+    /// Paths of every pixel over those of all in the mean.
+    densities: Vec<f32>,
+    /// Paths of a pixel so far, in the mean.
     each: u32,
     /// Rays cast.
     pub rays: u64,
 }
 
 impl Walks {
-    /// No paths yet, of a picture of the view's size.
-    pub fn new(view: &View, seed: u32) -> Walks {
+    /// No paths yet, of a picture of the view's size; `densities` tell how many each pixel gets over those of all in the mean.
+    ///
+    /// Squared errors of a picture are mostly those of its bright pixels, so in proportion to their light is a good choice.
+    ///
+    /// # Panics
+    /// If there is not one number a pixel.
+    pub fn new(view: &View, densities: Vec<f32>, seed: u32) -> Walks {
+        assert_eq!(densities.len(), view.width * view.height);
         Walks {
             paths: Vec::new(),
             width: view.width,
             height: view.height,
             seed,
+            densities,
             each: 0,
             rays: 0,
         }
     }
 
-    /// Adds `more` paths to every pixel.
+    /// Adds `more` paths to every pixel, in the mean.
     pub fn extend(&mut self, view: &View, more: u32) {
         let walker = Walker::new(view);
-        let range = self.each..self.each + more;
-        let seed = self.seed;
+        let (seed, before, after) = (self.seed, self.each, self.each + more);
+        // An even number, and some of every pixel: both halves of the paths need theirs.
+        let count = |k: usize, each: u32| match each {
+            0 => 0,
+            _ => 2 * (0.5 * each as f32 * self.densities[k]).ceil().max(1.0) as u32,
+        };
         let rows: Vec<(Vec<Path>, u64)> = (0..self.height)
             .into_par_iter()
             .map_init(Memory::default, |memory, y| {
                 let mut paths = Vec::new();
                 memory.cast = 0;
                 for k in y * view.width..(y + 1) * view.width {
-                    for n in range.clone() {
+                    for n in count(k, before)..count(k, after) {
                         let random = Stream::new(hash(n, hash(k as u32, seed)));
                         let steps = walk(&walker, k, random, memory);
                         let pixel = k as u32;
@@ -93,7 +106,7 @@ impl Walks {
             self.paths.extend(paths);
             self.rays += cast;
         }
-        self.each = range.end;
+        self.each = after;
     }
 
     /// Takes in the paths of others.
@@ -102,7 +115,7 @@ impl Walks {
         self.rays += others.rays;
     }
 
-    /// Number of paths of every pixel.
+    /// Number of paths of a pixel in the mean.
     pub fn each(&self) -> u32 {
         self.each
     }

@@ -126,8 +126,9 @@ impl Patches {
 
     /// Divides the patches as they were cut by the light sampled on them, and has their rays start from where it was sampled; `samples`
     /// of every patch before any was divided.
-    pub fn divide(&mut self, samples: Vec<Vec<Sample>>) {
+    pub fn divide(&mut self, mut samples: Vec<Vec<Sample>>) {
         self.restore();
+        samples.resize_with(self.len(), Vec::new);
         let trees: Vec<Tree> = samples.into_par_iter().map(|own| grow(own, 0)).collect();
         let mut starts: Vec<Vec<PatchPoint>> = Vec::new();
         starts.resize_with(self.len(), Vec::new);
@@ -169,6 +170,22 @@ impl Patches {
 }
 
 impl Patches {
+    /// About the width of what each patch stands for, unit coordinates: twice the RMS distance of its chosen points from their middle, or
+    /// the root of its area where there are none.
+    pub fn widths(&self) -> Vec<f32> {
+        let width = |i: usize| {
+            let chosen = self.chosen(i);
+            if chosen.is_empty() {
+                return self.areas[i].sqrt() as f32;
+            }
+            let count = chosen.len() as f32;
+            let middle = chosen.iter().map(|p| p.position).sum::<Vec3>() / count;
+            let apart = chosen.iter().map(|p| p.position.distance_squared(middle));
+            2.0 * (apart.sum::<f32>() / count).sqrt()
+        };
+        (0..self.len()).map(width).collect()
+    }
+
     /// Takes all parts back.
     fn restore(&mut self) {
         if !self.are_divided() {

@@ -8,10 +8,13 @@
 use super::pipeline::Prepared;
 use super::solved::Solved;
 use super::tolerance::Wanted;
-use crate::image::{Reading, Squared, Walks};
+use crate::image::{Gathered, Reading, Squared, Walks};
 
 /// Paths of every pixel of a rough picture at first, and at most.
 const EACH: (u32, u32) = (4, 64);
+/// Paths of a pixel over those of all in the mean, at least and at most.
+const LEAST: f32 = 0.25;
+const MOST: f32 = 16.0;
 /// Share of the tolerance that an error must exceed to matter.
 const MATTERS: f64 = 0.5;
 /// Standard errors beyond which an error is certain.
@@ -28,13 +31,13 @@ pub(super) struct Check {
 
 impl Check {
     /// A few paths through the rough picture of a solution.
-    pub fn new(p: &Prepared, solved: &Solved, wanted: &Wanted, signal: f64) -> Check {
+    pub fn new(p: &Prepared, solved: &Solved, wanted: &Wanted, rough: &Gathered) -> Check {
         let view = solved.rough_view(p, wanted);
-        let mut walks = Walks::new(&view, wanted.seed ^ 0x2c1b_3c6d);
+        let mut walks = Walks::new(&view, brightness(rough), wanted.seed ^ 0x2c1b_3c6d);
         walks.extend(&view, EACH.0);
         Check {
             walks,
-            signal: signal * signal,
+            signal: rough.error.signal.powi(2),
         }
     }
 
@@ -81,6 +84,18 @@ impl Check {
             deviation: found.deviation / self.signal,
         }
     }
+}
+
+/// The light of every pixel of a rough picture over their mean, within limits: dark pixels are looked at too, and luminaires are
+/// no part of the error.
+pub(super) fn brightness(rough: &Gathered) -> Vec<f32> {
+    let (picture, lamps) = (rough.total(), &rough.emission);
+    let light = picture.pixels.iter().zip(&lamps.pixels);
+    let own = light.map(|(l, e)| if e.max_element() > 0.0 { 0.0 } else { l.element_sum() });
+    let own: Vec<f32> = own.collect();
+    let mean = own.iter().sum::<f32>() / own.len().max(1) as f32;
+    let within = |l: &f32| (l / mean.max(f32::MIN_POSITIVE)).clamp(LEAST, MOST);
+    own.iter().map(within).collect()
 }
 
 /// What the squared error is by the two levels of patches and two scramblings.

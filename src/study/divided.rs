@@ -13,10 +13,11 @@
 
 use std::time::Instant;
 
+use super::check::brightness;
 use super::pipeline::{Prepared, Watch};
 use super::solved::{Solved, Spent, solve};
 use super::tolerance::Wanted;
-use crate::image::{Reading, Residual, Walks};
+use crate::image::{Gathered, Reading, Residual, Walks};
 use crate::light::Transport;
 use crate::solve::Diverges;
 
@@ -29,7 +30,9 @@ const NOISE: f64 = 0.3;
 /// Paths of every pixel at a tolerance of 2 %, and at least and at most.
 const EACH: (f64, u32, u32) = (48.0, 16, 1024);
 /// Rays of a patch at first, and at most.
-const RAYS: (u32, u32) = (256, 1 << 14);
+const RAYS: (u32, u32) = (512, 1 << 14);
+/// Rays of a patch over those of all in the mean, at least and at most.
+const DENSITY: (f32, f32) = (0.5, 8.0);
 /// Rays of a patch that no path reaches.
 const UNSEEN: f64 = 16.0;
 /// Times that patches are divided.
@@ -39,7 +42,7 @@ const ROUNDS: usize = 3;
 pub(super) fn divided(
     p: &mut Prepared,
     transport: Transport,
-    mut solved: Solved,
+    (mut solved, first): (Solved, &Gathered),
     wanted: &Wanted,
     spent: &mut Spent,
     watch: &dyn Watch,
@@ -47,7 +50,8 @@ pub(super) fn divided(
     let each = (EACH.0 * 0.02 / wanted.tolerance) as u32;
     let mut each = each.clamp(EACH.1, EACH.2);
     let mut rays = RAYS.0;
-    let mut seen = walks(p, &solved, wanted, (each, 1), spent);
+    let mut bright = brightness(first);
+    let mut seen = walks(p, &solved, wanted, (&bright, each, 1), spent);
     for round in 1.. {
         let clock = Instant::now();
         let samples = seen.samples(&p.patches, &solved.fields);
@@ -62,10 +66,11 @@ pub(super) fn divided(
         if signal == 0.0 {
             return Ok(solved);
         }
-        let (others, residual) = measured(p, &solved, wanted, (each, round), signal, spent);
+        bright = brightness(&rough);
+        let (others, residual) = measured(p, &solved, wanted, (&bright, each, round), signal, spent);
         let goal = signal * (SHARE * wanted.tolerance).powi(2);
         let certain = signal * (SURE * wanted.tolerance).powi(2);
-        let error = |reading: Reading| residual.of(reading, certain).upper();
+        let error = |reading: Reading| residual.upper(reading, certain);
         let enough = |reading: &Reading| error(*reading) <= goal;
         eprintln!("DBG divided {} patches rays {} noise {:.2} plain {:.2} {:?}", p.patches.len(), rays, noise, 100.0 * (error(Reading::PLAIN) / signal).sqrt(), residual.squared[0].map(|s| (100.0 * (s.value.abs() / signal).sqrt(), 100.0 * (s.deviation / signal).sqrt())));
         if enough(&Reading::PLAIN) || round as usize == ROUNDS {
@@ -73,6 +78,7 @@ pub(super) fn divided(
             let least = Reading::ALL.into_iter().min_by(best);
             let chosen = Reading::ALL.into_iter().find(enough).or(least);
             solved.reading = chosen.unwrap_or(Reading::PLAIN);
+            eprintln!("DBG reading {:?} {:.2}", solved.reading, 100.0 * (error(solved.reading) / signal).sqrt());
             solved.state(error(solved.reading) / signal);
             return Ok(solved);
         }
@@ -90,12 +96,12 @@ fn walks(
     p: &Prepared,
     solved: &Solved,
     wanted: &Wanted,
-    (each, set): (u32, u32),
+    (bright, each, set): (&[f32], u32, u32),
     spent: &mut Spent,
 ) -> Walks {
     let clock = Instant::now();
     let view = solved.rough_view(p, wanted);
-    let mut walks = Walks::new(&view, wanted.seed ^ set.wrapping_mul(0x85eb_ca6b));
+    let mut walks = Walks::new(&view, bright.to_vec(), wanted.seed ^ set.wrapping_mul(0x85eb_ca6b));
     walks.extend(&view, each);
     spent.rays += walks.rays;
     spent.seconds.solve += clock.elapsed().as_secs_f64();
@@ -107,11 +113,11 @@ fn measured(
     p: &Prepared,
     solved: &Solved,
     wanted: &Wanted,
-    (each, round): (u32, u32),
+    (bright, each, round): (&[f32], u32, u32),
     signal: f64,
     spent: &mut Spent,
 ) -> (Walks, Residual) {
-    let mut others = walks(p, solved, wanted, (each, 1 + round), spent);
+    let mut others = walks(p, solved, wanted, (bright, each, 1 + round), spent);
     let clock = Instant::now();
     let certain = signal * (SURE * wanted.tolerance).powi(2);
     loop {
@@ -128,9 +134,12 @@ fn measured(
     }
 }
 
-/// Rays of each patch over those asked for: few where no path goes.
+/// Rays of each patch over those asked for: in proportion to how often paths reach it, and few where none does.
 fn densities(p: &Prepared, rays: u32) -> Vec<f32> {
     let few = (UNSEEN / f64::from(rays)).min(1.0) as f32;
-    let own = |i: usize| if p.patches.chosen(i).is_empty() { few } else { 1.0 };
-    (0..p.patches.len()).map(own).collect()
+    let reached: Vec<f32> = (0..p.patches.len()).map(|i| p.patches.chosen(i).len() as f32).collect();
+    let count = reached.iter().filter(|&&n| n > 0.0).count().max(1);
+    let mean = reached.iter().sum::<f32>() / count as f32;
+    let own = |&n: &f32| if n > 0.0 { (n / mean).clamp(DENSITY.0, DENSITY.1) } else { few };
+    reached.iter().map(own).collect()
 }

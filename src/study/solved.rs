@@ -78,7 +78,11 @@ pub(super) fn solve(
         solution.rest() / norm(operator.areas(), &solution.light).max(f64::MIN_POSITIVE);
     let fields = fields
         .with_ambient(ambient(&first.0, &solution))
-        .with_rest([operator, &second.0.operator].map(direct), &p.patches);
+        .with_rest([operator, &second.0.operator].map(direct), &p.patches)
+        .not_read_nearer(match p.patches.are_divided() {
+            true => p.patches.widths(),
+            false => Vec::new(),
+        });
     spent.seconds.solve += clock.elapsed().as_secs_f64();
     Ok(Solved {
         mode: first.0,
@@ -171,7 +175,9 @@ impl Solved {
             hemisphere: 16,
             seed: wanted.seed,
         };
-        let gathered = self.gather(p, &self.fields, size, &sampling, watch);
+        // Differences between fields are those of patch light itself, however the picture reads it.
+        let fields = self.fields.clone().not_read_nearer(Vec::new());
+        let gathered = self.gather(p, &fields, size, &sampling, watch);
         spent.rays += gathered.rays;
         spent.seconds.gather += clock.elapsed().as_secs_f64();
         gathered

@@ -106,10 +106,10 @@ fn solve_within(
         }
         let rough = solved.rough(p, wanted, spent, watch);
         solved.set_errors(&rough);
-        let check = check.get_or_insert_with(|| Check::new(p, &solved, wanted, rough.error.signal));
+        let check = check.get_or_insert_with(|| Check::new(p, &solved, wanted, &rough));
         if check.contradicts(p, &solved, wanted) {
             spent.rays += check.rays();
-            return divided(p, transport, solved, wanted, spent, watch);
+            return divided(p, transport, (solved, &rough), wanted, spent, watch);
         }
         let noise = solved.error.form_factors / (FORM_FACTORS * wanted.tolerance);
         let mut coarse = solved.error.patches / (PATCHES * wanted.tolerance);
