@@ -6,6 +6,7 @@
 //! Not handled: the hit in full. A block says which lanes are met and about where; the rest is asked of the one triangle
 //! that counts; registers of more than eight lanes.
 
+use glam::Vec3A;
 use pulp::Simd;
 
 use super::tree::Query;
@@ -49,12 +50,42 @@ impl Block {
         }
     }
 
+    /// The triangle of a lane.
+    #[inline]
+    pub(super) fn triangle(&self, lane: usize) -> Triangle {
+        let along = |axis: &[Lane<f32>; 3]| Vec3A::from_array(axis.each_ref().map(|c| c[lane]));
+        Triangle(self.corners.each_ref().map(along))
+    }
+
+    /// The plane of a lane's triangle.
+    #[inline]
+    pub(super) fn plane(&self, lane: usize) -> u32 {
+        self.planes[lane]
+    }
+
     /// The key of every lane, its place being `first` plus the lane; false if the exact test must be asked for them.
+    #[inline(always)]
+    pub(super) fn keys(&self, query: &Query, first: usize) -> (Lane<f32>, bool) {
+        self.tell(query, query.end, |t, lane| key(t, first + lane))
+    }
+
+    /// The distance of every lane met before `reach`; false if the exact test must be asked for them.
+    #[inline(always)]
+    pub(super) fn distances(&self, query: &Query, reach: f32) -> (Lane<f32>, bool) {
+        self.tell(query, reach, |t, _| t)
+    }
+
+    /// What `tell` makes of the distance of every lane met before `reach`.
     ///
     /// Signs are compared through the product of the least and the greatest edge function: below 0 they differ. Where
     /// it is 0, or so small that it vanishes, the signs are in doubt.
     #[inline(always)]
-    pub(super) fn keys(&self, query: &Query, first: usize) -> (Lane<f32>, bool) {
+    fn tell(
+        &self,
+        query: &Query,
+        reach: f32,
+        tell: impl Fn(f32, usize) -> f32,
+    ) -> (Lane<f32>, bool) {
         let (mut keys, mut doubt) = ([MISSED; LANES], [0u32; LANES]);
         let shear = &query.shear;
         let [x, y, z] = shear.axes.map(|axis| &self.corners[axis]);
@@ -73,8 +104,8 @@ impl Block {
             // Keep what counts.
             let plane = self.planes[l];
             let skipped = (plane == query.skip[0]) | (plane == query.skip[1]);
-            let met = (signs > 0.0) & (t > 0.0) & (t < query.end) & !skipped;
-            keys[l] = if met { key(t, first + l) } else { MISSED };
+            let met = (signs > 0.0) & (t > 0.0) & (t < reach) & !skipped;
+            keys[l] = if met { tell(t, l) } else { MISSED };
             doubt[l] = u32::from(signs == 0.0);
         }
         (keys, doubt.into_iter().fold(0, |a, b| a | b) == 0)

@@ -8,6 +8,7 @@
 
 mod anchor;
 mod block;
+mod bounds;
 mod cluster;
 pub mod cosine;
 mod crossings;
@@ -15,12 +16,15 @@ mod fan;
 mod few;
 mod hull;
 mod many;
+pub(crate) mod mix;
 mod planes;
 pub mod sequence;
+mod split;
 #[cfg(test)]
 mod tests;
 mod tree;
 mod triangle;
+mod wide;
 
 use glam::{Vec3, Vec3A};
 

@@ -4,9 +4,9 @@
 //! meetings: of those close together the first is chosen by [`precedes`], whatever order they are found in.
 
 use glam::Vec3A;
-use obvhs::aabb::Aabb;
 
 use super::block::LANES;
+use super::bounds::Bounds;
 use super::cluster::clusters;
 use super::few::{BLOCKS, Few};
 use super::many::Many;
@@ -108,7 +108,7 @@ impl Tree {
 
     /// In blocks if there are fewer than `many` faces and the blocks suffice, otherwise in a hierarchy.
     pub(super) fn of(faces: &[(Triangle, Label)], pad: f32, many: usize) -> Self {
-        let boxes: Vec<Aabb> = faces.iter().map(|(t, _)| t.padded_box(pad)).collect();
+        let boxes: Vec<Bounds> = faces.iter().map(|(t, _)| t.padded_box(pad)).collect();
         if faces.len() < many {
             let groups = clusters(&boxes, LANES);
             if groups.len() <= BLOCKS {
