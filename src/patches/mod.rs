@@ -20,8 +20,11 @@ mod grid;
 mod neighbours;
 mod parents;
 mod surface;
+mod surfaces;
 mod tiling;
 mod zones;
+
+use std::sync::Arc;
 
 use glam::Vec3;
 
@@ -29,6 +32,7 @@ use crate::rays::Side;
 use crate::rays::cosine::triangle_point;
 use grid::Grid;
 pub use neighbours::Neighbours;
+pub use surfaces::Surfaces;
 use tiling::Tiling;
 pub use zones::Zones;
 
@@ -82,7 +86,7 @@ pub struct Patches {
     /// The patch behind a front patch, or NONE.
     backs: Vec<u32>,
     /// Front unit normals of the faces.
-    normals: Vec<Vec3>,
+    normals: Arc<[Vec3]>,
 }
 
 impl Patches {

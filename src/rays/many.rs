@@ -8,13 +8,14 @@
 //!
 //! Not handled: registers of more than eight lanes.
 
+use std::ops::Range;
+
 use pulp::{Arch, Scalar, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::Hit;
-use super::block::{Block, LANES, MISSED, least_of};
-use super::bounds::Bounds;
-use super::split;
+use super::block::{Block, LANES, MISSED, bits};
+use super::split::Layout;
 use super::tree::{Label, Query, SAME_PLACE, hit, precedes};
 use super::triangle::{Meeting, Triangle};
 use super::wide::Wide;
@@ -31,12 +32,14 @@ pub(super) struct Many {
 }
 
 impl Many {
-    /// The hierarchy over faces and their padded boxes.
-    pub(super) fn new(faces: &[(Triangle, Label)], boxes: &[Bounds]) -> Self {
-        let (order, root) = split::tree(boxes);
-        let (wide, leaves) = Wide::new(root);
-        let leaf = |range: &std::ops::Range<usize>| {
-            let own = order[range.clone()].iter().map(|&i| faces[i as usize]);
+    /// The hierarchy of a layout; `face` tells what its numbers stand for, `None` of those left out.
+    pub(super) fn new(
+        layout: &Layout,
+        face: impl Fn(u32) -> Option<(Triangle, Label)> + Sync,
+    ) -> Self {
+        let (wide, leaves) = Wide::new(&layout.root);
+        let leaf = |range: &Range<usize>| {
+            let own = layout.order[range.clone()].iter().filter_map(|&i| face(i));
             let own: Vec<(Triangle, Label)> = own.collect();
             let planes: Vec<(Triangle, u32)> = own.iter().map(|(t, l)| (*t, l.plane)).collect();
             let face = |lane: usize| own.get(lane).map_or(u32::MAX, |(_, label)| label.face);
@@ -76,20 +79,22 @@ impl Many {
 
     /// Tells `meet` of the meetings with a leaf's triangles before `reach`, until it says that they are enough.
     #[inline(always)]
-    fn meetings(
+    fn meetings<S: Simd>(
         &self,
+        simd: S,
         (leaf, query): (usize, &Query),
         reach: f32,
         mut meet: impl FnMut((Meeting, Label)) -> Enough,
     ) {
-        let block = &self.blocks[leaf];
-        let (distances, sure) = block.distances(query, reach);
-        if sure && least_of(&distances) == MISSED {
-            return;
-        }
-        for (lane, distance) in distances.into_iter().enumerate() {
-            if (distance < MISSED || !sure)
-                && let Some(found) = self.candidate(leaf, lane, query, reach)
+        let (distances, sure) = self.blocks[leaf].distances(query, reach);
+        let mut met = match sure {
+            true => bits(simd, &distances, 0.5 * MISSED),
+            false => u32::MAX >> (u32::BITS - LANES as u32),
+        };
+        while met != 0 {
+            let lane = met.trailing_zeros() as usize;
+            met &= met - 1;
+            if let Some(found) = self.candidate(leaf, lane, query, reach)
                 && matches!(meet(found), Enough::Yes)
             {
                 return;
@@ -134,7 +139,7 @@ impl WithSimd for Closest<'_> {
         let mut best: Option<(Meeting, Label)> = None;
         many.wide.walk(simd, query, |leaf, mut reach| {
             let window = best.map_or(query.end, |best| best.0.t + SAME_PLACE);
-            many.meetings((leaf, query), window, |found| {
+            many.meetings(simd, (leaf, query), window, |found| {
                 if best.as_ref().is_none_or(|best| precedes(&found, best)) {
                     reach = found.0.t;
                     best = Some(found);
@@ -160,7 +165,7 @@ impl WithSimd for IsClear<'_> {
         let IsClear(many, query) = self;
         let mut clear = true;
         many.wide.walk(simd, query, |leaf, reach| {
-            many.meetings((leaf, query), query.end, |_| {
+            many.meetings(simd, (leaf, query), query.end, |_| {
                 clear = false;
                 Enough::Yes
             });
@@ -183,7 +188,7 @@ impl<F: Fn(u32) -> bool> WithSimd for AllUnless<'_, F> {
         let AllUnless(many, opaque, query, out) = self;
         let mut clear = true;
         many.wide.walk(simd, query, |leaf, reach| {
-            many.meetings((leaf, query), query.end, |(meeting, label)| {
+            many.meetings(simd, (leaf, query), query.end, |(meeting, label)| {
                 if opaque(label.face) {
                     clear = false;
                     return Enough::Yes;

@@ -9,6 +9,7 @@
 //! Not handled: what is in the leaves.
 
 use std::array::from_fn;
+use std::ops::Range;
 
 use pulp::Simd;
 
@@ -50,7 +51,7 @@ impl Node {
 
 impl Wide {
     /// The nodes of a tree, and the ranges of its leaves by number.
-    pub(super) fn new(root: Branch) -> (Wide, Vec<std::ops::Range<usize>>) {
+    pub(super) fn new(root: &Branch) -> (Wide, Vec<Range<usize>>) {
         let (mut nodes, mut leaves) = (Vec::new(), Vec::new());
         enter(root, &mut nodes, &mut leaves);
         (Wide { nodes }, leaves)
@@ -92,17 +93,18 @@ impl Wide {
 }
 
 /// Enters a branch and those below it; returns its number.
-fn enter(branch: Branch, nodes: &mut Vec<Node>, leaves: &mut Vec<std::ops::Range<usize>>) -> u32 {
+fn enter(branch: &Branch, nodes: &mut Vec<Node>, leaves: &mut Vec<Range<usize>>) -> u32 {
     match branch {
         Branch::Leaf(range) => {
-            leaves.push(range);
+            leaves.push(range.clone());
             LEAF | (leaves.len() as u32 - 1)
         }
         Branch::Node(branches) => {
             let own = nodes.len();
             nodes.push(Node::new(&[]));
-            let mut numbered = |(bounds, branch)| (bounds, enter(branch, nodes, leaves));
-            let branches: Vec<_> = branches.into_iter().map(&mut numbered).collect();
+            let numbered =
+                |(bounds, branch): &(Bounds, Branch)| (*bounds, enter(branch, nodes, leaves));
+            let branches: Vec<_> = branches.iter().map(numbered).collect();
             nodes[own] = Node::new(&branches);
             own as u32
         }
