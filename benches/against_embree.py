@@ -4,9 +4,8 @@
     python benches/against_embree.py [FILE.obj ...]
 
 Runs `cargo bench --bench rates`, which measures halflight and writes triangles and rays, and casts the same rays through Embree
-(`embreex`): closest hits by single-ray queries, and visibility as occlusion along unit directions, counted as hidden if the first
-hit lies before the segment's end, as embreex gives occlusion queries no end. Embree knows no plane to skip: its rays start
-1e-5 off their face.
+(`embreex`): closest hits by single-ray queries, visibility by occlusion queries of the segments' length. Embree knows no plane
+to skip: its rays start 1e-5 off their face, and its segments end as far from theirs.
 
 Each slice of rays counts by the best of some passes, as in `benches/rates.rs`: other work on the machine only slows them down.
 Ratios above 1 mean that halflight is faster.
@@ -37,16 +36,16 @@ def vectors(folder, name, kind):
     return np.fromfile(folder / f"{name}.{kind}", "<f4").reshape(-1, 3)
 
 
-def rate(origins, directions, run):
-    slices = [slice(k, k + SLICE) for k in range(0, len(origins), SLICE)]
-    parts = [(np.ascontiguousarray(origins[s]), np.ascontiguousarray(directions[s])) for s in slices]
+def rate(rays, run):
+    """Of single-threaded runs over parts of the rays, given as arrays of equal length."""
+    parts = [[np.ascontiguousarray(a[k : k + SLICE]) for a in rays] for k in range(0, len(rays[0]), SLICE)]
     best = np.full(len(parts), np.inf)
     for _ in range(RUNS):
-        for k, (o, d) in enumerate(parts):
+        for k, part in enumerate(parts):
             start = time.perf_counter()
-            run(o, d)
+            run(*part)
             best[k] = min(best[k], time.perf_counter() - start)
-    return 1e-6 * len(origins) / best.sum()
+    return 1e-6 * len(rays[0]) / best.sum()
 
 
 def embree(folder, name):
@@ -62,9 +61,10 @@ def embree(folder, name):
     across = ends[:, 1] - ends[:, 0]
     lengths = np.linalg.norm(across, axis=1)
     found = {"build": build}
-    found["closest"] = rate(rays[:, 0], rays[:, 1], lambda o, d: scene.run(o, d))
+    found["closest"] = rate([rays[:, 0], rays[:, 1]], scene.run)
     directions = across / np.maximum(lengths, 1e-20)[:, None]
-    found["visible"] = rate(ends[:, 0], directions, lambda o, d: scene.run(o, d, query="OCCLUDED"))
+    occluded = lambda o, d, lengths: scene.run(o, d, lengths, query="OCCLUDED")
+    found["visible"] = rate([ends[:, 0], directions, lengths], occluded)
     return found
 
 

@@ -9,7 +9,7 @@
 use glam::Vec3A;
 use pulp::Simd;
 
-use super::tree::Query;
+use super::tree::{Label, Query};
 use super::triangle::Triangle;
 
 /// Triangles of a block.
@@ -38,16 +38,20 @@ pub(super) struct Block {
 
 impl Block {
     /// At most [`LANES`] triangles, each with its plane.
-    pub(super) fn new(triangles: &[(Triangle, u32)]) -> Self {
-        let coordinate = |lane: usize, axis: usize, corner: usize| match triangles.get(lane) {
-            Some((triangle, _)) => triangle.0[axis][corner],
-            None => f32::NAN,
+    pub(super) fn new(triangles: &[(Triangle, Label)]) -> Self {
+        let mut block = Block {
+            corners: [[[f32::NAN; LANES]; 3]; 3],
+            planes: [0; LANES],
         };
-        let lanes = |axis, corner| std::array::from_fn(|lane| coordinate(lane, axis, corner));
-        Block {
-            corners: [0, 1, 2].map(|axis| [0, 1, 2].map(|corner| lanes(axis, corner))),
-            planes: std::array::from_fn(|lane| triangles.get(lane).map_or(0, |t| t.1)),
+        for (lane, (triangle, label)) in triangles.iter().enumerate() {
+            for (own, along) in block.corners.iter_mut().zip(triangle.0) {
+                own[0][lane] = along.x;
+                own[1][lane] = along.y;
+                own[2][lane] = along.z;
+            }
+            block.planes[lane] = label.plane;
         }
+        block
     }
 
     /// The triangle of a lane.

@@ -73,8 +73,14 @@ fn extreme_points(vertices: &[DVec3]) -> Vec<DVec3> {
         .filter(|d| *d != DVec3::ZERO);
     let directions: Vec<DVec3> = directions.collect();
     let furthest = directions.par_iter().filter_map(|d| {
-        let vertices = vertices.iter().copied();
-        vertices.max_by(|a, b| d.dot(*a).total_cmp(&d.dot(*b)))
+        let (mut most, mut found) = (f64::NEG_INFINITY, None);
+        for &vertex in vertices {
+            let along = d.dot(vertex);
+            if along >= most {
+                (most, found) = (along, Some(vertex));
+            }
+        }
+        found
     });
     furthest.collect()
 }

@@ -41,9 +41,8 @@ impl Many {
         let leaf = |range: &Range<usize>| {
             let own = layout.order[range.clone()].iter().filter_map(|&i| face(i));
             let own: Vec<(Triangle, Label)> = own.collect();
-            let planes: Vec<(Triangle, u32)> = own.iter().map(|(t, l)| (*t, l.plane)).collect();
             let face = |lane: usize| own.get(lane).map_or(u32::MAX, |(_, label)| label.face);
-            (Block::new(&planes), std::array::from_fn(face))
+            (Block::new(&own), std::array::from_fn(face))
         };
         let (blocks, faces) = leaves.par_iter().with_min_len(64).map(leaf).unzip();
         Many {

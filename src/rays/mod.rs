@@ -267,11 +267,11 @@ impl Faces {
 
     /// The tree over some faces, in order; many of them share the layout of all.
     fn tree(&self, faces: &[u32]) -> Tree {
-        let all = faces.len() == self.corners.len();
-        let among = |face: u32| all || faces.binary_search(&face).is_ok();
         match &self.layout {
             Some(layout) if faces.len() >= self.many => {
-                let ready = |face: u32| among(face).then(|| self.ready(face));
+                let mut among = vec![false; self.corners.len()];
+                faces.iter().for_each(|&face| among[face as usize] = true);
+                let ready = |face: u32| among[face as usize].then(|| self.ready(face));
                 Tree::Many(Many::new(layout, ready))
             }
             _ => {

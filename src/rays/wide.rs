@@ -231,3 +231,30 @@ impl Later {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn branches_beyond_the_fixed_places_are_kept() {
+        let mut later = Later::new();
+        for k in 0..3 * FIXED as u64 {
+            later.insert(k, 0);
+        }
+        let mut found: Vec<u32> = std::iter::from_fn(|| later.nearest(1.0)).collect();
+        found.sort_unstable();
+        assert!(found.into_iter().eq(0..3 * FIXED as u32));
+    }
+
+    #[test]
+    fn the_nearest_of_a_node_is_walked_first_and_what_is_out_of_reach_is_not() {
+        let near = [3.0, MISSED, 1.0, MISSED, 4.0, 2.0, MISSED, 0.0];
+        let bounds = Bounds::EMPTY;
+        let node = Node::new(&from_fn::<_, 8, _>(|k| (bounds, k as u32)));
+        let mut later = Later::new();
+        assert_eq!(later.add(&node, &near, 0b1011_0101), 7);
+        let rest: Vec<u32> = std::iter::from_fn(|| later.nearest(3.5)).collect();
+        assert_eq!(rest, [2, 5, 0]);
+    }
+}
