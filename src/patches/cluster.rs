@@ -3,21 +3,41 @@
 //! Grouped by a voxel of the target size and by the cell of a cube map that the normal points to (26 cells, about 45°
 //! wide), so that the cost is linear and neither connectivity nor order of the faces matters.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::surface::Surface;
+use crate::rays::mix::BuildMix;
+
+/// What surfaces of one group agree in: material, voxel, cell of the normal, size.
+type Key = (u32, [i64; 3], [i8; 3], u64);
+
+/// The keys of surfaces with the size of their patches, at sizes larger by a factor.
+fn keys(small: &[(&Surface, f64)], factor: f64) -> Vec<Key> {
+    let key = |(s, size): &(&Surface, f64)| {
+        let middle = s.origin + 0.5 * (s.axes[0] * s.extent[0] + s.axes[1] * s.extent[1]);
+        let voxel = (middle / (factor * size)).floor().as_i64vec3();
+        let cell = direction_cell(s.normal);
+        (s.material, voxel.to_array(), cell, size.to_bits())
+    };
+    small.par_iter().with_min_len(1024).map(key).collect()
+}
+
+/// Number of groups.
+pub(super) fn count(small: &[(&Surface, f64)]) -> usize {
+    let keys = keys(small, 1.0);
+    let distinct: HashSet<Key, BuildMix> = keys.into_iter().collect();
+    distinct.len()
+}
 
 /// Indices into `small`, surfaces with the size of their patches, that belong together at sizes larger by a factor, in the
 /// order of their first members.
 pub(super) fn groups(small: &[(&Surface, f64)], factor: f64) -> Vec<Vec<usize>> {
-    let mut order: HashMap<_, usize> = HashMap::new();
+    let mut order: HashMap<Key, usize, BuildMix> = HashMap::default();
     let mut groups: Vec<Vec<usize>> = Vec::new();
-    for (k, (s, size)) in small.iter().enumerate() {
-        let middle = s.origin + 0.5 * (s.axes[0] * s.extent[0] + s.axes[1] * s.extent[1]);
-        let voxel = (middle / (factor * size)).floor().as_i64vec3();
-        let key = (s.material, voxel, direction_cell(s.normal), size.to_bits());
+    for (k, key) in keys(small, factor).into_iter().enumerate() {
         let g = *order.entry(key).or_insert_with(|| {
             groups.push(Vec::new());
             groups.len() - 1

@@ -6,7 +6,10 @@
 //!
 //! Not handled: discontinuities of higher order, the edges of shadows.
 
+use std::sync::OnceLock;
+
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::surface::Surface;
 use crate::rays::Rays;
@@ -18,31 +21,74 @@ const TOUCHES: f64 = 2e-6;
 /// Cells along each axis of the scene's box.
 const VOXELS: usize = 32;
 
-/// The faces of a scene, found by place.
-pub(super) struct Contacts<'a> {
-    scene: &'a Scene,
-    rays: &'a Rays,
-    /// Faces by voxel.
-    voxels: Vec<Vec<u32>>,
+/// Where the surfaces of a scene are touched.
+#[derive(Debug)]
+pub(super) struct Contacts {
+    voxels: Voxels,
+    /// Of every surface, found when first asked for.
+    segments: Vec<OnceLock<Vec<[DVec2; 2]>>>,
 }
 
-impl<'a> Contacts<'a> {
+/// Faces by voxel.
+#[derive(Debug)]
+struct Voxels {
+    /// Voxels with the faces that reach into them, in order of both.
+    faces: Vec<(u32, u32)>,
+    /// Where each voxel's faces begin.
+    starts: Vec<u32>,
+}
+
+impl Voxels {
     /// Sorts the faces into voxels.
-    pub fn new(scene: &'a Scene, rays: &'a Rays) -> Self {
-        let mut voxels = vec![Vec::new(); VOXELS * VOXELS * VOXELS];
-        for face in 0..scene.faces.len() as u32 {
+    fn new(scene: &Scene) -> Self {
+        let all = (0..scene.faces.len() as u32).into_par_iter();
+        let each = all.flat_map_iter(|face| {
             let (low, high) = bounds(scene.corners(face).map(|p| p.as_dvec3()));
-            for_voxels(low, high, |k, _| voxels[k].push(face));
+            let mut own = Vec::new();
+            for_voxels(low, high, |k, _| own.push((k as u32, face)));
+            own
+        });
+        let mut faces: Vec<(u32, u32)> = each.collect();
+        faces.par_sort_unstable();
+        let mut starts = vec![0; VOXELS * VOXELS * VOXELS + 1];
+        faces.iter().for_each(|&(k, _)| starts[k as usize + 1] += 1);
+        for k in 1..starts.len() {
+            starts[k] += starts[k - 1];
         }
+        Voxels { faces, starts }
+    }
+
+    fn faces(&self, voxel: usize) -> impl Iterator<Item = u32> {
+        let range = self.starts[voxel] as usize..self.starts[voxel + 1] as usize;
+        self.faces[range].iter().map(|&(_, face)| face)
+    }
+}
+
+impl Contacts {
+    /// Of a scene's surfaces, so many.
+    pub fn new(scene: &Scene, surfaces: usize) -> Self {
         Contacts {
-            scene,
-            rays,
-            voxels,
+            voxels: Voxels::new(scene),
+            segments: vec![OnceLock::new(); surfaces],
         }
     }
 
-    /// Segments in the surface's (u, v) along which faces of other planes touch or cut it.
-    pub fn segments(&self, s: &Surface) -> Vec<[DVec2; 2]> {
+    /// Segments in the (u, v) of surface k along which faces of other planes touch or cut it.
+    pub fn segments(&self, place: Place, k: usize, s: &Surface) -> &[[DVec2; 2]] {
+        // Nothing in here works on several threads: a thread that waits for others might come by again.
+        self.segments[k].get_or_init(|| place.segments(&self.voxels, s))
+    }
+}
+
+/// A scene with its planes.
+#[derive(Clone, Copy)]
+pub(super) struct Place<'a> {
+    pub scene: &'a Scene,
+    pub rays: &'a Rays,
+}
+
+impl Place<'_> {
+    fn segments(&self, voxels: &Voxels, s: &Surface) -> Vec<[DVec2; 2]> {
         let [u, v] = [s.axes[0] * s.extent[0], s.axes[1] * s.extent[1]];
         let corners = [s.origin, s.origin + u, s.origin + v, s.origin + u + v];
         let (low, high) = bounds(corners);
@@ -50,7 +96,7 @@ impl<'a> Contacts<'a> {
         for_voxels(low, high, |k, middle| {
             let reach = 3f64.sqrt() / VOXELS as f64 + TOUCHES;
             if (middle - s.origin).dot(s.normal).abs() <= reach {
-                faces.extend_from_slice(&self.voxels[k]);
+                faces.extend(voxels.faces(k));
             }
         });
         faces.sort_unstable();

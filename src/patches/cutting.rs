@@ -1,19 +1,22 @@
 //! Cutting a scene's surfaces into patches: grids on large surfaces, clusters of small ones.
 
 use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::Vec3;
+use rayon::prelude::*;
 
 use super::cluster;
-use super::contact::Contacts;
+use super::contact::Place;
 use super::grid::Grid;
 use super::parents::Parents;
-use super::surface::{self, Surface};
-use super::tiling::{Tiling, cut_tiles};
+use super::surface::Surface;
+use super::surfaces::Surfaces;
+use super::tiling::{CutSurface, Tiling, cut_tiles};
 use super::zones::Zones;
 use super::{Fragment, NONE, Owner, Patches};
 use crate::rays::{Rays, Side};
 use crate::scene::{Scene, Sides};
-
-use glam::Vec3;
 
 /// A patch before numbering: its material and the pieces of faces it consists of.
 pub(super) struct Draft {
@@ -28,14 +31,70 @@ pub(super) struct Piece {
     pub area: f64,
 }
 
+/// What the faces of a scene belong to, as far as they are cut.
+struct Owned {
+    owners: Vec<Owner>,
+    drafts: Vec<Draft>,
+    grids: Vec<Grid>,
+    tilings: Vec<Tiling>,
+}
+
+impl Owned {
+    /// Nothing of so many faces.
+    fn new(faces: usize) -> Owned {
+        Owned {
+            owners: vec![Owner::Patch(NONE); faces],
+            drafts: Vec::new(),
+            grids: Vec::new(),
+            tilings: Vec::new(),
+        }
+    }
+
+    /// Adds a surface that was cut, as a whole or in tiles.
+    fn enter(&mut self, cut: CutSurface, surface: &Surface, whole: bool) {
+        let (grids, tilings) = (self.grids.len() as u32, self.tilings.len() as u32);
+        let cut = cut.numbered_from(grids, self.drafts.len() as u32);
+        self.tilings.push(cut.tiling);
+        self.grids.extend(cut.grids);
+        self.drafts.extend(cut.drafts);
+        for &face in &surface.faces {
+            self.owners[face as usize] = match whole {
+                true => Owner::Grid(grids),
+                false => Owner::Tiling(tilings),
+            };
+        }
+    }
+
+    /// Adds a patch of small surfaces of one material.
+    fn gather<'a>(&mut self, scene: &Scene, surfaces: impl Iterator<Item = &'a Surface>) {
+        let (mut material, mut pieces) = (0, Vec::new());
+        for surface in surfaces {
+            material = surface.material;
+            for &face in &surface.faces {
+                self.owners[face as usize] = Owner::Patch(self.drafts.len() as u32);
+                pieces.push(Piece {
+                    face,
+                    corners: scene.corners(face),
+                    area: scene.area(face),
+                });
+            }
+        }
+        self.drafts.push(Draft { material, pieces });
+    }
+}
+
 impl Patches {
     /// Cuts the scene into about `count` patches, front sides and back sides of two-sided faces counted alike.
     ///
     /// The count is met within about a quarter where the geometry allows: at least one patch per surface and
     /// direction of the normal is needed, and at least one patch is always made.
     pub fn new(scene: &Scene, rays: &Rays, count: usize) -> Patches {
-        let zones = Zones::whole(scene, rays);
-        let surfaces = &zones.surfaces;
+        Patches::cut(scene, rays, &Surfaces::new(scene, rays), count)
+    }
+
+    /// As [`Patches::new`], of surfaces found before.
+    pub fn cut(scene: &Scene, rays: &Rays, found: &Arc<Surfaces>, count: usize) -> Patches {
+        let surfaces = &found.list;
         let total: f64 = surfaces
             .iter()
             .map(|s| s.area * sides_of(scene, s.material))
@@ -43,14 +102,15 @@ impl Patches {
         let mut size = (total / count.max(1) as f64).sqrt();
         // Edges of surfaces and voxels add patches: correct the size by the count it gave.
         for _ in 0..4 {
-            let found = Patches::estimate(scene, surfaces, size);
-            let ratio = found as f64 / count.max(1) as f64;
+            let estimate = Patches::estimate(scene, surfaces, size);
+            let ratio = estimate as f64 / count.max(1) as f64;
             if (0.9..1.1).contains(&ratio) {
                 break;
             }
             size *= ratio.sqrt();
         }
-        Patches::refined(scene, rays, &zones, &vec![size; surfaces.len()])
+        let sizes = vec![size; surfaces.len()];
+        Patches::refined(scene, rays, &Zones::whole(found), &sizes)
     }
 
     /// Number of patches that `size` would give, without cutting anything.
@@ -61,7 +121,7 @@ impl Patches {
             .map(|s| s.cells(size) * sides_of(scene, s.material))
             .sum();
         let small: Vec<_> = small.into_iter().map(|s| (s, size)).collect();
-        cells as usize + cluster::groups(&small, 1.0).len()
+        cells as usize + cluster::count(&small)
     }
 
     /// Cuts every zone into patches of its own size, unit coordinates.
@@ -69,78 +129,56 @@ impl Patches {
     /// # Panics
     /// If there are fewer sizes than zones.
     pub fn refined(scene: &Scene, rays: &Rays, zones: &Zones, sizes: &[f64]) -> Patches {
-        let contacts = Contacts::new(scene, rays);
-        let mut owners = vec![Owner::Patch(NONE); scene.faces.len()];
-        let (mut drafts, mut grids, mut tilings) = (Vec::new(), Vec::new(), Vec::new());
-        let mut small = Vec::new();
-        // Cut large surfaces into grids.
-        for (s, surface) in zones.surfaces.iter().enumerate() {
-            let (size, whole) = (sizes[zones.zone(s, 0, 0)], zones.tiles(s) == [1, 1]);
-            let cut = |grids: &mut _, drafts: &mut _| {
-                cut_tiles(scene, (zones, s), sizes, &contacts, (grids, drafts))
-            };
-            let large = !whole || is_large(surface, size);
-            let tiling = large.then(|| cut(&mut grids, &mut drafts)).flatten();
-            let Some(tiling) = tiling else {
-                small.push((surface, size));
-                continue;
-            };
-            let owner = match whole {
-                true => Owner::Grid(grids.len() as u32 - 1),
-                false => Owner::Tiling(tilings.len() as u32),
-            };
-            tilings.push(tiling);
-            for &face in &surface.faces {
-                owners[face as usize] = owner;
-            }
+        let place = Place { scene, rays };
+        let surfaces = &zones.surfaces.list;
+        let whole = |s: usize| zones.tiles(s) == [1, 1];
+        let size_of = |s: usize| sizes[zones.zone(s, 0, 0)];
+        // Cut large surfaces into grids, side by side.
+        let large = (0..surfaces.len()).into_par_iter().with_max_len(64);
+        let large = large.filter(|&s| !whole(s) || is_large(&surfaces[s], size_of(s)));
+        let cuts: Vec<(usize, CutSurface)> = large
+            .filter_map(|s| Some((s, cut_tiles(place, (zones, s), sizes)?)))
+            .collect();
+        let mut own = Owned::new(scene.faces.len());
+        let mut small = vec![true; surfaces.len()];
+        for (s, cut) in cuts {
+            small[s] = false;
+            own.enter(cut, &surfaces[s], whole(s));
         }
         // Gather small ones.
+        let small = (0..surfaces.len()).filter(|&s| small[s]);
+        let small: Vec<(&Surface, f64)> = small.map(|s| (&surfaces[s], size_of(s))).collect();
         let clusters = cluster::groups(&small, 1.0);
-        let first = drafts.len() as u32;
-        let parents = Parents::new(&grids, cluster::parents(&small, &clusters, first));
+        let first = own.drafts.len() as u32;
+        let parents = Parents::new(&own.grids, cluster::parents(&small, &clusters, first));
         for group in clusters {
-            let faces = group.iter().flat_map(|&k| &small[k].0.faces);
-            let mut pieces = Vec::new();
-            for &face in faces {
-                let corners = scene.corners(face);
-                owners[face as usize] = Owner::Patch(drafts.len() as u32);
-                let area = scene.area(face);
-                pieces.push(Piece {
-                    face,
-                    corners,
-                    area,
-                });
-            }
-            let material = small[group[0]].0.material;
-            drafts.push(Draft { material, pieces });
+            own.gather(scene, group.iter().map(|&k| small[k].0));
         }
         let size = sizes.iter().copied().fold(0.0, f64::max);
-        Patches::number(scene, drafts, (owners, grids, tilings), parents, size)
+        Patches::number(scene, own, parents, (size, &zones.surfaces.normals))
     }
 
     /// Lays out drafts as patches: fronts first, then the backs of two-sided materials.
     fn number(
         scene: &Scene,
-        drafts: Vec<Draft>,
-        (owners, grids, tilings): (Vec<Owner>, Vec<Grid>, Vec<Tiling>),
+        own: Owned,
         parents: Parents,
-        size: f64,
+        (size, normals): (f64, &Arc<[Vec3]>),
     ) -> Patches {
+        let drafts = own.drafts;
         let mut patches = Patches {
             areas: Vec::new(),
             materials: Vec::new(),
             sides: Vec::new(),
             starts: vec![0],
             fragments: Vec::new(),
-            owners,
-            grids,
-            tilings,
+            owners: own.owners,
+            grids: own.grids,
+            tilings: own.tilings,
             size,
             backs: vec![NONE; drafts.len()],
             parents: parents.of(drafts.len()),
-            normals: (0..scene.faces.len() as u32)
-                .map(|f| surface::normal(scene.corners(f)).as_vec3())
-                .collect(),
+            normals: Arc::clone(normals),
             starts_of_rays: Vec::new(),
             parts: Default::default(),
         };

@@ -55,6 +55,16 @@ impl Grid {
         }
     }
 
+    /// Numbers the patches from another on.
+    pub(super) fn number_from(&mut self, first: u32) {
+        for cell in &mut self.cells {
+            match cell {
+                Cell::Patch(patch) => *patch += first,
+                Cell::Cut(cut) => cut.patches.iter_mut().for_each(|p| *p += first),
+            }
+        }
+    }
+
     /// The cell that the point lies in.
     pub(super) fn cell(&self, position: Vec3) -> &Cell {
         self.locate(position).0

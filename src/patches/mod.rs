@@ -21,8 +21,11 @@ mod neighbours;
 mod parents;
 mod parts;
 mod surface;
+mod surfaces;
 mod tiling;
 mod zones;
+
+use std::sync::Arc;
 
 use glam::Vec3;
 
@@ -32,6 +35,7 @@ use grid::Grid;
 pub use neighbours::Neighbours;
 use parts::Parts;
 pub use parts::Sample;
+pub use surfaces::Surfaces;
 use tiling::Tiling;
 pub use zones::Zones;
 
@@ -88,7 +92,7 @@ pub struct Patches {
     /// The patch behind a front patch, or NONE.
     backs: Vec<u32>,
     /// Front unit normals of the faces.
-    normals: Vec<Vec3>,
+    normals: Arc<[Vec3]>,
     /// Points that the rays of a patch start from, where they are chosen; empty where they are uniform over it.
     starts_of_rays: Vec<Vec<PatchPoint>>,
     /// Patches that are divided further.

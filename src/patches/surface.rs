@@ -5,8 +5,10 @@
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3, Vec3};
+use rayon::prelude::*;
 
 use crate::rays::Rays;
+use crate::rays::mix::BuildMix;
 use crate::scene::Scene;
 
 /// A maximal set of touching coplanar faces with its (u, v) frame.
@@ -53,38 +55,59 @@ pub(super) fn normal(corners: [Vec3; 3]) -> DVec3 {
 
 /// All surfaces of a scene, in the order of their first faces.
 pub(super) fn find(scene: &Scene, rays: &Rays) -> Vec<Surface> {
-    let roots = connected(scene, rays);
-    let mut order: HashMap<u32, usize> = HashMap::new();
-    let mut faces: Vec<Vec<u32>> = Vec::new();
-    for (face, root) in roots.into_iter().enumerate() {
-        let k = *order.entry(root).or_insert_with(|| {
-            faces.push(Vec::new());
-            faces.len() - 1
-        });
-        faces[k].push(face as u32);
-    }
-    faces.into_iter().map(|f| measure(scene, f)).collect()
+    let (faces, starts) = by_plane(scene, rays);
+    let planes = starts.par_windows(2);
+    let connected = planes.flat_map_iter(|range| {
+        let own = &faces[range[0] as usize..range[1] as usize];
+        connected(scene, own)
+    });
+    let mut parts: Vec<Vec<u32>> = connected.collect();
+    parts.par_sort_unstable_by_key(|faces| faces[0]);
+    parts.into_par_iter().map(|f| measure(scene, f)).collect()
 }
 
-/// Representative face of every face's surface (union-find over shared corners).
-fn connected(scene: &Scene, rays: &Rays) -> Vec<u32> {
-    let mut parents: Vec<u32> = (0..scene.faces.len() as u32).collect();
-    let mut first: HashMap<([u32; 3], u32, u32, bool), u32> = HashMap::new();
-    for face in 0..scene.faces.len() as u32 {
+/// The faces plane by plane, in order, and where each plane's faces begin.
+fn by_plane(scene: &Scene, rays: &Rays) -> (Vec<u32>, Vec<u32>) {
+    let count = scene.faces.len() as u32;
+    let planes = (0..count).map(|f| rays.plane(f) + 1).max().unwrap_or(0);
+    let mut starts = vec![0; planes as usize + 1];
+    (0..count).for_each(|f| starts[rays.plane(f) as usize + 1] += 1);
+    for plane in 0..planes as usize {
+        starts[plane + 1] += starts[plane];
+    }
+    let (mut next, mut faces) = (starts.clone(), vec![0; count as usize]);
+    for face in 0..count {
+        let at = &mut next[rays.plane(face) as usize];
+        faces[*at as usize] = face;
+        *at += 1;
+    }
+    (faces, starts)
+}
+
+/// The faces of one plane by surface (union-find over shared corners).
+fn connected(scene: &Scene, faces: &[u32]) -> Vec<Vec<u32>> {
+    if let [face] = faces {
+        return vec![vec![*face]];
+    }
+    let mut parents: Vec<u32> = (0..faces.len() as u32).collect();
+    let mut first: HashMap<([u32; 3], u32, bool), u32, BuildMix> = HashMap::default();
+    for (k, &face) in (0u32..).zip(faces) {
         let n = normal(scene.corners(face));
         let outward = n.x + 0.7 * n.y + 0.3 * n.z > 0.0;
         let material = scene.faces[face as usize].material;
         for corner in scene.corners(face) {
             // Corners are compared by position: exporters repeat vertices.
             let position = corner.to_array().map(|x| (x + 0.0).to_bits());
-            let key = (position, rays.plane(face), material, outward);
-            let other = *first.entry(key).or_insert(face);
-            join(&mut parents, face, other);
+            let other = *first.entry((position, material, outward)).or_insert(k);
+            join(&mut parents, k, other);
         }
     }
-    (0..parents.len() as u32)
-        .map(|f| root(&mut parents, f))
-        .collect()
+    let mut parts: Vec<Vec<u32>> = vec![Vec::new(); faces.len()];
+    for (k, &face) in (0u32..).zip(faces) {
+        parts[root(&mut parents, k) as usize].push(face);
+    }
+    parts.retain(|faces| !faces.is_empty());
+    parts
 }
 
 fn root(parents: &mut [u32], mut face: u32) -> u32 {
@@ -139,12 +162,13 @@ fn measure(scene: &Scene, faces: Vec<u32>) -> Surface {
 fn smallest_rectangle(corners: &[[DVec3; 3]], normal: DVec3) -> (DVec3, DVec2, DVec2) {
     // Some edge of the convex hull lies on the best rectangle; 48 edges are enough for any shape one draws by hand.
     const EDGES: usize = 48;
+    // From so many faces on the edges are tried by several threads.
+    const MANY: usize = 1000;
     let base = corners[0][0];
     let edges = corners
         .iter()
         .flat_map(|[a, b, c]| [*b - *a, *c - *b, *a - *c]);
-    let mut best: Option<(f64, DVec3, DVec2, DVec2)> = None;
-    for edge in edges.take(EDGES) {
+    let around = |edge: DVec3| {
         let u = edge
             .reject_from_normalized(normal)
             .normalize_or(normal.any_orthonormal_vector());
@@ -155,12 +179,22 @@ fn smallest_rectangle(corners: &[[DVec3; 3]], normal: DVec3) -> (DVec3, DVec2, D
             low = low.min(q);
             high = high.max(q);
         }
-        let around = (high - low).element_product();
-        // A hair of preference for the earlier edge keeps the choice stable under rounding.
-        if best.is_none_or(|b| around < b.0 * (1.0 - 1e-6)) {
-            best = Some((around, u, low, high));
+        (u, low, high)
+    };
+    let edges = edges.take(EDGES);
+    // A hair of preference for the earlier edge keeps the choice stable under rounding.
+    let area = |(_, low, high): &(DVec3, DVec2, DVec2)| (*high - *low).element_product();
+    let lesser = |best, next| match area(&next) < area(&best) * (1.0 - 1e-6) {
+        true => next,
+        false => best,
+    };
+    let best = match corners.len() > MANY {
+        true => {
+            let edges: Vec<DVec3> = edges.collect();
+            let tried: Vec<_> = edges.into_par_iter().map(around).collect();
+            tried.into_iter().reduce(lesser)
         }
-    }
-    let (_, u, low, high) = best.expect("a surface has at least one face with three edges");
-    (u, low, high)
+        false => edges.map(around).reduce(lesser),
+    };
+    best.expect("a surface has at least one face with three edges")
 }

@@ -8,7 +8,7 @@
 use glam::{DVec2, Vec2, Vec3};
 
 use super::clip::span;
-use super::contact::Contacts;
+use super::contact::Place;
 use super::cutting::Draft;
 use super::grid::{Grid, cut, index};
 use super::surface::Surface;
@@ -62,19 +62,33 @@ impl Tiling {
     }
 }
 
-/// Cuts the tiles of surface s, each to its zone's size; grids are numbered from `grids.len()` on, patches from
-/// `drafts.len()`. None where the surface is too thin for any.
+/// A surface cut into patches, numbered from 0 on as its grids are.
+pub(super) struct CutSurface {
+    pub tiling: Tiling,
+    pub grids: Vec<Grid>,
+    pub drafts: Vec<Draft>,
+}
+
+impl CutSurface {
+    /// The same with grids and patches numbered from others on.
+    pub fn numbered_from(mut self, grid: u32, patch: u32) -> CutSurface {
+        self.tiling.grids.iter_mut().for_each(|g| *g += grid);
+        self.grids.iter_mut().for_each(|g| g.number_from(patch));
+        self
+    }
+}
+
+/// Cuts the tiles of surface s, each to its zone's size. None where the surface is too thin for any.
 pub(super) fn cut_tiles(
-    scene: &Scene,
+    place: Place,
     (zones, s): (&Zones, usize),
     sizes: &[f64],
-    contacts: &Contacts,
-    (grids, drafts): (&mut Vec<Grid>, &mut Vec<Draft>),
-) -> Option<Tiling> {
-    let surface = &zones.surfaces[s];
+) -> Option<CutSurface> {
+    let (scene, surface) = (place.scene, &zones.surfaces.list[s]);
     let [columns, rows] = zones.tiles(s);
-    let segments = contacts.segments(surface);
+    let segments = zones.surfaces.contacts.segments(place, s, surface);
     let faces = by_tile(scene, surface, [columns, rows]);
+    let (mut grids, mut drafts): (Vec<Grid>, Vec<Draft>) = (Vec::new(), Vec::new());
     let mut found: Vec<Option<u32>> = Vec::new();
     for row in 0..rows {
         for column in 0..columns {
@@ -86,7 +100,7 @@ pub(super) fn cut_tiles(
             };
             let first = drafts.len() as u32;
             let part = (surface, &tile, &faces[row * columns + column][..]);
-            let made = cut(scene, part, &segments, cells, first);
+            let made = cut(scene, part, segments, cells, first);
             found.push(made.map(|(grid, pieces)| {
                 grids.push(grid);
                 drafts.extend(pieces);
@@ -94,10 +108,12 @@ pub(super) fn cut_tiles(
             }));
         }
     }
-    found
-        .iter()
-        .any(Option::is_some)
-        .then(|| tiling(surface, [columns, rows], &found))
+    let any = found.iter().any(Option::is_some);
+    any.then(|| CutSurface {
+        tiling: tiling(surface, [columns, rows], &found),
+        grids,
+        drafts,
+    })
 }
 
 /// The faces that reach into each tile.

@@ -6,10 +6,13 @@
 //!
 //! Not handled: which size a zone needs; that depends on the light.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3};
 
 use super::Patches;
-use super::surface::{self, Surface};
+use super::surface::Surface;
+use super::surfaces::Surfaces;
 use crate::rays::Rays;
 use crate::scene::Scene;
 
@@ -19,13 +22,11 @@ const ACROSS: usize = 2;
 /// A scene's surfaces, divided into zones.
 #[derive(Debug)]
 pub struct Zones {
-    pub(super) surfaces: Vec<Surface>,
+    pub(super) surfaces: Arc<Surfaces>,
     /// Tiles of every surface along u and along v.
     tiles: Vec<[usize; 2]>,
     /// The first zone of every surface, and the number of zones.
     starts: Vec<u32>,
-    /// The surface of every face.
-    of_face: Vec<u32>,
 }
 
 /// A rectangle of a surface in its (u, v), and whether it is bounded by other tiles below and above along each axis.
@@ -39,37 +40,35 @@ pub(super) struct Tile {
 impl Zones {
     /// Zones for patches of `size` and smaller ones.
     pub fn new(scene: &Scene, rays: &Rays, size: f64) -> Zones {
-        let tiles = |s: &Surface| s.divisions(size).map(|n| n.div_ceil(ACROSS));
-        Zones::of(scene, surface::find(scene, rays), tiles)
+        Zones::of(&Surfaces::new(scene, rays), size)
+    }
+
+    /// As [`Zones::new`], of surfaces found before.
+    pub fn of(surfaces: &Arc<Surfaces>, size: f64) -> Zones {
+        Zones::tiled(surfaces, |s| s.divisions(size).map(|n| n.div_ceil(ACROSS)))
     }
 
     /// Every surface one zone.
-    pub(super) fn whole(scene: &Scene, rays: &Rays) -> Zones {
-        Zones::of(scene, surface::find(scene, rays), |_| [1, 1])
+    pub(super) fn whole(surfaces: &Arc<Surfaces>) -> Zones {
+        Zones::tiled(surfaces, |_| [1, 1])
     }
 
-    fn of(scene: &Scene, surfaces: Vec<Surface>, tiles: impl Fn(&Surface) -> [usize; 2]) -> Zones {
-        let tiles: Vec<[usize; 2]> = surfaces.iter().map(tiles).collect();
+    fn tiled(surfaces: &Arc<Surfaces>, tiles: impl Fn(&Surface) -> [usize; 2]) -> Zones {
+        let tiles: Vec<[usize; 2]> = surfaces.list.iter().map(tiles).collect();
         let mut starts = vec![0];
-        let mut of_face = vec![0; scene.faces.len()];
-        for (k, (surface, [columns, rows])) in surfaces.iter().zip(&tiles).enumerate() {
+        for (k, [columns, rows]) in tiles.iter().enumerate() {
             starts.push(starts[k] + (columns * rows) as u32);
-            surface
-                .faces
-                .iter()
-                .for_each(|&f| of_face[f as usize] = k as u32);
         }
         Zones {
-            surfaces,
+            surfaces: Arc::clone(surfaces),
             tiles,
             starts,
-            of_face,
         }
     }
 
     /// Number of zones.
     pub fn len(&self) -> usize {
-        self.starts[self.surfaces.len()] as usize
+        self.starts[self.tiles.len()] as usize
     }
 
     /// Whether there is none: never, as a scene has faces.
@@ -90,7 +89,7 @@ impl Zones {
     /// The rectangle of a surface's tile.
     pub(super) fn tile(&self, s: usize, column: usize, row: usize) -> Tile {
         let tiles = self.tiles[s];
-        let extent = self.surfaces[s].extent;
+        let extent = self.surfaces.list[s].extent;
         let size = DVec2::new(extent[0] / tiles[0] as f64, extent[1] / tiles[1] as f64);
         let inner = |k: usize, n: usize| [k > 0, k + 1 < n];
         Tile {
@@ -113,8 +112,8 @@ impl Zones {
 
     /// The zone of a point of a face.
     fn at(&self, face: u32, position: DVec3) -> usize {
-        let s = self.of_face[face as usize] as usize;
-        let surface = &self.surfaces[s];
+        let s = self.surfaces.of_face[face as usize] as usize;
+        let surface = &self.surfaces.list[s];
         let uv = surface.uv(position);
         let cell = |axis: usize| {
             let n = self.tiles[s][axis];
@@ -127,7 +126,7 @@ impl Zones {
     /// For every zone the one whose patch its own faces are part of: itself, unless small surfaces share a patch.
     pub fn shared(&self, patches: &Patches, of_patches: &[u32]) -> Vec<u32> {
         let mut shared: Vec<u32> = (0..self.len() as u32).collect();
-        for (s, surface) in self.surfaces.iter().enumerate() {
+        for (s, surface) in self.surfaces.list.iter().enumerate() {
             if let Some(patch) = patches.of_face(surface.faces[0])
                 && self.tiles[s] == [1, 1]
             {

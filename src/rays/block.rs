@@ -6,9 +6,10 @@
 //! Not handled: the hit in full. A block says which lanes are met and about where; the rest is asked of the one triangle
 //! that counts; registers of more than eight lanes.
 
+use glam::Vec3A;
 use pulp::Simd;
 
-use super::tree::Query;
+use super::tree::{Label, Query};
 use super::triangle::Triangle;
 
 /// Triangles of a block.
@@ -37,24 +38,58 @@ pub(super) struct Block {
 
 impl Block {
     /// At most [`LANES`] triangles, each with its plane.
-    pub(super) fn new(triangles: &[(Triangle, u32)]) -> Self {
-        let coordinate = |lane: usize, axis: usize, corner: usize| match triangles.get(lane) {
-            Some((triangle, _)) => triangle.0[axis][corner],
-            None => f32::NAN,
+    pub(super) fn new(triangles: &[(Triangle, Label)]) -> Self {
+        let mut block = Block {
+            corners: [[[f32::NAN; LANES]; 3]; 3],
+            planes: [0; LANES],
         };
-        let lanes = |axis, corner| std::array::from_fn(|lane| coordinate(lane, axis, corner));
-        Block {
-            corners: [0, 1, 2].map(|axis| [0, 1, 2].map(|corner| lanes(axis, corner))),
-            planes: std::array::from_fn(|lane| triangles.get(lane).map_or(0, |t| t.1)),
+        for (lane, (triangle, label)) in triangles.iter().enumerate() {
+            for (own, along) in block.corners.iter_mut().zip(triangle.0) {
+                own[0][lane] = along.x;
+                own[1][lane] = along.y;
+                own[2][lane] = along.z;
+            }
+            block.planes[lane] = label.plane;
         }
+        block
+    }
+
+    /// The triangle of a lane.
+    #[inline]
+    pub(super) fn triangle(&self, lane: usize) -> Triangle {
+        let along = |axis: &[Lane<f32>; 3]| Vec3A::from_array(axis.each_ref().map(|c| c[lane]));
+        Triangle(self.corners.each_ref().map(along))
+    }
+
+    /// The plane of a lane's triangle.
+    #[inline]
+    pub(super) fn plane(&self, lane: usize) -> u32 {
+        self.planes[lane]
     }
 
     /// The key of every lane, its place being `first` plus the lane; false if the exact test must be asked for them.
+    #[inline(always)]
+    pub(super) fn keys(&self, query: &Query, first: usize) -> (Lane<f32>, bool) {
+        self.tell(query, query.end, |t, lane| key(t, first + lane))
+    }
+
+    /// The distance of every lane met before `reach`; false if the exact test must be asked for them.
+    #[inline(always)]
+    pub(super) fn distances(&self, query: &Query, reach: f32) -> (Lane<f32>, bool) {
+        self.tell(query, reach, |t, _| t)
+    }
+
+    /// What `tell` makes of the distance of every lane met before `reach`.
     ///
     /// Signs are compared through the product of the least and the greatest edge function: below 0 they differ. Where
     /// it is 0, or so small that it vanishes, the signs are in doubt.
     #[inline(always)]
-    pub(super) fn keys(&self, query: &Query, first: usize) -> (Lane<f32>, bool) {
+    fn tell(
+        &self,
+        query: &Query,
+        reach: f32,
+        tell: impl Fn(f32, usize) -> f32,
+    ) -> (Lane<f32>, bool) {
         let (mut keys, mut doubt) = ([MISSED; LANES], [0u32; LANES]);
         let shear = &query.shear;
         let [x, y, z] = shear.axes.map(|axis| &self.corners[axis]);
@@ -73,8 +108,8 @@ impl Block {
             // Keep what counts.
             let plane = self.planes[l];
             let skipped = (plane == query.skip[0]) | (plane == query.skip[1]);
-            let met = (signs > 0.0) & (t > 0.0) & (t < query.end) & !skipped;
-            keys[l] = if met { key(t, first + l) } else { MISSED };
+            let met = (signs > 0.0) & (t > 0.0) & (t < reach) & !skipped;
+            keys[l] = if met { tell(t, l) } else { MISSED };
             doubt[l] = u32::from(signs == 0.0);
         }
         (keys, doubt.into_iter().fold(0, |a, b| a | b) == 0)

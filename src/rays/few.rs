@@ -41,14 +41,10 @@ impl Few {
             (0..LANES).map(lanes)
         });
         let (triangles, labels) = padded.unzip();
-        let block = |cluster: &Vec<(Triangle, Label)>| {
-            let planes: Vec<_> = cluster.iter().map(|(t, label)| (*t, label.plane)).collect();
-            Block::new(&planes)
-        };
         Few {
             arch: Arch::new(),
             boxes: clusters.chunks(LANES).map(|c| Boxes::new(c, pad)).collect(),
-            blocks: clusters.iter().map(block).collect(),
+            blocks: clusters.iter().map(|own| Block::new(own)).collect(),
             triangles,
             labels,
         }

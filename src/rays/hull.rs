@@ -8,6 +8,7 @@
 //! occluder, which is always right. So is a wall whose corners are further from planar than the tolerance.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::planes::{Plane, Planes};
 use crate::scene::Scene;
@@ -31,18 +32,20 @@ pub(super) fn occluders(scene: &Scene, planes: &Planes) -> Vec<u32> {
 fn hull_planes(scene: &Scene, planes: &[Plane]) -> Vec<bool> {
     let vertices = used_vertices(scene);
     let extremes = extreme_points(&vertices);
-    let mut budget = BUDGET;
-    planes
-        .iter()
-        .map(|plane| {
-            // Almost every inner plane has extreme points on both sides: it never comes to the full check.
-            if !one_sided(plane, &extremes) || budget < vertices.len() {
-                return false;
-            }
-            budget -= vertices.len();
-            one_sided(plane, &vertices)
-        })
-        .collect()
+    // Almost every inner plane has extreme points on both sides: it never comes to the full check.
+    let outer = (0..planes.len()).into_par_iter();
+    let outer: Vec<usize> = outer
+        .filter(|&p| one_sided(&planes[p], &extremes))
+        .collect();
+    let affordable = outer.len().min(BUDGET / vertices.len().max(1));
+    let proved = outer[..affordable].par_iter();
+    let proved: Vec<usize> = proved
+        .copied()
+        .filter(|&p| one_sided(&planes[p], &vertices))
+        .collect();
+    let mut hull = vec![false; planes.len()];
+    proved.into_iter().for_each(|p| hull[p] = true);
+    hull
 }
 
 /// The vertices that faces use; others are no points of the scene.
@@ -68,14 +71,18 @@ fn extreme_points(vertices: &[DVec3]) -> Vec<DVec3> {
                 .flat_map(move |&y| steps.map(|z| DVec3::new(x, y, z)))
         })
         .filter(|d| *d != DVec3::ZERO);
-    directions
-        .filter_map(|d| {
-            vertices
-                .iter()
-                .copied()
-                .max_by(|a, b| d.dot(*a).total_cmp(&d.dot(*b)))
-        })
-        .collect()
+    let directions: Vec<DVec3> = directions.collect();
+    let furthest = directions.par_iter().filter_map(|d| {
+        let (mut most, mut found) = (f64::NEG_INFINITY, None);
+        for &vertex in vertices {
+            let along = d.dot(vertex);
+            if along >= most {
+                (most, found) = (along, Some(vertex));
+            }
+        }
+        found
+    });
+    furthest.collect()
 }
 
 /// Whether no two points lie on different sides of the plane.

@@ -7,7 +7,9 @@
 //! Not handled: curved primitives, instances, moving scenes. Lengths are unit coordinates throughout.
 
 mod anchor;
+mod bins;
 mod block;
+mod bounds;
 mod cluster;
 pub mod cosine;
 mod crossings;
@@ -15,20 +17,28 @@ mod fan;
 mod few;
 mod hull;
 mod many;
+pub(crate) mod mix;
 mod planes;
 pub mod sequence;
+mod split;
 #[cfg(test)]
 mod tests;
 mod tree;
 mod triangle;
+mod wide;
 
 use glam::{Vec3, Vec3A};
+use rayon::prelude::*;
 
 use crate::scene::Scene;
 use anchor::Anchor;
+use bounds::Bounds;
 pub use fan::{FAN, Fan};
+use many::Many;
 use planes::Planes;
-use tree::{MANY, NO_PLANE, Query, Tree};
+use split::Layout;
+use tree::{Label, MANY, NO_PLANE, Query, Tree};
+use triangle::Triangle;
 
 /// A scene made ready for casting rays.
 pub struct Rays {
@@ -99,23 +109,22 @@ impl Rays {
     /// As [`Rays::new`], with fewer than `many` faces tested in blocks and others through a hierarchy; there are blocks
     /// for 512 at most. Both find the same; this is for measuring which is faster.
     pub fn with_blocks(scene: &Scene, many: usize) -> Rays {
-        let planes = Planes::new(scene);
-        let pad = 1e-5 * diagonal(scene);
         let all: Vec<u32> = (0..scene.faces.len() as u32).collect();
-        let inner = hull::occluders(scene, &planes);
+        let faces = Faces::new(scene, many);
+        let inner = hull::occluders(scene, &faces.planes);
         let occluders = match inner.len() {
             0 => Occluders::None,
             n if n == all.len() => Occluders::All,
-            _ => Occluders::Some(Tree::new(scene, &inner, &planes.of_face, (pad, many))),
+            _ => Occluders::Some(faces.tree(&inner)),
         };
         Rays {
             occluding: inner,
-            tree: Tree::new(scene, &all, &planes.of_face, (pad, many)),
+            tree: faces.tree(&all),
             occluders,
-            planes: planes.of_face,
+            planes: faces.planes.of_face,
             materials: scene.faces.iter().map(|f| f.material).collect(),
-            anchors: all.iter().map(|&f| Anchor::new(scene, f)).collect(),
-            corners: all.iter().map(|&f| scene.corners(f)).collect(),
+            anchors: all.par_iter().map(|&f| Anchor::new(scene, f)).collect(),
+            corners: faces.corners,
         }
     }
 
@@ -220,10 +229,69 @@ impl Rays {
     }
 }
 
-/// Length of the diagonal of the bounding box of the faces.
-fn diagonal(scene: &Scene) -> f32 {
-    let corners = (0..scene.faces.len() as u32).flat_map(|f| scene.corners(f));
-    let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    let (low, high) = corners.fold(empty, |(low, high), c| (low.min(c), high.max(c)));
-    (high - low).length()
+/// The faces of a scene, and what all trees over them have in common.
+struct Faces {
+    corners: Vec<[Vec3; 3]>,
+    planes: Planes,
+    /// Over all faces, where there are many.
+    layout: Option<Layout>,
+    /// What boxes are padded by.
+    pad: f32,
+    /// From how many on there is a hierarchy.
+    many: usize,
+}
+
+impl Faces {
+    fn new(scene: &Scene, many: usize) -> Faces {
+        let all = (0..scene.faces.len() as u32).into_par_iter();
+        let corners: Vec<[Vec3; 3]> = all.map(|f| scene.corners(f)).collect();
+        let pad = 1e-5 * diagonal(&corners);
+        // Planes are found one after the other; meanwhile the other threads lay out the tree.
+        let layout = || (corners.len() >= many).then(|| Layout::new(&boxes(&corners, pad)));
+        let (planes, layout) = rayon::join(|| Planes::new(scene), layout);
+        Faces {
+            corners,
+            planes,
+            layout,
+            pad,
+            many,
+        }
+    }
+
+    /// A face ready for rays.
+    fn ready(&self, face: u32) -> (Triangle, Label) {
+        let plane = self.planes.of_face[face as usize];
+        let triangle = Triangle::new(self.corners[face as usize]);
+        (triangle, Label { face, plane })
+    }
+
+    /// The tree over some faces, in order; many of them share the layout of all.
+    fn tree(&self, faces: &[u32]) -> Tree {
+        match &self.layout {
+            Some(layout) if faces.len() >= self.many => {
+                let mut among = vec![false; self.corners.len()];
+                faces.iter().for_each(|&face| among[face as usize] = true);
+                let ready = |face: u32| among[face as usize].then(|| self.ready(face));
+                Tree::Many(Many::new(layout, ready))
+            }
+            _ => {
+                let ready: Vec<_> = faces.iter().map(|&face| self.ready(face)).collect();
+                Tree::of(&ready, self.pad, self.many)
+            }
+        }
+    }
+}
+
+/// Length of the diagonal of the box around triangles.
+fn diagonal(corners: &[[Vec3; 3]]) -> f32 {
+    let whole = boxes(corners, 0.0)
+        .into_par_iter()
+        .reduce(|| Bounds::EMPTY, Bounds::join);
+    (whole.high - whole.low).length()
+}
+
+/// The triangles' boxes, padded.
+fn boxes(corners: &[[Vec3; 3]], pad: f32) -> Vec<Bounds> {
+    let padded = |c: &[Vec3; 3]| Triangle::new(*c).padded_box(pad);
+    corners.par_iter().map(padded).collect()
 }

@@ -9,10 +9,11 @@
 //! (faces of 1e-3 that are not parallel to an axis). Rays start a little above their face, so this costs no accuracy.
 
 use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, DefaultHasher};
 
 use glam::DVec3;
+use rayon::prelude::*;
 
+use super::mix::BuildMix;
 use crate::scene::Scene;
 
 /// Largest distance of a face's corner from the plane it joins, unit coordinates.
@@ -23,6 +24,13 @@ const CELL: f64 = 1.0 / 4096.0;
 
 /// A plane this close to a cell's border is looked for beyond it too; more than rounding tilts a face of 0.01.
 const BORDER: f64 = CELL / 8.0;
+
+/// A direction that planes people draw are rarely parallel to; about a unit vector.
+const GENERIC: DVec3 = DVec3::new(0.537, 0.623, 0.568);
+
+/// Planes whose normals have a larger part along [`GENERIC`] are entered under one orientation only: those looked at have normals
+/// within a cell and its border in each coordinate, `sqrt(3)` times that altogether.
+const EITHER: f64 = 2.0 * (CELL + BORDER);
 
 /// Planes looked at in one cell, so that gently curved surfaces with thousands in a cell stay near-linear.
 const PROBES: usize = 32;
@@ -81,7 +89,7 @@ impl Planes {
 /// Faces with their planes, largest first, ties by number.
 fn by_falling_area(scene: &Scene) -> Vec<(u32, Plane)> {
     let count = scene.faces.len() as u32;
-    let measured = (0..count).map(|face| {
+    let measured = (0..count).into_par_iter().map(|face| {
         let [a, b, c] = scene.corners(face).map(|c| c.as_dvec3());
         let cross = (b - a).cross(c - a);
         let normal = cross.normalize_or_zero();
@@ -89,7 +97,7 @@ fn by_falling_area(scene: &Scene) -> Vec<(u32, Plane)> {
         (cross.length(), face, Plane { normal, offset })
     });
     let mut faces: Vec<_> = measured.collect();
-    faces.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    faces.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     faces
         .into_iter()
         .map(|(_, face, plane)| (face, plane))
@@ -102,17 +110,22 @@ struct Finder {
     planes: Vec<Plane>,
     /// The plane entered into the same cell before this one.
     earlier: Vec<Option<u32>>,
-    /// The plane last entered into a cell. The hasher has no random state: runs are repeatable.
-    cells: HashMap<[i32; 4], u32, BuildHasherDefault<DefaultHasher>>,
+    /// The plane last entered into a cell.
+    cells: HashMap<[i32; 4], u32, BuildMix>,
 }
 
 impl Finder {
     /// The plane that all corners lie in, entered if it is new.
     fn find(&mut self, plane: Plane, corners: &[DVec3; 3]) -> u32 {
         let plane = upright(plane);
-        self.search(plane, corners)
-            .or_else(|| self.search(plane.flipped(), corners))
-            .unwrap_or_else(|| self.enter(plane))
+        let flipped = || {
+            let either = plane.normal.dot(GENERIC) < EITHER;
+            either
+                .then(|| self.search(plane.flipped(), corners))
+                .flatten()
+        };
+        let known = self.search(plane, corners).or_else(flipped);
+        known.unwrap_or_else(|| self.enter(plane))
     }
 
     /// Looks in the plane's own cell and in those across a border close by.
@@ -158,8 +171,7 @@ impl Finder {
 /// The orientation under which a plane is entered. Planes on the border between the two orientations are found under
 /// either, as `find` looks for both.
 fn upright(plane: Plane) -> Plane {
-    let generic = DVec3::new(0.537, 0.623, 0.568);
-    if plane.normal.dot(generic) < 0.0 {
+    if plane.normal.dot(GENERIC) < 0.0 {
         plane.flipped()
     } else {
         plane

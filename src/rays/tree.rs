@@ -4,15 +4,16 @@
 //! meetings: of those close together the first is chosen by [`precedes`], whatever order they are found in.
 
 use glam::Vec3A;
-use obvhs::aabb::Aabb;
+use rayon::prelude::*;
 
 use super::block::LANES;
+use super::bounds::Bounds;
 use super::cluster::clusters;
 use super::few::{BLOCKS, Few};
 use super::many::Many;
+use super::split::Layout;
 use super::triangle::{Meeting, Shear, Triangle};
 use super::{Hit, Side};
-use crate::scene::Scene;
 
 /// Faces from which a hierarchy is built at once. Blocks are still 1.7 times as fast at 384 faces, so they are used as far
 /// as there is room for them (`benches/rays.rs`).
@@ -88,27 +89,9 @@ impl Query {
 }
 
 impl Tree {
-    /// Makes `faces` ready, their boxes padded and if there are fewer than `many` in blocks; `planes` holds the plane of
-    /// every face of the scene.
-    pub(super) fn new(
-        scene: &Scene,
-        faces: &[u32],
-        planes: &[u32],
-        (pad, many): (f32, usize),
-    ) -> Self {
-        let faces: Vec<(Triangle, Label)> = faces
-            .iter()
-            .map(|&face| {
-                let plane = planes[face as usize];
-                (Triangle::new(scene.corners(face)), Label { face, plane })
-            })
-            .collect();
-        Tree::of(&faces, pad, many)
-    }
-
     /// In blocks if there are fewer than `many` faces and the blocks suffice, otherwise in a hierarchy.
     pub(super) fn of(faces: &[(Triangle, Label)], pad: f32, many: usize) -> Self {
-        let boxes: Vec<Aabb> = faces.iter().map(|(t, _)| t.padded_box(pad)).collect();
+        let boxes: Vec<Bounds> = faces.par_iter().map(|(t, _)| t.padded_box(pad)).collect();
         if faces.len() < many {
             let groups = clusters(&boxes, LANES);
             if groups.len() <= BLOCKS {
@@ -117,7 +100,8 @@ impl Tree {
                 return Tree::Few(Few::new(&clusters, pad));
             }
         }
-        Tree::Many(Many::new(faces, &boxes))
+        let face = |i: u32| Some(faces[i as usize]);
+        Tree::Many(Many::new(&Layout::new(&boxes), face))
     }
 
     /// The first meeting.

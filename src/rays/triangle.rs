@@ -11,9 +11,8 @@
 
 use glam::{Vec3, Vec3A, Vec3Swizzles};
 
-use obvhs::aabb::Aabb;
-
 use super::Side;
+use super::bounds::Bounds;
 
 /// Three corners, one register for each axis: register 0 holds the corners' x.
 #[derive(Clone, Copy, Debug)]
@@ -51,10 +50,13 @@ impl Triangle {
     }
 
     /// Its bounding box, wider by `pad` on every side.
-    pub(super) fn padded_box(&self, pad: f32) -> Aabb {
+    pub(super) fn padded_box(&self, pad: f32) -> Bounds {
         let low = Vec3A::from_array(self.0.map(Vec3A::min_element));
         let high = Vec3A::from_array(self.0.map(Vec3A::max_element));
-        Aabb::new(low - pad, high + pad)
+        Bounds {
+            low: low - pad,
+            high: high + pad,
+        }
     }
 }
 

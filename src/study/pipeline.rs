@@ -10,7 +10,7 @@ use crate::form_factors::{
 };
 use crate::light::{Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
-use crate::patches::{Patches, Zones};
+use crate::patches::{Patches, Surfaces, Zones};
 use crate::rays::Rays;
 use crate::scene::Scene;
 use crate::solve::Settings;
@@ -66,6 +66,8 @@ pub struct Prepared {
     pub scene: Scene,
     /// Its rays.
     pub rays: Rays,
+    /// Its surfaces.
+    pub surfaces: Arc<Surfaces>,
     /// Its patches.
     pub patches: Patches,
     /// Its emitters by closed form.
@@ -112,11 +114,13 @@ impl Watch for Silent {
 pub fn prepare(scene: Scene, patches: usize) -> Prepared {
     let start = Instant::now();
     let rays = Rays::new(&scene);
-    let patches = Patches::new(&scene, &rays, patches);
+    let surfaces = Surfaces::new(&scene, &rays);
+    let patches = Patches::cut(&scene, &rays, &surfaces, patches);
     let luminaires = Luminaires::new(&scene);
     Prepared {
         scene,
         rays,
+        surfaces,
         patches,
         luminaires,
         densities: Vec::new(),
@@ -129,7 +133,7 @@ impl Prepared {
     /// Cuts the surfaces anew, into about so many patches; scene, rays and luminaires stay.
     pub fn recut(&mut self, patches: usize) {
         let start = Instant::now();
-        self.patches = Patches::new(&self.scene, &self.rays, patches);
+        self.patches = Patches::cut(&self.scene, &self.rays, &self.surfaces, patches);
         self.densities.clear();
         self.seconds += start.elapsed().as_secs_f64();
     }

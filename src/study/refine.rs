@@ -41,7 +41,7 @@ impl Sizes {
     /// The zones of patches of one size, as they are now.
     pub fn new(p: &Prepared) -> Sizes {
         let largest = p.patches.size();
-        let zones = Zones::new(&p.scene, &p.rays, largest);
+        let zones = Zones::of(&p.surfaces, largest);
         Sizes {
             sizes: vec![largest; zones.len()],
             densities: vec![1.0; zones.len()],

@@ -1,6 +1,7 @@
 //! Scenes built by hand, and the tests of the module.
 
 mod blocks;
+mod deep;
 mod ends;
 mod lattice;
 mod soup;
