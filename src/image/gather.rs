@@ -206,7 +206,9 @@ impl Fields {
     /// Whether a ray of this length is too short to read the patch it meets.
     #[inline]
     pub(super) fn is_near(&self, patch: u32, distance: f32) -> bool {
-        self.near.get(patch as usize).is_some_and(|&near| distance < near)
+        self.near
+            .get(patch as usize)
+            .is_some_and(|&near| distance < near)
     }
 
     /// Whether every ray reads the first patch that it meets.

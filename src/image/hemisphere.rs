@@ -8,8 +8,8 @@ use super::gather::{Fields, View};
 use super::residual::{Direct, Reading};
 use super::walker::{Memory, Met, Walker};
 use crate::form_factors::Receiver;
-use crate::rays::sequence::{Sobol, Stream, hash};
 use crate::rays::cosine::cosine_direction;
+use crate::rays::sequence::{Sobol, Stream, hash};
 use crate::rays::{FAN, Fan, Hit, Ray};
 
 /// Rays of a point whose numbers are tabled: few points cast more.
@@ -62,11 +62,17 @@ impl<'a> Reader<'a> {
         if !self.fields.is_read_at_once() {
             return self.read_onward(from, indices, seed, memory, incident);
         }
-        self.trace(from, indices, seed, &mut memory.hits, |patch, position, through| {
-            for (sum, l) in incident.iter_mut().zip(self.fields.of_patch(patch)) {
-                *sum += (through * l.at(position)).as_dvec3();
-            }
-        })
+        self.trace(
+            from,
+            indices,
+            seed,
+            &mut memory.hits,
+            |patch, position, through| {
+                for (sum, l) in incident.iter_mut().zip(self.fields.of_patch(patch)) {
+                    *sum += (through * l.at(position)).as_dvec3();
+                }
+            },
+        )
     }
 
     /// The same where rays go on, or ask for direct light, before they read; only the leading field is.

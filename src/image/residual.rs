@@ -57,7 +57,11 @@ impl Reading {
         while k < READINGS {
             all[k] = Reading {
                 bounces: k as u32 / 2,
-                direct: if k % 2 == 0 { Direct::Patch } else { Direct::Asked },
+                direct: if k % 2 == 0 {
+                    Direct::Patch
+                } else {
+                    Direct::Asked
+                },
             };
             k += 1;
         }
@@ -115,9 +119,8 @@ impl Walks {
                 own[half].1 += 1.0;
             }
         }
-        let squared = std::array::from_fn(|reading| {
-            BLOCKS.map(|side| self.products(&pixels, reading, side))
-        });
+        let squared =
+            std::array::from_fn(|reading| BLOCKS.map(|side| self.products(&pixels, reading, side)));
         let mean = std::array::from_fn(|reading| {
             let own = pixels.iter().flat_map(|p| p[reading]);
             let sum: DVec3 = own.map(|(sum, paths)| sum / paths.max(1.0)).sum();
@@ -161,7 +164,9 @@ impl Residual {
         let blocks = &self.squared[reading.number()];
         let best = |a: &&Squared, b: &&Squared| a.deviation.total_cmp(&b.deviation);
         let told = blocks.iter().find(|s| s.deviation <= wanted);
-        told.or(blocks.iter().min_by(best)).copied().unwrap_or_default()
+        told.or(blocks.iter().min_by(best))
+            .copied()
+            .unwrap_or_default()
     }
 
     /// What the squared error of a reading is at most, but for chance of one standard error: that of [`Residual::of`], or what smaller blocks

@@ -91,7 +91,13 @@ impl Check {
 pub(super) fn brightness(rough: &Gathered) -> Vec<f32> {
     let (picture, lamps) = (rough.total(), &rough.emission);
     let light = picture.pixels.iter().zip(&lamps.pixels);
-    let own = light.map(|(l, e)| if e.max_element() > 0.0 { 0.0 } else { l.element_sum() });
+    let own = light.map(|(l, e)| {
+        if e.max_element() > 0.0 {
+            0.0
+        } else {
+            l.element_sum()
+        }
+    });
     let own: Vec<f32> = own.collect();
     let mean = own.iter().sum::<f32>() / own.len().max(1) as f32;
     let within = |l: &f32| (l / mean.max(f32::MIN_POSITIVE)).clamp(LEAST, MOST);

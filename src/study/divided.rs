@@ -67,18 +67,33 @@ pub(super) fn divided(
             return Ok(solved);
         }
         bright = brightness(&rough);
-        let (others, residual) = measured(p, &solved, wanted, (&bright, each, round), signal, spent);
+        let (others, residual) =
+            measured(p, &solved, wanted, (&bright, each, round), signal, spent);
         let goal = signal * (SHARE * wanted.tolerance).powi(2);
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let error = |reading: Reading| residual.upper(reading, certain);
         let enough = |reading: &Reading| error(*reading) <= goal;
-        eprintln!("DBG divided {} patches rays {} noise {:.2} plain {:.2} {:?}", p.patches.len(), rays, noise, 100.0 * (error(Reading::PLAIN) / signal).sqrt(), residual.squared[0].map(|s| (100.0 * (s.value.abs() / signal).sqrt(), 100.0 * (s.deviation / signal).sqrt())));
+        eprintln!(
+            "DBG divided {} patches rays {} noise {:.2} plain {:.2} {:?}",
+            p.patches.len(),
+            rays,
+            noise,
+            100.0 * (error(Reading::PLAIN) / signal).sqrt(),
+            residual.squared[0].map(|s| (
+                100.0 * (s.value.abs() / signal).sqrt(),
+                100.0 * (s.deviation / signal).sqrt()
+            ))
+        );
         if enough(&Reading::PLAIN) || round as usize == ROUNDS {
             let best = |a: &Reading, b: &Reading| error(*a).total_cmp(&error(*b));
             let least = Reading::ALL.into_iter().min_by(best);
             let chosen = Reading::ALL.into_iter().find(enough).or(least);
             solved.reading = chosen.unwrap_or(Reading::PLAIN);
-            eprintln!("DBG reading {:?} {:.2}", solved.reading, 100.0 * (error(solved.reading) / signal).sqrt());
+            eprintln!(
+                "DBG reading {:?} {:.2}",
+                solved.reading,
+                100.0 * (error(solved.reading) / signal).sqrt()
+            );
             solved.state(error(solved.reading) / signal);
             return Ok(solved);
         }
@@ -101,7 +116,11 @@ fn walks(
 ) -> Walks {
     let clock = Instant::now();
     let view = solved.rough_view(p, wanted);
-    let mut walks = Walks::new(&view, bright.to_vec(), wanted.seed ^ set.wrapping_mul(0x85eb_ca6b));
+    let mut walks = Walks::new(
+        &view,
+        bright.to_vec(),
+        wanted.seed ^ set.wrapping_mul(0x85eb_ca6b),
+    );
     walks.extend(&view, each);
     spent.rays += walks.rays;
     spent.seconds.solve += clock.elapsed().as_secs_f64();
@@ -123,7 +142,8 @@ fn measured(
     loop {
         let residual = others.residual(&p.patches, &solved.fields);
         let told = residual.of(Reading::PLAIN, certain);
-        if told.deviation <= certain || others.each() >= EACH.2 || told.value > 4.0 * told.deviation {
+        if told.deviation <= certain || others.each() >= EACH.2 || told.value > 4.0 * told.deviation
+        {
             spent.seconds.solve += clock.elapsed().as_secs_f64();
             return (others, residual);
         }
@@ -137,9 +157,17 @@ fn measured(
 /// Rays of each patch over those asked for: in proportion to how often paths reach it, and few where none does.
 fn densities(p: &Prepared, rays: u32) -> Vec<f32> {
     let few = (UNSEEN / f64::from(rays)).min(1.0) as f32;
-    let reached: Vec<f32> = (0..p.patches.len()).map(|i| p.patches.chosen(i).len() as f32).collect();
+    let reached: Vec<f32> = (0..p.patches.len())
+        .map(|i| p.patches.chosen(i).len() as f32)
+        .collect();
     let count = reached.iter().filter(|&&n| n > 0.0).count().max(1);
     let mean = reached.iter().sum::<f32>() / count as f32;
-    let own = |&n: &f32| if n > 0.0 { (n / mean).clamp(DENSITY.0, DENSITY.1) } else { few };
+    let own = |&n: &f32| {
+        if n > 0.0 {
+            (n / mean).clamp(DENSITY.0, DENSITY.1)
+        } else {
+            few
+        }
+    };
     reached.iter().map(own).collect()
 }

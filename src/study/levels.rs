@@ -44,7 +44,11 @@ pub(super) fn fields(p: &Prepared, [a, b, c]: [Vec<Rgb>; 3]) -> (Fields, Off) {
         x.iter().zip(y).map(|(x, y)| x.mix(u, y, v)).collect()
     };
     let mean = mix(&a, &b, 0.5, 0.5);
-    let light = if p.patches.are_divided() { mean } else { mix(&mean, &onward, 1.0, 1.0) };
+    let light = if p.patches.are_divided() {
+        mean
+    } else {
+        mix(&mean, &onward, 1.0, 1.0)
+    };
     let noisy = mix(&a, &b, 0.5, -0.5);
     let coarse = mix(&a, &c, 1.0, -1.0);
     let parts = [coarse.clone(), mix(&b, &held, 1.0, -1.0), noisy.clone()];

@@ -76,7 +76,13 @@ pub fn render_within(
     let seed = wanted.seed;
     let within = Gathering::Within { error, seed };
     // The rough picture has told the errors of the fields.
-    let gathered = solved.gather(p, &solved.fields.led().read_by(solved.reading), wanted.size, within, watch);
+    let gathered = solved.gather(
+        p,
+        &solved.fields.led().read_by(solved.reading),
+        wanted.size,
+        within,
+        watch,
+    );
     spent.seconds.gather += clock.elapsed().as_secs_f64();
     spent.seconds.patches += p.seconds;
     Ok(solved.finish(p, gathered, spent))
