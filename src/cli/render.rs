@@ -72,6 +72,15 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
     finish(&places, &console, exposure(own), outcomes)
 }
 
+/// Whether a picture's error is known.
+#[derive(Clone, Copy)]
+enum Stated {
+    /// It was to be at most so much.
+    Within(f64),
+    /// The effort was given, not the error.
+    Nothing,
+}
+
 /// What all modes of one run share.
 struct Shared<'a> {
     own: &'a Render,
@@ -103,7 +112,7 @@ impl Shared<'_> {
                 warn_of_error(self.console, transport, &within.error, tolerance);
             }
             let report = self.report(&prepared, transport);
-            outcomes.push(self.outcome(transport, report, found)?);
+            outcomes.push(self.outcome((transport, Stated::Within(tolerance)), report, found)?);
         }
         Ok(outcomes)
     }
@@ -144,9 +153,7 @@ impl Shared<'_> {
                 Within::fixed(&prepared, mode, &solution, gathered, (seconds, rays))
             });
             let report = self.report(&prepared, mode.transport);
-            let mut outcome = self.outcome(mode.transport, report, found)?;
-            outcome.report.error = None;
-            outcomes.push(outcome);
+            outcomes.push(self.outcome((mode.transport, Stated::Nothing), report, found)?);
         }
         Ok(outcomes)
     }
@@ -154,7 +161,7 @@ impl Shared<'_> {
     /// Writes a picture, and reports it, or why there is none.
     fn outcome(
         &self,
-        transport: Transport,
+        (transport, stated): (Transport, Stated),
         mut report: RenderReport,
         found: Result<Within, Diverges>,
     ) -> Result<Outcome, CliError> {
@@ -168,6 +175,13 @@ impl Shared<'_> {
         let picture = match found {
             Ok(within) => {
                 report.take(&within, self.load);
+                match stated {
+                    Stated::Within(tolerance) => {
+                        report.why = unmet(&within.error, tolerance);
+                        report.met = Some(report.why.is_none());
+                    }
+                    Stated::Nothing => report.error = None,
+                }
                 backs = within.backs;
                 let path = self.places.picture(transport);
                 if self.own.standard_error {
@@ -205,6 +219,8 @@ impl Shared<'_> {
             rays: 0,
             seconds: Seconds::default(),
             error: None,
+            met: None,
+            why: None,
             spectral_radius: None,
             closure: None,
             verdict: "",
@@ -254,25 +270,34 @@ fn check_layered(output: Option<&Path>) -> Result<(), CliError> {
 
 /// Says where more is estimated than was asked for, and of what.
 fn warn_of_error(console: &Console, transport: Transport, error: &ErrorParts, tolerance: f64) {
+    if let Some(why) = unmet(error, tolerance) {
+        console.warn(format!("{}: {why}", transport.label()));
+    }
+}
+
+/// What keeps a picture from its tolerance, and what would help.
+pub(super) fn unmet(error: &ErrorParts, tolerance: f64) -> Option<String> {
     if error.total <= tolerance {
-        return;
+        return None;
     }
     let parts = [
         (error.form_factors, "noise of F"),
-        (error.patches, "patch size"),
+        (error.patches, "the light read on patches"),
         (error.truncation, "the series' truncation"),
         (error.gather, "the gather pass"),
     ];
     let largest = parts.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
     let (part, name) = largest.unwrap_or_default();
-    console.warn(format!(
-        "{}: estimated error {:.2} %, more than the {:.2} % asked for; most of it ({:.2} %) is {name}, which more effort \
+    if error.gather >= 1.0 {
+        return Some("the scene emits light, but no ray found any on what the camera sees: the error is not known".into());
+    }
+    Some(format!(
+        "estimated error {:.2} %, more than the {:.2} % asked for; most of it ({:.2} %) is {name}, which more effort \
          lessened too little; a larger --size leaves less to bend within a pixel",
-        transport.label(),
         100.0 * error.total,
         100.0 * tolerance,
         100.0 * part,
-    ));
+    ))
 }
 
 /// A line on one mode; where it was the only one, its error speaks for itself.

@@ -36,6 +36,10 @@ pub struct RenderReport {
     pub seconds: Seconds,
     /// Estimated relative errors of the picture; null where effort was given instead of a tolerance, and for a path tracer.
     pub error: Option<ErrorParts>,
+    /// Whether the error stated is at most what was asked for; null where none was.
+    pub met: Option<bool>,
+    /// Why it is not.
+    pub why: Option<String>,
     /// Proved bounds; null where none were sought.
     pub spectral_radius: Option<Radius>,
     /// Row sums of F; null where no ray was needed.

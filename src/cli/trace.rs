@@ -188,6 +188,8 @@ impl Shared<'_> {
                 rays: counts.rays,
                 seconds: self.seconds,
                 error: None,
+                met: None,
+                why: None,
                 spectral_radius: None,
                 closure: None,
                 verdict,

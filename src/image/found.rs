@@ -125,6 +125,7 @@ impl Found {
         let field = |f: usize| picture(&|k| own(k).map_or(DVec3::ZERO, |p| p.fields[f].as_dvec3()));
         let deviation = |k: usize| (pixels[k].variance() + variance(k)).map(f64::sqrt);
         let cast: f64 = pixels.iter().map(Pixel::camera).sum();
+        let reflecting: u64 = pixels.iter().map(|p| u64::from(p.reflecting)).sum();
         let backs: u64 = pixels.iter().map(|p| u64::from(p.backs)).sum();
         Gathered {
             emission: picture(&|k| pixels[k].emission / pixels[k].camera()),
@@ -134,6 +135,7 @@ impl Found {
             error: self.error(pixels),
             riders: self.riders(pixels, fields),
             backs: backs as f64 / cast,
+            sees: reflecting as f64 / cast,
             rays: pixels.iter().map(|p| p.rays).sum(),
             leading: fields.leading(),
         }

@@ -272,6 +272,8 @@ pub struct Gathered {
     pub riders: Vec<f64>,
     /// Share of the camera rays that met the black back of a one-sided face.
     pub backs: f64,
+    /// Share of the camera rays that met a side that reflects.
+    pub sees: f64,
     /// Rays cast.
     pub rays: u64,
     pub(super) leading: usize,

@@ -38,6 +38,8 @@ pub(super) struct Pixel {
     pub count: u32,
     pub layers: Vec<Layer>,
     pub backs: u32,
+    /// Camera rays that met a side that reflects.
+    pub reflecting: u32,
     pub rays: u64,
 }
 
@@ -121,6 +123,7 @@ impl<'a> Pass<'a> {
         if material.rho == Rgb::ZERO {
             return;
         }
+        pixel.reflecting += 1;
         let receiver = self.receiver(&hit, position);
         let rho = material.rho.as_dvec3();
         pixel.rays += self.add_direct(&receiver, patch, rho, (s, seed), scratch);

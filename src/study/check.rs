@@ -10,8 +10,10 @@ use super::solved::Solved;
 use super::tolerance::Wanted;
 use crate::image::{Gathered, Reading, Squared, Walks};
 
-/// Paths of every pixel of a rough picture at first, and at most.
-const EACH: (u32, u32) = (4, 64);
+/// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; and at most.
+const PATHS: (f64, f64) = (20_000.0, 262_144.0);
+/// Standard errors that an error must come to before more paths look for it.
+const SUSPICIOUS: f64 = 0.5;
 /// Paths of a pixel over those of all in the mean, at least and at most.
 const LEAST: f32 = 0.25;
 const MOST: f32 = 16.0;
@@ -25,6 +27,8 @@ const BEYOND: f64 = 2.0;
 /// Paths that check solutions on any patches.
 pub(super) struct Check {
     walks: Walks,
+    /// Paths of a pixel at most.
+    most: u32,
     /// Squared RMS of the picture.
     signal: f64,
 }
@@ -34,8 +38,11 @@ impl Check {
     pub fn new(p: &Prepared, solved: &Solved, wanted: &Wanted, rough: &Gathered) -> Check {
         let view = solved.rough_view(p, wanted);
         let mut walks = Walks::new(&view, brightness(rough), wanted.seed ^ 0x2c1b_3c6d);
-        walks.extend(&view, EACH.0);
+        let pixels = (view.width * view.height) as f64;
+        let paths = PATHS.0 * (0.02 / wanted.tolerance).clamp(0.5, 4.0);
+        walks.extend(&view, (paths / pixels).ceil() as u32);
         Check {
+            most: (PATHS.1 / pixels).ceil() as u32,
             walks,
             signal: rough.error.signal.powi(2),
         }
@@ -50,10 +57,13 @@ impl Check {
         let matters = (MATTERS * wanted.tolerance).powi(2);
         loop {
             let found = self.measure(p, solved);
-            let suspicious = found.value - found.deviation > matters.max(BEYOND * known);
-            let certain = found.value > CERTAIN * found.deviation;
-            if !suspicious || certain || self.walks.each() >= EACH.1 {
-                return suspicious;
+            let tolerable = matters.max(BEYOND * known);
+            let wrong = found.value - found.deviation > tolerable;
+            let certain = wrong && found.value > CERTAIN * found.deviation;
+            let may_be = found.value + found.deviation > tolerable;
+            let suspicious = may_be && found.value > SUSPICIOUS * found.deviation;
+            if certain || !suspicious || self.walks.each() >= self.most {
+                return wrong;
             }
             let more = 3 * self.walks.each();
             self.walks.extend(&solved.rough_view(p, wanted), more);

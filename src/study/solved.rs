@@ -218,6 +218,7 @@ impl Solved {
             verdict: self.solution.verdict,
             closure: self.mode.closure,
             backs: gathered.backs,
+            sees: gathered.sees,
             standard_error: gathered.standard_error,
         }
     }

@@ -28,6 +28,7 @@ use super::solved::{Solved, Spent, half, solve};
 use super::within::Within;
 use crate::image::Gathering;
 use crate::light::Transport;
+use crate::scene::Material;
 use crate::solve::Diverges;
 
 /// Shares of the tolerance that noise of F, and patch size, may take.
@@ -85,7 +86,14 @@ pub fn render_within(
     );
     spent.seconds.gather += clock.elapsed().as_secs_f64();
     spent.seconds.patches += p.seconds;
-    Ok(solved.finish(p, gathered, spent))
+    let lit = p.scene.materials.iter().any(Material::emits);
+    let mut within = solved.finish(p, gathered, spent);
+    if lit && within.is_black() {
+        // Light that no ray found is no proof that there is none.
+        within.error.gather = 1.0;
+        within.error = within.error.sum();
+    }
+    Ok(within)
 }
 
 /// Solves on more patches and with more rays until their errors in a rough picture are within their shares.

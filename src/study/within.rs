@@ -57,9 +57,17 @@ pub struct Within {
     pub closure: Option<Closure>,
     /// Share of the camera's rays that met the black back of a one-sided face.
     pub backs: f64,
+    /// Share of the camera's rays that met a side that reflects.
+    pub sees: f64,
 }
 
 impl Within {
+    /// Whether no pixel has any light though the camera sees a surface's reflecting side.
+    pub(super) fn is_black(&self) -> bool {
+        let dark = |pixel: &crate::light::Rgb| *pixel == crate::light::Rgb::ZERO;
+        self.sees > 0.0 && self.picture.pixels.iter().all(dark)
+    }
+
     /// The picture of a solution made with given effort; its errors but those of the gather pass and of truncation are unknown.
     pub fn fixed(
         p: &Prepared,
@@ -78,6 +86,7 @@ impl Within {
             verdict: solution.verdict,
             closure: mode.closure,
             backs: gathered.backs,
+            sees: gathered.sees,
             standard_error: gathered.standard_error,
         }
     }
