@@ -18,9 +18,11 @@
 
 mod cast;
 mod checks;
+mod convex;
 mod drawn;
 mod emitted;
 mod lamps;
+mod large;
 mod layers;
 mod links;
 mod luminaire;

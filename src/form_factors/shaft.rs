@@ -14,7 +14,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::luminaire::Luminaires;
+use super::convex::NONE;
+use super::luminaire::{Luminaire, Luminaires};
 use super::shadow::Caster;
 use crate::patches::Patches;
 use crate::rays::{Rays, Side};
@@ -59,6 +60,8 @@ pub struct Shafts {
 pub(super) struct Body {
     pub corners: Vec<DVec3>,
     pub plane: Option<(DVec3, f64)>,
+    /// The convex lamp it is a part of, or [`NONE`].
+    pub part: u32,
 }
 
 impl Shafts {
@@ -70,7 +73,7 @@ impl Shafts {
         tau: &[f32],
         receives: &[bool],
     ) -> Shafts {
-        let casters = casters(scene, rays, tau);
+        let casters = casters(scene, rays, luminaires, tau);
         let count = luminaires.list.len();
         if casters.len() * count * patches.len() > MOST_TESTS {
             return Shafts::default();
@@ -78,7 +81,7 @@ impl Shafts {
         let lamps: Vec<Option<Body>> = luminaires
             .list
             .iter()
-            .map(|l| Body::new(l.corners()))
+            .map(|l| Some(Body::of_lamp(l)))
             .collect();
         let find = |i: usize| -> Vec<Option<Vec<u32>>> {
             if !receives[i] {
@@ -150,7 +153,12 @@ pub(super) fn patch_body(patches: &Patches, i: usize) -> Option<Body> {
 }
 
 /// The faces that may occlude and do.
-pub(super) fn casters(scene: &Scene, rays: &Rays, tau: &[f32]) -> Vec<Caster> {
+pub(super) fn casters(
+    scene: &Scene,
+    rays: &Rays,
+    luminaires: &Luminaires,
+    tau: &[f32],
+) -> Vec<Caster> {
     let faces = rays.occluders().iter();
     faces
         .map(|&face| {
@@ -160,6 +168,7 @@ pub(super) fn casters(scene: &Scene, rays: &Rays, tau: &[f32]) -> Vec<Caster> {
                 corners,
                 normal: (b - a).cross(c - a).normalize_or_zero(),
                 tau: f64::from(tau[scene.faces[face as usize].material as usize]),
+                part: luminaires.part(face),
             }
         })
         .filter(|c| c.tau < 1.0 && c.normal != DVec3::ZERO)
@@ -202,6 +211,7 @@ impl Body {
         let mut body = Body {
             corners: Vec::new(),
             plane: None,
+            part: NONE,
         };
         let mut area = DVec3::ZERO;
         let all: Vec<DVec3> = corners.collect();
@@ -216,8 +226,20 @@ impl Body {
         let normal = area.normalize_or_zero();
         let offset = normal.dot(*body.corners.first()?);
         let flat = |p: &DVec3| (normal.dot(*p) - offset).abs() <= FLAT;
-        body.plane = body.corners.iter().all(flat).then_some((normal, offset));
+        // The faces of a closed body add up to nothing, which is no plane.
+        let lies = normal != DVec3::ZERO && body.corners.iter().all(flat);
+        body.plane = lies.then_some((normal, offset));
         (body.corners.len() <= MOST_CORNERS).then_some(body)
+    }
+
+    /// The body of a luminaire, a box where it has too many corners.
+    pub fn of_lamp(luminaire: &Luminaire) -> Body {
+        let body = Body::new(luminaire.corners()).unwrap_or_else(|| {
+            let (low, high) = bounds(&luminaire.corners().collect::<Vec<_>>());
+            Body::of_box(low, high)
+        });
+        let part = luminaire.part;
+        Body { part, ..body }
     }
 
     /// Mean of the corners, a point of the body.
@@ -235,8 +257,11 @@ impl Body {
                 corners.push(p);
             }
         }
-        let plane = None;
-        Body { corners, plane }
+        Body {
+            corners,
+            plane: None,
+            part: NONE,
+        }
     }
 
     /// The plane that this and another body lie in, if in one.
@@ -245,8 +270,12 @@ impl Body {
         (n.dot(m) > 1.0 - 1e-12 && (p - q).abs() <= FLAT).then_some((n, p))
     }
 
-    /// Whether a caster rises above the body's plane.
+    /// Whether a caster may hide the front of the body: it rises above its plane, and is not of the same convex lamp, no face
+    /// of which hides another from where that one's front is seen.
     pub fn reached_by(&self, caster: &Caster) -> bool {
+        if caster.part != NONE && caster.part == self.part {
+            return false;
+        }
         let Some((normal, offset)) = self.plane else {
             return true;
         };
