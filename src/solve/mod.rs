@@ -15,9 +15,10 @@ mod direct;
 mod extrapolated;
 mod neumann;
 mod shooting;
+mod tail;
 
 pub use adjoint::importance;
-pub use bounce::{Bounce, TailBound, measure, norm};
+pub use bounce::{Bounce, measure, norm};
 pub use coarse::{average, coarse_terms};
 pub use direct::direct;
 pub use extrapolated::{Extrapolated, extrapolated};
@@ -26,3 +27,4 @@ pub use shooting::{
     AssembledShooter, Balance, Column, Emitted, Fate, Foreknowledge, Progress, RaySettings,
     RayShooter, Sender, Shooter, Shooting, ShootingSettings, Surfaces,
 };
+pub use tail::TailBound;

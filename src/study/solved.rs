@@ -13,7 +13,7 @@ use super::within::{ErrorParts, Within};
 use crate::form_factors::{Sampling, Sight};
 use crate::image::{Fields, GatherSampling, Gathered, Gathering};
 use crate::light::{Rgb, Transport};
-use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann, norm};
+use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
 
 /// Share of the tolerance at which the series is cut.
 const TRUNCATION: f64 = 0.02;
@@ -66,8 +66,7 @@ pub(super) fn solve(
     let coarse = coarse_terms(operator, p.patches.parents(), solution.terms.len() - 1);
     let levels = [&solution.terms, &other.terms, &coarse].map(|terms| reflected(p, terms));
     let (fields, off) = fields(p, levels);
-    let truncation =
-        solution.rest() / norm(operator.areas(), &solution.light).max(f64::MIN_POSITIVE);
+    let truncation = solution.rest() / solution.reflected.max(f64::MIN_POSITIVE);
     let fields = fields.with_ambient(ambient(&first.0, &solution));
     spent.seconds.solve += clock.elapsed().as_secs_f64();
     Ok(Solved {
