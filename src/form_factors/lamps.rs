@@ -11,9 +11,10 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::body::Body;
+use super::facing::Facing;
 use super::luminaire::{Luminaire, Luminaires};
 use super::moments::{Moments, Sums};
-use super::shaft::Body;
 
 /// Normals further apart than this cosine are parted before places are.
 const APART: f64 = 0.9;
@@ -142,31 +143,6 @@ impl Lamps {
         let own = self.before[k + 1] - self.before[k];
         let rest = ((at - self.before[k]) / own).clamp(0.0, 1.0);
         (self.order[k], own / (high - low), rest)
-    }
-}
-
-/// How luminaires face a place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Facing {
-    /// All of their fronts are seen from it.
-    Towards,
-    /// None is.
-    Away,
-    /// Some, or it is not known.
-    Both,
-}
-
-impl Facing {
-    /// From the largest and least angle between a normal and the way to the place.
-    pub fn of(most: f64, least: f64) -> Facing {
-        use std::f64::consts::FRAC_PI_2;
-        if most <= FRAC_PI_2 {
-            Facing::Towards
-        } else if least >= FRAC_PI_2 {
-            Facing::Away
-        } else {
-            Facing::Both
-        }
     }
 }
 

@@ -24,7 +24,8 @@ use crate::rays::cosine::triangle_point;
 use crate::rays::sequence::{Sobol, hash};
 use crate::scene::{Scene, Sides};
 
-/// Cost of one triangle of a closed form over that of a ray (`benches/lamps.rs`, `benches/rays.rs`: 20 ns and 300 ns).
+/// Cost of one triangle of a closed form over that of a ray, about (measured on one core: 20 ns, and 300 ns in a small room).
+/// The choice moves by little where this is off: a lamp of two faces is carried up to F = 0.47, one of a hundred to 0.12.
 const PRICE: f64 = 1.0 / 16.0;
 /// Faces that a receiver asks at most: where there are more, [`super::links`] spare it most of them.
 const MOST_ASKED: usize = 128;

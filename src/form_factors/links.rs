@@ -10,7 +10,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::drawn::weigh;
-use super::lamps::{Facing, Lamps};
+use super::facing::Facing;
+use super::lamps::Lamps;
 use super::luminaire::Luminaires;
 use super::shadow::Caster;
 use super::sight::Occlusion;

@@ -7,10 +7,12 @@
 
 use glam::DVec3;
 
-use super::lamps::{Facing, Lamps, Node};
+use super::body::{Body, patch_body};
+use super::facing::Facing;
+use super::lamps::{Lamps, Node};
 use super::links::Maker;
 use super::shadow::Caster;
-use super::shaft::{Body, MOST_FACES, patch_body, sieve};
+use super::shaft::{MOST_FACES, sieve};
 use super::smooth::Rectangle;
 
 /// Radius of a node over its distance at which its moments speak for it.

@@ -106,10 +106,12 @@ impl TailBound {
     /// The largest `(B y)_i / y_i`, widened by rounding; `passed` holds B x and B s.
     fn growth(&self, proof: &Proof, passed: &[Vec<Vec4>; 2], c: usize) -> f64 {
         let mut largest = 0.0f64;
-        for i in 0..self.x.len() {
-            let y = proof.of(self.x[i][c], self.s[i][c]);
+        let vectors = self.x.iter().zip(&self.s);
+        let [bx, bs] = passed;
+        for ((x, s), (bx, bs)) in vectors.zip(bx.iter().zip(bs)) {
+            let y = proof.of(x[c], s[c]);
             if y > 0.0 {
-                largest = largest.max(proof.of(passed[0][i][c], passed[1][i][c]) / y);
+                largest = largest.max(proof.of(bx[c], bs[c]) / y);
             }
         }
         largest * (1.0 + Spectrum::ROUNDING)
