@@ -14,6 +14,7 @@ mod coarse;
 mod direct;
 mod extrapolated;
 mod neumann;
+mod resolvent;
 mod shooting;
 mod tail;
 

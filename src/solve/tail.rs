@@ -16,10 +16,13 @@
 //! of x, so that some e does. None of this is taken on trust: lambda of every y is the largest `(B y)_i / y_i` found, widened by
 //! the rounding of the products. Of all y that are tried the least bound is taken; each is proved, so that is.
 //!
+//! Beside these the bound by the resolvent applied to ones ([`super::resolvent`]) is taken where it is less.
+//!
 //! Not handled: radii that are not proved to be below 1.
 
 use glam::{DVec3, Vec4};
 
+use super::resolvent::{Resolvent, scaled, support};
 use crate::light::{Light, Rgb};
 use crate::operator::{Operator, Spectrum};
 
@@ -36,6 +39,7 @@ pub struct TailBound {
     s: Vec<Vec4>,
     /// `rho F x` and `rho F s`.
     seen: [Vec<Vec4>; 2],
+    ones: Resolvent,
 }
 
 /// A vector `y = u x + v s` with `B y <= lambda y`.
@@ -71,6 +75,7 @@ impl TailBound {
             x: spectrum.x.clone(),
             s,
             seen,
+            ones: Resolvent::default(),
         };
         let passed = [&spectrum.fx, &fs].map(|f| scaled(f, &b));
         for (c, bounds) in spectrum.channels.iter().enumerate() {
@@ -86,6 +91,8 @@ impl TailBound {
             });
             bound.channels[c] = tried;
         }
+        let after = |last: &[Light]| bound.field_of(last, |_, _| [f64::INFINITY; 2]);
+        bound.ones = Resolvent::new(k, &b, after);
         Some(bound)
     }
 
@@ -146,34 +153,49 @@ impl TailBound {
             if least.is_infinite() {
                 return None;
             }
-            sum += least;
+            let [rest, seen] = self.ones.norms[c].map(|norm| norm * largest(term, c));
+            let ones = rest * rest + seen * seen;
+            // NaN where nothing is proved of the ones and the term is 0.
+            sum += if ones < least { ones } else { least };
         }
         Some(sum.sqrt())
     }
 
     /// The same patch by patch: light that everything after this term cannot exceed, either half and in any channel.
     pub fn field(&self, term: &[Light]) -> Option<Vec<Light>> {
-        let mut field = vec![Light::unseen(Rgb::INFINITY); term.len()];
-        field.iter_mut().for_each(|l| l.visible = Rgb::INFINITY);
+        let most = [0, 1, 2].map(|c| largest(term, c));
+        self.field_of(term, |i, c| {
+            [&self.ones.rest, &self.ones.seen].map(|v| most[c] * f64::from(v[i][c]))
+        })
+    }
+
+    /// The least of what all y tell, and of another bound on both halves of channel c of patch i.
+    fn field_of(
+        &self,
+        term: &[Light],
+        other: impl Fn(usize, usize) -> [f64; 2],
+    ) -> Option<Vec<Light>> {
+        let mut field = vec![Light::default(); term.len()];
         for (c, proofs) in self.channels.iter().enumerate() {
-            let mut proved = false;
-            for proof in proofs {
-                let Some(scale) = self.scale(proof, term, c) else {
-                    continue;
-                };
-                proved = true;
-                let rest = scale / (1.0 - proof.lambda);
-                for (i, light) in field.iter_mut().enumerate() {
+            let scaled = |proof: &Proof| {
+                let rest = self.scale(proof, term, c)? / (1.0 - proof.lambda);
+                Some((*proof, rest))
+            };
+            let proved: Vec<(Proof, f64)> = proofs.iter().filter_map(scaled).collect();
+            if proved.is_empty() {
+                return None;
+            }
+            for (i, light) in field.iter_mut().enumerate() {
+                let mut least = other(i, c);
+                for (proof, rest) in &proved {
                     let y = proof.of(self.x[i][c], self.s[i][c]);
                     let w = proof.of(self.seen[0][i][c], self.seen[1][i][c]);
-                    let least = |old: f32, new: f64| old.min(new as f32 * (1.0 + f32::EPSILON));
-                    light.invisible[c] = least(light.invisible[c], proof.lambda * rest * y);
                     let w = rest * w * (1.0 + Spectrum::ROUNDING);
-                    light.visible[c] = least(light.visible[c], w);
+                    // The first is NaN where nothing is proved of the ones and the term is 0.
+                    least = [(proof.lambda * rest * y).min(least[0]), w.min(least[1])];
                 }
-            }
-            if !proved {
-                return None;
+                let up = |x: f64| x as f32 * (1.0 + f32::EPSILON);
+                (light.invisible[c], light.visible[c]) = (up(least[0]), up(least[1]));
             }
         }
         Some(field)
@@ -201,8 +223,7 @@ fn lift(k: &Operator, b: &[Vec4], upper: [f64; 3]) -> (Vec<Vec4>, Vec<Vec4>) {
     // Half way to 1: mu far above the radius makes t shrink, mu far below 1 keeps the bound tight.
     let mu = DVec3::from_array(upper.map(|u| 0.5 * (1.0 + u))).as_vec3();
     let over = (Rgb::ONE / mu).extend(0.0);
-    let one = |b: &Vec4| Vec4::select(b.cmpgt(Vec4::ZERO), Vec4::ONE, Vec4::ZERO);
-    let mut t: Vec<Vec4> = b.iter().map(one).collect();
+    let mut t: Vec<Vec4> = b.iter().map(support).collect();
     let mut s = t.clone();
     for _ in 0..MOST {
         let next = scaled(&k.form_factors().product(&t), b);
@@ -218,6 +239,8 @@ fn lift(k: &Operator, b: &[Vec4], upper: [f64; 3]) -> (Vec<Vec4>, Vec<Vec4>) {
     (s, fs)
 }
 
-fn scaled(x: &[Vec4], b: &[Vec4]) -> Vec<Vec4> {
-    x.iter().zip(b).map(|(x, b)| *x * *b).collect()
+/// The largest invisible half of a term in one channel.
+fn largest(term: &[Light], c: usize) -> f64 {
+    let most = term.iter().map(|l| l.invisible[c].abs());
+    f64::from(most.fold(0.0f32, f32::max))
 }
