@@ -5,11 +5,11 @@
 //! Beside a narrow slit two of them lie next to each other and light rises from nothing to all between them: a rule whose
 //! nodes miss that band agrees with its halves and is wrong. Cut along them, every part has a smooth integrand.
 //!
-//! Where edges are parallel to those of the receiver, planes through several of its corners coincide: such lines
-//! come first, since there all of an edge appears at once.
+//! Where edges are parallel to those of the receiver, planes through several of its corners coincide: such lines, where all of
+//! an edge appears at once, are the ones that are taken.
 //!
-//! Source: P. S. Heckbert, *Discontinuity meshing for radiosity*, Eurographics Workshop on Rendering 1992. Not handled: lines
-//! past the number that is taken, and events of three edges, whose curves are no lines; adaptive cells close in on both.
+//! Source: P. S. Heckbert, *Discontinuity meshing for radiosity*, Eurographics Workshop on Rendering 1992. Not handled: other
+//! lines, those past the number that is taken, and events of three edges, whose curves are no lines; adaptive cells close in on both.
 
 use std::collections::HashMap;
 
@@ -20,7 +20,7 @@ use super::facet::Facet;
 use super::plane::Plane;
 
 /// Lines taken at most: k of them cut a sender into up to k²/2 parts.
-const MOST: usize = 16;
+const MOST: usize = 6;
 /// Pairs of an edge and a corner looked at, at most.
 const MOST_PAIRS: usize = 20_000;
 /// Lines are one where they are no further apart than so many times the flatness of the sender's plane.
@@ -106,6 +106,7 @@ impl<'a> Lines<'a> {
 
     /// Those that most planes share first.
     fn strongest(mut self) -> Vec<Plane> {
+        self.planes.retain(|p| p.1 > 1);
         self.planes.sort_by_key(|p| std::cmp::Reverse(p.1));
         self.planes.into_iter().map(|p| p.0).take(MOST).collect()
     }
