@@ -222,12 +222,14 @@ fn bounces_draws_tabulates_and_reports_every_mode() {
             [
                 "alpha",
                 "bounces",
+                "met",
                 "mode",
                 "patches",
                 "scene",
                 "spectral_radius",
                 "tau",
-                "verdict"
+                "verdict",
+                "why"
             ]
         );
         check_bounces(mode["bounces"].as_array().unwrap());

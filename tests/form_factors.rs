@@ -2,11 +2,16 @@
 
 mod common;
 
-use common::{Facing, Mesh, all_of_f, builtin, grey, mean_and_error, random, sampling};
+use std::f64::consts::PI;
+
+use common::{
+    Facing, Mesh, all_of_f, assemble_one, builtin, grey, mean_and_error, random, sampling,
+};
 use glam::{DQuat, DVec3, EulerRot};
 use halflight::form_factors::{
     Occlusion, Sampling, Variant, cast, cast_counts, closure, receive_emitted, reciprocity,
 };
+use halflight::light::{Mode, Rgb};
 use halflight::study::{Prepared, prepare};
 
 const OPPOSITE: f64 = 0.1998248957;
@@ -225,6 +230,27 @@ fn rows_with_more_rays_are_those_of_a_cast_with_more_rays() {
         let (all, _) = cast(&p.scene, path, &variant, &sampling(64 << k, 5), &|_| ());
         for i in (k..n).step_by(3) {
             assert_eq!(found[0].rows.row(i), all[0].rows.row(i));
+        }
+    }
+}
+
+/// Four fifths of the scene's area emit, and next to no hemisphere ray finds them.
+#[test]
+fn a_wide_window_far_away_lights_without_noise() {
+    let square = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    let mut mesh = Mesh::default();
+    mesh.polygon(&square.map(|(x, y)| DVec3::new(x, y, 0.0)), 0);
+    mesh.polygon(&square.map(|(x, y)| DVec3::new(2.0 * x, -2.0 * y, 40.0)), 1);
+    let mut sky = grey("sky", 0.0);
+    sky.emission = Rgb::ONE;
+    let p = prepare(mesh.scene(vec![grey("floor", 0.5), sky]), 50);
+    let k = assemble_one(&p, Mode::Global.transport(), &sampling(16, 0)).operator;
+    // The kernel between the middles; over both squares r² varies by 2 (1² + 2²) / 40² at the most, and the cosines half so.
+    let exact = 0.5 * 16.0 / (PI * 1600.0);
+    for (light, &material) in k.first_bounce().iter().zip(p.patches.materials()) {
+        if material == 0 {
+            let off = f64::from(light.visible.x) / exact - 1.0;
+            assert!(off.abs() < 3.0 * 10.0 / 1600.0, "{off}");
         }
     }
 }

@@ -1,9 +1,15 @@
 //! Many luminaires: what links find against the sum over all of them, on patches and in pictures, in one thread and in two.
 
+mod common;
+
+use std::f64::consts::PI;
+
+use common::{Facing, Mesh, grey};
 use glam::DVec3;
 use halflight::form_factors::{Luminaires, Occlusion, Sampling, Sight, receive_emitted};
 use halflight::image::{Fields, GatherSampling, Gathering, Picture, View, gather};
 use halflight::light::{Mode, Rgb};
+use halflight::rays::sequence::Sobol;
 use halflight::scene::{Camera, Material, Scene};
 use halflight::study::{Prepared, Silent, Wanted, prepare, render_within};
 
@@ -189,6 +195,43 @@ fn a_picture_of_a_thousand_lamps_is_as_near_as_it_says() {
         assert!(reached <= 1.1 * tolerance, "{mode}: {reached}");
         let ratio = found.error.total / reached;
         assert!((0.5..=2.0).contains(&ratio), "{mode}: {ratio}");
+    }
+}
+
+/// The floor under a ball of many faces gets `pi L (r/d)² cos` on every square metre, and the ball hides none of itself.
+#[test]
+fn a_ball_of_many_faces_is_a_ball() {
+    let center = DVec3::new(0.1, -0.2, 1.0);
+    for levels in [2, 3, 4] {
+        let mut mesh = Mesh::default();
+        let floor = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        mesh.polygon(&floor.map(|(x, y)| 2.0 * DVec3::new(x, y, 0.0) - center), 0);
+        mesh.sphere(0.2, levels, Facing::Out, 1);
+        let mut glow = grey("glow", 0.0);
+        glow.emission = Rgb::ONE;
+        let p = prepare(mesh.scene(vec![grey("floor", 0.5), glow]), 200);
+        // A convex body is as large as its surface over 4 from everywhere on average (Cauchy).
+        let face = |f: &u32| p.scene.faces[*f as usize].material == 1;
+        let faces = (0..p.scene.faces.len() as u32).filter(face);
+        let area: f64 = faces.map(|f| p.scene.area(f)).sum();
+        let square = area / (4.0 * PI);
+        let middle = p.scene.frame.to_unit(DVec3::ZERO);
+        let found = receive(&p, Mode::OneBounce, false, 32, 0);
+        let sobol = Sobol::new(64, 2);
+        let (mut sum, mut exact) = (0.0, 0.0);
+        for i in (0..p.patches.len()).filter(|&i| p.patches.materials()[i] == 0) {
+            let form = |k: u32| {
+                let at = |d: usize| sobol.point(k, d, i as u32);
+                let q = p.patches.point(i, at(0), at(1));
+                let d = middle - q.position.as_dvec3();
+                square * d.dot(q.normal.as_dvec3()) / d.length().powi(3)
+            };
+            let own = p.patches.areas()[i];
+            sum += own * f64::from(found[i].x);
+            exact += own * (0..64).map(form).sum::<f64>() / 64.0;
+        }
+        let off = sum / exact - 1.0;
+        assert!(off.abs() < 2e-3, "{levels}: {off}");
     }
 }
 

@@ -2,12 +2,14 @@
 
 mod common;
 
-use common::{Facing, Mesh, assemble_one, grey, random, sampling, transport};
+use common::{Facing, Mesh, assemble_one, builtin, grey, random, sampling, transport};
 use glam::{DQuat, DVec3, EulerRot};
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::operator::{Operator, spectrum};
-use halflight::scene::Material;
-use halflight::solve::{Settings, Verdict, direct, explore, importance, neumann, norm, verdict};
+use halflight::scene::{Material, Sides};
+use halflight::solve::{
+    Settings, Verdict, direct, explore, extrapolated, importance, neumann, norm, verdict,
+};
 use halflight::study::prepare;
 use nalgebra::DMatrix;
 use proptest::prelude::*;
@@ -160,17 +162,8 @@ fn tail_bounds_hold_and_are_not_idle() {
     ] {
         let k = operator(3, 120, rho, 4, mode);
         let solution = explore(&k, 12);
-        // What is really left after each term, from a series summed until nothing changes.
-        let terms = explore(&k, 2000).terms;
-        let mut rest = vec![Light::default(); k.len()];
-        let mut left = vec![0.0; terms.len()];
-        for (n, term) in terms.iter().enumerate().rev() {
-            left[n] = norm(k.areas(), &rest);
-            for (sum, t) in rest.iter_mut().zip(term) {
-                sum.invisible += t.invisible;
-                sum.visible += t.visible;
-            }
-        }
+        let left = left_after(&k, &explore(&k, 2000).terms);
+        let left: Vec<f64> = left.iter().map(|l| norm(k.areas(), l)).collect();
         for b in &solution.bounces {
             let bound = b.tail_bound.expect("the series is proved to converge");
             let left = left[b.n];
@@ -188,6 +181,90 @@ fn tail_bounds_hold_and_are_not_idle() {
                 mode.label(),
                 b.n
             );
+        }
+    }
+}
+
+/// What is left after each term, from a series summed until nothing changes.
+fn left_after(k: &Operator, terms: &[Vec<Light>]) -> Vec<Vec<Light>> {
+    let mut rest = vec![Light::default(); k.len()];
+    let mut left = vec![rest.clone(); terms.len()];
+    for (n, term) in terms.iter().enumerate().rev() {
+        left[n].clone_from(&rest);
+        for (sum, t) in rest.iter_mut().zip(term) {
+            sum.invisible += t.invisible;
+            sum.visible += t.visible;
+        }
+    }
+    left
+}
+
+/// The backs of the walls receive nothing that travels, and the vector that proves the radius is next to nothing there.
+#[test]
+fn bounds_say_something_where_some_patches_see_almost_nothing() {
+    let mut scene = builtin("cornell-box");
+    for material in &mut scene.materials {
+        if material.name == "red" {
+            material.sides = Sides::Two;
+        }
+    }
+    assert!(scene.materials.iter().any(|m| m.sides == Sides::Two));
+    let p = prepare(scene, 600);
+    for mode in [Mode::Global, Mode::Shadowless].map(Mode::transport) {
+        let k = assemble_one(&p, mode, &sampling(256, 0)).operator;
+        let solution = explore(&k, 8);
+        let left = left_after(&k, &explore(&k, 200).terms);
+        for b in &solution.bounces[1..] {
+            let (bound, left) = (
+                b.tail_bound.expect("converges"),
+                norm(k.areas(), &left[b.n]),
+            );
+            let tight = left <= bound * 1.000_001 && bound <= 10.0 * left;
+            assert!(tight, "{}, term {}: {bound} {left}", mode.label(), b.n);
+        }
+    }
+}
+
+/// A lamp a thousandth as wide as its room is all of the norm of L, and none of the light that is looked at.
+#[test]
+fn a_small_bright_lamp_does_not_end_the_series_early() {
+    let mut mesh = Mesh::default();
+    mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 0);
+    let lamp = [
+        (-0.001, -0.001),
+        (0.001, -0.001),
+        (0.001, 0.001),
+        (-0.001, 0.001),
+    ];
+    mesh.polygon(&lamp.map(|(x, z)| DVec3::new(x, 0.9, z)), 1);
+    let mut glow = grey("lamp", 0.0);
+    glow.emission = 1e6 * Rgb::ONE;
+    let p = prepare(mesh.scene(vec![grey("wall", 0.8), glow]), 150);
+    let k = assemble_one(&p, Mode::Global.transport(), &sampling(256, 0)).operator;
+    let settings = Settings {
+        tolerance: 0.01,
+        ..Settings::default()
+    };
+    let exact = direct(&k).expect("regular");
+    let reflected = |light: &[Light]| -> Vec<Light> {
+        let pairs = light.iter().zip(k.emission());
+        let less = pairs.map(|(l, e)| Light {
+            invisible: l.invisible - e.invisible,
+            visible: l.visible - e.visible,
+        });
+        less.collect()
+    };
+    let exact = reflected(&exact);
+    let whole = norm(k.areas(), &exact);
+    let found = neumann(&k, &settings).expect("converges");
+    assert!(norm_of(&k, &reflected(&found.light), &exact) <= 0.01 * whole);
+    let strokes = extrapolated(&k, &settings).expect("converges").light;
+    assert!(norm_of(&k, &reflected(&strokes), &exact) <= 0.01 * whole);
+    // The field bounds what is missing on every patch, and is not idle: lambda/(1 - lambda) of the last term or so.
+    let missing = &left_after(&k, &explore(&k, 400).terms)[found.terms.len() - 1];
+    for (bound, missing) in found.left.iter().zip(missing) {
+        for (b, m) in bound.components().iter().zip(missing.components()) {
+            assert!(b * 1.000_01 >= m && *b <= 10.0 * m + 1e-12, "{b} {m}");
         }
     }
 }

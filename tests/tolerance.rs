@@ -10,7 +10,7 @@ use halflight::light::Mode;
 use halflight::rays::Rays;
 use halflight::reference::{TraceSettings, Tracer};
 use halflight::scene::{LoadOptions, Scene};
-use halflight::study::{Wanted, Within, explore_within, prepare, render_within};
+use halflight::study::{End, Wanted, WantedTerms, Within, explore_within, prepare, render_within};
 
 fn data(name: &str) -> Picture {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");
@@ -108,6 +108,29 @@ fn threads_change_no_bit() {
     assert!(render(1) == render(3));
 }
 
+fn terms(tolerance: f64, seed: u32) -> WantedTerms {
+    WantedTerms {
+        count: 5,
+        tolerance,
+        time: None,
+        seed,
+    }
+}
+
+/// A limit of time ends the search after the first round, with an error that is not met and a reason.
+#[test]
+fn terms_that_have_no_time_say_so() {
+    let mut p = prepare(builtin("cornell-box"), 1);
+    let wanted = WantedTerms {
+        time: Some(1e-6),
+        ..terms(0.001, 0)
+    };
+    let found = explore_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
+    assert_eq!(found.end, End::Time);
+    assert!(found.end.why().is_some() && End::Met.why().is_none());
+    assert!(found.errors.iter().any(|e| e.total > 0.001));
+}
+
 #[test]
 fn terms_are_as_near_finer_ones_as_stated() {
     let series = |tolerance: f64, seed: u32| {
@@ -115,8 +138,7 @@ fn terms_are_as_near_finer_ones_as_stated() {
         explore_within(
             &mut p,
             Mode::Global.transport(),
-            5,
-            (tolerance, seed),
+            &terms(tolerance, seed),
             &Silent,
         )
     };

@@ -13,8 +13,8 @@ use crate::image::{Exposure, GatherSampling, Gathering, make_directory, write_wh
 use crate::light::Transport;
 use crate::solve::{Bounce, Solution, Verdict, explore};
 use crate::study::{
-    Assembled, Prepared, TermError, assemble, bounce_pictures, bounce_sheet, bounces_chart,
-    explore_within, partial_sums, term_name,
+    Assembled, End, Prepared, TermError, WantedTerms, assemble, bounce_pictures, bounce_sheet,
+    bounces_chart, explore_within, partial_sums, term_name,
 };
 
 /// Bounces shown in the sheet at most: more would not fit a page.
@@ -27,6 +27,8 @@ struct Studied {
     patches: usize,
     /// Errors of the terms, where a tolerance was asked for.
     errors: Option<Vec<TermError>>,
+    /// What ended the search for it.
+    end: Option<End>,
 }
 
 /// Studies every mode asked for.
@@ -68,6 +70,7 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
                     solution: explore(&mode.operator, own.count as usize),
                     patches: p.patches.len(),
                     errors: None,
+                    end: None,
                 };
                 study(&p, mode, s, (&sampling).into())?;
             }
@@ -76,15 +79,21 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
         Precision::Within(tolerance) => {
             let mut p = own.problem.effort.prepare_within(scene, &transports)?;
             for transport in transports {
-                let wanted = (tolerance, common.seed);
-                let found = explore_within(&mut p, transport, own.count.into(), wanted, &console);
+                let wanted = WantedTerms {
+                    count: own.count.into(),
+                    tolerance,
+                    time: own.problem.time,
+                    seed: common.seed,
+                };
+                let found = explore_within(&mut p, transport, &wanted, &console);
                 let s = Studied {
                     transport,
                     solution: found.solution,
                     patches: p.patches.len(),
                     errors: Some(found.errors),
+                    end: Some(found.end),
                 };
-                let (error, seed) = wanted;
+                let (error, seed) = (tolerance, common.seed);
                 study(&p, &found.mode, s, Gathering::Within { error, seed })?;
             }
             p
@@ -192,6 +201,9 @@ fn table(studied: &Studied) -> String {
         );
     }
     let _ = writeln!(text, "{}", sentence(transport, solution));
+    if let Some(why) = studied.end.and_then(End::why) {
+        let _ = writeln!(text, "the tolerance is not met: {why}");
+    }
     text
 }
 
@@ -241,6 +253,8 @@ fn report(prepared: &Prepared, studied: &Studied) -> BouncesReport {
         patches: studied.patches,
         spectral_radius: solution.radius.into(),
         verdict: solution.verdict.name(),
+        met: studied.end.map(|end| end == End::Met),
+        why: studied.end.and_then(End::why),
         bounces: solution.bounces.iter().map(bounce).collect(),
     }
 }

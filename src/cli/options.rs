@@ -131,6 +131,9 @@ pub struct Problem {
     /// How accurately.
     #[command(flatten)]
     pub effort: Effort,
+    /// Where a tolerance is aimed at, begin no finer round that would not end within so many seconds, for each mode
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with_all = ["patches", "rays", "samples"])]
+    pub time: Option<f64>,
 }
 
 /// `halflight render`

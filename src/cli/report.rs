@@ -150,6 +150,10 @@ pub struct BouncesReport {
     pub spectral_radius: Radius,
     /// `converges`, `ends`, `diverges` or `undecided`.
     pub verdict: &'static str,
+    /// Whether every term is within the tolerance; null where effort was given instead.
+    pub met: Option<bool>,
+    /// What keeps it from that.
+    pub why: Option<&'static str>,
     /// The terms.
     pub bounces: Vec<BounceReport>,
 }

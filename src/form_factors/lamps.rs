@@ -11,9 +11,10 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::body::Body;
+use super::facing::Facing;
 use super::luminaire::{Luminaire, Luminaires};
 use super::moments::{Moments, Sums};
-use super::shaft::Body;
 
 /// Normals further apart than this cosine are parted before places are.
 const APART: f64 = 0.9;
@@ -146,6 +147,24 @@ impl Lamps {
 }
 
 impl Node {
+    /// How its luminaires face a point.
+    pub fn facing(&self, x: DVec3) -> Facing {
+        if let Some((normal, offset)) = self.body.plane {
+            return match normal.dot(x) > offset {
+                true => Facing::Towards,
+                false => Facing::Away,
+            };
+        }
+        let d = x - self.center();
+        let (far, reach) = (d.length(), self.radius());
+        if reach >= far {
+            return Facing::Both;
+        }
+        let angle = (d.dot(self.axis) / far).clamp(-1.0, 1.0).acos();
+        let margin = self.spread + (reach / far).asin();
+        Facing::of(angle + margin, angle - margin)
+    }
+
     pub fn center(&self) -> DVec3 {
         0.5 * (self.low + self.high)
     }
@@ -163,11 +182,10 @@ fn leaf(place: usize, luminaire: &Luminaire, sums: &Sums) -> Node {
         let normal = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
         normal.dot(axis).clamp(-1.0, 1.0).acos()
     };
-    let body = Body::new(luminaire.corners()).unwrap_or_else(|| Body::of_box(low, high));
     Node {
         range: place..place + 1,
         children: None,
-        body,
+        body: Body::of_lamp(luminaire),
         low,
         high,
         axis,
@@ -184,6 +202,9 @@ fn join(range: Range<usize>, children: [usize; 2], nodes: &[Node], sums: &Sums) 
     let reach = |n: &Node| axis.dot(n.axis).clamp(-1.0, 1.0).acos() + n.spread;
     let mut body = Body::of_box(low, high);
     body.plane = a.body.common_plane(&b.body);
+    if a.body.part == b.body.part {
+        body.part = a.body.part;
+    }
     Node {
         range,
         children: Some(children),

@@ -10,6 +10,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::drawn::weigh;
+use super::facing::Facing;
 use super::lamps::Lamps;
 use super::luminaire::Luminaires;
 use super::shadow::Caster;
@@ -105,18 +106,35 @@ pub(super) fn light(
     x: DVec3,
     n: DVec3,
 ) -> DVec3 {
-    let light = |k: usize| {
-        let node = &lamps.nodes[k];
-        let far = node.radius() <= SMALL * x.distance(node.center());
-        let above = || n.dot(node.center() - x) > node.radius();
-        if node.children.is_some() || (far && above()) {
-            return node.moments.light(x, n);
-        }
-        // A luminaire that is not far has a closed form.
-        let luminaire = &luminaires.list[lamps.order[node.range.start] as usize];
-        luminaire.exact_form(x.as_vec3(), n.as_vec3()) * luminaire.radiance.as_dvec3()
-    };
+    let light = |k: usize| node_light(lamps, luminaires, k, (x, n));
     nodes.iter().map(|&(k, share)| share * light(k)).sum()
+}
+
+/// The same of one node: its moments where it is far, above the horizon and faces the point, else its parts.
+fn node_light(lamps: &Lamps, luminaires: &Luminaires, k: usize, (x, n): (DVec3, DVec3)) -> DVec3 {
+    let node = &lamps.nodes[k];
+    let away = node.center() - x;
+    let (height, facing) = (n.dot(away), node.facing(x));
+    if height <= -node.radius() || facing == Facing::Away {
+        return DVec3::ZERO;
+    }
+    let above = || {
+        let corners = || node.body.corners.iter();
+        height >= node.radius() || corners().all(|p| n.dot(*p - x) >= 0.0)
+    };
+    let far = node.radius() <= SMALL * away.length();
+    if far && facing == Facing::Towards && above() {
+        return node.moments.light(x, n);
+    }
+    if let Some(children) = node.children {
+        return children
+            .map(|c| node_light(lamps, luminaires, c, (x, n)))
+            .iter()
+            .sum();
+    }
+    // A luminaire that is not far has a closed form.
+    let luminaire = &luminaires.list[lamps.order[node.range.start] as usize];
+    luminaire.exact_form(x.as_vec3(), n.as_vec3()) * luminaire.radiance.as_dvec3()
 }
 
 /// What a walk found, as a link.

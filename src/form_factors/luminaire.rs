@@ -1,10 +1,9 @@
 //! Luminaires: emitting surfaces small enough that light as emitted is worth a closed form.
 //!
-//! An emitting material is carried by luminaires, one for each object, when its area is below a tenth of the scene's:
-//! hemisphere rays would miss it nine times in ten, while its own sum over faces is cheap. The choice is the material's,
-//! because a patch has one material but may span objects.
-//! Larger emitters (a glowing wall, a furnace) are found by hemisphere rays well enough, and n emitters by n patches
-//! of closed forms would be n² work.
+//! An emitting material is carried by luminaires, one for each object, where hemisphere rays would miss it too often
+//! ([`super::large`]). The choice is the material's, because a patch has one material but may span objects.
+//! Emitters that are large as seen from what they light (a furnace, a sky around everything) are found by hemisphere rays well
+//! enough, and n emitters by n patches of closed forms would be n² work.
 //!
 //! Where luminaires are many, or one has many faces, all are divided ([`super::pieces`]), and [`super::links`] sees to it
 //! that a receiver need not ask each.
@@ -13,6 +12,8 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
+use super::convex::{NONE, convex_parts};
+use super::large::carried;
 use super::outline::Outline;
 use super::pieces::divided;
 use super::polygon::point_to_polygon;
@@ -22,8 +23,6 @@ use crate::rays::Side;
 use crate::rays::cosine::triangle_point;
 use crate::scene::{Scene, Sides};
 
-/// Share of the scene's area above which hemisphere rays find an emitter well enough.
-const LARGE: f64 = 0.1;
 /// Luminaires that each receiver asks one by one, at most.
 pub(super) const FEW: usize = 16;
 
@@ -34,6 +33,8 @@ pub struct Luminaire {
     pub radiance: Rgb,
     /// Total area, unit coordinates squared.
     pub area: f64,
+    /// The convex lamp it is a part of, or [`NONE`](super::convex::NONE).
+    pub(super) part: u32,
     triangles: Vec<EmittingTriangle>,
     /// The same area in convex polygons, as few as are easily found.
     polygons: Vec<Vec<DVec3>>,
@@ -69,30 +70,28 @@ pub struct Luminaires {
     pub list: Vec<Luminaire>,
     /// Per material: its emission is the luminaires', so hemisphere rays must not count it again.
     pub carries: Vec<bool>,
+    /// Of each face: the convex lamp it belongs to; empty where there is none.
+    parts: Vec<u32>,
 }
 
 impl Luminaires {
     /// Chooses the emitters of a scene that are worth a closed form.
     pub fn new(scene: &Scene) -> Luminaires {
-        let mut areas = vec![0.0; scene.materials.len()];
-        for (f, face) in scene.faces.iter().enumerate() {
-            areas[face.material as usize] += scene.area(f as u32);
-        }
-        let small = LARGE * areas.iter().sum::<f64>();
-        let carries: Vec<bool> = scene
-            .materials
-            .iter()
-            .zip(&areas)
-            .map(|(material, &area)| material.emits() && area < small)
-            .collect();
         let mut luminaires = Luminaires {
             list: Vec::new(),
-            carries,
+            carries: carried(scene),
+            parts: Vec::new(),
         };
-        for faces in divided(scene, luminaires.groups(scene)) {
-            luminaires
-                .list
-                .push(Luminaire::new(scene, &faces, Side::Front));
+        let groups = luminaires.groups(scene);
+        luminaires.parts = convex_parts(scene, &groups);
+        for faces in divided(scene, groups) {
+            let part = luminaires.part(faces[0]);
+            let whole = faces.iter().all(|&f| luminaires.part(f) == part);
+            let front = Luminaire::new(scene, &faces, Side::Front);
+            luminaires.list.push(Luminaire {
+                part: if whole { part } else { NONE },
+                ..front
+            });
             if scene.material(faces[0]).sides == Sides::Two {
                 luminaires
                     .list
@@ -100,6 +99,11 @@ impl Luminaires {
             }
         }
         luminaires
+    }
+
+    /// The convex lamp that a face belongs to, or [`NONE`](super::convex::NONE).
+    pub(super) fn part(&self, face: u32) -> u32 {
+        self.parts.get(face as usize).copied().unwrap_or(NONE)
     }
 
     /// Faces of the carried materials, an object and material together, in the order of their first faces.
@@ -182,6 +186,7 @@ impl Luminaire {
         Luminaire {
             radiance: scene.material(faces[0]).emission,
             area: sum,
+            part: NONE,
             outline: Outline::new(triangles.iter().map(|t| t.exact)),
             polygons: polygons(&triangles),
             triangles,
@@ -277,10 +282,10 @@ mod tests {
 
     #[test]
     fn a_material_is_carried_whole_or_not_at_all() {
-        // Two panels of 1 in 102: each object a luminaire. Nine of 4 in 136: a quarter of the scene, by rays.
+        // Each panel is a luminaire of its own, whatever their area.
         let few = Luminaires::new(&panels(2, 1.0));
         assert_eq!((few.list.len(), few.carries), (2, vec![false, true]));
         let many = Luminaires::new(&panels(9, 2.0));
-        assert_eq!((many.list.len(), many.carries), (0, vec![false, false]));
+        assert_eq!((many.list.len(), many.carries), (9, vec![false, true]));
     }
 }

@@ -17,11 +17,15 @@
 //! [`closure`] and [`reciprocity`] are checks for anyone to call; nothing is silently repaired.
 
 mod asked;
+mod body;
 mod cast;
 mod checks;
+mod convex;
 mod drawn;
 mod emitted;
+mod facing;
 mod lamps;
+mod large;
 mod layers;
 mod links;
 mod luminaire;

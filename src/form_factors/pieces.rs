@@ -38,7 +38,7 @@ pub(super) fn divided(scene: &Scene, groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
 }
 
 /// Parts faces that share no corner: lamps of one object that lie apart are no different from lamps of many.
-fn connected(scene: &Scene, faces: Vec<u32>) -> Vec<Vec<u32>> {
+pub(super) fn connected(scene: &Scene, faces: Vec<u32>) -> Vec<Vec<u32>> {
     let mut first: HashMap<[u32; 3], usize> = HashMap::new();
     let mut parent: Vec<usize> = (0..faces.len()).collect();
     for (k, &face) in faces.iter().enumerate() {

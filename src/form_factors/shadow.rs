@@ -29,6 +29,8 @@ pub(super) struct Caster {
     pub normal: DVec3,
     /// What it lets through.
     pub tau: f64,
+    /// The convex lamp it is a face of, or [`super::convex::NONE`].
+    pub part: u32,
 }
 
 /// A convex polygon relative to the point, and the share of its light that arrives.
@@ -237,6 +239,7 @@ mod tests {
             corners,
             normal,
             tau,
+            part: super::super::convex::NONE,
         }
     }
 

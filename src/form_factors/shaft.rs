@@ -14,22 +14,19 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::body::{Body, FLAT, bounds, patch_body};
 use super::luminaire::Luminaires;
 use super::shadow::Caster;
 use crate::patches::Patches;
-use crate::rays::{Rays, Side};
+use crate::rays::Rays;
 use crate::scene::Scene;
 
 /// Tests of a face against a patch and a luminaire, for the whole scene.
 const MOST_TESTS: usize = 20_000_000;
 /// Faces between that are cut out; more are left to drawn points.
 pub(super) const MOST_FACES: usize = 32;
-/// Corners of a patch, and of a luminaire, at most.
-const MOST_CORNERS: usize = 32;
 /// Steps of the search for a separating plane.
 const STEPS: usize = 48;
-/// Heights below this lie in the plane: a few roundings of unit coordinates.
-const FLAT: f64 = 1e-6;
 
 /// What may lie between.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,13 +51,6 @@ pub struct Shafts {
     unknown: Vec<bool>,
 }
 
-/// A convex body's corners, with the plane it lies in, if in one.
-#[derive(Clone, Debug)]
-pub(super) struct Body {
-    pub corners: Vec<DVec3>,
-    pub plane: Option<(DVec3, f64)>,
-}
-
 impl Shafts {
     /// Finds what may lie between every patch that `receives` and every luminaire; `tau` by material.
     pub fn new(
@@ -70,7 +60,7 @@ impl Shafts {
         tau: &[f32],
         receives: &[bool],
     ) -> Shafts {
-        let casters = casters(scene, rays, tau);
+        let casters = casters(scene, rays, luminaires, tau);
         let count = luminaires.list.len();
         if casters.len() * count * patches.len() > MOST_TESTS {
             return Shafts::default();
@@ -78,7 +68,7 @@ impl Shafts {
         let lamps: Vec<Option<Body>> = luminaires
             .list
             .iter()
-            .map(|l| Body::new(l.corners()))
+            .map(|l| Some(Body::of_lamp(l)))
             .collect();
         let find = |i: usize| -> Vec<Option<Vec<u32>>> {
             if !receives[i] {
@@ -138,19 +128,13 @@ impl Shafts {
     }
 }
 
-/// A patch's corners, counter-clockwise seen from the side it lies on.
-pub(super) fn patch_body(patches: &Patches, i: usize) -> Option<Body> {
-    let corners = patches
-        .pieces(i)
-        .flat_map(|(_, [a, b, c])| match patches.side(i) {
-            Side::Front => [a, b, c],
-            Side::Back => [a, c, b],
-        });
-    Body::new(corners.map(|p| p.as_dvec3()))
-}
-
 /// The faces that may occlude and do.
-pub(super) fn casters(scene: &Scene, rays: &Rays, tau: &[f32]) -> Vec<Caster> {
+pub(super) fn casters(
+    scene: &Scene,
+    rays: &Rays,
+    luminaires: &Luminaires,
+    tau: &[f32],
+) -> Vec<Caster> {
     let faces = rays.occluders().iter();
     faces
         .map(|&face| {
@@ -160,6 +144,7 @@ pub(super) fn casters(scene: &Scene, rays: &Rays, tau: &[f32]) -> Vec<Caster> {
                 corners,
                 normal: (b - a).cross(c - a).normalize_or_zero(),
                 tau: f64::from(tau[scene.faces[face as usize].material as usize]),
+                part: luminaires.part(face),
             }
         })
         .filter(|c| c.tau < 1.0 && c.normal != DVec3::ZERO)
@@ -194,73 +179,6 @@ pub(super) fn sieve(
             && lamp.reached_by(c)
             && (pierced(c, from, to) || straddled(c, &hull) && !separated(&hull, &c.corners))
     })
-}
-
-impl Body {
-    /// `None` where there are too many corners.
-    pub fn new(corners: impl Iterator<Item = DVec3>) -> Option<Body> {
-        let mut body = Body {
-            corners: Vec::new(),
-            plane: None,
-        };
-        let mut area = DVec3::ZERO;
-        let all: Vec<DVec3> = corners.collect();
-        for t in all.chunks_exact(3) {
-            area += (t[1] - t[0]).cross(t[2] - t[0]);
-        }
-        for p in all {
-            if !body.corners.contains(&p) {
-                body.corners.push(p);
-            }
-        }
-        let normal = area.normalize_or_zero();
-        let offset = normal.dot(*body.corners.first()?);
-        let flat = |p: &DVec3| (normal.dot(*p) - offset).abs() <= FLAT;
-        body.plane = body.corners.iter().all(flat).then_some((normal, offset));
-        (body.corners.len() <= MOST_CORNERS).then_some(body)
-    }
-
-    /// Mean of the corners, a point of the body.
-    fn middle(&self) -> DVec3 {
-        self.corners.iter().sum::<DVec3>() / self.corners.len() as f64
-    }
-
-    /// A box, and no plane.
-    pub fn of_box(low: DVec3, high: DVec3) -> Body {
-        let mut corners: Vec<DVec3> = Vec::new();
-        for k in 0..8 {
-            let side = |bit: usize| k >> bit & 1 == 1;
-            let p = DVec3::select(glam::BVec3::new(side(0), side(1), side(2)), high, low);
-            if !corners.contains(&p) {
-                corners.push(p);
-            }
-        }
-        let plane = None;
-        Body { corners, plane }
-    }
-
-    /// The plane that this and another body lie in, if in one.
-    pub fn common_plane(&self, other: &Body) -> Option<(DVec3, f64)> {
-        let ((n, p), (m, q)) = (self.plane?, other.plane?);
-        (n.dot(m) > 1.0 - 1e-12 && (p - q).abs() <= FLAT).then_some((n, p))
-    }
-
-    /// Whether a caster rises above the body's plane.
-    pub fn reached_by(&self, caster: &Caster) -> bool {
-        let Some((normal, offset)) = self.plane else {
-            return true;
-        };
-        caster
-            .corners
-            .iter()
-            .any(|p| normal.dot(*p) - offset > FLAT)
-    }
-}
-
-fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
-    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let grow = |(low, high): (DVec3, DVec3), p: &DVec3| (low.min(*p), high.max(*p));
-    points.iter().fold(none, grow)
 }
 
 /// Whether the segment between two points surely passes through a caster: then there is no plane to search for.

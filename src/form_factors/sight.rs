@@ -110,7 +110,7 @@ impl Sight {
     ) -> Sight {
         let casters = match occlusion {
             Occlusion::Nothing => Vec::new(),
-            _ => casters(scene, rays, tau),
+            _ => casters(scene, rays, luminaires, tau),
         };
         let maker = Maker {
             rays,

@@ -7,10 +7,12 @@
 
 use glam::DVec3;
 
+use super::body::{Body, patch_body};
+use super::facing::Facing;
 use super::lamps::{Lamps, Node};
 use super::links::Maker;
 use super::shadow::Caster;
-use super::shaft::{Body, MOST_FACES, patch_body, sieve};
+use super::shaft::{MOST_FACES, sieve};
 use super::smooth::Rectangle;
 
 /// Radius of a node over its distance at which its moments speak for it.
@@ -118,7 +120,10 @@ impl<'a> Walk<'a> {
         }
         let angle = (d.dot(node.axis) / far).clamp(-1.0, 1.0).acos();
         let margin = node.spread + (reach / far).asin();
-        Facing::of(angle + margin, angle - margin).unwrap_or_else(|| self.facing_near(node))
+        match Facing::of(angle + margin, angle - margin) {
+            Facing::Both => self.facing_near(node),
+            sure => sure,
+        }
     }
 
     /// The same from the corners of both; only for luminaires of one direction.
@@ -204,28 +209,6 @@ impl<'a> Walk<'a> {
                 children.iter().for_each(|&c| self.part(c));
             }
             _ => self.drawn.push(k),
-        }
-    }
-}
-
-/// How luminaires face a patch.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Facing {
-    Towards,
-    Away,
-    Both,
-}
-
-impl Facing {
-    /// From the largest and least angle between a normal and the way to the patch.
-    fn of(most: f64, least: f64) -> Option<Facing> {
-        use std::f64::consts::FRAC_PI_2;
-        if most <= FRAC_PI_2 {
-            Some(Facing::Towards)
-        } else if least >= FRAC_PI_2 {
-            Some(Facing::Away)
-        } else {
-            None
         }
     }
 }

@@ -80,6 +80,14 @@ impl PatchMaterials {
         self.rho.iter().map(|r| r.max_element() > 0.0).collect()
     }
 
+    /// `alpha_i rho_i`, the largest channel.
+    pub fn passed_on(&self) -> Vec<f32> {
+        let pairs = self.alpha.iter().zip(&self.rho);
+        pairs
+            .map(|(alpha, rho)| alpha * rho.max_element())
+            .collect()
+    }
+
     /// Patches that send through F: what they reflect travels on, or they emit without being a luminaire.
     pub fn sends(&self) -> Vec<bool> {
         let passes = |i: usize| self.alpha[i] > 0.0 && self.rho[i].max_element() > 0.0;

@@ -37,6 +37,9 @@ pub struct Spectrum {
 }
 
 impl Spectrum {
+    /// Bound on the relative error of `B x` as computed: that of the product, and of the scaling by alpha rho.
+    pub const ROUNDING: f64 = Rows::ROUNDING + 4.0 * f32::EPSILON as f64;
+
     /// Bounds of the worst channel.
     pub fn worst(&self) -> Bounds {
         let worst = |a: Bounds, b: &Bounds| Bounds {
@@ -200,9 +203,8 @@ fn shifted_step(x: &[Vec4], bx: &[Vec4], upper: [f64; 3]) -> Vec<Vec4> {
 
 /// Widens the bounds by the rounding of F x and of the scaling by alpha rho.
 fn widened(lower: f64, upper: f64) -> Bounds {
-    let rounding = Rows::ROUNDING + 4.0 * f32::EPSILON as f64;
     Bounds {
-        lower: lower * (1.0 - rounding),
-        upper: upper * (1.0 + rounding),
+        lower: lower * (1.0 - Spectrum::ROUNDING),
+        upper: upper * (1.0 + Spectrum::ROUNDING),
     }
 }

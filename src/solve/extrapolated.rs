@@ -15,8 +15,9 @@
 
 use glam::DVec3;
 
-use super::bounce::{TailBound, norm};
+use super::bounce::norm;
 use super::neumann::{Diverges, Settings, Verdict, refuse, verdict};
+use super::tail::TailBound;
 use crate::light::Light;
 use crate::operator::{Bounds, Operator};
 
@@ -33,7 +34,8 @@ pub struct Extrapolated {
     pub rest: f64,
 }
 
-/// Solves `L = E + K L` to the wanted bound on the rest; `settings.max_terms` bounds the products.
+/// Solves `L = E + K L` to the wanted bound on the rest, a share of the reflected light's norm; `settings.max_terms` bounds the
+/// products.
 ///
 /// # Errors
 /// [`Diverges`] where the spectral radius is not proved to be below 1.
@@ -52,8 +54,9 @@ pub fn extrapolated(k: &Operator, settings: &Settings) -> Result<Extrapolated, D
         None => 0.0,
     };
     let mut term = k.first_bounce();
+    // Reflected light only, until the end.
     let mut found = Extrapolated {
-        light: sum(k.emission(), &term),
+        light: term.clone(),
         products: 1,
         strokes: 0,
         rest: bound(&term),
@@ -80,6 +83,7 @@ pub fn extrapolated(k: &Operator, settings: &Settings) -> Result<Extrapolated, D
         }
         found.light = sum(&found.light, &term);
     }
+    found.light = sum(k.emission(), &found.light);
     Ok(found)
 }
 

@@ -14,10 +14,12 @@ mod coarse;
 mod direct;
 mod extrapolated;
 mod neumann;
+mod resolvent;
 mod shooting;
+mod tail;
 
 pub use adjoint::importance;
-pub use bounce::{Bounce, TailBound, measure, norm};
+pub use bounce::{Bounce, measure, norm};
 pub use coarse::{average, coarse_terms};
 pub use direct::direct;
 pub use extrapolated::{Extrapolated, extrapolated};
@@ -26,3 +28,4 @@ pub use shooting::{
     AssembledShooter, Balance, Column, Emitted, Fate, Foreknowledge, Progress, RaySettings,
     RayShooter, Sender, Shooter, Shooting, ShootingSettings, Surfaces,
 };
+pub use tail::TailBound;

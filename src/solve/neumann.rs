@@ -1,17 +1,19 @@
 //! The Neumann series `L = E + KE + K²E + ...`, term by term.
 //!
-//! It stops when the proven bound on the tail is below the wanted share of the sum, ends exactly at n = 1 where
+//! It stops when the proven bound on the tail is below the wanted share of the reflected light, KE and what follows: the
+//! lamp's own radiance is no measure of what is missing, however small and bright it is. It ends exactly at n = 1 where
 //! nothing reflected travels on, and refuses, before any term is summed, where the spectral radius is proved >= 1.
 
 use crate::light::{Light, Rgb};
 use crate::operator::{Bounds, Operator, Spectrum, spectrum};
 
-use super::bounce::{Bounce, TailBound, measure, norm};
+use super::bounce::{Bounce, measure, norm};
+use super::tail::TailBound;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Wanted bound on the tail's norm as a share of the norm of the sum so far.
+    /// Wanted bound on the tail's norm as a share of the norm of the reflected light so far, `KE + K²E + ...`.
     pub tolerance: f64,
     /// Bounces to compute at most; the tail bound of the last says what is missing.
     pub max_terms: usize,
@@ -64,6 +66,11 @@ pub struct Solution {
     pub verdict: Verdict,
     /// Bounds on the spectral radius; both 0 where the series ends.
     pub radius: Bounds,
+    /// Norm of the reflected light, `KE + K²E + ...`.
+    pub reflected: f64,
+    /// Proven bound on everything after the last term, patch by patch and either half: a field that may be gathered into a
+    /// picture. Empty where there is none.
+    pub left: Vec<Light>,
 }
 
 /// The series does not converge, or cannot be shown to.
@@ -141,7 +148,7 @@ pub fn neumann(k: &Operator, settings: &Settings) -> Result<Solution, Diverges> 
         let radius = spectrum.map_or(NOTHING, |s| s.worst());
         return Err(refuse(k, verdict, radius));
     }
-    let enough = |s: &Solution| s.rest() <= settings.tolerance * norm(k.areas(), &s.light);
+    let enough = |s: &Solution| s.rest() <= settings.tolerance * s.reflected;
     Ok(expand(k, verdict, spectrum, settings.max_terms, enough))
 }
 
@@ -150,6 +157,9 @@ pub fn explore(k: &Operator, count: usize) -> Solution {
     let (verdict, spectrum) = verdict(k);
     expand(k, verdict, spectrum, count, |_| false)
 }
+
+/// A bound on the tail so many times the reflected light says nothing.
+const SAYS_NOTHING: f64 = 1e3;
 
 /// The radius of an operator that passes nothing on.
 const NOTHING: Bounds = Bounds {
@@ -172,8 +182,15 @@ fn expand(
         bounces: Vec::new(),
         verdict,
         radius: spectrum.map_or(NOTHING, |s| s.worst()),
+        reflected: 0.0,
+        left: Vec::new(),
     };
+    let mut reflected = vec![Light::default(); k.len()];
     for (n, term) in terms(k).take(last.max(1) + 1).enumerate() {
+        if n >= 1 {
+            add(&mut reflected, &term);
+            solution.reflected = norm(k.areas(), &reflected);
+        }
         solution.add(k, n, term, tail.as_ref());
         let finite = solution.bounces[n].norm.is_finite();
         if !finite || (n >= 1 && enough(&solution)) {
@@ -181,15 +198,21 @@ fn expand(
         }
     }
     solution.bound_backwards();
+    solution.left = solution.bound_field(tail.as_ref());
     solution
+}
+
+/// Adds a term to a sum.
+fn add(sum: &mut [Light], term: &[Light]) {
+    for (l, t) in sum.iter_mut().zip(term) {
+        l.invisible += t.invisible;
+        l.visible += t.visible;
+    }
 }
 
 impl Solution {
     fn add(&mut self, k: &Operator, n: usize, term: Vec<Light>, tail: Option<&TailBound>) {
-        for (l, t) in self.light.iter_mut().zip(&term) {
-            l.invisible += t.invisible;
-            l.visible += t.visible;
-        }
+        add(&mut self.light, &term);
         let mut bounce = measure(k, n, &term, self.bounces.last().map(|b| b.norm));
         bounce.tail_bound = match tail {
             Some(tail) => tail.after(&term),
@@ -206,9 +229,19 @@ impl Solution {
         last.unwrap_or(f64::INFINITY)
     }
 
+    /// The bound on what follows the last term as a field.
+    fn bound_field(&self, tail: Option<&TailBound>) -> Vec<Light> {
+        let last = self.terms.last().filter(|_| self.terms.len() > 1);
+        match (tail, last) {
+            (Some(tail), Some(last)) => tail.field(last).unwrap_or_default(),
+            _ if self.verdict == Verdict::Ends => vec![Light::default(); self.light.len()],
+            _ => Vec::new(),
+        }
+    }
+
     /// After a term comes the next and what comes after that: where this bounds the tail more tightly than the term itself
     /// does, it is taken. For E it must be: luminaires' light goes by the closed form in KE, which is not bounded by the rows
-    /// of F. And a sliver that is lit but that no ray of F meets makes the bound from KE huge.
+    /// of F. Bounds that say nothing are none.
     fn bound_backwards(&mut self) {
         for n in (0..self.bounces.len().saturating_sub(1)).rev() {
             let next = &self.bounces[n + 1];
@@ -218,6 +251,10 @@ impl Solution {
                 (Some(a), Some(b)) => Some(a.min(b)),
                 (a, b) => b.or(a),
             };
+        }
+        let most = SAYS_NOTHING * self.reflected;
+        for bounce in &mut self.bounces {
+            bounce.tail_bound = bounce.tail_bound.filter(|&t| t <= most);
         }
     }
 }

@@ -11,14 +11,19 @@
 //! 5 n luminaires            what lies between, where it is known
 //! ```
 //!
+//! The number of terms follows from the spectral radius, which the same rows tell about: where r is the share of light that a
+//! patch passes on, its mean over the rows weighted by r itself, for light stays where much of it is passed on. The tail bound
+//! `r^n / (1 - r)` then ends the series.
+//!
 //! Fewer patches have rows no longer, which bounds from below the number that fits. Not handled: the pictures (some
 //! hundred bytes a pixel) and the scene itself, which is already loaded when this is asked.
 
 use super::pipeline::Prepared;
 use super::unfit::{Stored, Unfit};
-use crate::form_factors::{Rows, Sampling, Variant, cast};
+use crate::form_factors::{FormFactors, Rows, Sampling, Variant, cast};
 use crate::light::Transport;
 use crate::operator::PatchMaterials;
+use crate::solve::Settings;
 
 /// A row while it is apart: two lists with their allocations, its sum, and its place in the list of variants.
 const ROW: f64 = 56.0 + 24.0 + 2.0 * 16.0 + 8.0;
@@ -26,8 +31,6 @@ const ROW: f64 = 56.0 + 24.0 + 2.0 * 16.0 + 8.0;
 const TERM: f64 = 24.0;
 /// Other lists over patches: materials, areas, received light, the vectors that the bounds iterate on.
 const PATCH: f64 = 200.0;
-/// Terms kept: those of a convergence rate of 0.8 at the default tolerance.
-const TERMS: f64 = 48.0;
 /// Rows cast to learn their length, and rays for them in all, about.
 const PILOTS: usize = 64;
 const PILOT_RAYS: usize = 1 << 20;
@@ -47,6 +50,44 @@ pub struct Estimate {
     pub bytes: f64,
     /// Patches that would fit in the memory given.
     pub fitting: usize,
+}
+
+/// Which terms of a series are kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Kept {
+    /// As many as the default tolerance takes.
+    Enough,
+    /// E and so many bounces.
+    First(usize),
+}
+
+/// What a few rows of F tell of all.
+struct Pilot {
+    /// Mean entries of a row.
+    entries: f64,
+    /// Choices of tau that need rows.
+    variants: usize,
+    /// About the largest spectral radius of the modes.
+    radius: f64,
+}
+
+impl Pilot {
+    /// Terms of a series, E among them.
+    fn terms(&self, kept: Kept) -> f64 {
+        let Settings {
+            tolerance,
+            max_terms,
+        } = Settings::default();
+        match kept {
+            Kept::First(n) => n as f64 + 1.0,
+            // Series that diverge are refused before the first term.
+            Kept::Enough if self.radius <= 0.0 || self.radius >= 1.0 => 2.0,
+            Kept::Enough => {
+                let rest = tolerance * (1.0 - self.radius);
+                (2.0 + rest.ln() / self.radius.ln()).min(max_terms as f64)
+            }
+        }
+    }
 }
 
 /// Checks that K of all `modes` together fits in `limit` bytes; infinity asks nothing.
@@ -76,7 +117,7 @@ pub(super) fn check_solutions(
     if p.memory.is_infinite() {
         return Ok(());
     }
-    let e = estimate(p, &[mode], sampling, (1, solutions), p.memory);
+    let e = estimate(p, &[mode], sampling, (1, solutions, Kept::Enough), p.memory);
     e.check(Stored::Verdicts(e.entries), p.memory)
 }
 
@@ -104,24 +145,25 @@ pub fn estimate_memory(
     limit: f64,
 ) -> Estimate {
     let solutions = modes.len().min(casts.max(1));
-    estimate(p, modes, sampling, (casts, solutions), limit)
+    estimate(p, modes, sampling, (casts, solutions, Kept::Enough), limit)
 }
 
 fn estimate(
     p: &Prepared,
     modes: &[Transport],
     sampling: &Sampling,
-    (casts, solutions): (usize, usize),
+    (casts, solutions, kept): (usize, usize, Kept),
     limit: f64,
 ) -> Estimate {
-    let (entries, variants) = pilot(p, modes, sampling);
+    let pilot = pilot(p, modes, sampling);
+    let (entries, variants) = (pilot.entries, pilot.variants);
     let n = p.patches.len();
     let needs = |n: f64| {
         // Fewer patches have rows no longer, and no row has more entries than there are patches.
         let e = entries.min(n);
         let (v, earlier) = (variants as f64, casts.saturating_sub(1) as f64);
         let rows = v * (16.0 * e + ROW) + v * earlier * (8.0 * e + 16.0);
-        let terms = solutions as f64 * TERM * TERMS;
+        let terms = solutions as f64 * TERM * pilot.terms(kept);
         let own = rows + terms + PATCH * modes.len() as f64;
         let threads = rayon::current_num_threads() as f64;
         let shared = 8.0 * threads * v + 5.0 * p.luminaires.list.len() as f64;
@@ -157,10 +199,11 @@ pub(super) fn pilots(n: usize, sampling: &Sampling) -> Vec<usize> {
     (0..count).map(|k| (2 * k + 1) * n / (2 * count)).collect()
 }
 
-/// Mean entries of a row, from a few rows of every choice of tau that needs any; and how many do.
-fn pilot(p: &Prepared, modes: &[Transport], sampling: &Sampling) -> (f64, usize) {
+/// Casts a few rows of every choice of tau that needs any.
+fn pilot(p: &Prepared, modes: &[Transport], sampling: &Sampling) -> Pilot {
     let n = p.patches.len();
     let chosen = pilots(n, sampling);
+    let mut passed = Vec::new();
     let variants: Vec<Variant> = modes
         .iter()
         .filter_map(|&mode| {
@@ -171,10 +214,13 @@ fn pilot(p: &Prepared, modes: &[Transport], sampling: &Sampling) -> (f64, usize)
             for &i in &chosen {
                 rows[i] = receives[i];
             }
-            m.sends().contains(&true).then(|| Variant {
-                tau: transports.iter().map(|t| t.tau).collect(),
-                rows,
-                columns: vec![true; n],
+            m.sends().contains(&true).then(|| {
+                passed.push(m.passed_on());
+                Variant {
+                    tau: transports.iter().map(|t| t.tau).collect(),
+                    rows,
+                    columns: vec![true; n],
+                }
             })
         })
         .collect();
@@ -182,7 +228,17 @@ fn pilot(p: &Prepared, modes: &[Transport], sampling: &Sampling) -> (f64, usize)
     let (factors, _) = cast(&p.scene, path, &variants, sampling, &|_| ());
     let entries: usize = factors.iter().map(|f| Rows::entries(&f.rows)).sum();
     let rows = chosen.len() * variants.len();
-    (entries as f64 / rows.max(1) as f64, variants.len())
+    let radius = |(f, passed): (&FormFactors, &Vec<f32>)| {
+        let share = |&i: &usize| f64::from(f.row_sums[i].unwrap_or(0.0) * passed[i]);
+        let sum: f64 = chosen.iter().map(share).sum();
+        let squares: f64 = chosen.iter().map(|i| share(i).powi(2)).sum();
+        if sum > 0.0 { squares / sum } else { 0.0 }
+    };
+    Pilot {
+        entries: entries as f64 / rows.max(1) as f64,
+        variants: variants.len(),
+        radius: factors.iter().zip(&passed).map(radius).fold(0.0, f64::max),
+    }
 }
 
 /// Bytes that may be used: a share of what the machine, or the control group this runs in, has left. Infinite where
@@ -226,13 +282,23 @@ pub(super) fn keep_within(
     sampling: &Sampling,
     casts: usize,
 ) -> bool {
+    keep_terms_within(p, mode, sampling, (casts, Kept::Enough))
+}
+
+/// The same where some terms of each series are kept.
+pub(super) fn keep_terms_within(
+    p: &mut Prepared,
+    mode: Transport,
+    sampling: &Sampling,
+    (casts, kept): (usize, Kept),
+) -> bool {
     if p.memory.is_infinite() {
         return false;
     }
     // The count asked for is met within about a quarter only.
     let mut cut = false;
     for share in [1.0, 0.75, 0.5] {
-        let e = estimate_memory(p, &[mode], sampling, casts, p.memory);
+        let e = estimate(p, &[mode], sampling, (casts, 1, kept), p.memory);
         if e.bytes <= p.memory {
             break;
         }

@@ -47,7 +47,7 @@ pub use factors::{
 pub use look::{picture, render, without_luminaires};
 pub use memory::{Estimate, check_memory, estimate_memory, usable_memory};
 pub use pipeline::{Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, prepare};
-pub use series::{BounceSeries, TermError, explore_within};
+pub use series::{BounceSeries, End, TermError, WantedTerms, explore_within};
 pub use sheet::{Sheet, Tile};
 pub use shoot::{assembled_shooter, ray_shooter};
 pub use surface::DrawError;

@@ -14,7 +14,7 @@ use crate::form_factors::{Sampling, Sight};
 use crate::image::{Fields, GatherSampling, Gathered, Gathering, Reading, View};
 use crate::light::{Rgb, Transport};
 use crate::operator::Operator;
-use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann, norm};
+use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
 
 /// Share of the tolerance at which the series is cut.
 const TRUNCATION: f64 = 0.02;
@@ -74,8 +74,7 @@ pub(super) fn solve(
     );
     let levels = [&solution.terms, &other.terms, &coarse].map(|terms| reflected(p, terms));
     let (fields, off) = fields(p, levels);
-    let truncation =
-        solution.rest() / norm(operator.areas(), &solution.light).max(f64::MIN_POSITIVE);
+    let truncation = solution.rest() / solution.reflected.max(f64::MIN_POSITIVE);
     let fields = fields
         .with_ambient(ambient(&first.0, &solution))
         .with_rest([operator, &second.0.operator].map(direct), &p.patches)
@@ -198,11 +197,14 @@ impl Solved {
         }
     }
 
-    /// Takes the squared error of the light as it is read, relative to the picture's: noise of F and all else.
+    /// Takes the squared error of the light as it is read, relative to the picture's: noise of F, truncation, and all else.
     pub fn state(&mut self, squared: f64) {
         let noise = self.error.form_factors.min(squared.sqrt());
+        let left = (squared - noise * noise).max(0.0);
+        let truncation = self.error.truncation.min(left.sqrt());
         self.error.form_factors = noise;
-        self.error.patches = (squared - noise * noise).max(0.0).sqrt();
+        self.error.truncation = truncation;
+        self.error.patches = (left - truncation * truncation).max(0.0).sqrt();
     }
 
     pub fn finish(mut self, p: &Prepared, gathered: Gathered, mut spent: Spent) -> Within {

@@ -1,9 +1,9 @@
 //! Exchange between facets with occluders between: the visible form factor integrated over the sender.
 //!
-//! The sender is cut into triangles, finer towards occluders, and along the planes of those that touch it, where the
-//! integrand jumps. Each carries Radon's rule of 7 points (degree 5); its difference from the sum over two halves is
-//! the error. The integrand has kinks where shadows of corners meet edges: bisection closes in on them, and the error
-//! falls as about the square of the number of points.
+//! The sender is cut into triangles, finer towards occluders, along the planes of those that touch it, where the
+//! integrand jumps, and along the lines where it has kinks ([`super::kinks`]). Each carries Radon's rule of 7 points
+//! (degree 5); its difference from the sum over two halves is the error. Where kinks are left, bisection closes in on
+//! them, and the error falls as about the square of the number of points.
 //!
 //! Sources: J. Radon, *Zur mechanischen Kubatur*, Monatsh. Math. 52, 1948; M. J. Rivara's longest-edge bisection.
 
@@ -11,6 +11,7 @@ use glam::DVec3;
 
 use super::between::Occluder;
 use super::facet::Facet;
+use super::kinks::kinks;
 use super::plane::area_vector;
 use super::refine::{Cell, Estimate, refine};
 use super::visible::visible_form;
@@ -83,6 +84,11 @@ fn parts(link: &Link, most: usize) -> Vec<[DVec3; 3]> {
     for occluder in cuts {
         if sender.tiles.len() < most {
             sender.cut_along(&occluder.plane);
+        }
+    }
+    for line in kinks(&link.from, &link.to, &link.occluders) {
+        if sender.tiles.len() < most {
+            sender.cut_along(&line);
         }
     }
     let fan = |tile: &Vec<DVec3>| -> Vec<[DVec3; 3]> {

@@ -18,6 +18,7 @@ mod between;
 mod contour;
 mod cubature;
 mod facet;
+mod kinks;
 mod plane;
 mod refine;
 mod visible;
