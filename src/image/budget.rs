@@ -16,8 +16,9 @@ const HEMISPHERE: f64 = 0.8;
 const FIT: f64 = 0.55;
 /// One pixel in so many tells the errors of a round.
 const SOME: usize = 9;
-/// What a reach that is too long is shortened to.
-const SHORTER: f64 = 0.35;
+/// What a reach that is too long is shortened to, at least and at most, and the power of the squared bias over what is wanted that it
+/// goes by: the bias grows as the reach's power 1.2.
+const SHORTER: (f64, f64, f64) = (0.35, 0.6, 0.42);
 /// Rounds of more points that lessen no bias, after which there are no more.
 const STALLS: usize = 3;
 /// Rounds of more rays, or more points.
@@ -121,7 +122,11 @@ impl Settings {
             }
             biased = bias;
             let worst = points.worst(&biases, (1.5 * (1.0 - 1.0 / bias)).clamp(0.3, 1.0));
-            points.shorten(&worst, SHORTER, pixels);
+            points.shorten(
+                &worst,
+                bias.powf(-SHORTER.2).clamp(SHORTER.0, SHORTER.1),
+                pixels,
+            );
             before = f64::INFINITY;
         }
         Found::new(pixels, points, fields, 1)

@@ -145,9 +145,12 @@ impl Walks {
         }
         let (mut sum, mut squares, mut total) = (0.0, 0.0, 0.0);
         for ([a, b], area) in blocks {
-            let product = a.dot(b) / (3.0 * area);
-            sum += product;
-            squares += product * product;
+            sum += a.dot(b) / (3.0 * area);
+            // The halves' difference tells their noise: the product's is as large as this within a factor of sqrt 2, whether noise or
+            // error is the larger.
+            let noise = 0.5 * (a - b).length_squared() / (3.0 * area);
+            let size = 0.5 * (a.length_squared() + b.length_squared()) / (3.0 * area);
+            squares += noise * size;
             total += area;
         }
         Squared {

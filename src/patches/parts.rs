@@ -274,3 +274,54 @@ fn best(own: &mut [Sample]) -> Option<(usize, f32)> {
     let within = (whole - between).max(1e-12 * whole);
     ((n - 2) as f64 * between > SIGNIFICANT * within).then_some((axis, at))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rays::sequence::Stream;
+
+    /// Samples on a floor of side 1, with the light given for each place and some noise.
+    fn floor(count: usize, light: impl Fn(f32) -> f64) -> Vec<Sample> {
+        let mut random = Stream::new(11);
+        let mut one = || {
+            let position = Vec3::new(random.uniform(), random.uniform(), 0.0);
+            let noise = f64::from(random.uniform()) - 0.5;
+            let point = PatchPoint {
+                position,
+                normal: Vec3::Z,
+                face: 0,
+            };
+            Sample {
+                point,
+                light: DVec3::splat(light(position.x) + noise),
+            }
+        };
+        (0..count).map(|_| one()).collect()
+    }
+
+    fn leaves(tree: &Tree) -> usize {
+        match tree {
+            Tree::Plane { sides, .. } => sides.iter().map(leaves).sum(),
+            Tree::Leaf(_) => 1,
+        }
+    }
+
+    #[test]
+    fn a_step_is_found_where_it_is_and_noise_is_left_whole() {
+        let step = grow(floor(400, |x| if x < 0.3 { 0.0 } else { 2.0 }), 0);
+        let Tree::Plane { axis, at, .. } = &step else {
+            panic!("a step of four times the noise is seen");
+        };
+        // Samples lie some 1/400 apart across the step.
+        assert!(*axis == 0 && (at - 0.3).abs() < 0.02, "{axis} {at}");
+        assert!(leaves(&step) <= 4);
+        assert_eq!(leaves(&grow(floor(400, |_| 1.0), 0)), 1);
+        assert_eq!(leaves(&grow(Vec::new(), 0)), 1);
+    }
+
+    #[test]
+    fn more_samples_tell_smaller_differences() {
+        let tree = |count: usize| leaves(&grow(floor(count, |x| f64::from(x)), 0));
+        assert!(tree(100_000) > 2 * tree(1000));
+    }
+}

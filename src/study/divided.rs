@@ -73,27 +73,11 @@ pub(super) fn divided(
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let error = |reading: Reading| residual.upper(reading, certain);
         let enough = |reading: &Reading| error(*reading) <= goal;
-        eprintln!(
-            "DBG divided {} patches rays {} noise {:.2} plain {:.2} {:?}",
-            p.patches.len(),
-            rays,
-            noise,
-            100.0 * (error(Reading::PLAIN) / signal).sqrt(),
-            residual.squared[0].map(|s| (
-                100.0 * (s.value.abs() / signal).sqrt(),
-                100.0 * (s.deviation / signal).sqrt()
-            ))
-        );
         if enough(&Reading::PLAIN) || round as usize == ROUNDS {
             let best = |a: &Reading, b: &Reading| error(*a).total_cmp(&error(*b));
             let least = Reading::ALL.into_iter().min_by(best);
             let chosen = Reading::ALL.into_iter().find(enough).or(least);
             solved.reading = chosen.unwrap_or(Reading::PLAIN);
-            eprintln!(
-                "DBG reading {:?} {:.2}",
-                solved.reading,
-                100.0 * (error(solved.reading) / signal).sqrt()
-            );
             solved.state(error(solved.reading) / signal);
             return Ok(solved);
         }

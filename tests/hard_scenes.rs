@@ -1,0 +1,180 @@
+//! Scenes made to break the estimate of error, against pictures by another program (`tests/data/hard`), and what the estimate
+//! itself must tell.
+
+mod common;
+
+use std::path::Path;
+
+use common::{Silent, assemble_one, builtin, sampling};
+use halflight::form_factors::{DirectSum, Lighting, Receiver, Scratch, gather_luminaire};
+use halflight::image::{Fields, Picture, Reading, View, Walks, read_picture, relative_rms};
+use halflight::light::{Mode, Rgb};
+use halflight::rays::sequence::Stream;
+use halflight::scene::{LoadOptions, Scene, Sides};
+use halflight::study::{Assembled, Prepared, Wanted, prepare, render_within};
+
+fn folder(scene: &str) -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data/hard")
+        .join(scene)
+}
+
+/// Renders a scene at 2 % and compares with its reference.
+fn is_as_near_as_asked_and_stated(name: &str) {
+    let folder = folder(name);
+    let data = |file: &str| -> Picture { read_picture(folder.join(file)).expect("a picture") };
+    let file = folder.join(format!("{name}.toml"));
+    let scene = Scene::open(&file.to_string_lossy(), LoadOptions::default()).expect("a scene");
+    let (reference, se, mask) = (
+        data("reference.exr"),
+        data("reference_se.exr"),
+        data("mask.exr"),
+    );
+    let wanted = Wanted {
+        tolerance: 0.02,
+        size: (reference.width, reference.height),
+        seed: 0,
+    };
+    let mut p = prepare(scene, 1);
+    let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent).unwrap();
+    let reached = relative_rms(&found.picture, &reference, Some(&mask), Some(&se)).unwrap();
+    println!("{name}: reached {reached}, stated {:?}", found.error);
+    assert!(reached <= 1.1 * wanted.tolerance, "{name}: {reached}");
+    let stated = found.error.total;
+    assert!(reached <= 1.2 * stated, "{name}: {reached} {stated}");
+}
+
+#[test]
+fn light_smaller_than_a_patch_is_found() {
+    is_as_near_as_asked_and_stated("plain");
+}
+
+#[test]
+fn a_small_lamp_in_a_large_room_loses_no_light() {
+    is_as_near_as_asked_and_stated("tinylamp");
+}
+
+#[test]
+fn narrow_surfaces_and_a_far_panel_are_right() {
+    is_as_near_as_asked_and_stated("reveals");
+}
+
+/// Numbers of back parents passed the number of patches once, and the program ended.
+#[test]
+fn some_materials_may_be_two_sided() {
+    let mut scene = builtin("cornell-box");
+    scene.materials[1].sides = Sides::Two;
+    let wanted = Wanted {
+        tolerance: 0.05,
+        size: (32, 32),
+        seed: 0,
+    };
+    let mut p = prepare(scene, 1);
+    let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
+    assert!(found.is_ok_and(|f| f.error.total < 0.1));
+    let parents = p.patches.parents();
+    assert!(parents.iter().all(|&k| (k as usize) < p.patches.len()));
+}
+
+fn view<'a>(p: &'a Prepared, mode: &'a Assembled, size: (usize, usize)) -> View<'a> {
+    View {
+        scene: &p.scene,
+        rays: &p.rays,
+        patches: &p.patches,
+        luminaires: &p.luminaires,
+        sight: &mode.sight,
+        transports: &mode.transports,
+        width: size.0,
+        height: size.1,
+    }
+}
+
+/// In a furnace all light is E / (1 - rho): the residual of that is 0, and light a tenth too bright leaves a tenth of it in
+/// every pixel, reflected once.
+#[test]
+fn the_residual_of_exact_light_is_nothing_and_that_of_wrong_light_its_error() {
+    let p = prepare(builtin("furnace"), 24);
+    let mode = assemble_one(&p, Mode::Global.transport(), &sampling(16, 0));
+    let (rho, e) = (p.scene.materials[0].rho.x, p.scene.materials[0].emission.x);
+    let exact = e / (1.0 - rho);
+    let view = view(&p, &mode, (8, 8));
+    let mut walks = Walks::new(&view, vec![1.0; 64], 5);
+    walks.extend(&view, 64);
+    let off = |factor: f32| {
+        let fields = Fields::new(&[vec![Rgb::splat(factor * exact); p.patches.len()]]);
+        let residual = walks.residual(&p.patches, &fields);
+        (
+            residual.mean[Reading::PLAIN.number()],
+            residual.of(Reading::PLAIN, 0.0),
+        )
+    };
+    let (mean, squared) = off(1.0);
+    assert!(
+        mean.abs() < 1e-5 && squared.value.abs() < 1e-9,
+        "{mean} {squared:?}"
+    );
+    let (mean, squared) = off(1.1);
+    // Light of a surface is E + rho L: what is read wrong by 0.1 L shows as rho 0.1 L. Paths end by chance: a geometric number
+    // of equal terms, whose standard deviation is below its mean over 1 - rho.
+    let error = f64::from(-0.1 * exact * rho);
+    let paths = (64.0 * 64.0f64).sqrt();
+    let deviation = error.abs() / f64::from(1.0 - rho) / paths;
+    assert!((mean - error).abs() < 4.0 * deviation, "{mean} {error}");
+    assert!(
+        (squared.value - error * error).abs() < 8.0 * deviation * error.abs(),
+        "{squared:?}"
+    );
+}
+
+/// One visibility ray for each of many receivers must have no bias, where the ratio of one draw has.
+#[test]
+fn light_that_is_asked_with_single_rays_is_that_of_many_rays() {
+    let p = prepare(builtin("furnished-room"), 200);
+    let mode = assemble_one(&p, Mode::Global.transport(), &sampling(16, 0));
+    let lighting = Lighting {
+        rays: &p.rays,
+        luminaires: &p.luminaires,
+        sight: &mode.sight,
+    };
+    let (mut scratch, mut random) = (Scratch::default(), Stream::new(7));
+    for patch in (0..p.patches.len()).step_by(23) {
+        let at = p.patches.point(patch, 0.4, 0.6);
+        let receiver = Receiver {
+            position: at.position,
+            normal: at.normal,
+            face: at.face,
+        };
+        let asked: Vec<f64> = (0..4096)
+            .map(|_| {
+                lighting
+                    .ask(&receiver, patch as u32, &mut random, &mut scratch, &mut 0)
+                    .x
+            })
+            .collect();
+        let (mean, error) = common::mean_and_error(&asked);
+        let mut many = 0.0;
+        for (l, luminaire) in p.luminaires.list.iter().enumerate() {
+            let mut sum = DirectSum::default();
+            let draws = (0..16384).map(|_| (random.uniform(), random.uniform()));
+            let draws: Vec<(f32, f32)> = draws.collect();
+            let lamp = (luminaire, mode.sight.shafts.between(patch as u32, l));
+            let path = (&p.rays, &*mode.sight);
+            let one = glam::DVec3::ONE;
+            gather_luminaire(
+                &mut sum,
+                one,
+                &receiver,
+                lamp,
+                path,
+                draws.into_iter(),
+                &mut scratch,
+            );
+            many += sum.estimate().x * f64::from(luminaire.radiance.x);
+        }
+        // The many rays have half the error of the single ones.
+        assert!(
+            (mean - many).abs() <= 5.0 * error + 1e-6 * many,
+            "{patch}: {mean} {many} {error}"
+        );
+    }
+}
