@@ -50,7 +50,14 @@ fn gatherings() -> Vec<(String, Gathering)> {
     let uniform = Gathering::Uniform(GatherSampling::with_samples(128, 0));
     let within = |error: f64| {
         let name = format!("within {} %", 100.0 * error);
-        (name, Gathering::Within { error, seed: 0 })
+        (
+            name,
+            Gathering::Within {
+                error,
+                seed: 0,
+                deadline: None,
+            },
+        )
     };
     let uniform = std::iter::once(("uniform".to_string(), uniform));
     uniform.chain(ERRORS.map(within)).collect()

@@ -100,12 +100,13 @@ fn alpha_and_tau_stand_in_for_a_mode() {
     assert_eq!(corner["mode"], "local");
 }
 
-const RENDER_FIELDS: [&str; 15] = [
+const RENDER_FIELDS: [&str; 17] = [
     "alpha",
     "closure",
     "error",
     "files",
     "height",
+    "met",
     "mode",
     "patches",
     "rays",
@@ -115,6 +116,7 @@ const RENDER_FIELDS: [&str; 15] = [
     "tau",
     "triangles",
     "verdict",
+    "why",
     "width",
 ];
 

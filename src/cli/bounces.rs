@@ -94,7 +94,16 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
                     end: Some(found.end),
                 };
                 let (error, seed) = (tolerance, common.seed);
-                study(&p, &found.mode, s, Gathering::Within { error, seed })?;
+                study(
+                    &p,
+                    &found.mode,
+                    s,
+                    Gathering::Within {
+                        error,
+                        seed,
+                        deadline: None,
+                    },
+                )?;
             }
             p
         }

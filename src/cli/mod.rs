@@ -29,6 +29,7 @@ mod render;
 mod report;
 mod scenes;
 mod trace;
+mod unmet;
 mod values;
 mod variance;
 

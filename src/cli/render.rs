@@ -1,7 +1,7 @@
 //! `halflight render`: the picture of each mode, and a contact sheet of several.
 
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::CliError;
 use super::console::Console;
@@ -10,15 +10,14 @@ use super::memory::pixel;
 use super::options::{Common, Render};
 use super::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use super::report::{Modes, Radius, RenderReport, mode_of};
+use super::unmet::{unmet, warn_of_error};
 use crate::image::{
     Exposure, GatherSampling, Picture, check_extension, write_picture, write_with_error,
 };
 use crate::light::Transport;
 use crate::scene::Scene;
 use crate::solve::{Diverges, neumann};
-use crate::study::{
-    ErrorParts, Fineness, Prepared, Seconds, Wanted, Within, assemble, render, render_within,
-};
+use crate::study::{Fineness, Prepared, Seconds, Wanted, Within, assemble, render, render_within};
 
 /// One mode's picture, or the reason why there is none.
 struct Outcome {
@@ -63,6 +62,7 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
         console: &console,
         places: &places,
         load: start.elapsed().as_secs_f64(),
+        start,
     };
     let outcomes = match effort.precision(common.seed) {
         Precision::Within(tolerance) => run.within(scene, &transports, tolerance)?,
@@ -89,6 +89,8 @@ struct Shared<'a> {
     places: &'a Places<'a>,
     /// Seconds that loading took.
     load: f64,
+    /// When the command began.
+    start: Instant,
 }
 
 impl Shared<'_> {
@@ -105,6 +107,8 @@ impl Shared<'_> {
             seed: self.common.seed,
         };
         let mut prepared = self.own.problem.effort.prepare_within(scene, transports)?;
+        let limit = self.own.problem.time.map(Duration::from_secs_f64);
+        prepared.deadline = limit.map(|time| self.start + time);
         let mut outcomes = Vec::new();
         for &transport in transports {
             let found = render_within(&mut prepared, transport, &wanted, self.console);
@@ -266,38 +270,6 @@ fn check_layered(output: Option<&Path>) -> Result<(), CliError> {
             .into(),
         help: "name an EXR file: --output FILE.exr".into(),
     })
-}
-
-/// Says where more is estimated than was asked for, and of what.
-fn warn_of_error(console: &Console, transport: Transport, error: &ErrorParts, tolerance: f64) {
-    if let Some(why) = unmet(error, tolerance) {
-        console.warn(format!("{}: {why}", transport.label()));
-    }
-}
-
-/// What keeps a picture from its tolerance, and what would help.
-pub(super) fn unmet(error: &ErrorParts, tolerance: f64) -> Option<String> {
-    if error.total <= tolerance {
-        return None;
-    }
-    let parts = [
-        (error.form_factors, "noise of F"),
-        (error.patches, "the light read on patches"),
-        (error.truncation, "the series' truncation"),
-        (error.gather, "the gather pass"),
-    ];
-    let largest = parts.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
-    let (part, name) = largest.unwrap_or_default();
-    if error.gather >= 1.0 {
-        return Some("the scene emits light, but no ray found any on what the camera sees: the error is not known".into());
-    }
-    Some(format!(
-        "estimated error {:.2} %, more than the {:.2} % asked for; most of it ({:.2} %) is {name}, which more effort \
-         lessened too little; a larger --size leaves less to bend within a pixel",
-        100.0 * error.total,
-        100.0 * tolerance,
-        100.0 * part,
-    ))
 }
 
 /// A line on one mode; where it was the only one, its error speaks for itself.

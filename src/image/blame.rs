@@ -18,7 +18,8 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::gather::{Fields, View};
+use super::fields::Fields;
+use super::gather::View;
 use super::hemisphere::Reader;
 use super::pixel::Pass;
 use super::residual::Reading;

@@ -4,7 +4,10 @@
 //! Not handled: errors of the solution that is gathered.
 
 use super::found::{Found, relative};
-use super::gather::{Fields, Gathering, View};
+use std::time::Instant;
+
+use super::fields::Fields;
+use super::gather::{Gathering, View};
 use super::pixel::Pixel;
 use super::points::{Density, Points};
 use super::spread::{Plan, measure};
@@ -40,6 +43,7 @@ pub(super) struct Settings {
     pub tabled: (u32, u32),
     pub seed: u32,
     error: Option<f64>,
+    deadline: Option<Instant>,
 }
 
 impl Settings {
@@ -62,8 +66,13 @@ impl Settings {
                 tabled: (sampling.camera.max(1), sampling.luminaire),
                 seed: sampling.seed,
                 error: None,
+                deadline: None,
             },
-            Gathering::Within { error, seed } => {
+            Gathering::Within {
+                error,
+                seed,
+                deadline,
+            } => {
                 let fineness = (0.01 / error).clamp(0.1, 100.0);
                 let pixel = view.scene.camera.pixel(view.height);
                 Settings {
@@ -83,6 +92,7 @@ impl Settings {
                     tabled: (64, if view.sight.takes_ratios() { 4 } else { 1 }),
                     seed,
                     error: Some(error),
+                    deadline,
                 }
             }
         }
@@ -98,7 +108,8 @@ impl Settings {
         });
         let (mut before, mut biased, mut stalls) = (f64::INFINITY, f64::INFINITY, 0);
         for _ in 0..ROUNDS {
-            if self.error.is_none() {
+            let late = self.deadline.is_some_and(|end| Instant::now() >= end);
+            if self.error.is_none() || late {
                 break;
             }
             let some = Found::new(pixels, points, fields, SOME).measure(pixels);

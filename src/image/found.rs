@@ -6,7 +6,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Picture;
-use super::gather::{Fields, GatherError, Gathered};
+use super::fields::Fields;
+use super::gather::{GatherError, Gathered};
 use super::irradiance::Fit;
 use super::pixel::{Pass, Pixel};
 use super::points::Points;

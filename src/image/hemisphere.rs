@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
-use super::gather::{Fields, View};
+use super::fields::Fields;
+use super::gather::View;
 use super::residual::{Direct, Reading};
 use super::walker::{Memory, Met, Walker};
 use crate::form_factors::Receiver;

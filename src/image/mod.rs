@@ -7,6 +7,7 @@ mod blame;
 mod budget;
 mod error;
 mod estimate;
+mod fields;
 mod files;
 mod found;
 mod gather;
@@ -30,10 +31,9 @@ mod whole;
 
 pub use blame::{Blame, blame};
 pub use error::ImageError;
+pub use fields::{Fields, invisible};
 pub use files::{check_extension, encode_png, read_picture, write_bitmap, write_picture};
-pub use gather::{
-    Fields, GatherError, GatherSampling, Gathered, Gathering, View, gather, invisible,
-};
+pub use gather::{GatherError, GatherSampling, Gathered, Gathering, View, gather};
 pub use layered::write_with_error;
 pub use linear::{Linear, linear};
 pub use metrics::{

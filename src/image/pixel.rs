@@ -6,7 +6,8 @@
 
 use glam::{DVec3, Vec3};
 
-use super::gather::{Fields, View};
+use super::fields::Fields;
+use super::gather::View;
 use super::layer::Layer;
 use crate::form_factors::{DirectSum, Links, Receiver, Scratch as Memory, gather_luminaire};
 use crate::light::Rgb;

@@ -20,7 +20,7 @@
 
 use glam::DVec3;
 
-use super::gather::Fields;
+use super::fields::Fields;
 use super::walker::Met;
 use super::walks::{Path, Walks};
 use crate::patches::{PatchPoint, Patches, Sample};

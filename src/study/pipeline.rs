@@ -76,6 +76,8 @@ pub struct Prepared {
     pub(super) densities: Vec<f32>,
     /// Bytes that K may take; patches that are cut anew stay within. Infinite at first.
     pub memory: f64,
+    /// When work to a tolerance is to end, whatever is reached by then. None at first.
+    pub deadline: Option<Instant>,
     /// Seconds this took.
     pub seconds: f64,
 }
@@ -125,6 +127,7 @@ pub fn prepare(scene: Scene, patches: usize) -> Prepared {
         luminaires,
         densities: Vec::new(),
         memory: f64::INFINITY,
+        deadline: None,
         seconds: start.elapsed().as_secs_f64(),
     }
 }
@@ -136,6 +139,11 @@ impl Prepared {
         self.patches = Patches::cut(&self.scene, &self.rays, &self.surfaces, patches);
         self.densities.clear();
         self.seconds += start.elapsed().as_secs_f64();
+    }
+
+    /// Whether the time for work to a tolerance is over.
+    pub(super) fn is_late(&self) -> bool {
+        self.deadline.is_some_and(|end| Instant::now() >= end)
     }
 
     /// Mean over the patches of their rays over the number asked for.

@@ -75,7 +75,12 @@ pub fn render_within(
     // Where the solution used up the tolerance, the gather pass still has a share.
     let error = GATHER * left.max(0.25 * wanted.tolerance.powi(2)).sqrt();
     let seed = wanted.seed;
-    let within = Gathering::Within { error, seed };
+    let deadline = p.deadline;
+    let within = Gathering::Within {
+        error,
+        seed,
+        deadline,
+    };
     // The rough picture has told the errors of the fields.
     let gathered = solved.gather(
         p,
@@ -131,7 +136,7 @@ fn solve_within(
         if blind {
             coarse = coarse.max(2.0);
         }
-        let full = most || (coarse > 1.0 && p.patches.len() >= MOST.0);
+        let full = most || p.is_late() || (coarse > 1.0 && p.patches.len() >= MOST.0);
         if (noise <= 1.0 && coarse <= 1.0) || round == ROUNDS || full {
             check.confirm(p, &mut solved);
             spent.rays += check.rays();

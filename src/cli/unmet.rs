@@ -1,0 +1,42 @@
+//! Why a picture is not as near as was asked for, in words, and what would help.
+
+use super::console::Console;
+use crate::light::Transport;
+use crate::study::ErrorParts;
+
+/// Says where more is estimated than was asked for, and of what.
+pub(super) fn warn_of_error(
+    console: &Console,
+    transport: Transport,
+    error: &ErrorParts,
+    tolerance: f64,
+) {
+    if let Some(why) = unmet(error, tolerance) {
+        console.warn(format!("{}: {why}", transport.label()));
+    }
+}
+
+/// What keeps a picture from its tolerance, and what would help.
+pub(super) fn unmet(error: &ErrorParts, tolerance: f64) -> Option<String> {
+    if error.total <= tolerance {
+        return None;
+    }
+    let parts = [
+        (error.form_factors, "noise of F"),
+        (error.patches, "the light read on patches"),
+        (error.truncation, "the series' truncation"),
+        (error.gather, "the gather pass"),
+    ];
+    let largest = parts.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+    let (part, name) = largest.unwrap_or_default();
+    if error.gather >= 1.0 {
+        return Some("the scene emits light, but no ray found any on what the camera sees: the error is not known".into());
+    }
+    Some(format!(
+        "estimated error {:.2} %, more than the {:.2} % asked for; most of it ({:.2} %) is {name}, which more effort \
+         lessened too little; a larger --size leaves less to bend within a pixel",
+        100.0 * error.total,
+        100.0 * tolerance,
+        100.0 * part,
+    ))
+}
