@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn more_samples_tell_smaller_differences() {
-        let tree = |count: usize| leaves(&grow(floor(count, |x| f64::from(x)), 0));
+        let tree = |count: usize| leaves(&grow(floor(count, f64::from), 0));
         assert!(tree(100_000) > 2 * tree(1000));
     }
 }

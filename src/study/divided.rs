@@ -28,7 +28,7 @@ const SURE: f64 = 0.35;
 /// Share of the tolerance that noise of F may take.
 const NOISE: f64 = 0.3;
 /// Paths of every pixel at a tolerance of 2 %, and at least and at most.
-const EACH: (f64, u32, u32) = (48.0, 16, 1024);
+const EACH: (f64, u32, u32) = (48.0, 48, 1024);
 /// Rays of a patch at first, and at most.
 const RAYS: (u32, u32) = (512, 1 << 14);
 /// Rays of a patch over those of all in the mean, at least and at most.
