@@ -88,7 +88,11 @@ impl Check {
     /// The squared error of the light as it is read, as a share of the picture's square.
     fn measure(&self, p: &Prepared, solved: &Solved) -> Squared {
         let residual = self.walks.residual(&p.patches, &solved.fields);
-        let found = residual.of(Reading::PLAIN, 0.0);
+        // Errors of small places show in small blocks only: those speak that are surest of one.
+        let sure = |s: &&Squared| s.value - CERTAIN * s.deviation;
+        let blocks = residual.squared[Reading::PLAIN.number()].iter();
+        let surest = blocks.max_by(|a, b| sure(a).total_cmp(&sure(b)));
+        let found = surest.copied().unwrap_or_default();
         Squared {
             value: found.value / self.signal,
             deviation: found.deviation / self.signal,
