@@ -140,7 +140,7 @@ impl<'a> Reader<'a> {
                 for m in &found.next {
                     onward += f64::from(m.through) * self.light(m, left, random, memory);
                 }
-                found.glow + found.direct + found.reflect * onward
+                found.light(onward)
             }
         }
     }

@@ -22,7 +22,7 @@ use glam::DVec3;
 
 use super::fields::Fields;
 use super::walker::Met;
-use super::walks::{Path, Walks};
+use super::walks::{Path, Step, Walks};
 use crate::patches::{PatchPoint, Patches, Sample};
 
 /// How a gather ray reads the light of the surface it meets.
@@ -197,9 +197,6 @@ impl Walks {
             let Some(patch) = patches.at(face, side, position) else {
                 continue;
             };
-            let incident = |m: &Met| f64::from(m.through) * read(patches, fields, m).0;
-            let onward: DVec3 = step.found.next.iter().map(incident).sum();
-            let found = &step.found;
             let normal = patches.normal(face, side);
             samples[patches.whole(patch) as usize].push(Sample {
                 point: PatchPoint {
@@ -207,7 +204,7 @@ impl Walks {
                     normal,
                     face,
                 },
-                light: found.glow + found.direct + found.reflect * onward,
+                light: sample(step, patches, fields),
             });
         }
         samples
@@ -226,18 +223,20 @@ fn read(patches: &Patches, fields: &Fields, at: &Met) -> (DVec3, DVec3) {
     }
 }
 
+/// A sample of the light that leaves a point of a path, from the leading field on what its next ray meets.
+fn sample(step: &Step, patches: &Patches, fields: &Fields) -> DVec3 {
+    let incident = |m: &Met| f64::from(m.through) * read(patches, fields, m).0;
+    step.found.light(step.found.next.iter().map(incident).sum())
+}
+
 /// `sum of w_k r_k` over the points of a path that each reading leaves to the patches.
 fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] {
-    let read = |at: &Met| read(patches, fields, at);
     let mut errors = [DVec3::ZERO; READINGS];
     // From the last point on, so that sums over what follows are known.
     let (mut rest, mut own) = (DVec3::ZERO, [DVec3::ZERO; 2]);
     for (k, step) in path.steps.iter().enumerate().rev() {
-        let (light, without) = read(&step.at);
-        let incident = |m: &Met| f64::from(m.through) * read(m).0;
-        let onward: DVec3 = step.found.next.iter().map(incident).sum();
-        let sample = step.found.glow + step.found.direct + step.found.reflect * onward;
-        rest += step.weight * (sample - light);
+        let (light, without) = read(patches, fields, &step.at);
+        rest += step.weight * (sample(step, patches, fields) - light);
         let patch = patches.at(step.at.face, step.at.side, step.at.position);
         // A ray that is too short goes on: what the next one leaves is what it leaves.
         if !patch.is_some_and(|patch| fields.is_near(patch, step.at.distance)) {

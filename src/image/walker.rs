@@ -37,6 +37,13 @@ pub(super) struct Reflection {
     pub next: Vec<Met>,
 }
 
+impl Reflection {
+    /// What leaves the point when `incident` arrives along the next ray, beside the light asked for.
+    pub fn light(&self, incident: DVec3) -> DVec3 {
+        self.glow + self.direct + self.reflect * incident
+    }
+}
+
 /// Memory that one thread uses again.
 #[derive(Default)]
 pub(super) struct Memory {

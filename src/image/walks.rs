@@ -119,11 +119,6 @@ impl Walks {
     pub fn each(&self) -> u32 {
         self.each
     }
-
-    /// Points where paths were reflected.
-    pub fn points(&self) -> usize {
-        self.paths.iter().map(|p| p.steps.len()).sum()
-    }
 }
 
 /// One path from pixel k.

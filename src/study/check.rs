@@ -12,8 +12,6 @@ use crate::image::{Gathered, Reading, Squared, Walks};
 
 /// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; and at most.
 const PATHS: (f64, f64) = (20_000.0, 262_144.0);
-/// Share of what is tolerable, and of its standard error, that an error must come to before more paths look for it.
-const SUSPICIOUS: f64 = 1.0;
 /// Paths of a pixel over those of all in the mean, at least and at most.
 const LEAST: f32 = 0.25;
 const MOST: f32 = 16.0;
@@ -60,7 +58,7 @@ impl Check {
             let tolerable = matters.max(BEYOND * known);
             let wrong = found.value - found.deviation > tolerable;
             let certain = wrong && found.value > CERTAIN * found.deviation;
-            let suspicious = found.value > SUSPICIOUS * tolerable.max(found.deviation);
+            let suspicious = found.value > tolerable.max(found.deviation);
             let blind = found.deviation > wanted.tolerance.powi(2);
             if certain || !(suspicious || blind) || self.walks.each() >= self.most {
                 return wrong;
