@@ -80,7 +80,7 @@ fn met(k: usize, pass: &Pass, reader: &Reader, seed: u32) -> Option<Met> {
         let rho = pass.view.scene.materials[material as usize].rho.as_dvec3();
         let seed = hash(k as u32, seed ^ HALVES[half]);
         let weight = |through: f32| rho * (f64::from(through) / f64::from(RAYS));
-        reader.trace(&[from], 0..RAYS, seed, &mut Vec::new(), |patch, x, t| {
+        reader.trace(&from, 0..RAYS, seed, |patch, x, t| {
             met.push((patch, x, weight(t)));
         });
     }

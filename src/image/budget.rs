@@ -3,7 +3,8 @@
 //!
 //! Not handled: errors of the solution that is gathered.
 
-use super::found::{Found, relative};
+use super::estimate::relative;
+use super::found::Found;
 use std::time::Instant;
 
 use super::fields::Fields;
@@ -107,13 +108,15 @@ impl Settings {
                 .max(0.25 * error * error * camera.signal)
         });
         let (mut before, mut biased, mut stalls) = (f64::INFINITY, f64::INFINITY, 0);
-        for _ in 0..ROUNDS {
+        let mut misfit = 0.0;
+        for round in 0..ROUNDS {
             let late = self.deadline.is_some_and(|end| Instant::now() >= end);
             if self.error.is_none() || late {
+                misfit += points.misfit(pixels, &points.biases(fields.leading()));
                 break;
             }
             let some = Found::new(pixels, points, fields, SOME).measure(pixels);
-            let scale = camera.count as f64 / some.count.max(1) as f64;
+            let scale = camera.count / some.count.max(1.0);
             let noise = scale * some.variance / (HEMISPHERE * HEMISPHERE * left);
             // Noise that more rays did not lessen is not theirs.
             if noise > 1.0 && noise < 0.8 * before {
@@ -123,8 +126,13 @@ impl Settings {
                 continue;
             }
             // Only now: a bias measured through much noise is itself noisy.
+            let bare = points.bare() as f64 / points.hosts.len().max(1) as f64;
+            let validated = points.validate(pixels, fields.leading(), round as u32);
             let biases = points.biases(fields.leading());
-            let bias = scale * relative(&biases) * some.signal / (FIT * FIT * left);
+            let foreseen = bare * scale * relative(&biases) * some.signal;
+            let elsewhere = validated.corrected(foreseen);
+            misfit = elsewhere + points.misfit(pixels, &biases);
+            let bias = misfit / (FIT * FIT * left);
             // A bias that more points did not lessen is that of light they cannot follow, or chance.
             stalls += usize::from(bias > 0.95 * biased);
             let both = HEMISPHERE * HEMISPHERE * noise + FIT * FIT * bias;
@@ -140,7 +148,7 @@ impl Settings {
             );
             before = f64::INFINITY;
         }
-        Found::new(pixels, points, fields, 1)
+        Found::new(pixels, points, fields, 1).biased_by(misfit)
     }
 }
 

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::irradiance::{Fit, Place};
 use super::layer::Layer;
+use super::pixel::Pixel;
 use super::points::{COVERED, NONE, Points};
 
 /// A fit that leaves more than this share reaches out of its points.
@@ -18,6 +19,28 @@ const LOOSE: f64 = 0.5;
 
 /// Spacings within which points are alike in noise.
 const NEAR: f64 = 2.5;
+
+/// Share of a point in the fit at its own place beyond which the others leave more than [`COVERED`] of the variance there: they would not
+/// speak for it, it would be a point. (A share h leaves the others h / (1 - h).)
+const NEEDED: f64 = COVERED / (1.0 + COVERED);
+
+/// Squared bias of the fit at a point.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Bias {
+    /// In the pixel that the point lies in, (W/(m² sr))², channels added.
+    pub here: f64,
+    /// There and in its share of the layers that have no point, where others foresee light as they do here.
+    pub around: f64,
+    /// That of the irradiance over pi which others foresee there, times the pixels that the point stood for.
+    pub foreseen: f64,
+    /// Squared irradiance over pi, times the same.
+    pub light: f64,
+}
+
+/// The light of the first `leading` fields together in both halves.
+pub(super) fn total(means: &[[DVec3; 2]], leading: usize) -> [DVec3; 2] {
+    [0, 1].map(|half| means[..leading].iter().map(|m| m[half]).sum())
+}
 
 impl Points<'_> {
     /// Irradiance over pi at layer l of pixel k, every field in both halves, into `found`.
@@ -90,38 +113,50 @@ impl Points<'_> {
     }
 
     /// Irradiance over pi that a point found: every field in both halves.
-    fn means(&self, i: usize) -> &[[DVec3; 2]] {
+    pub(super) fn means(&self, i: usize) -> &[[DVec3; 2]] {
         &self.values[i * self.fields..(i + 1) * self.fields]
     }
 
-    /// Squared bias of the fit at each point, the others fitted there, of the light of all `leading` fields together; and the
-    /// squared irradiance; both times the pixels that the point stands for. Single products are noisy, their sums are not.
-    pub fn biases(&self, leading: usize) -> Vec<(f64, f64)> {
-        let total = |means: &[[DVec3; 2]]| {
-            let sum = |half: usize| means[..leading].iter().map(|m| m[half]).sum::<DVec3>();
-            [sum(0), sum(1)]
-        };
-        let one = |(fit, found): &mut (Fit, Vec<[DVec3; 2]>), i: usize| -> (f64, f64) {
+    /// The bias of the fit at each point, of the light of all `leading` fields together. Single products are noisy, their sums are not.
+    ///
+    /// The fit is linear in the points' values, so where a point itself has the share s in it, what the others alone would miss
+    /// is the misfit over 1 - s.
+    pub fn biases(&self, leading: usize) -> Vec<Bias> {
+        let bare = self.bare() as f64 / self.points.len().max(1) as f64;
+        let one = |(fit, found): &mut (Fit, Vec<[DVec3; 2]>), i: usize| -> Bias {
             let (own, known) = (&self.points[i], &self.known[i]);
             let k = self.lattice.pixel_of(i as u32);
-            let inside =
-                self.fit_without(fit, k, &known.place, i as u32) && fit.variance() <= COVERED;
-            // Places that others cannot speak for, as along a crease, are points: their own share is part of the fit there.
-            if !inside && !self.fit(fit, k, &known.place) {
-                return (0.0, 0.0);
+            if !self.fit(fit, k, &known.place) {
+                return Bias::default();
             }
             fit.settle(LOOSE);
             self.combine(fit, found);
-            let ([u, v], [p, q]) = (total(found), total(self.means(i)));
+            let ([u, v], [p, q]) = (total(found, leading), total(self.means(i), leading));
+            let misfit = (p - u).dot(q - v);
+            let share = fit.share_of(i as u32);
+            let others = if share < NEEDED { 1.0 - share } else { 1.0 };
+            let foreseen = misfit / (others * others);
             let pixels = (own.spacing * own.spacing) as f64;
-            (pixels * (p - u).dot(q - v), pixels * p.dot(q))
+            Bias {
+                here: own.counts().powi(2) * misfit,
+                around: own.counts().powi(2) * (misfit + bare * foreseen),
+                foreseen: pixels * foreseen,
+                light: pixels * p.dot(q),
+            }
         };
         let all = (0..self.points.len()).into_par_iter();
         all.map_init(Default::default, one).collect()
     }
 
+    /// The squared error of the fit at the points themselves, summed over the pixels that see no luminaire.
+    pub fn misfit(&self, pixels: &[Pixel], biases: &[Bias]) -> f64 {
+        let weight = |i: u32| pixels[self.lattice.pixel_of(i)].weight();
+        let own = biases.iter().zip(0_u32..);
+        own.map(|(bias, i)| weight(i) * bias.here).sum()
+    }
+
     /// The points whose surroundings have the largest bias, up to the `share` of the whole bias that is too much.
-    pub fn worst(&self, biases: &[(f64, f64)], share: f64) -> Vec<u32> {
+    pub fn worst(&self, biases: &[Bias], share: f64) -> Vec<u32> {
         let pooled: Vec<f64> = (0..self.points.len())
             .into_par_iter()
             .map(|i| self.pooled(i, biases))
@@ -174,18 +209,29 @@ impl Points<'_> {
         count.into_par_iter().map(want).collect()
     }
 
-    /// Mean bias of the points that one point is fitted with, for the pixels that it stands for.
-    fn pooled(&self, i: usize, biases: &[(f64, f64)]) -> f64 {
+    /// Mean bias of the points that one point is fitted with.
+    fn pooled(&self, i: usize, biases: &[Bias]) -> f64 {
         let known = &self.known[i];
-        let (mut sum, mut pixels) = (0.0, 0.0);
+        let (mut sum, mut points) = (0.0, 0.0);
         self.lattice.visit(self.lattice.pixel_of(i as u32), |j| {
             let other = &self.known[j as usize].place;
             let near = other.position.distance(known.place.position) < 2.0 * known.reach;
             if near && other.normal.dot(known.place.normal) > 0.9 {
-                sum += biases[j as usize].0;
-                pixels += (self.points[j as usize].spacing as f64).powi(2);
+                sum += biases[j as usize].around;
+                points += 1.0;
             }
         });
-        sum / pixels.max(1.0) * (self.points[i].spacing as f64).powi(2)
+        sum / f64::max(points, 1.0)
+    }
+}
+
+/// Mean squared bias that points foresee where there is none, as a share of the mean squared irradiance.
+pub(super) fn relative(biases: &[Bias]) -> f64 {
+    let foreseen: f64 = biases.iter().map(|b| b.foreseen).sum();
+    let light: f64 = biases.iter().map(|b| b.light).sum();
+    if light > 0.0 {
+        (foreseen / light).max(0.0)
+    } else {
+        0.0
     }
 }

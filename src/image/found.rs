@@ -23,7 +23,8 @@ const ROUNDS: usize = 12;
 #[derive(Default)]
 pub(super) struct Found {
     pixels: Vec<Indirect>,
-    bias: f64,
+    /// Squared error of the fit, summed over the pixels that see no luminaire.
+    misfit: f64,
 }
 
 #[derive(Default)]
@@ -36,12 +37,12 @@ struct Indirect {
     ambient: [DVec3; 2],
 }
 
-/// Sums over the pixels that see no luminaire.
+/// Sums over the pixels, weighted as they count.
 #[derive(Default)]
 pub(super) struct Sums {
     pub variance: f64,
     pub signal: f64,
-    pub count: usize,
+    pub count: f64,
 }
 
 impl Found {
@@ -57,21 +58,24 @@ impl Found {
         let indexed = pixels.par_iter().enumerate();
         Found {
             pixels: indexed.map_init(Default::default, reflected).collect(),
-            bias: match step {
-                1 => relative(&points.biases(fields.leading())),
-                _ => 0.0,
-            },
+            misfit: 0.0,
         }
+    }
+
+    /// States the squared error of the fit, summed over the pixels that see no luminaire.
+    pub fn biased_by(mut self, misfit: f64) -> Found {
+        self.misfit = misfit.max(0.0);
+        self
     }
 
     pub fn measure(&self, pixels: &[Pixel]) -> Sums {
         let mut sums = Sums::default();
         let seen = self.pixels.iter().zip(pixels);
-        for (found, _) in seen.filter(|(f, p)| p.sees_no_luminaire() && !f.fields.is_empty()) {
+        for (found, pixel) in seen.filter(|(f, _)| !f.fields.is_empty()) {
             let total: Rgb = found.fields.iter().sum();
-            sums.variance += found.variance.element_sum();
-            sums.signal += total.as_dvec3().length_squared();
-            sums.count += 1;
+            sums.variance += pixel.weight() * found.variance.element_sum();
+            sums.signal += pixel.weight() * total.as_dvec3().length_squared();
+            sums.count += pixel.weight();
         }
         sums
     }
@@ -146,24 +150,24 @@ impl Found {
     fn riders(&self, pixels: &[Pixel], fields: &Fields) -> Vec<f64> {
         let mut sums = vec![0.0; fields.count() - fields.leading()];
         let seen = self.pixels.iter().zip(pixels);
-        for (found, _) in seen.filter(|p| p.1.sees_no_luminaire()) {
+        for (found, pixel) in seen {
             for (sum, product) in sums.iter_mut().zip(&found.riders) {
-                *sum += product;
+                *sum += pixel.weight() * product;
             }
         }
-        let count = measure(pixels).count.max(1);
-        let rms = |sum: f64| (sum.max(0.0) / (3 * count) as f64).sqrt();
+        let count = measure(pixels).count.max(1.0);
+        let rms = |sum: f64| (sum.max(0.0) / (3.0 * count)).sqrt();
         sums.into_iter().map(rms).collect()
     }
 
     fn error(&self, pixels: &[Pixel]) -> GatherError {
         let camera = measure(pixels);
         let indirect = self.measure(pixels);
-        let rms = |sum: f64| (sum / (3 * camera.count.max(1)) as f64).sqrt();
+        let rms = |sum: f64| (sum / (3.0 * camera.count.max(1.0))).sqrt();
         GatherError {
             camera: rms(camera.variance),
             hemisphere: rms(indirect.variance),
-            fit: rms(self.bias * indirect.signal),
+            fit: rms(self.misfit),
             signal: rms(camera.signal),
         }
     }
@@ -216,16 +220,5 @@ fn indirect(
         variance: d * d,
         riders: riders.iter().map(|[a, b]| a.dot(*b)).collect(),
         ambient,
-    }
-}
-
-/// Mean squared bias as a share of the mean squared irradiance.
-pub(super) fn relative(biases: &[(f64, f64)]) -> f64 {
-    let sum = |(b, s): (f64, f64), t: &(f64, f64)| (b + t.0, s + t.1);
-    let (bias, signal) = biases.iter().fold((0.0, 0.0), sum);
-    if signal > 0.0 {
-        (bias / signal).max(0.0)
-    } else {
-        0.0
     }
 }

@@ -6,10 +6,11 @@ use glam::{DVec3, Vec3};
 
 use super::fields::Fields;
 use super::gather::View;
+use super::guide::Guided;
 use super::residual::{Direct, Reading};
 use super::walker::{Memory, Met, Walker};
 use crate::form_factors::Receiver;
-use crate::rays::cosine::cosine_direction;
+use crate::light::Rgb;
 use crate::rays::sequence::{Sobol, Stream, hash};
 use crate::rays::{FAN, Fan, Hit, Ray};
 
@@ -18,6 +19,21 @@ const TABLED: usize = 1 << 13;
 
 /// Rays that follow one another at most before one reads, however near what they meet is.
 pub(super) const MOST: u32 = 16;
+
+/// How what a ray reads is counted: `weight * light + offset`, the offset for the first field only.
+#[derive(Clone, Copy)]
+struct Counts {
+    weight: f32,
+    offset: Rgb,
+}
+
+/// What one ray found.
+struct Told {
+    /// Inverse distance to the first face that it met.
+    nearness: f64,
+    /// Light of the first field.
+    light: DVec3,
+}
 
 /// Reads fields along cosine-distributed rays.
 pub(super) struct Reader<'a> {
@@ -45,6 +61,18 @@ impl<'a> Reader<'a> {
         self.fields.leading()
     }
 
+    /// The length of the brightest light of the fields that make the picture, over the middles of patches.
+    pub fn brightest(&self) -> f64 {
+        let patches = self.view.patches;
+        let light = |i: usize| -> Rgb {
+            let at = patches.point(i, 0.5, 0.5).position;
+            let own = &self.fields.of_patch(i as u32)[..self.leading()];
+            own.iter().map(|l| l.at(at)).sum()
+        };
+        let lengths = (0..patches.len()).map(|i| f64::from(light(i).length()));
+        lengths.fold(0.0, f64::max)
+    }
+
     /// Number of fields read.
     pub fn fields(&self) -> usize {
         self.fields.count()
@@ -56,62 +84,91 @@ impl<'a> Reader<'a> {
         &self,
         from: &[Receiver],
         indices: Range<u32>,
-        seed: u32,
+        (seed, guided): (u32, Guided),
         memory: &mut Memory,
         incident: &mut [DVec3],
     ) -> f64 {
         if !self.fields.is_read_at_once() {
-            return self.read_onward(from, indices, seed, memory, incident);
+            return self.cast(from, indices, (seed, guided), |ray, k, counts| {
+                let mut random = Stream::new(hash(k, seed));
+                let told = self.read_onward(ray, &mut random, memory);
+                incident[0] += f64::from(counts.weight) * told.light + counts.offset.as_dvec3();
+                told
+            });
         }
-        self.trace(
-            from,
-            indices,
-            seed,
-            &mut memory.hits,
-            |patch, position, through| {
-                for (sum, l) in incident.iter_mut().zip(self.fields.of_patch(patch)) {
-                    *sum += (through * l.at(position)).as_dvec3();
+        self.cast(from, indices, (seed, guided), |ray, _, counts| {
+            let mut light = Rgb::ZERO;
+            incident[0] += counts.offset.as_dvec3();
+            let nearness = self.meet(ray, &mut memory.hits, |patch, position, through| {
+                let fields = self.fields.of_patch(patch).iter().enumerate();
+                for ((f, l), sum) in fields.zip(incident.iter_mut()) {
+                    let found = through * l.at(position);
+                    *sum += (counts.weight * found).as_dvec3();
+                    if f == 0 {
+                        light += found;
+                    }
                 }
-            },
-        )
+            });
+            Told {
+                nearness,
+                light: light.as_dvec3(),
+            }
+        })
     }
 
-    /// The same where rays go on, or ask for direct light, before they read; only the leading field is.
-    fn read_onward(
+    /// What a ray finds that goes on, or asks for direct light, before it reads; only the leading field is read.
+    fn read_onward(&self, ray: &Ray, random: &mut Stream, memory: &mut Memory) -> Told {
+        let mut met = std::mem::take(&mut memory.met);
+        met.clear();
+        let nearness = self.walker.follow(ray, memory, |m| met.push(m));
+        let mut sum = DVec3::ZERO;
+        for m in &met {
+            let light = self.light(m, (self.reading.bounces, MOST), random, memory);
+            sum += f64::from(m.through) * light;
+        }
+        memory.met = met;
+        Told {
+            nearness,
+            light: sum,
+        }
+    }
+
+    /// Calls `each(ray, index, weight)` for the rays `indices` from the points `from`, as a guide bends them: what a ray reads counts
+    /// `weight`. Returns the weighted sum of the rays' inverse lengths.
+    #[inline(always)]
+    fn cast(
         &self,
         from: &[Receiver],
         indices: Range<u32>,
-        seed: u32,
-        memory: &mut Memory,
-        incident: &mut [DVec3],
+        (seed, guided): (u32, Guided),
+        mut each: impl FnMut(&Ray, u32, Counts) -> Told,
     ) -> f64 {
         let mut nearness = 0.0;
-        let mut met = Vec::new();
-        for k in indices {
-            let ray = self.ray(from, k, seed);
-            met.clear();
-            nearness += self.walker.follow(&ray, memory, |m| met.push(m));
-            let mut random = Stream::new(hash(k, seed));
-            for m in &met {
-                let light = self.light(m, (self.reading.bounces, MOST), &mut random, memory);
-                incident[0] += f64::from(m.through) * light;
+        let mut first = indices.start;
+        while first < indices.end {
+            let (fan, bent) = Fan::bent(&self.sobol, first, seed, |u, v| guided.bend(u, v));
+            for k in 0..FAN.min((indices.end - first) as usize) {
+                // A dimension of its own chooses the point, or each would look at a part of the hemisphere only.
+                let from = match from {
+                    [one] => one,
+                    _ => &from[(f64::from(fan.third(k)) * from.len() as f64) as usize],
+                };
+                let ray = Ray {
+                    origin: from.position,
+                    direction: fan.direction(k, from.normal),
+                    source: Some(from.face),
+                };
+                let counts = Counts {
+                    weight: bent.weights[k],
+                    offset: bent.offsets[k],
+                };
+                let told = each(&ray, first + k as u32, counts);
+                nearness += f64::from(bent.weights[k]) * told.nearness;
+                guided.tell(bent.cells[k], told.light);
             }
+            first += FAN as u32;
         }
         nearness
-    }
-
-    /// Ray k from the points.
-    fn ray(&self, from: &[Receiver], k: u32, seed: u32) -> Ray {
-        let at = |d: usize| self.sobol.point(k, d, seed);
-        let from = match from {
-            [one] => one,
-            _ => &from[(f64::from(at(2)) * from.len() as f64) as usize],
-        };
-        Ray {
-            origin: from.position,
-            direction: cosine_direction(from.normal, at(0), at(1)),
-            source: Some(from.face),
-        }
     }
 
     /// A sample of the leading field at a point, from light read after so many more rays, or at most so many where what is met
@@ -145,59 +202,55 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Calls `meet(patch, position, through)` for all that the rays `indices` from the points `from` meet, `through` being
-    /// the product of tau before it; returns the sum of the rays' inverse lengths to the first.
-    #[inline(always)]
+    /// Calls `meet(patch, position, through)` for all that the rays `indices` from a point meet, `through` being the product of
+    /// tau before it.
     pub fn trace(
         &self,
-        from: &[Receiver],
+        from: &Receiver,
         indices: Range<u32>,
         seed: u32,
-        hits: &mut Vec<Hit>,
         mut meet: impl FnMut(u32, Vec3, f32),
-    ) -> f64 {
-        let mut nearness = 0.0;
-        let mut first = indices.start;
-        while first < indices.end {
-            let fan = Fan::new(&self.sobol, first, seed);
-            for k in 0..FAN.min((indices.end - first) as usize) {
-                // A dimension of its own chooses the point, or each would look at a part of the hemisphere only.
-                let from = match from {
-                    [one] => one,
-                    _ => &from[(f64::from(fan.third(k)) * from.len() as f64) as usize],
-                };
-                let ray = Ray {
-                    origin: from.position,
-                    direction: fan.direction(k, from.normal),
-                    source: Some(from.face),
-                };
-                nearness += match self.walker.opaque {
-                    true => self.follow_to_first(&ray, &mut meet),
-                    false => self.follow(&ray, hits, &mut meet),
-                };
-            }
-            first += FAN as u32;
+    ) {
+        let mut hits = Vec::new();
+        let from = std::slice::from_ref(from);
+        self.cast(from, indices, (seed, Guided::ALONE), |ray, _, _| Told {
+            nearness: self.meet(ray, &mut hits, &mut meet),
+            light: DVec3::ZERO,
+        });
+    }
+
+    /// Meets all that light comes from along a ray; returns the inverse distance to the first.
+    #[inline(always)]
+    fn meet(&self, ray: &Ray, hits: &mut Vec<Hit>, mut meet: impl FnMut(u32, Vec3, f32)) -> f64 {
+        if self.walker.opaque {
+            self.meet_first(ray, &mut meet)
+        } else {
+            self.meet_all(ray, hits, &mut meet)
         }
-        nearness
     }
 
     /// Meets the first face; returns its inverse distance.
     #[inline(always)]
-    fn follow_to_first(&self, ray: &Ray, meet: &mut impl FnMut(u32, Vec3, f32)) -> f64 {
+    fn meet_first(&self, ray: &Ray, meet: &mut impl FnMut(u32, Vec3, f32)) -> f64 {
         let Some(hit) = self.view.rays.closest(ray) else {
             return 0.0;
         };
-        self.meet(ray, &hit, 1.0, meet);
+        self.meet_at(ray, &hit, 1.0, meet);
         1.0 / f64::from(hit.t)
     }
 
     /// Meets every face that light comes through from; returns the first one's inverse distance.
-    fn follow(&self, ray: &Ray, hits: &mut Vec<Hit>, meet: &mut impl FnMut(u32, Vec3, f32)) -> f64 {
+    fn meet_all(
+        &self,
+        ray: &Ray,
+        hits: &mut Vec<Hit>,
+        meet: &mut impl FnMut(u32, Vec3, f32),
+    ) -> f64 {
         let view = self.view;
         view.rays.crossings(ray, hits);
         let mut through = 1.0;
         for hit in hits.iter() {
-            self.meet(ray, hit, through, meet);
+            self.meet_at(ray, hit, through, meet);
             let material = view.scene.faces[hit.face as usize].material;
             through *= view.transports[material as usize].tau;
             if through == 0.0 {
@@ -208,7 +261,7 @@ impl<'a> Reader<'a> {
     }
 
     #[inline(always)]
-    fn meet(&self, ray: &Ray, hit: &Hit, through: f32, meet: &mut impl FnMut(u32, Vec3, f32)) {
+    fn meet_at(&self, ray: &Ray, hit: &Hit, through: f32, meet: &mut impl FnMut(u32, Vec3, f32)) {
         let position = ray.origin + hit.t * ray.direction;
         if let Some(patch) = self.view.patches.at(hit.face, hit.side, position) {
             meet(patch, position, through);
@@ -220,7 +273,7 @@ impl<'a> Reader<'a> {
 mod tests {
     use super::*;
     use crate::form_factors::{Luminaires, Sight};
-    use crate::light::{Mode, Rgb, Transport};
+    use crate::light::{Mode, Transport};
     use crate::patches::Patches;
     use crate::rays::Rays;
     use crate::scene::{LoadOptions, Scene};
@@ -268,7 +321,13 @@ mod tests {
         const RAYS: u32 = 4096;
         let read = |from: &[Receiver]| {
             let mut sums = [DVec3::ZERO];
-            reader.read(from, 0..RAYS, 5, &mut Memory::default(), &mut sums);
+            reader.read(
+                from,
+                0..RAYS,
+                (5, Guided::ALONE),
+                &mut Memory::default(),
+                &mut sums,
+            );
             sums[0].x / f64::from(RAYS)
         };
         for i in 0..patches.len() {

@@ -14,8 +14,11 @@ use glam::{DMat3, DVec3, Vec3};
 
 /// Normals of neighbours agree to this cosine.
 const ALIGNED: f32 = 0.97;
-/// Neighbours lie within this share of the reach off the tangent plane.
-const FLAT: f64 = 0.25;
+/// Neighbours lie within this share of the reach off the tangent plane...
+const FLAT: f64 = 0.02;
+/// ... and, where the surface bends, within so much of their distance for each unit that normals differ by: half of it on a circle, and a
+/// little more between flat facets.
+const BENT: f64 = 0.75;
 /// Keeps the fit regular where neighbours lie in a line or are few: a slope costs something.
 const RIDGE: f64 = 1e-4;
 
@@ -73,7 +76,7 @@ impl Fit {
         if nearness <= 0.0
             || at.material != known.place.material
             || at.normal.dot(known.place.normal) < ALIGNED
-            || d.dot(at.normal.as_dvec3()).abs() > FLAT * known.reach
+            || is_off(at, known, d)
         {
             return;
         }
@@ -143,10 +146,23 @@ impl Fit {
         self.shares.push((point, 1.0));
     }
 
+    /// The share of one point.
+    pub fn share_of(&self, point: u32) -> f64 {
+        let own = self.shares.iter().find(|(k, _)| *k == point);
+        own.map_or(0.0, |(_, share)| *share)
+    }
+
     /// Variance left of points of equal variance.
     pub fn variance(&self) -> f64 {
         self.shares.iter().map(|(_, s)| s * s).sum()
     }
+}
+
+/// Whether a step from a place to a point leaves the surface: a parallel one beside it sees other light.
+#[inline]
+fn is_off(at: &Place, known: &Known, d: DVec3) -> bool {
+    let bend = f64::from((at.normal - known.place.normal).length());
+    d.dot(at.normal.as_dvec3()).abs() > FLAT * known.reach + BENT * bend * d.length()
 }
 
 #[cfg(test)]

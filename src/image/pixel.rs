@@ -39,6 +39,8 @@ pub(super) struct Pixel {
     pub count: u32,
     pub layers: Vec<Layer>,
     pub backs: u32,
+    /// Camera rays that met light as emitted.
+    emitting: u32,
     /// Camera rays that met a side that reflects.
     pub reflecting: u32,
     pub rays: u64,
@@ -120,6 +122,7 @@ impl<'a> Pass<'a> {
         let material = &view.scene.materials[index as usize];
         let emitted = material.emitted().visible.as_dvec3();
         pixel.emission += emitted;
+        pixel.emitting += u32::from(emitted != DVec3::ZERO);
         pixel.lit[half] += emitted;
         if material.rho == Rgb::ZERO {
             return;
@@ -241,6 +244,9 @@ impl<'a> Pass<'a> {
     }
 }
 
+/// Rays that tell whether a pixel sees a luminaire.
+const LOOKS: i32 = 16;
+
 /// Tells the two halves' scramblings apart.
 const HALVES: [u32; 2] = [0x9a7e_0000, 0x3c6e_f372];
 
@@ -272,8 +278,10 @@ impl Pixel {
         d * d
     }
 
-    /// Whether no camera ray met light as emitted.
-    pub fn sees_no_luminaire(&self) -> bool {
-        self.emission == DVec3::ZERO
+    /// How much the pixel counts in the error: the chance that none of [`LOOKS`] rays through it meets light as emitted. Pixels that see
+    /// a luminaire count nothing, those that a sliver of one lies in count a little less than others.
+    pub fn weight(&self) -> f64 {
+        let share = f64::from(self.emitting) / self.camera().max(1.0);
+        (1.0 - share).powi(LOOKS)
     }
 }

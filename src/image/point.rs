@@ -9,6 +9,7 @@
 
 use glam::DVec3;
 
+use super::guide::Guided;
 use super::hemisphere::Reader;
 use super::irradiance::Place;
 use super::layer::Layer;
@@ -29,6 +30,8 @@ const HALVES: [u32; 2] = [0x51ed_270b, 0xa3b1_95c7];
 
 /// One irradiance point.
 pub(super) struct Point {
+    /// The number of its guide.
+    pub guide: u32,
     /// The surface; rays start where its camera rays met it.
     layer: Layer,
     pixel: usize,
@@ -39,6 +42,8 @@ pub(super) struct Point {
     pub spacing: usize,
     /// Factor on its reach, where the fit was biased.
     pub shortened: f64,
+    /// Share of the camera rays of its pixel that met the surface.
+    seen: f64,
     /// Distance from the camera.
     pub distance: f64,
     /// Rays of each half cast so far.
@@ -56,16 +61,18 @@ impl Point {
         (pixel, looked): (usize, u32),
         spacing: usize,
         camera: DVec3,
-        (fields, seed): (usize, u32),
+        (fields, seed, guide): (usize, u32, u32),
     ) -> Point {
         let none = || vec![DVec3::ZERO; fields];
         Point {
+            guide,
             layer: layer.clone(),
             pixel,
             looked,
             seed,
             spacing,
             shortened: 1.0,
+            seen: f64::from(layer.count[0] + layer.count[1]) / f64::from(2 * looked),
             distance: layer.first.position.as_dvec3().distance(camera),
             rays: 0,
             nearness: 0.0,
@@ -76,28 +83,33 @@ impl Point {
     /// Casts rays until each half has `count`; returns the number of rays cast.
     pub fn extend(
         &mut self,
-        (pass, reader): (&Pass, &Reader),
+        (pass, reader, guided): (&Pass, &Reader, Guided),
         count: u32,
         memory: &mut Memory,
     ) -> u64 {
         let mut cast = 0;
         if self.rays == 0 {
-            cast += self.read(reader, count.min(FIRST), memory);
+            cast += self.read((reader, guided), count.min(FIRST), memory);
         }
         if count > self.rays {
             cast += self.look(pass, count / EACH);
-            cast += self.read(reader, count, memory);
+            cast += self.read((reader, guided), count, memory);
         }
         cast
     }
 
-    fn read(&mut self, reader: &Reader, count: u32, memory: &mut Memory) -> u64 {
+    fn read(
+        &mut self,
+        (reader, guided): (&Reader, Guided),
+        count: u32,
+        memory: &mut Memory,
+    ) -> u64 {
         let range = self.rays..count.max(self.rays);
         let cast = 2 * range.len() as u64;
         for (half, sums) in self.sums.iter_mut().enumerate() {
             let seed = self.seed ^ HALVES[half];
             let from = self.layer.origins(half);
-            self.nearness += reader.read(from, range.clone(), seed, memory, sums);
+            self.nearness += reader.read(from, range.clone(), (seed, guided), memory, sums);
         }
         self.rays = range.end;
         cast
@@ -144,6 +156,11 @@ impl Point {
         let share = 1.0 / f64::from(self.rays);
         let [a, b] = &self.sums;
         a.iter().zip(b).map(move |(a, b)| [*a * share, *b * share])
+    }
+
+    /// What irradiance over pi counts in the pixel: reflectance, the largest channel, times the share of camera rays that met the surface.
+    pub fn counts(&self) -> f64 {
+        self.rho() * self.seen
     }
 
     /// Where it is.

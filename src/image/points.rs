@@ -10,6 +10,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::guide::{Guided, Guides};
 use super::hemisphere::Reader;
 use super::irradiance::{Fit, Known, Place};
 use super::lattice::Lattice;
@@ -23,6 +24,8 @@ use crate::rays::sequence::hash;
 pub(super) const NONE: u32 = u32::MAX;
 /// A place is spoken for when the fit leaves at most this share of a point's variance: some four points around it.
 pub(super) const COVERED: f64 = 0.34;
+/// Spacings of the coarsest lattice to a side of the squares whose points share guides.
+const TILE: usize = 2;
 /// Rays of a half at most.
 const MOST: u32 = 1 << 14;
 /// Rays of a half at least.
@@ -61,6 +64,8 @@ pub(super) struct Points<'a> {
     pub(super) hosts: Vec<u32>,
     /// Number of the first layer of every pixel.
     pub(super) starts: Vec<usize>,
+    /// Guides of the rays, where points of one place are cast one after the other.
+    guides: Option<Guides>,
     /// Rays cast.
     pub cast: u64,
 }
@@ -90,6 +95,8 @@ impl<'a> Points<'a> {
             lattice: Lattice::new(density.spacing, width, pixels.len() / width.max(1)),
             hosts: vec![NONE; starts[pixels.len()]],
             starts,
+            guides: (density.spacing > 1)
+                .then(|| Guides::new(TILE * density.spacing, width, reader.brightest())),
             cast: 0,
         }
     }
@@ -161,11 +168,14 @@ impl<'a> Points<'a> {
         fit.solve()
     }
 
-    fn add(&mut self, k: usize, l: usize, pixel: &Pixel, spacing: usize) {
+    pub(super) fn add(&mut self, k: usize, l: usize, pixel: &Pixel, spacing: usize) {
         self.hosts[self.starts[k] + l] = self.points.len() as u32;
         let seed = hash(k as u32, hash(l as u32, self.density.seed));
         let (seen, camera) = ((k, pixel.count), self.camera);
-        let point = Point::new(&pixel.layers[l], seen, spacing, camera, (self.fields, seed));
+        let layer = &pixel.layers[l];
+        let guides = self.guides.as_mut();
+        let guide = guides.map_or(0, |g| g.number(k, layer.first.normal));
+        let point = Point::new(layer, seen, spacing, camera, (self.fields, seed, guide));
         self.points.push(point);
     }
 
@@ -176,12 +186,16 @@ impl<'a> Points<'a> {
     }
 
     /// Casts rays from the points after `first` until each half has as many as `wanted` says of each of them.
-    fn cast_from(&mut self, first: usize, wanted: impl Fn(usize) -> u32 + Sync) {
-        let with = (self.pass, self.reader);
+    pub(super) fn cast_from(&mut self, first: usize, wanted: impl Fn(usize) -> u32 + Sync) {
+        if let Some(guides) = &mut self.guides {
+            guides.learn();
+        }
+        let (pass, reader, guides) = (self.pass, self.reader, self.guides.as_ref());
         let points = self.points[first..].par_iter_mut().enumerate();
         let added: u64 = points
             .map_init(Memory::default, |memory, (i, point)| {
-                point.extend(with, wanted(i), memory)
+                let guided = guides.map_or(Guided::ALONE, |g| g.of(point.guide));
+                point.extend((pass, reader, guided), wanted(i), memory)
             })
             .sum();
         self.cast += added;

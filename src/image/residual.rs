@@ -78,6 +78,8 @@ impl Reading {
 pub const READINGS: usize = 10;
 /// Pixels to a side of the blocks that products are taken over.
 const BLOCKS: [usize; 5] = [1, 2, 4, 8, 16];
+/// The number of the blocks of four by four.
+const SMALL: usize = 2;
 
 /// A squared error and its standard error.
 #[derive(Clone, Copy, Debug, Default)]
@@ -170,6 +172,11 @@ impl Residual {
         told.or(blocks.iter().min_by(best))
             .copied()
             .unwrap_or_default()
+    }
+
+    /// The squared error of a reading over blocks of four by four pixels.
+    pub fn of_small(&self, reading: Reading) -> Squared {
+        self.squared[reading.number()][SMALL]
     }
 
     /// What the squared error of a reading is at most, but for chance of one standard error: that of [`Residual::of`], or what smaller blocks

@@ -100,20 +100,20 @@ pub(super) fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
     order[..count].iter().map(|&(_, k)| k).collect()
 }
 
-/// Sums over the pixels that see no luminaire.
+/// Sums over the pixels, weighted as they count.
 pub(super) struct Measured {
     /// Sum of the pixels' variances, channels added.
     pub variance: f64,
     /// Sum of the pixels' squared values.
     pub signal: f64,
     /// Pixels.
-    pub count: usize,
+    pub count: f64,
 }
 
 impl Measured {
     /// Radiance above which the noise of a pixel with a luminaire counts no more: twice the RMS of the picture.
     fn bright(&self) -> f64 {
-        2.0 * (self.signal / (3 * self.count.max(1)) as f64).sqrt()
+        2.0 * (self.signal / (3.0 * self.count.max(1.0))).sqrt()
     }
 }
 
@@ -122,14 +122,14 @@ pub(super) fn measure(pixels: &[Pixel]) -> Measured {
     let mut measured = Measured {
         variance: 0.0,
         signal: 0.0,
-        count: 0,
+        count: 0.0,
     };
-    for pixel in pixels.iter().filter(|p| p.sees_no_luminaire()) {
+    for pixel in pixels {
         let [a, b] = pixel.halves();
         let value = (a + b) / pixel.camera();
-        measured.variance += pixel.variance().element_sum();
-        measured.signal += value.length_squared();
-        measured.count += 1;
+        measured.variance += pixel.weight() * pixel.variance().element_sum();
+        measured.signal += pixel.weight() * value.length_squared();
+        measured.count += pixel.weight();
     }
     measured
 }
@@ -141,7 +141,7 @@ pub(super) fn measure(pixels: &[Pixel]) -> Measured {
 /// across it, are c² in the mean.
 fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
     let cut = |pixel: &Pixel| {
-        let lamp = !pixel.sees_no_luminaire();
+        let lamp = pixel.emission != DVec3::ZERO;
         DVec3::splat(if lamp { bright } else { f64::INFINITY })
     };
     let halves = |p: &Pixel| p.halves().map(|h| (h / f64::from(p.count)).min(cut(p)));
@@ -165,7 +165,8 @@ fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
         .into_par_iter()
         .map(|k| {
             let [a, b] = halves(&pixels[k]);
-            (0.25 * (a - b).length_squared(), bends(k))
+            let counted = pixels[k].weight() * pixels[k].variance().element_sum();
+            (counted.max(0.25 * (a - b).length_squared()), bends(k))
         })
         .collect();
     let around = |k: usize| {

@@ -48,6 +48,7 @@ impl Reflection {
 #[derive(Default)]
 pub(super) struct Memory {
     pub hits: Vec<Hit>,
+    pub met: Vec<Met>,
     pub scratch: Scratch,
     /// Rays cast.
     pub cast: u64,

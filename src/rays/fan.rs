@@ -25,6 +25,16 @@ pub struct Fan {
 impl Fan {
     /// The directions of the [`FAN`] points from `first` on by their dimensions 0 and 1, and their dimension 2.
     pub fn new(sobol: &Sobol, first: u32, seed: u32) -> Fan {
+        Fan::bent(sobol, first, seed, |_, _| ()).0
+    }
+
+    /// The same with dimensions 0 and 1 changed by `bend` before directions are made of them; also what it returned.
+    pub fn bent<B>(
+        sobol: &Sobol,
+        first: u32,
+        seed: u32,
+        bend: impl FnOnce(&mut [f32; FAN], &mut [f32; FAN]) -> B,
+    ) -> (Fan, B) {
         let nothing = [0.0; FAN];
         let mut fan = Fan {
             x: nothing,
@@ -32,8 +42,11 @@ impl Fan {
             z: nothing,
             third: nothing,
         };
-        Arch::new().dispatch(Fill(&mut fan, sobol, first, seed));
-        fan
+        let arch = Arch::new();
+        arch.dispatch(Points(&mut fan, sobol, first, seed));
+        let bent = bend(&mut fan.x, &mut fan.y);
+        arch.dispatch(Directions(&mut fan));
+        (fan, bent)
     }
 
     /// Direction k about a unit `normal`, a unit vector.
@@ -49,17 +62,30 @@ impl Fan {
     }
 }
 
-struct Fill<'a>(&'a mut Fan, &'a Sobol, u32, u32);
+/// Makes the points; those of dimensions 0 and 1 in the place of x and y.
+struct Points<'a>(&'a mut Fan, &'a Sobol, u32, u32);
 
-impl WithSimd for Fill<'_> {
+impl WithSimd for Points<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Fill(fan, sobol, first, seed) = self;
+        let Points(fan, sobol, first, seed) = self;
         sobol.fill(first, 0, seed, &mut fan.x);
         sobol.fill(first, 1, seed, &mut fan.y);
         sobol.fill(first, 2, seed, &mut fan.third);
+    }
+}
+
+/// Makes directions of the points.
+struct Directions<'a>(&'a mut Fan);
+
+impl WithSimd for Directions<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Directions(fan) = self;
         for k in 0..FAN {
             (fan.x[k], fan.y[k], fan.z[k]) = about_z(fan.x[k], fan.y[k]);
         }

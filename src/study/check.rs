@@ -8,15 +8,18 @@
 use super::pipeline::Prepared;
 use super::solved::Solved;
 use super::tolerance::Wanted;
-use crate::image::{Gathered, Reading, Squared, Walks};
+use crate::image::{Gathered, Reading, Residual, Squared, Walks};
 
-/// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; and at most.
-const PATHS: (f64, f64) = (20_000.0, 262_144.0);
+/// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; at most where an error is suspected; and at most where
+/// they tell too little.
+const PATHS: (f64, f64, f64) = (20_000.0, 262_144.0, 65_536.0);
 /// Paths of a pixel over those of all in the mean, at least and at most.
 const LEAST: f32 = 0.25;
 const MOST: f32 = 16.0;
 /// Share of the tolerance that an error must exceed to matter.
 const MATTERS: f64 = 0.7;
+/// Share of the tolerance that the standard error of an error is to be below, for it to be stated as it was measured.
+const SURE: f64 = 0.35;
 /// Standard errors beyond which an error is certain.
 const CERTAIN: f64 = 3.0;
 /// Squared error over what the two levels and the noise of F say, beyond which they are contradicted.
@@ -25,8 +28,8 @@ const BEYOND: f64 = 2.0;
 /// Paths that check solutions on any patches.
 pub(super) struct Check {
     walks: Walks,
-    /// Paths of a pixel at most.
-    most: u32,
+    /// Paths of a pixel at most: where an error is suspected, and where they tell too little.
+    most: (u32, u32),
     /// Squared RMS of the picture.
     signal: f64,
 }
@@ -38,9 +41,10 @@ impl Check {
         let mut walks = Walks::new(&view, brightness(rough), wanted.seed ^ 0x2c1b_3c6d);
         let pixels = (view.width * view.height) as f64;
         let paths = PATHS.0 * (0.02 / wanted.tolerance).clamp(0.5, 4.0);
-        walks.extend(&view, (paths / pixels).ceil() as u32);
+        let each = |paths: f64| (paths / pixels).ceil() as u32;
+        walks.extend(&view, each(paths));
         Check {
-            most: (PATHS.1 / pixels).ceil() as u32,
+            most: (each(PATHS.1), each(PATHS.2)),
             walks,
             signal: rough.error.signal.powi(2),
         }
@@ -54,28 +58,42 @@ impl Check {
         let known = known(solved);
         let matters = (MATTERS * wanted.tolerance).powi(2);
         loop {
-            let found = self.measure(p, solved);
+            let residual = self.walks.residual(&p.patches, &solved.fields);
+            let found = self.share(surest(&residual));
             let tolerable = matters.max(BEYOND * known);
             let wrong = found.value - found.deviation > tolerable;
             let certain = wrong && found.value > CERTAIN * found.deviation;
             let suspicious = found.value > tolerable.max(found.deviation);
-            let blind = found.deviation > wanted.tolerance.powi(2);
-            if certain || !(suspicious || blind) || self.walks.each() >= self.most {
+            let small = self.share(residual.of_small(Reading::PLAIN));
+            let blind = small.deviation > (SURE * wanted.tolerance).powi(2);
+            let looks = suspicious && self.walks.each() < self.most.0;
+            if certain || !(looks || blind && self.walks.each() < self.most.1) {
                 return wrong;
             }
-            let more = 3 * self.walks.each();
+            let more = self.walks.each();
             self.walks.extend(&solved.rough_view(p, wanted), more);
         }
     }
 
-    /// States the larger of what the two levels of patches and the paths are sure of.
-    pub fn confirm(&self, p: &Prepared, solved: &mut Solved) {
-        if self.signal > 0.0 {
-            let found = self.measure(p, solved);
-            let noise = solved.error.form_factors.powi(2);
-            let sure = (found.value - found.deviation - noise).max(0.0).sqrt();
-            solved.error.patches = solved.error.patches.max(sure);
+    /// States the larger of what the two levels of patches say and what the paths do: over the smallest blocks of pixels that tell it well
+    /// enough, or what larger ones are sure of.
+    pub fn confirm(&self, p: &Prepared, solved: &mut Solved, wanted: &Wanted) {
+        if self.signal == 0.0 {
+            return;
         }
+        let residual = self.walks.residual(&p.patches, &solved.fields);
+        let certain = (SURE * wanted.tolerance).powi(2);
+        let told = self.share(residual.of(Reading::PLAIN, self.signal * certain));
+        let surest = self.share(surest(&residual));
+        let sure = surest.value - surest.deviation;
+        let error = match told.deviation <= certain {
+            true => told.value.max(sure),
+            false => sure,
+        };
+        // The paths see the noise of F as well, which is stated beside.
+        let noise = solved.error.form_factors.powi(2);
+        let patches = (error - noise).max(0.0).sqrt();
+        solved.error.patches = solved.error.patches.max(patches);
     }
 
     /// Rays cast.
@@ -83,19 +101,21 @@ impl Check {
         self.walks.rays
     }
 
-    /// The squared error of the light as it is read, as a share of the picture's square.
-    fn measure(&self, p: &Prepared, solved: &Solved) -> Squared {
-        let residual = self.walks.residual(&p.patches, &solved.fields);
-        // Errors of small places show in small blocks only: those speak that are surest of one.
-        let sure = |s: &&Squared| s.value - CERTAIN * s.deviation;
-        let blocks = residual.squared[Reading::PLAIN.number()].iter();
-        let surest = blocks.max_by(|a, b| sure(a).total_cmp(&sure(b)));
-        let found = surest.copied().unwrap_or_default();
+    fn share(&self, squared: Squared) -> Squared {
         Squared {
-            value: found.value / self.signal,
-            deviation: found.deviation / self.signal,
+            value: squared.value / self.signal,
+            deviation: squared.deviation / self.signal,
         }
     }
+}
+
+/// The squared error of light that is read at once, over the blocks of pixels that are surest of one: errors of small places show
+/// in small blocks only.
+fn surest(residual: &Residual) -> Squared {
+    let sure = |s: &&Squared| s.value - CERTAIN * s.deviation;
+    let blocks = residual.squared[Reading::PLAIN.number()].iter();
+    let surest = blocks.max_by(|a, b| sure(a).total_cmp(&sure(b)));
+    surest.copied().unwrap_or_default()
 }
 
 /// The light of every pixel of a rough picture over their mean, within limits: dark pixels are looked at too, and luminaires are

@@ -138,7 +138,7 @@ fn solve_within(
         }
         let full = most || p.is_late() || (coarse > 1.0 && p.patches.len() >= MOST.0);
         if (noise <= 1.0 && coarse <= 1.0) || round == ROUNDS || full {
-            check.confirm(p, &mut solved);
+            check.confirm(p, &mut solved, wanted);
             spent.rays += check.rays();
             return Ok(solved);
         }
