@@ -138,6 +138,11 @@ fn solve_within(
         }
         let full = most || p.is_late() || (coarse > 1.0 && p.patches.len() >= MOST.0);
         if (noise <= 1.0 && coarse <= 1.0) || round == ROUNDS || full {
+            // Patches of a size do not get there: those divided by light may.
+            if solved.error.sum().total > wanted.tolerance && !most && !p.is_late() {
+                spent.rays += check.rays();
+                return divided(p, transport, (solved, &rough), wanted, spent, watch);
+            }
             check.confirm(p, &mut solved, wanted);
             spent.rays += check.rays();
             return Ok(solved);
