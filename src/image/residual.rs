@@ -79,7 +79,7 @@ pub const READINGS: usize = 10;
 /// Pixels to a side of the blocks that products are taken over.
 const BLOCKS: [usize; 5] = [1, 2, 4, 8, 16];
 /// The number of the blocks of four by four.
-const SMALL: usize = 2;
+const SMALL: usize = 0;
 
 /// A squared error and its standard error.
 #[derive(Clone, Copy, Debug, Default)]

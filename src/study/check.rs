@@ -12,14 +12,14 @@ use crate::image::{Gathered, Reading, Residual, Squared, Walks};
 
 /// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; at most where an error is suspected; and at most where
 /// they tell too little.
-const PATHS: (f64, f64, f64) = (20_000.0, 262_144.0, 65_536.0);
+const PATHS: (f64, f64, f64) = (20_000.0, 262_144.0, 262_144.0);
 /// Paths of a pixel over those of all in the mean, at least and at most.
 const LEAST: f32 = 0.25;
 const MOST: f32 = 16.0;
 /// Share of the tolerance that an error must exceed to matter.
 const MATTERS: f64 = 0.7;
 /// Share of the tolerance that the standard error of an error is to be below, for it to be stated as it was measured.
-const SURE: f64 = 0.35;
+const SURE: f64 = 0.5;
 /// Standard errors beyond which an error is certain.
 const CERTAIN: f64 = 3.0;
 /// Squared error over what the two levels and the noise of F say, beyond which they are contradicted.
