@@ -1,38 +1,25 @@
-//! Where around a point light comes from, as rays nearby found it, so that later rays go there more often.
+//! Densities over the directions of hemisphere rays, and the light expected there.
 //!
 //! Cosine-distributed directions are made of points of the unit square. A guide gives each of its cells a density g, with mean 1 over
-//! the square; points are bent so that they fall with this density, and what their rays read counts 1/g. The mean is the same for every g > 0;
-//! the variance is least where g goes as the root of the mean square of what rays through the cell read (importance
-//! sampling; T. Müller, M. Gross, J. Novák, *Practical path guiding*, 2017). The bend is monotonous row by row and cell by cell, so that well
-//! spread points stay well spread. Rays of points of one place and normal teach one guide; only rays cast later follow it,
-//! so their mean stays unbiased.
+//! the square, and an expected light m. Points are bent so that they fall with this density, and a ray that reads L counts
 //!
-//! Sums are kept as whole numbers, which add up to the same in any order.
+//! ```text
+//! mean of m + (L - m) / g
+//! ```
 //!
-//! Not handled: light from the directions of less than a cell beside dark ones, which gets the density of the cell.
-
-use std::collections::HashMap;
-use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
-
-use glam::{DVec3, Vec3};
-use rayon::prelude::*;
+//! whose mean is that of L for every g > 0 and every m (importance sampling with a control variate; A. Owen, Y. Zhou, *Safe and effective
+//! importance sampling*, 2000). Its variance is least where g goes as the root mean square of L - m in the cell. The bend is
+//! monotonous row by row and cell by cell, so that well spread points stay well spread.
+//!
+//! Not handled: light that differs within a cell, beside what its density says of it.
 
 use crate::light::Rgb;
 use crate::rays::FAN;
 
 /// Cells to each side of the square.
-const CELLS: usize = 16;
+pub(super) const CELLS: usize = 16;
 /// The least density: no ray counts more than its inverse.
 const FLOOR: f32 = 0.2;
-/// Rays that a guide is made of at least: one for every four cells.
-const ENOUGH: u32 = (CELLS * CELLS / 4) as u32;
-/// Rays of the mean brightness that every cell is thought to have met before its own.
-const PRIOR: f32 = 2.0;
-/// What the square of the brightest light of patches is counted as, and how much brighter light may be counted.
-const UNIT: f64 = (1_u64 << 36) as f64;
-const BRIGHTEST: f64 = 16.0;
-/// Normals whose coordinates round alike at this many steps to 1 share a guide.
-const NORMALS: f32 = 3.0;
 
 /// Densities over the square of directions.
 #[derive(Clone, Debug)]
@@ -68,8 +55,8 @@ impl Bent {
 }
 
 impl Guide {
-    /// A guide by densities of any mean above 0, row by row.
-    fn new(density: &[f32; CELLS * CELLS], expected: [Rgb; CELLS * CELLS]) -> Guide {
+    /// A guide by densities of any mean above 0 and expected light, row by row.
+    pub fn new(density: &[f32; CELLS * CELLS], expected: [Rgb; CELLS * CELLS]) -> Guide {
         let mean = density.iter().sum::<f32>() / (CELLS * CELLS) as f32;
         let g = |k: usize| FLOOR + (1.0 - FLOOR) * density[k] / mean;
         let sums = |row: usize| until(|cell| g(row * CELLS + cell));
@@ -117,17 +104,7 @@ fn step(until: &[f32; CELLS + 1], u: &mut f32) -> Step {
     *u = ((at as f32 + inside) / CELLS as f32).min(1.0 - f32::EPSILON / 2.0);
     Step {
         at,
-        weight: share * CELLS as f32,
-    }
-    .inverse()
-}
-
-impl Step {
-    fn inverse(self) -> Step {
-        Step {
-            weight: 1.0 / self.weight,
-            ..self
-        }
+        weight: 1.0 / (share * CELLS as f32),
     }
 }
 
@@ -153,186 +130,69 @@ pub(super) fn cell(u: f32, v: f32) -> u8 {
     (of(v) * CELLS + of(u)) as u8
 }
 
-/// What rays of one place found in the cells.
-struct Lessons {
-    brightest: f32,
-    /// Sum over the rays through each cell of the square of what they read, in [`UNIT`]s of the brightest light's.
-    squares: Vec<AtomicU64>,
-    /// The same of what they read, channel by channel.
-    sums: Vec<[AtomicU64; 3]>,
-    counts: Vec<AtomicU32>,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rays::sequence::Sobol;
+    use proptest::prelude::*;
 
-impl Lessons {
-    fn none(brightest: f32) -> Lessons {
-        Lessons {
-            brightest,
-            squares: (0..CELLS * CELLS).map(|_| AtomicU64::new(0)).collect(),
-            sums: (0..CELLS * CELLS).map(|_| Default::default()).collect(),
-            counts: (0..CELLS * CELLS).map(|_| AtomicU32::new(0)).collect(),
+    /// Light with an edge across cells.
+    fn light(u: f32, v: f32) -> f32 {
+        if u + 0.5 * v > 0.83 { 1.0 } else { 0.1 + u }
+    }
+
+    /// Mean of what rays count and the largest weight.
+    fn estimate(guide: &Guide, rays: u32) -> (f32, f32) {
+        let sobol = Sobol::new(rays as usize, 2);
+        let (mut sum, mut most) = (0.0, 0.0_f32);
+        for first in (0..rays).step_by(FAN) {
+            let mut u = std::array::from_fn(|k| sobol.point(first + k as u32, 0, 3));
+            let mut v = std::array::from_fn(|k| sobol.point(first + k as u32, 1, 3));
+            let bent = guide.bend(&mut u, &mut v);
+            for k in 0..FAN {
+                assert_eq!(cell(u[k], v[k]), bent.cells[k], "{} {}", u[k], v[k]);
+                sum += bent.weights[k] * light(u[k], v[k]) + bent.offsets[k].x;
+                most = most.max(bent.weights[k]);
+            }
+        }
+        (sum / rays as f32, most)
+    }
+
+    proptest! {
+        #[test]
+        fn every_guide_has_the_same_mean(
+            density in prop::collection::vec(0.0..1.0f32, CELLS * CELLS),
+            expected in prop::collection::vec(0.0..1.0f32, CELLS * CELLS),
+        ) {
+            let guide = Guide::new(
+                &std::array::from_fn(|k| density[k] + 1e-3),
+                std::array::from_fn(|k| Rgb::splat(expected[k])),
+            );
+            const RAYS: u32 = 16_384;
+            let (found, most) = estimate(&guide, RAYS);
+            // A thousand rows of midpoints: the edge's cells leave 1e-3.
+            let at = |k: u32| (k as f32 + 0.5) / 1000.0;
+            let all = (0..1000).flat_map(|i| (0..1000).map(move |k| light(at(k), at(i))));
+            let truth = (all.map(f64::from).sum::<f64>() / 1e6) as f32;
+            // Four standard errors of independent rays that count at most 2 / FLOOR beside each other.
+            let bound = 4.0 / FLOOR / (RAYS as f32).sqrt();
+            prop_assert!((found - truth).abs() < bound, "{found} {truth}");
+            prop_assert!(most <= 1.001 / FLOOR);
         }
     }
 
-    /// The guide that these rays teach; none where they are few, or dark.
-    fn guide(&self) -> Option<Guide> {
-        let squares = |k: usize| (self.squares[k].load(Ordering::Relaxed) as f64 / UNIT) as f32;
-        let counts = |k: usize| self.counts[k].load(Ordering::Relaxed) as f32;
-        let all = 0..CELLS * CELLS;
-        let count: f32 = all.clone().map(counts).sum();
-        // Cells weigh alike, however many rays went through each.
-        let known: Vec<usize> = all.clone().filter(|&k| counts(k) > 0.0).collect();
-        let mean = |value: &dyn Fn(usize) -> f32| {
-            known.iter().map(|&k| value(k) / counts(k)).sum::<f32>() / known.len().max(1) as f32
-        };
-        let square = mean(&squares);
-        if count < ENOUGH as f32 || square <= 0.0 {
-            return None;
-        }
-        let near = blurred(counts);
-        let expect = |value: &dyn Fn(usize) -> f32| -> [f32; CELLS * CELLS] {
-            let (sums, mean) = (blurred(value), mean(value));
-            std::array::from_fn(|k| (sums[k] + PRIOR * mean) / (near[k] + PRIOR))
-        };
-        let channel = |c: usize| {
-            expect(&|k: usize| (self.sums[k][c].load(Ordering::Relaxed) as f64 / UNIT) as f32)
-        };
-        let (channels, squares) = ([0, 1, 2].map(channel), expect(&squares));
-        let light = |k: usize| Rgb::new(channels[0][k], channels[1][k], channels[2][k]);
-        let spread = |k: usize| {
-            let v = squares[k] - light(k).length_squared();
-            (v.max(0.0) + PRIOR * square / (near[k] + PRIOR) * 0.1).sqrt()
-        };
-        let spread = std::array::from_fn(spread);
-        let brightest = self.brightest;
-        Some(Guide::new(
-            &spread,
-            std::array::from_fn(|k| light(k) * brightest),
-        ))
-    }
-}
-
-/// Weighted means of cells and their neighbours, 1 2 1 along either side: places of one guide see things in directions that differ.
-fn blurred(value: impl Fn(usize) -> f32) -> [f32; CELLS * CELLS] {
-    let near = |k: usize| {
-        [
-            (k.saturating_sub(1), 0.25),
-            (k, 0.5),
-            ((k + 1).min(CELLS - 1), 0.25),
-        ]
-    };
-    std::array::from_fn(|k| {
-        let rows = near(k / CELLS).into_iter();
-        let each = rows.flat_map(|(row, a)| {
-            near(k % CELLS).map(|(cell, b)| a * b * value(row * CELLS + cell))
-        });
-        each.sum()
-    })
-}
-
-/// Guides by place in the picture and normal.
-pub(super) struct Guides {
-    /// Pixels to a side of the squares that share guides.
-    tile: usize,
-    width: usize,
-    /// The inverse square of the brightest light, times [`UNIT`].
-    brightest: f64,
-    numbers: HashMap<(u32, u32, [i8; 4]), u32>,
-    lessons: Vec<Lessons>,
-    guides: Vec<Option<Guide>>,
-}
-
-impl Guides {
-    /// No guides yet, for squares of `tile` pixels of a picture so many pixels wide; no light is much brighter than `brightest`.
-    pub fn new(tile: usize, width: usize, brightest: f64) -> Guides {
-        Guides {
-            tile,
-            width,
-            brightest: brightest.max(1e-18),
-            numbers: HashMap::new(),
-            lessons: Vec::new(),
-            guides: Vec::new(),
-        }
-    }
-
-    /// The number of the guide for a normal seen in pixel k.
-    pub fn number(&mut self, k: usize, normal: Vec3) -> u32 {
-        let round = |x: f32| (NORMALS * x).round() as i8;
-        // The directions' frame turns over where z changes sign.
-        let way = [
-            round(normal.x),
-            round(normal.y),
-            round(normal.z),
-            i8::from(normal.z.is_sign_negative()),
-        ];
-        let (x, y) = (k % self.width / self.tile, k / self.width / self.tile);
-        let next = self.lessons.len() as u32;
-        let number = *self
-            .numbers
-            .entry((x as u32, y as u32, way))
-            .or_insert(next);
-        if number == next {
-            self.lessons.push(Lessons::none(self.brightest as f32));
-            self.guides.push(None);
-        }
-        number
-    }
-
-    /// Makes the guides anew from all that rays have found.
-    pub fn learn(&mut self) {
-        let lessons = self.lessons.par_iter();
-        self.guides = lessons.map(Lessons::guide).collect();
-    }
-
-    /// The guide of a number, and where its rays are told.
-    pub fn of(&self, number: u32) -> Guided<'_> {
-        Guided {
-            guide: self.guides[number as usize].as_ref(),
-            lessons: Some(&self.lessons[number as usize]),
-            scale: 1.0 / self.brightest,
-        }
-    }
-}
-
-/// A guide to follow, and where to tell what rays find.
-#[derive(Clone, Copy)]
-pub(super) struct Guided<'a> {
-    guide: Option<&'a Guide>,
-    lessons: Option<&'a Lessons>,
-    scale: f64,
-}
-
-impl Guided<'_> {
-    /// No guide; nobody learns.
-    pub const ALONE: Guided<'static> = Guided {
-        guide: None,
-        lessons: None,
-        scale: 0.0,
-    };
-
-    /// Bends the points of a fan.
-    #[inline]
-    pub fn bend(&self, u: &mut [f32; FAN], v: &mut [f32; FAN]) -> Bent {
-        match (self.guide, self.lessons) {
-            (Some(guide), _) => guide.bend(u, v),
-            (None, None) => Bent::EVEN,
-            (None, Some(_)) => Bent {
-                cells: std::array::from_fn(|k| cell(u[k], v[k])),
-                ..Bent::EVEN
-            },
-        }
-    }
-
-    /// Tells what light a ray through a cell found.
-    #[inline]
-    pub fn tell(&self, cell: u8, light: DVec3) {
-        let Some(lessons) = self.lessons else { return };
-        let whole = |x: f64| (UNIT * x.clamp(0.0, BRIGHTEST)) as u64;
-        let light = self.scale * light;
-        let cell = cell as usize;
-        lessons.squares[cell].fetch_add(whole(light.length_squared()), Ordering::Relaxed);
-        for (sum, x) in lessons.sums[cell].iter().zip(light.to_array()) {
-            sum.fetch_add(whole(x), Ordering::Relaxed);
-        }
-        lessons.counts[cell].fetch_add(1, Ordering::Relaxed);
+    #[test]
+    fn rays_that_find_what_is_expected_have_no_noise() {
+        let steps = |k: usize| if k.is_multiple_of(3) { 2.0 } else { 0.5 };
+        let guide = Guide::new(
+            &[1.0; CELLS * CELLS],
+            std::array::from_fn(|k| Rgb::splat(steps(k))),
+        );
+        let (mut u, mut v) = ([0.31; FAN], [0.77; FAN]);
+        let bent = guide.bend(&mut u, &mut v);
+        let found = bent.weights[0] * steps(bent.cells[0] as usize) + bent.offsets[0].x;
+        let mean = (0..CELLS * CELLS).map(steps).sum::<f32>() / (CELLS * CELLS) as f32;
+        // 256 roundings of 6e-8.
+        assert!((found - mean).abs() < 2e-5, "{found} {mean}");
     }
 }

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::fields::Fields;
 use super::gather::View;
-use super::guide::Guided;
+use super::lessons::Guided;
 use super::residual::{Direct, Reading};
 use super::walker::{Memory, Met, Walker};
 use crate::form_factors::Receiver;

@@ -17,6 +17,7 @@ mod irradiance;
 mod lattice;
 mod layer;
 mod layered;
+mod lessons;
 mod linear;
 mod metrics;
 mod picture;

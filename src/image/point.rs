@@ -9,10 +9,10 @@
 
 use glam::DVec3;
 
-use super::guide::Guided;
 use super::hemisphere::Reader;
 use super::irradiance::Place;
 use super::layer::Layer;
+use super::lessons::Guided;
 use super::pixel::Pass;
 use super::walker::Memory;
 use crate::form_factors::Receiver;

@@ -10,11 +10,11 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::guide::{Guided, Guides};
 use super::hemisphere::Reader;
 use super::irradiance::{Fit, Known, Place};
 use super::lattice::Lattice;
 use super::layer::Layer;
+use super::lessons::{Guided, Guides};
 use super::pixel::{Pass, Pixel};
 use super::point::Point;
 use super::walker::Memory;

@@ -85,7 +85,7 @@ impl Points<'_> {
             let layers = pixels[k].layers.iter().enumerate();
             let place = |(l, layer): (usize, &Layer)| {
                 let number = self.starts[k] + l;
-                let taken = hash(number as u32, round ^ 0x7a11_da7e) % every == 0;
+                let taken = hash(number as u32, round ^ 0x7a11_da7e).is_multiple_of(every);
                 (taken && self.hosts[number] == NONE).then(|| {
                     self.at(&mut memory.0, k, (l, layer), leading, &mut memory.1);
                     Place {
