@@ -7,8 +7,8 @@ use glam::{DVec3, Vec3};
 use super::fields::Fields;
 use super::gather::View;
 use super::lessons::Guided;
-use super::residual::{Direct, Reading};
-use super::walker::{Memory, Met, Walker};
+use super::residual::Reading;
+use super::walker::{Memory, Walker};
 use crate::form_factors::Receiver;
 use crate::light::Rgb;
 use crate::rays::sequence::{Sobol, Stream, hash};
@@ -16,9 +16,6 @@ use crate::rays::{FAN, Fan, Hit, Ray};
 
 /// Rays of a point whose numbers are tabled: few points cast more.
 const TABLED: usize = 1 << 13;
-
-/// Rays that follow one another at most before one reads, however near what they meet is.
-pub(super) const MOST: u32 = 16;
 
 /// How what a ray reads is counted: `weight * light + offset`, the offset for the first field only.
 #[derive(Clone, Copy)]
@@ -28,20 +25,20 @@ struct Counts {
 }
 
 /// What one ray found.
-struct Told {
+pub(super) struct Told {
     /// Inverse distance to the first face that it met.
-    nearness: f64,
+    pub nearness: f64,
     /// Light of the first field.
-    light: DVec3,
+    pub light: DVec3,
 }
 
 /// Reads fields along cosine-distributed rays.
 pub(super) struct Reader<'a> {
     view: &'a View<'a>,
-    fields: &'a Fields,
+    pub(super) fields: &'a Fields,
     sobol: Sobol,
-    walker: Walker<'a>,
-    reading: Reading,
+    pub(super) walker: Walker<'a>,
+    pub(super) reading: Reading,
 }
 
 impl<'a> Reader<'a> {
@@ -116,23 +113,6 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// What a ray finds that goes on, or asks for direct light, before it reads; only the leading field is read.
-    fn read_onward(&self, ray: &Ray, random: &mut Stream, memory: &mut Memory) -> Told {
-        let mut met = std::mem::take(&mut memory.met);
-        met.clear();
-        let nearness = self.walker.follow(ray, memory, |m| met.push(m));
-        let mut sum = DVec3::ZERO;
-        for m in &met {
-            let light = self.light(m, (self.reading.bounces, MOST), random, memory);
-            sum += f64::from(m.through) * light;
-        }
-        memory.met = met;
-        Told {
-            nearness,
-            light: sum,
-        }
-    }
-
     /// Calls `each(ray, index, weight)` for the rays `indices` from the points `from`, as a guide bends them: what a ray reads counts
     /// `weight`. Returns the weighted sum of the rays' inverse lengths.
     #[inline(always)]
@@ -169,37 +149,6 @@ impl<'a> Reader<'a> {
             first += FAN as u32;
         }
         nearness
-    }
-
-    /// A sample of the leading field at a point, from light read after so many more rays, or at most so many where what is met
-    /// is too near.
-    fn light(
-        &self,
-        at: &Met,
-        (bounces, most): (u32, u32),
-        random: &mut Stream,
-        memory: &mut Memory,
-    ) -> DVec3 {
-        let Some(patch) = self.walker.patch(at) else {
-            return DVec3::ZERO;
-        };
-        let ends = bounces == 0 && !self.fields.is_near(patch, at.distance) || most == 0;
-        match self.reading.direct {
-            Direct::Patch if ends => self.fields.of_patch(patch)[0].at(at.position).as_dvec3(),
-            Direct::Asked if ends => {
-                let rest = self.fields.without_direct(patch, at.position).as_dvec3();
-                rest + self.walker.direct(at, random, memory).direct
-            }
-            _ => {
-                let found = self.walker.reflect(at, random, memory);
-                let left = (bounces.saturating_sub(1), most - 1);
-                let mut onward = DVec3::ZERO;
-                for m in &found.next {
-                    onward += f64::from(m.through) * self.light(m, left, random, memory);
-                }
-                found.light(onward)
-            }
-        }
     }
 
     /// Calls `meet(patch, position, through)` for all that the rays `indices` from a point meet, `through` being the product of

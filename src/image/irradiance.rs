@@ -228,6 +228,24 @@ mod tests {
     }
 
     #[test]
+    fn a_parallel_board_is_another_surface_and_the_next_facet_of_a_round_one_is_not() {
+        // A board 1 mm higher within a reach of 35 mm; a facet of a cylinder of radius 0.1 one degree on.
+        let at = known(0.0, 0.0, 1.0, Vec3::Z).place;
+        let mut board = known(0.01, 0.0, 0.035, Vec3::Z);
+        board.place.position.z = 0.001;
+        let angle = f64::to_radians(1.0);
+        let mut facet = known(0.1 * angle.sin(), 0.0, 0.035, Vec3::Z);
+        facet.place.position.z = 0.1 * (angle.cos() - 1.0);
+        facet.place.normal = Vec3::new(angle.sin() as f32, 0.0, angle.cos() as f32);
+        let mut fit = Fit::default();
+        fit.begin(&at);
+        fit.consider(&at, 0, &board);
+        fit.consider(&at, 1, &facet);
+        assert!(fit.solve());
+        assert_eq!(fit.shares.iter().map(|s| s.0).collect::<Vec<_>>(), [1]);
+    }
+
+    #[test]
     fn another_surface_is_not_mixed_in() {
         let mut points = floor(0.035);
         points.extend(

@@ -20,6 +20,7 @@ mod layered;
 mod lessons;
 mod linear;
 mod metrics;
+mod onward;
 mod picture;
 mod pixel;
 mod point;
