@@ -108,15 +108,6 @@ impl Fields {
         self
     }
 
-    /// Has gather rays read patches from this share of the distance that they did; from anywhere if that is 0.
-    pub fn read_from(mut self, share: f32) -> Fields {
-        match share > 0.0 {
-            true => self.near.iter_mut().for_each(|near| *near *= share),
-            false => self.near.clear(),
-        }
-        self
-    }
-
     /// Whether a ray of this length is too short to read the patch it meets.
     #[inline]
     pub(super) fn is_near(&self, patch: u32, distance: f32) -> bool {

@@ -24,8 +24,9 @@ use crate::rays::sequence::hash;
 pub(super) const NONE: u32 = u32::MAX;
 /// A place is spoken for when the fit leaves at most this share of a point's variance: some four points around it.
 pub(super) const COVERED: f64 = 0.34;
-/// Spacings of the coarsest lattice to a side of the squares whose points share guides.
+/// Spacings of the coarsest lattice to a side of the squares whose points share guides, and such squares across the picture at most.
 const TILE: usize = 2;
+const TILES: usize = 24;
 /// Rays of a half at most.
 const MOST: u32 = 1 << 14;
 /// Rays of a half at least.
@@ -79,6 +80,7 @@ impl<'a> Points<'a> {
     ) -> Points<'a> {
         let view = pass.view;
         let width = view.width;
+        let tile = (TILE * density.spacing).max(width / TILES);
         let mut starts = vec![0];
         for pixel in pixels {
             starts.push(starts[starts.len() - 1] + pixel.layers.len());
@@ -95,8 +97,7 @@ impl<'a> Points<'a> {
             lattice: Lattice::new(density.spacing, width, pixels.len() / width.max(1)),
             hosts: vec![NONE; starts[pixels.len()]],
             starts,
-            guides: (density.spacing > 1)
-                .then(|| Guides::new(TILE * density.spacing, width, reader.brightest())),
+            guides: (density.spacing > 1).then(|| Guides::new(tile, width, reader.brightest())),
             cast: 0,
         }
     }

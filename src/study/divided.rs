@@ -17,7 +17,7 @@ use super::check::brightness;
 use super::pipeline::{Prepared, Watch};
 use super::solved::{Solved, Spent, solve};
 use super::tolerance::Wanted;
-use crate::image::{Fields, Gathered, Reading, Residual, Walks};
+use crate::image::{Gathered, Reading, Residual, Walks};
 use crate::light::Transport;
 use crate::solve::Diverges;
 
@@ -35,8 +35,6 @@ const RAYS: (u32, u32) = (512, 1 << 14);
 const DENSITY: (f32, f32) = (0.5, 8.0);
 /// Rays of a patch that no path reaches.
 const UNSEEN: f64 = 16.0;
-/// Shares of a patch's width from which gather rays may read it, cheapest first; where none will do they go on until they are as far as it is wide.
-const NEARER: [f32; 1] = [0.5];
 /// Times that patches are divided.
 const ROUNDS: usize = 3;
 
@@ -73,11 +71,6 @@ pub(super) fn divided(
             measured(p, &solved, wanted, (&bright, each, round), signal, spent);
         let goal = signal * (SHARE * wanted.tolerance).powi(2);
         let certain = signal * (SURE * wanted.tolerance).powi(2);
-        if let Some((fields, error)) = read_nearer(p, &solved, &others, (goal, certain)) {
-            solved.fields = fields;
-            solved.state(error / signal);
-            return Ok(solved);
-        }
         let error = |reading: Reading| residual.upper(reading, certain);
         let enough = |reading: &Reading| error(*reading) <= goal;
         if enough(&Reading::PLAIN) || round as usize == ROUNDS || p.is_late() {
@@ -95,21 +88,6 @@ pub(super) fn divided(
         each *= 2;
     }
     unreachable!("the last round returns")
-}
-
-/// The fields read from the least share of a patch's width, short of all of it, that leaves a squared error of at most `goal`, with that error.
-fn read_nearer(
-    p: &Prepared,
-    solved: &Solved,
-    paths: &Walks,
-    (goal, certain): (f64, f64),
-) -> Option<(Fields, f64)> {
-    NEARER.into_iter().find_map(|share| {
-        let fields = solved.fields.clone().read_from(share);
-        let residual = paths.residual(&p.patches, &fields);
-        let error = residual.upper(Reading::PLAIN, certain);
-        (error <= goal).then_some((fields, error))
-    })
 }
 
 /// Paths of one set, `each` of every pixel.
