@@ -115,10 +115,12 @@ fn solve_within(
     p.recut(patches);
     let mut sizes = None;
     let mut check: Option<Check> = None;
+    let mut tight = false;
     for round in 1.. {
         let mean = (f64::from(rays) * p.density()).ceil() as u32;
         // Two solutions, and F transposed.
         let most = keep_within(p, transport, &half(mean, wanted.seed, 0), 3);
+        tight |= most;
         let mut solved = solve(p, transport, rays, wanted, spent, watch)?;
         if solved.fields.is_dark() {
             return Ok(solved);
@@ -126,7 +128,8 @@ fn solve_within(
         let rough = solved.rough(p, wanted, spent, watch);
         solved.set_errors(&rough);
         let check = check.get_or_insert_with(|| Check::new(p, &solved, wanted, &rough));
-        if check.contradicts(p, &solved, wanted) {
+        let wrong = check.contradicts(p, &solved, wanted);
+        if wrong && !tight {
             spent.rays += check.rays();
             return divided(p, transport, (solved, &rough), wanted, spent, watch);
         }
@@ -138,8 +141,8 @@ fn solve_within(
         }
         let full = most || p.is_late() || (coarse > 1.0 && p.patches.len() >= MOST.0);
         if (noise <= 1.0 && coarse <= 1.0) || round == ROUNDS || full {
-            // Patches of a size do not get there: those divided by light may.
-            if solved.error.sum().total > wanted.tolerance && !most && !p.is_late() {
+            // Patches of a size do not get there: those divided by light may, where memory is not what is short.
+            if solved.error.sum().total > wanted.tolerance && !tight && !p.is_late() {
                 spent.rays += check.rays();
                 return divided(p, transport, (solved, &rough), wanted, spent, watch);
             }
