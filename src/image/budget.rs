@@ -3,7 +3,7 @@
 //!
 //! Not handled: errors of the solution that is gathered.
 
-use super::estimate::relative;
+use super::estimate::{Bias, relative};
 use super::found::Found;
 use std::time::Instant;
 
@@ -111,12 +111,15 @@ impl Settings {
         let mut misfit = 0.0;
         for round in 0..ROUNDS {
             let late = self.deadline.is_some_and(|end| Instant::now() >= end);
-            if self.error.is_none() || late {
-                misfit += points.misfit(pixels, &points.biases(fields.leading()));
-                break;
-            }
             let some = Found::new(pixels, points, fields, SOME).measure(pixels);
             let scale = camera.count / some.count.max(1.0);
+            let bare = points.bare() as f64 / points.hosts.len().max(1) as f64;
+            let foreseen = |biases: &[Bias]| bare * scale * relative(biases) * some.signal;
+            if self.error.is_none() || late {
+                let biases = points.biases(fields.leading());
+                misfit = foreseen(&biases) + points.misfit(pixels, &biases);
+                break;
+            }
             let noise = scale * some.variance / (HEMISPHERE * HEMISPHERE * left);
             // Noise that more rays did not lessen is not theirs.
             if noise > 1.0 && noise < 0.8 * before {
@@ -126,11 +129,9 @@ impl Settings {
                 continue;
             }
             // Only now: a bias measured through much noise is itself noisy.
-            let bare = points.bare() as f64 / points.hosts.len().max(1) as f64;
             let validated = points.validate(pixels, fields.leading(), round as u32);
             let biases = points.biases(fields.leading());
-            let foreseen = bare * scale * relative(&biases) * some.signal;
-            let elsewhere = validated.corrected(foreseen);
+            let elsewhere = validated.corrected(foreseen(&biases));
             misfit = elsewhere + points.misfit(pixels, &biases);
             let bias = misfit / (FIT * FIT * left);
             // A bias that more points did not lessen is that of light they cannot follow, or chance.

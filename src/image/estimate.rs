@@ -180,14 +180,9 @@ impl Points<'_> {
     pub(super) fn wants(&self) -> Vec<f64> {
         let leading = self.reader.leading();
         let one = |i: usize| {
-            let sum = |half: usize| {
-                self.means(i)[..leading]
-                    .iter()
-                    .map(|m| m[half])
-                    .sum::<DVec3>()
-            };
+            let [a, b] = total(self.means(i), leading);
             let own = &self.points[i];
-            0.25 * (sum(0) - sum(1)).length_squared() * f64::from(own.rays)
+            0.25 * (a - b).length_squared() * f64::from(own.rays)
         };
         let count = 0..self.points.len();
         let variances: Vec<f64> = count.clone().into_par_iter().map(one).collect();

@@ -10,9 +10,9 @@ use super::solved::Solved;
 use super::tolerance::Wanted;
 use crate::image::{Gathered, Reading, Residual, Squared, Walks};
 
-/// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; at most where an error is suspected; and at most where
-/// they tell too little.
-const PATHS: (f64, f64, f64) = (20_000.0, 262_144.0, 262_144.0);
+/// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; and at most, where an error is suspected or they tell too
+/// little.
+const PATHS: (f64, f64) = (20_000.0, 262_144.0);
 /// Paths of a pixel over those of all in the mean, at least and at most.
 const LEAST: f32 = 0.25;
 const MOST: f32 = 16.0;
@@ -28,8 +28,8 @@ const BEYOND: f64 = 2.0;
 /// Paths that check solutions on any patches.
 pub(super) struct Check {
     walks: Walks,
-    /// Paths of a pixel at most: where an error is suspected, and where they tell too little.
-    most: (u32, u32),
+    /// Paths of a pixel at most.
+    most: u32,
     /// Squared RMS of the picture.
     signal: f64,
 }
@@ -44,7 +44,7 @@ impl Check {
         let each = |paths: f64| (paths / pixels).ceil() as u32;
         walks.extend(&view, each(paths));
         Check {
-            most: (each(PATHS.1), each(PATHS.2)),
+            most: each(PATHS.1),
             walks,
             signal: rough.error.signal.powi(2),
         }
@@ -66,8 +66,7 @@ impl Check {
             let suspicious = found.value > tolerable.max(found.deviation);
             let small = self.share(residual.of_small(Reading::PLAIN));
             let blind = small.deviation > (SURE * wanted.tolerance).powi(2);
-            let looks = suspicious && self.walks.each() < self.most.0;
-            if certain || !(looks || blind && self.walks.each() < self.most.1) {
+            if certain || !(suspicious || blind) || self.walks.each() >= self.most {
                 return wrong;
             }
             let more = self.walks.each();
