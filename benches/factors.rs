@@ -20,8 +20,7 @@ fn scene(polygons: &[Vec<DVec3>]) -> Scene {
     });
     let grey = Material::new("grey", glam::Vec3::splat(0.5), glam::Vec3::ZERO);
     let faces: Vec<(Vec<u32>, u32)> = faces.collect();
-    let mut scene = Scene::from_faces("bench", &polygons.concat(), &faces, vec![grey])
-        .expect("a correct scene");
+    let mut scene = Scene::from_faces("bench", &polygons.concat(), &faces, vec![grey]).expect("a correct scene");
     scene.objects = (0..polygons.len()).map(|k| k.to_string()).collect();
     let triangles = polygons.iter().enumerate();
     let owners = triangles.flat_map(|(k, p)| std::iter::repeat_n(k as u32, p.len() - 2));
@@ -49,54 +48,22 @@ fn turned(mut polygon: Vec<DVec3>) -> Vec<DVec3> {
 
 fn pairs(c: &mut Criterion) {
     let floor = square(0.0, 1.0, 0.0);
-    let wedge = vec![
-        DVec3::ZERO,
-        DVec3::Y,
-        DVec3::new(0.9, 1.0, 0.1),
-        DVec3::new(0.9, 0.0, 0.1),
-    ];
+    let wedge = vec![DVec3::ZERO, DVec3::Y, DVec3::new(0.9, 1.0, 0.1), DVec3::new(0.9, 0.0, 0.1)];
     let plate = square(0.25, 0.75, 0.5);
     let cases = [
-        (
-            "squares",
-            vec![floor.clone(), turned(square(0.0, 1.0, 1.0))],
-            1e-4,
-        ),
-        (
-            "squares, gap 1e-6",
-            vec![floor.clone(), turned(square(0.0, 1.0, 1e-6))],
-            1e-4,
-        ),
+        ("squares", vec![floor.clone(), turned(square(0.0, 1.0, 1.0))], 1e-4),
+        ("squares, gap 1e-6", vec![floor.clone(), turned(square(0.0, 1.0, 1e-6))], 1e-4),
         ("wedge", vec![floor.clone(), wedge], 1e-4),
-        (
-            "64-gons",
-            vec![disc(64, 1.0, 0.0), turned(disc(64, 0.5, 1.0))],
-            1e-4,
-        ),
-        (
-            "occluded, 1e-2",
-            vec![floor.clone(), turned(square(0.0, 1.0, 1.0)), plate.clone()],
-            1e-2,
-        ),
-        (
-            "occluded, 1e-3",
-            vec![floor.clone(), turned(square(0.0, 1.0, 1.0)), plate.clone()],
-            1e-3,
-        ),
-        (
-            "occluded, 1e-4",
-            vec![floor, turned(square(0.0, 1.0, 1.0)), plate],
-            1e-4,
-        ),
+        ("64-gons", vec![disc(64, 1.0, 0.0), turned(disc(64, 0.5, 1.0))], 1e-4),
+        ("occluded, 1e-2", vec![floor.clone(), turned(square(0.0, 1.0, 1.0)), plate.clone()], 1e-2),
+        ("occluded, 1e-3", vec![floor.clone(), turned(square(0.0, 1.0, 1.0)), plate.clone()], 1e-3),
+        ("occluded, 1e-4", vec![floor, turned(square(0.0, 1.0, 1.0)), plate], 1e-4),
     ];
     let mut group = c.benchmark_group("factors");
     group.sample_size(10);
     for (name, polygons, relative) in cases {
         let bodies = Bodies::new(&scene(&polygons), &[0.0]);
-        let tolerance = Tolerance {
-            relative,
-            absolute: 1e-3 * relative,
-        };
+        let tolerance = Tolerance { relative, absolute: 1e-3 * relative };
         group.bench_function(name, |b| {
             b.iter(|| black_box(&bodies).factor(0, 1, &tolerance, WORK));
         });

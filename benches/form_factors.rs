@@ -22,11 +22,8 @@ fn cornell() -> Prepared {
 /// All rows and columns under these taus.
 fn variants(p: &Prepared, taus: &[f32]) -> Vec<Variant> {
     let n = p.patches.len();
-    let variant = |&tau: &f32| Variant {
-        tau: vec![tau; p.scene.materials.len()],
-        rows: vec![true; n],
-        columns: vec![true; n],
-    };
+    let variant =
+        |&tau: &f32| Variant { tau: vec![tau; p.scene.materials.len()], rows: vec![true; n], columns: vec![true; n] };
     taus.iter().map(variant).collect()
 }
 
@@ -35,24 +32,17 @@ fn rows(c: &mut Criterion) {
     let path = (&p.rays, &p.patches);
     let sampling = Sampling::default();
     let mut group = c.benchmark_group("form_factors");
-    group
-        .sample_size(10)
-        .throughput(Throughput::Elements(p.patches.len() as u64));
-    for (name, taus) in [
-        ("opaque", &[0.0][..]),
-        ("all crossings", &[1.0]),
-        ("four taus at once", &[0.0, 0.25, 0.5, 1.0]),
-    ] {
+    group.sample_size(10).throughput(Throughput::Elements(p.patches.len() as u64));
+    for (name, taus) in
+        [("opaque", &[0.0][..]), ("all crossings", &[1.0]), ("four taus at once", &[0.0, 0.25, 0.5, 1.0])]
+    {
         let variants = variants(&p, taus);
         group.bench_function(name, |b| {
             b.iter(|| cast(&p.scene, path, black_box(&variants), &sampling, &|_| ()));
         });
     }
     let receives = vec![true; p.patches.len()];
-    let opaque = p.scene.transports(Transport {
-        alpha: 1.0,
-        tau: 0.0,
-    });
+    let opaque = p.scene.transports(Transport { alpha: 1.0, tau: 0.0 });
     let cut = Sight::new(&p.scene, path, &p.luminaires, &opaque, &receives);
     for (name, sight) in [
         ("emitted, shadows by rays", Occlusion::Opaque.into()),
@@ -60,16 +50,7 @@ fn rows(c: &mut Criterion) {
         ("emitted, nothing occludes", Occlusion::Nothing.into()),
     ] {
         group.bench_function(name, |b| {
-            b.iter(|| {
-                receive_emitted(
-                    path,
-                    &p.luminaires,
-                    black_box(&sight),
-                    &receives,
-                    &sampling,
-                    &|_| (),
-                )
-            });
+            b.iter(|| receive_emitted(path, &p.luminaires, black_box(&sight), &receives, &sampling, &|_| ()));
         });
     }
     group.finish();

@@ -14,9 +14,7 @@ use halflight::image::{Fields, GatherSampling, Gathering, View, gather};
 use halflight::light::{Mode, Rgb};
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::{Settings, Solution, neumann};
-use halflight::study::{
-    Assembled, Prepared, Silent, Wanted, assemble, prepare, render, render_within,
-};
+use halflight::study::{Assembled, Prepared, Silent, Wanted, assemble, prepare, render, render_within};
 
 /// Pixels across and down.
 const SIZE: (usize, usize) = (96, 96);
@@ -38,11 +36,7 @@ fn solve(name: &str) -> Solved {
     let (mut modes, _) = assemble(&prepared, &transports, &Sampling::default(), &Silent);
     let mode = modes.remove(0);
     let solution = neumann(&mode.operator, &Settings::default()).expect("it converges");
-    Solved {
-        prepared,
-        mode,
-        solution,
-    }
+    Solved { prepared, mode, solution }
 }
 
 /// What is timed, with its name: 128 hemisphere rays a pixel, and each error.
@@ -50,14 +44,7 @@ fn gatherings() -> Vec<(String, Gathering)> {
     let uniform = Gathering::Uniform(GatherSampling::with_samples(128, 0));
     let within = |error: f64| {
         let name = format!("within {} %", 100.0 * error);
-        (
-            name,
-            Gathering::Within {
-                error,
-                seed: 0,
-                deadline: None,
-            },
-        )
+        (name, Gathering::Within { error, seed: 0, deadline: None })
     };
     let uniform = std::iter::once(("uniform".to_string(), uniform));
     uniform.chain(ERRORS.map(within)).collect()
@@ -104,11 +91,7 @@ fn patches(c: &mut Criterion) {
     let mut group = c.benchmark_group("furnished-room to 1 %");
     group.sample_size(10);
     let scene = || Scene::open("furnished-room", LoadOptions::default()).expect("it is built in");
-    let wanted = Wanted {
-        tolerance: 0.01,
-        size: (32, 32),
-        seed: 0,
-    };
+    let wanted = Wanted { tolerance: 0.01, size: (32, 32), seed: 0 };
     group.bench_function("sizes by zone", |b| {
         b.iter(|| {
             let mut p = prepare(scene(), 1000);
@@ -116,10 +99,7 @@ fn patches(c: &mut Criterion) {
             black_box(found.expect("it converges").patches)
         })
     });
-    let rays = Sampling {
-        rays: 256,
-        ..Sampling::default()
-    };
+    let rays = Sampling { rays: 256, ..Sampling::default() };
     group.bench_function("11500 of one size", |b| {
         b.iter(|| {
             let p = prepare(scene(), 11_500);

@@ -66,10 +66,7 @@ fn room(columns: u32, rows: u32) -> Prepared {
 fn lamps(c: &mut Criterion) {
     let mut group = c.benchmark_group("lamps");
     group.sample_size(10);
-    let sampling = Sampling {
-        rays: 16,
-        ..Sampling::default()
-    };
+    let sampling = Sampling { rays: 16, ..Sampling::default() };
     for (columns, rows) in [(5, 2), (40, 25)] {
         let p = room(columns, rows);
         let mode = [Mode::OneBounce.transport()];

@@ -41,9 +41,7 @@ fn bounces() {
     for mode in &modes {
         let solution = explore(&mode.operator, 8);
         let size = (160, 160);
-        black_box(bounce_pictures(
-            &prepared, mode, &solution, 8, size, &sampling, &Silent,
-        ));
+        black_box(bounce_pictures(&prepared, mode, &solution, 8, size, &sampling, &Silent));
     }
 }
 

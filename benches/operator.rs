@@ -22,10 +22,7 @@ fn operator(patches: usize) -> Operator {
     let scene = Scene::builtin("cornell-box", LoadOptions::default());
     let scene = scene.expect("a built-in name").expect("a correct scene");
     let p = prepare(scene, patches);
-    let sampling = Sampling {
-        rays: 256,
-        ..Sampling::default()
-    };
+    let sampling = Sampling { rays: 256, ..Sampling::default() };
     let modes = [Mode::Global.transport()];
     let (mut found, _) = assemble(&p, &modes, &sampling, &Silent);
     found.remove(0).operator
@@ -36,13 +33,7 @@ fn products(c: &mut Criterion) {
     group.sample_size(20);
     for patches in [4000, 16_000] {
         let k = operator(patches);
-        let x = vec![
-            Light {
-                invisible: Rgb::ONE,
-                visible: Rgb::ONE,
-            };
-            k.len()
-        ];
+        let x = vec![Light { invisible: Rgb::ONE, visible: Rgb::ONE }; k.len()];
         group.throughput(Throughput::Bytes(k.form_factors().bytes() as u64));
         group.bench_function(BenchmarkId::new("apply", k.len()), |b| {
             b.iter(|| k.apply(black_box(&x)));

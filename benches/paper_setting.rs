@@ -26,10 +26,7 @@ const COUNTS: [u32; 5] = [64, 256, 1024, 2048, 4096];
 
 fn main() {
     let cornell = Scene::open("cornell-box", LoadOptions::default()).expect("a correct scene");
-    for (name, scene) in [
-        ("floor, two spheres, light 18 x 18", spheres()),
-        ("cornell-box", cornell),
-    ] {
+    for (name, scene) in [("floor, two spheres, light 18 x 18", spheres()), ("cornell-box", cornell)] {
         study(name, &scene);
     }
 }
@@ -49,45 +46,23 @@ fn study(name: &str, scene: &Scene) {
     let (_, error) = traced(scene, NextEvent::Off, &[rounded], &exact)[0];
     println!("{rounded:>16}  {:.3} % (measured)", 100.0 * error);
     let (_, error) = traced(scene, NextEvent::On, &[1024], &exact)[0];
-    println!(
-        "{:>16}  {:.3} % with next-event estimation\n",
-        1024,
-        100.0 * error
-    );
+    println!("{:>16}  {:.3} % with next-event estimation\n", 1024, 100.0 * error);
 }
 
 /// The picture by Lambert's closed form, many camera rays a pixel.
 fn closed_form(scene: &Scene) -> Picture {
     let p = prepare(scene.clone(), 500);
-    let (modes, _) = assemble(
-        &p,
-        &[Mode::Local.transport()],
-        &Sampling::default(),
-        &Silent,
-    );
+    let (modes, _) = assemble(&p, &[Mode::Local.transport()], &Sampling::default(), &Silent);
     let solution = neumann(&modes[0].operator, &Settings::default()).expect("it ends");
-    let sampling = GatherSampling {
-        camera: 1024,
-        luminaire: 1,
-        hemisphere: 1,
-        seed: 0,
-    };
+    let sampling = GatherSampling { camera: 1024, luminaire: 1, hemisphere: 1, seed: 0 };
     render(&p, &modes[0], &solution, SIZE, &sampling, &Silent).total()
 }
 
 /// e_pixel after each of the ascending numbers of samples.
-fn traced(
-    scene: &Scene,
-    next_event: NextEvent,
-    counts: &[u32],
-    exact: &Picture,
-) -> Vec<(f64, f64)> {
+fn traced(scene: &Scene, next_event: NextEvent, counts: &[u32], exact: &Picture) -> Vec<(f64, f64)> {
     let rays = Rays::new(scene);
     let transports = scene.transports(Mode::Local.transport());
-    let settings = TraceSettings {
-        next_event,
-        ..TraceSettings::default()
-    };
+    let settings = TraceSettings { next_event, ..TraceSettings::default() };
     let mut tracer = Tracer::new(scene, &rays, &transports, SIZE, &settings);
     let measure = |&count: &u32| {
         tracer.pass(count - tracer.samples() as u32);
@@ -101,10 +76,7 @@ fn traced(
 fn fit(points: &[(f64, f64)]) -> (f64, f64) {
     let logs: Vec<(f64, f64)> = points.iter().map(|(n, e)| (n.ln(), e.ln())).collect();
     let count = logs.len() as f64;
-    let (x, y) = (
-        logs.iter().map(|p| p.0).sum::<f64>() / count,
-        logs.iter().map(|p| p.1).sum::<f64>() / count,
-    );
+    let (x, y) = (logs.iter().map(|p| p.0).sum::<f64>() / count, logs.iter().map(|p| p.1).sum::<f64>() / count);
     let spread: f64 = logs.iter().map(|p| (p.0 - x).powi(2)).sum();
     let common: f64 = logs.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
     let slope = common / spread;
@@ -116,28 +88,8 @@ fn spheres() -> Scene {
     let directory = tempfile::tempdir().expect("a temporary directory");
     let mut obj = "mtllib s.mtl\n".to_string();
     let mut next = 1;
-    quad(
-        &mut obj,
-        &mut next,
-        "floor",
-        [
-            [-60., -60., 0.],
-            [60., -60., 0.],
-            [60., 60., 0.],
-            [-60., 60., 0.],
-        ],
-    );
-    quad(
-        &mut obj,
-        &mut next,
-        "light",
-        [
-            [-9., -9., 20.],
-            [-9., 9., 20.],
-            [9., 9., 20.],
-            [9., -9., 20.],
-        ],
-    );
+    quad(&mut obj, &mut next, "floor", [[-60., -60., 0.], [60., -60., 0.], [60., 60., 0.], [-60., 60., 0.]]);
+    quad(&mut obj, &mut next, "light", [[-9., -9., 20.], [-9., 9., 20.], [9., 9., 20.], [9., -9., 20.]]);
     ball(&mut obj, &mut next, "warm", [-5.0, 0.0, 4.0]);
     ball(&mut obj, &mut next, "blue", [5.0, 2.0, 4.0]);
     // Five point lights of 0.67 in all match this radiance at attenuation 0.0025: sum of I = a2 L area / pi.
@@ -146,12 +98,9 @@ fn spheres() -> Scene {
         "newmtl floor\nKd 0.8 0.8 0.8\nnewmtl warm\nKd 1 0.92 0.85\nnewmtl blue\nKd 0.25 0.45 0.9\n\
          newmtl light\nKd 0 0 0\nKe {radiance} {radiance} {radiance}\n"
     );
-    let view = "obj = \"s.obj\"\n[camera]\nposition = [0, -27, 24]\ntarget = [0, 0, 1.5]\nup = [0, 0, 1]\nvertical_fov = 38\n";
-    for (file, text) in [
-        ("s.obj", obj.as_str()),
-        ("s.mtl", &materials),
-        ("s.toml", view),
-    ] {
+    let view =
+        "obj = \"s.obj\"\n[camera]\nposition = [0, -27, 24]\ntarget = [0, 0, 1.5]\nup = [0, 0, 1]\nvertical_fov = 38\n";
+    for (file, text) in [("s.obj", obj.as_str()), ("s.mtl", &materials), ("s.toml", view)] {
         std::fs::write(directory.path().join(file), text).expect("a temporary file");
     }
     let path = directory.path().join("s.toml");
@@ -181,10 +130,7 @@ fn ball(obj: &mut String, next: &mut usize, material: &str, centre: [f64; 3]) {
     };
     for j in 0..=DOWN {
         for i in 0..ROUND {
-            let [x, y, z] = point(
-                PI * j as f64 / DOWN as f64,
-                2.0 * PI * i as f64 / ROUND as f64,
-            );
+            let [x, y, z] = point(PI * j as f64 / DOWN as f64, 2.0 * PI * i as f64 / ROUND as f64);
             let _ = writeln!(obj, "v {x} {y} {z}");
         }
     }

@@ -36,9 +36,7 @@ fn crowded(count: usize) -> Vec<Corners> {
 
 fn crossover(c: &mut Criterion) {
     let mut group = c.benchmark_group("crossover");
-    group
-        .sample_size(20)
-        .throughput(Throughput::Elements(u64::from(BATCH)));
+    group.sample_size(20).throughput(Throughput::Elements(u64::from(BATCH)));
     for count in [24, 48, 96, 192, 288, 384] {
         let triangles = crowded(count);
         let scene = scene_of(&triangles);
@@ -46,13 +44,7 @@ fn crossover(c: &mut Criterion) {
         for (name, many) in [("blocks", usize::MAX), ("hierarchy", 0)] {
             let rays = Rays::with_blocks(&scene, many);
             group.bench_function(BenchmarkId::new(name, count), |b| {
-                b.iter(|| {
-                    batch
-                        .iter()
-                        .filter_map(|r| rays.closest(black_box(r)))
-                        .map(|h| h.t)
-                        .sum::<f32>()
-                });
+                b.iter(|| batch.iter().filter_map(|r| rays.closest(black_box(r))).map(|h| h.t).sum::<f32>());
             });
         }
     }
@@ -95,29 +87,14 @@ fn cast(c: &mut Criterion, name: &str, triangles: &[Corners]) {
     let scene = scene_of(triangles);
     let rays = Rays::new(&scene);
     let batch: Vec<Ray> = (0..BATCH).map(|i| ray(triangles, i)).collect();
-    let pairs: Vec<(End, End)> = (0..BATCH)
-        .map(|i| (end(triangles, i, 0), end(triangles, i + BATCH, 4)))
-        .collect();
+    let pairs: Vec<(End, End)> = (0..BATCH).map(|i| (end(triangles, i, 0), end(triangles, i + BATCH, 4))).collect();
     let mut group = c.benchmark_group("rays");
-    group
-        .sample_size(30)
-        .throughput(Throughput::Elements(u64::from(BATCH)));
+    group.sample_size(30).throughput(Throughput::Elements(u64::from(BATCH)));
     group.bench_function(BenchmarkId::new("closest", name), |b| {
-        b.iter(|| {
-            batch
-                .iter()
-                .filter_map(|r| rays.closest(black_box(r)))
-                .map(|h| h.t)
-                .sum::<f32>()
-        });
+        b.iter(|| batch.iter().filter_map(|r| rays.closest(black_box(r))).map(|h| h.t).sum::<f32>());
     });
     group.bench_function(BenchmarkId::new("visible", name), |b| {
-        b.iter(|| {
-            pairs
-                .iter()
-                .filter(|&&(from, to)| rays.visible(from, to))
-                .count()
-        });
+        b.iter(|| pairs.iter().filter(|&&(from, to)| rays.visible(from, to)).count());
     });
     group.bench_function(BenchmarkId::new("crossings", name), |b| {
         let mut hits = Vec::new();
@@ -142,12 +119,5 @@ fn build(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(
-    benches,
-    cast_in_a_small_room,
-    crossover,
-    directions,
-    cast_at_half_a_million,
-    build
-);
+criterion_group!(benches, cast_in_a_small_room, crossover, directions, cast_at_half_a_million, build);
 criterion_main!(benches);

@@ -29,11 +29,7 @@ fn ready(c: &mut Criterion) {
         });
         group.bench_function(BenchmarkId::new("prepare", faces), |b| {
             let own = || scene_of(&tessellated(n));
-            b.iter_batched(
-                own,
-                |scene| prepare(scene, PATCHES),
-                BatchSize::PerIteration,
-            );
+            b.iter_batched(own, |scene| prepare(scene, PATCHES), BatchSize::PerIteration);
         });
     }
     group.finish();

@@ -18,11 +18,7 @@ impl Watch for Quiet {
 
 /// Shoots to 1 %; tells how many shots it took.
 fn shoot(shooter: &dyn Shooter, batch: usize) -> u64 {
-    let settings = ShootingSettings {
-        unshot: 1e-2,
-        batch,
-        ..ShootingSettings::default()
-    };
+    let settings = ShootingSettings { unshot: 1e-2, batch, ..ShootingSettings::default() };
     let mut shooting = Shooting::new(shooter, settings).expect("it converges");
     shooting.run(|_| ()).expect("it converges").shots
 }

@@ -69,21 +69,14 @@ fn sources(root: &Path) -> Vec<Source> {
 
 fn read(root: &Path, path: &PathBuf) -> Source {
     let below = path.strip_prefix(root).unwrap().components();
-    let parts: Vec<_> = below
-        .map(|c| c.as_os_str().to_string_lossy().into_owned())
-        .collect();
-    Source {
-        path: parts.join("/"),
-        text: fs::read_to_string(path).unwrap(),
-    }
+    let parts: Vec<_> = below.map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
+    Source { path: parts.join("/"), text: fs::read_to_string(path).unwrap() }
 }
 
 /// The modules that lib.rs declares, in its order.
 fn order(lib: &str) -> Vec<String> {
     let declared = lib.lines().filter_map(|l| l.strip_prefix("pub mod "));
-    declared
-        .filter_map(|l| Some(l.strip_suffix(';')?.to_string()))
-        .collect()
+    declared.filter_map(|l| Some(l.strip_suffix(';')?.to_string())).collect()
 }
 
 /// What one file does that it must not.
@@ -140,9 +133,7 @@ fn upward(code: &str, modules: &[&str], own: usize, order: &[String]) -> Vec<Str
             match order.iter().position(|m| *m == used) {
                 Some(other) if other > own => found.push(format!("uses {used}, which comes later")),
                 // `super::*` is what inline modules say to the file they stand in.
-                None if used == "*" && word == "crate" => {
-                    found.push("imports everything there is".into())
-                }
+                None if used == "*" && word == "crate" => found.push("imports everything there is".into()),
                 _ => (),
             }
         }
@@ -226,9 +217,7 @@ fn words(code: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut at = 0;
     std::iter::from_fn(move || {
         let start = at + code[at..].find(is_word)?;
-        let end = code[start..]
-            .find(|c| !is_word(c))
-            .map_or(code.len(), |n| start + n);
+        let end = code[start..].find(|c| !is_word(c)).map_or(code.len(), |n| start + n);
         at = end;
         Some((start, &code[start..end]))
     })
@@ -274,10 +263,7 @@ fn string_end(text: &str) -> usize {
 
 /// What the checker says of a made-up file in a crate of modules a, b, c.
 fn said(path: &str, text: &str) -> Vec<String> {
-    let source = Source {
-        path: path.into(),
-        text: text.into(),
-    };
+    let source = Source { path: path.into(), text: text.into() };
     let order = ["light", "scene", "solve", "reference", "cli"];
     violations(&source, &order.map(String::from))
 }
@@ -286,34 +272,19 @@ fn said(path: &str, text: &str) -> Vec<String> {
 fn the_checker_finds_what_it_looks_for() {
     let breaks = |path: &str, line: &str, part: &str| {
         let found = said(path, &format!("//! A file.\n{line}\n"));
-        assert!(
-            found.len() == 1 && found[0].contains(part),
-            "{line}: {found:?}"
-        );
+        assert!(found.len() == 1 && found[0].contains(part), "{line}: {found:?}");
     };
     breaks("light/mod.rs", "use crate::scene::Scene;", "scene");
-    breaks(
-        "light/a.rs",
-        "use crate::{\n  light::Rgb,\n  cli::{a, b}};",
-        "cli",
-    );
+    breaks("light/a.rs", "use crate::{\n  light::Rgb,\n  cli::{a, b}};", "cli");
     breaks("light/a.rs", "fn f() { let x = crate::cli::run(); }", "cli");
-    breaks(
-        "reference/mod.rs",
-        "use crate::solve::neumann;",
-        "shares solve",
-    );
+    breaks("reference/mod.rs", "use crate::solve::neumann;", "shares solve");
     breaks("light/mod.rs", "use super::cli;", "cli");
     breaks("light/a.rs", "use super::super::{scene};", "scene");
     breaks("light/a/b.rs", "use super::super::super::cli::x;", "cli");
     breaks("light/a.rs", "use crate::*;", "everything");
     breaks("light/a.rs", "use tobj::Model;", "tobj");
     breaks("cli/a.rs", "let x = ::image::open(p);", "image");
-    breaks(
-        "light/a.rs",
-        "let x = <earcut::Earcut as T>::x();",
-        "earcut",
-    );
+    breaks("light/a.rs", "let x = <earcut::Earcut as T>::x();", "earcut");
     breaks("scene/a.rs", "unsafe { f() }", "unsafe");
     breaks("scene/a.rs", &"\n".repeat(LONGEST), "lines");
     assert!(said("cli/a.rs", "use crate::light;\n")[0].contains("//!"));

@@ -8,9 +8,7 @@ use glam::DVec3;
 use halflight::scene::{LoadOptions, Scene, builtin};
 
 fn load(name: &str) -> Scene {
-    Scene::builtin(name, LoadOptions::default())
-        .expect("a built-in name")
-        .expect("a correct scene")
+    Scene::builtin(name, LoadOptions::default()).expect("a built-in name").expect("a correct scene")
 }
 
 /// Faces of one object, or of all.
@@ -19,9 +17,7 @@ fn faces<'a>(scene: &'a Scene, object: Option<&'a str>) -> impl Iterator<Item = 
         let name = &scene.objects[scene.faces[*face as usize].object as usize];
         object.is_none_or(|object| object == name)
     };
-    (0..scene.faces.len() as u32)
-        .filter(wanted)
-        .map(|face| scene.corners(face).map(|v| v.as_dvec3()))
+    (0..scene.faces.len() as u32).filter(wanted).map(|face| scene.corners(face).map(|v| v.as_dvec3()))
 }
 
 /// Directed edges that no neighbour runs the other way; empty for a closed mesh.
@@ -64,12 +60,7 @@ fn all_load_without_warnings_and_emit() {
     for (name, _) in builtin::NAMES {
         let scene = load(name);
         scene.require_emission().unwrap();
-        assert_eq!(
-            (scene.name.as_str(), scene.warnings.len()),
-            (name, 0),
-            "{:?}",
-            scene.warnings
-        );
+        assert_eq!((scene.name.as_str(), scene.warnings.len()), (name, 0), "{:?}", scene.warnings);
     }
     let names: Vec<&str> = builtin::ALL.iter().map(|files| files.name).collect();
     assert_eq!(names, builtin::NAMES.map(|(name, _)| name));
@@ -84,11 +75,7 @@ fn the_files_under_meshes_are_the_embedded_ones() {
             assert_eq!(fs::read_to_string(path).unwrap(), text);
             assert!(text.len() < 300_000);
         }
-        let opened = Scene::load(
-            &folder.join(files.name).with_extension("toml"),
-            LoadOptions::default(),
-        )
-        .unwrap();
+        let opened = Scene::load(&folder.join(files.name).with_extension("toml"), LoadOptions::default()).unwrap();
         assert_eq!(opened.faces, load(files.name).faces);
     }
 }
@@ -99,10 +86,7 @@ fn cameras_see_fronts_only() {
         let [front, back, nothing] = seen(&load(name), 24);
         assert_eq!(back, 0, "{name}");
         // The Cornell box is open to the camera and the picture a little larger than the opening.
-        assert!(
-            front > 400 && (nothing == 0 || name == "cornell-box"),
-            "{name}: {front} {nothing}"
-        );
+        assert!(front > 400 && (nothing == 0 || name == "cornell-box"), "{name}: {front} {nothing}");
     }
 }
 
@@ -123,29 +107,12 @@ fn closed_scenes_have_no_open_edge() {
         ("concentric-spheres", vec!["outer", "cap"]),
         ("concentric-spheres", vec!["inner"]),
         ("furnished-room", vec!["room"]),
-        (
-            "two-rooms",
-            vec![
-                "floor",
-                "ceilings",
-                "left room",
-                "right room",
-                "dividing wall",
-                "doorway",
-            ],
-        ),
+        ("two-rooms", vec!["floor", "ceilings", "left room", "right room", "dividing wall", "doorway"]),
     ] {
         assert_eq!(open_edges(&load(name), &shell), 0, "{name}");
     }
     // The Cornell box lacks its front wall: four edges of floor, ceiling and sides stay open there.
-    let walls = [
-        "floor",
-        "ceiling",
-        "back",
-        "right_green",
-        "left_red",
-        "light",
-    ];
+    let walls = ["floor", "ceiling", "back", "right_green", "left_red", "light"];
     assert!(open_edges(&load("cornell-box"), &walls) >= 4);
 }
 
@@ -163,11 +130,7 @@ fn room_walls_face_inwards() {
 #[test]
 fn the_spheres_are_spheres() {
     let scene = load("concentric-spheres");
-    for (object, radius, sign) in [
-        ("outer", 1.0, -1.0),
-        ("cap", 1.0, -1.0),
-        ("inner", 0.5, 1.0),
-    ] {
+    for (object, radius, sign) in [("outer", 1.0, -1.0), ("cap", 1.0, -1.0), ("inner", 0.5, 1.0)] {
         for corners in faces(&scene, Some(object)) {
             // Nine decimals in the file, then single precision.
             assert!(corners.iter().all(|p| (p.length() - radius).abs() < 2e-7));
@@ -175,11 +138,7 @@ fn the_spheres_are_spheres() {
             assert!(sign * (b - a).cross(c - a).dot(a) > 0.0);
         }
     }
-    let area = |object| {
-        faces(&scene, Some(object))
-            .map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length())
-            .sum::<f64>()
-    };
+    let area = |object| faces(&scene, Some(object)).map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum::<f64>();
     // A quarter of the outer area; the inner sphere's coarser facets lose 1 %.
     assert!((area("inner") / (area("outer") + area("cap")) - 0.25).abs() < 0.0025);
 }

@@ -65,13 +65,8 @@ fn the_furnace_has_its_closed_form_in_every_pixel() {
         let wanted = emission + rho * emission / (1.0 - alpha * rho);
         for pixel in &picture.pixels {
             // The series stops at a tail of 1e-4; the pixel's rays and the rows of F sum to 1 within rounding.
-            let error = (pixel.as_dvec3() - DVec3::splat(wanted))
-                .abs()
-                .max_element();
-            assert!(
-                error < 2e-4,
-                "alpha {alpha}, tau {tau}: {pixel}, not {wanted}"
-            );
+            let error = (pixel.as_dvec3() - DVec3::splat(wanted)).abs().max_element();
+            assert!(error < 2e-4, "alpha {alpha}, tau {tau}: {pixel}, not {wanted}");
         }
     }
 }
@@ -80,17 +75,12 @@ fn the_furnace_has_its_closed_form_in_every_pixel() {
 #[test]
 fn alpha_and_tau_stand_in_for_a_mode() {
     let place = place(&[]);
-    for (arguments, alpha, tau) in [
-        ("--alpha 0.1", 0.1, 0.0),
-        ("--tau 0.3", 1.0, 0.3),
-        ("--tau 0.3 --alpha 0.1", 0.1, 0.3),
-    ] {
+    for (arguments, alpha, tau) in
+        [("--alpha 0.1", 0.1, 0.0), ("--tau 0.3", 1.0, 0.3), ("--tau 0.3 --alpha 0.1", 0.1, 0.3)]
+    {
         let report = report(&place, &format!("render {SMALL} {arguments}"));
         assert_eq!(report["mode"], Value::Null);
-        assert_eq!(
-            (&report["alpha"], &report["tau"]),
-            (&alpha.into(), &tau.into())
-        );
+        assert_eq!((&report["alpha"], &report["tau"]), (&alpha.into(), &tau.into()));
         // f64 prints 1.0 as "1", as the file's name does.
         let file = format!("out/cornell-box-alpha-{alpha}-tau-{tau}.png");
         assert_eq!(report["files"], json!([file]));
@@ -127,14 +117,8 @@ fn a_render_report_is_one_document_with_these_fields() {
     assert!(ran.err.contains("global") && ran.err.contains("converges"));
     let report: Value = serde_json::from_str(&ran.out).unwrap();
     assert_eq!(fields(&report), RENDER_FIELDS);
-    assert_eq!(
-        (&report["scene"], &report["mode"]),
-        (&"cornell-box".into(), &"global".into())
-    );
-    assert_eq!(
-        (&report["width"], &report["height"]),
-        (&48.into(), &48.into())
-    );
+    assert_eq!((&report["scene"], &report["mode"]), (&"cornell-box".into(), &"global".into()));
+    assert_eq!((&report["width"], &report["height"]), (&48.into(), &48.into()));
     assert_eq!(report["files"], json!(["out/cornell-box-global.png"]));
     let number = |path: &str| report.pointer(path).and_then(Value::as_f64).unwrap();
     let steps = ["load", "patches", "form_factors", "solve", "gather"];
@@ -142,17 +126,12 @@ fn a_render_report_is_one_document_with_these_fields() {
     assert!((sum - number("/seconds/total")).abs() < 1e-9);
     assert_eq!(fields(&report["seconds"]).len(), steps.len() + 1);
     assert_eq!(fields(&report["spectral_radius"]), ["lower", "upper"]);
-    let (lower, upper) = (
-        number("/spectral_radius/lower"),
-        number("/spectral_radius/upper"),
-    );
+    let (lower, upper) = (number("/spectral_radius/lower"), number("/spectral_radius/upper"));
     assert!(0.0 < lower && lower <= upper && upper < 1.0);
     assert_eq!(fields(&report["closure"]), ["max", "mean", "min"]);
     assert!(number("/closure/min") <= number("/closure/mean"));
     // One crossing a ray at most, each of weight 1 / rays.
-    assert!(
-        number("/closure/mean") <= number("/closure/max") && number("/closure/max") <= 1.0 + 1e-6
-    );
+    assert!(number("/closure/mean") <= number("/closure/max") && number("/closure/max") <= 1.0 + 1e-6);
     // Every patch that reflects casts 64 rays.
     assert!(number("/rays") >= 64.0 && number("/patches") >= 100.0);
 }
@@ -164,10 +143,7 @@ fn reports_of_several_modes_are_an_array() {
     assert_eq!(fields(&report), ["files", "modes"]);
     let modes = report["modes"].as_array().unwrap();
     let column = |name: &str| modes.iter().map(|m| m[name].clone()).collect::<Vec<_>>();
-    assert_eq!(
-        column("mode"),
-        ["global", "shadowless", "one-bounce", "local"]
-    );
+    assert_eq!(column("mode"), ["global", "shadowless", "one-bounce", "local"]);
     assert_eq!(column("verdict"), ["converges", "diverges", "ends", "ends"]);
     for mode in modes {
         assert_eq!(fields(mode), RENDER_FIELDS);
@@ -180,10 +156,7 @@ fn reports_of_several_modes_are_an_array() {
 #[test]
 fn a_mode_that_diverges_has_no_picture_and_the_others_do() {
     let alone = place(&[]);
-    let ran = halflight(
-        &alone,
-        &format!("render furnished-room --mode shadowless {SMALL}"),
-    );
+    let ran = halflight(&alone, &format!("render furnished-room --mode shadowless {SMALL}"));
     assert_eq!(ran.code, Some(4), "{}", ran.err);
     assert!(files(&alone).is_empty() && ran.out.is_empty());
     assert_eq!(ran.err.matches("diverges in this mode").count(), 1);
@@ -194,10 +167,7 @@ fn a_mode_that_diverges_has_no_picture_and_the_others_do() {
     let ran = succeed(&all, &format!("render furnished-room --mode all {SMALL}"));
     assert!(ran.err.contains("shadowless: no picture"));
     let drawn = ["global", "local", "modes", "one-bounce"];
-    assert_eq!(
-        files(&all),
-        drawn.map(|m| format!("out/furnished-room-{m}.png"))
-    );
+    assert_eq!(files(&all), drawn.map(|m| format!("out/furnished-room-{m}.png")));
 }
 
 #[test]
@@ -209,30 +179,14 @@ fn bounces_draws_tabulates_and_reports_every_mode() {
     }
     let report: Value = serde_json::from_str(&ran.out).unwrap();
     assert_eq!(fields(&report), ["files", "modes"]);
-    let mut listed: Vec<&str> = report["files"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|f| f.as_str().unwrap())
-        .collect();
+    let mut listed: Vec<&str> = report["files"].as_array().unwrap().iter().map(|f| f.as_str().unwrap()).collect();
     listed.sort_unstable();
     assert_eq!(files(&place), listed);
     assert_eq!(listed.len(), 7);
     for mode in report["modes"].as_array().unwrap() {
         assert_eq!(
             fields(mode),
-            [
-                "alpha",
-                "bounces",
-                "met",
-                "mode",
-                "patches",
-                "scene",
-                "spectral_radius",
-                "tau",
-                "verdict",
-                "why"
-            ]
+            ["alpha", "bounces", "met", "mode", "patches", "scene", "spectral_radius", "tau", "verdict", "why"]
         );
         check_bounces(mode["bounces"].as_array().unwrap());
     }
@@ -262,10 +216,7 @@ fn check_bounces(bounces: &[Value]) {
 #[test]
 fn a_series_that_diverges_is_an_answer_for_bounces() {
     let place = place(&[]);
-    let report = report(
-        &place,
-        &format!("bounces furnished-room --mode shadowless {SMALL} --count 12"),
-    );
+    let report = report(&place, &format!("bounces furnished-room --mode shadowless {SMALL} --count 12"));
     let mode = &report["modes"][0];
     assert_eq!(mode["verdict"], "diverges");
     assert!(mode["spectral_radius"]["lower"].as_f64().unwrap() > 1.0);
@@ -285,10 +236,7 @@ fn powers_are_in_watts() {
     let area = quad_area(&furnace("obj"));
     let (emission, rho) = furnace_material();
     let place = place(&[]);
-    let report = report(
-        &place,
-        &format!("bounces furnace --mode global {SMALL} --count 5"),
-    );
+    let report = report(&place, &format!("bounces furnace --mode global {SMALL} --count 5"));
     for n in 0..=5 {
         let wanted = std::f64::consts::PI * area * emission * rho.powi(n);
         let bounce = &report["modes"][0]["bounces"][n as usize];
@@ -296,10 +244,7 @@ fn powers_are_in_watts() {
             for half in ["power", "power_invisible"] {
                 let power = bounce[half][c].as_f64().unwrap();
                 // Single-precision corners and sums of 64 shares, once a bounce.
-                assert!(
-                    (power / wanted - 1.0).abs() < 1e-5,
-                    "{n}: {power}, not {wanted}"
-                );
+                assert!((power / wanted - 1.0).abs() < 1e-5, "{n}: {power}, not {wanted}");
             }
         }
     }
@@ -333,9 +278,7 @@ fn quad_area(obj: &str) -> f64 {
                 vertices.push(DVec3::from_slice(&xyz));
             }
             Some("f") => {
-                let corners: Vec<DVec3> = words
-                    .map(|w| vertices[w.parse::<usize>().unwrap() - 1])
-                    .collect();
+                let corners: Vec<DVec3> = words.map(|w| vertices[w.parse::<usize>().unwrap() - 1]).collect();
                 let [a, b, c, d] = corners[..] else {
                     panic!("not a quadrilateral: {line}");
                 };
@@ -350,19 +293,9 @@ fn quad_area(obj: &str) -> f64 {
 #[test]
 fn scenes_lists_what_is_built_in() {
     let place = place(&[]);
-    let names = [
-        "cornell-box",
-        "furnace",
-        "concentric-spheres",
-        "furnished-room",
-        "two-rooms",
-    ];
+    let names = ["cornell-box", "furnace", "concentric-spheres", "furnished-room", "two-rooms"];
     let ran = succeed(&place, "scenes");
-    let listed: Vec<&str> = ran
-        .out
-        .lines()
-        .filter_map(|l| l.split_whitespace().next())
-        .collect();
+    let listed: Vec<&str> = ran.out.lines().filter_map(|l| l.split_whitespace().next()).collect();
     assert_eq!(listed, names);
     let report = report(&place, "scenes");
     for (scene, name) in report.as_array().unwrap().iter().zip(names) {
@@ -417,11 +350,9 @@ fn everything(arguments: &str) -> (String, Vec<(String, Vec<u8>)>) {
 
 #[test]
 fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
-    for command in [
-        format!("render {SMALL}"),
-        format!("render {SMALL} --mode all -o l.exr"),
-        format!("bounces {SMALL} --count 3"),
-    ] {
+    for command in
+        [format!("render {SMALL}"), format!("render {SMALL} --mode all -o l.exr"), format!("bounces {SMALL} --count 3")]
+    {
         let one = everything(&format!("{command} --threads 1 --seed 7"));
         let two = everything(&format!("{command} --threads 2 --seed 7"));
         assert!(one == two, "{command}: threads change the result");
@@ -441,14 +372,7 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
 fn help_names_the_commands_the_exit_codes_and_examples() {
     let place = place(&[]);
     let ran = succeed(&place, "--help");
-    for part in [
-        "render",
-        "bounces",
-        "scenes",
-        "Exit codes",
-        "Examples",
-        "--seed",
-    ] {
+    for part in ["render", "bounces", "scenes", "Exit codes", "Examples", "--seed"] {
         assert!(ran.out.contains(part), "{part}");
     }
     let ran = succeed(&place, "render --help");

@@ -12,10 +12,7 @@ use tempfile::TempDir;
 /// The OBJ and MTL of [`SHEET`] with one replacement in each.
 fn sheet(obj: (&str, &str), mtl: (&str, &str)) -> TempDir {
     let [(obj_name, obj_text), (mtl_name, mtl_text), _] = SHEET;
-    place(&[
-        (obj_name, &obj_text.replace(obj.0, obj.1)),
-        (mtl_name, &mtl_text.replace(mtl.0, mtl.1)),
-    ])
+    place(&[(obj_name, &obj_text.replace(obj.0, obj.1)), (mtl_name, &mtl_text.replace(mtl.0, mtl.1))])
 }
 
 /// Runs a command that must fail with this code, these words on stderr, and nothing else changed.
@@ -45,11 +42,7 @@ fn a_scene_that_is_not_there() {
     let empty = place(&[("scene.stl", "solid")]);
     let known = ["cornell-box", "two-rooms", "help:"];
     scene_refused(&empty, "room.obj", &[&known[..], &["room.obj"]].concat());
-    scene_refused(
-        &empty,
-        "cornel-box",
-        &[&known[..], &["`cornel-box`"]].concat(),
-    );
+    scene_refused(&empty, "cornel-box", &[&known[..], &["`cornel-box`"]].concat());
     scene_refused(&empty, "scene.stl", &["scene.stl", "*.obj", "*.toml"]);
     scene_refused(&empty, ".", &["neither an OBJ nor a scene file"]);
 }
@@ -57,36 +50,16 @@ fn a_scene_that_is_not_there() {
 #[test]
 fn mistakes_in_an_obj() {
     let with = |from: &str, to: &str| sheet((from, to), ("", ""));
-    scene_refused(
-        &with("v 1 1 0", "v 1 one 0"),
-        "sheet.obj",
-        &["sheet.obj, line 4", "`one`", "not a number"],
-    );
-    scene_refused(
-        &with("v 1 1 0", "v nan 1 0"),
-        "sheet.obj",
-        &["sheet.obj, line 4", "`nan`", "not finite"],
-    );
-    scene_refused(
-        &with("f 4 3 2 1", "f 4 3 2 9"),
-        "sheet.obj",
-        &["sheet.obj, line 7", "vertex 9", "4 vertices"],
-    );
-    scene_refused(
-        &with("usemtl glow", "usemtl glowing"),
-        "sheet.obj",
-        &["sheet.obj, line 6", "`glowing`", "glow"],
-    );
+    scene_refused(&with("v 1 1 0", "v 1 one 0"), "sheet.obj", &["sheet.obj, line 4", "`one`", "not a number"]);
+    scene_refused(&with("v 1 1 0", "v nan 1 0"), "sheet.obj", &["sheet.obj, line 4", "`nan`", "not finite"]);
+    scene_refused(&with("f 4 3 2 1", "f 4 3 2 9"), "sheet.obj", &["sheet.obj, line 7", "vertex 9", "4 vertices"]);
+    scene_refused(&with("usemtl glow", "usemtl glowing"), "sheet.obj", &["sheet.obj, line 6", "`glowing`", "glow"]);
     scene_refused(
         &with("mtllib sheet.mtl", "mtllib lost.mtl"),
         "sheet.obj",
         &["sheet.obj, line 1", "`lost.mtl`", "No such file"],
     );
-    scene_refused(
-        &with("f 4 3 2 1", ""),
-        "sheet.obj",
-        &["sheet.obj has no faces"],
-    );
+    scene_refused(&with("f 4 3 2 1", ""), "sheet.obj", &["sheet.obj has no faces"]);
     scene_refused(&place(&[("e.obj", "")]), "e.obj", &["e.obj has no faces"]);
     let binary = place(&[]);
     fs::write(binary.path().join("b.obj"), b"v 0 0 0\nv \xff 0 0\n").unwrap();
@@ -96,21 +69,9 @@ fn mistakes_in_an_obj() {
 #[test]
 fn mistakes_in_an_mtl() {
     let with = |from: &str, to: &str| sheet(("", ""), (from, to));
-    scene_refused(
-        &with("Ke 1 1 1", ""),
-        "sheet.obj",
-        &["nothing in `sheet` emits", "Ke R G B"],
-    );
-    scene_refused(
-        &with("Kd .5 .5 .5", "Kd .5 1.5 .5"),
-        "sheet.obj",
-        &["sheet.mtl, line 2", "`glow`", "1.5"],
-    );
-    scene_refused(
-        &with("Ke 1 1 1", "Ke -1 1 1"),
-        "sheet.obj",
-        &["sheet.mtl, line 3", "`glow`", "-1"],
-    );
+    scene_refused(&with("Ke 1 1 1", ""), "sheet.obj", &["nothing in `sheet` emits", "Ke R G B"]);
+    scene_refused(&with("Kd .5 .5 .5", "Kd .5 1.5 .5"), "sheet.obj", &["sheet.mtl, line 2", "`glow`", "1.5"]);
+    scene_refused(&with("Ke 1 1 1", "Ke -1 1 1"), "sheet.obj", &["sheet.mtl, line 3", "`glow`", "-1"]);
 }
 
 #[test]
@@ -120,31 +81,11 @@ fn mistakes_in_a_scene_file() {
         place(&[obj, mtl, ("sheet.toml", toml)])
     };
     let obj = "obj = \"sheet.obj\"\n";
-    scene_refused(
-        &with("obj = sheet.obj\n"),
-        "sheet.toml",
-        &["sheet.toml, line 1"],
-    );
-    scene_refused(
-        &with(&format!("{obj}[camera]\nposition = [0, 0]\n")),
-        "sheet.toml",
-        &["sheet.toml, line 3"],
-    );
-    scene_refused(
-        &with(&format!("{obj}colour = 1\n")),
-        "sheet.toml",
-        &["sheet.toml, line 2", "colour"],
-    );
-    scene_refused(
-        &with("obj = \"lost.obj\"\n"),
-        "sheet.toml",
-        &["sheet.toml, line 1", "`lost.obj`"],
-    );
-    scene_refused(
-        &with(&format!("{obj}alpha = 2\n")),
-        "sheet.toml",
-        &["sheet.toml, line 2", "alpha = 2"],
-    );
+    scene_refused(&with("obj = sheet.obj\n"), "sheet.toml", &["sheet.toml, line 1"]);
+    scene_refused(&with(&format!("{obj}[camera]\nposition = [0, 0]\n")), "sheet.toml", &["sheet.toml, line 3"]);
+    scene_refused(&with(&format!("{obj}colour = 1\n")), "sheet.toml", &["sheet.toml, line 2", "colour"]);
+    scene_refused(&with("obj = \"lost.obj\"\n"), "sheet.toml", &["sheet.toml, line 1", "`lost.obj`"]);
+    scene_refused(&with(&format!("{obj}alpha = 2\n")), "sheet.toml", &["sheet.toml, line 2", "alpha = 2"]);
 }
 
 #[test]
@@ -155,10 +96,7 @@ fn wrong_arguments() {
         ("render --size 640", ["'640'", "--size", "WIDTHxHEIGHT"]),
         ("render --alpha 2", ["'2'", "--alpha", "from 0 to 1"]),
         ("render --tau nan", ["'nan'", "--tau", "from 0 to 1"]),
-        (
-            "render --mode local --alpha 1",
-            ["--mode", "--alpha", "cannot be used"],
-        ),
+        ("render --mode local --alpha 1", ["--mode", "--alpha", "cannot be used"]),
         ("render --mode lokal", ["'lokal'", "--mode", "local"]),
         ("render --threads 0", ["'0'", "--threads", "1..=1024"]),
         ("render --patches 0", ["'0'", "--patches", "1..="]),
@@ -200,12 +138,7 @@ fn places_that_cannot_be_written_are_refused_before_the_work() {
         ("--out way", "way: not a directory"),
         ("--out way/deeper", "way/deeper: "),
     ] {
-        refuses(
-            &place,
-            &format!("render {job} {place_asked}"),
-            1,
-            &["cannot write", part, "help:"],
-        );
+        refuses(&place, &format!("render {job} {place_asked}"), 1, &["cannot write", part, "help:"]);
     }
     for out in ["way", "way/deeper"] {
         let arguments = format!("bounces {job} --out {out}");
@@ -231,12 +164,7 @@ fn a_directory_that_may_not_be_written() {
     }
     for arguments in ["-o locked/x.png", "--out locked", "--out locked/new"] {
         let arguments = format!("render {SMALL} {arguments}");
-        refuses(
-            &place,
-            &arguments,
-            1,
-            &["cannot write locked", "ermission denied"],
-        );
+        refuses(&place, &arguments, 1, &["cannot write locked", "ermission denied"]);
     }
 }
 
@@ -274,11 +202,7 @@ fn standard_output_that_ends_or_fails() {
     let run = |stdout: Stdio| {
         let mut program = Command::new(env!("CARGO_BIN_EXE_halflight"));
         let program = program.args(["scenes", "--json"]).current_dir(place.path());
-        program
-            .stdout(stdout)
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap()
+        program.stdout(stdout).stderr(Stdio::piped()).spawn().unwrap()
     };
     let mut child = run(Stdio::piped());
     drop(child.stdout.take());

@@ -10,28 +10,21 @@ use std::f64::consts::PI;
 use common::{builtin, mean_and_error};
 use glam::DVec3;
 use halflight::form_factors::{
-    Between, DirectSum, Luminaires, Occlusion, Receiver, Scratch, Sight, gather_luminaire,
-    point_to_polygon,
+    Between, DirectSum, Luminaires, Occlusion, Receiver, Scratch, Sight, gather_luminaire, point_to_polygon,
 };
 use halflight::rays::Rays;
 use halflight::rays::sequence::Sobol;
 use serde_json::Value;
 
 /// x and z of the corners of the Cornell box's lamp.
-const LAMP: [(f64, f64); 4] = [
-    (213.0, 227.0),
-    (343.0, 227.0),
-    (343.0, 332.0),
-    (213.0, 332.0),
-];
+const LAMP: [(f64, f64); 4] = [(213.0, 227.0), (343.0, 227.0), (343.0, 332.0), (213.0, 332.0)];
 
 #[test]
 fn direct_irradiance_of_the_cornell_box() {
     let scene = builtin("cornell-box");
     let (rays, luminaires) = (Rays::new(&scene), Luminaires::new(&scene));
     let luminaire = &luminaires.list[0];
-    let points: Value =
-        serde_json::from_str(include_str!("data/cornell/irradiance_points.json")).unwrap();
+    let points: Value = serde_json::from_str(include_str!("data/cornell/irradiance_points.json")).unwrap();
     let mut whole = 0;
     for point in points.as_array().unwrap() {
         let receiver = Receiver {
@@ -40,10 +33,7 @@ fn direct_irradiance_of_the_cornell_box() {
             face: point["tri"].as_u64().unwrap() as u32,
         };
         let unit = PI * luminaire.radiance.as_dvec3();
-        let closed = unit
-            * luminaire
-                .closed_form(receiver.position, receiver.normal)
-                .unwrap();
+        let closed = unit * luminaire.closed_form(receiver.position, receiver.normal).unwrap();
         let exact = vector(&point["E_direct_analytic_unoccluded"]);
         // That field knows no horizon: it holds where all of the lamp is above it. E_direct below holds everywhere.
         let above = LAMP.iter().all(|&(x, z)| {
@@ -52,20 +42,11 @@ fn direct_irradiance_of_the_cornell_box() {
         });
         // The place is rounded to f32, 1e-7 of a distance of about 0.3 at the least.
         let apart = (closed - exact).abs().max_element();
-        assert!(
-            !above || apart < 1e-5,
-            "{}: {closed} {exact}",
-            point["name"]
-        );
+        assert!(!above || apart < 1e-5, "{}: {closed} {exact}", point["name"]);
         whole += usize::from(above);
         let estimate = |seed: u32| {
             let sobol = Sobol::new(1024, 2);
-            let draw = (0..1024usize).map(|k| {
-                (
-                    sobol.point(k as u32, 0, seed),
-                    sobol.point(k as u32, 1, seed),
-                )
-            });
+            let draw = (0..1024usize).map(|k| (sobol.point(k as u32, 0, seed), sobol.point(k as u32, 1, seed)));
             let mut sum = DirectSum::default();
             let sight = Sight::from(Occlusion::Opaque);
             gather_luminaire(
@@ -81,16 +62,9 @@ fn direct_irradiance_of_the_cornell_box() {
         };
         let found: Vec<f64> = (0..8).map(estimate).collect();
         let (mean, error) = mean_and_error(&found);
-        let (reference, se) = (
-            vector(&point["E_direct"]).x,
-            vector(&point["E_direct_se"]).x,
-        );
+        let (reference, se) = (vector(&point["E_direct"]).x, vector(&point["E_direct_se"]).x);
         let allowed = 4.0 * error.hypot(se) + 1e-5;
-        assert!(
-            (mean - reference).abs() < allowed,
-            "{}: {mean} {reference} {allowed}",
-            point["name"]
-        );
+        assert!((mean - reference).abs() < allowed, "{}: {mean} {reference} {allowed}", point["name"]);
     }
     assert!(whole >= 10, "{whole}");
 }
@@ -119,8 +93,7 @@ fn gauss(n: usize) -> Vec<(f64, f64)> {
 
 /// Area of a convex polygon.
 fn area(polygon: &[DVec3]) -> f64 {
-    let fan = (1..polygon.len() - 1)
-        .map(|k| (polygon[k] - polygon[0]).cross(polygon[k + 1] - polygon[0]));
+    let fan = (1..polygon.len() - 1).map(|k| (polygon[k] - polygon[0]).cross(polygon[k + 1] - polygon[0]));
     0.5 * fan.sum::<DVec3>().length()
 }
 
@@ -182,19 +155,9 @@ fn exact(case: &Value) -> f64 {
 
 #[test]
 fn polygon_pairs_known_exactly() {
-    let groups = [
-        "parallel",
-        "perp_common_edge",
-        "wedge",
-        "triangles",
-        "disc",
-        "horizon",
-    ];
+    let groups = ["parallel", "perp_common_edge", "wedge", "triangles", "disc", "horizon"];
     let mut counted = 0;
-    for case in cases()
-        .iter()
-        .filter(|c| groups.contains(&c["group"].as_str().unwrap()))
-    {
+    for case in cases().iter().filter(|c| groups.contains(&c["group"].as_str().unwrap())) {
         let (from, to) = (polygon(&case["surf1"]), polygon(&case["surf2"]));
         if from.len() > 16 {
             // A polygon of 256 corners would take as long as all the others.
@@ -209,11 +172,7 @@ fn polygon_pairs_known_exactly() {
         let apart = (fine - exact).abs();
         assert!(apart <= allowed, "{}: {fine} {exact} {coarse}", case["id"]);
         // Where the polygons share an edge the rule converges slowly.
-        assert!(
-            apart <= 1e-3 * exact + 1e-14,
-            "{}: {fine} {exact}",
-            case["id"]
-        );
+        assert!(apart <= 1e-3 * exact + 1e-14, "{}: {fine} {exact}", case["id"]);
         counted += 1;
     }
     assert!(counted > 20, "{counted}");
@@ -230,10 +189,6 @@ fn points_and_polygons_known_exactly() {
         let fan = (1..to.len() - 1).map(|k| [to[0], to[k], to[k + 1]]);
         let found: f64 = fan.map(|t| point_to_polygon(n.normalize(), &t)).sum();
         let exact = exact(case);
-        assert!(
-            (found / exact - 1.0).abs() < 1e-13,
-            "{}: {found} {exact}",
-            case["id"]
-        );
+        assert!((found / exact - 1.0).abs() < 1e-13, "{}: {found} {exact}", case["id"]);
     }
 }

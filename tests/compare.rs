@@ -11,10 +11,7 @@ const QUICK: &str = "--time 0.25 --size 16x16 --out .";
 
 fn names(report: &Value) -> Vec<&str> {
     let methods = report["methods"].as_array().unwrap();
-    methods
-        .iter()
-        .map(|m| m["name"].as_str().unwrap())
-        .collect()
+    methods.iter().map(|m| m["name"].as_str().unwrap()).collect()
 }
 
 #[test]
@@ -37,10 +34,7 @@ fn the_report_has_its_fields_and_the_files_exist() {
     let place = place(&[]);
     let report = report(&place, &format!("compare --mode one-bounce {QUICK}"));
     assert_eq!(report["scene"], "cornell-box");
-    assert_eq!(
-        (&report["alpha"], &report["tau"]),
-        (&0.0.into(), &0.0.into())
-    );
+    assert_eq!((&report["alpha"], &report["tau"]), (&0.0.into(), &0.0.into()));
     assert!(report["reference"].is_string());
     for method in report["methods"].as_array().unwrap() {
         let points = method["points"].as_array().unwrap();
@@ -58,8 +52,8 @@ fn the_report_has_its_fields_and_the_files_exist() {
         for (n, order) in orders.iter().enumerate() {
             assert_eq!(order["n"], n);
             assert!(["agree", "differ"].contains(&order["verdict"].as_str().unwrap()));
-            let [apart, error] = ["mean_difference", "mean_difference_error"]
-                .map(|field| order[field].as_f64().unwrap());
+            let [apart, error] =
+                ["mean_difference", "mean_difference_error"].map(|field| order[field].as_f64().unwrap());
             // Light ends after one bounce here: both are black beyond.
             assert!(n < 2 || (apart, error) == (0.0, 0.0), "{order}");
         }
@@ -75,10 +69,7 @@ fn the_report_has_its_fields_and_the_files_exist() {
 #[test]
 fn a_diverging_series_is_refused_before_any_path_is_traced() {
     let place = place(&[]);
-    let ran = halflight(
-        &place,
-        &format!("compare furnished-room --mode shadowless {QUICK}"),
-    );
+    let ran = halflight(&place, &format!("compare furnished-room --mode shadowless {QUICK}"));
     assert_eq!(ran.code, Some(4), "{}", ran.err);
     assert!(ran.err.contains("spectral radius"), "{}", ran.err);
     assert!(contents(&place).is_empty());
@@ -94,16 +85,10 @@ fn diff_reports_what_was_changed() {
     picture.pixels[2 * 8 + 3].y = 0.75;
     write_picture(path("b.exr"), &picture, exposure).unwrap();
     let same = report(&place, "diff a.exr a.exr --out .");
-    assert_eq!(
-        (same["rms"].as_f64(), same["e_pixel"].as_f64()),
-        (Some(0.0), Some(0.0))
-    );
+    assert_eq!((same["rms"].as_f64(), same["e_pixel"].as_f64()), (Some(0.0), Some(0.0)));
     let found = report(&place, "diff b.exr a.exr --out .");
     let largest = &found["largest"];
-    assert_eq!(
-        (largest["x"].as_u64(), largest["y"].as_u64()),
-        (Some(3), Some(2))
-    );
+    assert_eq!((largest["x"].as_u64(), largest["y"].as_u64()), (Some(3), Some(2)));
     assert_eq!(largest["value"].as_f64(), Some(0.25));
     // One channel of one of 48 pixels differs by half the reference's value.
     let rms = 0.5 / (48.0f64 * 3.0).sqrt();

@@ -18,9 +18,7 @@ fn data(name: &str) -> Picture {
 
 /// Standard error of the mean over the counted pixels, per channel.
 fn error_of_mean(se: &Picture, mask: &Picture) -> [f64; 3] {
-    let counted: Vec<usize> = (0..mask.pixels.len())
-        .filter(|&i| mask.pixels[i].x >= 0.5)
-        .collect();
+    let counted: Vec<usize> = (0..mask.pixels.len()).filter(|&i| mask.pixels[i].x >= 0.5).collect();
     [0, 1, 2].map(|c| {
         let squares = counted.iter().map(|&i| f64::from(se.pixels[i][c]).powi(2));
         squares.sum::<f64>().sqrt() / counted.len() as f64
@@ -30,8 +28,7 @@ fn error_of_mean(se: &Picture, mask: &Picture) -> [f64; 3] {
 /// The mean over boxes of 4×4 pixels.
 fn reduced(picture: &Picture) -> Picture {
     Picture::from_fn(picture.width / 4, picture.height / 4, |x, y| {
-        let box_of =
-            (0..16).map(|k| picture.pixels[(4 * y + k / 4) * picture.width + 4 * x + k % 4]);
+        let box_of = (0..16).map(|k| picture.pixels[(4 * y + k / 4) * picture.width + 4 * x + k % 4]);
         box_of.sum::<Rgb>() / 16.0
     })
 }
@@ -61,10 +58,7 @@ fn the_picture_and_its_bounces_agree_with_the_reference() {
     let mean = mean_difference(&picture, &reference, Some(&mask)).unwrap();
     println!("mean difference {:?}", mean.relative);
     for relative in mean.relative {
-        assert!(
-            relative.expect("the reference is lit").abs() < 0.003,
-            "{relative:?}"
-        );
+        assert!(relative.expect("the reference is lit").abs() < 0.003, "{relative:?}");
     }
 
     let bounces = bounce_pictures(&p, &mode, &solution, 4, (64, 64), &gathering, &Silent);
@@ -74,18 +68,11 @@ fn the_picture_and_its_bounces_agree_with_the_reference() {
         let rms = relative_rms(bounce, &reference, Some(&mask), Some(&se)).unwrap();
         let mean = mean_difference(bounce, &reference, Some(&mask)).unwrap();
         let error = error_of_mean(&se, &mask);
-        println!(
-            "bounce {n}: relative RMS {:.3} %, means {:?}",
-            100.0 * rms,
-            mean.relative
-        );
+        println!("bounce {n}: relative RMS {:.3} %, means {:?}", 100.0 * rms, mean.relative);
         for c in 0..3 {
             let exact = MEANS[n - 1][c];
             let apart = mean.absolute[c].abs();
-            assert!(
-                apart < (0.005 * exact).max(4.0 * error[c]),
-                "bounce {n}, channel {c}: {apart} of {exact}"
-            );
+            assert!(apart < (0.005 * exact).max(4.0 * error[c]), "bounce {n}, channel {c}: {apart} of {exact}");
         }
     }
 }
@@ -105,10 +92,7 @@ const MEANS_256: [[f64; 3]; 8] = [
 #[test]
 fn eight_bounces_have_the_means_of_the_reference() {
     let p = prepare(builtin("cornell-box"), 4000);
-    let sampling = Sampling {
-        rays: 1024,
-        ..Sampling::default()
-    };
+    let sampling = Sampling { rays: 1024, ..Sampling::default() };
     let mode = assemble_one(&p, Mode::Global.transport(), &sampling);
     let solution = neumann(&mode.operator, &Settings::default()).expect("converges");
     let gathering = GatherSampling::with_samples(16, 0);
@@ -121,11 +105,7 @@ fn eight_bounces_have_the_means_of_the_reference() {
         println!("bounce {}: {:?} of {exact:?}", n + 1, mean.absolute);
         for (found, exact) in mean.absolute.iter().zip(exact) {
             let apart = (found - exact).abs();
-            assert!(
-                apart < (0.003 * exact).max(3e-6),
-                "bounce {}: {found} of {exact}",
-                n + 1
-            );
+            assert!(apart < (0.003 * exact).max(3e-6), "bounce {}: {found} of {exact}", n + 1);
         }
     }
 }
@@ -136,9 +116,7 @@ fn the_table_of_means_is_that_of_the_pictures() {
     for (n, means) in MEANS.iter().enumerate() {
         let picture = data(&format!("bounce{}", n + 1));
         let black = Picture::new(picture.width, picture.height);
-        let found = mean_difference(&picture, &black, Some(&mask))
-            .unwrap()
-            .absolute;
+        let found = mean_difference(&picture, &black, Some(&mask)).unwrap().absolute;
         for (found, exact) in found.iter().zip(means) {
             // Six decimals.
             assert!((found - exact).abs() < 0.6e-6, "{found} {exact}");

@@ -46,10 +46,7 @@ fn a_box_in_a_room_for_every_tau() {
             let apart = (f.share.value - exact).abs();
             let allowed = if tau == 1.0 { 1e-9 } else { 1e-4 * exact };
             let what = format!("tau {tau}, {} to {}: {f:?} {exact}", f.from, f.to);
-            assert!(
-                apart <= allowed && apart <= 4.0 * f.share.error + 1e-14,
-                "{what}"
-            );
+            assert!(apart <= allowed && apart <= 4.0 * f.share.error + 1e-14, "{what}");
         }
         assert!(table.reciprocity.iter().all(|r| r.residual.abs() <= 1e-4));
         assert_eq!(table.factors[3].how, How::ClosedForm);
@@ -63,13 +60,7 @@ fn every_crossing_counts_where_light_passes() {
     let mut mesh = Mesh::default();
     mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 0);
     for half in [0.9, 0.8, 0.7] {
-        mesh.cuboid(
-            DVec3::ZERO,
-            DVec3::splat(half),
-            DQuat::IDENTITY,
-            Facing::Out,
-            1,
-        );
+        mesh.cuboid(DVec3::ZERO, DVec3::splat(half), DQuat::IDENTITY, Facing::Out, 1);
     }
     let mut scene = mesh.scene(vec![grey("wall", 0.5), grey("boxes", 0.5)]);
     scene.objects = vec!["room".into(), "boxes".into()];
@@ -88,17 +79,8 @@ fn rays_agree_with_the_exact_way() {
     let rays = Rays::new(&scene);
     for tau in [0.0, 0.3_f32] {
         let taus = [tau, tau];
-        let sampler = Sampler {
-            scene: &scene,
-            rays: &rays,
-            tau: &taus,
-            most: 1 << 18,
-            seed: 5,
-        };
-        let tolerance = Tolerance {
-            relative: 1e-3,
-            absolute: 1e-6,
-        };
+        let sampler = Sampler { scene: &scene, rays: &rays, tau: &taus, most: 1 << 18, seed: 5 };
+        let tolerance = Tolerance { relative: 1e-3, absolute: 1e-6 };
         let row = sampler.row(0, &[true, true], &tolerance);
         let exact = [1.0 - q + q * f64::from(tau * tau), q];
         for (e, exact) in row.iter().zip(exact) {
@@ -110,10 +92,7 @@ fn rays_agree_with_the_exact_way() {
             assert!(e.error < 1.7 * independent, "{e:?} {independent}");
         }
         // A tolerance that needs fewer rays is met.
-        let loose = Tolerance {
-            relative: 1e-2,
-            absolute: 1e-5,
-        };
+        let loose = Tolerance { relative: 1e-2, absolute: 1e-5 };
         let few = sampler.row(0, &[true, true], &loose);
         assert!(few.iter().all(|e| e.error <= loose.of(e.value)));
     }
@@ -122,22 +101,12 @@ fn rays_agree_with_the_exact_way() {
 #[test]
 fn bodies_of_many_faces_are_left_to_rays() {
     let scene = builtin("concentric-spheres");
-    let tolerance = Tolerance {
-        relative: 1e-2,
-        absolute: 1e-5,
-    };
-    assert!(
-        Bodies::new(&scene, &vec![0.0; scene.materials.len()])
-            .factor(0, 0, &tolerance, 1000)
-            .is_none()
-    );
+    let tolerance = Tolerance { relative: 1e-2, absolute: 1e-5 };
+    assert!(Bodies::new(&scene, &vec![0.0; scene.materials.len()]).factor(0, 0, &tolerance, 1000).is_none());
     let table = table(&scene, 0.0, 1e-2);
     assert_eq!(table.unmet, 0);
     for row in &table.rows {
-        assert!(
-            (row.sum.value - 1.0).abs() <= 4.0 * row.sum.error,
-            "{row:?}"
-        );
+        assert!((row.sum.value - 1.0).abs() <= 4.0 * row.sum.error, "{row:?}");
     }
     for r in &table.reciprocity {
         assert!(r.residual.abs() <= 4.0 * r.error, "{r:?}");
@@ -152,8 +121,7 @@ fn the_same_bits_for_any_number_of_threads() {
         let values = |t: FactorTable| -> Vec<u64> {
             let bits = |v: f64| v.to_bits();
             let all = t.factors.iter();
-            all.flat_map(|f| [bits(f.share.value), bits(f.share.error)])
-                .collect()
+            all.flat_map(|f| [bits(f.share.value), bits(f.share.error)]).collect()
         };
         pool.install(|| values(table(&scene, 0.0, 1e-3)))
     });

@@ -27,20 +27,13 @@ fn cases(kind: &str) -> Vec<Value> {
 fn points(polygon: &Value) -> Vec<DVec3> {
     let number = |v: &Value| v.as_f64().expect("a number");
     let point = |p: &Value| DVec3::new(number(&p[0]), number(&p[1]), number(&p[2]));
-    polygon
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(point)
-        .collect()
+    polygon.as_array().expect("a list").iter().map(point).collect()
 }
 
 /// The polygons of a case as the objects 1, 2 and the occluders.
 fn scene(case: &Value) -> Scene {
     let occluders = case["occluders"].as_array().expect("a list").iter();
-    let all = [&case["surf1"], &case["surf2"]]
-        .into_iter()
-        .chain(occluders);
+    let all = [&case["surf1"], &case["surf2"]].into_iter().chain(occluders);
     objects(&all.map(points).collect::<Vec<_>>())
 }
 
@@ -59,9 +52,7 @@ fn number(case: &Value, field: &str) -> f64 {
 #[test]
 fn every_case_within_its_error_and_the_tolerance() {
     let mut wrong = Vec::new();
-    println!(
-        "| case | truth | found | error | predicted | method | ms |\n|---|---|---|---|---|---|---|"
-    );
+    println!("| case | truth | found | error | predicted | method | ms |\n|---|---|---|---|---|---|---|");
     for case in cases("polygon_pair") {
         let scene = scene(&case);
         let start = Instant::now();
@@ -73,9 +64,7 @@ fn every_case_within_its_error_and_the_tolerance() {
         let (value, predicted) = (found.share.value, found.share.error);
         let error = (value - truth).abs();
         let how = found.how.name();
-        println!(
-            "| {id} | {truth:.10e} | {value:.10e} | {error:.1e} | {predicted:.1e} | {how} | {time:.1} |"
-        );
+        println!("| {id} | {truth:.10e} | {value:.10e} | {error:.1e} | {predicted:.1e} | {how} | {time:.1} |");
         // The last digits of the truth, and of a number in the file.
         let known = number(&case, "abs_tol") + f64::EPSILON * truth;
         let allowed = match table.rows.len() {
@@ -90,10 +79,7 @@ fn every_case_within_its_error_and_the_tolerance() {
         }
         let share = |f: &halflight::study::Factor| (0.0..=1.0).contains(&f.share.value);
         if !table.factors.iter().all(share) || table.unmet > 0 {
-            wrong.push(format!(
-                "{id}: a form factor outside 0..=1, or {} unmet",
-                table.unmet
-            ));
+            wrong.push(format!("{id}: a form factor outside 0..=1, or {} unmet", table.unmet));
         }
         for r in &table.reciprocity {
             if r.residual.abs() > 4.0 * r.error + 1e-12 {
@@ -113,11 +99,7 @@ fn points_to_polygons() {
         let fan = (1..polygon.len() - 1).map(|k| [0, k, k + 1].map(|i| polygon[i] - x));
         let found: f64 = fan.map(|t| point_to_polygon(n, &t)).sum();
         let truth = number(&case, "F12");
-        assert!(
-            (found - truth).abs() < 1e-12,
-            "{}: {found} {truth}",
-            case["id"]
-        );
+        assert!((found - truth).abs() < 1e-12, "{}: {found} {truth}", case["id"]);
     }
 }
 
@@ -148,10 +130,7 @@ fn squares_beside_a_slit() {
             let Estimate { value, error } = found.share;
             let off = (value - truth).abs();
             assert!(off <= 2.0 * error, "{tolerance}: {value} +- {error}");
-            assert!(
-                error <= (tolerance * truth).max(1e-3 * tolerance),
-                "{error}"
-            );
+            assert!(error <= (tolerance * truth).max(1e-3 * tolerance), "{error}");
         }
     }
 }

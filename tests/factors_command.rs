@@ -17,24 +17,10 @@ const TRUTH: f64 = 0.199_824_895_698_387_4;
 fn the_report_holds_every_pair() {
     let place = place(&[SQUARES]);
     let report = report(&place, "factors squares.obj");
-    assert_eq!(
-        fields(&report),
-        [
-            "factors",
-            "files",
-            "objects",
-            "reciprocity",
-            "scene",
-            "tolerance",
-            "unmet"
-        ]
-    );
+    assert_eq!(fields(&report), ["factors", "files", "objects", "reciprocity", "scene", "tolerance", "unmet"]);
     let factors = report["factors"].as_array().unwrap();
     assert_eq!(factors.len(), 4);
-    assert_eq!(
-        fields(&factors[0]),
-        ["F", "from", "method", "standard_error", "to"]
-    );
+    assert_eq!(fields(&factors[0]), ["F", "from", "method", "standard_error", "to"]);
     for f in factors {
         let truth = if f["from"] == f["to"] { 0.0 } else { TRUTH };
         assert!((f["F"].as_f64().unwrap() - truth).abs() < 1e-9, "{f}");
@@ -58,20 +44,13 @@ fn the_table_and_the_file_say_the_same() {
     let lines: Vec<&str> = csv.lines().collect();
     assert_eq!(lines[0], "from,to,F,standard_error,method");
     assert_eq!(lines.len(), 5);
-    assert!(
-        lines[2].starts_with("low,\"high, with comma\",0.19982489"),
-        "{}",
-        lines[2]
-    );
+    assert!(lines[2].starts_with("low,\"high, with comma\",0.19982489"), "{}", lines[2]);
 }
 
 #[test]
 fn tau_lets_light_through() {
     // A plate between the two: a quarter of what it blocks at tau 0 is let through at tau 0.25.
-    let plate = format!(
-        "{}o plate\nv .2 .2 .5\nv .8 .2 .5\nv .8 .8 .5\nv .2 .8 .5\nf 9 10 11 12\n",
-        SQUARES.1
-    );
+    let plate = format!("{}o plate\nv .2 .2 .5\nv .8 .2 .5\nv .8 .8 .5\nv .2 .8 .5\nf 9 10 11 12\n", SQUARES.1);
     let place = place(&[("plate.obj", &plate)]);
     let found = ["0", "0.25", "1"].map(|tau| {
         let report = report(&place, &format!("factors plate.obj --tau {tau}"));

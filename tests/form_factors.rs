@@ -4,13 +4,9 @@ mod common;
 
 use std::f64::consts::PI;
 
-use common::{
-    Facing, Mesh, all_of_f, assemble_one, builtin, grey, mean_and_error, random, sampling,
-};
+use common::{Facing, Mesh, all_of_f, assemble_one, builtin, grey, mean_and_error, random, sampling};
 use glam::{DQuat, DVec3, EulerRot};
-use halflight::form_factors::{
-    Occlusion, Sampling, Variant, cast, cast_counts, closure, receive_emitted, reciprocity,
-};
+use halflight::form_factors::{Occlusion, Sampling, Variant, cast, cast_counts, closure, receive_emitted, reciprocity};
 use halflight::light::{Mode, Rgb};
 use halflight::study::{Prepared, prepare};
 
@@ -26,13 +22,7 @@ fn cube() -> Prepared {
 /// A closed room with turned boxes that hang in it, and the boxes' area over the room's.
 fn room_with_boxes(count: u32, seed: u32) -> Prepared {
     let mut mesh = Mesh::default();
-    mesh.cuboid(
-        DVec3::ZERO,
-        DVec3::new(1.0, 0.8, 0.9),
-        DQuat::IDENTITY,
-        Facing::In,
-        0,
-    );
+    mesh.cuboid(DVec3::ZERO, DVec3::new(1.0, 0.8, 0.9), DQuat::IDENTITY, Facing::In, 0);
     for k in 0..count {
         let r = |purpose: u32| random(k, 100 * seed + purpose);
         let place = DVec3::new(r(0), r(1), r(2)) - 0.5;
@@ -77,10 +67,7 @@ fn cube_faces() {
     for (samples, exact) in [(opposite, OPPOSITE), (adjacent, ADJACENT)] {
         let (mean, error) = mean_and_error(&samples);
         // Student's t with 7 degrees of freedom passes 4 once in 200 runs; the seeds are fixed.
-        assert!(
-            (mean - exact).abs() < 4.0 * error,
-            "{mean} +- {error}, exactly {exact}"
-        );
+        assert!((mean - exact).abs() < 4.0 * error, "{mean} +- {error}, exactly {exact}");
         assert!((mean / exact - 1.0).abs() < 1e-3, "{mean} {exact}");
     }
 }
@@ -88,11 +75,7 @@ fn cube_faces() {
 #[test]
 fn rows_of_a_closed_room_sum_to_one() {
     // A power of two of rays: the shares are exact in f32.
-    for p in [
-        cube(),
-        room_with_boxes(6, 1),
-        prepare(builtin("concentric-spheres"), 300),
-    ] {
+    for p in [cube(), room_with_boxes(6, 1), prepare(builtin("concentric-spheres"), 300)] {
         let f = all_of_f(&p, 0.0, &sampling(256, 0));
         assert!(f.row_sums.iter().all(|s| *s == Some(1.0)));
         for i in 0..p.patches.len() {
@@ -117,11 +100,7 @@ fn cauchy_crofton() {
             }
         }
         let exact = 1.0 + bodies / room;
-        assert!(
-            (sums / room / exact - 1.0).abs() < 0.005,
-            "{count} boxes: {} {exact}",
-            sums / room
-        );
+        assert!((sums / room / exact - 1.0).abs() < 0.005, "{count} boxes: {} {exact}", sums / room);
         assert!(closure(&f, p.patches.areas()).expect("rays were cast").max > exact);
     }
 }
@@ -135,54 +114,30 @@ fn the_reciprocity_residual_falls_with_the_rays() {
     };
     let found = [256, 1024, 4096].map(residual);
     // Noise falls at least as 1/sqrt(rays), and better for scrambled Sobol points; a tenth is left for chance.
-    assert!(
-        found[1] < 0.55 * found[0] && found[2] < 0.55 * found[1],
-        "{found:?}"
-    );
+    assert!(found[1] < 0.55 * found[0] && found[2] < 0.55 * found[1], "{found:?}");
 }
 
 #[test]
 fn light_as_emitted_is_what_hemisphere_rays_find_of_the_lamp() {
     let p = prepare(builtin("cornell-box"), 250);
     let n = p.patches.len();
-    let lamp: Vec<bool> = p
-        .patches
-        .materials()
-        .iter()
-        .map(|&m| p.scene.materials[m as usize].emits())
-        .collect();
+    let lamp: Vec<bool> = p.patches.materials().iter().map(|&m| p.scene.materials[m as usize].emits()).collect();
     let from_rows = |seed: u32| {
         let f = all_of_f(&p, 0.0, &sampling(2048, seed)).rows;
         let row = |i: usize| {
             let (columns, values) = f.row(i);
-            let own = columns
-                .iter()
-                .zip(values)
-                .filter(|(j, _)| lamp[**j as usize]);
+            let own = columns.iter().zip(values).filter(|(j, _)| lamp[**j as usize]);
             own.map(|(_, v)| f64::from(*v)).sum::<f64>()
         };
         (0..n).map(row).collect::<Vec<f64>>()
     };
     let from_emitted = |seed: u32| {
-        let sampling = Sampling {
-            emitter_rays: 512,
-            ..sampling(1, seed)
-        };
+        let sampling = Sampling { emitter_rays: 512, ..sampling(1, seed) };
         let path = (&p.rays, &p.patches);
         let receives = vec![true; n];
-        let (found, _) = receive_emitted(
-            path,
-            &p.luminaires,
-            &Occlusion::Opaque.into(),
-            &receives,
-            &sampling,
-            &|_| (),
-        );
+        let (found, _) = receive_emitted(path, &p.luminaires, &Occlusion::Opaque.into(), &receives, &sampling, &|_| ());
         let radiance = f64::from(p.luminaires.list[0].radiance.x);
-        found
-            .iter()
-            .map(|l| f64::from(l.x) / radiance)
-            .collect::<Vec<f64>>()
+        found.iter().map(|l| f64::from(l.x) / radiance).collect::<Vec<f64>>()
     };
     let rows: Vec<Vec<f64>> = (0..8).map(from_rows).collect();
     let emitted: Vec<Vec<f64>> = (0..8).map(from_emitted).collect();
@@ -194,10 +149,7 @@ fn light_as_emitted_is_what_hemisphere_rays_find_of_the_lamp() {
         // Of few hits the spread tells nothing: then they are counted as independent, which overstates the noise.
         let counting = (b / rays).sqrt();
         let error = ea.max(counting).hypot(eb);
-        assert!(
-            (a - b).abs() <= 6.0 * error,
-            "patch {i}: {a} +- {ea}, {b} +- {eb}"
-        );
+        assert!((a - b).abs() <= 6.0 * error, "patch {i}: {a} +- {ea}, {b} +- {eb}");
         if b * rays > 100.0 {
             scores += ((a - b) / ea.hypot(eb)).powi(2);
             counted += 1;
@@ -205,22 +157,14 @@ fn light_as_emitted_is_what_hemisphere_rays_find_of_the_lamp() {
     }
     // The squared scores have mean 7/5 (Student's t, 7 degrees of freedom) if nothing but noise is between the two.
     assert!(counted > 50);
-    assert!(
-        scores / f64::from(counted) < 2.0,
-        "{}",
-        scores / f64::from(counted)
-    );
+    assert!(scores / f64::from(counted) < 2.0, "{}", scores / f64::from(counted));
 }
 
 #[test]
 fn rows_with_more_rays_are_those_of_a_cast_with_more_rays() {
     let p = prepare(builtin("cornell-box"), 120);
     let n = p.patches.len();
-    let variant = [Variant {
-        tau: vec![0.0; p.scene.materials.len()],
-        rows: vec![true; n],
-        columns: vec![true; n],
-    }];
+    let variant = [Variant { tau: vec![0.0; p.scene.materials.len()], rows: vec![true; n], columns: vec![true; n] }];
     let path = (&p.rays, &p.patches);
     let counts: Vec<u32> = (0..n as u32).map(|i| 64 << (i % 3)).collect();
     let uneven = (&sampling(64, 5), &counts[..]);

@@ -9,8 +9,7 @@ use halflight::light::{Light, Rgb, Transport};
 use halflight::operator::{Operator, operator_norm, spectrum};
 use halflight::scene::Scene;
 use halflight::solve::{
-    RaySettings, Settings, Shooting, ShootingSettings, Verdict, direct, explore, extrapolated,
-    neumann, norm, verdict,
+    RaySettings, Settings, Shooting, ShootingSettings, Verdict, direct, explore, extrapolated, neumann, norm, verdict,
 };
 use halflight::study::frontier::{at, formal, scaling};
 use halflight::study::map::Survey;
@@ -43,12 +42,7 @@ fn near_frontier(share: f64) -> (Prepared, Assembled) {
 
 fn difference(a: &[Light], b: &[Light]) -> Vec<Light> {
     let pairs = a.iter().zip(b);
-    pairs
-        .map(|(a, b)| Light {
-            invisible: a.invisible - b.invisible,
-            visible: a.visible - b.visible,
-        })
-        .collect()
+    pairs.map(|(a, b)| Light { invisible: a.invisible - b.invisible, visible: a.visible - b.visible }).collect()
 }
 
 #[test]
@@ -69,11 +63,7 @@ fn the_bound_holds_the_true_tail_and_closes_in_on_it() {
             let tail = norm(k.areas(), &difference(&exact, &sum));
             let bound = bounce.tail_bound.expect("inside the frontier");
             // Sums in f32 leave 1e-6 of the whole.
-            assert!(
-                tail <= bound + 1e-6 * whole,
-                "share {share}, term {}: {tail} {bound}",
-                bounce.n
-            );
+            assert!(tail <= bound + 1e-6 * whole, "share {share}, term {}: {tail} {bound}", bounce.n);
             last = bound / tail;
         }
         // Late terms lie along the eigenvector: what is left is the gap of the bounds, at most a quarter of 1 - radius, and
@@ -91,10 +81,7 @@ fn the_count_of_terms_is_that_of_a_geometric_series() {
     let mut wall = grey("wall", 1.0);
     wall.emission = Rgb::ONE;
     let p = prepare(mesh.scene(vec![wall]), 54);
-    let settings = Settings {
-        tolerance: 1e-4,
-        max_terms: 20_000,
-    };
+    let settings = Settings { tolerance: 1e-4, max_terms: 20_000 };
     for lambda in [0.9f32, 0.99, 0.999] {
         let mode = assemble_one(&p, transport(lambda, 0.0), &sampling(64, 1));
         let solution = neumann(&mode.operator, &settings).expect("below 1");
@@ -105,10 +92,7 @@ fn the_count_of_terms_is_that_of_a_geometric_series() {
         // the rounding of the rows' sums; the visible half is rho, not alpha rho, times what came before.
         let excess = 1e-5 / (1.0 - l);
         let more = (1.0 + excess + (1.0 - l)).ln() / -l.ln() + 1.0;
-        assert!(
-            (found as f64 - exact).abs() <= more,
-            "{lambda}: {found}, {exact} ± {more}"
-        );
+        assert!((found as f64 - exact).abs() <= more, "{lambda}: {found}, {exact} ± {more}");
     }
 }
 
@@ -150,10 +134,7 @@ fn the_drawn_hump_is_as_high_as_areas_say() {
     let solution = neumann(k, &Settings::default()).expect("the radius is below 1");
     let norms: Vec<f64> = solution.bounces.iter().map(|b| b.norm).collect();
     let exact = (0.7f64.powi(2) * shells / walls + 0.01f64.powi(2)).sqrt();
-    assert!(
-        (norms[1] / norms[0] - exact).abs() < 1e-3 * exact,
-        "{norms:?} {exact}"
-    );
+    assert!((norms[1] / norms[0] - exact).abs() < 1e-3 * exact, "{norms:?} {exact}");
     assert!(operator_norm(k, 64) >= exact * 0.999 && spectrum(k).worst().upper < 1.0);
     assert!(norms[2] > norms[0] && norms[12] < 0.5 * norms[0]);
 }
@@ -163,14 +144,8 @@ fn beyond_the_frontier_the_formal_solution_is_negative_somewhere() {
     for share in [1.02, 1.1, 1.5] {
         let (_, mode) = near_frontier(share);
         let k = &mode.operator;
-        assert_eq!(
-            neumann(k, &Settings::default()).unwrap_err().verdict,
-            Verdict::Diverges
-        );
-        assert_eq!(
-            extrapolated(k, &Settings::default()).unwrap_err().verdict,
-            Verdict::Diverges
-        );
+        assert_eq!(neumann(k, &Settings::default()).unwrap_err().verdict, Verdict::Diverges);
+        assert_eq!(extrapolated(k, &Settings::default()).unwrap_err().verdict, Verdict::Diverges);
         let found = formal(k).expect("not singular");
         assert!(found.negative > 0 && found.smallest < 0.0, "share {share}");
         // It solves the equation all the same: what K makes of its reflected part, and KE, are that part.
@@ -181,10 +156,7 @@ fn beyond_the_frontier_the_formal_solution_is_negative_somewhere() {
             a.visible += first.visible;
         }
         let residual = norm(k.areas(), &difference(&again, &reflected));
-        assert!(
-            residual < 1e-5 * norm(k.areas(), &found.light),
-            "{residual}"
-        );
+        assert!(residual < 1e-5 * norm(k.areas(), &found.light), "{residual}");
     }
     let (_, inside) = near_frontier(0.9);
     assert_eq!(formal(&inside.operator).expect("not singular").negative, 0);
@@ -194,13 +166,9 @@ fn beyond_the_frontier_the_formal_solution_is_negative_somewhere() {
 fn shooting_empties_inside_and_is_refused_beyond() {
     for (share, wanted) in [(0.8, Verdict::Converges), (1.2, Verdict::Diverges)] {
         let (p, mode) = near_frontier(share);
-        let rays = RaySettings {
-            rays: 1 << 16,
-            ..RaySettings::default()
-        };
+        let rays = RaySettings { rays: 1 << 16, ..RaySettings::default() };
         let shooter = ray_shooter(&p, mode.transport, rays);
-        let mut shooting =
-            Shooting::new(&shooter, ShootingSettings::default()).expect("not known beforehand");
+        let mut shooting = Shooting::new(&shooter, ShootingSettings::default()).expect("not known beforehand");
         let mut shares = vec![1.0];
         let ended = shooting.run(|s| shares.push(s.progress().share));
         let found = ended.map_or_else(|refused| refused.verdict, |_| Verdict::Converges);
@@ -218,21 +186,14 @@ fn the_extrapolated_solve_is_the_same_light_in_fewer_products() {
         let (_, mode) = near_frontier(share);
         let k = &mode.operator;
         let exact = direct(k).expect("not singular");
-        let settings = Settings {
-            max_terms: 20_000,
-            ..Settings::default()
-        };
+        let settings = Settings { max_terms: 20_000, ..Settings::default() };
         let found = extrapolated(k, &settings).expect("inside the frontier");
         let error = norm(k.areas(), &difference(&exact, &found.light));
         let whole = norm(k.areas(), &exact);
         assert!(found.rest <= 1e-4 * whole * 1.001);
         // 1/(1 - radius) magnifies the rounding of f32.
         let rounding = 1e-6 / (1.0 - share);
-        assert!(
-            error <= found.rest + rounding * whole,
-            "share {share}: {error} {}",
-            found.rest
-        );
+        assert!(error <= found.rest + rounding * whole, "share {share}: {error} {}", found.rest);
         if share >= 0.99 {
             let terms = neumann(k, &settings).expect("inside").terms.len();
             assert!(4 * found.products < terms, "{} {terms}", found.products);
@@ -274,16 +235,9 @@ fn terms_fall(k: &Operator) -> Option<bool> {
 }
 
 fn shot(p: &Prepared, transport: Transport, seed: u32) -> Verdict {
-    let rays = RaySettings {
-        rays: 1 << 15,
-        seed,
-        ..RaySettings::default()
-    };
+    let rays = RaySettings { rays: 1 << 15, seed, ..RaySettings::default() };
     let shooter = ray_shooter(p, transport, rays);
-    let settings = ShootingSettings {
-        shots_per_patch: 300,
-        ..ShootingSettings::default()
-    };
+    let settings = ShootingSettings { shots_per_patch: 300, ..ShootingSettings::default() };
     let ended = Shooting::new(&shooter, settings).and_then(|mut s| s.run(|_| ()));
     ended.map_or_else(|refused| refused.verdict, |_| Verdict::Converges)
 }
@@ -312,11 +266,7 @@ fn every_method_agrees_with_the_bounds_in_200_random_scenes() {
             assert_eq!(fall, converges, "terms: {shown}");
         }
         let formal = formal(k).expect("not singular");
-        assert_eq!(
-            formal.smallest >= 0.0,
-            converges,
-            "formal solution: {shown}"
-        );
+        assert_eq!(formal.smallest >= 0.0, converges, "formal solution: {shown}");
         // The number of crossings of a ray varies by about their mean; the eigenvalue averages over all rays.
         let noise = 1.0 / (k.len() as f64 * f64::from(PATCH_RAYS)).sqrt();
         if (radius.lower - 1.0).abs().min((radius.upper - 1.0).abs()) < 4.0 * noise {
@@ -342,22 +292,14 @@ fn the_path_tracers_error_falls_as_predicted_on_both_sides_of_its_variance_front
     let radius = survey.spectrum(1.0, &survey.start()).worst();
     let squares = survey.moment(1.0, 2.0, &survey.start()).worst();
     let [mean, variance] = [1.0 / radius.upper, 1.0 / squares.upper.sqrt()];
-    assert!(
-        variance < 0.9 * mean,
-        "little room between {variance} and {mean}"
-    );
+    assert!(variance < 0.9 * mean, "little room between {variance} and {mean}");
     let between = (mean * variance).sqrt();
-    let p = survey
-        .tail_index(between, 1.0)
-        .expect("between the frontiers");
+    let p = survey.tail_index(between, 1.0).expect("between the frontiers");
     assert!(survey.tail_index(0.9 * variance, 1.0).is_none());
     assert!(survey.tail_index(1.1 * mean, 1.0).is_none());
     let slow = scaling(&at(&scene, between, 1.0), 64, 11, 0).slope;
     let fast = scaling(&at(&scene, 0.5 * variance, 1.0), 64, 11, 0).slope;
-    assert!(
-        (slow.0 + (1.0 - 1.0 / p)).abs() < 4.0 * slow.1,
-        "{slow:?}, p = {p}"
-    );
+    assert!((slow.0 + (1.0 - 1.0 / p)).abs() < 4.0 * slow.1, "{slow:?}, p = {p}");
     assert!((fast.0 + 0.5).abs() < 4.0 * fast.1, "{fast:?}");
     // The two are told apart.
     assert!(slow.0 - 3.0 * slow.1 > -0.5, "{slow:?}");

@@ -26,9 +26,7 @@ fn furnace(name: &str) -> Scene {
 }
 
 fn scenes() -> Vec<Prepared> {
-    ["furnace", "concentric-spheres"]
-        .map(|name| prepare(furnace(name), 600))
-        .into()
+    ["furnace", "concentric-spheres"].map(|name| prepare(furnace(name), 600)).into()
 }
 
 /// `1e-5` relative: dozens of terms, each within a few roundings of f32 of 6e-8. Below the normal numbers f32 has
@@ -43,10 +41,7 @@ fn assert_near(found: Rgb, exact: Rgb, what: &str) {
 fn every_term_is_a_power_of_rho_in_every_patch() {
     for p in scenes() {
         let k = assemble_one(&p, Mode::Global.transport(), &sampling(512, 3)).operator;
-        let settings = Settings {
-            tolerance: 1e-6,
-            ..Settings::default()
-        };
+        let settings = Settings { tolerance: 1e-6, ..Settings::default() };
         let solution = neumann(&k, &settings).expect("rho < 1 converges");
         assert_eq!(solution.verdict, Verdict::Converges);
         assert!(solution.terms.len() > 20);
@@ -64,10 +59,7 @@ fn every_term_is_a_power_of_rho_in_every_patch() {
 fn light_is_emission_over_one_less_rho() {
     for p in scenes() {
         let k = assemble_one(&p, Mode::Global.transport(), &sampling(512, 0)).operator;
-        let settings = Settings {
-            tolerance: 1e-7,
-            ..Settings::default()
-        };
+        let settings = Settings { tolerance: 1e-7, ..Settings::default() };
         let solution = neumann(&k, &settings).expect("rho < 1 converges");
         for l in &solution.light {
             assert_near(l.invisible, E / (Rgb::ONE - RHO), "invisible");
@@ -80,10 +72,7 @@ fn light_is_emission_over_one_less_rho() {
 fn the_picture_is_as_even_as_the_light() {
     for p in scenes() {
         let mode = assemble_one(&p, Mode::Global.transport(), &sampling(256, 0));
-        let settings = Settings {
-            tolerance: 1e-7,
-            ..Settings::default()
-        };
+        let settings = Settings { tolerance: 1e-7, ..Settings::default() };
         let solution = neumann(&mode.operator, &settings).expect("rho < 1 converges");
         let gathering = GatherSampling::with_samples(16, 0);
         let gathered = render(&p, &mode, &solution, (24, 16), &gathering, &Silent);
@@ -100,15 +89,8 @@ fn hidden_emission_leaves_reflected_light_only() {
     scene.materials[0].visibility = Visibility::Hidden;
     let p = prepare(scene, 100);
     let k = assemble_one(&p, Mode::Global.transport(), &sampling(64, 0)).operator;
-    assert!(
-        k.emission()
-            .iter()
-            .all(|e| *e == Light::emitted(E, Visibility::Hidden))
-    );
-    let settings = Settings {
-        tolerance: 1e-7,
-        ..Settings::default()
-    };
+    assert!(k.emission().iter().all(|e| *e == Light::emitted(E, Visibility::Hidden)));
+    let settings = Settings { tolerance: 1e-7, ..Settings::default() };
     let solution = neumann(&k, &settings).expect("rho < 1 converges");
     for l in &solution.light {
         assert_near(l.invisible, E / (Rgb::ONE - RHO), "invisible");

@@ -33,17 +33,11 @@ fn floor() -> Vec<DVec3> {
 #[track_caller]
 fn exactly(a: &[DVec3], b: &[DVec3], truth: f64) {
     let scene = objects(&[a.to_vec(), b.to_vec()]);
-    let settings = FactorSettings {
-        tolerance: 1e-6,
-        seed: 0,
-    };
+    let settings = FactorSettings { tolerance: 1e-6, seed: 0 };
     let table = factors(&scene, &[0.0], &settings, &Silent);
     let found = table.factors[1].share;
     let apart = (found.value - truth).abs();
-    assert!(
-        apart <= 1e-9 && apart <= 4.0 * found.error + 1e-15,
-        "{found:?} {truth}"
-    );
+    assert!(apart <= 1e-9 && apart <= 4.0 * found.error + 1e-15, "{found:?} {truth}");
 }
 
 /// `F` from the first to the second as the rows of K have it, to four standard errors and the rounding of corners to
@@ -52,20 +46,15 @@ fn exactly(a: &[DVec3], b: &[DVec3], truth: f64) {
 fn by_rays(a: &[DVec3], b: &[DVec3], truth: f64, rounding: f64) {
     let (mean, error) = by_rows(&pair(a, b), (0, 1), RAYS);
     let apart = (mean - truth).abs();
-    assert!(
-        apart <= 4.0 * error + rounding,
-        "{mean} +- {error}, exactly {truth}"
-    );
+    assert!(apart <= 4.0 * error + rounding, "{mean} +- {error}, exactly {truth}");
     assert!((0.0..=1.0).contains(&mean));
 }
 
 #[test]
 fn wedges_that_share_an_edge() {
-    for (degrees, truth) in [
-        (90.0_f64, 0.200_043_776_075_403_15),
-        (5.0, 0.920_261_908_111_222_4),
-        (1.0, 0.982_997_178_574_648_8),
-    ] {
+    for (degrees, truth) in
+        [(90.0_f64, 0.200_043_776_075_403_15), (5.0, 0.920_261_908_111_222_4), (1.0, 0.982_997_178_574_648_8)]
+    {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let up = rectangle(DVec3::ZERO, DVec3::Y, DVec3::new(cos, 0.0, sin));
         exactly(&floor(), &up, truth);
@@ -75,10 +64,7 @@ fn wedges_that_share_an_edge() {
 
 #[test]
 fn parallel_patches_that_nearly_coincide() {
-    for (gap, truth) in [
-        (1e-4, 0.999_800_070_977_788_5),
-        (1e-6, 0.999_998_000_010_029_5),
-    ] {
+    for (gap, truth) in [(1e-4, 0.999_800_070_977_788_5), (1e-6, 0.999_998_000_010_029_5)] {
         let above = rectangle(DVec3::new(0.0, 0.0, gap), DVec3::Y, DVec3::X);
         exactly(&floor(), &above, truth);
     }
@@ -126,23 +112,12 @@ fn coincident_faces_exchange_nothing() {
     by_rays(&floor(), &back, 0.0, 0.0);
     // A sheet of two faces hides what is behind it and is seen from both sides.
     let scene = objects(&[floor(), back, above.clone(), below.clone()]);
-    let settings = FactorSettings {
-        tolerance: 1e-4,
-        seed: 0,
-    };
+    let settings = FactorSettings { tolerance: 1e-4, seed: 0 };
     let table = factors(&scene, &[0.0], &settings, &Silent);
     let f = |from: usize, to: usize| table.factors[4 * from + to].share.value;
     // Howell's catalogue, C-11: squares at distance 1 and 0.5.
-    assert!(
-        (f(2, 0) - 0.199_824_895_698_387_4).abs() < 1e-9,
-        "{}",
-        f(2, 0)
-    );
-    assert!(
-        (f(3, 1) - 0.415_253_283_577_146_9).abs() < 1e-9,
-        "{}",
-        f(3, 1)
-    );
+    assert!((f(2, 0) - 0.199_824_895_698_387_4).abs() < 1e-9, "{}", f(2, 0));
+    assert!((f(3, 1) - 0.415_253_283_577_146_9).abs() < 1e-9, "{}", f(3, 1));
     for (from, to) in [(2, 1), (2, 3), (3, 0), (3, 2), (0, 1), (1, 0)] {
         assert!(f(from, to) <= 1e-7, "{from} to {to}: {}", f(from, to));
     }

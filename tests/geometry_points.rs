@@ -45,13 +45,7 @@ fn closer_and_closer_to_an_edge() {
 fn in_the_plane_on_the_edge_and_on_the_corner() {
     let square = [p(0., 0., 0.), p(1., 0., 0.), p(1., 1., 0.), p(0., 1., 0.)];
     // A point of the emitter's plane sees it edge on, wherever it lies and whatever way it looks.
-    for x in [
-        p(2., 3., 0.),
-        p(0.5, 0., 0.),
-        p(0., 0., 0.),
-        p(1., 1., 0.),
-        p(0.5, 0.5, 0.),
-    ] {
+    for x in [p(2., 3., 0.), p(0.5, 0., 0.), p(0., 0., 0.), p(1., 1., 0.), p(0.5, 0.5, 0.)] {
         for n in [DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::NEG_Y] {
             for triangle in [[0, 1, 2], [0, 2, 3]] {
                 let corners = triangle.map(|k| square[k] - x);
@@ -81,23 +75,11 @@ fn lamp() -> Material {
 fn emitted(p: &Prepared, occlusion: &Occlusion, only: impl Fn(usize) -> bool) -> (f64, f64) {
     assert_eq!(p.luminaires.list.len(), 1);
     let materials = p.patches.materials();
-    let receives: Vec<bool> = (0..p.patches.len())
-        .map(|i| materials[i] == 0 && only(i))
-        .collect();
+    let receives: Vec<bool> = (0..p.patches.len()).map(|i| materials[i] == 0 && only(i)).collect();
     let one = |seed: u32| {
-        let sampling = Sampling {
-            emitter_rays: 256,
-            ..sampling(1, seed)
-        };
+        let sampling = Sampling { emitter_rays: 256, ..sampling(1, seed) };
         let path = (&p.rays, &p.patches);
-        let (light, _) = receive_emitted(
-            path,
-            &p.luminaires,
-            &occlusion.clone().into(),
-            &receives,
-            &sampling,
-            &|_| (),
-        );
+        let (light, _) = receive_emitted(path, &p.luminaires, &occlusion.clone().into(), &receives, &sampling, &|_| ());
         let (mut sum, mut area) = (0.0, 0.0);
         for i in (0..light.len()).filter(|&i| receives[i]) {
             let a = p.patches.areas()[i];
@@ -112,22 +94,13 @@ fn emitted(p: &Prepared, occlusion: &Occlusion, only: impl Fn(usize) -> bool) ->
 #[test]
 fn a_luminaire_that_stands_on_its_receiver() {
     let mut mesh = Mesh::default();
-    mesh.polygon(
-        &[p(0., 0., 0.), p(10., 0., 0.), p(10., 1., 0.), p(0., 1., 0.)],
-        0,
-    );
-    mesh.polygon(
-        &[p(0., 0., 0.), p(0., 1., 0.), p(0., 1., 0.1), p(0., 0., 0.1)],
-        1,
-    );
+    mesh.polygon(&[p(0., 0., 0.), p(10., 0., 0.), p(10., 1., 0.), p(0., 1., 0.)], 0);
+    mesh.polygon(&[p(0., 0., 0.), p(0., 1., 0.), p(0., 1., 0.1), p(0., 0., 0.1)], 1);
     let p = prepare(mesh.scene(vec![grey("floor", 0.5), lamp()]), 300);
     // C-14 with width 10, height 0.1, length 1.
     let truth = 0.004_393_873_007_071_555;
     let (mean, error) = emitted(&p, &Occlusion::Opaque, |_| true);
-    assert!(
-        (mean - truth).abs() <= 4.0 * error + 1e-6 * truth,
-        "{mean} +- {error}"
-    );
+    assert!((mean - truth).abs() <= 4.0 * error + 1e-6 * truth, "{mean} +- {error}");
     assert!(error < 5e-3 * truth, "{error}");
 }
 
@@ -135,15 +108,7 @@ fn a_luminaire_that_stands_on_its_receiver() {
 fn tiny_lamp(share: f64) -> Prepared {
     let mut mesh = Mesh::default();
     mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 0);
-    mesh.polygon(
-        &[
-            p(-share, -share, 0.),
-            p(-share, share, 0.),
-            p(share, share, 0.),
-            p(share, -share, 0.),
-        ],
-        1,
-    );
+    mesh.polygon(&[p(-share, -share, 0.), p(-share, share, 0.), p(share, share, 0.), p(share, -share, 0.)], 1);
     prepare(mesh.scene(vec![grey("wall", 0.5), lamp()]), 400)
 }
 
@@ -158,17 +123,11 @@ fn an_emitter_of_a_ten_thousandth_of_the_scene() {
     let truth = 4.0 * corner * share * share;
     let floor = |i: usize| p.patches.point(i, 0.5, 0.5).normal.z > 0.5;
     let (mean, error) = emitted(&p, &Occlusion::Opaque, floor);
-    assert!(
-        (mean - truth).abs() <= 4.0 * error + 1e-6 * truth,
-        "{mean} +- {error}, exactly {truth}"
-    );
+    assert!((mean - truth).abs() <= 4.0 * error + 1e-6 * truth, "{mean} +- {error}, exactly {truth}");
     assert!(error < 2e-3 * truth, "{error} {truth}");
     // Where nothing occludes the closed form needs no ray.
     let (open, spread) = emitted(&p, &Occlusion::Nothing, floor);
-    assert!(
-        (open - truth).abs() <= 4.0 * spread + 1e-6 * truth,
-        "{open} +- {spread}"
-    );
+    assert!((open - truth).abs() <= 4.0 * spread + 1e-6 * truth, "{open} +- {spread}");
     // Hemisphere rays: of 100,000 one in 10^9 would have to meet the lamp.
     let rows = all_of_f(&p, 0.0, &sampling(256, 0)).rows;
     let materials = p.patches.materials();

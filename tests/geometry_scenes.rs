@@ -35,24 +35,10 @@ fn light_slips_through_no_t_junction() {
     let up = |x: f64, y: f64| p(x, y, 1.0);
     let cuts = [0.0, 0.1, 1.0 / 3.0, 0.7, 1.0];
     for w in cuts.windows(2) {
-        mesh.polygon(
-            &[
-                up(w[0], 0.),
-                up(w[0], 1. / 3.),
-                up(w[1], 1. / 3.),
-                up(w[1], 0.),
-            ],
-            0,
-        );
+        mesh.polygon(&[up(w[0], 0.), up(w[0], 1. / 3.), up(w[1], 1. / 3.), up(w[1], 0.)], 0);
     }
-    mesh.polygon(
-        &[up(0., 1. / 3.), up(0., 1.), up(0.6, 1.), up(0.6, 1. / 3.)],
-        0,
-    );
-    mesh.polygon(
-        &[up(0.6, 1. / 3.), up(0.6, 1.), up(1., 1.), up(1., 1. / 3.)],
-        0,
-    );
+    mesh.polygon(&[up(0., 1. / 3.), up(0., 1.), up(0.6, 1.), up(0.6, 1. / 3.)], 0);
+    mesh.polygon(&[up(0.6, 1. / 3.), up(0.6, 1.), up(1., 1.), up(1., 1. / 3.)], 0);
     let prepared = prepare(mesh.scene(vec![grey("wall", 0.5)]), 100);
     let f = all_of_f(&prepared, 0.0, &sampling(16_384, 0));
     let sums = closure(&f, prepared.patches.areas()).expect("rays were cast");
@@ -77,19 +63,8 @@ fn seen_from(scene: Scene, eye: DVec3) -> Picture {
 /// A room whose ceiling glows faintly, with a closed crate in it.
 fn room_with_crate() -> Scene {
     let mut mesh = room();
-    mesh.cuboid(
-        p(0.3, 0.0, -0.8),
-        DVec3::splat(0.2),
-        DQuat::IDENTITY,
-        Facing::Out,
-        1,
-    );
-    let down = [
-        p(-0.5, -0.5, 0.99),
-        p(-0.5, 0.5, 0.99),
-        p(0.5, 0.5, 0.99),
-        p(0.5, -0.5, 0.99),
-    ];
+    mesh.cuboid(p(0.3, 0.0, -0.8), DVec3::splat(0.2), DQuat::IDENTITY, Facing::Out, 1);
+    let down = [p(-0.5, -0.5, 0.99), p(-0.5, 0.5, 0.99), p(0.5, 0.5, 0.99), p(0.5, -0.5, 0.99)];
     mesh.polygon(&down, 2);
     let lamp = Material::new("lamp", Rgb::ZERO, Rgb::ONE);
     mesh.scene(vec![grey("wall", 0.5), grey("crate", 0.5), lamp])
@@ -102,12 +77,9 @@ fn a_camera_inside_an_object_or_on_a_wall() {
     assert!(inside.pixels.iter().all(|c| *c == Rgb::ZERO));
     // On the floor half of the view is in the room, in its corner a quarter; on the wall behind the camera, and in the
     // lamp's plane, all of it.
-    for (eye, within) in [
-        (p(-0.5, 0.0, -1.0), 128),
-        (p(-1.0, -1.0, -1.0), 64),
-        (p(-1.0, 0.0, 0.0), 256),
-        (p(-0.9, 0.0, 0.99), 256),
-    ] {
+    for (eye, within) in
+        [(p(-0.5, 0.0, -1.0), 128), (p(-1.0, -1.0, -1.0), 64), (p(-1.0, 0.0, 0.0), 256), (p(-0.9, 0.0, 0.99), 256)]
+    {
         let picture = seen_from(room_with_crate(), eye);
         let right = |c: &Rgb| c.is_finite() && c.min_element() >= 0.0;
         assert!(picture.pixels.iter().all(right), "{eye}");
@@ -143,10 +115,7 @@ fn a_scene_open_to_the_sky() {
     for (material, truth) in [(0, 0.199_824_895_7), (1, 0.200_043_776_1)] {
         let samples: Vec<f64> = (0..8).map(|seed| open(seed, material)).collect();
         let (mean, error) = common::mean_and_error(&samples);
-        assert!(
-            (mean - truth).abs() <= 4.0 * error,
-            "{mean} +- {error}, exactly {truth}"
-        );
+        assert!((mean - truth).abs() <= 4.0 * error, "{mean} +- {error}, exactly {truth}");
     }
 }
 
@@ -162,20 +131,11 @@ fn size_and_place_leave_form_factors_as_they_are() {
         (DVec3::ONE, -sx, -sz),
     ];
     let far = 1e5 * p(1.0, -0.7, 0.3);
-    for (scale, shift) in [
-        (1e-6, DVec3::ZERO),
-        (1e6, DVec3::ZERO),
-        (1.0, far),
-        (1e6, far),
-    ] {
+    for (scale, shift) in [(1e-6, DVec3::ZERO), (1e6, DVec3::ZERO), (1.0, far), (1e6, far)] {
         let place = |q: DVec3| scale * (q + shift);
-        let polygon =
-            |&(o, u, v): &(DVec3, DVec3, DVec3)| [o, o + u, o + u + v, o + v].map(place).to_vec();
+        let polygon = |&(o, u, v): &(DVec3, DVec3, DVec3)| [o, o + u, o + u + v, o + v].map(place).to_vec();
         let scene = objects(&walls.iter().map(polygon).collect::<Vec<_>>());
-        let settings = FactorSettings {
-            tolerance: 1e-6,
-            seed: 0,
-        };
+        let settings = FactorSettings { tolerance: 1e-6, seed: 0 };
         let table = factors(&scene, &[0.0], &settings, &Silent);
         for f in &table.factors {
             let truth = match (f.from, f.to) {
@@ -184,10 +144,7 @@ fn size_and_place_leave_form_factors_as_they_are() {
                 _ => 0.200_043_776_075_403_15,
             };
             // Coordinates at 1e5 sizes are rounded to 1e-11 of the size.
-            assert!(
-                (f.share.value - truth).abs() < 1e-9,
-                "{scale} {shift}: {f:?}"
-            );
+            assert!((f.share.value - truth).abs() < 1e-9, "{scale} {shift}: {f:?}");
         }
     }
 }
@@ -220,10 +177,7 @@ fn one_patch_two_and_a_hundred_thousand() {
     let found = f64::from(solution.light[0].visible.x);
     // Rays that hit or miss have a standard error of at most this.
     let error = (r * (1.0 - r) / 4096.0).sqrt();
-    assert!(
-        (x - r).abs() < 4.0 * error && (y - q).abs() < 4.0 * error,
-        "{x} {r} {y} {q}"
-    );
+    assert!((x - r).abs() < 4.0 * error && (y - q).abs() < 4.0 * error, "{x} {r} {y} {q}");
     assert!((found / exact - 1.0).abs() < 2e-4, "{found} {exact}");
     // A furnace of a hundred thousand patches: L = E / (1 - rho), terms to 1e-4 of the sum.
     let mut scene = builtin("furnace");
@@ -255,14 +209,9 @@ fn a_soup_with_one_face_in_twenty_of_no_area() {
         faces.push((vec![first, first + 1, first + 2], 0));
     }
     let glow = Material::new("glow", Rgb::splat(0.7), Rgb::ONE);
-    let scene =
-        Scene::from_faces("soup", &vertices, &faces, vec![glow]).expect("some faces have area");
+    let scene = Scene::from_faces("soup", &vertices, &faces, vec![glow]).expect("some faces have area");
     assert_eq!(scene.faces.len(), 1900);
-    assert!(
-        scene.warnings.iter().any(|w| w.contains("100 faces")),
-        "{:?}",
-        scene.warnings
-    );
+    assert!(scene.warnings.iter().any(|w| w.contains("100 faces")), "{:?}", scene.warnings);
     let prepared = prepare(scene, 500);
     for tau in [0.0, 1.0] {
         let f = all_of_f(&prepared, tau, &sampling(128, 0));
@@ -274,10 +223,5 @@ fn a_soup_with_one_face_in_twenty_of_no_area() {
     let solution = neumann(&k, &Settings::default()).expect("rho < 1 converges");
     // Between E and the furnace's E / (1 - rho).
     let limit = 1.0 / 0.3 + 1e-3;
-    assert!(
-        solution
-            .light
-            .iter()
-            .all(|l| (1.0..=limit).contains(&l.visible.x))
-    );
+    assert!(solution.light.iter().all(|l| (1.0..=limit).contains(&l.visible.x)));
 }

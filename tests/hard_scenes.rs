@@ -14,9 +14,7 @@ use halflight::scene::{LoadOptions, Scene, Sides};
 use halflight::study::{Assembled, Prepared, Wanted, prepare, render_within};
 
 fn folder(scene: &str) -> std::path::PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data/hard")
-        .join(scene)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hard").join(scene)
 }
 
 /// Renders a scene to a tolerance and compares with its reference.
@@ -25,16 +23,8 @@ fn is_as_near_as_asked_and_stated(name: &str, tolerance: f64) {
     let data = |file: &str| -> Picture { read_picture(folder.join(file)).expect("a picture") };
     let file = folder.join(format!("{name}.toml"));
     let scene = Scene::open(&file.to_string_lossy(), LoadOptions::default()).expect("a scene");
-    let (reference, se, mask) = (
-        data("reference.exr"),
-        data("reference_se.exr"),
-        data("mask.exr"),
-    );
-    let wanted = Wanted {
-        tolerance,
-        size: (reference.width, reference.height),
-        seed: 0,
-    };
+    let (reference, se, mask) = (data("reference.exr"), data("reference_se.exr"), data("mask.exr"));
+    let wanted = Wanted { tolerance, size: (reference.width, reference.height), seed: 0 };
     let mut p = prepare(scene, 1);
     let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent).unwrap();
     let reached = relative_rms(&found.picture, &reference, Some(&mask), Some(&se)).unwrap();
@@ -96,11 +86,7 @@ fn a_small_thing_on_endless_ground_is_right() {
 fn some_materials_may_be_two_sided() {
     let mut scene = builtin("cornell-box");
     scene.materials[1].sides = Sides::Two;
-    let wanted = Wanted {
-        tolerance: 0.05,
-        size: (32, 32),
-        seed: 0,
-    };
+    let wanted = Wanted { tolerance: 0.05, size: (32, 32), seed: 0 };
     let mut p = prepare(scene, 1);
     let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
     assert!(found.is_ok_and(|f| f.error.total < 0.1));
@@ -135,16 +121,10 @@ fn the_residual_of_exact_light_is_nothing_and_that_of_wrong_light_its_error() {
     let off = |factor: f32| {
         let fields = Fields::new(&[vec![Rgb::splat(factor * exact); p.patches.len()]]);
         let residual = walks.residual(&p.patches, &fields);
-        (
-            residual.mean[Reading::PLAIN.number()],
-            residual.of(Reading::PLAIN, 0.0),
-        )
+        (residual.mean[Reading::PLAIN.number()], residual.of(Reading::PLAIN, 0.0))
     };
     let (mean, squared) = off(1.0);
-    assert!(
-        mean.abs() < 1e-5 && squared.value.abs() < 1e-9,
-        "{mean} {squared:?}"
-    );
+    assert!(mean.abs() < 1e-5 && squared.value.abs() < 1e-9, "{mean} {squared:?}");
     let (mean, squared) = off(1.1);
     // Light of a surface is E + rho L: what is read wrong by 0.1 L shows as rho 0.1 L. Paths end by chance: a geometric number
     // of equal terms, whose standard deviation is below its mean over 1 - rho.
@@ -152,10 +132,7 @@ fn the_residual_of_exact_light_is_nothing_and_that_of_wrong_light_its_error() {
     let paths = (64.0 * 64.0f64).sqrt();
     let deviation = error.abs() / f64::from(1.0 - rho) / paths;
     assert!((mean - error).abs() < 4.0 * deviation, "{mean} {error}");
-    assert!(
-        (squared.value - error * error).abs() < 8.0 * deviation * error.abs(),
-        "{squared:?}"
-    );
+    assert!((squared.value - error * error).abs() < 8.0 * deviation * error.abs(), "{squared:?}");
 }
 
 /// One visibility ray for each of many receivers must have no bias, where the ratio of one draw has.
@@ -163,26 +140,13 @@ fn the_residual_of_exact_light_is_nothing_and_that_of_wrong_light_its_error() {
 fn light_that_is_asked_with_single_rays_is_that_of_many_rays() {
     let p = prepare(builtin("furnished-room"), 200);
     let mode = assemble_one(&p, Mode::Global.transport(), &sampling(16, 0));
-    let lighting = Lighting {
-        rays: &p.rays,
-        luminaires: &p.luminaires,
-        sight: &mode.sight,
-    };
+    let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &mode.sight };
     let (mut scratch, mut random) = (Scratch::default(), Stream::new(7));
     for patch in (0..p.patches.len()).step_by(23) {
         let at = p.patches.point(patch, 0.4, 0.6);
-        let receiver = Receiver {
-            position: at.position,
-            normal: at.normal,
-            face: at.face,
-        };
-        let asked: Vec<f64> = (0..4096)
-            .map(|_| {
-                lighting
-                    .ask(&receiver, patch as u32, &mut random, &mut scratch, &mut 0)
-                    .x
-            })
-            .collect();
+        let receiver = Receiver { position: at.position, normal: at.normal, face: at.face };
+        let asked: Vec<f64> =
+            (0..4096).map(|_| lighting.ask(&receiver, patch as u32, &mut random, &mut scratch, &mut 0).x).collect();
         let (mean, error) = common::mean_and_error(&asked);
         let mut many = 0.0;
         for (l, luminaire) in p.luminaires.list.iter().enumerate() {
@@ -192,21 +156,10 @@ fn light_that_is_asked_with_single_rays_is_that_of_many_rays() {
             let lamp = (luminaire, mode.sight.shafts.between(patch as u32, l));
             let path = (&p.rays, &*mode.sight);
             let one = glam::DVec3::ONE;
-            gather_luminaire(
-                &mut sum,
-                one,
-                &receiver,
-                lamp,
-                path,
-                draws.into_iter(),
-                &mut scratch,
-            );
+            gather_luminaire(&mut sum, one, &receiver, lamp, path, draws.into_iter(), &mut scratch);
             many += sum.estimate().x * f64::from(luminaire.radiance.x);
         }
         // The many rays have half the error of the single ones.
-        assert!(
-            (mean - many).abs() <= 5.0 * error + 1e-6 * many,
-            "{patch}: {mean} {many} {error}"
-        );
+        assert!((mean - many).abs() <= 5.0 * error + 1e-6 * many, "{patch}: {mean} {many} {error}");
     }
 }

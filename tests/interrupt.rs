@@ -35,14 +35,9 @@ fn start(place: &TempDir, arguments: &str) -> Child {
 /// Sends an interrupt; the program must still be at work, and must end as promised.
 #[track_caller]
 fn interrupt(mut child: Child, what: &str) {
-    assert!(
-        child.try_wait().unwrap().is_none(),
-        "{what} ended by itself"
-    );
+    assert!(child.try_wait().unwrap().is_none(), "{what} ended by itself");
     let sent = Instant::now();
-    let kill = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(kill.unwrap().success());
     let ended = child.wait_with_output().unwrap();
     let seconds = sent.elapsed().as_secs_f64();
@@ -79,11 +74,7 @@ fn every_long_command_ends_in_its_loops() {
         let child = start(&place, arguments);
         sleep(Duration::from_millis(700));
         interrupt(child, arguments);
-        assert!(
-            files(&place).is_empty(),
-            "{arguments} leaves {:?}",
-            files(&place)
-        );
+        assert!(files(&place).is_empty(), "{arguments} leaves {:?}", files(&place));
     }
 }
 

@@ -38,15 +38,9 @@ fn scene(side: u32, lamps: Lamps) -> Scene {
         faces.push(((first..first + 4).collect::<Vec<u32>>(), material));
     };
     let (x, z) = (4.0, 2.4);
-    quad(
-        [[0.0, 0.0, 0.0], [x, 0.0, 0.0], [x, x, 0.0], [0.0, x, 0.0]],
-        0,
-    );
+    quad([[0.0, 0.0, 0.0], [x, 0.0, 0.0], [x, x, 0.0], [0.0, x, 0.0]], 0);
     quad([[0.0, 0.0, z], [0.0, x, z], [x, x, z], [x, 0.0, z]], 0);
-    quad(
-        [[0.0, 0.0, 0.0], [0.0, x, 0.0], [0.0, x, z], [0.0, 0.0, z]],
-        0,
-    );
+    quad([[0.0, 0.0, 0.0], [0.0, x, 0.0], [0.0, x, z], [0.0, 0.0, z]], 0);
     quad([[x, 0.0, 0.0], [x, 0.0, z], [x, x, z], [x, x, 0.0]], 0);
     let (a, b, h) = (1.2, 2.1, 1.1);
     quad([[a, a, h], [b, a, h], [b, b, h], [a, b, h]], 0);
@@ -55,10 +49,7 @@ fn scene(side: u32, lamps: Lamps) -> Scene {
     for k in 0..side * side {
         let at = |i: u32| (f64::from(i) + 0.4) / f64::from(side) * x;
         let (u, v, s, z) = (at(k % side), at(k / side), 0.4 / f64::from(side), z - 0.02);
-        quad(
-            [[u, v, z], [u, v + s, z], [u + s, v + s, z], [u + s, v, z]],
-            1,
-        );
+        quad([[u, v, z], [u, v + s, z], [u + s, v + s, z], [u + s, v, z]], 1);
     }
     let scene = Scene::from_faces("lamps", &corners, &faces, vec![white, glow]);
     let mut scene = scene.expect("a correct scene");
@@ -79,11 +70,7 @@ fn receive(p: &Prepared, mode: Mode, general: bool, rays: u32, seed: u32) -> Vec
         true => Occlusion::new(&p.rays, &transports).into(),
         false => Sight::new(&p.scene, path, lamps, &transports, &receives),
     };
-    let sampling = Sampling {
-        rays: 1,
-        emitter_rays: rays,
-        seed,
-    };
+    let sampling = Sampling { rays: 1, emitter_rays: rays, seed };
     receive_emitted(path, lamps, &sight, &receives, &sampling, &|_| ()).0
 }
 
@@ -107,9 +94,7 @@ fn a_thousand_lamps_are_the_sum_of_each() {
 
 fn compare_with_each(p: &Prepared) {
     // Both take 16 points a patch, not the same ones: the spread over seeds is the standard error.
-    let exact: Vec<Vec<Rgb>> = (0..2)
-        .map(|s| receive(p, Mode::Local, true, 16, s))
-        .collect();
+    let exact: Vec<Vec<Rgb>> = (0..2).map(|s| receive(p, Mode::Local, true, 16, s)).collect();
     let found = receive(p, Mode::Local, false, 16, 2);
     let noise = apart(&exact[0], &exact[1]);
     // What nodes of radius 0.2 of their distance leave in third order is below 0.2 %.
@@ -132,11 +117,7 @@ fn drawing_is_free_of_bias() {
     let error = spread(&found).hypot(spread(&general));
     let off = mean(&found) - mean(&general);
     // Four standard errors, and what moments leave.
-    assert!(
-        off.abs() < 4.0 * error + 2e-3 * mean(&general),
-        "{off} {error} {}",
-        mean(&general)
-    );
+    assert!(off.abs() < 4.0 * error + 2e-3 * mean(&general), "{off} {error} {}", mean(&general));
 }
 
 /// The room looked down into: no lamp is in the picture.
@@ -161,12 +142,7 @@ fn each_asked(p: &Prepared, mode: Mode, size: (usize, usize), camera: u32, seed:
         height: size.1,
     };
     let dark = Fields::new(&[vec![Rgb::ZERO; p.patches.len()]]);
-    let sampling = GatherSampling {
-        camera,
-        luminaire: 1,
-        hemisphere: 1,
-        seed,
-    };
+    let sampling = GatherSampling { camera, luminaire: 1, hemisphere: 1, seed };
     gather(&view, &dark, &Gathering::Uniform(sampling), &|_| ()).direct
 }
 
@@ -176,19 +152,12 @@ fn a_picture_of_a_thousand_lamps_is_as_near_as_it_says() {
     for (mode, camera) in [(Mode::Local, 8), (Mode::OneBounce, 16)] {
         let mut p = prepare(looked_into(32), 1);
         assert_eq!(p.luminaires.list.len(), 1024);
-        let wanted = Wanted {
-            tolerance,
-            size,
-            seed: 5,
-        };
+        let wanted = Wanted { tolerance, size, seed: 5 };
         let found = render_within(&mut p, mode.transport(), &wanted, &Silent).expect("ends");
         // The product of the differences to two references is free of their noise.
         let [a, b] = [1, 2].map(|seed| each_asked(&p, mode, size, camera, seed));
-        let pixels =
-            || (0..a.pixels.len()).map(|k| (found.picture.pixels[k], a.pixels[k], b.pixels[k]));
-        let error: f64 = pixels()
-            .map(|(p, a, b)| f64::from((p - a).dot(p - b)))
-            .sum();
+        let pixels = || (0..a.pixels.len()).map(|k| (found.picture.pixels[k], a.pixels[k], b.pixels[k]));
+        let error: f64 = pixels().map(|(p, a, b)| f64::from((p - a).dot(p - b))).sum();
         let signal: f64 = pixels().map(|(_, a, b)| f64::from(a.dot(b))).sum();
         let reached = (error / signal).max(0.0).sqrt();
         println!("{mode}: stated {}, reached {reached}", found.error.total);
@@ -240,8 +209,7 @@ fn threads_change_no_bit() {
     let p = room(8, Lamps::Apart);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.expect("a pool")
-            .install(|| receive(&p, Mode::OneBounce, false, 16, 0))
+        pool.expect("a pool").install(|| receive(&p, Mode::OneBounce, false, 16, 0))
     };
     assert_eq!(with(1), with(2));
 }

@@ -32,11 +32,7 @@ fn faces(scene: &Scene) -> Vec<Flat> {
         let corners = scene.corners(face).map(|p| p.as_dvec3());
         let [a, b, c] = corners;
         let normal = (b - a).cross(c - a).normalize();
-        Flat {
-            corners,
-            normal,
-            face,
-        }
+        Flat { corners, normal, face }
     };
     (0..scene.faces.len() as u32).map(flat).collect()
 }
@@ -58,19 +54,13 @@ fn seen<'a>(scene: &Scene, faces: &'a [Flat], x: f64, y: f64) -> Option<(&'a Fla
         });
         (t > 0.0 && within).then_some((t, f, p))
     };
-    let nearest = faces
-        .iter()
-        .filter_map(hit)
-        .min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let nearest = faces.iter().filter_map(hit).min_by(|a, b| a.0.total_cmp(&b.0))?;
     Some((nearest.1, nearest.2))
 }
 
 /// Points and weights of Gauss-Legendre rules on [0, 1] (Abramowitz and Stegun, table 25.4), 3 and 8 points.
-const THREE: [(f64, f64); 3] = [
-    (0.112_701_665_379_258_3, 5.0 / 18.0),
-    (0.5, 8.0 / 18.0),
-    (0.887_298_334_620_741_7, 5.0 / 18.0),
-];
+const THREE: [(f64, f64); 3] =
+    [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
 /// Half of the symmetric rule of 8 points on [-1, 1].
 const EIGHT: [(f64, f64); 4] = [
@@ -106,10 +96,7 @@ fn over_triangle([a, b, c]: [DVec3; 3], x: DVec3, n: DVec3, cuts: usize) -> f64 
     if cuts > 0 {
         let [d, e, f] = [(a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0];
         let parts = [[a, d, f], [d, b, e], [f, e, c], [d, e, f]];
-        return parts
-            .into_iter()
-            .map(|t| over_triangle(t, x, n, cuts - 1))
-            .sum();
+        return parts.into_iter().map(|t| over_triangle(t, x, n, cuts - 1)).sum();
     }
     let across = (b - a).cross(c - a);
     let normal = across.normalize_or_zero();
@@ -138,13 +125,7 @@ fn form_factor(lamp: &[[DVec3; 3]], x: DVec3, n: DVec3, cuts: usize) -> f64 {
 }
 
 /// The face that fills a pixel and what its light is, if all of the pixel sees the one face's plane from its front.
-fn pixel(
-    scene: &Scene,
-    faces: &[Flat],
-    lamp: &[[DVec3; 3]],
-    x: usize,
-    y: usize,
-) -> Option<(u32, f64)> {
+fn pixel(scene: &Scene, faces: &[Flat], lamp: &[[DVec3; 3]], x: usize, y: usize) -> Option<(u32, f64)> {
     let at = |u: f64, v: f64| {
         let size = SIZE as f64;
         seen(scene, faces, (x as f64 + u) / size, (y as f64 + v) / size)
@@ -180,10 +161,7 @@ fn the_rules_have_converged() {
     let faces = faces(&scene);
     let lamp = lamp(&scene, &faces);
     for k in 0..40 {
-        let (x, y) = (
-            0.1 + 0.02 * f64::from(k),
-            0.2 + 0.015 * f64::from((k * 17) % 40),
-        );
+        let (x, y) = (0.1 + 0.02 * f64::from(k), 0.2 + 0.015 * f64::from((k * 17) % 40));
         let (f, p) = seen(&scene, &faces, x, y).expect("the box fills the picture");
         let [coarse, fine] = [0, 2].map(|cuts| form_factor(&lamp, p, f.normal, cuts));
         assert!((coarse - fine).abs() <= 1e-6 * fine, "{coarse} {fine}");
@@ -204,18 +182,9 @@ fn every_pixel_of_one_plane_shows_the_integral() {
     let mode = assemble_one(&p, Mode::Local.transport(), &sampling(1, 0));
     let solution = neumann(&mode.operator, &Settings::default()).expect("ends");
     // Scrambled Sobol points average a smooth function over the pixel to about N^-3/2 of its change over the pixel.
-    let gathering = GatherSampling {
-        camera: 1024,
-        ..GatherSampling::with_samples(1, 0)
-    };
+    let gathering = GatherSampling { camera: 1024, ..GatherSampling::with_samples(1, 0) };
     let gathered = render(&p, &mode, &solution, (SIZE, SIZE), &gathering, &Silent);
-    assert!(
-        gathered
-            .indirect
-            .iter()
-            .flat_map(|i| &i.pixels)
-            .all(|p| *p == glam::Vec3::ZERO)
-    );
+    assert!(gathered.indirect.iter().flat_map(|i| &i.pixels).all(|p| *p == glam::Vec3::ZERO));
     let picture = gathered.total();
     let (mut counted, mut lit) = (0, 0);
     for y in 0..SIZE {
@@ -235,8 +204,5 @@ fn every_pixel_of_one_plane_shows_the_integral() {
         }
     }
     println!("{counted} pixels compared, {lit} lit");
-    assert!(
-        counted > SIZE * SIZE / 2 && lit > SIZE * SIZE / 3,
-        "{counted} {lit}"
-    );
+    assert!(counted > SIZE * SIZE / 2 && lit > SIZE * SIZE / 3, "{counted} {lit}");
 }

@@ -29,10 +29,7 @@ fn spheres() -> Prepared {
     let mut mesh = Mesh::default();
     mesh.sphere(1.0, 4, Facing::In, 0);
     mesh.sphere(0.6, 3, Facing::Out, 1);
-    prepare(
-        mesh.scene(vec![grey("outer", RHO), grey("inner", RHO)]),
-        600,
-    )
+    prepare(mesh.scene(vec![grey("outer", RHO), grey("inner", RHO)]), 600)
 }
 
 fn area(p: &Prepared, material: u32) -> f64 {
@@ -72,10 +69,7 @@ fn both_frontiers_of_concentric_spheres_are_the_closed_forms() {
     assert_eq!(found.columns.len(), 11);
     for (mean, variance) in found.frontier().iter().zip(found.variance_frontier()) {
         let rho = f64::from(RHO);
-        let forms = [
-            (mean, mean_frontier(q, mean.tau)),
-            (&variance, variance_frontier(q, variance.tau)),
-        ];
+        let forms = [(mean, mean_frontier(q, mean.tau)), (&variance, variance_frontier(q, variance.tau))];
         for (point, exact) in forms {
             let shown = format!("{point:?}, exactly {}", exact / rho);
             assert!(rho * point.lower <= exact * (1.0 + allowed), "{shown}");
@@ -96,10 +90,7 @@ fn the_frontier_reads_the_same_both_ways() {
     for point in &found.tau_frontier {
         // The bounds there enclose 1, or miss it by no more than their gap.
         let gap = 1e-3 * point.radius.upper;
-        assert!(
-            point.radius.lower <= 1.0 + gap && point.radius.upper >= 1.0 - gap,
-            "{point:?}"
-        );
+        assert!(point.radius.lower <= 1.0 + gap && point.radius.upper >= 1.0 - gap, "{point:?}");
         let right = found.columns.partition_point(|c| c.tau < point.tau);
         let [a, b] = [&found.columns[right - 1], &found.columns[right]];
         assert!(point.alpha * a.radius.lower < 1.0 && point.alpha * b.radius.upper > 1.0);
@@ -111,20 +102,8 @@ fn room(materials: Vec<halflight::scene::Material>) -> Scene {
     let mut mesh = Mesh::default();
     let turn = DQuat::from_rotation_y(0.4);
     mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 0);
-    mesh.cuboid(
-        DVec3::new(0.4, -0.6, 0.2),
-        DVec3::splat(0.35),
-        turn,
-        Facing::Out,
-        1,
-    );
-    mesh.cuboid(
-        DVec3::new(-0.4, -0.5, -0.3),
-        DVec3::splat(0.3),
-        turn,
-        Facing::Out,
-        2,
-    );
+    mesh.cuboid(DVec3::new(0.4, -0.6, 0.2), DVec3::splat(0.35), turn, Facing::Out, 1);
+    mesh.cuboid(DVec3::new(-0.4, -0.5, -0.3), DVec3::splat(0.3), turn, Facing::Out, 2);
     mesh.scene(materials)
 }
 
@@ -136,18 +115,11 @@ fn plain() -> Scene {
 fn assert_same(a: &Rows, b: &Rows) {
     for i in 0..a.len() {
         let (columns, values) = a.row(i);
-        let kept: Vec<_> = columns
-            .iter()
-            .zip(values)
-            .filter(|(_, v)| **v > 0.0)
-            .collect();
+        let kept: Vec<_> = columns.iter().zip(values).filter(|(_, v)| **v > 0.0).collect();
         assert_eq!(kept.len(), b.row(i).0.len(), "row {i}");
         for (&j, &value) in kept {
             let other = b.get(i, j);
-            assert!(
-                (value - other).abs() <= 1e-5 * value,
-                "({i}, {j}): {value}, {other}"
-            );
+            assert!((value - other).abs() <= 1e-5 * value, "({i}, {j}): {value}, {other}");
         }
     }
 }
@@ -158,14 +130,7 @@ fn layers_give_the_form_factors_of_every_tau() {
     let all = vec![true; p.patches.len()];
     let path = (&p.rays, &p.patches);
     let own = [1.0; 3];
-    let (layers, rays) = cast_layers(
-        &p.scene,
-        path,
-        (&all, &all),
-        &own,
-        &sampling(64, 3),
-        &|_| (),
-    );
+    let (layers, rays) = cast_layers(&p.scene, path, (&all, &all), &own, &sampling(64, 3), &|_| ());
     assert_eq!(rays, 64 * p.patches.len() as u64);
     assert!(layers.deepest() >= 4);
     for tau in [0.0, 0.3, 1.0] {
@@ -174,11 +139,8 @@ fn layers_give_the_form_factors_of_every_tau() {
     }
     // The first moment is F times what is passed on, the second at least its square: rays with two crossings count more.
     let passed = vec![0.5; p.patches.len()];
-    let [f, first, second] = [
-        layers.form_factors(1.0),
-        layers.moment(1.0, &passed, 1.0),
-        layers.moment(1.0, &passed, 2.0),
-    ];
+    let [f, first, second] =
+        [layers.form_factors(1.0), layers.moment(1.0, &passed, 1.0), layers.moment(1.0, &passed, 2.0)];
     let sum = |m: &Rows, i: usize| -> f64 { m.row(i).1.iter().map(|&v| f64::from(v)).sum() };
     for i in 0..f.len() {
         assert!((sum(&first, i) - 0.5 * sum(&f, i)).abs() < 1e-5);
@@ -188,9 +150,7 @@ fn layers_give_the_form_factors_of_every_tau() {
 
 #[test]
 fn materials_with_their_own_numbers_are_scaled() {
-    let mut materials = ["wall", "half", "glass"]
-        .map(|name| grey(name, 0.9))
-        .to_vec();
+    let mut materials = ["wall", "half", "glass"].map(|name| grey(name, 0.9)).to_vec();
     (materials[1].alpha, materials[1].tau) = (Some(0.5), Some(0.25));
     materials[2].tau = Some(0.75);
     let scene = room(materials);
@@ -202,10 +162,7 @@ fn materials_with_their_own_numbers_are_scaled() {
         let k = assemble_one(&scaled, Transport::default(), &sampling(128, 2));
         let once = spectrum(&k.operator).worst();
         let shown = format!("alpha {alpha} tau {tau}: {bounds:?} {once:?}");
-        assert!(
-            bounds.lower <= once.upper * 1.00001 && once.lower <= bounds.upper * 1.00001,
-            "{shown}"
-        );
+        assert!(bounds.lower <= once.upper * 1.00001 && once.lower <= bounds.upper * 1.00001, "{shown}");
     }
 }
 
@@ -230,12 +187,7 @@ fn colours_make_the_variance_frontier_a_bound() {
     materials[1].rho = Rgb::new(0.2, 0.8, 0.2);
     let found = map(&prepare(room(materials), 100), 3, &sampling(64, 2), &Silent);
     assert!(!found.grey);
-    let dark = map(
-        &prepare(room(["a", "b", "c"].map(|n| grey(n, 0.0)).to_vec()), 100),
-        3,
-        &sampling(64, 2),
-        &Silent,
-    );
+    let dark = map(&prepare(room(["a", "b", "c"].map(|n| grey(n, 0.0)).to_vec()), 100), 3, &sampling(64, 2), &Silent);
     assert!(dark.frontier().is_empty() && dark.tau_frontier.is_empty());
 }
 
@@ -253,40 +205,22 @@ fn map_writes_charts_tables_and_a_report_that_agree_with_bounces() {
     for name in ["frontier", "variance_frontier"] {
         let points = found[name].as_array().unwrap();
         assert_eq!(points.len(), 5);
-        assert!(
-            points
-                .iter()
-                .all(|p| p["alpha_lower"].as_f64() <= p["alpha_upper"].as_f64())
-        );
+        assert!(points.iter().all(|p| p["alpha_lower"].as_f64() <= p["alpha_upper"].as_f64()));
     }
-    let solved = report(
-        &place,
-        &format!("bounces furnished-room {small} --size 8x8 --samples 1"),
-    );
+    let solved = report(&place, &format!("bounces furnished-room {small} --size 8x8 --samples 1"));
     for (mode, corner) in [(0, 20), (1, 24)] {
         let other = &solved["modes"][mode]["spectral_radius"];
         let corner = &grid[corner];
         let within = |a: &serde_json::Value, b: &serde_json::Value| {
             a["lower"].as_f64().unwrap() <= b["upper"].as_f64().unwrap() * 1.00001
         };
-        assert!(
-            within(corner, other) && within(other, corner),
-            "{corner} {other}"
-        );
+        assert!(within(corner, other) && within(other, corner), "{corner} {other}");
     }
     let svg = std::fs::read_to_string(place.path().join("out/furnished-room-map.svg")).unwrap();
-    for text in [
-        "shadowless",
-        "one-bounce",
-        "spectral radius of K",
-        "alpha: interreflection",
-    ] {
+    for text in ["shadowless", "one-bounce", "spectral radius of K", "alpha: interreflection"] {
         assert!(svg.contains(text), "{text}");
     }
-    assert_eq!(
-        halflight(&place, "map furnished-room --grid 1").code,
-        Some(2)
-    );
+    assert_eq!(halflight(&place, "map furnished-room --grid 1").code, Some(2));
 }
 
 #[test]
@@ -296,8 +230,7 @@ fn the_map_does_not_depend_on_threads() {
     let one = halflight(&place, &format!("{arguments} --threads 1 --out one"));
     let two = halflight(&place, &format!("{arguments} --threads 2 --out two"));
     assert_eq!((one.code, two.code), (Some(0), Some(0)));
-    let read =
-        |out: &str| std::fs::read(place.path().join(out).join("cornell-box-map.csv")).unwrap();
+    let read = |out: &str| std::fs::read(place.path().join(out).join("cornell-box-map.csv")).unwrap();
     assert_eq!(read("one"), read("two"));
 }
 
@@ -308,41 +241,18 @@ fn frontier_studies_both_sides_and_labels_what_is_not_light() {
     let plain = report(&place, small);
     assert!(plain["formal"].is_null());
     assert!(plain["alpha_variance"].as_f64() < plain["alpha_c"].as_f64());
-    let verdicts: Vec<_> = plain["runs"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|r| &r["verdict"])
-        .collect();
-    assert_eq!(
-        verdicts,
-        ["converges", "converges", "converges", "diverges"]
-    );
+    let verdicts: Vec<_> = plain["runs"].as_array().unwrap().iter().map(|r| &r["verdict"]).collect();
+    assert_eq!(verdicts, ["converges", "converges", "converges", "diverges"]);
     assert!(!files(&place).iter().any(|f| f.contains("formal")));
     let asked = report(&place, &format!("{small} --formal"));
-    assert!(
-        asked["formal"]["label"]
-            .as_str()
-            .unwrap()
-            .contains("not light")
-    );
+    assert!(asked["formal"]["label"].as_str().unwrap().contains("not light"));
     assert!(asked["formal"]["smallest"].as_f64() < Some(0.0));
-    let csv = place
-        .path()
-        .join("out/furnished-room-frontier-formal-not-light.csv");
-    assert!(
-        std::fs::read_to_string(csv)
-            .unwrap()
-            .starts_with("# formal solution")
-    );
+    let csv = place.path().join("out/furnished-room-frontier-formal-not-light.csv");
+    assert!(std::fs::read_to_string(csv).unwrap().starts_with("# formal solution"));
     // The Cornell box converges for every alpha: there is no frontier to study, and nothing is written.
     let refused = halflight(&place, "frontier cornell-box --patches 60 --rays 32");
     assert_eq!(refused.code, Some(2));
-    assert!(
-        refused.err.contains("converges for every alpha"),
-        "{}",
-        refused.err
-    );
+    assert!(refused.err.contains("converges for every alpha"), "{}", refused.err);
 }
 
 #[test]

@@ -14,11 +14,7 @@ fn room(patches: usize) -> Prepared {
     prepare(scene.unwrap().unwrap(), patches)
 }
 
-const SAMPLING: Sampling = Sampling {
-    rays: 64,
-    emitter_rays: 64,
-    seed: 0,
-};
+const SAMPLING: Sampling = Sampling { rays: 64, emitter_rays: 64, seed: 0 };
 
 #[test]
 fn the_patches_said_to_fit_do_and_one_more_does_not() {
@@ -50,11 +46,7 @@ fn the_measured_length_of_a_row_is_that_of_all_rows() {
     let variance = lengths.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / lengths.len() as f64;
     // 64 rows were looked at. Columns that send nothing are counted too, here the lamp's: one entry a row at the most.
     let allowed = 4.0 * (variance / 64.0).sqrt() + 1.0;
-    assert!(
-        (estimate.entries - mean).abs() < allowed,
-        "{} {mean}",
-        estimate.entries
-    );
+    assert!((estimate.entries - mean).abs() < allowed, "{} {mean}", estimate.entries);
 }
 
 #[test]
@@ -62,17 +54,10 @@ fn what_does_not_fit_is_refused_with_the_number_that_would() {
     let place = place(&[]);
     let before = contents(&place);
     for command in ["render", "bounces"] {
-        let arguments = format!(
-            "{command} furnished-room --mode global --rays 64 --size 8x8 --memory 0.002 --out ."
-        );
+        let arguments = format!("{command} furnished-room --mode global --rays 64 --size 8x8 --memory 0.002 --out .");
         let ran = halflight(&place, &format!("{arguments} --patches 20000"));
         assert_eq!(ran.code, Some(5), "{}", ran.err);
-        for part in [
-            "MiB of memory",
-            "one row of F for each patch",
-            "--memory",
-            "2.0 MiB can be used",
-        ] {
+        for part in ["MiB of memory", "one row of F for each patch", "--memory", "2.0 MiB can be used"] {
             assert!(ran.err.contains(part), "`{part}` not in {}", ran.err);
         }
         let fits = ran.err.split("pass --patches ").nth(1).unwrap();
@@ -108,34 +93,15 @@ fn every_command_that_stores_patches_refuses_what_does_not_fit() {
             "compare --mode global --memory 0.002 --time 1 --size 8x8",
             ["one row of F for each patch", "pass a --time below 2"],
         ),
-        (
-            "chart --mode global --memory 0.0002 --time 1 --size 8x8",
-            ["one row of F for each patch", "fewer faces"],
-        ),
-        (
-            "map furnished-room --memory 0.02 --patches 4000",
-            ["all of whose crossings are kept", "pass --patches"],
-        ),
-        (
-            "frontier furnished-room --memory 0.01",
-            ["all of whose crossings are kept", "pass --patches"],
-        ),
-        (
-            "frontier furnished-room --memory 0.01 --rays 1",
-            ["solved by LU", "pass --patches"],
-        ),
+        ("chart --mode global --memory 0.0002 --time 1 --size 8x8", ["one row of F for each patch", "fewer faces"]),
+        ("map furnished-room --memory 0.02 --patches 4000", ["all of whose crossings are kept", "pass --patches"]),
+        ("frontier furnished-room --memory 0.01", ["all of whose crossings are kept", "pass --patches"]),
+        ("frontier furnished-room --memory 0.01 --rays 1", ["solved by LU", "pass --patches"]),
     ] {
         let ran = halflight(&place, &format!("{arguments} --out ."));
         assert_eq!(ran.code, Some(5), "{arguments}: {}", ran.err);
-        for part in ["MiB can be used", "patches would fit", "--memory GIB"]
-            .iter()
-            .chain(&parts)
-        {
-            assert!(
-                ran.err.contains(part),
-                "{arguments}: `{part}` not in {}",
-                ran.err
-            );
+        for part in ["MiB can be used", "patches would fit", "--memory GIB"].iter().chain(&parts) {
+            assert!(ran.err.contains(part), "{arguments}: `{part}` not in {}", ran.err);
         }
         assert!(contents(&place) == before, "{arguments}");
     }
@@ -166,18 +132,11 @@ fn pictures_that_do_not_fit_are_refused_with_the_pixels_that_would() {
         let arguments = format!("{command} --size 16384x16384 --memory 0.5 --out .");
         let ran = halflight(&place, &arguments);
         assert_eq!(ran.code, Some(5), "{arguments}: {}", ran.err);
-        for part in [
-            "16384x16384 pixels",
-            "512.0 MiB can be used",
-            "smaller --size",
-        ] {
+        for part in ["16384x16384 pixels", "512.0 MiB can be used", "smaller --size"] {
             assert!(ran.err.contains(part), "`{part}` not in {}", ran.err);
         }
         assert!(contents(&place).is_empty());
     }
-    let ran = halflight(
-        &place,
-        "trace --size 40x10 --samples 1 --mode local --memory 0.001",
-    );
+    let ran = halflight(&place, "trace --size 40x10 --samples 1 --mode local --memory 0.001");
     assert_eq!(ran.code, Some(0), "{}", ran.err);
 }

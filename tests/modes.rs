@@ -19,41 +19,14 @@ fn room(slab: bool) -> Scene {
     let mut mesh = Mesh::default();
     let p = DVec3::new;
     mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 1);
-    mesh.polygon(
-        &[
-            p(-0.9, -0.99, 0.9),
-            p(0.9, -0.99, 0.9),
-            p(0.9, -0.99, -0.9),
-            p(-0.9, -0.99, -0.9),
-        ],
-        0,
-    );
+    mesh.polygon(&[p(-0.9, -0.99, 0.9), p(0.9, -0.99, 0.9), p(0.9, -0.99, -0.9), p(-0.9, -0.99, -0.9)], 0);
     if slab {
-        mesh.cuboid(
-            p(0.1, 0.0, 0.0),
-            p(0.4, 0.05, 0.4),
-            DQuat::IDENTITY,
-            Facing::Out,
-            2,
-        );
+        mesh.cuboid(p(0.1, 0.0, 0.0), p(0.4, 0.05, 0.4), DQuat::IDENTITY, Facing::Out, 2);
     }
-    mesh.polygon(
-        &[
-            p(-0.3, 0.95, -0.3),
-            p(0.3, 0.95, -0.3),
-            p(0.3, 0.95, 0.3),
-            p(-0.3, 0.95, 0.3),
-        ],
-        3,
-    );
+    mesh.polygon(&[p(-0.3, 0.95, -0.3), p(0.3, 0.95, -0.3), p(0.3, 0.95, 0.3), p(-0.3, 0.95, 0.3)], 3);
     let mut lamp = grey("lamp", 0.0);
     lamp.emission = Rgb::splat(5.0);
-    mesh.scene(vec![
-        grey("floor", 0.6),
-        grey("wall", 0.5),
-        grey("slab", 0.7),
-        lamp,
-    ])
+    mesh.scene(vec![grey("floor", 0.6), grey("wall", 0.5), grey("slab", 0.7), lamp])
 }
 
 /// Visible light of the patches of a material, area-weighted mean, red.
@@ -73,8 +46,7 @@ fn without_interreflection_the_second_bounce_is_exactly_nothing() {
     for name in ["cornell-box", "furnished-room", "two-rooms"] {
         let p = prepare(builtin(name), 400);
         for mode in [Mode::Local, Mode::OneBounce] {
-            let (mut assembled, rays) =
-                assemble(&p, &[mode.transport()], &sampling(256, 0), &Silent);
+            let (mut assembled, rays) = assemble(&p, &[mode.transport()], &sampling(256, 0), &Silent);
             let k = assembled.remove(0);
             // Only light as emitted is asked for: in local mode without a ray, else the shadows of so few faces are cut out,
             // and rays are left to a patch or two whose view is too ragged, 64 or so a luminaire each.
@@ -111,30 +83,16 @@ fn glowing_rooms_end_too() {
 fn a_transmitting_thing_in_a_global_scene_casts_no_shadow() {
     let mut scene = room(true);
     scene.materials[2].tau = Some(1.0);
-    let (with, without, shaded) = (
-        prepare(scene, 500),
-        prepare(room(false), 430),
-        prepare(room(true), 500),
-    );
+    let (with, without, shaded) = (prepare(scene, 500), prepare(room(false), 430), prepare(room(true), 500));
     let direct = |p: &Prepared| {
-        let k = assemble_one(
-            p,
-            Mode::OneBounce.transport(),
-            &Sampling {
-                emitter_rays: 256,
-                ..sampling(64, 0)
-            },
-        );
+        let k = assemble_one(p, Mode::OneBounce.transport(), &Sampling { emitter_rays: 256, ..sampling(64, 0) });
         mean_light(p, &solve(&k).light, 0)
     };
     // Every ray from lamp to floor arrives, so the ratio that holds the noise is exactly 1; what differs is how the
     // floor is sampled: its patches may be cut another way.
     let (found, bare, dark) = (direct(&with), direct(&without), direct(&shaded));
     assert!((found / bare - 1.0).abs() < 1e-4, "{found} {bare}");
-    assert!(
-        dark < 0.8 * bare,
-        "an opaque slab shades the floor: {dark} {bare}"
-    );
+    assert!(dark < 0.8 * bare, "an opaque slab shades the floor: {dark} {bare}");
 }
 
 #[test]
@@ -144,30 +102,12 @@ fn a_transmitting_thing_leaves_the_same_direct_light_patch_by_patch() {
     let p = prepare(scene, 500);
     let receive = |occlusion: &Occlusion| {
         let receives = vec![true; p.patches.len()];
-        let sampling = Sampling {
-            emitter_rays: 16,
-            ..sampling(1, 0)
-        };
+        let sampling = Sampling { emitter_rays: 16, ..sampling(1, 0) };
         let path = (&p.rays, &p.patches);
-        receive_emitted(
-            path,
-            &p.luminaires,
-            &occlusion.clone().into(),
-            &receives,
-            &sampling,
-            &|_| (),
-        )
-        .0
+        receive_emitted(path, &p.luminaires, &occlusion.clone().into(), &receives, &sampling, &|_| ()).0
     };
-    let (partial, bare) = (
-        Occlusion::Partial(vec![0.0, 0.0, 1.0, 0.0]),
-        Occlusion::Nothing,
-    );
-    for (i, (a, b)) in receive(&partial)
-        .into_iter()
-        .zip(receive(&bare))
-        .enumerate()
-    {
+    let (partial, bare) = (Occlusion::Partial(vec![0.0, 0.0, 1.0, 0.0]), Occlusion::Nothing);
+    for (i, (a, b)) in receive(&partial).into_iter().zip(receive(&bare)).enumerate() {
         if p.patches.materials()[i] == 0 {
             assert_eq!(a, b, "patch {i}");
             assert!(a.x > 0.0);
@@ -185,21 +125,12 @@ fn a_transmitting_thing_reflects_all_the_same() {
     let [ghost, glass, bare] = [ghost, glass, room(false)].map(|scene| prepare(scene, 500));
     let global = Mode::Global.transport();
     let floor = |p: &Prepared| {
-        let of = |seed: u32| {
-            mean_light(
-                p,
-                &solve(&assemble_one(p, global, &sampling(256, seed))).light,
-                0,
-            )
-        };
+        let of = |seed: u32| mean_light(p, &solve(&assemble_one(p, global, &sampling(256, seed))).light, 0);
         mean_and_error(&[0, 1, 2, 3].map(of))
     };
     let ((a, ea), (b, eb), (c, _)) = (floor(&ghost), floor(&bare), floor(&glass));
     // Patches differ, whose size moves the mean by far less than a thousandth.
-    assert!(
-        (a - b).abs() < 4.0 * ea.hypot(eb) + 1e-3 * b,
-        "{a} +- {ea}, {b} +- {eb}"
-    );
+    assert!((a - b).abs() < 4.0 * ea.hypot(eb) + 1e-3 * b, "{a} +- {ea}, {b} +- {eb}");
     // With alpha = 1 what it reflects arrives on top of what passes through it.
     assert!(c > 1.01 * b, "{c} {b}");
     for p in [&ghost, &glass] {

@@ -7,9 +7,7 @@ use glam::{DQuat, DVec3, EulerRot};
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::operator::{Operator, spectrum};
 use halflight::scene::{Material, Sides};
-use halflight::solve::{
-    Settings, Verdict, direct, explore, extrapolated, importance, neumann, norm, verdict,
-};
+use halflight::solve::{Settings, Verdict, direct, explore, extrapolated, importance, neumann, norm, verdict};
 use halflight::study::prepare;
 use nalgebra::DMatrix;
 use proptest::prelude::*;
@@ -47,19 +45,13 @@ fn operator(boxes: u32, patches: usize, rho: f32, seed: u32, transport: Transpor
 fn random_light(n: usize, seed: u32) -> Vec<Light> {
     let one = |i: usize, k: u32| random(i as u32, 10 * seed + k) as f32;
     let rgb = |i: usize, k: u32| Rgb::new(one(i, k), one(i, k + 1), one(i, k + 2));
-    let light = |i: usize| Light {
-        invisible: rgb(i, 0),
-        visible: rgb(i, 3),
-    };
+    let light = |i: usize| Light { invisible: rgb(i, 0), visible: rgb(i, 3) };
     (0..n).map(light).collect()
 }
 
 /// One channel as a vector (invisible, visible) patch by patch.
 fn channel(x: &[Light], c: usize) -> Vec<f64> {
-    x.iter()
-        .flat_map(|l| [l.invisible[c], l.visible[c]])
-        .map(f64::from)
-        .collect()
+    x.iter().flat_map(|l| [l.invisible[c], l.visible[c]]).map(f64::from).collect()
 }
 
 /// Product of a sparse matrix of 2×2 blocks, the plain way.
@@ -94,10 +86,7 @@ fn norm_of(k: &Operator, a: &[Light], b: &[Light]) -> f64 {
     let apart: Vec<Light> = a
         .iter()
         .zip(b)
-        .map(|(a, b)| Light {
-            invisible: a.invisible - b.invisible,
-            visible: a.visible - b.visible,
-        })
+        .map(|(a, b)| Light { invisible: a.invisible - b.invisible, visible: a.visible - b.visible })
         .collect();
     norm(k.areas(), &apart)
 }
@@ -119,10 +108,7 @@ fn applying_k_is_the_product_with_its_blocks() {
 fn the_transpose_moves_to_the_other_side_of_a_product() {
     let k = operator(4, 300, 0.8, 2, transport(0.7, 0.3));
     for seed in 0..5 {
-        let (x, y) = (
-            random_light(k.len(), seed),
-            random_light(k.len(), 100 + seed),
-        );
+        let (x, y) = (random_light(k.len(), seed), random_light(k.len(), 100 + seed));
         let (left, right) = (dot(&k.apply(&x), &y), dot(&x, &k.apply_transposed(&y)));
         assert!((left - right).abs() <= ROUNDING * left, "{left} {right}");
     }
@@ -134,10 +120,7 @@ fn the_series_is_the_solution_of_the_dense_system() {
     modes.push(transport(0.5, 0.5));
     for mode in modes {
         let k = operator(3, 100, 0.55, 3, mode);
-        let settings = Settings {
-            tolerance: 1e-9,
-            ..Settings::default()
-        };
+        let settings = Settings { tolerance: 1e-9, ..Settings::default() };
         let solution = neumann(&k, &settings).expect("the radius is below 1");
         let exact = direct(&k).expect("regular");
         let apart = norm_of(&k, &solution.light, &exact) / norm(k.areas(), &exact);
@@ -168,19 +151,9 @@ fn tail_bounds_hold_and_are_not_idle() {
             let bound = b.tail_bound.expect("the series is proved to converge");
             let left = left[b.n];
             // The sum itself is rounded to f32.
-            assert!(
-                bound * 1.000_001 >= left,
-                "rho {rho}, {}: term {}: {bound} < {left}",
-                mode.label(),
-                b.n
-            );
+            assert!(bound * 1.000_001 >= left, "rho {rho}, {}: term {}: {bound} < {left}", mode.label(), b.n);
             // From the second bounce on light is spread out, and the bound follows it.
-            assert!(
-                b.n < 2 || bound <= 1e3 * left,
-                "rho {rho}, {}: term {}: {bound} >> {left}",
-                mode.label(),
-                b.n
-            );
+            assert!(b.n < 2 || bound <= 1e3 * left, "rho {rho}, {}: term {}: {bound} >> {left}", mode.label(), b.n);
         }
     }
 }
@@ -215,10 +188,7 @@ fn bounds_say_something_where_some_patches_see_almost_nothing() {
         let solution = explore(&k, 8);
         let left = left_after(&k, &explore(&k, 200).terms);
         for b in &solution.bounces[1..] {
-            let (bound, left) = (
-                b.tail_bound.expect("converges"),
-                norm(k.areas(), &left[b.n]),
-            );
+            let (bound, left) = (b.tail_bound.expect("converges"), norm(k.areas(), &left[b.n]));
             let tight = left <= bound * 1.000_001 && bound <= 10.0 * left;
             assert!(tight, "{}, term {}: {bound} {left}", mode.label(), b.n);
         }
@@ -230,28 +200,17 @@ fn bounds_say_something_where_some_patches_see_almost_nothing() {
 fn a_small_bright_lamp_does_not_end_the_series_early() {
     let mut mesh = Mesh::default();
     mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 0);
-    let lamp = [
-        (-0.001, -0.001),
-        (0.001, -0.001),
-        (0.001, 0.001),
-        (-0.001, 0.001),
-    ];
+    let lamp = [(-0.001, -0.001), (0.001, -0.001), (0.001, 0.001), (-0.001, 0.001)];
     mesh.polygon(&lamp.map(|(x, z)| DVec3::new(x, 0.9, z)), 1);
     let mut glow = grey("lamp", 0.0);
     glow.emission = 1e6 * Rgb::ONE;
     let p = prepare(mesh.scene(vec![grey("wall", 0.8), glow]), 150);
     let k = assemble_one(&p, Mode::Global.transport(), &sampling(256, 0)).operator;
-    let settings = Settings {
-        tolerance: 0.01,
-        ..Settings::default()
-    };
+    let settings = Settings { tolerance: 0.01, ..Settings::default() };
     let exact = direct(&k).expect("regular");
     let reflected = |light: &[Light]| -> Vec<Light> {
         let pairs = light.iter().zip(k.emission());
-        let less = pairs.map(|(l, e)| Light {
-            invisible: l.invisible - e.invisible,
-            visible: l.visible - e.visible,
-        });
+        let less = pairs.map(|(l, e)| Light { invisible: l.invisible - e.invisible, visible: l.visible - e.visible });
         less.collect()
     };
     let exact = reflected(&exact);
@@ -317,10 +276,7 @@ fn two_facing_plates_do_not_oscillate() {
     let k = assemble_one(&p, Mode::Global.transport(), &sampling(256, 0)).operator;
     // All light goes to and fro: K is bipartite, its eigenvalues come in pairs +-lambda.
     let bounds = spectrum(&k).worst();
-    assert!(
-        bounds.upper - bounds.lower <= 0.005 * bounds.upper * 1.01,
-        "{bounds:?}"
-    );
+    assert!(bounds.upper - bounds.lower <= 0.005 * bounds.upper * 1.01, "{bounds:?}");
     assert_enclosed(&k);
     assert_eq!(verdict(&k).0, Verdict::Converges);
 }
@@ -337,10 +293,7 @@ fn rooms_that_do_not_see_each_other() {
     let k = assemble_one(&p, Mode::Global.transport(), &sampling(256, 0)).operator;
     // Rows sum to 1: the radius is the larger rho exactly, of the room without a light.
     let bounds = spectrum(&k).worst();
-    assert!(
-        bounds.lower <= 0.8 && bounds.upper >= 0.8 - 1e-6,
-        "{bounds:?}"
-    );
+    assert!(bounds.lower <= 0.8 && bounds.upper >= 0.8 - 1e-6, "{bounds:?}");
     assert!(bounds.upper - bounds.lower < 0.01, "{bounds:?}");
     assert_enclosed(&k);
     let solution = neumann(&k, &Settings::default()).expect("converges");
@@ -376,13 +329,7 @@ fn importance_is_the_adjoint_of_the_bounces() {
     };
     let asked = dot(&importance(&k, y.clone()), &d);
     let invisible = |x: &[Light]| -> Vec<Rgb> { x.iter().map(|l| l.invisible).collect() };
-    let mut term: Vec<Light> = d
-        .iter()
-        .map(|&invisible| Light {
-            invisible,
-            visible: Rgb::ZERO,
-        })
-        .collect();
+    let mut term: Vec<Light> = d.iter().map(|&invisible| Light { invisible, visible: Rgb::ZERO }).collect();
     let mut series = 0.0;
     for _ in 0..80 {
         term = k.apply(&term);

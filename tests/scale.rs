@@ -17,33 +17,21 @@ fn cornell(scale: f64, shift: DVec3) -> Scene {
     let line = |line: &str| match line.strip_prefix("v ") {
         None => line.to_owned(),
         Some(numbers) => {
-            let xyz: Vec<f64> = numbers
-                .split_whitespace()
-                .map(|w| w.parse().unwrap())
-                .collect();
+            let xyz: Vec<f64> = numbers.split_whitespace().map(|w| w.parse().unwrap()).collect();
             let p = place(DVec3::from_slice(&xyz));
             format!("v {:.17e} {:.17e} {:.17e}", p.x, p.y, p.z)
         }
     };
     let obj: Vec<String> = files.obj.lines().map(line).collect();
-    let (eye, target) = (
-        place(DVec3::new(278.0, 273.0, -800.0)),
-        place(DVec3::new(278.0, 273.0, -799.0)),
-    );
+    let (eye, target) = (place(DVec3::new(278.0, 273.0, -800.0)), place(DVec3::new(278.0, 273.0, -799.0)));
     let array = |p: DVec3| format!("[{:.17e}, {:.17e}, {:.17e}]", p.x, p.y, p.z);
     let toml = format!(
         "obj = \"cornell-box.obj\"\n[camera]\nposition = {}\ntarget = {}\nvertical_fov = 39.30764811610662\n",
         array(eye),
         array(target)
     );
-    Scene::from_toml_text(
-        "cornell-box",
-        &toml,
-        &obj.join("\n"),
-        files.mtl,
-        LoadOptions::default(),
-    )
-    .expect("a correct scene")
+    Scene::from_toml_text("cornell-box", &toml, &obj.join("\n"), files.mtl, LoadOptions::default())
+        .expect("a correct scene")
 }
 
 /// The global picture and the power of the light, W.
@@ -67,23 +55,12 @@ fn neither_size_nor_place_changes_the_picture() {
     let power_noise = (other_power / power - 1.0).abs().max(1e-4);
     assert!(noise > 0.0 && noise < 0.1, "{noise}");
     let far = 1e5 * 556.0 * DVec3::new(1.0, -0.7, 0.3);
-    for (scale, shift) in [
-        (1e-6, DVec3::ZERO),
-        (1e6, DVec3::ZERO),
-        (1.0, far),
-        (1e6, far),
-    ] {
+    for (scale, shift) in [(1e-6, DVec3::ZERO), (1e6, DVec3::ZERO), (1.0, far), (1e6, far)] {
         let (found, watts) = solve(cornell(scale, shift), 0);
         let apart = relative_rms(&found, &picture, None, None).unwrap();
-        assert!(
-            apart <= noise,
-            "scale {scale}, shift {shift}: {apart}, noise {noise}"
-        );
+        assert!(apart <= noise, "scale {scale}, shift {shift}: {apart}, noise {noise}");
         let ratio = watts / power / (scale * scale);
-        assert!(
-            (ratio - 1.0).abs() <= power_noise,
-            "scale {scale}, shift {shift}: {ratio}"
-        );
+        assert!((ratio - 1.0).abs() <= power_noise, "scale {scale}, shift {shift}: {ratio}");
     }
 }
 

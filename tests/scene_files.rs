@@ -16,13 +16,7 @@ fn obj(text: &str) -> Result<Scene, SceneError> {
 }
 
 fn toml(text: &str) -> Result<Scene, SceneError> {
-    Scene::from_toml_text(
-        "s",
-        &format!("obj = \"s.obj\"\n{text}"),
-        SQUARE,
-        GREY,
-        LoadOptions::default(),
-    )
+    Scene::from_toml_text("s", &format!("obj = \"s.obj\"\n{text}"), SQUARE, GREY, LoadOptions::default())
 }
 
 /// The message of an error, which must also say what to do.
@@ -54,25 +48,13 @@ fn mistakes_in_an_obj_are_named_with_their_line() {
     refuses(with("f 1 2 -5"), &["line 8", "vertex -5"]);
     refuses(with("f 1 2 x"), &["line 8", "`x`", "not a number"]);
     refuses(with("f 1 2 3/1/1/1"), &["line 8", "v/vt/vn"]);
-    refuses(
-        with("f 1 2 99999999999999999999"),
-        &["line 8", "99999999999999999999"],
-    );
-    refuses(
-        with(&format!("f{}", " 1".repeat(10_001))),
-        &["line 8", "10001 corners", "10000"],
-    );
+    refuses(with("f 1 2 99999999999999999999"), &["line 8", "99999999999999999999"]);
+    refuses(with(&format!("f{}", " 1".repeat(10_001))), &["line 8", "10001 corners", "10000"]);
     refuses(with("usemtl b"), &["line 8", "no material `b`"]);
     refuses(with("usemtl"), &["line 8", "a name"]);
-    refuses(
-        obj(&SQUARE.replace("mtllib m.mtl", "")),
-        &["line 6", "usemtl a", "no material library"],
-    );
+    refuses(obj(&SQUARE.replace("mtllib m.mtl", "")), &["line 6", "usemtl a", "no material library"]);
     refuses(obj("v 0 0 0\n"), &["s.obj has no faces"]);
-    refuses(
-        obj("v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\nf 1 1 1\n"),
-        &["no faces with area", "2 without"],
-    );
+    refuses(obj("v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\nf 1 1 1\n"), &["no faces with area", "2 without"]);
 }
 
 #[test]
@@ -83,63 +65,30 @@ fn mistakes_in_an_mtl_are_named_with_their_line() {
     refuses(with("Ke 0 -2 0"), &["line 2", "emits -2"]);
     refuses(with("Ke 1e39"), &["line 2", "emits 1"]);
     refuses(with("Ke inf 0 0"), &["line 2", "not finite"]);
-    refuses(
-        with("Kd 0 0"),
-        &["line 2", "one number or three", "found 2"],
-    );
+    refuses(with("Kd 0 0"), &["line 2", "one number or three", "found 2"]);
     refuses(with("Kd spectral x.rfl"), &["line 2", "spectral"]);
     refuses(with("Kd a b c"), &["line 2", "`a`"]);
-    refuses(
-        Scene::from_obj_text("s", SQUARE, "Kd 1\n"),
-        &["m.mtl, line 1", "newmtl"],
-    );
+    refuses(Scene::from_obj_text("s", SQUARE, "Kd 1\n"), &["m.mtl, line 1", "newmtl"]);
 }
 
 #[test]
 fn mistakes_in_a_scene_file_are_named_with_their_line() {
     refuses(toml("mode = \n"), &["s.toml, line 2"]);
-    refuses(
-        toml("colour = 1\n"),
-        &["s.toml, line 2", "unknown field `colour`"],
-    );
+    refuses(toml("colour = 1\n"), &["s.toml, line 2", "unknown field `colour`"]);
     refuses(toml("mode = \"flat\"\n"), &["line 2", "no mode `flat`"]);
-    refuses(
-        toml("mode = \"local\"\ntau = 1.0\n"),
-        &["line 2", "`mode` and `alpha` or `tau`"],
-    );
-    refuses(
-        toml("tau = 1.5\n"),
-        &["line 2", "tau = 1.5 is outside 0..1"],
-    );
+    refuses(toml("mode = \"local\"\ntau = 1.0\n"), &["line 2", "`mode` and `alpha` or `tau`"]);
+    refuses(toml("tau = 1.5\n"), &["line 2", "tau = 1.5 is outside 0..1"]);
     refuses(toml("alpha = nan\n"), &["line 2", "alpha = NaN"]);
     refuses(toml("\n[materials.b]\n"), &["line 3", "no material `b`"]);
-    refuses(
-        toml("[materials.a]\nalpha = -1.0\n"),
-        &["line 3", "alpha = -1"],
-    );
-    refuses(
-        toml("[materials.a]\nemission = [1, 2, -3]\n"),
-        &["line 3", "emits -3"],
-    );
-    refuses(
-        toml("[materials.a]\nKd = 1\n"),
-        &["line 3", "unknown field `Kd`"],
-    );
+    refuses(toml("[materials.a]\nalpha = -1.0\n"), &["line 3", "alpha = -1"]);
+    refuses(toml("[materials.a]\nemission = [1, 2, -3]\n"), &["line 3", "emits -3"]);
+    refuses(toml("[materials.a]\nKd = 1\n"), &["line 3", "unknown field `Kd`"]);
     let camera = |rest: &str| toml(&format!("[camera]\nposition = [0, 0, 0]\n{rest}\n"));
     refuses(camera("target = [0, 0, 0]"), &["line 2", "no direction"]);
     refuses(camera("target = [0, 3, 0]"), &["line 2", "up vector"]);
-    refuses(
-        camera("target = [0, 0, 1]\nup = [0, 0, 0]"),
-        &["line 2", "up vector"],
-    );
-    refuses(
-        camera("target = [0, 0, 1]\nvertical_fov = 180"),
-        &["line 5", "vertical_fov = 180"],
-    );
-    refuses(
-        camera("target = [0, 0, inf]"),
-        &["line 4", "`inf` in `target`", "not finite"],
-    );
+    refuses(camera("target = [0, 0, 1]\nup = [0, 0, 0]"), &["line 2", "up vector"]);
+    refuses(camera("target = [0, 0, 1]\nvertical_fov = 180"), &["line 5", "vertical_fov = 180"]);
+    refuses(camera("target = [0, 0, inf]"), &["line 4", "`inf` in `target`", "not finite"]);
     refuses(camera(""), &["line 2", "target"]);
 }
 
@@ -161,20 +110,11 @@ fn files_are_read_from_beside_each_other() {
     refuses(load("a.stl"), &["neither an OBJ nor a scene file"]);
     fs::write(at("bad.obj"), b"v 0 0 0\n\xff\xfe").unwrap();
     refuses(load("bad.obj"), &["bad.obj, line 2", "0xff"]);
-    fs::write(
-        at("a.obj"),
-        SQUARE.replace("m.mtl", "my materials.mtl other.mtl"),
-    )
-    .unwrap();
+    fs::write(at("a.obj"), SQUARE.replace("m.mtl", "my materials.mtl other.mtl")).unwrap();
     fs::write(at("other.mtl"), "newmtl b\nKd 1\n").unwrap();
     refuses(load("a.obj"), &["a.obj, line 1", "my materials.mtl"]);
     fs::write(at("my materials.mtl"), GREY).unwrap();
-    let names: Vec<String> = load("a.obj")
-        .unwrap()
-        .materials
-        .into_iter()
-        .map(|m| m.name)
-        .collect();
+    let names: Vec<String> = load("a.obj").unwrap().materials.into_iter().map(|m| m.name).collect();
     assert_eq!(names, ["a", "b"]);
     fs::write(at("s.toml"), "obj = \"a.obj\"\n").unwrap();
     assert_eq!(load("s.toml").unwrap().name, "s");
@@ -188,13 +128,7 @@ fn files_are_read_from_beside_each_other() {
 fn what_a_scene_does_not_hold_is_warned_of_once() {
     let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nl 1 2\np 1\nf 1 2 3\nf 1 2 2\nf 1 1 1\n";
     let warnings = obj(text).unwrap().warnings;
-    let has = |part: &str| {
-        assert_eq!(
-            warnings.iter().filter(|w| w.contains(part)).count(),
-            1,
-            "{warnings:?}"
-        )
-    };
+    let has = |part: &str| assert_eq!(warnings.iter().filter(|w| w.contains(part)).count(), 1, "{warnings:?}");
     assert_eq!(warnings.len(), 3, "{warnings:?}");
     has("2 statements (first: s.obj, line 4)");
     has("3 faces (first: s.obj, line 6): no usemtl");
@@ -220,23 +154,15 @@ fn a_scene_file_says_everything_the_design_lets_it() {
     assert_eq!(scene.camera.forward, Vec3::NEG_Z);
     let local = toml("mode = \"local\"\n[materials.a]\nmode = \"shadowless\"").unwrap();
     assert_eq!(local.transport, Some(Mode::Local.transport()));
-    assert_eq!(
-        (local.materials[0].alpha, local.materials[0].tau),
-        (Some(1.0), Some(1.0))
-    );
+    assert_eq!((local.materials[0].alpha, local.materials[0].tau), (Some(1.0), Some(1.0)));
 }
 
 #[test]
 fn sides_asked_for_hold_where_the_file_says_nothing() {
-    let options = LoadOptions {
-        two_sided: Sides::Two,
-    };
+    let options = LoadOptions { two_sided: Sides::Two };
     let load = |rest: &str| {
         let text = format!("obj = \"s.obj\"\n{rest}");
-        Scene::from_toml_text("s", &text, SQUARE, GREY, options)
-            .unwrap()
-            .materials[0]
-            .sides
+        Scene::from_toml_text("s", &text, SQUARE, GREY, options).unwrap().materials[0].sides
     };
     assert_eq!(load(""), Sides::Two);
     assert_eq!(load("[materials.a]\ntau = 1"), Sides::Two);
@@ -245,12 +171,8 @@ fn sides_asked_for_hold_where_the_file_says_nothing() {
 
 #[test]
 fn a_dark_scene_loads_and_only_a_renderer_refuses_it() {
-    let dark =
-        Scene::from_obj_text("s", SQUARE, "newmtl a\nKd 1\nnewmtl unused\nKd 1\nKe 1\n").unwrap();
-    assert!(matches!(
-        dark.require_emission(),
-        Err(SceneError::Dark { .. })
-    ));
+    let dark = Scene::from_obj_text("s", SQUARE, "newmtl a\nKd 1\nnewmtl unused\nKd 1\nKe 1\n").unwrap();
+    assert!(matches!(dark.require_emission(), Err(SceneError::Dark { .. })));
     obj(SQUARE).unwrap().require_emission().unwrap();
 }
 
@@ -264,15 +186,10 @@ fn every_way_to_write_a_face_means_the_same() {
         SQUARE.replace("f 1 2 3 4", "f 1 2 \\\n 3 4"),
         SQUARE.replace("f 1 2 3 4", "f\t1  2\t3 4 "),
         format!("\u{feff}# first\n\n{SQUARE}"),
-        "mtllib m.mtl\nusemtl a\nf 1 2 3 4\nv 0 0 0 1\nv 1 0 0 .5 .5 .5\nv 1 1 0\nv 0 1 0\n"
-            .to_owned(),
+        "mtllib m.mtl\nusemtl a\nf 1 2 3 4\nv 0 0 0 1\nv 1 0 0 .5 .5 .5\nv 1 1 0\nv 0 1 0\n".to_owned(),
     ] {
         let scene = obj(&text).unwrap();
-        assert_eq!(
-            (&scene.vertices, &scene.faces),
-            (&plain.vertices, &plain.faces),
-            "{text}"
-        );
+        assert_eq!((&scene.vertices, &scene.faces), (&plain.vertices, &plain.faces), "{text}");
     }
 }
 
@@ -282,73 +199,30 @@ fn faces_keep_their_object_and_material() {
         g two\ng three\nf 2 5 3\nusemtl a\nf 3 5 4 \no one\nf 1 2 3 4\n";
     let scene = Scene::from_obj_text("s", text, "newmtl a\nKd 0\nnewmtl b\nKd 1\n").unwrap();
     assert_eq!(scene.objects, ["default", "one", "three"]);
-    let found: Vec<(u32, &str)> = (0..6)
-        .map(|f| {
-            (
-                scene.faces[f as usize].object,
-                scene.material(f).name.as_str(),
-            )
-        })
-        .collect();
-    assert_eq!(
-        found,
-        [
-            (0, "(none)"),
-            (1, "b"),
-            (2, "b"),
-            (2, "a"),
-            (1, "a"),
-            (1, "a")
-        ]
-    );
+    let found: Vec<(u32, &str)> =
+        (0..6).map(|f| (scene.faces[f as usize].object, scene.material(f).name.as_str())).collect();
+    assert_eq!(found, [(0, "(none)"), (1, "b"), (2, "b"), (2, "a"), (1, "a"), (1, "a")]);
 }
 
 #[test]
 fn arrays_go_through_the_same_checks() {
     let square = [DVec3::ZERO, DVec3::X, DVec3::ONE, DVec3::Y];
     let grey = |rho: f32, e: f32| vec![Material::new("m", Rgb::splat(rho), Rgb::splat(e))];
-    let make = |face: Vec<u32>, material, materials| {
-        Scene::from_faces("s", &square, &[(face, material)], materials)
-    };
-    assert_eq!(
-        make(vec![0, 1, 2], 0, grey(0.5, 1.0)).unwrap().faces.len(),
-        1
-    );
-    refuses(
-        make(vec![0, 1, 4], 0, grey(0.5, 1.0)),
-        &["s, face 0", "vertex 4"],
-    );
-    refuses(
-        make(vec![0, 1], 0, grey(0.5, 1.0)),
-        &["s, face 0", "2 corners"],
-    );
-    refuses(
-        make(vec![0, 1, 2], 1, grey(0.5, 1.0)),
-        &["material 1", "1 materials"],
-    );
-    refuses(
-        make(vec![0, 1, 2], 0, grey(1.5, 1.0)),
-        &["s, material 0", "1.5"],
-    );
+    let make = |face: Vec<u32>, material, materials| Scene::from_faces("s", &square, &[(face, material)], materials);
+    assert_eq!(make(vec![0, 1, 2], 0, grey(0.5, 1.0)).unwrap().faces.len(), 1);
+    refuses(make(vec![0, 1, 4], 0, grey(0.5, 1.0)), &["s, face 0", "vertex 4"]);
+    refuses(make(vec![0, 1], 0, grey(0.5, 1.0)), &["s, face 0", "2 corners"]);
+    refuses(make(vec![0, 1, 2], 1, grey(0.5, 1.0)), &["material 1", "1 materials"]);
+    refuses(make(vec![0, 1, 2], 0, grey(1.5, 1.0)), &["s, material 0", "1.5"]);
     refuses(make(vec![0, 1, 2], 0, grey(0.5, f32::NAN)), &["emits NaN"]);
     let nan = [DVec3::NAN, DVec3::X, DVec3::Y];
-    refuses(
-        Scene::from_faces("s", &nan, &[(vec![0, 1, 2], 0)], grey(0.5, 1.0)),
-        &["s, vertex 0"],
-    );
-    refuses(
-        Scene::from_faces("s", &square, &[], grey(0.5, 1.0)),
-        &["no faces"],
-    );
+    refuses(Scene::from_faces("s", &nan, &[(vec![0, 1, 2], 0)], grey(0.5, 1.0)), &["s, vertex 0"]);
+    refuses(Scene::from_faces("s", &square, &[], grey(0.5, 1.0)), &["no faces"]);
 }
 
 #[test]
 fn the_default_camera_frames_what_is_seen_from_outside() {
-    for text in [
-        SQUARE.to_owned(),
-        SQUARE.replace("f 1 2 3 4", "f 4 3 2 1"),
-        SQUARE.replace("v 1 1 0", "v 1 9 3"),
-    ] {
+    for text in [SQUARE.to_owned(), SQUARE.replace("f 1 2 3 4", "f 4 3 2 1"), SQUARE.replace("v 1 1 0", "v 1 9 3")] {
         let scene = obj(&text).unwrap();
         let camera = scene.camera;
         let slope = (0.5 * camera.vertical_fov).to_radians().tan();
@@ -360,10 +234,7 @@ fn the_default_camera_frames_what_is_seen_from_outside() {
             assert!(offset.dot(camera.up).abs() < slope * depth);
         }
         let [a, b, c] = scene.corners(0);
-        assert!(
-            (b - a).cross(c - a).dot(camera.position - a) > 0.0,
-            "the front is what is seen"
-        );
+        assert!((b - a).cross(c - a).dot(camera.position - a) > 0.0, "the front is what is seen");
     }
 }
 

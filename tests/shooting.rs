@@ -4,12 +4,9 @@ use halflight::form_factors::Sampling;
 use halflight::light::{Light, Mode, Transport};
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::{
-    Emitted, Progress, RaySettings, Shooter, Shooting, ShootingSettings, Verdict, explore, neumann,
-    norm, verdict,
+    Emitted, Progress, RaySettings, Shooter, Shooting, ShootingSettings, Verdict, explore, neumann, norm, verdict,
 };
-use halflight::study::{
-    Assembled, Prepared, Watch, assemble, assembled_shooter, prepare, ray_shooter,
-};
+use halflight::study::{Assembled, Prepared, Watch, assemble, assembled_shooter, prepare, ray_shooter};
 
 struct Quiet;
 
@@ -19,35 +16,21 @@ impl Watch for Quiet {
 }
 
 fn scene(name: &str) -> Scene {
-    Scene::builtin(name, LoadOptions::default())
-        .expect("a built-in name")
-        .expect("a correct scene")
+    Scene::builtin(name, LoadOptions::default()).expect("a built-in name").expect("a correct scene")
 }
 
 fn k(p: &Prepared, mode: Transport, seed: u32) -> Assembled {
-    let sampling = Sampling {
-        rays: 256,
-        emitter_rays: 16,
-        seed,
-    };
+    let sampling = Sampling { rays: 256, emitter_rays: 16, seed };
     let (mut modes, _) = assemble(p, &[mode], &sampling, &Quiet);
     modes.remove(0)
 }
 
 fn rays(emitted: Emitted, seed: u32) -> RaySettings {
-    RaySettings {
-        rays: 1 << 17,
-        emitter_rays: 16,
-        emitted,
-        seed,
-    }
+    RaySettings { rays: 1 << 17, emitter_rays: 16, emitted, seed }
 }
 
 fn until(unshot: f64) -> ShootingSettings {
-    ShootingSettings {
-        unshot,
-        ..ShootingSettings::default()
-    }
+    ShootingSettings { unshot, ..ShootingSettings::default() }
 }
 
 fn finished<'a>(shooter: &'a dyn Shooter, unshot: f64) -> Shooting<'a> {
@@ -59,11 +42,7 @@ fn finished<'a>(shooter: &'a dyn Shooter, unshot: f64) -> Shooting<'a> {
 /// The Cornell box with glass-like blocks that pass half of the light and walls that pass on a part.
 fn hybrid() -> Scene {
     let mut scene = scene("cornell-box");
-    for (m, (alpha, tau)) in scene
-        .materials
-        .iter_mut()
-        .zip([(1.0, 0.25), (0.0, 1.0), (0.5, 0.0)])
-    {
+    for (m, (alpha, tau)) in scene.materials.iter_mut().zip([(1.0, 0.25), (0.0, 1.0), (0.5, 0.0)]) {
         (m.alpha, m.tau) = (Some(alpha), Some(tau));
     }
     scene
@@ -74,10 +53,7 @@ fn difference(areas: &[f64], a: &[Light], b: &[Light]) -> f64 {
     let apart: Vec<Light> = a
         .iter()
         .zip(b)
-        .map(|(a, b)| Light {
-            invisible: a.invisible - b.invisible,
-            visible: a.visible - b.visible,
-        })
+        .map(|(a, b)| Light { invisible: a.invisible - b.invisible, visible: a.visible - b.visible })
         .collect();
     norm(areas, &apart) / norm(areas, b)
 }
@@ -98,19 +74,13 @@ fn power_balances_in_closed_opaque_scenes() {
             let check = |s: &Shooting| assert!(s.balance().residual().abs() < 1e-6);
             shooting.run(check).unwrap();
             let balance = shooting.balance();
-            assert!(
-                balance.unshot <= 1.001e-3 * balance.emitted,
-                "{name} {form}"
-            );
+            assert!(balance.unshot <= 1.001e-3 * balance.emitted, "{name} {form}");
             assert!(balance.held == 0.0 && balance.created == 0.0);
             if form == 2 {
                 // Rays tell all: in a closed scene every one of them lands.
                 assert_eq!(balance.escaped + balance.undelivered.abs(), 0.0, "{name}");
                 // The back of the lamp is the only black one.
-                assert!(
-                    (balance.black > 0.0) == (name == "two-rooms"),
-                    "{name}: {balance:?}"
-                );
+                assert!((balance.black > 0.0) == (name == "two-rooms"), "{name}: {balance:?}");
                 let spent = balance.absorbed + balance.black + balance.unshot;
                 assert!((spent / balance.emitted - 1.0).abs() < 1e-6, "{name}");
             }
@@ -145,9 +115,7 @@ fn a_furnace_is_uniform_to_the_rays_noise() {
     let sum = |f: fn(f64) -> f64| -> f64 {
         let light = shooting.light();
         let each = light.iter().zip(areas);
-        each.map(|(l, a)| a * f(l.visible.x as f64 / exact))
-            .sum::<f64>()
-            / areas.iter().sum::<f64>()
+        each.map(|(l, a)| a * f(l.visible.x as f64 / exact)).sum::<f64>() / areas.iter().sum::<f64>()
     };
     assert!((sum(|l| l) - 1.0).abs() < 3e-6);
     // All rays carry the same power or less, so a patch receives at least rays/patches of them: Poisson bounds
@@ -159,10 +127,7 @@ fn a_furnace_is_uniform_to_the_rays_noise() {
 
 #[test]
 fn generations_are_the_neumann_terms_of_the_same_k() {
-    let mut cases: Vec<(Scene, Transport)> = Mode::ALL
-        .iter()
-        .map(|m| (scene("cornell-box"), m.transport()))
-        .collect();
+    let mut cases: Vec<(Scene, Transport)> = Mode::ALL.iter().map(|m| (scene("cornell-box"), m.transport())).collect();
     cases.push((scene("cornell-box"), Transport::new(0.5, 0.5).unwrap()));
     cases.push((hybrid(), Mode::Global.transport()));
     for (case, (scene, mode)) in cases.into_iter().enumerate() {
@@ -195,10 +160,7 @@ fn later_generations_are_kept_together() {
     let k = k(&p, Mode::Global.transport(), 0);
     let shooter = assembled_shooter(&k);
     let all = finished(&shooter, 1e-9);
-    let settings = ShootingSettings {
-        generations: 3,
-        ..until(1e-9)
-    };
+    let settings = ShootingSettings { generations: 3, ..until(1e-9) };
     let mut few = Shooting::new(&shooter, settings).unwrap();
     few.run(|_| ()).unwrap();
     let areas = k.operator.areas();
@@ -260,10 +222,7 @@ fn rays_agree_with_neumann_within_the_noise_of_both() {
                 // What is unshot is missing: at most 1e-5 of the emitted power, less than 1e-3 of these generations.
                 let error = a.1.hypot(b.1);
                 let missing = 1e-3 * b.0;
-                assert!(
-                    (a.0 - b.0).abs() < 4.0 * error + missing,
-                    "{mode:?} {emitted:?} {c}: {a:?} {b:?}"
-                );
+                assert!((a.0 - b.0).abs() < 4.0 * error + missing, "{mode:?} {emitted:?} {c}: {a:?} {b:?}");
                 assert!(error < 0.02 * b.0, "too noisy to tell: {c} {a:?} {b:?}");
             }
         }
@@ -346,10 +305,7 @@ fn spheres_are_refused_just_beyond_the_frontier_and_solved_just_before() {
     for m in &mut bright.materials {
         m.rho = halflight::light::Rgb::splat(0.95);
     }
-    let few = |emitted| RaySettings {
-        rays: 1 << 15,
-        ..rays(emitted, 0)
-    };
+    let few = |emitted| RaySettings { rays: 1 << 15, ..rays(emitted, 0) };
     let p = prepare(bright, 250);
     let one = Mode::Shadowless.transport();
     let (_, spectrum) = verdict(&k(&p, one, 0).operator);
@@ -373,10 +329,7 @@ fn a_run_that_takes_too_long_is_refused_as_undecided() {
     let mode = Transport::new(0.5, 0.5).unwrap();
     let p = prepare(scene("cornell-box"), 200);
     let shooter = ray_shooter(&p, mode, rays(Emitted::ClosedForm, 0));
-    let settings = ShootingSettings {
-        shots_per_patch: 2,
-        ..until(1e-9)
-    };
+    let settings = ShootingSettings { shots_per_patch: 2, ..until(1e-9) };
     let mut shooting = Shooting::new(&shooter, settings).unwrap();
     let refused = shooting.run(|_| ()).unwrap_err();
     assert_eq!(refused.verdict, Verdict::Undecided);

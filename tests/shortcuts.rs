@@ -3,9 +3,7 @@
 mod common;
 
 use common::{Silent, all_of_f, assemble_one, builtin, mean_and_error, sampling, transport};
-use halflight::form_factors::{
-    FormFactors, Occlusion, Sampling, Sight, Variant, cast, receive_emitted,
-};
+use halflight::form_factors::{FormFactors, Occlusion, Sampling, Sight, Variant, cast, receive_emitted};
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::operator::{Operator, PatchMaterials};
 use halflight::solve::{Settings, Solution, explore, neumann};
@@ -24,15 +22,8 @@ fn one_cast_for_several_modes_gives_what_each_alone_gives() {
     for (all, &mode) in together.iter().zip(&modes) {
         let alone = assemble_one(&p, mode, &sampling(256, 7));
         let label = mode.label();
-        assert!(
-            all.operator.form_factors() == alone.operator.form_factors(),
-            "{label}"
-        );
-        assert_eq!(
-            all.operator.first_bounce(),
-            alone.operator.first_bounce(),
-            "{label}"
-        );
+        assert!(all.operator.form_factors() == alone.operator.form_factors(), "{label}");
+        assert_eq!(all.operator.first_bounce(), alone.operator.first_bounce(), "{label}");
         assert_eq!(all.closure, alone.closure, "{label}");
     }
 }
@@ -42,50 +33,28 @@ fn occlusion_shortcuts_agree_with_the_general_case() {
     let p = prepare(builtin("cornell-box"), 300);
     let receive = |occlusion: &Occlusion| {
         let receives = vec![true; p.patches.len()];
-        let sampling = Sampling {
-            emitter_rays: 16,
-            ..sampling(1, 0)
-        };
+        let sampling = Sampling { emitter_rays: 16, ..sampling(1, 0) };
         let path = (&p.rays, &p.patches);
-        receive_emitted(
-            path,
-            &p.luminaires,
-            &occlusion.clone().into(),
-            &receives,
-            &sampling,
-            &|_| (),
-        )
-        .0
+        receive_emitted(path, &p.luminaires, &occlusion.clone().into(), &receives, &sampling, &|_| ()).0
     };
     let tau = |t: f32| Occlusion::Partial(vec![t; p.scene.materials.len()]);
     // sum/sum is 1 exactly where every ray arrives: only patches whose drawn points all see nothing may differ, and
     // those have nothing to see.
     for (a, b) in receive(&Occlusion::Nothing).iter().zip(receive(&tau(1.0))) {
-        assert!(
-            (*a - b).abs().max_element() <= 1e-5 * a.max_element(),
-            "{a} {b}"
-        );
+        assert!((*a - b).abs().max_element() <= 1e-5 * a.max_element(), "{a} {b}");
     }
     assert_eq!(receive(&Occlusion::Opaque), receive(&tau(0.0)));
 }
 
 #[test]
 fn shadows_cut_out_are_those_that_rays_find() {
-    for (name, tau) in [
-        ("cornell-box", 0.0),
-        ("cornell-box", 0.5),
-        ("two-rooms", 0.0),
-        ("furnished-room", 0.25),
-    ] {
+    for (name, tau) in [("cornell-box", 0.0), ("cornell-box", 0.5), ("two-rooms", 0.0), ("furnished-room", 0.25)] {
         let p = prepare(builtin(name), 300);
         let path = (&p.rays, &p.patches);
         let receives = vec![true; p.patches.len()];
         let transports = p.scene.transports(Transport { alpha: 1.0, tau });
         let receive = |sight: &Sight, rays: u32, seed: u32| {
-            let sampling = Sampling {
-                emitter_rays: rays,
-                ..sampling(1, seed)
-            };
+            let sampling = Sampling { emitter_rays: rays, ..sampling(1, seed) };
             receive_emitted(path, &p.luminaires, sight, &receives, &sampling, &|_| ())
         };
         let sight = Sight::new(&p.scene, path, &p.luminaires, &transports, &receives);
@@ -112,10 +81,7 @@ fn shadows_cut_out_are_those_that_rays_find() {
             let error = ea.hypot(eb).hypot(one) + 1e-5 * a;
             let score = (a - b) / error.max(1e-12);
             // Seven degrees of freedom: t beyond 8 has a chance of 1e-4, of a few thousand patches less than one.
-            assert!(
-                score.abs() < 9.0,
-                "{name}, patch {i}: {a} ± {ea}, {b} ± {eb}"
-            );
+            assert!(score.abs() < 9.0, "{name}, patch {i}: {a} ± {ea}, {b} ± {eb}");
             if eb > 1e-4 * b {
                 scores += score;
                 counted += 1;
@@ -123,10 +89,7 @@ fn shadows_cut_out_are_those_that_rays_find() {
         }
         // Their mean has a standard error of 1.2 (t of seven degrees) over the root of the count.
         let mean: f64 = scores / f64::from(counted.max(1));
-        assert!(
-            mean.abs() < 4.0 * 1.2 / f64::from(counted).sqrt(),
-            "{name}: {mean} of {counted}"
-        );
+        assert!(mean.abs() < 4.0 * 1.2 / f64::from(counted).sqrt(), "{name}: {mean} of {counted}");
         assert!(counted > 10);
     }
 }
@@ -142,24 +105,12 @@ fn alpha_zero_without_rows_is_alpha_zero_with_rows() {
         let path = (&p.rays, &p.patches);
         let receives = materials.receives();
         let sight = Sight::new(&p.scene, path, &p.luminaires, &transports, &receives);
-        let (received, _) = receive_emitted(
-            path,
-            &p.luminaires,
-            &sight,
-            &receives,
-            &sampling(128, 0),
-            &|_| (),
-        );
+        let (received, _) = receive_emitted(path, &p.luminaires, &sight, &receives, &sampling(128, 0), &|_| ());
         let long = Operator::new(f, materials, short.operator.areas().to_vec(), received);
         let found = neumann(&long, &Settings::default()).expect("ends");
         assert_eq!(found.light, solve(&short).light, "{mode}");
         let further = explore(&long, 5).terms;
-        assert!(
-            further[2..]
-                .iter()
-                .flatten()
-                .all(|l| *l == Light::default())
-        );
+        assert!(further[2..].iter().flatten().all(|l| *l == Light::default()));
     }
 }
 
@@ -167,21 +118,9 @@ fn alpha_zero_without_rows_is_alpha_zero_with_rows() {
 fn opaque_rows_by_the_first_hit_are_those_by_all_crossings() {
     let p = prepare(builtin("furnished-room"), 300);
     let n = p.patches.len();
-    let variant = |tau: f32| Variant {
-        tau: vec![tau; p.scene.materials.len()],
-        rows: vec![true; n],
-        columns: vec![true; n],
-    };
-    let both = |variants: &[Variant]| {
-        cast(
-            &p.scene,
-            (&p.rays, &p.patches),
-            variants,
-            &sampling(512, 0),
-            &|_| (),
-        )
-        .0
-    };
+    let variant =
+        |tau: f32| Variant { tau: vec![tau; p.scene.materials.len()], rows: vec![true; n], columns: vec![true; n] };
+    let both = |variants: &[Variant]| cast(&p.scene, (&p.rays, &p.patches), variants, &sampling(512, 0), &|_| ()).0;
     let first = both(&[variant(0.0)]).remove(0);
     let all = both(&[variant(0.0), variant(1.0)]).remove(0);
     assert!(first.rows == all.rows);

@@ -92,27 +92,16 @@ fn form_factors_between_the_spheres_are_the_exact_ones() {
             let mut sum = 0.0;
             for i in (0..f.len()).filter(|&i| p.patches.materials()[i] == from) {
                 let (columns, values) = f.row(i);
-                let to = columns
-                    .iter()
-                    .zip(values)
-                    .filter(|(j, _)| p.patches.materials()[**j as usize] == to);
+                let to = columns.iter().zip(values).filter(|(j, _)| p.patches.materials()[**j as usize] == to);
                 sum += p.patches.areas()[i] * to.map(|(_, v)| f64::from(*v)).sum::<f64>();
             }
             sum / area(&p, from)
         };
         let outer = p.patches.materials().iter().filter(|&&m| m == 0).count() as f64;
         let noise = 4.0 * (q * (1.0 - q) / (outer * f64::from(RAYS))).sqrt();
-        assert!(
-            (share(0, 1) - q).abs() < noise,
-            "tau {tau}: {} {q}",
-            share(0, 1)
-        );
+        assert!((share(0, 1) - q).abs() < noise, "tau {tau}: {} {q}", share(0, 1));
         let f22 = 1.0 - q + q * tau * tau;
-        assert!(
-            (share(0, 0) - f22).abs() < noise,
-            "tau {tau}: {} {f22}",
-            share(0, 0)
-        );
+        assert!((share(0, 0) - f22).abs() < noise, "tau {tau}: {} {f22}", share(0, 0));
         // From the inner sphere every ray meets the outer once, and a convex body never itself.
         assert!((share(1, 0) - 1.0).abs() < 1e-6);
         assert_eq!(share(1, 1), 0.0);
@@ -129,10 +118,7 @@ fn the_verdict_changes_at_the_frontier() {
         let at = frontier(q, tau);
         let modes = [1.0 - margin, 1.0 + margin].map(|m| transport((at * m) as f32, tau));
         assert!(modes[1].alpha < 1.0);
-        let found: Vec<Verdict> = operators(&p, &modes)
-            .iter()
-            .map(|mode| verdict(&mode.operator).0)
-            .collect();
+        let found: Vec<Verdict> = operators(&p, &modes).iter().map(|mode| verdict(&mode.operator).0).collect();
         assert_eq!(found, [Verdict::Converges, Verdict::Diverges], "tau {tau}");
     }
     // An opaque closed scene converges as long as anything is absorbed.
@@ -146,8 +132,7 @@ fn a_diverging_series_is_refused_with_the_alpha_that_would_do() {
     let q = area(&p, 1) / area(&p, 0);
     for tau in [0.8, 1.0] {
         let mode = assemble_one(&p, transport(1.0, tau), &sampling(RAYS, 1));
-        let refused =
-            neumann(&mode.operator, &Settings::default()).expect_err("the radius is above 1");
+        let refused = neumann(&mode.operator, &Settings::default()).expect_err("the radius is above 1");
         assert_eq!(refused.verdict, Verdict::Diverges);
         assert!(refused.uniform);
         // The limit is 1 over a proved upper bound: never too high, and within the gap of the bounds.
@@ -157,11 +142,6 @@ fn a_diverging_series_is_refused_with_the_alpha_that_would_do() {
         assert!(limit >= exact * (1.0 - allowed - 0.01), "{limit} {exact}");
         let below = transport((0.9999 * limit) as f32, tau);
         let mode = assemble_one(&p, below, &sampling(RAYS, 1));
-        assert_eq!(
-            verdict(&mode.operator).0,
-            Verdict::Converges,
-            "alpha {}",
-            below.alpha
-        );
+        assert_eq!(verdict(&mode.operator).0, Verdict::Converges, "alpha {}", below.alpha);
     }
 }

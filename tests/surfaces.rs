@@ -2,9 +2,7 @@
 
 mod common;
 
-use common::{
-    Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling, transport,
-};
+use common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling, transport};
 use glam::{DQuat, DVec3, Vec3};
 use halflight::image::GatherSampling;
 use halflight::light::{Mode, Rgb, Transport, Visibility};
@@ -16,11 +14,7 @@ use halflight::study::{Prepared, prepare, render};
 fn a_hidden_luminaire_lights_the_scene_and_is_black_itself() {
     let seen = builtin("cornell-box");
     let mut hidden = seen.clone();
-    let lamp = hidden
-        .materials
-        .iter_mut()
-        .find(|m| m.emits())
-        .expect("a lamp");
+    let lamp = hidden.materials.iter_mut().find(|m| m.emits()).expect("a lamp");
     lamp.visibility = Visibility::Hidden;
     let picture = |scene: Scene| {
         let p = prepare(scene, 300);
@@ -28,22 +22,13 @@ fn a_hidden_luminaire_lights_the_scene_and_is_black_itself() {
         // A fixed number of terms: the seen lamp counts in the norm that the series is measured by.
         let solution = explore(&k.operator, 12);
         let gathering = GatherSampling::with_samples(16, 0);
-        (
-            render(&p, &k, &solution, (32, 32), &gathering, &Silent),
-            solution,
-        )
+        (render(&p, &k, &solution, (32, 32), &gathering, &Silent), solution)
     };
     let ((bright, a), (dark, b)) = (picture(seen), picture(hidden));
     for (a, b) in a.light.iter().zip(&b.light) {
         assert_eq!(a.invisible, b.invisible);
     }
-    assert!(
-        bright
-            .emission
-            .pixels
-            .iter()
-            .any(|p| *p == Rgb::new(17.0, 12.0, 4.0))
-    );
+    assert!(bright.emission.pixels.iter().any(|p| *p == Rgb::new(17.0, 12.0, 4.0)));
     assert!(dark.emission.pixels.iter().all(|p| *p == Rgb::ZERO));
     assert_eq!(bright.direct, dark.direct);
     assert_eq!(bright.indirect, dark.indirect);
@@ -52,8 +37,7 @@ fn a_hidden_luminaire_lights_the_scene_and_is_black_itself() {
 /// A room with a sheet in its middle: one two-sided polygon, or two one-sided ones back to back.
 fn sheet(two_sided: bool) -> Prepared {
     let mut mesh = Mesh::default();
-    let corners =
-        [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, z)| DVec3::new(x, 0.1, z));
+    let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, z)| DVec3::new(x, 0.1, z));
     mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 0);
     mesh.polygon(&corners, 1);
     if !two_sided {
@@ -63,10 +47,7 @@ fn sheet(two_sided: bool) -> Prepared {
     }
     let mut lamp = grey("lamp", 0.0);
     lamp.emission = Rgb::splat(5.0);
-    mesh.polygon(
-        &[(-0.3, -0.3), (0.3, -0.3), (0.3, 0.3), (-0.3, 0.3)].map(|(x, z)| DVec3::new(x, 0.95, z)),
-        2,
-    );
+    mesh.polygon(&[(-0.3, -0.3), (0.3, -0.3), (0.3, 0.3), (-0.3, 0.3)].map(|(x, z)| DVec3::new(x, 0.95, z)), 2);
     let mut sheet = grey("sheet", 0.7);
     sheet.sides = if two_sided { Sides::Two } else { Sides::One };
     prepare(mesh.scene(vec![grey("wall", 0.5), sheet, lamp]), 400)
@@ -103,10 +84,7 @@ fn a_two_sided_sheet_is_two_sheets_back_to_back() {
             let (a, ea) = mean_and_error(&found.map(|f| f[place]));
             let (b, eb) = mean_and_error(&exact.map(|f| f[place]));
             assert!(a > 0.01, "both sides reflect");
-            assert!(
-                (a - b).abs() < 5.0 * ea.hypot(eb) + 1e-3 * b,
-                "{a} +- {ea}, {b} +- {eb}"
-            );
+            assert!((a - b).abs() < 5.0 * ea.hypot(eb) + 1e-3 * b, "{a} +- {ea}, {b} +- {eb}");
         }
     }
 }

@@ -18,11 +18,7 @@ fn data(name: &str) -> Picture {
 }
 
 fn rendered(scene: &str, mode: Mode, tolerance: f64, seed: u32) -> Within {
-    let wanted = Wanted {
-        tolerance,
-        size: (64, 64),
-        seed,
-    };
+    let wanted = Wanted { tolerance, size: (64, 64), seed };
     let mut p = prepare(builtin(scene), 1);
     render_within(&mut p, mode.transport(), &wanted, &Silent).expect("converges")
 }
@@ -32,16 +28,9 @@ fn the_cornell_box_is_as_near_its_reference_as_asked() {
     let (reference, se, mask) = (data("reference"), data("reference_se"), data("mask"));
     for tolerance in [0.1, 0.05, 0.02] {
         let found = rendered("cornell-box", Mode::Global, tolerance, 3);
-        let true_error =
-            relative_rms(&found.picture, &reference, Some(&mask), Some(&se)).expect("equal sizes");
-        println!(
-            "asked {tolerance}, stated {:?}, true {true_error}",
-            found.error
-        );
-        assert!(
-            true_error <= 1.1 * tolerance,
-            "{true_error} for {tolerance}"
-        );
+        let true_error = relative_rms(&found.picture, &reference, Some(&mask), Some(&se)).expect("equal sizes");
+        println!("asked {tolerance}, stated {:?}, true {true_error}", found.error);
+        assert!(true_error <= 1.1 * tolerance, "{true_error} for {tolerance}");
         let ratio = found.error.total / true_error;
         assert!((0.5..=2.0).contains(&ratio), "{ratio} at {tolerance}");
     }
@@ -49,10 +38,8 @@ fn the_cornell_box_is_as_near_its_reference_as_asked() {
 
 #[test]
 fn a_finer_tolerance_costs_more_and_the_parts_add_up() {
-    let (coarse, fine) = (
-        rendered("cornell-box", Mode::Global, 0.1, 0),
-        rendered("cornell-box", Mode::Global, 0.02, 0),
-    );
+    let (coarse, fine) =
+        (rendered("cornell-box", Mode::Global, 0.1, 0), rendered("cornell-box", Mode::Global, 0.02, 0));
     assert!(coarse.rays < fine.rays && coarse.patches < fine.patches);
     for e in [coarse.error, fine.error] {
         let parts = [e.form_factors, e.patches, e.truncation, e.gather];
@@ -64,27 +51,14 @@ fn a_finer_tolerance_costs_more_and_the_parts_add_up() {
 
 #[test]
 fn two_seeds_differ_by_the_error_stated() {
-    for (scene, mode) in [
-        ("cornell-box", Mode::OneBounce),
-        ("two-rooms", Mode::Local),
-        ("concentric-spheres", Mode::Global),
-    ] {
-        let (a, b) = (
-            rendered(scene, mode, 0.02, 1),
-            rendered(scene, mode, 0.02, 2),
-        );
+    for (scene, mode) in
+        [("cornell-box", Mode::OneBounce), ("two-rooms", Mode::Local), ("concentric-spheres", Mode::Global)]
+    {
+        let (a, b) = (rendered(scene, mode, 0.02, 1), rendered(scene, mode, 0.02, 2));
         // Pixels with a luminaire are far brighter than what it lights.
-        let bright = a
-            .picture
-            .pixels
-            .iter()
-            .map(|p| p.max_element())
-            .fold(0.0, f32::max);
+        let bright = a.picture.pixels.iter().map(|p| p.max_element()).fold(0.0, f32::max);
         let dim = Picture::from_fn(64, 64, |x, y| {
-            let near = |dx: usize, dy: usize| {
-                a.picture
-                    .get((x + dx).saturating_sub(1), (y + dy).saturating_sub(1))
-            };
+            let near = |dx: usize, dy: usize| a.picture.get((x + dx).saturating_sub(1), (y + dy).saturating_sub(1));
             let around = (0..9).filter_map(|k| near(k % 3, k / 3));
             let most = around.map(|p| p.max_element()).fold(0.0, f32::max);
             glam::Vec3::splat(f32::from(most < 0.2 * bright))
@@ -99,32 +73,21 @@ fn two_seeds_differ_by_the_error_stated() {
 #[test]
 fn threads_change_no_bit() {
     let render = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| rendered("cornell-box", Mode::Global, 0.05, 0).picture)
     };
     assert!(render(1) == render(3));
 }
 
 fn terms(tolerance: f64, seed: u32) -> WantedTerms {
-    WantedTerms {
-        count: 5,
-        tolerance,
-        time: None,
-        seed,
-    }
+    WantedTerms { count: 5, tolerance, time: None, seed }
 }
 
 /// A limit of time ends the search after the first round, with an error that is not met and a reason.
 #[test]
 fn terms_that_have_no_time_say_so() {
     let mut p = prepare(builtin("cornell-box"), 1);
-    let wanted = WantedTerms {
-        time: Some(1e-6),
-        ..terms(0.001, 0)
-    };
+    let wanted = WantedTerms { time: Some(1e-6), ..terms(0.001, 0) };
     let found = explore_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
     assert_eq!(found.end, End::Time);
     assert!(found.end.why().is_some() && End::Met.why().is_none());
@@ -135,17 +98,11 @@ fn terms_that_have_no_time_say_so() {
 fn terms_are_as_near_finer_ones_as_stated() {
     let series = |tolerance: f64, seed: u32| {
         let mut p = prepare(builtin("cornell-box"), 1);
-        explore_within(
-            &mut p,
-            Mode::Global.transport(),
-            &terms(tolerance, seed),
-            &Silent,
-        )
+        explore_within(&mut p, Mode::Global.transport(), &terms(tolerance, seed), &Silent)
     };
     let (coarse, fine) = (series(0.01, 0), series(0.001, 9));
     for n in 1..=5 {
-        let power =
-            |s: &halflight::study::BounceSeries| s.solution.bounces[n].power.iter().sum::<f64>();
+        let power = |s: &halflight::study::BounceSeries| s.solution.bounces[n].power.iter().sum::<f64>();
         let apart = (power(&coarse) / power(&fine) - 1.0).abs();
         assert!(apart <= 1.1 * 0.01, "term {n}: {apart}");
         assert!(coarse.errors[n].total > 0.0 && coarse.errors[n].total <= 0.011);
@@ -163,11 +120,7 @@ fn a_scene_of_two_modes_agrees_with_path_tracing() {
     let transports = scene.transports(transport);
     let mut tracer = Tracer::new(&scene, &rays, &transports, size, &TraceSettings::default());
     tracer.pass(1024);
-    let wanted = Wanted {
-        tolerance: 0.01,
-        size,
-        seed: 4,
-    };
+    let wanted = Wanted { tolerance: 0.01, size, seed: 4 };
     let mut p = prepare(scene, 1);
     let found = render_within(&mut p, transport, &wanted, &Silent).expect("converges");
     let (picture, noise) = (tracer.picture(), tracer.standard_error().expect("samples"));
@@ -185,11 +138,7 @@ fn a_scene_of_two_modes_agrees_with_path_tracing() {
         let error = sum(&noise).sqrt() / counted;
         let level = (sum(&picture) / counted).sqrt();
         let bound = 4.0 * error + 0.01 * level;
-        assert!(
-            mean.absolute[c].abs() < bound,
-            "{:?} {bound}",
-            mean.absolute
-        );
+        assert!(mean.absolute[c].abs() < bound, "{:?} {bound}", mean.absolute);
     }
     println!("relative RMS {rms}, stated {:?}", found.error);
 }

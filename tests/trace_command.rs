@@ -26,12 +26,7 @@ fn a_mode_reports_what_render_reports_and_its_noise() {
     let directory = tempfile::tempdir().unwrap();
     let run = |samples| format!("--mode global --size 16x12 --samples {samples} --next-event on");
     let [few, many] = [32, 512].map(|samples| json(&trace(directory.path(), &run(samples))));
-    for (field, expected) in [
-        ("width", 16),
-        ("height", 12),
-        ("samples", 512),
-        ("patches", 0),
-    ] {
+    for (field, expected) in [("width", 16), ("height", 12), ("samples", 512), ("patches", 0)] {
         assert_eq!(many[field], expected, "{field}");
     }
     assert_eq!(many["verdict"], "sampled");
@@ -49,9 +44,7 @@ fn a_mode_reports_what_render_reports_and_its_noise() {
 fn a_limited_time_gives_the_picture_of_its_number_of_samples() {
     let directory = tempfile::tempdir().unwrap();
     let timed = "--mode local --size 8x8 --time 0.05 -o timed.exr";
-    let samples = json(&trace(directory.path(), timed))["samples"]
-        .as_u64()
-        .unwrap();
+    let samples = json(&trace(directory.path(), timed))["samples"].as_u64().unwrap();
     assert!(samples > 0 && samples.is_multiple_of(16));
     let counted = format!("--mode local --size 8x8 --samples {samples} --threads 1 -o counted.exr");
     json(&trace(directory.path(), &counted));
@@ -62,10 +55,7 @@ fn a_limited_time_gives_the_picture_of_its_number_of_samples() {
 #[test]
 fn all_modes_come_with_a_contact_sheet() {
     let directory = tempfile::tempdir().unwrap();
-    let report = json(&trace(
-        directory.path(),
-        "--mode all --size 8x8 --samples 4",
-    ));
+    let report = json(&trace(directory.path(), "--mode all --size 8x8 --samples 4"));
     let verdicts = [0, 1, 2, 3].map(|i| report["modes"][i]["verdict"].clone());
     assert_eq!(verdicts, ["sampled", "sampled", "ends", "ends"]);
     let sheet = report["files"][0].as_str().unwrap();
@@ -75,10 +65,7 @@ fn all_modes_come_with_a_contact_sheet() {
 #[test]
 fn a_series_cut_short_is_said_to_be() {
     let directory = tempfile::tempdir().unwrap();
-    let cut = trace(
-        directory.path(),
-        "--mode global --size 8x8 --samples 16 --max-bounces 2",
-    );
+    let cut = trace(directory.path(), "--mode global --size 8x8 --samples 16 --max-bounces 2");
     assert!(String::from_utf8_lossy(&cut.stderr).contains("--max-bounces"));
     let report = json(&cut);
     assert_eq!(report["verdict"], "truncated");
@@ -107,10 +94,7 @@ fn arguments_that_cannot_be_met_are_refused() {
 fn an_infinite_variance_is_told_before_it_misleads() {
     let directory = tempfile::tempdir().unwrap();
     let run = |mode: &str| {
-        let output = trace(
-            directory.path(),
-            &format!("furnished-room {mode} --size 8x8 --samples 4 --max-bounces 16"),
-        );
+        let output = trace(directory.path(), &format!("furnished-room {mode} --size 8x8 --samples 4 --max-bounces 16"));
         let words = String::from_utf8_lossy(&output.stderr).into_owned();
         (json(&output)["variance"].clone(), words)
     };
@@ -138,20 +122,14 @@ fn an_infinite_variance_is_told_before_it_misleads() {
     }
     let (beyond, words) = run("--mode shadowless");
     assert_eq!(beyond["verdict"], "infinite");
-    assert!(
-        words.contains("diverges") && beyond["exponent"].is_null(),
-        "{words}"
-    );
+    assert!(words.contains("diverges") && beyond["exponent"].is_null(), "{words}");
 }
 
 /// Where the mean diverges far enough, the overflow keeps its error.
 #[test]
 fn light_that_overflows_is_an_error() {
     let directory = tempfile::tempdir().unwrap();
-    let output = trace(
-        directory.path(),
-        "furnished-room --mode shadowless --size 8x8 --samples 16 --max-bounces 3000",
-    );
+    let output = trace(directory.path(), "furnished-room --mode shadowless --size 8x8 --samples 16 --max-bounces 3000");
     assert_eq!(output.status.code(), Some(4), "{output:?}");
     assert!(String::from_utf8_lossy(&output.stderr).contains("overflows"));
 }

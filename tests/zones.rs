@@ -33,10 +33,7 @@ fn patches_of_all_sizes_cover_every_face_once() {
         let fronts = (0..patches.len()).filter(|&i| patches.side(i) == Side::Front);
         let covered: f64 = fronts.map(|i| patches.areas()[i]).sum();
         // A rounding of f32 corners for each of some thousand pieces.
-        assert!(
-            (covered / faces - 1.0).abs() < 1e-6,
-            "{name}: {covered} {faces}"
-        );
+        assert!((covered / faces - 1.0).abs() < 1e-6, "{name}: {covered} {faces}");
         let of_patches = zones.of_patches(&patches);
         for (i, &zone) in of_patches.iter().enumerate() {
             assert!((zone as usize) < zones.len());
@@ -87,9 +84,7 @@ fn linear_light_is_read_exactly_across_sizes() {
     let (_, patches) = uneven(&scene, &rays, 100);
     let neighbours = patches.neighbours();
     let exact = |x: Vec3| Rgb::new(5.0, 6.0, 7.0) + x + 0.5 * Vec3::splat(x.y);
-    let means: Vec<Rgb> = (0..patches.len())
-        .map(|i| exact(neighbours.middle(i)))
-        .collect();
+    let means: Vec<Rgb> = (0..patches.len()).map(|i| exact(neighbours.middle(i))).collect();
     let light = linear(&neighbours, &means);
     for (i, l) in light.iter().enumerate() {
         for corner in patches.pieces(i).flat_map(|(_, corners)| corners) {
@@ -118,10 +113,7 @@ fn the_solution_on_uneven_patches_is_that_on_even_ones() {
     let uneven = light(&p);
     // The largest patches are four times as large across as the even ones: an error of first order, 1 % in the README's
     // table of patches, is the most they may add.
-    assert!(
-        (uneven / even - 1.0).abs().max_element() < 0.01,
-        "{uneven} {even}"
-    );
+    assert!((uneven / even - 1.0).abs().max_element() < 0.01, "{uneven} {even}");
 }
 
 #[test]
@@ -155,11 +147,7 @@ fn in_a_furnace_the_blame_adds_up_to_the_squared_error() {
     let sum: f64 = whole.shares.iter().sum();
     assert!((sum / exact - 1.0).abs() < 1e-5, "{sum} {exact}");
     for (i, some) in some.iter().enumerate() {
-        let expected = if *some == Rgb::ONE {
-            whole.shares[i]
-        } else {
-            0.0
-        };
+        let expected = if *some == Rgb::ONE { whole.shares[i] } else { 0.0 };
         assert!((part.shares[i] - expected).abs() < 1e-9);
         let adjoint = f64::from(whole.adjoint[i].element_sum());
         assert!((adjoint - whole.shares[i]).abs() <= 1e-5 * (1.0 + adjoint));

@@ -17,14 +17,7 @@ pub type Corners = [Vec3; 3];
 /// The twelve triangles of a box, facing outwards for `sign` 1 and inwards for -1.
 pub fn cuboid(center: Vec3, half: Vec3, turn: Quat, sign: f32) -> Vec<Corners> {
     let mut triangles = Vec::new();
-    for (axis, side) in [
-        (0, -1.0),
-        (0, 1.0),
-        (1, -1.0),
-        (1, 1.0),
-        (2, -1.0),
-        (2, 1.0),
-    ] {
+    for (axis, side) in [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0), (2, -1.0), (2, 1.0)] {
         let corner = |i: f32, j: f32| {
             let mut p = Vec3::ZERO;
             p[axis] = side;
@@ -32,12 +25,7 @@ pub fn cuboid(center: Vec3, half: Vec3, turn: Quat, sign: f32) -> Vec<Corners> {
             p[(axis + 2) % 3] = j * side * sign;
             center + turn * (p * half)
         };
-        let [a, b, c, d] = [
-            corner(-1., -1.),
-            corner(1., -1.),
-            corner(1., 1.),
-            corner(-1., 1.),
-        ];
+        let [a, b, c, d] = [corner(-1., -1.), corner(1., -1.), corner(1., 1.), corner(-1., 1.)];
         triangles.extend([[a, b, c], [a, c, d]]);
     }
     triangles
@@ -50,18 +38,8 @@ pub fn cornell() -> Vec<Corners> {
     let [a, b, c, d] = lamp.map(|(x, z)| Vec3::new(x, 0.999, z));
     [
         cuboid(Vec3::ZERO, Vec3::ONE, Quat::IDENTITY, -1.0),
-        cuboid(
-            Vec3::new(0.33, -0.7, 0.38),
-            Vec3::splat(0.3),
-            about(-0.3),
-            1.0,
-        ),
-        cuboid(
-            Vec3::new(-0.33, -0.4, -0.28),
-            Vec3::new(0.3, 0.6, 0.3),
-            about(0.3),
-            1.0,
-        ),
+        cuboid(Vec3::new(0.33, -0.7, 0.38), Vec3::splat(0.3), about(-0.3), 1.0),
+        cuboid(Vec3::new(-0.33, -0.4, -0.28), Vec3::new(0.3, 0.6, 0.3), about(0.3), 1.0),
         vec![[a, b, c], [a, c, d]],
     ]
     .concat()
@@ -69,10 +47,7 @@ pub fn cornell() -> Vec<Corners> {
 
 /// A point of a sphere with ripples; `i` around, `j` from pole to pole.
 pub fn ripple(i: u32, j: u32, n: u32) -> Vec3 {
-    let (phi, theta) = (
-        TAU * (i % (2 * n)) as f32 / (2 * n) as f32,
-        0.5 * TAU * j as f32 / n as f32,
-    );
+    let (phi, theta) = (TAU * (i % (2 * n)) as f32 / (2 * n) as f32, 0.5 * TAU * j as f32 / n as f32);
     let radius = 0.6 + 0.03 * (9.0 * phi).sin() * (7.0 * theta).sin() * theta.sin();
     let rim = if j == 0 || j == n { 0.0 } else { theta.sin() };
     radius * Vec3::new(rim * phi.cos(), rim * phi.sin(), theta.cos())
@@ -92,11 +67,8 @@ pub fn tessellated(n: u32) -> Vec<Corners> {
 }
 
 pub fn scene_of(triangles: &[Corners]) -> Scene {
-    let faces = (0..triangles.len() as u32).map(|f| Face {
-        vertices: [3 * f, 3 * f + 1, 3 * f + 2],
-        material: 0,
-        object: 0,
-    });
+    let faces =
+        (0..triangles.len() as u32).map(|f| Face { vertices: [3 * f, 3 * f + 1, 3 * f + 2], material: 0, object: 0 });
     let grey = Material {
         name: "grey".into(),
         rho: Rgb::splat(0.5),
@@ -113,17 +85,8 @@ pub fn scene_of(triangles: &[Corners]) -> Scene {
         exact: Vec::new(),
         materials: vec![grey],
         objects: vec!["all".into()],
-        camera: Camera {
-            position: Vec3::ZERO,
-            forward: Vec3::NEG_Z,
-            right: Vec3::X,
-            up: Vec3::Y,
-            vertical_fov: 60.0,
-        },
-        frame: UnitFrame {
-            center: DVec3::ZERO,
-            scale: 1.0,
-        },
+        camera: Camera { position: Vec3::ZERO, forward: Vec3::NEG_Z, right: Vec3::X, up: Vec3::Y, vertical_fov: 60.0 },
+        frame: UnitFrame { center: DVec3::ZERO, scale: 1.0 },
         transport: None,
         warnings: Vec::new(),
     }
@@ -135,11 +98,7 @@ pub fn random(index: u32, use_of: u32) -> f32 {
 
 /// A random point of a random face; half of them on the first 38 faces, the room's.
 pub fn end(triangles: &[Corners], index: u32, use_of: u32) -> End {
-    let among = if index.is_multiple_of(2) {
-        triangles.len().min(38)
-    } else {
-        triangles.len()
-    };
+    let among = if index.is_multiple_of(2) { triangles.len().min(38) } else { triangles.len() };
     let face = (random(index, use_of) * among as f32) as usize;
     let [u1, u2] = [1, 2].map(|k| random(index, use_of + k));
     (triangle_point(triangles[face], u1, u2), Some(face as u32))
@@ -149,9 +108,5 @@ pub fn ray(triangles: &[Corners], index: u32) -> Ray {
     let (origin, source) = end(triangles, index, 0);
     let [a, b, c] = triangles[source.map_or(0, |f| f as usize)];
     let normal = (b - a).cross(c - a).normalize();
-    Ray {
-        origin,
-        direction: cosine_direction(normal, random(index, 8), random(index, 9)),
-        source,
-    }
+    Ray { origin, direction: cosine_direction(normal, random(index, 8), random(index, 9)), source }
 }

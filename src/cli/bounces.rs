@@ -13,8 +13,8 @@ use crate::image::{Exposure, GatherSampling, Gathering, make_directory, write_wh
 use crate::light::Transport;
 use crate::solve::{Bounce, Solution, Verdict, explore};
 use crate::study::{
-    Assembled, End, Prepared, TermError, WantedTerms, assemble, bounce_pictures, bounce_sheet,
-    bounces_chart, explore_within, partial_sums, term_name,
+    Assembled, End, Prepared, TermError, WantedTerms, assemble, bounce_pictures, bounce_sheet, bounces_chart,
+    explore_within, partial_sums, term_name,
 };
 
 /// Bounces shown in the sheet at most: more would not fit a page.
@@ -47,15 +47,7 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     let mut studied = Vec::new();
     let mut study = |p: &Prepared, mode: &Assembled, s: Studied, gathering| {
         console.say(table(&s));
-        files.push(sheet(
-            own,
-            common,
-            &console,
-            p,
-            mode,
-            &s.solution,
-            gathering,
-        )?);
+        files.push(sheet(own, common, &console, p, mode, &s.solution, gathering)?);
         studied.push(s);
         Ok::<(), CliError>(())
     };
@@ -79,12 +71,8 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
         Precision::Within(tolerance) => {
             let mut p = own.problem.effort.prepare_within(scene, &transports)?;
             for transport in transports {
-                let wanted = WantedTerms {
-                    count: own.count.into(),
-                    tolerance,
-                    time: own.problem.time,
-                    seed: common.seed,
-                };
+                let wanted =
+                    WantedTerms { count: own.count.into(), tolerance, time: own.problem.time, seed: common.seed };
                 let found = explore_within(&mut p, transport, &wanted, &console);
                 let s = Studied {
                     transport,
@@ -94,16 +82,7 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
                     end: Some(found.end),
                 };
                 let (error, seed) = (tolerance, common.seed);
-                study(
-                    &p,
-                    &found.mode,
-                    s,
-                    Gathering::Within {
-                        error,
-                        seed,
-                        deadline: None,
-                    },
-                )?;
+                study(&p, &found.mode, s, Gathering::Within { error, seed, deadline: None })?;
             }
             p
         }
@@ -112,10 +91,7 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     for file in &files {
         console.say(file.display().to_string());
     }
-    console.report(&Modes {
-        modes: studied.iter().map(|s| report(&prepared, s)).collect(),
-        files,
-    })
+    console.report(&Modes { modes: studied.iter().map(|s| report(&prepared, s)).collect(), files })
 }
 
 /// The sheet of one mode: its terms, and their sums under them.
@@ -135,26 +111,15 @@ fn sheet(
     let scene = &prepared.scene.name;
     let label = mode.transport.label();
     let heading = format!("{scene}, {label}: {}", sentence(mode.transport, solution));
-    let exposure = Exposure {
-        stops: own.problem.subject.exposure,
-    };
-    let path = common
-        .out
-        .join(format!("{scene}-bounces-{}.png", label.replace(' ', "-")));
+    let exposure = Exposure { stops: own.problem.subject.exposure };
+    let path = common.out.join(format!("{scene}-bounces-{}.png", label.replace(' ', "-")));
     bounce_sheet(heading, &terms, &sums, exposure).write(&path)?;
     Ok(path)
 }
 
-fn chart_and_csv(
-    common: &Common,
-    prepared: &Prepared,
-    studied: &[Studied],
-) -> Result<[PathBuf; 3], CliError> {
+fn chart_and_csv(common: &Common, prepared: &Prepared, studied: &[Studied]) -> Result<[PathBuf; 3], CliError> {
     let scene = &prepared.scene.name;
-    let lines: Vec<_> = studied
-        .iter()
-        .map(|s| (s.transport.label(), s.solution.bounces.as_slice()))
-        .collect();
+    let lines: Vec<_> = studied.iter().map(|s| (s.transport.label(), s.solution.bounces.as_slice())).collect();
     let caption = format!(
         "{scene}: {} triangles, up to {} patches. Norm: area-weighted RMS over patches, channels and halves.",
         prepared.scene.faces.len(),
@@ -204,9 +169,7 @@ fn table(studied: &Studied) -> String {
             b.norm,
             b.ratio.map_or("-".into(), |r| format!("{r:.4}")),
             b.tail_bound.map_or("-".into(), |t| format!("{t:.4e}")),
-            studied
-                .error(b.n)
-                .map_or("-".into(), |e| format!("{:.2} %", 100.0 * e.total)),
+            studied.error(b.n).map_or("-".into(), |e| format!("{:.2} %", 100.0 * e.total)),
         );
     }
     let _ = writeln!(text, "{}", sentence(transport, solution));
@@ -225,12 +188,7 @@ fn csv(studied: &[Studied]) -> String {
     for s in studied {
         let (mode, alpha, tau) = mode_of(s.transport);
         for b in &s.solution.bounces {
-            let powers: Vec<String> = b
-                .power
-                .iter()
-                .chain(&b.power_invisible)
-                .map(f64::to_string)
-                .collect();
+            let powers: Vec<String> = b.power.iter().chain(&b.power_invisible).map(f64::to_string).collect();
             let _ = writeln!(
                 text,
                 "{},{alpha},{tau},{},{},{},{},{},{}",
@@ -250,10 +208,7 @@ fn csv(studied: &[Studied]) -> String {
 fn report(prepared: &Prepared, studied: &Studied) -> BouncesReport {
     let solution = &studied.solution;
     let (mode, alpha, tau) = mode_of(studied.transport);
-    let bounce = |b: &Bounce| BounceReport {
-        error: studied.error(b.n),
-        ..BounceReport::from(b)
-    };
+    let bounce = |b: &Bounce| BounceReport { error: studied.error(b.n), ..BounceReport::from(b) };
     BouncesReport {
         scene: prepared.scene.name.clone(),
         mode,

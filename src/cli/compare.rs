@@ -15,8 +15,8 @@ use crate::light::Transport;
 use crate::rays::Rays;
 use crate::scene::Scene;
 use crate::study::compare::{
-    CompareError, Comparison, Difference, Method, ORDERS, Plan, Stage, compare, csv, error_chart,
-    markdown, order_chart, pairs_csv, picture_sheet, verdict,
+    CompareError, Comparison, Difference, Method, ORDERS, Plan, Stage, compare, csv, error_chart, markdown,
+    order_chart, pairs_csv, picture_sheet, verdict,
 };
 use crate::study::{Watch, term_name};
 
@@ -88,9 +88,7 @@ impl Stage for Telling<'_> {
 
     fn repeats(&self) {
         let label = &self.label;
-        self.console.say(format!(
-            "{label}: the patch methods once more, for the verdicts …"
-        ));
+        self.console.say(format!("{label}: the patch methods once more, for the verdicts …"));
     }
 }
 
@@ -145,10 +143,7 @@ fn one_mode(
         memory: own.limit.bytes(),
     };
     let label = transport.label();
-    let stage = Telling {
-        console,
-        label: label.clone(),
-    };
+    let stage = Telling { console, label: label.clone() };
     let comparison = compare(scene, &plan, &stage)?;
     check_variance(console, scene, rays, transport, common.seed);
     let title = format!("{}, {label}: five ways to one picture", scene.name);
@@ -185,11 +180,7 @@ fn write(
         files.push(place(extension));
         for n in 1..=ORDERS {
             let path = place(&format!("-bounce-{n}{extension}"));
-            let title = format!(
-                "Error of {} against time: {}, {label}",
-                term_name(n),
-                scene.name
-            );
+            let title = format!("Error of {} against time: {}, {label}", term_name(n), scene.name);
             let chart = order_chart(title, settings.clone(), c, n);
             // Orders that are black in this mode have no relative error to show.
             if chart.series.iter().any(|s| !s.points.is_empty()) {
@@ -198,16 +189,9 @@ fn write(
             }
         }
     }
-    let exposure = Exposure {
-        stops: own.subject.exposure,
-    };
-    let heading = format!(
-        "{}, {label}: pictures, and their signed differences",
-        scene.name
-    );
-    picture_sheet(heading, c, exposure)
-        .sheet()
-        .write(place("-pictures.png"))?;
+    let exposure = Exposure { stops: own.subject.exposure };
+    let heading = format!("{}, {label}: pictures, and their signed differences", scene.name);
+    picture_sheet(heading, c, exposure).sheet().write(place("-pictures.png"))?;
     write_whole(place(".md"), text.as_bytes())?;
     write_whole(place(".csv"), csv(c).as_bytes())?;
     write_whole(place("-pairs.csv"), pairs_csv(c).as_bytes())?;
@@ -215,24 +199,12 @@ fn write(
     Ok(files)
 }
 
-fn report(
-    scene: &Scene,
-    transport: Transport,
-    c: &Comparison,
-    files: Vec<PathBuf>,
-) -> CompareReport {
+fn report(scene: &Scene, transport: Transport, c: &Comparison, files: Vec<PathBuf>) -> CompareReport {
     let (_, alpha, tau) = mode_of(transport);
     let methods = c.tracks.iter().map(|t| MethodReport {
         name: t.method.name(),
         reference: t.reference.clone(),
-        points: t
-            .points
-            .iter()
-            .map(|p| PointReport {
-                seconds: p.seconds,
-                rms: p.rms,
-            })
-            .collect(),
+        points: t.points.iter().map(|p| PointReport { seconds: p.seconds, rms: p.rms }).collect(),
         slope: t.slope,
     });
     let pairs = c.pairs.iter().map(|(a, b, pair)| PairReport {
@@ -248,8 +220,7 @@ fn report(
         scene: scene.name.clone(),
         alpha,
         tau,
-        reference: "path tracing with next-event estimation for patch methods, Neumann over K for path tracing"
-            .into(),
+        reference: "path tracing with next-event estimation for patch methods, Neumann over K for path tracing".into(),
         methods: methods.collect(),
         pairs: pairs.collect(),
         files,
@@ -257,10 +228,5 @@ fn report(
 }
 
 fn order_report((n, d): (usize, &Difference)) -> OrderReport {
-    OrderReport {
-        n,
-        mean_difference: d.relative,
-        mean_difference_error: d.error,
-        verdict: verdict(d.agree),
-    }
+    OrderReport { n, mean_difference: d.relative, mean_difference_error: d.error, verdict: verdict(d.agree) }
 }

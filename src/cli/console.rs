@@ -63,11 +63,9 @@ impl Console {
         }
         let failure = self.failure.lock().ok().and_then(|mut f| f.take());
         match failure {
-            Some(source) if source.kind() != io::ErrorKind::BrokenPipe => Err(WriteError {
-                path: "standard output".into(),
-                source,
+            Some(source) if source.kind() != io::ErrorKind::BrokenPipe => {
+                Err(WriteError { path: "standard output".into(), source }.into())
             }
-            .into()),
             _ => Ok(()),
         }
     }

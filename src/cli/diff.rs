@@ -8,8 +8,8 @@ use super::CliError;
 use super::console::Console;
 use super::options::{Common, Diff};
 use crate::image::{
-    Exposure, Picture, check_extension, largest_difference, make_directory, mean_difference,
-    mean_e_pixel, read_picture, relative_rms,
+    Exposure, Picture, check_extension, largest_difference, make_directory, mean_difference, mean_e_pixel,
+    read_picture, relative_rms,
 };
 use crate::study::{Sheet, Tile, difference_scale, difference_tiles};
 
@@ -47,11 +47,7 @@ pub fn run(own: &Diff, common: &Common) -> Result<(), CliError> {
         rms,
         e_pixel: mean_e_pixel(&picture, &reference)?,
         mean_difference: mean.absolute,
-        largest: LargestReport {
-            value: largest.value,
-            x: largest.x,
-            y: largest.y,
-        },
+        largest: LargestReport { value: largest.value, x: largest.x, y: largest.y },
         files: vec![figure(own, common, &picture, &reference)?],
     };
     tell(&console, &report, mean.relative);
@@ -63,29 +59,17 @@ fn tell(console: &Console, r: &DiffReport, relative: [Option<f64>; 3]) {
     let percent = relative.map(|r| r.map_or("-".into(), |r| format!("{:+.3} %", 100.0 * r)));
     console.say(format!("relative RMS error   {:.4} %", 100.0 * r.rms));
     console.say(format!("mean e_pixel         {:.4} %", 100.0 * r.e_pixel));
-    console.say(format!(
-        "mean difference      {red:+.3e} {green:+.3e} {blue:+.3e}  ({})",
-        percent.join(", ")
-    ));
+    console.say(format!("mean difference      {red:+.3e} {green:+.3e} {blue:+.3e}  ({})", percent.join(", ")));
     let LargestReport { value, x, y } = r.largest;
-    console.say(format!(
-        "largest difference   {value:.4} at column {x}, row {y}"
-    ));
+    console.say(format!("largest difference   {value:.4} at column {x}, row {y}"));
     for file in &r.files {
         console.say(file.display().to_string());
     }
 }
 
 /// Writes both pictures and their signed difference side by side.
-fn figure(
-    own: &Diff,
-    common: &Common,
-    picture: &Picture,
-    reference: &Picture,
-) -> Result<PathBuf, CliError> {
-    let exposure = Exposure {
-        stops: own.exposure,
-    };
+fn figure(own: &Diff, common: &Common, picture: &Picture, reference: &Picture) -> Result<PathBuf, CliError> {
+    let exposure = Exposure { stops: own.exposure };
     let names = [&own.picture, &own.reference].map(|p| name(p));
     let scale = difference_scale(picture, reference);
     let difference = difference_tiles(picture, reference, scale, exposure);
@@ -98,19 +82,12 @@ fn figure(
     let mut tiles = vec![tile(picture, &names[0]), tile(reference, &names[1])];
     tiles.extend(difference.iter().map(Tile::from));
     let sheet = Sheet {
-        heading: format!(
-            "{} − {}: red where brighter, blue where darker",
-            names[0], names[1]
-        ),
+        heading: format!("{} − {}: red where brighter, blue where darker", names[0], names[1]),
         tiles,
         columns: 2,
         exposure,
     };
-    let path = own.output.clone().unwrap_or_else(|| {
-        common
-            .out
-            .join(format!("{}-minus-{}.png", names[0], names[1]))
-    });
+    let path = own.output.clone().unwrap_or_else(|| common.out.join(format!("{}-minus-{}.png", names[0], names[1])));
     if own.output.is_none() {
         make_directory(&common.out)?;
     }
@@ -119,8 +96,5 @@ fn figure(
 }
 
 fn name(path: &Path) -> String {
-    path.file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }

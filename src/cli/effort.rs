@@ -48,11 +48,7 @@ impl Effort {
         let default = Fineness::default();
         let fineness = Fineness {
             patches: self.patches.map_or(default.patches, |n| n as usize),
-            sampling: Sampling {
-                rays: self.rays.unwrap_or(default.sampling.rays),
-                seed,
-                ..default.sampling
-            },
+            sampling: Sampling { rays: self.rays.unwrap_or(default.sampling.rays), seed, ..default.sampling },
             ..default
         };
         Precision::Fixed(fineness, self.samples.unwrap_or(SAMPLES))

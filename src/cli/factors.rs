@@ -86,15 +86,9 @@ pub fn run(own: &Factors, common: &Common) -> Result<(), CliError> {
         console.warn(warning);
     }
     let base = scene.transport.unwrap_or_default();
-    let default = Transport {
-        alpha: base.alpha,
-        tau: own.tau.unwrap_or(base.tau),
-    };
+    let default = Transport { alpha: base.alpha, tau: own.tau.unwrap_or(base.tau) };
     let tau: Vec<f32> = scene.transports(default).iter().map(|t| t.tau).collect();
-    let settings = FactorSettings {
-        tolerance: own.tolerance,
-        seed: common.seed,
-    };
+    let settings = FactorSettings { tolerance: own.tolerance, seed: common.seed };
     let table = factors(&scene, &tau, &settings, &console);
     console.say(text(&table));
     if table.unmet > 0 {
@@ -117,38 +111,21 @@ fn text(table: &FactorTable) -> String {
         lengths.chain([least]).max().unwrap_or(least)
     };
     let w = wide(6);
-    let mut text = format!(
-        "{:<w$}  {:<w$}  {:>13}  {:>14}  method\n",
-        "from", "to", "F", "standard error"
-    );
+    let mut text = format!("{:<w$}  {:<w$}  {:>13}  {:>14}  method\n", "from", "to", "F", "standard error");
     for f in table.factors.iter().take(SHOWN) {
         let (from, to) = (name(f.from), name(f.to));
         let (value, error, how) = (f.share.value, f.share.error, f.how.name());
-        let _ = writeln!(
-            text,
-            "{from:<w$}  {to:<w$}  {value:>13.9}  {error:>14.1e}  {how}"
-        );
+        let _ = writeln!(text, "{from:<w$}  {to:<w$}  {value:>13.9}  {error:>14.1e}  {how}");
     }
     if table.factors.len() > SHOWN {
         let _ = writeln!(text, "... {} in all: see the file", table.factors.len());
     }
-    let _ = writeln!(
-        text,
-        "\n{:<w$}  {:>12}  {:>13}  {:>14}",
-        "object", "area", "row sum", "standard error"
-    );
+    let _ = writeln!(text, "\n{:<w$}  {:>12}  {:>13}  {:>14}", "object", "area", "row sum", "standard error");
     for r in table.rows.iter().take(SHOWN) {
         let (name, area, sum) = (&r.name, r.area, r.sum);
-        let _ = writeln!(
-            text,
-            "{name:<w$}  {area:>12.5e}  {:>13.9}  {:>14.1e}",
-            sum.value, sum.error
-        );
+        let _ = writeln!(text, "{name:<w$}  {area:>12.5e}  {:>13.9}  {:>14.1e}", sum.value, sum.error);
     }
-    let worst = table
-        .reciprocity
-        .iter()
-        .max_by(|a, b| a.residual.abs().total_cmp(&b.residual.abs()));
+    let worst = table.reciprocity.iter().max_by(|a, b| a.residual.abs().total_cmp(&b.residual.abs()));
     if let Some(r) = worst {
         let (a, b) = (name(r.pair.0), name(r.pair.1));
         let _ = writeln!(
@@ -167,11 +144,7 @@ fn csv(table: &FactorTable) -> String {
     let mut text = String::from("from,to,F,standard_error,method\n");
     for f in &table.factors {
         let (from, to, how) = (name(f.from), name(f.to), f.how.name());
-        let _ = writeln!(
-            text,
-            "{from},{to},{},{},{how}",
-            f.share.value, f.share.error
-        );
+        let _ = writeln!(text, "{from},{to},{},{},{how}", f.share.value, f.share.error);
     }
     text
 }
@@ -184,12 +157,7 @@ fn quoted(field: &str) -> String {
     }
 }
 
-fn report<'a>(
-    scene: &'a Scene,
-    own: &Factors,
-    table: &'a FactorTable,
-    files: Vec<PathBuf>,
-) -> Report<'a> {
+fn report<'a>(scene: &'a Scene, own: &Factors, table: &'a FactorTable, files: Vec<PathBuf>) -> Report<'a> {
     let name = |i: usize| table.rows[i].name.as_str();
     let objects = table.rows.iter().map(|r| ObjectReport {
         name: &r.name,

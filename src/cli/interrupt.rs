@@ -17,10 +17,7 @@ pub fn end_cleanly() {
     let _ = ctrlc::try_set_handler(|| {
         // Never let go: what is not finished stays unwritten until the process is gone.
         let _held = abandon_files();
-        let _ = writeln!(
-            stderr(),
-            "interrupted: finished files are whole, the others were not written"
-        );
+        let _ = writeln!(stderr(), "interrupted: finished files are whole, the others were not written");
         std::process::exit(INTERRUPTED.into());
     });
 }

@@ -90,22 +90,14 @@ struct TauReport {
 pub fn run(own: &MapArguments, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
     let start = Instant::now();
-    let two_sided = if own.two_sided {
-        Sides::Two
-    } else {
-        Sides::One
-    };
+    let two_sided = if own.two_sided { Sides::Two } else { Sides::One };
     let scene = Scene::open(&own.scene, LoadOptions { two_sided })?;
     make_directory(&common.out)?;
     for warning in &scene.warnings {
         console.warn(warning);
     }
     let prepared = prepare(scene, own.patches as usize);
-    let sampling = Sampling {
-        rays: own.rays,
-        seed: common.seed,
-        ..Sampling::default()
-    };
+    let sampling = Sampling { rays: own.rays, seed: common.seed, ..Sampling::default() };
     let limit = own.limit.bytes();
     check_crossings(&prepared, &sampling, own.grid.into(), limit)?;
     let map = map(&prepared, own.grid.into(), &sampling, &console);
@@ -153,10 +145,7 @@ fn write(common: &Common, prepared: &Prepared, map: &Map) -> Result<Vec<PathBuf>
 
 /// The columns for people: at most eleven of them.
 fn table(map: &Map) -> String {
-    let mut text = format!(
-        "{:>6} {:>19} {:>19} {:>19}\n",
-        "tau", "radius at alpha = 1", "alpha_c", "alpha_variance"
-    );
+    let mut text = format!("{:>6} {:>19} {:>19} {:>19}\n", "tau", "radius at alpha = 1", "alpha_c", "alpha_variance");
     let pairs = map.frontier().into_iter().zip(map.variance_frontier());
     let rows: Vec<_> = map.columns.iter().zip(pairs).collect();
     let step = rows.len().saturating_sub(1).div_ceil(10).max(1);
@@ -178,10 +167,9 @@ fn table(map: &Map) -> String {
 fn sentence(prepared: &Prepared, map: &Map, seconds: f64) -> String {
     let highest = map.columns.last().map_or(0.0, |c| c.radius.upper);
     let verdict = match map.tau_frontier.last() {
-        Some(full) if full.alpha == 1.0 => format!(
-            "with all interreflection (alpha 1) the series diverges from tau = {:.4} on",
-            full.tau
-        ),
+        Some(full) if full.alpha == 1.0 => {
+            format!("with all interreflection (alpha 1) the series diverges from tau = {:.4} on", full.tau)
+        }
         _ if highest < 1.0 => "the series converges over the whole square".into(),
         _ => "the series diverges at every tau once alpha is large enough".into(),
     };
@@ -224,25 +212,13 @@ fn tau_csv(frontier: &[TauPoint]) -> String {
 
 fn report(prepared: &Prepared, map: Map, seconds: f64, files: Vec<PathBuf>) -> MapReport {
     let points = |frontier: Vec<FrontierPoint>| {
-        let point = |p: FrontierPoint| Point {
-            tau: p.tau,
-            alpha: p.alpha,
-            alpha_lower: p.lower,
-            alpha_upper: p.upper,
-        };
+        let point = |p: FrontierPoint| Point { tau: p.tau, alpha: p.alpha, alpha_lower: p.lower, alpha_upper: p.upper };
         frontier.into_iter().map(point).collect()
     };
-    let grid = map.grid().map(|(alpha, tau, radius)| GridPoint {
-        alpha,
-        tau,
-        lower: radius.lower,
-        upper: radius.upper,
-    });
-    let tau_frontier = map.tau_frontier.iter().map(|p| TauReport {
-        alpha: p.alpha,
-        tau: p.tau,
-        spectral_radius: p.radius.into(),
-    });
+    let grid =
+        map.grid().map(|(alpha, tau, radius)| GridPoint { alpha, tau, lower: radius.lower, upper: radius.upper });
+    let tau_frontier =
+        map.tau_frontier.iter().map(|p| TauReport { alpha: p.alpha, tau: p.tau, spectral_radius: p.radius.into() });
     MapReport {
         scene: prepared.scene.name.clone(),
         patches: prepared.patches.len(),

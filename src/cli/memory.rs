@@ -46,21 +46,14 @@ impl MemoryLimit {
 
     /// Checks that pictures of a size fit, of which a command keeps `each` bytes a pixel.
     pub fn check_pictures(&self, size: Size, each: f64) -> Result<(), CliError> {
-        Ok(check_pictures(
-            (size.width, size.height),
-            each,
-            self.bytes(),
-        )?)
+        Ok(check_pictures((size.width, size.height), each, self.bytes())?)
     }
 
     /// Makes a scene ready for as many patches as a tolerance needs and memory holds; the first few must fit.
     pub fn prepare_within(&self, scene: Scene, modes: &[Transport]) -> Result<Prepared, CliError> {
         let mut prepared = prepare(scene, FIRST.0);
         prepared.memory = self.bytes();
-        let sampling = Sampling {
-            rays: FIRST.1,
-            ..Sampling::default()
-        };
+        let sampling = Sampling { rays: FIRST.1, ..Sampling::default() };
         for mode in modes {
             check_memory(&prepared, &[*mode], &sampling, prepared.memory)?;
         }
@@ -70,12 +63,7 @@ impl MemoryLimit {
 
 impl Effort {
     /// Cuts a scene into the patches asked for, and checks that K of all modes fits.
-    pub fn prepare(
-        &self,
-        scene: Scene,
-        modes: &[Transport],
-        fineness: &Fineness,
-    ) -> Result<Prepared, CliError> {
+    pub fn prepare(&self, scene: Scene, modes: &[Transport], fineness: &Fineness) -> Result<Prepared, CliError> {
         let prepared = prepare(scene, fineness.patches);
         check_memory(&prepared, modes, &fineness.sampling, self.limit.bytes())?;
         Ok(prepared)

@@ -132,9 +132,7 @@ fn arguments() -> options::Cli {
         _ => arg,
     };
     let command = options::Cli::command().mut_args(numbers);
-    let matches = command
-        .mut_subcommands(|c| c.mut_args(numbers))
-        .get_matches();
+    let matches = command.mut_subcommands(|c| c.mut_args(numbers)).get_matches();
     options::Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
 }
 
@@ -194,10 +192,7 @@ mod tests {
             alpha_limit: 0.8,
             uniform: true,
         };
-        let (open, shut) = (
-            error(Verdict::Undecided, 0.9),
-            error(Verdict::Diverges, 1.1),
-        );
+        let (open, shut) = (error(Verdict::Undecided, 0.9), error(Verdict::Diverges, 1.1));
         assert!(open.to_string().contains("is undecided") && shut.to_string().contains("diverges"));
         let help = |e: &Diverges| e.help().unwrap().to_string();
         assert!(help(&open).contains("enclose 1") && help(&shut).contains("no finite value"));

@@ -237,11 +237,7 @@ pub struct Trace {
 impl Subject {
     /// Reads and checks the scene.
     pub fn load(&self) -> Result<Scene, CliError> {
-        let sides = if self.two_sided {
-            Sides::Two
-        } else {
-            Sides::One
-        };
+        let sides = if self.two_sided { Sides::Two } else { Sides::One };
         let scene = Scene::open(&self.scene, LoadOptions { two_sided: sides })?;
         scene.require_emission()?;
         Ok(scene)
@@ -275,13 +271,10 @@ pub fn use_threads(threads: Option<u16>) -> Result<(), CliError> {
     let Some(threads) = threads else {
         return Ok(());
     };
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads as usize)
-        .build_global()
-        .map_err(|error| CliError::Usage {
-            message: format!("cannot start {threads} threads: {error}"),
-            help: "pass a smaller number to --threads".into(),
-        })
+    rayon::ThreadPoolBuilder::new().num_threads(threads as usize).build_global().map_err(|error| CliError::Usage {
+        message: format!("cannot start {threads} threads: {error}"),
+        help: "pass a smaller number to --threads".into(),
+    })
 }
 
 #[cfg(test)]

@@ -79,12 +79,7 @@ pub fn mode_sheet<'a>(heading: String, shown: &[Shown<'a>], exposure: Exposure) 
             gain: 1.0,
         }
     });
-    Sheet {
-        heading,
-        tiles: tiles.collect(),
-        columns: 2,
-        exposure,
-    }
+    Sheet { heading, tiles: tiles.collect(), columns: 2, exposure }
 }
 
 /// All modes see the same backs but for those behind others: one warning, of the mode with the most.

@@ -11,9 +11,7 @@ use super::options::{Common, Render};
 use super::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use super::report::{Modes, Radius, RenderReport, mode_of};
 use super::unmet::{unmet, warn_of_error};
-use crate::image::{
-    Exposure, GatherSampling, Picture, check_extension, write_picture, write_with_error,
-};
+use crate::image::{Exposure, GatherSampling, Picture, check_extension, write_picture, write_with_error};
 use crate::light::Transport;
 use crate::scene::Scene;
 use crate::solve::{Diverges, neumann};
@@ -56,14 +54,7 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
         several: transports.len() > 1,
     };
     places.check(&transports)?;
-    let run = Shared {
-        own,
-        common,
-        console: &console,
-        places: &places,
-        load: start.elapsed().as_secs_f64(),
-        start,
-    };
+    let run = Shared { own, common, console: &console, places: &places, load: start.elapsed().as_secs_f64(), start };
     let outcomes = match effort.precision(common.seed) {
         Precision::Within(tolerance) => run.within(scene, &transports, tolerance)?,
         Precision::Fixed(fineness, samples) => run.fixed(scene, &transports, &fineness, samples)?,
@@ -95,17 +86,8 @@ struct Shared<'a> {
 
 impl Shared<'_> {
     /// Every mode to a tolerance, each with the patches that it needs.
-    fn within(
-        &self,
-        scene: Scene,
-        transports: &[Transport],
-        tolerance: f64,
-    ) -> Result<Vec<Outcome>, CliError> {
-        let wanted = Wanted {
-            tolerance,
-            size: (self.own.size.width, self.own.size.height),
-            seed: self.common.seed,
-        };
+    fn within(&self, scene: Scene, transports: &[Transport], tolerance: f64) -> Result<Vec<Outcome>, CliError> {
+        let wanted = Wanted { tolerance, size: (self.own.size.width, self.own.size.height), seed: self.common.seed };
         let mut prepared = self.own.problem.effort.prepare_within(scene, transports)?;
         let limit = self.own.problem.time.map(Duration::from_secs_f64);
         prepared.deadline = limit.map(|time| self.start + time);
@@ -129,11 +111,7 @@ impl Shared<'_> {
         fineness: &Fineness,
         samples: u32,
     ) -> Result<Vec<Outcome>, CliError> {
-        let prepared = self
-            .own
-            .problem
-            .effort
-            .prepare(scene, transports, fineness)?;
+        let prepared = self.own.problem.effort.prepare(scene, transports, fineness)?;
         let clock = Instant::now();
         let (modes, rays) = assemble(&prepared, transports, &fineness.sampling, self.console);
         let form_factors = clock.elapsed().as_secs_f64();
@@ -198,12 +176,7 @@ impl Shared<'_> {
             }
             Err(diverges) => Err(diverges),
         };
-        let outcome = Outcome {
-            transport,
-            picture,
-            backs,
-            report,
-        };
+        let outcome = Outcome { transport, picture, backs, report };
         tell(self.console, &outcome, self.places.several);
         Ok(outcome)
     }
@@ -234,29 +207,19 @@ impl Shared<'_> {
 }
 
 /// The contact sheet and the report of several modes, or the report or error of one.
-fn finish(
-    places: &Places,
-    console: &Console,
-    exposure: Exposure,
-    mut outcomes: Vec<Outcome>,
-) -> Result<(), CliError> {
+fn finish(places: &Places, console: &Console, exposure: Exposure, mut outcomes: Vec<Outcome>) -> Result<(), CliError> {
     if outcomes.len() == 1 {
         let outcome = outcomes.remove(0);
         outcome.picture?;
         return console.report(&outcome.report);
     }
     let path = places.sheet();
-    let shown: Vec<Shown> = outcomes
-        .iter()
-        .map(|o| (o.transport, o.picture.as_ref().map_err(|e| e.to_string())))
-        .collect();
+    let shown: Vec<Shown> =
+        outcomes.iter().map(|o| (o.transport, o.picture.as_ref().map_err(|e| e.to_string()))).collect();
     let heading = format!("{}: L = E + K L, the visible half", places.stem);
     mode_sheet(heading, &shown, exposure).write(&path)?;
     console.say(format!("contact sheet: {}", path.display()));
-    console.report(&Modes {
-        modes: outcomes.into_iter().map(|o| o.report).collect(),
-        files: vec![path],
-    })
+    console.report(&Modes { modes: outcomes.into_iter().map(|o| o.report).collect(), files: vec![path] })
 }
 
 /// The standard error is a layer of an EXR file.
@@ -266,8 +229,7 @@ fn check_layered(output: Option<&Path>) -> Result<(), CliError> {
         return Ok(());
     }
     Err(CliError::Usage {
-        message: "--standard-error is a layer of an EXR file, and the picture is to be a PNG"
-            .into(),
+        message: "--standard-error is a layer of an EXR file, and the picture is to be a PNG".into(),
         help: "name an EXR file: --output FILE.exr".into(),
     })
 }
@@ -280,7 +242,12 @@ fn tell(console: &Console, outcome: &Outcome, several: bool) {
     match &outcome.picture {
         Ok(_) => console.say(format!(
             "{label:<11} {} in {:.2} s ({} patches, F {:.2} s, L {:.2} s, gather {:.2} s), {}spectral radius {}: {}",
-            r.verdict, s.total, r.patches, s.form_factors, s.solve, s.gather,
+            r.verdict,
+            s.total,
+            r.patches,
+            s.form_factors,
+            s.solve,
+            s.gather,
             r.error.map_or(String::new(), |e| format!("estimated error {:.2} %, ", 100.0 * e.total)),
             bounds(r.spectral_radius.as_ref()),
             r.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(" "),
@@ -298,7 +265,5 @@ fn bounds(radius: Option<&Radius>) -> String {
 }
 
 fn exposure(own: &Render) -> Exposure {
-    Exposure {
-        stops: own.problem.subject.exposure,
-    }
+    Exposure { stops: own.problem.subject.exposure }
 }

@@ -179,20 +179,13 @@ pub struct BounceReport {
 
 impl From<Bounds> for Radius {
     fn from(b: Bounds) -> Self {
-        Radius {
-            lower: b.lower,
-            upper: b.upper,
-        }
+        Radius { lower: b.lower, upper: b.upper }
     }
 }
 
 impl From<Closure> for Sums {
     fn from(c: Closure) -> Self {
-        Sums {
-            min: c.min,
-            max: c.max,
-            mean: c.mean,
-        }
+        Sums { min: c.min, max: c.max, mean: c.mean }
     }
 }
 

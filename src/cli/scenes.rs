@@ -21,14 +21,8 @@ pub fn run(common: &Common) -> Result<(), CliError> {
     for (name, description) in builtin::NAMES {
         let scene = Scene::open(name, LoadOptions::default())?;
         let triangles = scene.faces.len();
-        console.say(format!(
-            "{name:<18} {triangles:>6} triangles  {description}"
-        ));
-        list.push(Listed {
-            name,
-            description,
-            triangles,
-        });
+        console.say(format!("{name:<18} {triangles:>6} triangles  {description}"));
+        list.push(Listed { name, description, triangles });
     }
     console.report(&list)
 }

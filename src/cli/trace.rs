@@ -77,11 +77,7 @@ pub fn run(own: &Trace, common: &Common) -> Result<(), CliError> {
         places: &places,
         scene: &scene,
         rays: &rays,
-        seconds: Seconds {
-            load,
-            patches: start.elapsed().as_secs_f64() - load,
-            ..Seconds::default()
-        },
+        seconds: Seconds { load, patches: start.elapsed().as_secs_f64() - load, ..Seconds::default() },
     };
     let mut outcomes = Vec::new();
     for transport in transports {
@@ -121,12 +117,7 @@ impl Shared<'_> {
         }
         let backs = tracer.counts().backs as f64 / tracer.counts().paths.max(1) as f64;
         warn_of_backs(self.console, std::iter::once(backs));
-        let outcome = Outcome {
-            transport,
-            picture,
-            growth,
-            report,
-        };
+        let outcome = Outcome { transport, picture, growth, report };
         self.tell(&outcome);
         Ok(outcome)
     }
@@ -134,11 +125,7 @@ impl Shared<'_> {
     /// Runs passes until the samples are there or the next pass would take too long.
     fn sample(&self, tracer: &mut Tracer) {
         let limit = self.own.time.unwrap_or(f64::INFINITY);
-        let unlimited = if self.own.time.is_some() {
-            u32::MAX
-        } else {
-            SAMPLES
-        };
+        let unlimited = if self.own.time.is_some() { u32::MAX } else { SAMPLES };
         let mut left = self.own.samples.unwrap_or(unlimited);
         if self.own.time.is_none() {
             self.console.begin("trace", u64::from(left.div_ceil(PASS)));
@@ -156,12 +143,7 @@ impl Shared<'_> {
         }
     }
 
-    fn report(
-        &self,
-        transport: Transport,
-        tracer: &Tracer,
-        (ends, growth): (bool, Growth),
-    ) -> TraceReport {
+    fn report(&self, transport: Transport, tracer: &Tracer, (ends, growth): (bool, Growth)) -> TraceReport {
         let (mode, alpha, tau) = mode_of(transport);
         let counts = tracer.counts();
         let verdict = match (tracer.check(), counts.cut) {
@@ -170,11 +152,7 @@ impl Shared<'_> {
             (_, 0) => "sampled",
             _ => "truncated",
         };
-        let bounce = |(n, mean): (usize, Mean)| MeanReport {
-            n,
-            mean: mean.value,
-            standard_error: mean.error,
-        };
+        let bounce = |(n, mean): (usize, Mean)| MeanReport { n, mean: mean.value, standard_error: mean.error };
         TraceReport {
             render: RenderReport {
                 scene: self.scene.name.clone(),
@@ -230,9 +208,7 @@ impl Shared<'_> {
         if r.paths_cut > 0 {
             let advice = match outcome.growth.diverges() {
                 true => "",
-                false => {
-                    ". Raise --max-bounces, unless `halflight bounces` says that the series diverges"
-                }
+                false => ". Raise --max-bounces, unless `halflight bounces` says that the series diverges",
             };
             self.console.warn(format!(
                 "{label}: {:.2} % of the paths were cut after {} bounces; the picture is the series up to there{advice}",
@@ -250,24 +226,16 @@ impl Shared<'_> {
             return self.console.report(&outcome.report);
         }
         let path = self.places.sheet();
-        let shown: Vec<Shown> = outcomes
-            .iter()
-            .map(|o| (o.transport, o.picture.as_ref().map_err(|e| e.to_string())))
-            .collect();
+        let shown: Vec<Shown> =
+            outcomes.iter().map(|o| (o.transport, o.picture.as_ref().map_err(|e| e.to_string()))).collect();
         let heading = format!("{}: path tracing, the visible half", self.scene.name);
         mode_sheet(heading, &shown, self.exposure()).write(&path)?;
-        self.console
-            .say(format!("contact sheet: {}", path.display()));
-        self.console.report(&Modes {
-            modes: outcomes.into_iter().map(|o| o.report).collect(),
-            files: vec![path],
-        })
+        self.console.say(format!("contact sheet: {}", path.display()));
+        self.console.report(&Modes { modes: outcomes.into_iter().map(|o| o.report).collect(), files: vec![path] })
     }
 
     fn exposure(&self) -> Exposure {
-        Exposure {
-            stops: self.own.subject.exposure,
-        }
+        Exposure { stops: self.own.subject.exposure }
     }
 }
 

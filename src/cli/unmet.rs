@@ -5,12 +5,7 @@ use crate::light::Transport;
 use crate::study::ErrorParts;
 
 /// Says where more is estimated than was asked for, and of what.
-pub(super) fn warn_of_error(
-    console: &Console,
-    transport: Transport,
-    error: &ErrorParts,
-    tolerance: f64,
-) {
+pub(super) fn warn_of_error(console: &Console, transport: Transport, error: &ErrorParts, tolerance: f64) {
     if let Some(why) = unmet(error, tolerance) {
         console.warn(format!("{}: {why}", transport.label()));
     }
@@ -30,7 +25,9 @@ pub(super) fn unmet(error: &ErrorParts, tolerance: f64) -> Option<String> {
     let largest = parts.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
     let (part, name) = largest.unwrap_or_default();
     if error.gather >= 1.0 {
-        return Some("the scene emits light, but no ray found any on what the camera sees: the error is not known".into());
+        return Some(
+            "the scene emits light, but no ray found any on what the camera sees: the error is not known".into(),
+        );
     }
     Some(format!(
         "estimated error {:.2} %, more than the {:.2} % asked for; most of it ({:.2} %) is {name}, which more effort \

@@ -34,13 +34,7 @@ impl From<Growth> for VarianceReport {
 }
 
 /// Looks at the variance of path tracing a mode, and warns where it is infinite or may be.
-pub fn check_variance(
-    console: &Console,
-    scene: &Scene,
-    rays: &Rays,
-    transport: Transport,
-    seed: u32,
-) -> Growth {
+pub fn check_variance(console: &Console, scene: &Scene, rays: &Rays, transport: Transport, seed: u32) -> Growth {
     let found = growth(scene, rays, transport, seed);
     if let Some(words) = warning(&found) {
         console.warn(format!("{}: {words}", transport.label()));
@@ -59,8 +53,7 @@ fn warning(g: &Growth) -> Option<String> {
              --max-bounces and grows with that; `halflight bounces` shows the terms, smaller --alpha or --tau converge"
         ));
     }
-    let instead =
-        "`halflight render` solves L = E + K L without it; smaller --alpha or --tau tame it";
+    let instead = "`halflight render` solves L = E + K L without it; smaller --alpha or --tau tame it";
     match g.variance {
         Variance::Finite => None,
         Variance::Infinite => {
@@ -88,16 +81,8 @@ mod tests {
     use crate::operator::Bounds;
 
     fn found(variance: Variance, mean: f64, squares: f64, exponent: Option<f64>) -> Growth {
-        let around = |x: f64| Bounds {
-            lower: x,
-            upper: 1.001 * x,
-        };
-        Growth {
-            variance,
-            mean: Some(around(mean)),
-            squares: Some(around(squares)),
-            exponent,
-        }
+        let around = |x: f64| Bounds { lower: x, upper: 1.001 * x };
+        Growth { variance, mean: Some(around(mean)), squares: Some(around(squares)), exponent }
     }
 
     #[test]

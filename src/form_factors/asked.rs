@@ -51,13 +51,11 @@ impl Lighting<'_> {
     ) -> DVec3 {
         let sight = self.sight;
         if let Some(links) = &sight.links {
-            let points: Vec<(f32, f32)> = (0..links.draws(patch))
-                .map(|_| (random.uniform(), random.uniform()))
-                .collect();
+            let points: Vec<(f32, f32)> =
+                (0..links.draws(patch)).map(|_| (random.uniform(), random.uniform())).collect();
             let place = (receiver, patch);
             let path = (self.rays, sight);
-            let (light, rays) =
-                links.gather(place, self.luminaires, path, points.into_iter(), scratch);
+            let (light, rays) = links.gather(place, self.luminaires, path, points.into_iter(), scratch);
             *cast += rays;
             return light;
         }

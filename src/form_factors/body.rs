@@ -26,23 +26,17 @@ pub(super) struct Body {
 
 /// A patch's corners, counter-clockwise seen from the side it lies on.
 pub(super) fn patch_body(patches: &Patches, i: usize) -> Option<Body> {
-    let corners = patches
-        .pieces(i)
-        .flat_map(|(_, [a, b, c])| match patches.side(i) {
-            Side::Front => [a, b, c],
-            Side::Back => [a, c, b],
-        });
+    let corners = patches.pieces(i).flat_map(|(_, [a, b, c])| match patches.side(i) {
+        Side::Front => [a, b, c],
+        Side::Back => [a, c, b],
+    });
     Body::new(corners.map(|p| p.as_dvec3()))
 }
 
 impl Body {
     /// `None` where there are too many corners.
     pub fn new(corners: impl Iterator<Item = DVec3>) -> Option<Body> {
-        let mut body = Body {
-            corners: Vec::new(),
-            plane: None,
-            part: NONE,
-        };
+        let mut body = Body { corners: Vec::new(), plane: None, part: NONE };
         let mut area = DVec3::ZERO;
         let all: Vec<DVec3> = corners.collect();
         for t in all.chunks_exact(3) {
@@ -87,11 +81,7 @@ impl Body {
                 corners.push(p);
             }
         }
-        Body {
-            corners,
-            plane: None,
-            part: NONE,
-        }
+        Body { corners, plane: None, part: NONE }
     }
 
     /// The plane that this and another body lie in, if in one.
@@ -109,10 +99,7 @@ impl Body {
         let Some((normal, offset)) = self.plane else {
             return true;
         };
-        caster
-            .corners
-            .iter()
-            .any(|p| normal.dot(*p) - offset > FLAT)
+        caster.corners.iter().any(|p| normal.dot(*p) - offset > FLAT)
     }
 }
 

@@ -42,11 +42,7 @@ struct Accumulator {
 
 impl Accumulator {
     fn new(n: usize) -> Self {
-        Accumulator {
-            weights: vec![0.0; n],
-            touched: Vec::new(),
-            total: 0.0,
-        }
+        Accumulator { weights: vec![0.0; n], touched: Vec::new(), total: 0.0 }
     }
 
     #[inline]
@@ -112,10 +108,7 @@ pub fn cast_counts(
 ) -> (Vec<FormFactors>, u64) {
     let needed: Vec<&Variant> = variants.iter().filter(|v| needs_rays(v)).collect();
     let through = needed.iter().any(|v| v.tau.iter().any(|&t| t > 0.0));
-    let most = Sampling {
-        rays: counts.iter().copied().max().unwrap_or(1),
-        ..*sampling
-    };
+    let most = Sampling { rays: counts.iter().copied().max().unwrap_or(1), ..*sampling };
     let caster = Caster::new(scene, (rays, patches), through, &most);
     let count = |i: usize| counts[i].max(1);
     let scratch = || {
@@ -222,11 +215,7 @@ impl<'a> Caster<'a> {
     fn ray(&self, i: usize, k: u32, seed: u32) -> Ray {
         let at = |d: usize| self.sobol.point(k, d, seed);
         let from = self.patches.point(i, at(0), at(1));
-        Ray {
-            origin: from.position,
-            direction: cosine_direction(from.normal, at(2), at(3)),
-            source: Some(from.face),
-        }
+        Ray { origin: from.position, direction: cosine_direction(from.normal, at(2), at(3)), source: Some(from.face) }
     }
 
     fn find(&self, ray: &Ray, hits: &mut Vec<Hit>) {
@@ -244,12 +233,7 @@ impl<'a> Caster<'a> {
     }
 
     /// The same for the first `count` rays.
-    fn each_of(
-        &self,
-        (i, count): (usize, u32),
-        hits: &mut Vec<Hit>,
-        mut each: impl FnMut(&Ray, &[Hit]),
-    ) {
+    fn each_of(&self, (i, count): (usize, u32), hits: &mut Vec<Hit>, mut each: impl FnMut(&Ray, &[Hit])) {
         let seed = hash(i as u32, self.seed);
         for k in 0..count {
             let ray = self.ray(i, k, seed);

@@ -48,9 +48,5 @@ pub fn reciprocity(f: &Rows, areas: &[f64]) -> f64 {
             norm += sent * sent;
         }
     }
-    if norm > 0.0 {
-        (residual / norm).sqrt()
-    } else {
-        0.0
-    }
+    if norm > 0.0 { (residual / norm).sqrt() } else { 0.0 }
 }

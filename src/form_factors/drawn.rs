@@ -20,12 +20,7 @@ const DRAWS: f64 = 16.0;
 
 /// Chances of the nodes a walk left to be drawn, in proportion to how far what arrives may be from what is expected; and
 /// how many to draw at a receiver.
-pub(super) fn weigh(
-    walk: &Walk,
-    maker: &Maker,
-    i: usize,
-    hits: &mut Vec<Hit>,
-) -> (Vec<Chance>, u32) {
+pub(super) fn weigh(walk: &Walk, maker: &Maker, i: usize, hits: &mut Vec<Hit>) -> (Vec<Chance>, u32) {
     let mut chances = Vec::with_capacity(walk.drawn.len());
     let sobol = Sobol::new(TRIALS as usize, 4);
     let mut until = 0.0;
@@ -41,11 +36,7 @@ pub(super) fn weigh(
             false => (share, likely * (1.0 - likely)),
         };
         until += all.max(walk.estimate(own)) * doubt.sqrt();
-        chances.push(Chance {
-            node,
-            until,
-            expected,
-        });
+        chances.push(Chance { node, until, expected });
     }
     chances.iter_mut().for_each(|d| d.until /= until);
     let wanted = (DRAWS * until / walk.total.max(until)).ceil() as u32;
@@ -68,14 +59,7 @@ fn trials(
     for s in 0..TRIALS {
         let at = |d: usize| sobol.point(s, d, seed);
         let p = maker.patches.point(i, at(0), at(1));
-        let drawn = draw(
-            lamps,
-            maker.luminaires,
-            k,
-            (at(2), at(3)),
-            p.position,
-            p.normal,
-        );
+        let drawn = draw(lamps, maker.luminaires, k, (at(2), at(3)), p.position, p.normal);
         let Some(drawn) = drawn else { continue };
         let from = (p.position, Some(p.face));
         let to = (drawn.position, Some(drawn.face));

@@ -131,16 +131,7 @@ pub fn gather_luminaire(
         (Some(form), _) => sum.add_point(weight, form),
         (None, _) => {}
     }
-    draw(
-        sum,
-        weight,
-        receiver,
-        luminaire,
-        closed.is_none(),
-        (rays, sight),
-        points,
-        scratch,
-    )
+    draw(sum, weight, receiver, luminaire, closed.is_none(), (rays, sight), points, scratch)
 }
 
 /// Casts visibility rays to points drawn on a luminaire.
@@ -162,8 +153,7 @@ fn draw(
         // A luminaire half below the horizon hides most points drawn; until one is found, others are tried.
         for (a, b) in [(0.0, 0.0), (0.5, 0.5), (0.5, 0.0), (0.0, 0.5)] {
             let y = luminaire.point((u + a).fract(), (v + b).fract());
-            let kernel =
-                luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal) / count;
+            let kernel = luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal) / count;
             if kernel > 0.0 {
                 let from = (receiver.position, Some(receiver.face));
                 let to = (y.position, Some(y.face));
@@ -193,14 +183,7 @@ pub fn receive_emitted(
     tick: Progress,
 ) -> (Vec<Rgb>, u64) {
     if let Some(links) = &sight.links {
-        return receive_linked(
-            (rays, patches),
-            luminaires,
-            (sight, links),
-            receives,
-            sampling,
-            tick,
-        );
+        return receive_linked((rays, patches), luminaires, (sight, links), receives, sampling, tick);
     }
     let sobol = Sobol::new(sampling.emitter_rays.max(1) as usize, 4);
     let receive = |scratch: &mut Scratch, i: usize| {
@@ -213,34 +196,23 @@ pub fn receive_emitted(
             let exact = sight.occlusion == Occlusion::Nothing || between != Between::Unknown;
             let most = if exact { SMOOTH } else { u32::MAX };
             let points = sampling.emitter_rays.min(most).max(1);
-            let seed = hash(
-                (i * luminaires.list.len() + l) as u32,
-                sampling.seed ^ 0x5eed_1a3b,
-            );
+            let seed = hash((i * luminaires.list.len() + l) as u32, sampling.seed ^ 0x5eed_1a3b);
             let mut sum = DirectSum::default();
             for k in 0..points {
                 let at = |d: usize| sobol.point(k, d, seed);
                 let p = patches.point(i, at(0), at(1));
-                let receiver = Receiver {
-                    position: p.position,
-                    normal: p.normal,
-                    face: p.face,
-                };
+                let receiver = Receiver { position: p.position, normal: p.normal, face: p.face };
                 let draw = std::iter::once((at(2), at(3)));
                 let path = (rays, sight);
                 let lamp = (luminaire, between);
-                cast +=
-                    gather_luminaire(&mut sum, DVec3::ONE, &receiver, lamp, path, draw, scratch);
+                cast += gather_luminaire(&mut sum, DVec3::ONE, &receiver, lamp, path, draw, scratch);
             }
             received += sum.estimate().x / f64::from(points) * luminaire.radiance.as_dvec3();
         }
         tick(1);
         (received.as_vec3(), cast)
     };
-    let received: Vec<(Rgb, u64)> = (0..patches.len())
-        .into_par_iter()
-        .map_init(Scratch::default, receive)
-        .collect();
+    let received: Vec<(Rgb, u64)> = (0..patches.len()).into_par_iter().map_init(Scratch::default, receive).collect();
     let cast = received.iter().map(|r| r.1).sum();
     (received.into_iter().map(|r| r.0).collect(), cast)
 }
@@ -267,11 +239,7 @@ fn receive_linked(
         let draws = draws * links.draws(i as u32);
         for k in 0..points {
             let p = patches.point(i, sobol.point(k, 0, seed), sobol.point(k, 1, seed));
-            let receiver = Receiver {
-                position: p.position,
-                normal: p.normal,
-                face: p.face,
-            };
+            let receiver = Receiver { position: p.position, normal: p.normal, face: p.face };
             let draw = |j: usize| {
                 let at = |d: usize| sobol.point(k * draws + j as u32, d, seed);
                 (at(2), at(3))
@@ -284,10 +252,7 @@ fn receive_linked(
         }
         (received.as_vec3(), cast)
     };
-    let received: Vec<(Rgb, u64)> = (0..patches.len())
-        .into_par_iter()
-        .map_init(Scratch::default, receive)
-        .collect();
+    let received: Vec<(Rgb, u64)> = (0..patches.len()).into_par_iter().map_init(Scratch::default, receive).collect();
     let cast = received.iter().map(|r| r.1).sum();
     (received.into_iter().map(|r| r.0).collect(), cast)
 }

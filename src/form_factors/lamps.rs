@@ -95,11 +95,7 @@ impl Lamps {
             (s.first / weight, s.normal.normalize_or_zero(), k as u32)
         };
         let mut things: Vec<Placed> = sums.iter().enumerate().map(place).collect();
-        let mut lamps = Lamps {
-            nodes: Vec::new(),
-            order: Vec::new(),
-            before: vec![0.0],
-        };
+        let mut lamps = Lamps { nodes: Vec::new(), order: Vec::new(), before: vec![0.0] };
         lamps.grow(&mut things, list, &sums);
         for &l in &lamps.order {
             let last = lamps.before[lamps.before.len() - 1];
@@ -121,10 +117,7 @@ impl Lamps {
             let (a, a_sums) = self.grow(left, list, sums);
             let (b, b_sums) = self.grow(right, list, sums);
             let own = a_sums.add(&b_sums);
-            (
-                join(first..self.order.len(), [a, b], &self.nodes, &own),
-                own,
-            )
+            (join(first..self.order.len(), [a, b], &self.nodes, &own), own)
         };
         self.nodes.push(node);
         (self.nodes.len() - 1, own)
@@ -268,8 +261,7 @@ mod tests {
             (whole.abs(), (off / exact).abs().max_element())
         };
         let radius = root.radius();
-        let ((near, near_colour), (far, far_colour)) =
-            (errors(5.0 * radius), errors(10.0 * radius));
+        let ((near, near_colour), (far, far_colour)) = (errors(5.0 * radius), errors(10.0 * radius));
         // At twice the distance an eighth and a quarter, if the leading terms lead.
         assert!(near < 0.01 && far < near / 6.0, "{near} {far}");
         let colours = near_colour < 0.02 && far_colour < near_colour / 3.0;

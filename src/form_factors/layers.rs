@@ -66,12 +66,7 @@ pub fn cast_layers(
     tick: Progress,
 ) -> (Layers, u64) {
     let through = tau.iter().any(|&t| t > 0.0);
-    let collector = Collector {
-        scene,
-        patches: path.1,
-        sends,
-        tau,
-    };
+    let collector = Collector { scene, patches: path.1, sends, tau };
     let caster = Caster::new(scene, path, through, sampling);
     let needed = |i: usize| receives[i] && sends.contains(&true);
     let rows: Vec<Row> = (0..path.1.len())
@@ -87,11 +82,7 @@ pub fn cast_layers(
     let rays = sampling.rays.max(1);
     let sources = (0..rows.len()).filter(|&i| needed(i)).count();
     let depths = rows.iter().flat_map(|r| &r.crossings).map(|c| c.depth);
-    let layers = Layers {
-        deepest: depths.max().unwrap_or(0),
-        rows,
-        rays,
-    };
+    let layers = Layers { deepest: depths.max().unwrap_or(0), rows, rays };
     (layers, sources as u64 * u64::from(rays))
 }
 
@@ -119,11 +110,7 @@ impl Collector<'_> {
             let position = ray.origin + hit.t * ray.direction;
             let patch = self.patches.at(hit.face, hit.side, position);
             if let Some(slot) = patch.filter(|&j| self.sends[j as usize]) {
-                row.crossings.push(Crossing {
-                    slot,
-                    depth,
-                    weight,
-                });
+                row.crossings.push(Crossing { slot, depth, weight });
             }
             weight *= self.tau[self.scene.faces[hit.face as usize].material as usize];
             if weight == 0.0 {
@@ -221,10 +208,7 @@ impl Layers {
     fn powers(&self, t: f32) -> Vec<f32> {
         let next = |power: &f64| Some(power * f64::from(t));
         let powers = std::iter::successors(Some(1.0), next);
-        powers
-            .take(self.deepest as usize + 1)
-            .map(|p| p as f32)
-            .collect()
+        powers.take(self.deepest as usize + 1).map(|p| p as f32).collect()
     }
 
     /// A matrix whose rows are means over the rays; entries that are 0 are left out.
@@ -235,10 +219,7 @@ impl Layers {
             values.resize(row.columns.len(), 0.0);
             fill(row, values);
             let entries = row.columns.iter().zip(values.iter());
-            entries
-                .filter(|(_, v)| **v > 0.0)
-                .map(|(&j, &v)| (j, (v * share) as f32))
-                .unzip()
+            entries.filter(|(_, v)| **v > 0.0).map(|(&j, &v)| (j, (v * share) as f32)).unzip()
         };
         let rows = self.rows.par_iter().map_init(Vec::new, row);
         Rows::from_rows(rows.collect())

@@ -100,12 +100,7 @@ impl Links {
 }
 
 /// `sum of F L` of shares of nodes at a point with unit normal, nothing between.
-pub(super) fn light(
-    (lamps, luminaires): (&Lamps, &Luminaires),
-    nodes: &[(usize, f64)],
-    x: DVec3,
-    n: DVec3,
-) -> DVec3 {
+pub(super) fn light((lamps, luminaires): (&Lamps, &Luminaires), nodes: &[(usize, f64)], x: DVec3, n: DVec3) -> DVec3 {
     let light = |k: usize| node_light(lamps, luminaires, k, (x, n));
     nodes.iter().map(|&(k, share)| share * light(k)).sum()
 }
@@ -127,10 +122,7 @@ fn node_light(lamps: &Lamps, luminaires: &Luminaires, k: usize, (x, n): (DVec3, 
         return node.moments.light(x, n);
     }
     if let Some(children) = node.children {
-        return children
-            .map(|c| node_light(lamps, luminaires, c, (x, n)))
-            .iter()
-            .sum();
+        return children.map(|c| node_light(lamps, luminaires, c, (x, n))).iter().sum();
     }
     // A luminaire that is not far has a closed form.
     let luminaire = &luminaires.list[lamps.order[node.range.start] as usize];
@@ -148,12 +140,8 @@ fn finish(mut walk: Walk, maker: &Maker, i: usize, hits: &mut Vec<Hit>) -> Link 
     walk.drawn.extend(weaker.into_iter().map(|e| e.0));
     let number = |k: usize| lamps.order[lamps.nodes[k].range.start];
     let (drawn, draws) = weigh(&walk, maker, i, hits);
-    let mut link = Link {
-        exact: exact.into_iter().map(|(k, f)| (number(k), f)).collect(),
-        drawn,
-        draws,
-        ..Link::default()
-    };
+    let mut link =
+        Link { exact: exact.into_iter().map(|(k, f)| (number(k), f)).collect(), drawn, draws, ..Link::default() };
     smoothe(&walk, maker, &mut link);
     link
 }

@@ -77,25 +77,16 @@ pub struct Luminaires {
 impl Luminaires {
     /// Chooses the emitters of a scene that are worth a closed form.
     pub fn new(scene: &Scene) -> Luminaires {
-        let mut luminaires = Luminaires {
-            list: Vec::new(),
-            carries: carried(scene),
-            parts: Vec::new(),
-        };
+        let mut luminaires = Luminaires { list: Vec::new(), carries: carried(scene), parts: Vec::new() };
         let groups = luminaires.groups(scene);
         luminaires.parts = convex_parts(scene, &groups);
         for faces in divided(scene, groups) {
             let part = luminaires.part(faces[0]);
             let whole = faces.iter().all(|&f| luminaires.part(f) == part);
             let front = Luminaire::new(scene, &faces, Side::Front);
-            luminaires.list.push(Luminaire {
-                part: if whole { part } else { NONE },
-                ..front
-            });
+            luminaires.list.push(Luminaire { part: if whole { part } else { NONE }, ..front });
             if scene.material(faces[0]).sides == Sides::Two {
-                luminaires
-                    .list
-                    .push(Luminaire::new(scene, &faces, Side::Back));
+                luminaires.list.push(Luminaire::new(scene, &faces, Side::Back));
             }
         }
         luminaires
@@ -112,12 +103,10 @@ impl Luminaires {
         let mut groups: Vec<Vec<u32>> = Vec::new();
         for (f, face) in scene.faces.iter().enumerate() {
             if self.carries[face.material as usize] {
-                let k = *order
-                    .entry((face.object, face.material))
-                    .or_insert_with(|| {
-                        groups.push(Vec::new());
-                        groups.len() - 1
-                    });
+                let k = *order.entry((face.object, face.material)).or_insert_with(|| {
+                    groups.push(Vec::new());
+                    groups.len() - 1
+                });
                 groups[k].push(f as u32);
             }
         }
@@ -146,9 +135,7 @@ fn quadrangle(first: &EmittingTriangle, second: &EmittingTriangle) -> Option<[DV
     let turned = |t: &[DVec3; 3], k: usize| [t[k], t[(k + 1) % 3], t[(k + 2) % 3]];
     let turns = (0..9).map(|k| (turned(&first.exact, k / 3), turned(&second.exact, k % 3)));
     // c-a of the first, a-c of the second.
-    let shared = turns
-        .into_iter()
-        .find(|([a, _, c], [p, q, _])| (a, c) == (p, q));
+    let shared = turns.into_iter().find(|([a, _, c], [p, q, _])| (a, c) == (p, q));
     let ([a, b, c], [_, _, d]) = shared?;
     let corners = [a, b, c, d];
     let size = (c - a).length();
@@ -172,13 +159,7 @@ impl Luminaire {
             sum += scene.area(face);
             let exact = corners.map(|p| p.as_dvec3());
             let normal = (exact[1] - exact[0]).cross(exact[2] - exact[0]).normalize();
-            triangles.push(EmittingTriangle {
-                corners,
-                exact,
-                normal,
-                face,
-                share: sum as f32,
-            });
+            triangles.push(EmittingTriangle { corners, exact, normal, face, share: sum as f32 });
         }
         for t in &mut triangles {
             t.share = (t.share as f64 / sum) as f32;
@@ -237,17 +218,9 @@ impl Luminaire {
         let k = self.triangles.partition_point(|t| t.share <= u);
         let k = k.min(self.triangles.len() - 1);
         let t = &self.triangles[k];
-        let before = if k == 0 {
-            0.0
-        } else {
-            self.triangles[k - 1].share
-        };
+        let before = if k == 0 { 0.0 } else { self.triangles[k - 1].share };
         let u = ((u - before) / (t.share - before)).clamp(0.0, 0.999_999_94);
-        EmittingPoint {
-            position: triangle_point(t.corners, u, v),
-            normal: t.normal,
-            face: t.face,
-        }
+        EmittingPoint { position: triangle_point(t.corners, u, v), normal: t.normal, face: t.face }
     }
 }
 

@@ -62,9 +62,7 @@ impl Links {
             if let Some(drawn) = draw(&self.lamps, luminaires, picked.node, (u, v), x, n) {
                 let from = (x, Some(receiver.face));
                 let to = (drawn.position, Some(drawn.face));
-                let arrived = sight
-                    .occlusion
-                    .transmittance(rays, from, to, scratch.hits());
+                let arrived = sight.occlusion.transmittance(rays, from, to, scratch.hits());
                 let beyond = f64::from(arrived) - picked.expected;
                 sum += drawn.light * (beyond * share / chance);
                 cast += 1;
@@ -86,9 +84,7 @@ impl Links {
 /// A point of the unit square that differs from receiver to receiver and from luminaire to luminaire.
 fn somewhere(x: Vec3, luminaire: u32) -> (f32, f32) {
     let place = x.to_array().map(f32::to_bits);
-    let seed = place
-        .into_iter()
-        .fold(luminaire, |seed, bits| hash(bits, seed));
+    let seed = place.into_iter().fold(luminaire, |seed, bits| hash(bits, seed));
     let unit = |bits: u32| (bits >> 8) as f32 * (1.0 / 16_777_216.0);
     (unit(seed), unit(hash(1, seed)))
 }

@@ -68,11 +68,7 @@ pub struct Sampling {
 
 impl Default for Sampling {
     fn default() -> Self {
-        Sampling {
-            rays: 256,
-            emitter_rays: 64,
-            seed: 0,
-        }
+        Sampling { rays: 256, emitter_rays: 64, seed: 0 }
     }
 }
 

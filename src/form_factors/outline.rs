@@ -59,28 +59,18 @@ impl Outline {
         if triangles.len() > Outline::MOST_FACES {
             return None;
         }
-        let mut mesh = Outline {
-            corners: Vec::new(),
-            faces: Vec::new(),
-            edges: Vec::new(),
-        };
+        let mut mesh = Outline { corners: Vec::new(), faces: Vec::new(), edges: Vec::new() };
         let mut known: HashMap<[u64; 3], u32> = HashMap::new();
         for triangle in triangles {
             let corners = triangle.map(|p| {
-                *known
-                    .entry(p.to_array().map(f64::to_bits))
-                    .or_insert_with(|| {
-                        mesh.corners.push(p);
-                        mesh.corners.len() as u32 - 1
-                    })
+                *known.entry(p.to_array().map(f64::to_bits)).or_insert_with(|| {
+                    mesh.corners.push(p);
+                    mesh.corners.len() as u32 - 1
+                })
             });
             let [a, b, c] = triangle;
             let normal = (b - a).cross(c - a);
-            mesh.faces.push(Face {
-                corners,
-                normal,
-                offset: normal.dot(a),
-            });
+            mesh.faces.push(Face { corners, normal, offset: normal.dot(a) });
         }
         mesh.find_edges();
         Some(mesh)
@@ -97,12 +87,7 @@ impl Outline {
                     continue;
                 }
                 open.insert((a, b), self.edges.len());
-                self.edges.push(Edge {
-                    a,
-                    b,
-                    left: k as u32,
-                    right: None,
-                });
+                self.edges.push(Edge { a, b, left: k as u32, right: None });
             }
         }
     }

@@ -29,10 +29,7 @@ pub(super) fn divided(scene: &Scene, groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
             let normal = (b - a).cross(c - a).normalize_or_zero();
             ((a + b + c) / 3.0, normal, face)
         };
-        divide(
-            &mut group.into_iter().map(place).collect::<Vec<_>>(),
-            &mut pieces,
-        );
+        divide(&mut group.into_iter().map(place).collect::<Vec<_>>(), &mut pieces);
     }
     pieces
 }
@@ -43,9 +40,7 @@ pub(super) fn connected(scene: &Scene, faces: Vec<u32>) -> Vec<Vec<u32>> {
     let mut parent: Vec<usize> = (0..faces.len()).collect();
     for (k, &face) in faces.iter().enumerate() {
         for corner in scene.corners(face) {
-            let other = *first
-                .entry(corner.to_array().map(f32::to_bits))
-                .or_insert(k);
+            let other = *first.entry(corner.to_array().map(f32::to_bits)).or_insert(k);
             let (a, b) = (root(&mut parent, other), root(&mut parent, k));
             // The first face of a part is its root.
             parent[a.max(b)] = a.min(b);
@@ -98,13 +93,10 @@ mod tests {
     fn panels(pitch: f64) -> Scene {
         let square = |k: u32| {
             let x = f64::from(k) * pitch;
-            [(0.0, 0.0), (0.01, 0.0), (0.01, 0.01), (0.0, 0.01)]
-                .map(|(u, v)| DVec3::new(x + u, v, 0.0))
+            [(0.0, 0.0), (0.01, 0.0), (0.01, 0.01), (0.0, 0.01)].map(|(u, v)| DVec3::new(x + u, v, 0.0))
         };
         let corners: Vec<DVec3> = (0..300).flat_map(square).collect();
-        let faces: Vec<(Vec<u32>, u32)> = (0..300)
-            .map(|k| ((4 * k..4 * k + 4).collect(), 0))
-            .collect();
+        let faces: Vec<(Vec<u32>, u32)> = (0..300).map(|k| ((4 * k..4 * k + 4).collect(), 0)).collect();
         let glow = Material::new("glow", Rgb::ZERO, Rgb::ONE);
         Scene::from_faces("panels", &corners, &faces, vec![glow]).expect("a correct scene")
     }

@@ -89,10 +89,7 @@ mod tests {
     /// Both triangles of the unit square [0, 1]² at height h above the origin, facing down.
     fn square(h: f64) -> [[DVec3; 3]; 2] {
         let p = |x: f64, y: f64| DVec3::new(x, y, h);
-        [
-            [p(0.0, 0.0), p(1.0, 1.0), p(1.0, 0.0)],
-            [p(0.0, 0.0), p(0.0, 1.0), p(1.0, 1.0)],
-        ]
+        [[p(0.0, 0.0), p(1.0, 1.0), p(1.0, 0.0)], [p(0.0, 0.0), p(0.0, 1.0), p(1.0, 1.0)]]
     }
 
     /// Differential element below the corner of a parallel a×b rectangle at distance c (Howell's catalogue, B-3).
@@ -105,10 +102,7 @@ mod tests {
     #[test]
     fn parallel_square_matches_the_catalogue() {
         for h in [1e-3, 0.1, 1.0, 10.0, 1e4] {
-            let sum: f64 = square(h)
-                .iter()
-                .map(|t| point_to_polygon(DVec3::Z, t))
-                .sum();
+            let sum: f64 = square(h).iter().map(|t| point_to_polygon(DVec3::Z, t)).sum();
             let exact = corner(1.0, 1.0, h);
             // Cancellation: terms of the size of the edge's angle 1/h sum to a result of 1/h².
             let digits = 1e-15 * h.max(1.0) * 10.0;
@@ -129,13 +123,8 @@ mod tests {
         // A wall in the plane x = 1, from below the floor to height 1, facing the point: only z > 0 counts.
         let p = |y: f64, z: f64| DVec3::new(1.0, y, z);
         let form = |low: f64| {
-            let wall = [
-                [p(0.0, low), p(0.0, 1.0), p(1.0, 1.0)],
-                [p(0.0, low), p(1.0, 1.0), p(1.0, low)],
-            ];
-            wall.iter()
-                .map(|t| point_to_polygon(DVec3::Z, t))
-                .sum::<f64>()
+            let wall = [[p(0.0, low), p(0.0, 1.0), p(1.0, 1.0)], [p(0.0, low), p(1.0, 1.0), p(1.0, low)]];
+            wall.iter().map(|t| point_to_polygon(DVec3::Z, t)).sum::<f64>()
         };
         assert!((form(-3.0) - form(0.0)).abs() < 1e-15);
         assert!(form(0.0) > 0.01);

@@ -57,12 +57,7 @@ impl Sampler<'_> {
         let (mut done, mut until) = (0, FIRST);
         loop {
             sums.par_iter_mut().enumerate().for_each(|(r, sum)| {
-                self.cast(
-                    &senders,
-                    hash(object, self.seed ^ hash(r as u32, 77)),
-                    done..until,
-                    sum,
-                );
+                self.cast(&senders, hash(object, self.seed ^ hash(r as u32, 77)), done..until, sum);
             });
             done = until;
             let row: Vec<Estimate> = (0..n).map(|j| estimate(&sums, j, done)).collect();
@@ -153,8 +148,5 @@ fn estimate(sums: &[Vec<f64>], j: usize, points: u32) -> Estimate {
     let spread = (squares / (n - 1.0) / n).sqrt();
     // Where no ray differs, three rays might have been missed at 95 %: one standard error is a third of a count of 3.
     let unseen = 1.0 / (n * f64::from(points));
-    Estimate {
-        value,
-        error: spread.max(unseen),
-    }
+    Estimate { value, error: spread.max(unseen) }
 }

@@ -59,11 +59,7 @@ pub struct Pieces {
 
 impl Default for Piece {
     fn default() -> Piece {
-        Piece {
-            corners: [DVec3::ZERO; CORNERS],
-            count: 0,
-            through: 1.0,
-        }
+        Piece { corners: [DVec3::ZERO; CORNERS], count: 0, through: 1.0 }
     }
 }
 
@@ -91,12 +87,7 @@ impl Piece {
     }
 
     /// Cuts along a plane: the parts where `height` is positive and where it is negative.
-    fn split(
-        &self,
-        height: impl Fn(DVec3) -> f64,
-        above: &mut Piece,
-        below: &mut Piece,
-    ) -> Option<()> {
+    fn split(&self, height: impl Fn(DVec3) -> f64, above: &mut Piece, below: &mut Piece) -> Option<()> {
         above.begin(self.through);
         below.begin(self.through);
         let mut heights = [0.0; CORNERS];
@@ -235,12 +226,7 @@ mod tests {
     fn caster(corners: [DVec3; 3], tau: f64) -> Caster {
         let [a, b, c] = corners;
         let normal = (b - a).cross(c - a).normalize();
-        Caster {
-            corners,
-            normal,
-            tau,
-            part: super::super::convex::NONE,
-        }
+        Caster { corners, normal, tau, part: super::super::convex::NONE }
     }
 
     /// A large lamp at height 2 that faces down.

@@ -65,11 +65,7 @@ impl Shafts {
         if casters.len() * count * patches.len() > MOST_TESTS {
             return Shafts::default();
         }
-        let lamps: Vec<Option<Body>> = luminaires
-            .list
-            .iter()
-            .map(|l| Some(Body::of_lamp(l)))
-            .collect();
+        let lamps: Vec<Option<Body>> = luminaires.list.iter().map(|l| Some(Body::of_lamp(l))).collect();
         let find = |i: usize| -> Vec<Option<Vec<u32>>> {
             if !receives[i] {
                 return vec![Some(Vec::new()); count];
@@ -78,10 +74,7 @@ impl Shafts {
             let one = |lamp: &Option<Body>| between(patch.as_ref()?, lamp.as_ref()?, &casters);
             lamps.iter().map(one).collect()
         };
-        let found: Vec<Option<Vec<u32>>> = (0..patches.len())
-            .into_par_iter()
-            .flat_map_iter(find)
-            .collect();
+        let found: Vec<Option<Vec<u32>>> = (0..patches.len()).into_par_iter().flat_map_iter(find).collect();
         let mut shafts = Shafts {
             luminaires: count,
             starts: vec![0],
@@ -98,10 +91,7 @@ impl Shafts {
 
     /// Casters by number, and nothing known of any pair.
     pub(super) fn casting(casters: Vec<Caster>) -> Shafts {
-        Shafts {
-            casters,
-            ..Shafts::default()
-        }
+        Shafts { casters, ..Shafts::default() }
     }
 
     /// Whether something is known of every patch and luminaire.
@@ -129,12 +119,7 @@ impl Shafts {
 }
 
 /// The faces that may occlude and do.
-pub(super) fn casters(
-    scene: &Scene,
-    rays: &Rays,
-    luminaires: &Luminaires,
-    tau: &[f32],
-) -> Vec<Caster> {
+pub(super) fn casters(scene: &Scene, rays: &Rays, luminaires: &Luminaires, tau: &[f32]) -> Vec<Caster> {
     let faces = rays.occluders().iter();
     faces
         .map(|&face| {
@@ -154,9 +139,7 @@ pub(super) fn casters(
 /// The casters between two bodies; `None` where they are too many.
 fn between(patch: &Body, lamp: &Body, casters: &[Caster]) -> Option<Vec<u32>> {
     let all = 0..casters.len() as u32;
-    let found: Vec<u32> = sieve(patch, lamp, casters, all)
-        .take(MOST_FACES + 1)
-        .collect();
+    let found: Vec<u32> = sieve(patch, lamp, casters, all).take(MOST_FACES + 1).collect();
     (found.len() <= MOST_FACES).then_some(found)
 }
 

@@ -73,24 +73,13 @@ impl Sight {
         let occlusion = Occlusion::new(rays, transports);
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
         if luminaires.list.len() > FEW {
-            return Sight::of_many(
-                occlusion,
-                scene,
-                (rays, patches),
-                luminaires,
-                &tau,
-                receives,
-            );
+            return Sight::of_many(occlusion, scene, (rays, patches), luminaires, &tau, receives);
         }
         let shafts = match occlusion {
             Occlusion::Nothing => Shafts::default(),
             _ => Shafts::new(scene, (rays, patches), luminaires, &tau, receives),
         };
-        Sight {
-            occlusion,
-            shafts,
-            links: None,
-        }
+        Sight { occlusion, shafts, links: None }
     }
 
     /// Whether light at some receivers is closed form times a ratio of drawn points. The ratio of few points is biased.
@@ -112,29 +101,15 @@ impl Sight {
             Occlusion::Nothing => Vec::new(),
             _ => casters(scene, rays, luminaires, tau),
         };
-        let maker = Maker {
-            rays,
-            patches,
-            luminaires,
-            occlusion: &occlusion,
-            casters: &casters,
-        };
+        let maker = Maker { rays, patches, luminaires, occlusion: &occlusion, casters: &casters };
         let links = Some(Links::new(&maker, receives));
-        Sight {
-            occlusion,
-            shafts: Shafts::casting(casters),
-            links,
-        }
+        Sight { occlusion, shafts: Shafts::casting(casters), links }
     }
 }
 
 impl From<Occlusion> for Sight {
     /// Nothing is known of any pair: points are drawn wherever something can occlude.
     fn from(occlusion: Occlusion) -> Sight {
-        Sight {
-            occlusion,
-            shafts: Shafts::default(),
-            links: None,
-        }
+        Sight { occlusion, shafts: Shafts::default(), links: None }
     }
 }

@@ -12,12 +12,8 @@ use crate::patches::Patches;
 /// Points along a side.
 pub(super) const SIDE: usize = 4;
 /// Chebyshev points of (-1, 1): the cosines of odd multiples of pi/8.
-const NODES: [f64; SIDE] = [
-    0.923_879_532_511_286_8,
-    0.382_683_432_365_089_8,
-    -0.382_683_432_365_089_8,
-    -0.923_879_532_511_286_8,
-];
+const NODES: [f64; SIDE] =
+    [0.923_879_532_511_286_8, 0.382_683_432_365_089_8, -0.382_683_432_365_089_8, -0.923_879_532_511_286_8];
 /// Corners off the plane by more than this share of the patch's size make it curved.
 const FLAT: f64 = 1e-4;
 /// Edges tried for the direction of the rectangle.
@@ -42,13 +38,8 @@ impl Rectangle {
         if !patches.pieces(i).all(|(face, _)| level(face)) {
             return None;
         }
-        let corners: Vec<DVec3> = patches
-            .pieces(i)
-            .flat_map(|p| p.1.map(|q| q.as_dvec3()))
-            .collect();
-        let edges = corners
-            .chunks_exact(3)
-            .flat_map(|t| [t[1] - t[0], t[2] - t[1], t[0] - t[2]]);
+        let corners: Vec<DVec3> = patches.pieces(i).flat_map(|p| p.1.map(|q| q.as_dvec3())).collect();
+        let edges = corners.chunks_exact(3).flat_map(|t| [t[1] - t[0], t[2] - t[1], t[0] - t[2]]);
         let along = |e: DVec3| around(&corners, normal, (e - e.dot(normal) * normal).normalize());
         let size = |r: &Rectangle| r.half[0].length() * r.half[1].length();
         let by = |a: &Rectangle, b: &Rectangle| size(a).total_cmp(&size(b));
@@ -113,11 +104,7 @@ pub(super) struct Tiles {
 
 impl Tiles {
     /// On as few tiles as make the polynomials fit within a share of the function, where some do.
-    pub fn new(
-        rectangle: &Rectangle,
-        misfit: f64,
-        function: impl Fn(DVec3) -> DVec3,
-    ) -> Option<Tiles> {
+    pub fn new(rectangle: &Rectangle, misfit: f64, function: impl Fn(DVec3) -> DVec3) -> Option<Tiles> {
         [1, 2, 4].into_iter().find_map(|side| {
             let fitted = (0..side * side).map(|k| {
                 let tile = rectangle.tile(k, side);
@@ -129,18 +116,11 @@ impl Tiles {
                     let most = values.iter().fold(Vec3::ZERO, |m, v| m.max(*v));
                     off.cmple(misfit * most.as_dvec3()).all()
                 };
-                [(0.0, 0.0), (0.7, 0.7)]
-                    .into_iter()
-                    .all(fits)
-                    .then_some(values)
+                [(0.0, 0.0), (0.7, 0.7)].into_iter().all(fits).then_some(values)
             });
             let values: Option<Vec<_>> = fitted.collect();
             let rectangle = rectangle.clone();
-            values.map(|values| Tiles {
-                rectangle,
-                side,
-                values,
-            })
+            values.map(|values| Tiles { rectangle, side, values })
         })
     }
 
@@ -163,9 +143,7 @@ fn around(corners: &[DVec3], normal: DVec3, u: DVec3) -> Rectangle {
     let origin = corners[0];
     let range = |axis: DVec3| {
         let at = corners.iter().map(|p| (*p - origin).dot(axis));
-        at.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
-            (l.min(x), h.max(x))
-        })
+        at.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
     };
     let ((a, b), (c, d)) = (range(u), range(v));
     Rectangle {
@@ -179,9 +157,7 @@ fn around(corners: &[DVec3], normal: DVec3, u: DVec3) -> Rectangle {
 fn weights(x: f64) -> [f64; SIDE] {
     std::array::from_fn(|k| {
         let others = (0..SIDE).filter(|&j| j != k);
-        others
-            .map(|j| (x - NODES[j]) / (NODES[k] - NODES[j]))
-            .product()
+        others.map(|j| (x - NODES[j]) / (NODES[k] - NODES[j])).product()
     })
 }
 
@@ -191,11 +167,8 @@ mod tests {
 
     #[test]
     fn cubics_pass_unchanged() {
-        let unit = Rectangle {
-            center: DVec3::new(0.1, 0.2, 0.3),
-            normal: DVec3::Z,
-            half: [DVec3::X * 0.5, DVec3::Y * 0.25],
-        };
+        let unit =
+            Rectangle { center: DVec3::new(0.1, 0.2, 0.3), normal: DVec3::Z, half: [DVec3::X * 0.5, DVec3::Y * 0.25] };
         let cubic = |p: DVec3| {
             let (x, y) = (p.x, p.y);
             DVec3::new(1.0, x * x * x - 2.0 * y * y * y * x, 3.0 * x * y - y)
@@ -205,10 +178,7 @@ mod tests {
             let x = unit.point(s, t);
             // Values are kept in single precision; Lebesgue's constant of 4×4 points is below 4.
             let found = unit.interpolate(&values, x);
-            assert!(
-                (found - cubic(x)).abs().max_element() < 4.0 * 2e-7,
-                "{found}"
-            );
+            assert!((found - cubic(x)).abs().max_element() < 4.0 * 2e-7, "{found}");
         }
     }
 }

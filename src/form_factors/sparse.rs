@@ -117,11 +117,7 @@ impl Rows {
                 *k += 1;
             }
         }
-        Rows {
-            starts,
-            columns,
-            values,
-        }
+        Rows { starts, columns, values }
     }
 }
 
@@ -130,11 +126,7 @@ mod tests {
     use super::*;
 
     fn sample() -> Rows {
-        Rows::from_rows(vec![
-            (vec![0, 2], vec![0.25, 0.5]),
-            (vec![], vec![]),
-            (vec![1], vec![1.0]),
-        ])
+        Rows::from_rows(vec![(vec![0, 2], vec![0.25, 0.5]), (vec![], vec![]), (vec![1], vec![1.0])])
     }
 
     #[test]

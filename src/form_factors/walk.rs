@@ -47,10 +47,7 @@ impl<'a> Walk<'a> {
     pub fn new(maker: &'a Maker, lamps: &'a Lamps, i: usize, asked: bool) -> Walk<'a> {
         let patches = maker.patches;
         let rectangle = Rectangle::new(patches, i);
-        let corners: Vec<DVec3> = patches
-            .pieces(i)
-            .flat_map(|p| p.1.map(|q| q.as_dvec3()))
-            .collect();
+        let corners: Vec<DVec3> = patches.pieces(i).flat_map(|p| p.1.map(|q| q.as_dvec3())).collect();
         let mean = corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
         let reach = |p: &DVec3| p.distance(mean);
         let face = patches.pieces(i).next().map_or(0, |p| p.0);
@@ -93,9 +90,7 @@ impl<'a> Walk<'a> {
             return 0.0;
         }
         match own.children {
-            Some(children) if own.radius() > 0.5 * self.distance(own) => {
-                children.map(|k| self.roughly(k)).iter().sum()
-            }
+            Some(children) if own.radius() > 0.5 * self.distance(own) => children.map(|k| self.roughly(k)).iter().sum(),
             _ => self.estimate(own),
         }
     }
@@ -132,9 +127,7 @@ impl<'a> Walk<'a> {
             return Facing::Both;
         };
         let corners = rectangle.corners();
-        let heights = corners
-            .iter()
-            .flat_map(|x| node.body.corners.iter().map(|y| (*x - *y).dot(node.axis)));
+        let heights = corners.iter().flat_map(|x| node.body.corners.iter().map(|y| (*x - *y).dot(node.axis)));
         let none = (f64::INFINITY, f64::NEG_INFINITY);
         let (low, high) = heights.fold(none, |(l, h), x| (l.min(x), h.max(x)));
         match (low >= -1e-7, high <= -1e-7) {

@@ -51,20 +51,13 @@ pub fn blame(view: &View, fields: &Fields, pairs: &[(usize, usize)], seed: u32) 
         .into_par_iter()
         .map(|y| {
             let pixels = y * view.width..(y + 1) * view.width;
-            pixels
-                .filter_map(|k| met(k, &pass, &reader, seed))
-                .collect()
+            pixels.filter_map(|k| met(k, &pass, &reader, seed)).collect()
         })
         .collect();
     let one = |&pair: &(usize, usize)| {
-        let mut blame = Blame {
-            shares: vec![0.0; view.patches.len()],
-            adjoint: vec![Rgb::ZERO; view.patches.len()],
-        };
+        let mut blame = Blame { shares: vec![0.0; view.patches.len()], adjoint: vec![Rgb::ZERO; view.patches.len()] };
         // One after the other: the sum is the same for any number of threads.
-        rows.iter()
-            .flatten()
-            .for_each(|met| blame.add(met, fields, pair));
+        rows.iter().flatten().for_each(|met| blame.add(met, fields, pair));
         blame
     };
     pairs.par_iter().map(one).collect()

@@ -52,10 +52,7 @@ impl Settings {
     pub fn new(view: &View, fields: &Fields, gathering: &Gathering) -> Settings {
         match *gathering {
             Gathering::Uniform(sampling) => Settings {
-                plan: Plan {
-                    first: (sampling.camera / 2).max(1),
-                    noise: None,
-                },
+                plan: Plan { first: (sampling.camera / 2).max(1), noise: None },
                 density: Density {
                     spacing: 1,
                     rays: (sampling.camera * sampling.hemisphere / 2).max(1),
@@ -69,11 +66,7 @@ impl Settings {
                 error: None,
                 deadline: None,
             },
-            Gathering::Within {
-                error,
-                seed,
-                deadline,
-            } => {
+            Gathering::Within { error, seed, deadline } => {
                 let fineness = (0.01 / error).clamp(0.1, 100.0);
                 let pixel = view.scene.camera.pixel(view.height);
                 Settings {
@@ -104,8 +97,7 @@ impl Settings {
         points.place(pixels);
         let camera = measure(pixels);
         let left = self.error.map_or(f64::INFINITY, |error| {
-            (error * error * camera.signal - camera.variance)
-                .max(0.25 * error * error * camera.signal)
+            (error * error * camera.signal - camera.variance).max(0.25 * error * error * camera.signal)
         });
         let (mut before, mut biased, mut stalls) = (f64::INFINITY, f64::INFINITY, 0);
         let mut misfit = 0.0;
@@ -142,11 +134,7 @@ impl Settings {
             }
             biased = bias;
             let worst = points.worst(&biases, (1.5 * (1.0 - 1.0 / bias)).clamp(0.3, 1.0));
-            points.shorten(
-                &worst,
-                bias.powf(-SHORTER.2).clamp(SHORTER.0, SHORTER.1),
-                pixels,
-            );
+            points.shorten(&worst, bias.powf(-SHORTER.2).clamp(SHORTER.0, SHORTER.1), pixels);
             before = f64::INFINITY;
         }
         Found::new(pixels, points, fields, 1).biased_by(misfit)

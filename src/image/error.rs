@@ -21,10 +21,7 @@ pub enum ImageError {
     },
     /// The file is missing or cannot be read.
     #[error("cannot read {}: {source}", path.display())]
-    #[diagnostic(
-        code(halflight::image::read),
-        help("check the file's name and permissions")
-    )]
+    #[diagnostic(code(halflight::image::read), help("check the file's name and permissions"))]
     Read {
         /// The file asked for.
         path: PathBuf,

@@ -67,9 +67,7 @@ impl Points<'_> {
         self.combine(fit, found);
         [0, 1].map(|half| {
             let change = fit.change(layer.off(half));
-            change
-                .map(|(i, share)| share * self.total(i, leading))
-                .sum()
+            change.map(|(i, share)| share * self.total(i, leading)).sum()
         })
     }
 
@@ -157,10 +155,7 @@ impl Points<'_> {
 
     /// The points whose surroundings have the largest bias, up to the `share` of the whole bias that is too much.
     pub fn worst(&self, biases: &[Bias], share: f64) -> Vec<u32> {
-        let pooled: Vec<f64> = (0..self.points.len())
-            .into_par_iter()
-            .map(|i| self.pooled(i, biases))
-            .collect();
+        let pooled: Vec<f64> = (0..self.points.len()).into_par_iter().map(|i| self.pooled(i, biases)).collect();
         let total: f64 = pooled.iter().map(|b| b.max(0.0)).sum();
         let mut order: Vec<u32> = (0..pooled.len() as u32).collect();
         let bias = |i: u32| pooled[i as usize];
@@ -224,9 +219,5 @@ impl Points<'_> {
 pub(super) fn relative(biases: &[Bias]) -> f64 {
     let foreseen: f64 = biases.iter().map(|b| b.foreseen).sum();
     let light: f64 = biases.iter().map(|b| b.light).sum();
-    if light > 0.0 {
-        (foreseen / light).max(0.0)
-    } else {
-        0.0
-    }
+    if light > 0.0 { (foreseen / light).max(0.0) } else { 0.0 }
 }

@@ -111,9 +111,7 @@ impl Fields {
     /// Whether a ray of this length is too short to read the patch it meets.
     #[inline]
     pub(super) fn is_near(&self, patch: u32, distance: f32) -> bool {
-        self.near
-            .get(patch as usize)
-            .is_some_and(|&near| distance < near)
+        self.near.get(patch as usize).is_some_and(|&near| distance < near)
     }
 
     /// How gather rays read.
@@ -158,10 +156,7 @@ impl Fields {
 
     #[inline]
     pub(super) fn ambient(&self, patch: u32) -> Rgb {
-        self.ambient
-            .get(patch as usize)
-            .copied()
-            .unwrap_or(Rgb::ZERO)
+        self.ambient.get(patch as usize).copied().unwrap_or(Rgb::ZERO)
     }
 }
 

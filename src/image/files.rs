@@ -54,21 +54,14 @@ impl Format {
 
 fn unknown(path: &Path) -> ImageError {
     let extension = path.extension().unwrap_or(OsStr::new(""));
-    ImageError::Extension {
-        path: path.to_path_buf(),
-        extension: extension.to_string_lossy().into_owned(),
-    }
+    ImageError::Extension { path: path.to_path_buf(), extension: extension.to_string_lossy().into_owned() }
 }
 
 /// Writes a picture by its extension: `.png` at the exposure, `.exr` as it is.
 ///
 /// # Errors
 /// Another extension, a picture without pixels, or a destination that cannot be written. Nothing is left behind.
-pub fn write_picture(
-    path: impl AsRef<Path>,
-    picture: &Picture,
-    exposure: Exposure,
-) -> Result<(), ImageError> {
+pub fn write_picture(path: impl AsRef<Path>, picture: &Picture, exposure: Exposure) -> Result<(), ImageError> {
     let path = path.as_ref();
     let bytes = match Format::of(path)? {
         Format::Png => encode_png(&Bitmap::from_picture(picture, exposure))?,
@@ -129,11 +122,7 @@ fn encode(
     bytes: &[u8],
     colour: ExtendedColorType,
 ) -> Result<(), ImageError> {
-    let refused = |reason: String| ImageError::Encode {
-        width,
-        height,
-        reason,
-    };
+    let refused = |reason: String| ImageError::Encode { width, height, reason };
     let (Ok(wide), Ok(high)) = (u32::try_from(width), u32::try_from(height)) else {
         return Err(refused("too large for the format".into()));
     };
@@ -145,9 +134,7 @@ fn encode(
     if expected != bytes.len() {
         return Err(refused("its size does not fit its pixels".into()));
     }
-    encoder
-        .write_image(bytes, wide, high, colour)
-        .map_err(|error| refused(error.to_string()))
+    encoder.write_image(bytes, wide, high, colour).map_err(|error| refused(error.to_string()))
 }
 
 /// Reads a picture by its extension: `.exr` and `.hdr` as linear values, `.png` by the inverse sRGB curve.
@@ -159,19 +146,14 @@ fn encode(
 pub fn read_picture(path: impl AsRef<Path>) -> Result<Picture, ImageError> {
     let path = path.as_ref();
     let format = Format::of(path)?;
-    let bytes = std::fs::read(path).map_err(|source| ImageError::Read {
-        path: path.to_path_buf(),
-        source,
-    })?;
+    let bytes = std::fs::read(path).map_err(|source| ImageError::Read { path: path.to_path_buf(), source })?;
     let decoded = ImageReader::with_format(Cursor::new(bytes), format.codec()).decode();
     match decoded {
         Ok(image) if format == Format::Png => Ok(linear(image, decode_srgb)),
         Ok(image) => Ok(linear(image, |value| value)),
-        Err(error) => Err(ImageError::Decode {
-            path: path.to_path_buf(),
-            format: format.name(),
-            reason: error.to_string(),
-        }),
+        Err(error) => {
+            Err(ImageError::Decode { path: path.to_path_buf(), format: format.name(), reason: error.to_string() })
+        }
     }
 }
 
@@ -181,19 +163,13 @@ fn linear(image: DynamicImage, curve: impl Fn(f32) -> f32) -> Picture {
         DynamicImage::ImageRgba32F(image) => colours(image.as_raw(), 4, curve),
         other => colours(other.into_rgb32f().as_raw(), 3, curve),
     };
-    Picture {
-        width,
-        height,
-        pixels,
-    }
+    Picture { width, height, pixels }
 }
 
 /// The first three of every `channels` values.
 fn colours(values: &[f32], channels: usize, curve: impl Fn(f32) -> f32) -> Vec<Rgb> {
     let pixels = values.chunks_exact(channels);
-    pixels
-        .map(|p| Rgb::new(curve(p[0]), curve(p[1]), curve(p[2])))
-        .collect()
+    pixels.map(|p| Rgb::new(curve(p[0]), curve(p[1]), curve(p[2]))).collect()
 }
 
 #[cfg(test)]
@@ -202,9 +178,7 @@ mod tests {
 
     fn awkward() -> Picture {
         let values = [0.0, -1.5, 1e-42, 0.1, f32::MAX, f32::INFINITY, f32::NAN];
-        Picture::from_fn(7, 5, |x, y| {
-            Rgb::new(values[x], 0.3 * y as f32, -values[6 - x])
-        })
+        Picture::from_fn(7, 5, |x, y| Rgb::new(values[x], 0.3 * y as f32, -values[6 - x]))
     }
 
     fn bits(picture: &Picture) -> Vec<[u32; 3]> {

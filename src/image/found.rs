@@ -56,10 +56,7 @@ impl Found {
             indirect(k, pixel, points, fields, memory)
         };
         let indexed = pixels.par_iter().enumerate();
-        Found {
-            pixels: indexed.map_init(Default::default, reflected).collect(),
-            misfit: 0.0,
-        }
+        Found { pixels: indexed.map_init(Default::default, reflected).collect(), misfit: 0.0 }
     }
 
     /// States the squared error of the fit, summed over the pixels that see no luminaire.
@@ -81,13 +78,7 @@ impl Found {
     }
 
     /// Gives pixels more camera rays where the light now gathered varies within them.
-    pub fn sharpen(
-        &mut self,
-        pass: &Pass,
-        pixels: &mut [Pixel],
-        points: &Points,
-        noise: Option<f64>,
-    ) {
+    pub fn sharpen(&mut self, pass: &Pass, pixels: &mut [Pixel], points: &Points, noise: Option<f64>) {
         let width = points.width();
         for (pixel, found) in pixels.iter_mut().zip(&self.pixels) {
             pixel.ambient = found.ambient;
@@ -99,13 +90,9 @@ impl Found {
                 return;
             }
             double(pass, pixels, &chosen);
-            let again = |memory: &mut _, &k: &u32| {
-                indirect(k as usize, &pixels[k as usize], points, pass.fields, memory)
-            };
-            let found: Vec<Indirect> = chosen
-                .par_iter()
-                .map_init(Default::default, again)
-                .collect();
+            let again =
+                |memory: &mut _, &k: &u32| indirect(k as usize, &pixels[k as usize], points, pass.fields, memory);
+            let found: Vec<Indirect> = chosen.par_iter().map_init(Default::default, again).collect();
             for (&k, found) in chosen.iter().zip(found) {
                 pixels[k as usize].ambient = found.ambient;
                 self.pixels[k as usize] = found;
@@ -114,12 +101,7 @@ impl Found {
     }
 
     /// The pictures of all parts, with their errors.
-    pub fn assemble(
-        &self,
-        pixels: &[Pixel],
-        fields: &Fields,
-        (width, height): (usize, usize),
-    ) -> Gathered {
+    pub fn assemble(&self, pixels: &[Pixel], fields: &Fields, (width, height): (usize, usize)) -> Gathered {
         let picture = |value: &dyn Fn(usize) -> DVec3| Picture {
             width,
             height,
@@ -194,11 +176,7 @@ fn indirect(
         for (f, [a, b]) in found.iter().enumerate() {
             let mean = 0.5 * (*a + *b);
             // A plane through noise may dip below the dark; light does not. Differences of fields may.
-            let mean = if f < leading {
-                mean.max(DVec3::ZERO)
-            } else {
-                mean
-            };
+            let mean = if f < leading { mean.max(DVec3::ZERO) } else { mean };
             sums[f] += rho * mean;
             let own = match f.checked_sub(leading) {
                 Some(rider) => &mut riders[rider],

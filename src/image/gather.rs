@@ -73,12 +73,7 @@ impl GatherSampling {
         let samples = samples.clamp(1, 1 << 20).next_power_of_two();
         let camera = (samples / 8).max(samples.min(16));
         let hemisphere = samples / camera;
-        GatherSampling {
-            camera,
-            luminaire: (hemisphere / 2).max(1),
-            hemisphere,
-            seed,
-        }
+        GatherSampling { camera, luminaire: (hemisphere / 2).max(1), hemisphere, seed }
     }
 }
 
@@ -146,11 +141,7 @@ impl GatherError {
     /// All parts together, as a share of the picture; 0 for a black picture.
     pub fn relative(&self) -> f64 {
         let sum = self.camera.powi(2) + self.hemisphere.powi(2) + self.fit.powi(2);
-        if self.signal > 0.0 {
-            sum.sqrt() / self.signal
-        } else {
-            0.0
-        }
+        if self.signal > 0.0 { sum.sqrt() / self.signal } else { 0.0 }
     }
 }
 

@@ -47,11 +47,7 @@ pub(super) struct Bent {
 
 impl Bent {
     /// Rays that count alike.
-    pub const EVEN: Bent = Bent {
-        weights: [1.0; FAN],
-        cells: [0; FAN],
-        offsets: [Rgb::ZERO; FAN],
-    };
+    pub const EVEN: Bent = Bent { weights: [1.0; FAN], cells: [0; FAN], offsets: [Rgb::ZERO; FAN] };
 }
 
 impl Guide {
@@ -102,10 +98,7 @@ fn step(until: &[f32; CELLS + 1], u: &mut f32) -> Step {
     let share = until[at + 1] - until[at];
     let inside = ((*u - until[at]) / share).clamp(0.0, 1.0 - f32::EPSILON);
     *u = ((at as f32 + inside) / CELLS as f32).min(1.0 - f32::EPSILON / 2.0);
-    Step {
-        at,
-        weight: 1.0 / (share * CELLS as f32),
-    }
+    Step { at, weight: 1.0 / (share * CELLS as f32) }
 }
 
 /// Sums of a function of the cells before each cell, and of all.
@@ -184,10 +177,7 @@ mod tests {
     #[test]
     fn rays_that_find_what_is_expected_have_no_noise() {
         let steps = |k: usize| if k.is_multiple_of(3) { 2.0 } else { 0.5 };
-        let guide = Guide::new(
-            &[1.0; CELLS * CELLS],
-            std::array::from_fn(|k| Rgb::splat(steps(k))),
-        );
+        let guide = Guide::new(&[1.0; CELLS * CELLS], std::array::from_fn(|k| Rgb::splat(steps(k))));
         let (mut u, mut v) = ([0.31; FAN], [0.77; FAN]);
         let bent = guide.bend(&mut u, &mut v);
         let found = bent.weights[0] * steps(bent.cells[0] as usize) + bent.offsets[0].x;

@@ -44,13 +44,7 @@ pub(super) struct Reader<'a> {
 impl<'a> Reader<'a> {
     /// A reader of the light that a view meets.
     pub fn new(view: &'a View, fields: &'a Fields, reading: Reading) -> Reader<'a> {
-        Reader {
-            view,
-            fields,
-            sobol: Sobol::new(TABLED, 3),
-            walker: Walker::new(view),
-            reading,
-        }
+        Reader { view, fields, sobol: Sobol::new(TABLED, 3), walker: Walker::new(view), reading }
     }
 
     /// Number of fields that make the picture.
@@ -106,10 +100,7 @@ impl<'a> Reader<'a> {
                     }
                 }
             });
-            Told {
-                nearness,
-                light: light.as_dvec3(),
-            }
+            Told { nearness, light: light.as_dvec3() }
         })
     }
 
@@ -133,15 +124,9 @@ impl<'a> Reader<'a> {
                     [one] => one,
                     _ => &from[(f64::from(fan.third(k)) * from.len() as f64) as usize],
                 };
-                let ray = Ray {
-                    origin: from.position,
-                    direction: fan.direction(k, from.normal),
-                    source: Some(from.face),
-                };
-                let counts = Counts {
-                    weight: bent.weights[k],
-                    offset: bent.offsets[k],
-                };
+                let ray =
+                    Ray { origin: from.position, direction: fan.direction(k, from.normal), source: Some(from.face) };
+                let counts = Counts { weight: bent.weights[k], offset: bent.offsets[k] };
                 let told = each(&ray, first + k as u32, counts);
                 nearness += f64::from(bent.weights[k]) * told.nearness;
                 guided.tell(bent.cells[k], told.light);
@@ -153,13 +138,7 @@ impl<'a> Reader<'a> {
 
     /// Calls `meet(patch, position, through)` for all that the rays `indices` from a point meet, `through` being the product of
     /// tau before it.
-    pub fn trace(
-        &self,
-        from: &Receiver,
-        indices: Range<u32>,
-        seed: u32,
-        mut meet: impl FnMut(u32, Vec3, f32),
-    ) {
+    pub fn trace(&self, from: &Receiver, indices: Range<u32>, seed: u32, mut meet: impl FnMut(u32, Vec3, f32)) {
         let mut hits = Vec::new();
         let from = std::slice::from_ref(from);
         self.cast(from, indices, (seed, Guided::ALONE), |ray, _, _| Told {
@@ -171,11 +150,7 @@ impl<'a> Reader<'a> {
     /// Meets all that light comes from along a ray; returns the inverse distance to the first.
     #[inline(always)]
     fn meet(&self, ray: &Ray, hits: &mut Vec<Hit>, mut meet: impl FnMut(u32, Vec3, f32)) -> f64 {
-        if self.walker.opaque {
-            self.meet_first(ray, &mut meet)
-        } else {
-            self.meet_all(ray, hits, &mut meet)
-        }
+        if self.walker.opaque { self.meet_first(ray, &mut meet) } else { self.meet_all(ray, hits, &mut meet) }
     }
 
     /// Meets the first face; returns its inverse distance.
@@ -189,12 +164,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Meets every face that light comes through from; returns the first one's inverse distance.
-    fn meet_all(
-        &self,
-        ray: &Ray,
-        hits: &mut Vec<Hit>,
-        meet: &mut impl FnMut(u32, Vec3, f32),
-    ) -> f64 {
+    fn meet_all(&self, ray: &Ray, hits: &mut Vec<Hit>, meet: &mut impl FnMut(u32, Vec3, f32)) -> f64 {
         let view = self.view;
         view.rays.crossings(ray, hits);
         let mut through = 1.0;
@@ -237,13 +207,7 @@ mod tests {
         let transports: Vec<Transport> = scene.transports(Mode::Global.transport());
         let luminaires = Luminaires::new(&scene);
         let receives = vec![true; patches.len()];
-        let sight = Sight::new(
-            &scene,
-            (&rays, &patches),
-            &luminaires,
-            &transports,
-            &receives,
-        );
+        let sight = Sight::new(&scene, (&rays, &patches), &luminaires, &transports, &receives);
         let view = View {
             scene: &scene,
             rays: &rays,
@@ -261,22 +225,12 @@ mod tests {
         let reader = Reader::new(&view, &fields, Reading::PLAIN);
         let middle = |i: usize| {
             let p = patches.point(i, 0.5, 0.5);
-            Receiver {
-                position: p.position,
-                normal: p.normal,
-                face: p.face,
-            }
+            Receiver { position: p.position, normal: p.normal, face: p.face }
         };
         const RAYS: u32 = 4096;
         let read = |from: &[Receiver]| {
             let mut sums = [DVec3::ZERO];
-            reader.read(
-                from,
-                0..RAYS,
-                (5, Guided::ALONE),
-                &mut Memory::default(),
-                &mut sums,
-            );
+            reader.read(from, 0..RAYS, (5, Guided::ALONE), &mut Memory::default(), &mut sums);
             sums[0].x / f64::from(RAYS)
         };
         for i in 0..patches.len() {

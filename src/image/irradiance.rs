@@ -83,11 +83,7 @@ impl Fit {
         if self.unit == 0.0 {
             self.unit = known.reach;
         }
-        let place = DVec3::new(
-            1.0,
-            d.dot(self.axes[0]) / self.unit,
-            d.dot(self.axes[1]) / self.unit,
-        );
+        let place = DVec3::new(1.0, d.dot(self.axes[0]) / self.unit, d.dot(self.axes[1]) / self.unit);
         self.terms.push((k, known.weight * nearness, place));
     }
 
@@ -106,8 +102,7 @@ impl Fit {
         normal += DMat3::from_diagonal(DVec3::new(0.0, ridge, ridge));
         self.inverse = normal.inverse();
         let first = self.inverse.x_axis;
-        self.shares
-            .extend(self.terms.iter().map(|(k, w, b)| (*k, w * first.dot(*b))));
+        self.shares.extend(self.terms.iter().map(|(k, w, b)| (*k, w * first.dot(*b))));
         true
     }
 
@@ -118,17 +113,14 @@ impl Fit {
             self.flat = true;
             let terms = self.terms.iter();
             self.shares.clear();
-            self.shares
-                .extend(terms.map(|(k, w, _)| (*k, w / self.total)));
+            self.shares.extend(terms.map(|(k, w, _)| (*k, w / self.total)));
         }
     }
 
     /// By how much the fitted value changes over a step: the change is the sum of `share * value` over the points. None where
     /// the fit is a mean.
     pub fn change(&self, step: DVec3) -> impl Iterator<Item = (u32, f64)> {
-        let [u, v] = self
-            .axes
-            .map(|axis| step.dot(axis) / self.unit.max(f64::MIN_POSITIVE));
+        let [u, v] = self.axes.map(|axis| step.dot(axis) / self.unit.max(f64::MIN_POSITIVE));
         let row = self.inverse.y_axis * u + self.inverse.z_axis * v;
         let terms = if self.flat { &[][..] } else { &self.terms };
         terms.iter().map(move |(k, w, b)| (*k, w * row.dot(*b)))
@@ -171,23 +163,13 @@ mod tests {
     use proptest::prelude::*;
 
     fn known(x: f64, y: f64, reach: f64, normal: Vec3) -> Known {
-        Known {
-            place: Place {
-                position: DVec3::new(x, y, 0.0),
-                normal,
-                material: 0,
-            },
-            reach,
-            weight: 1.0,
-        }
+        Known { place: Place { position: DVec3::new(x, y, 0.0), normal, material: 0 }, reach, weight: 1.0 }
     }
 
     /// A floor with points 0.01 apart.
     fn floor(reach: f64) -> Vec<Known> {
         let at = |k: usize| ((k % 9) as f64 * 0.01, (k / 9) as f64 * 0.01);
-        (0..81)
-            .map(|k| known(at(k).0, at(k).1, reach, Vec3::Z))
-            .collect()
+        (0..81).map(|k| known(at(k).0, at(k).1, reach, Vec3::Z)).collect()
     }
 
     fn fitted(points: &[Known], at: &Known, value: impl Fn(&Known) -> f64) -> Option<(f64, f64)> {
@@ -248,9 +230,7 @@ mod tests {
     #[test]
     fn another_surface_is_not_mixed_in() {
         let mut points = floor(0.035);
-        points.extend(
-            (0..81).map(|k| known((k % 9) as f64 * 0.01, (k / 9) as f64 * 0.01, 0.035, Vec3::X)),
-        );
+        points.extend((0..81).map(|k| known((k % 9) as f64 * 0.01, (k / 9) as f64 * 0.01, 0.035, Vec3::X)));
         let value = |p: &Known| if p.place.normal == Vec3::X { 5.0 } else { 1.0 };
         let (found, _) = fitted(&points, &known(0.04, 0.04, 1.0, Vec3::Z), value).unwrap();
         assert!((found - 1.0).abs() < 1e-9);

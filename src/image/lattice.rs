@@ -34,19 +34,9 @@ impl Lattice {
         let level = |spacing: usize| {
             let tile = spacing.max(LEAST_TILE);
             let columns = width.div_ceil(tile);
-            Level {
-                spacing,
-                tile,
-                columns,
-                tiles: vec![Vec::new(); columns * height.div_ceil(tile)],
-            }
+            Level { spacing, tile, columns, tiles: vec![Vec::new(); columns * height.div_ceil(tile)] }
         };
-        Lattice {
-            width,
-            height,
-            levels: spacings.map(level).collect(),
-            pixels: Vec::new(),
-        }
+        Lattice { width, height, levels: spacings.map(level).collect(), pixels: Vec::new() }
     }
 
     /// Pixels across.
@@ -59,11 +49,9 @@ impl Lattice {
         let (width, height) = (self.width, self.height);
         // A picture smaller than the spacing still has a pixel on it.
         let first = move |length: usize| (spacing / 2).min(length.saturating_sub(1));
-        (first(height)..height).step_by(spacing).flat_map(move |y| {
-            (first(width)..width)
-                .step_by(spacing)
-                .map(move |x| y * width + x)
-        })
+        (first(height)..height)
+            .step_by(spacing)
+            .flat_map(move |y| (first(width)..width).step_by(spacing).map(move |x| y * width + x))
     }
 
     /// Adds the next point, number `point`, at pixel k.
@@ -147,12 +135,7 @@ mod tests {
     #[test]
     fn points_are_found_from_pixels_nearby() {
         let mut lattice = Lattice::new(8, 64, 64);
-        for (point, k) in lattice
-            .pixels(8)
-            .collect::<Vec<_>>()
-            .into_iter()
-            .enumerate()
-        {
+        for (point, k) in lattice.pixels(8).collect::<Vec<_>>().into_iter().enumerate() {
             lattice.insert(8, k, point as u32);
         }
         // Within two spacings to each side: nine points at least, and none is missed.

@@ -40,14 +40,7 @@ pub(super) struct Layer {
 impl Layer {
     /// A layer that no ray has seen yet.
     pub fn new(key: (u32, Side, u32), first: Receiver, rho: Rgb) -> Layer {
-        Layer {
-            key,
-            first,
-            rho,
-            count: [0; 2],
-            sum: [DVec3::ZERO; 2],
-            origins: [Vec::new(), Vec::new()],
-        }
+        Layer { key, first, rho, count: [0; 2], sum: [DVec3::ZERO; 2], origins: [Vec::new(), Vec::new()] }
     }
 
     /// Adds one camera ray of a half.
@@ -113,11 +106,7 @@ mod tests {
     use glam::Vec3;
 
     fn receiver(position: Vec3, normal: Vec3) -> Receiver {
-        Receiver {
-            position,
-            normal: normal.normalize(),
-            face: 0,
-        }
+        Receiver { position, normal: normal.normalize(), face: 0 }
     }
 
     #[test]

@@ -21,17 +21,9 @@ const LAYER: &str = "standard error";
 ///
 /// # Errors
 /// Pictures without pixels or of two sizes, or a destination that cannot be written. Nothing is left behind.
-pub fn write_with_error(
-    path: impl AsRef<Path>,
-    picture: &Picture,
-    standard_error: &Picture,
-) -> Result<(), ImageError> {
+pub fn write_with_error(path: impl AsRef<Path>, picture: &Picture, standard_error: &Picture) -> Result<(), ImageError> {
     let (width, height) = picture.size();
-    let refused = |reason: &str| ImageError::Encode {
-        width,
-        height,
-        reason: reason.into(),
-    };
+    let refused = |reason: &str| ImageError::Encode { width, height, reason: reason.into() };
     if width == 0 || height == 0 {
         return Err(refused("it has no pixels"));
     }
@@ -44,10 +36,7 @@ pub fn write_with_error(
     };
     let colours = ["R", "G", "B"].into_iter().enumerate();
     let all = colours.flat_map(|(c, colour)| {
-        [
-            channel(colour.into(), picture, c),
-            channel(format!("{LAYER}.{colour}"), standard_error, c),
-        ]
+        [channel(colour.into(), picture, c), channel(format!("{LAYER}.{colour}"), standard_error, c)]
     });
     let layer = Layer::new(
         (width, height),
@@ -58,9 +47,7 @@ pub fn write_with_error(
     let mut file = Cursor::new(Vec::new());
     let image = Image::from_layer(layer);
     let writer = image.write().non_parallel();
-    writer
-        .to_buffered(&mut file)
-        .map_err(|error| refused(&error.to_string()))?;
+    writer.to_buffered(&mut file).map_err(|error| refused(&error.to_string()))?;
     Ok(write_whole(path.as_ref(), &file.into_inner())?)
 }
 
@@ -80,9 +67,7 @@ mod tests {
         assert_eq!(read_picture(&path).unwrap(), picture);
         let layers = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
         let channels = &layers.layer_data[0].channel_data.list;
-        let found = channels
-            .iter()
-            .find(|c| c.name.to_string() == "standard error.R");
+        let found = channels.iter().find(|c| c.name.to_string() == "standard error.R");
         let values: Vec<f32> = found.unwrap().sample_data.values_as_f32().collect();
         let exact: Vec<f32> = error.pixels.iter().map(|p| p.x).collect();
         assert_eq!(values, exact);

@@ -85,17 +85,12 @@ struct Known {
 impl Known {
     fn new(counts: &[AtomicU32]) -> Known {
         let own: Cells = std::array::from_fn(|k| counts[k].load(Ordering::Relaxed) as f32);
-        Known {
-            rays: own.iter().sum(),
-            near: blurred(&own),
-            own,
-        }
+        Known { rays: own.iter().sum(), near: blurred(&own), own }
     }
 
     /// Mean of what rays through each cell and its neighbours found, drawn to that of all cells where they are few.
     fn expected(&self, sums: &[AtomicU64]) -> Cells {
-        let sums: Cells =
-            std::array::from_fn(|k| (sums[k].load(Ordering::Relaxed) as f64 / UNIT) as f32);
+        let sums: Cells = std::array::from_fn(|k| (sums[k].load(Ordering::Relaxed) as f64 / UNIT) as f32);
         // Cells weigh alike, however many rays went through each.
         let seen = (0..sums.len()).filter(|&k| self.own[k] > 0.0);
         let mean = seen.clone().map(|k| sums[k] / self.own[k]).sum::<f32>();
@@ -107,18 +102,10 @@ impl Known {
 
 /// Weighted means of cells and their neighbours, 1 2 1 along either side: places of one guide see things in directions that differ.
 fn blurred(value: &Cells) -> Cells {
-    let near = |k: usize| {
-        [
-            (k.saturating_sub(1), 0.25),
-            (k, 0.5),
-            ((k + 1).min(CELLS - 1), 0.25),
-        ]
-    };
+    let near = |k: usize| [(k.saturating_sub(1), 0.25), (k, 0.5), ((k + 1).min(CELLS - 1), 0.25)];
     std::array::from_fn(|k| {
         let rows = near(k / CELLS).into_iter();
-        let each = rows.flat_map(|(row, a)| {
-            near(k % CELLS).map(|(cell, b)| a * b * value[row * CELLS + cell])
-        });
+        let each = rows.flat_map(|(row, a)| near(k % CELLS).map(|(cell, b)| a * b * value[row * CELLS + cell]));
         each.sum()
     })
 }
@@ -152,18 +139,10 @@ impl Guides {
     pub fn number(&mut self, k: usize, normal: Vec3) -> u32 {
         let round = |x: f32| (NORMALS * x).round() as i8;
         // The directions' frame turns over where z changes sign.
-        let way = [
-            round(normal.x),
-            round(normal.y),
-            round(normal.z),
-            i8::from(normal.z.is_sign_negative()),
-        ];
+        let way = [round(normal.x), round(normal.y), round(normal.z), i8::from(normal.z.is_sign_negative())];
         let (x, y) = (k % self.width / self.tile, k / self.width / self.tile);
         let next = self.lessons.len() as u32;
-        let number = *self
-            .numbers
-            .entry((x as u32, y as u32, way))
-            .or_insert(next);
+        let number = *self.numbers.entry((x as u32, y as u32, way)).or_insert(next);
         if number == next {
             self.lessons.push(Lessons::none(self.brightest as f32));
             self.guides.push(None);
@@ -198,11 +177,7 @@ pub(super) struct Guided<'a> {
 
 impl Guided<'_> {
     /// No guide; nobody learns.
-    pub const ALONE: Guided<'static> = Guided {
-        guide: None,
-        lessons: None,
-        scale: 0.0,
-    };
+    pub const ALONE: Guided<'static> = Guided { guide: None, lessons: None, scale: 0.0 };
 
     /// Bends the points of a fan.
     #[inline]
@@ -210,10 +185,7 @@ impl Guided<'_> {
         match (self.guide, self.lessons) {
             (Some(guide), _) => guide.bend(u, v),
             (None, None) => Bent::EVEN,
-            (None, Some(_)) => Bent {
-                cells: std::array::from_fn(|k| cell(u[k], v[k])),
-                ..Bent::EVEN
-            },
+            (None, Some(_)) => Bent { cells: std::array::from_fn(|k| cell(u[k], v[k])), ..Bent::EVEN },
         }
     }
 
@@ -224,10 +196,7 @@ impl Guided<'_> {
         let whole = |x: f64, most: f64| (UNIT * x.clamp(0.0, most)) as u64;
         let light = self.scale * light;
         let cell = cell as usize;
-        lessons.squares[cell].fetch_add(
-            whole(light.length_squared(), BRIGHTEST * BRIGHTEST),
-            Ordering::Relaxed,
-        );
+        lessons.squares[cell].fetch_add(whole(light.length_squared(), BRIGHTEST * BRIGHTEST), Ordering::Relaxed);
         for (sums, x) in lessons.sums.iter().zip(light.to_array()) {
             sums[cell].fetch_add(whole(x, BRIGHTEST), Ordering::Relaxed);
         }
@@ -252,9 +221,7 @@ mod tests {
         for k in 0..rays {
             let cell = (k * 37 % (CELLS * CELLS)) as u8;
             let speckle = f64::from(u32::from(k % 2 == 0));
-            guides
-                .of(number)
-                .tell(cell, DVec3::splat(light(cell) * speckle));
+            guides.of(number).tell(cell, DVec3::splat(light(cell) * speckle));
         }
         guides.learn();
         let at = |k: usize| (k as f32 + 0.5) / FAN as f32;

@@ -27,17 +27,11 @@ pub struct Linear {
 
 impl Linear {
     /// No light.
-    pub const DARK: Linear = Linear {
-        at_origin: Rgb::ZERO,
-        slope: Mat3::ZERO,
-    };
+    pub const DARK: Linear = Linear { at_origin: Rgb::ZERO, slope: Mat3::ZERO };
 
     /// The same everywhere.
     pub fn constant(value: Rgb) -> Linear {
-        Linear {
-            at_origin: value,
-            slope: Mat3::ZERO,
-        }
+        Linear { at_origin: value, slope: Mat3::ZERO }
     }
 
     /// Light at x.
@@ -48,18 +42,13 @@ impl Linear {
 
     /// `u self + v other`.
     pub fn mix(&self, u: f32, other: &Linear, v: f32) -> Linear {
-        Linear {
-            at_origin: u * self.at_origin + v * other.at_origin,
-            slope: self.slope * u + other.slope * v,
-        }
+        Linear { at_origin: u * self.at_origin + v * other.at_origin, slope: self.slope * u + other.slope * v }
     }
 }
 
 /// Light of the patches as linear within each, from one value a patch.
 pub fn linear(neighbours: &Neighbours, values: &[Rgb]) -> Vec<Linear> {
-    (0..values.len())
-        .map(|i| one(neighbours, values, i))
-        .collect()
+    (0..values.len()).map(|i| one(neighbours, values, i)).collect()
 }
 
 fn one(neighbours: &Neighbours, values: &[Rgb], i: usize) -> Linear {
@@ -92,10 +81,7 @@ fn one(neighbours: &Neighbours, values: &[Rgb], i: usize) -> Linear {
             slope += Mat3::from_cols(*change * along.x, *change * along.y, *change * along.z);
         }
     }
-    Linear {
-        at_origin: values[i] - slope * middle,
-        slope,
-    }
+    Linear { at_origin: values[i] - slope * middle, slope }
 }
 
 /// The mean of two differences, at most twice the smaller; 0 where their signs differ.
@@ -137,9 +123,7 @@ mod tests {
         let patches = furnace();
         let neighbours = patches.neighbours();
         let exact = |x: Vec3| Rgb::new(5.0, 6.0, 7.0) + x + 0.5 * Vec3::splat(x.y);
-        let means: Vec<Rgb> = (0..patches.len())
-            .map(|i| exact(neighbours.middle(i)))
-            .collect();
+        let means: Vec<Rgb> = (0..patches.len()).map(|i| exact(neighbours.middle(i))).collect();
         let light = linear(&neighbours, &means);
         // Rounding of values below 10 over some steps.
         assert!(worst(&patches, &light, exact) < 2e-5);
@@ -152,9 +136,8 @@ mod tests {
         let patches = furnace();
         let neighbours = patches.neighbours();
         // Light that changes by any factor from patch to patch.
-        let means: Vec<Rgb> = (0..patches.len() as u32)
-            .map(|i| Rgb::splat((crate::rays::sequence::hash(i, 3) % 1000) as f32))
-            .collect();
+        let means: Vec<Rgb> =
+            (0..patches.len() as u32).map(|i| Rgb::splat((crate::rays::sequence::hash(i, 3) % 1000) as f32)).collect();
         let light = linear(&neighbours, &means);
         for (i, (l, mean)) in light.iter().zip(&means).enumerate() {
             let middle = l.at(neighbours.middle(i));

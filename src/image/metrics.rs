@@ -54,18 +54,13 @@ pub enum MetricError {
     },
     /// No pixel is counted.
     #[error("there is no pixel to compare")]
-    #[diagnostic(
-        code(halflight::metric::empty),
-        help("the mask must be at least 0.5 somewhere")
-    )]
+    #[diagnostic(code(halflight::metric::empty), help("the mask must be at least 0.5 somewhere"))]
     Empty,
     /// The reference is black where it counts, so nothing is relative to it.
     #[error("the reference is black in every counted pixel")]
     #[diagnostic(
         code(halflight::metric::black),
-        help(
-            "a relative error needs a reference that is not black; check that it is the right file"
-        )
+        help("a relative error needs a reference that is not black; check that it is the right file")
     )]
     BlackReference,
 }
@@ -142,11 +137,7 @@ pub struct Largest {
 /// # Errors
 /// Sizes that differ, values that are not finite, no pixels.
 pub fn largest_difference(picture: &Picture, reference: &Picture) -> Result<Largest, MetricError> {
-    let mut largest = Largest {
-        value: -1.0,
-        x: 0,
-        y: 0,
-    };
+    let mut largest = Largest { value: -1.0, x: 0, y: 0 };
     for i in counted(picture, reference, None)? {
         let apart = channels(picture.pixels[i], reference.pixels[i]);
         let value = apart.iter().fold(0.0f64, |m, d| m.max(d.abs()));
@@ -175,11 +166,7 @@ pub fn mean_e_pixel(picture: &Picture, reference: &Picture) -> Result<f64, Metri
 }
 
 /// The indices of the pixels that count, once everything is known to be comparable.
-fn counted(
-    picture: &Picture,
-    reference: &Picture,
-    mask: Option<&Picture>,
-) -> Result<Vec<usize>, MetricError> {
+fn counted(picture: &Picture, reference: &Picture, mask: Option<&Picture>) -> Result<Vec<usize>, MetricError> {
     check("picture", picture, picture)?;
     check("reference", reference, picture)?;
     let all = 0..picture.pixels.len();
@@ -208,12 +195,7 @@ fn check(what: &'static str, found: &Picture, picture: &Picture) -> Result<(), M
     }
     match found.pixels.iter().position(|p| !p.is_finite()) {
         None => Ok(()),
-        Some(i) => Err(MetricError::NotFinite {
-            what,
-            value: found.pixels[i],
-            x: i % found.width,
-            y: i / found.width,
-        }),
+        Some(i) => Err(MetricError::NotFinite { what, value: found.pixels[i], x: i % found.width, y: i / found.width }),
     }
 }
 
@@ -235,11 +217,7 @@ mod tests {
     use super::*;
 
     fn row(pixels: &[[f32; 3]]) -> Picture {
-        Picture {
-            width: pixels.len(),
-            height: 1,
-            pixels: pixels.iter().map(|&p| Rgb::from_array(p)).collect(),
-        }
+        Picture { width: pixels.len(), height: 1, pixels: pixels.iter().map(|&p| Rgb::from_array(p)).collect() }
     }
 
     /// Equal up to the rounding of a handful of f64 operations.
@@ -302,10 +280,7 @@ mod tests {
         let error = relative_rms(&nan, &fine, None, None).unwrap_err();
         assert!(matches!(error, MetricError::NotFinite { x: 1, y: 0, .. }));
         assert!(relative_rms(&fine, &fine, None, Some(&nan)).is_err());
-        assert_eq!(
-            relative_rms(&fine, &black, None, None),
-            Err(MetricError::BlackReference)
-        );
+        assert_eq!(relative_rms(&fine, &black, None, None), Err(MetricError::BlackReference));
         let empty = mean_difference(&fine, &fine, Some(&black));
         assert_eq!(empty, Err(MetricError::Empty));
     }

@@ -41,8 +41,7 @@ pub use gather::{GatherError, GatherSampling, Gathered, Gathering, View, gather}
 pub use layered::write_with_error;
 pub use linear::{Linear, linear};
 pub use metrics::{
-    Largest, MeanDifference, MetricError, largest_difference, mean_difference, mean_e_pixel,
-    relative_rms,
+    Largest, MeanDifference, MetricError, largest_difference, mean_difference, mean_e_pixel, relative_rms,
 };
 pub use picture::Picture;
 pub use residual::{Direct, READINGS, Reading, Residual, Squared};

@@ -26,21 +26,12 @@ impl Reader<'_> {
             sum += f64::from(m.through) * light;
         }
         memory.met = met;
-        Told {
-            nearness,
-            light: sum,
-        }
+        Told { nearness, light: sum }
     }
 
     /// A sample of the leading field at a point, from light read after so many more rays, or at most so many where what is met
     /// is too near.
-    fn light(
-        &self,
-        at: &Met,
-        (bounces, most): (u32, u32),
-        random: &mut Stream,
-        memory: &mut Memory,
-    ) -> DVec3 {
+    fn light(&self, at: &Met, (bounces, most): (u32, u32), random: &mut Stream, memory: &mut Memory) -> DVec3 {
         let Some(patch) = self.walker.patch(at) else {
             return DVec3::ZERO;
         };

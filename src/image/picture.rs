@@ -23,23 +23,13 @@ impl Picture {
 
     /// A picture of one colour.
     pub fn filled(width: usize, height: usize, colour: Rgb) -> Self {
-        Picture {
-            width,
-            height,
-            pixels: vec![colour; width * height],
-        }
+        Picture { width, height, pixels: vec![colour; width * height] }
     }
 
     /// The picture whose pixel (x, y) is `colour(x, y)`.
     pub fn from_fn(width: usize, height: usize, colour: impl Fn(usize, usize) -> Rgb) -> Self {
-        let pixels = (0..width * height)
-            .map(|i| colour(i % width, i / width))
-            .collect();
-        Picture {
-            width,
-            height,
-            pixels,
-        }
+        let pixels = (0..width * height).map(|i| colour(i % width, i / width)).collect();
+        Picture { width, height, pixels }
     }
 
     /// Column x of row y, where both are inside the picture.
@@ -62,10 +52,7 @@ impl Picture {
     /// The pixelwise sum; `None` where the sizes differ.
     pub fn plus(&self, other: &Picture) -> Option<Picture> {
         let pair = self.pixels.iter().zip(&other.pixels);
-        (self.size() == other.size()).then(|| Picture {
-            pixels: pair.map(|(&a, &b)| a + b).collect(),
-            ..*self
-        })
+        (self.size() == other.size()).then(|| Picture { pixels: pair.map(|(&a, &b)| a + b).collect(), ..*self })
     }
 }
 

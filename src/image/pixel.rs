@@ -56,12 +56,7 @@ pub(super) struct Scratch {
 
 impl<'a> Pass<'a> {
     /// A pass with so many visibility rays for each camera ray; the first `camera` rays of a half are tabled.
-    pub fn new(
-        view: &'a View,
-        fields: &'a Fields,
-        (camera, luminaire): (u32, u32),
-        seed: u32,
-    ) -> Pass<'a> {
+    pub fn new(view: &'a View, fields: &'a Fields, (camera, luminaire): (u32, u32), seed: u32) -> Pass<'a> {
         let luminaire = luminaire.max(1);
         let most = view.sight.links.as_ref().map_or(1, |_| Links::MOST_DRAWN);
         Pass {
@@ -134,9 +129,7 @@ impl<'a> Pass<'a> {
         if !self.dark {
             pixel.ambient[half] += rho * self.fields.ambient(patch).as_dvec3();
             let key = (view.rays.plane(hit.face), hit.side, index);
-            pixel
-                .layer(key, receiver, material.rho)
-                .add(half, &receiver);
+            pixel.layer(key, receiver, material.rho).add(half, &receiver);
         }
     }
 
@@ -160,11 +153,7 @@ impl<'a> Pass<'a> {
     }
 
     fn receiver(&self, hit: &Hit, position: Vec3) -> Receiver {
-        Receiver {
-            position,
-            normal: self.view.patches.normal(hit.face, hit.side),
-            face: hit.face,
-        }
+        Receiver { position, normal: self.view.patches.normal(hit.face, hit.side), face: hit.face }
     }
 
     /// The first surface under a point of pixel k, and where it is met, put exactly into the face's plane.
@@ -174,11 +163,7 @@ impl<'a> Pass<'a> {
         let y = ((k / view.width) as f32 + v) / view.height as f32;
         let aspect = view.width as f32 / view.height as f32;
         let (origin, direction) = view.scene.camera.ray(x, y, aspect);
-        let ray = Ray {
-            origin,
-            direction,
-            source: None,
-        };
+        let ray = Ray { origin, direction, source: None };
         let hit = view.rays.closest(&ray)?;
         let position = origin + hit.t * direction;
         let normal = view.patches.normal(hit.face, Side::Front);
@@ -206,10 +191,7 @@ impl<'a> Pass<'a> {
             let own = if l == 0 { seed } else { hash(l as u32, seed) };
             let draw = (0..n as usize).map(|k| {
                 let index = s * n + k as u32;
-                (
-                    self.sobol.point(index, 2, own),
-                    self.sobol.point(index, 3, own),
-                )
+                (self.sobol.point(index, 2, own), self.sobol.point(index, 3, own))
             });
             let sum = &mut scratch.sums[l];
             let lamp = (luminaire, sight.shafts.between(patch, l));

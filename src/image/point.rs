@@ -81,12 +81,7 @@ impl Point {
     }
 
     /// Casts rays until each half has `count`; returns the number of rays cast.
-    pub fn extend(
-        &mut self,
-        (pass, reader, guided): (&Pass, &Reader, Guided),
-        count: u32,
-        memory: &mut Memory,
-    ) -> u64 {
+    pub fn extend(&mut self, (pass, reader, guided): (&Pass, &Reader, Guided), count: u32, memory: &mut Memory) -> u64 {
         let mut cast = 0;
         if self.rays == 0 {
             cast += self.read((reader, guided), count.min(FIRST), memory);
@@ -98,12 +93,7 @@ impl Point {
         cast
     }
 
-    fn read(
-        &mut self,
-        (reader, guided): (&Reader, Guided),
-        count: u32,
-        memory: &mut Memory,
-    ) -> u64 {
+    fn read(&mut self, (reader, guided): (&Reader, Guided), count: u32, memory: &mut Memory) -> u64 {
         let range = self.rays..count.max(self.rays);
         let cast = 2 * range.len() as u64;
         for (half, sums) in self.sums.iter_mut().enumerate() {
@@ -165,10 +155,7 @@ impl Point {
 
     /// Where it is.
     pub fn place(&self) -> Place {
-        Place {
-            position: self.middle(),
-            ..self.layer.place()
-        }
+        Place { position: self.middle(), ..self.layer.place() }
     }
 
     /// Reflectance of the surface, the largest channel.

@@ -73,11 +73,7 @@ pub(super) struct Points<'a> {
 
 impl<'a> Points<'a> {
     /// No points yet.
-    pub fn new(
-        (pass, reader): (&'a Pass<'a>, &'a Reader<'a>),
-        density: Density,
-        pixels: &[Pixel],
-    ) -> Points<'a> {
+    pub fn new((pass, reader): (&'a Pass<'a>, &'a Reader<'a>), density: Density, pixels: &[Pixel]) -> Points<'a> {
         let view = pass.view;
         let width = view.width;
         let tile = (TILE * density.spacing).max(width / TILES);

@@ -45,24 +45,14 @@ pub enum Direct {
 
 impl Reading {
     /// The light of the patch that is met.
-    pub const PLAIN: Reading = Reading {
-        bounces: 0,
-        direct: Direct::Patch,
-    };
+    pub const PLAIN: Reading = Reading { bounces: 0, direct: Direct::Patch };
 
     /// The readings to choose from, cheapest first.
     pub const ALL: [Reading; READINGS] = {
         let mut all = [Reading::PLAIN; READINGS];
         let mut k = 0;
         while k < READINGS {
-            all[k] = Reading {
-                bounces: k as u32 / 2,
-                direct: if k % 2 == 0 {
-                    Direct::Patch
-                } else {
-                    Direct::Asked
-                },
-            };
+            all[k] = Reading { bounces: k as u32 / 2, direct: if k % 2 == 0 { Direct::Patch } else { Direct::Asked } };
             k += 1;
         }
         all
@@ -121,8 +111,7 @@ impl Walks {
                 own[half].1 += 1.0;
             }
         }
-        let squared =
-            std::array::from_fn(|reading| BLOCKS.map(|side| self.products(&pixels, reading, side)));
+        let squared = std::array::from_fn(|reading| BLOCKS.map(|side| self.products(&pixels, reading, side)));
         let mean = std::array::from_fn(|reading| {
             let own = pixels.iter().flat_map(|p| p[reading]);
             let sum: DVec3 = own.map(|(sum, paths)| sum / paths.max(1.0)).sum();
@@ -155,10 +144,7 @@ impl Walks {
             squares += noise * size;
             total += area;
         }
-        Squared {
-            value: sum / total,
-            deviation: f64::sqrt(squares) / total,
-        }
+        Squared { value: sum / total, deviation: f64::sqrt(squares) / total }
     }
 }
 
@@ -169,9 +155,7 @@ impl Residual {
         let blocks = &self.squared[reading.number()];
         let best = |a: &&Squared, b: &&Squared| a.deviation.total_cmp(&b.deviation);
         let told = blocks.iter().find(|s| s.deviation <= wanted);
-        told.or(blocks.iter().min_by(best))
-            .copied()
-            .unwrap_or_default()
+        told.or(blocks.iter().min_by(best)).copied().unwrap_or_default()
     }
 
     /// The squared error of a reading over blocks of four by four pixels.
@@ -195,24 +179,13 @@ impl Walks {
     pub fn samples(&self, patches: &Patches, fields: &Fields) -> Vec<Vec<Sample>> {
         let mut samples = vec![Vec::new(); patches.len()];
         for step in self.paths.iter().flat_map(|p| &p.steps) {
-            let Met {
-                face,
-                side,
-                position,
-                ..
-            } = step.at;
+            let Met { face, side, position, .. } = step.at;
             let Some(patch) = patches.at(face, side, position) else {
                 continue;
             };
             let normal = patches.normal(face, side);
-            samples[patches.whole(patch) as usize].push(Sample {
-                point: PatchPoint {
-                    position,
-                    normal,
-                    face,
-                },
-                light: sample(step, patches, fields),
-            });
+            samples[patches.whole(patch) as usize]
+                .push(Sample { point: PatchPoint { position, normal, face }, light: sample(step, patches, fields) });
         }
         samples
     }

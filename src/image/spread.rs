@@ -119,11 +119,7 @@ impl Measured {
 
 /// The noise of the picture and the picture, with the light of the patches for what is reflected more than once.
 pub(super) fn measure(pixels: &[Pixel]) -> Measured {
-    let mut measured = Measured {
-        variance: 0.0,
-        signal: 0.0,
-        count: 0.0,
-    };
+    let mut measured = Measured { variance: 0.0, signal: 0.0, count: 0.0 };
     for pixel in pixels {
         let [a, b] = pixel.halves();
         let value = (a + b) / pixel.camera();

@@ -42,21 +42,13 @@ pub struct Bitmap {
 impl Bitmap {
     /// A bitmap of one sRGB colour.
     pub fn filled(width: usize, height: usize, colour: [u8; 3]) -> Self {
-        Bitmap {
-            width,
-            height,
-            bytes: colour.repeat(width * height),
-        }
+        Bitmap { width, height, bytes: colour.repeat(width * height) }
     }
 
     /// The sRGB codes of a picture at an exposure.
     pub fn from_picture(picture: &Picture, exposure: Exposure) -> Self {
         let codes = |&pixel: &Rgb| (pixel * exposure.factor()).to_array().map(code);
-        Bitmap {
-            width: picture.width,
-            height: picture.height,
-            bytes: picture.pixels.iter().flat_map(codes).collect(),
-        }
+        Bitmap { width: picture.width, height: picture.height, bytes: picture.pixels.iter().flat_map(codes).collect() }
     }
 
     /// The codes of column x in row y, where both are inside.
@@ -88,11 +80,7 @@ impl Bitmap {
         for (y, x, channel) in grid(height, width) {
             bytes.push(self.box_mean(x * factor, y * factor, channel, factor));
         }
-        Bitmap {
-            width,
-            height,
-            bytes,
-        }
+        Bitmap { width, height, bytes }
     }
 
     fn box_mean(&self, left: usize, top: usize, channel: usize, side: usize) -> u8 {
@@ -110,20 +98,12 @@ fn grid(height: usize, width: usize) -> impl Iterator<Item = (usize, usize, usiz
 
 /// The sRGB signal of a linear value, both in 0..=1.
 pub fn encode_srgb(linear: f32) -> f32 {
-    if linear <= 0.003_130_8 {
-        12.92 * linear
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    }
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// The linear value of an sRGB signal, both in 0..=1.
 pub fn decode_srgb(signal: f32) -> f32 {
-    if signal <= 0.040_45 {
-        signal / 12.92
-    } else {
-        ((signal + 0.055) / 1.055).powf(2.4)
-    }
+    if signal <= 0.040_45 { signal / 12.92 } else { ((signal + 0.055) / 1.055).powf(2.4) }
 }
 
 /// The eight-bit code of a linear value; the cast takes NaN to 0.

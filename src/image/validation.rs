@@ -54,11 +54,7 @@ impl Points<'_> {
         for place in &places {
             self.add(place.pixel, place.layer, &pixels[place.pixel], 1);
         }
-        let rays = (self.points[..first]
-            .iter()
-            .map(|p| u64::from(p.rays))
-            .sum::<u64>()
-            / first.max(1) as u64) as u32;
+        let rays = (self.points[..first].iter().map(|p| u64::from(p.rays)).sum::<u64>() / first.max(1) as u64) as u32;
         self.cast_from(first, |_| rays.max(1));
         let (mut sum, mut squares) = (0.0, 0.0);
         for (i, place) in places.iter().enumerate() {
@@ -68,10 +64,7 @@ impl Points<'_> {
             sum += missed;
             squares += missed * missed;
         }
-        Validated {
-            misfit: sum,
-            deviation: squares.sqrt(),
-        }
+        Validated { misfit: sum, deviation: squares.sqrt() }
     }
 
     /// Layers without a point.
@@ -88,11 +81,7 @@ impl Points<'_> {
                 let taken = hash(number as u32, round ^ 0x7a11_da7e).is_multiple_of(every);
                 (taken && self.hosts[number] == NONE).then(|| {
                     self.at(&mut memory.0, k, (l, layer), leading, &mut memory.1);
-                    Place {
-                        pixel: k,
-                        layer: l,
-                        fitted: total(&memory.1, leading),
-                    }
+                    Place { pixel: k, layer: l, fitted: total(&memory.1, leading) }
                 })
             };
             layers.filter_map(place).collect()

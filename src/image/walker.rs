@@ -67,11 +67,7 @@ impl<'a> Walker<'a> {
     pub fn new(view: &'a View<'a>) -> Walker<'a> {
         Walker {
             view,
-            lighting: Lighting {
-                rays: view.rays,
-                luminaires: view.luminaires,
-                sight: view.sight,
-            },
+            lighting: Lighting { rays: view.rays, luminaires: view.luminaires, sight: view.sight },
             opaque: view.transports.iter().all(|t| t.tau == 0.0),
         }
     }
@@ -101,12 +97,7 @@ impl<'a> Walker<'a> {
             let Memory { scratch, cast, .. } = memory;
             direct = reflect * self.lighting.ask(&receiver, patch, random, scratch, cast);
         }
-        Reflection {
-            direct,
-            glow,
-            reflect,
-            next: Vec::new(),
-        }
+        Reflection { direct, glow, reflect, next: Vec::new() }
     }
 
     /// The same, and what one more ray meets.
@@ -164,20 +155,10 @@ impl<'a> Walker<'a> {
         let position = ray.origin + hit.t * ray.direction;
         let normal = view.patches.normal(hit.face, Side::Front);
         let off = (position - view.scene.corners(hit.face)[0]).dot(normal);
-        Met {
-            face: hit.face,
-            side: hit.side,
-            position: position - off * normal,
-            through,
-            distance: hit.t,
-        }
+        Met { face: hit.face, side: hit.side, position: position - off * normal, through, distance: hit.t }
     }
 
     fn receiver(&self, at: &Met) -> Receiver {
-        Receiver {
-            position: at.position,
-            normal: self.view.patches.normal(at.face, at.side),
-            face: at.face,
-        }
+        Receiver { position: at.position, normal: self.view.patches.normal(at.face, at.side), face: at.face }
     }
 }

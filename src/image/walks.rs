@@ -66,15 +66,7 @@ impl Walks {
     /// If there is not one number a pixel.
     pub fn new(view: &View, densities: Vec<f32>, seed: u32) -> Walks {
         assert_eq!(densities.len(), view.width * view.height);
-        Walks {
-            paths: Vec::new(),
-            width: view.width,
-            height: view.height,
-            seed,
-            densities,
-            each: 0,
-            rays: 0,
-        }
+        Walks { paths: Vec::new(), width: view.width, height: view.height, seed, densities, each: 0, rays: 0 }
     }
 
     /// Adds `more` paths to every pixel, in the mean.
@@ -129,11 +121,7 @@ fn walk(walker: &Walker, k: usize, mut random: Stream, memory: &mut Memory) -> V
     let y = ((k / view.width) as f32 + random.uniform()) / view.height as f32;
     let aspect = view.width as f32 / view.height as f32;
     let (origin, direction) = view.scene.camera.ray(x, y, aspect);
-    let ray = Ray {
-        origin,
-        direction,
-        source: None,
-    };
+    let ray = Ray { origin, direction, source: None };
     memory.cast += 1;
     let Some(hit) = view.rays.closest(&ray) else {
         return steps;

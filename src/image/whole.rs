@@ -22,9 +22,7 @@ static LIVE: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 #[error("cannot write {}: {source}", path.display())]
 #[diagnostic(
     code(halflight::write),
-    help(
-        "check that the directory exists, that it and the file may be written, and that the disk has room"
-    )
+    help("check that the directory exists, that it and the file may be written, and that the disk has room")
 )]
 pub struct WriteError {
     /// The destination.
@@ -39,10 +37,7 @@ pub struct WriteError {
 /// [`WriteError`] where the directory is missing, the destination is a directory or read-only, or the disk is full.
 pub fn write_whole(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), WriteError> {
     let path = path.as_ref();
-    replace(path, bytes).map_err(|source| WriteError {
-        path: path.to_path_buf(),
-        source,
-    })
+    replace(path, bytes).map_err(|source| WriteError { path: path.to_path_buf(), source })
 }
 
 /// Checks that [`write_whole`] could write to `path` now: worth asking before hours of work. Leaves nothing behind.
@@ -55,10 +50,7 @@ pub fn check_destination(path: impl AsRef<Path>) -> Result<(), WriteError> {
         Way::Rename(target) => beside(folder(&target)).map(drop),
         Way::Through => Ok(()),
     });
-    probe.map_err(|source| WriteError {
-        path: path.to_path_buf(),
-        source,
-    })
+    probe.map_err(|source| WriteError { path: path.to_path_buf(), source })
 }
 
 /// Makes sure a directory exists and takes new files, so that what is written into it later need not fail.
@@ -72,10 +64,7 @@ pub fn make_directory(path: impl AsRef<Path>) -> Result<(), WriteError> {
         _ => fs::create_dir_all(path),
     };
     let probe = made.and_then(|()| beside(path).map(drop));
-    probe.map_err(|source| WriteError {
-        path: path.to_path_buf(),
-        source,
-    })
+    probe.map_err(|source| WriteError { path: path.to_path_buf(), source })
 }
 
 /// Removes every temporary file and holds back all that would make, rename or remove one for as long as the returned
@@ -109,9 +98,7 @@ fn way(path: &Path) -> io::Result<Way> {
         Ok(found) if found.is_dir() => Err(io::Error::from(io::ErrorKind::IsADirectory)),
         Ok(found) if !found.is_file() => Ok(Way::Through),
         // A rename would replace a protected file; a plain write would not.
-        Ok(found) if found.permissions().readonly() => {
-            Err(io::Error::from(io::ErrorKind::PermissionDenied))
-        }
+        Ok(found) if found.permissions().readonly() => Err(io::Error::from(io::ErrorKind::PermissionDenied)),
         Ok(_) => Ok(Way::Rename(fs::canonicalize(path)?)),
         Err(_) => Ok(Way::Rename(path.to_path_buf())),
     }
@@ -144,9 +131,7 @@ struct Temporary(Option<NamedTempFile>);
 impl Temporary {
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         match &mut self.0 {
-            Some(file) => file
-                .write_all(bytes)
-                .and_then(|()| file.as_file().sync_all()),
+            Some(file) => file.write_all(bytes).and_then(|()| file.as_file().sync_all()),
             None => Ok(()),
         }
     }
@@ -157,9 +142,7 @@ impl Temporary {
             return Ok(());
         };
         live.retain(|known| known != file.path());
-        file.persist(path)
-            .map(drop)
-            .map_err(|refused| refused.error)
+        file.persist(path).map(drop).map_err(|refused| refused.error)
     }
 }
 

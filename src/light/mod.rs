@@ -39,18 +39,12 @@ impl Light {
             Visibility::Seen => emission,
             Visibility::Hidden => Rgb::ZERO,
         };
-        Light {
-            invisible: emission,
-            visible,
-        }
+        Light { invisible: emission, visible }
     }
 
     /// Light that travels and that no camera sees.
     pub fn unseen(invisible: Rgb) -> Self {
-        Light {
-            invisible,
-            visible: Rgb::ZERO,
-        }
+        Light { invisible, visible: Rgb::ZERO }
     }
 
     /// The six numbers in the order the operator stores them: invisible RGB, visible RGB.

@@ -54,22 +54,13 @@ pub struct PatchMaterials {
 
 impl PatchMaterials {
     /// Looks up every patch's material.
-    pub fn new(
-        scene: &Scene,
-        patches: &Patches,
-        luminaires: &Luminaires,
-        transports: &[Transport],
-    ) -> PatchMaterials {
+    pub fn new(scene: &Scene, patches: &Patches, luminaires: &Luminaires, transports: &[Transport]) -> PatchMaterials {
         let of = |i: usize| &scene.materials[patches.materials()[i] as usize];
         let lamp = |i: usize| luminaires.carries[patches.materials()[i] as usize];
         let all = 0..patches.len();
         PatchMaterials {
             rho: all.clone().map(|i| of(i).rho).collect(),
-            alpha: patches
-                .materials()
-                .iter()
-                .map(|&m| transports[m as usize].alpha)
-                .collect(),
+            alpha: patches.materials().iter().map(|&m| transports[m as usize].alpha).collect(),
             emission: all.clone().map(|i| of(i).emitted()).collect(),
             glows: all.map(|i| of(i).emits() && !lamp(i)).collect(),
         }
@@ -83,17 +74,13 @@ impl PatchMaterials {
     /// `alpha_i rho_i`, the largest channel.
     pub fn passed_on(&self) -> Vec<f32> {
         let pairs = self.alpha.iter().zip(&self.rho);
-        pairs
-            .map(|(alpha, rho)| alpha * rho.max_element())
-            .collect()
+        pairs.map(|(alpha, rho)| alpha * rho.max_element()).collect()
     }
 
     /// Patches that send through F: what they reflect travels on, or they emit without being a luminaire.
     pub fn sends(&self) -> Vec<bool> {
         let passes = |i: usize| self.alpha[i] > 0.0 && self.rho[i].max_element() > 0.0;
-        (0..self.rho.len())
-            .map(|i| passes(i) || self.glows[i])
-            .collect()
+        (0..self.rho.len()).map(|i| passes(i) || self.glows[i]).collect()
     }
 }
 
@@ -102,12 +89,7 @@ impl Operator {
     ///
     /// # Panics
     /// If the parts do not have one entry a patch.
-    pub fn new(
-        f: FormFactors,
-        materials: PatchMaterials,
-        areas: Vec<f64>,
-        received: Vec<Rgb>,
-    ) -> Operator {
+    pub fn new(f: FormFactors, materials: PatchMaterials, areas: Vec<f64>, received: Vec<Rgb>) -> Operator {
         let n = f.rows.len();
         assert!(materials.rho.len() == n && areas.len() == n && received.len() == n);
         Operator {
@@ -211,9 +193,7 @@ impl Operator {
     /// `K x`, all light components at once, row-parallel.
     pub fn apply(&self, x: &[Light]) -> Vec<Light> {
         let incident = self.f.product(&invisible(x));
-        (0..self.len())
-            .map(|i| self.reflect(i, incident[i].truncate()))
-            .collect()
+        (0..self.len()).map(|i| self.reflect(i, incident[i].truncate())).collect()
     }
 
     /// `K^T y`, row-parallel over a transposed copy of F that is made on first use.
@@ -224,19 +204,13 @@ impl Operator {
         self.transposed()
             .product(&sent)
             .into_iter()
-            .map(|v| Light {
-                invisible: v.truncate(),
-                visible: Rgb::ZERO,
-            })
+            .map(|v| Light { invisible: v.truncate(), visible: Rgb::ZERO })
             .collect()
     }
 
     fn reflect(&self, i: usize, incident: Rgb) -> Light {
         let visible = self.rho[i] * incident;
-        Light {
-            invisible: self.alpha[i] * visible,
-            visible,
-        }
+        Light { invisible: self.alpha[i] * visible, visible }
     }
 }
 

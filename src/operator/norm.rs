@@ -12,10 +12,7 @@ use crate::light::Light;
 
 /// A lower bound on the area-weighted norm of K, from so many products with K and as many with its transpose.
 pub fn operator_norm(k: &Operator, products: usize) -> f64 {
-    let one = Light {
-        invisible: crate::light::Rgb::ONE,
-        visible: crate::light::Rgb::ZERO,
-    };
+    let one = Light { invisible: crate::light::Rgb::ONE, visible: crate::light::Rgb::ZERO };
     let mut x = vec![one; k.len()];
     let mut norm = 0.0f64;
     for _ in 0..products {
@@ -43,10 +40,7 @@ fn size(k: &Operator, x: &[Light]) -> f64 {
 fn weigh(x: &[Light], weight: impl Fn(usize) -> f64) -> Vec<Light> {
     let scaled = x.iter().enumerate().map(|(i, l)| {
         let w = weight(i) as f32;
-        Light {
-            invisible: w * l.invisible,
-            visible: w * l.visible,
-        }
+        Light { invisible: w * l.invisible, visible: w * l.visible }
     });
     scaled.collect()
 }

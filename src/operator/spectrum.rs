@@ -42,10 +42,7 @@ impl Spectrum {
 
     /// Bounds of the worst channel.
     pub fn worst(&self) -> Bounds {
-        let worst = |a: Bounds, b: &Bounds| Bounds {
-            lower: a.lower.max(b.lower),
-            upper: a.upper.max(b.upper),
-        };
+        let worst = |a: Bounds, b: &Bounds| Bounds { lower: a.lower.max(b.lower), upper: a.upper.max(b.upper) };
         let [r, rest @ ..] = &self.channels;
         rest.iter().fold(*r, worst)
     }
@@ -64,11 +61,7 @@ pub struct Effort {
 
 impl Default for Effort {
     fn default() -> Self {
-        Effort {
-            gap: 0.005,
-            products: 64,
-            undecided: 1024,
-        }
+        Effort { gap: 0.005, products: 64, undecided: 1024 }
     }
 }
 
@@ -192,19 +185,11 @@ fn settled(lower: [f64; 3], upper: [f64; 3], step: usize, effort: &Effort) -> bo
 fn shifted_step(x: &[Vec4], bx: &[Vec4], upper: [f64; 3]) -> Vec<Vec4> {
     let shift = Vec4::new(upper[0] as f32, upper[1] as f32, upper[2] as f32, 0.0) * SHIFT;
     let next: Vec<Vec4> = x.iter().zip(bx).map(|(x, y)| *y + shift * *x).collect();
-    let largest = next
-        .iter()
-        .fold(Vec4::splat(f32::MIN_POSITIVE), |m, v| m.max(*v));
-    next.iter()
-        .zip(x)
-        .map(|(v, x)| kept_positive(v / largest, *x))
-        .collect()
+    let largest = next.iter().fold(Vec4::splat(f32::MIN_POSITIVE), |m, v| m.max(*v));
+    next.iter().zip(x).map(|(v, x)| kept_positive(v / largest, *x)).collect()
 }
 
 /// Widens the bounds by the rounding of F x and of the scaling by alpha rho.
 fn widened(lower: f64, upper: f64) -> Bounds {
-    Bounds {
-        lower: lower * (1.0 - Spectrum::ROUNDING),
-        upper: upper * (1.0 + Spectrum::ROUNDING),
-    }
+    Bounds { lower: lower * (1.0 - Spectrum::ROUNDING), upper: upper * (1.0 + Spectrum::ROUNDING) }
 }

@@ -43,10 +43,7 @@ impl Grid {
     /// before. NONE stands for the rim, a cell cut by lines, and a cell that shares the patch.
     pub fn beside(&self, patch: u32, middle: Vec3) -> [u32; 4] {
         let d = middle - self.origin;
-        let (column, row) = (
-            d.dot(self.per_cell[0]) as usize,
-            d.dot(self.per_cell[1]) as usize,
-        );
+        let (column, row) = (d.dot(self.per_cell[0]) as usize, d.dot(self.per_cell[1]) as usize);
         let at = |row: usize, column: usize| {
             if row >= self.rows || column >= self.columns {
                 return NONE;
@@ -57,12 +54,7 @@ impl Grid {
             }
         };
         let before = |k: usize| k.wrapping_sub(1);
-        [
-            at(row, column + 1),
-            at(row, before(column)),
-            at(row + 1, column),
-            at(before(row), column),
-        ]
+        [at(row, column + 1), at(row, before(column)), at(row + 1, column), at(before(row), column)]
     }
 
     /// Half a cell along u and along v.

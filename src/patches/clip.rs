@@ -51,10 +51,7 @@ pub(super) fn split(polygon: Vec<DVec2>, lines: &[Line]) -> Vec<(usize, Vec<DVec
         parts = parts
             .into_iter()
             .flat_map(|(bits, part)| {
-                [
-                    (bits, half_plane(&part, -normal, -offset)),
-                    (bits | 1 << k, half_plane(&part, normal, offset)),
-                ]
+                [(bits, half_plane(&part, -normal, -offset)), (bits | 1 << k, half_plane(&part, normal, offset))]
             })
             .filter(|(_, part)| part.len() > 2)
             .collect();
@@ -64,12 +61,7 @@ pub(super) fn split(polygon: Vec<DVec2>, lines: &[Line]) -> Vec<(usize, Vec<DVec
 
 /// The part of a convex polygon inside the k-th of n bands along an axis; the outer bands reach to infinity, unless they are
 /// bounded below or above as well.
-pub(super) fn clip(
-    polygon: &[DVec2],
-    axis: DVec2,
-    k: usize,
-    (n, bounded): (usize, [bool; 2]),
-) -> Vec<DVec2> {
+pub(super) fn clip(polygon: &[DVec2], axis: DVec2, k: usize, (n, bounded): (usize, [bool; 2])) -> Vec<DVec2> {
     let mut inside = polygon.to_vec();
     if k > 0 || bounded[0] {
         inside = half_plane(&inside, axis, k as f64);

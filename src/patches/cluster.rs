@@ -48,19 +48,13 @@ pub(super) fn groups(small: &[(&Surface, f64)], factor: f64) -> Vec<Vec<usize>> 
 }
 
 /// For each of the groups, numbered from `first`, the number of the group of twice the size that it is part of.
-pub(super) fn parents(
-    small: &[(&Surface, f64)],
-    clusters: &[Vec<usize>],
-    first: u32,
-) -> Vec<(u32, u32)> {
+pub(super) fn parents(small: &[(&Surface, f64)], clusters: &[Vec<usize>], first: u32) -> Vec<(u32, u32)> {
     let mut larger = vec![0; small.len()];
     for (g, group) in groups(small, 2.0).iter().enumerate() {
         group.iter().for_each(|&k| larger[k] = g as u32);
     }
     let numbered = clusters.iter().zip(first..);
-    numbered
-        .map(|(group, own)| (own, larger[group[0]]))
-        .collect()
+    numbered.map(|(group, own)| (own, larger[group[0]])).collect()
 }
 
 /// Cell of a cube map with 3×3 cells a face; cells on an edge or corner of the cube belong to all its faces.

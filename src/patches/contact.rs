@@ -67,10 +67,7 @@ impl Voxels {
 impl Contacts {
     /// Of a scene's surfaces, so many.
     pub fn new(scene: &Scene, surfaces: usize) -> Self {
-        Contacts {
-            voxels: Voxels::new(scene),
-            segments: vec![OnceLock::new(); surfaces],
-        }
+        Contacts { voxels: Voxels::new(scene), segments: vec![OnceLock::new(); surfaces] }
     }
 
     /// Segments in the (u, v) of surface k along which faces of other planes touch or cut it.
@@ -139,15 +136,8 @@ fn bounds<const N: usize>(points: [DVec3; N]) -> (DVec3, DVec3) {
 /// Calls `visit(index, middle)` for every voxel of [-1, 1]³ that a box touches.
 fn for_voxels(low: DVec3, high: DVec3, mut visit: impl FnMut(usize, DVec3)) {
     let n = VOXELS as f64;
-    let cell = |p: DVec3| {
-        ((p + 1.0) * (0.5 * n))
-            .floor()
-            .clamp(DVec3::ZERO, DVec3::splat(n - 1.0))
-    };
-    let (low, high) = (
-        cell(low - TOUCHES).as_usizevec3(),
-        cell(high + TOUCHES).as_usizevec3(),
-    );
+    let cell = |p: DVec3| ((p + 1.0) * (0.5 * n)).floor().clamp(DVec3::ZERO, DVec3::splat(n - 1.0));
+    let (low, high) = (cell(low - TOUCHES).as_usizevec3(), cell(high + TOUCHES).as_usizevec3());
     for z in low.z..=high.z {
         for y in low.y..=high.y {
             for x in low.x..=high.x {

@@ -42,12 +42,7 @@ struct Owned {
 impl Owned {
     /// Nothing of so many faces.
     fn new(faces: usize) -> Owned {
-        Owned {
-            owners: vec![Owner::Patch(NONE); faces],
-            drafts: Vec::new(),
-            grids: Vec::new(),
-            tilings: Vec::new(),
-        }
+        Owned { owners: vec![Owner::Patch(NONE); faces], drafts: Vec::new(), grids: Vec::new(), tilings: Vec::new() }
     }
 
     /// Adds a surface that was cut, as a whole or in tiles.
@@ -72,11 +67,7 @@ impl Owned {
             material = surface.material;
             for &face in &surface.faces {
                 self.owners[face as usize] = Owner::Patch(self.drafts.len() as u32);
-                pieces.push(Piece {
-                    face,
-                    corners: scene.corners(face),
-                    area: scene.area(face),
-                });
+                pieces.push(Piece { face, corners: scene.corners(face), area: scene.area(face) });
             }
         }
         self.drafts.push(Draft { material, pieces });
@@ -95,10 +86,7 @@ impl Patches {
     /// As [`Patches::new`], of surfaces found before.
     pub fn cut(scene: &Scene, rays: &Rays, found: &Arc<Surfaces>, count: usize) -> Patches {
         let surfaces = &found.list;
-        let total: f64 = surfaces
-            .iter()
-            .map(|s| s.area * sides_of(scene, s.material))
-            .sum();
+        let total: f64 = surfaces.iter().map(|s| s.area * sides_of(scene, s.material)).sum();
         let mut size = (total / count.max(1) as f64).sqrt();
         // Edges of surfaces and voxels add patches: correct the size by the count it gave.
         for _ in 0..4 {
@@ -116,10 +104,7 @@ impl Patches {
     /// Number of patches that `size` would give, without cutting anything.
     fn estimate(scene: &Scene, surfaces: &[Surface], size: f64) -> usize {
         let (large, small): (Vec<_>, Vec<_>) = surfaces.iter().partition(|s| is_large(s, size));
-        let cells: f64 = large
-            .iter()
-            .map(|s| s.cells(size) * sides_of(scene, s.material))
-            .sum();
+        let cells: f64 = large.iter().map(|s| s.cells(size) * sides_of(scene, s.material)).sum();
         let small: Vec<_> = small.into_iter().map(|s| (s, size)).collect();
         cells as usize + cluster::count(&small)
     }
@@ -136,9 +121,8 @@ impl Patches {
         // Cut large surfaces into grids, side by side.
         let large = (0..surfaces.len()).into_par_iter().with_max_len(64);
         let large = large.filter(|&s| !whole(s) || is_large(&surfaces[s], size_of(s)));
-        let cuts: Vec<(usize, CutSurface)> = large
-            .filter_map(|s| Some((s, cut_tiles(place, (zones, s), sizes)?)))
-            .collect();
+        let cuts: Vec<(usize, CutSurface)> =
+            large.filter_map(|s| Some((s, cut_tiles(place, (zones, s), sizes)?))).collect();
         let mut own = Owned::new(scene.faces.len());
         let mut small = vec![true; surfaces.len()];
         for (s, cut) in cuts {
@@ -159,12 +143,7 @@ impl Patches {
     }
 
     /// Lays out drafts as patches: fronts first, then the backs of two-sided materials.
-    fn number(
-        scene: &Scene,
-        own: Owned,
-        parents: Parents,
-        (size, normals): (f64, &Arc<[Vec3]>),
-    ) -> Patches {
+    fn number(scene: &Scene, own: Owned, parents: Parents, (size, normals): (f64, &Arc<[Vec3]>)) -> Patches {
         let drafts = own.drafts;
         let mut patches = Patches {
             areas: Vec::new(),
@@ -209,11 +188,7 @@ impl Patches {
         for piece in &draft.pieces {
             sum += piece.area;
             let share = (sum / area) as f32;
-            self.fragments.push(Fragment {
-                corners: piece.corners,
-                face: piece.face,
-                share,
-            });
+            self.fragments.push(Fragment { corners: piece.corners, face: piece.face, share });
         }
         self.starts.push(self.fragments.len() as u32);
         self.areas.push(area);

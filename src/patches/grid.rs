@@ -141,18 +141,10 @@ pub(super) fn cut(
 }
 
 /// Makes a draft of every part that is its own target, and points the other cells to theirs.
-fn number(
-    s: &Surface,
-    mut cells: Vec<CellPieces>,
-    targets: &[usize],
-    first: u32,
-) -> (Vec<Cell>, Vec<Draft>) {
+fn number(s: &Surface, mut cells: Vec<CellPieces>, targets: &[usize], first: u32) -> (Vec<Cell>, Vec<Draft>) {
     let mut drafts: Vec<Draft> = Vec::new();
     let draft = |pieces: Vec<Piece>, drafts: &mut Vec<Draft>| {
-        drafts.push(Draft {
-            material: s.material,
-            pieces,
-        });
+        drafts.push(Draft { material: s.material, pieces });
         first + drafts.len() as u32 - 1
     };
     let mut found: Vec<Cell> = vec![Cell::Patch(NONE); cells.len()];
@@ -187,12 +179,7 @@ fn number(
 
 /// Points combinations of sides that hold no area to the combination that differs least.
 fn fill(patches: &mut [u32]) {
-    let known: Vec<(usize, u32)> = patches
-        .iter()
-        .copied()
-        .enumerate()
-        .filter(|&(_, p)| p != NONE)
-        .collect();
+    let known: Vec<(usize, u32)> = patches.iter().copied().enumerate().filter(|&(_, p)| p != NONE).collect();
     for (bits, patch) in patches.iter_mut().enumerate() {
         let nearest = known.iter().min_by_key(|(k, _)| (k ^ bits).count_ones());
         *patch = nearest.map_or(NONE, |n| n.1);
@@ -216,10 +203,7 @@ impl Shape {
         let [a, b] = segment.map(|p| (p - self.low) / self.cell);
         let (low, high) = (a.min(b), a.max(b));
         let normal = (b - a).perp().normalize_or_zero();
-        let line = Line {
-            normal: normal.as_vec2(),
-            offset: normal.dot(a) as f32,
-        };
+        let line = Line { normal: normal.as_vec2(), offset: normal.dot(a) as f32 };
         for row in span(low.y, high.y, self.rows) {
             for column in span(low.x, high.x, self.columns) {
                 let corner = DVec2::new(column as f64, row as f64);
@@ -241,9 +225,7 @@ impl Shape {
 
     /// Puts the parts of a face into the cells they lie in.
     fn clip_face(&self, scene: &Scene, s: &Surface, face: u32, cells: &mut [CellPieces]) {
-        let corners = scene
-            .corners(face)
-            .map(|p| (s.uv(p.as_dvec3()) - self.low) / self.cell);
+        let corners = scene.corners(face).map(|p| (s.uv(p.as_dvec3()) - self.low) / self.cell);
         let low = corners[0].min(corners[1]).min(corners[2]);
         let high = corners[0].max(corners[1]).max(corners[2]);
         let full = self.cell.element_product();
@@ -262,11 +244,7 @@ impl Shape {
                         let area = 0.5 * (b - a).perp_dot(c - a) * full;
                         if area > 1e-9 * full {
                             let corners = [a, b, c].map(lift);
-                            let piece = Piece {
-                                face,
-                                corners,
-                                area,
-                            };
+                            let piece = Piece { face, corners, area };
                             cell.parts.entry(bits).or_default().push(piece);
                         }
                     }

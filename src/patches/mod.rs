@@ -211,11 +211,7 @@ impl Patches {
         // Stretch u over the chosen fragment, so that one stratified number serves twice.
         let u = ((u - before) / (own[k].share - before)).clamp(0.0, 0.999_999_94);
         let face = own[k].face;
-        PatchPoint {
-            position: triangle_point(own[k].corners, u, v),
-            normal: self.normal(face, self.sides[i]),
-            face,
-        }
+        PatchPoint { position: triangle_point(own[k].corners, u, v), normal: self.normal(face, self.sides[i]), face }
     }
 
     /// The triangles a patch consists of, with the face each is a part of.

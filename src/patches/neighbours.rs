@@ -208,11 +208,7 @@ mod tests {
                 area += patches.areas()[i] as f32;
             }
             assert!((larger.middle(p) - sum / area).length() < 1e-5);
-            for other in [0, 1]
-                .into_iter()
-                .flat_map(|axis| larger.beside(p, axis))
-                .flatten()
-            {
+            for other in [0, 1].into_iter().flat_map(|axis| larger.beside(p, axis)).flatten() {
                 assert_ne!(other, p);
                 let apart = (larger.middle(other) - larger.middle(p)).length();
                 let size = larger.halves(p)[0].length() + larger.halves(p)[1].length();

@@ -26,10 +26,7 @@ impl Parents {
             let blocks: Vec<_> = grid.blocks().map(|(p, b)| (p, g as u32, b)).collect();
             blocks
         };
-        Parents {
-            blocks: grids.iter().enumerate().flat_map(of).collect(),
-            clusters,
-        }
+        Parents { blocks: grids.iter().enumerate().flat_map(of).collect(), clusters }
     }
 
     /// The parent of each of `count` patches, numbered without gaps.

@@ -91,12 +91,8 @@ impl Patches {
         let trees: Vec<Tree> = samples.into_par_iter().map(|own| grow(own, 0)).collect();
         let mut starts: Vec<Vec<PatchPoint>> = Vec::new();
         starts.resize_with(self.len(), Vec::new);
-        let mut parts = Parts {
-            roots: vec![NONE; self.len()],
-            count: self.len(),
-            areas: self.areas.clone(),
-            ..Parts::default()
-        };
+        let mut parts =
+            Parts { roots: vec![NONE; self.len()], count: self.len(), areas: self.areas.clone(), ..Parts::default() };
         for (i, tree) in trees.into_iter().enumerate() {
             let total = tree.count();
             let area = self.areas[i];
@@ -164,11 +160,7 @@ fn number(tree: Tree, planes: &mut Vec<Plane>, add: &mut impl FnMut(Vec<Sample>)
         Tree::Leaf(own) => Part::Patch(add(own)),
         Tree::Plane { axis, at, sides } => {
             let own = planes.len();
-            planes.push(Plane {
-                axis,
-                at,
-                sides: [Part::Patch(NONE); 2],
-            });
+            planes.push(Plane { axis, at, sides: [Part::Patch(NONE); 2] });
             let sides = sides.map(|side| number(side, planes, add));
             planes[own].sides = sides;
             Part::Divided(own as u32)

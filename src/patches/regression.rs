@@ -35,11 +35,7 @@ pub struct Sample {
 
 /// A tree that is not numbered yet: planes with their sides, or the samples of a part.
 pub(super) enum Tree {
-    Plane {
-        axis: usize,
-        at: f32,
-        sides: Box<[Tree; 2]>,
-    },
+    Plane { axis: usize, at: f32, sides: Box<[Tree; 2]> },
     Leaf(Vec<Sample>),
 }
 
@@ -66,14 +62,9 @@ pub(super) fn grow(mut own: Vec<Sample>, depth: u32) -> Tree {
     let Some((axis, at)) = best(&mut own).filter(|_| depth < DEEPEST) else {
         return Tree::Leaf(own);
     };
-    let (below, beyond): (Vec<Sample>, Vec<Sample>) = own
-        .into_iter()
-        .partition(|s| coordinate(s.point.position, s.point.normal, axis) < at);
-    Tree::Plane {
-        axis,
-        at,
-        sides: Box::new([below, beyond].map(|side| grow(side, depth + 1))),
-    }
+    let (below, beyond): (Vec<Sample>, Vec<Sample>) =
+        own.into_iter().partition(|s| coordinate(s.point.position, s.point.normal, axis) < at);
+    Tree::Plane { axis, at, sides: Box::new([below, beyond].map(|side| grow(side, depth + 1))) }
 }
 
 /// The plane that leaves least variance, if it leaves significantly less.
@@ -121,15 +112,8 @@ mod tests {
         let mut one = || {
             let position = Vec3::new(random.uniform(), random.uniform(), 0.0);
             let noise = f64::from(random.uniform()) - 0.5;
-            let point = PatchPoint {
-                position,
-                normal: Vec3::Z,
-                face: 0,
-            };
-            Sample {
-                point,
-                light: DVec3::splat(light(position.x) + noise),
-            }
+            let point = PatchPoint { position, normal: Vec3::Z, face: 0 };
+            Sample { point, light: DVec3::splat(light(position.x) + noise) }
         };
         (0..count).map(|_| one()).collect()
     }

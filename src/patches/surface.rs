@@ -29,8 +29,7 @@ pub(super) struct Surface {
 impl Surface {
     /// Columns and rows of a grid of about `size`.
     pub fn divisions(&self, size: f64) -> [usize; 2] {
-        self.extent
-            .map(|e| ((e / size).round().clamp(1.0, 4096.0)) as usize)
+        self.extent.map(|e| ((e / size).round().clamp(1.0, 4096.0)) as usize)
     }
 
     /// Expected number of patches of a grid of about `size`: the cells that the surface covers.
@@ -126,14 +125,8 @@ fn join(parents: &mut [u32], a: u32, b: u32) {
 
 /// Area, normal and the smallest rectangle around a surface's faces.
 fn measure(scene: &Scene, faces: Vec<u32>) -> Surface {
-    let corners: Vec<[DVec3; 3]> = faces
-        .iter()
-        .map(|&f| scene.corners(f).map(|p| p.as_dvec3()))
-        .collect();
-    let doubled: DVec3 = corners
-        .iter()
-        .map(|[a, b, c]| (*b - *a).cross(*c - *a))
-        .sum();
+    let corners: Vec<[DVec3; 3]> = faces.iter().map(|&f| scene.corners(f).map(|p| p.as_dvec3())).collect();
+    let doubled: DVec3 = corners.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a)).sum();
     let normal = doubled.normalize_or(DVec3::Z);
     let (u, low, high) = smallest_rectangle(&corners, normal);
     let v = normal.cross(u);
@@ -165,13 +158,9 @@ fn smallest_rectangle(corners: &[[DVec3; 3]], normal: DVec3) -> (DVec3, DVec2, D
     // From so many faces on the edges are tried by several threads.
     const MANY: usize = 1000;
     let base = corners[0][0];
-    let edges = corners
-        .iter()
-        .flat_map(|[a, b, c]| [*b - *a, *c - *b, *a - *c]);
+    let edges = corners.iter().flat_map(|[a, b, c]| [*b - *a, *c - *b, *a - *c]);
     let around = |edge: DVec3| {
-        let u = edge
-            .reject_from_normalized(normal)
-            .normalize_or(normal.any_orthonormal_vector());
+        let u = edge.reject_from_normalized(normal).normalize_or(normal.any_orthonormal_vector());
         let v = normal.cross(u);
         let (mut low, mut high) = (DVec2::MAX, DVec2::MIN);
         for p in corners.iter().flatten() {

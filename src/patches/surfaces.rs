@@ -33,14 +33,7 @@ impl Surfaces {
             faces.for_each(|&f| of_face[f as usize] = k as u32);
         }
         let faces = (0..scene.faces.len() as u32).into_par_iter();
-        let normals: Vec<Vec3> = faces
-            .map(|f| surface::normal(scene.corners(f)).as_vec3())
-            .collect();
-        Arc::new(Surfaces {
-            contacts: Contacts::new(scene, list.len()),
-            list,
-            of_face,
-            normals: normals.into(),
-        })
+        let normals: Vec<Vec3> = faces.map(|f| surface::normal(scene.corners(f)).as_vec3()).collect();
+        Arc::new(Surfaces { contacts: Contacts::new(scene, list.len()), list, of_face, normals: normals.into() })
     }
 }

@@ -79,11 +79,7 @@ impl CutSurface {
 }
 
 /// Cuts the tiles of surface s, each to its zone's size. None where the surface is too thin for any.
-pub(super) fn cut_tiles(
-    place: Place,
-    (zones, s): (&Zones, usize),
-    sizes: &[f64],
-) -> Option<CutSurface> {
+pub(super) fn cut_tiles(place: Place, (zones, s): (&Zones, usize), sizes: &[f64]) -> Option<CutSurface> {
     let (scene, surface) = (place.scene, &zones.surfaces.list[s]);
     let [columns, rows] = zones.tiles(s);
     let segments = zones.surfaces.contacts.segments(place, s, surface);
@@ -109,11 +105,7 @@ pub(super) fn cut_tiles(
         }
     }
     let any = found.iter().any(Option::is_some);
-    any.then(|| CutSurface {
-        tiling: tiling(surface, [columns, rows], &found),
-        grids,
-        drafts,
-    })
+    any.then(|| CutSurface { tiling: tiling(surface, [columns, rows], &found), grids, drafts })
 }
 
 /// The faces that reach into each tile.

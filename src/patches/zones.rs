@@ -59,11 +59,7 @@ impl Zones {
         for (k, [columns, rows]) in tiles.iter().enumerate() {
             starts.push(starts[k] + (columns * rows) as u32);
         }
-        Zones {
-            surfaces: Arc::clone(surfaces),
-            tiles,
-            starts,
-        }
+        Zones { surfaces: Arc::clone(surfaces), tiles, starts }
     }
 
     /// Number of zones.

@@ -38,26 +38,14 @@ impl Anchor {
             inward.extend(-inward.dot(p)).as_vec4()
         });
         let column = |k: usize| Vec3A::from_array(edges.map(|edge| edge[k]));
-        Anchor {
-            normal: normal.as_vec3a(),
-            edges: [column(0), column(1), column(2), column(3)],
-        }
+        Anchor { normal: normal.as_vec3a(), edges: [column(0), column(1), column(2), column(3)] }
     }
 
     /// The start of a ray that leaves the face at `point` towards `direction`; `corners` are the face's.
     #[inline]
-    pub(super) fn start(
-        &self,
-        point: Vec3A,
-        direction: Vec3A,
-        corners: impl FnOnce() -> [Vec3; 3],
-    ) -> Vec3A {
+    pub(super) fn start(&self, point: Vec3A, direction: Vec3A, corners: impl FnOnce() -> [Vec3; 3]) -> Vec3A {
         let least = self.clearance(point).min_element();
-        let point = if (FOREIGN..MARGIN).contains(&least) {
-            self.inside(point, corners())
-        } else {
-            point
-        };
+        let point = if (FOREIGN..MARGIN).contains(&least) { self.inside(point, corners()) } else { point };
         point + LIFT.copysign(self.normal.dot(direction)) * self.normal
     }
 

@@ -29,10 +29,7 @@ pub(super) struct Item {
 
 impl Item {
     pub(super) fn new(bounds: Bounds, number: u32) -> Item {
-        Item {
-            low: bounds.low.extend(f32::from_bits(number)),
-            high: bounds.high.extend(0.0),
-        }
+        Item { low: bounds.low.extend(f32::from_bits(number)), high: bounds.high.extend(0.0) }
     }
 
     pub(super) fn number(&self) -> u32 {
@@ -41,10 +38,7 @@ impl Item {
 
     #[inline(always)]
     pub(super) fn bounds(&self) -> Bounds {
-        Bounds {
-            low: Vec3A::from_vec4(self.low),
-            high: Vec3A::from_vec4(self.high),
-        }
+        Bounds { low: Vec3A::from_vec4(self.low), high: Vec3A::from_vec4(self.high) }
     }
 
     #[inline(always)]
@@ -58,9 +52,7 @@ pub(super) fn joined(items: &[Item], of: impl Fn(&Item) -> Bounds + Sync) -> Bou
     let join = |all: Bounds, item: &Item| all.join(of(item));
     let chunks = items.par_chunks(CHUNK);
     match items.len() > CHUNK {
-        true => chunks
-            .map(|chunk| chunk.iter().fold(Bounds::EMPTY, join))
-            .reduce(|| Bounds::EMPTY, Bounds::join),
+        true => chunks.map(|chunk| chunk.iter().fold(Bounds::EMPTY, join)).reduce(|| Bounds::EMPTY, Bounds::join),
         false => items.iter().fold(Bounds::EMPTY, join),
     }
 }
@@ -77,17 +69,11 @@ impl Scale {
     fn new(items: &[Item]) -> Scale {
         let middles = joined(items, |item| {
             let middle = item.doubled_middle();
-            Bounds {
-                low: middle,
-                high: middle,
-            }
+            Bounds { low: middle, high: middle }
         });
         let extent = middles.high - middles.low;
         let per_bin = BINS as f32 * (1.0 - 1e-6) / extent;
-        Scale {
-            low: middles.low,
-            per_bin: Vec3A::select(extent.cmpgt(Vec3A::ZERO), per_bin, Vec3A::ZERO),
-        }
+        Scale { low: middles.low, per_bin: Vec3A::select(extent.cmpgt(Vec3A::ZERO), per_bin, Vec3A::ZERO) }
     }
 
     #[inline(always)]
@@ -109,9 +95,7 @@ impl Bins {
     fn new(items: &[Item], scale: &Scale) -> Bins {
         let chunks = items.par_chunks(CHUNK);
         match items.len() > CHUNK {
-            true => chunks
-                .map(|chunk| Bins::of(chunk, scale))
-                .reduce(|| Bins::EMPTY, Bins::join),
+            true => chunks.map(|chunk| Bins::of(chunk, scale)).reduce(|| Bins::EMPTY, Bins::join),
             false => Bins::of(items, scale),
         }
     }
@@ -160,12 +144,7 @@ impl Split {
         let (cost, axis, bin) = costs.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let (left, right) = bins.0[axis].split_at(bin);
         let around = |side: &[(Bounds, u32)]| side.iter().fold(Bounds::EMPTY, |a, b| a.join(b.0));
-        (cost < f32::INFINITY).then(|| Split {
-            scale,
-            axis,
-            bin,
-            sides: [around(left), around(right)],
-        })
+        (cost < f32::INFINITY).then(|| Split { scale, axis, bin, sides: [around(left), around(right)] })
     }
 
     #[inline(always)]

@@ -39,10 +39,7 @@ pub(super) struct Block {
 impl Block {
     /// At most [`LANES`] triangles, each with its plane.
     pub(super) fn new(triangles: &[(Triangle, Label)]) -> Self {
-        let mut block = Block {
-            corners: [[[f32::NAN; LANES]; 3]; 3],
-            planes: [0; LANES],
-        };
+        let mut block = Block { corners: [[[f32::NAN; LANES]; 3]; 3], planes: [0; LANES] };
         for (lane, (triangle, label)) in triangles.iter().enumerate() {
             for (own, along) in block.corners.iter_mut().zip(triangle.0) {
                 own[0][lane] = along.x;
@@ -84,12 +81,7 @@ impl Block {
     /// Signs are compared through the product of the least and the greatest edge function: below 0 they differ. Where
     /// it is 0, or so small that it vanishes, the signs are in doubt.
     #[inline(always)]
-    fn tell(
-        &self,
-        query: &Query,
-        reach: f32,
-        tell: impl Fn(f32, usize) -> f32,
-    ) -> (Lane<f32>, bool) {
+    fn tell(&self, query: &Query, reach: f32, tell: impl Fn(f32, usize) -> f32) -> (Lane<f32>, bool) {
         let (mut keys, mut doubt) = ([MISSED; LANES], [0u32; LANES]);
         let shear = &query.shear;
         let [x, y, z] = shear.axes.map(|axis| &self.corners[axis]);

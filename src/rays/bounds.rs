@@ -13,18 +13,12 @@ pub(super) struct Bounds {
 
 impl Bounds {
     /// Holds no point; joined with another box it gives that box.
-    pub(super) const EMPTY: Bounds = Bounds {
-        low: Vec3A::INFINITY,
-        high: Vec3A::NEG_INFINITY,
-    };
+    pub(super) const EMPTY: Bounds = Bounds { low: Vec3A::INFINITY, high: Vec3A::NEG_INFINITY };
 
     /// The smallest box around both.
     #[inline(always)]
     pub(super) fn join(self, other: Bounds) -> Bounds {
-        Bounds {
-            low: self.low.min(other.low),
-            high: self.high.max(other.high),
-        }
+        Bounds { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
     /// Half the area of its surface.

@@ -51,9 +51,7 @@ fn cheapest(boxes: &[Bounds], numbers: &[u32], size: usize) -> (f32, usize) {
         before[k - 1] * blocks(k) + after[n - k - 1] * blocks(n - k)
     };
     let costs = (1..n).map(|k| (cost(k), k));
-    costs
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .expect("more than one box")
+    costs.min_by(|a, b| a.0.total_cmp(&b.0)).expect("more than one box")
 }
 
 /// Half the area of the box around the first, the first two, and so on.

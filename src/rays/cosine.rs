@@ -34,11 +34,7 @@ pub(super) fn about_z(u1: f32, u2: f32) -> (f32, f32, f32) {
     let (radius, other) = if wide { (a, b) } else { (b, a) };
     let (sin, cos) = of_eighth(other / if radius == 0.0 { 1.0 } else { radius });
     let (along, across) = (radius * cos, radius * sin);
-    let (x, y) = if wide {
-        (along, across)
-    } else {
-        (across, along)
-    };
+    let (x, y) = if wide { (along, across) } else { (across, along) };
     // x² + y² is the radius squared; the least z keeps the direction off the surface.
     let squared = 1.0 - radius * radius;
     let z = if squared > 1e-12 { squared } else { 1e-12 }.sqrt();

@@ -16,8 +16,7 @@ const SAME_PLACE: f32 = 1e-5;
 pub(super) fn settle(hits: &mut Vec<Hit>, planes: &[u32]) {
     hits.sort_unstable_by(|a, b| {
         let (near, far) = (depth(a.t, a.side), depth(b.t, b.side));
-        near.total_cmp(&far)
-            .then_with(|| (a.side, a.face).cmp(&(b.side, b.face)))
+        near.total_cmp(&far).then_with(|| (a.side, a.face).cmp(&(b.side, b.face)))
     });
     merge_edges(hits);
     fronts_first(hits, planes);

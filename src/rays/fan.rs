@@ -36,12 +36,7 @@ impl Fan {
         bend: impl FnOnce(&mut [f32; FAN], &mut [f32; FAN]) -> B,
     ) -> (Fan, B) {
         let nothing = [0.0; FAN];
-        let mut fan = Fan {
-            x: nothing,
-            y: nothing,
-            z: nothing,
-            third: nothing,
-        };
+        let mut fan = Fan { x: nothing, y: nothing, z: nothing, third: nothing };
         let arch = Arch::new();
         arch.dispatch(Points(&mut fan, sobol, first, seed));
         let bent = bend(&mut fan.x, &mut fan.y);

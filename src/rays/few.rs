@@ -11,9 +11,7 @@ use std::array::from_fn;
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
 use super::Hit;
-use super::block::{
-    Block, LANES, Lane, MISSED, PLACES, bits, key, least, least_of, limit, most, place,
-};
+use super::block::{Block, LANES, Lane, MISSED, PLACES, bits, key, least, least_of, limit, most, place};
 use super::tree::{Label, Query, SAME_PLACE, hit, precedes};
 use super::triangle::{Meeting, Triangle};
 
@@ -64,12 +62,7 @@ impl Few {
 
     /// Every meeting, in no order, appended to `out`; or false as soon as `stop` says so of a face.
     #[inline]
-    pub(super) fn all_unless(
-        &self,
-        stop: impl Fn(u32) -> bool,
-        query: &Query,
-        out: &mut Vec<Hit>,
-    ) -> bool {
+    pub(super) fn all_unless(&self, stop: impl Fn(u32) -> bool, query: &Query, out: &mut Vec<Hit>) -> bool {
         self.arch.dispatch(AllUnless(self, stop, query, out))
     }
 
@@ -88,11 +81,7 @@ impl Few {
     #[inline(always)]
     fn keys(&self, b: usize, query: &Query) -> Lane<f32> {
         let (keys, sure) = self.blocks[b].keys(query, b * LANES);
-        if sure {
-            keys
-        } else {
-            self.exact_keys(b, query)
-        }
+        if sure { keys } else { self.exact_keys(b, query) }
     }
 
     /// The same from the exact test.
@@ -100,8 +89,7 @@ impl Few {
     fn exact_keys(&self, b: usize, query: &Query) -> Lane<f32> {
         from_fn(|lane| {
             let place = b * LANES + lane;
-            self.candidate(place, query)
-                .map_or(MISSED, |(meeting, _)| key(meeting.t, place))
+            self.candidate(place, query).map_or(MISSED, |(meeting, _)| key(meeting.t, place))
         })
     }
 
@@ -165,19 +153,11 @@ impl Boxes {
         let missed = simd.splat_f32s(MISSED);
         let mut short = [MISSED; LANES];
         for (r, short) in S::as_mut_simd_f32s(&mut short).0.iter_mut().enumerate() {
-            let at = |ends: &[S::f32s], axis: usize| {
-                simd.mul_f32s(simd.sub_f32s(ends[r], start[axis]), scale[axis])
-            };
+            let at = |ends: &[S::f32s], axis: usize| simd.mul_f32s(simd.sub_f32s(ends[r], start[axis]), scale[axis]);
             let least = |a, b| simd.select_f32s(simd.less_than_f32s(a, b), a, b);
             let most = |a, b| simd.select_f32s(simd.less_than_f32s(b, a), a, b);
-            let first = most(
-                zero,
-                most(at(near[2], 2), most(at(near[0], 0), at(near[1], 1))),
-            );
-            let last = least(
-                end,
-                least(at(far[2], 2), least(at(far[0], 0), at(far[1], 1))),
-            );
+            let first = most(zero, most(at(near[2], 2), most(at(near[0], 0), at(near[1], 1))));
+            let last = least(end, least(at(far[2], 2), least(at(far[0], 0), at(far[1], 1))));
             let met = simd.less_than_or_equal_f32s(first, last);
             *short = simd.select_f32s(met, zero, missed);
         }

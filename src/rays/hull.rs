@@ -23,9 +23,7 @@ const BUDGET: usize = 100_000_000;
 pub(super) fn occluders(scene: &Scene, planes: &Planes) -> Vec<u32> {
     let hull = hull_planes(scene, &planes.planes);
     let count = scene.faces.len() as u32;
-    (0..count)
-        .filter(|&face| !hull[planes.of_face[face as usize] as usize])
-        .collect()
+    (0..count).filter(|&face| !hull[planes.of_face[face as usize] as usize]).collect()
 }
 
 /// Whether all vertices lie on one side, for each plane.
@@ -34,15 +32,10 @@ fn hull_planes(scene: &Scene, planes: &[Plane]) -> Vec<bool> {
     let extremes = extreme_points(&vertices);
     // Almost every inner plane has extreme points on both sides: it never comes to the full check.
     let outer = (0..planes.len()).into_par_iter();
-    let outer: Vec<usize> = outer
-        .filter(|&p| one_sided(&planes[p], &extremes))
-        .collect();
+    let outer: Vec<usize> = outer.filter(|&p| one_sided(&planes[p], &extremes)).collect();
     let affordable = outer.len().min(BUDGET / vertices.len().max(1));
     let proved = outer[..affordable].par_iter();
-    let proved: Vec<usize> = proved
-        .copied()
-        .filter(|&p| one_sided(&planes[p], &vertices))
-        .collect();
+    let proved: Vec<usize> = proved.copied().filter(|&p| one_sided(&planes[p], &vertices)).collect();
     let mut hull = vec![false; planes.len()];
     proved.into_iter().for_each(|p| hull[p] = true);
     hull
@@ -65,11 +58,7 @@ fn extreme_points(vertices: &[DVec3]) -> Vec<DVec3> {
     let steps = [-1.0, 0.0, 1.0];
     let directions = steps
         .iter()
-        .flat_map(|&x| {
-            steps
-                .iter()
-                .flat_map(move |&y| steps.map(|z| DVec3::new(x, y, z)))
-        })
+        .flat_map(|&x| steps.iter().flat_map(move |&y| steps.map(|z| DVec3::new(x, y, z))))
         .filter(|d| *d != DVec3::ZERO);
     let directions: Vec<DVec3> = directions.collect();
     let furthest = directions.par_iter().filter_map(|d| {

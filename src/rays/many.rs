@@ -33,10 +33,7 @@ pub(super) struct Many {
 
 impl Many {
     /// The hierarchy of a layout; `face` tells what its numbers stand for, `None` of those left out.
-    pub(super) fn new(
-        layout: &Layout,
-        face: impl Fn(u32) -> Option<(Triangle, Label)> + Sync,
-    ) -> Self {
+    pub(super) fn new(layout: &Layout, face: impl Fn(u32) -> Option<(Triangle, Label)> + Sync) -> Self {
         let (wide, leaves) = Wide::new(&layout.root);
         let leaf = |range: &Range<usize>| {
             let own = layout.order[range.clone()].iter().filter_map(|&i| face(i));
@@ -45,12 +42,7 @@ impl Many {
             (Block::new(&own), std::array::from_fn(face))
         };
         let (blocks, faces) = leaves.par_iter().with_min_len(64).map(leaf).unzip();
-        Many {
-            arch: Arch::new(),
-            wide,
-            blocks,
-            faces,
-        }
+        Many { arch: Arch::new(), wide, blocks, faces }
     }
 
     /// The first meeting.
@@ -67,12 +59,7 @@ impl Many {
 
     /// Every meeting, in no order, edges counted once for each face, appended to `out`; or false as soon as an opaque face is met.
     #[inline]
-    pub(super) fn all_unless(
-        &self,
-        opaque: impl Fn(u32) -> bool,
-        query: &Query,
-        out: &mut Vec<Hit>,
-    ) -> bool {
+    pub(super) fn all_unless(&self, opaque: impl Fn(u32) -> bool, query: &Query, out: &mut Vec<Hit>) -> bool {
         self.arch.dispatch(AllUnless(self, opaque, query, out))
     }
 
@@ -103,17 +90,8 @@ impl Many {
 
     /// The meeting with a triangle, if it is before `reach` and on no plane to skip.
     #[inline(always)]
-    fn candidate(
-        &self,
-        leaf: usize,
-        lane: usize,
-        query: &Query,
-        reach: f32,
-    ) -> Option<(Meeting, Label)> {
-        let label = Label {
-            face: self.faces[leaf][lane],
-            plane: self.blocks[leaf].plane(lane),
-        };
+    fn candidate(&self, leaf: usize, lane: usize, query: &Query, reach: f32) -> Option<(Meeting, Label)> {
+        let label = Label { face: self.faces[leaf][lane], plane: self.blocks[leaf].plane(lane) };
         query.candidate(&self.blocks[leaf].triangle(lane), &label, reach)
     }
 }

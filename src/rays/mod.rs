@@ -249,13 +249,7 @@ impl Faces {
         // Planes are found one after the other; meanwhile the other threads lay out the tree.
         let layout = || (corners.len() >= many).then(|| Layout::new(&boxes(&corners, pad)));
         let (planes, layout) = rayon::join(|| Planes::new(scene), layout);
-        Faces {
-            corners,
-            planes,
-            layout,
-            pad,
-            many,
-        }
+        Faces { corners, planes, layout, pad, many }
     }
 
     /// A face ready for rays.
@@ -284,9 +278,7 @@ impl Faces {
 
 /// Length of the diagonal of the box around triangles.
 fn diagonal(corners: &[[Vec3; 3]]) -> f32 {
-    let whole = boxes(corners, 0.0)
-        .into_par_iter()
-        .reduce(|| Bounds::EMPTY, Bounds::join);
+    let whole = boxes(corners, 0.0).into_par_iter().reduce(|| Bounds::EMPTY, Bounds::join);
     (whole.high - whole.low).length()
 }
 

@@ -58,10 +58,7 @@ impl Plane {
 
     /// The same plane seen from the other side.
     fn flipped(self) -> Plane {
-        Plane {
-            normal: -self.normal,
-            offset: -self.offset,
-        }
+        Plane { normal: -self.normal, offset: -self.offset }
     }
 
     fn coordinates(self) -> [f64; 4] {
@@ -79,10 +76,7 @@ impl Planes {
             let corners = scene.corners(face).map(|c| c.as_dvec3());
             of_face[face as usize] = finder.find(plane, &corners);
         }
-        Planes {
-            of_face,
-            planes: finder.planes,
-        }
+        Planes { of_face, planes: finder.planes }
     }
 }
 
@@ -98,10 +92,7 @@ fn by_falling_area(scene: &Scene) -> Vec<(u32, Plane)> {
     });
     let mut faces: Vec<_> = measured.collect();
     faces.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    faces
-        .into_iter()
-        .map(|(_, face, plane)| (face, plane))
-        .collect()
+    faces.into_iter().map(|(_, face, plane)| (face, plane)).collect()
 }
 
 /// Planes in a hash grid over (normal, offset).
@@ -120,9 +111,7 @@ impl Finder {
         let plane = upright(plane);
         let flipped = || {
             let either = plane.normal.dot(GENERIC) < EITHER;
-            either
-                .then(|| self.search(plane.flipped(), corners))
-                .flatten()
+            either.then(|| self.search(plane.flipped(), corners)).flatten()
         };
         let known = self.search(plane, corners).or_else(flipped);
         known.unwrap_or_else(|| self.enter(plane))
@@ -148,14 +137,10 @@ impl Finder {
 
     fn search_cell(&self, key: [i32; 4], corners: &[DVec3; 3]) -> Option<u32> {
         let newest = self.cells.get(&key).copied();
-        std::iter::successors(newest, |&p| self.earlier[p as usize])
-            .take(PROBES)
-            .find(|&p| {
-                let plane = &self.planes[p as usize];
-                corners
-                    .iter()
-                    .all(|&c| plane.distance(c).abs() <= TOLERANCE)
-            })
+        std::iter::successors(newest, |&p| self.earlier[p as usize]).take(PROBES).find(|&p| {
+            let plane = &self.planes[p as usize];
+            corners.iter().all(|&c| plane.distance(c).abs() <= TOLERANCE)
+        })
     }
 
     fn enter(&mut self, plane: Plane) -> u32 {
@@ -171,11 +156,7 @@ impl Finder {
 /// The orientation under which a plane is entered. Planes on the border between the two orientations are found under
 /// either, as `find` looks for both.
 fn upright(plane: Plane) -> Plane {
-    if plane.normal.dot(GENERIC) < 0.0 {
-        plane.flipped()
-    } else {
-        plane
-    }
+    if plane.normal.dot(GENERIC) < 0.0 { plane.flipped() } else { plane }
 }
 
 fn cell(coordinate: f64) -> i32 {

@@ -16,13 +16,8 @@
 pub const DIMENSIONS: usize = 6;
 
 /// Polynomial degree, inner coefficients and initial numbers of dimensions 1 to 5; dimension 0 is van der Corput's.
-const JOE_KUO: [(usize, u32, [u32; 4]); DIMENSIONS - 1] = [
-    (1, 0, [1, 0, 0, 0]),
-    (2, 1, [1, 3, 0, 0]),
-    (3, 1, [1, 3, 1, 0]),
-    (3, 2, [1, 1, 1, 0]),
-    (4, 1, [1, 1, 3, 3]),
-];
+const JOE_KUO: [(usize, u32, [u32; 4]); DIMENSIONS - 1] =
+    [(1, 0, [1, 0, 0, 0]), (2, 1, [1, 3, 0, 0]), (3, 1, [1, 3, 1, 0]), (3, 2, [1, 1, 1, 0]), (4, 1, [1, 1, 3, 3])];
 
 /// The Sobol sequence with its first points tabled.
 pub struct Sobol {
@@ -48,11 +43,7 @@ impl Sobol {
                 own[index] = own[index - (1 << top)] ^ column[top];
             }
         }
-        Sobol {
-            columns,
-            table,
-            count,
-        }
+        Sobol { columns, table, count }
     }
 
     /// Coordinate `dimension` of point `index` under the scrambling `seed`, in [0, 1).
@@ -95,16 +86,13 @@ impl Sobol {
     /// The table of one dimension.
     #[inline(always)]
     fn tabled(&self, dimension: usize) -> Option<&[u32]> {
-        self.table
-            .get(dimension * self.count..(dimension + 1) * self.count)
+        self.table.get(dimension * self.count..(dimension + 1) * self.count)
     }
 
     /// The point's coordinate, bits reversed, without the table.
     fn compute(&self, index: u32, dimension: usize) -> u32 {
         let columns = &self.columns[dimension];
-        (0..32)
-            .filter(|bit| index >> bit & 1 == 1)
-            .fold(0, |sum, bit| sum ^ columns[bit])
+        (0..32).filter(|bit| index >> bit & 1 == 1).fold(0, |sum, bit| sum ^ columns[bit])
     }
 }
 

@@ -55,21 +55,14 @@ impl Layout {
             true => Branch::Node(vec![(whole.bounds, whole.branch(0))]),
             false => whole.branch(0),
         };
-        Layout {
-            order: items.iter().map(Item::number).collect(),
-            root,
-        }
+        Layout { order: items.iter().map(Item::number).collect(), root }
     }
 }
 
 impl<'a> Part<'a> {
     fn new(items: &'a mut [Item], start: usize) -> Self {
         let bounds = joined(items, Item::bounds);
-        Part {
-            items,
-            start,
-            bounds,
-        }
+        Part { items, start, bounds }
     }
 
     /// The tree over the part.
@@ -102,9 +95,7 @@ impl<'a> Part<'a> {
     }
 
     fn halves(self, depth: usize) -> [Part<'a>; 2] {
-        let split = (depth < DEEP)
-            .then(|| Split::cheapest(self.items))
-            .flatten();
+        let split = (depth < DEEP).then(|| Split::cheapest(self.items)).flatten();
         let at = match &split {
             Some(split) => partition(self.items, |item| split.is_left(item)),
             None => self.items.len() / 2,
@@ -114,15 +105,8 @@ impl<'a> Part<'a> {
             Some(split) => split.sides,
             None => [&*left, &*right].map(|side| joined(side, Item::bounds)),
         };
-        let part = |items, start, bounds| Part {
-            items,
-            start,
-            bounds,
-        };
-        [
-            part(left, self.start, first),
-            part(right, self.start + at, second),
-        ]
+        let part = |items, start, bounds| Part { items, start, bounds };
+        [part(left, self.start, first), part(right, self.start + at, second)]
     }
 }
 

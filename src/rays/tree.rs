@@ -50,10 +50,7 @@ pub(super) struct Query {
 
 impl Label {
     /// Of no face.
-    pub(super) const NONE: Label = Label {
-        face: u32::MAX,
-        plane: NO_PLANE,
-    };
+    pub(super) const NONE: Label = Label { face: u32::MAX, plane: NO_PLANE };
 }
 
 impl Query {
@@ -62,23 +59,12 @@ impl Query {
     pub(super) fn new(origin: Vec3A, direction: Vec3A, end: f32, skip: [u32; 2]) -> Self {
         // Zeros are made positive: -0.0 and its inverse would disagree in sign.
         let direction = direction + Vec3A::ZERO;
-        Query {
-            shear: Shear::new(origin, direction),
-            origin,
-            direction,
-            end,
-            skip,
-        }
+        Query { shear: Shear::new(origin, direction), origin, direction, end, skip }
     }
 
     /// The meeting with a triangle, if it is before `reach` and on no plane to skip.
     #[inline(always)]
-    pub(super) fn candidate(
-        &self,
-        triangle: &Triangle,
-        label: &Label,
-        reach: f32,
-    ) -> Option<(Meeting, Label)> {
+    pub(super) fn candidate(&self, triangle: &Triangle, label: &Label, reach: f32) -> Option<(Meeting, Label)> {
         let meeting = self.shear.meet(triangle)?;
         if !(meeting.t > 0.0 && meeting.t < reach) {
             return None;
@@ -130,12 +116,7 @@ impl Tree {
 
     /// Every meeting as [`Tree::all`], or false as soon as an opaque face is met.
     #[inline]
-    pub(super) fn all_unless(
-        &self,
-        opaque: impl Fn(u32) -> bool,
-        query: &Query,
-        out: &mut Vec<Hit>,
-    ) -> bool {
+    pub(super) fn all_unless(&self, opaque: impl Fn(u32) -> bool, query: &Query, out: &mut Vec<Hit>) -> bool {
         match self {
             Tree::Few(few) => few.all_unless(opaque, query, out),
             Tree::Many(many) => many.all_unless(opaque, query, out),
@@ -168,11 +149,5 @@ pub(super) fn precedes(a: &(Meeting, Label), b: &(Meeting, Label)) -> bool {
 /// A meeting told in full.
 #[inline]
 pub(super) fn hit(meeting: &Meeting, label: &Label) -> Hit {
-    Hit {
-        t: meeting.t,
-        face: label.face,
-        side: meeting.side,
-        u: meeting.u,
-        v: meeting.v,
-    }
+    Hit { t: meeting.t, face: label.face, side: meeting.side, u: meeting.u, v: meeting.v }
 }

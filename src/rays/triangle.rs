@@ -53,10 +53,7 @@ impl Triangle {
     pub(super) fn padded_box(&self, pad: f32) -> Bounds {
         let low = Vec3A::from_array(self.0.map(Vec3A::min_element));
         let high = Vec3A::from_array(self.0.map(Vec3A::max_element));
-        Bounds {
-            low: low - pad,
-            high: high + pad,
-        }
+        Bounds { low: low - pad, high: high + pad }
     }
 }
 
@@ -76,11 +73,7 @@ impl Shear {
         let way = direction.to_array();
         let (next, last) = ([1, 2, 0][z], [2, 0, 1][z]);
         let down = way[z] < 0.0;
-        let axes = [
-            if down { last } else { next },
-            if down { next } else { last },
-            z,
-        ];
+        let axes = [if down { last } else { next }, if down { next } else { last }, z];
         let scale = 1.0 / way[z];
         let from = origin.to_array();
         Shear {
@@ -115,18 +108,10 @@ impl Shear {
 impl Meeting {
     #[inline(always)]
     fn new(t: f32, edges: Vec3A, inverse: f32) -> Self {
-        let side = if inverse > 0.0 {
-            Side::Front
-        } else {
-            Side::Back
-        };
+        let side = if inverse > 0.0 { Side::Front } else { Side::Back };
         let u = edges.y * inverse;
         // On the edge opposite the first corner u + v is exactly 1, so that `on_edge` can be read off u and v.
-        let v = if edges.x == 0.0 {
-            1.0 - u
-        } else {
-            edges.z * inverse
-        };
+        let v = if edges.x == 0.0 { 1.0 - u } else { edges.z * inverse };
         Meeting { t, side, u, v }
     }
 }

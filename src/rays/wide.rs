@@ -40,10 +40,7 @@ impl Node {
     fn new(branches: &[(Bounds, u32)]) -> Node {
         let bounds = |k: usize| branches.get(k).map_or(Bounds::EMPTY, |b| b.0);
         Node {
-            ends: [
-                from_fn(|axis| from_fn(|k| bounds(k).low[axis])),
-                from_fn(|axis| from_fn(|k| bounds(k).high[axis])),
-            ],
+            ends: [from_fn(|axis| from_fn(|k| bounds(k).low[axis])), from_fn(|axis| from_fn(|k| bounds(k).high[axis]))],
             branches: from_fn(|k| branches.get(k).map_or(0, |b| b.1)),
         }
     }
@@ -60,12 +57,7 @@ impl Wide {
     /// Visits the leaves that the ray meets before its reach, with the reach there is left: `visit` returns what is left after
     /// the leaf; where that is negative the walk ends.
     #[inline(always)]
-    pub(super) fn walk<S: Simd>(
-        &self,
-        simd: S,
-        query: &Query,
-        mut visit: impl FnMut(usize, f32) -> f32,
-    ) {
+    pub(super) fn walk<S: Simd>(&self, simd: S, query: &Query, mut visit: impl FnMut(usize, f32) -> f32) {
         let ray = BoxRay::new(simd, query);
         let mut later = Later::new();
         let (mut next, mut reach) = (0, query.end);
@@ -102,8 +94,7 @@ fn enter(branch: &Branch, nodes: &mut Vec<Node>, leaves: &mut Vec<Range<usize>>)
         Branch::Node(branches) => {
             let own = nodes.len();
             nodes.push(Node::new(&[]));
-            let numbered =
-                |(bounds, branch): &(Bounds, Branch)| (*bounds, enter(branch, nodes, leaves));
+            let numbered = |(bounds, branch): &(Bounds, Branch)| (*bounds, enter(branch, nodes, leaves));
             let branches: Vec<_> = branches.iter().map(numbered).collect();
             nodes[own] = Node::new(&branches);
             own as u32
@@ -173,11 +164,7 @@ struct Later {
 impl Later {
     #[inline(always)]
     fn new() -> Self {
-        Later {
-            fixed: [0; FIXED],
-            count: 0,
-            beyond: Vec::new(),
-        }
+        Later { fixed: [0; FIXED], count: 0, beyond: Vec::new() }
     }
 
     /// Puts off all branches met but the nearest, which is returned.

@@ -33,9 +33,7 @@ impl Emitters {
     /// The faces of a scene that emit.
     pub(super) fn new(surfaces: &Surfaces) -> Emitters {
         let strength = |face: u32| f64::from(surfaces.matter(face).emitted.invisible.element_sum());
-        let faces: Vec<u32> = (0..surfaces.count())
-            .filter(|&face| surfaces.matter(face).emits())
-            .collect();
+        let faces: Vec<u32> = (0..surfaces.count()).filter(|&face| surfaces.matter(face).emits()).collect();
         let mut densities = vec![0.0; surfaces.count() as usize];
         let mut sum = 0.0;
         let powers = faces.iter().map(|&face| {
@@ -49,11 +47,7 @@ impl Emitters {
         for share in &mut cumulative {
             *share /= sum;
         }
-        Emitters {
-            faces,
-            cumulative,
-            densities,
-        }
+        Emitters { faces, cumulative, densities }
     }
 
     /// A point; none where nothing emits.
@@ -63,16 +57,8 @@ impl Emitters {
         let face = self.faces[self.cumulative.partition_point(|&c| c <= share).min(last)];
         // The half of the unit square beyond the diagonal is folded back.
         let (u, v) = (random.uniform(), random.uniform());
-        let (u, v) = if u + v > 1.0 {
-            (1.0 - u, 1.0 - v)
-        } else {
-            (u, v)
-        };
-        Some(Drawn {
-            position: surfaces.facet(face).at(u, v),
-            face,
-            density: self.density(face),
-        })
+        let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+        Some(Drawn { position: surfaces.facet(face).at(u, v), face, density: self.density(face) })
     }
 
     /// The density at which points of a face are drawn, per area.

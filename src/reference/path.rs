@@ -77,10 +77,7 @@ impl Found {
 impl Space<'_> {
     /// Follows a camera ray.
     pub(super) fn follow(&self, camera: &Ray, random: &mut Random, hits: &mut Vec<Hit>) -> Found {
-        let mut found = Found {
-            rays: 1,
-            ..Found::default()
-        };
+        let mut found = Found { rays: 1, ..Found::default() };
         let Some(hit) = self.rays.closest(camera) else {
             return found;
         };
@@ -124,11 +121,8 @@ impl Space<'_> {
 
     /// A cosine-distributed ray from a point; its crossings as far as light comes through.
     fn cast(&self, point: &Point, random: &mut Random, hits: &mut Vec<Hit>) -> Ray {
-        let ray = Ray {
-            origin: point.position,
-            direction: random.cosine_direction(point.normal),
-            source: Some(point.face),
-        };
+        let ray =
+            Ray { origin: point.position, direction: random.cosine_direction(point.normal), source: Some(point.face) };
         if self.surfaces.opaque {
             hits.clear();
             hits.extend(self.rays.closest(&ray));
@@ -169,13 +163,7 @@ impl Space<'_> {
     }
 
     /// Light emitted towards `point` from one point drawn on an emitter, over its probability.
-    fn drawn(
-        &self,
-        point: &Point,
-        random: &mut Random,
-        hits: &mut Vec<Hit>,
-        rays: &mut u64,
-    ) -> Rgb {
+    fn drawn(&self, point: &Point, random: &mut Random, hits: &mut Vec<Hit>, rays: &mut u64) -> Rgb {
         let Some(drawn) = self.emitters.draw(&self.surfaces, random) else {
             return Rgb::ZERO;
         };
@@ -195,15 +183,10 @@ impl Space<'_> {
             return Rgb::ZERO;
         }
         *rays += 1;
-        let ends = (
-            (point.position, Some(point.face)),
-            (drawn.position, Some(drawn.face)),
-        );
+        let ends = ((point.position, Some(point.face)), (drawn.position, Some(drawn.face)));
         let through = match self.surfaces.opaque {
             true => f32::from(u8::from(self.rays.visible(ends.0, ends.1))),
-            false => self
-                .rays
-                .transmittance(ends.0, ends.1, &self.surfaces.taus, hits),
+            false => self.rays.transmittance(ends.0, ends.1, &self.surfaces.taus, hits),
         };
         let weight = power_heuristic(drawn.density, met);
         matter.emitted.invisible * (through * weight * met / drawn.density)

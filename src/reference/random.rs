@@ -23,9 +23,7 @@ impl Random {
             key = split_mix(&mut key).wrapping_add(part);
         }
         let mut key = split_mix(&mut key);
-        Random {
-            state: std::array::from_fn(|_| split_mix(&mut key)),
-        }
+        Random { state: std::array::from_fn(|_| split_mix(&mut key)) }
     }
 
     /// 64 random bits.
@@ -92,34 +90,19 @@ mod tests {
     fn the_generators_are_the_published_ones() {
         let mut state = 1_234_567;
         let split: [u64; 3] = std::array::from_fn(|_| split_mix(&mut state));
-        let expected = [
-            6_457_827_717_110_365_317,
-            3_203_168_211_198_807_973,
-            9_817_491_932_198_370_423,
-        ];
+        let expected = [6_457_827_717_110_365_317, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423];
         assert_eq!(split, expected);
         let state = [1, 2, 3, 4];
         let mut random = Random { state };
         let bits: [u64; 4] = std::array::from_fn(|_| random.bits());
-        let expected = [
-            41_943_041,
-            58_720_359,
-            3_588_806_011_781_223,
-            3_591_011_842_654_386,
-        ];
+        let expected = [41_943_041, 58_720_359, 3_588_806_011_781_223, 3_591_011_842_654_386];
         assert_eq!(bits, expected);
     }
 
     #[test]
     fn streams_depend_on_all_three_numbers() {
         let first = |seed, pixel, sample| Random::new(seed, pixel, sample).bits();
-        let all = [
-            first(0, 0, 0),
-            first(1, 0, 0),
-            first(0, 1, 0),
-            first(0, 0, 1),
-            first(1, 1, 0),
-        ];
+        let all = [first(0, 0, 0), first(1, 0, 0), first(0, 1, 0), first(0, 0, 1), first(1, 1, 0)];
         for i in 1..all.len() {
             assert!(!all[..i].contains(&all[i]));
         }
@@ -136,10 +119,7 @@ mod tests {
         for _ in 0..n {
             let direction = random.cosine_direction(normal);
             let cos = f64::from(normal.dot(direction));
-            for (sum, x) in sums
-                .iter_mut()
-                .zip([cos, cos * cos, f64::from(aside.dot(direction))])
-            {
+            for (sum, x) in sums.iter_mut().zip([cos, cos * cos, f64::from(aside.dot(direction))]) {
                 *sum += x / f64::from(n);
             }
         }

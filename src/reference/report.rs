@@ -15,11 +15,7 @@ pub struct TraceSettings {
 
 impl Default for TraceSettings {
     fn default() -> Self {
-        TraceSettings {
-            next_event: NextEvent::On,
-            max_bounces: 128,
-            seed: 0,
-        }
+        TraceSettings { next_event: NextEvent::On, max_bounces: 128, seed: 0 }
     }
 }
 
@@ -50,9 +46,7 @@ pub struct Mean {
 #[error("the light overflows within {max_bounces} bounces: the series diverges")]
 #[diagnostic(
     code(halflight::trace::overflow),
-    help(
-        "--max-bounces N with a smaller N shows the first bounces; `halflight bounces` shows how they grow"
-    )
+    help("--max-bounces N with a smaller N shows the first bounces; `halflight bounces` shows how they grow")
 )]
 pub struct Overflow {
     /// Reflections after which paths ended.

@@ -68,9 +68,7 @@ impl Surfaces {
     pub(super) fn new(scene: &Scene, transports: &[Transport]) -> Surfaces {
         let facets = (0..scene.faces.len() as u32).map(|face| Facet {
             corners: scene.corners(face),
-            normal: area_vector(scene.corners(face))
-                .normalize_or(glam::DVec3::Z)
-                .as_vec3(),
+            normal: area_vector(scene.corners(face)).normalize_or(glam::DVec3::Z).as_vec3(),
             material: scene.faces[face as usize].material,
         });
         let matter = scene.materials.iter().zip(transports).map(|(m, t)| Matter {
@@ -112,11 +110,7 @@ impl Surfaces {
             Side::Front => facet.normal,
             Side::Back => -facet.normal,
         };
-        Point {
-            position: facet.at(hit.u, hit.v),
-            normal,
-            face: hit.face,
-        }
+        Point { position: facet.at(hit.u, hit.v), normal, face: hit.face }
     }
 }
 

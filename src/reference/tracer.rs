@@ -120,12 +120,7 @@ impl<'a> Tracer<'a> {
                 sums.add(light);
             }
             pixel.luminaire |= found.luminaire;
-            counts.add(&Counts {
-                paths: 1,
-                rays: found.rays,
-                cut: u64::from(found.cut),
-                backs: u64::from(found.back),
-            });
+            counts.add(&Counts { paths: 1, rays: found.rays, cut: u64::from(found.cut), backs: u64::from(found.back) });
         }
         let new = u64::from(samples);
         pixel.total.merge(self.samples, &total, new);
@@ -140,11 +135,7 @@ impl<'a> Tracer<'a> {
         let py = (y as f32 + random.uniform()) / self.height as f32;
         let aspect = self.width as f32 / self.height as f32;
         let (origin, direction) = self.camera.ray(px, py, aspect);
-        Ray {
-            origin,
-            direction,
-            source: None,
-        }
+        Ray { origin, direction, source: None }
     }
 
     /// Samples a pixel so far.
@@ -205,9 +196,7 @@ impl<'a> Tracer<'a> {
 
     /// Mean radiance over the picture of [`Tracer::bounce`] for n = 0..=[`KEPT`].
     pub fn means(&self) -> Vec<Mean> {
-        (0..=KEPT)
-            .map(|n| self.mean_of(|pixel| pixel.orders[n]))
-            .collect()
+        (0..=KEPT).map(|n| self.mean_of(|pixel| pixel.orders[n])).collect()
     }
 
     /// 1 in pixels none of whose samples saw a luminaire, 0 elsewhere.
@@ -221,10 +210,7 @@ impl<'a> Tracer<'a> {
     /// None before the second sample, and where noise leaves no picture to relate it to.
     pub fn relative_error(&self) -> Option<f64> {
         let everywhere = self.pixels.iter().all(|pixel| pixel.luminaire);
-        let counted = self
-            .pixels
-            .iter()
-            .filter(|pixel| everywhere || !pixel.luminaire);
+        let counted = self.pixels.iter().filter(|pixel| everywhere || !pixel.luminaire);
         let (mut noise, mut power) = (0.0, 0.0);
         for pixel in counted {
             noise += pixel.total.squared_error(self.samples).element_sum();
@@ -234,20 +220,11 @@ impl<'a> Tracer<'a> {
     }
 
     fn picture_of(&self, colour: impl Fn(&Pixel) -> Rgb) -> Picture {
-        Picture {
-            width: self.width,
-            height: self.height,
-            pixels: self.pixels.iter().map(colour).collect(),
-        }
+        Picture { width: self.width, height: self.height, pixels: self.pixels.iter().map(colour).collect() }
     }
 
     fn error_of(&self, moments: impl Fn(&Pixel) -> Moments) -> Option<Picture> {
-        let error = |pixel: &Pixel| {
-            moments(pixel)
-                .squared_error(self.samples)
-                .map(f64::sqrt)
-                .as_vec3()
-        };
+        let error = |pixel: &Pixel| moments(pixel).squared_error(self.samples).map(f64::sqrt).as_vec3();
         (self.samples > 1).then(|| self.picture_of(error))
     }
 
@@ -261,9 +238,6 @@ impl<'a> Tracer<'a> {
                 noise += moments.squared_error(self.samples);
             }
         }
-        Mean {
-            value: (value / count).to_array(),
-            error: (noise.map(f64::sqrt) / count).to_array(),
-        }
+        Mean { value: (value / count).to_array(), error: (noise.map(f64::sqrt) / count).to_array() }
     }
 }

@@ -71,10 +71,7 @@ impl Scene {
             file: name.to_owned(),
             item: "face",
             vertices: vertices.to_vec(),
-            corners: faces
-                .iter()
-                .flat_map(|face| face.0.iter().copied())
-                .collect(),
+            corners: faces.iter().flat_map(|face| face.0.iter().copied()).collect(),
             polygons: faces.iter().enumerate().map(polygon).collect(),
             materials,
             objects: vec![name.to_owned()],
@@ -91,69 +88,34 @@ fn check_arrays(
 ) -> Result<(), SceneError> {
     if let Some(number) = vertices.iter().position(|vertex| !vertex.is_finite()) {
         let (statement, word) = ("vertex".to_owned(), vertices[number].to_string());
-        return Err(SceneError::NotFinite {
-            place: Place::item(name, "vertex", number),
-            statement,
-            word,
-        });
+        return Err(SceneError::NotFinite { place: Place::item(name, "vertex", number), statement, word });
     }
     for (number, material) in materials.iter().enumerate() {
         let place = || Place::item(name, "material", number);
         check_rho(material.rho.as_dvec3().to_array(), &material.name, place)?;
-        check_emission(
-            material.emission.as_dvec3().to_array(),
-            &material.name,
-            place,
-        )?;
-        material
-            .check_transport()
-            .map_err(|source| SceneError::Transport {
-                place: place(),
-                source,
-            })?;
+        check_emission(material.emission.as_dvec3().to_array(), &material.name, place)?;
+        material.check_transport().map_err(|source| SceneError::Transport { place: place(), source })?;
     }
     for (number, face) in faces.iter().enumerate() {
-        check_face(
-            Place::item(name, "face", number),
-            face,
-            vertices.len(),
-            materials.len(),
-        )?;
+        check_face(Place::item(name, "face", number), face, vertices.len(), materials.len())?;
     }
     Ok(())
 }
 
-fn check_face(
-    place: Place,
-    face: &(Vec<u32>, u32),
-    vertices: usize,
-    materials: usize,
-) -> Result<(), SceneError> {
+fn check_face(place: Place, face: &(Vec<u32>, u32), vertices: usize, materials: usize) -> Result<(), SceneError> {
     let (corners, material) = face;
     let (found, limit) = (corners.len(), MOST_CORNERS);
     if found < 3 {
         return Err(SceneError::TooFewCorners { place, found });
     }
     if found > limit {
-        return Err(SceneError::TooManyCorners {
-            place,
-            found,
-            limit,
-        });
+        return Err(SceneError::TooManyCorners { place, found, limit });
     }
     if let Some(corner) = corners.iter().find(|&&corner| corner as usize >= vertices) {
-        return Err(SceneError::IndexOutOfRange {
-            place,
-            index: corner.to_string(),
-            vertices,
-        });
+        return Err(SceneError::IndexOutOfRange { place, index: corner.to_string(), vertices });
     }
     if *material as usize >= materials {
-        return Err(SceneError::MaterialOutOfRange {
-            place,
-            index: *material,
-            materials,
-        });
+        return Err(SceneError::MaterialOutOfRange { place, index: *material, materials });
     }
     Ok(())
 }
@@ -161,19 +123,13 @@ fn check_face(
 /// Makes the scene: frame, triangles, points, camera.
 pub(super) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
     let Some(frame) = UnitFrame::of(soup.corners.iter().map(|&v| soup.vertices[v as usize])) else {
-        return Err(SceneError::Empty {
-            file: soup.file,
-            dropped: soup.polygons.len(),
-        });
+        return Err(SceneError::Empty { file: soup.file, dropped: soup.polygons.len() });
     };
     let mut mesh = Mesh::default();
     let mut flaws = Flaws::default();
     mesh.add_polygons(&soup, &frame, &mut flaws);
     if mesh.faces.is_empty() {
-        return Err(SceneError::Empty {
-            file: soup.file,
-            dropped: soup.polygons.len(),
-        });
+        return Err(SceneError::Empty { file: soup.file, dropped: soup.polygons.len() });
     }
     let mut warnings = soup.warnings;
     flaws.report(&soup.file, soup.item, &mut warnings);
@@ -201,11 +157,9 @@ struct Flaws {
 
 impl Flaws {
     fn report(&self, file: &str, item: &str, warnings: &mut Vec<String>) {
-        self.flat
-            .report(file, item, "face", "dropped, having no area", warnings);
+        self.flat.report(file, item, "face", "dropped, having no area", warnings);
         let consequence = "crosses itself, so its triangles are a guess";
-        self.crossing
-            .report(file, item, "polygon", consequence, warnings);
+        self.crossing.report(file, item, "polygon", consequence, warnings);
     }
 }
 
@@ -236,10 +190,7 @@ impl Mesh {
                 self.add_triangle(triangle.map(|i| points[i as usize]), polygon);
             }
             if self.faces.len() == before {
-                flaws.flat.add_named(
-                    polygon.number,
-                    &soup.materials[polygon.material as usize].name,
-                );
+                flaws.flat.add_named(polygon.number, &soup.materials[polygon.material as usize].name);
             }
         }
     }
@@ -251,24 +202,17 @@ impl Mesh {
             self.exact.push(exact.map(|corner| corner + DVec3::ZERO));
             let vertices = corners.map(|corner| self.vertex(corner));
             let (material, object) = (polygon.material, polygon.object);
-            self.faces.push(Face {
-                vertices,
-                material,
-                object,
-            });
+            self.faces.push(Face { vertices, material, object });
         }
     }
 
     fn vertex(&mut self, point: Vec3) -> u32 {
         // Adding zero makes -0 and 0 one point.
         let point = point + Vec3::ZERO;
-        *self
-            .index
-            .entry(point.to_array().map(f32::to_bits))
-            .or_insert_with(|| {
-                self.vertices.push(point);
-                self.vertices.len() as u32 - 1
-            })
+        *self.index.entry(point.to_array().map(f32::to_bits)).or_insert_with(|| {
+            self.vertices.push(point);
+            self.vertices.len() as u32 - 1
+        })
     }
 }
 
@@ -277,11 +221,7 @@ fn height(corners: [Vec3; 3]) -> f64 {
     let [a, b, c] = corners.map(|v| v.as_dvec3());
     let longest = (b - a).length().max((c - b).length()).max((a - c).length());
     let double_area = (b - a).cross(c - a).length();
-    if longest > 0.0 {
-        double_area / longest
-    } else {
-        0.0
-    }
+    if longest > 0.0 { double_area / longest } else { 0.0 }
 }
 
 impl UnitFrame {

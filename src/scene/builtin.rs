@@ -5,26 +5,11 @@
 
 /// Names and one-line descriptions of the built-in scenes.
 pub const NAMES: [(&str, &str); 5] = [
-    (
-        "cornell-box",
-        "the Cornell box: two blocks, a red and a green wall, a lamp in the ceiling",
-    ),
-    (
-        "furnace",
-        "a closed cube that emits 0.25 and reflects 0.5 everywhere: L = E/(1 - rho) = 0.5",
-    ),
-    (
-        "concentric-spheres",
-        "a ball of radius 0.5 inside a sphere of radius 1, lit by a cap of the sphere",
-    ),
-    (
-        "furnished-room",
-        "a closed room full of furniture, rho 0.8: shadowless light diverges here",
-    ),
-    (
-        "two-rooms",
-        "two rooms joined by a doorway, the lamp in one and the camera in the other",
-    ),
+    ("cornell-box", "the Cornell box: two blocks, a red and a green wall, a lamp in the ceiling"),
+    ("furnace", "a closed cube that emits 0.25 and reflects 0.5 everywhere: L = E/(1 - rho) = 0.5"),
+    ("concentric-spheres", "a ball of radius 0.5 inside a sphere of radius 1, lit by a cap of the sphere"),
+    ("furnished-room", "a closed room full of furniture, rho 0.8: shadowless light diverges here"),
+    ("two-rooms", "two rooms joined by a doorway, the lamp in one and the camera in the other"),
 ];
 
 /// The files of one built-in scene.

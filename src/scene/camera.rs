@@ -43,17 +43,8 @@ impl Camera {
     ///
     /// # Errors
     /// A view without direction, up along the view, a field of view outside (0, 180), or numbers not finite.
-    pub fn look_at(
-        position: DVec3,
-        target: DVec3,
-        up: DVec3,
-        vertical_fov: f64,
-    ) -> Result<Camera, ViewError> {
-        if !(position.is_finite()
-            && target.is_finite()
-            && up.is_finite()
-            && vertical_fov.is_finite())
-        {
+    pub fn look_at(position: DVec3, target: DVec3, up: DVec3, vertical_fov: f64) -> Result<Camera, ViewError> {
+        if !(position.is_finite() && target.is_finite() && up.is_finite() && vertical_fov.is_finite()) {
             return Err(ViewError::NotFinite);
         }
         let fov = vertical_fov as f32;
@@ -107,13 +98,8 @@ struct Shape {
 
 impl Shape {
     fn of(scene: &Scene) -> Shape {
-        let mut shape = Shape {
-            low: DVec3::INFINITY,
-            high: DVec3::NEG_INFINITY,
-            vector_area: DVec3::ZERO,
-            area: 0.0,
-            volume: 0.0,
-        };
+        let mut shape =
+            Shape { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY, vector_area: DVec3::ZERO, area: 0.0, volume: 0.0 };
         for face in 0..scene.faces.len() as u32 {
             let [a, b, c] = scene.corners(face).map(|v| v.as_dvec3());
             let normal = 0.5 * (b - a).cross(c - a);
@@ -148,11 +134,7 @@ impl Shape {
         let (low, high) = (self.low, self.high);
         (0..8).map(move |i| {
             let pick = |bit: u32, low, high| if i & bit == 0 { low } else { high };
-            DVec3::new(
-                pick(1, low.x, high.x),
-                pick(2, low.y, high.y),
-                pick(4, low.z, high.z),
-            )
+            DVec3::new(pick(1, low.x, high.x), pick(2, low.y, high.y), pick(4, low.z, high.z))
         })
     }
 }
@@ -177,9 +159,9 @@ fn from_corner(scene: &Scene, shape: &Shape) -> Camera {
     let middle = 0.5 * (shape.low + shape.high);
     let half = 0.5 * (shape.high - shape.low);
     let signs = [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)];
-    let places = [0.85, 0.5, 0.15].into_iter().flat_map(|share| {
-        signs.map(|(x, z)| middle + half * DVec3::new(share * x, 0.3 * share, share * z))
-    });
+    let places = [0.85, 0.5, 0.15]
+        .into_iter()
+        .flat_map(|share| signs.map(|(x, z)| middle + half * DVec3::new(share * x, 0.3 * share, share * z)));
     let target = middle - half * DVec3::new(0.0, 0.2, 0.0);
     let cameras = places.map(|place| look(place, target, INSIDE_FOV, scene));
     let scored = cameras.map(|camera| (sight(scene, &camera), camera));
@@ -197,13 +179,9 @@ fn look(position: DVec3, target: DVec3, fov: f64, scene: &Scene) -> Camera {
 /// Rays of a 3 by 3 grid that meet a front first, and the sum of their distances.
 fn sight(scene: &Scene, camera: &Camera) -> (usize, f32) {
     let grid = [1.0 / 6.0, 0.5, 5.0 / 6.0];
-    let rays = grid
-        .into_iter()
-        .flat_map(|y| grid.map(|x| camera.ray(x, y, 1.0)));
+    let rays = grid.into_iter().flat_map(|y| grid.map(|x| camera.ray(x, y, 1.0)));
     let seen = rays.filter_map(|(origin, way)| first_front(scene, origin, way));
-    seen.fold((0, 0.0), |(count, sum), distance| {
-        (count + 1, sum + distance)
-    })
+    seen.fold((0, 0.0), |(count, sum), distance| (count + 1, sum + distance))
 }
 
 /// The distance to the nearest face if its front is met, none for a back or nothing (Möller and Trumbore).
@@ -219,12 +197,7 @@ fn first_front(scene: &Scene, origin: Vec3, way: Vec3) -> Option<f32> {
         let along = offset.cross(u);
         let second = way.dot(along) / determinant;
         let distance = v.dot(along) / determinant;
-        if first >= 0.0
-            && second >= 0.0
-            && first + second <= 1.0
-            && distance > 0.0
-            && distance < nearest.0
-        {
+        if first >= 0.0 && second >= 0.0 && first + second <= 1.0 && distance > 0.0 && distance < nearest.0 {
             nearest = (distance, determinant > 0.0);
         }
     }

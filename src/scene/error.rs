@@ -44,9 +44,7 @@ impl fmt::Display for Place {
 pub enum SceneError {
     /// Neither a built-in scene nor a file.
     #[error("there is no scene named `{name}`, and no such file")]
-    #[diagnostic(help(
-        "give a path to an .obj or .toml file, or one of the built-in scenes: {known}"
-    ))]
+    #[diagnostic(help("give a path to an .obj or .toml file, or one of the built-in scenes: {known}"))]
     NoSuchScene { name: String, known: String },
 
     /// The path's extension is neither `.obj` nor `.toml`.
@@ -62,20 +60,12 @@ pub enum SceneError {
     /// The OBJ a scene file names is missing or cannot be read.
     #[error("{place}: cannot read the OBJ `{name}`: {source}")]
     #[diagnostic(help("`obj` is a path relative to the scene file's folder"))]
-    MissingObj {
-        place: Place,
-        name: String,
-        source: io::Error,
-    },
+    MissingObj { place: Place, name: String, source: io::Error },
 
     /// A material library is missing or cannot be read.
     #[error("{place}: cannot read the material library `{name}`: {source}")]
     #[diagnostic(help("put the MTL file beside the OBJ, or correct the mtllib line"))]
-    MissingLibrary {
-        place: Place,
-        name: String,
-        source: io::Error,
-    },
+    MissingLibrary { place: Place, name: String, source: io::Error },
 
     /// The text is not UTF-8.
     #[error("{place}: byte 0x{byte:02x} is not UTF-8 text")]
@@ -84,46 +74,25 @@ pub enum SceneError {
 
     /// A word that should be a number is none.
     #[error("{place}: `{word}` in `{statement}` is not a number")]
-    #[diagnostic(help(
-        "write numbers like 1, -0.5 or 2.5e-3, with a decimal point and without commas"
-    ))]
-    NotANumber {
-        place: Place,
-        statement: String,
-        word: String,
-    },
+    #[diagnostic(help("write numbers like 1, -0.5 or 2.5e-3, with a decimal point and without commas"))]
+    NotANumber { place: Place, statement: String, word: String },
 
     /// NaN or infinite.
     #[error("{place}: `{word}` in `{statement}` is not finite")]
-    #[diagnostic(help(
-        "NaN, infinite and overflowing numbers cannot be used: correct the value, or export again"
-    ))]
-    NotFinite {
-        place: Place,
-        statement: String,
-        word: String,
-    },
+    #[diagnostic(help("NaN, infinite and overflowing numbers cannot be used: correct the value, or export again"))]
+    NotFinite { place: Place, statement: String, word: String },
 
     /// A statement has too few or too many values, or no name.
     #[error("{place}: `{statement}` needs {needed}, found {found}")]
     #[diagnostic(help("complete the statement, or remove the line"))]
-    Malformed {
-        place: Place,
-        statement: String,
-        needed: &'static str,
-        found: String,
-    },
+    Malformed { place: Place, statement: String, needed: &'static str, found: String },
 
     /// A vertex index is 0 or beyond the vertices.
     #[error("{place}: a face uses vertex {index}, but there are {vertices} vertices")]
     #[diagnostic(help(
         "OBJ indices count from 1 to the number of `v` lines, or from -1 backwards; arrays count from 0"
     ))]
-    IndexOutOfRange {
-        place: Place,
-        index: String,
-        vertices: usize,
-    },
+    IndexOutOfRange { place: Place, index: String, vertices: usize },
 
     /// A face with fewer than three corners.
     #[error("{place}: a face has {found} corners; it needs three or more")]
@@ -133,40 +102,24 @@ pub enum SceneError {
     /// A face with more corners than can be triangulated.
     #[error("{place}: a face has {found} corners; {limit} are the most that can be read")]
     #[diagnostic(help("cut the face into smaller ones"))]
-    TooManyCorners {
-        place: Place,
-        found: usize,
-        limit: usize,
-    },
+    TooManyCorners { place: Place, found: usize, limit: usize },
 
     /// A reflectance outside 0..1.
     #[error("{place}: material `{material}` reflects {value}, outside 0..1")]
     #[diagnostic(help(
         "Kd is the reflectance rho, which scales the rows of K: above 1 a bounce would make light. Each of its numbers lies in 0..1"
     ))]
-    Rho {
-        place: Place,
-        material: String,
-        value: f64,
-    },
+    Rho { place: Place, material: String, value: f64 },
 
     /// A negative or infinite emission.
     #[error("{place}: material `{material}` emits {value}; emission is finite and not negative")]
     #[diagnostic(help("Ke or `emission` is E, a radiance in W/(m² sr): 0 or more, below 3e38"))]
-    Emission {
-        place: Place,
-        material: String,
-        value: f64,
-    },
+    Emission { place: Place, material: String, value: f64 },
 
     /// The name of a material that no library defines.
     #[error("{place}: there is no material `{name}`")]
     #[diagnostic(help("the materials are: {known}"))]
-    UnknownMaterial {
-        place: Place,
-        name: String,
-        known: String,
-    },
+    UnknownMaterial { place: Place, name: String, known: String },
 
     /// `usemtl` in an OBJ without `mtllib`.
     #[error("{place}: `usemtl {name}`, but the OBJ names no material library")]
@@ -176,11 +129,7 @@ pub enum SceneError {
     /// A face of a caller's array names a material that does not exist.
     #[error("{place}: a face uses material {index}, but there are {materials} materials")]
     #[diagnostic(help("materials count from 0"))]
-    MaterialOutOfRange {
-        place: Place,
-        index: u32,
-        materials: usize,
-    },
+    MaterialOutOfRange { place: Place, index: u32, materials: usize },
 
     /// Nothing to see: no faces, or only faces without area.
     #[error("{file} has no faces with area ({dropped} without)")]
@@ -204,9 +153,7 @@ pub enum SceneError {
 
     /// A mode that is none of the four.
     #[error("{place}: there is no mode `{value}`")]
-    #[diagnostic(help(
-        "the modes are global, shadowless, one-bounce and local; or give alpha and tau"
-    ))]
+    #[diagnostic(help("the modes are global, shadowless, one-bounce and local; or give alpha and tau"))]
     UnknownMode { place: Place, value: String },
 
     /// `mode` together with `alpha` or `tau`.
@@ -219,10 +166,7 @@ pub enum SceneError {
     #[diagnostic(help(
         "alpha is the share of reflected light that travels on, tau that of light let through: both lie in 0..1"
     ))]
-    Transport {
-        place: Place,
-        source: TransportError,
-    },
+    Transport { place: Place, source: TransportError },
 
     /// The camera cannot look that way.
     #[error("{place}: {source}")]

@@ -74,10 +74,7 @@ struct Source<'a> {
 impl Source<'_> {
     fn place(&self, offset: usize) -> Place {
         let before = &self.text.as_bytes()[..offset.min(self.text.len())];
-        Place::line(
-            self.file,
-            1 + before.iter().filter(|&&b| b == b'\n').count(),
-        )
+        Place::line(self.file, 1 + before.iter().filter(|&&b| b == b'\n').count())
     }
 
     fn of<T>(&self, value: &Spanned<T>) -> Place {
@@ -93,10 +90,7 @@ pub(super) fn read(
     reader: Reader,
     options: LoadOptions,
 ) -> Result<Scene, SceneError> {
-    let source = Source {
-        file,
-        text: text::decode(file, bytes)?,
-    };
+    let source = Source { file, text: text::decode(file, bytes)? };
     let table: SceneTable = toml::from_str(source.text).map_err(|error| SceneError::SceneFile {
         place: source.place(error.span().map_or(0, |span| span.start)),
         message: error.message().to_owned(),
@@ -124,23 +118,17 @@ pub(super) fn read(
     }
     options.apply(&mut soup.materials, |name| table.says_sides(name));
     let mut scene = assemble(soup)?;
-    scene.transport = (alpha.is_some() || tau.is_some()).then(|| Transport {
-        alpha: alpha.unwrap_or(default.alpha),
-        tau: tau.unwrap_or(default.tau),
-    });
+    scene.transport = (alpha.is_some() || tau.is_some())
+        .then(|| Transport { alpha: alpha.unwrap_or(default.alpha), tau: tau.unwrap_or(default.tau) });
     if let Some(camera) = &table.camera {
-        scene.camera = camera
-            .get_ref()
-            .camera(&source, source.of(camera), &scene)?;
+        scene.camera = camera.get_ref().camera(&source, source.of(camera), &scene)?;
     }
     Ok(scene)
 }
 
 impl SceneTable {
     fn says_sides(&self, name: &str) -> bool {
-        self.materials
-            .get(name)
-            .is_some_and(|material| material.two_sided.is_some())
+        self.materials.get(name).is_some_and(|material| material.two_sided.is_some())
     }
 }
 
@@ -172,28 +160,18 @@ impl CameraTable {
             Some(up) => vector(source, "up", up)?,
             None => DVec3::Y,
         };
-        let fov = self
-            .vertical_fov
-            .as_ref()
-            .map_or(DEFAULT_FOV, |fov| *fov.get_ref());
+        let fov = self.vertical_fov.as_ref().map_or(DEFAULT_FOV, |fov| *fov.get_ref());
         let eye = scene.frame.to_unit(position).as_vec3();
         let camera = match eye.is_finite() {
             true => Camera::look_at(position, target, up, fov),
             false => Err(ViewError::NotFinite),
         };
         match (camera, &self.vertical_fov) {
-            (Ok(camera), _) => Ok(Camera {
-                position: eye,
-                ..camera
-            }),
-            (Err(error @ ViewError::Fov(_)), Some(fov)) => Err(SceneError::View {
-                place: source.of(fov),
-                source: error,
-            }),
-            (Err(error), _) => Err(SceneError::View {
-                place,
-                source: error,
-            }),
+            (Ok(camera), _) => Ok(Camera { position: eye, ..camera }),
+            (Err(error @ ViewError::Fov(_)), Some(fov)) => {
+                Err(SceneError::View { place: source.of(fov), source: error })
+            }
+            (Err(error), _) => Err(SceneError::View { place, source: error }),
         }
     }
 }
@@ -203,11 +181,9 @@ fn vector(source: &Source, name: &str, value: &Spanned<[f64; 3]>) -> Result<DVec
     let numbers = *value.get_ref();
     match numbers.iter().find(|x| !x.is_finite()) {
         None => Ok(DVec3::from_array(numbers)),
-        Some(wrong) => Err(SceneError::NotFinite {
-            place: source.of(value),
-            statement: name.into(),
-            word: wrong.to_string(),
-        }),
+        Some(wrong) => {
+            Err(SceneError::NotFinite { place: source.of(value), statement: name.into(), word: wrong.to_string() })
+        }
     }
 }
 
@@ -222,37 +198,22 @@ fn numbers(
         return Ok((share(source, "alpha", alpha)?, share(source, "tau", tau)?));
     };
     if alpha.is_some() || tau.is_some() {
-        return Err(SceneError::ModeAndNumbers {
-            place: source.of(mode),
-        });
+        return Err(SceneError::ModeAndNumbers { place: source.of(mode) });
     }
     let Some(found) = Mode::from_name(mode.get_ref()) else {
-        return Err(SceneError::UnknownMode {
-            place: source.of(mode),
-            value: shorten(mode.get_ref()),
-        });
+        return Err(SceneError::UnknownMode { place: source.of(mode), value: shorten(mode.get_ref()) });
     };
     let Transport { alpha, tau } = found.transport();
     Ok((Some(alpha), Some(tau)))
 }
 
 /// alpha or tau, if given and in 0..=1.
-fn share(
-    source: &Source,
-    name: &'static str,
-    value: &Option<Spanned<f64>>,
-) -> Result<Option<f32>, SceneError> {
+fn share(source: &Source, name: &'static str, value: &Option<Spanned<f64>>) -> Result<Option<f32>, SceneError> {
     let Some(value) = value else { return Ok(None) };
     let number = *value.get_ref();
     if !(0.0..=1.0).contains(&number) {
-        let error = crate::light::TransportError {
-            name,
-            value: number as f32,
-        };
-        return Err(SceneError::Transport {
-            place: source.of(value),
-            source: error,
-        });
+        let error = crate::light::TransportError { name, value: number as f32 };
+        return Err(SceneError::Transport { place: source.of(value), source: error });
     }
     Ok(Some(number as f32))
 }

@@ -18,10 +18,7 @@ pub struct LoadOptions {
 impl LoadOptions {
     /// Sets the sides of all materials but those of which `said` is true.
     pub(super) fn apply(self, materials: &mut [Material], said: impl Fn(&str) -> bool) {
-        for material in materials
-            .iter_mut()
-            .filter(|material| !said(&material.name))
-        {
+        for material in materials.iter_mut().filter(|material| !said(&material.name)) {
             material.sides = self.two_sided;
         }
     }
@@ -34,21 +31,12 @@ impl Scene {
     /// A file that cannot be read, or the first mistake found in it, with its line.
     pub fn load(path: &Path, options: LoadOptions) -> Result<Scene, SceneError> {
         let shown = path.display().to_string();
-        let extension = path
-            .extension()
-            .and_then(|e| e.to_str())
-            .unwrap_or("")
-            .to_ascii_lowercase();
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         if !matches!(extension.as_str(), "obj" | "toml") {
             return Err(SceneError::UnknownKind { file: shown });
         }
-        let bytes = fs::read(path).map_err(|source| SceneError::Read {
-            file: shown.clone(),
-            source,
-        })?;
-        let name = path
-            .file_stem()
-            .map_or(shown.clone(), |stem| stem.to_string_lossy().into_owned());
+        let bytes = fs::read(path).map_err(|source| SceneError::Read { file: shown.clone(), source })?;
+        let name = path.file_stem().map_or(shown.clone(), |stem| stem.to_string_lossy().into_owned());
         let folder = path.parent().unwrap_or(Path::new(""));
         let beside = |name: &str| fs::read(folder.join(name)).map(Cow::Owned);
         match extension.as_str() {
@@ -68,13 +56,7 @@ impl Scene {
             builtin::file(name).map(Cow::Borrowed).ok_or_else(missing)
         };
         let file = format!("{name}.toml");
-        Some(file::read(
-            name,
-            &file,
-            scene.toml.as_bytes(),
-            &beside,
-            options,
-        ))
+        Some(file::read(name, &file, scene.toml.as_bytes(), &beside, options))
     }
 
     /// A built-in scene of that name, else the file of that path.
@@ -88,10 +70,7 @@ impl Scene {
         let path = Path::new(name_or_path);
         if !path.exists() {
             let known: Vec<&str> = builtin::NAMES.iter().map(|(name, _)| *name).collect();
-            return Err(SceneError::NoSuchScene {
-                name: name_or_path.to_owned(),
-                known: known.join(", "),
-            });
+            return Err(SceneError::NoSuchScene { name: name_or_path.to_owned(), known: known.join(", ") });
         }
         Scene::load(path, options)
     }
@@ -102,13 +81,7 @@ impl Scene {
     /// The first mistake found in the texts, with its line.
     pub fn from_obj_text(name: &str, obj: &str, mtl: &str) -> Result<Scene, SceneError> {
         let any = |_: &str| Ok(Cow::Borrowed(mtl.as_bytes()));
-        from_obj(
-            name,
-            &format!("{name}.obj"),
-            obj.as_bytes(),
-            &any,
-            LoadOptions::default(),
-        )
+        from_obj(name, &format!("{name}.obj"), obj.as_bytes(), &any, LoadOptions::default())
     }
 
     /// A scene from the text of a scene file, an OBJ and an MTL. The name in `obj` and all in `mtllib` stand for these.
@@ -126,13 +99,7 @@ impl Scene {
             let text = if name.ends_with(".obj") { obj } else { mtl };
             Ok(Cow::Borrowed(text.as_bytes()))
         };
-        file::read(
-            name,
-            &format!("{name}.toml"),
-            toml.as_bytes(),
-            &any,
-            options,
-        )
+        file::read(name, &format!("{name}.toml"), toml.as_bytes(), &any, options)
     }
 
     /// Checks that some face's material emits: renderers ask, those who only look at the geometry need not.
@@ -141,9 +108,7 @@ impl Scene {
     /// [`SceneError::Dark`], which says where emission is given.
     pub fn require_emission(&self) -> Result<(), SceneError> {
         let lit = (0..self.faces.len() as u32).any(|face| self.material(face).emits());
-        lit.then_some(()).ok_or_else(|| SceneError::Dark {
-            name: self.name.clone(),
-        })
+        lit.then_some(()).ok_or_else(|| SceneError::Dark { name: self.name.clone() })
     }
 }
 

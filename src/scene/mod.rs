@@ -139,10 +139,7 @@ impl Material {
 
     /// Checks that its own alpha and tau, where it has any, lie in 0..=1.
     pub fn check_transport(&self) -> Result<(), TransportError> {
-        let own = self.transport(Transport {
-            alpha: 0.0,
-            tau: 0.0,
-        });
+        let own = self.transport(Transport { alpha: 0.0, tau: 0.0 });
         Transport::new(own.alpha, own.tau).map(|_| ())
     }
 
@@ -158,19 +155,14 @@ impl Material {
 
     /// Its own numbers where it has any, the default's elsewhere.
     pub fn transport(&self, default: Transport) -> Transport {
-        Transport {
-            alpha: self.alpha.unwrap_or(default.alpha),
-            tau: self.tau.unwrap_or(default.tau),
-        }
+        Transport { alpha: self.alpha.unwrap_or(default.alpha), tau: self.tau.unwrap_or(default.tau) }
     }
 }
 
 impl Scene {
     /// The three corners of a face.
     pub fn corners(&self, face: u32) -> [Vec3; 3] {
-        self.faces[face as usize]
-            .vertices
-            .map(|v| self.vertices[v as usize])
+        self.faces[face as usize].vertices.map(|v| self.vertices[v as usize])
     }
 
     /// The three corners of a face in double precision: as the file gives them, where the scene has kept them, so that
@@ -193,22 +185,14 @@ impl Scene {
 
     /// (alpha, tau) of every material when those without their own take `default`.
     pub fn transports(&self, default: Transport) -> Vec<Transport> {
-        self.materials
-            .iter()
-            .map(|m| m.transport(default))
-            .collect()
+        self.materials.iter().map(|m| m.transport(default)).collect()
     }
 }
 
 impl Camera {
     /// At the middle of the scene, looking along -z: a camera before there is one.
-    const NOWHERE: Camera = Camera {
-        position: Vec3::ZERO,
-        forward: Vec3::NEG_Z,
-        right: Vec3::X,
-        up: Vec3::Y,
-        vertical_fov: 45.0,
-    };
+    const NOWHERE: Camera =
+        Camera { position: Vec3::ZERO, forward: Vec3::NEG_Z, right: Vec3::X, up: Vec3::Y, vertical_fov: 45.0 };
 
     /// The ray through the point (x, y) of the picture, x to the right and y down, both in 0..1; unit direction.
     pub fn ray(&self, x: f32, y: f32, aspect: f32) -> (Vec3, Vec3) {

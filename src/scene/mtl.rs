@@ -94,22 +94,10 @@ impl Libraries {
     fn warn(&mut self, file: &str, tallies: &Tallies) {
         let no_kd = format!("it reflects {DEFAULT_RHO}");
         for (tally, noun, consequence) in [
-            (
-                &tallies.textures,
-                "texture",
-                "textures are not modelled; Kd and Ke alone count",
-            ),
-            (
-                &tallies.specular,
-                "Ks",
-                "specular reflection is not modelled; the material is diffuse",
-            ),
+            (&tallies.textures, "texture", "textures are not modelled; Kd and Ke alone count"),
+            (&tallies.specular, "Ks", "specular reflection is not modelled; the material is diffuse"),
             (&tallies.no_kd, "missing Kd", no_kd.as_str()),
-            (
-                &tallies.twice,
-                "repeated definition",
-                "the first one counts",
-            ),
+            (&tallies.twice, "repeated definition", "the first one counts"),
         ] {
             tally.report(file, "line", noun, consequence, &mut self.warnings);
         }
@@ -124,12 +112,7 @@ fn read_statement(
 ) -> Result<(), SceneError> {
     if statement.keyword() == "newmtl" {
         let (name, line) = (statement.name(file)?.to_owned(), statement.line);
-        entries.push(Entry {
-            name,
-            line,
-            kd: None,
-            ke: None,
-        });
+        entries.push(Entry { name, line, kd: None, ke: None });
         return Ok(());
     }
     match (statement.keyword(), entries.last_mut()) {
@@ -141,9 +124,7 @@ fn read_statement(
         ("Ks", Some(entry)) if is_nonzero(statement) => {
             tallies.specular.add_named(statement.line, &entry.name);
         }
-        (key, Some(entry)) if is_texture(key) => {
-            tallies.textures.add_named(statement.line, &entry.name)
-        }
+        (key, Some(entry)) if is_texture(key) => tallies.textures.add_named(statement.line, &entry.name),
         _ => {}
     }
     Ok(())
@@ -184,34 +165,18 @@ fn emission(file: &str, statement: &Statement, material: &str) -> Result<[f64; 3
 }
 
 /// Refuses a reflectance outside 0..=1 (NaN included).
-pub(super) fn check_rho(
-    rho: [f64; 3],
-    material: &str,
-    place: impl Fn() -> Place,
-) -> Result<(), SceneError> {
+pub(super) fn check_rho(rho: [f64; 3], material: &str, place: impl Fn() -> Place) -> Result<(), SceneError> {
     match rho.into_iter().find(|value| !(0.0..=1.0).contains(value)) {
-        Some(value) => Err(SceneError::Rho {
-            place: place(),
-            material: text::shorten(material),
-            value,
-        }),
+        Some(value) => Err(SceneError::Rho { place: place(), material: text::shorten(material), value }),
         None => Ok(()),
     }
 }
 
 /// Refuses an emission that is negative, NaN, or infinite in single precision.
-pub(super) fn check_emission(
-    emission: [f64; 3],
-    material: &str,
-    place: impl Fn() -> Place,
-) -> Result<(), SceneError> {
+pub(super) fn check_emission(emission: [f64; 3], material: &str, place: impl Fn() -> Place) -> Result<(), SceneError> {
     let limit = 0.0..=f64::from(f32::MAX);
     match emission.into_iter().find(|value| !limit.contains(value)) {
-        Some(value) => Err(SceneError::Emission {
-            place: place(),
-            material: text::shorten(material),
-            value,
-        }),
+        Some(value) => Err(SceneError::Emission { place: place(), material: text::shorten(material), value }),
         None => Ok(()),
     }
 }
@@ -244,17 +209,10 @@ mod tests {
 
     #[test]
     fn what_is_not_modelled_is_named() {
-        let libraries =
-            read("newmtl a\nmap_Kd x.png\nKs 0 0 .1\nnewmtl b\nKs 0\nbump y\n").unwrap();
+        let libraries = read("newmtl a\nmap_Kd x.png\nKs 0 0 .1\nnewmtl b\nKs 0\nbump y\n").unwrap();
         let all = libraries.warnings.join("\n");
-        assert!(
-            all.contains("2 textures of materials a, b (first: m.mtl, line 2)"),
-            "{all}"
-        );
-        assert!(
-            all.contains("1 Ks of material `a` (first: m.mtl, line 3)"),
-            "{all}"
-        );
+        assert!(all.contains("2 textures of materials a, b (first: m.mtl, line 2)"), "{all}");
+        assert!(all.contains("1 Ks of material `a` (first: m.mtl, line 3)"), "{all}");
         assert!(all.contains("2 missing Kds of materials a, b"), "{all}");
     }
 }

@@ -27,18 +27,10 @@ pub const NO_MATERIAL: &str = "(none)";
 const MOST_WORDS: usize = 32;
 
 /// Reads an OBJ: `name` for the scene, `file` for messages.
-pub(super) fn read(
-    name: &str,
-    file: &str,
-    bytes: &[u8],
-    reader: Reader,
-) -> Result<Soup, SceneError> {
+pub(super) fn read(name: &str, file: &str, bytes: &[u8], reader: Reader) -> Result<Soup, SceneError> {
     let text = obj_text::check(file, bytes)?;
     if text.face_lines.is_empty() {
-        return Err(SceneError::Empty {
-            file: file.to_owned(),
-            dropped: 0,
-        });
+        return Err(SceneError::Empty { file: file.to_owned(), dropped: 0 });
     }
     let libraries = read_libraries(file, &text, reader)?;
     let used = resolve_materials(file, &text, &libraries)?;
@@ -47,17 +39,8 @@ pub(super) fn read(
         name: name.to_owned(),
         file: file.to_owned(),
         item: "line",
-        objects: text
-            .objects
-            .list
-            .iter()
-            .map(|(name, _)| name.clone())
-            .collect(),
-        materials: libraries
-            .names()
-            .zip(&materials)
-            .map(|(name, m)| material(name, m))
-            .collect(),
+        objects: text.objects.list.iter().map(|(name, _)| name.clone()).collect(),
+        materials: libraries.names().zip(&materials).map(|(name, m)| material(name, m)).collect(),
         ..Soup::default()
     };
     soup.take_warnings(&text, libraries);
@@ -93,22 +76,15 @@ fn find_libraries<'a>(names: &str, reader: Reader<'a>) -> io::Result<Vec<(String
     let words: Vec<&str> = names.split_whitespace().take(MOST_WORDS + 1).collect();
     let (mut found, mut start) = (Vec::new(), 0);
     while start < words.len() && words.len() <= MOST_WORDS {
-        let runs = (start + 1..=words.len())
-            .rev()
-            .map(|end| (end, words[start..end].join(" ")));
-        let mut files =
-            runs.filter_map(|(end, run)| Some((end, read_either_slash(&run, reader).ok()?, run)));
+        let runs = (start + 1..=words.len()).rev().map(|end| (end, words[start..end].join(" ")));
+        let mut files = runs.filter_map(|(end, run)| Some((end, read_either_slash(&run, reader).ok()?, run)));
         let Some((end, bytes, run)) = files.next() else {
             return Err(failure);
         };
         found.push((run, bytes));
         start = end;
     }
-    if found.is_empty() {
-        Err(failure)
-    } else {
-        Ok(found)
-    }
+    if found.is_empty() { Err(failure) } else { Ok(found) }
 }
 
 /// Some programs write `\` between folders.
@@ -120,21 +96,13 @@ fn read_either_slash<'a>(name: &str, reader: Reader<'a>) -> io::Result<Cow<'a, [
 }
 
 /// For each `usemtl` name of the OBJ, the index of the material.
-fn resolve_materials(
-    file: &str,
-    text: &ObjText,
-    libraries: &Libraries,
-) -> Result<Vec<usize>, SceneError> {
+fn resolve_materials(file: &str, text: &ObjText, libraries: &Libraries) -> Result<Vec<usize>, SceneError> {
     let resolve = |(name, line): &(String, usize)| {
         let (place, shown) = (Place::line(file, *line), shorten(name));
         match libraries.find(name) {
             Some(index) => Ok(index),
             None if text.libraries.is_empty() => Err(SceneError::NoLibrary { place, name: shown }),
-            None => Err(SceneError::UnknownMaterial {
-                place,
-                name: shown,
-                known: list(libraries.names()),
-            }),
+            None => Err(SceneError::UnknownMaterial { place, name: shown, known: list(libraries.names()) }),
         }
     };
     text.materials.list.iter().map(resolve).collect()
@@ -143,28 +111,18 @@ fn resolve_materials(
 type Parsed = (Vec<tobj::Model>, Vec<tobj::Material>);
 
 /// Hands the clean text to tobj. Materials go by the number of their `usemtl` name, unused ones by `u` and their own.
-fn parse(
-    file: &str,
-    text: &ObjText,
-    libraries: &Libraries,
-    used: &[usize],
-) -> Result<Parsed, SceneError> {
+fn parse(file: &str, text: &ObjText, libraries: &Libraries, used: &[usize]) -> Result<Parsed, SceneError> {
     let mut names: Vec<Option<usize>> = vec![None; libraries.names().count()];
     for (number, &material) in used.iter().enumerate() {
         names[material] = Some(number);
     }
-    let mtl = libraries
-        .clean_text(|i| names[i].map_or_else(|| format!("u{i}"), |number| number.to_string()));
-    let fault = |error: tobj::LoadError| SceneError::Reader {
-        file: file.to_owned(),
-        message: error.to_string(),
-    };
-    let (models, materials) = tobj::load_obj_buf(
-        &mut text.clean_text().as_bytes(),
-        &tobj::LoadOptions::default(),
-        |_| tobj::load_mtl_buf(&mut mtl.as_bytes()),
-    )
-    .map_err(fault)?;
+    let mtl = libraries.clean_text(|i| names[i].map_or_else(|| format!("u{i}"), |number| number.to_string()));
+    let fault = |error: tobj::LoadError| SceneError::Reader { file: file.to_owned(), message: error.to_string() };
+    let (models, materials) =
+        tobj::load_obj_buf(&mut text.clean_text().as_bytes(), &tobj::LoadOptions::default(), |_| {
+            tobj::load_mtl_buf(&mut mtl.as_bytes())
+        })
+        .map_err(fault)?;
     Ok((models, materials.map_err(fault)?))
 }
 
@@ -177,50 +135,31 @@ impl Soup {
     fn take_warnings(&mut self, text: &ObjText, libraries: Libraries) {
         self.warnings = libraries.warnings;
         let ignored = "points, lines, curves and surfaces are not modelled";
-        text.ignored
-            .report(&self.file, "line", "statement", ignored, &mut self.warnings);
+        text.ignored.report(&self.file, "line", "statement", ignored, &mut self.warnings);
         let bare = format!("no usemtl before it; material `{NO_MATERIAL}` reflects {DEFAULT_RHO}");
-        text.bare
-            .report(&self.file, "line", "face", &bare, &mut self.warnings);
+        text.bare.report(&self.file, "line", "face", &bare, &mut self.warnings);
     }
 
     /// Appends tobj's models and checks that its polygons are those of the text.
     fn take_models(&mut self, text: &ObjText, models: &[tobj::Model]) -> Result<(), SceneError> {
         let bare = self.materials.len() as u32;
         if text.bare.count > 0 {
-            self.materials.push(Material::new(
-                NO_MATERIAL,
-                Rgb::splat(DEFAULT_RHO),
-                Rgb::ZERO,
-            ));
+            self.materials.push(Material::new(NO_MATERIAL, Rgb::splat(DEFAULT_RHO), Rgb::ZERO));
         }
         let mut lines = text.face_lines.iter();
         for tobj::Model { mesh, name } in models {
             let offset = self.vertices.len() as u32;
-            let points = mesh
-                .positions
-                .chunks_exact(3)
-                .map(|p| DVec3::new(p[0], p[1], p[2]));
+            let points = mesh.positions.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2]));
             self.vertices.extend(points);
-            self.corners
-                .extend(mesh.indices.iter().map(|index| offset + index));
+            self.corners.extend(mesh.indices.iter().map(|index| offset + index));
             let object = name.parse().unwrap_or(0);
             let material = mesh.material_id.map_or(bare, |id| id as u32);
             for corners in arities(mesh) {
                 let number = *lines.next().ok_or_else(|| self.mismatch())?;
-                self.polygons.push(Polygon {
-                    corners,
-                    material,
-                    object,
-                    number,
-                });
+                self.polygons.push(Polygon { corners, material, object, number });
             }
         }
-        let all = self
-            .polygons
-            .iter()
-            .map(|polygon| polygon.corners)
-            .sum::<usize>();
+        let all = self.polygons.iter().map(|polygon| polygon.corners).sum::<usize>();
         match lines.next().is_none() && all == self.corners.len() {
             true => Ok(()),
             false => Err(self.mismatch()),
@@ -229,10 +168,7 @@ impl Soup {
 
     fn mismatch(&self) -> SceneError {
         let message = "it returned other faces than the file has".to_owned();
-        SceneError::Reader {
-            file: self.file.clone(),
-            message,
-        }
+        SceneError::Reader { file: self.file.clone(), message }
     }
 }
 

@@ -77,9 +77,7 @@ pub(super) fn check(file: &str, bytes: &[u8]) -> Result<ObjText, SceneError> {
                 let name = statement.name(file)?;
                 obj.state.material = Some(obj.materials.intern(name, statement.line));
             }
-            "mtllib" => obj
-                .libraries
-                .push((statement.line, statement.name(file)?.to_owned())),
+            "mtllib" => obj.libraries.push((statement.line, statement.name(file)?.to_owned())),
             "p" | "l" | "curv" | "curv2" | "surf" => obj.ignored.add(statement.line),
             _ => {}
         }
@@ -111,12 +109,7 @@ impl ObjText {
         }
     }
 
-    fn face(
-        &mut self,
-        file: &str,
-        statement: &Statement,
-        corners: &mut Vec<usize>,
-    ) -> Result<(), SceneError> {
+    fn face(&mut self, file: &str, statement: &Statement, corners: &mut Vec<usize>) -> Result<(), SceneError> {
         corners.clear();
         for word in statement.words() {
             corners.push(self.corner(file, statement, word)?);
@@ -125,17 +118,10 @@ impl ObjText {
         let limit = super::polygon::MOST_CORNERS;
         match found {
             0..3 => {
-                return Err(SceneError::TooFewCorners {
-                    place: place(),
-                    found,
-                });
+                return Err(SceneError::TooFewCorners { place: place(), found });
             }
             n if n > limit => {
-                return Err(SceneError::TooManyCorners {
-                    place: place(),
-                    found,
-                    limit,
-                });
+                return Err(SceneError::TooManyCorners { place: place(), found, limit });
             }
             _ => {}
         }
@@ -150,28 +136,17 @@ impl ObjText {
     }
 
     /// The vertex index of `v`, `v/vt`, `v//vn` or `v/vt/vn`, made absolute, counted from 1.
-    fn corner(
-        &mut self,
-        file: &str,
-        statement: &Statement,
-        word: &str,
-    ) -> Result<usize, SceneError> {
+    fn corner(&mut self, file: &str, statement: &Statement, word: &str) -> Result<usize, SceneError> {
         let mut parts = word.split('/');
         let position = integer(file, statement, word, parts.next().unwrap_or(""))?;
         for other in parts.by_ref().take(2).filter(|part| !part.is_empty()) {
             integer(file, statement, word, other)?;
         }
         if parts.next().is_some() {
-            return Err(statement.malformed(
-                file,
-                "corners of the form v, v/vt, v//vn or v/vt/vn",
-                &shorten(word),
-            ));
+            return Err(statement.malformed(file, "corners of the form v, v/vt, v//vn or v/vt/vn", &shorten(word)));
         }
         let absolute = match position {
-            ..0 => i64::try_from(self.vertices)
-                .unwrap_or(i64::MAX)
-                .saturating_add(position + 1),
+            ..0 => i64::try_from(self.vertices).unwrap_or(i64::MAX).saturating_add(position + 1),
             _ => position,
         };
         let index = usize::try_from(absolute).unwrap_or(0);
@@ -220,11 +195,7 @@ impl ObjText {
     }
 
     fn out_of_range(&self, file: &str, line: usize, index: String) -> SceneError {
-        SceneError::IndexOutOfRange {
-            place: Place::line(file, line),
-            index,
-            vertices: self.vertices,
-        }
+        SceneError::IndexOutOfRange { place: Place::line(file, line), index, vertices: self.vertices }
     }
 }
 

@@ -60,16 +60,11 @@ impl Triangulator {
     fn set_ring(&mut self, polygon: &[DVec3]) {
         self.ring.clear();
         for (i, point) in polygon.iter().enumerate() {
-            if self
-                .ring
-                .last()
-                .is_none_or(|&last| polygon[last as usize] != *point)
-            {
+            if self.ring.last().is_none_or(|&last| polygon[last as usize] != *point) {
                 self.ring.push(i as u32);
             }
         }
-        while self.ring.len() > 1
-            && polygon[self.ring[self.ring.len() - 1] as usize] == polygon[self.ring[0] as usize]
+        while self.ring.len() > 1 && polygon[self.ring[self.ring.len() - 1] as usize] == polygon[self.ring[0] as usize]
         {
             self.ring.pop();
         }
@@ -77,8 +72,7 @@ impl Triangulator {
 
     fn clip_ears(&mut self, polygon: &[DVec3]) -> Cover {
         self.points.clear();
-        self.points
-            .extend(self.ring.iter().map(|&i| polygon[i as usize].to_array()));
+        self.points.extend(self.ring.iter().map(|&i| polygon[i as usize].to_array()));
         // Seen along its normal a polygon runs counter-clockwise.
         if !project3d_to_2d(&self.points, self.points.len(), &mut self.flat) {
             return Cover::Exact;
@@ -101,9 +95,7 @@ impl Triangulator {
 /// Twice the vector area of a closed polygon (Newell): along its normal, as long as twice its area.
 pub(super) fn newell(polygon: &[DVec3]) -> DVec3 {
     let origin = polygon[0];
-    let edges = polygon
-        .windows(2)
-        .map(|edge| (edge[0] - origin).cross(edge[1] - origin));
+    let edges = polygon.windows(2).map(|edge| (edge[0] - origin).cross(edge[1] - origin));
     edges.sum()
 }
 
@@ -123,19 +115,14 @@ mod tests {
 
     /// Vector area of the triangles, doubled.
     fn covered(polygon: &[DVec3], triangles: &[[u32; 3]]) -> (DVec3, f64) {
-        let areas = triangles
-            .iter()
-            .map(|t| newell(&t.map(|i| polygon[i as usize])));
+        let areas = triangles.iter().map(|t| newell(&t.map(|i| polygon[i as usize])));
         let list: Vec<DVec3> = areas.collect();
         (list.iter().sum(), list.iter().map(|a| a.length()).sum())
     }
 
     fn star(radii: &[f64]) -> Vec<DVec3> {
         let step = std::f64::consts::TAU / radii.len() as f64;
-        let (u, v) = (
-            DVec3::new(1.0, 2.0, -1.0).normalize(),
-            DVec3::new(1.0, 0.0, 1.0).normalize(),
-        );
+        let (u, v) = (DVec3::new(1.0, 2.0, -1.0).normalize(), DVec3::new(1.0, 0.0, 1.0).normalize());
         let points = radii.iter().enumerate().map(|(i, r)| {
             let (sin, cos) = (i as f64 * step).sin_cos();
             r * (cos * u + sin * v)
@@ -160,17 +147,13 @@ mod tests {
 
     #[test]
     fn a_fan_would_be_wrong_for_this_arrow() {
-        let arrow =
-            [(0.0, 0.0), (2.0, 1.0), (0.0, 2.0), (0.5, 1.0)].map(|(x, y)| DVec3::new(x, y, 3.0));
+        let arrow = [(0.0, 0.0), (2.0, 1.0), (0.0, 2.0), (0.5, 1.0)].map(|(x, y)| DVec3::new(x, y, 3.0));
         let mut triangulator = Triangulator::default();
         for start in 0..4 {
             let mut turned = arrow;
             turned.rotate_left(start);
             assert_eq!(triangulator.run(&turned), Cover::Exact);
-            assert_eq!(
-                covered(&turned, &triangulator.triangles),
-                (DVec3::new(0.0, 0.0, 3.0), 3.0)
-            );
+            assert_eq!(covered(&turned, &triangulator.triangles), (DVec3::new(0.0, 0.0, 3.0), 3.0));
         }
     }
 

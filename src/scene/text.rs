@@ -57,16 +57,8 @@ impl Statement<'_> {
         let (statement, shown) = (|| self.keyword().to_owned(), || shorten(word));
         match word.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
-            Ok(_) => Err(SceneError::NotFinite {
-                place: place(),
-                statement: statement(),
-                word: shown(),
-            }),
-            Err(_) => Err(SceneError::NotANumber {
-                place: place(),
-                statement: statement(),
-                word: shown(),
-            }),
+            Ok(_) => Err(SceneError::NotFinite { place: place(), statement: statement(), word: shown() }),
+            Err(_) => Err(SceneError::NotANumber { place: place(), statement: statement(), word: shown() }),
         }
     }
 }
@@ -76,10 +68,7 @@ pub(super) fn decode<'a>(file: &str, bytes: &'a [u8]) -> Result<&'a str, SceneEr
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let at = error.valid_up_to();
         let line = 1 + bytes[..at].iter().filter(|&&b| b == b'\n').count();
-        SceneError::NotUtf8 {
-            place: Place::line(file, line),
-            byte: bytes[at],
-        }
+        SceneError::NotUtf8 { place: Place::line(file, line), byte: bytes[at] }
     })?;
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
@@ -98,10 +87,7 @@ pub(super) fn statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
             joined.push(' ');
             joined.push_str(lines.next().map_or("", |(_, line)| line));
         }
-        Some(Statement {
-            line: index + 1,
-            text,
-        })
+        Some(Statement { line: index + 1, text })
     })
     .filter(|statement| !is_blank(&statement.text))
 }
@@ -136,15 +122,8 @@ mod tests {
     #[test]
     fn lines_are_numbered_as_an_editor_shows_them() {
         let text = "# c\r\n\r\nv 1 \\\r\n 2 3 # end\r\n\tf\t1 2\nusemtl a #2 \n\\\n";
-        let found: Vec<(usize, String, Vec<String>)> = statements(text)
-            .map(|s| {
-                (
-                    s.line,
-                    s.rest().to_owned(),
-                    s.words().map(str::to_owned).collect(),
-                )
-            })
-            .collect();
+        let found: Vec<(usize, String, Vec<String>)> =
+            statements(text).map(|s| (s.line, s.rest().to_owned(), s.words().map(str::to_owned).collect())).collect();
         assert_eq!(found.len(), 3);
         assert_eq!((found[0].0, found[1].0, found[2].0), (3, 5, 6));
         assert_eq!(found[0].2, ["1", "2", "3"]);
@@ -163,10 +142,7 @@ mod tests {
     #[test]
     fn the_line_that_is_not_text_is_named() {
         let error = decode("a.obj", b"v 0 0 0\n\n# caf\xe9\n").unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "a.obj, line 3: byte 0xe9 is not UTF-8 text"
-        );
+        assert_eq!(error.to_string(), "a.obj, line 3: byte 0xe9 is not UTF-8 text");
         assert_eq!(decode("a", "\u{feff}v".as_bytes()).unwrap(), "v");
     }
 }

@@ -28,29 +28,17 @@ impl Tally {
     }
 
     /// `2 NOUN (first: FILE, ITEM 7): CONSEQUENCE`, naming the names; nothing where nothing was counted.
-    pub fn report(
-        &self,
-        file: &str,
-        item: &str,
-        noun: &str,
-        consequence: &str,
-        warnings: &mut Vec<String>,
-    ) {
+    pub fn report(&self, file: &str, item: &str, noun: &str, consequence: &str, warnings: &mut Vec<String>) {
         if self.count == 0 {
             return;
         }
         let of = match self.names.len() {
             0 => String::new(),
             1 => format!(" of material `{}`", shorten(&self.names[0])),
-            _ => format!(
-                " of materials {}",
-                list(self.names.iter().map(String::as_str))
-            ),
+            _ => format!(" of materials {}", list(self.names.iter().map(String::as_str))),
         };
         let plural = if self.count == 1 { "" } else { "s" };
         let (count, first) = (self.count, self.first);
-        warnings.push(format!(
-            "{count} {noun}{plural}{of} (first: {file}, {item} {first}): {consequence}"
-        ));
+        warnings.push(format!("{count} {noun}{plural}{of} (first: {file}, {item} {first}): {consequence}"));
     }
 }

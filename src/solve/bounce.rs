@@ -27,11 +27,7 @@ pub struct Bounce {
 /// Measures a term; `before` is the norm of the one before it.
 pub fn measure(k: &Operator, n: usize, term: &[Light], before: Option<f64>) -> Bounce {
     let power = |half: fn(&Light) -> glam::Vec3| {
-        let sum: DVec3 = term
-            .iter()
-            .zip(k.areas())
-            .map(|(l, a)| PI * a * half(l).as_dvec3())
-            .sum();
+        let sum: DVec3 = term.iter().zip(k.areas()).map(|(l, a)| PI * a * half(l).as_dvec3()).sum();
         sum.to_array()
     };
     let norm = norm(k.areas(), term);
@@ -49,8 +45,7 @@ pub fn measure(k: &Operator, n: usize, term: &[Light], before: Option<f64>) -> B
 pub fn norm(areas: &[f64], x: &[Light]) -> f64 {
     let (mut sum, mut area) = (0.0, 0.0);
     for (l, a) in x.iter().zip(areas) {
-        let squared =
-            l.invisible.as_dvec3().length_squared() + l.visible.as_dvec3().length_squared();
+        let squared = l.invisible.as_dvec3().length_squared() + l.visible.as_dvec3().length_squared();
         sum += a * squared;
         area += a;
     }

@@ -15,12 +15,7 @@ use crate::operator::Operator;
 
 /// The first `count + 1` terms on the larger patches `parents`, given on the smaller ones, which count by `weights` (areas, or
 /// whatever the patches stand for).
-pub fn coarse_terms(
-    k: &Operator,
-    weights: &[f64],
-    parents: &[u32],
-    count: usize,
-) -> Vec<Vec<Light>> {
+pub fn coarse_terms(k: &Operator, weights: &[f64], parents: &[u32], count: usize) -> Vec<Vec<Light>> {
     let average = Average::new(weights, parents);
     let mut terms = vec![average.of(k.emission())];
     if count > 0 {
@@ -51,11 +46,7 @@ impl<'a> Average<'a> {
         for (area, &p) in areas.iter().zip(parents) {
             totals[p as usize] += area;
         }
-        Average {
-            areas,
-            parents,
-            totals,
-        }
+        Average { areas, parents, totals }
     }
 
     fn of(&self, x: &[Light]) -> Vec<Light> {

@@ -17,11 +17,7 @@ pub fn direct(k: &Operator) -> Option<Vec<Light>> {
         let system = DMatrix::identity(2 * n, 2 * n) - k.dense(c);
         let right = DVector::from_fn(2 * n, |row, _| {
             let l = first[row / 2];
-            f64::from(if row % 2 == 0 {
-                l.invisible[c]
-            } else {
-                l.visible[c]
-            })
+            f64::from(if row % 2 == 0 { l.invisible[c] } else { l.visible[c] })
         });
         let reflected = system.lu().solve(&right)?;
         for (i, l) in light.iter_mut().enumerate() {

@@ -43,10 +43,7 @@ pub fn extrapolated(k: &Operator, settings: &Settings) -> Result<Extrapolated, D
     let (verdict, spectrum) = verdict(k);
     let tail = spectrum.as_ref().and_then(|s| TailBound::new(k, s));
     if matches!(verdict, Verdict::Diverges | Verdict::Undecided) {
-        let nothing = Bounds {
-            lower: 0.0,
-            upper: 0.0,
-        };
+        let nothing = Bounds { lower: 0.0, upper: 0.0 };
         return Err(refuse(k, verdict, spectrum.map_or(nothing, |s| s.worst())));
     }
     let bound = |term: &[Light]| match &tail {
@@ -55,22 +52,13 @@ pub fn extrapolated(k: &Operator, settings: &Settings) -> Result<Extrapolated, D
     };
     let mut term = k.first_bounce();
     // Reflected light only, until the end.
-    let mut found = Extrapolated {
-        light: term.clone(),
-        products: 1,
-        strokes: 0,
-        rest: bound(&term),
-    };
+    let mut found = Extrapolated { light: term.clone(), products: 1, strokes: 0, rest: bound(&term) };
     let wanted = |found: &Extrapolated| settings.tolerance * norm(k.areas(), &found.light);
     while found.rest > wanted(&found) && found.products < settings.max_terms {
         let next = k.apply(&term);
         found.products += 1;
         let lambda = growth(k.areas(), &term, &next);
-        let residual = combined(
-            &next,
-            &term,
-            lambda.map(|l| [1.0 / (1.0 - l), -l / (1.0 - l)]),
-        );
+        let residual = combined(&next, &term, lambda.map(|l| [1.0 / (1.0 - l), -l / (1.0 - l)]));
         let plain = bound(&next);
         let stroke = bound(&residual);
         if stroke < 0.5 * plain {
@@ -96,12 +84,7 @@ fn combined(a: &[Light], b: &[Light], factors: [[f64; 2]; 3]) -> Vec<Light> {
     let [f, g] = [0, 1].map(|k| DVec3::from_array(factors.map(|pair| pair[k])));
     let mix = |a: glam::Vec3, b: glam::Vec3| (f * a.as_dvec3() + g * b.as_dvec3()).as_vec3();
     let pairs = a.iter().zip(b);
-    pairs
-        .map(|(a, b)| Light {
-            invisible: mix(a.invisible, b.invisible),
-            visible: mix(a.visible, b.visible),
-        })
-        .collect()
+    pairs.map(|(a, b)| Light { invisible: mix(a.invisible, b.invisible), visible: mix(a.visible, b.visible) }).collect()
 }
 
 /// The lambda of each channel that brings `next - lambda term` nearest to 0, invisible halves; kept below 1.

@@ -25,7 +25,7 @@ pub use direct::direct;
 pub use extrapolated::{Extrapolated, extrapolated};
 pub use neumann::{Diverges, Settings, Solution, Verdict, explore, neumann, terms, verdict};
 pub use shooting::{
-    AssembledShooter, Balance, Column, Emitted, Fate, Foreknowledge, Progress, RaySettings,
-    RayShooter, Sender, Shooter, Shooting, ShootingSettings, Surfaces,
+    AssembledShooter, Balance, Column, Emitted, Fate, Foreknowledge, Progress, RaySettings, RayShooter, Sender,
+    Shooter, Shooting, ShootingSettings, Surfaces,
 };
 pub use tail::TailBound;

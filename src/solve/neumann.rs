@@ -21,10 +21,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings {
-            tolerance: 1e-4,
-            max_terms: 10_000,
-        }
+        Settings { tolerance: 1e-4, max_terms: 10_000 }
     }
 }
 
@@ -162,10 +159,7 @@ pub fn explore(k: &Operator, count: usize) -> Solution {
 const SAYS_NOTHING: f64 = 1e3;
 
 /// The radius of an operator that passes nothing on.
-const NOTHING: Bounds = Bounds {
-    lower: 0.0,
-    upper: 0.0,
-};
+const NOTHING: Bounds = Bounds { lower: 0.0, upper: 0.0 };
 
 /// Adds bounces up to `last`, until `enough` says so or a term is no longer finite.
 fn expand(
@@ -272,11 +266,6 @@ impl Diverges {
         let uniform = passing.all(|a| a == first);
         // The radius is proportional to alpha.
         let scale = if uniform { first as f64 } else { 1.0 };
-        Diverges {
-            verdict,
-            radius,
-            alpha_limit: scale / radius.upper,
-            uniform,
-        }
+        Diverges { verdict, radius, alpha_limit: scale / radius.upper, uniform }
     }
 }

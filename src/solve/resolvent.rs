@@ -33,11 +33,7 @@ pub(super) struct Resolvent {
 
 impl Resolvent {
     /// z, from products with B and a bound on what follows the last, which `after` gives patch by patch.
-    pub fn new(
-        k: &Operator,
-        b: &[Vec4],
-        after: impl Fn(&[Light]) -> Option<Vec<Light>>,
-    ) -> Resolvent {
+    pub fn new(k: &Operator, b: &[Vec4], after: impl Fn(&[Light]) -> Option<Vec<Light>>) -> Resolvent {
         let mut term: Vec<Vec4> = b.iter().map(support).collect();
         let mut rest = vec![Vec4::ZERO; b.len()];
         for _ in 0..MOST_ONES {
@@ -51,10 +47,7 @@ impl Resolvent {
         }
         // Each product is off by its rounding at the most, and so is each sum.
         let wide = (1.0 + 2.0 * MOST_ONES as f64 * Spectrum::ROUNDING) as f32;
-        let last: Vec<Light> = term
-            .iter()
-            .map(|t| Light::unseen(wide * t.truncate()))
-            .collect();
+        let last: Vec<Light> = term.iter().map(|t| Light::unseen(wide * t.truncate())).collect();
         let field = after(&last);
         let left = |i: usize| match &field {
             Some(field) => field[i].invisible,
@@ -66,24 +59,13 @@ impl Resolvent {
         let whole: Vec<Vec4> = rest.iter().zip(b).map(|(r, b)| *r + support(b)).collect();
         let seen: Vec<Vec4> = k.form_factors().product(&whole);
         let rho = k.reflectances().iter();
-        let seen: Vec<Vec4> = seen
-            .iter()
-            .zip(rho)
-            .map(|(f, r)| wide * *f * r.extend(0.0))
-            .collect();
+        let seen: Vec<Vec4> = seen.iter().zip(rho).map(|(f, r)| wide * *f * r.extend(0.0)).collect();
         let areas = k.areas();
         let norm = |v: &[Vec4], c: usize| -> f64 {
-            let squares = v
-                .iter()
-                .zip(areas)
-                .map(|(v, a)| a * f64::from(v[c]).powi(2));
+            let squares = v.iter().zip(areas).map(|(v, a)| a * f64::from(v[c]).powi(2));
             (squares.sum::<f64>() / (6.0 * areas.iter().sum::<f64>())).sqrt()
         };
-        Resolvent {
-            norms: [0, 1, 2].map(|c| [norm(&rest, c), norm(&seen, c)]),
-            rest,
-            seen,
-        }
+        Resolvent { norms: [0, 1, 2].map(|c| [norm(&rest, c), norm(&seen, c)]), rest, seen }
     }
 }
 

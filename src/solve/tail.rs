@@ -70,13 +70,8 @@ impl TailBound {
             let rows = f.iter().zip(k.reflectances());
             rows.map(|(f, rho)| *f * rho.extend(0.0)).collect()
         });
-        let mut bound = TailBound {
-            channels: Default::default(),
-            x: spectrum.x.clone(),
-            s,
-            seen,
-            ones: Resolvent::default(),
-        };
+        let mut bound =
+            TailBound { channels: Default::default(), x: spectrum.x.clone(), s, seen, ones: Resolvent::default() };
         let passed = [&spectrum.fx, &fs].map(|f| scaled(f, &b));
         for (c, bounds) in spectrum.channels.iter().enumerate() {
             let mut tried: Vec<Proof> = bound.lifted(c).collect();
@@ -102,12 +97,7 @@ impl TailBound {
         let scale = |v: &[Vec4]| 1.0 / f64::from(largest(v)).max(f64::MIN_POSITIVE);
         let (u, v) = (scale(&self.x), scale(&self.s));
         let multiples = LIFTS.map(|e| (u, e * v)).into_iter().chain([(0.0, v)]);
-        multiples.map(|(u, v)| Proof {
-            u,
-            v,
-            lambda: 1.0,
-            norms: [0.0; 2],
-        })
+        multiples.map(|(u, v)| Proof { u, v, lambda: 1.0, norms: [0.0; 2] })
     }
 
     /// The largest `(B y)_i / y_i`, widened by rounding; `passed` holds B x and B s.
@@ -127,9 +117,7 @@ impl TailBound {
     fn norms(&self, proof: &Proof, areas: &[f64], c: usize) -> [f64; 2] {
         let squares = |x: &[Vec4], s: &[Vec4]| -> f64 {
             let each = x.iter().zip(s).zip(areas);
-            let sum: f64 = each
-                .map(|((x, s), a)| a * proof.of(x[c], s[c]).powi(2))
-                .sum();
+            let sum: f64 = each.map(|((x, s), a)| a * proof.of(x[c], s[c]).powi(2)).sum();
             sum / (6.0 * areas.iter().sum::<f64>())
         };
         let [x, s] = &self.seen;
@@ -146,10 +134,7 @@ impl TailBound {
                 let [y, w] = proof.norms;
                 Some((proof.lambda * rest * y).powi(2) + (rest * w).powi(2))
             };
-            let least = proofs
-                .iter()
-                .filter_map(bound)
-                .fold(f64::INFINITY, f64::min);
+            let least = proofs.iter().filter_map(bound).fold(f64::INFINITY, f64::min);
             if least.is_infinite() {
                 return None;
             }
@@ -164,17 +149,11 @@ impl TailBound {
     /// The same patch by patch: light that everything after this term cannot exceed, either half and in any channel.
     pub fn field(&self, term: &[Light]) -> Option<Vec<Light>> {
         let most = [0, 1, 2].map(|c| largest(term, c));
-        self.field_of(term, |i, c| {
-            [&self.ones.rest, &self.ones.seen].map(|v| most[c] * f64::from(v[i][c]))
-        })
+        self.field_of(term, |i, c| [&self.ones.rest, &self.ones.seen].map(|v| most[c] * f64::from(v[i][c])))
     }
 
     /// The least of what all y tell, and of another bound on both halves of channel c of patch i.
-    fn field_of(
-        &self,
-        term: &[Light],
-        other: impl Fn(usize, usize) -> [f64; 2],
-    ) -> Option<Vec<Light>> {
+    fn field_of(&self, term: &[Light], other: impl Fn(usize, usize) -> [f64; 2]) -> Option<Vec<Light>> {
         let mut field = vec![Light::default(); term.len()];
         for (c, proofs) in self.channels.iter().enumerate() {
             let scaled = |proof: &Proof| {

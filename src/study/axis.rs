@@ -54,11 +54,7 @@ impl Range {
         };
         // A single value stands in the middle.
         let pad = if low == high { low.abs().max(1.0) } else { 0.0 };
-        Range {
-            scale,
-            low: low - pad,
-            high: high + pad,
-        }
+        Range { scale, low: low - pad, high: high + pad }
     }
 
     /// Where a value stands, 0 at the start and 1 at the end; `None` for a value that cannot be shown.
@@ -85,12 +81,7 @@ impl Range {
         let (first, last) = ((self.low / step).ceil(), (self.high / step).floor());
         let count = (last - first).clamp(0.0, 2.0 * most as f64) as usize;
         let values = (0..=count).map(|i| (first + i as f64) * step);
-        values
-            .map(|value| Tick {
-                at: self.along(value),
-                label: Some(format!("{value:.digits$}")),
-            })
-            .collect()
+        values.map(|value| Tick { at: self.along(value), label: Some(format!("{value:.digits$}")) }).collect()
     }
 
     fn decades(&self, most: usize) -> Vec<Tick> {
@@ -107,10 +98,12 @@ impl Range {
                 label: labelled.then(|| format!("10{}", superscript(decade))),
             });
             if step == 1 && decade < high {
-                ticks.extend((2..10).map(|digit| Tick {
-                    at: self.along(f64::from(decade) + f64::from(digit).log10()),
-                    label: None,
-                }));
+                ticks.extend(
+                    (2..10).map(|digit| Tick {
+                        at: self.along(f64::from(decade) + f64::from(digit).log10()),
+                        label: None,
+                    }),
+                );
             }
         }
         ticks
@@ -176,10 +169,7 @@ mod tests {
         let bounces = Range::of(Scale::Linear, [0.0, 12.0]);
         assert_eq!(labels(bounces, 8), ["0", "2", "4", "6", "8", "10", "12"]);
         let fine = Range::of(Scale::Linear, [0.0, 0.1]);
-        assert_eq!(
-            labels(fine, 5),
-            ["0.00", "0.02", "0.04", "0.06", "0.08", "0.10"]
-        );
+        assert_eq!(labels(fine, 5), ["0.00", "0.02", "0.04", "0.06", "0.08", "0.10"]);
     }
 
     #[test]

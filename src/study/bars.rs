@@ -113,11 +113,7 @@ fn draw<B: DrawingBackend>(bars: &Bars, canvas: &mut Canvas<B>) -> Result<(), Dr
         let middle = area.left + (f64::from(number) + 0.5) * place;
         draw_bar(bar, &area, (middle, 0.5 * FILLED * place), canvas)?;
     }
-    let corners = [
-        (area.left, area.top),
-        (area.left, area.bottom),
-        (area.right, area.bottom),
-    ];
+    let corners = [(area.left, area.top), (area.left, area.bottom), (area.right, area.bottom)];
     canvas.path(&corners, INK, 1.25)?;
     let at = (0.5 * (area.left + area.right), area.bottom + 46.0);
     canvas.text(&bars.x, at, LABEL_EM, Align::Center, INK)?;
@@ -130,23 +126,13 @@ fn draw<B: DrawingBackend>(bars: &Bars, canvas: &mut Canvas<B>) -> Result<(), Dr
 }
 
 /// The vertical axis, 0 to 100 %.
-fn draw_shares<B: DrawingBackend>(
-    bars: &Bars,
-    area: &Area,
-    canvas: &mut Canvas<B>,
-) -> Result<(), DrawError> {
+fn draw_shares<B: DrawingBackend>(bars: &Bars, area: &Area, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
     for tick in Range::of(Scale::Linear, [0.0, 100.0]).ticks(5) {
         let y = area.bottom - tick.at * (area.bottom - area.top);
         canvas.line((area.left, y), (area.right, y), GRID, 1.0)?;
         canvas.line((area.left - 6.0, y), (area.left, y), INK, 1.0)?;
         let at = (area.left - 11.0, y + 0.35 * TICK_EM);
-        canvas.text(
-            &tick.label.unwrap_or_default(),
-            at,
-            TICK_EM,
-            Align::Right,
-            INK,
-        )?;
+        canvas.text(&tick.label.unwrap_or_default(), at, TICK_EM, Align::Right, INK)?;
     }
     let at = (26.0, 0.5 * (area.top + area.bottom));
     canvas.text(&bars.y, at, LABEL_EM, Align::Upwards, INK)
@@ -193,11 +179,7 @@ fn on(RGBColor(red, green, blue): RGBColor) -> RGBColor {
 }
 
 /// The parts, the topmost first as in the bars.
-fn draw_legend<B: DrawingBackend>(
-    bars: &Bars,
-    area: &Area,
-    canvas: &mut Canvas<B>,
-) -> Result<(), DrawError> {
+fn draw_legend<B: DrawingBackend>(bars: &Bars, area: &Area, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
     let left = area.right + 24.0;
     let mut y = area.top + 10.0;
     for (part, name) in bars.parts.iter().enumerate().rev() {
@@ -217,11 +199,7 @@ mod tests {
     use super::*;
 
     fn bars() -> Bars {
-        let bar = |name: &str, parts: &[f64]| Bar {
-            name: name.into(),
-            whole: "2 s".into(),
-            parts: parts.to_vec(),
-        };
+        let bar = |name: &str, parts: &[f64]| Bar { name: name.into(), whole: "2 s".into(), parts: parts.to_vec() };
         Bars {
             title: "Where the time went".into(),
             caption: "a room".into(),
@@ -237,8 +215,7 @@ mod tests {
     fn bars_divide_their_height_as_the_numbers_do() {
         let page = bars().bitmap().unwrap();
         // Down the left edge of the first bar, where no label stands.
-        let column =
-            84 + ((600.0 - 84.0 - LEGEND_WIDTH - 24.0) / 4.0 * (1.0 - FILLED)) as usize + 4;
+        let column = 84 + ((600.0 - 84.0 - LEGEND_WIDTH - 24.0) / 4.0 * (1.0 - FILLED)) as usize + 4;
         let of = |part: usize| {
             let RGBColor(r, g, b) = colour(part);
             let pixel = |y: usize| &page.bytes[3 * (y * page.width + column)..][..3];
@@ -252,15 +229,7 @@ mod tests {
     #[test]
     fn names_wholes_and_shares_are_written() {
         let svg = bars().svg().unwrap();
-        for text in [
-            "1 %",
-            "2 s",
-            "75 %",
-            "25 %",
-            "gather",
-            "form factors",
-            "a room",
-        ] {
+        for text in ["1 %", "2 s", "75 %", "25 %", "gather", "form factors", "a room"] {
             assert!(svg.contains(text), "{text}");
         }
         assert!(!svg.contains("NaN"));

@@ -44,12 +44,7 @@ pub fn bounce_pictures(
 
 /// A sheet with a row of the terms and, under it, their partial sums; terms are brightened or dimmed by powers of two
 /// to about the brightness of KE.
-pub fn bounce_sheet<'a>(
-    heading: String,
-    terms: &'a [Picture],
-    sums: &'a [Picture],
-    exposure: Exposure,
-) -> Sheet<'a> {
+pub fn bounce_sheet<'a>(heading: String, terms: &'a [Picture], sums: &'a [Picture], exposure: Exposure) -> Sheet<'a> {
     let reference = terms.get(1).map_or(0.0, brightness);
     let tile = |picture: &'a Picture, title: String, gain: f32| Tile {
         picture: Some(picture),
@@ -61,11 +56,7 @@ pub fn bounce_sheet<'a>(
         .iter()
         .enumerate()
         .map(|(n, t)| {
-            let gain = if n < 2 {
-                1.0
-            } else {
-                gain(reference, brightness(t))
-            };
+            let gain = if n < 2 { 1.0 } else { gain(reference, brightness(t)) };
             tile(t, term(n), gain)
         })
         .collect();
@@ -77,33 +68,21 @@ pub fn bounce_sheet<'a>(
         };
         tile(s, title, 1.0)
     }));
-    Sheet {
-        heading,
-        tiles,
-        columns: terms.len(),
-        exposure,
-    }
+    Sheet { heading, tiles, columns: terms.len(), exposure }
 }
 
 /// Partial sums of pictures.
 pub fn partial_sums(terms: &[Picture]) -> Vec<Picture> {
     let mut sums: Vec<Picture> = Vec::with_capacity(terms.len());
     for t in terms {
-        let next = sums
-            .last()
-            .and_then(|s| s.plus(t))
-            .unwrap_or_else(|| t.clone());
+        let next = sums.last().and_then(|s| s.plus(t)).unwrap_or_else(|| t.clone());
         sums.push(next);
     }
     sums
 }
 
 fn brightness(picture: &Picture) -> f64 {
-    let sum: f64 = picture
-        .pixels
-        .iter()
-        .map(|p| f64::from(p.element_sum()))
-        .sum();
+    let sum: f64 = picture.pixels.iter().map(|p| f64::from(p.element_sum())).sum();
     sum / picture.pixels.len() as f64
 }
 
@@ -122,10 +101,8 @@ pub fn bounces_chart(title: String, caption: String, modes: &[(String, &[Bounce]
     for (colour, (name, bounces)) in modes.iter().enumerate() {
         let norms: Vec<f64> = bounces.iter().map(|b| b.norm).collect();
         series.push(Series::bounces(name.clone(), colour, &norms));
-        let bounds: Vec<(f64, f64)> = bounces
-            .iter()
-            .filter_map(|b| Some((b.n as f64, b.tail_bound.filter(|&t| t > 0.0)?)))
-            .collect();
+        let bounds: Vec<(f64, f64)> =
+            bounces.iter().filter_map(|b| Some((b.n as f64, b.tail_bound.filter(|&t| t > 0.0)?))).collect();
         if bounds.len() > 1 {
             let name = format!("{name}: bound on all later terms");
             series.push(Series::bound(name, colour, bounds));

@@ -74,38 +74,19 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
     }
 
     /// A straight line.
-    pub fn line(
-        &mut self,
-        from: (f64, f64),
-        to: (f64, f64),
-        colour: RGBColor,
-        width: f64,
-    ) -> Result<(), DrawError> {
+    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), colour: RGBColor, width: f64) -> Result<(), DrawError> {
         let path = [from, to].map(|(x, y)| (fine(x), fine(y)));
         let style = stroke(colour, width);
         self.backend.draw_path(path, &style).map_err(DrawError::new)
     }
 
     /// A line through all points, straight between them.
-    pub fn path(
-        &mut self,
-        points: &[(f64, f64)],
-        colour: RGBColor,
-        width: f64,
-    ) -> Result<(), DrawError> {
-        points
-            .windows(2)
-            .try_for_each(|pair| self.line(pair[0], pair[1], colour, width))
+    pub fn path(&mut self, points: &[(f64, f64)], colour: RGBColor, width: f64) -> Result<(), DrawError> {
+        points.windows(2).try_for_each(|pair| self.line(pair[0], pair[1], colour, width))
     }
 
     /// The same, dashed: `dash` pixels drawn, `dash` left out, carried on round the corners.
-    pub fn dashed(
-        &mut self,
-        points: &[(f64, f64)],
-        colour: RGBColor,
-        width: f64,
-        dash: f64,
-    ) -> Result<(), DrawError> {
+    pub fn dashed(&mut self, points: &[(f64, f64)], colour: RGBColor, width: f64, dash: f64) -> Result<(), DrawError> {
         let mut walked = 0.0;
         for pair in points.windows(2) {
             let [(x0, y0), (x1, y1)] = [pair[0], pair[1]];
@@ -133,27 +114,17 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
         colour: RGBColor,
     ) -> Result<(), DrawError> {
         let corners = [(left, top), (right, bottom)].map(|(x, y)| (fine(x), fine(y)));
-        self.backend
-            .draw_rect(corners[0], corners[1], &colour, true)
-            .map_err(DrawError::new)
+        self.backend.draw_rect(corners[0], corners[1], &colour, true).map_err(DrawError::new)
     }
 
     /// A filled polygon.
     pub fn polygon(&mut self, corners: &[(f64, f64)], colour: RGBColor) -> Result<(), DrawError> {
         let corners = corners.iter().map(|(x, y)| (fine(*x), fine(*y)));
-        self.backend
-            .fill_polygon(corners, &colour)
-            .map_err(DrawError::new)
+        self.backend.fill_polygon(corners, &colour).map_err(DrawError::new)
     }
 
     /// A marker of about `size` pixels across: one circle or polygon.
-    pub fn marker(
-        &mut self,
-        marker: Marker,
-        (x, y): (f64, f64),
-        size: f64,
-        colour: RGBColor,
-    ) -> Result<(), DrawError> {
+    pub fn marker(&mut self, marker: Marker, (x, y): (f64, f64), size: f64, colour: RGBColor) -> Result<(), DrawError> {
         let r = 0.5 * size;
         let corners: &[(f64, f64)] = match marker {
             Marker::Disc => {
@@ -214,9 +185,7 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
             };
             let font = font::font(height * f64::from(FINENESS)).transform(turn);
             let style = TextStyle::from(font).color(&colour);
-            let drawn = self
-                .backend
-                .draw_text(&run.text, &style, (fine(at.0), fine(at.1)));
+            let drawn = self.backend.draw_text(&run.text, &style, (fine(at.0), fine(at.1)));
             drawn.map_err(DrawError::new)?;
             along += run.width(em);
         }
@@ -242,12 +211,8 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
             _ => ((x, y - 0.76 * em), FontTransform::None),
         };
         let font = font::font(1.24 * em * f64::from(FINENESS));
-        let style = TextStyle::from(font.transform(turn))
-            .color(&colour)
-            .pos(Pos::new(anchor, VPos::Top));
-        let drawn = self
-            .backend
-            .draw_text(line, &style, (fine(at.0), fine(at.1)));
+        let style = TextStyle::from(font.transform(turn)).color(&colour).pos(Pos::new(anchor, VPos::Top));
+        let drawn = self.backend.draw_text(line, &style, (fine(at.0), fine(at.1)));
         drawn.map_err(DrawError::new)
     }
 }
@@ -266,12 +231,7 @@ mod tests {
         for (i, pixel) in page.bytes.chunks_exact(3).enumerate() {
             if pixel != [255; 3] {
                 let (x, y) = (i % page.width, i / page.width);
-                found = [
-                    found[0].min(x),
-                    found[1].min(y),
-                    found[2].max(x),
-                    found[3].max(y),
-                ];
+                found = [found[0].min(x), found[1].min(y), found[2].max(x), found[3].max(y)];
             }
         }
         found
@@ -279,26 +239,19 @@ mod tests {
 
     #[test]
     fn text_stands_on_its_baseline_and_ends_where_told() {
-        let page = draw_bitmap((200, 100), |canvas| {
-            canvas.text("HEH", (150.0, 60.0), 20.0, Align::Right, INK)
-        });
+        let page = draw_bitmap((200, 100), |canvas| canvas.text("HEH", (150.0, 60.0), 20.0, Align::Right, INK));
         let [left, top, right, bottom] = inked(&page.unwrap());
         // Capitals are 0.69 em high; one pixel of anti-aliasing and side bearings of up to 0.1 em.
         assert!((59..=60).contains(&bottom), "{bottom}");
         assert!((45..=47).contains(&top), "{top}");
         assert!((146..=150).contains(&right), "{right}");
         let width = font::width("HEH", 20.0);
-        assert!(
-            (left as f64 - (150.0 - width)).abs() <= 3.0,
-            "{left} {width}"
-        );
+        assert!((left as f64 - (150.0 - width)).abs() <= 3.0, "{left} {width}");
     }
 
     #[test]
     fn upward_text_is_centred_beside_its_baseline() {
-        let page = draw_bitmap((100, 200), |canvas| {
-            canvas.text("HEH", (60.0, 100.0), 20.0, Align::Upwards, INK)
-        });
+        let page = draw_bitmap((100, 200), |canvas| canvas.text("HEH", (60.0, 100.0), 20.0, Align::Upwards, INK));
         let [left, top, right, bottom] = inked(&page.unwrap());
         assert!((45..=47).contains(&left), "{left}");
         assert!((59..=60).contains(&right), "{right}");

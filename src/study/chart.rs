@@ -99,14 +99,8 @@ pub(super) const PALETTE: [RGBColor; 8] = [
 pub(super) const BLACK: usize = 6;
 pub(super) const GREY: usize = 7;
 
-const MARKERS: [Marker; 6] = [
-    Marker::Disc,
-    Marker::Square,
-    Marker::Triangle,
-    Marker::Diamond,
-    Marker::Wedge,
-    Marker::Cross,
-];
+const MARKERS: [Marker; 6] =
+    [Marker::Disc, Marker::Square, Marker::Triangle, Marker::Diamond, Marker::Wedge, Marker::Cross];
 
 impl Series {
     /// The norms of the terms `KⁿE`, n = 0, 1, 2 ..., noting where they become exactly 0 or leave the numbers.
@@ -130,13 +124,7 @@ impl Series {
 
     /// A proven bound at the given points, in the colour of the series it bounds.
     pub fn bound(name: impl Into<String>, colour: usize, points: Vec<(f64, f64)>) -> Series {
-        Series {
-            name: name.into(),
-            points,
-            look: Look::Bound,
-            colour,
-            note: None,
-        }
+        Series { name: name.into(), points, look: Look::Bound, colour, note: None }
     }
 
     /// Its colour on paper.
@@ -161,22 +149,12 @@ pub(super) fn term(n: usize) -> String {
 
 impl Chart {
     /// A chart of bounce series: the norm of `KⁿE` over n, logarithmic, 960 by 600 pixels.
-    pub fn of_bounces(
-        title: impl Into<String>,
-        caption: impl Into<String>,
-        series: Vec<Series>,
-    ) -> Chart {
+    pub fn of_bounces(title: impl Into<String>, caption: impl Into<String>, series: Vec<Series>) -> Chart {
         Chart {
             title: title.into(),
             caption: caption.into(),
-            x: Axis {
-                label: "bounce n".into(),
-                scale: Scale::Linear,
-            },
-            y: Axis {
-                label: "norm of KⁿE, W/(m² sr)".into(),
-                scale: Scale::Log,
-            },
+            x: Axis { label: "bounce n".into(), scale: Scale::Linear },
+            y: Axis { label: "norm of KⁿE, W/(m² sr)".into(), scale: Scale::Log },
             series,
             size: (960, 600),
         }

@@ -43,11 +43,7 @@ impl Check {
         let paths = PATHS.0 * (0.02 / wanted.tolerance).clamp(0.5, 4.0);
         let each = |paths: f64| (paths / pixels).ceil() as u32;
         walks.extend(&view, each(paths));
-        Check {
-            most: each(PATHS.1),
-            walks,
-            signal: rough.error.signal.powi(2),
-        }
+        Check { most: each(PATHS.1), walks, signal: rough.error.signal.powi(2) }
     }
 
     /// Whether the light is off by more than its two levels of patches and its noise say, and by more than is tolerable.
@@ -101,10 +97,7 @@ impl Check {
     }
 
     fn share(&self, squared: Squared) -> Squared {
-        Squared {
-            value: squared.value / self.signal,
-            deviation: squared.deviation / self.signal,
-        }
+        Squared { value: squared.value / self.signal, deviation: squared.deviation / self.signal }
     }
 }
 
@@ -122,13 +115,7 @@ fn surest(residual: &Residual) -> Squared {
 pub(super) fn brightness(rough: &Gathered) -> Vec<f32> {
     let (picture, lamps) = (rough.total(), &rough.emission);
     let light = picture.pixels.iter().zip(&lamps.pixels);
-    let own = light.map(|(l, e)| {
-        if e.max_element() > 0.0 {
-            0.0
-        } else {
-            l.element_sum()
-        }
-    });
+    let own = light.map(|(l, e)| if e.max_element() > 0.0 { 0.0 } else { l.element_sum() });
     let own: Vec<f32> = own.collect();
     let mean = own.iter().sum::<f32>() / own.len().max(1) as f32;
     let within = |l: &f32| (l / mean.max(f32::MIN_POSITIVE)).clamp(LEAST, MOST);

@@ -30,41 +30,22 @@ pub fn difference_scale(a: &Picture, b: &Picture) -> f32 {
 }
 
 /// The difference a - b and its legend, as tiles for a sheet at `exposure`; full colour at ±`scale`.
-pub fn difference_tiles(
-    a: &Picture,
-    b: &Picture,
-    scale: f32,
-    exposure: Exposure,
-) -> [(Picture, String, String); 2] {
+pub fn difference_tiles(a: &Picture, b: &Picture, scale: f32, exposure: Exposure) -> [(Picture, String, String); 2] {
     let shown = |share: f32| colour(share) / exposure.factor();
-    let picture = Picture {
-        width: a.width,
-        height: a.height,
-        pixels: differences(a, b).map(|d| shown(d / scale)).collect(),
-    };
+    let picture =
+        Picture { width: a.width, height: a.height, pixels: differences(a, b).map(|d| shown(d / scale)).collect() };
     let height = (a.height / 12).clamp(8, 24).min(a.height);
-    let legend = Picture::from_fn(a.width, height, |x, _| {
-        shown(2.0 * (x as f32 + 0.5) / a.width as f32 - 1.0)
-    });
+    let legend = Picture::from_fn(a.width, height, |x, _| shown(2.0 * (x as f32 + 0.5) / a.width as f32 - 1.0));
     [
         (picture, "difference".into(), String::new()),
-        (
-            legend,
-            format!("−{scale} … 0 … +{scale}"),
-            "W/(m² sr), mean of the channels".into(),
-        ),
+        (legend, format!("−{scale} … 0 … +{scale}"), "W/(m² sr), mean of the channels".into()),
     ]
 }
 
 /// A tile of a picture at the sheet's exposure.
 impl<'a> From<&'a (Picture, String, String)> for Tile<'a> {
     fn from((picture, title, note): &'a (Picture, String, String)) -> Self {
-        Tile {
-            picture: Some(picture),
-            title: title.clone(),
-            note: note.clone(),
-            gain: 1.0,
-        }
+        Tile { picture: Some(picture), title: title.clone(), note: note.clone(), gain: 1.0 }
     }
 }
 
@@ -77,11 +58,7 @@ fn differences(a: &Picture, b: &Picture) -> impl Iterator<Item = f32> {
 fn colour(share: f32) -> Rgb {
     let end = if share < 0.0 { DARKER } else { BRIGHTER };
     let code = EQUAL.lerp(end, share.abs().min(1.0));
-    Rgb::new(
-        decode_srgb(code.x),
-        decode_srgb(code.y),
-        decode_srgb(code.z),
-    )
+    Rgb::new(decode_srgb(code.x), decode_srgb(code.y), decode_srgb(code.z))
 }
 
 #[cfg(test)]

@@ -67,8 +67,7 @@ pub(super) fn divided(
             return Ok(solved);
         }
         bright = brightness(&rough);
-        let (others, residual) =
-            measured(p, &solved, wanted, (&bright, each, round), signal, spent);
+        let (others, residual) = measured(p, &solved, wanted, (&bright, each, round), signal, spent);
         let goal = signal * (SHARE * wanted.tolerance).powi(2);
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let error = |reading: Reading| residual.upper(reading, certain);
@@ -100,11 +99,7 @@ fn walks(
 ) -> Walks {
     let clock = Instant::now();
     let view = solved.rough_view(p, wanted);
-    let mut walks = Walks::new(
-        &view,
-        bright.to_vec(),
-        wanted.seed ^ set.wrapping_mul(0x85eb_ca6b),
-    );
+    let mut walks = Walks::new(&view, bright.to_vec(), wanted.seed ^ set.wrapping_mul(0x85eb_ca6b));
     walks.extend(&view, each);
     spent.rays += walks.rays;
     spent.seconds.solve += clock.elapsed().as_secs_f64();
@@ -126,8 +121,7 @@ fn measured(
     loop {
         let residual = others.residual(&p.patches, &solved.fields);
         let told = residual.of(Reading::PLAIN, certain);
-        if told.deviation <= certain || others.each() >= EACH.2 || told.value > 4.0 * told.deviation
-        {
+        if told.deviation <= certain || others.each() >= EACH.2 || told.value > 4.0 * told.deviation {
             spent.seconds.solve += clock.elapsed().as_secs_f64();
             return (others, residual);
         }
@@ -141,17 +135,11 @@ fn measured(
 /// Rays of each patch over those asked for: in proportion to how often paths reach it, and few where none does.
 fn densities(p: &Prepared, rays: u32) -> Vec<f32> {
     let few = (UNSEEN / f64::from(rays)).min(1.0) as f32;
-    let reached: Vec<f32> = (0..p.patches.len())
-        .map(|i| p.patches.chosen(i).len() as f32)
-        .collect();
+    let reached: Vec<f32> = (0..p.patches.len()).map(|i| p.patches.chosen(i).len() as f32).collect();
     let count = reached.iter().filter(|&&n| n > 0.0).count().max(1);
     let mean = reached.iter().sum::<f32>() / count as f32;
     let own = |&n: &f32| {
-        if n > 0.0 {
-            (n / mean).clamp(DENSITY.0, DENSITY.1)
-        } else {
-            few
-        }
+        if n > 0.0 { (n / mean).clamp(DENSITY.0, DENSITY.1) } else { few }
     };
     reached.iter().map(own).collect()
 }

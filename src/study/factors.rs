@@ -105,16 +105,8 @@ pub struct FactorSettings {
 }
 
 /// Finds the form factors between all objects; `tau` holds one number per material.
-pub fn factors(
-    scene: &Scene,
-    tau: &[f32],
-    settings: &FactorSettings,
-    watch: &dyn Watch,
-) -> FactorTable {
-    let tolerance = Tolerance {
-        relative: settings.tolerance,
-        absolute: ABSOLUTE * settings.tolerance,
-    };
+pub fn factors(scene: &Scene, tau: &[f32], settings: &FactorSettings, watch: &dyn Watch) -> FactorTable {
+    let tolerance = Tolerance { relative: settings.tolerance, absolute: ABSOLUTE * settings.tolerance };
     let n = scene.objects.len();
     let bodies = Bodies::new(scene, tau);
     watch.begin("form factors", (n * n) as u64);
@@ -140,12 +132,7 @@ pub fn factors(
         .map(|k| {
             let (share, how) = better(exact[k], sampled[k]);
             let (from, to) = (k / n, k % n);
-            Factor {
-                from,
-                to,
-                share,
-                how,
-            }
+            Factor { from, to, share, how }
         })
         .collect();
     summary(scene, &bodies, factors, &tolerance)
@@ -167,13 +154,7 @@ fn sample_rows(
     }
     let rays = Rays::new(scene);
     let rows = missing.chunks(n).filter(|row| row.contains(&true)).count();
-    let sampler = Sampler {
-        scene,
-        rays: &rays,
-        tau,
-        most: (RAYS.0 / rows as u32).min(RAYS.1),
-        seed: settings.seed,
-    };
+    let sampler = Sampler { scene, rays: &rays, tau, most: (RAYS.0 / rows as u32).min(RAYS.1), seed: settings.seed };
     watch.begin("rays", n as u64);
     for (i, (wanted, row)) in missing.chunks(n).zip(found.chunks_mut(n)).enumerate() {
         if wanted.contains(&true) {
@@ -200,12 +181,7 @@ fn better(exact: Option<(Estimate, Method)>, sampled: Option<Estimate>) -> (Esti
     }
 }
 
-fn summary(
-    scene: &Scene,
-    bodies: &Bodies,
-    factors: Vec<Factor>,
-    tolerance: &Tolerance,
-) -> FactorTable {
+fn summary(scene: &Scene, bodies: &Bodies, factors: Vec<Factor>, tolerance: &Tolerance) -> FactorTable {
     let n = scene.objects.len();
     let square = scene.frame.scale * scene.frame.scale;
     let row = |i: usize| {
@@ -213,11 +189,7 @@ fn summary(
         let value = own.iter().map(|f| f.share.value).sum();
         let squares: f64 = own.iter().map(|f| f.share.error.powi(2)).sum();
         let error = squares.sqrt();
-        Row {
-            name: scene.objects[i].clone(),
-            area: square * bodies.area(i),
-            sum: Estimate { value, error },
-        }
+        Row { name: scene.objects[i].clone(), area: square * bodies.area(i), sum: Estimate { value, error } }
     };
     let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
     let areas: Vec<f64> = (0..n).map(|i| bodies.area(i)).collect();
@@ -229,11 +201,7 @@ fn summary(
         let ((sent, e), (back, g)) = (exchange(i, j), exchange(j, i));
         let larger = sent.max(back);
         let over = if larger > 0.0 { 1.0 / larger } else { 0.0 };
-        Reciprocity {
-            pair: (i, j),
-            residual: over * (sent - back),
-            error: over * e.hypot(g),
-        }
+        Reciprocity { pair: (i, j), residual: over * (sent - back), error: over * e.hypot(g) }
     });
     let unmet = |f: &&Factor| f.share.error > tolerance.of(f.share.value);
     FactorTable {

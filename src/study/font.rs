@@ -31,9 +31,7 @@ impl Run {
     pub fn width(&self, em: f64) -> f64 {
         const MEASURED_AT: f64 = 1000.0;
         let box_size = font(MEASURED_AT * HEIGHT).box_size(&self.text);
-        box_size.map_or(0.0, |(wide, _)| {
-            f64::from(wide) * self.size * em / MEASURED_AT
-        })
+        box_size.map_or(0.0, |(wide, _)| f64::from(wide) * self.size * em / MEASURED_AT)
     }
 }
 
@@ -58,11 +56,7 @@ pub fn runs(line: &str) -> Vec<Run> {
         };
         match runs.last_mut() {
             Some(last) if last.size == size => last.text.push(shown),
-            _ => runs.push(Run {
-                text: shown.to_string(),
-                size,
-                rise,
-            }),
+            _ => runs.push(Run { text: shown.to_string(), size, rise }),
         }
     }
     runs
@@ -104,8 +98,7 @@ mod tests {
     fn every_sign_the_charts_use_is_in_the_font() {
         // The private use area holds no sign: this is the box drawn for a missing one.
         let missing = ink('\u{E123}');
-        for run in runs("AZaz09⁰¹²³⁴⁵⁶⁷⁸⁹⁻ⁿ×≥≤ρατλΣ·/(),–≈∞°√−")
-        {
+        for run in runs("AZaz09⁰¹²³⁴⁵⁶⁷⁸⁹⁻ⁿ×≥≤ρατλΣ·/(),–≈∞°√−") {
             for sign in run.text.chars() {
                 let drawn = ink(sign);
                 assert!(!drawn.is_empty() && drawn != missing, "{sign}");

@@ -44,20 +44,12 @@ pub(super) fn fields(p: &Prepared, [a, b, c]: [Vec<Rgb>; 3]) -> (Fields, Off) {
         x.iter().zip(y).map(|(x, y)| x.mix(u, y, v)).collect()
     };
     let mean = mix(&a, &b, 0.5, 0.5);
-    let light = if p.patches.are_divided() {
-        mean
-    } else {
-        mix(&mean, &onward, 1.0, 1.0)
-    };
+    let light = if p.patches.are_divided() { mean } else { mix(&mean, &onward, 1.0, 1.0) };
     let noisy = mix(&a, &b, 0.5, -0.5);
     let coarse = mix(&a, &c, 1.0, -1.0);
     let parts = [coarse.clone(), mix(&b, &held, 1.0, -1.0), noisy.clone()];
     let fields = Fields::linear(&[light, noisy, coarse]).led_by(1);
-    let off = Off {
-        parts,
-        detail,
-        noise,
-    };
+    let off = Off { parts, detail, noise };
     (fields, off)
 }
 
@@ -76,8 +68,5 @@ fn larger(p: &Prepared, neighbours: &Neighbours, values: &[Rgb]) -> Vec<Linear> 
         own[parent as usize] = *value;
     }
     let light = linear(&neighbours, &own);
-    parents
-        .iter()
-        .map(|&parent| light[parent as usize])
-        .collect()
+    parents.iter().map(|&parent| light[parent as usize]).collect()
 }

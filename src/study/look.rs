@@ -22,9 +22,7 @@ pub fn without_luminaires(p: &Prepared, emission: &[Light]) -> Vec<Rgb> {
 /// The invisible light that the picture of a solution reads: every term, luminaires' emission excepted.
 pub(super) fn reflected(p: &Prepared, terms: &[Vec<Light>]) -> Vec<Rgb> {
     let mut terms = terms.iter();
-    let mut field = terms
-        .next()
-        .map_or_else(Vec::new, |emission| without_luminaires(p, emission));
+    let mut field = terms.next().map_or_else(Vec::new, |emission| without_luminaires(p, emission));
     for term in terms {
         for (sum, l) in field.iter_mut().zip(term) {
             *sum += l.invisible;
@@ -40,11 +38,7 @@ pub(super) fn ambient(mode: &Assembled, solution: &Solution) -> Vec<Rgb> {
         let visible = solution.light[i].visible - k.emission()[i].visible;
         let rho = k.reflectance(i);
         let over = |c: usize| {
-            if rho[c] > 0.0 {
-                visible[c] / rho[c]
-            } else {
-                0.0
-            }
+            if rho[c] > 0.0 { visible[c] / rho[c] } else { 0.0 }
         };
         Rgb::new(over(0), over(1), over(2)) - k.received()[i]
     };

@@ -74,10 +74,7 @@ struct Pilot {
 impl Pilot {
     /// Terms of a series, E among them.
     fn terms(&self, kept: Kept) -> f64 {
-        let Settings {
-            tolerance,
-            max_terms,
-        } = Settings::default();
+        let Settings { tolerance, max_terms } = Settings::default();
         match kept {
             Kept::First(n) => n as f64 + 1.0,
             // Series that diverge are refused before the first term.
@@ -94,12 +91,7 @@ impl Pilot {
 ///
 /// # Errors
 /// [`Unfit`], with the number of patches that would.
-pub fn check_memory(
-    p: &Prepared,
-    modes: &[Transport],
-    sampling: &Sampling,
-    limit: f64,
-) -> Result<(), Unfit> {
+pub fn check_memory(p: &Prepared, modes: &[Transport], sampling: &Sampling, limit: f64) -> Result<(), Unfit> {
     if limit.is_infinite() {
         return Ok(());
     }
@@ -125,25 +117,15 @@ impl Estimate {
     fn check(&self, stored: Stored, limit: f64) -> Result<(), Unfit> {
         match self.bytes <= limit {
             true => Ok(()),
-            false => Err(Unfit {
-                patches: self.patches,
-                stored,
-                bytes: self.bytes,
-                limit,
-                fitting: self.fitting.max(1),
-            }),
+            false => {
+                Err(Unfit { patches: self.patches, stored, bytes: self.bytes, limit, fitting: self.fitting.max(1) })
+            }
         }
     }
 }
 
 /// Estimates what K of all `modes` takes when `casts` of it are held at once, and the patches that fit in `limit` bytes.
-pub fn estimate_memory(
-    p: &Prepared,
-    modes: &[Transport],
-    sampling: &Sampling,
-    casts: usize,
-    limit: f64,
-) -> Estimate {
+pub fn estimate_memory(p: &Prepared, modes: &[Transport], sampling: &Sampling, casts: usize, limit: f64) -> Estimate {
     let solutions = modes.len().min(casts.max(1));
     estimate(p, modes, sampling, (casts, solutions, Kept::Enough), limit)
 }
@@ -169,13 +151,7 @@ fn estimate(
         let shared = 8.0 * threads * v + 5.0 * p.luminaires.list.len() as f64;
         n * (own + shared) + 16.0 * f64::from(sampling.rays)
     };
-    Estimate {
-        patches: n,
-        entries,
-        variants,
-        bytes: needs(n as f64),
-        fitting: most_fitting(n, limit, needs),
-    }
+    Estimate { patches: n, entries, variants, bytes: needs(n as f64), fitting: most_fitting(n, limit, needs) }
 }
 
 /// The most patches up to n whose need is within the limit: it grows with them, so halving the interval finds the last.
@@ -193,9 +169,7 @@ pub(super) fn most_fitting(n: usize, limit: f64, needs: impl Fn(f64) -> f64) -> 
 
 /// The rows that a few tell the length of, spread over all n.
 pub(super) fn pilots(n: usize, sampling: &Sampling) -> Vec<usize> {
-    let count = (PILOT_RAYS / sampling.rays.max(1) as usize)
-        .clamp(4, PILOTS)
-        .min(n);
+    let count = (PILOT_RAYS / sampling.rays.max(1) as usize).clamp(4, PILOTS).min(n);
     (0..count).map(|k| (2 * k + 1) * n / (2 * count)).collect()
 }
 
@@ -216,11 +190,7 @@ fn pilot(p: &Prepared, modes: &[Transport], sampling: &Sampling) -> Pilot {
             }
             m.sends().contains(&true).then(|| {
                 passed.push(m.passed_on());
-                Variant {
-                    tau: transports.iter().map(|t| t.tau).collect(),
-                    rows,
-                    columns: vec![true; n],
-                }
+                Variant { tau: transports.iter().map(|t| t.tau).collect(), rows, columns: vec![true; n] }
             })
         })
         .collect();
@@ -276,12 +246,7 @@ fn control_group() -> f64 {
 }
 
 /// Cuts the patches anew, fewer, where K of so many `casts` held at once would not fit; whether it had to.
-pub(super) fn keep_within(
-    p: &mut Prepared,
-    mode: Transport,
-    sampling: &Sampling,
-    casts: usize,
-) -> bool {
+pub(super) fn keep_within(p: &mut Prepared, mode: Transport, sampling: &Sampling, casts: usize) -> bool {
     keep_terms_within(p, mode, sampling, (casts, Kept::Enough))
 }
 

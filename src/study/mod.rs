@@ -41,9 +41,7 @@ pub use bounces::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, te
 pub use canvas::Marker;
 pub use chart::{Axis, Chart, ChartError, Look, Series};
 pub use difference::{difference_scale, difference_tiles};
-pub use factors::{
-    Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors,
-};
+pub use factors::{Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors};
 pub use look::{picture, render, without_luminaires};
 pub use memory::{Estimate, check_memory, estimate_memory, usable_memory};
 pub use pipeline::{Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, prepare};

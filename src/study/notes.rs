@@ -23,12 +23,7 @@ pub type Area = [f64; 4];
 const BESIDE: f64 = 12.0;
 
 /// Places notes one after the other, clear of `lines` and inside `plot`. Each is a text and its point.
-pub fn place(
-    notes: &[(String, (f64, f64))],
-    lines: &[Vec<(f64, f64)>],
-    plot: Area,
-    em: f64,
-) -> Vec<Placed> {
+pub fn place(notes: &[(String, (f64, f64))], lines: &[Vec<(f64, f64)>], plot: Area, em: f64) -> Vec<Placed> {
     let mut taken: Vec<Area> = Vec::new();
     let mut placed = Vec::new();
     for (text, point) in notes {
@@ -107,37 +102,17 @@ mod tests {
     fn notes_keep_clear_of_lines_and_of_each_other() {
         let line = vec![(0.0, 100.0), (400.0, 100.0)];
         let note = ("ends here".to_owned(), (50.0, 100.0));
-        let placed = place(
-            &[note.clone(), note],
-            std::slice::from_ref(&line),
-            PLOT,
-            14.0,
-        );
-        let areas: Vec<Area> = placed
-            .iter()
-            .map(|p| {
-                area_at(
-                    (p.at.0, p.at.1 - 0.35 * 14.0),
-                    font::width(&p.text, 14.0),
-                    14.0,
-                )
-            })
-            .collect();
+        let placed = place(&[note.clone(), note], std::slice::from_ref(&line), PLOT, 14.0);
+        let areas: Vec<Area> =
+            placed.iter().map(|p| area_at((p.at.0, p.at.1 - 0.35 * 14.0), font::width(&p.text, 14.0), 14.0)).collect();
         assert!(areas.iter().all(|area| !crosses(&line, *area)));
         assert!(!overlap(areas[0], areas[1]));
-        assert!(
-            placed
-                .iter()
-                .all(|p| p.leader.is_some_and(|[from, _]| from == (50.0, 100.0)))
-        );
+        assert!(placed.iter().all(|p| p.leader.is_some_and(|[from, _]| from == (50.0, 100.0))));
     }
 
     #[test]
     fn free_notes_stand_beside_their_point_and_inside_the_plot() {
-        let notes = [
-            ("left".to_owned(), (10.0, 100.0)),
-            ("right".to_owned(), (395.0, 200.0)),
-        ];
+        let notes = [("left".to_owned(), (10.0, 100.0)), ("right".to_owned(), (395.0, 200.0))];
         let placed = place(&notes, &[], PLOT, 14.0);
         assert_eq!(placed[0].at.0, 22.0);
         assert_eq!(placed[0].leader, None);

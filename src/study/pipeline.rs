@@ -5,9 +5,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::form_factors::{
-    Closure, Luminaires, Sampling, Sight, Variant, cast_counts, closure, receive_emitted,
-};
+use crate::form_factors::{Closure, Luminaires, Sampling, Sight, Variant, cast_counts, closure, receive_emitted};
 use crate::light::{Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
 use crate::patches::{Patches, Surfaces, Zones};
@@ -28,11 +26,7 @@ pub struct Fineness {
 
 impl Default for Fineness {
     fn default() -> Self {
-        Fineness {
-            patches: 4000,
-            sampling: Sampling::default(),
-            solve: Settings::default(),
-        }
+        Fineness { patches: 4000, sampling: Sampling::default(), solve: Settings::default() }
     }
 }
 
@@ -173,16 +167,8 @@ impl Prepared {
 }
 
 /// Casts the rays for all `modes` at once and puts each one's K together; also tells how many rays were cast.
-pub fn assemble(
-    p: &Prepared,
-    modes: &[Transport],
-    sampling: &Sampling,
-    watch: &dyn Watch,
-) -> (Vec<Assembled>, u64) {
-    let sights: Vec<Arc<Sight>> = modes
-        .iter()
-        .map(|&m| sight(p, &p.scene.transports(m)))
-        .collect();
+pub fn assemble(p: &Prepared, modes: &[Transport], sampling: &Sampling, watch: &dyn Watch) -> (Vec<Assembled>, u64) {
+    let sights: Vec<Arc<Sight>> = modes.iter().map(|&m| sight(p, &p.scene.transports(m))).collect();
     assemble_seeing(p, modes, &sights, sampling, watch)
 }
 
@@ -195,18 +181,12 @@ pub(super) fn assemble_seeing(
     watch: &dyn Watch,
 ) -> (Vec<Assembled>, u64) {
     let transports: Vec<Vec<Transport>> = modes.iter().map(|&m| p.scene.transports(m)).collect();
-    let materials: Vec<PatchMaterials> = transports
-        .iter()
-        .map(|t| PatchMaterials::new(&p.scene, &p.patches, &p.luminaires, t))
-        .collect();
+    let materials: Vec<PatchMaterials> =
+        transports.iter().map(|t| PatchMaterials::new(&p.scene, &p.patches, &p.luminaires, t)).collect();
     let variants: Vec<Variant> = transports
         .iter()
         .zip(&materials)
-        .map(|(t, m)| Variant {
-            tau: t.iter().map(|t| t.tau).collect(),
-            rows: m.receives(),
-            columns: m.sends(),
-        })
+        .map(|(t, m)| Variant { tau: t.iter().map(|t| t.tau).collect(), rows: m.receives(), columns: m.sends() })
         .collect();
     watch.begin("form factors", p.patches.len() as u64);
     let tick = |done| watch.tick(done);
@@ -216,25 +196,14 @@ pub(super) fn assemble_seeing(
     let unit = p.scene.frame.scale * p.scene.frame.scale;
     let areas: Vec<f64> = p.patches.areas().iter().map(|a| a * unit).collect();
     let mut assembled = Vec::new();
-    for ((((f, m), t), &transport), sight) in factors
-        .into_iter()
-        .zip(materials)
-        .zip(transports)
-        .zip(modes)
-        .zip(sights)
+    for ((((f, m), t), &transport), sight) in factors.into_iter().zip(materials).zip(transports).zip(modes).zip(sights)
     {
         let sight = Arc::clone(sight);
         let (received, cast) = received(p, &sight, &m, sampling, watch);
         rays += cast;
         let closure = closure(&f, p.patches.areas());
         let operator = Operator::new(f, m, areas.clone(), received);
-        assembled.push(Assembled {
-            transport,
-            transports: t,
-            sight,
-            operator,
-            closure,
-        });
+        assembled.push(Assembled { transport, transports: t, sight, operator, closure });
     }
     (assembled, rays)
 }
@@ -256,12 +225,7 @@ fn received(
     watch: &dyn Watch,
 ) -> (Vec<Rgb>, u64) {
     watch.begin("light as emitted", p.patches.len() as u64);
-    receive_emitted(
-        (&p.rays, &p.patches),
-        &p.luminaires,
-        sight,
-        &materials.receives(),
-        sampling,
-        &|done| watch.tick(done),
-    )
+    receive_emitted((&p.rays, &p.patches), &p.luminaires, sight, &materials.receives(), sampling, &|done| {
+        watch.tick(done)
+    })
 }

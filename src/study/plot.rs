@@ -43,21 +43,10 @@ impl Frame {
     }
 
     /// The frame of a drawing of that size, with room for a legend and a caption.
-    pub(super) fn spanning(
-        size: (u32, u32),
-        caption_lines: usize,
-        (x, y): (Range, Range),
-    ) -> Frame {
+    pub(super) fn spanning(size: (u32, u32), caption_lines: usize, (x, y): (Range, Range)) -> Frame {
         let (width, height) = (f64::from(size.0), f64::from(size.1));
         let below = 62.0 + 1.4 * CAPTION_EM * caption_lines as f64;
-        Frame {
-            left: 84.0,
-            right: width - LEGEND_WIDTH - 24.0,
-            top: 52.0,
-            bottom: height - below - 14.0,
-            x,
-            y,
-        }
+        Frame { left: 84.0, right: width - LEGEND_WIDTH - 24.0, top: 52.0, bottom: height - below - 14.0, x, y }
     }
 
     fn across(&self, at: f64) -> f64 {
@@ -149,11 +138,7 @@ pub(super) fn draw_axes<B: DrawingBackend>(
     canvas.text(y_label, at, LABEL_EM, Align::Upwards, INK)
 }
 
-fn draw_series<B: DrawingBackend>(
-    series: &Series,
-    frame: &Frame,
-    canvas: &mut Canvas<B>,
-) -> Result<(), DrawError> {
+fn draw_series<B: DrawingBackend>(series: &Series, frame: &Frame, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
     // A point that cannot be shown interrupts the line.
     let places: Vec<_> = series.points.iter().map(|&p| frame.place(p)).collect();
     for piece in places.split(|place| place.is_none()) {
@@ -172,13 +157,8 @@ fn draw_series<B: DrawingBackend>(
 }
 
 /// Words beside the last point of each series that has some, and below the middle where it shows no point at all.
-fn draw_notes<B: DrawingBackend>(
-    chart: &Chart,
-    frame: &Frame,
-    canvas: &mut Canvas<B>,
-) -> Result<(), DrawError> {
-    let places =
-        |s: &Series| -> Vec<_> { s.points.iter().filter_map(|&p| frame.place(p)).collect() };
+fn draw_notes<B: DrawingBackend>(chart: &Chart, frame: &Frame, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
+    let places = |s: &Series| -> Vec<_> { s.points.iter().filter_map(|&p| frame.place(p)).collect() };
     let lines: Vec<_> = chart.series.iter().map(places).collect();
     let nowhere = (frame.left, frame.up(0.25));
     let mut notes = Vec::new();
@@ -198,11 +178,7 @@ fn draw_notes<B: DrawingBackend>(
     Ok(())
 }
 
-fn draw_legend<B: DrawingBackend>(
-    chart: &Chart,
-    frame: &Frame,
-    canvas: &mut Canvas<B>,
-) -> Result<(), DrawError> {
+fn draw_legend<B: DrawingBackend>(chart: &Chart, frame: &Frame, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
     let left = frame.right + 24.0;
     let mut y = frame.top + 10.0;
     for series in &chart.series {

@@ -42,12 +42,7 @@ impl Sizes {
     pub fn new(p: &Prepared) -> Sizes {
         let largest = p.patches.size();
         let zones = Zones::of(&p.surfaces, largest);
-        Sizes {
-            sizes: vec![largest; zones.len()],
-            densities: vec![1.0; zones.len()],
-            zones,
-            largest,
-        }
+        Sizes { sizes: vec![largest; zones.len()], densities: vec![1.0; zones.len()], zones, largest }
     }
 
     /// Number of zones.
@@ -57,13 +52,7 @@ impl Sizes {
 
     /// Chooses sizes for a squared error of `wanted` times what the patches of `p` have, with at most so many patches;
     /// `shares` tells each patch's share, None where nothing is known of it. Returns by how much each zone's patches become more.
-    pub fn refine(
-        &mut self,
-        p: &Prepared,
-        shares: &[Option<f64>],
-        wanted: f64,
-        most: usize,
-    ) -> Vec<f64> {
+    pub fn refine(&mut self, p: &Prepared, shares: &[Option<f64>], wanted: f64, most: usize) -> Vec<f64> {
         let of_patches = self.zones.of_patches(&p.patches);
         let zones = of_zones(self.zones.len(), &of_patches, shares);
         let goal = wanted * zones.iter().map(|z| z.share).sum::<f64>();
@@ -232,11 +221,7 @@ mod tests {
 
     #[test]
     fn rays_go_where_noise_comes_from_and_are_never_fewer() {
-        let row = |worth: f64, share: f64| Row {
-            worth,
-            share,
-            density: 1.0,
-        };
+        let row = |worth: f64, share: f64| Row { worth, share, density: 1.0 };
         let rows = [row(10.0, 100.0), row(1.0, 1.0), row(0.1, 0.01)];
         let left = |level: f64| rows.iter().map(|r| r.left(level)).sum::<f64>();
         let level = least(|level| left(level) <= 20.0);

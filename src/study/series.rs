@@ -122,12 +122,7 @@ struct Round {
 }
 
 /// The first bounces with their powers to a tolerance; the patches of `p` are cut anew as it needs.
-pub fn explore_within(
-    p: &mut Prepared,
-    transport: Transport,
-    wanted: &WantedTerms,
-    watch: &dyn Watch,
-) -> BounceSeries {
+pub fn explore_within(p: &mut Prepared, transport: Transport, wanted: &WantedTerms, watch: &dyn Watch) -> BounceSeries {
     let clock = Instant::now();
     let fineness = (0.01 / wanted.tolerance).clamp(0.1, 10.0);
     let begin = (FIRST.0 * fineness, ((FIRST.1 * fineness) as u32).max(16));
@@ -135,10 +130,7 @@ pub fn explore_within(
     let mut earlier: Option<Round> = None;
     for round in 1.. {
         p.recut(effort.0);
-        let sampling = Sampling {
-            rays: effort.1,
-            ..Sampling::default()
-        };
+        let sampling = Sampling { rays: effort.1, ..Sampling::default() };
         let kept = Kept::First(wanted.count);
         let most = keep_terms_within(p, transport, &sampling, (2, kept));
         let mut series = cast(p, transport, wanted, effort.1, watch);
@@ -174,13 +166,7 @@ pub fn explore_within(
 
 impl BounceSeries {
     /// Takes the round before into the errors, and tells what the next one needs of this.
-    fn round(
-        &mut self,
-        patches: usize,
-        earlier: Option<&Round>,
-        wanted: &WantedTerms,
-        clock: &Instant,
-    ) -> Round {
+    fn round(&mut self, patches: usize, earlier: Option<&Round>, wanted: &WantedTerms, clock: &Instant) -> Round {
         if let Some(old) = earlier {
             self.compare(old, (patches as f64 / old.patches as f64).sqrt());
         }
@@ -226,10 +212,7 @@ impl BounceSeries {
     fn missed(&self, tolerance: f64) -> (f64, f64) {
         let worst = |part: fn(&TermError) -> f64| self.errors.iter().map(part).fold(0.0, f64::max);
         let share = 0.7 * tolerance;
-        (
-            worst(|e| e.form_factors) / share,
-            worst(|e| e.patches) / share,
-        )
+        (worst(|e| e.form_factors) / share, worst(|e| e.patches) / share)
     }
 }
 
@@ -251,20 +234,11 @@ fn hand_on(errors: &mut [TermError], powers: &[f64]) {
 }
 
 /// One set of patches: the series of every cast, and of the larger patches under the first.
-fn cast(
-    p: &Prepared,
-    transport: Transport,
-    wanted: &WantedTerms,
-    rays: u32,
-    watch: &dyn Watch,
-) -> BounceSeries {
+fn cast(p: &Prepared, transport: Transport, wanted: &WantedTerms, rays: u32, watch: &dyn Watch) -> BounceSeries {
     let sights = [sight(p, &p.scene.transports(transport))];
     let one = |cast: u32| {
-        let sampling = Sampling {
-            rays,
-            seed: wanted.seed.wrapping_add(cast.wrapping_mul(0x9e37_79b9)),
-            ..Sampling::default()
-        };
+        let sampling =
+            Sampling { rays, seed: wanted.seed.wrapping_add(cast.wrapping_mul(0x9e37_79b9)), ..Sampling::default() };
         let (mut modes, _) = assemble_seeing(p, &[transport], &sights, &sampling, watch);
         let mode = modes.remove(0);
         let solution = explore(&mode.operator, wanted.count);
@@ -308,11 +282,7 @@ fn errors(casts: &[Vec<f64>], coarse: &[f64]) -> Vec<TermError> {
         let spread: f64 = casts.iter().map(|c| (c[n] - mean).powi(2)).sum();
         let form_factors = (spread / (count - 1.0)).sqrt() / own;
         let patches = (own - coarse[n]).abs() / own;
-        TermError {
-            form_factors,
-            patches,
-            total: form_factors.hypot(patches),
-        }
+        TermError { form_factors, patches, total: form_factors.hypot(patches) }
     };
     let mut errors: Vec<TermError> = (0..terms).map(one).collect();
     hand_on(&mut errors, &casts[0]);

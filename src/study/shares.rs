@@ -36,17 +36,13 @@ pub(super) fn shares(p: &Prepared, s: &Solved, wanted: &Wanted) -> Shares {
     };
     let k = &s.mode.operator;
     let onward = importance(k, size.adjoint);
-    let share = |(i, alone): (usize, bool)| {
-        (!alone).then(|| size.shares[i] + f64::from(onward[i].dot(s.off.detail[i])))
-    };
+    let share =
+        |(i, alone): (usize, bool)| (!alone).then(|| size.shares[i] + f64::from(onward[i].dot(s.off.detail[i])));
     let alone = p.patches.each_alone().into_iter().enumerate();
     let onward = importance(k, noise.adjoint.clone());
     let rows = own(s);
     let row = |i: usize| f64::from((noise.adjoint[i] + onward[i]).dot(rows[i]));
-    Shares {
-        size: alone.map(share).collect(),
-        noise: (0..p.patches.len()).map(row).collect(),
-    }
+    Shares { size: alone.map(share).collect(), noise: (0..p.patches.len()).map(row).collect() }
 }
 
 /// `(I - K)` of the noise: what each row adds.
@@ -54,6 +50,5 @@ fn own(s: &Solved) -> Vec<Rgb> {
     let noise: Vec<Light> = s.off.noise.iter().copied().map(Light::unseen).collect();
     let passed = s.mode.operator.apply(&noise);
     let each = s.off.noise.iter().zip(&passed);
-    each.map(|(noise, passed)| *noise - passed.invisible)
-        .collect()
+    each.map(|(noise, passed)| *noise - passed.invisible).collect()
 }

@@ -103,10 +103,7 @@ impl Sheet<'_> {
     }
 
     fn layout(&self) -> Result<Layout, DrawError> {
-        let sizes = self
-            .tiles
-            .iter()
-            .filter_map(|t| t.picture.map(Picture::size));
+        let sizes = self.tiles.iter().filter_map(|t| t.picture.map(Picture::size));
         let larger = |a: (usize, usize), b: (usize, usize)| (a.0.max(b.0), a.1.max(b.1));
         let tile = sizes.reduce(larger).unwrap_or((256, 256));
         let em = (0.05 * tile.0 as f64).clamp(13.0, 34.0);
@@ -147,11 +144,7 @@ impl Sheet<'_> {
             return absent(tile, layout, page, (left, top));
         };
         let stops = self.exposure.stops + tile.gain.log2();
-        page.paste(
-            &Bitmap::from_picture(picture, Exposure { stops }),
-            left,
-            top,
-        );
+        page.paste(&Bitmap::from_picture(picture, Exposure { stops }), left, top);
         let note = text_block(&tile.note, layout.cell, 0.85 * layout.em, FAINT_INK, PAPER)?;
         page.paste(&note, left, top + picture.height);
         Ok(())
@@ -159,12 +152,7 @@ impl Sheet<'_> {
 }
 
 /// The grey box of a missing picture, its note in the middle and cut off at its edges.
-fn absent(
-    tile: &Tile,
-    layout: &Layout,
-    page: &mut Bitmap,
-    (left, top): (usize, usize),
-) -> Result<(), DrawError> {
+fn absent(tile: &Tile, layout: &Layout, page: &mut Bitmap, (left, top): (usize, usize)) -> Result<(), DrawError> {
     let (width, height) = layout.tile;
     let mut area = Bitmap::filled(width, height, ABSENT);
     let em = (width as f64 / 9.0).clamp(9.0, layout.em);
@@ -181,13 +169,7 @@ fn line_height(em: f64) -> usize {
 }
 
 /// Wrapped text on a ground of its own, as high as its lines; nothing for no text.
-fn text_block(
-    text: &str,
-    width: usize,
-    em: f64,
-    ink: RGBColor,
-    paper: [u8; 3],
-) -> Result<Bitmap, DrawError> {
+fn text_block(text: &str, width: usize, em: f64, ink: RGBColor, paper: [u8; 3]) -> Result<Bitmap, DrawError> {
     let mut block = Bitmap::filled(width, 0, paper);
     for line in font::wrap(text, em, width as f64) {
         let height = line_height(em);
@@ -209,12 +191,7 @@ mod tests {
     use crate::light::Rgb;
 
     fn tile<'a>(picture: Option<&'a Picture>, title: &str, note: &str, gain: f32) -> Tile<'a> {
-        Tile {
-            picture,
-            title: title.into(),
-            note: note.into(),
-            gain,
-        }
+        Tile { picture, title: title.into(), note: note.into(), gain }
     }
 
     fn count(page: &Bitmap, colour: [u8; 3]) -> usize {
@@ -236,9 +213,7 @@ mod tests {
             exposure: Exposure { stops: 0.5 },
         };
         let page = sheet.bitmap().unwrap();
-        let codes = Bitmap::from_picture(&plain, sheet.exposure)
-            .get(0, 0)
-            .unwrap();
+        let codes = Bitmap::from_picture(&plain, sheet.exposure).get(0, 0).unwrap();
         assert_eq!(count(&page, codes), 2 * 100 * 80);
         // The grey box is as large as a picture and has some of its pixels under the note.
         let grey = count(&page, ABSENT);
@@ -248,12 +223,7 @@ mod tests {
 
     #[test]
     fn odd_sheets_do_not_fail() {
-        let mut sheet = Sheet {
-            heading: String::new(),
-            tiles: Vec::new(),
-            columns: 0,
-            exposure: Exposure::default(),
-        };
+        let mut sheet = Sheet { heading: String::new(), tiles: Vec::new(), columns: 0, exposure: Exposure::default() };
         assert!(sheet.bitmap().is_ok());
         sheet.tiles.push(tile(None, "", "", 1.0));
         let page = sheet.bitmap().unwrap();

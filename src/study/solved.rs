@@ -54,24 +54,15 @@ pub(super) fn solve(
 ) -> Result<Solved, Diverges> {
     let clock = Instant::now();
     let sights = [sight(p, &p.scene.transports(transport))];
-    let [first, second] =
-        [0, 1].map(|half| cast_half(p, transport, &sights, rays, wanted.seed, half, watch));
+    let [first, second] = [0, 1].map(|half| cast_half(p, transport, &sights, rays, wanted.seed, half, watch));
     spent.rays += first.1 + second.1;
     spent.seconds.form_factors += clock.elapsed().as_secs_f64();
     let clock = Instant::now();
-    let settings = Settings {
-        tolerance: TRUNCATION * wanted.tolerance,
-        ..Settings::default()
-    };
+    let settings = Settings { tolerance: TRUNCATION * wanted.tolerance, ..Settings::default() };
     let solution = neumann(&first.0.operator, &settings)?;
     let other = neumann(&second.0.operator, &settings)?;
     let operator = &first.0.operator;
-    let coarse = coarse_terms(
-        operator,
-        &p.patches.weights(),
-        p.patches.parents(),
-        solution.terms.len() - 1,
-    );
+    let coarse = coarse_terms(operator, &p.patches.weights(), p.patches.parents(), solution.terms.len() - 1);
     let levels = [&solution.terms, &other.terms, &coarse].map(|terms| reflected(p, terms));
     let (fields, off) = fields(p, levels);
     let truncation = solution.rest() / solution.reflected.max(f64::MIN_POSITIVE);
@@ -87,10 +78,7 @@ pub(super) fn solve(
         mode: first.0,
         solution,
         fields,
-        error: ErrorParts {
-            truncation,
-            ..ErrorParts::default()
-        },
+        error: ErrorParts { truncation, ..ErrorParts::default() },
         off,
         reading: Reading::PLAIN,
     })
@@ -126,17 +114,11 @@ fn is_dark(p: &Prepared, transport: Transport) -> bool {
     let transports = p.scene.transports(transport);
     let materials = p.scene.materials.iter().zip(&transports);
     let mut all = materials.zip(&p.luminaires.carries);
-    all.all(|((material, t), carried)| {
-        (t.alpha == 0.0 || material.rho == Rgb::ZERO) && (*carried || !material.emits())
-    })
+    all.all(|((material, t), carried)| (t.alpha == 0.0 || material.rho == Rgb::ZERO) && (*carried || !material.emits()))
 }
 
 pub(super) fn half(rays: u32, seed: u32, half: u32) -> Sampling {
-    Sampling {
-        rays: (rays / 2).max(1),
-        seed: seed.wrapping_add(half.wrapping_mul(0x9e37_79b9)),
-        ..Sampling::default()
-    }
+    Sampling { rays: (rays / 2).max(1), seed: seed.wrapping_add(half.wrapping_mul(0x9e37_79b9)), ..Sampling::default() }
 }
 
 impl Solved {
@@ -159,21 +141,10 @@ impl Solved {
     }
 
     /// A small picture, enough to tell the errors of the fields.
-    pub fn rough(
-        &self,
-        p: &Prepared,
-        wanted: &Wanted,
-        spent: &mut Spent,
-        watch: &dyn Watch,
-    ) -> Gathered {
+    pub fn rough(&self, p: &Prepared, wanted: &Wanted, spent: &mut Spent, watch: &dyn Watch) -> Gathered {
         let clock = Instant::now();
         let size = rough(wanted.size);
-        let sampling = GatherSampling {
-            camera: 2,
-            luminaire: 1,
-            hemisphere: 16,
-            seed: wanted.seed,
-        };
+        let sampling = GatherSampling { camera: 2, luminaire: 1, hemisphere: 16, seed: wanted.seed };
         // Differences between fields are those of patch light itself, however the picture reads it.
         let fields = self.fields.clone().not_read_nearer(Vec::new());
         let gathered = self.gather(p, &fields, size, &sampling, watch);
@@ -185,11 +156,7 @@ impl Solved {
     /// Takes the errors of F and of patch size from a picture.
     pub fn set_errors(&mut self, gathered: &Gathered) {
         let share = |rms: f64| {
-            if gathered.error.signal > 0.0 {
-                rms / gathered.error.signal
-            } else {
-                0.0
-            }
+            if gathered.error.signal > 0.0 { rms / gathered.error.signal } else { 0.0 }
         };
         if let [noise, coarse] = gathered.riders[..] {
             self.error.form_factors = share(noise);
@@ -243,11 +210,7 @@ mod tests {
     fn solved(scene: &str, patches: usize) -> (Prepared, Solved) {
         let scene = Scene::open(scene, LoadOptions::default()).expect("a scene");
         let p = prepare(scene, patches);
-        let wanted = Wanted {
-            tolerance: 0.01,
-            size: (8, 8),
-            seed: 0,
-        };
+        let wanted = Wanted { tolerance: 0.01, size: (8, 8), seed: 0 };
         let transport = Mode::Global.transport();
         let mut spent = Spent::default();
         let found = solve(&p, transport, 1024, &wanted, &mut spent, &Silent);
@@ -256,12 +219,7 @@ mod tests {
 
     /// Mean of the picture of light on patches, seen along the same rays whatever the patches.
     fn seen(p: &Prepared, s: &Solved, fields: &Fields) -> f32 {
-        let sampling = GatherSampling {
-            camera: 2,
-            luminaire: 1,
-            hemisphere: 32,
-            seed: 3,
-        };
+        let sampling = GatherSampling { camera: 2, luminaire: 1, hemisphere: 32, seed: 3 };
         let picture = s.gather(p, fields, (24, 24), &sampling, &Silent);
         let pixels = picture.indirect[0].pixels.iter();
         pixels.map(|p| p.element_sum()).sum()
@@ -273,17 +231,11 @@ mod tests {
             let (q, fine) = solved(scene, 6000);
             let exact = seen(&q, &fine, &fine.fields);
             let (p, coarse) = solved(scene, 400);
-            let plain = linear(
-                &p.patches.neighbours(),
-                &reflected(&p, &coarse.solution.terms),
-            );
+            let plain = linear(&p.patches.neighbours(), &reflected(&p, &coarse.solution.terms));
             let before = seen(&p, &coarse, &Fields::linear(&[plain])) / exact - 1.0;
             let after = seen(&p, &coarse, &coarse.fields) / exact - 1.0;
             // Errors of order p leave |2 - 2^p| of themselves: nothing for p = 1, all but a sixth for 1.5.
-            assert!(
-                after.abs() < 0.83 * before.abs(),
-                "{scene}: {before} {after}"
-            );
+            assert!(after.abs() < 0.83 * before.abs(), "{scene}: {before} {after}");
         }
     }
 }

@@ -10,10 +10,7 @@ use crate::image::Bitmap;
 /// A backend refused to draw.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 #[error("the chart cannot be drawn: {reason}")]
-#[diagnostic(
-    code(halflight::chart),
-    help("a drawing has 1 to 65,536 pixels a side and at most 16 million in all")
-)]
+#[diagnostic(code(halflight::chart), help("a drawing has 1 to 65,536 pixels a side and at most 16 million in all"))]
 pub struct DrawError {
     /// What the backend said.
     pub reason: String,
@@ -22,9 +19,7 @@ pub struct DrawError {
 impl DrawError {
     /// The error that a backend's error becomes; the backends' own types differ.
     pub fn new(error: impl std::fmt::Display) -> Self {
-        DrawError {
-            reason: error.to_string(),
-        }
+        DrawError { reason: error.to_string() }
     }
 }
 

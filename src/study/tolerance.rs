@@ -76,19 +76,9 @@ pub fn render_within(
     let error = GATHER * left.max(0.25 * wanted.tolerance.powi(2)).sqrt();
     let seed = wanted.seed;
     let deadline = p.deadline;
-    let within = Gathering::Within {
-        error,
-        seed,
-        deadline,
-    };
+    let within = Gathering::Within { error, seed, deadline };
     // The rough picture has told the errors of the fields.
-    let gathered = solved.gather(
-        p,
-        &solved.fields.led().read_by(solved.reading),
-        wanted.size,
-        within,
-        watch,
-    );
+    let gathered = solved.gather(p, &solved.fields.led().read_by(solved.reading), wanted.size, within, watch);
     spent.seconds.gather += clock.elapsed().as_secs_f64();
     spent.seconds.patches += p.seconds;
     let lit = p.scene.materials.iter().any(Material::emits);
@@ -186,16 +176,9 @@ fn refine(
 
 /// The patches and rays a patch of the next round, up to `most`, from how far noise and the error of patch size exceed
 /// their shares.
-pub(super) fn finer(
-    (patches, rays): (usize, u32),
-    (noise, coarse): (f64, f64),
-    most: (usize, u32),
-) -> (usize, u32) {
+pub(super) fn finer((patches, rays): (usize, u32), (noise, coarse): (f64, f64), most: (usize, u32)) -> (usize, u32) {
     // The error of patch size falls about as their number; noise with all rays, as the root at least.
     let more = (1.1 * coarse).clamp(1.0, 4.0);
     let denser = (1.2 * noise * noise / more).clamp(1.0, 16.0);
-    (
-        ((patches as f64 * more) as usize).min(most.0),
-        ((f64::from(rays) * denser) as u32).min(most.1),
-    )
+    (((patches as f64 * more) as usize).min(most.0), ((f64::from(rays) * denser) as u32).min(most.1))
 }

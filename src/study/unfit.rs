@@ -72,13 +72,7 @@ pub fn check_pictures(size: (usize, usize), each: f64, limit: f64) -> Result<(),
     let bytes = size.0 as f64 * size.1 as f64 * each;
     match bytes <= limit {
         true => Ok(()),
-        false => Err(PictureUnfit {
-            size,
-            each,
-            bytes,
-            limit,
-            fitting: (limit / each) as u64,
-        }),
+        false => Err(PictureUnfit { size, each, bytes, limit, fitting: (limit / each) as u64 }),
     }
 }
 
@@ -124,14 +118,13 @@ impl Unfit {
     fn remedy(&self) -> String {
         // A count asked for is met within about a third.
         let fewer = (self.fitting * 2 / 3).max(1);
-        let asked =
-            format!("pass --patches {fewer} (a count asked for is met within about a third)");
+        let asked = format!("pass --patches {fewer} (a count asked for is met within about a third)");
         let more = "--memory GIB if there is more memory than it seems";
         match self.stored {
             Stored::Rows(_) => format!("{asked}, fewer --rays, one --mode at a time, or {more}"),
-            Stored::Verdicts(_) => format!(
-                "pass a --time below 2, whose verdicts rest on a quarter of the patches, or {more}"
-            ),
+            Stored::Verdicts(_) => {
+                format!("pass a --time below 2, whose verdicts rest on a quarter of the patches, or {more}")
+            }
             Stored::Ladders(_) => {
                 format!("pass one --mode at a time, a scene of fewer faces, or {more}")
             }

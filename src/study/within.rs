@@ -24,12 +24,7 @@ pub struct ErrorParts {
 impl ErrorParts {
     /// Sets the total.
     pub(super) fn sum(mut self) -> ErrorParts {
-        let parts = [
-            self.form_factors,
-            self.patches,
-            self.truncation,
-            self.gather,
-        ];
+        let parts = [self.form_factors, self.patches, self.truncation, self.gather];
         self.total = parts.iter().map(|p| p * p).sum::<f64>().sqrt();
         self
     }

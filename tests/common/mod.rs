@@ -21,18 +21,12 @@ impl Watch for Silent {
 
 /// A built-in scene.
 pub fn builtin(name: &str) -> Scene {
-    Scene::builtin(name, LoadOptions::default())
-        .expect("a built-in name")
-        .expect("a correct scene")
+    Scene::builtin(name, LoadOptions::default()).expect("a built-in name").expect("a correct scene")
 }
 
 /// So many hemisphere rays under a seed, all else as by default.
 pub fn sampling(rays: u32, seed: u32) -> Sampling {
-    Sampling {
-        rays,
-        seed,
-        ..Sampling::default()
-    }
+    Sampling { rays, seed, ..Sampling::default() }
 }
 
 /// K of one choice of (alpha, tau).
@@ -48,11 +42,7 @@ pub fn transport(alpha: f32, tau: f32) -> Transport {
 /// All of F for one tau.
 pub fn all_of_f(p: &Prepared, tau: f32, sampling: &Sampling) -> FormFactors {
     let n = p.patches.len();
-    let variant = Variant {
-        tau: vec![tau; p.scene.materials.len()],
-        rows: vec![true; n],
-        columns: vec![true; n],
-    };
+    let variant = Variant { tau: vec![tau; p.scene.materials.len()], rows: vec![true; n], columns: vec![true; n] };
     let path = (&p.rays, &p.patches);
     let (mut found, _) = cast(&p.scene, path, &[variant], sampling, &|_| ());
     found.remove(0)
@@ -94,14 +84,7 @@ impl Mesh {
     }
 
     /// Adds a box.
-    pub fn cuboid(
-        &mut self,
-        center: DVec3,
-        half: DVec3,
-        turn: DQuat,
-        facing: Facing,
-        material: u32,
-    ) {
+    pub fn cuboid(&mut self, center: DVec3, half: DVec3, turn: DQuat, facing: Facing, material: u32) {
         for axis in 0..3 {
             for side in [-1.0, 1.0] {
                 let corner = |(i, j): (f64, f64)| {
@@ -141,11 +124,7 @@ fn icosphere(levels: usize) -> Vec<[DVec3; 3]> {
     let g = 0.5 * (1.0 + 5f64.sqrt());
     let mut vertices: Vec<DVec3> = Vec::new();
     for (a, b) in [(-1.0, -g), (-1.0, g), (1.0, -g), (1.0, g)] {
-        vertices.extend([
-            DVec3::new(0.0, a, b),
-            DVec3::new(a, b, 0.0),
-            DVec3::new(b, 0.0, a),
-        ]);
+        vertices.extend([DVec3::new(0.0, a, b), DVec3::new(a, b, 0.0), DVec3::new(b, 0.0, a)]);
     }
     let near = |p: DVec3, q: DVec3| (p - q).length_squared() < 4.1;
     let mut faces = Vec::new();

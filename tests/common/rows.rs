@@ -28,10 +28,7 @@ pub fn by_rows(scene: &Scene, (from, to): (u32, u32), rays: u32) -> (f64, f64) {
     };
     let (mean, error) = mean_and_error(&(0..8).map(one).collect::<Vec<f64>>());
     // Where no ray differs the spread says nothing: then one ray in all of them.
-    (
-        mean,
-        error.max(1.0 / (8.0 * f64::from(rays) * PATCHES as f64)),
-    )
+    (mean, error.max(1.0 / (8.0 * f64::from(rays) * PATCHES as f64)))
 }
 
 /// Polygons as the objects of an OBJ, named 1, 2, ...

@@ -18,10 +18,7 @@ const SHARE: usize = 64;
 const BASE: usize = 256 << 10;
 
 fn toml(text: &str) -> Result<Scene, SceneError> {
-    let (obj, mtl) = (
-        "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n",
-        "newmtl a\n",
-    );
+    let (obj, mtl) = ("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n", "newmtl a\n");
     Scene::from_toml_text("s", text, obj, mtl, LoadOptions::default())
 }
 
@@ -36,31 +33,14 @@ fn a_face_of_a_million_corners_is_refused() {
     let mut text = TRIANGLE.to_owned() + "f";
     text.push_str(&" 1 2 3".repeat(333_334));
     let error = obj(&text).unwrap_err();
-    assert!(
-        matches!(
-            error,
-            SceneError::TooManyCorners {
-                found: 1_000_002,
-                ..
-            }
-        ),
-        "{error}"
-    );
+    assert!(matches!(error, SceneError::TooManyCorners { found: 1_000_002, .. }), "{error}");
 }
 
 #[test]
 fn indices_beyond_all_vertices_reserve_nothing() {
-    for index in [
-        "4294967296",
-        "9223372036854775807",
-        "-9223372036854775808",
-        "-4",
-    ] {
+    for index in ["4294967296", "9223372036854775807", "-9223372036854775808", "-4"] {
         let error = obj(&format!("{TRIANGLE}f 1 2 {index}\n")).unwrap_err();
-        assert!(
-            matches!(error, SceneError::IndexOutOfRange { .. }),
-            "{error}"
-        );
+        assert!(matches!(error, SceneError::IndexOutOfRange { .. }), "{error}");
     }
 }
 
@@ -68,15 +48,9 @@ fn indices_beyond_all_vertices_reserve_nothing() {
 fn deep_tables_are_refused_before_the_stack_ends() {
     for (open, close) in [("[", "]"), ("{a=", "}")] {
         let text = format!("obj = {}1{}\n", open.repeat(200_000), close.repeat(200_000));
-        assert!(matches!(
-            toml(&text).unwrap_err(),
-            SceneError::SceneFile { .. }
-        ));
+        assert!(matches!(toml(&text).unwrap_err(), SceneError::SceneFile { .. }));
         let text = format!("obj = {}", open.repeat(200_000));
-        assert!(matches!(
-            toml(&text).unwrap_err(),
-            SceneError::SceneFile { .. }
-        ));
+        assert!(matches!(toml(&text).unwrap_err(), SceneError::SceneFile { .. }));
     }
     let deep = format!("obj = \"s.obj\"\n[{}a]\n", "a.".repeat(100_000));
     assert!(toml(&deep).is_err());
@@ -94,10 +68,7 @@ fn long_texts_take_time_and_memory_in_proportion() {
     uses += &names(&|i| format!("o {i}\nusemtl m{i}\nf 1 2 3\n"));
     let changes = names(&|i| format!("[materials.m{i}]\nalpha = 1\n"));
     let texts: [(&str, String); 6] = [
-        (
-            "one long line",
-            "v 0 0 0 ".to_owned() + &"1 ".repeat(n * 10),
-        ),
+        ("one long line", "v 0 0 0 ".to_owned() + &"1 ".repeat(n * 10)),
         ("a long chain of continuations", "v 0 0 \\\n".repeat(n)),
         ("a long word", format!("v 0 0 {}", "1".repeat(n * 10))),
         ("vertices", "v 0 0 0\n".repeat(n * 10) + "f 1 2 3\n"),
@@ -113,19 +84,11 @@ fn long_texts_take_time_and_memory_in_proportion() {
     assert!(check(Scene::from_obj_text("s", &uses, &materials)));
     let options = LoadOptions::default();
     let file = format!("obj = \"s.obj\"\n{changes}");
-    assert!(check(Scene::from_toml_text(
-        "s", &file, &uses, &materials, options
-    )));
-    check(toml(&format!(
-        "obj = \"s.obj\"\nx = \"{}\"\n",
-        "\\u0041".repeat(n)
-    )));
+    assert!(check(Scene::from_toml_text("s", &file, &uses, &materials, options)));
+    check(toml(&format!("obj = \"s.obj\"\nx = \"{}\"\n", "\\u0041".repeat(n))));
     check(toml(&format!("obj = [{}]\n", "1,".repeat(n * 10))));
     longest = longest.max(uses.len() + materials.len() + changes.len());
     if let Some(peak) = peak() {
-        assert!(
-            peak << 10 < SHARE * longest + (BASE << 10),
-            "{peak} KiB for {longest} bytes"
-        );
+        assert!(peak << 10 < SHARE * longest + (BASE << 10), "{peak} KiB for {longest} bytes");
     }
 }

@@ -53,9 +53,7 @@ fn check_scene(scene: &Scene) {
     }
     let camera = &scene.camera;
     assert!(camera.position.is_finite());
-    assert!(
-        (camera.forward.length() - 1.0).abs() < 1e-4 && (camera.up.length() - 1.0).abs() < 1e-4
-    );
+    assert!((camera.forward.length() - 1.0).abs() < 1e-4 && (camera.up.length() - 1.0).abs() < 1e-4);
     assert!(camera.vertical_fov > 0.0 && camera.vertical_fov < 180.0);
     assert!(scene.frame.scale > 0.0 && scene.frame.center.is_finite());
 }
@@ -108,10 +106,7 @@ fn setting(name: &str, default: u64) -> u64 {
 #[test]
 #[ignore = "minutes of work; a sample of it runs above"]
 fn millions_of_texts() {
-    let (count, seed) = (
-        setting("HALFLIGHT_INPUTS", 1_000_000),
-        setting("HALFLIGHT_SEED", 0),
-    );
+    let (count, seed) = (setting("HALFLIGHT_INPUTS", 1_000_000), setting("HALFLIGHT_SEED", 0));
     let start = Instant::now();
     let one = |i: u64| {
         let own = (i + seed).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -124,10 +119,7 @@ fn millions_of_texts() {
         let slow = if a.0 > b.0 { a } else { b };
         (slow.0, slow.1, a.2 + b.2)
     };
-    let (slowest, which, read) = (0..count)
-        .into_par_iter()
-        .map(one)
-        .reduce(|| (0.0, 0, 0), worse);
+    let (slowest, which, read) = (0..count).into_par_iter().map(one).reduce(|| (0.0, 0, 0), worse);
     println!(
         "{count} inputs in {:.0} s, {read} of them scenes; the slowest took {slowest:.4} s (seed {which}); peak memory {} KiB",
         start.elapsed().as_secs_f64(),

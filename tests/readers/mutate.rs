@@ -146,10 +146,7 @@ fn change_line(text: &str, random: &mut Random) -> String {
 
 /// Puts an exponent behind a digit.
 fn scale_number(text: &str, random: &mut Random) -> String {
-    let digits: Vec<usize> = text
-        .match_indices(|c: char| c.is_ascii_digit())
-        .map(|d| d.0 + 1)
-        .collect();
+    let digits: Vec<usize> = text.match_indices(|c: char| c.is_ascii_digit()).map(|d| d.0 + 1).collect();
     match digits.is_empty() {
         true => text.to_owned(),
         false => {

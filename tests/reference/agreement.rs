@@ -15,10 +15,7 @@ fn assert_same(a: &Mean, b: &Mean, what: &str) {
     for c in 0..3 {
         let error = a.error[c].hypot(b.error[c]);
         let apart = (a.value[c] - b.value[c]).abs();
-        assert!(
-            apart <= 4.0 * error + 1e-6 * a.value[c],
-            "{what}, channel {c}: {a:?} {b:?}"
-        );
+        assert!(apart <= 4.0 * error + 1e-6 * a.value[c], "{what}, channel {c}: {a:?} {b:?}");
     }
 }
 
@@ -28,20 +25,11 @@ fn without_interreflection_the_series_ends_exactly() {
     let rays = Rays::new(&scene);
     for mode in [Mode::OneBounce, Mode::Local] {
         for next_event in BOTH {
-            let tracer = traced(
-                &scene,
-                &rays,
-                mode.transport(),
-                (16, 32),
-                &settings(next_event),
-            );
+            let tracer = traced(&scene, &rays, mode.transport(), (16, 32), &settings(next_event));
             assert!(tracer.mean().value[0] > 0.0);
             for n in 2..=KEPT {
                 let bounce = tracer.bounce(n).unwrap();
-                assert!(
-                    bounce.pixels.iter().all(|&p| p == Rgb::ZERO),
-                    "{mode} n = {n}"
-                );
+                assert!(bounce.pixels.iter().all(|&p| p == Rgb::ZERO), "{mode} n = {n}");
             }
             assert_eq!(tracer.counts().cut, 0);
         }
@@ -58,9 +46,7 @@ fn hybrid_box() -> Scene {
         ..Material::new("board", Rgb::splat(0.4), Rgb::new(1.0, 2.0, 3.0))
     };
     let corners = [(-0.4, 0.2), (0.1, 0.2), (0.1, 0.6), (-0.4, 0.6)];
-    scene
-        .vertices
-        .extend(corners.map(|(x, z)| Vec3::new(x, 0.3 + 0.2 * x, z)));
+    scene.vertices.extend(corners.map(|(x, z)| Vec3::new(x, 0.3 + 0.2 * x, z)));
     for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
         scene.faces.push(Face {
             vertices: [first + a, first + b, first + c],
@@ -81,10 +67,7 @@ fn hybrid_box() -> Scene {
 
 #[test]
 fn with_and_without_next_event_estimation_every_bounce_agrees() {
-    let half = Transport {
-        alpha: 0.5,
-        tau: 0.5,
-    };
+    let half = Transport { alpha: 0.5, tau: 0.5 };
     let cases = [
         (load("cornell-box"), Mode::Global.transport()),
         (load("cornell-box"), Mode::Shadowless.transport()),
@@ -94,17 +77,10 @@ fn with_and_without_next_event_estimation_every_bounce_agrees() {
     ];
     for (scene, transport) in cases {
         let rays = Rays::new(&scene);
-        let [on, off] =
-            [(NextEvent::On, 256), (NextEvent::Off, 1024)].map(|(next_event, samples)| {
-                let tracer = traced(
-                    &scene,
-                    &rays,
-                    transport,
-                    (24, samples),
-                    &settings(next_event),
-                );
-                (tracer.mean(), tracer.means())
-            });
+        let [on, off] = [(NextEvent::On, 256), (NextEvent::Off, 1024)].map(|(next_event, samples)| {
+            let tracer = traced(&scene, &rays, transport, (24, samples), &settings(next_event));
+            (tracer.mean(), tracer.means())
+        });
         assert_same(&on.0, &off.0, &transport.label());
         for (n, (a, b)) in on.1.iter().zip(&off.1).enumerate() {
             assert_same(a, b, &format!("{} n = {n}", transport.label()));
@@ -120,10 +96,7 @@ fn standard_errors_are_the_spread_over_seeds() {
     for (next_event, samples) in [(NextEvent::On, 32), (NextEvent::Off, 256)] {
         let runs: Vec<(Picture, Picture)> = (0..24)
             .map(|seed| {
-                let settings = TraceSettings {
-                    seed,
-                    ..settings(next_event)
-                };
+                let settings = TraceSettings { seed, ..settings(next_event) };
                 let mode = Mode::Global.transport();
                 let mut tracer = traced(&scene, &rays, mode, (16, samples / 2), &settings);
                 tracer.pass(samples / 2);
@@ -136,9 +109,7 @@ fn standard_errors_are_the_spread_over_seeds() {
             let values = || runs.iter().map(|(p, _)| p.pixels[i].as_dvec3());
             let mean = values().sum::<DVec3>() / count;
             spread += values().map(|v| (v - mean).length_squared()).sum::<f64>() / (count - 1.0);
-            let errors = runs
-                .iter()
-                .map(|(_, se)| se.pixels[i].as_dvec3().length_squared());
+            let errors = runs.iter().map(|(_, se)| se.pixels[i].as_dvec3().length_squared());
             reported += errors.sum::<f64>() / count;
         }
         let ratio = (spread / reported).sqrt();
@@ -151,25 +122,11 @@ fn the_number_of_threads_changes_no_bit() {
     let scene = hybrid_box();
     let rays = Rays::new(&scene);
     let pictures = [1, 2].map(|threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut tracer = traced(
-                &scene,
-                &rays,
-                Mode::Global.transport(),
-                (16, 8),
-                &settings(NextEvent::On),
-            );
+            let mut tracer = traced(&scene, &rays, Mode::Global.transport(), (16, 8), &settings(NextEvent::On));
             tracer.pass(8);
-            (
-                tracer.picture(),
-                tracer.standard_error(),
-                tracer.bounce(3),
-                tracer.counts(),
-            )
+            (tracer.picture(), tracer.standard_error(), tracer.bounce(3), tracer.counts())
         })
     });
     assert_eq!(pictures[0], pictures[1]);
@@ -178,20 +135,11 @@ fn the_number_of_threads_changes_no_bit() {
 
 /// Sum over the mask over its size; the standard error where `picture` holds standard errors.
 fn masked(picture: &Picture, mask: &Picture, squared: bool) -> DVec3 {
-    let counted: Vec<DVec3> = (0..mask.pixels.len())
-        .filter(|&i| mask.pixels[i].x >= 0.5)
-        .map(|i| picture.pixels[i].as_dvec3())
-        .collect();
+    let counted: Vec<DVec3> =
+        (0..mask.pixels.len()).filter(|&i| mask.pixels[i].x >= 0.5).map(|i| picture.pixels[i].as_dvec3()).collect();
     let n = counted.len() as f64;
     match squared {
-        true => {
-            counted
-                .iter()
-                .map(|se| se * se)
-                .sum::<DVec3>()
-                .map(f64::sqrt)
-                / n
-        }
+        true => counted.iter().map(|se| se * se).sum::<DVec3>().map(f64::sqrt) / n,
         false => counted.iter().sum::<DVec3>() / n,
     }
 }
@@ -203,13 +151,7 @@ fn the_cornell_box_is_that_of_another_program() {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");
     let read = |name: &str| read_picture(data.join(format!("{name}.exr"))).unwrap();
     let mask = read("mask");
-    let tracer = traced(
-        &scene,
-        &rays,
-        Mode::Global.transport(),
-        (64, 256),
-        &settings(NextEvent::On),
-    );
+    let tracer = traced(&scene, &rays, Mode::Global.transport(), (64, 256), &settings(NextEvent::On));
     let own = |n: usize| (tracer.bounce(n).unwrap(), tracer.bounce_error(n).unwrap());
     let total = (tracer.picture(), tracer.standard_error().unwrap());
     let bounces = (1..=4).map(|n| (format!("bounce{n}"), own(n)));
@@ -219,11 +161,7 @@ fn the_cornell_box_is_that_of_another_program() {
         let reference = masked(&read(&format!("{name}_se")), &mask, true);
         for c in 0..3 {
             let error = noise[c].hypot(reference[c]);
-            assert!(
-                apart[c].abs() < 4.0 * error,
-                "{name} {c}: {} {error}",
-                apart[c]
-            );
+            assert!(apart[c].abs() < 4.0 * error, "{name} {c}: {} {error}", apart[c]);
         }
     }
 }

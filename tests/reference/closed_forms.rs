@@ -31,11 +31,7 @@ fn assert_furnace(scene: &Scene, transport: Transport, rho: f64, emission: f64) 
         let what = format!("{} {next_event:?}", scene.name);
         assert_mean(&tracer.mean(), emission / (1.0 - rho), &what);
         for (n, mean) in tracer.means().iter().take(KEPT).enumerate() {
-            assert_mean(
-                mean,
-                emission * rho.powi(n as i32),
-                &format!("{what} n = {n}"),
-            );
+            assert_mean(mean, emission * rho.powi(n as i32), &format!("{what} n = {n}"));
         }
     }
 }
@@ -66,10 +62,7 @@ fn two_patches(q: f64, t: Transport, rho: f64, emission: [f64; 2]) -> Vec<[f64; 
     let mut invisible = emission;
     let mut orders = vec![emission];
     for _ in 0..200 {
-        let visible = [
-            rho * invisible[1],
-            rho * (q * invisible[0] + through * invisible[1]),
-        ];
+        let visible = [rho * invisible[1], rho * (q * invisible[0] + through * invisible[1])];
         orders.push(visible);
         invisible = visible.map(|l| alpha * l);
     }
@@ -81,10 +74,7 @@ fn light_passes_through_concentric_spheres() {
     let emission = [1.0, 0.25];
     let (mut scene, q) = concentric_spheres(0.5, 0.75, emission);
     let rays = Rays::new(&scene);
-    let transport = Transport {
-        alpha: 0.5,
-        tau: 0.5,
-    };
+    let transport = Transport { alpha: 0.5, tau: 0.5 };
     let expected = two_patches(q, transport, 0.75, emission);
     for (patch, target) in [(0, DVec3::ZERO), (1, DVec3::Z)] {
         let eye = DVec3::new(0.0, 0.0, 0.8);
@@ -163,10 +153,7 @@ fn local_mode_is_lamberts_polygon() {
         let expected = exact.iter().sum::<f64>() / count;
         for c in 0..3 {
             let apart = mean.value[c] - expected * f64::from(rho[c]);
-            assert!(
-                apart.abs() < 4.0 * mean.error[c],
-                "{next_event:?} {c}: {apart} {mean:?}"
-            );
+            assert!(apart.abs() < 4.0 * mean.error[c], "{next_event:?} {c}: {apart} {mean:?}");
         }
         // Pixel by pixel: the mean of z² is 1 with variance 2/N.
         let (picture, error) = (tracer.picture(), tracer.standard_error().unwrap());
@@ -175,10 +162,7 @@ fn local_mode_is_lamberts_polygon() {
             (apart / f64::from(error.pixels[i].x)).powi(2)
         });
         let z2 = z2.sum::<f64>() / count;
-        assert!(
-            (z2 - 1.0).abs() < 4.0 * (2.0 / count).sqrt(),
-            "{next_event:?}: {z2}"
-        );
+        assert!((z2 - 1.0).abs() < 4.0 * (2.0 / count).sqrt(), "{next_event:?}: {z2}");
     }
 }
 
@@ -190,10 +174,7 @@ fn cut_series_are_the_sum_up_to_the_cut() {
     let emission = f64::from(scene.materials[0].emission.x);
     let rays = Rays::new(&scene);
     for next_event in BOTH {
-        let settings = TraceSettings {
-            max_bounces: 12,
-            ..settings(next_event)
-        };
+        let settings = TraceSettings { max_bounces: 12, ..settings(next_event) };
         let tracer = traced(&scene, &rays, Mode::Global.transport(), (8, 64), &settings);
         assert_mean(&tracer.mean(), 13.0 * emission, "total");
         assert_mean(&tracer.means()[KEPT], 4.0 * emission, "orders 9 to 12");
@@ -206,16 +187,7 @@ fn cut_series_are_the_sum_up_to_the_cut() {
 fn light_that_overflows_is_an_error() {
     let (scene, _) = concentric_spheres(0.5, 1.0, [1.0, 1.0]);
     let rays = Rays::new(&scene);
-    let settings = TraceSettings {
-        max_bounces: 1000,
-        ..TraceSettings::default()
-    };
-    let tracer = traced(
-        &scene,
-        &rays,
-        Mode::Shadowless.transport(),
-        (4, 4),
-        &settings,
-    );
+    let settings = TraceSettings { max_bounces: 1000, ..TraceSettings::default() };
+    let tracer = traced(&scene, &rays, Mode::Shadowless.transport(), (4, 4), &settings);
     assert!(tracer.check().is_err());
 }

@@ -15,16 +15,11 @@ use halflight::scene::{LoadOptions, Scene};
 const BOTH: [NextEvent; 2] = [NextEvent::On, NextEvent::Off];
 
 fn load(name: &str) -> Scene {
-    Scene::builtin(name, LoadOptions::default())
-        .expect("a built-in name")
-        .expect("a correct scene")
+    Scene::builtin(name, LoadOptions::default()).expect("a built-in name").expect("a correct scene")
 }
 
 fn settings(next_event: NextEvent) -> TraceSettings {
-    TraceSettings {
-        next_event,
-        ..TraceSettings::default()
-    }
+    TraceSettings { next_event, ..TraceSettings::default() }
 }
 
 fn traced<'a>(

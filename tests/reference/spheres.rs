@@ -17,29 +17,18 @@ pub fn concentric_spheres(inner: f64, rho: f32, emission: [f64; 2]) -> (Scene, f
     add_sphere(&mut vertices, &mut faces, 1.0, 1);
     let area = |material: u32| -> f64 {
         let own = faces.iter().filter(|(_, m)| *m == material);
-        let corners =
-            own.map(|(f, _): &(Vec<u32>, u32)| [0, 1, 2].map(|i| vertices[f[i] as usize]));
-        corners
-            .map(|[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a).length())
-            .sum()
+        let corners = own.map(|(f, _): &(Vec<u32>, u32)| [0, 1, 2].map(|i| vertices[f[i] as usize]));
+        corners.map(|[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a).length()).sum()
     };
     let q = area(0) / area(1);
     let material = |name: &str, e: f64| Material::new(name, Rgb::splat(rho), Rgb::splat(e as f32));
-    let materials = vec![
-        material("inner", emission[0]),
-        material("outer", emission[1]),
-    ];
+    let materials = vec![material("inner", emission[0]), material("outer", emission[1])];
     let scene = Scene::from_faces("spheres", &vertices, &faces, materials).unwrap();
     (scene, q)
 }
 
 /// Material 0 faces out, material 1 in.
-fn add_sphere(
-    vertices: &mut Vec<DVec3>,
-    faces: &mut Vec<(Vec<u32>, u32)>,
-    radius: f64,
-    material: u32,
-) {
+fn add_sphere(vertices: &mut Vec<DVec3>, faces: &mut Vec<(Vec<u32>, u32)>, radius: f64, material: u32) {
     for octant in 0..8 {
         let sign = |bit: u32| if octant & bit == 0 { 1.0 } else { -1.0 };
         let signs = DVec3::new(sign(1), sign(2), sign(4));
@@ -50,11 +39,7 @@ fn add_sphere(
                 let p = DVec3::new(f64::from(i), f64::from(j), f64::from(CUTS - i - j));
                 radius * (signs * p).normalize()
             }));
-            let order = if outward == (material == 0) {
-                [0, 1, 2]
-            } else {
-                [0, 2, 1]
-            };
+            let order = if outward == (material == 0) { [0, 1, 2] } else { [0, 2, 1] };
             faces.push((order.map(|k| first + k).to_vec(), material));
         };
         for i in 0..CUTS {

@@ -14,15 +14,9 @@ pub const SMALL: &str = "--size 48x48 --patches 300 --rays 64 --samples 16";
 
 /// A square of one emitting material, its front towards -z, and a camera that looks at it from +z.
 pub const SHEET: [(&str, &str); 3] = [
-    (
-        "sheet.obj",
-        "mtllib sheet.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl glow\nf 4 3 2 1\n",
-    ),
+    ("sheet.obj", "mtllib sheet.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl glow\nf 4 3 2 1\n"),
     ("sheet.mtl", "newmtl glow\nKd .5 .5 .5\nKe 1 1 1\n"),
-    (
-        "sheet.toml",
-        "obj = \"sheet.obj\"\n[camera]\nposition = [0.5, 0.5, 2]\ntarget = [0.5, 0.5, 0]\nup = [0, 1, 0]\n",
-    ),
+    ("sheet.toml", "obj = \"sheet.obj\"\n[camera]\nposition = [0.5, 0.5, 2]\ntarget = [0.5, 0.5, 0]\nup = [0, 1, 0]\n"),
 ];
 
 /// What a run left behind, its files apart.
@@ -49,11 +43,7 @@ pub fn halflight(place: &TempDir, arguments: &str) -> Ran {
         .output()
         .unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
-    Ran {
-        code: output.status.code(),
-        out: text(output.stdout),
-        err: text(output.stderr),
-    }
+    Ran { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
 }
 
 /// Runs the program, which must succeed.

@@ -18,8 +18,7 @@ use crate::image::{make_directory, write_whole};
 use crate::light::Transport;
 use crate::scene::Scene;
 use crate::study::tradeoff::{
-    Brought, Ladder, Plan, Tradeoff, TradeoffError, Truth, asked_chart, csv, error_chart,
-    seconds_bars, trade_off,
+    Brought, Ladder, Plan, Tradeoff, TradeoffError, Truth, asked_chart, csv, error_chart, seconds_bars, trade_off,
 };
 use crate::study::{Prepared, Stored, Unfit};
 
@@ -125,10 +124,8 @@ fn one_mode(
         ladders: own.ladders.clone(),
         memory: prepared.memory,
     };
-    let brought = own.reference.as_ref().map(|picture| Brought {
-        picture: picture.clone(),
-        error: own.reference_error.clone(),
-    });
+    let brought =
+        own.reference.as_ref().map(|picture| Brought { picture: picture.clone(), error: own.reference_error.clone() });
     let found = trade_off(scene, &plan, brought.as_ref(), console)?;
     check_variance(console, scene, &prepared.rays, transport, common.seed);
     tell(console, scene, transport, &found);
@@ -185,12 +182,7 @@ fn described(truth: &Truth) -> String {
 }
 
 /// Writes charts and numbers.
-fn write(
-    common: &Common,
-    scene: &Scene,
-    plan: &Plan,
-    t: &Tradeoff,
-) -> Result<Vec<PathBuf>, CliError> {
+fn write(common: &Common, scene: &Scene, plan: &Plan, t: &Tradeoff) -> Result<Vec<PathBuf>, CliError> {
     let label = plan.transport.label();
     let stem = format!("{}-chart-{}", scene.name, label.replace(' ', "-"));
     let place = |suffix: &str| common.out.join(format!("{stem}{suffix}"));
@@ -204,11 +196,7 @@ fn write(
     );
     let mut files = Vec::new();
     for extension in ["svg", "png"] {
-        let chart = error_chart(
-            format!("Error against time: {subject}"),
-            settings.clone(),
-            t,
-        );
+        let chart = error_chart(format!("Error against time: {subject}"), settings.clone(), t);
         let path = place(&format!(".{extension}"));
         chart.write(&path)?;
         files.push(path);

@@ -17,8 +17,7 @@ use crate::light::Transport;
 use crate::scene::{LoadOptions, Scene};
 use crate::solve::Settings;
 use crate::study::frontier::{
-    Formal, Run, Scaling, at, check_dense, formal, runs, scaling, series_chart, shooting_chart,
-    spread_chart,
+    Formal, Run, Scaling, at, check_dense, formal, runs, scaling, series_chart, shooting_chart, spread_chart,
 };
 use crate::study::map::{Survey, check_crossings};
 use crate::study::{Chart, Prepared, Silent, assemble, prepare};
@@ -89,22 +88,9 @@ pub fn run(own: &Frontier, common: &Common) -> Result<(), CliError> {
     }
     let study = Study::new(own, common, scene, &console)?;
     console.say(study.heading());
-    let alphas: Vec<_> = SHARES
-        .iter()
-        .map(|s| (*s, s * study.alpha_c))
-        .filter(|(_, alpha)| *alpha <= 1.0)
-        .collect();
-    let settings = Settings {
-        max_terms: MAX_TERMS,
-        ..Settings::default()
-    };
-    let found = runs(
-        &study.scene,
-        own.patches as usize,
-        (study.tau, &alphas),
-        &study.sampling,
-        &settings,
-    );
+    let alphas: Vec<_> = SHARES.iter().map(|s| (*s, s * study.alpha_c)).filter(|(_, alpha)| *alpha <= 1.0).collect();
+    let settings = Settings { max_terms: MAX_TERMS, ..Settings::default() };
+    let found = runs(&study.scene, own.patches as usize, (study.tau, &alphas), &study.sampling, &settings);
     console.say(table(&found));
     let beyond = (own.formal.then(|| study.formal()).flatten()).inspect(|(alpha, f)| {
         console.say(format!(
@@ -115,11 +101,7 @@ pub fn run(own: &Frontier, common: &Common) -> Result<(), CliError> {
             f.light.len()
         ));
     });
-    let traced = if own.trace {
-        study.trace(&console)
-    } else {
-        Vec::new()
-    };
+    let traced = if own.trace { study.trace(&console) } else { Vec::new() };
     let files = study.write(common, &found, beyond.as_ref(), &traced)?;
     for file in &files {
         console.say(file.display().to_string());
@@ -128,17 +110,8 @@ pub fn run(own: &Frontier, common: &Common) -> Result<(), CliError> {
 }
 
 impl<'a> Study<'a> {
-    fn new(
-        own: &'a Frontier,
-        common: &Common,
-        scene: Scene,
-        console: &Console,
-    ) -> Result<Self, CliError> {
-        let sampling = Sampling {
-            rays: own.rays,
-            seed: common.seed,
-            ..Sampling::default()
-        };
+    fn new(own: &'a Frontier, common: &Common, scene: Scene, console: &Console) -> Result<Self, CliError> {
+        let sampling = Sampling { rays: own.rays, seed: common.seed, ..Sampling::default() };
         let prepared = prepare(scene.clone(), own.patches as usize);
         let limit = own.limit.bytes();
         check_crossings(&prepared, &sampling, 1, limit)?;
@@ -234,22 +207,12 @@ impl<'a> Study<'a> {
             }
             Ok(())
         };
-        let series = series_chart(
-            title("The series near its frontier"),
-            caption.clone(),
-            found,
-        );
+        let series = series_chart(title("The series near its frontier"), caption.clone(), found);
         draw("series", series)?;
         let shooting = title("Progressive shooting near the frontier");
         draw("shooting", shooting_chart(shooting, caption.clone(), found))?;
         if !traced.is_empty() {
-            let line = |t: &Traced| {
-                (
-                    format!("alpha {:.3}", t.alpha),
-                    t.exponent,
-                    t.found.spreads.clone(),
-                )
-            };
+            let line = |t: &Traced| (format!("alpha {:.3}", t.alpha), t.exponent, t.found.spreads.clone());
             let lines: Vec<_> = traced.iter().map(line).collect();
             let title = title("The path tracer's error");
             draw("spread", spread_chart(title, caption, &lines))?;

@@ -147,11 +147,8 @@ fn run_report(run: &Run) -> RunReport {
 
 fn spread_report(traced: &Traced) -> SpreadReport {
     let (slope, error) = traced.found.slope;
-    let points = traced.found.spreads.iter().map(|s| SpreadPoint {
-        paths: s.paths,
-        spread: s.spread,
-        reported: s.reported,
-    });
+    let points =
+        traced.found.spreads.iter().map(|s| SpreadPoint { paths: s.paths, spread: s.spread, reported: s.reported });
     SpreadReport {
         alpha: traced.alpha,
         predicted_exponent: -traced.exponent,

@@ -94,18 +94,12 @@ mod tests {
     #[test]
     fn hulls_apart_are_told_from_hulls_that_meet() {
         let p = DVec3::new;
-        let cube: Vec<DVec3> = (0..8)
-            .map(|k| p(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)))
-            .collect();
+        let cube: Vec<DVec3> = (0..8).map(|k| p(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2))).collect();
         let triangle = |s: DVec3| [s, s + p(0.3, 0.1, 0.0), s + p(0.1, 0.4, 0.2)];
         assert!(!separated(&cube, &triangle(p(0.4, 0.4, 0.4)), 1e-12));
         assert!(!separated(&cube, &triangle(p(-0.1, 0.4, 0.9)), 1e-12));
         // Beyond a corner, where no box or face separates.
-        assert!(separated(
-            &cube,
-            &[p(1.6, 0.6, 0.5), p(0.6, 1.6, 0.5), p(1.2, 1.2, 2.0)],
-            1e-12
-        ));
+        assert!(separated(&cube, &[p(1.6, 0.6, 0.5), p(0.6, 1.6, 0.5), p(1.2, 1.2, 2.0)], 1e-12));
         assert!(separated(&cube, &triangle(p(1.01, 0.2, 0.2)), 1e-12));
     }
 }

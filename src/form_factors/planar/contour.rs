@@ -37,12 +37,8 @@ const KRONROD: [f64; 8] = [
     0.209_482_141_084_727_82,
 ];
 /// Gauss's weights at the nodes 1, 3, 5, 7.
-const GAUSS: [f64; 4] = [
-    0.129_484_966_168_869_7,
-    0.279_705_391_489_276_64,
-    0.381_830_050_505_118_9,
-    0.417_959_183_673_469_4,
-];
+const GAUSS: [f64; 4] =
+    [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_9, 0.417_959_183_673_469_4];
 /// Nodes and weights of Gauss's rule of 8 points, for edges seen from afar.
 const EIGHT: [(f64, f64); 4] = [
     (0.183_434_642_495_649_8, 0.362_683_783_378_362),
@@ -64,13 +60,8 @@ pub(super) type Edge = [DVec3; 2];
 pub(super) fn exchange(first: &[Edge], second: &[Edge]) -> Estimate {
     // A constant factor of r drops out around a contour; one near the mean keeps the terms small.
     let scale = 1.0 / typical_distance(first, second);
-    let pairs = first
-        .iter()
-        .flat_map(|a| second.iter().map(move |b| Pair::new(a, b, scale)));
-    let cells: Vec<Cell<Part>> = pairs
-        .flatten()
-        .map(|pair| measure(pair, 0.0, 1.0))
-        .collect();
+    let pairs = first.iter().flat_map(|a| second.iter().map(move |b| Pair::new(a, b, scale)));
+    let cells: Vec<Cell<Part>> = pairs.flatten().map(|pair| measure(pair, 0.0, 1.0)).collect();
     let size: f64 = cells.iter().map(|c| c.place.size()).sum();
     let floor = 16.0 * f64::EPSILON * size;
     let most = cells.len() + MOST;
@@ -90,9 +81,7 @@ pub(super) fn exchange(first: &[Edge], second: &[Edge]) -> Estimate {
 fn typical_distance(first: &[Edge], second: &[Edge]) -> f64 {
     let bounds = |edges: &[Edge]| {
         let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        edges
-            .iter()
-            .fold(start, |(low, high), e| (low.min(e[0]), high.max(e[0])))
+        edges.iter().fold(start, |(low, high), e| (low.min(e[0]), high.max(e[0])))
     };
     let ((a, b), (c, d)) = (bounds(first), bounds(second));
     let apart = 0.5 * (a + b - c - d).length();
@@ -196,10 +185,7 @@ fn measure(pair: Pair, from: f64, to: f64) -> Cell<Part> {
     let factor = pair.cosine * half;
     Cell {
         place: Part { pair, from, to },
-        integral: Estimate {
-            value: factor * fine,
-            error: (factor * (fine - coarse)).abs(),
-        },
+        integral: Estimate { value: factor * fine, error: (factor * (fine - coarse)).abs() },
     }
 }
 
@@ -222,8 +208,7 @@ mod tests {
             let exact = 2.0 / f64::from(power + 1);
             let rule = |weights: &[f64], step: usize| -> f64 {
                 let nodes = NODES.iter().skip(step - 1).step_by(step);
-                let both =
-                    |(x, w): (&f64, &f64)| w * x.powi(power) * if *x > 0.0 { 2.0 } else { 1.0 };
+                let both = |(x, w): (&f64, &f64)| w * x.powi(power) * if *x > 0.0 { 2.0 } else { 1.0 };
                 nodes.zip(weights).map(both).sum()
             };
             assert!((rule(&KRONROD, 1) - exact).abs() < 1e-15, "{power}");
@@ -236,17 +221,12 @@ mod tests {
     #[test]
     fn squares_face_to_face() {
         // Howell's catalogue, C-11.
-        for (gap, exact) in [
-            (1.0, 0.199_824_895_698_387_4),
-            (0.1, 0.826_994_522_397_256_6),
-            (1e-6, 0.999_998_000_010_029_5),
-        ] {
+        for (gap, exact) in
+            [(1.0, 0.199_824_895_698_387_4), (0.1, 0.826_994_522_397_256_6), (1e-6, 0.999_998_000_010_029_5)]
+        {
             let found = exchange(&square(0.0, true), &square(gap, false));
             let apart = (found.value - exact).abs();
-            assert!(
-                apart <= 4.0 * found.error && apart < 1e-9,
-                "{gap}: {found:?}"
-            );
+            assert!(apart <= 4.0 * found.error && apart < 1e-9, "{gap}: {found:?}");
         }
     }
 }

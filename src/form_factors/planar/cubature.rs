@@ -48,24 +48,11 @@ pub(super) fn exchange(links: &[Link], goal: impl Fn(f64) -> f64, most: usize) -
     use rayon::prelude::*;
     let start = |(k, link): (usize, &Link)| -> Vec<Cell<Part>> {
         let parts = parts(link, most / (4 * links.len())).into_iter();
-        parts
-            .map(|t| {
-                first(
-                    links,
-                    Part {
-                        corners: t,
-                        link: k as u32,
-                    },
-                )
-            })
-            .collect()
+        parts.map(|t| first(links, Part { corners: t, link: k as u32 })).collect()
     };
     let cells: Vec<Vec<Cell<Part>>> = links.par_iter().enumerate().map(start).collect();
     let sum = refine(cells.concat(), goal, most, |cell| halves(links, cell));
-    Estimate {
-        value: sum.value.max(0.0),
-        error: sum.error + 64.0 * f64::EPSILON * sum.value,
-    }
+    Estimate { value: sum.value.max(0.0), error: sum.error + 64.0 * f64::EPSILON * sum.value }
 }
 
 /// The triangles a sender starts with, not many more than `most`.
@@ -75,12 +62,7 @@ fn parts(link: &Link, most: usize) -> Vec<[DVec3; 3]> {
         let mut heights = o.polygon.iter().map(|&p| sender.plane.height(p));
         heights.any(|h| h <= 0.0)
     };
-    let cuts: Vec<_> = link
-        .occluders
-        .iter()
-        .filter(touching)
-        .take(MOST_CUTS)
-        .collect();
+    let cuts: Vec<_> = link.occluders.iter().filter(touching).take(MOST_CUTS).collect();
     for occluder in cuts {
         if sender.tiles.len() < most {
             sender.cut_along(&occluder.plane);
@@ -106,10 +88,7 @@ fn parts(link: &Link, most: usize) -> Vec<[DVec3; 3]> {
 /// must not fall between the nodes.
 fn approach(parts: &mut Vec<[DVec3; 3]>, outline: &[DVec3], most: usize) {
     let middle = outline.iter().sum::<DVec3>() / outline.len() as f64;
-    let radius = outline
-        .iter()
-        .map(|p| p.distance(middle))
-        .fold(0.0, f64::max);
+    let radius = outline.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
     let mut next = 0;
     while next < parts.len() && parts.len() < most {
         let t = parts[next];
@@ -132,20 +111,14 @@ fn distance(polygon: &[DVec3], p: DVec3) -> f64 {
         let share = (p - a).dot(along) / along.length_squared();
         p.distance(a + share.clamp(0.0, 1.0) * along)
     };
-    (0..polygon.len())
-        .map(from_edge)
-        .fold(f64::INFINITY, f64::min)
+    (0..polygon.len()).map(from_edge).fold(f64::INFINITY, f64::min)
 }
 
 /// The first corner of the longest edge, and its length.
 fn longest(t: &[DVec3; 3]) -> (usize, f64) {
     let length = |k: usize| t[k].distance(t[(k + 1) % 3]);
     let longer = |best: (usize, f64), k| {
-        if length(k) > best.1 {
-            (k, length(k))
-        } else {
-            best
-        }
+        if length(k) > best.1 { (k, length(k)) } else { best }
     };
     (1..3).fold((0, length(0)), longer)
 }
@@ -167,28 +140,16 @@ fn first(links: &[Link], part: Part) -> Cell<Part> {
         true => value.max(1e-3 * possible),
         false => value,
     };
-    Cell {
-        place: part,
-        integral: Estimate { value, error },
-    }
+    Cell { place: part, integral: Estimate { value, error } }
 }
 
 fn halves(links: &[Link], cell: &Cell<Part>) -> [Cell<Part>; 2] {
-    let places = bisect(&cell.place.corners).map(|corners| Part {
-        corners,
-        ..cell.place
-    });
+    let places = bisect(&cell.place.corners).map(|corners| Part { corners, ..cell.place });
     let values = places.map(|p| radon(links, &p));
     let apart = (values[0] + values[1] - cell.integral.value).abs();
     let open = links[cell.place.link as usize].occluders.is_empty();
     let error = 0.5 * apart.max(TRUST[usize::from(open)] * cell.integral.error);
-    let half = |k: usize| Cell {
-        place: places[k],
-        integral: Estimate {
-            value: values[k],
-            error,
-        },
-    };
+    let half = |k: usize| Cell { place: places[k], integral: Estimate { value: values[k], error } };
     [half(0), half(1)]
 }
 
@@ -202,11 +163,7 @@ fn radon(links: &[Link], part: &Part) -> f64 {
     for sign in [-1.0, 1.0] {
         let (u, w) = ((6.0 + sign * root) / 21.0, (155.0 + sign * root) / 1200.0);
         let v = 1.0 - 2.0 * u;
-        for node in [
-            u * a + u * b + v * c,
-            u * a + v * b + u * c,
-            v * a + u * b + u * c,
-        ] {
+        for node in [u * a + u * b + v * c, u * a + v * b + u * c, v * a + u * b + u * c] {
             mean += w * form(node);
         }
     }

@@ -29,21 +29,12 @@ impl Facet {
     fn new(plane: Plane, tiles: Vec<Vec<DVec3>>) -> Facet {
         let edges = boundary(&tiles);
         let area = tiles.iter().map(|t| area_vector(t).dot(plane.normal)).sum();
-        Facet {
-            plane,
-            area,
-            tiles,
-            edges,
-        }
+        Facet { plane, area, tiles, edges }
     }
 
     /// The same with front and back exchanged.
     pub fn reversed(&self) -> Facet {
-        let plane = Plane {
-            normal: -self.plane.normal,
-            offset: -self.plane.offset,
-            ..self.plane
-        };
+        let plane = Plane { normal: -self.plane.normal, offset: -self.plane.offset, ..self.plane };
         let turn = |tile: &Vec<DVec3>| tile.iter().rev().copied().collect();
         Facet::new(plane, self.tiles.iter().map(turn).collect())
     }
@@ -73,8 +64,7 @@ impl Facet {
 
     /// Merges the tiles where together they are one convex polygon.
     fn joined(mut self) -> Facet {
-        if let Some(ring) = ring(&self.edges).filter(|r| self.tiles.len() > 1 && self.is_convex(r))
-        {
+        if let Some(ring) = ring(&self.edges).filter(|r| self.tiles.len() > 1 && self.is_convex(r)) {
             self.tiles = vec![ring];
         }
         self
@@ -97,10 +87,7 @@ pub(super) fn facets(triangles: &[[DVec3; 3]], flat: f64) -> Vec<Facet> {
     let mut by_edge: HashMap<[[u64; 3]; 2], Vec<usize>> = HashMap::new();
     for (k, t) in triangles.iter().enumerate() {
         for i in 0..3 {
-            by_edge
-                .entry(key(t[i], t[(i + 1) % 3]))
-                .or_default()
-                .push(k);
+            by_edge.entry(key(t[i], t[(i + 1) % 3])).or_default().push(k);
         }
     }
     // Larger triangles have truer planes: they found facets first.
@@ -206,11 +193,7 @@ mod tests {
         };
         assert_eq!((facet.tiles.len(), facet.edges.len()), (8, 8));
         assert!((facet.area - 8.0 * 1.25_f64.sqrt()).abs() < 1e-12);
-        let half = Plane {
-            normal: DVec3::X,
-            offset: 1.5,
-            flat: FLAT,
-        };
+        let half = Plane { normal: DVec3::X, offset: 1.5, flat: FLAT };
         let cut = facet.in_front_of(&half).expect("half of it");
         assert!((cut.area - 0.5 * facet.area).abs() < 1e-12);
         // The cut runs through both arms, and neighbours' edges cancel: what is left closes.
@@ -218,20 +201,14 @@ mod tests {
         assert!(sum.length() < 1e-14);
         let along: f64 = cut.edges.iter().map(|e| (e[1] - e[0]).length()).sum();
         let whole: f64 = facet.edges.iter().map(|e| (e[1] - e[0]).length()).sum();
-        assert!(
-            (along - (0.5 * whole + 2.0)).abs() < 1e-12,
-            "{along} {whole}"
-        );
+        assert!((along - (0.5 * whole + 2.0)).abs() < 1e-12, "{along} {whole}");
     }
 
     #[test]
     fn squares_become_one_tile_and_folds_stay_apart() {
         let (a, b, c, d) = (at(0., 0.), at(1., 0.), at(1., 1.), at(0., 1.));
         let square = facets(&[[a, b, c], [a, c, d]], FLAT);
-        assert_eq!(
-            (square.len(), square[0].tiles.len(), square[0].edges.len()),
-            (1, 1, 4)
-        );
+        assert_eq!((square.len(), square[0].tiles.len(), square[0].edges.len()), (1, 1, 4));
         let fold = DVec3::new(0.0, 1.0, 1e-9);
         assert_eq!(facets(&[[a, b, c], [a, c, fold]], FLAT).len(), 2);
     }

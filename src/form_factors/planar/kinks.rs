@@ -57,11 +57,7 @@ struct Lines<'a> {
 
 impl<'a> Lines<'a> {
     fn new(from: &'a Facet) -> Lines<'a> {
-        Lines {
-            from,
-            planes: Vec::new(),
-            index: HashMap::new(),
-        }
+        Lines { from, planes: Vec::new(), index: HashMap::new() }
     }
 
     /// Adds the line in which the plane through an edge and a corner crosses the sender, if it does.
@@ -76,16 +72,10 @@ impl<'a> Lines<'a> {
         // Where the plane's height is 0 for points of the sender's plane.
         let over = 1.0 / along.length();
         let height = sender.offset * through.dot(sender.normal);
-        let mut plane = Plane {
-            normal: along * over,
-            offset: (through.dot(corner) - height) * over,
-            flat: sender.flat,
-        };
+        let mut plane =
+            Plane { normal: along * over, offset: (through.dot(corner) - height) * over, flat: sender.flat };
         let largest = plane.normal.to_array().into_iter();
-        let turn = largest.fold(
-            0.0,
-            |m: f64, x| if x.abs() > m.abs() + 1e-6 { x } else { m },
-        );
+        let turn = largest.fold(0.0, |m: f64, x| if x.abs() > m.abs() + 1e-6 { x } else { m });
         if turn < 0.0 {
             (plane.normal, plane.offset) = (-plane.normal, -plane.offset);
         }
@@ -125,15 +115,8 @@ mod tests {
             [p(x, 0.0), p(x + a, 0.0), p(x + a, b), p(x, b)]
         };
         let facet = |[a, b, c, d]: [DVec3; 4]| facets(&[[a, b, c], [a, c, d]], 1e-12).remove(0);
-        let occluder = |p: [DVec3; 4]| Occluder {
-            plane: plane_of(&p, 1e-12),
-            polygon: p.to_vec(),
-            tau: 0.0,
-        };
-        let (from, to) = (
-            facet(square(0.0, 1.0, 1.0, 0.0)),
-            facet(square(0.0, 1.0, 1.0, 1.0)),
-        );
+        let occluder = |p: [DVec3; 4]| Occluder { plane: plane_of(&p, 1e-12), polygon: p.to_vec(), tau: 0.0 };
+        let (from, to) = (facet(square(0.0, 1.0, 1.0, 0.0)), facet(square(0.0, 1.0, 1.0, 1.0)));
         // Sheets whose ends are too far to matter, and between them a slit from 0.4 to 0.41.
         let wide = |x: f64, a: f64| square(x, a, 100.0, 0.5).map(|p| p - 50.0 * DVec3::Y);
         let sheets = [occluder(wide(-50.0, 50.4)), occluder(wide(0.41, 50.0))];

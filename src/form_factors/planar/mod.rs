@@ -94,10 +94,7 @@ impl Bodies {
         let reach = scene.frame.center.abs().max_element() / scene.frame.scale;
         let flat = 16.0 * f64::EPSILON * (4.0 + reach);
         let groups = groups(scene);
-        let faceted: Vec<Vec<Facet>> = groups
-            .par_iter()
-            .map(|(_, triangles)| facets(triangles, flat))
-            .collect();
+        let faceted: Vec<Vec<Facet>> = groups.par_iter().map(|(_, triangles)| facets(triangles, flat)).collect();
         let mut bodies = vec![Vec::new(); scene.objects.len()];
         let mut occluders = Vec::new();
         for (((object, material), _), facets) in groups.iter().zip(faceted) {
@@ -112,11 +109,7 @@ impl Bodies {
             body.extend(facets);
         }
         let opaque = tau.iter().all(|&t| t == 0.0);
-        Bodies {
-            bodies,
-            occluders,
-            bound: if opaque { 1.0 } else { f64::INFINITY },
-        }
+        Bodies { bodies, occluders, bound: if opaque { 1.0 } else { f64::INFINITY } }
     }
 
     /// Area of a body, unit coordinates squared; both sides where both send and receive.
@@ -134,24 +127,14 @@ impl Bodies {
     ///
     /// The error exceeds the tolerance where it would have taken more than `work`: triangles of the sender times the
     /// occluders seen from each, about a microsecond a piece.
-    pub fn factor(
-        &self,
-        from: usize,
-        to: usize,
-        tolerance: &Tolerance,
-        work: usize,
-    ) -> Option<(Estimate, Method)> {
+    pub fn factor(&self, from: usize, to: usize, tolerance: &Tolerance, work: usize) -> Option<(Estimate, Method)> {
         let area = self.area(from);
         if area <= 0.0 {
             return Some((Estimate::default(), Method::ClosedForm));
         }
         let links = self.links(from, to)?;
-        let (open, hidden): (Vec<Link>, Vec<Link>) =
-            links.into_iter().partition(|l| l.occluders.is_empty());
-        let edges: usize = open
-            .iter()
-            .map(|l| l.from.edges.len() * l.to.edges.len())
-            .sum();
+        let (open, hidden): (Vec<Link>, Vec<Link>) = links.into_iter().partition(|l| l.occluders.is_empty());
+        let edges: usize = open.iter().map(|l| l.from.edges.len() * l.to.edges.len()).sum();
         let cuts: usize = hidden.iter().map(|l| 1 + l.occluders.len()).sum();
         if edges > MOST_EDGE_PAIRS || hidden.len() > MOST_LINKS || FEWEST * cuts > work {
             return None;
@@ -165,8 +148,7 @@ impl Bodies {
         if method == Method::Quadrature {
             // A quarter, so that an error estimated too small by so much still meets the tolerance.
             let known = sum;
-            let goal =
-                |value: f64| 0.25 * area * tolerance.of((known.value + value) / area) - known.error;
+            let goal = |value: f64| 0.25 * area * tolerance.of((known.value + value) / area) - known.error;
             let most = work * hidden.len() / cuts;
             sum = plus(&sum, &cubature::exchange(&hidden, goal, most));
         }
@@ -181,18 +163,12 @@ impl Bodies {
         if senders.len() * receivers.len() > MOST_PAIRS {
             return None;
         }
-        let pairs: Vec<(Facet, Facet)> = senders
-            .par_iter()
-            .flat_map_iter(|a| receivers.iter().filter_map(|b| facing(a, b)))
-            .collect();
+        let pairs: Vec<(Facet, Facet)> =
+            senders.par_iter().flat_map_iter(|a| receivers.iter().filter_map(|b| facing(a, b))).collect();
         if pairs.len() * self.occluders.len() > MOST_TESTS {
             return None;
         }
-        let link = |(from, to): (Facet, Facet)| Link {
-            occluders: between(&from, &to, &self.occluders),
-            from,
-            to,
-        };
+        let link = |(from, to): (Facet, Facet)| Link { occluders: between(&from, &to, &self.occluders), from, to };
         Some(pairs.into_par_iter().map(link).collect())
     }
 }
@@ -212,11 +188,7 @@ fn groups(scene: &Scene) -> Vec<Group> {
 
 /// A facet's tiles as occluders.
 fn shades(facet: &Facet, tau: f32) -> impl Iterator<Item = Occluder> {
-    facet.tiles.iter().map(move |tile| Occluder {
-        plane: facet.plane,
-        polygon: tile.clone(),
-        tau: f64::from(tau),
-    })
+    facet.tiles.iter().map(move |tile| Occluder { plane: facet.plane, polygon: tile.clone(), tau: f64::from(tau) })
 }
 
 /// The parts of two facets in front of each other's planes.
@@ -248,8 +220,5 @@ fn distance_over_size(a: &Facet, b: &Facet) -> f64 {
 }
 
 fn plus(a: &Estimate, b: &Estimate) -> Estimate {
-    Estimate {
-        value: a.value + b.value,
-        error: a.error + b.error,
-    }
+    Estimate { value: a.value + b.value, error: a.error + b.error }
 }

@@ -17,11 +17,7 @@ impl Plane {
     /// Height of a point above the plane; 0 within rounding.
     pub fn height(&self, p: DVec3) -> f64 {
         let height = self.normal.dot(p) - self.offset;
-        if height.abs() <= self.flat {
-            0.0
-        } else {
-            height
-        }
+        if height.abs() <= self.flat { 0.0 } else { height }
     }
 }
 
@@ -30,11 +26,7 @@ pub(super) fn plane_of(polygon: &[DVec3], flat: f64) -> Plane {
     let normal = area_vector(polygon).normalize();
     let middle = polygon.iter().sum::<DVec3>() / polygon.len() as f64;
     let offset = normal.dot(middle);
-    Plane {
-        normal,
-        offset,
-        flat,
-    }
+    Plane { normal, offset, flat }
 }
 
 /// Area times normal of a polygon.

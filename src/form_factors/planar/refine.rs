@@ -42,9 +42,7 @@ pub(super) fn refine<P: Copy + Send + Sync>(
             break;
         }
         let largest = cells.iter().map(|c| c.integral.error).fold(0.0, f64::max);
-        let (cut, mut kept): (Vec<_>, Vec<_>) = cells
-            .into_iter()
-            .partition(|c| c.integral.error >= WORST * largest);
+        let (cut, mut kept): (Vec<_>, Vec<_>) = cells.into_iter().partition(|c| c.integral.error >= WORST * largest);
         let halves: Vec<[Cell<P>; 2]> = cut.par_iter().map(&split).collect();
         kept.extend(halves.into_iter().flatten());
         cells = kept;
@@ -78,13 +76,7 @@ mod tests {
         let rule = |a: f64, b: f64| (b - a) / (0.5 * (a + b)).sqrt();
         let (middle, value) = (0.5 * (a + b), rule(a, b));
         let halves = rule(a, middle) + rule(middle, b);
-        Cell {
-            place: (a, b),
-            integral: Estimate {
-                value: halves,
-                error: (halves - value).abs(),
-            },
-        }
+        Cell { place: (a, b), integral: Estimate { value: halves, error: (halves - value).abs() } }
     }
 
     #[test]

@@ -22,10 +22,7 @@ struct Piece {
 
 /// Form factor from the point x with unit normal n to the front of a facet above its horizon, behind `occluders`.
 pub(super) fn visible_form(x: DVec3, n: DVec3, facet: &Facet, occluders: &[&Occluder]) -> f64 {
-    let whole = |polygon: &Vec<DVec3>| Piece {
-        polygon: polygon.iter().map(|&p| p - x).collect(),
-        through: 1.0,
-    };
+    let whole = |polygon: &Vec<DVec3>| Piece { polygon: polygon.iter().map(|&p| p - x).collect(), through: 1.0 };
     let mut pieces: Vec<Piece> = facet.tiles.iter().map(whole).collect();
     for occluder in occluders {
         if pieces.is_empty() {
@@ -93,11 +90,7 @@ mod tests {
     }
 
     fn occluder(polygon: &[DVec3], tau: f64) -> Occluder {
-        Occluder {
-            plane: plane_of(polygon, FLAT),
-            polygon: polygon.to_vec(),
-            tau,
-        }
+        Occluder { plane: plane_of(polygon, FLAT), polygon: polygon.to_vec(), tau }
     }
 
     #[test]
@@ -109,13 +102,7 @@ mod tests {
         let plate = square(-0.5, 0.7, 1.0);
         let mut turned = plate;
         turned.reverse();
-        let own = facets(
-            &[
-                [plate[0], plate[1], plate[2]],
-                [plate[0], plate[2], plate[3]],
-            ],
-            FLAT,
-        );
+        let own = facets(&[[plate[0], plate[1], plate[2]], [plate[0], plate[2], plate[3]]], FLAT);
         let blocked = visible_form(x, n, &own[0], &[]);
         for polygon in [plate, turned] {
             for tau in [0.0, 0.25] {
@@ -137,24 +124,11 @@ mod tests {
         let facet = &facets(&[[a, b, c], [a, c, d]], FLAT)[0];
         let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
         // A wall in the plane x = 0 through the facet; the point stands at x = -0.5 and sees half of it.
-        let wall = [
-            p(0., -9., -9.),
-            p(0., 9., -9.),
-            p(0., 9., 9.),
-            p(0., -9., 9.),
-        ];
+        let wall = [p(0., -9., -9.), p(0., 9., -9.), p(0., 9., 9.), p(0., -9., 9.)];
         let x = p(-0.5, 0.0, 0.0);
         let found = visible_form(x, DVec3::Z, facet, &[&occluder(&wall, 0.0)]);
-        let half = [
-            p(-1., -1., 1.),
-            p(-1., 1., 1.),
-            p(0., 1., 1.),
-            p(0., -1., 1.),
-        ];
-        let half = &facets(
-            &[[half[0], half[1], half[2]], [half[0], half[2], half[3]]],
-            FLAT,
-        )[0];
+        let half = [p(-1., -1., 1.), p(-1., 1., 1.), p(0., 1., 1.), p(0., -1., 1.)];
+        let half = &facets(&[[half[0], half[1], half[2]], [half[0], half[2], half[3]]], FLAT)[0];
         assert!((found - visible_form(x, DVec3::Z, half, &[])).abs() < 1e-14);
     }
 }

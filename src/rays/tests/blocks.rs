@@ -9,13 +9,9 @@ use crate::rays::triangle::Triangle;
 /// The same faces in blocks and in a hierarchy.
 fn both(triangles: &[[Vec3; 3]]) -> (Rays, [Tree; 2]) {
     let rays = Rays::new(&plain(triangles));
-    let label = |face: u32| Label {
-        face,
-        plane: rays.plane(face),
-    };
-    let faces: Vec<_> = (0..triangles.len() as u32)
-        .map(|face| (Triangle::new(triangles[face as usize]), label(face)))
-        .collect();
+    let label = |face: u32| Label { face, plane: rays.plane(face) };
+    let faces: Vec<_> =
+        (0..triangles.len() as u32).map(|face| (Triangle::new(triangles[face as usize]), label(face))).collect();
     let pair = [usize::MAX, 0].map(|many| Tree::of(&faces, 1e-5 * 2.0, many));
     assert!(matches!(pair, [Tree::Few(_), Tree::Many(_)]));
     (rays, pair)
@@ -23,21 +19,12 @@ fn both(triangles: &[[Vec3; 3]]) -> (Rays, [Tree; 2]) {
 
 /// A closed room with two turned boxes and a thin sheet: 52 faces.
 fn furnished(turn: Quat) -> Vec<[Vec3; 3]> {
-    let sheet = [(-0.3, -0.3), (0.3, -0.3), (0.3, 0.3), (-0.3, 0.3)]
-        .map(|(x, y)| turn * Vec3::new(x, y, 0.31));
+    let sheet = [(-0.3, -0.3), (0.3, -0.3), (0.3, 0.3), (-0.3, 0.3)].map(|(x, y)| turn * Vec3::new(x, y, 0.31));
     let [a, b, c, d] = sheet;
     [
         room(Vec3::ZERO, Vec3::splat(0.57), 1, turn),
-        body(
-            turn * Vec3::new(0.2, -0.1, -0.1),
-            Vec3::new(0.1, 0.3, 0.15),
-            oblique(),
-        ),
-        body(
-            turn * Vec3::new(-0.2, 0.2, -0.2),
-            Vec3::splat(0.1),
-            Quat::IDENTITY,
-        ),
+        body(turn * Vec3::new(0.2, -0.1, -0.1), Vec3::new(0.1, 0.3, 0.15), oblique()),
+        body(turn * Vec3::new(-0.2, 0.2, -0.2), Vec3::splat(0.1), Quat::IDENTITY),
         // Two coincident squares, back to back.
         halves([a, b, c, d]).to_vec(),
         halves([b, c, d, a]).map(flipped).to_vec(),
@@ -51,11 +38,7 @@ fn random_ray(triangles: &[[Vec3; 3]], turn: Quat, index: u32) -> Ray {
     let mut dice = Random(index.wrapping_mul(32));
     let u = dice.pair();
     match index % 4 {
-        0 | 1 => Ray {
-            origin: turn * (0.9 * 0.57 * dice.point()),
-            direction: dice.direction(),
-            source: None,
-        },
+        0 | 1 => Ray { origin: turn * (0.9 * 0.57 * dice.point()), direction: dice.direction(), source: None },
         2 => {
             let face = (dice.next() * triangles.len() as f32) as usize;
             let [a, b, c] = triangles[face];
@@ -73,11 +56,7 @@ fn random_ray(triangles: &[[Vec3; 3]], turn: Quat, index: u32) -> Ray {
             let target = triangles[(dice.next() * triangles.len() as f32) as usize];
             let [origin, corner] = [Vec3::splat(0.0), target[(3.0 * dice.next()) as usize]];
             let way = if index % 8 == 3 { way } else { corner - origin };
-            Ray {
-                origin,
-                direction: way.try_normalize().unwrap_or(Vec3::X),
-                source: None,
-            }
+            Ray { origin, direction: way.try_normalize().unwrap_or(Vec3::X), source: None }
         }
     }
 }
@@ -95,11 +74,7 @@ fn blocks_and_hierarchy_find_the_same_meetings_along_ten_million_rays() {
             let same = match (a, b) {
                 // On a shared edge any face around it will do.
                 (Some(a), Some(b)) => {
-                    a == b
-                        || (a.side == b.side
-                            && (a.t - b.t).abs() < 1e-6
-                            && on_edge(&a)
-                            && on_edge(&b))
+                    a == b || (a.side == b.side && (a.t - b.t).abs() < 1e-6 && on_edge(&a) && on_edge(&b))
                 }
                 // The room is closed: a miss is a leak.
                 _ => false,
@@ -121,12 +96,7 @@ fn same_crossings(few: &Tree, many: &Tree, ray: &Ray, rays: &Rays) -> bool {
         hits
     });
     let end = 0.7 * a.iter().map(|hit| hit.t).fold(0.5, f32::max);
-    let part = Query::new(
-        query.origin,
-        query.direction,
-        end,
-        [query.skip[0], NO_PLANE],
-    );
+    let part = Query::new(query.origin, query.direction, end, [query.skip[0], NO_PLANE]);
     a == b && few.is_clear(&part) == many.is_clear(&part)
 }
 
@@ -147,11 +117,7 @@ fn trees_of_every_small_size_agree() {
     for count in [1, 2, 7, 8, 9, 16, 17, 63, 64, 65, 100, 129, 200, 300, 400] {
         let (rays, [few, many]) = both(&soup[..count]);
         for _ in 0..4000 {
-            let ray = Ray {
-                origin: 1.5 * dice.point(),
-                direction: dice.direction(),
-                source: None,
-            };
+            let ray = Ray { origin: 1.5 * dice.point(), direction: dice.direction(), source: None };
             let query = rays.query(&ray);
             assert_eq!(few.closest(&query), many.closest(&query));
             assert!(same_crossings(&few, &many, &ray, &rays));

@@ -19,11 +19,7 @@ fn every_one_of_thousands_of_triangles_across_a_ray_is_met() {
     for ratio in [1.0, 0.999, 0.99] {
         let triangles = nested(3000, ratio);
         let rays = Rays::new(&plain(&triangles));
-        let ray = Ray {
-            origin: Vec3::new(0.0, 0.0, -0.5),
-            direction: Vec3::Z,
-            source: None,
-        };
+        let ray = Ray { origin: Vec3::new(0.0, 0.0, -0.5), direction: Vec3::Z, source: None };
         let mut hits = Vec::new();
         rays.crossings(&ray, &mut hits);
         let faces: Vec<u32> = hits.iter().map(|hit| hit.face).collect();
@@ -35,11 +31,7 @@ fn every_one_of_thousands_of_triangles_across_a_ray_is_met() {
 #[test]
 fn triangles_in_one_place_make_a_tree() {
     let rays = Rays::new(&plain(&vec![[Vec3::ZERO, Vec3::X, Vec3::Y]; 2000]));
-    let ray = Ray {
-        origin: Vec3::new(0.2, 0.3, 1.0),
-        direction: Vec3::NEG_Z,
-        source: None,
-    };
+    let ray = Ray { origin: Vec3::new(0.2, 0.3, 1.0), direction: Vec3::NEG_Z, source: None };
     // Of equal meetings that of the first face counts.
     assert_eq!(rays.closest(&ray).map(|hit| hit.face), Some(0));
 }

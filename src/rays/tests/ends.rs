@@ -5,11 +5,7 @@ use rayon::prelude::*;
 use super::*;
 
 fn down(x: f32, y: f32) -> Ray {
-    Ray {
-        origin: Vec3::new(x, y, 0.9),
-        direction: Vec3::NEG_Z,
-        source: None,
-    }
+    Ray { origin: Vec3::new(x, y, 0.9), direction: Vec3::NEG_Z, source: None }
 }
 
 /// Two coincident squares back to back, cut along different diagonals.
@@ -33,11 +29,7 @@ fn of_a_thin_sheet_the_front_is_met_first_from_either_side() {
             if direction.dot(turn * Vec3::Z).abs() < 1e-3 {
                 continue;
             }
-            let ray = Ray {
-                origin: target - direction,
-                direction,
-                source: None,
-            };
+            let ray = Ray { origin: target - direction, direction, source: None };
             let first = rays.closest(&ray).expect("the ray is aimed at the sheet");
             assert_eq!(first.side, Side::Front);
             rays.crossings(&ray, &mut hits);
@@ -52,11 +44,7 @@ fn both_faces_of_a_thin_sheet_share_a_plane_and_do_not_shade_each_other() {
     let rays = Rays::new(&plain(&sheet(oblique())));
     assert!((1..4).all(|face| rays.plane(face) == rays.plane(0)));
     let start = oblique() * Vec3::new(0.1, 0.2, 0.1);
-    let ray = |direction| Ray {
-        origin: start,
-        direction,
-        source: Some(0),
-    };
+    let ray = |direction| Ray { origin: start, direction, source: Some(0) };
     let up = oblique() * Vec3::Z;
     assert_eq!(rays.closest(&ray(up)), None);
     assert_eq!(rays.closest(&ray(-up)), None);
@@ -71,9 +59,7 @@ fn a_crossing_through_an_edge_or_a_vertex_counts_once() {
             let p = |i: i32, j: i32| Vec3::new(i as f32 / 8.0, j as f32 / 8.0, z);
             halves([p(i, j), p(i + 1, j), p(i + 1, j + 1), p(i, j + 1)])
         };
-        (-4..4)
-            .flat_map(|i| (-4..4).flat_map(move |j| square(i, j)))
-            .collect()
+        (-4..4).flat_map(|i| (-4..4).flat_map(move |j| square(i, j))).collect()
     };
     let rays = Rays::new(&plain(&[layer(0.0), layer(0.25)].concat()));
     let mut hits = Vec::new();
@@ -87,26 +73,15 @@ fn a_crossing_through_an_edge_or_a_vertex_counts_once() {
 /// A room with two boxes in it, one of them turned.
 fn furnished(cells: u32, turn: Quat) -> Vec<[Vec3; 3]> {
     let walls = room(Vec3::ZERO, Vec3::splat(0.57), cells, turn);
-    let one = body(
-        turn * Vec3::new(0.2, -0.1, 0.1),
-        Vec3::new(0.1, 0.3, 0.15),
-        oblique(),
-    );
-    let two = body(
-        turn * Vec3::new(-0.2, 0.2, -0.1),
-        Vec3::new(0.2, 0.1, 0.1),
-        Quat::IDENTITY,
-    );
+    let one = body(turn * Vec3::new(0.2, -0.1, 0.1), Vec3::new(0.1, 0.3, 0.15), oblique());
+    let two = body(turn * Vec3::new(-0.2, 0.2, -0.1), Vec3::new(0.2, 0.1, 0.1), Quat::IDENTITY);
     [walls, one, two].concat()
 }
 
 fn random_end(triangles: &[[Vec3; 3]], dice: &mut Random) -> End {
     let face = (dice.next() * triangles.len() as f32) as usize;
     let u = dice.pair();
-    (
-        cosine::triangle_point(triangles[face], u.x, u.y),
-        Some(face as u32),
-    )
+    (cosine::triangle_point(triangles[face], u.x, u.y), Some(face as u32))
 }
 
 #[test]
@@ -119,10 +94,7 @@ fn leaving_out_the_hull_changes_no_visibility_and_no_transmittance() {
         };
         let found = (0..40_000u32).into_par_iter().map(|i| {
             let mut dice = Random(i * 16);
-            let (a, b) = (
-                random_end(&triangles, &mut dice),
-                random_end(&triangles, &mut dice),
-            );
+            let (a, b) = (random_end(&triangles, &mut dice), random_end(&triangles, &mut dice));
             let Some(segment) = rays.segment(a, b) else {
                 return [false; 2];
             };
@@ -151,11 +123,7 @@ fn in_an_empty_room_nothing_occludes_and_in_a_furnished_one_something_does() {
 
 #[test]
 fn transmittance_is_the_product_of_tau_over_the_surfaces_between() {
-    let pane = |z: f32| {
-        halves(
-            [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, y)| Vec3::new(x, y, z)),
-        )
-    };
+    let pane = |z: f32| halves([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, y)| Vec3::new(x, y, z)));
     let panes = [0.9, 0.3, 0.0, -0.3, -0.9].map(pane).concat();
     let scene = scene_of(&panes, &[0, 0, 1, 1, 2, 2, 3, 3, 0, 0]);
     let rays = Rays::new(&scene);
@@ -173,12 +141,7 @@ fn transmittance_is_the_product_of_tau_over_the_surfaces_between() {
 
 #[test]
 fn planes_are_shared_across_a_cut_wall_and_not_along_a_curved_one() {
-    let walls = Rays::new(&plain(&room(
-        Vec3::ZERO,
-        Vec3::splat(0.5),
-        16,
-        Quat::IDENTITY,
-    )));
+    let walls = Rays::new(&plain(&room(Vec3::ZERO, Vec3::splat(0.5), 16, Quat::IDENTITY)));
     let ids: std::collections::HashSet<u32> = (0..6 * 512).map(|f| walls.plane(f)).collect();
     assert_eq!(ids.len(), 6);
     // A cylinder of 60,000 strips of 1e-4. A corner k + 1/2 strips from the founder's middle is off its plane by about

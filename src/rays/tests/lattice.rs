@@ -27,10 +27,7 @@ fn every_dimension_is_a_net_under_every_scrambling() {
                 (0..1 << m).for_each(|i| {
                     seen[(sobol.point(i, d, seed) * (1 << m) as f32) as usize] = true;
                 });
-                assert!(
-                    seen.iter().all(|&s| s),
-                    "dimension {d}, 2^{m} points, seed {seed}"
-                );
+                assert!(seen.iter().all(|&s| s), "dimension {d}, 2^{m} points, seed {seed}");
             }
         }
     }
@@ -45,10 +42,7 @@ fn pairs_of_dimensions_are_nets_of_the_quality_their_polynomials_give() {
         for d in 0..DIMENSIONS {
             for e in 0..d {
                 let t = slack[d] + slack[e];
-                assert!(
-                    (t..=10).all(|m| is_net(&sobol, (e, d), m, t, seed)),
-                    "{e} {d}"
-                );
+                assert!((t..=10).all(|m| is_net(&sobol, (e, d), m, t, seed)), "{e} {d}");
             }
         }
     }
@@ -70,22 +64,13 @@ fn points_beyond_the_table_are_those_of_a_larger_table() {
 #[test]
 fn seeds_and_dimensions_scramble_differently() {
     let sobol = Sobol::new(256, DIMENSIONS);
-    let run = |d, seed| {
-        (0..256)
-            .map(|i| sobol.point(i, d, seed).to_bits())
-            .collect::<Vec<_>>()
-    };
-    let runs: Vec<_> = (0..50)
-        .flat_map(|seed| (0..DIMENSIONS).map(move |d| run(d, seed)))
-        .collect();
+    let run = |d, seed| (0..256).map(|i| sobol.point(i, d, seed).to_bits()).collect::<Vec<_>>();
+    let runs: Vec<_> = (0..50).flat_map(|seed| (0..DIMENSIONS).map(move |d| run(d, seed))).collect();
     let distinct: std::collections::HashSet<_> = runs.iter().collect();
     assert_eq!(distinct.len(), runs.len());
     // Every point by itself is uniform over the seeds: the mean of 4096 has deviation 1/sqrt(12 * 4096) = 0.0045.
     for i in [0, 1, 100] {
-        let mean = (0..4096)
-            .map(|s| sobol.point(i, 3, hash(s, 9)))
-            .sum::<f32>()
-            / 4096.0;
+        let mean = (0..4096).map(|s| sobol.point(i, 3, hash(s, 9))).sum::<f32>() / 4096.0;
         assert!((mean - 0.5).abs() < 5.0 * 0.0045);
     }
 }
@@ -94,11 +79,7 @@ fn seeds_and_dimensions_scramble_differently() {
 fn product_error(sobol: &Sobol, count: u32) -> f64 {
     let factor = |x: f64| x.exp() / (1f64.exp() - 1.0);
     let error = |seed: u32| {
-        let value = |i: u32| {
-            (0..4)
-                .map(|d| factor(f64::from(sobol.point(i, d, seed))))
-                .product::<f64>()
-        };
+        let value = |i: u32| (0..4).map(|d| factor(f64::from(sobol.point(i, d, seed)))).product::<f64>();
         (0..count).map(value).sum::<f64>() / f64::from(count) - 1.0
     };
     let squares = (0..32).map(|s| error(hash(s, 3)).powi(2)).sum::<f64>();
@@ -108,10 +89,7 @@ fn product_error(sobol: &Sobol, count: u32) -> f64 {
 #[test]
 fn smooth_products_are_integrated_faster_than_one_over_n() {
     let sobol = Sobol::new(1 << 14, 4);
-    let (few, many) = (
-        product_error(&sobol, 1 << 8),
-        product_error(&sobol, 1 << 14),
-    );
+    let (few, many) = (product_error(&sobol, 1 << 8), product_error(&sobol, 1 << 14));
     assert!(few / many > 64.0, "{few:e} -> {many:e}");
 }
 
@@ -120,12 +98,7 @@ fn cosine_directions_have_the_moments_of_lamberts_law() {
     // Over the density cos/pi: mean of cos is 2/3, of cos^2 1/2, of each tangential component 0. A midpoint grid of
     // n x n errs by O(1/n^2) inside and O(n^-3/2) from the square root at the rim.
     let n = 256;
-    for axis in [
-        Vec3::Z,
-        Vec3::NEG_Z,
-        Vec3::X,
-        Vec3::new(0.3, -0.5, -0.81).normalize(),
-    ] {
+    for axis in [Vec3::Z, Vec3::NEG_Z, Vec3::X, Vec3::new(0.3, -0.5, -0.81).normalize()] {
         let (mut first, mut second, mut sum) = (0.0f64, 0.0f64, DVec3::ZERO);
         for k in 0..n * n {
             let u = |k: u32| (k as f32 + 0.5) / n as f32;

@@ -20,21 +20,16 @@ pub(super) fn scene_of(triangles: &[[Vec3; 3]], materials: &[u32]) -> Scene {
     let mut vertices = Vec::new();
     let mut known = HashMap::new();
     let mut index = |v: Vec3| {
-        *known
-            .entry(v.to_array().map(f32::to_bits))
-            .or_insert_with(|| {
-                vertices.push(v);
-                vertices.len() as u32 - 1
-            })
+        *known.entry(v.to_array().map(f32::to_bits)).or_insert_with(|| {
+            vertices.push(v);
+            vertices.len() as u32 - 1
+        })
     };
-    let faces = triangles
-        .iter()
-        .zip(materials)
-        .map(|(corners, &material)| Face {
-            vertices: corners.map(&mut index),
-            material,
-            object: 0,
-        });
+    let faces = triangles.iter().zip(materials).map(|(corners, &material)| Face {
+        vertices: corners.map(&mut index),
+        material,
+        object: 0,
+    });
     let faces = faces.collect();
     let count = materials.iter().max().map_or(0, |m| m + 1);
     Scene {
@@ -45,10 +40,7 @@ pub(super) fn scene_of(triangles: &[[Vec3; 3]], materials: &[u32]) -> Scene {
         materials: vec![grey(); count as usize],
         objects: vec!["all".into()],
         camera: camera(),
-        frame: UnitFrame {
-            center: DVec3::ZERO,
-            scale: 1.0,
-        },
+        frame: UnitFrame { center: DVec3::ZERO, scale: 1.0 },
         transport: None,
         warnings: Vec::new(),
     }
@@ -67,13 +59,7 @@ fn grey() -> Material {
 }
 
 fn camera() -> Camera {
-    Camera {
-        position: Vec3::ZERO,
-        forward: Vec3::NEG_Z,
-        right: Vec3::X,
-        up: Vec3::Y,
-        vertical_fov: 60.0,
-    }
+    Camera { position: Vec3::ZERO, forward: Vec3::NEG_Z, right: Vec3::X, up: Vec3::Y, vertical_fov: 60.0 }
 }
 
 /// A scene whose faces are all of one material.
@@ -96,12 +82,7 @@ pub(super) fn room(center: Vec3, half: Vec3, cells: u32, turn: Quat) -> Vec<[Vec
                 center + turn * (p * half)
             };
             for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
-                let square = [
-                    corner(i, j),
-                    corner(i + 1, j),
-                    corner(i + 1, j + 1),
-                    corner(i, j + 1),
-                ];
+                let square = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
                 triangles.extend(halves(square).map(|t| if sign > 0.0 { flipped(t) } else { t }));
             }
         }
@@ -111,10 +92,7 @@ pub(super) fn room(center: Vec3, half: Vec3, cells: u32, turn: Quat) -> Vec<[Vec
 
 /// A box facing outwards.
 pub(super) fn body(center: Vec3, half: Vec3, turn: Quat) -> Vec<[Vec3; 3]> {
-    room(center, half, 1, turn)
-        .into_iter()
-        .map(flipped)
-        .collect()
+    room(center, half, 1, turn).into_iter().map(flipped).collect()
 }
 
 pub(super) fn halves([a, b, c, d]: [Vec3; 4]) -> [[Vec3; 3]; 2] {

@@ -28,16 +28,10 @@ fn truth([a, b, c]: [Vec3; 3], ray: &Ray) -> Option<Truth> {
     let seen = |p: DVec3, q: DVec3| (q - p).cross(d).length();
     let double_area = cross.dot(d).abs();
     let heights = [seen(b, c), seen(c, a), seen(a, b)].map(|edge| double_area / edge);
-    let inside = (0..3)
-        .map(|i| weights[i] * heights[i])
-        .fold(f64::INFINITY, f64::min);
+    let inside = (0..3).map(|i| weights[i] * heights[i]).fold(f64::INFINITY, f64::min);
     Some(Truth {
         t: solved.z,
-        side: if cross.dot(d) < 0.0 {
-            Side::Front
-        } else {
-            Side::Back
-        },
+        side: if cross.dot(d) < 0.0 { Side::Front } else { Side::Back },
         inside,
         slope: cross.dot(d).abs() / cross.length(),
     })
@@ -50,10 +44,7 @@ const OUTLINE: f64 = 4e-6;
 fn brute_force(scene: &Scene, rays: &Rays, ray: &Ray) -> (Vec<(u32, Truth)>, Vec<u32>) {
     let (mut sure, mut open) = (Vec::new(), Vec::new());
     for face in 0..scene.faces.len() as u32 {
-        if ray
-            .source
-            .is_some_and(|s| rays.plane(s) == rays.plane(face))
-        {
+        if ray.source.is_some_and(|s| rays.plane(s) == rays.plane(face)) {
             continue;
         }
         let Some(truth) = truth(scene.corners(face), ray) else {
@@ -90,11 +81,7 @@ fn check(scene: &Scene, rays: &Rays, ray: &Ray) -> Result<(), TestCaseError> {
     let mut hits = Vec::new();
     rays.crossings(ray, &mut hits);
     // Same faces, but for those in doubt.
-    let mut found: Vec<u32> = hits
-        .iter()
-        .map(|h| h.face)
-        .filter(|f| !open.contains(f))
-        .collect();
+    let mut found: Vec<u32> = hits.iter().map(|h| h.face).filter(|f| !open.contains(f)).collect();
     let mut wanted: Vec<u32> = sure.iter().map(|s| s.0).collect();
     found.sort_unstable();
     wanted.sort_unstable();
@@ -102,10 +89,7 @@ fn check(scene: &Scene, rays: &Rays, ray: &Ray) -> Result<(), TestCaseError> {
     // Same place and side, in order.
     prop_assert!(hits.windows(2).all(|w| w[0].t <= w[1].t + 1e-5));
     for (face, truth) in &sure {
-        let hit = hits
-            .iter()
-            .find(|h| h.face == *face)
-            .expect("just compared");
+        let hit = hits.iter().find(|h| h.face == *face).expect("just compared");
         prop_assert_eq!(hit.side, truth.side);
         // Corners err by OUTLINE; edge functions lose 6e-8 of products up to 50 times a sliver's area, as much again.
         let doubt = 2.0 * OUTLINE / truth.slope;

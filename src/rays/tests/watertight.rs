@@ -8,17 +8,7 @@ const CELLS: u32 = 16;
 
 /// Corners, edge midpoints and centroids of all faces.
 fn delicate_points(triangles: &[[Vec3; 3]]) -> Vec<Vec3> {
-    let of_face = |&[a, b, c]: &[Vec3; 3]| {
-        [
-            a,
-            b,
-            c,
-            0.5 * (a + b),
-            0.5 * (b + c),
-            0.5 * (c + a),
-            (a + b + c) / 3.0,
-        ]
-    };
+    let of_face = |&[a, b, c]: &[Vec3; 3]| [a, b, c, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), (a + b + c) / 3.0];
     triangles.iter().flat_map(of_face).collect()
 }
 
@@ -28,11 +18,7 @@ fn leaks(center: Vec3, turn: Quat, eyes: u32, random: u32) -> usize {
     let rays = Rays::new(&plain(triangles));
     let targets = delicate_points(triangles);
     let escapes = |origin: Vec3, direction: Vec3| {
-        let ray = Ray {
-            origin,
-            direction,
-            source: None,
-        };
+        let ray = Ray { origin, direction, source: None };
         rays.closest(&ray).is_none_or(|hit| hit.side == Side::Back)
     };
     let from_eye = |eye: u32| {
@@ -40,14 +26,9 @@ fn leaks(center: Vec3, turn: Quat, eyes: u32, random: u32) -> usize {
         // The first eye is the very centre, from where directions have exact zeros and ties.
         let spread = if eye == 0 { 0.0 } else { 0.4 };
         let origin = center + turn * (spread * dice.point());
-        let aimed = targets
-            .iter()
-            .filter(|&&p| escapes(origin, (p - origin).normalize()));
+        let aimed = targets.iter().filter(|&&p| escapes(origin, (p - origin).normalize()));
         let aimed = aimed.count();
-        aimed
-            + (0..random)
-                .filter(|_| escapes(origin, dice.direction()))
-                .count()
+        aimed + (0..random).filter(|_| escapes(origin, dice.direction())).count()
     };
     (0..eyes).into_par_iter().map(from_eye).sum()
 }
@@ -68,15 +49,8 @@ fn directions_along_the_axes_do_not_leak_whatever_the_sign_of_their_zeros() {
         for (length, zero) in [(1.0, 0.0), (1.0, -0.0), (-1.0, 0.0), (-1.0, -0.0)] {
             let mut direction = Vec3::splat(zero);
             direction[axis] = length;
-            let ray = Ray {
-                origin: Vec3::ZERO,
-                direction,
-                source: None,
-            };
-            assert_eq!(
-                rays.closest(&ray).map(|hit| (hit.t, hit.side)),
-                Some((1.0, Side::Front))
-            );
+            let ray = Ray { origin: Vec3::ZERO, direction, source: None };
+            assert_eq!(rays.closest(&ray).map(|hit| (hit.t, hit.side)), Some((1.0, Side::Front)));
         }
     }
 }
@@ -94,11 +68,7 @@ fn escapes_near_edges(triangles: &[[Vec3; 3]], count: u32) -> usize {
         let origin = (1.0 - near) * ((1.0 - along) * a + along * b) + near * c;
         let u = dice.pair();
         let direction = cosine::cosine_direction(normal(triangles[face]), u.x, u.y);
-        let ray = Ray {
-            origin,
-            direction,
-            source: Some(face as u32),
-        };
+        let ray = Ray { origin, direction, source: Some(face as u32) };
         let mut hits = Vec::new();
         rays.crossings(&ray, &mut hits);
         let once = hits.len() == 1 && hits[0].side == Side::Front;

@@ -46,30 +46,17 @@ impl Shooter for AssembledShooter<'_> {
         let transposed = self.k.transposed();
         let column = |(sender, s): (usize, &Sender)| {
             let (receivers, factors) = transposed.row(s.patch as usize);
-            Column {
-                sender,
-                receivers: Cow::Borrowed(receivers),
-                factors: Cow::Borrowed(factors),
-                fate: None,
-                rays: 0,
-            }
+            Column { sender, receivers: Cow::Borrowed(receivers), factors: Cow::Borrowed(factors), fate: None, rays: 0 }
         };
         senders.iter().enumerate().map(column).collect()
     }
 
     fn foreknowledge(&self) -> Result<Foreknowledge, Diverges> {
         let (verdict, spectrum) = verdict(self.k);
-        let zero = Bounds {
-            lower: 0.0,
-            upper: 0.0,
-        };
+        let zero = Bounds { lower: 0.0, upper: 0.0 };
         match verdict {
             Verdict::Converges | Verdict::Ends => Ok(Foreknowledge::Converges),
-            _ => Err(refuse(
-                self.k,
-                verdict,
-                spectrum.map_or(zero, |s| s.worst()),
-            )),
+            _ => Err(refuse(self.k, verdict, spectrum.map_or(zero, |s| s.worst()))),
         }
     }
 }

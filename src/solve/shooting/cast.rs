@@ -98,11 +98,7 @@ impl<'a> RayShooter<'a> {
                 luminaires,
                 &Occlusion::new(rays, transports).into(),
                 &materials.receives(),
-                &Sampling {
-                    rays: 0,
-                    emitter_rays: settings.emitter_rays,
-                    seed: settings.seed,
-                },
+                &Sampling { rays: 0, emitter_rays: settings.emitter_rays, seed: settings.seed },
                 &|_| (),
             ),
         };
@@ -123,21 +119,13 @@ impl<'a> RayShooter<'a> {
     /// Rays of a shot that carries this share of the emitted power.
     fn count(&self, share: f64) -> u64 {
         let wanted = (share * self.settings.rays as f64).ceil() as u64;
-        wanted
-            .clamp(RaySettings::FEWEST, RaySettings::MOST)
-            .next_power_of_two()
+        wanted.clamp(RaySettings::FEWEST, RaySettings::MOST).next_power_of_two()
     }
 
     /// The part of a column that rays `from..to` of `count` give.
     fn block(&self, (sender, s): (usize, &Sender), from: u64, count: u64) -> Column<'static> {
         let to = (from + BLOCK).min(count);
-        let seed = hash(
-            s.patch,
-            hash(
-                s.shot as u32,
-                hash((s.shot >> 32) as u32, self.settings.seed),
-            ),
-        );
+        let seed = hash(s.patch, hash(s.shot as u32, hash((s.shot >> 32) as u32, self.settings.seed)));
         let mut landed = Vec::new();
         let mut fate = Fate::default();
         let mut hits = Vec::new();
@@ -165,11 +153,7 @@ impl<'a> RayShooter<'a> {
     fn ray(&self, patch: usize, k: u32, seed: u32) -> Ray {
         let at = |d: usize| self.sobol.point(k, d, seed);
         let from = self.patches.point(patch, at(0), at(1));
-        Ray {
-            origin: from.position,
-            direction: cosine_direction(from.normal, at(2), at(3)),
-            source: Some(from.face),
-        }
+        Ray { origin: from.position, direction: cosine_direction(from.normal, at(2), at(3)), source: Some(from.face) }
     }
 
     fn find(&self, ray: &Ray, hits: &mut Vec<Hit>) {
@@ -237,15 +221,10 @@ impl Shooter for RayShooter<'_> {
     fn columns(&self, senders: &[Sender]) -> Vec<Column<'_>> {
         let blocks = senders.iter().enumerate().flat_map(|s| {
             let count = self.count(s.1.share);
-            (0..count)
-                .step_by(BLOCK as usize)
-                .map(move |from| (s, from, count))
+            (0..count).step_by(BLOCK as usize).map(move |from| (s, from, count))
         });
         let blocks: Vec<_> = blocks.collect();
-        blocks
-            .into_par_iter()
-            .map(|(sender, from, count)| self.block(sender, from, count))
-            .collect()
+        blocks.into_par_iter().map(|(sender, from, count)| self.block(sender, from, count)).collect()
     }
 
     fn foreknowledge(&self) -> Result<Foreknowledge, Diverges> {

@@ -54,12 +54,7 @@ impl Growth {
     }
 
     /// Looks four times a sweep over all patches whether the light shot so far shows growth.
-    pub fn look(
-        &mut self,
-        surfaces: &Surfaces,
-        ledger: &Ledger,
-        shots: u64,
-    ) -> Result<(), Diverges> {
+    pub fn look(&mut self, surfaces: &Surfaces, ledger: &Ledger, shots: u64) -> Result<(), Diverges> {
         if !self.watched || shots < self.next {
             return Ok(());
         }
@@ -98,8 +93,5 @@ fn bounds(surfaces: &Surfaces, ledger: &Ledger, shot: &[DVec3]) -> Bounds {
         false => 0.0,
     };
     let lower = (0..3).map(quotient).fold(0.0, f64::max);
-    Bounds {
-        lower,
-        upper: upper.max(lower),
-    }
+    Bounds { lower, upper: upper.max(lower) }
 }

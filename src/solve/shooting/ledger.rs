@@ -75,11 +75,7 @@ impl Ledger {
 
     /// Incident light of patch i in generation n.
     pub fn incident(&self, i: usize, n: usize) -> DVec3 {
-        if n < self.stride {
-            self.incident[i * self.stride + n]
-        } else {
-            DVec3::ZERO
-        }
+        if n < self.stride { self.incident[i * self.stride + n] } else { DVec3::ZERO }
     }
 
     /// Incident light of patch i, generations 1 to the last.
@@ -91,11 +87,7 @@ impl Ledger {
     pub fn unshot_power(&self, areas: &[f64], n: usize) -> f64 {
         let at = |i: usize| self.unshot[i * self.stride + n].element_sum();
         let sum = |(i, a): (usize, &f64)| PI * a * at(i);
-        if n < self.stride {
-            areas.iter().enumerate().map(sum).sum()
-        } else {
-            0.0
-        }
+        if n < self.stride { areas.iter().enumerate().map(sum).sum() } else { 0.0 }
     }
 
     /// Takes all that patch i has not shot.
@@ -129,10 +121,7 @@ impl Ledger {
     pub fn deposit(&mut self, surfaces: &Surfaces, columns: &[Column], shots: &[Shot]) -> Landed {
         self.make_room(shots);
         let (stride, last) = (self.stride, self.last);
-        let later: Vec<Shot> = shots
-            .iter()
-            .map(|s| s.iter().map(|&(n, l)| ((n + 1).min(last), l)).collect())
-            .collect();
+        let later: Vec<Shot> = shots.iter().map(|s| s.iter().map(|&(n, l)| ((n + 1).min(last), l)).collect()).collect();
         let size = self.patches.div_ceil(CHUNKS).max(1);
         let cells = self
             .incident
@@ -142,13 +131,7 @@ impl Ledger {
         let landed: Vec<Landed> = cells
             .enumerate()
             .map(|(k, ((incident, unshot), power))| {
-                let mut chunk = Chunk {
-                    first: k * size,
-                    stride,
-                    incident,
-                    unshot,
-                    power,
-                };
+                let mut chunk = Chunk { first: k * size, stride, incident, unshot, power };
                 chunk.receive(surfaces, columns, &later)
             })
             .collect();
@@ -179,10 +162,7 @@ impl Chunk<'_> {
     fn receive(&mut self, surfaces: &Surfaces, columns: &[Column], later: &[Shot]) -> Landed {
         let mut arrived = vec![DVec3::ZERO; self.incident.len()];
         let unexplained = self.gather(surfaces, columns, later, &mut arrived);
-        let mut landed = Landed {
-            unexplained,
-            ..Landed::default()
-        };
+        let mut landed = Landed { unexplained, ..Landed::default() };
         for (k, arrived) in arrived.chunks(self.stride).enumerate() {
             self.credit(surfaces, k, arrived, &mut landed);
         }
@@ -190,26 +170,15 @@ impl Chunk<'_> {
     }
 
     /// Sums what the columns bring; tells the power brought by those without a known fate.
-    fn gather(
-        &self,
-        surfaces: &Surfaces,
-        columns: &[Column],
-        later: &[Shot],
-        arrived: &mut [DVec3],
-    ) -> f64 {
+    fn gather(&self, surfaces: &Surfaces, columns: &[Column], later: &[Shot], arrived: &mut [DVec3]) -> f64 {
         let mut unexplained = 0.0;
         let end = (self.first + self.power.len()) as u32;
         for column in columns {
-            let from = column
-                .receivers
-                .partition_point(|&i| (i as usize) < self.first);
+            let from = column.receivers.partition_point(|&i| (i as usize) < self.first);
             let to = from + column.receivers[from..].partition_point(|&i| i < end);
             let shot = &later[column.sender];
             let mut area = 0.0;
-            for (&i, &f) in column.receivers[from..to]
-                .iter()
-                .zip(&column.factors[from..to])
-            {
+            for (&i, &f) in column.receivers[from..to].iter().zip(&column.factors[from..to]) {
                 let k = i as usize - self.first;
                 let own = &mut arrived[k * self.stride..(k + 1) * self.stride];
                 for &(n, l) in shot {

@@ -63,15 +63,8 @@ impl<'a> Shooting<'a> {
         Ok(Shooting {
             shooter,
             settings,
-            balance: Balance {
-                emitted,
-                ..Balance::default()
-            },
-            progress: Progress {
-                unshot: emitted,
-                share: f64::from(u8::from(emitted > 0.0)),
-                ..Progress::default()
-            },
+            balance: Balance { emitted, ..Balance::default() },
+            progress: Progress { unshot: emitted, share: f64::from(u8::from(emitted > 0.0)), ..Progress::default() },
             growth: Growth::new(n, foreknowledge, settings.shots_per_patch),
             ledger,
         })
@@ -95,8 +88,7 @@ impl<'a> Shooting<'a> {
         self.progress.unshot = self.ledger.power().iter().sum();
         self.progress.share = self.progress.unshot / self.balance.emitted;
         let surfaces = self.shooter.surfaces();
-        self.growth
-            .look(&surfaces, &self.ledger, self.progress.shots)?;
+        self.growth.look(&surfaces, &self.ledger, self.progress.shots)?;
         Ok(Some(self.progress))
     }
 
@@ -121,10 +113,7 @@ impl<'a> Shooting<'a> {
         let emission = self.shooter.surfaces().emission;
         let light = |(i, e): (usize, &Light)| {
             let r = self.reflect(i, self.ledger.all_incident(i).iter().sum());
-            Light {
-                invisible: e.invisible + r.invisible,
-                visible: e.visible + r.visible,
-            }
+            Light { invisible: e.invisible + r.invisible, visible: e.visible + r.visible }
         };
         emission.iter().enumerate().map(light).collect()
     }
@@ -136,9 +125,7 @@ impl<'a> Shooting<'a> {
         let surfaces = self.shooter.surfaces();
         match n {
             0 => surfaces.emission.to_vec(),
-            _ => (0..surfaces.areas.len())
-                .map(|i| self.reflect(i, self.ledger.incident(i, n)))
-                .collect(),
+            _ => (0..surfaces.areas.len()).map(|i| self.reflect(i, self.ledger.incident(i, n))).collect(),
         }
     }
 
@@ -151,20 +138,14 @@ impl<'a> Shooting<'a> {
     pub fn balance(&self) -> Balance {
         let areas = self.shooter.surfaces().areas;
         let unshot = |n| self.ledger.unshot_power(areas, n);
-        Balance {
-            unshot: (0..self.generations()).map(unshot).sum(),
-            ..self.balance
-        }
+        Balance { unshot: (0..self.generations()).map(unshot).sum(), ..self.balance }
     }
 
     /// Light reflected where this much is incident.
     fn reflect(&self, i: usize, incident: DVec3) -> Light {
         let surfaces = self.shooter.surfaces();
         let visible = surfaces.rho[i].as_dvec3() * incident;
-        Light {
-            invisible: (surfaces.alpha[i] as f64 * visible).as_vec3(),
-            visible: visible.as_vec3(),
-        }
+        Light { invisible: (surfaces.alpha[i] as f64 * visible).as_vec3(), visible: visible.as_vec3() }
     }
 
     /// Emitters that have yet to send by closed form.
@@ -173,9 +154,7 @@ impl<'a> Shooting<'a> {
             return Vec::new();
         }
         let power = self.ledger.power();
-        (0..power.len())
-            .filter(|&i| power[i] > 0.0 && self.shooter.emits_by_closed_form(i))
-            .collect()
+        (0..power.len()).filter(|&i| power[i] > 0.0 && self.shooter.emits_by_closed_form(i)).collect()
     }
 
     /// Lets the emitters among `patches` send all they emit, once: the first bounce by closed form.
@@ -205,20 +184,14 @@ impl<'a> Shooting<'a> {
     fn shoot_batch(&mut self) {
         let areas = self.shooter.surfaces().areas;
         let senders = self.brightest();
-        let shots: Vec<Shot> = senders
-            .iter()
-            .map(|s| self.ledger.take(s.patch as usize))
-            .collect();
+        let shots: Vec<Shot> = senders.iter().map(|s| self.ledger.take(s.patch as usize)).collect();
         for (s, shot) in senders.iter().zip(&shots) {
             self.growth.add(s.patch as usize, shot);
         }
         let columns = self.shooter.columns(&senders);
         let mut unexplained = vec![0.0; senders.len()];
         for column in &columns {
-            let sent = power(
-                areas[senders[column.sender].patch as usize],
-                &shots[column.sender],
-            );
+            let sent = power(areas[senders[column.sender].patch as usize], &shots[column.sender]);
             self.progress.rays += column.rays;
             match column.fate {
                 None => unexplained[column.sender] = sent,
@@ -253,9 +226,7 @@ impl<'a> Shooting<'a> {
             let [p, q] = [a, b].map(|&i| power[i as usize]);
             q.total_cmp(&p).then(a.cmp(b))
         };
-        let mut waiting: Vec<u32> = (0..power.len() as u32)
-            .filter(|&i| power[i as usize] > 0.0)
-            .collect();
+        let mut waiting: Vec<u32> = (0..power.len() as u32).filter(|&i| power[i as usize] > 0.0).collect();
         if waiting.len() > size {
             waiting.select_nth_unstable_by(size - 1, order);
             waiting.truncate(size);

@@ -23,12 +23,7 @@ pub struct ShootingSettings {
 
 impl Default for ShootingSettings {
     fn default() -> Self {
-        ShootingSettings {
-            unshot: 1e-3,
-            batch: 0,
-            generations: 16,
-            shots_per_patch: 1000,
-        }
+        ShootingSettings { unshot: 1e-3, batch: 0, generations: 16, shots_per_patch: 1000 }
     }
 }
 
@@ -83,10 +78,6 @@ impl Balance {
     /// What the accounts miss, as a share of the power emitted; 0 where nothing is emitted.
     pub fn residual(&self) -> f64 {
         let spent = self.absorbed + self.held + self.left() + self.unshot;
-        if self.emitted > 0.0 {
-            (self.emitted + self.made() - spent) / self.emitted
-        } else {
-            0.0
-        }
+        if self.emitted > 0.0 { (self.emitted + self.made() - spent) / self.emitted } else { 0.0 }
     }
 }

@@ -6,11 +6,7 @@ use crate::light::Rgb;
 /// A picture from two, pixel by pixel.
 pub(super) fn combine(a: &Picture, b: &Picture, value: impl Fn(Rgb, Rgb) -> Rgb) -> Picture {
     let pairs = a.pixels.iter().zip(&b.pixels);
-    Picture {
-        width: a.width,
-        height: a.height,
-        pixels: pairs.map(|(&a, &b)| value(a, b)).collect(),
-    }
+    Picture { width: a.width, height: a.height, pixels: pairs.map(|(&a, &b)| value(a, b)).collect() }
 }
 
 /// A picture from one.
@@ -21,9 +17,7 @@ pub(super) fn map(a: &Picture, value: impl Fn(Rgb) -> Rgb) -> Picture {
 /// Sum of at least one picture.
 pub(super) fn sum(pictures: &[Picture]) -> Picture {
     let first = pictures[0].clone();
-    pictures[1..]
-        .iter()
-        .fold(first, |sum, p| combine(&sum, p, |a, b| a + b))
+    pictures[1..].iter().fold(first, |sum, p| combine(&sum, p, |a, b| a + b))
 }
 
 /// Mean of at least one picture.
@@ -34,18 +28,13 @@ pub(super) fn average(pictures: &[Picture]) -> Picture {
 /// Standard error of the mean of repetitions, unbiased in its square; of a few repetitions, so rough for one pixel.
 pub(super) fn standard_error(pictures: &[Picture], mean: &Picture) -> Picture {
     let n = pictures.len() as f32;
-    let apart: Vec<Picture> = pictures
-        .iter()
-        .map(|p| combine(p, mean, |a, b| (a - b) * (a - b)))
-        .collect();
+    let apart: Vec<Picture> = pictures.iter().map(|p| combine(p, mean, |a, b| (a - b) * (a - b))).collect();
     map(&sum(&apart), |v| (v / ((n - 1.0) * n)).map(f32::sqrt))
 }
 
 /// Numbers of the pixels that count.
 pub(super) fn counted(mask: &Picture) -> Vec<usize> {
-    (0..mask.pixels.len())
-        .filter(|&k| mask.pixels[k].x >= 0.5)
-        .collect()
+    (0..mask.pixels.len()).filter(|&k| mask.pixels[k].x >= 0.5).collect()
 }
 
 /// The counted pixels in a square window about pixel k, itself included if it counts.
@@ -54,8 +43,7 @@ pub(super) fn window(mask: &Picture, k: usize, half: usize) -> impl Iterator<Ite
     let (x, y) = (k % width, k / width);
     let rows = y.saturating_sub(half)..(y + half + 1).min(height);
     let columns = x.saturating_sub(half)..(x + half + 1).min(width);
-    rows.flat_map(move |v| columns.clone().map(move |u| v * width + u))
-        .filter(|&k| mask.pixels[k].x >= 0.5)
+    rows.flat_map(move |v| columns.clone().map(move |u| v * width + u)).filter(|&k| mask.pixels[k].x >= 0.5)
 }
 
 /// Mean over a square window of pixels; only those of the mask count, so that a lamp's edge does not spread.
@@ -73,12 +61,7 @@ pub(super) fn smoothed(picture: &Picture, half: usize, mask: &Picture) -> Pictur
 pub(super) fn masked_mean(picture: &Picture, mask: &Picture) -> [f64; 3] {
     let chosen = counted(mask);
     let n = chosen.len().max(1) as f64;
-    let sum = |c| -> f64 {
-        chosen
-            .iter()
-            .map(|&k| f64::from(picture.pixels[k][c]))
-            .sum()
-    };
+    let sum = |c| -> f64 { chosen.iter().map(|&k| f64::from(picture.pixels[k][c])).sum() };
     [0, 1, 2].map(|c| sum(c) / n)
 }
 

@@ -2,9 +2,7 @@
 
 use super::arithmetic::combine;
 use super::patchwise::cut_within;
-use super::{
-    Estimate, Method, ORDERS, Pair, Run, Rung, answers, climb, error_against, judge, slope, trace,
-};
+use super::{Estimate, Method, ORDERS, Pair, Run, Rung, answers, climb, error_against, judge, slope, trace};
 use crate::image::Picture;
 use crate::light::{Rgb, Transport};
 use crate::reference::NextEvent;
@@ -91,11 +89,7 @@ pub trait Stage: Watch {
 ///
 /// # Errors
 /// [`CompareError`] where the series diverges, and where memory would not do.
-pub fn compare<S: Stage>(
-    scene: &Scene,
-    plan: &Plan,
-    stage: &S,
-) -> Result<Comparison, CompareError> {
+pub fn compare<S: Stage>(scene: &Scene, plan: &Plan, stage: &S) -> Result<Comparison, CompareError> {
     let mut p = prepare(scene.clone(), 1);
     p.memory = plan.memory;
     cut_within(&mut p, plan, Rung::least(plan))?;
@@ -116,28 +110,13 @@ pub fn compare<S: Stage>(
     stage.repeats();
     let best = answers(&mut p, plan, &mask, stage)?;
     let patchwise = best.into_iter().zip(ladders);
-    let mut runs: Vec<Run> = patchwise
-        .map(|((method, best), ladder)| Run {
-            method,
-            ladder,
-            best,
-        })
-        .collect();
+    let mut runs: Vec<Run> = patchwise.map(|((method, best), ladder)| Run { method, ladder, best }).collect();
     for (method, traced) in [(Method::PathsNextEvent, next_event), (Method::Paths, plain)] {
-        runs.push(Run {
-            method,
-            best: traced.best(&mask),
-            ladder: traced.ladder,
-        });
+        runs.push(Run { method, best: traced.best(&mask), ladder: traced.ladder });
     }
     let tracks = runs.iter().map(|run| track(run, &runs, &mask)).collect();
     let pairs = pairs(&runs, &mask);
-    Ok(Comparison {
-        runs,
-        tracks,
-        pairs,
-        mask,
-    })
+    Ok(Comparison { runs, tracks, pairs, mask })
 }
 
 /// Pixels that see no luminaire in either picture, or every pixel where none is left, as in a furnace.
@@ -155,26 +134,14 @@ fn track(run: &Run, runs: &[Run], mask: &Picture) -> Track {
         true => Method::PathsNextEvent,
         false => Method::Neumann,
     };
-    let reference = runs
-        .iter()
-        .find(|r| r.method == kind)
-        .map_or(&run.best, |r| &r.best);
+    let reference = runs.iter().find(|r| r.method == kind).map_or(&run.best, |r| &r.best);
     let point = |e: &Estimate| {
         let error = |n: usize| {
             let noise = reference.order_noise.as_ref().map(|o| &o[n]);
             error_against(&e.orders[n], &reference.orders[n], noise, mask)
         };
-        let all = error_against(
-            &e.picture,
-            &reference.picture,
-            reference.noise.as_ref(),
-            mask,
-        );
-        Some(Point {
-            seconds: e.seconds,
-            rms: all?,
-            orders: std::array::from_fn(error),
-        })
+        let all = error_against(&e.picture, &reference.picture, reference.noise.as_ref(), mask);
+        Some(Point { seconds: e.seconds, rms: all?, orders: std::array::from_fn(error) })
     };
     let points: Vec<Point> = run.ladder.iter().filter_map(point).collect();
     let line: Vec<(f64, f64)> = points.iter().map(|p| (p.seconds, p.rms)).collect();

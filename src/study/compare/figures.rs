@@ -4,9 +4,7 @@ use std::fmt::Write as _;
 
 use super::{Comparison, Difference, Method, ORDERS, Point};
 use crate::image::{Exposure, Picture};
-use crate::study::{
-    Axis, Chart, Look, Scale, Series, Sheet, Tile, difference_scale, difference_tiles, term_name,
-};
+use crate::study::{Axis, Chart, Look, Scale, Series, Sheet, Tile, difference_scale, difference_tiles, term_name};
 
 /// Error against seconds, both logarithmic, a line a method with its slope.
 pub fn error_chart(title: String, caption: String, c: &Comparison) -> Chart {
@@ -18,38 +16,17 @@ pub fn order_chart(title: String, caption: String, c: &Comparison, n: usize) -> 
     chart(title, caption, c, &|p| p.orders[n])
 }
 
-fn chart(
-    title: String,
-    caption: String,
-    c: &Comparison,
-    value: &dyn Fn(&Point) -> Option<f64>,
-) -> Chart {
+fn chart(title: String, caption: String, c: &Comparison, value: &dyn Fn(&Point) -> Option<f64>) -> Chart {
     let series = c.tracks.iter().enumerate().map(|(colour, track)| {
-        let points: Vec<(f64, f64)> = track
-            .points
-            .iter()
-            .filter_map(|p| Some((p.seconds, value(p)?)))
-            .collect();
+        let points: Vec<(f64, f64)> = track.points.iter().filter_map(|p| Some((p.seconds, value(p)?))).collect();
         let slope = super::slope(&points).map_or(String::new(), |s| format!(", slope {s:.2}"));
-        Series {
-            name: format!("{}{slope}", track.method.name()),
-            points,
-            look: Look::Measured,
-            colour,
-            note: None,
-        }
+        Series { name: format!("{}{slope}", track.method.name()), points, look: Look::Measured, colour, note: None }
     });
     Chart {
         title,
         caption,
-        x: Axis {
-            label: "seconds".into(),
-            scale: Scale::Log,
-        },
-        y: Axis {
-            label: "relative RMS error".into(),
-            scale: Scale::Log,
-        },
+        x: Axis { label: "seconds".into(), scale: Scale::Log },
+        y: Axis { label: "relative RMS error".into(), scale: Scale::Log },
         series: series.collect(),
         size: (960, 600),
     }
@@ -57,12 +34,7 @@ fn chart(
 
 /// The best pictures in a row, and under each its signed difference from path tracing with next-event estimation.
 pub fn picture_sheet(heading: String, c: &Comparison, exposure: Exposure) -> FigureSheet {
-    let of = |m: Method| {
-        c.runs
-            .iter()
-            .find(|r| r.method == m)
-            .map(|r| &r.best.picture)
-    };
+    let of = |m: Method| c.runs.iter().find(|r| r.method == m).map(|r| &r.best.picture);
     let mut pictures: Vec<(Picture, String, String)> = c
         .runs
         .iter()
@@ -72,10 +44,7 @@ pub fn picture_sheet(heading: String, c: &Comparison, exposure: Exposure) -> Fig
         })
         .collect();
     if let Some(reference) = of(Method::PathsNextEvent) {
-        let scales = c
-            .runs
-            .iter()
-            .map(|r| difference_scale(&r.best.picture, reference));
+        let scales = c.runs.iter().map(|r| difference_scale(&r.best.picture, reference));
         // Equal pictures ask for scale 1: they do not count.
         let scale = scales.filter(|s| *s < 1.0).fold(0.0, f32::max);
         let scale = if scale > 0.0 { scale } else { 1.0 };
@@ -92,12 +61,7 @@ pub fn picture_sheet(heading: String, c: &Comparison, exposure: Exposure) -> Fig
         }
         pictures.extend(legend);
     }
-    FigureSheet {
-        heading,
-        pictures,
-        columns: c.runs.len(),
-        exposure,
-    }
+    FigureSheet { heading, pictures, columns: c.runs.len(), exposure }
 }
 
 /// A sheet that owns its pictures.
@@ -128,10 +92,7 @@ pub fn verdict(agree: bool) -> &'static str {
 /// The comparison as a Markdown document.
 pub fn markdown(title: &str, c: &Comparison) -> String {
     let mut text = format!("# {title}\n\n");
-    let _ = writeln!(
-        text,
-        "| method | seconds | relative RMS error | slope | effort | reference |"
-    );
+    let _ = writeln!(text, "| method | seconds | relative RMS error | slope | effort | reference |");
     let _ = writeln!(text, "|---|---|---|---|---|---|");
     for (track, run) in c.tracks.iter().zip(&c.runs) {
         for (point, estimate) in track.points.iter().zip(&run.ladder) {
@@ -154,10 +115,7 @@ pub fn markdown(title: &str, c: &Comparison) -> String {
 
 /// Each pair's verdict, the difference of the means, and the pixels that fail.
 fn pair_table(text: &mut String, c: &Comparison) {
-    let _ = writeln!(
-        text,
-        "\n| pair | verdict | mean difference | failing pixels |\n|---|---|---|---|"
-    );
+    let _ = writeln!(text, "\n| pair | verdict | mean difference | failing pixels |\n|---|---|---|---|");
     for (a, b, pair) in &c.pairs {
         let _ = writeln!(
             text,
@@ -175,25 +133,14 @@ fn pair_table(text: &mut String, c: &Comparison) {
 /// The difference of each pair's means, order by order; those that differ are marked.
 fn order_table(text: &mut String, c: &Comparison) {
     let names: Vec<String> = (0..=ORDERS).map(term_name).collect();
-    let _ = writeln!(
-        text,
-        "\n| pair | {} |\n|---{}|",
-        names.join(" | "),
-        "|---".repeat(names.len())
-    );
+    let _ = writeln!(text, "\n| pair | {} |\n|---{}|", names.join(" | "), "|---".repeat(names.len()));
     for (a, b, pair) in &c.pairs {
         let cell = |d: &Difference| match d.agree {
             true => percent(d),
             false => format!("**{} differ**", percent(d)),
         };
         let cells: Vec<String> = pair.orders.iter().map(cell).collect();
-        let _ = writeln!(
-            text,
-            "| {} / {} | {} |",
-            a.name(),
-            b.name(),
-            cells.join(" | ")
-        );
+        let _ = writeln!(text, "| {} / {} | {} |", a.name(), b.name(), cells.join(" | "));
     }
 }
 
@@ -204,19 +151,12 @@ fn percent(d: &Difference) -> String {
 
 /// Every pair's verdicts as comma-separated values: a line for the whole picture (order "all") and for each order.
 pub fn pairs_csv(c: &Comparison) -> String {
-    let mut text =
-        "a,b,order,mean_difference,mean_difference_error,verdict,failing_pixels\n".to_string();
+    let mut text = "a,b,order,mean_difference,mean_difference_error,verdict,failing_pixels\n".to_string();
     for (a, b, pair) in &c.pairs {
         let names = [a, b].map(|m| m.name().replace(',', "")).join(",");
         let whole = verdict(pair.agree);
-        let Difference {
-            relative, error, ..
-        } = pair.mean;
-        let _ = writeln!(
-            text,
-            "{names},all,{relative},{error},{whole},{}",
-            pair.failing_pixels
-        );
+        let Difference { relative, error, .. } = pair.mean;
+        let _ = writeln!(text, "{names},all,{relative},{error},{whole},{}", pair.failing_pixels);
         for (n, d) in pair.orders.iter().enumerate() {
             let own = verdict(d.agree);
             let _ = writeln!(text, "{names},{n},{},{},{own},", d.relative, d.error);
@@ -227,9 +167,7 @@ pub fn pairs_csv(c: &Comparison) -> String {
 
 /// The errors as comma-separated values, a line a point.
 pub fn csv(c: &Comparison) -> String {
-    let orders: Vec<String> = (0..=ORDERS)
-        .map(|n| format!("rms_{}", term_name(n)))
-        .collect();
+    let orders: Vec<String> = (0..=ORDERS).map(|n| format!("rms_{}", term_name(n))).collect();
     let mut text = format!("method,seconds,rms,{}\n", orders.join(","));
     for track in &c.tracks {
         for p in &track.points {

@@ -20,9 +20,7 @@ mod tracing;
 mod verdict;
 
 pub use comparison::{CompareError, Comparison, Plan, Point, Stage, Track, compare};
-pub use figures::{
-    FigureSheet, csv, error_chart, markdown, order_chart, pairs_csv, picture_sheet, verdict,
-};
+pub use figures::{FigureSheet, csv, error_chart, markdown, order_chart, pairs_csv, picture_sheet, verdict};
 pub use patchwise::{Rung, climb};
 pub use replicas::answers;
 pub use tracing::{Traced, trace};
@@ -50,13 +48,8 @@ pub enum Method {
 
 impl Method {
     /// All five.
-    pub const ALL: [Method; 5] = [
-        Method::Neumann,
-        Method::ShootingAssembled,
-        Method::ShootingRays,
-        Method::PathsNextEvent,
-        Method::Paths,
-    ];
+    pub const ALL: [Method; 5] =
+        [Method::Neumann, Method::ShootingAssembled, Method::ShootingRays, Method::PathsNextEvent, Method::Paths];
 
     /// As in tables and legends.
     pub fn name(self) -> &'static str {
@@ -124,22 +117,14 @@ pub struct Run {
 
 /// Relative RMS error against a reference over the mask, the reference's noise subtracted; `None` where the reference
 /// is black.
-pub fn error_against(
-    picture: &Picture,
-    reference: &Picture,
-    noise: Option<&Picture>,
-    mask: &Picture,
-) -> Option<f64> {
+pub fn error_against(picture: &Picture, reference: &Picture, noise: Option<&Picture>, mask: &Picture) -> Option<f64> {
     relative_rms(picture, reference, Some(mask), noise).ok()
 }
 
 /// Slope of log error over log seconds, by least squares; `None` for fewer than two usable points.
 pub fn slope(points: &[(f64, f64)]) -> Option<f64> {
-    let usable: Vec<(f64, f64)> = points
-        .iter()
-        .filter(|(s, e)| *s > 0.0 && *e > 0.0)
-        .map(|(s, e)| (s.ln(), e.ln()))
-        .collect();
+    let usable: Vec<(f64, f64)> =
+        points.iter().filter(|(s, e)| *s > 0.0 && *e > 0.0).map(|(s, e)| (s.ln(), e.ln())).collect();
     let n = usable.len() as f64;
     let mean = |f: fn(&(f64, f64)) -> f64| usable.iter().map(f).sum::<f64>() / n;
     let (x, y) = (mean(|p| p.0), mean(|p| p.1));

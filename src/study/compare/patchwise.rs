@@ -45,28 +45,16 @@ impl Rung {
             true => (LEAST / 4, 256),
             false => (LEAST, 64),
         };
-        Rung {
-            patches,
-            rays,
-            camera: 2,
-        }
+        Rung { patches, rays, camera: 2 }
     }
 
     fn sampling(self, seed: u32) -> Sampling {
-        Sampling {
-            rays: self.rays,
-            seed,
-            ..Sampling::default()
-        }
+        Sampling { rays: self.rays, seed, ..Sampling::default() }
     }
 
     /// The k-th rung.
     pub fn new(k: u32) -> Rung {
-        Rung {
-            patches: 250 << k,
-            rays: (64 << k).min(1 << 16),
-            camera: 2 << k,
-        }
+        Rung { patches: 250 << k, rays: (64 << k).min(1 << 16), camera: 2 << k }
     }
 }
 
@@ -81,19 +69,11 @@ pub(super) fn cut_within(p: &mut Prepared, plan: &Plan, rung: Rung) -> Result<()
 ///
 /// # Errors
 /// [`Diverges`] where the series does.
-pub fn climb(
-    p: &mut Prepared,
-    method: Method,
-    plan: &Plan,
-    watch: &dyn Watch,
-) -> Result<Vec<Estimate>, Diverges> {
+pub fn climb(p: &mut Prepared, method: Method, plan: &Plan, watch: &dyn Watch) -> Result<Vec<Estimate>, Diverges> {
     let mut ladder: Vec<Estimate> = Vec::new();
     for k in 0..12 {
         // A rung costs some two and a half times the one before.
-        if ladder
-            .last()
-            .is_some_and(|e| 2.5 * e.seconds > plan.seconds)
-        {
+        if ladder.last().is_some_and(|e| 2.5 * e.seconds > plan.seconds) {
             break;
         }
         let matrix = method != Method::ShootingRays;
@@ -106,13 +86,7 @@ pub fn climb(
 }
 
 /// One rung from the scene's rays on: patches, the solution, and the pictures of its generations.
-fn step(
-    p: &mut Prepared,
-    method: Method,
-    plan: &Plan,
-    rung: Rung,
-    watch: &dyn Watch,
-) -> Result<Estimate, Diverges> {
+fn step(p: &mut Prepared, method: Method, plan: &Plan, rung: Rung, watch: &dyn Watch) -> Result<Estimate, Diverges> {
     let start = Instant::now();
     p.recut(rung.patches);
     let generations = match method {
@@ -136,38 +110,21 @@ fn step(
 
 /// A rung in words.
 pub(super) fn effort(p: &Prepared, rung: Rung) -> String {
-    format!(
-        "{} patches, {} rays a patch, {} camera rays a pixel",
-        p.patches.len(),
-        rung.rays,
-        rung.camera
-    )
+    format!("{} patches, {} rays a patch, {} camera rays a pixel", p.patches.len(), rung.rays, rung.camera)
 }
 
 /// K of a rung.
-pub(super) fn matrix(
-    p: &Prepared,
-    plan: &Plan,
-    (seed, rung): (u32, Rung),
-    watch: &dyn Watch,
-) -> Assembled {
+pub(super) fn matrix(p: &Prepared, plan: &Plan, (seed, rung): (u32, Rung), watch: &dyn Watch) -> Assembled {
     let (mut modes, _) = assemble(p, &[plan.transport], &rung.sampling(seed), watch);
     modes.remove(0)
 }
 
 /// Generations over K, by the Neumann series or by shooting.
-pub(super) fn solved(
-    mode: &Assembled,
-    method: Method,
-    watch: &dyn Watch,
-) -> Result<Generations, Diverges> {
+pub(super) fn solved(mode: &Assembled, method: Method, watch: &dyn Watch) -> Result<Generations, Diverges> {
     if method == Method::ShootingAssembled {
         return shot(&assembled_shooter(mode), watch);
     }
-    let settings = Settings {
-        tolerance: REST,
-        ..Settings::default()
-    };
+    let settings = Settings { tolerance: REST, ..Settings::default() };
     Ok(neumann(&mode.operator, &settings)?.terms)
 }
 
@@ -178,20 +135,14 @@ pub(super) fn shot_by_rays(
     (seed, rung): (u32, Rung),
     watch: &dyn Watch,
 ) -> Result<Generations, Diverges> {
-    let settings = RaySettings {
-        rays: rung.rays.saturating_mul(p.patches.len() as u32),
-        seed,
-        ..RaySettings::default()
-    };
+    let settings =
+        RaySettings { rays: rung.rays.saturating_mul(p.patches.len() as u32), seed, ..RaySettings::default() };
     shot(&ray_shooter(p, plan.transport, settings), watch)
 }
 
 /// Shoots to the end; a tick for each tenth by which the unshot power falls.
 fn shot(shooter: &dyn Shooter, watch: &dyn Watch) -> Result<Generations, Diverges> {
-    let settings = ShootingSettings {
-        unshot: REST,
-        ..ShootingSettings::default()
-    };
+    let settings = ShootingSettings { unshot: REST, ..ShootingSettings::default() };
     let ticks = |share: f64| (share.max(REST).ln() / 0.9f64.ln()).max(0.0) as u64;
     watch.begin("shooting", ticks(REST));
     let mut shooting = Shooting::new(shooter, settings)?;
@@ -214,12 +165,7 @@ pub(super) fn pictures(
     watch: &dyn Watch,
 ) -> Vec<Vec<Picture>> {
     let values: Vec<Vec<Rgb>> = solutions.iter().flat_map(|g| values(p, g)).collect();
-    let sampling = GatherSampling {
-        camera: rung.camera,
-        luminaire: 4,
-        hemisphere: 8,
-        seed,
-    };
+    let sampling = GatherSampling { camera: rung.camera, luminaire: 4, hemisphere: 8, seed };
     let transports = p.scene.transports(plan.transport);
     let fields = fields(p, &values);
     let parts = picture(p, &transports, &fields, plan.size, &sampling, watch);

@@ -12,9 +12,7 @@
 
 use std::time::Instant;
 
-use super::arithmetic::{
-    average, combine, map, masked_mean, smoothed, spread, standard_error, sum,
-};
+use super::arithmetic::{average, combine, map, masked_mean, smoothed, spread, standard_error, sum};
 use super::patchwise::{Generations, cut_within, effort, matrix, pictures, shot_by_rays, solved};
 use super::{CompareError, Estimate, Mean, Method, ORDERS, Plan, Rung};
 use crate::image::Picture;
@@ -26,11 +24,7 @@ const REPLICAS: u32 = 4;
 /// Half the window, in pixels, over which systematic errors are averaged.
 const WINDOW: usize = 3;
 /// The methods, in the order of their pictures.
-const METHODS: [Method; 3] = [
-    Method::Neumann,
-    Method::ShootingAssembled,
-    Method::ShootingRays,
-];
+const METHODS: [Method; 3] = [Method::Neumann, Method::ShootingAssembled, Method::ShootingRays];
 
 /// Answers of the three patch methods, with their errors.
 ///
@@ -49,11 +43,7 @@ pub fn answers(
         fine.push(replicate(p, plan, (replica, rung), &METHODS, watch)?);
     }
     let words = format!("mean of {REPLICAS}: {}", effort(p, rung));
-    let coarse_rung = Rung {
-        patches: rung.patches / 4,
-        rays: 4 * rung.rays,
-        ..rung
-    };
+    let coarse_rung = Rung { patches: rung.patches / 4, rays: 4 * rung.rays, ..rung };
     p.recut(coarse_rung.patches);
     let mut coarse = Vec::new();
     for replica in 0..REPLICAS {
@@ -67,9 +57,7 @@ pub fn answers(
         effort: words.clone(),
         ..patches.answer(&of(k), mask)
     };
-    Ok((0..METHODS.len())
-        .map(|k| (METHODS[k], answer(k)))
-        .collect())
+    Ok((0..METHODS.len()).map(|k| (METHODS[k], answer(k))).collect())
 }
 
 /// Pictures of each order, E first, all beyond [`ORDERS`] last.
@@ -77,11 +65,7 @@ type Orders = Vec<Picture>;
 
 /// The finest rung, and its first repetition: solving takes up to the plan's time for each method and all repetitions, and
 /// gathering, coarse patches included, as long for all methods together, as far as memory goes; but [`Rung::least`] at least.
-fn finest(
-    p: &mut Prepared,
-    plan: &Plan,
-    watch: &dyn Watch,
-) -> Result<(Rung, Vec<Orders>), CompareError> {
+fn finest(p: &mut Prepared, plan: &Plan, watch: &dyn Watch) -> Result<(Rung, Vec<Orders>), CompareError> {
     let share = plan.seconds / f64::from(REPLICAS);
     let solving = METHODS.len() as f64 * share;
     let mut rung = Rung::least(plan);
@@ -91,11 +75,7 @@ fn finest(
         let solutions = solve(p, plan, (0, rung), &METHODS, watch)?;
         // Twice the patches with as many rays in all, but 64 a patch, take up to some 2.3 times as long.
         if 2.3 * clock.elapsed().as_secs_f64() < solving && rung.patches < 64_000 {
-            let finer = Rung {
-                patches: 2 * rung.patches,
-                rays: (rung.rays / 2).max(64),
-                ..rung
-            };
+            let finer = Rung { patches: 2 * rung.patches, rays: (rung.rays / 2).max(64), ..rung };
             if cut_within(p, plan, finer).is_ok() {
                 rung = finer;
                 continue;
@@ -116,8 +96,7 @@ fn finest(
 }
 
 fn seed(plan: &Plan, replica: u32) -> u32 {
-    plan.seed
-        .wrapping_add((replica + 1).wrapping_mul(0x9e37_79b9))
+    plan.seed.wrapping_add((replica + 1).wrapping_mul(0x9e37_79b9))
 }
 
 /// One repetition of the methods asked for.
@@ -184,10 +163,7 @@ impl Systematic {
         let order = |n: usize| -> Vec<Picture> { repeated.iter().map(|r| r[n].clone()).collect() };
         let orders: Vec<Vec<Picture>> = (0..=ORDERS).map(order).collect();
         let sets = std::iter::once(&wholes).chain(&orders);
-        let means = sets.zip(&self.means).map(|(set, &systematic)| Mean {
-            systematic,
-            ..means(set, mask)
-        });
+        let means = sets.zip(&self.means).map(|(set, &systematic)| Mean { systematic, ..means(set, mask) });
         let picture = average(&wholes);
         let noise = |set: &Vec<Picture>| standard_error(set, &average(set));
         Estimate {
@@ -207,9 +183,5 @@ impl Systematic {
 fn means(repeated: &[Picture], mask: &Picture) -> Mean {
     let each: Vec<[f64; 3]> = repeated.iter().map(|p| masked_mean(p, mask)).collect();
     let channel = |c: usize| spread(&each.iter().map(|m| m[c]).collect::<Vec<_>>());
-    Mean {
-        value: [0, 1, 2].map(|c| channel(c).0),
-        noise: [0, 1, 2].map(|c| channel(c).1),
-        systematic: [0.0; 3],
-    }
+    Mean { value: [0, 1, 2].map(|c| channel(c).0), noise: [0, 1, 2].map(|c| channel(c).1), systematic: [0.0; 3] }
 }

@@ -62,11 +62,7 @@ fn bisect(high: f64, holds: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, high);
     for _ in 0..80 {
         let middle = 0.5 * (low + high);
-        if holds(middle) {
-            low = middle
-        } else {
-            high = middle
-        }
+        if holds(middle) { low = middle } else { high = middle }
     }
     0.5 * (low + high)
 }
@@ -118,10 +114,7 @@ mod tests {
             (0.995, 10.0, 3.169_272_667),
             (0.975, 120.0, 1.979_930_405),
         ] {
-            assert!(
-                (student_quantile(p, freedom) / t - 1.0).abs() < 1e-6,
-                "{p} {freedom}"
-            );
+            assert!((student_quantile(p, freedom) / t - 1.0).abs() < 1e-6, "{p} {freedom}");
         }
     }
 

@@ -32,11 +32,7 @@ pub fn trace(
     steps: &[f64],
     watch: &dyn Watch,
 ) -> Traced {
-    let settings = TraceSettings {
-        next_event,
-        seed: plan.seed,
-        ..TraceSettings::default()
-    };
+    let settings = TraceSettings { next_event, seed: plan.seed, ..TraceSettings::default() };
     let milliseconds = |seconds: f64| (1e3 * seconds) as u64;
     watch.begin("paths", steps.last().map_or(0, |&s| milliseconds(s)));
     let start = Instant::now();
@@ -59,13 +55,7 @@ pub fn trace(
         ladder.push(look(&tracer, seconds));
         looking = start.elapsed().as_secs_f64() - seconds;
     }
-    Traced {
-        ladder,
-        mask: tracer.mask(),
-        largest: tracer.largest(),
-        lit: tracer.lit(),
-        samples: tracer.samples(),
-    }
+    Traced { ladder, mask: tracer.mask(), largest: tracer.largest(), lit: tracer.lit(), samples: tracer.samples() }
 }
 
 fn look(tracer: &Tracer, seconds: f64) -> Estimate {
@@ -120,10 +110,6 @@ impl Traced {
             });
             around.unwrap_or(everywhere) * share
         };
-        Picture {
-            width: mask.width,
-            height: mask.height,
-            pixels: (0..mask.pixels.len()).map(near).collect(),
-        }
+        Picture { width: mask.width, height: mask.height, pixels: (0..mask.pixels.len()).map(near).collect() }
     }
 }

@@ -64,11 +64,7 @@ pub fn judge(a: &Estimate, b: &Estimate, mask: &Picture) -> Pair {
     let numbers = a.means.len().min(b.means.len()).max(1);
     let pairs = a.means.iter().zip(&b.means);
     let mut means = pairs.map(|pair| difference(pair, (a, b), chosen.len(), numbers));
-    let mean = means.next().unwrap_or(Difference {
-        relative: 0.0,
-        error: 0.0,
-        agree: true,
-    });
+    let mean = means.next().unwrap_or(Difference { relative: 0.0, error: 0.0, agree: true });
     let orders: Vec<Difference> = means.collect();
     Pair {
         agree: failing_pixels == 0 && mean.agree && orders.iter().all(|o| o.agree),
@@ -122,16 +118,11 @@ fn variance(e: &Estimate, mask: &Picture, l: f64) -> Picture {
         Some(sample) => {
             let n = window(mask, k, POOL).count().max(1) as f64;
             let (seen, weight) = (pooled.pixels[k], sample.pixels[k]);
-            Rgb::from_array(
-                [0, 1, 2].map(|c| limit(f64::from(seen[c]), weight[c].into(), n, l) as f32),
-            )
+            Rgb::from_array([0, 1, 2].map(|c| limit(f64::from(seen[c]), weight[c].into(), n, l) as f32))
         }
     };
     let at = |k: usize| largest.pixels[k].max(limit(k));
-    Picture {
-        pixels: (0..own.pixels.len()).map(at).collect(),
-        ..own
-    }
+    Picture { pixels: (0..own.pixels.len()).map(at).collect(), ..own }
 }
 
 /// Largest mean variance of n means whose mean variance `seen` was estimated from samples that weigh `weight` at most.
@@ -153,23 +144,11 @@ fn largest_near(picture: &Picture, mask: &Picture) -> Picture {
 }
 
 /// Compares one of `numbers` means of `pixels` pixels, in the channel that differs most.
-fn difference(
-    (x, y): (&Mean, &Mean),
-    (a, b): (&Estimate, &Estimate),
-    pixels: usize,
-    numbers: usize,
-) -> Difference {
+fn difference((x, y): (&Mean, &Mean), (a, b): (&Estimate, &Estimate), pixels: usize, numbers: usize) -> Difference {
     let same_patches = a.systematic.is_some() == b.systematic.is_some();
-    let weights = [a, b].map(|e| {
-        e.sample.as_ref().map_or(Rgb::ZERO, |s| {
-            s.pixels.iter().copied().fold(Rgb::ZERO, Rgb::max)
-        })
-    });
-    let mut worst = Difference {
-        relative: 0.0,
-        error: 0.0,
-        agree: true,
-    };
+    let weights =
+        [a, b].map(|e| e.sample.as_ref().map_or(Rgb::ZERO, |s| s.pixels.iter().copied().fold(Rgb::ZERO, Rgb::max)));
+    let mut worst = Difference { relative: 0.0, error: 0.0, agree: true };
     let (mut rank, mut agree) = (-1.0, true);
     for c in 0..3 {
         let size = 0.5 * (x.value[c] + y.value[c]);

@@ -8,28 +8,12 @@ use super::{Run, Spread};
 const PER_OCTAVE: f64 = 2.0;
 
 fn chart(title: String, caption: String, labels: [&str; 2], series: Vec<Series>) -> Chart {
-    let axis = |label: &str| Axis {
-        label: label.into(),
-        scale: Scale::Log,
-    };
-    Chart {
-        title,
-        caption,
-        x: axis(labels[0]),
-        y: axis(labels[1]),
-        series,
-        size: (960, 600),
-    }
+    let axis = |label: &str| Axis { label: label.into(), scale: Scale::Log };
+    Chart { title, caption, x: axis(labels[0]), y: axis(labels[1]), series, size: (960, 600) }
 }
 
 fn series(name: String, colour: usize, look: Look, points: Vec<(f64, f64)>) -> Series {
-    Series {
-        name,
-        points,
-        look,
-        colour,
-        note: None,
-    }
+    Series { name, points, look, colour, note: None }
 }
 
 /// The norm of what follows term n, as it is and as it is proved to be at most, and beyond the frontier the terms themselves.
@@ -44,19 +28,9 @@ pub fn series_chart(title: String, caption: String, runs: &[Run]) -> Chart {
             continue;
         }
         let tails = thinned(&run.tails[1..]);
-        lines.push(series(
-            format!("{name}: true tail"),
-            colour,
-            Look::Measured,
-            tails,
-        ));
+        lines.push(series(format!("{name}: true tail"), colour, Look::Measured, tails));
         let bounds = thinned(&run.bounds);
-        lines.push(series(
-            format!("{name}: proved bound"),
-            colour,
-            Look::Bound,
-            bounds,
-        ));
+        lines.push(series(format!("{name}: proved bound"), colour, Look::Bound, bounds));
     }
     let labels = ["n", "norm of what follows KⁿE, W/(m² sr)"];
     chart(title, caption, labels, lines)
@@ -98,11 +72,7 @@ pub fn shooting_chart(title: String, caption: String, runs: &[Run]) -> Chart {
 }
 
 /// The path tracer's relative error over its paths, with the predicted power law through the last point of each.
-pub fn spread_chart(
-    title: String,
-    caption: String,
-    measured: &[(String, f64, Vec<Spread>)],
-) -> Chart {
+pub fn spread_chart(title: String, caption: String, measured: &[(String, f64, Vec<Spread>)]) -> Chart {
     let mut lines = Vec::new();
     for (colour, (name, exponent, spreads)) in measured.iter().enumerate() {
         let of = |pick: fn(&Spread) -> f64| -> Vec<(f64, f64)> {

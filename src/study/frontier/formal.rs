@@ -35,13 +35,7 @@ pub fn check_dense(p: &Prepared, limit: f64) -> Result<(), Unfit> {
     let fitting = most_fitting(patches, limit, bytes).max(1);
     match bytes(patches as f64) <= limit {
         true => Ok(()),
-        false => Err(Unfit {
-            patches,
-            stored: Stored::Dense,
-            bytes: bytes(patches as f64),
-            limit,
-            fitting,
-        }),
+        false => Err(Unfit { patches, stored: Stored::Dense, bytes: bytes(patches as f64), limit, fitting }),
     }
 }
 

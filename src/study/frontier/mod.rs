@@ -20,10 +20,7 @@ use crate::scene::Scene;
 
 /// The scene with every own alpha and tau (1 where a material has none) times these: a point of its stability map.
 pub fn at(scene: &Scene, alpha: f64, tau: f64) -> Scene {
-    let own = scene.transports(Transport {
-        alpha: 1.0,
-        tau: 1.0,
-    });
+    let own = scene.transports(Transport { alpha: 1.0, tau: 1.0 });
     let mut scaled = scene.clone();
     for (material, own) in scaled.materials.iter_mut().zip(own) {
         material.alpha = Some((alpha * f64::from(own.alpha)) as f32);

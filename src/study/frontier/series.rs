@@ -10,8 +10,8 @@ use crate::light::{Light, Transport};
 use crate::operator::{Bounds, operator_norm};
 use crate::scene::Scene;
 use crate::solve::{
-    RaySettings, Settings, Shooting, ShootingSettings, TailBound, Verdict, direct, extrapolated,
-    neumann, norm, terms, verdict,
+    RaySettings, Settings, Shooting, ShootingSettings, TailBound, Verdict, direct, extrapolated, neumann, norm, terms,
+    verdict,
 };
 
 /// Products to estimate a norm from.
@@ -89,11 +89,7 @@ pub fn runs(
         let (mut modes, _) = assemble(&prepared, &[Transport::default()], sampling, &Silent);
         let mode = modes.remove(0);
         let mut run = follow(&mode, share, alpha, settings);
-        let rays = RaySettings {
-            rays: SHOOTING_RAYS,
-            seed: sampling.seed,
-            ..RaySettings::default()
-        };
+        let rays = RaySettings { rays: SHOOTING_RAYS, seed: sampling.seed, ..RaySettings::default() };
         let shooter = ray_shooter(&prepared, Transport::default(), rays);
         (run.shooting, run.shot) = shoot(&shooter, prepared.patches.len());
         run
@@ -106,10 +102,7 @@ fn follow(mode: &Assembled, share: f64, alpha: f64, settings: &Settings) -> Run 
     let k = &mode.operator;
     let (verdict, spectrum) = verdict(k);
     let tail = spectrum.as_ref().and_then(|s| TailBound::new(k, s));
-    let zero = Bounds {
-        lower: 0.0,
-        upper: 0.0,
-    };
+    let zero = Bounds { lower: 0.0, upper: 0.0 };
     let mut run = Run {
         share,
         alpha,
@@ -127,11 +120,7 @@ fn follow(mode: &Assembled, share: f64, alpha: f64, settings: &Settings) -> Run 
     };
     let exact = tail.as_ref().and_then(|_| direct(k));
     let mut sum = vec![Light::default(); k.len()];
-    let last = if tail.is_some() {
-        settings.max_terms
-    } else {
-        TERMS_BEYOND
-    };
+    let last = if tail.is_some() { settings.max_terms } else { TERMS_BEYOND };
     for (n, term) in terms(k).take(last + 1).enumerate() {
         add(&mut sum, &term, 1.0);
         run.norms.push(norm(k.areas(), &term));
@@ -168,10 +157,7 @@ fn time(mode: &Assembled, settings: &Settings) -> Timing {
 /// Shoots over K until a thousandth is unshot; none where that takes too many shots.
 fn empty(mode: &Assembled) -> Option<()> {
     let shooter = assembled_shooter(mode);
-    let settings = ShootingSettings {
-        generations: 2,
-        ..ShootingSettings::default()
-    };
+    let settings = ShootingSettings { generations: 2, ..ShootingSettings::default() };
     let mut shooting = Shooting::new(&shooter, settings).ok()?;
     let most = SHOTS_A_PATCH * mode.operator.len() as u64;
     while let Some(progress) = shooting.step().ok()? {
@@ -198,18 +184,12 @@ fn add(sum: &mut [Light], term: &[Light], factor: f32) {
 
 /// Shoots until a thousandth is unshot or growth shows.
 fn shoot(shooter: &dyn crate::solve::Shooter, patches: usize) -> (Vec<Shot>, Verdict) {
-    let settings = ShootingSettings {
-        shots_per_patch: SHOTS_A_PATCH,
-        ..ShootingSettings::default()
-    };
+    let settings = ShootingSettings { shots_per_patch: SHOTS_A_PATCH, ..ShootingSettings::default() };
     let mut seen = Vec::new();
     let ended = Shooting::new(shooter, settings).and_then(|mut shooting| {
         shooting.run(|s| {
             let progress = s.progress();
-            seen.push(Shot {
-                sweeps: progress.shots as f64 / patches as f64,
-                unshot: progress.share,
-            });
+            seen.push(Shot { sweeps: progress.shots as f64 / patches as f64, unshot: progress.share });
         })
     });
     let verdict = ended.map_or_else(|refused| refused.verdict, |_| Verdict::Converges);

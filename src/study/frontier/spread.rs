@@ -59,17 +59,11 @@ pub fn scaling(scene: &Scene, repeats: usize, doublings: u32, seed: u32) -> Scal
         looks.collect()
     };
     let size = repeats.div_ceil(GROUPS).max(2);
-    let found: Vec<_> = (0..(GROUPS * size) as u32)
-        .into_par_iter()
-        .map(repeat)
-        .collect();
+    let found: Vec<_> = (0..(GROUPS * size) as u32).into_par_iter().map(repeat).collect();
     let slopes: Vec<f64> = found.chunks(size).map(|g| slope(&spreads(g))).collect();
     let mean = slopes.iter().sum::<f64>() / GROUPS as f64;
     let squares: f64 = slopes.iter().map(|s| (s - mean).powi(2)).sum();
-    Scaling {
-        spreads: spreads(&found),
-        slope: (mean, (squares / ((GROUPS - 1) * GROUPS) as f64).sqrt()),
-    }
+    Scaling { spreads: spreads(&found), slope: (mean, (squares / ((GROUPS - 1) * GROUPS) as f64).sqrt()) }
 }
 
 /// Errors at every look, from the repeats' (mean, reported error).
@@ -122,11 +116,8 @@ mod tests {
 
     #[test]
     fn slopes_of_powers_are_their_exponents() {
-        let spreads = [1, 2, 4, 8].map(|paths| Spread {
-            paths,
-            spread: 3.0 * (paths as f64).powf(-0.4),
-            reported: 0.0,
-        });
+        let spreads =
+            [1, 2, 4, 8].map(|paths| Spread { paths, spread: 3.0 * (paths as f64).powf(-0.4), reported: 0.0 });
         assert!((slope(&spreads) + 0.4).abs() < 1e-12);
     }
 

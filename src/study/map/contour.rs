@@ -14,9 +14,7 @@ use super::super::axis::{Range, Scale};
 use super::super::canvas::{Align, Canvas, Marker};
 use super::super::chart::ChartError;
 use super::super::font;
-use super::super::plot::{
-    CAPTION_EM, Frame, INK, LEGEND_WIDTH, TICK_EM, TITLE_EM, draw_axes, draw_caption,
-};
+use super::super::plot::{CAPTION_EM, Frame, INK, LEGEND_WIDTH, TICK_EM, TITLE_EM, draw_axes, draw_caption};
 use super::super::surface::{DrawError, draw_bitmap, draw_svg};
 use super::{Column, Map};
 use crate::image::{write_bitmap, write_whole};
@@ -119,11 +117,7 @@ impl MapChart<'_> {
         Ok(())
     }
 
-    fn draw_frontiers<B: DrawingBackend>(
-        &self,
-        frame: &Frame,
-        canvas: &mut Canvas<B>,
-    ) -> Result<(), DrawError> {
+    fn draw_frontiers<B: DrawingBackend>(&self, frame: &Frame, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
         let columns = &self.map.columns;
         let mean = Curve::new(columns, |c| c.radius, |r| 1.0 / r);
         for piece in mean.inside(frame) {
@@ -150,11 +144,7 @@ impl MapChart<'_> {
         let highest = levels[levels.len() - 1];
         let y = |level: f64| bottom - (bottom - top) * level / highest;
         for (k, pair) in levels.windows(2).enumerate() {
-            canvas.rectangle(
-                (left, y(pair[1])),
-                (left + 22.0, y(pair[0])),
-                colour(k, levels),
-            )?;
+            canvas.rectangle((left, y(pair[1])), (left + 22.0, y(pair[0])), colour(k, levels))?;
         }
         let digits = if levels[1] < 0.1 { 2 } else { 1 };
         for &level in levels {
@@ -170,10 +160,7 @@ impl MapChart<'_> {
             true => "beyond: the path tracer's variance is infinite",
             false => "inside: the path tracer's variance is finite",
         };
-        let entries = [
-            ("radius = 1: beyond, the series diverges", false),
-            (variance, true),
-        ];
+        let entries = [("radius = 1: beyond, the series diverges", false), (variance, true)];
         let mut y = frame.top + 10.0;
         for (words, dashed) in entries {
             let sample = [(left - 12.0, y), (left + 18.0, y)];
@@ -216,11 +203,7 @@ fn draw_corners<B: DrawingBackend>(frame: &Frame, canvas: &mut Canvas<B>) -> Res
             continue;
         }
         let wide = font::width(mode.name(), TICK_EM) + 12.0;
-        let left = if at.alpha > 0.5 {
-            x - 10.0 - wide
-        } else {
-            x + 10.0
-        };
+        let left = if at.alpha > 0.5 { x - 10.0 - wide } else { x + 10.0 };
         let base = y - 14.0;
         canvas.rectangle((left, base - 15.0), (left + wide, base + 6.0), PAPER)?;
         canvas.text(mode.name(), (left + 6.0, base), TICK_EM, Align::Left, INK)?;

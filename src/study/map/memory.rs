@@ -30,12 +30,7 @@ const PATCH: f64 = 200.0;
 ///
 /// # Errors
 /// [`Unfit`], with the number of patches that would.
-pub fn check_crossings(
-    p: &Prepared,
-    sampling: &Sampling,
-    steps: usize,
-    limit: f64,
-) -> Result<(), Unfit> {
+pub fn check_crossings(p: &Prepared, sampling: &Sampling, steps: usize, limit: f64) -> Result<(), Unfit> {
     if limit.is_infinite() {
         return Ok(());
     }
@@ -67,10 +62,7 @@ fn pilot(p: &Prepared, sampling: &Sampling) -> (f64, f64) {
     for &i in &chosen {
         receives[i] = true;
     }
-    let corner = Transport {
-        alpha: 1.0,
-        tau: 1.0,
-    };
+    let corner = Transport { alpha: 1.0, tau: 1.0 };
     let transports = p.scene.transports(corner);
     let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
     let path = (&p.rays, &p.patches);

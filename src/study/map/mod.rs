@@ -94,11 +94,7 @@ pub fn map(p: &Prepared, steps: usize, sampling: &Sampling, watch: &dyn Watch) -
         let tau = step as f64 / last as f64;
         let spectrum = survey.spectrum(tau, &start.0);
         let squares = survey.moment(tau, 2.0, &start.1);
-        columns.push(Column {
-            tau,
-            radius: spectrum.worst(),
-            squares: squares.worst(),
-        });
+        columns.push(Column { tau, radius: spectrum.worst(), squares: squares.worst() });
         start = (spectrum.x.clone(), squares.x);
         spectra.push(spectrum);
         watch.tick(1);
@@ -137,12 +133,7 @@ impl Map {
         let growing = self.columns.iter().filter(|c| of(c).lower > 0.0);
         let point = |c: &Column| {
             let (lower, upper) = (alpha(of(c).upper), alpha(of(c).lower));
-            FrontierPoint {
-                tau: c.tau,
-                alpha: 0.5 * (lower + upper),
-                lower,
-                upper,
-            }
+            FrontierPoint { tau: c.tau, alpha: 0.5 * (lower + upper), lower, upper }
         };
         growing.map(point).collect()
     }
@@ -150,8 +141,5 @@ impl Map {
 
 /// Bounds of a matrix times a number.
 fn scaled(b: Bounds, factor: f64) -> Bounds {
-    Bounds {
-        lower: factor * b.lower,
-        upper: factor * b.upper,
-    }
+    Bounds { lower: factor * b.lower, upper: factor * b.upper }
 }

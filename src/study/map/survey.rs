@@ -31,11 +31,7 @@ use crate::scene::Scene;
 use super::super::pipeline::{Prepared, Watch};
 
 /// How exactly radii are found. They are those at alpha = 1: on which side of 1 they lie is no question.
-const EFFORT: Effort = Effort {
-    gap: 1e-3,
-    products: 256,
-    undecided: 0,
-};
+const EFFORT: Effort = Effort { gap: 1e-3, products: 256, undecided: 0 };
 
 /// The crossings of a scene's rays, and what its patches pass on at alpha = 1.
 pub struct Survey {
@@ -50,17 +46,9 @@ pub struct Survey {
 impl Survey {
     /// Casts the rays for materials at alpha = tau = 1, or their own.
     pub fn new(p: &Prepared, sampling: &Sampling, watch: &dyn Watch) -> Survey {
-        let corner = Transport {
-            alpha: 1.0,
-            tau: 1.0,
-        };
+        let corner = Transport { alpha: 1.0, tau: 1.0 };
         let transports = p.scene.transports(corner);
-        Survey::of(
-            (&p.scene, &p.rays, &p.patches),
-            &transports,
-            sampling,
-            watch,
-        )
+        Survey::of((&p.scene, &p.rays, &p.patches), &transports, sampling, watch)
     }
 
     /// The same for any (alpha, tau) of the materials, which take the place of their own.
@@ -76,20 +64,9 @@ impl Survey {
         let travels: Vec<bool> = largest.iter().map(|&b| b > 0.0).collect();
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
         watch.begin("form factors", patches.len() as u64);
-        let (layers, rays) = cast_layers(
-            scene,
-            (rays, patches),
-            (&travels, &travels),
-            &tau,
-            sampling,
-            &|done| watch.tick(done),
-        );
-        Survey {
-            layers,
-            passed: passed.iter().map(|b| b.extend(0.0)).collect(),
-            largest,
-            rays,
-        }
+        let (layers, rays) =
+            cast_layers(scene, (rays, patches), (&travels, &travels), &tau, sampling, &|done| watch.tick(done));
+        Survey { layers, passed: passed.iter().map(|b| b.extend(0.0)).collect(), largest, rays }
     }
 
     /// An iteration's start that knows nothing.

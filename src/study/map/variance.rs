@@ -76,20 +76,11 @@ impl Growth {
 pub fn growth(scene: &Scene, rays: &Rays, transport: Transport, seed: u32) -> Growth {
     let transports = scene.transports(transport);
     if surely_finite(scene, &transports) {
-        return Growth {
-            variance: Variance::Finite,
-            mean: None,
-            squares: None,
-            exponent: Some(0.5),
-        };
+        return Growth { variance: Variance::Finite, mean: None, squares: None, exponent: Some(0.5) };
     }
     let patches = Patches::new(scene, rays, PATCHES);
     let each = (RAYS / patches.len().max(1)).clamp(RAYS_EACH.0, RAYS_EACH.1);
-    let sampling = Sampling {
-        rays: each as u32,
-        seed,
-        ..Sampling::default()
-    };
+    let sampling = Sampling { rays: each as u32, seed, ..Sampling::default() };
     let survey = Survey::of((scene, rays, &patches), &transports, &sampling, &Silent);
     let mean = survey.spectrum(1.0, &survey.start()).worst();
     let squares = survey.moment(1.0, 2.0, &survey.start()).worst();
@@ -99,12 +90,7 @@ pub fn growth(scene: &Scene, rays: &Rays, transport: Transport, seed: u32) -> Gr
         Variance::Infinite => survey.tail_index(1.0, 1.0).map(|p| 1.0 - 1.0 / p),
         Variance::Undecided => None,
     };
-    Growth {
-        variance,
-        mean: Some(mean),
-        squares: Some(squares),
-        exponent,
-    }
+    Growth { variance, mean: Some(mean), squares: Some(squares), exponent }
 }
 
 /// What follows without casting a ray.

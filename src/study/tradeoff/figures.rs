@@ -20,9 +20,7 @@ pub fn error_chart(title: String, caption: String, t: &Tradeoff) -> Chart {
         if points.is_empty() {
             continue;
         }
-        let slope = t.slope(ladder).map_or(String::new(), |s| {
-            format!(", slope {s:.2}").replace('-', "−")
-        });
+        let slope = t.slope(ladder).map_or(String::new(), |s| format!(", slope {s:.2}").replace('-', "−"));
         series.push(Series {
             name: format!("{}{slope}", ladder.name()),
             points,
@@ -49,18 +47,11 @@ fn least(t: &Tradeoff, across: impl Iterator<Item = f64> + Clone) -> Option<Seri
     let told = 100.0 * t.least_told()?;
     let (low, high) = (across.clone().reduce(f64::min)?, across.reduce(f64::max)?);
     let points = vec![(low, told), (high, told)];
-    Some(Series::bound(
-        "least error the reference tells",
-        GREY,
-        points,
-    ))
+    Some(Series::bound("least error the reference tells", GREY, points))
 }
 
 fn log_axis(label: &str) -> Axis {
-    Axis {
-        label: label.into(),
-        scale: Scale::Log,
-    }
+    Axis { label: label.into(), scale: Scale::Log }
 }
 
 /// Reached and estimated error against the error asked for, with the line on which they are equal.
@@ -69,23 +60,14 @@ pub fn asked_chart(title: String, caption: String, t: &Tradeoff) -> Chart {
         let place = |p: &Point| Some((100.0 * p.asked?, 100.0 * value(p)?));
         t.of(Ladder::Tolerance).filter_map(place).collect()
     };
-    let measured = |name: &str, colour, points| Series {
-        name: name.into(),
-        points,
-        look: Look::Measured,
-        colour,
-        note: None,
-    };
+    let measured =
+        |name: &str, colour, points| Series { name: name.into(), points, look: Look::Measured, colour, note: None };
     let equal = points(|p| p.asked);
     let across: Vec<f64> = equal.iter().map(|p| p.0).collect();
     let mut series = vec![Series::bound("one to one", BLACK, equal)];
     series.extend(least(t, across.into_iter()));
     series.push(measured("reached", 0, points(|p| Some(p.reached.error))));
-    series.push(measured(
-        "estimated while running",
-        1,
-        points(|p| p.estimated),
-    ));
+    series.push(measured("estimated while running", 1, points(|p| p.estimated)));
     Chart {
         title,
         caption,
@@ -106,13 +88,7 @@ pub fn seconds_bars(title: String, caption: String, t: &Tradeoff) -> Bars {
             parts: vec![s.load, s.patches, s.form_factors, s.solve, s.gather],
         }
     };
-    let names = [
-        "reading the scene",
-        "rays and patches",
-        "form factors",
-        "solving",
-        "gather",
-    ];
+    let names = ["reading the scene", "rays and patches", "form factors", "solving", "gather"];
     Bars {
         title,
         caption,

@@ -20,11 +20,7 @@ use crate::study::tolerance::{Wanted, render_within};
 /// The errors asked for.
 pub const TOLERANCES: [f64; 6] = [0.1, 0.05, 0.02, 0.01, 0.005, 0.002];
 /// What the knobs that are not varied stand at: patches, rays a patch, samples a pixel.
-const FINE: Knobs = Knobs {
-    patches: 8000,
-    rays: 1024,
-    samples: 512,
-};
+const FINE: Knobs = Knobs { patches: 8000, rays: 1024, samples: 512 };
 /// Steps of a knob's ladder, each four times the last.
 const STEPS: u32 = 5;
 /// Share of the plan's seconds that a step of any ladder but the tolerance's may take.
@@ -75,11 +71,7 @@ pub fn tolerances(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Result<Vec<R
     watch.begin("tolerance", u64::from(count));
     climb(count, (3.0, plan.seconds), watch, |k| {
         let tolerance = TOLERANCES[k as usize];
-        let wanted = Wanted {
-            tolerance,
-            size: plan.size,
-            seed: plan.seed,
-        };
+        let wanted = Wanted { tolerance, size: plan.size, seed: plan.seed };
         let mut p = prepare(scene.clone(), 1);
         p.memory = plan.memory;
         let within = render_within(&mut p, plan.transport, &wanted, &Silent)?;
@@ -96,12 +88,7 @@ pub fn tolerances(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Result<Vec<R
 }
 
 /// The ladder of one knob, the others fine.
-pub fn one_knob(
-    scene: &Scene,
-    plan: &Plan,
-    ladder: Ladder,
-    watch: &dyn Watch,
-) -> Result<Vec<Run>, Diverges> {
+pub fn one_knob(scene: &Scene, plan: &Plan, ladder: Ladder, watch: &dyn Watch) -> Result<Vec<Run>, Diverges> {
     watch.begin(ladder.name(), u64::from(STEPS));
     climb(STEPS, (4.0, SHARE * plan.seconds), watch, |k| {
         let mut knobs = FINE;
@@ -115,25 +102,13 @@ pub fn one_knob(
 }
 
 /// A picture with so many patches, rays and samples; none where K would not fit in memory.
-fn fixed(
-    scene: &Scene,
-    plan: &Plan,
-    ladder: Ladder,
-    knobs: Knobs,
-) -> Result<Option<Run>, Diverges> {
-    let sampling = Sampling {
-        rays: knobs.rays,
-        seed: plan.seed,
-        ..Sampling::default()
-    };
+fn fixed(scene: &Scene, plan: &Plan, ladder: Ladder, knobs: Knobs) -> Result<Option<Run>, Diverges> {
+    let sampling = Sampling { rays: knobs.rays, seed: plan.seed, ..Sampling::default() };
     let p = prepare(scene.clone(), knobs.patches);
     if check_memory(&p, &[plan.transport], &sampling, plan.memory).is_err() {
         return Ok(None);
     }
-    let mut seconds = Seconds {
-        patches: p.seconds,
-        ..Seconds::default()
-    };
+    let mut seconds = Seconds { patches: p.seconds, ..Seconds::default() };
     let mut clock = Instant::now();
     let (modes, _) = assemble(&p, &[plan.transport], &sampling, &Silent);
     seconds.form_factors = lap(&mut clock);
@@ -142,12 +117,7 @@ fn fixed(
     let gathering = GatherSampling::with_samples(knobs.samples, plan.seed);
     let gathered = render(&p, &modes[0], &solution, plan.size, &gathering, &Silent);
     seconds.gather = lap(&mut clock);
-    let effort = format!(
-        "{} patches, {} rays a patch, {} samples a pixel",
-        p.patches.len(),
-        knobs.rays,
-        knobs.samples
-    );
+    let effort = format!("{} patches, {} rays a patch, {} samples a pixel", p.patches.len(), knobs.rays, knobs.samples);
     Ok(Some(finished(plan, ladder, effort, seconds, gathered)))
 }
 
@@ -156,17 +126,12 @@ pub fn shooting(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Result<Vec<Run
     let count = 8;
     watch.begin(Ladder::Shooting.name(), count);
     let limits = (2.5, SHARE * plan.seconds);
-    climb(count as u32, limits, watch, |k| {
-        shoot(scene, plan, k).map(Some)
-    })
+    climb(count as u32, limits, watch, |k| shoot(scene, plan, k).map(Some))
 }
 
 fn shoot(scene: &Scene, plan: &Plan, k: u32) -> Result<Run, Diverges> {
     let p = prepare(scene.clone(), 250 << k);
-    let mut seconds = Seconds {
-        patches: p.seconds,
-        ..Seconds::default()
-    };
+    let mut seconds = Seconds { patches: p.seconds, ..Seconds::default() };
     let mut clock = Instant::now();
     let rays = 64 << k;
     let settings = RaySettings {
@@ -175,31 +140,18 @@ fn shoot(scene: &Scene, plan: &Plan, k: u32) -> Result<Run, Diverges> {
         ..RaySettings::default()
     };
     let shooter = ray_shooter(&p, plan.transport, settings);
-    let until = ShootingSettings {
-        unshot: UNSHOT,
-        ..ShootingSettings::default()
-    };
+    let until = ShootingSettings { unshot: UNSHOT, ..ShootingSettings::default() };
     let mut shooting = Shooting::new(&shooter, until)?;
     shooting.run(|_| ())?;
-    let terms: Vec<_> = (0..shooting.generations())
-        .map(|n| shooting.generation(n))
-        .collect();
+    let terms: Vec<_> = (0..shooting.generations()).map(|n| shooting.generation(n)).collect();
     seconds.solve = lap(&mut clock);
     let camera = 2 << k;
-    let gathering = GatherSampling {
-        camera,
-        luminaire: 4,
-        hemisphere: 8,
-        seed: plan.seed,
-    };
+    let gathering = GatherSampling { camera, luminaire: 4, hemisphere: 8, seed: plan.seed };
     let transports = p.scene.transports(plan.transport);
     let fields = fields(&p, &[reflected(&p, &terms)]);
     let gathered = picture(&p, &transports, &fields, plan.size, &gathering, &Silent);
     seconds.gather = lap(&mut clock);
-    let effort = format!(
-        "{} patches, {rays} rays a patch, {camera} camera rays a pixel",
-        p.patches.len()
-    );
+    let effort = format!("{} patches, {rays} rays a patch, {camera} camera rays a pixel", p.patches.len());
     Ok(finished(plan, Ladder::Shooting, effort, seconds, gathered))
 }
 
@@ -210,15 +162,9 @@ pub fn paths(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Vec<Run> {
     let mut clock = Instant::now();
     let rays = Rays::new(scene);
     let transports = scene.transports(plan.transport);
-    let settings = TraceSettings {
-        seed: plan.seed,
-        ..TraceSettings::default()
-    };
+    let settings = TraceSettings { seed: plan.seed, ..TraceSettings::default() };
     let mut tracer = Tracer::new(scene, &rays, &transports, plan.size, &settings);
-    let mut seconds = Seconds {
-        patches: lap(&mut clock),
-        ..Seconds::default()
-    };
+    let mut seconds = Seconds { patches: lap(&mut clock), ..Seconds::default() };
     let limits = (4.0, SHARE * plan.seconds);
     let climbed = climb(count as u32, limits, watch, |k| {
         clock = Instant::now();
@@ -238,21 +184,8 @@ pub fn paths(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Vec<Run> {
     runs
 }
 
-fn finished(
-    plan: &Plan,
-    ladder: Ladder,
-    effort: String,
-    seconds: Seconds,
-    gathered: Gathered,
-) -> Run {
-    Run {
-        ladder,
-        effort,
-        asked: None,
-        estimated: None,
-        seconds: loaded(plan, seconds),
-        picture: gathered.total(),
-    }
+fn finished(plan: &Plan, ladder: Ladder, effort: String, seconds: Seconds, gathered: Gathered) -> Run {
+    Run { ladder, effort, asked: None, estimated: None, seconds: loaded(plan, seconds), picture: gathered.total() }
 }
 
 /// Adds the time of reading the scene.

@@ -53,14 +53,8 @@ pub enum Ladder {
 
 impl Ladder {
     /// All six.
-    pub const ALL: [Ladder; 6] = [
-        Ladder::Tolerance,
-        Ladder::Patches,
-        Ladder::Rays,
-        Ladder::Samples,
-        Ladder::Shooting,
-        Ladder::Paths,
-    ];
+    pub const ALL: [Ladder; 6] =
+        [Ladder::Tolerance, Ladder::Patches, Ladder::Rays, Ladder::Samples, Ladder::Shooting, Ladder::Paths];
 
     /// As in the report, tables and legends.
     pub fn name(self) -> &'static str {
@@ -160,8 +154,7 @@ impl Tradeoff {
     pub fn tolerance_slope(&self, (low, high): (f64, f64)) -> Option<f64> {
         let within = |p: &&Point| {
             let factor = 1.0 + 1e-9;
-            p.asked
-                .is_some_and(|a| a * factor >= low && a <= high * factor)
+            p.asked.is_some_and(|a| a * factor >= low && a <= high * factor)
         };
         let points = self.of(Ladder::Tolerance).filter(within);
         let line: Vec<_> = points.map(|p| (p.seconds.total, p.reached.error)).collect();
@@ -186,9 +179,7 @@ impl Tradeoff {
             let p = &self.points[i];
             (p.seconds.total, p.reached.error)
         };
-        let mut order: Vec<usize> = (0..self.points.len())
-            .filter(|i| place(i).1 > 0.0)
-            .collect();
+        let mut order: Vec<usize> = (0..self.points.len()).filter(|i| place(i).1 > 0.0).collect();
         order.sort_by(|a, b| {
             let (a, b) = (place(a), place(b));
             a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
@@ -266,23 +257,11 @@ mod tests {
             effort: "some".into(),
             asked: Some(2.0 * error),
             estimated: Some(1.5 * error),
-            reached: Reached {
-                error,
-                low: error,
-                high: error,
-            },
-            seconds: Seconds {
-                gather: 0.75 * total,
-                solve: 0.25 * total,
-                total,
-                ..Seconds::default()
-            },
+            reached: Reached { error, low: error, high: error },
+            seconds: Seconds { gather: 0.75 * total, solve: 0.25 * total, total, ..Seconds::default() },
         };
         let truth = Truth::of(Picture::new(1, 1), "nobody");
-        Tradeoff {
-            truths: [truth.clone(), truth],
-            points: places.iter().map(point).collect(),
-        }
+        Tradeoff { truths: [truth.clone(), truth], points: places.iter().map(point).collect() }
     }
 
     #[test]

@@ -108,11 +108,7 @@ fn solved(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Result<Truth, Diverg
         if 3.0 * last > plan.seconds {
             break;
         }
-        let wanted = Wanted {
-            tolerance,
-            size: plan.size,
-            seed: plan.seed ^ 0x5eed_0002,
-        };
+        let wanted = Wanted { tolerance, size: plan.size, seed: plan.seed ^ 0x5eed_0002 };
         let mut p = prepare(scene.clone(), 1);
         p.memory = plan.memory;
         let within = render_within(&mut p, plan.transport, &wanted, &Silent)?;
@@ -144,12 +140,7 @@ pub fn brought(scene: &Scene, plan: &Plan, files: &Brought) -> Result<Truth, Tra
     let noise = noise.unwrap_or_else(|| picture.scaled(0.0));
     let black = mask.scaled(0.0);
     relative_rms(&black, &picture, Some(&mask), Some(&noise))?;
-    let own = relative_rms(
-        &noise.plus(&picture).unwrap_or_else(|| picture.clone()),
-        &picture,
-        Some(&mask),
-        None,
-    )?;
+    let own = relative_rms(&noise.plus(&picture).unwrap_or_else(|| picture.clone()), &picture, Some(&mask), None)?;
     let paths = [Some(&files.picture), files.error.as_ref()];
     let name = |path: &Path| path.display().to_string();
     Ok(Truth {
@@ -170,11 +161,7 @@ pub fn brought(scene: &Scene, plan: &Plan, files: &Brought) -> Result<Truth, Tra
 /// 1 in pixels none of whose camera rays meets a luminaire.
 fn luminaires_unseen(scene: &Scene, plan: &Plan) -> Picture {
     let rays = Rays::new(scene);
-    let settings = TraceSettings {
-        next_event: NextEvent::Off,
-        max_bounces: 0,
-        seed: plan.seed,
-    };
+    let settings = TraceSettings { next_event: NextEvent::Off, max_bounces: 0, seed: plan.seed };
     let transports = scene.transports(plan.transport);
     let mut tracer = Tracer::new(scene, &rays, &transports, plan.size, &settings);
     tracer.pass(LOOKS);

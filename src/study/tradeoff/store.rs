@@ -14,9 +14,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::truth::{Made, Truth};
-use crate::image::{
-    Exposure, ImageError, Picture, make_directory, read_picture, write_picture, write_whole,
-};
+use crate::image::{Exposure, ImageError, Picture, make_directory, read_picture, write_picture, write_whole};
 use crate::light::Transport;
 use crate::scene::Scene;
 
@@ -71,19 +69,10 @@ pub struct Kept {
 
 impl Kept {
     /// In `folder`, named for a reader after the scene, the mode and the method, and told apart by the key.
-    pub fn new(
-        folder: &Path,
-        scene: &Scene,
-        transport: Transport,
-        size: (usize, usize),
-        by: &str,
-    ) -> Kept {
+    pub fn new(folder: &Path, scene: &Scene, transport: Transport, size: (usize, usize), by: &str) -> Kept {
         let Key(key) = Key::of(scene, transport, size);
         let mode = transport.label().replace(' ', "-");
-        Kept {
-            folder: folder.to_path_buf(),
-            stem: format!("{}-{mode}-{by}-{}", scene.name, &key[..12]),
-        }
+        Kept { folder: folder.to_path_buf(), stem: format!("{}-{mode}-{by}-{}", scene.name, &key[..12]) }
     }
 
     fn path(&self, end: &str) -> PathBuf {
@@ -106,8 +95,7 @@ impl Kept {
         let [picture, noise, mask] = files.each_ref().map(|path| read_picture(path).ok());
         let (picture, noise, mask) = (picture?, noise?, mask?);
         let size = picture.size();
-        let fits =
-            |p: &Picture| p.size() == size && p.pixels.iter().all(|colour| colour.is_finite());
+        let fits = |p: &Picture| p.size() == size && p.pixels.iter().all(|colour| colour.is_finite());
         let whole = [&picture, &noise, &mask].into_iter().all(fits);
         whole.then(|| Truth {
             noise,
@@ -130,17 +118,10 @@ impl Kept {
         for (path, picture) in files.iter().zip(pictures) {
             write_picture(path, picture, Exposure::default())?;
         }
-        let label = Label {
-            key: key.0.clone(),
-            time: seconds,
-            made: truth.made.clone(),
-        };
+        let label = Label { key: key.0.clone(), time: seconds, made: truth.made.clone() };
         let text = serde_json::to_string_pretty(&label).expect("labels have string keys");
         write_whole(self.path(".json"), text.as_bytes())?;
-        Ok(Truth {
-            files: files.to_vec(),
-            ..truth
-        })
+        Ok(Truth { files: files.to_vec(), ..truth })
     }
 }
 

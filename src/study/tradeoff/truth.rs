@@ -56,12 +56,7 @@ impl Truth {
             noise: picture.scaled(0.0),
             mask: Picture::filled(picture.width, picture.height, Rgb::ONE),
             picture,
-            made: Made {
-                by: by.into(),
-                effort: String::new(),
-                seconds: 0.0,
-                error: None,
-            },
+            made: Made { by: by.into(), effort: String::new(), seconds: 0.0, error: None },
             kept: false,
             files: Vec::new(),
         }
@@ -73,12 +68,7 @@ impl Truth {
 /// # Errors
 /// Sizes that differ, values that are not finite, an empty mask, a black reference.
 pub fn reached(picture: &Picture, truth: &Truth) -> Result<Reached, MetricError> {
-    let error = relative_rms(
-        picture,
-        &truth.picture,
-        Some(&truth.mask),
-        Some(&truth.noise),
-    )?;
+    let error = relative_rms(picture, &truth.picture, Some(&truth.mask), Some(&truth.noise))?;
     let counted = (0..picture.pixels.len()).filter(|&k| truth.mask.pixels[k].x >= 0.5);
     let [mut n, mut sum, mut squares, mut power] = [0.0; 4];
     for k in counted {
@@ -93,11 +83,7 @@ pub fn reached(picture: &Picture, truth: &Truth) -> Result<Reached, MetricError>
     // Channels of one pixel err together, so a pixel is one sample.
     let spread = (squares - sum * sum / n).max(0.0).sqrt();
     let at = |excess: f64| (excess.max(0.0) / power).sqrt();
-    Ok(Reached {
-        error,
-        low: at(sum - 2.0 * spread),
-        high: at(sum + 2.0 * spread),
-    })
+    Ok(Reached { error, low: at(sum - 2.0 * spread), high: at(sum + 2.0 * spread) })
 }
 
 #[cfg(test)]
@@ -113,14 +99,9 @@ mod tests {
     #[test]
     fn the_references_noise_is_subtracted() {
         let noisy = |noise: f32, seed: u32| {
-            Picture::from_fn(100, 100, |x, y| {
-                Rgb::ONE + noise * Rgb::splat(wobble(y * 100 + x, seed))
-            })
+            Picture::from_fn(100, 100, |x, y| Rgb::ONE + noise * Rgb::splat(wobble(y * 100 + x, seed)))
         };
-        let truth = Truth {
-            noise: Picture::filled(100, 100, Rgb::splat(0.05)),
-            ..Truth::of(noisy(0.05, 1), "")
-        };
+        let truth = Truth { noise: Picture::filled(100, 100, Rgb::splat(0.05)), ..Truth::of(noisy(0.05, 1), "") };
         let found = reached(&noisy(0.03, 2), &truth).unwrap();
         assert!(found.low < 0.03 && 0.03 < found.high, "{found:?}");
         // mean(d²) is 0.0034 with a relative standard error of about 1 %: twice that on 0.0009 is 4 % of the error.

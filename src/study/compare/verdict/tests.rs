@@ -11,11 +11,7 @@ fn known(value: impl Fn(usize) -> f32, noise: f32) -> Estimate {
     let mean = picture.pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() / n;
     Estimate {
         noise: Some(Picture::filled(SIDE, SIDE, Rgb::splat(noise))),
-        means: vec![Mean {
-            value: [mean; 3],
-            noise: [f64::from(noise) / n.sqrt(); 3],
-            systematic: [0.0; 3],
-        }],
+        means: vec![Mean { value: [mean; 3], noise: [f64::from(noise) / n.sqrt(); 3], systematic: [0.0; 3] }],
         freedom: f64::INFINITY,
         picture,
         ..Estimate::default()
@@ -73,25 +69,14 @@ fn traced(stream: &mut Stream, mean: impl Fn(usize) -> f64, (weight, typical): W
     }
     let n = values.len() as f64;
     let noise = errors.iter().map(|e| e * e).sum::<f64>().sqrt() / n;
-    let picture = |of: &[f64]| Picture {
-        width: SIDE,
-        height: SIDE,
-        pixels: of.iter().map(|&v| Rgb::splat(v as f32)).collect(),
-    };
+    let picture =
+        |of: &[f64]| Picture { width: SIDE, height: SIDE, pixels: of.iter().map(|&v| Rgb::splat(v as f32)).collect() };
     Estimate {
         picture: picture(&values),
         noise: Some(picture(&errors)),
-        means: vec![Mean {
-            value: [values.iter().sum::<f64>() / n; 3],
-            noise: [noise; 3],
-            systematic: [0.0; 3],
-        }],
+        means: vec![Mean { value: [values.iter().sum::<f64>() / n; 3], noise: [noise; 3], systematic: [0.0; 3] }],
         freedom: f64::INFINITY,
-        sample: Some(Picture::filled(
-            SIDE,
-            SIDE,
-            Rgb::splat((largest / SAMPLES) as f32),
-        )),
+        sample: Some(Picture::filled(SIDE, SIDE, Rgb::splat((largest / SAMPLES) as f32))),
         ..Estimate::default()
     }
 }
@@ -163,9 +148,7 @@ fn light_missing_from_one_bright_pixel_is_found() {
 #[test]
 fn noise_agrees_and_a_shifted_pixel_does_not() {
     let mut stream = Stream(3);
-    let wobbles: Vec<f32> = (0..SIDE * SIDE)
-        .map(|_| (12f64.sqrt() * (stream.next() - 0.5)) as f32)
-        .collect();
+    let wobbles: Vec<f32> = (0..SIDE * SIDE).map(|_| (12f64.sqrt() * (stream.next() - 0.5)) as f32).collect();
     let noisy = known(|k| 1.0 + 0.01 * wobbles[k], 0.01);
     assert!(judge(&noisy, &known(|_| 1.0, 0.0), &everywhere()).agree);
     let shifted = known(|k| if k == 100 { 1.1 } else { 1.0 }, 0.0);
@@ -178,11 +161,7 @@ fn noise_agrees_and_a_shifted_pixel_does_not() {
 
 #[test]
 fn an_order_that_differs_is_named() {
-    let mean = |value: f64| Mean {
-        value: [value; 3],
-        noise: [0.001; 3],
-        systematic: [0.0; 3],
-    };
+    let mean = |value: f64| Mean { value: [value; 3], noise: [0.001; 3], systematic: [0.0; 3] };
     let [mut a, mut b] = [known(|_| 1.0, 0.01), known(|_| 1.0, 0.01)];
     a.means = vec![mean(1.0), mean(0.5), mean(0.3), mean(0.0)];
     b.means = vec![mean(1.0), mean(0.5), mean(0.31), mean(0.0)];
