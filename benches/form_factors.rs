@@ -5,10 +5,11 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use halflight::form_factors::{Occlusion, Sampling, Sight, Variant, cast, receive_emitted};
+use halflight::direct::{Occlusion, Sight, receive_emitted};
+use halflight::form_factors::{Sampling, Variant, cast};
 use halflight::light::Transport;
+use halflight::render::{Prepared, prepare};
 use halflight::scene::{LoadOptions, Scene};
-use halflight::study::{Prepared, prepare};
 
 /// Patches, and so rows.
 const PATCHES: usize = 1000;

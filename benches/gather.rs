@@ -10,11 +10,11 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use halflight::form_factors::Sampling;
-use halflight::image::{Fields, GatherSampling, Gathering, View, gather};
+use halflight::gather::{Fields, GatherSampling, Gathering, View, gather};
 use halflight::light::{Mode, Rgb};
+use halflight::render::{Assembled, Prepared, Silent, Wanted, assemble, prepare, render, render_within};
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::{Settings, Solution, neumann};
-use halflight::study::{Assembled, Prepared, Silent, Wanted, assemble, prepare, render, render_within};
 
 /// Pixels across and down.
 const SIZE: (usize, usize) = (96, 96);

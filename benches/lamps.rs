@@ -9,11 +9,11 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::DVec3;
 use halflight::form_factors::Sampling;
-use halflight::image::GatherSampling;
+use halflight::gather::GatherSampling;
 use halflight::light::{Mode, Rgb};
+use halflight::render::{Prepared, Silent, assemble, prepare, render};
 use halflight::scene::{Material, Scene};
 use halflight::solve::explore;
-use halflight::study::{Prepared, Silent, assemble, prepare, render};
 
 /// Width and depth of the room, and its height.
 const SIDE: f64 = 4.0;

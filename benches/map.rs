@@ -7,12 +7,13 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use halflight::form_factors::Sampling;
-use halflight::image::GatherSampling;
+use halflight::gather::GatherSampling;
 use halflight::light::Mode;
+use halflight::render::{Silent, assemble, prepare};
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::explore;
+use halflight::study::bounce_pictures;
 use halflight::study::map::map;
-use halflight::study::{Silent, assemble, bounce_pictures, prepare};
 
 const PATCHES: usize = 4000;
 

@@ -8,8 +8,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use halflight::form_factors::Sampling;
 use halflight::light::{Light, Mode, Rgb};
 use halflight::operator::{Operator, spectrum};
+use halflight::render::{Watch, assemble, prepare};
 use halflight::scene::{LoadOptions, Scene};
-use halflight::study::{Watch, assemble, prepare};
 
 struct Silent;
 

@@ -11,13 +11,14 @@ use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 use halflight::form_factors::Sampling;
-use halflight::image::{GatherSampling, Picture, mean_e_pixel};
+use halflight::gather::GatherSampling;
 use halflight::light::Mode;
+use halflight::pictures::{Picture, mean_e_pixel};
 use halflight::rays::Rays;
 use halflight::reference::{NextEvent, TraceSettings, Tracer};
+use halflight::render::{Silent, assemble, prepare, render};
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::{Settings, neumann};
-use halflight::study::{Silent, assemble, prepare, render};
 
 const SIZE: (usize, usize) = (64, 48);
 const WANTED: f64 = 0.004;

@@ -12,8 +12,8 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{Quat, Vec3};
-use halflight::rays::cosine::cosine_direction;
-use halflight::rays::sequence::Sobol;
+use halflight::rays::sobol::Sobol;
+use halflight::rays::warp::cosine_direction;
 use halflight::rays::{End, FAN, Fan, Ray, Rays};
 
 use common::{Corners, cornell, cuboid, end, random, ray, scene_of, tessellated};

@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use halflight::rays::Rays;
-use halflight::study::prepare;
+use halflight::render::prepare;
 
 use common::{scene_of, tessellated};
 

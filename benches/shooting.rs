@@ -5,9 +5,10 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use halflight::form_factors::Sampling;
 use halflight::light::Mode;
+use halflight::render::{Watch, assemble, assembled_shooter, prepare, ray_shooter};
 use halflight::scene::{LoadOptions, Scene};
-use halflight::solve::{RaySettings, Shooter, Shooting, ShootingSettings};
-use halflight::study::{Watch, assemble, assembled_shooter, prepare, ray_shooter};
+use halflight::solve::Shooting;
+use halflight::solve::{RaySettings, Shooter, ShootingSettings};
 
 struct Quiet;
 

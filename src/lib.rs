@@ -64,21 +64,31 @@
 
 pub mod light;
 
+pub mod pictures;
+
 pub mod scene;
 
 pub mod rays;
+
+pub mod surfaces;
 
 pub mod patches;
 
 pub mod form_factors;
 
+pub mod direct;
+
 pub mod operator;
 
 pub mod solve;
 
-pub mod image;
+pub mod gather;
+
+pub mod render;
 
 pub mod reference;
+
+pub mod plot;
 
 pub mod study;
 

@@ -12,14 +12,14 @@ const HOMES: [(&str, &[&str]); 7] = [
     ("tobj", &["scene"]),
     ("toml", &["scene"]),
     ("earcut", &["scene"]),
-    ("image", &["image"]),
-    ("plotters", &["study"]),
+    ("image", &["pictures"]),
+    ("plotters", &["plot"]),
     ("clap", &["cli"]),
     ("ctrlc", &["cli"]),
 ];
 
 /// What the witness to the solver may use of the crate: anything else would be a mistake to share.
-const WITNESS: [&str; 5] = ["light", "scene", "rays", "image", "reference"];
+const WITNESS: [&str; 5] = ["light", "pictures", "scene", "rays", "reference"];
 
 /// Lines a file may have.
 const LONGEST: usize = 320;

@@ -5,7 +5,7 @@ mod run;
 use std::fs;
 
 use glam::Vec3;
-use halflight::image::{Exposure, Picture, write_picture};
+use halflight::pictures::{Exposure, Picture, write_picture};
 use run::{contents, fields, files, halflight, place, report};
 use serde_json::Value;
 use tempfile::TempDir;

@@ -5,7 +5,7 @@ mod run;
 use std::fs;
 
 use glam::DVec3;
-use halflight::image::read_picture;
+use halflight::pictures::read_picture;
 use run::{SHEET, SMALL, contents, fields, files, halflight, place, report, succeed};
 use serde_json::{Value, json};
 

@@ -9,11 +9,10 @@ use std::f64::consts::PI;
 
 use common::{builtin, mean_and_error};
 use glam::DVec3;
-use halflight::form_factors::{
-    Between, DirectSum, Luminaires, Occlusion, Receiver, Scratch, Sight, gather_luminaire, point_to_polygon,
-};
+use halflight::direct::{Between, DirectSum, Luminaires, Occlusion, Receiver, Scratch, Sight, gather_luminaire};
+use halflight::form_factors::point_to_polygon;
 use halflight::rays::Rays;
-use halflight::rays::sequence::Sobol;
+use halflight::rays::sobol::Sobol;
 use serde_json::Value;
 
 /// x and z of the corners of the Cornell box's lamp.

@@ -3,7 +3,7 @@
 mod run;
 
 use glam::Vec3;
-use halflight::image::{Exposure, Picture, write_picture};
+use halflight::pictures::{Exposure, Picture, write_picture};
 use run::{contents, halflight, place, report};
 use serde_json::Value;
 

@@ -6,10 +6,12 @@ use std::path::Path;
 
 use common::{Silent, assemble_one, builtin};
 use halflight::form_factors::Sampling;
-use halflight::image::{GatherSampling, Picture, mean_difference, read_picture, relative_rms};
+use halflight::gather::GatherSampling;
 use halflight::light::{Mode, Rgb};
+use halflight::pictures::{Picture, mean_difference, read_picture, relative_rms};
+use halflight::render::{Fineness, prepare, render};
 use halflight::solve::{Settings, neumann};
-use halflight::study::{Fineness, bounce_pictures, prepare, render};
+use halflight::study::bounce_pictures;
 
 fn data(name: &str) -> Picture {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");

@@ -8,8 +8,8 @@ mod common;
 
 use common::{Facing, Mesh, Silent, builtin, grey};
 use glam::{DQuat, DVec3, EulerRot};
-use halflight::form_factors::planar::{Bodies, Tolerance};
-use halflight::form_factors::sampled::Sampler;
+use halflight::form_factors::objects::exact::{Bodies, Tolerance};
+use halflight::form_factors::objects::sampled::Sampler;
 use halflight::rays::Rays;
 use halflight::scene::Scene;
 use halflight::study::{FactorSettings, FactorTable, How, factors};

@@ -9,7 +9,7 @@ use std::time::Instant;
 use common::Silent;
 use common::rows::objects;
 use glam::DVec3;
-use halflight::form_factors::planar::Estimate;
+use halflight::form_factors::objects::exact::Estimate;
 use halflight::form_factors::point_to_polygon;
 use halflight::scene::Scene;
 use halflight::study::{FactorSettings, FactorTable, How, factors};

@@ -6,9 +6,10 @@ use std::f64::consts::PI;
 
 use common::{Facing, Mesh, all_of_f, assemble_one, builtin, grey, mean_and_error, random, sampling};
 use glam::{DQuat, DVec3, EulerRot};
-use halflight::form_factors::{Occlusion, Sampling, Variant, cast, cast_counts, closure, receive_emitted, reciprocity};
+use halflight::direct::{Occlusion, receive_emitted};
+use halflight::form_factors::{Sampling, Variant, cast, cast_counts, closure, reciprocity};
 use halflight::light::{Mode, Rgb};
-use halflight::study::{Prepared, prepare};
+use halflight::render::{Prepared, prepare};
 
 const OPPOSITE: f64 = 0.1998248957;
 const ADJACENT: f64 = 0.2000437761;

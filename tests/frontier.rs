@@ -7,13 +7,12 @@ use common::{Facing, Mesh, Silent, assemble_one, builtin, grey, random, sampling
 use glam::{DQuat, DVec3};
 use halflight::light::{Light, Rgb, Transport};
 use halflight::operator::{Operator, operator_norm, spectrum};
+use halflight::render::{Assembled, Prepared, prepare, ray_shooter};
 use halflight::scene::Scene;
-use halflight::solve::{
-    RaySettings, Settings, Shooting, ShootingSettings, Verdict, direct, explore, extrapolated, neumann, norm, verdict,
-};
+use halflight::solve::{RaySettings, ShootingSettings};
+use halflight::solve::{Settings, Shooting, Verdict, direct, explore, extrapolated, neumann, norm, verdict};
 use halflight::study::frontier::{at, formal, scaling};
 use halflight::study::map::Survey;
-use halflight::study::{Assembled, Prepared, prepare, ray_shooter};
 
 const RAYS: u32 = 256;
 

@@ -5,11 +5,11 @@
 mod common;
 
 use common::{Silent, assemble_one, builtin, sampling};
-use halflight::image::GatherSampling;
+use halflight::gather::GatherSampling;
 use halflight::light::{Light, Mode, Rgb, Visibility};
+use halflight::render::{Prepared, prepare, render};
 use halflight::scene::Scene;
 use halflight::solve::{Settings, Verdict, neumann};
-use halflight::study::{Prepared, prepare, render};
 
 const RHO: Rgb = Rgb::new(0.8, 0.5, 0.1);
 const E: Rgb = Rgb::new(0.5, 1.0, 3.0);

@@ -7,10 +7,11 @@ use std::f64::consts::TAU;
 
 use common::{Facing, Mesh, all_of_f, grey, mean_and_error, sampling};
 use glam::{DQuat, DVec3};
-use halflight::form_factors::{Occlusion, Sampling, point_to_polygon, receive_emitted};
+use halflight::direct::{Occlusion, receive_emitted};
+use halflight::form_factors::{Sampling, point_to_polygon};
 use halflight::light::Rgb;
+use halflight::render::{Prepared, prepare};
 use halflight::scene::Material;
-use halflight::study::{Prepared, prepare};
 
 fn p(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)

@@ -7,11 +7,13 @@ use common::rows::objects;
 use common::{Facing, Mesh, Silent, all_of_f, assemble_one, builtin, grey, random, sampling};
 use glam::{DQuat, DVec3, Vec3};
 use halflight::form_factors::closure;
-use halflight::image::{GatherSampling, Picture};
+use halflight::gather::GatherSampling;
 use halflight::light::{Light, Mode, Rgb};
+use halflight::pictures::Picture;
+use halflight::render::{prepare, render};
 use halflight::scene::{Material, Scene};
 use halflight::solve::{Settings, neumann};
-use halflight::study::{FactorSettings, factors, prepare, render};
+use halflight::study::{FactorSettings, factors};
 
 fn p(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)

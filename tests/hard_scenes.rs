@@ -6,12 +6,13 @@ mod common;
 use std::path::Path;
 
 use common::{Silent, assemble_one, builtin, sampling};
-use halflight::form_factors::{DirectSum, Lighting, Receiver, Scratch, gather_luminaire};
-use halflight::image::{Fields, Picture, Reading, View, Walks, read_picture, relative_rms};
+use halflight::direct::{DirectSum, Lighting, Receiver, Scratch, gather_luminaire};
+use halflight::gather::{Fields, Reading, View, Walks};
 use halflight::light::{Mode, Rgb};
-use halflight::rays::sequence::Stream;
+use halflight::pictures::{Picture, read_picture, relative_rms};
+use halflight::rays::sobol::Stream;
+use halflight::render::{Assembled, Prepared, Wanted, prepare, render_within};
 use halflight::scene::{LoadOptions, Scene, Sides};
-use halflight::study::{Assembled, Prepared, Wanted, prepare, render_within};
 
 fn folder(scene: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hard").join(scene)

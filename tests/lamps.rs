@@ -6,12 +6,14 @@ use std::f64::consts::PI;
 
 use common::{Facing, Mesh, grey};
 use glam::DVec3;
-use halflight::form_factors::{Luminaires, Occlusion, Sampling, Sight, receive_emitted};
-use halflight::image::{Fields, GatherSampling, Gathering, Picture, View, gather};
+use halflight::direct::{Luminaires, Occlusion, Sight, receive_emitted};
+use halflight::form_factors::Sampling;
+use halflight::gather::{Fields, GatherSampling, Gathering, View, gather};
 use halflight::light::{Mode, Rgb};
-use halflight::rays::sequence::Sobol;
+use halflight::pictures::Picture;
+use halflight::rays::sobol::Sobol;
+use halflight::render::{Prepared, Silent, Wanted, prepare, render_within};
 use halflight::scene::{Camera, Material, Scene};
-use halflight::study::{Prepared, Silent, Wanted, prepare, render_within};
 
 /// Whether lamps are one object, or each its own.
 #[derive(Clone, Copy)]

@@ -11,11 +11,11 @@ use std::f64::consts::PI;
 
 use common::{Silent, assemble_one, builtin, sampling};
 use glam::DVec3;
-use halflight::image::GatherSampling;
+use halflight::gather::GatherSampling;
 use halflight::light::Mode;
+use halflight::render::{prepare, render};
 use halflight::scene::Scene;
 use halflight::solve::{Settings, neumann};
-use halflight::study::{prepare, render};
 
 /// Pixels across and down.
 const SIZE: usize = 48;

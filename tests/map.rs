@@ -16,10 +16,10 @@ use glam::{DQuat, DVec3};
 use halflight::form_factors::{Rows, cast_layers};
 use halflight::light::{Rgb, Transport};
 use halflight::operator::spectrum;
+use halflight::render::{Prepared, prepare};
 use halflight::scene::Scene;
 use halflight::study::frontier::at;
 use halflight::study::map::{Map, map};
-use halflight::study::{Prepared, prepare};
 use run::{fields, files, halflight, place, report};
 
 const RHO: f32 = 0.9;

@@ -4,9 +4,9 @@ mod run;
 
 use halflight::form_factors::Sampling;
 use halflight::light::Mode;
+use halflight::render::{Prepared, Stored, check_memory, estimate_memory, prepare};
 use halflight::scene::{LoadOptions, Scene};
 use halflight::study::map::{Survey, check_crossings};
-use halflight::study::{Prepared, Stored, check_memory, estimate_memory, prepare};
 use run::{contents, halflight, place};
 
 fn room(patches: usize) -> Prepared {
@@ -39,7 +39,7 @@ fn the_measured_length_of_a_row_is_that_of_all_rows() {
     let p = room(2000);
     let modes = [Mode::Global.transport()];
     let estimate = estimate_memory(&p, &modes, &SAMPLING, 1, f64::INFINITY);
-    let (k, _) = halflight::study::assemble(&p, &modes, &SAMPLING, &halflight::study::Silent);
+    let (k, _) = halflight::render::assemble(&p, &modes, &SAMPLING, &halflight::render::Silent);
     let f = k[0].operator.form_factors();
     let lengths: Vec<f64> = (0..f.len()).map(|i| f.row(i).0.len() as f64).collect();
     let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
@@ -111,7 +111,7 @@ fn every_command_that_stores_patches_refuses_what_does_not_fit() {
 #[test]
 fn crossings_said_to_fit_do() {
     let p = room(2000);
-    let survey = Survey::new(&p, &SAMPLING, &halflight::study::Silent);
+    let survey = Survey::new(&p, &SAMPLING, &halflight::render::Silent);
     let error = check_crossings(&p, &SAMPLING, 2, 1.0).unwrap_err();
     let Stored::Crossings(each) = error.stored else {
         panic!("{error}");

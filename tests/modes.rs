@@ -4,11 +4,12 @@ mod common;
 
 use common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling};
 use glam::{DQuat, DVec3};
-use halflight::form_factors::{Occlusion, Sampling, receive_emitted};
+use halflight::direct::{Occlusion, receive_emitted};
+use halflight::form_factors::Sampling;
 use halflight::light::{Light, Mode, Rgb};
+use halflight::render::{Assembled, Prepared, assemble, prepare};
 use halflight::scene::Scene;
 use halflight::solve::{Settings, Solution, Verdict, explore, neumann};
-use halflight::study::{Assembled, Prepared, assemble, prepare};
 
 fn solve(mode: &Assembled) -> Solution {
     neumann(&mode.operator, &Settings::default()).expect("converges")

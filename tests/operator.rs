@@ -6,9 +6,9 @@ use common::{Facing, Mesh, assemble_one, builtin, grey, random, sampling, transp
 use glam::{DQuat, DVec3, EulerRot};
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::operator::{Operator, spectrum};
+use halflight::render::prepare;
 use halflight::scene::{Material, Sides};
 use halflight::solve::{Settings, Verdict, direct, explore, extrapolated, importance, neumann, norm, verdict};
-use halflight::study::prepare;
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use sprs::CsMat;

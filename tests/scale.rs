@@ -4,11 +4,12 @@ mod common;
 
 use common::{Silent, assemble_one, sampling};
 use glam::DVec3;
-use halflight::image::{GatherSampling, Picture, relative_rms};
+use halflight::gather::GatherSampling;
 use halflight::light::Mode;
+use halflight::pictures::{Picture, relative_rms};
+use halflight::render::{prepare, render};
 use halflight::scene::{LoadOptions, Scene, builtin};
 use halflight::solve::{Settings, neumann};
-use halflight::study::{prepare, render};
 
 /// The Cornell box with every point p at `scale * (p + shift)`.
 fn cornell(scale: f64, shift: DVec3) -> Scene {

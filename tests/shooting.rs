@@ -2,11 +2,10 @@
 
 use halflight::form_factors::Sampling;
 use halflight::light::{Light, Mode, Transport};
+use halflight::render::{Assembled, Prepared, Watch, assemble, assembled_shooter, prepare, ray_shooter};
 use halflight::scene::{LoadOptions, Scene};
-use halflight::solve::{
-    Emitted, Progress, RaySettings, Shooter, Shooting, ShootingSettings, Verdict, explore, neumann, norm, verdict,
-};
-use halflight::study::{Assembled, Prepared, Watch, assemble, assembled_shooter, prepare, ray_shooter};
+use halflight::solve::{Emitted, Progress, RaySettings, Shooter, ShootingSettings};
+use halflight::solve::{Shooting, Verdict, explore, neumann, norm, verdict};
 
 struct Quiet;
 

@@ -3,11 +3,12 @@
 mod common;
 
 use common::{Silent, all_of_f, assemble_one, builtin, mean_and_error, sampling, transport};
-use halflight::form_factors::{FormFactors, Occlusion, Sampling, Sight, Variant, cast, receive_emitted};
+use halflight::direct::{Occlusion, Sight, receive_emitted};
+use halflight::form_factors::{FormFactors, Sampling, Variant, cast};
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::operator::{Operator, PatchMaterials};
+use halflight::render::{Assembled, assemble, prepare};
 use halflight::solve::{Settings, Solution, explore, neumann};
-use halflight::study::{Assembled, assemble, prepare};
 
 fn solve(mode: &Assembled) -> Solution {
     neumann(&mode.operator, &Settings::default()).expect("converges")

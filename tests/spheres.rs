@@ -11,8 +11,8 @@ use common::{Facing, Mesh, Silent, assemble_one, grey, sampling, transport};
 use halflight::light::{Rgb, Transport};
 use halflight::operator::spectrum;
 use halflight::rays::Side;
+use halflight::render::{Assembled, Prepared, assemble, prepare};
 use halflight::solve::{Settings, Verdict, neumann, verdict};
-use halflight::study::{Assembled, Prepared, assemble, prepare};
 
 const RHO: f32 = 0.9;
 const RAYS: u32 = 1024;

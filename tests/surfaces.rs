@@ -4,11 +4,11 @@ mod common;
 
 use common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling, transport};
 use glam::{DQuat, DVec3, Vec3};
-use halflight::image::GatherSampling;
+use halflight::gather::GatherSampling;
 use halflight::light::{Mode, Rgb, Transport, Visibility};
+use halflight::render::{Prepared, prepare, render};
 use halflight::scene::{Scene, Sides};
 use halflight::solve::{Settings, explore, neumann};
-use halflight::study::{Prepared, prepare, render};
 
 #[test]
 fn a_hidden_luminaire_lights_the_scene_and_is_black_itself() {

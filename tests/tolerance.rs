@@ -5,12 +5,12 @@ mod common;
 use std::path::Path;
 
 use common::{Silent, builtin};
-use halflight::image::{Picture, mean_difference, read_picture, relative_rms};
 use halflight::light::Mode;
+use halflight::pictures::{Picture, mean_difference, read_picture, relative_rms};
 use halflight::rays::Rays;
 use halflight::reference::{TraceSettings, Tracer};
+use halflight::render::{End, Wanted, WantedTerms, Within, explore_within, prepare, render_within};
 use halflight::scene::{LoadOptions, Scene};
-use halflight::study::{End, Wanted, WantedTerms, Within, explore_within, prepare, render_within};
 
 fn data(name: &str) -> Picture {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");
@@ -102,7 +102,7 @@ fn terms_are_as_near_finer_ones_as_stated() {
     };
     let (coarse, fine) = (series(0.01, 0), series(0.001, 9));
     for n in 1..=5 {
-        let power = |s: &halflight::study::BounceSeries| s.solution.bounces[n].power.iter().sum::<f64>();
+        let power = |s: &halflight::render::BounceSeries| s.solution.bounces[n].power.iter().sum::<f64>();
         let apart = (power(&coarse) / power(&fine) - 1.0).abs();
         assert!(apart <= 1.1 * 0.01, "term {n}: {apart}");
         assert!(coarse.errors[n].total > 0.0 && coarse.errors[n].total <= 0.011);

@@ -4,14 +4,14 @@ mod common;
 
 use common::{assemble_one, builtin, sampling};
 use glam::Vec3;
-use halflight::image::{Fields, View, blame, linear};
+use halflight::gather::{Fields, View, blame, linear};
 use halflight::light::{Mode, Rgb, Transport};
 use halflight::patches::{Patches, Zones};
-use halflight::rays::sequence::hash;
+use halflight::rays::sobol::hash;
 use halflight::rays::{Rays, Side};
+use halflight::render::{Prepared, assemble, prepare};
 use halflight::scene::Scene;
 use halflight::solve::{Settings, neumann};
-use halflight::study::{Prepared, assemble, prepare};
 
 /// Zones for patches of a size, each cut into patches of that size or 2, 4, 8 times smaller.
 fn uneven(scene: &Scene, rays: &Rays, count: usize) -> (Zones, Patches) {

@@ -6,8 +6,8 @@ use std::f32::consts::TAU;
 
 use glam::{DVec3, Quat, Vec3};
 use halflight::light::{Rgb, Visibility};
-use halflight::rays::cosine::{cosine_direction, triangle_point};
-use halflight::rays::sequence::hash;
+use halflight::rays::sobol::hash;
+use halflight::rays::warp::{cosine_direction, triangle_point};
 use halflight::rays::{End, Ray};
 use halflight::scene::{Camera, Face, Material, Scene, Sides, UnitFrame};
 

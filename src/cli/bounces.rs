@@ -3,19 +3,18 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use super::CliError;
-use super::console::Console;
-use super::effort::Precision;
-use super::memory::pixel;
-use super::options::{Bounces, Common};
-use super::report::{BounceReport, BouncesReport, Modes, mode_of};
-use crate::image::{Exposure, GatherSampling, Gathering, make_directory, write_whole};
+use crate::cli::CliError;
+use crate::cli::console::Console;
+use crate::cli::effort::Precision;
+use crate::cli::memory::pixel;
+use crate::cli::options::{Bounces, Common};
+use crate::cli::report::{BounceReport, BouncesReport, Modes, mode_of};
+use crate::gather::{GatherSampling, Gathering};
 use crate::light::Transport;
+use crate::pictures::{Exposure, make_directory, write_whole};
+use crate::render::{Assembled, End, Prepared, TermError, WantedTerms, assemble, explore_within};
 use crate::solve::{Bounce, Solution, Verdict, explore};
-use crate::study::{
-    Assembled, End, Prepared, TermError, WantedTerms, assemble, bounce_pictures, bounce_sheet, bounces_chart,
-    explore_within, partial_sums, term_name,
-};
+use crate::study::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
 
 /// Bounces shown in the sheet at most: more would not fit a page.
 const SHEET: usize = 12;

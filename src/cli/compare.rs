@@ -4,21 +4,22 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::CliError;
-use super::console::Console;
-use super::memory::pixel;
-use super::options::{Common, Compare};
-use super::report::mode_of;
-use super::variance::check_variance;
-use crate::image::{Exposure, make_directory, write_whole};
+use crate::cli::CliError;
+use crate::cli::console::Console;
+use crate::cli::memory::pixel;
+use crate::cli::options::{Common, Compare};
+use crate::cli::report::mode_of;
+use crate::cli::variance::check_variance;
 use crate::light::Transport;
+use crate::pictures::{Exposure, make_directory, write_whole};
 use crate::rays::Rays;
+use crate::render::Watch;
 use crate::scene::Scene;
 use crate::study::compare::{
     CompareError, Comparison, Difference, Method, ORDERS, Plan, Stage, compare, csv, error_chart, markdown,
     order_chart, pairs_csv, picture_sheet, verdict,
 };
-use crate::study::{Watch, term_name};
+use crate::study::term_name;
 
 #[derive(Serialize)]
 struct CompareReport {

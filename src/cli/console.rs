@@ -5,10 +5,10 @@ use std::sync::Mutex;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::CliError;
-use super::options::Common;
-use crate::image::WriteError;
-use crate::study::Watch;
+use crate::cli::CliError;
+use crate::cli::options::Common;
+use crate::pictures::WriteError;
+use crate::render::Watch;
 
 /// Where text for people goes: stdout, stderr beside a JSON report, or nowhere.
 pub struct Console {

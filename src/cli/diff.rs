@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::CliError;
-use super::console::Console;
-use super::options::{Common, Diff};
-use crate::image::{
+use crate::cli::CliError;
+use crate::cli::console::Console;
+use crate::cli::options::{Common, Diff};
+use crate::pictures::{
     Exposure, Picture, check_extension, largest_difference, make_directory, mean_difference, mean_e_pixel,
     read_picture, relative_rms,
 };
-use crate::study::{Sheet, Tile, difference_scale, difference_tiles};
+use crate::plot::{Sheet, Tile, difference_scale, difference_tiles};
 
 #[derive(Serialize)]
 struct DiffReport {

@@ -2,10 +2,10 @@
 
 use clap::Args;
 
-use super::memory::MemoryLimit;
-use super::values::picture_error;
+use crate::cli::memory::MemoryLimit;
+use crate::cli::values::picture_error;
 use crate::form_factors::Sampling;
-use crate::study::Fineness;
+use crate::render::Fineness;
 
 /// Hemisphere rays for each pixel where other effort is given, but not this.
 const SAMPLES: u32 = 128;

@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::CliError;
-use super::console::Console;
-use super::options::Common;
-use super::values::{tolerance, unit_interval};
-use crate::image::{make_directory, write_whole};
+use crate::cli::CliError;
+use crate::cli::console::Console;
+use crate::cli::options::Common;
+use crate::cli::values::{tolerance, unit_interval};
 use crate::light::Transport;
+use crate::pictures::{make_directory, write_whole};
 use crate::scene::{LoadOptions, Scene, Sides};
 use crate::study::{FactorSettings, FactorTable, factors};
 

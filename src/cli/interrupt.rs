@@ -6,7 +6,7 @@
 
 use std::io::{Write as _, stderr};
 
-use crate::image::abandon_files;
+use crate::pictures::abandon_files;
 
 /// The shells' 128 + 2 for a program ended by SIGINT.
 pub const INTERRUPTED: u8 = 130;

@@ -7,16 +7,16 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
-use super::CliError;
-use super::console::Console;
-use super::memory::MemoryLimit;
-use super::options::Common;
-use super::report::Radius;
+use crate::cli::CliError;
+use crate::cli::console::Console;
+use crate::cli::memory::MemoryLimit;
+use crate::cli::options::Common;
+use crate::cli::report::Radius;
 use crate::form_factors::Sampling;
-use crate::image::{make_directory, write_whole};
+use crate::pictures::{make_directory, write_whole};
+use crate::render::{Prepared, prepare};
 use crate::scene::{LoadOptions, Scene, Sides};
 use crate::study::map::{FrontierPoint, Map, MapChart, TauPoint, check_crossings, map};
-use crate::study::{Prepared, prepare};
 
 /// `halflight map`
 #[derive(Args, Debug)]

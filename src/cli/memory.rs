@@ -2,13 +2,13 @@
 
 use clap::Args;
 
-use super::CliError;
-use super::effort::Effort;
-use super::values::{Size, gibibytes};
+use crate::cli::CliError;
+use crate::cli::effort::Effort;
+use crate::cli::values::{Size, gibibytes};
 use crate::form_factors::Sampling;
 use crate::light::Transport;
+use crate::render::{Fineness, Prepared, check_memory, check_pictures, prepare, usable_memory};
 use crate::scene::Scene;
-use crate::study::{Fineness, Prepared, check_memory, check_pictures, prepare, usable_memory};
 
 /// Where a tolerance asks for patches, it begins with about as many, and rays.
 const FIRST: (usize, u32) = (1000, 128);

@@ -12,26 +12,26 @@
 //! | 101 | a fault of the program |
 //! | 130 | interrupted: finished files are whole, the others were not written |
 
-mod bounces;
-mod chart;
-mod compare;
-mod console;
-mod diff;
-mod effort;
-mod factors;
-mod frontier;
-mod interrupt;
-mod map;
-mod memory;
-mod options;
-mod pictures;
-mod render;
-mod report;
-mod scenes;
-mod trace;
-mod unmet;
-mod values;
-mod variance;
+pub(crate) mod bounces;
+pub(crate) mod chart;
+pub(crate) mod compare;
+pub(crate) mod console;
+pub(crate) mod diff;
+pub(crate) mod effort;
+pub(crate) mod factors;
+pub(crate) mod frontier;
+pub(crate) mod interrupt;
+pub(crate) mod map;
+pub(crate) mod memory;
+pub(crate) mod options;
+pub(crate) mod pictures;
+pub(crate) mod render;
+pub(crate) mod report;
+pub(crate) mod scenes;
+pub(crate) mod trace;
+pub(crate) mod unmet;
+pub(crate) mod values;
+pub(crate) mod variance;
 
 use std::io::{IsTerminal, Write as _, stderr};
 use std::process::ExitCode;
@@ -39,11 +39,12 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches};
 use miette::{Diagnostic, MietteHandlerOpts};
 
-use crate::image::{ImageError, MetricError, WriteError};
+use crate::pictures::{ImageError, MetricError, WriteError};
+use crate::plot::ChartError;
 use crate::reference::Overflow;
+use crate::render::{PictureUnfit, Unfit};
 use crate::scene::SceneError;
 use crate::solve::{Diverges, Verdict};
-use crate::study::{ChartError, PictureUnfit, Unfit};
 
 /// Everything that can end a command early.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -114,7 +115,7 @@ impl CliError {
 pub fn main() -> ExitCode {
     let arguments = arguments();
     set_error_form();
-    interrupt::end_cleanly();
+    crate::cli::interrupt::end_cleanly();
     match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -126,14 +127,14 @@ pub fn main() -> ExitCode {
 }
 
 /// The process's arguments. A negative number is a value, to be judged as one, and not an option nobody knows.
-fn arguments() -> options::Cli {
+fn arguments() -> crate::cli::options::Cli {
     let numbers = |arg: clap::Arg| match arg.get_long() {
         Some(_) if arg.get_action().takes_values() => arg.allow_negative_numbers(true),
         _ => arg,
     };
-    let command = options::Cli::command().mut_args(numbers);
+    let command = crate::cli::options::Cli::command().mut_args(numbers);
     let matches = command.mut_subcommands(|c| c.mut_args(numbers)).get_matches();
-    options::Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
+    crate::cli::options::Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
 }
 
 /// Messages name their causes themselves; lines are wrapped on a terminal only, so that a path stays in one piece.
@@ -147,19 +148,19 @@ fn set_error_form() {
     let _ = miette::set_hook(Box::new(move |_| Box::new(form())));
 }
 
-fn run(cli: options::Cli) -> Result<(), CliError> {
-    options::use_threads(cli.common.threads)?;
+fn run(cli: crate::cli::options::Cli) -> Result<(), CliError> {
+    crate::cli::options::use_threads(cli.common.threads)?;
     match &cli.command {
-        options::Command::Render(own) => render::run(own, &cli.common),
-        options::Command::Bounces(own) => bounces::run(own, &cli.common),
-        options::Command::Chart(own) => chart::run(own, &cli.common),
-        options::Command::Compare(own) => compare::run(own, &cli.common),
-        options::Command::Diff(own) => diff::run(own, &cli.common),
-        options::Command::Factors(own) => factors::run(own, &cli.common),
-        options::Command::Trace(own) => trace::run(own, &cli.common),
-        options::Command::Frontier(own) => frontier::run(own, &cli.common),
-        options::Command::Map(own) => map::run(own, &cli.common),
-        options::Command::Scenes => scenes::run(&cli.common),
+        crate::cli::options::Command::Render(own) => crate::cli::render::run(own, &cli.common),
+        crate::cli::options::Command::Bounces(own) => crate::cli::bounces::run(own, &cli.common),
+        crate::cli::options::Command::Chart(own) => crate::cli::chart::run(own, &cli.common),
+        crate::cli::options::Command::Compare(own) => crate::cli::compare::run(own, &cli.common),
+        crate::cli::options::Command::Diff(own) => crate::cli::diff::run(own, &cli.common),
+        crate::cli::options::Command::Factors(own) => crate::cli::factors::run(own, &cli.common),
+        crate::cli::options::Command::Trace(own) => crate::cli::trace::run(own, &cli.common),
+        crate::cli::options::Command::Frontier(own) => crate::cli::frontier::run(own, &cli.common),
+        crate::cli::options::Command::Map(own) => crate::cli::map::run(own, &cli.common),
+        crate::cli::options::Command::Scenes => crate::cli::scenes::run(&cli.common),
     }
 }
 
@@ -178,8 +179,8 @@ mod tests {
     #[test]
     fn the_help_has_every_code_of_the_table() {
         let table = codes(include_str!("mod.rs"), "//! | ");
-        assert_eq!(table, [0, 1, 2, 3, 4, 5, 6, 101, interrupt::INTERRUPTED]);
-        let help = options::Cli::command().render_long_help().to_string();
+        assert_eq!(table, [0, 1, 2, 3, 4, 5, 6, 101, crate::cli::interrupt::INTERRUPTED]);
+        let help = crate::cli::options::Cli::command().render_long_help().to_string();
         let (_, listed) = help.split_once("Exit codes:").unwrap();
         assert_eq!(codes(listed, "  "), table);
     }

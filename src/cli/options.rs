@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use super::CliError;
-use super::effort::Effort;
-use super::memory::MemoryLimit;
-use super::values::{ModeChoice, NextEventChoice, Size, seconds, size, stops, unit_interval};
+use crate::cli::CliError;
+use crate::cli::effort::Effort;
+use crate::cli::memory::MemoryLimit;
+use crate::cli::values::{ModeChoice, NextEventChoice, Size, seconds, size, stops, unit_interval};
 use crate::light::{Mode, Transport};
 use crate::scene::{LoadOptions, Scene, Sides};
 
@@ -55,19 +55,19 @@ pub enum Command {
     /// Study the bounce series E, KE, K²E, ... of a scene
     Bounces(Bounces),
     /// Chart speed against accuracy: error over time of every method and setting, and where the time goes
-    Chart(super::chart::ChartCommand),
+    Chart(crate::cli::chart::ChartCommand),
     /// Compare Neumann, shooting and path tracing on one scene: error against time, and whether they agree
     Compare(Compare),
     /// Compare two pictures, number by number
     Diff(Diff),
     /// Form factors between the objects of a scene, with their errors
-    Factors(super::factors::Factors),
+    Factors(crate::cli::factors::Factors),
     /// Render a scene by path tracing, a witness to the solver
     Trace(Trace),
     /// Map where the series converges over the (alpha, tau) square
-    Map(super::map::MapArguments),
+    Map(crate::cli::map::MapArguments),
     /// Show what each method does on both sides of the frontier where the series starts to diverge
-    Frontier(super::frontier::Frontier),
+    Frontier(crate::cli::frontier::Frontier),
     /// List the scenes that are built in
     Scenes,
 }

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::CliError;
-use super::console::Console;
-use super::report::mode_of;
-use crate::image::{Exposure, Picture, check_destination, make_directory};
+use crate::cli::CliError;
+use crate::cli::console::Console;
+use crate::cli::report::mode_of;
 use crate::light::Transport;
-use crate::study::{Sheet, Tile};
+use crate::pictures::{Exposure, Picture, check_destination, make_directory};
+use crate::plot::{Sheet, Tile};
 
 /// Share of a picture's camera rays that may meet black backs before it is worth a warning.
 const BACKS: f64 = 0.01;

@@ -3,19 +3,20 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use super::CliError;
-use super::console::Console;
-use super::effort::Precision;
-use super::memory::pixel;
-use super::options::{Common, Render};
-use super::pictures::{Places, Shown, mode_sheet, warn_of_backs};
-use super::report::{Modes, Radius, RenderReport, mode_of};
-use super::unmet::{unmet, warn_of_error};
-use crate::image::{Exposure, GatherSampling, Picture, check_extension, write_picture, write_with_error};
+use crate::cli::CliError;
+use crate::cli::console::Console;
+use crate::cli::effort::Precision;
+use crate::cli::memory::pixel;
+use crate::cli::options::{Common, Render};
+use crate::cli::pictures::{Places, Shown, mode_sheet, warn_of_backs};
+use crate::cli::report::{Modes, Radius, RenderReport, mode_of};
+use crate::cli::unmet::{unmet, warn_of_error};
+use crate::gather::GatherSampling;
 use crate::light::Transport;
+use crate::pictures::{Exposure, Picture, check_extension, write_picture, write_with_error};
+use crate::render::{Fineness, Prepared, Seconds, Wanted, Within, assemble, render, render_within};
 use crate::scene::Scene;
 use crate::solve::{Diverges, neumann};
-use crate::study::{Fineness, Prepared, Seconds, Wanted, Within, assemble, render, render_within};
 
 /// One mode's picture, or the reason why there is none.
 struct Outcome {

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::variance::VarianceReport;
+use crate::cli::variance::VarianceReport;
 use crate::form_factors::Closure;
 use crate::light::Transport;
 use crate::operator::Bounds;
+use crate::render::{ErrorParts, Seconds, TermError, Within};
 use crate::solve::Bounce;
-use crate::study::{ErrorParts, Seconds, TermError, Within};
 
 /// `halflight render --json`, one for each mode.
 #[derive(Serialize)]

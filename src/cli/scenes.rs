@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::CliError;
-use super::console::Console;
-use super::options::Common;
+use crate::cli::CliError;
+use crate::cli::console::Console;
+use crate::cli::options::Common;
 use crate::scene::{LoadOptions, Scene, builtin};
 
 #[derive(Serialize)]

@@ -6,21 +6,21 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::CliError;
-use super::console::Console;
-use super::memory::pixel;
-use super::options::{Common, Trace};
-use super::pictures::{Places, Shown, mode_sheet, warn_of_backs};
-use super::report::{MeanReport, Modes, RenderReport, TraceReport, mode_of};
-use super::values::NextEventChoice;
-use super::variance::check_variance;
-use crate::image::{Exposure, Picture, check_extension, write_picture};
+use crate::cli::CliError;
+use crate::cli::console::Console;
+use crate::cli::memory::pixel;
+use crate::cli::options::{Common, Trace};
+use crate::cli::pictures::{Places, Shown, mode_sheet, warn_of_backs};
+use crate::cli::report::{MeanReport, Modes, RenderReport, TraceReport, mode_of};
+use crate::cli::values::NextEventChoice;
+use crate::cli::variance::check_variance;
 use crate::light::Transport;
+use crate::pictures::{Exposure, Picture, check_extension, write_picture};
 use crate::rays::Rays;
 use crate::reference::{Mean, NextEvent, Overflow, TraceSettings, Tracer};
+use crate::render::{Seconds, Watch};
 use crate::scene::Scene;
 use crate::study::map::Growth;
-use crate::study::{Seconds, Watch};
 
 /// Samples a pixel between two looks at the clock.
 const PASS: u32 = 16;

@@ -1,18 +1,18 @@
 //! Why a picture is not as near as was asked for, in words, and what would help.
 
-use super::console::Console;
+use crate::cli::console::Console;
 use crate::light::Transport;
-use crate::study::ErrorParts;
+use crate::render::ErrorParts;
 
 /// Says where more is estimated than was asked for, and of what.
-pub(super) fn warn_of_error(console: &Console, transport: Transport, error: &ErrorParts, tolerance: f64) {
+pub(crate) fn warn_of_error(console: &Console, transport: Transport, error: &ErrorParts, tolerance: f64) {
     if let Some(why) = unmet(error, tolerance) {
         console.warn(format!("{}: {why}", transport.label()));
     }
 }
 
 /// What keeps a picture from its tolerance, and what would help.
-pub(super) fn unmet(error: &ErrorParts, tolerance: f64) -> Option<String> {
+pub(crate) fn unmet(error: &ErrorParts, tolerance: f64) -> Option<String> {
     if error.total <= tolerance {
         return None;
     }

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::console::Console;
-use super::report::Radius;
+use crate::cli::console::Console;
+use crate::cli::report::Radius;
 use crate::light::Transport;
 use crate::rays::Rays;
 use crate::scene::Scene;

@@ -5,55 +5,24 @@
 //!            [crossing c is a reflecting side of patch j] * product of tau of the surfaces crossed before c
 //! ```
 //!
-//! Two estimators of one operator, kept apart. [`cast`] fills rows of F with hemisphere rays, for light as
-//! reflected: in a closed opaque scene its row sums are exactly 1. [`receive_emitted`] evaluates light as emitted by
-//! [`Luminaire`]s, closed form of the polygon times visibility, which needs some sixty times less work for the same
-//! error. Surfaces that emit but are no luminaires (everything, in a furnace) go by the rows.
+//! [`cast`](cast()) fills rows of F with hemisphere rays, for light as reflected: in a closed opaque scene its row sums
+//! are exactly 1. [`cast_layers`] keeps the crossings of the rays apart, so that one cast gives `F^tau` for every tau.
+//! Light as emitted by luminaires goes by the other estimator of the same operator, in `direct`.
 //!
-//! Between whole objects, [`planar`] finds form factors by contour integrals and by quadrature, to as many digits as asked
-//! for, and [`sampled`] by rays where there are too many faces for that.
-//! [`cast_layers`] keeps the crossings of the rays apart, so that one cast gives `F^tau` for every tau.
+//! Between whole objects, [`objects::exact`] finds form factors by contour integrals and by quadrature, to as many
+//! digits as asked for, and [`objects::sampled`] by rays where there are too many faces for that.
 //!
 //! [`closure`] and [`reciprocity`] are checks for anyone to call; nothing is silently repaired.
 
-mod asked;
-mod body;
-mod cast;
-mod checks;
-mod convex;
-mod drawn;
-mod emitted;
-mod facing;
-mod lamps;
-mod large;
-mod layers;
-mod links;
-mod luminaire;
-mod many;
-mod moments;
-mod outline;
-mod pieces;
-pub mod planar;
-mod polygon;
-pub mod sampled;
-mod shadow;
-mod shaft;
-mod sight;
-mod smooth;
-mod sparse;
-mod walk;
+pub mod geometry;
+pub mod objects;
+pub mod rows;
 
-pub use asked::Lighting;
-pub use cast::{FormFactors, Variant, cast, cast_counts};
-pub use checks::{Closure, closure, reciprocity};
-pub use emitted::{DirectSum, Receiver, Scratch, gather_luminaire, receive_emitted};
-pub use layers::{Layers, cast_layers};
-pub use links::Links;
-pub use luminaire::{Luminaire, Luminaires};
-pub use polygon::{point_kernel, point_to_polygon};
-pub use shaft::{Between, Shafts};
-pub use sight::{Occlusion, Sight};
-pub use sparse::Rows;
+pub use geometry::polygon::{point_kernel, point_to_polygon};
+pub use rows::cast::{FormFactors, Variant, cast, cast_counts};
+pub use rows::checks::{Closure, closure, reciprocity};
+pub use rows::layers::{Layers, cast_layers};
+pub use rows::sparse::Rows;
 
 /// How many rays, and which.
 #[derive(Clone, Copy, Debug)]

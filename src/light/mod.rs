@@ -14,7 +14,7 @@
 //!
 //! Source: D. C. Banks, K. M. Beason, *Retro-rendering with vector-valued light*, SPIE 6060, 2006.
 
-mod mode;
+pub(crate) mod mode;
 
 pub use mode::{Mode, Transport, TransportError};
 

@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, Matrix2};
 use sprs::{CsMat, TriMat};
 
-use super::Operator;
 use crate::light::reflectance;
+use crate::operator::Operator;
 
 impl Operator {
     /// K of channel c (0 red, 1 green, 2 blue) with blocks `K_ij = F_ij rho_i [[alpha_i, 0], [1, 0]]`.

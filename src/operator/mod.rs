@@ -8,21 +8,22 @@
 //! for each channel. Light as emitted by luminaires goes through the closed form instead ([`Operator::first_bounce`]);
 //! everything after the first bounce goes through F. [`spectrum`] bounds the spectral radius.
 
-mod blocks;
-mod norm;
-mod spectrum;
+pub(crate) mod blocks;
+pub(crate) mod norm;
+pub(crate) mod spectrum;
+
+pub use norm::operator_norm;
+pub use spectrum::{Bounds, Effort, Spectrum, spectrum, spectrum_of};
 
 use std::sync::OnceLock;
 
 use glam::Vec4;
 
-use crate::form_factors::{FormFactors, Luminaires, Rows};
+use crate::direct::Luminaires;
+use crate::form_factors::{FormFactors, Rows};
 use crate::light::{Light, Rgb, Transport};
 use crate::patches::Patches;
 use crate::scene::Scene;
-
-pub use norm::operator_norm;
-pub use spectrum::{Bounds, Effort, Spectrum, spectrum, spectrum_of};
 
 /// K of one scene and one choice of (alpha, tau), with the E it acts on first.
 #[derive(Debug)]

@@ -7,8 +7,8 @@
 //! B = alpha rho F is self-adjoint under the weights A/(alpha rho) where F is reciprocal, not under A: light on dark
 //! patches weighs little there. Not handled: an upper bound; the iteration's quotient is a lower bound that rises to the norm.
 
-use super::Operator;
 use crate::light::Light;
+use crate::operator::Operator;
 
 /// A lower bound on the area-weighted norm of K, from so many products with K and as many with its transpose.
 pub fn operator_norm(k: &Operator, products: usize) -> f64 {

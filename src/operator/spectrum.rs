@@ -13,8 +13,8 @@
 
 use glam::Vec4;
 
-use super::Operator;
 use crate::form_factors::Rows;
+use crate::operator::Operator;
 
 /// `lower <= spectral radius <= upper`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,25 +7,25 @@ use glam::{DVec2, Vec2};
 
 /// The line `normal · (u, v) = offset`, in units of cells.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
+pub(crate) struct Line {
     pub normal: Vec2,
     pub offset: f32,
 }
 
 /// Bit k tells on which side of line k a point lies.
 #[inline]
-pub(super) fn side_bits(lines: &[Line], at: Vec2) -> usize {
+pub(crate) fn side_bits(lines: &[Line], at: Vec2) -> usize {
     let bit = |(k, l): (usize, &Line)| usize::from(l.normal.dot(at) >= l.offset) << k;
     lines.iter().enumerate().map(bit).sum()
 }
 
 /// The cells that an interval touches, at least one.
-pub(super) fn span(low: f64, high: f64, n: usize) -> std::ops::Range<usize> {
+pub(crate) fn span(low: f64, high: f64, n: usize) -> std::ops::Range<usize> {
     (low.floor().max(0.0) as usize).min(n - 1)..(high.ceil().max(1.0) as usize).min(n)
 }
 
 /// Whether a segment passes through the inside of the unit square, not merely along its rim.
-pub(super) fn passes_inside(a: DVec2, b: DVec2) -> bool {
+pub(crate) fn passes_inside(a: DVec2, b: DVec2) -> bool {
     const RIM: f64 = 1e-4;
     let d = b - a;
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
@@ -44,7 +44,7 @@ pub(super) fn passes_inside(a: DVec2, b: DVec2) -> bool {
 }
 
 /// The parts of a convex polygon on each side of the lines.
-pub(super) fn split(polygon: Vec<DVec2>, lines: &[Line]) -> Vec<(usize, Vec<DVec2>)> {
+pub(crate) fn split(polygon: Vec<DVec2>, lines: &[Line]) -> Vec<(usize, Vec<DVec2>)> {
     let mut parts = vec![(0, polygon)];
     for (k, line) in lines.iter().enumerate() {
         let (normal, offset) = (line.normal.as_dvec2(), f64::from(line.offset));
@@ -61,7 +61,7 @@ pub(super) fn split(polygon: Vec<DVec2>, lines: &[Line]) -> Vec<(usize, Vec<DVec
 
 /// The part of a convex polygon inside the k-th of n bands along an axis; the outer bands reach to infinity, unless they are
 /// bounded below or above as well.
-pub(super) fn clip(polygon: &[DVec2], axis: DVec2, k: usize, (n, bounded): (usize, [bool; 2])) -> Vec<DVec2> {
+pub(crate) fn clip(polygon: &[DVec2], axis: DVec2, k: usize, (n, bounded): (usize, [bool; 2])) -> Vec<DVec2> {
     let mut inside = polygon.to_vec();
     if k > 0 || bounded[0] {
         inside = half_plane(&inside, axis, k as f64);

@@ -9,34 +9,34 @@ use std::collections::{BTreeMap, VecDeque};
 
 use glam::{DVec2, Vec2, Vec3};
 
-use super::NONE;
-use super::clip::{Line, clip, passes_inside, side_bits, span, split};
-use super::cutting::{Draft, Piece};
-use super::surface::Surface;
-use super::zones::Tile;
+use crate::patches::NONE;
+use crate::patches::clip::{Line, clip, passes_inside, side_bits, span, split};
+use crate::patches::meshing::{Draft, Piece};
+use crate::patches::zones::Tile;
 use crate::scene::Scene;
+use crate::surfaces::coplanar::Surface;
 
 /// Finds a patch from a point's (u, v).
 #[derive(Debug)]
-pub(super) struct Grid {
-    pub(super) origin: Vec3,
+pub(crate) struct Grid {
+    pub(crate) origin: Vec3,
     /// u and v axes divided by the cell's width and height.
-    pub(super) per_cell: [Vec3; 2],
-    pub(super) columns: usize,
-    pub(super) rows: usize,
-    pub(super) cells: Vec<Cell>,
+    pub(crate) per_cell: [Vec3; 2],
+    pub(crate) columns: usize,
+    pub(crate) rows: usize,
+    pub(crate) cells: Vec<Cell>,
 }
 
 /// What one cell of the grid points to.
 #[derive(Clone, Debug)]
-pub(super) enum Cell {
+pub(crate) enum Cell {
     Patch(u32),
     Cut(Box<Cut>),
 }
 
 /// A cell crossed by lines: bit k of the index into `patches` tells the side of line k.
 #[derive(Clone, Debug)]
-pub(super) struct Cut {
+pub(crate) struct Cut {
     lines: Vec<Line>,
     patches: Vec<u32>,
 }
@@ -56,7 +56,7 @@ impl Grid {
     }
 
     /// Numbers the patches from another on.
-    pub(super) fn number_from(&mut self, first: u32) {
+    pub(crate) fn number_from(&mut self, first: u32) {
         for cell in &mut self.cells {
             match cell {
                 Cell::Patch(patch) => *patch += first,
@@ -66,7 +66,7 @@ impl Grid {
     }
 
     /// The cell that the point lies in.
-    pub(super) fn cell(&self, position: Vec3) -> &Cell {
+    pub(crate) fn cell(&self, position: Vec3) -> &Cell {
         self.locate(position).0
     }
 
@@ -82,7 +82,7 @@ impl Grid {
 
 /// The cell of n along an axis that holds a coordinate; points rounded over the rim stay inside.
 #[inline]
-pub(super) fn index(x: f32, n: usize) -> usize {
+pub(crate) fn index(x: f32, n: usize) -> usize {
     // Casts to i32 are one instruction, to usize some ten.
     ((x as i32).max(0) as usize).min(n - 1)
 }
@@ -102,7 +102,7 @@ impl CellPieces {
 
 /// Cuts a tile of a surface into cells, and along `contacts`; patches are numbered from `first`. `faces` are those that reach
 /// into the tile, others do no harm. None where the surface has no part in it.
-pub(super) fn cut(
+pub(crate) fn cut(
     scene: &Scene,
     (s, tile, faces): (&Surface, &Tile, &[u32]),
     contacts: &[[DVec2; 2]],

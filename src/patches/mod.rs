@@ -3,42 +3,39 @@
 //! Patch count is decoupled from triangle count. Faces that lie in one plane, touch and share a material form a
 //! *surface*; a surface larger than the target size carries a rectangular grid of patches found from the point's
 //! (u, v) in the plane, and small surfaces of one material with near-equal normals that lie close together share one
-//! patch. Cells are cut further along lines where other faces touch the surface. Rays see only the faces as loaded; [`Patches::at`] tells which patch a hit belongs to. A two-sided face has
-//! a patch on either side.
+//! patch. Cells are cut further along lines where other faces touch the surface. Rays see only the faces as loaded;
+//! [`Patches::at`] tells which patch a hit belongs to. A two-sided face has a patch on either side.
 //!
 //! Areas are in unit coordinates squared. Invariants: the patches' areas of one side sum to the faces' area; every
 //! point of every face belongs to exactly one patch per reflecting side; numbering depends on the scene only.
 //!
 //! Patches have one size over the scene, or one for each of its zones ([`Zones`]). Not handled: which size light asks for.
 
-mod beside;
-mod clip;
-mod cluster;
-mod contact;
-mod cutting;
-mod grid;
-mod neighbours;
-mod parents;
-mod parts;
-mod regression;
-mod surface;
-mod surfaces;
-mod tiling;
-mod zones;
+pub(crate) mod adjacency;
+pub(crate) mod clip;
+pub(crate) mod clusters;
+pub(crate) mod grid;
+pub(crate) mod grid_adjacency;
+pub(crate) mod hierarchy;
+pub(crate) mod meshing;
+pub(crate) mod regression_tree;
+pub(crate) mod subdivision;
+pub(crate) mod tiles;
+pub(crate) mod zones;
+
+pub use adjacency::Neighbours;
+pub use regression_tree::Sample;
+pub use zones::Zones;
 
 use std::sync::Arc;
 
 use glam::Vec3;
 
+use crate::patches::grid::Grid;
+use crate::patches::subdivision::Parts;
+use crate::patches::tiles::Tiling;
 use crate::rays::Side;
-use crate::rays::cosine::triangle_point;
-use grid::Grid;
-pub use neighbours::Neighbours;
-use parts::Parts;
-pub use regression::Sample;
-pub use surfaces::Surfaces;
-use tiling::Tiling;
-pub use zones::Zones;
+use crate::rays::warp::triangle_point;
 
 /// No patch: the black back of a one-sided face.
 const NONE: u32 = u32::MAX;

@@ -10,11 +10,11 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use super::Patches;
-use super::surface::Surface;
-use super::surfaces::Surfaces;
+use crate::patches::Patches;
 use crate::rays::Rays;
 use crate::scene::Scene;
+use crate::surfaces::Surfaces;
+use crate::surfaces::coplanar::Surface;
 
 /// Patches along each side of a tile, at the size that zones are made for.
 const ACROSS: usize = 2;
@@ -22,7 +22,7 @@ const ACROSS: usize = 2;
 /// A scene's surfaces, divided into zones.
 #[derive(Debug)]
 pub struct Zones {
-    pub(super) surfaces: Arc<Surfaces>,
+    pub(crate) surfaces: Arc<Surfaces>,
     /// Tiles of every surface along u and along v.
     tiles: Vec<[usize; 2]>,
     /// The first zone of every surface, and the number of zones.
@@ -31,7 +31,7 @@ pub struct Zones {
 
 /// A rectangle of a surface in its (u, v), and whether it is bounded by other tiles below and above along each axis.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Tile {
+pub(crate) struct Tile {
     pub low: DVec2,
     pub extent: DVec2,
     pub inner: [[bool; 2]; 2],
@@ -49,7 +49,7 @@ impl Zones {
     }
 
     /// Every surface one zone.
-    pub(super) fn whole(surfaces: &Arc<Surfaces>) -> Zones {
+    pub(crate) fn whole(surfaces: &Arc<Surfaces>) -> Zones {
         Zones::tiled(surfaces, |_| [1, 1])
     }
 
@@ -73,17 +73,17 @@ impl Zones {
     }
 
     /// Tiles of surface s along u and along v.
-    pub(super) fn tiles(&self, s: usize) -> [usize; 2] {
+    pub(crate) fn tiles(&self, s: usize) -> [usize; 2] {
         self.tiles[s]
     }
 
     /// The zone of a surface's tile.
-    pub(super) fn zone(&self, s: usize, column: usize, row: usize) -> usize {
+    pub(crate) fn zone(&self, s: usize, column: usize, row: usize) -> usize {
         self.starts[s] as usize + row * self.tiles[s][0] + column
     }
 
     /// The rectangle of a surface's tile.
-    pub(super) fn tile(&self, s: usize, column: usize, row: usize) -> Tile {
+    pub(crate) fn tile(&self, s: usize, column: usize, row: usize) -> Tile {
         let tiles = self.tiles[s];
         let extent = self.surfaces.list[s].extent;
         let size = DVec2::new(extent[0] / tiles[0] as f64, extent[1] / tiles[1] as f64);

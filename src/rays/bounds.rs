@@ -6,31 +6,31 @@ use glam::Vec3A;
 
 /// The points between two corners.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
+pub(crate) struct Bounds {
     pub low: Vec3A,
     pub high: Vec3A,
 }
 
 impl Bounds {
     /// Holds no point; joined with another box it gives that box.
-    pub(super) const EMPTY: Bounds = Bounds { low: Vec3A::INFINITY, high: Vec3A::NEG_INFINITY };
+    pub(crate) const EMPTY: Bounds = Bounds { low: Vec3A::INFINITY, high: Vec3A::NEG_INFINITY };
 
     /// The smallest box around both.
     #[inline(always)]
-    pub(super) fn join(self, other: Bounds) -> Bounds {
+    pub(crate) fn join(self, other: Bounds) -> Bounds {
         Bounds { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
     /// Half the area of its surface.
     #[inline(always)]
-    pub(super) fn half_area(self) -> f32 {
+    pub(crate) fn half_area(self) -> f32 {
         let d = self.high - self.low;
         d.x * d.y + d.y * d.z + d.z * d.x
     }
 
     /// Twice its middle.
     #[inline(always)]
-    pub(super) fn doubled_middle(self) -> Vec3A {
+    pub(crate) fn doubled_middle(self) -> Vec3A {
         self.low + self.high
     }
 }

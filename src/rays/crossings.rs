@@ -5,15 +5,15 @@
 //! ones a surface can report twice, so of those that agree in side and place one is kept. Comparing t alone would also
 //! swallow distinct surfaces that lie close together.
 
-use super::tree::depth;
-use super::{Hit, Side};
+use crate::rays::accelerator::depth;
+use crate::rays::{Hit, Side};
 
 /// Two hits on an edge within this distance are the same place of the same edge. Each face interpolates t along the
 /// edge with its own rounding, about 1e-7 over the edge's projected size.
 const SAME_PLACE: f32 = 1e-5;
 
 /// Sorts by t (of a thin sheet the front first), then face, and merges hits of one edge or vertex.
-pub(super) fn settle(hits: &mut Vec<Hit>, planes: &[u32]) {
+pub(crate) fn settle(hits: &mut Vec<Hit>, planes: &[u32]) {
     hits.sort_unstable_by(|a, b| {
         let (near, far) = (depth(a.t, a.side), depth(b.t, b.side));
         near.total_cmp(&far).then_with(|| (a.side, a.face).cmp(&(b.side, b.face)))

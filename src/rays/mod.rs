@@ -6,39 +6,40 @@
 //!
 //! Not handled: curved primitives, instances, moving scenes. Lengths are unit coordinates throughout.
 
-mod anchor;
-mod bins;
-mod block;
-mod bounds;
-mod cluster;
-pub mod cosine;
-mod crossings;
-mod fan;
-mod few;
-mod hull;
-mod many;
-pub(crate) mod mix;
-mod planes;
-pub mod sequence;
-mod split;
+pub(crate) mod accelerator;
+pub(crate) mod block_clusters;
+pub(crate) mod block_list;
+pub(crate) mod bounds;
+pub(crate) mod bvh;
+pub(crate) mod bvh_build;
+pub(crate) mod bvh_traversal;
+pub(crate) mod crossings;
+pub(crate) mod hasher;
+pub(crate) mod hull_faces;
+pub(crate) mod packet;
+pub(crate) mod planes;
+pub(crate) mod ray_offset;
+pub(crate) mod sah_bins;
+pub(crate) mod simd_block;
+pub mod sobol;
 #[cfg(test)]
 mod tests;
-mod tree;
-mod triangle;
-mod wide;
+pub(crate) mod triangle;
+pub mod warp;
+
+pub use packet::{FAN, Fan};
 
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 
+use crate::rays::accelerator::{Label, MANY, NO_PLANE, Query, Tree};
+use crate::rays::bounds::Bounds;
+use crate::rays::bvh::Many;
+use crate::rays::bvh_build::Layout;
+use crate::rays::planes::Planes;
+use crate::rays::ray_offset::Anchor;
+use crate::rays::triangle::Triangle;
 use crate::scene::Scene;
-use anchor::Anchor;
-use bounds::Bounds;
-pub use fan::{FAN, Fan};
-use many::Many;
-use planes::Planes;
-use split::Layout;
-use tree::{Label, MANY, NO_PLANE, Query, Tree};
-use triangle::Triangle;
 
 /// A scene made ready for casting rays.
 pub struct Rays {
@@ -111,7 +112,7 @@ impl Rays {
     pub fn with_blocks(scene: &Scene, many: usize) -> Rays {
         let all: Vec<u32> = (0..scene.faces.len() as u32).collect();
         let faces = Faces::new(scene, many);
-        let inner = hull::occluders(scene, &faces.planes);
+        let inner = crate::rays::hull_faces::occluders(scene, &faces.planes);
         let occluders = match inner.len() {
             0 => Occluders::None,
             n if n == all.len() => Occluders::All,
@@ -140,7 +141,7 @@ impl Rays {
     pub fn crossings(&self, ray: &Ray, out: &mut Vec<Hit>) {
         out.clear();
         self.tree.all(&self.query(ray), out);
-        crossings::settle(out, &self.planes);
+        crate::rays::crossings::settle(out, &self.planes);
     }
 
     /// Whether nothing lies strictly between the points (tau = 0 everywhere).
@@ -165,7 +166,7 @@ impl Rays {
         if !tree.all_unless(|face| tau_of(face) == 0.0, &segment, scratch) {
             return 0.0;
         }
-        crossings::settle(scratch, &self.planes);
+        crate::rays::crossings::settle(scratch, &self.planes);
         scratch.iter().map(|hit| tau_of(hit.face)).product()
     }
 

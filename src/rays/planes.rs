@@ -13,11 +13,11 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::mix::BuildMix;
+use crate::rays::hasher::BuildMix;
 use crate::scene::Scene;
 
 /// Largest distance of a face's corner from the plane it joins, unit coordinates.
-pub(super) const TOLERANCE: f64 = 2e-6;
+pub(crate) const TOLERANCE: f64 = 2e-6;
 
 /// Edge of a hash cell of (normal, offset).
 const CELL: f64 = 1.0 / 4096.0;
@@ -37,13 +37,13 @@ const PROBES: usize = 32;
 
 /// `normal . x = offset`, normal of length 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Plane {
+pub(crate) struct Plane {
     pub normal: DVec3,
     pub offset: f64,
 }
 
 /// The planes of a scene.
-pub(super) struct Planes {
+pub(crate) struct Planes {
     /// The plane of every face.
     pub of_face: Vec<u32>,
     /// The founders' planes, by falling area of the founder.
@@ -52,7 +52,7 @@ pub(super) struct Planes {
 
 impl Plane {
     /// Signed distance of a point.
-    pub(super) fn distance(&self, point: DVec3) -> f64 {
+    pub(crate) fn distance(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
     }
 
@@ -69,7 +69,7 @@ impl Plane {
 
 impl Planes {
     /// Groups the faces of a scene, in about linear time.
-    pub(super) fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene) -> Self {
         let mut finder = Finder::default();
         let mut of_face = vec![0; scene.faces.len()];
         for (face, plane) in by_falling_area(scene) {

@@ -11,16 +11,16 @@
 
 use glam::{Vec3, Vec3A, Vec3Swizzles};
 
-use super::Side;
-use super::bounds::Bounds;
+use crate::rays::Side;
+use crate::rays::bounds::Bounds;
 
 /// Three corners, one register for each axis: register 0 holds the corners' x.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Triangle(pub [Vec3A; 3]);
+pub(crate) struct Triangle(pub [Vec3A; 3]);
 
 /// Where a line meets a triangle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Meeting {
+pub(crate) struct Meeting {
     /// Distance along the unit direction; negative behind the origin.
     pub t: f32,
     pub side: Side,
@@ -32,7 +32,7 @@ pub(super) struct Meeting {
 
 /// The per-ray half of the test: the shear that turns the ray into the z axis.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shear {
+pub(crate) struct Shear {
     /// Which axis becomes x, y and z; z is the one along which the ray runs fastest.
     pub axes: [usize; 3],
     /// The ray's origin along those axes.
@@ -43,14 +43,14 @@ pub(super) struct Shear {
 
 impl Triangle {
     /// Meets no line.
-    pub(super) const NOTHING: Triangle = Triangle([Vec3A::NAN; 3]);
+    pub(crate) const NOTHING: Triangle = Triangle([Vec3A::NAN; 3]);
 
-    pub(super) fn new([a, b, c]: [Vec3; 3]) -> Self {
+    pub(crate) fn new([a, b, c]: [Vec3; 3]) -> Self {
         Triangle([0, 1, 2].map(|axis| Vec3A::new(a[axis], b[axis], c[axis])))
     }
 
     /// Its bounding box, wider by `pad` on every side.
-    pub(super) fn padded_box(&self, pad: f32) -> Bounds {
+    pub(crate) fn padded_box(&self, pad: f32) -> Bounds {
         let low = Vec3A::from_array(self.0.map(Vec3A::min_element));
         let high = Vec3A::from_array(self.0.map(Vec3A::max_element));
         Bounds { low: low - pad, high: high + pad }
@@ -60,7 +60,7 @@ impl Triangle {
 impl Shear {
     /// The shear of the ray from `origin` along the unit vector `direction`.
     #[inline]
-    pub(super) fn new(origin: Vec3A, direction: Vec3A) -> Self {
+    pub(crate) fn new(origin: Vec3A, direction: Vec3A) -> Self {
         let size = direction.abs();
         let z = if size.x >= size.y && size.x >= size.z {
             0
@@ -85,7 +85,7 @@ impl Shear {
 
     /// Where the line meets the triangle; `None` if it misses it or runs within its plane.
     #[inline(always)]
-    pub(super) fn meet(&self, triangle: &Triangle) -> Option<Meeting> {
+    pub(crate) fn meet(&self, triangle: &Triangle) -> Option<Meeting> {
         // Each sheared corner depends on the corner and the ray alone: neighbours agree on it to the bit.
         let along = |k: usize| triangle.0[self.axes[k]] - Vec3A::splat(self.origin[k]);
         let z = along(2);

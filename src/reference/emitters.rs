@@ -9,11 +9,11 @@
 
 use glam::Vec3;
 
-use super::random::Random;
-use super::surfaces::Surfaces;
+use crate::reference::random::Random;
+use crate::reference::surfaces::Surfaces;
 
 /// All faces that emit.
-pub(super) struct Emitters {
+pub(crate) struct Emitters {
     faces: Vec<u32>,
     /// Sum of P up to and including each of `faces`.
     cumulative: Vec<f64>,
@@ -22,7 +22,7 @@ pub(super) struct Emitters {
 }
 
 /// A point on an emitter.
-pub(super) struct Drawn {
+pub(crate) struct Drawn {
     pub position: Vec3,
     pub face: u32,
     /// Per area in unit coordinates.
@@ -31,7 +31,7 @@ pub(super) struct Drawn {
 
 impl Emitters {
     /// The faces of a scene that emit.
-    pub(super) fn new(surfaces: &Surfaces) -> Emitters {
+    pub(crate) fn new(surfaces: &Surfaces) -> Emitters {
         let strength = |face: u32| f64::from(surfaces.matter(face).emitted.invisible.element_sum());
         let faces: Vec<u32> = (0..surfaces.count()).filter(|&face| surfaces.matter(face).emits()).collect();
         let mut densities = vec![0.0; surfaces.count() as usize];
@@ -51,7 +51,7 @@ impl Emitters {
     }
 
     /// A point; none where nothing emits.
-    pub(super) fn draw(&self, surfaces: &Surfaces, random: &mut Random) -> Option<Drawn> {
+    pub(crate) fn draw(&self, surfaces: &Surfaces, random: &mut Random) -> Option<Drawn> {
         let last = self.faces.len().checked_sub(1)?;
         let share = random.fine();
         let face = self.faces[self.cumulative.partition_point(|&c| c <= share).min(last)];
@@ -63,7 +63,7 @@ impl Emitters {
 
     /// The density at which points of a face are drawn, per area.
     #[inline]
-    pub(super) fn density(&self, face: u32) -> f32 {
+    pub(crate) fn density(&self, face: u32) -> f32 {
         self.densities[face as usize]
     }
 }

@@ -15,13 +15,13 @@
 //!
 //! Source: D. C. Banks, K. M. Beason, *Retro-rendering with vector-valued light*, SPIE 6060, 2006.
 
-mod emitters;
-mod moments;
-mod path;
-mod random;
-mod report;
-mod surfaces;
-mod tracer;
+pub(crate) mod emitters;
+pub(crate) mod moments;
+pub(crate) mod path;
+pub(crate) mod random;
+pub(crate) mod report;
+pub(crate) mod surfaces;
+pub(crate) mod tracer;
 
 pub use path::{KEPT, NextEvent};
 pub use report::{Counts, Mean, Overflow, TraceSettings};

@@ -14,21 +14,21 @@ use glam::{DVec3, Vec3};
 
 /// Mean and sum of squared deviations of samples of one pixel.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Moments {
+pub(crate) struct Moments {
     pub mean: Vec3,
     deviation: Vec3,
 }
 
 /// Sums over one pass.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Sums {
+pub(crate) struct Sums {
     sum: DVec3,
     squares: DVec3,
 }
 
 impl Sums {
     #[inline]
-    pub(super) fn add(&mut self, sample: Vec3) {
+    pub(crate) fn add(&mut self, sample: Vec3) {
         let x = sample.as_dvec3();
         self.sum += x;
         self.squares += x * x;
@@ -37,7 +37,7 @@ impl Sums {
 
 impl Moments {
     /// Takes in a pass of `new` samples after `old` ones.
-    pub(super) fn merge(&mut self, old: u64, pass: &Sums, new: u64) {
+    pub(crate) fn merge(&mut self, old: u64, pass: &Sums, new: u64) {
         let (n, k) = (old as f64, new as f64);
         let mean = pass.sum / k;
         let within = (pass.squares - pass.sum * mean).max(DVec3::ZERO);
@@ -48,7 +48,7 @@ impl Moments {
     }
 
     /// Square of the standard error of the mean of `count` samples, at least two.
-    pub(super) fn squared_error(&self, count: u64) -> DVec3 {
+    pub(crate) fn squared_error(&self, count: u64) -> DVec3 {
         let n = count as f64;
         self.deviation.as_dvec3() / (n * (n - 1.0))
     }

@@ -20,11 +20,11 @@
 
 use std::f32::consts::PI;
 
-use super::emitters::Emitters;
-use super::random::Random;
-use super::surfaces::{Matter, Point, Surfaces};
 use crate::light::Rgb;
 use crate::rays::{Hit, Ray, Rays, Side};
+use crate::reference::emitters::Emitters;
+use crate::reference::random::Random;
+use crate::reference::surfaces::{Matter, Point, Surfaces};
 
 /// Bounce orders kept apart: 0 (emission) to `KEPT - 1`. Later ones are kept together.
 pub const KEPT: usize = 9;
@@ -40,7 +40,7 @@ pub enum NextEvent {
 }
 
 /// What paths run through.
-pub(super) struct Space<'a> {
+pub(crate) struct Space<'a> {
     pub rays: &'a Rays,
     pub surfaces: Surfaces,
     pub emitters: Emitters,
@@ -50,7 +50,7 @@ pub(super) struct Space<'a> {
 
 /// What one path found.
 #[derive(Default)]
-pub(super) struct Found {
+pub(crate) struct Found {
     /// Visible light by bounce order; the last holds all later ones.
     pub orders: [Rgb; KEPT + 1],
     /// Orders from this one on are black.
@@ -76,7 +76,7 @@ impl Found {
 
 impl Space<'_> {
     /// Follows a camera ray.
-    pub(super) fn follow(&self, camera: &Ray, random: &mut Random, hits: &mut Vec<Hit>) -> Found {
+    pub(crate) fn follow(&self, camera: &Ray, random: &mut Random, hits: &mut Vec<Hit>) -> Found {
         let mut found = Found { rays: 1, ..Found::default() };
         let Some(hit) = self.rays.closest(camera) else {
             return found;

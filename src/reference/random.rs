@@ -11,13 +11,13 @@ use std::f32::consts::TAU;
 use glam::Vec3;
 
 /// A stream of random numbers.
-pub(super) struct Random {
+pub(crate) struct Random {
     state: [u64; 4],
 }
 
 impl Random {
     /// The stream of one path.
-    pub(super) fn new(seed: u32, pixel: u64, sample: u64) -> Random {
+    pub(crate) fn new(seed: u32, pixel: u64, sample: u64) -> Random {
         let mut key = u64::from(seed);
         for part in [pixel, sample] {
             key = split_mix(&mut key).wrapping_add(part);
@@ -43,20 +43,20 @@ impl Random {
 
     /// Uniform in [0, 1), a multiple of 2^-24.
     #[inline]
-    pub(super) fn uniform(&mut self) -> f32 {
+    pub(crate) fn uniform(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1 << 24) as f32
     }
 
     /// Uniform in [0, 1), a multiple of 2^-53.
     #[inline]
-    pub(super) fn fine(&mut self) -> f64 {
+    pub(crate) fn fine(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// A unit direction about the unit `normal` with density cos(theta)/pi per steradian: a uniform point of the sphere
     /// that touches the surface from above, seen from the point of touch (Nusselt).
     #[inline]
-    pub(super) fn cosine_direction(&mut self, normal: Vec3) -> Vec3 {
+    pub(crate) fn cosine_direction(&mut self, normal: Vec3) -> Vec3 {
         loop {
             let z = 1.0 - 2.0 * self.uniform();
             let (sin, cos) = (TAU * self.uniform()).sin_cos();

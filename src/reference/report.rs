@@ -1,6 +1,6 @@
 //! What the path tracer is told and what it tells besides pictures: settings, counts, means, and that light overflowed.
 
-use super::path::NextEvent;
+use crate::reference::path::NextEvent;
 
 /// How paths are traced.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +54,7 @@ pub struct Overflow {
 }
 
 impl Counts {
-    pub(super) fn add(&mut self, other: &Counts) {
+    pub(crate) fn add(&mut self, other: &Counts) {
         self.paths += other.paths;
         self.rays += other.rays;
         self.cut += other.cut;

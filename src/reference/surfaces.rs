@@ -10,7 +10,7 @@ use crate::scene::{Scene, Sides};
 
 /// A face's place.
 #[derive(Clone, Copy)]
-pub(super) struct Facet {
+pub(crate) struct Facet {
     corners: [Vec3; 3],
     /// Unit normal of the front.
     pub normal: Vec3,
@@ -19,7 +19,7 @@ pub(super) struct Facet {
 
 /// A material's numbers under one (alpha, tau).
 #[derive(Clone, Copy)]
-pub(super) struct Matter {
+pub(crate) struct Matter {
     /// Diffuse reflectance: what reaches the visible half.
     pub rho: Rgb,
     /// `alpha rho`: what reaches the invisible half.
@@ -34,19 +34,19 @@ pub(super) struct Matter {
 impl Matter {
     /// Whether light is reflected and emitted there.
     #[inline]
-    pub(super) fn sends(&self, side: Side) -> bool {
+    pub(crate) fn sends(&self, side: Side) -> bool {
         side == Side::Front || self.sides == Sides::Two
     }
 
     /// Whether anything is emitted.
-    pub(super) fn emits(&self) -> bool {
+    pub(crate) fn emits(&self) -> bool {
         self.emitted.invisible.max_element() > 0.0
     }
 }
 
 /// A point of a surface and the side looked at.
 #[derive(Clone, Copy)]
-pub(super) struct Point {
+pub(crate) struct Point {
     pub position: Vec3,
     /// Unit normal of the side looked at.
     pub normal: Vec3,
@@ -54,7 +54,7 @@ pub(super) struct Point {
 }
 
 /// All faces of a scene.
-pub(super) struct Surfaces {
+pub(crate) struct Surfaces {
     facets: Vec<Facet>,
     matter: Vec<Matter>,
     /// tau of every material.
@@ -65,7 +65,7 @@ pub(super) struct Surfaces {
 
 impl Surfaces {
     /// The faces of a scene whose materials have the given (alpha, tau).
-    pub(super) fn new(scene: &Scene, transports: &[Transport]) -> Surfaces {
+    pub(crate) fn new(scene: &Scene, transports: &[Transport]) -> Surfaces {
         let facets = (0..scene.faces.len() as u32).map(|face| Facet {
             corners: scene.corners(face),
             normal: area_vector(scene.corners(face)).normalize_or(glam::DVec3::Z).as_vec3(),
@@ -88,23 +88,23 @@ impl Surfaces {
     }
 
     /// Number of faces.
-    pub(super) fn count(&self) -> u32 {
+    pub(crate) fn count(&self) -> u32 {
         self.facets.len() as u32
     }
 
     #[inline]
-    pub(super) fn facet(&self, face: u32) -> &Facet {
+    pub(crate) fn facet(&self, face: u32) -> &Facet {
         &self.facets[face as usize]
     }
 
     #[inline]
-    pub(super) fn matter(&self, face: u32) -> &Matter {
+    pub(crate) fn matter(&self, face: u32) -> &Matter {
         &self.matter[self.facet(face).material as usize]
     }
 
     /// The point met, exact to the rounding of the corners.
     #[inline]
-    pub(super) fn point(&self, hit: &Hit) -> Point {
+    pub(crate) fn point(&self, hit: &Hit) -> Point {
         let facet = self.facet(hit.face);
         let normal = match hit.side {
             Side::Front => facet.normal,
@@ -117,13 +117,13 @@ impl Surfaces {
 impl Facet {
     /// The point of these barycentric weights of the second and third corner.
     #[inline]
-    pub(super) fn at(&self, u: f32, v: f32) -> Vec3 {
+    pub(crate) fn at(&self, u: f32, v: f32) -> Vec3 {
         let [a, b, c] = self.corners;
         a + u * (b - a) + v * (c - a)
     }
 
     /// Area in unit coordinates.
-    pub(super) fn area(&self) -> f64 {
+    pub(crate) fn area(&self) -> f64 {
         area_vector(self.corners).length()
     }
 }

@@ -8,15 +8,15 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::emitters::Emitters;
-use super::moments::{Moments, Sums};
-use super::path::{KEPT, Space};
-use super::random::Random;
-use super::report::{Counts, Mean, Overflow, TraceSettings};
-use super::surfaces::Surfaces;
-use crate::image::Picture;
 use crate::light::{Rgb, Transport};
+use crate::pictures::Picture;
 use crate::rays::{Hit, Ray, Rays};
+use crate::reference::emitters::Emitters;
+use crate::reference::moments::{Moments, Sums};
+use crate::reference::path::{KEPT, Space};
+use crate::reference::random::Random;
+use crate::reference::report::{Counts, Mean, Overflow, TraceSettings};
+use crate::reference::surfaces::Surfaces;
 use crate::scene::{Camera, Scene};
 
 /// A picture that grows more exact with every pass.

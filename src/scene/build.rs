@@ -8,11 +8,11 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
-use super::error::{Place, SceneError};
-use super::mtl::{check_emission, check_rho};
-use super::polygon::{Cover, MOST_CORNERS, Triangulator};
-use super::warn::Tally;
-use super::{Camera, Face, Material, Scene, UnitFrame};
+use crate::scene::error::{Place, SceneError};
+use crate::scene::mtl::{check_emission, check_rho};
+use crate::scene::polygon::{Cover, MOST_CORNERS, Triangulator};
+use crate::scene::warnings::Tally;
+use crate::scene::{Camera, Face, Material, Scene, UnitFrame};
 
 /// The least height of a triangle over its longest side, unit coordinates: the rounding of a coordinate near 1.
 /// Thinner ones have no normal.
@@ -20,7 +20,7 @@ pub const THINNEST: f64 = 1.0 / (1 << 23) as f64;
 
 /// Polygons as read, in the file's units.
 #[derive(Debug, Default)]
-pub(super) struct Soup {
+pub(crate) struct Soup {
     /// The scene's name.
     pub name: String,
     /// The file, or the name again where there is none.
@@ -38,7 +38,7 @@ pub(super) struct Soup {
 
 /// One polygon of a [`Soup`]; its corners follow those of the polygon before it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Polygon {
+pub(crate) struct Polygon {
     pub corners: usize,
     pub material: u32,
     pub object: u32,
@@ -121,7 +121,7 @@ fn check_face(place: Place, face: &(Vec<u32>, u32), vertices: usize, materials: 
 }
 
 /// Makes the scene: frame, triangles, points, camera.
-pub(super) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
+pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
     let Some(frame) = UnitFrame::of(soup.corners.iter().map(|&v| soup.vertices[v as usize])) else {
         return Err(SceneError::Empty { file: soup.file, dropped: soup.polygons.len() });
     };

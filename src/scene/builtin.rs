@@ -51,7 +51,7 @@ pub fn find(name: &str) -> Option<&'static Files> {
 }
 
 /// The bytes of an embedded OBJ or MTL.
-pub(super) fn file(name: &str) -> Option<&'static [u8]> {
+pub(crate) fn file(name: &str) -> Option<&'static [u8]> {
     let (stem, extension) = name.rsplit_once('.')?;
     let files = find(stem)?;
     match extension {

@@ -9,7 +9,7 @@
 use glam::{DVec3, Vec3};
 use thiserror::Error;
 
-use super::{Camera, Scene};
+use crate::scene::{Camera, Scene};
 
 /// Vertical field of view of a camera that is not told its own, degrees: the Cornell box's.
 pub const DEFAULT_FOV: f64 = 39.307_648_116_106_62;

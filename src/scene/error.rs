@@ -5,8 +5,8 @@ use std::{fmt, io};
 use miette::Diagnostic;
 use thiserror::Error;
 
-use super::camera::ViewError;
 use crate::light::TransportError;
+use crate::scene::camera::ViewError;
 
 /// Where in the input something was found: a line of a file, or an item of an array given by a caller.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -24,14 +24,15 @@ use glam::DVec3;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::build::assemble;
-use super::camera::{DEFAULT_FOV, ViewError};
-use super::error::{Place, SceneError};
-use super::mtl::check_emission;
-use super::obj::{self, Reader};
-use super::text::{self, list, shorten};
-use super::{Camera, LoadOptions, Material, Scene, Sides};
 use crate::light::{Mode, Transport, Visibility};
+use crate::scene::build::assemble;
+use crate::scene::camera::{DEFAULT_FOV, ViewError};
+use crate::scene::error::{Place, SceneError};
+use crate::scene::lines::{list, shorten};
+use crate::scene::load::LoadOptions;
+use crate::scene::mtl::check_emission;
+use crate::scene::obj::Reader;
+use crate::scene::{Camera, Material, Scene, Sides, lines, obj};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -83,14 +84,14 @@ impl Source<'_> {
 }
 
 /// Reads a scene file: `name` for the scene, `file` for messages, `reader` for the OBJ and its libraries.
-pub(super) fn read(
+pub(crate) fn read(
     name: &str,
     file: &str,
     bytes: &[u8],
     reader: Reader,
     options: LoadOptions,
 ) -> Result<Scene, SceneError> {
-    let source = Source { file, text: text::decode(file, bytes)? };
+    let source = Source { file, text: lines::decode(file, bytes)? };
     let table: SceneTable = toml::from_str(source.text).map_err(|error| SceneError::SceneFile {
         place: source.place(error.span().map_or(0, |span| span.start)),
         message: error.message().to_owned(),

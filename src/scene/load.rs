@@ -4,9 +4,9 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::{fs, io};
 
-use super::build::assemble;
-use super::error::SceneError;
-use super::{Material, Scene, Sides, builtin, file, obj};
+use crate::scene::build::assemble;
+use crate::scene::error::SceneError;
+use crate::scene::{Material, Scene, Sides, builtin, file, obj};
 
 /// What a person may ask of every scene, whatever its files say.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub struct LoadOptions {
 
 impl LoadOptions {
     /// Sets the sides of all materials but those of which `said` is true.
-    pub(super) fn apply(self, materials: &mut [Material], said: impl Fn(&str) -> bool) {
+    pub(crate) fn apply(self, materials: &mut [Material], said: impl Fn(&str) -> bool) {
         for material in materials.iter_mut().filter(|material| !said(&material.name)) {
             material.sides = self.two_sided;
         }

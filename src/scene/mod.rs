@@ -7,18 +7,18 @@
 //!
 //! Not handled: textures, Ks, smooth normals, curves, instances.
 
-mod build;
+pub(crate) mod build;
 pub mod builtin;
-mod camera;
-mod error;
-mod file;
-mod load;
-mod mtl;
-mod obj;
-mod obj_text;
-mod polygon;
-mod text;
-mod warn;
+pub(crate) mod camera;
+pub(crate) mod error;
+pub(crate) mod file;
+pub(crate) mod lines;
+pub(crate) mod load;
+pub(crate) mod mtl;
+pub(crate) mod obj;
+pub(crate) mod obj_text;
+pub(crate) mod polygon;
+pub(crate) mod warnings;
 
 pub use build::THINNEST;
 pub use camera::{DEFAULT_FOV, ViewError};

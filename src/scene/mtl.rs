@@ -9,9 +9,10 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 
-use super::error::{Place, SceneError};
-use super::text::{self, Statement};
-use super::warn::Tally;
+use crate::scene::error::{Place, SceneError};
+use crate::scene::lines;
+use crate::scene::lines::Statement;
+use crate::scene::warnings::Tally;
 
 /// The reflectance of a material that has no `Kd`: the customary default of MTL readers and writers.
 pub const DEFAULT_RHO: f32 = 0.8;
@@ -27,7 +28,7 @@ struct Entry {
 
 /// The materials of all libraries of an OBJ, in order.
 #[derive(Debug, Default)]
-pub(super) struct Libraries {
+pub(crate) struct Libraries {
     entries: Vec<Entry>,
     index: HashMap<String, usize>,
     /// Warnings of every library read so far.
@@ -47,7 +48,7 @@ impl Libraries {
     pub fn read(&mut self, file: &str, bytes: &[u8]) -> Result<(), SceneError> {
         let mut tallies = Tallies::default();
         let mut entries: Vec<Entry> = Vec::new();
-        for statement in text::statements(text::decode(file, bytes)?) {
+        for statement in lines::statements(lines::decode(file, bytes)?) {
             read_statement(file, &statement, &mut entries, &mut tallies)?;
         }
         for entry in entries {
@@ -165,18 +166,18 @@ fn emission(file: &str, statement: &Statement, material: &str) -> Result<[f64; 3
 }
 
 /// Refuses a reflectance outside 0..=1 (NaN included).
-pub(super) fn check_rho(rho: [f64; 3], material: &str, place: impl Fn() -> Place) -> Result<(), SceneError> {
+pub(crate) fn check_rho(rho: [f64; 3], material: &str, place: impl Fn() -> Place) -> Result<(), SceneError> {
     match rho.into_iter().find(|value| !(0.0..=1.0).contains(value)) {
-        Some(value) => Err(SceneError::Rho { place: place(), material: text::shorten(material), value }),
+        Some(value) => Err(SceneError::Rho { place: place(), material: lines::shorten(material), value }),
         None => Ok(()),
     }
 }
 
 /// Refuses an emission that is negative, NaN, or infinite in single precision.
-pub(super) fn check_emission(emission: [f64; 3], material: &str, place: impl Fn() -> Place) -> Result<(), SceneError> {
+pub(crate) fn check_emission(emission: [f64; 3], material: &str, place: impl Fn() -> Place) -> Result<(), SceneError> {
     let limit = 0.0..=f64::from(f32::MAX);
     match emission.into_iter().find(|value| !limit.contains(value)) {
-        Some(value) => Err(SceneError::Emission { place: place(), material: text::shorten(material), value }),
+        Some(value) => Err(SceneError::Emission { place: place(), material: lines::shorten(material), value }),
         None => Ok(()),
     }
 }

@@ -10,15 +10,15 @@ use std::io;
 
 use glam::DVec3;
 
-use super::build::{Polygon, Soup};
-use super::error::{Place, SceneError};
-use super::mtl::{DEFAULT_RHO, Libraries};
-use super::obj_text::{self, ObjText};
-use super::text::{list, shorten};
-use super::{Material, Rgb};
+use crate::scene::build::{Polygon, Soup};
+use crate::scene::error::{Place, SceneError};
+use crate::scene::lines::{list, shorten};
+use crate::scene::mtl::{DEFAULT_RHO, Libraries};
+use crate::scene::obj_text::ObjText;
+use crate::scene::{Material, Rgb, obj_text};
 
 /// Reads a file named relative to the OBJ or scene file.
-pub(super) type Reader<'a> = &'a dyn Fn(&str) -> io::Result<Cow<'a, [u8]>>;
+pub(crate) type Reader<'a> = &'a dyn Fn(&str) -> io::Result<Cow<'a, [u8]>>;
 
 /// The material of faces before the first `usemtl`: reflects [`DEFAULT_RHO`].
 pub const NO_MATERIAL: &str = "(none)";
@@ -27,7 +27,7 @@ pub const NO_MATERIAL: &str = "(none)";
 const MOST_WORDS: usize = 32;
 
 /// Reads an OBJ: `name` for the scene, `file` for messages.
-pub(super) fn read(name: &str, file: &str, bytes: &[u8], reader: Reader) -> Result<Soup, SceneError> {
+pub(crate) fn read(name: &str, file: &str, bytes: &[u8], reader: Reader) -> Result<Soup, SceneError> {
     let text = obj_text::check(file, bytes)?;
     if text.face_lines.is_empty() {
         return Err(SceneError::Empty { file: file.to_owned(), dropped: 0 });

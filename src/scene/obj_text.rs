@@ -9,13 +9,14 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 
-use super::error::{Place, SceneError};
-use super::text::{self, Statement, shorten};
-use super::warn::Tally;
+use crate::scene::error::{Place, SceneError};
+use crate::scene::lines;
+use crate::scene::lines::{Statement, shorten};
+use crate::scene::warnings::Tally;
 
 /// What the check found. Polygon k of the clean text is `face_lines[k]`.
 #[derive(Debug, Default)]
-pub(super) struct ObjText {
+pub(crate) struct ObjText {
     positions: String,
     faces: String,
     /// Number of `v` lines.
@@ -37,7 +38,7 @@ pub(super) struct ObjText {
 
 /// Different names in order of appearance, and the line each appeared on first.
 #[derive(Debug, Default)]
-pub(super) struct Names {
+pub(crate) struct Names {
     pub list: Vec<(String, usize)>,
     index: HashMap<String, usize>,
 }
@@ -65,10 +66,10 @@ struct State {
 }
 
 /// Checks an OBJ's bytes; `file` is its name for messages.
-pub(super) fn check(file: &str, bytes: &[u8]) -> Result<ObjText, SceneError> {
+pub(crate) fn check(file: &str, bytes: &[u8]) -> Result<ObjText, SceneError> {
     let mut obj = ObjText::default();
     let mut corners = Vec::new();
-    for statement in text::statements(text::decode(file, bytes)?) {
+    for statement in lines::statements(lines::decode(file, bytes)?) {
         match statement.keyword() {
             "v" => obj.vertex(file, &statement)?,
             "f" | "fo" => obj.face(file, &statement, &mut corners)?,
@@ -115,7 +116,7 @@ impl ObjText {
             corners.push(self.corner(file, statement, word)?);
         }
         let (place, found) = (|| Place::line(file, statement.line), corners.len());
-        let limit = super::polygon::MOST_CORNERS;
+        let limit = crate::scene::polygon::MOST_CORNERS;
         match found {
             0..3 => {
                 return Err(SceneError::TooFewCorners { place: place(), found });

@@ -11,14 +11,14 @@ use earcut::{Earcut, deviation, utils3d::project3d_to_2d};
 use glam::DVec3;
 
 /// The most corners a polygon may have: ear clipping takes quadratic time where a polygon crosses itself.
-pub(super) const MOST_CORNERS: usize = 10_000;
+pub(crate) const MOST_CORNERS: usize = 10_000;
 
 /// Share of a polygon's area by which its triangles may differ from it before it counts as crossing itself.
 const CROSSING: f64 = 1e-6;
 
 /// Whether the triangles cover the polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Cover {
+pub(crate) enum Cover {
     /// They do.
     Exact,
     /// The polygon crosses itself, so there is no answer.
@@ -27,7 +27,7 @@ pub(super) enum Cover {
 
 /// Triangulates one polygon after the other, reusing its buffers.
 #[derive(Default)]
-pub(super) struct Triangulator {
+pub(crate) struct Triangulator {
     earcut: Earcut<f64>,
     ring: Vec<u32>,
     points: Vec<[f64; 3]>,
@@ -93,7 +93,7 @@ impl Triangulator {
 }
 
 /// Twice the vector area of a closed polygon (Newell): along its normal, as long as twice its area.
-pub(super) fn newell(polygon: &[DVec3]) -> DVec3 {
+pub(crate) fn newell(polygon: &[DVec3]) -> DVec3 {
     let origin = polygon[0];
     let edges = polygon.windows(2).map(|edge| (edge[0] - origin).cross(edge[1] - origin));
     edges.sum()

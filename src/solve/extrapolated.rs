@@ -11,15 +11,15 @@
 //! at least halves the bound on the rest, so it cannot do harm, and that bound is proved whatever lambda was:
 //! `|L - exact| <= (I - K)^-1 K |t|`, the same [`TailBound`] that ends the Neumann series. One product a step.
 //!
-//! Not handled: the bounces. What is summed at a stroke has no bounce number; [`neumann`](super::neumann) keeps them apart.
+//! Not handled: the bounces. What is summed at a stroke has no bounce number; [`neumann`](crate::solve::neumann) keeps them apart.
 
 use glam::DVec3;
 
-use super::bounce::norm;
-use super::neumann::{Diverges, Settings, Verdict, refuse, verdict};
-use super::tail::TailBound;
 use crate::light::Light;
 use crate::operator::{Bounds, Operator};
+use crate::solve::bounce::norm;
+use crate::solve::neumann::{Diverges, Settings, Verdict, refuse, verdict};
+use crate::solve::tail::TailBound;
 
 /// L, and what it took.
 #[derive(Clone, Debug)]

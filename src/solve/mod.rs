@@ -8,24 +8,24 @@
 //!
 //! [`extrapolated`] gives L alone, without its bounces, in far fewer products where the spectral radius is near 1.
 
-mod adjoint;
-mod bounce;
-mod coarse;
-mod direct;
-mod extrapolated;
-mod neumann;
-mod resolvent;
-mod shooting;
-mod tail;
+pub(crate) mod adjoint;
+pub(crate) mod bounce;
+pub(crate) mod dense;
+pub(crate) mod extrapolated;
+pub(crate) mod neumann;
+pub(crate) mod resolvent;
+pub(crate) mod shooting;
+pub(crate) mod tail;
+pub(crate) mod two_level;
 
 pub use adjoint::importance;
 pub use bounce::{Bounce, measure, norm};
-pub use coarse::{average, coarse_terms};
-pub use direct::direct;
+pub use dense::direct;
 pub use extrapolated::{Extrapolated, extrapolated};
 pub use neumann::{Diverges, Settings, Solution, Verdict, explore, neumann, terms, verdict};
-pub use shooting::{
-    AssembledShooter, Balance, Column, Emitted, Fate, Foreknowledge, Progress, RaySettings, RayShooter, Sender,
-    Shooter, Shooting, ShootingSettings, Surfaces,
-};
+pub use shooting::cast::{Emitted, RaySettings, RayShooter};
+pub use shooting::report::{Balance, Progress, ShootingSettings};
+pub use shooting::shooter::{Column, Fate, Foreknowledge, Sender, Shooter, Surfaces};
+pub use shooting::{AssembledShooter, Shooting};
 pub use tail::TailBound;
+pub use two_level::{average, coarse_terms};

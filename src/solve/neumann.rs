@@ -7,8 +7,8 @@
 use crate::light::{Light, Rgb};
 use crate::operator::{Bounds, Operator, Spectrum, spectrum};
 
-use super::bounce::{Bounce, measure, norm};
-use super::tail::TailBound;
+use crate::solve::bounce::{Bounce, measure, norm};
+use crate::solve::tail::TailBound;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
@@ -253,13 +253,13 @@ impl Solution {
     }
 }
 
-pub(super) fn refuse(k: &Operator, verdict: Verdict, radius: Bounds) -> Diverges {
+pub(crate) fn refuse(k: &Operator, verdict: Verdict, radius: Bounds) -> Diverges {
     Diverges::new(k.reflectances(), k.alphas(), verdict, radius)
 }
 
 impl Diverges {
     /// The refusal of a scene of these patches, with the alpha below which it is accepted.
-    pub(super) fn new(rho: &[Rgb], alpha: &[f32], verdict: Verdict, radius: Bounds) -> Diverges {
+    pub(crate) fn new(rho: &[Rgb], alpha: &[f32], verdict: Verdict, radius: Bounds) -> Diverges {
         let reflecting = rho.iter().map(|r| r.max_element() > 0.0);
         let mut passing = reflecting.zip(alpha).filter(|p| p.0).map(|p| *p.1);
         let first = passing.next().unwrap_or(0.0);

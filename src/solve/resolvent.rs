@@ -22,7 +22,7 @@ const SMALL: f32 = 1e-4;
 
 /// z of all channels; infinite where nothing is proved.
 #[derive(Default)]
-pub(super) struct Resolvent {
+pub(crate) struct Resolvent {
     /// z less the ones.
     pub rest: Vec<Vec4>,
     /// `rho F z`.
@@ -70,11 +70,11 @@ impl Resolvent {
 }
 
 /// 1 where alpha rho is above 0.
-pub(super) fn support(b: &Vec4) -> Vec4 {
+pub(crate) fn support(b: &Vec4) -> Vec4 {
     Vec4::select(b.cmpgt(Vec4::ZERO), Vec4::ONE, Vec4::ZERO)
 }
 
 /// `x_i b_i` for every patch.
-pub(super) fn scaled(x: &[Vec4], b: &[Vec4]) -> Vec<Vec4> {
+pub(crate) fn scaled(x: &[Vec4], b: &[Vec4]) -> Vec<Vec4> {
     x.iter().zip(b).map(|(x, b)| *x * *b).collect()
 }

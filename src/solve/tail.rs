@@ -16,15 +16,15 @@
 //! of x, so that some e does. None of this is taken on trust: lambda of every y is the largest `(B y)_i / y_i` found, widened by
 //! the rounding of the products. Of all y that are tried the least bound is taken; each is proved, so that is.
 //!
-//! Beside these the bound by the resolvent applied to ones ([`super::resolvent`]) is taken where it is less.
+//! Beside these the bound by the resolvent applied to ones ([`crate::solve::resolvent`]) is taken where it is less.
 //!
 //! Not handled: radii that are not proved to be below 1.
 
 use glam::{DVec3, Vec4};
 
-use super::resolvent::{Resolvent, scaled, support};
 use crate::light::{Light, Rgb};
 use crate::operator::{Operator, Spectrum};
+use crate::solve::resolvent::{Resolvent, scaled, support};
 
 /// Products with B that s may take.
 const MOST: usize = 16;
@@ -48,7 +48,7 @@ struct Proof {
     u: f64,
     v: f64,
     lambda: f64,
-    /// Norms of y and of `rho F y` in this channel, as in [`norm`](super::norm).
+    /// Norms of y and of `rho F y` in this channel, as in [`norm`](crate::solve::bounce::norm).
     norms: [f64; 2],
 }
 

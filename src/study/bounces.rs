@@ -1,10 +1,11 @@
 //! The bounce series as figures: a picture of every term `KⁿE`, their partial sums, and a chart of their norms.
 
-use super::chart::{Chart, Series, term};
-use super::look::{fields, picture, without_luminaires};
-use super::pipeline::{Assembled, Prepared, Watch};
-use super::sheet::{Sheet, Tile};
-use crate::image::{Exposure, Gathering, Picture, invisible};
+use crate::gather::{Gathering, invisible};
+use crate::pictures::{Exposure, Picture};
+use crate::plot::chart::term;
+use crate::plot::{Chart, Series, Sheet, Tile};
+use crate::render::look::fields;
+use crate::render::{Assembled, Prepared, Watch, picture, without_luminaires};
 use crate::solve::{Bounce, Solution};
 
 /// `E`, `KE`, `K²E` and so on.

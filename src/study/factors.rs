@@ -5,10 +5,11 @@
 
 use rayon::prelude::*;
 
-use super::pipeline::Watch;
-use crate::form_factors::planar::{Bodies, Estimate, Method, Tolerance};
-use crate::form_factors::sampled::Sampler;
+use crate::form_factors::objects::exact::{Bodies, Method, Tolerance};
+use crate::form_factors::objects::refine::Estimate;
+use crate::form_factors::objects::sampled::Sampler;
 use crate::rays::Rays;
+use crate::render::Watch;
 use crate::scene::Scene;
 
 /// Share of the relative tolerance that is the absolute one.

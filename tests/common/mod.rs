@@ -7,9 +7,9 @@ pub mod rows;
 use glam::{DQuat, DVec3};
 use halflight::form_factors::{FormFactors, Sampling, Variant, cast};
 use halflight::light::{Rgb, Transport};
-use halflight::rays::sequence::hash;
+use halflight::rays::sobol::hash;
+use halflight::render::{Assembled, Prepared, Watch, assemble};
 use halflight::scene::{LoadOptions, Material, Scene};
-use halflight::study::{Assembled, Prepared, Watch, assemble};
 
 /// Watches nothing.
 pub struct Silent;

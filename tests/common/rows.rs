@@ -1,8 +1,8 @@
 //! Mean form factors between materials as the rows of K have them, and objects as OBJ text.
 
 use glam::DVec3;
+use halflight::render::prepare;
 use halflight::scene::Scene;
-use halflight::study::prepare;
 
 use super::{all_of_f, mean_and_error, sampling};
 

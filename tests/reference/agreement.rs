@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
-use halflight::image::{Picture, read_picture};
 use halflight::light::{Mode, Rgb, Transport, Visibility};
+use halflight::pictures::{Picture, read_picture};
 use halflight::rays::Rays;
 use halflight::reference::{KEPT, Mean, NextEvent, TraceSettings};
 use halflight::scene::{Face, Material, Scene, Sides};

@@ -1,26 +1,26 @@
 //! `halflight chart`: speed against accuracy, measured against references that are kept on disk.
 
-mod report;
+pub(crate) mod report;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
 
-use self::report::{ChartReport, ModeReport, report};
-use super::CliError;
-use super::console::Console;
-use super::memory::{MemoryLimit, pixel};
-use super::options::{Common, Subject};
-use super::values::{Size, seconds, size};
-use super::variance::check_variance;
-use crate::image::{make_directory, write_whole};
+use crate::cli::CliError;
+use crate::cli::chart::report::{ChartReport, ModeReport, report};
+use crate::cli::console::Console;
+use crate::cli::memory::{MemoryLimit, pixel};
+use crate::cli::options::{Common, Subject};
+use crate::cli::values::{Size, seconds, size};
+use crate::cli::variance::check_variance;
 use crate::light::Transport;
+use crate::pictures::{make_directory, write_whole};
+use crate::render::{Prepared, Stored, Unfit};
 use crate::scene::Scene;
 use crate::study::tradeoff::{
     Brought, Ladder, Plan, Tradeoff, TradeoffError, Truth, asked_chart, csv, error_chart, seconds_bars, trade_off,
 };
-use crate::study::{Prepared, Stored, Unfit};
 
 /// `halflight chart`
 #[derive(Args, Debug)]

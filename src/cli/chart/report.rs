@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::cli::report::mode_of;
+use crate::render::Seconds;
 use crate::scene::Scene;
-use crate::study::Seconds;
 use crate::study::tradeoff::{Ladder, Plan, Point, Tradeoff, Truth};
 
 /// `halflight chart --json`.
@@ -124,7 +124,7 @@ pub fn report(scene: &Scene, plan: &Plan, t: &Tradeoff, files: Vec<PathBuf>) -> 
         method: ladder.name(),
         slope: t.slope(ladder),
         from_5_to_half_percent: match ladder {
-            Ladder::Tolerance => t.tolerance_slope(super::MIDDLE),
+            Ladder::Tolerance => t.tolerance_slope(crate::cli::chart::MIDDLE),
             _ => None,
         },
     };

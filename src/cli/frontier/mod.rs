@@ -1,27 +1,28 @@
 //! `halflight frontier`: what each method does on both sides of the frontier, at one tau, as tables, charts and JSON.
 
-mod report;
+pub(crate) mod report;
 
 use std::path::PathBuf;
 
 use clap::Args;
 
-use super::CliError;
-use super::console::Console;
-use super::memory::MemoryLimit;
-use super::options::Common;
-use super::values::unit_interval;
+use crate::cli::CliError;
+use crate::cli::console::Console;
+use crate::cli::frontier::report::{NOT_LIGHT, formal_csv, table};
+use crate::cli::memory::MemoryLimit;
+use crate::cli::options::Common;
+use crate::cli::values::unit_interval;
 use crate::form_factors::Sampling;
-use crate::image::{make_directory, write_whole};
 use crate::light::Transport;
+use crate::pictures::{make_directory, write_whole};
+use crate::plot::Chart;
+use crate::render::{Prepared, Silent, assemble, prepare};
 use crate::scene::{LoadOptions, Scene};
 use crate::solve::Settings;
 use crate::study::frontier::{
     Formal, Run, Scaling, at, check_dense, formal, runs, scaling, series_chart, shooting_chart, spread_chart,
 };
 use crate::study::map::{Survey, check_crossings};
-use crate::study::{Chart, Prepared, Silent, assemble, prepare};
-use report::{NOT_LIGHT, formal_csv, table};
 
 /// alpha over alpha_c of the runs.
 const SHARES: [f64; 4] = [0.9, 0.99, 0.999, 1.1];

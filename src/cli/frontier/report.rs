@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::{Study, Traced};
+use crate::cli::frontier::{Study, Traced};
 use crate::cli::report::Radius;
 use crate::study::frontier::{Formal, Run, Timing};
 

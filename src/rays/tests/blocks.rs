@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::*;
-use crate::rays::tree::{Label, NO_PLANE, Query, Tree};
+use crate::rays::accelerator::{Label, NO_PLANE, Query, Tree};
+use crate::rays::tests::*;
 use crate::rays::triangle::Triangle;
 
 /// The same faces in blocks and in a hierarchy.
@@ -46,7 +46,7 @@ fn random_ray(triangles: &[[Vec3; 3]], turn: Quat, index: u32) -> Ray {
             let along = dice.next();
             Ray {
                 origin: (1.0 - near) * ((1.0 - along) * a + along * b) + near * c,
-                direction: cosine::cosine_direction(normal(triangles[face]), u.x, u.y),
+                direction: warp::cosine_direction(normal(triangles[face]), u.x, u.y),
                 source: Some(face as u32),
             }
         }

@@ -1,8 +1,8 @@
 //! Trees that are hard to build or to walk: everything in one place, sizes of many scales, any number of threads.
 
-use super::*;
 use crate::rays::bounds::Bounds;
-use crate::rays::split::{Branch, Layout};
+use crate::rays::bvh_build::{Branch, Layout};
+use crate::rays::tests::*;
 use crate::rays::triangle::Triangle;
 
 /// Triangles across the z axis, each `ratio` times as large as the one before it.

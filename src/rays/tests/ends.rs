@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::*;
+use crate::rays::tests::*;
 
 fn down(x: f32, y: f32) -> Ray {
     Ray { origin: Vec3::new(x, y, 0.9), direction: Vec3::NEG_Z, source: None }
@@ -81,7 +81,7 @@ fn furnished(cells: u32, turn: Quat) -> Vec<[Vec3; 3]> {
 fn random_end(triangles: &[[Vec3; 3]], dice: &mut Random) -> End {
     let face = (dice.next() * triangles.len() as f32) as usize;
     let u = dice.pair();
-    (cosine::triangle_point(triangles[face], u.x, u.y), Some(face as u32))
+    (warp::triangle_point(triangles[face], u.x, u.y), Some(face as u32))
 }
 
 #[test]

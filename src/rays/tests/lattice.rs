@@ -1,7 +1,7 @@
 //! The point sequence's nets, its rate, and the maps to directions and triangles.
 
-use super::sequence::{DIMENSIONS, Sobol, hash};
-use super::*;
+use crate::rays::sobol::{DIMENSIONS, Sobol, hash};
+use crate::rays::tests::*;
 
 /// Whether each elementary interval of `2^a` by `2^(m-t-a)` cells, for every a, holds `2^t` of the first `2^m` points.
 fn is_net(sobol: &Sobol, (d, e): (usize, usize), m: u32, t: u32, seed: u32) -> bool {
@@ -102,7 +102,7 @@ fn cosine_directions_have_the_moments_of_lamberts_law() {
         let (mut first, mut second, mut sum) = (0.0f64, 0.0f64, DVec3::ZERO);
         for k in 0..n * n {
             let u = |k: u32| (k as f32 + 0.5) / n as f32;
-            let direction = cosine::cosine_direction(axis, u(k / n), u(k % n));
+            let direction = warp::cosine_direction(axis, u(k / n), u(k % n));
             assert!((direction.length() - 1.0).abs() < 1e-6);
             let cos = f64::from(direction.dot(axis));
             assert!(cos > 0.0);
@@ -117,7 +117,7 @@ fn cosine_directions_have_the_moments_of_lamberts_law() {
         assert!((sum / count - axis.as_dvec3() * 2.0 / 3.0).length() < 2.0 * rim);
     }
     // The rim of the square stays above the surface.
-    assert!(cosine::cosine_direction(Vec3::Y, 0.0, 0.5).y > 0.0);
+    assert!(warp::cosine_direction(Vec3::Y, 0.0, 0.5).y > 0.0);
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn the_basis_is_orthonormal_and_right_handed_for_every_normal() {
     let poles = [Vec3::Z, Vec3::NEG_Z, Vec3::new(1e-5, 0.0, -1.0).normalize()];
     let normals = poles.into_iter().chain((0..1000).map(|_| dice.direction()));
     for n in normals {
-        let (t, b) = cosine::basis(n);
+        let (t, b) = warp::basis(n);
         assert!(t.cross(b).distance(n) < 2e-6);
         assert!((t.length() - 1.0).abs() < 1e-6 && (b.length() - 1.0).abs() < 1e-6);
         assert!(t.dot(b).abs() < 1e-6 && t.dot(n).abs() < 1e-6);
@@ -141,7 +141,7 @@ fn triangle_points_are_uniform() {
     let mut sums = [0.0f64; 5];
     for k in 0..n * n {
         let at = |k: u32| (k as f32 + 0.5) / n as f32;
-        let (u, v) = cosine::triangle_weights(at(k / n), at(k % n));
+        let (u, v) = warp::triangle_weights(at(k / n), at(k % n));
         assert!(u >= 0.0 && v >= 0.0 && u + v <= 1.0);
         let (u, v) = (f64::from(u), f64::from(v));
         for (sum, x) in sums.iter_mut().zip([u, v, u * u, v * v, u * v]) {

@@ -11,12 +11,12 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Quat, Vec2, Vec3};
 
-use super::*;
 use crate::light::{Rgb, Visibility};
+use crate::rays::*;
 use crate::scene::{Camera, Face, Material, Sides, UnitFrame};
 
 /// A scene of the triangles given, corners of equal coordinates shared; face i has material `materials[i]`.
-pub(super) fn scene_of(triangles: &[[Vec3; 3]], materials: &[u32]) -> Scene {
+pub(crate) fn scene_of(triangles: &[[Vec3; 3]], materials: &[u32]) -> Scene {
     let mut vertices = Vec::new();
     let mut known = HashMap::new();
     let mut index = |v: Vec3| {
@@ -63,12 +63,12 @@ fn camera() -> Camera {
 }
 
 /// A scene whose faces are all of one material.
-pub(super) fn plain(triangles: &[[Vec3; 3]]) -> Scene {
+pub(crate) fn plain(triangles: &[[Vec3; 3]]) -> Scene {
     scene_of(triangles, &vec![0; triangles.len()])
 }
 
 /// The box `center` ± `half`, each side cut into `cells` × `cells` squares of two triangles, facing inwards.
-pub(super) fn room(center: Vec3, half: Vec3, cells: u32, turn: Quat) -> Vec<[Vec3; 3]> {
+pub(crate) fn room(center: Vec3, half: Vec3, cells: u32, turn: Quat) -> Vec<[Vec3; 3]> {
     let mut triangles = Vec::new();
     for axis in 0..3 {
         for sign in [-1.0, 1.0] {
@@ -91,48 +91,48 @@ pub(super) fn room(center: Vec3, half: Vec3, cells: u32, turn: Quat) -> Vec<[Vec
 }
 
 /// A box facing outwards.
-pub(super) fn body(center: Vec3, half: Vec3, turn: Quat) -> Vec<[Vec3; 3]> {
+pub(crate) fn body(center: Vec3, half: Vec3, turn: Quat) -> Vec<[Vec3; 3]> {
     room(center, half, 1, turn).into_iter().map(flipped).collect()
 }
 
-pub(super) fn halves([a, b, c, d]: [Vec3; 4]) -> [[Vec3; 3]; 2] {
+pub(crate) fn halves([a, b, c, d]: [Vec3; 4]) -> [[Vec3; 3]; 2] {
     [[a, b, c], [a, c, d]]
 }
 
-pub(super) fn flipped([a, b, c]: [Vec3; 3]) -> [Vec3; 3] {
+pub(crate) fn flipped([a, b, c]: [Vec3; 3]) -> [Vec3; 3] {
     [a, c, b]
 }
 
 /// A turn that leaves no axis where it was.
-pub(super) fn oblique() -> Quat {
+pub(crate) fn oblique() -> Quat {
     Quat::from_axis_angle(Vec3::new(0.3, -0.5, 0.8).normalize(), 0.77)
 }
 
 /// The unit normal of the front.
-pub(super) fn normal([a, b, c]: [Vec3; 3]) -> Vec3 {
+pub(crate) fn normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     (b - a).cross(c - a).normalize()
 }
 
 /// Pseudo-random numbers in [0, 1), by counter.
-pub(super) struct Random(pub u32);
+pub(crate) struct Random(pub u32);
 
 impl Random {
-    pub(super) fn next(&mut self) -> f32 {
+    pub(crate) fn next(&mut self) -> f32 {
         self.0 = self.0.wrapping_add(1);
-        (sequence::hash(self.0, 17) >> 8) as f32 / 16_777_216.0
+        (sobol::hash(self.0, 17) >> 8) as f32 / 16_777_216.0
     }
 
-    pub(super) fn pair(&mut self) -> Vec2 {
+    pub(crate) fn pair(&mut self) -> Vec2 {
         Vec2::new(self.next(), self.next())
     }
 
     /// A point of the cube of half edge 1.
-    pub(super) fn point(&mut self) -> Vec3 {
+    pub(crate) fn point(&mut self) -> Vec3 {
         2.0 * Vec3::new(self.next(), self.next(), self.next()) - 1.0
     }
 
     /// A uniform unit vector.
-    pub(super) fn direction(&mut self) -> Vec3 {
+    pub(crate) fn direction(&mut self) -> Vec3 {
         loop {
             let p = self.point();
             if (1e-4..=1.0).contains(&p.length_squared()) {

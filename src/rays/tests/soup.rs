@@ -3,7 +3,7 @@
 use glam::DMat3;
 use proptest::prelude::*;
 
-use super::*;
+use crate::rays::tests::*;
 
 /// What f64 says about a line and a triangle.
 #[derive(Debug)]
@@ -123,7 +123,7 @@ proptest! {
             // From a face, to either side; the sheet of the face and its like is not met again.
             let face = (dice.next() * triangles.len() as f32) as u32;
             let u = dice.pair();
-            let origin = cosine::triangle_point(triangles[face as usize], u.x, u.y);
+            let origin = warp::triangle_point(triangles[face as usize], u.x, u.y);
             let ray = Ray { origin, direction: dice.direction(), source: Some(face) };
             check(&scene, &rays, &ray)?;
         }
@@ -138,7 +138,7 @@ proptest! {
             let mut end = || {
                 let face = (dice.next() * triangles.len() as f32) as usize;
                 let u = dice.pair();
-                (cosine::triangle_point(triangles[face], u.x, u.y), Some(face as u32))
+                (warp::triangle_point(triangles[face], u.x, u.y), Some(face as u32))
             };
             let (a, b) = (end(), end());
             let across = b.0 - a.0;

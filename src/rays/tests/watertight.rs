@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::*;
+use crate::rays::tests::*;
 
 const CELLS: u32 = 16;
 
@@ -67,7 +67,7 @@ fn escapes_near_edges(triangles: &[[Vec3; 3]], count: u32) -> usize {
         let along = dice.next();
         let origin = (1.0 - near) * ((1.0 - along) * a + along * b) + near * c;
         let u = dice.pair();
-        let direction = cosine::cosine_direction(normal(triangles[face]), u.x, u.y);
+        let direction = warp::cosine_direction(normal(triangles[face]), u.x, u.y);
         let ray = Ray { origin, direction, source: Some(face as u32) };
         let mut hits = Vec::new();
         rays.crossings(&ray, &mut hits);

@@ -1,15 +1,14 @@
 //! Shooting over an assembled K: columns of F as stored, so that generation n is the Neumann term `KⁿE` of the same K.
 //!
 //! F as cast from the receivers is reciprocal only within the noise of its rays: the power that a column delivers is
-//! not exactly the power sent, and [`Balance::undelivered`](super::Balance) shows the difference.
+//! not exactly the power sent, and [`Balance::undelivered`](crate::solve::shooting::report::Balance) shows the difference.
 
 use std::borrow::Cow;
 
-use super::shooter::{Column, Foreknowledge, Sender, Shooter, Surfaces};
 use crate::light::Rgb;
 use crate::operator::{Bounds, Operator};
-use crate::solve::neumann::refuse;
-use crate::solve::{Diverges, Verdict, verdict};
+use crate::solve::neumann::{Diverges, Verdict, refuse, verdict};
+use crate::solve::shooting::shooter::{Column, Foreknowledge, Sender, Shooter, Surfaces};
 
 /// Shoots over an [`Operator`].
 #[derive(Clone, Copy, Debug)]

@@ -12,16 +12,17 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use super::shooter::{Column, Fate, Foreknowledge, Sender, Shooter, Surfaces};
-use crate::form_factors::{Luminaires, Occlusion, Sampling, receive_emitted};
+use crate::direct::{Luminaires, Occlusion, receive_emitted};
+use crate::form_factors::Sampling;
 use crate::light::{Rgb, Transport};
 use crate::operator::PatchMaterials;
 use crate::patches::Patches;
-use crate::rays::cosine::cosine_direction;
-use crate::rays::sequence::{Sobol, hash};
+use crate::rays::sobol::{Sobol, hash};
+use crate::rays::warp::cosine_direction;
 use crate::rays::{Hit, Ray, Rays};
 use crate::scene::Scene;
-use crate::solve::Diverges;
+use crate::solve::neumann::Diverges;
+use crate::solve::shooting::shooter::{Column, Fate, Foreknowledge, Sender, Shooter, Surfaces};
 
 /// How light as emitted by luminaires reaches the patches; other emitters always shoot rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

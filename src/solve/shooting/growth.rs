@@ -20,13 +20,13 @@
 
 use glam::DVec3;
 
-use super::ledger::{Ledger, Shot};
-use super::shooter::{Foreknowledge, Surfaces};
 use crate::operator::Bounds;
-use crate::solve::{Diverges, Verdict};
+use crate::solve::neumann::{Diverges, Verdict};
+use crate::solve::shooting::ledger::{Ledger, Shot};
+use crate::solve::shooting::shooter::{Foreknowledge, Surfaces};
 
 /// Watches a run whose convergence is not known beforehand.
-pub(super) struct Growth {
+pub(crate) struct Growth {
     watched: bool,
     /// Invisible light each patch has shot after its first reflection.
     shot: Vec<DVec3>,

@@ -9,17 +9,17 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::shooter::{Column, Surfaces};
+use crate::solve::shooting::shooter::{Column, Surfaces};
 
 /// Chunks that receivers are divided into: fixed, so that sums do not depend on the number of threads.
 const CHUNKS: usize = 64;
 
 /// Unshot light of one sender: generation and invisible radiance, zeros left out.
-pub(super) type Shot = Vec<(usize, DVec3)>;
+pub(crate) type Shot = Vec<(usize, DVec3)>;
 
 /// The state of all patches.
 #[derive(Clone, Debug)]
-pub(super) struct Ledger {
+pub(crate) struct Ledger {
     patches: usize,
     /// Generations there is room for, 0 included.
     stride: usize,
@@ -35,7 +35,7 @@ pub(super) struct Ledger {
 
 /// Power that landed in one deposit, W over all channels.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Landed {
+pub(crate) struct Landed {
     pub absorbed: f64,
     pub held: f64,
     /// Landed from columns whose fate is not known.

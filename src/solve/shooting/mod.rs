@@ -18,12 +18,16 @@
 //! Source: M. Cohen, S. Chen, J. Wallace, D. Greenberg, *A progressive refinement approach to fast radiosity image
 //! generation*, SIGGRAPH 1988.
 
-mod assembled;
-mod cast;
-mod growth;
-mod ledger;
-mod report;
-mod shooter;
+pub(crate) mod assembled;
+pub(crate) mod cast;
+pub(crate) mod growth;
+pub(crate) mod ledger;
+pub(crate) mod report;
+pub(crate) mod shooter;
+
+pub use assembled::AssembledShooter;
+pub use report::{Balance, Progress, ShootingSettings};
+pub use shooter::{Column, Sender, Shooter};
 
 use std::borrow::Cow;
 use std::f64::consts::PI;
@@ -31,14 +35,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::light::Light;
-use crate::solve::Diverges;
-use growth::Growth;
-use ledger::{Ledger, Shot};
-
-pub use assembled::AssembledShooter;
-pub use cast::{Emitted, RaySettings, RayShooter};
-pub use report::{Balance, Progress, ShootingSettings};
-pub use shooter::{Column, Fate, Foreknowledge, Sender, Shooter, Surfaces};
+use crate::solve::neumann::Diverges;
+use crate::solve::shooting::growth::Growth;
+use crate::solve::shooting::ledger::{Ledger, Shot};
 
 /// A running solution.
 pub struct Shooting<'a> {

@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 
 use crate::light::{Light, Rgb};
-use crate::solve::Diverges;
+use crate::solve::neumann::Diverges;
 
 /// The patches as the solver sees them, one entry a patch.
 #[derive(Clone, Copy, Debug)]

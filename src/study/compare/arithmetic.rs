@@ -1,44 +1,44 @@
 //! Pictures as numbers: sums, means and spreads, pixel by pixel and over a mask.
 
-use crate::image::Picture;
 use crate::light::Rgb;
+use crate::pictures::Picture;
 
 /// A picture from two, pixel by pixel.
-pub(super) fn combine(a: &Picture, b: &Picture, value: impl Fn(Rgb, Rgb) -> Rgb) -> Picture {
+pub(crate) fn combine(a: &Picture, b: &Picture, value: impl Fn(Rgb, Rgb) -> Rgb) -> Picture {
     let pairs = a.pixels.iter().zip(&b.pixels);
     Picture { width: a.width, height: a.height, pixels: pairs.map(|(&a, &b)| value(a, b)).collect() }
 }
 
 /// A picture from one.
-pub(super) fn map(a: &Picture, value: impl Fn(Rgb) -> Rgb) -> Picture {
+pub(crate) fn map(a: &Picture, value: impl Fn(Rgb) -> Rgb) -> Picture {
     combine(a, a, |v, _| value(v))
 }
 
 /// Sum of at least one picture.
-pub(super) fn sum(pictures: &[Picture]) -> Picture {
+pub(crate) fn sum(pictures: &[Picture]) -> Picture {
     let first = pictures[0].clone();
     pictures[1..].iter().fold(first, |sum, p| combine(&sum, p, |a, b| a + b))
 }
 
 /// Mean of at least one picture.
-pub(super) fn average(pictures: &[Picture]) -> Picture {
+pub(crate) fn average(pictures: &[Picture]) -> Picture {
     sum(pictures).scaled(1.0 / pictures.len() as f32)
 }
 
 /// Standard error of the mean of repetitions, unbiased in its square; of a few repetitions, so rough for one pixel.
-pub(super) fn standard_error(pictures: &[Picture], mean: &Picture) -> Picture {
+pub(crate) fn standard_error(pictures: &[Picture], mean: &Picture) -> Picture {
     let n = pictures.len() as f32;
     let apart: Vec<Picture> = pictures.iter().map(|p| combine(p, mean, |a, b| (a - b) * (a - b))).collect();
     map(&sum(&apart), |v| (v / ((n - 1.0) * n)).map(f32::sqrt))
 }
 
 /// Numbers of the pixels that count.
-pub(super) fn counted(mask: &Picture) -> Vec<usize> {
+pub(crate) fn counted(mask: &Picture) -> Vec<usize> {
     (0..mask.pixels.len()).filter(|&k| mask.pixels[k].x >= 0.5).collect()
 }
 
 /// The counted pixels in a square window about pixel k, itself included if it counts.
-pub(super) fn window(mask: &Picture, k: usize, half: usize) -> impl Iterator<Item = usize> {
+pub(crate) fn window(mask: &Picture, k: usize, half: usize) -> impl Iterator<Item = usize> {
     let (width, height) = mask.size();
     let (x, y) = (k % width, k / width);
     let rows = y.saturating_sub(half)..(y + half + 1).min(height);
@@ -47,7 +47,7 @@ pub(super) fn window(mask: &Picture, k: usize, half: usize) -> impl Iterator<Ite
 }
 
 /// Mean over a square window of pixels; only those of the mask count, so that a lamp's edge does not spread.
-pub(super) fn smoothed(picture: &Picture, half: usize, mask: &Picture) -> Picture {
+pub(crate) fn smoothed(picture: &Picture, half: usize, mask: &Picture) -> Picture {
     let (width, height) = picture.size();
     Picture::from_fn(width, height, |x, y| {
         let start = (Rgb::ZERO, 0.0);
@@ -58,7 +58,7 @@ pub(super) fn smoothed(picture: &Picture, half: usize, mask: &Picture) -> Pictur
 }
 
 /// Mean radiance of the pixels of a mask, per channel.
-pub(super) fn masked_mean(picture: &Picture, mask: &Picture) -> [f64; 3] {
+pub(crate) fn masked_mean(picture: &Picture, mask: &Picture) -> [f64; 3] {
     let chosen = counted(mask);
     let n = chosen.len().max(1) as f64;
     let sum = |c| -> f64 { chosen.iter().map(|&k| f64::from(picture.pixels[k][c])).sum() };
@@ -66,7 +66,7 @@ pub(super) fn masked_mean(picture: &Picture, mask: &Picture) -> [f64; 3] {
 }
 
 /// Standard error of the masked mean of pixels whose errors are independent, per channel.
-pub(super) fn masked_error(errors: &Picture, mask: &Picture) -> [f64; 3] {
+pub(crate) fn masked_error(errors: &Picture, mask: &Picture) -> [f64; 3] {
     let chosen = counted(mask);
     let n = chosen.len().max(1) as f64;
     let square = |k: &usize, c| f64::from(errors.pixels[*k][c]).powi(2);
@@ -74,7 +74,7 @@ pub(super) fn masked_error(errors: &Picture, mask: &Picture) -> [f64; 3] {
 }
 
 /// Mean of repeated numbers and the standard error of it.
-pub(super) fn spread(values: &[f64]) -> (f64, f64) {
+pub(crate) fn spread(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / ((n - 1.0) * n);

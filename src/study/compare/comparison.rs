@@ -1,15 +1,17 @@
 //! One comparison: every method run, every error taken, every pair judged.
 
-use super::arithmetic::combine;
-use super::patchwise::cut_within;
-use super::{Estimate, Method, ORDERS, Pair, Run, Rung, answers, climb, error_against, judge, slope, trace};
-use crate::image::Picture;
 use crate::light::{Rgb, Transport};
+use crate::pictures::Picture;
 use crate::reference::NextEvent;
+use crate::render::{Unfit, Watch, prepare};
 use crate::scene::Scene;
 use crate::solve::Diverges;
-use crate::study::pipeline::{Watch, prepare};
-use crate::study::unfit::Unfit;
+use crate::study::compare::arithmetic::combine;
+use crate::study::compare::patchwise::{Rung, climb, cut_within};
+use crate::study::compare::replicas::answers;
+use crate::study::compare::tracing::trace;
+use crate::study::compare::verdict::{Pair, judge};
+use crate::study::compare::{Estimate, Method, ORDERS, Run, error_against, slope};
 
 /// What is compared, and for how long.
 #[derive(Clone, Copy, Debug)]

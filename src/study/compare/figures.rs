@@ -2,9 +2,12 @@
 
 use std::fmt::Write as _;
 
-use super::{Comparison, Difference, Method, ORDERS, Point};
-use crate::image::{Exposure, Picture};
-use crate::study::{Axis, Chart, Look, Scale, Series, Sheet, Tile, difference_scale, difference_tiles, term_name};
+use crate::pictures::{Exposure, Picture};
+use crate::plot::{Axis, Chart, Look, Scale, Series, Sheet, Tile, difference_scale, difference_tiles};
+use crate::study::bounces::term_name;
+use crate::study::compare::comparison::{Comparison, Point};
+use crate::study::compare::verdict::Difference;
+use crate::study::compare::{Method, ORDERS};
 
 /// Error against seconds, both logarithmic, a line a method with its slope.
 pub fn error_chart(title: String, caption: String, c: &Comparison) -> Chart {
@@ -19,7 +22,7 @@ pub fn order_chart(title: String, caption: String, c: &Comparison, n: usize) -> 
 fn chart(title: String, caption: String, c: &Comparison, value: &dyn Fn(&Point) -> Option<f64>) -> Chart {
     let series = c.tracks.iter().enumerate().map(|(colour, track)| {
         let points: Vec<(f64, f64)> = track.points.iter().filter_map(|p| Some((p.seconds, value(p)?))).collect();
-        let slope = super::slope(&points).map_or(String::new(), |s| format!(", slope {s:.2}"));
+        let slope = crate::study::compare::slope(&points).map_or(String::new(), |s| format!(", slope {s:.2}"));
         Series { name: format!("{}{slope}", track.method.name()), points, look: Look::Measured, colour, note: None }
     });
     Chart {

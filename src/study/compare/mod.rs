@@ -10,14 +10,14 @@
 //!
 //! Not handled: adaptive fineness; scenes whose series diverges.
 
-mod arithmetic;
-mod comparison;
-mod figures;
-mod patchwise;
-mod replicas;
-mod tails;
-mod tracing;
-mod verdict;
+pub(crate) mod arithmetic;
+pub(crate) mod comparison;
+pub(crate) mod figures;
+pub(crate) mod patchwise;
+pub(crate) mod replicas;
+pub(crate) mod tails;
+pub(crate) mod tracing;
+pub(crate) mod verdict;
 
 pub use comparison::{CompareError, Comparison, Plan, Point, Stage, Track, compare};
 pub use figures::{FigureSheet, csv, error_chart, markdown, order_chart, pairs_csv, picture_sheet, verdict};
@@ -26,7 +26,7 @@ pub use replicas::answers;
 pub use tracing::{Traced, trace};
 pub use verdict::{Difference, Pair, judge};
 
-use crate::image::{Picture, relative_rms};
+use crate::pictures::{Picture, relative_rms};
 
 /// Bounce orders that are compared one by one: n = 0 to this.
 pub const ORDERS: usize = 5;

@@ -4,17 +4,20 @@
 
 use std::time::Instant;
 
-use super::arithmetic::{combine, sum};
-use super::{Estimate, Method, ORDERS, Plan};
 use crate::form_factors::Sampling;
-use crate::image::{GatherSampling, Picture};
+use crate::gather::GatherSampling;
 use crate::light::{Light, Rgb};
-use crate::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
-use crate::study::look::{fields, picture, without_luminaires};
-use crate::study::memory::check_solutions;
-use crate::study::pipeline::{Assembled, Prepared, Watch, assemble};
-use crate::study::shoot::{assembled_shooter, ray_shooter};
-use crate::study::unfit::Unfit;
+use crate::pictures::Picture;
+use crate::render::look::fields;
+use crate::render::memory::check_solutions;
+use crate::render::{
+    Assembled, Prepared, Unfit, Watch, assemble, assembled_shooter, picture, ray_shooter, without_luminaires,
+};
+use crate::solve::{Diverges, Settings, Shooting, neumann};
+use crate::solve::{RaySettings, Shooter, ShootingSettings};
+use crate::study::compare::arithmetic::{combine, sum};
+use crate::study::compare::comparison::Plan;
+use crate::study::compare::{Estimate, Method, ORDERS};
 
 /// How fine a patch method works.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,10 +31,10 @@ pub struct Rung {
 }
 
 /// Unshot share, and tail of the series, that count as none beside the errors compared.
-pub(super) const REST: f64 = 2e-5;
+pub(crate) const REST: f64 = 2e-5;
 
 /// Patch light of every generation.
-pub(super) type Generations = Vec<Vec<Light>>;
+pub(crate) type Generations = Vec<Vec<Light>>;
 
 /// Patches that even a slow machine can afford, and that leave an error of some tenths of a percent.
 const LEAST: usize = 16_000;
@@ -59,7 +62,7 @@ impl Rung {
 }
 
 /// Cuts the patches of a rung and checks that K and its solutions fit in memory.
-pub(super) fn cut_within(p: &mut Prepared, plan: &Plan, rung: Rung) -> Result<(), Unfit> {
+pub(crate) fn cut_within(p: &mut Prepared, plan: &Plan, rung: Rung) -> Result<(), Unfit> {
     p.recut(rung.patches);
     check_solutions(p, plan.transport, &rung.sampling(plan.seed), SOLUTIONS)
 }
@@ -109,18 +112,18 @@ fn step(p: &mut Prepared, method: Method, plan: &Plan, rung: Rung, watch: &dyn W
 }
 
 /// A rung in words.
-pub(super) fn effort(p: &Prepared, rung: Rung) -> String {
+pub(crate) fn effort(p: &Prepared, rung: Rung) -> String {
     format!("{} patches, {} rays a patch, {} camera rays a pixel", p.patches.len(), rung.rays, rung.camera)
 }
 
 /// K of a rung.
-pub(super) fn matrix(p: &Prepared, plan: &Plan, (seed, rung): (u32, Rung), watch: &dyn Watch) -> Assembled {
+pub(crate) fn matrix(p: &Prepared, plan: &Plan, (seed, rung): (u32, Rung), watch: &dyn Watch) -> Assembled {
     let (mut modes, _) = assemble(p, &[plan.transport], &rung.sampling(seed), watch);
     modes.remove(0)
 }
 
 /// Generations over K, by the Neumann series or by shooting.
-pub(super) fn solved(mode: &Assembled, method: Method, watch: &dyn Watch) -> Result<Generations, Diverges> {
+pub(crate) fn solved(mode: &Assembled, method: Method, watch: &dyn Watch) -> Result<Generations, Diverges> {
     if method == Method::ShootingAssembled {
         return shot(&assembled_shooter(mode), watch);
     }
@@ -129,7 +132,7 @@ pub(super) fn solved(mode: &Assembled, method: Method, watch: &dyn Watch) -> Res
 }
 
 /// Generations by shooting rays.
-pub(super) fn shot_by_rays(
+pub(crate) fn shot_by_rays(
     p: &Prepared,
     plan: &Plan,
     (seed, rung): (u32, Rung),
@@ -157,7 +160,7 @@ fn shot(shooter: &dyn Shooter, watch: &dyn Watch) -> Result<Generations, Diverge
 }
 
 /// Pictures of bounces 0 to [`ORDERS`], then of all later ones together, of several solutions gathered by the same rays.
-pub(super) fn pictures(
+pub(crate) fn pictures(
     p: &Prepared,
     plan: &Plan,
     (seed, rung): (u32, Rung),

@@ -12,12 +12,13 @@
 
 use std::time::Instant;
 
-use super::arithmetic::{average, combine, map, masked_mean, smoothed, spread, standard_error, sum};
-use super::patchwise::{Generations, cut_within, effort, matrix, pictures, shot_by_rays, solved};
-use super::{CompareError, Estimate, Mean, Method, ORDERS, Plan, Rung};
-use crate::image::Picture;
+use crate::pictures::Picture;
+use crate::render::{Prepared, Watch};
 use crate::solve::Diverges;
-use crate::study::pipeline::{Prepared, Watch};
+use crate::study::compare::arithmetic::{average, combine, map, masked_mean, smoothed, spread, standard_error, sum};
+use crate::study::compare::comparison::{CompareError, Plan};
+use crate::study::compare::patchwise::{Generations, Rung, cut_within, effort, matrix, pictures, shot_by_rays, solved};
+use crate::study::compare::{Estimate, Mean, Method, ORDERS};
 
 /// Repetitions for the standard error.
 const REPLICAS: u32 = 4;

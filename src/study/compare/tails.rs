@@ -19,7 +19,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// The t with `V h(t/V) = L`: a sum of independent numbers of total variance `variance`, none above its mean by more
 /// than 1, exceeds its mean by t with probability at most exp(-`L`).
-pub(super) fn bennett(variance: f64, l: f64) -> f64 {
+pub(crate) fn bennett(variance: f64, l: f64) -> f64 {
     if variance <= 0.0 {
         return 0.0;
     }
@@ -38,12 +38,12 @@ pub(super) fn bennett(variance: f64, l: f64) -> f64 {
 }
 
 /// Largest variance of a sum that its seen variance allows, but for a probability exp(-`L`); both in units of M².
-pub(super) fn variance_limit(seen: f64, l: f64) -> f64 {
+pub(crate) fn variance_limit(seen: f64, l: f64) -> f64 {
     (seen.max(0.0).sqrt() + (2.0 * l).sqrt()).powi(2)
 }
 
 /// Quantile p in (1/2, 1) of Student's distribution; beyond [`MANY`] degrees of freedom that of the normal one.
-pub(super) fn student_quantile(p: f64, freedom: f64) -> f64 {
+pub(crate) fn student_quantile(p: f64, freedom: f64) -> f64 {
     if freedom >= MANY {
         return bisect(40.0, |z| normal_tail(z) > 1.0 - p);
     }

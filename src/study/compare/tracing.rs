@@ -2,14 +2,15 @@
 
 use std::time::Instant;
 
-use super::arithmetic::{counted, masked_error, masked_mean, window};
-use super::{Estimate, Mean, ORDERS, Plan};
-use crate::image::Picture;
 use crate::light::Rgb;
+use crate::pictures::Picture;
 use crate::rays::Rays;
 use crate::reference::{NextEvent, TraceSettings, Tracer};
+use crate::render::Watch;
 use crate::scene::Scene;
-use crate::study::pipeline::Watch;
+use crate::study::compare::arithmetic::{counted, masked_error, masked_mean, window};
+use crate::study::compare::comparison::Plan;
+use crate::study::compare::{Estimate, Mean, ORDERS};
 
 /// What a tracer saw.
 pub struct Traced {

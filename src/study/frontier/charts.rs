@@ -1,8 +1,8 @@
 //! The charts of both sides of the frontier.
 
-use super::super::axis::Scale;
-use super::super::chart::{Axis, Chart, Look, Series};
-use super::{Run, Spread};
+use crate::plot::{Axis, Chart, Look, Scale, Series};
+use crate::study::frontier::series::Run;
+use crate::study::frontier::spread::Spread;
 
 /// Points a factor of two that long series keep on a logarithmic axis.
 const PER_OCTAVE: f64 = 2.0;

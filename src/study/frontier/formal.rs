@@ -4,11 +4,10 @@
 //! `y L = -y E/(lambda - 1) < 0`: some patch of every scene whose light reaches everything is negative. Solved by LU
 //! ([`direct`]), O(patches³). Not handled: lambda an eigenvalue to rounding, where LU finds I - K singular.
 
-use super::super::memory::most_fitting;
-use super::super::pipeline::Prepared;
-use super::super::unfit::{Stored, Unfit};
 use crate::light::Light;
 use crate::operator::Operator;
+use crate::render::memory::most_fitting;
+use crate::render::{Prepared, Stored, Unfit};
 use crate::solve::direct;
 
 /// The formal solution in figures.

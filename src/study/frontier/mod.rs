@@ -5,10 +5,10 @@
 //!
 //! Not handled: scenes whose frontier lies beyond alpha = 1 at this tau.
 
-mod charts;
-mod formal;
-mod series;
-mod spread;
+pub(crate) mod charts;
+pub(crate) mod formal;
+pub(crate) mod series;
+pub(crate) mod spread;
 
 pub use charts::{series_chart, shooting_chart, spread_chart};
 pub use formal::{Formal, check_dense, formal};

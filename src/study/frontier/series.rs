@@ -2,17 +2,14 @@
 
 use std::time::Instant;
 
-use super::super::pipeline::{Assembled, Silent, assemble, prepare};
-use super::super::shoot::{assembled_shooter, ray_shooter};
-use super::at;
 use crate::form_factors::Sampling;
 use crate::light::{Light, Transport};
 use crate::operator::{Bounds, operator_norm};
+use crate::render::{Assembled, Silent, assemble, assembled_shooter, prepare, ray_shooter};
 use crate::scene::Scene;
-use crate::solve::{
-    RaySettings, Settings, Shooting, ShootingSettings, TailBound, Verdict, direct, extrapolated, neumann, norm, terms,
-    verdict,
-};
+use crate::solve::{RaySettings, ShootingSettings};
+use crate::solve::{Settings, Shooting, TailBound, Verdict, direct, extrapolated, neumann, norm, terms, verdict};
+use crate::study::frontier::at;
 
 /// Products to estimate a norm from.
 const NORM_PRODUCTS: usize = 64;
@@ -183,7 +180,7 @@ fn add(sum: &mut [Light], term: &[Light], factor: f32) {
 }
 
 /// Shoots until a thousandth is unshot or growth shows.
-fn shoot(shooter: &dyn crate::solve::Shooter, patches: usize) -> (Vec<Shot>, Verdict) {
+fn shoot(shooter: &dyn crate::solve::shooting::Shooter, patches: usize) -> (Vec<Shot>, Verdict) {
     let settings = ShootingSettings { shots_per_patch: SHOTS_A_PATCH, ..ShootingSettings::default() };
     let mut seen = Vec::new();
     let ended = Shooting::new(shooter, settings).and_then(|mut shooting| {

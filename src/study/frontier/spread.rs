@@ -1,7 +1,7 @@
 //! How the path tracer's error shrinks with the number of paths: measured over independent repeats.
 //!
 //! Where the variance is finite both the spread of the means and the standard error that the tracer reports fall as
-//! N^-1/2. Between the frontiers a path's weight has a tail of index p < 2 ([`Survey::tail_index`](crate::study::map::Survey::tail_index)): the spread
+//! N^-1/2. Between the frontiers a path's weight has a tail of index p < 2 ([`Survey::tail_index`](crate::study::map::survey::Survey::tail_index)): the spread
 //! falls as N^-(1 - 1/p) only. Spread is taken from quartiles, which exist where the variance does not.
 
 use rayon::prelude::*;

@@ -6,23 +6,21 @@
 
 use std::path::Path;
 
-use plotters::backend::DrawingBackend;
-use plotters::style::RGBColor;
-use plotters::style::colors::colormaps::ViridisRGB;
+use crate::plot::canvas::Backend;
+use crate::plot::canvas::{Colour, viridis};
 
-use super::super::axis::{Range, Scale};
-use super::super::canvas::{Align, Canvas, Marker};
-use super::super::chart::ChartError;
-use super::super::font;
-use super::super::plot::{CAPTION_EM, Frame, INK, LEGEND_WIDTH, TICK_EM, TITLE_EM, draw_axes, draw_caption};
-use super::super::surface::{DrawError, draw_bitmap, draw_svg};
-use super::{Column, Map};
-use crate::image::{write_bitmap, write_whole};
 use crate::light::Mode;
 use crate::operator::Bounds;
+use crate::pictures::{write_bitmap, write_whole};
+use crate::plot::axis::Range;
+use crate::plot::canvas::{Align, Canvas};
+use crate::plot::drawing::{draw_bitmap, draw_svg};
+use crate::plot::lines::{CAPTION_EM, Frame, INK, LEGEND_WIDTH, TICK_EM, TITLE_EM, draw_axes, draw_caption};
+use crate::plot::{ChartError, DrawError, Marker, Scale, font};
+use crate::study::map::{Column, Map};
 
 const SIZE: (u32, u32) = (880, 700);
-const PAPER: RGBColor = RGBColor(255, 255, 255);
+const PAPER: Colour = Colour(255, 255, 255);
 /// Pieces a curve has between two columns.
 const PIECES: usize = 8;
 /// Bands at most.
@@ -68,7 +66,7 @@ impl MapChart<'_> {
         draw_svg(SIZE, |canvas| self.draw(canvas))
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
+    fn draw<B: Backend>(&self, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
         let (width, height) = (f64::from(SIZE.0), f64::from(SIZE.1));
         let caption = font::wrap(&self.caption, CAPTION_EM, width - 84.0 - 24.0);
         let unit = || Range::of(Scale::Linear, [0.0, 1.0]);
@@ -97,12 +95,7 @@ impl MapChart<'_> {
     }
 
     /// From the lowest band up, each drawn over all that is above its level, so that no seam shows.
-    fn draw_bands<B: DrawingBackend>(
-        &self,
-        levels: &[f64],
-        frame: &Frame,
-        canvas: &mut Canvas<B>,
-    ) -> Result<(), DrawError> {
+    fn draw_bands<B: Backend>(&self, levels: &[f64], frame: &Frame, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
         for (k, &level) in levels[..levels.len() - 1].iter().enumerate() {
             let curve = Curve::new(&self.map.columns, |c| c.radius, |r| level / r);
             let inside: Vec<f64> = curve.alphas.iter().map(|a| a.min(1.0)).collect();
@@ -117,7 +110,7 @@ impl MapChart<'_> {
         Ok(())
     }
 
-    fn draw_frontiers<B: DrawingBackend>(&self, frame: &Frame, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
+    fn draw_frontiers<B: Backend>(&self, frame: &Frame, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
         let columns = &self.map.columns;
         let mean = Curve::new(columns, |c| c.radius, |r| 1.0 / r);
         for piece in mean.inside(frame) {
@@ -133,12 +126,7 @@ impl MapChart<'_> {
     }
 
     /// The colour bar with the frontier on it, and what the lines mean.
-    fn draw_legend<B: DrawingBackend>(
-        &self,
-        levels: &[f64],
-        frame: &Frame,
-        canvas: &mut Canvas<B>,
-    ) -> Result<(), DrawError> {
+    fn draw_legend<B: Backend>(&self, levels: &[f64], frame: &Frame, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
         let left = frame.right + 36.0;
         let (top, bottom) = (frame.top + 200.0, frame.bottom);
         let highest = levels[levels.len() - 1];
@@ -183,13 +171,13 @@ impl MapChart<'_> {
 }
 
 /// The colour of band k, by the middle of its levels.
-fn colour(k: usize, levels: &[f64]) -> RGBColor {
+fn colour(k: usize, levels: &[f64]) -> Colour {
     let bands = (levels.len() - 1) as f64;
-    ViridisRGB::get_color((k as f64 + 0.5) / bands)
+    viridis((k as f64 + 0.5) / bands)
 }
 
 /// A disc and the mode's name in every corner.
-fn draw_corners<B: DrawingBackend>(frame: &Frame, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
+fn draw_corners<B: Backend>(frame: &Frame, canvas: &mut Canvas<B>) -> Result<(), DrawError> {
     for mode in Mode::ALL {
         let at = mode.transport();
         let Some((x, y)) = frame.place((at.alpha.into(), at.tau.into())) else {

@@ -5,13 +5,14 @@
 
 use crate::operator::Spectrum;
 
-use super::{Column, Survey, TauPoint, scaled};
+use crate::study::map::survey::Survey;
+use crate::study::map::{Column, TauPoint, scaled};
 
 /// Radii looked at for one alpha at most.
 const STEPS: usize = 4;
 
 /// Finds tau_c for every alpha of the grid whose frontier lies between two columns.
-pub(super) fn tau_frontier(survey: &Survey, columns: &[Column], spectra: &[Spectrum]) -> Vec<TauPoint> {
+pub(crate) fn tau_frontier(survey: &Survey, columns: &[Column], spectra: &[Spectrum]) -> Vec<TauPoint> {
     let last = columns.len() - 1;
     let alphas = (1..=last).map(|step| step as f64 / last as f64);
     let found = alphas.filter_map(|alpha| {

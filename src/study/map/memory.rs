@@ -11,9 +11,8 @@
 use crate::form_factors::{Sampling, cast_layers};
 use crate::light::Transport;
 
-use super::super::memory::{most_fitting, pilots};
-use super::super::pipeline::Prepared;
-use super::super::unfit::{Stored, Unfit};
+use crate::render::memory::{most_fitting, pilots};
+use crate::render::{Prepared, Stored, Unfit};
 
 /// Bytes of a crossing, of a column or ray that is listed, and of a patch's three lists.
 const CROSSING: f64 = 12.0;
@@ -26,7 +25,7 @@ const ROW: f64 = 72.0;
 const VECTORS: f64 = 32.0;
 const PATCH: f64 = 200.0;
 
-/// Checks that the crossings of a [`map`](super::map) of so many `steps` each way fit in `limit` bytes; infinity asks nothing.
+/// Checks that the crossings of a [`map`](crate::study::map::map) of so many `steps` each way fit in `limit` bytes; infinity asks nothing.
 ///
 /// # Errors
 /// [`Unfit`], with the number of patches that would.

@@ -13,22 +13,22 @@
 //!
 //! Not handled: noise of F itself, which the number of rays sets.
 
-mod contour;
-mod inverse;
-mod memory;
-mod survey;
-mod variance;
-
-use crate::form_factors::Sampling;
-use crate::operator::{Bounds, Spectrum};
-
-use super::pipeline::{Prepared, Watch};
-use inverse::tau_frontier;
+pub(crate) mod contour;
+pub(crate) mod inverse;
+pub(crate) mod memory;
+pub(crate) mod survey;
+pub(crate) mod variance;
 
 pub use contour::MapChart;
 pub use memory::check_crossings;
 pub use survey::Survey;
 pub use variance::{Growth, Variance, growth};
+
+use crate::form_factors::Sampling;
+use crate::operator::{Bounds, Spectrum};
+
+use crate::render::{Prepared, Watch};
+use crate::study::map::inverse::tau_frontier;
 
 /// The spectral radii at one tau and alpha = 1.
 #[derive(Clone, Copy, Debug, PartialEq)]

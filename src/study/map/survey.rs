@@ -28,7 +28,7 @@ use crate::patches::Patches;
 use crate::rays::Rays;
 use crate::scene::Scene;
 
-use super::super::pipeline::{Prepared, Watch};
+use crate::render::{Prepared, Watch};
 
 /// How exactly radii are found. They are those at alpha = 1: on which side of 1 they lie is no question.
 const EFFORT: Effort = Effort { gap: 1e-3, products: 256, undecided: 0 };

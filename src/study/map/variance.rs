@@ -19,8 +19,8 @@ use crate::patches::Patches;
 use crate::rays::Rays;
 use crate::scene::Scene;
 
-use super::super::pipeline::Silent;
-use super::Survey;
+use crate::render::Silent;
+use crate::study::map::survey::Survey;
 
 /// Patches that radii are found on.
 const PATCHES: usize = 600;

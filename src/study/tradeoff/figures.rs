@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::{Ladder, Point, Tradeoff};
-use crate::study::bars::{Bar, Bars};
-use crate::study::chart::{BLACK, GREY};
-use crate::study::{Axis, Chart, Look, Scale, Series};
+use crate::plot::bars::Bar;
+use crate::plot::chart::{BLACK, GREY};
+use crate::plot::{Axis, Bars, Chart, Look, Scale, Series};
+use crate::study::tradeoff::{Ladder, Point, Tradeoff};
 
 const SIZE: (u32, u32) = (960, 640);
 
@@ -143,8 +143,8 @@ pub fn csv(t: &Tradeoff) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::made_up;
     use super::*;
+    use crate::study::tradeoff::tests::made_up;
 
     #[test]
     fn numbers_keep_two_figures() {

@@ -4,18 +4,19 @@
 
 use std::time::Instant;
 
-use super::{Ladder, Plan, Run};
 use crate::form_factors::Sampling;
-use crate::image::{GatherSampling, Gathered};
+use crate::gather::{GatherSampling, Gathered};
 use crate::rays::Rays;
 use crate::reference::{TraceSettings, Tracer};
+use crate::render::look::{fields, reflected};
+use crate::render::{
+    Fineness, Seconds, Silent, Wanted, Watch, assemble, check_memory, picture, prepare, ray_shooter, render,
+    render_within,
+};
 use crate::scene::Scene;
-use crate::solve::{Diverges, RaySettings, Shooting, ShootingSettings, neumann};
-use crate::study::look::{fields, picture, reflected, render};
-use crate::study::memory::check_memory;
-use crate::study::pipeline::{Fineness, Seconds, Silent, Watch, assemble, prepare};
-use crate::study::shoot::ray_shooter;
-use crate::study::tolerance::{Wanted, render_within};
+use crate::solve::{Diverges, Shooting, neumann};
+use crate::solve::{RaySettings, ShootingSettings};
+use crate::study::tradeoff::{Ladder, Plan, Run};
 
 /// The errors asked for.
 pub const TOLERANCES: [f64; 6] = [0.1, 0.05, 0.02, 0.01, 0.005, 0.002];

@@ -13,11 +13,11 @@
 //! Seconds run from the scene's files to the picture in memory. Not handled: series that diverge; errors of the reference
 //! that its standard error does not show (what a patch picture is off in the mean: its estimated error is stated).
 
-mod figures;
-mod ladders;
-mod sources;
-mod store;
-mod truth;
+pub(crate) mod figures;
+pub(crate) mod ladders;
+pub(crate) mod sources;
+pub(crate) mod store;
+pub(crate) mod truth;
 
 pub use figures::{asked_chart, csv, error_chart, seconds_bars};
 pub use ladders::TOLERANCES;
@@ -27,12 +27,12 @@ pub use truth::{Made, Reached, Truth, reached};
 
 use std::path::PathBuf;
 
-use super::compare::slope;
-use super::pipeline::{Seconds, Watch};
-use crate::image::{ImageError, MetricError, Picture, WriteError};
 use crate::light::Transport;
+use crate::pictures::{ImageError, MetricError, Picture, WriteError};
+use crate::render::{Seconds, Watch};
 use crate::scene::Scene;
 use crate::solve::Diverges;
+use crate::study::compare::slope;
 
 /// What is varied on the way to a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -204,20 +204,20 @@ pub fn trade_off(
     brought: Option<&Brought>,
     watch: &dyn Watch,
 ) -> Result<Tradeoff, TradeoffError> {
-    let brought = brought.map(|files| sources::brought(scene, plan, files));
+    let brought = brought.map(|files| crate::study::tradeoff::sources::brought(scene, plan, files));
     let brought = brought.transpose()?;
     let mut runs = Vec::new();
     for ladder in Ladder::ALL.into_iter().filter(|l| plan.ladders.contains(l)) {
         runs.extend(match ladder {
-            Ladder::Tolerance => ladders::tolerances(scene, plan, watch)?,
-            Ladder::Shooting => ladders::shooting(scene, plan, watch)?,
-            Ladder::Paths => ladders::paths(scene, plan, watch),
-            knob => ladders::one_knob(scene, plan, knob, watch)?,
+            Ladder::Tolerance => crate::study::tradeoff::ladders::tolerances(scene, plan, watch)?,
+            Ladder::Shooting => crate::study::tradeoff::ladders::shooting(scene, plan, watch)?,
+            Ladder::Paths => crate::study::tradeoff::ladders::paths(scene, plan, watch),
+            knob => crate::study::tradeoff::ladders::one_knob(scene, plan, knob, watch)?,
         });
     }
     let truths = match brought {
         Some(truth) => [truth.clone(), truth],
-        None => sources::made(scene, plan, watch)?,
+        None => crate::study::tradeoff::sources::made(scene, plan, watch)?,
     };
     let points = runs.into_iter().map(|run| judged(run, &truths));
     let points = points.collect::<Result<_, MetricError>>()?;
@@ -225,7 +225,7 @@ pub fn trade_off(
 }
 
 /// A picture on its way to be judged.
-struct Run {
+pub(crate) struct Run {
     ladder: Ladder,
     effort: String,
     asked: Option<f64>,
@@ -251,7 +251,7 @@ mod tests {
     use super::*;
 
     /// Points of one ladder at these seconds and errors, the error asked for twice the one reached.
-    pub(super) fn made_up(places: &[(f64, f64)]) -> Tradeoff {
+    pub(crate) fn made_up(places: &[(f64, f64)]) -> Tradeoff {
         let point = |&(total, error): &(f64, f64)| Point {
             ladder: Ladder::Tolerance,
             effort: "some".into(),

@@ -6,17 +6,16 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::store::{Kept, Key};
-use super::truth::{Made, Truth};
-use super::{Ladder, Plan, TradeoffError};
-use crate::image::{Picture, read_picture, relative_rms};
 use crate::light::Rgb;
+use crate::pictures::{Picture, read_picture, relative_rms};
 use crate::rays::Rays;
 use crate::reference::{NextEvent, TraceSettings, Tracer};
+use crate::render::{Silent, Wanted, Watch, prepare, render_within};
 use crate::scene::Scene;
 use crate::solve::Diverges;
-use crate::study::pipeline::{Silent, Watch, prepare};
-use crate::study::tolerance::{Wanted, render_within};
+use crate::study::tradeoff::store::{Kept, Key};
+use crate::study::tradeoff::truth::{Made, Truth};
+use crate::study::tradeoff::{Ladder, Plan, TradeoffError};
 
 /// Samples of the path tracer between two looks at the clock.
 const PASS: u32 = 16;

@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::truth::{Made, Truth};
-use crate::image::{Exposure, ImageError, Picture, make_directory, read_picture, write_picture, write_whole};
 use crate::light::Transport;
+use crate::pictures::{Exposure, ImageError, Picture, make_directory, read_picture, write_picture, write_whole};
 use crate::scene::Scene;
+use crate::study::tradeoff::truth::{Made, Truth};
 
 const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
 const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::image::{MetricError, Picture, relative_rms};
 use crate::light::Rgb;
+use crate::pictures::{MetricError, Picture, relative_rms};
 
 /// How a reference was made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -92,7 +92,7 @@ mod tests {
 
     /// A number of zero mean and unit variance from an index.
     fn wobble(k: usize, seed: u32) -> f32 {
-        let x = crate::rays::sequence::hash(k as u32, seed) as f32 / u32::MAX as f32;
+        let x = crate::rays::sobol::hash(k as u32, seed) as f32 / u32::MAX as f32;
         12f32.sqrt() * (x - 0.5)
     }
 

@@ -1,6 +1,6 @@
 //! Simulated pictures: noise agrees as often as stated, real differences are found, rare light is no difference.
 
-use super::*;
+use crate::study::compare::verdict::*;
 
 const SIDE: usize = 24;
 
@@ -24,7 +24,7 @@ struct Stream(u32);
 impl Stream {
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(1);
-        let bits = crate::rays::sequence::hash(self.0, 0x51ed_270b);
+        let bits = crate::rays::sobol::hash(self.0, 0x51ed_270b);
         (f64::from(bits) + 0.5) / 4_294_967_296.0
     }
 

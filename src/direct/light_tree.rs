@@ -1,0 +1,289 @@
+//! Many luminaires as a tree: halves of halves by direction and place, each with what is needed to speak for all of it.
+//!
+//! A node's luminaires are stood for by its [`Moments`]. A cone holds all their normals and a box all their corners, which
+//! tells where a node lights nothing at all.
+//!
+//! Source of the tree: A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*,
+//! PACMCGIT 1(2), 2018. Not handled: hulls closer than boxes.
+
+use std::f64::consts::PI;
+use std::ops::Range;
+
+use glam::DVec3;
+
+use crate::direct::convex_body::Body;
+use crate::direct::luminaire::{Luminaire, Luminaires};
+use crate::direct::moments::{Moments, Sums};
+use crate::direct::normal_cone::Facing;
+
+/// Normals further apart than this cosine are parted before places are.
+const APART: f64 = 0.9;
+
+/// Some luminaires that lie together.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    /// Which, in the tree's order.
+    pub range: Range<usize>,
+    /// The halves; none where there is one luminaire.
+    pub children: Option<[usize; 2]>,
+    /// Corners of a body that holds them.
+    pub body: Body,
+    pub low: DVec3,
+    pub high: DVec3,
+    /// Axis of the cone of normals, and its half angle.
+    pub axis: DVec3,
+    pub spread: f64,
+    /// Mean of the channels' power over pi.
+    pub power: f64,
+    pub moments: Moments,
+}
+
+/// The tree; the last node is the root.
+#[derive(Clone, Debug)]
+pub(crate) struct Lamps {
+    pub nodes: Vec<Node>,
+    /// Luminaires in the tree's order.
+    pub order: Vec<u32>,
+    /// Power of those before each, in the tree's order.
+    before: Vec<f64>,
+}
+
+/// Something with a place and a direction, and its number.
+pub(crate) type Placed = (DVec3, DVec3, u32);
+
+/// Parts things in two, neither empty: by direction where directions differ much, else by place.
+pub(crate) fn part(things: &mut [Placed]) -> usize {
+    let (low, high) = extent(things.iter().map(|t| t.1));
+    let cosine = 1.0 - 0.5 * (high - low).length_squared();
+    let by_direction = cosine < APART;
+    let (low, high) = match by_direction {
+        true => (low, high),
+        false => extent(things.iter().map(|t| t.0)),
+    };
+    let axis = longest(high - low);
+    let key = |t: &Placed| if by_direction { t.1[axis] } else { t.0[axis] };
+    things.sort_unstable_by(|a, b| key(a).total_cmp(&key(b)).then(a.2.cmp(&b.2)));
+    let half = things.len() / 2;
+    if !by_direction {
+        return half;
+    }
+    let middle = 0.5 * (low[axis] + high[axis]);
+    match things.partition_point(|t| t.1[axis] < middle) {
+        0 => half,
+        k if k == things.len() => half,
+        k => k,
+    }
+}
+
+fn longest(d: DVec3) -> usize {
+    let by = |a: &usize, b: &usize| d[*a].total_cmp(&d[*b]);
+    (0..3).max_by(by).unwrap_or(0)
+}
+
+fn extent(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
+    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    points.fold(none, |(low, high), p| (low.min(p), high.max(p)))
+}
+
+impl Lamps {
+    /// The tree over all luminaires; there must be one.
+    pub fn new(luminaires: &Luminaires) -> Lamps {
+        let list = &luminaires.list;
+        let sums: Vec<Sums> = list.iter().map(Sums::of).collect();
+        let place = |(k, s): (usize, &Sums)| {
+            let weight = s.weight.max(f64::MIN_POSITIVE);
+            (s.first / weight, s.normal.normalize_or_zero(), k as u32)
+        };
+        let mut things: Vec<Placed> = sums.iter().enumerate().map(place).collect();
+        let mut lamps = Lamps { nodes: Vec::new(), order: Vec::new(), before: vec![0.0] };
+        lamps.grow(&mut things, list, &sums);
+        for &l in &lamps.order {
+            let last = lamps.before[lamps.before.len() - 1];
+            lamps.before.push(last + sums[l as usize].weight);
+        }
+        lamps
+    }
+
+    /// Adds the tree over some luminaires; returns its root and sums.
+    fn grow(&mut self, things: &mut [Placed], list: &[Luminaire], sums: &[Sums]) -> (usize, Sums) {
+        let first = self.order.len();
+        let (node, own) = if let [(_, _, l)] = *things {
+            self.order.push(l);
+            let own = sums[l as usize];
+            (leaf(first, &list[l as usize], &own), own)
+        } else {
+            let half = part(things);
+            let (left, right) = things.split_at_mut(half);
+            let (a, a_sums) = self.grow(left, list, sums);
+            let (b, b_sums) = self.grow(right, list, sums);
+            let own = a_sums.add(&b_sums);
+            (join(first..self.order.len(), [a, b], &self.nodes, &own), own)
+        };
+        self.nodes.push(node);
+        (self.nodes.len() - 1, own)
+    }
+
+    /// The node that holds all luminaires.
+    pub fn root(&self) -> usize {
+        self.nodes.len() - 1
+    }
+
+    /// The luminaire of a node's range at u in the unit interval, by power; its probability, and u within it.
+    pub fn draw(&self, range: &Range<usize>, u: f64) -> (u32, f64, f64) {
+        let (low, high) = (self.before[range.start], self.before[range.end]);
+        let at = low + u * (high - low);
+        let k = self.before[range.start + 1..range.end].partition_point(|&b| b <= at) + range.start;
+        let own = self.before[k + 1] - self.before[k];
+        let rest = ((at - self.before[k]) / own).clamp(0.0, 1.0);
+        (self.order[k], own / (high - low), rest)
+    }
+}
+
+impl Node {
+    /// How its luminaires face a point.
+    pub fn facing(&self, x: DVec3) -> Facing {
+        if let Some((normal, offset)) = self.body.plane {
+            return match normal.dot(x) > offset {
+                true => Facing::Towards,
+                false => Facing::Away,
+            };
+        }
+        let d = x - self.center();
+        let (far, reach) = (d.length(), self.radius());
+        if reach >= far {
+            return Facing::Both;
+        }
+        let angle = (d.dot(self.axis) / far).clamp(-1.0, 1.0).acos();
+        let margin = self.spread + (reach / far).asin();
+        Facing::of(angle + margin, angle - margin)
+    }
+
+    pub fn center(&self) -> DVec3 {
+        0.5 * (self.low + self.high)
+    }
+
+    /// Half the diagonal of the box.
+    pub fn radius(&self) -> f64 {
+        0.5 * (self.high - self.low).length()
+    }
+}
+
+fn leaf(place: usize, luminaire: &Luminaire, sums: &Sums) -> Node {
+    let (low, high) = extent(luminaire.corners());
+    let axis = sums.normal.normalize_or_zero();
+    let angle = |t: [DVec3; 3]| {
+        let normal = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
+        normal.dot(axis).clamp(-1.0, 1.0).acos()
+    };
+    Node {
+        range: place..place + 1,
+        children: None,
+        body: Body::of_lamp(luminaire),
+        low,
+        high,
+        axis,
+        spread: luminaire.triangles().map(angle).fold(0.0, f64::max),
+        power: sums.weight,
+        moments: sums.moments(),
+    }
+}
+
+fn join(range: Range<usize>, children: [usize; 2], nodes: &[Node], sums: &Sums) -> Node {
+    let [a, b] = children.map(|k| &nodes[k]);
+    let (low, high) = (a.low.min(b.low), a.high.max(b.high));
+    let axis = sums.normal.normalize_or_zero();
+    let reach = |n: &Node| axis.dot(n.axis).clamp(-1.0, 1.0).acos() + n.spread;
+    let mut body = Body::of_box(low, high);
+    body.plane = a.body.common_plane(&b.body);
+    if a.body.part == b.body.part {
+        body.part = a.body.part;
+    }
+    Node {
+        range,
+        children: Some(children),
+        body,
+        low,
+        high,
+        axis,
+        spread: reach(a).max(reach(b)).min(PI),
+        power: sums.weight,
+        moments: sums.moments(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::Rgb;
+    use crate::scene::{Material, Scene};
+
+    /// Nine small red and blue squares that face down, over a floor.
+    fn lamps() -> Luminaires {
+        let floor = Material::new("floor", Rgb::splat(0.5), Rgb::ZERO);
+        let red = Material::new("red", Rgb::ZERO, Rgb::new(3.0, 1.0, 0.0));
+        let blue = Material::new("blue", Rgb::ZERO, Rgb::new(0.0, 1.0, 2.0));
+        let mut corners = Vec::new();
+        let mut faces = Vec::new();
+        let mut square = |x: f64, y: f64, z: f64, a: f64, material: u32| {
+            let first = corners.len() as u32;
+            for (u, v) in [(0.0, 0.0), (0.0, a), (a, a), (a, 0.0)] {
+                corners.push(DVec3::new(x + u, y + v, z));
+            }
+            faces.push(((first..first + 4).collect::<Vec<u32>>(), material));
+        };
+        square(0.0, 0.0, -1.0, 10.0, 0);
+        for k in 0..9 {
+            let (x, y) = (f64::from(k % 3), f64::from(k / 3));
+            square(x, y, 0.1 * x, 0.1 + 0.02 * y, 1 + k % 2);
+        }
+        let mut scene = Scene::from_faces("", &corners, &faces, vec![floor, red, blue]).unwrap();
+        for (f, face) in scene.faces.iter_mut().enumerate() {
+            face.object = f as u32 / 2;
+        }
+        Luminaires::new(&scene)
+    }
+
+    #[test]
+    fn moments_err_in_the_third_order_and_colours_in_the_second() {
+        let luminaires = lamps();
+        let lamps = Lamps::new(&luminaires);
+        let root = &lamps.nodes[lamps.root()];
+        let away = DVec3::new(0.3, -0.2, -1.0).normalize();
+        let errors = |distance: f64| {
+            let x = root.center() + distance * away;
+            let each = luminaires.list.iter().map(|l| {
+                let form = l.exact_form(x.as_vec3(), -away.as_vec3());
+                form * l.radiance.as_dvec3()
+            });
+            let exact: DVec3 = each.sum();
+            let off = root.moments.light(x, -away) - exact;
+            let whole = off.element_sum() / exact.element_sum();
+            (whole.abs(), (off / exact).abs().max_element())
+        };
+        let radius = root.radius();
+        let ((near, near_colour), (far, far_colour)) = (errors(5.0 * radius), errors(10.0 * radius));
+        // At twice the distance an eighth and a quarter, if the leading terms lead.
+        assert!(near < 0.01 && far < near / 6.0, "{near} {far}");
+        let colours = near_colour < 0.02 && far_colour < near_colour / 3.0;
+        assert!(colours, "{near_colour} {far_colour}");
+    }
+
+    #[test]
+    fn luminaires_are_drawn_by_power() {
+        let luminaires = lamps();
+        let lamps = Lamps::new(&luminaires);
+        let whole = 0..lamps.order.len();
+        let power = |l: u32| {
+            let own = &luminaires.list[l as usize];
+            own.area * f64::from(own.radiance.element_sum())
+        };
+        let all: f64 = lamps.order.iter().map(|&l| power(l)).sum();
+        let mut sum = 0.0;
+        for &l in &lamps.order {
+            let (drawn, chance, rest) = lamps.draw(&whole, sum + 0.25 * power(l) / all);
+            sum += power(l) / all;
+            assert_eq!(drawn, l);
+            assert!((chance - power(l) / all).abs() < 1e-12 && (rest - 0.25).abs() < 1e-9);
+        }
+    }
+}

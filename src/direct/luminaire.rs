@@ -1,0 +1,264 @@
+//! Luminaires: emitting surfaces small enough that light as emitted is worth a closed form.
+//!
+//! An emitting material is carried by luminaires, one for each object, where hemisphere rays would miss it too often
+//! ([`crate::direct::large_emitters`]). The choice is the material's, because a patch has one material but may span objects.
+//! Emitters that are large as seen from what they light (a furnace, a sky around everything) are found by hemisphere rays well
+//! enough, and n emitters by n patches of closed forms would be n² work.
+//!
+//! Where luminaires are many, or one has many faces, all are divided ([`crate::direct::luminaire_parts`]), and [`crate::direct::light_cut`] sees to it
+//! that a receiver need not ask each.
+
+use std::collections::HashMap;
+
+use glam::{DVec3, Vec3};
+
+use crate::direct::convex_luminaires::{NONE, convex_parts};
+use crate::direct::large_emitters::carried;
+use crate::direct::luminaire_parts::divided;
+use crate::form_factors::geometry::shadow::{Caster, Pieces, visible_form};
+use crate::form_factors::geometry::silhouette::Outline;
+use crate::form_factors::point_to_polygon;
+use crate::light::Rgb;
+use crate::rays::Side;
+use crate::rays::warp::triangle_point;
+use crate::scene::{Scene, Sides};
+
+/// Luminaires that each receiver asks one by one, at most.
+pub(crate) const FEW: usize = 16;
+
+/// One emitting surface of uniform radiance.
+#[derive(Clone, Debug)]
+pub struct Luminaire {
+    /// Emitted radiance, W/(m² sr).
+    pub radiance: Rgb,
+    /// Total area, unit coordinates squared.
+    pub area: f64,
+    /// The convex lamp it is a part of, or [`NONE`](crate::direct::convex_luminaires::NONE).
+    pub(crate) part: u32,
+    triangles: Vec<EmittingTriangle>,
+    /// The same area in convex polygons, as few as are easily found.
+    polygons: Vec<Vec<DVec3>>,
+    /// None where it has too many faces; points drawn on it stand in for the closed form then.
+    outline: Option<Outline>,
+}
+
+#[derive(Clone, Debug)]
+struct EmittingTriangle {
+    corners: [Vec3; 3],
+    exact: [DVec3; 3],
+    normal: DVec3,
+    face: u32,
+    /// Area of the triangles up to and including this one over the luminaire's.
+    share: f32,
+}
+
+/// A point drawn on a luminaire.
+#[derive(Clone, Copy, Debug)]
+pub struct EmittingPoint {
+    /// Unit coordinates.
+    pub position: Vec3,
+    /// Unit normal of the emitting side.
+    pub normal: DVec3,
+    /// The face it lies on.
+    pub face: u32,
+}
+
+/// The luminaires of a scene, and which materials' emission they carry.
+#[derive(Clone, Debug)]
+pub struct Luminaires {
+    /// Evaluated by closed form.
+    pub list: Vec<Luminaire>,
+    /// Per material: its emission is the luminaires', so hemisphere rays must not count it again.
+    pub carries: Vec<bool>,
+    /// Of each face: the convex lamp it belongs to; empty where there is none.
+    parts: Vec<u32>,
+}
+
+impl Luminaires {
+    /// Chooses the emitters of a scene that are worth a closed form.
+    pub fn new(scene: &Scene) -> Luminaires {
+        let mut luminaires = Luminaires { list: Vec::new(), carries: carried(scene), parts: Vec::new() };
+        let groups = luminaires.groups(scene);
+        luminaires.parts = convex_parts(scene, &groups);
+        for faces in divided(scene, groups) {
+            let part = luminaires.part(faces[0]);
+            let whole = faces.iter().all(|&f| luminaires.part(f) == part);
+            let front = Luminaire::new(scene, &faces, Side::Front);
+            luminaires.list.push(Luminaire { part: if whole { part } else { NONE }, ..front });
+            if scene.material(faces[0]).sides == Sides::Two {
+                luminaires.list.push(Luminaire::new(scene, &faces, Side::Back));
+            }
+        }
+        luminaires
+    }
+
+    /// The convex lamp that a face belongs to, or [`NONE`](crate::direct::convex_luminaires::NONE).
+    pub(crate) fn part(&self, face: u32) -> u32 {
+        self.parts.get(face as usize).copied().unwrap_or(NONE)
+    }
+
+    /// Faces of the carried materials, an object and material together, in the order of their first faces.
+    fn groups(&self, scene: &Scene) -> Vec<Vec<u32>> {
+        let mut order: HashMap<(u32, u32), usize> = HashMap::new();
+        let mut groups: Vec<Vec<u32>> = Vec::new();
+        for (f, face) in scene.faces.iter().enumerate() {
+            if self.carries[face.material as usize] {
+                let k = *order.entry((face.object, face.material)).or_insert_with(|| {
+                    groups.push(Vec::new());
+                    groups.len() - 1
+                });
+                groups[k].push(f as u32);
+            }
+        }
+        groups
+    }
+}
+
+/// Triangles, those that follow one another and make up a convex quadrangle of one plane taken together.
+fn polygons(triangles: &[EmittingTriangle]) -> Vec<Vec<DVec3>> {
+    let mut polygons: Vec<Vec<DVec3>> = Vec::new();
+    let mut rest = triangles;
+    while let [first, others @ ..] = rest {
+        let joined = others.first().and_then(|second| quadrangle(first, second));
+        rest = match joined {
+            Some(_) => &others[1..],
+            None => others,
+        };
+        polygons.push(joined.map_or_else(|| first.exact.to_vec(), |q| q.to_vec()));
+    }
+    polygons
+}
+
+/// The quadrangle that two triangles make up, if they share an edge and a plane and it is convex.
+fn quadrangle(first: &EmittingTriangle, second: &EmittingTriangle) -> Option<[DVec3; 4]> {
+    let n = first.normal;
+    let turned = |t: &[DVec3; 3], k: usize| [t[k], t[(k + 1) % 3], t[(k + 2) % 3]];
+    let turns = (0..9).map(|k| (turned(&first.exact, k / 3), turned(&second.exact, k % 3)));
+    // c-a of the first, a-c of the second.
+    let shared = turns.into_iter().find(|([a, _, c], [p, q, _])| (a, c) == (p, q));
+    let ([a, b, c], [_, _, d]) = shared?;
+    let corners = [a, b, c, d];
+    let size = (c - a).length();
+    let flat = n.dot(d - a).abs() <= 1e-12 * size;
+    let bends = |k: usize| {
+        let [p, q, r] = [0, 1, 2].map(|i| corners[(k + i) % 4]);
+        n.dot((q - p).cross(r - q)) > 0.0
+    };
+    (flat && (0..4).all(bends)).then_some(corners)
+}
+
+impl Luminaire {
+    fn new(scene: &Scene, faces: &[u32], side: Side) -> Luminaire {
+        let mut triangles: Vec<EmittingTriangle> = Vec::with_capacity(faces.len());
+        let mut sum = 0.0;
+        for &face in faces {
+            let mut corners = scene.corners(face);
+            if side == Side::Back {
+                corners.swap(1, 2);
+            }
+            sum += scene.area(face);
+            let exact = corners.map(|p| p.as_dvec3());
+            let normal = (exact[1] - exact[0]).cross(exact[2] - exact[0]).normalize();
+            triangles.push(EmittingTriangle { corners, exact, normal, face, share: sum as f32 });
+        }
+        for t in &mut triangles {
+            t.share = (t.share as f64 / sum) as f32;
+        }
+        Luminaire {
+            radiance: scene.material(faces[0]).emission,
+            area: sum,
+            part: NONE,
+            outline: Outline::new(triangles.iter().map(|t| t.exact)),
+            polygons: polygons(&triangles),
+            triangles,
+        }
+    }
+
+    /// Form factor from a point with unit normal to all of the luminaire, nothing between; `None` where its faces are
+    /// too many for the closed form to be worth its price.
+    pub fn closed_form(&self, x: Vec3, n: Vec3) -> Option<f64> {
+        let outline = self.outline.as_ref()?;
+        Some(outline.form(x.as_dvec3(), n.as_dvec3()))
+    }
+
+    /// The same whatever the number of faces.
+    pub fn exact_form(&self, x: Vec3, n: Vec3) -> f64 {
+        self.closed_form(x, n).unwrap_or_else(|| {
+            let (x, n) = (x.as_dvec3(), n.as_dvec3());
+            let form = |t: &EmittingTriangle| point_to_polygon(n, &t.exact.map(|p| p - x));
+            self.triangles.iter().map(form).sum()
+        })
+    }
+
+    /// Its triangles, counter-clockwise seen from the emitting side.
+    pub(crate) fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        self.triangles.iter().map(|t| t.exact)
+    }
+
+    /// Corners of its triangles, three by three, counter-clockwise seen from the emitting side.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = DVec3> {
+        self.triangles.iter().flat_map(|t| t.exact)
+    }
+
+    /// Form factor from a point to what it sees of the luminaire behind `casters`; `None` where that is too ragged, or the faces
+    /// are too many.
+    pub(crate) fn visible_form(
+        &self,
+        (x, n): (Vec3, Vec3),
+        casters: impl Iterator<Item = Caster>,
+        memory: &mut Pieces,
+    ) -> Option<f64> {
+        self.outline.as_ref()?;
+        let polygons = self.polygons.iter().map(|p| &p[..]);
+        visible_form((x.as_dvec3(), n.as_dvec3()), polygons, casters, memory)
+    }
+
+    /// The point at (u, v) in the unit square, uniform in area.
+    pub fn point(&self, u: f32, v: f32) -> EmittingPoint {
+        let k = self.triangles.partition_point(|t| t.share <= u);
+        let k = k.min(self.triangles.len() - 1);
+        let t = &self.triangles[k];
+        let before = if k == 0 { 0.0 } else { self.triangles[k - 1].share };
+        let u = ((u - before) / (t.share - before)).clamp(0.0, 0.999_999_94);
+        EmittingPoint { position: triangle_point(t.corners, u, v), normal: t.normal, face: t.face }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    /// A dark floor and panels of one emitting material, as many as `objects`, each its own object.
+    fn panels(objects: u32, size: f64) -> Scene {
+        let floor = crate::scene::Material::new("floor", Rgb::splat(0.5), Rgb::ZERO);
+        let glow = crate::scene::Material::new("glow", Rgb::splat(0.5), Rgb::ONE);
+        let mut corners = Vec::new();
+        let mut faces = Vec::new();
+        let mut square = |x: f64, z: f64, a: f64, material: u32| {
+            let first = corners.len() as u32;
+            for (u, v) in [(0.0, 0.0), (a, 0.0), (a, a), (0.0, a)] {
+                corners.push(DVec3::new(x + u, v, z));
+            }
+            faces.push(((first..first + 4).collect::<Vec<u32>>(), material));
+        };
+        square(0.0, 0.0, 10.0, 0);
+        for k in 0..objects {
+            square(f64::from(k) * size, 1.0, size, 1);
+        }
+        let mut scene = Scene::from_faces("panels", &corners, &faces, vec![floor, glow]).unwrap();
+        for (f, face) in scene.faces.iter_mut().enumerate() {
+            face.object = f as u32 / 2;
+        }
+        scene
+    }
+
+    #[test]
+    fn a_material_is_carried_whole_or_not_at_all() {
+        // Each panel is a luminaire of its own, whatever their area.
+        let few = Luminaires::new(&panels(2, 1.0));
+        assert_eq!((few.list.len(), few.carries), (2, vec![false, true]));
+        let many = Luminaires::new(&panels(9, 2.0));
+        assert_eq!((many.list.len(), many.carries), (9, vec![false, true]));
+    }
+}

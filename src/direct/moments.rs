@@ -1,0 +1,228 @@
+//! Sums over luminaires, and the few points that stand for them.
+//!
+//! Light from a node is `1/pi ∫ (n·d) (-d·m) / |d|^4 L dA` with d = y - x and m the normal at y: a smooth function of y times the
+//! area vector `m L dA`. Points that carry vectors in place of powers, and have
+//!
+//! ```text
+//! sum w = ∫ m L dA       sum w (x) y = ∫ m (x) y L dA       sum w (x) y (x) y = ∫ m (x) y (x) y L dA
+//! ```
+//!
+//! therefore err in third order of the node's extent over its distance, however its normals vary: nothing but the covariances
+//! of place and normal enters. A point at the centroid, two on each principal axis and two between each pair of axes have
+//! enough weights for that. Where all normals are alike the vectors are parallel, and up to six points do.
+//!
+//! The second moments are those of the mean of the channels, shared out by power: each channel errs in second order where
+//! luminaires of different colours lie together, their mean in third.
+//!
+//! Not handled: what lies between; luminaires that face away from the receiver and points below its horizon
+//! ([`crate::direct::light_cut`] asks for parts of the node there).
+
+use std::f64::consts::PI;
+
+use glam::{DMat3, DVec3};
+
+use crate::direct::luminaire::Luminaire;
+
+/// Normals are alike where their mean is shorter than 1 by less: they vary by 5e-5 then, and the kernel by less.
+const ALIKE: f64 = 1e-9;
+
+/// Sums over the area of luminaires, weighted by radiance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sums {
+    /// Power by channel over pi.
+    power: DVec3,
+    /// Mean of the channels' power.
+    pub weight: f64,
+    /// Centroid times `weight`.
+    pub first: DVec3,
+    /// Second moments about the origin.
+    second: DMat3,
+    /// Normals of every channel.
+    normals: [DVec3; 3],
+    /// Normal times place of every channel: column j is the sum of `m y_j`.
+    mixed: [DMat3; 3],
+    /// Second moments about the origin weighted by each component of the normal, mean of the channels.
+    turned: [DMat3; 3],
+    /// Normals, weighted like `weight`.
+    pub normal: DVec3,
+}
+
+/// Points that stand for a node.
+#[derive(Clone, Debug)]
+pub(crate) enum Moments {
+    /// Powers by channel, and the normal that all share.
+    Alike(Vec<(DVec3, DVec3)>, DVec3),
+    /// Area vectors by channel.
+    Turned(Vec<(DVec3, [DVec3; 3])>),
+}
+
+/// `a (x) b`, whose column j is `a b_j`.
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+impl Sums {
+    pub fn of(luminaire: &Luminaire) -> Sums {
+        let radiance = luminaire.radiance.as_dvec3();
+        // Not the default: a matrix's is one.
+        let mut sums = Sums {
+            power: DVec3::ZERO,
+            weight: 0.0,
+            first: DVec3::ZERO,
+            second: DMat3::ZERO,
+            normals: [DVec3::ZERO; 3],
+            mixed: [DMat3::ZERO; 3],
+            turned: [DMat3::ZERO; 3],
+            normal: DVec3::ZERO,
+        };
+        for [a, b, c] in luminaire.triangles() {
+            let cross = 0.5 * (b - a).cross(c - a);
+            let power = radiance * cross.length();
+            let weight = power.element_sum() / 3.0;
+            let s = a + b + c;
+            let m = cross.normalize_or_zero();
+            let corners = outer(a, a) + outer(b, b) + outer(c, c);
+            let second = (corners + outer(s, s)) * (weight / 12.0);
+            sums.power += power;
+            sums.weight += weight;
+            sums.first += weight * s / 3.0;
+            sums.second += second;
+            sums.normal += weight * m;
+            for k in 0..3 {
+                sums.normals[k] += power[k] * m;
+                sums.mixed[k] += outer(power[k] * m, s / 3.0);
+                sums.turned[k] += second * m[k];
+            }
+        }
+        sums
+    }
+
+    pub fn add(mut self, other: &Sums) -> Sums {
+        self.power += other.power;
+        self.weight += other.weight;
+        self.first += other.first;
+        self.second += other.second;
+        self.normal += other.normal;
+        for k in 0..3 {
+            self.normals[k] += other.normals[k];
+            self.mixed[k] += other.mixed[k];
+            self.turned[k] += other.turned[k];
+        }
+        self
+    }
+
+    /// Points along the principal axes of the covariance.
+    pub fn moments(&self) -> Moments {
+        if self.weight <= 0.0 {
+            return Moments::Turned(Vec::new());
+        }
+        let axes = self.axes();
+        let normal = self.normal / self.weight;
+        match normal.length() > 1.0 - ALIKE {
+            true => Moments::Alike(self.powers(&axes, normal), normal),
+            false => Moments::Turned(self.vectors(&axes)),
+        }
+    }
+
+    /// Principal axes of the covariance, each as long as the root of so many times its variance.
+    fn axes(&self) -> Vec<DVec3> {
+        let mean = self.first / self.weight;
+        let spread = self.second * (1.0 / self.weight) - outer(mean, mean);
+        let matrix = nalgebra::Matrix3::from_column_slice(&spread.to_cols_array());
+        let eigen = matrix.symmetric_eigen();
+        let most = eigen.eigenvalues.max();
+        let kept = (0..3).filter(|&k| eigen.eigenvalues[k] > 1e-6 * most);
+        let count = kept.clone().count() as f64;
+        let axis = |k: usize| {
+            let unit = DVec3::from_slice(eigen.eigenvectors.column(k).as_slice());
+            unit * (count * eigen.eigenvalues[k]).sqrt()
+        };
+        kept.map(axis).collect()
+    }
+
+    /// Two points on each axis, with the power, centroid and covariance; each channel's powers tilt to its own centroid.
+    fn powers(&self, axes: &[DVec3], normal: DVec3) -> Vec<(DVec3, DVec3)> {
+        let mean = self.first / self.weight;
+        let count = axes.len() as f64;
+        let pair = |axis: &DVec3| {
+            let offset = |c: usize| {
+                let first = self.mixed[c].transpose() * normal;
+                (first - self.power[c] * mean).dot(*axis)
+            };
+            let tilt = DVec3::new(offset(0), offset(1), offset(2)) / (2.0 * axis.length_squared());
+            let even = self.power / (2.0 * count);
+            [(mean + *axis, even + tilt), (mean - *axis, even - tilt)]
+        };
+        axes.iter().flat_map(pair).collect()
+    }
+
+    /// Area vectors at the centroid, on the axes and between them, with the moments of the module's head.
+    fn vectors(&self, axes: &[DVec3]) -> Vec<(DVec3, [DVec3; 3])> {
+        let mean = self.first / self.weight;
+        // Second moments about the centroid along two axes, over the squares of their lengths.
+        let mixed = (self.mixed[0] + self.mixed[1] + self.mixed[2]) * (1.0 / 3.0);
+        let second = |a: DVec3, b: DVec3| {
+            let about_origin = DVec3::from_array([0, 1, 2].map(|l| a.dot(self.turned[l] * b)));
+            let (p, q) = (mean.dot(a), mean.dot(b));
+            let moment = about_origin - q * (mixed * a) - p * (mixed * b) + p * q * self.normal;
+            moment / (a.length_squared() * b.length_squared())
+        };
+        let share = |w: DVec3| [0, 1, 2].map(|c| w * (self.power[c] / self.weight));
+        let mut even: Vec<DVec3> = axes.iter().map(|&a| 0.5 * second(a, a)).collect();
+        let mut center = self.normal;
+        let mut points = Vec::new();
+        for j in 0..axes.len() {
+            for k in j + 1..axes.len() {
+                let between = 0.5 * second(axes[j], axes[k]);
+                even[j] -= between;
+                even[k] -= between;
+                center -= 2.0 * between;
+                let place = axes[j] + axes[k];
+                points.extend([mean + place, mean - place].map(|p| (p, share(between))));
+            }
+        }
+        for (&axis, &even) in axes.iter().zip(&even) {
+            center -= 2.0 * even;
+            let own = share(even);
+            let odd = |c: usize| {
+                let first = self.mixed[c] * axis - mean.dot(axis) * self.normals[c];
+                first / (2.0 * axis.length_squared())
+            };
+            points.push((mean + axis, [0, 1, 2].map(|c| own[c] + odd(c))));
+            points.push((mean - axis, [0, 1, 2].map(|c| own[c] - odd(c))));
+        }
+        // What the others carry beyond the mean's share each channel has at the centroid.
+        let rest = share(center - self.normal);
+        points.push((mean, [0, 1, 2].map(|c| self.normals[c] + rest[c])));
+        points
+    }
+}
+
+impl Moments {
+    /// `sum of F L` at a point with unit normal n, nothing between.
+    pub fn light(&self, x: DVec3, n: DVec3) -> DVec3 {
+        let over = |d: DVec3| {
+            let square = d.length_squared().max(1e-30);
+            1.0 / (square * square)
+        };
+        let sum: DVec3 = match self {
+            Moments::Alike(points, normal) => {
+                let kernel = |&(y, power): &(DVec3, DVec3)| {
+                    let d = y - x;
+                    power * (d.dot(n).max(0.0) * (-d.dot(*normal)).max(0.0) * over(d))
+                };
+                points.iter().map(kernel).sum()
+            }
+            Moments::Turned(points) => {
+                let kernel = |(y, vectors): &(DVec3, [DVec3; 3])| {
+                    let d = *y - x;
+                    let arriving = DVec3::from_array(vectors.map(|w| -d.dot(w)));
+                    arriving * (d.dot(n) * over(d))
+                };
+                points.iter().map(kernel).sum()
+            }
+        };
+        // Only the sum of vectors is light, and only far away.
+        sum.max(DVec3::ZERO) / PI
+    }
+}

@@ -1,0 +1,211 @@
+//! What may lie between a patch and a luminaire: nothing, a few faces, or too much to tell.
+//!
+//! Everything between a point of the patch and one of the luminaire lies in the convex hull of both. A face does not
+//! reach into it if it lies on or behind the plane of either, if both lie on one side of its own plane, or if a plane
+//! separates it from the hull. The last is found by Frank and Wolfe's iteration for the shortest vector of the
+//! Minkowski difference, stopped early: what is not separated by then counts as between, which costs time and no
+//! accuracy.
+//!
+//! Where nothing lies between, the closed form is the answer and no ray is cast; where few faces do, their shadows are cut out of the
+//! luminaire ([`crate::form_factors::geometry::shadow`]); else points are drawn.
+//!
+//! Not handled: hierarchies of faces. Scenes with too many faces draw points everywhere.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::direct::convex_body::{Body, FLAT, bounds, patch_body};
+use crate::direct::luminaire::Luminaires;
+use crate::form_factors::geometry::shadow::Caster;
+use crate::patches::Patches;
+use crate::rays::Rays;
+use crate::scene::Scene;
+
+/// Tests of a face against a patch and a luminaire, for the whole scene.
+const MOST_TESTS: usize = 20_000_000;
+/// Faces between that are cut out; more are left to drawn points.
+pub(crate) const MOST_FACES: usize = 32;
+/// Steps of the search for a separating plane.
+const STEPS: usize = 48;
+
+/// What may lie between.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Between<'a> {
+    /// Nothing: every point of the patch sees all of the luminaire that is above its horizon.
+    Nothing,
+    /// These faces, as indices into the shafts' casters.
+    Faces(&'a [u32]),
+    /// Too much to tell.
+    Unknown,
+}
+
+/// The shafts between patches and luminaires.
+#[derive(Debug, Default)]
+pub struct Shafts {
+    casters: Vec<Caster>,
+    luminaires: usize,
+    /// Of patch i and luminaire l: `starts[k]..starts[k + 1]` of `faces`, k = i * luminaires + l.
+    starts: Vec<u32>,
+    faces: Vec<u32>,
+    /// Shafts of which nothing is known.
+    unknown: Vec<bool>,
+}
+
+impl Shafts {
+    /// Finds what may lie between every patch that `receives` and every luminaire; `tau` by material.
+    pub fn new(
+        scene: &Scene,
+        (rays, patches): (&Rays, &Patches),
+        luminaires: &Luminaires,
+        tau: &[f32],
+        receives: &[bool],
+    ) -> Shafts {
+        let casters = casters(scene, rays, luminaires, tau);
+        let count = luminaires.list.len();
+        if casters.len() * count * patches.len() > MOST_TESTS {
+            return Shafts::default();
+        }
+        let lamps: Vec<Option<Body>> = luminaires.list.iter().map(|l| Some(Body::of_lamp(l))).collect();
+        let find = |i: usize| -> Vec<Option<Vec<u32>>> {
+            if !receives[i] {
+                return vec![Some(Vec::new()); count];
+            }
+            let patch = patch_body(patches, i);
+            let one = |lamp: &Option<Body>| between(patch.as_ref()?, lamp.as_ref()?, &casters);
+            lamps.iter().map(one).collect()
+        };
+        let found: Vec<Option<Vec<u32>>> = (0..patches.len()).into_par_iter().flat_map_iter(find).collect();
+        let mut shafts = Shafts {
+            luminaires: count,
+            starts: vec![0],
+            unknown: found.iter().map(Option::is_none).collect(),
+            faces: Vec::new(),
+            casters,
+        };
+        for faces in found {
+            shafts.faces.extend(faces.unwrap_or_default());
+            shafts.starts.push(shafts.faces.len() as u32);
+        }
+        shafts
+    }
+
+    /// Casters by number, and nothing known of any pair.
+    pub(crate) fn casting(casters: Vec<Caster>) -> Shafts {
+        Shafts { casters, ..Shafts::default() }
+    }
+
+    /// Whether something is known of every patch and luminaire.
+    pub fn know_all(&self) -> bool {
+        !self.unknown.is_empty() && self.unknown.iter().all(|u| !u)
+    }
+
+    /// What may lie between patch i and luminaire l.
+    #[inline]
+    pub fn between(&self, patch: u32, luminaire: usize) -> Between<'_> {
+        let k = patch as usize * self.luminaires + luminaire;
+        if self.unknown.get(k).copied().unwrap_or(true) {
+            return Between::Unknown;
+        }
+        match &self.faces[self.starts[k] as usize..self.starts[k + 1] as usize] {
+            [] => Between::Nothing,
+            faces => Between::Faces(faces),
+        }
+    }
+
+    /// The faces of [`Between::Faces`].
+    pub(crate) fn casters(&self, faces: &[u32]) -> impl Iterator<Item = Caster> {
+        faces.iter().map(|&k| self.casters[k as usize])
+    }
+}
+
+/// The faces that may occlude and do.
+pub(crate) fn casters(scene: &Scene, rays: &Rays, luminaires: &Luminaires, tau: &[f32]) -> Vec<Caster> {
+    let faces = rays.occluders().iter();
+    faces
+        .map(|&face| {
+            let corners = scene.corners(face).map(|p| p.as_dvec3());
+            let [a, b, c] = corners;
+            Caster {
+                corners,
+                normal: (b - a).cross(c - a).normalize_or_zero(),
+                tau: f64::from(tau[scene.faces[face as usize].material as usize]),
+                part: luminaires.part(face),
+            }
+        })
+        .filter(|c| c.tau < 1.0 && c.normal != DVec3::ZERO)
+        .collect()
+}
+
+/// The casters between two bodies; `None` where they are too many.
+fn between(patch: &Body, lamp: &Body, casters: &[Caster]) -> Option<Vec<u32>> {
+    let all = 0..casters.len() as u32;
+    let found: Vec<u32> = sieve(patch, lamp, casters, all).take(MOST_FACES + 1).collect();
+    (found.len() <= MOST_FACES).then_some(found)
+}
+
+/// Those `among` the casters that may lie between two bodies.
+pub(crate) fn sieve(
+    patch: &Body,
+    lamp: &Body,
+    casters: &[Caster],
+    among: impl Iterator<Item = u32>,
+) -> impl Iterator<Item = u32> {
+    let hull: Vec<DVec3> = patch.corners.iter().chain(&lamp.corners).copied().collect();
+    let (low, high) = bounds(&hull);
+    let [from, to] = [patch, lamp].map(Body::middle);
+    among.filter(move |&k| {
+        let c = &casters[k as usize];
+        let (l, h) = bounds(&c.corners);
+        l.cmplt(high).all()
+            && h.cmpgt(low).all()
+            && patch.reached_by(c)
+            && lamp.reached_by(c)
+            && (pierced(c, from, to) || straddled(c, &hull) && !separated(&hull, &c.corners))
+    })
+}
+
+/// Whether the segment between two points surely passes through a caster: then there is no plane to search for.
+fn pierced(c: &Caster, from: DVec3, to: DVec3) -> bool {
+    let [h, g] = [from, to].map(|p| c.normal.dot(p - c.corners[0]));
+    if !(h > FLAT && g < -FLAT || h < -FLAT && g > FLAT) {
+        return false;
+    }
+    let at = from.lerp(to, h / (h - g));
+    let inside = |k: usize| {
+        let [a, b] = [c.corners[k], c.corners[(k + 1) % 3]];
+        c.normal.dot((b - a).cross(at - a)) > 0.0
+    };
+    (0..3).all(inside)
+}
+
+/// Whether points lie on both sides of a caster's plane.
+fn straddled(c: &Caster, points: &[DVec3]) -> bool {
+    let height = |p: &DVec3| c.normal.dot(*p - c.corners[0]);
+    points.iter().any(|p| height(p) > FLAT) && points.iter().any(|p| height(p) < -FLAT)
+}
+
+/// Whether a plane is found that has the points on one side and the triangle on the other.
+fn separated(hull: &[DVec3], triangle: &[DVec3; 3]) -> bool {
+    let lowest = |set: &[DVec3], v: DVec3| {
+        let lower = |best: (f64, DVec3), &p: &DVec3| match v.dot(p) {
+            h if h < best.0 => (h, p),
+            _ => best,
+        };
+        set.iter().fold((f64::INFINITY, DVec3::ZERO), lower).1
+    };
+    let mut v = hull[0] - triangle[0];
+    for _ in 0..STEPS {
+        // The point of the difference furthest against v.
+        let s = lowest(hull, v) - lowest(triangle, -v);
+        if v.dot(s) > 0.0 {
+            return true;
+        }
+        let d = s - v;
+        let along = -v.dot(d) / d.length_squared();
+        if along <= 0.0 || !along.is_finite() {
+            return false;
+        }
+        v += along.min(1.0) * d;
+    }
+    false
+}

@@ -1,0 +1,286 @@
+//! The part of a luminaire that a point sees, exactly: shadows of triangles are cut out of it, and Lambert's closed form
+//! sums over what is left.
+//!
+//! The shadow of a triangle is the part beyond its plane of the cone from the point over it. A piece is cut along
+//! the plane and the cone's sides; outside it stays as bright as it was, inside it is dimmed by tau or dropped.
+//! So light as emitted has no noise where few faces stand in its way: penumbrae are smooth.
+//!
+//! Not handled: a point in a triangle's plane sees it edge on, as nothing. More than [`MOST`] pieces: the caller draws points.
+
+use glam::DVec3;
+
+use crate::form_factors::geometry::polygon::signed_edges;
+
+/// Corners of a piece at most: a triangle cut by the horizon and by a few cones.
+const CORNERS: usize = 12;
+
+/// Pieces at most.
+const MOST: usize = 64;
+
+/// Heights below this lie in the plane: a few roundings of unit coordinates.
+const FLAT: f64 = 1e-7;
+
+/// A triangle that stops or dims light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Caster {
+    /// Unit coordinates.
+    pub corners: [DVec3; 3],
+    /// Unit normal.
+    pub normal: DVec3,
+    /// What it lets through.
+    pub tau: f64,
+    /// The convex lamp it is a face of, or [`crate::direct::convex_luminaires::NONE`].
+    pub part: u32,
+}
+
+/// A convex polygon relative to the point, and the share of its light that arrives.
+#[derive(Clone)]
+struct Piece {
+    corners: [DVec3; CORNERS],
+    count: usize,
+    through: f64,
+}
+
+/// Pieces whose memory is used again: they are large, so only corners that count are copied.
+#[derive(Default)]
+struct Pool {
+    pieces: Vec<Piece>,
+    count: usize,
+}
+
+/// Memory to use again from point to point.
+#[derive(Default)]
+pub struct Pieces {
+    now: Pool,
+    next: Pool,
+    /// What is being cut.
+    shaded: [Piece; 2],
+}
+
+impl Default for Piece {
+    fn default() -> Piece {
+        Piece { corners: [DVec3::ZERO; CORNERS], count: 0, through: 1.0 }
+    }
+}
+
+impl Piece {
+    fn begin(&mut self, through: f64) {
+        self.count = 0;
+        self.through = through;
+    }
+
+    /// Adds a corner; `None` where there is no room.
+    fn push(&mut self, p: DVec3) -> Option<()> {
+        *self.corners.get_mut(self.count)? = p;
+        self.count += 1;
+        Some(())
+    }
+
+    fn corners(&self) -> &[DVec3] {
+        &self.corners[..self.count]
+    }
+
+    fn take(&mut self, other: &Piece) {
+        self.count = other.count;
+        self.through = other.through;
+        self.corners[..other.count].copy_from_slice(other.corners());
+    }
+
+    /// Cuts along a plane: the parts where `height` is positive and where it is negative.
+    fn split(&self, height: impl Fn(DVec3) -> f64, above: &mut Piece, below: &mut Piece) -> Option<()> {
+        above.begin(self.through);
+        below.begin(self.through);
+        let mut heights = [0.0; CORNERS];
+        for (h, p) in heights.iter_mut().zip(self.corners()) {
+            *h = height(*p);
+        }
+        for k in 0..self.count {
+            let next = if k + 1 == self.count { 0 } else { k + 1 };
+            let (p, q) = (self.corners[k], self.corners[next]);
+            let (h, g) = (heights[k], heights[next]);
+            if h >= 0.0 {
+                above.push(p)?;
+            }
+            if h <= 0.0 {
+                below.push(p)?;
+            }
+            if (h > 0.0 && g < 0.0) || (h < 0.0 && g > 0.0) {
+                let cut = p.lerp(q, h / (h - g));
+                above.push(cut)?;
+                below.push(cut)?;
+            }
+        }
+        Some(())
+    }
+}
+
+impl Pool {
+    fn all(&self) -> &[Piece] {
+        &self.pieces[..self.count]
+    }
+
+    /// One more piece, whatever it was before.
+    fn more(&mut self) -> &mut Piece {
+        if self.count == self.pieces.len() {
+            self.pieces.push(Piece::default());
+        }
+        self.count += 1;
+        &mut self.pieces[self.count - 1]
+    }
+
+    /// Drops the last piece if it has no area or no light.
+    fn settle(&mut self) {
+        let last = &self.pieces[self.count - 1];
+        if last.count < 3 || last.through <= 0.0 {
+            self.count -= 1;
+        }
+    }
+}
+
+/// Form factor from the point x with unit normal n to the fronts of convex `polygons` behind `casters`; `None` where the pieces
+/// become too many.
+pub(crate) fn visible_form<'a>(
+    (x, n): (DVec3, DVec3),
+    polygons: impl Iterator<Item = &'a [DVec3]>,
+    casters: impl Iterator<Item = Caster>,
+    memory: &mut Pieces,
+) -> Option<f64> {
+    memory.now.count = 0;
+    let [whole, below] = &mut memory.shaded;
+    for corners in polygons {
+        let [a, b, c] = [0, 1, 2].map(|k| corners[k] - x);
+        if a.dot((b - a).cross(c - a)) < 0.0 {
+            whole.begin(1.0);
+            corners.iter().try_for_each(|p| whole.push(p - x))?;
+            whole.split(|p| p.dot(n), memory.now.more(), below)?;
+            memory.now.settle();
+        }
+    }
+    for caster in casters {
+        if memory.now.count == 0 {
+            break;
+        }
+        darken(memory, x, &caster)?;
+    }
+    let form = |p: &Piece| p.through * signed_edges(n, p.corners()).abs();
+    Some(memory.now.all().iter().map(form).sum::<f64>() / std::f64::consts::TAU)
+}
+
+/// Cuts one caster's shadow out of all pieces.
+fn darken(memory: &mut Pieces, x: DVec3, caster: &Caster) -> Option<()> {
+    let corners = caster.corners.map(|p| p - x);
+    let plane = caster.normal.dot(corners[0]);
+    if plane.abs() <= FLAT {
+        return Some(());
+    }
+    // Heights beyond the plane as seen from the point, and the cone's sides looking inwards.
+    let turn = plane.signum();
+    let depth = |p: DVec3| turn * (caster.normal.dot(p) - plane);
+    let sides = [0, 1, 2].map(|k| turn * corners[k].cross(corners[(k + 1) % 3]));
+    let touched = |piece: &Piece| {
+        let own = piece.corners();
+        let reaches = |s: &DVec3| own.iter().any(|p| s.dot(*p) > 0.0);
+        own.iter().any(|&p| depth(p) > FLAT) && sides.iter().all(reaches)
+    };
+    // Most casters touch nothing.
+    if !memory.now.all().iter().any(touched) {
+        return Some(());
+    }
+    let Pieces { now, next, shaded } = memory;
+    next.count = 0;
+    for piece in now.all() {
+        if !touched(piece) {
+            next.more().take(piece);
+            continue;
+        }
+        let [own, part] = shaded;
+        let (mut own, mut part) = (own, part);
+        own.take(piece);
+        if piece.corners().iter().any(|&p| depth(p) < 0.0) {
+            own.split(depth, part, next.more())?;
+            next.settle();
+            std::mem::swap(&mut own, &mut part);
+        }
+        for side in &sides {
+            if own.corners().iter().any(|p| side.dot(*p) < 0.0) {
+                own.split(|p| side.dot(p), part, next.more())?;
+                next.settle();
+                std::mem::swap(&mut own, &mut part);
+            }
+        }
+        let dimmed = next.more();
+        dimmed.take(own);
+        dimmed.through *= caster.tau;
+        next.settle();
+    }
+    std::mem::swap(now, next);
+    (now.count <= MOST).then_some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::form_factors::geometry::polygon::point_to_polygon;
+    use proptest::prelude::*;
+
+    fn caster(corners: [DVec3; 3], tau: f64) -> Caster {
+        let [a, b, c] = corners;
+        let normal = (b - a).cross(c - a).normalize();
+        Caster { corners, normal, tau, part: crate::direct::convex_luminaires::NONE }
+    }
+
+    /// A large lamp at height 2 that faces down.
+    fn lamp() -> [[DVec3; 3]; 2] {
+        let p = |x: f64, y: f64| DVec3::new(x, y, 2.0);
+        let [a, b, c, d] = [p(-9.0, -9.0), p(-9.0, 9.0), p(9.0, 9.0), p(9.0, -9.0)];
+        [[a, b, c], [a, c, d]]
+    }
+
+    fn seen(x: DVec3, casters: &[Caster]) -> f64 {
+        let memory = &mut Pieces::default();
+        let casters = casters.iter().copied();
+        let lamp = lamp();
+        visible_form((x, DVec3::Z), lamp.iter().map(|t| &t[..]), casters, memory).unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn a_shadow_is_the_form_factor_of_what_casts_it(
+            p in prop::array::uniform3(prop::array::uniform3(-1.0..1.0f64)), tau in 0.0..1.0f64
+        ) {
+            let corners = p.map(|q| DVec3::from(q) * DVec3::new(1.0, 1.0, 0.45) + DVec3::Z);
+            prop_assume!((corners[1] - corners[0]).cross(corners[2] - corners[0]).length() > 1e-3);
+            let x = DVec3::new(0.1, 0.2, 0.0);
+            let [a, b, c] = corners.map(|q| q - x);
+            let own = point_to_polygon(DVec3::Z, &[a, b, c]) + point_to_polygon(DVec3::Z, &[a, c, b]);
+            let found = seen(x, &[caster(corners, tau)]);
+            let exact = seen(x, &[]) - (1.0 - tau) * own;
+            // Roundings of a few dozen angles.
+            prop_assert!((found - exact).abs() < 1e-11, "{found} {exact}");
+        }
+
+        #[test]
+        fn two_triangles_of_one_square_cast_one_shadow(u in -0.5..0.5f64, v in -0.5..0.5f64) {
+            let q = |s: f64, t: f64| DVec3::new(s, t, 1.0);
+            let square = [q(-0.4, -0.3), q(0.5, -0.3), q(0.5, 0.6), q(-0.4, 0.6)];
+            let [a, b, c, d] = square;
+            let both = [caster([a, b, c], 0.0), caster([a, c, d], 0.0)];
+            let other = [caster([b, c, d], 0.0), caster([b, d, a], 0.0)];
+            let x = DVec3::new(u, v, 0.0);
+            prop_assert!((seen(x, &both) - seen(x, &other)).abs() < 1e-11);
+            // The same sheet twice is no darker.
+            let twice: Vec<Caster> = both.into_iter().chain(other).collect();
+            prop_assert!((seen(x, &both) - seen(x, &twice)).abs() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn what_lies_behind_the_lamp_or_the_point_casts_nothing() {
+        let x = DVec3::new(0.1, 0.2, 0.0);
+        for z in [3.0, -1.0] {
+            let q = |s: f64, t: f64| DVec3::new(s, t, z);
+            let wall = caster([q(-9.0, -9.0), q(9.0, -9.0), q(0.0, 20.0)], 0.0);
+            assert!((seen(x, &[wall]) - seen(x, &[])).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! What hemisphere rays of neighbouring points found, direction by direction, and the guides that later rays follow.
+//!
+//! Points close to each other in the picture that look the same way see much the same. Their rays teach one guide: the light expected of each
+//! cell of directions, and how it varies there. Only rays cast later follow it, so their mean stays unbiased (T. Müller, M. Gross,
+//! J. Novák, *Practical path guiding*, 2017). Sums are kept as whole numbers, which add up to the same in any order and so for any number
+//! of threads.
+//!
+//! Not handled: what is seen from one point of a place only, as beside an edge.
+
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::gather::guiding_density::{Bent, CELLS, Guide, cell};
+use crate::light::Rgb;
+use crate::rays::FAN;
+
+/// Rays that a guide is made of at least: one for every four cells.
+const ENOUGH: f32 = (CELLS * CELLS / 4) as f32;
+/// Rays of mean light that every cell is thought to have met before its own.
+const PRIOR: f32 = 2.0;
+/// Share of the mean square of light that a cell may vary by beyond what few rays show.
+const UNSEEN: f32 = 0.1;
+/// What the brightest light of patches is counted as, and how much brighter light may be counted: 2^24 rays of a cell do not overflow.
+const UNIT: f64 = (1_u64 << 36) as f64;
+const BRIGHTEST: f64 = 4.0;
+/// Normals whose coordinates round alike at this many steps to 1 share a guide.
+const NORMALS: f32 = 3.0;
+
+/// A number for each cell.
+type Cells = [f32; CELLS * CELLS];
+
+/// What rays of one place found in the cells.
+struct Lessons {
+    /// Length of the light that all is counted in.
+    brightest: f32,
+    /// Sum over the rays through each cell of the square of what they read, times [`UNIT`].
+    squares: Vec<AtomicU64>,
+    /// Sums of what they read, channel by channel, times [`UNIT`].
+    sums: [Vec<AtomicU64>; 3],
+    /// Number of rays through each cell.
+    counts: Vec<AtomicU32>,
+}
+
+impl Lessons {
+    fn none(brightest: f32) -> Lessons {
+        let none = || (0..CELLS * CELLS).map(|_| AtomicU64::new(0)).collect();
+        Lessons {
+            brightest,
+            squares: none(),
+            sums: [none(), none(), none()],
+            counts: (0..CELLS * CELLS).map(|_| AtomicU32::new(0)).collect(),
+        }
+    }
+
+    /// The guide that these rays teach; none where they are few, or dark.
+    fn guide(&self) -> Option<Guide> {
+        let known = Known::new(&self.counts);
+        let squares = known.expected(&self.squares);
+        if known.rays < ENOUGH || squares.iter().all(|s| *s <= 0.0) {
+            return None;
+        }
+        let channels = [0, 1, 2].map(|c| known.expected(&self.sums[c]));
+        let light = |k: usize| Rgb::from_array(channels.map(|c| c[k]));
+        let mean = squares.iter().sum::<f32>() / squares.len() as f32;
+        let spread = |k: usize| {
+            let seen = (squares[k] - light(k).length_squared()).max(0.0);
+            (seen + UNSEEN * mean * PRIOR / (known.near[k] + PRIOR)).sqrt()
+        };
+        let expected = std::array::from_fn(|k| light(k) * self.brightest);
+        Some(Guide::new(&std::array::from_fn(spread), expected))
+    }
+}
+
+/// How many rays are known of the cells.
+struct Known {
+    rays: f32,
+    own: Cells,
+    /// With those of neighbours.
+    near: Cells,
+}
+
+impl Known {
+    fn new(counts: &[AtomicU32]) -> Known {
+        let own: Cells = std::array::from_fn(|k| counts[k].load(Ordering::Relaxed) as f32);
+        Known { rays: own.iter().sum(), near: blurred(&own), own }
+    }
+
+    /// Mean of what rays through each cell and its neighbours found, drawn to that of all cells where they are few.
+    fn expected(&self, sums: &[AtomicU64]) -> Cells {
+        let sums: Cells = std::array::from_fn(|k| (sums[k].load(Ordering::Relaxed) as f64 / UNIT) as f32);
+        // Cells weigh alike, however many rays went through each.
+        let seen = (0..sums.len()).filter(|&k| self.own[k] > 0.0);
+        let mean = seen.clone().map(|k| sums[k] / self.own[k]).sum::<f32>();
+        let mean = mean / seen.count().max(1) as f32;
+        let sums = blurred(&sums);
+        std::array::from_fn(|k| (sums[k] + PRIOR * mean) / (self.near[k] + PRIOR))
+    }
+}
+
+/// Weighted means of cells and their neighbours, 1 2 1 along either side: places of one guide see things in directions that differ.
+fn blurred(value: &Cells) -> Cells {
+    let near = |k: usize| [(k.saturating_sub(1), 0.25), (k, 0.5), ((k + 1).min(CELLS - 1), 0.25)];
+    std::array::from_fn(|k| {
+        let rows = near(k / CELLS).into_iter();
+        let each = rows.flat_map(|(row, a)| near(k % CELLS).map(|(cell, b)| a * b * value[row * CELLS + cell]));
+        each.sum()
+    })
+}
+
+/// Guides by place in the picture and normal.
+pub(crate) struct Guides {
+    /// Pixels to a side of the squares that share guides.
+    tile: usize,
+    width: usize,
+    /// Length of the brightest light.
+    brightest: f64,
+    numbers: HashMap<(u32, u32, [i8; 4]), u32>,
+    lessons: Vec<Lessons>,
+    guides: Vec<Option<Guide>>,
+}
+
+impl Guides {
+    /// No guides yet, for squares of `tile` pixels of a picture so many pixels wide; no light is much brighter than `brightest`.
+    pub fn new(tile: usize, width: usize, brightest: f64) -> Guides {
+        Guides {
+            tile,
+            width,
+            brightest: brightest.max(f64::from(f32::MIN_POSITIVE)),
+            numbers: HashMap::new(),
+            lessons: Vec::new(),
+            guides: Vec::new(),
+        }
+    }
+
+    /// The number of the guide for a normal seen in pixel k.
+    pub fn number(&mut self, k: usize, normal: Vec3) -> u32 {
+        let round = |x: f32| (NORMALS * x).round() as i8;
+        // The directions' frame turns over where z changes sign.
+        let way = [round(normal.x), round(normal.y), round(normal.z), i8::from(normal.z.is_sign_negative())];
+        let (x, y) = (k % self.width / self.tile, k / self.width / self.tile);
+        let next = self.lessons.len() as u32;
+        let number = *self.numbers.entry((x as u32, y as u32, way)).or_insert(next);
+        if number == next {
+            self.lessons.push(Lessons::none(self.brightest as f32));
+            self.guides.push(None);
+        }
+        number
+    }
+
+    /// Makes the guides anew from all that rays have found.
+    pub fn learn(&mut self) {
+        let lessons = self.lessons.par_iter();
+        self.guides = lessons.map(Lessons::guide).collect();
+    }
+
+    /// The guide of a number, and where its rays are told.
+    pub fn of(&self, number: u32) -> Guided<'_> {
+        Guided {
+            guide: self.guides[number as usize].as_ref(),
+            lessons: Some(&self.lessons[number as usize]),
+            scale: 1.0 / self.brightest,
+        }
+    }
+}
+
+/// A guide to follow, and where to tell what rays find.
+#[derive(Clone, Copy)]
+pub(crate) struct Guided<'a> {
+    guide: Option<&'a Guide>,
+    lessons: Option<&'a Lessons>,
+    /// The inverse length of the brightest light.
+    scale: f64,
+}
+
+impl Guided<'_> {
+    /// No guide; nobody learns.
+    pub const ALONE: Guided<'static> = Guided { guide: None, lessons: None, scale: 0.0 };
+
+    /// Bends the points of a fan.
+    #[inline]
+    pub fn bend(&self, u: &mut [f32; FAN], v: &mut [f32; FAN]) -> Bent {
+        match (self.guide, self.lessons) {
+            (Some(guide), _) => guide.bend(u, v),
+            (None, None) => Bent::EVEN,
+            (None, Some(_)) => Bent { cells: std::array::from_fn(|k| cell(u[k], v[k])), ..Bent::EVEN },
+        }
+    }
+
+    /// Tells what light a ray through a cell found.
+    #[inline]
+    pub fn tell(&self, cell: u8, light: DVec3) {
+        let Some(lessons) = self.lessons else { return };
+        let whole = |x: f64, most: f64| (UNIT * x.clamp(0.0, most)) as u64;
+        let light = self.scale * light;
+        let cell = cell as usize;
+        lessons.squares[cell].fetch_add(whole(light.length_squared(), BRIGHTEST * BRIGHTEST), Ordering::Relaxed);
+        for (sums, x) in lessons.sums.iter().zip(light.to_array()) {
+            sums[cell].fetch_add(whole(x, BRIGHTEST), Ordering::Relaxed);
+        }
+        lessons.counts[cell].fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Tells a guide of rays that see light in a quarter of the directions; returns how often rays that follow go there.
+    fn followed(rays: usize) -> f32 {
+        let mut guides = Guides::new(8, 64, 1.0);
+        let number = guides.number(100, Vec3::X);
+        let light = |cell: u8| {
+            let (row, column) = (cell as usize / CELLS, cell as usize % CELLS);
+            // Speckled, so that what is expected of a cell is not what its rays find.
+            let bright = row < CELLS / 2 && column < CELLS / 2;
+            if bright { 1.0 } else { 0.0 }
+        };
+        for k in 0..rays {
+            let cell = (k * 37 % (CELLS * CELLS)) as u8;
+            let speckle = f64::from(u32::from(k % 2 == 0));
+            guides.of(number).tell(cell, DVec3::splat(light(cell) * speckle));
+        }
+        guides.learn();
+        let at = |k: usize| (k as f32 + 0.5) / FAN as f32;
+        let mut there = 0.0;
+        for row in 0..FAN {
+            let (mut u, mut v) = (std::array::from_fn(at), [at(row); FAN]);
+            let bent = guides.of(number).bend(&mut u, &mut v);
+            there += bent.cells.iter().map(|&c| light(c) as f32).sum::<f32>();
+        }
+        there / (FAN * FAN) as f32
+    }
+
+    #[test]
+    fn rays_go_where_light_was_uneven() {
+        // Too few rays teach nothing: a quarter of the directions is a quarter of the rays.
+        assert_eq!(followed(ENOUGH as usize - 1), 0.25);
+        // By density 1 there and the floor elsewhere it would be 1 / (1 + 3 * 0.2) = 0.62; unseen light and blur take a little.
+        assert!(followed(8192) > 0.5, "{}", followed(8192));
+    }
+
+    #[test]
+    fn places_and_normals_have_their_own_guides() {
+        let mut guides = Guides::new(8, 64, 1.0);
+        let own = guides.number(3, Vec3::Z);
+        assert_eq!(guides.number(7 + 64 * 7, Vec3::Z), own);
+        assert_ne!(guides.number(8, Vec3::Z), own);
+        assert_ne!(guides.number(3, Vec3::NEG_Z), own);
+    }
+}

@@ -1,0 +1,238 @@
+//! Irradiance between points where it is known: local linear regression.
+//!
+//! Indirect irradiance varies slowly along a surface, over lengths of the distance R to what surrounds it (Ward,
+//! Rubinstein and Clear 1988: the harmonic mean of the hemisphere rays' lengths). The value at a place is that of
+//! a plane fitted to the points nearby, each weighted down to 0 at a small part of its own R; the fit is exact for irradiance
+//! that varies linearly, so what remains is of second order in that part, and noise averages over the points.
+//!
+//! A fit is a linear combination of the points' values. The sum of its squared coefficients is the variance that it
+//! leaves of theirs: it is small where many points surround the place, and large where the place lies outside of them.
+//!
+//! Not handled: direct light, whose shadows have sharp edges.
+
+use glam::{DMat3, DVec3, Vec3};
+
+/// Normals of neighbours agree to this cosine.
+const ALIGNED: f32 = 0.97;
+/// Neighbours lie within this share of the reach off the tangent plane...
+const FLAT: f64 = 0.02;
+/// ... and, where the surface bends, within so much of their distance for each unit that normals differ by: half of it on a circle, and a
+/// little more between flat facets.
+const BENT: f64 = 0.75;
+/// Keeps the fit regular where neighbours lie in a line or are few: a slope costs something.
+const RIDGE: f64 = 1e-4;
+
+/// A place on a surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub position: DVec3,
+    /// Unit normal of the side seen.
+    pub normal: Vec3,
+    /// Side and material of other places it may borrow from agree.
+    pub material: u32,
+}
+
+/// A place where irradiance is known.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known {
+    pub place: Place,
+    /// How far it speaks, unit coordinates.
+    pub reach: f64,
+    /// How much it counts beside others: the inverse of its variance.
+    pub weight: f64,
+}
+
+/// Coefficients of a fit: the irradiance is the sum of `share * value` over the points.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Fit {
+    pub shares: Vec<(u32, f64)>,
+    inverse: DMat3,
+    terms: Vec<(u32, f64, DVec3)>,
+    /// Sum of the weights.
+    total: f64,
+    /// Unit of length in the fit.
+    unit: f64,
+    axes: [DVec3; 2],
+    /// The value is a mean, not a plane's.
+    flat: bool,
+}
+
+impl Fit {
+    /// Begins a fit at a place.
+    pub fn begin(&mut self, at: &Place) {
+        self.terms.clear();
+        self.shares.clear();
+        self.unit = 0.0;
+        self.flat = false;
+        let (u, v) = at.normal.as_dvec3().any_orthonormal_pair();
+        self.axes = [u, v];
+    }
+
+    /// Adds a point, unless it is too far from the place, off its plane, or looks another way.
+    #[inline]
+    pub fn consider(&mut self, at: &Place, k: u32, known: &Known) {
+        let d = known.place.position - at.position;
+        let nearness = 1.0 - d.length_squared() / (known.reach * known.reach);
+        if nearness <= 0.0
+            || at.material != known.place.material
+            || at.normal.dot(known.place.normal) < ALIGNED
+            || is_off(at, known, d)
+        {
+            return;
+        }
+        if self.unit == 0.0 {
+            self.unit = known.reach;
+        }
+        let place = DVec3::new(1.0, d.dot(self.axes[0]) / self.unit, d.dot(self.axes[1]) / self.unit);
+        self.terms.push((k, known.weight * nearness, place));
+    }
+
+    /// Solves for the value in the middle, the first row of the inverse of the normal equations; false where no point speaks
+    /// for the place.
+    pub fn solve(&mut self) -> bool {
+        let mut normal = DMat3::ZERO;
+        for (_, w, b) in &self.terms {
+            normal += DMat3::from_cols(*b * b.x, *b * b.y, *b * b.z) * *w;
+        }
+        if normal.x_axis.x <= 0.0 {
+            return false;
+        }
+        self.total = normal.x_axis.x;
+        let ridge = RIDGE * (normal.y_axis.y + normal.z_axis.z) + 1e-9 * self.total;
+        normal += DMat3::from_diagonal(DVec3::new(0.0, ridge, ridge));
+        self.inverse = normal.inverse();
+        let first = self.inverse.x_axis;
+        self.shares.extend(self.terms.iter().map(|(k, w, b)| (*k, w * first.dot(*b))));
+        true
+    }
+
+    /// Replaces a fit that leaves more than `most` of a point's variance, because the place lies outside of its points, by
+    /// their mean.
+    pub fn settle(&mut self, most: f64) {
+        if self.shares.len() > 1 && self.variance() > most {
+            self.flat = true;
+            let terms = self.terms.iter();
+            self.shares.clear();
+            self.shares.extend(terms.map(|(k, w, _)| (*k, w / self.total)));
+        }
+    }
+
+    /// By how much the fitted value changes over a step: the change is the sum of `share * value` over the points. None where
+    /// the fit is a mean.
+    pub fn change(&self, step: DVec3) -> impl Iterator<Item = (u32, f64)> {
+        let [u, v] = self.axes.map(|axis| step.dot(axis) / self.unit.max(f64::MIN_POSITIVE));
+        let row = self.inverse.y_axis * u + self.inverse.z_axis * v;
+        let terms = if self.flat { &[][..] } else { &self.terms };
+        terms.iter().map(move |(k, w, b)| (*k, w * row.dot(*b)))
+    }
+
+    /// Knows nothing: the value is 0.
+    pub fn clear(&mut self) {
+        self.flat = true;
+        self.shares.clear();
+    }
+
+    /// Takes one point's value as it is.
+    pub fn take(&mut self, point: u32) {
+        self.clear();
+        self.shares.push((point, 1.0));
+    }
+
+    /// The share of one point.
+    pub fn share_of(&self, point: u32) -> f64 {
+        let own = self.shares.iter().find(|(k, _)| *k == point);
+        own.map_or(0.0, |(_, share)| *share)
+    }
+
+    /// Variance left of points of equal variance.
+    pub fn variance(&self) -> f64 {
+        self.shares.iter().map(|(_, s)| s * s).sum()
+    }
+}
+
+/// Whether a step from a place to a point leaves the surface: a parallel one beside it sees other light.
+#[inline]
+fn is_off(at: &Place, known: &Known, d: DVec3) -> bool {
+    let bend = f64::from((at.normal - known.place.normal).length());
+    d.dot(at.normal.as_dvec3()).abs() > FLAT * known.reach + BENT * bend * d.length()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn known(x: f64, y: f64, reach: f64, normal: Vec3) -> Known {
+        Known { place: Place { position: DVec3::new(x, y, 0.0), normal, material: 0 }, reach, weight: 1.0 }
+    }
+
+    /// A floor with points 0.01 apart.
+    fn floor(reach: f64) -> Vec<Known> {
+        let at = |k: usize| ((k % 9) as f64 * 0.01, (k / 9) as f64 * 0.01);
+        (0..81).map(|k| known(at(k).0, at(k).1, reach, Vec3::Z)).collect()
+    }
+
+    fn fitted(points: &[Known], at: &Known, value: impl Fn(&Known) -> f64) -> Option<(f64, f64)> {
+        let mut fit = Fit::default();
+        fit.begin(&at.place);
+        for (k, p) in points.iter().enumerate() {
+            fit.consider(&at.place, k as u32, p);
+        }
+        fit.solve().then(|| {
+            let shares = fit.shares.iter();
+            let sum = shares.map(|(k, s)| s * value(&points[*k as usize])).sum();
+            (sum, fit.variance())
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn linear_irradiance_passes_unchanged(
+            a in 1.0..2.0f64, b in -3.0..3.0f64, c in -3.0..3.0f64, x in 0.0..0.08f64, y in 0.0..0.08f64
+        ) {
+            let field = |p: &Known| a + b * p.place.position.x + c * p.place.position.y;
+            let at = known(x, y, 1.0, Vec3::Z);
+            let (found, _) = fitted(&floor(0.035), &at, field).unwrap();
+            // The ridge damps slopes by a few times 1e-4, over the reach.
+            prop_assert!((found - field(&at)).abs() < 2e-3 * 0.035 * 6.0, "{found} {}", field(&at));
+        }
+    }
+
+    #[test]
+    fn variance_falls_inside_and_rises_outside() {
+        let points = floor(0.035);
+        let variance = |x: f64, y: f64| fitted(&points, &known(x, y, 1.0, Vec3::Z), |_| 1.0);
+        let inside = variance(0.04, 0.04).unwrap().1;
+        // Some 38 points lie within the reach; the parabolic kernel makes 3/4 as many of them.
+        assert!((0.02..0.06).contains(&inside), "{inside}");
+        assert!(variance(0.1, 0.04).unwrap().1 > 3.0 * inside);
+        assert!(variance(0.2, 0.04).is_none());
+    }
+
+    #[test]
+    fn a_parallel_board_is_another_surface_and_the_next_facet_of_a_round_one_is_not() {
+        // A board 1 mm higher within a reach of 35 mm; a facet of a cylinder of radius 0.1 one degree on.
+        let at = known(0.0, 0.0, 1.0, Vec3::Z).place;
+        let mut board = known(0.01, 0.0, 0.035, Vec3::Z);
+        board.place.position.z = 0.001;
+        let angle = f64::to_radians(1.0);
+        let mut facet = known(0.1 * angle.sin(), 0.0, 0.035, Vec3::Z);
+        facet.place.position.z = 0.1 * (angle.cos() - 1.0);
+        facet.place.normal = Vec3::new(angle.sin() as f32, 0.0, angle.cos() as f32);
+        let mut fit = Fit::default();
+        fit.begin(&at);
+        fit.consider(&at, 0, &board);
+        fit.consider(&at, 1, &facet);
+        assert!(fit.solve());
+        assert_eq!(fit.shares.iter().map(|s| s.0).collect::<Vec<_>>(), [1]);
+    }
+
+    #[test]
+    fn another_surface_is_not_mixed_in() {
+        let mut points = floor(0.035);
+        points.extend((0..81).map(|k| known((k % 9) as f64 * 0.01, (k / 9) as f64 * 0.01, 0.035, Vec3::X)));
+        let value = |p: &Known| if p.place.normal == Vec3::X { 5.0 } else { 1.0 };
+        let (found, _) = fitted(&points, &known(0.04, 0.04, 1.0, Vec3::Z), value).unwrap();
+        assert!((found - 1.0).abs() < 1e-9);
+    }
+}

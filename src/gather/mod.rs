@@ -1,0 +1,35 @@
+//! The gather pass: the visible half of L at every pixel, by final gathering from the solution on patches.
+//!
+//! Camera rays find what a pixel sees; direct light is evaluated there in closed form; indirect light is gathered by
+//! hemisphere rays at irradiance records (G. Ward, F. Rubinstein, R. Clear, *A ray tracing solution for diffuse
+//! interreflection*, 1988) and interpolated between them. Every part of the error is estimated beside the picture.
+
+pub(crate) mod adaptive_sampling;
+pub(crate) mod assembled;
+pub(crate) mod budget;
+pub(crate) mod camera_rays;
+pub(crate) mod continuation;
+pub(crate) mod cross_validation;
+pub(crate) mod fields;
+pub(crate) mod final_gather;
+pub(crate) mod fit_error;
+pub(crate) mod gradients;
+pub(crate) mod guiding;
+pub(crate) mod guiding_density;
+pub(crate) mod importance;
+pub(crate) mod importance_paths;
+pub(crate) mod interpolation;
+pub(crate) mod irradiance_cache;
+pub(crate) mod irradiance_record;
+pub(crate) mod pass;
+pub(crate) mod pixel_lattice;
+pub(crate) mod pixel_layer;
+pub(crate) mod reflection;
+pub(crate) mod weighted_residual;
+
+pub use fields::{Fields, invisible};
+pub use gradients::{Linear, linear};
+pub use importance::{Blame, blame};
+pub use importance_paths::Walks;
+pub use pass::{GatherError, GatherSampling, Gathered, Gathering, View, gather};
+pub use weighted_residual::{Direct, READINGS, Reading, Residual, Squared};

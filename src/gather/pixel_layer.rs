@@ -1,0 +1,124 @@
+//! What the camera rays of one pixel saw of one surface.
+//!
+//! A pixel on an edge sees several surfaces: each has its own irradiance, and the share of the camera rays that saw it
+//! weighs it in the pixel. Facets of one smooth body that continue each other count as one surface.
+//!
+//! Not handled: more than one texture of rho within a material; there is none.
+
+use glam::DVec3;
+
+use crate::direct::Receiver;
+use crate::gather::interpolation::Place;
+use crate::light::Rgb;
+use crate::rays::Side;
+
+/// Normals of facets of one surface agree to this cosine.
+const ALIGNED: f32 = 0.99;
+/// Facets of one surface lie off each other's plane by at most this share of their distance.
+const FLAT: f32 = 0.1;
+
+/// Points of a half that camera rays leave for hemisphere rays to start from.
+const ORIGINS: usize = 16;
+
+/// A surface as one pixel sees it.
+#[derive(Clone, Debug)]
+pub(crate) struct Layer {
+    /// Plane, side and material.
+    pub key: (u32, Side, u32),
+    /// The first point seen, with the normal of the side seen.
+    pub first: Receiver,
+    /// Reflectance.
+    pub rho: Rgb,
+    /// Number of camera rays of each half.
+    pub count: [u32; 2],
+    /// Sums of the points seen.
+    sum: [DVec3; 2],
+    /// The first points seen by each half.
+    origins: [Vec<Receiver>; 2],
+}
+
+impl Layer {
+    /// A layer that no ray has seen yet.
+    pub fn new(key: (u32, Side, u32), first: Receiver, rho: Rgb) -> Layer {
+        Layer { key, first, rho, count: [0; 2], sum: [DVec3::ZERO; 2], origins: [Vec::new(), Vec::new()] }
+    }
+
+    /// Adds one camera ray of a half.
+    pub fn add(&mut self, half: usize, seen: &Receiver) {
+        if self.origins[half].len() < ORIGINS {
+            self.start(half, *seen);
+        }
+        self.count[half] += 1;
+        self.sum[half] += seen.position.as_dvec3();
+    }
+
+    /// Points that rays of a half may start from: those that it saw first, or the other half's where it saw none.
+    pub fn origins(&self, half: usize) -> &[Receiver] {
+        match &self.origins[half][..] {
+            [] => &self.origins[1 - half],
+            own => own,
+        }
+    }
+
+    /// Adds a point that rays of a half may start from.
+    pub fn start(&mut self, half: usize, seen: Receiver) {
+        self.origins[half].push(seen);
+    }
+
+    /// Where its irradiance is wanted, and what may speak for it.
+    pub fn place(&self) -> Place {
+        Place {
+            position: self.position(),
+            normal: self.first.normal,
+            material: 2 * self.key.2 + u32::from(self.key.1 == Side::Back),
+        }
+    }
+
+    /// Mean of the points seen.
+    pub fn position(&self) -> DVec3 {
+        (self.sum[0] + self.sum[1]) / f64::from(self.count[0] + self.count[1])
+    }
+
+    /// How far a half's mean of the points seen lies from that of both.
+    pub fn off(&self, half: usize) -> DVec3 {
+        match self.count[half] {
+            0 => DVec3::ZERO,
+            n => self.sum[half] / f64::from(n) - self.position(),
+        }
+    }
+
+    /// Whether a point belongs to this surface: in its plane, or on a facet that continues it around a bend.
+    pub fn holds(&self, key: (u32, Side, u32), seen: &Receiver) -> bool {
+        if self.key == key {
+            return true;
+        }
+        let (n, m) = (self.first.normal, seen.normal);
+        let d = seen.position - self.first.position;
+        (self.key.1, self.key.2) == (key.1, key.2)
+            && (ALIGNED..1.0 - 1e-6).contains(&n.dot(m))
+            && d.dot(n).abs() <= FLAT * d.length()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn receiver(position: Vec3, normal: Vec3) -> Receiver {
+        Receiver { position, normal: normal.normalize(), face: 0 }
+    }
+
+    #[test]
+    fn parallel_planes_stay_apart_and_facets_join() {
+        let layer = Layer::new((0, Side::Front, 0), receiver(Vec3::ZERO, Vec3::Z), Rgb::ONE);
+        let beside = Vec3::new(0.1, 0.0, 0.001);
+        let other = (1, Side::Front, 0);
+        assert!(layer.holds((0, Side::Front, 0), &receiver(beside, Vec3::Z)));
+        assert!(!layer.holds(other, &receiver(beside, Vec3::Z)));
+        assert!(layer.holds(other, &receiver(beside, Vec3::new(0.05, 0.0, 1.0))));
+        assert!(!layer.holds(other, &receiver(beside, Vec3::new(0.5, 0.0, 1.0))));
+        let glass = (1, Side::Front, 7);
+        assert!(!layer.holds(glass, &receiver(beside, Vec3::new(0.05, 0.0, 1.0))));
+    }
+}

@@ -1,0 +1,164 @@
+//! One reflection after the other: what a ray meets, and what leaves the surface there.
+//!
+//! Not handled: choosing where to go on where a ray meets several surfaces; callers do.
+
+use glam::DVec3;
+
+use crate::direct::{Lighting, Receiver, Scratch};
+use crate::gather::pass::View;
+use crate::rays::sobol::Stream;
+use crate::rays::warp::cosine_direction;
+use crate::rays::{Hit, Ray, Side};
+
+use glam::Vec3;
+
+/// A point of a reflecting side that a ray met.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Met {
+    pub face: u32,
+    pub side: Side,
+    pub position: Vec3,
+    /// The product of tau before it.
+    pub through: f32,
+    /// Length of the ray that met it.
+    pub distance: f32,
+}
+
+/// What leaves a point of a surface, as far as one ray tells.
+#[derive(Clone, Debug)]
+pub(crate) struct Reflection {
+    /// Light that leaves for what luminaires send there: `alpha rho D`.
+    pub direct: DVec3,
+    /// Light that the surface emits without being a luminaire.
+    pub glow: DVec3,
+    /// `alpha rho`.
+    pub reflect: DVec3,
+    /// What the next ray meets.
+    pub next: Vec<Met>,
+}
+
+impl Reflection {
+    /// What leaves the point when `incident` arrives along the next ray, beside the light asked for.
+    pub fn light(&self, incident: DVec3) -> DVec3 {
+        self.glow + self.direct + self.reflect * incident
+    }
+}
+
+/// Memory that one thread uses again.
+#[derive(Default)]
+pub(crate) struct Memory {
+    pub hits: Vec<Hit>,
+    pub met: Vec<Met>,
+    pub scratch: Scratch,
+    /// Rays cast.
+    pub cast: u64,
+}
+
+/// Follows light through a scene.
+#[derive(Clone)]
+pub(crate) struct Walker<'a> {
+    pub view: &'a View<'a>,
+    lighting: Lighting<'a>,
+    /// Every ray ends at its first crossing.
+    pub opaque: bool,
+}
+
+impl<'a> Walker<'a> {
+    pub fn new(view: &'a View<'a>) -> Walker<'a> {
+        Walker {
+            view,
+            lighting: Lighting { rays: view.rays, luminaires: view.luminaires, sight: view.sight },
+            opaque: view.transports.iter().all(|t| t.tau == 0.0),
+        }
+    }
+
+    /// The patch of a point that was met.
+    pub fn patch(&self, at: &Met) -> Option<u32> {
+        self.view.patches.at(at.face, at.side, at.position)
+    }
+
+    /// `rho` of the face met.
+    pub fn rho(&self, at: &Met) -> DVec3 {
+        self.view.scene.material(at.face).rho.as_dvec3()
+    }
+
+    /// `alpha rho D` and the light emitted at a point; `alpha rho`.
+    pub fn direct(&self, at: &Met, random: &mut Stream, memory: &mut Memory) -> Reflection {
+        let view = self.view;
+        let index = view.scene.faces[at.face as usize].material as usize;
+        let glow = match view.luminaires.carries[index] {
+            true => DVec3::ZERO,
+            false => view.scene.materials[index].emitted().invisible.as_dvec3(),
+        };
+        let reflect = f64::from(view.transports[index].alpha) * self.rho(at);
+        let mut direct = DVec3::ZERO;
+        if let Some(patch) = self.patch(at).filter(|_| reflect != DVec3::ZERO) {
+            let receiver = self.receiver(at);
+            let Memory { scratch, cast, .. } = memory;
+            direct = reflect * self.lighting.ask(&receiver, patch, random, scratch, cast);
+        }
+        Reflection { direct, glow, reflect, next: Vec::new() }
+    }
+
+    /// The same, and what one more ray meets.
+    pub fn reflect(&self, at: &Met, random: &mut Stream, memory: &mut Memory) -> Reflection {
+        let mut found = self.direct(at, random, memory);
+        if found.reflect != DVec3::ZERO {
+            found.next = self.bounce(at, random, memory);
+        }
+        found
+    }
+
+    /// All that one cosine-distributed ray meets and sees light from.
+    pub fn bounce(&self, at: &Met, random: &mut Stream, memory: &mut Memory) -> Vec<Met> {
+        let normal = self.view.patches.normal(at.face, at.side);
+        let ray = Ray {
+            origin: at.position,
+            direction: cosine_direction(normal, random.uniform(), random.uniform()),
+            source: Some(at.face),
+        };
+        let mut met = Vec::new();
+        self.follow(&ray, memory, |m| met.push(m));
+        met
+    }
+
+    /// Calls `meet` for all that a ray sees light from; returns the inverse distance to the first face.
+    #[inline]
+    pub fn follow(&self, ray: &Ray, memory: &mut Memory, mut meet: impl FnMut(Met)) -> f64 {
+        let view = self.view;
+        memory.cast += 1;
+        if self.opaque {
+            memory.hits.clear();
+            memory.hits.extend(view.rays.closest(ray));
+        } else {
+            view.rays.crossings(ray, &mut memory.hits);
+        }
+        let mut through = 1.0;
+        for hit in &memory.hits {
+            let found = self.met(ray, hit, through);
+            if self.patch(&found).is_some() {
+                meet(found);
+            }
+            let material = view.scene.faces[hit.face as usize].material;
+            through *= view.transports[material as usize].tau;
+            if through == 0.0 {
+                break;
+            }
+        }
+        let first = memory.hits.first();
+        first.map_or(0.0, |hit| 1.0 / f64::from(hit.t))
+    }
+
+    /// Where a ray meets a face, put exactly into its plane.
+    pub fn met(&self, ray: &Ray, hit: &Hit, through: f32) -> Met {
+        let view = self.view;
+        let position = ray.origin + hit.t * ray.direction;
+        let normal = view.patches.normal(hit.face, Side::Front);
+        let off = (position - view.scene.corners(hit.face)[0]).dot(normal);
+        Met { face: hit.face, side: hit.side, position: position - off * normal, through, distance: hit.t }
+    }
+
+    fn receiver(&self, at: &Met) -> Receiver {
+        Receiver { position: at.position, normal: self.view.patches.normal(at.face, at.side), face: at.face }
+    }
+}

@@ -1,0 +1,231 @@
+//! By how much a picture is off because of the light it reads on patches, measured at points: the dual-weighted residual of the
+//! equation that patches stand for (R. Becker, R. Rannacher, Acta Numerica 10, 2001).
+//!
+//! The light L_h that is read on patches misses the equation of points by `r = E + K L_h - L_h`, and the picture misses that of the exact
+//! light by
+//!
+//! ```text
+//! G (L - L_h) = G (I - K)^-1 r = E[ sum over the points of a path of w_k r_k ],
+//!     r_k = glow + D_k + alpha rho L_h(z_k) - L_h(y_k)
+//! ```
+//!
+//! whose mean over paths ([`crate::gather::importance_paths`]) has no bias however coarse the patches are: it sees the noise of F, the truncation of the series, and
+//! patches that mix light which no other grid would part. If the gather pass itself follows d more rays before it reads, the first
+//! d terms of the sum are left out; if it asks for direct light where it reads, the term where it reads changes by what that corrects.
+//!
+//! The squared error is the product of two halves of the paths, so that their noise adds nothing in the mean. Single pixels tell little
+//! and whole pictures hide what changes sign, so products are taken over blocks of pixels of several sizes.
+//!
+//! Not handled: errors that change sign within the smallest block whose noise allows a statement.
+
+use glam::DVec3;
+
+use crate::gather::fields::Fields;
+use crate::gather::importance_paths::{Path, Step, Walks};
+use crate::gather::reflection::Met;
+use crate::patches::{PatchPoint, Patches, Sample};
+
+/// How a gather ray reads the light of the surface it meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reading {
+    /// More rays that it follows before.
+    pub bounces: u32,
+    /// Where direct light comes from at its end.
+    pub direct: Direct,
+}
+
+/// Where the direct light of a surface comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direct {
+    /// The patch's mean, as all other light.
+    Patch,
+    /// Asked for at the point.
+    Asked,
+}
+
+impl Reading {
+    /// The light of the patch that is met.
+    pub const PLAIN: Reading = Reading { bounces: 0, direct: Direct::Patch };
+
+    /// The readings to choose from, cheapest first.
+    pub const ALL: [Reading; READINGS] = {
+        let mut all = [Reading::PLAIN; READINGS];
+        let mut k = 0;
+        while k < READINGS {
+            all[k] = Reading { bounces: k as u32 / 2, direct: if k % 2 == 0 { Direct::Patch } else { Direct::Asked } };
+            k += 1;
+        }
+        all
+    };
+
+    /// Its number in [`Reading::ALL`].
+    pub fn number(self) -> usize {
+        2 * self.bounces as usize + usize::from(self.direct == Direct::Asked)
+    }
+}
+
+/// Readings to choose from.
+pub const READINGS: usize = 10;
+/// Pixels to a side of the blocks that products are taken over.
+const BLOCKS: [usize; 5] = [1, 2, 4, 8, 16];
+/// The number of the blocks of four by four.
+const SMALL: usize = 0;
+
+/// A squared error and its standard error.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Squared {
+    /// The mean over pixels and channels, (W/(m² sr))²; may be negative by chance.
+    pub value: f64,
+    /// Its standard error.
+    pub deviation: f64,
+}
+
+/// The squared error of the picture for every reading, over blocks from the smallest to the largest.
+#[derive(Clone, Debug)]
+pub struct Residual {
+    /// By reading, then by size of the blocks.
+    pub squared: [[Squared; BLOCKS.len()]; READINGS],
+    /// Mean error of all pixels and channels, by reading, W/(m² sr).
+    pub mean: [f64; READINGS],
+}
+
+/// Standard errors below its estimate that an error of small blocks is likely to lie.
+const LIKELY: f64 = 0.5;
+
+/// Sums over the paths of a pixel or block, of either half.
+type Halves = [(DVec3, f64); 2];
+
+impl Walks {
+    /// Measures the light of the leading field on patches at the points of the paths.
+    pub fn residual(&self, patches: &Patches, fields: &Fields) -> Residual {
+        let mut pixels = vec![[Halves::default(); READINGS]; self.width * self.height];
+        let mut count = vec![0_usize; pixels.len()];
+        for path in &self.paths {
+            let k = path.pixel as usize;
+            // Paths of a pixel are of either half in turn.
+            let half = count[k] % 2;
+            count[k] += 1;
+            let errors = errors(path, patches, fields);
+            for (own, error) in pixels[k].iter_mut().zip(errors) {
+                own[half].0 += error;
+                own[half].1 += 1.0;
+            }
+        }
+        let squared = std::array::from_fn(|reading| BLOCKS.map(|side| self.products(&pixels, reading, side)));
+        let mean = std::array::from_fn(|reading| {
+            let own = pixels.iter().flat_map(|p| p[reading]);
+            let sum: DVec3 = own.map(|(sum, paths)| sum / paths.max(1.0)).sum();
+            sum.element_sum() / (6.0 * pixels.len() as f64)
+        });
+        Residual { squared, mean }
+    }
+
+    /// Mean over blocks of the product of both halves' mean errors.
+    fn products(&self, pixels: &[[Halves; READINGS]], reading: usize, side: usize) -> Squared {
+        let columns = self.width.div_ceil(side);
+        let none = ([DVec3::ZERO; 2], 0.0);
+        let mut blocks = vec![none; columns * self.height.div_ceil(side)];
+        for (k, pixel) in pixels.iter().enumerate() {
+            let (x, y) = (k % self.width, k / self.width);
+            let (block, area) = &mut blocks[y / side * columns + x / side];
+            // Every pixel counts alike, however many paths it has.
+            for (sum, (own, paths)) in block.iter_mut().zip(pixel[reading]) {
+                *sum += own / f64::max(paths, 1.0);
+            }
+            *area += 1.0;
+        }
+        let (mut sum, mut squares, mut total) = (0.0, 0.0, 0.0);
+        for ([a, b], area) in blocks {
+            sum += a.dot(b) / (3.0 * area);
+            // The halves' difference tells their noise: the product's is as large as this within a factor of sqrt 2, whether noise or
+            // error is the larger.
+            let noise = 0.5 * (a - b).length_squared() / (3.0 * area);
+            let size = 0.5 * (a.length_squared() + b.length_squared()) / (3.0 * area);
+            squares += noise * size;
+            total += area;
+        }
+        Squared { value: sum / total, deviation: f64::sqrt(squares) / total }
+    }
+}
+
+impl Residual {
+    /// The squared error of a reading over the smallest blocks that tell it with a standard error of at most `wanted`; else
+    /// over those that tell it best.
+    pub fn of(&self, reading: Reading, wanted: f64) -> Squared {
+        let blocks = &self.squared[reading.number()];
+        let best = |a: &&Squared, b: &&Squared| a.deviation.total_cmp(&b.deviation);
+        let told = blocks.iter().find(|s| s.deviation <= wanted);
+        told.or(blocks.iter().min_by(best)).copied().unwrap_or_default()
+    }
+
+    /// The squared error of a reading over blocks of four by four pixels.
+    pub fn of_small(&self, reading: Reading) -> Squared {
+        self.squared[reading.number()][SMALL]
+    }
+
+    /// What the squared error of a reading is at most, but for chance of one standard error: that of [`Residual::of`], or what smaller blocks
+    /// are likely to hold beyond it.
+    pub fn upper(&self, reading: Reading, wanted: f64) -> f64 {
+        let told = self.of(reading, wanted);
+        let blocks = self.squared[reading.number()].iter();
+        let likely = blocks.map(|s| s.value - LIKELY * s.deviation);
+        likely.fold(told.value.max(0.0) + told.deviation, f64::max)
+    }
+}
+
+impl Walks {
+    /// For every patch as it was cut samples of the light that leaves it, at the points of the paths, from the leading field on what
+    /// they meet.
+    pub fn samples(&self, patches: &Patches, fields: &Fields) -> Vec<Vec<Sample>> {
+        let mut samples = vec![Vec::new(); patches.len()];
+        for step in self.paths.iter().flat_map(|p| &p.steps) {
+            let Met { face, side, position, .. } = step.at;
+            let Some(patch) = patches.at(face, side, position) else {
+                continue;
+            };
+            let normal = patches.normal(face, side);
+            samples[patches.whole(patch) as usize]
+                .push(Sample { point: PatchPoint { position, normal, face }, light: sample(step, patches, fields) });
+        }
+        samples
+    }
+}
+
+/// The leading field at a point, and the same without direct light.
+fn read(patches: &Patches, fields: &Fields, at: &Met) -> (DVec3, DVec3) {
+    match patches.at(at.face, at.side, at.position) {
+        Some(patch) => {
+            let light = fields.of_patch(patch)[0].at(at.position);
+            let rest = fields.without_direct(patch, at.position);
+            (light.as_dvec3(), rest.as_dvec3())
+        }
+        None => (DVec3::ZERO, DVec3::ZERO),
+    }
+}
+
+/// A sample of the light that leaves a point of a path, from the leading field on what its next ray meets.
+fn sample(step: &Step, patches: &Patches, fields: &Fields) -> DVec3 {
+    let incident = |m: &Met| f64::from(m.through) * read(patches, fields, m).0;
+    step.found.light(step.found.next.iter().map(incident).sum())
+}
+
+/// `sum of w_k r_k` over the points of a path that each reading leaves to the patches.
+fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] {
+    let mut errors = [DVec3::ZERO; READINGS];
+    // From the last point on, so that sums over what follows are known.
+    let (mut rest, mut own) = (DVec3::ZERO, [DVec3::ZERO; 2]);
+    for (k, step) in path.steps.iter().enumerate().rev() {
+        let (light, without) = read(patches, fields, &step.at);
+        rest += step.weight * (sample(step, patches, fields) - light);
+        let patch = patches.at(step.at.face, step.at.side, step.at.position);
+        // A ray that is too short goes on: what the next one leaves is what it leaves.
+        if !patch.is_some_and(|patch| fields.is_near(patch, step.at.distance)) {
+            let corrected = step.weight * (step.found.direct + without - light);
+            own = [rest, rest - corrected];
+        }
+        if let Some(errors) = errors.get_mut(2 * k..2 * k + 2) {
+            errors.copy_from_slice(&own);
+        }
+    }
+    errors
+}

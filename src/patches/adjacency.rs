@@ -1,0 +1,219 @@
+//! Which patches lie beside each other on one surface, for light that is read as linear within a patch.
+//!
+//! On a grid the four cells that share an edge. A line of contact divides light from dark, so patches along it are no
+//! one's neighbours.
+//!
+//! Lengths are in unit coordinates. Not handled: patches that small surfaces share, and cells cut along lines; they have no
+//! neighbours.
+
+use glam::Vec3;
+
+use crate::patches::grid::Grid;
+use crate::patches::tiles::Tiling;
+use crate::patches::{NONE, Patches};
+
+/// The patches beside each patch, and where they lie.
+#[derive(Clone, Debug)]
+pub struct Neighbours {
+    /// Along the first axis after and before, along the second after and before; [`u32::MAX`] where there is none.
+    beside: Vec<[u32; 4]>,
+    /// Centroids.
+    middles: Vec<Vec3>,
+    /// Half the patch's size along both axes, as vectors.
+    halves: Vec<[Vec3; 2]>,
+}
+
+impl Neighbours {
+    /// Of all patches.
+    pub(crate) fn new(patches: &Patches) -> Neighbours {
+        let mut found = Neighbours {
+            beside: vec![[NONE; 4]; patches.len()],
+            middles: (0..patches.len()).map(|i| middle(patches, i)).collect(),
+            halves: vec![[Vec3::ZERO; 2]; patches.len()],
+        };
+        let tilings = patches.tilings.iter().flat_map(Tiling::grids);
+        for (g, tiling) in tilings {
+            let grid = &patches.grids[g as usize];
+            for patch in grid.whole() {
+                let middle = found.middles[patch as usize];
+                let mut beside = grid.beside(patch, middle);
+                if tiling.tiles() > 1 {
+                    across(patches, (tiling, g), middle, &mut beside);
+                }
+                found.set(patch, beside, grid);
+                let behind = |p: u32| patches.backs.get(p as usize).copied().unwrap_or(NONE);
+                if behind(patch) != NONE {
+                    found.set(behind(patch), beside.map(behind), grid);
+                }
+            }
+        }
+        if patches.are_divided() {
+            // The parts of a patch have no grid.
+            found.beside.fill([NONE; 4]);
+        }
+        found.keep_mutual();
+        found
+    }
+
+    /// A cell that joined another's patch has that patch beside it, but does not lie beside the patch's own cell.
+    fn keep_mutual(&mut self) {
+        let before = self.beside.clone();
+        for (i, beside) in self.beside.iter_mut().enumerate() {
+            for (k, other) in beside.iter_mut().enumerate() {
+                let back = before.get(*other as usize).map(|b| b[k ^ 1]);
+                if back != Some(i as u32) {
+                    *other = NONE;
+                }
+            }
+        }
+    }
+
+    fn set(&mut self, patch: u32, beside: [u32; 4], grid: &Grid) {
+        self.beside[patch as usize] = beside;
+        self.halves[patch as usize] = grid.halves();
+    }
+
+    /// The same of larger patches: `parents` tells which one each patch is part of, `areas` how much of it.
+    pub fn larger(&self, parents: &[u32], areas: &[f64]) -> Neighbours {
+        let count = parents.iter().max().map_or(0, |&p| p as usize + 1);
+        let mut found = Neighbours {
+            beside: vec![[NONE; 4]; count],
+            middles: vec![Vec3::ZERO; count],
+            halves: vec![[Vec3::ZERO; 2]; count],
+        };
+        let mut totals = vec![0.0; count];
+        for (i, &p) in parents.iter().enumerate() {
+            let p = p as usize;
+            totals[p] += areas[i];
+            let share = (areas[i] / totals[p]) as f32;
+            found.middles[p] = found.middles[p].lerp(self.middles[i], share);
+            found.halves[p] = self.halves[i].map(|half| 2.0 * half);
+            for (own, &j) in found.beside[p].iter_mut().zip(&self.beside[i]) {
+                match parents.get(j as usize) {
+                    Some(&other) if other as usize != p => *own = other,
+                    _ => {}
+                }
+            }
+        }
+        found
+    }
+
+    /// Number of patches.
+    pub fn len(&self) -> usize {
+        self.middles.len()
+    }
+
+    /// Whether there is no patch.
+    pub fn is_empty(&self) -> bool {
+        self.middles.is_empty()
+    }
+
+    /// Centroid of patch i.
+    pub fn middle(&self, i: usize) -> Vec3 {
+        self.middles[i]
+    }
+
+    /// Half the size of patch i along both axes, as vectors; zero where it has no neighbours.
+    pub fn halves(&self, i: usize) -> [Vec3; 2] {
+        self.halves[i]
+    }
+
+    /// The patches after and before patch i along an axis, 0 or 1.
+    pub fn beside(&self, i: usize, axis: usize) -> [Option<usize>; 2] {
+        [0, 1].map(|k| {
+            let other = self.beside[i][2 * axis + k];
+            (other != NONE).then_some(other as usize)
+        })
+    }
+}
+
+/// Fills in the patches beside one that lie in other tiles, where their cells are as large.
+fn across(patches: &Patches, (tiling, g): (&Tiling, u32), middle: Vec3, beside: &mut [u32; 4]) {
+    let halves = patches.grids[g as usize].halves();
+    for (k, own) in beside.iter_mut().enumerate() {
+        let sign = if k % 2 == 0 { 2.0 } else { -2.0 };
+        let position = middle + sign * halves[k / 2];
+        let Some(other) = tiling.inside(position).filter(|&other| other != g) else {
+            continue;
+        };
+        let grid = &patches.grids[other as usize];
+        let alike = |(a, b): (&Vec3, &Vec3)| (*a - *b).length() < 0.01 * a.length();
+        if *own == NONE && halves.iter().zip(&grid.halves()).all(alike) {
+            *own = grid.whole_at(position).unwrap_or(NONE);
+        }
+    }
+}
+
+/// Where the patch's one value stands: the centroid of what its rays start from.
+fn middle(patches: &Patches, i: usize) -> Vec3 {
+    let chosen = patches.chosen(i);
+    if !chosen.is_empty() {
+        let sum: Vec3 = chosen.iter().map(|p| p.position).sum();
+        return sum / chosen.len() as f32;
+    }
+    let (mut sum, mut total) = (Vec3::ZERO, 0.0);
+    for (_, [a, b, c]) in patches.pieces(i) {
+        let area = (b - a).cross(c - a).length();
+        sum += area / 3.0 * (a + b + c);
+        total += area;
+    }
+    if total > 0.0 { sum / total } else { Vec3::ZERO }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rays::Rays;
+    use crate::scene::{LoadOptions, Scene};
+
+    fn neighbours(scene: &str, count: usize) -> (Patches, Neighbours) {
+        let scene = Scene::open(scene, LoadOptions::default()).unwrap();
+        let patches = Patches::new(&scene, &Rays::new(&scene), count);
+        let found = patches.neighbours();
+        (patches, found)
+    }
+
+    #[test]
+    fn neighbours_are_mutual_and_lie_a_patch_apart() {
+        for scene in ["cornell-box", "furnished-room"] {
+            let (_, n) = neighbours(scene, 3000);
+            let mut pairs = 0;
+            for i in 0..n.len() {
+                for axis in 0..2 {
+                    for (side, other) in n.beside(i, axis).into_iter().enumerate() {
+                        let Some(j) = other else { continue };
+                        assert_eq!(n.beside(j, axis)[1 - side], Some(i), "{scene}: {i} {j}");
+                        let half = n.halves(i)[axis];
+                        let steps = (n.middle(j) - n.middle(i)).dot(half) / half.length_squared();
+                        let steps = if side == 0 { steps } else { -steps };
+                        // Two halves, less or more where a rim cuts a cell or a sliver joins it.
+                        assert!((0.5..4.0).contains(&steps), "{scene}: {i} {j} {steps}");
+                        pairs += 1;
+                    }
+                }
+            }
+            assert!(pairs > 2 * n.len(), "{scene}: {pairs} of {}", n.len());
+        }
+    }
+
+    #[test]
+    fn larger_patches_have_the_middle_of_their_parts() {
+        let (patches, n) = neighbours("furnace", 2400);
+        let larger = n.larger(patches.parents(), patches.areas());
+        assert!(larger.len() * 3 < n.len());
+        for p in 0..larger.len() {
+            let (mut sum, mut area) = (Vec3::ZERO, 0.0);
+            for i in (0..n.len()).filter(|&i| patches.parents()[i] as usize == p) {
+                sum += patches.areas()[i] as f32 * n.middle(i);
+                area += patches.areas()[i] as f32;
+            }
+            assert!((larger.middle(p) - sum / area).length() < 1e-5);
+            for other in [0, 1].into_iter().flat_map(|axis| larger.beside(p, axis)).flatten() {
+                assert_ne!(other, p);
+                let apart = (larger.middle(other) - larger.middle(p)).length();
+                let size = larger.halves(p)[0].length() + larger.halves(p)[1].length();
+                assert!(apart < 2.0 * size, "{apart} {size}");
+            }
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! Cutting a scene's surfaces into patches: grids on large surfaces, clusters of small ones.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::patches::grid::Grid;
+use crate::patches::hierarchy::Parents;
+use crate::patches::tiles::{CutSurface, Tiling, cut_tiles};
+use crate::patches::zones::Zones;
+use crate::patches::{Fragment, NONE, Owner, Patches, clusters};
+use crate::rays::{Rays, Side};
+use crate::scene::{Scene, Sides};
+use crate::surfaces::Surfaces;
+use crate::surfaces::coplanar::Surface;
+use crate::surfaces::discontinuities::Place;
+
+/// A patch before numbering: its material and the pieces of faces it consists of.
+pub(crate) struct Draft {
+    pub material: u32,
+    pub pieces: Vec<Piece>,
+}
+
+/// A triangle cut from a face, and its area.
+pub(crate) struct Piece {
+    pub face: u32,
+    pub corners: [Vec3; 3],
+    pub area: f64,
+}
+
+/// What the faces of a scene belong to, as far as they are cut.
+struct Owned {
+    owners: Vec<Owner>,
+    drafts: Vec<Draft>,
+    grids: Vec<Grid>,
+    tilings: Vec<Tiling>,
+}
+
+impl Owned {
+    /// Nothing of so many faces.
+    fn new(faces: usize) -> Owned {
+        Owned { owners: vec![Owner::Patch(NONE); faces], drafts: Vec::new(), grids: Vec::new(), tilings: Vec::new() }
+    }
+
+    /// Adds a surface that was cut, as a whole or in tiles.
+    fn enter(&mut self, cut: CutSurface, surface: &Surface, whole: bool) {
+        let (grids, tilings) = (self.grids.len() as u32, self.tilings.len() as u32);
+        let cut = cut.numbered_from(grids, self.drafts.len() as u32);
+        self.tilings.push(cut.tiling);
+        self.grids.extend(cut.grids);
+        self.drafts.extend(cut.drafts);
+        for &face in &surface.faces {
+            self.owners[face as usize] = match whole {
+                true => Owner::Grid(grids),
+                false => Owner::Tiling(tilings),
+            };
+        }
+    }
+
+    /// Adds a patch of small surfaces of one material.
+    fn gather<'a>(&mut self, scene: &Scene, surfaces: impl Iterator<Item = &'a Surface>) {
+        let (mut material, mut pieces) = (0, Vec::new());
+        for surface in surfaces {
+            material = surface.material;
+            for &face in &surface.faces {
+                self.owners[face as usize] = Owner::Patch(self.drafts.len() as u32);
+                pieces.push(Piece { face, corners: scene.corners(face), area: scene.area(face) });
+            }
+        }
+        self.drafts.push(Draft { material, pieces });
+    }
+}
+
+impl Patches {
+    /// Cuts the scene into about `count` patches, front sides and back sides of two-sided faces counted alike.
+    ///
+    /// The count is met within about a quarter where the geometry allows: at least one patch per surface and
+    /// direction of the normal is needed, and at least one patch is always made.
+    pub fn new(scene: &Scene, rays: &Rays, count: usize) -> Patches {
+        Patches::cut(scene, rays, &Surfaces::new(scene, rays), count)
+    }
+
+    /// As [`Patches::new`], of surfaces found before.
+    pub fn cut(scene: &Scene, rays: &Rays, found: &Arc<Surfaces>, count: usize) -> Patches {
+        let surfaces = &found.list;
+        let total: f64 = surfaces.iter().map(|s| s.area * sides_of(scene, s.material)).sum();
+        let mut size = (total / count.max(1) as f64).sqrt();
+        // Edges of surfaces and voxels add patches: correct the size by the count it gave.
+        for _ in 0..4 {
+            let estimate = Patches::estimate(scene, surfaces, size);
+            let ratio = estimate as f64 / count.max(1) as f64;
+            if (0.9..1.1).contains(&ratio) {
+                break;
+            }
+            size *= ratio.sqrt();
+        }
+        let sizes = vec![size; surfaces.len()];
+        Patches::refined(scene, rays, &Zones::whole(found), &sizes)
+    }
+
+    /// Number of patches that `size` would give, without cutting anything.
+    fn estimate(scene: &Scene, surfaces: &[Surface], size: f64) -> usize {
+        let (large, small): (Vec<_>, Vec<_>) = surfaces.iter().partition(|s| is_large(s, size));
+        let cells: f64 = large.iter().map(|s| s.cells(size) * sides_of(scene, s.material)).sum();
+        let small: Vec<_> = small.into_iter().map(|s| (s, size)).collect();
+        cells as usize + clusters::count(&small)
+    }
+
+    /// Cuts every zone into patches of its own size, unit coordinates.
+    ///
+    /// # Panics
+    /// If there are fewer sizes than zones.
+    pub fn refined(scene: &Scene, rays: &Rays, zones: &Zones, sizes: &[f64]) -> Patches {
+        let place = Place { scene, rays };
+        let surfaces = &zones.surfaces.list;
+        let whole = |s: usize| zones.tiles(s) == [1, 1];
+        let size_of = |s: usize| sizes[zones.zone(s, 0, 0)];
+        // Cut large surfaces into grids, side by side.
+        let large = (0..surfaces.len()).into_par_iter().with_max_len(64);
+        let large = large.filter(|&s| !whole(s) || is_large(&surfaces[s], size_of(s)));
+        let cuts: Vec<(usize, CutSurface)> =
+            large.filter_map(|s| Some((s, cut_tiles(place, (zones, s), sizes)?))).collect();
+        let mut own = Owned::new(scene.faces.len());
+        let mut small = vec![true; surfaces.len()];
+        for (s, cut) in cuts {
+            small[s] = false;
+            own.enter(cut, &surfaces[s], whole(s));
+        }
+        // Gather small ones.
+        let small = (0..surfaces.len()).filter(|&s| small[s]);
+        let small: Vec<(&Surface, f64)> = small.map(|s| (&surfaces[s], size_of(s))).collect();
+        let clusters = clusters::groups(&small, 1.0);
+        let first = own.drafts.len() as u32;
+        let parents = Parents::new(&own.grids, clusters::parents(&small, &clusters, first));
+        for group in clusters {
+            own.gather(scene, group.iter().map(|&k| small[k].0));
+        }
+        let size = sizes.iter().copied().fold(0.0, f64::max);
+        Patches::number(scene, own, parents, (size, &zones.surfaces.normals))
+    }
+
+    /// Lays out drafts as patches: fronts first, then the backs of two-sided materials.
+    fn number(scene: &Scene, own: Owned, parents: Parents, (size, normals): (f64, &Arc<[Vec3]>)) -> Patches {
+        let drafts = own.drafts;
+        let mut patches = Patches {
+            areas: Vec::new(),
+            materials: Vec::new(),
+            sides: Vec::new(),
+            starts: vec![0],
+            fragments: Vec::new(),
+            owners: own.owners,
+            grids: own.grids,
+            tilings: own.tilings,
+            size,
+            backs: vec![NONE; drafts.len()],
+            parents: parents.of(drafts.len()),
+            normals: Arc::clone(normals),
+            starts_of_rays: Vec::new(),
+            parts: Default::default(),
+        };
+        for draft in &drafts {
+            patches.push(draft, Side::Front);
+        }
+        let fronts = patches.parents.clone();
+        let mut next = fronts.iter().max().map_or(0, |p| p + 1);
+        let mut behind: HashMap<u32, u32> = HashMap::new();
+        for (front, draft) in drafts.iter().enumerate() {
+            if scene.materials[draft.material as usize].sides == Sides::Two {
+                patches.backs[front] = patches.len() as u32;
+                patches.push(draft, Side::Back);
+                // Numbers have no gaps: only some fronts have a back.
+                let parent = *behind.entry(fronts[front]).or_insert_with(|| {
+                    next += 1;
+                    next - 1
+                });
+                patches.parents.push(parent);
+            }
+        }
+        patches
+    }
+
+    fn push(&mut self, draft: &Draft, side: Side) {
+        let area: f64 = draft.pieces.iter().map(|p| p.area).sum();
+        let mut sum = 0.0;
+        for piece in &draft.pieces {
+            sum += piece.area;
+            let share = (sum / area) as f32;
+            self.fragments.push(Fragment { corners: piece.corners, face: piece.face, share });
+        }
+        self.starts.push(self.fragments.len() as u32);
+        self.areas.push(area);
+        self.materials.push(draft.material);
+        self.sides.push(side);
+    }
+}
+
+/// Whether a surface carries a grid of its own.
+fn is_large(s: &Surface, size: f64) -> bool {
+    s.area >= 0.5 * size * size || s.extent[0] >= 1.5 * size
+}
+
+fn sides_of(scene: &Scene, material: u32) -> f64 {
+    match scene.materials[material as usize].sides {
+        Sides::One => 1.0,
+        Sides::Two => 2.0,
+    }
+}

@@ -1,0 +1,169 @@
+//! Patches divided where the light on them differs, as samples of it tell.
+//!
+//! A patch is one value of light, but what it stands for may be lit here and dark there. A regression tree over samples of the light
+//! ([`crate::patches::regression_tree`]) tells where it differs.
+//!
+//! Parts have the pieces of the patch they were cut from; areas are shared out by samples. Not handled: borders that are not across
+//! an axis take several planes.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::patches::regression_tree::{Sample, Tree, coordinate, grow};
+use crate::patches::{NONE, PatchPoint, Patches};
+
+/// Parts of patches.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Parts {
+    /// The first plane of every patch that is divided, else NONE.
+    roots: Vec<u32>,
+    planes: Vec<Plane>,
+    /// The patch that part `count + k` was cut from.
+    whole: Vec<u32>,
+    /// Patches before any was divided.
+    count: usize,
+    /// Their areas.
+    areas: Vec<f64>,
+}
+
+/// A plane across an axis, and what lies on either side.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    /// 0 to 2 for place, 3 to 5 for the normal.
+    axis: usize,
+    at: f32,
+    sides: [Part; 2],
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Part {
+    Divided(u32),
+    Patch(u32),
+}
+
+impl Parts {
+    /// The part of a patch that a point with a normal lies in.
+    #[inline]
+    pub fn at(&self, patch: u32, position: Vec3, normal: Vec3) -> u32 {
+        let Some(&root) = self.roots.get(patch as usize) else {
+            return patch;
+        };
+        if root == NONE {
+            return patch;
+        }
+        let mut own = root;
+        loop {
+            let plane = &self.planes[own as usize];
+            let beyond = coordinate(position, normal, plane.axis) >= plane.at;
+            match plane.sides[usize::from(beyond)] {
+                Part::Divided(next) => own = next,
+                Part::Patch(patch) => return patch,
+            }
+        }
+    }
+
+    /// The patch whose pieces a part has.
+    #[inline]
+    pub fn whole(&self, patch: usize) -> usize {
+        match patch.checked_sub(self.count) {
+            Some(k) => self.whole.get(k).map_or(patch, |&w| w as usize),
+            None => patch,
+        }
+    }
+}
+
+impl Patches {
+    /// Whether patches were divided by light.
+    pub fn are_divided(&self) -> bool {
+        self.parts.count > 0
+    }
+
+    /// The patch that a patch is a part of; itself where it was not divided.
+    pub fn whole(&self, patch: u32) -> u32 {
+        self.parts.whole(patch as usize) as u32
+    }
+
+    /// Divides the patches as they were cut by the light sampled on them, and has their rays start from where it was sampled; `samples`
+    /// of every patch before any was divided.
+    pub fn divide(&mut self, mut samples: Vec<Vec<Sample>>) {
+        self.restore();
+        samples.resize_with(self.len(), Vec::new);
+        let trees: Vec<Tree> = samples.into_par_iter().map(|own| grow(own, 0)).collect();
+        let mut starts: Vec<Vec<PatchPoint>> = Vec::new();
+        starts.resize_with(self.len(), Vec::new);
+        let mut parts =
+            Parts { roots: vec![NONE; self.len()], count: self.len(), areas: self.areas.clone(), ..Parts::default() };
+        for (i, tree) in trees.into_iter().enumerate() {
+            let total = tree.count();
+            let area = self.areas[i];
+            let mut first = true;
+            let mut add = |own: Vec<Sample>| {
+                let share = area * own.len() as f64 / total.max(1) as f64;
+                let points = own.iter().map(|s| s.point).collect();
+                if std::mem::take(&mut first) {
+                    starts[i] = points;
+                    if total > 0 {
+                        self.areas[i] = share;
+                    }
+                    return i as u32;
+                }
+                starts.push(points);
+                parts.whole.push(i as u32);
+                self.areas.push(share);
+                self.materials.push(self.materials[i]);
+                self.sides.push(self.sides[i]);
+                self.parents.push(self.parents[i]);
+                self.areas.len() as u32 - 1
+            };
+            if let Part::Divided(root) = number(tree, &mut parts.planes, &mut add) {
+                parts.roots[i] = root;
+            }
+        }
+        self.parts = parts;
+        self.start_from(starts);
+    }
+}
+
+impl Patches {
+    /// About the width of what each patch stands for, unit coordinates: twice the RMS distance of its chosen points from their middle, or
+    /// the root of its area where there are none.
+    pub fn widths(&self) -> Vec<f32> {
+        let width = |i: usize| {
+            let chosen = self.chosen(i);
+            if chosen.is_empty() {
+                return self.areas[i].sqrt() as f32;
+            }
+            let count = chosen.len() as f32;
+            let middle = chosen.iter().map(|p| p.position).sum::<Vec3>() / count;
+            let apart = chosen.iter().map(|p| p.position.distance_squared(middle));
+            2.0 * (apart.sum::<f32>() / count).sqrt()
+        };
+        (0..self.len()).map(width).collect()
+    }
+
+    /// Takes all parts back.
+    fn restore(&mut self) {
+        if !self.are_divided() {
+            return;
+        }
+        let Parts { count, areas, .. } = std::mem::take(&mut self.parts);
+        self.areas = areas;
+        self.materials.truncate(count);
+        self.sides.truncate(count);
+        self.parents.truncate(count);
+    }
+}
+
+/// Numbers the planes and parts of a tree.
+fn number(tree: Tree, planes: &mut Vec<Plane>, add: &mut impl FnMut(Vec<Sample>) -> u32) -> Part {
+    match tree {
+        Tree::Leaf(own) => Part::Patch(add(own)),
+        Tree::Plane { axis, at, sides } => {
+            let own = planes.len();
+            planes.push(Plane { axis, at, sides: [Part::Patch(NONE); 2] });
+            let sides = sides.map(|side| number(side, planes, add));
+            planes[own].sides = sides;
+            Part::Divided(own as u32)
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! Charts: series of numbers on linear or logarithmic axes, as SVG and PNG from one drawing.
+//!
+//! A point whose value an axis cannot show (0 on a logarithmic one, NaN, infinity) is left out; a series can say why in
+//! a note at its last point. Colours are those of Okabe and Ito, told apart by colour-blind readers too, and every
+//! series of measurements has a marker shape of its own. Not handled: error bars, several panels.
+//!
+//! Source of the palette: M. Okabe, K. Ito, *Color Universal Design*, 2008.
+
+use std::path::Path;
+
+use plotters::style::RGBColor;
+
+use crate::pictures::{Bitmap, ImageError, WriteError, write_bitmap, write_whole};
+use crate::plot::axis::{Scale, superscript};
+use crate::plot::canvas::Marker;
+use crate::plot::drawing::{DrawError, draw_bitmap, draw_svg};
+use crate::plot::lines;
+
+/// A chart.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    /// What is shown, in one line above the plot.
+    pub title: String,
+    /// Scene and settings, below the plot; wrapped.
+    pub caption: String,
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// What is drawn, the first at the bottom.
+    pub series: Vec<Series>,
+    /// Width and height in pixels.
+    pub size: (u32, u32),
+}
+
+/// An axis: what it measures, and how.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    /// Quantity and unit.
+    pub label: String,
+    /// Linear or logarithmic.
+    pub scale: Scale,
+}
+
+/// A line of a chart.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// Its name in the legend.
+    pub name: String,
+    /// (x, y), in the order in which they are joined.
+    pub points: Vec<(f64, f64)>,
+    /// How it is drawn.
+    pub look: Look,
+    /// Which of the palette's colours and marker shapes it has; beyond the last they begin again.
+    pub colour: usize,
+    /// Words beside its last point, such as why it ends there.
+    pub note: Option<String>,
+}
+
+/// What a series stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// Values: a marker at each point, joined by a line.
+    Measured,
+    /// A proven bound, or a line to compare with: thin, dashed, without markers.
+    Bound,
+}
+
+/// A chart cannot be written.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum ChartError {
+    /// It cannot be drawn.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Draw(#[from] DrawError),
+    /// Its bitmap cannot be written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Image(#[from] ImageError),
+    /// Its SVG cannot be written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Write(#[from] WriteError),
+}
+
+/// Okabe and Ito's palette without yellow, dark ones first; then black, and a grey, for lines to compare with.
+pub(crate) const PALETTE: [RGBColor; 8] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
+    RGBColor(150, 150, 150),
+];
+
+/// The numbers of black and grey in the palette.
+pub(crate) const BLACK: usize = 6;
+pub(crate) const GREY: usize = 7;
+
+const MARKERS: [Marker; 6] =
+    [Marker::Disc, Marker::Square, Marker::Triangle, Marker::Diamond, Marker::Wedge, Marker::Cross];
+
+impl Series {
+    /// The norms of the terms `KⁿE`, n = 0, 1, 2 ..., noting where they become exactly 0 or leave the numbers.
+    ///
+    /// Terms after such an end are dropped.
+    pub fn bounces(name: impl Into<String>, colour: usize, norms: &[f64]) -> Series {
+        let end = norms.iter().position(|v| *v == 0.0 || !v.is_finite());
+        let note = end.map(|n| match norms[n] == 0.0 {
+            true => format!("ends: {} = 0", term(n)),
+            false => format!("diverges: {} is beyond all numbers", term(n)),
+        });
+        let shown = &norms[..end.unwrap_or(norms.len())];
+        Series {
+            name: name.into(),
+            points: (0..).map(f64::from).zip(shown.iter().copied()).collect(),
+            look: Look::Measured,
+            colour,
+            note,
+        }
+    }
+
+    /// A proven bound at the given points, in the colour of the series it bounds.
+    pub fn bound(name: impl Into<String>, colour: usize, points: Vec<(f64, f64)>) -> Series {
+        Series { name: name.into(), points, look: Look::Bound, colour, note: None }
+    }
+
+    /// Its colour on paper.
+    pub fn rgb(&self) -> RGBColor {
+        PALETTE[self.colour % PALETTE.len()]
+    }
+
+    /// Its marker shape.
+    pub fn marker(&self) -> Marker {
+        MARKERS[self.colour % MARKERS.len()]
+    }
+}
+
+/// `E`, `KE`, `K²E` and so on.
+pub(crate) fn term(n: usize) -> String {
+    match n {
+        0 => "E".into(),
+        1 => "KE".into(),
+        n => format!("K{}E", superscript(n.min(i32::MAX as usize) as i32)),
+    }
+}
+
+impl Chart {
+    /// A chart of bounce series: the norm of `KⁿE` over n, logarithmic, 960 by 600 pixels.
+    pub fn of_bounces(title: impl Into<String>, caption: impl Into<String>, series: Vec<Series>) -> Chart {
+        Chart {
+            title: title.into(),
+            caption: caption.into(),
+            x: Axis { label: "bounce n".into(), scale: Scale::Linear },
+            y: Axis { label: "norm of KⁿE, W/(m² sr)".into(), scale: Scale::Log },
+            series,
+            size: (960, 600),
+        }
+    }
+
+    /// The chart as an SVG document.
+    ///
+    /// # Errors
+    /// A size out of range.
+    pub fn svg(&self) -> Result<String, DrawError> {
+        draw_svg(self.size, |canvas| lines::draw(self, canvas))
+    }
+
+    /// The chart as pixels.
+    ///
+    /// # Errors
+    /// A size out of range.
+    pub fn bitmap(&self) -> Result<Bitmap, DrawError> {
+        draw_bitmap(self.size, |canvas| lines::draw(self, canvas))
+    }
+
+    /// Writes the chart, as SVG where the path ends in `.svg` and as PNG where it ends in `.png`.
+    ///
+    /// # Errors
+    /// Another extension, a size out of range, a destination that cannot be written. Nothing is left behind.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), ChartError> {
+        let path = path.as_ref();
+        let extension = path.extension().unwrap_or_default();
+        if extension.eq_ignore_ascii_case("svg") {
+            write_whole(path, self.svg()?.as_bytes())?;
+        } else {
+            write_bitmap(path, &self.bitmap()?)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn modes() -> Chart {
+        let series = vec![
+            Series::bounces("global", 0, &[4.0, 0.5, 0.25, 0.125, 0.0625]),
+            Series::bounces("one-bounce", 1, &[4.0, 0.4, 0.0, 0.0]),
+            Series::bound("proven bound", 0, vec![(2.0, 1.0), (4.0, 0.25)]),
+        ];
+        Chart::of_bounces("Light & bounces", "Cornell box, 504 patches", series)
+    }
+
+    fn markers(svg: &str) -> usize {
+        svg.matches("<circle").count() + svg.matches("<polygon").count()
+    }
+
+    #[test]
+    fn svg_holds_the_labels_and_a_marker_for_each_point() {
+        let svg = modes().svg().unwrap();
+        for text in [
+            "bounce n",
+            "norm of KⁿE, W/(m² sr)",
+            "10⁻²",
+            "10¹",
+            "one-bounce ends: K²E = 0",
+            "proven bound",
+            "Light &amp; bounces",
+            "Cornell box, 504 patches",
+            "sans-serif",
+        ] {
+            assert!(svg.contains(text), "{text}");
+        }
+        // Five and two points, and one marker each in the legend.
+        assert_eq!(markers(&svg), 5 + 2 + 2);
+        assert_eq!(svg.matches("<text").count(), svg.matches("</text>").count());
+    }
+
+    #[test]
+    fn bitmaps_have_the_size_and_colours_of_the_chart() {
+        let page = modes().bitmap().unwrap();
+        assert_eq!((page.width, page.height), (960, 600));
+        let blue = page.bytes.chunks_exact(3).filter(|p| *p == [0, 114, 178]);
+        assert!(blue.count() > 100);
+    }
+
+    #[test]
+    fn series_end_at_the_first_zero_or_overflow() {
+        let dark = Series::bounces("dark", 0, &[0.0, 1.0]);
+        assert_eq!(dark.note.as_deref(), Some("ends: E = 0"));
+        assert!(dark.points.is_empty());
+        let wild = Series::bounces("wild", 0, &[1.0, 1e300, f64::INFINITY, f64::NAN]);
+        assert_eq!(wild.points, [(0.0, 1.0), (1.0, 1e300)]);
+        assert!(wild.note.unwrap().contains("K²E"));
+        let whole = Series::bounces("whole", 0, &[1.0, 0.5]);
+        assert_eq!((whole.points.len(), whole.note), (2, None));
+    }
+
+    #[test]
+    fn odd_series_are_drawn_without_trouble() {
+        let huge: Vec<f64> = (0..40).map(|n| 10_f64.powi(9 * n)).collect();
+        let series = vec![
+            Series::bounces("dark", 0, &[0.0]),
+            Series::bounces("also dark", 1, &[0.0]),
+            Series::bounces("one", 2, &[1.0]),
+            Series::bounces("huge", 3, &huge),
+            Series::bounces("nothing", 9, &[]),
+        ];
+        let svg = Chart::of_bounces("", "", series).svg().unwrap();
+        let finite = huge.iter().filter(|v| v.is_finite()).count();
+        assert_eq!(markers(&svg), finite + 1 + 5);
+        assert!(Chart::of_bounces("", "", vec![]).svg().is_ok());
+        let gap = Series::bounces("gap", 0, &[1.0]);
+        let points = vec![(0.0, 1.0), (1.0, -1.0), (2.0, f64::NAN), (3.0, 1.0)];
+        let svg = Chart::of_bounces("", "", vec![Series { points, ..gap }]).svg();
+        assert_eq!(markers(&svg.unwrap()), 2 + 1);
+    }
+
+    #[test]
+    fn charts_are_written_by_extension() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = |name: &str| directory.path().join(name);
+        modes().write(path("a.svg")).unwrap();
+        modes().write(path("a.png")).unwrap();
+        let svg = std::fs::read_to_string(path("a.svg")).unwrap();
+        assert_eq!(svg, modes().svg().unwrap());
+        let png = crate::pictures::read_picture(path("a.png")).unwrap();
+        assert_eq!(png.size(), (960, 600));
+        assert!(modes().write(path("a.pdf")).is_err());
+        assert!(!path("a.pdf").exists());
+    }
+}

@@ -1,0 +1,233 @@
+//! The way from a scene to its operators: rays, patches, form factors and K, with what each step cost.
+//!
+//! One set of patches and one cast of rays serves all the modes asked for.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::direct::{Luminaires, Sight, receive_emitted};
+use crate::form_factors::{Closure, Sampling, Variant, cast_counts, closure};
+use crate::light::{Rgb, Transport};
+use crate::operator::{Operator, PatchMaterials};
+use crate::patches::{Patches, Zones};
+use crate::rays::Rays;
+use crate::scene::Scene;
+use crate::solve::Settings;
+use crate::surfaces::Surfaces;
+
+/// How fine.
+#[derive(Clone, Copy, Debug)]
+pub struct Fineness {
+    /// About how many patches.
+    pub patches: usize,
+    /// Rays from each patch.
+    pub sampling: Sampling,
+    /// Wanted tail of the series, as a share of the sum.
+    pub solve: Settings,
+}
+
+impl Default for Fineness {
+    fn default() -> Self {
+        Fineness { patches: 4000, sampling: Sampling::default(), solve: Settings::default() }
+    }
+}
+
+/// Seconds spent on each step.
+#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
+pub struct Seconds {
+    /// Reading and checking the files.
+    pub load: f64,
+    /// Building the ray hierarchy and cutting patches.
+    pub patches: f64,
+    /// Casting rays for F; shared by all modes of one run.
+    pub form_factors: f64,
+    /// Bounds on the spectral radius, and the series.
+    pub solve: f64,
+    /// Rendering the pixels.
+    pub gather: f64,
+    /// All of these.
+    pub total: f64,
+}
+
+impl Seconds {
+    /// Sets the total.
+    pub fn sum(&mut self) {
+        self.total = self.load + self.patches + self.form_factors + self.solve + self.gather;
+    }
+}
+
+/// A scene made ready for any mode.
+pub struct Prepared {
+    /// The scene.
+    pub scene: Scene,
+    /// Its rays.
+    pub rays: Rays,
+    /// Its surfaces.
+    pub surfaces: Arc<Surfaces>,
+    /// Its patches.
+    pub patches: Patches,
+    /// Its emitters by closed form.
+    pub luminaires: Luminaires,
+    /// Rays of each patch over the number asked for; empty where all have the same.
+    pub(crate) densities: Vec<f32>,
+    /// Bytes that K may take; patches that are cut anew stay within. Infinite at first.
+    pub memory: f64,
+    /// When work to a tolerance is to end, whatever is reached by then. None at first.
+    pub deadline: Option<Instant>,
+    /// Seconds this took.
+    pub seconds: f64,
+}
+
+/// K of one mode, with what is known of its F.
+pub struct Assembled {
+    /// The default (alpha, tau) it was made for.
+    pub transport: Transport,
+    /// (alpha, tau) of every material.
+    pub transports: Vec<Transport>,
+    /// What lies between patches and luminaires.
+    pub sight: Arc<Sight>,
+    /// K.
+    pub operator: Operator,
+    /// Row sums of F; none where no ray was needed.
+    pub closure: Option<Closure>,
+}
+
+/// What happens while the pipeline works.
+pub trait Watch: Sync {
+    /// A step of `length` ticks begins.
+    fn begin(&self, step: &str, length: u64);
+    /// So many ticks were done.
+    fn tick(&self, done: u64);
+}
+
+/// Watches nothing.
+pub struct Silent;
+
+impl Watch for Silent {
+    fn begin(&self, _step: &str, _length: u64) {}
+    fn tick(&self, _done: u64) {}
+}
+
+/// Builds rays, patches and luminaires.
+pub fn prepare(scene: Scene, patches: usize) -> Prepared {
+    let start = Instant::now();
+    let rays = Rays::new(&scene);
+    let surfaces = Surfaces::new(&scene, &rays);
+    let patches = Patches::cut(&scene, &rays, &surfaces, patches);
+    let luminaires = Luminaires::new(&scene);
+    Prepared {
+        scene,
+        rays,
+        surfaces,
+        patches,
+        luminaires,
+        densities: Vec::new(),
+        memory: f64::INFINITY,
+        deadline: None,
+        seconds: start.elapsed().as_secs_f64(),
+    }
+}
+
+impl Prepared {
+    /// Cuts the surfaces anew, into about so many patches; scene, rays and luminaires stay.
+    pub fn recut(&mut self, patches: usize) {
+        let start = Instant::now();
+        self.patches = Patches::cut(&self.scene, &self.rays, &self.surfaces, patches);
+        self.densities.clear();
+        self.seconds += start.elapsed().as_secs_f64();
+    }
+
+    /// Whether the time for work to a tolerance is over.
+    pub(crate) fn is_late(&self) -> bool {
+        self.deadline.is_some_and(|end| Instant::now() >= end)
+    }
+
+    /// Mean over the patches of their rays over the number asked for.
+    pub(crate) fn density(&self) -> f64 {
+        let sum: f64 = self.densities.iter().map(|&d| f64::from(d)).sum();
+        match self.densities.len() {
+            0 => 1.0,
+            n => sum / n as f64,
+        }
+    }
+
+    /// Rays of each patch where `rays` are asked for.
+    fn counts(&self, rays: u32) -> Vec<u32> {
+        let count = |density: &f32| (rays as f32 * density).ceil() as u32;
+        match self.densities.len() == self.patches.len() {
+            true => self.densities.iter().map(count).collect(),
+            false => vec![rays; self.patches.len()],
+        }
+    }
+
+    /// Cuts every zone of the surfaces anew, into patches of its own size.
+    pub(crate) fn cut_zones(&mut self, zones: &Zones, sizes: &[f64]) {
+        let start = Instant::now();
+        self.patches = Patches::refined(&self.scene, &self.rays, zones, sizes);
+        self.seconds += start.elapsed().as_secs_f64();
+    }
+}
+
+/// Casts the rays for all `modes` at once and puts each one's K together; also tells how many rays were cast.
+pub fn assemble(p: &Prepared, modes: &[Transport], sampling: &Sampling, watch: &dyn Watch) -> (Vec<Assembled>, u64) {
+    let sights: Vec<Arc<Sight>> = modes.iter().map(|&m| sight(p, &p.scene.transports(m))).collect();
+    assemble_seeing(p, modes, &sights, sampling, watch)
+}
+
+/// The same where it is known what lies between patches and luminaires.
+pub(crate) fn assemble_seeing(
+    p: &Prepared,
+    modes: &[Transport],
+    sights: &[Arc<Sight>],
+    sampling: &Sampling,
+    watch: &dyn Watch,
+) -> (Vec<Assembled>, u64) {
+    let transports: Vec<Vec<Transport>> = modes.iter().map(|&m| p.scene.transports(m)).collect();
+    let materials: Vec<PatchMaterials> =
+        transports.iter().map(|t| PatchMaterials::new(&p.scene, &p.patches, &p.luminaires, t)).collect();
+    let variants: Vec<Variant> = transports
+        .iter()
+        .zip(&materials)
+        .map(|(t, m)| Variant { tau: t.iter().map(|t| t.tau).collect(), rows: m.receives(), columns: m.sends() })
+        .collect();
+    watch.begin("form factors", p.patches.len() as u64);
+    let tick = |done| watch.tick(done);
+    let path = (&p.rays, &p.patches);
+    let rays = (sampling, &p.counts(sampling.rays)[..]);
+    let (factors, mut rays) = cast_counts(&p.scene, path, &variants, rays, &tick);
+    let unit = p.scene.frame.scale * p.scene.frame.scale;
+    let areas: Vec<f64> = p.patches.areas().iter().map(|a| a * unit).collect();
+    let mut assembled = Vec::new();
+    for ((((f, m), t), &transport), sight) in factors.into_iter().zip(materials).zip(transports).zip(modes).zip(sights)
+    {
+        let sight = Arc::clone(sight);
+        let (received, cast) = received(p, &sight, &m, sampling, watch);
+        rays += cast;
+        let closure = closure(&f, p.patches.areas());
+        let operator = Operator::new(f, m, areas.clone(), received);
+        assembled.push(Assembled { transport, transports: t, sight, operator, closure });
+    }
+    (assembled, rays)
+}
+
+/// What lies between the patches and the luminaires.
+pub(crate) fn sight(p: &Prepared, transports: &[Transport]) -> Arc<Sight> {
+    let reflects = |&m: &u32| p.scene.materials[m as usize].rho != Rgb::ZERO;
+    let receives: Vec<bool> = p.patches.materials().iter().map(reflects).collect();
+    let (scene, path, lamps) = (&p.scene, (&p.rays, &p.patches), &p.luminaires);
+    Arc::new(Sight::new(scene, path, lamps, transports, &receives))
+}
+
+/// `F E` of the luminaires for every patch that reflects.
+fn received(
+    p: &Prepared,
+    sight: &Sight,
+    materials: &PatchMaterials,
+    sampling: &Sampling,
+    watch: &dyn Watch,
+) -> (Vec<Rgb>, u64) {
+    watch.begin("light as emitted", p.patches.len() as u64);
+    receive_emitted((&p.rays, &p.patches), &p.luminaires, sight, &materials.receives(), sampling, &|done| {
+        watch.tick(done)
+    })
+}

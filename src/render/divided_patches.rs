@@ -1,0 +1,145 @@
+//! Scenes for which patches of a size do not stand: patches divided by the light on them, where the picture sees them.
+//!
+//! Paths from the camera tell where light matters ([`Walks`]). Patches then stand for the points that paths reach, not for all of
+//! their area: what lies hidden behind a skirting board or in a wall gives and takes nothing, and the mean over what
+//! a patch stands for is the one that makes the picture's mean error vanish (the projection weighted by importance: Smits, Arvo, Salesin
+//! 1992; Becker and Rannacher 2001). Where the light sampled at those points differs by more than chance the patch is divided
+//! ([`crate::patches::Patches::divide`]).
+//!
+//! Other paths measure what error is left. If it is too much for some ways of reading, the gather pass follows further rays, or asks
+//! for direct light where it reads; and the paths that measured it divide patches further, until the cheapest reading will do.
+//!
+//! Not handled: what no path reaches; its patches keep few rays.
+
+use std::time::Instant;
+
+use crate::gather::{Gathered, Reading, Residual, Walks};
+use crate::light::Transport;
+use crate::render::assembly::{Prepared, Watch};
+use crate::render::residual_check::brightness;
+use crate::render::solved::{Solved, Spent, solve};
+use crate::render::tolerance::Wanted;
+use crate::solve::Diverges;
+
+/// Share of the tolerance that the light on patches may be off by.
+const SHARE: f64 = 0.5;
+/// Share of the tolerance that the standard error of that may be.
+const SURE: f64 = 0.35;
+/// Share of the tolerance that noise of F may take.
+const NOISE: f64 = 0.3;
+/// Paths of every pixel at a tolerance of 2 %, and at least and at most.
+const EACH: (f64, u32, u32) = (48.0, 48, 1024);
+/// Rays of a patch at first, and at most.
+const RAYS: (u32, u32) = (512, 1 << 14);
+/// Rays of a patch over those of all in the mean, at least and at most.
+const DENSITY: (f32, f32) = (0.5, 8.0);
+/// Rays of a patch that no path reaches.
+const UNSEEN: f64 = 16.0;
+/// Times that patches are divided.
+const ROUNDS: usize = 3;
+
+/// Solves on patches divided by light.
+pub(crate) fn divided(
+    p: &mut Prepared,
+    transport: Transport,
+    (mut solved, first): (Solved, &Gathered),
+    wanted: &Wanted,
+    spent: &mut Spent,
+    watch: &dyn Watch,
+) -> Result<Solved, Diverges> {
+    let each = (EACH.0 * 0.02 / wanted.tolerance) as u32;
+    let mut each = each.clamp(EACH.1, EACH.2);
+    let mut rays = RAYS.0;
+    let mut bright = brightness(first);
+    let mut seen = walks(p, &solved, wanted, (&bright, each, 1), spent);
+    for round in 1.. {
+        let clock = Instant::now();
+        let samples = seen.samples(&p.patches, &solved.fields);
+        p.patches.divide(samples);
+        p.densities = densities(p, rays);
+        spent.seconds.patches += clock.elapsed().as_secs_f64();
+        solved = solve(p, transport, rays, wanted, spent, watch)?;
+        let rough = solved.rough(p, wanted, spent, watch);
+        solved.set_errors(&rough);
+        let noise = solved.error.form_factors / (NOISE * wanted.tolerance);
+        let signal = rough.error.signal.powi(2);
+        if signal == 0.0 {
+            return Ok(solved);
+        }
+        bright = brightness(&rough);
+        let (others, residual) = measured(p, &solved, wanted, (&bright, each, round), signal, spent);
+        let goal = signal * (SHARE * wanted.tolerance).powi(2);
+        let certain = signal * (SURE * wanted.tolerance).powi(2);
+        let error = |reading: Reading| residual.upper(reading, certain);
+        let enough = |reading: &Reading| error(*reading) <= goal;
+        if enough(&Reading::PLAIN) || round as usize == ROUNDS || p.is_late() {
+            let best = |a: &Reading, b: &Reading| error(*a).total_cmp(&error(*b));
+            let least = Reading::ALL.into_iter().min_by(best);
+            let chosen = Reading::ALL.into_iter().find(enough).or(least);
+            solved.reading = chosen.unwrap_or(Reading::PLAIN);
+            solved.state(error(solved.reading) / signal);
+            return Ok(solved);
+        }
+        if noise > 1.0 {
+            rays = ((f64::from(rays) * noise * noise) as u32).min(RAYS.1);
+        }
+        seen.absorb(others);
+        each *= 2;
+    }
+    unreachable!("the last round returns")
+}
+
+/// Paths of one set, `each` of every pixel.
+fn walks(
+    p: &Prepared,
+    solved: &Solved,
+    wanted: &Wanted,
+    (bright, each, set): (&[f32], u32, u32),
+    spent: &mut Spent,
+) -> Walks {
+    let clock = Instant::now();
+    let view = solved.rough_view(p, wanted);
+    let mut walks = Walks::new(&view, bright.to_vec(), wanted.seed ^ set.wrapping_mul(0x85eb_ca6b));
+    walks.extend(&view, each);
+    spent.rays += walks.rays;
+    spent.seconds.solve += clock.elapsed().as_secs_f64();
+    walks
+}
+
+/// Paths that the patches do not know, as many as tell the error well enough, and what they tell.
+fn measured(
+    p: &Prepared,
+    solved: &Solved,
+    wanted: &Wanted,
+    (bright, each, round): (&[f32], u32, u32),
+    signal: f64,
+    spent: &mut Spent,
+) -> (Walks, Residual) {
+    let mut others = walks(p, solved, wanted, (bright, each, 1 + round), spent);
+    let clock = Instant::now();
+    let certain = signal * (SURE * wanted.tolerance).powi(2);
+    loop {
+        let residual = others.residual(&p.patches, &solved.fields);
+        let told = residual.of(Reading::PLAIN, certain);
+        if told.deviation <= certain || others.each() >= EACH.2 || told.value > 4.0 * told.deviation {
+            spent.seconds.solve += clock.elapsed().as_secs_f64();
+            return (others, residual);
+        }
+        let before = others.rays;
+        let more = others.each();
+        others.extend(&solved.rough_view(p, wanted), more);
+        spent.rays += others.rays - before;
+    }
+}
+
+/// Rays of each patch over those asked for: in proportion to how often paths reach it, and few where none does.
+fn densities(p: &Prepared, rays: u32) -> Vec<f32> {
+    let few = (UNSEEN / f64::from(rays)).min(1.0) as f32;
+    let reached: Vec<f32> = (0..p.patches.len()).map(|i| p.patches.chosen(i).len() as f32).collect();
+    let count = reached.iter().filter(|&&n| n > 0.0).count().max(1);
+    let mean = reached.iter().sum::<f32>() / count as f32;
+    let own = |&n: &f32| {
+        if n > 0.0 { (n / mean).clamp(DENSITY.0, DENSITY.1) } else { few }
+    };
+    reached.iter().map(own).collect()
+}

@@ -1,0 +1,72 @@
+//! The light that a picture is made of, and by how much it may be off, from two scramblings and from larger patches.
+//!
+//! K reads light as one value a patch, an error of first order in patch size where surfaces meet. Light on larger patches tells
+//! how it falls, so the picture is made of light extrapolated to none of it (Richardson 1911):
+//!
+//! ```text
+//! L = L_h + (Π L_h - L_2h)      Π averages over the larger patches, so detail within them stays as it is
+//! ```
+//!
+//! Measured against path tracing, it leaves a fifth to a half of the error in the mean. The terms of the series are not extrapolated, and the
+//! stated error is that of light that is not.
+//!
+//! Not handled: the terms of the series one by one.
+
+use crate::gather::{Fields, Linear, invisible, linear};
+use crate::light::{Light, Rgb};
+use crate::patches::Neighbours;
+use crate::render::assembly::Prepared;
+use crate::solve::average;
+
+/// By how much the light may be off.
+pub(crate) struct Off {
+    /// Light on larger patches, what of another scrambling's light they cannot hold, and the noise of F.
+    pub parts: [Vec<Linear>; 3],
+    /// What larger patches cannot hold, one value a patch.
+    pub detail: Vec<Rgb>,
+    /// The noise of F, one value a patch.
+    pub noise: Vec<Rgb>,
+}
+
+/// The light that the picture is made of, with its noise and what larger patches are off by riding along; of two scramblings a and
+/// b, and c on larger patches.
+pub(crate) fn fields(p: &Prepared, [a, b, c]: [Vec<Rgb>; 3]) -> (Fields, Off) {
+    // Both levels' means over larger patches differ by what K makes of patch size: the light moves on by that much.
+    let means = averaged(p, &a);
+    let onward: Vec<Rgb> = means.iter().zip(&c).map(|(a, c)| *a - *c).collect();
+    let held = averaged(p, &b);
+    let detail: Vec<Rgb> = b.iter().zip(&held).map(|(b, held)| *b - *held).collect();
+    let noise: Vec<Rgb> = a.iter().zip(&b).map(|(a, b)| 0.5 * (*a - *b)).collect();
+    let neighbours = p.patches.neighbours();
+    let [a, b] = [&a, &b].map(|values| linear(&neighbours, values));
+    let [c, held, onward] = [&c, &held, &onward].map(|values| larger(p, &neighbours, values));
+    let mix = |x: &[Linear], y: &[Linear], u: f32, v: f32| -> Vec<Linear> {
+        x.iter().zip(y).map(|(x, y)| x.mix(u, y, v)).collect()
+    };
+    let mean = mix(&a, &b, 0.5, 0.5);
+    let light = if p.patches.are_divided() { mean } else { mix(&mean, &onward, 1.0, 1.0) };
+    let noisy = mix(&a, &b, 0.5, -0.5);
+    let coarse = mix(&a, &c, 1.0, -1.0);
+    let parts = [coarse.clone(), mix(&b, &held, 1.0, -1.0), noisy.clone()];
+    let fields = Fields::linear(&[light, noisy, coarse]).led_by(1);
+    let off = Off { parts, detail, noise };
+    (fields, off)
+}
+
+/// The mean over the parts of each larger patch, given on the smaller ones.
+fn averaged(p: &Prepared, values: &[Rgb]) -> Vec<Rgb> {
+    let light: Vec<Light> = values.iter().copied().map(Light::unseen).collect();
+    invisible(&average(&p.patches.weights(), p.patches.parents(), &light))
+}
+
+/// Light of larger patches, given on the smaller ones, as linear within the larger.
+fn larger(p: &Prepared, neighbours: &Neighbours, values: &[Rgb]) -> Vec<Linear> {
+    let parents = p.patches.parents();
+    let neighbours = neighbours.larger(parents, &p.patches.weights());
+    let mut own = vec![Rgb::ZERO; neighbours.len()];
+    for (value, &parent) in values.iter().zip(parents) {
+        own[parent as usize] = *value;
+    }
+    let light = linear(&neighbours, &own);
+    parents.iter().map(|&parent| light[parent as usize]).collect()
+}

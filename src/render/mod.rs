@@ -1,0 +1,31 @@
+//! The way from a scene to a picture with its error, and to the terms of the bounce series.
+//!
+//! [`prepare`] cuts patches, [`assemble`] puts K together, [`render`] makes the picture of given effort, and
+//! [`render_within`] spends effort until the picture's estimated error is within a tolerance; [`explore_within`] does
+//! so for the powers of the terms `KⁿE`.
+//!
+//! Not handled: which picture is asked for; that is a scene's camera and a [`Transport`](crate::light::Transport).
+
+pub(crate) mod assembly;
+pub(crate) mod divided_patches;
+pub(crate) mod error_shares;
+pub(crate) mod levels;
+pub(crate) mod look;
+pub(crate) mod memory;
+pub(crate) mod patch_sizes;
+pub(crate) mod rendered;
+pub(crate) mod residual_check;
+pub(crate) mod series;
+pub(crate) mod shooters;
+pub(crate) mod solved;
+pub(crate) mod tolerance;
+pub(crate) mod unfit;
+
+pub use assembly::{Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, prepare};
+pub use look::{picture, render, without_luminaires};
+pub use memory::{Estimate, check_memory, estimate_memory, usable_memory};
+pub use rendered::{ErrorParts, Within};
+pub use series::{BounceSeries, End, TermError, WantedTerms, explore_within};
+pub use shooters::{assembled_shooter, ray_shooter};
+pub use tolerance::{Wanted, render_within};
+pub use unfit::{PictureUnfit, Stored, Unfit, check_pictures};

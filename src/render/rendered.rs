@@ -1,0 +1,89 @@
+//! A picture and how far it may be off: what `halflight render` returns and reports.
+
+use crate::form_factors::Closure;
+use crate::gather::Gathered;
+use crate::operator::Bounds;
+use crate::pictures::Picture;
+use crate::render::assembly::{Assembled, Prepared, Seconds};
+use crate::solve::{Solution, Verdict};
+
+/// Estimated relative errors of a picture, and their root sum of squares.
+#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
+pub struct ErrorParts {
+    /// Noise of F.
+    pub form_factors: f64,
+    /// Size of the patches.
+    pub patches: f64,
+    /// What the series left out, a bound.
+    pub truncation: f64,
+    /// Sampling of the gather pass, and its fit between irradiance points.
+    pub gather: f64,
+    /// All together.
+    pub total: f64,
+}
+
+impl ErrorParts {
+    /// Sets the total.
+    pub(crate) fn sum(mut self) -> ErrorParts {
+        let parts = [self.form_factors, self.patches, self.truncation, self.gather];
+        self.total = parts.iter().map(|p| p * p).sum::<f64>().sqrt();
+        self
+    }
+}
+
+/// A picture, and how far it may be off.
+pub struct Within {
+    /// Linear radiance.
+    pub picture: Picture,
+    /// Standard error of every pixel from the gather pass.
+    pub standard_error: Picture,
+    /// Estimated errors of the picture.
+    pub error: ErrorParts,
+    /// Where the time went.
+    pub seconds: Seconds,
+    /// Patches at last.
+    pub patches: usize,
+    /// Rays cast in all.
+    pub rays: u64,
+    /// Proved bounds on the spectral radius.
+    pub radius: Bounds,
+    /// How the series behaves.
+    pub verdict: Verdict,
+    /// Row sums of F; none where no ray was needed.
+    pub closure: Option<Closure>,
+    /// Share of the camera's rays that met the black back of a one-sided face.
+    pub backs: f64,
+    /// Share of the camera's rays that met a side that reflects.
+    pub sees: f64,
+}
+
+impl Within {
+    /// Whether no pixel has any light though the camera sees a surface's reflecting side.
+    pub(crate) fn is_black(&self) -> bool {
+        let dark = |pixel: &crate::light::Rgb| *pixel == crate::light::Rgb::ZERO;
+        self.sees > 0.0 && self.picture.pixels.iter().all(dark)
+    }
+
+    /// The picture of a solution made with given effort; its errors but those of the gather pass and of truncation are unknown.
+    pub fn fixed(
+        p: &Prepared,
+        mode: &Assembled,
+        solution: &Solution,
+        gathered: Gathered,
+        (seconds, rays): (Seconds, u64),
+    ) -> Within {
+        Within {
+            picture: gathered.total(),
+            error: ErrorParts::default(),
+            seconds,
+            patches: p.patches.len(),
+            rays: rays + gathered.rays,
+            radius: solution.radius,
+            verdict: solution.verdict,
+            closure: mode.closure,
+            backs: gathered.backs,
+            sees: gathered.sees,
+            standard_error: gathered.standard_error,
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! Whether patches of one size stand for a scene at all, as measured at points: the two levels of patches agree where both are
+//! wrong alike, the residual does not ([`crate::gather::Residual`]).
+//!
+//! A few paths are enough to find errors as large as what is asked for; where they find one, more paths make sure of it.
+//!
+//! Not handled: errors that few paths cannot tell from none; the larger of both estimates is stated.
+
+use crate::gather::{Gathered, Reading, Residual, Squared, Walks};
+use crate::render::assembly::Prepared;
+use crate::render::solved::Solved;
+use crate::render::tolerance::Wanted;
+
+/// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; and at most, where an error is suspected or they tell too
+/// little.
+const PATHS: (f64, f64) = (20_000.0, 262_144.0);
+/// Paths of a pixel over those of all in the mean, at least and at most.
+const LEAST: f32 = 0.25;
+const MOST: f32 = 16.0;
+/// Share of the tolerance that an error must exceed to matter.
+const MATTERS: f64 = 0.7;
+/// Share of the tolerance that the standard error of an error is to be below, for it to be stated as it was measured.
+const SURE: f64 = 0.5;
+/// Standard errors beyond which an error is certain.
+const CERTAIN: f64 = 3.0;
+/// Squared error over what the two levels and the noise of F say, beyond which they are contradicted.
+const BEYOND: f64 = 2.0;
+
+/// Paths that check solutions on any patches.
+pub(crate) struct Check {
+    walks: Walks,
+    /// Paths of a pixel at most.
+    most: u32,
+    /// Squared RMS of the picture.
+    signal: f64,
+}
+
+impl Check {
+    /// A few paths through the rough picture of a solution.
+    pub fn new(p: &Prepared, solved: &Solved, wanted: &Wanted, rough: &Gathered) -> Check {
+        let view = solved.rough_view(p, wanted);
+        let mut walks = Walks::new(&view, brightness(rough), wanted.seed ^ 0x2c1b_3c6d);
+        let pixels = (view.width * view.height) as f64;
+        let paths = PATHS.0 * (0.02 / wanted.tolerance).clamp(0.5, 4.0);
+        let each = |paths: f64| (paths / pixels).ceil() as u32;
+        walks.extend(&view, each(paths));
+        Check { most: each(PATHS.1), walks, signal: rough.error.signal.powi(2) }
+    }
+
+    /// Whether the light is off by more than its two levels of patches and its noise say, and by more than is tolerable.
+    pub fn contradicts(&mut self, p: &Prepared, solved: &Solved, wanted: &Wanted) -> bool {
+        if self.signal == 0.0 {
+            return false;
+        }
+        let known = known(solved);
+        let matters = (MATTERS * wanted.tolerance).powi(2);
+        loop {
+            let residual = self.walks.residual(&p.patches, &solved.fields);
+            let found = self.share(surest(&residual));
+            let tolerable = matters.max(BEYOND * known);
+            let wrong = found.value - found.deviation > tolerable;
+            let certain = wrong && found.value > CERTAIN * found.deviation;
+            let suspicious = found.value > tolerable.max(found.deviation);
+            let small = self.share(residual.of_small(Reading::PLAIN));
+            let blind = small.deviation > (SURE * wanted.tolerance).powi(2);
+            if certain || !(suspicious || blind) || self.walks.each() >= self.most {
+                return wrong;
+            }
+            let more = self.walks.each();
+            self.walks.extend(&solved.rough_view(p, wanted), more);
+        }
+    }
+
+    /// States the larger of what the two levels of patches say and what the paths do: over the smallest blocks of pixels that tell it well
+    /// enough, or what larger ones are sure of.
+    pub fn confirm(&self, p: &Prepared, solved: &mut Solved, wanted: &Wanted) {
+        if self.signal == 0.0 {
+            return;
+        }
+        let residual = self.walks.residual(&p.patches, &solved.fields);
+        let certain = (SURE * wanted.tolerance).powi(2);
+        let told = self.share(residual.of(Reading::PLAIN, self.signal * certain));
+        let surest = self.share(surest(&residual));
+        let sure = surest.value - surest.deviation;
+        let error = match told.deviation <= certain {
+            true => told.value.max(sure),
+            false => sure,
+        };
+        // The paths see the noise of F as well, which is stated beside.
+        let noise = solved.error.form_factors.powi(2);
+        let patches = (error - noise).max(0.0).sqrt();
+        solved.error.patches = solved.error.patches.max(patches);
+    }
+
+    /// Rays cast.
+    pub fn rays(&self) -> u64 {
+        self.walks.rays
+    }
+
+    fn share(&self, squared: Squared) -> Squared {
+        Squared { value: squared.value / self.signal, deviation: squared.deviation / self.signal }
+    }
+}
+
+/// The squared error of light that is read at once, over the blocks of pixels that are surest of one: errors of small places show
+/// in small blocks only.
+fn surest(residual: &Residual) -> Squared {
+    let sure = |s: &&Squared| s.value - CERTAIN * s.deviation;
+    let blocks = residual.squared[Reading::PLAIN.number()].iter();
+    let surest = blocks.max_by(|a, b| sure(a).total_cmp(&sure(b)));
+    surest.copied().unwrap_or_default()
+}
+
+/// The light of every pixel of a rough picture over their mean, within limits: dark pixels are looked at too, and luminaires are
+/// no part of the error.
+pub(crate) fn brightness(rough: &Gathered) -> Vec<f32> {
+    let (picture, lamps) = (rough.total(), &rough.emission);
+    let light = picture.pixels.iter().zip(&lamps.pixels);
+    let own = light.map(|(l, e)| if e.max_element() > 0.0 { 0.0 } else { l.element_sum() });
+    let own: Vec<f32> = own.collect();
+    let mean = own.iter().sum::<f32>() / own.len().max(1) as f32;
+    let within = |l: &f32| (l / mean.max(f32::MIN_POSITIVE)).clamp(LEAST, MOST);
+    own.iter().map(within).collect()
+}
+
+/// What the squared error is by the two levels of patches and two scramblings.
+fn known(solved: &Solved) -> f64 {
+    solved.error.patches.powi(2) + solved.error.form_factors.powi(2)
+}

@@ -1,0 +1,290 @@
+//! The terms of the bounce series to a wanted accuracy of their powers.
+//!
+//! Each term's power has two errors. Noise of F: the spread over four casts with independent scramblings. Size of patches: the
+//! difference to patches four times as large from the same rays, and the difference to the round before on patches cut anew,
+//! whichever is larger. Light of a patch is read as one value by K, an error of first order in patch size, so the whole
+//! difference counts; between rounds of n and m patches it is the difference over `sqrt(n/m) - 1`. What a term is off is handed on by
+//! reflection: no term is taken to be nearer than those before it, for two levels may cross and agree where both are wrong.
+//!
+//! Patches and rays grow until no term is off by more than the tolerance, or until more of them do not help.
+//!
+//! Not handled: terms below a millionth of the first; their share of the sum is below any tolerance.
+
+use std::time::Instant;
+
+use crate::form_factors::Sampling;
+use crate::light::{Light, Transport};
+use crate::operator::Operator;
+use crate::render::assembly::{Assembled, Prepared, Watch, assemble_seeing, sight};
+use crate::render::memory::{Kept, keep_terms_within};
+use crate::render::tolerance::finer;
+use crate::solve::{Solution, coarse_terms, explore, measure};
+
+/// Casts with independent scramblings.
+const CASTS: u32 = 4;
+/// Patches and rays a patch at first, at a tolerance of 1 %.
+const FIRST: (f64, f64) = (1000.0, 64.0);
+/// Patches, and rays a patch, at most.
+const MOST: (usize, u32) = (100_000, 1 << 16);
+/// Times patches and rays are chosen anew.
+const ROUNDS: usize = 8;
+/// The first round only tells the size of patches: it has a share of the patches.
+const LESS: f64 = 0.25;
+/// A round that leaves more than this share of the error did not help; so many of them in a row are enough.
+const HELPED: f64 = 0.9;
+const STUCK: usize = 2;
+/// Times that patches must be smaller than in the round before for the two to tell anything.
+const CLEARLY: f64 = 1.2;
+/// Standard errors of a difference that chance explains.
+const DEVIATIONS: f64 = 2.0;
+/// Terms below this share of the first are not looked at.
+const NEGLIGIBLE: f64 = 1e-6;
+
+/// Estimated relative errors of one term's power.
+#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
+pub struct TermError {
+    /// Noise of F.
+    pub form_factors: f64,
+    /// Size of the patches.
+    pub patches: f64,
+    /// Both together.
+    pub total: f64,
+}
+
+/// The series of one mode, and how far its terms may be off.
+pub struct BounceSeries {
+    /// K, from the first cast.
+    pub mode: Assembled,
+    /// Its series.
+    pub solution: Solution,
+    /// Errors of the terms, E first.
+    pub errors: Vec<TermError>,
+    /// Rays cast from each patch.
+    pub rays: u32,
+    /// What ended it.
+    pub end: End,
+    /// Powers of all terms.
+    powers: Vec<f64>,
+}
+
+/// Why no more patches and rays were taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// Every term is within the tolerance.
+    Met,
+    /// K of more patches would not fit.
+    Memory,
+    /// There are as many patches and rays as are ever taken.
+    Most,
+    /// Two rounds in a row left the error about as large as it was.
+    NoBetter,
+    /// Another round would not end in time.
+    Time,
+}
+
+impl End {
+    /// What keeps the error above the tolerance; none where nothing does.
+    pub fn why(self) -> Option<&'static str> {
+        match self {
+            End::Met => None,
+            End::Memory => Some("more patches would not fit in memory"),
+            End::Most => Some("no more patches and rays are taken than these"),
+            End::NoBetter => Some("more patches and rays did not make the error smaller"),
+            End::Time => Some("a finer round would not end in time"),
+        }
+    }
+}
+
+/// What is asked of the terms.
+#[derive(Clone, Copy, Debug)]
+pub struct WantedTerms {
+    /// Bounces, E not counted.
+    pub count: usize,
+    /// Relative error of each one's power.
+    pub tolerance: f64,
+    /// Seconds; no round is begun that would not end within them.
+    pub time: Option<f64>,
+    /// Chooses the scrambling of all points.
+    pub seed: u32,
+}
+
+/// What is kept of a round for the next.
+struct Round {
+    patches: usize,
+    powers: Vec<f64>,
+    errors: Vec<TermError>,
+    /// The worst term's error over what is allowed.
+    missed: f64,
+    /// Rounds in a row that did not help.
+    stuck: usize,
+    /// Seconds since the start.
+    ended: f64,
+}
+
+/// The first bounces with their powers to a tolerance; the patches of `p` are cut anew as it needs.
+pub fn explore_within(p: &mut Prepared, transport: Transport, wanted: &WantedTerms, watch: &dyn Watch) -> BounceSeries {
+    let clock = Instant::now();
+    let fineness = (0.01 / wanted.tolerance).clamp(0.1, 10.0);
+    let begin = (FIRST.0 * fineness, ((FIRST.1 * fineness) as u32).max(16));
+    let mut effort = ((LESS * begin.0) as usize, begin.1);
+    let mut earlier: Option<Round> = None;
+    for round in 1.. {
+        p.recut(effort.0);
+        let sampling = Sampling { rays: effort.1, ..Sampling::default() };
+        let kept = Kept::First(wanted.count);
+        let most = keep_terms_within(p, transport, &sampling, (2, kept));
+        let mut series = cast(p, transport, wanted, effort.1, watch);
+        let own = series.round(p.patches.len(), earlier.as_ref(), wanted, &clock);
+        let done = (own.patches, effort.1);
+        let next = match &earlier {
+            // The first round only tells something together with the second.
+            None if !most => (begin.0 as usize, begin.1),
+            _ => finer(done, series.missed(wanted.tolerance), MOST),
+        };
+        let before = earlier.as_ref().map_or(0.0, |e| e.ended);
+        let work = |(n, rays): (usize, u32)| n as f64 * f64::from(rays);
+        let foreseen = own.ended + (own.ended - before) * work(next) / work(done);
+        let end = if own.missed <= 1.0 && (earlier.is_some() || most) {
+            End::Met
+        } else if most {
+            End::Memory
+        } else if (done.0 >= MOST.0 && done.1 >= MOST.1) || round == ROUNDS {
+            End::Most
+        } else if own.stuck == STUCK {
+            End::NoBetter
+        } else if wanted.time.is_some_and(|time| foreseen > time) {
+            End::Time
+        } else {
+            (effort, earlier) = (next, Some(own));
+            continue;
+        };
+        series.end = end;
+        return series;
+    }
+    unreachable!("the last round returns")
+}
+
+impl BounceSeries {
+    /// Takes the round before into the errors, and tells what the next one needs of this.
+    fn round(&mut self, patches: usize, earlier: Option<&Round>, wanted: &WantedTerms, clock: &Instant) -> Round {
+        if let Some(old) = earlier {
+            self.compare(old, (patches as f64 / old.patches as f64).sqrt());
+        }
+        let (noise, coarse) = self.missed(wanted.tolerance);
+        let missed = noise.max(coarse);
+        // The first round has nothing to be compared with, so the second's error may be larger.
+        let stuck = match earlier {
+            Some(old) if missed > HELPED * old.missed => old.stuck + 1,
+            _ => 0,
+        };
+        Round {
+            patches,
+            powers: self.powers.clone(),
+            errors: self.errors.clone(),
+            missed,
+            stuck,
+            ended: clock.elapsed().as_secs_f64(),
+        }
+    }
+
+    /// Errors of patch size are at least what the round before on fewer patches tells; `finer` is how many times as large
+    /// those were.
+    fn compare(&mut self, before: &Round, finer: f64) {
+        if finer < CLEARLY {
+            return;
+        }
+        for (n, error) in self.errors.iter_mut().enumerate() {
+            let (Some(own), Some(old)) = (self.powers.get(n), before.powers.get(n)) else {
+                continue;
+            };
+            let noise = before.errors.get(n).map_or(0.0, |e| e.form_factors);
+            if looked_at(&self.powers, n) {
+                // Of the difference, what chance does not explain.
+                let apart = (own - old).abs() / own;
+                let left = (apart - DEVIATIONS * noise.hypot(error.form_factors)).max(0.0);
+                error.patches = error.patches.max(left / (finer - 1.0));
+            }
+        }
+        hand_on(&mut self.errors, &self.powers);
+    }
+
+    /// How many times larger than their shares noise and the error of patch size are, in the worst term.
+    fn missed(&self, tolerance: f64) -> (f64, f64) {
+        let worst = |part: fn(&TermError) -> f64| self.errors.iter().map(part).fold(0.0, f64::max);
+        let share = 0.7 * tolerance;
+        (worst(|e| e.form_factors) / share, worst(|e| e.patches) / share)
+    }
+}
+
+/// Whether a term's error is asked for: E is exact, and the smallest terms do not matter.
+fn looked_at(powers: &[f64], n: usize) -> bool {
+    let first = powers.get(1).copied().unwrap_or(0.0);
+    n > 0 && powers[n] > NEGLIGIBLE * first && powers[n].is_finite()
+}
+
+/// What a term is off by patch size, the terms after it are at least.
+fn hand_on(errors: &mut [TermError], powers: &[f64]) {
+    let mut least = 0.0;
+    let each = errors.iter_mut().enumerate();
+    for (_, error) in each.filter(|(n, _)| looked_at(powers, *n)) {
+        least = error.patches.max(least);
+        error.patches = least;
+        error.total = error.form_factors.hypot(error.patches);
+    }
+}
+
+/// One set of patches: the series of every cast, and of the larger patches under the first.
+fn cast(p: &Prepared, transport: Transport, wanted: &WantedTerms, rays: u32, watch: &dyn Watch) -> BounceSeries {
+    let sights = [sight(p, &p.scene.transports(transport))];
+    let one = |cast: u32| {
+        let sampling =
+            Sampling { rays, seed: wanted.seed.wrapping_add(cast.wrapping_mul(0x9e37_79b9)), ..Sampling::default() };
+        let (mut modes, _) = assemble_seeing(p, &[transport], &sights, &sampling, watch);
+        let mode = modes.remove(0);
+        let solution = explore(&mode.operator, wanted.count);
+        (mode, solution)
+    };
+    let (mode, solution) = one(0);
+    let last = solution.terms.len() - 1;
+    let mut powers = vec![powers(&mode.operator, &solution.terms)];
+    powers.extend((1..CASTS).map(|c| {
+        let (mode, solution) = one(c);
+        self::powers(&mode.operator, &solution.terms)
+    }));
+    let coarse = coarse_terms(&mode.operator, p.patches.areas(), p.patches.parents(), last);
+    let coarse = self::powers(&mode.operator, &coarse);
+    BounceSeries {
+        errors: errors(&powers, &coarse),
+        mode,
+        solution,
+        rays,
+        end: End::Met,
+        powers: powers.swap_remove(0),
+    }
+}
+
+/// Power of the visible half of every term, channels added, W.
+fn powers(k: &Operator, terms: &[Vec<Light>]) -> Vec<f64> {
+    let power = |(n, term): (usize, &Vec<Light>)| measure(k, n, term, None).power.iter().sum();
+    terms.iter().enumerate().map(power).collect()
+}
+
+/// Errors of the first cast's powers.
+fn errors(casts: &[Vec<f64>], coarse: &[f64]) -> Vec<TermError> {
+    let terms = casts.iter().map(Vec::len).min().unwrap_or(0);
+    let one = |n: usize| {
+        let own = casts[0][n];
+        if !looked_at(&casts[0], n) {
+            return TermError::default();
+        }
+        let count = casts.len() as f64;
+        let mean = casts.iter().map(|c| c[n]).sum::<f64>() / count;
+        let spread: f64 = casts.iter().map(|c| (c[n] - mean).powi(2)).sum();
+        let form_factors = (spread / (count - 1.0)).sqrt() / own;
+        let patches = (own - coarse[n]).abs() / own;
+        TermError { form_factors, patches, total: form_factors.hypot(patches) }
+    };
+    let mut errors: Vec<TermError> = (0..terms).map(one).collect();
+    hand_on(&mut errors, &casts[0]);
+    errors
+}

@@ -1,0 +1,148 @@
+//! Text of OBJ and MTL files, line by line: encoding, line ends, continuations, comments, numbers.
+//!
+//! Lines are numbered as an editor shows them; a statement continued with `\` has the number of its first line.
+//! Not handled: line ends of a lone carriage return (such a file reads as one line).
+//!
+//! Source: Wavefront, *Object Files* and *MTL Material Format*, Advanced Visualizer manual, appendix B1.
+
+use std::borrow::Cow;
+
+use crate::scene::error::{Place, SceneError};
+
+/// One statement: its first line's number, its keyword, and everything after the keyword, trimmed.
+pub(crate) struct Statement<'a> {
+    pub line: usize,
+    text: Cow<'a, str>,
+}
+
+impl Statement<'_> {
+    /// The first word.
+    pub fn keyword(&self) -> &str {
+        self.text.split_whitespace().next().unwrap_or("")
+    }
+
+    /// What follows the keyword, spaces inside kept: names may hold spaces and `#`.
+    pub fn rest(&self) -> &str {
+        let text = self.text.trim();
+        text[self.keyword().len()..].trim()
+    }
+
+    /// The words after the keyword, up to a trailing comment.
+    pub fn words(&self) -> impl Iterator<Item = &str> {
+        let words = self.text.split_whitespace().skip(1);
+        words.take_while(|word| !word.starts_with('#'))
+    }
+
+    /// The statement's name, such as after `usemtl`; an error where there is none.
+    pub fn name(&self, file: &str) -> Result<&str, SceneError> {
+        match self.rest() {
+            "" => Err(self.malformed(file, "a name", "none")),
+            name => Ok(name),
+        }
+    }
+
+    /// An error about the number or kind of this statement's values.
+    pub fn malformed(&self, file: &str, needed: &'static str, found: &str) -> SceneError {
+        SceneError::Malformed {
+            place: Place::line(file, self.line),
+            statement: self.keyword().to_owned(),
+            needed,
+            found: found.to_owned(),
+        }
+    }
+
+    /// A finite number.
+    pub fn number(&self, file: &str, word: &str) -> Result<f64, SceneError> {
+        let place = || Place::line(file, self.line);
+        let (statement, shown) = (|| self.keyword().to_owned(), || shorten(word));
+        match word.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            Ok(_) => Err(SceneError::NotFinite { place: place(), statement: statement(), word: shown() }),
+            Err(_) => Err(SceneError::NotANumber { place: place(), statement: statement(), word: shown() }),
+        }
+    }
+}
+
+/// The bytes as text without a byte order mark, or the line that is not UTF-8.
+pub(crate) fn decode<'a>(file: &str, bytes: &'a [u8]) -> Result<&'a str, SceneError> {
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let at = error.valid_up_to();
+        let line = 1 + bytes[..at].iter().filter(|&&b| b == b'\n').count();
+        SceneError::NotUtf8 { place: Place::line(file, line), byte: bytes[at] }
+    })?;
+    Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
+}
+
+/// The statements of a text: no empty lines, no comment lines, continued lines joined.
+pub(crate) fn statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
+    let mut lines = text.lines().enumerate();
+    std::iter::from_fn(move || {
+        let (index, first) = lines.find(|(_, line)| !is_blank(line))?;
+        let mut text = Cow::Borrowed(first);
+        while let Some(open) = text.trim_end().strip_suffix('\\') {
+            // Truncate and append in place: a long chain costs its length once.
+            let kept = open.len();
+            let joined = text.to_mut();
+            joined.truncate(kept);
+            joined.push(' ');
+            joined.push_str(lines.next().map_or("", |(_, line)| line));
+        }
+        Some(Statement { line: index + 1, text })
+    })
+    .filter(|statement| !is_blank(&statement.text))
+}
+
+fn is_blank(line: &str) -> bool {
+    let line = line.trim_start();
+    line.is_empty() || line.starts_with('#')
+}
+
+/// At most 40 characters of a word, for a message.
+pub(crate) fn shorten(word: &str) -> String {
+    match word.char_indices().nth(40) {
+        Some((end, _)) => format!("{}...", &word[..end]),
+        None => word.to_owned(),
+    }
+}
+
+/// At most twelve names of a list, for a message.
+pub(crate) fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<String> = names.map(shorten).collect();
+    match names.len() {
+        0 => "(none)".to_owned(),
+        1..=12 => names.join(", "),
+        n => format!("{} and {} more", names[..12].join(", "), n - 12),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_numbered_as_an_editor_shows_them() {
+        let text = "# c\r\n\r\nv 1 \\\r\n 2 3 # end\r\n\tf\t1 2\nusemtl a #2 \n\\\n";
+        let found: Vec<(usize, String, Vec<String>)> =
+            statements(text).map(|s| (s.line, s.rest().to_owned(), s.words().map(str::to_owned).collect())).collect();
+        assert_eq!(found.len(), 3);
+        assert_eq!((found[0].0, found[1].0, found[2].0), (3, 5, 6));
+        assert_eq!(found[0].2, ["1", "2", "3"]);
+        assert_eq!(found[1].2, ["1", "2"]);
+        assert_eq!(found[2].1, "a #2");
+    }
+
+    #[test]
+    fn a_long_chain_of_continuations_ends_with_the_text() {
+        let text = "f 1\\\n".repeat(3);
+        let all: Vec<_> = statements(&text).collect();
+        assert_eq!(all.len(), 1);
+        assert_eq!(all[0].line, 1);
+    }
+
+    #[test]
+    fn the_line_that_is_not_text_is_named() {
+        let error = decode("a.obj", b"v 0 0 0\n\n# caf\xe9\n").unwrap_err();
+        assert_eq!(error.to_string(), "a.obj, line 3: byte 0xe9 is not UTF-8 text");
+        assert_eq!(decode("a", "\u{feff}v".as_bytes()).unwrap(), "v");
+    }
+}

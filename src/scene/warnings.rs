@@ -1,0 +1,44 @@
+//! Warnings: what a file holds that the scene does not, one sentence a kind with a count and the first place.
+
+use crate::scene::lines::{list, shorten};
+
+/// Occurrences of one kind: how many, where first, and which names.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tally {
+    pub count: usize,
+    first: usize,
+    names: Vec<String>,
+}
+
+impl Tally {
+    /// Counts one occurrence at a line.
+    pub fn add(&mut self, line: usize) {
+        if self.count == 0 {
+            self.first = line;
+        }
+        self.count += 1;
+    }
+
+    /// Counts one occurrence and keeps the name it belongs to, once.
+    pub fn add_named(&mut self, line: usize, name: &str) {
+        self.add(line);
+        if !self.names.iter().rev().any(|known| known == name) && self.names.len() < 100 {
+            self.names.push(name.to_owned());
+        }
+    }
+
+    /// `2 NOUN (first: FILE, ITEM 7): CONSEQUENCE`, naming the names; nothing where nothing was counted.
+    pub fn report(&self, file: &str, item: &str, noun: &str, consequence: &str, warnings: &mut Vec<String>) {
+        if self.count == 0 {
+            return;
+        }
+        let of = match self.names.len() {
+            0 => String::new(),
+            1 => format!(" of material `{}`", shorten(&self.names[0])),
+            _ => format!(" of materials {}", list(self.names.iter().map(String::as_str))),
+        };
+        let plural = if self.count == 1 { "" } else { "s" };
+        let (count, first) = (self.count, self.first);
+        warnings.push(format!("{count} {noun}{plural}{of} (first: {file}, {item} {first}): {consequence}"));
+    }
+}

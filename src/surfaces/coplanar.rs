@@ -1,0 +1,189 @@
+//! Surfaces: faces of one plane, one orientation, one object and one material that touch each other.
+//!
+//! Each has a rectangular frame (u, v) in its plane, turned so that the rectangle around it is smallest.
+
+use std::collections::HashMap;
+
+use glam::{DVec2, DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::rays::Rays;
+use crate::rays::hasher::BuildMix;
+use crate::scene::Scene;
+
+/// A maximal set of touching coplanar faces with its (u, v) frame.
+#[derive(Debug)]
+pub(crate) struct Surface {
+    pub faces: Vec<u32>,
+    pub material: u32,
+    pub area: f64,
+    pub normal: DVec3,
+    /// Corner of the rectangle with the smallest u and v.
+    pub origin: DVec3,
+    /// Unit vectors of u and v; `cross(u, v)` is the normal.
+    pub axes: [DVec3; 2],
+    /// Width and height of the rectangle, the longer first.
+    pub extent: [f64; 2],
+}
+
+impl Surface {
+    /// Columns and rows of a grid of about `size`.
+    pub fn divisions(&self, size: f64) -> [usize; 2] {
+        self.extent.map(|e| ((e / size).round().clamp(1.0, 4096.0)) as usize)
+    }
+
+    /// Expected number of patches of a grid of about `size`: the cells that the surface covers.
+    pub fn cells(&self, size: f64) -> f64 {
+        let [columns, rows] = self.divisions(size).map(|n| n as f64);
+        let covered = self.area / (self.extent[0] * self.extent[1]);
+        (columns * rows * covered).ceil().max(1.0)
+    }
+
+    /// (u, v) of a point, in the surface's units.
+    pub fn uv(&self, p: DVec3) -> DVec2 {
+        let d = p - self.origin;
+        DVec2::new(d.dot(self.axes[0]), d.dot(self.axes[1]))
+    }
+}
+
+/// Unit normal of a triangle, by the right-hand rule.
+pub(crate) fn normal(corners: [Vec3; 3]) -> DVec3 {
+    let [a, b, c] = corners.map(|p| p.as_dvec3());
+    (b - a).cross(c - a).normalize_or(DVec3::Z)
+}
+
+/// All surfaces of a scene, in the order of their first faces.
+pub(crate) fn find(scene: &Scene, rays: &Rays) -> Vec<Surface> {
+    let (faces, starts) = by_plane(scene, rays);
+    let planes = starts.par_windows(2);
+    let connected = planes.flat_map_iter(|range| {
+        let own = &faces[range[0] as usize..range[1] as usize];
+        connected(scene, own)
+    });
+    let mut parts: Vec<Vec<u32>> = connected.collect();
+    parts.par_sort_unstable_by_key(|faces| faces[0]);
+    parts.into_par_iter().map(|f| measure(scene, f)).collect()
+}
+
+/// The faces plane by plane, in order, and where each plane's faces begin.
+fn by_plane(scene: &Scene, rays: &Rays) -> (Vec<u32>, Vec<u32>) {
+    let count = scene.faces.len() as u32;
+    let planes = (0..count).map(|f| rays.plane(f) + 1).max().unwrap_or(0);
+    let mut starts = vec![0; planes as usize + 1];
+    (0..count).for_each(|f| starts[rays.plane(f) as usize + 1] += 1);
+    for plane in 0..planes as usize {
+        starts[plane + 1] += starts[plane];
+    }
+    let (mut next, mut faces) = (starts.clone(), vec![0; count as usize]);
+    for face in 0..count {
+        let at = &mut next[rays.plane(face) as usize];
+        faces[*at as usize] = face;
+        *at += 1;
+    }
+    (faces, starts)
+}
+
+/// The faces of one plane by surface (union-find over shared corners).
+fn connected(scene: &Scene, faces: &[u32]) -> Vec<Vec<u32>> {
+    if let [face] = faces {
+        return vec![vec![*face]];
+    }
+    let mut parents: Vec<u32> = (0..faces.len() as u32).collect();
+    let mut first: HashMap<([u32; 3], u32, bool), u32, BuildMix> = HashMap::default();
+    for (k, &face) in (0u32..).zip(faces) {
+        let n = normal(scene.corners(face));
+        let outward = n.x + 0.7 * n.y + 0.3 * n.z > 0.0;
+        let material = scene.faces[face as usize].material;
+        for corner in scene.corners(face) {
+            // Corners are compared by position: exporters repeat vertices.
+            let position = corner.to_array().map(|x| (x + 0.0).to_bits());
+            let other = *first.entry((position, material, outward)).or_insert(k);
+            join(&mut parents, k, other);
+        }
+    }
+    let mut parts: Vec<Vec<u32>> = vec![Vec::new(); faces.len()];
+    for (k, &face) in (0u32..).zip(faces) {
+        parts[root(&mut parents, k) as usize].push(face);
+    }
+    parts.retain(|faces| !faces.is_empty());
+    parts
+}
+
+fn root(parents: &mut [u32], mut face: u32) -> u32 {
+    while parents[face as usize] != face {
+        parents[face as usize] = parents[parents[face as usize] as usize];
+        face = parents[face as usize];
+    }
+    face
+}
+
+fn join(parents: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (root(parents, a), root(parents, b));
+    let (low, high) = (a.min(b), a.max(b));
+    parents[high as usize] = low;
+}
+
+/// Area, normal and the smallest rectangle around a surface's faces.
+fn measure(scene: &Scene, faces: Vec<u32>) -> Surface {
+    let corners: Vec<[DVec3; 3]> = faces.iter().map(|&f| scene.corners(f).map(|p| p.as_dvec3())).collect();
+    let doubled: DVec3 = corners.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a)).sum();
+    let normal = doubled.normalize_or(DVec3::Z);
+    let (u, low, high) = smallest_rectangle(&corners, normal);
+    let v = normal.cross(u);
+    let size = high - low;
+    let base = corners[0][0];
+    let origin = base + u * low.x + v * low.y;
+    let mut surface = Surface {
+        material: scene.faces[faces[0] as usize].material,
+        area: faces.iter().map(|&f| scene.area(f)).sum(),
+        normal,
+        origin,
+        axes: [u, v],
+        extent: [size.x, size.y],
+        faces,
+    };
+    if size.y > size.x {
+        // Turn by a right angle so that the longer side comes first: (u, v) -> (v, -u).
+        surface.origin = origin + u * size.x;
+        surface.axes = [v, -u];
+        surface.extent = [size.y, size.x];
+    }
+    surface
+}
+
+/// Direction u, and the corners of the rectangle around the faces in (u, v), relative to the first corner.
+fn smallest_rectangle(corners: &[[DVec3; 3]], normal: DVec3) -> (DVec3, DVec2, DVec2) {
+    // Some edge of the convex hull lies on the best rectangle; 48 edges are enough for any shape one draws by hand.
+    const EDGES: usize = 48;
+    // From so many faces on the edges are tried by several threads.
+    const MANY: usize = 1000;
+    let base = corners[0][0];
+    let edges = corners.iter().flat_map(|[a, b, c]| [*b - *a, *c - *b, *a - *c]);
+    let around = |edge: DVec3| {
+        let u = edge.reject_from_normalized(normal).normalize_or(normal.any_orthonormal_vector());
+        let v = normal.cross(u);
+        let (mut low, mut high) = (DVec2::MAX, DVec2::MIN);
+        for p in corners.iter().flatten() {
+            let q = DVec2::new((*p - base).dot(u), (*p - base).dot(v));
+            low = low.min(q);
+            high = high.max(q);
+        }
+        (u, low, high)
+    };
+    let edges = edges.take(EDGES);
+    // A hair of preference for the earlier edge keeps the choice stable under rounding.
+    let area = |(_, low, high): &(DVec3, DVec2, DVec2)| (*high - *low).element_product();
+    let lesser = |best, next| match area(&next) < area(&best) * (1.0 - 1e-6) {
+        true => next,
+        false => best,
+    };
+    let best = match corners.len() > MANY {
+        true => {
+            let edges: Vec<DVec3> = edges.collect();
+            let tried: Vec<_> = edges.into_par_iter().map(around).collect();
+            tried.into_iter().reduce(lesser)
+        }
+        false => edges.map(around).reduce(lesser),
+    };
+    best.expect("a surface has at least one face with three edges")
+}

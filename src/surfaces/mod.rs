@@ -1,0 +1,9 @@
+//! Surfaces: flat pieces of the scene's geometry, where others touch them, and the normals of faces.
+//!
+//! All of it depends on the scene alone and is found once, however often patches are cut from it.
+
+pub(crate) mod coplanar;
+pub(crate) mod discontinuities;
+pub(crate) mod scene_surfaces;
+
+pub use scene_surfaces::Surfaces;
