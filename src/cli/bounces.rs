@@ -3,18 +3,35 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use crate::cli::CliError;
+use clap::Args;
+
 use crate::cli::console::Console;
 use crate::cli::effort::Precision;
+use crate::cli::error::CliError;
 use crate::cli::memory::pixel;
-use crate::cli::options::{Bounces, Common};
+use crate::cli::options::{Common, Problem};
 use crate::cli::report::{BounceReport, BouncesReport, Modes, mode_of};
+use crate::cli::values::{Size, size};
 use crate::gather::{GatherSampling, Gathering};
 use crate::light::Transport;
 use crate::pictures::{Exposure, make_directory, write_whole};
 use crate::render::{Assembled, End, Prepared, TermError, WantedTerms, assemble, explore_within};
 use crate::solve::{Bounce, Solution, Verdict, explore};
 use crate::study::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
+
+/// `halflight bounces`
+#[derive(Args, Debug)]
+pub struct Bounces {
+    /// What to solve.
+    #[command(flatten)]
+    pub problem: Problem,
+    /// Terms in the table, the chart and the sheet, E not counted
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub count: u16,
+    /// Size of each picture in the sheet
+    #[arg(long, value_name = "WxH", default_value = "160x160", value_parser = size)]
+    pub size: Size,
+}
 
 /// Bounces shown in the sheet at most: more would not fit a page.
 const SHEET: usize = 12;
@@ -207,14 +224,14 @@ fn csv(studied: &[Studied]) -> String {
 fn report(prepared: &Prepared, studied: &Studied) -> BouncesReport {
     let solution = &studied.solution;
     let (mode, alpha, tau) = mode_of(studied.transport);
-    let bounce = |b: &Bounce| BounceReport { error: studied.error(b.n), ..BounceReport::from(b) };
+    let bounce = |b: &Bounce| BounceReport { bounce: *b, error: studied.error(b.n) };
     BouncesReport {
         scene: prepared.scene.name.clone(),
         mode,
         alpha,
         tau,
         patches: studied.patches,
-        spectral_radius: solution.radius.into(),
+        spectral_radius: solution.radius,
         verdict: solution.verdict.name(),
         met: studied.end.map(|end| end == End::Met),
         why: studied.end.and_then(End::why),

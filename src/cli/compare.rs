@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::cli::CliError;
 use crate::cli::console::Console;
+use crate::cli::error::CliError;
 use crate::cli::memory::pixel;
 use crate::cli::options::{Common, Compare};
 use crate::cli::report::mode_of;

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::cli::CliError;
+use crate::cli::error::CliError;
 use crate::cli::options::Common;
 use crate::pictures::WriteError;
 use crate::render::Watch;

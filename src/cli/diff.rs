@@ -2,16 +2,39 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use serde::Serialize;
 
-use crate::cli::CliError;
 use crate::cli::console::Console;
-use crate::cli::options::{Common, Diff};
+use crate::cli::error::CliError;
+use crate::cli::options::Common;
+use crate::cli::values::stops;
 use crate::pictures::{
-    Exposure, Picture, check_extension, largest_difference, make_directory, mean_difference, mean_e_pixel,
+    Exposure, Largest, Picture, check_extension, largest_difference, make_directory, mean_difference, mean_e_pixel,
     read_picture, relative_rms,
 };
 use crate::plot::{Sheet, Tile, difference_scale, difference_tiles};
+
+/// `halflight diff`
+#[derive(Args, Debug)]
+pub struct Diff {
+    /// The picture: .exr, .hdr or .png
+    pub picture: PathBuf,
+    /// What it is compared with
+    pub reference: PathBuf,
+    /// Figure to write, .png [default: <out>/<picture>-minus-<reference>.png]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Brighten the two pictures in the figure by so many stops
+    #[arg(
+        long,
+        value_name = "STOPS",
+        default_value_t = 0.0,
+        allow_negative_numbers = true,
+        value_parser = stops
+    )]
+    pub exposure: f32,
+}
 
 #[derive(Serialize)]
 struct DiffReport {
@@ -21,15 +44,8 @@ struct DiffReport {
     e_pixel: f64,
     /// Mean of picture less reference, per channel, W/(m² sr).
     mean_difference: [f64; 3],
-    largest: LargestReport,
+    largest: Largest,
     files: Vec<PathBuf>,
-}
-
-#[derive(Serialize)]
-struct LargestReport {
-    value: f64,
-    x: usize,
-    y: usize,
 }
 
 /// Compares a picture with a reference.
@@ -41,13 +57,12 @@ pub fn run(own: &Diff, common: &Common) -> Result<(), CliError> {
     let picture = read_picture(&own.picture)?;
     let reference = read_picture(&own.reference)?;
     let rms = relative_rms(&picture, &reference, None, None)?;
-    let largest = largest_difference(&picture, &reference)?;
     let mean = mean_difference(&picture, &reference, None)?;
     let report = DiffReport {
         rms,
         e_pixel: mean_e_pixel(&picture, &reference)?,
         mean_difference: mean.absolute,
-        largest: LargestReport { value: largest.value, x: largest.x, y: largest.y },
+        largest: largest_difference(&picture, &reference)?,
         files: vec![figure(own, common, &picture, &reference)?],
     };
     tell(&console, &report, mean.relative);
@@ -60,7 +75,7 @@ fn tell(console: &Console, r: &DiffReport, relative: [Option<f64>; 3]) {
     console.say(format!("relative RMS error   {:.4} %", 100.0 * r.rms));
     console.say(format!("mean e_pixel         {:.4} %", 100.0 * r.e_pixel));
     console.say(format!("mean difference      {red:+.3e} {green:+.3e} {blue:+.3e}  ({})", percent.join(", ")));
-    let LargestReport { value, x, y } = r.largest;
+    let Largest { value, x, y } = r.largest;
     console.say(format!("largest difference   {value:.4} at column {x}, row {y}"));
     for file in &r.files {
         console.say(file.display().to_string());

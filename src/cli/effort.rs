@@ -2,10 +2,13 @@
 
 use clap::Args;
 
+use crate::cli::error::CliError;
 use crate::cli::memory::MemoryLimit;
 use crate::cli::values::picture_error;
 use crate::form_factors::Sampling;
-use crate::render::Fineness;
+use crate::light::Transport;
+use crate::render::{Fineness, Prepared, check_memory, prepare};
+use crate::scene::Scene;
 
 /// Hemisphere rays for each pixel where other effort is given, but not this.
 const SAMPLES: u32 = 128;
@@ -52,5 +55,17 @@ impl Effort {
             ..default
         };
         Precision::Fixed(fineness, self.samples.unwrap_or(SAMPLES))
+    }
+
+    /// Cuts a scene into the patches asked for, and checks that K of all modes fits.
+    pub fn prepare(&self, scene: Scene, modes: &[Transport], fineness: &Fineness) -> Result<Prepared, CliError> {
+        let prepared = prepare(scene, fineness.patches);
+        check_memory(&prepared, modes, &fineness.sampling, self.limit.bytes())?;
+        Ok(prepared)
+    }
+
+    /// Makes a scene ready for as many patches as a tolerance needs and memory holds; the first few must fit.
+    pub fn prepare_within(&self, scene: Scene, modes: &[Transport]) -> Result<Prepared, CliError> {
+        self.limit.prepare_within(scene, modes)
     }
 }

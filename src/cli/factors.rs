@@ -6,14 +6,14 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use crate::cli::CliError;
 use crate::cli::console::Console;
+use crate::cli::error::CliError;
 use crate::cli::options::Common;
 use crate::cli::values::{tolerance, unit_interval};
 use crate::light::Transport;
 use crate::pictures::{make_directory, write_whole};
 use crate::scene::{LoadOptions, Scene, Sides};
-use crate::study::{FactorSettings, FactorTable, factors};
+use crate::study::{FactorSettings, FactorTable, How, factors};
 
 /// Factors shown in the table at most; the files hold all of them.
 const SHOWN: usize = 400;
@@ -62,7 +62,7 @@ struct FactorReport<'a> {
     to: &'a str,
     F: f64,
     standard_error: f64,
-    method: &'static str,
+    method: How,
 }
 
 #[derive(Serialize)]
@@ -170,7 +170,7 @@ fn report<'a>(scene: &'a Scene, own: &Factors, table: &'a FactorTable, files: Ve
         to: name(f.to),
         F: f.share.value,
         standard_error: f.share.error,
-        method: f.how.name(),
+        method: f.how,
     });
     let reciprocity = table.reciprocity.iter().map(|r| ReciprocityReport {
         a: name(r.pair.0),

@@ -7,12 +7,12 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
-use crate::cli::CliError;
 use crate::cli::console::Console;
+use crate::cli::error::CliError;
 use crate::cli::memory::MemoryLimit;
 use crate::cli::options::Common;
-use crate::cli::report::Radius;
 use crate::form_factors::Sampling;
+use crate::operator::Bounds;
 use crate::pictures::{make_directory, write_whole};
 use crate::render::{Prepared, prepare};
 use crate::scene::{LoadOptions, Scene, Sides};
@@ -83,7 +83,7 @@ struct Point {
 struct TauReport {
     alpha: f64,
     tau: f64,
-    spectral_radius: Radius,
+    spectral_radius: Bounds,
 }
 
 /// Maps a scene.
@@ -218,7 +218,7 @@ fn report(prepared: &Prepared, map: Map, seconds: f64, files: Vec<PathBuf>) -> M
     let grid =
         map.grid().map(|(alpha, tau, radius)| GridPoint { alpha, tau, lower: radius.lower, upper: radius.upper });
     let tau_frontier =
-        map.tau_frontier.iter().map(|p| TauReport { alpha: p.alpha, tau: p.tau, spectral_radius: p.radius.into() });
+        map.tau_frontier.iter().map(|p| TauReport { alpha: p.alpha, tau: p.tau, spectral_radius: p.radius });
     MapReport {
         scene: prepared.scene.name.clone(),
         patches: prepared.patches.len(),

@@ -2,12 +2,11 @@
 
 use clap::Args;
 
-use crate::cli::CliError;
-use crate::cli::effort::Effort;
+use crate::cli::error::CliError;
 use crate::cli::values::{Size, gibibytes};
 use crate::form_factors::Sampling;
 use crate::light::Transport;
-use crate::render::{Fineness, Prepared, check_memory, check_pictures, prepare, usable_memory};
+use crate::render::{Prepared, check_memory, check_pictures, prepare, usable_memory};
 use crate::scene::Scene;
 
 /// Where a tolerance asks for patches, it begins with about as many, and rays.
@@ -58,19 +57,5 @@ impl MemoryLimit {
             check_memory(&prepared, &[*mode], &sampling, prepared.memory)?;
         }
         Ok(prepared)
-    }
-}
-
-impl Effort {
-    /// Cuts a scene into the patches asked for, and checks that K of all modes fits.
-    pub fn prepare(&self, scene: Scene, modes: &[Transport], fineness: &Fineness) -> Result<Prepared, CliError> {
-        let prepared = prepare(scene, fineness.patches);
-        check_memory(&prepared, modes, &fineness.sampling, self.limit.bytes())?;
-        Ok(prepared)
-    }
-
-    /// Makes a scene ready for as many patches as a tolerance needs and memory holds; the first few must fit.
-    pub fn prepare_within(&self, scene: Scene, modes: &[Transport]) -> Result<Prepared, CliError> {
-        self.limit.prepare_within(scene, modes)
     }
 }

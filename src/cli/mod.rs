@@ -14,10 +14,12 @@
 
 pub(crate) mod bounces;
 pub(crate) mod chart;
+pub(crate) mod command;
 pub(crate) mod compare;
 pub(crate) mod console;
 pub(crate) mod diff;
 pub(crate) mod effort;
+pub(crate) mod error;
 pub(crate) mod factors;
 pub(crate) mod frontier;
 pub(crate) mod interrupt;
@@ -37,85 +39,18 @@ use std::io::{IsTerminal, Write as _, stderr};
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches};
-use miette::{Diagnostic, MietteHandlerOpts};
+use miette::MietteHandlerOpts;
 
-use crate::pictures::{ImageError, MetricError, WriteError};
-use crate::plot::ChartError;
-use crate::reference::Overflow;
-use crate::render::{PictureUnfit, Unfit};
-use crate::scene::SceneError;
-use crate::solve::{Diverges, Verdict};
-
-/// Everything that can end a command early.
-#[derive(Debug, thiserror::Error, Diagnostic)]
-pub enum CliError {
-    /// The scene is wrong: exit code 3.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Scene(#[from] SceneError),
-    /// No picture: exit code 4, or 6 where neither convergence nor divergence is proved.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Diverges(#[from] Diverges),
-    /// K does not fit in memory: exit code 5.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Memory(#[from] Unfit),
-    /// Pictures do not fit in memory: exit code 5.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Pictures(#[from] PictureUnfit),
-    /// A traced picture overflows: exit code 4.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Overflow(#[from] Overflow),
-    /// A picture could not be written: exit code 1; its format is unknown: 2; it could not be read: 3.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Image(#[from] ImageError),
-    /// A file could not be written: exit code 1.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Write(#[from] WriteError),
-    /// A chart could not be drawn: exit code 1.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Chart(#[from] ChartError),
-    /// Two pictures cannot be compared: exit code 3.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Metric(#[from] MetricError),
-    /// The arguments contradict each other or the machine: exit code 2.
-    #[error("{message}")]
-    #[diagnostic(code(halflight::usage))]
-    Usage {
-        /// What is wrong.
-        message: String,
-        /// What to do.
-        #[help]
-        help: String,
-    },
-}
-
-impl CliError {
-    fn exit_code(&self) -> u8 {
-        match self {
-            CliError::Image(ImageError::Extension { .. }) | CliError::Usage { .. } => 2,
-            CliError::Image(ImageError::Read { .. } | ImageError::Decode { .. }) => 3,
-            CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
-            CliError::Scene(_) | CliError::Metric(_) => 3,
-            CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
-            CliError::Diverges(_) | CliError::Overflow(_) => 4,
-            CliError::Memory(_) | CliError::Pictures(_) => 5,
-        }
-    }
-}
+use crate::cli::command::{Cli, Command};
+use crate::cli::error::CliError;
+use crate::cli::interrupt::end_cleanly;
+use crate::cli::options::use_threads;
 
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
     let arguments = arguments();
     set_error_form();
-    crate::cli::interrupt::end_cleanly();
+    end_cleanly();
     match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -127,14 +62,14 @@ pub fn main() -> ExitCode {
 }
 
 /// The process's arguments. A negative number is a value, to be judged as one, and not an option nobody knows.
-fn arguments() -> crate::cli::options::Cli {
+fn arguments() -> Cli {
     let numbers = |arg: clap::Arg| match arg.get_long() {
         Some(_) if arg.get_action().takes_values() => arg.allow_negative_numbers(true),
         _ => arg,
     };
-    let command = crate::cli::options::Cli::command().mut_args(numbers);
+    let command = Cli::command().mut_args(numbers);
     let matches = command.mut_subcommands(|c| c.mut_args(numbers)).get_matches();
-    crate::cli::options::Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
+    Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
 }
 
 /// Messages name their causes themselves; lines are wrapped on a terminal only, so that a path stays in one piece.
@@ -148,26 +83,25 @@ fn set_error_form() {
     let _ = miette::set_hook(Box::new(move |_| Box::new(form())));
 }
 
-fn run(cli: crate::cli::options::Cli) -> Result<(), CliError> {
-    crate::cli::options::use_threads(cli.common.threads)?;
+fn run(cli: Cli) -> Result<(), CliError> {
+    use_threads(cli.common.threads)?;
     match &cli.command {
-        crate::cli::options::Command::Render(own) => crate::cli::render::run(own, &cli.common),
-        crate::cli::options::Command::Bounces(own) => crate::cli::bounces::run(own, &cli.common),
-        crate::cli::options::Command::Chart(own) => crate::cli::chart::run(own, &cli.common),
-        crate::cli::options::Command::Compare(own) => crate::cli::compare::run(own, &cli.common),
-        crate::cli::options::Command::Diff(own) => crate::cli::diff::run(own, &cli.common),
-        crate::cli::options::Command::Factors(own) => crate::cli::factors::run(own, &cli.common),
-        crate::cli::options::Command::Trace(own) => crate::cli::trace::run(own, &cli.common),
-        crate::cli::options::Command::Frontier(own) => crate::cli::frontier::run(own, &cli.common),
-        crate::cli::options::Command::Map(own) => crate::cli::map::run(own, &cli.common),
-        crate::cli::options::Command::Scenes => crate::cli::scenes::run(&cli.common),
+        Command::Render(own) => render::run(own, &cli.common),
+        Command::Bounces(own) => bounces::run(own, &cli.common),
+        Command::Chart(own) => chart::run(own, &cli.common),
+        Command::Compare(own) => compare::run(own, &cli.common),
+        Command::Diff(own) => diff::run(own, &cli.common),
+        Command::Factors(own) => factors::run(own, &cli.common),
+        Command::Trace(own) => trace::run(own, &cli.common),
+        Command::Frontier(own) => frontier::run(own, &cli.common),
+        Command::Map(own) => map::run(own, &cli.common),
+        Command::Scenes => scenes::run(&cli.common),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::operator::Bounds;
 
     /// The codes at the start of a table's rows.
     fn codes(text: &str, before: &str) -> Vec<u8> {
@@ -180,24 +114,8 @@ mod tests {
     fn the_help_has_every_code_of_the_table() {
         let table = codes(include_str!("mod.rs"), "//! | ");
         assert_eq!(table, [0, 1, 2, 3, 4, 5, 6, 101, crate::cli::interrupt::INTERRUPTED]);
-        let help = crate::cli::options::Cli::command().render_long_help().to_string();
+        let help = Cli::command().render_long_help().to_string();
         let (_, listed) = help.split_once("Exit codes:").unwrap();
         assert_eq!(codes(listed, "  "), table);
-    }
-
-    #[test]
-    fn what_is_not_proved_has_its_own_code_and_words() {
-        let error = |verdict, lower| Diverges {
-            verdict,
-            radius: Bounds { lower, upper: 1.2 },
-            alpha_limit: 0.8,
-            uniform: true,
-        };
-        let (open, shut) = (error(Verdict::Undecided, 0.9), error(Verdict::Diverges, 1.1));
-        assert!(open.to_string().contains("is undecided") && shut.to_string().contains("diverges"));
-        let help = |e: &Diverges| e.help().unwrap().to_string();
-        assert!(help(&open).contains("enclose 1") && help(&shut).contains("no finite value"));
-        assert_eq!(CliError::from(open).exit_code(), 6);
-        assert_eq!(CliError::from(shut).exit_code(), 4);
     }
 }

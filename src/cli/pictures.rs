@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::cli::CliError;
 use crate::cli::console::Console;
+use crate::cli::error::CliError;
 use crate::cli::report::mode_of;
 use crate::light::Transport;
 use crate::pictures::{Exposure, Picture, check_destination, make_directory};

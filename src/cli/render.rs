@@ -1,22 +1,43 @@
 //! `halflight render`: the picture of each mode, and a contact sheet of several.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::cli::CliError;
+use clap::Args;
+
 use crate::cli::console::Console;
 use crate::cli::effort::Precision;
+use crate::cli::error::CliError;
 use crate::cli::memory::pixel;
-use crate::cli::options::{Common, Render};
+use crate::cli::options::{Common, Problem};
 use crate::cli::pictures::{Places, Shown, mode_sheet, warn_of_backs};
-use crate::cli::report::{Modes, Radius, RenderReport, mode_of};
+use crate::cli::report::{Modes, RenderReport};
 use crate::cli::unmet::{unmet, warn_of_error};
+use crate::cli::values::{Size, size};
 use crate::gather::GatherSampling;
 use crate::light::Transport;
+use crate::operator::Bounds;
 use crate::pictures::{Exposure, Picture, check_extension, write_picture, write_with_error};
 use crate::render::{Fineness, Prepared, Seconds, Wanted, Within, assemble, render, render_within};
 use crate::scene::Scene;
 use crate::solve::{Diverges, neumann};
+
+/// `halflight render`
+#[derive(Args, Debug)]
+pub struct Render {
+    /// What to solve.
+    #[command(flatten)]
+    pub problem: Problem,
+    /// Size of the picture
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
+    pub size: Size,
+    /// Picture to write, .png or .exr [default: <out>/<scene>-<mode>.png]; with several modes the mode is added
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Add the standard error of every pixel as a layer of the EXR file
+    #[arg(long)]
+    pub standard_error: bool,
+}
 
 /// One mode's picture, or the reason why there is none.
 struct Outcome {
@@ -141,6 +162,11 @@ impl Shared<'_> {
         Ok(outcomes)
     }
 
+    fn report(&self, prepared: &Prepared, transport: Transport) -> RenderReport {
+        let known = RenderReport::new(&prepared.scene, transport, self.own.size);
+        RenderReport { patches: prepared.patches.len(), ..known }
+    }
+
     /// Writes a picture, and reports it, or why there is none.
     fn outcome(
         &self,
@@ -152,7 +178,7 @@ impl Shared<'_> {
             Ok(s) => (s.radius, s.verdict),
             Err(e) => (e.radius, e.verdict),
         };
-        report.spectral_radius = Some(radius.into());
+        report.spectral_radius = Some(radius);
         report.verdict = verdict.name();
         let mut backs = 0.0;
         let picture = match found {
@@ -180,30 +206,6 @@ impl Shared<'_> {
         let outcome = Outcome { transport, picture, backs, report };
         tell(self.console, &outcome, self.places.several);
         Ok(outcome)
-    }
-
-    /// What is known of a mode before it is solved.
-    fn report(&self, prepared: &Prepared, transport: Transport) -> RenderReport {
-        let (name, alpha, tau) = mode_of(transport);
-        RenderReport {
-            scene: prepared.scene.name.clone(),
-            mode: name,
-            alpha,
-            tau,
-            width: self.own.size.width,
-            height: self.own.size.height,
-            triangles: prepared.scene.faces.len(),
-            patches: prepared.patches.len(),
-            rays: 0,
-            seconds: Seconds::default(),
-            error: None,
-            met: None,
-            why: None,
-            spectral_radius: None,
-            closure: None,
-            verdict: "",
-            files: Vec::new(),
-        }
     }
 }
 
@@ -250,7 +252,7 @@ fn tell(console: &Console, outcome: &Outcome, several: bool) {
             s.solve,
             s.gather,
             r.error.map_or(String::new(), |e| format!("estimated error {:.2} %, ", 100.0 * e.total)),
-            bounds(r.spectral_radius.as_ref()),
+            bounds(r.spectral_radius),
             r.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(" "),
         )),
         Err(e) if several => console.warn(format!("{label}: no picture, {e}")),
@@ -258,7 +260,7 @@ fn tell(console: &Console, outcome: &Outcome, several: bool) {
     }
 }
 
-fn bounds(radius: Option<&Radius>) -> String {
+fn bounds(radius: Option<Bounds>) -> String {
     match radius {
         Some(r) if r.upper > 0.0 => format!("{:.4} to {:.4}", r.lower, r.upper),
         _ => "0".into(),

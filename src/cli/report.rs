@@ -4,12 +4,15 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::cli::variance::VarianceReport;
+use crate::cli::values::Size;
 use crate::form_factors::Closure;
 use crate::light::Transport;
 use crate::operator::Bounds;
+use crate::reference::Mean;
 use crate::render::{ErrorParts, Seconds, TermError, Within};
+use crate::scene::Scene;
 use crate::solve::Bounce;
+use crate::study::map::Growth;
 
 /// `halflight render --json`, one for each mode.
 #[derive(Serialize)]
@@ -41,9 +44,9 @@ pub struct RenderReport {
     /// Why it is not.
     pub why: Option<String>,
     /// Proved bounds; null where none were sought.
-    pub spectral_radius: Option<Radius>,
+    pub spectral_radius: Option<Bounds>,
     /// Row sums of F; null where no ray was needed.
-    pub closure: Option<Sums>,
+    pub closure: Option<Closure>,
     /// `converges`, `ends` or `diverges`; of a traced picture see [`TraceReport`].
     pub verdict: &'static str,
     /// Files written.
@@ -51,6 +54,30 @@ pub struct RenderReport {
 }
 
 impl RenderReport {
+    /// What is known of a mode before it is solved or traced.
+    pub fn new(scene: &Scene, transport: Transport, size: Size) -> RenderReport {
+        let (mode, alpha, tau) = mode_of(transport);
+        RenderReport {
+            scene: scene.name.clone(),
+            mode,
+            alpha,
+            tau,
+            width: size.width,
+            height: size.height,
+            triangles: scene.faces.len(),
+            patches: 0,
+            rays: 0,
+            seconds: Seconds::default(),
+            error: None,
+            met: None,
+            why: None,
+            spectral_radius: None,
+            closure: None,
+            verdict: "",
+            files: Vec::new(),
+        }
+    }
+
     /// Adds what a picture cost and how good it is.
     pub fn take(&mut self, within: &Within, load: f64) {
         self.patches = within.patches;
@@ -59,7 +86,7 @@ impl RenderReport {
         self.seconds.load = load;
         self.seconds.sum();
         self.error = Some(within.error);
-        self.closure = within.closure.map(Into::into);
+        self.closure = within.closure;
     }
 }
 
@@ -79,7 +106,7 @@ pub struct TraceReport {
     /// one sample, and where there is more noise than picture.
     pub standard_error: Option<f64>,
     /// Whether the standard errors mean anything.
-    pub variance: VarianceReport,
+    pub variance: Growth,
     /// Whether emitters were looked for at every vertex.
     pub next_event: bool,
     /// Reflections after which a path ends in any case.
@@ -92,15 +119,14 @@ pub struct TraceReport {
     pub bounces: Vec<MeanReport>,
 }
 
-/// A mean over the picture.
+/// Mean radiance of one bounce order over the picture, with its standard error.
 #[derive(Serialize)]
 pub struct MeanReport {
     /// Number of reflections.
     pub n: usize,
-    /// Mean radiance per channel, W/(m² sr).
-    pub mean: [f64; 3],
-    /// Its standard error.
-    pub standard_error: [f64; 3],
+    /// Mean radiance per channel and its standard error.
+    #[serde(flatten)]
+    pub mean: Mean,
 }
 
 /// Several modes of one run.
@@ -111,26 +137,6 @@ pub struct Modes<T> {
     /// Files written for all modes together.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<PathBuf>,
-}
-
-/// `lower <= spectral radius <= upper`; both 0 where nothing travels on.
-#[derive(Default, Serialize)]
-pub struct Radius {
-    /// Proved lower bound.
-    pub lower: f64,
-    /// Proved upper bound.
-    pub upper: f64,
-}
-
-/// Row sums of F.
-#[derive(Serialize)]
-pub struct Sums {
-    /// Smallest.
-    pub min: f64,
-    /// Largest.
-    pub max: f64,
-    /// Area-weighted mean.
-    pub mean: f64,
 }
 
 /// `halflight bounces --json`, one for each mode.
@@ -147,7 +153,7 @@ pub struct BouncesReport {
     /// Patches cut.
     pub patches: usize,
     /// Proved bounds.
-    pub spectral_radius: Radius,
+    pub spectral_radius: Bounds,
     /// `converges`, `ends`, `diverges` or `undecided`.
     pub verdict: &'static str,
     /// Whether every term is within the tolerance; null where effort was given instead.
@@ -161,46 +167,11 @@ pub struct BouncesReport {
 /// One term.
 #[derive(Serialize)]
 pub struct BounceReport {
-    /// Number of reflections.
-    pub n: usize,
-    /// Power of the visible half per channel, W.
-    pub power: [f64; 3],
-    /// Power of the invisible half per channel, W.
-    pub power_invisible: [f64; 3],
-    /// Area-weighted RMS over patches, channels and halves, W/(m² sr).
-    pub norm: f64,
-    /// Norm over that of the term before.
-    pub ratio: Option<f64>,
-    /// Proven bound on the norm of all later terms together.
-    pub tail_bound: Option<f64>,
+    /// Its figures.
+    #[serde(flatten)]
+    pub bounce: Bounce,
     /// Estimated relative errors of the power; null where effort was given instead of a tolerance.
     pub error: Option<TermError>,
-}
-
-impl From<Bounds> for Radius {
-    fn from(b: Bounds) -> Self {
-        Radius { lower: b.lower, upper: b.upper }
-    }
-}
-
-impl From<Closure> for Sums {
-    fn from(c: Closure) -> Self {
-        Sums { min: c.min, max: c.max, mean: c.mean }
-    }
-}
-
-impl From<&Bounce> for BounceReport {
-    fn from(b: &Bounce) -> Self {
-        BounceReport {
-            n: b.n,
-            power: b.power,
-            power_invisible: b.power_invisible,
-            norm: b.norm,
-            ratio: b.ratio,
-            tail_bound: b.tail_bound,
-            error: None,
-        }
-    }
 }
 
 /// A mode's name, alpha and tau; numbers as written by a person (0.1, not 0.10000000149).

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::cli::CliError;
 use crate::cli::console::Console;
+use crate::cli::error::CliError;
 use crate::cli::options::Common;
 use crate::scene::{LoadOptions, Scene, builtin};
 

@@ -6,13 +6,15 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use crate::cli::CliError;
+use clap::Args;
+
 use crate::cli::console::Console;
-use crate::cli::memory::pixel;
-use crate::cli::options::{Common, Trace};
+use crate::cli::error::CliError;
+use crate::cli::memory::{MemoryLimit, pixel};
+use crate::cli::options::{Common, Subject};
 use crate::cli::pictures::{Places, Shown, mode_sheet, warn_of_backs};
-use crate::cli::report::{MeanReport, Modes, RenderReport, TraceReport, mode_of};
-use crate::cli::values::NextEventChoice;
+use crate::cli::report::{MeanReport, Modes, RenderReport, TraceReport};
+use crate::cli::values::{NextEventChoice, Size, seconds, size};
 use crate::cli::variance::check_variance;
 use crate::light::Transport;
 use crate::pictures::{Exposure, Picture, check_extension, write_picture};
@@ -21,6 +23,35 @@ use crate::reference::{Mean, NextEvent, Overflow, TraceSettings, Tracer};
 use crate::render::{Seconds, Watch};
 use crate::scene::Scene;
 use crate::study::map::Growth;
+
+/// `halflight trace`
+#[derive(Args, Debug)]
+pub struct Trace {
+    /// What to render.
+    #[command(flatten)]
+    pub subject: Subject,
+    /// Size of the picture
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
+    pub size: Size,
+    /// Picture to write, .png or .exr [default: <out>/<scene>-traced-<mode>.png]; with several modes the mode is added
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Paths for each pixel [default: 256, or as many as --time allows]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
+    pub samples: Option<u32>,
+    /// Look for emitters at every vertex, or wait until paths meet them, as in the paper
+    #[arg(long, value_enum, default_value_t = NextEventChoice::On)]
+    pub next_event: NextEventChoice,
+    /// End every path after so many reflections; the light of later ones is missing
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub max_bounces: u32,
+    /// Begin no pass of samples that would not end within so many seconds, for each mode
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub time: Option<f64>,
+    /// Within which memory.
+    #[command(flatten)]
+    pub limit: MemoryLimit,
+}
 
 /// Samples a pixel between two looks at the clock.
 const PASS: u32 = 16;
@@ -144,7 +175,7 @@ impl Shared<'_> {
     }
 
     fn report(&self, transport: Transport, tracer: &Tracer, (ends, growth): (bool, Growth)) -> TraceReport {
-        let (mode, alpha, tau) = mode_of(transport);
+        let known = RenderReport::new(self.scene, transport, self.own.size);
         let counts = tracer.counts();
         let verdict = match (tracer.check(), counts.cut) {
             (Err(_), _) => "overflows",
@@ -152,30 +183,12 @@ impl Shared<'_> {
             (_, 0) => "sampled",
             _ => "truncated",
         };
-        let bounce = |(n, mean): (usize, Mean)| MeanReport { n, mean: mean.value, standard_error: mean.error };
+        let bounce = |(n, mean): (usize, Mean)| MeanReport { n, mean };
         TraceReport {
-            render: RenderReport {
-                scene: self.scene.name.clone(),
-                mode,
-                alpha,
-                tau,
-                width: self.own.size.width,
-                height: self.own.size.height,
-                triangles: self.scene.faces.len(),
-                patches: 0,
-                rays: counts.rays,
-                seconds: self.seconds,
-                error: None,
-                met: None,
-                why: None,
-                spectral_radius: None,
-                closure: None,
-                verdict,
-                files: Vec::new(),
-            },
+            render: RenderReport { rays: counts.rays, seconds: self.seconds, verdict, ..known },
             samples: tracer.samples(),
             standard_error: tracer.relative_error(),
-            variance: growth.into(),
+            variance: growth,
             next_event: self.own.next_event == NextEventChoice::On,
             max_bounces: self.own.max_bounces,
             paths: counts.paths,

@@ -1,37 +1,10 @@
 //! What a person is told where the path tracer's variance is infinite, before it starts.
 
-use serde::Serialize;
-
 use crate::cli::console::Console;
-use crate::cli::report::Radius;
 use crate::light::Transport;
 use crate::rays::Rays;
 use crate::scene::Scene;
 use crate::study::map::{Growth, Variance, growth};
-
-/// How a path's weight grows, and what that does to errors.
-#[derive(Serialize)]
-pub struct VarianceReport {
-    /// `finite`, `infinite`, or `undecided`: too near to the frontier for the few patches looked at, or colours leave it open.
-    pub verdict: &'static str,
-    /// Bounds on the spectral radius of K of those patches; null where the variance is finite without a look.
-    pub spectral_radius: Option<Radius>,
-    /// Bounds on that of the squared weights: the variance is infinite from 1 on.
-    pub squared_weights: Option<Radius>,
-    /// x where errors fall as N^-x with the number N of paths; null where undecided, or where the mean is infinite too.
-    pub exponent: Option<f64>,
-}
-
-impl From<Growth> for VarianceReport {
-    fn from(g: Growth) -> Self {
-        VarianceReport {
-            verdict: g.variance.name(),
-            spectral_radius: g.mean.map(Into::into),
-            squared_weights: g.squares.map(Into::into),
-            exponent: g.exponent,
-        }
-    }
-}
 
 /// Looks at the variance of path tracing a mode, and warns where it is infinite or may be.
 pub fn check_variance(console: &Console, scene: &Scene, rays: &Rays, transport: Transport, seed: u32) -> Growth {

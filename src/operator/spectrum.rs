@@ -16,8 +16,8 @@ use glam::Vec4;
 use crate::form_factors::Rows;
 use crate::operator::Operator;
 
-/// `lower <= spectral radius <= upper`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// `lower <= spectral radius <= upper`; both are 0 where nothing travels on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Bounds {
     /// Proved lower bound.
     pub lower: f64,

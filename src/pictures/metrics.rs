@@ -122,7 +122,7 @@ pub fn mean_difference(
 }
 
 /// The largest difference of one channel at one pixel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Largest {
     /// `|I - R|` of the channel that differs most, W/(m² sr).
     pub value: f64,

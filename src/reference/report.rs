@@ -33,11 +33,13 @@ pub struct Counts {
 }
 
 /// A mean over the picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Mean {
-    /// Radiance per channel.
+    /// Radiance per channel, W/(m² sr); `mean` in reports.
+    #[serde(rename = "mean")]
     pub value: [f64; 3],
-    /// Its standard error per channel.
+    /// Its standard error per channel; `standard_error` in reports.
+    #[serde(rename = "standard_error")]
     pub error: [f64; 3],
 }
 

@@ -8,7 +8,7 @@ use crate::light::Light;
 use crate::operator::Operator;
 
 /// Figures of one term of the series.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Bounce {
     /// Number of reflections.
     pub n: usize,

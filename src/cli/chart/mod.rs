@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use clap::Args;
 
-use crate::cli::CliError;
 use crate::cli::chart::report::{ChartReport, ModeReport, report};
 use crate::cli::console::Console;
+use crate::cli::error::CliError;
 use crate::cli::memory::{MemoryLimit, pixel};
 use crate::cli::options::{Common, Subject};
 use crate::cli::values::{Size, seconds, size};

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::cli::CliError;
 use crate::cli::console::Console;
+use crate::cli::error::CliError;
 use crate::cli::frontier::report::{NOT_LIGHT, formal_csv, table};
 use crate::cli::memory::MemoryLimit;
 use crate::cli::options::Common;

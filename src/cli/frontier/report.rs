@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::cli::frontier::{Study, Traced};
-use crate::cli::report::Radius;
+use crate::operator::Bounds;
 use crate::study::frontier::{Formal, Run, Timing};
 
 /// `halflight frontier --json`
@@ -29,7 +29,7 @@ pub struct Report {
 struct RunReport {
     share: f64,
     alpha: f64,
-    spectral_radius: Radius,
+    spectral_radius: Bounds,
     norm_of_k: f64,
     verdict: &'static str,
     terms: Option<usize>,
@@ -133,7 +133,7 @@ fn run_report(run: &Run) -> RunReport {
     RunReport {
         share: run.share,
         alpha: run.alpha,
-        spectral_radius: run.radius.into(),
+        spectral_radius: run.radius,
         norm_of_k: run.norm,
         verdict: run.verdict.name(),
         terms: run.reached.then_some(run.bounds.len()),

@@ -5,7 +5,7 @@ use crate::form_factors::rows::sparse::Rows;
 
 /// Sums of the rows of F: 1 in a closed opaque scene, less where light escapes or meets black backs, more where
 /// surfaces transmit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Closure {
     /// The smallest row sum.
     pub min: f64,

@@ -31,7 +31,8 @@ const RAYS_EACH: (usize, usize) = (8, 256);
 const MARGIN: f64 = 0.08;
 
 /// What is known of a path tracer's second moment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Variance {
     /// It exists: errors fall as N^-1/2.
     Finite,
@@ -41,14 +42,17 @@ pub enum Variance {
     Undecided,
 }
 
-/// Growth of a path's weight a step, and what follows from it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Growth of a path's weight a step, and what follows from it; null in reports where nothing is known.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Growth {
     /// What is known of the variance.
+    #[serde(rename = "verdict")]
     pub variance: Variance,
     /// Bounds on the spectral radius of K, coarse patches; none where nothing had to be cast.
+    #[serde(rename = "spectral_radius")]
     pub mean: Option<Bounds>,
     /// Bounds on that of the squared weights.
+    #[serde(rename = "squared_weights")]
     pub squares: Option<Bounds>,
     /// x of the error of a mean of N paths, which falls as N^-x: 1 - 1/p where the variance is infinite and the mean is not.
     pub exponent: Option<f64>,

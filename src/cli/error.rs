@@ -1,0 +1,100 @@
+//! Everything that can end a command early, and the exit code of each.
+//!
+//! Not handled: wrong arguments, which clap refuses before a command begins, and faults of the program (exit code 101).
+
+use miette::Diagnostic;
+
+use crate::pictures::{ImageError, MetricError, WriteError};
+use crate::plot::ChartError;
+use crate::reference::Overflow;
+use crate::render::{PictureUnfit, Unfit};
+use crate::scene::SceneError;
+use crate::solve::{Diverges, Verdict};
+
+/// Everything that can end a command early.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+pub enum CliError {
+    /// The scene is wrong: exit code 3.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    /// No picture: exit code 4, or 6 where neither convergence nor divergence is proved.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Diverges(#[from] Diverges),
+    /// K does not fit in memory: exit code 5.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Memory(#[from] Unfit),
+    /// Pictures do not fit in memory: exit code 5.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Pictures(#[from] PictureUnfit),
+    /// A traced picture overflows: exit code 4.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Overflow(#[from] Overflow),
+    /// A picture could not be written: exit code 1; its format is unknown: 2; it could not be read: 3.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Image(#[from] ImageError),
+    /// A file could not be written: exit code 1.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Write(#[from] WriteError),
+    /// A chart could not be drawn: exit code 1.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Chart(#[from] ChartError),
+    /// Two pictures cannot be compared: exit code 3.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Metric(#[from] MetricError),
+    /// The arguments contradict each other or the machine: exit code 2.
+    #[error("{message}")]
+    #[diagnostic(code(halflight::usage))]
+    Usage {
+        /// What is wrong.
+        message: String,
+        /// What to do.
+        #[help]
+        help: String,
+    },
+}
+
+impl CliError {
+    /// The exit code of the process, as listed in [`crate::cli`].
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            CliError::Image(ImageError::Extension { .. }) | CliError::Usage { .. } => 2,
+            CliError::Image(ImageError::Read { .. } | ImageError::Decode { .. }) => 3,
+            CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
+            CliError::Scene(_) | CliError::Metric(_) => 3,
+            CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
+            CliError::Diverges(_) | CliError::Overflow(_) => 4,
+            CliError::Memory(_) | CliError::Pictures(_) => 5,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::Bounds;
+
+    #[test]
+    fn what_is_not_proved_has_its_own_code_and_words() {
+        let error = |verdict, lower| Diverges {
+            verdict,
+            radius: Bounds { lower, upper: 1.2 },
+            alpha_limit: 0.8,
+            uniform: true,
+        };
+        let (open, shut) = (error(Verdict::Undecided, 0.9), error(Verdict::Diverges, 1.1));
+        assert!(open.to_string().contains("is undecided") && shut.to_string().contains("diverges"));
+        let help = |e: &Diverges| e.help().unwrap().to_string();
+        assert!(help(&open).contains("enclose 1") && help(&shut).contains("no finite value"));
+        assert_eq!(CliError::from(open).exit_code(), 6);
+        assert_eq!(CliError::from(shut).exit_code(), 4);
+    }
+}
