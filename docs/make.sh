@@ -1,0 +1,153 @@
+#!/usr/bin/env bash
+# Makes the figures and tables of docs/ and README.md again with a built program.
+#
+#   docs/make.sh list                  what there is to make, and what makes it
+#   docs/make.sh figures [WORD ...]    figures whose command holds all the words: every one takes some ten minutes
+#   docs/make.sh NAME ...              tables: their text goes to stdout, for eyes and for diff
+#
+# HALFLIGHT names the program (default target/release/halflight; `cargo build --release` makes it).
+#
+# The commands of figures stand beside the figures, in README.md and docs/*.md: whatever of the form
+# `halflight ... --out docs` is found there is run, and of the files that it writes those that docs/ already has are
+# replaced. So a page cannot name one command and a figure come from another.
+#
+# Not made here: tables that need what is not in this repository (Mitsuba's references: benches/against_mitsuba.py says
+# what it needs; the three rooms; the scenes of many lamps).
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+program="${HALFLIGHT:-target/release/halflight}"
+scratch=""
+trap '[ -z "$scratch" ] || rm -rf "$scratch"' EXIT
+
+fail() { printf '%s\n' "$*" >&2; exit 1; }
+
+# Runs the program, saying how.
+run() { printf '\n$ halflight %s\n' "$*"; "$program" "$@"; }
+
+# The commands of figures, one a line, without the program's name and `--out docs`.
+figure_commands() {
+    grep -ohE 'halflight [a-z][^`]* --out docs' README.md docs/*.md | sed -e 's/^halflight //' -e 's/ --out docs$//' | sort -u
+}
+
+figures() {
+    local command word arguments picture
+    figure_commands | while read -r command; do
+        for word in "$@"; do
+            case " $command " in *" $word "*) ;; *) continue 2 ;; esac
+        done
+        scratch="$(mktemp -d)"
+        read -ra arguments <<<"$command"
+        run "${arguments[@]}" --out "$scratch" </dev/null
+        for picture in "$scratch"/*.png; do
+            if [ -e "docs/${picture##*/}" ]; then
+                cp "$picture" docs/
+                echo "made docs/${picture##*/}"
+            fi
+        done
+        rm -rf "$scratch"
+    done
+}
+
+# What README.md shows of every command.
+readme() {
+    local out
+    scratch="$(mktemp -d)"; out="$scratch"
+    run render --size 256x256 --out "$out"
+    run bounces --mode global --out "$out"
+    run trace --mode global --size 256x256 --samples 64 --out "$out"
+    run map furnished-room --out "$out"
+    run factors docs/squares.obj --out "$out"
+    run render --mode global --size 64x64 -o "$out/cornell.exr"
+    run diff "$out/cornell.exr" tests/data/cornell/reference.exr --out "$out"
+    run scenes
+    rm -rf "$scratch"
+}
+
+# Error asked for, stated and reached: validation.md, "Asked and reached", and frontier.md's table.
+accuracy() {
+    local scene mode
+    scratch="$(mktemp -d)"
+    for scene in cornell-box two-rooms concentric-spheres furnished-room; do
+        for mode in global one-bounce local; do
+            run chart "$scene" --mode "$mode" --ladders tolerance --size 256x256 --time 40 --out "$scratch"
+        done
+    done
+    rm -rf "$scratch"
+}
+frontier() { scratch="$(mktemp -d)"; run frontier furnished-room --formal --trace --out "$scratch"; rm -rf "$scratch"; }
+
+# Whether five methods agree: validation.md, "Five methods against each other".
+agreement() {
+    local scene
+    scratch="$(mktemp -d)"
+    for scene in cornell-box furnace concentric-spheres furnished-room two-rooms tests/data/hybrid/hybrid.toml; do
+        run compare "$scene" --size 64x64 --time 4 --out "$scratch" || echo "(a mode that diverges ends with code $?)"
+    done
+    rm -rf "$scratch"
+}
+
+# Memory foreseen: the message of a refusal has it.
+memory() {
+    local case size mode patches rays
+    for case in "global 8000 256" "global 24000 256" "shadowless 12000 512"; do
+        read -r mode patches rays <<<"$case"
+        run render furnished-room --mode "$mode" --patches "$patches" --rays "$rays" --size 8x8 --memory 0.001 2>&1 | grep -iE '^\$|patches need' || true
+    done
+    for size in 256 512; do
+        run map furnished-room --patches 16000 --rays "$size" --memory 0.001 2>&1 | grep -iE '^\$|patches need' || true
+    done
+}
+
+# The order of convergence in patch size, on which FINER and POWER rest (theory.md, section 18).
+constants() {
+    local patches
+    scratch="$(mktemp -d)"
+    run trace furnished-room --mode global --size 64x64 --samples 2048 -o "$scratch/traced.exr"
+    for patches in 250 1000 4000 16000; do
+        run render furnished-room --mode global --size 64x64 --patches "$patches" --rays 1024 --samples 512 \
+            -o "$scratch/patches.exr"
+        run diff "$scratch/patches.exr" "$scratch/traced.exr" --out "$scratch" | grep 'mean difference'
+    done
+    rm -rf "$scratch"
+}
+
+# Tables that cargo makes.
+truths() { cargo test; }
+factors() { cargo test --test factors -- --nocapture; }
+paper() { cargo bench --bench paper_setting; }
+readers() { HALFLIGHT_INPUTS="${HALFLIGHT_INPUTS:-10000000}" cargo test --test readers -- --ignored --nocapture; }
+
+list() {
+    echo "figures: some ten minutes each for compare, chart and frontier, some seconds for the others"
+    figure_commands | sed 's/^/  halflight /'
+    cat <<'END'
+tables:
+  readme      what README.md shows of every command                 some seconds
+  accuracy    errors asked for, stated and reached                  twelve charts of one to two minutes
+  agreement   whether five methods agree                            some minutes a scene
+  frontier    both sides of the frontier, in numbers                some minutes
+  memory      memory foreseen for K                                 some seconds
+  constants   order of convergence in patch size                    a minute or two
+  truths      cargo test                                            see CONTRIBUTING.md
+  factors     60 exact form factors                                 seconds, and compiling
+  paper       the samples that the paper's setting needs            a minute, and compiling
+  readers     ten million texts that are almost scenes              a minute, and compiling
+END
+}
+
+[ $# -gt 0 ] || { list; exit 0; }
+case "$1" in
+    list | truths | factors | paper | readers) ;;
+    *) [ -x "$program" ] || fail "there is no program at $program: cargo build --release, or set HALFLIGHT" ;;
+esac
+if [ "$1" = figures ]; then
+    shift
+    figures "$@"
+    exit 0
+fi
+for name in "$@"; do
+    case "$name" in
+        list | readme | accuracy | agreement | frontier | memory | constants | truths | factors | paper | readers) "$name" ;;
+        *) fail "there is no $name: docs/make.sh list says what there is" ;;
+    esac
+done
