@@ -11,7 +11,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::form_factors::Progress;
-use crate::gather::camera_rays::{Pass, Pixel};
+use crate::gather::camera_rays::Pass;
+use crate::gather::pixel::Pixel;
 
 /// Share of the variance left after doubling the rays of a pixel with an edge.
 const DOUBLED: f64 = 0.354;

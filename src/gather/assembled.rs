@@ -6,11 +6,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::gather::adaptive_sampling::{choose, double, measure};
-use crate::gather::camera_rays::{Pass, Pixel};
+use crate::gather::camera_rays::Pass;
 use crate::gather::fields::Fields;
+use crate::gather::gathered::{GatherError, Gathered};
 use crate::gather::interpolation::Fit;
 use crate::gather::irradiance_cache::Points;
-use crate::gather::pass::{GatherError, Gathered};
+use crate::gather::pixel::Pixel;
 use crate::light::Rgb;
 use crate::pictures::Picture;
 

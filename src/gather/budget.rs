@@ -3,15 +3,16 @@
 //!
 //! Not handled: errors of the solution that is gathered.
 
-use crate::gather::assembled::Found;
-use crate::gather::fit_error::{Bias, relative};
 use std::time::Instant;
 
 use crate::gather::adaptive_sampling::{Plan, measure};
-use crate::gather::camera_rays::Pixel;
+use crate::gather::assembled::Found;
 use crate::gather::fields::Fields;
+use crate::gather::fit_error::{Bias, relative};
 use crate::gather::irradiance_cache::{Density, Points};
-use crate::gather::pass::{Gathering, View};
+use crate::gather::pixel::Pixel;
+use crate::gather::sampling::Gathering;
+use crate::gather::view::View;
 
 /// Share of the error that camera rays may make where there is indirect light, which is dearer.
 const CAMERA: f64 = 0.5;

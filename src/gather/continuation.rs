@@ -6,8 +6,8 @@
 use glam::DVec3;
 
 use crate::gather::final_gather::{Reader, Told};
+use crate::gather::reading::Direct;
 use crate::gather::reflection::{Memory, Met};
-use crate::gather::weighted_residual::Direct;
 use crate::rays::Ray;
 use crate::rays::sobol::Stream;
 

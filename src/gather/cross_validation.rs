@@ -7,10 +7,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::gather::camera_rays::Pixel;
 use crate::gather::fit_error::total;
 use crate::gather::interpolation::Fit;
 use crate::gather::irradiance_cache::{NONE, Points};
+use crate::gather::pixel::Pixel;
 use crate::gather::pixel_layer::Layer;
 use crate::rays::sobol::hash;
 

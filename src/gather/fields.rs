@@ -5,7 +5,7 @@
 use glam::Vec3;
 
 use crate::gather::gradients::{Linear, linear};
-use crate::gather::weighted_residual::Reading;
+use crate::gather::reading::Reading;
 use crate::light::{Light, Rgb};
 use crate::patches::Patches;
 

@@ -9,9 +9,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::gather::camera_rays::Pixel;
 use crate::gather::interpolation::{Fit, Place};
 use crate::gather::irradiance_cache::{COVERED, NONE, Points};
+use crate::gather::pixel::Pixel;
 use crate::gather::pixel_layer::Layer;
 
 /// A fit that leaves more than this share reaches out of its points.

@@ -21,8 +21,8 @@ use rayon::prelude::*;
 use crate::gather::camera_rays::Pass;
 use crate::gather::fields::Fields;
 use crate::gather::final_gather::Reader;
-use crate::gather::pass::View;
-use crate::gather::weighted_residual::Reading;
+use crate::gather::reading::Reading;
+use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::rays::sobol::hash;
 

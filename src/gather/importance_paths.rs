@@ -18,8 +18,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::gather::pass::View;
 use crate::gather::reflection::{Memory, Met, Reflection, Walker};
+use crate::gather::view::View;
 use crate::rays::Ray;
 use crate::rays::sobol::{Stream, hash};
 

@@ -10,11 +10,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::gather::camera_rays::{Pass, Pixel};
+use crate::gather::camera_rays::Pass;
 use crate::gather::final_gather::Reader;
 use crate::gather::guiding::{Guided, Guides};
 use crate::gather::interpolation::{Fit, Known, Place};
 use crate::gather::irradiance_record::Point;
+use crate::gather::pixel::Pixel;
 use crate::gather::pixel_lattice::Lattice;
 use crate::gather::pixel_layer::Layer;
 use crate::gather::reflection::Memory;

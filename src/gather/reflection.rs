@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use crate::direct::{Lighting, Receiver, Scratch};
-use crate::gather::pass::View;
+use crate::gather::view::View;
 use crate::rays::sobol::Stream;
 use crate::rays::warp::cosine_direction;
 use crate::rays::{Hit, Ray, Side};

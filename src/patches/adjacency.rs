@@ -9,8 +9,9 @@
 use glam::Vec3;
 
 use crate::patches::grid::Grid;
+use crate::patches::pieces::NONE;
+use crate::patches::scene_patches::Patches;
 use crate::patches::tiles::Tiling;
-use crate::patches::{NONE, Patches};
 
 /// The patches beside each patch, and where they lie.
 #[derive(Clone, Debug)]
@@ -23,9 +24,16 @@ pub struct Neighbours {
     halves: Vec<[Vec3; 2]>,
 }
 
+impl Patches {
+    /// Which patches lie beside each other.
+    pub fn neighbours(&self) -> Neighbours {
+        Neighbours::new(self)
+    }
+}
+
 impl Neighbours {
-    /// Of all patches.
-    pub(crate) fn new(patches: &Patches) -> Neighbours {
+    /// The neighbours of all patches.
+    fn new(patches: &Patches) -> Neighbours {
         let mut found = Neighbours {
             beside: vec![[NONE; 4]; patches.len()],
             middles: (0..patches.len()).map(|i| middle(patches, i)).collect(),
@@ -73,7 +81,7 @@ impl Neighbours {
         self.halves[patch as usize] = grid.halves();
     }
 
-    /// The same of larger patches: `parents` tells which one each patch is part of, `areas` how much of it.
+    /// The neighbours of larger patches: `parents` tells which one each patch is part of, `areas` how much of it.
     pub fn larger(&self, parents: &[u32], areas: &[f64]) -> Neighbours {
         let count = parents.iter().max().map_or(0, |&p| p as usize + 1);
         let mut found = Neighbours {
@@ -89,9 +97,8 @@ impl Neighbours {
             found.middles[p] = found.middles[p].lerp(self.middles[i], share);
             found.halves[p] = self.halves[i].map(|half| 2.0 * half);
             for (own, &j) in found.beside[p].iter_mut().zip(&self.beside[i]) {
-                match parents.get(j as usize) {
-                    Some(&other) if other as usize != p => *own = other,
-                    _ => {}
+                if let Some(&other) = parents.get(j as usize).filter(|&&other| other as usize != p) {
+                    *own = other;
                 }
             }
         }

@@ -9,9 +9,8 @@ use std::collections::{BTreeMap, VecDeque};
 
 use glam::{DVec2, Vec2, Vec3};
 
-use crate::patches::NONE;
 use crate::patches::clip::{Line, clip, passes_inside, side_bits, span, split};
-use crate::patches::meshing::{Draft, Piece};
+use crate::patches::pieces::{Draft, NONE, Piece};
 use crate::patches::zones::Tile;
 use crate::scene::Scene;
 use crate::surfaces::coplanar::Surface;

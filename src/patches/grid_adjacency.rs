@@ -4,8 +4,8 @@
 
 use glam::Vec3;
 
-use crate::patches::NONE;
 use crate::patches::grid::{Cell, Grid};
+use crate::patches::pieces::NONE;
 
 impl Grid {
     /// Every patch of the grid with the block of two by two cells it lies in; a patch may come several times.

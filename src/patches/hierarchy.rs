@@ -9,7 +9,8 @@
 use std::collections::HashMap;
 
 use crate::patches::grid::Grid;
-use crate::patches::{NONE, Patches};
+use crate::patches::pieces::NONE;
+use crate::patches::scene_patches::Patches;
 
 /// What larger patches the patches would be part of: patches with a number for the larger one.
 pub(crate) struct Parents {

@@ -1,4 +1,6 @@
 //! Cutting a scene's surfaces into patches: grids on large surfaces, clusters of small ones.
+//!
+//! Not handled: which size light asks for; callers choose the sizes.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -6,29 +8,18 @@ use std::sync::Arc;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::patches::clusters;
 use crate::patches::grid::Grid;
 use crate::patches::hierarchy::Parents;
+use crate::patches::pieces::{Draft, Fragment, NONE, Piece};
+use crate::patches::scene_patches::{Owner, Patches};
 use crate::patches::tiles::{CutSurface, Tiling, cut_tiles};
 use crate::patches::zones::Zones;
-use crate::patches::{Fragment, NONE, Owner, Patches, clusters};
 use crate::rays::{Rays, Side};
 use crate::scene::{Scene, Sides};
 use crate::surfaces::Surfaces;
 use crate::surfaces::coplanar::Surface;
 use crate::surfaces::discontinuities::Place;
-
-/// A patch before numbering: its material and the pieces of faces it consists of.
-pub(crate) struct Draft {
-    pub material: u32,
-    pub pieces: Vec<Piece>,
-}
-
-/// A triangle cut from a face, and its area.
-pub(crate) struct Piece {
-    pub face: u32,
-    pub corners: [Vec3; 3],
-    pub area: f64,
-}
 
 /// What the faces of a scene belong to, as far as they are cut.
 struct Owned {
@@ -52,10 +43,7 @@ impl Owned {
         self.grids.extend(cut.grids);
         self.drafts.extend(cut.drafts);
         for &face in &surface.faces {
-            self.owners[face as usize] = match whole {
-                true => Owner::Grid(grids),
-                false => Owner::Tiling(tilings),
-            };
+            self.owners[face as usize] = if whole { Owner::Grid(grids) } else { Owner::Tiling(tilings) };
         }
     }
 
@@ -82,7 +70,7 @@ impl Patches {
         Patches::cut(scene, rays, &Surfaces::new(scene, rays), count)
     }
 
-    /// As [`Patches::new`], of surfaces found before.
+    /// Cuts a scene whose surfaces are known into about `count` patches, counted as in [`Patches::new`].
     pub fn cut(scene: &Scene, rays: &Rays, found: &Arc<Surfaces>, count: usize) -> Patches {
         let surfaces = &found.list;
         let total: f64 = surfaces.iter().map(|s| s.area * sides_of(scene, s.material)).sum();

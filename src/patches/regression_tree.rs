@@ -15,7 +15,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::patches::PatchPoint;
+use crate::patches::pieces::PatchPoint;
 
 /// Samples of a part at least.
 const LEAST: usize = 12;

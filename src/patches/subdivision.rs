@@ -1,76 +1,19 @@
 //! Patches divided where the light on them differs, as samples of it tell.
 //!
-//! A patch is one value of light, but what it stands for may be lit here and dark there. A regression tree over samples of the light
-//! ([`crate::patches::regression_tree`]) tells where it differs.
+//! A patch is one value of light, but what it stands for may be lit here and dark there. A regression tree over samples of
+//! the light ([`crate::patches::regression_tree`]) tells where it differs.
 //!
-//! Parts have the pieces of the patch they were cut from; areas are shared out by samples. Not handled: borders that are not across
-//! an axis take several planes.
+//! Parts have the pieces of the patch they were cut from; areas are shared out by samples.
+//!
+//! Not handled: borders that are not across an axis; they take several planes.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::patches::regression_tree::{Sample, Tree, coordinate, grow};
-use crate::patches::{NONE, PatchPoint, Patches};
-
-/// Parts of patches.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Parts {
-    /// The first plane of every patch that is divided, else NONE.
-    roots: Vec<u32>,
-    planes: Vec<Plane>,
-    /// The patch that part `count + k` was cut from.
-    whole: Vec<u32>,
-    /// Patches before any was divided.
-    count: usize,
-    /// Their areas.
-    areas: Vec<f64>,
-}
-
-/// A plane across an axis, and what lies on either side.
-#[derive(Clone, Copy, Debug)]
-struct Plane {
-    /// 0 to 2 for place, 3 to 5 for the normal.
-    axis: usize,
-    at: f32,
-    sides: [Part; 2],
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Part {
-    Divided(u32),
-    Patch(u32),
-}
-
-impl Parts {
-    /// The part of a patch that a point with a normal lies in.
-    #[inline]
-    pub fn at(&self, patch: u32, position: Vec3, normal: Vec3) -> u32 {
-        let Some(&root) = self.roots.get(patch as usize) else {
-            return patch;
-        };
-        if root == NONE {
-            return patch;
-        }
-        let mut own = root;
-        loop {
-            let plane = &self.planes[own as usize];
-            let beyond = coordinate(position, normal, plane.axis) >= plane.at;
-            match plane.sides[usize::from(beyond)] {
-                Part::Divided(next) => own = next,
-                Part::Patch(patch) => return patch,
-            }
-        }
-    }
-
-    /// The patch whose pieces a part has.
-    #[inline]
-    pub fn whole(&self, patch: usize) -> usize {
-        match patch.checked_sub(self.count) {
-            Some(k) => self.whole.get(k).map_or(patch, |&w| w as usize),
-            None => patch,
-        }
-    }
-}
+use crate::patches::parts::{Part, Parts, number};
+use crate::patches::pieces::{NONE, PatchPoint};
+use crate::patches::regression_tree::{Sample, Tree, grow};
+use crate::patches::scene_patches::Patches;
 
 impl Patches {
     /// Whether patches were divided by light.
@@ -83,8 +26,8 @@ impl Patches {
         self.parts.whole(patch as usize) as u32
     }
 
-    /// Divides the patches as they were cut by the light sampled on them, and has their rays start from where it was sampled; `samples`
-    /// of every patch before any was divided.
+    /// Divides the patches as they were cut by the light sampled on them, and has their rays start from where it was
+    /// sampled; `samples` are those of every patch before any was divided.
     pub fn divide(&mut self, mut samples: Vec<Vec<Sample>>) {
         self.restore();
         samples.resize_with(self.len(), Vec::new);
@@ -122,11 +65,9 @@ impl Patches {
         self.parts = parts;
         self.start_from(starts);
     }
-}
 
-impl Patches {
-    /// About the width of what each patch stands for, unit coordinates: twice the RMS distance of its chosen points from their middle, or
-    /// the root of its area where there are none.
+    /// About the width of what each patch stands for, unit coordinates: twice the RMS distance of its chosen points from
+    /// their middle, or the root of its area where there are none.
     pub fn widths(&self) -> Vec<f32> {
         let width = |i: usize| {
             let chosen = self.chosen(i);
@@ -151,19 +92,5 @@ impl Patches {
         self.materials.truncate(count);
         self.sides.truncate(count);
         self.parents.truncate(count);
-    }
-}
-
-/// Numbers the planes and parts of a tree.
-fn number(tree: Tree, planes: &mut Vec<Plane>, add: &mut impl FnMut(Vec<Sample>) -> u32) -> Part {
-    match tree {
-        Tree::Leaf(own) => Part::Patch(add(own)),
-        Tree::Plane { axis, at, sides } => {
-            let own = planes.len();
-            planes.push(Plane { axis, at, sides: [Part::Patch(NONE); 2] });
-            let sides = sides.map(|side| number(side, planes, add));
-            planes[own].sides = sides;
-            Part::Divided(own as u32)
-        }
     }
 }

@@ -9,7 +9,7 @@ use glam::{DVec2, Vec2, Vec3};
 
 use crate::patches::clip::span;
 use crate::patches::grid::{Grid, cut, index};
-use crate::patches::meshing::Draft;
+use crate::patches::pieces::Draft;
 use crate::patches::zones::Zones;
 use crate::scene::Scene;
 use crate::surfaces::coplanar::Surface;

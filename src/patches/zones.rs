@@ -10,7 +10,6 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use crate::patches::Patches;
 use crate::rays::Rays;
 use crate::scene::Scene;
 use crate::surfaces::Surfaces;
@@ -43,7 +42,7 @@ impl Zones {
         Zones::of(&Surfaces::new(scene, rays), size)
     }
 
-    /// As [`Zones::new`], of surfaces found before.
+    /// Zones of surfaces that are known, for patches of `size` and smaller ones.
     pub fn of(surfaces: &Arc<Surfaces>, size: f64) -> Zones {
         Zones::tiled(surfaces, |s| s.divisions(size).map(|n| n.div_ceil(ACROSS)))
     }
@@ -95,19 +94,8 @@ impl Zones {
         }
     }
 
-    /// The zone of every patch, front and back alike; that of its first piece, where it has pieces of several.
-    pub fn of_patches(&self, patches: &Patches) -> Vec<u32> {
-        let zone = |i: usize| {
-            let (face, corners) = patches.pieces(i).next()?;
-            let middle: DVec3 = corners.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / 3.0;
-            Some(self.at(face, middle) as u32)
-        };
-        let all = (0..patches.len()).map(zone);
-        all.map(|zone| zone.unwrap_or(0)).collect()
-    }
-
     /// The zone of a point of a face.
-    fn at(&self, face: u32, position: DVec3) -> usize {
+    pub(crate) fn at(&self, face: u32, position: DVec3) -> usize {
         let s = self.surfaces.of_face[face as usize] as usize;
         let surface = &self.surfaces.list[s];
         let uv = surface.uv(position);
@@ -117,18 +105,5 @@ impl Zones {
             (at.max(0.0) as usize).min(n - 1)
         };
         self.zone(s, cell(0), cell(1))
-    }
-
-    /// For every zone the one whose patch its own faces are part of: itself, unless small surfaces share a patch.
-    pub fn shared(&self, patches: &Patches, of_patches: &[u32]) -> Vec<u32> {
-        let mut shared: Vec<u32> = (0..self.len() as u32).collect();
-        for (s, surface) in self.surfaces.list.iter().enumerate() {
-            if let Some(patch) = patches.of_face(surface.faces[0])
-                && self.tiles[s] == [1, 1]
-            {
-                shared[self.starts[s] as usize] = of_patches[patch as usize];
-            }
-        }
-        shared
     }
 }

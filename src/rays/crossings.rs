@@ -5,8 +5,8 @@
 //! ones a surface can report twice, so of those that agree in side and place one is kept. Comparing t alone would also
 //! swallow distinct surfaces that lie close together.
 
-use crate::rays::accelerator::depth;
-use crate::rays::{Hit, Side};
+use crate::rays::query::depth;
+use crate::rays::ray::{Hit, Side};
 
 /// Two hits on an edge within this distance are the same place of the same edge. Each face interpolates t along the
 /// edge with its own rounding, about 1e-7 over the edge's projected size.

@@ -23,12 +23,12 @@ const FOREIGN: f32 = -1e-5;
 /// The face's unit normal and its edges' inward distance functions, `(n, c)` with distance `n . p + c`: the edges' x, y
 /// and z of n, then their c.
 #[derive(Clone, Copy)]
-pub(crate) struct Anchor {
+pub(crate) struct RayOffset {
     normal: Vec3A,
     edges: [Vec3A; 4],
 }
 
-impl Anchor {
+impl RayOffset {
     pub(crate) fn new(scene: &Scene, face: u32) -> Self {
         let corners = scene.corners(face).map(|c| c.as_dvec3());
         let [a, b, c] = corners;
@@ -38,7 +38,7 @@ impl Anchor {
             inward.extend(-inward.dot(p)).as_vec4()
         });
         let column = |k: usize| Vec3A::from_array(edges.map(|edge| edge[k]));
-        Anchor { normal: normal.as_vec3a(), edges: [column(0), column(1), column(2), column(3)] }
+        RayOffset { normal: normal.as_vec3a(), edges: [column(0), column(1), column(2), column(3)] }
     }
 
     /// The start of a ray that leaves the face at `point` towards `direction`; `corners` are the face's.

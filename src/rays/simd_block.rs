@@ -9,7 +9,7 @@
 use glam::Vec3A;
 use pulp::Simd;
 
-use crate::rays::accelerator::{Label, Query};
+use crate::rays::query::{Label, Query};
 use crate::rays::triangle::Triangle;
 
 /// Triangles of a block.

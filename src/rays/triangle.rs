@@ -11,8 +11,8 @@
 
 use glam::{Vec3, Vec3A, Vec3Swizzles};
 
-use crate::rays::Side;
 use crate::rays::bounds::Bounds;
+use crate::rays::ray::Side;
 
 /// Three corners, one register for each axis: register 0 holds the corners' x.
 #[derive(Clone, Copy, Debug)]

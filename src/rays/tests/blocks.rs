@@ -2,18 +2,19 @@
 
 use rayon::prelude::*;
 
-use crate::rays::accelerator::{Label, NO_PLANE, Query, Tree};
+use crate::rays::accelerator::Accelerator;
+use crate::rays::query::{Label, NO_PLANE, Query};
 use crate::rays::tests::*;
 use crate::rays::triangle::Triangle;
 
 /// The same faces in blocks and in a hierarchy.
-fn both(triangles: &[[Vec3; 3]]) -> (Rays, [Tree; 2]) {
+fn both(triangles: &[[Vec3; 3]]) -> (Rays, [Accelerator; 2]) {
     let rays = Rays::new(&plain(triangles));
     let label = |face: u32| Label { face, plane: rays.plane(face) };
     let faces: Vec<_> =
         (0..triangles.len() as u32).map(|face| (Triangle::new(triangles[face as usize]), label(face))).collect();
-    let pair = [usize::MAX, 0].map(|many| Tree::of(&faces, 1e-5 * 2.0, many));
-    assert!(matches!(pair, [Tree::Few(_), Tree::Many(_)]));
+    let pair = [usize::MAX, 0].map(|many| Accelerator::of(&faces, 1e-5 * 2.0, many));
+    assert!(matches!(pair, [Accelerator::Blocks(_), Accelerator::Bvh(_)]));
     (rays, pair)
 }
 
@@ -87,7 +88,7 @@ fn blocks_and_hierarchy_find_the_same_meetings_along_ten_million_rays() {
 }
 
 /// Whether both trees find the same set of crossings, and the same visibility over the first half of the way.
-fn same_crossings(few: &Tree, many: &Tree, ray: &Ray, rays: &Rays) -> bool {
+fn same_crossings(few: &Accelerator, many: &Accelerator, ray: &Ray, rays: &Rays) -> bool {
     let query = rays.query(ray);
     let [a, b] = [few, many].map(|tree| {
         let mut hits = Vec::new();

@@ -12,6 +12,7 @@ use std::collections::HashMap;
 use glam::{DVec3, Quat, Vec2, Vec3};
 
 use crate::light::{Rgb, Visibility};
+use crate::rays::scene_rays::Occluders;
 use crate::rays::*;
 use crate::scene::{Camera, Face, Material, Sides, UnitFrame};
 

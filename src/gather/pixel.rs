@@ -1,0 +1,69 @@
+//! What the camera rays of one pixel found, in two halves whose difference tells the standard error.
+//!
+//! Not handled: indirect light that is gathered; until then the light that patches receive stands for it.
+
+use glam::DVec3;
+
+use crate::direct::Receiver;
+use crate::gather::pixel_layer::Layer;
+use crate::light::Rgb;
+use crate::rays::Side;
+
+/// What one pixel found, sums over its camera rays.
+#[derive(Default)]
+pub(crate) struct Pixel {
+    pub emission: DVec3,
+    pub direct: DVec3,
+    /// Emission and direct light of each half.
+    pub lit: [DVec3; 2],
+    /// Indirect light of each half: what the patches themselves receive, until it is gathered.
+    pub ambient: [DVec3; 2],
+    /// Camera rays of each half.
+    pub count: u32,
+    pub layers: Vec<Layer>,
+    pub backs: u32,
+    /// Camera rays that met light as emitted.
+    pub emitting: u32,
+    /// Camera rays that met a side that reflects.
+    pub reflecting: u32,
+    pub rays: u64,
+}
+
+/// Rays that tell whether a pixel sees a luminaire.
+const LOOKS: i32 = 16;
+
+impl Pixel {
+    /// The layer of a surface seen; a new one if no camera ray has seen it before.
+    pub fn layer(&mut self, key: (u32, Side, u32), seen: Receiver, rho: Rgb) -> &mut Layer {
+        let found = self.layers.iter().position(|l| l.holds(key, &seen));
+        let k = found.unwrap_or_else(|| {
+            self.layers.push(Layer::new(key, seen, rho));
+            self.layers.len() - 1
+        });
+        &mut self.layers[k]
+    }
+
+    /// Camera rays of both halves.
+    pub fn camera(&self) -> f64 {
+        f64::from(2 * self.count)
+    }
+
+    /// All light of each half, sums over its camera rays.
+    pub fn halves(&self) -> [DVec3; 2] {
+        [0, 1].map(|half| self.lit[half] + self.ambient[half])
+    }
+
+    /// Standard error squared of the mean of the halves, all channels.
+    pub fn variance(&self) -> DVec3 {
+        let [a, b] = self.halves();
+        let d = (a - b) / self.camera();
+        d * d
+    }
+
+    /// How much the pixel counts in the error: the chance that none of [`LOOKS`] rays through it meets light as emitted.
+    /// Pixels that see a luminaire count nothing, those that a sliver of one lies in count a little less than others.
+    pub fn weight(&self) -> f64 {
+        let share = f64::from(self.emitting) / self.camera().max(1.0);
+        (1.0 - share).powi(LOOKS)
+    }
+}

@@ -1,0 +1,77 @@
+//! The questions asked of faces that are ready for rays, whatever holds them.
+//!
+//! Each is compiled once for every level of vector instructions and the level is chosen at run time. Results do not depend on
+//! it: Rust never fuses a multiplication with an addition by itself.
+//!
+//! Not handled: registers of more than eight lanes; one lane at a time takes their place.
+
+use std::ops::ControlFlow;
+
+use pulp::{Arch, Scalar, Simd, WithSimd};
+
+use crate::rays::query::{Label, Query, hit};
+use crate::rays::ray::Hit;
+use crate::rays::simd_block::LANES;
+use crate::rays::triangle::Meeting;
+
+/// Faces that can be asked for their meetings with a ray.
+pub(crate) trait Faces: Sized {
+    /// The level of vector instructions to be used.
+    fn arch(&self) -> Arch;
+
+    /// The first meeting, by instructions of one level.
+    fn first<S: Simd>(&self, simd: S, query: &Query) -> Option<Hit>;
+
+    /// Tells `meet` of every meeting, in no order, edges counted once for each face, until it breaks.
+    fn each<S: Simd>(
+        &self,
+        simd: S,
+        query: &Query,
+        meet: impl FnMut(Meeting, Label) -> ControlFlow<()>,
+    ) -> ControlFlow<()>;
+
+    /// The first meeting.
+    #[inline]
+    fn closest(&self, query: &Query) -> Option<Hit> {
+        self.arch().dispatch(Closest(self, query))
+    }
+
+    /// Appends every meeting to `out`, in no order, edges counted once for each face; false as soon as an opaque face is met.
+    #[inline]
+    fn all_unless(&self, opaque: impl Fn(u32) -> bool, query: &Query, out: &mut Vec<Hit>) -> bool {
+        self.arch().dispatch(AllUnless(self, opaque, query, out))
+    }
+}
+
+struct Closest<'a, F>(&'a F, &'a Query);
+
+impl<F: Faces> WithSimd for Closest<'_, F> {
+    type Output = Option<Hit>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Option<Hit> {
+        if S::F32_LANES > LANES { self.0.first(Scalar::new(), self.1) } else { self.0.first(simd, self.1) }
+    }
+}
+
+struct AllUnless<'a, F, O>(&'a F, O, &'a Query, &'a mut Vec<Hit>);
+
+impl<F: Faces, O: Fn(u32) -> bool> WithSimd for AllUnless<'_, F, O> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        if S::F32_LANES > LANES {
+            return self.with_simd(Scalar::new());
+        }
+        let AllUnless(faces, opaque, query, out) = self;
+        let passed = faces.each(simd, query, |meeting, label| {
+            if opaque(label.face) {
+                return ControlFlow::Break(());
+            }
+            out.push(hit(&meeting, &label));
+            ControlFlow::Continue(())
+        });
+        passed.is_continue()
+    }
+}

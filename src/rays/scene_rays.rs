@@ -1,0 +1,232 @@
+//! A scene's faces ready for rays: the first face met, every face met in order, and whether two points see each other.
+//!
+//! Faces that can lie between no two points of the scene are found once and left out where both ends lie on the scene.
+//! Results depend on the scene and the ray alone, so any number of threads may cast them.
+//!
+//! Not handled: scenes that change after they were made ready.
+
+use glam::{Vec3, Vec3A};
+use rayon::prelude::*;
+
+use crate::rays::accelerator::{Accelerator, MANY};
+use crate::rays::bounds::Bounds;
+use crate::rays::bvh::Bvh;
+use crate::rays::bvh_build::Layout;
+use crate::rays::crossings::settle;
+use crate::rays::hull_faces::occluders;
+use crate::rays::planes::Planes;
+use crate::rays::query::{Label, NO_PLANE, Query};
+use crate::rays::ray::{End, Hit, Ray};
+use crate::rays::ray_offset::RayOffset;
+use crate::rays::triangle::Triangle;
+use crate::scene::Scene;
+
+/// A scene made ready for casting rays.
+pub struct Rays {
+    pub(super) tree: Accelerator,
+    pub(super) occluders: Occluders,
+    /// The faces that may occlude.
+    occluding: Vec<u32>,
+    planes: Vec<u32>,
+    materials: Vec<u32>,
+    anchors: Vec<RayOffset>,
+    corners: Vec<[Vec3; 3]>,
+}
+
+/// The faces that may lie between two points of the scene.
+pub(super) enum Occluders {
+    /// All of them: no face was proved to lie on the hull.
+    All,
+    /// Some.
+    Some(Accelerator),
+    /// None: the surfaces all see each other, as far as they face each other.
+    None,
+}
+
+impl Rays {
+    /// Builds what rays are tested against, the plane ids and the proof of what cannot occlude.
+    pub fn new(scene: &Scene) -> Rays {
+        Rays::with_blocks(scene, MANY)
+    }
+
+    /// As [`Rays::new`], with fewer than `many` faces tested in blocks and others through a hierarchy; there are blocks
+    /// for 512 at most. Both find the same; this is for measuring which is faster.
+    pub fn with_blocks(scene: &Scene, many: usize) -> Rays {
+        let all: Vec<u32> = (0..scene.faces.len() as u32).collect();
+        let faces = Faces::new(scene, many);
+        let inner = occluders(scene, &faces.planes);
+        let occluders = match inner.len() {
+            0 => Occluders::None,
+            n if n == all.len() => Occluders::All,
+            _ => Occluders::Some(faces.tree(&inner)),
+        };
+        Rays {
+            occluding: inner,
+            tree: faces.tree(&all),
+            occluders,
+            planes: faces.planes.of_face,
+            materials: scene.faces.iter().map(|f| f.material).collect(),
+            anchors: all.par_iter().map(|&f| RayOffset::new(scene, f)).collect(),
+            corners: faces.corners,
+        }
+    }
+
+    /// The first face met. Of a thin sheet (two faces in one place, back to back) it is the one met from its front.
+    #[inline]
+    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
+        self.tree.closest(&self.query(ray))
+    }
+
+    /// Every crossing in order of t into `out`, cleared first. A crossing through a shared edge or vertex counts once;
+    /// of a thin sheet the front comes before the back.
+    #[inline]
+    pub fn crossings(&self, ray: &Ray, out: &mut Vec<Hit>) {
+        out.clear();
+        self.tree.all(&self.query(ray), out);
+        settle(out, &self.planes);
+    }
+
+    /// Whether nothing lies strictly between the points (tau = 0 everywhere).
+    ///
+    /// The planes of the end points' own faces do not count; whether those faces look at each other is not asked.
+    #[inline]
+    pub fn visible(&self, from: End, to: End) -> bool {
+        match (self.between(from, to), self.segment(from, to)) {
+            (Some(tree), Some(segment)) => tree.is_clear(&segment),
+            _ => true,
+        }
+    }
+
+    /// Product of tau over the surfaces crossed strictly between the points; `tau` holds one number per material.
+    /// `scratch` spares an allocation for each call.
+    pub fn transmittance(&self, from: End, to: End, tau: &[f32], scratch: &mut Vec<Hit>) -> f32 {
+        scratch.clear();
+        let (Some(tree), Some(segment)) = (self.between(from, to), self.segment(from, to)) else {
+            return 1.0;
+        };
+        let tau_of = |face: u32| tau[self.materials[face as usize] as usize];
+        if !tree.all_unless(|face| tau_of(face) == 0.0, &segment, scratch) {
+            return 0.0;
+        }
+        settle(scratch, &self.planes);
+        scratch.iter().map(|hit| tau_of(hit.face)).product()
+    }
+
+    /// The faces that may lie between two points of the scene's surface, in order; all others are proved not to.
+    pub fn occluders(&self) -> &[u32] {
+        &self.occluding
+    }
+
+    /// False where it is proved that no face lies between any two points of the scene's surface.
+    pub fn anything_occludes(&self) -> bool {
+        !matches!(self.occluders, Occluders::None)
+    }
+
+    /// The id of the plane a face lies in: faces whose planes agree within rounding share it, whatever way they face.
+    ///
+    /// # Panics
+    ///
+    /// If the scene has no such face.
+    pub fn plane(&self, face: u32) -> u32 {
+        self.planes[face as usize]
+    }
+
+    /// The ray with its start lifted off its source.
+    #[inline]
+    pub(super) fn query(&self, ray: &Ray) -> Query {
+        let direction = Vec3A::from(ray.direction);
+        let (start, skip) = self.start((ray.origin, ray.source), direction);
+        Query::new(start, direction, f32::INFINITY, [skip, NO_PLANE])
+    }
+
+    /// The segment between two points, both lifted towards the other; `None` if they are one point.
+    #[inline]
+    pub(super) fn segment(&self, from: End, to: End) -> Option<Query> {
+        let across = Vec3A::from(to.0 - from.0);
+        let (start, first) = self.start(from, across);
+        let (end, last) = self.start(to, -across);
+        let length = (end - start).length();
+        let direction = (end - start) * length.recip();
+        (length > 0.0).then(|| Query::new(start, direction, length, [first, last]))
+    }
+
+    /// Where a ray from a point truly starts, and the plane it cannot meet.
+    #[inline]
+    fn start(&self, (point, face): End, direction: Vec3A) -> (Vec3A, u32) {
+        let point = Vec3A::from(point);
+        let Some(face) = face.map(|f| f as usize) else {
+            return (point, NO_PLANE);
+        };
+        let start = self.anchors[face].start(point, direction, || self.corners[face]);
+        (start, self.planes[face])
+    }
+
+    /// The faces that may lie between two points; `None` if there are none.
+    #[inline]
+    fn between(&self, from: End, to: End) -> Option<&Accelerator> {
+        match &self.occluders {
+            Occluders::Some(tree) if from.1.is_some() && to.1.is_some() => Some(tree),
+            Occluders::None if from.1.is_some() && to.1.is_some() => None,
+            _ => Some(&self.tree),
+        }
+    }
+}
+
+/// The faces of a scene, and what all trees over them have in common.
+struct Faces {
+    corners: Vec<[Vec3; 3]>,
+    planes: Planes,
+    /// Over all faces, where there are many.
+    layout: Option<Layout>,
+    /// What boxes are padded by.
+    pad: f32,
+    /// From how many on there is a hierarchy.
+    many: usize,
+}
+
+impl Faces {
+    fn new(scene: &Scene, many: usize) -> Faces {
+        let all = (0..scene.faces.len() as u32).into_par_iter();
+        let corners: Vec<[Vec3; 3]> = all.map(|f| scene.corners(f)).collect();
+        let pad = 1e-5 * diagonal(&corners);
+        // Planes are found one after the other; meanwhile the other threads lay out the tree.
+        let layout = || (corners.len() >= many).then(|| Layout::new(&boxes(&corners, pad)));
+        let (planes, layout) = rayon::join(|| Planes::new(scene), layout);
+        Faces { corners, planes, layout, pad, many }
+    }
+
+    /// A face ready for rays.
+    fn ready(&self, face: u32) -> (Triangle, Label) {
+        let plane = self.planes.of_face[face as usize];
+        let triangle = Triangle::new(self.corners[face as usize]);
+        (triangle, Label { face, plane })
+    }
+
+    /// The tree over some faces, in order; many of them share the layout of all.
+    fn tree(&self, faces: &[u32]) -> Accelerator {
+        match &self.layout {
+            Some(layout) if faces.len() >= self.many => {
+                let mut among = vec![false; self.corners.len()];
+                faces.iter().for_each(|&face| among[face as usize] = true);
+                let ready = |face: u32| among[face as usize].then(|| self.ready(face));
+                Accelerator::Bvh(Bvh::new(layout, ready))
+            }
+            _ => {
+                let ready: Vec<_> = faces.iter().map(|&face| self.ready(face)).collect();
+                Accelerator::of(&ready, self.pad, self.many)
+            }
+        }
+    }
+}
+
+/// Length of the diagonal of the box around triangles.
+fn diagonal(corners: &[[Vec3; 3]]) -> f32 {
+    let whole = boxes(corners, 0.0).into_par_iter().reduce(|| Bounds::EMPTY, Bounds::join);
+    (whole.high - whole.low).length()
+}
+
+/// The triangles' boxes, padded.
+fn boxes(corners: &[[Vec3; 3]], pad: f32) -> Vec<Bounds> {
+    let padded = |c: &[Vec3; 3]| Triangle::new(*c).padded_box(pad);
+    corners.par_iter().map(padded).collect()
+}
