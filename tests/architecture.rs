@@ -1,11 +1,16 @@
-//! The structure of the source, held by reading it: light flows one way through the modules, each outer crate has
-//! its one place, files open with their purpose and stay short, and nothing is unsafe.
+//! The structure of the source, held by reading it: light flows one way through the modules, no files import each other
+//! in a circle, each outer crate has its one place, files open with their purpose and stay short, and nothing is unsafe.
 //!
 //! Reads text, not syntax: comments and string literals are taken out first. Not handled: names made by macros, and
 //! the module path of a `super` inside a nested inline module, which is taken as that of its file.
 
+mod source;
+
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use source::imports::{circle, imports};
+use source::{Source, code, is_word, sources, words};
 
 /// The outer crates that belong to some modules only, by the name they have in code.
 const HOMES: [(&str, &[&str]); 7] = [
@@ -21,22 +26,12 @@ const HOMES: [(&str, &[&str]); 7] = [
 /// What the witness to the solver may use of the crate: anything else would be a mistake to share.
 const WITNESS: [&str; 5] = ["light", "pictures", "scene", "rays", "reference"];
 
+/// The rooms whose files import each other in no circle.
+const FREE_OF_CIRCLES: [&str; 9] =
+    ["light", "pictures", "scene", "rays", "surfaces", "patches", "solve", "gather", "reference"];
+
 /// Lines a file may have.
 const LONGEST: usize = 320;
-
-/// One source file: its path below `src`, and its text.
-struct Source {
-    path: String,
-    text: String,
-}
-
-impl Source {
-    /// The module path: `["scene", "obj"]` for `scene/obj.rs`, `["scene"]` for `scene/mod.rs`.
-    fn modules(&self) -> Vec<&str> {
-        let stem = self.path.trim_end_matches(".rs");
-        stem.split('/').filter(|part| *part != "mod").collect()
-    }
-}
 
 #[test]
 fn the_source_keeps_to_its_order() {
@@ -49,28 +44,16 @@ fn the_source_keeps_to_its_order() {
     assert!(found.is_empty(), "\n{}", found.join("\n"));
 }
 
-/// Every `.rs` file below a directory.
-fn sources(root: &Path) -> Vec<Source> {
-    let mut folders = vec![root.to_path_buf()];
-    let mut sources = Vec::new();
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|e| e == "rs") {
-                sources.push(read(root, &path));
-            }
-        }
+#[test]
+fn no_files_import_each_other_in_a_circle() {
+    let graph = imports(&sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src")));
+    assert!(graph.len() > 100 && graph["scene/load.rs"].contains("scene/error.rs"));
+    for room in FREE_OF_CIRCLES {
+        let inside = |file: &String| file.split('/').next() == Some(room);
+        let own = graph.iter().filter(|(file, _)| inside(file));
+        let own = own.map(|(file, used)| (file.clone(), used.iter().filter(|f| inside(f)).cloned().collect()));
+        assert_eq!(circle(&own.collect()), None);
     }
-    sources.sort_by(|a, b| a.path.cmp(&b.path));
-    sources
-}
-
-fn read(root: &Path, path: &PathBuf) -> Source {
-    let below = path.strip_prefix(root).unwrap().components();
-    let parts: Vec<_> = below.map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
-    Source { path: parts.join("/"), text: fs::read_to_string(path).unwrap() }
 }
 
 /// The modules that lib.rs declares, in its order.
@@ -184,10 +167,7 @@ fn first_names(rest: &str) -> Vec<&str> {
 fn first_name(text: &str) -> &str {
     let text = text.trim_start();
     let end = text.find(|c: char| !is_word(c)).unwrap_or(text.len());
-    match text.starts_with('*') {
-        true => "*",
-        false => &text[..end],
-    }
+    if text.starts_with('*') { "*" } else { &text[..end] }
 }
 
 /// Outer crates used where they do not belong.
@@ -206,59 +186,6 @@ fn strangers(code: &str, top: &str) -> Vec<String> {
         }
     }
     found
-}
-
-fn is_word(c: char) -> bool {
-    c.is_alphanumeric() || c == '_'
-}
-
-/// All words of a text with the places where they start.
-fn words(code: &str) -> impl Iterator<Item = (usize, &str)> {
-    let mut at = 0;
-    std::iter::from_fn(move || {
-        let start = at + code[at..].find(is_word)?;
-        let end = code[start..].find(|c| !is_word(c)).map_or(code.len(), |n| start + n);
-        at = end;
-        Some((start, &code[start..end]))
-    })
-}
-
-/// The text without comments and without what stands in string literals.
-fn code(text: &str) -> String {
-    let mut code = String::new();
-    let mut rest = text;
-    while let Some(c) = rest.chars().next() {
-        let skipped = if rest.starts_with("//") {
-            rest.find('\n').unwrap_or(rest.len())
-        } else if rest.starts_with("/*") {
-            rest.find("*/").map_or(rest.len(), |n| n + 2)
-        } else if let Some(raw) = rest.strip_prefix("r#\"") {
-            raw.find("\"#").map_or(rest.len(), |n| n + 5)
-        } else if c == '"' {
-            string_end(rest)
-        } else if rest.starts_with("'\"'") {
-            3
-        } else {
-            code.push(c);
-            rest = &rest[c.len_utf8()..];
-            continue;
-        };
-        rest = &rest[skipped..];
-    }
-    code
-}
-
-/// The length of the string literal a text starts with.
-fn string_end(text: &str) -> usize {
-    let mut escaped = false;
-    for (at, c) in text.char_indices().skip(1) {
-        match c {
-            '"' if !escaped => return at + 1,
-            '\\' => escaped = !escaped,
-            _ => escaped = false,
-        }
-    }
-    text.len()
 }
 
 /// What the checker says of a made-up file in a crate of modules a, b, c.
@@ -314,4 +241,38 @@ fn the_checker_lets_through_what_is_right() {
 fn modules_are_read_in_the_order_they_are_declared() {
     let lib = "//! pub mod no;\npub mod b;\n\npub mod a;\nmod hidden;\n";
     assert_eq!(order(lib), ["b", "a"]);
+}
+
+/// The files of a made-up crate that import each other in a circle.
+fn circle_of(files: &[(&str, &str)]) -> Option<Vec<String>> {
+    let source = |(path, text): &(&str, &str)| Source { path: path.to_string(), text: text.to_string() };
+    let graph = imports(&files.iter().map(source).collect::<Vec<_>>());
+    circle(&graph).map(|files| files.into_iter().map(String::from).collect())
+}
+
+#[test]
+fn circles_are_found_through_re_exports_and_paths() {
+    let room = ("room/mod.rs", "pub mod a;\npub mod b;\npub use a::{A, f};\npub(crate) use b::B as C;\n");
+    let b = ("room/b.rs", "use crate::room::a::{self, A};\npub struct B(A);");
+    assert_eq!(circle_of(&[room, ("room/a.rs", "use std::fs;\npub struct A;"), b]), None);
+    let both = Some(vec!["room/a.rs".to_string(), "room/b.rs".to_string()]);
+    for text in [
+        "use crate::room::{b::B};",
+        "use super::b::*;",
+        "fn f() { crate::room::b::B::new() }",
+        "fn f() { super::super::room::b::B }",
+        "use crate::room::b;",
+    ] {
+        assert_eq!(circle_of(&[room, ("room/a.rs", text), b]), both, "{text}");
+    }
+    for text in ["// use crate::room::b::B;", "#[cfg(test)]\nmod tests { use crate::room::b::B; }", "use other::b::B;"]
+    {
+        assert_eq!(circle_of(&[room, ("room/a.rs", text), b]), None, "{text}");
+    }
+}
+
+#[test]
+fn what_a_mod_file_defines_is_below_what_it_re_exports() {
+    let parts = [("room/mod.rs", "pub use a::A;\npub struct Room(A);"), ("room/a.rs", "use crate::room::Room;")];
+    assert_eq!(circle_of(&parts).map(|c| c.len()), Some(2));
 }

@@ -29,7 +29,7 @@ use crate::scene::build::assemble;
 use crate::scene::camera::{DEFAULT_FOV, ViewError};
 use crate::scene::error::{Place, SceneError};
 use crate::scene::lines::{list, shorten};
-use crate::scene::load::LoadOptions;
+use crate::scene::model::LoadOptions;
 use crate::scene::mtl::check_emission;
 use crate::scene::obj::Reader;
 use crate::scene::{Camera, Material, Scene, Sides, lines, obj};

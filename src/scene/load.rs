@@ -1,4 +1,6 @@
 //! The ways to a scene: a file, a built-in name, either of them, or text in memory.
+//!
+//! Not handled: formats other than OBJ with MTL, and scene files that name one.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -6,23 +8,8 @@ use std::{fs, io};
 
 use crate::scene::build::assemble;
 use crate::scene::error::SceneError;
-use crate::scene::{Material, Scene, Sides, builtin, file, obj};
-
-/// What a person may ask of every scene, whatever its files say.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LoadOptions {
-    /// The sides of materials for which no scene file gives `two_sided`.
-    pub two_sided: Sides,
-}
-
-impl LoadOptions {
-    /// Sets the sides of all materials but those of which `said` is true.
-    pub(crate) fn apply(self, materials: &mut [Material], said: impl Fn(&str) -> bool) {
-        for material in materials.iter_mut().filter(|material| !said(&material.name)) {
-            material.sides = self.two_sided;
-        }
-    }
-}
+use crate::scene::model::{LoadOptions, Scene};
+use crate::scene::{builtin, file, obj};
 
 impl Scene {
     /// Loads an `.obj` or a `.toml` scene file.

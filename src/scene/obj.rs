@@ -10,12 +10,13 @@ use std::io;
 
 use glam::DVec3;
 
+use crate::light::Rgb;
 use crate::scene::build::{Polygon, Soup};
 use crate::scene::error::{Place, SceneError};
 use crate::scene::lines::{list, shorten};
 use crate::scene::mtl::{DEFAULT_RHO, Libraries};
 use crate::scene::obj_text::ObjText;
-use crate::scene::{Material, Rgb, obj_text};
+use crate::scene::{Material, obj_text};
 
 /// Reads a file named relative to the OBJ or scene file.
 pub(crate) type Reader<'a> = &'a dyn Fn(&str) -> io::Result<Cow<'a, [u8]>>;

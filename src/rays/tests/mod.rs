@@ -14,7 +14,7 @@ use glam::{DVec3, Quat, Vec2, Vec3};
 use crate::light::{Rgb, Visibility};
 use crate::rays::scene_rays::Occluders;
 use crate::rays::*;
-use crate::scene::{Camera, Face, Material, Sides, UnitFrame};
+use crate::scene::{Camera, Face, Material, Scene, Sides, UnitFrame};
 
 /// A scene of the triangles given, corners of equal coordinates shared; face i has material `materials[i]`.
 pub(crate) fn scene_of(triangles: &[[Vec3; 3]], materials: &[u32]) -> Scene {

@@ -1,0 +1,202 @@
+//! What a scene is: triangles, materials, a camera, and the frame of unit coordinates.
+//!
+//! Not handled: how a scene is read and checked; that is [`crate::scene::load`] and [`crate::scene::build`].
+
+use glam::{DVec3, Vec3};
+
+use crate::light::{Light, Rgb, Transport, TransportError, Visibility};
+
+/// A checked scene in unit coordinates.
+///
+/// Invariants: at least one face; every vertex finite, no two the same; no face thinner than [`crate::scene::THINNEST`];
+/// every index in range; rho in 0..=1; emission finite and not negative.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The built-in scene's name or the file's stem.
+    pub name: String,
+    /// Corner points, unit coordinates.
+    pub vertices: Vec<Vec3>,
+    /// Triangles, counter-clockwise seen from the front.
+    pub faces: Vec<Face>,
+    /// Corners of the faces before they were rounded to single precision, unit coordinates; see [`Scene::exact_corners`].
+    pub exact: Vec<[DVec3; 3]>,
+    /// What the faces are made of.
+    pub materials: Vec<Material>,
+    /// Names of the file's objects and groups.
+    pub objects: Vec<String>,
+    /// Where the picture is taken from, unit coordinates.
+    pub camera: Camera,
+    /// From unit coordinates back to the file's.
+    pub frame: UnitFrame,
+    /// (alpha, tau) of every material that has none of its own, where the scene file gives one.
+    pub transport: Option<Transport>,
+    /// What a person should know about the file.
+    pub warnings: Vec<String>,
+}
+
+/// One triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Face {
+    /// Indices into [`Scene::vertices`], counter-clockwise seen from the front.
+    pub vertices: [u32; 3],
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+    /// Index into [`Scene::objects`].
+    pub object: u32,
+}
+
+/// A diffuse material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The MTL's name.
+    pub name: String,
+    /// Diffuse reflectance per channel, 0..=1 (MTL `Kd`).
+    pub rho: Rgb,
+    /// Emitted radiance in W/(m² sr) (MTL `Ke`).
+    pub emission: Rgb,
+    /// Whether the camera sees the emission.
+    pub visibility: Visibility,
+    /// Its own alpha, where the scene file gives one.
+    pub alpha: Option<f32>,
+    /// Its own tau, where the scene file gives one.
+    pub tau: Option<f32>,
+    /// Which sides of its faces reflect and emit.
+    pub sides: Sides,
+}
+
+/// Which sides of a face reflect and emit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sides {
+    /// The front only, as in the paper: the back is black and still occludes by its tau.
+    #[default]
+    One,
+    /// Both: the face carries a patch on either side.
+    Two,
+}
+
+/// A pinhole camera in unit coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// The eye.
+    pub position: Vec3,
+    /// Unit vector, the way it looks.
+    pub forward: Vec3,
+    /// Unit vector to the right of the picture: cross(forward, up) normalised.
+    pub right: Vec3,
+    /// Unit vector up in the picture.
+    pub up: Vec3,
+    /// Full vertical field of view, degrees, in (0, 180).
+    pub vertical_fov: f32,
+}
+
+/// `file = center + scale * unit`, in the file's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnitFrame {
+    /// The middle of the scene's bounding box.
+    pub center: DVec3,
+    /// Half its largest extent.
+    pub scale: f64,
+}
+
+/// What a person may ask of every scene, whatever its files say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LoadOptions {
+    /// The sides of materials for which no scene file gives `two_sided`.
+    pub two_sided: Sides,
+}
+
+impl LoadOptions {
+    /// Sets the sides of all materials but those of which `said` is true.
+    pub(crate) fn apply(self, materials: &mut [Material], said: impl Fn(&str) -> bool) {
+        for material in materials.iter_mut().filter(|material| !said(&material.name)) {
+            material.sides = self.two_sided;
+        }
+    }
+}
+
+impl Material {
+    /// A one-sided material whose emission is seen, without an alpha or tau of its own. Checked when a scene is made.
+    pub fn new(name: &str, rho: Rgb, emission: Rgb) -> Self {
+        Material {
+            name: name.to_owned(),
+            rho,
+            emission,
+            visibility: Visibility::Seen,
+            alpha: None,
+            tau: None,
+            sides: Sides::One,
+        }
+    }
+
+    /// Checks that its own alpha and tau, where it has any, lie in 0..=1.
+    pub fn check_transport(&self) -> Result<(), TransportError> {
+        let own = self.transport(Transport { alpha: 0.0, tau: 0.0 });
+        Transport::new(own.alpha, own.tau).map(|_| ())
+    }
+
+    /// `E` of a point of this material: `(E_invisible, E_visible)`.
+    pub fn emitted(&self) -> Light {
+        Light::emitted(self.emission, self.visibility)
+    }
+
+    /// Whether any channel emits.
+    pub fn emits(&self) -> bool {
+        self.emission.max_element() > 0.0
+    }
+
+    /// Its own numbers where it has any, the default's elsewhere.
+    pub fn transport(&self, default: Transport) -> Transport {
+        Transport { alpha: self.alpha.unwrap_or(default.alpha), tau: self.tau.unwrap_or(default.tau) }
+    }
+}
+
+impl Scene {
+    /// The three corners of a face.
+    pub fn corners(&self, face: u32) -> [Vec3; 3] {
+        self.faces[face as usize].vertices.map(|v| self.vertices[v as usize])
+    }
+
+    /// The three corners of a face in double precision: as the file gives them, where the scene has kept them, so that
+    /// gaps below the rounding of [`Scene::vertices`] stay open.
+    pub fn exact_corners(&self, face: u32) -> [DVec3; 3] {
+        let kept = self.exact.get(face as usize).copied();
+        kept.unwrap_or_else(|| self.corners(face).map(|p| p.as_dvec3()))
+    }
+
+    /// The area of a face, unit coordinates squared, in double precision.
+    pub fn area(&self, face: u32) -> f64 {
+        let [a, b, c] = self.corners(face).map(|p| p.as_dvec3());
+        0.5 * (b - a).cross(c - a).length()
+    }
+
+    /// The material of a face.
+    pub fn material(&self, face: u32) -> &Material {
+        &self.materials[self.faces[face as usize].material as usize]
+    }
+
+    /// (alpha, tau) of every material when those without their own take `default`.
+    pub fn transports(&self, default: Transport) -> Vec<Transport> {
+        self.materials.iter().map(|m| m.transport(default)).collect()
+    }
+}
+
+impl Camera {
+    /// At the middle of the scene, looking along -z: a camera before there is one.
+    pub(super) const NOWHERE: Camera =
+        Camera { position: Vec3::ZERO, forward: Vec3::NEG_Z, right: Vec3::X, up: Vec3::Y, vertical_fov: 45.0 };
+
+    /// The ray through the point (x, y) of the picture, x to the right and y down, both in 0..1; unit direction.
+    pub fn ray(&self, x: f32, y: f32, aspect: f32) -> (Vec3, Vec3) {
+        let half = (0.5 * self.vertical_fov.to_radians()).tan();
+        let across = (2.0 * x - 1.0) * half * aspect;
+        let above = (1.0 - 2.0 * y) * half;
+        let direction = self.forward + across * self.right + above * self.up;
+        (self.position, direction.normalize())
+    }
+
+    /// Width of a pixel of a picture of so many rows, at unit distance in the middle of the view.
+    pub fn pixel(&self, rows: usize) -> f64 {
+        let half = (0.5 * f64::from(self.vertical_fov).to_radians()).tan();
+        2.0 * half / rows.max(1) as f64
+    }
+}
