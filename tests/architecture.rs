@@ -13,11 +13,12 @@ use source::imports::{circle, imports};
 use source::{Source, code, is_word, sources, words};
 
 /// The outer crates that belong to some modules only, by the name they have in code.
-const HOMES: [(&str, &[&str]); 7] = [
+const HOMES: [(&str, &[&str]); 8] = [
     ("tobj", &["scene"]),
     ("toml", &["scene"]),
     ("earcut", &["scene"]),
     ("image", &["pictures"]),
+    ("csv", &["pictures"]),
     ("plotters", &["plot"]),
     ("clap", &["cli"]),
     ("ctrlc", &["cli"]),

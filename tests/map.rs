@@ -19,7 +19,7 @@ use halflight::operator::spectrum;
 use halflight::render::{Prepared, prepare};
 use halflight::scene::Scene;
 use halflight::study::frontier::at;
-use halflight::study::map::{Map, map};
+use halflight::study::map::{GridPoint, Map, map};
 use run::{fields, files, halflight, place, report};
 
 const RHO: f32 = 0.9;
@@ -156,7 +156,7 @@ fn materials_with_their_own_numbers_are_scaled() {
     let scene = room(materials);
     let p = prepare(scene.clone(), 200);
     let found = map(&p, 5, &sampling(128, 2), &Silent);
-    for (alpha, tau, bounds) in found.grid() {
+    for GridPoint { alpha, tau, radius: bounds } in found.grid() {
         let scaled = prepare(at(&scene, alpha, tau), 200);
         // Every material has its own numbers now: the default does not count.
         let k = assemble_one(&scaled, Transport::default(), &sampling(128, 2));

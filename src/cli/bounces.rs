@@ -14,7 +14,7 @@ use crate::cli::report::{BounceReport, BouncesReport, Modes, mode_of};
 use crate::cli::values::{Size, size};
 use crate::gather::{GatherSampling, Gathering};
 use crate::light::Transport;
-use crate::pictures::{Exposure, make_directory, write_whole};
+use crate::pictures::{Exposure, Table, known, make_directory};
 use crate::render::{Assembled, End, Prepared, TermError, WantedTerms, assemble, explore_within};
 use crate::solve::{Bounce, Solution, Verdict, explore};
 use crate::study::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
@@ -103,7 +103,7 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
             p
         }
     };
-    files.extend(chart_and_csv(common, &prepared, &studied)?);
+    files.extend(chart_and_table(common, &prepared, &studied)?);
     for file in &files {
         console.say(file.display().to_string());
     }
@@ -133,7 +133,7 @@ fn sheet(
     Ok(path)
 }
 
-fn chart_and_csv(common: &Common, prepared: &Prepared, studied: &[Studied]) -> Result<[PathBuf; 3], CliError> {
+fn chart_and_table(common: &Common, prepared: &Prepared, studied: &[Studied]) -> Result<[PathBuf; 3], CliError> {
     let scene = &prepared.scene.name;
     let lines: Vec<_> = studied.iter().map(|s| (s.transport.label(), s.solution.bounces.as_slice())).collect();
     let caption = format!(
@@ -146,7 +146,7 @@ fn chart_and_csv(common: &Common, prepared: &Prepared, studied: &[Studied]) -> R
     let files = [file("svg"), file("png"), file("csv")];
     chart.write(&files[0])?;
     chart.write(&files[1])?;
-    write_whole(&files[2], csv(studied).as_bytes())?;
+    table_of_terms(studied).write(&files[2])?;
     Ok(files)
 }
 
@@ -195,30 +195,22 @@ fn table(studied: &Studied) -> String {
     text
 }
 
-/// All modes' terms, one line each.
-fn csv(studied: &[Studied]) -> String {
-    let mut text = String::from(
-        "mode,alpha,tau,n,power_r,power_g,power_b,power_invisible_r,power_invisible_g,power_invisible_b,norm,ratio,tail_bound,error\n",
+/// All modes' terms, one row each.
+fn table_of_terms(studied: &[Studied]) -> Table {
+    let mut table = Table::new(
+        "mode,alpha,tau,n,power_r,power_g,power_b,power_invisible_r,power_invisible_g,power_invisible_b,norm,ratio,tail_bound,error",
     );
-    let optional = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
     for s in studied {
         let (mode, alpha, tau) = mode_of(s.transport);
         for b in &s.solution.bounces {
-            let powers: Vec<String> = b.power.iter().chain(&b.power_invisible).map(f64::to_string).collect();
-            let _ = writeln!(
-                text,
-                "{},{alpha},{tau},{},{},{},{},{},{}",
-                mode.unwrap_or_default(),
-                b.n,
-                powers.join(","),
-                b.norm,
-                optional(b.ratio),
-                optional(b.tail_bound),
-                optional(s.error(b.n).map(|e| e.total)),
-            );
+            let ([r, g, blue], [x, y, z]) = (&b.power, &b.power_invisible);
+            let error = known(s.error(b.n).map(|e| e.total));
+            let (ratio, tail) = (known(b.ratio), known(b.tail_bound));
+            let mode = mode.unwrap_or_default();
+            table.row(&[&mode, &alpha, &tau, &b.n, r, g, blue, x, y, z, &b.norm, &ratio, &tail, &error]);
         }
     }
-    text
+    table
 }
 
 fn report(prepared: &Prepared, studied: &Studied) -> BouncesReport {

@@ -16,8 +16,8 @@ use crate::rays::Rays;
 use crate::render::Watch;
 use crate::scene::Scene;
 use crate::study::compare::{
-    CompareError, Comparison, Difference, Method, ORDERS, Plan, Stage, compare, csv, error_chart, markdown,
-    order_chart, pairs_csv, picture_sheet, verdict,
+    CompareError, Comparison, Difference, Method, ORDERS, Plan, Stage, compare, error_chart, markdown, order_chart,
+    pairs_table, picture_sheet, points_table, verdict,
 };
 use crate::study::term_name;
 
@@ -194,8 +194,8 @@ fn write(
     let heading = format!("{}, {label}: pictures, and their signed differences", scene.name);
     picture_sheet(heading, c, exposure).sheet().write(place("-pictures.png"))?;
     write_whole(place(".md"), text.as_bytes())?;
-    write_whole(place(".csv"), csv(c).as_bytes())?;
-    write_whole(place("-pairs.csv"), pairs_csv(c).as_bytes())?;
+    points_table(c).write(place(".csv"))?;
+    pairs_table(c).write(place("-pairs.csv"))?;
     files.extend(["-pictures.png", ".md", ".csv", "-pairs.csv"].map(place));
     Ok(files)
 }

@@ -11,7 +11,7 @@ use crate::cli::error::CliError;
 use crate::cli::options::Common;
 use crate::cli::values::{tolerance, unit_interval};
 use crate::light::Transport;
-use crate::pictures::{make_directory, write_whole};
+use crate::pictures::{Table, make_directory};
 use crate::scene::{LoadOptions, Scene, Sides};
 use crate::study::{FactorSettings, FactorTable, How, factors};
 
@@ -99,7 +99,7 @@ pub fn run(own: &Factors, common: &Common) -> Result<(), CliError> {
         ));
     }
     let file = common.out.join(format!("{}-factors.csv", scene.name));
-    write_whole(&file, csv(&table).as_bytes())?;
+    rows(&table).write(&file)?;
     console.say(file.display().to_string());
     console.report(&report(&scene, own, &table, vec![file]))
 }
@@ -138,23 +138,14 @@ fn text(table: &FactorTable) -> String {
     text
 }
 
-/// All form factors, one line each.
-fn csv(table: &FactorTable) -> String {
-    let name = |i: usize| quoted(&table.rows[i].name);
-    let mut text = String::from("from,to,F,standard_error,method\n");
+/// All form factors, one row each.
+fn rows(table: &FactorTable) -> Table {
+    let name = |i: usize| &table.rows[i].name;
+    let mut rows = Table::new("from,to,F,standard_error,method");
     for f in &table.factors {
-        let (from, to, how) = (name(f.from), name(f.to), f.how.name());
-        let _ = writeln!(text, "{from},{to},{},{},{how}", f.share.value, f.share.error);
+        rows.row(&[name(f.from), name(f.to), &f.share.value, &f.share.error, &f.how.name()]);
     }
-    text
-}
-
-/// A CSV field, in quotes where it needs them.
-fn quoted(field: &str) -> String {
-    match field.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", field.replace('"', "\"\"")),
-        false => field.to_owned(),
-    }
+    rows
 }
 
 fn report<'a>(scene: &'a Scene, own: &Factors, table: &'a FactorTable, files: Vec<PathBuf>) -> Report<'a> {

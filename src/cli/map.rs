@@ -12,11 +12,10 @@ use crate::cli::error::CliError;
 use crate::cli::memory::MemoryLimit;
 use crate::cli::options::Common;
 use crate::form_factors::Sampling;
-use crate::operator::Bounds;
-use crate::pictures::{make_directory, write_whole};
+use crate::pictures::{Table, make_directory};
 use crate::render::{Prepared, prepare};
 use crate::scene::{LoadOptions, Scene, Sides};
-use crate::study::map::{FrontierPoint, Map, MapChart, TauPoint, check_crossings, map};
+use crate::study::map::{FrontierPoint, GridPoint, Map, MapChart, TauPoint, check_crossings, map};
 
 /// `halflight map`
 #[derive(Args, Debug)]
@@ -53,37 +52,14 @@ struct MapReport {
     /// Bounds on the spectral radius at every point.
     grid: Vec<GridPoint>,
     /// alpha_c of every tau; above 1 where it lies outside the square.
-    frontier: Vec<Point>,
+    frontier: Vec<FrontierPoint>,
     /// tau_c of every alpha of the grid that has one in the square.
-    tau_frontier: Vec<TauReport>,
+    tau_frontier: Vec<TauPoint>,
     /// alpha from which on the path tracer's variance is infinite.
-    variance_frontier: Vec<Point>,
+    variance_frontier: Vec<FrontierPoint>,
     /// Whether `variance_frontier` is exact, or only proved to be no higher than the true one.
     variance_exact: bool,
     files: Vec<PathBuf>,
-}
-
-#[derive(Serialize)]
-struct GridPoint {
-    alpha: f64,
-    tau: f64,
-    lower: f64,
-    upper: f64,
-}
-
-#[derive(Serialize)]
-struct Point {
-    tau: f64,
-    alpha: f64,
-    alpha_lower: f64,
-    alpha_upper: f64,
-}
-
-#[derive(Serialize)]
-struct TauReport {
-    alpha: f64,
-    tau: f64,
-    spectral_radius: Bounds,
 }
 
 /// Maps a scene.
@@ -108,7 +84,19 @@ pub fn run(own: &MapArguments, common: &Common) -> Result<(), CliError> {
     for file in &files {
         console.say(file.display().to_string());
     }
-    console.report(&report(&prepared, map, seconds, files))
+    console.report(&MapReport {
+        scene: prepared.scene.name,
+        patches: prepared.patches.len(),
+        rays: map.rays,
+        crossings: map.crossings,
+        seconds,
+        grid: map.grid().collect(),
+        frontier: map.frontier(),
+        variance_frontier: map.variance_frontier(),
+        tau_frontier: map.tau_frontier,
+        variance_exact: map.grey,
+        files,
+    })
 }
 
 fn write(common: &Common, prepared: &Prepared, map: &Map) -> Result<Vec<PathBuf>, CliError> {
@@ -131,13 +119,13 @@ fn write(common: &Common, prepared: &Prepared, map: &Map) -> Result<Vec<PathBuf>
         chart.write(path)?;
     }
     let tables = [
-        (file(".csv"), grid_csv(map)),
-        (file("-alpha-c.csv"), alpha_csv(map)),
-        (file("-tau-c.csv"), tau_csv(&map.tau_frontier)),
+        (file(".csv"), grid_table(map)),
+        (file("-alpha-c.csv"), alpha_table(map)),
+        (file("-tau-c.csv"), tau_table(map)),
     ];
     let mut files = charts.to_vec();
-    for (path, text) in tables {
-        write_whole(&path, text.as_bytes())?;
+    for (path, table) in tables {
+        table.write(&path)?;
         files.push(path);
     }
     Ok(files)
@@ -182,54 +170,27 @@ fn sentence(prepared: &Prepared, map: &Map, seconds: f64) -> String {
     )
 }
 
-fn grid_csv(map: &Map) -> String {
-    let mut text = String::from("alpha,tau,lower,upper\n");
-    for (alpha, tau, radius) in map.grid() {
-        let _ = writeln!(text, "{alpha},{tau},{},{}", radius.lower, radius.upper);
+fn grid_table(map: &Map) -> Table {
+    let mut table = Table::new("alpha,tau,lower,upper");
+    for GridPoint { alpha, tau, radius } in map.grid() {
+        table.row(&[&alpha, &tau, &radius.lower, &radius.upper]);
     }
-    text
+    table
 }
 
-fn alpha_csv(map: &Map) -> String {
-    let mut text = String::from(
-        "tau,alpha_c,alpha_c_lower,alpha_c_upper,alpha_variance,alpha_variance_lower,alpha_variance_upper\n",
-    );
-    for (mean, variance) in map.frontier().iter().zip(map.variance_frontier()) {
-        let numbers = [mean, &variance].map(|p| format!("{},{},{}", p.alpha, p.lower, p.upper));
-        let _ = writeln!(text, "{},{},{}", mean.tau, numbers[0], numbers[1]);
+fn alpha_table(map: &Map) -> Table {
+    let mut table =
+        Table::new("tau,alpha_c,alpha_c_lower,alpha_c_upper,alpha_variance,alpha_variance_lower,alpha_variance_upper");
+    for (m, v) in map.frontier().iter().zip(map.variance_frontier()) {
+        table.row(&[&m.tau, &m.alpha, &m.lower, &m.upper, &v.alpha, &v.lower, &v.upper]);
     }
-    text
+    table
 }
 
-fn tau_csv(frontier: &[TauPoint]) -> String {
-    let mut text = String::from("alpha,tau_c,radius_lower,radius_upper\n");
-    for p in frontier {
-        let TauPoint { alpha, tau, radius } = p;
-        let _ = writeln!(text, "{alpha},{tau},{},{}", radius.lower, radius.upper);
+fn tau_table(map: &Map) -> Table {
+    let mut table = Table::new("alpha,tau_c,radius_lower,radius_upper");
+    for TauPoint { alpha, tau, radius } in &map.tau_frontier {
+        table.row(&[alpha, tau, &radius.lower, &radius.upper]);
     }
-    text
-}
-
-fn report(prepared: &Prepared, map: Map, seconds: f64, files: Vec<PathBuf>) -> MapReport {
-    let points = |frontier: Vec<FrontierPoint>| {
-        let point = |p: FrontierPoint| Point { tau: p.tau, alpha: p.alpha, alpha_lower: p.lower, alpha_upper: p.upper };
-        frontier.into_iter().map(point).collect()
-    };
-    let grid =
-        map.grid().map(|(alpha, tau, radius)| GridPoint { alpha, tau, lower: radius.lower, upper: radius.upper });
-    let tau_frontier =
-        map.tau_frontier.iter().map(|p| TauReport { alpha: p.alpha, tau: p.tau, spectral_radius: p.radius });
-    MapReport {
-        scene: prepared.scene.name.clone(),
-        patches: prepared.patches.len(),
-        rays: map.rays,
-        crossings: map.crossings,
-        seconds,
-        grid: grid.collect(),
-        frontier: points(map.frontier()),
-        tau_frontier: tau_frontier.collect(),
-        variance_frontier: points(map.variance_frontier()),
-        variance_exact: map.grey,
-        files,
-    }
+    table
 }

@@ -1,4 +1,4 @@
-//! Pictures in linear radiance, their files, and the numbers that compare two of them.
+//! Pictures in linear radiance, their files, the numbers that compare two of them, and files of tables.
 //!
 //! A [`Picture`] holds radiance; the sRGB curve and the exposure belong to files and screens and are applied on the
 //! way out ([`Exposure`]). Files are written whole or not at all ([`write_whole`]). Not handled: colour management
@@ -11,6 +11,7 @@ pub(crate) mod layered;
 pub(crate) mod metrics;
 pub(crate) mod picture;
 pub(crate) mod srgb;
+pub(crate) mod table;
 
 pub use atomic::{WriteError, abandon_files, check_destination, make_directory, write_whole};
 pub use error::ImageError;
@@ -21,3 +22,4 @@ pub use metrics::{
 };
 pub use picture::Picture;
 pub use srgb::{Bitmap, Exposure, decode_srgb, encode_srgb};
+pub use table::{Table, known};

@@ -6,6 +6,7 @@ pub mod compare;
 pub(crate) mod factors;
 pub mod frontier;
 pub mod map;
+pub(crate) mod statistics;
 pub mod tradeoff;
 
 pub use bounces::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};

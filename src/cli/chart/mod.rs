@@ -15,11 +15,12 @@ use crate::cli::options::{Common, Subject};
 use crate::cli::values::{Size, seconds, size};
 use crate::cli::variance::check_variance;
 use crate::light::Transport;
-use crate::pictures::{make_directory, write_whole};
+use crate::pictures::make_directory;
 use crate::render::{Prepared, Stored, Unfit};
 use crate::scene::Scene;
 use crate::study::tradeoff::{
-    Brought, Ladder, Plan, Tradeoff, TradeoffError, Truth, asked_chart, csv, error_chart, seconds_bars, trade_off,
+    Brought, Ladder, Plan, Tradeoff, TradeoffError, Truth, asked_chart, error_chart, points_table, seconds_bars,
+    trade_off,
 };
 
 /// `halflight chart`
@@ -213,7 +214,7 @@ fn write(common: &Common, scene: &Scene, plan: &Plan, t: &Tradeoff) -> Result<Ve
         files.push(path);
     }
     let path = place(".csv");
-    write_whole(&path, csv(t).as_bytes())?;
+    points_table(t).write(&path)?;
     files.push(path);
     Ok(files)
 }

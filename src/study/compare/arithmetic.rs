@@ -72,11 +72,3 @@ pub(crate) fn masked_error(errors: &Picture, mask: &Picture) -> [f64; 3] {
     let square = |k: &usize, c| f64::from(errors.pixels[*k][c]).powi(2);
     [0, 1, 2].map(|c| chosen.iter().map(|k| square(k, c)).sum::<f64>().sqrt() / n)
 }
-
-/// Mean of repeated numbers and the standard error of it.
-pub(crate) fn spread(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / ((n - 1.0) * n);
-    (mean, variance.sqrt())
-}

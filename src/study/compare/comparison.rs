@@ -11,7 +11,8 @@ use crate::study::compare::patchwise::{Rung, climb, cut_within};
 use crate::study::compare::replicas::answers;
 use crate::study::compare::tracing::trace;
 use crate::study::compare::verdict::{Pair, judge};
-use crate::study::compare::{Estimate, Method, ORDERS, Run, error_against, slope};
+use crate::study::compare::{Estimate, Method, ORDERS, Run, error_against};
+use crate::study::statistics::log_slope;
 
 /// What is compared, and for how long.
 #[derive(Clone, Copy, Debug)]
@@ -150,7 +151,7 @@ fn track(run: &Run, runs: &[Run], mask: &Picture) -> Track {
     Track {
         method: run.method,
         reference: format!("{}, {}", kind.name(), reference.effort),
-        slope: slope(&line),
+        slope: log_slope(&line),
         points,
     }
 }

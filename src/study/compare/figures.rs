@@ -1,13 +1,14 @@
 //! A comparison on paper: charts of error over time, tables, and the pictures with their differences.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 
-use crate::pictures::{Exposure, Picture};
+use crate::pictures::{Exposure, Picture, Table, known};
 use crate::plot::{Axis, Chart, Look, Scale, Series, Sheet, Tile, difference_scale, difference_tiles};
 use crate::study::bounces::term_name;
 use crate::study::compare::comparison::{Comparison, Point};
 use crate::study::compare::verdict::Difference;
 use crate::study::compare::{Method, ORDERS};
+use crate::study::statistics::log_slope;
 
 /// Error against seconds, both logarithmic, a line a method with its slope.
 pub fn error_chart(title: String, caption: String, c: &Comparison) -> Chart {
@@ -22,7 +23,7 @@ pub fn order_chart(title: String, caption: String, c: &Comparison, n: usize) -> 
 fn chart(title: String, caption: String, c: &Comparison, value: &dyn Fn(&Point) -> Option<f64>) -> Chart {
     let series = c.tracks.iter().enumerate().map(|(colour, track)| {
         let points: Vec<(f64, f64)> = track.points.iter().filter_map(|p| Some((p.seconds, value(p)?))).collect();
-        let slope = crate::study::compare::slope(&points).map_or(String::new(), |s| format!(", slope {s:.2}"));
+        let slope = log_slope(&points).map_or(String::new(), |s| format!(", slope {s:.2}"));
         Series { name: format!("{}{slope}", track.method.name()), points, look: Look::Measured, colour, note: None }
     });
     Chart {
@@ -152,32 +153,32 @@ fn percent(d: &Difference) -> String {
     format!("{:+.3} % ± {:.3} %", 100.0 * d.relative, 100.0 * d.error)
 }
 
-/// Every pair's verdicts as comma-separated values: a line for the whole picture (order "all") and for each order.
-pub fn pairs_csv(c: &Comparison) -> String {
-    let mut text = "a,b,order,mean_difference,mean_difference_error,verdict,failing_pixels\n".to_string();
+/// Every pair's verdicts: a row for the whole picture (order "all") and one for each order.
+pub fn pairs_table(c: &Comparison) -> Table {
+    let mut table = Table::new("a,b,order,mean_difference,mean_difference_error,verdict,failing_pixels");
     for (a, b, pair) in &c.pairs {
-        let names = [a, b].map(|m| m.name().replace(',', "")).join(",");
-        let whole = verdict(pair.agree);
-        let Difference { relative, error, .. } = pair.mean;
-        let _ = writeln!(text, "{names},all,{relative},{error},{whole},{}", pair.failing_pixels);
+        let [a, b] = [a.name(), b.name()];
+        let Difference { relative, error, .. } = &pair.mean;
+        table.row(&[&a, &b, &"all", relative, error, &verdict(pair.agree), &pair.failing_pixels]);
         for (n, d) in pair.orders.iter().enumerate() {
-            let own = verdict(d.agree);
-            let _ = writeln!(text, "{names},{n},{},{},{own},", d.relative, d.error);
+            table.row(&[&a, &b, &n, &d.relative, &d.error, &verdict(d.agree), &""]);
         }
     }
-    text
+    table
 }
 
-/// The errors as comma-separated values, a line a point.
-pub fn csv(c: &Comparison) -> String {
+/// The errors, a row a point.
+pub fn points_table(c: &Comparison) -> Table {
     let orders: Vec<String> = (0..=ORDERS).map(|n| format!("rms_{}", term_name(n))).collect();
-    let mut text = format!("method,seconds,rms,{}\n", orders.join(","));
+    let mut table = Table::new(&format!("method,seconds,rms,{}", orders.join(",")));
     for track in &c.tracks {
         for p in &track.points {
-            let orders = p.orders.map(|o| o.map_or(String::new(), |o| o.to_string()));
-            let name = track.method.name().replace(',', "");
-            let _ = writeln!(text, "{name},{},{},{}", p.seconds, p.rms, orders.join(","));
+            let orders = p.orders.map(known);
+            let name = track.method.name();
+            let mut row: Vec<&dyn Display> = vec![&name, &p.seconds, &p.rms];
+            row.extend(orders.iter().map(|o| o as &dyn Display));
+            table.row(&row);
         }
     }
-    text
+    table
 }

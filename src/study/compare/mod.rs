@@ -15,12 +15,11 @@ pub(crate) mod comparison;
 pub(crate) mod figures;
 pub(crate) mod patchwise;
 pub(crate) mod replicas;
-pub(crate) mod tails;
 pub(crate) mod tracing;
 pub(crate) mod verdict;
 
 pub use comparison::{CompareError, Comparison, Plan, Point, Stage, Track, compare};
-pub use figures::{FigureSheet, csv, error_chart, markdown, order_chart, pairs_csv, picture_sheet, verdict};
+pub use figures::{FigureSheet, error_chart, markdown, order_chart, pairs_table, picture_sheet, points_table, verdict};
 pub use patchwise::{Rung, climb};
 pub use replicas::answers;
 pub use tracing::{Traced, trace};
@@ -119,28 +118,4 @@ pub struct Run {
 /// is black.
 pub fn error_against(picture: &Picture, reference: &Picture, noise: Option<&Picture>, mask: &Picture) -> Option<f64> {
     relative_rms(picture, reference, Some(mask), noise).ok()
-}
-
-/// Slope of log error over log seconds, by least squares; `None` for fewer than two usable points.
-pub fn slope(points: &[(f64, f64)]) -> Option<f64> {
-    let usable: Vec<(f64, f64)> =
-        points.iter().filter(|(s, e)| *s > 0.0 && *e > 0.0).map(|(s, e)| (s.ln(), e.ln())).collect();
-    let n = usable.len() as f64;
-    let mean = |f: fn(&(f64, f64)) -> f64| usable.iter().map(f).sum::<f64>() / n;
-    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
-    let spread: f64 = usable.iter().map(|p| (p.0 - x).powi(2)).sum();
-    let common: f64 = usable.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
-    (usable.len() > 1 && spread > 0.0).then(|| common / spread)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_slope_of_a_power_law_is_its_exponent() {
-        let points: Vec<(f64, f64)> = (1..6).map(|k| (k as f64, (k as f64).powf(-0.5))).collect();
-        assert!((slope(&points).unwrap() + 0.5).abs() < 1e-12);
-        assert_eq!(slope(&points[..1]), None);
-    }
 }

@@ -15,10 +15,11 @@ use std::time::Instant;
 use crate::pictures::Picture;
 use crate::render::{Prepared, Watch};
 use crate::solve::Diverges;
-use crate::study::compare::arithmetic::{average, combine, map, masked_mean, smoothed, spread, standard_error, sum};
+use crate::study::compare::arithmetic::{average, combine, map, masked_mean, smoothed, standard_error, sum};
 use crate::study::compare::comparison::{CompareError, Plan};
 use crate::study::compare::patchwise::{Generations, Rung, cut_within, effort, matrix, pictures, shot_by_rays, solved};
 use crate::study::compare::{Estimate, Mean, Method, ORDERS};
+use crate::study::statistics::mean_and_error;
 
 /// Repetitions for the standard error.
 const REPLICAS: u32 = 4;
@@ -183,6 +184,6 @@ impl Systematic {
 /// Mean over the mask and over repetitions, and the standard error of it.
 fn means(repeated: &[Picture], mask: &Picture) -> Mean {
     let each: Vec<[f64; 3]> = repeated.iter().map(|p| masked_mean(p, mask)).collect();
-    let channel = |c: usize| spread(&each.iter().map(|m| m[c]).collect::<Vec<_>>());
+    let channel = |c: usize| mean_and_error(&each.iter().map(|m| m[c]).collect::<Vec<_>>());
     Mean { value: [0, 1, 2].map(|c| channel(c).0), noise: [0, 1, 2].map(|c| channel(c).1), systematic: [0.0; 3] }
 }

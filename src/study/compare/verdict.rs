@@ -6,7 +6,7 @@
 //!
 //! A pixel of a path tracer may have few samples with light, or none: its samples' own spread is then no standard error
 //! and its mean is not normal. What chance allows is therefore Bennett's bound for the largest sample near the pixel, with
-//! the largest variance that the samples around it leave possible ([`crate::study::compare::tails`]); for many samples this is the normal
+//! the largest variance that the samples around it leave possible ([`crate::study::statistics`]); for many samples this is the normal
 //! bound `sqrt(2 ln(3/p))` standard errors. Of repeated pictures the noise counts as normal. Variances are pooled: the largest of a
 //! pixel and its eight neighbours counts (a few repetitions often make one pixel of an edge seem free of noise, seldom
 //! three), or the mean over a wider window if that is larger. This makes the test conservative.
@@ -19,8 +19,8 @@
 use crate::light::Rgb;
 use crate::pictures::Picture;
 use crate::study::compare::arithmetic::{counted, map, smoothed, window};
-use crate::study::compare::tails::{bennett, student_quantile, variance_limit};
 use crate::study::compare::{Estimate, Mean};
+use crate::study::statistics::{bennett, student_quantile, variance_limit};
 
 /// Probability of calling two equal pictures different.
 const LEVEL: f64 = 0.01;

@@ -1,8 +1,8 @@
 //! The charts of both sides of the frontier.
 
 use crate::plot::{Axis, Chart, Look, Scale, Series};
-use crate::study::frontier::series::Run;
-use crate::study::frontier::spread::Spread;
+use crate::study::frontier::series::SeriesRun;
+use crate::study::frontier::spread::Traced;
 
 /// Points a factor of two that long series keep on a logarithmic axis.
 const PER_OCTAVE: f64 = 2.0;
@@ -17,7 +17,7 @@ fn series(name: String, colour: usize, look: Look, points: Vec<(f64, f64)>) -> S
 }
 
 /// The norm of what follows term n, as it is and as it is proved to be at most, and beyond the frontier the terms themselves.
-pub fn series_chart(title: String, caption: String, runs: &[Run]) -> Chart {
+pub fn series_chart(title: String, caption: String, runs: &[SeriesRun]) -> Chart {
     let mut lines = Vec::new();
     for (colour, run) in runs.iter().enumerate() {
         let name = format!("{} alpha_c", run.share);
@@ -51,18 +51,16 @@ fn thinned(values: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// Unshot power over shots a patch.
-pub fn shooting_chart(title: String, caption: String, runs: &[Run]) -> Chart {
-    let line = |(colour, run): (usize, &Run)| {
+pub fn shooting_chart(title: String, caption: String, runs: &[SeriesRun]) -> Chart {
+    let line = |(colour, run): (usize, &SeriesRun)| {
         let mut points: Vec<(f64, f64)> = Vec::new();
-        for shot in &run.shooting {
+        for shot in &run.shots {
             let far = points.last().is_none_or(|p| shot.sweeps >= 1.2 * p.0);
             if far {
                 points.push((shot.sweeps, shot.unshot));
             }
         }
-        if let Some(last) = run.shooting.last() {
-            points.push((last.sweeps, last.unshot));
-        }
+        points.extend(run.shots.last().map(|last| (last.sweeps, last.unshot)));
         let name = format!("{} alpha_c: {}", run.share, run.shot.name());
         series(name, colour, Look::Measured, points)
     };
@@ -72,19 +70,16 @@ pub fn shooting_chart(title: String, caption: String, runs: &[Run]) -> Chart {
 }
 
 /// The path tracer's relative error over its paths, with the predicted power law through the last point of each.
-pub fn spread_chart(title: String, caption: String, measured: &[(String, f64, Vec<Spread>)]) -> Chart {
+pub fn spread_chart(title: String, caption: String, traced: &[Traced]) -> Chart {
     let mut lines = Vec::new();
-    for (colour, (name, exponent, spreads)) in measured.iter().enumerate() {
-        let of = |pick: fn(&Spread) -> f64| -> Vec<(f64, f64)> {
-            spreads.iter().map(|s| (s.paths as f64, pick(s))).collect()
-        };
-        let points = of(|s| s.spread);
+    for (colour, one) in traced.iter().enumerate() {
+        let exponent = -one.predicted_exponent;
+        let points: Vec<(f64, f64)> = one.points.iter().map(|s| (s.paths as f64, s.spread)).collect();
         // The geometric mean lies on the guide.
-        let middle = points.iter().map(|(x, y)| (y * x.powf(*exponent)).ln());
+        let middle = points.iter().map(|(x, y)| (y * x.powf(exponent)).ln());
         let scale = (middle.sum::<f64>() / points.len() as f64).exp();
-        let guide = points.iter().map(|(x, _)| (*x, scale * x.powf(-exponent)));
-        let guide = guide.collect();
-        lines.push(series(name.clone(), colour, Look::Measured, points));
+        let guide = points.iter().map(|(x, _)| (*x, scale * x.powf(-exponent))).collect();
+        lines.push(series(format!("alpha {:.3}", one.alpha), colour, Look::Measured, points));
         let law = format!("predicted: N^−{exponent:.2}");
         lines.push(series(law, colour, Look::Bound, guide));
     }

@@ -4,6 +4,8 @@
 //! `y L = -y E/(lambda - 1) < 0`: some patch of every scene whose light reaches everything is negative. Solved by LU
 //! ([`direct`]), O(patches³). Not handled: lambda an eigenvalue to rounding, where LU finds I - K singular.
 
+use serde::Serialize;
+
 use crate::light::Light;
 use crate::operator::Operator;
 use crate::render::memory::most_fitting;
@@ -11,15 +13,17 @@ use crate::render::{Prepared, Stored, Unfit};
 use crate::solve::direct;
 
 /// The formal solution in figures.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Formal {
     /// L, negative in places.
+    #[serde(skip)]
     pub light: Vec<Light>,
     /// The smallest invisible radiance, W/(m² sr).
     pub smallest: f64,
     /// The largest.
     pub largest: f64,
     /// Patches with a negative channel.
+    #[serde(rename = "negative_patches")]
     pub negative: usize,
 }
 
@@ -32,10 +36,10 @@ pub fn check_dense(p: &Prepared, limit: f64) -> Result<(), Unfit> {
     let bytes = |n: f64| 3.0 * 8.0 * (2.0 * n).powi(2);
     let patches = p.patches.len();
     let fitting = most_fitting(patches, limit, bytes).max(1);
-    match bytes(patches as f64) <= limit {
-        true => Ok(()),
-        false => Err(Unfit { patches, stored: Stored::Dense, bytes: bytes(patches as f64), limit, fitting }),
+    if bytes(patches as f64) <= limit {
+        return Ok(());
     }
+    Err(Unfit { patches, stored: Stored::Dense, bytes: bytes(patches as f64), limit, fitting })
 }
 
 /// Solves (I - K) L = E by LU; none where that is singular.

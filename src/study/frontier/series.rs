@@ -2,14 +2,18 @@
 
 use std::time::Instant;
 
+use serde::{Serialize, Serializer};
+
 use crate::form_factors::Sampling;
 use crate::light::{Light, Transport};
 use crate::operator::{Bounds, operator_norm};
 use crate::render::{Assembled, Silent, assemble, assembled_shooter, prepare, ray_shooter};
 use crate::scene::Scene;
-use crate::solve::{RaySettings, ShootingSettings};
-use crate::solve::{Settings, Shooting, TailBound, Verdict, direct, extrapolated, neumann, norm, terms, verdict};
-use crate::study::frontier::at;
+use crate::solve::{
+    RaySettings, Settings, Shooter, Shooting, ShootingSettings, TailBound, Verdict, direct, extrapolated, neumann,
+    norm, terms, verdict,
+};
+use crate::study::frontier::slice::at;
 
 /// Products to estimate a norm from.
 const NORM_PRODUCTS: usize = 64;
@@ -21,38 +25,50 @@ const SHOOTING_RAYS: u32 = 1 << 16;
 const SHOTS_A_PATCH: u64 = 400;
 
 /// What happened at one alpha.
-#[derive(Clone, Debug)]
-pub struct Run {
+#[derive(Clone, Debug, Serialize)]
+pub struct SeriesRun {
     /// alpha over the frontier's alpha.
     pub share: f64,
     /// alpha.
     pub alpha: f64,
     /// Proved bounds on the spectral radius.
+    #[serde(rename = "spectral_radius")]
     pub radius: Bounds,
     /// norm(K), from below.
+    #[serde(rename = "norm_of_k")]
     pub norm: f64,
     /// What the bounds say of the series.
+    #[serde(serialize_with = "name")]
     pub verdict: Verdict,
     /// Norms of `KⁿE`, n from 0.
+    #[serde(skip)]
     pub norms: Vec<f64>,
     /// The proved bound on everything after term n, from n = 1; none beyond the frontier.
+    #[serde(skip)]
     pub bounds: Vec<f64>,
     /// The norm of everything after term n, from LU; none beyond the frontier.
+    #[serde(skip)]
     pub tails: Vec<f64>,
-    /// Whether the wanted bound was reached within the settings' number of terms.
-    pub reached: bool,
+    /// Terms to the wanted bound; none where the settings' number of terms does not reach it.
+    pub terms: Option<usize>,
     /// Products of the extrapolated solve; none beyond the frontier.
+    #[serde(rename = "products_extrapolated")]
     pub extrapolated: Option<usize>,
     /// Seconds of each solve of L over the same K.
     pub seconds: Timing,
-    /// Progressive shooting with rays, batch by batch.
-    pub shooting: Vec<Shot>,
-    /// How shooting ended.
+    /// How progressive shooting with rays ended.
+    #[serde(rename = "shooting", serialize_with = "name")]
     pub shot: Verdict,
+    /// Its last batch.
+    #[serde(flatten)]
+    pub last_shot: Shot,
+    /// All its batches.
+    #[serde(skip)]
+    pub shots: Vec<Shot>,
 }
 
 /// Seconds of solving for L on this machine; none where a method refuses.
-#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Timing {
     /// The Neumann series, bounds included.
     pub neumann: Option<f64>,
@@ -65,12 +81,18 @@ pub struct Timing {
 }
 
 /// The state of shooting after a batch.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Shot {
     /// Shots over patches.
+    #[serde(rename = "shots_per_patch")]
     pub sweeps: f64,
     /// Unshot power as a share of that emitted.
     pub unshot: f64,
+}
+
+/// A verdict as its name.
+fn name<S: Serializer>(verdict: &Verdict, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(verdict.name())
 }
 
 /// Runs every method at each alpha, all on patches and rays of the same seed.
@@ -80,7 +102,7 @@ pub fn runs(
     (tau, alphas): (f64, &[(f64, f64)]),
     sampling: &Sampling,
     settings: &Settings,
-) -> Vec<Run> {
+) -> Vec<SeriesRun> {
     let run = |&(share, alpha): &(f64, f64)| {
         let prepared = prepare(at(scene, alpha, tau), patches);
         let (mut modes, _) = assemble(&prepared, &[Transport::default()], sampling, &Silent);
@@ -88,19 +110,20 @@ pub fn runs(
         let mut run = follow(&mode, share, alpha, settings);
         let rays = RaySettings { rays: SHOOTING_RAYS, seed: sampling.seed, ..RaySettings::default() };
         let shooter = ray_shooter(&prepared, Transport::default(), rays);
-        (run.shooting, run.shot) = shoot(&shooter, prepared.patches.len());
+        (run.shots, run.shot) = shoot(&shooter, prepared.patches.len());
+        run.last_shot = run.shots.last().copied().unwrap_or(run.last_shot);
         run
     };
     alphas.iter().map(run).collect()
 }
 
 /// Follows the series of one K to the wanted bound, or some way beyond the frontier.
-fn follow(mode: &Assembled, share: f64, alpha: f64, settings: &Settings) -> Run {
+fn follow(mode: &Assembled, share: f64, alpha: f64, settings: &Settings) -> SeriesRun {
     let k = &mode.operator;
     let (verdict, spectrum) = verdict(k);
     let tail = spectrum.as_ref().and_then(|s| TailBound::new(k, s));
     let zero = Bounds { lower: 0.0, upper: 0.0 };
-    let mut run = Run {
+    let mut run = SeriesRun {
         share,
         alpha,
         radius: spectrum.map_or(zero, |s| s.worst()),
@@ -109,11 +132,12 @@ fn follow(mode: &Assembled, share: f64, alpha: f64, settings: &Settings) -> Run 
         norms: Vec::new(),
         bounds: Vec::new(),
         tails: Vec::new(),
-        reached: false,
+        terms: None,
         extrapolated: extrapolated(k, settings).ok().map(|found| found.products),
         seconds: time(mode, settings),
-        shooting: Vec::new(),
         shot: Verdict::Undecided,
+        last_shot: Shot { sweeps: 0.0, unshot: 1.0 },
+        shots: Vec::new(),
     };
     let exact = tail.as_ref().and_then(|_| direct(k));
     let mut sum = vec![Light::default(); k.len()];
@@ -132,8 +156,8 @@ fn follow(mode: &Assembled, share: f64, alpha: f64, settings: &Settings) -> Run 
         }
         let bound = tail.after(&term).unwrap_or(f64::INFINITY);
         run.bounds.push(bound);
-        run.reached = bound <= settings.tolerance * norm(k.areas(), &sum);
-        if run.reached {
+        if bound <= settings.tolerance * norm(k.areas(), &sum) {
+            run.terms = Some(run.bounds.len());
             break;
         }
     }
@@ -180,7 +204,7 @@ fn add(sum: &mut [Light], term: &[Light], factor: f32) {
 }
 
 /// Shoots until a thousandth is unshot or growth shows.
-fn shoot(shooter: &dyn crate::solve::shooting::Shooter, patches: usize) -> (Vec<Shot>, Verdict) {
+fn shoot(shooter: &dyn Shooter, patches: usize) -> (Vec<Shot>, Verdict) {
     let settings = ShootingSettings { shots_per_patch: SHOTS_A_PATCH, ..ShootingSettings::default() };
     let mut seen = Vec::new();
     let ended = Shooting::new(shooter, settings).and_then(|mut shooting| {

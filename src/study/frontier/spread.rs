@@ -5,16 +5,18 @@
 //! falls as N^-(1 - 1/p) only. Spread is taken from quartiles, which exist where the variance does not.
 
 use rayon::prelude::*;
+use serde::Serialize;
 
 use crate::rays::Rays;
 use crate::reference::{NextEvent, TraceSettings, Tracer};
 use crate::scene::Scene;
+use crate::study::statistics::{log_slope, mean_and_error};
 
 /// Pixels each way of the pictures whose mean is looked at.
 const SIDE: usize = 4;
 
 /// Errors at one number of paths.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
     /// Paths of each repeat.
     pub paths: u64,
@@ -32,6 +34,21 @@ pub struct Scaling {
     pub spreads: Vec<Spread>,
     /// The slope of log spread over log paths, and its standard error from independent groups of repeats.
     pub slope: (f64, f64),
+}
+
+/// Measured and predicted errors at one alpha.
+#[derive(Clone, Debug, Serialize)]
+pub struct Traced {
+    /// Factor on every alpha.
+    pub alpha: f64,
+    /// x of the predicted error ~ N^x.
+    pub predicted_exponent: f64,
+    /// x as measured.
+    pub measured_exponent: f64,
+    /// Its standard error.
+    pub standard_error: f64,
+    /// Errors by the number of paths.
+    pub points: Vec<Spread>,
 }
 
 /// Groups of repeats, each with a slope of its own.
@@ -61,9 +78,7 @@ pub fn scaling(scene: &Scene, repeats: usize, doublings: u32, seed: u32) -> Scal
     let size = repeats.div_ceil(GROUPS).max(2);
     let found: Vec<_> = (0..(GROUPS * size) as u32).into_par_iter().map(repeat).collect();
     let slopes: Vec<f64> = found.chunks(size).map(|g| slope(&spreads(g))).collect();
-    let mean = slopes.iter().sum::<f64>() / GROUPS as f64;
-    let squares: f64 = slopes.iter().map(|s| (s - mean).powi(2)).sum();
-    Scaling { spreads: spreads(&found), slope: (mean, (squares / ((GROUPS - 1) * GROUPS) as f64).sqrt()) }
+    Scaling { spreads: spreads(&found), slope: mean_and_error(&slopes) }
 }
 
 /// Errors at every look, from the repeats' (mean, reported error).
@@ -98,28 +113,15 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
     sorted[low] + (sorted[high] - sorted[low]) * at.fract()
 }
 
-/// The slope of log spread over log paths by least squares.
+/// The slope of log spread over log paths.
 fn slope(spreads: &[Spread]) -> f64 {
-    let log = |s: &Spread| ((s.paths as f64).ln(), s.spread.ln());
-    let logs: Vec<_> = spreads.iter().map(log).collect();
-    let n = logs.len() as f64;
-    let mean = |pick: fn(&(f64, f64)) -> f64| logs.iter().map(pick).sum::<f64>() / n;
-    let (x0, y0) = (mean(|p| p.0), mean(|p| p.1));
-    let xx: f64 = logs.iter().map(|p| (p.0 - x0).powi(2)).sum();
-    let xy: f64 = logs.iter().map(|p| (p.0 - x0) * (p.1 - y0)).sum();
-    xy / xx
+    let line: Vec<_> = spreads.iter().map(|s| (s.paths as f64, s.spread)).collect();
+    log_slope(&line).unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn slopes_of_powers_are_their_exponents() {
-        let spreads =
-            [1, 2, 4, 8].map(|paths| Spread { paths, spread: 3.0 * (paths as f64).powf(-0.4), reported: 0.0 });
-        assert!((slope(&spreads) + 0.4).abs() < 1e-12);
-    }
 
     #[test]
     fn quantiles_by_hand() {

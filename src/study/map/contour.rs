@@ -17,7 +17,7 @@ use crate::plot::canvas::{Align, Canvas};
 use crate::plot::drawing::{draw_bitmap, draw_svg};
 use crate::plot::lines::{CAPTION_EM, Frame, INK, LEGEND_WIDTH, TICK_EM, TITLE_EM, draw_axes, draw_caption};
 use crate::plot::{ChartError, DrawError, Marker, Scale, font};
-use crate::study::map::{Column, Map};
+use crate::study::map::stability::{Column, Map};
 
 const SIZE: (u32, u32) = (880, 700);
 const PAPER: Colour = Colour(255, 255, 255);

@@ -41,16 +41,11 @@ pub fn check_crossings(p: &Prepared, sampling: &Sampling, steps: usize, limit: f
         n * (kept + ENTRY * c + ROW + VECTORS * steps as f64 + PATCH)
     };
     let bytes = needs(n as f64);
-    match bytes <= limit {
-        true => Ok(()),
-        false => Err(Unfit {
-            patches: n,
-            stored: Stored::Crossings(crossings),
-            bytes,
-            limit,
-            fitting: most_fitting(n, limit, needs).max(1),
-        }),
+    if bytes <= limit {
+        return Ok(());
     }
+    let fitting = most_fitting(n, limit, needs).max(1);
+    Err(Unfit { patches: n, stored: Stored::Crossings(crossings), bytes, limit, fitting })
 }
 
 /// Mean crossings and columns of a few patches at alpha = tau = 1.

@@ -1,7 +1,8 @@
 //! Speed against accuracy on paper: error over seconds, asked over reached, where the time went, and all numbers as CSV.
 
-use std::fmt::Write as _;
+use std::fmt::Display;
 
+use crate::pictures::{Table, known};
 use crate::plot::bars::Bar;
 use crate::plot::chart::{BLACK, GREY};
 use crate::plot::{Axis, Bars, Chart, Look, Scale, Series};
@@ -110,35 +111,21 @@ fn rounded(value: f64) -> String {
     }
 }
 
-/// All points as comma-separated values; what is not known is left empty.
-pub fn csv(t: &Tradeoff) -> String {
-    let mut text = String::from(
-        "method,effort,asked,estimated,reached,reached_low,reached_high,load,patches,form_factors,solve,gather,seconds,on_front\n",
+/// All points, a row each; what is not known is left empty.
+pub fn points_table(t: &Tradeoff) -> Table {
+    let mut table = Table::new(
+        "method,effort,asked,estimated,reached,reached_low,reached_high,load,patches,form_factors,solve,gather,seconds,on_front",
     );
     let front = t.front();
-    let known = |v: Option<f64>| v.map_or(String::new(), |v| v.to_string());
     for (i, p) in t.points.iter().enumerate() {
-        let s = &p.seconds;
-        let _ = writeln!(
-            text,
-            "{},\"{}\",{},{},{},{},{},{},{},{},{},{},{},{}",
-            p.ladder.name(),
-            p.effort,
-            known(p.asked),
-            known(p.estimated),
-            p.reached.error,
-            p.reached.low,
-            p.reached.high,
-            s.load,
-            s.patches,
-            s.form_factors,
-            s.solve,
-            s.gather,
-            s.total,
-            front.contains(&i),
-        );
+        let (s, r) = (&p.seconds, &p.reached);
+        let (name, asked, estimated) = (p.ladder.name(), known(p.asked), known(p.estimated));
+        let errors: [&dyn Display; 5] = [&asked, &estimated, &r.error, &r.low, &r.high];
+        let seconds: [&dyn Display; 6] = [&s.load, &s.patches, &s.form_factors, &s.solve, &s.gather, &s.total];
+        let first: [&dyn Display; 2] = [&name, &p.effort];
+        table.row(&[&first, &errors[..], &seconds, &[&front.contains(&i)]].concat());
     }
-    text
+    table
 }
 
 #[cfg(test)]
@@ -170,10 +157,9 @@ mod tests {
     }
 
     #[test]
-    fn every_line_of_the_table_has_every_column() {
-        let text = csv(&made_up(&[(1.0, 0.1), (2.0, 0.2)]));
-        let counts: Vec<usize> = text.lines().map(|l| l.matches(',').count()).collect();
-        assert_eq!(counts, [13, 13, 13]);
+    fn every_point_has_its_row() {
+        let text = points_table(&made_up(&[(1.0, 0.1), (2.0, 0.2)])).text();
+        assert_eq!(text.lines().count(), 3);
         assert!(text.lines().nth(2).unwrap().ends_with(",2,false"));
     }
 }

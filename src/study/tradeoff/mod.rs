@@ -19,7 +19,7 @@ pub(crate) mod sources;
 pub(crate) mod store;
 pub(crate) mod truth;
 
-pub use figures::{asked_chart, csv, error_chart, seconds_bars};
+pub use figures::{asked_chart, error_chart, points_table, seconds_bars};
 pub use ladders::TOLERANCES;
 pub use sources::Brought;
 pub use store::{Kept, Key};
@@ -32,7 +32,7 @@ use crate::pictures::{ImageError, MetricError, Picture, WriteError};
 use crate::render::{Seconds, Watch};
 use crate::scene::Scene;
 use crate::solve::Diverges;
-use crate::study::compare::slope;
+use crate::study::statistics::log_slope;
 
 /// What is varied on the way to a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,7 +147,7 @@ impl Tradeoff {
 
     /// Slope of log error over log seconds; `None` for fewer than two usable points.
     pub fn slope(&self, ladder: Ladder) -> Option<f64> {
-        slope(&self.line(ladder))
+        log_slope(&self.line(ladder))
     }
 
     /// The slope over those points of the tolerance ladder whose tolerance is within `low..=high`.
@@ -158,7 +158,7 @@ impl Tradeoff {
         };
         let points = self.of(Ladder::Tolerance).filter(within);
         let line: Vec<_> = points.map(|p| (p.seconds.total, p.reached.error)).collect();
-        slope(&line)
+        log_slope(&line)
     }
 
     /// The least error of a patch method that its reference tells from 0, by two standard errors.

@@ -1,4 +1,4 @@
-//! How far chance carries a mean: quantiles of Student's distribution, and Bennett's bound for rare light.
+//! Statistics of measurements: mean and standard error, slopes of power laws, and how far chance carries a mean.
 //!
 //! A sample of a path tracer lies in 0..=M. Where light is rare most samples are 0 and few are large, the mean is far
 //! from normal, and the spread of the samples seen may be 0 though light is there. Two bounds hold for any
@@ -14,8 +14,41 @@
 //!
 //! Sources: G. Bennett, *Probability inequalities for the sum of independent random variables*, J. Amer. Statist. Assoc. 57,
 //! 1962; A. Maurer, M. Pontil, *Empirical Bernstein bounds and sample variance penalization*, COLT 2009, theorem 10.
+//! Quantiles are those of `statrs`, of which this is the only place. Not handled: numbers that depend on one another.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+
+/// Mean of repeated numbers and the standard error of it, from their spread.
+pub(crate) fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / ((n - 1.0) * n);
+    (mean, variance.sqrt())
+}
+
+/// Slope of log y over log x by least squares: the exponent of a power law. Points that are not above 0 are left out;
+/// `None` for fewer than two others.
+pub fn log_slope(points: &[(f64, f64)]) -> Option<f64> {
+    let usable = points.iter().filter(|(x, y)| *x > 0.0 && *y > 0.0);
+    let logs: Vec<(f64, f64)> = usable.map(|(x, y)| (x.ln(), y.ln())).collect();
+    let n = logs.len() as f64;
+    let mean = |f: fn(&(f64, f64)) -> f64| logs.iter().map(f).sum::<f64>() / n;
+    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+    let spread: f64 = logs.iter().map(|p| (p.0 - x).powi(2)).sum();
+    let common: f64 = logs.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
+    (logs.len() > 1 && spread > 0.0).then(|| common / spread)
+}
+
+/// Degrees of freedom that count as infinitely many: the quantiles used here differ by less than 0.5 %.
+const MANY: f64 = 1000.0;
+
+/// Quantile p in (0, 1) of Student's distribution; beyond [`MANY`] degrees of freedom that of the normal one.
+pub(crate) fn student_quantile(p: f64, freedom: f64) -> f64 {
+    match StudentsT::new(0.0, 1.0, freedom) {
+        Ok(student) if freedom < MANY => student.inverse_cdf(p),
+        _ => Normal::standard().inverse_cdf(p),
+    }
+}
 
 /// The t with `V h(t/V) = L`: a sum of independent numbers of total variance `variance`, none above its mean by more
 /// than 1, exceeds its mean by t with probability at most exp(-`L`).
@@ -42,79 +75,30 @@ pub(crate) fn variance_limit(seen: f64, l: f64) -> f64 {
     (seen.max(0.0).sqrt() + (2.0 * l).sqrt()).powi(2)
 }
 
-/// Quantile p in (1/2, 1) of Student's distribution; beyond [`MANY`] degrees of freedom that of the normal one.
-pub(crate) fn student_quantile(p: f64, freedom: f64) -> f64 {
-    if freedom >= MANY {
-        return bisect(40.0, |z| normal_tail(z) > 1.0 - p);
-    }
-    // t = sqrt(freedom) tan(angle) has the density cos^(freedom - 1).
-    let density = |angle: f64| angle.cos().max(0.0).powf(freedom - 1.0);
-    let half = simpson(&density, 0.0, FRAC_PI_2);
-    let tail = |angle: f64| 0.5 * simpson(&density, angle, FRAC_PI_2) / half;
-    freedom.sqrt() * bisect(FRAC_PI_2, |angle| tail(angle) > 1.0 - p).tan()
-}
-
-/// Degrees of freedom that count as infinitely many: the quantiles used here differ by less than 0.5 %.
-const MANY: f64 = 1000.0;
-
-/// Where a falling condition on 0..=`high` ceases to hold.
-fn bisect(high: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    let (mut low, mut high) = (0.0, high);
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if holds(middle) { low = middle } else { high = middle }
-    }
-    0.5 * (low + high)
-}
-
-fn simpson(f: &dyn Fn(f64) -> f64, from: f64, to: f64) -> f64 {
-    const PARTS: u32 = 400;
-    let step = (to - from) / f64::from(PARTS);
-    let at = |k: u32| {
-        let weight = match k {
-            0 | PARTS => 1.0,
-            k if k % 2 == 1 => 4.0,
-            _ => 2.0,
-        };
-        weight * f(from + f64::from(k) * step)
-    };
-    (0..=PARTS).map(at).sum::<f64>() * step / 3.0
-}
-
-/// Probability that a standard normal number exceeds z >= 0.
-fn normal_tail(z: f64) -> f64 {
-    let density = (-0.5 * z * z).exp() / TAU.sqrt();
-    if z < 3.0 {
-        // 1/2 less the density's Taylor series about 0.
-        let (mut term, mut sum, mut k) = (z, z, 1.0);
-        while term > 1e-17 * sum {
-            term *= z * z / (2.0 * k + 1.0);
-            sum += term;
-            k += 1.0;
-        }
-        0.5 - density * sum
-    } else {
-        // Laplace's continued fraction, from the tail forward.
-        density / (1..60).rev().fold(z, |f, k| z + f64::from(k) / f)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn quantiles_are_those_of_the_tables() {
+    fn the_slope_of_a_power_law_is_its_exponent() {
+        let points: Vec<(f64, f64)> = (1..6).map(|k| (k as f64, (k as f64).powf(-0.5))).collect();
+        assert!((log_slope(&points).unwrap() + 0.5).abs() < 1e-12);
+        assert_eq!(log_slope(&points[..1]), None);
+    }
+
+    /// Values computed with 30 digits.
+    #[test]
+    fn quantiles_are_exact() {
         for (p, freedom, t) in [
-            (0.975, f64::INFINITY, 1.959_963_985),
-            (0.999, f64::INFINITY, 3.090_232_306),
-            (1.0 - 1e-7, f64::INFINITY, 5.199_337_582),
-            (0.975, 3.0, 3.182_446_305),
-            (0.9995, 3.0, 12.923_978_64),
-            (0.995, 10.0, 3.169_272_667),
-            (0.975, 120.0, 1.979_930_405),
+            (0.975, f64::INFINITY, 1.959_963_984_540_05),
+            (0.999, f64::INFINITY, 3.090_232_306_167_81),
+            (1.0 - 1e-7, f64::INFINITY, 5.199_337_582_290_66),
+            (0.975, 3.0, 3.182_446_305_283_71),
+            (0.9995, 3.0, 12.923_978_636_688),
+            (0.995, 10.0, 3.169_272_672_616_95),
+            (0.975, 120.0, 1.979_930_405_082_44),
         ] {
-            assert!((student_quantile(p, freedom) / t - 1.0).abs() < 1e-6, "{p} {freedom}");
+            assert!((student_quantile(p, freedom) / t - 1.0).abs() < 1e-12, "{p} {freedom}");
         }
     }
 
