@@ -111,8 +111,8 @@ fn the_solution_on_uneven_patches_is_that_on_even_ones() {
     let (_, patches) = uneven(&p.scene, &p.rays, 100);
     p.patches = patches;
     let uneven = light(&p);
-    // The largest patches are four times as large across as the even ones: an error of first order, 1 % in the README's
-    // table of patches, is the most they may add.
+    // The largest patches are four times as large across as the even ones: an error of first order, 1 % as
+    // docs/validation.md measures the size of patches, is the most they may add.
     assert!((uneven / even - 1.0).abs().max_element() < 0.01, "{uneven} {even}");
 }
 

@@ -28,7 +28,7 @@ use crate::patches::{PatchPoint, Patches, Sample};
 
 /// Pixels to a side of the blocks that products are taken over.
 const BLOCKS: [usize; 5] = [1, 2, 4, 8, 16];
-/// The number of the blocks of four by four.
+/// The number of the smallest blocks, single pixels, in [`BLOCKS`].
 const SMALL: usize = 0;
 
 /// A squared error and its standard error.
@@ -118,7 +118,7 @@ impl Residual {
         told.or(blocks.iter().min_by(best)).copied().unwrap_or_default()
     }
 
-    /// The squared error of a reading over blocks of four by four pixels.
+    /// The squared error of a reading over single pixels, the smallest blocks.
     pub fn of_small(&self, reading: Reading) -> Squared {
         self.squared[reading.number()][SMALL]
     }
