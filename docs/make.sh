@@ -31,7 +31,7 @@ figure_commands() {
 
 figures() {
     local command word arguments picture
-    figure_commands | while read -r command; do
+    while read -r command; do
         for word in "$@"; do
             case " $command " in *" $word "*) ;; *) continue 2 ;; esac
         done
@@ -45,7 +45,7 @@ figures() {
             fi
         done
         rm -rf "$scratch"
-    done
+    done < <(figure_commands)
 }
 
 # What README.md shows of every command.
