@@ -2,6 +2,7 @@
 # Makes the figures and tables of docs/ and README.md again with a built program.
 #
 #   docs/make.sh list                  what there is to make, and what makes it
+#   docs/make.sh check                 every file that the pages name is there; needs no program
 #   docs/make.sh figures [WORD ...]    figures whose command holds all the words: every one takes some ten minutes
 #   docs/make.sh NAME ...              tables: their text goes to stdout, for eyes and for diff
 #
@@ -117,6 +118,22 @@ factors() { cargo test --test factors -- --nocapture; }
 paper() { cargo bench --bench paper_setting; }
 readers() { HALFLIGHT_INPUTS="${HALFLIGHT_INPUTS:-10000000}" cargo test --test readers -- --ignored --nocapture; }
 
+# Files that links name, and paths in code quotes, are there.
+check() {
+    local page target missing=0
+    for page in README.md CONTRIBUTING.md CHANGELOG.md docs/*.md; do
+        while read -r target; do
+            [ -e "$target" ] || { echo "$page names $target, which is not there"; missing=1; }
+        done < <(
+            # Links count from their page, paths in code quotes from the root.
+            grep -oE '\]\([^)# ]+' "$page" | sed 's/^](//' | grep -v '^http' | sed "s|^|$(dirname "$page")/|" || true
+            grep -oE '`(src|tests|benches|docs|meshes|examples)/[A-Za-z0-9_./-]+`' "$page" | tr -d '`' || true
+        )
+    done
+    [ "$missing" = 0 ] || fail "mend the pages named above"
+    echo "every file that the pages name is there"
+}
+
 list() {
     echo "figures: some ten minutes each for compare, chart and frontier, some seconds for the others"
     figure_commands | sed 's/^/  halflight /'
@@ -137,7 +154,7 @@ END
 
 [ $# -gt 0 ] || { list; exit 0; }
 case "$1" in
-    list | truths | factors | paper | readers) ;;
+    list | check | truths | factors | paper | readers) ;;
     *) [ -x "$program" ] || fail "there is no program at $program: cargo build --release, or set HALFLIGHT" ;;
 esac
 if [ "$1" = figures ]; then
@@ -147,7 +164,7 @@ if [ "$1" = figures ]; then
 fi
 for name in "$@"; do
     case "$name" in
-        list | readme | accuracy | agreement | frontier | memory | constants | truths | factors | paper | readers) "$name" ;;
+        list | check | readme | accuracy | agreement | frontier | memory | constants | truths | factors | paper | readers) "$name" ;;
         *) fail "there is no $name: docs/make.sh list says what there is" ;;
     esac
 done
