@@ -1,5 +1,5 @@
-//! Hemisphere rays that go on before they read: where what they meet is nearer than it is wide, where patches stand for the light too coarsely, and
-//! where direct light is asked for at the point met.
+//! Hemisphere rays that go on before they read: where what they meet is nearer than it is wide, where patches stand for
+//! the light too coarsely, and where direct light is asked for at the point met.
 //!
 //! Not handled: fields beyond the first, which is the only one read this way.
 
@@ -14,42 +14,74 @@ use crate::rays::sobol::Stream;
 /// Rays that follow one another at most before one reads, however near what they meet is.
 pub(crate) const MOST: u32 = 16;
 
+/// How far a ray may go on.
+#[derive(Clone, Copy)]
+struct Left {
+    /// Rays before light is read anywhere.
+    bounces: u32,
+    /// Rays before light is read however near what is met.
+    most: u32,
+}
+
 impl Reader<'_> {
     /// What a ray finds that goes on, or asks for direct light, before it reads; only the leading field is read.
     pub(crate) fn read_onward(&self, ray: &Ray, random: &mut Stream, memory: &mut Memory) -> Told {
         let mut met = std::mem::take(&mut memory.met);
         met.clear();
         let nearness = self.walker.follow(ray, memory, |m| met.push(m));
-        let mut sum = DVec3::ZERO;
-        for m in &met {
-            let light = self.light(m, (self.reading.bounces, MOST), random, memory);
-            sum += f64::from(m.through) * light;
-        }
+        let left = Left { bounces: self.reading.bounces, most: MOST };
+        let light = self.incident(&met, left, random, memory);
         memory.met = met;
-        Told { nearness, light: sum }
+        Told { nearness, light }
     }
 
-    /// A sample of the leading field at a point, from light read after so many more rays, or at most so many where what is met
-    /// is too near.
-    fn light(&self, at: &Met, (bounces, most): (u32, u32), random: &mut Stream, memory: &mut Memory) -> DVec3 {
+    /// What arrives along one ray from all that it met.
+    ///
+    /// Light is read at every place that ends the ray. Of the places that the ray goes on from, one is drawn by what
+    /// gets through to it and stands for all: with tau > 0 a ray meets many, and going on from each of them would
+    /// double the rays with every bounce.
+    fn incident(&self, met: &[Met], left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+        if let [one] = met {
+            return f64::from(one.through) * self.light(one, left, random, memory);
+        }
+        let mut sum = DVec3::ZERO;
+        let mut onward: Option<&Met> = None;
+        let mut through = 0.0;
+        for m in met {
+            if self.ends(m, left) {
+                sum += f64::from(m.through) * self.light(m, left, random, memory);
+                continue;
+            }
+            through += m.through;
+            if onward.is_none() || random.uniform() * through < m.through {
+                onward = Some(m);
+            }
+        }
+        let on = onward.map_or(DVec3::ZERO, |m| f64::from(through) * self.light(m, left, random, memory));
+        sum + on
+    }
+
+    /// Whether light is read at a place, or nothing is to be read there.
+    fn ends(&self, at: &Met, left: Left) -> bool {
+        let far = |patch| left.bounces == 0 && !self.fields.is_near(patch, at.distance);
+        left.most == 0 || self.walker.patch(at).is_none_or(far)
+    }
+
+    /// A sample of the leading field at a point, read there or after more rays.
+    fn light(&self, at: &Met, left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
         let Some(patch) = self.walker.patch(at) else {
             return DVec3::ZERO;
         };
-        let ends = bounces == 0 && !self.fields.is_near(patch, at.distance) || most == 0;
+        if !self.ends(at, left) {
+            let found = self.walker.reflect(at, random, memory);
+            let left = Left { bounces: left.bounces.saturating_sub(1), most: left.most - 1 };
+            return found.light(self.incident(&found.next, left, random, memory));
+        }
         match self.reading.direct {
-            Direct::Patch if ends => self.fields.of_patch(patch)[0].at(at.position).as_dvec3(),
-            Direct::Asked if ends => {
+            Direct::Patch => self.fields.of_patch(patch)[0].at(at.position).as_dvec3(),
+            Direct::Asked => {
                 let rest = self.fields.without_direct(patch, at.position).as_dvec3();
                 rest + self.walker.direct(at, random, memory).direct
-            }
-            _ => {
-                let found = self.walker.reflect(at, random, memory);
-                let left = (bounces.saturating_sub(1), most - 1);
-                let mut onward = DVec3::ZERO;
-                for m in &found.next {
-                    onward += f64::from(m.through) * self.light(m, left, random, memory);
-                }
-                found.light(onward)
             }
         }
     }

@@ -10,6 +10,7 @@ pub(crate) mod assembly;
 pub(crate) mod divided_patches;
 pub(crate) mod error_shares;
 pub(crate) mod levels;
+pub(crate) mod light_walks;
 pub(crate) mod look;
 pub(crate) mod memory;
 pub(crate) mod patch_sizes;

@@ -1,0 +1,243 @@
+//! Powers of the terms `KⁿE` by walks of light from the emitters: no patch is in them, so patches are judged by them.
+//!
+//! A walk starts at a point of an emitting side, drawn by power, along a cosine-distributed direction. Its ray crosses
+//! surfaces c = 1, 2, ...; s_c is the product of tau before c. With W the power that the walk carries, per channel,
+//!
+//! ```text
+//! power of KⁿE, visible half   = mean over walks of  sum over crossings c of  W s_c rho_c
+//! power of KⁿE, invisible half = mean over walks of  sum over crossings c of  W s_c rho_c alpha_c
+//! goes on from one crossing,     drawn by p_c in proportion to s_c alpha_c |rho_c|,   with W s_c rho_c alpha_c / p_c
+//! ```
+//!
+//! Both means are free of bias (J. Arvo, D. Kirk, *Particle transport and image synthesis*, 1990). Standard errors come
+//! from batches of equal size. Walks end where nothing travels on, not by chance, so late terms keep all their walks.
+//!
+//! Not handled: norms of the terms, which ask for light by place.
+
+use std::time::Instant;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::light::Transport;
+use crate::rays::sobol::{Stream, hash};
+use crate::rays::warp::{cosine_direction, triangle_point};
+use crate::rays::{Hit, Ray, Rays, Side};
+use crate::scene::{Scene, Sides};
+
+/// Walks of a batch.
+const BATCH: u32 = 4096;
+/// Batches at first and at most.
+const BATCHES: (u32, u32) = (16, 1024);
+/// Keeps the walks' random numbers apart from those of the casts.
+const OWN_SEED: u32 = 0x6c77_616c;
+
+/// Powers of both halves of one term, W.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct TermPower {
+    pub visible: DVec3,
+    pub invisible: DVec3,
+}
+
+/// What the walks found.
+pub(crate) struct WalkedPowers {
+    /// KE first.
+    pub terms: Vec<TermPower>,
+    /// Relative standard errors of the visible half's power, channels added; 0 where nothing arrived.
+    pub errors: Vec<f64>,
+}
+
+/// What is asked of the walks.
+pub(crate) struct WalkGoal {
+    /// Terms from KE on.
+    pub count: usize,
+    /// Relative standard error that ends the search.
+    pub error: f64,
+    /// No batch is begun after it.
+    pub deadline: Option<Instant>,
+    pub seed: u32,
+}
+
+/// A side of a face that emits.
+struct Source {
+    face: u32,
+    side: Side,
+    /// Share of the emitted power that leaves this side and those before it.
+    cumulative: f64,
+    /// What a walk from here carries.
+    weight: DVec3,
+}
+
+/// Everything that walks need.
+struct Walks<'a> {
+    scene: &'a Scene,
+    rays: &'a Rays,
+    transports: Vec<Transport>,
+    sources: Vec<Source>,
+    opaque: bool,
+}
+
+/// Walks until every term is known to the error asked for, or as many walks are made as ever are.
+pub(crate) fn walked_powers(scene: &Scene, rays: &Rays, transport: Transport, goal: &WalkGoal) -> WalkedPowers {
+    let walks = Walks::new(scene, rays, transport);
+    let mut batches: Vec<Vec<TermPower>> = Vec::new();
+    let mut wanted = BATCHES.0;
+    loop {
+        let more = (batches.len() as u32..wanted).into_par_iter().map(|batch| walks.batch(batch, goal));
+        batches.extend(more.collect::<Vec<_>>());
+        let found = WalkedPowers::of(&batches, goal.count);
+        let late = goal.deadline.is_some_and(|end| Instant::now() >= end);
+        if wanted >= BATCHES.1 || late || found.errors.iter().all(|&e| e <= goal.error) {
+            return found;
+        }
+        wanted *= 2;
+    }
+}
+
+impl WalkedPowers {
+    /// Means over batches, and the standard errors of the means.
+    fn of(batches: &[Vec<TermPower>], count: usize) -> WalkedPowers {
+        let n = batches.len() as f64;
+        let mean = |k: usize| {
+            let sum = batches.iter().fold(TermPower::default(), |sum, b| sum.plus(b[k]));
+            TermPower { visible: sum.visible / n, invisible: sum.invisible / n }
+        };
+        let terms: Vec<TermPower> = (0..count).map(mean).collect();
+        let error = |k: usize| {
+            let mean = terms[k].visible.element_sum();
+            let squares: f64 = batches.iter().map(|b| (b[k].visible.element_sum() - mean).powi(2)).sum();
+            if mean > 0.0 { (squares / (n * (n - 1.0))).sqrt() / mean } else { 0.0 }
+        };
+        WalkedPowers { errors: (0..count).map(error).collect(), terms }
+    }
+}
+
+impl TermPower {
+    fn plus(self, other: TermPower) -> TermPower {
+        TermPower { visible: self.visible + other.visible, invisible: self.invisible + other.invisible }
+    }
+}
+
+impl<'a> Walks<'a> {
+    fn new(scene: &'a Scene, rays: &'a Rays, transport: Transport) -> Walks<'a> {
+        let transports = scene.transports(transport);
+        let opaque = transports.iter().all(|t| t.tau == 0.0);
+        Walks { scene, rays, transports, sources: sources(scene), opaque }
+    }
+
+    /// The mean power of each term over one batch of walks.
+    fn batch(&self, batch: u32, goal: &WalkGoal) -> Vec<TermPower> {
+        let mut sums = vec![TermPower::default(); goal.count];
+        let mut hits = Vec::new();
+        for walk in 0..BATCH {
+            let own = hash(batch * BATCH + walk, goal.seed ^ OWN_SEED);
+            self.walk(&mut Stream::new(own), &mut sums, &mut hits);
+        }
+        for sum in &mut sums {
+            sum.visible /= f64::from(BATCH);
+            sum.invisible /= f64::from(BATCH);
+        }
+        sums
+    }
+
+    /// One walk: what it brings to each term.
+    fn walk(&self, random: &mut Stream, sums: &mut [TermPower], hits: &mut Vec<Hit>) {
+        let Some((mut ray, mut weight)) = self.start(random) else { return };
+        for sum in sums {
+            self.meet(&ray, hits);
+            let Some((next, carried)) = self.arrive(&ray, hits, weight, sum, random) else { return };
+            (ray, weight) = (next, carried);
+        }
+    }
+
+    /// A ray that leaves an emitting side, and the power it stands for.
+    fn start(&self, random: &mut Stream) -> Option<(Ray, DVec3)> {
+        let last = self.sources.len().checked_sub(1)?;
+        let share = f64::from(random.uniform());
+        let source = &self.sources[self.sources.partition_point(|s| s.cumulative <= share).min(last)];
+        let position = triangle_point(self.scene.corners(source.face), random.uniform(), random.uniform());
+        Some((self.leave(position, source.face, source.side, random), source.weight))
+    }
+
+    /// A cosine-distributed ray from a point of a side.
+    fn leave(&self, origin: glam::Vec3, face: u32, side: Side, random: &mut Stream) -> Ray {
+        let [a, b, c] = self.scene.exact_corners(face);
+        let front = (b - a).cross(c - a).normalize().as_vec3();
+        let normal = if side == Side::Front { front } else { -front };
+        Ray { origin, direction: cosine_direction(normal, random.uniform(), random.uniform()), source: Some(face) }
+    }
+
+    /// The surfaces that a ray crosses, as far as light gets.
+    fn meet(&self, ray: &Ray, hits: &mut Vec<Hit>) {
+        if self.opaque {
+            hits.clear();
+            hits.extend(self.rays.closest(ray));
+        } else {
+            self.rays.crossings(ray, hits);
+        }
+    }
+
+    /// Adds what arrives at the surfaces crossed, and draws the one that the walk goes on from.
+    fn arrive(
+        &self,
+        ray: &Ray,
+        hits: &[Hit],
+        weight: DVec3,
+        sum: &mut TermPower,
+        random: &mut Stream,
+    ) -> Option<(Ray, DVec3)> {
+        let mut through = 1.0;
+        let mut chosen: Option<(Hit, DVec3, f64)> = None;
+        let mut total = 0.0;
+        for hit in hits {
+            let (rho, own) = self.reflects(hit);
+            let seen = weight * through * rho;
+            let passed = seen * f64::from(own.alpha);
+            sum.visible += seen;
+            sum.invisible += passed;
+            // Reservoir of one: the crossings' shares need not be known beforehand.
+            let share = passed.element_sum();
+            total += share;
+            if share > 0.0 && (total == share || f64::from(random.uniform()) * total < share) {
+                chosen = Some((*hit, passed, share));
+            }
+            through *= f64::from(own.tau);
+            if through == 0.0 {
+                break;
+            }
+        }
+        let (hit, passed, share) = chosen?;
+        let position = ray.origin + hit.t * ray.direction;
+        Some((self.leave(position, hit.face, hit.side, random), passed * (total / share)))
+    }
+
+    /// rho of the side met, black on the back of a one-sided face, and the (alpha, tau) of its material.
+    fn reflects(&self, hit: &Hit) -> (DVec3, Transport) {
+        let material = self.scene.material(hit.face);
+        let own = self.transports[self.scene.faces[hit.face as usize].material as usize];
+        let lit = hit.side == Side::Front || material.sides == Sides::Two;
+        (if lit { material.rho.as_dvec3() } else { DVec3::ZERO }, own)
+    }
+}
+
+/// The emitting sides of a scene, with the chance of each in proportion to its power, channels added.
+fn sources(scene: &Scene) -> Vec<Source> {
+    let unit = scene.frame.scale * scene.frame.scale;
+    let mut sources = Vec::new();
+    let mut total = 0.0;
+    for face in 0..scene.faces.len() as u32 {
+        let material = scene.material(face);
+        let emission = material.emitted().invisible.as_dvec3();
+        let sides: &[Side] = if material.sides == Sides::Two { &[Side::Front, Side::Back] } else { &[Side::Front] };
+        let power = std::f64::consts::PI * unit * scene.area(face) * emission.element_sum();
+        for &side in sides.iter().filter(|_| power > 0.0) {
+            total += power;
+            sources.push(Source { face, side, cumulative: total, weight: emission / emission.element_sum() });
+        }
+    }
+    for source in &mut sources {
+        source.cumulative /= total;
+        source.weight *= total;
+    }
+    sources
+}
