@@ -241,3 +241,67 @@ fn sources(scene: &Scene) -> Vec<Source> {
     }
     sources
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::Mode;
+    use crate::scene::LoadOptions;
+
+    fn walked(scene: &Scene, transport: Transport) -> WalkedPowers {
+        let goal = WalkGoal { count: 4, error: 0.01, deadline: None, seed: 3 };
+        walked_powers(scene, &Rays::new(scene), transport, &goal)
+    }
+
+    /// Every side of a closed cube emits 0.25 and reflects 0.5: the power of KⁿE is pi A 0.25 · 0.5ⁿ, walk by walk.
+    #[test]
+    fn powers_in_a_furnace_halve_with_every_bounce() {
+        let scene = Scene::open("furnace", LoadOptions::default()).unwrap();
+        let area: f64 = (0..scene.faces.len() as u32).map(|f| scene.area(f)).sum();
+        let emitted = std::f64::consts::PI * 0.25 * area * scene.frame.scale.powi(2);
+        let found = walked(&scene, Mode::Global.transport());
+        for (n, (term, error)) in found.terms.iter().zip(&found.errors).enumerate() {
+            let power = emitted * 0.5_f64.powi(n as i32 + 1);
+            // All walks bring the same: what is left is the rounding of f32 reflectances and areas.
+            assert!((term.visible.x / power - 1.0).abs() < 1e-5, "{n}: {} {power}", term.visible.x);
+            assert_eq!(term.visible, term.invisible);
+            assert!(*error < 1e-6);
+        }
+    }
+
+    /// Faces of a cube with corners at ±r: outward, or inward.
+    fn cube(first: usize, r: f32, inward: bool) -> String {
+        let mut text = String::new();
+        for k in 0..8 {
+            let at = |bit: usize| if k >> bit & 1 == 1 { r } else { -r };
+            text += &format!("v {} {} {}\n", at(0), at(1), at(2));
+        }
+        for face in [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]] {
+            let mut corners = face.map(|c: usize| (c + first).to_string());
+            if inward {
+                corners.reverse();
+            }
+            text += &format!("f {}\n", corners.join(" "));
+        }
+        text
+    }
+
+    /// A glowing cube in a sheet of a cube in a closed cube: the light of every walk meets the sheet, and tau of it the
+    /// walls, so KE has the power P (rho_sheet + tau rho_wall).
+    #[test]
+    fn light_is_left_at_every_surface_that_it_passes() {
+        let obj = [
+            "usemtl lamp\n".to_string() + &cube(0, 0.1, false),
+            "usemtl sheet\n".to_string() + &cube(8, 0.5, true),
+            "usemtl wall\n".to_string() + &cube(16, 1.0, true),
+        ]
+        .concat();
+        let mtl = "newmtl lamp\nKd 0 0 0\nKe 1 2 3\nnewmtl sheet\nKd 0.5 0.5 0.5\nnewmtl wall\nKd 0.25 0.25 0.25\n";
+        let scene = Scene::from_obj_text("nested", &obj, mtl).unwrap();
+        let found = walked(&scene, Transport { alpha: 0.5, tau: 0.5 });
+        let emitted = std::f64::consts::PI * 6.0 * 0.2 * 0.2 * DVec3::new(1.0, 2.0, 3.0);
+        let expected = (0.5 + 0.5 * 0.25) * emitted;
+        assert!((found.terms[0].visible / expected - 1.0).abs().max_element() < 1e-5, "{:?}", found.terms[0]);
+        assert!((found.terms[0].invisible / (0.5 * expected) - 1.0).abs().max_element() < 1e-5);
+    }
+}
