@@ -18,7 +18,7 @@ use crate::light::Transport;
 use crate::render::assembly::{Prepared, Watch};
 use crate::render::residual_check::brightness;
 use crate::render::solved::{Solved, Spent, solve};
-use crate::render::tolerance::Wanted;
+use crate::render::wanted::Wanted;
 use crate::solve::Diverges;
 
 /// Share of the tolerance that the light on patches may be off by.

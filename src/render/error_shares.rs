@@ -14,7 +14,7 @@ use crate::light::{Light, Rgb};
 use crate::render::assembly::Prepared;
 use crate::render::look::look_for_blame;
 use crate::render::solved::{Solved, rough};
-use crate::render::tolerance::Wanted;
+use crate::render::wanted::Wanted;
 use crate::solve::importance;
 
 /// Shares in the squared errors of a rough picture, in its units.

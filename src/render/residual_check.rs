@@ -8,7 +8,7 @@
 use crate::gather::{Gathered, Reading, Residual, Squared, Walks};
 use crate::render::assembly::Prepared;
 use crate::render::solved::Solved;
-use crate::render::tolerance::Wanted;
+use crate::render::wanted::Wanted;
 
 /// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; and at most, where an error is suspected or they tell too
 /// little.

@@ -25,6 +25,7 @@ use crate::operator::Operator;
 use crate::render::assembly::{Assembled, Prepared, Watch, assemble_seeing, sight};
 use crate::render::light_walks::{WalkGoal, WalkedPowers, walked_powers};
 use crate::render::memory::{Kept, keep_terms_within};
+use crate::render::term_errors::{End, TermError, errors, hand_on, looked_at};
 use crate::render::tolerance::finer;
 use crate::solve::{Solution, coarse_terms, explore, measure};
 
@@ -49,22 +50,6 @@ const DEVIATIONS: f64 = 2.0;
 const WALKS: f64 = 0.25;
 /// Share of the time given that walks may take.
 const WALKS_TIME: f64 = 0.25;
-/// Terms below this share of the first are not looked at.
-const NEGLIGIBLE: f64 = 1e-6;
-
-/// Estimated relative errors of one term's power.
-#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
-pub struct TermError {
-    /// Noise of F.
-    pub form_factors: f64,
-    /// Size of the patches.
-    pub patches: f64,
-    /// Standard error of the walks of light, where the power is theirs.
-    pub walks: f64,
-    /// All together.
-    pub total: f64,
-}
-
 /// The series of one mode, and how far its terms may be off.
 pub struct BounceSeries {
     /// K, from the first cast.
@@ -79,34 +64,6 @@ pub struct BounceSeries {
     pub end: End,
     /// Powers of all terms.
     powers: Vec<f64>,
-}
-
-/// Why no more patches and rays were taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
-    /// Every term is within the tolerance.
-    Met,
-    /// K of more patches would not fit.
-    Memory,
-    /// There are as many patches and rays as are ever taken.
-    Most,
-    /// Two rounds in a row left the error about as large as it was.
-    NoBetter,
-    /// Another round would not end in time.
-    Time,
-}
-
-impl End {
-    /// What keeps the error above the tolerance; none where nothing does.
-    pub fn why(self) -> Option<&'static str> {
-        match self {
-            End::Met => None,
-            End::Memory => Some("more patches would not fit in memory"),
-            End::Most => Some("no more patches and rays are taken than these"),
-            End::NoBetter => Some("more patches and rays did not make the error smaller"),
-            End::Time => Some("a finer round would not end in time"),
-        }
-    }
 }
 
 /// What is asked of the terms.
@@ -282,23 +239,6 @@ fn walk(p: &Prepared, transport: Transport, wanted: &WantedTerms, clock: &Instan
     walked_powers(&p.scene, &p.rays, transport, &goal)
 }
 
-/// Whether a term's error is asked for: E is exact, and the smallest terms do not matter.
-fn looked_at(powers: &[f64], n: usize) -> bool {
-    let first = powers.get(1).copied().unwrap_or(0.0);
-    n > 0 && powers[n] > NEGLIGIBLE * first && powers[n].is_finite()
-}
-
-/// What a term is off by patch size, the terms after it are at least.
-fn hand_on(errors: &mut [TermError], powers: &[f64]) {
-    let mut least = 0.0;
-    let each = errors.iter_mut().enumerate();
-    for (_, error) in each.filter(|(n, _)| looked_at(powers, *n)) {
-        least = error.patches.max(least);
-        error.patches = least;
-        error.total = error.form_factors.hypot(error.patches);
-    }
-}
-
 /// One set of patches: the series of every cast, and of the larger patches under the first.
 fn cast(p: &Prepared, transport: Transport, wanted: &WantedTerms, rays: u32, watch: &dyn Watch) -> BounceSeries {
     let sights = [sight(p, &p.scene.transports(transport))];
@@ -333,24 +273,4 @@ fn cast(p: &Prepared, transport: Transport, wanted: &WantedTerms, rays: u32, wat
 fn powers(k: &Operator, terms: &[Vec<Light>]) -> Vec<f64> {
     let power = |(n, term): (usize, &Vec<Light>)| measure(k, n, term, None).power.iter().sum();
     terms.iter().enumerate().map(power).collect()
-}
-
-/// Errors of the first cast's powers.
-fn errors(casts: &[Vec<f64>], coarse: &[f64]) -> Vec<TermError> {
-    let terms = casts.iter().map(Vec::len).min().unwrap_or(0);
-    let one = |n: usize| {
-        let own = casts[0][n];
-        if !looked_at(&casts[0], n) {
-            return TermError::default();
-        }
-        let count = casts.len() as f64;
-        let mean = casts.iter().map(|c| c[n]).sum::<f64>() / count;
-        let spread: f64 = casts.iter().map(|c| (c[n] - mean).powi(2)).sum();
-        let form_factors = (spread / (count - 1.0)).sqrt() / own;
-        let patches = (own - coarse[n]).abs() / own;
-        TermError { form_factors, patches, total: form_factors.hypot(patches), ..TermError::default() }
-    };
-    let mut errors: Vec<TermError> = (0..terms).map(one).collect();
-    hand_on(&mut errors, &casts[0]);
-    errors
 }

@@ -14,7 +14,7 @@ use crate::render::assembly::{Assembled, Prepared, Seconds, Watch, assemble_seei
 use crate::render::levels::{Off, fields};
 use crate::render::look::{ambient, look, reflected, view};
 use crate::render::rendered::{ErrorParts, Within};
-use crate::render::tolerance::Wanted;
+use crate::render::wanted::Wanted;
 use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
 
 /// Share of the tolerance at which the series is cut.

@@ -28,6 +28,7 @@ use crate::render::patch_sizes::Sizes;
 use crate::render::rendered::Within;
 use crate::render::residual_check::Check;
 use crate::render::solved::{Solved, Spent, half, solve};
+use crate::render::wanted::Wanted;
 use crate::scene::Material;
 use crate::solve::Diverges;
 
@@ -46,17 +47,6 @@ const MARGIN: f64 = 1.1;
 const ROUNDS: usize = 5;
 /// Share of the area whose patches have no larger one, beyond which the two levels tell too little.
 const ALONE: f64 = 0.2;
-
-/// What is asked.
-#[derive(Clone, Copy, Debug)]
-pub struct Wanted {
-    /// Relative RMS error of the picture.
-    pub tolerance: f64,
-    /// Pixels across and down.
-    pub size: (usize, usize),
-    /// Chooses the scrambling of all points.
-    pub seed: u32,
-}
 
 /// Renders one mode to a tolerance; the patches of `p` are cut anew as it needs.
 ///
