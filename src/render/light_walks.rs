@@ -291,7 +291,7 @@ mod tests {
     #[test]
     fn light_is_left_at_every_surface_that_it_passes() {
         let obj = [
-            "usemtl lamp\n".to_string() + &cube(0, 0.1, false),
+            "mtllib nested.mtl\nusemtl lamp\n".to_string() + &cube(0, 0.1, false),
             "usemtl sheet\n".to_string() + &cube(8, 0.5, true),
             "usemtl wall\n".to_string() + &cube(16, 1.0, true),
         ]
