@@ -13,7 +13,7 @@ use halflight::form_factors::Sampling;
 use halflight::gather::{Fields, GatherSampling, Gathering, View, gather};
 use halflight::light::{Mode, Rgb};
 use halflight::render::{Assembled, Prepared, Silent, Wanted, assemble, prepare, render, render_within};
-use halflight::scene::{LoadOptions, Scene};
+use halflight::scene::Scene;
 use halflight::solve::{Settings, Solution, neumann};
 
 /// Pixels across and down.
@@ -30,7 +30,7 @@ struct Solved {
 }
 
 fn solve(name: &str) -> Solved {
-    let scene = Scene::open(name, LoadOptions::default()).expect("it is built in");
+    let scene = Scene::open(name).expect("it is built in");
     let prepared = prepare(scene, PATCHES);
     let transports = [Mode::Global.transport()];
     let (mut modes, _) = assemble(&prepared, &transports, &Sampling::default(), &Silent);
@@ -90,7 +90,7 @@ fn pass(c: &mut Criterion) {
 fn patches(c: &mut Criterion) {
     let mut group = c.benchmark_group("furnished-room to 1 %");
     group.sample_size(10);
-    let scene = || Scene::open("furnished-room", LoadOptions::default()).expect("it is built in");
+    let scene = || Scene::open("furnished-room").expect("it is built in");
     let wanted = Wanted { tolerance: 0.01, size: (32, 32), seed: 0 };
     group.bench_function("sizes by zone", |b| {
         b.iter(|| {

@@ -10,7 +10,7 @@ use halflight::form_factors::Sampling;
 use halflight::gather::GatherSampling;
 use halflight::light::Mode;
 use halflight::render::{Silent, assemble, prepare};
-use halflight::scene::{LoadOptions, Scene};
+use halflight::scene::Scene;
 use halflight::solve::explore;
 use halflight::study::bounce_pictures;
 use halflight::study::map::map;
@@ -18,7 +18,7 @@ use halflight::study::map::map;
 const PATCHES: usize = 4000;
 
 fn scene() -> Scene {
-    Scene::open("furnished-room", LoadOptions::default()).expect("it is built in")
+    Scene::open("furnished-room").expect("it is built in")
 }
 
 fn compare(c: &mut Criterion) {

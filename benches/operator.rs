@@ -7,7 +7,7 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use halflight::form_factors::Sampling;
 use halflight::light::{Light, Mode, Rgb};
-use halflight::operator::{Operator, spectrum};
+use halflight::operator::{LinearOperator, Operator, spectrum};
 use halflight::render::{Watch, assemble, prepare};
 use halflight::scene::{LoadOptions, Scene};
 

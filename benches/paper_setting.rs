@@ -17,7 +17,7 @@ use halflight::pictures::{Picture, mean_e_pixel};
 use halflight::rays::Rays;
 use halflight::reference::{NextEvent, TraceSettings, Tracer};
 use halflight::render::{Silent, assemble, prepare, render};
-use halflight::scene::{LoadOptions, Scene};
+use halflight::scene::Scene;
 use halflight::solve::{Settings, neumann};
 
 const SIZE: (usize, usize) = (64, 48);
@@ -26,7 +26,7 @@ const WANTED: f64 = 0.004;
 const COUNTS: [u32; 5] = [64, 256, 1024, 2048, 4096];
 
 fn main() {
-    let cornell = Scene::open("cornell-box", LoadOptions::default()).expect("a correct scene");
+    let cornell = Scene::open("cornell-box").expect("a correct scene");
     for (name, scene) in [("floor, two spheres, light 18 x 18", spheres()), ("cornell-box", cornell)] {
         study(name, &scene);
     }
@@ -106,7 +106,7 @@ fn spheres() -> Scene {
     }
     let path = directory.path().join("s.toml");
     let path = path.to_str().expect("a path of plain letters");
-    Scene::open(path, LoadOptions::default()).expect("a correct scene")
+    Scene::open(path).expect("a correct scene")
 }
 
 fn quad(obj: &mut String, next: &mut usize, material: &str, corners: [[f64; 3]; 4]) {

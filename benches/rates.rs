@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 use halflight::rays::{End, Ray, Rays};
-use halflight::scene::{LoadOptions, Scene};
+use halflight::scene::Scene;
 
 use common::{Corners, cornell, end, ray, scene_of, tessellated};
 
@@ -118,7 +118,7 @@ fn cases(files: &[PathBuf]) -> Result<Vec<Case>, Box<dyn Error>> {
     }
     for file in files {
         let name = file.file_stem().unwrap_or(file.as_os_str());
-        let scene = Scene::open(&file.to_string_lossy(), LoadOptions::default())?;
+        let scene = Scene::open(&file.to_string_lossy())?;
         cases.push(Case::new(&name.to_string_lossy(), scene));
     }
     Ok(cases)

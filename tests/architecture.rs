@@ -13,7 +13,7 @@ use source::imports::{circle, imports};
 use source::{Source, code, is_word, sources, words};
 
 /// The outer crates that belong to some modules only, by the name they have in code.
-const HOMES: [(&str, &[&str]); 8] = [
+const HOMES: [(&str, &[&str]); 10] = [
     ("tobj", &["scene"]),
     ("toml", &["scene"]),
     ("earcut", &["scene"]),
@@ -22,6 +22,8 @@ const HOMES: [(&str, &[&str]); 8] = [
     ("plotters", &["plot"]),
     ("clap", &["cli"]),
     ("ctrlc", &["cli"]),
+    ("console", &["cli"]),
+    ("indicatif", &["cli"]),
 ];
 
 /// What the witness to the solver may use of the crate: anything else would be a mistake to share.

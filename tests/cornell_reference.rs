@@ -46,7 +46,7 @@ const MEANS: [[f64; 3]; 4] = [
 #[test]
 fn the_picture_and_its_bounces_agree_with_the_reference() {
     let p = prepare(builtin("cornell-box"), Fineness::default().patches);
-    let mode = assemble_one(&p, Mode::Global.transport(), &Fineness::default().sampling);
+    let mode = assemble_one(&p, Mode::Global.transport(), &Sampling::default());
     let solution = neumann(&mode.operator, &Settings::default()).expect("converges");
     let gathering = GatherSampling::with_samples(128, 0);
     // The reference was rendered at 256×256 and reduced, and so is this.

@@ -9,6 +9,7 @@ use glam::{DQuat, DVec3, EulerRot};
 use halflight::direct::{Occlusion, receive_emitted};
 use halflight::form_factors::{Sampling, Variant, cast, cast_counts, closure, reciprocity};
 use halflight::light::{Mode, Rgb};
+use halflight::operator::LinearOperator;
 use halflight::render::{Prepared, prepare};
 
 const OPPOSITE: f64 = 0.1998248957;

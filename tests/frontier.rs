@@ -6,7 +6,7 @@ mod common;
 use common::{Facing, Mesh, Silent, assemble_one, builtin, grey, random, sampling, transport};
 use glam::{DQuat, DVec3};
 use halflight::light::{Light, Rgb, Transport};
-use halflight::operator::{Operator, operator_norm, spectrum};
+use halflight::operator::{LinearOperator, Operator, operator_norm, spectrum};
 use halflight::render::{Assembled, Prepared, prepare, ray_shooter};
 use halflight::scene::Scene;
 use halflight::solve::{RaySettings, ShootingSettings};
@@ -120,7 +120,7 @@ fn terms_may_grow_before_they_decay() {
 #[test]
 fn the_drawn_hump_is_as_high_as_areas_say() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hump/hump.toml");
-    let p = prepare(Scene::open(file, Default::default()).unwrap(), 600);
+    let p = prepare(Scene::open(file).unwrap(), 600);
     let transport = p.scene.transport.unwrap();
     let mode = assemble_one(&p, transport, &sampling(256, 1));
     let k = &mode.operator;

@@ -12,7 +12,7 @@ use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, read_picture, relative_rms};
 use halflight::rays::sobol::Stream;
 use halflight::render::{Assembled, Prepared, Wanted, prepare, render_within};
-use halflight::scene::{LoadOptions, Scene, Sides};
+use halflight::scene::{Scene, Sides};
 
 fn folder(scene: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hard").join(scene)
@@ -23,7 +23,7 @@ fn is_as_near_as_asked_and_stated(name: &str, tolerance: f64) {
     let folder = folder(name);
     let data = |file: &str| -> Picture { read_picture(folder.join(file)).expect("a picture") };
     let file = folder.join(format!("{name}.toml"));
-    let scene = Scene::open(&file.to_string_lossy(), LoadOptions::default()).expect("a scene");
+    let scene = Scene::open(&file.to_string_lossy()).expect("a scene");
     let (reference, se, mask) = (data("reference.exr"), data("reference_se.exr"), data("mask.exr"));
     let wanted = Wanted { tolerance, size: (reference.width, reference.height), seed: 0 };
     let mut p = prepare(scene, 1);

@@ -7,6 +7,7 @@ use glam::{DQuat, DVec3};
 use halflight::direct::{Occlusion, receive_emitted};
 use halflight::form_factors::Sampling;
 use halflight::light::{Light, Mode, Rgb};
+use halflight::operator::LinearOperator;
 use halflight::render::{Assembled, Prepared, assemble, prepare};
 use halflight::scene::Scene;
 use halflight::solve::{Settings, Solution, Verdict, explore, neumann};

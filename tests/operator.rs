@@ -5,7 +5,7 @@ mod common;
 use common::{Facing, Mesh, assemble_one, builtin, grey, random, sampling, transport};
 use glam::{DQuat, DVec3, EulerRot};
 use halflight::light::{Light, Mode, Rgb, Transport};
-use halflight::operator::{Operator, spectrum};
+use halflight::operator::{LinearOperator, Operator, spectrum};
 use halflight::render::prepare;
 use halflight::scene::{Material, Sides};
 use halflight::solve::{Settings, Verdict, direct, explore, extrapolated, importance, neumann, norm, verdict};

@@ -97,7 +97,7 @@ fn the_help_lists_what_there_is() {
     let help = |error: SceneError| error.help().unwrap().to_string();
     assert!(help(toml("[materials.b]").unwrap_err()).contains("are: a"));
     assert!(help(obj(&format!("{SQUARE}usemtl b\n")).unwrap_err()).contains("are: a"));
-    let none = Scene::open("no-such-scene", LoadOptions::default()).unwrap_err();
+    let none = Scene::open("no-such-scene").unwrap_err();
     assert!(help(none).contains("cornell-box, furnace"));
 }
 
@@ -121,7 +121,7 @@ fn files_are_read_from_beside_each_other() {
     fs::write(at("t.toml"), "\nobj = \"missing.obj\"\n").unwrap();
     refuses(load("t.toml"), &["t.toml, line 2", "missing.obj"]);
     let path = at("s.toml");
-    assert!(Scene::open(path.to_str().unwrap(), LoadOptions::default()).is_ok());
+    assert!(Scene::open(path.to_str().unwrap()).is_ok());
 }
 
 #[test]

@@ -6,7 +6,7 @@ use common::{Silent, all_of_f, assemble_one, builtin, mean_and_error, sampling, 
 use halflight::direct::{Occlusion, Sight, receive_emitted};
 use halflight::form_factors::{FormFactors, Sampling, Variant, cast};
 use halflight::light::{Light, Mode, Rgb, Transport};
-use halflight::operator::{Operator, PatchMaterials};
+use halflight::operator::{LinearOperator, Operator, PatchMaterials};
 use halflight::render::{Assembled, assemble, prepare};
 use halflight::solve::{Settings, Solution, explore, neumann};
 

@@ -9,15 +9,15 @@ use halflight::light::Mode;
 use halflight::pictures::{Picture, mean_difference, read_picture, relative_rms};
 use halflight::rays::Rays;
 use halflight::reference::{TraceSettings, Tracer};
-use halflight::render::{End, Wanted, WantedTerms, Within, explore_within, prepare, render_within};
-use halflight::scene::{LoadOptions, Scene};
+use halflight::render::{End, Rendered, Wanted, WantedTerms, explore_within, prepare, render_within};
+use halflight::scene::Scene;
 
 fn data(name: &str) -> Picture {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");
     read_picture(folder.join(format!("{name}.exr"))).expect("a picture")
 }
 
-fn rendered(scene: &str, mode: Mode, tolerance: f64, seed: u32) -> Within {
+fn rendered(scene: &str, mode: Mode, tolerance: f64, seed: u32) -> Rendered {
     let wanted = Wanted { tolerance, size: (64, 64), seed };
     let mut p = prepare(builtin(scene), 1);
     render_within(&mut p, mode.transport(), &wanted, &Silent).expect("converges")
@@ -113,7 +113,7 @@ fn terms_are_as_near_finer_ones_as_stated() {
 #[test]
 fn a_scene_of_two_modes_agrees_with_path_tracing() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hybrid/hybrid.toml");
-    let scene = Scene::open(path, LoadOptions::default()).expect("a correct scene");
+    let scene = Scene::open(path).expect("a correct scene");
     let transport = Mode::Global.transport();
     let size = (48, 48);
     let rays = Rays::new(&scene);

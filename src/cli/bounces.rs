@@ -67,10 +67,10 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
         studied.push(s);
         Ok::<(), CliError>(())
     };
-    let prepared = match own.problem.effort.precision(common.seed) {
+    let prepared = match own.problem.effort.precision() {
         Precision::Fixed(fineness, samples) => {
-            let p = own.problem.effort.prepare(scene, &transports, &fineness)?;
-            let (modes, _) = assemble(&p, &transports, &fineness.sampling, &console);
+            let p = own.problem.effort.prepare(scene, &transports, fineness, common.seed)?;
+            let (modes, _) = assemble(&p, &transports, &fineness.sampling(common.seed), &console);
             let sampling = GatherSampling::with_samples(samples, common.seed);
             for mode in &modes {
                 let s = Studied {

@@ -5,7 +5,6 @@ use clap::Args;
 use crate::cli::error::CliError;
 use crate::cli::memory::MemoryLimit;
 use crate::cli::values::picture_error;
-use crate::form_factors::Sampling;
 use crate::light::Transport;
 use crate::render::{Fineness, Prepared, check_memory, prepare};
 use crate::scene::Scene;
@@ -44,23 +43,26 @@ pub enum Precision {
 
 impl Effort {
     /// The tolerance, unless some effort is given.
-    pub fn precision(&self, seed: u32) -> Precision {
+    pub fn precision(&self) -> Precision {
         if let (None, None, None) = (self.patches, self.rays, self.samples) {
             return Precision::Within(self.tolerance.unwrap_or(0.01));
         }
         let default = Fineness::default();
-        let fineness = Fineness {
-            patches: self.patches.map_or(default.patches, |n| n as usize),
-            sampling: Sampling { rays: self.rays.unwrap_or(default.sampling.rays), seed, ..default.sampling },
-            ..default
-        };
+        let patches = self.patches.map_or(default.patches, |n| n as usize);
+        let fineness = Fineness { patches, rays: self.rays.unwrap_or(default.rays) };
         Precision::Fixed(fineness, self.samples.unwrap_or(SAMPLES))
     }
 
     /// Cuts a scene into the patches asked for, and checks that K of all modes fits.
-    pub fn prepare(&self, scene: Scene, modes: &[Transport], fineness: &Fineness) -> Result<Prepared, CliError> {
+    pub fn prepare(
+        &self,
+        scene: Scene,
+        modes: &[Transport],
+        fineness: Fineness,
+        seed: u32,
+    ) -> Result<Prepared, CliError> {
         let prepared = prepare(scene, fineness.patches);
-        check_memory(&prepared, modes, &fineness.sampling, self.limit.bytes())?;
+        check_memory(&prepared, modes, &fineness.sampling(seed), self.limit.bytes())?;
         Ok(prepared)
     }
 

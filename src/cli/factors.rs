@@ -80,7 +80,7 @@ pub fn run(own: &Factors, common: &Common) -> Result<(), CliError> {
         true => Sides::Two,
         false => Sides::One,
     };
-    let scene = Scene::open(&own.scene, LoadOptions { two_sided })?;
+    let scene = Scene::open_with(&own.scene, LoadOptions { two_sided })?;
     make_directory(&common.out)?;
     for warning in &scene.warnings {
         console.warn(warning);

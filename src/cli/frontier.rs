@@ -16,7 +16,7 @@ use crate::light::Transport;
 use crate::pictures::{Table, make_directory, write_whole};
 use crate::plot::Chart;
 use crate::render::{Silent, assemble, prepare};
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::Scene;
 use crate::solve::Settings;
 use crate::study::frontier::{
     Formal, SeriesRun, Slice, Traced, at, check_dense, formal, runs, scaling, series_chart, shooting_chart,
@@ -88,7 +88,7 @@ struct FormalReport {
 /// Studies a scene at one tau.
 pub fn run(own: &Frontier, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
-    let scene = Scene::open(&own.scene, LoadOptions::default())?;
+    let scene = Scene::open(&own.scene)?;
     scene.require_emission()?;
     make_directory(&common.out)?;
     for warning in &scene.warnings {

@@ -67,7 +67,7 @@ pub fn run(own: &MapArguments, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
     let start = Instant::now();
     let two_sided = if own.two_sided { Sides::Two } else { Sides::One };
-    let scene = Scene::open(&own.scene, LoadOptions { two_sided })?;
+    let scene = Scene::open_with(&own.scene, LoadOptions { two_sided })?;
     make_directory(&common.out)?;
     for warning in &scene.warnings {
         console.warn(warning);

@@ -4,13 +4,10 @@ use clap::Args;
 
 use crate::cli::error::CliError;
 use crate::cli::values::{Size, gibibytes};
-use crate::form_factors::Sampling;
 use crate::light::Transport;
+use crate::render::solver::FIRST;
 use crate::render::{Prepared, check_memory, check_pictures, prepare, usable_memory};
 use crate::scene::Scene;
-
-/// Where a tolerance asks for patches, it begins with about as many, and rays.
-const FIRST: (usize, u32) = (1000, 128);
 
 /// Bytes a pixel, measured as what a run grows by with its pictures (`within`: made to a tolerance).
 pub mod pixel {
@@ -50,11 +47,10 @@ impl MemoryLimit {
 
     /// Makes a scene ready for as many patches as a tolerance needs and memory holds; the first few must fit.
     pub fn prepare_within(&self, scene: Scene, modes: &[Transport]) -> Result<Prepared, CliError> {
-        let mut prepared = prepare(scene, FIRST.0);
+        let mut prepared = prepare(scene, FIRST.patches);
         prepared.memory = self.bytes();
-        let sampling = Sampling { rays: FIRST.1, ..Sampling::default() };
         for mode in modes {
-            check_memory(&prepared, &[*mode], &sampling, prepared.memory)?;
+            check_memory(&prepared, &[*mode], &FIRST.sampling(0), prepared.memory)?;
         }
         Ok(prepared)
     }

@@ -25,6 +25,7 @@ pub(crate) mod frontier;
 pub(crate) mod interrupt;
 pub(crate) mod map;
 pub(crate) mod memory;
+pub(crate) mod message;
 pub(crate) mod options;
 pub(crate) mod pictures;
 pub(crate) mod render;
@@ -35,28 +36,25 @@ pub(crate) mod unmet;
 pub(crate) mod values;
 pub(crate) mod variance;
 
-use std::io::{IsTerminal, Write as _, stderr};
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches};
-use miette::MietteHandlerOpts;
 
 use crate::cli::command::{Cli, Command};
 use crate::cli::error::CliError;
 use crate::cli::interrupt::end_cleanly;
+use crate::cli::message::show;
 use crate::cli::options::use_threads;
 
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
     let arguments = arguments();
-    set_error_form();
     end_cleanly();
     match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let code = error.exit_code();
-            let _ = writeln!(stderr(), "{:?}", miette::Report::new(error));
-            ExitCode::from(code)
+            show(&error);
+            ExitCode::from(error.exit_code())
         }
     }
 }
@@ -70,17 +68,6 @@ fn arguments() -> Cli {
     let command = Cli::command().mut_args(numbers);
     let matches = command.mut_subcommands(|c| c.mut_args(numbers)).get_matches();
     Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
-}
-
-/// Messages name their causes themselves; lines are wrapped on a terminal only, so that a path stays in one piece.
-fn set_error_form() {
-    let wrap = stderr().is_terminal();
-    let form = move || {
-        let form = MietteHandlerOpts::new().without_cause_chain();
-        form.wrap_lines(wrap).build()
-    };
-    // Set once, before anything reports: it cannot be taken.
-    let _ = miette::set_hook(Box::new(move |_| Box::new(form())));
 }
 
 fn run(cli: Cli) -> Result<(), CliError> {

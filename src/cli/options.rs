@@ -98,7 +98,7 @@ impl Subject {
     /// Reads and checks the scene.
     pub fn load(&self) -> Result<Scene, CliError> {
         let sides = if self.two_sided { Sides::Two } else { Sides::One };
-        let scene = Scene::open(&self.scene, LoadOptions { two_sided: sides })?;
+        let scene = Scene::open_with(&self.scene, LoadOptions { two_sided: sides })?;
         scene.require_emission()?;
         Ok(scene)
     }

@@ -18,9 +18,11 @@ use crate::gather::GatherSampling;
 use crate::light::Transport;
 use crate::operator::Bounds;
 use crate::pictures::{Exposure, Picture, check_extension, write_picture, write_with_error};
-use crate::render::{Fineness, Prepared, Seconds, Wanted, Within, assemble, render, render_within};
+use crate::render::solved::Spent;
+use crate::render::solver::render_fixed;
+use crate::render::{Fineness, Prepared, Rendered, Seconds, Wanted, assemble, render_within};
 use crate::scene::Scene;
-use crate::solve::{Diverges, neumann};
+use crate::solve::Diverges;
 
 /// `halflight render`
 #[derive(Args, Debug)]
@@ -59,7 +61,7 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
         check_layered(own.output.as_deref())?;
     }
     let effort = &own.problem.effort;
-    let each = match effort.precision(common.seed) {
+    let each = match effort.precision() {
         Precision::Within(_) => pixel::WITHIN,
         Precision::Fixed(..) => pixel::RENDER,
     };
@@ -77,9 +79,9 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
     };
     places.check(&transports)?;
     let run = Shared { own, common, console: &console, places: &places, load: start.elapsed().as_secs_f64(), start };
-    let outcomes = match effort.precision(common.seed) {
+    let outcomes = match effort.precision() {
         Precision::Within(tolerance) => run.within(scene, &transports, tolerance)?,
-        Precision::Fixed(fineness, samples) => run.fixed(scene, &transports, &fineness, samples)?,
+        Precision::Fixed(fineness, samples) => run.fixed(scene, &transports, fineness, samples)?,
     };
     warn_of_backs(&console, outcomes.iter().map(|o| o.backs));
     finish(&places, &console, exposure(own), outcomes)
@@ -130,32 +132,19 @@ impl Shared<'_> {
         &self,
         scene: Scene,
         transports: &[Transport],
-        fineness: &Fineness,
+        fineness: Fineness,
         samples: u32,
     ) -> Result<Vec<Outcome>, CliError> {
-        let prepared = self.own.problem.effort.prepare(scene, transports, fineness)?;
+        let prepared = self.own.problem.effort.prepare(scene, transports, fineness, self.common.seed)?;
         let clock = Instant::now();
-        let (modes, rays) = assemble(&prepared, transports, &fineness.sampling, self.console);
+        let (modes, rays) = assemble(&prepared, transports, &fineness.sampling(self.common.seed), self.console);
         let form_factors = clock.elapsed().as_secs_f64();
         let sampling = GatherSampling::with_samples(samples, self.common.seed);
+        let spent = Spent { seconds: Seconds { form_factors, ..Seconds::default() }, rays };
+        let size = (self.own.size.width, self.own.size.height);
         let mut outcomes = Vec::new();
         for mode in &modes {
-            let clock = Instant::now();
-            let solution = neumann(&mode.operator, &fineness.solve);
-            let solve = clock.elapsed().as_secs_f64();
-            let found = solution.map(|solution| {
-                let clock = Instant::now();
-                let size = (self.own.size.width, self.own.size.height);
-                let gathered = render(&prepared, mode, &solution, size, &sampling, self.console);
-                let seconds = Seconds {
-                    patches: prepared.seconds,
-                    form_factors,
-                    solve,
-                    gather: clock.elapsed().as_secs_f64(),
-                    ..Seconds::default()
-                };
-                Within::fixed(&prepared, mode, &solution, gathered, (seconds, rays))
-            });
+            let found = render_fixed(&prepared, mode, size, &sampling, spent.clone(), self.console);
             let report = self.report(&prepared, mode.transport);
             outcomes.push(self.outcome((mode.transport, Stated::Nothing), report, found)?);
         }
@@ -172,7 +161,7 @@ impl Shared<'_> {
         &self,
         (transport, stated): (Transport, Stated),
         mut report: RenderReport,
-        found: Result<Within, Diverges>,
+        found: Result<Rendered, Diverges>,
     ) -> Result<Outcome, CliError> {
         let (radius, verdict) = match &found {
             Ok(s) => (s.radius, s.verdict),

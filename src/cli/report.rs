@@ -9,7 +9,7 @@ use crate::form_factors::Closure;
 use crate::light::Transport;
 use crate::operator::Bounds;
 use crate::reference::Mean;
-use crate::render::{ErrorParts, Seconds, TermError, Within};
+use crate::render::{ErrorParts, Rendered, Seconds, TermError};
 use crate::scene::Scene;
 use crate::solve::Bounce;
 use crate::study::map::Growth;
@@ -79,7 +79,7 @@ impl RenderReport {
     }
 
     /// Adds what a picture cost and how good it is.
-    pub fn take(&mut self, within: &Within, load: f64) {
+    pub fn take(&mut self, within: &Rendered, load: f64) {
         self.patches = within.patches;
         self.rays = within.rays;
         self.seconds = within.seconds;

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::options::Common;
-use crate::scene::{LoadOptions, Scene, builtin};
+use crate::scene::{Scene, builtin};
 
 #[derive(Serialize)]
 struct Listed {
@@ -19,7 +19,7 @@ pub fn run(common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
     let mut list = Vec::new();
     for (name, description) in builtin::NAMES {
-        let scene = Scene::open(name, LoadOptions::default())?;
+        let scene = Scene::open(name)?;
         let triangles = scene.faces.len();
         console.say(format!("{name:<18} {triangles:>6} triangles  {description}"));
         list.push(Listed { name, description, triangles });

@@ -50,11 +50,11 @@ fn is_convex(scene: &Scene, faces: &[u32]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{LoadOptions, Scene};
+    use crate::scene::Scene;
 
     #[test]
     fn a_ball_is_convex_and_a_hollow_is_not() {
-        let scene = Scene::open("concentric-spheres", LoadOptions::default()).expect("built in");
+        let scene = Scene::open("concentric-spheres").expect("built in");
         // The ball's faces look out of it, the sphere's into it.
         let groups: Vec<Vec<u32>> = (0..scene.objects.len() as u32)
             .map(|o| {

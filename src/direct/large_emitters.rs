@@ -107,7 +107,7 @@ fn seen(points: &[(DVec3, DVec3)], faces: &[Turned]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{LoadOptions, Material};
+    use crate::scene::Material;
 
     /// A floor of side 2 and a panel above it that faces down, of the given side and height.
     fn under(side: f64, height: f64) -> Scene {
@@ -148,7 +148,7 @@ mod tests {
             ("furnished-room", true),
             ("two-rooms", true),
         ] {
-            let scene = Scene::open(name, LoadOptions::default()).expect("built in");
+            let scene = Scene::open(name).expect("built in");
             assert_eq!(carried(&scene).contains(&true), luminaires, "{name}");
         }
     }

@@ -98,14 +98,14 @@ mod tests {
     use crate::patches::Patches;
     use crate::rays::Rays;
     use crate::rays::warp::cosine_direction;
-    use crate::scene::{LoadOptions, Scene};
+    use crate::scene::Scene;
 
     /// Rays once went on from every surface that they crossed: with tau > 0 their number doubled and more with every
     /// bounce, and a furnished staircase at alpha = tau = 0.5 did not end in nine minutes.
     #[test]
     fn a_ray_that_crosses_many_surfaces_goes_on_from_one() {
         const BOUNCES: u32 = 6;
-        let scene = Scene::open("furnished-room", LoadOptions::default()).unwrap();
+        let scene = Scene::open("furnished-room").unwrap();
         let rays = Rays::new(&scene);
         let patches = Patches::new(&scene, &rays, 300);
         let transports = scene.transports(Transport { alpha: 0.5, tau: 0.9 });

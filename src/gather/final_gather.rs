@@ -195,13 +195,13 @@ mod tests {
     use crate::light::{Mode, Transport};
     use crate::patches::Patches;
     use crate::rays::Rays;
-    use crate::scene::{LoadOptions, Scene};
+    use crate::scene::Scene;
 
     /// Rays once took their points in turn. Of Sobol points every other one lies in the same half of the interval, so each point
     /// looked at a half of its hemisphere only.
     #[test]
     fn every_point_that_rays_leave_looks_all_around() {
-        let scene = Scene::open("furnace", LoadOptions::default()).unwrap();
+        let scene = Scene::open("furnace").unwrap();
         let rays = Rays::new(&scene);
         let patches = Patches::new(&scene, &rays, 6);
         let transports: Vec<Transport> = scene.transports(Mode::Global.transport());

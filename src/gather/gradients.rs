@@ -101,10 +101,10 @@ mod tests {
     use super::*;
     use crate::patches::Patches;
     use crate::rays::Rays;
-    use crate::scene::{LoadOptions, Scene};
+    use crate::scene::Scene;
 
     fn furnace() -> Patches {
-        let scene = Scene::open("furnace", LoadOptions::default()).unwrap();
+        let scene = Scene::open("furnace").unwrap();
         Patches::new(&scene, &Rays::new(&scene), 600)
     }
 

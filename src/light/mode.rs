@@ -48,6 +48,12 @@ impl Transport {
     }
 }
 
+impl From<Mode> for Transport {
+    fn from(mode: Mode) -> Transport {
+        mode.transport()
+    }
+}
+
 impl Default for Transport {
     fn default() -> Self {
         Mode::Global.transport()

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Matrix2};
 use sprs::{CsMat, TriMat};
 
 use crate::light::reflectance;
-use crate::operator::Operator;
+use crate::operator::factored::Operator;
 
 impl Operator {
     /// K of channel c (0 red, 1 green, 2 blue) with blocks `K_ij = F_ij rho_i [[alpha_i, 0], [1, 0]]`.
@@ -12,8 +12,8 @@ impl Operator {
         let n = self.len();
         let mut k = TriMat::new((n, n));
         for i in 0..n {
-            let matrix = reflectance(self.rho[i][c], self.alpha[i]);
-            let (columns, values) = self.f.row(i);
+            let matrix = reflectance(self.reflectance(i)[c], self.alpha(i));
+            let (columns, values) = self.form_factors().row(i);
             for (&j, &f) in columns.iter().zip(values) {
                 k.add_triplet(i, j as usize, f * matrix);
             }

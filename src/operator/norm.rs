@@ -8,12 +8,12 @@
 //! patches weighs little there. Not handled: an upper bound; the iteration's quotient is a lower bound that rises to the norm.
 
 use crate::light::Light;
-use crate::operator::Operator;
+use crate::operator::linear::LinearOperator;
 
 /// A lower bound on the area-weighted norm of K, from so many products with K and as many with its transpose.
-pub fn operator_norm(k: &Operator, products: usize) -> f64 {
+pub fn operator_norm(k: &dyn LinearOperator, products: usize) -> f64 {
     let one = Light { invisible: crate::light::Rgb::ONE, visible: crate::light::Rgb::ZERO };
-    let mut x = vec![one; k.len()];
+    let mut x = vec![one; k.areas().len()];
     let mut norm = 0.0f64;
     for _ in 0..products {
         let y = k.apply(&x);
@@ -29,7 +29,7 @@ pub fn operator_norm(k: &Operator, products: usize) -> f64 {
     norm
 }
 
-fn size(k: &Operator, x: &[Light]) -> f64 {
+fn size(k: &dyn LinearOperator, x: &[Light]) -> f64 {
     let squares = x.iter().zip(k.areas()).map(|(l, a)| {
         let halves = [l.invisible, l.visible].map(|h| h.as_dvec3().length_squared());
         a * (halves[0] + halves[1])

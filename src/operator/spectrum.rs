@@ -14,7 +14,10 @@
 use glam::Vec4;
 
 use crate::form_factors::Rows;
-use crate::operator::Operator;
+use crate::operator::linear::LinearOperator;
+
+/// A product `F x` with relative error at most [`Rows::ROUNDING`] where x >= 0.
+pub type Product<'a> = &'a dyn Fn(&[Vec4]) -> Vec<Vec4>;
 
 /// `lower <= spectral radius <= upper`; both are 0 where nothing travels on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
@@ -71,10 +74,10 @@ const VAGUE: f64 = 0.25;
 const SHIFT: f32 = 0.2;
 
 /// Bounds the spectral radius of K.
-pub fn spectrum(k: &Operator) -> Spectrum {
-    let b: Vec<Vec4> = (0..k.len()).map(|i| k.passed_on(i).extend(0.0)).collect();
+pub fn spectrum(k: &dyn LinearOperator) -> Spectrum {
+    let b: Vec<Vec4> = (0..k.areas().len()).map(|i| k.passed_on(i).extend(0.0)).collect();
     let start: Vec<Vec4> = b.iter().map(|b| positive(*b)).collect();
-    spectrum_of(k.form_factors(), &b, &start, &Effort::default())
+    spectrum_of(&|x| k.incident(x), &b, &start, &Effort::default())
 }
 
 /// Bounds the spectral radius of `b F`, b >= 0 one number a row and channel (the fourth component unused).
@@ -83,14 +86,14 @@ pub fn spectrum(k: &Operator) -> Spectrum {
 /// save most of it.
 ///
 /// # Panics
-/// If `b` and `start` do not have one entry a row.
-pub fn spectrum_of(f: &Rows, b: &[Vec4], start: &[Vec4], effort: &Effort) -> Spectrum {
-    assert!(b.len() == f.len() && start.len() == f.len());
+/// If `b` and `start` differ in length.
+pub fn spectrum_of(f: Product, b: &[Vec4], start: &[Vec4], effort: &Effort) -> Spectrum {
+    assert_eq!(b.len(), start.len());
     let pairs = b.iter().zip(start);
     let mut x: Vec<Vec4> = pairs.map(|(b, x)| kept_positive(*x, *b)).collect();
     let mut lower = [0.0f64; 3];
     for step in 1.. {
-        let fx = f.product(&x);
+        let fx = f(&x);
         let bx: Vec<Vec4> = b.iter().zip(&fx).map(|(b, fx)| b * fx).collect();
         let upper = largest_ratio(&bx, &x);
         raise(&mut lower, smallest_ratio(&bx, &x));
@@ -137,7 +140,7 @@ fn largest_ratio(bx: &[Vec4], x: &[Vec4]) -> [f64; 3] {
 }
 
 /// Lower bounds from subsets on which the ratio is nearly the largest, each with its own product.
-fn best_subset(f: &Rows, b: &[Vec4], x: &[Vec4], bx: &[Vec4], upper: [f64; 3]) -> [f64; 3] {
+fn best_subset(f: Product, b: &[Vec4], x: &[Vec4], bx: &[Vec4], upper: [f64; 3]) -> [f64; 3] {
     let mut best = [0.0f64; 3];
     let mut restricted = x.to_vec();
     let mut image = bx.to_vec();
@@ -149,7 +152,7 @@ fn best_subset(f: &Rows, b: &[Vec4], x: &[Vec4], bx: &[Vec4], upper: [f64; 3]) -
                 }
             }
         }
-        image = f.product(&restricted);
+        image = f(&restricted);
         for (y, b) in image.iter_mut().zip(b) {
             *y *= *b;
         }

@@ -171,10 +171,10 @@ fn middle(patches: &Patches, i: usize) -> Vec3 {
 mod tests {
     use super::*;
     use crate::rays::Rays;
-    use crate::scene::{LoadOptions, Scene};
+    use crate::scene::Scene;
 
     fn neighbours(scene: &str, count: usize) -> (Patches, Neighbours) {
-        let scene = Scene::open(scene, LoadOptions::default()).unwrap();
+        let scene = Scene::open(scene).unwrap();
         let patches = Patches::new(&scene, &Rays::new(&scene), count);
         let found = patches.neighbours();
         (patches, found)

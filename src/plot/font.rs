@@ -69,11 +69,16 @@ pub fn width(line: &str, em: f64) -> f64 {
 
 /// Breaks text at spaces into lines at most `limit` pixels wide; a single word may be wider.
 pub fn wrap(text: &str, em: f64, limit: f64) -> Vec<String> {
+    broken(text, |line| width(line, em) <= limit)
+}
+
+/// Breaks text at spaces into lines, each as long as it fits; a word that does not fit has a line of its own.
+pub fn broken(text: &str, fits: impl Fn(&str) -> bool) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         let longer = lines.last().map(|line| format!("{line} {word}"));
         match (longer, lines.last_mut()) {
-            (Some(longer), Some(last)) if width(&longer, em) <= limit => *last = longer,
+            (Some(longer), Some(last)) if fits(&longer) => *last = longer,
             _ => lines.push(word.to_owned()),
         }
     }

@@ -12,25 +12,7 @@ use crate::operator::{Operator, PatchMaterials};
 use crate::patches::{Patches, Zones};
 use crate::rays::Rays;
 use crate::scene::Scene;
-use crate::solve::Settings;
 use crate::surfaces::Surfaces;
-
-/// How fine.
-#[derive(Clone, Copy, Debug)]
-pub struct Fineness {
-    /// About how many patches.
-    pub patches: usize,
-    /// Rays from each patch.
-    pub sampling: Sampling,
-    /// Wanted tail of the series, as a share of the sum.
-    pub solve: Settings,
-}
-
-impl Default for Fineness {
-    fn default() -> Self {
-        Fineness { patches: 4000, sampling: Sampling::default(), solve: Settings::default() }
-    }
-}
 
 /// Seconds spent on each step.
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]

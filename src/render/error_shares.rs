@@ -11,6 +11,7 @@
 
 use crate::gather::Fields;
 use crate::light::{Light, Rgb};
+use crate::operator::LinearOperator;
 use crate::render::assembly::Prepared;
 use crate::render::look::look_for_blame;
 use crate::render::solved::{Solved, rough};

@@ -246,7 +246,6 @@ fn sources(scene: &Scene) -> Vec<Source> {
 mod tests {
     use super::*;
     use crate::light::Mode;
-    use crate::scene::LoadOptions;
 
     fn walked(scene: &Scene, transport: Transport) -> WalkedPowers {
         let goal = WalkGoal { count: 4, error: 0.01, deadline: None, seed: 3 };
@@ -256,7 +255,7 @@ mod tests {
     /// Every side of a closed cube emits 0.25 and reflects 0.5: the power of KⁿE is pi A 0.25 · 0.5ⁿ, walk by walk.
     #[test]
     fn powers_in_a_furnace_halve_with_every_bounce() {
-        let scene = Scene::open("furnace", LoadOptions::default()).unwrap();
+        let scene = Scene::open("furnace").unwrap();
         let area: f64 = (0..scene.faces.len() as u32).map(|f| scene.area(f)).sum();
         let emitted = std::f64::consts::PI * 0.25 * area * scene.frame.scale.powi(2);
         let found = walked(&scene, Mode::Global.transport());

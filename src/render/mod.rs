@@ -1,8 +1,8 @@
 //! The way from a scene to a picture with its error, and to the terms of the bounce series.
 //!
-//! [`prepare`] cuts patches, [`assemble`] puts K together, [`render`] makes the picture of given effort, and
-//! [`render_within`] spends effort until the picture's estimated error is within a tolerance; [`explore_within`] does
-//! so for the powers of the terms `KⁿE`.
+//! [`Solver`] does all of it for one scene. Its steps are there as functions too: [`prepare`] cuts patches, [`assemble`]
+//! puts K together, [`render`] makes the picture of given effort, and [`render_within`] spends effort until the picture's
+//! estimated error is within a tolerance; [`explore_within`] does so for the powers of the terms `KⁿE`.
 //!
 //! Not handled: which picture is asked for; that is a scene's camera and a [`Transport`](crate::light::Transport).
 
@@ -19,17 +19,19 @@ pub(crate) mod residual_check;
 pub(crate) mod series;
 pub(crate) mod shooters;
 pub(crate) mod solved;
+pub(crate) mod solver;
 pub(crate) mod term_errors;
 pub(crate) mod tolerance;
 pub(crate) mod unfit;
 pub(crate) mod wanted;
 
-pub use assembly::{Assembled, Fineness, Prepared, Seconds, Silent, Watch, assemble, prepare};
+pub use assembly::{Assembled, Prepared, Seconds, Silent, Watch, assemble, prepare};
 pub use look::{picture, render, without_luminaires};
 pub use memory::{Estimate, check_memory, estimate_memory, usable_memory};
-pub use rendered::{ErrorParts, Within};
+pub use rendered::{ErrorParts, Rendered};
 pub use series::{BounceSeries, WantedTerms, explore_within};
 pub use shooters::{assembled_shooter, ray_shooter};
+pub use solver::{Fineness, RenderError, Request, Solver};
 pub use term_errors::{End, TermError};
 pub use tolerance::render_within;
 pub use unfit::{PictureUnfit, Stored, Unfit, check_pictures};

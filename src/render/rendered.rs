@@ -1,11 +1,12 @@
 //! A picture and how far it may be off: what `halflight render` returns and reports.
 
+use std::path::Path;
+
 use crate::form_factors::Closure;
-use crate::gather::Gathered;
 use crate::operator::Bounds;
-use crate::pictures::Picture;
-use crate::render::assembly::{Assembled, Prepared, Seconds};
-use crate::solve::{Solution, Verdict};
+use crate::pictures::{Exposure, ImageError, Picture, write_picture};
+use crate::render::assembly::Seconds;
+use crate::solve::Verdict;
 
 /// Estimated relative errors of a picture, and their root sum of squares.
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]
@@ -31,8 +32,8 @@ impl ErrorParts {
     }
 }
 
-/// A picture, and how far it may be off.
-pub struct Within {
+/// A picture of one mode, and how far it may be off.
+pub struct Rendered {
     /// Linear radiance.
     pub picture: Picture,
     /// Standard error of every pixel from the gather pass.
@@ -57,33 +58,18 @@ pub struct Within {
     pub sees: f64,
 }
 
-impl Within {
+impl Rendered {
     /// Whether no pixel has any light though the camera sees a surface's reflecting side.
     pub(crate) fn is_black(&self) -> bool {
         let dark = |pixel: &crate::light::Rgb| *pixel == crate::light::Rgb::ZERO;
         self.sees > 0.0 && self.picture.pixels.iter().all(dark)
     }
 
-    /// The picture of a solution made with given effort; its errors but those of the gather pass and of truncation are unknown.
-    pub fn fixed(
-        p: &Prepared,
-        mode: &Assembled,
-        solution: &Solution,
-        gathered: Gathered,
-        (seconds, rays): (Seconds, u64),
-    ) -> Within {
-        Within {
-            picture: gathered.total(),
-            error: ErrorParts::default(),
-            seconds,
-            patches: p.patches.len(),
-            rays: rays + gathered.rays,
-            radius: solution.radius,
-            verdict: solution.verdict,
-            closure: mode.closure,
-            backs: gathered.backs,
-            sees: gathered.sees,
-            standard_error: gathered.standard_error,
-        }
+    /// Writes the picture: `.exr` holds its radiances, `.png` what the eye is to see of them.
+    ///
+    /// # Errors
+    /// Another extension, a picture without pixels, or a destination that cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ImageError> {
+        write_picture(path, &self.picture, Exposure::default())
     }
 }

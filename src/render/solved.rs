@@ -9,11 +9,11 @@ use crate::direct::Sight;
 use crate::form_factors::Sampling;
 use crate::gather::{Fields, GatherSampling, Gathered, Gathering, Reading, View};
 use crate::light::{Rgb, Transport};
-use crate::operator::Operator;
+use crate::operator::{LinearOperator, Operator};
 use crate::render::assembly::{Assembled, Prepared, Seconds, Watch, assemble_seeing, sight};
 use crate::render::levels::{Off, fields};
 use crate::render::look::{ambient, look, reflected, view};
-use crate::render::rendered::{ErrorParts, Within};
+use crate::render::rendered::{ErrorParts, Rendered};
 use crate::render::wanted::Wanted;
 use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
 
@@ -27,7 +27,7 @@ const FINER: f64 = 0.547;
 const ROUGH: usize = 64;
 
 /// What was spent so far.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Spent {
     pub seconds: Seconds,
     pub rays: u64,
@@ -175,10 +175,10 @@ impl Solved {
         self.error.patches = (left - truncation * truncation).max(0.0).sqrt();
     }
 
-    pub fn finish(mut self, p: &Prepared, gathered: Gathered, mut spent: Spent) -> Within {
+    pub fn finish(mut self, p: &Prepared, gathered: Gathered, mut spent: Spent) -> Rendered {
         self.error.gather = gathered.error.relative();
         spent.seconds.sum();
-        Within {
+        Rendered {
             picture: gathered.total(),
             error: self.error.sum(),
             seconds: spent.seconds,
@@ -206,10 +206,10 @@ mod tests {
     use crate::gather::linear;
     use crate::light::Mode;
     use crate::render::assembly::{Silent, prepare};
-    use crate::scene::{LoadOptions, Scene};
+    use crate::scene::Scene;
 
     fn solved(scene: &str, patches: usize) -> (Prepared, Solved) {
-        let scene = Scene::open(scene, LoadOptions::default()).expect("a scene");
+        let scene = Scene::open(scene).expect("a scene");
         let p = prepare(scene, patches);
         let wanted = Wanted { tolerance: 0.01, size: (8, 8), seed: 0 };
         let transport = Mode::Global.transport();

@@ -25,7 +25,7 @@ use crate::render::divided_patches::divided;
 use crate::render::error_shares::shares;
 use crate::render::memory::keep_within;
 use crate::render::patch_sizes::Sizes;
-use crate::render::rendered::Within;
+use crate::render::rendered::Rendered;
 use crate::render::residual_check::Check;
 use crate::render::solved::{Solved, Spent, half, solve};
 use crate::render::wanted::Wanted;
@@ -57,7 +57,7 @@ pub fn render_within(
     transport: Transport,
     wanted: &Wanted,
     watch: &dyn Watch,
-) -> Result<Within, Diverges> {
+) -> Result<Rendered, Diverges> {
     let mut spent = Spent::default();
     let solved = solve_within(p, transport, wanted, &mut spent, watch)?;
     let clock = Instant::now();

@@ -46,11 +46,19 @@ impl Scene {
         Some(file::read(name, &file, scene.toml.as_bytes(), &beside, options))
     }
 
-    /// A built-in scene of that name, else the file of that path.
+    /// A built-in scene of that name ([`builtin::NAMES`]), else the `.obj` or `.toml` scene file of that path.
     ///
     /// # Errors
-    /// As [`Scene::load`]; where there is neither, the built-in names are listed.
-    pub fn open(name_or_path: &str, options: LoadOptions) -> Result<Scene, SceneError> {
+    /// Those of [`Scene::load`]; where there is neither, the built-in names are listed.
+    pub fn open(name_or_path: &str) -> Result<Scene, SceneError> {
+        Scene::open_with(name_or_path, LoadOptions::default())
+    }
+
+    /// What [`Scene::open`] reads, under options.
+    ///
+    /// # Errors
+    /// Those of [`Scene::load`]; where there is neither, the built-in names are listed.
+    pub fn open_with(name_or_path: &str, options: LoadOptions) -> Result<Scene, SceneError> {
         if let Some(scene) = Scene::builtin(name_or_path, options) {
             return scene;
         }

@@ -9,7 +9,7 @@
 //! Not handled: series that diverge; they are cut like all others.
 
 use crate::light::{Light, Rgb};
-use crate::operator::Operator;
+use crate::operator::LinearOperator;
 
 /// Bounces followed at most.
 const MOST: usize = 16;
@@ -20,7 +20,7 @@ const REST: f32 = 0.02;
 ///
 /// # Panics
 /// If y does not have one entry a patch.
-pub fn importance(k: &Operator, y: Vec<Rgb>) -> Vec<Rgb> {
+pub fn importance(k: &dyn LinearOperator, y: Vec<Rgb>) -> Vec<Rgb> {
     let mut sum = vec![Rgb::ZERO; y.len()];
     if !k.interreflects() {
         return sum;

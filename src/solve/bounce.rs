@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::light::Light;
-use crate::operator::Operator;
+use crate::operator::LinearOperator;
 
 /// Figures of one term of the series.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -25,7 +25,7 @@ pub struct Bounce {
 }
 
 /// Measures a term; `before` is the norm of the one before it.
-pub fn measure(k: &Operator, n: usize, term: &[Light], before: Option<f64>) -> Bounce {
+pub fn measure(k: &dyn LinearOperator, n: usize, term: &[Light], before: Option<f64>) -> Bounce {
     let power = |half: fn(&Light) -> glam::Vec3| {
         let sum: DVec3 = term.iter().zip(k.areas()).map(|(l, a)| PI * a * half(l).as_dvec3()).sum();
         sum.to_array()

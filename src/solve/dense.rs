@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::light::Light;
-use crate::operator::Operator;
+use crate::operator::{LinearOperator, Operator};
 
 /// Solves `L = E + K L` by LU; `None` where `I - K` is singular.
 pub fn direct(k: &Operator) -> Option<Vec<Light>> {

@@ -16,7 +16,7 @@
 use glam::DVec3;
 
 use crate::light::Light;
-use crate::operator::{Bounds, Operator};
+use crate::operator::{Bounds, LinearOperator};
 use crate::solve::bounce::norm;
 use crate::solve::neumann::{Diverges, Settings, Verdict, refuse, verdict};
 use crate::solve::tail::TailBound;
@@ -39,7 +39,7 @@ pub struct Extrapolated {
 ///
 /// # Errors
 /// [`Diverges`] where the spectral radius is not proved to be below 1.
-pub fn extrapolated(k: &Operator, settings: &Settings) -> Result<Extrapolated, Diverges> {
+pub fn extrapolated(k: &dyn LinearOperator, settings: &Settings) -> Result<Extrapolated, Diverges> {
     let (verdict, spectrum) = verdict(k);
     let tail = spectrum.as_ref().and_then(|s| TailBound::new(k, s));
     if matches!(verdict, Verdict::Diverges | Verdict::Undecided) {

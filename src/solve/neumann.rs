@@ -5,7 +5,7 @@
 //! nothing reflected travels on, and refuses, before any term is summed, where the spectral radius is proved >= 1.
 
 use crate::light::{Light, Rgb};
-use crate::operator::{Bounds, Operator, Spectrum, spectrum};
+use crate::operator::{Bounds, LinearOperator, Spectrum, spectrum};
 
 use crate::solve::bounce::{Bounce, measure, norm};
 use crate::solve::tail::TailBound;
@@ -102,7 +102,7 @@ pub struct Diverges {
 }
 
 /// The terms `E, KE, K²E, ...` without end, whether their sum converges or not; stops after an exactly zero term.
-pub fn terms(k: &Operator) -> impl Iterator<Item = Vec<Light>> {
+pub fn terms(k: &dyn LinearOperator) -> impl Iterator<Item = Vec<Light>> {
     let mut n = 0;
     let mut last: Vec<Light> = Vec::new();
     std::iter::from_fn(move || {
@@ -119,7 +119,7 @@ pub fn terms(k: &Operator) -> impl Iterator<Item = Vec<Light>> {
 }
 
 /// The verdict on a series, with the bounds that prove it; `None` for the spectrum where the series ends.
-pub fn verdict(k: &Operator) -> (Verdict, Option<Spectrum>) {
+pub fn verdict(k: &dyn LinearOperator) -> (Verdict, Option<Spectrum>) {
     if !k.interreflects() {
         return (Verdict::Ends, None);
     }
@@ -139,7 +139,7 @@ pub fn verdict(k: &Operator) -> (Verdict, Option<Spectrum>) {
 ///
 /// # Errors
 /// [`Diverges`] where the spectral radius is not proved to be below 1.
-pub fn neumann(k: &Operator, settings: &Settings) -> Result<Solution, Diverges> {
+pub fn neumann(k: &dyn LinearOperator, settings: &Settings) -> Result<Solution, Diverges> {
     let (verdict, spectrum) = verdict(k);
     if matches!(verdict, Verdict::Diverges | Verdict::Undecided) {
         let radius = spectrum.map_or(NOTHING, |s| s.worst());
@@ -150,7 +150,7 @@ pub fn neumann(k: &Operator, settings: &Settings) -> Result<Solution, Diverges> 
 }
 
 /// The first `count` bounces and E, whether the series converges or not; fewer where it ends or leaves the numbers.
-pub fn explore(k: &Operator, count: usize) -> Solution {
+pub fn explore(k: &dyn LinearOperator, count: usize) -> Solution {
     let (verdict, spectrum) = verdict(k);
     expand(k, verdict, spectrum, count, |_| false)
 }
@@ -163,7 +163,7 @@ const NOTHING: Bounds = Bounds { lower: 0.0, upper: 0.0 };
 
 /// Adds bounces up to `last`, until `enough` says so or a term is no longer finite.
 fn expand(
-    k: &Operator,
+    k: &dyn LinearOperator,
     verdict: Verdict,
     spectrum: Option<Spectrum>,
     last: usize,
@@ -171,7 +171,7 @@ fn expand(
 ) -> Solution {
     let tail = spectrum.as_ref().and_then(|s| TailBound::new(k, s));
     let mut solution = Solution {
-        light: vec![Light::default(); k.len()],
+        light: vec![Light::default(); k.areas().len()],
         terms: Vec::new(),
         bounces: Vec::new(),
         verdict,
@@ -179,7 +179,7 @@ fn expand(
         reflected: 0.0,
         left: Vec::new(),
     };
-    let mut reflected = vec![Light::default(); k.len()];
+    let mut reflected = vec![Light::default(); k.areas().len()];
     for (n, term) in terms(k).take(last.max(1) + 1).enumerate() {
         if n >= 1 {
             add(&mut reflected, &term);
@@ -205,7 +205,7 @@ fn add(sum: &mut [Light], term: &[Light]) {
 }
 
 impl Solution {
-    fn add(&mut self, k: &Operator, n: usize, term: Vec<Light>, tail: Option<&TailBound>) {
+    fn add(&mut self, k: &dyn LinearOperator, n: usize, term: Vec<Light>, tail: Option<&TailBound>) {
         add(&mut self.light, &term);
         let mut bounce = measure(k, n, &term, self.bounces.last().map(|b| b.norm));
         bounce.tail_bound = match tail {
@@ -253,7 +253,7 @@ impl Solution {
     }
 }
 
-pub(crate) fn refuse(k: &Operator, verdict: Verdict, radius: Bounds) -> Diverges {
+pub(crate) fn refuse(k: &dyn LinearOperator, verdict: Verdict, radius: Bounds) -> Diverges {
     Diverges::new(k.reflectances(), k.alphas(), verdict, radius)
 }
 

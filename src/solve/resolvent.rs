@@ -14,7 +14,7 @@
 use glam::Vec4;
 
 use crate::light::{Light, Rgb};
-use crate::operator::{Operator, Spectrum};
+use crate::operator::{LinearOperator, Spectrum};
 
 /// Products with B that z may take, and the size of its last term that ends it.
 const MOST_ONES: usize = 64;
@@ -33,11 +33,11 @@ pub(crate) struct Resolvent {
 
 impl Resolvent {
     /// z, from products with B and a bound on what follows the last, which `after` gives patch by patch.
-    pub fn new(k: &Operator, b: &[Vec4], after: impl Fn(&[Light]) -> Option<Vec<Light>>) -> Resolvent {
+    pub fn new(k: &dyn LinearOperator, b: &[Vec4], after: impl Fn(&[Light]) -> Option<Vec<Light>>) -> Resolvent {
         let mut term: Vec<Vec4> = b.iter().map(support).collect();
         let mut rest = vec![Vec4::ZERO; b.len()];
         for _ in 0..MOST_ONES {
-            term = scaled(&k.form_factors().product(&term), b);
+            term = scaled(&k.incident(&term), b);
             for (sum, t) in rest.iter_mut().zip(&term) {
                 *sum += *t;
             }
@@ -57,7 +57,7 @@ impl Resolvent {
             *sum = wide * *sum + left(i).extend(0.0);
         }
         let whole: Vec<Vec4> = rest.iter().zip(b).map(|(r, b)| *r + support(b)).collect();
-        let seen: Vec<Vec4> = k.form_factors().product(&whole);
+        let seen: Vec<Vec4> = k.incident(&whole);
         let rho = k.reflectances().iter();
         let seen: Vec<Vec4> = seen.iter().zip(rho).map(|(f, r)| wide * *f * r.extend(0.0)).collect();
         let areas = k.areas();

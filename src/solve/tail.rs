@@ -23,7 +23,7 @@
 use glam::{DVec3, Vec4};
 
 use crate::light::{Light, Rgb};
-use crate::operator::{Operator, Spectrum};
+use crate::operator::{LinearOperator, Spectrum};
 use crate::solve::resolvent::{Resolvent, scaled, support};
 
 /// Products with B that s may take.
@@ -60,11 +60,11 @@ impl Proof {
 
 impl TailBound {
     /// `None` where the upper bound on the radius is not below 1.
-    pub fn new(k: &Operator, spectrum: &Spectrum) -> Option<TailBound> {
+    pub fn new(k: &dyn LinearOperator, spectrum: &Spectrum) -> Option<TailBound> {
         if spectrum.worst().upper >= 1.0 {
             return None;
         }
-        let b: Vec<Vec4> = (0..k.len()).map(|i| k.passed_on(i).extend(0.0)).collect();
+        let b: Vec<Vec4> = (0..k.areas().len()).map(|i| k.passed_on(i).extend(0.0)).collect();
         let (s, fs) = lift(k, &b, spectrum.channels.map(|c| c.upper));
         let seen = [&spectrum.fx, &fs].map(|f| {
             let rows = f.iter().zip(k.reflectances());
@@ -198,14 +198,14 @@ impl TailBound {
 }
 
 /// s and `F s`: bounces are added until the next one is at most 1 everywhere.
-fn lift(k: &Operator, b: &[Vec4], upper: [f64; 3]) -> (Vec<Vec4>, Vec<Vec4>) {
+fn lift(k: &dyn LinearOperator, b: &[Vec4], upper: [f64; 3]) -> (Vec<Vec4>, Vec<Vec4>) {
     // Half way to 1: mu far above the radius makes t shrink, mu far below 1 keeps the bound tight.
     let mu = DVec3::from_array(upper.map(|u| 0.5 * (1.0 + u))).as_vec3();
     let over = (Rgb::ONE / mu).extend(0.0);
     let mut t: Vec<Vec4> = b.iter().map(support).collect();
     let mut s = t.clone();
     for _ in 0..MOST {
-        let next = scaled(&k.form_factors().product(&t), b);
+        let next = scaled(&k.incident(&t), b);
         t = next.iter().map(|t| *t * over).collect();
         if t.iter().all(|t| t.max_element() <= 1.0) {
             break;
@@ -214,7 +214,7 @@ fn lift(k: &Operator, b: &[Vec4], upper: [f64; 3]) -> (Vec<Vec4>, Vec<Vec4>) {
             *s += *t;
         }
     }
-    let fs = k.form_factors().product(&s);
+    let fs = k.incident(&s);
     (s, fs)
 }
 

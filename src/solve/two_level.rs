@@ -11,11 +11,11 @@
 //! Not handled: patches that the larger level leaves alone; they contribute nothing to the difference.
 
 use crate::light::Light;
-use crate::operator::Operator;
+use crate::operator::LinearOperator;
 
 /// The first `count + 1` terms on the larger patches `parents`, given on the smaller ones, which count by `weights` (areas, or
 /// whatever the patches stand for).
-pub fn coarse_terms(k: &Operator, weights: &[f64], parents: &[u32], count: usize) -> Vec<Vec<Light>> {
+pub fn coarse_terms(k: &dyn LinearOperator, weights: &[f64], parents: &[u32], count: usize) -> Vec<Vec<Light>> {
     let average = Average::new(weights, parents);
     let mut terms = vec![average.of(k.emission())];
     if count > 0 {

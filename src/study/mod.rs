@@ -1,6 +1,9 @@
 //! The questions: how the bounce series runs in each mode, where it converges, how the methods compare in speed and
-//! accuracy, and what light objects exchange. Answers are numbers, and figures drawn by `plot`.
+//! accuracy, and what light objects exchange. Answers are numbers, and, with
+//! the feature `plot`, figures.
 
+#[cfg(feature = "plot")]
+pub(crate) mod bounce_figures;
 pub(crate) mod bounces;
 pub mod compare;
 pub(crate) mod factors;
@@ -9,5 +12,7 @@ pub mod map;
 pub(crate) mod statistics;
 pub mod tradeoff;
 
-pub use bounces::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
+#[cfg(feature = "plot")]
+pub use bounce_figures::{bounce_sheet, bounces_chart, term_name};
+pub use bounces::{bounce_pictures, partial_sums};
 pub use factors::{Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors};

@@ -4,7 +4,7 @@ use std::fmt::{Display, Write as _};
 
 use crate::pictures::{Exposure, Picture, Table, known};
 use crate::plot::{Axis, Chart, Look, Scale, Series, Sheet, Tile, difference_scale, difference_tiles};
-use crate::study::bounces::term_name;
+use crate::study::bounce_figures::term_name;
 use crate::study::compare::comparison::{Comparison, Point};
 use crate::study::compare::verdict::Difference;
 use crate::study::compare::{Method, ORDERS};

@@ -12,6 +12,7 @@
 
 pub(crate) mod arithmetic;
 pub(crate) mod comparison;
+#[cfg(feature = "plot")]
 pub(crate) mod figures;
 pub(crate) mod patchwise;
 pub(crate) mod replicas;
@@ -19,6 +20,7 @@ pub(crate) mod tracing;
 pub(crate) mod verdict;
 
 pub use comparison::{CompareError, Comparison, Plan, Point, Stage, Track, compare};
+#[cfg(feature = "plot")]
 pub use figures::{FigureSheet, error_chart, markdown, order_chart, pairs_table, picture_sheet, points_table, verdict};
 pub use patchwise::{Rung, climb};
 pub use replicas::answers;

@@ -5,12 +5,14 @@
 //!
 //! Not handled: scenes whose frontier lies beyond alpha = 1 at this tau.
 
+#[cfg(feature = "plot")]
 pub(crate) mod charts;
 pub(crate) mod formal;
 pub(crate) mod series;
 pub(crate) mod slice;
 pub(crate) mod spread;
 
+#[cfg(feature = "plot")]
 pub use charts::{series_chart, shooting_chart, spread_chart};
 pub use formal::{Formal, check_dense, formal};
 pub use series::{SeriesRun, Shot, Timing, runs};

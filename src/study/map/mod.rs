@@ -13,12 +13,14 @@
 //!
 //! Not handled: noise of F itself, which the number of rays sets.
 
+#[cfg(feature = "plot")]
 pub(crate) mod contour;
 pub(crate) mod memory;
 pub(crate) mod stability;
 pub(crate) mod survey;
 pub(crate) mod variance;
 
+#[cfg(feature = "plot")]
 pub use contour::MapChart;
 pub use memory::check_crossings;
 pub use stability::{Column, FrontierPoint, GridPoint, Map, TauPoint, map};

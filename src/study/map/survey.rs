@@ -77,7 +77,7 @@ impl Survey {
     /// The spectrum of K at alpha = 1, iterating from `start`.
     pub fn spectrum(&self, tau: f64, start: &[Vec4]) -> Spectrum {
         let f = self.layers.form_factors(tau as f32);
-        spectrum_of(&f, &self.passed, start, &EFFORT)
+        spectrum_of(&|x| f.product(x), &self.passed, start, &EFFORT)
     }
 
     /// The spectrum of `M^(order)` at alpha = 1, in the first channel; that at other alphas is alpha^order times this.
@@ -85,7 +85,7 @@ impl Survey {
         let m = self.layers.moment(tau as f32, &self.largest, order);
         let first = |b: &f32| if *b > 0.0 { Vec4::X } else { Vec4::ZERO };
         let visited: Vec<Vec4> = self.largest.iter().map(first).collect();
-        spectrum_of(&m, &visited, start, &EFFORT)
+        spectrum_of(&|x| m.product(x), &visited, start, &EFFORT)
     }
 
     /// The index p in (1, 2) of the tail of a path's weight at (alpha, tau): alpha^p radius(M^(p)) = 1, to 1e-3.

@@ -10,12 +10,10 @@ use crate::rays::Rays;
 use crate::reference::{TraceSettings, Tracer};
 use crate::render::look::{fields, reflected};
 use crate::render::{
-    Fineness, Seconds, Silent, Wanted, Watch, assemble, check_memory, picture, prepare, ray_shooter, render,
-    render_within,
+    Seconds, Silent, Wanted, Watch, assemble, check_memory, picture, prepare, ray_shooter, render, render_within,
 };
 use crate::scene::Scene;
-use crate::solve::{Diverges, Shooting, neumann};
-use crate::solve::{RaySettings, ShootingSettings};
+use crate::solve::{Diverges, RaySettings, Settings, Shooting, ShootingSettings, neumann};
 use crate::study::tradeoff::{Ladder, Plan, Run};
 
 /// The errors asked for.
@@ -113,7 +111,7 @@ fn fixed(scene: &Scene, plan: &Plan, ladder: Ladder, knobs: Knobs) -> Result<Opt
     let mut clock = Instant::now();
     let (modes, _) = assemble(&p, &[plan.transport], &sampling, &Silent);
     seconds.form_factors = lap(&mut clock);
-    let solution = neumann(&modes[0].operator, &Fineness::default().solve)?;
+    let solution = neumann(&modes[0].operator, &Settings::default())?;
     seconds.solve = lap(&mut clock);
     let gathering = GatherSampling::with_samples(knobs.samples, plan.seed);
     let gathered = render(&p, &modes[0], &solution, plan.size, &gathering, &Silent);

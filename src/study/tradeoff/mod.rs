@@ -13,12 +13,14 @@
 //! Seconds run from the scene's files to the picture in memory. Not handled: series that diverge; errors of the reference
 //! that its standard error does not show (what a patch picture is off in the mean: its estimated error is stated).
 
+#[cfg(feature = "plot")]
 pub(crate) mod figures;
 pub(crate) mod ladders;
 pub(crate) mod sources;
 pub(crate) mod store;
 pub(crate) mod truth;
 
+#[cfg(feature = "plot")]
 pub use figures::{asked_chart, error_chart, points_table, seconds_bars};
 pub use ladders::TOLERANCES;
 pub use sources::Brought;

@@ -129,12 +129,11 @@ impl Kept {
 mod tests {
     use super::*;
     use crate::light::{Mode, Rgb};
-    use crate::scene::LoadOptions;
 
     const SIZE: (usize, usize) = (2, 2);
 
     fn cornell() -> Scene {
-        Scene::open("cornell-box", LoadOptions::default()).unwrap()
+        Scene::open("cornell-box").unwrap()
     }
 
     fn key(scene: &Scene) -> Key {

@@ -1,0 +1,198 @@
+//! K of a scene, stored factored: one sparse F, and alpha and rho of each patch.
+//!
+//! Light as emitted by luminaires goes through the closed form instead ([`LinearOperator::first_bounce`]); everything after
+//! the first bounce goes through F. Not handled: how F and the closed forms are found.
+
+use std::sync::OnceLock;
+
+use glam::Vec4;
+
+use crate::direct::Luminaires;
+use crate::form_factors::{FormFactors, Rows};
+use crate::light::{Light, Rgb, Transport};
+use crate::operator::linear::{LinearOperator, padded, reflected};
+use crate::patches::Patches;
+use crate::scene::Scene;
+
+/// K of one scene and one choice of (alpha, tau), with the E it acts on first.
+#[derive(Debug)]
+pub struct Operator {
+    f: Rows,
+    transposed: OnceLock<Rows>,
+    rho: Vec<Rgb>,
+    alpha: Vec<f32>,
+    areas: Vec<f64>,
+    emission: Vec<Light>,
+    /// Per patch: its emission goes through F, not through the closed form.
+    glows: Vec<bool>,
+    /// `F E` of the luminaires, by closed form.
+    received: Vec<Rgb>,
+}
+
+/// What each patch is made of, under one choice of (alpha, tau).
+#[derive(Clone, Debug)]
+pub struct PatchMaterials {
+    /// Reflectance.
+    pub rho: Vec<Rgb>,
+    /// Interreflection.
+    pub alpha: Vec<f32>,
+    /// `E`.
+    pub emission: Vec<Light>,
+    /// Emits without being a luminaire: its emission goes through F.
+    pub glows: Vec<bool>,
+}
+
+impl PatchMaterials {
+    /// Looks up every patch's material.
+    pub fn new(scene: &Scene, patches: &Patches, luminaires: &Luminaires, transports: &[Transport]) -> PatchMaterials {
+        let of = |i: usize| &scene.materials[patches.materials()[i] as usize];
+        let lamp = |i: usize| luminaires.carries[patches.materials()[i] as usize];
+        let all = 0..patches.len();
+        PatchMaterials {
+            rho: all.clone().map(|i| of(i).rho).collect(),
+            alpha: patches.materials().iter().map(|&m| transports[m as usize].alpha).collect(),
+            emission: all.clone().map(|i| of(i).emitted()).collect(),
+            glows: all.map(|i| of(i).emits() && !lamp(i)).collect(),
+        }
+    }
+
+    /// Patches that reflect: the rows F needs.
+    pub fn receives(&self) -> Vec<bool> {
+        self.rho.iter().map(|r| r.max_element() > 0.0).collect()
+    }
+
+    /// `alpha_i rho_i`, the largest channel.
+    pub fn passed_on(&self) -> Vec<f32> {
+        let pairs = self.alpha.iter().zip(&self.rho);
+        pairs.map(|(alpha, rho)| alpha * rho.max_element()).collect()
+    }
+
+    /// Patches that send through F: what they reflect travels on, or they emit without being a luminaire.
+    pub fn sends(&self) -> Vec<bool> {
+        let passes = |i: usize| self.alpha[i] > 0.0 && self.rho[i].max_element() > 0.0;
+        (0..self.rho.len()).map(|i| passes(i) || self.glows[i]).collect()
+    }
+}
+
+impl Operator {
+    /// Puts K together. `areas` are in the file's units squared; `received` is `F E` of the luminaires.
+    ///
+    /// # Panics
+    /// If the parts do not have one entry a patch.
+    pub fn new(f: FormFactors, materials: PatchMaterials, areas: Vec<f64>, received: Vec<Rgb>) -> Operator {
+        let n = f.rows.len();
+        assert!(materials.rho.len() == n && areas.len() == n && received.len() == n);
+        Operator {
+            f: f.rows,
+            transposed: OnceLock::new(),
+            rho: materials.rho,
+            alpha: materials.alpha,
+            areas,
+            emission: materials.emission,
+            glows: materials.glows,
+            received,
+        }
+    }
+
+    /// Number of patches.
+    pub fn len(&self) -> usize {
+        self.rho.len()
+    }
+
+    /// Whether there are no patches.
+    pub fn is_empty(&self) -> bool {
+        self.rho.is_empty()
+    }
+
+    /// `E`.
+    pub fn emission(&self) -> &[Light] {
+        &self.emission
+    }
+
+    /// Areas of the patches, the file's units squared.
+    pub fn areas(&self) -> &[f64] {
+        &self.areas
+    }
+
+    /// F as stored.
+    pub fn form_factors(&self) -> &Rows {
+        &self.f
+    }
+
+    /// `rho_i`.
+    pub fn reflectance(&self, i: usize) -> Rgb {
+        self.rho[i]
+    }
+
+    /// `rho` of every patch.
+    pub fn reflectances(&self) -> &[Rgb] {
+        &self.rho
+    }
+
+    /// `alpha` of every patch.
+    pub fn alphas(&self) -> &[f32] {
+        &self.alpha
+    }
+
+    /// `F E` of the luminaires by closed form, W/(m² sr); 0 on patches that reflect nothing.
+    pub fn received(&self) -> &[Rgb] {
+        &self.received
+    }
+
+    /// Patches whose emission goes through F; that of all others comes by [`Operator::received`].
+    pub fn glows(&self) -> &[bool] {
+        &self.glows
+    }
+
+    /// F transposed, its row j what patch j sends; made on first use.
+    pub fn transposed(&self) -> &Rows {
+        self.transposed.get_or_init(|| self.f.transposed())
+    }
+
+    /// `alpha_i`.
+    pub fn alpha(&self, i: usize) -> f32 {
+        self.alpha[i]
+    }
+}
+
+impl LinearOperator for Operator {
+    fn areas(&self) -> &[f64] {
+        &self.areas
+    }
+
+    fn reflectances(&self) -> &[Rgb] {
+        &self.rho
+    }
+
+    fn alphas(&self) -> &[f32] {
+        &self.alpha
+    }
+
+    fn emission(&self) -> &[Light] {
+        &self.emission
+    }
+
+    fn incident(&self, x: &[Vec4]) -> Vec<Vec4> {
+        self.f.product(x)
+    }
+
+    fn sent(&self, y: &[Vec4]) -> Vec<Vec4> {
+        self.transposed().product(y)
+    }
+
+    /// Luminaires go by closed form, other emitters by the rows of F.
+    fn first_bounce(&self) -> Vec<Light> {
+        let glow: Vec<Light> = self
+            .emission
+            .iter()
+            .zip(&self.glows)
+            .map(|(e, &glows)| if glows { *e } else { Light::default() })
+            .collect();
+        let from_glow = match self.glows.contains(&true) {
+            true => self.f.product(&padded(&glow)),
+            false => vec![Vec4::ZERO; self.len()],
+        };
+        let total = |i: usize| from_glow[i].truncate() + self.received[i];
+        (0..self.len()).map(|i| reflected(self.rho[i], self.alpha[i], total(i))).collect()
+    }
+}

@@ -1,0 +1,184 @@
+//! The crate's face: pictures and operators of one scene, whose rays and surfaces are built once.
+//!
+//! [`Solver::render`] makes a picture, to a tolerance or with given effort; [`Solver::operator`] hands out K for whatever else is
+//! to be done with it. Not handled: several modes from one cast of rays ([`crate::render::assemble`]), reports of progress
+//! ([`crate::render::Watch`]), and scenes without light, whose pictures are black ([`Scene::require_emission`]).
+
+use std::time::Instant;
+
+use crate::form_factors::Sampling;
+use crate::gather::GatherSampling;
+use crate::light::Transport;
+use crate::operator::Operator;
+use crate::render::assembly::{Assembled, Prepared, Silent, Watch, assemble, prepare};
+use crate::render::look::render;
+use crate::render::memory::{check_memory, usable_memory};
+use crate::render::rendered::{ErrorParts, Rendered};
+use crate::render::solved::Spent;
+use crate::render::tolerance::render_within;
+use crate::render::unfit::Unfit;
+use crate::render::wanted::Wanted;
+use crate::scene::Scene;
+use crate::solve::{Diverges, Settings, neumann};
+
+/// Patches and rays that a picture to a tolerance begins with, about: if these do not fit in memory it is refused.
+pub(crate) const FIRST: Fineness = Fineness { patches: 1000, rays: 128 };
+
+/// How finely a scene is cut into patches, and how many rays each of them casts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fineness {
+    /// About how many patches; never fewer than the scene has faces.
+    pub patches: usize,
+    /// Hemisphere rays from each patch.
+    pub rays: u32,
+}
+
+impl Default for Fineness {
+    fn default() -> Self {
+        Fineness { patches: 4000, rays: Sampling::default().rays }
+    }
+}
+
+impl Fineness {
+    /// The rays to cast from the patches, scrambled by `seed`.
+    pub fn sampling(self, seed: u32) -> Sampling {
+        Sampling { rays: self.rays, seed, ..Sampling::default() }
+    }
+}
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum RenderError {
+    /// The bounce series is not proved to converge.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Diverges(#[from] Diverges),
+    /// K would not fit in memory.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Memory(#[from] Unfit),
+}
+
+/// A scene with its rays and surfaces, ready to be rendered in any mode. What it answers does not depend on what it was asked
+/// before.
+pub struct Solver {
+    prepared: Prepared,
+    seed: u32,
+}
+
+impl Solver {
+    /// Builds the ray hierarchy and finds the surfaces of a scene. Four fifths of the memory that is free may be used.
+    pub fn new(scene: &Scene) -> Solver {
+        let mut prepared = prepare(scene.clone(), FIRST.patches);
+        prepared.memory = usable_memory();
+        Solver { prepared, seed: 0 }
+    }
+
+    /// Chooses the scrambling of all sample points: a seed gives the same bits on any number of threads.
+    pub fn seed(mut self, seed: u32) -> Solver {
+        self.seed = seed;
+        self
+    }
+
+    /// Bytes of memory that K may take.
+    pub fn memory(mut self, bytes: f64) -> Solver {
+        self.prepared.memory = bytes;
+        self
+    }
+
+    /// Asks for the picture of a mode, so many pixels across and down, from the scene's camera.
+    pub fn render(&mut self, mode: impl Into<Transport>, size: (usize, usize)) -> Request<'_> {
+        Request { transport: mode.into(), size, solver: self }
+    }
+
+    /// K of a mode with the E it acts on: `L = E + K L`, one equation for each patch, half and channel.
+    ///
+    /// # Errors
+    /// [`Unfit`] where K would not fit in memory, with the number of patches that would.
+    pub fn operator(&mut self, mode: impl Into<Transport>, fineness: Fineness) -> Result<Operator, Unfit> {
+        let mut spent = Spent::default();
+        Ok(self.assembled(mode.into(), fineness, &mut spent)?.operator)
+    }
+
+    fn assembled(&mut self, transport: Transport, fineness: Fineness, spent: &mut Spent) -> Result<Assembled, Unfit> {
+        let p = &mut self.prepared;
+        p.recut(fineness.patches);
+        let sampling = fineness.sampling(self.seed);
+        check_memory(p, &[transport], &sampling, p.memory)?;
+        let clock = Instant::now();
+        let (mut modes, rays) = assemble(p, &[transport], &sampling, &Silent);
+        spent.seconds.form_factors = clock.elapsed().as_secs_f64();
+        spent.rays = rays;
+        Ok(modes.remove(0))
+    }
+}
+
+/// A picture that is asked for; what is left to say is how good it is to be.
+#[must_use = "nothing is rendered until a tolerance or an effort is given"]
+pub struct Request<'a> {
+    solver: &'a mut Solver,
+    transport: Transport,
+    size: (usize, usize),
+}
+
+impl Request<'_> {
+    /// The picture with an estimated relative RMS error of at most `tolerance`, such as 0.01; patches and rays follow from it.
+    ///
+    /// Where memory or detail end the search before, `error.total` of the picture says so.
+    ///
+    /// # Errors
+    /// [`RenderError`] where the series is not proved to converge, or not even a coarse K fits in memory.
+    pub fn tolerance(self, tolerance: f64) -> Result<Rendered, RenderError> {
+        let Solver { prepared, seed } = self.solver;
+        prepared.recut(FIRST.patches);
+        check_memory(prepared, &[self.transport], &FIRST.sampling(*seed), prepared.memory)?;
+        let wanted = Wanted { tolerance, size: self.size, seed: *seed };
+        Ok(render_within(prepared, self.transport, &wanted, &Silent)?)
+    }
+
+    /// The picture on patches of a fineness, with about `samples` hemisphere rays for each pixel; its error is not estimated.
+    ///
+    /// # Errors
+    /// [`RenderError`] where the series is not proved to converge, or K does not fit in memory.
+    pub fn fineness(self, fineness: Fineness, samples: u32) -> Result<Rendered, RenderError> {
+        let mut spent = Spent::default();
+        let mode = self.solver.assembled(self.transport, fineness, &mut spent)?;
+        let sampling = GatherSampling::with_samples(samples, self.solver.seed);
+        Ok(render_fixed(&self.solver.prepared, &mode, self.size, &sampling, spent, &Silent)?)
+    }
+}
+
+/// Solves an assembled mode and renders it with given effort: of its errors none is known. `spent` is what assembly took.
+///
+/// # Errors
+/// [`Diverges`] where the spectral radius is not proved to be below 1.
+pub(crate) fn render_fixed(
+    p: &Prepared,
+    mode: &Assembled,
+    size: (usize, usize),
+    sampling: &GatherSampling,
+    mut spent: Spent,
+    watch: &dyn Watch,
+) -> Result<Rendered, Diverges> {
+    let clock = Instant::now();
+    let solution = neumann(&mode.operator, &Settings::default())?;
+    spent.seconds.solve = clock.elapsed().as_secs_f64();
+    let clock = Instant::now();
+    let gathered = render(p, mode, &solution, size, sampling, watch);
+    spent.seconds.gather = clock.elapsed().as_secs_f64();
+    spent.seconds.patches = p.seconds;
+    spent.seconds.sum();
+    Ok(Rendered {
+        picture: gathered.total(),
+        error: ErrorParts::default(),
+        seconds: spent.seconds,
+        patches: p.patches.len(),
+        rays: spent.rays + gathered.rays,
+        radius: solution.radius,
+        verdict: solution.verdict,
+        closure: mode.closure,
+        backs: gathered.backs,
+        sees: gathered.sees,
+        standard_error: gathered.standard_error,
+    })
+}
