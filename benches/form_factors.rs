@@ -5,7 +5,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use halflight::direct::{Occlusion, Sight, receive_emitted};
+use halflight::direct::{Lighting, Occlusion, Sight, receive_emitted};
 use halflight::form_factors::{Sampling, Variant, cast};
 use halflight::light::Transport;
 use halflight::render::{Prepared, prepare};
@@ -30,7 +30,6 @@ fn variants(p: &Prepared, taus: &[f32]) -> Vec<Variant> {
 
 fn rows(c: &mut Criterion) {
     let p = cornell();
-    let path = (&p.rays, &p.patches);
     let sampling = Sampling::default();
     let mut group = c.benchmark_group("form_factors");
     group.sample_size(10).throughput(Throughput::Elements(p.patches.len() as u64));
@@ -39,19 +38,20 @@ fn rows(c: &mut Criterion) {
     {
         let variants = variants(&p, taus);
         group.bench_function(name, |b| {
-            b.iter(|| cast(&p.scene, path, black_box(&variants), &sampling, &|_| ()));
+            b.iter(|| cast(&p.rays, &p.patches, black_box(&variants), &sampling, &|_| ()));
         });
     }
     let receives = vec![true; p.patches.len()];
     let opaque = p.scene.transports(Transport { alpha: 1.0, tau: 0.0 });
-    let cut = Sight::new(&p.scene, path, &p.luminaires, &opaque, &receives);
+    let cut = Sight::new(&p.scene, &p.rays, &p.patches, &p.luminaires, &opaque, &receives);
     for (name, sight) in [
         ("emitted, shadows by rays", Occlusion::Opaque.into()),
         ("emitted, shadows cut out", cut),
         ("emitted, nothing occludes", Occlusion::Nothing.into()),
     ] {
         group.bench_function(name, |b| {
-            b.iter(|| receive_emitted(path, &p.luminaires, black_box(&sight), &receives, &sampling, &|_| ()));
+            let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
+            b.iter(|| receive_emitted(black_box(&lighting), &p.patches, &receives, &sampling, &|_| ()));
         });
     }
     group.finish();

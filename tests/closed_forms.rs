@@ -9,10 +9,11 @@ use std::f64::consts::PI;
 
 use common::{builtin, mean_and_error};
 use glam::DVec3;
-use halflight::direct::{Between, DirectSum, Luminaires, Occlusion, Receiver, Scratch, Sight, gather_luminaire};
+use halflight::direct::{Between, DirectSum, Lamp, Lighting, Luminaires, Occlusion, Scratch};
 use halflight::form_factors::point_to_polygon;
 use halflight::rays::Rays;
 use halflight::rays::sobol::Sobol;
+use halflight::surfaces::SurfacePoint;
 use serde_json::Value;
 
 /// x and z of the corners of the Cornell box's lamp.
@@ -26,7 +27,7 @@ fn direct_irradiance_of_the_cornell_box() {
     let points: Value = serde_json::from_str(include_str!("data/cornell/irradiance_points.json")).unwrap();
     let mut whole = 0;
     for point in points.as_array().unwrap() {
-        let receiver = Receiver {
+        let receiver = SurfacePoint {
             position: scene.frame.to_unit(vector(&point["pos"])).as_vec3(),
             normal: vector(&point["normal"]).as_vec3(),
             face: point["tri"].as_u64().unwrap() as u32,
@@ -47,16 +48,9 @@ fn direct_irradiance_of_the_cornell_box() {
             let sobol = Sobol::new(1024, 2);
             let draw = (0..1024usize).map(|k| (sobol.point(k as u32, 0, seed), sobol.point(k as u32, 1, seed)));
             let mut sum = DirectSum::default();
-            let sight = Sight::from(Occlusion::Opaque);
-            gather_luminaire(
-                &mut sum,
-                DVec3::ONE,
-                &receiver,
-                (luminaire, Between::Unknown),
-                (&rays, &sight),
-                draw,
-                &mut Scratch::default(),
-            );
+            let lighting = Lighting { rays: &rays, luminaires: &luminaires, sight: &Occlusion::Opaque.into() };
+            let lamp = Lamp { luminaire, between: Between::Unknown };
+            lighting.gather_luminaire(lamp, &receiver, DVec3::ONE, draw, &mut Scratch::default(), &mut sum);
             (unit * sum.estimate()).x
         };
         let found: Vec<f64> = (0..8).map(estimate).collect();

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use common::{Facing, Mesh, all_of_f, assemble_one, builtin, grey, mean_and_error, random, sampling};
 use glam::{DQuat, DVec3, EulerRot};
-use halflight::direct::{Occlusion, receive_emitted};
+use halflight::direct::{Lighting, Occlusion, receive_emitted};
 use halflight::form_factors::{Sampling, Variant, cast, cast_counts, closure, reciprocity};
 use halflight::light::{Mode, Rgb};
 use halflight::operator::LinearOperator;
@@ -135,9 +135,10 @@ fn light_as_emitted_is_what_hemisphere_rays_find_of_the_lamp() {
     };
     let from_emitted = |seed: u32| {
         let sampling = Sampling { emitter_rays: 512, ..sampling(1, seed) };
-        let path = (&p.rays, &p.patches);
         let receives = vec![true; n];
-        let (found, _) = receive_emitted(path, &p.luminaires, &Occlusion::Opaque.into(), &receives, &sampling, &|_| ());
+        let sight = Occlusion::Opaque.into();
+        let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
+        let (found, _) = receive_emitted(&lighting, &p.patches, &receives, &sampling, &|_| ());
         let radiance = f64::from(p.luminaires.list[0].radiance.x);
         found.iter().map(|l| f64::from(l.x) / radiance).collect::<Vec<f64>>()
     };
@@ -167,13 +168,11 @@ fn rows_with_more_rays_are_those_of_a_cast_with_more_rays() {
     let p = prepare(builtin("cornell-box"), 120);
     let n = p.patches.len();
     let variant = [Variant { tau: vec![0.0; p.scene.materials.len()], rows: vec![true; n], columns: vec![true; n] }];
-    let path = (&p.rays, &p.patches);
     let counts: Vec<u32> = (0..n as u32).map(|i| 64 << (i % 3)).collect();
-    let uneven = (&sampling(64, 5), &counts[..]);
-    let (found, rays) = cast_counts(&p.scene, path, &variant, uneven, &|_| ());
+    let (found, rays) = cast_counts(&p.rays, &p.patches, &variant, &sampling(64, 5), &counts, &|_| ());
     assert_eq!(rays, counts.iter().map(|&c| u64::from(c)).sum::<u64>());
     for k in 0..3 {
-        let (all, _) = cast(&p.scene, path, &variant, &sampling(64 << k, 5), &|_| ());
+        let (all, _) = cast(&p.rays, &p.patches, &variant, &sampling(64 << k, 5), &|_| ());
         for i in (k..n).step_by(3) {
             assert_eq!(found[0].rows.row(i), all[0].rows.row(i));
         }

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use common::{Facing, Mesh, all_of_f, grey, mean_and_error, sampling};
 use glam::{DQuat, DVec3};
-use halflight::direct::{Occlusion, receive_emitted};
+use halflight::direct::{Lighting, Occlusion, receive_emitted};
 use halflight::form_factors::{Sampling, point_to_polygon};
 use halflight::light::Rgb;
 use halflight::render::{Prepared, prepare};
@@ -79,8 +79,9 @@ fn emitted(p: &Prepared, occlusion: &Occlusion, only: impl Fn(usize) -> bool) ->
     let receives: Vec<bool> = (0..p.patches.len()).map(|i| materials[i] == 0 && only(i)).collect();
     let one = |seed: u32| {
         let sampling = Sampling { emitter_rays: 256, ..sampling(1, seed) };
-        let path = (&p.rays, &p.patches);
-        let (light, _) = receive_emitted(path, &p.luminaires, &occlusion.clone().into(), &receives, &sampling, &|_| ());
+        let sight = occlusion.clone().into();
+        let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
+        let (light, _) = receive_emitted(&lighting, &p.patches, &receives, &sampling, &|_| ());
         let (mut sum, mut area) = (0.0, 0.0);
         for i in (0..light.len()).filter(|&i| receives[i]) {
             let a = p.patches.areas()[i];

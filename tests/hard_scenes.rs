@@ -6,7 +6,7 @@ mod common;
 use std::path::Path;
 
 use common::{Silent, assemble_one, builtin, sampling};
-use halflight::direct::{DirectSum, Lighting, Receiver, Scratch, gather_luminaire};
+use halflight::direct::{DirectSum, Lighting, Scratch};
 use halflight::gather::{Fields, Reading, View, Walks};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, read_picture, relative_rms};
@@ -144,21 +144,18 @@ fn light_that_is_asked_with_single_rays_is_that_of_many_rays() {
     let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &mode.sight };
     let (mut scratch, mut random) = (Scratch::default(), Stream::new(7));
     for patch in (0..p.patches.len()).step_by(23) {
-        let at = p.patches.point(patch, 0.4, 0.6);
-        let receiver = Receiver { position: at.position, normal: at.normal, face: at.face };
+        let receiver = p.patches.point(patch, 0.4, 0.6);
         let asked: Vec<f64> =
             (0..4096).map(|_| lighting.ask(&receiver, patch as u32, &mut random, &mut scratch, &mut 0).x).collect();
         let (mean, error) = common::mean_and_error(&asked);
         let mut many = 0.0;
-        for (l, luminaire) in p.luminaires.list.iter().enumerate() {
+        for l in 0..p.luminaires.list.len() {
             let mut sum = DirectSum::default();
             let draws = (0..16384).map(|_| (random.uniform(), random.uniform()));
             let draws: Vec<(f32, f32)> = draws.collect();
-            let lamp = (luminaire, mode.sight.shafts.between(patch as u32, l));
-            let path = (&p.rays, &*mode.sight);
-            let one = glam::DVec3::ONE;
-            gather_luminaire(&mut sum, one, &receiver, lamp, path, draws.into_iter(), &mut scratch);
-            many += sum.estimate().x * f64::from(luminaire.radiance.x);
+            let (lamp, one) = (lighting.lamp(l, patch as u32), glam::DVec3::ONE);
+            lighting.gather_luminaire(lamp, &receiver, one, draws.into_iter(), &mut scratch, &mut sum);
+            many += sum.estimate().x * f64::from(lamp.luminaire.radiance.x);
         }
         // The many rays have half the error of the single ones.
         assert!((mean - many).abs() <= 5.0 * error + 1e-6 * many, "{patch}: {mean} {many} {error}");

@@ -1,4 +1,4 @@
-//! Many luminaires: what links find against the sum over all of them, on patches and in pictures, in one thread and in two.
+//! Many luminaires: what light cuts find against the sum over all of them, on patches and in pictures, in one thread and in two.
 
 mod common;
 
@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use common::{Facing, Mesh, grey};
 use glam::DVec3;
-use halflight::direct::{Luminaires, Occlusion, Sight, receive_emitted};
+use halflight::direct::{Lighting, Luminaires, Occlusion, Sight, receive_emitted};
 use halflight::form_factors::Sampling;
 use halflight::gather::{Fields, GatherSampling, Gathering, View, gather};
 use halflight::light::{Mode, Rgb};
@@ -25,7 +25,7 @@ enum Lamps {
 /// A room of 4 by 4 by 2.4 with a box, and `side`² lamps below its ceiling.
 fn room(side: u32, lamps: Lamps) -> Prepared {
     let prepared = prepare(scene(side, lamps), 200);
-    // Fewer are asked each, without links.
+    // Fewer are asked each, without cuts.
     assert!(prepared.luminaires.list.len() > 16);
     prepared
 }
@@ -66,14 +66,14 @@ fn scene(side: u32, lamps: Lamps) -> Scene {
 fn receive(p: &Prepared, mode: Mode, general: bool, rays: u32, seed: u32) -> Vec<Rgb> {
     let transports = p.scene.transports(mode.transport());
     let receives: Vec<bool> = p.patches.materials().iter().map(|&m| m == 0).collect();
-    let path = (&p.rays, &p.patches);
     let lamps: &Luminaires = &p.luminaires;
     let sight = match general {
         true => Occlusion::new(&p.rays, &transports).into(),
-        false => Sight::new(&p.scene, path, lamps, &transports, &receives),
+        false => Sight::new(&p.scene, &p.rays, &p.patches, lamps, &transports, &receives),
     };
     let sampling = Sampling { rays: 1, emitter_rays: rays, seed };
-    receive_emitted(path, lamps, &sight, &receives, &sampling, &|_| ()).0
+    let lighting = Lighting { rays: &p.rays, luminaires: lamps, sight: &sight };
+    receive_emitted(&lighting, &p.patches, &receives, &sampling, &|_| ()).0
 }
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {

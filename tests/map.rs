@@ -128,9 +128,8 @@ fn assert_same(a: &Rows, b: &Rows) {
 fn layers_give_the_form_factors_of_every_tau() {
     let p = prepare(plain(), 200);
     let all = vec![true; p.patches.len()];
-    let path = (&p.rays, &p.patches);
     let own = [1.0; 3];
-    let (layers, rays) = cast_layers(&p.scene, path, (&all, &all), &own, &sampling(64, 3), &|_| ());
+    let (layers, rays) = cast_layers(&p.rays, &p.patches, &all, &all, &own, &sampling(64, 3), &|_| ());
     assert_eq!(rays, 64 * p.patches.len() as u64);
     assert!(layers.deepest() >= 4);
     for tau in [0.0, 0.3, 1.0] {

@@ -4,7 +4,7 @@ mod common;
 
 use common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling};
 use glam::{DQuat, DVec3};
-use halflight::direct::{Occlusion, receive_emitted};
+use halflight::direct::{Lighting, Occlusion, receive_emitted};
 use halflight::form_factors::Sampling;
 use halflight::light::{Light, Mode, Rgb};
 use halflight::operator::LinearOperator;
@@ -105,8 +105,9 @@ fn a_transmitting_thing_leaves_the_same_direct_light_patch_by_patch() {
     let receive = |occlusion: &Occlusion| {
         let receives = vec![true; p.patches.len()];
         let sampling = Sampling { emitter_rays: 16, ..sampling(1, 0) };
-        let path = (&p.rays, &p.patches);
-        receive_emitted(path, &p.luminaires, &occlusion.clone().into(), &receives, &sampling, &|_| ()).0
+        let sight = occlusion.clone().into();
+        let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
+        receive_emitted(&lighting, &p.patches, &receives, &sampling, &|_| ()).0
     };
     let (partial, bare) = (Occlusion::Partial(vec![0.0, 0.0, 1.0, 0.0]), Occlusion::Nothing);
     for (i, (a, b)) in receive(&partial).into_iter().zip(receive(&bare)).enumerate() {

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Silent, all_of_f, assemble_one, builtin, mean_and_error, sampling, transport};
-use halflight::direct::{Occlusion, Sight, receive_emitted};
+use halflight::direct::{Lighting, Occlusion, Sight, receive_emitted};
 use halflight::form_factors::{FormFactors, Sampling, Variant, cast};
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::operator::{LinearOperator, Operator, PatchMaterials};
@@ -35,8 +35,9 @@ fn occlusion_shortcuts_agree_with_the_general_case() {
     let receive = |occlusion: &Occlusion| {
         let receives = vec![true; p.patches.len()];
         let sampling = Sampling { emitter_rays: 16, ..sampling(1, 0) };
-        let path = (&p.rays, &p.patches);
-        receive_emitted(path, &p.luminaires, &occlusion.clone().into(), &receives, &sampling, &|_| ()).0
+        let sight = occlusion.clone().into();
+        let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
+        receive_emitted(&lighting, &p.patches, &receives, &sampling, &|_| ()).0
     };
     let tau = |t: f32| Occlusion::Partial(vec![t; p.scene.materials.len()]);
     // sum/sum is 1 exactly where every ray arrives: only patches whose drawn points all see nothing may differ, and
@@ -51,14 +52,14 @@ fn occlusion_shortcuts_agree_with_the_general_case() {
 fn shadows_cut_out_are_those_that_rays_find() {
     for (name, tau) in [("cornell-box", 0.0), ("cornell-box", 0.5), ("two-rooms", 0.0), ("furnished-room", 0.25)] {
         let p = prepare(builtin(name), 300);
-        let path = (&p.rays, &p.patches);
         let receives = vec![true; p.patches.len()];
         let transports = p.scene.transports(Transport { alpha: 1.0, tau });
         let receive = |sight: &Sight, rays: u32, seed: u32| {
             let sampling = Sampling { emitter_rays: rays, ..sampling(1, seed) };
-            receive_emitted(path, &p.luminaires, sight, &receives, &sampling, &|_| ())
+            let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight };
+            receive_emitted(&lighting, &p.patches, &receives, &sampling, &|_| ())
         };
-        let sight = Sight::new(&p.scene, path, &p.luminaires, &transports, &receives);
+        let sight = Sight::new(&p.scene, &p.rays, &p.patches, &p.luminaires, &transports, &receives);
         let drawn = Sight::from(Occlusion::new(&p.rays, &transports));
         let bare = receive(&Occlusion::Nothing.into(), 64, 0).0;
         const REPLICAS: u32 = 8;
@@ -103,10 +104,10 @@ fn alpha_zero_without_rows_is_alpha_zero_with_rows() {
         let short = assemble_one(&p, mode.transport(), &sampling(128, 0));
         let materials = PatchMaterials::new(&p.scene, &p.patches, &p.luminaires, &transports);
         let f: FormFactors = all_of_f(&p, mode.transport().tau, &sampling(128, 0));
-        let path = (&p.rays, &p.patches);
         let receives = materials.receives();
-        let sight = Sight::new(&p.scene, path, &p.luminaires, &transports, &receives);
-        let (received, _) = receive_emitted(path, &p.luminaires, &sight, &receives, &sampling(128, 0), &|_| ());
+        let sight = Sight::new(&p.scene, &p.rays, &p.patches, &p.luminaires, &transports, &receives);
+        let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
+        let (received, _) = receive_emitted(&lighting, &p.patches, &receives, &sampling(128, 0), &|_| ());
         let long = Operator::new(f, materials, short.operator.areas().to_vec(), received);
         let found = neumann(&long, &Settings::default()).expect("ends");
         assert_eq!(found.light, solve(&short).light, "{mode}");
@@ -121,7 +122,7 @@ fn opaque_rows_by_the_first_hit_are_those_by_all_crossings() {
     let n = p.patches.len();
     let variant =
         |tau: f32| Variant { tau: vec![tau; p.scene.materials.len()], rows: vec![true; n], columns: vec![true; n] };
-    let both = |variants: &[Variant]| cast(&p.scene, (&p.rays, &p.patches), variants, &sampling(512, 0), &|_| ()).0;
+    let both = |variants: &[Variant]| cast(&p.rays, &p.patches, variants, &sampling(512, 0), &|_| ()).0;
     let first = both(&[variant(0.0)]).remove(0);
     let all = both(&[variant(0.0), variant(1.0)]).remove(0);
     assert!(first.rows == all.rows);

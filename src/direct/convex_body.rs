@@ -4,8 +4,6 @@
 
 use glam::DVec3;
 
-use crate::direct::convex_luminaires::NONE;
-use crate::direct::luminaire::Luminaire;
 use crate::form_factors::geometry::shadow::Caster;
 use crate::patches::Patches;
 use crate::rays::Side;
@@ -20,8 +18,8 @@ pub(crate) const FLAT: f64 = 1e-6;
 pub(crate) struct Body {
     pub corners: Vec<DVec3>,
     pub plane: Option<(DVec3, f64)>,
-    /// The convex lamp it is a part of, or [`NONE`].
-    pub part: u32,
+    /// The convex lamp it is a part of, if of one.
+    pub part: Option<u32>,
 }
 
 /// A patch's corners, counter-clockwise seen from the side it lies on.
@@ -36,7 +34,7 @@ pub(crate) fn patch_body(patches: &Patches, i: usize) -> Option<Body> {
 impl Body {
     /// `None` where there are too many corners.
     pub fn new(corners: impl Iterator<Item = DVec3>) -> Option<Body> {
-        let mut body = Body { corners: Vec::new(), plane: None, part: NONE };
+        let mut body = Body { corners: Vec::new(), plane: None, part: None };
         let mut area = DVec3::ZERO;
         let all: Vec<DVec3> = corners.collect();
         for t in all.chunks_exact(3) {
@@ -56,16 +54,6 @@ impl Body {
         (body.corners.len() <= MOST_CORNERS).then_some(body)
     }
 
-    /// The body of a luminaire, a box where it has too many corners.
-    pub fn of_lamp(luminaire: &Luminaire) -> Body {
-        let body = Body::new(luminaire.corners()).unwrap_or_else(|| {
-            let (low, high) = bounds(&luminaire.corners().collect::<Vec<_>>());
-            Body::of_box(low, high)
-        });
-        let part = luminaire.part;
-        Body { part, ..body }
-    }
-
     /// Mean of the corners, a point of the body.
     pub fn middle(&self) -> DVec3 {
         self.corners.iter().sum::<DVec3>() / self.corners.len() as f64
@@ -81,7 +69,7 @@ impl Body {
                 corners.push(p);
             }
         }
-        Body { corners, plane: None, part: NONE }
+        Body { corners, plane: None, part: None }
     }
 
     /// The plane that this and another body lie in, if in one.
@@ -93,7 +81,7 @@ impl Body {
     /// Whether a caster may hide the front of the body: it rises above its plane, and is not of the same convex lamp, no face
     /// of which hides another from where that one's front is seen.
     pub fn reached_by(&self, caster: &Caster) -> bool {
-        if caster.part != NONE && caster.part == self.part {
+        if caster.part.is_some() && caster.part == self.part {
             return false;
         }
         let Some((normal, offset)) = self.plane else {
@@ -104,8 +92,7 @@ impl Body {
 }
 
 /// The least box around points.
-pub(crate) fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
+pub(crate) fn bounds(points: impl IntoIterator<Item = DVec3>) -> (DVec3, DVec3) {
     let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let grow = |(low, high): (DVec3, DVec3), p: &DVec3| (low.min(*p), high.max(*p));
-    points.iter().fold(none, grow)
+    points.into_iter().fold(none, |(low, high), p| (low.min(p), high.max(p)))
 }

@@ -7,24 +7,22 @@
 
 use glam::DVec3;
 
-use crate::direct::luminaire_parts::connected;
 use crate::scene::Scene;
+use crate::surfaces::connected::connected;
 
-/// No convex lamp.
-pub(crate) const NONE: u32 = u32::MAX;
 /// Faces times corners of one lamp at most: a fifth of a second.
 const MOST_TESTS: usize = 200_000_000;
 /// Heights below this lie in the plane: a few roundings of unit coordinates.
 const FLAT: f64 = 1e-6;
 
-/// Of each face of the scene the number of the convex lamp it belongs to, or [`NONE`]; empty where there is no such lamp.
-pub(crate) fn convex_parts(scene: &Scene, groups: &[Vec<u32>]) -> Vec<u32> {
+/// Of each face of the scene the number of the convex lamp it belongs to, if to one; empty where there is no such lamp.
+pub(crate) fn convex_parts(scene: &Scene, groups: &[Vec<u32>]) -> Vec<Option<u32>> {
     let (mut parts, mut count) = (Vec::new(), 0);
-    for faces in groups.iter().flat_map(|g| connected(scene, g.clone())) {
+    for faces in groups.iter().flat_map(|g| connected(scene, g, |_| ())) {
         // What lies in one plane has no use for this: no caster rises above it there anyway.
         if faces.len() > 2 && is_convex(scene, &faces) {
-            parts.resize(scene.faces.len(), NONE);
-            faces.iter().for_each(|&f| parts[f as usize] = count);
+            parts.resize(scene.faces.len(), None);
+            faces.iter().for_each(|&f| parts[f as usize] = Some(count));
             count += 1;
         }
     }
@@ -64,11 +62,11 @@ mod tests {
             .collect();
         let parts = convex_parts(&scene, &groups);
         for (faces, name) in groups.iter().zip(&scene.objects) {
-            let found = faces.iter().filter(|&&f| parts[f as usize] != NONE).count();
+            let found = faces.iter().filter(|&&f| parts[f as usize].is_some()).count();
             let radius = |&f: &u32| scene.corners(f)[0].length();
             let ball = faces.iter().all(|f| radius(f) < 0.75);
             assert_eq!(found, if ball { faces.len() } else { 0 }, "{name}");
         }
-        assert!(parts.iter().any(|&p| p != NONE));
+        assert!(parts.iter().any(|&p| p.is_some()));
     }
 }

@@ -1,4 +1,4 @@
-//! Light as emitted at one receiver, from many luminaires, by its patch's links.
+//! Light as emitted at one receiver, from many luminaires, by its patch's light cut.
 //!
 //! ```text
 //! sum over what is surely seen + sum over closed forms + sum over nodes e of c_e F_e L_e
@@ -9,20 +9,20 @@
 //! and where it is wrong the draws make up for it. The first and third sum are one polynomial on a flat patch.
 //!
 //! Not handled: receivers off their patch; a luminaire by closed form whose shadows are too ragged costs one ray and its
-//! ratio's bias, as without links.
+//! ratio's bias, as elsewhere.
 
 use glam::{DVec3, Vec3};
 
-use crate::direct::light_cut::{Chance, Link, Links, light};
-use crate::direct::light_sampling::draw;
+use crate::direct::light_cut::{LightCut, LightCuts, light};
+use crate::direct::light_sampling::{Chance, draw};
 use crate::direct::luminaire::Luminaires;
-use crate::direct::receive::{DirectSum, Receiver, Scratch, gather_luminaire};
+use crate::direct::ratio_estimator::{DirectSum, Lamp, Scratch};
 use crate::direct::shaft_culling::Between;
-use crate::direct::visibility::Sight;
-use crate::rays::Rays;
-use crate::rays::sobol::hash;
+use crate::direct::visibility::Lighting;
+use crate::rays::sobol::{fraction, hash};
+use crate::surfaces::SurfacePoint;
 
-impl Links {
+impl LightCuts {
     /// How many luminaires to draw at a receiver on a patch.
     pub fn draws(&self, patch: u32) -> u32 {
         self.of(patch as usize).draws
@@ -31,38 +31,31 @@ impl Links {
     /// `sum over luminaires of F_l L_l` at a receiver on a patch, and the rays cast; points (u, v) choose what is drawn.
     pub fn gather(
         &self,
-        (receiver, patch): (&Receiver, u32),
-        luminaires: &Luminaires,
-        (rays, sight): (&Rays, &Sight),
+        lighting: &Lighting,
+        receiver: &SurfacePoint,
+        patch: u32,
         points: impl ExactSizeIterator<Item = (f32, f32)>,
         scratch: &mut Scratch,
     ) -> (DVec3, u64) {
-        let link = self.of(patch as usize);
-        let mut sum = self.seen(link, luminaires, receiver);
+        let cut = self.of(patch as usize);
+        let mut sum = self.seen(cut, lighting.luminaires, receiver);
         let mut cast = 0;
-        for (l, faces) in &link.exact {
-            let between = match faces[..] {
-                [] => Between::Nothing,
-                _ => Between::Faces(faces),
-            };
-            let lamp = &luminaires.list[*l as usize];
+        for (l, faces) in &cut.exact {
+            let between = if faces.is_empty() { Between::Nothing } else { Between::Faces(faces) };
+            let lamp = Lamp { luminaire: &lighting.luminaires.list[*l as usize], between };
             let mut own = DirectSum::default();
             let point = std::iter::once(somewhere(receiver.position, *l));
-            let path = (rays, sight);
-            let lamps = (lamp, between);
-            cast += gather_luminaire(&mut own, DVec3::ONE, receiver, lamps, path, point, scratch);
-            sum += own.estimate() * lamp.radiance.as_dvec3();
+            cast += lighting.gather_luminaire(lamp, receiver, DVec3::ONE, point, scratch, &mut own);
+            sum += own.estimate() * lamp.luminaire.radiance.as_dvec3();
         }
         let share = 1.0 / points.len().max(1) as f64;
         for (u, v) in points {
-            let Some((picked, chance, u)) = pick(link, u) else {
+            let Some((picked, chance, u)) = pick(cut, u) else {
                 break;
             };
-            let (x, n) = (receiver.position, receiver.normal);
-            if let Some(drawn) = draw(&self.lamps, luminaires, picked.node, (u, v), x, n) {
-                let from = (x, Some(receiver.face));
-                let to = (drawn.position, Some(drawn.face));
-                let arrived = sight.occlusion.transmittance(rays, from, to, scratch.hits());
+            if let Some(drawn) = draw(&self.tree, lighting.luminaires, picked.node, receiver, (u, v)) {
+                let occlusion = &lighting.sight.occlusion;
+                let arrived = occlusion.transmittance(lighting.rays, receiver.end(), drawn.end, scratch.hits());
                 let beyond = f64::from(arrived) - picked.expected;
                 sum += drawn.light * (beyond * share / chance);
                 cast += 1;
@@ -72,12 +65,12 @@ impl Links {
     }
 
     /// What is surely seen.
-    fn seen(&self, link: &Link, luminaires: &Luminaires, receiver: &Receiver) -> DVec3 {
+    fn seen(&self, cut: &LightCut, luminaires: &Luminaires, receiver: &SurfacePoint) -> DVec3 {
         let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
-        if let Some(tiles) = &link.smooth {
-            return tiles.at(x);
+        match &cut.smooth {
+            Some(tiles) => tiles.at(x),
+            None => light(&self.tree, luminaires, &cut.seen, x, n),
         }
-        light((&self.lamps, luminaires), &link.seen, x, n)
     }
 }
 
@@ -85,18 +78,17 @@ impl Links {
 fn somewhere(x: Vec3, luminaire: u32) -> (f32, f32) {
     let place = x.to_array().map(f32::to_bits);
     let seed = place.into_iter().fold(luminaire, |seed, bits| hash(bits, seed));
-    let unit = |bits: u32| (bits >> 8) as f32 * (1.0 / 16_777_216.0);
-    (unit(seed), unit(hash(1, seed)))
+    (fraction(seed), fraction(hash(1, seed)))
 }
 
 /// The node at u in the unit interval, its chance, and u within it.
-fn pick(link: &Link, u: f32) -> Option<(Chance, f64, f32)> {
+fn pick(cut: &LightCut, u: f32) -> Option<(Chance, f64, f32)> {
     let u = f64::from(u);
-    let last = link.drawn.len().checked_sub(1)?;
-    let k = link.drawn.partition_point(|d| d.until <= u).min(last);
-    let before = if k == 0 { 0.0 } else { link.drawn[k - 1].until };
-    let chance = link.drawn[k].until - before;
+    let last = cut.drawn.len().checked_sub(1)?;
+    let k = cut.drawn.partition_point(|d| d.until <= u).min(last);
+    let before = if k == 0 { 0.0 } else { cut.drawn[k - 1].until };
+    let chance = cut.drawn[k].until - before;
     let rest = ((u - before) / chance).clamp(0.0, 1.0);
     // Below 1, also once rounded: a luminaire of no power to speak of may be the last.
-    Some((link.drawn[k], chance, (rest as f32).min(0.999_999_94)))
+    Some((cut.drawn[k], chance, (rest as f32).min(0.999_999_94)))
 }

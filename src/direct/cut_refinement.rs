@@ -8,12 +8,15 @@
 use glam::DVec3;
 
 use crate::direct::convex_body::{Body, patch_body};
-use crate::direct::light_cut::Maker;
-use crate::direct::light_tree::{Lamps, Node};
+use crate::direct::light_tree::{LightTree, Node};
+use crate::direct::luminaire::Luminaires;
 use crate::direct::normal_cone::Facing;
+use crate::direct::occlusion::Occlusion;
 use crate::direct::shaft_culling::{MOST_FACES, sieve};
 use crate::form_factors::geometry::chebyshev::Rectangle;
 use crate::form_factors::geometry::shadow::Caster;
+use crate::patches::Patches;
+use crate::rays::Rays;
 
 /// Radius of a node over its distance at which its moments speak for it.
 pub(crate) const SMALL: f64 = 0.2;
@@ -25,9 +28,19 @@ const ASKED: f64 = 1.0 / 64.0;
 const WHOLE: f64 = 1.0 / 256.0;
 const STRONG: f64 = 1.0 / 32.0;
 
+/// What the cuts of all patches are made from.
+pub(crate) struct CutInputs<'a> {
+    pub rays: &'a Rays,
+    pub patches: &'a Patches,
+    pub luminaires: &'a Luminaires,
+    pub occlusion: &'a Occlusion,
+    /// All faces that occlude.
+    pub casters: &'a [Caster],
+}
+
 /// One patch while it walks the tree.
 pub(crate) struct Walk<'a> {
-    pub lamps: &'a Lamps,
+    pub tree: &'a LightTree,
     casters: &'a [Caster],
     /// None where nothing is to be asked.
     body: Option<Body>,
@@ -37,23 +50,26 @@ pub(crate) struct Walk<'a> {
     radius: f64,
     /// About all its light, nothing between.
     pub total: f64,
+    /// Nodes surely seen by all of the patch.
     pub seen: Vec<usize>,
+    /// Luminaires that keep their closed form, with the casters between.
     pub exact: Vec<(usize, Vec<u32>)>,
+    /// Nodes to draw from.
     pub drawn: Vec<usize>,
 }
 
 impl<'a> Walk<'a> {
     /// A walk of patch i; where what lies between is not `asked`, anything may.
-    pub fn new(maker: &'a Maker, lamps: &'a Lamps, i: usize, asked: bool) -> Walk<'a> {
-        let patches = maker.patches;
+    pub fn new(inputs: &'a CutInputs, tree: &'a LightTree, i: usize, asked: bool) -> Walk<'a> {
+        let patches = inputs.patches;
         let rectangle = Rectangle::new(patches, i);
         let corners: Vec<DVec3> = patches.pieces(i).flat_map(|p| p.1.map(|q| q.as_dvec3())).collect();
         let mean = corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
         let reach = |p: &DVec3| p.distance(mean);
         let face = patches.pieces(i).next().map_or(0, |p| p.0);
         let mut walk = Walk {
-            lamps,
-            casters: maker.casters,
+            tree,
+            casters: inputs.casters,
             body: patch_body(patches, i).filter(|_| asked),
             center: rectangle.as_ref().map_or(mean, |r| r.center),
             normal: patches.normal(face, patches.side(i)).as_dvec3(),
@@ -67,7 +83,7 @@ impl<'a> Walk<'a> {
             exact: Vec::new(),
             drawn: Vec::new(),
         };
-        walk.total = walk.roughly(lamps.root());
+        walk.total = walk.roughly(tree.root());
         walk
     }
 
@@ -85,7 +101,7 @@ impl<'a> Walk<'a> {
 
     /// About the light of a node's luminaires, each part of it estimated from afar.
     fn roughly(&self, node: usize) -> f64 {
-        let own = &self.lamps.nodes[node];
+        let own = &self.tree.nodes[node];
         if self.misses(own) {
             return 0.0;
         }
@@ -107,21 +123,13 @@ impl<'a> Walk<'a> {
 
     /// How a node's luminaires face the patch.
     fn facing(&self, node: &Node) -> Facing {
-        let d = self.center - node.center();
-        let far = d.length();
-        let reach = node.radius() + self.radius;
-        if reach >= far {
-            return self.facing_near(node);
-        }
-        let angle = (d.dot(node.axis) / far).clamp(-1.0, 1.0).acos();
-        let margin = node.spread + (reach / far).asin();
-        match Facing::of(angle + margin, angle - margin) {
+        match node.cone_facing(self.center - node.center(), node.radius() + self.radius) {
             Facing::Both => self.facing_near(node),
             sure => sure,
         }
     }
 
-    /// The same from the corners of both; only for luminaires of one direction.
+    /// How a node's luminaires face the patch, told by the corners of both; only for luminaires of one direction.
     fn facing_near(&self, node: &Node) -> Facing {
         let Some(rectangle) = self.rectangle.as_ref().filter(|_| node.spread < 1e-6) else {
             return Facing::Both;
@@ -153,13 +161,14 @@ impl<'a> Walk<'a> {
             }
     }
 
+    /// Whether a node lies so near to the patch that it is no part of a polynomial.
     pub fn is_near(&self, node: &Node) -> bool {
         self.distance(node) - node.radius() < NEAR * self.radius
     }
 
     /// Sorts a node by how it lights the patch; `among` are the casters that may matter.
     pub fn visit(&mut self, k: usize, among: &[u32]) {
-        let node = &self.lamps.nodes[k];
+        let node = &self.tree.nodes[k];
         if self.misses(node) {
             return;
         }
@@ -195,7 +204,7 @@ impl<'a> Walk<'a> {
 
     /// Leaves a node to be drawn, in parts small enough.
     fn part(&mut self, k: usize) {
-        let node = &self.lamps.nodes[k];
+        let node = &self.tree.nodes[k];
         match node.children {
             _ if self.misses(node) => {}
             Some(children) if !self.is_far(node) || self.estimate(node) >= WHOLE * self.total => {

@@ -10,93 +10,56 @@
 //!
 //! so that a guess c of the visible share lessens the noise of m and changes no mean.
 //!
-//! [`gather_luminaire`](crate::direct::receive::gather_luminaire) divides by m instead, whose bias falls as 1/rays: better for many rays of one
-//! receiver, wrong for one ray of each of many.
+//! [`Lighting::gather_luminaire`] divides by m instead, whose bias falls as 1/rays: better for many rays of one receiver, wrong
+//! for one ray of each of many.
 
 use glam::DVec3;
 
-use crate::direct::luminaire::{EmittingPoint, Luminaire, Luminaires};
-use crate::direct::receive::{Receiver, Scratch};
-use crate::direct::shaft_culling::Between;
-use crate::direct::visibility::{Occlusion, Sight};
+use crate::direct::luminaire::{EmittingPoint, Luminaire};
+use crate::direct::ratio_estimator::Scratch;
+use crate::direct::visibility::Lighting;
 use crate::form_factors::point_kernel;
-use crate::rays::Rays;
 use crate::rays::sobol::Stream;
+use crate::surfaces::SurfacePoint;
 
 /// Points drawn on a luminaire, of which one is asked.
 const CANDIDATES: usize = 4;
 /// The guess of the visible share.
 const GUESS: f64 = 0.5;
 
-/// What lights a scene, and what lies between.
-#[derive(Clone, Copy)]
-pub struct Lighting<'a> {
-    /// The scene's rays.
-    pub rays: &'a Rays,
-    /// Emitters by closed form.
-    pub luminaires: &'a Luminaires,
-    /// What lies between patches and luminaires.
-    pub sight: &'a Sight,
-}
-
 impl Lighting<'_> {
     /// `sum over luminaires of F_l E_l` at a receiver on a patch, W/(m² sr), without bias; adds the rays cast to `cast`.
     pub fn ask(
         &self,
-        receiver: &Receiver,
+        receiver: &SurfacePoint,
         patch: u32,
         random: &mut Stream,
         scratch: &mut Scratch,
         cast: &mut u64,
     ) -> DVec3 {
-        let sight = self.sight;
-        if let Some(links) = &sight.links {
+        if let Some(cuts) = &self.sight.cuts {
             let points: Vec<(f32, f32)> =
-                (0..links.draws(patch)).map(|_| (random.uniform(), random.uniform())).collect();
-            let place = (receiver, patch);
-            let path = (self.rays, sight);
-            let (light, rays) = links.gather(place, self.luminaires, path, points.into_iter(), scratch);
+                (0..cuts.draws(patch)).map(|_| (random.uniform(), random.uniform())).collect();
+            let (light, rays) = cuts.gather(self, receiver, patch, points.into_iter(), scratch);
             *cast += rays;
             return light;
         }
         let mut sum = DVec3::ZERO;
-        for (l, luminaire) in self.luminaires.list.iter().enumerate() {
-            let between = sight.shafts.between(patch, l);
-            let form = match self.exact(receiver, luminaire, between, scratch) {
+        for l in 0..self.luminaires.list.len() {
+            let lamp = self.lamp(l, patch);
+            let form = match self.exact_form(lamp, receiver, scratch) {
                 Some(form) => form,
-                None => self.draw(receiver, luminaire, random, scratch, cast),
+                None => self.draw(receiver, lamp.luminaire, random, scratch, cast),
             };
-            sum += form * luminaire.radiance.as_dvec3();
+            sum += form * lamp.luminaire.radiance.as_dvec3();
         }
         sum
     }
 
-    /// The form factor to what is seen of a luminaire, where it is known without a ray.
-    fn exact(
-        &self,
-        receiver: &Receiver,
-        luminaire: &Luminaire,
-        between: Between,
-        scratch: &mut Scratch,
-    ) -> Option<f64> {
-        let (x, n) = (receiver.position, receiver.normal);
-        if self.sight.occlusion == Occlusion::Nothing {
-            return Some(luminaire.exact_form(x, n));
-        }
-        match between {
-            Between::Nothing => luminaire.closed_form(x, n),
-            Between::Faces(faces) => {
-                let casters = self.sight.shafts.casters(faces);
-                luminaire.visible_form((x, n), casters, scratch.pieces())
-            }
-            Between::Unknown => None,
-        }
-    }
-
-    /// The same by points drawn on the luminaire, one of which is asked.
+    /// An estimate without bias of the form factor to what is seen of a luminaire, by points drawn on it, one of which is asked.
     fn draw(
         &self,
-        receiver: &Receiver,
+        receiver: &SurfacePoint,
         luminaire: &Luminaire,
         random: &mut Stream,
         scratch: &mut Scratch,
@@ -121,10 +84,8 @@ impl Lighting<'_> {
         let mean = sum / CANDIDATES as f64;
         let arrived = chosen.map_or(0.0, |y| {
             *cast += 1;
-            let from = (receiver.position, Some(receiver.face));
-            let to = (y.position, Some(y.face));
             let occlusion = &self.sight.occlusion;
-            f64::from(occlusion.transmittance(self.rays, from, to, scratch.hits()))
+            f64::from(occlusion.transmittance(self.rays, receiver.end(), y.end(), scratch.hits()))
         });
         arrived * mean + closed.map_or(0.0, |form| GUESS * (form - mean))
     }

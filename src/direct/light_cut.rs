@@ -1,4 +1,4 @@
-//! Who lights a patch, where luminaires are many.
+//! Light cuts: who lights a patch, where luminaires are many.
 //!
 //! Each patch walks the tree of luminaires once ([`crate::direct::cut_refinement`]). What surely sees all of the patch, with nothing between,
 //! is summed over nodes of the tree: a polynomial over a flat patch, the nodes themselves for a curved one. The few near
@@ -9,16 +9,13 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::direct::cut_refinement::{SMALL, Walk};
-use crate::direct::light_sampling::weigh;
-use crate::direct::light_tree::Lamps;
+use crate::direct::cut_refinement::{CutInputs, SMALL, Walk};
+use crate::direct::light_sampling::{Chance, MOST_DRAWN, weigh};
+use crate::direct::light_tree::LightTree;
 use crate::direct::luminaire::Luminaires;
 use crate::direct::normal_cone::Facing;
-use crate::direct::visibility::Occlusion;
 use crate::form_factors::geometry::chebyshev::Tiles;
-use crate::form_factors::geometry::shadow::Caster;
-use crate::patches::Patches;
-use crate::rays::{Hit, Rays};
+use crate::rays::Hit;
 
 /// Luminaires by closed form at most.
 const MOST_EXACT: usize = 48;
@@ -27,19 +24,19 @@ const MOST_TESTS: usize = 20_000_000;
 /// The largest misfit of a polynomial.
 const MISFIT: f64 = 1e-3;
 
-/// Who lights each patch.
+/// The tree of luminaires, and each patch's cut through it.
 #[derive(Debug)]
-pub struct Links {
-    pub(crate) lamps: Lamps,
-    links: Vec<Link>,
+pub struct LightCuts {
+    pub(crate) tree: LightTree,
+    cuts: Vec<LightCut>,
 }
 
-/// Who lights one patch.
+/// A cut through the tree of luminaires: who lights one patch, and how each is asked.
 #[derive(Debug, Default)]
-pub(crate) struct Link {
+pub(crate) struct LightCut {
     /// What is surely seen and what likely arrives of the rest, as a polynomial.
     pub smooth: Option<Tiles>,
-    /// The same as nodes with shares of their light, where there is no polynomial.
+    /// Nodes seen, with the shares of their light that likely arrive, where there is no polynomial.
     pub seen: Vec<(usize, f64)>,
     /// Luminaires by closed form, with the casters between.
     pub exact: Vec<(u32, Vec<u32>)>,
@@ -49,115 +46,96 @@ pub(crate) struct Link {
     pub draws: u32,
 }
 
-/// A node to draw from.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Chance {
-    pub node: usize,
-    /// The chance of it and those before it.
-    pub until: f64,
-    /// The share of its light that is summed already: only what arrives beyond it is drawn.
-    pub expected: f64,
-}
-
-/// What all patches share.
-pub(crate) struct Maker<'a> {
-    pub rays: &'a Rays,
-    pub patches: &'a Patches,
-    pub luminaires: &'a Luminaires,
-    pub occlusion: &'a Occlusion,
-    /// All faces that occlude.
-    pub casters: &'a [Caster],
-}
-
-impl Links {
+impl LightCuts {
     /// Luminaires drawn at a receiver at most.
-    pub const MOST_DRAWN: u32 = 8;
+    pub const MOST_DRAWN: u32 = MOST_DRAWN;
 
-    pub(crate) fn new(maker: &Maker, receives: &[bool]) -> Links {
-        let lamps = Lamps::new(maker.luminaires);
+    /// The cut of each patch that `receives`.
+    pub(crate) fn new(inputs: &CutInputs, receives: &[bool]) -> LightCuts {
+        let tree = LightTree::new(inputs.luminaires);
         // Faces behind all luminaires lie between none and anything.
-        let root = &lamps.nodes[lamps.root()].body;
-        let reached = |&k: &u32| root.reached_by(&maker.casters[k as usize]);
-        let among: Vec<u32> = (0..maker.casters.len() as u32).filter(reached).collect();
-        let asked = among.len() * maker.patches.len() <= MOST_TESTS;
-        let link = |hits: &mut Vec<Hit>, i: usize| {
+        let root = &tree.nodes[tree.root()].body;
+        let reached = |&k: &u32| root.reached_by(&inputs.casters[k as usize]);
+        let among: Vec<u32> = (0..inputs.casters.len() as u32).filter(reached).collect();
+        let asked = among.len() * inputs.patches.len() <= MOST_TESTS;
+        let cut = |hits: &mut Vec<Hit>, i: usize| {
             if !receives[i] {
-                return Link::default();
+                return LightCut::default();
             }
-            let mut walk = Walk::new(maker, &lamps, i, asked);
-            walk.visit(lamps.root(), &among);
-            finish(walk, maker, i, hits)
+            let mut walk = Walk::new(inputs, &tree, i, asked);
+            walk.visit(tree.root(), &among);
+            finish(walk, inputs, i, hits)
         };
-        let all = (0..maker.patches.len()).into_par_iter();
-        let links: Vec<Link> = all.map_init(Vec::new, link).collect();
-        Links { lamps, links }
+        let all = (0..inputs.patches.len()).into_par_iter();
+        let cuts: Vec<LightCut> = all.map_init(Vec::new, cut).collect();
+        LightCuts { tree, cuts }
     }
 
-    /// Who lights patch i.
-    pub(crate) fn of(&self, i: usize) -> &Link {
-        &self.links[i]
+    /// The cut of patch i.
+    pub(crate) fn of(&self, i: usize) -> &LightCut {
+        &self.cuts[i]
     }
 }
 
-/// `sum of F L` of shares of nodes at a point with unit normal, nothing between.
-pub(crate) fn light((lamps, luminaires): (&Lamps, &Luminaires), nodes: &[(usize, f64)], x: DVec3, n: DVec3) -> DVec3 {
-    let light = |k: usize| node_light(lamps, luminaires, k, (x, n));
-    nodes.iter().map(|&(k, share)| share * light(k)).sum()
+/// `sum of F L` of shares of nodes at a point x with unit normal n, nothing between.
+pub(crate) fn light(tree: &LightTree, luminaires: &Luminaires, nodes: &[(usize, f64)], x: DVec3, n: DVec3) -> DVec3 {
+    nodes.iter().map(|&(k, share)| share * node_light(tree, luminaires, k, x, n)).sum()
 }
 
-/// The same of one node: its moments where it is far, above the horizon and faces the point, else its parts.
-fn node_light(lamps: &Lamps, luminaires: &Luminaires, k: usize, (x, n): (DVec3, DVec3)) -> DVec3 {
-    let node = &lamps.nodes[k];
+/// `F L` of node k at a point x with unit normal n, nothing between: its moments where it is far, above the horizon and faces
+/// the point, else the sum over its parts.
+fn node_light(tree: &LightTree, luminaires: &Luminaires, k: usize, x: DVec3, n: DVec3) -> DVec3 {
+    let node = &tree.nodes[k];
     let away = node.center() - x;
     let (height, facing) = (n.dot(away), node.facing(x));
     if height <= -node.radius() || facing == Facing::Away {
         return DVec3::ZERO;
     }
-    let above = || {
-        let corners = || node.body.corners.iter();
-        height >= node.radius() || corners().all(|p| n.dot(*p - x) >= 0.0)
-    };
+    let above = || height >= node.radius() || node.body.corners.iter().all(|p| n.dot(*p - x) >= 0.0);
     let far = node.radius() <= SMALL * away.length();
     if far && facing == Facing::Towards && above() {
         return node.moments.light(x, n);
     }
     if let Some(children) = node.children {
-        return children.map(|c| node_light(lamps, luminaires, c, (x, n))).iter().sum();
+        return children.map(|c| node_light(tree, luminaires, c, x, n)).iter().sum();
     }
     // A luminaire that is not far has a closed form.
-    let luminaire = &luminaires.list[lamps.order[node.range.start] as usize];
+    let luminaire = &luminaires.list[tree.order[node.range.start] as usize];
     luminaire.exact_form(x.as_vec3(), n.as_vec3()) * luminaire.radiance.as_dvec3()
 }
 
-/// What a walk found, as a link.
-fn finish(mut walk: Walk, maker: &Maker, i: usize, hits: &mut Vec<Hit>) -> Link {
+/// What a walk found, as a cut.
+fn finish(mut walk: Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hit>) -> LightCut {
     // The strongest luminaires keep their closed form.
-    let lamps = walk.lamps;
+    let tree = walk.tree;
     let mut exact = std::mem::take(&mut walk.exact);
-    let strength = |e: &(usize, Vec<u32>)| walk.estimate(&lamps.nodes[e.0]);
+    let strength = |e: &(usize, Vec<u32>)| walk.estimate(&tree.nodes[e.0]);
     exact.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
     let weaker = exact.split_off(MOST_EXACT.min(exact.len()));
     walk.drawn.extend(weaker.into_iter().map(|e| e.0));
-    let number = |k: usize| lamps.order[lamps.nodes[k].range.start];
-    let (drawn, draws) = weigh(&walk, maker, i, hits);
-    let mut link =
-        Link { exact: exact.into_iter().map(|(k, f)| (number(k), f)).collect(), drawn, draws, ..Link::default() };
-    smoothe(&walk, maker, &mut link);
-    link
+    let number = |k: usize| tree.order[tree.nodes[k].range.start];
+    let (drawn, draws) = weigh(&walk, inputs, i, hits);
+    let mut cut = LightCut {
+        exact: exact.into_iter().map(|(k, f)| (number(k), f)).collect(),
+        drawn,
+        draws,
+        ..LightCut::default()
+    };
+    smoothe(&walk, inputs, &mut cut);
+    cut
 }
 
 /// Makes the polynomial of what is surely seen and likely arrives; keeps the nodes where there is none.
-fn smoothe(walk: &Walk, maker: &Maker, link: &mut Link) {
-    let (lamps, normal) = ((walk.lamps, maker.luminaires), walk.normal);
+fn smoothe(walk: &Walk, inputs: &CutInputs, cut: &mut LightCut) {
     let sure = walk.seen.iter().map(|&k| (k, 1.0));
-    let likely = link.drawn.iter().map(|d| (d.node, d.expected));
+    let likely = cut.drawn.iter().map(|d| (d.node, d.expected));
     let seen: Vec<(usize, f64)> = sure.chain(likely.filter(|d| d.1 > 0.0)).collect();
-    let sum = |x: DVec3| light(lamps, &seen, x, normal);
+    let sum = |x: DVec3| light(walk.tree, inputs.luminaires, &seen, x, walk.normal);
     if let Some(rectangle) = walk.rectangle.as_ref().filter(|_| !seen.is_empty()) {
-        link.smooth = Tiles::new(rectangle, MISFIT, sum);
-        if link.smooth.is_some() {
+        cut.smooth = Tiles::new(rectangle, MISFIT, sum);
+        if cut.smooth.is_some() {
             return;
         }
     }
-    link.seen = seen;
+    cut.seen = seen;
 }

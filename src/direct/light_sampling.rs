@@ -3,67 +3,72 @@
 //!
 //! A node's luminaires are drawn by power and points on them by area. Not handled: chances that vary over a patch.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
-use crate::direct::cut_refinement::Walk;
-use crate::direct::light_cut::{Chance, Links, Maker};
-use crate::direct::light_tree::Lamps;
+use crate::direct::cut_refinement::{CutInputs, Walk};
+use crate::direct::light_tree::LightTree;
 use crate::direct::luminaire::Luminaires;
 use crate::form_factors::point_kernel;
-use crate::rays::Hit;
 use crate::rays::sobol::{Sobol, hash};
+use crate::rays::{End, Hit};
+use crate::surfaces::SurfacePoint;
 
+/// Luminaires drawn at a receiver at most.
+pub(crate) const MOST_DRAWN: u32 = 8;
 /// Rays that tell how much of a node arrives.
 const TRIALS: u32 = 8;
 /// Luminaires drawn at a receiver, where the doubt is as large as its light.
 const DRAWS: f64 = 16.0;
 
+/// A node to draw from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Chance {
+    pub node: usize,
+    /// The chance of it and those before it.
+    pub until: f64,
+    /// The share of its light that is summed already: only what arrives beyond it is drawn.
+    pub expected: f64,
+}
+
 /// Chances of the nodes a walk left to be drawn, in proportion to how far what arrives may be from what is expected; and
 /// how many to draw at a receiver.
-pub(crate) fn weigh(walk: &Walk, maker: &Maker, i: usize, hits: &mut Vec<Hit>) -> (Vec<Chance>, u32) {
+pub(crate) fn weigh(walk: &Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hit>) -> (Vec<Chance>, u32) {
     let mut chances = Vec::with_capacity(walk.drawn.len());
     let sobol = Sobol::new(TRIALS as usize, 4);
     let mut until = 0.0;
     for &node in &walk.drawn {
         let seed = hash(node as u32, hash(i as u32, 0x11_6a5b));
-        let [all, arrived] = trials(maker, walk.lamps, (i, node), (&sobol, seed), hits);
+        let [all, arrived] = trials(inputs, walk.tree, i, node, |s, d| sobol.point(s, d, seed), hits);
         let share = if all > 0.0 { arrived / all } else { 1.0 };
         // Laplace's rule: so many trials leave a doubt even where all went alike.
         let likely = (f64::from(TRIALS) * share + 0.5) / f64::from(TRIALS + 1);
-        let own = &walk.lamps.nodes[node];
-        let (expected, doubt) = match walk.is_near(own) {
-            true => (0.0, likely),
-            false => (share, likely * (1.0 - likely)),
-        };
+        let own = &walk.tree.nodes[node];
+        let (expected, doubt) = if walk.is_near(own) { (0.0, likely) } else { (share, likely * (1.0 - likely)) };
         until += all.max(walk.estimate(own)) * doubt.sqrt();
         chances.push(Chance { node, until, expected });
     }
     chances.iter_mut().for_each(|d| d.until /= until);
     let wanted = (DRAWS * until / walk.total.max(until)).ceil() as u32;
-    let draws = match chances.is_empty() {
-        true => 0,
-        false => wanted.next_power_of_two().clamp(1, Links::MOST_DRAWN),
-    };
+    let draws = wanted.next_power_of_two().clamp(1, MOST_DRAWN);
+    let draws = if chances.is_empty() { 0 } else { draws };
     (chances, draws)
 }
 
-/// Mean light of a node from points drawn on it, at points of a patch: nothing between, and what arrives.
+/// Mean light of a node from points drawn on it, at points of patch i: nothing between, and what arrives. `at(s, d)` is number d
+/// of draw s.
 fn trials(
-    maker: &Maker,
-    lamps: &Lamps,
-    (i, k): (usize, usize),
-    (sobol, seed): (&Sobol, u32),
+    inputs: &CutInputs,
+    tree: &LightTree,
+    i: usize,
+    node: usize,
+    at: impl Fn(u32, usize) -> f32,
     hits: &mut Vec<Hit>,
 ) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for s in 0..TRIALS {
-        let at = |d: usize| sobol.point(s, d, seed);
-        let p = maker.patches.point(i, at(0), at(1));
-        let drawn = draw(lamps, maker.luminaires, k, (at(2), at(3)), p.position, p.normal);
-        let Some(drawn) = drawn else { continue };
-        let from = (p.position, Some(p.face));
-        let to = (drawn.position, Some(drawn.face));
-        let arrived = maker.occlusion.transmittance(maker.rays, from, to, hits);
+        let receiver = inputs.patches.point(i, at(s, 0), at(s, 1));
+        let Some(drawn) = draw(tree, inputs.luminaires, node, &receiver, (at(s, 2), at(s, 3))) else { continue };
+        let arrived = inputs.occlusion.transmittance(inputs.rays, receiver.end(), drawn.end, hits);
         let light = drawn.light.element_sum() / (3.0 * f64::from(TRIALS));
         sums[0] += light;
         sums[1] += light * f64::from(arrived);
@@ -73,27 +78,24 @@ fn trials(
 
 /// A point drawn on a node's luminaires, and its light over its density.
 pub(crate) struct Drawn {
-    pub position: Vec3,
-    pub face: u32,
+    pub end: End,
     pub light: DVec3,
 }
 
-/// Draws a luminaire of a node by power, and a point on it; `None` where that does not face the receiver.
+/// Draws a luminaire of a node by power, and a point on it, at (u, v) in the unit square; `None` where that does not face the
+/// receiver.
 pub(crate) fn draw(
-    lamps: &Lamps,
+    tree: &LightTree,
     luminaires: &Luminaires,
     node: usize,
+    receiver: &SurfacePoint,
     (u, v): (f32, f32),
-    x: Vec3,
-    n: Vec3,
 ) -> Option<Drawn> {
-    let (l, chance, u) = lamps.draw(&lamps.nodes[node].range, f64::from(u));
+    let (l, chance, u) = tree.draw(&tree.nodes[node].range, f64::from(u));
     let luminaire = &luminaires.list[l as usize];
     let y = luminaire.point((u as f32).min(0.999_999_94), v);
-    let kernel = point_kernel(x.as_dvec3(), n.as_dvec3(), y.position.as_dvec3(), y.normal);
-    (kernel > 0.0).then(|| Drawn {
-        position: y.position,
-        face: y.face,
-        light: luminaire.radiance.as_dvec3() * (luminaire.area * kernel / chance),
-    })
+    let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
+    let kernel = point_kernel(x, n, y.position.as_dvec3(), y.normal);
+    let light = luminaire.radiance.as_dvec3() * (luminaire.area * kernel / chance);
+    (kernel > 0.0).then_some(Drawn { end: y.end(), light })
 }

@@ -11,13 +11,11 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::direct::convex_body::Body;
+use crate::direct::convex_body::{Body, bounds};
+use crate::direct::light_halving::{Placed, halve};
 use crate::direct::luminaire::{Luminaire, Luminaires};
 use crate::direct::moments::{Moments, Sums};
 use crate::direct::normal_cone::Facing;
-
-/// Normals further apart than this cosine are parted before places are.
-const APART: f64 = 0.9;
 
 /// Some luminaires that lie together.
 #[derive(Clone, Debug)]
@@ -40,7 +38,7 @@ pub(crate) struct Node {
 
 /// The tree; the last node is the root.
 #[derive(Clone, Debug)]
-pub(crate) struct Lamps {
+pub(crate) struct LightTree {
     pub nodes: Vec<Node>,
     /// Luminaires in the tree's order.
     pub order: Vec<u32>,
@@ -48,72 +46,34 @@ pub(crate) struct Lamps {
     before: Vec<f64>,
 }
 
-/// Something with a place and a direction, and its number.
-pub(crate) type Placed = (DVec3, DVec3, u32);
-
-/// Parts things in two, neither empty: by direction where directions differ much, else by place.
-pub(crate) fn part(things: &mut [Placed]) -> usize {
-    let (low, high) = extent(things.iter().map(|t| t.1));
-    let cosine = 1.0 - 0.5 * (high - low).length_squared();
-    let by_direction = cosine < APART;
-    let (low, high) = match by_direction {
-        true => (low, high),
-        false => extent(things.iter().map(|t| t.0)),
-    };
-    let axis = longest(high - low);
-    let key = |t: &Placed| if by_direction { t.1[axis] } else { t.0[axis] };
-    things.sort_unstable_by(|a, b| key(a).total_cmp(&key(b)).then(a.2.cmp(&b.2)));
-    let half = things.len() / 2;
-    if !by_direction {
-        return half;
-    }
-    let middle = 0.5 * (low[axis] + high[axis]);
-    match things.partition_point(|t| t.1[axis] < middle) {
-        0 => half,
-        k if k == things.len() => half,
-        k => k,
-    }
-}
-
-fn longest(d: DVec3) -> usize {
-    let by = |a: &usize, b: &usize| d[*a].total_cmp(&d[*b]);
-    (0..3).max_by(by).unwrap_or(0)
-}
-
-fn extent(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
-    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    points.fold(none, |(low, high), p| (low.min(p), high.max(p)))
-}
-
-impl Lamps {
+impl LightTree {
     /// The tree over all luminaires; there must be one.
-    pub fn new(luminaires: &Luminaires) -> Lamps {
+    pub fn new(luminaires: &Luminaires) -> LightTree {
         let list = &luminaires.list;
         let sums: Vec<Sums> = list.iter().map(Sums::of).collect();
         let place = |(k, s): (usize, &Sums)| {
             let weight = s.weight.max(f64::MIN_POSITIVE);
-            (s.first / weight, s.normal.normalize_or_zero(), k as u32)
+            Placed { place: s.first / weight, direction: s.normal.normalize_or_zero(), number: k as u32 }
         };
         let mut things: Vec<Placed> = sums.iter().enumerate().map(place).collect();
-        let mut lamps = Lamps { nodes: Vec::new(), order: Vec::new(), before: vec![0.0] };
-        lamps.grow(&mut things, list, &sums);
-        for &l in &lamps.order {
-            let last = lamps.before[lamps.before.len() - 1];
-            lamps.before.push(last + sums[l as usize].weight);
+        let mut tree = LightTree { nodes: Vec::new(), order: Vec::new(), before: vec![0.0] };
+        tree.grow(&mut things, list, &sums);
+        for &l in &tree.order {
+            let last = tree.before[tree.before.len() - 1];
+            tree.before.push(last + sums[l as usize].weight);
         }
-        lamps
+        tree
     }
 
     /// Adds the tree over some luminaires; returns its root and sums.
     fn grow(&mut self, things: &mut [Placed], list: &[Luminaire], sums: &[Sums]) -> (usize, Sums) {
         let first = self.order.len();
-        let (node, own) = if let [(_, _, l)] = *things {
+        let (node, own) = if let [Placed { number: l, .. }] = *things {
             self.order.push(l);
             let own = sums[l as usize];
             (leaf(first, &list[l as usize], &own), own)
         } else {
-            let half = part(things);
-            let (left, right) = things.split_at_mut(half);
+            let (left, right) = halve(things);
             let (a, a_sums) = self.grow(left, list, sums);
             let (b, b_sums) = self.grow(right, list, sums);
             let own = a_sums.add(&b_sums);
@@ -143,21 +103,24 @@ impl Node {
     /// How its luminaires face a point.
     pub fn facing(&self, x: DVec3) -> Facing {
         if let Some((normal, offset)) = self.body.plane {
-            return match normal.dot(x) > offset {
-                true => Facing::Towards,
-                false => Facing::Away,
-            };
+            return if normal.dot(x) > offset { Facing::Towards } else { Facing::Away };
         }
-        let d = x - self.center();
-        let (far, reach) = (d.length(), self.radius());
+        self.cone_facing(x - self.center(), self.radius())
+    }
+
+    /// How its luminaires face a place `away` from its centre, from the cone of their normals; `reach` is the sum of the radii
+    /// of node and place.
+    pub fn cone_facing(&self, away: DVec3, reach: f64) -> Facing {
+        let far = away.length();
         if reach >= far {
             return Facing::Both;
         }
-        let angle = (d.dot(self.axis) / far).clamp(-1.0, 1.0).acos();
+        let angle = (away.dot(self.axis) / far).clamp(-1.0, 1.0).acos();
         let margin = self.spread + (reach / far).asin();
         Facing::of(angle + margin, angle - margin)
     }
 
+    /// Centre of the box.
     pub fn center(&self) -> DVec3 {
         0.5 * (self.low + self.high)
     }
@@ -169,7 +132,7 @@ impl Node {
 }
 
 fn leaf(place: usize, luminaire: &Luminaire, sums: &Sums) -> Node {
-    let (low, high) = extent(luminaire.corners());
+    let (low, high) = bounds(luminaire.corners());
     let axis = sums.normal.normalize_or_zero();
     let angle = |t: [DVec3; 3]| {
         let normal = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
@@ -178,7 +141,7 @@ fn leaf(place: usize, luminaire: &Luminaire, sums: &Sums) -> Node {
     Node {
         range: place..place + 1,
         children: None,
-        body: Body::of_lamp(luminaire),
+        body: luminaire.body(),
         low,
         high,
         axis,
@@ -246,8 +209,8 @@ mod tests {
     #[test]
     fn moments_err_in_the_third_order_and_colours_in_the_second() {
         let luminaires = lamps();
-        let lamps = Lamps::new(&luminaires);
-        let root = &lamps.nodes[lamps.root()];
+        let tree = LightTree::new(&luminaires);
+        let root = &tree.nodes[tree.root()];
         let away = DVec3::new(0.3, -0.2, -1.0).normalize();
         let errors = |distance: f64| {
             let x = root.center() + distance * away;
@@ -271,16 +234,16 @@ mod tests {
     #[test]
     fn luminaires_are_drawn_by_power() {
         let luminaires = lamps();
-        let lamps = Lamps::new(&luminaires);
-        let whole = 0..lamps.order.len();
+        let tree = LightTree::new(&luminaires);
+        let whole = 0..tree.order.len();
         let power = |l: u32| {
             let own = &luminaires.list[l as usize];
             own.area * f64::from(own.radiance.element_sum())
         };
-        let all: f64 = lamps.order.iter().map(|&l| power(l)).sum();
+        let all: f64 = tree.order.iter().map(|&l| power(l)).sum();
         let mut sum = 0.0;
-        for &l in &lamps.order {
-            let (drawn, chance, rest) = lamps.draw(&whole, sum + 0.25 * power(l) / all);
+        for &l in &tree.order {
+            let (drawn, chance, rest) = tree.draw(&whole, sum + 0.25 * power(l) / all);
             sum += power(l) / all;
             assert_eq!(drawn, l);
             assert!((chance - power(l) / all).abs() < 1e-12 && (rest - 0.25).abs() < 1e-9);

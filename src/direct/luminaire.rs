@@ -12,19 +12,17 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
-use crate::direct::convex_luminaires::{NONE, convex_parts};
+use crate::direct::convex_body::{Body, bounds};
+use crate::direct::convex_luminaires::convex_parts;
 use crate::direct::large_emitters::carried;
 use crate::direct::luminaire_parts::divided;
 use crate::form_factors::geometry::shadow::{Caster, Pieces, visible_form};
 use crate::form_factors::geometry::silhouette::Outline;
 use crate::form_factors::point_to_polygon;
 use crate::light::Rgb;
-use crate::rays::Side;
 use crate::rays::warp::triangle_point;
+use crate::rays::{End, Side};
 use crate::scene::{Scene, Sides};
-
-/// Luminaires that each receiver asks one by one, at most.
-pub(crate) const FEW: usize = 16;
 
 /// One emitting surface of uniform radiance.
 #[derive(Clone, Debug)]
@@ -33,10 +31,10 @@ pub struct Luminaire {
     pub radiance: Rgb,
     /// Total area, unit coordinates squared.
     pub area: f64,
-    /// The convex lamp it is a part of, or [`NONE`](crate::direct::convex_luminaires::NONE).
-    pub(crate) part: u32,
+    /// The convex lamp it is a part of, if of one.
+    part: Option<u32>,
     triangles: Vec<EmittingTriangle>,
-    /// The same area in convex polygons, as few as are easily found.
+    /// Convex polygons that cover it, as few as are easily found.
     polygons: Vec<Vec<DVec3>>,
     /// None where it has too many faces; points drawn on it stand in for the closed form then.
     outline: Option<Outline>,
@@ -63,6 +61,13 @@ pub struct EmittingPoint {
     pub face: u32,
 }
 
+impl EmittingPoint {
+    /// The point as an end of a visibility ray.
+    pub fn end(&self) -> End {
+        (self.position, Some(self.face))
+    }
+}
+
 /// The luminaires of a scene, and which materials' emission they carry.
 #[derive(Clone, Debug)]
 pub struct Luminaires {
@@ -70,8 +75,8 @@ pub struct Luminaires {
     pub list: Vec<Luminaire>,
     /// Per material: its emission is the luminaires', so hemisphere rays must not count it again.
     pub carries: Vec<bool>,
-    /// Of each face: the convex lamp it belongs to; empty where there is none.
-    parts: Vec<u32>,
+    /// Of each face: the convex lamp it belongs to, if to one; empty where there is no such lamp.
+    parts: Vec<Option<u32>>,
 }
 
 impl Luminaires {
@@ -84,7 +89,7 @@ impl Luminaires {
             let part = luminaires.part(faces[0]);
             let whole = faces.iter().all(|&f| luminaires.part(f) == part);
             let front = Luminaire::new(scene, &faces, Side::Front);
-            luminaires.list.push(Luminaire { part: if whole { part } else { NONE }, ..front });
+            luminaires.list.push(Luminaire { part: part.filter(|_| whole), ..front });
             if scene.material(faces[0]).sides == Sides::Two {
                 luminaires.list.push(Luminaire::new(scene, &faces, Side::Back));
             }
@@ -92,9 +97,9 @@ impl Luminaires {
         luminaires
     }
 
-    /// The convex lamp that a face belongs to, or [`NONE`](crate::direct::convex_luminaires::NONE).
-    pub(crate) fn part(&self, face: u32) -> u32 {
-        self.parts.get(face as usize).copied().unwrap_or(NONE)
+    /// The convex lamp that a face belongs to, if to one.
+    pub(crate) fn part(&self, face: u32) -> Option<u32> {
+        self.parts.get(face as usize).copied().flatten()
     }
 
     /// Faces of the carried materials, an object and material together, in the order of their first faces.
@@ -120,10 +125,7 @@ fn polygons(triangles: &[EmittingTriangle]) -> Vec<Vec<DVec3>> {
     let mut rest = triangles;
     while let [first, others @ ..] = rest {
         let joined = others.first().and_then(|second| quadrangle(first, second));
-        rest = match joined {
-            Some(_) => &others[1..],
-            None => others,
-        };
+        rest = &others[usize::from(joined.is_some())..];
         polygons.push(joined.map_or_else(|| first.exact.to_vec(), |q| q.to_vec()));
     }
     polygons
@@ -167,7 +169,7 @@ impl Luminaire {
         Luminaire {
             radiance: scene.material(faces[0]).emission,
             area: sum,
-            part: NONE,
+            part: None,
             outline: Outline::new(triangles.iter().map(|t| t.exact)),
             polygons: polygons(&triangles),
             triangles,
@@ -181,7 +183,7 @@ impl Luminaire {
         Some(outline.form(x.as_dvec3(), n.as_dvec3()))
     }
 
-    /// The same whatever the number of faces.
+    /// Form factor from a point with unit normal to all of the luminaire, nothing between, whatever the number of faces.
     pub fn exact_form(&self, x: Vec3, n: Vec3) -> f64 {
         self.closed_form(x, n).unwrap_or_else(|| {
             let (x, n) = (x.as_dvec3(), n.as_dvec3());
@@ -200,17 +202,27 @@ impl Luminaire {
         self.triangles.iter().flat_map(|t| t.exact)
     }
 
+    /// A convex body that holds it: its corners, or a box around them where they are many.
+    pub(crate) fn body(&self) -> Body {
+        let body = Body::new(self.corners()).unwrap_or_else(|| {
+            let (low, high) = bounds(self.corners());
+            Body::of_box(low, high)
+        });
+        Body { part: self.part, ..body }
+    }
+
     /// Form factor from a point to what it sees of the luminaire behind `casters`; `None` where that is too ragged, or the faces
     /// are too many.
     pub(crate) fn visible_form(
         &self,
-        (x, n): (Vec3, Vec3),
+        x: Vec3,
+        n: Vec3,
         casters: impl Iterator<Item = Caster>,
         memory: &mut Pieces,
     ) -> Option<f64> {
         self.outline.as_ref()?;
         let polygons = self.polygons.iter().map(|p| &p[..]);
-        visible_form((x.as_dvec3(), n.as_dvec3()), polygons, casters, memory)
+        visible_form(x.as_dvec3(), n.as_dvec3(), polygons, casters, memory)
     }
 
     /// The point at (u, v) in the unit square, uniform in area.

@@ -6,13 +6,13 @@
 //!
 //! Not handled: faces that touch without a common corner count as apart, which costs time and no accuracy.
 
-use std::collections::HashMap;
-
-use crate::direct::light_tree::{Placed, part};
-use crate::direct::luminaire::FEW;
+use crate::direct::light_halving::{Placed, halve};
 use crate::form_factors::geometry::silhouette::Outline;
 use crate::scene::Scene;
+use crate::surfaces::connected::connected;
 
+/// Luminaires that each receiver asks one by one, at most.
+pub(crate) const FEW: usize = 16;
 /// Faces of a piece at most.
 const PIECE: usize = 16;
 
@@ -23,60 +23,25 @@ pub(crate) fn divided(scene: &Scene, groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
         return groups;
     }
     let mut pieces = Vec::new();
-    for group in groups.into_iter().flat_map(|g| connected(scene, g)) {
+    for group in groups.iter().flat_map(|g| connected(scene, g, |_| ())) {
         let place = |face: u32| {
             let [a, b, c] = scene.corners(face).map(|p| p.as_dvec3());
-            let normal = (b - a).cross(c - a).normalize_or_zero();
-            ((a + b + c) / 3.0, normal, face)
+            let direction = (b - a).cross(c - a).normalize_or_zero();
+            Placed { place: (a + b + c) / 3.0, direction, number: face }
         };
         divide(&mut group.into_iter().map(place).collect::<Vec<_>>(), &mut pieces);
     }
     pieces
 }
 
-/// Parts faces that share no corner: lamps of one object that lie apart are no different from lamps of many.
-pub(crate) fn connected(scene: &Scene, faces: Vec<u32>) -> Vec<Vec<u32>> {
-    let mut first: HashMap<[u32; 3], usize> = HashMap::new();
-    let mut parent: Vec<usize> = (0..faces.len()).collect();
-    for (k, &face) in faces.iter().enumerate() {
-        for corner in scene.corners(face) {
-            let other = *first.entry(corner.to_array().map(f32::to_bits)).or_insert(k);
-            let (a, b) = (root(&mut parent, other), root(&mut parent, k));
-            // The first face of a part is its root.
-            parent[a.max(b)] = a.min(b);
-        }
-    }
-    let mut parts: Vec<Vec<u32>> = Vec::new();
-    let mut place = vec![0; faces.len()];
-    for (k, &face) in faces.iter().enumerate() {
-        let own = root(&mut parent, k);
-        if own == k {
-            place[k] = parts.len();
-            parts.push(Vec::new());
-        }
-        parts[place[own]].push(face);
-    }
-    parts
-}
-
-/// The root of k in a forest, whose paths it halves.
-fn root(parent: &mut [usize], mut k: usize) -> usize {
-    while parent[k] != k {
-        parent[k] = parent[parent[k]];
-        k = parent[k];
-    }
-    k
-}
-
 /// Halves faces until few are left together.
 fn divide(faces: &mut [Placed], pieces: &mut Vec<Vec<u32>>) {
     if faces.len() <= PIECE {
-        let mut piece: Vec<u32> = faces.iter().map(|f| f.2).collect();
+        let mut piece: Vec<u32> = faces.iter().map(|f| f.number).collect();
         piece.sort_unstable();
         return pieces.push(piece);
     }
-    let half = part(faces);
-    let (left, right) = faces.split_at_mut(half);
+    let (left, right) = halve(faces);
     divide(left, pieces);
     divide(right, pieces);
 }

@@ -1,6 +1,6 @@
 //! Direct light: what a place receives as emitted from luminaires, in closed form times what is seen of them.
 //!
-//! [`receive_emitted`] and [`gather_luminaire`] integrate Lambert's closed form over the part of each [`Luminaire`]
+//! [`receive_emitted`] and [`Lighting::gather_luminaire`] integrate Lambert's closed form over the part of each [`Luminaire`]
 //! that the place sees. Where there are many luminaires they stand in a light tree (`light_tree`); each patch keeps a
 //! cut through it (`light_cut`), and what the cut leaves open is drawn by chance with the cut's light as control variate.
 //! After B. Walter et al., *Lightcuts*, 2005, and A. Conty, C. Kulla, *Importance sampling of many lights*, 2018.
@@ -14,19 +14,23 @@ pub(crate) mod cut_refinement;
 pub(crate) mod drawn_light;
 pub(crate) mod large_emitters;
 pub(crate) mod light_cut;
+pub(crate) mod light_halving;
 pub(crate) mod light_sampling;
 pub(crate) mod light_tree;
 pub(crate) mod luminaire;
 pub(crate) mod luminaire_parts;
 pub(crate) mod moments;
 pub(crate) mod normal_cone;
+pub(crate) mod occlusion;
+pub(crate) mod ratio_estimator;
 pub(crate) mod receive;
 pub(crate) mod shaft_culling;
 pub(crate) mod visibility;
 
-pub use drawn_light::Lighting;
-pub use light_cut::Links;
+pub use light_cut::LightCuts;
 pub use luminaire::{Luminaire, Luminaires};
-pub use receive::{DirectSum, Receiver, Scratch, gather_luminaire, receive_emitted};
+pub use occlusion::Occlusion;
+pub use ratio_estimator::{DirectSum, Lamp, Scratch};
+pub use receive::receive_emitted;
 pub use shaft_culling::{Between, Shafts};
-pub use visibility::{Occlusion, Sight};
+pub use visibility::{Lighting, Sight};

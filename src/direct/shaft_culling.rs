@@ -52,20 +52,13 @@ pub struct Shafts {
 }
 
 impl Shafts {
-    /// Finds what may lie between every patch that `receives` and every luminaire; `tau` by material.
-    pub fn new(
-        scene: &Scene,
-        (rays, patches): (&Rays, &Patches),
-        luminaires: &Luminaires,
-        tau: &[f32],
-        receives: &[bool],
-    ) -> Shafts {
-        let casters = casters(scene, rays, luminaires, tau);
+    /// Finds which casters may lie between every patch that `receives` and every luminaire.
+    pub(crate) fn new(casters: Vec<Caster>, patches: &Patches, luminaires: &Luminaires, receives: &[bool]) -> Shafts {
         let count = luminaires.list.len();
         if casters.len() * count * patches.len() > MOST_TESTS {
             return Shafts::default();
         }
-        let lamps: Vec<Option<Body>> = luminaires.list.iter().map(|l| Some(Body::of_lamp(l))).collect();
+        let lamps: Vec<Option<Body>> = luminaires.list.iter().map(|l| Some(l.body())).collect();
         let find = |i: usize| -> Vec<Option<Vec<u32>>> {
             if !receives[i] {
                 return vec![Some(Vec::new()); count];
@@ -118,7 +111,7 @@ impl Shafts {
     }
 }
 
-/// The faces that may occlude and do.
+/// The faces that may occlude and do; `tau` by material.
 pub(crate) fn casters(scene: &Scene, rays: &Rays, luminaires: &Luminaires, tau: &[f32]) -> Vec<Caster> {
     let faces = rays.occluders().iter();
     faces
@@ -151,11 +144,11 @@ pub(crate) fn sieve(
     among: impl Iterator<Item = u32>,
 ) -> impl Iterator<Item = u32> {
     let hull: Vec<DVec3> = patch.corners.iter().chain(&lamp.corners).copied().collect();
-    let (low, high) = bounds(&hull);
+    let (low, high) = bounds(hull.iter().copied());
     let [from, to] = [patch, lamp].map(Body::middle);
     among.filter(move |&k| {
         let c = &casters[k as usize];
-        let (l, h) = bounds(&c.corners);
+        let (l, h) = bounds(c.corners);
         l.cmplt(high).all()
             && h.cmpgt(low).all()
             && patch.reached_by(c)
@@ -187,10 +180,7 @@ fn straddled(c: &Caster, points: &[DVec3]) -> bool {
 /// Whether a plane is found that has the points on one side and the triangle on the other.
 fn separated(hull: &[DVec3], triangle: &[DVec3; 3]) -> bool {
     let lowest = |set: &[DVec3], v: DVec3| {
-        let lower = |best: (f64, DVec3), &p: &DVec3| match v.dot(p) {
-            h if h < best.0 => (h, p),
-            _ => best,
-        };
+        let lower = |best: (f64, DVec3), &p: &DVec3| if v.dot(p) < best.0 { (v.dot(p), p) } else { best };
         set.iter().fold((f64::INFINITY, DVec3::ZERO), lower).1
     };
     let mut v = hull[0] - triangle[0];

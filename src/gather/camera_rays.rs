@@ -6,13 +6,14 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::direct::{DirectSum, Links, Receiver, Scratch as Memory, gather_luminaire};
+use crate::direct::{DirectSum, LightCuts, Scratch as Memory};
 use crate::gather::fields::Fields;
 use crate::gather::pixel::Pixel;
 use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{Hit, Ray, Side};
+use crate::surfaces::SurfacePoint;
 
 /// Tells the two halves' scramblings apart.
 const HALVES: [u32; 2] = [0x9a7e_0000, 0x3c6e_f372];
@@ -41,7 +42,7 @@ impl<'a> Pass<'a> {
     /// A pass with so many visibility rays for each camera ray; the first `camera` rays of a half are tabled.
     pub fn new(view: &'a View, fields: &'a Fields, (camera, luminaire): (u32, u32), seed: u32) -> Pass<'a> {
         let luminaire = luminaire.max(1);
-        let most = view.sight.links.as_ref().map_or(1, |_| Links::MOST_DRAWN);
+        let most = view.sight.cuts.as_ref().map_or(1, |_| LightCuts::MOST_DRAWN);
         Pass {
             view,
             fields,
@@ -55,7 +56,7 @@ impl<'a> Pass<'a> {
     pub fn scratch(&self) -> Scratch {
         Scratch {
             memory: Memory::default(),
-            sums: match self.view.sight.links {
+            sums: match self.view.sight.cuts {
                 Some(_) => Vec::new(),
                 None => vec![DirectSum::default(); self.view.luminaires.list.len()],
             },
@@ -124,7 +125,7 @@ impl<'a> Pass<'a> {
     }
 
     /// The surface that camera ray s of one half of pixel k sees: its plane, side and material, and the point.
-    pub fn look(&self, k: usize, half: usize, s: u32) -> Option<((u32, Side, u32), Receiver)> {
+    pub fn look(&self, k: usize, half: usize, s: u32) -> Option<((u32, Side, u32), SurfacePoint)> {
         let view = self.view;
         let seed = hash(k as u32, self.seed ^ HALVES[half]);
         let (u, v) = (self.sobol.point(s, 0, seed), self.sobol.point(s, 1, seed));
@@ -135,8 +136,8 @@ impl<'a> Pass<'a> {
         Some((key, self.receiver(&hit, position)))
     }
 
-    fn receiver(&self, hit: &Hit, position: Vec3) -> Receiver {
-        Receiver { position, normal: self.view.patches.normal(hit.face, hit.side), face: hit.face }
+    fn receiver(&self, hit: &Hit, position: Vec3) -> SurfacePoint {
+        SurfacePoint { position, normal: self.view.patches.normal(hit.face, hit.side), face: hit.face }
     }
 
     /// The first surface under a point of pixel k, and where it is met, put exactly into the face's plane.
@@ -157,19 +158,19 @@ impl<'a> Pass<'a> {
     /// Adds the light of every luminaire at one point; returns the rays cast.
     fn add_direct(
         &self,
-        receiver: &Receiver,
+        receiver: &SurfacePoint,
         patch: u32,
         rho: DVec3,
         (s, seed): (u32, u32),
         scratch: &mut Scratch,
     ) -> u64 {
         let n = self.luminaire;
-        let sight = self.view.sight;
-        if let Some(links) = &sight.links {
-            return self.add_linked(links, (receiver, patch), rho, (s, seed), scratch);
+        let lighting = self.view.lighting();
+        if let Some(cuts) = &lighting.sight.cuts {
+            return self.add_by_cut(cuts, receiver, patch, rho, (s, seed), scratch);
         }
         let mut cast = 0;
-        for (l, luminaire) in self.view.luminaires.list.iter().enumerate() {
+        for l in 0..lighting.luminaires.list.len() {
             // The first luminaire shares the camera ray's scrambling: joint points over pixel and emitter.
             let own = if l == 0 { seed } else { hash(l as u32, seed) };
             let draw = (0..n as usize).map(|k| {
@@ -177,33 +178,30 @@ impl<'a> Pass<'a> {
                 (self.sobol.point(index, 2, own), self.sobol.point(index, 3, own))
             });
             let sum = &mut scratch.sums[l];
-            let lamp = (luminaire, sight.shafts.between(patch, l));
-            let path = (self.view.rays, sight);
-            cast += gather_luminaire(sum, rho, receiver, lamp, path, draw, &mut scratch.memory);
+            let lamp = lighting.lamp(l, patch);
+            cast += lighting.gather_luminaire(lamp, receiver, rho, draw, &mut scratch.memory, sum);
         }
         cast
     }
 
-    /// The same where luminaires are many: some are drawn.
-    fn add_linked(
+    /// Adds the light of many luminaires at one point, some of which are drawn; returns the rays cast.
+    fn add_by_cut(
         &self,
-        links: &Links,
-        place: (&Receiver, u32),
+        cuts: &LightCuts,
+        receiver: &SurfacePoint,
+        patch: u32,
         rho: DVec3,
         (s, seed): (u32, u32),
         scratch: &mut Scratch,
     ) -> u64 {
-        let view = self.view;
         // Blocks of one length for all patches, or two of them in a pixel would share points.
-        let block = self.luminaire * Links::MOST_DRAWN;
+        let block = self.luminaire * LightCuts::MOST_DRAWN;
         let draw = |k: usize| {
             let at = |d: usize| self.sobol.point(s * block + k as u32, d, seed);
             (at(2), at(3))
         };
-        let drawn = (0..(self.luminaire * links.draws(place.1)) as usize).map(draw);
-        let path = (view.rays, view.sight);
-        let memory = &mut scratch.memory;
-        let (light, cast) = links.gather(place, view.luminaires, path, drawn, memory);
+        let drawn = (0..(self.luminaire * cuts.draws(patch)) as usize).map(draw);
+        let (light, cast) = cuts.gather(&self.view.lighting(), receiver, patch, drawn, &mut scratch.memory);
         scratch.linked += rho * light;
         cast
     }

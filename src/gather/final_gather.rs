@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
-use crate::direct::Receiver;
 use crate::gather::fields::Fields;
 use crate::gather::guiding::Guided;
 use crate::gather::reading::Reading;
@@ -13,6 +12,7 @@ use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::rays::sobol::{Sobol, Stream, hash};
 use crate::rays::{FAN, Fan, Hit, Ray};
+use crate::surfaces::SurfacePoint;
 
 /// Rays of a point whose numbers are tabled: few points cast more.
 const TABLED: usize = 1 << 13;
@@ -73,7 +73,7 @@ impl<'a> Reader<'a> {
     /// the sum of the rays' inverse lengths.
     pub fn read(
         &self,
-        from: &[Receiver],
+        from: &[SurfacePoint],
         indices: Range<u32>,
         (seed, guided): (u32, Guided),
         memory: &mut Memory,
@@ -109,7 +109,7 @@ impl<'a> Reader<'a> {
     #[inline(always)]
     fn cast(
         &self,
-        from: &[Receiver],
+        from: &[SurfacePoint],
         indices: Range<u32>,
         (seed, guided): (u32, Guided),
         mut each: impl FnMut(&Ray, u32, Counts) -> Told,
@@ -138,7 +138,7 @@ impl<'a> Reader<'a> {
 
     /// Calls `meet(patch, position, through)` for all that the rays `indices` from a point meet, `through` being the product of
     /// tau before it.
-    pub fn trace(&self, from: &Receiver, indices: Range<u32>, seed: u32, mut meet: impl FnMut(u32, Vec3, f32)) {
+    pub fn trace(&self, from: &SurfacePoint, indices: Range<u32>, seed: u32, mut meet: impl FnMut(u32, Vec3, f32)) {
         let mut hits = Vec::new();
         let from = std::slice::from_ref(from);
         self.cast(from, indices, (seed, Guided::ALONE), |ray, _, _| Told {
@@ -150,38 +150,15 @@ impl<'a> Reader<'a> {
     /// Meets all that light comes from along a ray; returns the inverse distance to the first.
     #[inline(always)]
     fn meet(&self, ray: &Ray, hits: &mut Vec<Hit>, mut meet: impl FnMut(u32, Vec3, f32)) -> f64 {
-        if self.walker.opaque { self.meet_first(ray, &mut meet) } else { self.meet_all(ray, hits, &mut meet) }
-    }
-
-    /// Meets the first face; returns its inverse distance.
-    #[inline(always)]
-    fn meet_first(&self, ray: &Ray, meet: &mut impl FnMut(u32, Vec3, f32)) -> f64 {
-        let Some(hit) = self.view.rays.closest(ray) else {
-            return 0.0;
-        };
-        self.meet_at(ray, &hit, 1.0, meet);
-        1.0 / f64::from(hit.t)
-    }
-
-    /// Meets every face that light comes through from; returns the first one's inverse distance.
-    fn meet_all(&self, ray: &Ray, hits: &mut Vec<Hit>, meet: &mut impl FnMut(u32, Vec3, f32)) -> f64 {
         let view = self.view;
-        view.rays.crossings(ray, hits);
-        let mut through = 1.0;
-        for hit in hits.iter() {
-            self.meet_at(ray, hit, through, meet);
-            let material = view.scene.faces[hit.face as usize].material;
-            through *= view.transports[material as usize].tau;
-            if through == 0.0 {
-                break;
-            }
-        }
+        view.rays.light_crossings(ray, self.walker.opaque, hits);
+        view.rays.transmit(hits, |m| view.transports[m].tau, |hit, through| self.meet_at(ray, hit, through, &mut meet));
         hits.first().map_or(0.0, |hit| 1.0 / f64::from(hit.t))
     }
 
     #[inline(always)]
     fn meet_at(&self, ray: &Ray, hit: &Hit, through: f32, meet: &mut impl FnMut(u32, Vec3, f32)) {
-        let position = ray.origin + hit.t * ray.direction;
+        let position = ray.at(hit.t);
         if let Some(patch) = self.view.patches.at(hit.face, hit.side, position) {
             meet(patch, position, through);
         }
@@ -207,7 +184,7 @@ mod tests {
         let transports: Vec<Transport> = scene.transports(Mode::Global.transport());
         let luminaires = Luminaires::new(&scene);
         let receives = vec![true; patches.len()];
-        let sight = Sight::new(&scene, (&rays, &patches), &luminaires, &transports, &receives);
+        let sight = Sight::new(&scene, &rays, &patches, &luminaires, &transports, &receives);
         let view = View {
             scene: &scene,
             rays: &rays,
@@ -223,12 +200,9 @@ mod tests {
         let field = (0..patches.len()).map(|i| Rgb::splat(f32::from(bright(i))));
         let fields = Fields::new(&[field.collect()]);
         let reader = Reader::new(&view, &fields, Reading::PLAIN);
-        let middle = |i: usize| {
-            let p = patches.point(i, 0.5, 0.5);
-            Receiver { position: p.position, normal: p.normal, face: p.face }
-        };
+        let middle = |i: usize| patches.point(i, 0.5, 0.5);
         const RAYS: u32 = 4096;
-        let read = |from: &[Receiver]| {
+        let read = |from: &[SurfacePoint]| {
             let mut sums = [DVec3::ZERO];
             reader.read(from, 0..RAYS, (5, Guided::ALONE), &mut Memory::default(), &mut sums);
             sums[0].x / f64::from(RAYS)

@@ -9,13 +9,13 @@
 
 use glam::DVec3;
 
-use crate::direct::Receiver;
 use crate::gather::camera_rays::Pass;
 use crate::gather::final_gather::Reader;
 use crate::gather::guiding::Guided;
 use crate::gather::interpolation::Place;
 use crate::gather::pixel_layer::Layer;
 use crate::gather::reflection::Memory;
+use crate::surfaces::SurfacePoint;
 
 /// Rays of a half that tell how near the surroundings are.
 const FIRST: u32 = 8;
@@ -131,7 +131,7 @@ impl Point {
     fn spread(&self) -> f64 {
         let middle = self.middle();
         let all = (0..2).flat_map(|half| self.layer.origins(half));
-        let apart = |r: &Receiver| r.position.as_dvec3().distance_squared(middle);
+        let apart = |r: &SurfacePoint| r.position.as_dvec3().distance_squared(middle);
         let (sum, count) = all.fold((0.0, 0.0), |(s, n), r| (s + apart(r), n + 1.0));
         (sum / count).sqrt()
     }

@@ -4,10 +4,10 @@
 
 use glam::DVec3;
 
-use crate::direct::Receiver;
 use crate::gather::pixel_layer::Layer;
 use crate::light::Rgb;
 use crate::rays::Side;
+use crate::surfaces::SurfacePoint;
 
 /// What one pixel found, sums over its camera rays.
 #[derive(Default)]
@@ -34,7 +34,7 @@ const LOOKS: i32 = 16;
 
 impl Pixel {
     /// The layer of a surface seen; a new one if no camera ray has seen it before.
-    pub fn layer(&mut self, key: (u32, Side, u32), seen: Receiver, rho: Rgb) -> &mut Layer {
+    pub fn layer(&mut self, key: (u32, Side, u32), seen: SurfacePoint, rho: Rgb) -> &mut Layer {
         let found = self.layers.iter().position(|l| l.holds(key, &seen));
         let k = found.unwrap_or_else(|| {
             self.layers.push(Layer::new(key, seen, rho));

@@ -7,10 +7,10 @@
 
 use glam::DVec3;
 
-use crate::direct::Receiver;
 use crate::gather::interpolation::Place;
 use crate::light::Rgb;
 use crate::rays::Side;
+use crate::surfaces::SurfacePoint;
 
 /// Normals of facets of one surface agree to this cosine.
 const ALIGNED: f32 = 0.99;
@@ -26,7 +26,7 @@ pub(crate) struct Layer {
     /// Plane, side and material.
     pub key: (u32, Side, u32),
     /// The first point seen, with the normal of the side seen.
-    pub first: Receiver,
+    pub first: SurfacePoint,
     /// Reflectance.
     pub rho: Rgb,
     /// Number of camera rays of each half.
@@ -34,17 +34,17 @@ pub(crate) struct Layer {
     /// Sums of the points seen.
     sum: [DVec3; 2],
     /// The first points seen by each half.
-    origins: [Vec<Receiver>; 2],
+    origins: [Vec<SurfacePoint>; 2],
 }
 
 impl Layer {
     /// A layer that no ray has seen yet.
-    pub fn new(key: (u32, Side, u32), first: Receiver, rho: Rgb) -> Layer {
+    pub fn new(key: (u32, Side, u32), first: SurfacePoint, rho: Rgb) -> Layer {
         Layer { key, first, rho, count: [0; 2], sum: [DVec3::ZERO; 2], origins: [Vec::new(), Vec::new()] }
     }
 
     /// Adds one camera ray of a half.
-    pub fn add(&mut self, half: usize, seen: &Receiver) {
+    pub fn add(&mut self, half: usize, seen: &SurfacePoint) {
         if self.origins[half].len() < ORIGINS {
             self.start(half, *seen);
         }
@@ -53,7 +53,7 @@ impl Layer {
     }
 
     /// Points that rays of a half may start from: those that it saw first, or the other half's where it saw none.
-    pub fn origins(&self, half: usize) -> &[Receiver] {
+    pub fn origins(&self, half: usize) -> &[SurfacePoint] {
         match &self.origins[half][..] {
             [] => &self.origins[1 - half],
             own => own,
@@ -61,7 +61,7 @@ impl Layer {
     }
 
     /// Adds a point that rays of a half may start from.
-    pub fn start(&mut self, half: usize, seen: Receiver) {
+    pub fn start(&mut self, half: usize, seen: SurfacePoint) {
         self.origins[half].push(seen);
     }
 
@@ -88,7 +88,7 @@ impl Layer {
     }
 
     /// Whether a point belongs to this surface: in its plane, or on a facet that continues it around a bend.
-    pub fn holds(&self, key: (u32, Side, u32), seen: &Receiver) -> bool {
+    pub fn holds(&self, key: (u32, Side, u32), seen: &SurfacePoint) -> bool {
         if self.key == key {
             return true;
         }
@@ -105,8 +105,8 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
-    fn receiver(position: Vec3, normal: Vec3) -> Receiver {
-        Receiver { position, normal: normal.normalize(), face: 0 }
+    fn receiver(position: Vec3, normal: Vec3) -> SurfacePoint {
+        SurfacePoint { position, normal: normal.normalize(), face: 0 }
     }
 
     #[test]

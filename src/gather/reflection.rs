@@ -4,11 +4,12 @@
 
 use glam::DVec3;
 
-use crate::direct::{Lighting, Receiver, Scratch};
+use crate::direct::{Lighting, Scratch};
 use crate::gather::view::View;
 use crate::rays::sobol::Stream;
 use crate::rays::warp::cosine_direction;
 use crate::rays::{Hit, Ray, Side};
+use crate::surfaces::SurfacePoint;
 
 use glam::Vec3;
 
@@ -65,11 +66,7 @@ pub(crate) struct Walker<'a> {
 
 impl<'a> Walker<'a> {
     pub fn new(view: &'a View<'a>) -> Walker<'a> {
-        Walker {
-            view,
-            lighting: Lighting { rays: view.rays, luminaires: view.luminaires, sight: view.sight },
-            opaque: view.transports.iter().all(|t| t.tau == 0.0),
-        }
+        Walker { view, lighting: view.lighting(), opaque: view.transports.iter().all(|t| t.tau == 0.0) }
     }
 
     /// The patch of a point that was met.
@@ -127,24 +124,17 @@ impl<'a> Walker<'a> {
     pub fn follow(&self, ray: &Ray, memory: &mut Memory, mut meet: impl FnMut(Met)) -> f64 {
         let view = self.view;
         memory.cast += 1;
-        if self.opaque {
-            memory.hits.clear();
-            memory.hits.extend(view.rays.closest(ray));
-        } else {
-            view.rays.crossings(ray, &mut memory.hits);
-        }
-        let mut through = 1.0;
-        for hit in &memory.hits {
-            let found = self.met(ray, hit, through);
-            if self.patch(&found).is_some() {
-                meet(found);
-            }
-            let material = view.scene.faces[hit.face as usize].material;
-            through *= view.transports[material as usize].tau;
-            if through == 0.0 {
-                break;
-            }
-        }
+        view.rays.light_crossings(ray, self.opaque, &mut memory.hits);
+        view.rays.transmit(
+            &memory.hits,
+            |m| view.transports[m].tau,
+            |hit, through| {
+                let found = self.met(ray, hit, through);
+                if self.patch(&found).is_some() {
+                    meet(found);
+                }
+            },
+        );
         let first = memory.hits.first();
         first.map_or(0.0, |hit| 1.0 / f64::from(hit.t))
     }
@@ -152,13 +142,13 @@ impl<'a> Walker<'a> {
     /// Where a ray meets a face, put exactly into its plane.
     pub fn met(&self, ray: &Ray, hit: &Hit, through: f32) -> Met {
         let view = self.view;
-        let position = ray.origin + hit.t * ray.direction;
+        let position = ray.at(hit.t);
         let normal = view.patches.normal(hit.face, Side::Front);
         let off = (position - view.scene.corners(hit.face)[0]).dot(normal);
         Met { face: hit.face, side: hit.side, position: position - off * normal, through, distance: hit.t }
     }
 
-    fn receiver(&self, at: &Met) -> Receiver {
-        Receiver { position: at.position, normal: self.view.patches.normal(at.face, at.side), face: at.face }
+    fn receiver(&self, at: &Met) -> SurfacePoint {
+        SurfacePoint { position: at.position, normal: self.view.patches.normal(at.face, at.side), face: at.face }
     }
 }

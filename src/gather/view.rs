@@ -2,7 +2,7 @@
 //!
 //! Not handled: the light that is gathered; that is [`crate::gather::Fields`].
 
-use crate::direct::{Luminaires, Sight};
+use crate::direct::{Lighting, Luminaires, Sight};
 use crate::light::Transport;
 use crate::patches::Patches;
 use crate::rays::Rays;
@@ -27,4 +27,11 @@ pub struct View<'a> {
     pub width: usize,
     /// Pixels down.
     pub height: usize,
+}
+
+impl<'a> View<'a> {
+    /// What lights the scene.
+    pub fn lighting(&self) -> Lighting<'a> {
+        Lighting { rays: self.rays, luminaires: self.luminaires, sight: self.sight }
+    }
 }

@@ -24,7 +24,8 @@ use crate::gather::fields::Fields;
 use crate::gather::importance_paths::{Path, Step, Walks};
 use crate::gather::reading::{READINGS, Reading};
 use crate::gather::reflection::Met;
-use crate::patches::{PatchPoint, Patches, Sample};
+use crate::patches::{Patches, Sample};
+use crate::surfaces::SurfacePoint;
 
 /// Pixels to a side of the blocks that products are taken over.
 const BLOCKS: [usize; 5] = [1, 2, 4, 8, 16];
@@ -145,7 +146,7 @@ impl Walks {
             };
             let normal = patches.normal(face, side);
             samples[patches.whole(patch) as usize]
-                .push(Sample { point: PatchPoint { position, normal, face }, light: sample(step, patches, fields) });
+                .push(Sample { point: SurfacePoint { position, normal, face }, light: sample(step, patches, fields) });
         }
         samples
     }

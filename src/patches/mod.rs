@@ -25,7 +25,6 @@ pub(crate) mod tiles;
 pub(crate) mod zones;
 
 pub use adjacency::Neighbours;
-pub use pieces::PatchPoint;
 pub use regression_tree::Sample;
 pub use scene_patches::Patches;
 pub use zones::Zones;

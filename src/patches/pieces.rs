@@ -1,4 +1,4 @@
-//! What patches are made of: pieces of faces, and points.
+//! What patches are made of: pieces of faces.
 //!
 //! Not handled: which pieces belong together; [`crate::patches::grid`] and [`crate::patches::clusters`] tell.
 
@@ -27,15 +27,4 @@ pub(crate) struct Fragment {
     pub face: u32,
     /// Areas of the patch's fragments up to and including this one, divided by the patch's area.
     pub share: f32,
-}
-
-/// A point on a patch.
-#[derive(Clone, Copy, Debug)]
-pub struct PatchPoint {
-    /// Unit coordinates.
-    pub position: Vec3,
-    /// Unit normal of the side the patch lies on.
-    pub normal: Vec3,
-    /// The face the point lies on.
-    pub face: u32,
 }

@@ -15,7 +15,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::patches::pieces::PatchPoint;
+use crate::surfaces::SurfacePoint;
 
 /// Samples of a part at least.
 const LEAST: usize = 12;
@@ -28,7 +28,7 @@ const DEEPEST: u32 = 24;
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
     /// Where.
-    pub point: PatchPoint,
+    pub point: SurfacePoint,
     /// W/(m² sr).
     pub light: DVec3,
 }
@@ -112,7 +112,7 @@ mod tests {
         let mut one = || {
             let position = Vec3::new(random.uniform(), random.uniform(), 0.0);
             let noise = f64::from(random.uniform()) - 0.5;
-            let point = PatchPoint { position, normal: Vec3::Z, face: 0 };
+            let point = SurfacePoint { position, normal: Vec3::Z, face: 0 };
             Sample { point, light: DVec3::splat(light(position.x) + noise) }
         };
         (0..count).map(|_| one()).collect()

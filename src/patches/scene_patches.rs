@@ -11,10 +11,11 @@ use glam::Vec3;
 
 use crate::patches::grid::Grid;
 use crate::patches::parts::Parts;
-use crate::patches::pieces::{Fragment, NONE, PatchPoint};
+use crate::patches::pieces::{Fragment, NONE};
 use crate::patches::tiles::Tiling;
-use crate::rays::Side;
 use crate::rays::warp::triangle_point;
+use crate::rays::{Hit, Ray, Side};
+use crate::surfaces::SurfacePoint;
 
 /// What the area of a patch without chosen points counts beside those that have some: next to nothing, but more than none.
 const UNSEEN: f64 = 1e-6;
@@ -48,7 +49,7 @@ pub struct Patches {
     /// Front unit normals of the faces.
     pub(super) normals: Arc<[Vec3]>,
     /// Points that the rays of a patch start from, where they are chosen; empty where they are uniform over it.
-    pub(super) starts_of_rays: Vec<Vec<PatchPoint>>,
+    pub(super) starts_of_rays: Vec<Vec<SurfacePoint>>,
     /// Patches that are divided further.
     pub(super) parts: Parts,
 }
@@ -102,6 +103,12 @@ impl Patches {
         Some(self.parts.at(patch, position, self.normal(face, side)))
     }
 
+    /// The patch that a ray meets in a crossing; `None` on the black back of a one-sided face.
+    #[inline]
+    pub fn met(&self, ray: &Ray, hit: &Hit) -> Option<u32> {
+        self.at(hit.face, hit.side, ray.at(hit.t))
+    }
+
     /// The patch that the front of a face is part of, where it is one patch only.
     pub(super) fn of_face(&self, face: u32) -> Option<u32> {
         match self.owners[face as usize] {
@@ -129,7 +136,7 @@ impl Patches {
     /// sees of it.
     ///
     /// Patches without such points keep uniform ones.
-    pub fn start_from(&mut self, starts: Vec<Vec<PatchPoint>>) {
+    pub fn start_from(&mut self, starts: Vec<Vec<SurfacePoint>>) {
         self.starts_of_rays = starts;
     }
 
@@ -140,12 +147,12 @@ impl Patches {
     }
 
     /// The points that stand for patch i, if some were chosen.
-    pub fn chosen(&self, i: usize) -> &[PatchPoint] {
+    pub fn chosen(&self, i: usize) -> &[SurfacePoint] {
         self.starts_of_rays.get(i).map_or(&[], |own| own)
     }
 
     /// The point of patch `i` at (u, v) in the unit square; uniform over the patch, or over its chosen points, for uniform (u, v).
-    pub fn point(&self, i: usize, u: f32, v: f32) -> PatchPoint {
+    pub fn point(&self, i: usize, u: f32, v: f32) -> SurfacePoint {
         let chosen = self.chosen(i);
         if !chosen.is_empty() {
             return chosen[((u * chosen.len() as f32) as usize).min(chosen.len() - 1)];
@@ -157,7 +164,7 @@ impl Patches {
         // Stretch u over the chosen fragment, so that one stratified number serves twice.
         let u = ((u - before) / (own[k].share - before)).clamp(0.0, 0.999_999_94);
         let face = own[k].face;
-        PatchPoint { position: triangle_point(own[k].corners, u, v), normal: self.normal(face, self.sides[i]), face }
+        SurfacePoint { position: triangle_point(own[k].corners, u, v), normal: self.normal(face, self.sides[i]), face }
     }
 
     /// The triangles a patch consists of, with the face each is a part of.

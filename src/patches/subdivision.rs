@@ -11,9 +11,10 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::patches::parts::{Part, Parts, number};
-use crate::patches::pieces::{NONE, PatchPoint};
+use crate::patches::pieces::NONE;
 use crate::patches::regression_tree::{Sample, Tree, grow};
 use crate::patches::scene_patches::Patches;
+use crate::surfaces::SurfacePoint;
 
 impl Patches {
     /// Whether patches were divided by light.
@@ -32,7 +33,7 @@ impl Patches {
         self.restore();
         samples.resize_with(self.len(), Vec::new);
         let trees: Vec<Tree> = samples.into_par_iter().map(|own| grow(own, 0)).collect();
-        let mut starts: Vec<Vec<PatchPoint>> = Vec::new();
+        let mut starts: Vec<Vec<SurfacePoint>> = Vec::new();
         starts.resize_with(self.len(), Vec::new);
         let mut parts =
             Parts { roots: vec![NONE; self.len()], count: self.len(), areas: self.areas.clone(), ..Parts::default() };

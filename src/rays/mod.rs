@@ -29,6 +29,7 @@ pub(crate) mod simd_block;
 pub mod sobol;
 #[cfg(test)]
 mod tests;
+pub(crate) mod transmit;
 pub(crate) mod triangle;
 pub mod warp;
 

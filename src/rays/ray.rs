@@ -15,6 +15,14 @@ pub struct Ray {
     pub source: Option<u32>,
 }
 
+impl Ray {
+    /// The point at distance t, unit coordinates.
+    #[inline]
+    pub fn at(&self, t: f32) -> Vec3 {
+        self.origin + t * self.direction
+    }
+}
+
 /// One meeting of a ray and a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {

@@ -104,7 +104,7 @@ impl Rays {
         let (Some(tree), Some(segment)) = (self.between(from, to), self.segment(from, to)) else {
             return 1.0;
         };
-        let tau_of = |face: u32| tau[self.materials[face as usize] as usize];
+        let tau_of = |face: u32| tau[self.material(face)];
         if !tree.all_unless(|face| tau_of(face) == 0.0, &segment, scratch) {
             return 0.0;
         }
@@ -120,6 +120,16 @@ impl Rays {
     /// False where it is proved that no face lies between any two points of the scene's surface.
     pub fn anything_occludes(&self) -> bool {
         !matches!(self.occluders, Occluders::None)
+    }
+
+    /// The material of a face.
+    ///
+    /// # Panics
+    ///
+    /// If the scene has no such face.
+    #[inline]
+    pub fn material(&self, face: u32) -> usize {
+        self.materials[face as usize] as usize
     }
 
     /// The id of the plane a face lies in: faces whose planes agree within rounding share it, whatever way they face.

@@ -122,8 +122,19 @@ impl Stream {
     #[inline]
     pub fn uniform(&mut self) -> f32 {
         self.count = self.count.wrapping_add(1);
-        (hash(self.count, self.seed) >> 8) as f32 * (1.0 / 16_777_216.0)
+        fraction(hash(self.count, self.seed))
     }
+}
+
+/// The number in [0, 1) of bits: their first 24, all an f32 below 1 can hold, so that nothing rounds up to 1.
+#[inline(always)]
+pub(crate) fn fraction(bits: u32) -> f32 {
+    (bits >> 8) as f32 * (1.0 / 16_777_216.0)
+}
+
+/// The seed of the k-th of several answers that differ in their points only.
+pub(crate) fn replica_seed(seed: u32, k: u32) -> u32 {
+    seed.wrapping_add(k.wrapping_mul(0x9e37_79b9))
 }
 
 /// A bijection of 32 bits in which every input bit moves every output bit (C. Wellons' low-bias constants).
@@ -149,10 +160,10 @@ fn permute(mut x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
-/// The number in [0, 1) of reversed bits: its first 24, all an f32 below 1 can hold, so that nothing rounds up to 1.
+/// The number in [0, 1) of reversed bits.
 #[inline(always)]
 fn unit(reversed: u32) -> f32 {
-    (reversed.reverse_bits() >> 8) as f32 * (1.0 / 16_777_216.0)
+    fraction(reversed.reverse_bits())
 }
 
 /// Direction numbers of a dimension, column k for bit k of the index, the first binary digit in the highest bit.

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::direct::{Luminaires, Sight, receive_emitted};
+use crate::direct::{Lighting, Luminaires, Sight, receive_emitted};
 use crate::form_factors::{Closure, Sampling, Variant, cast_counts, closure};
 use crate::light::{Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
@@ -174,9 +174,8 @@ pub(crate) fn assemble_seeing(
         .collect();
     watch.begin("form factors", p.patches.len() as u64);
     let tick = |done| watch.tick(done);
-    let path = (&p.rays, &p.patches);
-    let rays = (sampling, &p.counts(sampling.rays)[..]);
-    let (factors, mut rays) = cast_counts(&p.scene, path, &variants, rays, &tick);
+    let counts = p.counts(sampling.rays);
+    let (factors, mut rays) = cast_counts(&p.rays, &p.patches, &variants, sampling, &counts, &tick);
     let unit = p.scene.frame.scale * p.scene.frame.scale;
     let areas: Vec<f64> = p.patches.areas().iter().map(|a| a * unit).collect();
     let mut assembled = Vec::new();
@@ -196,8 +195,7 @@ pub(crate) fn assemble_seeing(
 pub(crate) fn sight(p: &Prepared, transports: &[Transport]) -> Arc<Sight> {
     let reflects = |&m: &u32| p.scene.materials[m as usize].rho != Rgb::ZERO;
     let receives: Vec<bool> = p.patches.materials().iter().map(reflects).collect();
-    let (scene, path, lamps) = (&p.scene, (&p.rays, &p.patches), &p.luminaires);
-    Arc::new(Sight::new(scene, path, lamps, transports, &receives))
+    Arc::new(Sight::new(&p.scene, &p.rays, &p.patches, &p.luminaires, transports, &receives))
 }
 
 /// `F E` of the luminaires for every patch that reflects.
@@ -209,7 +207,6 @@ fn received(
     watch: &dyn Watch,
 ) -> (Vec<Rgb>, u64) {
     watch.begin("light as emitted", p.patches.len() as u64);
-    receive_emitted((&p.rays, &p.patches), &p.luminaires, sight, &materials.receives(), sampling, &|done| {
-        watch.tick(done)
-    })
+    let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight };
+    receive_emitted(&lighting, &p.patches, &materials.receives(), sampling, &|done| watch.tick(done))
 }

@@ -194,8 +194,7 @@ fn pilot(p: &Prepared, modes: &[Transport], sampling: &Sampling) -> Pilot {
             })
         })
         .collect();
-    let path = (&p.rays, &p.patches);
-    let (factors, _) = cast(&p.scene, path, &variants, sampling, &|_| ());
+    let (factors, _) = cast(&p.rays, &p.patches, &variants, sampling, &|_| ());
     let entries: usize = factors.iter().map(|f| Rows::entries(&f.rows)).sum();
     let rows = chosen.len() * variants.len();
     let radius = |(f, passed): (&FormFactors, &Vec<f32>)| {

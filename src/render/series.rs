@@ -22,6 +22,7 @@ use std::time::{Duration, Instant};
 use crate::form_factors::Sampling;
 use crate::light::{Light, Transport};
 use crate::operator::Operator;
+use crate::rays::sobol::replica_seed;
 use crate::render::assembly::{Assembled, Prepared, Watch, assemble_seeing, sight};
 use crate::render::light_walks::{WalkGoal, WalkedPowers, walked_powers};
 use crate::render::memory::{Kept, keep_terms_within};
@@ -243,8 +244,7 @@ fn walk(p: &Prepared, transport: Transport, wanted: &WantedTerms, clock: &Instan
 fn cast(p: &Prepared, transport: Transport, wanted: &WantedTerms, rays: u32, watch: &dyn Watch) -> BounceSeries {
     let sights = [sight(p, &p.scene.transports(transport))];
     let one = |cast: u32| {
-        let sampling =
-            Sampling { rays, seed: wanted.seed.wrapping_add(cast.wrapping_mul(0x9e37_79b9)), ..Sampling::default() };
+        let sampling = Sampling { rays, seed: replica_seed(wanted.seed, cast), ..Sampling::default() };
         let (mut modes, _) = assemble_seeing(p, &[transport], &sights, &sampling, watch);
         let mode = modes.remove(0);
         let solution = explore(&mode.operator, wanted.count);

@@ -11,5 +11,5 @@ pub fn assembled_shooter(mode: &Assembled) -> AssembledShooter<'_> {
 
 /// Shoots rays under one mode; no F is made. Evaluates light as emitted, if by closed form.
 pub fn ray_shooter(p: &Prepared, mode: Transport, settings: RaySettings) -> RayShooter<'_> {
-    RayShooter::new(&p.scene, (&p.rays, &p.patches), &p.luminaires, &p.scene.transports(mode), settings)
+    RayShooter::new(&p.scene, &p.rays, &p.patches, &p.luminaires, &p.scene.transports(mode), settings)
 }

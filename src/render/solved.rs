@@ -10,6 +10,7 @@ use crate::form_factors::Sampling;
 use crate::gather::{Fields, GatherSampling, Gathered, Gathering, Reading, View};
 use crate::light::{Rgb, Transport};
 use crate::operator::{LinearOperator, Operator};
+use crate::rays::sobol::replica_seed;
 use crate::render::assembly::{Assembled, Prepared, Seconds, Watch, assemble_seeing, sight};
 use crate::render::levels::{Off, fields};
 use crate::render::look::{ambient, look, reflected, view};
@@ -119,7 +120,7 @@ fn is_dark(p: &Prepared, transport: Transport) -> bool {
 }
 
 pub(crate) fn half(rays: u32, seed: u32, half: u32) -> Sampling {
-    Sampling { rays: (rays / 2).max(1), seed: seed.wrapping_add(half.wrapping_mul(0x9e37_79b9)), ..Sampling::default() }
+    Sampling { rays: (rays / 2).max(1), seed: replica_seed(seed, half), ..Sampling::default() }
 }
 
 impl Solved {

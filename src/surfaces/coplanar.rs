@@ -2,14 +2,12 @@
 //!
 //! Each has a rectangular frame (u, v) in its plane, turned so that the rectangle around it is smallest.
 
-use std::collections::HashMap;
-
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::rays::Rays;
-use crate::rays::hasher::BuildMix;
 use crate::scene::Scene;
+use crate::surfaces::connected::connected;
 
 /// A maximal set of touching coplanar faces with its (u, v) frame.
 #[derive(Debug)]
@@ -56,9 +54,14 @@ pub(crate) fn normal(corners: [Vec3; 3]) -> DVec3 {
 pub(crate) fn find(scene: &Scene, rays: &Rays) -> Vec<Surface> {
     let (faces, starts) = by_plane(scene, rays);
     let planes = starts.par_windows(2);
+    let kind = |face: u32| {
+        let n = normal(scene.corners(face));
+        let outward = n.x + 0.7 * n.y + 0.3 * n.z > 0.0;
+        (scene.faces[face as usize].material, outward)
+    };
     let connected = planes.flat_map_iter(|range| {
         let own = &faces[range[0] as usize..range[1] as usize];
-        connected(scene, own)
+        connected(scene, own, kind)
     });
     let mut parts: Vec<Vec<u32>> = connected.collect();
     parts.par_sort_unstable_by_key(|faces| faces[0]);
@@ -81,46 +84,6 @@ fn by_plane(scene: &Scene, rays: &Rays) -> (Vec<u32>, Vec<u32>) {
         *at += 1;
     }
     (faces, starts)
-}
-
-/// The faces of one plane by surface (union-find over shared corners).
-fn connected(scene: &Scene, faces: &[u32]) -> Vec<Vec<u32>> {
-    if let [face] = faces {
-        return vec![vec![*face]];
-    }
-    let mut parents: Vec<u32> = (0..faces.len() as u32).collect();
-    let mut first: HashMap<([u32; 3], u32, bool), u32, BuildMix> = HashMap::default();
-    for (k, &face) in (0u32..).zip(faces) {
-        let n = normal(scene.corners(face));
-        let outward = n.x + 0.7 * n.y + 0.3 * n.z > 0.0;
-        let material = scene.faces[face as usize].material;
-        for corner in scene.corners(face) {
-            // Corners are compared by position: exporters repeat vertices.
-            let position = corner.to_array().map(|x| (x + 0.0).to_bits());
-            let other = *first.entry((position, material, outward)).or_insert(k);
-            join(&mut parents, k, other);
-        }
-    }
-    let mut parts: Vec<Vec<u32>> = vec![Vec::new(); faces.len()];
-    for (k, &face) in (0u32..).zip(faces) {
-        parts[root(&mut parents, k) as usize].push(face);
-    }
-    parts.retain(|faces| !faces.is_empty());
-    parts
-}
-
-fn root(parents: &mut [u32], mut face: u32) -> u32 {
-    while parents[face as usize] != face {
-        parents[face as usize] = parents[parents[face as usize] as usize];
-        face = parents[face as usize];
-    }
-    face
-}
-
-fn join(parents: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (root(parents, a), root(parents, b));
-    let (low, high) = (a.min(b), a.max(b));
-    parents[high as usize] = low;
 }
 
 /// Area, normal and the smallest rectangle around a surface's faces.

@@ -43,8 +43,7 @@ pub fn transport(alpha: f32, tau: f32) -> Transport {
 pub fn all_of_f(p: &Prepared, tau: f32, sampling: &Sampling) -> FormFactors {
     let n = p.patches.len();
     let variant = Variant { tau: vec![tau; p.scene.materials.len()], rows: vec![true; n], columns: vec![true; n] };
-    let path = (&p.rays, &p.patches);
-    let (mut found, _) = cast(&p.scene, path, &[variant], sampling, &|_| ());
+    let (mut found, _) = cast(&p.rays, &p.patches, &[variant], sampling, &|_| ());
     found.remove(0)
 }
 

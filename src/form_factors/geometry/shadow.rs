@@ -29,8 +29,8 @@ pub(crate) struct Caster {
     pub normal: DVec3,
     /// What it lets through.
     pub tau: f64,
-    /// The convex lamp it is a face of, or [`crate::direct::convex_luminaires::NONE`].
-    pub part: u32,
+    /// The convex lamp it is a face of, if of one.
+    pub part: Option<u32>,
 }
 
 /// A convex polygon relative to the point, and the share of its light that arrives.
@@ -140,7 +140,8 @@ impl Pool {
 /// Form factor from the point x with unit normal n to the fronts of convex `polygons` behind `casters`; `None` where the pieces
 /// become too many.
 pub(crate) fn visible_form<'a>(
-    (x, n): (DVec3, DVec3),
+    x: DVec3,
+    n: DVec3,
     polygons: impl Iterator<Item = &'a [DVec3]>,
     casters: impl Iterator<Item = Caster>,
     memory: &mut Pieces,
@@ -226,7 +227,7 @@ mod tests {
     fn caster(corners: [DVec3; 3], tau: f64) -> Caster {
         let [a, b, c] = corners;
         let normal = (b - a).cross(c - a).normalize();
-        Caster { corners, normal, tau, part: crate::direct::convex_luminaires::NONE }
+        Caster { corners, normal, tau, part: None }
     }
 
     /// A large lamp at height 2 that faces down.
@@ -240,7 +241,7 @@ mod tests {
         let memory = &mut Pieces::default();
         let casters = casters.iter().copied();
         let lamp = lamp();
-        visible_form((x, DVec3::Z), lamp.iter().map(|t| &t[..]), casters, memory).unwrap()
+        visible_form(x, DVec3::Z, lamp.iter().map(|t| &t[..]), casters, memory).unwrap()
     }
 
     proptest! {

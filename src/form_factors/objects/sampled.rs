@@ -113,29 +113,17 @@ impl Sampler<'_> {
                 direction: cosine_direction(sender.normal, at(2), at(3)),
                 source: Some(sender.face),
             };
-            if opaque {
-                hits.clear();
-                hits.extend(self.rays.closest(&ray));
-            } else {
-                self.rays.crossings(&ray, &mut hits);
-            }
-            self.weigh(&hits, sum);
-        }
-    }
-
-    /// Adds the crossings of one ray, each dimmed by those before it.
-    fn weigh(&self, hits: &[Hit], sum: &mut [f64]) {
-        let mut through = 1.0;
-        for hit in hits {
-            let face = &self.scene.faces[hit.face as usize];
-            let material = face.material as usize;
-            if hit.side == Side::Front || self.scene.materials[material].sides == Sides::Two {
-                sum[face.object as usize] += through;
-            }
-            through *= f64::from(self.tau[material]);
-            if through == 0.0 {
-                break;
-            }
+            self.rays.light_crossings(&ray, opaque, &mut hits);
+            self.rays.transmit(
+                &hits,
+                |m| f64::from(self.tau[m]),
+                |hit, through| {
+                    let face = &self.scene.faces[hit.face as usize];
+                    if hit.side == Side::Front || self.scene.materials[face.material as usize].sides == Sides::Two {
+                        sum[face.object as usize] += through;
+                    }
+                },
+            );
         }
     }
 }

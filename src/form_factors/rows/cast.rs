@@ -12,7 +12,6 @@ use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::cosine_direction;
 use crate::rays::{Hit, Ray, Rays};
-use crate::scene::Scene;
 
 /// One choice of tau, and the part of F it needs.
 #[derive(Clone, Debug)]
@@ -86,31 +85,32 @@ struct CastRow {
 
 /// Casts rays from the patches and fills F for every variant; also tells how many rays were cast.
 pub fn cast(
-    scene: &Scene,
-    path: (&Rays, &Patches),
+    rays: &Rays,
+    patches: &Patches,
     variants: &[Variant],
     sampling: &Sampling,
     tick: Progress,
 ) -> (Vec<FormFactors>, u64) {
-    let counts = vec![sampling.rays; path.1.len()];
-    cast_counts(scene, path, variants, (sampling, &counts), tick)
+    cast_counts(rays, patches, variants, sampling, &vec![sampling.rays; patches.len()], tick)
 }
 
-/// The same with a number of rays for each patch instead of one for all.
+/// Casts a number of rays of its own from each patch, instead of that of `sampling`, and fills F for every variant; also tells
+/// how many rays were cast.
 ///
 /// # Panics
 /// If there are fewer numbers than patches.
 pub fn cast_counts(
-    scene: &Scene,
-    (rays, patches): (&Rays, &Patches),
+    rays: &Rays,
+    patches: &Patches,
     variants: &[Variant],
-    (sampling, counts): (&Sampling, &[u32]),
+    sampling: &Sampling,
+    counts: &[u32],
     tick: Progress,
 ) -> (Vec<FormFactors>, u64) {
     let needed: Vec<&Variant> = variants.iter().filter(|v| needs_rays(v)).collect();
-    let through = needed.iter().any(|v| v.tau.iter().any(|&t| t > 0.0));
+    let opaque = !needed.iter().any(|v| v.tau.iter().any(|&t| t > 0.0));
     let most = Sampling { rays: counts.iter().copied().max().unwrap_or(1), ..*sampling };
-    let caster = Caster::new(scene, (rays, patches), through, &most);
+    let caster = Caster::new(rays, patches, opaque, &most);
     let count = |i: usize| counts[i].max(1);
     let scratch = || {
         let rows = needed.iter().map(|_| Accumulator::new(patches.len()));
@@ -120,7 +120,7 @@ pub fn cast_counts(
         .into_par_iter()
         .map_init(scratch, |(sums, hits), i| {
             tick(1);
-            caster.row((i, count(i)), &needed, sums, hits)
+            caster.row(i, count(i), &needed, sums, hits)
         })
         .collect();
     let sources = (0..patches.len()).filter(|&i| needed.iter().any(|v| v.rows[i]));
@@ -155,41 +155,29 @@ fn distribute(variants: &[Variant], mut rows: Vec<Vec<CastRow>>, n: usize) -> Ve
         .collect()
 }
 
-/// Casts the rays of a patch, the same for the same seed whatever is done with them.
+/// Casts the rays of a patch: those of a seed are always the same, whatever is done with them.
 pub(crate) struct Caster<'a> {
-    scene: &'a Scene,
-    rays: &'a Rays,
-    patches: &'a Patches,
-    /// Whether crossings after the first matter.
-    all: bool,
+    pub rays: &'a Rays,
+    pub patches: &'a Patches,
+    /// Only the first crossing of a ray matters.
+    opaque: bool,
     count: u32,
     sobol: Sobol,
     seed: u32,
 }
 
 impl<'a> Caster<'a> {
-    /// Finds all crossings, or the first only.
-    pub(crate) fn new(
-        scene: &'a Scene,
-        (rays, patches): (&'a Rays, &'a Patches),
-        all: bool,
-        sampling: &Sampling,
-    ) -> Caster<'a> {
-        Caster {
-            scene,
-            rays,
-            patches,
-            all,
-            count: sampling.rays.max(1),
-            sobol: Sobol::new(sampling.rays.max(1) as usize, 4),
-            seed: sampling.seed,
-        }
+    /// Finds the first crossing of each ray where all is `opaque`, else all of them.
+    pub(crate) fn new(rays: &'a Rays, patches: &'a Patches, opaque: bool, sampling: &Sampling) -> Caster<'a> {
+        let count = sampling.rays.max(1);
+        Caster { rays, patches, opaque, count, sobol: Sobol::new(count as usize, 4), seed: sampling.seed }
     }
 
     /// Row i of every variant, from so many rays.
     fn row(
         &self,
-        (i, count): (usize, u32),
+        i: usize,
+        count: u32,
         variants: &[&Variant],
         sums: &mut [Accumulator],
         hits: &mut Vec<Hit>,
@@ -197,9 +185,17 @@ impl<'a> Caster<'a> {
         if !variants.iter().any(|v| v.rows[i]) {
             return vec![CastRow::default(); variants.len()];
         }
-        self.each_of((i, count), hits, |ray, hits| {
+        self.each_of(i, count, hits, |ray, hits| {
             for (variant, sum) in variants.iter().zip(sums.iter_mut()) {
-                self.add(ray, hits, variant, sum);
+                self.rays.transmit(
+                    hits,
+                    |m| variant.tau[m],
+                    |hit, through| {
+                        if let Some(j) = self.patches.met(ray, hit) {
+                            sum.add(j, through);
+                        }
+                    },
+                );
             }
         });
         variants
@@ -212,50 +208,25 @@ impl<'a> Caster<'a> {
             .collect()
     }
 
-    /// The k-th cosine-distributed ray from patch i.
-    fn ray(&self, i: usize, k: u32, seed: u32) -> Ray {
-        let at = |d: usize| self.sobol.point(k, d, seed);
-        let from = self.patches.point(i, at(0), at(1));
-        Ray { origin: from.position, direction: cosine_direction(from.normal, at(2), at(3)), source: Some(from.face) }
-    }
-
-    fn find(&self, ray: &Ray, hits: &mut Vec<Hit>) {
-        if self.all {
-            self.rays.crossings(ray, hits);
-        } else {
-            hits.clear();
-            hits.extend(self.rays.closest(ray));
-        }
-    }
-
     /// Calls `each` with every ray of patch i and its crossings in order.
     pub(crate) fn each(&self, i: usize, hits: &mut Vec<Hit>, each: impl FnMut(&Ray, &[Hit])) {
-        self.each_of((i, self.count), hits, each);
+        self.each_of(i, self.count, hits, each);
     }
 
-    /// The same for the first `count` rays.
-    fn each_of(&self, (i, count): (usize, u32), hits: &mut Vec<Hit>, mut each: impl FnMut(&Ray, &[Hit])) {
+    /// Calls `each` with the first `count` rays of patch i and their crossings in order.
+    fn each_of(&self, i: usize, count: u32, hits: &mut Vec<Hit>, mut each: impl FnMut(&Ray, &[Hit])) {
         let seed = hash(i as u32, self.seed);
         for k in 0..count {
-            let ray = self.ray(i, k, seed);
-            self.find(&ray, hits);
+            let ray = hemisphere_ray(self.patches, i, |d| self.sobol.point(k, d, seed));
+            self.rays.light_crossings(&ray, self.opaque, hits);
             each(&ray, hits);
         }
     }
+}
 
-    /// Adds what one ray's crossings send along it.
-    fn add(&self, ray: &Ray, hits: &[Hit], variant: &Variant, sum: &mut Accumulator) {
-        let mut through = 1.0;
-        for hit in hits {
-            let position = ray.origin + hit.t * ray.direction;
-            if let Some(j) = self.patches.at(hit.face, hit.side, position) {
-                sum.add(j, through);
-            }
-            let material = self.scene.faces[hit.face as usize].material;
-            through *= variant.tau[material as usize];
-            if through == 0.0 {
-                break;
-            }
-        }
-    }
+/// The cosine-distributed ray from patch i at a point of the unit cube of four dimensions, given by dimension: two for the
+/// place, two for the direction.
+pub(crate) fn hemisphere_ray(patches: &Patches, i: usize, at: impl Fn(usize) -> f32) -> Ray {
+    let from = patches.point(i, at(0), at(1));
+    Ray { origin: from.position, direction: cosine_direction(from.normal, at(2), at(3)), source: Some(from.face) }
 }

@@ -24,7 +24,6 @@ use crate::form_factors::rows::sparse::Rows;
 use crate::form_factors::{Progress, Sampling};
 use crate::patches::Patches;
 use crate::rays::{Hit, Ray, Rays};
-use crate::scene::Scene;
 
 /// The crossings of one cast of rays, from which `F^t` is made for any t.
 #[derive(Clone, Debug)]
@@ -59,27 +58,27 @@ struct Crossing {
 ///
 /// `tau` is each material's own, at the factor t = 1.
 pub fn cast_layers(
-    scene: &Scene,
-    path: (&Rays, &Patches),
-    (receives, sends): (&[bool], &[bool]),
+    rays: &Rays,
+    patches: &Patches,
+    receives: &[bool],
+    sends: &[bool],
     tau: &[f32],
     sampling: &Sampling,
     tick: Progress,
 ) -> (Layers, u64) {
-    let through = tau.iter().any(|&t| t > 0.0);
-    let collector = Collector { scene, patches: path.1, sends, tau };
-    let caster = Caster::new(scene, path, through, sampling);
+    let opaque = !tau.iter().any(|&t| t > 0.0);
+    let caster = Caster::new(rays, patches, opaque, sampling);
     let needed = |i: usize| receives[i] && sends.contains(&true);
-    let rows: Vec<Row> = (0..path.1.len())
-        .into_par_iter()
-        .map_init(Vec::new, |hits, i| {
-            tick(1);
-            match needed(i) {
-                true => collector.row(&caster, i, hits),
-                false => Row::default(),
-            }
-        })
-        .collect();
+    let row = |hits: &mut Vec<Hit>, i: usize| {
+        tick(1);
+        let mut row = Row::default();
+        if needed(i) {
+            caster.each(i, hits, |ray, hits| row.collect(&caster, sends, tau, ray, hits));
+            row.number_columns();
+        }
+        row
+    };
+    let rows: Vec<Row> = (0..patches.len()).into_par_iter().map_init(Vec::new, row).collect();
     let rays = sampling.rays.max(1);
     let sources = (0..rows.len()).filter(|&i| needed(i)).count();
     let depths = rows.iter().flat_map(|r| &r.crossings).map(|c| c.depth);
@@ -87,44 +86,26 @@ pub fn cast_layers(
     (layers, sources as u64 * u64::from(rays))
 }
 
-/// What crossings are looked at with.
-struct Collector<'a> {
-    scene: &'a Scene,
-    patches: &'a Patches,
-    sends: &'a [bool],
-    tau: &'a [f32],
-}
-
-impl Collector<'_> {
-    fn row(&self, caster: &Caster, i: usize, hits: &mut Vec<Hit>) -> Row {
-        let mut row = Row::default();
-        caster.each(i, hits, |ray, hits| self.collect(ray, hits, &mut row));
-        row.number_columns();
-        row
-    }
-
-    /// Adds the crossings of one ray; columns stand in for slots until all are known.
-    fn collect(&self, ray: &Ray, hits: &[Hit], row: &mut Row) {
-        let mut weight = 1.0;
-        let before = row.crossings.len();
-        for (hit, depth) in hits.iter().zip(0..) {
-            let position = ray.origin + hit.t * ray.direction;
-            let patch = self.patches.at(hit.face, hit.side, position);
-            if let Some(slot) = patch.filter(|&j| self.sends[j as usize]) {
-                row.crossings.push(Crossing { slot, depth, weight });
-            }
-            weight *= self.tau[self.scene.faces[hit.face as usize].material as usize];
-            if weight == 0.0 {
-                break;
-            }
-        }
-        if row.crossings.len() > before {
-            row.ends.push(row.crossings.len() as u32);
-        }
-    }
-}
-
 impl Row {
+    /// Adds the crossings of one ray with patches that send; columns stand in for slots until all are known.
+    fn collect(&mut self, caster: &Caster, sends: &[bool], tau: &[f32], ray: &Ray, hits: &[Hit]) {
+        let before = self.crossings.len();
+        let mut depths = 0..;
+        caster.rays.transmit(
+            hits,
+            |m| tau[m],
+            |hit, weight| {
+                let depth = depths.next().unwrap_or(u32::MAX);
+                if let Some(slot) = caster.patches.met(ray, hit).filter(|&j| sends[j as usize]) {
+                    self.crossings.push(Crossing { slot, depth, weight });
+                }
+            },
+        );
+        if self.crossings.len() > before {
+            self.ends.push(self.crossings.len() as u32);
+        }
+    }
+
     /// Sorts the columns out and lets crossings point to them.
     fn number_columns(&mut self) {
         self.columns = self.crossings.iter().map(|c| c.slot).collect();

@@ -12,13 +12,13 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use crate::direct::{Luminaires, Occlusion, receive_emitted};
+use crate::direct::{Lighting, Luminaires, Occlusion, receive_emitted};
 use crate::form_factors::Sampling;
+use crate::form_factors::rows::cast::hemisphere_ray;
 use crate::light::{Rgb, Transport};
 use crate::operator::PatchMaterials;
 use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
-use crate::rays::warp::cosine_direction;
 use crate::rays::{Hit, Ray, Rays};
 use crate::scene::Scene;
 use crate::solve::neumann::Diverges;
@@ -70,13 +70,14 @@ const BLOCK: u64 = 4096;
 
 /// Shoots rays from the patches of a scene.
 pub struct RayShooter<'a> {
-    scene: &'a Scene,
     rays: &'a Rays,
     patches: &'a Patches,
     materials: PatchMaterials,
     areas: Vec<f64>,
     /// tau of each material.
     tau: Vec<f32>,
+    /// No ray goes on behind its first crossing.
+    opaque: bool,
     received: (Vec<Rgb>, u64),
     sobol: Sobol,
     settings: RaySettings,
@@ -85,8 +86,9 @@ pub struct RayShooter<'a> {
 impl<'a> RayShooter<'a> {
     /// Makes a scene ready under one choice of (alpha, tau) of every material.
     pub fn new(
-        scene: &'a Scene,
-        (rays, patches): (&'a Rays, &'a Patches),
+        scene: &Scene,
+        rays: &'a Rays,
+        patches: &'a Patches,
         luminaires: &Luminaires,
         transports: &[Transport],
         settings: RaySettings,
@@ -95,9 +97,8 @@ impl<'a> RayShooter<'a> {
         let received = match settings.emitted {
             Emitted::Rays => (vec![Rgb::ZERO; patches.len()], 0),
             Emitted::ClosedForm => receive_emitted(
-                (rays, patches),
-                luminaires,
-                &Occlusion::new(rays, transports).into(),
+                &Lighting { rays, luminaires, sight: &Occlusion::new(rays, transports).into() },
+                patches,
                 &materials.receives(),
                 &Sampling { rays: 0, emitter_rays: settings.emitter_rays, seed: settings.seed },
                 &|_| (),
@@ -105,12 +106,12 @@ impl<'a> RayShooter<'a> {
         };
         let unit = scene.frame.scale * scene.frame.scale;
         RayShooter {
-            scene,
             rays,
             patches,
             materials,
             areas: patches.areas().iter().map(|a| a * unit).collect(),
             tau: transports.iter().map(|t| t.tau).collect(),
+            opaque: !transports.iter().any(|t| t.tau > 0.0),
             received,
             sobol: Sobol::new(BLOCK as usize, 4),
             settings,
@@ -131,8 +132,8 @@ impl<'a> RayShooter<'a> {
         let mut fate = Fate::default();
         let mut hits = Vec::new();
         for k in from..to {
-            let ray = self.ray(s.patch as usize, k as u32, seed);
-            self.find(&ray, &mut hits);
+            let ray = hemisphere_ray(self.patches, s.patch as usize, |d| self.sobol.point(k as u32, d, seed));
+            self.rays.light_crossings(&ray, self.opaque, &mut hits);
             self.follow(&ray, &hits, &mut landed, &mut fate);
         }
         let share = 1.0 / count as f64;
@@ -150,42 +151,19 @@ impl<'a> RayShooter<'a> {
         }
     }
 
-    /// The k-th cosine-distributed ray of a shot.
-    fn ray(&self, patch: usize, k: u32, seed: u32) -> Ray {
-        let at = |d: usize| self.sobol.point(k, d, seed);
-        let from = self.patches.point(patch, at(0), at(1));
-        Ray { origin: from.position, direction: cosine_direction(from.normal, at(2), at(3)), source: Some(from.face) }
-    }
-
-    fn find(&self, ray: &Ray, hits: &mut Vec<Hit>) {
-        if self.tau.iter().any(|&t| t > 0.0) {
-            self.rays.crossings(ray, hits);
-        } else {
-            hits.clear();
-            hits.extend(self.rays.closest(ray));
-        }
-    }
-
     /// Lets one ray's unit of power land along its crossings.
     fn follow(&self, ray: &Ray, hits: &[Hit], landed: &mut Vec<(u32, f64)>, fate: &mut Fate) {
-        let mut through = 1.0;
-        for hit in hits {
-            let material = self.scene.faces[hit.face as usize].material;
-            let tau = self.tau[material as usize] as f64;
-            let position = ray.origin + hit.t * ray.direction;
-            match self.patches.at(hit.face, hit.side, position) {
+        let tau = |m: usize| f64::from(self.tau[m]);
+        fate.escaped += self.rays.transmit(hits, tau, |hit, through| {
+            let tau = tau(self.rays.material(hit.face));
+            match self.patches.met(ray, hit) {
                 Some(j) => {
                     landed.push((j, through));
                     fate.created += through * tau;
                 }
                 None => fate.black += through * (1.0 - tau),
             }
-            through *= tau;
-            if through == 0.0 {
-                return;
-            }
-        }
-        fate.escaped += through;
+        });
     }
 
     /// Adds up what landed on each patch, ascending, as form factors: times `scale` over the receiver's area.
@@ -232,10 +210,7 @@ impl Shooter for RayShooter<'_> {
         let m = &self.materials;
         let passed = m.rho.iter().zip(&m.alpha).map(|(r, a)| a * r.max_element());
         let most = passed.fold(0.0, f32::max);
-        let opaque = self.tau.iter().all(|&t| t == 0.0);
-        Ok(match most == 0.0 || (opaque && most < 1.0) {
-            true => Foreknowledge::Converges,
-            false => Foreknowledge::Unknown,
-        })
+        let converges = most == 0.0 || (self.opaque && most < 1.0);
+        Ok(if converges { Foreknowledge::Converges } else { Foreknowledge::Unknown })
     }
 }

@@ -13,6 +13,7 @@
 use std::time::Instant;
 
 use crate::pictures::Picture;
+use crate::rays::sobol::replica_seed;
 use crate::render::{Prepared, Watch};
 use crate::solve::Diverges;
 use crate::study::compare::arithmetic::{average, combine, map, masked_mean, smoothed, standard_error, sum};
@@ -98,7 +99,7 @@ fn finest(p: &mut Prepared, plan: &Plan, watch: &dyn Watch) -> Result<(Rung, Vec
 }
 
 fn seed(plan: &Plan, replica: u32) -> u32 {
-    plan.seed.wrapping_add((replica + 1).wrapping_mul(0x9e37_79b9))
+    replica_seed(plan.seed, replica + 1)
 }
 
 /// One repetition of the methods asked for.

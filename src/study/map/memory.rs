@@ -59,9 +59,8 @@ fn pilot(p: &Prepared, sampling: &Sampling) -> (f64, f64) {
     let corner = Transport { alpha: 1.0, tau: 1.0 };
     let transports = p.scene.transports(corner);
     let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
-    let path = (&p.rays, &p.patches);
     let all = vec![true; n];
-    let (layers, _) = cast_layers(&p.scene, path, (&receives, &all), &tau, sampling, &|_| ());
+    let (layers, _) = cast_layers(&p.rays, &p.patches, &receives, &all, &tau, sampling, &|_| ());
     let mean = |count: usize| count as f64 / chosen.len().max(1) as f64;
     (mean(layers.crossings()), mean(layers.columns()))
 }

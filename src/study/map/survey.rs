@@ -64,8 +64,7 @@ impl Survey {
         let travels: Vec<bool> = largest.iter().map(|&b| b > 0.0).collect();
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
         watch.begin("form factors", patches.len() as u64);
-        let (layers, rays) =
-            cast_layers(scene, (rays, patches), (&travels, &travels), &tau, sampling, &|done| watch.tick(done));
+        let (layers, rays) = cast_layers(rays, patches, &travels, &travels, &tau, sampling, &|done| watch.tick(done));
         Survey { layers, passed: passed.iter().map(|b| b.extend(0.0)).collect(), largest, rays }
     }
 
