@@ -7,7 +7,7 @@ use std::path::Path;
 
 use common::{Silent, assemble_one, builtin, sampling};
 use halflight::direct::{DirectSum, Lighting, Scratch};
-use halflight::gather::{Fields, Reading, View, Walks};
+use halflight::gather::{Fields, ImportancePaths, Reading, View};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, read_picture, relative_rms};
 use halflight::rays::sobol::Stream;
@@ -117,7 +117,7 @@ fn the_residual_of_exact_light_is_nothing_and_that_of_wrong_light_its_error() {
     let (rho, e) = (p.scene.materials[0].rho.x, p.scene.materials[0].emission.x);
     let exact = e / (1.0 - rho);
     let view = view(&p, &mode, (8, 8));
-    let mut walks = Walks::new(&view, vec![1.0; 64], 5);
+    let mut walks = ImportancePaths::new(&view, vec![1.0; 64], 5);
     walks.extend(&view, 64);
     let off = |factor: f32| {
         let fields = Fields::new(&[vec![Rgb::splat(factor * exact); p.patches.len()]]);

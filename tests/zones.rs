@@ -4,7 +4,7 @@ mod common;
 
 use common::{assemble_one, builtin, sampling};
 use glam::Vec3;
-use halflight::gather::{Fields, View, blame, linear};
+use halflight::gather::{FieldPair, Fields, View, error_shares, linear};
 use halflight::light::{Mode, Rgb, Transport};
 use halflight::patches::{Patches, Zones};
 use halflight::rays::sobol::hash;
@@ -117,7 +117,7 @@ fn the_solution_on_uneven_patches_is_that_on_even_ones() {
 }
 
 #[test]
-fn in_a_furnace_the_blame_adds_up_to_the_squared_error() {
+fn in_a_furnace_the_shares_add_up_to_the_squared_error() {
     let p = prepare(builtin("furnace"), 150);
     let transport = Mode::Global.transport();
     let transports: Vec<Transport> = p.scene.transports(transport);
@@ -138,7 +138,8 @@ fn in_a_furnace_the_blame_adds_up_to_the_squared_error() {
     let third = |i: usize| Rgb::splat(f32::from(i.is_multiple_of(3)));
     let some: Vec<Rgb> = (0..p.patches.len()).map(third).collect();
     let fields = Fields::new(&[all, some.clone()]);
-    let [whole, part] = &blame(&view, &fields, &[(0, 0), (0, 1)], 3)[..] else {
+    let pair = |part: usize| FieldPair { error: 0, part };
+    let [whole, part] = &error_shares(&view, &fields, &[pair(0), pair(1)], 3)[..] else {
         panic!("two pairs");
     };
     let rho = p.scene.materials[0].rho.as_dvec3();

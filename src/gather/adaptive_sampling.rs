@@ -2,8 +2,8 @@
 //!
 //! All pixels get a few rays in two independent halves; the squared difference of the halves estimates each pixel's
 //! variance, pooled with its neighbours because one difference says little and edges continue from pixel to pixel.
-//! Then, until the picture's noise is as wanted, the pixels where doubling the rays gains most for its price get twice as
-//! many: with scrambled nets the error at an edge falls as about N^-3/4, the variance as N^-3/2.
+//! Then, until the picture's noise is as wanted, the pixels where doubling the rays gains most for its price get twice
+//! as many: with scrambled nets the error at an edge falls as about N^-3/4, the variance as N^-3/2.
 //!
 //! Not handled: detail smaller than the first few rays can find in a pixel and in its neighbours.
 
@@ -11,7 +11,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::form_factors::Progress;
-use crate::gather::camera_rays::Pass;
+use crate::gather::camera_rays::CameraRays;
 use crate::gather::pixel::Pixel;
 
 /// Share of the variance left after doubling the rays of a pixel with an edge.
@@ -31,15 +31,15 @@ pub(crate) struct Plan {
 }
 
 /// Samples all pixels.
-pub(crate) fn sample_pixels(pass: &Pass, plan: &Plan, tick: Progress) -> Vec<Pixel> {
-    let (width, height) = (pass.view.width, pass.view.height);
+pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan, tick: Progress) -> Vec<Pixel> {
+    let (width, height) = (camera_rays.view.width, camera_rays.view.height);
     let mut pixels: Vec<Pixel> = Vec::new();
     pixels.resize_with(width * height, Pixel::default);
     pixels.par_chunks_mut(width).enumerate().for_each_init(
-        || pass.scratch(),
+        || camera_rays.scratch(),
         |scratch, (y, row)| {
             for (x, pixel) in row.iter_mut().enumerate() {
-                pass.extend(y * width + x, pixel, plan.first, scratch);
+                camera_rays.extend(y * width + x, pixel, plan.first, scratch);
             }
             tick(1);
         },
@@ -52,22 +52,22 @@ pub(crate) fn sample_pixels(pass: &Pass, plan: &Plan, tick: Progress) -> Vec<Pix
         if chosen.is_empty() {
             return pixels;
         }
-        double(pass, &mut pixels, &chosen);
+        double(camera_rays, &mut pixels, &chosen);
     }
 }
 
 /// Doubles the rays of the pixels chosen.
-pub(crate) fn double(pass: &Pass, pixels: &mut [Pixel], chosen: &[u32]) {
+pub(crate) fn double(camera_rays: &CameraRays, pixels: &mut [Pixel], chosen: &[u32]) {
     let mut marked = vec![false; pixels.len()];
     chosen.iter().for_each(|&k| marked[k as usize] = true);
     // Blocks of pixels, not rows: noisy pixels gather on a few rows.
     pixels.par_chunks_mut(16).enumerate().for_each_init(
-        || pass.scratch(),
+        || camera_rays.scratch(),
         |scratch, (block, own)| {
             for (i, pixel) in own.iter_mut().enumerate() {
                 let k = 16 * block + i;
                 if marked[k] {
-                    pass.extend(k, pixel, 2 * pixel.count, scratch);
+                    camera_rays.extend(k, pixel, 2 * pixel.count, scratch);
                 }
             }
         },
@@ -101,7 +101,8 @@ pub(crate) fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
     order[..count].iter().map(|&(_, k)| k).collect()
 }
 
-/// Sums over the pixels, weighted as they count.
+/// Sums over pixels, weighted as they count.
+#[derive(Default)]
 pub(crate) struct Measured {
     /// Sum of the pixels' variances, channels added.
     pub variance: f64,
@@ -112,6 +113,13 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
+    /// Adds a pixel of some variance and value.
+    pub fn add(&mut self, pixel: &Pixel, variance: DVec3, value: DVec3) {
+        self.variance += pixel.weight() * variance.element_sum();
+        self.signal += pixel.weight() * value.length_squared();
+        self.count += pixel.weight();
+    }
+
     /// Radiance above which the noise of a pixel with a luminaire counts no more: twice the RMS of the picture.
     fn bright(&self) -> f64 {
         2.0 * (self.signal / (3.0 * self.count.max(1.0))).sqrt()
@@ -120,22 +128,20 @@ impl Measured {
 
 /// The noise of the picture and the picture, with the light of the patches for what is reflected more than once.
 pub(crate) fn measure(pixels: &[Pixel]) -> Measured {
-    let mut measured = Measured { variance: 0.0, signal: 0.0, count: 0.0 };
+    let mut measured = Measured::default();
     for pixel in pixels {
         let [a, b] = pixel.halves();
-        let value = (a + b) / pixel.camera();
-        measured.variance += pixel.weight() * pixel.variance().element_sum();
-        measured.signal += pixel.weight() * value.length_squared();
-        measured.count += pixel.weight();
+        measured.add(pixel, pixel.variance(), (a + b) / pixel.camera());
     }
     measured
 }
 
-/// Every pixel's variance: what its neighbourhood's halves differ by, or what an edge through it would leave, if that is more.
+/// Every pixel's variance: what its neighbourhood's halves differ by, or what an edge through it would leave, if that
+/// is more.
 ///
 /// Halves may agree by chance where an edge passes, and such pixels would never get more rays. An edge of contrast c
-/// leaves about `c²/12 n^-3/2` of n rays a half, and shows in the second differences of the picture whose squares, summed
-/// across it, are c² in the mean.
+/// leaves about `c²/12 n^-3/2` of n rays a half, and shows in the second differences of the picture whose squares,
+/// summed across it, are c² in the mean.
 fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
     let cut = |pixel: &Pixel| {
         let lamp = pixel.emission != DVec3::ZERO;
@@ -152,9 +158,8 @@ fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
     let height = pixels.len() / width.max(1);
     let bends = |k: usize| -> f64 {
         let (x, y) = (k % width, k / width);
-        let bend = |inside: bool, step: usize| match inside {
-            true => (means[k - step] - 2.0 * means[k] + means[k + step]).length_squared(),
-            false => 0.0,
+        let bend = |inside: bool, step: usize| -> f64 {
+            if inside { (means[k - step] - 2.0 * means[k] + means[k + step]).length_squared() } else { 0.0 }
         };
         bend(x > 0 && x + 1 < width, 1) + bend(y > 0 && y + 1 < height, width)
     };

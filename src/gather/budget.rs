@@ -1,38 +1,42 @@
-//! How the error of the gather pass is divided between camera rays, hemisphere rays and the fit between points, and the
-//! rounds of sampling that bring each below its part.
+//! How the error of the gather pass is divided between camera rays, hemisphere rays and the fit between records, and
+//! the rounds of sampling that bring each below its part.
 //!
 //! Not handled: errors of the solution that is gathered.
 
 use std::time::Instant;
 
 use crate::gather::adaptive_sampling::{Plan, measure};
-use crate::gather::assembled::Found;
+use crate::gather::camera_rays::CameraSampling;
 use crate::gather::fields::Fields;
 use crate::gather::fit_error::{Bias, relative};
-use crate::gather::irradiance_cache::{Density, Points};
+use crate::gather::indirect_light::IndirectLight;
+use crate::gather::irradiance_cache::{Density, IrradianceCache};
 use crate::gather::pixel::Pixel;
 use crate::gather::sampling::Gathering;
 use crate::gather::view::View;
 
 /// Share of the error that camera rays may make where there is indirect light, which is dearer.
 const CAMERA: f64 = 0.5;
-/// Share of what camera rays leave that hemisphere rays may make, and the fit.
+/// Share of what camera rays leave that hemisphere rays may make.
 const HEMISPHERE: f64 = 0.8;
+/// Share of what camera rays leave that the fit may make.
 const FIT: f64 = 0.55;
 /// One pixel in so many tells the errors of a round.
 const SOME: usize = 9;
-/// What a reach that is too long is shortened to, at least and at most, and the power of the squared bias over what is wanted that it
-/// goes by: the bias grows as the reach's power 1.2.
-const SHORTER: (f64, f64, f64) = (0.35, 0.6, 0.42);
-/// Rounds of more points that lessen no bias, after which there are no more.
+/// The least and the most that a valid radius too long is multiplied by.
+const SHORTER: [f64; 2] = [0.35, 0.6];
+/// The power of what is wanted over the squared bias that the factor goes by: the bias grows as the radius's power 1.2.
+const POWER: f64 = 0.42;
+/// Rounds of more records that lessen no bias, after which there are no more.
 const STALLS: usize = 3;
-/// Rounds of more rays, or more points.
+/// Rounds of more rays, or more records.
 const ROUNDS: usize = 40;
-/// Share of the distance to the surroundings that a point of every pixel speaks for.
-const REACH: f64 = 0.15;
-/// The same at first for chosen points at an error of 1 %. Measured on the Cornell box, the fit's bias grows as its power 1.2.
+/// Valid radius over the distance to the surroundings where every pixel has records.
+const RADIUS: f64 = 0.15;
+/// Valid radius over the distance to the surroundings at first, at an error of 1 %. Measured on the Cornell box, the
+/// fit's bias grows as its power 1.2.
 const WITHIN: f64 = 0.18;
-/// Pixels that a point speaks for at first whatever its surroundings, at an error of 1 %.
+/// The least valid radius at first, in pixels, at an error of 1 %.
 const LEAST: f64 = 3.0;
 /// Rays of a half at first, at an error of 1 %.
 const RAYS: f64 = 128.0;
@@ -41,9 +45,7 @@ const RAYS: f64 = 128.0;
 pub(crate) struct Settings {
     pub plan: Plan,
     pub density: Density,
-    /// Camera rays of a half to table, and visibility rays of each.
-    pub tabled: (u32, u32),
-    pub seed: u32,
+    pub camera: CameraSampling,
     error: Option<f64>,
     deadline: Option<Instant>,
 }
@@ -57,13 +59,16 @@ impl Settings {
                 density: Density {
                     spacing: 1,
                     rays: (sampling.camera * sampling.hemisphere / 2).max(1),
-                    reach: REACH,
+                    radius: RADIUS,
                     least: 0.0,
                     pixel: view.scene.camera.pixel(view.height),
                     seed: sampling.seed,
                 },
-                tabled: (sampling.camera.max(1), sampling.luminaire),
-                seed: sampling.seed,
+                camera: CameraSampling {
+                    tabled: sampling.camera.max(1),
+                    visibility: sampling.luminaire,
+                    seed: sampling.seed,
+                },
                 error: None,
                 deadline: None,
             },
@@ -78,14 +83,17 @@ impl Settings {
                     density: Density {
                         spacing: spacing(view.width.max(view.height)),
                         rays: ((RAYS * fineness.powf(1.4)) as u32).max(16),
-                        reach: WITHIN * fineness.powf(-0.5),
+                        radius: WITHIN * fineness.powf(-0.5),
                         least: LEAST * fineness.powf(-0.3),
                         pixel,
                         seed,
                     },
-                    // The ratio of few drawn points is biased.
-                    tabled: (64, if view.sight.takes_ratios() { 4 } else { 1 }),
-                    seed,
+                    camera: CameraSampling {
+                        tabled: 64,
+                        // The ratio of few drawn points is biased.
+                        visibility: if view.sight.takes_ratios() { 4 } else { 1 },
+                        seed,
+                    },
                     error: Some(error),
                     deadline,
                 }
@@ -93,9 +101,9 @@ impl Settings {
         }
     }
 
-    /// Places points and casts their rays until noise and bias are within their parts.
-    pub fn gather_indirect(&self, pixels: &[Pixel], points: &mut Points, fields: &Fields) -> Found {
-        points.place(pixels);
+    /// Places records and casts their rays until noise and bias are within their parts.
+    pub fn gather_indirect(&self, pixels: &[Pixel], cache: &mut IrradianceCache) -> IndirectLight {
+        cache.place(pixels);
         let camera = measure(pixels);
         let left = self.error.map_or(f64::INFINITY, |error| {
             (error * error * camera.signal - camera.variance).max(0.25 * error * error * camera.signal)
@@ -104,13 +112,13 @@ impl Settings {
         let mut misfit = 0.0;
         for round in 0..ROUNDS {
             let late = self.deadline.is_some_and(|end| Instant::now() >= end);
-            let some = Found::new(pixels, points, fields, SOME).measure(pixels);
+            let some = IndirectLight::new(pixels, cache, SOME).measure(pixels);
             let scale = camera.count / some.count.max(1.0);
-            let bare = points.bare() as f64 / points.hosts.len().max(1) as f64;
+            let bare = cache.bare() as f64 / cache.record_of.len().max(1) as f64;
             let foreseen = |biases: &[Bias]| bare * scale * relative(biases) * some.signal;
             if self.error.is_none() || late {
-                let biases = points.biases(fields.leading());
-                misfit = foreseen(&biases) + points.misfit(pixels, &biases);
+                let biases = cache.biases();
+                misfit = foreseen(&biases) + cache.misfit(pixels, &biases);
                 break;
             }
             let noise = scale * some.variance / (HEMISPHERE * HEMISPHERE * left);
@@ -118,31 +126,31 @@ impl Settings {
             if noise > 1.0 && noise < 0.8 * before {
                 before = noise;
                 // The variance of scrambled nets falls as about N^-1.4 here.
-                points.refine((1.05 * noise.powf(0.7)).clamp(1.1, 8.0));
+                cache.refine((1.05 * noise.powf(0.7)).clamp(1.1, 8.0));
                 continue;
             }
             // Only now: a bias measured through much noise is itself noisy.
-            let validated = points.validate(pixels, fields.leading(), round as u32);
-            let biases = points.biases(fields.leading());
+            let validated = cache.validate(pixels, round as u32);
+            let biases = cache.biases();
             let elsewhere = validated.corrected(foreseen(&biases));
-            misfit = elsewhere + points.misfit(pixels, &biases);
+            misfit = elsewhere + cache.misfit(pixels, &biases);
             let bias = misfit / (FIT * FIT * left);
-            // A bias that more points did not lessen is that of light they cannot follow, or chance.
+            // A bias that more records did not lessen is that of light they cannot follow, or chance.
             stalls += usize::from(bias > 0.95 * biased);
             let both = HEMISPHERE * HEMISPHERE * noise + FIT * FIT * bias;
             if both <= HEMISPHERE * HEMISPHERE + FIT * FIT || stalls == STALLS {
                 break;
             }
             biased = bias;
-            let worst = points.worst(&biases, (1.5 * (1.0 - 1.0 / bias)).clamp(0.3, 1.0));
-            points.shorten(&worst, bias.powf(-SHORTER.2).clamp(SHORTER.0, SHORTER.1), pixels);
+            let worst = cache.worst(&biases, (1.5 * (1.0 - 1.0 / bias)).clamp(0.3, 1.0));
+            cache.shorten(&worst, bias.powf(-POWER).clamp(SHORTER[0], SHORTER[1]), pixels);
             before = f64::INFINITY;
         }
-        Found::new(pixels, points, fields, 1).biased_by(misfit)
+        IndirectLight::new(pixels, cache, 1).biased_by(misfit)
     }
 }
 
-/// Pixels between the points of the coarsest lattice: some 32 points across the picture.
+/// Pixels between the records of the coarsest lattice: some 32 records across the picture.
 fn spacing(length: usize) -> usize {
     let most = (length / 32).clamp(1, 16);
     1 << most.ilog2()

@@ -5,14 +5,22 @@
 
 use glam::DVec3;
 
-use crate::gather::final_gather::{Reader, Told};
+use crate::gather::fields::Fields;
 use crate::gather::reading::Direct;
-use crate::gather::reflection::{Memory, Met};
+use crate::gather::reflection::{Memory, SurfaceHit, Walker};
 use crate::rays::Ray;
 use crate::rays::sobol::Stream;
 
 /// Rays that follow one another at most before one reads, however near what they meet is.
 pub(crate) const MOST: u32 = 16;
+
+/// What one ray found.
+pub(crate) struct RaySample {
+    /// Inverse distance to the first face that it met.
+    pub nearness: f64,
+    /// Light of the first field.
+    pub light: DVec3,
+}
 
 /// How far a ray may go on.
 #[derive(Clone, Copy)]
@@ -23,16 +31,22 @@ struct Left {
     most: u32,
 }
 
-impl Reader<'_> {
-    /// What a ray finds that goes on, or asks for direct light, before it reads; only the leading field is read.
-    pub(crate) fn read_onward(&self, ray: &Ray, random: &mut Stream, memory: &mut Memory) -> Told {
+/// Follows rays until they read the first field.
+pub(crate) struct Continuation<'a> {
+    pub walker: Walker<'a>,
+    pub fields: &'a Fields,
+}
+
+impl Continuation<'_> {
+    /// What a ray finds that goes on, or asks for direct light, before it reads.
+    pub fn read(&self, ray: &Ray, random: &mut Stream, memory: &mut Memory) -> RaySample {
         let mut met = std::mem::take(&mut memory.met);
         met.clear();
         let nearness = self.walker.follow(ray, memory, |m| met.push(m));
-        let left = Left { bounces: self.reading.bounces, most: MOST };
+        let left = Left { bounces: self.fields.reading().bounces, most: MOST };
         let light = self.incident(&met, left, random, memory);
         memory.met = met;
-        Told { nearness, light }
+        RaySample { nearness, light }
     }
 
     /// What arrives along one ray from all that it met.
@@ -40,12 +54,12 @@ impl Reader<'_> {
     /// Light is read at every place that ends the ray. Of the places that the ray goes on from, one is drawn by what
     /// gets through to it and stands for all: with tau > 0 a ray meets many, and going on from each of them would
     /// double the rays with every bounce.
-    fn incident(&self, met: &[Met], left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+    fn incident(&self, met: &[SurfaceHit], left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
         if let [one] = met {
             return f64::from(one.through) * self.light(one, left, random, memory);
         }
         let mut sum = DVec3::ZERO;
-        let mut onward: Option<&Met> = None;
+        let mut onward: Option<&SurfaceHit> = None;
         let mut through = 0.0;
         for m in met {
             if self.ends(m, left) {
@@ -62,13 +76,13 @@ impl Reader<'_> {
     }
 
     /// Whether light is read at a place, or nothing is to be read there.
-    fn ends(&self, at: &Met, left: Left) -> bool {
+    fn ends(&self, at: &SurfaceHit, left: Left) -> bool {
         let far = |patch| left.bounces == 0 && !self.fields.is_near(patch, at.distance);
         left.most == 0 || self.walker.patch(at).is_none_or(far)
     }
 
-    /// A sample of the leading field at a point, read there or after more rays.
-    fn light(&self, at: &Met, left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+    /// A sample of the first field at a point, read there or after more rays.
+    fn light(&self, at: &SurfaceHit, left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
         let Some(patch) = self.walker.patch(at) else {
             return DVec3::ZERO;
         };
@@ -77,7 +91,7 @@ impl Reader<'_> {
             let left = Left { bounces: left.bounces.saturating_sub(1), most: left.most - 1 };
             return found.light(self.incident(&found.next, left, random, memory));
         }
-        match self.reading.direct {
+        match self.fields.reading().direct {
             Direct::Patch => self.fields.of_patch(patch)[0].at(at.position).as_dvec3(),
             Direct::Asked => {
                 let rest = self.fields.without_direct(patch, at.position).as_dvec3();
@@ -91,7 +105,6 @@ impl Reader<'_> {
 mod tests {
     use super::*;
     use crate::direct::{Luminaires, Sight};
-    use crate::gather::fields::Fields;
     use crate::gather::reading::Reading;
     use crate::gather::view::View;
     use crate::light::{Rgb, Transport};
@@ -110,12 +123,13 @@ mod tests {
         let patches = Patches::new(&scene, &rays, 300);
         let transports = scene.transports(Transport { alpha: 0.5, tau: 0.9 });
         let luminaires = Luminaires::new(&scene);
-        let sight = Sight::new(&scene, (&rays, &patches), &luminaires, &transports, &vec![true; patches.len()]);
+        let sight = Sight::new(&scene, &rays, &patches, &luminaires, &transports, &vec![true; patches.len()]);
         let (width, height) = (1, 1);
         let (patches, rays, luminaires, sight) = (&patches, &rays, &luminaires, &sight);
         let view = View { scene: &scene, rays, patches, luminaires, sight, transports: &transports, width, height };
         let fields = Fields::new(&[vec![Rgb::ONE; patches.len()]]);
-        let reader = Reader::new(&view, &fields, Reading { bounces: BOUNCES, direct: Direct::Patch });
+        let fields = fields.read_by(Reading { bounces: BOUNCES, direct: Direct::Patch });
+        let continuation = Continuation { walker: Walker::new(&view), fields: &fields };
         let mut memory = Memory::default();
         let mut random = Stream::new(1);
         for i in 0..patches.len() {
@@ -123,7 +137,7 @@ mod tests {
             let direction = cosine_direction(from.normal, random.uniform(), random.uniform());
             let before = memory.cast;
             let ray = Ray { origin: from.position, direction, source: Some(from.face) };
-            reader.read_onward(&ray, &mut random, &mut memory);
+            continuation.read(&ray, &mut random, &mut memory);
             // Each bounce is one ray and those to luminaires, one for each of at most a handful.
             let lamps = luminaires.list.len() as u64;
             let most = u64::from(MOST + 1) * (1 + lamps);

@@ -76,15 +76,15 @@ impl Fields {
         }
     }
 
-    /// Adds what the patches themselves receive of these fields, irradiance over pi: it tells edges of indirect light before
-    /// any of it is gathered.
+    /// Adds what the patches themselves receive of these fields, irradiance over pi: it tells edges of indirect light
+    /// before any of it is gathered.
     pub fn with_ambient(mut self, ambient: Vec<Rgb>) -> Fields {
         self.ambient = ambient;
         self
     }
 
-    /// Adds what the first field is without the direct light of luminaires, two estimates of that light given, for readers that
-    /// ask for it where they read.
+    /// Adds what the first field is without the direct light of luminaires, two estimates of that light given, for
+    /// readers that ask for it where they read.
     pub fn with_rest(mut self, direct: [Vec<Rgb>; 2], patches: &Patches) -> Fields {
         let neighbours = patches.neighbours();
         let [a, b] = direct.map(|values| linear(&neighbours, &values));

@@ -1,12 +1,17 @@
-//! Hemisphere rays from one point that read the solution: irradiance over pi, and how near the surroundings are.
+//! Final gathering: hemisphere rays from one place that read the solution, as irradiance over pi, and how near the
+//! surroundings are.
+//!
+//! Rays are spread by Sobol points and follow a guiding density where there is one.
+//!
+//! Not handled: where to gather; that is the irradiance cache.
 
 use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
+use crate::gather::continuation::{Continuation, RaySample};
 use crate::gather::fields::Fields;
-use crate::gather::guiding::Guided;
-use crate::gather::reading::Reading;
+use crate::gather::guiding::Guiding;
 use crate::gather::reflection::{Memory, Walker};
 use crate::gather::view::View;
 use crate::light::Rgb;
@@ -14,37 +19,41 @@ use crate::rays::sobol::{Sobol, Stream, hash};
 use crate::rays::{FAN, Fan, Hit, Ray};
 use crate::surfaces::SurfacePoint;
 
-/// Rays of a point whose numbers are tabled: few points cast more.
+/// Rays of a place whose numbers are tabled: few places cast more.
 const TABLED: usize = 1 << 13;
+
+/// Hemisphere rays that are cast together.
+pub(crate) struct HemisphereRays<'a> {
+    /// The points that they start from.
+    pub from: &'a [SurfacePoint],
+    /// Their numbers in the sequence.
+    pub indices: Range<u32>,
+    /// Chooses the scrambling of the sequence.
+    pub seed: u32,
+    /// The density that they follow, and where they tell what they find.
+    pub guiding: Guiding<'a>,
+}
 
 /// How what a ray reads is counted: `weight * light + offset`, the offset for the first field only.
 #[derive(Clone, Copy)]
-struct Counts {
+struct Counted {
     weight: f32,
     offset: Rgb,
 }
 
-/// What one ray found.
-pub(crate) struct Told {
-    /// Inverse distance to the first face that it met.
-    pub nearness: f64,
-    /// Light of the first field.
-    pub light: DVec3,
-}
-
 /// Reads fields along cosine-distributed rays.
-pub(crate) struct Reader<'a> {
+pub(crate) struct FinalGather<'a> {
     view: &'a View<'a>,
-    pub(crate) fields: &'a Fields,
+    fields: &'a Fields,
     sobol: Sobol,
-    pub(crate) walker: Walker<'a>,
-    pub(crate) reading: Reading,
+    continuation: Continuation<'a>,
 }
 
-impl<'a> Reader<'a> {
-    /// A reader of the light that a view meets.
-    pub fn new(view: &'a View, fields: &'a Fields, reading: Reading) -> Reader<'a> {
-        Reader { view, fields, sobol: Sobol::new(TABLED, 3), walker: Walker::new(view), reading }
+impl<'a> FinalGather<'a> {
+    /// Final gathering of the light that a view meets.
+    pub fn new(view: &'a View, fields: &'a Fields) -> FinalGather<'a> {
+        let continuation = Continuation { walker: Walker::new(view), fields };
+        FinalGather { view, fields, sobol: Sobol::new(TABLED, 3), continuation }
     }
 
     /// Number of fields that make the picture.
@@ -69,99 +78,75 @@ impl<'a> Reader<'a> {
         self.fields.count()
     }
 
-    /// Adds what the rays `indices`, which start from the points `from`, read in every field to `incident`; returns
-    /// the sum of the rays' inverse lengths.
-    pub fn read(
-        &self,
-        from: &[SurfacePoint],
-        indices: Range<u32>,
-        (seed, guided): (u32, Guided),
-        memory: &mut Memory,
-        incident: &mut [DVec3],
-    ) -> f64 {
+    /// Adds what rays read in every field to `incident`; returns the weighted sum of the rays' inverse lengths.
+    pub fn read(&self, rays: &HemisphereRays, memory: &mut Memory, incident: &mut [DVec3]) -> f64 {
         if !self.fields.is_read_at_once() {
-            return self.cast(from, indices, (seed, guided), |ray, k, counts| {
-                let mut random = Stream::new(hash(k, seed));
-                let told = self.read_onward(ray, &mut random, memory);
-                incident[0] += f64::from(counts.weight) * told.light + counts.offset.as_dvec3();
-                told
+            return self.cast(rays, |ray, k, counted| {
+                let mut random = Stream::new(hash(k, rays.seed));
+                let sample = self.continuation.read(ray, &mut random, memory);
+                incident[0] += f64::from(counted.weight) * sample.light + counted.offset.as_dvec3();
+                sample
             });
         }
-        self.cast(from, indices, (seed, guided), |ray, _, counts| {
+        self.cast(rays, |ray, _, counted| {
             let mut light = Rgb::ZERO;
-            incident[0] += counts.offset.as_dvec3();
+            incident[0] += counted.offset.as_dvec3();
             let nearness = self.meet(ray, &mut memory.hits, |patch, position, through| {
                 let fields = self.fields.of_patch(patch).iter().enumerate();
                 for ((f, l), sum) in fields.zip(incident.iter_mut()) {
                     let found = through * l.at(position);
-                    *sum += (counts.weight * found).as_dvec3();
+                    *sum += (counted.weight * found).as_dvec3();
                     if f == 0 {
                         light += found;
                     }
                 }
             });
-            Told { nearness, light: light.as_dvec3() }
+            RaySample { nearness, light: light.as_dvec3() }
         })
     }
 
-    /// Calls `each(ray, index, weight)` for the rays `indices` from the points `from`, as a guide bends them: what a ray reads counts
-    /// `weight`. Returns the weighted sum of the rays' inverse lengths.
+    /// Calls `each(ray, index, counted)` for the rays as their guiding density warps them. Returns the weighted sum of
+    /// the rays' inverse lengths.
     #[inline(always)]
-    fn cast(
-        &self,
-        from: &[SurfacePoint],
-        indices: Range<u32>,
-        (seed, guided): (u32, Guided),
-        mut each: impl FnMut(&Ray, u32, Counts) -> Told,
-    ) -> f64 {
+    fn cast(&self, rays: &HemisphereRays, mut each: impl FnMut(&Ray, u32, Counted) -> RaySample) -> f64 {
         let mut nearness = 0.0;
-        let mut first = indices.start;
-        while first < indices.end {
-            let (fan, bent) = Fan::bent(&self.sobol, first, seed, |u, v| guided.bend(u, v));
-            for k in 0..FAN.min((indices.end - first) as usize) {
+        let mut first = rays.indices.start;
+        while first < rays.indices.end {
+            let (fan, warped) = Fan::warped(&self.sobol, first, rays.seed, |u, v| rays.guiding.warp(u, v));
+            for k in 0..FAN.min((rays.indices.end - first) as usize) {
                 // A dimension of its own chooses the point, or each would look at a part of the hemisphere only.
-                let from = match from {
+                let from = match rays.from {
                     [one] => one,
-                    _ => &from[(f64::from(fan.third(k)) * from.len() as f64) as usize],
+                    from => &from[(f64::from(fan.third(k)) * from.len() as f64) as usize],
                 };
-                let ray =
-                    Ray { origin: from.position, direction: fan.direction(k, from.normal), source: Some(from.face) };
-                let counts = Counts { weight: bent.weights[k], offset: bent.offsets[k] };
-                let told = each(&ray, first + k as u32, counts);
-                nearness += f64::from(bent.weights[k]) * told.nearness;
-                guided.tell(bent.cells[k], told.light);
+                let direction = fan.direction(k, from.normal);
+                let ray = Ray { origin: from.position, direction, source: Some(from.face) };
+                let counted = Counted { weight: warped.weights[k], offset: warped.offsets[k] };
+                let sample = each(&ray, first + k as u32, counted);
+                nearness += f64::from(warped.weights[k]) * sample.nearness;
+                rays.guiding.record(warped.cells[k], sample.light);
             }
             first += FAN as u32;
         }
         nearness
     }
 
-    /// Calls `meet(patch, position, through)` for all that the rays `indices` from a point meet, `through` being the product of
-    /// tau before it.
-    pub fn trace(&self, from: &SurfacePoint, indices: Range<u32>, seed: u32, mut meet: impl FnMut(u32, Vec3, f32)) {
+    /// Calls `meet(patch, position, through)` for all that rays meet, `through` being the product of tau before it.
+    pub fn trace(&self, rays: &HemisphereRays, mut meet: impl FnMut(u32, Vec3, f32)) {
         let mut hits = Vec::new();
-        let from = std::slice::from_ref(from);
-        self.cast(from, indices, (seed, Guided::ALONE), |ray, _, _| Told {
-            nearness: self.meet(ray, &mut hits, &mut meet),
-            light: DVec3::ZERO,
-        });
+        self.cast(rays, |ray, _, _| RaySample { nearness: self.meet(ray, &mut hits, &mut meet), light: DVec3::ZERO });
     }
 
-    /// Meets all that light comes from along a ray; returns the inverse distance to the first.
+    /// Calls `meet(patch, position, through)` for all that light comes from along a ray; returns the inverse distance
+    /// to the first face.
     #[inline(always)]
     fn meet(&self, ray: &Ray, hits: &mut Vec<Hit>, mut meet: impl FnMut(u32, Vec3, f32)) -> f64 {
-        let view = self.view;
-        view.rays.light_crossings(ray, self.walker.opaque, hits);
-        view.rays.transmit(hits, |m| view.transports[m].tau, |hit, through| self.meet_at(ray, hit, through, &mut meet));
-        hits.first().map_or(0.0, |hit| 1.0 / f64::from(hit.t))
-    }
-
-    #[inline(always)]
-    fn meet_at(&self, ray: &Ray, hit: &Hit, through: f32, meet: &mut impl FnMut(u32, Vec3, f32)) {
-        let position = ray.at(hit.t);
-        if let Some(patch) = self.view.patches.at(hit.face, hit.side, position) {
-            meet(patch, position, through);
-        }
+        self.continuation.walker.each(ray, hits, |hit, through| {
+            let position = ray.at(hit.t);
+            if let Some(patch) = self.view.patches.at(hit.face, hit.side, position) {
+                meet(patch, position, through);
+            }
+        })
     }
 }
 
@@ -174,8 +159,8 @@ mod tests {
     use crate::rays::Rays;
     use crate::scene::Scene;
 
-    /// Rays once took their points in turn. Of Sobol points every other one lies in the same half of the interval, so each point
-    /// looked at a half of its hemisphere only.
+    /// Rays once took their points in turn. Of Sobol points every other one lies in the same half of the interval, so
+    /// each point looked at a half of its hemisphere only.
     #[test]
     fn every_point_that_rays_leave_looks_all_around() {
         let scene = Scene::open("furnace").unwrap();
@@ -199,12 +184,13 @@ mod tests {
         let bright = |i: usize| patches.point(i, 0.5, 0.5).normal.element_sum() > 0.0;
         let field = (0..patches.len()).map(|i| Rgb::splat(f32::from(bright(i))));
         let fields = Fields::new(&[field.collect()]);
-        let reader = Reader::new(&view, &fields, Reading::PLAIN);
+        let gather = FinalGather::new(&view, &fields);
         let middle = |i: usize| patches.point(i, 0.5, 0.5);
         const RAYS: u32 = 4096;
         let read = |from: &[SurfacePoint]| {
             let mut sums = [DVec3::ZERO];
-            reader.read(from, 0..RAYS, (5, Guided::ALONE), &mut Memory::default(), &mut sums);
+            let rays = HemisphereRays { from, indices: 0..RAYS, seed: 5, guiding: Guiding::NONE };
+            gather.read(&rays, &mut Memory::default(), &mut sums);
             sums[0].x / f64::from(RAYS)
         };
         for i in 0..patches.len() {

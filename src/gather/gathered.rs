@@ -35,7 +35,7 @@ pub struct GatherError {
     pub camera: f64,
     /// Noise of hemisphere rays.
     pub hemisphere: f64,
-    /// Bias of the fit between irradiance points.
+    /// Bias of the fit between irradiance records.
     pub fit: f64,
     /// RMS of the picture.
     pub signal: f64,

@@ -4,10 +4,11 @@
 //! L(x) = L_i + G_i (x - c_i)      c_i the patch's centroid, so the patch keeps its mean
 //! ```
 //!
-//! Beside a crease a surface gathers light from the first patch of the other within less than that patch's size, where one value
-//! a patch is wrong by the first order of its size (too bright in corners); with slopes the second is left. Along each axis
-//! the slope is the mean of the differences to both sides, at most twice the smaller one and none where they differ in sign
-//! (van Leer 1977), so that a shadow's edge makes no ripples; at a rim it is the difference to the one side. Light stays positive.
+//! Beside a crease a surface gathers light from the first patch of the other within less than that patch's size, where
+//! one value a patch is wrong by the first order of its size (too bright in corners); with slopes the second is left.
+//! Along each axis the slope is the mean of the differences to both sides, at most twice the smaller one and none where
+//! they differ in sign (van Leer 1977), so that a shadow's edge makes no ripples; at a rim it is the difference to the
+//! one side. Light stays positive.
 //!
 //! Not handled: patches without neighbours, whose light is one value.
 
@@ -29,7 +30,7 @@ impl Linear {
     /// No light.
     pub const DARK: Linear = Linear { at_origin: Rgb::ZERO, slope: Mat3::ZERO };
 
-    /// The same everywhere.
+    /// Light of one value everywhere.
     pub fn constant(value: Rgb) -> Linear {
         Linear { at_origin: value, slope: Mat3::ZERO }
     }
@@ -58,8 +59,8 @@ fn one(neighbours: &Neighbours, values: &[Rgb], i: usize) -> Linear {
     let mut changes = [0, 1].map(|axis| {
         let length = halves[axis].length_squared();
         let difference = |j: usize| {
-            let steps = (neighbours.middle(j) - middle).dot(halves[axis]) / length;
-            (values[j] - values[i]) / steps
+            let vertices = (neighbours.middle(j) - middle).dot(halves[axis]) / length;
+            (values[j] - values[i]) / vertices
         };
         match neighbours.beside(i, axis) {
             [Some(after), Some(before)] => limited(difference(after), difference(before)),
@@ -125,7 +126,7 @@ mod tests {
         let exact = |x: Vec3| Rgb::new(5.0, 6.0, 7.0) + x + 0.5 * Vec3::splat(x.y);
         let means: Vec<Rgb> = (0..patches.len()).map(|i| exact(neighbours.middle(i))).collect();
         let light = linear(&neighbours, &means);
-        // Rounding of values below 10 over some steps.
+        // Rounding of values below 10 over some vertices.
         assert!(worst(&patches, &light, exact) < 2e-5);
         let constant: Vec<Linear> = means.iter().map(|v| Linear::constant(*v)).collect();
         assert!(worst(&patches, &constant, exact) > 0.05);

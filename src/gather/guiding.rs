@@ -1,9 +1,11 @@
-//! What hemisphere rays of neighbouring points found, direction by direction, and the guides that later rays follow.
+//! Path guiding: what hemisphere rays of neighbouring records found, direction by direction, and the densities that
+//! later rays follow.
 //!
-//! Points close to each other in the picture that look the same way see much the same. Their rays teach one guide: the light expected of each
-//! cell of directions, and how it varies there. Only rays cast later follow it, so their mean stays unbiased (T. Müller, M. Gross,
-//! J. Novák, *Practical path guiding*, 2017). Sums are kept as whole numbers, which add up to the same in any order and so for any number
-//! of threads.
+//! Records close to each other in the picture that look the same way see much the same. Their rays build one density:
+//! the light expected of each cell of directions, and how it varies there. Only rays cast later follow it, so their
+//! mean stays unbiased (T. Müller, M. Gross, J. Novák, *Practical path guiding for efficient light-transport
+//! simulation*, 2017). Sums are kept as whole numbers, which add up to the same in any order and so for any number of
+//! threads.
 //!
 //! Not handled: what is seen from one point of a place only, as beside an edge.
 
@@ -13,27 +15,28 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::gather::guiding_density::{Bent, CELLS, Guide, cell};
+use crate::gather::guiding_density::{CELLS, GuidingDensity, Warped, cell};
 use crate::light::Rgb;
 use crate::rays::FAN;
 
-/// Rays that a guide is made of at least: one for every four cells.
+/// Rays that a density is made of at least: one for every four cells.
 const ENOUGH: f32 = (CELLS * CELLS / 4) as f32;
 /// Rays of mean light that every cell is thought to have met before its own.
 const PRIOR: f32 = 2.0;
 /// Share of the mean square of light that a cell may vary by beyond what few rays show.
 const UNSEEN: f32 = 0.1;
-/// What the brightest light of patches is counted as, and how much brighter light may be counted: 2^24 rays of a cell do not overflow.
+/// What the brightest light of patches is counted as.
 const UNIT: f64 = (1_u64 << 36) as f64;
+/// How much brighter light may be counted: 2^24 rays of a cell do not overflow.
 const BRIGHTEST: f64 = 4.0;
-/// Normals whose coordinates round alike at this many steps to 1 share a guide.
+/// Normals whose coordinates round alike at this many steps to 1 share a density.
 const NORMALS: f32 = 3.0;
 
 /// A number for each cell.
 type Cells = [f32; CELLS * CELLS];
 
-/// What rays of one place found in the cells.
-struct Lessons {
+/// Statistics of what the rays of one place found, cell by cell.
+struct CellStatistics {
     /// Length of the light that all is counted in.
     brightest: f32,
     /// Sum over the rays through each cell of the square of what they read, times [`UNIT`].
@@ -44,10 +47,10 @@ struct Lessons {
     counts: Vec<AtomicU32>,
 }
 
-impl Lessons {
-    fn none(brightest: f32) -> Lessons {
+impl CellStatistics {
+    fn none(brightest: f32) -> CellStatistics {
         let none = || (0..CELLS * CELLS).map(|_| AtomicU64::new(0)).collect();
-        Lessons {
+        CellStatistics {
             brightest,
             squares: none(),
             sums: [none(), none(), none()],
@@ -55,9 +58,9 @@ impl Lessons {
         }
     }
 
-    /// The guide that these rays teach; none where they are few, or dark.
-    fn guide(&self) -> Option<Guide> {
-        let known = Known::new(&self.counts);
+    /// The density that these rays make; none where they are few, or dark.
+    fn density(&self) -> Option<GuidingDensity> {
+        let known = CellCounts::new(&self.counts);
         let squares = known.expected(&self.squares);
         if known.rays < ENOUGH || squares.iter().all(|s| *s <= 0.0) {
             return None;
@@ -70,22 +73,22 @@ impl Lessons {
             (seen + UNSEEN * mean * PRIOR / (known.near[k] + PRIOR)).sqrt()
         };
         let expected = std::array::from_fn(|k| light(k) * self.brightest);
-        Some(Guide::new(&std::array::from_fn(spread), expected))
+        Some(GuidingDensity::new(&std::array::from_fn(spread), expected))
     }
 }
 
 /// How many rays are known of the cells.
-struct Known {
+struct CellCounts {
     rays: f32,
     own: Cells,
     /// With those of neighbours.
     near: Cells,
 }
 
-impl Known {
-    fn new(counts: &[AtomicU32]) -> Known {
+impl CellCounts {
+    fn new(counts: &[AtomicU32]) -> CellCounts {
         let own: Cells = std::array::from_fn(|k| counts[k].load(Ordering::Relaxed) as f32);
-        Known { rays: own.iter().sum(), near: blurred(&own), own }
+        CellCounts { rays: own.iter().sum(), near: blurred(&own), own }
     }
 
     /// Mean of what rays through each cell and its neighbours found, drawn to that of all cells where they are few.
@@ -100,7 +103,8 @@ impl Known {
     }
 }
 
-/// Weighted means of cells and their neighbours, 1 2 1 along either side: places of one guide see things in directions that differ.
+/// Weighted means of cells and their neighbours, 1 2 1 along either side: places of one density see things in
+/// directions that differ.
 fn blurred(value: &Cells) -> Cells {
     let near = |k: usize| [(k.saturating_sub(1), 0.25), (k, 0.5), ((k + 1).min(CELLS - 1), 0.25)];
     std::array::from_fn(|k| {
@@ -110,97 +114,98 @@ fn blurred(value: &Cells) -> Cells {
     })
 }
 
-/// Guides by place in the picture and normal.
-pub(crate) struct Guides {
-    /// Pixels to a side of the squares that share guides.
+/// Guiding densities by place in the picture and normal.
+pub(crate) struct GuidingField {
+    /// Pixels to a side of the squares that share densities.
     tile: usize,
     width: usize,
     /// Length of the brightest light.
     brightest: f64,
     numbers: HashMap<(u32, u32, [i8; 4]), u32>,
-    lessons: Vec<Lessons>,
-    guides: Vec<Option<Guide>>,
+    statistics: Vec<CellStatistics>,
+    densities: Vec<Option<GuidingDensity>>,
 }
 
-impl Guides {
-    /// No guides yet, for squares of `tile` pixels of a picture so many pixels wide; no light is much brighter than `brightest`.
-    pub fn new(tile: usize, width: usize, brightest: f64) -> Guides {
-        Guides {
+impl GuidingField {
+    /// No densities yet, for squares of `tile` pixels of a picture so many pixels wide; no light is much brighter than
+    /// `brightest`.
+    pub fn new(tile: usize, width: usize, brightest: f64) -> GuidingField {
+        GuidingField {
             tile,
             width,
             brightest: brightest.max(f64::from(f32::MIN_POSITIVE)),
             numbers: HashMap::new(),
-            lessons: Vec::new(),
-            guides: Vec::new(),
+            statistics: Vec::new(),
+            densities: Vec::new(),
         }
     }
 
-    /// The number of the guide for a normal seen in pixel k.
+    /// The number of the density for a normal seen in pixel k.
     pub fn number(&mut self, k: usize, normal: Vec3) -> u32 {
         let round = |x: f32| (NORMALS * x).round() as i8;
         // The directions' frame turns over where z changes sign.
         let way = [round(normal.x), round(normal.y), round(normal.z), i8::from(normal.z.is_sign_negative())];
         let (x, y) = (k % self.width / self.tile, k / self.width / self.tile);
-        let next = self.lessons.len() as u32;
+        let next = self.statistics.len() as u32;
         let number = *self.numbers.entry((x as u32, y as u32, way)).or_insert(next);
         if number == next {
-            self.lessons.push(Lessons::none(self.brightest as f32));
-            self.guides.push(None);
+            self.statistics.push(CellStatistics::none(self.brightest as f32));
+            self.densities.push(None);
         }
         number
     }
 
-    /// Makes the guides anew from all that rays have found.
-    pub fn learn(&mut self) {
-        let lessons = self.lessons.par_iter();
-        self.guides = lessons.map(Lessons::guide).collect();
+    /// Makes the densities anew from all that rays have found.
+    pub fn update(&mut self) {
+        let statistics = self.statistics.par_iter();
+        self.densities = statistics.map(CellStatistics::density).collect();
     }
 
-    /// The guide of a number, and where its rays are told.
-    pub fn of(&self, number: u32) -> Guided<'_> {
-        Guided {
-            guide: self.guides[number as usize].as_ref(),
-            lessons: Some(&self.lessons[number as usize]),
+    /// The density of a number, and where its rays are recorded.
+    pub fn of(&self, number: u32) -> Guiding<'_> {
+        Guiding {
+            density: self.densities[number as usize].as_ref(),
+            statistics: Some(&self.statistics[number as usize]),
             scale: 1.0 / self.brightest,
         }
     }
 }
 
-/// A guide to follow, and where to tell what rays find.
+/// A density to follow, and where to record what rays find.
 #[derive(Clone, Copy)]
-pub(crate) struct Guided<'a> {
-    guide: Option<&'a Guide>,
-    lessons: Option<&'a Lessons>,
+pub(crate) struct Guiding<'a> {
+    density: Option<&'a GuidingDensity>,
+    statistics: Option<&'a CellStatistics>,
     /// The inverse length of the brightest light.
     scale: f64,
 }
 
-impl Guided<'_> {
-    /// No guide; nobody learns.
-    pub const ALONE: Guided<'static> = Guided { guide: None, lessons: None, scale: 0.0 };
+impl Guiding<'_> {
+    /// No density; nothing is recorded.
+    pub const NONE: Guiding<'static> = Guiding { density: None, statistics: None, scale: 0.0 };
 
-    /// Bends the points of a fan.
+    /// Warps the points of a fan.
     #[inline]
-    pub fn bend(&self, u: &mut [f32; FAN], v: &mut [f32; FAN]) -> Bent {
-        match (self.guide, self.lessons) {
-            (Some(guide), _) => guide.bend(u, v),
-            (None, None) => Bent::EVEN,
-            (None, Some(_)) => Bent { cells: std::array::from_fn(|k| cell(u[k], v[k])), ..Bent::EVEN },
+    pub fn warp(&self, u: &mut [f32; FAN], v: &mut [f32; FAN]) -> Warped {
+        match (self.density, self.statistics) {
+            (Some(density), _) => density.warp(u, v),
+            (None, None) => Warped::EVEN,
+            (None, Some(_)) => Warped { cells: std::array::from_fn(|k| cell(u[k], v[k])), ..Warped::EVEN },
         }
     }
 
-    /// Tells what light a ray through a cell found.
+    /// Records what light a ray through a cell found.
     #[inline]
-    pub fn tell(&self, cell: u8, light: DVec3) {
-        let Some(lessons) = self.lessons else { return };
+    pub fn record(&self, cell: u8, light: DVec3) {
+        let Some(statistics) = self.statistics else { return };
         let whole = |x: f64, most: f64| (UNIT * x.clamp(0.0, most)) as u64;
         let light = self.scale * light;
         let cell = cell as usize;
-        lessons.squares[cell].fetch_add(whole(light.length_squared(), BRIGHTEST * BRIGHTEST), Ordering::Relaxed);
-        for (sums, x) in lessons.sums.iter().zip(light.to_array()) {
+        statistics.squares[cell].fetch_add(whole(light.length_squared(), BRIGHTEST * BRIGHTEST), Ordering::Relaxed);
+        for (sums, x) in statistics.sums.iter().zip(light.to_array()) {
             sums[cell].fetch_add(whole(x, BRIGHTEST), Ordering::Relaxed);
         }
-        lessons.counts[cell].fetch_add(1, Ordering::Relaxed);
+        statistics.counts[cell].fetch_add(1, Ordering::Relaxed);
     }
 }
 
@@ -208,10 +213,10 @@ impl Guided<'_> {
 mod tests {
     use super::*;
 
-    /// Tells a guide of rays that see light in a quarter of the directions; returns how often rays that follow go there.
+    /// Records rays that see light in a quarter of the directions; returns how often rays that follow go there.
     fn followed(rays: usize) -> f32 {
-        let mut guides = Guides::new(8, 64, 1.0);
-        let number = guides.number(100, Vec3::X);
+        let mut field = GuidingField::new(8, 64, 1.0);
+        let number = field.number(100, Vec3::X);
         let light = |cell: u8| {
             let (row, column) = (cell as usize / CELLS, cell as usize % CELLS);
             // Speckled, so that what is expected of a cell is not what its rays find.
@@ -221,15 +226,15 @@ mod tests {
         for k in 0..rays {
             let cell = (k * 37 % (CELLS * CELLS)) as u8;
             let speckle = f64::from(u32::from(k % 2 == 0));
-            guides.of(number).tell(cell, DVec3::splat(light(cell) * speckle));
+            field.of(number).record(cell, DVec3::splat(light(cell) * speckle));
         }
-        guides.learn();
+        field.update();
         let at = |k: usize| (k as f32 + 0.5) / FAN as f32;
         let mut there = 0.0;
         for row in 0..FAN {
             let (mut u, mut v) = (std::array::from_fn(at), [at(row); FAN]);
-            let bent = guides.of(number).bend(&mut u, &mut v);
-            there += bent.cells.iter().map(|&c| light(c) as f32).sum::<f32>();
+            let warped = field.of(number).warp(&mut u, &mut v);
+            there += warped.cells.iter().map(|&c| light(c) as f32).sum::<f32>();
         }
         there / (FAN * FAN) as f32
     }
@@ -238,16 +243,17 @@ mod tests {
     fn rays_go_where_light_was_uneven() {
         // Too few rays teach nothing: a quarter of the directions is a quarter of the rays.
         assert_eq!(followed(ENOUGH as usize - 1), 0.25);
-        // By density 1 there and the floor elsewhere it would be 1 / (1 + 3 * 0.2) = 0.62; unseen light and blur take a little.
+        // By density 1 there and the floor elsewhere it would be 1 / (1 + 3 * 0.2) = 0.62; unseen light and blur take a
+        // little.
         assert!(followed(8192) > 0.5, "{}", followed(8192));
     }
 
     #[test]
-    fn places_and_normals_have_their_own_guides() {
-        let mut guides = Guides::new(8, 64, 1.0);
-        let own = guides.number(3, Vec3::Z);
-        assert_eq!(guides.number(7 + 64 * 7, Vec3::Z), own);
-        assert_ne!(guides.number(8, Vec3::Z), own);
-        assert_ne!(guides.number(3, Vec3::NEG_Z), own);
+    fn places_and_normals_have_their_own_densities() {
+        let mut field = GuidingField::new(8, 64, 1.0);
+        let own = field.number(3, Vec3::Z);
+        assert_eq!(field.number(7 + 64 * 7, Vec3::Z), own);
+        assert_ne!(field.number(8, Vec3::Z), own);
+        assert_ne!(field.number(3, Vec3::NEG_Z), own);
     }
 }

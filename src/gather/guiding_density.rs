@@ -1,15 +1,16 @@
 //! Densities over the directions of hemisphere rays, and the light expected there.
 //!
-//! Cosine-distributed directions are made of points of the unit square. A guide gives each of its cells a density g, with mean 1 over
-//! the square, and an expected light m. Points are bent so that they fall with this density, and a ray that reads L counts
+//! Cosine-distributed directions are made of points of the unit square. Each of its cells has a density g, with mean 1
+//! over the square, and an expected light m. Points are warped so that they fall with this density, and a ray that
+//! reads L counts
 //!
 //! ```text
 //! mean of m + (L - m) / g
 //! ```
 //!
-//! whose mean is that of L for every g > 0 and every m (importance sampling with a control variate; A. Owen, Y. Zhou, *Safe and effective
-//! importance sampling*, 2000). Its variance is least where g goes as the root mean square of L - m in the cell. The bend is
-//! monotonous row by row and cell by cell, so that well spread points stay well spread.
+//! whose mean is that of L for every g > 0 and every m (importance sampling with a control variate; A. Owen, Y. Zhou,
+//! *Safe and effective importance sampling*, 2000). Its variance is least where g goes as the root mean square of L - m
+//! in the cell. The warp is monotonous row by row and cell by cell, so that well spread points stay well spread.
 //!
 //! Not handled: light that differs within a cell, beside what its density says of it.
 
@@ -23,7 +24,7 @@ const FLOOR: f32 = 0.2;
 
 /// Densities over the square of directions.
 #[derive(Clone, Debug)]
-pub(crate) struct Guide {
+pub(crate) struct GuidingDensity {
     /// Share of the points in the rows before each row.
     rows: [f32; CELLS + 1],
     /// Row by row the share of its points in the cells before each cell.
@@ -34,29 +35,29 @@ pub(crate) struct Guide {
     mean: Rgb,
 }
 
-/// A fan's rays after a guide has bent their points.
-pub(crate) struct Bent {
+/// A fan's rays after a density has warped their points.
+pub(crate) struct Warped {
     /// What the light that a ray reads counts.
     pub weights: [f32; FAN],
     /// The cell that each ray's point lies in.
     pub cells: [u8; FAN],
-    /// What is added to the weighted light of each ray: the mean over the square of what is expected, less what is expected of its
-    /// own cell, weighted.
+    /// What is added to the weighted light of each ray: the mean over the square of what is expected, less what is
+    /// expected of its own cell, weighted.
     pub offsets: [Rgb; FAN],
 }
 
-impl Bent {
+impl Warped {
     /// Rays that count alike.
-    pub const EVEN: Bent = Bent { weights: [1.0; FAN], cells: [0; FAN], offsets: [Rgb::ZERO; FAN] };
+    pub const EVEN: Warped = Warped { weights: [1.0; FAN], cells: [0; FAN], offsets: [Rgb::ZERO; FAN] };
 }
 
-impl Guide {
-    /// A guide by densities of any mean above 0 and expected light, row by row.
-    pub fn new(density: &[f32; CELLS * CELLS], expected: [Rgb; CELLS * CELLS]) -> Guide {
+impl GuidingDensity {
+    /// The density of cells by numbers of any mean above 0, and expected light, row by row.
+    pub fn new(density: &[f32; CELLS * CELLS], expected: [Rgb; CELLS * CELLS]) -> GuidingDensity {
         let mean = density.iter().sum::<f32>() / (CELLS * CELLS) as f32;
         let g = |k: usize| FLOOR + (1.0 - FLOOR) * density[k] / mean;
         let sums = |row: usize| until(|cell| g(row * CELLS + cell));
-        Guide {
+        GuidingDensity {
             rows: shares(&until(|row| sums(row)[CELLS])),
             cells: std::array::from_fn(|row| shares(&sums(row))),
             expected,
@@ -64,18 +65,18 @@ impl Guide {
         }
     }
 
-    /// Bends points of the square; tells the weight of each and the cell that it comes to lie in.
-    pub fn bend(&self, u: &mut [f32; FAN], v: &mut [f32; FAN]) -> Bent {
-        let mut bent = Bent::EVEN;
+    /// Warps points of the square; tells the weight of each and the cell that it comes to lie in.
+    pub fn warp(&self, u: &mut [f32; FAN], v: &mut [f32; FAN]) -> Warped {
+        let mut warped = Warped::EVEN;
         for k in 0..FAN {
             let row = step(&self.rows, &mut v[k]);
             let cell = step(&self.cells[row.at], &mut u[k]);
-            bent.weights[k] = row.weight * cell.weight;
+            warped.weights[k] = row.weight * cell.weight;
             let at = row.at * CELLS + cell.at;
-            bent.cells[k] = at as u8;
-            bent.offsets[k] = self.mean - bent.weights[k] * self.expected[at];
+            warped.cells[k] = at as u8;
+            warped.offsets[k] = self.mean - warped.weights[k] * self.expected[at];
         }
-        bent
+        warped
     }
 }
 
@@ -116,7 +117,7 @@ fn shares(sums: &[f32; CELLS + 1]) -> [f32; CELLS + 1] {
     shares
 }
 
-/// The cell of a point of the square that no guide has bent.
+/// The cell of a point of the square that no density has warped.
 #[inline]
 pub(crate) fn cell(u: f32, v: f32) -> u8 {
     let of = |x: f32| ((x * CELLS as f32) as usize).min(CELLS - 1);
@@ -135,17 +136,17 @@ mod tests {
     }
 
     /// Mean of what rays count and the largest weight.
-    fn estimate(guide: &Guide, rays: u32) -> (f32, f32) {
+    fn estimate(guiding: &GuidingDensity, rays: u32) -> (f32, f32) {
         let sobol = Sobol::new(rays as usize, 2);
         let (mut sum, mut most) = (0.0, 0.0_f32);
         for first in (0..rays).step_by(FAN) {
             let mut u = std::array::from_fn(|k| sobol.point(first + k as u32, 0, 3));
             let mut v = std::array::from_fn(|k| sobol.point(first + k as u32, 1, 3));
-            let bent = guide.bend(&mut u, &mut v);
+            let warped = guiding.warp(&mut u, &mut v);
             for k in 0..FAN {
-                assert_eq!(cell(u[k], v[k]), bent.cells[k], "{} {}", u[k], v[k]);
-                sum += bent.weights[k] * light(u[k], v[k]) + bent.offsets[k].x;
-                most = most.max(bent.weights[k]);
+                assert_eq!(cell(u[k], v[k]), warped.cells[k], "{} {}", u[k], v[k]);
+                sum += warped.weights[k] * light(u[k], v[k]) + warped.offsets[k].x;
+                most = most.max(warped.weights[k]);
             }
         }
         (sum / rays as f32, most)
@@ -153,16 +154,16 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_guide_has_the_same_mean(
+        fn every_density_has_the_same_mean(
             density in prop::collection::vec(0.0..1.0f32, CELLS * CELLS),
             expected in prop::collection::vec(0.0..1.0f32, CELLS * CELLS),
         ) {
-            let guide = Guide::new(
+            let guiding = GuidingDensity::new(
                 &std::array::from_fn(|k| density[k] + 1e-3),
                 std::array::from_fn(|k| Rgb::splat(expected[k])),
             );
             const RAYS: u32 = 16_384;
-            let (found, most) = estimate(&guide, RAYS);
+            let (found, most) = estimate(&guiding, RAYS);
             // A thousand rows of midpoints: the edge's cells leave 1e-3.
             let at = |k: u32| (k as f32 + 0.5) / 1000.0;
             let all = (0..1000).flat_map(|i| (0..1000).map(move |k| light(at(k), at(i))));
@@ -177,10 +178,10 @@ mod tests {
     #[test]
     fn rays_that_find_what_is_expected_have_no_noise() {
         let steps = |k: usize| if k.is_multiple_of(3) { 2.0 } else { 0.5 };
-        let guide = Guide::new(&[1.0; CELLS * CELLS], std::array::from_fn(|k| Rgb::splat(steps(k))));
+        let guiding = GuidingDensity::new(&[1.0; CELLS * CELLS], std::array::from_fn(|k| Rgb::splat(steps(k))));
         let (mut u, mut v) = ([0.31; FAN], [0.77; FAN]);
-        let bent = guide.bend(&mut u, &mut v);
-        let found = bent.weights[0] * steps(bent.cells[0] as usize) + bent.offsets[0].x;
+        let warped = guiding.warp(&mut u, &mut v);
+        let found = warped.weights[0] * steps(warped.cells[0] as usize) + warped.offsets[0].x;
         let mean = (0..CELLS * CELLS).map(steps).sum::<f32>() / (CELLS * CELLS) as f32;
         // 256 roundings of 6e-8.
         assert!((found - mean).abs() < 2e-5, "{found} {mean}");

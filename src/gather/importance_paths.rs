@@ -1,7 +1,7 @@
 //! Importance on its way: paths that start at the camera and go where what the picture shows came from.
 //!
-//! A pixel shows `rho(x0) ∫ L'` over the hemisphere of the point x0 it sees. A path follows one cosine-distributed ray after the other,
-//! and at each point y it reaches keeps
+//! A pixel shows `rho(x0) ∫ L'` over the hemisphere of the point x0 it sees. A path follows one cosine-distributed ray
+//! after the other, and at each vertex y it reaches keeps
 //!
 //! ```text
 //! w_k     what light 1 that leaves y_k adds to the pixel (the adjoint of light: Smits, Arvo, Salesin 1992)
@@ -9,27 +9,26 @@
 //! z_k     what the next ray meets: alpha rho (D_k + L'(z_k)) + E is a sample of the light that leaves y_k
 //! ```
 //!
-//! Paths end by chance in proportion to what is absorbed, so that all w of a colourless scene are alike. They know the scene and the
-//! lamps but no patches: the same paths serve every set of patches, to tell where patches are seen
-//! ([`Walks::samples`]) and by how much the light read on them is off ([`Walks::residual`]).
+//! Paths end by chance in proportion to what is absorbed, so that all w of a colourless scene are alike. They know the
+//! scene and the luminaires but no patches: the same paths serve every set of patches, to tell where patches are seen
+//! ([`ImportancePaths::samples`]) and by how much the light read on them is off ([`ImportancePaths::residual`]).
 //!
-//! Not handled: series that diverge; paths end after [`LONGEST`] points.
+//! Not handled: series that diverge; paths end after [`LONGEST`] vertices.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::gather::reflection::{Memory, Met, Reflection, Walker};
+use crate::gather::reflection::{Memory, Reflection, SurfaceHit, Walker};
 use crate::gather::view::View;
-use crate::rays::Ray;
 use crate::rays::sobol::{Stream, hash};
 
-/// Points of a path at most.
+/// Vertices of a path at most.
 const LONGEST: usize = 256;
 
 /// A point where a path was reflected.
 #[derive(Clone, Debug)]
-pub(crate) struct Step {
-    pub at: Met,
+pub(crate) struct Vertex {
+    pub at: SurfaceHit,
     /// What light 1 that leaves here adds to the pixel.
     pub weight: DVec3,
     pub found: Reflection,
@@ -39,12 +38,12 @@ pub(crate) struct Step {
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
     pub pixel: u32,
-    pub steps: Vec<Step>,
+    pub vertices: Vec<Vertex>,
 }
 
 /// Paths from all pixels.
 #[derive(Clone, Debug)]
-pub struct Walks {
+pub struct ImportancePaths {
     pub(crate) paths: Vec<Path>,
     pub(crate) width: usize,
     pub(crate) height: usize,
@@ -57,16 +56,18 @@ pub struct Walks {
     pub rays: u64,
 }
 
-impl Walks {
-    /// No paths yet, of a picture of the view's size; `densities` tell how many each pixel gets over those of all in the mean.
+impl ImportancePaths {
+    /// No paths yet, of a picture of the view's size; `densities` tell how many each pixel gets over those of all in
+    /// the mean.
     ///
-    /// Squared errors of a picture are mostly those of its bright pixels, so in proportion to their light is a good choice.
+    /// Squared errors of a picture are mostly those of its bright pixels, so in proportion to their light is a
+    /// good choice.
     ///
     /// # Panics
     /// If there is not one number a pixel.
-    pub fn new(view: &View, densities: Vec<f32>, seed: u32) -> Walks {
+    pub fn new(view: &View, densities: Vec<f32>, seed: u32) -> ImportancePaths {
         assert_eq!(densities.len(), view.width * view.height);
-        Walks { paths: Vec::new(), width: view.width, height: view.height, seed, densities, each: 0, rays: 0 }
+        ImportancePaths { paths: Vec::new(), width: view.width, height: view.height, seed, densities, each: 0, rays: 0 }
     }
 
     /// Adds `more` paths to every pixel, in the mean.
@@ -74,9 +75,9 @@ impl Walks {
         let walker = Walker::new(view);
         let (seed, before, after) = (self.seed, self.each, self.each + more);
         // An even number, and some of every pixel: both halves of the paths need theirs.
-        let count = |k: usize, each: u32| match each {
-            0 => 0,
-            _ => 2 * (0.5 * each as f32 * self.densities[k]).ceil().max(1.0) as u32,
+        let count = |k: usize, each: u32| {
+            let half = (0.5 * each as f32 * self.densities[k]).ceil().max(1.0) as u32;
+            if each == 0 { 0 } else { 2 * half }
         };
         let rows: Vec<(Vec<Path>, u64)> = (0..self.height)
             .into_par_iter()
@@ -86,9 +87,8 @@ impl Walks {
                 for k in y * view.width..(y + 1) * view.width {
                     for n in count(k, before)..count(k, after) {
                         let random = Stream::new(hash(n, hash(k as u32, seed)));
-                        let steps = walk(&walker, k, random, memory);
-                        let pixel = k as u32;
-                        paths.push(Path { pixel, steps });
+                        let vertices = traced(&walker, k, random, memory);
+                        paths.push(Path { pixel: k as u32, vertices });
                     }
                 }
                 (paths, memory.cast)
@@ -102,7 +102,7 @@ impl Walks {
     }
 
     /// Takes in the paths of others.
-    pub fn absorb(&mut self, others: Walks) {
+    pub fn absorb(&mut self, others: ImportancePaths) {
         self.paths.extend(others.paths);
         self.rays += others.rays;
     }
@@ -113,48 +113,44 @@ impl Walks {
     }
 }
 
-/// One path from pixel k.
-fn walk(walker: &Walker, k: usize, mut random: Stream, memory: &mut Memory) -> Vec<Step> {
-    let mut steps = Vec::new();
+/// The vertices of one path from pixel k.
+fn traced(walker: &Walker, k: usize, mut random: Stream, memory: &mut Memory) -> Vec<Vertex> {
+    let mut vertices = Vec::new();
     let view = walker.view;
-    let x = ((k % view.width) as f32 + random.uniform()) / view.width as f32;
-    let y = ((k / view.width) as f32 + random.uniform()) / view.height as f32;
-    let aspect = view.width as f32 / view.height as f32;
-    let (origin, direction) = view.scene.camera.ray(x, y, aspect);
-    let ray = Ray { origin, direction, source: None };
+    let ray = view.camera_ray(k, random.uniform(), random.uniform());
     memory.cast += 1;
     let Some(hit) = view.rays.closest(&ray) else {
-        return steps;
+        return vertices;
     };
     // What the camera sees reflects rho whatever its alpha.
     let seen = walker.met(&ray, &hit, 1.0);
     if walker.patch(&seen).is_none() {
-        return steps;
+        return vertices;
     }
     let mut weight = walker.rho(&seen);
-    let mut next = match weight == DVec3::ZERO {
-        true => return steps,
-        false => walker.bounce(&seen, &mut random, memory),
-    };
+    if weight == DVec3::ZERO {
+        return vertices;
+    }
+    let mut next = walker.bounce(&seen, &mut random, memory);
     while let Some((at, share)) = choose(&next, &mut random)
-        && steps.len() < LONGEST
+        && vertices.len() < LONGEST
     {
         weight *= share;
         let found = walker.reflect(&at, &mut random, memory);
         let onward = weight * found.reflect;
         let chance = (onward.max_element() / weight.max_element()).min(1.0);
         next.clone_from(&found.next);
-        steps.push(Step { at, weight, found });
+        vertices.push(Vertex { at, weight, found });
         if f64::from(random.uniform()) >= chance {
             break;
         }
         weight = onward / chance;
     }
-    steps
+    vertices
 }
 
 /// One of the points met, in proportion to what comes through from it, and what that stands for.
-fn choose(met: &[Met], random: &mut Stream) -> Option<(Met, f64)> {
+fn choose(met: &[SurfaceHit], random: &mut Stream) -> Option<(SurfaceHit, f64)> {
     let total: f32 = met.iter().map(|m| m.through).sum();
     let mut at = random.uniform() * total;
     let chosen = met.iter().find(|m| {

@@ -1,12 +1,13 @@
-//! Irradiance between points where it is known: local linear regression.
+//! Irradiance between the records of a cache: local linear regression.
 //!
-//! Indirect irradiance varies slowly along a surface, over lengths of the distance R to what surrounds it (Ward,
-//! Rubinstein and Clear 1988: the harmonic mean of the hemisphere rays' lengths). The value at a place is that of
-//! a plane fitted to the points nearby, each weighted down to 0 at a small part of its own R; the fit is exact for irradiance
-//! that varies linearly, so what remains is of second order in that part, and noise averages over the points.
+//! Indirect irradiance varies slowly along a surface, over lengths of the distance R to what surrounds it (G. Ward, F.
+//! Rubinstein, R. Clear 1988: the harmonic mean of the hemisphere rays' lengths). The value at a place is that of a
+//! plane fitted to the records nearby, each weighted down to 0 at its valid radius, a small part of its own R; the fit
+//! is exact for irradiance that varies linearly, so what remains is of second order in that part, and noise averages
+//! over the records.
 //!
-//! A fit is a linear combination of the points' values. The sum of its squared coefficients is the variance that it
-//! leaves of theirs: it is small where many points surround the place, and large where the place lies outside of them.
+//! A fit is a linear combination of the records' values. The sum of its squared coefficients is the variance that it
+//! leaves of theirs: it is small where many records surround the place, and large where the place lies outside of them.
 //!
 //! Not handled: direct light, whose shadows have sharp edges.
 
@@ -14,10 +15,10 @@ use glam::{DMat3, DVec3, Vec3};
 
 /// Normals of neighbours agree to this cosine.
 const ALIGNED: f32 = 0.97;
-/// Neighbours lie within this share of the reach off the tangent plane...
+/// Neighbours lie within this share of the valid radius off the tangent plane.
 const FLAT: f64 = 0.02;
-/// ... and, where the surface bends, within so much of their distance for each unit that normals differ by: half of it on a circle, and a
-/// little more between flat facets.
+/// Where the surface bends they lie off it by at most so much more of their distance for each unit that normals differ
+/// by: half of it on a circle, and a little more between flat facets.
 const BENT: f64 = 0.75;
 /// Keeps the fit regular where neighbours lie in a line or are few: a slope costs something.
 const RIDGE: f64 = 1e-4;
@@ -32,20 +33,20 @@ pub(crate) struct Place {
     pub material: u32,
 }
 
-/// A place where irradiance is known.
+/// Where a record's irradiance is known, and how far it speaks.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Known {
+pub(crate) struct Support {
     pub place: Place,
-    /// How far it speaks, unit coordinates.
-    pub reach: f64,
+    /// The valid radius, unit coordinates.
+    pub radius: f64,
     /// How much it counts beside others: the inverse of its variance.
     pub weight: f64,
 }
 
-/// Coefficients of a fit: the irradiance is the sum of `share * value` over the points.
+/// Coefficients of a fit: the irradiance is the sum of `coefficient * value` over the records.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Fit {
-    pub shares: Vec<(u32, f64)>,
+    pub coefficients: Vec<(u32, f64)>,
     inverse: DMat3,
     terms: Vec<(u32, f64, DVec3)>,
     /// Sum of the weights.
@@ -61,34 +62,34 @@ impl Fit {
     /// Begins a fit at a place.
     pub fn begin(&mut self, at: &Place) {
         self.terms.clear();
-        self.shares.clear();
+        self.coefficients.clear();
         self.unit = 0.0;
         self.flat = false;
         let (u, v) = at.normal.as_dvec3().any_orthonormal_pair();
         self.axes = [u, v];
     }
 
-    /// Adds a point, unless it is too far from the place, off its plane, or looks another way.
+    /// Adds record k, unless it is too far from the place, off its plane, or looks another way.
     #[inline]
-    pub fn consider(&mut self, at: &Place, k: u32, known: &Known) {
-        let d = known.place.position - at.position;
-        let nearness = 1.0 - d.length_squared() / (known.reach * known.reach);
+    pub fn consider(&mut self, at: &Place, k: u32, support: &Support) {
+        let d = support.place.position - at.position;
+        let nearness = 1.0 - d.length_squared() / (support.radius * support.radius);
         if nearness <= 0.0
-            || at.material != known.place.material
-            || at.normal.dot(known.place.normal) < ALIGNED
-            || is_off(at, known, d)
+            || at.material != support.place.material
+            || at.normal.dot(support.place.normal) < ALIGNED
+            || is_off(at, support, d)
         {
             return;
         }
         if self.unit == 0.0 {
-            self.unit = known.reach;
+            self.unit = support.radius;
         }
         let place = DVec3::new(1.0, d.dot(self.axes[0]) / self.unit, d.dot(self.axes[1]) / self.unit);
-        self.terms.push((k, known.weight * nearness, place));
+        self.terms.push((k, support.weight * nearness, place));
     }
 
-    /// Solves for the value in the middle, the first row of the inverse of the normal equations; false where no point speaks
-    /// for the place.
+    /// Solves for the value in the middle, the first row of the inverse of the normal equations; false where no record
+    /// speaks for the place.
     pub fn solve(&mut self) -> bool {
         let mut normal = DMat3::ZERO;
         for (_, w, b) in &self.terms {
@@ -102,23 +103,23 @@ impl Fit {
         normal += DMat3::from_diagonal(DVec3::new(0.0, ridge, ridge));
         self.inverse = normal.inverse();
         let first = self.inverse.x_axis;
-        self.shares.extend(self.terms.iter().map(|(k, w, b)| (*k, w * first.dot(*b))));
+        self.coefficients.extend(self.terms.iter().map(|(k, w, b)| (*k, w * first.dot(*b))));
         true
     }
 
-    /// Replaces a fit that leaves more than `most` of a point's variance, because the place lies outside of its points, by
-    /// their mean.
+    /// Replaces a fit that leaves more than `most` of a record's variance, because the place lies outside of its
+    /// records, by their mean.
     pub fn settle(&mut self, most: f64) {
-        if self.shares.len() > 1 && self.variance() > most {
+        if self.coefficients.len() > 1 && self.variance() > most {
             self.flat = true;
             let terms = self.terms.iter();
-            self.shares.clear();
-            self.shares.extend(terms.map(|(k, w, _)| (*k, w / self.total)));
+            self.coefficients.clear();
+            self.coefficients.extend(terms.map(|(k, w, _)| (*k, w / self.total)));
         }
     }
 
-    /// By how much the fitted value changes over a step: the change is the sum of `share * value` over the points. None where
-    /// the fit is a mean.
+    /// By how much the fitted value changes over a step: the change is the sum of `coefficient * value` over the
+    /// records. None where the fit is a mean.
     pub fn change(&self, step: DVec3) -> impl Iterator<Item = (u32, f64)> {
         let [u, v] = self.axes.map(|axis| step.dot(axis) / self.unit.max(f64::MIN_POSITIVE));
         let row = self.inverse.y_axis * u + self.inverse.z_axis * v;
@@ -129,32 +130,32 @@ impl Fit {
     /// Knows nothing: the value is 0.
     pub fn clear(&mut self) {
         self.flat = true;
-        self.shares.clear();
+        self.coefficients.clear();
     }
 
-    /// Takes one point's value as it is.
-    pub fn take(&mut self, point: u32) {
+    /// Takes one record's value as it is.
+    pub fn take(&mut self, record: u32) {
         self.clear();
-        self.shares.push((point, 1.0));
+        self.coefficients.push((record, 1.0));
     }
 
-    /// The share of one point.
-    pub fn share_of(&self, point: u32) -> f64 {
-        let own = self.shares.iter().find(|(k, _)| *k == point);
-        own.map_or(0.0, |(_, share)| *share)
+    /// The coefficient of one record; 0 where it has none.
+    pub fn coefficient_of(&self, record: u32) -> f64 {
+        let own = self.coefficients.iter().find(|(k, _)| *k == record);
+        own.map_or(0.0, |(_, coefficient)| *coefficient)
     }
 
-    /// Variance left of points of equal variance.
+    /// Variance left of records of equal variance.
     pub fn variance(&self) -> f64 {
-        self.shares.iter().map(|(_, s)| s * s).sum()
+        self.coefficients.iter().map(|(_, s)| s * s).sum()
     }
 }
 
-/// Whether a step from a place to a point leaves the surface: a parallel one beside it sees other light.
+/// Whether a step from a place to a record leaves the surface: a parallel one beside it sees other light.
 #[inline]
-fn is_off(at: &Place, known: &Known, d: DVec3) -> bool {
-    let bend = f64::from((at.normal - known.place.normal).length());
-    d.dot(at.normal.as_dvec3()).abs() > FLAT * known.reach + BENT * bend * d.length()
+fn is_off(at: &Place, support: &Support, d: DVec3) -> bool {
+    let bend = f64::from((at.normal - support.place.normal).length());
+    d.dot(at.normal.as_dvec3()).abs() > FLAT * support.radius + BENT * bend * d.length()
 }
 
 #[cfg(test)]
@@ -162,25 +163,25 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn known(x: f64, y: f64, reach: f64, normal: Vec3) -> Known {
-        Known { place: Place { position: DVec3::new(x, y, 0.0), normal, material: 0 }, reach, weight: 1.0 }
+    fn known(x: f64, y: f64, radius: f64, normal: Vec3) -> Support {
+        Support { place: Place { position: DVec3::new(x, y, 0.0), normal, material: 0 }, radius, weight: 1.0 }
     }
 
-    /// A floor with points 0.01 apart.
-    fn floor(reach: f64) -> Vec<Known> {
+    /// A floor with records 0.01 apart.
+    fn floor(radius: f64) -> Vec<Support> {
         let at = |k: usize| ((k % 9) as f64 * 0.01, (k / 9) as f64 * 0.01);
-        (0..81).map(|k| known(at(k).0, at(k).1, reach, Vec3::Z)).collect()
+        (0..81).map(|k| known(at(k).0, at(k).1, radius, Vec3::Z)).collect()
     }
 
-    fn fitted(points: &[Known], at: &Known, value: impl Fn(&Known) -> f64) -> Option<(f64, f64)> {
+    fn fitted(points: &[Support], at: &Support, value: impl Fn(&Support) -> f64) -> Option<(f64, f64)> {
         let mut fit = Fit::default();
         fit.begin(&at.place);
         for (k, p) in points.iter().enumerate() {
             fit.consider(&at.place, k as u32, p);
         }
         fit.solve().then(|| {
-            let shares = fit.shares.iter();
-            let sum = shares.map(|(k, s)| s * value(&points[*k as usize])).sum();
+            let coefficients = fit.coefficients.iter();
+            let sum = coefficients.map(|(k, s)| s * value(&points[*k as usize])).sum();
             (sum, fit.variance())
         })
     }
@@ -190,11 +191,12 @@ mod tests {
         fn linear_irradiance_passes_unchanged(
             a in 1.0..2.0f64, b in -3.0..3.0f64, c in -3.0..3.0f64, x in 0.0..0.08f64, y in 0.0..0.08f64
         ) {
-            let field = |p: &Known| a + b * p.place.position.x + c * p.place.position.y;
+            let field = |p: &Support| a + b * p.place.position.x + c * p.place.position.y;
             let at = known(x, y, 1.0, Vec3::Z);
             let (found, _) = fitted(&floor(0.035), &at, field).unwrap();
-            // The ridge damps slopes by a few times 1e-4, over the reach.
-            prop_assert!((found - field(&at)).abs() < 2e-3 * 0.035 * 6.0, "{found} {}", field(&at));
+            // A ridge r takes r mᵀ (C + r)⁻¹ s of slopes s over the radius, where m is the neighbours' centroid and C
+            // their covariance, summed: 1.94e-4 |s| at most, in the corners of the floor.
+            prop_assert!((found - field(&at)).abs() < 2e-4 * 0.035 * b.hypot(c), "{found} {}", field(&at));
         }
     }
 
@@ -203,7 +205,7 @@ mod tests {
         let points = floor(0.035);
         let variance = |x: f64, y: f64| fitted(&points, &known(x, y, 1.0, Vec3::Z), |_| 1.0);
         let inside = variance(0.04, 0.04).unwrap().1;
-        // Some 38 points lie within the reach; the parabolic kernel makes 3/4 as many of them.
+        // Some 38 records lie within the radius; the parabolic kernel makes 3/4 as many of them.
         assert!((0.02..0.06).contains(&inside), "{inside}");
         assert!(variance(0.1, 0.04).unwrap().1 > 3.0 * inside);
         assert!(variance(0.2, 0.04).is_none());
@@ -211,7 +213,7 @@ mod tests {
 
     #[test]
     fn a_parallel_board_is_another_surface_and_the_next_facet_of_a_round_one_is_not() {
-        // A board 1 mm higher within a reach of 35 mm; a facet of a cylinder of radius 0.1 one degree on.
+        // A board 1 mm higher within a radius of 35 mm; a facet of a cylinder of radius 0.1 one degree on.
         let at = known(0.0, 0.0, 1.0, Vec3::Z).place;
         let mut board = known(0.01, 0.0, 0.035, Vec3::Z);
         board.place.position.z = 0.001;
@@ -224,14 +226,14 @@ mod tests {
         fit.consider(&at, 0, &board);
         fit.consider(&at, 1, &facet);
         assert!(fit.solve());
-        assert_eq!(fit.shares.iter().map(|s| s.0).collect::<Vec<_>>(), [1]);
+        assert_eq!(fit.coefficients.iter().map(|s| s.0).collect::<Vec<_>>(), [1]);
     }
 
     #[test]
     fn another_surface_is_not_mixed_in() {
         let mut points = floor(0.035);
         points.extend((0..81).map(|k| known((k % 9) as f64 * 0.01, (k / 9) as f64 * 0.01, 0.035, Vec3::X)));
-        let value = |p: &Known| if p.place.normal == Vec3::X { 5.0 } else { 1.0 };
+        let value = |p: &Support| if p.place.normal == Vec3::X { 5.0 } else { 1.0 };
         let (found, _) = fitted(&points, &known(0.04, 0.04, 1.0, Vec3::Z), value).unwrap();
         assert!((found - 1.0).abs() < 1e-9);
     }

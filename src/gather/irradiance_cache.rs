@@ -1,48 +1,49 @@
-//! Irradiance points: few where irradiance varies slowly, many where surroundings are near.
+//! The irradiance cache: few records where irradiance varies slowly, many where surroundings are near.
 //!
-//! A coarse lattice of pixels comes first. At each finer lattice those pixels become points whose place the points so far
-//! cannot speak for (Ward, Rubinstein and Clear 1988, here by the variance of a local linear fit). A point of a
-//! coarse lattice stands for more pixels and gets more rays, in proportion to the spacing: that minimises the noise of the
-//! picture for the rays cast. Every point's rays come in two halves with independent scramblings.
+//! A coarse lattice of pixels comes first. At each finer lattice those pixels get records that the records so far do
+//! not cover (G. Ward, F. Rubinstein, R. Clear, *A ray tracing solution for diffuse interreflection*, 1988; here by the
+//! variance of a local linear fit, where G. Ward, P. Heckbert, *Irradiance gradients*, 1992, extrapolate each record).
+//! A record of a coarse lattice stands for more pixels and gets more rays, in proportion to the spacing: that minimises
+//! the noise of the picture for the rays cast. Every record's rays come in two halves with independent scramblings.
 //!
-//! Not handled: places seen only by camera rays that came after the points were chosen; the nearest point speaks for them.
+//! Not handled: places seen only by camera rays that came after the records were placed; the nearest record speaks for
+//! them.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::gather::camera_rays::Pass;
-use crate::gather::final_gather::Reader;
-use crate::gather::guiding::{Guided, Guides};
-use crate::gather::interpolation::{Fit, Known, Place};
-use crate::gather::irradiance_record::Point;
+use crate::gather::camera_rays::CameraRays;
+use crate::gather::final_gather::FinalGather;
+use crate::gather::guiding::{Guiding, GuidingField};
+use crate::gather::interpolation::{Fit, Place, Support};
+use crate::gather::irradiance_record::{Casting, Record, Site};
 use crate::gather::pixel::Pixel;
 use crate::gather::pixel_lattice::Lattice;
 use crate::gather::pixel_layer::Layer;
 use crate::gather::reflection::Memory;
 use crate::rays::sobol::hash;
 
-/// No point.
+/// No record.
 pub(crate) const NONE: u32 = u32::MAX;
-/// A place is spoken for when the fit leaves at most this share of a point's variance: some four points around it.
+/// A place is covered where the fit leaves at most this share of a record's variance: some four records around it.
 pub(crate) const COVERED: f64 = 0.34;
-/// Spacings of the coarsest lattice to a side of the squares whose points share guides, and such squares across the picture at most.
+/// Spacings of the coarsest lattice to a side of the squares whose records share a guiding density.
 const TILE: usize = 2;
+/// Such squares across the picture at most.
 const TILES: usize = 24;
-/// Rays of a half at most.
-const MOST: u32 = 1 << 14;
 /// Rays of a half at least.
 const LEAST: u32 = 8;
 
-/// How many points and rays.
+/// How many records and rays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Density {
-    /// Pixels between the points of the coarsest lattice, a power of two; 1 makes every pixel a point.
+    /// Pixels between the records of the coarsest lattice, a power of two; 1 gives every pixel a record.
     pub spacing: usize,
-    /// Rays of each half of a point of the coarsest lattice.
+    /// Rays of each half of a record of the coarsest lattice.
     pub rays: u32,
-    /// A point speaks for places within this share of the harmonic mean distance to its surroundings...
-    pub reach: f64,
-    /// ... and within so many pixels, whatever surrounds it.
+    /// The valid radius of a record over the harmonic mean distance to its surroundings.
+    pub radius: f64,
+    /// The least valid radius in pixels, whatever surrounds a record.
     pub least: f64,
     /// Width of a pixel a unit distance from the camera.
     pub pixel: f64,
@@ -50,51 +51,61 @@ pub(crate) struct Density {
     pub seed: u32,
 }
 
-/// All points of a picture.
-pub(crate) struct Points<'a> {
-    pass: &'a Pass<'a>,
-    pub(crate) reader: &'a Reader<'a>,
+/// All records of a picture.
+pub(crate) struct IrradianceCache<'a> {
+    camera_rays: &'a CameraRays<'a>,
+    final_gather: &'a FinalGather<'a>,
     pub(crate) density: Density,
+    /// The camera's position.
     camera: DVec3,
-    pub(crate) points: Vec<Point>,
-    pub(crate) known: Vec<Known>,
-    /// Irradiance over pi of each point, field by field in both halves.
+    pub(crate) records: Vec<Record>,
+    /// Where each record lies and how far it speaks.
+    pub(crate) supports: Vec<Support>,
+    /// Irradiance over pi of each record, field by field in both halves.
     pub(crate) values: Vec<[DVec3; 2]>,
     pub(crate) fields: usize,
+    /// Number of fields that make the picture.
+    pub(crate) leading: usize,
     pub(crate) lattice: Lattice,
-    /// The point of each layer that is one, by the layer's number; else NONE.
-    pub(crate) hosts: Vec<u32>,
+    /// The record of each layer that has one, by the layer's number; else NONE.
+    pub(crate) record_of: Vec<u32>,
     /// Number of the first layer of every pixel.
     pub(crate) starts: Vec<usize>,
-    /// Guides of the rays, where points of one place are cast one after the other.
-    guides: Option<Guides>,
+    /// What guides the rays, where records of one place are cast one after the other.
+    guiding: Option<GuidingField>,
     /// Rays cast.
     pub cast: u64,
 }
 
-impl<'a> Points<'a> {
-    /// No points yet.
-    pub fn new((pass, reader): (&'a Pass<'a>, &'a Reader<'a>), density: Density, pixels: &[Pixel]) -> Points<'a> {
-        let view = pass.view;
+impl<'a> IrradianceCache<'a> {
+    /// A cache without records, for the layers that pixels see.
+    pub fn new(
+        camera_rays: &'a CameraRays<'a>,
+        final_gather: &'a FinalGather<'a>,
+        density: Density,
+        pixels: &[Pixel],
+    ) -> IrradianceCache<'a> {
+        let view = camera_rays.view;
         let width = view.width;
         let tile = (TILE * density.spacing).max(width / TILES);
         let mut starts = vec![0];
         for pixel in pixels {
             starts.push(starts[starts.len() - 1] + pixel.layers.len());
         }
-        Points {
-            pass,
-            reader,
+        IrradianceCache {
+            camera_rays,
+            final_gather,
             density,
             camera: view.scene.camera.position.as_dvec3(),
-            points: Vec::new(),
-            known: Vec::new(),
+            records: Vec::new(),
+            supports: Vec::new(),
             values: Vec::new(),
-            fields: reader.fields(),
+            fields: final_gather.fields(),
+            leading: final_gather.leading(),
             lattice: Lattice::new(density.spacing, width, pixels.len() / width.max(1)),
-            hosts: vec![NONE; starts[pixels.len()]],
+            record_of: vec![NONE; starts[pixels.len()]],
             starts,
-            guides: (density.spacing > 1).then(|| Guides::new(tile, width, reader.brightest())),
+            guiding: (density.spacing > 1).then(|| GuidingField::new(tile, width, final_gather.brightest())),
             cast: 0,
         }
     }
@@ -104,23 +115,28 @@ impl<'a> Points<'a> {
         self.lattice.width()
     }
 
-    /// Adds points until every layer of every pixel is spoken for.
+    /// Number of layers without a record.
+    pub fn bare(&self) -> usize {
+        self.record_of.iter().filter(|&&record| record == NONE).count()
+    }
+
+    /// Adds records until every layer of every pixel is covered.
     pub fn place(&mut self, pixels: &[Pixel]) {
         self.place_where(pixels, &vec![true; pixels.len()]);
     }
 
-    /// The same where only the layers of the pixels marked may want points.
-    fn place_where(&mut self, pixels: &[Pixel], marked: &[bool]) {
+    /// Adds records until every layer of the pixels marked is covered.
+    pub(super) fn place_where(&mut self, pixels: &[Pixel], marked: &[bool]) {
         let mut spacing = self.density.spacing;
         loop {
             let own = self.lattice.pixels(spacing).filter(|&k| marked[k]);
             let own: Vec<usize> = own.collect();
             let found: Vec<(usize, usize)> = own
                 .par_iter()
-                .map_init(Fit::default, |fit, &k| self.wanting(fit, k, &pixels[k]))
+                .map_init(Fit::default, |fit, &k| self.uncovered(fit, k, &pixels[k]))
                 .flatten_iter()
                 .collect();
-            let first = self.points.len();
+            let first = self.records.len();
             for &(k, l) in &found {
                 self.add(k, l, &pixels[k], spacing);
             }
@@ -136,148 +152,76 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// Layers of pixel k that no points speak for.
-    fn wanting(&self, fit: &mut Fit, k: usize, pixel: &Pixel) -> Vec<(usize, usize)> {
+    /// Layers of pixel k without a record that no records cover.
+    fn uncovered(&self, fit: &mut Fit, k: usize, pixel: &Pixel) -> Vec<(usize, usize)> {
         let all = self.density.spacing == 1;
         (0..pixel.layers.len())
-            .filter(|l| self.hosts[self.starts[k] + l] == NONE)
+            .filter(|l| self.record_of[self.starts[k] + l] == NONE)
             .filter(|&l| all || !self.covers(fit, k, &pixel.layers[l]))
             .map(|l| (k, l))
             .collect()
     }
 
+    /// Whether the records around pixel k cover a layer.
     fn covers(&self, fit: &mut Fit, k: usize, layer: &Layer) -> bool {
         self.fit(fit, k, &layer.place()) && fit.variance() <= COVERED
     }
 
-    /// Fits the points around pixel k at a place.
+    /// Fits the records around pixel k at a place; false where none speaks for it.
     pub(crate) fn fit(&self, fit: &mut Fit, k: usize, at: &Place) -> bool {
-        self.fit_without(fit, k, at, NONE)
-    }
-
-    /// The same, one point left out.
-    pub(crate) fn fit_without(&self, fit: &mut Fit, k: usize, at: &Place, out: u32) -> bool {
         fit.begin(at);
-        self.lattice.visit(k, |i| {
-            if i != out {
-                fit.consider(at, i, &self.known[i as usize]);
-            }
-        });
+        self.lattice.visit(k, |i| fit.consider(at, i, &self.supports[i as usize]));
         fit.solve()
     }
 
+    /// Adds a record without rays for layer l of pixel k.
     pub(crate) fn add(&mut self, k: usize, l: usize, pixel: &Pixel, spacing: usize) {
-        self.hosts[self.starts[k] + l] = self.points.len() as u32;
+        self.record_of[self.starts[k] + l] = self.records.len() as u32;
         let seed = hash(k as u32, hash(l as u32, self.density.seed));
-        let (seen, camera) = ((k, pixel.count), self.camera);
         let layer = &pixel.layers[l];
-        let guides = self.guides.as_mut();
-        let guide = guides.map_or(0, |g| g.number(k, layer.first.normal));
-        let point = Point::new(layer, seen, spacing, camera, (self.fields, seed, guide));
-        self.points.push(point);
+        let density = self.guiding.as_mut().map_or(0, |g| g.number(k, layer.first.normal));
+        let site = Site { pixel: k, looked: pixel.count, spacing, seed, density };
+        self.records.push(Record::new(layer, site, self.camera, self.fields));
     }
 
-    /// Rays of a half that the points of one lattice get.
+    /// Rays of a half that the records of one lattice get.
     fn rays_at(&self, spacing: usize) -> u32 {
         let rays = self.density.rays as usize * spacing / self.density.spacing;
         (rays as u32).max(LEAST.min(self.density.rays))
     }
 
-    /// Casts rays from the points after `first` until each half has as many as `wanted` says of each of them.
+    /// Casts rays from the records after `first` until each half has as many as `wanted` says of each of them.
     pub(crate) fn cast_from(&mut self, first: usize, wanted: impl Fn(usize) -> u32 + Sync) {
-        if let Some(guides) = &mut self.guides {
-            guides.learn();
+        if let Some(guiding) = &mut self.guiding {
+            guiding.update();
         }
-        let (pass, reader, guides) = (self.pass, self.reader, self.guides.as_ref());
-        let points = self.points[first..].par_iter_mut().enumerate();
-        let added: u64 = points
-            .map_init(Memory::default, |memory, (i, point)| {
-                let guided = guides.map_or(Guided::ALONE, |g| g.of(point.guide));
-                point.extend((pass, reader, guided), wanted(i), memory)
+        let (camera_rays, final_gather, guiding) = (self.camera_rays, self.final_gather, self.guiding.as_ref());
+        let records = self.records[first..].par_iter_mut().enumerate();
+        let added: u64 = records
+            .map_init(Memory::default, |memory, (i, record)| {
+                let guiding = guiding.map_or(Guiding::NONE, |g| g.of(record.site.density));
+                record.extend(&Casting { camera_rays, final_gather, guiding }, wanted(i), memory)
             })
             .sum();
         self.cast += added;
         self.settle(first);
     }
 
-    /// Sets value, reach and weight of the points after `first`.
-    fn settle(&mut self, first: usize) {
-        self.known.truncate(first);
+    /// Sets value, valid radius and weight of the records after `first`.
+    pub(super) fn settle(&mut self, first: usize) {
+        self.supports.truncate(first);
         self.values.truncate(first * self.fields);
         let density = self.density;
-        for p in &self.points[first..] {
+        for p in &self.records[first..] {
             self.values.extend(p.means());
             let least = density.least * density.pixel * p.distance;
-            let reach = (density.reach * p.surroundings()).min(1.0).max(least);
-            self.known.push(Known {
+            let radius = (density.radius * p.surroundings()).min(1.0).max(least);
+            self.supports.push(Support {
                 place: p.place(),
-                reach: p.shortened * reach,
-                // Not by their own rays or variance: a point that met bright light by chance would count less.
-                weight: p.spacing as f64,
+                radius: p.shortened * radius,
+                // Not by their own rays or variance: a record that met bright light by chance would count less.
+                weight: p.site.spacing as f64,
             });
         }
-    }
-
-    /// Casts as many more rays as multiply their number by a factor, where they lessen the noise of the picture most: rays
-    /// that leave `s² / n` at each of the w pixels that a point stands for go as `s sqrt(w)`.
-    pub fn refine(&mut self, factor: f64) {
-        let more = (f64::from(self.density.rays) * factor).ceil() as u32;
-        self.density.rays = more.min(MOST.max(self.density.rays));
-        let wants = self.wants();
-        let rays: Vec<f64> = self.points.iter().map(|p| f64::from(p.rays)).collect();
-        let level = level(&wants, &rays, factor * rays.iter().sum::<f64>());
-        self.cast_from(0, |i| (level * wants[i]).min(f64::from(MOST)) as u32);
-    }
-
-    /// Shortens the reach of some points, and adds points for the places that they spoke for.
-    pub fn shorten(&mut self, some: &[u32], factor: f64, pixels: &[Pixel]) {
-        let mut marked = vec![false; pixels.len()];
-        for &i in some {
-            let point = &mut self.points[i as usize];
-            point.shortened *= factor;
-            self.lattice.mark(point.spacing, i, &mut marked);
-        }
-        self.settle(0);
-        self.place_where(pixels, &marked);
-    }
-}
-
-/// The level at which `max(rays, level * want)`, summed over the points, is `total`.
-fn level(wants: &[f64], rays: &[f64], total: f64) -> f64 {
-    // Points join in the order in which a rising level meets their rays.
-    let mut order: Vec<usize> = (0..wants.len()).filter(|&i| wants[i] > 0.0).collect();
-    let meets = |i: usize| rays[i] / wants[i];
-    order.sort_unstable_by(|&a, &b| meets(a).total_cmp(&meets(b)).then(a.cmp(&b)));
-    let mut rest: f64 = rays.iter().sum();
-    let (mut want, mut level) = (0.0, 0.0);
-    for (k, &i) in order.iter().enumerate() {
-        rest -= rays[i];
-        want += wants[i];
-        level = (total - rest).max(0.0) / want;
-        if order.get(k + 1).is_none_or(|&next| level <= meets(next)) {
-            break;
-        }
-    }
-    level
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_level_shares_out_the_rays_by_what_they_are_worth() {
-        let wants = [1.0, 2.0, 4.0, 0.0];
-        let rays = [10.0_f64; 4];
-        let spent = |level: f64| -> f64 {
-            let each = wants.iter().zip(rays).map(|(w, n)| n.max(level * w));
-            each.sum()
-        };
-        // Nothing more, some for the third, for the last two, for all that want any.
-        for total in [40.0, 45.0, 60.0, 200.0] {
-            let found = spent(level(&wants, &rays, total));
-            assert!((found - total).abs() < 1e-9, "{found} of {total}");
-        }
-        assert_eq!(level(&[0.0; 4], &rays, 100.0), 0.0);
     }
 }

@@ -1,17 +1,18 @@
-//! One irradiance point: the surface that one pixel sees, and the hemisphere rays cast from there.
+//! One irradiance record: the surface that one pixel sees, and the hemisphere rays cast from there (G. Ward, F.
+//! Rubinstein, R. Clear, *A ray tracing solution for diffuse interreflection*, 1988).
 //!
 //! Rays come in two halves with independent scramblings, and each half starts from its own points of the pixel: what
-//! the halves differ by is then the noise of both, so light that bends within a pixel is in the estimate. Where the points seen lie
-//! far apart beside their surroundings (surfaces seen at a grazing angle, creases) more camera rays look for more of them,
-//! in proportion to the hemisphere rays.
+//! the halves differ by is then the noise of both, so light that bends within a pixel is in the estimate. Where the
+//! points seen lie far apart beside their surroundings (surfaces seen at a grazing angle, creases) more camera rays
+//! look for more of them, in proportion to the hemisphere rays.
 //!
 //! Not handled: surfaces of which less than a quarter of the pixel's camera rays meet anything more than once.
 
 use glam::DVec3;
 
-use crate::gather::camera_rays::Pass;
-use crate::gather::final_gather::Reader;
-use crate::gather::guiding::Guided;
+use crate::gather::camera_rays::CameraRays;
+use crate::gather::final_gather::{FinalGather, HemisphereRays};
+use crate::gather::guiding::Guiding;
 use crate::gather::interpolation::Place;
 use crate::gather::pixel_layer::Layer;
 use crate::gather::reflection::Memory;
@@ -28,19 +29,35 @@ const LOOKS: u32 = 4;
 /// Tells the two halves' scramblings apart.
 const HALVES: [u32; 2] = [0x51ed_270b, 0xa3b1_95c7];
 
-/// One irradiance point.
-pub(crate) struct Point {
-    /// The number of its guide.
-    pub guide: u32,
+/// Where a record belongs, and what it is named by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Site {
+    /// The pixel that sees its surface.
+    pub pixel: usize,
+    /// Camera rays of each half of the pixel so far.
+    pub looked: u32,
+    /// Spacing of its lattice, pixels.
+    pub spacing: usize,
+    /// Chooses the scrambling of its rays.
+    pub seed: u32,
+    /// The number of its guiding density.
+    pub density: u32,
+}
+
+/// What a record's rays are cast with.
+pub(crate) struct Casting<'a> {
+    pub camera_rays: &'a CameraRays<'a>,
+    pub final_gather: &'a FinalGather<'a>,
+    pub guiding: Guiding<'a>,
+}
+
+/// One irradiance record.
+pub(crate) struct Record {
+    /// Where it belongs; `looked` counts the camera rays that looked for its surface.
+    pub site: Site,
     /// The surface; rays start where its camera rays met it.
     layer: Layer,
-    pixel: usize,
-    /// Camera rays of each half that have looked for it.
-    looked: u32,
-    seed: u32,
-    /// Spacing of the lattice it belongs to.
-    pub spacing: usize,
-    /// Factor on its reach, where the fit was biased.
+    /// Factor on its valid radius, where the fit was biased.
     pub shortened: f64,
     /// Share of the camera rays of its pixel that met the surface.
     seen: f64,
@@ -54,25 +71,15 @@ pub(crate) struct Point {
     sums: [Vec<DVec3>; 2],
 }
 
-impl Point {
-    /// A point of pixel k that no ray has left yet; `looked` camera rays of each half have met `layer` among others.
-    pub fn new(
-        layer: &Layer,
-        (pixel, looked): (usize, u32),
-        spacing: usize,
-        camera: DVec3,
-        (fields, seed, guide): (usize, u32, u32),
-    ) -> Point {
+impl Record {
+    /// A record of a surface that no ray has left yet; `camera` is the camera's position.
+    pub fn new(layer: &Layer, site: Site, camera: DVec3, fields: usize) -> Record {
         let none = || vec![DVec3::ZERO; fields];
-        Point {
-            guide,
+        Record {
+            site,
             layer: layer.clone(),
-            pixel,
-            looked,
-            seed,
-            spacing,
             shortened: 1.0,
-            seen: f64::from(layer.count[0] + layer.count[1]) / f64::from(2 * looked),
+            seen: f64::from(layer.count[0] + layer.count[1]) / f64::from(2 * site.looked),
             distance: layer.first.position.as_dvec3().distance(camera),
             rays: 0,
             nearness: 0.0,
@@ -81,47 +88,51 @@ impl Point {
     }
 
     /// Casts rays until each half has `count`; returns the number of rays cast.
-    pub fn extend(&mut self, (pass, reader, guided): (&Pass, &Reader, Guided), count: u32, memory: &mut Memory) -> u64 {
+    pub fn extend(&mut self, with: &Casting, count: u32, memory: &mut Memory) -> u64 {
         let mut cast = 0;
         if self.rays == 0 {
-            cast += self.read((reader, guided), count.min(FIRST), memory);
+            cast += self.gather(with, count.min(FIRST), memory);
         }
         if count > self.rays {
-            cast += self.look(pass, count / EACH);
-            cast += self.read((reader, guided), count, memory);
+            cast += self.look(with.camera_rays, count / EACH);
+            cast += self.gather(with, count, memory);
         }
         cast
     }
 
-    fn read(&mut self, (reader, guided): (&Reader, Guided), count: u32, memory: &mut Memory) -> u64 {
+    /// Casts hemisphere rays until each half has `count`.
+    fn gather(&mut self, with: &Casting, count: u32, memory: &mut Memory) -> u64 {
         let range = self.rays..count.max(self.rays);
-        let cast = 2 * range.len() as u64;
         for (half, sums) in self.sums.iter_mut().enumerate() {
-            let seed = self.seed ^ HALVES[half];
-            let from = self.layer.origins(half);
-            self.nearness += reader.read(from, range.clone(), (seed, guided), memory, sums);
+            let rays = HemisphereRays {
+                from: self.layer.origins(half),
+                indices: range.clone(),
+                seed: self.site.seed ^ HALVES[half],
+                guiding: with.guiding,
+            };
+            self.nearness += with.final_gather.read(&rays, memory, sums);
         }
         self.rays = range.end;
-        cast
+        2 * range.len() as u64
     }
 
     /// Looks for more points to start from, `count` for each half, where those there are lie far apart.
-    fn look(&mut self, pass: &Pass, count: u32) -> u64 {
+    fn look(&mut self, camera_rays: &CameraRays, count: u32) -> u64 {
         if self.spread() < APART * self.surroundings() {
             return 0;
         }
         let mut cast = 0;
-        let most = self.looked + LOOKS * count;
+        let most = self.site.looked + LOOKS * count;
         let few = |layer: &Layer| (0..2).any(|half| (layer.origins(half).len() as u32) < count);
-        while self.looked < most && few(&self.layer) {
+        while self.site.looked < most && few(&self.layer) {
             for half in 0..2 {
-                if let Some((key, seen)) = pass.look(self.pixel, half, self.looked)
+                if let Some((key, seen)) = camera_rays.look(self.site.pixel, half, self.site.looked)
                     && self.layer.holds(key, &seen)
                 {
                     self.layer.start(half, seen);
                 }
             }
-            self.looked += 1;
+            self.site.looked += 1;
             cast += 2;
         }
         cast
@@ -148,7 +159,8 @@ impl Point {
         a.iter().zip(b).map(move |(a, b)| [*a * share, *b * share])
     }
 
-    /// What irradiance over pi counts in the pixel: reflectance, the largest channel, times the share of camera rays that met the surface.
+    /// What irradiance over pi counts in the pixel: reflectance, the largest channel, times the share of camera rays
+    /// that met the surface.
     pub fn counts(&self) -> f64 {
         self.rho() * self.seen
     }

@@ -5,8 +5,9 @@
 //! interreflection*, 1988) and interpolated between them. Every part of the error is estimated beside the picture.
 
 pub(crate) mod adaptive_sampling;
-pub(crate) mod assembled;
 pub(crate) mod budget;
+pub(crate) mod cache_refinement;
+pub(crate) mod cached_irradiance;
 pub(crate) mod camera_rays;
 pub(crate) mod continuation;
 pub(crate) mod cross_validation;
@@ -19,6 +20,7 @@ pub(crate) mod guiding;
 pub(crate) mod guiding_density;
 pub(crate) mod importance;
 pub(crate) mod importance_paths;
+pub(crate) mod indirect_light;
 pub(crate) mod interpolation;
 pub(crate) mod irradiance_cache;
 pub(crate) mod irradiance_record;
@@ -35,10 +37,10 @@ pub(crate) mod weighted_residual;
 pub use fields::{Fields, invisible};
 pub use gathered::{GatherError, Gathered};
 pub use gradients::{Linear, linear};
-pub use importance::{Blame, blame};
-pub use importance_paths::Walks;
+pub use importance::{ErrorShares, FieldPair, error_shares};
+pub use importance_paths::ImportancePaths;
 pub use pass::gather;
 pub use reading::{Direct, READINGS, Reading};
 pub use sampling::{GatherSampling, Gathering};
 pub use view::View;
-pub use weighted_residual::{Residual, Squared};
+pub use weighted_residual::{Residual, SquaredError};

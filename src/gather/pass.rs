@@ -6,11 +6,11 @@
 //!                              + rho * F^tau L'                                hemisphere rays that read the solution
 //! ```
 //!
-//! with `L'` the invisible light of the patches less what luminaires emit. Direct light is evaluated at the points seen;
-//! irradiance from patches at records placed where it varies, with a linear fit between them, so no patch edge shows.
-//! Several fields `L'` are gathered from the same rays, one picture each: the bounces of a series cost no more rays than
-//! their sum. A camera ray ends at the first surface whatever its tau, as in the paper;
-//! the back of a one-sided face is black.
+//! with `L'` the invisible light of the patches less what luminaires emit. Direct light is evaluated at the points
+//! seen; irradiance from patches at records placed where it varies, with a linear fit between them, so no patch edge
+//! shows. Several fields `L'` are gathered from the same rays, one picture each: the bounces of a series cost no more
+//! rays than their sum. A camera ray ends at the first surface whatever its tau, as in the paper; the back of a
+//! one-sided face is black.
 //!
 //! No visibility ray is cast where nothing can occlude, and no hemisphere ray where no field has light.
 //!
@@ -18,29 +18,29 @@
 
 use crate::form_factors::Progress;
 use crate::gather::adaptive_sampling::sample_pixels;
-use crate::gather::assembled::Found;
 use crate::gather::budget::Settings;
-use crate::gather::camera_rays::Pass;
+use crate::gather::camera_rays::CameraRays;
 use crate::gather::fields::Fields;
-use crate::gather::final_gather::Reader;
+use crate::gather::final_gather::FinalGather;
 use crate::gather::gathered::Gathered;
-use crate::gather::irradiance_cache::Points;
+use crate::gather::indirect_light::IndirectLight;
+use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::sampling::Gathering;
 use crate::gather::view::View;
 
-/// Renders the visible half.
+/// Renders the visible half: emission, direct light and what each field sends, with their errors; `tick` counts rows.
 pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progress) -> Gathered {
     let settings = Settings::new(view, fields, gathering);
-    let pass = Pass::new(view, fields, settings.tabled, settings.seed);
-    let mut pixels = sample_pixels(&pass, &settings.plan, tick);
-    let reader = Reader::new(view, fields, fields.reading());
-    let mut points = Points::new((&pass, &reader), settings.density, &pixels);
-    let mut found = Found::default();
+    let camera_rays = CameraRays::new(view, fields, &settings.camera);
+    let mut pixels = sample_pixels(&camera_rays, &settings.plan, tick);
+    let final_gather = FinalGather::new(view, fields);
+    let mut cache = IrradianceCache::new(&camera_rays, &final_gather, settings.density, &pixels);
+    let mut found = IndirectLight::default();
     if !fields.is_dark() {
-        found = settings.gather_indirect(&pixels, &mut points, fields);
-        found.sharpen(&pass, &mut pixels, &points, settings.plan.noise);
+        found = settings.gather_indirect(&pixels, &mut cache);
+        found.sharpen(&camera_rays, &mut pixels, &cache, settings.plan.noise);
     }
-    let mut gathered = found.assemble(&pixels, fields, (view.width, view.height));
-    gathered.rays += points.cast;
+    let mut gathered = found.assemble(&pixels, fields, view);
+    gathered.rays += cache.cast;
     gathered
 }

@@ -4,9 +4,8 @@
 
 use glam::DVec3;
 
-use crate::gather::pixel_layer::Layer;
+use crate::gather::pixel_layer::{Layer, SurfaceKey};
 use crate::light::Rgb;
-use crate::rays::Side;
 use crate::surfaces::SurfacePoint;
 
 /// What one pixel found, sums over its camera rays.
@@ -34,7 +33,7 @@ const LOOKS: i32 = 16;
 
 impl Pixel {
     /// The layer of a surface seen; a new one if no camera ray has seen it before.
-    pub fn layer(&mut self, key: (u32, Side, u32), seen: SurfacePoint, rho: Rgb) -> &mut Layer {
+    pub fn layer(&mut self, key: SurfaceKey, seen: SurfacePoint, rho: Rgb) -> &mut Layer {
         let found = self.layers.iter().position(|l| l.holds(key, &seen));
         let k = found.unwrap_or_else(|| {
             self.layers.push(Layer::new(key, seen, rho));
@@ -60,8 +59,9 @@ impl Pixel {
         d * d
     }
 
-    /// How much the pixel counts in the error: the chance that none of [`LOOKS`] rays through it meets light as emitted.
-    /// Pixels that see a luminaire count nothing, those that a sliver of one lies in count a little less than others.
+    /// How much the pixel counts in the error: the chance that none of [`LOOKS`] rays through it meets light as
+    /// emitted. Pixels that see a luminaire count nothing, those that a sliver of one lies in count a little less than
+    /// others.
     pub fn weight(&self) -> f64 {
         let share = f64::from(self.emitting) / self.camera().max(1.0);
         (1.0 - share).powi(LOOKS)

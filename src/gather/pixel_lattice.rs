@@ -1,25 +1,25 @@
-//! Nested lattices of pixels, and the points on them near a pixel.
+//! Nested lattices of pixels, and the records on them near a pixel.
 //!
 //! The lattice of spacing s > 1 holds the pixels whose coordinates are s/2 modulo s, that of spacing 1 all pixels: the
 //! coarser lattices are disjoint, and each puts one pixel into every square of s×s.
 //!
-//! Not handled: points further from the pixel than about two spacings of their lattice.
+//! Not handled: records further from the pixel than about two spacings of their lattice.
 
 /// Spacing of the smallest tiles, pixels.
 const LEAST_TILE: usize = 4;
-/// Spacings that a point is looked for to each side.
+/// Spacings that a record is looked for to each side.
 const AROUND: usize = 2;
 
-/// Points by place in the picture.
+/// Records by place in the picture.
 pub(crate) struct Lattice {
     width: usize,
     height: usize,
     levels: Vec<Level>,
-    /// The pixel of every point.
+    /// The pixel of every record.
     pixels: Vec<u32>,
 }
 
-/// The points of one spacing, by tiles.
+/// The records of one spacing, by tiles.
 struct Level {
     spacing: usize,
     tile: usize,
@@ -54,24 +54,24 @@ impl Lattice {
             .flat_map(move |y| (first(width)..width).step_by(spacing).map(move |x| y * width + x))
     }
 
-    /// Adds the next point, number `point`, at pixel k.
-    pub fn insert(&mut self, spacing: usize, k: usize, point: u32) {
-        debug_assert_eq!(point as usize, self.pixels.len());
+    /// Adds the next record, number `record`, at pixel k.
+    pub fn insert(&mut self, spacing: usize, k: usize, record: u32) {
+        debug_assert_eq!(record as usize, self.pixels.len());
         let (x, y) = (k % self.width, k / self.width);
         self.pixels.push(k as u32);
         if let Some(level) = self.levels.iter_mut().find(|l| l.spacing == spacing) {
-            level.tiles[y / level.tile * level.columns + x / level.tile].push(point);
+            level.tiles[y / level.tile * level.columns + x / level.tile].push(record);
         }
     }
 
-    /// The pixel of a point.
-    pub fn pixel_of(&self, point: u32) -> usize {
-        self.pixels[point as usize] as usize
+    /// The pixel of a record.
+    pub fn pixel_of(&self, record: u32) -> usize {
+        self.pixels[record as usize] as usize
     }
 
-    /// Marks the pixels from which a point is visited.
-    pub fn mark(&self, spacing: usize, point: u32, marked: &mut [bool]) {
-        let k = self.pixel_of(point);
+    /// Marks the pixels from which a record is visited.
+    pub fn mark(&self, spacing: usize, record: u32, marked: &mut [bool]) {
+        let k = self.pixel_of(record);
         let (x, y) = (k % self.width, k / self.width);
         let reach = AROUND * spacing + spacing.max(LEAST_TILE);
         let range = |p: usize, length: usize| p.saturating_sub(reach)..(p + reach).min(length);
@@ -81,7 +81,7 @@ impl Lattice {
         }
     }
 
-    /// Visits the points of every lattice near pixel k.
+    /// Visits the records of every lattice near pixel k.
     #[inline]
     pub fn visit(&self, k: usize, mut visit: impl FnMut(u32)) {
         let (x, y) = (k % self.width, k / self.width);
@@ -94,7 +94,7 @@ impl Lattice {
                 let columns = tiles(x, self.width);
                 let first = row * level.columns;
                 let own = &level.tiles[first + columns.start()..=first + columns.end()];
-                own.iter().flatten().for_each(|&point| visit(point));
+                own.iter().flatten().for_each(|&record| visit(record));
             }
         }
     }
@@ -117,28 +117,28 @@ mod tests {
     }
 
     #[test]
-    fn every_pixel_that_visits_a_point_is_marked() {
+    fn every_pixel_that_visits_a_record_is_marked() {
         let mut lattice = Lattice::new(8, 61, 53);
-        for (point, k) in [0, 61 * 20 + 33, 61 * 53 - 1].into_iter().enumerate() {
-            let spacing = 1 << point;
-            lattice.insert(spacing, k, point as u32);
+        for (record, k) in [0, 61 * 20 + 33, 61 * 53 - 1].into_iter().enumerate() {
+            let spacing = 1 << record;
+            lattice.insert(spacing, k, record as u32);
             let mut marked = vec![false; 61 * 53];
-            lattice.mark(spacing, point as u32, &mut marked);
+            lattice.mark(spacing, record as u32, &mut marked);
             for (pixel, marked) in marked.iter().enumerate() {
                 let mut visits = false;
-                lattice.visit(pixel, |p| visits |= p == point as u32);
-                assert!(*marked || !visits, "pixel {pixel}, point {point}");
+                lattice.visit(pixel, |p| visits |= p == record as u32);
+                assert!(*marked || !visits, "pixel {pixel}, record {record}");
             }
         }
     }
 
     #[test]
-    fn points_are_found_from_pixels_nearby() {
+    fn records_are_found_from_pixels_nearby() {
         let mut lattice = Lattice::new(8, 64, 64);
-        for (point, k) in lattice.pixels(8).collect::<Vec<_>>().into_iter().enumerate() {
-            lattice.insert(8, k, point as u32);
+        for (record, k) in lattice.pixels(8).collect::<Vec<_>>().into_iter().enumerate() {
+            lattice.insert(8, k, record as u32);
         }
-        // Within two spacings to each side: nine points at least, and none is missed.
+        // Within two spacings to each side: nine records at least, and none is missed.
         let mut near = Vec::new();
         lattice.visit(64 * 30 + 30, |p| near.push(lattice.pixel_of(p)));
         let close = |k: &usize| (k % 64).abs_diff(30) <= 16 && (k / 64).abs_diff(30) <= 16;

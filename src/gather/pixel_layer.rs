@@ -20,11 +20,20 @@ const FLAT: f32 = 0.1;
 /// Points of a half that camera rays leave for hemisphere rays to start from.
 const ORIGINS: usize = 16;
 
+/// What camera rays of one surface agree in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SurfaceKey {
+    /// The plane of the face.
+    pub plane: u32,
+    pub side: Side,
+    pub material: u32,
+}
+
 /// A surface as one pixel sees it.
 #[derive(Clone, Debug)]
 pub(crate) struct Layer {
     /// Plane, side and material.
-    pub key: (u32, Side, u32),
+    key: SurfaceKey,
     /// The first point seen, with the normal of the side seen.
     pub first: SurfacePoint,
     /// Reflectance.
@@ -39,7 +48,7 @@ pub(crate) struct Layer {
 
 impl Layer {
     /// A layer that no ray has seen yet.
-    pub fn new(key: (u32, Side, u32), first: SurfacePoint, rho: Rgb) -> Layer {
+    pub fn new(key: SurfaceKey, first: SurfacePoint, rho: Rgb) -> Layer {
         Layer { key, first, rho, count: [0; 2], sum: [DVec3::ZERO; 2], origins: [Vec::new(), Vec::new()] }
     }
 
@@ -70,7 +79,7 @@ impl Layer {
         Place {
             position: self.position(),
             normal: self.first.normal,
-            material: 2 * self.key.2 + u32::from(self.key.1 == Side::Back),
+            material: 2 * self.key.material + u32::from(self.key.side == Side::Back),
         }
     }
 
@@ -81,20 +90,18 @@ impl Layer {
 
     /// How far a half's mean of the points seen lies from that of both.
     pub fn off(&self, half: usize) -> DVec3 {
-        match self.count[half] {
-            0 => DVec3::ZERO,
-            n => self.sum[half] / f64::from(n) - self.position(),
-        }
+        let n = self.count[half];
+        if n == 0 { DVec3::ZERO } else { self.sum[half] / f64::from(n) - self.position() }
     }
 
     /// Whether a point belongs to this surface: in its plane, or on a facet that continues it around a bend.
-    pub fn holds(&self, key: (u32, Side, u32), seen: &SurfacePoint) -> bool {
+    pub fn holds(&self, key: SurfaceKey, seen: &SurfacePoint) -> bool {
         if self.key == key {
             return true;
         }
         let (n, m) = (self.first.normal, seen.normal);
         let d = seen.position - self.first.position;
-        (self.key.1, self.key.2) == (key.1, key.2)
+        (self.key.side, self.key.material) == (key.side, key.material)
             && (ALIGNED..1.0 - 1e-6).contains(&n.dot(m))
             && d.dot(n).abs() <= FLAT * d.length()
     }
@@ -111,14 +118,15 @@ mod tests {
 
     #[test]
     fn parallel_planes_stay_apart_and_facets_join() {
-        let layer = Layer::new((0, Side::Front, 0), receiver(Vec3::ZERO, Vec3::Z), Rgb::ONE);
+        let key = |plane: u32, material: u32| SurfaceKey { plane, side: Side::Front, material };
+        let layer = Layer::new(key(0, 0), receiver(Vec3::ZERO, Vec3::Z), Rgb::ONE);
         let beside = Vec3::new(0.1, 0.0, 0.001);
-        let other = (1, Side::Front, 0);
-        assert!(layer.holds((0, Side::Front, 0), &receiver(beside, Vec3::Z)));
+        let other = key(1, 0);
+        assert!(layer.holds(key(0, 0), &receiver(beside, Vec3::Z)));
         assert!(!layer.holds(other, &receiver(beside, Vec3::Z)));
         assert!(layer.holds(other, &receiver(beside, Vec3::new(0.05, 0.0, 1.0))));
         assert!(!layer.holds(other, &receiver(beside, Vec3::new(0.5, 0.0, 1.0))));
-        let glass = (1, Side::Front, 7);
+        let glass = key(1, 7);
         assert!(!layer.holds(glass, &receiver(beside, Vec3::new(0.05, 0.0, 1.0))));
     }
 }

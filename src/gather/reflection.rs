@@ -2,20 +2,17 @@
 //!
 //! Not handled: choosing where to go on where a ray meets several surfaces; callers do.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::direct::{Lighting, Scratch};
 use crate::gather::view::View;
 use crate::rays::sobol::Stream;
 use crate::rays::warp::cosine_direction;
 use crate::rays::{Hit, Ray, Side};
-use crate::surfaces::SurfacePoint;
-
-use glam::Vec3;
 
 /// A point of a reflecting side that a ray met.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Met {
+pub(crate) struct SurfaceHit {
     pub face: u32,
     pub side: Side,
     pub position: Vec3,
@@ -35,7 +32,7 @@ pub(crate) struct Reflection {
     /// `alpha rho`.
     pub reflect: DVec3,
     /// What the next ray meets.
-    pub next: Vec<Met>,
+    pub next: Vec<SurfaceHit>,
 }
 
 impl Reflection {
@@ -45,11 +42,11 @@ impl Reflection {
     }
 }
 
-/// Memory that one thread uses again.
+/// Memory that one thread uses again from ray to ray.
 #[derive(Default)]
 pub(crate) struct Memory {
     pub hits: Vec<Hit>,
-    pub met: Vec<Met>,
+    pub met: Vec<SurfaceHit>,
     pub scratch: Scratch,
     /// Rays cast.
     pub cast: u64,
@@ -61,7 +58,7 @@ pub(crate) struct Walker<'a> {
     pub view: &'a View<'a>,
     lighting: Lighting<'a>,
     /// Every ray ends at its first crossing.
-    pub opaque: bool,
+    opaque: bool,
 }
 
 impl<'a> Walker<'a> {
@@ -70,35 +67,34 @@ impl<'a> Walker<'a> {
     }
 
     /// The patch of a point that was met.
-    pub fn patch(&self, at: &Met) -> Option<u32> {
+    pub fn patch(&self, at: &SurfaceHit) -> Option<u32> {
         self.view.patches.at(at.face, at.side, at.position)
     }
 
     /// `rho` of the face met.
-    pub fn rho(&self, at: &Met) -> DVec3 {
+    pub fn rho(&self, at: &SurfaceHit) -> DVec3 {
         self.view.scene.material(at.face).rho.as_dvec3()
     }
 
     /// `alpha rho D` and the light emitted at a point; `alpha rho`.
-    pub fn direct(&self, at: &Met, random: &mut Stream, memory: &mut Memory) -> Reflection {
+    pub fn direct(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Reflection {
         let view = self.view;
         let index = view.scene.faces[at.face as usize].material as usize;
-        let glow = match view.luminaires.carries[index] {
-            true => DVec3::ZERO,
-            false => view.scene.materials[index].emitted().invisible.as_dvec3(),
-        };
+        let luminaire = view.luminaires.carries[index];
+        let emitted = view.scene.materials[index].emitted().invisible.as_dvec3();
+        let glow = if luminaire { DVec3::ZERO } else { emitted };
         let reflect = f64::from(view.transports[index].alpha) * self.rho(at);
         let mut direct = DVec3::ZERO;
         if let Some(patch) = self.patch(at).filter(|_| reflect != DVec3::ZERO) {
-            let receiver = self.receiver(at);
+            let receiver = view.surface_point(at.face, at.side, at.position);
             let Memory { scratch, cast, .. } = memory;
             direct = reflect * self.lighting.ask(&receiver, patch, random, scratch, cast);
         }
         Reflection { direct, glow, reflect, next: Vec::new() }
     }
 
-    /// The same, and what one more ray meets.
-    pub fn reflect(&self, at: &Met, random: &mut Stream, memory: &mut Memory) -> Reflection {
+    /// What leaves a point, with what one more ray from there meets.
+    pub fn reflect(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Reflection {
         let mut found = self.direct(at, random, memory);
         if found.reflect != DVec3::ZERO {
             found.next = self.bounce(at, random, memory);
@@ -107,7 +103,7 @@ impl<'a> Walker<'a> {
     }
 
     /// All that one cosine-distributed ray meets and sees light from.
-    pub fn bounce(&self, at: &Met, random: &mut Stream, memory: &mut Memory) -> Vec<Met> {
+    pub fn bounce(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Vec<SurfaceHit> {
         let normal = self.view.patches.normal(at.face, at.side);
         let ray = Ray {
             origin: at.position,
@@ -119,36 +115,31 @@ impl<'a> Walker<'a> {
         met
     }
 
-    /// Calls `meet` for all that a ray sees light from; returns the inverse distance to the first face.
-    #[inline]
-    pub fn follow(&self, ray: &Ray, memory: &mut Memory, mut meet: impl FnMut(Met)) -> f64 {
-        let view = self.view;
+    /// Calls `meet` for all points of reflecting sides that a ray sees light from; returns the inverse distance to the
+    /// first face.
+    pub fn follow(&self, ray: &Ray, memory: &mut Memory, mut meet: impl FnMut(SurfaceHit)) -> f64 {
         memory.cast += 1;
-        view.rays.light_crossings(ray, self.opaque, &mut memory.hits);
-        view.rays.transmit(
-            &memory.hits,
-            |m| view.transports[m].tau,
-            |hit, through| {
-                let found = self.met(ray, hit, through);
-                if self.patch(&found).is_some() {
-                    meet(found);
-                }
-            },
-        );
-        let first = memory.hits.first();
-        first.map_or(0.0, |hit| 1.0 / f64::from(hit.t))
+        self.each(ray, &mut memory.hits, |hit, through| {
+            let found = self.met(ray, hit, through);
+            if self.patch(&found).is_some() {
+                meet(found);
+            }
+        })
     }
 
-    /// Where a ray meets a face, put exactly into its plane.
-    pub fn met(&self, ray: &Ray, hit: &Hit, through: f32) -> Met {
+    /// Calls `meet(hit, through)` for every face that light comes through from along a ray, `through` being the product
+    /// of tau before it; returns the inverse distance to the first, 0 where there is none.
+    #[inline(always)]
+    pub fn each(&self, ray: &Ray, hits: &mut Vec<Hit>, meet: impl FnMut(&Hit, f32)) -> f64 {
         let view = self.view;
-        let position = ray.at(hit.t);
-        let normal = view.patches.normal(hit.face, Side::Front);
-        let off = (position - view.scene.corners(hit.face)[0]).dot(normal);
-        Met { face: hit.face, side: hit.side, position: position - off * normal, through, distance: hit.t }
+        view.rays.light_crossings(ray, self.opaque, hits);
+        view.rays.transmit(hits, |m| view.transports[m].tau, meet);
+        hits.first().map_or(0.0, |hit| 1.0 / f64::from(hit.t))
     }
 
-    fn receiver(&self, at: &Met) -> SurfacePoint {
-        SurfacePoint { position: at.position, normal: self.view.patches.normal(at.face, at.side), face: at.face }
+    /// The point where a ray meets a face.
+    pub fn met(&self, ray: &Ray, hit: &Hit, through: f32) -> SurfaceHit {
+        let position = self.view.met_at(ray, hit);
+        SurfaceHit { face: hit.face, side: hit.side, position, through, distance: hit.t }
     }
 }

@@ -4,7 +4,7 @@
 
 use std::time::Instant;
 
-/// How many rays, the same for every pixel.
+/// How many rays every pixel gets.
 #[derive(Clone, Copy, Debug)]
 pub struct GatherSampling {
     /// Camera rays a pixel, in two halves.
@@ -20,7 +20,8 @@ pub struct GatherSampling {
 impl GatherSampling {
     /// Spreads about `samples` hemisphere rays a pixel over camera rays: 16 of those at least, then one for each 8.
     ///
-    /// Measured on the Cornell box: edges in a picture want as many camera rays as its insides want rays to look around.
+    /// Measured on the Cornell box: edges in a picture want as many camera rays as its insides want rays to look
+    /// around.
     pub fn with_samples(samples: u32, seed: u32) -> GatherSampling {
         let samples = samples.clamp(1, 1 << 20).next_power_of_two();
         let camera = (samples / 8).max(samples.min(16));
@@ -32,10 +33,10 @@ impl GatherSampling {
 /// How well the picture is to be gathered.
 #[derive(Clone, Copy, Debug)]
 pub enum Gathering {
-    /// The same rays for every pixel, and irradiance from each pixel's own point.
+    /// As many rays for every pixel, and irradiance from records of each pixel's own.
     Uniform(GatherSampling),
-    /// Rays where they are needed until the estimated error is below `error`: RMS, as a share of the RMS picture, over the pixels
-    /// that see no luminaire.
+    /// Rays where they are needed until the estimated error is below `error`: RMS, as a share of the RMS picture, over
+    /// the pixels that see no luminaire.
     Within {
         /// The error.
         error: f64,

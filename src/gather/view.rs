@@ -2,11 +2,14 @@
 //!
 //! Not handled: the light that is gathered; that is [`crate::gather::Fields`].
 
+use glam::Vec3;
+
 use crate::direct::{Lighting, Luminaires, Sight};
 use crate::light::Transport;
 use crate::patches::Patches;
-use crate::rays::Rays;
+use crate::rays::{Hit, Ray, Rays, Side};
 use crate::scene::Scene;
+use crate::surfaces::SurfacePoint;
 
 /// What the camera looks at.
 #[derive(Clone, Copy)]
@@ -33,5 +36,30 @@ impl<'a> View<'a> {
     /// What lights the scene.
     pub fn lighting(&self) -> Lighting<'a> {
         Lighting { rays: self.rays, luminaires: self.luminaires, sight: self.sight }
+    }
+
+    /// The ray from the camera through a point of pixel k, (u, v) in the unit square from the pixel's upper left
+    /// corner.
+    pub(crate) fn camera_ray(&self, k: usize, u: f32, v: f32) -> Ray {
+        let x = ((k % self.width) as f32 + u) / self.width as f32;
+        let y = ((k / self.width) as f32 + v) / self.height as f32;
+        let aspect = self.width as f32 / self.height as f32;
+        let (origin, direction) = self.scene.camera.ray(x, y, aspect);
+        Ray { origin, direction, source: None }
+    }
+
+    /// Where a ray meets a face, put exactly into the face's plane.
+    #[inline]
+    pub(crate) fn met_at(&self, ray: &Ray, hit: &Hit) -> Vec3 {
+        let position = ray.at(hit.t);
+        let normal = self.patches.normal(hit.face, Side::Front);
+        let off = (position - self.scene.corners(hit.face)[0]).dot(normal);
+        position - off * normal
+    }
+
+    /// A point of a face's side.
+    #[inline]
+    pub(crate) fn surface_point(&self, face: u32, side: Side, position: Vec3) -> SurfacePoint {
+        SurfacePoint { position, normal: self.patches.normal(face, side), face }
     }
 }

@@ -1,29 +1,32 @@
-//! By how much a picture is off because of the light it reads on patches, measured at points: the dual-weighted residual of the
-//! equation that patches stand for (R. Becker, R. Rannacher, Acta Numerica 10, 2001).
+//! By how much a picture is off because of the light it reads on patches, measured at points: the dual-weighted
+//! residual of the equation that patches stand for (R. Becker, R. Rannacher, *An optimal control approach to a
+//! posteriori error estimation*, Acta Numerica 10, 2001).
 //!
-//! The light L_h that is read on patches misses the equation of points by `r = E + K L_h - L_h`, and the picture misses that of the exact
-//! light by
+//! The light L_h that is read on patches misses the equation of points by `r = E + K L_h - L_h`, and the picture misses
+//! that of the exact light by
 //!
 //! ```text
-//! G (L - L_h) = G (I - K)^-1 r = E[ sum over the points of a path of w_k r_k ],
+//! G (L - L_h) = G (I - K)^-1 r = E[ sum over the vertices of a path of w_k r_k ],
 //!     r_k = glow + D_k + alpha rho L_h(z_k) - L_h(y_k)
 //! ```
 //!
-//! whose mean over paths ([`crate::gather::importance_paths`]) has no bias however coarse the patches are: it sees the noise of F, the truncation of the series, and
-//! patches that mix light which no other grid would part. If the gather pass itself follows d more rays before it reads, the first
-//! d terms of the sum are left out; if it asks for direct light where it reads, the term where it reads changes by what that corrects.
+//! whose mean over paths ([`crate::gather::importance_paths`]) has no bias however coarse the patches are: it sees the
+//! noise of F, the truncation of the series, and patches that mix light which no other grid would part. If the gather
+//! pass itself follows d more rays before it reads, the first d terms of the sum are left out; if it asks for direct
+//! light where it reads, the term where it reads changes by what that corrects.
 //!
-//! The squared error is the product of two halves of the paths, so that their noise adds nothing in the mean. Single pixels tell little
-//! and whole pictures hide what changes sign, so products are taken over blocks of pixels of several sizes.
+//! The squared error is the product of two halves of the paths, so that their noise adds nothing in the mean. Single
+//! pixels tell little and whole pictures hide what changes sign, so products are taken over blocks of pixels of several
+//! sizes.
 //!
 //! Not handled: errors that change sign within the smallest block whose noise allows a statement.
 
 use glam::DVec3;
 
 use crate::gather::fields::Fields;
-use crate::gather::importance_paths::{Path, Step, Walks};
+use crate::gather::importance_paths::{ImportancePaths, Path, Vertex};
 use crate::gather::reading::{READINGS, Reading};
-use crate::gather::reflection::Met;
+use crate::gather::reflection::SurfaceHit;
 use crate::patches::{Patches, Sample};
 use crate::surfaces::SurfacePoint;
 
@@ -34,7 +37,7 @@ const SMALL: usize = 0;
 
 /// A squared error and its standard error.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Squared {
+pub struct SquaredError {
     /// The mean over pixels and channels, (W/(m² sr))²; may be negative by chance.
     pub value: f64,
     /// Its standard error.
@@ -45,7 +48,7 @@ pub struct Squared {
 #[derive(Clone, Debug)]
 pub struct Residual {
     /// By reading, then by size of the blocks.
-    pub squared: [[Squared; BLOCKS.len()]; READINGS],
+    pub squared: [[SquaredError; BLOCKS.len()]; READINGS],
     /// Mean error of all pixels and channels, by reading, W/(m² sr).
     pub mean: [f64; READINGS],
 }
@@ -56,8 +59,8 @@ const LIKELY: f64 = 0.5;
 /// Sums over the paths of a pixel or block, of either half.
 type Halves = [(DVec3, f64); 2];
 
-impl Walks {
-    /// Measures the light of the leading field on patches at the points of the paths.
+impl ImportancePaths {
+    /// Measures the light of the leading field on patches at the vertices of the paths.
     pub fn residual(&self, patches: &Patches, fields: &Fields) -> Residual {
         let mut pixels = vec![[Halves::default(); READINGS]; self.width * self.height];
         let mut count = vec![0_usize; pixels.len()];
@@ -82,7 +85,7 @@ impl Walks {
     }
 
     /// Mean over blocks of the product of both halves' mean errors.
-    fn products(&self, pixels: &[[Halves; READINGS]], reading: usize, side: usize) -> Squared {
+    fn products(&self, pixels: &[[Halves; READINGS]], reading: usize, side: usize) -> SquaredError {
         let columns = self.width.div_ceil(side);
         let none = ([DVec3::ZERO; 2], 0.0);
         let mut blocks = vec![none; columns * self.height.div_ceil(side)];
@@ -98,34 +101,34 @@ impl Walks {
         let (mut sum, mut squares, mut total) = (0.0, 0.0, 0.0);
         for ([a, b], area) in blocks {
             sum += a.dot(b) / (3.0 * area);
-            // The halves' difference tells their noise: the product's is as large as this within a factor of sqrt 2, whether noise or
-            // error is the larger.
+            // The halves' difference tells their noise: the product's is as large as this within a factor of sqrt 2,
+            // whether noise or error is the larger.
             let noise = 0.5 * (a - b).length_squared() / (3.0 * area);
             let size = 0.5 * (a.length_squared() + b.length_squared()) / (3.0 * area);
             squares += noise * size;
             total += area;
         }
-        Squared { value: sum / total, deviation: f64::sqrt(squares) / total }
+        SquaredError { value: sum / total, deviation: f64::sqrt(squares) / total }
     }
 }
 
 impl Residual {
-    /// The squared error of a reading over the smallest blocks that tell it with a standard error of at most `wanted`; else
-    /// over those that tell it best.
-    pub fn of(&self, reading: Reading, wanted: f64) -> Squared {
+    /// The squared error of a reading over the smallest blocks that tell it with a standard error of at most `wanted`;
+    /// else over those that tell it best.
+    pub fn of(&self, reading: Reading, wanted: f64) -> SquaredError {
         let blocks = &self.squared[reading.number()];
-        let best = |a: &&Squared, b: &&Squared| a.deviation.total_cmp(&b.deviation);
+        let best = |a: &&SquaredError, b: &&SquaredError| a.deviation.total_cmp(&b.deviation);
         let told = blocks.iter().find(|s| s.deviation <= wanted);
         told.or(blocks.iter().min_by(best)).copied().unwrap_or_default()
     }
 
     /// The squared error of a reading over single pixels, the smallest blocks.
-    pub fn of_small(&self, reading: Reading) -> Squared {
+    pub fn of_small(&self, reading: Reading) -> SquaredError {
         self.squared[reading.number()][SMALL]
     }
 
-    /// What the squared error of a reading is at most, but for chance of one standard error: that of [`Residual::of`], or what smaller blocks
-    /// are likely to hold beyond it.
+    /// What the squared error of a reading is at most, but for chance of one standard error: that of [`Residual::of`],
+    /// or what smaller blocks are likely to hold beyond it.
     pub fn upper(&self, reading: Reading, wanted: f64) -> f64 {
         let told = self.of(reading, wanted);
         let blocks = self.squared[reading.number()].iter();
@@ -134,26 +137,28 @@ impl Residual {
     }
 }
 
-impl Walks {
-    /// For every patch as it was cut samples of the light that leaves it, at the points of the paths, from the leading field on what
-    /// they meet.
+impl ImportancePaths {
+    /// For every patch as it was cut samples of the light that leaves it, at the vertices of the paths, from the
+    /// leading field on what they meet.
     pub fn samples(&self, patches: &Patches, fields: &Fields) -> Vec<Vec<Sample>> {
         let mut samples = vec![Vec::new(); patches.len()];
-        for step in self.paths.iter().flat_map(|p| &p.steps) {
-            let Met { face, side, position, .. } = step.at;
+        for vertex in self.paths.iter().flat_map(|p| &p.vertices) {
+            let SurfaceHit { face, side, position, .. } = vertex.at;
             let Some(patch) = patches.at(face, side, position) else {
                 continue;
             };
             let normal = patches.normal(face, side);
-            samples[patches.whole(patch) as usize]
-                .push(Sample { point: SurfacePoint { position, normal, face }, light: sample(step, patches, fields) });
+            samples[patches.whole(patch) as usize].push(Sample {
+                point: SurfacePoint { position, normal, face },
+                light: sample(vertex, patches, fields),
+            });
         }
         samples
     }
 }
 
-/// The leading field at a point, and the same without direct light.
-fn read(patches: &Patches, fields: &Fields, at: &Met) -> (DVec3, DVec3) {
+/// The leading field at a point, whole and without direct light.
+fn read(patches: &Patches, fields: &Fields, at: &SurfaceHit) -> (DVec3, DVec3) {
     match patches.at(at.face, at.side, at.position) {
         Some(patch) => {
             let light = fields.of_patch(patch)[0].at(at.position);
@@ -164,24 +169,24 @@ fn read(patches: &Patches, fields: &Fields, at: &Met) -> (DVec3, DVec3) {
     }
 }
 
-/// A sample of the light that leaves a point of a path, from the leading field on what its next ray meets.
-fn sample(step: &Step, patches: &Patches, fields: &Fields) -> DVec3 {
-    let incident = |m: &Met| f64::from(m.through) * read(patches, fields, m).0;
-    step.found.light(step.found.next.iter().map(incident).sum())
+/// A sample of the light that leaves a vertex of a path, from the leading field on what its next ray meets.
+fn sample(vertex: &Vertex, patches: &Patches, fields: &Fields) -> DVec3 {
+    let incident = |m: &SurfaceHit| f64::from(m.through) * read(patches, fields, m).0;
+    vertex.found.light(vertex.found.next.iter().map(incident).sum())
 }
 
-/// `sum of w_k r_k` over the points of a path that each reading leaves to the patches.
+/// `sum of w_k r_k` over the vertices of a path that each reading leaves to the patches.
 fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] {
     let mut errors = [DVec3::ZERO; READINGS];
-    // From the last point on, so that sums over what follows are known.
+    // From the last vertex on, so that sums over what follows are known.
     let (mut rest, mut own) = (DVec3::ZERO, [DVec3::ZERO; 2]);
-    for (k, step) in path.steps.iter().enumerate().rev() {
-        let (light, without) = read(patches, fields, &step.at);
-        rest += step.weight * (sample(step, patches, fields) - light);
-        let patch = patches.at(step.at.face, step.at.side, step.at.position);
+    for (k, vertex) in path.vertices.iter().enumerate().rev() {
+        let (light, without) = read(patches, fields, &vertex.at);
+        rest += vertex.weight * (sample(vertex, patches, fields) - light);
+        let patch = patches.at(vertex.at.face, vertex.at.side, vertex.at.position);
         // A ray that is too short goes on: what the next one leaves is what it leaves.
-        if !patch.is_some_and(|patch| fields.is_near(patch, step.at.distance)) {
-            let corrected = step.weight * (step.found.direct + without - light);
+        if !patch.is_some_and(|patch| fields.is_near(patch, vertex.at.distance)) {
+            let corrected = vertex.weight * (vertex.found.direct + without - light);
             own = [rest, rest - corrected];
         }
         if let Some(errors) = errors.get_mut(2 * k..2 * k + 2) {

@@ -3,8 +3,8 @@
 //! On a grid the four cells that share an edge. A line of contact divides light from dark, so patches along it are no
 //! one's neighbours.
 //!
-//! Lengths are in unit coordinates. Not handled: patches that small surfaces share, and cells cut along lines; they have no
-//! neighbours.
+//! Lengths are in unit coordinates. Not handled: patches that small surfaces share, and cells cut along lines; they
+//! have no neighbours.
 
 use glam::Vec3;
 
@@ -46,7 +46,7 @@ impl Neighbours {
                 let middle = found.middles[patch as usize];
                 let mut beside = grid.beside(patch, middle);
                 if tiling.tiles() > 1 {
-                    across(patches, (tiling, g), middle, &mut beside);
+                    across(patches, tiling, g, middle, &mut beside);
                 }
                 found.set(patch, beside, grid);
                 let behind = |p: u32| patches.backs.get(p as usize).copied().unwrap_or(NONE);
@@ -135,7 +135,7 @@ impl Neighbours {
 }
 
 /// Fills in the patches beside one that lie in other tiles, where their cells are as large.
-fn across(patches: &Patches, (tiling, g): (&Tiling, u32), middle: Vec3, beside: &mut [u32; 4]) {
+fn across(patches: &Patches, tiling: &Tiling, g: u32, middle: Vec3, beside: &mut [u32; 4]) {
     let halves = patches.grids[g as usize].halves();
     for (k, own) in beside.iter_mut().enumerate() {
         let sign = if k % 2 == 0 { 2.0 } else { -2.0 };

@@ -1,7 +1,7 @@
 //! Clipping in the plane: convex polygons against bands and lines, segments against cells.
 //!
-//! Coordinates are in units of a grid's cells. Polygons are clipped by half planes (Sutherland and Hodgman 1974), segments
-//! by intervals (Liang and Barsky 1984), in double precision. Not handled: polygons that are not convex.
+//! Coordinates are in units of a grid's cells. Polygons are clipped by half planes (Sutherland and Hodgman 1974),
+//! segments by intervals (Liang and Barsky 1984), in double precision. Not handled: polygons that are not convex.
 
 use glam::{DVec2, Vec2};
 
@@ -59,15 +59,14 @@ pub(crate) fn split(polygon: Vec<DVec2>, lines: &[Line]) -> Vec<(usize, Vec<DVec
     parts
 }
 
-/// The part of a convex polygon inside the k-th of n bands along an axis; the outer bands reach to infinity, unless they are
-/// bounded below or above as well.
-pub(crate) fn clip(polygon: &[DVec2], axis: DVec2, k: usize, (n, bounded): (usize, [bool; 2])) -> Vec<DVec2> {
+/// The part of a convex polygon between two limits along an axis, as far as there are any.
+pub(crate) fn clip(polygon: &[DVec2], axis: DVec2, [low, high]: [Option<f64>; 2]) -> Vec<DVec2> {
     let mut inside = polygon.to_vec();
-    if k > 0 || bounded[0] {
-        inside = half_plane(&inside, axis, k as f64);
+    if let Some(low) = low {
+        inside = half_plane(&inside, axis, low);
     }
-    if k + 1 < n || bounded[1] {
-        inside = half_plane(&inside, -axis, -((k + 1) as f64));
+    if let Some(high) = high {
+        inside = half_plane(&inside, -axis, -high);
     }
     inside
 }

@@ -32,8 +32,8 @@ pub(crate) fn count(small: &[(&Surface, f64)]) -> usize {
     distinct.len()
 }
 
-/// Indices into `small`, surfaces with the size of their patches, that belong together at sizes larger by a factor, in the
-/// order of their first members.
+/// Indices into `small`, surfaces with the size of their patches, that belong together at sizes larger by a factor, in
+/// the order of their first members.
 pub(crate) fn groups(small: &[(&Surface, f64)], factor: f64) -> Vec<Vec<usize>> {
     let mut order: HashMap<Key, usize, BuildMix> = HashMap::default();
     let mut groups: Vec<Vec<usize>> = Vec::new();

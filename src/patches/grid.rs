@@ -99,44 +99,45 @@ impl CellPieces {
     }
 }
 
-/// Cuts a tile of a surface into cells, and along `contacts`; patches are numbered from `first`. `faces` are those that reach
-/// into the tile, others do no harm. None where the surface has no part in it.
-pub(crate) fn cut(
-    scene: &Scene,
-    (s, tile, faces): (&Surface, &Tile, &[u32]),
-    contacts: &[[DVec2; 2]],
-    [columns, rows]: [usize; 2],
-    first: u32,
-) -> Option<(Grid, Vec<Draft>)> {
-    let shape = Shape {
-        columns,
-        rows,
-        low: tile.low,
-        inner: tile.inner,
-        cell: tile.extent / DVec2::new(columns as f64, rows as f64),
-    };
-    let mut cells: Vec<CellPieces> = Vec::new();
-    cells.resize_with(columns * rows, CellPieces::default);
-    for contact in contacts {
-        shape.draw(contact, &mut cells);
+/// A tile of a surface, and the faces that reach into it; others do no harm.
+pub(crate) struct TilePart<'a> {
+    pub surface: &'a Surface,
+    pub tile: Tile,
+    pub faces: &'a [u32],
+}
+
+impl TilePart<'_> {
+    /// Cuts the tile into cells, and along `contacts`; patches are numbered from `first`. None where the surface has no
+    /// part in the tile.
+    pub(crate) fn cut(
+        &self,
+        scene: &Scene,
+        contacts: &[[DVec2; 2]],
+        [columns, rows]: [usize; 2],
+        first: u32,
+    ) -> Option<(Grid, Vec<Draft>)> {
+        let (s, tile) = (self.surface, &self.tile);
+        let cell = tile.extent / DVec2::new(columns as f64, rows as f64);
+        let shape = Shape { columns, rows, low: tile.low, inner: tile.inner, cell };
+        let mut cells: Vec<CellPieces> = Vec::new();
+        cells.resize_with(columns * rows, CellPieces::default);
+        contacts.iter().for_each(|contact| shape.draw(contact, &mut cells));
+        self.faces.iter().for_each(|&face| shape.clip_face(scene, s, face, &mut cells));
+        if cells.iter().all(|c| c.parts.is_empty()) {
+            return None;
+        }
+        let targets = shape.assign(&cells);
+        let (cells, drafts) = number(s, cells, &targets, first);
+        let axis = |k: usize, length: f64| (s.axes[k] / length).as_vec3();
+        let grid = Grid {
+            origin: (s.origin + s.axes[0] * tile.low.x + s.axes[1] * tile.low.y).as_vec3(),
+            per_cell: [axis(0, shape.cell.x), axis(1, shape.cell.y)],
+            columns,
+            rows,
+            cells,
+        };
+        Some((grid, drafts))
     }
-    for &face in faces {
-        shape.clip_face(scene, s, face, &mut cells);
-    }
-    if cells.iter().all(|c| c.parts.is_empty()) {
-        return None;
-    }
-    let targets = shape.assign(&cells);
-    let (cells, drafts) = number(s, cells, &targets, first);
-    let axis = |k: usize, length: f64| (s.axes[k] / length).as_vec3();
-    let grid = Grid {
-        origin: (s.origin + s.axes[0] * tile.low.x + s.axes[1] * tile.low.y).as_vec3(),
-        per_cell: [axis(0, shape.cell.x), axis(1, shape.cell.y)],
-        columns,
-        rows,
-        cells,
-    };
-    Some((grid, drafts))
 }
 
 /// Makes a draft of every part that is its own target, and points the other cells to theirs.
@@ -222,6 +223,12 @@ impl Shape {
         }
     }
 
+    /// The limits of the k-th cell along an axis, in cells; none at the surface's rim, which rounding may pass.
+    fn limits(&self, axis: usize, k: usize) -> [Option<f64>; 2] {
+        let (n, [below, above]) = ([self.columns, self.rows][axis], self.inner[axis]);
+        [(k > 0 || below).then_some(k as f64), (k + 1 < n || above).then_some((k + 1) as f64)]
+    }
+
     /// Puts the parts of a face into the cells they lie in.
     fn clip_face(&self, scene: &Scene, s: &Surface, face: u32, cells: &mut [CellPieces]) {
         let corners = scene.corners(face).map(|p| (s.uv(p.as_dvec3()) - self.low) / self.cell);
@@ -233,9 +240,9 @@ impl Shape {
             (s.origin + s.axes[0] * q.x + s.axes[1] * q.y).as_vec3()
         };
         for row in span(low.y, high.y, self.rows) {
-            let strip = clip(&corners, DVec2::Y, row, (self.rows, self.inner[1]));
+            let strip = clip(&corners, DVec2::Y, self.limits(1, row));
             for column in span(low.x, high.x, self.columns) {
-                let polygon = clip(&strip, DVec2::X, column, (self.columns, self.inner[0]));
+                let polygon = clip(&strip, DVec2::X, self.limits(0, column));
                 let cell = &mut cells[row * self.columns + column];
                 for (bits, part) in split(polygon, &cell.lines) {
                     for k in 2..part.len() {

@@ -109,7 +109,7 @@ impl Patches {
         let large = (0..surfaces.len()).into_par_iter().with_max_len(64);
         let large = large.filter(|&s| !whole(s) || is_large(&surfaces[s], size_of(s)));
         let cuts: Vec<(usize, CutSurface)> =
-            large.filter_map(|s| Some((s, cut_tiles(place, (zones, s), sizes)?))).collect();
+            large.filter_map(|s| Some((s, cut_tiles(place, zones, s, sizes)?))).collect();
         let mut own = Owned::new(scene.faces.len());
         let mut small = vec![true; surfaces.len()];
         for (s, cut) in cuts {
@@ -126,11 +126,11 @@ impl Patches {
             own.gather(scene, group.iter().map(|&k| small[k].0));
         }
         let size = sizes.iter().copied().fold(0.0, f64::max);
-        Patches::number(scene, own, parents, (size, &zones.surfaces.normals))
+        Patches::number(scene, own, parents, size, &zones.surfaces.normals)
     }
 
     /// Lays out drafts as patches: fronts first, then the backs of two-sided materials.
-    fn number(scene: &Scene, own: Owned, parents: Parents, (size, normals): (f64, &Arc<[Vec3]>)) -> Patches {
+    fn number(scene: &Scene, own: Owned, parents: Parents, size: f64, normals: &Arc<[Vec3]>) -> Patches {
         let drafts = own.drafts;
         let mut patches = Patches {
             areas: Vec::new(),

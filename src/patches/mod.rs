@@ -6,7 +6,8 @@
 //! patch. Cells are cut further along lines where other faces touch the surface. Rays see only the faces as loaded;
 //! [`Patches::at`] tells which patch a hit belongs to. A two-sided face has a patch on either side.
 //!
-//! Patches have one size over the scene, or one for each of its zones ([`Zones`]). Not handled: which size light asks for.
+//! Patches have one size over the scene, or one for each of its zones ([`Zones`]). Not handled: which size light asks
+//! for.
 
 pub(crate) mod adjacency;
 pub(crate) mod clip;

@@ -1,9 +1,9 @@
 //! Where light differs, as samples of it tell: a regression tree.
 //!
-//! A patch is one value of light, but what it stands for may be lit here and dark there: on both sides of a partition, inside a
-//! cupboard, across a shadow's edge. Samples at points of the patch are divided by planes across an axis of place or of the
-//! normal, each time the one that leaves least variance (regression trees: L. Breiman et al. 1984), as long as the difference between both
-//! sides is more than chance:
+//! A patch is one value of light, but what it stands for may be lit here and dark there: on both sides of a partition,
+//! inside a cupboard, across a shadow's edge. Samples at points of the patch are divided by planes across an axis of
+//! place or of the normal, each time the one that leaves least variance (regression trees: L. Breiman et al. 1984), as
+//! long as the difference between both sides is more than chance:
 //!
 //! ```text
 //! F = (n - 2) * between / within > SIGNIFICANT,     between = n_a n_b / n |mean_a - mean_b|²
@@ -19,7 +19,8 @@ use crate::surfaces::SurfacePoint;
 
 /// Samples of a part at least.
 const LEAST: usize = 12;
-/// F beyond which a difference is no chance: the best of some hundred planes reaches 10 in one of twenty samples of noise.
+/// F beyond which a difference is no chance: the best of some hundred planes reaches 10 in one of twenty samples of
+/// noise.
 const SIGNIFICANT: f64 = 10.0;
 /// Planes in a row at most.
 const DEEPEST: u32 = 24;

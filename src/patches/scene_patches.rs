@@ -17,7 +17,8 @@ use crate::rays::warp::triangle_point;
 use crate::rays::{Hit, Ray, Side};
 use crate::surfaces::SurfacePoint;
 
-/// What the area of a patch without chosen points counts beside those that have some: next to nothing, but more than none.
+/// What the area of a patch without chosen points counts beside those that have some: next to nothing, but more than
+/// none.
 const UNSEEN: f64 = 1e-6;
 
 /// How a face's hits find their patch.
@@ -132,8 +133,8 @@ impl Patches {
         }
     }
 
-    /// Has the rays of patches start from some of their points only: a patch then stands for those, as for what a picture
-    /// sees of it.
+    /// Has the rays of patches start from some of their points only: a patch then stands for those, as for what a
+    /// picture sees of it.
     ///
     /// Patches without such points keep uniform ones.
     pub fn start_from(&mut self, starts: Vec<Vec<SurfacePoint>>) {
@@ -151,7 +152,8 @@ impl Patches {
         self.starts_of_rays.get(i).map_or(&[], |own| own)
     }
 
-    /// The point of patch `i` at (u, v) in the unit square; uniform over the patch, or over its chosen points, for uniform (u, v).
+    /// The point of patch `i` at (u, v) in the unit square; uniform over the patch, or over its chosen points, for
+    /// uniform (u, v).
     pub fn point(&self, i: usize, u: f32, v: f32) -> SurfacePoint {
         let chosen = self.chosen(i);
         if !chosen.is_empty() {

@@ -1,7 +1,7 @@
 //! Patches divided where the light on them differs, as samples of it tell.
 //!
-//! A patch is one value of light, but what it stands for may be lit here and dark there. A regression tree over samples of
-//! the light ([`crate::patches::regression_tree`]) tells where it differs.
+//! A patch is one value of light, but what it stands for may be lit here and dark there. A regression tree over samples
+//! of the light ([`crate::patches::regression_tree`]) tells where it differs.
 //!
 //! Parts have the pieces of the patch they were cut from; areas are shared out by samples.
 //!
@@ -67,8 +67,8 @@ impl Patches {
         self.start_from(starts);
     }
 
-    /// About the width of what each patch stands for, unit coordinates: twice the RMS distance of its chosen points from
-    /// their middle, or the root of its area where there are none.
+    /// About the width of what each patch stands for, unit coordinates: twice the RMS distance of its chosen points
+    /// from their middle, or the root of its area where there are none.
     pub fn widths(&self) -> Vec<f32> {
         let width = |i: usize| {
             let chosen = self.chosen(i);

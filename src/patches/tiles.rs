@@ -2,13 +2,13 @@
 //!
 //! A tile that the surface has no part in points to the grid of the nearest one that has.
 //!
-//! Not handled: a hit on the very rim of a hole along which two tiles meet may round into the other tile, and finds the patch
-//! there that is nearest to the hole.
+//! Not handled: a hit on the very rim of a hole along which two tiles meet may round into the other tile, and finds the
+//! patch there that is nearest to the hole.
 
 use glam::{DVec2, Vec2, Vec3};
 
 use crate::patches::clip::span;
-use crate::patches::grid::{Grid, cut, index};
+use crate::patches::grid::{Grid, TilePart, index};
 use crate::patches::pieces::Draft;
 use crate::patches::zones::Zones;
 use crate::scene::Scene;
@@ -34,7 +34,7 @@ impl Tiling {
         self.grids[row * self.columns + column]
     }
 
-    /// The same where the point lies within the tiles' rectangle.
+    /// The grid of the tile that the point lies in; none outside of the tiles' rectangle.
     pub fn inside(&self, position: Vec3) -> Option<u32> {
         let at = self.units(position);
         let within = |x: f32, n: usize| x >= 0.0 && x <= n as f32;
@@ -70,7 +70,7 @@ pub(crate) struct CutSurface {
 }
 
 impl CutSurface {
-    /// The same with grids and patches numbered from others on.
+    /// Numbers the grids and patches from others on.
     pub fn numbered_from(mut self, grid: u32, patch: u32) -> CutSurface {
         self.tiling.grids.iter_mut().for_each(|g| *g += grid);
         self.grids.iter_mut().for_each(|g| g.number_from(patch));
@@ -79,7 +79,7 @@ impl CutSurface {
 }
 
 /// Cuts the tiles of surface s, each to its zone's size. None where the surface is too thin for any.
-pub(crate) fn cut_tiles(place: Place, (zones, s): (&Zones, usize), sizes: &[f64]) -> Option<CutSurface> {
+pub(crate) fn cut_tiles(place: Place, zones: &Zones, s: usize, sizes: &[f64]) -> Option<CutSurface> {
     let (scene, surface) = (place.scene, &zones.surfaces.list[s]);
     let [columns, rows] = zones.tiles(s);
     let segments = zones.surfaces.contacts.segments(place, s, surface);
@@ -90,13 +90,11 @@ pub(crate) fn cut_tiles(place: Place, (zones, s): (&Zones, usize), sizes: &[f64]
         for column in 0..columns {
             let tile = zones.tile(s, column, row);
             let size = sizes[zones.zone(s, column, row)];
-            let cells = match columns * rows {
-                1 => surface.divisions(size),
-                _ => even(tile.extent / size),
-            };
+            let whole = columns * rows == 1;
+            let cells = if whole { surface.divisions(size) } else { even(tile.extent / size) };
             let first = drafts.len() as u32;
-            let part = (surface, &tile, &faces[row * columns + column][..]);
-            let made = cut(scene, part, segments, cells, first);
+            let part = TilePart { surface, tile, faces: &faces[row * columns + column] };
+            let made = part.cut(scene, segments, cells, first);
             found.push(made.map(|(grid, pieces)| {
                 grids.push(grid);
                 drafts.extend(pieces);

@@ -1,8 +1,8 @@
-//! Zones: the pieces of the surfaces whose patches have one size each, so that patches can be small where light asks for
-//! it and large elsewhere.
+//! Zones: the pieces of the surfaces whose patches have one size each, so that patches can be small where light asks
+//! for it and large elsewhere.
 //!
-//! A large surface is divided into rectangular tiles, a small one is a zone by itself. Zones do not change while the size of
-//! the patches in them does.
+//! A large surface is divided into rectangular tiles, a small one is a zone by itself. Zones do not change while the
+//! size of the patches in them does.
 //!
 //! Not handled: which size a zone needs; that depends on the light.
 

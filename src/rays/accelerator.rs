@@ -1,8 +1,8 @@
 //! Some of the scene's faces made ready for rays, and the three ways to ask for meetings.
 //!
-//! Few faces are tested in blocks ([`crate::rays::block_list`]), many through a hierarchy ([`crate::rays::bvh`]). Both give
-//! the same meetings: of those close together the first is chosen by [`crate::rays::query::precedes`], whatever order they
-//! are found in.
+//! Few faces are tested in blocks ([`crate::rays::block_list`]), many through a hierarchy ([`crate::rays::bvh`]). Both
+//! give the same meetings: of those close together the first is chosen by [`crate::rays::query::precedes`], whatever
+//! order they are found in.
 //!
 //! Not handled: how the questions are compiled; that is [`crate::rays::meetings`].
 
@@ -19,8 +19,8 @@ use crate::rays::ray::Hit;
 use crate::rays::simd_block::LANES;
 use crate::rays::triangle::Triangle;
 
-/// Faces from which a hierarchy is built at once. Blocks are still 1.7 times as fast at 384 faces, so they are used as far
-/// as there is room for them (`benches/rays.rs`).
+/// Faces from which a hierarchy is built at once. Blocks are still 1.7 times as fast at 384 faces, so they are used as
+/// far as there is room for them (`benches/rays.rs`).
 pub(crate) const MANY: usize = 512;
 
 /// Faces ready for rays.
@@ -66,7 +66,8 @@ impl Accelerator {
         self.all_unless(|_| true, query, &mut Vec::new())
     }
 
-    /// Appends every meeting to `out`, in no order, edges counted once for each face; false as soon as an opaque face is met.
+    /// Appends every meeting to `out`, in no order, edges counted once for each face; false as soon as an opaque face
+    /// is met.
     #[inline]
     pub(crate) fn all_unless(&self, opaque: impl Fn(u32) -> bool, query: &Query, out: &mut Vec<Hit>) -> bool {
         match self {

@@ -1,7 +1,7 @@
 //! The faces of a small scene, eight at a time: boxes of eight blocks of eight triangles, without a hierarchy.
 //!
-//! One pass finds the blocks whose padded boxes the ray meets, a second tests their triangles. No order is kept: with few
-//! blocks, sorting them would cost more than it spares.
+//! One pass finds the blocks whose padded boxes the ray meets, a second tests their triangles. No order is kept: with
+//! few blocks, sorting them would cost more than it spares.
 //!
 //! Not handled: more than [`BLOCKS`] blocks; their faces go into a hierarchy.
 

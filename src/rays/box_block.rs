@@ -1,8 +1,8 @@
 //! Eight boxes side by side, tested against one ray at a time.
 //!
 //! A ray meets a box where it runs through the slabs of all three axes at once (T. Kay, J. Kajiya, *Ray tracing complex
-//! scenes*, 1986). Boxes must be padded by more than rounding moves them: each slab's distances are off by a few units in
-//! their last place.
+//! scenes*, 1986). Boxes must be padded by more than rounding moves them: each slab's distances are off by a few units
+//! in their last place.
 //!
 //! Not handled: what is in the boxes.
 

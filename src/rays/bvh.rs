@@ -1,7 +1,8 @@
 //! A bounding volume hierarchy over many faces.
 //!
 //! Its leaves are blocks of triangles, its nodes boxes padded by 1e-5 of the scene's diagonal. Otherwise the boxes of
-//! axis-aligned meshes are flat, and rounding in the box test could cull what the watertight triangle test would accept.
+//! axis-aligned meshes are flat, and rounding in the box test could cull what the watertight triangle test would
+//! accept.
 //!
 //! Not handled: faces that move; a hierarchy is built anew.
 

@@ -1,9 +1,10 @@
 //! Splits many boxes into a tree of eight branches a node, by the surface area heuristic.
 //!
-//! A node is divided in two, and the larger of its parts again, until there are eight or all fit a leaf (I. Wald, C. Benthin,
-//! S. Boulos, *Getting rid of packets*, RT 2008).
+//! A node is divided in two, and the larger of its parts again, until there are eight or all fit a leaf (I. Wald, C.
+//! Benthin, S. Boulos, *Getting rid of packets*, RT 2008).
 //!
-//! Parts are divided side by side. No step depends on the number of threads: counts and boxes are exact whatever the order.
+//! Parts are divided side by side. No step depends on the number of threads: counts and boxes are exact whatever the
+//! order.
 //!
 //! Not handled: splitting a triangle between two leaves.
 
@@ -51,10 +52,8 @@ impl Layout {
         let numbered = boxes.par_iter().enumerate();
         let mut items: Vec<Item> = numbered.map(|(i, b)| Item::new(*b, i as u32)).collect();
         let whole = Part::new(&mut items, 0);
-        let root = match whole.items.len() <= LANES {
-            true => Branch::Node(vec![(whole.bounds, whole.branch(0))]),
-            false => whole.branch(0),
-        };
+        let single = whole.items.len() <= LANES;
+        let root = if single { Branch::Node(vec![(whole.bounds, whole.branch(0))]) } else { whole.branch(0) };
         Layout { order: items.iter().map(Item::number).collect(), root }
     }
 }
@@ -73,9 +72,10 @@ impl<'a> Part<'a> {
         let many = self.items.len() > PARALLEL;
         let parts = self.divided(depth);
         let grow = |part: Part| (part.bounds, part.branch(depth + 1));
-        Branch::Node(match many {
-            true => parts.into_par_iter().map(grow).collect(),
-            false => parts.into_iter().map(grow).collect(),
+        Branch::Node(if many {
+            parts.into_par_iter().map(grow).collect()
+        } else {
+            parts.into_iter().map(grow).collect()
         })
     }
 

@@ -1,7 +1,7 @@
 //! A tree of boxes, eight to a node, and the walk of a ray through it from near to far.
 //!
-//! One pass of vector instructions tests the eight boxes of a node. Those met are walked in order of their distance, and
-//! boxes that begin behind the reach that is left are passed over.
+//! One pass of vector instructions tests the eight boxes of a node. Those met are walked in order of their distance,
+//! and boxes that begin behind the reach that is left are passed over.
 //!
 //! Not handled: what is in the leaves.
 
@@ -50,8 +50,8 @@ impl WideNodes {
         (WideNodes { nodes }, leaves)
     }
 
-    /// Visits the leaves that the ray meets before its reach, with the reach there is left: `visit` returns what is left after
-    /// the leaf; where that is negative the walk ends.
+    /// Visits the leaves that the ray meets before its reach, with the reach there is left: `visit` returns what is
+    /// left after the leaf; where that is negative the walk ends.
     #[inline(always)]
     pub(crate) fn walk<S: Simd>(&self, simd: S, query: &Query, mut visit: impl FnMut(usize, f32) -> f32) {
         let ray = BoxRay::new(simd, query);

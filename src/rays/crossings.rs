@@ -1,9 +1,9 @@
 //! Puts the crossings of a ray in order and counts each once.
 //!
-//! A ray that passes exactly through an edge or a vertex meets every face around it: the watertight test accepts an edge
-//! function of exactly 0 on both sides. Such hits carry a barycentric weight of exactly 0 and are the only
-//! ones a surface can report twice, so of those that agree in side and place one is kept. Comparing t alone would also
-//! swallow distinct surfaces that lie close together.
+//! A ray that passes exactly through an edge or a vertex meets every face around it: the watertight test accepts an
+//! edge function of exactly 0 on both sides. Such hits carry a barycentric weight of exactly 0 and are the only ones a
+//! surface can report twice, so of those that agree in side and place one is kept. Comparing t alone would also swallow
+//! distinct surfaces that lie close together.
 
 use crate::rays::query::depth;
 use crate::rays::ray::{Hit, Side};

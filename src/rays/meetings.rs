@@ -1,7 +1,7 @@
 //! The questions asked of faces that are ready for rays, whatever holds them.
 //!
-//! Each is compiled once for every level of vector instructions and the level is chosen at run time. Results do not depend on
-//! it: Rust never fuses a multiplication with an addition by itself.
+//! Each is compiled once for every level of vector instructions and the level is chosen at run time. Results do not
+//! depend on it: Rust never fuses a multiplication with an addition by itself.
 //!
 //! Not handled: registers of more than eight lanes; one lane at a time takes their place.
 
@@ -36,7 +36,8 @@ pub(crate) trait Faces: Sized {
         self.arch().dispatch(Closest(self, query))
     }
 
-    /// Appends every meeting to `out`, in no order, edges counted once for each face; false as soon as an opaque face is met.
+    /// Appends every meeting to `out`, in no order, edges counted once for each face; false as soon as an opaque face
+    /// is met.
     #[inline]
     fn all_unless(&self, opaque: impl Fn(u32) -> bool, query: &Query, out: &mut Vec<Hit>) -> bool {
         self.arch().dispatch(AllUnless(self, opaque, query, out))

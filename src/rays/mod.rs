@@ -1,7 +1,7 @@
 //! Rays: the first face met, every face met in order, and whether two points see each other.
 //!
-//! Watertight: a closed surface is never slipped through at its edges or vertices, neither by rays that cross
-//! them nor by rays that start next to them. A face is found by its id and the side met. Results depend on the scene and the ray
+//! Watertight: a closed surface is never slipped through at its edges or vertices, neither by rays that cross them nor
+//! by rays that start next to them. A face is found by its id and the side met. Results depend on the scene and the ray
 //! alone, so any number of threads may cast them.
 //!
 //! Not handled: curved primitives, instances, moving scenes. Lengths are unit coordinates throughout.

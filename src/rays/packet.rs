@@ -1,8 +1,8 @@
 //! Cosine-distributed directions of successive Sobol points, made side by side.
 //!
-//! A ray's direction costs as much as finding what it meets in a small scene; sixteen at a time in vector instructions cost
-//! a fraction of that. The level of instructions is chosen at run time and changes no bit of the result: the steps are those of
-//! [`crate::rays::warp::cosine_direction`].
+//! A ray's direction costs as much as finding what it meets in a small scene; sixteen at a time in vector instructions
+//! cost a fraction of that. The level of instructions is chosen at run time and changes no bit of the result: the steps
+//! are those of [`crate::rays::warp::cosine_direction`].
 
 use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};
@@ -25,23 +25,24 @@ pub struct Fan {
 impl Fan {
     /// The directions of the [`FAN`] points from `first` on by their dimensions 0 and 1, and their dimension 2.
     pub fn new(sobol: &Sobol, first: u32, seed: u32) -> Fan {
-        Fan::bent(sobol, first, seed, |_, _| ()).0
+        Fan::warped(sobol, first, seed, |_, _| ()).0
     }
 
-    /// The same with dimensions 0 and 1 changed by `bend` before directions are made of them; also what it returned.
-    pub fn bent<B>(
+    /// The directions of [`Fan::new`] with dimensions 0 and 1 changed by `warp` before directions are made of them;
+    /// also what `warp` returned.
+    pub fn warped<B>(
         sobol: &Sobol,
         first: u32,
         seed: u32,
-        bend: impl FnOnce(&mut [f32; FAN], &mut [f32; FAN]) -> B,
+        warp: impl FnOnce(&mut [f32; FAN], &mut [f32; FAN]) -> B,
     ) -> (Fan, B) {
         let nothing = [0.0; FAN];
         let mut fan = Fan { x: nothing, y: nothing, z: nothing, third: nothing };
         let arch = Arch::new();
         arch.dispatch(Points(&mut fan, sobol, first, seed));
-        let bent = bend(&mut fan.x, &mut fan.y);
+        let warped = warp(&mut fan.x, &mut fan.y);
         arch.dispatch(Directions(&mut fan));
-        (fan, bent)
+        (fan, warped)
     }
 
     /// Direction k about a unit `normal`, a unit vector.

@@ -28,8 +28,8 @@ const BORDER: f64 = CELL / 8.0;
 /// A direction that planes people draw are rarely parallel to; about a unit vector.
 const GENERIC: DVec3 = DVec3::new(0.537, 0.623, 0.568);
 
-/// Planes whose normals have a larger part along [`GENERIC`] are entered under one orientation only: those looked at have normals
-/// within a cell and its border in each coordinate, `sqrt(3)` times that altogether.
+/// Planes whose normals have a larger part along [`GENERIC`] are entered under one orientation only: those looked at
+/// have normals within a cell and its border in each coordinate, `sqrt(3)` times that altogether.
 const EITHER: f64 = 2.0 * (CELL + BORDER);
 
 /// Planes looked at in one cell, so that gently curved surfaces with thousands in a cell stay near-linear.
@@ -56,7 +56,7 @@ impl Plane {
         self.normal.dot(point) - self.offset
     }
 
-    /// The same plane seen from the other side.
+    /// The plane seen from the other side.
     fn flipped(self) -> Plane {
         Plane { normal: -self.normal, offset: -self.offset }
     }

@@ -1,8 +1,8 @@
 //! Where a ray that starts on a face truly starts: strictly inside the face, strictly on the side it leaves by.
 //!
-//! A point computed on a face is off by its rounding, about 2e-7 in unit coordinates. Next to an edge it may
-//! so lie outside the closed room the face belongs to, and a ray from there escapes. So a point within [`MARGIN`] of an edge is
-//! moved inwards along the face to that margin, and every point is lifted by [`LIFT`] to the side the ray leaves by.
+//! A point computed on a face is off by its rounding, about 2e-7 in unit coordinates. Next to an edge it may so lie
+//! outside the closed room the face belongs to, and a ray from there escapes. So a point within [`MARGIN`] of an edge
+//! is moved inwards along the face to that margin, and every point is lifted by [`LIFT`] to the side the ray leaves by.
 //! Both are below the distance at which planes count as one, so no surface is jumped over.
 //!
 //! Not handled: corners sharper than about 1 in 2 (`LIFT / MARGIN`), and slivers narrower than the margin.
@@ -12,10 +12,10 @@ use glam::{Vec3, Vec3A};
 use crate::scene::Scene;
 
 /// Least distance to the face's edges; several roundings of a coordinate of size 1.
-const MARGIN: f32 = 1e-6;
+pub(crate) const MARGIN: f32 = 1e-6;
 
 /// Distance to the face's plane; a few roundings.
-const LIFT: f32 = 5e-7;
+pub(crate) const LIFT: f32 = 5e-7;
 
 /// Points further outside their face than this are not on it; they are left where they are.
 const FOREIGN: f32 = -1e-5;

@@ -1,8 +1,9 @@
-//! Where to divide boxes in two: they are counted in bins along each axis, and the cheapest border between bins is taken.
+//! Where to divide boxes in two: they are counted in bins along each axis, and the cheapest border between bins is
+//! taken.
 //!
-//! The surface area heuristic: a ray meets a box in proportion to its area. A leaf is a block of [`LANES`] triangles and costs the
-//! same however full it is, so both sides are counted in blocks (I. Wald, *On fast construction of SAH-based bounding volume
-//! hierarchies*, RT 2007).
+//! The surface area heuristic: a ray meets a box in proportion to its area. A leaf is a block of [`LANES`] triangles
+//! and costs the same however full it is, so both sides are counted in blocks (I. Wald, *On fast construction of
+//! SAH-based bounding volume hierarchies*, RT 2007).
 //!
 //! Many boxes are counted by several threads; counts and boxes are exact whatever the order.
 //!
@@ -50,11 +51,11 @@ impl Item {
 /// The box around boxes of all items.
 pub(crate) fn joined(items: &[Item], of: impl Fn(&Item) -> Bounds + Sync) -> Bounds {
     let join = |all: Bounds, item: &Item| all.join(of(item));
-    let chunks = items.par_chunks(CHUNK);
-    match items.len() > CHUNK {
-        true => chunks.map(|chunk| chunk.iter().fold(Bounds::EMPTY, join)).reduce(|| Bounds::EMPTY, Bounds::join),
-        false => items.iter().fold(Bounds::EMPTY, join),
+    if items.len() <= CHUNK {
+        return items.iter().fold(Bounds::EMPTY, join);
     }
+    let chunks = items.par_chunks(CHUNK).map(|chunk| chunk.iter().fold(Bounds::EMPTY, join));
+    chunks.reduce(|| Bounds::EMPTY, Bounds::join)
 }
 
 /// How a box's middle finds its bin.
@@ -93,11 +94,11 @@ impl Bins {
     const EMPTY: Bins = Bins([[(Bounds::EMPTY, 0); BINS]; 3]);
 
     fn new(items: &[Item], scale: &Scale) -> Bins {
-        let chunks = items.par_chunks(CHUNK);
-        match items.len() > CHUNK {
-            true => chunks.map(|chunk| Bins::of(chunk, scale)).reduce(|| Bins::EMPTY, Bins::join),
-            false => Bins::of(items, scale),
+        if items.len() <= CHUNK {
+            return Bins::of(items, scale);
         }
+        let chunks = items.par_chunks(CHUNK).map(|chunk| Bins::of(chunk, scale));
+        chunks.reduce(|| Bins::EMPTY, Bins::join)
     }
 
     fn of(items: &[Item], scale: &Scale) -> Bins {

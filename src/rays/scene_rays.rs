@@ -49,7 +49,7 @@ impl Rays {
         Rays::with_blocks(scene, MANY)
     }
 
-    /// As [`Rays::new`], with fewer than `many` faces tested in blocks and others through a hierarchy; there are blocks
+    /// Rays that test fewer than `many` faces in blocks and others through a hierarchy; there are blocks
     /// for 512 at most. Both find the same; this is for measuring which is faster.
     pub fn with_blocks(scene: &Scene, many: usize) -> Rays {
         let all: Vec<u32> = (0..scene.faces.len() as u32).collect();

@@ -1,10 +1,11 @@
 //! Eight triangles side by side, tested against one ray at a time.
 //!
-//! The test is that of [`crate::rays::triangle`] to the bit, written as a loop over lanes without branches, which the compiler
-//! turns into vector instructions. Where an edge function is 0 the lanes cannot tell, and the exact test is asked instead.
+//! The test is that of [`crate::rays::triangle`] to the bit, written as a loop over lanes without branches, which the
+//! compiler turns into vector instructions. Where an edge function is 0 the lanes cannot tell, and the exact test is
+//! asked instead.
 //!
-//! Not handled: the hit in full. A block says which lanes are met and about where; the rest is asked of the one triangle
-//! that counts; registers of more than eight lanes.
+//! Not handled: the hit in full. A block says which lanes are met and about where; the rest is asked of the one
+//! triangle that counts; registers of more than eight lanes.
 
 use glam::Vec3A;
 use pulp::Simd;

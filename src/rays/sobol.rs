@@ -9,8 +9,8 @@
 //! only the two polynomials of least degree give t = 0.
 //!
 //! Sources: S. Joe, F. Y. Kuo, *Constructing Sobol sequences with better two-dimensional projections*, SIAM J. Sci.
-//! Comput. 30, 2008 (direction numbers); B. Burley, *Practical hash-based Owen scrambling*, JCGT 9(4), 2020; N. Vegdahl,
-//! *Building a better LK hash*, 2021 (constants of the permutation).
+//! Comput. 30, 2008 (direction numbers); B. Burley, *Practical hash-based Owen scrambling*, JCGT 9(4), 2020; N.
+//! Vegdahl, *Building a better LK hash*, 2021 (constants of the permutation).
 
 /// Dimensions there are direction numbers for.
 pub const DIMENSIONS: usize = 6;
@@ -63,8 +63,8 @@ impl Sobol {
         unit(permute(reversed, hash(dimension as u32, seed)))
     }
 
-    /// [`Sobol::point`] of the points from `first` on, as many as `out` holds: without branches if they are tabled, so that
-    /// a caller compiled for vector instructions has them made side by side.
+    /// [`Sobol::point`] of the points from `first` on, as many as `out` holds: without branches if they are tabled, so
+    /// that a caller compiled for vector instructions has them made side by side.
     #[inline(always)]
     pub(crate) fn fill(&self, first: u32, dimension: usize, seed: u32, out: &mut [f32]) {
         let key = hash(dimension as u32, seed);

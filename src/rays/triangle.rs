@@ -118,8 +118,8 @@ impl Meeting {
 
 /// `py x px`: the three edge functions, each of the two corners of its edge.
 ///
-/// Written out because the library's cross product uses fused multiply-adds where the machine has them, and then a shared
-/// edge's two functions are no longer each other's negative.
+/// Written out because the library's cross product uses fused multiply-adds where the machine has them, and then a
+/// shared edge's two functions are no longer each other's negative.
 #[inline(always)]
 fn edge_functions(px: Vec3A, py: Vec3A) -> Vec3A {
     py.yzx() * px.zxy() - py.zxy() * px.yzx()

@@ -2,8 +2,9 @@
 //!
 //! Both maps preserve area and bend little, so well spread numbers give well spread directions and points.
 //!
-//! Sources: P. Shirley, K. Chiu, *A low distortion map between disk and square*, JGT 2(3), 1997; T. Duff et al., *Building an
-//! orthonormal basis, revisited*, JCGT 6(1), 2017; E. Heitz, *A low-distortion map between triangle and square*, 2019.
+//! Sources: P. Shirley, K. Chiu, *A low distortion map between disk and square*, JGT 2(3), 1997; T. Duff et al.,
+//! *Building an orthonormal basis, revisited*, JCGT 6(1), 2017; E. Heitz, *A low-distortion map between triangle and
+//! square*, 2019.
 
 use std::f32::consts::FRAC_PI_4;
 

@@ -1,19 +1,20 @@
 //! Scenes for which patches of a size do not stand: patches divided by the light on them, where the picture sees them.
 //!
-//! Paths from the camera tell where light matters ([`Walks`]). Patches then stand for the points that paths reach, not for all of
-//! their area: what lies hidden behind a skirting board or in a wall gives and takes nothing, and the mean over what
-//! a patch stands for is the one that makes the picture's mean error vanish (the projection weighted by importance: Smits, Arvo, Salesin
-//! 1992; Becker and Rannacher 2001). Where the light sampled at those points differs by more than chance the patch is divided
-//! ([`crate::patches::Patches::divide`]).
+//! Paths from the camera tell where light matters ([`ImportancePaths`]). Patches then stand for the points that paths
+//! reach, not for all of their area: what lies hidden behind a skirting board or in a wall gives and takes nothing, and
+//! the mean over what a patch stands for is the one that makes the picture's mean error vanish (the projection weighted
+//! by importance: Smits, Arvo, Salesin 1992; Becker and Rannacher 2001). Where the light sampled at those points
+//! differs by more than chance the patch is divided ([`crate::patches::Patches::divide`]).
 //!
-//! Other paths measure what error is left. If it is too much for some ways of reading, the gather pass follows further rays, or asks
-//! for direct light where it reads; and the paths that measured it divide patches further, until the cheapest reading will do.
+//! Other paths measure what error is left. If it is too much for some ways of reading, the gather pass follows further
+//! rays, or asks for direct light where it reads; and the paths that measured it divide patches further, until the
+//! cheapest reading will do.
 //!
 //! Not handled: what no path reaches; its patches keep few rays.
 
 use std::time::Instant;
 
-use crate::gather::{Gathered, Reading, Residual, Walks};
+use crate::gather::{Gathered, ImportancePaths, Reading, Residual};
 use crate::light::Transport;
 use crate::render::assembly::{Prepared, Watch};
 use crate::render::residual_check::brightness;
@@ -96,10 +97,10 @@ fn walks(
     wanted: &Wanted,
     (bright, each, set): (&[f32], u32, u32),
     spent: &mut Spent,
-) -> Walks {
+) -> ImportancePaths {
     let clock = Instant::now();
     let view = solved.rough_view(p, wanted);
-    let mut walks = Walks::new(&view, bright.to_vec(), wanted.seed ^ set.wrapping_mul(0x85eb_ca6b));
+    let mut walks = ImportancePaths::new(&view, bright.to_vec(), wanted.seed ^ set.wrapping_mul(0x85eb_ca6b));
     walks.extend(&view, each);
     spent.rays += walks.rays;
     spent.seconds.solve += clock.elapsed().as_secs_f64();
@@ -114,7 +115,7 @@ fn measured(
     (bright, each, round): (&[f32], u32, u32),
     signal: f64,
     spent: &mut Spent,
-) -> (Walks, Residual) {
+) -> (ImportancePaths, Residual) {
     let mut others = walks(p, solved, wanted, (bright, each, 1 + round), spent);
     let clock = Instant::now();
     let certain = signal * (SURE * wanted.tolerance).powi(2);

@@ -9,11 +9,11 @@
 //!
 //! Not handled: the size of patches that are part of no larger one; nothing is known of it.
 
-use crate::gather::Fields;
+use crate::gather::{FieldPair, Fields};
 use crate::light::{Light, Rgb};
 use crate::operator::LinearOperator;
 use crate::render::assembly::Prepared;
-use crate::render::look::look_for_blame;
+use crate::render::look::look_for_error_shares;
 use crate::render::solved::{Solved, rough};
 use crate::render::wanted::Wanted;
 use crate::solve::importance;
@@ -31,9 +31,10 @@ pub(crate) fn shares(p: &Prepared, s: &Solved, wanted: &Wanted) -> Shares {
     let surfaces = (&s.mode.transports[..], &*s.mode.sight);
     let fields = Fields::linear(&s.off.parts);
     let with = (rough(wanted.size), wanted.seed);
-    let mut both = look_for_blame(p, surfaces, &fields, &[(0, 1), (2, 2)], with).into_iter();
+    let pairs = [FieldPair { error: 0, part: 1 }, FieldPair { error: 2, part: 2 }];
+    let mut both = look_for_error_shares(p, surfaces, &fields, &pairs, with).into_iter();
     let (Some(size), Some(noise)) = (both.next(), both.next()) else {
-        unreachable!("a blame for each pair");
+        unreachable!("shares for each pair");
     };
     let k = &s.mode.operator;
     let onward = importance(k, size.adjoint);

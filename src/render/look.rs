@@ -3,7 +3,9 @@
 //! Not handled: how much effort it takes ([`crate::render::tolerance`]).
 
 use crate::direct::Sight;
-use crate::gather::{Blame, Fields, Gathered, Gathering, View, blame, gather, invisible, linear};
+use crate::gather::{
+    ErrorShares, FieldPair, Fields, Gathered, Gathering, View, error_shares, gather, invisible, linear,
+};
 use crate::light::{Light, Rgb, Transport};
 use crate::render::assembly::{Assembled, Prepared, Watch, sight};
 use crate::solve::Solution;
@@ -79,15 +81,16 @@ pub fn render(
     look(p, surfaces, &fields, size, gathering, watch)
 }
 
-/// Which patches errors of the picture come from, those of the first fields of some pairs, of which the second are parts.
-pub(crate) fn look_for_blame(
+/// Which patches errors of the picture come from, those of the first fields of some pairs, of which the second are
+/// parts.
+pub(crate) fn look_for_error_shares(
     p: &Prepared,
     surfaces: (&[Transport], &Sight),
     fields: &Fields,
-    pairs: &[(usize, usize)],
+    pairs: &[FieldPair],
     (size, seed): ((usize, usize), u32),
-) -> Vec<Blame> {
-    blame(&view(p, surfaces, size), fields, pairs, seed)
+) -> Vec<ErrorShares> {
+    error_shares(&view(p, surfaces, size), fields, pairs, seed)
 }
 
 /// Renders the visible half of what the fields send.

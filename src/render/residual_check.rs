@@ -5,7 +5,7 @@
 //!
 //! Not handled: errors that few paths cannot tell from none; the larger of both estimates is stated.
 
-use crate::gather::{Gathered, Reading, Residual, Squared, Walks};
+use crate::gather::{Gathered, ImportancePaths, Reading, Residual, SquaredError};
 use crate::render::assembly::Prepared;
 use crate::render::solved::Solved;
 use crate::render::wanted::Wanted;
@@ -27,7 +27,7 @@ const BEYOND: f64 = 2.0;
 
 /// Paths that check solutions on any patches.
 pub(crate) struct Check {
-    walks: Walks,
+    walks: ImportancePaths,
     /// Paths of a pixel at most.
     most: u32,
     /// Squared RMS of the picture.
@@ -38,7 +38,7 @@ impl Check {
     /// A few paths through the rough picture of a solution.
     pub fn new(p: &Prepared, solved: &Solved, wanted: &Wanted, rough: &Gathered) -> Check {
         let view = solved.rough_view(p, wanted);
-        let mut walks = Walks::new(&view, brightness(rough), wanted.seed ^ 0x2c1b_3c6d);
+        let mut walks = ImportancePaths::new(&view, brightness(rough), wanted.seed ^ 0x2c1b_3c6d);
         let pixels = (view.width * view.height) as f64;
         let paths = PATHS.0 * (0.02 / wanted.tolerance).clamp(0.5, 4.0);
         let each = |paths: f64| (paths / pixels).ceil() as u32;
@@ -96,15 +96,15 @@ impl Check {
         self.walks.rays
     }
 
-    fn share(&self, squared: Squared) -> Squared {
-        Squared { value: squared.value / self.signal, deviation: squared.deviation / self.signal }
+    fn share(&self, squared: SquaredError) -> SquaredError {
+        SquaredError { value: squared.value / self.signal, deviation: squared.deviation / self.signal }
     }
 }
 
 /// The squared error of light that is read at once, over the blocks of pixels that are surest of one: errors of small places show
 /// in small blocks only.
-fn surest(residual: &Residual) -> Squared {
-    let sure = |s: &&Squared| s.value - CERTAIN * s.deviation;
+fn surest(residual: &Residual) -> SquaredError {
+    let sure = |s: &&SquaredError| s.value - CERTAIN * s.deviation;
     let blocks = residual.squared[Reading::PLAIN.number()].iter();
     let surest = blocks.max_by(|a, b| sure(a).total_cmp(&sure(b)));
     surest.copied().unwrap_or_default()

@@ -49,7 +49,7 @@ pub(crate) struct Polygon {
 impl Scene {
     /// A scene from arrays: vertices in any unit, faces as (corners counter-clockwise seen from the front, material).
     ///
-    /// The same checks, unit frame and camera as for files. Corners and materials count from 0.
+    /// Checks, unit frame and camera are those of files. Corners and materials count from 0.
     ///
     /// # Errors
     /// The first vertex, face or material that breaks a rule of [`Scene`], or no face with area.

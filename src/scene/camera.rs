@@ -72,10 +72,7 @@ impl Camera {
     /// A camera that frames the scene's faces; the scene's own camera is not looked at.
     pub fn framing(scene: &Scene) -> Camera {
         let shape = Shape::of(scene);
-        match shape.is_closed_room() {
-            true => from_corner(scene, &shape),
-            false => from_outside(scene, &shape),
-        }
+        if shape.is_closed_room() { from_corner(scene, &shape) } else { from_outside(scene, &shape) }
     }
 }
 

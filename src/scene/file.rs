@@ -163,10 +163,8 @@ impl CameraTable {
         };
         let fov = self.vertical_fov.as_ref().map_or(DEFAULT_FOV, |fov| *fov.get_ref());
         let eye = scene.frame.to_unit(position).as_vec3();
-        let camera = match eye.is_finite() {
-            true => Camera::look_at(position, target, up, fov),
-            false => Err(ViewError::NotFinite),
-        };
+        let finite = eye.is_finite().then_some(()).ok_or(ViewError::NotFinite);
+        let camera = finite.and_then(|()| Camera::look_at(position, target, up, fov));
         match (camera, &self.vertical_fov) {
             (Ok(camera), _) => Ok(Camera { position: eye, ..camera }),
             (Err(error @ ViewError::Fov(_)), Some(fov)) => {

@@ -8,8 +8,8 @@ use crate::light::{Light, Rgb, Transport, TransportError, Visibility};
 
 /// A checked scene in unit coordinates.
 ///
-/// Invariants: at least one face; every vertex finite, no two the same; no face thinner than [`crate::scene::THINNEST`];
-/// every index in range; rho in 0..=1; emission finite and not negative.
+/// Invariants: at least one face; every vertex finite, no two the same; no face thinner than
+/// [`crate::scene::THINNEST`]; every index in range; rho in 0..=1; emission finite and not negative.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// The built-in scene's name or the file's stem.
@@ -18,7 +18,8 @@ pub struct Scene {
     pub vertices: Vec<Vec3>,
     /// Triangles, counter-clockwise seen from the front.
     pub faces: Vec<Face>,
-    /// Corners of the faces before they were rounded to single precision, unit coordinates; see [`Scene::exact_corners`].
+    /// Corners of the faces before they were rounded to single precision, unit coordinates; see
+    /// [`Scene::exact_corners`].
     pub exact: Vec<[DVec3; 3]>,
     /// What the faces are made of.
     pub materials: Vec<Material>,

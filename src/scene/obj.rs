@@ -90,9 +90,11 @@ fn find_libraries<'a>(names: &str, reader: Reader<'a>) -> io::Result<Vec<(String
 
 /// Some programs write `\` between folders.
 fn read_either_slash<'a>(name: &str, reader: Reader<'a>) -> io::Result<Cow<'a, [u8]>> {
-    reader(name).or_else(|error| match name.contains('\\') {
-        true => reader(&name.replace('\\', "/")).map_err(|_| error),
-        false => Err(error),
+    reader(name).or_else(|error| {
+        if !name.contains('\\') {
+            return Err(error);
+        }
+        reader(&name.replace('\\', "/")).map_err(|_| error)
     })
 }
 
@@ -161,10 +163,8 @@ impl Soup {
             }
         }
         let all = self.polygons.iter().map(|polygon| polygon.corners).sum::<usize>();
-        match lines.next().is_none() && all == self.corners.len() {
-            true => Ok(()),
-            false => Err(self.mismatch()),
-        }
+        let complete = lines.next().is_none() && all == self.corners.len();
+        complete.then_some(()).ok_or_else(|| self.mismatch())
     }
 
     fn mismatch(&self) -> SceneError {
@@ -175,8 +175,8 @@ impl Soup {
 
 /// Corners of each polygon; tobj leaves the list out where all are triangles.
 fn arities(mesh: &tobj::Mesh) -> Box<dyn Iterator<Item = usize> + '_> {
-    match mesh.face_arities.is_empty() {
-        true => Box::new(std::iter::repeat_n(3, mesh.indices.len() / 3)),
-        false => Box::new(mesh.face_arities.iter().map(|&n| n as usize)),
+    if mesh.face_arities.is_empty() {
+        return Box::new(std::iter::repeat_n(3, mesh.indices.len() / 3));
     }
+    Box::new(mesh.face_arities.iter().map(|&n| n as usize))
 }

@@ -1,6 +1,8 @@
 //! Surfaces: faces of one plane, one orientation, one object and one material that touch each other.
 //!
 //! Each has a rectangular frame (u, v) in its plane, turned so that the rectangle around it is smallest.
+//!
+//! Not handled: smooth surfaces; each of their facets is a surface.
 
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
@@ -136,17 +138,13 @@ fn smallest_rectangle(corners: &[[DVec3; 3]], normal: DVec3) -> (DVec3, DVec2, D
     let edges = edges.take(EDGES);
     // A hair of preference for the earlier edge keeps the choice stable under rounding.
     let area = |(_, low, high): &(DVec3, DVec2, DVec2)| (*high - *low).element_product();
-    let lesser = |best, next| match area(&next) < area(&best) * (1.0 - 1e-6) {
-        true => next,
-        false => best,
-    };
-    let best = match corners.len() > MANY {
-        true => {
-            let edges: Vec<DVec3> = edges.collect();
-            let tried: Vec<_> = edges.into_par_iter().map(around).collect();
-            tried.into_iter().reduce(lesser)
-        }
-        false => edges.map(around).reduce(lesser),
+    let lesser = |best, next| if area(&next) < area(&best) * (1.0 - 1e-6) { next } else { best };
+    let best = if corners.len() > MANY {
+        let edges: Vec<DVec3> = edges.collect();
+        let tried: Vec<_> = edges.into_par_iter().map(around).collect();
+        tried.into_iter().reduce(lesser)
+    } else {
+        edges.map(around).reduce(lesser)
     };
     best.expect("a surface has at least one face with three edges")
 }

@@ -1,4 +1,5 @@
-//! What cutting needs to know of a scene and does not depend on the patches: its surfaces, where they touch, its normals.
+//! What cutting needs to know of a scene and does not depend on the patches: its surfaces, where they touch, its
+//! normals.
 //!
 //! Made once for a scene; every cut and all zones share it.
 

@@ -1,17 +1,18 @@
-//! Indirect light of the pixels from the irradiance points, and the pictures with their errors.
+//! Indirect light of the pixels from the irradiance cache, and the pictures with their errors.
 //!
-//! Not handled: where to put points and how many rays they get ([`crate::gather::budget`]).
+//! Not handled: where to place records and how many rays they get ([`crate::gather::budget`]).
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::gather::adaptive_sampling::{choose, double, measure};
-use crate::gather::camera_rays::Pass;
+use crate::gather::adaptive_sampling::{Measured, choose, double, measure};
+use crate::gather::cached_irradiance::Fitted;
+use crate::gather::camera_rays::CameraRays;
 use crate::gather::fields::Fields;
 use crate::gather::gathered::{GatherError, Gathered};
-use crate::gather::interpolation::Fit;
-use crate::gather::irradiance_cache::Points;
+use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::pixel::Pixel;
+use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::pictures::Picture;
 
@@ -22,15 +23,18 @@ const ROUNDS: usize = 12;
 
 /// Indirect light of every pixel, and the variance of its sum over the leading fields.
 #[derive(Default)]
-pub(crate) struct Found {
-    pixels: Vec<Indirect>,
+pub(crate) struct IndirectLight {
+    pixels: Vec<PixelIndirect>,
     /// Squared error of the fit, summed over the pixels that see no luminaire.
     misfit: f64,
 }
 
+/// Indirect light of one pixel.
 #[derive(Default)]
-struct Indirect {
+struct PixelIndirect {
+    /// Every field's light.
     fields: Vec<Rgb>,
+    /// Of the sum of the leading fields.
     variance: DVec3,
     /// Product of the two halves of every field that rides along, channels added: free of noise in the mean.
     riders: Vec<f64>,
@@ -38,49 +42,44 @@ struct Indirect {
     ambient: [DVec3; 2],
 }
 
-/// Sums over the pixels, weighted as they count.
-#[derive(Default)]
-pub(crate) struct Sums {
-    pub variance: f64,
-    pub signal: f64,
-    pub count: f64,
-}
-
-impl Found {
+impl IndirectLight {
     /// One pixel in `step`, in every row and column; the others stay dark.
-    pub fn new(pixels: &[Pixel], points: &Points, fields: &Fields, step: usize) -> Found {
-        let width = points.width();
-        let reflected = |memory: &mut (Fit, Vec<[DVec3; 2]>), (k, pixel): (usize, &Pixel)| {
-            if (k % width + SKEW * (k / width)) % step != step / 2 {
-                return Indirect::default();
-            }
-            indirect(k, pixel, points, fields, memory)
+    pub fn new(pixels: &[Pixel], cache: &IrradianceCache, step: usize) -> IndirectLight {
+        let width = cache.width();
+        let reflected = |fitted: &mut Fitted, (k, pixel): (usize, &Pixel)| {
+            let chosen = (k % width + SKEW * (k / width)) % step == step / 2;
+            if chosen { indirect(k, pixel, cache, fitted) } else { PixelIndirect::default() }
         };
         let indexed = pixels.par_iter().enumerate();
-        Found { pixels: indexed.map_init(Default::default, reflected).collect(), misfit: 0.0 }
+        IndirectLight { pixels: indexed.map_init(Default::default, reflected).collect(), misfit: 0.0 }
     }
 
     /// States the squared error of the fit, summed over the pixels that see no luminaire.
-    pub fn biased_by(mut self, misfit: f64) -> Found {
+    pub fn biased_by(mut self, misfit: f64) -> IndirectLight {
         self.misfit = misfit.max(0.0);
         self
     }
 
-    pub fn measure(&self, pixels: &[Pixel]) -> Sums {
-        let mut sums = Sums::default();
+    /// The noise of the indirect light and the light itself, over the pixels that were gathered.
+    pub fn measure(&self, pixels: &[Pixel]) -> Measured {
+        let mut sums = Measured::default();
         let seen = self.pixels.iter().zip(pixels);
         for (found, pixel) in seen.filter(|(f, _)| !f.fields.is_empty()) {
             let total: Rgb = found.fields.iter().sum();
-            sums.variance += pixel.weight() * found.variance.element_sum();
-            sums.signal += pixel.weight() * total.as_dvec3().length_squared();
-            sums.count += pixel.weight();
+            sums.add(pixel, found.variance, total.as_dvec3());
         }
         sums
     }
 
     /// Gives pixels more camera rays where the light now gathered varies within them.
-    pub fn sharpen(&mut self, pass: &Pass, pixels: &mut [Pixel], points: &Points, noise: Option<f64>) {
-        let width = points.width();
+    pub fn sharpen(
+        &mut self,
+        camera_rays: &CameraRays,
+        pixels: &mut [Pixel],
+        cache: &IrradianceCache,
+        noise: Option<f64>,
+    ) {
+        let width = cache.width();
         for (pixel, found) in pixels.iter_mut().zip(&self.pixels) {
             pixel.ambient = found.ambient;
         }
@@ -90,10 +89,9 @@ impl Found {
             if chosen.is_empty() {
                 return;
             }
-            double(pass, pixels, &chosen);
-            let again =
-                |memory: &mut _, &k: &u32| indirect(k as usize, &pixels[k as usize], points, pass.fields, memory);
-            let found: Vec<Indirect> = chosen.par_iter().map_init(Default::default, again).collect();
+            double(camera_rays, pixels, &chosen);
+            let again = |fitted: &mut _, &k: &u32| indirect(k as usize, &pixels[k as usize], cache, fitted);
+            let found: Vec<PixelIndirect> = chosen.par_iter().map_init(Default::default, again).collect();
             for (&k, found) in chosen.iter().zip(found) {
                 pixels[k as usize].ambient = found.ambient;
                 self.pixels[k as usize] = found;
@@ -102,10 +100,10 @@ impl Found {
     }
 
     /// The pictures of all parts, with their errors.
-    pub fn assemble(&self, pixels: &[Pixel], fields: &Fields, (width, height): (usize, usize)) -> Gathered {
+    pub fn assemble(&self, pixels: &[Pixel], fields: &Fields, view: &View) -> Gathered {
         let picture = |value: &dyn Fn(usize) -> DVec3| Picture {
-            width,
-            height,
+            width: view.width,
+            height: view.height,
             pixels: (0..pixels.len()).map(|k| value(k).as_vec3()).collect(),
         };
         let own = |k: usize| self.pixels.get(k);
@@ -143,6 +141,7 @@ impl Found {
         sums.into_iter().map(rms).collect()
     }
 
+    /// The parts of the error, RMS over the pixels that see no luminaire.
     fn error(&self, pixels: &[Pixel]) -> GatherError {
         let camera = measure(pixels);
         let indirect = self.measure(pixels);
@@ -157,24 +156,18 @@ impl Found {
 }
 
 /// What one pixel reflects of every field, and the variance of the leading ones together.
-fn indirect(
-    k: usize,
-    pixel: &Pixel,
-    points: &Points,
-    fields: &Fields,
-    (fit, found): &mut (Fit, Vec<[DVec3; 2]>),
-) -> Indirect {
-    let leading = fields.leading();
+fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitted) -> PixelIndirect {
+    let leading = cache.leading;
     let mut halves = [DVec3::ZERO; 2];
-    let mut sums = vec![DVec3::ZERO; fields.count()];
-    let mut riders = vec![[DVec3::ZERO; 2]; fields.count() - leading];
+    let mut sums = vec![DVec3::ZERO; cache.fields];
+    let mut riders = vec![[DVec3::ZERO; 2]; cache.fields - leading];
     let mut ambient = [DVec3::ZERO; 2];
-    for layer in pixel.layers.iter().enumerate() {
-        let counts = layer.1.count.map(f64::from);
-        let rho = layer.1.rho.as_dvec3() * ((counts[0] + counts[1]) / pixel.camera());
-        let change = points.at(fit, k, layer, leading, found);
+    for (l, layer) in pixel.layers.iter().enumerate() {
+        let counts = layer.count.map(f64::from);
+        let rho = layer.rho.as_dvec3() * ((counts[0] + counts[1]) / pixel.camera());
+        let change = cache.at(fitted, k, l, layer);
         let mut total = DVec3::ZERO;
-        for (f, [a, b]) in found.iter().enumerate() {
+        for (f, [a, b]) in fitted.values.iter().enumerate() {
             let mean = 0.5 * (*a + *b);
             // A plane through noise may dip below the dark; light does not. Differences of fields may.
             let mean = if f < leading { mean.max(DVec3::ZERO) } else { mean };
@@ -190,11 +183,11 @@ fn indirect(
             own[1] += rho * *b;
         }
         for half in 0..2 {
-            ambient[half] += layer.1.rho.as_dvec3() * (counts[half] * (total + change[half]));
+            ambient[half] += layer.rho.as_dvec3() * (counts[half] * (total + change[half]));
         }
     }
     let d = 0.5 * (halves[0] - halves[1]);
-    Indirect {
+    PixelIndirect {
         fields: sums.iter().map(|s| s.as_vec3()).collect(),
         variance: d * d,
         riders: riders.iter().map(|[a, b]| a.dot(*b)).collect(),
