@@ -3,6 +3,8 @@
 //! Camera rays find what a pixel sees; direct light is evaluated there in closed form; indirect light is gathered by
 //! hemisphere rays at irradiance records (G. Ward, F. Rubinstein, R. Clear, *A ray tracing solution for diffuse
 //! interreflection*, 1988) and interpolated between them. Every part of the error is estimated beside the picture.
+//!
+//! Not handled: specular reflection, depth of field, motion.
 
 pub(crate) mod adaptive_sampling;
 pub(crate) mod budget;

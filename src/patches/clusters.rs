@@ -2,6 +2,8 @@
 //!
 //! Grouped by a voxel of the target size and by the cell of a cube map that the normal points to (26 cells, about 45°
 //! wide), so that the cost is linear and neither connectivity nor order of the faces matters.
+//!
+//! Not handled: light that differs between the surfaces of a group; they share one value.
 
 use std::collections::{HashMap, HashSet};
 

@@ -4,6 +4,8 @@
 //! Cells that the surface fills by less than a quarter join their fullest neighbour; cells it does not touch point to
 //! a patch nearby, so that a hit rounded over the rim still finds its patch. A cell crossed by lines of contact has a
 //! patch for each side of them.
+//!
+//! Not handled: contacts beyond [`MOST_LINES`] in a cell; their sides share patches.
 
 use std::collections::{BTreeMap, VecDeque};
 

@@ -1,6 +1,8 @@
 //! Which patches of a grid lie together: in blocks of two by two cells, and side by side.
 //!
 //! A line of contact divides light from dark: patches of cells that it cuts join no block and are no one's neighbours.
+//!
+//! Not handled: patches of other grids, which [`crate::patches::adjacency`] finds.
 
 use glam::Vec3;
 

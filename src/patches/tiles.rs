@@ -82,7 +82,7 @@ impl CutSurface {
 pub(crate) fn cut_tiles(place: Place, zones: &Zones, s: usize, sizes: &[f64]) -> Option<CutSurface> {
     let (scene, surface) = (place.scene, &zones.surfaces.list[s]);
     let [columns, rows] = zones.tiles(s);
-    let segments = zones.surfaces.contacts.segments(place, s, surface);
+    let segments = zones.surfaces.discontinuities.segments(place, s, surface);
     let faces = by_tile(scene, surface, [columns, rows]);
     let (mut grids, mut drafts): (Vec<Grid>, Vec<Draft>) = (Vec::new(), Vec::new());
     let mut found: Vec<Option<u32>> = Vec::new();

@@ -4,6 +4,8 @@
 //! edge function of exactly 0 on both sides. Such hits carry a barycentric weight of exactly 0 and are the only ones a
 //! surface can report twice, so of those that agree in side and place one is kept. Comparing t alone would also swallow
 //! distinct surfaces that lie close together.
+//!
+//! Not handled: faces of one side that overlap in one plane; both count.
 
 use crate::rays::query::depth;
 use crate::rays::ray::{Hit, Side};

@@ -6,6 +6,8 @@
 //!
 //! Detection is exact to [`TOLERANCE`] and bounded in cost: a plane it has no budget left for is an ordinary
 //! occluder, which is always right. So is a wall whose corners are further from planar than the tolerance.
+//!
+//! Not handled: hulls of parts of the scene, as of a room within a building.
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -3,6 +3,8 @@
 //! A ray's direction costs as much as finding what it meets in a small scene; sixteen at a time in vector instructions
 //! cost a fraction of that. The level of instructions is chosen at run time and changes no bit of the result: the steps
 //! are those of [`crate::rays::warp::cosine_direction`].
+//!
+//! Not handled: numbers of directions other than [`FAN`]; callers take the first of a fan.
 
 use glam::Vec3;
 use pulp::{Arch, Simd, WithSimd};

@@ -5,6 +5,8 @@
 //! Sources: P. Shirley, K. Chiu, *A low distortion map between disk and square*, JGT 2(3), 1997; T. Duff et al.,
 //! *Building an orthonormal basis, revisited*, JCGT 6(1), 2017; E. Heitz, *A low-distortion map between triangle and
 //! square*, 2019.
+//!
+//! Not handled: densities other than the cosine and the uniform one.
 
 use std::f32::consts::FRAC_PI_4;
 

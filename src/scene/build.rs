@@ -3,6 +3,8 @@
 //! Center and scale are found and applied in double precision and only the result is rounded, so neither the size of
 //! a scene nor its distance from the origin changes the unit coordinates beyond single precision. Points that
 //! coincide there are made one. Triangles thinner than [`THINNEST`] are dropped.
+//!
+//! Not handled: what polygons stand for; [`crate::scene::obj`] reads them.
 
 use std::collections::HashMap;
 

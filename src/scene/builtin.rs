@@ -2,6 +2,8 @@
 //!
 //! `cornell-box` is the geometry and reflectance published by the Cornell University Program of Computer Graphics;
 //! the others were made for this program.
+//!
+//! Not handled: scenes that are computed; every one is a file.
 
 /// Names and one-line descriptions of the built-in scenes.
 pub const NAMES: [(&str, &str); 5] = [

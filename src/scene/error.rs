@@ -1,4 +1,6 @@
 //! What can be wrong with a scene: one variant a mistake, each naming file, line, value and what to do.
+//!
+//! Not handled: flaws that a scene can be read with; those are warnings.
 
 use std::{fmt, io};
 

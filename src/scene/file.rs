@@ -17,6 +17,8 @@
 //! ```
 //!
 //! Unknown keys are errors. Only place for `toml`.
+//!
+//! Not handled: geometry, which is the OBJ's.
 
 use std::collections::{BTreeMap, HashMap};
 

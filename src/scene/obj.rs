@@ -3,6 +3,8 @@
 //! tobj would panic on `Ke 10`, hide a failed library, pass unknown materials and NaN, and fan concave polygons; the
 //! text it gets holds none of these and it is not asked to triangulate. The k-th polygon it returns is the k-th `f`
 //! line of the check, which gives every polygon its line number.
+//!
+//! Not handled: textures, normals, curves and surfaces; they are warned of or ignored.
 
 use std::borrow::Cow;
 use std::collections::HashSet;

@@ -5,6 +5,8 @@
 //! for a warning. Indices may point forward: the range is checked at the end.
 //!
 //! Source: Wavefront, *Object Files (.obj)*, Advanced Visualizer manual, appendix B1.
+//!
+//! Not handled: materials; their names are resolved after the check.
 
 use std::collections::HashMap;
 use std::fmt::Write;

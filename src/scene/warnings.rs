@@ -1,4 +1,6 @@
 //! Warnings: what a file holds that the scene does not, one sentence a kind with a count and the first place.
+//!
+//! Not handled: mistakes that make a scene unusable; those are errors.
 
 use crate::scene::lines::{list, shorten};
 

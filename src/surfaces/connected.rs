@@ -8,7 +8,8 @@ use std::hash::Hash;
 use crate::rays::hasher::BuildMix;
 use crate::scene::Scene;
 
-/// Parts of `faces` that hang together: faces of one `kind` that share a corner. Parts and the faces of each keep their order.
+/// Parts of `faces` that hang together: faces of one `kind` that share a corner. Parts and the faces of each keep their
+/// order.
 pub(crate) fn connected<K: Copy + Eq + Hash>(scene: &Scene, faces: &[u32], kind: impl Fn(u32) -> K) -> Vec<Vec<u32>> {
     if let [face] = faces {
         return vec![vec![*face]];

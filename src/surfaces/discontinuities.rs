@@ -23,7 +23,7 @@ const VOXELS: usize = 32;
 
 /// Where the surfaces of a scene are touched.
 #[derive(Debug)]
-pub(crate) struct Contacts {
+pub(crate) struct Discontinuities {
     voxels: Voxels,
     /// Of every surface, found when first asked for.
     segments: Vec<OnceLock<Vec<[DVec2; 2]>>>,
@@ -64,10 +64,10 @@ impl Voxels {
     }
 }
 
-impl Contacts {
+impl Discontinuities {
     /// Of a scene's surfaces, so many.
     pub fn new(scene: &Scene, surfaces: usize) -> Self {
-        Contacts { voxels: Voxels::new(scene), segments: vec![OnceLock::new(); surfaces] }
+        Discontinuities { voxels: Voxels::new(scene), segments: vec![OnceLock::new(); surfaces] }
     }
 
     /// Segments in the (u, v) of surface k along which faces of other planes touch or cut it.

@@ -1,7 +1,7 @@
 //! Surfaces: flat pieces of the scene's geometry, where others touch them, and the normals of faces.
 //!
-//! All of it depends on the scene alone and is found once, however often patches are cut from it. A [`SurfacePoint`] is a
-//! place on it.
+//! All of it depends on the scene alone and is found once, however often patches are cut from it. A [`SurfacePoint`] is
+//! a place on it.
 
 pub(crate) mod connected;
 pub(crate) mod coplanar;

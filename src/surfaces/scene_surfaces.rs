@@ -2,6 +2,8 @@
 //! normals.
 //!
 //! Made once for a scene; every cut and all zones share it.
+//!
+//! Not handled: patches, which are cut from surfaces.
 
 use std::sync::Arc;
 
@@ -12,7 +14,7 @@ use crate::rays::Rays;
 use crate::scene::Scene;
 use crate::surfaces::coplanar;
 use crate::surfaces::coplanar::Surface;
-use crate::surfaces::discontinuities::Contacts;
+use crate::surfaces::discontinuities::Discontinuities;
 
 /// The surfaces of a scene.
 #[derive(Debug)]
@@ -22,7 +24,7 @@ pub struct Surfaces {
     pub(crate) of_face: Vec<u32>,
     /// Front unit normals of the faces.
     pub(crate) normals: Arc<[Vec3]>,
-    pub(crate) contacts: Contacts,
+    pub(crate) discontinuities: Discontinuities,
 }
 
 impl Surfaces {
@@ -36,6 +38,11 @@ impl Surfaces {
         }
         let faces = (0..scene.faces.len() as u32).into_par_iter();
         let normals: Vec<Vec3> = faces.map(|f| coplanar::normal(scene.corners(f)).as_vec3()).collect();
-        Arc::new(Surfaces { contacts: Contacts::new(scene, list.len()), list, of_face, normals: normals.into() })
+        Arc::new(Surfaces {
+            discontinuities: Discontinuities::new(scene, list.len()),
+            list,
+            of_face,
+            normals: normals.into(),
+        })
     }
 }
