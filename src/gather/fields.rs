@@ -10,7 +10,7 @@ use crate::light::{Light, Rgb};
 use crate::patches::Patches;
 
 /// `L'`, the invisible light that hemisphere rays read, one or more fields of it at once.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Fields {
     count: usize,
     /// The fields that add up to the picture come first.
@@ -45,15 +45,7 @@ impl Fields {
         let patches = fields.first().map_or(0, Vec::len);
         assert!(fields.iter().all(|f| f.len() == patches));
         let values = (0..patches).flat_map(|i| fields.iter().map(move |f| f[i]));
-        Fields {
-            count: fields.len(),
-            leading: fields.len(),
-            values: values.collect(),
-            ambient: Vec::new(),
-            without_direct: Vec::new(),
-            reading: Reading::PLAIN,
-            near: Vec::new(),
-        }
+        Fields { count: fields.len(), leading: fields.len(), values: values.collect(), ..Fields::default() }
     }
 
     /// Only the first `leading` fields make the picture; the others ride along on the same rays.
@@ -65,15 +57,8 @@ impl Fields {
     /// The fields that make the picture, without those that ride along.
     pub fn led(&self) -> Fields {
         let own = self.values.chunks_exact(self.count.max(1));
-        Fields {
-            count: self.leading,
-            leading: self.leading,
-            values: own.flat_map(|v| &v[..self.leading]).copied().collect(),
-            ambient: self.ambient.clone(),
-            without_direct: self.without_direct.clone(),
-            reading: self.reading,
-            near: self.near.clone(),
-        }
+        let values = own.flat_map(|v| &v[..self.leading]).copied().collect();
+        Fields { count: self.leading, values, ..self.clone() }
     }
 
     /// Adds what the patches themselves receive of these fields, irradiance over pi: it tells edges of indirect light

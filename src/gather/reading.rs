@@ -3,7 +3,7 @@
 //! Not handled: which reading a picture needs; the weighted residual tells.
 
 /// How a gather ray reads the light of the surface it meets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reading {
     /// More rays that it follows before.
     pub bounces: u32,
@@ -12,9 +12,10 @@ pub struct Reading {
 }
 
 /// Where the direct light of a surface comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Direct {
     /// The patch's mean, as all other light.
+    #[default]
     Patch,
     /// Asked for at the point.
     Asked,

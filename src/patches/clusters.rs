@@ -5,12 +5,10 @@
 //!
 //! Not handled: light that differs between the surfaces of a group; they share one value.
 
-use std::collections::{HashMap, HashSet};
-
 use glam::DVec3;
 use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::rays::hasher::BuildMix;
 use crate::surfaces::coplanar::Surface;
 
 /// What surfaces of one group agree in: material, voxel, cell of the normal, size.
@@ -30,14 +28,14 @@ fn keys(small: &[(&Surface, f64)], factor: f64) -> Vec<Key> {
 /// Number of groups.
 pub(crate) fn count(small: &[(&Surface, f64)]) -> usize {
     let keys = keys(small, 1.0);
-    let distinct: HashSet<Key, BuildMix> = keys.into_iter().collect();
+    let distinct: FxHashSet<Key> = keys.into_iter().collect();
     distinct.len()
 }
 
 /// Indices into `small`, surfaces with the size of their patches, that belong together at sizes larger by a factor, in
 /// the order of their first members.
 pub(crate) fn groups(small: &[(&Surface, f64)], factor: f64) -> Vec<Vec<usize>> {
-    let mut order: HashMap<Key, usize, BuildMix> = HashMap::default();
+    let mut order: FxHashMap<Key, usize> = FxHashMap::default();
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (k, key) in keys(small, factor).into_iter().enumerate() {
         let g = *order.entry(key).or_insert_with(|| {

@@ -15,7 +15,6 @@ pub(crate) mod bvh;
 pub(crate) mod bvh_build;
 pub(crate) mod bvh_traversal;
 pub(crate) mod crossings;
-pub(crate) mod hasher;
 pub(crate) mod hull_faces;
 pub(crate) mod meetings;
 pub(crate) mod packet;

@@ -8,12 +8,10 @@
 //! Not handled: a plane may fall into several ids where it is cut so finely that rounding tilts the founder
 //! (faces of 1e-3 that are not parallel to an axis). Rays start a little above their face, so this costs no accuracy.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
-use crate::rays::hasher::BuildMix;
 use crate::scene::Scene;
 
 /// Largest distance of a face's corner from the plane it joins, unit coordinates.
@@ -102,7 +100,7 @@ struct Finder {
     /// The plane entered into the same cell before this one.
     earlier: Vec<Option<u32>>,
     /// The plane last entered into a cell.
-    cells: HashMap<[i32; 4], u32, BuildMix>,
+    cells: FxHashMap<[i32; 4], u32>,
 }
 
 impl Finder {

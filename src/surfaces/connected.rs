@@ -2,10 +2,10 @@
 //!
 //! Not handled: faces that touch without a common corner count as apart.
 
-use std::collections::HashMap;
 use std::hash::Hash;
 
-use crate::rays::hasher::BuildMix;
+use rustc_hash::FxHashMap;
+
 use crate::scene::Scene;
 
 /// Parts of `faces` that hang together: faces of one `kind` that share a corner. Parts and the faces of each keep their
@@ -15,7 +15,7 @@ pub(crate) fn connected<K: Copy + Eq + Hash>(scene: &Scene, faces: &[u32], kind:
         return vec![vec![*face]];
     }
     let mut parents: Vec<u32> = (0..faces.len() as u32).collect();
-    let mut first: HashMap<([u32; 3], K), u32, BuildMix> = HashMap::default();
+    let mut first: FxHashMap<([u32; 3], K), u32> = FxHashMap::default();
     for (k, &face) in (0u32..).zip(faces) {
         let kind = kind(face);
         for corner in scene.corners(face) {
