@@ -4,11 +4,12 @@ use clap::{Parser, Subcommand};
 
 use crate::cli::bounces::Bounces;
 use crate::cli::chart::ChartCommand;
+use crate::cli::compare::Compare;
 use crate::cli::diff::Diff;
 use crate::cli::factors::Factors;
 use crate::cli::frontier::Frontier;
 use crate::cli::map::MapArguments;
-use crate::cli::options::{Common, Compare};
+use crate::cli::options::Common;
 use crate::cli::render::Render;
 use crate::cli::trace::Trace;
 

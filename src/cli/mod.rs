@@ -31,6 +31,7 @@ pub(crate) mod pictures;
 pub(crate) mod render;
 pub(crate) mod report;
 pub(crate) mod scenes;
+pub(crate) mod study;
 pub(crate) mod trace;
 pub(crate) mod unmet;
 pub(crate) mod values;

@@ -8,8 +8,7 @@ use clap::Args;
 
 use crate::cli::effort::Effort;
 use crate::cli::error::CliError;
-use crate::cli::memory::MemoryLimit;
-use crate::cli::values::{ModeChoice, Size, seconds, size, stops, unit_interval};
+use crate::cli::values::{ModeChoice, seconds, stops, unit_interval};
 use crate::light::{Mode, Transport};
 use crate::scene::{LoadOptions, Scene, Sides};
 
@@ -75,23 +74,6 @@ pub struct Problem {
     /// Where a tolerance is aimed at, begin no finer round that would not end within so many seconds, for each mode
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with_all = ["patches", "rays", "samples"])]
     pub time: Option<f64>,
-}
-
-/// `halflight compare`
-#[derive(Args, Debug)]
-pub struct Compare {
-    /// What is solved.
-    #[command(flatten)]
-    pub subject: Subject,
-    /// Size of the pictures
-    #[arg(long, value_name = "WxH", default_value = "128x128", value_parser = size)]
-    pub size: Size,
-    /// Seconds each method may take, for each mode
-    #[arg(long, value_name = "SECONDS", default_value_t = 8.0, value_parser = seconds)]
-    pub time: f64,
-    /// Within which memory.
-    #[command(flatten)]
-    pub limit: MemoryLimit,
 }
 
 impl Subject {

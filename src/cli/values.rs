@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
-use crate::study::tradeoff::Ladder;
+use crate::study::compare::{Ladder, Method};
 
 /// Whether light is looked for on purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -40,17 +40,18 @@ pub enum ModeChoice {
 
 impl ValueEnum for Ladder {
     fn value_variants<'a>() -> &'a [Ladder] {
-        &Ladder::ALL
+        &Ladder::CHARTED
     }
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
-        let (name, help) = match self {
-            Ladder::Tolerance => ("tolerance", "The error asked for"),
-            Ladder::Patches => ("patches", "The number of patches, the rest fine"),
-            Ladder::Rays => ("rays", "Rays a patch, the rest fine"),
-            Ladder::Samples => ("samples", "Rays a pixel, the rest fine"),
-            Ladder::Shooting => ("shooting", "Progressive shooting, all finer together"),
-            Ladder::Paths => ("paths", "Samples of the path tracer"),
+        let (name, help) = match self.method {
+            Method::Tolerance => ("tolerance", "The error asked for"),
+            Method::Patches => ("patches", "The number of patches, the rest fine"),
+            Method::Rays => ("rays", "Rays a patch, the rest fine"),
+            Method::Samples => ("samples", "Rays a pixel, the rest fine"),
+            Method::ShootingRays => ("shooting", "Progressive shooting, all finer together"),
+            Method::NextEvent => ("paths", "Samples of the path tracer"),
+            Method::Neumann | Method::ShootingAssembled | Method::Paths => return None,
         };
         Some(PossibleValue::new(name).help(help))
     }

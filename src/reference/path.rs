@@ -24,7 +24,7 @@ use crate::light::Rgb;
 use crate::rays::{Hit, Ray, Rays, Side};
 use crate::reference::emitters::Emitters;
 use crate::reference::random::Random;
-use crate::reference::surfaces::{Matter, Point, Surfaces};
+use crate::reference::surfaces::{Matter, SurfacePoint, Surfaces};
 
 /// Bounce orders kept apart: 0 (emission) to `KEPT - 1`. Later ones are kept together.
 pub const KEPT: usize = 9;
@@ -120,7 +120,7 @@ impl Space<'_> {
     }
 
     /// A cosine-distributed ray from a point; its crossings as far as light comes through.
-    fn cast(&self, point: &Point, random: &mut Random, hits: &mut Vec<Hit>) -> Ray {
+    fn cast(&self, point: &SurfacePoint, random: &mut Random, hits: &mut Vec<Hit>) -> Ray {
         let ray =
             Ray { origin: point.position, direction: random.cosine_direction(point.normal), source: Some(point.face) };
         if self.surfaces.opaque {
@@ -145,7 +145,7 @@ impl Space<'_> {
     }
 
     /// Light emitted towards `point` at all crossings of a ray cast from it.
-    fn met(&self, point: &Point, ray: &Ray, hits: &[Hit]) -> Rgb {
+    fn met(&self, point: &SurfacePoint, ray: &Ray, hits: &[Hit]) -> Rgb {
         let lights = self.sending(hits).filter(|(_, matter, _)| matter.emits());
         let weighted = lights.map(|(hit, matter, through)| {
             let light = through * matter.emitted.invisible;
@@ -163,7 +163,7 @@ impl Space<'_> {
     }
 
     /// Light emitted towards `point` from one point drawn on an emitter, over its probability.
-    fn drawn(&self, point: &Point, random: &mut Random, hits: &mut Vec<Hit>, rays: &mut u64) -> Rgb {
+    fn drawn(&self, point: &SurfacePoint, random: &mut Random, hits: &mut Vec<Hit>, rays: &mut u64) -> Rgb {
         let Some(drawn) = self.emitters.draw(&self.surfaces, random) else {
             return Rgb::ZERO;
         };
@@ -193,7 +193,7 @@ impl Space<'_> {
     }
 
     /// The next vertex and the throughput to it, roulette not yet played; none where no crossing passes light on.
-    fn choose(&self, throughput: Rgb, hits: &[Hit], random: &mut Random) -> Option<(Point, Rgb)> {
+    fn choose(&self, throughput: Rgb, hits: &[Hit], random: &mut Random) -> Option<(SurfacePoint, Rgb)> {
         let weigh = |(hit, matter, through): (&Hit, &Matter, f32)| {
             let carried = through * throughput * matter.passed_on;
             (*hit, carried, carried.max_element())

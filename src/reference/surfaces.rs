@@ -46,7 +46,7 @@ impl Matter {
 
 /// A point of a surface and the side looked at.
 #[derive(Clone, Copy)]
-pub(crate) struct Point {
+pub(crate) struct SurfacePoint {
     pub position: Vec3,
     /// Unit normal of the side looked at.
     pub normal: Vec3,
@@ -104,13 +104,13 @@ impl Surfaces {
 
     /// The point met, exact to the rounding of the corners.
     #[inline]
-    pub(crate) fn point(&self, hit: &Hit) -> Point {
+    pub(crate) fn point(&self, hit: &Hit) -> SurfacePoint {
         let facet = self.facet(hit.face);
         let normal = match hit.side {
             Side::Front => facet.normal,
             Side::Back => -facet.normal,
         };
-        Point { position: facet.at(hit.u, hit.v), normal, face: hit.face }
+        SurfacePoint { position: facet.at(hit.u, hit.v), normal, face: hit.face }
     }
 }
 

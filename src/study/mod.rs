@@ -10,7 +10,6 @@ pub(crate) mod factors;
 pub mod frontier;
 pub mod map;
 pub(crate) mod statistics;
-pub mod tradeoff;
 
 #[cfg(feature = "plot")]
 pub use bounce_figures::{bounce_sheet, bounces_chart, term_name};

@@ -1,167 +1,116 @@
-//! One comparison: every method run, every error taken, every pair judged.
+//! Whether five ways to one picture agree: every method climbs in the same time, every error is taken, every pair judged.
+//!
+//! Patch methods (the Neumann series over K, progressive shooting over K and with rays alone) are held against the path
+//! tracer with next-event estimation, path tracers against the Neumann series: a reference is never of the kind under test,
+//! and its own noise is subtracted. Verdicts rest on [answers](patch_answers) of their own. The hierarchy of rays is built
+//! once, and its time counts for no method.
+//!
+//! Not handled: adaptive fineness; scenes whose series diverges.
 
-use crate::light::{Rgb, Transport};
 use crate::pictures::Picture;
-use crate::reference::NextEvent;
-use crate::render::{Unfit, Watch, prepare};
+use crate::render::{Prepared, prepare};
 use crate::scene::Scene;
 use crate::solve::Diverges;
+use crate::study::compare::answer::Answer;
 use crate::study::compare::arithmetic::combine;
-use crate::study::compare::patchwise::{Rung, climb, cut_within};
-use crate::study::compare::replicas::answers;
-use crate::study::compare::tracing::trace;
+use crate::study::compare::ladder::{
+    Ladder, LadderPoint, LadderStep, Method, StudyError, StudyPlan, climb, measured, slope,
+};
+use crate::study::compare::patch_answers::patch_answers;
+use crate::study::compare::patch_pictures::{PatchEffort, cut_within, patch_step};
+use crate::study::compare::traced_pictures::{climb_paths, traced_answer};
+use crate::study::compare::truth::{Truth, or_everywhere};
 use crate::study::compare::verdict::{Pair, judge};
-use crate::study::compare::{Estimate, Method, ORDERS, Run, error_against};
-use crate::study::statistics::log_slope;
 
-/// What is compared, and for how long.
-#[derive(Clone, Copy, Debug)]
-pub struct Plan {
-    /// (alpha, tau) of every material that has none of its own.
-    pub transport: Transport,
-    /// Width and height of the pictures.
-    pub size: (usize, usize),
-    /// Seconds each method may climb.
-    pub seconds: f64,
-    /// Chooses sample points.
-    pub seed: u32,
-    /// Bytes that K and its solutions may take.
-    pub memory: f64,
-}
-
-/// There is nothing to compare.
-#[derive(Debug, thiserror::Error)]
-pub enum CompareError {
-    /// The series diverges.
-    #[error(transparent)]
-    Diverges(#[from] Diverges),
-    /// K of the patches that verdicts need does not fit in memory.
-    #[error(transparent)]
-    Memory(#[from] Unfit),
-}
-
-/// Error after some time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
-    /// Seconds from the scene to the picture.
-    pub seconds: f64,
-    /// Relative RMS error of the picture.
-    pub rms: f64,
-    /// Relative RMS errors of the bounces n = 0 to [`ORDERS`]; none where the reference is black.
-    pub orders: [Option<f64>; ORDERS + 1],
-}
-
-/// A method's errors.
+/// What a method reached.
 #[derive(Clone, Debug)]
-pub struct Track {
-    /// Which.
-    pub method: Method,
+pub struct Reach {
+    /// The method's name.
+    pub name: &'static str,
     /// What the errors are taken against.
     pub reference: String,
-    /// Climbing.
-    pub points: Vec<Point>,
+    /// Errors after each step of the ladder; none where the reference is black.
+    pub points: Vec<LadderPoint>,
     /// Slope of log error over log seconds.
     pub slope: Option<f64>,
+    /// The best, with its errors estimated: what verdicts rest on.
+    pub answer: Answer,
 }
 
 /// The result.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// What each method reached.
-    pub runs: Vec<Run>,
-    /// Their errors.
-    pub tracks: Vec<Track>,
+    /// What each method reached, in the order of [`Ladder::COMPARED`].
+    pub methods: Vec<Reach>,
     /// Every pair's verdict.
-    pub pairs: Vec<(Method, Method, Pair)>,
-    /// Pixels that see no luminaire, or all where each sees one: where errors are taken.
-    pub mask: Picture,
+    pub pairs: Vec<Pair>,
 }
 
-/// Steps of the path tracers' clock, as shares of the time.
-const STEPS: [f64; 6] = [1.0 / 32.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 1.0];
-
-/// What happens while methods are compared.
-pub trait Stage: Watch {
-    /// A method begins to climb its ladder.
-    fn climbs(&self, method: Method);
-    /// The patch methods repeat their best.
-    fn repeats(&self);
-}
-
-/// Runs every method.
+/// Runs every method; `tell` hears which begins.
 ///
 /// # Errors
-/// [`CompareError`] where the series diverges, and where memory would not do.
-pub fn compare<S: Stage>(scene: &Scene, plan: &Plan, stage: &S) -> Result<Comparison, CompareError> {
+/// [`StudyError`] where the series diverges, and where memory would not do.
+pub fn compare(scene: &Scene, plan: &StudyPlan, tell: &dyn Fn(&str)) -> Result<Comparison, StudyError> {
     let mut p = prepare(scene.clone(), 1);
     p.memory = plan.memory;
-    cut_within(&mut p, plan, Rung::least(plan))?;
+    cut_within(&mut p, plan, &PatchEffort::least(plan))?;
+    let (patchwise, tracers) = Ladder::COMPARED.split_at(3);
     // A diverging series is found before any path is traced.
-    let mut ladders = Vec::new();
-    for method in Method::ALL.into_iter().filter(|m| m.is_patchwise()) {
-        stage.climbs(method);
-        ladders.push(climb(&mut p, method, plan, stage)?);
+    let mut climbed = Vec::new();
+    for ladder in patchwise {
+        tell(ladder.name);
+        climbed.push(climb_patches(&mut p, plan, ladder)?);
     }
-    let steps = STEPS.map(|s| s * plan.seconds);
-    let paths = |method, next_event| {
-        stage.climbs(method);
-        trace((scene, &p.rays), plan, next_event, &steps, stage)
-    };
-    let next_event = paths(Method::PathsNextEvent, NextEvent::On);
-    let plain = paths(Method::Paths, NextEvent::Off);
-    let mask = counted(&next_event.mask, &plain.mask);
-    stage.repeats();
-    let best = answers(&mut p, plan, &mask, stage)?;
-    let patchwise = best.into_iter().zip(ladders);
-    let mut runs: Vec<Run> = patchwise.map(|((method, best), ladder)| Run { method, ladder, best }).collect();
-    for (method, traced) in [(Method::PathsNextEvent, next_event), (Method::Paths, plain)] {
-        runs.push(Run { method, best: traced.best(&mask), ladder: traced.ladder });
-    }
-    let tracks = runs.iter().map(|run| track(run, &runs, &mask)).collect();
-    let pairs = pairs(&runs, &mask);
-    Ok(Comparison { runs, tracks, pairs, mask })
+    let traced = tracers.iter().map(|ladder| {
+        tell(ladder.name);
+        climb_paths((scene, &p.rays), 0.0, plan, ladder)
+    });
+    let (steps, tracers): (Vec<_>, Vec<_>) = traced.unzip();
+    climbed.extend(steps);
+    let mask = or_everywhere(combine(&tracers[0].mask(), &tracers[1].mask(), |a, b| a * b));
+    let names = Ladder::COMPARED[3..].iter().map(|ladder| ladder.name);
+    let best: Vec<Answer> = tracers.iter().zip(names).map(|(t, name)| traced_answer(t, name, &mask)).collect();
+    drop(tracers);
+    tell("the patch methods once more, for the verdicts");
+    let mut answers = patch_answers(&mut p, plan, patchwise, &mask)?;
+    answers.extend(best);
+    let pairs = pairs(&answers, &mask);
+    Ok(Comparison { methods: reaches(climbed, answers, &mask), pairs })
 }
 
-/// Pixels that see no luminaire in either picture, or every pixel where none is left, as in a furnace.
-fn counted(a: &Picture, b: &Picture) -> Picture {
-    let mask = combine(a, b, |a, b| a * b);
-    match mask.pixels.iter().any(|p| p.x >= 0.5) {
-        true => mask,
-        false => Picture::filled(mask.width, mask.height, Rgb::ONE),
-    }
-}
-
-/// A method's errors against the best of the other kind.
-fn track(run: &Run, runs: &[Run], mask: &Picture) -> Track {
-    let kind = match run.method.is_patchwise() {
-        true => Method::PathsNextEvent,
-        false => Method::Neumann,
-    };
-    let reference = runs.iter().find(|r| r.method == kind).map_or(&run.best, |r| &r.best);
-    let point = |e: &Estimate| {
-        let error = |n: usize| {
-            let noise = reference.order_noise.as_ref().map(|o| &o[n]);
-            error_against(&e.orders[n], &reference.orders[n], noise, mask)
-        };
-        let all = error_against(&e.picture, &reference.picture, reference.noise.as_ref(), mask);
-        Some(Point { seconds: e.seconds, rms: all?, orders: std::array::from_fn(error) })
-    };
-    let points: Vec<Point> = run.ladder.iter().filter_map(point).collect();
-    let line: Vec<(f64, f64)> = points.iter().map(|p| (p.seconds, p.rms)).collect();
-    Track {
-        method: run.method,
-        reference: format!("{}, {}", kind.name(), reference.effort),
-        slope: log_slope(&line),
-        points,
-    }
-}
-
-fn pairs(runs: &[Run], mask: &Picture) -> Vec<(Method, Method, Pair)> {
-    let mut pairs = Vec::new();
-    for (k, a) in runs.iter().enumerate() {
-        for b in &runs[k + 1..] {
-            pairs.push((a.method, b.method, judge(&a.best, &b.best, mask)));
+/// Climbs with patches cut anew for each step; the first always counts, whatever its memory.
+fn climb_patches(p: &mut Prepared, plan: &StudyPlan, ladder: &Ladder) -> Result<Vec<LadderStep>, Diverges> {
+    climb(ladder, plan, |k| {
+        let effort = PatchEffort::step(ladder.method, k, plan.seed);
+        let before = p.seconds;
+        if k == 0 || ladder.method == Method::ShootingRays {
+            p.recut(effort.patches);
+        } else if cut_within(p, plan, &effort).is_err() {
+            return Ok(None);
         }
-    }
-    pairs
+        let mut step = patch_step(p, plan, ladder.method, &effort)?;
+        step.seconds.patches = p.seconds - before;
+        Ok(Some(step))
+    })
+}
+
+/// Every method's errors against the answer of the other kind.
+fn reaches(climbed: Vec<Vec<LadderStep>>, answers: Vec<Answer>, mask: &Picture) -> Vec<Reach> {
+    let reference = |method| Ladder::COMPARED.iter().position(|ladder| ladder.method == method);
+    let [series, next_event] = [Method::Neumann, Method::NextEvent].map(|method| {
+        let answer = &answers[reference(method).expect("it is compared")];
+        (answer.truths(mask), format!("{}, {}", answer.name, answer.effort))
+    });
+    let reach = |((ladder, steps), answer): ((&Ladder, Vec<LadderStep>), Answer)| {
+        let (truths, reference): &(Vec<Truth>, String) =
+            if ladder.method.is_patchwise() { &next_event } else { &series };
+        let points: Vec<LadderPoint> = steps.into_iter().filter_map(|s| measured(ladder, s, truths).ok()).collect();
+        Reach { name: ladder.name, reference: reference.clone(), slope: slope(&points), points, answer }
+    };
+    Ladder::COMPARED.iter().zip(climbed).zip(answers).map(reach).collect()
+}
+
+fn pairs(answers: &[Answer], mask: &Picture) -> Vec<Pair> {
+    let with = |(k, a)| answers[k + 1..].iter().map(move |b| judge(a, b, mask));
+    answers.iter().enumerate().flat_map(with).collect()
 }

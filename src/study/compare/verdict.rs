@@ -16,10 +16,12 @@
 //!
 //! Not handled: spatial patterns too weak for any pixel and too balanced for the mean.
 
+use serde::{Serialize, Serializer};
+
 use crate::light::Rgb;
 use crate::pictures::Picture;
+use crate::study::compare::answer::{Answer, Mean};
 use crate::study::compare::arithmetic::{counted, map, smoothed, window};
-use crate::study::compare::{Estimate, Mean};
 use crate::study::statistics::{bennett, student_quantile, variance_limit};
 
 /// Probability of calling two equal pictures different.
@@ -32,56 +34,94 @@ const POOL: usize = 3;
 const NEGLIGIBLE: f64 = 1e-4;
 
 /// Two methods, compared.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pair {
-    /// Whether no pixel fails and all means agree.
-    pub agree: bool,
-    /// The means of the pictures.
-    pub mean: Difference,
-    /// The means of bounce orders n = 0, 1, ….
-    pub orders: Vec<Difference>,
+    /// One.
+    pub a: &'static str,
+    /// The other.
+    pub b: &'static str,
+    /// The means of the pictures, and whether no pixel fails and all means agree.
+    #[serde(flatten)]
+    pub whole: Difference,
+    /// Whether the means of the pictures agree.
+    #[serde(skip)]
+    pub means_agree: bool,
     /// Pixels that fail.
     pub failing_pixels: usize,
+    /// The means of bounce orders n = 0, 1, ….
+    pub orders: Vec<OrderDifference>,
     /// Pixels tested.
+    #[serde(skip)]
     pub pixels: usize,
 }
 
 /// Two means, compared.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Relative difference, of the channel that differs most in parts of its error; 0 where both are black.
+    #[serde(rename = "mean_difference")]
     pub relative: f64,
     /// Half the width of its 95 % confidence interval, the error of the patches included.
+    #[serde(rename = "mean_difference_error")]
     pub error: f64,
     /// Whether all channels agree.
+    #[serde(rename = "verdict", serialize_with = "in_a_word")]
     pub agree: bool,
 }
 
+/// The means of one bounce order, compared.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct OrderDifference {
+    /// The order.
+    pub n: usize,
+    /// Its means.
+    #[serde(flatten)]
+    pub means: Difference,
+}
+
+impl Difference {
+    /// `agree` or `differ`.
+    pub fn verdict(&self) -> &'static str {
+        verdict(self.agree)
+    }
+}
+
+fn verdict(agree: bool) -> &'static str {
+    if agree { "agree" } else { "differ" }
+}
+
+fn in_a_word<S: Serializer>(agree: &bool, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(verdict(*agree))
+}
+
 /// Compares two answers over the mask.
-pub fn judge(a: &Estimate, b: &Estimate, mask: &Picture) -> Pair {
+pub fn judge(a: &Answer, b: &Answer, mask: &Picture) -> Pair {
     let chosen = counted(mask);
     let failing_pixels = failing(a, b, mask, &chosen);
     let numbers = a.means.len().min(b.means.len()).max(1);
     let pairs = a.means.iter().zip(&b.means);
     let mut means = pairs.map(|pair| difference(pair, (a, b), chosen.len(), numbers));
     let mean = means.next().unwrap_or(Difference { relative: 0.0, error: 0.0, agree: true });
-    let orders: Vec<Difference> = means.collect();
+    let orders: Vec<_> = means.enumerate().map(|(n, means)| OrderDifference { n, means }).collect();
+    let agree = failing_pixels == 0 && mean.agree && orders.iter().all(|o| o.means.agree);
     Pair {
-        agree: failing_pixels == 0 && mean.agree && orders.iter().all(|o| o.agree),
-        mean,
-        orders,
+        a: a.name,
+        b: b.name,
+        whole: Difference { agree, ..mean },
+        means_agree: mean.agree,
         failing_pixels,
+        orders,
         pixels: chosen.len(),
     }
 }
 
 /// Number of pixels with a channel that chance and patches do not explain.
-fn failing(a: &Estimate, b: &Estimate, mask: &Picture, chosen: &[usize]) -> usize {
+fn failing(a: &Answer, b: &Answer, mask: &Picture, chosen: &[usize]) -> usize {
     // Either way, and the variance beyond its limit: three ways to be wrong, for each channel.
     let l = (3.0 * 3.0 * chosen.len().max(1) as f64 / (0.5 * LEVEL)).ln();
     let variances = [a, b].map(|e| variance(e, mask, l));
     let weight = |k: usize, c: usize| {
-        let of = |e: &Estimate| e.sample.as_ref().map_or(0.0, |s| s.pixels[k][c]);
+        let of = |e: &Answer| e.sample.as_ref().map_or(0.0, |s| s.pixels[k][c]);
         f64::from(of(a).max(of(b)))
     };
     let patches = |k: usize, c: usize| match (&a.systematic, &b.systematic) {
@@ -101,16 +141,12 @@ fn failing(a: &Estimate, b: &Estimate, mask: &Picture, chosen: &[usize]) -> usiz
 
 /// How far a mean of this variance may be off with probability exp(-l), if one sample adds at most `weight` to it.
 fn deviation(variance: f64, weight: f64, l: f64) -> f64 {
-    match weight > 0.0 {
-        true => weight * bennett(variance / (weight * weight), l),
-        false => (2.0 * l * variance).sqrt(),
-    }
+    if weight > 0.0 { weight * bennett(variance / (weight * weight), l) } else { (2.0 * l * variance).sqrt() }
 }
 
 /// The largest variance of each pixel's mean that what is seen near it leaves possible.
-fn variance(e: &Estimate, mask: &Picture, l: f64) -> Picture {
-    let black = || Picture::new(e.picture.width, e.picture.height);
-    let own = e.noise.as_ref().map_or_else(black, |n| map(n, |v| v * v));
+fn variance(e: &Answer, mask: &Picture, l: f64) -> Picture {
+    let own = map(&e.noise, |v| v * v);
     let pooled = smoothed(&own, POOL, mask);
     let largest = largest_near(&own, mask);
     let limit = |k: usize| match &e.sample {
@@ -144,7 +180,7 @@ fn largest_near(picture: &Picture, mask: &Picture) -> Picture {
 }
 
 /// Compares one of `numbers` means of `pixels` pixels, in the channel that differs most.
-fn difference((x, y): (&Mean, &Mean), (a, b): (&Estimate, &Estimate), pixels: usize, numbers: usize) -> Difference {
+fn difference((x, y): (&Mean, &Mean), (a, b): (&Answer, &Answer), pixels: usize, numbers: usize) -> Difference {
     let same_patches = a.systematic.is_some() == b.systematic.is_some();
     let weights =
         [a, b].map(|e| e.sample.as_ref().map_or(Rgb::ZERO, |s| s.pixels.iter().copied().fold(Rgb::ZERO, Rgb::max)));
@@ -160,10 +196,7 @@ fn difference((x, y): (&Mean, &Mean), (a, b): (&Estimate, &Estimate), pixels: us
             freedoms: [a.freedom, b.freedom],
             weights: weights.map(|w| f64::from(w[c]) / pixels.max(1) as f64),
         };
-        let patches = match same_patches {
-            true => 0.0,
-            false => x.systematic[c] + y.systematic[c],
-        };
+        let patches = if same_patches { 0.0 } else { x.systematic[c] + y.systematic[c] };
         let apart = x.value[c] - y.value[c];
         // Three channels, two sides.
         let allowed = chance.allows(0.5 * LEVEL / (6 * numbers) as f64) + patches;
@@ -211,12 +244,6 @@ impl Chance {
         let [a, b] = self.variances;
         let share = |k: usize| self.variances[k].powi(2) / self.freedoms[k];
         let parts = share(0) + share(1);
-        match parts > 0.0 {
-            true => (a + b).powi(2) / parts,
-            false => f64::INFINITY,
-        }
+        if parts > 0.0 { (a + b).powi(2) / parts } else { f64::INFINITY }
     }
 }
-
-#[cfg(test)]
-mod tests;

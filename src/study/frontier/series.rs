@@ -177,16 +177,8 @@ fn time(mode: &Assembled, settings: &Settings) -> Timing {
 
 /// Shoots over K until a thousandth is unshot; none where that takes too many shots.
 fn empty(mode: &Assembled) -> Option<()> {
-    let shooter = assembled_shooter(mode);
-    let settings = ShootingSettings { generations: 2, ..ShootingSettings::default() };
-    let mut shooting = Shooting::new(&shooter, settings).ok()?;
-    let most = SHOTS_A_PATCH * mode.operator.len() as u64;
-    while let Some(progress) = shooting.step().ok()? {
-        if progress.shots > most {
-            return None;
-        }
-    }
-    Some(())
+    let settings = ShootingSettings { generations: 2, shots_per_patch: SHOTS_A_PATCH, ..ShootingSettings::default() };
+    Shooting::new(&assembled_shooter(mode), settings).ok()?.run(|_| ()).ok().map(drop)
 }
 
 /// Seconds that something took, if it came to an end.

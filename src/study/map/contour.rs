@@ -144,9 +144,10 @@ impl MapChart<'_> {
         canvas.line((left - 5.0, y(1.0)), (left + 27.0, y(1.0)), PAPER, 2.0)?;
         let at = (left, top - 14.0);
         canvas.text("spectral radius of K", at, TICK_EM, Align::Left, INK)?;
-        let variance = match self.map.grey {
-            true => "beyond: the path tracer's variance is infinite",
-            false => "inside: the path tracer's variance is finite",
+        let variance = if self.map.grey {
+            "beyond: the path tracer's variance is infinite"
+        } else {
+            "inside: the path tracer's variance is finite"
         };
         let entries = [("radius = 1: beyond, the series diverges", false), (variance, true)];
         let mut y = frame.top + 10.0;

@@ -109,11 +109,10 @@ fn surely_finite(scene: &Scene, transports: &[Transport]) -> bool {
 fn judge(mean: Bounds, squares: Bounds, grey: bool) -> Variance {
     let below = |b: Bounds| b.upper < 1.0 - MARGIN;
     let above = |b: Bounds| b.lower > 1.0 + MARGIN;
-    match () {
-        // That of B is then below 1 as well: its square is no larger than that of M (Cauchy-Schwarz).
-        () if below(squares) => Variance::Finite,
-        // A mean that is infinite has no variance, whatever the colours.
-        () if above(mean) || above(squares) && grey => Variance::Infinite,
-        () => Variance::Undecided,
+    // That of B is then below 1 as well: its square is no larger than that of M (Cauchy-Schwarz).
+    if below(squares) {
+        return Variance::Finite;
     }
+    // A mean that is infinite has no variance, whatever the colours.
+    if above(mean) || above(squares) && grey { Variance::Infinite } else { Variance::Undecided }
 }

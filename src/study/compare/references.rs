@@ -6,16 +6,15 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use crate::light::Rgb;
 use crate::pictures::{Picture, read_picture, relative_rms};
 use crate::rays::Rays;
 use crate::reference::{NextEvent, TraceSettings, Tracer};
-use crate::render::{Silent, Wanted, Watch, prepare, render_within};
 use crate::scene::Scene;
 use crate::solve::Diverges;
-use crate::study::tradeoff::store::{Kept, Key};
-use crate::study::tradeoff::truth::{Made, Truth};
-use crate::study::tradeoff::{Ladder, Plan, TradeoffError};
+use crate::study::compare::ladder::{StudyError, StudyPlan, lap};
+use crate::study::compare::patch_pictures::within;
+use crate::study::compare::store::Kept;
+use crate::study::compare::truth::{Made, Truth, or_everywhere};
 
 /// Samples of the path tracer between two looks at the clock.
 const PASS: u32 = 16;
@@ -26,32 +25,43 @@ const TIGHTER: [f64; 5] = [0.01, 0.005, 0.002, 0.001, 0.0005];
 /// Camera rays a pixel that look for luminaires where the user brings a reference.
 const LOOKS: u32 = 256;
 
-/// A reference that the user brings.
+/// Where the references of a chart come from.
 #[derive(Clone, Debug)]
-pub struct Brought {
-    /// The picture, `.exr`, `.hdr` or `.png`.
-    pub picture: PathBuf,
-    /// Its standard error.
-    pub error: Option<PathBuf>,
+pub enum Source {
+    /// They are kept in this folder, and made where they are not there.
+    Store(PathBuf),
+    /// The user brings one for all methods.
+    Files {
+        /// The picture, `.exr`, `.hdr` or `.png`.
+        picture: PathBuf,
+        /// Its standard error.
+        error: Option<PathBuf>,
+    },
 }
 
 /// The references for patch methods and for the path tracer: from the store, or made and put there. Where no path tracer
 /// is to be judged both are the first.
-pub fn made(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Result<[Truth; 2], TradeoffError> {
-    let key = Key::of(scene, plan.transport, plan.size);
-    let kept = |by: &str| Kept::new(&plan.store, scene, plan.transport, plan.size, by);
-    let paths = kept("paths");
-    let traced = match paths.read(&key, plan.seconds) {
+///
+/// # Errors
+/// A series that diverges, a store that cannot be written.
+pub(crate) fn made(
+    scene: &Scene,
+    plan: &StudyPlan,
+    store: &Path,
+    judges_paths: bool,
+) -> Result<[Truth; 2], StudyError> {
+    let paths = Kept::new(store, scene, plan, "paths");
+    let traced = match paths.read() {
         Some(truth) => truth,
-        None => paths.write(&key, plan.seconds, traced(scene, plan, watch))?,
+        None => paths.write(traced(scene, plan))?,
     };
-    if !plan.ladders.contains(&Ladder::Paths) {
+    if !judges_paths {
         return Ok([traced.clone(), traced]);
     }
-    let patches = kept("patches");
-    let mut solved = match patches.read(&key, plan.seconds) {
+    let patches = Kept::new(store, scene, plan, "patches");
+    let mut solved = match patches.read() {
         Some(truth) => truth,
-        None => patches.write(&key, plan.seconds, solved(scene, plan, watch)?)?,
+        None => patches.write(solved(scene, plan)?)?,
     };
     // Thousands of samples know best which pixels see a luminaire.
     solved.mask = traced.mask.clone();
@@ -59,9 +69,9 @@ pub fn made(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Result<[Truth; 2],
 }
 
 /// The path tracer, until the time is over.
-fn traced(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Truth {
+fn traced(scene: &Scene, plan: &StudyPlan) -> Truth {
     let clock = Instant::now();
-    watch.begin("reference, paths", plan.seconds.ceil() as u64);
+    plan.watch.begin("reference, paths", plan.seconds.ceil() as u64);
     let rays = Rays::new(scene);
     let transports = scene.transports(plan.transport);
     let settings = TraceSettings {
@@ -74,7 +84,7 @@ fn traced(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Truth {
     loop {
         tracer.pass(PASS);
         let then = clock.elapsed().as_secs_f64();
-        watch.tick((then as u64).saturating_sub(now as u64));
+        plan.watch.tick((then as u64).saturating_sub(now as u64));
         longest = longest.max(then - now);
         now = then;
         let fine = tracer.relative_error().is_some_and(|e| e < NOISE);
@@ -86,7 +96,7 @@ fn traced(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Truth {
     let noise = tracer.standard_error();
     Truth {
         noise: noise.unwrap_or_else(|| picture.scaled(0.0)),
-        mask: counted(tracer.mask()),
+        mask: or_everywhere(tracer.mask()),
         made: Made {
             by: "path tracing, next event".into(),
             effort: format!("{} samples a pixel", tracer.samples()),
@@ -98,8 +108,8 @@ fn traced(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Truth {
 }
 
 /// The patch picture, tighter and tighter until the time would be over.
-fn solved(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Result<Truth, Diverges> {
-    watch.begin("reference, patches", TIGHTER.len() as u64);
+fn solved(scene: &Scene, plan: &StudyPlan) -> Result<Truth, Diverges> {
+    plan.watch.begin("reference, patches", TIGHTER.len() as u64);
     let mut clock = Instant::now();
     let mut best = None;
     let mut last = 0.0;
@@ -107,70 +117,59 @@ fn solved(scene: &Scene, plan: &Plan, watch: &dyn Watch) -> Result<Truth, Diverg
         if 3.0 * last > plan.seconds {
             break;
         }
-        let wanted = Wanted { tolerance, size: plan.size, seed: plan.seed ^ 0x5eed_0002 };
-        let mut p = prepare(scene.clone(), 1);
-        p.memory = plan.memory;
-        let within = render_within(&mut p, plan.transport, &wanted, &Silent)?;
-        last = clock.elapsed().as_secs_f64();
-        clock = Instant::now();
-        watch.tick(1);
-        best = Some((tolerance, within, last));
+        let found = within(scene, plan, tolerance, plan.seed ^ 0x5eed_0002)?;
+        last = lap(&mut clock);
+        plan.watch.tick(1);
+        best = Some((tolerance, found, last));
     }
-    let (tolerance, within, seconds) = best.expect("the first is always made");
+    let (tolerance, found, seconds) = best.expect("the first is always made");
     Ok(Truth {
-        noise: within.standard_error,
+        noise: found.standard_error,
         made: Made {
             by: "Neumann over patches".into(),
             effort: format!("tolerance {} %", 100.0 * tolerance),
             seconds,
-            error: Some(within.error.total),
+            error: Some(found.error.total),
         },
-        ..Truth::of(within.picture, "")
+        ..Truth::of(found.picture, "")
     })
 }
 
 /// A reference from the user's files.
-pub fn brought(scene: &Scene, plan: &Plan, files: &Brought) -> Result<Truth, TradeoffError> {
-    let picture = read_picture(&files.picture)?;
-    let noise = files.error.as_deref().map(read_picture).transpose()?;
-    let mask = counted(luminaires_unseen(scene, plan));
+///
+/// # Errors
+/// Files that cannot be read, sizes that differ, a black picture.
+pub(crate) fn brought(scene: &Scene, plan: &StudyPlan, path: &Path, error: Option<&Path>) -> Result<Truth, StudyError> {
+    let picture = read_picture(path)?;
+    let noise = error.map(read_picture).transpose()?;
+    let mask = or_everywhere(luminaires_unseen(scene, plan));
     // Tells sizes that differ, before the ladders are run.
     let known = noise.is_some();
     let noise = noise.unwrap_or_else(|| picture.scaled(0.0));
     let black = mask.scaled(0.0);
     relative_rms(&black, &picture, Some(&mask), Some(&noise))?;
     let own = relative_rms(&noise.plus(&picture).unwrap_or_else(|| picture.clone()), &picture, Some(&mask), None)?;
-    let paths = [Some(&files.picture), files.error.as_ref()];
-    let name = |path: &Path| path.display().to_string();
     Ok(Truth {
         noise,
         mask,
         made: Made {
-            by: name(&files.picture),
+            by: path.display().to_string(),
             effort: "brought by the user".into(),
             seconds: 0.0,
             error: known.then_some(own),
         },
         kept: true,
-        files: paths.into_iter().flatten().cloned().collect(),
+        files: [Some(path), error].into_iter().flatten().map(Path::to_path_buf).collect(),
         ..Truth::of(picture, "")
     })
 }
 
 /// 1 in pixels none of whose camera rays meets a luminaire.
-fn luminaires_unseen(scene: &Scene, plan: &Plan) -> Picture {
+fn luminaires_unseen(scene: &Scene, plan: &StudyPlan) -> Picture {
     let rays = Rays::new(scene);
     let settings = TraceSettings { next_event: NextEvent::Off, max_bounces: 0, seed: plan.seed };
     let transports = scene.transports(plan.transport);
     let mut tracer = Tracer::new(scene, &rays, &transports, plan.size, &settings);
     tracer.pass(LOOKS);
     tracer.mask()
-}
-
-/// The mask, or every pixel where all see a luminaire, as in a furnace.
-fn counted(mask: Picture) -> Picture {
-    match mask.pixels.iter().any(|p| p.x >= 0.5) {
-        true => mask,
-        false => Picture::filled(mask.width, mask.height, Rgb::ONE),
-    }
 }

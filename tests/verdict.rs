@@ -1,20 +1,23 @@
-//! Simulated pictures: noise agrees as often as stated, real differences are found, rare light is no difference.
+//! Verdicts on simulated pictures: noise agrees as often as stated, real differences are found, rare light is no difference.
 
-use crate::study::compare::verdict::*;
+use halflight::light::Rgb;
+use halflight::pictures::Picture;
+use halflight::rays::sobol::hash;
+use halflight::study::compare::{Answer, Mean, judge};
 
 const SIDE: usize = 24;
 
 /// An answer whose noise counts as normal.
-fn known(value: impl Fn(usize) -> f32, noise: f32) -> Estimate {
+fn known(value: impl Fn(usize) -> f32, noise: f32) -> Answer {
     let picture = Picture::from_fn(SIDE, SIDE, |x, y| Rgb::splat(value(y * SIDE + x)));
     let n = (SIDE * SIDE) as f64;
     let mean = picture.pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() / n;
-    Estimate {
-        noise: Some(Picture::filled(SIDE, SIDE, Rgb::splat(noise))),
+    Answer {
+        noise: Picture::filled(SIDE, SIDE, Rgb::splat(noise)),
         means: vec![Mean { value: [mean; 3], noise: [f64::from(noise) / n.sqrt(); 3], systematic: [0.0; 3] }],
         freedom: f64::INFINITY,
         picture,
-        ..Estimate::default()
+        ..Answer::default()
     }
 }
 
@@ -24,7 +27,7 @@ struct Stream(u32);
 impl Stream {
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(1);
-        let bits = crate::rays::sobol::hash(self.0, 0x51ed_270b);
+        let bits = hash(self.0, 0x51ed_270b);
         (f64::from(bits) + 0.5) / 4_294_967_296.0
     }
 
@@ -52,7 +55,7 @@ const MIXED: Weight = (|u| (0.01 / (0.01 + u)).powf(0.7), 0.099_767);
 
 /// What a path tracer reports of a picture of mean `mean(k)` whose samples find light of `weight(u)`, u uniform in 0..1,
 /// or none: few of [`SAMPLES`] do.
-fn traced(stream: &mut Stream, mean: impl Fn(usize) -> f64, (weight, typical): Weight) -> Estimate {
+fn traced(stream: &mut Stream, mean: impl Fn(usize) -> f64, (weight, typical): Weight) -> Answer {
     let (mut values, mut errors) = (Vec::new(), Vec::new());
     let mut largest = 0.0_f64;
     for k in 0..SIDE * SIDE {
@@ -71,13 +74,13 @@ fn traced(stream: &mut Stream, mean: impl Fn(usize) -> f64, (weight, typical): W
     let noise = errors.iter().map(|e| e * e).sum::<f64>().sqrt() / n;
     let picture =
         |of: &[f64]| Picture { width: SIDE, height: SIDE, pixels: of.iter().map(|&v| Rgb::splat(v as f32)).collect() };
-    Estimate {
+    Answer {
         picture: picture(&values),
-        noise: Some(picture(&errors)),
+        noise: picture(&errors),
         means: vec![Mean { value: [values.iter().sum::<f64>() / n; 3], noise: [noise; 3], systematic: [0.0; 3] }],
         freedom: f64::INFINITY,
         sample: Some(Picture::filled(SIDE, SIDE, Rgb::splat((largest / SAMPLES) as f32))),
-        ..Estimate::default()
+        ..Answer::default()
     }
 }
 
@@ -102,7 +105,7 @@ fn rare_light_is_no_difference() {
         let differ = |_: &u32| {
             let a = traced(&mut stream, uneven, weight);
             let exact = known(|k| uneven(k) as f32, 0.0);
-            !judge(&a, &exact, &everywhere()).agree
+            !judge(&a, &exact, &everywhere()).whole.agree
         };
         let count = (0..200).filter(differ).count();
         assert!(count <= 7, "weights {number}: {count} of 200");
@@ -117,7 +120,7 @@ fn a_normal_test_would_call_rare_light_different() {
         let mut a = traced(&mut stream, uneven, ALIKE);
         a.sample = None;
         let exact = known(|k| uneven(k) as f32, 0.0);
-        !judge(&a, &exact, &everywhere()).agree
+        !judge(&a, &exact, &everywhere()).whole.agree
     };
     assert!((0..50).filter(differ).count() > 25);
 }
@@ -130,8 +133,8 @@ fn rare_light_that_differs_by_five_percent_is_found() {
         let a = traced(&mut stream, |k| 1.05 * uneven(k), ALIKE);
         let b = traced(&mut stream, uneven, ALIKE);
         let exact = known(|k| uneven(k) as f32, 0.0);
-        assert!(judge(&b, &exact, &everywhere()).mean.agree);
-        !judge(&a, &exact, &everywhere()).agree
+        assert!(judge(&b, &exact, &everywhere()).means_agree);
+        !judge(&a, &exact, &everywhere()).whole.agree
     };
     assert_eq!((0..20).filter(found).count(), 20);
 }
@@ -150,13 +153,13 @@ fn noise_agrees_and_a_shifted_pixel_does_not() {
     let mut stream = Stream(3);
     let wobbles: Vec<f32> = (0..SIDE * SIDE).map(|_| (12f64.sqrt() * (stream.next() - 0.5)) as f32).collect();
     let noisy = known(|k| 1.0 + 0.01 * wobbles[k], 0.01);
-    assert!(judge(&noisy, &known(|_| 1.0, 0.0), &everywhere()).agree);
+    assert!(judge(&noisy, &known(|_| 1.0, 0.0), &everywhere()).whole.agree);
     let shifted = known(|k| if k == 100 { 1.1 } else { 1.0 }, 0.0);
     let pair = judge(&noisy, &shifted, &everywhere());
-    assert_eq!((pair.agree, pair.failing_pixels), (false, 1));
+    assert_eq!((pair.whole.agree, pair.failing_pixels), (false, 1));
     // Too small for any pixel, but not for the mean.
     let pair = judge(&noisy, &known(|_| 1.004, 0.0), &everywhere());
-    assert_eq!((pair.agree, pair.failing_pixels), (false, 0));
+    assert_eq!((pair.whole.agree, pair.failing_pixels), (false, 0));
 }
 
 #[test]
@@ -166,14 +169,14 @@ fn an_order_that_differs_is_named() {
     a.means = vec![mean(1.0), mean(0.5), mean(0.3), mean(0.0)];
     b.means = vec![mean(1.0), mean(0.5), mean(0.31), mean(0.0)];
     let pair = judge(&a, &b, &everywhere());
-    assert!(pair.mean.agree && !pair.agree);
-    let verdicts: Vec<bool> = pair.orders.iter().map(|o| o.agree).collect();
+    assert!(pair.means_agree && !pair.whole.agree);
+    let verdicts: Vec<bool> = pair.orders.iter().map(|o| o.means.agree).collect();
     assert_eq!(verdicts, [true, false, true]);
-    assert!((pair.orders[1].relative - (0.3 - 0.31) / 0.305).abs() < 1e-12);
+    assert!((pair.orders[1].means.relative - (0.3 - 0.31) / 0.305).abs() < 1e-12);
     // Explained by the patches of one, but not between methods on the same patches.
     a.means[2].systematic = [0.02; 3];
     a.systematic = Some(Picture::new(SIDE, SIDE));
-    assert!(judge(&a, &b, &everywhere()).agree);
+    assert!(judge(&a, &b, &everywhere()).whole.agree);
     b.systematic.clone_from(&a.systematic);
-    assert!(!judge(&a, &b, &everywhere()).agree);
+    assert!(!judge(&a, &b, &everywhere()).whole.agree);
 }

@@ -14,121 +14,116 @@ use std::time::Instant;
 
 use crate::pictures::Picture;
 use crate::rays::sobol::replica_seed;
-use crate::render::{Prepared, Watch};
+use crate::render::Prepared;
 use crate::solve::Diverges;
+use crate::study::compare::answer::{Answer, Mean};
 use crate::study::compare::arithmetic::{average, combine, map, masked_mean, smoothed, standard_error, sum};
-use crate::study::compare::comparison::{CompareError, Plan};
-use crate::study::compare::patchwise::{Generations, Rung, cut_within, effort, matrix, pictures, shot_by_rays, solved};
-use crate::study::compare::{Estimate, Mean, Method, ORDERS};
+use crate::study::compare::ladder::{Ladder, ORDERS, StudyError, StudyPlan};
+use crate::study::compare::patch_pictures::{
+    Generations, PatchEffort, PixelRays, by_order, cut_within, generations, matrix,
+};
 use crate::study::statistics::mean_and_error;
 
 /// Repetitions for the standard error.
 const REPLICAS: u32 = 4;
 /// Half the window, in pixels, over which systematic errors are averaged.
 const WINDOW: usize = 3;
-/// The methods, in the order of their pictures.
-const METHODS: [Method; 3] = [Method::Neumann, Method::ShootingAssembled, Method::ShootingRays];
-
-/// Answers of the three patch methods, with their errors.
-///
-/// # Errors
-/// [`CompareError`] where the series diverges, and where memory would not do.
-pub fn answers(
-    p: &mut Prepared,
-    plan: &Plan,
-    mask: &Picture,
-    watch: &dyn Watch,
-) -> Result<Vec<(Method, Estimate)>, CompareError> {
-    let (rung, first) = finest(p, plan, watch)?;
-    let start = Instant::now();
-    let mut fine = vec![first];
-    for replica in 1..REPLICAS {
-        fine.push(replicate(p, plan, (replica, rung), &METHODS, watch)?);
-    }
-    let words = format!("mean of {REPLICAS}: {}", effort(p, rung));
-    let coarse_rung = Rung { patches: rung.patches / 4, rays: 4 * rung.rays, ..rung };
-    p.recut(coarse_rung.patches);
-    let mut coarse = Vec::new();
-    for replica in 0..REPLICAS {
-        let which = (replica, coarse_rung);
-        coarse.push(replicate(p, plan, which, &METHODS[..1], watch)?.remove(0));
-    }
-    let of = |k: usize| fine.iter().map(|r| r[k].clone()).collect::<Vec<_>>();
-    let patches = Systematic::new(&of(0), &coarse, mask);
-    let answer = |k: usize| Estimate {
-        seconds: start.elapsed().as_secs_f64(),
-        effort: words.clone(),
-        ..patches.answer(&of(k), mask)
-    };
-    Ok((0..METHODS.len()).map(|k| (METHODS[k], answer(k))).collect())
-}
+/// Camera rays a pixel at most.
+const MOST_CAMERA: u32 = 512;
 
 /// Pictures of each order, E first, all beyond [`ORDERS`] last.
 type Orders = Vec<Picture>;
 
-/// The finest rung, and its first repetition: solving takes up to the plan's time for each method and all repetitions, and
-/// gathering, coarse patches included, as long for all methods together, as far as memory goes; but [`Rung::least`] at least.
-fn finest(p: &mut Prepared, plan: &Plan, watch: &dyn Watch) -> Result<(Rung, Vec<Orders>), CompareError> {
+/// Answers of the patch methods, the series over K first, with their errors.
+///
+/// # Errors
+/// [`StudyError`] where the series diverges, and where memory would not do.
+pub(crate) fn patch_answers(
+    p: &mut Prepared,
+    plan: &StudyPlan,
+    ladders: &[Ladder],
+    mask: &Picture,
+) -> Result<Vec<Answer>, StudyError> {
+    let (effort, first) = finest(p, plan, ladders)?;
+    let mut fine = vec![first];
+    for replica in 1..REPLICAS {
+        fine.push(replicate(p, plan, &PatchEffort { seed: seed(plan, replica), ..effort }, ladders)?);
+    }
+    let words = format!("mean of {REPLICAS}: {}", effort.words(p));
+    let coarse_effort = PatchEffort { patches: effort.patches / 4, rays: 4 * effort.rays, ..effort };
+    p.recut(coarse_effort.patches);
+    let mut coarse = Vec::new();
+    for replica in 0..REPLICAS {
+        let effort = PatchEffort { seed: seed(plan, replica), ..coarse_effort };
+        coarse.push(replicate(p, plan, &effort, &ladders[..1])?.remove(0));
+    }
+    let of = |k: usize| fine.iter().map(|r| r[k].clone()).collect::<Vec<_>>();
+    let patches = Systematic::new(&of(0), &coarse, mask);
+    let answer = |(k, ladder): (usize, &Ladder)| Answer {
+        name: ladder.name,
+        effort: words.clone(),
+        ..patches.answer(&of(k), mask)
+    };
+    Ok(ladders.iter().enumerate().map(answer).collect())
+}
+
+/// The finest effort, and its first repetition: solving takes up to the plan's time for each method and all repetitions, and
+/// gathering, coarse patches included, as long for all methods together, as far as memory goes; but [`PatchEffort::least`] at least.
+fn finest(p: &mut Prepared, plan: &StudyPlan, ladders: &[Ladder]) -> Result<(PatchEffort, Vec<Orders>), StudyError> {
     let share = plan.seconds / f64::from(REPLICAS);
-    let solving = METHODS.len() as f64 * share;
-    let mut rung = Rung::least(plan);
-    cut_within(p, plan, rung)?;
-    loop {
+    let solving = ladders.len() as f64 * share;
+    let mut effort = PatchEffort { seed: seed(plan, 0), ..PatchEffort::least(plan) };
+    cut_within(p, plan, &effort)?;
+    let solutions = loop {
         let clock = Instant::now();
-        let solutions = solve(p, plan, (0, rung), &METHODS, watch)?;
+        let solutions = solve(p, plan, &effort, ladders)?;
         // Twice the patches with as many rays in all, but 64 a patch, take up to some 2.3 times as long.
-        if 2.3 * clock.elapsed().as_secs_f64() < solving && rung.patches < 64_000 {
-            let finer = Rung { patches: 2 * rung.patches, rays: (rung.rays / 2).max(64), ..rung };
-            if cut_within(p, plan, finer).is_ok() {
-                rung = finer;
-                continue;
-            }
-            p.recut(rung.patches);
+        if 2.3 * clock.elapsed().as_secs_f64() >= solving || effort.patches >= 64_000 {
+            break solutions;
         }
-        loop {
-            let clock = Instant::now();
-            let seed = seed(plan, 0);
-            let orders = pictures(p, plan, (seed, rung), &solutions, watch);
-            // The repetitions with coarse patches are gathered too.
-            if 4.0 * clock.elapsed().as_secs_f64() >= share || rung.camera >= 512 {
-                return Ok((rung, orders));
-            }
-            rung.camera *= 2;
+        let finer = PatchEffort { patches: 2 * effort.patches, rays: (effort.rays / 2).max(64), ..effort };
+        if cut_within(p, plan, &finer).is_err() {
+            p.recut(effort.patches);
+            break solutions;
         }
+        effort = finer;
+    };
+    let mut camera = 2;
+    loop {
+        effort.pixel = PixelRays::Camera(camera);
+        let clock = Instant::now();
+        let orders = by_order(p, plan, &effort, &solutions);
+        // The repetitions with coarse patches are gathered too.
+        if 4.0 * clock.elapsed().as_secs_f64() >= share || camera >= MOST_CAMERA {
+            return Ok((effort, orders));
+        }
+        camera *= 2;
     }
 }
 
-fn seed(plan: &Plan, replica: u32) -> u32 {
+fn seed(plan: &StudyPlan, replica: u32) -> u32 {
     replica_seed(plan.seed, replica + 1)
 }
 
 /// One repetition of the methods asked for.
 fn replicate(
     p: &Prepared,
-    plan: &Plan,
-    (replica, rung): (u32, Rung),
-    methods: &[Method],
-    watch: &dyn Watch,
+    plan: &StudyPlan,
+    effort: &PatchEffort,
+    ladders: &[Ladder],
 ) -> Result<Vec<Orders>, Diverges> {
-    let solutions = solve(p, plan, (replica, rung), methods, watch)?;
-    let seed = seed(plan, replica);
-    Ok(pictures(p, plan, (seed, rung), &solutions, watch))
+    let solutions = solve(p, plan, effort, ladders)?;
+    Ok(by_order(p, plan, effort, &solutions))
 }
 
 fn solve(
     p: &Prepared,
-    plan: &Plan,
-    (replica, rung): (u32, Rung),
-    methods: &[Method],
-    watch: &dyn Watch,
+    plan: &StudyPlan,
+    effort: &PatchEffort,
+    ladders: &[Ladder],
 ) -> Result<Vec<Generations>, Diverges> {
-    let seed = seed(plan, replica);
-    let mode = matrix(p, plan, (seed, rung), watch);
-    let one = |&method: &Method| match method {
-        Method::ShootingRays => shot_by_rays(p, plan, (seed, rung), watch),
-        _ => solved(&mode, method, watch),
-    };
-    methods.iter().map(one).collect()
+    let k = matrix(p, plan, effort);
+    ladders.iter().map(|ladder| generations(p, plan, ladder.method, effort, Some(&k))).collect()
 }
 
 /// What the size of patches does.
@@ -161,7 +156,7 @@ impl Systematic {
     }
 
     /// Mean of the repetitions of one method, with their spread and this.
-    fn answer(&self, repeated: &[Orders], mask: &Picture) -> Estimate {
+    fn answer(&self, repeated: &[Orders], mask: &Picture) -> Answer {
         let wholes: Vec<Picture> = repeated.iter().map(|orders| sum(orders)).collect();
         let order = |n: usize| -> Vec<Picture> { repeated.iter().map(|r| r[n].clone()).collect() };
         let orders: Vec<Vec<Picture>> = (0..=ORDERS).map(order).collect();
@@ -169,15 +164,15 @@ impl Systematic {
         let means = sets.zip(&self.means).map(|(set, &systematic)| Mean { systematic, ..means(set, mask) });
         let picture = average(&wholes);
         let noise = |set: &Vec<Picture>| standard_error(set, &average(set));
-        Estimate {
+        Answer {
             means: means.collect(),
             freedom: f64::from(REPLICAS - 1),
-            noise: Some(noise(&wholes)),
+            noise: noise(&wholes),
             systematic: Some(self.picture.clone()),
-            order_noise: Some(orders.iter().map(noise).collect()),
+            order_noise: orders.iter().map(noise).collect(),
             orders: orders.iter().map(|o| average(o)).collect(),
             picture,
-            ..Estimate::default()
+            ..Answer::default()
         }
     }
 }

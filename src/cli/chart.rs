@@ -1,26 +1,26 @@
 //! `halflight chart`: speed against accuracy, measured against references that are kept on disk.
 
-pub(crate) mod report;
-
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
+use serde::Serialize;
 
-use crate::cli::chart::report::{ChartReport, ModeReport, report};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::memory::{MemoryLimit, pixel};
 use crate::cli::options::{Common, Subject};
+use crate::cli::report::mode_of;
+use crate::cli::study::{Files, each_mode};
 use crate::cli::values::{Size, seconds, size};
 use crate::cli::variance::check_variance;
 use crate::light::Transport;
 use crate::pictures::make_directory;
 use crate::render::{Prepared, Stored, Unfit};
 use crate::scene::Scene;
-use crate::study::tradeoff::{
-    Brought, Ladder, Plan, Tradeoff, TradeoffError, Truth, asked_chart, error_chart, points_table, seconds_bars,
-    trade_off,
+use crate::study::compare::{
+    Ladder, LadderPoint, Method, Source, Study, StudyPlan, Tradeoff, Truth, asked_chart, charted_chart, charted_table,
+    seconds_bars, slope, trade_off,
 };
 
 /// `halflight chart`
@@ -36,7 +36,7 @@ pub struct ChartCommand {
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
     pub time: f64,
     /// Run these ladders only, separated by commas
-    #[arg(long, value_enum, value_name = "LADDERS", value_delimiter = ',', default_values_t = Ladder::ALL)]
+    #[arg(long, value_enum, value_name = "LADDERS", value_delimiter = ',', default_values_t = Ladder::CHARTED)]
     pub ladders: Vec<Ladder>,
     /// Measure against this picture (.exr) of one mode instead of making references
     #[arg(long, value_name = "FILE")]
@@ -52,15 +52,43 @@ pub struct ChartCommand {
 /// The tolerances over which a slope of its own is told.
 const MIDDLE: (f64, f64) = (0.005, 0.05);
 
-impl From<TradeoffError> for CliError {
-    fn from(error: TradeoffError) -> CliError {
-        match error {
-            TradeoffError::Diverges(e) => e.into(),
-            TradeoffError::Image(e) => e.into(),
-            TradeoffError::Write(e) => e.into(),
-            TradeoffError::Metric(e) => e.into(),
-        }
-    }
+/// `halflight chart --json`: one report a mode; those that diverge are left out.
+#[derive(Serialize)]
+struct ChartReport {
+    modes: Vec<ModeReport>,
+}
+
+#[derive(Serialize)]
+struct ModeReport {
+    scene: String,
+    /// `global`, `shadowless`, `one-bounce`, `local`; null away from the corners.
+    mode: Option<&'static str>,
+    alpha: f64,
+    tau: f64,
+    width: usize,
+    height: usize,
+    references: Vec<ReferenceReport>,
+    points: Vec<LadderPoint>,
+    slopes: Vec<SlopeReport>,
+    files: Vec<PathBuf>,
+}
+
+/// What pictures were held against.
+#[derive(Serialize)]
+struct ReferenceReport {
+    /// `patch methods` or `path tracing`.
+    judges: &'static str,
+    #[serde(flatten)]
+    truth: Truth,
+}
+
+/// How fast a method's error falls: over all its points, and for the tolerances from 5 % to 0.5 % alone.
+#[derive(Serialize)]
+struct SlopeReport {
+    method: &'static str,
+    slope: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    from_5_to_half_percent: Option<f64>,
 }
 
 /// Charts every mode asked for; of several, those that diverge are named and left out.
@@ -74,8 +102,7 @@ pub fn run(own: &ChartCommand, common: &Common) -> Result<(), CliError> {
         console.warn(warning);
     }
     let transports = own.subject.transports(&scene);
-    let several = transports.len() > 1;
-    if several && own.reference.is_some() {
+    if transports.len() > 1 && own.reference.is_some() {
         return Err(CliError::Usage {
             message: "--reference is the picture of one mode, and several are to be charted".into(),
             help: "name the mode: --mode global, or --alpha and --tau".into(),
@@ -83,17 +110,10 @@ pub fn run(own: &ChartCommand, common: &Common) -> Result<(), CliError> {
     }
     make_directory(&common.out)?;
     // Built anew for every step: here only to refuse what does not fit, before anything is measured.
-    let prepared = own.limit.prepare_within(scene.clone(), &transports);
-    let prepared = prepared.map_err(unfit)?;
-    let mut modes = Vec::new();
-    for transport in transports {
-        match one_mode(own, common, &console, (&prepared, load), transport) {
-            Err(CliError::Diverges(e)) if several => {
-                console.warn(format!("{}: nothing to chart, {e}", transport.label()));
-            }
-            other => modes.push(other?),
-        }
-    }
+    let prepared = own.limit.prepare_within(scene.clone(), &transports).map_err(unfit)?;
+    let modes = each_mode(&transports, ("chart", &console), |transport| {
+        one_mode(own, common, &console, (&prepared, load), transport)
+    })?;
     console.report(&ChartReport { modes })
 }
 
@@ -115,26 +135,49 @@ fn one_mode(
     transport: Transport,
 ) -> Result<ModeReport, CliError> {
     let scene = &prepared.scene;
-    let plan = Plan {
+    let (width, height) = (own.size.width, own.size.height);
+    let plan = StudyPlan {
+        study: Study::Chart,
         transport,
-        size: (own.size.width, own.size.height),
+        size: (width, height),
         seconds: own.time,
         seed: common.seed,
-        load,
-        store: common.out.join("references"),
-        ladders: own.ladders.clone(),
         memory: prepared.memory,
+        load,
+        watch: console,
     };
-    let brought =
-        own.reference.as_ref().map(|picture| Brought { picture: picture.clone(), error: own.reference_error.clone() });
-    let found = trade_off(scene, &plan, brought.as_ref(), console)?;
+    let source = match &own.reference {
+        Some(picture) => Source::Files { picture: picture.clone(), error: own.reference_error.clone() },
+        None => Source::Store(common.out.join("references")),
+    };
+    let found = trade_off(scene, &plan, &own.ladders, &source)?;
     check_variance(console, scene, &prepared.rays, transport, common.seed);
     tell(console, scene, transport, &found);
-    let files = write(common, scene, &plan, &found)?;
-    for file in &files {
-        console.say(file.display().to_string());
-    }
-    Ok(report(scene, &plan, &found, files))
+    let files = write(common, scene, &plan, &found)?.told(console);
+    let (mode, alpha, tau) = mode_of(transport);
+    let slopes = own.ladders.iter().map(|ladder| SlopeReport {
+        method: ladder.name,
+        slope: slope(found.of(ladder.method)),
+        from_5_to_half_percent: middle_slope(&found).filter(|_| ladder.method == Method::Tolerance),
+    });
+    let slopes = slopes.collect();
+    let judged = ["patch methods", "path tracing"].into_iter().zip(found.truths);
+    Ok(ModeReport {
+        scene: scene.name.clone(),
+        mode,
+        alpha,
+        tau,
+        width,
+        height,
+        references: judged.map(|(judges, truth)| ReferenceReport { judges, truth }).collect(),
+        points: found.points,
+        slopes,
+        files,
+    })
+}
+
+fn middle_slope(t: &Tradeoff) -> Option<f64> {
+    t.tolerance_slope(MIDDLE)
 }
 
 /// Every picture in a line, below what it was held against.
@@ -148,7 +191,7 @@ fn tell(console: &Console, scene: &Scene, transport: Transport, t: &Tradeoff) {
     for p in &t.points {
         console.say(format!(
             "  {:<14} {:>8.3} {:>9} {:>10} {:>9}  {}",
-            p.ladder.name(),
+            p.ladder.name,
             p.seconds.total,
             percent(p.asked),
             percent(p.estimated),
@@ -156,21 +199,16 @@ fn tell(console: &Console, scene: &Scene, transport: Transport, t: &Tradeoff) {
             p.effort,
         ));
     }
-    let slopes = Ladder::ALL.into_iter().filter_map(|ladder| {
-        let slope = t.slope(ladder)?;
-        Some(format!("{} {slope:.2}", ladder.name()))
-    });
-    let mut slopes: Vec<String> = slopes.collect();
-    if let Some(slope) = t.tolerance_slope(MIDDLE) {
-        slopes.push(format!("tolerance from 5 % to 0.5 % {slope:.2}"));
-    }
+    let slopes = Ladder::CHARTED.iter().map(|ladder| (ladder.name, slope(t.of(ladder.method))));
+    let slopes = slopes.chain([("tolerance from 5 % to 0.5 %", middle_slope(t))]);
+    let slopes: Vec<String> = slopes.filter_map(|(name, slope)| Some(format!("{name} {:.2}", slope?))).collect();
     console.say(format!("  slopes: {}", slopes.join(", ")));
 }
 
 /// The references, one where both are the same.
-fn references(t: &Tradeoff) -> impl Iterator<Item = &Truth> {
+fn references(t: &Tradeoff) -> &[Truth] {
     let same = t.truths[0].files == t.truths[1].files;
-    t.truths.iter().take(if same { 1 } else { 2 })
+    &t.truths[..if same { 1 } else { 2 }]
 }
 
 fn described(truth: &Truth) -> String {
@@ -183,38 +221,28 @@ fn described(truth: &Truth) -> String {
 }
 
 /// Writes charts and numbers.
-fn write(common: &Common, scene: &Scene, plan: &Plan, t: &Tradeoff) -> Result<Vec<PathBuf>, CliError> {
-    let label = plan.transport.label();
-    let stem = format!("{}-chart-{}", scene.name, label.replace(' ', "-"));
-    let place = |suffix: &str| common.out.join(format!("{stem}{suffix}"));
-    let subject = format!("{}, {label}", scene.name);
+fn write(common: &Common, scene: &Scene, plan: &StudyPlan, t: &Tradeoff) -> Result<Files, CliError> {
+    let subject = format!("{}, {}", scene.name, plan.transport.label());
     let (width, height) = plan.size;
-    let held = references(t).map(described).collect::<Vec<_>>().join("; ");
-    let settings = format!(
-        "{subject}, {width}×{height} pixels, {} threads. Relative RMS error over the pixels that see no luminaire. \
-         Reference: {held}.",
-        rayon::current_num_threads(),
-    );
-    let mut files = Vec::new();
+    let held = references(t).iter().map(described).collect::<Vec<_>>().join("; ");
+    let caption = || {
+        format!(
+            "{subject}, {width}×{height} pixels, {} threads. Relative RMS error over the pixels that see no luminaire. \
+             Reference: {held}.",
+            rayon::current_num_threads(),
+        )
+    };
+    let mut files = Files::new(common, scene, "chart", plan.transport);
     for extension in ["svg", "png"] {
-        let chart = error_chart(format!("Error against time: {subject}"), settings.clone(), t);
-        let path = place(&format!(".{extension}"));
-        chart.write(&path)?;
-        files.push(path);
-        if t.of(Ladder::Tolerance).next().is_none() {
-            continue;
+        let chart = charted_chart(format!("Error against time: {subject}"), caption(), t);
+        chart.write(files.add(&format!(".{extension}")))?;
+        if t.of(Method::Tolerance).next().is_some() {
+            let chart = asked_chart(format!("Asked and reached: {subject}"), caption(), t);
+            chart.write(files.add(&format!("-asked.{extension}")))?;
+            let bars = seconds_bars(format!("Where the time goes: {subject}"), caption(), t);
+            bars.write(files.add(&format!("-seconds.{extension}")))?;
         }
-        let chart = asked_chart(format!("Asked and reached: {subject}"), settings.clone(), t);
-        let path = place(&format!("-asked.{extension}"));
-        chart.write(&path)?;
-        files.push(path);
-        let title = format!("Where the time goes: {subject}");
-        let path = place(&format!("-seconds.{extension}"));
-        seconds_bars(title, settings.clone(), t).write(&path)?;
-        files.push(path);
     }
-    let path = place(".csv");
-    points_table(t).write(&path)?;
-    files.push(path);
+    charted_table(t).write(files.add(".csv"))?;
     Ok(files)
 }

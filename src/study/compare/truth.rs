@@ -1,4 +1,12 @@
 //! What pictures are held against: a reference with its standard error, and the error it finds.
+//!
+//! ```text
+//! reached error = sqrt( max(0, mean(d² - se²)) / mean(R²) )     over pixels that see no luminaire, and channels
+//! its range     = the same with mean(d² - se²) ± 2 standard errors of that mean, from its spread over the pixels
+//! ```
+//!
+//! Not handled: errors of the reference that its standard error does not show (what a patch picture is off in the mean:
+//! its estimated error is stated).
 
 use std::path::PathBuf;
 
@@ -10,9 +18,9 @@ use crate::pictures::{MetricError, Picture, relative_rms};
 /// How a reference was made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Made {
-    /// By which method.
+    /// By which method, or the user's file.
     pub by: String,
-    /// With how much effort.
+    /// How fine, in words.
     pub effort: String,
     /// In how many seconds.
     pub seconds: f64,
@@ -22,15 +30,19 @@ pub struct Made {
 }
 
 /// A reference.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Truth {
     /// Linear radiance.
+    #[serde(skip)]
     pub picture: Picture,
     /// Standard error of every pixel and channel, which is subtracted.
+    #[serde(skip)]
     pub noise: Picture,
     /// 1 in pixels that count.
+    #[serde(skip)]
     pub mask: Picture,
     /// How it was made.
+    #[serde(flatten)]
     pub made: Made,
     /// Whether it was made by an earlier run.
     pub kept: bool,
@@ -42,10 +54,13 @@ pub struct Truth {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Reached {
     /// Relative RMS error, the reference's noise subtracted; 0 where that leaves nothing.
+    #[serde(rename = "reached")]
     pub error: f64,
     /// Lower end of its range, two standard errors.
+    #[serde(rename = "reached_low")]
     pub low: f64,
     /// Upper end.
+    #[serde(rename = "reached_high")]
     pub high: f64,
 }
 
@@ -61,6 +76,14 @@ impl Truth {
             files: Vec::new(),
         }
     }
+}
+
+/// A mask, or every pixel where it leaves none, as in a furnace, where all see a luminaire.
+pub(crate) fn or_everywhere(mask: Picture) -> Picture {
+    if mask.pixels.iter().any(|p| p.x >= 0.5) {
+        return mask;
+    }
+    Picture::filled(mask.width, mask.height, Rgb::ONE)
 }
 
 /// Relative RMS error of a picture against a reference.

@@ -1,0 +1,205 @@
+//! Charts and tables of errors: error over seconds, asked over reached, where the time went, and all points as rows.
+//!
+//! Not handled: the pictures themselves ([`sheet`](crate::study::compare::sheet)).
+
+use std::fmt::Display;
+
+use crate::pictures::{Table, known};
+use crate::plot::bars::Bar;
+use crate::plot::chart::{BLACK, GREY};
+use crate::plot::{Axis, Bars, Chart, Look, Scale, Series};
+use crate::study::compare::comparison::Comparison;
+use crate::study::compare::ladder::{Ladder, LadderPoint, Method, ORDERS};
+use crate::study::compare::tradeoff::Tradeoff;
+use crate::study::statistics::log_slope;
+use crate::study::term_name;
+
+const ERROR: &str = "error, % of the picture's RMS radiance";
+
+fn chart(title: String, caption: String, x: &str, y: &str, series: Vec<Series>) -> Chart {
+    let axis = |label: &str| Axis { label: label.into(), scale: Scale::Log };
+    Chart { title, caption, x: axis(x), y: axis(y), series, size: (960, 640) }
+}
+
+fn measured(name: String, colour: usize, points: Vec<(f64, f64)>) -> Series {
+    Series { name, points, look: Look::Measured, colour, note: None }
+}
+
+/// Seconds and an error in percent.
+fn place(p: &LadderPoint, error: Option<f64>) -> Option<(f64, f64)> {
+    Some((p.seconds.total, 100.0 * error?))
+}
+
+/// A line of errors over seconds, with its slope in its name.
+fn line(name: &str, colour: usize, points: Vec<(f64, f64)>) -> Series {
+    let slope = log_slope(&points).map_or(String::new(), |s| format!(", slope {s:.2}").replace('-', "−"));
+    measured(format!("{name}{slope}"), colour, points)
+}
+
+/// Errors against seconds, a line a method with its slope: of the whole picture, or of the bounces of order n.
+pub fn compared_chart(title: String, caption: String, c: &Comparison, n: Option<usize>) -> Chart {
+    let error = |p: &LadderPoint| match n {
+        Some(n) => *p.orders.get(n)?,
+        None => Some(p.reached.error),
+    };
+    let methods = c.methods.iter().enumerate();
+    let lines = methods.map(|(colour, m)| {
+        let points = m.points.iter().filter_map(|p| place(p, error(p)));
+        line(m.name, colour, points.collect())
+    });
+    chart(title, caption, "time, s", ERROR, lines.collect())
+}
+
+/// Error against seconds: every ladder with its slope, and the Pareto front.
+pub fn charted_chart(title: String, caption: String, t: &Tradeoff) -> Chart {
+    let place = |p: &LadderPoint| place(p, Some(p.reached.error));
+    let lines = Ladder::CHARTED.iter().enumerate();
+    let lines = lines.map(|(colour, l)| line(l.name, colour, t.of(l.method).filter_map(place).collect()));
+    let mut series: Vec<Series> = lines.filter(|line| !line.points.is_empty()).collect();
+    series.extend(least(t, t.points.iter().map(|p| p.seconds.total)));
+    series.push(Series::bound("Pareto front", BLACK, t.front().filter_map(place).collect()));
+    chart(title, caption, "time, s", ERROR, series)
+}
+
+/// The line below which the reference cannot tell an error from none, across these values.
+fn least(t: &Tradeoff, across: impl Iterator<Item = f64> + Clone) -> Option<Series> {
+    let told = 100.0 * t.least_told()?;
+    let (low, high) = (across.clone().reduce(f64::min)?, across.reduce(f64::max)?);
+    Some(Series::bound("least error the reference tells", GREY, vec![(low, told), (high, told)]))
+}
+
+/// Reached and estimated error against the error asked for, with the line on which they are equal.
+pub fn asked_chart(title: String, caption: String, t: &Tradeoff) -> Chart {
+    let points = |value: fn(&LadderPoint) -> Option<f64>| -> Vec<(f64, f64)> {
+        let place = |p: &LadderPoint| Some((100.0 * p.asked?, 100.0 * value(p)?));
+        t.of(Method::Tolerance).filter_map(place).collect()
+    };
+    let equal = points(|p| p.asked);
+    let across: Vec<f64> = equal.iter().map(|p| p.0).collect();
+    let mut series = vec![Series::bound("one to one", BLACK, equal)];
+    series.extend(least(t, across.into_iter()));
+    series.push(measured("reached".into(), 0, points(|p| Some(p.reached.error))));
+    series.push(measured("estimated while running".into(), 1, points(|p| p.estimated)));
+    Chart { size: (800, 560), ..chart(title, caption, "error asked for, %", ERROR, series) }
+}
+
+/// Where the time went at each tolerance.
+pub fn seconds_bars(title: String, caption: String, t: &Tradeoff) -> Bars {
+    let bar = |p: &LadderPoint| {
+        let s = &p.seconds;
+        Bar {
+            name: format!("{} %", rounded(100.0 * p.asked.unwrap_or_default())),
+            whole: format!("{} s", rounded(s.total)),
+            parts: vec![s.load, s.patches, s.form_factors, s.solve, s.gather],
+        }
+    };
+    let names = ["reading the scene", "rays and patches", "form factors", "solving", "gather"];
+    Bars {
+        title,
+        caption,
+        x: "error asked for".into(),
+        y: "share of the time, %".into(),
+        parts: names.map(String::from).to_vec(),
+        bars: t.of(Method::Tolerance).map(bar).collect(),
+        size: (800, 560),
+    }
+}
+
+/// Two figures that count, without trailing zeros.
+fn rounded(value: f64) -> String {
+    let digits = (1.0 - value.abs().max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize;
+    let text = format!("{value:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// All points of a comparison, a row each.
+pub fn compared_table(c: &Comparison) -> Table {
+    let orders: Vec<String> = (0..=ORDERS).map(|n| format!("rms_{}", term_name(n))).collect();
+    let mut table = Table::new(&format!("method,seconds,rms,{}", orders.join(",")));
+    for p in c.methods.iter().flat_map(|m| &m.points) {
+        let orders: Vec<String> = p.orders.iter().map(|order| known(*order)).collect();
+        let mut row: Vec<&dyn Display> = vec![&p.ladder.name, &p.seconds.total, &p.reached.error];
+        row.extend(orders.iter().map(|order| order as &dyn Display));
+        table.row(&row);
+    }
+    table
+}
+
+/// Every pair's verdicts: a row for the whole picture (order "all") and one for each order.
+pub fn pairs_table(c: &Comparison) -> Table {
+    let mut table = Table::new("a,b,order,mean_difference,mean_difference_error,verdict,failing_pixels");
+    for pair in &c.pairs {
+        let d = pair.whole;
+        table.row(&[&pair.a, &pair.b, &"all", &d.relative, &d.error, &d.verdict(), &pair.failing_pixels]);
+        for order in &pair.orders {
+            let d = order.means;
+            table.row(&[&pair.a, &pair.b, &order.n, &d.relative, &d.error, &d.verdict(), &""]);
+        }
+    }
+    table
+}
+
+/// All points of a chart, a row each; what is not known is left empty.
+pub fn charted_table(t: &Tradeoff) -> Table {
+    let mut table = Table::new(
+        "method,effort,asked,estimated,reached,reached_low,reached_high,load,patches,form_factors,solve,gather,seconds,on_front",
+    );
+    for p in &t.points {
+        let (s, r) = (&p.seconds, &p.reached);
+        let (asked, estimated) = (known(p.asked), known(p.estimated));
+        let row: [&dyn Display; 14] = [
+            &p.ladder.name,
+            &p.effort,
+            &asked,
+            &estimated,
+            &r.error,
+            &r.low,
+            &r.high,
+            &s.load,
+            &s.patches,
+            &s.form_factors,
+            &s.solve,
+            &s.gather,
+            &s.total,
+            &p.on_front,
+        ];
+        table.row(&row);
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::compare::tradeoff::made_up;
+
+    #[test]
+    fn numbers_keep_two_figures() {
+        let shown = [10.0, 0.2, 0.0123, 123.4, 0.0, 1.96].map(rounded);
+        assert_eq!(shown, ["10", "0.2", "0.012", "123", "0", "2"]);
+    }
+
+    #[test]
+    fn the_figures_show_every_point() {
+        let t = made_up(&[(1.0, 0.1), (10.0, 0.01), (100.0, 0.001)]);
+        let chart = charted_chart("t".into(), "c".into(), &t);
+        let svg = chart.svg().unwrap();
+        assert!(svg.contains("tolerance, slope −1.00") && svg.contains("Pareto front"));
+        // Three points, and one in the legend.
+        assert_eq!(svg.matches("<circle").count(), 4);
+        let asked = asked_chart("t".into(), "c".into(), &t);
+        let of = |n: usize| asked.series[n].points.clone();
+        assert_eq!(of(0), [(20.0, 20.0), (2.0, 2.0), (0.2, 0.2)]);
+        assert_eq!(of(1).len() + of(2).len(), 6);
+        let bars = seconds_bars("t".into(), "c".into(), &t);
+        assert_eq!(bars.bars[1].parts, [0.0, 0.0, 0.0, 2.5, 7.5]);
+        assert_eq!(bars.bars[2].name, "0.2 %");
+    }
+
+    #[test]
+    fn every_point_has_its_row() {
+        let text = charted_table(&made_up(&[(1.0, 0.1), (2.0, 0.2)])).text();
+        assert_eq!(text.lines().count(), 3);
+        assert!(text.lines().nth(2).unwrap().ends_with(",2,false"));
+    }
+}

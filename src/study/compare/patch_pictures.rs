@@ -1,0 +1,214 @@
+//! Pictures of the patch methods: patches, K or shooting, and the gather pass, each with its time.
+//!
+//! Pictures that are compared show every bounce order; those that are charted are gathered as a whole, as `halflight render`
+//! does. Not handled: patches cut where they are needed ([`render_within`]).
+
+use std::time::Instant;
+
+use crate::form_factors::Sampling;
+use crate::gather::GatherSampling;
+use crate::light::{Light, Rgb};
+use crate::pictures::Picture;
+use crate::render::look::fields;
+use crate::render::memory::check_solutions;
+use crate::render::{
+    Assembled, Prepared, Rendered, Seconds, Silent, Unfit, Wanted, assemble, assembled_shooter, picture, prepare,
+    ray_shooter, render, render_within, without_luminaires,
+};
+use crate::scene::Scene;
+use crate::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
+use crate::study::compare::arithmetic::{combine, sum};
+use crate::study::compare::ladder::{LadderStep, Method, StudyPlan, lap};
+
+/// How fine a patch method works.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchEffort {
+    /// About how many patches.
+    pub patches: usize,
+    /// Rays a patch.
+    pub rays: u32,
+    /// Rays a pixel.
+    pub pixel: PixelRays,
+    /// Chooses sample points.
+    pub seed: u32,
+}
+
+/// How many rays a pixel has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PixelRays {
+    /// So many over the hemispheres of all its camera rays, as `--samples` asks for.
+    Samples(u32),
+    /// So many camera rays, each with 4 rays to a luminaire and 8 over the hemisphere.
+    Camera(u32),
+}
+
+/// Patch light of every generation.
+pub(crate) type Generations = Vec<Vec<Light>>;
+
+/// Patches that even a slow machine can afford, and that leave an error of some tenths of a percent.
+const LEAST: usize = 16_000;
+/// Solutions that are held at once: those of the three patch methods that are compared.
+const SOLUTIONS: usize = 3;
+
+impl PatchEffort {
+    /// The k-th step of a method: one setting four times the last and the others fine, or all twice the last.
+    pub(crate) fn step(method: Method, k: u32, seed: u32) -> PatchEffort {
+        let fine = PatchEffort { patches: 8000, rays: 1024, pixel: PixelRays::Samples(512), seed };
+        match method {
+            Method::Patches => PatchEffort { patches: 250 << (2 * k), ..fine },
+            Method::Rays => PatchEffort { rays: 16 << (2 * k), ..fine },
+            Method::Samples => PatchEffort { pixel: PixelRays::Samples(8 << (2 * k)), ..fine },
+            _ => {
+                let rays = (64 << k).min(1 << 16);
+                PatchEffort { patches: 250 << k, rays, pixel: PixelRays::Camera(2 << k), seed }
+            }
+        }
+    }
+
+    /// The coarsest that verdicts rest on: 16,000 patches, a quarter of them for a plan of less than 2 seconds.
+    pub(crate) fn least(plan: &StudyPlan) -> PatchEffort {
+        let (patches, rays) = if plan.seconds < 2.0 { (LEAST / 4, 256) } else { (LEAST, 64) };
+        PatchEffort { patches, rays, pixel: PixelRays::Camera(2), seed: plan.seed }
+    }
+
+    /// The rays of K.
+    pub(crate) fn sampling(&self) -> Sampling {
+        Sampling { rays: self.rays, seed: self.seed, ..Sampling::default() }
+    }
+
+    fn gathering(&self) -> GatherSampling {
+        match self.pixel {
+            PixelRays::Samples(samples) => GatherSampling::with_samples(samples, self.seed),
+            PixelRays::Camera(camera) => GatherSampling { camera, luminaire: 4, hemisphere: 8, seed: self.seed },
+        }
+    }
+
+    /// In words, with the number of patches there are.
+    pub(crate) fn words(&self, p: &Prepared) -> String {
+        let pixel = match self.pixel {
+            PixelRays::Samples(samples) => format!("{samples} samples a pixel"),
+            PixelRays::Camera(camera) => format!("{camera} camera rays a pixel"),
+        };
+        format!("{} patches, {} rays a patch, {pixel}", p.patches.len(), self.rays)
+    }
+}
+
+/// Cuts patches, and checks that K and its solutions fit in memory.
+pub(crate) fn cut_within(p: &mut Prepared, plan: &StudyPlan, effort: &PatchEffort) -> Result<(), Unfit> {
+    p.recut(effort.patches);
+    check_solutions(p, plan.transport, &effort.sampling(), SOLUTIONS)
+}
+
+/// The picture to a tolerance, from scratch.
+pub(crate) fn within(scene: &Scene, plan: &StudyPlan, tolerance: f64, seed: u32) -> Result<Rendered, Diverges> {
+    let mut p = prepare(scene.clone(), 1);
+    p.memory = plan.memory;
+    let wanted = Wanted { tolerance, size: plan.size, seed };
+    render_within(&mut p, plan.transport, &wanted, &Silent)
+}
+
+/// One step on the patches of `p`; the time of cutting them is left for the caller to add.
+pub(crate) fn patch_step(
+    p: &Prepared,
+    plan: &StudyPlan,
+    method: Method,
+    effort: &PatchEffort,
+) -> Result<LadderStep, Diverges> {
+    let mut clock = Instant::now();
+    let mut seconds = Seconds::default();
+    let k = (method != Method::ShootingRays).then(|| matrix(p, plan, effort));
+    seconds.form_factors = lap(&mut clock);
+    let mut orders = match (&k, method) {
+        (Some(k), Method::Patches | Method::Rays | Method::Samples) => {
+            let solution = neumann(&k.operator, &Settings::default())?;
+            seconds.solve = lap(&mut clock);
+            vec![render(p, k, &solution, plan.size, &effort.gathering(), plan.watch).total()]
+        }
+        _ => {
+            let generations = generations(p, plan, method, effort, k.as_ref())?;
+            seconds.solve = lap(&mut clock);
+            by_order(p, plan, effort, &[generations]).remove(0)
+        }
+    };
+    seconds.gather = lap(&mut clock);
+    let picture = sum(&orders);
+    orders.truncate(plan.study.orders());
+    Ok(LadderStep { effort: effort.words(p), seconds, picture, orders, ..LadderStep::default() })
+}
+
+/// K.
+pub(crate) fn matrix(p: &Prepared, plan: &StudyPlan, effort: &PatchEffort) -> Assembled {
+    let (mut modes, _) = assemble(p, &[plan.transport], &effort.sampling(), plan.watch);
+    modes.remove(0)
+}
+
+/// Generations over `k` by the Neumann series or by shooting, or by shooting rays.
+pub(crate) fn generations(
+    p: &Prepared,
+    plan: &StudyPlan,
+    method: Method,
+    effort: &PatchEffort,
+    k: Option<&Assembled>,
+) -> Result<Generations, Diverges> {
+    match k {
+        Some(k) if method == Method::ShootingAssembled => shot(&assembled_shooter(k), plan),
+        Some(k) if method != Method::ShootingRays => {
+            let settings = Settings { tolerance: plan.study.rest(), ..Settings::default() };
+            Ok(neumann(&k.operator, &settings)?.terms)
+        }
+        _ => {
+            let rays = effort.rays.saturating_mul(p.patches.len() as u32);
+            let settings = RaySettings { rays, seed: effort.seed, ..RaySettings::default() };
+            shot(&ray_shooter(p, plan.transport, settings), plan)
+        }
+    }
+}
+
+/// Shoots until no share that counts is left; a tick for each tenth by which the unshot power falls.
+fn shot(shooter: &dyn Shooter, plan: &StudyPlan) -> Result<Generations, Diverges> {
+    let rest = plan.study.rest();
+    let settings = ShootingSettings { unshot: rest, ..ShootingSettings::default() };
+    let ticks = |share: f64| (share.max(rest).ln() / 0.9f64.ln()).max(0.0) as u64;
+    plan.watch.begin("shooting", ticks(rest));
+    let mut shooting = Shooting::new(shooter, settings)?;
+    let mut told = 0;
+    shooting.run(|s| {
+        let now = ticks(s.progress().share).max(told);
+        plan.watch.tick(now - told);
+        told = now;
+    })?;
+    let generations = 0..shooting.generations();
+    Ok(generations.map(|n| shooting.generation(n)).collect())
+}
+
+/// Pictures of each bounce, then of all later ones together, of several solutions gathered by the same rays.
+pub(crate) fn by_order(
+    p: &Prepared,
+    plan: &StudyPlan,
+    effort: &PatchEffort,
+    solutions: &[Generations],
+) -> Vec<Vec<Picture>> {
+    let each = plan.study.orders().max(1);
+    let values: Vec<Vec<Rgb>> = solutions.iter().flat_map(|g| values(p, g, each - 1)).collect();
+    let transports = p.scene.transports(plan.transport);
+    let parts = picture(p, &transports, &fields(p, &values), plan.size, &effort.gathering(), plan.watch);
+    let of_one = |indirect: &[Picture]| {
+        let mut orders = vec![parts.emission.clone()];
+        orders.extend_from_slice(indirect);
+        orders[1] = combine(&orders[1], &parts.direct, |a, b| a + b);
+        orders
+    };
+    parts.indirect.chunks(each).map(of_one).collect()
+}
+
+/// What hemisphere rays read of generations 0 to `last - 1`, then of all later ones together.
+fn values(p: &Prepared, generations: &Generations, last: usize) -> Vec<Vec<Rgb>> {
+    let mut fields = vec![vec![Rgb::ZERO; p.patches.len()]; last + 1];
+    fields[0] = without_luminaires(p, &generations[0]);
+    for (n, generation) in generations.iter().enumerate().skip(1) {
+        for (sum, l) in fields[n.min(last)].iter_mut().zip(generation) {
+            *sum += l.invisible;
+        }
+    }
+    fields
+}
