@@ -59,8 +59,8 @@ fn one(neighbours: &Neighbours, values: &[Rgb], i: usize) -> Linear {
     let mut changes = [0, 1].map(|axis| {
         let length = halves[axis].length_squared();
         let difference = |j: usize| {
-            let vertices = (neighbours.middle(j) - middle).dot(halves[axis]) / length;
-            (values[j] - values[i]) / vertices
+            let steps = (neighbours.middle(j) - middle).dot(halves[axis]) / length;
+            (values[j] - values[i]) / steps
         };
         match neighbours.beside(i, axis) {
             [Some(after), Some(before)] => limited(difference(after), difference(before)),
@@ -126,7 +126,7 @@ mod tests {
         let exact = |x: Vec3| Rgb::new(5.0, 6.0, 7.0) + x + 0.5 * Vec3::splat(x.y);
         let means: Vec<Rgb> = (0..patches.len()).map(|i| exact(neighbours.middle(i))).collect();
         let light = linear(&neighbours, &means);
-        // Rounding of values below 10 over some vertices.
+        // Rounding of values below 10 over some steps.
         assert!(worst(&patches, &light, exact) < 2e-5);
         let constant: Vec<Linear> = means.iter().map(|v| Linear::constant(*v)).collect();
         assert!(worst(&patches, &constant, exact) > 0.05);
