@@ -13,14 +13,15 @@ use source::imports::{circle, imports};
 use source::{Source, code, is_word, sources, words};
 
 /// The outer crates that belong to some modules only, by the name they have in code.
-const HOMES: [(&str, &[&str]); 11] = [
+const HOMES: [(&str, &[&str]); 12] = [
     ("tobj", &["scene"]),
     ("toml", &["scene"]),
     ("earcut", &["scene"]),
     ("image", &["pictures"]),
     ("csv", &["pictures"]),
     ("statrs", &["study"]),
-    ("plotters", &["plot"]),
+    ("zeno", &["plot"]),
+    ("ttf_parser", &["plot"]),
     ("clap", &["cli"]),
     ("ctrlc", &["cli"]),
     ("console", &["cli"]),

@@ -68,32 +68,6 @@ impl Bitmap {
             self.bytes[to..to + 3 * wide].copy_from_slice(&other.bytes[from..from + 3 * wide]);
         }
     }
-
-    /// The bitmap at `1/factor` of its size, every pixel the mean of the codes of a `factor` by `factor` box.
-    ///
-    /// For line art and text drawn large, whose anti-aliasing is conventionally done on codes and not on radiance.
-    /// Rows and columns that fill no whole box are dropped; a factor of 0 counts as 1.
-    pub fn reduced(&self, factor: usize) -> Bitmap {
-        let factor = factor.max(1);
-        let (width, height) = (self.width / factor, self.height / factor);
-        let mut bytes = Vec::with_capacity(3 * width * height);
-        for (y, x, channel) in grid(height, width) {
-            bytes.push(self.box_mean(x * factor, y * factor, channel, factor));
-        }
-        Bitmap { width, height, bytes }
-    }
-
-    fn box_mean(&self, left: usize, top: usize, channel: usize, side: usize) -> u8 {
-        let at = |x: usize, y: usize| u32::from(self.bytes[3 * (y * self.width + x) + channel]);
-        let row = |y| (left..left + side).map(|x| at(x, y)).sum::<u32>();
-        let sum: u32 = (top..top + side).map(row).sum();
-        let count = (side * side) as u32;
-        ((sum + count / 2) / count) as u8
-    }
-}
-
-fn grid(height: usize, width: usize) -> impl Iterator<Item = (usize, usize, usize)> {
-    (0..height).flat_map(move |y| (0..width).flat_map(move |x| (0..3).map(move |c| (y, x, c))))
 }
 
 /// The sRGB signal of a linear value, both in 0..=1.
@@ -153,14 +127,5 @@ mod tests {
         assert_eq!(page.bytes.iter().filter(|&&b| b != 1).count(), 3);
         page.paste(&Bitmap::filled(1, 1, [0, 0, 0]), 5, 5);
         assert_eq!(page.get(3, 0), None);
-    }
-
-    #[test]
-    fn reduction_averages_boxes() {
-        let mut page = Bitmap::filled(4, 2, [0, 0, 0]);
-        page.paste(&Bitmap::filled(1, 2, [200, 100, 3]), 0, 0);
-        let small = page.reduced(2);
-        assert_eq!((small.width, small.height), (2, 1));
-        assert_eq!(small.bytes, [100, 50, 2, 0, 0, 0]);
     }
 }

@@ -43,9 +43,8 @@ impl Range {
     /// The range that shows all `values` that can be shown; one unit or decade where there are none or only one.
     pub fn of(scale: Scale, values: impl IntoIterator<Item = f64>) -> Range {
         let shown = values.into_iter().filter_map(|v| scale.coordinate(v));
-        let ends = shown.fold(None, |ends, v| match ends {
-            None => Some((v, v)),
-            Some((low, high)) => Some((v.min(low), v.max(high))),
+        let ends = shown.fold(None, |ends: Option<(f64, f64)>, v| {
+            Some(ends.map_or((v, v), |(low, high)| (v.min(low), v.max(high))))
         });
         let (low, high) = ends.unwrap_or((0.0, 1.0));
         let (low, high) = match scale {
@@ -98,12 +97,8 @@ impl Range {
                 label: labelled.then(|| format!("10{}", superscript(decade))),
             });
             if step == 1 && decade < high {
-                ticks.extend(
-                    (2..10).map(|digit| Tick {
-                        at: self.along(f64::from(decade) + f64::from(digit).log10()),
-                        label: None,
-                    }),
-                );
+                let minor = (2..10).map(|digit| f64::from(decade) + f64::from(digit).log10());
+                ticks.extend(minor.map(|c| Tick { at: self.along(c), label: None }));
             }
         }
         ticks

@@ -1,20 +1,17 @@
 //! Charts: series of numbers on linear or logarithmic axes, as SVG and PNG from one drawing.
 //!
 //! A point whose value an axis cannot show (0 on a logarithmic one, NaN, infinity) is left out; a series can say why in
-//! a note at its last point. Colours are those of Okabe and Ito, told apart by colour-blind readers too, and every
+//! a label at its last point. Colours are those of Okabe and Ito, told apart by colour-blind readers too, and every
 //! series of measurements has a marker shape of its own. Not handled: error bars, several panels.
 //!
 //! Source of the palette: M. Okabe, K. Ito, *Color Universal Design*, 2008.
 
 use std::path::Path;
 
-use plotters::style::RGBColor;
-
-use crate::pictures::{Bitmap, ImageError, WriteError, write_bitmap, write_whole};
 use crate::plot::axis::{Scale, superscript};
-use crate::plot::canvas::Marker;
-use crate::plot::drawing::{DrawError, draw_bitmap, draw_svg};
+use crate::plot::drawing::{ChartError, Drawing};
 use crate::plot::lines;
+use crate::plot::shapes::{Colour, Marker};
 
 /// A chart.
 #[derive(Clone, Debug)]
@@ -54,7 +51,7 @@ pub struct Series {
     /// Which of the palette's colours and marker shapes it has; beyond the last they begin again.
     pub colour: usize,
     /// Words beside its last point, such as why it ends there.
-    pub note: Option<String>,
+    pub label: Option<String>,
 }
 
 /// What a series stands for.
@@ -66,33 +63,16 @@ pub enum Look {
     Bound,
 }
 
-/// A chart cannot be written.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum ChartError {
-    /// It cannot be drawn.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Draw(#[from] DrawError),
-    /// Its bitmap cannot be written.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Image(#[from] ImageError),
-    /// Its SVG cannot be written.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Write(#[from] WriteError),
-}
-
 /// Okabe and Ito's palette without yellow, dark ones first; then black, and a grey, for lines to compare with.
-pub(crate) const PALETTE: [RGBColor; 8] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(0, 0, 0),
-    RGBColor(150, 150, 150),
+pub(crate) const PALETTE: [Colour; 8] = [
+    [0, 114, 178],
+    [213, 94, 0],
+    [0, 158, 115],
+    [204, 121, 167],
+    [230, 159, 0],
+    [86, 180, 233],
+    [0, 0, 0],
+    [150, 150, 150],
 ];
 
 /// The numbers of black and grey in the palette.
@@ -102,33 +82,42 @@ pub(crate) const GREY: usize = 7;
 const MARKERS: [Marker; 6] =
     [Marker::Disc, Marker::Square, Marker::Triangle, Marker::Diamond, Marker::Wedge, Marker::Cross];
 
+impl Axis {
+    /// A logarithmic axis.
+    pub fn log(label: impl Into<String>) -> Axis {
+        Axis { label: label.into(), scale: Scale::Log }
+    }
+}
+
 impl Series {
-    /// The norms of the terms `KⁿE`, n = 0, 1, 2 ..., noting where they become exactly 0 or leave the numbers.
+    /// Values: a marker at each point, joined by a line.
+    pub fn measured(name: impl Into<String>, colour: usize, points: Vec<(f64, f64)>) -> Series {
+        Series { name: name.into(), points, look: Look::Measured, colour, label: None }
+    }
+
+    /// The norms of the terms `KⁿE`, n = 0, 1, 2 ..., with a label where they become exactly 0 or leave the numbers.
     ///
     /// Terms after such an end are dropped.
     pub fn bounces(name: impl Into<String>, colour: usize, norms: &[f64]) -> Series {
         let end = norms.iter().position(|v| *v == 0.0 || !v.is_finite());
-        let note = end.map(|n| match norms[n] == 0.0 {
-            true => format!("ends: {} = 0", term(n)),
-            false => format!("diverges: {} is beyond all numbers", term(n)),
+        let label = end.map(|n| {
+            if norms[n] == 0.0 {
+                format!("ends: {} = 0", term(n))
+            } else {
+                format!("diverges: {} is beyond all numbers", term(n))
+            }
         });
-        let shown = &norms[..end.unwrap_or(norms.len())];
-        Series {
-            name: name.into(),
-            points: (0..).map(f64::from).zip(shown.iter().copied()).collect(),
-            look: Look::Measured,
-            colour,
-            note,
-        }
+        let shown = norms[..end.unwrap_or(norms.len())].iter().copied();
+        Series { label, ..Series::measured(name, colour, (0..).map(f64::from).zip(shown).collect()) }
     }
 
     /// A proven bound at the given points, in the colour of the series it bounds.
     pub fn bound(name: impl Into<String>, colour: usize, points: Vec<(f64, f64)>) -> Series {
-        Series { name: name.into(), points, look: Look::Bound, colour, note: None }
+        Series { look: Look::Bound, ..Series::measured(name, colour, points) }
     }
 
     /// Its colour on paper.
-    pub fn rgb(&self) -> RGBColor {
+    pub fn rgb(&self) -> Colour {
         PALETTE[self.colour % PALETTE.len()]
     }
 
@@ -154,26 +143,15 @@ impl Chart {
             title: title.into(),
             caption: caption.into(),
             x: Axis { label: "bounce n".into(), scale: Scale::Linear },
-            y: Axis { label: "norm of KⁿE, W/(m² sr)".into(), scale: Scale::Log },
+            y: Axis::log("norm of KⁿE, W/(m² sr)"),
             series,
             size: (960, 600),
         }
     }
 
-    /// The chart as an SVG document.
-    ///
-    /// # Errors
-    /// A size out of range.
-    pub fn svg(&self) -> Result<String, DrawError> {
-        draw_svg(self.size, |canvas| lines::draw(self, canvas))
-    }
-
-    /// The chart as pixels.
-    ///
-    /// # Errors
-    /// A size out of range.
-    pub fn bitmap(&self) -> Result<Bitmap, DrawError> {
-        draw_bitmap(self.size, |canvas| lines::draw(self, canvas))
+    /// The chart, drawn.
+    pub fn drawing(&self) -> Drawing {
+        lines::draw(self)
     }
 
     /// Writes the chart, as SVG where the path ends in `.svg` and as PNG where it ends in `.png`.
@@ -181,14 +159,7 @@ impl Chart {
     /// # Errors
     /// Another extension, a size out of range, a destination that cannot be written. Nothing is left behind.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), ChartError> {
-        let path = path.as_ref();
-        let extension = path.extension().unwrap_or_default();
-        if extension.eq_ignore_ascii_case("svg") {
-            write_whole(path, self.svg()?.as_bytes())?;
-        } else {
-            write_bitmap(path, &self.bitmap()?)?;
-        }
-        Ok(())
+        self.drawing().write(path.as_ref())
     }
 }
 
@@ -206,12 +177,12 @@ mod tests {
     }
 
     fn markers(svg: &str) -> usize {
-        svg.matches("<circle").count() + svg.matches("<polygon").count()
+        svg.matches("Z\" fill=").count()
     }
 
     #[test]
     fn svg_holds_the_labels_and_a_marker_for_each_point() {
-        let svg = modes().svg().unwrap();
+        let svg = modes().drawing().svg();
         for text in [
             "bounce n",
             "norm of KⁿE, W/(m² sr)",
@@ -232,7 +203,7 @@ mod tests {
 
     #[test]
     fn bitmaps_have_the_size_and_colours_of_the_chart() {
-        let page = modes().bitmap().unwrap();
+        let page = modes().drawing().bitmap().unwrap();
         assert_eq!((page.width, page.height), (960, 600));
         let blue = page.bytes.chunks_exact(3).filter(|p| *p == [0, 114, 178]);
         assert!(blue.count() > 100);
@@ -241,13 +212,13 @@ mod tests {
     #[test]
     fn series_end_at_the_first_zero_or_overflow() {
         let dark = Series::bounces("dark", 0, &[0.0, 1.0]);
-        assert_eq!(dark.note.as_deref(), Some("ends: E = 0"));
+        assert_eq!(dark.label.as_deref(), Some("ends: E = 0"));
         assert!(dark.points.is_empty());
         let wild = Series::bounces("wild", 0, &[1.0, 1e300, f64::INFINITY, f64::NAN]);
         assert_eq!(wild.points, [(0.0, 1.0), (1.0, 1e300)]);
-        assert!(wild.note.unwrap().contains("K²E"));
+        assert!(wild.label.unwrap().contains("K²E"));
         let whole = Series::bounces("whole", 0, &[1.0, 0.5]);
-        assert_eq!((whole.points.len(), whole.note), (2, None));
+        assert_eq!((whole.points.len(), whole.label), (2, None));
     }
 
     #[test]
@@ -260,14 +231,14 @@ mod tests {
             Series::bounces("huge", 3, &huge),
             Series::bounces("nothing", 9, &[]),
         ];
-        let svg = Chart::of_bounces("", "", series).svg().unwrap();
+        let svg = Chart::of_bounces("", "", series).drawing().svg();
         let finite = huge.iter().filter(|v| v.is_finite()).count();
         assert_eq!(markers(&svg), finite + 1 + 5);
-        assert!(Chart::of_bounces("", "", vec![]).svg().is_ok());
+        assert_eq!(markers(&Chart::of_bounces("", "", vec![]).drawing().svg()), 0);
         let gap = Series::bounces("gap", 0, &[1.0]);
         let points = vec![(0.0, 1.0), (1.0, -1.0), (2.0, f64::NAN), (3.0, 1.0)];
-        let svg = Chart::of_bounces("", "", vec![Series { points, ..gap }]).svg();
-        assert_eq!(markers(&svg.unwrap()), 2 + 1);
+        let svg = Chart::of_bounces("", "", vec![Series { points, ..gap }]).drawing().svg();
+        assert_eq!(markers(&svg), 2 + 1);
     }
 
     #[test]
@@ -277,7 +248,7 @@ mod tests {
         modes().write(path("a.svg")).unwrap();
         modes().write(path("a.png")).unwrap();
         let svg = std::fs::read_to_string(path("a.svg")).unwrap();
-        assert_eq!(svg, modes().svg().unwrap());
+        assert_eq!(svg, modes().drawing().svg());
         let png = crate::pictures::read_picture(path("a.png")).unwrap();
         assert_eq!(png.size(), (960, 600));
         assert!(modes().write(path("a.pdf")).is_err());

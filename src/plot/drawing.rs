@@ -1,82 +1,194 @@
-//! The two things a drawing becomes: a bitmap, or an SVG document.
+//! Shapes in pixels from the top left: one list of them becomes an SVG document or a bitmap.
 //!
-//! Both are drawn finer than shown (see [`Canvas`]): the bitmap is averaged down, the document carries a view box.
+//! Not handled: what is drawn, and how a shape looks ([`Shape`]).
 
-use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
+use std::path::Path;
 
-use crate::pictures::Bitmap;
-use crate::plot::canvas::{Canvas, FINENESS, TextBy};
+use crate::pictures::{Bitmap, ImageError, WriteError, write_bitmap, write_whole};
+use crate::plot::font;
+use crate::plot::shapes::{Align, Colour, Marker, Shape, hex, joined};
 
-/// A backend refused to draw.
+/// A drawing is too large for a bitmap.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
-#[error("the chart cannot be drawn: {reason}")]
-#[diagnostic(code(halflight::chart), help("a drawing has 1 to 65,536 pixels a side and at most 16 million in all"))]
+#[error("the chart cannot be drawn: its size is {width} x {height}")]
+#[diagnostic(code(halflight::chart), help("a drawing has at most 65,536 pixels a side and 67 million in all"))]
 pub struct DrawError {
-    /// What the backend said.
-    pub reason: String,
+    /// Its width in pixels.
+    pub width: u32,
+    /// Its height in pixels.
+    pub height: u32,
 }
 
-impl DrawError {
-    /// The error that a backend's error becomes; the backends' own types differ.
-    pub fn new(error: impl std::fmt::Display) -> Self {
-        DrawError { reason: error.to_string() }
+/// A chart or sheet cannot be written.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum ChartError {
+    /// It cannot be drawn.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Draw(#[from] DrawError),
+    /// Its bitmap cannot be written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Image(#[from] ImageError),
+    /// Its SVG cannot be written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Write(#[from] WriteError),
+}
+
+/// Shapes drawn one over the other on paper.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    size: (u32, u32),
+    paper: Colour,
+    shapes: Vec<(Shape, Colour)>,
+}
+
+impl Drawing {
+    /// An empty drawing of that width and height.
+    pub fn new(size: (u32, u32), paper: Colour) -> Self {
+        Drawing { size, paper, shapes: Vec::new() }
     }
-}
 
-/// Draws into a bitmap of that size.
-///
-/// # Errors
-/// [`DrawError`] where the size is out of range or a backend fails.
-pub fn draw_bitmap(
-    (width, height): (u32, u32),
-    draw: impl FnOnce(&mut Canvas<BitMapBackend>) -> Result<(), DrawError>,
-) -> Result<Bitmap, DrawError> {
-    let (wide, high) = fine_size(width, height)?;
-    let mut fine = Bitmap::filled(wide as usize, high as usize, [255; 3]);
-    let mut backend = BitMapBackend::with_buffer(&mut fine.bytes, (wide, high));
-    draw(&mut Canvas::new(&mut backend, TextBy::Glyphs))?;
-    drop(backend);
-    Ok(fine.reduced(FINENESS as usize))
-}
-
-/// Draws an SVG document that shows itself at that size.
-///
-/// # Errors
-/// [`DrawError`] where the size is out of range or a backend fails.
-pub fn draw_svg(
-    (width, height): (u32, u32),
-    draw: impl FnOnce(&mut Canvas<SVGBackend>) -> Result<(), DrawError>,
-) -> Result<String, DrawError> {
-    let (wide, high) = fine_size(width, height)?;
-    let mut document = String::new();
-    let mut backend = SVGBackend::with_string(&mut document, (wide, high));
-    draw(&mut Canvas::new(&mut backend, TextBy::Browser))?;
-    backend.present().map_err(DrawError::new)?;
-    drop(backend);
-    let drawn = format!("width=\"{wide}\" height=\"{high}\"");
-    let shown = format!("width=\"{width}\" height=\"{height}\"");
-    Ok(document.replacen(&drawn, &shown, 1))
-}
-
-fn fine_size(width: u32, height: u32) -> Result<(u32, u32), DrawError> {
-    let sides = 1..=1 << 16;
-    let area = u64::from(width) * u64::from(height);
-    if !sides.contains(&width) || !sides.contains(&height) || area > 1 << 24 {
-        let reason = format!("its size is {width} x {height}");
-        return Err(DrawError { reason });
+    /// A line through all points, straight between them.
+    pub fn line(&mut self, points: &[(f64, f64)], colour: Colour, width: f64) {
+        self.dashed(points, colour, width, 0.0);
     }
-    Ok((width * FINENESS, height * FINENESS))
+
+    /// A dashed line: `dash` pixels drawn, `dash` left out, carried on round the corners.
+    pub fn dashed(&mut self, points: &[(f64, f64)], colour: Colour, width: f64, dash: f64) {
+        self.shapes.push((Shape::Line { path: joined(points), width, dash }, colour));
+    }
+
+    /// A filled rectangle between two opposite corners.
+    pub fn rectangle(&mut self, (left, top): (f64, f64), (right, bottom): (f64, f64), colour: Colour) {
+        self.polygon(&[(left, top), (right, top), (right, bottom), (left, bottom)], colour);
+    }
+
+    /// A filled polygon.
+    pub fn polygon(&mut self, corners: &[(f64, f64)], colour: Colour) {
+        self.shapes.push((Shape::Fill { path: joined(corners) + "Z" }, colour));
+    }
+
+    /// A marker of about `size` pixels across.
+    pub fn marker(&mut self, marker: Marker, at: (f64, f64), size: f64, colour: Colour) {
+        self.shapes.push((Shape::Fill { path: marker.path(at, 0.5 * size) }, colour));
+    }
+
+    /// A line of text whose baseline passes through the point, at an em of `em` pixels.
+    pub fn text(&mut self, line: &str, at: (f64, f64), em: f64, align: Align, colour: Colour) {
+        self.shapes.push((Shape::Text { line: line.into(), at, em, align }, colour));
+    }
+
+    /// The drawing as an SVG document.
+    pub fn svg(&self) -> String {
+        let (width, height) = self.size;
+        let mut document = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" font-family=\"{}\" stroke-linejoin=\"round\">\n\
+             <rect width=\"{width}\" height=\"{height}\" fill=\"{}\"/>\n",
+            font::FAMILY,
+            hex(self.paper),
+        );
+        for (shape, colour) in &self.shapes {
+            document += &shape.element(&hex(*colour));
+            document.push('\n');
+        }
+        document + "</svg>\n"
+    }
+
+    /// The drawing as pixels.
+    ///
+    /// # Errors
+    /// [`DrawError`] where it is too large.
+    pub fn bitmap(&self) -> Result<Bitmap, DrawError> {
+        let (width, height) = self.size;
+        if width.max(height) > 1 << 16 || u64::from(width) * u64::from(height) > 1 << 26 {
+            return Err(DrawError { width, height });
+        }
+        let mut page = Bitmap::filled(width as usize, height as usize, self.paper);
+        for (shape, colour) in &self.shapes {
+            shape.fill(&mut page, *colour);
+        }
+        Ok(page)
+    }
+
+    /// Writes the drawing, as SVG where the path ends in `.svg` and as PNG where it ends in `.png`.
+    ///
+    /// # Errors
+    /// Another extension, a size out of range, a destination that cannot be written. Nothing is left behind.
+    pub fn write(&self, path: &Path) -> Result<(), ChartError> {
+        let svg = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("svg"));
+        if svg {
+            write_whole(path, self.svg().as_bytes())?
+        } else {
+            write_bitmap(path, &self.bitmap()?)?
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plot::shapes::{INK, PAPER};
+
+    /// The box of everything that is not white: left, top, right, bottom.
+    fn inked(draw: impl Fn(&mut Drawing)) -> [usize; 4] {
+        let mut drawing = Drawing::new((200, 200), PAPER);
+        draw(&mut drawing);
+        let page = drawing.bitmap().unwrap();
+        let dark = |i: &usize| page.bytes[3 * i..3 * i + 3] != PAPER;
+        let grow = |[l, t, r, b]: [usize; 4], i| {
+            let (x, y) = (i % page.width, i / page.width);
+            [l.min(x), t.min(y), r.max(x), b.max(y)]
+        };
+        (0..page.width * page.height).filter(dark).fold([usize::MAX, usize::MAX, 0, 0], grow)
+    }
+
+    #[test]
+    fn text_stands_on_its_baseline_and_ends_where_told() {
+        let [left, top, right, bottom] = inked(|d| d.text("HEH", (150.0, 60.0), 20.0, Align::Right, INK));
+        // Capitals are about 0.7 em high; side bearings are up to 0.1 em.
+        assert!((59..=60).contains(&bottom) && (44..=47).contains(&top), "{top} {bottom}");
+        let expected = 150.0 - font::width("HEH", 20.0);
+        assert!((146..=150).contains(&right) && (left as f64 - expected).abs() <= 3.0, "{left} {right}");
+    }
+
+    #[test]
+    fn upward_text_is_centred_beside_its_baseline() {
+        let [left, top, right, bottom] = inked(|d| d.text("HEH", (60.0, 100.0), 20.0, Align::Upwards, INK));
+        assert!((44..=47).contains(&left) && (59..=60).contains(&right), "{left} {right}");
+        let middle = 0.5 * (top + bottom + 1) as f64;
+        assert!((middle - 100.0).abs() <= 2.0, "{middle}");
+    }
+
+    #[test]
+    fn shapes_cover_what_they_should_and_are_cut_off_at_the_edges() {
+        assert_eq!(inked(|d| d.rectangle((20.0, 30.0), (41.0, 52.0), INK)), [20, 30, 40, 51]);
+        assert_eq!(inked(|d| d.rectangle((-9.0, -7.0), (3.0, 900.0), INK)), [0, 0, 2, 199]);
+        assert_eq!(inked(|d| d.marker(Marker::Disc, (50.0, 60.0), 20.0, INK)), [40, 50, 59, 69]);
+        assert_eq!(inked(|d| d.dashed(&[(10.0, 8.5), (33.0, 8.5)], INK, 1.0, 6.0)), [10, 8, 27, 8]);
+        let mut half = Drawing::new((1, 1), PAPER);
+        half.rectangle((0.0, 0.0), (0.5, 1.0), [55; 3]);
+        assert_eq!(half.bitmap().unwrap().bytes, [155; 3]);
+    }
+
+    #[test]
+    fn documents_name_every_shape() {
+        let mut drawing = Drawing::new((30, 20), PAPER);
+        drawing.text("a < b & c", (1.0, 2.0), 14.0, Align::Upwards, INK);
+        drawing.dashed(&[(0.0, 0.0), (5.0, 0.25)], INK, 1.25, 5.0);
+        let svg = drawing.svg();
+        assert!(svg.starts_with("<svg") && svg.contains("width=\"30\" height=\"20\" viewBox=\"0 0 30 20\""));
+        assert!(svg.contains("rotate(-90 1.00 2.00)") && svg.contains(">a &lt; b &amp; c</text>"));
+        assert!(svg.contains("d=\"M0.00 0.00L5.00 0.25\"") && svg.contains("stroke-dasharray=\"5\""));
+    }
 
     #[test]
     fn sizes_out_of_range_are_refused() {
-        assert!(draw_bitmap((0, 10), |_| Ok(())).is_err());
-        assert!(draw_svg((100_000, 10), |_| Ok(())).is_err());
-        let svg = draw_svg((30, 20), |_| Ok(())).unwrap();
-        assert!(svg.contains("width=\"30\" height=\"20\" viewBox=\"0 0 120 80\""));
+        assert!(Drawing::new((100_000, 10), PAPER).bitmap().is_err());
+        assert!(Drawing::new((60_000, 60_000), PAPER).bitmap().is_err());
+        assert!(Drawing::new((10, 0), PAPER).bitmap().unwrap().bytes.is_empty());
     }
 }

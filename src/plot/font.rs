@@ -2,69 +2,100 @@
 //!
 //! Sizes are the em in pixels. Bitmaps are drawn with it; SVG names the family list [`FAMILY`], whose last entry every
 //! browser has, and is laid out by its metrics. The font lacks ⁿ and ⁻, which bitmaps show as a small raised n and −.
-//! Not handled: bold and italic, scripts beyond Latin, Greek and Cyrillic (a box is drawn instead).
+//! Not handled: kerning, bold and italic, scripts beyond Latin, Greek and Cyrillic (a box is drawn instead).
 
-use std::sync::Once;
+use std::fmt::Write as _;
+use std::sync::LazyLock;
 
 use epaint_default_fonts::UBUNTU_LIGHT;
-use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
+use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 /// The family as SVG names it: the embedded font where the reader has it, else a sans serif one.
 pub const FAMILY: &str = "Ubuntu, Helvetica, Arial, sans-serif";
 
-/// Height from ascender to descender over the em (the font's `hhea` table): plotters gives sizes in this height.
-pub const HEIGHT: f64 = (932.0 + 189.0) / 1000.0;
+static FACE: LazyLock<Face> = LazyLock::new(|| Face::parse(UBUNTU_LIGHT, 0).expect("a font, compiled in"));
 
-/// A piece of a line that is drawn in one go.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Run {
-    /// What is drawn.
-    pub text: String,
-    /// Its em over the line's.
-    pub size: f64,
+/// A sign as it is drawn.
+struct Glyph {
+    id: GlyphId,
+    /// Ems of the line over the font's units.
+    scale: f64,
     /// How far its baseline is raised, in ems of the line.
-    pub rise: f64,
+    rise: f64,
 }
 
-impl Run {
-    /// Width in pixels at an em of `em` pixels. Measured large, because plotters rounds to whole pixels.
-    pub fn width(&self, em: f64) -> f64 {
-        const MEASURED_AT: f64 = 1000.0;
-        let box_size = font(MEASURED_AT * HEIGHT).box_size(&self.text);
-        box_size.map_or(0.0, |(wide, _)| f64::from(wide) * self.size * em / MEASURED_AT)
-    }
-}
-
-/// The font at `size` in plotters' unit, [`HEIGHT`] ems.
-pub fn font(size: f64) -> FontDesc<'static> {
-    static REGISTERED: Once = Once::new();
-    REGISTERED.call_once(|| {
-        // The bytes are compiled in and parse, or the tests below fail.
-        let _ = register_font(FAMILY, FontStyle::Normal, UBUNTU_LIGHT);
-    });
-    FontDesc::new(FontFamily::Name(FAMILY), size, FontStyle::Normal)
-}
-
-/// The line cut into pieces, with stand-ins for the raised signs that the font lacks.
-pub fn runs(line: &str) -> Vec<Run> {
-    let mut runs: Vec<Run> = Vec::new();
-    for sign in line.chars() {
+impl Glyph {
+    /// The glyph of a sign; missing ones have the box that the font holds for them.
+    fn of(sign: char) -> Glyph {
         let (shown, size, rise) = match sign {
             'ⁿ' => ('n', 0.66, 0.36),
             '⁻' => ('−', 0.6, 0.3),
             other => (other, 1.0, 0.0),
         };
-        match runs.last_mut() {
-            Some(last) if last.size == size => last.text.push(shown),
-            _ => runs.push(Run { text: shown.to_string(), size, rise }),
+        let scale = size / f64::from(FACE.units_per_em());
+        Glyph { id: FACE.glyph_index(shown).unwrap_or_default(), scale, rise }
+    }
+
+    /// How far it moves the next glyph on, in ems of the line.
+    fn advance(&self) -> f64 {
+        f64::from(FACE.glyph_hor_advance(self.id).unwrap_or(0)) * self.scale
+    }
+}
+
+/// Writes outlines as SVG path data.
+struct Pen<F> {
+    path: String,
+    place: F,
+}
+
+impl<F: Fn(f64, f64) -> (f64, f64)> Pen<F> {
+    fn add(&mut self, command: char, points: &[(f32, f32)]) {
+        self.path.push(command);
+        for (x, y) in points {
+            let (x, y) = (self.place)(f64::from(*x), f64::from(*y));
+            let _ = write!(self.path, "{x:.2} {y:.2} ");
         }
     }
-    runs
+}
+
+impl<F: Fn(f64, f64) -> (f64, f64)> OutlineBuilder for Pen<F> {
+    fn move_to(&mut self, x: f32, y: f32) {
+        self.add('M', &[(x, y)]);
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        self.add('L', &[(x, y)]);
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        self.add('Q', &[(x1, y1), (x, y)]);
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        self.add('C', &[(x1, y1), (x2, y2), (x, y)]);
+    }
+
+    fn close(&mut self) {
+        self.path.push('Z');
+    }
+}
+
+/// The outline of a line of text as SVG path data: `place` gives the page's point for pixels along the baseline and above it.
+pub fn outline(line: &str, em: f64, place: impl Fn(f64, f64) -> (f64, f64)) -> String {
+    let (mut path, mut along) = (String::new(), 0.0);
+    for glyph in line.chars().map(Glyph::of) {
+        let scaled = |x: f64, y: f64| place(em * (along + x * glyph.scale), em * (glyph.rise + y * glyph.scale));
+        let mut pen = Pen { path, place: scaled };
+        FACE.outline_glyph(glyph.id, &mut pen);
+        path = pen.path;
+        along += glyph.advance();
+    }
+    path
 }
 
 /// Width of a line of text, pixels.
 pub fn width(line: &str, em: f64) -> f64 {
-    runs(line).iter().map(|run| run.width(em)).sum()
+    em * line.chars().map(|sign| Glyph::of(sign).advance()).sum::<f64>()
 }
 
 /// Breaks text at spaces into lines at most `limit` pixels wide; a single word may be wider.
@@ -89,34 +120,17 @@ pub fn broken(text: &str, fits: impl Fn(&str) -> bool) -> Vec<String> {
 mod tests {
     use super::*;
 
-    fn ink(sign: char) -> Vec<(i32, i32, u32)> {
-        let mut dots = Vec::new();
-        let drawn = font(40.0).draw(&sign.to_string(), (0, 0), |x, y, cover| {
-            dots.push((x, y, cover.to_bits()));
-            Ok::<(), ()>(())
-        });
-        drawn.unwrap().unwrap();
-        dots
-    }
-
     #[test]
     fn every_sign_the_charts_use_is_in_the_font() {
-        // The private use area holds no sign: this is the box drawn for a missing one.
-        let missing = ink('\u{E123}');
-        for run in runs("AZaz09⁰¹²³⁴⁵⁶⁷⁸⁹⁻ⁿ×≥≤ρατλΣ·/(),–≈∞°√−") {
-            for sign in run.text.chars() {
-                let drawn = ink(sign);
-                assert!(!drawn.is_empty() && drawn != missing, "{sign}");
-            }
+        for sign in "AZaz09⁰¹²³⁴⁵⁶⁷⁸⁹⁻ⁿ×≥≤ρατλΣ·/(),–≈∞°√−".chars() {
+            assert_ne!(Glyph::of(sign).id, GlyphId(0), "{sign}");
+            assert!(!outline(&sign.to_string(), 20.0, |x, y| (x, y)).is_empty(), "{sign}");
         }
     }
 
     #[test]
-    fn raised_signs_become_small_pieces() {
-        let pieces = runs("KⁿE, 10⁻³");
-        let texts: Vec<&str> = pieces.iter().map(|run| run.text.as_str()).collect();
-        assert_eq!(texts, ["K", "n", "E, 10", "−", "³"]);
-        assert!(pieces[1].rise > 0.0 && pieces[1].size < 1.0);
+    fn raised_signs_are_small() {
+        assert!(width("Kⁿ", 20.0) < width("Kn", 20.0) && width("Kⁿ", 20.0) > width("K", 20.0));
     }
 
     #[test]

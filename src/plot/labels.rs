@@ -1,12 +1,12 @@
 //! Words beside the last points of a chart's series, placed where they hide nothing.
 //!
 //! Heights below and above the point are tried in order of distance, to its right and to its left; the first place
-//! that is inside the plot and free of lines and other notes is taken, with a thin line back to the point where it is
-//! not beside it. Where no place is free, the one beside the point is taken. Not handled: wrapping long notes.
+//! that is inside the plot and free of lines and other labels is taken, with a thin line back to the point where it is
+//! not beside it. Where no place is free, the one beside the point is taken. Not handled: wrapping long labels.
 
 use crate::plot::font;
 
-/// A placed note.
+/// A placed label.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placed {
     /// What it says.
@@ -22,11 +22,11 @@ pub type Area = [f64; 4];
 
 const BESIDE: f64 = 12.0;
 
-/// Places notes one after the other, clear of `lines` and inside `plot`. Each is a text and its point.
-pub fn place(notes: &[(String, (f64, f64))], lines: &[Vec<(f64, f64)>], plot: Area, em: f64) -> Vec<Placed> {
+/// Places labels one after the other, clear of `lines` and inside `plot`. Each is a text and its point.
+pub fn place(labels: &[(String, (f64, f64))], lines: &[Vec<(f64, f64)>], plot: Area, em: f64) -> Vec<Placed> {
     let mut taken: Vec<Area> = Vec::new();
     let mut placed = Vec::new();
-    for (text, point) in notes {
+    for (text, point) in labels {
         let wide = font::width(text, em);
         let free = candidates(*point, wide, em).find(|(_, area)| {
             let outside = area[0] < plot[0] || area[1] < plot[1] || area[2] > plot[2];
@@ -57,12 +57,9 @@ fn candidates((x, y): (f64, f64), wide: f64, em: f64) -> impl Iterator<Item = (i
     })
 }
 
-/// Where a line from `point` meets a note: the middle of its left or right edge, a little outside.
+/// Where a line from `point` meets a label: the middle of its left or right edge, a little outside.
 fn nearer_end(point: (f64, f64), area: Area) -> (f64, f64) {
-    let edge = match point.0 < area[0] {
-        true => area[0] - 3.0,
-        false => area[2] + 3.0,
-    };
+    let edge = if point.0 < area[0] { area[0] - 3.0 } else { area[2] + 3.0 };
     (edge, 0.5 * (area[1] + area[3]))
 }
 
@@ -99,10 +96,10 @@ mod tests {
     const PLOT: Area = [0.0, 0.0, 400.0, 300.0];
 
     #[test]
-    fn notes_keep_clear_of_lines_and_of_each_other() {
+    fn labels_keep_clear_of_lines_and_of_each_other() {
         let line = vec![(0.0, 100.0), (400.0, 100.0)];
-        let note = ("ends here".to_owned(), (50.0, 100.0));
-        let placed = place(&[note.clone(), note], std::slice::from_ref(&line), PLOT, 14.0);
+        let label = ("ends here".to_owned(), (50.0, 100.0));
+        let placed = place(&[label.clone(), label], std::slice::from_ref(&line), PLOT, 14.0);
         let areas: Vec<Area> =
             placed.iter().map(|p| area_at((p.at.0, p.at.1 - 0.35 * 14.0), font::width(&p.text, 14.0), 14.0)).collect();
         assert!(areas.iter().all(|area| !crosses(&line, *area)));
@@ -111,9 +108,9 @@ mod tests {
     }
 
     #[test]
-    fn free_notes_stand_beside_their_point_and_inside_the_plot() {
-        let notes = [("left".to_owned(), (10.0, 100.0)), ("right".to_owned(), (395.0, 200.0))];
-        let placed = place(&notes, &[], PLOT, 14.0);
+    fn free_labels_stand_beside_their_point_and_inside_the_plot() {
+        let labels = [("left".to_owned(), (10.0, 100.0)), ("right".to_owned(), (395.0, 200.0))];
+        let placed = place(&labels, &[], PLOT, 14.0);
         assert_eq!(placed[0].at.0, 22.0);
         assert_eq!(placed[0].leader, None);
         assert!(placed[1].at.0 + font::width("right", 14.0) < 395.0);

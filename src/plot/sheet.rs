@@ -5,18 +5,12 @@
 
 use std::path::Path;
 
-use plotters::style::RGBColor;
-
 use crate::pictures::{Bitmap, Exposure, Picture, write_bitmap};
-use crate::plot::canvas::Align;
-use crate::plot::chart::ChartError;
-use crate::plot::drawing::{DrawError, draw_bitmap};
+use crate::plot::drawing::{ChartError, DrawError, Drawing};
 use crate::plot::font;
+use crate::plot::shapes::{Align, Colour, FAINT_INK, INK, PAPER};
 
-const INK: RGBColor = RGBColor(34, 34, 34);
-const FAINT_INK: RGBColor = RGBColor(80, 80, 80);
-const PAPER: [u8; 3] = [255; 3];
-const ABSENT: [u8; 3] = [222; 3];
+const ABSENT: Colour = [222; 3];
 
 /// One picture of a sheet, or the reason why there is none.
 #[derive(Clone, Debug)]
@@ -60,10 +54,7 @@ struct Layout {
 
 impl Tile<'_> {
     fn label(&self) -> String {
-        match self.gain == 1.0 {
-            true => self.title.clone(),
-            false => format!("{} ×{}", self.title, self.gain),
-        }
+        if self.gain == 1.0 { self.title.clone() } else { format!("{} ×{}", self.title, self.gain) }
     }
 
     /// What stands below the picture: a missing one's note stands in its box.
@@ -79,7 +70,7 @@ impl Sheet<'_> {
     /// Text wider than can be drawn.
     pub fn bitmap(&self) -> Result<Bitmap, DrawError> {
         let layout = self.layout()?;
-        let columns = self.columns.clamp(1, self.tiles.len().max(1));
+        let columns = self.used_columns();
         let rows = self.tiles.len().div_ceil(columns);
         let (step, gap) = (layout.cell + layout.gap, layout.gap);
         let top = gap + layout.heading.height;
@@ -102,6 +93,11 @@ impl Sheet<'_> {
         Ok(write_bitmap(path, &self.bitmap()?)?)
     }
 
+    /// Columns that hold a tile, at least 1.
+    fn used_columns(&self) -> usize {
+        self.columns.clamp(1, self.tiles.len().max(1))
+    }
+
     fn layout(&self) -> Result<Layout, DrawError> {
         let sizes = self.tiles.iter().filter_map(|t| t.picture.map(Picture::size));
         let larger = |a: (usize, usize), b: (usize, usize)| (a.0.max(b.0), a.1.max(b.1));
@@ -116,8 +112,7 @@ impl Sheet<'_> {
         let title_height = deepest(&|t| t.label(), em);
         let below = deepest(&|t| t.below().to_owned(), 0.85 * em);
         let gap = (1.3 * em) as usize;
-        let columns = self.columns.clamp(1, self.tiles.len().max(1));
-        let heading_width = columns * (cell + gap) - gap;
+        let heading_width = self.used_columns() * (cell + gap) - gap;
         Ok(Layout {
             em,
             tile,
@@ -169,20 +164,13 @@ fn line_height(em: f64) -> usize {
 }
 
 /// Wrapped text on a ground of its own, as high as its lines; nothing for no text.
-fn text_block(text: &str, width: usize, em: f64, ink: RGBColor, paper: [u8; 3]) -> Result<Bitmap, DrawError> {
-    let mut block = Bitmap::filled(width, 0, paper);
-    for line in font::wrap(text, em, width as f64) {
-        let height = line_height(em);
-        let size = (width as f64, height as f64);
-        let drawn = draw_bitmap((width as u32, height as u32), |canvas| {
-            let [r, g, b] = paper;
-            canvas.rectangle((0.0, 0.0), size, RGBColor(r, g, b))?;
-            canvas.text(&line, (0.0, 0.98 * em), em, Align::Left, ink)
-        })?;
-        block.height += drawn.height;
-        block.bytes.extend(drawn.bytes);
+fn text_block(text: &str, width: usize, em: f64, ink: Colour, paper: Colour) -> Result<Bitmap, DrawError> {
+    let (lines, height) = (font::wrap(text, em, width as f64), line_height(em));
+    let mut block = Drawing::new((width as u32, (lines.len() * height) as u32), paper);
+    for (number, line) in lines.iter().enumerate() {
+        block.text(line, (0.0, (number * height) as f64 + 0.98 * em), em, Align::Left, ink);
     }
-    Ok(block)
+    block.bitmap()
 }
 
 #[cfg(test)]

@@ -5,9 +5,8 @@
 use std::fmt::Display;
 
 use crate::pictures::{Table, known};
-use crate::plot::bars::Bar;
 use crate::plot::chart::{BLACK, GREY};
-use crate::plot::{Axis, Bars, Chart, Look, Scale, Series};
+use crate::plot::{Axis, Bar, Bars, Chart, Series};
 use crate::study::compare::comparison::Comparison;
 use crate::study::compare::ladder::{Ladder, LadderPoint, Method, ORDERS};
 use crate::study::compare::tradeoff::Tradeoff;
@@ -17,12 +16,7 @@ use crate::study::term_name;
 const ERROR: &str = "error, % of the picture's RMS radiance";
 
 fn chart(title: String, caption: String, x: &str, y: &str, series: Vec<Series>) -> Chart {
-    let axis = |label: &str| Axis { label: label.into(), scale: Scale::Log };
-    Chart { title, caption, x: axis(x), y: axis(y), series, size: (960, 640) }
-}
-
-fn measured(name: String, colour: usize, points: Vec<(f64, f64)>) -> Series {
-    Series { name, points, look: Look::Measured, colour, note: None }
+    Chart { title, caption, x: Axis::log(x), y: Axis::log(y), series, size: (960, 640) }
 }
 
 /// Seconds and an error in percent.
@@ -33,7 +27,7 @@ fn place(p: &LadderPoint, error: Option<f64>) -> Option<(f64, f64)> {
 /// A line of errors over seconds, with its slope in its name.
 fn line(name: &str, colour: usize, points: Vec<(f64, f64)>) -> Series {
     let slope = log_slope(&points).map_or(String::new(), |s| format!(", slope {s:.2}").replace('-', "−"));
-    measured(format!("{name}{slope}"), colour, points)
+    Series::measured(format!("{name}{slope}"), colour, points)
 }
 
 /// Errors against seconds, a line a method with its slope: of the whole picture, or of the bounces of order n.
@@ -78,8 +72,8 @@ pub fn asked_chart(title: String, caption: String, t: &Tradeoff) -> Chart {
     let across: Vec<f64> = equal.iter().map(|p| p.0).collect();
     let mut series = vec![Series::bound("one to one", BLACK, equal)];
     series.extend(least(t, across.into_iter()));
-    series.push(measured("reached".into(), 0, points(|p| Some(p.reached.error))));
-    series.push(measured("estimated while running".into(), 1, points(|p| p.estimated)));
+    series.push(Series::measured("reached", 0, points(|p| Some(p.reached.error))));
+    series.push(Series::measured("estimated while running", 1, points(|p| p.estimated)));
     Chart { size: (800, 560), ..chart(title, caption, "error asked for, %", ERROR, series) }
 }
 
@@ -183,10 +177,10 @@ mod tests {
     fn the_figures_show_every_point() {
         let t = made_up(&[(1.0, 0.1), (10.0, 0.01), (100.0, 0.001)]);
         let chart = charted_chart("t".into(), "c".into(), &t);
-        let svg = chart.svg().unwrap();
+        let svg = chart.drawing().svg();
         assert!(svg.contains("tolerance, slope −1.00") && svg.contains("Pareto front"));
         // Three points, and one in the legend.
-        assert_eq!(svg.matches("<circle").count(), 4);
+        assert_eq!(svg.matches("A4.5 4.5").count(), 2 * 4);
         let asked = asked_chart("t".into(), "c".into(), &t);
         let of = |n: usize| asked.series[n].points.clone();
         assert_eq!(of(0), [(20.0, 20.0), (2.0, 2.0), (0.2, 0.2)]);

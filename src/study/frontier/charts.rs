@@ -1,6 +1,6 @@
 //! The charts of both sides of the frontier.
 
-use crate::plot::{Axis, Chart, Look, Scale, Series};
+use crate::plot::{Axis, Chart, Series};
 use crate::study::frontier::series::SeriesRun;
 use crate::study::frontier::spread::Traced;
 
@@ -8,12 +8,8 @@ use crate::study::frontier::spread::Traced;
 const PER_OCTAVE: f64 = 2.0;
 
 fn chart(title: String, caption: String, labels: [&str; 2], series: Vec<Series>) -> Chart {
-    let axis = |label: &str| Axis { label: label.into(), scale: Scale::Log };
-    Chart { title, caption, x: axis(labels[0]), y: axis(labels[1]), series, size: (960, 600) }
-}
-
-fn series(name: String, colour: usize, look: Look, points: Vec<(f64, f64)>) -> Series {
-    Series { name, points, look, colour, note: None }
+    let [x, y] = labels.map(Axis::log);
+    Chart { title, caption, x, y, series, size: (960, 600) }
 }
 
 /// The norm of what follows term n, as it is and as it is proved to be at most, and beyond the frontier the terms themselves.
@@ -24,13 +20,13 @@ pub fn series_chart(title: String, caption: String, runs: &[SeriesRun]) -> Chart
         if run.tails.is_empty() {
             let name = format!("{name}: the terms, which grow");
             let points = thinned(&run.norms[1..]);
-            lines.push(series(name, colour, Look::Measured, points));
+            lines.push(Series::measured(name, colour, points));
             continue;
         }
         let tails = thinned(&run.tails[1..]);
-        lines.push(series(format!("{name}: true tail"), colour, Look::Measured, tails));
+        lines.push(Series::measured(format!("{name}: true tail"), colour, tails));
         let bounds = thinned(&run.bounds);
-        lines.push(series(format!("{name}: proved bound"), colour, Look::Bound, bounds));
+        lines.push(Series::bound(format!("{name}: proved bound"), colour, bounds));
     }
     let labels = ["n", "norm of what follows KⁿE, W/(m² sr)"];
     chart(title, caption, labels, lines)
@@ -62,7 +58,7 @@ pub fn shooting_chart(title: String, caption: String, runs: &[SeriesRun]) -> Cha
         }
         points.extend(run.shots.last().map(|last| (last.sweeps, last.unshot)));
         let name = format!("{} alpha_c: {}", run.share, run.shot.name());
-        series(name, colour, Look::Measured, points)
+        Series::measured(name, colour, points)
     };
     let labels = ["shots per patch", "unshot power / emitted power"];
     let lines = runs.iter().enumerate().map(line).collect();
@@ -79,9 +75,9 @@ pub fn spread_chart(title: String, caption: String, traced: &[Traced]) -> Chart 
         let middle = points.iter().map(|(x, y)| (y * x.powf(exponent)).ln());
         let scale = (middle.sum::<f64>() / points.len() as f64).exp();
         let guide = points.iter().map(|(x, _)| (*x, scale * x.powf(-exponent))).collect();
-        lines.push(series(format!("alpha {:.3}", one.alpha), colour, Look::Measured, points));
+        lines.push(Series::measured(format!("alpha {:.3}", one.alpha), colour, points));
         let law = format!("predicted: N^−{exponent:.2}");
-        lines.push(series(law, colour, Look::Bound, guide));
+        lines.push(Series::bound(law, colour, guide));
     }
     let labels = ["paths N", "relative error of the picture's mean"];
     chart(title, caption, labels, lines)
