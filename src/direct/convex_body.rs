@@ -78,8 +78,8 @@ impl Body {
         (n.dot(m) > 1.0 - 1e-12 && (p - q).abs() <= FLAT).then_some((n, p))
     }
 
-    /// Whether a caster may hide the front of the body: it rises above its plane, and is not of the same convex lamp, no face
-    /// of which hides another from where that one's front is seen.
+    /// Whether a caster may hide the front of the body: it rises above its plane, and is not of the same convex lamp,
+    /// no face of which hides another from where that one's front is seen.
     pub fn reached_by(&self, caster: &Caster) -> bool {
         if caster.part.is_some() && caster.part == self.part {
             return false;
@@ -89,10 +89,4 @@ impl Body {
         };
         caster.corners.iter().any(|p| normal.dot(*p) - offset > FLAT)
     }
-}
-
-/// The least box around points.
-pub(crate) fn bounds(points: impl IntoIterator<Item = DVec3>) -> (DVec3, DVec3) {
-    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    points.into_iter().fold(none, |(low, high), p| (low.min(p), high.max(p)))
 }

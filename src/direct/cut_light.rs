@@ -5,11 +5,11 @@
 //!     + mean over draws of L A k(x, y) (T - c_e) / chance
 //! ```
 //!
-//! with `c_e` the share of a node's light that is expected to arrive: where the guess is right nothing is left to chance,
-//! and where it is wrong the draws make up for it. The first and third sum are one polynomial on a flat patch.
+//! with `c_e` the share of a node's light that is expected to arrive: where the guess is right nothing is left to
+//! chance, and where it is wrong the draws make up for it. The first and third sum are one polynomial on a flat patch.
 //!
-//! Not handled: receivers off their patch; a luminaire by closed form whose shadows are too ragged costs one ray and its
-//! ratio's bias, as elsewhere.
+//! Not handled: receivers off their patch; a luminaire by closed form whose shadows are too ragged costs one ray and
+//! its ratio's bias, as elsewhere.
 
 use glam::{DVec3, Vec3};
 
@@ -28,7 +28,8 @@ impl LightCuts {
         self.of(patch as usize).draws
     }
 
-    /// `sum over luminaires of F_l L_l` at a receiver on a patch, and the rays cast; points (u, v) choose what is drawn.
+    /// `sum over luminaires of F_l L_l` at a receiver on a patch, and the rays cast; points (u, v) choose what is
+    /// drawn.
     pub fn gather(
         &self,
         lighting: &Lighting,

@@ -1,7 +1,8 @@
-//! One patch's walk through the tree of luminaires: which nodes it surely sees, which keep their closed form, and which are
-//! drawn from.
+//! One patch's walk through the tree of luminaires: which nodes it surely sees, which keep their closed form, and which
+//! are drawn from.
 //!
-//! Nodes whose part of the patch's light is small are not asked what lies between: drawing among them costs little noise.
+//! Nodes whose part of the patch's light is small are not asked what lies between: drawing among them costs little
+//! noise.
 //!
 //! Not handled: on curved patches no node is told to light nothing, and only nodes far from the patch are seen whole.
 
@@ -22,8 +23,8 @@ use crate::rays::Rays;
 pub(crate) const SMALL: f64 = 0.2;
 /// Luminaires nearer to a patch than so many of its radii are no part of a polynomial.
 const NEAR: f64 = 2.0;
-/// Shares of a patch's light: below the first what lies between is not asked, below the second nodes are drawn whole, above
-/// the third a luminaire keeps its closed form.
+/// Shares of a patch's light: below the first what lies between is not asked, below the second nodes are drawn whole,
+/// above the third a luminaire keeps its closed form.
 const ASKED: f64 = 1.0 / 64.0;
 const WHOLE: f64 = 1.0 / 256.0;
 const STRONG: f64 = 1.0 / 32.0;

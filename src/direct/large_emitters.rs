@@ -1,20 +1,20 @@
 //! Which emitters hemisphere rays find well enough, and which are worth a closed form.
 //!
-//! Of N hemisphere rays a share F meets the emitter, so light from it has the relative variance `(1 - F) / (F N)`. A luminaire
-//! is asked by its closed form and one visibility ray, which together cost what `1 + PRICE n` hemisphere rays do where it has n
-//! faces, and leave the variance `(1 - V) / V` where the share V of it is seen, 1 if that is a half. So luminaires are the
-//! better way where
+//! Of N hemisphere rays a share F meets the emitter, so light from it has the relative variance `(1 - F) / (F N)`. A
+//! luminaire is asked by its closed form and one visibility ray, which together cost what `1 + PRICE n` hemisphere rays
+//! do where it has n faces, and leave the variance `(1 - V) / V` where the share V of it is seen, 1 if that is a half.
+//! So luminaires are the better way where
 //!
 //! ```text
 //! (1 - F) / F  >  1 + PRICE n          F < 1 / (2 + PRICE n)
 //! ```
 //!
-//! F is measured in each scene: the mean of the closed form over points of the reflecting surfaces, of those that the emitter is
-//! above the horizon of. A wide window far away is small by that measure, however large its area; a sky around everything,
-//! or a furnace, is large.
+//! F is measured in each scene: the mean of the closed form over points of the reflecting surfaces, of those that the
+//! emitter is above the horizon of. A wide window far away is small by that measure, however large its area; a sky
+//! around everything, or a furnace, is large.
 //!
-//! Not handled: what lies between. A sky seen through a window counts as large, since its closed form would mostly be of
-//! what is hidden.
+//! Not handled: what lies between. A sky seen through a window counts as large, since its closed form would mostly be
+//! of what is hidden.
 
 use glam::DVec3;
 
@@ -24,8 +24,9 @@ use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::triangle_point;
 use crate::scene::{Scene, Sides};
 
-/// Cost of one triangle of a closed form over that of a ray, about (measured on one core: 20 ns, and 300 ns in a small room).
-/// The choice moves by little where this is off: a lamp of two faces is carried up to F = 0.47, one of a hundred to 0.12.
+/// Cost of one triangle of a closed form over that of a ray, about (measured on one core: 20 ns, and 300 ns in a small
+/// room). The choice moves by little where this is off: a lamp of two faces is carried up to F = 0.47, one of a hundred
+/// to 0.12.
 const PRICE: f64 = 1.0 / 16.0;
 /// Faces that a receiver asks at most: where there are more, [`crate::direct::light_cut`] spare it most of them.
 const MOST_ASKED: usize = 128;
@@ -37,7 +38,8 @@ const MOST_FORMS: usize = 1 << 19;
 /// A face with its corners turned so that they run counter-clockwise seen from a side that counts.
 type Turned = [DVec3; 3];
 
-/// Per material: whether it emits and is small enough, as seen from the surfaces that reflect, for luminaires to carry it.
+/// Per material: whether it emits and is small enough, as seen from the surfaces that reflect, for luminaires to carry
+/// it.
 pub(crate) fn carried(scene: &Scene) -> Vec<bool> {
     let points = receivers(scene);
     let carried = |m: usize| {

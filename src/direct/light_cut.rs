@@ -1,8 +1,9 @@
 //! Light cuts: who lights a patch, where luminaires are many.
 //!
-//! Each patch walks the tree of luminaires once ([`crate::direct::cut_refinement`]). What surely sees all of the patch, with nothing between,
-//! is summed over nodes of the tree: a polynomial over a flat patch, the nodes themselves for a curved one. The few near
-//! or strong ones keep their closed form, shadows cut out. The rest is drawn from ([`crate::direct::light_sampling`]).
+//! Each patch walks the tree of luminaires once ([`crate::direct::cut_refinement`]). What surely sees all of the patch,
+//! with nothing between, is summed over nodes of the tree: a polynomial over a flat patch, the nodes themselves for a
+//! curved one. The few near or strong ones keep their closed form, shadows cut out. The rest is drawn from
+//! ([`crate::direct::light_sampling`]).
 //!
 //! Not handled: hierarchies of faces; where faces are too many all luminaires are drawn.
 
@@ -82,8 +83,8 @@ pub(crate) fn light(tree: &LightTree, luminaires: &Luminaires, nodes: &[(usize, 
     nodes.iter().map(|&(k, share)| share * node_light(tree, luminaires, k, x, n)).sum()
 }
 
-/// `F L` of node k at a point x with unit normal n, nothing between: its moments where it is far, above the horizon and faces
-/// the point, else the sum over its parts.
+/// `F L` of node k at a point x with unit normal n, nothing between: its moments where it is far, above the horizon and
+/// faces the point, else the sum over its parts.
 fn node_light(tree: &LightTree, luminaires: &Luminaires, k: usize, x: DVec3, n: DVec3) -> DVec3 {
     let node = &tree.nodes[k];
     let away = node.center() - x;

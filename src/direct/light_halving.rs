@@ -1,13 +1,14 @@
-//! Many things with a place and a direction, parted in two: the step that light trees and pieces of luminaires are made by.
+//! Many things with a place and a direction, parted in two: the step that light trees and pieces of luminaires are made
+//! by.
 //!
-//! Directions come first where they differ much, else places; both are cut across the longest side of the box around them.
-//! After A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*, 2018.
+//! Directions come first where they differ much, else places; both are cut across the longest side of the box around
+//! them. After A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*, 2018.
 //!
 //! Not handled: costs of the two parts; the cut is in the middle.
 
 use glam::DVec3;
 
-use crate::direct::convex_body::bounds;
+use crate::form_factors::geometry::hull::bounds;
 
 /// Normals further apart than this cosine are parted before places are.
 const APART: f64 = 0.9;
@@ -20,8 +21,8 @@ pub(crate) struct Placed {
     pub number: u32,
 }
 
-/// Sorts things into two parts, neither empty where there are two things: by direction where directions differ much, else by
-/// place.
+/// Sorts things into two parts, neither empty where there are two things: by direction where directions differ much,
+/// else by place.
 pub(crate) fn halve(things: &mut [Placed]) -> (&mut [Placed], &mut [Placed]) {
     let (low, high) = bounds(things.iter().map(|t| t.direction));
     let by_direction = 1.0 - 0.5 * (high - low).length_squared() < APART;

@@ -1,5 +1,5 @@
-//! Luminaires drawn in place of asked: nodes with chances in proportion to what a few rays found, never zero for one that may
-//! light the patch, so that drawing is free of bias.
+//! Luminaires drawn in place of asked: nodes with chances in proportion to what a few rays found, never zero for one
+//! that may light the patch, so that drawing is free of bias.
 //!
 //! A node's luminaires are drawn by power and points on them by area. Not handled: chances that vary over a patch.
 
@@ -30,8 +30,8 @@ pub(crate) struct Chance {
     pub expected: f64,
 }
 
-/// Chances of the nodes a walk left to be drawn, in proportion to how far what arrives may be from what is expected; and
-/// how many to draw at a receiver.
+/// Chances of the nodes a walk left to be drawn, in proportion to how far what arrives may be from what is expected;
+/// and how many to draw at a receiver.
 pub(crate) fn weigh(walk: &Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hit>) -> (Vec<Chance>, u32) {
     let mut chances = Vec::with_capacity(walk.drawn.len());
     let sobol = Sobol::new(TRIALS as usize, 4);
@@ -54,8 +54,8 @@ pub(crate) fn weigh(walk: &Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hi
     (chances, draws)
 }
 
-/// Mean light of a node from points drawn on it, at points of patch i: nothing between, and what arrives. `at(s, d)` is number d
-/// of draw s.
+/// Mean light of a node from points drawn on it, at points of patch i: nothing between, and what arrives. `at(s, d)` is
+/// number d of draw s.
 fn trials(
     inputs: &CutInputs,
     tree: &LightTree,
@@ -82,8 +82,8 @@ pub(crate) struct Drawn {
     pub light: DVec3,
 }
 
-/// Draws a luminaire of a node by power, and a point on it, at (u, v) in the unit square; `None` where that does not face the
-/// receiver.
+/// Draws a luminaire of a node by power, and a point on it, at (u, v) in the unit square; `None` where that does not
+/// face the receiver.
 pub(crate) fn draw(
     tree: &LightTree,
     luminaires: &Luminaires,

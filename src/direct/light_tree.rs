@@ -1,7 +1,7 @@
 //! Many luminaires as a tree: halves of halves by direction and place, each with what is needed to speak for all of it.
 //!
-//! A node's luminaires are stood for by its [`Moments`]. A cone holds all their normals and a box all their corners, which
-//! tells where a node lights nothing at all.
+//! A node's luminaires are stood for by its [`Moments`]. A cone holds all their normals and a box all their corners,
+//! which tells where a node lights nothing at all.
 //!
 //! Source of the tree: A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*,
 //! PACMCGIT 1(2), 2018. Not handled: hulls closer than boxes.
@@ -11,11 +11,12 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::direct::convex_body::{Body, bounds};
+use crate::direct::convex_body::Body;
 use crate::direct::light_halving::{Placed, halve};
 use crate::direct::luminaire::{Luminaire, Luminaires};
 use crate::direct::moments::{Moments, Sums};
 use crate::direct::normal_cone::Facing;
+use crate::form_factors::geometry::hull::bounds;
 
 /// Some luminaires that lie together.
 #[derive(Clone, Debug)]
@@ -108,8 +109,8 @@ impl Node {
         self.cone_facing(x - self.center(), self.radius())
     }
 
-    /// How its luminaires face a place `away` from its centre, from the cone of their normals; `reach` is the sum of the radii
-    /// of node and place.
+    /// How its luminaires face a place `away` from its centre, from the cone of their normals; `reach` is the sum of
+    /// the radii of node and place.
     pub fn cone_facing(&self, away: DVec3, reach: f64) -> Facing {
         let far = away.length();
         if reach >= far {

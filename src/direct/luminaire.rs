@@ -1,21 +1,22 @@
 //! Luminaires: emitting surfaces small enough that light as emitted is worth a closed form.
 //!
 //! An emitting material is carried by luminaires, one for each object, where hemisphere rays would miss it too often
-//! ([`crate::direct::large_emitters`]). The choice is the material's, because a patch has one material but may span objects.
-//! Emitters that are large as seen from what they light (a furnace, a sky around everything) are found by hemisphere rays well
-//! enough, and n emitters by n patches of closed forms would be n² work.
+//! ([`crate::direct::large_emitters`]). The choice is the material's, because a patch has one material but may span
+//! objects. Emitters that are large as seen from what they light (a furnace, a sky around everything) are found by
+//! hemisphere rays well enough, and n emitters by n patches of closed forms would be n² work.
 //!
-//! Where luminaires are many, or one has many faces, all are divided ([`crate::direct::luminaire_parts`]), and [`crate::direct::light_cut`] sees to it
-//! that a receiver need not ask each.
+//! Where luminaires are many, or one has many faces, all are divided ([`crate::direct::luminaire_parts`]), and
+//! [`crate::direct::light_cut`] sees to it that a receiver need not ask each.
 
 use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
-use crate::direct::convex_body::{Body, bounds};
+use crate::direct::convex_body::Body;
 use crate::direct::convex_luminaires::convex_parts;
 use crate::direct::large_emitters::carried;
 use crate::direct::luminaire_parts::divided;
+use crate::form_factors::geometry::hull::bounds;
 use crate::form_factors::geometry::shadow::{Caster, Pieces, visible_form};
 use crate::form_factors::geometry::silhouette::Outline;
 use crate::form_factors::point_to_polygon;
@@ -183,7 +184,8 @@ impl Luminaire {
         Some(outline.form(x.as_dvec3(), n.as_dvec3()))
     }
 
-    /// Form factor from a point with unit normal to all of the luminaire, nothing between, whatever the number of faces.
+    /// Form factor from a point with unit normal to all of the luminaire, nothing between, whatever the number of
+    /// faces.
     pub fn exact_form(&self, x: Vec3, n: Vec3) -> f64 {
         self.closed_form(x, n).unwrap_or_else(|| {
             let (x, n) = (x.as_dvec3(), n.as_dvec3());
@@ -211,8 +213,8 @@ impl Luminaire {
         Body { part: self.part, ..body }
     }
 
-    /// Form factor from a point to what it sees of the luminaire behind `casters`; `None` where that is too ragged, or the faces
-    /// are too many.
+    /// Form factor from a point to what it sees of the luminaire behind `casters`; `None` where that is too ragged, or
+    /// the faces are too many.
     pub(crate) fn visible_form(
         &self,
         x: Vec3,

@@ -1,8 +1,8 @@
 //! Pieces of luminaires: what hangs together, halved until few faces are left.
 //!
 //! Faces hang together where they share a corner. Lamps that lie apart are luminaires of their own whatever object they
-//! belong to: a node of the tree ([`crate::direct::light_tree`]) can then be as small as one of them, and a shadow's edge asks only those
-//! it parts.
+//! belong to: a node of the tree ([`crate::direct::light_tree`]) can then be as small as one of them, and a shadow's
+//! edge asks only those it parts.
 //!
 //! Not handled: faces that touch without a common corner count as apart, which costs time and no accuracy.
 

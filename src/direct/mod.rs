@@ -1,9 +1,10 @@
 //! Direct light: what a place receives as emitted from luminaires, in closed form times what is seen of them.
 //!
-//! [`receive_emitted`] and [`Lighting::gather_luminaire`] integrate Lambert's closed form over the part of each [`Luminaire`]
-//! that the place sees. Where there are many luminaires they stand in a light tree (`light_tree`); each patch keeps a
-//! cut through it (`light_cut`), and what the cut leaves open is drawn by chance with the cut's light as control variate.
-//! After B. Walter et al., *Lightcuts*, 2005, and A. Conty, C. Kulla, *Importance sampling of many lights*, 2018.
+//! [`receive_emitted`] and [`Lighting::gather_luminaire`] integrate Lambert's closed form over the part of each
+//! [`Luminaire`] that the place sees. Where there are many luminaires they stand in a light tree (`light_tree`); each
+//! patch keeps a cut through it (`light_cut`), and what the cut leaves open is drawn by chance with the cut's light as
+//! control variate. After B. Walter et al., *Lightcuts*, 2005, and A. Conty, C. Kulla, *Importance sampling of many
+//! lights*, 2018.
 //!
 //! Not handled: emitters that fill much of what is seen (a furnace); those go by the rows of F.
 
@@ -11,7 +12,6 @@ pub(crate) mod convex_body;
 pub(crate) mod convex_luminaires;
 pub(crate) mod cut_light;
 pub(crate) mod cut_refinement;
-pub(crate) mod drawn_light;
 pub(crate) mod large_emitters;
 pub(crate) mod light_cut;
 pub(crate) mod light_halving;
@@ -24,6 +24,7 @@ pub(crate) mod normal_cone;
 pub(crate) mod occlusion;
 pub(crate) mod ratio_estimator;
 pub(crate) mod receive;
+pub(crate) mod resampled_light;
 pub(crate) mod shaft_culling;
 pub(crate) mod visibility;
 

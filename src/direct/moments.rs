@@ -1,18 +1,19 @@
 //! Sums over luminaires, and the few points that stand for them.
 //!
-//! Light from a node is `1/pi ∫ (n·d) (-d·m) / |d|^4 L dA` with d = y - x and m the normal at y: a smooth function of y times the
-//! area vector `m L dA`. Points that carry vectors in place of powers, and have
+//! Light from a node is `1/pi ∫ (n·d) (-d·m) / |d|^4 L dA` with d = y - x and m the normal at y: a smooth function of y
+//! times the area vector `m L dA`. Points that carry vectors in place of powers, and have
 //!
 //! ```text
 //! sum w = ∫ m L dA       sum w (x) y = ∫ m (x) y L dA       sum w (x) y (x) y = ∫ m (x) y (x) y L dA
 //! ```
 //!
-//! therefore err in third order of the node's extent over its distance, however its normals vary: nothing but the covariances
-//! of place and normal enters. A point at the centroid, two on each principal axis and two between each pair of axes have
-//! enough weights for that. Where all normals are alike the vectors are parallel, and up to six points do.
+//! therefore err in third order of the node's extent over its distance, however its normals vary: nothing but the
+//! covariances of place and normal enters. A point at the centroid, two on each principal axis and two between each
+//! pair of axes have enough weights for that. Where all normals are alike the vectors are parallel, and up to six
+//! points do.
 //!
-//! The second moments are those of the mean of the channels, shared out by power: each channel errs in second order where
-//! luminaires of different colours lie together, their mean in third.
+//! The second moments are those of the mean of the channels, shared out by power: each channel errs in second order
+//! where luminaires of different colours lie together, their mean in third.
 //!
 //! Not handled: what lies between; luminaires that face away from the receiver and points below its horizon
 //! ([`crate::direct::light_cut`] asks for parts of the node there).
@@ -118,9 +119,10 @@ impl Sums {
         }
         let axes = self.axes();
         let normal = self.normal / self.weight;
-        match normal.length() > 1.0 - ALIKE {
-            true => Moments::Alike(self.powers(&axes, normal), normal),
-            false => Moments::Turned(self.vectors(&axes)),
+        if normal.length() > 1.0 - ALIKE {
+            Moments::Alike(self.powers(&axes, normal), normal)
+        } else {
+            Moments::Turned(self.vectors(&axes))
         }
     }
 
@@ -140,7 +142,8 @@ impl Sums {
         kept.map(axis).collect()
     }
 
-    /// Two points on each axis, with the power, centroid and covariance; each channel's powers tilt to its own centroid.
+    /// Two points on each axis, with the power, centroid and covariance; each channel's powers tilt to its own
+    /// centroid.
     fn powers(&self, axes: &[DVec3], normal: DVec3) -> Vec<(DVec3, DVec3)> {
         let mean = self.first / self.weight;
         let count = axes.len() as f64;

@@ -1,4 +1,5 @@
-//! Light of one luminaire at receivers: closed form where it is known what lies between, else closed form times visibility.
+//! Light of one luminaire at receivers: closed form where it is known what lies between, else closed form times
+//! visibility.
 //!
 //! For receiver points x and points y drawn on a luminaire of area A, the ratio estimator
 //!
@@ -6,8 +7,9 @@
 //! mean_x F(x) * [ sum A k(x,y) T(x,y) ] / [ sum A k(x,y) ],     k = cos cos / (pi r²), T = product of tau between
 //! ```
 //!
-//! with F(x) Lambert's closed form, is exact where nothing or everything occludes, so rays only decide the shadow's edge; its
-//! bias falls as 1/rays (E. Heitz, S. Hill, M. McGuire, *Combining analytic direct illumination and stochastic shadows*, 2018).
+//! with F(x) Lambert's closed form, is exact where nothing or everything occludes, so rays only decide the shadow's
+//! edge; its bias falls as 1/rays (E. Heitz, S. Hill, M. McGuire, *Combining analytic direct illumination and
+//! stochastic shadows*, 2018).
 //!
 //! Not handled: luminaires that a light cut leaves to be drawn ([`crate::direct::cut_light`]).
 
@@ -104,8 +106,8 @@ impl<'a> Lighting<'a> {
         }
     }
 
-    /// Adds what one receiver gets from a luminaire to `sum`: its closed form where it is known what lies between, else with one
-    /// visibility ray for each (u, v) given; returns the rays cast.
+    /// Adds what one receiver gets from a luminaire to `sum`: its closed form where it is known what lies between, else
+    /// with one visibility ray for each (u, v) given; returns the rays cast.
     pub fn gather_luminaire(
         &self,
         lamp: Lamp,
@@ -147,8 +149,8 @@ impl<'a> Lighting<'a> {
         cast
     }
 
-    /// `A k` and T of the point at (u, v) of a luminaire, asked by one visibility ray; `None` where the two points do not face
-    /// each other.
+    /// `A k` and T of the point at (u, v) of a luminaire, asked by one visibility ray; `None` where the two points do
+    /// not face each other.
     fn look(
         &self,
         luminaire: &Luminaire,

@@ -1,7 +1,7 @@
 //! Light as emitted: what every patch receives from the luminaires.
 //!
-//! A patch's light is the mean over receiver points of it. Few luminaires are asked one by one, by closed form or with a ratio
-//! estimator ([`Lighting::gather_luminaire`]); many through the patch's light cut.
+//! A patch's light is the mean over receiver points of it. Few luminaires are asked one by one, by closed form or with
+//! a ratio estimator ([`Lighting::gather_luminaire`]); many through the patch's light cut.
 //!
 //! Not handled: emitters that are no luminaires; hemisphere rays find those.
 
@@ -85,8 +85,8 @@ fn one_by_one(
     (received, cast)
 }
 
-/// What patch i receives through its light cut, and the rays cast: points are drawn on luminaires in proportion to the rays
-/// of a patch, however many luminaires there are.
+/// What patch i receives through its light cut, and the rays cast: points are drawn on luminaires in proportion to the
+/// rays of a patch, however many luminaires there are.
 fn by_cut(
     lighting: &Lighting,
     cuts: &LightCuts,

@@ -19,7 +19,7 @@ pub mod objects;
 pub mod rows;
 pub(crate) mod sampling;
 
-pub use geometry::polygon::{point_kernel, point_to_polygon};
+pub use geometry::lambert::{point_kernel, point_to_polygon};
 pub use rows::cast::{FormFactors, Variant, cast, cast_counts};
 pub use rows::checks::{Closure, closure, reciprocity};
 pub use rows::layers::{Layers, cast_layers};

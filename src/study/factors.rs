@@ -5,8 +5,8 @@
 
 use rayon::prelude::*;
 
+use crate::form_factors::objects::adaptive_integration::Estimate;
 use crate::form_factors::objects::exact::{Bodies, Method, Tolerance};
-use crate::form_factors::objects::refine::Estimate;
 use crate::form_factors::objects::sampled::Sampler;
 use crate::rays::Rays;
 use crate::render::Watch;

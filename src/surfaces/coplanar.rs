@@ -117,7 +117,7 @@ fn measure(scene: &Scene, faces: Vec<u32>) -> Surface {
 }
 
 /// Direction u, and the corners of the rectangle around the faces in (u, v), relative to the first corner.
-fn smallest_rectangle(corners: &[[DVec3; 3]], normal: DVec3) -> (DVec3, DVec2, DVec2) {
+pub(crate) fn smallest_rectangle(corners: &[[DVec3; 3]], normal: DVec3) -> (DVec3, DVec2, DVec2) {
     // Some edge of the convex hull lies on the best rectangle; 48 edges are enough for any shape one draws by hand.
     const EDGES: usize = 48;
     // From so many faces on the edges are tried by several threads.

@@ -8,6 +8,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::patches::Patches;
+use crate::surfaces::coplanar::smallest_rectangle;
 
 /// Points along a side.
 pub(crate) const SIDE: usize = 4;
@@ -16,8 +17,6 @@ const NODES: [f64; SIDE] =
     [0.923_879_532_511_286_8, 0.382_683_432_365_089_8, -0.382_683_432_365_089_8, -0.923_879_532_511_286_8];
 /// Corners off the plane by more than this share of the patch's size make it curved.
 const FLAT: f64 = 1e-4;
-/// Edges tried for the direction of the rectangle.
-const EDGES: usize = 24;
 
 /// The rectangle around a flat patch.
 #[derive(Clone, Debug)]
@@ -38,16 +37,14 @@ impl Rectangle {
         if !patches.pieces(i).all(|(face, _)| level(face)) {
             return None;
         }
-        let corners: Vec<DVec3> = patches.pieces(i).flat_map(|p| p.1.map(|q| q.as_dvec3())).collect();
-        let edges = corners.chunks_exact(3).flat_map(|t| [t[1] - t[0], t[2] - t[1], t[0] - t[2]]);
-        let along = |e: DVec3| around(&corners, normal, (e - e.dot(normal) * normal).normalize());
-        let size = |r: &Rectangle| r.half[0].length() * r.half[1].length();
-        let by = |a: &Rectangle, b: &Rectangle| size(a).total_cmp(&size(b));
-        let found = edges.take(EDGES).map(along).filter(|r| size(r) > 0.0);
-        let found = found.min_by(by)?;
-        let reach = found.radius();
-        let flat = |p: &DVec3| (*p - found.center).dot(normal).abs() <= FLAT * reach;
-        corners.iter().all(flat).then_some(found)
+        let triangles: Vec<[DVec3; 3]> = patches.pieces(i).map(|p| p.1.map(|q| q.as_dvec3())).collect();
+        let (u, low, high) = smallest_rectangle(&triangles, normal);
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let v = normal.cross(u);
+        let center = triangles[0][0] + middle.x * u + middle.y * v;
+        let found = Rectangle { center, normal, half: [half.x * u, half.y * v] };
+        let flat = |p: &DVec3| (*p - center).dot(normal).abs() <= FLAT * found.radius();
+        (half.element_product() > 0.0 && triangles.iter().flatten().all(flat)).then_some(found)
     }
 
     /// Distance from the centre to the corners.
@@ -70,6 +67,7 @@ impl Rectangle {
         }
     }
 
+    /// Its corners, in order around it.
     pub fn corners(&self) -> [DVec3; 4] {
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(s, t)| self.point(s, t))
     }
@@ -134,22 +132,6 @@ impl Tiles {
         let k = i + j * self.side;
         let tile = self.rectangle.tile(k, self.side);
         tile.interpolate(&self.values[k], x)
-    }
-}
-
-/// The rectangle around points with one side along a unit vector.
-fn around(corners: &[DVec3], normal: DVec3, u: DVec3) -> Rectangle {
-    let v = normal.cross(u);
-    let origin = corners[0];
-    let range = |axis: DVec3| {
-        let at = corners.iter().map(|p| (*p - origin).dot(axis));
-        at.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
-    };
-    let ((a, b), (c, d)) = (range(u), range(v));
-    Rectangle {
-        center: origin + 0.5 * (a + b) * u + 0.5 * (c + d) * v,
-        normal,
-        half: [0.5 * (b - a) * u, 0.5 * (d - c) * v],
     }
 }
 

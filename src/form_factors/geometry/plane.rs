@@ -4,6 +4,8 @@
 
 use glam::DVec3;
 
+use crate::patches::clip::cut;
+
 /// A plane: `normal · x = offset`, the front where it is greater.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plane {
@@ -39,35 +41,28 @@ pub(crate) fn area_vector(polygon: &[DVec3]) -> DVec3 {
 
 /// Parts of a convex polygon where the height is not negative, and not positive. Either may be empty.
 pub(crate) fn split(polygon: &[DVec3], height: impl Fn(DVec3) -> f64) -> (Vec<DVec3>, Vec<DVec3>) {
-    let (mut above, mut below) = (Vec::new(), Vec::new());
-    let heights: Vec<f64> = polygon.iter().map(|&p| height(p)).collect();
-    if heights.iter().all(|&h| h >= 0.0) {
-        return (polygon.to_vec(), below);
+    if polygon.iter().all(|&p| height(p) >= 0.0) {
+        return (polygon.to_vec(), Vec::new());
     }
-    if heights.iter().all(|&h| h <= 0.0) {
-        return (above, polygon.to_vec());
+    if polygon.iter().all(|&p| height(p) <= 0.0) {
+        return (Vec::new(), polygon.to_vec());
     }
-    for (k, (&p, &h)) in polygon.iter().zip(&heights).enumerate() {
-        let next = (k + 1) % polygon.len();
-        if h >= 0.0 {
-            above.push(p);
-        }
-        if h <= 0.0 {
-            below.push(p);
-        }
-        if h * heights[next] < 0.0 {
-            let cut = crossing((p, h), (polygon[next], heights[next]));
-            above.push(cut);
-            below.push(cut);
-        }
-    }
-    (above, below)
+    let mut parts = [Vec::new(), Vec::new()];
+    cut(polygon, height, crossing, |p, sides| {
+        let belongs = parts.iter_mut().zip(sides).filter(|(_, own)| *own);
+        belongs.for_each(|(part, _)| part.push(p));
+    });
+    parts.into()
 }
 
 /// Where a segment has height 0: the same bits whichever end comes first, so that neighbours' edges still cancel.
-fn crossing(a: (DVec3, f64), b: (DVec3, f64)) -> DVec3 {
-    let (low, high) = if a.1 < b.1 { (a, b) } else { (b, a) };
-    low.0.lerp(high.0, low.1 / (low.1 - high.1))
+pub(crate) fn crossing(a: (DVec3, f64), b: (DVec3, f64)) -> DVec3 {
+    if a.1 < b.1 { towards(a, b) } else { towards(b, a) }
+}
+
+/// Where a segment has height 0, as seen from its first end: cheaper where nothing has to cancel.
+pub(crate) fn towards(a: (DVec3, f64), b: (DVec3, f64)) -> DVec3 {
+    a.0.lerp(b.0, a.1 / (a.1 - b.1))
 }
 
 #[cfg(test)]

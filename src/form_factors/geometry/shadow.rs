@@ -1,20 +1,23 @@
-//! The part of a luminaire that a point sees, exactly: shadows of triangles are cut out of it, and Lambert's closed form
-//! sums over what is left.
+//! The part of what sends light that a point sees, exactly: shadows of convex polygons are cut out of it, and Lambert's
+//! closed form sums over what is left.
 //!
-//! The shadow of a triangle is the part beyond its plane of the cone from the point over it. A piece is cut along
+//! The shadow of a polygon is the part beyond its plane of the cone from the point over it. A piece is cut along
 //! the plane and the cone's sides; outside it stays as bright as it was, inside it is dimmed by tau or dropped.
 //! So light as emitted has no noise where few faces stand in its way: penumbrae are smooth.
 //!
-//! Not handled: a point in a triangle's plane sees it edge on, as nothing. More than [`MOST`] pieces: the caller draws points.
+//! Not handled: a point in a polygon's plane sees it edge on, as nothing. Pieces that become too many: callers that set
+//! a limit draw points instead.
 
 use glam::DVec3;
 
-use crate::form_factors::geometry::polygon::signed_edges;
+use crate::form_factors::geometry::lambert::signed_edges;
+use crate::form_factors::geometry::plane::towards;
+use crate::patches::clip::cut;
 
-/// Corners of a piece at most: a triangle cut by the horizon and by a few cones.
+/// Corners of a piece at most, where there is a limit: a triangle cut by the horizon and by a few cones.
 const CORNERS: usize = 12;
 
-/// Pieces at most.
+/// Pieces at most, where there is a limit.
 const MOST: usize = 64;
 
 /// Heights below this lie in the plane: a few roundings of unit coordinates.
@@ -33,22 +36,35 @@ pub(crate) struct Caster {
     pub part: Option<u32>,
 }
 
+/// The shadow of a convex polygon, as seen from a point at the origin.
+pub(crate) struct Shadow<'a, D: Fn(DVec3) -> f64> {
+    /// How far beyond the polygon's plane a place lies.
+    pub depth: D,
+    /// Depths up to this are none.
+    pub flat: f64,
+    /// Normals of the cone's sides, looking inwards.
+    pub sides: &'a [DVec3],
+    /// What the polygon lets through.
+    pub tau: f64,
+    /// Where an edge is cut: the point of height 0 between two given with their heights.
+    pub crossing: fn((DVec3, f64), (DVec3, f64)) -> DVec3,
+}
+
 /// A convex polygon relative to the point, and the share of its light that arrives.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 struct Piece {
-    corners: [DVec3; CORNERS],
-    count: usize,
+    corners: Vec<DVec3>,
     through: f64,
 }
 
-/// Pieces whose memory is used again: they are large, so only corners that count are copied.
+/// Pieces whose memory is used again.
 #[derive(Default)]
 struct Pool {
     pieces: Vec<Piece>,
     count: usize,
 }
 
-/// Memory to use again from point to point.
+/// What a point sees, in pieces, and memory to use again from point to point.
 #[derive(Default)]
 pub struct Pieces {
     now: Pool,
@@ -57,60 +73,35 @@ pub struct Pieces {
     shaded: [Piece; 2],
 }
 
-impl Default for Piece {
-    fn default() -> Piece {
-        Piece { corners: [DVec3::ZERO; CORNERS], count: 0, through: 1.0 }
-    }
-}
-
 impl Piece {
     fn begin(&mut self, through: f64) {
-        self.count = 0;
+        self.corners.clear();
         self.through = through;
     }
 
-    /// Adds a corner; `None` where there is no room.
-    fn push(&mut self, p: DVec3) -> Option<()> {
-        *self.corners.get_mut(self.count)? = p;
-        self.count += 1;
-        Some(())
-    }
-
-    fn corners(&self) -> &[DVec3] {
-        &self.corners[..self.count]
-    }
-
     fn take(&mut self, other: &Piece) {
-        self.count = other.count;
-        self.through = other.through;
-        self.corners[..other.count].copy_from_slice(other.corners());
+        self.begin(other.through);
+        self.corners.extend_from_slice(&other.corners);
     }
 
     /// Cuts along a plane: the parts where `height` is positive and where it is negative.
-    fn split(&self, height: impl Fn(DVec3) -> f64, above: &mut Piece, below: &mut Piece) -> Option<()> {
+    fn split(
+        &self,
+        height: impl Fn(DVec3) -> f64,
+        crossing: impl Fn((DVec3, f64), (DVec3, f64)) -> DVec3,
+        above: &mut Piece,
+        below: &mut Piece,
+    ) {
         above.begin(self.through);
         below.begin(self.through);
-        let mut heights = [0.0; CORNERS];
-        for (h, p) in heights.iter_mut().zip(self.corners()) {
-            *h = height(*p);
-        }
-        for k in 0..self.count {
-            let next = if k + 1 == self.count { 0 } else { k + 1 };
-            let (p, q) = (self.corners[k], self.corners[next]);
-            let (h, g) = (heights[k], heights[next]);
-            if h >= 0.0 {
-                above.push(p)?;
+        cut(&self.corners, height, crossing, |p, sides| {
+            if sides[0] {
+                above.corners.push(p);
             }
-            if h <= 0.0 {
-                below.push(p)?;
+            if sides[1] {
+                below.corners.push(p);
             }
-            if (h > 0.0 && g < 0.0) || (h < 0.0 && g > 0.0) {
-                let cut = p.lerp(q, h / (h - g));
-                above.push(cut)?;
-                below.push(cut)?;
-            }
-        }
-        Some(())
+        });
     }
 }
 
@@ -131,97 +122,126 @@ impl Pool {
     /// Drops the last piece if it has no area or no light.
     fn settle(&mut self) {
         let last = &self.pieces[self.count - 1];
-        if last.count < 3 || last.through <= 0.0 {
+        if last.corners.len() < 3 || last.through <= 0.0 {
             self.count -= 1;
         }
     }
 }
 
-/// Form factor from the point x with unit normal n to the fronts of convex `polygons` behind `casters`; `None` where the pieces
-/// become too many.
+impl Pieces {
+    /// Adds a convex polygon, relative to the point, of which everything is above the horizon.
+    pub(crate) fn add(&mut self, polygon: impl Iterator<Item = DVec3>) {
+        let whole = self.now.more();
+        whole.begin(1.0);
+        whole.corners.extend(polygon);
+    }
+
+    /// Adds the part above the horizon of a convex polygon relative to the point.
+    fn add_above(&mut self, n: DVec3, polygon: impl Iterator<Item = DVec3>) {
+        let [whole, below] = &mut self.shaded;
+        whole.begin(1.0);
+        whole.corners.extend(polygon);
+        whole.split(|p| p.dot(n), towards, self.now.more(), below);
+        self.now.settle();
+    }
+
+    /// Whether nothing is seen.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.now.count == 0
+    }
+
+    /// Whether the pieces and their corners are few enough to go on where there is a limit.
+    fn is_simple(&self) -> bool {
+        self.now.count <= MOST && self.now.all().iter().all(|p| p.corners.len() <= CORNERS)
+    }
+
+    /// Form factor of all pieces from the point, whose unit normal is n.
+    pub(crate) fn form(&self, n: DVec3) -> f64 {
+        let form = |p: &Piece| p.through * signed_edges(n, &p.corners).abs();
+        self.now.all().iter().map(form).sum::<f64>() / std::f64::consts::TAU
+    }
+
+    /// Cuts a shadow out of all pieces.
+    pub(crate) fn darken<D: Fn(DVec3) -> f64>(&mut self, shadow: &Shadow<D>) {
+        let Shadow { depth, sides, crossing, .. } = shadow;
+        let touched = |piece: &Piece| {
+            let own = &piece.corners;
+            let reaches = |s: &DVec3| own.iter().any(|p| s.dot(*p) > 0.0);
+            own.iter().any(|&p| depth(p) > shadow.flat) && sides.iter().all(reaches)
+        };
+        // Most shadows touch nothing.
+        if !self.now.all().iter().any(touched) {
+            return;
+        }
+        let Pieces { now, next, shaded: [own, part] } = self;
+        next.count = 0;
+        for piece in now.all() {
+            if !touched(piece) {
+                next.more().take(piece);
+                continue;
+            }
+            own.take(piece);
+            if own.corners.iter().any(|&p| depth(p) < 0.0) {
+                own.split(depth, crossing, part, next.more());
+                next.settle();
+                std::mem::swap(own, part);
+            }
+            for side in *sides {
+                if own.corners.iter().any(|p| side.dot(*p) < 0.0) {
+                    own.split(|p| side.dot(p), crossing, part, next.more());
+                    next.settle();
+                    std::mem::swap(own, part);
+                }
+            }
+            own.through *= shadow.tau;
+            next.more().take(own);
+            next.settle();
+        }
+        std::mem::swap(now, next);
+    }
+}
+
+/// Form factor from the point x with unit normal n to the fronts of convex `polygons` behind `casters`; `None` where
+/// the pieces become too many.
 pub(crate) fn visible_form<'a>(
     x: DVec3,
     n: DVec3,
     polygons: impl Iterator<Item = &'a [DVec3]>,
     casters: impl Iterator<Item = Caster>,
-    memory: &mut Pieces,
+    pieces: &mut Pieces,
 ) -> Option<f64> {
-    memory.now.count = 0;
-    let [whole, below] = &mut memory.shaded;
+    pieces.now.count = 0;
     for corners in polygons {
         let [a, b, c] = [0, 1, 2].map(|k| corners[k] - x);
         if a.dot((b - a).cross(c - a)) < 0.0 {
-            whole.begin(1.0);
-            corners.iter().try_for_each(|p| whole.push(p - x))?;
-            whole.split(|p| p.dot(n), memory.now.more(), below)?;
-            memory.now.settle();
+            pieces.add_above(n, corners.iter().map(|p| p - x));
         }
     }
     for caster in casters {
-        if memory.now.count == 0 {
+        if pieces.is_empty() {
             break;
         }
-        darken(memory, x, &caster)?;
-    }
-    let form = |p: &Piece| p.through * signed_edges(n, p.corners()).abs();
-    Some(memory.now.all().iter().map(form).sum::<f64>() / std::f64::consts::TAU)
-}
-
-/// Cuts one caster's shadow out of all pieces.
-fn darken(memory: &mut Pieces, x: DVec3, caster: &Caster) -> Option<()> {
-    let corners = caster.corners.map(|p| p - x);
-    let plane = caster.normal.dot(corners[0]);
-    if plane.abs() <= FLAT {
-        return Some(());
-    }
-    // Heights beyond the plane as seen from the point, and the cone's sides looking inwards.
-    let turn = plane.signum();
-    let depth = |p: DVec3| turn * (caster.normal.dot(p) - plane);
-    let sides = [0, 1, 2].map(|k| turn * corners[k].cross(corners[(k + 1) % 3]));
-    let touched = |piece: &Piece| {
-        let own = piece.corners();
-        let reaches = |s: &DVec3| own.iter().any(|p| s.dot(*p) > 0.0);
-        own.iter().any(|&p| depth(p) > FLAT) && sides.iter().all(reaches)
-    };
-    // Most casters touch nothing.
-    if !memory.now.all().iter().any(touched) {
-        return Some(());
-    }
-    let Pieces { now, next, shaded } = memory;
-    next.count = 0;
-    for piece in now.all() {
-        if !touched(piece) {
-            next.more().take(piece);
+        let corners = caster.corners.map(|p| p - x);
+        let plane = caster.normal.dot(corners[0]);
+        if plane.abs() <= FLAT {
             continue;
         }
-        let [own, part] = shaded;
-        let (mut own, mut part) = (own, part);
-        own.take(piece);
-        if piece.corners().iter().any(|&p| depth(p) < 0.0) {
-            own.split(depth, part, next.more())?;
-            next.settle();
-            std::mem::swap(&mut own, &mut part);
+        // Heights beyond the plane as seen from the point, and the cone's sides looking inwards.
+        let turn = plane.signum();
+        let depth = |p: DVec3| turn * (caster.normal.dot(p) - plane);
+        let sides = [0, 1, 2].map(|k| turn * corners[k].cross(corners[(k + 1) % 3]));
+        pieces.darken(&Shadow { depth, flat: FLAT, sides: &sides, tau: caster.tau, crossing: towards });
+        if !pieces.is_simple() {
+            return None;
         }
-        for side in &sides {
-            if own.corners().iter().any(|p| side.dot(*p) < 0.0) {
-                own.split(|p| side.dot(p), part, next.more())?;
-                next.settle();
-                std::mem::swap(&mut own, &mut part);
-            }
-        }
-        let dimmed = next.more();
-        dimmed.take(own);
-        dimmed.through *= caster.tau;
-        next.settle();
     }
-    std::mem::swap(now, next);
-    (now.count <= MOST).then_some(())
+    Some(pieces.form(n))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::form_factors::geometry::polygon::point_to_polygon;
+    use crate::form_factors::geometry::lambert::point_to_polygon;
     use proptest::prelude::*;
 
     fn caster(corners: [DVec3; 3], tau: f64) -> Caster {

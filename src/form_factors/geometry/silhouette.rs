@@ -10,7 +10,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::form_factors::geometry::polygon::{clip_to_horizon, edge_term, signed_edges};
+use crate::form_factors::geometry::lambert::{clip_to_horizon, edge_term, signed_edges};
 
 /// A triangle mesh with its edges.
 #[derive(Clone, Debug)]
@@ -107,7 +107,7 @@ impl Outline {
             if heights.iter().all(|&h| h >= 0.0) {
                 seen.set(k as u32);
             } else if heights.iter().any(|&h| h > 0.0) {
-                let (clipped, count) = clip_to_horizon(&corners, heights);
+                let (clipped, count) = clip_to_horizon(n, &corners);
                 sum += signed_edges(n, &clipped[..count]);
             }
         }
@@ -126,7 +126,7 @@ impl Outline {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::form_factors::geometry::polygon::point_to_polygon;
+    use crate::form_factors::geometry::lambert::point_to_polygon;
     use proptest::prelude::*;
 
     /// A bowl of triangles around the z axis, open upwards, wound to face inwards.

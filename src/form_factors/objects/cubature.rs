@@ -1,20 +1,20 @@
 //! Exchange between facets with occluders between: the visible form factor integrated over the sender.
 //!
 //! The sender is cut into triangles, finer towards occluders, along the planes of those that touch it, where the
-//! integrand jumps, and along the lines where it has kinks ([`crate::form_factors::objects::kinks`]). Each carries Radon's rule of 7 points
-//! (degree 5); its difference from the sum over two halves is the error. Where kinks are left, bisection closes in on
-//! them, and the error falls as about the square of the number of points.
+//! integrand jumps, and along the lines where it has kinks ([`crate::form_factors::objects::discontinuity_lines`]).
+//! Each carries Radon's rule of 7 points (degree 5); its difference from the sum over two halves is the error. Where
+//! kinks are left, bisection closes in on them, and the error falls as about the square of the number of points.
 //!
 //! Sources: J. Radon, *Zur mechanischen Kubatur*, Monatsh. Math. 52, 1948; M. J. Rivara's longest-edge bisection.
 
 use glam::DVec3;
 
 use crate::form_factors::geometry::plane::area_vector;
-use crate::form_factors::objects::between::Occluder;
+use crate::form_factors::objects::adaptive_integration::{Cell, Estimate, refine};
+use crate::form_factors::objects::discontinuity_lines::kinks;
 use crate::form_factors::objects::facet::Facet;
-use crate::form_factors::objects::kinks::kinks;
-use crate::form_factors::objects::refine::{Cell, Estimate, refine};
-use crate::form_factors::objects::visible::visible_form;
+use crate::form_factors::objects::occluders::Occluder;
+use crate::form_factors::objects::visible_form::visible_form;
 
 /// A sender, a receiver in front of it, and what may lie between.
 pub(crate) struct Link<'a> {
@@ -84,8 +84,8 @@ fn parts(link: &Link, most: usize) -> Vec<[DVec3; 3]> {
     parts
 }
 
-/// Cuts triangles that are large against their distance from the outline of an occluder: where its shadow begins to show
-/// must not fall between the nodes.
+/// Cuts triangles that are large against their distance from the outline of an occluder: where its shadow begins to
+/// show must not fall between the nodes.
 fn approach(parts: &mut Vec<[DVec3; 3]>, outline: &[DVec3], most: usize) {
     let middle = outline.iter().sum::<DVec3>() / outline.len() as f64;
     let radius = outline.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
@@ -136,10 +136,7 @@ fn first(links: &[Link], part: Part) -> Cell<Part> {
     let value = radon(links, &part);
     let possible = area_vector(&part.corners).length();
     let hidden = !links[part.link as usize].occluders.is_empty();
-    let error = match hidden {
-        true => value.max(1e-3 * possible),
-        false => value,
-    };
+    let error = if hidden { value.max(1e-3 * possible) } else { value };
     Cell { place: part, integral: Estimate { value, error } }
 }
 

@@ -17,10 +17,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::form_factors::objects::between::{Occluder, between};
+pub use crate::form_factors::objects::adaptive_integration::Estimate;
 use crate::form_factors::objects::cubature::Link;
 use crate::form_factors::objects::facet::{Facet, facets};
-pub use crate::form_factors::objects::refine::Estimate;
+use crate::form_factors::objects::occluders::{Occluder, between};
 use crate::scene::{Scene, Sides};
 
 /// Pairs of facets of two bodies beyond which rays are the better way.
@@ -112,8 +112,8 @@ impl Bodies {
         self.bodies[body].len()
     }
 
-    /// The form factor from a body that sends rays to one that receives them, with an estimate of its error; `None` where
-    /// they are of too many facets, or have too much between them for the `work` allowed.
+    /// The form factor from a body that sends rays to one that receives them, with an estimate of its error; `None`
+    /// where they are of too many facets, or have too much between them for the `work` allowed.
     ///
     /// The error exceeds the tolerance where it would have taken more than `work`: triangles of the sender times the
     /// occluders seen from each, about a microsecond a piece.
@@ -131,10 +131,7 @@ impl Bodies {
         }
         let parts: Vec<Estimate> = open.par_iter().map(unoccluded).collect();
         let mut sum = parts.iter().fold(Estimate::default(), |a, b| plus(&a, b));
-        let method = match hidden.is_empty() {
-            true => Method::ClosedForm,
-            false => Method::Quadrature,
-        };
+        let method = if hidden.is_empty() { Method::ClosedForm } else { Method::Quadrature };
         if method == Method::Quadrature {
             // A quarter, so that an error estimated too small by so much still meets the tolerance.
             let known = sum;
@@ -191,7 +188,7 @@ fn facing(a: &Facet, b: &Facet) -> Option<(Facet, Facet)> {
 fn unoccluded(link: &Link) -> Estimate {
     let (a, b) = (&link.from, &link.to);
     if distance_over_size(a, b) < FAR {
-        return crate::form_factors::objects::contour::exchange(&a.edges, &b.edges);
+        return crate::form_factors::objects::contour_integral::exchange(&a.edges, &b.edges);
     }
     // Lambert's formula keeps a share of 1e-16 FAR² of a form factor this small; more cannot be asked for.
     let goal = |value: f64| 1e-8 * value;

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use crate::form_factors::geometry::plane::{Plane, area_vector, plane_of, split};
-use crate::form_factors::objects::contour::Edge;
+use crate::form_factors::objects::contour_integral::Edge;
 
 /// A flat piece of surface with a front.
 #[derive(Clone, Debug)]
@@ -32,7 +32,7 @@ impl Facet {
         Facet { plane, area, tiles, edges }
     }
 
-    /// The same with front and back exchanged.
+    /// The facet as seen from behind: front and back exchanged.
     pub fn reversed(&self) -> Facet {
         let plane = Plane { normal: -self.plane.normal, offset: -self.plane.offset, ..self.plane };
         let turn = |tile: &Vec<DVec3>| tile.iter().rev().copied().collect();

@@ -94,8 +94,8 @@ pub fn cast(
     cast_counts(rays, patches, variants, sampling, &vec![sampling.rays; patches.len()], tick)
 }
 
-/// Casts a number of rays of its own from each patch, instead of that of `sampling`, and fills F for every variant; also tells
-/// how many rays were cast.
+/// Casts a number of rays of its own from each patch, instead of that of `sampling`, and fills F for every variant;
+/// also tells how many rays were cast.
 ///
 /// # Panics
 /// If there are fewer numbers than patches.
@@ -224,8 +224,8 @@ impl<'a> Caster<'a> {
     }
 }
 
-/// The cosine-distributed ray from patch i at a point of the unit cube of four dimensions, given by dimension: two for the
-/// place, two for the direction.
+/// The cosine-distributed ray from patch i at a point of the unit cube of four dimensions, given by dimension: two for
+/// the place, two for the direction.
 pub(crate) fn hemisphere_ray(patches: &Patches, i: usize, at: impl Fn(usize) -> f32) -> Ray {
     let from = patches.point(i, at(0), at(1));
     Ray { origin: from.position, direction: cosine_direction(from.normal, at(2), at(3)), source: Some(from.face) }

@@ -54,7 +54,8 @@ struct Crossing {
     weight: f32,
 }
 
-/// Casts rays from the patches that receive and keeps their crossings with those that send; also tells how many rays were cast.
+/// Casts rays from the patches that receive and keeps their crossings with those that send; also tells how many rays
+/// were cast.
 ///
 /// `tau` is each material's own, at the factor t = 1.
 pub fn cast_layers(

@@ -56,10 +56,7 @@ fn total<P>(cells: &[Cell<P>]) -> Estimate {
     let (mut sum, mut carry, mut error) = (0.0_f64, 0.0, 0.0);
     for Estimate { value, error: own } in cells.iter().map(|c| c.integral) {
         let next = sum + value;
-        carry += match sum.abs() >= value.abs() {
-            true => (sum - next) + value,
-            false => (value - next) + sum,
-        };
+        carry += if sum.abs() >= value.abs() { (sum - next) + value } else { (value - next) + sum };
         sum = next;
         error += own;
     }

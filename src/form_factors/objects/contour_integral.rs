@@ -12,7 +12,8 @@
 
 use glam::DVec3;
 
-use crate::form_factors::objects::refine::{Cell, Estimate, refine};
+use crate::form_factors::geometry::hull::bounds;
+use crate::form_factors::objects::adaptive_integration::{Cell, Estimate, refine};
 
 /// Nodes of Kronrod's rule, every second one Gauss's.
 const NODES: [f64; 8] = [
@@ -79,11 +80,7 @@ pub(crate) fn exchange(first: &[Edge], second: &[Edge]) -> Estimate {
 
 /// The distance of the middles, or the mean size where the two are near each other.
 fn typical_distance(first: &[Edge], second: &[Edge]) -> f64 {
-    let bounds = |edges: &[Edge]| {
-        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        edges.iter().fold(start, |(low, high), e| (low.min(e[0]), high.max(e[0])))
-    };
-    let ((a, b), (c, d)) = (bounds(first), bounds(second));
+    let [(a, b), (c, d)] = [first, second].map(|edges| bounds(edges.iter().map(|e| e[0])));
     let apart = 0.5 * (a + b - c - d).length();
     apart.max(0.5 * ((b - a).length() + (d - c).length()))
 }
@@ -156,7 +153,7 @@ impl Pair {
         primitive(b) - primitive(a) - self.length + height * angle
     }
 
-    /// The same where the edge is short against its distance.
+    /// Integral of `ln(scale r)` along the second edge where it is short against its distance from the point.
     fn seen_from_afar(&self, middle: DVec3) -> f64 {
         let half = 0.5 * self.length;
         let log = |s: f64| {

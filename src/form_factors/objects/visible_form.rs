@@ -1,79 +1,41 @@
 //! Form factor from a point to the visible part of a facet, exactly: the shadows of convex occluders are cut out of its
-//! tiles, and Lambert's formula sums over what is left.
+//! tiles ([`crate::form_factors::geometry::shadow`]).
 //!
-//! The shadow of a convex polygon is the part beyond its plane of the cone from the point over it. A tile is cut along
-//! the plane and the sides of the cone; the part outside stays as bright as it was, the part inside is dimmed by tau
-//! or dropped. The cost grows with the number of pieces.
-//!
-//! Not handled: a point in an occluder's plane sees it edge on, as nothing.
+//! Planes are as flat as the scene's numbers are exact, and edges are cut at the same bits from both sides, as ten
+//! digits need. The cost grows with the number of pieces. Not handled: a point in an occluder's plane sees it edge on,
+//! as nothing.
 
 use glam::DVec3;
 
-use crate::form_factors::geometry::plane::split;
-use crate::form_factors::geometry::polygon::signed_edges;
-use crate::form_factors::objects::between::Occluder;
+use crate::form_factors::geometry::plane::crossing;
+use crate::form_factors::geometry::shadow::{Pieces, Shadow};
 use crate::form_factors::objects::facet::Facet;
-
-/// A convex part of a facet, and the share of its light that arrives.
-struct Piece {
-    polygon: Vec<DVec3>,
-    through: f64,
-}
+use crate::form_factors::objects::occluders::Occluder;
 
 /// Form factor from the point x with unit normal n to the front of a facet above its horizon, behind `occluders`.
 pub(crate) fn visible_form(x: DVec3, n: DVec3, facet: &Facet, occluders: &[&Occluder]) -> f64 {
-    let whole = |polygon: &Vec<DVec3>| Piece { polygon: polygon.iter().map(|&p| p - x).collect(), through: 1.0 };
-    let mut pieces: Vec<Piece> = facet.tiles.iter().map(whole).collect();
+    let mut pieces = Pieces::default();
+    facet.tiles.iter().for_each(|tile| pieces.add(tile.iter().map(|p| p - x)));
     for occluder in occluders {
-        if pieces.is_empty() {
-            break;
-        }
-        pieces = darken(pieces, x, occluder);
-    }
-    let form = |p: &Piece| p.through * signed_edges(n, &p.polygon).abs();
-    pieces.iter().map(form).sum::<f64>() / std::f64::consts::TAU
-}
-
-/// The pieces, relative to x, after an occluder has cut its shadow out of them.
-fn darken(pieces: Vec<Piece>, x: DVec3, occluder: &Occluder) -> Vec<Piece> {
-    let side = occluder.plane.height(x);
-    if side == 0.0 {
-        return pieces;
-    }
-    let beyond = -side.signum();
-    // The cone's sides look inwards; seen from behind its corners run the other way.
-    let corners: Vec<DVec3> = occluder.polygon.iter().map(|&p| p - x).collect();
-    let sides: Vec<DVec3> = (0..corners.len())
-        .map(|k| beyond * corners[k].cross(corners[(k + 1) % corners.len()]))
-        .map(DVec3::normalize_or_zero)
-        .collect();
-    let depth = |p: DVec3| match beyond * (occluder.plane.normal.dot(p) + side) {
-        h if h.abs() <= occluder.plane.flat => 0.0,
-        h => h,
-    };
-    let mut left = Vec::with_capacity(pieces.len() + 4);
-    for piece in pieces {
-        let reaches = |s: &DVec3| piece.polygon.iter().any(|p| s.dot(*p) > 0.0);
-        if !piece.polygon.iter().any(|&p| depth(p) > 0.0) || !sides.iter().all(reaches) {
-            left.push(piece);
+        let plane = &occluder.plane;
+        let side = plane.height(x);
+        if side == 0.0 || pieces.is_empty() {
             continue;
         }
-        let through = piece.through;
-        let mut keep = |polygon: Vec<DVec3>, through: f64| {
-            if polygon.len() > 2 && through > 0.0 {
-                left.push(Piece { polygon, through });
-            }
+        let beyond = -side.signum();
+        // The cone's sides look inwards; seen from behind its corners run the other way.
+        let corners: Vec<DVec3> = occluder.polygon.iter().map(|&p| p - x).collect();
+        let sides: Vec<DVec3> = (0..corners.len())
+            .map(|k| beyond * corners[k].cross(corners[(k + 1) % corners.len()]))
+            .map(DVec3::normalize_or_zero)
+            .collect();
+        let depth = |p: DVec3| match beyond * (plane.normal.dot(p) + side) {
+            h if h.abs() <= plane.flat => 0.0,
+            h => h,
         };
-        let (mut shaded, near) = split(&piece.polygon, depth);
-        keep(near, through);
-        for side in &sides {
-            let (inside, outside) = split(&shaded, |p| side.dot(p));
-            keep(outside, through);
-            shaded = inside;
-        }
-        keep(shaded, through * occluder.tau);
+        pieces.darken(&Shadow { depth, flat: 0.0, sides: &sides, tau: occluder.tau, crossing });
     }
-    left
+    pieces.form(n)
 }
 
 #[cfg(test)]

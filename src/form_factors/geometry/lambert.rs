@@ -8,6 +8,9 @@
 
 use glam::DVec3;
 
+use crate::form_factors::geometry::plane::towards;
+use crate::patches::clip::cut;
+
 /// Form factor from a point at the origin with unit normal `n` to the side of a triangle that faces it.
 ///
 /// `corners` are relative to the point, counter-clockwise seen from the front; 0 where the point is behind or in the
@@ -18,11 +21,10 @@ pub fn point_to_polygon(n: DVec3, corners: &[DVec3; 3]) -> f64 {
     if a.dot((b - a).cross(c - a)) >= 0.0 {
         return 0.0;
     }
-    let heights = [a.dot(n), b.dot(n), c.dot(n)];
-    if heights.iter().all(|&h| h >= 0.0) {
+    if corners.iter().all(|p| p.dot(n) >= 0.0) {
         return edges(n, corners);
     }
-    let (clipped, count) = clip_to_horizon(corners, heights);
+    let (clipped, count) = clip_to_horizon(n, corners);
     edges(n, &clipped[..count])
 }
 
@@ -44,30 +46,23 @@ pub(crate) fn edge_term(n: DVec3, a: DVec3, b: DVec3) -> f64 {
     let normal = a.cross(b);
     let sine = normal.length();
     // An edge seen end on spans no angle.
-    match sine > 0.0 {
-        true => sine.atan2(a.dot(b)) / sine * n.dot(normal),
-        false => 0.0,
-    }
+    if sine > 0.0 { sine.atan2(a.dot(b)) / sine * n.dot(normal) } else { 0.0 }
 }
 
-/// The part of a triangle with height >= 0: up to four corners, and how many.
-pub(crate) fn clip_to_horizon(corners: &[DVec3; 3], heights: [f64; 3]) -> ([DVec3; 4], usize) {
-    let mut out = [DVec3::ZERO; 4];
-    let mut count = 0;
-    let mut push = |p: DVec3| {
-        out[count] = p;
-        count += 1;
-    };
-    for k in 0..3 {
-        let next = (k + 1) % 3;
-        let (h, g) = (heights[k], heights[next]);
-        if h >= 0.0 {
-            push(corners[k]);
-        }
-        if (h > 0.0 && g < 0.0) || (h < 0.0 && g > 0.0) {
-            push(corners[k].lerp(corners[next], h / (h - g)));
-        }
-    }
+/// The part of a triangle above the horizon of a point at the origin with normal n: up to four corners, and how many.
+pub(crate) fn clip_to_horizon(n: DVec3, corners: &[DVec3; 3]) -> ([DVec3; 4], usize) {
+    let (mut out, mut count) = ([DVec3::ZERO; 4], 0);
+    cut(
+        corners,
+        |p| p.dot(n),
+        towards,
+        |p, [above, _]| {
+            if above {
+                out[count] = p;
+                count += 1;
+            }
+        },
+    );
     (out, count)
 }
 

@@ -2,22 +2,23 @@
 //! planes through an edge of what lies between and a corner of the receiver cross it, and those through an edge of the
 //! receiver and a corner of what lies between.
 //!
-//! Beside a narrow slit two of them lie next to each other and light rises from nothing to all between them: a rule whose
-//! nodes miss that band agrees with its halves and is wrong. Cut along them, every part has a smooth integrand.
+//! Beside a narrow slit two of them lie next to each other and light rises from nothing to all between them: a rule
+//! whose nodes miss that band agrees with its halves and is wrong. Cut along them, every part has a smooth integrand.
 //!
-//! Where edges are parallel to those of the receiver, planes through several of its corners coincide: such lines, where all of
-//! an edge appears at once, are the ones that are taken.
+//! Where edges are parallel to those of the receiver, planes through several of its corners coincide: such lines, where
+//! all of an edge appears at once, are the ones that are taken.
 //!
-//! Source: P. S. Heckbert, *Discontinuity meshing for radiosity*, Eurographics Workshop on Rendering 1992. Not handled: other
-//! lines, those past the number that is taken, and events of three edges, whose curves are no lines; adaptive cells close in on both.
+//! Source: P. S. Heckbert, *Discontinuity meshing for radiosity*, Eurographics Workshop on Rendering 1992. Not handled:
+//! other lines, those past the number that is taken, and events of three edges, whose curves are no lines; adaptive
+//! cells close in on both.
 
 use std::collections::HashMap;
 
 use glam::DVec3;
 
 use crate::form_factors::geometry::plane::Plane;
-use crate::form_factors::objects::between::Occluder;
 use crate::form_factors::objects::facet::Facet;
+use crate::form_factors::objects::occluders::Occluder;
 
 /// Lines taken at most: k of them cut a sender into up to k²/2 parts.
 const MOST: usize = 6;

@@ -1,8 +1,9 @@
 //! Light as emitted that one point receives, asked with a few random numbers and free of bias.
 //!
-//! Where the closed form is known it is taken. Elsewhere some points `y` are drawn on a luminaire of area A, one of them is chosen in
-//! proportion to the kernel `k(x, y) = cos cos / (pi r²)`, and one visibility ray goes there (resampled importance sampling, J. F.
-//! Talbot et al. 2005). With F the closed form, T the transmittance and c any number,
+//! Where the closed form is known it is taken. Elsewhere some points `y` are drawn on a luminaire of area A, one of
+//! them is chosen in proportion to the kernel `k(x, y) = cos cos / (pi r²)`, and one visibility ray goes there
+//! (resampled importance sampling, J. F. Talbot et al. 2005). With F the closed form, T the transmittance and c any
+//! number,
 //!
 //! ```text
 //! F_V = T(y) m + c (F - m),      m = mean of A k over the points drawn,      E[m] = F
@@ -10,8 +11,8 @@
 //!
 //! so that a guess c of the visible share lessens the noise of m and changes no mean.
 //!
-//! [`Lighting::gather_luminaire`] divides by m instead, whose bias falls as 1/rays: better for many rays of one receiver, wrong
-//! for one ray of each of many.
+//! [`Lighting::gather_luminaire`] divides by m instead, whose bias falls as 1/rays: better for many rays of one
+//! receiver, wrong for one ray of each of many.
 
 use glam::DVec3;
 
@@ -28,7 +29,8 @@ const CANDIDATES: usize = 4;
 const GUESS: f64 = 0.5;
 
 impl Lighting<'_> {
-    /// `sum over luminaires of F_l E_l` at a receiver on a patch, W/(m² sr), without bias; adds the rays cast to `cast`.
+    /// `sum over luminaires of F_l E_l` at a receiver on a patch, W/(m² sr), without bias; adds the rays cast to
+    /// `cast`.
     pub fn ask(
         &self,
         receiver: &SurfacePoint,
@@ -56,7 +58,8 @@ impl Lighting<'_> {
         sum
     }
 
-    /// An estimate without bias of the form factor to what is seen of a luminaire, by points drawn on it, one of which is asked.
+    /// An estimate without bias of the form factor to what is seen of a luminaire, by points drawn on it, one of which
+    /// is asked.
     fn draw(
         &self,
         receiver: &SurfacePoint,
