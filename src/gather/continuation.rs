@@ -75,26 +75,22 @@ impl Continuation<'_> {
         sum + on
     }
 
-    /// Whether light is read at a place, or nothing is to be read there.
+    /// Whether light is read at a place.
     fn ends(&self, at: &SurfaceHit, left: Left) -> bool {
-        let far = |patch| left.bounces == 0 && !self.fields.is_near(patch, at.distance);
-        left.most == 0 || self.walker.patch(at).is_none_or(far)
+        left.most == 0 || (left.bounces == 0 && !self.fields.is_near(at.patch, at.distance))
     }
 
     /// A sample of the first field at a point, read there or after more rays.
     fn light(&self, at: &SurfaceHit, left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
-        let Some(patch) = self.walker.patch(at) else {
-            return DVec3::ZERO;
-        };
         if !self.ends(at, left) {
             let found = self.walker.reflect(at, random, memory);
             let left = Left { bounces: left.bounces.saturating_sub(1), most: left.most - 1 };
             return found.light(self.incident(&found.next, left, random, memory));
         }
         match self.fields.reading().direct {
-            Direct::Patch => self.fields.of_patch(patch)[0].at(at.position).as_dvec3(),
+            Direct::Patch => self.fields.of_patch(at.patch)[0].at(at.position).as_dvec3(),
             Direct::Asked => {
-                let rest = self.fields.without_direct(patch, at.position).as_dvec3();
+                let rest = self.fields.without_direct(at.patch, at.position).as_dvec3();
                 rest + self.walker.direct(at, random, memory).direct
             }
         }

@@ -123,10 +123,9 @@ fn traced(walker: &Walker, k: usize, mut random: Stream, memory: &mut Memory) ->
         return vertices;
     };
     // What the camera sees reflects rho whatever its alpha.
-    let seen = walker.met(&ray, &hit, 1.0);
-    if walker.patch(&seen).is_none() {
+    let Some(seen) = walker.met(&ray, &hit, 1.0) else {
         return vertices;
-    }
+    };
     let mut weight = walker.rho(&seen);
     if weight == DVec3::ZERO {
         return vertices;

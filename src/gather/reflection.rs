@@ -14,6 +14,8 @@ use crate::rays::{Hit, Ray, Side};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SurfaceHit {
     pub face: u32,
+    /// The patch that it lies on, among those of the view that the ray was followed in.
+    pub patch: u32,
     pub side: Side,
     pub position: Vec3,
     /// The product of tau before it.
@@ -66,11 +68,6 @@ impl<'a> Walker<'a> {
         Walker { view, lighting: view.lighting(), opaque: view.transports.iter().all(|t| t.tau == 0.0) }
     }
 
-    /// The patch of a point that was met.
-    pub fn patch(&self, at: &SurfaceHit) -> Option<u32> {
-        self.view.patches.at(at.face, at.side, at.position)
-    }
-
     /// `rho` of the face met.
     pub fn rho(&self, at: &SurfaceHit) -> DVec3 {
         self.view.scene.material(at.face).rho.as_dvec3()
@@ -85,10 +82,10 @@ impl<'a> Walker<'a> {
         let glow = if luminaire { DVec3::ZERO } else { emitted };
         let reflect = f64::from(view.transports[index].alpha) * self.rho(at);
         let mut direct = DVec3::ZERO;
-        if let Some(patch) = self.patch(at).filter(|_| reflect != DVec3::ZERO) {
+        if reflect != DVec3::ZERO {
             let receiver = view.surface_point(at.face, at.side, at.position);
             let Memory { scratch, cast, .. } = memory;
-            direct = reflect * self.lighting.ask(&receiver, patch, random, scratch, cast);
+            direct = reflect * self.lighting.ask(&receiver, at.patch, random, scratch, cast);
         }
         Reflection { direct, glow, reflect, next: Vec::new() }
     }
@@ -120,8 +117,7 @@ impl<'a> Walker<'a> {
     pub fn follow(&self, ray: &Ray, memory: &mut Memory, mut meet: impl FnMut(SurfaceHit)) -> f64 {
         memory.cast += 1;
         self.each(ray, &mut memory.hits, |hit, through| {
-            let found = self.met(ray, hit, through);
-            if self.patch(&found).is_some() {
+            if let Some(found) = self.met(ray, hit, through) {
                 meet(found);
             }
         })
@@ -137,9 +133,10 @@ impl<'a> Walker<'a> {
         hits.first().map_or(0.0, |hit| 1.0 / f64::from(hit.t))
     }
 
-    /// The point where a ray meets a face.
-    pub fn met(&self, ray: &Ray, hit: &Hit, through: f32) -> SurfaceHit {
+    /// The point where a ray meets a face; none on a black back, which has no patch.
+    pub fn met(&self, ray: &Ray, hit: &Hit, through: f32) -> Option<SurfaceHit> {
         let position = self.view.met_at(ray, hit);
-        SurfaceHit { face: hit.face, side: hit.side, position, through, distance: hit.t }
+        let patch = self.view.patches.at(hit.face, hit.side, position)?;
+        Some(SurfaceHit { face: hit.face, patch, side: hit.side, position, through, distance: hit.t })
     }
 }

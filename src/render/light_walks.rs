@@ -144,7 +144,7 @@ impl<'a> Walks<'a> {
     fn walk(&self, random: &mut Stream, sums: &mut [TermPower], hits: &mut Vec<Hit>) {
         let Some((mut ray, mut weight)) = self.start(random) else { return };
         for sum in sums {
-            self.meet(&ray, hits);
+            self.rays.light_crossings(&ray, self.opaque, hits);
             let Some((next, carried)) = self.arrive(&ray, hits, weight, sum, random) else { return };
             (ray, weight) = (next, carried);
         }
@@ -167,16 +167,6 @@ impl<'a> Walks<'a> {
         Ray { origin, direction: cosine_direction(normal, random.uniform(), random.uniform()), source: Some(face) }
     }
 
-    /// The surfaces that a ray crosses, as far as light gets.
-    fn meet(&self, ray: &Ray, hits: &mut Vec<Hit>) {
-        if self.opaque {
-            hits.clear();
-            hits.extend(self.rays.closest(ray));
-        } else {
-            self.rays.crossings(ray, hits);
-        }
-    }
-
     /// Adds what arrives at the surfaces crossed, and draws the one that the walk goes on from.
     fn arrive(
         &self,
@@ -186,26 +176,25 @@ impl<'a> Walks<'a> {
         sum: &mut TermPower,
         random: &mut Stream,
     ) -> Option<(Ray, DVec3)> {
-        let mut through = 1.0;
         let mut chosen: Option<(Hit, DVec3, f64)> = None;
         let mut total = 0.0;
-        for hit in hits {
-            let (rho, own) = self.reflects(hit);
-            let seen = weight * through * rho;
-            let passed = seen * f64::from(own.alpha);
-            sum.visible += seen;
-            sum.invisible += passed;
-            // Reservoir of one: the crossings' shares need not be known beforehand.
-            let share = passed.element_sum();
-            total += share;
-            if share > 0.0 && (total == share || f64::from(random.uniform()) * total < share) {
-                chosen = Some((*hit, passed, share));
-            }
-            through *= f64::from(own.tau);
-            if through == 0.0 {
-                break;
-            }
-        }
+        self.rays.transmit(
+            hits,
+            |m| f64::from(self.transports[m].tau),
+            |hit, through: f64| {
+                let (rho, own) = self.reflects(hit);
+                let seen = weight * through * rho;
+                let passed = seen * f64::from(own.alpha);
+                sum.visible += seen;
+                sum.invisible += passed;
+                // Reservoir of one: the crossings' shares need not be known beforehand.
+                let share = passed.element_sum();
+                total += share;
+                if share > 0.0 && (total == share || f64::from(random.uniform()) * total < share) {
+                    chosen = Some((*hit, passed, share));
+                }
+            },
+        );
         let (hit, passed, share) = chosen?;
         let position = ray.origin + hit.t * ray.direction;
         Some((self.leave(position, hit.face, hit.side, random), passed * (total / share)))
