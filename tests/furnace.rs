@@ -5,7 +5,7 @@
 mod common;
 
 use common::{Silent, assemble_one, builtin, sampling};
-use halflight::gather::GatherSampling;
+use halflight::gather::{GatherSampling, Gathering};
 use halflight::light::{Light, Mode, Rgb, Visibility};
 use halflight::render::{Prepared, prepare, render};
 use halflight::scene::Scene;
@@ -96,4 +96,22 @@ fn hidden_emission_leaves_reflected_light_only() {
         assert_near(l.invisible, E / (Rgb::ONE - RHO), "invisible");
         assert_near(l.visible, E * RHO / (Rgb::ONE - RHO), "visible");
     }
+}
+
+/// Where every pixel shows a luminaire the error was one over no pixel, 0 of 0, and rounds of sampling went on to the
+/// last: 146 rays a pixel instead of 17.
+#[test]
+fn a_picture_of_nothing_but_luminaires_has_an_error_and_takes_one_round() {
+    const SIDE: usize = 128;
+    let p = prepare(builtin("furnace"), 600);
+    let mode = assemble_one(&p, Mode::Global.transport(), &sampling(256, 0));
+    let solution = neumann(&mode.operator, &Settings::default()).expect("rho < 1 converges");
+    let within = Gathering::Within { error: 0.01, seed: 0, deadline: None };
+    let gathered = render(&p, &mode, &solution, (SIDE, SIDE), within, &Silent);
+    // Light is the same everywhere up to rounding.
+    assert!(gathered.error.signal > 0.0 && gathered.error.relative() < 1e-5, "{:?}", gathered.error);
+    // Four camera rays a pixel, and two halves of 128 rays of a record for every 4 x 4; twice as many near edges.
+    let most = 2.0 * (4.0 + 2.0 * 128.0 / 16.0);
+    let each = gathered.rays as f64 / (SIDE * SIDE) as f64;
+    assert!(each < most, "{each} rays a pixel");
 }

@@ -44,6 +44,9 @@ pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan, tick: Progres
             tick(1);
         },
     );
+    // An error over no pixel would be none at all.
+    let shows_luminaires_only = pixels.iter().all(|pixel| pixel.weight() == 0.0);
+    pixels.iter_mut().for_each(|pixel| pixel.counts_emission = shows_luminaires_only);
     let Some(noise) = plan.noise else {
         return pixels;
     };

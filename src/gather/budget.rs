@@ -116,7 +116,8 @@ impl Settings {
             let scale = camera.count / some.count.max(1.0);
             let bare = cache.bare() as f64 / cache.record_of.len().max(1) as f64;
             let foreseen = |biases: &[Bias]| bare * scale * relative(biases) * some.signal;
-            if self.error.is_none() || late {
+            // A picture without light has no error relative to it.
+            if self.error.is_none() || late || left <= 0.0 {
                 let biases = cache.biases();
                 misfit = foreseen(&biases) + cache.misfit(pixels, &biases);
                 break;

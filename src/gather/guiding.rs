@@ -21,6 +21,8 @@ use crate::rays::FAN;
 
 /// Rays that a density is made of at least: one for every four cells.
 const ENOUGH: f32 = (CELLS * CELLS / 4) as f32;
+/// Rays over those that a density was made of, from which it is worth making anew: its noise falls by a tenth.
+const MORE: f32 = 1.25;
 /// Rays of mean light that every cell is thought to have met before its own.
 const PRIOR: f32 = 2.0;
 /// Share of the mean square of light that a cell may vary by beyond what few rays show.
@@ -58,11 +60,16 @@ impl CellStatistics {
         }
     }
 
-    /// The density that these rays make; none where they are few, or dark.
+    /// Number of rays so far.
+    fn rays(&self) -> f32 {
+        self.counts.iter().map(|count| count.load(Ordering::Relaxed) as f32).sum()
+    }
+
+    /// The density that these rays make; none where they are dark.
     fn density(&self) -> Option<GuidingDensity> {
         let known = CellCounts::new(&self.counts);
         let squares = known.expected(&self.squares);
-        if known.rays < ENOUGH || squares.iter().all(|s| *s <= 0.0) {
+        if squares.iter().all(|s| *s <= 0.0) {
             return None;
         }
         let channels = [0, 1, 2].map(|c| known.expected(&self.sums[c]));
@@ -79,7 +86,6 @@ impl CellStatistics {
 
 /// How many rays are known of the cells.
 struct CellCounts {
-    rays: f32,
     own: Cells,
     /// With those of neighbours.
     near: Cells,
@@ -88,7 +94,7 @@ struct CellCounts {
 impl CellCounts {
     fn new(counts: &[AtomicU32]) -> CellCounts {
         let own: Cells = std::array::from_fn(|k| counts[k].load(Ordering::Relaxed) as f32);
-        CellCounts { rays: own.iter().sum(), near: blurred(&own), own }
+        CellCounts { near: blurred(&own), own }
     }
 
     /// Mean of what rays through each cell and its neighbours found, drawn to that of all cells where they are few.
@@ -122,8 +128,26 @@ pub(crate) struct GuidingField {
     /// Length of the brightest light.
     brightest: f64,
     numbers: HashMap<(u32, u32, [i8; 4]), u32>,
-    statistics: Vec<CellStatistics>,
-    densities: Vec<Option<GuidingDensity>>,
+    places: Vec<GuidedPlace>,
+}
+
+/// What rays of one place found, and the density that later ones follow.
+struct GuidedPlace {
+    statistics: CellStatistics,
+    density: Option<Box<GuidingDensity>>,
+    /// Rays that the density was made of.
+    rays: f32,
+}
+
+impl GuidedPlace {
+    /// Makes the density anew where rays have become more by a share that shows.
+    fn update(&mut self) {
+        let rays = self.statistics.rays();
+        if rays >= ENOUGH.max(MORE * self.rays) {
+            self.rays = rays;
+            self.density = self.statistics.density().map(Box::new);
+        }
+    }
 }
 
 impl GuidingField {
@@ -135,8 +159,7 @@ impl GuidingField {
             width,
             brightest: brightest.max(f64::from(f32::MIN_POSITIVE)),
             numbers: HashMap::new(),
-            statistics: Vec::new(),
-            densities: Vec::new(),
+            places: Vec::new(),
         }
     }
 
@@ -146,28 +169,24 @@ impl GuidingField {
         // The directions' frame turns over where z changes sign.
         let way = [round(normal.x), round(normal.y), round(normal.z), i8::from(normal.z.is_sign_negative())];
         let (x, y) = (k % self.width / self.tile, k / self.width / self.tile);
-        let next = self.statistics.len() as u32;
+        let next = self.places.len() as u32;
         let number = *self.numbers.entry((x as u32, y as u32, way)).or_insert(next);
         if number == next {
-            self.statistics.push(CellStatistics::none(self.brightest as f32));
-            self.densities.push(None);
+            let statistics = CellStatistics::none(self.brightest as f32);
+            self.places.push(GuidedPlace { statistics, density: None, rays: 0.0 });
         }
         number
     }
 
-    /// Makes the densities anew from all that rays have found.
+    /// Makes densities anew from what rays have found, where those have become more.
     pub fn update(&mut self) {
-        let statistics = self.statistics.par_iter();
-        self.densities = statistics.map(CellStatistics::density).collect();
+        self.places.par_iter_mut().for_each(GuidedPlace::update);
     }
 
     /// The density of a number, and where its rays are recorded.
     pub fn of(&self, number: u32) -> Guiding<'_> {
-        Guiding {
-            density: self.densities[number as usize].as_ref(),
-            statistics: Some(&self.statistics[number as usize]),
-            scale: 1.0 / self.brightest,
-        }
+        let place = &self.places[number as usize];
+        Guiding { density: place.density.as_deref(), statistics: Some(&place.statistics), scale: 1.0 / self.brightest }
     }
 }
 

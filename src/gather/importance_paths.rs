@@ -38,6 +38,8 @@ pub(crate) struct Vertex {
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
     pub pixel: u32,
+    /// Which half of its pixel's paths it belongs to, 0 or 1.
+    pub half: usize,
     pub vertices: Vec<Vertex>,
 }
 
@@ -88,7 +90,7 @@ impl ImportancePaths {
                     for n in count(k, before)..count(k, after) {
                         let random = Stream::new(hash(n, hash(k as u32, seed)));
                         let vertices = traced(&walker, k, random, memory);
-                        paths.push(Path { pixel: k as u32, vertices });
+                        paths.push(Path { pixel: k as u32, half: n as usize % 2, vertices });
                     }
                 }
                 (paths, memory.cast)

@@ -45,4 +45,4 @@ pub use pass::gather;
 pub use reading::{Direct, READINGS, Reading};
 pub use sampling::{GatherSampling, Gathering};
 pub use view::View;
-pub use weighted_residual::{Residual, SquaredError};
+pub use weighted_residual::{Residual, ResidualSums, SquaredError};

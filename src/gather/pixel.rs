@@ -23,6 +23,8 @@ pub(crate) struct Pixel {
     pub backs: u32,
     /// Camera rays that met light as emitted.
     pub emitting: u32,
+    /// Whether the pixel counts in the error whatever it emits, as where the picture shows nothing but luminaires.
+    pub counts_emission: bool,
     /// Camera rays that met a side that reflects.
     pub reflecting: u32,
     pub rays: u64,
@@ -63,6 +65,9 @@ impl Pixel {
     /// emitted. Pixels that see a luminaire count nothing, those that a sliver of one lies in count a little less than
     /// others.
     pub fn weight(&self) -> f64 {
+        if self.counts_emission {
+            return 1.0;
+        }
         let share = f64::from(self.emitting) / self.camera().max(1.0);
         (1.0 - share).powi(LOOKS)
     }

@@ -4,6 +4,8 @@
 
 use glam::{DVec3, Vec3};
 
+use smallvec::SmallVec;
+
 use crate::direct::{Lighting, Scratch};
 use crate::gather::view::View;
 use crate::rays::sobol::Stream;
@@ -24,6 +26,9 @@ pub(crate) struct SurfaceHit {
     pub distance: f32,
 }
 
+/// The points that a ray meets; one, unless something is transparent.
+pub(crate) type Met = SmallVec<[SurfaceHit; 1]>;
+
 /// What leaves a point of a surface, as far as one ray tells.
 #[derive(Clone, Debug)]
 pub(crate) struct Reflection {
@@ -34,7 +39,7 @@ pub(crate) struct Reflection {
     /// `alpha rho`.
     pub reflect: DVec3,
     /// What the next ray meets.
-    pub next: Vec<SurfaceHit>,
+    pub next: Met,
 }
 
 impl Reflection {
@@ -87,7 +92,7 @@ impl<'a> Walker<'a> {
             let Memory { scratch, cast, .. } = memory;
             direct = reflect * self.lighting.ask(&receiver, at.patch, random, scratch, cast);
         }
-        Reflection { direct, glow, reflect, next: Vec::new() }
+        Reflection { direct, glow, reflect, next: Met::new() }
     }
 
     /// What leaves a point, with what one more ray from there meets.
@@ -100,14 +105,14 @@ impl<'a> Walker<'a> {
     }
 
     /// All that one cosine-distributed ray meets and sees light from.
-    pub fn bounce(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Vec<SurfaceHit> {
+    pub fn bounce(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Met {
         let normal = self.view.patches.normal(at.face, at.side);
         let ray = Ray {
             origin: at.position,
             direction: cosine_direction(normal, random.uniform(), random.uniform()),
             source: Some(at.face),
         };
-        let mut met = Vec::new();
+        let mut met = Met::new();
         self.follow(&ray, memory, |m| met.push(m));
         met
     }

@@ -22,6 +22,7 @@
 //! Not handled: errors that change sign within the smallest block whose noise allows a statement.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::gather::fields::Fields;
 use crate::gather::importance_paths::{ImportancePaths, Path, Vertex};
@@ -59,37 +60,60 @@ const LIKELY: f64 = 0.5;
 /// Sums over the paths of a pixel or block, of either half.
 type Halves = [(DVec3, f64); 2];
 
-impl ImportancePaths {
-    /// Measures the light of the leading field on patches at the vertices of the paths.
-    pub fn residual(&self, patches: &Patches, fields: &Fields) -> Residual {
-        let mut pixels = vec![[Halves::default(); READINGS]; self.width * self.height];
-        let mut count = vec![0_usize; pixels.len()];
-        for path in &self.paths {
-            let k = path.pixel as usize;
-            // Paths of a pixel are of either half in turn.
-            let half = count[k] % 2;
-            count[k] += 1;
-            let errors = errors(path, patches, fields);
-            for (own, error) in pixels[k].iter_mut().zip(errors) {
-                own[half].0 += error;
-                own[half].1 += 1.0;
+/// Paths that one thread measures before their sums are added to those of the pixels.
+const CHUNK: usize = 1024;
+
+/// Sums over paths, pixel by pixel, of by how much light on patches misses what is measured at points; paths may be
+/// added as they are traced.
+pub struct ResidualSums {
+    pixels: Vec<[Halves; READINGS]>,
+    width: usize,
+    height: usize,
+    /// Paths added so far.
+    taken: usize,
+}
+
+impl ResidualSums {
+    /// No path's sums, for a picture of the size of the paths'.
+    pub fn new(paths: &ImportancePaths) -> ResidualSums {
+        let (width, height) = (paths.width, paths.height);
+        ResidualSums { pixels: vec![[Halves::default(); READINGS]; width * height], width, height, taken: 0 }
+    }
+
+    /// Adds the leading field's errors at the vertices of the paths that were not added yet.
+    pub fn take(&mut self, paths: &ImportancePaths, patches: &Patches, fields: &Fields) {
+        let chunks = paths.paths[self.taken..].par_chunks(CHUNK);
+        let one = |path: &Path| (path.pixel, path.half, errors(path, patches, fields));
+        let measured: Vec<Vec<_>> = chunks.map(|chunk| sums_by_pixel(chunk.iter().map(one))).collect();
+        // One after the other: the sum is the same for any number of threads.
+        for (pixel, sums) in measured.into_iter().flatten() {
+            for (own, sum) in self.pixels[pixel as usize].iter_mut().zip(sums) {
+                for half in 0..2 {
+                    own[half].0 += sum[half].0;
+                    own[half].1 += sum[half].1;
+                }
             }
         }
-        let squared = std::array::from_fn(|reading| BLOCKS.map(|side| self.products(&pixels, reading, side)));
+        self.taken = paths.paths.len();
+    }
+
+    /// The squared error that the sums tell.
+    pub fn residual(&self) -> Residual {
+        let squared = std::array::from_fn(|reading| BLOCKS.map(|side| self.products(reading, side)));
         let mean = std::array::from_fn(|reading| {
-            let own = pixels.iter().flat_map(|p| p[reading]);
+            let own = self.pixels.iter().flat_map(|p| p[reading]);
             let sum: DVec3 = own.map(|(sum, paths)| sum / paths.max(1.0)).sum();
-            sum.element_sum() / (6.0 * pixels.len() as f64)
+            sum.element_sum() / (6.0 * self.pixels.len() as f64)
         });
         Residual { squared, mean }
     }
 
     /// Mean over blocks of the product of both halves' mean errors.
-    fn products(&self, pixels: &[[Halves; READINGS]], reading: usize, side: usize) -> SquaredError {
+    fn products(&self, reading: usize, side: usize) -> SquaredError {
         let columns = self.width.div_ceil(side);
         let none = ([DVec3::ZERO; 2], 0.0);
         let mut blocks = vec![none; columns * self.height.div_ceil(side)];
-        for (k, pixel) in pixels.iter().enumerate() {
+        for (k, pixel) in self.pixels.iter().enumerate() {
             let (x, y) = (k % self.width, k / self.width);
             let (block, area) = &mut blocks[y / side * columns + x / side];
             // Every pixel counts alike, however many paths it has.
@@ -138,6 +162,13 @@ impl Residual {
 }
 
 impl ImportancePaths {
+    /// Measures the light of the leading field on patches at the vertices of all paths.
+    pub fn residual(&self, patches: &Patches, fields: &Fields) -> Residual {
+        let mut sums = ResidualSums::new(self);
+        sums.take(self, patches, fields);
+        sums.residual()
+    }
+
     /// For every patch as it was cut samples of the light that leaves it, at the vertices of the paths, from the
     /// leading field on what they meet.
     pub fn samples(&self, patches: &Patches, fields: &Fields) -> Vec<Vec<Sample>> {
@@ -157,35 +188,56 @@ impl ImportancePaths {
     }
 }
 
-/// The leading field at a point, whole and without direct light.
-fn read(patches: &Patches, fields: &Fields, at: &SurfaceHit) -> (DVec3, DVec3) {
-    match patches.at(at.face, at.side, at.position) {
-        Some(patch) => {
-            let light = fields.of_patch(patch)[0].at(at.position);
-            let rest = fields.without_direct(patch, at.position);
-            (light.as_dvec3(), rest.as_dvec3())
+/// What a path's pixel adds up, by reading.
+type PixelSums = (u32, [Halves; READINGS]);
+
+/// Adds up the errors of paths, those of one pixel beside each other.
+fn sums_by_pixel(errors: impl Iterator<Item = (u32, usize, [DVec3; READINGS])>) -> Vec<PixelSums> {
+    let mut sums: Vec<PixelSums> = Vec::new();
+    for (pixel, half, errors) in errors {
+        if sums.last().is_none_or(|last| last.0 != pixel) {
+            sums.push((pixel, [Halves::default(); READINGS]));
         }
-        None => (DVec3::ZERO, DVec3::ZERO),
+        let last = sums.len() - 1;
+        for (own, error) in sums[last].1.iter_mut().zip(errors) {
+            own[half].0 += error;
+            own[half].1 += 1.0;
+        }
     }
+    sums
+}
+
+/// The leading field on the patch of a point; nothing where there is none.
+fn light_at(patches: &Patches, fields: &Fields, at: &SurfaceHit) -> DVec3 {
+    let patch = patches.at(at.face, at.side, at.position);
+    patch.map_or(DVec3::ZERO, |patch| fields.of_patch(patch)[0].at(at.position).as_dvec3())
 }
 
 /// A sample of the light that leaves a vertex of a path, from the leading field on what its next ray meets.
 fn sample(vertex: &Vertex, patches: &Patches, fields: &Fields) -> DVec3 {
-    let incident = |m: &SurfaceHit| f64::from(m.through) * read(patches, fields, m).0;
+    let incident = |m: &SurfaceHit| f64::from(m.through) * light_at(patches, fields, m);
     vertex.found.light(vertex.found.next.iter().map(incident).sum())
 }
 
 /// `sum of w_k r_k` over the vertices of a path that each reading leaves to the patches.
 fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] {
     let mut errors = [DVec3::ZERO; READINGS];
-    // From the last vertex on, so that sums over what follows are known.
-    let (mut rest, mut own) = (DVec3::ZERO, [DVec3::ZERO; 2]);
+    // From the last vertex on, so that sums over what follows are known, and the light there.
+    let (mut rest, mut own, mut after) = (DVec3::ZERO, [DVec3::ZERO; 2], None);
     for (k, vertex) in path.vertices.iter().enumerate().rev() {
-        let (light, without) = read(patches, fields, &vertex.at);
-        rest += vertex.weight * (sample(vertex, patches, fields) - light);
-        let patch = patches.at(vertex.at.face, vertex.at.side, vertex.at.position);
+        let SurfaceHit { face, side, position, distance, .. } = vertex.at;
+        let patch = patches.at(face, side, position);
+        let light = patch.map_or(DVec3::ZERO, |patch| fields.of_patch(patch)[0].at(position).as_dvec3());
+        let leaving = match (after, &vertex.found.next[..]) {
+            // The only point that the next ray met is the next vertex.
+            (Some(light), [only]) => vertex.found.light(f64::from(only.through) * light),
+            _ => sample(vertex, patches, fields),
+        };
+        rest += vertex.weight * (leaving - light);
+        after = Some(light);
         // A ray that is too short goes on: what the next one leaves is what it leaves.
-        if !patch.is_some_and(|patch| fields.is_near(patch, vertex.at.distance)) {
+        if !patch.is_some_and(|patch| fields.is_near(patch, distance)) {
+            let without = patch.map_or(DVec3::ZERO, |patch| fields.without_direct(patch, position).as_dvec3());
             let corrected = vertex.weight * (vertex.found.direct + without - light);
             own = [rest, rest - corrected];
         }

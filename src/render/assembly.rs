@@ -23,7 +23,7 @@ pub struct Seconds {
     pub patches: f64,
     /// Casting rays for F; shared by all modes of one run.
     pub form_factors: f64,
-    /// Bounds on the spectral radius, and the series.
+    /// Bounds on the spectral radius, the series, and measuring its light at points.
     pub solve: f64,
     /// Rendering the pixels.
     pub gather: f64,

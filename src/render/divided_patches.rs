@@ -14,7 +14,7 @@
 
 use std::time::Instant;
 
-use crate::gather::{Gathered, ImportancePaths, Reading, Residual};
+use crate::gather::{Gathered, ImportancePaths, Reading, Residual, ResidualSums};
 use crate::light::Transport;
 use crate::render::assembly::{Prepared, Watch};
 use crate::render::residual_check::brightness;
@@ -119,8 +119,10 @@ fn measured(
     let mut others = walks(p, solved, wanted, (bright, each, 1 + round), spent);
     let clock = Instant::now();
     let certain = signal * (SURE * wanted.tolerance).powi(2);
+    let mut sums = ResidualSums::new(&others);
     loop {
-        let residual = others.residual(&p.patches, &solved.fields);
+        sums.take(&others, &p.patches, &solved.fields);
+        let residual = sums.residual();
         let told = residual.of(Reading::PLAIN, certain);
         if told.deviation <= certain || others.each() >= EACH.2 || told.value > 4.0 * told.deviation {
             spent.seconds.solve += clock.elapsed().as_secs_f64();

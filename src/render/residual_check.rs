@@ -5,9 +5,11 @@
 //!
 //! Not handled: errors that few paths cannot tell from none; the larger of both estimates is stated.
 
-use crate::gather::{Gathered, ImportancePaths, Reading, Residual, SquaredError};
+use std::time::Instant;
+
+use crate::gather::{Gathered, ImportancePaths, Reading, Residual, ResidualSums, SquaredError};
 use crate::render::assembly::Prepared;
-use crate::render::solved::Solved;
+use crate::render::solved::{Solved, Spent};
 use crate::render::wanted::Wanted;
 
 /// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; and at most, where an error is suspected or they tell too
@@ -32,54 +34,113 @@ pub(crate) struct Check {
     most: u32,
     /// Squared RMS of the picture.
     signal: f64,
+    /// What the paths say of the solution judged last.
+    found: Option<Residual>,
+}
+
+/// What paths say of a solution.
+struct Judgement {
+    /// It is off by more than is tolerable.
+    is_wrong: bool,
+    /// Chance does not explain that.
+    is_certain: bool,
+    /// It may be.
+    is_suspicious: bool,
+    /// Squared error of small places that paths cannot tell from none, over what they should tell.
+    blindness: f64,
+}
+
+impl Judgement {
+    /// How many paths of a pixel are to judge, of which `each` have.
+    fn paths(&self, each: u32, accept: bool) -> u32 {
+        // The standard error of a square falls as the number.
+        let blindness = if accept { self.blindness.max(1.0) } else { 1.0 };
+        let needed = match (self.is_certain, self.is_suspicious) {
+            (true, _) => 1.0,
+            (false, true) => blindness.max(2.0),
+            (false, false) => blindness,
+        };
+        (needed * f64::from(each)).ceil() as u32
+    }
 }
 
 impl Check {
     /// A few paths through the rough picture of a solution.
-    pub fn new(p: &Prepared, solved: &Solved, wanted: &Wanted, rough: &Gathered) -> Check {
+    pub fn new(p: &Prepared, solved: &Solved, wanted: &Wanted, rough: &Gathered, spent: &mut Spent) -> Check {
+        let clock = Instant::now();
         let view = solved.rough_view(p, wanted);
         let mut walks = ImportancePaths::new(&view, brightness(rough), wanted.seed ^ 0x2c1b_3c6d);
         let pixels = (view.width * view.height) as f64;
         let paths = PATHS.0 * (0.02 / wanted.tolerance).clamp(0.5, 4.0);
         let each = |paths: f64| (paths / pixels).ceil() as u32;
         walks.extend(&view, each(paths));
-        Check { most: each(PATHS.1), walks, signal: rough.error.signal.powi(2) }
+        spent.rays += walks.rays;
+        spent.seconds.solve += clock.elapsed().as_secs_f64();
+        Check { most: each(PATHS.1), walks, signal: rough.error.signal.powi(2), found: None }
     }
 
     /// Whether the light is off by more than its two levels of patches and its noise say, and by more than is tolerable.
-    pub fn contradicts(&mut self, p: &Prepared, solved: &Solved, wanted: &Wanted) -> bool {
+    ///
+    /// Where nothing is left to do but to `accept` the light, small places get their paths too.
+    pub fn contradicts(
+        &mut self,
+        p: &Prepared,
+        solved: &Solved,
+        wanted: &Wanted,
+        accept: bool,
+        spent: &mut Spent,
+    ) -> bool {
         if self.signal == 0.0 {
             return false;
         }
-        let known = known(solved);
-        let matters = (MATTERS * wanted.tolerance).powi(2);
-        loop {
-            let residual = self.walks.residual(&p.patches, &solved.fields);
-            let found = self.share(surest(&residual));
-            let tolerable = matters.max(BEYOND * known);
-            let wrong = found.value - found.deviation > tolerable;
-            let certain = wrong && found.value > CERTAIN * found.deviation;
-            let suspicious = found.value > tolerable.max(found.deviation);
-            let small = self.share(residual.of_small(Reading::PLAIN));
-            let blind = small.deviation > (SURE * wanted.tolerance).powi(2);
-            if certain || !(suspicious || blind) || self.walks.each() >= self.most {
-                return wrong;
+        let clock = Instant::now();
+        let mut sums = ResidualSums::new(&self.walks);
+        let wrong = loop {
+            sums.take(&self.walks, &p.patches, &solved.fields);
+            let residual = sums.residual();
+            let wrong = self.judge(&residual, solved, wanted);
+            let paths = wrong.paths(self.walks.each(), accept).min(self.most);
+            self.found = Some(residual);
+            if paths <= self.walks.each() {
+                break wrong.is_wrong;
             }
-            let more = self.walks.each();
-            self.walks.extend(&solved.rough_view(p, wanted), more);
+            let before = self.walks.rays;
+            self.walks.extend(&solved.rough_view(p, wanted), paths - self.walks.each());
+            spent.rays += self.walks.rays - before;
+        };
+        spent.seconds.solve += clock.elapsed().as_secs_f64();
+        wrong
+    }
+
+    /// The squared error of the solution judged last, relative to the picture's, over the blocks surest of one, less a
+    /// standard error.
+    pub fn squared(&self) -> f64 {
+        let found = self.found.as_ref().map_or_else(SquaredError::default, |residual| self.share(surest(residual)));
+        (found.value - found.deviation).max(0.0)
+    }
+
+    /// What the paths so far say of the light.
+    fn judge(&self, residual: &Residual, solved: &Solved, wanted: &Wanted) -> Judgement {
+        let found = self.share(surest(residual));
+        let matters = (MATTERS * wanted.tolerance).powi(2);
+        let tolerable = matters.max(BEYOND * known(solved));
+        let is_wrong = found.value - found.deviation > tolerable;
+        let small = self.share(residual.of_small(Reading::PLAIN));
+        Judgement {
+            is_wrong,
+            is_certain: is_wrong && found.value > CERTAIN * found.deviation,
+            is_suspicious: found.value > tolerable.max(found.deviation),
+            blindness: small.deviation / (SURE * wanted.tolerance).powi(2),
         }
     }
 
-    /// States the larger of what the two levels of patches say and what the paths do: over the smallest blocks of pixels that tell it well
-    /// enough, or what larger ones are sure of.
-    pub fn confirm(&self, p: &Prepared, solved: &mut Solved, wanted: &Wanted) {
-        if self.signal == 0.0 {
-            return;
-        }
-        let residual = self.walks.residual(&p.patches, &solved.fields);
+    /// States the larger of what the two levels of patches say and what the paths last judged do: over the smallest
+    /// blocks of pixels that tell it well enough, or what larger ones are sure of.
+    pub fn confirm(&self, solved: &mut Solved, wanted: &Wanted) {
+        let Some(residual) = &self.found else { return };
         let certain = (SURE * wanted.tolerance).powi(2);
         let told = self.share(residual.of(Reading::PLAIN, self.signal * certain));
-        let surest = self.share(surest(&residual));
+        let surest = self.share(surest(residual));
         let sure = surest.value - surest.deviation;
         let error = match told.deviation <= certain {
             true => told.value.max(sure),
@@ -89,11 +150,6 @@ impl Check {
         let noise = solved.error.form_factors.powi(2);
         let patches = (error - noise).max(0.0).sqrt();
         solved.error.patches = solved.error.patches.max(patches);
-    }
-
-    /// Rays cast.
-    pub fn rays(&self) -> u64 {
-        self.walks.rays
     }
 
     fn share(&self, squared: SquaredError) -> SquaredError {

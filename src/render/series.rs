@@ -27,7 +27,7 @@ use crate::render::assembly::{Assembled, Prepared, Watch, assemble_seeing, sight
 use crate::render::light_walks::{WalkGoal, WalkedPowers, walked_powers};
 use crate::render::memory::{Kept, keep_terms_within};
 use crate::render::term_errors::{End, TermError, errors, hand_on, looked_at};
-use crate::render::tolerance::finer;
+use crate::render::tolerance::{Excess, finer};
 use crate::solve::{Solution, coarse_terms, explore, measure};
 
 /// Casts with independent scramblings.
@@ -147,7 +147,7 @@ impl BounceSeries {
         if let Some(old) = earlier {
             self.compare(old, (patches as f64 / old.patches as f64).sqrt());
         }
-        let (noise, coarse) = self.missed(wanted.tolerance);
+        let Excess { noise, size: coarse } = self.missed(wanted.tolerance);
         let missed = noise.max(coarse);
         // The first round has nothing to be compared with, so the second's error may be larger.
         let stuck = match earlier {
@@ -222,10 +222,10 @@ impl BounceSeries {
     }
 
     /// How many times larger than their shares noise and the error of patch size are, in the worst term.
-    fn missed(&self, tolerance: f64) -> (f64, f64) {
+    fn missed(&self, tolerance: f64) -> Excess {
         let worst = |part: fn(&TermError) -> f64| self.errors.iter().map(part).fold(0.0, f64::max);
         let share = 0.7 * tolerance;
-        (worst(|e| e.form_factors) / share, worst(|e| e.patches) / share)
+        Excess { noise: worst(|e| e.form_factors) / share, size: worst(|e| e.patches) / share }
     }
 }
 

@@ -18,7 +18,7 @@
 
 use std::time::Instant;
 
-use crate::gather::Gathering;
+use crate::gather::{Gathered, Gathering};
 use crate::light::Transport;
 use crate::render::assembly::{Prepared, Watch};
 use crate::render::divided_patches::divided;
@@ -45,6 +45,9 @@ const MOST: (usize, u32) = (200_000, 1 << 16);
 const MARGIN: f64 = 1.1;
 /// Times patches and rays are chosen anew.
 const ROUNDS: usize = 5;
+/// Share of the squared error, as measured at points, that patches half as wide may leave for more of them to be of use: light
+/// that is smooth in patches leaves a quarter or less.
+const HELPED: f64 = 0.5;
 /// Share of the area whose patches have no larger one, beyond which the two levels tell too little.
 const ALONE: f64 = 0.2;
 
@@ -89,86 +92,156 @@ fn solve_within(
     spent: &mut Spent,
     watch: &dyn Watch,
 ) -> Result<Solved, Diverges> {
-    let fineness = (0.01 / wanted.tolerance).clamp(0.1, 10.0);
-    let mut rays = ((FIRST.1 * fineness.sqrt()) as u32).next_power_of_two();
-    let mut patches = (FIRST.0 * fineness) as usize;
-    p.recut(patches);
-    let mut sizes = None;
-    let mut check: Option<Check> = None;
-    let mut tight = false;
-    for round in 1.. {
-        let mean = (f64::from(rays) * p.density()).ceil() as u32;
-        // Two solutions, and F transposed.
-        let most = keep_within(p, transport, &half(mean, wanted.seed, 0), 3);
-        tight |= most;
-        let mut solved = solve(p, transport, rays, wanted, spent, watch)?;
+    let mut rounds = Rounds::new(wanted);
+    p.recut((FIRST.0 * fineness(wanted)) as usize);
+    loop {
+        rounds.begin(p, transport);
+        let mut solved = solve(p, transport, rounds.rays, wanted, spent, watch)?;
         if solved.fields.is_dark() {
             return Ok(solved);
         }
         let rough = solved.rough(p, wanted, spent, watch);
         solved.set_errors(&rough);
-        let check = check.get_or_insert_with(|| Check::new(p, &solved, wanted, &rough));
-        let wrong = check.contradicts(p, &solved, wanted);
-        if wrong && !tight {
-            spent.rays += check.rays();
-            return divided(p, transport, (solved, &rough), wanted, spent, watch);
-        }
-        let noise = solved.error.form_factors / (FORM_FACTORS * wanted.tolerance);
-        let mut coarse = solved.error.patches / (PATCHES * wanted.tolerance);
-        let blind = round == 1 && p.patches.alone() > ALONE;
-        if blind {
-            coarse = coarse.max(2.0);
-        }
-        let full = most || p.is_late() || (coarse > 1.0 && p.patches.len() >= MOST.0);
-        if (noise <= 1.0 && coarse <= 1.0) || round == ROUNDS || full {
-            // Patches of a size do not get there: those divided by light may, where memory is not what is short.
-            if solved.error.sum().total > wanted.tolerance && !tight && !p.is_late() {
-                spent.rays += check.rays();
-                return divided(p, transport, (solved, &rough), wanted, spent, watch);
+        match rounds.judge(p, &mut solved, &rough, spent) {
+            Next::Accept => return Ok(solved),
+            Next::Divide => return divided(p, transport, (solved, &rough), wanted, spent, watch),
+            Next::Finer(excess) => {
+                let patches;
+                (patches, rounds.rays) = finer((p.patches.len(), rounds.rays), excess, MOST);
+                p.recut(patches);
             }
-            check.confirm(p, &mut solved, wanted);
-            spent.rays += check.rays();
-            return Ok(solved);
+            Next::Refine(excess) => rounds.refine(p, &solved, excess, spent),
         }
-        if blind {
-            (patches, rays) = finer((p.patches.len(), rays), (noise, coarse), MOST);
-            p.recut(patches);
-            continue;
-        }
-        refine(p, &solved, &mut sizes, (noise, coarse), wanted, spent);
     }
-    unreachable!("the last round returns")
 }
 
-/// Cuts smaller patches where their size makes the error, and casts more rays for the rows whose noise does; `noise` and
-/// `coarse` tell how far the errors exceed their shares.
-fn refine(
-    p: &mut Prepared,
-    solved: &Solved,
-    sizes: &mut Option<Sizes>,
-    (noise, coarse): (f64, f64),
-    wanted: &Wanted,
-    spent: &mut Spent,
-) {
-    let clock = Instant::now();
-    let sizes = sizes.get_or_insert_with(|| Sizes::new(p));
-    let shares = shares(p, solved, wanted);
-    let mut more = vec![1.0; sizes.len()];
-    if coarse > 1.0 {
-        more = sizes.refine(p, &shares.size, (MARGIN * coarse).powi(-2), MOST.0);
-    }
-    if noise > 1.0 {
-        sizes.spread(p, &shares.noise, (MARGIN * noise).powi(-2), &more);
-    }
-    spent.seconds.solve += clock.elapsed().as_secs_f64();
-    sizes.apply(p, coarse > 1.0);
+/// How much finer than a tolerance of 1 % the picture is to be.
+fn fineness(wanted: &Wanted) -> f64 {
+    (0.01 / wanted.tolerance).clamp(0.1, 10.0)
 }
 
-/// The patches and rays a patch of the next round, up to `most`, from how far noise and the error of patch size exceed
-/// their shares.
-pub(crate) fn finer((patches, rays): (usize, u32), (noise, coarse): (f64, f64), most: (usize, u32)) -> (usize, u32) {
+/// How far errors exceed their shares of the tolerance; up to 1 they do not.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Excess {
+    /// Noise of F.
+    pub noise: f64,
+    /// The size of patches.
+    pub size: f64,
+}
+
+impl Excess {
+    fn is_none(self) -> bool {
+        self.noise <= 1.0 && self.size <= 1.0
+    }
+}
+
+/// What is to be done after a round.
+enum Next {
+    /// Nothing: the light is as it is wanted, or as good as it gets.
+    Accept,
+    /// Patches of a size do not stand for the scene: divide them by light.
+    Divide,
+    /// Smaller patches everywhere.
+    Finer(Excess),
+    /// Smaller patches and more rays where the error comes from.
+    Refine(Excess),
+}
+
+/// Rounds of patches and rays, and what they told so far.
+struct Rounds<'a> {
+    wanted: &'a Wanted,
+    /// Rounds begun.
+    count: usize,
+    /// Rays of a patch at least.
+    rays: u32,
+    sizes: Option<Sizes>,
+    check: Option<Check>,
+    /// Whether this round has all the patches that memory allows, and whether any round had.
+    full: bool,
+    tight: bool,
+    /// Squared error as the check told it last.
+    squared: f64,
+}
+
+impl<'a> Rounds<'a> {
+    fn new(wanted: &'a Wanted) -> Rounds<'a> {
+        let rays = ((FIRST.1 * fineness(wanted).sqrt()) as u32).next_power_of_two();
+        let (count, sizes, check, squared) = (0, None, None, f64::INFINITY);
+        Rounds { wanted, count, rays, sizes, check, full: false, tight: false, squared }
+    }
+
+    /// Begins a round: no more patches than memory allows.
+    fn begin(&mut self, p: &mut Prepared, transport: Transport) {
+        self.count += 1;
+        let mean = (f64::from(self.rays) * p.density()).ceil() as u32;
+        // Two solutions, and F transposed.
+        self.full = keep_within(p, transport, &half(mean, self.wanted.seed, 0), 3);
+        self.tight |= self.full;
+    }
+
+    /// What is to be done with a solution whose errors two levels of patches and two scramblings tell; states what the
+    /// check tells of one that is accepted.
+    fn judge(&mut self, p: &Prepared, solved: &mut Solved, rough: &Gathered, spent: &mut Spent) -> Next {
+        let wanted = self.wanted;
+        let mut excess = Excess {
+            noise: solved.error.form_factors / (FORM_FACTORS * wanted.tolerance),
+            size: solved.error.patches / (PATCHES * wanted.tolerance),
+        };
+        let unpaired = self.count == 1 && p.patches.alone() > ALONE;
+        if unpaired {
+            excess.size = excess.size.max(2.0);
+        }
+        let last = self.full || p.is_late() || self.count == ROUNDS;
+        let check = self.check.get_or_insert_with(|| Check::new(p, solved, wanted, rough, spent));
+        let wrong = check.contradicts(p, solved, wanted, last || excess.is_none(), spent);
+        let squared = check.squared();
+        let helped = squared < HELPED * std::mem::replace(&mut self.squared, squared);
+        if wrong && helped && self.sizes.is_none() && !last && are_told_apart(p) {
+            return Next::Finer(Excess { noise: excess.noise, size: f64::INFINITY });
+        }
+        if wrong && !self.tight {
+            return Next::Divide;
+        }
+        if helped {
+            excess.size = excess.size.max(squared.sqrt() / (PATCHES * wanted.tolerance));
+        }
+        if excess.is_none() || last || (excess.size > 1.0 && p.patches.len() >= MOST.0) {
+            // Patches of a size do not get there: those divided by light may, where memory is not what is short.
+            if solved.error.sum().total > wanted.tolerance && !self.tight && !p.is_late() {
+                return Next::Divide;
+            }
+            check.confirm(solved, wanted);
+            return Next::Accept;
+        }
+        if unpaired { Next::Finer(excess) } else { Next::Refine(excess) }
+    }
+
+    /// Cuts smaller patches where their size makes the error, and casts more rays for the rows whose noise does.
+    fn refine(&mut self, p: &mut Prepared, solved: &Solved, excess: Excess, spent: &mut Spent) {
+        let clock = Instant::now();
+        let sizes = self.sizes.get_or_insert_with(|| Sizes::new(p));
+        let shares = shares(p, solved, self.wanted);
+        let mut more = vec![1.0; sizes.len()];
+        if excess.size > 1.0 {
+            more = sizes.refine(p, &shares.size, (MARGIN * excess.size).powi(-2), MOST.0);
+        }
+        if excess.noise > 1.0 {
+            sizes.spread(p, &shares.noise, (MARGIN * excess.noise).powi(-2), &more);
+        }
+        spent.seconds.solve += clock.elapsed().as_secs_f64();
+        sizes.apply(p, excess.size > 1.0);
+    }
+}
+
+/// Whether patches half as wide as these would be as many as triangles, and so could tell those apart.
+fn are_told_apart(p: &Prepared) -> bool {
+    (p.scene.faces.len()..=MOST.0).contains(&(4 * p.patches.len()))
+}
+
+/// The patches and rays a patch of the next round, up to `most`.
+pub(crate) fn finer((patches, rays): (usize, u32), excess: Excess, most: (usize, u32)) -> (usize, u32) {
     // The error of patch size falls about as their number; noise with all rays, as the root at least.
-    let more = (1.1 * coarse).clamp(1.0, 4.0);
-    let denser = (1.2 * noise * noise / more).clamp(1.0, 16.0);
+    let more = (1.1 * excess.size).clamp(1.0, 4.0);
+    let denser = (1.2 * excess.noise * excess.noise / more).clamp(1.0, 16.0);
     (((patches as f64 * more) as usize).min(most.0), ((f64::from(rays) * denser) as u32).min(most.1))
 }
