@@ -26,13 +26,15 @@ fn rendered(scene: &str, mode: Mode, tolerance: f64, seed: u32) -> Rendered {
 #[test]
 fn the_cornell_box_is_as_near_its_reference_as_asked() {
     let (reference, se, mask) = (data("reference"), data("reference_se"), data("mask"));
-    for tolerance in [0.1, 0.05, 0.02] {
+    // The last is what the program aims at where nobody asks.
+    for tolerance in [0.1, 0.05, 0.02, 0.01] {
         let found = rendered("cornell-box", Mode::Global, tolerance, 3);
         let true_error = relative_rms(&found.picture, &reference, Some(&mask), Some(&se)).expect("equal sizes");
-        println!("asked {tolerance}, stated {:?}, true {true_error}", found.error);
+        let stated = found.error.total;
         assert!(true_error <= 1.1 * tolerance, "{true_error} for {tolerance}");
-        let ratio = found.error.total / true_error;
-        assert!((0.5..=2.0).contains(&ratio), "{ratio} at {tolerance}");
+        assert!(true_error <= 1.2 * stated && stated <= 1.1 * tolerance, "{true_error}, stated {stated}");
+        // More stated than there is costs time: at most twice.
+        assert!(stated <= 2.0 * true_error, "{true_error}, stated {stated}");
     }
 }
 
