@@ -5,7 +5,7 @@ mod run;
 use std::fs;
 
 use glam::DVec3;
-use halflight::pictures::read_picture;
+use halflight::pictures::{read_picture, relative_rms};
 use run::{SHEET, SMALL, contents, fields, files, halflight, place, report, succeed};
 use serde_json::{Value, json};
 
@@ -26,6 +26,23 @@ fn render_draws_the_cornell_box_in_all_modes() {
             assert_eq!((picture.width, picture.height), (48, 48));
         }
     }
+}
+
+/// The picture of a tolerance against another program's (tests/data/cornell), as the program itself makes it: with
+/// HALFLIGHT_PROGRAM this tries the release profile.
+#[test]
+fn the_picture_is_as_near_the_reference_as_asked_and_stated() {
+    let place = place(&[]);
+    let found = report(&place, "render --mode global --size 64x64 --tolerance 0.02 -o box.exr");
+    let data = |name: &str| {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");
+        read_picture(folder.join(name)).unwrap()
+    };
+    let picture = read_picture(place.path().join("box.exr")).unwrap();
+    let (mask, se) = (data("mask.exr"), data("reference_se.exr"));
+    let error = relative_rms(&picture, &data("reference.exr"), Some(&mask), Some(&se)).unwrap();
+    let stated = found["error"]["total"].as_f64().unwrap();
+    assert!(error <= 1.1 * 0.02 && error <= 1.2 * stated, "{error}, stated {stated}");
 }
 
 #[test]

@@ -35,13 +35,15 @@ pub fn place(files: &[(&str, &str)]) -> TempDir {
     place
 }
 
+/// The program that is tried: that of the tests' own profile, or the one that HALFLIGHT_PROGRAM names.
+pub fn program() -> std::path::PathBuf {
+    let named = std::env::var_os("HALFLIGHT_PROGRAM").map(Into::into);
+    named.unwrap_or_else(|| env!("CARGO_BIN_EXE_halflight").into())
+}
+
 /// Runs the program in `place`; the arguments are the words of `arguments`.
 pub fn halflight(place: &TempDir, arguments: &str) -> Ran {
-    let output = Command::new(env!("CARGO_BIN_EXE_halflight"))
-        .args(arguments.split_whitespace())
-        .current_dir(place.path())
-        .output()
-        .unwrap();
+    let output = Command::new(program()).args(arguments.split_whitespace()).current_dir(place.path()).output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     Ran { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
 }
