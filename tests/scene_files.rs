@@ -4,7 +4,7 @@ use std::fs;
 
 use glam::{DVec3, Vec3};
 use halflight::light::{Mode, Rgb, Visibility};
-use halflight::scene::{LoadOptions, Material, Scene, SceneError, Sides};
+use halflight::scene::{LoadOptions, Material, PunctualForm, PunctualLight, PunctualPlace, Scene, SceneError, Sides};
 use miette::Diagnostic;
 use proptest::prelude::*;
 
@@ -284,4 +284,62 @@ proptest! {
         }
         prop_assert!((scene.frame.scale / size - 1.5).abs() < 1e-9);
     }
+}
+
+fn lit(light: &str) -> Result<Scene, SceneError> {
+    toml(&format!("[[lights]]\nintensity = [1, 2, 3]\n{light}"))
+}
+
+#[test]
+fn lights_without_area_are_read_in_unit_coordinates() {
+    // The square is one unit wide, so the frame's scale is a half.
+    let scene = lit("type = \"point\"\nposition = [0.5, 0.5, 1]\nattenuation = [1, 2, 3]\n").unwrap();
+    let place = PunctualPlace { position: DVec3::new(0.0, 0.0, 2.0), attenuation: [1.0, 1.0, 0.75] };
+    let expected = PunctualLight { form: PunctualForm::Point(place), intensity: Vec3::new(1.0, 2.0, 3.0) };
+    assert_eq!(scene.lights, [expected]);
+    let spot = "type = \"spot\"\nposition = [0.5, 0.5, 1]\ndirection = [0, 0, -1e-200]\ncutoff = 60\n";
+    let PunctualForm::Spot { place, direction, exponent, cutoff } = lit(spot).unwrap().lights[0].form else {
+        panic!("a spot");
+    };
+    assert_eq!((place.attenuation, direction, exponent), ([0.0, 0.0, 0.25], DVec3::NEG_Z, 0.0));
+    assert!((cutoff - 0.5).abs() < 1e-15);
+    let warn = "type = \"warn\"\nposition = [0, 0, 1]\ndirection = [0, 0, -2]\nexponent = 4\n";
+    let form = lit(warn).unwrap().lights[0].form;
+    assert!(matches!(form, PunctualForm::Spot { exponent: 4.0, cutoff: 0.0, .. }));
+    let form = lit("type = \"directional\"\ndirection = [3, 0, -4]\n").unwrap().lights[0].form;
+    let PunctualForm::Directional { direction } = form else { panic!("parallel light") };
+    assert!(direction.distance(DVec3::new(0.6, 0.0, -0.8)) < 1e-15);
+    // Two tables are two lights; a scene without emission is not dark where one of them shines.
+    let two = "[[lights]]\ntype = \"directional\"\nintensity = [0, 0, 0]\ndirection = [0, 0, -1]\n".repeat(2);
+    let text = format!("obj = \"s.obj\"\n{two}");
+    let dark = Scene::from_toml_text("s", &text, SQUARE, "newmtl a\nKd .5\n", LoadOptions::default()).unwrap();
+    assert_eq!(dark.lights.len(), 2);
+    assert!(dark.require_emission().is_err());
+    let text = text.replacen("[0, 0, 0]", "[0, 1, 0]", 1);
+    let shining = Scene::from_toml_text("s", &text, SQUARE, "newmtl a\nKd .5\n", LoadOptions::default()).unwrap();
+    assert!(shining.require_emission().is_ok());
+}
+
+#[test]
+fn mistakes_in_lights_are_named_with_their_line() {
+    const SPOT: &str = "type = \"spot\"\nposition = [0, 0, 1]\n";
+    refuses(lit("type = \"laser\"\n"), &["s.toml, line 4", "`laser`"]);
+    refuses(toml("[[lights]]\ntype = \"point\"\nposition = [0, 0, 1]\n"), &["line 2", "intensity"]);
+    refuses(lit("type = \"point\"\n"), &["line 2", "`point`", "`position`"]);
+    refuses(lit(SPOT), &["line 2", "`spot`", "`cutoff`"]);
+    refuses(lit(&format!("{SPOT}cutoff = 30\n")), &["line 2", "`direction`"]);
+    refuses(lit(&format!("{SPOT}cutoff = 91\n")), &["line 6", "`cutoff`", "91", "90 degrees"]);
+    refuses(lit(&format!("{SPOT}cutoff = 0\n")), &["line 6", "`cutoff`"]);
+    refuses(lit(&format!("{SPOT}cutoff = 30\ndirection = [0, 0, 0]\n")), &["line 7", "`direction`", "not zero"]);
+    refuses(lit(&format!("{SPOT}cutoff = 30\ndirection = [0, nan, 0]\n")), &["line 7", "not finite"]);
+    refuses(lit(&format!("{SPOT}cutoff = 30\nexponent = -1\n")), &["line 7", "`exponent`", "-1"]);
+    refuses(lit(&format!("{SPOT}attenuation = [0, 0, 0]\ncutoff = 30\n")), &["line 6", "`attenuation`"]);
+    refuses(lit(&format!("{SPOT}attenuation = [0, -1, 0]\ncutoff = 30\n")), &["line 6", "-1"]);
+    refuses(lit("type = \"warn\"\ndirection = [0, 0, 1]\nposition = [0, 0, 1]\n"), &["`warn`", "`exponent`"]);
+    refuses(lit("type = \"warn\"\ncutoff = 5\n"), &["line 5", "`warn`", "no `cutoff`"]);
+    refuses(lit("type = \"point\"\nexponent = 5\n"), &["line 5", "no `exponent`"]);
+    refuses(lit("type = \"directional\"\nposition = [0, 0, 1]\n"), &["line 5", "no `position`"]);
+    refuses(lit("type = \"point\"\nposition = [0, 0, 1]\nsize = 1\n"), &["line 6", "size"]);
+    let negative = "[[lights]]\ntype = \"point\"\nposition = [0, 0, 1]\nintensity = [1, -1, 1]\n";
+    refuses(toml(negative), &["line 5", "`intensity`", "-1"]);
 }

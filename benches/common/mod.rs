@@ -85,6 +85,7 @@ pub fn scene_of(triangles: &[Corners]) -> Scene {
         exact: Vec::new(),
         materials: vec![grey],
         objects: vec!["all".into()],
+        lights: Vec::new(),
         camera: Camera { position: Vec3::ZERO, forward: Vec3::NEG_Z, right: Vec3::X, up: Vec3::Y, vertical_fov: 60.0 },
         frame: UnitFrame { center: DVec3::ZERO, scale: 1.0 },
         transport: None,

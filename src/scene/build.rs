@@ -142,6 +142,7 @@ pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
         exact: mesh.exact,
         materials: soup.materials,
         objects: soup.objects,
+        lights: Vec::new(),
         camera: Camera::NOWHERE,
         frame,
         transport: None,

@@ -141,7 +141,7 @@ pub enum SceneError {
     /// No material that is used emits.
     #[error("nothing in `{name}` emits light: the picture would be black")]
     #[diagnostic(help(
-        "where E = 0, L = E + K L is 0 too: give a material `Ke R G B` in the MTL, or `emission = [R, G, B]` under [materials.NAME] in a scene file"
+        "where E = 0, L = E + K L is 0 too: give a material `Ke R G B` in the MTL, or `emission = [R, G, B]` under [materials.NAME] or a [[lights]] table in a scene file"
     ))]
     Dark { name: String },
 
@@ -149,7 +149,8 @@ pub enum SceneError {
     #[error("{place}: {message}")]
     #[diagnostic(help(
         "a scene file holds: obj, mode (or alpha, tau), [camera] position target up vertical_fov, \
-         [materials.NAME] mode (or alpha, tau) two_sided emission visible_emission"
+         [materials.NAME] mode (or alpha, tau) two_sided emission visible_emission, \
+         [[lights]] type position direction intensity attenuation exponent cutoff"
     ))]
     SceneFile { place: Place, message: String },
 
@@ -176,6 +177,32 @@ pub enum SceneError {
         "position and target must differ, up must not point along the view, vertical_fov is in degrees"
     ))]
     View { place: Place, source: ViewError },
+
+    /// A type of light that is none of the four.
+    #[error("{place}: there is no light of type `{value}`")]
+    #[diagnostic(help("the types of lights without area are point, spot, directional and warn"))]
+    UnknownLight { place: Place, value: String },
+
+    /// A key that lights of a type need is not given.
+    #[error("{place}: a light of type `{kind}` needs `{key}`")]
+    #[diagnostic(help(
+        "point: position; spot: position, direction, cutoff; warn: position, direction, exponent; directional: direction"
+    ))]
+    MissingLightKey { place: Place, key: &'static str, kind: String },
+
+    /// A key that lights of a type do not have.
+    #[error("{place}: a light of type `{kind}` has no `{key}`")]
+    #[diagnostic(help(
+        "remove the key, or choose the type that has it: only spot has cutoff, directional has no place"
+    ))]
+    StrayLightKey { place: Place, key: &'static str, kind: String },
+
+    /// A light's number is out of its range.
+    #[error("{place}: `{key}` of a light is {value}; it must be {needed}")]
+    #[diagnostic(help(
+        "irradiance is intensity cos / (a0 + a1 d + a2 d²), times the exponent-th power of the cosine to the axis within the cutoff"
+    ))]
+    LightValue { place: Place, key: &'static str, value: String, needed: &'static str },
 
     /// The OBJ reader disagrees with the check made before it.
     #[error("{file}: the OBJ reader failed: {message}")]

@@ -14,9 +14,17 @@
 //! [materials.light]
 //! emission = [17, 12, 4]        # radiance, W/(m² sr); instead of Ke
 //! visible_emission = false
+//! [[lights]]                    # a light without area; any number of them
+//! type = "point"                # "spot", "directional", "warn"
+//! position = [0, 2, 0]          # not directional
+//! direction = [0, -1, 0]        # spot, directional, warn; of any length
+//! intensity = [10, 10, 10]      # W/sr; directional: irradiance, W/m²
+//! attenuation = [0, 0, 1]       # a0, a1, a2 of 1/(a0 + a1 d + a2 d²); may be left out; not directional
+//! exponent = 4                  # warn, and spot, where 0 if left out
+//! cutoff = 30                   # degrees, up to 90; spot
 //! ```
 //!
-//! Unknown keys are errors. Only place for `toml`.
+//! Unknown keys are errors. `toml` is used here, in [`crate::scene::source`] and in [`crate::scene::light_table`] only.
 //!
 //! Not handled: geometry, which is the OBJ's.
 
@@ -30,10 +38,12 @@ use crate::light::{Mode, Transport, Visibility};
 use crate::scene::build::assemble;
 use crate::scene::camera::{DEFAULT_FOV, ViewError};
 use crate::scene::error::{Place, SceneError};
+use crate::scene::light_table::{LightTable, light};
 use crate::scene::lines::{list, shorten};
 use crate::scene::model::LoadOptions;
 use crate::scene::mtl::check_emission;
 use crate::scene::obj::Reader;
+use crate::scene::source::Source;
 use crate::scene::{Camera, Material, Scene, Sides, lines, obj};
 
 #[derive(Deserialize)]
@@ -46,6 +56,8 @@ struct SceneTable {
     camera: Option<Spanned<CameraTable>>,
     #[serde(default)]
     materials: BTreeMap<Spanned<String>, MaterialTable>,
+    #[serde(default)]
+    lights: Vec<Spanned<LightTable>>,
 }
 
 #[derive(Deserialize)]
@@ -66,23 +78,6 @@ struct MaterialTable {
     two_sided: Option<bool>,
     emission: Option<Spanned<[f64; 3]>>,
     visible_emission: Option<bool>,
-}
-
-/// A scene file's text, to find lines in.
-struct Source<'a> {
-    file: &'a str,
-    text: &'a str,
-}
-
-impl Source<'_> {
-    fn place(&self, offset: usize) -> Place {
-        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
-        Place::line(self.file, 1 + before.iter().filter(|&&b| b == b'\n').count())
-    }
-
-    fn of<T>(&self, value: &Spanned<T>) -> Place {
-        self.place(value.span().start)
-    }
 }
 
 /// Reads a scene file: `name` for the scene, `file` for messages, `reader` for the OBJ and its libraries.
@@ -126,6 +121,9 @@ pub(crate) fn read(
     if let Some(camera) = &table.camera {
         scene.camera = camera.get_ref().camera(&source, source.of(camera), &scene)?;
     }
+    for table in &table.lights {
+        scene.lights.push(light(&source, table, &scene.frame)?);
+    }
     Ok(scene)
 }
 
@@ -157,10 +155,10 @@ impl MaterialTable {
 impl CameraTable {
     /// The camera in unit coordinates. The direction is taken in the file's units: a target close by stays exact.
     fn camera(&self, source: &Source, place: Place, scene: &Scene) -> Result<Camera, SceneError> {
-        let position = vector(source, "position", &self.position)?;
-        let target = vector(source, "target", &self.target)?;
+        let position = source.vector("position", &self.position)?;
+        let target = source.vector("target", &self.target)?;
         let up = match &self.up {
-            Some(up) => vector(source, "up", up)?,
+            Some(up) => source.vector("up", up)?,
             None => DVec3::Y,
         };
         let fov = self.vertical_fov.as_ref().map_or(DEFAULT_FOV, |fov| *fov.get_ref());
@@ -173,17 +171,6 @@ impl CameraTable {
                 Err(SceneError::View { place: source.of(fov), source: error })
             }
             (Err(error), _) => Err(SceneError::View { place, source: error }),
-        }
-    }
-}
-
-/// Three numbers of the camera, which must be finite.
-fn vector(source: &Source, name: &str, value: &Spanned<[f64; 3]>) -> Result<DVec3, SceneError> {
-    let numbers = *value.get_ref();
-    match numbers.iter().find(|x| !x.is_finite()) {
-        None => Ok(DVec3::from_array(numbers)),
-        Some(wrong) => {
-            Err(SceneError::NotFinite { place: source.of(value), statement: name.into(), word: wrong.to_string() })
         }
     }
 }

@@ -9,6 +9,7 @@ use std::{fs, io};
 use crate::scene::build::assemble;
 use crate::scene::error::SceneError;
 use crate::scene::model::{LoadOptions, Scene};
+use crate::scene::punctual::PunctualLight;
 use crate::scene::{builtin, file, obj};
 
 impl Scene {
@@ -97,12 +98,13 @@ impl Scene {
         file::read(name, &format!("{name}.toml"), toml.as_bytes(), &any, options)
     }
 
-    /// Checks that some face's material emits: renderers ask, those who only look at the geometry need not.
+    /// Checks that some face's material emits, or a light without area shines: renderers ask, those who only look at the geometry need not.
     ///
     /// # Errors
     /// [`SceneError::Dark`], which says where emission is given.
     pub fn require_emission(&self) -> Result<(), SceneError> {
         let lit = (0..self.faces.len() as u32).any(|face| self.material(face).emits());
+        let lit = lit || self.lights.iter().any(PunctualLight::shines);
         lit.then_some(()).ok_or_else(|| SceneError::Dark { name: self.name.clone() })
     }
 }

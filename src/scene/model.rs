@@ -5,6 +5,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::light::{Light, Rgb, Transport, TransportError, Visibility};
+use crate::scene::punctual::PunctualLight;
 
 /// A checked scene in unit coordinates.
 ///
@@ -25,6 +26,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Names of the file's objects and groups.
     pub objects: Vec<String>,
+    /// Lights without area.
+    pub lights: Vec<PunctualLight>,
     /// Where the picture is taken from, unit coordinates.
     pub camera: Camera,
     /// From unit coordinates back to the file's.
