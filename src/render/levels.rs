@@ -18,6 +18,23 @@ use crate::patches::Neighbours;
 use crate::render::assembly::Prepared;
 use crate::solve::average;
 
+/// Errors of patch size go as the size to this power, in pictures and in terms: second where light is smooth within
+/// patches, first across what stands close to a surface. Measured on the furnished room against path tracing: 8.1, 2.7, 1.0 %
+/// too dark with 250, 1000, 4000 patches, powers of 1.6 and 1.4. What it gets wrong the residual measured at points tells
+/// ([`crate::render::residual_check`]), and the rounds correct.
+pub(crate) const ORDER: f64 = 1.5;
+
+/// The error on the finer patches as a share of the difference between two levels, whose patches differ by a factor of two in
+/// size: `1 / (2^ORDER - 1)`.
+pub(crate) fn of_finer() -> f64 {
+    1.0 / (ORDER.exp2() - 1.0)
+}
+
+/// How many times as many patches make an error so many times smaller: their number goes as the size to the power -2.
+pub(crate) fn patches_for(smaller: f64) -> f64 {
+    smaller.powf(2.0 / ORDER)
+}
+
 /// By how much the light may be off.
 pub(crate) struct Off {
     /// Light on larger patches, what of another scrambling's light they cannot hold, and the noise of F.

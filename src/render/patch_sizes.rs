@@ -1,7 +1,7 @@
 //! Patch sizes from the error they make: small in the zones that the picture's error comes from, large elsewhere. And rays
 //! of F's rows from the noise they leave.
 //!
-//! The squared error is the sum of the zones' shares. A share falls as `N^-3/2` of the zone's patches, so that
+//! The squared error is the sum of the zones' shares. A share falls as `N^-ORDER` of the zone's patches, N^-3/2, so that
 //!
 //! ```text
 //! sum over zones of share_z (N'_z / N_z)^-3/2 = wanted,     N'_z least in sum     gives     N'_z / N_z ~ (share_z / N_z)^2/5
@@ -14,9 +14,8 @@
 
 use crate::patches::Zones;
 use crate::render::assembly::Prepared;
+use crate::render::levels::ORDER;
 
-/// Shares fall as this power of the number of patches: squared error as h³.
-const POWER: f64 = 1.5;
 /// The least share of a zone, beside that of its part of all patches.
 const LEAST: f64 = 0.03;
 /// Number of patches of a zone over that of before, at least and at most.
@@ -135,7 +134,7 @@ impl Zone {
         if self.count == 0.0 {
             return 1.0;
         }
-        let free = (level * self.share / self.count).powf(1.0 / (1.0 + POWER));
+        let free = (level * self.share / self.count).powf(1.0 / (1.0 + ORDER));
         free.clamp(STEP.0, STEP.1)
     }
 }
@@ -161,7 +160,7 @@ fn level(zones: &[Zone], goal: f64, most: f64) -> f64 {
         let (mut left, mut count) = (0.0, 0.0);
         for zone in zones {
             let more = zone.more(level);
-            left += zone.share * more.powf(-POWER);
+            left += zone.share * more.powf(-ORDER);
             count += zone.count * more;
         }
         left <= goal || count >= most
@@ -205,7 +204,7 @@ mod tests {
         let more = zones.map(|z| z.more(level));
         let left = |more: &[f64; 3]| -> f64 {
             let each = zones.iter().zip(more);
-            each.map(|(z, m)| z.share * m.powf(-POWER)).sum()
+            each.map(|(z, m)| z.share * m.powf(-ORDER)).sum()
         };
         assert!((left(&more) - 2.0).abs() < 1e-9);
         // Moving one patch from any zone to any other.

@@ -5,7 +5,7 @@
 //! * Noise of F: the rows are cast twice with independent scramblings and half the rays each; the picture of half the
 //!   difference of the two solutions is the standard error.
 //! * Size of patches: the solution on patches four times as large, from the same rays ([`crate::solve::coarse_terms`]). The error is
-//!   between first and second order, so that of the finer patches is about half the difference.
+//!   of order 1.5 ([`crate::render::levels`]), so that of the finer patches is about half the difference.
 //! * Truncation of the series: bounded.
 //! * The gather pass: estimated by itself ([`crate::gather::GatherError`]).
 //!
@@ -23,6 +23,7 @@ use crate::light::Transport;
 use crate::render::assembly::{Prepared, Watch};
 use crate::render::divided_patches::divided;
 use crate::render::error_shares::shares;
+use crate::render::levels::patches_for;
 use crate::render::memory::keep_within;
 use crate::render::patch_sizes::Sizes;
 use crate::render::rendered::Rendered;
@@ -240,8 +241,8 @@ fn are_told_apart(p: &Prepared) -> bool {
 
 /// The patches and rays a patch of the next round, up to `most`.
 pub(crate) fn finer((patches, rays): (usize, u32), excess: Excess, most: (usize, u32)) -> (usize, u32) {
-    // The error of patch size falls about as their number; noise with all rays, as the root at least.
-    let more = (1.1 * excess.size).clamp(1.0, 4.0);
+    let more = patches_for(MARGIN * excess.size).clamp(1.0, 4.0);
+    // Noise falls with all rays, as the root at least.
     let denser = (1.2 * excess.noise * excess.noise / more).clamp(1.0, 16.0);
     (((patches as f64 * more) as usize).min(most.0), ((f64::from(rays) * denser) as u32).min(most.1))
 }
