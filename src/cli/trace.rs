@@ -219,9 +219,10 @@ impl Shared<'_> {
             files(&r.render.files),
         ));
         if r.paths_cut > 0 {
-            let advice = match outcome.growth.diverges() {
-                true => "",
-                false => ". Raise --max-bounces, unless `halflight bounces` says that the series diverges",
+            let advice = if outcome.growth.diverges() {
+                ""
+            } else {
+                ". Raise --max-bounces, unless `halflight bounces` says that the series diverges"
             };
             self.console.warn(format!(
                 "{label}: {:.2} % of the paths were cut after {} bounces; the picture is the series up to there{advice}",

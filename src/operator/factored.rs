@@ -188,10 +188,8 @@ impl LinearOperator for Operator {
             .zip(&self.glows)
             .map(|(e, &glows)| if glows { *e } else { Light::default() })
             .collect();
-        let from_glow = match self.glows.contains(&true) {
-            true => self.f.product(&padded(&glow)),
-            false => vec![Vec4::ZERO; self.len()],
-        };
+        let from_glow =
+            if self.glows.contains(&true) { self.f.product(&padded(&glow)) } else { vec![Vec4::ZERO; self.len()] };
         let total = |i: usize| from_glow[i].truncate() + self.received[i];
         (0..self.len()).map(|i| reflected(self.rho[i], self.alpha[i], total(i))).collect()
     }

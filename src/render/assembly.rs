@@ -136,9 +136,10 @@ impl Prepared {
     /// Rays of each patch where `rays` are asked for.
     fn counts(&self, rays: u32) -> Vec<u32> {
         let count = |density: &f32| (rays as f32 * density).ceil() as u32;
-        match self.densities.len() == self.patches.len() {
-            true => self.densities.iter().map(count).collect(),
-            false => vec![rays; self.patches.len()],
+        if self.densities.len() == self.patches.len() {
+            self.densities.iter().map(count).collect()
+        } else {
+            vec![rays; self.patches.len()]
         }
     }
 

@@ -115,11 +115,10 @@ pub(crate) fn check_solutions(
 
 impl Estimate {
     fn check(&self, stored: Stored, limit: f64) -> Result<(), Unfit> {
-        match self.bytes <= limit {
-            true => Ok(()),
-            false => {
-                Err(Unfit { patches: self.patches, stored, bytes: self.bytes, limit, fitting: self.fitting.max(1) })
-            }
+        if self.bytes <= limit {
+            Ok(())
+        } else {
+            Err(Unfit { patches: self.patches, stored, bytes: self.bytes, limit, fitting: self.fitting.max(1) })
         }
     }
 }
@@ -159,10 +158,7 @@ pub(crate) fn most_fitting(n: usize, limit: f64, needs: impl Fn(f64) -> f64) -> 
     let (mut low, mut high) = (0, n);
     while low < high {
         let middle = (low + high).div_ceil(2);
-        match needs(middle as f64) <= limit {
-            true => low = middle,
-            false => high = middle - 1,
-        }
+        if needs(middle as f64) <= limit { low = middle } else { high = middle - 1 }
     }
     low
 }

@@ -173,10 +173,7 @@ fn least(enough: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (-1000.0_f64, 1000.0_f64);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        match enough(middle.exp2()) {
-            true => high = middle,
-            false => low = middle,
-        }
+        if enough(middle.exp2()) { high = middle } else { low = middle }
     }
     high.exp2()
 }

@@ -142,10 +142,7 @@ impl Check {
         let told = self.share(residual.of(Reading::PLAIN, self.signal * certain));
         let surest = self.share(surest(residual));
         let sure = surest.value - surest.deviation;
-        let error = match told.deviation <= certain {
-            true => told.value.max(sure),
-            false => sure,
-        };
+        let error = if told.deviation <= certain { told.value.max(sure) } else { sure };
         // The paths see the noise of F as well, which is stated beside.
         let noise = solved.error.form_factors.powi(2);
         let patches = (error - noise).max(0.0).sqrt();

@@ -67,10 +67,7 @@ pub(crate) fn solve(
     let fields = fields
         .with_ambient(ambient(&first.0, &solution))
         .with_rest([operator, &second.0.operator].map(direct), &p.patches)
-        .not_read_nearer(match p.patches.are_divided() {
-            true => p.patches.widths(),
-            false => Vec::new(),
-        });
+        .not_read_nearer(if p.patches.are_divided() { p.patches.widths() } else { Vec::new() });
     spent.seconds.solve += clock.elapsed().as_secs_f64();
     Ok(Solved {
         mode: first.0,

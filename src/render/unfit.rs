@@ -70,10 +70,7 @@ pub struct PictureUnfit {
 /// [`PictureUnfit`], with the number of pixels that would.
 pub fn check_pictures(size: (usize, usize), each: f64, limit: f64) -> Result<(), PictureUnfit> {
     let bytes = size.0 as f64 * size.1 as f64 * each;
-    match bytes <= limit {
-        true => Ok(()),
-        false => Err(PictureUnfit { size, each, bytes, limit, fitting: (limit / each) as u64 }),
-    }
+    if bytes <= limit { Ok(()) } else { Err(PictureUnfit { size, each, bytes, limit, fitting: (limit / each) as u64 }) }
 }
 
 impl Stored {
@@ -136,8 +133,5 @@ impl Unfit {
 
 fn amount(bytes: f64) -> String {
     let mib = bytes / f64::from(1 << 20);
-    match mib < 1000.0 {
-        true => format!("{mib:.1} MiB"),
-        false => format!("{:.1} GiB", mib / 1024.0),
-    }
+    if mib < 1000.0 { format!("{mib:.1} MiB") } else { format!("{:.1} GiB", mib / 1024.0) }
 }

@@ -95,8 +95,5 @@ fn growth(areas: &[f64], term: &[Light], next: &[Light]) -> [f64; 3] {
         products += *a * t * n;
         squares += *a * t * t;
     }
-    [0, 1, 2].map(|c| match squares[c] > 0.0 {
-        true => (products[c] / squares[c]).clamp(0.0, 1.0 - 1e-6),
-        false => 0.0,
-    })
+    [0, 1, 2].map(|c| if squares[c] > 0.0 { (products[c] / squares[c]).clamp(0.0, 1.0 - 1e-6) } else { 0.0 })
 }

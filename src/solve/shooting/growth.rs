@@ -88,10 +88,7 @@ fn bounds(surfaces: &Surfaces, ledger: &Ledger, shot: &[DVec3]) -> Bounds {
             }
         }
     }
-    let quotient = |c: usize| match squares[c] > 0.0 {
-        true => products[c] / squares[c],
-        false => 0.0,
-    };
+    let quotient = |c: usize| if squares[c] > 0.0 { products[c] / squares[c] } else { 0.0 };
     let lower = (0..3).map(quotient).fold(0.0, f64::max);
     Bounds { lower, upper: upper.max(lower) }
 }
