@@ -53,17 +53,18 @@ fn mistakes_in_an_obj() {
     scene_refused(&with("v 1 1 0", "v 1 one 0"), "sheet.obj", &["sheet.obj, line 4", "`one`", "not a number"]);
     scene_refused(&with("v 1 1 0", "v nan 1 0"), "sheet.obj", &["sheet.obj, line 4", "`nan`", "not finite"]);
     scene_refused(&with("f 4 3 2 1", "f 4 3 2 9"), "sheet.obj", &["sheet.obj, line 7", "vertex 9", "4 vertices"]);
-    scene_refused(&with("usemtl glow", "usemtl glowing"), "sheet.obj", &["sheet.obj, line 6", "`glowing`", "glow"]);
-    scene_refused(
-        &with("mtllib sheet.mtl", "mtllib lost.mtl"),
-        "sheet.obj",
-        &["sheet.obj, line 1", "`lost.mtl`", "No such file"],
-    );
+    let dark = ["nothing in `sheet` emits", "--light ceiling"];
+    let undefined = ["sheet.obj, line 6", "glowing (the MTL files define glow)", "--reflectance"];
+    scene_refused(&with("usemtl glow", "usemtl glowing"), "sheet.obj", &[&undefined[..], &dark].concat());
+    let missing = ["sheet.obj, line 1", "lost.mtl (No such file"];
+    scene_refused(&with("mtllib sheet.mtl", "mtllib lost.mtl"), "sheet.obj", &[&missing[..], &dark].concat());
     scene_refused(&with("f 4 3 2 1", ""), "sheet.obj", &["sheet.obj has no faces"]);
     scene_refused(&place(&[("e.obj", "")]), "e.obj", &["e.obj has no faces"]);
     let binary = place(&[]);
-    fs::write(binary.path().join("b.obj"), b"v 0 0 0\nv \xff 0 0\n").unwrap();
+    fs::write(binary.path().join("b.obj"), b"v 0 0 0\nv \xff\0 0 0\n").unwrap();
     scene_refused(&binary, "b.obj", &["b.obj, line 2", "0xff", "UTF-8"]);
+    fs::write(binary.path().join("b.obj"), b"v 0 0 0\nv \xff 0 0\n").unwrap();
+    scene_refused(&binary, "b.obj", &["b.obj, line 2", "`ÿ`", "not a number"]);
 }
 
 #[test]
@@ -95,6 +96,8 @@ fn wrong_arguments() {
         ("render --size 0x5", ["'0x5'", "--size", "640x480"]),
         ("render --size 640", ["'640'", "--size", "WIDTHxHEIGHT"]),
         ("render --alpha 2", ["'2'", "--alpha", "from 0 to 1"]),
+        ("render --reflectance 1", ["'1'", "--reflectance", "below 1"]),
+        ("render --light sun", ["'sun'", "--light", "ceiling"]),
         ("render --tau nan", ["'nan'", "--tau", "from 0 to 1"]),
         ("render --mode local --alpha 1", ["--mode", "--alpha", "cannot be used"]),
         ("render --mode lokal", ["'lokal'", "--mode", "local"]),

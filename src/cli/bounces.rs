@@ -53,11 +53,8 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     let (fixed, term) = pixel::BOUNCES;
     let each = fixed + term * f64::from(own.count);
     own.problem.effort.limit.check_pictures(own.size, each)?;
-    let scene = own.problem.subject.load()?;
+    let scene = own.problem.subject.load(|warning| console.warn(warning))?;
     make_directory(&common.out)?;
-    for warning in &scene.warnings {
-        console.warn(warning);
-    }
     let transports = own.problem.subject.transports(&scene);
     let mut files = Vec::new();
     let mut studied = Vec::new();

@@ -96,11 +96,8 @@ pub fn run(own: &ChartCommand, common: &Common) -> Result<(), CliError> {
     let clock = Instant::now();
     let console = Console::new(common);
     own.limit.check_pictures(own.size, pixel::CHART)?;
-    let scene = own.subject.load()?;
+    let scene = own.subject.load(|warning| console.warn(warning))?;
     let load = clock.elapsed().as_secs_f64();
-    for warning in &scene.warnings {
-        console.warn(warning);
-    }
     let transports = own.subject.transports(&scene);
     if transports.len() > 1 && own.reference.is_some() {
         return Err(CliError::Usage {

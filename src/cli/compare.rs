@@ -56,10 +56,7 @@ struct CompareReport {
 pub fn run(own: &Compare, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
     own.limit.check_pictures(own.size, pixel::COMPARE)?;
-    let scene = own.subject.load()?;
-    for warning in &scene.warnings {
-        console.warn(warning);
-    }
+    let scene = own.subject.load(|warning| console.warn(warning))?;
     make_directory(&common.out)?;
     let transports = own.subject.transports(&scene);
     let rays = Rays::new(&scene);

@@ -8,11 +8,11 @@ use serde::Serialize;
 
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::cli::options::Common;
+use crate::cli::options::{Common, Completion};
 use crate::cli::values::{tolerance, unit_interval};
 use crate::light::Transport;
 use crate::pictures::{Table, make_directory};
-use crate::scene::{LoadOptions, Scene, Sides};
+use crate::scene::Scene;
 use crate::study::{FactorSettings, FactorTable, How, factors};
 
 /// Factors shown in the table at most; the files hold all of them.
@@ -29,9 +29,9 @@ pub struct Factors {
     /// Transmission of the materials that have none of their own, 0 to 1 [default: the scene file's, or 0]
     #[arg(long, value_name = "X", value_parser = unit_interval)]
     pub tau: Option<f32>,
-    /// Let the backs of faces send and receive as well
-    #[arg(long)]
-    pub two_sided: bool,
+    /// What its files do not say.
+    #[command(flatten)]
+    pub completion: Completion,
 }
 
 /// `halflight factors --json`
@@ -76,15 +76,8 @@ struct ReciprocityReport<'a> {
 /// Finds them and reports.
 pub fn run(own: &Factors, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
-    let two_sided = match own.two_sided {
-        true => Sides::Two,
-        false => Sides::One,
-    };
-    let scene = Scene::open_with(&own.scene, LoadOptions { two_sided })?;
+    let scene = own.completion.load(&own.scene, |warning| console.warn(warning))?;
     make_directory(&common.out)?;
-    for warning in &scene.warnings {
-        console.warn(warning);
-    }
     let base = scene.transport.unwrap_or_default();
     let default = Transport { alpha: base.alpha, tau: own.tau.unwrap_or(base.tau) };
     let tau: Vec<f32> = scene.transports(default).iter().map(|t| t.tau).collect();

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::memory::MemoryLimit;
-use crate::cli::options::Common;
+use crate::cli::options::{Common, Completion};
 use crate::cli::values::unit_interval;
 use crate::form_factors::Sampling;
 use crate::light::Transport;
@@ -55,6 +55,9 @@ pub struct Frontier {
     /// Measure how the path tracer's error shrinks on both sides of the frontier of its variance
     #[arg(long)]
     pub trace: bool,
+    /// What the scene's files do not say.
+    #[command(flatten)]
+    pub completion: Completion,
     /// Within which memory.
     #[command(flatten)]
     pub limit: MemoryLimit,
@@ -88,12 +91,9 @@ struct FormalReport {
 /// Studies a scene at one tau.
 pub fn run(own: &Frontier, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
-    let scene = Scene::open(&own.scene)?;
+    let scene = own.completion.load(&own.scene, |warning| console.warn(warning))?;
     scene.require_emission()?;
     make_directory(&common.out)?;
-    for warning in &scene.warnings {
-        console.warn(warning);
-    }
     let sampling = Sampling { rays: own.rays, seed: common.seed, ..Sampling::default() };
     let (slice, patches) = slice(own, &scene, &sampling, &console)?;
     console.say(format!(

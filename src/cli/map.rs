@@ -10,11 +10,10 @@ use serde::Serialize;
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::memory::MemoryLimit;
-use crate::cli::options::Common;
+use crate::cli::options::{Common, Completion};
 use crate::form_factors::Sampling;
 use crate::pictures::{Table, make_directory};
 use crate::render::{Prepared, prepare};
-use crate::scene::{LoadOptions, Scene, Sides};
 use crate::study::map::{FrontierPoint, GridPoint, Map, MapChart, TauPoint, check_crossings, map};
 
 /// `halflight map`
@@ -26,9 +25,9 @@ pub struct MapArguments {
     /// Points of the grid each way
     #[arg(long, value_name = "N", default_value_t = 21, value_parser = clap::value_parser!(u16).range(2..=1001))]
     pub grid: u16,
-    /// Let the backs of faces reflect as well; without it they are black
-    #[arg(long)]
-    pub two_sided: bool,
+    /// What its files do not say.
+    #[command(flatten)]
+    pub completion: Completion,
     /// About how many patches to cut the scene into
     #[arg(long, value_name = "N", default_value_t = 4000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub patches: u32,
@@ -66,12 +65,8 @@ struct MapReport {
 pub fn run(own: &MapArguments, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
     let start = Instant::now();
-    let two_sided = if own.two_sided { Sides::Two } else { Sides::One };
-    let scene = Scene::open_with(&own.scene, LoadOptions { two_sided })?;
+    let scene = own.completion.load(&own.scene, |warning| console.warn(warning))?;
     make_directory(&common.out)?;
-    for warning in &scene.warnings {
-        console.warn(warning);
-    }
     let prepared = prepare(scene, own.patches as usize);
     let sampling = Sampling { rays: own.rays, seed: common.seed, ..Sampling::default() };
     let limit = own.limit.bytes();

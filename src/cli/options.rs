@@ -8,9 +8,9 @@ use clap::Args;
 
 use crate::cli::effort::Effort;
 use crate::cli::error::CliError;
-use crate::cli::values::{ModeChoice, seconds, stops, unit_interval};
+use crate::cli::values::{ModeChoice, reflectance, seconds, stops, unit_interval};
 use crate::light::{Mode, Transport};
-use crate::scene::{LoadOptions, Scene, Sides};
+use crate::scene::{AddedLight, LoadOptions, Scene, Sides};
 
 /// Arguments of every command.
 #[derive(Args, Debug)]
@@ -33,6 +33,20 @@ pub struct Common {
     pub quiet: bool,
 }
 
+/// What a scene is given that its files do not say.
+#[derive(Args, Debug)]
+pub struct Completion {
+    /// Let the backs of faces reflect and emit as well; without it they are black
+    #[arg(long)]
+    pub two_sided: bool,
+    /// Reflectance, 0 to below 1, of faces whose material the files lack
+    #[arg(long, value_name = "RHO", default_value_t = 0.5, value_parser = reflectance)]
+    pub reflectance: f32,
+    /// Add a luminaire to the scene
+    #[arg(long, value_enum)]
+    pub light: Option<AddedLight>,
+}
+
 /// The scene and its modes.
 #[derive(Args, Debug)]
 pub struct Subject {
@@ -48,9 +62,9 @@ pub struct Subject {
     /// Transmission, 0 to 1, instead of a mode [default: the scene file's, or 0]
     #[arg(long, value_name = "T", value_parser = unit_interval)]
     pub tau: Option<f32>,
-    /// Let the backs of faces reflect and emit as well; without it they are black
-    #[arg(long)]
-    pub two_sided: bool,
+    /// What its files do not say.
+    #[command(flatten)]
+    pub completion: Completion,
     /// Brighten PNG files by so many stops (factors of two); EXR files stay as they are
     #[arg(
         long,
@@ -76,11 +90,21 @@ pub struct Problem {
     pub time: Option<f64>,
 }
 
+impl Completion {
+    /// Reads and checks the scene of that name or path, and tells its warnings to `warn`.
+    pub fn load(&self, scene: &str, warn: impl FnMut(&String)) -> Result<Scene, CliError> {
+        let two_sided = if self.two_sided { Sides::Two } else { Sides::One };
+        let options = LoadOptions { two_sided, reflectance: self.reflectance, light: self.light };
+        let scene = Scene::open_with(scene, options)?;
+        scene.warnings.iter().for_each(warn);
+        Ok(scene)
+    }
+}
+
 impl Subject {
-    /// Reads and checks the scene.
-    pub fn load(&self) -> Result<Scene, CliError> {
-        let sides = if self.two_sided { Sides::Two } else { Sides::One };
-        let scene = Scene::open_with(&self.scene, LoadOptions { two_sided: sides })?;
+    /// Reads and checks the scene, which must emit, and tells its warnings to `warn`.
+    pub fn load(&self, warn: impl FnMut(&String)) -> Result<Scene, CliError> {
+        let scene = self.completion.load(&self.scene, warn)?;
         scene.require_emission()?;
         Ok(scene)
     }

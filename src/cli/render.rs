@@ -66,10 +66,7 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
         Precision::Fixed(..) => pixel::RENDER,
     };
     effort.limit.check_pictures(own.size, each)?;
-    let scene = own.problem.subject.load()?;
-    for warning in &scene.warnings {
-        console.warn(warning);
-    }
+    let scene = own.problem.subject.load(|warning| console.warn(warning))?;
     let transports = own.problem.subject.transports(&scene);
     let places = Places {
         output: own.output.as_deref(),

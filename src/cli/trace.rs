@@ -86,10 +86,7 @@ pub fn run(own: &Trace, common: &Common) -> Result<(), CliError> {
         check_extension(path)?;
     }
     own.limit.check_pictures(own.size, pixel::TRACE)?;
-    let scene = own.subject.load()?;
-    for warning in &scene.warnings {
-        console.warn(warning);
-    }
+    let scene = own.subject.load(|warning| console.warn(warning))?;
     let load = start.elapsed().as_secs_f64();
     let rays = Rays::new(&scene);
     let transports = own.subject.transports(&scene);

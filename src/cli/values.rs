@@ -3,6 +3,7 @@
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
+use crate::scene::AddedLight;
 use crate::study::compare::{Ladder, Method};
 
 /// Whether light is looked for on purpose.
@@ -57,11 +58,30 @@ impl ValueEnum for Ladder {
     }
 }
 
+impl ValueEnum for AddedLight {
+    fn value_variants<'a>() -> &'a [AddedLight] {
+        &[AddedLight::Ceiling]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let AddedLight::Ceiling = self;
+        Some(PossibleValue::new("ceiling").help("A rectangle below the ceiling, or above an open scene"))
+    }
+}
+
 /// A number from 0 to 1.
 pub fn unit_interval(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
         _ => Err("must be a number from 0 to 1".into()),
+    }
+}
+
+/// A number from 0 to below 1.
+pub fn reflectance(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if (0.0..1.0).contains(&value) => Ok(value),
+        _ => Err("must be a number from 0 to below 1".into()),
     }
 }
 

@@ -64,11 +64,6 @@ pub enum SceneError {
     #[diagnostic(help("`obj` is a path relative to the scene file's folder"))]
     MissingObj { place: Place, name: String, source: io::Error },
 
-    /// A material library is missing or cannot be read.
-    #[error("{place}: cannot read the material library `{name}`: {source}")]
-    #[diagnostic(help("put the MTL file beside the OBJ, or correct the mtllib line"))]
-    MissingLibrary { place: Place, name: String, source: io::Error },
-
     /// The text is not UTF-8.
     #[error("{place}: byte 0x{byte:02x} is not UTF-8 text")]
     #[diagnostic(help("save the file as UTF-8 text; binary files cannot be read"))]
@@ -118,15 +113,10 @@ pub enum SceneError {
     #[diagnostic(help("Ke or `emission` is E, a radiance in W/(m² sr): 0 or more, below 3e38"))]
     Emission { place: Place, material: String, value: f64 },
 
-    /// The name of a material that no library defines.
+    /// A scene file's name of a material that neither a library defines nor a face uses.
     #[error("{place}: there is no material `{name}`")]
     #[diagnostic(help("the materials are: {known}"))]
     UnknownMaterial { place: Place, name: String, known: String },
-
-    /// `usemtl` in an OBJ without `mtllib`.
-    #[error("{place}: `usemtl {name}`, but the OBJ names no material library")]
-    #[diagnostic(help("add a line `mtllib FILE.mtl` before it, or remove the usemtl lines"))]
-    NoLibrary { place: Place, name: String },
 
     /// A face of a caller's array names a material that does not exist.
     #[error("{place}: a face uses material {index}, but there are {materials} materials")]
@@ -141,7 +131,7 @@ pub enum SceneError {
     /// No material that is used emits.
     #[error("nothing in `{name}` emits light: the picture would be black")]
     #[diagnostic(help(
-        "where E = 0, L = E + K L is 0 too: give a material `Ke R G B` in the MTL, or `emission = [R, G, B]` under [materials.NAME] or a [[lights]] table in a scene file"
+        "where E = 0, L = E + K L is 0 too: `--light ceiling` adds a luminaire; or give a material `Ke R G B` in the MTL, or `emission = [R, G, B]` under [materials.NAME] or a [[lights]] table in a scene file"
     ))]
     Dark { name: String },
 

@@ -35,8 +35,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::light::{Mode, Transport, Visibility};
-use crate::scene::build::assemble;
 use crate::scene::camera::{DEFAULT_FOV, ViewError};
+use crate::scene::ceiling_light::assemble_lit;
 use crate::scene::error::{Place, SceneError};
 use crate::scene::light_table::{LightTable, light};
 use crate::scene::lines::{list, shorten};
@@ -101,7 +101,7 @@ pub(crate) fn read(
         name: shorten(obj_name),
         source: error,
     })?;
-    let mut soup = obj::read(name, obj_name, &bytes, reader)?;
+    let mut soup = obj::read(name, obj_name, &bytes, reader, options)?;
     // Of two materials of one name the first counts, so it comes last.
     let names = soup.materials.iter().enumerate().rev();
     let index: HashMap<String, usize> = names.map(|(i, m)| (m.name.clone(), i)).collect();
@@ -115,7 +115,7 @@ pub(crate) fn read(
         changes.apply(&source, &mut soup.materials[index])?;
     }
     options.apply(&mut soup.materials, |name| table.says_sides(name));
-    let mut scene = assemble(soup)?;
+    let mut scene = assemble_lit(soup, options.light)?;
     scene.transport = (alpha.is_some() || tau.is_some())
         .then(|| Transport { alpha: alpha.unwrap_or(default.alpha), tau: tau.unwrap_or(default.tau) });
     if let Some(camera) = &table.camera {

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::{fs, io};
 
-use crate::scene::build::assemble;
+use crate::scene::ceiling_light::assemble_lit;
 use crate::scene::error::SceneError;
 use crate::scene::model::{LoadOptions, Scene};
 use crate::scene::punctual::PunctualLight;
@@ -116,7 +116,7 @@ fn from_obj(
     reader: obj::Reader,
     options: LoadOptions,
 ) -> Result<Scene, SceneError> {
-    let mut soup = obj::read(name, file, bytes, reader)?;
+    let mut soup = obj::read(name, file, bytes, reader, options)?;
     options.apply(&mut soup.materials, |_| false);
-    assemble(soup)
+    assemble_lit(soup, options.light)
 }

@@ -103,10 +103,28 @@ pub struct UnitFrame {
 }
 
 /// What a person may ask of every scene, whatever its files say.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadOptions {
     /// The sides of materials for which no scene file gives `two_sided`.
     pub two_sided: Sides,
+    /// rho, 0..=1, of faces for which the files have no material.
+    pub reflectance: f32,
+    /// A luminaire that the files do not have.
+    pub light: Option<AddedLight>,
+}
+
+/// A luminaire added to a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AddedLight {
+    /// A rectangle of half the scene's width and depth that faces down, below the ceiling or above an open scene.
+    /// It gives the floor of the bounding box a mean irradiance of pi W/m² where nothing is in between.
+    Ceiling,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        LoadOptions { two_sided: Sides::One, reflectance: 0.5, light: None }
+    }
 }
 
 impl LoadOptions {

@@ -1,8 +1,8 @@
 //! Material libraries: `newmtl`, `Kd` (the reflectance rho) and `Ke` (emitted radiance), checked line by line.
 //!
-//! One number after `Kd` or `Ke` is a grey. A material without `Kd` reflects [`DEFAULT_RHO`], with a warning. Of two
-//! materials of one name the first counts. Not handled: textures and nonzero `Ks` (a warning each), `spectral` and
-//! `xyz` colours (an error), transparency and illumination models (ignored).
+//! The text is decoded already. One number after `Kd` or `Ke` is a grey. A material without `Kd` reflects
+//! [`DEFAULT_RHO`], with a warning. Of two materials of one name the first counts. Not handled: textures and nonzero
+//! `Ks` (a warning each), `spectral` and `xyz` colours (an error), transparency and illumination models (ignored).
 //!
 //! Source: Wavefront, *MTL Material Format*, Advanced Visualizer manual.
 
@@ -45,10 +45,10 @@ struct Tallies {
 
 impl Libraries {
     /// Reads one library.
-    pub fn read(&mut self, file: &str, bytes: &[u8]) -> Result<(), SceneError> {
+    pub fn read(&mut self, file: &str, text: &str) -> Result<(), SceneError> {
         let mut tallies = Tallies::default();
         let mut entries: Vec<Entry> = Vec::new();
-        for statement in lines::statements(lines::decode(file, bytes)?) {
+        for statement in lines::statements(text) {
             read_statement(file, &statement, &mut entries, &mut tallies)?;
         }
         for entry in entries {
@@ -61,6 +61,14 @@ impl Libraries {
     /// The index of the material of that name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.index.get(name).copied()
+    }
+
+    /// Adds a grey that emits nothing, for a name that no library defines; its index.
+    pub fn add_grey(&mut self, name: &str, rho: f32) -> usize {
+        let entry = Entry { name: name.to_owned(), line: 0, kd: Some([f64::from(rho); 3]), ke: None };
+        self.index.insert(name.to_owned(), self.entries.len());
+        self.entries.push(entry);
+        self.entries.len() - 1
     }
 
     /// All names, in order.
@@ -188,7 +196,7 @@ mod tests {
 
     fn read(text: &str) -> Result<Libraries, SceneError> {
         let mut libraries = Libraries::default();
-        libraries.read("m.mtl", text.as_bytes()).map(|()| libraries)
+        libraries.read("m.mtl", text).map(|()| libraries)
     }
 
     #[test]

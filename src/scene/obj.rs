@@ -1,42 +1,48 @@
 //! Wavefront OBJ with its MTL files to polygons. Only place for `tobj`, which sees only text already checked.
 //!
+//! Faces whose material is missing are a grey of [`LoadOptions::reflectance`] that emits nothing, under the name that
+//! the OBJ has for it, so that a scene file may say more of it; one warning counts the names.
+//!
 //! tobj would panic on `Ke 10`, hide a failed library, pass unknown materials and NaN, and fan concave polygons; the
 //! text it gets holds none of these and it is not asked to triangulate. The k-th polygon it returns is the k-th `f`
 //! line of the check, which gives every polygon its line number.
 //!
 //! Not handled: textures, normals, curves and surfaces; they are warned of or ignored.
 
-use std::borrow::Cow;
-use std::collections::HashSet;
-use std::io;
-
 use glam::DVec3;
 
 use crate::light::Rgb;
 use crate::scene::build::{Polygon, Soup};
+use crate::scene::encoding::Latin;
 use crate::scene::error::{Place, SceneError};
-use crate::scene::lines::{list, shorten};
-use crate::scene::mtl::{DEFAULT_RHO, Libraries};
+pub(crate) use crate::scene::libraries::Reader;
+use crate::scene::lines::list;
+use crate::scene::mtl::{Libraries, check_rho};
 use crate::scene::obj_text::ObjText;
-use crate::scene::{Material, obj_text};
+use crate::scene::warnings::Tally;
+use crate::scene::{LoadOptions, Material, libraries, obj_text};
 
-/// Reads a file named relative to the OBJ or scene file.
-pub(crate) type Reader<'a> = &'a dyn Fn(&str) -> io::Result<Cow<'a, [u8]>>;
-
-/// The material of faces before the first `usemtl`: reflects [`DEFAULT_RHO`].
+/// The material of faces before the first `usemtl`: reflects [`LoadOptions::reflectance`].
 pub const NO_MATERIAL: &str = "(none)";
 
-/// The most words of an `mtllib` line that are tried as file names.
-const MOST_WORDS: usize = 32;
-
 /// Reads an OBJ: `name` for the scene, `file` for messages.
-pub(crate) fn read(name: &str, file: &str, bytes: &[u8], reader: Reader) -> Result<Soup, SceneError> {
-    let text = obj_text::check(file, bytes)?;
+pub(crate) fn read(
+    name: &str,
+    file: &str,
+    bytes: &[u8],
+    reader: Reader,
+    options: LoadOptions,
+) -> Result<Soup, SceneError> {
+    let mut latin = Latin::default();
+    let text = obj_text::check(file, &latin.decode(file, bytes)?)?;
     if text.face_lines.is_empty() {
         return Err(SceneError::Empty { file: file.to_owned(), dropped: 0 });
     }
-    let libraries = read_libraries(file, &text, reader)?;
-    let used = resolve_materials(file, &text, &libraries)?;
+    let rho = options.reflectance;
+    check_rho([f64::from(rho); 3], NO_MATERIAL, || Place::item(file, "line", text.face_lines[0]))?;
+    let mut libraries = libraries::read(file, &text.libraries, reader, &mut latin)?;
+    latin.report(&mut libraries.warnings);
+    let used = find_materials(file, &text, &mut libraries, rho);
     let (models, materials) = parse(file, &text, &libraries, &used)?;
     let mut soup = Soup {
         name: name.to_owned(),
@@ -44,73 +50,36 @@ pub(crate) fn read(name: &str, file: &str, bytes: &[u8], reader: Reader) -> Resu
         item: "line",
         objects: text.objects.list.iter().map(|(name, _)| name.clone()).collect(),
         materials: libraries.names().zip(&materials).map(|(name, m)| material(name, m)).collect(),
+        warnings: libraries.warnings,
         ..Soup::default()
     };
-    soup.take_warnings(&text, libraries);
-    soup.take_models(&text, &models)?;
+    soup.take_warnings(&text, rho);
+    soup.take_models(&text, &models, rho)?;
     Ok(soup)
 }
 
-fn read_libraries(file: &str, text: &ObjText, reader: Reader) -> Result<Libraries, SceneError> {
-    let mut libraries = Libraries::default();
-    // A library named again says nothing new; reading it for each of many lines would take forever.
-    let mut known = HashSet::new();
-    for (line, names) in text.libraries.iter().filter(|(_, n)| known.insert(n)) {
-        let found = find_libraries(names, reader);
-        let found = found.map_err(|source| SceneError::MissingLibrary {
-            place: Place::line(file, *line),
-            name: shorten(names),
-            source,
-        })?;
-        for (name, bytes) in found {
-            libraries.read(&name, &bytes)?;
-        }
-    }
-    Ok(libraries)
-}
-
-/// The files of one `mtllib` line. File names may hold spaces, and spaces part file names: the longest run of words
-/// that is a file is taken first.
-fn find_libraries<'a>(names: &str, reader: Reader<'a>) -> io::Result<Vec<(String, Cow<'a, [u8]>)>> {
-    let failure = match read_either_slash(names, reader) {
-        Ok(bytes) => return Ok(vec![(names.to_owned(), bytes)]),
-        Err(error) => error,
+/// For each `usemtl` name of the OBJ, the index of the material. Names that no library defines become greys, with a
+/// warning for all of them.
+fn find_materials(file: &str, text: &ObjText, libraries: &mut Libraries, rho: f32) -> Vec<usize> {
+    let (defined, mut undefined) = (libraries.names().count(), Tally::default());
+    let find = |(name, line): &(String, usize)| {
+        libraries.find(name).unwrap_or_else(|| {
+            undefined.add(*line);
+            libraries.add_grey(name, rho)
+        })
     };
-    let words: Vec<&str> = names.split_whitespace().take(MOST_WORDS + 1).collect();
-    let (mut found, mut start) = (Vec::new(), 0);
-    while start < words.len() && words.len() <= MOST_WORDS {
-        let runs = (start + 1..=words.len()).rev().map(|end| (end, words[start..end].join(" ")));
-        let mut files = runs.filter_map(|(end, run)| Some((end, read_either_slash(&run, reader).ok()?, run)));
-        let Some((end, bytes, run)) = files.next() else {
-            return Err(failure);
+    let used = text.materials.list.iter().map(find).collect();
+    if undefined.count > 0 {
+        let why = if text.libraries.is_empty() {
+            "the OBJ has no mtllib line".to_owned()
+        } else {
+            format!("the MTL files define {}", list(libraries.names().take(defined)))
         };
-        found.push((run, bytes));
-        start = end;
+        let names = list(libraries.names().skip(defined));
+        let consequence = format!("{names} ({why}): reflecting {rho} (--reflectance), emitting nothing");
+        undefined.report(file, "line", "undefined material", &consequence, &mut libraries.warnings);
     }
-    if found.is_empty() { Err(failure) } else { Ok(found) }
-}
-
-/// Some programs write `\` between folders.
-fn read_either_slash<'a>(name: &str, reader: Reader<'a>) -> io::Result<Cow<'a, [u8]>> {
-    reader(name).or_else(|error| {
-        if !name.contains('\\') {
-            return Err(error);
-        }
-        reader(&name.replace('\\', "/")).map_err(|_| error)
-    })
-}
-
-/// For each `usemtl` name of the OBJ, the index of the material.
-fn resolve_materials(file: &str, text: &ObjText, libraries: &Libraries) -> Result<Vec<usize>, SceneError> {
-    let resolve = |(name, line): &(String, usize)| {
-        let (place, shown) = (Place::line(file, *line), shorten(name));
-        match libraries.find(name) {
-            Some(index) => Ok(index),
-            None if text.libraries.is_empty() => Err(SceneError::NoLibrary { place, name: shown }),
-            None => Err(SceneError::UnknownMaterial { place, name: shown, known: list(libraries.names()) }),
-        }
-    };
-    text.materials.list.iter().map(resolve).collect()
+    used
 }
 
 type Parsed = (Vec<tobj::Model>, Vec<tobj::Material>);
@@ -137,19 +106,18 @@ fn material(name: &str, read: &tobj::Material) -> Material {
 }
 
 impl Soup {
-    fn take_warnings(&mut self, text: &ObjText, libraries: Libraries) {
-        self.warnings = libraries.warnings;
+    fn take_warnings(&mut self, text: &ObjText, rho: f32) {
         let ignored = "points, lines, curves and surfaces are not modelled";
         text.ignored.report(&self.file, "line", "statement", ignored, &mut self.warnings);
-        let bare = format!("no usemtl before it; material `{NO_MATERIAL}` reflects {DEFAULT_RHO}");
+        let bare = format!("no usemtl before it; material `{NO_MATERIAL}` reflects {rho} (--reflectance)");
         text.bare.report(&self.file, "line", "face", &bare, &mut self.warnings);
     }
 
     /// Appends tobj's models and checks that its polygons are those of the text.
-    fn take_models(&mut self, text: &ObjText, models: &[tobj::Model]) -> Result<(), SceneError> {
+    fn take_models(&mut self, text: &ObjText, models: &[tobj::Model], rho: f32) -> Result<(), SceneError> {
         let bare = self.materials.len() as u32;
         if text.bare.count > 0 {
-            self.materials.push(Material::new(NO_MATERIAL, Rgb::splat(DEFAULT_RHO), Rgb::ZERO));
+            self.materials.push(Material::new(NO_MATERIAL, Rgb::splat(rho), Rgb::ZERO));
         }
         let mut lines = text.face_lines.iter();
         for tobj::Model { mesh, name } in models {

@@ -67,11 +67,11 @@ struct State {
     largest: (usize, usize),
 }
 
-/// Checks an OBJ's bytes; `file` is its name for messages.
-pub(crate) fn check(file: &str, bytes: &[u8]) -> Result<ObjText, SceneError> {
+/// Checks an OBJ's text; `file` is its name for messages.
+pub(crate) fn check(file: &str, text: &str) -> Result<ObjText, SceneError> {
     let mut obj = ObjText::default();
     let mut corners = Vec::new();
-    for statement in lines::statements(lines::decode(file, bytes)?) {
+    for statement in lines::statements(text) {
         match statement.keyword() {
             "v" => obj.vertex(file, &statement)?,
             "f" | "fo" => obj.face(file, &statement, &mut corners)?,
