@@ -86,6 +86,7 @@ pub fn scene_of(triangles: &[Corners]) -> Scene {
         materials: vec![grey],
         objects: vec!["all".into()],
         lights: Vec::new(),
+        sky: None,
         camera: Camera { position: Vec3::ZERO, forward: Vec3::NEG_Z, right: Vec3::X, up: Vec3::Y, vertical_fov: 60.0 },
         frame: UnitFrame { center: DVec3::ZERO, scale: 1.0 },
         transport: None,

@@ -135,7 +135,7 @@ fn chart_and_table(common: &Common, prepared: &Prepared, studied: &[Studied]) ->
     let lines: Vec<_> = studied.iter().map(|s| (s.transport.label(), s.solution.bounces.as_slice())).collect();
     let caption = format!(
         "{scene}: {} triangles, up to {} patches. Norm: area-weighted RMS over patches, channels and halves.",
-        prepared.scene.faces.len(),
+        prepared.scene.solid_faces(),
         studied.iter().map(|s| s.patches).max().unwrap_or(0),
     );
     let chart = bounces_chart(format!("The bounce series of {scene}"), caption, &lines);

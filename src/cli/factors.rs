@@ -98,9 +98,9 @@ pub fn run(own: &Factors, common: &Common) -> Result<(), CliError> {
 }
 
 fn text(table: &FactorTable) -> String {
-    let name = |i: usize| &table.rows[i].name;
+    let name = |i: usize| &table.columns[i];
     let wide = |least: usize| {
-        let lengths = table.rows.iter().map(|r| r.name.chars().count());
+        let lengths = table.columns.iter().map(|name| name.chars().count());
         lengths.chain([least]).max().unwrap_or(least)
     };
     let w = wide(6);
@@ -133,7 +133,7 @@ fn text(table: &FactorTable) -> String {
 
 /// All form factors, one row each.
 fn rows(table: &FactorTable) -> Table {
-    let name = |i: usize| &table.rows[i].name;
+    let name = |i: usize| &table.columns[i];
     let mut rows = Table::new("from,to,F,standard_error,method");
     for f in &table.factors {
         rows.row(&[name(f.from), name(f.to), &f.share.value, &f.share.error, &f.how.name()]);
@@ -142,7 +142,7 @@ fn rows(table: &FactorTable) -> Table {
 }
 
 fn report<'a>(scene: &'a Scene, own: &Factors, table: &'a FactorTable, files: Vec<PathBuf>) -> Report<'a> {
-    let name = |i: usize| table.rows[i].name.as_str();
+    let name = |i: usize| table.columns[i].as_str();
     let objects = table.rows.iter().map(|r| ObjectReport {
         name: &r.name,
         area: r.area,

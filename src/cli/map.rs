@@ -102,7 +102,7 @@ fn write(common: &Common, prepared: &Prepared, map: &Map) -> Result<Vec<PathBuf>
         title: format!("Where the bounce series of {scene} converges"),
         caption: format!(
             "{scene}: {} triangles, {} patches, {} rays, {} by {} points.",
-            prepared.scene.faces.len(),
+            prepared.scene.solid_faces(),
             prepared.patches.len(),
             map.rays,
             map.columns.len(),

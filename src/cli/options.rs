@@ -42,7 +42,7 @@ pub struct Completion {
     /// Reflectance, 0 to below 1, of faces whose material the files lack
     #[arg(long, value_name = "RHO", default_value_t = 0.5, value_parser = reflectance)]
     pub reflectance: f32,
-    /// Add a luminaire to the scene
+    /// Add a luminaire or a sky to the scene
     #[arg(long, value_enum)]
     pub light: Option<AddedLight>,
 }

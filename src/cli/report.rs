@@ -64,7 +64,7 @@ impl RenderReport {
             tau,
             width: size.width,
             height: size.height,
-            triangles: scene.faces.len(),
+            triangles: scene.solid_faces() as usize,
             patches: 0,
             rays: 0,
             seconds: Seconds::default(),

@@ -11,7 +11,7 @@ use crate::scene::{Scene, builtin};
 struct Listed {
     name: &'static str,
     description: &'static str,
-    triangles: usize,
+    triangles: u32,
 }
 
 /// Lists the built-in scenes.
@@ -20,7 +20,7 @@ pub fn run(common: &Common) -> Result<(), CliError> {
     let mut list = Vec::new();
     for (name, description) in builtin::NAMES {
         let scene = Scene::open(name)?;
-        let triangles = scene.faces.len();
+        let triangles = scene.solid_faces();
         console.say(format!("{name:<18} {triangles:>6} triangles  {description}"));
         list.push(Listed { name, description, triangles });
     }

@@ -60,12 +60,15 @@ impl ValueEnum for Ladder {
 
 impl ValueEnum for AddedLight {
     fn value_variants<'a>() -> &'a [AddedLight] {
-        &[AddedLight::Ceiling]
+        &[AddedLight::Ceiling, AddedLight::Sky]
     }
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
-        let AddedLight::Ceiling = self;
-        Some(PossibleValue::new("ceiling").help("A rectangle below the ceiling, or above an open scene"))
+        let (name, help) = match self {
+            AddedLight::Ceiling => ("ceiling", "A rectangle below the ceiling, or above an open scene"),
+            AddedLight::Sky => ("sky", "A sky of radiance 1 all around, for scenes that are open"),
+        };
+        Some(PossibleValue::new(name).help(help))
     }
 }
 

@@ -44,7 +44,7 @@ pub(crate) fn carried(scene: &Scene) -> Vec<bool> {
     let points = receivers(scene);
     let carried = |m: usize| {
         let material = &scene.materials[m];
-        material.emits() && {
+        material.emits() && !scene.is_sky_material(m) && {
             let faces = sides(scene, |face| face == m as u32);
             let asked = faces.len().min(MOST_ASKED) as f64;
             seen(&points, &faces) < 1.0 / (2.0 + PRICE * asked)

@@ -54,7 +54,7 @@ impl Owned {
             material = surface.material;
             for &face in &surface.faces {
                 self.owners[face as usize] = Owner::Patch(self.drafts.len() as u32);
-                pieces.push(Piece { face, corners: scene.corners(face), area: scene.area(face) });
+                pieces.push(Piece { face, corners: scene.corners(face), area: scene.emitting_area(face) });
             }
         }
         self.drafts.push(Draft { material, pieces });

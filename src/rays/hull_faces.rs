@@ -24,7 +24,7 @@ const BUDGET: usize = 100_000_000;
 /// The faces that may occlude: those on no hull plane.
 pub(crate) fn occluders(scene: &Scene, planes: &Planes) -> Vec<u32> {
     let hull = hull_planes(scene, &planes.planes);
-    let count = scene.faces.len() as u32;
+    let count = scene.solid_faces();
     (0..count).filter(|&face| !hull[planes.of_face[face as usize] as usize]).collect()
 }
 
@@ -46,7 +46,7 @@ fn hull_planes(scene: &Scene, planes: &[Plane]) -> Vec<bool> {
 /// The vertices that faces use; others are no points of the scene.
 fn used_vertices(scene: &Scene) -> Vec<DVec3> {
     let mut used = vec![false; scene.vertices.len()];
-    for face in &scene.faces {
+    for face in &scene.faces[..scene.solid_faces() as usize] {
         for v in face.vertices {
             used[v as usize] = true;
         }

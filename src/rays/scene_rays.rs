@@ -1,6 +1,8 @@
 //! A scene's faces ready for rays: the first face met, every face met in order, and whether two points see each other.
 //!
 //! Faces that can lie between no two points of the scene are found once and left out where both ends lie on the scene.
+//! Where there is a sky, a ray meets it last of all, and where no face is met; it lies between no two points.
+//!
 //! Results depend on the scene and the ray alone, so any number of threads may cast them.
 //!
 //! Not handled: scenes that change after they were made ready.
@@ -16,10 +18,10 @@ use crate::rays::crossings::settle;
 use crate::rays::hull_faces::occluders;
 use crate::rays::planes::Planes;
 use crate::rays::query::{Label, NO_PLANE, Query};
-use crate::rays::ray::{End, Hit, Ray};
+use crate::rays::ray::{End, Hit, Ray, Side};
 use crate::rays::ray_offset::RayOffset;
 use crate::rays::triangle::Triangle;
-use crate::scene::Scene;
+use crate::scene::{Scene, Sky};
 
 /// A scene made ready for casting rays.
 pub struct Rays {
@@ -31,7 +33,11 @@ pub struct Rays {
     materials: Vec<u32>,
     anchors: Vec<RayOffset>,
     corners: Vec<[Vec3; 3]>,
+    sky: Option<Sky>,
 }
+
+/// Distance at which the sky is met, unit coordinates: next to nothing is nearer by it, and places there are finite.
+const SKY_DISTANCE: f32 = 1e6;
 
 /// The faces that may lie between two points of the scene.
 pub(super) enum Occluders {
@@ -52,7 +58,7 @@ impl Rays {
     /// Rays that test fewer than `many` faces in blocks and others through a hierarchy; there are blocks
     /// for 512 at most. Both find the same; this is for measuring which is faster.
     pub fn with_blocks(scene: &Scene, many: usize) -> Rays {
-        let all: Vec<u32> = (0..scene.faces.len() as u32).collect();
+        let all: Vec<u32> = (0..scene.solid_faces()).collect();
         let faces = Faces::new(scene, many);
         let inner = occluders(scene, &faces.planes);
         let occluders = match inner.len() {
@@ -66,24 +72,39 @@ impl Rays {
             occluders,
             planes: faces.planes.of_face,
             materials: scene.faces.iter().map(|f| f.material).collect(),
-            anchors: all.par_iter().map(|&f| RayOffset::new(scene, f)).collect(),
+            anchors: (0..faces.corners.len() as u32).into_par_iter().map(|f| RayOffset::new(scene, f)).collect(),
             corners: faces.corners,
+            sky: scene.sky,
         }
     }
 
-    /// The first face met. Of a thin sheet (two faces in one place, back to back) it is the one met from its front.
+    /// The first face met, or the sky. Of a thin sheet (two faces in one place, back to back) it is the one met from its front.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        self.tree.closest(&self.query(ray))
+        self.tree.closest(&self.query(ray)).or_else(|| self.sky_met(ray))
     }
 
     /// Every crossing in order of t into `out`, cleared first. A crossing through a shared edge or vertex counts once;
-    /// of a thin sheet the front comes before the back.
+    /// of a thin sheet the front comes before the back. The sky comes last.
     #[inline]
     pub fn crossings(&self, ray: &Ray, out: &mut Vec<Hit>) {
         out.clear();
         self.tree.all(&self.query(ray), out);
         settle(out, &self.planes);
+        out.extend(self.sky_met(ray));
+    }
+
+    /// The sky where a ray leaves the scene.
+    #[inline]
+    fn sky_met(&self, ray: &Ray) -> Option<Hit> {
+        let face = self.sky?.face(ray.direction);
+        Some(Hit { t: SKY_DISTANCE, face, side: Side::Front, u: 0.0, v: 0.0 })
+    }
+
+    /// Whether a face stands for a half of the sky.
+    #[inline]
+    pub fn is_sky(&self, face: u32) -> bool {
+        self.sky.is_some_and(|sky| sky.holds(face))
     }
 
     /// Whether nothing lies strictly between the points (tau = 0 everywhere).
@@ -198,9 +219,10 @@ impl Faces {
     fn new(scene: &Scene, many: usize) -> Faces {
         let all = (0..scene.faces.len() as u32).into_par_iter();
         let corners: Vec<[Vec3; 3]> = all.map(|f| scene.corners(f)).collect();
-        let pad = 1e-5 * diagonal(&corners);
+        let solid = &corners[..scene.solid_faces() as usize];
+        let pad = 1e-5 * diagonal(solid);
         // Planes are found one after the other; meanwhile the other threads lay out the tree.
-        let layout = || (corners.len() >= many).then(|| Layout::new(&boxes(&corners, pad)));
+        let layout = || (solid.len() >= many).then(|| Layout::new(&boxes(solid, pad)));
         let (planes, layout) = rayon::join(|| Planes::new(scene), layout);
         Faces { corners, planes, layout, pad, many }
     }

@@ -21,6 +21,13 @@ pub fn cosine_direction(normal: Vec3, u1: f32, u2: f32) -> Vec3 {
     turned(normal, Vec3::new(x, y, z))
 }
 
+/// A uniform direction in the hemisphere about `normal`.
+pub fn hemisphere_direction(normal: Vec3, u1: f32, u2: f32) -> Vec3 {
+    let (sin, cos) = (2.0 * std::f32::consts::PI * u1).sin_cos();
+    let across = (1.0 - u2 * u2).max(0.0).sqrt();
+    turned(normal, Vec3::new(across * cos, across * sin, u2))
+}
+
 /// A direction given about z, turned to lie about `normal`.
 #[inline(always)]
 pub(crate) fn turned(normal: Vec3, direction: Vec3) -> Vec3 {

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! A face that sends from both sides is one face here: a point is lit by the side it sees. Not handled: distance
-//! and orientation, which the weights against rays that meet emitters by chance make up for.
+//! and orientation, which the weights against rays that meet emitters by chance make up for; the sky, which only those meet.
 
 use glam::Vec3;
 
@@ -17,7 +17,7 @@ pub(crate) struct Emitters {
     faces: Vec<u32>,
     /// Sum of P up to and including each of `faces`.
     cumulative: Vec<f64>,
-    /// p_f of every face of the scene, 0 where it does not emit.
+    /// p_f of every face of the scene, 0 where it does not emit and for the sky.
     densities: Vec<f32>,
 }
 
@@ -34,7 +34,7 @@ impl Emitters {
     pub(crate) fn new(surfaces: &Surfaces) -> Emitters {
         let strength = |face: u32| f64::from(surfaces.matter(face).emitted.invisible.element_sum());
         let faces: Vec<u32> = (0..surfaces.count()).filter(|&face| surfaces.matter(face).emits()).collect();
-        let mut densities = vec![0.0; surfaces.count() as usize];
+        let mut densities = vec![0.0; surfaces.faces()];
         let mut sum = 0.0;
         let powers = faces.iter().map(|&face| {
             sum += strength(face) * surfaces.facet(face).area();

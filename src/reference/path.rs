@@ -151,6 +151,8 @@ impl Space<'_> {
             let light = through * matter.emitted.invisible;
             match self.next_event {
                 NextEvent::Off => light,
+                // The sky, of which no point is drawn.
+                NextEvent::On if hit.face >= self.surfaces.count() => light,
                 NextEvent::On => {
                     let facing = self.surfaces.facet(hit.face).normal.dot(ray.direction);
                     let cosines = point.normal.dot(ray.direction) * facing.abs();

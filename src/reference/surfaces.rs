@@ -61,6 +61,8 @@ pub(crate) struct Surfaces {
     pub taus: Vec<f32>,
     /// Nothing goes through anything.
     pub opaque: bool,
+    /// Number of faces that have a place.
+    solid: u32,
 }
 
 impl Surfaces {
@@ -84,12 +86,18 @@ impl Surfaces {
             matter: matter.collect(),
             opaque: taus.iter().all(|&tau| tau == 0.0),
             taus,
+            solid: scene.solid_faces(),
         }
     }
 
-    /// Number of faces.
+    /// Number of faces that have a place; what stands for the sky follows them.
     pub(crate) fn count(&self) -> u32 {
-        self.facets.len() as u32
+        self.solid
+    }
+
+    /// Number of all faces.
+    pub(crate) fn faces(&self) -> usize {
+        self.facets.len()
     }
 
     #[inline]

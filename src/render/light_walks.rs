@@ -1,6 +1,7 @@
 //! Powers of the terms `KⁿE` by walks of light from the emitters: no patch is in them, so patches are judged by them.
 //!
-//! A walk starts at a point of an emitting side, drawn by power, along a cosine-distributed direction. Its ray crosses
+//! A walk starts at a point of an emitting side, drawn by power, along a cosine-distributed direction, or at the
+//! sphere around the scene, where light of the sky enters it. Its ray crosses
 //! surfaces c = 1, 2, ...; s_c is the product of tau before c. With W the power that the walk carries, per channel,
 //!
 //! ```text
@@ -21,7 +22,7 @@ use rayon::prelude::*;
 
 use crate::light::Transport;
 use crate::rays::sobol::{Stream, hash};
-use crate::rays::warp::{cosine_direction, triangle_point};
+use crate::rays::warp::{cosine_direction, hemisphere_direction, triangle_point};
 use crate::rays::{Hit, Ray, Rays, Side};
 use crate::scene::{Scene, Sides};
 
@@ -155,8 +156,22 @@ impl<'a> Walks<'a> {
         let last = self.sources.len().checked_sub(1)?;
         let share = f64::from(random.uniform());
         let source = &self.sources[self.sources.partition_point(|s| s.cumulative <= share).min(last)];
+        if self.scene.is_sky(source.face) {
+            return Some((self.enter(source.face, random)?, source.weight));
+        }
         let position = triangle_point(self.scene.corners(source.face), random.uniform(), random.uniform());
         Some((self.leave(position, source.face, source.side, random), source.weight))
+    }
+
+    /// A ray that enters the sphere around the scene from a half of the sky: of uniform direction, through a uniform
+    /// point of the sphere's cross-section.
+    fn enter(&self, face: u32, random: &mut Stream) -> Option<Ray> {
+        let sky = self.scene.sky?;
+        let up = if face == sky.first { sky.up } else { -sky.up };
+        let outward = hemisphere_direction(up, random.uniform(), random.uniform());
+        let aside = cosine_direction(outward, random.uniform(), random.uniform());
+        let origin = sky.radius as f32 * (outward + aside - aside.dot(outward) * outward);
+        Some(Ray { origin, direction: -outward, source: None })
     }
 
     /// A cosine-distributed ray from a point of a side.
@@ -218,7 +233,7 @@ fn sources(scene: &Scene) -> Vec<Source> {
         let material = scene.material(face);
         let emission = material.emitted().invisible.as_dvec3();
         let sides: &[Side] = if material.sides == Sides::Two { &[Side::Front, Side::Back] } else { &[Side::Front] };
-        let power = std::f64::consts::PI * unit * scene.area(face) * emission.element_sum();
+        let power = std::f64::consts::PI * unit * scene.emitting_area(face) * emission.element_sum();
         for &side in sides.iter().filter(|_| power > 0.0) {
             total += power;
             sources.push(Source { face, side, cumulative: total, weight: emission / emission.element_sum() });

@@ -143,6 +143,7 @@ pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
         materials: soup.materials,
         objects: soup.objects,
         lights: Vec::new(),
+        sky: None,
         camera: Camera::NOWHERE,
         frame,
         transport: None,

@@ -22,7 +22,7 @@ use crate::light::Rgb;
 use crate::scene::build::{Polygon, Soup, assemble};
 use crate::scene::error::SceneError;
 use crate::scene::polygon::Triangulator;
-use crate::scene::{AddedLight, Camera, Material, Scene, UnitFrame};
+use crate::scene::{AddedLight, Camera, Material, Scene, SkyLight, UnitFrame};
 
 /// The name of its material and its object.
 const NAME: &str = "ceiling light";
@@ -39,8 +39,13 @@ const COVERED: f64 = 0.9;
 /// Vertical lines each way through the rectangle, and points each way on the floor.
 const LINES: usize = 16;
 
-/// Makes the scene as [`assemble`] does, with the luminaire asked for. The default camera frames the rest alone.
+/// Makes the scene as [`assemble`] does, with the light asked for. The default camera frames the rest alone.
 pub(crate) fn assemble_lit(mut soup: Soup, light: Option<AddedLight>) -> Result<Scene, SceneError> {
+    if light == Some(AddedLight::Sky) {
+        let mut scene = assemble(soup)?;
+        scene.set_sky(SkyLight { upper: Rgb::ONE, lower: Rgb::ONE }, DVec3::Y);
+        return Ok(scene);
+    }
     let frame = UnitFrame::of(soup.corners.iter().map(|&v| soup.vertices[v as usize]));
     let (Some(AddedLight::Ceiling), Some(frame)) = (light, frame) else {
         return assemble(soup);

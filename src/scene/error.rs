@@ -131,7 +131,7 @@ pub enum SceneError {
     /// No material that is used emits.
     #[error("nothing in `{name}` emits light: the picture would be black")]
     #[diagnostic(help(
-        "where E = 0, L = E + K L is 0 too: `--light ceiling` adds a luminaire; or give a material `Ke R G B` in the MTL, or `emission = [R, G, B]` under [materials.NAME] or a [[lights]] table in a scene file"
+        "where E = 0, L = E + K L is 0 too: `--light ceiling` adds a luminaire and `--light sky` a sky; or give a material `Ke R G B` in the MTL, or `emission = [R, G, B]` under [materials.NAME], a [[lights]] table or a [sky] in a scene file"
     ))]
     Dark { name: String },
 
@@ -140,7 +140,8 @@ pub enum SceneError {
     #[diagnostic(help(
         "a scene file holds: obj, mode (or alpha, tau), [camera] position target up vertical_fov, \
          [materials.NAME] mode (or alpha, tau) two_sided emission visible_emission, \
-         [[lights]] type position direction intensity attenuation exponent cutoff"
+         [[lights]] type position direction intensity attenuation exponent cutoff, \
+         [sky] radiance (or upper, lower)"
     ))]
     SceneFile { place: Place, message: String },
 
@@ -193,6 +194,16 @@ pub enum SceneError {
         "irradiance is intensity cos / (a0 + a1 d + a2 d²), times the exponent-th power of the cosine to the axis within the cutoff"
     ))]
     LightValue { place: Place, key: &'static str, value: String, needed: &'static str },
+
+    /// A sky's `radiance` together with that of a half.
+    #[error("{place}: `radiance` and `upper` or `lower` of the sky are given together")]
+    #[diagnostic(help("`radiance` is that of both halves: keep either it or the halves'"))]
+    SkyTwice { place: Place },
+
+    /// A sky's radiance is negative or not finite.
+    #[error("{place}: `{key}` of the sky is {value}; it must be finite and not negative")]
+    #[diagnostic(help("a sky has radiance = [R, G, B], or upper and lower = [R, G, B], in W/(m² sr)"))]
+    SkyValue { place: Place, key: &'static str, value: String },
 
     /// The OBJ reader disagrees with the check made before it.
     #[error("{file}: the OBJ reader failed: {message}")]

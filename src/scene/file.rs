@@ -22,9 +22,12 @@
 //! attenuation = [0, 0, 1]       # a0, a1, a2 of 1/(a0 + a1 d + a2 d²); may be left out; not directional
 //! exponent = 4                  # warn, and spot, where 0 if left out
 //! cutoff = 30                   # degrees, up to 90; spot
+//! [sky]                         # what rays that leave the scene see
+//! radiance = [1, 1, 1]          # or upper = [...], lower = [...]; W/(m² sr)
 //! ```
 //!
-//! Unknown keys are errors. `toml` is used here, in [`crate::scene::source`] and in [`crate::scene::light_table`] only.
+//! Unknown keys are errors. `toml` is used here, in [`crate::scene::source`], [`crate::scene::light_table`] and
+//! [`crate::scene::sky_table`] only.
 //!
 //! Not handled: geometry, which is the OBJ's.
 
@@ -43,6 +46,7 @@ use crate::scene::lines::{list, shorten};
 use crate::scene::model::LoadOptions;
 use crate::scene::mtl::check_emission;
 use crate::scene::obj::Reader;
+use crate::scene::sky_table::SkyTable;
 use crate::scene::source::Source;
 use crate::scene::{Camera, Material, Scene, Sides, lines, obj};
 
@@ -58,6 +62,7 @@ struct SceneTable {
     materials: BTreeMap<Spanned<String>, MaterialTable>,
     #[serde(default)]
     lights: Vec<Spanned<LightTable>>,
+    sky: Option<SkyTable>,
 }
 
 #[derive(Deserialize)]
@@ -124,10 +129,19 @@ pub(crate) fn read(
     for table in &table.lights {
         scene.lights.push(light(&source, table, &scene.frame)?);
     }
+    if let Some(sky) = &table.sky {
+        scene.set_sky(sky.light(&source)?, table.up());
+    }
     Ok(scene)
 }
 
 impl SceneTable {
+    /// The camera's `up` as given, else +y: which half of the sky is the upper one.
+    fn up(&self) -> DVec3 {
+        let camera = self.camera.as_ref().and_then(|camera| camera.get_ref().up.as_ref());
+        camera.map_or(DVec3::Y, |up| DVec3::from_array(*up.get_ref()))
+    }
+
     fn says_sides(&self, name: &str) -> bool {
         self.materials.get(name).is_some_and(|material| material.two_sided.is_some())
     }

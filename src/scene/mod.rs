@@ -24,6 +24,9 @@ pub(crate) mod obj;
 pub(crate) mod obj_text;
 pub(crate) mod polygon;
 pub(crate) mod punctual;
+pub(crate) mod sky;
+pub(crate) mod sky_faces;
+pub(crate) mod sky_table;
 pub(crate) mod source;
 pub(crate) mod warnings;
 
@@ -34,3 +37,4 @@ pub use model::{AddedLight, Camera, Face, LoadOptions, Material, Scene, Sides, U
 pub use mtl::DEFAULT_RHO;
 pub use obj::NO_MATERIAL;
 pub use punctual::{PunctualForm, PunctualLight, PunctualPlace};
+pub use sky::{Sky, SkyLight};

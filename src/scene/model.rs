@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 
 use crate::light::{Light, Rgb, Transport, TransportError, Visibility};
 use crate::scene::punctual::PunctualLight;
+use crate::scene::sky::Sky;
 
 /// A checked scene in unit coordinates.
 ///
@@ -28,6 +29,8 @@ pub struct Scene {
     pub objects: Vec<String>,
     /// Lights without area.
     pub lights: Vec<PunctualLight>,
+    /// The faces that stand for the sky, where there is one; see [`Scene::set_sky`].
+    pub sky: Option<Sky>,
     /// Where the picture is taken from, unit coordinates.
     pub camera: Camera,
     /// From unit coordinates back to the file's.
@@ -109,16 +112,18 @@ pub struct LoadOptions {
     pub two_sided: Sides,
     /// rho, 0..=1, of faces for which the files have no material.
     pub reflectance: f32,
-    /// A luminaire that the files do not have.
+    /// Light that the files do not have.
     pub light: Option<AddedLight>,
 }
 
-/// A luminaire added to a scene.
+/// Light added to a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AddedLight {
     /// A rectangle of half the scene's width and depth that faces down, below the ceiling or above an open scene.
     /// It gives the floor of the bounding box a mean irradiance of pi W/m² where nothing is in between.
     Ceiling,
+    /// A sky of radiance 1 W/(m² sr) all around, where the files have none.
+    Sky,
 }
 
 impl Default for LoadOptions {

@@ -1,7 +1,8 @@
 //! Form factors between the objects of a scene, with the sums of their rows and how well they are reciprocal.
 //!
 //! Every ordered pair is found by itself, so that `A_i F_ij` against `A_j F_ji` is a check and not a tautology. Facets in
-//! double precision first; the rows with pairs of too many facets, or whose quadrature was stopped, by rays.
+//! double precision first; the rows with pairs of too many facets, or whose quadrature was stopped, by rays. Where there
+//! is a sky, each row ends with the share of rays that leave the scene, found by rays.
 
 use rayon::prelude::*;
 
@@ -53,7 +54,7 @@ impl How {
 pub struct Factor {
     /// The object that sends rays.
     pub from: usize,
-    /// The object that receives them.
+    /// The object that receives them; the one after the last is the sky.
     pub to: usize,
     /// Share of the cosine-distributed rays from `from` that reach fronts of `to`, 0..=1 (more where surfaces transmit).
     pub share: Estimate,
@@ -88,6 +89,8 @@ pub struct Reciprocity {
 pub struct FactorTable {
     /// The objects.
     pub rows: Vec<Row>,
+    /// Names of what receives: the objects and, where there is one, the sky.
+    pub columns: Vec<String>,
     /// Row by row.
     pub factors: Vec<Factor>,
     /// All pairs of different objects.
@@ -108,15 +111,16 @@ pub struct FactorSettings {
 /// Finds the form factors between all objects; `tau` holds one number per material.
 pub fn factors(scene: &Scene, tau: &[f32], settings: &FactorSettings, watch: &dyn Watch) -> FactorTable {
     let tolerance = Tolerance { relative: settings.tolerance, absolute: ABSOLUTE * settings.tolerance };
-    let n = scene.objects.len();
+    let (n, columns) = (scene.solid_objects(), scene.objects.len());
     let bodies = Bodies::new(scene, tau);
-    watch.begin("form factors", (n * n) as u64);
+    watch.begin("form factors", (n * columns) as u64);
     let pair = |k: usize| {
-        let found = bodies.factor(k / n, k % n, &tolerance, WORK / (n * n));
+        let (from, to) = (k / columns, k % columns);
+        let found = if to < n { bodies.factor(from, to, &tolerance, WORK / (n * n)) } else { None };
         watch.tick(1);
         found
     };
-    let exact: Vec<Option<(Estimate, Method)>> = (0..n * n).into_par_iter().map(pair).collect();
+    let exact: Vec<Option<(Estimate, Method)>> = (0..n * columns).into_par_iter().map(pair).collect();
     let most = f64::from(RAYS.1);
     let missing: Vec<bool> = exact
         .iter()
@@ -129,10 +133,10 @@ pub fn factors(scene: &Scene, tau: &[f32], settings: &FactorSettings, watch: &dy
         })
         .collect();
     let sampled = sample_rows(scene, tau, settings, &tolerance, &missing, watch);
-    let factors: Vec<Factor> = (0..n * n)
+    let factors: Vec<Factor> = (0..n * columns)
         .map(|k| {
             let (share, how) = better(exact[k], sampled[k]);
-            let (from, to) = (k / n, k % n);
+            let (from, to) = (k / columns, k % columns);
             Factor { from, to, share, how }
         })
         .collect();
@@ -148,16 +152,16 @@ fn sample_rows(
     missing: &[bool],
     watch: &dyn Watch,
 ) -> Vec<Option<Estimate>> {
-    let n = scene.objects.len();
-    let mut found = vec![None; n * n];
+    let (n, columns) = (scene.solid_objects(), scene.objects.len());
+    let mut found = vec![None; n * columns];
     if !missing.contains(&true) {
         return found;
     }
     let rays = Rays::new(scene);
-    let rows = missing.chunks(n).filter(|row| row.contains(&true)).count();
+    let rows = missing.chunks(columns).filter(|row| row.contains(&true)).count();
     let sampler = Sampler { scene, rays: &rays, tau, most: (RAYS.0 / rows as u32).min(RAYS.1), seed: settings.seed };
     watch.begin("rays", n as u64);
-    for (i, (wanted, row)) in missing.chunks(n).zip(found.chunks_mut(n)).enumerate() {
+    for (i, (wanted, row)) in missing.chunks(columns).zip(found.chunks_mut(columns)).enumerate() {
         if wanted.contains(&true) {
             let means = sampler.row(i as u32, wanted, tolerance);
             for (cell, mean) in row.iter_mut().zip(means) {
@@ -183,10 +187,10 @@ fn better(exact: Option<(Estimate, Method)>, sampled: Option<Estimate>) -> (Esti
 }
 
 fn summary(scene: &Scene, bodies: &Bodies, factors: Vec<Factor>, tolerance: &Tolerance) -> FactorTable {
-    let n = scene.objects.len();
+    let (n, columns) = (scene.solid_objects(), scene.objects.len());
     let square = scene.frame.scale * scene.frame.scale;
     let row = |i: usize| {
-        let own = &factors[i * n..(i + 1) * n];
+        let own = &factors[i * columns..(i + 1) * columns];
         let value = own.iter().map(|f| f.share.value).sum();
         let squares: f64 = own.iter().map(|f| f.share.error.powi(2)).sum();
         let error = squares.sqrt();
@@ -196,7 +200,7 @@ fn summary(scene: &Scene, bodies: &Bodies, factors: Vec<Factor>, tolerance: &Tol
     let areas: Vec<f64> = (0..n).map(|i| bodies.area(i)).collect();
     let reciprocity = pairs.map(|(i, j)| {
         let exchange = |i: usize, j: usize| {
-            let share = factors[i * n + j].share;
+            let share = factors[i * columns + j].share;
             (areas[i] * share.value, areas[i] * share.error)
         };
         let ((sent, e), (back, g)) = (exchange(i, j), exchange(j, i));
@@ -208,6 +212,7 @@ fn summary(scene: &Scene, bodies: &Bodies, factors: Vec<Factor>, tolerance: &Tol
     FactorTable {
         reciprocity: reciprocity.collect(),
         rows: (0..n).map(row).collect(),
+        columns: scene.objects.clone(),
         unmet: factors.iter().filter(unmet).count(),
         factors,
     }

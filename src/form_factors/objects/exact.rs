@@ -166,7 +166,7 @@ type Group = ((u32, u32), Vec<[DVec3; 3]>);
 /// The faces of each object and material, in order of their numbers.
 fn groups(scene: &Scene) -> Vec<Group> {
     let mut found = std::collections::BTreeMap::<_, Vec<_>>::new();
-    for (k, face) in scene.faces.iter().enumerate() {
+    for (k, face) in scene.faces.iter().enumerate().take(scene.solid_faces() as usize) {
         let group = found.entry((face.object, face.material)).or_default();
         group.push(scene.exact_corners(k as u32));
     }

@@ -41,6 +41,7 @@ pub(crate) fn scene_of(triangles: &[[Vec3; 3]], materials: &[u32]) -> Scene {
         materials: vec![grey(); count as usize],
         objects: vec!["all".into()],
         lights: Vec::new(),
+        sky: None,
         camera: camera(),
         frame: UnitFrame { center: DVec3::ZERO, scale: 1.0 },
         transport: None,

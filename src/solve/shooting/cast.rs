@@ -4,7 +4,8 @@
 //! the product of tau before, w, so that `F_ij = A_j/A_i * sum w / rays`: the power sent is conserved ray by ray. The number of rays follows the
 //! power shot, so that all rays of a run carry about the same. Memory grows with the number of patches only.
 //!
-//! Light as emitted by luminaires comes by closed form or by rays ([`Emitted`]).
+//! Light as emitted by luminaires comes by closed form or by rays ([`Emitted`]). That of a sky comes by rays from the
+//! receivers, and what meets the sky has escaped.
 //!
 //! Not handled: lowering the noise of what was received from shots long past; the answer keeps it.
 
@@ -13,8 +14,8 @@ use std::borrow::Cow;
 use rayon::prelude::*;
 
 use crate::direct::{Lighting, Luminaires, Occlusion, receive_emitted};
-use crate::form_factors::Sampling;
 use crate::form_factors::rows::cast::hemisphere_ray;
+use crate::form_factors::{Sampling, Variant, cast};
 use crate::light::{Rgb, Transport};
 use crate::operator::PatchMaterials;
 use crate::patches::Patches;
@@ -79,6 +80,8 @@ pub struct RayShooter<'a> {
     /// No ray goes on behind its first crossing.
     opaque: bool,
     received: (Vec<Rgb>, u64),
+    /// Per patch: it stands for a half of the sky.
+    sky: Vec<bool>,
     sobol: Sobol,
     settings: RaySettings,
 }
@@ -94,7 +97,8 @@ impl<'a> RayShooter<'a> {
         settings: RaySettings,
     ) -> Self {
         let materials = PatchMaterials::new(scene, patches, luminaires, transports);
-        let received = match settings.emitted {
+        let sky: Vec<bool> = patches.materials().iter().map(|&m| scene.is_sky_material(m as usize)).collect();
+        let mut received = match settings.emitted {
             Emitted::Rays => (vec![Rgb::ZERO; patches.len()], 0),
             Emitted::ClosedForm => receive_emitted(
                 &Lighting { rays, luminaires, sight: &Occlusion::new(rays, transports).into() },
@@ -104,15 +108,28 @@ impl<'a> RayShooter<'a> {
                 &|_| (),
             ),
         };
+        let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
+        if sky.contains(&true) {
+            let wanted = settings.rays / patches.len() as u32;
+            let sampling = Sampling { rays: wanted.clamp(64, 1 << 14), emitter_rays: 0, seed: settings.seed };
+            let variant = Variant { tau: tau.clone(), rows: materials.receives(), columns: sky.clone() };
+            let (factors, cast) = cast(rays, patches, &[variant], &sampling, &|_| ());
+            let emitted: Vec<_> = materials.emission.iter().map(|e| e.invisible.extend(0.0)).collect();
+            for (sum, light) in received.0.iter_mut().zip(factors[0].rows.product(&emitted)) {
+                *sum += light.truncate();
+            }
+            received.1 += cast;
+        }
         let unit = scene.frame.scale * scene.frame.scale;
         RayShooter {
             rays,
             patches,
             materials,
             areas: patches.areas().iter().map(|a| a * unit).collect(),
-            tau: transports.iter().map(|t| t.tau).collect(),
+            tau,
             opaque: !transports.iter().any(|t| t.tau > 0.0),
             received,
+            sky,
             sobol: Sobol::new(BLOCK as usize, 4),
             settings,
         }
@@ -155,6 +172,10 @@ impl<'a> RayShooter<'a> {
     fn follow(&self, ray: &Ray, hits: &[Hit], landed: &mut Vec<(u32, f64)>, fate: &mut Fate) {
         let tau = |m: usize| f64::from(self.tau[m]);
         fate.escaped += self.rays.transmit(hits, tau, |hit, through| {
+            if self.rays.is_sky(hit.face) {
+                fate.escaped += through;
+                return;
+            }
             let tau = tau(self.rays.material(hit.face));
             match self.patches.met(ray, hit) {
                 Some(j) => {
@@ -194,7 +215,7 @@ impl Shooter for RayShooter<'_> {
     }
 
     fn emits_by_closed_form(&self, i: usize) -> bool {
-        self.settings.emitted == Emitted::ClosedForm && !self.materials.glows[i]
+        self.sky[i] || (self.settings.emitted == Emitted::ClosedForm && !self.materials.glows[i])
     }
 
     fn columns(&self, senders: &[Sender]) -> Vec<Column<'_>> {
