@@ -7,6 +7,7 @@ use crate::cli::chart::ChartCommand;
 use crate::cli::compare::Compare;
 use crate::cli::diff::Diff;
 use crate::cli::factors::Factors;
+use crate::cli::figure::FigureArguments;
 use crate::cli::frontier::Frontier;
 use crate::cli::map::MapArguments;
 use crate::cli::options::Common;
@@ -64,6 +65,8 @@ pub enum Command {
     Diff(Diff),
     /// Form factors between the objects of a scene, with their errors
     Factors(Factors),
+    /// Make a labelled figure for print: the four modes, successive approximation, or what lies between the modes
+    Figure(FigureArguments),
     /// Render a scene by path tracing, a witness to the solver
     Trace(Trace),
     /// Map where the series converges over the (alpha, tau) square

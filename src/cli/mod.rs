@@ -21,6 +21,7 @@ pub(crate) mod diff;
 pub(crate) mod effort;
 pub(crate) mod error;
 pub(crate) mod factors;
+pub(crate) mod figure;
 pub(crate) mod frontier;
 pub(crate) mod interrupt;
 pub(crate) mod map;
@@ -80,6 +81,7 @@ fn run(cli: Cli) -> Result<(), CliError> {
         Command::Compare(own) => compare::run(own, &cli.common),
         Command::Diff(own) => diff::run(own, &cli.common),
         Command::Factors(own) => factors::run(own, &cli.common),
+        Command::Figure(own) => figure::run(own, &cli.common),
         Command::Trace(own) => trace::run(own, &cli.common),
         Command::Frontier(own) => frontier::run(own, &cli.common),
         Command::Map(own) => map::run(own, &cli.common),

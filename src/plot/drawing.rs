@@ -1,10 +1,10 @@
-//! Shapes in pixels from the top left: one list of them becomes an SVG document or a bitmap.
+//! Shapes in pixels from the top left, and pictures under them: one list of each becomes an SVG document or a bitmap.
 //!
 //! Not handled: what is drawn, and how a shape looks ([`Shape`]).
 
 use std::path::Path;
 
-use crate::pictures::{Bitmap, ImageError, WriteError, write_bitmap, write_whole};
+use crate::pictures::{Bitmap, ImageError, WriteError, encode_png, write_bitmap, write_whole};
 use crate::plot::font;
 use crate::plot::shapes::{Align, Colour, Marker, Shape, hex, joined};
 
@@ -41,13 +41,55 @@ pub enum ChartError {
 pub struct Drawing {
     size: (u32, u32),
     paper: Colour,
+    images: Vec<Image>,
     shapes: Vec<(Shape, Colour)>,
+}
+
+/// Finished pixels of a drawing.
+#[derive(Clone, Debug)]
+struct Image {
+    bitmap: Bitmap,
+    left: usize,
+    top: usize,
+}
+
+impl Image {
+    /// Its element of an SVG document, the PNG file inside it; nothing for no pixels.
+    fn element(&self) -> String {
+        let Image { bitmap: Bitmap { width, height, .. }, left, top } = self;
+        let Ok(file) = encode_png(&self.bitmap) else {
+            return String::new();
+        };
+        format!(
+            "<image x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" \
+             href=\"data:image/png;base64,{}\"/>\n",
+            base64(&file),
+        )
+    }
+}
+
+/// Bytes as text of 64 signs, three bytes in four of them (RFC 4648).
+fn base64(bytes: &[u8]) -> String {
+    const SIGNS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let four = |three: &[u8]| {
+        let bits = (0..3).fold(0, |bits, k| bits << 8 | u32::from(three.get(k).copied().unwrap_or(0)));
+        let sign = |k: usize| {
+            if k <= three.len() { SIGNS[(bits >> (18 - 6 * k) & 63) as usize] as char } else { '=' }
+        };
+        [0, 1, 2, 3].map(sign)
+    };
+    bytes.chunks(3).flat_map(four).collect()
 }
 
 impl Drawing {
     /// An empty drawing of that width and height.
     pub fn new(size: (u32, u32), paper: Colour) -> Self {
-        Drawing { size, paper, shapes: Vec::new() }
+        Drawing { size, paper, images: Vec::new(), shapes: Vec::new() }
+    }
+
+    /// Finished pixels with their top left corner at (left, top), one for one; all shapes are drawn over them.
+    pub fn image(&mut self, bitmap: Bitmap, (left, top): (usize, usize)) {
+        self.images.push(Image { bitmap, left, top });
     }
 
     /// A line through all points, straight between them.
@@ -90,6 +132,9 @@ impl Drawing {
             font::FAMILY,
             hex(self.paper),
         );
+        for image in &self.images {
+            document += &image.element();
+        }
         for (shape, colour) in &self.shapes {
             document += &shape.element(&hex(*colour));
             document.push('\n');
@@ -107,6 +152,9 @@ impl Drawing {
             return Err(DrawError { width, height });
         }
         let mut page = Bitmap::filled(width as usize, height as usize, self.paper);
+        for Image { bitmap, left, top } in &self.images {
+            page.paste(bitmap, *left, *top);
+        }
         for (shape, colour) in &self.shapes {
             shape.fill(&mut page, *colour);
         }
@@ -183,6 +231,22 @@ mod tests {
         assert!(svg.starts_with("<svg") && svg.contains("width=\"30\" height=\"20\" viewBox=\"0 0 30 20\""));
         assert!(svg.contains("rotate(-90 1.00 2.00)") && svg.contains(">a &lt; b &amp; c</text>"));
         assert!(svg.contains("d=\"M0.00 0.00L5.00 0.25\"") && svg.contains("stroke-dasharray=\"5\""));
+    }
+
+    #[test]
+    fn documents_hold_their_images() {
+        let texts = ["", "f", "fo", "foo", "foob"].map(|text| base64(text.as_bytes()));
+        assert_eq!(texts, ["", "Zg==", "Zm8=", "Zm9v", "Zm9vYg=="]);
+        let mut drawing = Drawing::new((9, 9), PAPER);
+        drawing.rectangle((3.0, 3.0), (4.0, 9.0), INK);
+        drawing.image(Bitmap::filled(2, 3, [9; 3]), (3, 4));
+        let page = drawing.bitmap().unwrap();
+        assert_eq!([(3, 4), (4, 6), (4, 7)].map(|(x, y)| page.get(x, y)), [Some(INK), Some([9; 3]), Some(PAPER)]);
+        assert!(
+            drawing
+                .svg()
+                .contains("<image x=\"3\" y=\"4\" width=\"2\" height=\"3\" href=\"data:image/png;base64,iVBORw0KGgo")
+        );
     }
 
     #[test]

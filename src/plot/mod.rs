@@ -11,6 +11,7 @@ pub(crate) mod figure;
 pub(crate) mod font;
 pub(crate) mod labels;
 pub(crate) mod lines;
+pub(crate) mod page;
 pub(crate) mod shapes;
 pub(crate) mod sheet;
 
@@ -19,5 +20,6 @@ pub use bars::{Bar, Bars};
 pub use chart::{Axis, Chart, Look, Series};
 pub use difference::{difference_scale, difference_tiles};
 pub use drawing::{ChartError, DrawError, Drawing};
+pub use page::{Cell, Heading, Page, PageRow, Shown};
 pub use shapes::Marker;
 pub use sheet::{Sheet, Tile};

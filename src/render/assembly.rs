@@ -200,7 +200,7 @@ pub(crate) fn sight(p: &Prepared, transports: &[Transport]) -> Arc<Sight> {
 }
 
 /// `F E` of the luminaires for every patch that reflects.
-fn received(
+pub(crate) fn received(
     p: &Prepared,
     sight: &Sight,
     materials: &PatchMaterials,

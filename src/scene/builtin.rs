@@ -47,9 +47,12 @@ pub const ALL: [Files; 5] = [
     embed!("two-rooms"),
 ];
 
+/// The room that `halflight figure` shows: found by its name, and not in the list of scenes to study.
+pub const GALLERY: Files = embed!("gallery");
+
 /// The files of the scene of that name.
 pub fn find(name: &str) -> Option<&'static Files> {
-    ALL.iter().find(|files| files.name == name)
+    ALL.iter().chain([&GALLERY]).find(|files| files.name == name)
 }
 
 /// The bytes of an embedded OBJ or MTL.

@@ -32,6 +32,10 @@ pub struct Extrapolated {
     pub strokes: usize,
     /// Proved bound on the norm of what is missing.
     pub rest: f64,
+    /// How the series behaves.
+    pub verdict: Verdict,
+    /// Proved bounds on the spectral radius; both 0 where the series ends.
+    pub radius: Bounds,
 }
 
 /// Solves `L = E + K L` to the wanted bound on the rest, a share of the reflected light's norm; `settings.max_terms` bounds the
@@ -42,9 +46,9 @@ pub struct Extrapolated {
 pub fn extrapolated(k: &dyn LinearOperator, settings: &Settings) -> Result<Extrapolated, Diverges> {
     let (verdict, spectrum) = verdict(k);
     let tail = spectrum.as_ref().and_then(|s| TailBound::new(k, s));
+    let radius = spectrum.as_ref().map_or(Bounds::default(), |s| s.worst());
     if matches!(verdict, Verdict::Diverges | Verdict::Undecided) {
-        let nothing = Bounds { lower: 0.0, upper: 0.0 };
-        return Err(refuse(k, verdict, spectrum.map_or(nothing, |s| s.worst())));
+        return Err(refuse(k, verdict, radius));
     }
     let bound = |term: &[Light]| match &tail {
         Some(tail) => tail.after(term).unwrap_or(f64::INFINITY),
@@ -52,7 +56,8 @@ pub fn extrapolated(k: &dyn LinearOperator, settings: &Settings) -> Result<Extra
     };
     let mut term = k.first_bounce();
     // Reflected light only, until the end.
-    let mut found = Extrapolated { light: term.clone(), products: 1, strokes: 0, rest: bound(&term) };
+    let rest = bound(&term);
+    let mut found = Extrapolated { light: term.clone(), products: 1, strokes: 0, rest, verdict, radius };
     let wanted = |found: &Extrapolated| settings.tolerance * norm(k.areas(), &found.light);
     while found.rest > wanted(&found) && found.products < settings.max_terms {
         let next = k.apply(&term);

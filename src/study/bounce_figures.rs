@@ -39,13 +39,14 @@ pub fn bounce_sheet<'a>(heading: String, terms: &'a [Picture], sums: &'a [Pictur
     Sheet { heading, tiles, columns: terms.len(), exposure }
 }
 
-fn brightness(picture: &Picture) -> f64 {
+/// The mean over the pixels of the sum of the channels.
+pub(crate) fn brightness(picture: &Picture) -> f64 {
     let sum: f64 = picture.pixels.iter().map(|p| f64::from(p.element_sum())).sum();
     sum / picture.pixels.len() as f64
 }
 
 /// The power of two that brings `own` nearest to `reference`; 1 for black.
-fn gain(reference: f64, own: f64) -> f32 {
+pub(crate) fn gain(reference: f64, own: f64) -> f32 {
     if reference > 0.0 && own > 0.0 && own.is_finite() {
         (reference / own).log2().round().clamp(-30.0, 30.0).exp2() as f32
     } else {

@@ -7,11 +7,13 @@ pub(crate) mod bounce_figures;
 pub(crate) mod bounces;
 pub mod compare;
 pub(crate) mod factors;
+#[cfg(feature = "plot")]
+pub mod figures;
 pub mod frontier;
 pub mod map;
 pub(crate) mod statistics;
 
 #[cfg(feature = "plot")]
 pub use bounce_figures::{bounce_sheet, bounces_chart, term_name};
-pub use bounces::{bounce_pictures, partial_sums};
+pub use bounces::{bounce_pictures, bounce_pictures_and_rest, partial_sums};
 pub use factors::{Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors};

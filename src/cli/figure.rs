@@ -1,0 +1,308 @@
+//! `halflight figure`: labelled pictures for print, as PNG and SVG: the four modes, successive approximation, and what lies
+//! between the modes.
+//!
+//! Not handled: charts of the series ([`bounces`](crate::cli::bounces)) and of where it converges
+//! ([`map`](crate::cli::map)).
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+use crate::cli::console::Console;
+use crate::cli::effort::{Effort, Precision};
+use crate::cli::error::CliError;
+use crate::cli::memory::pixel;
+use crate::cli::options::{Common, Completion};
+use crate::cli::report::mode_of;
+use crate::cli::unmet::warn_of_error;
+use crate::cli::values::{Size, size, stops};
+use crate::gather::GatherSampling;
+use crate::light::Mode;
+use crate::operator::Bounds;
+use crate::pictures::make_directory;
+use crate::render::solved::Spent;
+use crate::render::solver::render_fixed;
+use crate::render::{Fineness, Prepared, Wanted, assemble, prepare, render_within};
+use crate::scene::Scene;
+use crate::solve::{Settings, neumann};
+use crate::study::bounce_pictures_and_rest;
+use crate::study::figures::{
+    Figure, Panel, SolvedMode, SquareEffort, Successive, between_grid, between_strip, four_modes, solve_points,
+    square_points, successive,
+};
+use crate::study::map::check_crossings;
+
+/// Bounces with a picture of their own in the figure of the series; the rest shares one.
+const BOUNCES: usize = 4;
+/// Effort of the figures that are not made to a tolerance, where none is given.
+const FINENESS: Fineness = Fineness { patches: 3000, rays: 256 };
+const SAMPLES: u32 = 128;
+
+/// `halflight figure`
+#[derive(Args, Debug)]
+pub struct FigureArguments {
+    /// Which figure
+    #[arg(value_enum, value_name = "NAME")]
+    pub figure: Name,
+    /// A built-in scene (see `halflight scenes`), a .toml scene file or an .obj file
+    #[arg(long, default_value = "gallery")]
+    pub scene: String,
+    /// What its files do not say.
+    #[command(flatten)]
+    pub completion: Completion,
+    /// Size of each picture in the figure [default: 600x400 in figure 1, 240x160 in the others]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<Size>,
+    /// Brighten all pictures by so many stops (factors of two) over what suits them
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = stops)]
+    pub exposure: f32,
+    /// How accurately; a tolerance is for figure 1.
+    #[command(flatten)]
+    pub effort: Effort,
+}
+
+/// The figures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Name {
+    /// The four modes on one scene at one exposure
+    #[value(name = "1")]
+    FourModes,
+    /// Successive approximation: E, KE, K²E, ... above their sums, for each mode that converges
+    Series,
+    /// Between the modes: a grid over the (alpha, tau) square, and strips from mode to mode
+    Between,
+}
+
+/// `halflight figure --json`
+#[derive(Serialize)]
+struct FigureReport {
+    figure: &'static str,
+    scene: String,
+    /// Size of each picture, pixels.
+    width: usize,
+    height: usize,
+    /// The whole command.
+    seconds: f64,
+    pages: Vec<PageReport>,
+    files: Vec<PathBuf>,
+}
+
+/// One page of a figure.
+#[derive(Serialize)]
+struct PageReport {
+    file: PathBuf,
+    /// Brightness of all panels: at 0 a radiance of 1 is white.
+    stops: f32,
+    panels: Vec<PanelReport>,
+}
+
+/// One panel of a page.
+#[derive(Serialize)]
+struct PanelReport {
+    label: String,
+    mode: Option<&'static str>,
+    alpha: f64,
+    tau: f64,
+    verdict: &'static str,
+    spectral_radius: Bounds,
+    /// Estimated relative error; null where effort was given.
+    error: Option<f64>,
+    /// Brightness over the page's.
+    gain: f32,
+    /// Where its top left pixel is in the PNG.
+    left: usize,
+    top: usize,
+}
+
+/// What all figures are made from.
+struct Work<'a> {
+    own: &'a FigureArguments,
+    common: &'a Common,
+    console: &'a Console,
+    size: (usize, usize),
+}
+
+/// Makes the figure asked for.
+pub fn run(own: &FigureArguments, common: &Common) -> Result<(), CliError> {
+    let (start, console) = (Instant::now(), Console::new(common));
+    let size = own.size.unwrap_or(own.figure.size());
+    own.check_effort()?;
+    own.effort.limit.check_pictures(size, own.figure.pixel_bytes())?;
+    let scene = own.completion.load(&own.scene, |warning| console.warn(warning))?;
+    scene.require_emission()?;
+    make_directory(&common.out)?;
+    let name = scene.name.clone();
+    let work = Work { own, common, console: &console, size: (size.width, size.height) };
+    let figures = match own.figure {
+        Name::FourModes => vec![("-figure-1", work.four_modes(scene)?)],
+        Name::Series => vec![("-figure-series", work.series(scene)?)],
+        Name::Between => work.between(scene)?.into(),
+    };
+    let mut report = FigureReport {
+        figure: own.figure.name(),
+        scene: name.clone(),
+        width: size.width,
+        height: size.height,
+        seconds: 0.0,
+        pages: Vec::new(),
+        files: Vec::new(),
+    };
+    for (end, figure) in &figures {
+        let [png, svg] = ["png", "svg"].map(|kind| common.out.join(format!("{name}{end}.{kind}")));
+        for file in [&png, &svg] {
+            figure.page.write(file)?;
+            console.say(file.display().to_string());
+        }
+        report.pages.push(page_report(figure, png.clone()));
+        report.files.extend([png, svg]);
+    }
+    report.seconds = start.elapsed().as_secs_f64();
+    console.report(&report)
+}
+
+impl Name {
+    /// As on the command line.
+    fn name(self) -> &'static str {
+        match self {
+            Name::FourModes => "1",
+            Name::Series => "series",
+            Name::Between => "between",
+        }
+    }
+
+    /// Size of its pictures where none is asked for.
+    fn size(self) -> Size {
+        match self {
+            Name::FourModes => Size { width: 600, height: 400 },
+            Name::Series | Name::Between => Size { width: 240, height: 160 },
+        }
+    }
+
+    /// Bytes for each pixel of a panel, all panels together.
+    fn pixel_bytes(self) -> f64 {
+        match self {
+            Name::FourModes => pixel::WITHIN,
+            Name::Series => pixel::BOUNCES.0 + 4.0 * BOUNCES as f64 * pixel::BOUNCES.1,
+            Name::Between => pixel::BOUNCES.0 + square_points().len() as f64 * pixel::BOUNCES.1,
+        }
+    }
+}
+
+impl FigureArguments {
+    /// A tolerance is what one picture has.
+    fn check_effort(&self) -> Result<(), CliError> {
+        if self.effort.tolerance.is_none() || self.figure == Name::FourModes {
+            return Ok(());
+        }
+        Err(CliError::Usage {
+            message: format!("figure {} is made with given effort, not to a tolerance", self.figure.name()),
+            help: "pass --patches, --rays or --samples instead of --tolerance".into(),
+        })
+    }
+
+    /// Patches and rays, and hemisphere rays of a pixel.
+    fn fineness(&self) -> (Fineness, u32) {
+        match self.effort.precision() {
+            Precision::Within(_) => (FINENESS, SAMPLES),
+            Precision::Fixed(fineness, samples) => (fineness, samples),
+        }
+    }
+}
+
+impl Work<'_> {
+    /// The four modes: to a tolerance, or with given effort.
+    fn four_modes(&self, scene: Scene) -> Result<Figure, CliError> {
+        let (name, modes) = (scene.name.clone(), Mode::ALL.map(Mode::transport));
+        let (effort, seed) = (&self.own.effort, self.common.seed);
+        let mut solved = Vec::new();
+        match effort.precision() {
+            Precision::Within(tolerance) => {
+                let mut p = effort.prepare_within(scene, &modes)?;
+                let wanted = Wanted { tolerance, size: self.size, seed };
+                for mode in Mode::ALL {
+                    let picture = render_within(&mut p, mode.transport(), &wanted, self.console);
+                    if let Ok(found) = &picture {
+                        warn_of_error(self.console, mode.transport(), &found.error, tolerance);
+                    }
+                    solved.push(SolvedMode { mode, picture, judged: true });
+                }
+            }
+            Precision::Fixed(fineness, samples) => {
+                let p = effort.prepare(scene, &modes, fineness, seed)?;
+                let (assembled, _) = assemble(&p, &modes, &fineness.sampling(seed), self.console);
+                let sampling = GatherSampling::with_samples(samples, seed);
+                for (mode, k) in Mode::ALL.into_iter().zip(&assembled) {
+                    let picture = render_fixed(&p, k, self.size, &sampling, Spent::default(), self.console);
+                    solved.push(SolvedMode { mode, picture, judged: false });
+                }
+            }
+        }
+        for s in &solved {
+            if let Err(e) = &s.picture {
+                self.console.warn(format!("{}: no picture, {e}", s.mode));
+            }
+        }
+        Ok(four_modes(&name, self.size, self.own.exposure, &solved))
+    }
+
+    /// The series of the four modes, from one cast of rays.
+    fn series(&self, scene: Scene) -> Result<Figure, CliError> {
+        let (name, modes) = (scene.name.clone(), Mode::ALL.map(Mode::transport));
+        let (fineness, samples) = self.own.fineness();
+        let seed = self.common.seed;
+        let p = self.own.effort.prepare(scene, &modes, fineness, seed)?;
+        let (assembled, _) = assemble(&p, &modes, &fineness.sampling(seed), self.console);
+        let sampling = GatherSampling::with_samples(samples, seed);
+        let mut series = Vec::new();
+        for mode in &assembled {
+            series.push(match neumann(&mode.operator, &Settings::default()) {
+                Ok(s) => {
+                    let terms = bounce_pictures_and_rest(&p, mode, &s, BOUNCES, self.size, &sampling, self.console);
+                    Successive { transport: mode.transport, verdict: s.verdict, radius: s.radius, terms }
+                }
+                Err(e) => {
+                    self.console.warn(format!("{}: no sum, {e}", mode.transport.label()));
+                    Successive::diverging(mode.transport, &e)
+                }
+            });
+        }
+        Ok(successive(&name, self.size, self.own.exposure, &series))
+    }
+
+    /// The square, solved from one cast of rays, as a grid and as strips.
+    fn between(&self, scene: Scene) -> Result<[(&'static str, Figure); 2], CliError> {
+        let name = scene.name.clone();
+        let (fineness, samples) = self.own.fineness();
+        let p: Prepared = prepare(scene, fineness.patches);
+        let sampling = fineness.sampling(self.common.seed);
+        check_crossings(&p, &sampling, 1, self.own.effort.limit.bytes())?;
+        let gather = GatherSampling::with_samples(samples, self.common.seed);
+        let effort = SquareEffort { sampling, gather, size: self.size };
+        let points = solve_points(&p, &square_points(), &effort, self.console);
+        let grid = between_grid(&name, self.size, self.own.exposure, &points);
+        let strip = between_strip(&name, self.size, self.own.exposure, &points);
+        Ok([("-figure-between", grid), ("-figure-between-strips", strip)])
+    }
+}
+
+fn page_report(figure: &Figure, file: PathBuf) -> PageReport {
+    let panel = |(panel, (left, top)): (&Panel, (usize, usize))| {
+        let (mode, alpha, tau) = mode_of(panel.transport);
+        PanelReport {
+            label: panel.label.clone(),
+            mode,
+            alpha,
+            tau,
+            verdict: panel.verdict.name(),
+            spectral_radius: panel.radius,
+            error: panel.error,
+            gain: panel.gain,
+            left,
+            top,
+        }
+    };
+    let panels = figure.panels.iter().zip(figure.places()).map(panel).collect();
+    PageReport { file, stops: figure.page.exposure.stops, panels }
+}
