@@ -78,6 +78,9 @@ pub fn run(own: &Factors, common: &Common) -> Result<(), CliError> {
     let console = Console::new(common);
     let scene = own.completion.load(&own.scene, |warning| console.warn(warning))?;
     make_directory(&common.out)?;
+    if !scene.lights.is_empty() {
+        console.warn("lights without area ([[lights]]) have no form factors: there are no columns for them");
+    }
     let base = scene.transport.unwrap_or_default();
     let default = Transport { alpha: base.alpha, tau: own.tau.unwrap_or(base.tau) };
     let tau: Vec<f32> = scene.transports(default).iter().map(|t| t.tau).collect();

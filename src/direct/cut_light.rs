@@ -76,7 +76,7 @@ impl LightCuts {
 }
 
 /// A point of the unit square that differs from receiver to receiver and from luminaire to luminaire.
-fn somewhere(x: Vec3, luminaire: u32) -> (f32, f32) {
+pub(crate) fn somewhere(x: Vec3, luminaire: u32) -> (f32, f32) {
     let place = x.to_array().map(f32::to_bits);
     let seed = place.into_iter().fold(luminaire, |seed, bits| hash(bits, seed));
     (fraction(seed), fraction(hash(1, seed)))

@@ -23,7 +23,7 @@ use crate::form_factors::point_to_polygon;
 use crate::light::Rgb;
 use crate::rays::warp::triangle_point;
 use crate::rays::{End, Side};
-use crate::scene::{Scene, Sides};
+use crate::scene::{PunctualLight, Scene, Sides};
 
 /// One emitting surface of uniform radiance.
 #[derive(Clone, Debug)]
@@ -69,13 +69,15 @@ impl EmittingPoint {
     }
 }
 
-/// The luminaires of a scene, and which materials' emission they carry.
+/// The luminaires of a scene, lights without area, and which materials' emission they carry.
 #[derive(Clone, Debug)]
 pub struct Luminaires {
     /// Evaluated by closed form.
     pub list: Vec<Luminaire>,
     /// Per material: its emission is the luminaires', so hemisphere rays must not count it again.
     pub carries: Vec<bool>,
+    /// Lights without area that shine.
+    pub punctual: Vec<PunctualLight>,
     /// Of each face: the convex lamp it belongs to, if to one; empty where there is no such lamp.
     parts: Vec<Option<u32>>,
 }
@@ -83,7 +85,8 @@ pub struct Luminaires {
 impl Luminaires {
     /// Chooses the emitters of a scene that are worth a closed form.
     pub fn new(scene: &Scene) -> Luminaires {
-        let mut luminaires = Luminaires { list: Vec::new(), carries: carried(scene), parts: Vec::new() };
+        let punctual = scene.lights.iter().filter(|light| light.shines()).cloned().collect();
+        let mut luminaires = Luminaires { list: Vec::new(), carries: carried(scene), punctual, parts: Vec::new() };
         let groups = luminaires.groups(scene);
         luminaires.parts = convex_parts(scene, &groups);
         for faces in divided(scene, groups) {

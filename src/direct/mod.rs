@@ -6,6 +6,8 @@
 //! control variate. After B. Walter et al., *Lightcuts*, 2005, and A. Conty, C. Kulla, *Importance sampling of many
 //! lights*, 2018.
 //!
+//! Lights without area are closed forms times visibility alone ([`Lighting::gather_punctual`]).
+//!
 //! Not handled: emitters that fill much of what is seen (a furnace); those go by the rows of F.
 
 pub(crate) mod convex_body;
@@ -22,6 +24,7 @@ pub(crate) mod luminaire_parts;
 pub(crate) mod moments;
 pub(crate) mod normal_cone;
 pub(crate) mod occlusion;
+pub(crate) mod punctual_light;
 pub(crate) mod ratio_estimator;
 pub(crate) mod receive;
 pub(crate) mod resampled_light;
@@ -32,6 +35,6 @@ pub use light_cut::LightCuts;
 pub use luminaire::{Luminaire, Luminaires};
 pub use occlusion::Occlusion;
 pub use ratio_estimator::{DirectSum, Lamp, Scratch};
-pub use receive::receive_emitted;
+pub use receive::{receive_emitted, receive_punctual};
 pub use shaft_culling::{Between, Shafts};
 pub use visibility::{Lighting, Sight};

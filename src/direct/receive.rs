@@ -1,4 +1,4 @@
-//! Light as emitted: what every patch receives from the luminaires.
+//! Light as emitted: what every patch receives from the luminaires, and from lights without area.
 //!
 //! A patch's light is the mean over receiver points of it. Few luminaires are asked one by one, by closed form or with
 //! a ratio estimator ([`Lighting::gather_luminaire`]); many through the patch's light cut.
@@ -22,6 +22,8 @@ use crate::rays::sobol::{Sobol, hash};
 const SMOOTH: u32 = 32;
 /// Keeps the points of light as emitted apart from those of hemisphere rays.
 const SALT: u32 = 0x5eed_1a3b;
+/// Keeps the points of lights without area apart from those of luminaires.
+const PUNCTUAL: u32 = 0x70_6f_69_6e;
 
 /// The points that patches are asked with.
 struct Points {
@@ -53,8 +55,52 @@ pub fn receive_emitted(
             None => one_by_one(lighting, patches, i, &points, scratch),
         }
     };
+    for_all(patches, receive)
+}
+
+/// Irradiance over pi from lights without area for every patch that `receives`, W/(m² sr), nothing at all where there
+/// are no such lights; and how many rays were cast.
+pub fn receive_punctual(
+    lighting: &Lighting,
+    patches: &Patches,
+    receives: &[bool],
+    sampling: &Sampling,
+) -> (Vec<Rgb>, u64) {
+    if lighting.luminaires.punctual.is_empty() {
+        return (Vec::new(), 0);
+    }
+    let most = if lighting.sight.punctual == Occlusion::Nothing { SMOOTH } else { u32::MAX };
+    let rays = sampling.emitter_rays.clamp(1, most);
+    let points = Points { sobol: Sobol::new(rays as usize, 2), rays, seed: sampling.seed ^ PUNCTUAL };
+    let receive = |scratch: &mut Scratch, i: usize| {
+        if receives[i] { from_punctual(lighting, patches, i, &points, scratch) } else { (DVec3::ZERO, 0) }
+    };
+    for_all(patches, receive)
+}
+
+/// What every patch receives, and the sum of the rays.
+fn for_all(patches: &Patches, receive: impl Fn(&mut Scratch, usize) -> (DVec3, u64) + Sync + Send) -> (Vec<Rgb>, u64) {
     let received: Vec<(DVec3, u64)> = (0..patches.len()).into_par_iter().map_init(Scratch::default, receive).collect();
     (received.iter().map(|r| r.0.as_vec3()).collect(), received.iter().map(|r| r.1).sum())
+}
+
+/// What patch i receives from lights without area, and the rays cast.
+fn from_punctual(
+    lighting: &Lighting,
+    patches: &Patches,
+    i: usize,
+    points: &Points,
+    scratch: &mut Scratch,
+) -> (DVec3, u64) {
+    let seed = hash(i as u32, points.seed);
+    let (mut received, mut cast) = (DVec3::ZERO, 0);
+    for k in 0..points.rays {
+        let receiver = patches.point(i, points.sobol.point(k, 0, seed), points.sobol.point(k, 1, seed));
+        let (light, rays) = lighting.gather_punctual(&receiver, scratch);
+        received += light / f64::from(points.rays);
+        cast += rays;
+    }
+    (received, cast)
 }
 
 /// What patch i receives from luminaires asked one by one, and the rays cast.

@@ -29,8 +29,8 @@ const CANDIDATES: usize = 4;
 const GUESS: f64 = 0.5;
 
 impl Lighting<'_> {
-    /// `sum over luminaires of F_l E_l` at a receiver on a patch, W/(m² sr), without bias; adds the rays cast to
-    /// `cast`.
+    /// `sum over luminaires of F_l E_l` at a receiver on a patch, and irradiance over pi from lights without area,
+    /// W/(m² sr), without bias; adds the rays cast to `cast`.
     pub fn ask(
         &self,
         receiver: &SurfacePoint,
@@ -39,14 +39,19 @@ impl Lighting<'_> {
         scratch: &mut Scratch,
         cast: &mut u64,
     ) -> DVec3 {
+        let mut sum = DVec3::ZERO;
+        if !self.luminaires.punctual.is_empty() {
+            let (light, rays) = self.gather_punctual(receiver, scratch);
+            sum += light;
+            *cast += rays;
+        }
         if let Some(cuts) = &self.sight.cuts {
             let points: Vec<(f32, f32)> =
                 (0..cuts.draws(patch)).map(|_| (random.uniform(), random.uniform())).collect();
             let (light, rays) = cuts.gather(self, receiver, patch, points.into_iter(), scratch);
             *cast += rays;
-            return light;
+            return sum + light;
         }
-        let mut sum = DVec3::ZERO;
         for l in 0..self.luminaires.list.len() {
             let lamp = self.lamp(l, patch);
             let form = match self.exact_form(lamp, receiver, scratch) {

@@ -18,6 +18,8 @@ use crate::scene::Scene;
 pub struct Sight {
     /// What a ray between any two points meets.
     pub occlusion: Occlusion,
+    /// What a ray to a light without area meets.
+    pub punctual: Occlusion,
     /// What may lie between a patch and a luminaire.
     pub shafts: Shafts,
     /// Who lights each patch, where luminaires are many.
@@ -46,18 +48,19 @@ impl Sight {
         receives: &[bool],
     ) -> Sight {
         let occlusion = Occlusion::new(rays, transports);
+        let punctual = Occlusion::of_punctual(scene, rays, transports, &luminaires.punctual);
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
         let casters = if occlusion == Occlusion::Nothing { Vec::new() } else { casters(scene, rays, luminaires, &tau) };
         if luminaires.list.len() > FEW {
             let inputs = CutInputs { rays, patches, luminaires, occlusion: &occlusion, casters: &casters };
             let cuts = Some(LightCuts::new(&inputs, receives));
-            return Sight { occlusion, shafts: Shafts::casting(casters), cuts };
+            return Sight { occlusion, punctual, shafts: Shafts::casting(casters), cuts };
         }
         let shafts = match occlusion {
             Occlusion::Nothing => Shafts::default(),
             _ => Shafts::new(casters, patches, luminaires, receives),
         };
-        Sight { occlusion, shafts, cuts: None }
+        Sight { occlusion, punctual, shafts, cuts: None }
     }
 
     /// Whether light at some receivers is closed form times a ratio of drawn points. The ratio of few points is biased.
@@ -68,8 +71,9 @@ impl Sight {
 }
 
 impl From<Occlusion> for Sight {
-    /// Nothing is known of any pair: points are drawn wherever something can occlude.
+    /// Nothing is known of any pair: points are drawn wherever something can occlude. Lights without area are taken to
+    /// lie within the scene.
     fn from(occlusion: Occlusion) -> Sight {
-        Sight { occlusion, shafts: Shafts::default(), cuts: None }
+        Sight { punctual: occlusion.clone(), occlusion, shafts: Shafts::default(), cuts: None }
     }
 }

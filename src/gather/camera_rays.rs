@@ -48,7 +48,7 @@ pub(crate) struct CameraRays<'a> {
 pub(crate) struct Scratch {
     memory: Memory,
     sums: Vec<DirectSum>,
-    /// Light of luminaires that are too many for a sum each.
+    /// Light of luminaires that are too many for a sum each, and of lights without area.
     linked: DVec3,
 }
 
@@ -152,7 +152,7 @@ impl<'a> CameraRays<'a> {
         each.sum::<DVec3>() + scratch.linked
     }
 
-    /// Adds the light of every luminaire at one point; returns the rays cast.
+    /// Adds the light of every luminaire and light without area at one point; returns the rays cast.
     fn add_direct(
         &self,
         receiver: &SurfacePoint,
@@ -162,10 +162,15 @@ impl<'a> CameraRays<'a> {
         scratch: &mut Scratch,
     ) -> u64 {
         let lighting = self.view.lighting();
-        if let Some(cuts) = &lighting.sight.cuts {
-            return self.add_by_cut(cuts, receiver, patch, rho, ray, scratch);
-        }
         let mut cast = 0;
+        if !lighting.luminaires.punctual.is_empty() {
+            let (light, rays) = lighting.gather_punctual(receiver, &mut scratch.memory);
+            scratch.linked += rho * light;
+            cast += rays;
+        }
+        if let Some(cuts) = &lighting.sight.cuts {
+            return cast + self.add_by_cut(cuts, receiver, patch, rho, ray, scratch);
+        }
         for l in 0..lighting.luminaires.list.len() {
             // The first luminaire shares the camera ray's scrambling: joint points over pixel and emitter.
             let own = if l == 0 { ray.seed } else { hash(l as u32, ray.seed) };

@@ -25,8 +25,10 @@ pub struct Operator {
     emission: Vec<Light>,
     /// Per patch: its emission goes through F, not through the closed form.
     glows: Vec<bool>,
-    /// `F E` of the luminaires, by closed form.
+    /// `F E` of the luminaires, by closed form, and what lights without area send.
     received: Vec<Rgb>,
+    /// Power that lights without area bring to the patches, W over all channels.
+    punctual: f64,
 }
 
 /// What each patch is made of, under one choice of (alpha, tau).
@@ -91,7 +93,22 @@ impl Operator {
             emission: materials.emission,
             glows: materials.glows,
             received,
+            punctual: 0.0,
         }
+    }
+
+    /// Adds what patches receive from lights without area, irradiance over pi in W/(m² sr); none of them may be given.
+    pub fn with_punctual(mut self, light: &[Rgb]) -> Operator {
+        for (sum, l) in self.received.iter_mut().zip(light) {
+            *sum += *l;
+        }
+        self.punctual += arriving(&self.areas, light);
+        self
+    }
+
+    /// Power that lights without area bring to the patches, W over all channels.
+    pub fn punctual(&self) -> f64 {
+        self.punctual
     }
 
     /// Number of patches.
@@ -134,7 +151,7 @@ impl Operator {
         &self.alpha
     }
 
-    /// `F E` of the luminaires by closed form, W/(m² sr); 0 on patches that reflect nothing.
+    /// `F E` of the luminaires by closed form, and what lights without area send, W/(m² sr); 0 on patches that reflect nothing.
     pub fn received(&self) -> &[Rgb] {
         &self.received
     }
@@ -153,6 +170,12 @@ impl Operator {
     pub fn alpha(&self, i: usize) -> f32 {
         self.alpha[i]
     }
+}
+
+/// Power that arrives on patches, W over all channels: `pi sum A_i l_i` for irradiances over pi.
+pub(crate) fn arriving(areas: &[f64], light: &[Rgb]) -> f64 {
+    let sum: f64 = areas.iter().zip(light).map(|(a, l)| a * l.as_dvec3().element_sum()).sum();
+    std::f64::consts::PI * sum
 }
 
 impl LinearOperator for Operator {

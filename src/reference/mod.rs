@@ -18,6 +18,7 @@
 pub(crate) mod emitters;
 pub(crate) mod moments;
 pub(crate) mod path;
+pub(crate) mod punctual;
 pub(crate) mod random;
 pub(crate) mod report;
 pub(crate) mod surfaces;

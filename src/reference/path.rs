@@ -21,10 +21,12 @@
 use std::f32::consts::PI;
 
 use crate::light::Rgb;
-use crate::rays::{Hit, Ray, Rays, Side};
+use crate::rays::{End, Hit, Ray, Rays, Side};
 use crate::reference::emitters::Emitters;
+use crate::reference::punctual;
 use crate::reference::random::Random;
 use crate::reference::surfaces::{Matter, SurfacePoint, Surfaces};
+use crate::scene::PunctualLight;
 
 /// Bounce orders kept apart: 0 (emission) to `KEPT - 1`. Later ones are kept together.
 pub const KEPT: usize = 9;
@@ -35,7 +37,8 @@ pub enum NextEvent {
     /// Every vertex also draws a point on an emitter.
     #[default]
     On,
-    /// Emitters are found only by rays that happen to meet them, as in the paper.
+    /// Emitters are found only by rays that happen to meet them, as in the paper; lights without area, which no ray
+    /// meets, are drawn all the same.
     Off,
 }
 
@@ -44,6 +47,7 @@ pub(crate) struct Space<'a> {
     pub rays: &'a Rays,
     pub surfaces: Surfaces,
     pub emitters: Emitters,
+    pub lights: Vec<PunctualLight>,
     pub next_event: NextEvent,
     pub max_bounces: u32,
 }
@@ -102,6 +106,11 @@ impl Space<'_> {
             if self.next_event == NextEvent::On {
                 let light = self.drawn(&point, random, hits, &mut found.rays);
                 found.add(order, throughput * light);
+            }
+            if let Some(sent) = punctual::drawn(&self.lights, &point, random) {
+                found.rays += 1;
+                let ends = ((point.position, Some(point.face)), (sent.end, None));
+                found.add(order, throughput * sent.light * self.through(ends, hits));
             }
             let ray = self.cast(&point, random, hits);
             found.rays += 1;
@@ -186,12 +195,18 @@ impl Space<'_> {
         }
         *rays += 1;
         let ends = ((point.position, Some(point.face)), (drawn.position, Some(drawn.face)));
-        let through = match self.surfaces.opaque {
-            true => f32::from(u8::from(self.rays.visible(ends.0, ends.1))),
-            false => self.rays.transmittance(ends.0, ends.1, &self.surfaces.taus, hits),
-        };
+        let through = self.through(ends, hits);
         let weight = power_heuristic(drawn.density, met);
         matter.emitted.invisible * (through * weight * met / drawn.density)
+    }
+
+    /// The product of tau between two points.
+    fn through(&self, (from, to): (End, End), hits: &mut Vec<Hit>) -> f32 {
+        if self.surfaces.opaque {
+            f32::from(u8::from(self.rays.visible(from, to)))
+        } else {
+            self.rays.transmittance(from, to, &self.surfaces.taus, hits)
+        }
     }
 
     /// The next vertex and the throughput to it, roulette not yet played; none where no crossing passes light on.

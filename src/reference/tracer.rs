@@ -55,6 +55,7 @@ impl<'a> Tracer<'a> {
             rays,
             emitters: Emitters::new(&surfaces),
             surfaces,
+            lights: scene.lights.iter().filter(|light| light.shines()).cloned().collect(),
             next_event: settings.next_event,
             max_bounces: settings.max_bounces,
         };

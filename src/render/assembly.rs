@@ -5,7 +5,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::direct::{Lighting, Luminaires, Sight, receive_emitted};
+use crate::direct::{Lighting, Luminaires, Sight, receive_emitted, receive_punctual};
 use crate::form_factors::{Closure, Sampling, Variant, cast_counts, closure};
 use crate::light::{Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
@@ -183,10 +183,10 @@ pub(crate) fn assemble_seeing(
     for ((((f, m), t), &transport), sight) in factors.into_iter().zip(materials).zip(transports).zip(modes).zip(sights)
     {
         let sight = Arc::clone(sight);
-        let (received, cast) = received(p, &sight, &m, sampling, watch);
-        rays += cast;
+        let received = received(p, &sight, &m, sampling, watch);
+        rays += received.rays;
         let closure = closure(&f, p.patches.areas());
-        let operator = Operator::new(f, m, areas.clone(), received);
+        let operator = Operator::new(f, m, areas.clone(), received.luminaires).with_punctual(&received.punctual);
         assembled.push(Assembled { transport, transports: t, sight, operator, closure });
     }
     (assembled, rays)
@@ -199,15 +199,28 @@ pub(crate) fn sight(p: &Prepared, transports: &[Transport]) -> Arc<Sight> {
     Arc::new(Sight::new(&p.scene, &p.rays, &p.patches, &p.luminaires, transports, &receives))
 }
 
-/// `F E` of the luminaires for every patch that reflects.
+/// What patches receive as emitted.
+pub(crate) struct Received {
+    /// `F E` of the luminaires for every patch that reflects.
+    pub luminaires: Vec<Rgb>,
+    /// Irradiance over pi from lights without area; empty where there are none.
+    pub punctual: Vec<Rgb>,
+    /// Rays cast.
+    pub rays: u64,
+}
+
+/// Light as emitted that every patch that reflects receives by closed form.
 pub(crate) fn received(
     p: &Prepared,
     sight: &Sight,
     materials: &PatchMaterials,
     sampling: &Sampling,
     watch: &dyn Watch,
-) -> (Vec<Rgb>, u64) {
+) -> Received {
     watch.begin("light as emitted", p.patches.len() as u64);
     let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight };
-    receive_emitted(&lighting, &p.patches, &materials.receives(), sampling, &|done| watch.tick(done))
+    let receives = materials.receives();
+    let (luminaires, cast) = receive_emitted(&lighting, &p.patches, &receives, sampling, &|done| watch.tick(done));
+    let (punctual, more) = receive_punctual(&lighting, &p.patches, &receives, sampling);
+    Received { luminaires, punctual, rays: cast + more }
 }

@@ -1,7 +1,8 @@
 //! Powers of the terms `KⁿE` by walks of light from the emitters: no patch is in them, so patches are judged by them.
 //!
-//! A walk starts at a point of an emitting side, drawn by power, along a cosine-distributed direction, or at the
-//! sphere around the scene, where light of the sky enters it. Its ray crosses
+//! A walk starts at a point of an emitting side, drawn by power, along a cosine-distributed direction, at the sphere
+//! around the scene, where light of the sky enters it, or at a light without area ([`crate::render::walk_sources`]). Its
+//! ray crosses
 //! surfaces c = 1, 2, ...; s_c is the product of tau before c. With W the power that the walk carries, per channel,
 //!
 //! ```text
@@ -22,8 +23,8 @@ use rayon::prelude::*;
 
 use crate::light::Transport;
 use crate::rays::sobol::{Stream, hash};
-use crate::rays::warp::{cosine_direction, hemisphere_direction, triangle_point};
 use crate::rays::{Hit, Ray, Rays, Side};
+use crate::render::walk_sources::{WalkSources, leave};
 use crate::scene::{Scene, Sides};
 
 /// Walks of a batch.
@@ -59,22 +60,12 @@ pub(crate) struct WalkGoal {
     pub seed: u32,
 }
 
-/// A side of a face that emits.
-struct Source {
-    face: u32,
-    side: Side,
-    /// Share of the emitted power that leaves this side and those before it.
-    cumulative: f64,
-    /// What a walk from here carries.
-    weight: DVec3,
-}
-
 /// Everything that walks need.
 struct Walks<'a> {
     scene: &'a Scene,
     rays: &'a Rays,
     transports: Vec<Transport>,
-    sources: Vec<Source>,
+    sources: WalkSources<'a>,
     opaque: bool,
 }
 
@@ -123,7 +114,7 @@ impl<'a> Walks<'a> {
     fn new(scene: &'a Scene, rays: &'a Rays, transport: Transport) -> Walks<'a> {
         let transports = scene.transports(transport);
         let opaque = transports.iter().all(|t| t.tau == 0.0);
-        Walks { scene, rays, transports, sources: sources(scene), opaque }
+        Walks { scene, rays, transports, sources: WalkSources::new(scene), opaque }
     }
 
     /// The mean power of each term over one batch of walks.
@@ -143,43 +134,16 @@ impl<'a> Walks<'a> {
 
     /// One walk: what it brings to each term.
     fn walk(&self, random: &mut Stream, sums: &mut [TermPower], hits: &mut Vec<Hit>) {
-        let Some((mut ray, mut weight)) = self.start(random) else { return };
-        for sum in sums {
+        let Some(start) = self.sources.start(random) else { return };
+        let Some((first, rest)) = sums.split_first_mut() else { return };
+        self.rays.light_crossings(&start.ray, self.opaque, hits);
+        let arrived = self.arrive(&start.ray, hits, |hit| start.power(f64::from(hit.t)), first, random);
+        let Some((mut ray, mut weight)) = arrived else { return };
+        for sum in rest {
             self.rays.light_crossings(&ray, self.opaque, hits);
-            let Some((next, carried)) = self.arrive(&ray, hits, weight, sum, random) else { return };
+            let Some((next, carried)) = self.arrive(&ray, hits, |_| weight, sum, random) else { return };
             (ray, weight) = (next, carried);
         }
-    }
-
-    /// A ray that leaves an emitting side, and the power it stands for.
-    fn start(&self, random: &mut Stream) -> Option<(Ray, DVec3)> {
-        let last = self.sources.len().checked_sub(1)?;
-        let share = f64::from(random.uniform());
-        let source = &self.sources[self.sources.partition_point(|s| s.cumulative <= share).min(last)];
-        if self.scene.is_sky(source.face) {
-            return Some((self.enter(source.face, random)?, source.weight));
-        }
-        let position = triangle_point(self.scene.corners(source.face), random.uniform(), random.uniform());
-        Some((self.leave(position, source.face, source.side, random), source.weight))
-    }
-
-    /// A ray that enters the sphere around the scene from a half of the sky: of uniform direction, through a uniform
-    /// point of the sphere's cross-section.
-    fn enter(&self, face: u32, random: &mut Stream) -> Option<Ray> {
-        let sky = self.scene.sky?;
-        let up = if face == sky.first { sky.up } else { -sky.up };
-        let outward = hemisphere_direction(up, random.uniform(), random.uniform());
-        let aside = cosine_direction(outward, random.uniform(), random.uniform());
-        let origin = sky.radius as f32 * (outward + aside - aside.dot(outward) * outward);
-        Some(Ray { origin, direction: -outward, source: None })
-    }
-
-    /// A cosine-distributed ray from a point of a side.
-    fn leave(&self, origin: glam::Vec3, face: u32, side: Side, random: &mut Stream) -> Ray {
-        let [a, b, c] = self.scene.exact_corners(face);
-        let front = (b - a).cross(c - a).normalize().as_vec3();
-        let normal = if side == Side::Front { front } else { -front };
-        Ray { origin, direction: cosine_direction(normal, random.uniform(), random.uniform()), source: Some(face) }
     }
 
     /// Adds what arrives at the surfaces crossed, and draws the one that the walk goes on from.
@@ -187,7 +151,7 @@ impl<'a> Walks<'a> {
         &self,
         ray: &Ray,
         hits: &[Hit],
-        weight: DVec3,
+        weight: impl Fn(&Hit) -> DVec3,
         sum: &mut TermPower,
         random: &mut Stream,
     ) -> Option<(Ray, DVec3)> {
@@ -198,7 +162,7 @@ impl<'a> Walks<'a> {
             |m| f64::from(self.transports[m].tau),
             |hit, through: f64| {
                 let (rho, own) = self.reflects(hit);
-                let seen = weight * through * rho;
+                let seen = weight(hit) * through * rho;
                 let passed = seen * f64::from(own.alpha);
                 sum.visible += seen;
                 sum.invisible += passed;
@@ -212,7 +176,7 @@ impl<'a> Walks<'a> {
         );
         let (hit, passed, share) = chosen?;
         let position = ray.origin + hit.t * ray.direction;
-        Some((self.leave(position, hit.face, hit.side, random), passed * (total / share)))
+        Some((leave(self.scene, position, (hit.face, hit.side), random), passed * (total / share)))
     }
 
     /// rho of the side met, black on the back of a one-sided face, and the (alpha, tau) of its material.
@@ -224,32 +188,12 @@ impl<'a> Walks<'a> {
     }
 }
 
-/// The emitting sides of a scene, with the chance of each in proportion to its power, channels added.
-fn sources(scene: &Scene) -> Vec<Source> {
-    let unit = scene.frame.scale * scene.frame.scale;
-    let mut sources = Vec::new();
-    let mut total = 0.0;
-    for face in 0..scene.faces.len() as u32 {
-        let material = scene.material(face);
-        let emission = material.emitted().invisible.as_dvec3();
-        let sides: &[Side] = if material.sides == Sides::Two { &[Side::Front, Side::Back] } else { &[Side::Front] };
-        let power = std::f64::consts::PI * unit * scene.emitting_area(face) * emission.element_sum();
-        for &side in sides.iter().filter(|_| power > 0.0) {
-            total += power;
-            sources.push(Source { face, side, cumulative: total, weight: emission / emission.element_sum() });
-        }
-    }
-    for source in &mut sources {
-        source.cumulative /= total;
-        source.weight *= total;
-    }
-    sources
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::light::Mode;
+    use crate::scene::{PunctualForm, PunctualLight, PunctualPlace};
+    use std::f64::consts::PI;
 
     fn walked(scene: &Scene, transport: Transport) -> WalkedPowers {
         let goal = WalkGoal { count: 4, error: 0.01, deadline: None, seed: 3 };
@@ -306,5 +250,42 @@ mod tests {
         let expected = (0.5 + 0.5 * 0.25) * emitted;
         assert!((found.terms[0].visible / expected - 1.0).abs().max_element() < 1e-5, "{:?}", found.terms[0]);
         assert!((found.terms[0].invisible / (0.5 * expected) - 1.0).abs().max_element() < 1e-5);
+    }
+
+    /// A closed cube of two units with one light in it; all of its light meets the walls.
+    fn lit_cube(form: PunctualForm) -> TermPower {
+        let obj = "mtllib cube.mtl\nusemtl wall\n".to_string() + &cube(0, 1.0, true);
+        let mut scene = Scene::from_obj_text("cube", &obj, "newmtl wall\nKd 0.5 0.5 0.5\n").unwrap();
+        scene.lights.push(PunctualLight { form, intensity: glam::Vec3::new(1.0, 2.0, 3.0) });
+        walked(&scene, Transport { alpha: 0.5, tau: 0.5 }).terms[0]
+    }
+
+    #[test]
+    fn lights_without_area_send_their_intensity_times_the_solid_angle() {
+        let place = |attenuation| PunctualPlace { position: DVec3::new(0.3, -0.5, 0.2), attenuation };
+        let spot = |place, cutoff| PunctualForm::Spot { place, direction: DVec3::X, exponent: 3.0, cutoff };
+        let physical = place([0.0, 0.0, 1.0]);
+        let half = place([0.0, 0.0, 2.0]);
+        let cases = [
+            (PunctualForm::Point(physical), 4.0 * PI),
+            (PunctualForm::Point(half), 2.0 * PI),
+            (spot(physical, 0.0), 0.5 * PI),
+            (spot(physical, 0.5), 0.5 * PI * (1.0 - 0.0625)),
+        ];
+        for (form, angle) in cases {
+            let expected = 0.5 * angle * DVec3::new(1.0, 2.0, 3.0);
+            let found = lit_cube(form);
+            assert!((found.visible / expected - 1.0).abs().max_element() < 1e-5, "{form:?} {found:?}");
+            assert!((found.invisible / (0.5 * expected) - 1.0).abs().max_element() < 1e-5);
+        }
+        // Without weakening E = I cos, whose integral over a wall is known: from the middle of the cube, a wall at
+        // distance 1 gets the integral of 1/r over [-1, 1]², 8 ln(1 + sqrt(2)).
+        let even = PunctualPlace { position: DVec3::ZERO, attenuation: [1.0, 0.0, 0.0] };
+        let walls = 6.0 * 8.0 * (1.0 + 2f64.sqrt()).ln();
+        let found = lit_cube(PunctualForm::Point(even)).visible.x / (0.5 * walls);
+        assert!((found - 1.0).abs() < 0.01, "{found}");
+        // Parallel light meets the outside of opaque walls, which is black.
+        let form = PunctualForm::Directional { direction: DVec3::NEG_Y };
+        assert!(lit_cube(form).visible.x > 0.0, "tau of 0.5 lets it in");
     }
 }

@@ -23,6 +23,7 @@ pub(crate) mod solver;
 pub(crate) mod term_errors;
 pub(crate) mod tolerance;
 pub(crate) mod unfit;
+pub(crate) mod walk_sources;
 pub(crate) mod wanted;
 
 pub use assembly::{Assembled, Prepared, Seconds, Silent, Watch, assemble, prepare};

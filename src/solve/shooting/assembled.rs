@@ -37,6 +37,10 @@ impl Shooter for AssembledShooter<'_> {
         (self.k.received(), 0)
     }
 
+    fn punctual(&self) -> f64 {
+        self.k.punctual()
+    }
+
     fn emits_by_closed_form(&self, i: usize) -> bool {
         !self.k.glows()[i]
     }

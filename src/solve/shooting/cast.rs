@@ -13,11 +13,12 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use crate::direct::{Lighting, Luminaires, Occlusion, receive_emitted};
+use crate::direct::{Lighting, Luminaires, Occlusion, Sight, receive_emitted, receive_punctual};
 use crate::form_factors::rows::cast::hemisphere_ray;
 use crate::form_factors::{Sampling, Variant, cast};
 use crate::light::{Rgb, Transport};
 use crate::operator::PatchMaterials;
+use crate::operator::factored::arriving;
 use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{Hit, Ray, Rays};
@@ -31,7 +32,7 @@ pub enum Emitted {
     /// Closed form times visibility, the estimate the operator uses.
     #[default]
     ClosedForm,
-    /// Rays from the luminaires, as for reflected light.
+    /// Rays from the luminaires, as for reflected light; lights without area go by closed form all the same.
     Rays,
 }
 
@@ -82,6 +83,8 @@ pub struct RayShooter<'a> {
     received: (Vec<Rgb>, u64),
     /// Per patch: it stands for a half of the sky.
     sky: Vec<bool>,
+    /// Power that lights without area bring to the patches, W over all channels.
+    punctual: f64,
     sobol: Sobol,
     settings: RaySettings,
 }
@@ -98,16 +101,21 @@ impl<'a> RayShooter<'a> {
     ) -> Self {
         let materials = PatchMaterials::new(scene, patches, luminaires, transports);
         let sky: Vec<bool> = patches.materials().iter().map(|&m| scene.is_sky_material(m as usize)).collect();
+        let sight = Sight {
+            punctual: Occlusion::of_punctual(scene, rays, transports, &luminaires.punctual),
+            ..Occlusion::new(rays, transports).into()
+        };
+        let lighting = Lighting { rays, luminaires, sight: &sight };
+        let sampling = Sampling { rays: 0, emitter_rays: settings.emitter_rays, seed: settings.seed };
+        let receives = materials.receives();
         let mut received = match settings.emitted {
             Emitted::Rays => (vec![Rgb::ZERO; patches.len()], 0),
-            Emitted::ClosedForm => receive_emitted(
-                &Lighting { rays, luminaires, sight: &Occlusion::new(rays, transports).into() },
-                patches,
-                &materials.receives(),
-                &Sampling { rays: 0, emitter_rays: settings.emitter_rays, seed: settings.seed },
-                &|_| (),
-            ),
+            Emitted::ClosedForm => receive_emitted(&lighting, patches, &receives, &sampling, &|_| ()),
         };
+        // Lights without area shoot no rays: theirs is closed form in any case.
+        let (punctual, more) = receive_punctual(&lighting, patches, &receives, &sampling);
+        received.0.iter_mut().zip(&punctual).for_each(|(sum, l)| *sum += *l);
+        received.1 += more;
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
         if sky.contains(&true) {
             let wanted = settings.rays / patches.len() as u32;
@@ -121,11 +129,13 @@ impl<'a> RayShooter<'a> {
             received.1 += cast;
         }
         let unit = scene.frame.scale * scene.frame.scale;
+        let areas: Vec<f64> = patches.areas().iter().map(|a| a * unit).collect();
         RayShooter {
             rays,
             patches,
             materials,
-            areas: patches.areas().iter().map(|a| a * unit).collect(),
+            punctual: arriving(&areas, &punctual),
+            areas,
             tau,
             opaque: !transports.iter().any(|t| t.tau > 0.0),
             received,
@@ -212,6 +222,10 @@ impl Shooter for RayShooter<'_> {
 
     fn received(&self) -> (&[Rgb], u64) {
         (&self.received.0, self.received.1)
+    }
+
+    fn punctual(&self) -> f64 {
+        self.punctual
     }
 
     fn emits_by_closed_form(&self, i: usize) -> bool {

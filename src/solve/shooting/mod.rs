@@ -57,7 +57,7 @@ impl<'a> Shooting<'a> {
     pub fn new(shooter: &'a dyn Shooter, settings: ShootingSettings) -> Result<Self, Diverges> {
         let foreknowledge = shooter.foreknowledge()?;
         let ledger = Ledger::new(&shooter.surfaces(), settings.generations.max(2));
-        let emitted: f64 = ledger.power().iter().sum();
+        let emitted: f64 = ledger.power().iter().sum::<f64>() + shooter.punctual();
         let n = ledger.power().len();
         Ok(Shooting {
             shooter,
@@ -78,7 +78,8 @@ impl<'a> Shooting<'a> {
             return Ok(None);
         }
         let emitters = self.closed_form_emitters();
-        if emitters.is_empty() {
+        let punctual = self.progress.batches == 0 && self.shooter.punctual() > 0.0;
+        if emitters.is_empty() && !punctual {
             self.shoot_batch();
         } else {
             self.receive_emitted(&emitters);
@@ -156,10 +157,11 @@ impl<'a> Shooting<'a> {
         (0..power.len()).filter(|&i| power[i] > 0.0 && self.shooter.emits_by_closed_form(i)).collect()
     }
 
-    /// Lets the emitters among `patches` send all they emit, once: the first bounce by closed form.
+    /// Lets the emitters among `patches` and lights without area send all they emit, once: the first bounce by closed
+    /// form.
     fn receive_emitted(&mut self, patches: &[usize]) {
         let surfaces = self.shooter.surfaces();
-        let mut sent = 0.0;
+        let mut sent = self.shooter.punctual();
         for &i in patches {
             sent += power(surfaces.areas[i], &self.ledger.take(i));
         }

@@ -45,7 +45,7 @@ pub struct Progress {
 /// The accounts, watts summed over the three channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
-    /// `pi sum A E_invisible`.
+    /// `pi sum A E_invisible`, and what lights without area bring to the patches.
     pub emitted: f64,
     /// The share 1 - rho of what landed.
     pub absorbed: f64,

@@ -75,8 +75,11 @@ pub trait Shooter: Sync {
     /// The patches.
     fn surfaces(&self) -> Surfaces<'_>;
 
-    /// `F E` of the emitters that do not shoot their emission themselves, W/(m² sr), and how many rays it took.
+    /// `F E` of the emitters that do not shoot their emission themselves, lights without area included, W/(m² sr), and how many rays it took.
     fn received(&self) -> (&[Rgb], u64);
+
+    /// Power that lights without area bring to the patches, W over all channels.
+    fn punctual(&self) -> f64;
 
     /// Whether patch i's emission comes by [`Shooter::received`].
     fn emits_by_closed_form(&self, i: usize) -> bool;

@@ -82,7 +82,7 @@ fn column(
     let surfaces = scaled(p, first);
     let sight = sight(p, &surfaces);
     let materials = |t: Transport| PatchMaterials::new(&p.scene, &p.patches, &p.luminaires, &scaled(p, t));
-    let (direct, _) = received(p, &sight, &materials(first), &effort.sampling, watch);
+    let direct = received(p, &sight, &materials(first), &effort.sampling, watch);
     let rows = layers.form_factors(first.tau);
     let unit = p.scene.frame.scale * p.scene.frame.scale;
     let areas: Vec<f64> = p.patches.areas().iter().map(|a| a * unit).collect();
@@ -91,7 +91,8 @@ fn column(
     watch.begin("series", points.len() as u64);
     for transport in points {
         let f = FormFactors { rows: rows.clone(), row_sums: vec![None; p.patches.len()] };
-        let k = Operator::new(f, materials(transport), areas.clone(), direct.clone());
+        let k = Operator::new(f, materials(transport), areas.clone(), direct.luminaires.clone())
+            .with_punctual(&direct.punctual);
         let solution = extrapolated(&k, &Settings::default());
         if let Ok(found) = &solution {
             fields_of.push(reflected(p, &k, found));

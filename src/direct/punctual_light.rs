@@ -1,0 +1,130 @@
+//! Light of points, spots and parallel light at a receiver: closed form times what a visibility ray says.
+//!
+//! ```text
+//! sum over lights of  E_l(x) T_l / pi,      E_l by OpenGL's terms (`scene::punctual`), T the product of tau between
+//! ```
+//!
+//! Up to [`FEW`] lights that fall on a receiver are asked each. Of more, [`DRAWN`] are drawn in proportion to E_l by
+//! systematic sampling: the closed forms of all are known, so only shadows are left to chance, and the mean is right.
+//!
+//! Not handled: a tree over these lights; the closed form of each is evaluated at every receiver, some 5 ns a light.
+
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3};
+
+use crate::direct::cut_light::somewhere;
+use crate::direct::occlusion::Occlusion;
+use crate::direct::ratio_estimator::Scratch;
+use crate::direct::visibility::Lighting;
+use crate::scene::{PunctualForm, PunctualLight, PunctualPlace};
+use crate::surfaces::SurfacePoint;
+
+/// Lights that fall on a receiver and are asked each; of more, some are drawn.
+pub const FEW: usize = 32;
+/// Lights drawn where they are many.
+pub const DRAWN: usize = 16;
+/// Parallel light comes from so far away: beyond the scene, which lies in [-1, 1]³, seen from any point of it.
+const AWAY: f64 = 4.0;
+/// Visibility rays end so far before a light, which may lie in a surface: several times what rays take for one plane.
+const BEFORE: f64 = 1e-5;
+
+/// What falls on a receiver from one light, nothing between.
+struct Falling {
+    /// Irradiance over pi, W/(m² sr).
+    light: DVec3,
+    /// Where its visibility ray ends.
+    end: Vec3,
+}
+
+impl Falling {
+    /// What falls from a light on a point with unit normal; `None` where nothing does.
+    fn new(light: &PunctualLight, x: DVec3, n: DVec3) -> Option<Falling> {
+        let (way, share, distance) = match light.form {
+            PunctualForm::Point(place) => at(&place, x, |_| 1.0),
+            PunctualForm::Spot { place, direction, exponent, cutoff } => at(&place, x, |way| {
+                let cosine = -direction.dot(way);
+                if cosine > 0.0 && cosine >= cutoff { cosine.powf(exponent) } else { 0.0 }
+            }),
+            PunctualForm::Directional { direction } => (-direction, 1.0, AWAY),
+        };
+        let irradiance = n.dot(way) * share;
+        // NaN where the two points are one.
+        (irradiance > 0.0).then(|| Falling {
+            light: light.intensity.as_dvec3() * (irradiance / PI),
+            end: (x + way * (distance - BEFORE)).as_vec3(),
+        })
+    }
+
+    fn brightness(&self) -> f64 {
+        self.light.element_sum()
+    }
+}
+
+/// Unit vector to a light, what is left of its intensity where `spot` of it goes that way, and its distance.
+fn at(place: &PunctualPlace, x: DVec3, spot: impl Fn(DVec3) -> f64) -> (DVec3, f64, f64) {
+    let across = place.position - x;
+    let distance = across.length();
+    let way = across / distance;
+    (way, spot(way) / place.weakening(distance), distance)
+}
+
+impl Lighting<'_> {
+    /// Irradiance over pi from all lights without area at a receiver, W/(m² sr), and the rays cast.
+    pub fn gather_punctual(&self, receiver: &SurfacePoint, scratch: &mut Scratch) -> (DVec3, u64) {
+        let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
+        let each = self.luminaires.punctual.iter().filter_map(|light| Falling::new(light, x, n));
+        if self.sight.punctual == Occlusion::Nothing {
+            return (each.map(|f| f.light).sum(), 0);
+        }
+        let falling: Vec<Falling> = each.collect();
+        let (mut sum, mut cast) = (DVec3::ZERO, 0);
+        for (k, weight) in asked(&falling, || somewhere(receiver.position, u32::MAX).0) {
+            let to = (falling[k].end, None);
+            let arrived = self.sight.punctual.transmittance(self.rays, receiver.end(), to, scratch.hits());
+            sum += falling[k].light * (weight * f64::from(arrived));
+            cast += 1;
+        }
+        (sum, cast)
+    }
+}
+
+/// The lights to ask, and the weight of each: all of them where they are few.
+fn asked(falling: &[Falling], random: impl Fn() -> f32) -> Vec<(usize, f64)> {
+    if falling.len() <= FEW {
+        return (0..falling.len()).map(|k| (k, 1.0)).collect();
+    }
+    let step = falling.iter().map(Falling::brightness).sum::<f64>() / DRAWN as f64;
+    let (mut next, mut until) = (step * f64::from(random()), 0.0);
+    let mut chosen = Vec::with_capacity(DRAWN);
+    for (k, f) in falling.iter().enumerate() {
+        until += f.brightness();
+        let times = ((until - next) / step).ceil().max(0.0);
+        next += times * step;
+        if times > 0.0 {
+            chosen.push((k, times * step / f.brightness()));
+        }
+    }
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lights_that_are_drawn_have_the_right_mean() {
+        let falling: Vec<Falling> =
+            (0..50).map(|k| Falling { light: DVec3::new(f64::from(k * k), 1.0, 0.5), end: Vec3::ZERO }).collect();
+        let mut mean = vec![0.0; falling.len()];
+        for u in 0..1000 {
+            let chosen = asked(&falling, || (u as f32 + 0.5) / 1000.0);
+            assert!(chosen.len() <= DRAWN + 1);
+            chosen.iter().for_each(|&(k, weight)| mean[k] += weight / 1000.0);
+            let total: f64 = chosen.iter().map(|&(k, weight)| weight * falling[k].brightness()).sum();
+            let all: f64 = falling.iter().map(Falling::brightness).sum();
+            assert!((total / all - 1.0).abs() < 0.07);
+        }
+        assert!(mean.iter().skip(5).all(|m| (m - 1.0).abs() < 0.1), "{mean:?}");
+    }
+}

@@ -1,0 +1,183 @@
+//! Where walks of light start: a point of an emitting side, a half of the sky, or a light without area; each chosen by
+//! its power.
+//!
+//! A light of radiant intensity I has the power `integral of I dω` in all; where its light weakens otherwise than by the
+//! square of the distance, the power that a walk carries depends on how far it comes:
+//! `I d² / (a0 + a1 d + a2 d²)` to the solid angle. Parallel light starts from a disc that shades the whole scene.
+//!
+//! Not handled: where the walk goes from there.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec3, Vec3};
+
+use crate::rays::sobol::Stream;
+use crate::rays::warp::{cosine_direction, hemisphere_direction, triangle_point};
+use crate::rays::{Ray, Side};
+use crate::scene::{PunctualForm, PunctualLight, PunctualPlace, Scene, Sides};
+
+/// All places that walks start from.
+pub(crate) struct WalkSources<'a> {
+    scene: &'a Scene,
+    list: Vec<Source<'a>>,
+    /// Radius of the ball about the middle of the unit frame that holds the scene, unit coordinates.
+    radius: f64,
+}
+
+/// Something that emits.
+struct Source<'a> {
+    origin: Origin<'a>,
+    /// Share of the emitted power that leaves this source and those before it.
+    cumulative: f64,
+    /// What a walk from here carries.
+    weight: DVec3,
+}
+
+#[derive(Clone, Copy)]
+enum Origin<'a> {
+    /// A side of a face.
+    Side(u32, Side),
+    /// A light without area.
+    Light(&'a PunctualLight),
+}
+
+/// The first ray of a walk.
+pub(crate) struct Start<'a> {
+    pub ray: Ray,
+    /// The power it stands for, W; that of unit distance where it depends on that.
+    pub weight: DVec3,
+    /// Where it comes from a point.
+    place: Option<(&'a PunctualPlace, f64)>,
+}
+
+impl Start<'_> {
+    /// The power that arrives so far away, W, nothing between.
+    pub fn power(&self, distance: f64) -> DVec3 {
+        match self.place {
+            Some((place, scale)) => self.weight * spread(place, scale, distance),
+            None => self.weight,
+        }
+    }
+}
+
+/// `d² / (a0 + a1 d + a2 d²)`, d² in the file's units: 1 where light obeys physics.
+fn spread(place: &PunctualPlace, scale: f64, distance: f64) -> f64 {
+    (scale * distance).powi(2) / place.weakening(distance)
+}
+
+impl<'a> WalkSources<'a> {
+    /// The emitting sides of a scene and its lights without area, with the chance of each in proportion to its power,
+    /// channels added.
+    pub fn new(scene: &'a Scene) -> WalkSources<'a> {
+        let far = |radius: f64, v: &Vec3| radius.max(v.as_dvec3().length());
+        // The faces that stand for a sky lie beyond the scene.
+        let radius = scene.sky.map_or_else(|| scene.vertices.iter().fold(0.0, far), |sky| sky.radius);
+        let mut sources = WalkSources { scene, list: Vec::new(), radius };
+        let mut total = 0.0;
+        for face in 0..scene.faces.len() as u32 {
+            let material = scene.material(face);
+            let emission = material.emitted().invisible.as_dvec3();
+            let sides: &[Side] = if material.sides == Sides::Two { &[Side::Front, Side::Back] } else { &[Side::Front] };
+            let unit = scene.frame.scale * scene.frame.scale;
+            let power = PI * unit * scene.emitting_area(face) * emission.element_sum();
+            for &side in sides.iter().filter(|_| power > 0.0) {
+                total += power;
+                let weight = emission / emission.element_sum();
+                sources.list.push(Source { origin: Origin::Side(face, side), cumulative: total, weight });
+            }
+        }
+        for light in scene.lights.iter().filter(|light| light.shines()) {
+            let intensity = light.intensity.as_dvec3();
+            let (size, at_unit) = sources.sizes(light);
+            total += size * at_unit * intensity.element_sum();
+            let weight = intensity / (intensity.element_sum() * at_unit);
+            sources.list.push(Source { origin: Origin::Light(light), cumulative: total, weight });
+        }
+        for source in &mut sources.list {
+            source.cumulative /= total;
+            source.weight *= total;
+        }
+        sources
+    }
+
+    /// Solid angle that a light shines into, weighted by its cosine to the exponent, and its spread at unit distance;
+    /// for parallel light the area of the disc and 1.
+    fn sizes(&self, light: &PunctualLight) -> (f64, f64) {
+        let scale = self.scene.frame.scale;
+        match light.form {
+            PunctualForm::Point(place) => (2.0 * TAU, spread(&place, scale, 1.0)),
+            PunctualForm::Spot { place, exponent, cutoff, .. } => {
+                let angle = TAU * (1.0 - cutoff.powf(exponent + 1.0)) / (exponent + 1.0);
+                (angle, spread(&place, scale, 1.0))
+            }
+            PunctualForm::Directional { .. } => (PI * (scale * self.radius).powi(2), 1.0),
+        }
+    }
+
+    /// A ray that leaves a source, and the power it stands for; none where nothing emits.
+    pub fn start(&self, random: &mut Stream) -> Option<Start<'a>> {
+        let last = self.list.len().checked_sub(1)?;
+        let share = f64::from(random.uniform());
+        let source = &self.list[self.list.partition_point(|s| s.cumulative <= share).min(last)];
+        let weight = source.weight;
+        let light = match source.origin {
+            Origin::Light(light) => light,
+            Origin::Side(face, _) if self.scene.is_sky(face) => {
+                return Some(Start { ray: self.enter(face, random)?, weight, place: None });
+            }
+            Origin::Side(face, side) => {
+                let position = triangle_point(self.scene.corners(face), random.uniform(), random.uniform());
+                return Some(Start { ray: leave(self.scene, position, (face, side), random), weight, place: None });
+            }
+        };
+        let (u, v) = (f64::from(random.uniform()), f64::from(random.uniform()));
+        let ray = |origin: DVec3, direction: DVec3| Ray {
+            origin: origin.as_vec3(),
+            direction: direction.as_vec3(),
+            source: None,
+        };
+        let scale = self.scene.frame.scale;
+        Some(match &light.form {
+            PunctualForm::Point(place) => {
+                let ray = ray(place.position, around(DVec3::Z, 1.0 - 2.0 * u, v));
+                Start { ray, weight, place: Some((place, scale)) }
+            }
+            PunctualForm::Spot { place, direction, exponent, cutoff } => {
+                let power = exponent + 1.0;
+                let cosine = (1.0 - u * (1.0 - cutoff.powf(power))).powf(1.0 / power);
+                let ray = ray(place.position, around(*direction, cosine, v));
+                Start { ray, weight, place: Some((place, scale)) }
+            }
+            PunctualForm::Directional { direction } => {
+                let aside = self.radius * u.sqrt() * around(*direction, 0.0, v);
+                Start { ray: ray(aside - 2.0 * self.radius * *direction, *direction), weight, place: None }
+            }
+        })
+    }
+
+    /// A ray that enters the sphere around the scene from a half of the sky: of uniform direction, through a uniform
+    /// point of the sphere's cross-section.
+    fn enter(&self, face: u32, random: &mut Stream) -> Option<Ray> {
+        let sky = self.scene.sky?;
+        let up = if face == sky.first { sky.up } else { -sky.up };
+        let outward = hemisphere_direction(up, random.uniform(), random.uniform());
+        let aside = cosine_direction(outward, random.uniform(), random.uniform());
+        let origin = sky.radius as f32 * (outward + aside - aside.dot(outward) * outward);
+        Some(Ray { origin, direction: -outward, source: None })
+    }
+}
+
+/// The unit vector of this cosine to an axis, turned about it by the share `turn` of a full turn.
+fn around(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
+    let (a, b) = axis.any_orthonormal_pair();
+    let (sin, cos) = (TAU * turn).sin_cos();
+    axis * cosine + (a * cos + b * sin) * (1.0 - cosine * cosine).max(0.0).sqrt()
+}
+
+/// A cosine-distributed ray from a point of a side.
+pub(crate) fn leave(scene: &Scene, origin: Vec3, (face, side): (u32, Side), random: &mut Stream) -> Ray {
+    let [a, b, c] = scene.exact_corners(face);
+    let front = (b - a).cross(c - a).normalize().as_vec3();
+    let normal = if side == Side::Front { front } else { -front };
+    Ray { origin, direction: cosine_direction(normal, random.uniform(), random.uniform()), source: Some(face) }
+}
