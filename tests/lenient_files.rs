@@ -227,6 +227,19 @@ fn the_light_gives_the_floor_an_irradiance_of_pi() {
 }
 
 #[test]
+fn a_bright_room_gets_less_light() {
+    let radiance = |reflectance: f32| {
+        let place = place(&[("s.obj", room(&[0, 1, 2, 3, 4, 5]).as_bytes())]);
+        let options = LoadOptions { light: Some(AddedLight::Ceiling), reflectance, ..LoadOptions::default() };
+        load(&place, options).unwrap().materials.last().unwrap().emission.x
+    };
+    // 1/L = F + rho/(1 - rho) 2/52: the light has 2 of the room's 52 square units.
+    let (black, grey, white) = (radiance(0.0), radiance(0.5), radiance(0.8));
+    assert!((1.0 / grey - 1.0 / black - 1.0 / 26.0).abs() < 1e-5);
+    assert!((1.0 / white - 1.0 / black - 4.0 / 26.0).abs() < 1e-5);
+}
+
+#[test]
 fn the_light_changes_neither_camera_nor_the_rest() {
     let text = room(&[0, 1, 2, 3, 4, 5]);
     let plain = Scene::from_obj_text("s", &text, "").unwrap();

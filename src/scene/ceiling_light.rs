@@ -6,8 +6,10 @@
 //! open above, the rectangle lies below the top of the bounding box by the same margin, or, where things under it reach
 //! so high, above the box by a quarter of its larger side.
 //!
-//! Its radiance is 1/F, where F is the form factor from the floor of the bounding box to the rectangle: with nothing in
-//! between, the mean irradiance of the floor is pi W/m², so that a white floor has the mean radiance 1.
+//! Its radiance gives the floor of the bounding box a mean irradiance of about pi W/m², so that a white floor has the
+//! mean radiance 1: L = 1/(F + R), where F is the form factor from the floor to the rectangle with nothing in between.
+//! Under a ceiling R = rho/(1 - rho) A_light/A is what the surfaces of area A and mean reflectance rho give back as in
+//! an integrating sphere; elsewhere it is 0.
 //!
 //! Source of F at a point: J. R. Howell, *A Catalog of Radiation Heat Transfer Configuration Factors*, plane element to
 //! parallel rectangle.
@@ -21,7 +23,7 @@ use glam::{DVec2, DVec3, Vec3Swizzles};
 use crate::light::Rgb;
 use crate::scene::build::{Polygon, Soup, assemble};
 use crate::scene::error::SceneError;
-use crate::scene::polygon::Triangulator;
+use crate::scene::polygon::{Triangulator, newell};
 use crate::scene::{AddedLight, Camera, Material, Scene, SkyLight, UnitFrame};
 
 /// The name of its material and its object.
@@ -35,6 +37,9 @@ const FREE: f64 = 0.25;
 
 /// Share of the vertical lines that meet a ceiling where there is one.
 const COVERED: f64 = 0.9;
+
+/// The mean reflectance of a room at most: what comes back of more depends on every opening.
+const WHITEST: f64 = 0.95;
 
 /// Vertical lines each way through the rectangle, and points each way on the floor.
 const LINES: usize = 16;
@@ -51,7 +56,7 @@ pub(crate) fn assemble_lit(mut soup: Soup, light: Option<AddedLight>) -> Result<
         return assemble(soup);
     };
     let (file, polygons, object) = (soup.file.clone(), soup.polygons.len(), soup.objects.len() as u32);
-    let panel = Panel::over(&triangles(&soup, &frame));
+    let panel = Panel::over(&Surfaces::of(&soup, &frame));
     panel.hang(&mut soup, &frame);
     let mut scene = assemble(soup)?;
     let own = scene.faces.iter().position(|face| face.object == object).unwrap_or(scene.faces.len());
@@ -65,17 +70,37 @@ pub(crate) fn assemble_lit(mut soup: Soup, light: Option<AddedLight>) -> Result<
 }
 
 /// All polygons as triangles, unit coordinates.
-fn triangles(soup: &Soup, frame: &UnitFrame) -> Vec<[DVec3; 3]> {
-    let mut triangulator = Triangulator::default();
-    let (mut found, mut rest) = (Vec::new(), &soup.corners[..]);
-    for polygon in &soup.polygons {
-        let (corners, after) = rest.split_at(polygon.corners);
-        rest = after;
-        let points: Vec<DVec3> = corners.iter().map(|&v| frame.to_unit(soup.vertices[v as usize])).collect();
-        triangulator.run(&points);
-        found.extend(triangulator.triangles.iter().map(|triangle| triangle.map(|i| points[i as usize])));
+#[derive(Default)]
+struct Surfaces {
+    triangles: Vec<[DVec3; 3]>,
+    area: f64,
+    /// The sum of area times mean rho of the channels.
+    reflecting: f64,
+}
+
+impl Surfaces {
+    fn of(soup: &Soup, frame: &UnitFrame) -> Surfaces {
+        let mut triangulator = Triangulator::default();
+        let (mut found, mut rest) = (Surfaces::default(), &soup.corners[..]);
+        for polygon in &soup.polygons {
+            let (corners, after) = rest.split_at(polygon.corners);
+            rest = after;
+            let points: Vec<DVec3> = corners.iter().map(|&v| frame.to_unit(soup.vertices[v as usize])).collect();
+            triangulator.run(&points);
+            let area = 0.5 * newell(&points).length();
+            let rho = soup.materials[polygon.material as usize].rho;
+            found.area += area;
+            found.reflecting += area * f64::from(rho.element_sum() / 3.0);
+            found.triangles.extend(triangulator.triangles.iter().map(|triangle| triangle.map(|i| points[i as usize])));
+        }
+        found
     }
-    found
+
+    /// rho/((1 - rho) A), what a closed room gives back of each unit of power; rho counts as [`WHITEST`] at most.
+    fn returned(&self) -> f64 {
+        let rho = (self.reflecting / self.area).min(WHITEST);
+        rho / ((1.0 - rho) * self.area)
+    }
 }
 
 /// The rectangle above the floor, unit coordinates.
@@ -86,10 +111,13 @@ struct Panel {
     half: DVec2,
     /// Height above the floor.
     height: f64,
+    /// Share of its power that surfaces give back to each unit of area.
+    returned: f64,
 }
 
 impl Panel {
-    fn over(triangles: &[[DVec3; 3]]) -> Panel {
+    fn over(surfaces: &Surfaces) -> Panel {
+        let triangles = &surfaces.triangles[..];
         let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let corners = triangles.iter().flatten();
         let (low, high) = corners.fold(start, |(low, high), &p| (low.min(p), high.max(p)));
@@ -98,10 +126,12 @@ impl Panel {
         // What has no depth, like a wall alone, is lit from a place that has.
         let side = |length: f64| if length < MARGIN * size.max_element() { 0.5 * wide.max(MARGIN) } else { length };
         let half = 0.5 * DVec2::new(side(size.x), side(size.z));
-        let mut panel = Panel { middle: middle.with_y(low.y), half, height: size.y + 0.25 * wide.max(MARGIN) };
+        let height = size.y + 0.25 * wide.max(MARGIN);
+        let mut panel = Panel { middle: middle.with_y(low.y), half, height, returned: 0.0 };
         let lines = panel.lines(triangles);
         if let Some(ceiling) = panel.ceiling(&lines, size.y).filter(|&y| panel.has_walls(triangles, y)) {
             panel.height = ceiling - MARGIN * size.y;
+            panel.returned = surfaces.returned();
         } else if !triangles.iter().any(|triangle| panel.is_below(triangle, 0.9 * size.y)) {
             panel.height = (1.0 - MARGIN) * size.y;
         }
@@ -163,7 +193,8 @@ impl Panel {
         let (material, object) = (soup.materials.len() as u32, soup.objects.len() as u32);
         soup.polygons.push(Polygon { corners: 4, material, object, number: 0 });
         soup.objects.push(NAME.to_owned());
-        let radiance = self.form_factor().recip().min(1e30) as f32;
+        let returned = self.returned * self.half.x * self.half.y;
+        let radiance = (self.form_factor() + returned).recip().min(1e30) as f32;
         soup.materials.push(Material::new(NAME, Rgb::ZERO, Rgb::splat(radiance)));
     }
 

@@ -120,7 +120,7 @@ pub struct LoadOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AddedLight {
     /// A rectangle of half the scene's width and depth that faces down, below the ceiling or above an open scene.
-    /// It gives the floor of the bounding box a mean irradiance of pi W/m² where nothing is in between.
+    /// It gives the floor of the bounding box a mean irradiance of about pi W/m².
     Ceiling,
     /// A sky of radiance 1 W/(m² sr) all around, where the files have none.
     Sky,

@@ -70,10 +70,10 @@ fn find_materials(file: &str, text: &ObjText, libraries: &mut Libraries, rho: f3
     };
     let used = text.materials.list.iter().map(find).collect();
     if undefined.count > 0 {
-        let why = if text.libraries.is_empty() {
-            "the OBJ has no mtllib line".to_owned()
-        } else {
-            format!("the MTL files define {}", list(libraries.names().take(defined)))
+        let why = match defined {
+            _ if text.libraries.is_empty() => "the OBJ has no mtllib line".to_owned(),
+            0 => "there is no MTL file with materials".to_owned(),
+            _ => format!("the MTL files define {}", list(libraries.names().take(defined))),
         };
         let names = list(libraries.names().skip(defined));
         let consequence = format!("{names} ({why}): reflecting {rho} (--reflectance), emitting nothing");

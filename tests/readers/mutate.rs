@@ -3,7 +3,7 @@
 //! Changes are made to words, lines, line ends and single characters, so that the readers are reached beyond their
 //! first check. Not handled: guidance by coverage; the targets under `fuzz/` are for that.
 
-use halflight::scene::{LoadOptions, Scene, SceneError};
+use halflight::scene::{AddedLight, LoadOptions, Scene, SceneError};
 
 /// Valid texts that use what the readers know.
 const OBJS: [&str; 4] = [
@@ -82,7 +82,8 @@ impl Texts {
     pub fn read(&self) -> Result<Scene, SceneError> {
         match &self.toml {
             Some(toml) => {
-                let options = LoadOptions::default();
+                let light = toml.len().is_multiple_of(2).then_some(AddedLight::Ceiling);
+                let options = LoadOptions { light, ..LoadOptions::default() };
                 Scene::from_toml_text("s", toml, &self.obj, &self.mtl, options)
             }
             None => Scene::from_obj_text("s", &self.obj, &self.mtl),
