@@ -69,7 +69,7 @@ pub(crate) fn assemble_lit(mut soup: Soup, light: Option<AddedLight>) -> Result<
     Ok(scene)
 }
 
-/// All polygons as triangles, unit coordinates.
+/// All polygons as triangles in unit coordinates, with their area and what it reflects.
 #[derive(Default)]
 struct Surfaces {
     triangles: Vec<[DVec3; 3]>,
