@@ -1,5 +1,5 @@
-//! `halflight figure`: labelled pictures for print, as PNG and SVG: the four modes, successive approximation, and what lies
-//! between the modes.
+//! `halflight figure`: labelled pictures for print, as PNG and SVG: the four modes, successive approximation, and what
+//! lies between the modes.
 //!
 //! Not handled: charts of the series ([`bounces`](crate::cli::bounces)) and of where it converges
 //! ([`map`](crate::cli::map)).

@@ -1,8 +1,8 @@
 //! Pages: pictures of one size in rows and columns under their labels, as a figure in print shows them, as PNG and SVG
 //! from one drawing.
 //!
-//! Pictures are shown pixel by pixel, never resized, so a panel's codes are those of the picture's own PNG at the page's
-//! exposure. What has no picture is hatched, with the reason in it, so that nobody takes it for light. Not handled:
+//! Pictures are shown pixel by pixel, never resized, so a panel's codes are those of the picture's own PNG at the
+//! page's exposure. What has no picture is hatched, with the reason in it, so that nobody takes it for light. Not handled:
 //! pictures of several sizes ([`Sheet`](crate::plot::Sheet)), several pages.
 
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! Figures for print: the four modes on one scene, successive approximation, and what lies between the modes.
 //!
-//! Each is a [`Page`](crate::plot::Page) with a list of what its panels show. Not handled: how exact the pictures are; the
-//! caller says.
+//! Each is a [`Page`](crate::plot::Page) with a list of what its panels show. Not handled: how exact the pictures are;
+//! the caller says.
 
 pub(crate) mod between;
 pub(crate) mod four_modes;

@@ -14,7 +14,7 @@ use crate::study::figures::panel::{Figure, Panel, exposure_for, exposure_words, 
 /// Points of the grid each way, and of each path.
 const GRID: u8 = 5;
 const PATH: u8 = 9;
-/// Points whose spectral radius may be more than this do not count for the exposure: they may be as bright as they like.
+/// Points whose spectral radius may be more than this do not count for the exposure: they may be of any brightness.
 const TAME: f64 = 0.9;
 
 /// The points that both figures need.
