@@ -13,8 +13,10 @@ use source::imports::{circle, imports};
 use source::{Source, code, is_word, sources, words};
 
 /// The outer crates that belong to some modules only, by the name they have in code.
-const HOMES: [(&str, &[&str]); 12] = [
+const HOMES: [(&str, &[&str]); 14] = [
     ("tobj", &["scene"]),
+    ("gltf_json", &["scene"]),
+    ("data_url", &["scene"]),
     ("toml", &["scene"]),
     ("earcut", &["scene"]),
     ("image", &["pictures"]),

@@ -37,7 +37,7 @@ const NOT_LIGHT: &str = "formal solution of (I - K) L = E beyond the frontier: n
 /// `halflight frontier`
 #[derive(Args, Debug)]
 pub struct Frontier {
-    /// A built-in scene (see `halflight scenes`), a .toml scene file or an .obj file
+    /// A built-in scene (see `halflight scenes`), an .obj, .glb or .gltf file, or a .toml scene file
     #[arg(default_value = "furnished-room")]
     pub scene: String,
     /// Transmission, 0 to 1; a material's own tau is multiplied by it

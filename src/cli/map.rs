@@ -19,7 +19,7 @@ use crate::study::map::{FrontierPoint, GridPoint, Map, MapChart, TauPoint, check
 /// `halflight map`
 #[derive(Args, Debug)]
 pub struct MapArguments {
-    /// A built-in scene (see `halflight scenes`), a .toml scene file or an .obj file; it need not emit
+    /// A built-in scene (see `halflight scenes`), an .obj, .glb or .gltf file, or a .toml scene file; it need not emit
     #[arg(default_value = "cornell-box")]
     pub scene: String,
     /// Points of the grid each way

@@ -50,7 +50,7 @@ pub struct Completion {
 /// The scene and its modes.
 #[derive(Args, Debug)]
 pub struct Subject {
-    /// A built-in scene (see `halflight scenes`), a .toml scene file or an .obj file
+    /// A built-in scene (see `halflight scenes`), an .obj, .glb or .gltf file, or a .toml scene file
     #[arg(default_value = "cornell-box")]
     pub scene: String,
     /// Illumination model [default: the scene file's, or all]
@@ -65,6 +65,9 @@ pub struct Subject {
     /// What its files do not say.
     #[command(flatten)]
     pub completion: Completion,
+    /// Look through the file's camera of this name (glTF) [default: the scene file's, or the first]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
     /// Brighten PNG files by so many stops (factors of two); EXR files stay as they are
     #[arg(
         long,
@@ -104,7 +107,10 @@ impl Completion {
 impl Subject {
     /// Reads and checks the scene, which must emit, and tells its warnings to `warn`.
     pub fn load(&self, warn: impl FnMut(&String)) -> Result<Scene, CliError> {
-        let scene = self.completion.load(&self.scene, warn)?;
+        let mut scene = self.completion.load(&self.scene, warn)?;
+        if let Some(name) = &self.camera {
+            scene.look_through(name)?;
+        }
         scene.require_emission()?;
         Ok(scene)
     }

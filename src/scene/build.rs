@@ -4,17 +4,19 @@
 //! a scene nor its distance from the origin changes the unit coordinates beyond single precision. Points that
 //! coincide there are made one. Triangles thinner than [`THINNEST`] are dropped.
 //!
-//! Not handled: what polygons stand for; [`crate::scene::obj`] reads them.
+//! Not handled: what polygons stand for; [`crate::scene::obj`] and [`crate::scene::gltf`] read them.
 
 use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
+use crate::scene::camera::ViewError;
 use crate::scene::error::{Place, SceneError};
 use crate::scene::mtl::{check_emission, check_rho};
 use crate::scene::polygon::{Cover, MOST_CORNERS, Triangulator};
+use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::warnings::Tally;
-use crate::scene::{Camera, Face, Material, Scene, UnitFrame};
+use crate::scene::{Camera, Face, Material, NamedCamera, Scene, UnitFrame};
 
 /// The least height of a triangle over its longest side, unit coordinates: the rounding of a coordinate near 1.
 /// Thinner ones have no normal.
@@ -27,7 +29,7 @@ pub(crate) struct Soup {
     pub name: String,
     /// The file, or the name again where there is none.
     pub file: String,
-    /// What `Polygon::number` counts: `line` or `face`.
+    /// What `Polygon::number` counts: `line`, `face` or `triangle`.
     pub item: &'static str,
     pub vertices: Vec<DVec3>,
     /// The corners of all polygons, one after the other.
@@ -35,7 +37,21 @@ pub(crate) struct Soup {
     pub polygons: Vec<Polygon>,
     pub materials: Vec<Material>,
     pub objects: Vec<String>,
+    /// The file's own cameras; the first one looks.
+    pub cameras: Vec<SoupCamera>,
+    /// Lights without area, in the file's units.
+    pub lights: Vec<PunctualLight>,
     pub warnings: Vec<String>,
+}
+
+/// A camera of a [`Soup`].
+#[derive(Debug)]
+pub(crate) struct SoupCamera {
+    pub name: String,
+    /// The eye, in the file's units.
+    pub position: DVec3,
+    /// All of the camera but its position.
+    pub view: Camera,
 }
 
 /// One polygon of a [`Soup`]; its corners follow those of the polygon before it.
@@ -77,7 +93,7 @@ impl Scene {
             polygons: faces.iter().enumerate().map(polygon).collect(),
             materials,
             objects: vec![name.to_owned()],
-            warnings: Vec::new(),
+            ..Soup::default()
         })
     }
 }
@@ -133,6 +149,8 @@ pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
     if mesh.faces.is_empty() {
         return Err(SceneError::Empty { file: soup.file, dropped: soup.polygons.len() });
     }
+    let cameras = cameras(&soup, &frame)?;
+    let lights = lights(&soup, &frame)?;
     let mut warnings = soup.warnings;
     flaws.report(&soup.file, soup.item, &mut warnings);
     let mut scene = Scene {
@@ -142,15 +160,48 @@ pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
         exact: mesh.exact,
         materials: soup.materials,
         objects: soup.objects,
-        lights: Vec::new(),
+        lights,
         sky: None,
         camera: Camera::NOWHERE,
+        cameras,
         frame,
         transport: None,
         warnings,
     };
-    scene.camera = Camera::framing(&scene);
+    scene.camera = match scene.cameras.first() {
+        Some(own) => own.camera,
+        None => Camera::framing(&scene),
+    };
     Ok(scene)
+}
+
+/// The file's cameras in unit coordinates.
+fn cameras(soup: &Soup, frame: &UnitFrame) -> Result<Vec<NamedCamera>, SceneError> {
+    let place = |number| Place::item(&soup.file, "camera", number);
+    let one = |(number, read): (usize, &SoupCamera)| {
+        let position = frame.to_unit(read.position).as_vec3();
+        let camera = Camera { position, ..read.view };
+        let finite = position.is_finite().then(|| NamedCamera { name: read.name.clone(), camera });
+        finite.ok_or_else(|| SceneError::View { place: place(number), source: ViewError::NotFinite })
+    };
+    soup.cameras.iter().enumerate().map(one).collect()
+}
+
+/// The file's lights in unit coordinates.
+fn lights(soup: &Soup, frame: &UnitFrame) -> Result<Vec<PunctualLight>, SceneError> {
+    let placed =
+        |place: PunctualPlace| PunctualPlace::new(frame.to_unit(place.position), place.attenuation, frame.scale);
+    let mut all = soup.lights.clone();
+    for (number, light) in all.iter_mut().enumerate() {
+        if let PunctualForm::Point(place) | PunctualForm::Spot { place, .. } = &mut light.form {
+            *place = placed(*place);
+            if !place.position.as_vec3().is_finite() {
+                let (statement, word) = ("light".to_owned(), place.position.to_string());
+                return Err(SceneError::NotFinite { place: Place::item(&soup.file, "light", number), statement, word });
+            }
+        }
+    }
+    Ok(all)
 }
 
 #[derive(Default)]

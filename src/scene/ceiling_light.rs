@@ -64,7 +64,9 @@ pub(crate) fn assemble_lit(mut soup: Soup, light: Option<AddedLight>) -> Result<
         return Err(SceneError::Empty { file, dropped: polygons });
     }
     let panel = scene.faces.split_off(own);
-    scene.camera = Camera::framing(&scene);
+    if scene.cameras.is_empty() {
+        scene.camera = Camera::framing(&scene);
+    }
     scene.faces.extend(panel);
     Ok(scene)
 }

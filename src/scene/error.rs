@@ -15,7 +15,7 @@ use crate::scene::camera::ViewError;
 pub struct Place {
     /// The file's path, or the scene's name where there is no file.
     pub file: String,
-    /// What is counted: `line`, `face`, `vertex` or `material`.
+    /// What is counted: `line`, `face`, `triangle`, `vertex`, `material` or `camera`.
     pub item: &'static str,
     /// Lines from 1; items of arrays from 0.
     pub number: usize,
@@ -46,12 +46,12 @@ impl fmt::Display for Place {
 pub enum SceneError {
     /// Neither a built-in scene nor a file.
     #[error("there is no scene named `{name}`, and no such file")]
-    #[diagnostic(help("give a path to an .obj or .toml file, or one of the built-in scenes: {known}"))]
+    #[diagnostic(help("give a path to an .obj, .glb, .gltf or .toml file, or one of the built-in scenes: {known}"))]
     NoSuchScene { name: String, known: String },
 
-    /// The path's extension is neither `.obj` nor `.toml`.
-    #[error("{file} is neither an OBJ nor a scene file")]
-    #[diagnostic(help("name it *.obj (Wavefront OBJ) or *.toml (a scene file)"))]
+    /// The path's extension is none of `.obj`, `.glb`, `.gltf` and `.toml`.
+    #[error("{file} is neither an OBJ nor a glTF nor a scene file")]
+    #[diagnostic(help("name it *.obj (Wavefront OBJ), *.glb or *.gltf (glTF 2.0), or *.toml (a scene file)"))]
     UnknownKind { file: String },
 
     /// A file is missing or cannot be read.
@@ -59,10 +59,30 @@ pub enum SceneError {
     #[diagnostic(help("check the path, and that the file may be read"))]
     Read { file: String, source: io::Error },
 
-    /// The OBJ a scene file names is missing or cannot be read.
+    /// The OBJ or glTF that a scene file names is missing or cannot be read.
     #[error("{place}: cannot read the OBJ `{name}`: {source}")]
     #[diagnostic(help("`obj` is a path relative to the scene file's folder"))]
     MissingObj { place: Place, name: String, source: io::Error },
+
+    /// A glTF file breaks a rule of glTF 2.0 that its geometry, materials or cameras rest on.
+    #[error("{file}: {message}")]
+    #[diagnostic(help("the file cannot be read as glTF 2.0: export it again, or ask a glTF validator what is wrong"))]
+    Gltf { file: String, message: String },
+
+    /// A glTF file requires extensions that are not read.
+    #[error("{file} requires extensions of glTF that are not supported: {names}")]
+    #[diagnostic(help("export it without them: uncompressed, with the core materials"))]
+    GltfExtensions { file: String, names: String },
+
+    /// A buffer of a glTF file is missing or cannot be read.
+    #[error("{file}: cannot read buffer {number}, `{name}`: {source}")]
+    #[diagnostic(help("put the file beside the .gltf, or export a .glb, which holds its buffers"))]
+    MissingBuffer { file: String, number: usize, name: String, source: io::Error },
+
+    /// The scene has no camera of that name.
+    #[error("`{scene}` has no camera `{name}`")]
+    #[diagnostic(help("its cameras are: {known}. Without --camera the first one looks, or [camera] of a scene file"))]
+    NoCamera { scene: String, name: String, known: String },
 
     /// The text is not UTF-8.
     #[error("{place}: byte 0x{byte:02x} is not UTF-8 text")]
@@ -125,20 +145,22 @@ pub enum SceneError {
 
     /// Nothing to see: no faces, or only faces without area.
     #[error("{file} has no faces with area ({dropped} without)")]
-    #[diagnostic(help("a scene needs at least one `f` line whose corners do not lie on one line"))]
+    #[diagnostic(help(
+        "a scene needs at least one polygon (`f` of an OBJ, a triangle of a glTF) whose corners do not lie on one line"
+    ))]
     Empty { file: String, dropped: usize },
 
     /// No material that is used emits.
     #[error("nothing in `{name}` emits light: the picture would be black")]
     #[diagnostic(help(
-        "where E = 0, L = E + K L is 0 too: `--light ceiling` adds a luminaire and `--light sky` a sky; or give a material `Ke R G B` in the MTL, or `emission = [R, G, B]` under [materials.NAME], a [[lights]] table or a [sky] in a scene file"
+        "where E = 0, L = E + K L is 0 too: `--light ceiling` adds a luminaire and `--light sky` a sky; or give a material `Ke R G B` in the MTL, an emissiveFactor in the glTF, or `emission = [R, G, B]` under [materials.NAME], a [[lights]] table or a [sky] in a scene file"
     ))]
     Dark { name: String },
 
     /// The scene file is not TOML, or not of the scene file's form.
     #[error("{place}: {message}")]
     #[diagnostic(help(
-        "a scene file holds: obj, mode (or alpha, tau), [camera] position target up vertical_fov, \
+        "a scene file holds: obj (or mesh), mode (or alpha, tau), [camera] position target up vertical_fov, \
          [materials.NAME] mode (or alpha, tau) two_sided emission visible_emission, \
          [[lights]] type position direction intensity attenuation exponent cutoff, \
          [sky] radiance (or upper, lower)"

@@ -1,14 +1,14 @@
-//! Scene files: TOML that adds camera, modes and emission to an OBJ.
+//! Scene files: TOML that adds camera, modes and emission to an OBJ or a glTF.
 //!
 //! ```toml
-//! obj = "room.obj"              # beside this file
+//! obj = "room.obj"              # beside this file; or mesh = "room.glb", an OBJ or a glTF under either key
 //! mode = "global"               # or: alpha = 1.0, tau = 0.0
 //! [camera]
 //! position = [278, 273, -800]
 //! target = [278, 273, 0]
 //! up = [0, 1, 0]                # may be left out
 //! vertical_fov = 39.3           # degrees; may be left out
-//! [materials."short block"]     # any of the OBJ's materials
+//! [materials."short block"]     # any of the mesh's materials
 //! mode = "shadowless"           # or alpha, tau, or one of them
 //! two_sided = true
 //! [materials.light]
@@ -29,7 +29,7 @@
 //! Unknown keys are errors. `toml` is used here, in [`crate::scene::source`], [`crate::scene::light_table`] and
 //! [`crate::scene::sky_table`] only.
 //!
-//! Not handled: geometry, which is the OBJ's.
+//! Not handled: geometry, which is the OBJ's or the glTF's.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -48,11 +48,12 @@ use crate::scene::mtl::check_emission;
 use crate::scene::obj::Reader;
 use crate::scene::sky_table::SkyTable;
 use crate::scene::source::Source;
-use crate::scene::{Camera, Material, Scene, Sides, lines, obj};
+use crate::scene::{Camera, Material, Scene, Sides, geometry_file, lines};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SceneTable {
+    #[serde(alias = "mesh")]
     obj: Spanned<String>,
     mode: Option<Spanned<String>>,
     alpha: Option<Spanned<f64>>,
@@ -106,7 +107,7 @@ pub(crate) fn read(
         name: shorten(obj_name),
         source: error,
     })?;
-    let mut soup = obj::read(name, obj_name, &bytes, reader, options)?;
+    let mut soup = geometry_file::read_beside(name, obj_name, &bytes, reader, options)?;
     // Of two materials of one name the first counts, so it comes last.
     let names = soup.materials.iter().enumerate().rev();
     let index: HashMap<String, usize> = names.map(|(i, m)| (m.name.clone(), i)).collect();
@@ -154,14 +155,12 @@ impl MaterialTable {
             check_emission(*emission.get_ref(), &material.name, || source.of(emission))?;
             material.emission = DVec3::from_array(*emission.get_ref()).as_vec3();
         }
-        material.visibility = match self.visible_emission {
-            Some(false) => Visibility::Hidden,
-            Some(true) | None => Visibility::Seen,
-        };
-        material.sides = match self.two_sided {
-            Some(true) => Sides::Two,
-            Some(false) | None => Sides::One,
-        };
+        if self.visible_emission == Some(false) {
+            material.visibility = Visibility::Hidden;
+        }
+        if let Some(two_sided) = self.two_sided {
+            material.sides = if two_sided { Sides::Two } else { Sides::One };
+        }
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! The ways to a scene: a file, a built-in name, either of them, or text in memory.
 //!
-//! Not handled: formats other than OBJ with MTL, and scene files that name one.
+//! Not handled: formats other than OBJ with MTL, glTF, and scene files that name one of these.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -8,19 +8,20 @@ use std::{fs, io};
 
 use crate::scene::ceiling_light::assemble_lit;
 use crate::scene::error::SceneError;
+use crate::scene::lines::list;
 use crate::scene::model::{LoadOptions, Scene};
 use crate::scene::punctual::PunctualLight;
-use crate::scene::{builtin, file, obj};
+use crate::scene::{builtin, file, geometry_file, obj};
 
 impl Scene {
-    /// Loads an `.obj` or a `.toml` scene file.
+    /// Loads an `.obj`, a `.glb` or `.gltf`, or a `.toml` scene file.
     ///
     /// # Errors
     /// A file that cannot be read, or the first mistake found in it, with its line.
     pub fn load(path: &Path, options: LoadOptions) -> Result<Scene, SceneError> {
         let shown = path.display().to_string();
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-        if !matches!(extension.as_str(), "obj" | "toml") {
+        if !matches!(extension.as_str(), "obj" | "glb" | "gltf" | "toml") {
             return Err(SceneError::UnknownKind { file: shown });
         }
         let bytes = fs::read(path).map_err(|source| SceneError::Read { file: shown.clone(), source })?;
@@ -29,7 +30,7 @@ impl Scene {
         let beside = |name: &str| fs::read(folder.join(name)).map(Cow::Owned);
         match extension.as_str() {
             "toml" => file::read(&name, &shown, &bytes, &beside, options),
-            _ => from_obj(&name, &shown, &bytes, &beside, options),
+            _ => from_geometry(&name, &shown, &bytes, &beside, options),
         }
     }
 
@@ -47,7 +48,7 @@ impl Scene {
         Some(file::read(name, &file, scene.toml.as_bytes(), &beside, options))
     }
 
-    /// A built-in scene of that name ([`builtin::NAMES`]), else the `.obj` or `.toml` scene file of that path.
+    /// A built-in scene of that name ([`builtin::NAMES`]), else the `.obj`, `.glb`, `.gltf` or `.toml` file of that path.
     ///
     /// # Errors
     /// Those of [`Scene::load`]; where there is neither, the built-in names are listed.
@@ -77,7 +78,28 @@ impl Scene {
     /// The first mistake found in the texts, with its line.
     pub fn from_obj_text(name: &str, obj: &str, mtl: &str) -> Result<Scene, SceneError> {
         let any = |_: &str| Ok(Cow::Borrowed(mtl.as_bytes()));
-        from_obj(name, &format!("{name}.obj"), obj.as_bytes(), &any, LoadOptions::default())
+        from_geometry(name, &format!("{name}.obj"), obj.as_bytes(), &any, LoadOptions::default())
+    }
+
+    /// A scene from the bytes of a glTF file, GLB or JSON, which holds its buffers itself.
+    ///
+    /// # Errors
+    /// The first mistake found in the bytes; [`SceneError::MissingBuffer`] for a buffer in a file of its own.
+    pub fn from_gltf_bytes(name: &str, bytes: &[u8]) -> Result<Scene, SceneError> {
+        let none = |_: &str| Err(io::Error::from(io::ErrorKind::NotFound));
+        from_geometry(name, &format!("{name}.gltf"), bytes, &none, LoadOptions::default())
+    }
+
+    /// Looks through the file's camera of that name.
+    ///
+    /// # Errors
+    /// [`SceneError::NoCamera`], which lists the names.
+    pub fn look_through(&mut self, name: &str) -> Result<(), SceneError> {
+        let found = self.cameras.iter().find(|camera| camera.name == name);
+        let known = || list(self.cameras.iter().map(|camera| camera.name.as_str()));
+        let missing = || SceneError::NoCamera { scene: self.name.clone(), name: name.to_owned(), known: known() };
+        self.camera = found.ok_or_else(missing)?.camera;
+        Ok(())
     }
 
     /// A scene from the text of a scene file, an OBJ and an MTL. The name in `obj` and all in `mtllib` stand for these.
@@ -109,14 +131,14 @@ impl Scene {
     }
 }
 
-fn from_obj(
+fn from_geometry(
     name: &str,
     file: &str,
     bytes: &[u8],
     reader: obj::Reader,
     options: LoadOptions,
 ) -> Result<Scene, SceneError> {
-    let mut soup = obj::read(name, file, bytes, reader, options)?;
+    let mut soup = geometry_file::read(name, file, bytes, reader, options)?;
     options.apply(&mut soup.materials, |_| false);
     assemble_lit(soup, options.light)
 }

@@ -2,8 +2,8 @@
 //!
 //! A [`Scene`] is what the rest of the program sees: triangles with one material each, in *unit coordinates*
 //! (centred, largest half extent 1), so that a room of 1e-6 or 1e+6 units gives the same picture. Lengths go back
-//! to the file's units through [`Scene::frame`]. Loaded from OBJ + MTL, from a TOML scene file that adds to an OBJ,
-//! or from a scene built in.
+//! to the file's units through [`Scene::frame`]. Loaded from OBJ + MTL, from glTF 2.0, from a TOML scene file that
+//! adds to one of these, or from a scene built in.
 //!
 //! Not handled: textures, Ks, smooth normals, curves, instances.
 
@@ -14,6 +14,8 @@ pub(crate) mod ceiling_light;
 pub(crate) mod encoding;
 pub(crate) mod error;
 pub(crate) mod file;
+pub(crate) mod geometry_file;
+pub(crate) mod gltf;
 pub(crate) mod libraries;
 pub(crate) mod light_table;
 pub(crate) mod lines;
@@ -33,7 +35,7 @@ pub(crate) mod warnings;
 pub use build::THINNEST;
 pub use camera::{DEFAULT_FOV, ViewError};
 pub use error::{Place, SceneError};
-pub use model::{AddedLight, Camera, Face, LoadOptions, Material, Scene, Sides, UnitFrame};
+pub use model::{AddedLight, Camera, Face, LoadOptions, Material, NamedCamera, Scene, Sides, UnitFrame};
 pub use mtl::DEFAULT_RHO;
 pub use obj::NO_MATERIAL;
 pub use punctual::{PunctualForm, PunctualLight, PunctualPlace};

@@ -33,6 +33,8 @@ pub struct Scene {
     pub sky: Option<Sky>,
     /// Where the picture is taken from, unit coordinates.
     pub camera: Camera,
+    /// The cameras that the file brings, unit coordinates; see [`Scene::look_through`].
+    pub cameras: Vec<NamedCamera>,
     /// From unit coordinates back to the file's.
     pub frame: UnitFrame,
     /// (alpha, tau) of every material that has none of its own, where the scene file gives one.
@@ -96,6 +98,15 @@ pub struct Camera {
     pub vertical_fov: f32,
 }
 
+/// A camera of a scene's file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedCamera {
+    /// The name that the file has for it.
+    pub name: String,
+    /// Where it is and how it looks.
+    pub camera: Camera,
+}
+
 /// `file = center + scale * unit`, in the file's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnitFrame {
@@ -133,10 +144,12 @@ impl Default for LoadOptions {
 }
 
 impl LoadOptions {
-    /// Sets the sides of all materials but those of which `said` is true.
+    /// Gives all materials the sides asked for, but those of which `said` is true and those with two sides already.
     pub(crate) fn apply(self, materials: &mut [Material], said: impl Fn(&str) -> bool) {
         for material in materials.iter_mut().filter(|material| !said(&material.name)) {
-            material.sides = self.two_sided;
+            if self.two_sided == Sides::Two {
+                material.sides = Sides::Two;
+            }
         }
     }
 }

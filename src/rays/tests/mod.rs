@@ -43,6 +43,7 @@ pub(crate) fn scene_of(triangles: &[[Vec3; 3]], materials: &[u32]) -> Scene {
         lights: Vec::new(),
         sky: None,
         camera: camera(),
+        cameras: Vec::new(),
         frame: UnitFrame { center: DVec3::ZERO, scale: 1.0 },
         transport: None,
         warnings: Vec::new(),

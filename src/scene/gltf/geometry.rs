@@ -1,0 +1,156 @@
+//! Triangles of a glTF scene: the meshes at its nodes, placed in the world.
+//!
+//! Lists, strips and fans are read, with indices or without. Where the determinant of a node's transform is negative
+//! corners are taken the other way round, so that fronts stay fronts (glTF 2.0, 3.7.4). Meshes at several nodes are
+//! written out once for each, which [`MOST_INSTANCED`] bounds.
+//!
+//! Not handled: points and lines (ignored with a warning), normals, skins, morph targets.
+
+use std::collections::{HashMap, HashSet};
+
+use glam::DVec3;
+use gltf_json::accessor::Type;
+use gltf_json::mesh::{Mesh, Mode, Primitive, Semantic};
+use gltf_json::validation::Checked;
+use gltf_json::{Accessor, Index};
+
+use crate::scene::build::{Polygon, Soup};
+use crate::scene::gltf::accessors::Data;
+use crate::scene::gltf::ignored::Ignored;
+use crate::scene::gltf::materials::name;
+use crate::scene::gltf::nodes::Placed;
+
+/// Points and corners that a scene may have by repeating its meshes, whatever its size.
+const MOST_INSTANCED: usize = 1 << 25;
+
+/// Points and corners that a scene may have for each byte of its buffers: a strip of bytes makes three each.
+const CORNERS_A_BYTE: usize = 4;
+
+/// What is being read.
+pub(super) struct Geometry<'a> {
+    pub data: Data<'a>,
+    pub soup: &'a mut Soup,
+    pub ignored: &'a mut Ignored,
+}
+
+impl Geometry<'_> {
+    /// Appends the meshes of all nodes to the soup, each node as an object.
+    pub fn take(&mut self, nodes: &[Placed]) -> Result<(), String> {
+        self.check_size(nodes)?;
+        for placed in nodes {
+            let Some(mesh) = placed.node.mesh else { continue };
+            let mesh = &self.data.root.meshes[mesh.value()];
+            let given = placed.node.name.as_ref().or(mesh.name.as_ref());
+            let object = name(&given.cloned(), "node", placed.number);
+            if placed.node.skin.is_some() {
+                self.ignored.add("skins of nodes", &object);
+            }
+            let mut points = HashMap::new();
+            for primitive in &mesh.primitives {
+                self.ignore(primitive, &object);
+                self.primitive(primitive, placed, &mut points).map_err(|what| format!("node `{object}`: {what}"))?;
+            }
+            self.soup.objects.push(object);
+        }
+        Ok(())
+    }
+
+    fn ignore(&mut self, primitive: &Primitive, object: &str) {
+        if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
+            self.ignored.add("morph targets of nodes", object);
+        }
+        if primitive.attributes.keys().any(|key| matches!(key, Checked::Valid(Semantic::Colors(_)))) {
+            self.ignored.add("colours of vertices, of nodes", object);
+        }
+        if triangles(primitive, 0).is_none() {
+            self.ignored.add("points and lines of nodes", object);
+        }
+    }
+
+    /// Appends a primitive. `points` has where the points of each accessor begin that the node has used before.
+    fn primitive(
+        &mut self,
+        primitive: &Primitive,
+        placed: &Placed,
+        points: &mut HashMap<usize, (usize, usize)>,
+    ) -> Result<(), String> {
+        let Some(position) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else { return Ok(()) };
+        if triangles(primitive, 0).is_none() {
+            return Ok(());
+        }
+        let (first, count) = match points.get(&position.value()) {
+            Some(known) => *known,
+            None => *points.entry(position.value()).or_insert(self.points(*position, placed)?),
+        };
+        let corners = self.corners(primitive, count)?;
+        let order = triangles(primitive, corners.len()).unwrap_or_default();
+        let mirrored = placed.to_world.determinant() < 0.0;
+        let material = primitive.material.map_or(self.soup.materials.len() - 1, |material| material.value()) as u32;
+        let object = self.soup.objects.len() as u32;
+        for [a, b, c] in order {
+            let turned = if mirrored { [a, c, b] } else { [a, b, c] };
+            self.soup.corners.extend(turned.map(|corner| first as u32 + corners[corner]));
+            let number = self.soup.polygons.len();
+            self.soup.polygons.push(Polygon { corners: 3, material, object, number });
+        }
+        Ok(())
+    }
+
+    /// Appends the points of an accessor and tells where they begin and how many they are.
+    fn points(&mut self, position: Index<Accessor>, placed: &Placed) -> Result<(usize, usize), String> {
+        let numbers = self.data.numbers(position, Type::Vec3)?;
+        let (first, count) = (self.soup.vertices.len(), numbers.len() / 3);
+        let world = |p: &[f64]| placed.to_world.transform_point3(DVec3::from_slice(p));
+        self.soup.vertices.extend(numbers.chunks_exact(3).map(world));
+        match self.soup.vertices[first..].iter().position(|point| !point.is_finite()) {
+            None => Ok((first, count)),
+            Some(wrong) => Err(format!("vertex {wrong} of accessor {position} is not finite")),
+        }
+    }
+
+    /// The numbers of the vertices that the primitive's corners are.
+    fn corners(&self, primitive: &Primitive, count: usize) -> Result<Vec<u32>, String> {
+        let Some(index) = primitive.indices else { return Ok((0..count as u32).collect()) };
+        let numbers = self.data.numbers(index, Type::Scalar)?;
+        match numbers.iter().find(|number| !(0.0..count as f64).contains(*number) || number.fract() != 0.0) {
+            None => Ok(numbers.into_iter().map(|number| number as u32).collect()),
+            Some(wrong) => Err(format!("accessor {index}: index {wrong}, but there are {count} vertices")),
+        }
+    }
+
+    /// Refuses scenes whose points and corners would be more than allowed, before any of them is read.
+    fn check_size(&self, nodes: &[Placed]) -> Result<(), String> {
+        let meshes: Vec<u64> = self.data.root.meshes.iter().map(|mesh| self.size(mesh)).collect();
+        let used = nodes.iter().filter_map(|placed| placed.node.mesh).map(|mesh| meshes[mesh.value()]);
+        let bytes: usize = self.data.buffers.iter().map(|bytes| bytes.len()).sum();
+        let most = MOST_INSTANCED.max(CORNERS_A_BYTE.saturating_mul(bytes)).min(u32::MAX as usize);
+        let fits = used.fold(0, u64::saturating_add) <= most as u64;
+        fits.then_some(()).ok_or_else(|| format!("its meshes, repeated, have more than {most} points and corners"))
+    }
+
+    /// Points of a mesh, each accessor once, and corners of its triangles at most.
+    fn size(&self, mesh: &Mesh) -> u64 {
+        let count = |index: &Index<Accessor>| self.data.root.accessors[index.value()].count.0;
+        let (mut known, mut size) = (HashSet::new(), 0u64);
+        for primitive in &mesh.primitives {
+            let Some(position) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else { continue };
+            let corners = count(primitive.indices.as_ref().unwrap_or(position)).saturating_mul(3);
+            let points = if known.insert(position.value()) { count(position) } else { 0 };
+            size = size.saturating_add(corners).saturating_add(points);
+        }
+        size
+    }
+}
+
+/// The triangles that so many corners make, as numbers of corners; none for points and lines.
+fn triangles(primitive: &Primitive, corners: usize) -> Option<Vec<[usize; 3]>> {
+    let Checked::Valid(mode) = primitive.mode else { return None };
+    let strip = |i: usize| if i.is_multiple_of(2) { [i, i + 1, i + 2] } else { [i, i + 2, i + 1] };
+    let last = corners.saturating_sub(2);
+    match mode {
+        Mode::Triangles => Some((0..corners / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect()),
+        Mode::TriangleStrip => Some((0..last).map(strip).collect()),
+        Mode::TriangleFan => Some((0..last).map(|i| [i + 1, i + 2, 0]).collect()),
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => None,
+    }
+}
