@@ -1,8 +1,8 @@
 //! Where walks of light start: a point of an emitting side, a half of the sky, or a light without area; each chosen by
 //! its power.
 //!
-//! A light of radiant intensity I has the power `integral of I dω` in all; where its light weakens otherwise than by the
-//! square of the distance, the power that a walk carries depends on how far it comes:
+//! A light of radiant intensity I has the power `integral of I dω` in all; where its light weakens otherwise than by
+//! the square of the distance, the power that a walk carries depends on how far it comes:
 //! `I d² / (a0 + a1 d + a2 d²)` to the solid angle. Parallel light starts from a disc that shades the whole scene.
 //!
 //! Not handled: where the walk goes from there.
