@@ -50,7 +50,7 @@ pub enum SceneError {
     NoSuchScene { name: String, known: String },
 
     /// The path's extension is none of `.obj`, `.glb`, `.gltf` and `.toml`.
-    #[error("{file} is neither an OBJ nor a glTF nor a scene file")]
+    #[error("{file} is neither an OBJ nor a scene file nor glTF")]
     #[diagnostic(help("name it *.obj (Wavefront OBJ), *.glb or *.gltf (glTF 2.0), or *.toml (a scene file)"))]
     UnknownKind { file: String },
 
