@@ -279,9 +279,9 @@ mod tests {
             assert!((found.invisible / (0.5 * expected) - 1.0).abs().max_element() < 1e-5);
         }
         // Without weakening E = I cos, whose integral over a wall is known: from the middle of the cube, a wall at
-        // distance 1 gets the integral of 1/r over [-1, 1]², 8 ln(1 + sqrt(2)).
+        // distance 1 gets the integral of (1 + x² + y²)^-1/2 over [-1, 1]², 8 ln((1 + sqrt 3) / sqrt 2) - 2 pi / 3.
         let even = PunctualPlace { position: DVec3::ZERO, attenuation: [1.0, 0.0, 0.0] };
-        let walls = 6.0 * 8.0 * (1.0 + 2f64.sqrt()).ln();
+        let walls = 6.0 * (8.0 * ((1.0 + 3f64.sqrt()) / 2f64.sqrt()).ln() - 2.0 * PI / 3.0);
         let found = lit_cube(PunctualForm::Point(even)).visible.x / (0.5 * walls);
         assert!((found - 1.0).abs() < 0.01, "{found}");
         // Parallel light meets the outside of opaque walls, which is black.
