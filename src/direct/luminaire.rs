@@ -17,6 +17,7 @@ use crate::direct::convex_luminaires::convex_parts;
 use crate::direct::large_emitters::carried;
 use crate::direct::luminaire_parts::divided;
 use crate::form_factors::geometry::hull::bounds;
+use crate::form_factors::geometry::plane::sees_front;
 use crate::form_factors::geometry::shadow::{Caster, Pieces, visible_form};
 use crate::form_factors::geometry::silhouette::Outline;
 use crate::form_factors::point_to_polygon;
@@ -192,8 +193,8 @@ impl Luminaire {
     pub fn exact_form(&self, x: Vec3, n: Vec3) -> f64 {
         self.closed_form(x, n).unwrap_or_else(|| {
             let (x, n) = (x.as_dvec3(), n.as_dvec3());
-            let form = |t: &EmittingTriangle| point_to_polygon(n, &t.exact.map(|p| p - x));
-            self.triangles.iter().map(form).sum()
+            let relative = self.triangles.iter().map(|t| t.exact.map(|p| p - x));
+            relative.filter(|corners| sees_front(corners)).map(|corners| point_to_polygon(n, &corners)).sum()
         })
     }
 
@@ -244,6 +245,7 @@ impl Luminaire {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rays::sobol::hash;
     use glam::DVec3;
 
     /// A dark floor and panels of one emitting material, as many as `objects`, each its own object.
@@ -277,5 +279,27 @@ mod tests {
         assert_eq!((few.list.len(), few.carries), (2, vec![false, true]));
         let many = Luminaires::new(&panels(9, 2.0));
         assert_eq!((many.list.len(), many.carries), (9, vec![false, true]));
+    }
+
+    /// Points of a sheet are kept in single precision, so half of them lie before its other side by their rounding.
+    #[test]
+    fn a_sheet_that_glows_on_both_sides_does_not_light_itself() {
+        let glow = crate::scene::Material { sides: Sides::Two, ..panels(1, 1.0).materials[1].clone() };
+        let corners = [(0.1, 0.2, -0.3), (0.9, 0.4, -0.1), (0.8, 0.7, 0.6), (0.0, 0.5, 0.4)];
+        let corners = corners.map(|(x, y, z)| DVec3::new(x, y, z));
+        let faces = [(vec![0, 1, 2, 3], 0)];
+        let scene = Scene::from_faces("sheet", &corners, &faces, vec![glow]).expect("a correct scene");
+        let sides = [Side::Front, Side::Back].map(|side| Luminaire::new(&scene, &[0, 1], side));
+        for k in 0..1000 {
+            let at = |dimension: u32| (hash(k, dimension) >> 8) as f32 / (1 << 24) as f32;
+            let point = sides[0].point(at(0), at(1));
+            for normal in [point.normal, -point.normal].map(|n| n.as_vec3()) {
+                for lamp in &sides {
+                    let pieces = &mut Pieces::default();
+                    let beside = lamp.visible_form(point.position, normal, std::iter::empty(), pieces);
+                    assert_eq!((lamp.exact_form(point.position, normal), beside), (0.0, Some(0.0)));
+                }
+            }
+        }
     }
 }

@@ -23,6 +23,18 @@ impl Plane {
     }
 }
 
+/// Distance from a face's plane within which a point counts as lying on the face, unit coordinates. Points of the scene's
+/// surface are kept in single precision, off by about 2e-7. Without it, a point of one side of a glowing face would
+/// half of the time lie before the other side by its rounding, and be lit as if that filled its sky.
+pub(crate) const ON_FACE: f64 = 1e-6;
+
+/// Whether the origin lies before the front of a polygon, further than a point of it would by its rounding.
+pub(crate) fn sees_front(corners: &[DVec3]) -> bool {
+    let [a, b, c] = [0, 1, 2].map(|k| corners[k]);
+    let across = (b - a).cross(c - a);
+    a.dot(across) < -ON_FACE * across.length()
+}
+
 /// The plane of a polygon.
 pub(crate) fn plane_of(polygon: &[DVec3], flat: f64) -> Plane {
     let normal = area_vector(polygon).normalize();

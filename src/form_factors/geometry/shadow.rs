@@ -11,7 +11,7 @@
 use glam::DVec3;
 
 use crate::form_factors::geometry::lambert::signed_edges;
-use crate::form_factors::geometry::plane::towards;
+use crate::form_factors::geometry::plane::{sees_front, towards};
 use crate::patches::clip::cut;
 
 /// Corners of a piece at most, where there is a limit: a triangle cut by the horizon and by a few cones.
@@ -212,8 +212,7 @@ pub(crate) fn visible_form<'a>(
 ) -> Option<f64> {
     pieces.now.count = 0;
     for corners in polygons {
-        let [a, b, c] = [0, 1, 2].map(|k| corners[k] - x);
-        if a.dot((b - a).cross(c - a)) < 0.0 {
+        if sees_front(&[0, 1, 2].map(|k| corners[k] - x)) {
             pieces.add_above(n, corners.iter().map(|p| p - x));
         }
     }

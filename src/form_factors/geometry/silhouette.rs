@@ -11,6 +11,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use crate::form_factors::geometry::lambert::{clip_to_horizon, edge_term, signed_edges};
+use crate::form_factors::geometry::plane::ON_FACE;
 
 /// A triangle mesh with its edges.
 #[derive(Clone, Debug)]
@@ -23,7 +24,7 @@ pub(crate) struct Outline {
 #[derive(Clone, Debug)]
 struct Face {
     corners: [u32; 3],
-    /// The plane `normal · x = offset`, front where it is greater.
+    /// The plane `normal · x = offset` with a unit normal, front where it is greater.
     normal: DVec3,
     offset: f64,
 }
@@ -69,7 +70,7 @@ impl Outline {
                 })
             });
             let [a, b, c] = triangle;
-            let normal = (b - a).cross(c - a);
+            let normal = (b - a).cross(c - a).normalize_or_zero();
             mesh.faces.push(Face { corners, normal, offset: normal.dot(a) });
         }
         mesh.find_edges();
@@ -92,14 +93,15 @@ impl Outline {
         }
     }
 
-    /// Form factor from the point x with unit normal n to the mesh's front, nothing between.
+    /// Form factor from the point x with unit normal n to the mesh's front, nothing between; faces that x lies on count
+    /// for nothing.
     pub fn form(&self, x: DVec3, n: DVec3) -> f64 {
         let mut seen = Bits([0; Outline::MOST_FACES / 64]);
         let mut sum = 0.0;
         let at = |k: u32| self.corners[k as usize] - x;
         // Sort faces into whole, cut by the horizon, and unseen.
         for (k, face) in self.faces.iter().enumerate() {
-            if face.normal.dot(x) <= face.offset {
+            if face.normal.dot(x) <= face.offset + ON_FACE {
                 continue;
             }
             let corners = face.corners.map(at);
