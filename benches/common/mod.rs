@@ -5,11 +5,11 @@
 use std::f32::consts::TAU;
 
 use glam::{DVec3, Quat, Vec3};
-use halflight::light::{Rgb, Visibility};
+use halflight::light::Rgb;
 use halflight::rays::sobol::hash;
 use halflight::rays::warp::{cosine_direction, triangle_point};
 use halflight::rays::{End, Ray};
-use halflight::scene::{Camera, Face, Material, Scene, Sides, UnitFrame};
+use halflight::scene::{Camera, Face, Material, Scene, UnitFrame};
 
 /// A triangle.
 pub type Corners = [Vec3; 3];
@@ -69,15 +69,7 @@ pub fn tessellated(n: u32) -> Vec<Corners> {
 pub fn scene_of(triangles: &[Corners]) -> Scene {
     let faces =
         (0..triangles.len() as u32).map(|f| Face { vertices: [3 * f, 3 * f + 1, 3 * f + 2], material: 0, object: 0 });
-    let grey = Material {
-        name: "grey".into(),
-        rho: Rgb::splat(0.5),
-        emission: Rgb::ZERO,
-        visibility: Visibility::Seen,
-        alpha: None,
-        tau: None,
-        sides: Sides::One,
-    };
+    let grey = Material::new("grey", Rgb::splat(0.5), Rgb::ZERO);
     Scene {
         name: "bench".into(),
         vertices: triangles.concat(),

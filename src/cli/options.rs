@@ -45,6 +45,9 @@ pub struct Completion {
     /// Add a luminaire or a sky to the scene
     #[arg(long, value_enum)]
     pub light: Option<AddedLight>,
+    /// Show highlights of direct light, by Ks and Ns of the MTL
+    #[arg(long)]
+    pub highlights: bool,
 }
 
 /// The scene and its modes.
@@ -97,7 +100,8 @@ impl Completion {
     /// Reads and checks the scene of that name or path, and tells its warnings to `warn`.
     pub fn load(&self, scene: &str, warn: impl FnMut(&String)) -> Result<Scene, CliError> {
         let two_sided = if self.two_sided { Sides::Two } else { Sides::One };
-        let options = LoadOptions { two_sided, reflectance: self.reflectance, light: self.light };
+        let Completion { reflectance, light, highlights, .. } = *self;
+        let options = LoadOptions { two_sided, reflectance, light, highlights };
         let scene = Scene::open_with(scene, options)?;
         scene.warnings.iter().for_each(warn);
         Ok(scene)

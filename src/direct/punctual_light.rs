@@ -38,8 +38,9 @@ struct Falling {
 }
 
 impl Falling {
-    /// What falls from a light on a point with unit normal; `None` where nothing does.
-    fn new(light: &PunctualLight, x: DVec3, n: DVec3) -> Option<Falling> {
+    /// What falls from a light on a point, `weigh(l)` standing for n·l, l the unit vector to the light; `None` where
+    /// nothing does.
+    fn new(light: &PunctualLight, x: DVec3, weigh: &impl Fn(DVec3) -> f64) -> Option<Falling> {
         let (way, share, distance) = match light.form {
             PunctualForm::Point(place) => at(&place, x, |_| 1.0),
             PunctualForm::Spot { place, direction, exponent, cutoff } => at(&place, x, |way| {
@@ -48,7 +49,7 @@ impl Falling {
             }),
             PunctualForm::Directional { direction } => (-direction, 1.0, AWAY),
         };
-        let irradiance = n.dot(way) * share;
+        let irradiance = weigh(way) * share;
         // NaN where the two points are one.
         (irradiance > 0.0).then(|| Falling {
             light: light.intensity.as_dvec3() * (irradiance / PI),
@@ -72,8 +73,20 @@ fn at(place: &PunctualPlace, x: DVec3, spot: impl Fn(DVec3) -> f64) -> (DVec3, f
 impl Lighting<'_> {
     /// Irradiance over pi from all lights without area at a receiver, W/(m² sr), and the rays cast.
     pub fn gather_punctual(&self, receiver: &SurfacePoint, scratch: &mut Scratch) -> (DVec3, u64) {
-        let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
-        let each = self.luminaires.punctual.iter().filter_map(|light| Falling::new(light, x, n));
+        let n = receiver.normal.as_dvec3();
+        self.gather_weighted(receiver, |way| n.dot(way), scratch)
+    }
+
+    /// Light of all lights without area at a receiver, W/(m² sr), where of each `weigh(l)` stands for n·l, l the unit
+    /// vector to it; and the rays cast.
+    pub(crate) fn gather_weighted(
+        &self,
+        receiver: &SurfacePoint,
+        weigh: impl Fn(DVec3) -> f64,
+        scratch: &mut Scratch,
+    ) -> (DVec3, u64) {
+        let x = receiver.position.as_dvec3();
+        let each = self.luminaires.punctual.iter().filter_map(|light| Falling::new(light, x, &weigh));
         if self.sight.punctual == Occlusion::Nothing {
             return (each.map(|f| f.light).sum(), 0);
         }

@@ -10,6 +10,7 @@ use glam::{DVec3, Vec3};
 
 use crate::direct::{DirectSum, LightCuts, Scratch as Memory};
 use crate::gather::fields::Fields;
+use crate::gather::highlights::Highlights;
 use crate::gather::pixel::Pixel;
 use crate::gather::pixel_layer::SurfaceKey;
 use crate::gather::view::View;
@@ -20,6 +21,8 @@ use crate::surfaces::SurfacePoint;
 
 /// Tells the two halves' scramblings apart.
 const HALVES: [u32; 2] = [0x9a7e_0000, 0x3c6e_f372];
+/// Keeps the points of highlights apart from those of diffuse light.
+const HIGHLIGHTS: u32 = 0x676c_6f73;
 
 /// How camera rays are drawn.
 #[derive(Clone, Copy, Debug)]
@@ -42,13 +45,15 @@ pub(crate) struct CameraRays<'a> {
     seed: u32,
     /// No hemisphere ray finds any light.
     dark: bool,
+    /// Where some material shows any.
+    highlights: Option<Highlights<'a>>,
 }
 
 /// Memory that one thread uses again for each pixel.
 pub(crate) struct Scratch {
     memory: Memory,
     sums: Vec<DirectSum>,
-    /// Light of luminaires that are too many for a sum each, and of lights without area.
+    /// Light of luminaires that are too many for a sum each, of lights without area, and highlights.
     linked: DVec3,
 }
 
@@ -68,7 +73,8 @@ impl<'a> CameraRays<'a> {
         let visibility = sampling.visibility.max(1);
         let most = view.sight.cuts.as_ref().map_or(1, |_| LightCuts::MOST_DRAWN);
         let sobol = Sobol::new((sampling.tabled * visibility * most) as usize, 4);
-        CameraRays { view, fields, sobol, visibility, seed: sampling.seed, dark: fields.is_dark() }
+        let (seed, dark, highlights) = (sampling.seed, fields.is_dark(), Highlights::new(view));
+        CameraRays { view, fields, sobol, visibility, seed, dark, highlights }
     }
 
     /// Memory for one thread.
@@ -132,11 +138,22 @@ impl<'a> CameraRays<'a> {
         pixel.emission += emitted;
         pixel.emitting += u32::from(emitted != DVec3::ZERO);
         pixel.lit[ray.half] += emitted;
-        if material.rho == Rgb::ZERO {
+        if material.rho == Rgb::ZERO && material.gloss.is_none() {
             return;
         }
         pixel.reflecting += 1;
         let receiver = view.surface_point(hit.face, hit.side, position);
+        if let (Some(highlights), Some(gloss)) = (&self.highlights, material.gloss) {
+            let seed = hash(HIGHLIGHTS, ray.seed);
+            let draw = |d: usize, seed: u32| f64::from(self.sobol.point(ray.index, d, seed));
+            let draws = [seed, !seed].map(|seed| (draw(2, seed), draw(3, seed)));
+            let (light, cast) = highlights.gather(&receiver, gloss, draws, &mut scratch.memory);
+            scratch.linked += light;
+            pixel.rays += cast;
+        }
+        if material.rho == Rgb::ZERO {
+            return;
+        }
         let rho = material.rho.as_dvec3();
         pixel.rays += self.add_direct(&receiver, patch, rho, ray, scratch);
         if !self.dark {

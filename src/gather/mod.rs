@@ -4,7 +4,7 @@
 //! hemisphere rays at irradiance records (G. Ward, F. Rubinstein, R. Clear, *A ray tracing solution for diffuse
 //! interreflection*, 1988) and interpolated between them. Every part of the error is estimated beside the picture.
 //!
-//! Not handled: specular reflection, depth of field, motion.
+//! Not handled: specular reflection of what was reflected before, depth of field, motion.
 
 pub(crate) mod adaptive_sampling;
 pub(crate) mod budget;
@@ -20,6 +20,7 @@ pub(crate) mod gathered;
 pub(crate) mod gradients;
 pub(crate) mod guiding;
 pub(crate) mod guiding_density;
+pub(crate) mod highlights;
 pub(crate) mod importance;
 pub(crate) mod importance_paths;
 pub(crate) mod indirect_light;

@@ -10,12 +10,14 @@
 //! ```
 //!
 //! Transmission does not change direction, so tau acts inside the form factors and not in this matrix.
-//! Radiance is in W/(m² sr) per RGB channel. Not handled: spectra, polarisation, glossy reflection.
+//! Radiance is in W/(m² sr) per RGB channel. Not handled: spectra, polarisation, glossy reflection but for highlights of direct light ([`Gloss`]).
 //!
 //! Source: D. C. Banks, K. M. Beason, *Retro-rendering with vector-valued light*, SPIE 6060, 2006.
 
+pub(crate) mod gloss;
 pub(crate) mod mode;
 
+pub use gloss::Gloss;
 pub use mode::{Mode, Transport, TransportError};
 
 use nalgebra::Matrix2;

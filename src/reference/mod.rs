@@ -5,7 +5,7 @@
 //! A picture comes with the standard error of every pixel, and each bounce order comes apart.
 //!
 //! ```text
-//! pixel        = E_visible + rho I                          at the first surface, whatever its tau
+//! pixel        = E_visible + rho I + highlights of E        at the first surface, whatever its tau
 //! I (incident) = mean over cosine-distributed directions of
 //!                sum over crossings c of [c is met on a side that sends] T_c (E_c + alpha_c rho_c I_c)
 //! T_c          = product of tau of the surfaces crossed before c
@@ -16,6 +16,7 @@
 //! Source: D. C. Banks, K. M. Beason, *Retro-rendering with vector-valued light*, SPIE 6060, 2006.
 
 pub(crate) mod emitters;
+pub(crate) mod highlight;
 pub(crate) mod moments;
 pub(crate) mod path;
 pub(crate) mod punctual;

@@ -20,6 +20,8 @@
 
 use std::f32::consts::PI;
 
+use glam::Vec3;
+
 use crate::light::Rgb;
 use crate::rays::{End, Hit, Ray, Rays, Side};
 use crate::reference::emitters::Emitters;
@@ -94,6 +96,10 @@ impl Space<'_> {
         found.add(0, matter.emitted.visible);
         let (mut point, mut throughput) = (self.surfaces.point(&hit), matter.rho);
         let reference = throughput.max_element();
+        if let Some(gloss) = matter.gloss.filter(|_| self.max_bounces > 0) {
+            let light = self.highlight(&point, gloss, camera, random, hits, &mut found.rays);
+            found.add(1, light);
+        }
         for order in 1_u32.. {
             if throughput == Rgb::ZERO {
                 break;
@@ -130,8 +136,12 @@ impl Space<'_> {
 
     /// A cosine-distributed ray from a point; its crossings as far as light comes through.
     fn cast(&self, point: &SurfacePoint, random: &mut Random, hits: &mut Vec<Hit>) -> Ray {
-        let ray =
-            Ray { origin: point.position, direction: random.cosine_direction(point.normal), source: Some(point.face) };
+        self.cast_along(point, random.cosine_direction(point.normal), hits)
+    }
+
+    /// A ray from a point; its crossings as far as light comes through.
+    pub(super) fn cast_along(&self, point: &SurfacePoint, direction: Vec3, hits: &mut Vec<Hit>) -> Ray {
+        let ray = Ray { origin: point.position, direction, source: Some(point.face) };
         if self.surfaces.opaque {
             hits.clear();
             hits.extend(self.rays.closest(&ray));
@@ -142,7 +152,7 @@ impl Space<'_> {
     }
 
     /// The crossings that send light towards the start of the ray, each with T_c.
-    fn sending<'s>(&'s self, hits: &'s [Hit]) -> impl Iterator<Item = (&'s Hit, &'s Matter, f32)> {
+    pub(super) fn sending<'s>(&'s self, hits: &'s [Hit]) -> impl Iterator<Item = (&'s Hit, &'s Matter, f32)> {
         let mut through = 1.0;
         let crossings = hits.iter().map_while(move |hit| {
             let before = through;
@@ -201,7 +211,7 @@ impl Space<'_> {
     }
 
     /// The product of tau between two points.
-    fn through(&self, (from, to): (End, End), hits: &mut Vec<Hit>) -> f32 {
+    pub(super) fn through(&self, (from, to): (End, End), hits: &mut Vec<Hit>) -> f32 {
         if self.surfaces.opaque {
             f32::from(u8::from(self.rays.visible(from, to)))
         } else {
@@ -232,7 +242,7 @@ impl Space<'_> {
 
 /// Weight of a point found with density `own` where another way finds it with density `other`.
 #[inline]
-fn power_heuristic(own: f32, other: f32) -> f32 {
+pub(super) fn power_heuristic(own: f32, other: f32) -> f32 {
     let ratio = other / own;
     1.0 / (1.0 + ratio * ratio)
 }

@@ -43,7 +43,7 @@ pub(crate) fn drawn(lights: &[PunctualLight], point: &SurfacePoint, random: &mut
 }
 
 /// What one light sends; none where the vertex faces away or lies outside its cone.
-fn sent(light: &PunctualLight, point: &SurfacePoint) -> Option<Sent> {
+pub(super) fn sent(light: &PunctualLight, point: &SurfacePoint) -> Option<Sent> {
     let spot = match light.form {
         PunctualForm::Directional { direction } => {
             let way = -direction.as_vec3();

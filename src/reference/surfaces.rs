@@ -4,7 +4,7 @@
 
 use glam::Vec3;
 
-use crate::light::{Light, Rgb, Transport};
+use crate::light::{Gloss, Light, Rgb, Transport};
 use crate::rays::{Hit, Side};
 use crate::scene::{Scene, Sides};
 
@@ -28,6 +28,8 @@ pub(crate) struct Matter {
     pub emitted: Light,
     /// Share of light that goes through.
     pub tau: f32,
+    /// Highlights of direct light.
+    pub gloss: Option<Gloss>,
     sides: Sides,
 }
 
@@ -78,6 +80,7 @@ impl Surfaces {
             passed_on: t.alpha * m.rho,
             emitted: m.emitted(),
             tau: t.tau,
+            gloss: m.gloss,
             sides: m.sides,
         });
         let taus: Vec<f32> = transports.iter().map(|t| t.tau).collect();

@@ -10,9 +10,10 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
+use crate::light::Gloss;
 use crate::scene::camera::ViewError;
 use crate::scene::error::{Place, SceneError};
-use crate::scene::mtl::{check_emission, check_rho};
+use crate::scene::mtl::{check_emission, check_gloss, check_rho};
 use crate::scene::polygon::{Cover, MOST_CORNERS, Triangulator};
 use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::warnings::Tally;
@@ -112,6 +113,9 @@ fn check_arrays(
         let place = || Place::item(name, "material", number);
         check_rho(material.rho.as_dvec3().to_array(), &material.name, place)?;
         check_emission(material.emission.as_dvec3().to_array(), &material.name, place)?;
+        if let Some(Gloss { specular, exponent }) = material.gloss {
+            check_gloss(&specular.extend(exponent).to_array().map(f64::from), &material.name, place)?;
+        }
         material.check_transport().map_err(|source| SceneError::Transport { place: place(), source })?;
     }
     for (number, face) in faces.iter().enumerate() {

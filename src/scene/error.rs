@@ -133,6 +133,11 @@ pub enum SceneError {
     #[diagnostic(help("Ke or `emission` is E, a radiance in W/(m² sr): 0 or more, below 3e38"))]
     Emission { place: Place, material: String, value: f64 },
 
+    /// A Ks or Ns that is negative or infinite.
+    #[error("{place}: material `{material}` has {value} for its highlight; Ks and Ns are finite and not negative")]
+    #[diagnostic(help("Ks is a share of light and Ns an exponent: 0 or more"))]
+    Gloss { place: Place, material: String, value: f64 },
+
     /// A scene file's name of a material that neither a library defines nor a face uses.
     #[error("{place}: there is no material `{name}`")]
     #[diagnostic(help("the materials are: {known}"))]

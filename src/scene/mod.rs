@@ -5,7 +5,7 @@
 //! to the file's units through [`Scene::frame`]. Loaded from OBJ + MTL, from glTF 2.0, from a TOML scene file that
 //! adds to one of these, or from a scene built in.
 //!
-//! Not handled: textures, Ks, smooth normals, curves, instances.
+//! Not handled: textures, smooth normals, curves, instances.
 
 pub(crate) mod build;
 pub mod builtin;

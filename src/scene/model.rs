@@ -4,7 +4,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::light::{Light, Rgb, Transport, TransportError, Visibility};
+use crate::light::{Gloss, Light, Rgb, Transport, TransportError, Visibility};
 use crate::scene::punctual::PunctualLight;
 use crate::scene::sky::Sky;
 
@@ -71,6 +71,8 @@ pub struct Material {
     pub tau: Option<f32>,
     /// Which sides of its faces reflect and emit.
     pub sides: Sides,
+    /// Highlights of direct light, where it has any (MTL `Ks` and `Ns`, under [`LoadOptions::highlights`]).
+    pub gloss: Option<Gloss>,
 }
 
 /// Which sides of a face reflect and emit.
@@ -125,6 +127,8 @@ pub struct LoadOptions {
     pub reflectance: f32,
     /// Light that the files do not have.
     pub light: Option<AddedLight>,
+    /// Whether materials show highlights by their `Ks` and `Ns`.
+    pub highlights: bool,
 }
 
 /// Light added to a scene.
@@ -139,7 +143,7 @@ pub enum AddedLight {
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        LoadOptions { two_sided: Sides::One, reflectance: 0.5, light: None }
+        LoadOptions { two_sided: Sides::One, reflectance: 0.5, light: None, highlights: false }
     }
 }
 
@@ -165,6 +169,7 @@ impl Material {
             alpha: None,
             tau: None,
             sides: Sides::One,
+            gloss: None,
         }
     }
 

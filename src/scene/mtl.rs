@@ -1,14 +1,18 @@
-//! Material libraries: `newmtl`, `Kd` (the reflectance rho) and `Ke` (emitted radiance), checked line by line.
+//! Material libraries: `newmtl`, `Kd` (the reflectance rho), `Ke` (emitted radiance), and where highlights are asked for
+//! `Ks` and `Ns` (Phong's specular term), checked line by line.
 //!
 //! The text is decoded already. One number after `Kd` or `Ke` is a grey. A material without `Kd` reflects
-//! [`DEFAULT_RHO`], with a warning. Of two materials of one name the first counts. Not handled: textures and nonzero
-//! `Ks` (a warning each), `spectral` and `xyz` colours (an error), transparency and illumination models (ignored).
+//! [`DEFAULT_RHO`], with a warning; without `Ns` the exponent is 0, as OpenGL has it. Of two materials of one name the
+//! first counts. Not handled: textures, and nonzero `Ks` where no highlights are asked for (a warning each), `spectral` and `xyz` colours (an error), transparency and illumination models (ignored).
 //!
 //! Source: Wavefront, *MTL Material Format*, Advanced Visualizer manual.
 
 use std::collections::HashMap;
 use std::fmt::Write;
 
+use glam::DVec3;
+
+use crate::light::{Gloss, Rgb};
 use crate::scene::error::{Place, SceneError};
 use crate::scene::lines;
 use crate::scene::lines::Statement;
@@ -24,6 +28,8 @@ struct Entry {
     line: usize,
     kd: Option<[f64; 3]>,
     ke: Option<[f64; 3]>,
+    ks: Option<[f64; 3]>,
+    ns: f64,
 }
 
 /// The materials of all libraries of an OBJ, in order.
@@ -31,8 +37,17 @@ struct Entry {
 pub(crate) struct Libraries {
     entries: Vec<Entry>,
     index: HashMap<String, usize>,
+    /// Whether `Ks` and `Ns` are read.
+    highlights: bool,
     /// Warnings of every library read so far.
     pub warnings: Vec<String>,
+}
+
+impl Entry {
+    /// A material that says nothing.
+    fn new(name: &str, line: usize) -> Entry {
+        Entry { name: name.to_owned(), line, kd: None, ke: None, ks: None, ns: 0.0 }
+    }
 }
 
 #[derive(Default)]
@@ -44,12 +59,17 @@ struct Tallies {
 }
 
 impl Libraries {
+    /// No materials yet; `Ks` and `Ns` are read where `highlights` are asked for.
+    pub fn new(highlights: bool) -> Libraries {
+        Libraries { highlights, ..Libraries::default() }
+    }
+
     /// Reads one library.
     pub fn read(&mut self, file: &str, text: &str) -> Result<(), SceneError> {
         let mut tallies = Tallies::default();
         let mut entries: Vec<Entry> = Vec::new();
         for statement in lines::statements(text) {
-            read_statement(file, &statement, &mut entries, &mut tallies)?;
+            read_statement(file, &statement, self.highlights, &mut entries, &mut tallies)?;
         }
         for entry in entries {
             self.push(entry, &mut tallies);
@@ -65,7 +85,7 @@ impl Libraries {
 
     /// Adds a grey that emits nothing, for a name that no library defines; its index.
     pub fn add_grey(&mut self, name: &str, rho: f32) -> usize {
-        let entry = Entry { name: name.to_owned(), line: 0, kd: Some([f64::from(rho); 3]), ke: None };
+        let entry = Entry { kd: Some([f64::from(rho); 3]), ..Entry::new(name, 0) };
         self.index.insert(name.to_owned(), self.entries.len());
         self.entries.push(entry);
         self.entries.len() - 1
@@ -74,6 +94,14 @@ impl Libraries {
     /// All names, in order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.entries.iter().map(|entry| entry.name.as_str())
+    }
+
+    /// The highlights of every material, in order.
+    pub fn gloss(&self) -> impl Iterator<Item = Option<Gloss>> {
+        self.entries.iter().map(|entry| {
+            let specular = entry.ks.map(|ks| DVec3::from_array(ks).as_vec3()).filter(|ks| *ks != Rgb::ZERO)?;
+            Some(Gloss { specular, exponent: entry.ns as f32 })
+        })
     }
 
     /// An MTL text of nothing but checked `newmtl`, `Kd` and `Ke`; material i is named by `rename(i)`.
@@ -104,7 +132,7 @@ impl Libraries {
         let no_kd = format!("it reflects {DEFAULT_RHO}");
         for (tally, noun, consequence) in [
             (&tallies.textures, "texture", "textures are not modelled; Kd and Ke alone count"),
-            (&tallies.specular, "Ks", "specular reflection is not modelled; the material is diffuse"),
+            (&tallies.specular, "Ks", "left out; --highlights shows highlights of direct light"),
             (&tallies.no_kd, "missing Kd", no_kd.as_str()),
             (&tallies.twice, "repeated definition", "the first one counts"),
         ] {
@@ -116,12 +144,12 @@ impl Libraries {
 fn read_statement(
     file: &str,
     statement: &Statement,
+    highlights: bool,
     entries: &mut Vec<Entry>,
     tallies: &mut Tallies,
 ) -> Result<(), SceneError> {
     if statement.keyword() == "newmtl" {
-        let (name, line) = (statement.name(file)?.to_owned(), statement.line);
-        entries.push(Entry { name, line, kd: None, ke: None });
+        entries.push(Entry::new(statement.name(file)?, statement.line));
         return Ok(());
     }
     match (statement.keyword(), entries.last_mut()) {
@@ -130,6 +158,8 @@ fn read_statement(
         }
         ("Kd", Some(entry)) => entry.kd = Some(rho(file, statement, &entry.name)?),
         ("Ke", Some(entry)) => entry.ke = Some(emission(file, statement, &entry.name)?),
+        ("Ks", Some(entry)) if highlights => entry.ks = Some(specular(file, statement, &entry.name)?),
+        ("Ns", Some(entry)) if highlights => entry.ns = exponent(file, statement, &entry.name)?,
         ("Ks", Some(entry)) if is_nonzero(statement) => {
             tallies.specular.add_named(statement.line, &entry.name);
         }
@@ -171,6 +201,31 @@ fn emission(file: &str, statement: &Statement, material: &str) -> Result<[f64; 3
     let ke = colour(file, statement)?;
     check_emission(ke, material, || Place::line(file, statement.line))?;
     Ok(ke)
+}
+
+fn specular(file: &str, statement: &Statement, material: &str) -> Result<[f64; 3], SceneError> {
+    let ks = colour(file, statement)?;
+    check_gloss(&ks, material, || Place::line(file, statement.line))?;
+    Ok(ks)
+}
+
+fn exponent(file: &str, statement: &Statement, material: &str) -> Result<f64, SceneError> {
+    let words: Vec<&str> = statement.words().collect();
+    let [word] = words[..] else {
+        return Err(statement.malformed(file, "one number", &words.len().to_string()));
+    };
+    let ns = statement.number(file, word)?;
+    check_gloss(&[ns], material, || Place::line(file, statement.line))?;
+    Ok(ns)
+}
+
+/// Refuses numbers of a highlight that are negative, NaN, or infinite in single precision.
+pub(crate) fn check_gloss(numbers: &[f64], material: &str, place: impl Fn() -> Place) -> Result<(), SceneError> {
+    let limit = 0.0..=f64::from(f32::MAX);
+    match numbers.iter().find(|value| !limit.contains(value)) {
+        Some(&value) => Err(SceneError::Gloss { place: place(), material: lines::shorten(material), value }),
+        None => Ok(()),
+    }
 }
 
 /// Refuses a reflectance outside 0..=1 (NaN included).

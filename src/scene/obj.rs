@@ -11,7 +11,7 @@
 
 use glam::DVec3;
 
-use crate::light::Rgb;
+use crate::light::{Gloss, Rgb};
 use crate::scene::build::{Polygon, Soup};
 use crate::scene::encoding::Latin;
 use crate::scene::error::{Place, SceneError};
@@ -40,7 +40,7 @@ pub(crate) fn read(
     }
     let rho = options.reflectance;
     check_rho([f64::from(rho); 3], NO_MATERIAL, || Place::item(file, "line", text.face_lines[0]))?;
-    let mut libraries = libraries::read(file, &text.libraries, reader, &mut latin)?;
+    let mut libraries = libraries::read(file, &text.libraries, reader, &mut latin, options.highlights)?;
     latin.report(&mut libraries.warnings);
     let used = find_materials(file, &text, &mut libraries, rho);
     let (models, materials) = parse(file, &text, &libraries, &used)?;
@@ -49,7 +49,7 @@ pub(crate) fn read(
         file: file.to_owned(),
         item: "line",
         objects: text.objects.list.iter().map(|(name, _)| name.clone()).collect(),
-        materials: libraries.names().zip(&materials).map(|(name, m)| material(name, m)).collect(),
+        materials: libraries.names().zip(libraries.gloss()).zip(&materials).map(material).collect(),
         warnings: libraries.warnings,
         ..Soup::default()
     };
@@ -100,9 +100,9 @@ fn parse(file: &str, text: &ObjText, libraries: &Libraries, used: &[usize]) -> R
     Ok((models, materials.map_err(fault)?))
 }
 
-fn material(name: &str, read: &tobj::Material) -> Material {
+fn material(((name, gloss), read): ((&str, Option<Gloss>), &tobj::Material)) -> Material {
     let rgb = |value: Option<[f64; 3]>| DVec3::from_array(value.unwrap_or_default()).as_vec3();
-    Material::new(name, rgb(read.diffuse), rgb(read.emissive))
+    Material { gloss, ..Material::new(name, rgb(read.diffuse), rgb(read.emissive)) }
 }
 
 impl Soup {

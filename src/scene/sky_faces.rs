@@ -103,5 +103,6 @@ fn black(radiance: Rgb) -> Material {
         alpha: Some(0.0),
         tau: Some(0.0),
         sides: Sides::One,
+        gloss: None,
     }
 }

@@ -11,10 +11,10 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Quat, Vec2, Vec3};
 
-use crate::light::{Rgb, Visibility};
+use crate::light::Rgb;
 use crate::rays::scene_rays::Occluders;
 use crate::rays::*;
-use crate::scene::{Camera, Face, Material, Scene, Sides, UnitFrame};
+use crate::scene::{Camera, Face, Material, Scene, UnitFrame};
 
 /// A scene of the triangles given, corners of equal coordinates shared; face i has material `materials[i]`.
 pub(crate) fn scene_of(triangles: &[[Vec3; 3]], materials: &[u32]) -> Scene {
@@ -51,15 +51,7 @@ pub(crate) fn scene_of(triangles: &[[Vec3; 3]], materials: &[u32]) -> Scene {
 }
 
 fn grey() -> Material {
-    Material {
-        name: "grey".into(),
-        rho: Rgb::splat(0.5),
-        emission: Rgb::ZERO,
-        visibility: Visibility::Seen,
-        alpha: None,
-        tau: None,
-        sides: Sides::One,
-    }
+    Material::new("grey", Rgb::splat(0.5), Rgb::ZERO)
 }
 
 fn camera() -> Camera {
