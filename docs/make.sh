@@ -114,9 +114,9 @@ constants() {
 
 # Tables that cargo makes.
 truths() { cargo test; }
-factors() { cargo test --test factors -- --nocapture; }
+factors() { cargo test --test all factors:: -- --nocapture; }
 paper() { cargo bench --bench paper_setting; }
-readers() { HALFLIGHT_INPUTS="${HALFLIGHT_INPUTS:-10000000}" cargo test --test readers -- --ignored --nocapture; }
+readers() { HALFLIGHT_INPUTS="${HALFLIGHT_INPUTS:-10000000}" cargo test --test all readers:: -- --ignored --nocapture; }
 
 # Files that links name, and paths in code quotes, are there.
 check() {

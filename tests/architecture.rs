@@ -4,13 +4,11 @@
 //! Reads text, not syntax: comments and string literals are taken out first. Not handled: names made by macros, and
 //! the module path of a `super` inside a nested inline module, which is taken as that of its file.
 
-mod source;
-
 use std::fs;
 use std::path::Path;
 
-use source::imports::{circle, imports};
-use source::{Source, code, is_word, sources, words};
+use crate::source::imports::{circle, imports};
+use crate::source::{Source, code, is_word, sources, words};
 
 /// The outer crates that belong to some modules only, by the name they have in code.
 const HOMES: [(&str, &[&str]); 14] = [
@@ -49,10 +47,25 @@ fn the_source_keeps_to_its_order() {
 
 #[test]
 fn no_files_import_each_other_in_a_circle() {
-    let mut graph = imports(&sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src")));
+    let graph = imports(&sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src")));
     assert!(graph.len() > 100 && graph["scene/load.rs"].contains("scene/error.rs"));
-    graph.retain(|file, _| !file.starts_with("plot/"));
     assert_eq!(circle(&graph), None);
+}
+
+/// A file under tests/ that no program names would compile nowhere, and its tests would never run.
+#[test]
+fn every_file_of_tests_is_run() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let programs = ["main", "memory_measured"];
+    let main = fs::read_to_string(root.join("tests/main.rs")).unwrap();
+    for entry in fs::read_dir(root.join("tests")).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        let holds_tests = path.extension().is_some_and(|e| e == "rs") || path.join("mod.rs").exists();
+        if holds_tests && !programs.contains(&name.as_str()) {
+            assert!(main.lines().any(|line| line == format!("mod {name};")), "tests/main.rs does not name {name}");
+        }
+    }
 }
 
 /// The modules that lib.rs declares, in its order.

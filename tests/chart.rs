@@ -1,12 +1,10 @@
 //! `halflight chart`: its report and files, errors whose size is known, and when a kept reference is used again.
 
-mod run;
-
 use std::fs;
 
+use crate::run::{contents, fields, files, halflight, place, report};
 use glam::Vec3;
 use halflight::pictures::{Exposure, Picture, write_picture};
-use run::{contents, fields, files, halflight, place, report};
 use serde_json::Value;
 use tempfile::TempDir;
 

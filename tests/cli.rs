@@ -1,12 +1,10 @@
 //! The command line: the files each command writes, what it prints, its JSON reports, and that they repeat.
 
-mod run;
-
 use std::fs;
 
+use crate::run::{SHEET, SMALL, contents, fields, files, halflight, place, report, succeed};
 use glam::DVec3;
 use halflight::pictures::{read_picture, relative_rms};
-use run::{SHEET, SMALL, contents, fields, files, halflight, place, report, succeed};
 use serde_json::{Value, json};
 
 #[test]

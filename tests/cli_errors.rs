@@ -1,12 +1,10 @@
 //! What a person gets for every mistake on the command line and in files: the exit code, a message that names the
 //! place and the value, and no file.
 
-mod run;
-
 use std::fs;
 use std::process::{Command, Stdio};
 
-use run::{SHEET, SMALL, contents, files, halflight, place};
+use crate::run::{SHEET, SMALL, contents, files, halflight, place};
 use tempfile::TempDir;
 
 /// The OBJ and MTL of [`SHEET`] with one replacement in each.

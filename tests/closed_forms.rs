@@ -3,11 +3,9 @@
 //! The sources of the numbers stand in `tests/data`. Not tested here: gaps and slivers so extreme that quadrature over
 //! the receiving polygon would need a rule of its own.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::{builtin, mean_and_error};
+use crate::common::{builtin, mean_and_error};
 use glam::DVec3;
 use halflight::direct::{Between, DirectSum, Lamp, Lighting, Luminaires, Occlusion, Scratch};
 use halflight::form_factors::point_to_polygon;

@@ -1,10 +1,8 @@
 //! `halflight compare` and `halflight diff`: their reports, and verdicts on scenes whose answer is known.
 
-mod run;
-
+use crate::run::{contents, halflight, place, report};
 use glam::Vec3;
 use halflight::pictures::{Exposure, Picture, write_picture};
-use run::{contents, halflight, place, report};
 use serde_json::Value;
 
 const QUICK: &str = "--time 0.25 --size 16x16 --out .";

@@ -1,10 +1,8 @@
 //! The Cornell box against pictures made by other programs (`tests/data/cornell`), all bounces and each.
 
-mod common;
-
 use std::path::Path;
 
-use common::{Silent, assemble_one, builtin};
+use crate::common::{Silent, assemble_one, builtin};
 use halflight::form_factors::Sampling;
 use halflight::gather::GatherSampling;
 use halflight::light::{Mode, Rgb};

@@ -4,9 +4,7 @@
 //! share q of the room's rays meets the body; these cross its front and its back, and so
 //! `F(room, room) = 1 - q + q tau²`, `F(room, body) = q`, `F(body, room) = 1`.
 
-mod common;
-
-use common::{Facing, Mesh, Silent, builtin, grey};
+use crate::common::{Facing, Mesh, Silent, builtin, grey};
 use glam::{DQuat, DVec3, EulerRot};
 use halflight::form_factors::objects::exact::{Bodies, Tolerance};
 use halflight::form_factors::objects::sampled::Sampler;

@@ -2,12 +2,10 @@
 //!
 //! Run with `--nocapture` to see the table.
 
-mod common;
-
 use std::time::Instant;
 
-use common::Silent;
-use common::rows::objects;
+use crate::common::Silent;
+use crate::common::rows::objects;
 use glam::DVec3;
 use halflight::form_factors::objects::exact::Estimate;
 use halflight::form_factors::point_to_polygon;

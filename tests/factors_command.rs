@@ -1,8 +1,6 @@
 //! `halflight factors` as a person runs it: table, CSV, JSON, and what it says of wrong arguments.
 
-mod run;
-
-use run::{contents, fields, halflight, place, report, succeed};
+use crate::run::{contents, fields, halflight, place, report, succeed};
 
 /// Two unit squares face to face without a material, let alone a light.
 const SQUARES: (&str, &str) = (

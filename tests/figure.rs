@@ -1,9 +1,7 @@
 //! `halflight figure`: its files, its report, and that panels show what `render` shows.
 
-mod run;
-
+use crate::run::{fields, files, halflight, place, report, succeed};
 use halflight::pictures::{Bitmap, Exposure, read_picture};
-use run::{fields, files, halflight, place, report, succeed};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -117,7 +115,7 @@ fn the_square_has_the_modes_in_its_corners_and_repeats() {
     report(&there, &format!("figure between {EFFORT} --threads 1"));
     let names = ["-between-strips.png", "-between-strips.svg", "-between.png", "-between.svg"];
     assert_eq!(files(&here), names.map(|name| format!("out/gallery-figure{name}")));
-    assert_eq!(run::contents(&here), run::contents(&there));
+    assert_eq!(crate::run::contents(&here), crate::run::contents(&there));
     are_lit(&here, &found);
     let modes: Vec<&str> = panels(&found, 0).iter().filter_map(|p| p["mode"].as_str()).collect();
     assert_eq!((modes, panels(&found, 0).len()), (vec!["global", "shadowless", "one-bounce", "local"], 25));

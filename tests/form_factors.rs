@@ -1,10 +1,8 @@
 //! Rows of F against what is known of them: the cube, closure, Cauchy-Crofton, reciprocity, and light as emitted.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::{Facing, Mesh, all_of_f, assemble_one, builtin, grey, mean_and_error, random, sampling};
+use crate::common::{Facing, Mesh, all_of_f, assemble_one, builtin, grey, mean_and_error, random, sampling};
 use glam::{DQuat, DVec3, EulerRot};
 use halflight::direct::{Lighting, Occlusion, receive_emitted};
 use halflight::form_factors::{Sampling, Variant, cast, cast_counts, closure, reciprocity};

@@ -1,9 +1,7 @@
 //! What the methods do on both sides of the frontier: tails and their bounds, counts of terms, growth before decay, formal
 //! solutions that are not light, shooting, acceleration, and the path tracer's error where its variance is infinite.
 
-mod common;
-
-use common::{Facing, Mesh, Silent, assemble_one, builtin, grey, random, sampling, transport};
+use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, random, sampling, transport};
 use glam::{DQuat, DVec3};
 use halflight::light::{Light, Rgb, Transport};
 use halflight::operator::{LinearOperator, Operator, operator_norm, spectrum};
@@ -244,10 +242,11 @@ fn shot(p: &Prepared, transport: Transport, seed: u32) -> Verdict {
 /// Over the same K, the terms and the sign of the formal solution follow the bounds. Shooting with rays of its own samples
 /// another F: its radius differs by the noise of both, so it is held to the bounds outside of four of its standard errors.
 #[test]
-fn every_method_agrees_with_the_bounds_in_200_random_scenes() {
+fn every_method_agrees_with_the_bounds_in_random_scenes() {
     const PATCH_RAYS: u32 = 128;
-    let (mut diverging, mut undecided, mut close) = (0, 0, 0);
-    for number in 0..200 {
+    let scenes: u32 = std::env::var("HALFLIGHT_SCENES").map_or(60, |count| count.parse().expect("a count"));
+    let (mut diverging, mut undecided, mut close) = (0, 0, 0u32);
+    for number in 0..scenes {
         let (p, transport) = random_room(number);
         let mode = assemble_one(&p, transport, &sampling(PATCH_RAYS, number));
         let k = &mode.operator;
@@ -260,7 +259,7 @@ fn every_method_agrees_with_the_bounds_in_200_random_scenes() {
             continue;
         }
         let converges = found == Verdict::Converges;
-        diverging += usize::from(!converges);
+        diverging += u32::from(!converges);
         if let Some(fall) = terms_fall(k) {
             assert_eq!(fall, converges, "terms: {shown}");
         }
@@ -276,9 +275,9 @@ fn every_method_agrees_with_the_bounds_in_200_random_scenes() {
     }
     println!("{diverging} diverge, {close} too close to compare shooting");
     // Both sides of the frontier were seen, and few scenes lie too close to it to compare shooting.
-    assert!((30..170).contains(&diverging), "{diverging} diverge");
+    assert!((scenes / 6..scenes * 5 / 6).contains(&diverging), "{diverging} diverge");
     assert_eq!(undecided, 0);
-    assert!(close < 50, "{close} close to the frontier");
+    assert!(close < scenes / 4, "{close} close to the frontier");
 }
 
 /// Between the frontiers the weight of a path has a tail of index p < 2: the error of the mean falls as N^-(1 - 1/p), not

@@ -2,9 +2,7 @@
 //!
 //! Rows of F sum to 1 exactly, so nothing but rounding may separate the solver from the closed form.
 
-mod common;
-
-use common::{Silent, assemble_one, builtin, sampling};
+use crate::common::{Silent, assemble_one, builtin, sampling};
 use halflight::gather::{GatherSampling, Gathering};
 use halflight::light::{Light, Mode, Rgb, Visibility};
 use halflight::render::{Prepared, prepare, render};

@@ -3,10 +3,8 @@
 //!
 //! Truths of 40-digit contour integrals (see `data/factors`), or made the same way for 5° and 1°.
 
-mod common;
-
-use common::rows::{by_rows, objects};
-use common::{Mesh, Silent, grey};
+use crate::common::rows::{by_rows, objects};
+use crate::common::{Mesh, Silent, grey};
 use glam::DVec3;
 use halflight::scene::Scene;
 use halflight::study::{FactorSettings, factors};

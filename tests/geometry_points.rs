@@ -1,11 +1,9 @@
 //! Light as emitted where receivers lie in an emitter's plane, on its edge or corner, where the horizon cuts it, and where
 //! it is so small that hemisphere rays miss it: against Howell's catalogue (B-3, B-4, C-14).
 
-mod common;
-
 use std::f64::consts::TAU;
 
-use common::{Facing, Mesh, all_of_f, grey, mean_and_error, sampling};
+use crate::common::{Facing, Mesh, all_of_f, grey, mean_and_error, sampling};
 use glam::{DQuat, DVec3};
 use halflight::direct::{Lighting, Occlusion, receive_emitted};
 use halflight::form_factors::{Sampling, point_to_polygon};

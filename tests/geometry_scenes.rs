@@ -1,10 +1,8 @@
 //! Scenes that are awkward as a whole: cracks, cameras in the wrong place, open sky, extreme sizes and places, one
 //! patch and a hundred thousand, and a soup with faces of no area.
 
-mod common;
-
-use common::rows::objects;
-use common::{Facing, Mesh, Silent, all_of_f, assemble_one, builtin, grey, random, sampling};
+use crate::common::rows::objects;
+use crate::common::{Facing, Mesh, Silent, all_of_f, assemble_one, builtin, grey, random, sampling};
 use glam::{DQuat, DVec3, Vec3};
 use halflight::form_factors::closure;
 use halflight::gather::GatherSampling;
@@ -116,7 +114,7 @@ fn a_scene_open_to_the_sky() {
     };
     for (material, truth) in [(0, 0.199_824_895_7), (1, 0.200_043_776_1)] {
         let samples: Vec<f64> = (0..8).map(|seed| open(seed, material)).collect();
-        let (mean, error) = common::mean_and_error(&samples);
+        let (mean, error) = crate::common::mean_and_error(&samples);
         assert!((mean - truth).abs() <= 4.0 * error, "{mean} +- {error}, exactly {truth}");
     }
 }

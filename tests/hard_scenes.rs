@@ -1,11 +1,9 @@
 //! Scenes made to break the estimate of error, against pictures by another program (`tests/data/hard`), and what the estimate
 //! itself must tell.
 
-mod common;
-
 use std::path::Path;
 
-use common::{Silent, assemble_one, builtin, sampling};
+use crate::common::{Silent, assemble_one, builtin, sampling};
 use halflight::direct::{DirectSum, Lighting, Scratch};
 use halflight::gather::{Fields, ImportancePaths, Reading, View};
 use halflight::light::{Mode, Rgb};
@@ -147,7 +145,7 @@ fn light_that_is_asked_with_single_rays_is_that_of_many_rays() {
         let receiver = p.patches.point(patch, 0.4, 0.6);
         let asked: Vec<f64> =
             (0..4096).map(|_| lighting.ask(&receiver, patch as u32, &mut random, &mut scratch, &mut 0).x).collect();
-        let (mean, error) = common::mean_and_error(&asked);
+        let (mean, error) = crate::common::mean_and_error(&asked);
         let mut many = 0.0;
         for l in 0..p.luminaires.list.len() {
             let mut sum = DirectSum::default();

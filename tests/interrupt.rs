@@ -4,13 +4,11 @@
 //! The second is the promise itself, so these tests look at the clock. Not handled: systems without signals.
 #![cfg(unix)]
 
-mod run;
-
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use run::{contents, files, place};
+use crate::run::{contents, files, place};
 use tempfile::TempDir;
 
 /// Whether whoever started the tests ignores interrupts, as `nohup` does; then the program does so as well.

@@ -1,10 +1,8 @@
 //! Many luminaires: what light cuts find against the sum over all of them, on patches and in pictures, in one thread and in two.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::{Facing, Mesh, grey};
+use crate::common::{Facing, Mesh, grey};
 use glam::DVec3;
 use halflight::direct::{Lighting, Luminaires, Occlusion, Sight, receive_emitted};
 use halflight::form_factors::Sampling;

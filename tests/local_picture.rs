@@ -5,11 +5,9 @@
 //! to the horizon; the program sums Lambert's closed form over the edges. Nothing of the program's geometry is used but
 //! the corners of the faces.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::{Silent, assemble_one, builtin, sampling};
+use crate::common::{Silent, assemble_one, builtin, sampling};
 use glam::DVec3;
 use halflight::gather::GatherSampling;
 use halflight::light::Mode;

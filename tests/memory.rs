@@ -1,13 +1,11 @@
 //! The memory estimate made before K is put together, against what a run takes, and what happens where it is too much.
 
-mod run;
-
+use crate::run::{contents, halflight, place};
 use halflight::form_factors::Sampling;
 use halflight::light::Mode;
 use halflight::render::{Prepared, Stored, check_memory, estimate_memory, prepare};
 use halflight::scene::{LoadOptions, Scene};
 use halflight::study::map::{Survey, check_crossings};
-use run::{contents, halflight, place};
 
 fn room(patches: usize) -> Prepared {
     let scene = Scene::builtin("furnished-room", LoadOptions::default());
@@ -77,8 +75,8 @@ fn a_tolerance_takes_what_memory_there_is() {
     let place = place(&[]);
     let render = "render furnished-room --mode global --tolerance 0.02 --size 32x32";
     let error = |report: &serde_json::Value| report["error"]["patches"].as_f64().unwrap();
-    let free = run::report(&place, render);
-    let tight = run::report(&place, &format!("{render} --memory 0.004"));
+    let free = crate::run::report(&place, render);
+    let tight = crate::run::report(&place, &format!("{render} --memory 0.004"));
     assert!(tight["patches"].as_u64() < free["patches"].as_u64());
     assert!(error(&tight) > 0.0);
 }

@@ -1,8 +1,6 @@
 //! The modes: what ends ends exactly, and materials with modes of their own.
 
-mod common;
-
-use common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling};
+use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling};
 use glam::{DQuat, DVec3};
 use halflight::direct::{Lighting, Occlusion, receive_emitted};
 use halflight::form_factors::Sampling;

@@ -1,8 +1,6 @@
 //! K as applied against K written out, its series against dense LU, its bounds against dense eigenvalues.
 
-mod common;
-
-use common::{Facing, Mesh, assemble_one, builtin, grey, random, sampling, transport};
+use crate::common::{Facing, Mesh, assemble_one, builtin, grey, random, sampling, transport};
 use glam::{DQuat, DVec3, EulerRot};
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::operator::{LinearOperator, Operator, spectrum};

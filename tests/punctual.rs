@@ -1,11 +1,9 @@
 //! Lights without area: irradiance by closed form, shadows where geometry puts them, all modes against the path tracer,
 //! stated errors, and many of them.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::{Facing, Mesh, Silent, assemble_one, grey, random, sampling, transport};
+use crate::common::{Facing, Mesh, Silent, assemble_one, grey, random, sampling, transport};
 use glam::{DQuat, DVec3, Vec3};
 use halflight::direct::{Lighting, Sight};
 use halflight::gather::GatherSampling;

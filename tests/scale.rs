@@ -1,8 +1,6 @@
 //! The Cornell box a million times smaller, a million times larger, and far from the origin: the same picture.
 
-mod common;
-
-use common::{Silent, assemble_one, sampling};
+use crate::common::{Silent, assemble_one, sampling};
 use glam::DVec3;
 use halflight::gather::GatherSampling;
 use halflight::light::Mode;

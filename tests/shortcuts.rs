@@ -1,8 +1,6 @@
 //! Work that is spared, against the general path that would do it all: the same numbers.
 
-mod common;
-
-use common::{Silent, all_of_f, assemble_one, builtin, mean_and_error, sampling, transport};
+use crate::common::{Silent, all_of_f, assemble_one, builtin, mean_and_error, sampling, transport};
 use halflight::direct::{Lighting, Occlusion, Sight, receive_emitted};
 use halflight::form_factors::{FormFactors, Sampling, Variant, cast};
 use halflight::light::{Light, Mode, Rgb, Transport};

@@ -2,17 +2,16 @@
 //!
 //! Not tested here: figures and tables of the commands.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::{Facing, Mesh, Silent, assemble_one, grey, sampling, transport};
+use crate::common::{Facing, Mesh, Silent, assemble_one, grey, sampling, transport};
 use glam::{DQuat, DVec3};
 use halflight::Solver;
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::pictures::Picture;
 use halflight::rays::Rays;
 use halflight::reference::{Mean, NextEvent, TraceSettings, Tracer};
+use halflight::render::Fineness;
 use halflight::render::{Prepared, WantedTerms, explore_within, prepare};
 use halflight::scene::{AddedLight, Camera, LoadOptions, Material, Scene, SceneError, Sides, SkyLight};
 use halflight::solve::{Emitted, RaySettings, RayShooter, Settings, Shooting, ShootingSettings, neumann};
@@ -286,6 +285,29 @@ fn a_glowing_room_around_everything_gives_the_same_picture() {
         println!("{}: rendered {apart:.2}", mode.label());
         assert!(apart < 4.0, "{}: {apart}", mode.label());
     }
+}
+
+/// Rays that reach the sky tell nothing of how near things are: below a sheet over a floor the irradiance changes within
+/// the sheet's height, though most of the floor's hemisphere is open.
+#[test]
+fn shade_below_a_sheet_is_no_brighter_where_effort_is_fixed() {
+    let p = DVec3::new;
+    let mut mesh = Mesh::default();
+    square(&mut mesh, DVec3::Y, 0);
+    mesh.polygon(&[p(-0.5, 0.2, 0.5), p(0.5, 0.2, 0.5), p(0.5, 0.2, -0.5), p(-0.5, 0.2, -0.5)], 1);
+    let sheet = Material { sides: Sides::Two, ..grey("sheet", 0.5) };
+    let half = SkyLight { upper: Rgb::ONE, lower: Rgb::splat(0.3) };
+    let mut scene = under(mesh.scene(vec![grey("floor", 0.5), sheet]), half);
+    let eye = DVec3::new(0.0, 0.5, 3.0);
+    let view = Camera::look_at(eye, DVec3::new(0.0, 0.05, 0.0), UP, 20.0).expect("a view");
+    scene.camera = Camera { position: scene.frame.to_unit(eye).as_vec3(), ..view };
+    let found = Solver::new(&scene).render(Mode::OneBounce, (48, 48)).fineness(Fineness::default(), 16).expect("light");
+    let (paths, error, _) = traced(&scene, Mode::OneBounce.transport(), 48, 2048);
+    let sum = |picture: &Picture| picture.pixels.iter().map(|p| f64::from(p.x)).sum::<f64>();
+    let noise = error.pixels.iter().map(|e| f64::from(e.x).powi(2)).sum::<f64>().sqrt();
+    let apart = (sum(&found.picture) - sum(&paths)).abs() / sum(&paths);
+    // 0.37 % with the sky at infinity.
+    assert!(apart < 0.002 + 4.0 * noise / sum(&paths), "{apart}");
 }
 
 /// Of a floor alone the power of KE is pi A rho L; walks from the sphere around the scene tell it too.

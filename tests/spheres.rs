@@ -5,9 +5,7 @@
 //! holds with q the ratio of the polyhedra's areas: both are convex, so a line from outer to outer crosses the inner
 //! twice or never. What is left is how uneven the polyhedra are, of second order in their dihedral angles, and noise.
 
-mod common;
-
-use common::{Facing, Mesh, Silent, assemble_one, grey, sampling, transport};
+use crate::common::{Facing, Mesh, Silent, assemble_one, grey, sampling, transport};
 use halflight::light::{Rgb, Transport};
 use halflight::operator::spectrum;
 use halflight::rays::Side;

@@ -1,8 +1,6 @@
 //! Kinds of surface: luminaires the camera does not see, and sheets with two sides.
 
-mod common;
-
-use common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling, transport};
+use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling, transport};
 use glam::{DQuat, DVec3, Vec3};
 use halflight::gather::GatherSampling;
 use halflight::light::{Mode, Rgb, Transport, Visibility};

@@ -1,10 +1,8 @@
 //! Pictures to a tolerance: the error reached is the error asked for, and the error stated is the error reached.
 
-mod common;
-
 use std::path::Path;
 
-use common::{Silent, builtin};
+use crate::common::{Silent, builtin};
 use halflight::light::Mode;
 use halflight::pictures::{Picture, mean_difference, read_picture, relative_rms};
 use halflight::rays::Rays;

@@ -1,8 +1,6 @@
 //! Patches of different size side by side: every point keeps its one patch, and light on them is that of patches of one size.
 
-mod common;
-
-use common::{assemble_one, builtin, sampling};
+use crate::common::{assemble_one, builtin, sampling};
 use glam::Vec3;
 use halflight::gather::{FieldPair, Fields, View, error_shares, linear};
 use halflight::light::{Mode, Rgb, Transport};
@@ -121,7 +119,7 @@ fn in_a_furnace_the_shares_add_up_to_the_squared_error() {
     let p = prepare(builtin("furnace"), 150);
     let transport = Mode::Global.transport();
     let transports: Vec<Transport> = p.scene.transports(transport);
-    let (modes, _) = assemble(&p, &[transport], &sampling(16, 0), &common::Silent);
+    let (modes, _) = assemble(&p, &[transport], &sampling(16, 0), &crate::common::Silent);
     let size = 12;
     let view = View {
         scene: &p.scene,

@@ -36,8 +36,11 @@ pub struct Rays {
     sky: Option<Sky>,
 }
 
-/// Distance at which the sky is met, unit coordinates: next to nothing is nearer by it, and places there are finite.
-const SKY_DISTANCE: f32 = 1e6;
+/// Distance at which the sky is met, unit coordinates: the longest side of the scene's box. What it lights changes within
+/// the scene only because things stand before it, so a hemisphere that sees much of it tells nothing of how near they
+/// are: were it at infinity, the irradiance beside the few things in an open scene would count as known far from it, and
+/// the dark places below them come out too bright (by 0.4 % of the mean light for a sheet among three, 0.1 % so).
+const SKY_DISTANCE: f32 = 2.0;
 
 /// The faces that may lie between two points of the scene.
 pub(super) enum Occluders {

@@ -1,6 +1,6 @@
 //! Files that break the rules of glTF, or would take more memory than they have bytes: refused with what is wrong.
 //!
-//! `HALFLIGHT_FILES=DIR cargo test --test gltf -- --ignored --nocapture` reads every glTF file under a folder and tells
+//! `HALFLIGHT_FILES=DIR cargo test --test all gltf:: -- --ignored --nocapture` reads every glTF file under a folder and tells
 //! what came of it.
 
 use std::path::{Path, PathBuf};
@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use halflight::scene::{LoadOptions, Scene, SceneError};
 use serde_json::{Value, json};
 
-use crate::glb::glb;
-use crate::{base, binary, with};
+use crate::gltf::glb::glb;
+use crate::gltf::{base, binary, with};
 
 #[track_caller]
 fn refused(result: Result<Scene, SceneError>, part: &str) {

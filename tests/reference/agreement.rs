@@ -9,7 +9,7 @@ use halflight::rays::Rays;
 use halflight::reference::{KEPT, Mean, NextEvent, TraceSettings};
 use halflight::scene::{Face, Material, Scene, Sides};
 
-use crate::{BOTH, load, settings, traced};
+use crate::reference::{BOTH, load, settings, traced};
 
 fn assert_same(a: &Mean, b: &Mean, what: &str) {
     for c in 0..3 {

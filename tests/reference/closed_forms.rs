@@ -8,8 +8,8 @@ use halflight::rays::Rays;
 use halflight::reference::{KEPT, Mean, TraceSettings};
 use halflight::scene::{Camera, Material, Scene};
 
-use crate::spheres::concentric_spheres;
-use crate::{BOTH, load, settings, traced};
+use crate::reference::spheres::concentric_spheres;
+use crate::reference::{BOTH, load, settings, traced};
 
 /// Whether a mean is the expected value within 4 standard errors and the rounding of f32 sums.
 fn assert_mean(mean: &Mean, expected: f64, what: &str) {

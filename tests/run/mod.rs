@@ -1,5 +1,4 @@
 //! Runs the built program in a directory of its own, on problems small enough for a test.
-#![allow(dead_code)] // each test crate uses a part of this
 
 use std::collections::BTreeMap;
 use std::fs;

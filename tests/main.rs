@@ -1,0 +1,50 @@
+//! All tests but those that need a process of their own, as one program: it is compiled and linked once.
+//!
+//! A file that is not named here is not run; `architecture` tells which that are.
+
+mod architecture;
+mod builtin_scenes;
+mod chart;
+mod cli;
+mod cli_errors;
+mod closed_forms;
+mod common;
+mod compare;
+mod cornell_reference;
+mod factor_bodies;
+mod factors;
+mod factors_command;
+mod figure;
+mod form_factors;
+mod frontier;
+mod furnace;
+mod geometry_contacts;
+mod geometry_points;
+mod geometry_scenes;
+mod gltf;
+mod hard_scenes;
+mod interrupt;
+mod lamps;
+mod lenient_files;
+mod local_picture;
+mod map;
+mod memory;
+mod modes;
+mod operator;
+mod punctual;
+mod readers;
+mod reference;
+mod run;
+mod rust_version;
+mod scale;
+mod scene_files;
+mod shooting;
+mod shortcuts;
+mod sky;
+mod source;
+mod spheres;
+mod surfaces;
+mod tolerance;
+mod trace_command;
+mod verdict;
+mod zones;
