@@ -1,11 +1,9 @@
 //! Highlights: OpenGL's specular term of lights without area, of luminaires and of a sky, in pictures of the solver
 //! and of the path tracer, which agree; and nothing of them where they are not asked for.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::{Silent, assemble_one, sampling, transport};
+use crate::common::{Silent, assemble_one, sampling, transport};
 use glam::{DVec3, Vec3};
 use halflight::gather::GatherSampling;
 use halflight::light::{Mode, Transport};

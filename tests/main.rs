@@ -23,6 +23,7 @@ mod geometry_points;
 mod geometry_scenes;
 mod gltf;
 mod hard_scenes;
+mod highlights;
 mod interrupt;
 mod lamps;
 mod lenient_files;
