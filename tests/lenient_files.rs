@@ -140,11 +140,17 @@ fn paths_of_other_machines_are_found() {
 }
 
 #[test]
-fn textures_are_warned_of_whether_or_not_they_are_there() {
+fn textures_that_are_missing_or_not_modelled_are_warned_of() {
     let obj = format!("mtllib m.mtl\n{SQUARE}usemtl a\nf 1 2 3\n");
     let mtl = b"newmtl a\nKd .5\nmap_Kd textures\\lost wood.jpg\nmap_Bump -bm 1 there.png\n";
     let (_, warnings) = read(&obj, &[("m.mtl", mtl), ("there.png", b"")]);
-    one_of_each(&warnings, &["2 textures of material `a` (first: m.mtl, line 3)"]);
+    one_of_each(
+        &warnings,
+        &[
+            "1 missing texture of material `a` (first: m.mtl, line 3)",
+            "1 texture of material `a` (first: m.mtl, line 4)",
+        ],
+    );
 }
 
 fn lit(obj: &str) -> Scene {

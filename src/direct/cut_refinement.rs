@@ -186,6 +186,8 @@ impl<'a> Walk<'a> {
             sieve(patch, &node.body, self.casters, among).collect()
         });
         let clear = among.is_empty() || between.as_ref().is_some_and(Vec::is_empty);
+        let casters = self.casters;
+        let is_masked = |&k: &u32| casters[k as usize].masked;
         match node.children {
             _ if clear && !near && self.is_far(node) => self.seen.push(k),
             Some(children) => {
@@ -194,7 +196,7 @@ impl<'a> Walk<'a> {
             }
             None if clear && !near => self.seen.push(k),
             None if clear => self.exact.push((k, Vec::new())),
-            None => match between.filter(|b| b.len() <= MOST_FACES) {
+            None => match between.filter(|b| b.len() <= MOST_FACES && !b.iter().any(is_masked)) {
                 Some(faces) if near || estimate >= STRONG * self.total => {
                     self.exact.push((k, faces));
                 }

@@ -124,6 +124,7 @@ pub(crate) fn casters(scene: &Scene, rays: &Rays, luminaires: &Luminaires, tau: 
                 corners,
                 normal: (b - a).cross(c - a).normalize_or_zero(),
                 tau: f64::from(tau[scene.faces[face as usize].material as usize]),
+                masked: scene.maps(face).is_some_and(|maps| maps.mask.is_some()),
                 part: luminaires.part(face),
             }
         })
@@ -131,11 +132,12 @@ pub(crate) fn casters(scene: &Scene, rays: &Rays, luminaires: &Luminaires, tau: 
         .collect()
 }
 
-/// The casters between two bodies; `None` where they are too many.
+/// The casters between two bodies; `None` where they are too many, or the outline of one's shadow is not its own.
 fn between(patch: &Body, lamp: &Body, casters: &[Caster]) -> Option<Vec<u32>> {
     let all = 0..casters.len() as u32;
     let found: Vec<u32> = sieve(patch, lamp, casters, all).take(MOST_FACES + 1).collect();
-    (found.len() <= MOST_FACES).then_some(found)
+    let is_masked = |&k: &u32| casters[k as usize].masked;
+    (found.len() <= MOST_FACES && !found.iter().any(is_masked)).then_some(found)
 }
 
 /// Those `among` the casters that may lie between two bodies.

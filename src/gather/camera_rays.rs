@@ -133,12 +133,12 @@ impl<'a> CameraRays<'a> {
             pixel.backs += 1;
             return;
         };
-        let material = view.scene.material(hit.face);
-        let emitted = material.emitted().visible.as_dvec3();
+        let emitted = view.scene.emitted_at(hit.face, position).visible.as_dvec3();
         pixel.emission += emitted;
         pixel.emitting += u32::from(emitted != DVec3::ZERO);
         pixel.lit[ray.half] += emitted;
-        if material.rho == Rgb::ZERO && material.gloss.is_none() {
+        let (material, typical) = (view.scene.material(hit.face), view.patches.reflectance(view.scene, patch as usize));
+        if typical == Rgb::ZERO && material.gloss.is_none() {
             return;
         }
         pixel.reflecting += 1;
@@ -151,14 +151,15 @@ impl<'a> CameraRays<'a> {
             scratch.linked += light;
             pixel.rays += cast;
         }
-        if material.rho == Rgb::ZERO {
+        if typical == Rgb::ZERO {
             return;
         }
-        let rho = material.rho.as_dvec3();
+        let own = view.scene.rho_at(hit.face, position);
+        let rho = own.as_dvec3();
         pixel.rays += self.add_direct(&receiver, patch, rho, ray, scratch);
         if !self.dark {
             pixel.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();
-            pixel.layer(self.key(hit), receiver, material.rho).add(ray.half, &receiver);
+            pixel.layer(self.key(hit), receiver, typical).add(ray.half, &receiver, own);
         }
     }
 

@@ -144,7 +144,7 @@ impl<'a> Highlights<'a> {
                 if !material.emits() || hit.side == Side::Back && material.sides == Sides::One {
                     return;
                 }
-                let radiance = material.emission.as_dvec3();
+                let radiance = scene.emitted_at(hit.face, ray.at(hit.t)).invisible.as_dvec3();
                 let other = if luminaires.carries[index] {
                     let [a, b, c] = scene.corners(hit.face).map(|p| p.as_dvec3());
                     let facing = (b - a).cross(c - a).normalize().dot(way).abs();

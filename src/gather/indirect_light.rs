@@ -164,7 +164,10 @@ fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitte
     let mut ambient = [DVec3::ZERO; 2];
     for (l, layer) in pixel.layers.iter().enumerate() {
         let counts = layer.count.map(f64::from);
-        let rho = layer.rho.as_dvec3() * ((counts[0] + counts[1]) / pixel.camera());
+        let reflected = layer.reflected();
+        let all = counts[0] + counts[1];
+        // Division by their number gives one reflectance back exactly.
+        let rho = (reflected[0] + reflected[1]) / all * (all / pixel.camera());
         let change = cache.at(fitted, k, l, layer);
         let mut total = DVec3::ZERO;
         for (f, [a, b]) in fitted.values.iter().enumerate() {
@@ -183,7 +186,8 @@ fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitte
             own[1] += rho * *b;
         }
         for half in 0..2 {
-            ambient[half] += layer.rho.as_dvec3() * (counts[half] * (total + change[half]));
+            let mean = if counts[half] > 0.0 { reflected[half] / counts[half] } else { DVec3::ZERO };
+            ambient[half] += mean * (counts[half] * (total + change[half]));
         }
     }
     let d = 0.5 * (halves[0] - halves[1]);

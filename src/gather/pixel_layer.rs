@@ -3,7 +3,8 @@
 //! A pixel on an edge sees several surfaces: each has its own irradiance, and the share of the camera rays that saw it
 //! weighs it in the pixel. Facets of one smooth body that continue each other count as one surface.
 //!
-//! Not handled: more than one texture of rho within a material; there is none.
+//! Not handled: light that differs within a surface in step with its texture: of the light gathered, the mean over the
+//! pixel is multiplied by the mean of rho.
 
 use glam::DVec3;
 
@@ -36,12 +37,14 @@ pub(crate) struct Layer {
     key: SurfaceKey,
     /// The first point seen, with the normal of the side seen.
     pub first: SurfacePoint,
-    /// Reflectance.
+    /// Reflectance about there: the patch's mean.
     pub rho: Rgb,
     /// Number of camera rays of each half.
     pub count: [u32; 2],
     /// Sums of the points seen.
     sum: [DVec3; 2],
+    /// Sums of the reflectance of the points seen.
+    reflected: [DVec3; 2],
     /// The first points seen by each half.
     origins: [Vec<SurfacePoint>; 2],
 }
@@ -49,16 +52,23 @@ pub(crate) struct Layer {
 impl Layer {
     /// A layer that no ray has seen yet.
     pub fn new(key: SurfaceKey, first: SurfacePoint, rho: Rgb) -> Layer {
-        Layer { key, first, rho, count: [0; 2], sum: [DVec3::ZERO; 2], origins: [Vec::new(), Vec::new()] }
+        let (sum, reflected) = ([DVec3::ZERO; 2], [DVec3::ZERO; 2]);
+        Layer { key, first, rho, count: [0; 2], sum, reflected, origins: [Vec::new(), Vec::new()] }
     }
 
-    /// Adds one camera ray of a half.
-    pub fn add(&mut self, half: usize, seen: &SurfacePoint) {
+    /// Adds one camera ray of a half, and the reflectance where it ended.
+    pub fn add(&mut self, half: usize, seen: &SurfacePoint, rho: Rgb) {
         if self.origins[half].len() < ORIGINS {
             self.start(half, *seen);
         }
         self.count[half] += 1;
         self.sum[half] += seen.position.as_dvec3();
+        self.reflected[half] += rho.as_dvec3();
+    }
+
+    /// Sums of the reflectance of the points that each half saw; of one reflectance they are exact, as f64 holds them.
+    pub fn reflected(&self) -> [DVec3; 2] {
+        self.reflected
     }
 
     /// Points that rays of a half may start from: those that it saw first, or the other half's where it saw none.

@@ -73,9 +73,9 @@ impl<'a> Walker<'a> {
         Walker { view, lighting: view.lighting(), opaque: view.transports.iter().all(|t| t.tau == 0.0) }
     }
 
-    /// `rho` of the face met.
+    /// `rho` of the point met.
     pub fn rho(&self, at: &SurfaceHit) -> DVec3 {
-        self.view.scene.material(at.face).rho.as_dvec3()
+        self.view.scene.rho_at(at.face, at.position).as_dvec3()
     }
 
     /// `alpha rho D` and the light emitted at a point; `alpha rho`.
@@ -83,8 +83,8 @@ impl<'a> Walker<'a> {
         let view = self.view;
         let index = view.scene.faces[at.face as usize].material as usize;
         let luminaire = view.luminaires.carries[index];
-        let emitted = view.scene.materials[index].emitted().invisible.as_dvec3();
-        let glow = if luminaire { DVec3::ZERO } else { emitted };
+        let emitted = || view.scene.emitted_at(at.face, at.position).invisible.as_dvec3();
+        let glow = if luminaire { DVec3::ZERO } else { emitted() };
         let reflect = f64::from(view.transports[index].alpha) * self.rho(at);
         let mut direct = DVec3::ZERO;
         if reflect != DVec3::ZERO {

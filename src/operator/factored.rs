@@ -45,16 +45,16 @@ pub struct PatchMaterials {
 }
 
 impl PatchMaterials {
-    /// Looks up every patch's material.
+    /// Looks up every patch's material, or the means of its textures.
     pub fn new(scene: &Scene, patches: &Patches, luminaires: &Luminaires, transports: &[Transport]) -> PatchMaterials {
-        let of = |i: usize| &scene.materials[patches.materials()[i] as usize];
         let lamp = |i: usize| luminaires.carries[patches.materials()[i] as usize];
         let all = 0..patches.len();
+        let emission: Vec<Light> = all.clone().map(|i| patches.emitted(scene, i)).collect();
         PatchMaterials {
-            rho: all.clone().map(|i| of(i).rho).collect(),
+            rho: all.clone().map(|i| patches.reflectance(scene, i)).collect(),
             alpha: patches.materials().iter().map(|&m| transports[m as usize].alpha).collect(),
-            emission: all.clone().map(|i| of(i).emitted()).collect(),
-            glows: all.map(|i| of(i).emits() && !lamp(i)).collect(),
+            glows: emission.iter().zip(all).map(|(e, i)| e.invisible != Rgb::ZERO && !lamp(i)).collect(),
+            emission,
         }
     }
 

@@ -147,6 +147,7 @@ impl Patches {
             normals: Arc::clone(normals),
             starts_of_rays: Vec::new(),
             parts: Default::default(),
+            means: Vec::new(),
         };
         for draft in &drafts {
             patches.push(draft, Side::Front);
@@ -166,6 +167,7 @@ impl Patches {
                 patches.parents.push(parent);
             }
         }
+        patches.take_textures(scene);
         patches
     }
 

@@ -15,6 +15,7 @@ pub(crate) mod clusters;
 pub(crate) mod grid;
 pub(crate) mod grid_adjacency;
 pub(crate) mod hierarchy;
+pub(crate) mod mean_textures;
 pub(crate) mod meshing;
 pub(crate) mod parts;
 pub(crate) mod patch_zones;

@@ -1,6 +1,7 @@
 //! All patches of a scene: their areas, where the hits of a face find theirs, and points on them.
 //!
-//! Areas are in unit coordinates squared. Invariants: the patches' areas of one side sum to the faces' area; every
+//! Areas are in unit coordinates squared. Invariants: the patches' areas of one side sum to the faces' area, but for
+//! what masks cut away; every
 //! point of every face belongs to exactly one patch per reflecting side; numbering depends on the scene only.
 //!
 //! Not handled: how surfaces are cut; that is [`crate::patches::meshing`].
@@ -15,6 +16,7 @@ use crate::patches::pieces::{Fragment, NONE};
 use crate::patches::tiles::Tiling;
 use crate::rays::warp::triangle_point;
 use crate::rays::{Hit, Ray, Side};
+use crate::scene::Means;
 use crate::surfaces::SurfacePoint;
 
 /// What the area of a patch without chosen points counts beside those that have some: next to nothing, but more than
@@ -53,6 +55,8 @@ pub struct Patches {
     pub(super) starts_of_rays: Vec<Vec<SurfacePoint>>,
     /// Patches that are divided further.
     pub(super) parts: Parts,
+    /// What each patch with textures reflects and emits; empty where no material has textures.
+    pub(super) means: Vec<Option<Means>>,
 }
 
 impl Patches {

@@ -12,6 +12,7 @@ pub(crate) mod metrics;
 pub(crate) mod picture;
 pub(crate) mod srgb;
 pub(crate) mod table;
+pub(crate) mod texels;
 
 pub use atomic::{WriteError, abandon_files, check_destination, make_directory, write_whole};
 pub use error::ImageError;
@@ -23,3 +24,4 @@ pub use metrics::{
 pub use picture::Picture;
 pub use srgb::{Bitmap, Exposure, decode_srgb, encode_srgb};
 pub use table::{Table, known};
+pub use texels::{Texels, TexelsError};

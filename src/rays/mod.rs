@@ -16,6 +16,7 @@ pub(crate) mod bvh_build;
 pub(crate) mod bvh_traversal;
 pub(crate) mod crossings;
 pub(crate) mod hull_faces;
+pub(crate) mod masked_faces;
 pub(crate) mod meetings;
 pub(crate) mod packet;
 pub(crate) mod planes;

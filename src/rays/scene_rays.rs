@@ -1,7 +1,8 @@
 //! A scene's faces ready for rays: the first face met, every face met in order, and whether two points see each other.
 //!
 //! Faces that can lie between no two points of the scene are found once and left out where both ends lie on the scene.
-//! Where there is a sky, a ray meets it last of all, and where no face is met; it lies between no two points.
+//! Where there is a sky, a ray meets it last of all, and where no face is met; it lies between no two points. Faces with
+//! masks are met where there is a surface ([`crate::rays::masked_faces`]).
 //!
 //! Results depend on the scene and the ray alone, so any number of threads may cast them.
 //!
@@ -16,6 +17,7 @@ use crate::rays::bvh::Bvh;
 use crate::rays::bvh_build::Layout;
 use crate::rays::crossings::settle;
 use crate::rays::hull_faces::occluders;
+use crate::rays::masked_faces::{MaskedFaces, is_masked};
 use crate::rays::planes::Planes;
 use crate::rays::query::{Label, NO_PLANE, Query};
 use crate::rays::ray::{End, Hit, Ray, Side};
@@ -27,6 +29,7 @@ use crate::scene::{Scene, Sky};
 pub struct Rays {
     pub(super) tree: Accelerator,
     pub(super) occluders: Occluders,
+    masked: Option<MaskedFaces>,
     /// The faces that may occlude.
     occluding: Vec<u32>,
     planes: Vec<u32>,
@@ -61,17 +64,22 @@ impl Rays {
     /// Rays that test fewer than `many` faces in blocks and others through a hierarchy; there are blocks
     /// for 512 at most. Both find the same; this is for measuring which is faster.
     pub fn with_blocks(scene: &Scene, many: usize) -> Rays {
-        let all: Vec<u32> = (0..scene.solid_faces()).collect();
+        let (masked, whole): (Vec<u32>, Vec<u32>) = (0..scene.solid_faces()).partition(|&face| is_masked(scene, face));
         let faces = Faces::new(scene, many);
         let inner = occluders(scene, &faces.planes);
         let occluders = match inner.len() {
             0 => Occluders::None,
-            n if n == all.len() => Occluders::All,
-            _ => Occluders::Some(faces.tree(&inner)),
+            n if n == masked.len() + whole.len() => Occluders::All,
+            _ if masked.is_empty() => Occluders::Some(faces.tree(&inner)),
+            _ => {
+                let whole: Vec<u32> = inner.iter().copied().filter(|&face| !is_masked(scene, face)).collect();
+                Occluders::Some(faces.tree(&whole))
+            }
         };
         Rays {
             occluding: inner,
-            tree: faces.tree(&all),
+            tree: faces.tree(&whole),
+            masked: MaskedFaces::new(scene, &masked, |some| faces.tree(some)),
             occluders,
             planes: faces.planes.of_face,
             materials: scene.faces.iter().map(|f| f.material).collect(),
@@ -84,7 +92,13 @@ impl Rays {
     /// The first face met, or the sky. Of a thin sheet (two faces in one place, back to back) it is the one met from its front.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        self.tree.closest(&self.query(ray)).or_else(|| self.sky_met(ray))
+        let query = self.query(ray);
+        let whole = self.tree.closest(&query);
+        let met = match &self.masked {
+            None => whole,
+            Some(masked) => masked.first(&query, whole, &self.planes),
+        };
+        met.or_else(|| self.sky_met(ray))
     }
 
     /// Every crossing in order of t into `out`, cleared first. A crossing through a shared edge or vertex counts once;
@@ -92,7 +106,11 @@ impl Rays {
     #[inline]
     pub fn crossings(&self, ray: &Ray, out: &mut Vec<Hit>) {
         out.clear();
-        self.tree.all(&self.query(ray), out);
+        let query = self.query(ray);
+        self.tree.all(&query, out);
+        if let Some(masked) = &self.masked {
+            masked.meet(&query, out);
+        }
         settle(out, &self.planes);
         out.extend(self.sky_met(ray));
     }
@@ -116,7 +134,9 @@ impl Rays {
     #[inline]
     pub fn visible(&self, from: End, to: End) -> bool {
         match (self.between(from, to), self.segment(from, to)) {
-            (Some(tree), Some(segment)) => tree.is_clear(&segment),
+            (Some(tree), Some(segment)) => {
+                tree.is_clear(&segment) && self.masked.as_ref().is_none_or(|masked| masked.is_clear(&segment))
+            }
             _ => true,
         }
     }
@@ -131,6 +151,9 @@ impl Rays {
         let tau_of = |face: u32| tau[self.material(face)];
         if !tree.all_unless(|face| tau_of(face) == 0.0, &segment, scratch) {
             return 0.0;
+        }
+        if let Some(masked) = &self.masked {
+            masked.meet(&segment, scratch);
         }
         settle(scratch, &self.planes);
         scratch.iter().map(|hit| tau_of(hit.face)).product()

@@ -25,6 +25,8 @@ pub(crate) struct Emitters {
 pub(crate) struct Drawn {
     pub position: Vec3,
     pub face: u32,
+    /// Weights of the face's second and third corner.
+    pub weights: [f32; 2],
     /// Per area in unit coordinates.
     pub density: f32,
 }
@@ -32,7 +34,7 @@ pub(crate) struct Drawn {
 impl Emitters {
     /// The faces of a scene that emit.
     pub(crate) fn new(surfaces: &Surfaces) -> Emitters {
-        let strength = |face: u32| f64::from(surfaces.matter(face).emitted.invisible.element_sum());
+        let strength = |face: u32| strength(surfaces, face);
         let faces: Vec<u32> = (0..surfaces.count()).filter(|&face| surfaces.matter(face).emits()).collect();
         let mut densities = vec![0.0; surfaces.faces()];
         let mut sum = 0.0;
@@ -58,7 +60,7 @@ impl Emitters {
         // The half of the unit square beyond the diagonal is folded back.
         let (u, v) = (random.uniform(), random.uniform());
         let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
-        Some(Drawn { position: surfaces.facet(face).at(u, v), face, density: self.density(face) })
+        Some(Drawn { position: surfaces.facet(face).at(u, v), face, weights: [u, v], density: self.density(face) })
     }
 
     /// The density at which points of a face are drawn, per area.
@@ -66,4 +68,20 @@ impl Emitters {
     pub(crate) fn density(&self, face: u32) -> f32 {
         self.densities[face as usize]
     }
+}
+
+/// |E| of a face: where it has a texture, the mean over some points of it.
+fn strength(surfaces: &Surfaces, face: u32) -> f64 {
+    const SIDE: u32 = 16;
+    let of = |at: [f32; 2]| {
+        let matter = surfaces.matter_at(face, at);
+        f64::from(matter.there * matter.emitted.invisible.element_sum())
+    };
+    if !surfaces.is_textured() {
+        return of([0.0; 2]);
+    }
+    let number = |k: u32| (k as f32 + 0.5) / SIDE as f32;
+    let points = (0..SIDE * SIDE).map(|k| (number(k % SIDE), number(k / SIDE)));
+    let folded = points.map(|(u, v)| if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] });
+    folded.map(of).sum::<f64>() / f64::from(SIDE * SIDE)
 }

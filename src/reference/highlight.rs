@@ -74,7 +74,7 @@ impl Space<'_> {
         let way = across.normalize_or_zero();
         let facing = -self.surfaces.facet(drawn.face).normal.dot(way);
         let side = if facing > 0.0 { Side::Front } else { Side::Back };
-        let matter = self.surfaces.matter(drawn.face);
+        let matter = self.surfaces.matter_at(drawn.face, drawn.weights);
         let (lobe, per_area) = (seen.lobe(way), facing.abs() / across.length_squared());
         // NaN where the two points are one.
         if !(lobe > 0.0 && per_area > 0.0 && matter.sends(side)) {
@@ -82,7 +82,7 @@ impl Space<'_> {
         }
         let ends = ((seen.point.position, Some(seen.point.face)), (drawn.position, Some(drawn.face)));
         let weight = power_heuristic(drawn.density, seen.density(way) * per_area);
-        matter.emitted.invisible * (lobe * per_area / drawn.density * weight * self.through(ends, hits))
+        matter.emitted.invisible * (matter.there * lobe * per_area / drawn.density * weight * self.through(ends, hits))
     }
 
     /// Light over Ks/pi along one direction drawn from the lobe, over its density.

@@ -23,6 +23,7 @@ pub(crate) mod punctual;
 pub(crate) mod random;
 pub(crate) mod report;
 pub(crate) mod surfaces;
+pub(crate) mod textures;
 pub(crate) mod tracer;
 
 pub use path::{KEPT, NextEvent};

@@ -87,7 +87,7 @@ impl Space<'_> {
         let Some(hit) = self.rays.closest(camera) else {
             return found;
         };
-        let matter = self.surfaces.matter(hit.face);
+        let matter = self.surfaces.matter_at(hit.face, [hit.u, hit.v]);
         if !matter.sends(hit.side) {
             found.back = true;
             return found;
@@ -152,11 +152,11 @@ impl Space<'_> {
     }
 
     /// The crossings that send light towards the start of the ray, each with T_c.
-    pub(super) fn sending<'s>(&'s self, hits: &'s [Hit]) -> impl Iterator<Item = (&'s Hit, &'s Matter, f32)> {
+    pub(super) fn sending<'s>(&'s self, hits: &'s [Hit]) -> impl Iterator<Item = (&'s Hit, Matter, f32)> {
         let mut through = 1.0;
         let crossings = hits.iter().map_while(move |hit| {
             let before = through;
-            let matter = self.surfaces.matter(hit.face);
+            let matter = self.surfaces.matter_at(hit.face, [hit.u, hit.v]);
             through *= matter.tau;
             (before > 0.0).then_some((hit, matter, before))
         });
@@ -192,7 +192,7 @@ impl Space<'_> {
         let distance2 = across.length_squared();
         let direction = across / distance2.sqrt();
         let facing = -self.surfaces.facet(drawn.face).normal.dot(direction);
-        let matter = self.surfaces.matter(drawn.face);
+        let matter = self.surfaces.matter_at(drawn.face, drawn.weights);
         let side = match facing > 0.0 {
             true => Side::Front,
             false => Side::Back,
@@ -207,7 +207,7 @@ impl Space<'_> {
         let ends = ((point.position, Some(point.face)), (drawn.position, Some(drawn.face)));
         let through = self.through(ends, hits);
         let weight = power_heuristic(drawn.density, met);
-        matter.emitted.invisible * (through * weight * met / drawn.density)
+        matter.emitted.invisible * (matter.there * through * weight * met / drawn.density)
     }
 
     /// The product of tau between two points.
@@ -221,7 +221,7 @@ impl Space<'_> {
 
     /// The next vertex and the throughput to it, roulette not yet played; none where no crossing passes light on.
     fn choose(&self, throughput: Rgb, hits: &[Hit], random: &mut Random) -> Option<(SurfacePoint, Rgb)> {
-        let weigh = |(hit, matter, through): (&Hit, &Matter, f32)| {
+        let weigh = |(hit, matter, through): (&Hit, Matter, f32)| {
             let carried = through * throughput * matter.passed_on;
             (*hit, carried, carried.max_element())
         };

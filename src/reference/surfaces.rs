@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use crate::light::{Gloss, Light, Rgb, Transport};
 use crate::rays::{Hit, Side};
+use crate::reference::textures::FaceTextures;
 use crate::scene::{Scene, Sides};
 
 /// A face's place.
@@ -17,7 +18,7 @@ pub(crate) struct Facet {
     material: u32,
 }
 
-/// A material's numbers under one (alpha, tau).
+/// A material's numbers under one (alpha, tau); of a point, or the factors on its textures.
 #[derive(Clone, Copy)]
 pub(crate) struct Matter {
     /// Diffuse reflectance: what reaches the visible half.
@@ -30,6 +31,8 @@ pub(crate) struct Matter {
     pub tau: f32,
     /// Highlights of direct light.
     pub gloss: Option<Gloss>,
+    /// The share of it that is there.
+    pub there: f32,
     sides: Sides,
 }
 
@@ -59,6 +62,7 @@ pub(crate) struct SurfacePoint {
 pub(crate) struct Surfaces {
     facets: Vec<Facet>,
     matter: Vec<Matter>,
+    textures: Option<FaceTextures>,
     /// tau of every material.
     pub taus: Vec<f32>,
     /// Nothing goes through anything.
@@ -81,12 +85,14 @@ impl Surfaces {
             emitted: m.emitted(),
             tau: t.tau,
             gloss: m.gloss,
+            there: 1.0,
             sides: m.sides,
         });
         let taus: Vec<f32> = transports.iter().map(|t| t.tau).collect();
         Surfaces {
             facets: facets.collect(),
             matter: matter.collect(),
+            textures: FaceTextures::new(scene),
             opaque: taus.iter().all(|&tau| tau == 0.0),
             taus,
             solid: scene.solid_faces(),
@@ -96,6 +102,11 @@ impl Surfaces {
     /// Number of faces that have a place; what stands for the sky follows them.
     pub(crate) fn count(&self) -> u32 {
         self.solid
+    }
+
+    /// Whether some materials differ from point to point.
+    pub(crate) fn is_textured(&self) -> bool {
+        self.textures.is_some()
     }
 
     /// Number of all faces.
@@ -111,6 +122,21 @@ impl Surfaces {
     #[inline]
     pub(crate) fn matter(&self, face: u32) -> &Matter {
         &self.matter[self.facet(face).material as usize]
+    }
+
+    /// A face's material at the point with these weights of the second and third corner.
+    #[inline]
+    pub(crate) fn matter_at(&self, face: u32, at: [f32; 2]) -> Matter {
+        let mut own = *self.matter(face);
+        let textures = self.textures.as_ref();
+        if let Some(texel) = textures.and_then(|textures| textures.at(self.facet(face).material, face, at)) {
+            own.rho *= texel.rho;
+            own.passed_on *= texel.rho;
+            own.emitted.invisible *= texel.emission;
+            own.emitted.visible *= texel.emission;
+            own.there = texel.there;
+        }
+        own
     }
 
     /// The point met, exact to the rounding of the corners.

@@ -161,7 +161,7 @@ impl<'a> Walks<'a> {
             hits,
             |m| f64::from(self.transports[m].tau),
             |hit, through: f64| {
-                let (rho, own) = self.reflects(hit);
+                let (rho, own) = self.reflects(ray, hit);
                 let seen = weight(hit) * through * rho;
                 let passed = seen * f64::from(own.alpha);
                 sum.visible += seen;
@@ -180,11 +180,12 @@ impl<'a> Walks<'a> {
     }
 
     /// rho of the side met, black on the back of a one-sided face, and the (alpha, tau) of its material.
-    fn reflects(&self, hit: &Hit) -> (DVec3, Transport) {
+    fn reflects(&self, ray: &Ray, hit: &Hit) -> (DVec3, Transport) {
         let material = self.scene.material(hit.face);
         let own = self.transports[self.scene.faces[hit.face as usize].material as usize];
         let lit = hit.side == Side::Front || material.sides == Sides::Two;
-        (if lit { material.rho.as_dvec3() } else { DVec3::ZERO }, own)
+        let rho = || self.scene.rho_at(hit.face, ray.at(hit.t)).as_dvec3();
+        (if lit { rho() } else { DVec3::ZERO }, own)
     }
 }
 

@@ -22,6 +22,8 @@ pub(crate) struct WalkSources<'a> {
     list: Vec<Source<'a>>,
     /// Radius of the ball about the middle of the unit frame that holds the scene, unit coordinates.
     radius: f64,
+    /// The emitted power of all, channels added, W.
+    total: f64,
 }
 
 /// Something that emits.
@@ -72,11 +74,14 @@ impl<'a> WalkSources<'a> {
         let far = |radius: f64, v: &Vec3| radius.max(v.as_dvec3().length());
         // The faces that stand for a sky lie beyond the scene.
         let radius = scene.sky.map_or_else(|| scene.vertices.iter().fold(0.0, far), |sky| sky.radius);
-        let mut sources = WalkSources { scene, list: Vec::new(), radius };
+        let mut sources = WalkSources { scene, list: Vec::new(), radius, total: 0.0 };
         let mut total = 0.0;
         for face in 0..scene.faces.len() as u32 {
             let material = scene.material(face);
-            let emission = material.emitted().invisible.as_dvec3();
+            let emission = match &material.maps {
+                None => material.emitted().invisible.as_dvec3(),
+                Some(_) => scene.means(face, scene.corners(face)).emission,
+            };
             let sides: &[Side] = if material.sides == Sides::Two { &[Side::Front, Side::Back] } else { &[Side::Front] };
             let unit = scene.frame.scale * scene.frame.scale;
             let power = PI * unit * scene.emitting_area(face) * emission.element_sum();
@@ -97,6 +102,7 @@ impl<'a> WalkSources<'a> {
             source.cumulative /= total;
             source.weight *= total;
         }
+        sources.total = total;
         sources
     }
 
@@ -127,6 +133,7 @@ impl<'a> WalkSources<'a> {
             }
             Origin::Side(face, side) => {
                 let position = triangle_point(self.scene.corners(face), random.uniform(), random.uniform());
+                let weight = self.textured(face, position).unwrap_or(source.weight);
                 return Some(Start { ray: leave(self.scene, position, (face, side), random), weight, place: None });
             }
         };
@@ -153,6 +160,14 @@ impl<'a> WalkSources<'a> {
                 Start { ray: ray(aside - 2.0 * self.radius * *direction, *direction), weight, place: None }
             }
         })
+    }
+
+    /// What a walk carries from a point of a face with textures, whose points are drawn alike.
+    fn textured(&self, face: u32, position: Vec3) -> Option<DVec3> {
+        self.scene.maps(face)?;
+        let there = f64::from(self.scene.coverage_at(face, position));
+        let own = there * self.scene.emitted_at(face, position).invisible.as_dvec3();
+        Some(self.total / self.scene.means(face, self.scene.corners(face)).emission.element_sum() * own)
     }
 
     /// A ray that enters the sphere around the scene from a half of the sky: of uniform direction, through a uniform

@@ -8,7 +8,7 @@
 
 use std::collections::HashMap;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::light::Gloss;
 use crate::scene::camera::ViewError;
@@ -35,6 +35,8 @@ pub(crate) struct Soup {
     pub vertices: Vec<DVec3>,
     /// The corners of all polygons, one after the other.
     pub corners: Vec<u32>,
+    /// Texture coordinates of the corners, as many or none; (0, 0) for corners beyond them.
+    pub coordinates: Vec<Vec2>,
     pub polygons: Vec<Polygon>,
     pub materials: Vec<Material>,
     pub objects: Vec<String>,
@@ -162,6 +164,7 @@ pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
         vertices: mesh.vertices,
         faces: mesh.faces,
         exact: mesh.exact,
+        coordinates: mesh.coordinates,
         materials: soup.materials,
         objects: soup.objects,
         lights,
@@ -228,6 +231,7 @@ struct Mesh {
     vertices: Vec<Vec3>,
     faces: Vec<Face>,
     exact: Vec<[DVec3; 3]>,
+    coordinates: Vec<[Vec2; 3]>,
     index: HashMap<[u32; 3], u32>,
 }
 
@@ -237,6 +241,7 @@ impl Mesh {
         let mut triangulator = Triangulator::default();
         let (mut points, mut rest): (Vec<DVec3>, _) = (Vec::new(), &soup.corners[..]);
         for polygon in &soup.polygons {
+            let first = soup.corners.len() - rest.len();
             let (corners, after) = rest.split_at(polygon.corners);
             rest = after;
             points.clear();
@@ -246,7 +251,11 @@ impl Mesh {
             }
             let before = self.faces.len();
             for triangle in &triangulator.triangles {
-                self.add_triangle(triangle.map(|i| points[i as usize]), polygon);
+                let added = self.add_triangle(triangle.map(|i| points[i as usize]), polygon);
+                if added && !soup.coordinates.is_empty() {
+                    let at = |i: u32| soup.coordinates.get(first + i as usize).copied().unwrap_or_default();
+                    self.coordinates.push(triangle.map(at));
+                }
             }
             if self.faces.len() == before {
                 flaws.flat.add_named(polygon.number, &soup.materials[polygon.material as usize].name);
@@ -254,15 +263,18 @@ impl Mesh {
         }
     }
 
-    fn add_triangle(&mut self, exact: [DVec3; 3], polygon: &Polygon) {
+    /// Adds a triangle, unless it is too thin; whether it was added.
+    fn add_triangle(&mut self, exact: [DVec3; 3], polygon: &Polygon) -> bool {
         let corners = exact.map(|corner| corner.as_vec3());
-        if height(corners) >= THINNEST {
+        let thick = height(corners) >= THINNEST;
+        if thick {
             // Adding zero makes -0 and 0 one point.
             self.exact.push(exact.map(|corner| corner + DVec3::ZERO));
             let vertices = corners.map(|corner| self.vertex(corner));
             let (material, object) = (polygon.material, polygon.object);
             self.faces.push(Face { vertices, material, object });
         }
+        thick
     }
 
     fn vertex(&mut self, point: Vec3) -> u32 {

@@ -90,7 +90,7 @@ impl Surfaces {
             let points: Vec<DVec3> = corners.iter().map(|&v| frame.to_unit(soup.vertices[v as usize])).collect();
             triangulator.run(&points);
             let area = 0.5 * newell(&points).length();
-            let rho = soup.materials[polygon.material as usize].rho;
+            let rho = soup.materials[polygon.material as usize].mean_rho();
             found.area += area;
             found.reflecting += area * f64::from(rho.element_sum() / 3.0);
             found.triangles.extend(triangulator.triangles.iter().map(|triangle| triangle.map(|i| points[i as usize])));

@@ -84,6 +84,13 @@ pub enum SceneError {
     #[diagnostic(help("its cameras are: {known}. Without --camera the first one looks, or [camera] of a scene file"))]
     NoCamera { scene: String, name: String, known: String },
 
+    /// The image of a texture is there and cannot be decoded.
+    #[error("{place}: the image `{name}` is broken: {message}")]
+    #[diagnostic(help(
+        "save the image again as PNG, JPEG or TGA, or remove it: without the file the plain colour counts"
+    ))]
+    Image { place: Place, name: String, message: String },
+
     /// The text is not UTF-8.
     #[error("{place}: byte 0x{byte:02x} is not UTF-8 text")]
     #[diagnostic(help("save the file as UTF-8 text; binary files cannot be read"))]

@@ -127,7 +127,7 @@ impl<'a> Found<'a> {
 }
 
 /// The file of that name; else with `/` for `\`; else of its last part.
-fn read_either_way<'a>(name: &str, reader: Reader<'a>) -> io::Result<Cow<'a, [u8]>> {
+pub(crate) fn read_either_way<'a>(name: &str, reader: Reader<'a>) -> io::Result<Cow<'a, [u8]>> {
     let slashes = name.replace('\\', "/");
     let last = slashes.rsplit('/').next().unwrap_or("");
     reader(name).or_else(|failure| {

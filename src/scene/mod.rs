@@ -5,7 +5,7 @@
 //! to the file's units through [`Scene::frame`]. Loaded from OBJ + MTL, from glTF 2.0, from a TOML scene file that
 //! adds to one of these, or from a scene built in.
 //!
-//! Not handled: textures, smooth normals, curves, instances.
+//! Not handled: smooth normals, bump maps, curves, instances.
 
 pub(crate) mod build;
 pub mod builtin;
@@ -22,7 +22,10 @@ pub(crate) mod lines;
 pub(crate) mod load;
 pub(crate) mod model;
 pub(crate) mod mtl;
+pub(crate) mod mtl_maps;
+pub(crate) mod mtl_textures;
 pub(crate) mod obj;
+pub(crate) mod obj_coordinates;
 pub(crate) mod obj_text;
 pub(crate) mod polygon;
 pub(crate) mod punctual;
@@ -30,6 +33,8 @@ pub(crate) mod sky;
 pub(crate) mod sky_faces;
 pub(crate) mod sky_table;
 pub(crate) mod source;
+pub(crate) mod textured;
+pub mod textures;
 pub(crate) mod warnings;
 
 pub use build::THINNEST;
@@ -40,3 +45,4 @@ pub use mtl::DEFAULT_RHO;
 pub use obj::NO_MATERIAL;
 pub use punctual::{PunctualForm, PunctualLight, PunctualPlace};
 pub use sky::{Sky, SkyLight};
+pub use textured::Means;

@@ -2,11 +2,14 @@
 //!
 //! Not handled: how a scene is read and checked; that is [`crate::scene::load`] and [`crate::scene::build`].
 
-use glam::{DVec3, Vec3};
+use std::sync::Arc;
+
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::light::{Gloss, Light, Rgb, Transport, TransportError, Visibility};
 use crate::scene::punctual::PunctualLight;
 use crate::scene::sky::Sky;
+use crate::scene::textures::Maps;
 
 /// A checked scene in unit coordinates.
 ///
@@ -23,6 +26,8 @@ pub struct Scene {
     /// Corners of the faces before they were rounded to single precision, unit coordinates; see
     /// [`Scene::exact_corners`].
     pub exact: Vec<[DVec3; 3]>,
+    /// Texture coordinates of the corners of the faces; empty where no material has a texture.
+    pub coordinates: Vec<[Vec2; 3]>,
     /// What the faces are made of.
     pub materials: Vec<Material>,
     /// Names of the file's objects and groups.
@@ -59,9 +64,9 @@ pub struct Face {
 pub struct Material {
     /// The MTL's name.
     pub name: String,
-    /// Diffuse reflectance per channel, 0..=1 (MTL `Kd`).
+    /// Diffuse reflectance per channel, 0..=1 (MTL `Kd`): that of every point, or the factor on its texture.
     pub rho: Rgb,
-    /// Emitted radiance in W/(m² sr) (MTL `Ke`).
+    /// Emitted radiance in W/(m² sr) (MTL `Ke`): that of every point, or the factor on its texture.
     pub emission: Rgb,
     /// Whether the camera sees the emission.
     pub visibility: Visibility,
@@ -73,6 +78,8 @@ pub struct Material {
     pub sides: Sides,
     /// Highlights of direct light, where it has any (MTL `Ks` and `Ns`, under [`LoadOptions::highlights`]).
     pub gloss: Option<Gloss>,
+    /// What differs from point to point, if anything does.
+    pub maps: Option<Arc<Maps>>,
 }
 
 /// Which sides of a face reflect and emit.
@@ -170,6 +177,7 @@ impl Material {
             tau: None,
             sides: Sides::One,
             gloss: None,
+            maps: None,
         }
     }
 
@@ -179,9 +187,15 @@ impl Material {
         Transport::new(own.alpha, own.tau).map(|_| ())
     }
 
-    /// `E` of a point of this material: `(E_invisible, E_visible)`.
+    /// `E` of a point of this material: `(E_invisible, E_visible)`; the factor on it where it has a texture.
     pub fn emitted(&self) -> Light {
         Light::emitted(self.emission, self.visibility)
+    }
+
+    /// About what it reflects in the mean: rho, times the mean of its image.
+    pub(crate) fn mean_rho(&self) -> Rgb {
+        let texture = self.maps.as_ref().and_then(|maps| maps.reflectance.as_ref());
+        texture.map_or(self.rho, |texture| self.rho * texture.image.mean())
     }
 
     /// Whether any channel emits.

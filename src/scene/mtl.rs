@@ -3,7 +3,9 @@
 //!
 //! The text is decoded already. One number after `Kd` or `Ke` is a grey. A material without `Kd` reflects
 //! [`DEFAULT_RHO`], with a warning; without `Ns` the exponent is 0, as OpenGL has it. Of two materials of one name the
-//! first counts. Not handled: textures, and nonzero `Ks` where no highlights are asked for (a warning each), `spectral` and `xyz` colours (an error), transparency and illumination models (ignored).
+//! first counts. `map_Kd`, `map_Ke` and `map_d` are kept for [`crate::scene::mtl_textures`]. Not handled: other
+//! textures, and nonzero `Ks` where no highlights are asked for (a warning each), `spectral` and `xyz` colours (an
+//! error), transparency and illumination models (ignored).
 //!
 //! Source: Wavefront, *MTL Material Format*, Advanced Visualizer manual.
 
@@ -16,6 +18,7 @@ use crate::light::{Gloss, Rgb};
 use crate::scene::error::{Place, SceneError};
 use crate::scene::lines;
 use crate::scene::lines::Statement;
+use crate::scene::mtl_maps::MapLines;
 use crate::scene::warnings::Tally;
 
 /// The reflectance of a material that has no `Kd`: the customary default of MTL readers and writers.
@@ -30,6 +33,7 @@ struct Entry {
     ke: Option<[f64; 3]>,
     ks: Option<[f64; 3]>,
     ns: f64,
+    maps: MapLines,
 }
 
 /// The materials of all libraries of an OBJ, in order.
@@ -46,7 +50,7 @@ pub(crate) struct Libraries {
 impl Entry {
     /// A material that says nothing.
     fn new(name: &str, line: usize) -> Entry {
-        Entry { name: name.to_owned(), line, kd: None, ke: None, ks: None, ns: 0.0 }
+        Entry { name: name.to_owned(), line, kd: None, ke: None, ks: None, ns: 0.0, maps: MapLines::default() }
     }
 }
 
@@ -104,6 +108,16 @@ impl Libraries {
         })
     }
 
+    /// The textures of a material.
+    pub fn maps(&self, index: usize) -> &MapLines {
+        &self.entries[index].maps
+    }
+
+    /// Whether a material says `Kd`, and `Ke`.
+    pub fn factors(&self, index: usize) -> [bool; 2] {
+        [self.entries[index].kd.is_some(), self.entries[index].ke.is_some()]
+    }
+
     /// An MTL text of nothing but checked `newmtl`, `Kd` and `Ke`; material i is named by `rename(i)`.
     pub fn clean_text(&self, rename: impl Fn(usize) -> String) -> String {
         let mut text = String::new();
@@ -121,7 +135,7 @@ impl Libraries {
         if self.index.contains_key(&entry.name) {
             return tallies.twice.add_named(entry.line, &entry.name);
         }
-        if entry.kd.is_none() {
+        if entry.kd.is_none() && entry.maps.kd.is_none() {
             tallies.no_kd.add_named(entry.line, &entry.name);
         }
         self.index.insert(entry.name.clone(), self.entries.len());
@@ -131,7 +145,7 @@ impl Libraries {
     fn warn(&mut self, file: &str, tallies: &Tallies) {
         let no_kd = format!("it reflects {DEFAULT_RHO}");
         for (tally, noun, consequence) in [
-            (&tallies.textures, "texture", "textures are not modelled; Kd and Ke alone count"),
+            (&tallies.textures, "texture", "of textures map_Kd, map_Ke and map_d alone are modelled"),
             (&tallies.specular, "Ks", "left out; --highlights shows highlights of direct light"),
             (&tallies.no_kd, "missing Kd", no_kd.as_str()),
             (&tallies.twice, "repeated definition", "the first one counts"),
@@ -150,6 +164,11 @@ fn read_statement(
 ) -> Result<(), SceneError> {
     if statement.keyword() == "newmtl" {
         entries.push(Entry::new(statement.name(file)?, statement.line));
+        return Ok(());
+    }
+    if let Some(entry) = entries.last_mut()
+        && entry.maps.take(file, statement)?
+    {
         return Ok(());
     }
     match (statement.keyword(), entries.last_mut()) {
@@ -273,7 +292,7 @@ mod tests {
 
     #[test]
     fn what_is_not_modelled_is_named() {
-        let libraries = read("newmtl a\nmap_Kd x.png\nKs 0 0 .1\nnewmtl b\nKs 0\nbump y\n").unwrap();
+        let libraries = read("newmtl a\nmap_Bump x.png\nKs 0 0 .1\nnewmtl b\nKs 0\nbump y\n").unwrap();
         let all = libraries.warnings.join("\n");
         assert!(all.contains("2 textures of materials a, b (first: m.mtl, line 2)"), "{all}");
         assert!(all.contains("1 Ks of material `a` (first: m.mtl, line 3)"), "{all}");

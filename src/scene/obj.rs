@@ -7,7 +7,7 @@
 //! text it gets holds none of these and it is not asked to triangulate. The k-th polygon it returns is the k-th `f`
 //! line of the check, which gives every polygon its line number.
 //!
-//! Not handled: textures, normals, curves and surfaces; they are warned of or ignored.
+//! Not handled: normals, curves and surfaces; they are warned of or ignored.
 
 use glam::DVec3;
 
@@ -20,7 +20,7 @@ use crate::scene::lines::list;
 use crate::scene::mtl::{Libraries, check_rho};
 use crate::scene::obj_text::ObjText;
 use crate::scene::warnings::Tally;
-use crate::scene::{LoadOptions, Material, libraries, obj_text};
+use crate::scene::{LoadOptions, Material, libraries, mtl_textures, obj_coordinates, obj_text};
 
 /// The material of faces before the first `usemtl`: reflects [`LoadOptions::reflectance`].
 pub const NO_MATERIAL: &str = "(none)";
@@ -34,7 +34,8 @@ pub(crate) fn read(
     options: LoadOptions,
 ) -> Result<Soup, SceneError> {
     let mut latin = Latin::default();
-    let text = obj_text::check(file, &latin.decode(file, bytes)?)?;
+    let decoded = latin.decode(file, bytes)?;
+    let text = obj_text::check(file, &decoded)?;
     if text.face_lines.is_empty() {
         return Err(SceneError::Empty { file: file.to_owned(), dropped: 0 });
     }
@@ -50,11 +51,15 @@ pub(crate) fn read(
         item: "line",
         objects: text.objects.list.iter().map(|(name, _)| name.clone()).collect(),
         materials: libraries.names().zip(libraries.gloss()).zip(&materials).map(material).collect(),
-        warnings: libraries.warnings,
+        warnings: std::mem::take(&mut libraries.warnings),
         ..Soup::default()
     };
+    mtl_textures::attach(file, &libraries, &used, &mut soup.materials, reader, &mut soup.warnings)?;
     soup.take_warnings(&text, rho);
     soup.take_models(&text, &models, rho)?;
+    if soup.materials.iter().any(|material| material.maps.is_some()) {
+        obj_coordinates::take(&mut soup, &decoded);
+    }
     Ok(soup)
 }
 

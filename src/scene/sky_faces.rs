@@ -104,5 +104,6 @@ fn black(radiance: Rgb) -> Material {
         tau: Some(0.0),
         sides: Sides::One,
         gloss: None,
+        maps: None,
     }
 }

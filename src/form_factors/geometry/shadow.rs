@@ -32,6 +32,8 @@ pub(crate) struct Caster {
     pub normal: DVec3,
     /// What it lets through.
     pub tau: f64,
+    /// Whether its surface has holes, so that its shadow has another outline.
+    pub masked: bool,
     /// The convex lamp it is a face of, if of one.
     pub part: Option<u32>,
 }
@@ -246,7 +248,7 @@ mod tests {
     fn caster(corners: [DVec3; 3], tau: f64) -> Caster {
         let [a, b, c] = corners;
         let normal = (b - a).cross(c - a).normalize();
-        Caster { corners, normal, tau, part: None }
+        Caster { corners, normal, tau, masked: false, part: None }
     }
 
     /// A large lamp at height 2 that faces down.

@@ -49,6 +49,9 @@ impl Key {
         let _ = write!(hash, "{:?}{:?}", scene.camera, scene.frame);
         let _ = write!(hash, "{:?}{:?}", scene.materials, scene.faces);
         let _ = write!(hash, "{:?}", scene.vertices);
+        if scene.is_textured() {
+            let _ = write!(hash, "{:?}", scene.coordinates);
+        }
         Key(format!("{:032x}", hash.0))
     }
 }

@@ -58,8 +58,8 @@ impl Survey {
         sampling: &Sampling,
         watch: &dyn Watch,
     ) -> Survey {
-        let of = |&m: &u32| transports[m as usize].alpha * scene.materials[m as usize].rho;
-        let passed: Vec<Rgb> = patches.materials().iter().map(of).collect();
+        let of = |(i, &m): (usize, &u32)| transports[m as usize].alpha * patches.reflectance(scene, i);
+        let passed: Vec<Rgb> = patches.materials().iter().enumerate().map(of).collect();
         let largest: Vec<f32> = passed.iter().map(|b| b.max_element()).collect();
         let travels: Vec<bool> = largest.iter().map(|&b| b > 0.0).collect();
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();

@@ -1,0 +1,85 @@
+//! Faces with masks: rays meet them where there is a surface, and pass where there is none.
+//!
+//! A share a of a surface between 0 and 1 is met with the chance a, drawn from the bits of the place itself (stochastic
+//! transparency: E. Enderton et al., 2010). So the mean over rays is that of a surface with tau = 1 - a, one ray always
+//! answers the same, and nobody who casts rays need know of masks.
+//!
+//! Not handled: closed forms, which take faces as whole; [`crate::direct::Shafts`] leave masked ones to rays.
+
+use std::sync::Arc;
+
+use glam::Vec2;
+use rustc_hash::FxHashMap;
+
+use crate::rays::accelerator::Accelerator;
+use crate::rays::crossings::settle;
+use crate::rays::query::Query;
+use crate::rays::ray::Hit;
+use crate::rays::sobol::{fraction, hash};
+use crate::scene::Scene;
+use crate::scene::textures::Maps;
+
+/// The masked faces of a scene.
+pub(super) struct MaskedFaces {
+    tree: Accelerator,
+    faces: FxHashMap<u32, (Arc<Maps>, [Vec2; 3])>,
+}
+
+/// Whether a face of a scene has a mask.
+pub(super) fn is_masked(scene: &Scene, face: u32) -> bool {
+    scene.maps(face).is_some_and(|maps| maps.mask.is_some())
+}
+
+impl MaskedFaces {
+    /// The masked faces by number, in the tree that `tree` makes of them; none where there are none.
+    pub fn new(scene: &Scene, masked: &[u32], tree: impl Fn(&[u32]) -> Accelerator) -> Option<MaskedFaces> {
+        let own = |&face: &u32| {
+            let maps = scene.material(face).maps.clone()?;
+            Some((face, (maps, scene.coordinates.get(face as usize).copied().unwrap_or_default())))
+        };
+        (!masked.is_empty()).then(|| MaskedFaces { tree: tree(masked), faces: masked.iter().filter_map(own).collect() })
+    }
+
+    /// Whether there is a surface where a ray meets a face.
+    fn is_there(&self, hit: &Hit) -> bool {
+        let Some((maps, [a, b, c])) = self.faces.get(&hit.face) else { return true };
+        let at = *a + hit.u * (*b - *a) + hit.v * (*c - *a);
+        let share = maps.mask.as_ref().map_or(1.0, |mask| mask.at(at.as_dvec2()));
+        let drawn = || fraction(hash(hit.u.to_bits(), hash(hit.v.to_bits(), hit.face)));
+        share >= 1.0 || (share > 0.0 && drawn() < share)
+    }
+
+    /// Appends every meeting with a surface to `out`, in no order.
+    pub fn meet(&self, query: &Query, out: &mut Vec<Hit>) {
+        let before = out.len();
+        self.tree.all(query, out);
+        let mut kept = before;
+        for k in before..out.len() {
+            let hit = out[k];
+            if self.is_there(&hit) {
+                out[kept] = hit;
+                kept += 1;
+            }
+        }
+        out.truncate(kept);
+    }
+
+    /// The first of a meeting with other faces and all with these.
+    pub fn first(&self, query: &Query, other: Option<Hit>, planes: &[u32]) -> Option<Hit> {
+        let mut hits = Vec::new();
+        self.meet(query, &mut hits);
+        if hits.is_empty() {
+            return other;
+        }
+        hits.extend(other);
+        settle(&mut hits, planes);
+        hits.first().copied()
+    }
+
+    /// Whether no surface is met.
+    pub fn is_clear(&self, query: &Query) -> bool {
+        let mut hits = Vec::new();
+        self.meet(query, &mut hits);
+        hits.is_empty()
+    }
+}

@@ -1,0 +1,118 @@
+//! What a point of a scene's surface reflects and emits, and the means over pieces of faces.
+//!
+//! Materials without textures give their own numbers, without looking at the place. The sky's faces have no place.
+//!
+//! Not handled: which image lies where ([`crate::scene::textures`]).
+
+use glam::{DVec2, DVec3, Vec3};
+
+use crate::light::{Light, Rgb};
+use crate::scene::model::Scene;
+use crate::scene::textures::Maps;
+use crate::scene::textures::mean::{subdivided, weighted};
+
+/// Points to a side of a triangle that the means of masked surfaces are taken over.
+const POINTS: u32 = 24;
+
+/// Means over a piece of a face, each point counting as much as there is a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Means {
+    /// Mean share a of a surface, 0..=1.
+    pub coverage: f64,
+    /// Mean of `a rho(x)`.
+    pub rho: DVec3,
+    /// Mean of `a E(x)`, W/(m² sr).
+    pub emission: DVec3,
+}
+
+impl Scene {
+    /// Whether a material has textures.
+    pub fn is_textured(&self) -> bool {
+        self.materials.iter().any(|material| material.maps.is_some())
+    }
+
+    /// The textures of a face's material.
+    #[inline]
+    pub fn maps(&self, face: u32) -> Option<&Maps> {
+        self.material(face).maps.as_deref()
+    }
+
+    /// Texture coordinates of a point of a face.
+    pub fn coordinates_at(&self, face: u32, position: Vec3) -> DVec2 {
+        let Some(corners) = self.coordinates.get(face as usize) else { return DVec2::ZERO };
+        let [a, b, c] = self.corners(face).map(|corner| corner.as_dvec3());
+        let (u, v, p) = (b - a, c - a, position.as_dvec3() - a);
+        let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
+        let (pu, pv) = (p.dot(u), p.dot(v));
+        let weights = DVec2::new(vv * pu - uv * pv, uu * pv - uv * pu) / (uu * vv - uv * uv);
+        weighted(corners.map(|at| at.as_dvec2()), weights)
+    }
+
+    /// rho of a point of a face.
+    #[inline]
+    pub fn rho_at(&self, face: u32, position: Vec3) -> Rgb {
+        let material = self.material(face);
+        match material.maps.as_ref().and_then(|maps| maps.reflectance.as_ref()) {
+            None => material.rho,
+            Some(texture) => material.rho * texture.colour(self.coordinates_at(face, position)),
+        }
+    }
+
+    /// E of a point of a face: `(E_invisible, E_visible)`, W/(m² sr).
+    #[inline]
+    pub fn emitted_at(&self, face: u32, position: Vec3) -> Light {
+        let material = self.material(face);
+        match material.maps.as_ref().and_then(|maps| maps.emission.as_ref()) {
+            None => material.emitted(),
+            Some(texture) => {
+                let share = texture.colour(self.coordinates_at(face, position));
+                Light::emitted(share * material.emission, material.visibility)
+            }
+        }
+    }
+
+    /// The share of a surface that is there at a point of a face, 0..=1.
+    #[inline]
+    pub fn coverage_at(&self, face: u32, position: Vec3) -> f32 {
+        let mask = self.maps(face).and_then(|maps| maps.mask.as_ref());
+        mask.map_or(1.0, |mask| mask.at(self.coordinates_at(face, position)))
+    }
+
+    /// Means over a triangle that is a part of a face: exact ([`crate::scene::textures::Texture::mean`]), but over
+    /// [`POINTS`]² points where the surface has a mask.
+    pub fn means(&self, face: u32, triangle: [Vec3; 3]) -> Means {
+        let material = self.material(face);
+        let (rho, emission) = (material.rho.as_dvec3(), material.emission.as_dvec3());
+        let Some(maps) = &material.maps else { return Means { coverage: 1.0, rho, emission } };
+        let corners = triangle.map(|corner| self.coordinates_at(face, corner));
+        let Some(mask) = &maps.mask else {
+            let [rho_of, emission_of] = [&maps.reflectance, &maps.emission]
+                .map(|texture| texture.as_ref().map_or(DVec3::ONE, |texture| texture.mean(corners)));
+            return Means { coverage: 1.0, rho: rho * rho_of, emission: emission * emission_of };
+        };
+        let share = 1.0 / f64::from(POINTS * POINTS);
+        let mut sum = Means::default();
+        for at in subdivided(POINTS).map(|at| weighted(corners, at)) {
+            let own = share * f64::from(mask.at(at));
+            let [rho_of, emission_of] = [&maps.reflectance, &maps.emission]
+                .map(|texture| texture.as_ref().map_or(DVec3::ONE, |texture| texture.colour(at).as_dvec3()));
+            sum.add(own, &Means { coverage: 1.0, rho: rho * rho_of, emission: emission * emission_of });
+        }
+        sum
+    }
+}
+
+impl Means {
+    /// Adds the means of another piece, times its weight.
+    pub fn add(&mut self, weight: f64, other: &Means) {
+        self.coverage += weight * other.coverage;
+        self.rho += weight * other.rho;
+        self.emission += weight * other.emission;
+    }
+
+    /// rho and E of what there is of a surface: means over the points where it is; nothing where it is nowhere.
+    pub fn of_surface(&self) -> (Rgb, Rgb) {
+        let over = if self.coverage > 0.0 { 1.0 / self.coverage } else { 0.0 };
+        ((over * self.rho).as_vec3(), (over * self.emission).as_vec3())
+    }
+}

@@ -1,0 +1,58 @@
+//! What of a material differs from point to point: reflectance, emission, and whether there is a surface at all.
+//!
+//! ```text
+//! rho(x) = rho t_rho(x),     E(x) = E t_E(x),     tau(x) = 1 - a(x) (1 - tau)
+//! ```
+//!
+//! with t the texture's linear colour and a the share of the mask: a surface is there with the chance a(x), so that
+//! where a is 0 it neither reflects, emits nor hides, and light that meets it is let through by 1 - a in the mean.
+//!
+//! Not handled: textures of anything else.
+
+use glam::DVec2;
+
+use crate::scene::textures::image::Channel;
+use crate::scene::textures::texture::Texture;
+
+/// The textures of a material, at least one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Maps {
+    /// Factor on rho.
+    pub reflectance: Option<Texture>,
+    /// Factor on the emitted radiance.
+    pub emission: Option<Texture>,
+    /// Where there is a surface.
+    pub mask: Option<Mask>,
+}
+
+/// Where there is a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mask {
+    /// Its texture; 1 everywhere where there is none.
+    pub texture: Option<Texture>,
+    /// Which number of the texels counts.
+    pub channel: Channel,
+    /// Factor on it.
+    pub factor: f32,
+    /// From this share on there is a surface, and below there is none; each share counts as it is without.
+    pub cutoff: Option<f32>,
+}
+
+impl Mask {
+    /// The share a of a surface at coordinates of vertices, 0..=1.
+    pub fn at(&self, at: DVec2) -> f32 {
+        let texel = self.texture.as_ref().map_or(1.0, |texture| texture.share(at, self.channel));
+        let share = (self.factor * texel).clamp(0.0, 1.0);
+        match self.cutoff {
+            Some(cutoff) => f32::from(u8::from(share >= cutoff)),
+            None => share,
+        }
+    }
+}
+
+impl Maps {
+    /// Whether nothing differs.
+    pub fn is_empty(&self) -> bool {
+        self.reflectance.is_none() && self.emission.is_none() && self.mask.is_none()
+    }
+}

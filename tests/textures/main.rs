@@ -1,0 +1,49 @@
+//! Textures: against closed forms, against the path tracer in every mode, and masks against geometry cut out.
+//!
+//! Not tested here: glTF's textures.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod files;
+mod masks;
+mod pictures;
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3, Vec2};
+use halflight::light::Rgb;
+use halflight::pictures::Texels;
+use halflight::scene::textures::{Filter, Image, Maps, Texture, Wrap};
+use halflight::scene::{Material, Scene};
+
+/// The room of `tests/data/textured`.
+fn room() -> Scene {
+    Scene::open(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/textured/room.toml")).expect("a scene")
+}
+
+/// A texture of grey codes, `width` to a row.
+fn texture(width: usize, codes: Vec<u8>, filter: Filter) -> Texture {
+    let texels = Texels { width, height: codes.len() / width, channels: 1, codes };
+    let placement = Texture::upright(DVec2::ONE, DVec2::ZERO);
+    Texture { image: Arc::new(Image::new(texels)), placement, wrap: [Wrap::Repeat; 2], filter }
+}
+
+/// Black and white by turns, n x n.
+fn checker(n: usize) -> Vec<u8> {
+    (0..n * n).map(|k| if (k % n + k / n).is_multiple_of(2) { 0 } else { 255 }).collect()
+}
+
+/// A material that reflects rho times a texture.
+fn textured(rho: f32, texture: Texture) -> Material {
+    let maps = Maps { reflectance: Some(texture), ..Maps::default() };
+    Material { maps: Some(Arc::new(maps)), ..Material::new("textured", Rgb::splat(rho), Rgb::ZERO) }
+}
+
+/// Gives every face of a scene coordinates: its points along two vectors.
+fn place(scene: &mut Scene, u: DVec3, v: DVec3) {
+    let at = |p: glam::Vec3| {
+        let p = scene.frame.to_file(p.as_dvec3());
+        Vec2::new(p.dot(u) as f32, p.dot(v) as f32)
+    };
+    scene.coordinates = (0..scene.faces.len() as u32).map(|f| scene.corners(f).map(at)).collect();
+}
