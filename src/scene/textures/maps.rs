@@ -11,7 +11,7 @@
 
 use glam::DVec2;
 
-use crate::scene::textures::image::Channel;
+use crate::scene::textures::stored_image::Channel;
 use crate::scene::textures::texture::Texture;
 
 /// The textures of a material, at least one.

@@ -17,7 +17,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::scene::textures::image::Cells;
+use crate::scene::textures::stored_image::Cells;
 use crate::scene::textures::texture::{Filter, Texture};
 
 /// Texels of the rectangle around a triangle that are read one by one, at most.
@@ -197,7 +197,7 @@ mod tests {
 
     use super::*;
     use crate::pictures::Texels;
-    use crate::scene::textures::image::Image;
+    use crate::scene::textures::stored_image::Image;
     use crate::scene::textures::texture::Wrap;
 
     fn texture(width: usize, height: usize, filter: Filter, wrap: Wrap) -> Texture {

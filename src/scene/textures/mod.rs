@@ -2,11 +2,11 @@
 //!
 //! Not handled: bump and normal maps, mipmaps, textures that are computed.
 
-pub(crate) mod image;
 pub(crate) mod maps;
 pub(crate) mod mean;
+pub(crate) mod stored_image;
 pub(crate) mod texture;
 
-pub use image::{Channel, Image};
 pub use maps::{Maps, Mask};
+pub use stored_image::{Channel, Image};
 pub use texture::{Filter, Texture, Wrap};

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use glam::{DAffine2, DMat2, DVec2, Vec3};
 
-use crate::scene::textures::image::{Channel, Image};
+use crate::scene::textures::stored_image::{Channel, Image};
 
 /// A texture of one material.
 #[derive(Clone, Debug, PartialEq)]
