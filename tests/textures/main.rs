@@ -1,10 +1,11 @@
 //! Textures: against closed forms, against the path tracer in every mode, and masks against geometry cut out.
 //!
-//! Not tested here: glTF's textures.
+//! Not tested here: what Mitsuba makes of the same textures; docs/validation.md has that.
 
 #[path = "../common/mod.rs"]
 mod common;
 mod files;
+mod glb;
 mod masks;
 mod pictures;
 

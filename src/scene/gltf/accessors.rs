@@ -108,7 +108,7 @@ impl Data<'_> {
 }
 
 /// The bytes from `start` on, if there are so many.
-fn slice(bytes: &[u8], start: u64, length: u64) -> Option<&[u8]> {
+pub(super) fn slice(bytes: &[u8], start: u64, length: u64) -> Option<&[u8]> {
     let (start, length) = (usize::try_from(start).ok()?, usize::try_from(length).ok()?);
     bytes.get(start..start.checked_add(length)?)
 }

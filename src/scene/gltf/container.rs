@@ -5,6 +5,7 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::io;
 use std::rc::Rc;
 
 use data_url::DataUrl;
@@ -85,7 +86,7 @@ pub(super) fn buffers<'a>(
             }
             (Some(uri), _) if known.contains_key(uri.as_str()) => known[uri.as_str()].clone(),
             (Some(uri), _) => {
-                let bytes: Bytes = Rc::new(Cow::Owned(fetch(file, number, uri, reader)?));
+                let bytes: Bytes = Rc::new(Cow::Owned(buffer_bytes(file, number, uri, reader)?));
                 known.insert(uri, bytes.clone());
                 bytes
             }
@@ -102,23 +103,23 @@ fn check_length(number: usize, buffer: &Buffer, bytes: &[u8]) -> Result<(), Stri
     enough.then_some(()).ok_or_else(|| format!("buffer {number} has {found} bytes, not the {needed} of its byteLength"))
 }
 
-/// What a URI stands for: its own data, or a file relative to the glTF's folder.
-fn fetch(file: &str, number: usize, uri: &str, reader: Reader) -> Result<Vec<u8>, SceneError> {
+/// The bytes of a buffer of its own.
+fn buffer_bytes(file: &str, number: usize, uri: &str, reader: Reader) -> Result<Vec<u8>, SceneError> {
+    let file = || file.to_owned();
+    let message = || format!("the data URI of buffer {number} cannot be decoded");
+    let found = fetch(uri, reader).ok_or_else(|| SceneError::Gltf { file: file(), message: message() })?;
+    found.map_err(|source| SceneError::MissingBuffer { file: file(), number, name: shorten(uri), source })
+}
+
+/// What a URI stands for: its own data, or a file relative to the glTF's folder; none where its data cannot be decoded.
+pub(super) fn fetch(uri: &str, reader: Reader) -> Option<io::Result<Vec<u8>>> {
     if uri.starts_with("data:") {
-        return decode(uri).ok_or_else(|| SceneError::Gltf {
-            file: file.to_owned(),
-            message: format!("the data URI of buffer {number} cannot be decoded"),
-        });
+        return decode(uri).map(Ok);
     }
     let plain = decode(&format!("data:,{uri}")).and_then(|bytes| String::from_utf8(bytes).ok());
     let written = || reader(uri);
     let found = plain.map_or_else(written, |plain| reader(&plain).or_else(|_| written()));
-    found.map(Cow::into_owned).map_err(|source| SceneError::MissingBuffer {
-        file: file.to_owned(),
-        number,
-        name: shorten(uri),
-        source,
-    })
+    Some(found.map(Cow::into_owned))
 }
 
 /// The bytes of a `data:` URI. A path behind `data:,` is only freed of its percent signs.

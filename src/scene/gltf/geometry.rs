@@ -8,7 +8,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 use gltf_json::accessor::Type;
 use gltf_json::mesh::{Mesh, Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
@@ -26,11 +26,16 @@ const MOST_INSTANCED: usize = 1 << 25;
 /// Points and corners that a scene may have for each byte of its buffers: a strip of bytes makes three each.
 const CORNERS_A_BYTE: usize = 4;
 
+/// Texture coordinates beyond this are not taken for such: single precision tells texels apart no more.
+const FARTHEST: f32 = 1e6;
+
 /// What is being read.
 pub(super) struct Geometry<'a> {
-    pub data: Data<'a>,
+    pub data: &'a Data<'a>,
     pub soup: &'a mut Soup,
     pub ignored: &'a mut Ignored,
+    /// The set of texture coordinates that each material goes by, if it has textures.
+    pub sets: &'a [Option<u32>],
 }
 
 impl Geometry<'_> {
@@ -86,14 +91,41 @@ impl Geometry<'_> {
         let order = triangles(primitive, corners.len()).unwrap_or_default();
         let mirrored = placed.to_world.determinant() < 0.0;
         let material = primitive.material.map_or(self.soup.materials.len() - 1, |material| material.value()) as u32;
+        let coordinates = self.coordinates(primitive, material, count)?;
         let object = self.soup.objects.len() as u32;
         for [a, b, c] in order {
             let turned = if mirrored { [a, c, b] } else { [a, b, c] };
             self.soup.corners.extend(turned.map(|corner| first as u32 + corners[corner]));
+            if let Some(coordinates) = &coordinates {
+                let at = |corner: usize| coordinates.get(corners[corner] as usize).copied().unwrap_or_default();
+                self.soup.coordinates.extend(turned.map(at));
+            }
             let number = self.soup.polygons.len();
             self.soup.polygons.push(Polygon { corners: 3, material, object, number });
         }
         Ok(())
+    }
+
+    /// Texture coordinates of a primitive's vertices, empty where it has or needs none; none in a scene without
+    /// textures.
+    fn coordinates(&mut self, primitive: &Primitive, material: u32, count: usize) -> Result<Option<Vec<Vec2>>, String> {
+        if self.sets.iter().all(Option::is_none) {
+            return Ok(None);
+        }
+        let Some(set) = self.sets[material as usize] else { return Ok(Some(Vec::new())) };
+        let Some(index) = primitive.attributes.get(&Checked::Valid(Semantic::TexCoords(set))) else {
+            self.ignored.add("textures without coordinates, of materials", &self.soup.materials[material as usize].name);
+            return Ok(Some(Vec::new()));
+        };
+        let numbers = self.data.numbers(*index, Type::Vec2)?;
+        if numbers.len() < 2 * count {
+            return Err(format!("accessor {index} has {} texture coordinates for {count} vertices", numbers.len() / 2));
+        }
+        let place = |at: &[f64]| {
+            let at = Vec2::new(at[0] as f32, at[1] as f32);
+            if at.abs().max_element() <= FARTHEST { at } else { Vec2::ZERO }
+        };
+        Ok(Some(numbers.chunks_exact(2).map(place).collect()))
     }
 
     /// Appends the points of an accessor and tells where they begin and how many they are.

@@ -4,28 +4,42 @@
 //! radiance of 1 W/(m² sr) in its channel, without a luminous efficacy. The base colour (1, 1, 1), which is also that
 //! of materials without any, would reflect everything: such a material reflects [`DEFAULT_RHO`], with a warning.
 //!
-//! Not handled: all else that materials have, which [`Ignored`] names. A material with an emissive texture emits
-//! nothing, since most such textures are black but for a few texels.
+//! Textures of the base colour and of emission are multiplied by their factors; a base colour with a texture may be
+//! white. Alpha cuts holes as `alphaMode` says: by the cutoff, or by shares.
+//!
+//! Not handled: all else that materials have, which [`Ignored`] names. A material whose emissive texture cannot be read
+//! emits nothing, since most such textures are black but for a few texels.
 
-use glam::Vec3;
+use std::sync::Arc;
+
+use glam::{DVec2, Vec3};
 use gltf_json::Root;
 use gltf_json::material::{AlphaMode, Material as Read};
 use gltf_json::validation::Checked;
 
 use crate::scene::error::{Place, SceneError};
 use crate::scene::gltf::ignored::Ignored;
+use crate::scene::gltf::textures::{Images, Placed};
 use crate::scene::mtl::{DEFAULT_RHO, check_emission, check_rho};
+use crate::scene::textures::{Channel, Maps, Mask, Texture};
 use crate::scene::warnings::Tally;
 use crate::scene::{Material, Sides};
 
+/// The materials of a file, and the set of coordinates that the textures of each go by, if it has any.
+pub(super) struct Materials {
+    pub list: Vec<Material>,
+    pub sets: Vec<Option<u32>>,
+}
+
 /// All materials of the file in its order.
 pub(super) fn materials(
-    file: &str,
     root: &Root,
+    images: &mut Images,
     ignored: &mut Ignored,
     warnings: &mut Vec<String>,
-) -> Result<Vec<Material>, SceneError> {
-    let mut all = Vec::new();
+) -> Result<Materials, SceneError> {
+    let file = images.file;
+    let mut all = Materials { list: Vec::new(), sets: Vec::new() };
     let mut white = Tally::default();
     for (number, read) in root.materials.iter().enumerate() {
         let name = name(&read.name, "material", number);
@@ -35,13 +49,18 @@ pub(super) fn materials(
         let emission = emission(read);
         check_emission(emission.as_dvec3().to_array(), &name, place)?;
         ignore(read, &name, ignored);
+        let (maps, set) = maps(read, &name, images, ignored)?;
         let mut rho = Vec3::new(r, g, b);
-        if rho == Vec3::ONE {
+        if rho == Vec3::ONE && maps.reflectance.is_none() {
             white.add_named(number, &name);
             rho = Vec3::splat(DEFAULT_RHO);
         }
+        let black = maps.emission.as_ref().map_or(read.emissive_texture.is_some(), |t| t.image.mean() == Vec3::ZERO);
+        let emission = if black { Vec3::ZERO } else { emission };
         let sides = if read.double_sided { Sides::Two } else { Sides::One };
-        all.push(Material { sides, ..Material::new(&name, rho, emission) });
+        let maps = (!maps.is_empty()).then(|| Arc::new(maps));
+        all.sets.push(maps.as_ref().map(|_| set));
+        all.list.push(Material { sides, maps, ..Material::new(&name, rho, emission) });
     }
     let consequence = format!("it would reflect everything; it reflects {DEFAULT_RHO}");
     white.report(file, "material", "white base colour", &consequence, warnings);
@@ -58,28 +77,51 @@ pub(super) fn name(given: &Option<String>, what: &str, number: usize) -> String 
 
 /// Emitted radiance, W/(m² sr): the factor times the strength of KHR_materials_emissive_strength.
 fn emission(read: &Read) -> Vec3 {
-    if read.emissive_texture.is_some() {
-        return Vec3::ZERO;
-    }
     let strength = read.extensions.as_ref().and_then(|e| e.emissive_strength.as_ref());
     Vec3::from_array(read.emissive_factor.0) * strength.map_or(1.0, |s| s.emissive_strength.0)
+}
+
+/// The textures of a material and the set of coordinates that they go by.
+fn maps(read: &Read, name: &str, images: &mut Images, ignored: &mut Ignored) -> Result<(Maps, u32), SceneError> {
+    let pbr = &read.pbr_metallic_roughness;
+    let base = images.texture(pbr.base_color_texture.as_ref(), name, ignored)?;
+    let mut glow = images.texture(read.emissive_texture.as_ref(), name, ignored)?;
+    let set = base.as_ref().or(glow.as_ref()).map_or(0, |placed| placed.set);
+    if glow.as_ref().is_some_and(|glow| glow.set != set) {
+        ignored.add("emission by a second set of texture coordinates, of materials", name);
+        glow = None;
+    }
+    let texture = |placed: Option<Placed>| placed.map(|placed| placed.texture);
+    let (reflectance, emission) = (texture(base), texture(glow));
+    let mask = mask(read, reflectance.as_ref());
+    Ok((Maps { reflectance, emission, mask }, set))
+}
+
+/// The holes that alpha cuts; none where it cuts none.
+fn mask(read: &Read, base: Option<&Texture>) -> Option<Mask> {
+    let cutoff = match read.alpha_mode {
+        Checked::Valid(AlphaMode::Mask) => Some(read.alpha_cutoff.unwrap_or_default().0),
+        Checked::Valid(AlphaMode::Blend) => None,
+        Checked::Valid(AlphaMode::Opaque) | Checked::Invalid => return None,
+    };
+    let [.., factor] = read.pbr_metallic_roughness.base_color_factor.0;
+    let texture = base.filter(|texture| texture.image.has_alpha()).cloned();
+    let mask = Mask { texture, channel: Channel::Alpha, factor, cutoff };
+    let is_whole = mask.texture.is_none() && mask.at(DVec2::ZERO) == 1.0;
+    (!is_whole).then_some(mask)
 }
 
 fn ignore(read: &Read, name: &str, ignored: &mut Ignored) {
     let pbr = &read.pbr_metallic_roughness;
     let textured = [
-        pbr.base_color_texture.is_some(),
         pbr.metallic_roughness_texture.is_some(),
         read.normal_texture.is_some(),
         read.occlusion_texture.is_some(),
     ];
-    let opaque = matches!(read.alpha_mode, Checked::Valid(AlphaMode::Opaque));
     for (kind, there) in [
-        ("textures of materials", textured.contains(&true)),
-        ("emission by textures, of materials", read.emissive_texture.is_some()),
+        ("textures of gloss, bumps and occlusion, of materials", textured.contains(&true)),
         ("metal, of materials", pbr.metallic_factor.0 > 0.0),
         ("gloss, of materials", pbr.roughness_factor.0 < 1.0),
-        ("alpha of materials", !opaque),
     ] {
         if there {
             ignored.add(kind, name);

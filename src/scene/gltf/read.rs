@@ -12,8 +12,9 @@ use crate::scene::gltf::document::{READ, parse};
 use crate::scene::gltf::geometry::Geometry;
 use crate::scene::gltf::ignored::Ignored;
 use crate::scene::gltf::lights::lights;
-use crate::scene::gltf::materials::materials;
+use crate::scene::gltf::materials::{Materials, materials};
 use crate::scene::gltf::nodes::placed;
+use crate::scene::gltf::textures::Images;
 use crate::scene::obj::Reader;
 use crate::scene::{LoadOptions, Material, NO_MATERIAL};
 
@@ -33,8 +34,11 @@ pub(crate) fn read(
     let buffers = buffers(file, &root, container.binary, reader)?;
     let nodes = placed(&root).map_err(wrong)?;
     let (mut ignored, mut warnings) = (Ignored::default(), Vec::new());
-    let mut materials = materials(file, &root, &mut ignored, &mut warnings)?;
+    let data = Data { root: &root, buffers: &buffers };
+    let mut images = Images::new(file, &data, reader);
+    let Materials { list: mut materials, mut sets } = materials(&root, &mut images, &mut ignored, &mut warnings)?;
     materials.push(Material::new(NO_MATERIAL, Rgb::splat(options.reflectance), Rgb::ZERO));
+    sets.push(None);
     let cameras = cameras(file, &root, &nodes, &mut ignored)?;
     let lights = lights(file, &root, &nodes, &mut ignored)?;
     let mut soup = Soup {
@@ -47,8 +51,7 @@ pub(crate) fn read(
         warnings,
         ..Soup::default()
     };
-    let data = Data { root: &root, buffers: &buffers };
-    Geometry { data, soup: &mut soup, ignored: &mut ignored }.take(&nodes).map_err(wrong)?;
+    Geometry { data: &data, soup: &mut soup, ignored: &mut ignored, sets: &sets }.take(&nodes).map_err(wrong)?;
     drop_unused_last(&mut soup);
     for animation in &root.animations {
         ignored.add("animations", animation.name.as_deref().unwrap_or("without a name"));
