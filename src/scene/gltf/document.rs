@@ -11,12 +11,8 @@ use crate::scene::error::SceneError;
 use crate::scene::lines::{list, shorten};
 
 /// Extensions that are read.
-pub(super) const READ: [&str; 4] = [
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-];
+pub(super) const READ: [&str; 4] =
+    ["KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_mesh_quantization", "KHR_texture_transform"];
 
 /// Extensions that only say where texels come from: nothing is lost beyond their textures.
 const OF_TEXTURES: [&str; 4] = ["KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds"];

@@ -114,7 +114,8 @@ impl Geometry<'_> {
         }
         let Some(set) = self.sets[material as usize] else { return Ok(Some(Vec::new())) };
         let Some(index) = primitive.attributes.get(&Checked::Valid(Semantic::TexCoords(set))) else {
-            self.ignored.add("textures without coordinates, of materials", &self.soup.materials[material as usize].name);
+            self.ignored
+                .add("textures without coordinates, of materials", &self.soup.materials[material as usize].name);
             return Ok(Some(Vec::new()));
         };
         let numbers = self.data.numbers(*index, Type::Vec2)?;

@@ -113,11 +113,8 @@ fn mask(read: &Read, base: Option<&Texture>) -> Option<Mask> {
 
 fn ignore(read: &Read, name: &str, ignored: &mut Ignored) {
     let pbr = &read.pbr_metallic_roughness;
-    let textured = [
-        pbr.metallic_roughness_texture.is_some(),
-        read.normal_texture.is_some(),
-        read.occlusion_texture.is_some(),
-    ];
+    let textured =
+        [pbr.metallic_roughness_texture.is_some(), read.normal_texture.is_some(), read.occlusion_texture.is_some()];
     for (kind, there) in [
         ("textures of gloss, bumps and occlusion, of materials", textured.contains(&true)),
         ("metal, of materials", pbr.metallic_factor.0 > 0.0),
