@@ -45,6 +45,7 @@ mod sky;
 mod source;
 mod spheres;
 mod surfaces;
+mod textures;
 mod tolerance;
 mod trace_command;
 mod verdict;

@@ -10,7 +10,7 @@ use halflight::scene::{LoadOptions, Scene, SceneError};
 use halflight::{Solver, scene::Material};
 use serde_json::{Value, json};
 
-use crate::room;
+use crate::textures::room;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/textured/");
 

@@ -11,7 +11,7 @@ use halflight::scene::textures::{Channel, Filter, Maps, Mask};
 use halflight::scene::{Material, Scene};
 
 use crate::common::{Mesh, grey};
-use crate::{place, texture};
+use crate::textures::{place, texture};
 
 /// A floor, a lamp above it, and between them a card from x = -1 to `end` with a mask.
 fn shaded(end: f64, mask: Option<Mask>) -> Scene {

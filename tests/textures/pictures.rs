@@ -15,7 +15,7 @@ use halflight::scene::{Camera, Material, PunctualForm, PunctualLight, Scene};
 use halflight::solve::{Settings, neumann};
 
 use crate::common::{Facing, Mesh, Silent, assemble_one, sampling, transport};
-use crate::{checker, place, room, texture, textured};
+use crate::textures::{checker, place, room, texture, textured};
 
 /// A floor from (0, 0) to (1, 1), y up, with a texture of 4 x 4 codes, under light from above of irradiance 2.
 fn floor(filter: Filter) -> Scene {

@@ -2,8 +2,6 @@
 //!
 //! Not tested here: what Mitsuba makes of the same textures; docs/validation.md has that.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod files;
 mod glb;
 mod masks;
