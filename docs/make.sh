@@ -116,7 +116,7 @@ constants() {
 truths() { cargo test; }
 factors() { cargo test --test all factors:: -- --nocapture; }
 paper() { cargo bench --bench paper_setting; }
-readers() { HALFLIGHT_INPUTS="${HALFLIGHT_INPUTS:-10000000}" cargo test --test all readers:: -- --ignored --nocapture; }
+readers() { HALFLIGHT_INPUTS="${HALFLIGHT_INPUTS:-10000000}" cargo test --test readers -- --ignored --nocapture; }
 
 # Files that links name, and paths in code quotes, are there.
 check() {

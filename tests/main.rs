@@ -1,4 +1,4 @@
-//! All tests but those that need a process of their own, as one program: it is compiled and linked once.
+//! All tests but those that measure the memory of their process, as one program: it is compiled and linked once.
 //!
 //! A file that is not named here is not run; `architecture` tells which that are.
 
@@ -33,7 +33,6 @@ mod memory;
 mod modes;
 mod operator;
 mod punctual;
-mod readers;
 mod reference;
 mod run;
 mod rust_version;

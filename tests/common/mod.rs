@@ -1,6 +1,6 @@
 //! Shared by the tests: scenes made in code, and the short way from a scene to K.
 
-#![allow(dead_code, reason = "`memory_measured` uses a part of it")]
+#![allow(dead_code, reason = "other programs of tests use parts of it")]
 
 pub mod rows;
 

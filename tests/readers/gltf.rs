@@ -6,9 +6,9 @@ use halflight::scene::Scene;
 use proptest::prelude::*;
 use rayon::prelude::*;
 
-use crate::gltf::glb::{bytes, glb};
-use crate::readers::mutate::{Random, change};
-use crate::readers::{check, setting};
+use crate::glb::{bytes, glb};
+use crate::mutate::{Random, change};
+use crate::{check, setting};
 
 /// A valid file that uses what the reader knows: instances, a strip, a sparse accessor, cameras, lights.
 const JSON: &str = r#"{

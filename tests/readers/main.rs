@@ -1,10 +1,12 @@
 //! The readers of OBJ, MTL, glTF and scene files under texts that are almost right: no panic, no scene that breaks the
 //! rules of [`Scene`], no error without words, no work out of proportion to the text.
 //!
-//! `HALFLIGHT_INPUTS=10000000 cargo test --test all readers:: -- --ignored --nocapture` runs as many inputs as wanted and
+//! `HALFLIGHT_INPUTS=10000000 cargo test --test readers -- --ignored --nocapture` runs as many inputs as wanted and
 //! tells the slowest; `HALFLIGHT_SEED` chooses others.
 
 #[allow(dead_code)] // the export of scenes is for others
+#[path = "../gltf/glb.rs"]
+mod glb;
 mod gltf;
 mod large;
 mod mutate;
