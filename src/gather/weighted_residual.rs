@@ -29,6 +29,7 @@ use crate::gather::importance_paths::{ImportancePaths, Path, Vertex};
 use crate::gather::reading::{READINGS, Reading};
 use crate::gather::reflection::SurfaceHit;
 use crate::patches::{Patches, Sample};
+use crate::scene::Scene;
 use crate::surfaces::SurfacePoint;
 
 /// Pixels to a side of the blocks that products are taken over.
@@ -170,8 +171,8 @@ impl ImportancePaths {
     }
 
     /// For every patch as it was cut samples of the light that leaves it, at the vertices of the paths, from the
-    /// leading field on what they meet.
-    pub fn samples(&self, patches: &Patches, fields: &Fields) -> Vec<Vec<Sample>> {
+    /// leading field on what they meet; as if every patch reflected its mean, so that no patch is divided for a texture.
+    pub fn samples(&self, scene: &Scene, patches: &Patches, fields: &Fields) -> Vec<Vec<Sample>> {
         let mut samples = vec![Vec::new(); patches.len()];
         for vertex in self.paths.iter().flat_map(|p| &p.vertices) {
             let SurfaceHit { face, side, position, .. } = vertex.at;
@@ -179,10 +180,17 @@ impl ImportancePaths {
                 continue;
             };
             let normal = patches.normal(face, side);
-            samples[patches.whole(patch) as usize].push(Sample {
-                point: SurfacePoint { position, normal, face },
-                light: sample(vertex, patches, fields),
-            });
+            let whole = patches.whole(patch) as usize;
+            let light = sample(vertex, patches, fields);
+            let even = || {
+                let (own, mean) =
+                    (scene.rho_at(face, position).as_dvec3(), patches.reflectance(scene, whole).as_dvec3());
+                // Where a texel is black nothing is known of the light that arrives.
+                (own.min_element() > 0.0).then(|| vertex.found.glow + (light - vertex.found.glow) * mean / own)
+            };
+            let light = if scene.maps(face).is_none() { Some(light) } else { even() };
+            let point = SurfacePoint { position, normal, face };
+            samples[whole].extend(light.map(|light| Sample { point, light }));
         }
         samples
     }

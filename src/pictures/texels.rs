@@ -1,7 +1,8 @@
 //! The eight-bit texels of a texture's file: PNG, JPEG and TGA, known by their bytes and TGA by its name.
 //!
-//! Deeper channels are rounded to eight bits. The encoded bytes are the caller's to free. Memory is bounded: images of
-//! more than [`MOST_PIXELS`] to a side or [`MOST_BYTES`] are refused before they are decoded.
+//! Deeper channels are rounded to eight bits. The encoded bytes are the caller's to free. Memory is bounded by the
+//! file's size: images that say they have more pixels than their bytes can hold, more than [`MOST_PIXELS`] to a side, or
+//! more than [`MOST_BYTES`] are refused before they are decoded.
 //!
 //! Not handled: what the codes stand for (sRGB or shares), other formats, colour profiles.
 
@@ -11,6 +12,9 @@ use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 
 /// Pixels to a side at most.
 const MOST_PIXELS: u32 = 1 << 15;
+/// Pixels that a file may have for each of its bytes, twice what PNG can pack, and whatever its size.
+const PIXELS_A_BYTE: u64 = 2048;
+const FREE_PIXELS: u64 = 1 << 16;
 /// Bytes that decoding may take at most.
 const MOST_BYTES: u64 = 1 << 29;
 
@@ -52,7 +56,8 @@ impl Texels {
         limits.max_alloc = Some(MOST_BYTES);
         reader.limits(limits);
         let (width, height) = reader.into_dimensions().map_err(broken)?;
-        if u64::from(width) * u64::from(height) * 8 > MOST_BYTES {
+        let pixels = u64::from(width) * u64::from(height);
+        if pixels * 8 > MOST_BYTES || pixels > FREE_PIXELS + PIXELS_A_BYTE * bytes.len() as u64 {
             return Err(TexelsError::Broken(format!("{width}x{height} pixels are too many")));
         }
         let mut reader = ImageReader::with_format(Cursor::new(bytes), format(name, bytes).ok_or(TexelsError::Format)?);

@@ -55,7 +55,7 @@ pub(crate) fn divided(
     let mut seen = walks(p, &solved, wanted, (&bright, each, 1), spent);
     for round in 1.. {
         let clock = Instant::now();
-        let samples = seen.samples(&p.patches, &solved.fields);
+        let samples = seen.samples(&p.scene, &p.patches, &solved.fields);
         p.patches.divide(samples);
         p.densities = densities(p, rays);
         spent.seconds.patches += clock.elapsed().as_secs_f64();

@@ -60,17 +60,15 @@ pub(crate) fn attach(
             maps.reflectance = Some(texture(line, image));
         }
         if let Some((line, image)) = images.open(&lines.ke, &material.name)? {
-            // What is black everywhere does not emit.
-            let emission = factor(given[1], material.emission) * f32::from(image.mean() != Rgb::ZERO);
-            material.emission = emission;
-            maps.emission = (emission != Rgb::ZERO).then(|| texture(line, image));
+            material.emission = factor(given[1], material.emission);
+            maps.emission = Some(texture(line, image));
         }
         if let Some((line, image)) = images.open(&lines.d, &material.name)? {
             let own = if image.has_alpha() { Channel::Alpha } else { Channel::Luminance };
             let channel = line.channel.unwrap_or(own);
             maps.mask = Some(Mask { texture: Some(texture(line, image)), channel, factor: 1.0, cutoff: None });
         }
-        material.maps = (!maps.is_empty()).then(|| Arc::new(maps));
+        maps.put_on(material);
     }
     images.report(warnings);
     Ok(())

@@ -4,10 +4,12 @@
 //!
 //! Not handled: which image lies where ([`crate::scene::textures`]).
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3, Vec3};
 
 use crate::light::{Light, Rgb};
-use crate::scene::model::Scene;
+use crate::scene::model::{Material, Scene};
 use crate::scene::textures::Maps;
 use crate::scene::textures::mean::{subdivided, weighted};
 
@@ -99,6 +101,23 @@ impl Scene {
             sum.add(own, &Means { coverage: 1.0, rho: rho * rho_of, emission: emission * emission_of });
         }
         sum
+    }
+}
+
+impl Maps {
+    /// Puts the textures onto a material. What is the same at every texel becomes the material's own number, so that
+    /// lamps stay luminaires and whole surfaces have no mask.
+    pub(crate) fn put_on(mut self, material: &mut Material) {
+        for (texture, factor) in
+            [(&mut self.reflectance, &mut material.rho), (&mut self.emission, &mut material.emission)]
+        {
+            if let Some(even) = texture.take_if(|t| t.image.is_even() || *factor == Rgb::ZERO) {
+                *factor *= even.image.mean();
+            }
+        }
+        self.mask.take_if(|mask| mask.is_whole());
+        let any = self.reflectance.is_some() || self.emission.is_some() || self.mask.is_some();
+        material.maps = any.then(|| Arc::new(self));
     }
 }
 

@@ -10,7 +10,7 @@ use crate::glb::{bytes, glb};
 use crate::mutate::{Random, change};
 use crate::{check, setting};
 
-/// A valid file that uses what the reader knows: instances, a strip, a sparse accessor, cameras, lights.
+/// A valid file that uses what the reader knows: instances, a strip, a sparse accessor, cameras, lights, textures.
 const JSON: &str = r#"{
  "asset": { "version": "2.0" }, "scene": 0,
  "scenes": [ { "nodes": [ 0, 3 ] } ],
@@ -25,17 +25,22 @@ const JSON: &str = r#"{
   { "type": "spot", "intensity": 5, "spot": { "innerConeAngle": 0.1, "outerConeAngle": 0.6 } },
   { "type": "directional", "color": [ 1, 0.5, 0 ] } ] } },
  "meshes": [ { "primitives": [
-   { "attributes": { "POSITION": 0 }, "indices": 1, "material": 0 },
+   { "attributes": { "POSITION": 0, "TEXCOORD_0": 3 }, "indices": 1, "material": 0 },
    { "attributes": { "POSITION": 0 }, "indices": 1, "mode": 5 } ] },
   { "name": "fan", "primitives": [ { "attributes": { "POSITION": 2 }, "mode": 6, "material": 1 } ] } ],
  "materials": [
-  { "name": "grey", "pbrMetallicRoughness": { "baseColorFactor": [ 0.5, 0.5, 0.5, 1 ] }, "doubleSided": true },
+  { "name": "grey", "pbrMetallicRoughness": { "baseColorFactor": [ 0.5, 0.5, 0.5, 1 ],
+    "baseColorTexture": { "index": 0, "extensions": { "KHR_texture_transform": { "scale": [ 2, 2 ], "rotation": 1 } } } },
+    "alphaMode": "BLEND", "emissiveTexture": { "index": 1 }, "doubleSided": true },
   { "emissiveFactor": [ 1, 1, 1 ], "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 9 } } } ],
  "accessors": [
   { "bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC3", "min": [ 0, 0, 0 ], "max": [ 1, 2, 0 ] },
   { "bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR" },
   { "bufferView": 0, "byteOffset": 12, "componentType": 5126, "count": 4, "type": "VEC3",
-    "sparse": { "count": 1, "indices": { "bufferView": 1, "componentType": 5123 }, "values": { "bufferView": 0 } } } ],
+    "sparse": { "count": 1, "indices": { "bufferView": 1, "componentType": 5123 }, "values": { "bufferView": 0 } } },
+  { "bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC2" } ],
+ "textures": [ { "source": 0, "sampler": 0 }, { "source": 1 } ], "samplers": [ { "wrapS": 33071, "magFilter": 9728 } ],
+ "images": [ { "uri": "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAYAAABytg0kAAAAGUlEQVR42gXBsQEAAAjDINZ+7ecRRHLIth43MQWXzZkelAAAAABJRU5ErkJggg==" }, { "bufferView": 1, "mimeType": "image/png" } ],
  "bufferViews": [ { "buffer": 0, "byteLength": 60, "byteStride": 12 },
   { "buffer": 0, "byteOffset": 60, "byteLength": 12 } ],
  "buffers": [ { "byteLength": 72 } ] }"#;

@@ -10,9 +10,7 @@
 //! Not handled: all else that materials have, which [`Ignored`] names. A material whose emissive texture cannot be read
 //! emits nothing, since most such textures are black but for a few texels.
 
-use std::sync::Arc;
-
-use glam::{DVec2, Vec3};
+use glam::Vec3;
 use gltf_json::Root;
 use gltf_json::material::{AlphaMode, Material as Read};
 use gltf_json::validation::Checked;
@@ -55,12 +53,13 @@ pub(super) fn materials(
             white.add_named(number, &name);
             rho = Vec3::splat(DEFAULT_RHO);
         }
-        let black = maps.emission.as_ref().map_or(read.emissive_texture.is_some(), |t| t.image.mean() == Vec3::ZERO);
-        let emission = if black { Vec3::ZERO } else { emission };
+        let lost = read.emissive_texture.is_some() && maps.emission.is_none();
+        let emission = if lost { Vec3::ZERO } else { emission };
         let sides = if read.double_sided { Sides::Two } else { Sides::One };
-        let maps = (!maps.is_empty()).then(|| Arc::new(maps));
-        all.sets.push(maps.as_ref().map(|_| set));
-        all.list.push(Material { sides, maps, ..Material::new(&name, rho, emission) });
+        let mut material = Material { sides, ..Material::new(&name, rho, emission) };
+        maps.put_on(&mut material);
+        all.sets.push(material.maps.as_ref().map(|_| set));
+        all.list.push(material);
     }
     let consequence = format!("it would reflect everything; it reflects {DEFAULT_RHO}");
     white.report(file, "material", "white base colour", &consequence, warnings);
@@ -97,7 +96,7 @@ fn maps(read: &Read, name: &str, images: &mut Images, ignored: &mut Ignored) -> 
     Ok((Maps { reflectance, emission, mask }, set))
 }
 
-/// The holes that alpha cuts; none where it cuts none.
+/// The holes that alpha cuts.
 fn mask(read: &Read, base: Option<&Texture>) -> Option<Mask> {
     let cutoff = match read.alpha_mode {
         Checked::Valid(AlphaMode::Mask) => Some(read.alpha_cutoff.unwrap_or_default().0),
@@ -106,9 +105,7 @@ fn mask(read: &Read, base: Option<&Texture>) -> Option<Mask> {
     };
     let [.., factor] = read.pbr_metallic_roughness.base_color_factor.0;
     let texture = base.filter(|texture| texture.image.has_alpha()).cloned();
-    let mask = Mask { texture, channel: Channel::Alpha, factor, cutoff };
-    let is_whole = mask.texture.is_none() && mask.at(DVec2::ZERO) == 1.0;
-    (!is_whole).then_some(mask)
+    Some(Mask { texture, channel: Channel::Alpha, factor, cutoff })
 }
 
 fn ignore(read: &Read, name: &str, ignored: &mut Ignored) {

@@ -39,6 +39,13 @@ pub struct Mask {
 }
 
 impl Mask {
+    /// Whether there is a surface everywhere.
+    pub(crate) fn is_whole(&self) -> bool {
+        let least = self.texture.as_ref().map_or(1.0, |texture| texture.image.least(self.channel));
+        let share = self.factor * least;
+        self.cutoff.map_or(share >= 1.0, |cutoff| share >= cutoff)
+    }
+
     /// The share a of a surface at coordinates of vertices, 0..=1.
     pub fn at(&self, at: DVec2) -> f32 {
         let texel = self.texture.as_ref().map_or(1.0, |texture| texture.share(at, self.channel));
@@ -47,12 +54,5 @@ impl Mask {
             Some(cutoff) => f32::from(u8::from(share >= cutoff)),
             None => share,
         }
-    }
-}
-
-impl Maps {
-    /// Whether nothing differs.
-    pub fn is_empty(&self) -> bool {
-        self.reflectance.is_none() && self.emission.is_none() && self.mask.is_none()
     }
 }

@@ -111,6 +111,18 @@ impl Image {
         self.texels.channels.is_multiple_of(2)
     }
 
+    /// The least share of a channel over all texels.
+    pub(crate) fn least(&self, channel: Channel) -> f32 {
+        let all = (0..self.width() * self.height()).map(|k| (k % self.width(), k / self.width()));
+        all.map(|(x, y)| self.share(x, y, channel)).fold(f32::INFINITY, f32::min)
+    }
+
+    /// Whether all texels are the same.
+    pub fn is_even(&self) -> bool {
+        let Texels { channels, codes, .. } = &self.texels;
+        codes.chunks_exact(*channels).all(|texel| texel == &codes[..*channels])
+    }
+
     /// The mean colour of all texels.
     pub fn mean(&self) -> Vec3 {
         self.means.last().map_or_else(|| self.colour(0, 0), |cells| cells.at(0, 0))
