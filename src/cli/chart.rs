@@ -1,5 +1,6 @@
 //! `halflight chart`: speed against accuracy, measured against references that are kept on disk.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -50,7 +51,7 @@ pub struct ChartCommand {
 }
 
 /// The tolerances over which a slope of its own is told.
-const MIDDLE: (f64, f64) = (0.005, 0.05);
+const MIDDLE: RangeInclusive<f64> = 0.005..=0.05;
 
 /// `halflight chart --json`: one report a mode; those that diverge are left out.
 #[derive(Serialize)]
@@ -108,7 +109,7 @@ pub fn run(own: &ChartCommand, common: &Common) -> Result<(), CliError> {
     make_directory(&common.out)?;
     // Built anew for every step: here only to refuse what does not fit, before anything is measured.
     let prepared = own.limit.prepare_within(scene.clone(), &transports).map_err(unfit)?;
-    let modes = each_mode(&transports, ("chart", &console), |transport| {
+    let modes = each_mode(&transports, "chart", &console, |transport| {
         one_mode(own, common, &console, (&prepared, load), transport)
     })?;
     console.report(&ChartReport { modes })

@@ -60,7 +60,7 @@ pub fn run(own: &Compare, common: &Common) -> Result<(), CliError> {
     make_directory(&common.out)?;
     let transports = own.subject.transports(&scene);
     let rays = Rays::new(&scene);
-    let reports = each_mode(&transports, ("compare", &console), |transport| {
+    let reports = each_mode(&transports, "compare", &console, |transport| {
         one_mode(own, common, &console, (&scene, &rays), transport)
     })?;
     if transports.len() > 1 {

@@ -119,7 +119,7 @@ impl Shared<'_> {
                 warn_of_error(self.console, transport, &within.error, tolerance);
             }
             let report = self.report(&prepared, transport);
-            outcomes.push(self.outcome((transport, Stated::Within(tolerance)), report, found)?);
+            outcomes.push(self.outcome(transport, Stated::Within(tolerance), report, found)?);
         }
         Ok(outcomes)
     }
@@ -143,7 +143,7 @@ impl Shared<'_> {
         for mode in &modes {
             let found = render_fixed(&prepared, mode, size, &sampling, spent.clone(), self.console);
             let report = self.report(&prepared, mode.transport);
-            outcomes.push(self.outcome((mode.transport, Stated::Nothing), report, found)?);
+            outcomes.push(self.outcome(mode.transport, Stated::Nothing, report, found)?);
         }
         Ok(outcomes)
     }
@@ -156,7 +156,8 @@ impl Shared<'_> {
     /// Writes a picture, and reports it, or why there is none.
     fn outcome(
         &self,
-        (transport, stated): (Transport, Stated),
+        transport: Transport,
+        stated: Stated,
         mut report: RenderReport,
         found: Result<Rendered, Diverges>,
     ) -> Result<Outcome, CliError> {

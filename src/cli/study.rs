@@ -25,7 +25,8 @@ impl From<StudyError> for CliError {
 /// Studies every mode; of several, those that diverge are named and left out.
 pub fn each_mode<T>(
     transports: &[Transport],
-    (what, console): (&str, &Console),
+    what: &str,
+    console: &Console,
     mut study: impl FnMut(Transport) -> Result<T, CliError>,
 ) -> Result<Vec<T>, CliError> {
     let mut found = Vec::new();

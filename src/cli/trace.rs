@@ -134,7 +134,7 @@ impl Shared<'_> {
         let mut tracer = Tracer::new(self.scene, self.rays, &transports, size, &settings);
         self.sample(&mut tracer);
         let ends = transports.iter().all(|t| t.alpha == 0.0);
-        let mut report = self.report(transport, &tracer, (ends, growth));
+        let mut report = self.report(transport, &tracer, ends, growth);
         report.render.seconds.gather = clock.elapsed().as_secs_f64();
         report.render.seconds.sum();
         let picture = tracer.check().map(|()| tracer.picture());
@@ -171,7 +171,7 @@ impl Shared<'_> {
         }
     }
 
-    fn report(&self, transport: Transport, tracer: &Tracer, (ends, growth): (bool, Growth)) -> TraceReport {
+    fn report(&self, transport: Transport, tracer: &Tracer, ends: bool, growth: Growth) -> TraceReport {
         let known = RenderReport::new(self.scene, transport, self.own.size);
         let counts = tracer.counts();
         let verdict = match (tracer.check(), counts.cut) {

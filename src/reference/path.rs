@@ -193,10 +193,7 @@ impl Space<'_> {
         let direction = across / distance2.sqrt();
         let facing = -self.surfaces.facet(drawn.face).normal.dot(direction);
         let matter = self.surfaces.matter_at(drawn.face, drawn.weights);
-        let side = match facing > 0.0 {
-            true => Side::Front,
-            false => Side::Back,
-        };
+        let side = if facing > 0.0 { Side::Front } else { Side::Back };
         let cosine = point.normal.dot(direction);
         let met = cosine * facing.abs() / (PI * distance2);
         // NaN where the two points are one.

@@ -39,6 +39,17 @@ const UNSEEN: f64 = 16.0;
 /// Times that patches are divided.
 const ROUNDS: usize = 3;
 
+/// The paths of a round.
+#[derive(Clone, Copy)]
+struct Round<'a> {
+    /// Per pixel: how bright it was found to be.
+    bright: &'a [f32],
+    /// Paths of every pixel.
+    each: u32,
+    /// Tells sets of paths apart.
+    set: u32,
+}
+
 /// Solves on patches divided by light.
 pub(crate) fn divided(
     p: &mut Prepared,
@@ -52,8 +63,8 @@ pub(crate) fn divided(
     let mut each = each.clamp(EACH.1, EACH.2);
     let mut rays = RAYS.0;
     let mut bright = brightness(first);
-    let mut seen = walks(p, &solved, wanted, (&bright, each, 1), spent);
-    for round in 1.. {
+    let mut seen = walks(p, &solved, wanted, Round { bright: &bright, each, set: 1 }, spent);
+    for round in 1u32.. {
         let clock = Instant::now();
         let samples = seen.samples(&p.scene, &p.patches, &solved.fields);
         p.patches.divide(samples);
@@ -68,7 +79,8 @@ pub(crate) fn divided(
             return Ok(solved);
         }
         bright = brightness(&rough);
-        let (others, residual) = measured(p, &solved, wanted, (&bright, each, round), signal, spent);
+        let other = Round { bright: &bright, each, set: 1 + round };
+        let (others, residual) = measured(p, &solved, wanted, other, signal, spent);
         let goal = signal * (SHARE * wanted.tolerance).powi(2);
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let error = |reading: Reading| residual.upper(reading, certain);
@@ -91,17 +103,12 @@ pub(crate) fn divided(
 }
 
 /// Paths of one set, `each` of every pixel.
-fn walks(
-    p: &Prepared,
-    solved: &Solved,
-    wanted: &Wanted,
-    (bright, each, set): (&[f32], u32, u32),
-    spent: &mut Spent,
-) -> ImportancePaths {
+fn walks(p: &Prepared, solved: &Solved, wanted: &Wanted, round: Round, spent: &mut Spent) -> ImportancePaths {
     let clock = Instant::now();
     let view = solved.rough_view(p, wanted);
-    let mut walks = ImportancePaths::new(&view, bright.to_vec(), wanted.seed ^ set.wrapping_mul(0x85eb_ca6b));
-    walks.extend(&view, each);
+    let mut walks =
+        ImportancePaths::new(&view, round.bright.to_vec(), wanted.seed ^ round.set.wrapping_mul(0x85eb_ca6b));
+    walks.extend(&view, round.each);
     spent.rays += walks.rays;
     spent.seconds.solve += clock.elapsed().as_secs_f64();
     walks
@@ -112,11 +119,11 @@ fn measured(
     p: &Prepared,
     solved: &Solved,
     wanted: &Wanted,
-    (bright, each, round): (&[f32], u32, u32),
+    round: Round,
     signal: f64,
     spent: &mut Spent,
 ) -> (ImportancePaths, Residual) {
-    let mut others = walks(p, solved, wanted, (bright, each, 1 + round), spent);
+    let mut others = walks(p, solved, wanted, round, spent);
     let clock = Instant::now();
     let certain = signal * (SURE * wanted.tolerance).powi(2);
     let mut sums = ResidualSums::new(&others);

@@ -52,6 +52,17 @@ pub struct Estimate {
     pub fitting: usize,
 }
 
+/// What is held at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Held {
+    /// Casts of K.
+    pub casts: usize,
+    /// Solutions over it.
+    pub solutions: usize,
+    /// Terms of each solution.
+    pub terms: Kept,
+}
+
 /// Which terms of a series are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Kept {
@@ -109,7 +120,7 @@ pub(crate) fn check_solutions(
     if p.memory.is_infinite() {
         return Ok(());
     }
-    let e = estimate(p, &[mode], sampling, (1, solutions, Kept::Enough), p.memory);
+    let e = estimate(p, &[mode], sampling, Held { casts: 1, solutions, terms: Kept::Enough }, p.memory);
     e.check(Stored::Verdicts(e.entries), p.memory)
 }
 
@@ -126,25 +137,19 @@ impl Estimate {
 /// Estimates what K of all `modes` takes when `casts` of it are held at once, and the patches that fit in `limit` bytes.
 pub fn estimate_memory(p: &Prepared, modes: &[Transport], sampling: &Sampling, casts: usize, limit: f64) -> Estimate {
     let solutions = modes.len().min(casts.max(1));
-    estimate(p, modes, sampling, (casts, solutions, Kept::Enough), limit)
+    estimate(p, modes, sampling, Held { casts, solutions, terms: Kept::Enough }, limit)
 }
 
-fn estimate(
-    p: &Prepared,
-    modes: &[Transport],
-    sampling: &Sampling,
-    (casts, solutions, kept): (usize, usize, Kept),
-    limit: f64,
-) -> Estimate {
+fn estimate(p: &Prepared, modes: &[Transport], sampling: &Sampling, held: Held, limit: f64) -> Estimate {
     let pilot = pilot(p, modes, sampling);
     let (entries, variants) = (pilot.entries, pilot.variants);
     let n = p.patches.len();
     let needs = |n: f64| {
         // Fewer patches have rows no longer, and no row has more entries than there are patches.
         let e = entries.min(n);
-        let (v, earlier) = (variants as f64, casts.saturating_sub(1) as f64);
+        let (v, earlier) = (variants as f64, held.casts.saturating_sub(1) as f64);
         let rows = v * (16.0 * e + ROW) + v * earlier * (8.0 * e + 16.0);
-        let terms = solutions as f64 * TERM * pilot.terms(kept);
+        let terms = held.solutions as f64 * TERM * pilot.terms(held.terms);
         let own = rows + terms + PATCH * modes.len() as f64;
         let threads = rayon::current_num_threads() as f64;
         let shared = 8.0 * threads * v + 5.0 * p.luminaires.list.len() as f64;
@@ -242,23 +247,18 @@ fn control_group() -> f64 {
 
 /// Cuts the patches anew, fewer, where K of so many `casts` held at once would not fit; whether it had to.
 pub(crate) fn keep_within(p: &mut Prepared, mode: Transport, sampling: &Sampling, casts: usize) -> bool {
-    keep_terms_within(p, mode, sampling, (casts, Kept::Enough))
+    keep_terms_within(p, mode, sampling, Held { casts, solutions: 1, terms: Kept::Enough })
 }
 
-/// The same where some terms of each series are kept.
-pub(crate) fn keep_terms_within(
-    p: &mut Prepared,
-    mode: Transport,
-    sampling: &Sampling,
-    (casts, kept): (usize, Kept),
-) -> bool {
+/// Cuts fewer patches where what is `held` of a mode would not fit in memory; tells whether it did.
+pub(crate) fn keep_terms_within(p: &mut Prepared, mode: Transport, sampling: &Sampling, held: Held) -> bool {
     if p.memory.is_infinite() {
         return false;
     }
     // The count asked for is met within about a quarter only.
     let mut cut = false;
     for share in [1.0, 0.75, 0.5] {
-        let e = estimate(p, &[mode], sampling, (casts, 1, kept), p.memory);
+        let e = estimate(p, &[mode], sampling, held, p.memory);
         if e.bytes <= p.memory {
             break;
         }

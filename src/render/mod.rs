@@ -9,6 +9,7 @@
 pub(crate) mod assembly;
 pub(crate) mod divided_patches;
 pub(crate) mod error_shares;
+mod fineness;
 pub(crate) mod levels;
 pub(crate) mod light_walks;
 pub(crate) mod look;
@@ -27,12 +28,13 @@ pub(crate) mod walk_sources;
 pub(crate) mod wanted;
 
 pub use assembly::{Assembled, Prepared, Seconds, Silent, Watch, assemble, prepare};
+pub use fineness::Fineness;
 pub use look::{picture, render, without_luminaires};
 pub use memory::{Estimate, check_memory, estimate_memory, usable_memory};
 pub use rendered::{ErrorParts, Rendered};
 pub use series::{BounceSeries, WantedTerms, explore_within};
 pub use shooters::{assembled_shooter, ray_shooter};
-pub use solver::{Fineness, RenderError, Request, Solver};
+pub use solver::{RenderError, Request, Solver};
 pub use term_errors::{End, TermError};
 pub use tolerance::render_within;
 pub use unfit::{PictureUnfit, Stored, Unfit, check_pictures};

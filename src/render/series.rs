@@ -24,8 +24,9 @@ use crate::light::{Light, Transport};
 use crate::operator::Operator;
 use crate::rays::sobol::replica_seed;
 use crate::render::assembly::{Assembled, Prepared, Watch, assemble_seeing, sight};
+use crate::render::fineness::Fineness;
 use crate::render::light_walks::{WalkGoal, WalkedPowers, walked_powers};
-use crate::render::memory::{Kept, keep_terms_within};
+use crate::render::memory::{Held, Kept, keep_terms_within};
 use crate::render::term_errors::{End, TermError, errors, hand_on, looked_at};
 use crate::render::tolerance::{Excess, finer};
 use crate::solve::{Solution, coarse_terms, explore, measure};
@@ -35,7 +36,7 @@ const CASTS: u32 = 4;
 /// Patches and rays a patch at first, at a tolerance of 1 %.
 const FIRST: (f64, f64) = (1000.0, 64.0);
 /// Patches, and rays a patch, at most.
-const MOST: (usize, u32) = (100_000, 1 << 16);
+const MOST: Fineness = Fineness { patches: 100_000, rays: 1 << 16 };
 /// Times patches and rays are chosen anew.
 const ROUNDS: usize = 8;
 /// The first round only tells the size of patches: it has a share of the patches.
@@ -97,25 +98,26 @@ struct Round {
 pub fn explore_within(p: &mut Prepared, transport: Transport, wanted: &WantedTerms, watch: &dyn Watch) -> BounceSeries {
     let clock = Instant::now();
     let fineness = (0.01 / wanted.tolerance).clamp(0.1, 10.0);
-    let begin = (FIRST.0 * fineness, ((FIRST.1 * fineness) as u32).max(16));
-    let mut effort = ((LESS * begin.0) as usize, begin.1);
+    let rays = ((FIRST.1 * fineness) as u32).max(16);
+    let begin = Fineness { patches: (FIRST.0 * fineness) as usize, rays };
+    let mut effort = Fineness { patches: (LESS * FIRST.0 * fineness) as usize, rays };
     let walked = walk(p, transport, wanted, &clock);
     let mut earlier: Option<Round> = None;
     for round in 1.. {
-        p.recut(effort.0);
-        let sampling = Sampling { rays: effort.1, ..Sampling::default() };
-        let kept = Kept::First(wanted.count);
-        let most = keep_terms_within(p, transport, &sampling, (2, kept));
-        let mut series = cast(p, transport, wanted, effort.1, watch);
+        p.recut(effort.patches);
+        let sampling = Sampling { rays: effort.rays, ..Sampling::default() };
+        let held = Held { casts: 2, solutions: 1, terms: Kept::First(wanted.count) };
+        let most = keep_terms_within(p, transport, &sampling, held);
+        let mut series = cast(p, transport, wanted, effort.rays, watch);
         let own = series.round(p.patches.len(), earlier.as_ref(), wanted, &clock);
-        let done = (own.patches, effort.1);
+        let done = Fineness { patches: own.patches, rays: effort.rays };
         let next = match &earlier {
             // The first round only tells something together with the second.
-            None if !most => (begin.0 as usize, begin.1),
+            None if !most => begin,
             _ => finer(done, series.missed(wanted.tolerance), MOST),
         };
         let before = earlier.as_ref().map_or(0.0, |e| e.ended);
-        let work = |(n, rays): (usize, u32)| n as f64 * f64::from(rays);
+        let work = |effort: Fineness| effort.patches as f64 * f64::from(effort.rays);
         let foreseen = own.ended + (own.ended - before) * work(next) / work(done);
         let end = if own.missed <= 1.0 && (earlier.is_some() || most) {
             End::Met
@@ -124,7 +126,7 @@ pub fn explore_within(p: &mut Prepared, transport: Transport, wanted: &WantedTer
             End::NoBetter
         } else if most {
             End::Memory
-        } else if (done.0 >= MOST.0 && done.1 >= MOST.1) || round == ROUNDS {
+        } else if (done.patches >= MOST.patches && done.rays >= MOST.rays) || round == ROUNDS {
             End::Most
         } else if own.stuck == STUCK {
             End::NoBetter

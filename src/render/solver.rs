@@ -6,11 +6,11 @@
 
 use std::time::Instant;
 
-use crate::form_factors::Sampling;
 use crate::gather::GatherSampling;
 use crate::light::Transport;
 use crate::operator::Operator;
 use crate::render::assembly::{Assembled, Prepared, Silent, Watch, assemble, prepare};
+use crate::render::fineness::Fineness;
 use crate::render::look::render;
 use crate::render::memory::{check_memory, usable_memory};
 use crate::render::rendered::{ErrorParts, Rendered};
@@ -23,28 +23,6 @@ use crate::solve::{Diverges, Settings, neumann};
 
 /// Patches and rays that a picture to a tolerance begins with, about: if these do not fit in memory it is refused.
 pub(crate) const FIRST: Fineness = Fineness { patches: 1000, rays: 128 };
-
-/// How finely a scene is cut into patches, and how many rays each of them casts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Fineness {
-    /// About how many patches; never fewer than the scene has faces.
-    pub patches: usize,
-    /// Hemisphere rays from each patch.
-    pub rays: u32,
-}
-
-impl Default for Fineness {
-    fn default() -> Self {
-        Fineness { patches: 4000, rays: Sampling::default().rays }
-    }
-}
-
-impl Fineness {
-    /// The rays to cast from the patches, scrambled by `seed`.
-    pub fn sampling(self, seed: u32) -> Sampling {
-        Sampling { rays: self.rays, seed, ..Sampling::default() }
-    }
-}
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]

@@ -23,6 +23,7 @@ use crate::light::Transport;
 use crate::render::assembly::{Prepared, Watch};
 use crate::render::divided_patches::divided;
 use crate::render::error_shares::shares;
+use crate::render::fineness::Fineness;
 use crate::render::levels::patches_for;
 use crate::render::memory::keep_within;
 use crate::render::patch_sizes::Sizes;
@@ -41,7 +42,7 @@ const GATHER: f64 = 0.9;
 /// Patches and rays a patch at first, at a tolerance of 1 %.
 const FIRST: (f64, f64) = (1000.0, 128.0);
 /// Patches, and rays a patch, at most.
-const MOST: (usize, u32) = (200_000, 1 << 16);
+const MOST: Fineness = Fineness { patches: 200_000, rays: 1 << 16 };
 /// How far below their shares the next round aims.
 const MARGIN: f64 = 1.1;
 /// Times patches and rays are chosen anew.
@@ -107,9 +108,10 @@ fn solve_within(
             Next::Accept => return Ok(solved),
             Next::Divide => return divided(p, transport, (solved, &rough), wanted, spent, watch),
             Next::Finer(excess) => {
-                let patches;
-                (patches, rounds.rays) = finer((p.patches.len(), rounds.rays), excess, MOST);
-                p.recut(patches);
+                let now = Fineness { patches: p.patches.len(), rays: rounds.rays };
+                let next = finer(now, excess, MOST);
+                rounds.rays = next.rays;
+                p.recut(next.patches);
             }
             Next::Refine(excess) => rounds.refine(p, &solved, excess, spent),
         }
@@ -206,7 +208,7 @@ impl<'a> Rounds<'a> {
         if helped {
             excess.size = excess.size.max(squared.sqrt() / (PATCHES * wanted.tolerance));
         }
-        if excess.is_none() || last || (excess.size > 1.0 && p.patches.len() >= MOST.0) {
+        if excess.is_none() || last || (excess.size > 1.0 && p.patches.len() >= MOST.patches) {
             // Patches of a size do not get there: those divided by light may, where memory is not what is short.
             if solved.error.sum().total > wanted.tolerance && !self.tight && !p.is_late() {
                 return Next::Divide;
@@ -224,7 +226,7 @@ impl<'a> Rounds<'a> {
         let shares = shares(p, solved, self.wanted);
         let mut more = vec![1.0; sizes.len()];
         if excess.size > 1.0 {
-            more = sizes.refine(p, &shares.size, (MARGIN * excess.size).powi(-2), MOST.0);
+            more = sizes.refine(p, &shares.size, (MARGIN * excess.size).powi(-2), MOST.patches);
         }
         if excess.noise > 1.0 {
             sizes.spread(p, &shares.noise, (MARGIN * excess.noise).powi(-2), &more);
@@ -236,13 +238,16 @@ impl<'a> Rounds<'a> {
 
 /// Whether patches half as wide as these would be as many as triangles, and so could tell those apart.
 fn are_told_apart(p: &Prepared) -> bool {
-    (p.scene.faces.len()..=MOST.0).contains(&(4 * p.patches.len()))
+    (p.scene.faces.len()..=MOST.patches).contains(&(4 * p.patches.len()))
 }
 
 /// The patches and rays a patch of the next round, up to `most`.
-pub(crate) fn finer((patches, rays): (usize, u32), excess: Excess, most: (usize, u32)) -> (usize, u32) {
+pub(crate) fn finer(now: Fineness, excess: Excess, most: Fineness) -> Fineness {
     let more = patches_for(MARGIN * excess.size).clamp(1.0, 4.0);
     // Noise falls with all rays, as the root at least.
     let denser = (1.2 * excess.noise * excess.noise / more).clamp(1.0, 16.0);
-    (((patches as f64 * more) as usize).min(most.0), ((f64::from(rays) * denser) as u32).min(most.1))
+    Fineness {
+        patches: ((now.patches as f64 * more) as usize).min(most.patches),
+        rays: ((f64::from(now.rays) * denser) as u32).min(most.rays),
+    }
 }

@@ -63,7 +63,7 @@ pub fn compare(scene: &Scene, plan: &StudyPlan, tell: &dyn Fn(&str)) -> Result<C
     }
     let traced = tracers.iter().map(|ladder| {
         tell(ladder.name);
-        climb_paths((scene, &p.rays), 0.0, plan, ladder)
+        climb_paths(scene, &p.rays, 0.0, plan, ladder)
     });
     let (steps, tracers): (Vec<_>, Vec<_>) = traced.unzip();
     climbed.extend(steps);

@@ -20,7 +20,8 @@ const LOOKS: [f64; 6] = [1.0 / 32.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0
 
 /// Climbs with one tracer, which is given back with all its samples. `ready` seconds were spent on `rays`.
 pub(crate) fn climb_paths<'a>(
-    (scene, rays): (&Scene, &'a Rays),
+    scene: &Scene,
+    rays: &'a Rays,
     ready: f64,
     plan: &StudyPlan,
     ladder: &Ladder,

@@ -6,6 +6,7 @@
 //!
 //! Not handled: series that diverge.
 
+use std::ops::RangeInclusive;
 use std::time::Instant;
 
 use crate::pictures::MetricError;
@@ -70,7 +71,7 @@ fn steps(scene: &Scene, plan: &StudyPlan, ladder: &Ladder) -> Result<Vec<LadderS
     if ladder.method == Method::NextEvent {
         let mut clock = Instant::now();
         let rays = Rays::new(scene);
-        return Ok(climb_paths((scene, &rays), lap(&mut clock), plan, ladder).0);
+        return Ok(climb_paths(scene, &rays, lap(&mut clock), plan, ladder).0);
     }
     climb(ladder, plan, |k| {
         if ladder.method == Method::Tolerance {
@@ -106,10 +107,11 @@ impl Tradeoff {
         self.points.iter().filter(move |p| p.ladder.method == method)
     }
 
-    /// The slope over those points of the tolerance ladder whose tolerance is within `low..=high`.
-    pub fn tolerance_slope(&self, (low, high): (f64, f64)) -> Option<f64> {
+    /// The slope over those points of the tolerance ladder whose tolerance is within a range.
+    pub fn tolerance_slope(&self, range: RangeInclusive<f64>) -> Option<f64> {
         let factor = 1.0 + 1e-9;
-        let within = |p: &&LadderPoint| p.asked.is_some_and(|a| a * factor >= low && a <= high * factor);
+        let within =
+            |p: &&LadderPoint| p.asked.is_some_and(|a| a * factor >= *range.start() && a <= range.end() * factor);
         slope(self.of(Method::Tolerance).filter(within))
     }
 
@@ -176,9 +178,9 @@ mod tests {
     fn slopes_are_exponents_within_the_tolerances_asked_for() {
         // Tolerances 20 %, 2 % and 0.2 %: slope -1 up to 2 %, -1/2 after it.
         let found = made_up(&[(1.0, 0.1), (10.0, 0.01), (1000.0, 0.001)]);
-        let slope = |low, high| found.tolerance_slope((low, high)).unwrap();
+        let slope = |low, high| found.tolerance_slope(low..=high).unwrap();
         assert!((slope(0.02, 0.2) + 1.0).abs() < 1e-9);
         assert!((slope(0.002, 0.02) + 0.5).abs() < 1e-9);
-        assert_eq!(found.tolerance_slope((0.5, 0.6)), None);
+        assert_eq!(found.tolerance_slope(0.5..=0.6), None);
     }
 }
