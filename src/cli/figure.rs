@@ -16,7 +16,7 @@ use crate::cli::error::CliError;
 use crate::cli::memory::pixel;
 use crate::cli::options::{Common, Completion};
 use crate::cli::report::mode_of;
-use crate::cli::unmet::warn_of_error;
+use crate::cli::unmet::{Ended, warn_of_error};
 use crate::cli::values::{Size, size, stops};
 use crate::gather::GatherSampling;
 use crate::light::Mode;
@@ -224,7 +224,7 @@ impl Work<'_> {
                 for mode in Mode::ALL {
                     let picture = render_within(&mut p, mode.transport(), &wanted, self.console);
                     if let Ok(found) = &picture {
-                        warn_of_error(self.console, mode.transport(), &found.error, tolerance);
+                        warn_of_error(self.console, mode.transport(), &found.error, tolerance, Ended::ByItself);
                     }
                     solved.push(SolvedMode { mode, picture, judged: true });
                 }

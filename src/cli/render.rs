@@ -12,7 +12,7 @@ use crate::cli::memory::pixel;
 use crate::cli::options::{Common, Problem};
 use crate::cli::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use crate::cli::report::{Modes, RenderReport};
-use crate::cli::unmet::{unmet, warn_of_error};
+use crate::cli::unmet::{Ended, unmet, warn_of_error};
 use crate::cli::values::{Size, size};
 use crate::gather::GatherSampling;
 use crate::light::Transport;
@@ -88,7 +88,7 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
 #[derive(Clone, Copy)]
 enum Stated {
     /// It was to be at most so much.
-    Within(f64),
+    Within { tolerance: f64, ended: Ended },
     /// The effort was given, not the error.
     Nothing,
 }
@@ -115,11 +115,12 @@ impl Shared<'_> {
         let mut outcomes = Vec::new();
         for &transport in transports {
             let found = render_within(&mut prepared, transport, &wanted, self.console);
+            let ended = Ended::of(&prepared);
             if let Ok(within) = &found {
-                warn_of_error(self.console, transport, &within.error, tolerance);
+                warn_of_error(self.console, transport, &within.error, tolerance, ended);
             }
             let report = self.report(&prepared, transport);
-            outcomes.push(self.outcome(transport, Stated::Within(tolerance), report, found)?);
+            outcomes.push(self.outcome(transport, Stated::Within { tolerance, ended }, report, found)?);
         }
         Ok(outcomes)
     }
@@ -172,8 +173,8 @@ impl Shared<'_> {
             Ok(within) => {
                 report.take(&within, self.load);
                 match stated {
-                    Stated::Within(tolerance) => {
-                        report.why = unmet(&within.error, tolerance);
+                    Stated::Within { tolerance, ended } => {
+                        report.why = unmet(&within.error, tolerance, ended);
                         report.met = Some(report.why.is_none());
                     }
                     Stated::Nothing => report.error = None,
