@@ -38,14 +38,14 @@ const MOST_FORMS: usize = 1 << 19;
 /// A face with its corners turned so that they run counter-clockwise seen from a side that counts.
 type Turned = [DVec3; 3];
 
-/// Per material: whether it emits, alike at every point, and is small enough, as seen from the surfaces that reflect,
+/// Per material: whether it emits, has no mask, and is small enough, as seen from the surfaces that reflect,
 /// for luminaires to carry it.
 pub(crate) fn carried(scene: &Scene) -> Vec<bool> {
     let points = receivers(scene);
     let carried = |m: usize| {
         let material = &scene.materials[m];
-        let even = material.maps.as_ref().is_none_or(|maps| maps.emission.is_none() && maps.mask.is_none());
-        material.emits() && even && !scene.is_sky_material(m) && {
+        let whole = material.maps.as_ref().is_none_or(|maps| maps.mask.is_none());
+        material.emits() && whole && !scene.is_sky_material(m) && {
             let faces = sides(scene, |face| face == m as u32);
             let asked = faces.len().min(MOST_ASKED) as f64;
             seen(&points, &faces) < 1.0 / (2.0 + PRICE * asked)

@@ -9,13 +9,16 @@
 //! [`crate::direct::light_cut`] sees to it that a receiver need not ask each.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
 use crate::direct::convex_body::Body;
 use crate::direct::convex_luminaires::convex_parts;
+use crate::direct::emitting_triangle::{EmittingTriangle, polygons};
 use crate::direct::large_emitters::carried;
-use crate::direct::luminaire_parts::divided;
+use crate::direct::luminaire_parts::{FEW, divided};
+use crate::direct::luminaire_texture::{EmissionTexture, is_textured};
 use crate::form_factors::geometry::hull::bounds;
 use crate::form_factors::geometry::plane::sees_front;
 use crate::form_factors::geometry::shadow::{Caster, Pieces, visible_form};
@@ -26,30 +29,21 @@ use crate::rays::warp::triangle_point;
 use crate::rays::{End, Side};
 use crate::scene::{PunctualLight, Scene, Sides};
 
-/// One emitting surface of uniform radiance.
+/// One emitting surface of uniform radiance, or with a texture.
 #[derive(Clone, Debug)]
 pub struct Luminaire {
-    /// Emitted radiance, W/(m² sr).
+    /// Emitted radiance, W/(m² sr); the mean over its material's faces where it has a texture.
     pub radiance: Rgb,
     /// Total area, unit coordinates squared.
     pub area: f64,
     /// The convex lamp it is a part of, if of one.
     part: Option<u32>,
+    texture: Option<Arc<EmissionTexture>>,
     triangles: Vec<EmittingTriangle>,
     /// Convex polygons that cover it, as few as are easily found.
     polygons: Vec<Vec<DVec3>>,
     /// None where it has too many faces; points drawn on it stand in for the closed form then.
     outline: Option<Outline>,
-}
-
-#[derive(Clone, Debug)]
-struct EmittingTriangle {
-    corners: [Vec3; 3],
-    exact: [DVec3; 3],
-    normal: DVec3,
-    face: u32,
-    /// Area of the triangles up to and including this one over the luminaire's.
-    share: f32,
 }
 
 /// A point drawn on a luminaire.
@@ -61,6 +55,8 @@ pub struct EmittingPoint {
     pub normal: DVec3,
     /// The face it lies on.
     pub face: u32,
+    /// What it emits over the luminaire's radiance, channel by channel.
+    pub share: DVec3,
 }
 
 impl EmittingPoint {
@@ -77,6 +73,8 @@ pub struct Luminaires {
     pub list: Vec<Luminaire>,
     /// Per material: its emission is the luminaires', so hemisphere rays must not count it again.
     pub carries: Vec<bool>,
+    /// Per material: the radiance of its luminaires.
+    pub(crate) radiances: Vec<Rgb>,
     /// Lights without area that shine.
     pub punctual: Vec<PunctualLight>,
     /// Of each face: the convex lamp it belongs to, if to one; empty where there is no such lamp.
@@ -87,19 +85,44 @@ impl Luminaires {
     /// Chooses the emitters of a scene that are worth a closed form.
     pub fn new(scene: &Scene) -> Luminaires {
         let punctual = scene.lights.iter().filter(|light| light.shines()).cloned().collect();
-        let mut luminaires = Luminaires { list: Vec::new(), carries: carried(scene), punctual, parts: Vec::new() };
-        let groups = luminaires.groups(scene);
-        luminaires.parts = convex_parts(scene, &groups);
+        let radiances = scene.materials.iter().map(|material| material.emission).collect();
+        let (list, parts) = (Vec::new(), Vec::new());
+        let mut luminaires = Luminaires { list, carries: carried(scene), radiances, punctual, parts };
+        let textures = luminaires.textures(scene);
+        if !textures.is_empty() && divided(scene, luminaires.groups(scene)).len() > FEW {
+            textures.keys().for_each(|&material| luminaires.carries[material as usize] = false);
+            return luminaires.with_even(scene);
+        }
+        textures.iter().for_each(|(&m, texture)| luminaires.radiances[m as usize] *= texture.mean());
+        let mut all = luminaires.with_even(scene);
+        for lamp in &mut all.list {
+            let material = scene.faces[lamp.triangles[0].face as usize].material;
+            lamp.texture = textures.get(&material).cloned();
+        }
+        all
+    }
+
+    /// The textures of the carried materials that have one.
+    fn textures(&self, scene: &Scene) -> HashMap<u32, Arc<EmissionTexture>> {
+        let carried = (0..scene.materials.len()).filter(|&m| self.carries[m] && is_textured(scene, m));
+        carried.filter_map(|m| Some((m as u32, Arc::new(EmissionTexture::new(scene, m)?)))).collect()
+    }
+
+    /// Adds the luminaires of the carried materials, even ones.
+    fn with_even(mut self, scene: &Scene) -> Luminaires {
+        let groups = self.groups(scene);
+        self.parts = convex_parts(scene, &groups);
         for faces in divided(scene, groups) {
-            let part = luminaires.part(faces[0]);
-            let whole = faces.iter().all(|&f| luminaires.part(f) == part);
-            let front = Luminaire::new(scene, &faces, Side::Front);
-            luminaires.list.push(Luminaire { part: part.filter(|_| whole), ..front });
+            let part = self.part(faces[0]);
+            let whole = faces.iter().all(|&f| self.part(f) == part);
+            let radiance = self.radiances[scene.faces[faces[0] as usize].material as usize];
+            let front = Luminaire::new(scene, radiance, &faces, Side::Front);
+            self.list.push(Luminaire { part: part.filter(|_| whole), ..front });
             if scene.material(faces[0]).sides == Sides::Two {
-                luminaires.list.push(Luminaire::new(scene, &faces, Side::Back));
+                self.list.push(Luminaire::new(scene, radiance, &faces, Side::Back));
             }
         }
-        luminaires
+        self
     }
 
     /// The convex lamp that a face belongs to, if to one.
@@ -124,38 +147,8 @@ impl Luminaires {
     }
 }
 
-/// Triangles, those that follow one another and make up a convex quadrangle of one plane taken together.
-fn polygons(triangles: &[EmittingTriangle]) -> Vec<Vec<DVec3>> {
-    let mut polygons: Vec<Vec<DVec3>> = Vec::new();
-    let mut rest = triangles;
-    while let [first, others @ ..] = rest {
-        let joined = others.first().and_then(|second| quadrangle(first, second));
-        rest = &others[usize::from(joined.is_some())..];
-        polygons.push(joined.map_or_else(|| first.exact.to_vec(), |q| q.to_vec()));
-    }
-    polygons
-}
-
-/// The quadrangle that two triangles make up, if they share an edge and a plane and it is convex.
-fn quadrangle(first: &EmittingTriangle, second: &EmittingTriangle) -> Option<[DVec3; 4]> {
-    let n = first.normal;
-    let turned = |t: &[DVec3; 3], k: usize| [t[k], t[(k + 1) % 3], t[(k + 2) % 3]];
-    let turns = (0..9).map(|k| (turned(&first.exact, k / 3), turned(&second.exact, k % 3)));
-    // c-a of the first, a-c of the second.
-    let shared = turns.into_iter().find(|([a, _, c], [p, q, _])| (a, c) == (p, q));
-    let ([a, b, c], [_, _, d]) = shared?;
-    let corners = [a, b, c, d];
-    let size = (c - a).length();
-    let flat = n.dot(d - a).abs() <= 1e-12 * size;
-    let bends = |k: usize| {
-        let [p, q, r] = [0, 1, 2].map(|i| corners[(k + i) % 4]);
-        n.dot((q - p).cross(r - q)) > 0.0
-    };
-    (flat && (0..4).all(bends)).then_some(corners)
-}
-
 impl Luminaire {
-    fn new(scene: &Scene, faces: &[u32], side: Side) -> Luminaire {
+    fn new(scene: &Scene, radiance: Rgb, faces: &[u32], side: Side) -> Luminaire {
         let mut triangles: Vec<EmittingTriangle> = Vec::with_capacity(faces.len());
         let mut sum = 0.0;
         for &face in faces {
@@ -172,9 +165,10 @@ impl Luminaire {
             t.share = (t.share as f64 / sum) as f32;
         }
         Luminaire {
-            radiance: scene.material(faces[0]).emission,
+            radiance,
             area: sum,
             part: None,
+            texture: None,
             outline: Outline::new(triangles.iter().map(|t| t.exact)),
             polygons: polygons(&triangles),
             triangles,
@@ -196,6 +190,11 @@ impl Luminaire {
             let relative = self.triangles.iter().map(|t| t.exact.map(|p| p - x));
             relative.filter(|corners| sees_front(corners)).map(|corners| point_to_polygon(n, &corners)).sum()
         })
+    }
+
+    /// Whether its points do not emit alike, so that no closed form is its light.
+    pub fn is_textured(&self) -> bool {
+        self.texture.is_some()
     }
 
     /// Its triangles, counter-clockwise seen from the emitting side.
@@ -238,7 +237,9 @@ impl Luminaire {
         let t = &self.triangles[k];
         let before = if k == 0 { 0.0 } else { self.triangles[k - 1].share };
         let u = ((u - before) / (t.share - before)).clamp(0.0, 0.999_999_94);
-        EmittingPoint { position: triangle_point(t.corners, u, v), normal: t.normal, face: t.face }
+        let position = triangle_point(t.corners, u, v);
+        let share = self.texture.as_ref().map_or(DVec3::ONE, |texture| texture.share(t.face, position));
+        EmittingPoint { position, normal: t.normal, face: t.face, share }
     }
 }
 
@@ -289,7 +290,7 @@ mod tests {
         let corners = corners.map(|(x, y, z)| DVec3::new(x, y, z));
         let faces = [(vec![0, 1, 2, 3], 0)];
         let scene = Scene::from_faces("sheet", &corners, &faces, vec![glow]).expect("a correct scene");
-        let sides = [Side::Front, Side::Back].map(|side| Luminaire::new(&scene, &[0, 1], side));
+        let sides = [Side::Front, Side::Back].map(|side| Luminaire::new(&scene, Rgb::ONE, &[0, 1], side));
         for k in 0..1000 {
             let at = |dimension: u32| (hash(k, dimension) >> 8) as f32 / (1 << 24) as f32;
             let point = sides[0].point(at(0), at(1));

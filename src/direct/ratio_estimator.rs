@@ -46,8 +46,13 @@ impl DirectSum {
 
     /// Adds a point drawn on the luminaire: `kernel` is `A k(x, y)`.
     pub fn add_ray(&mut self, weight: DVec3, kernel: f64, transmittance: f32) {
+        self.add_drawn(weight, kernel, DVec3::splat(f64::from(transmittance)));
+    }
+
+    /// Adds a point drawn on the luminaire whose light arrives times a factor for each channel.
+    fn add_drawn(&mut self, weight: DVec3, kernel: f64, arrived: DVec3) {
         self.drawn += weight * kernel;
-        self.arrived += weight * (kernel * transmittance as f64);
+        self.arrived += weight * (kernel * arrived);
     }
 
     /// Weighted sum of the form factors with occlusion.
@@ -93,6 +98,9 @@ impl<'a> Lighting<'a> {
     /// The form factor from a receiver to what it sees of a luminaire, where that is known without a ray.
     pub(crate) fn exact_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<f64> {
         let (x, n) = (receiver.position, receiver.normal);
+        if lamp.luminaire.is_textured() {
+            return None;
+        }
         if self.sight.occlusion == Occlusion::Nothing {
             return Some(lamp.luminaire.exact_form(x, n));
         }
@@ -136,7 +144,7 @@ impl<'a> Lighting<'a> {
                 let at = ((u + a).fract(), (v + b).fract());
                 if let Some((kernel, arrived)) = self.look(lamp.luminaire, receiver, at, scratch) {
                     cast += 1;
-                    sum.add_ray(weight, kernel / count, arrived);
+                    sum.add_drawn(weight, kernel / count, arrived);
                     if closed.is_none() {
                         sum.add_point(weight, kernel / count);
                     }
@@ -149,7 +157,7 @@ impl<'a> Lighting<'a> {
         cast
     }
 
-    /// `A k` and T of the point at (u, v) of a luminaire, asked by one visibility ray; `None` where the two points do
+    /// `A k` of the point, and T times its share of the mean radiance, of the point at (u, v) of a luminaire, asked by one visibility ray; `None` where the two points do
     /// not face each other.
     fn look(
         &self,
@@ -157,12 +165,12 @@ impl<'a> Lighting<'a> {
         receiver: &SurfacePoint,
         (u, v): (f32, f32),
         scratch: &mut Scratch,
-    ) -> Option<(f64, f32)> {
+    ) -> Option<(f64, DVec3)> {
         let y = luminaire.point(u, v);
         let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
         let kernel = luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal);
         let hits = scratch.hits();
         let mut arrived = || self.sight.occlusion.transmittance(self.rays, receiver.end(), y.end(), hits);
-        (kernel > 0.0).then(|| (kernel, arrived()))
+        (kernel > 0.0).then(|| (kernel, f64::from(arrived()) * y.share))
     }
 }

@@ -115,7 +115,8 @@ fn one_by_one(
     let (mut received, mut cast) = (DVec3::ZERO, 0);
     for l in 0..count {
         let lamp = lighting.lamp(l, i as u32);
-        let exact = lighting.sight.occlusion == Occlusion::Nothing || lamp.between != Between::Unknown;
+        let known = lighting.sight.occlusion == Occlusion::Nothing || lamp.between != Between::Unknown;
+        let exact = known && !lamp.luminaire.is_textured();
         let most = if exact { SMOOTH } else { u32::MAX };
         let receivers = points.rays.min(most).max(1);
         let seed = hash((i * count + l) as u32, points.seed);
@@ -126,7 +127,7 @@ fn one_by_one(
             let draw = std::iter::once((at(2), at(3)));
             cast += lighting.gather_luminaire(lamp, &receiver, DVec3::ONE, draw, scratch, &mut sum);
         }
-        received += sum.estimate().x / f64::from(receivers) * lamp.luminaire.radiance.as_dvec3();
+        received += sum.estimate() / f64::from(receivers) * lamp.luminaire.radiance.as_dvec3();
     }
     (received, cast)
 }

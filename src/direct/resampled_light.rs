@@ -55,7 +55,7 @@ impl Lighting<'_> {
         for l in 0..self.luminaires.list.len() {
             let lamp = self.lamp(l, patch);
             let form = match self.exact_form(lamp, receiver, scratch) {
-                Some(form) => form,
+                Some(form) => DVec3::splat(form),
                 None => self.draw(receiver, lamp.luminaire, random, scratch, cast),
             };
             sum += form * lamp.luminaire.radiance.as_dvec3();
@@ -64,7 +64,7 @@ impl Lighting<'_> {
     }
 
     /// An estimate without bias of the form factor to what is seen of a luminaire, by points drawn on it, one of which
-    /// is asked.
+    /// is asked; each weighed by its share of the mean radiance, channel by channel.
     fn draw(
         &self,
         receiver: &SurfacePoint,
@@ -72,10 +72,10 @@ impl Lighting<'_> {
         random: &mut Stream,
         scratch: &mut Scratch,
         cast: &mut u64,
-    ) -> f64 {
+    ) -> DVec3 {
         let closed = luminaire.closed_form(receiver.position, receiver.normal);
         if closed == Some(0.0) {
-            return 0.0;
+            return DVec3::ZERO;
         }
         let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
         let mut sum = 0.0;
@@ -90,11 +90,11 @@ impl Lighting<'_> {
             }
         }
         let mean = sum / CANDIDATES as f64;
-        let arrived = chosen.map_or(0.0, |y| {
+        let arrived = chosen.map_or(DVec3::ZERO, |y| {
             *cast += 1;
             let occlusion = &self.sight.occlusion;
-            f64::from(occlusion.transmittance(self.rays, receiver.end(), y.end(), scratch.hits()))
+            f64::from(occlusion.transmittance(self.rays, receiver.end(), y.end(), scratch.hits())) * y.share
         });
-        arrived * mean + closed.map_or(0.0, |form| GUESS * (form - mean))
+        arrived * mean + DVec3::splat(closed.map_or(0.0, |form| GUESS * (form - mean)))
     }
 }

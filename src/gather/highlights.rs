@@ -123,7 +123,7 @@ impl<'a> Highlights<'a> {
         let radiance = luminaire.radiance.as_dvec3();
         let own = self.density(radiance);
         let weight = power_heuristic(own, asked.density(way) * per_area);
-        radiance * (lobe * per_area / own * weight * f64::from(arrived))
+        radiance * y.share * (lobe * per_area / own * weight * f64::from(arrived))
     }
 
     /// Light over Ks/pi along a ray drawn from the lobe, over its density.
@@ -148,7 +148,8 @@ impl<'a> Highlights<'a> {
                 let other = if luminaires.carries[index] {
                     let [a, b, c] = scene.corners(hit.face).map(|p| p.as_dvec3());
                     let facing = (b - a).cross(c - a).normalize().dot(way).abs();
-                    self.density(radiance) * f64::from(hit.t).powi(2) / facing
+                    let mean = luminaires.radiances[index].as_dvec3();
+                    self.density(mean) * f64::from(hit.t).powi(2) / facing
                 } else {
                     0.0
                 };

@@ -56,19 +56,21 @@ impl Texture {
 
     /// The mean over a triangle in texels.
     fn texels(&self, corners: [DVec2; 3]) -> DVec3 {
-        let (width, height) = (self.image.width(), self.image.height());
-        let value =
-            |x: i64, y: i64| self.image.colour(self.wrap[0].index(x, width), self.wrap[1].index(y, height)).as_dvec3();
         let middles = if self.filter == Filter::Linear { corners.map(|p| p - 0.5) } else { corners };
-        Window::new(middles, self.filter, value).mean(middles)
+        let value = |x, y| self.image.colour(x, y).as_dvec3();
+        Window::new(middles, self.filter, self.wrapped([self.image.width(), self.image.height()]), value).mean(middles)
     }
 
     /// The mean over a triangle in cells.
     fn cells(&self, cells: &Cells, corners: [DVec2; 3]) -> DVec3 {
-        let value = |x: i64, y: i64| {
-            cells.at(self.wrap[0].index(x, cells.width), self.wrap[1].index(y, cells.height)).as_dvec3()
-        };
-        Window::new(corners, Filter::Nearest, value).mean(corners)
+        let value = |x, y| cells.at(x, y).as_dvec3();
+        Window::new(corners, Filter::Nearest, self.wrapped([cells.width, cells.height]), value).mean(corners)
+    }
+
+    /// The column (axis 0) or row (axis 1) that stands at an index of a grid of this size.
+    fn wrapped(&self, size: [usize; 2]) -> impl Fn(usize, i64) -> usize {
+        let wrap = self.wrap;
+        move |axis, i| wrap[axis].index(i, size[axis])
     }
 }
 
@@ -102,21 +104,30 @@ struct Window {
 }
 
 impl Window {
-    fn new(corners: [DVec2; 3], filter: Filter, value: impl Fn(i64, i64) -> DVec3) -> Window {
+    fn new(
+        corners: [DVec2; 3],
+        filter: Filter,
+        wrapped: impl Fn(usize, i64) -> usize,
+        value: impl Fn(usize, usize) -> DVec3,
+    ) -> Window {
         let (low, high) = extent(corners);
         let first = [low.x.floor() as i64, low.y.floor() as i64];
         let last = [high.x.floor() as i64 + 1, high.y.floor() as i64 + 1];
         let columns = (last[0] - first[0] + 1) as usize;
         let mut values = Vec::with_capacity(columns * (last[1] - first[1] + 1) as usize);
+        let across: Vec<usize> = (first[0]..=last[0]).map(|x| wrapped(0, x)).collect();
         for y in first[1]..=last[1] {
-            let (mut sum, mut before) = (DVec3::ZERO, DVec3::ZERO);
-            for x in first[0]..=last[0] {
-                let own = value(x, y);
-                if x > first[0] {
-                    sum += if filter == Filter::Linear { 0.5 * (before + own) } else { before };
-                }
+            let row = wrapped(1, y);
+            let (mut sum, mut before) = (DVec3::ZERO, None);
+            for &x in &across {
+                let own = value(x, row);
+                sum += match before {
+                    None => DVec3::ZERO,
+                    Some(before) if filter == Filter::Linear => 0.5 * (before + own),
+                    Some(before) => before,
+                };
                 values.push((own, sum));
-                before = own;
+                before = Some(own);
             }
         }
         Window { first, columns, filter, values }

@@ -1,0 +1,90 @@
+//! Emission from textures: a panel whose other half is black is as good as half a panel.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use halflight::direct::Luminaires;
+use halflight::light::{Mode, Rgb};
+use halflight::rays::Rays;
+use halflight::reference::{NextEvent, TraceSettings, Tracer};
+use halflight::render::prepare;
+use halflight::scene::textures::{Filter, Maps};
+use halflight::scene::{Material, Scene};
+
+use crate::common::{Mesh, assemble_one, grey, sampling};
+use crate::textures::{place, texture};
+
+/// A floor, a box on it where asked for, and a panel above that reaches from x = -1 to `end`; textured, it glows for x
+/// < 0 only.
+fn lit(end: f64, textured: bool, occluded: bool) -> Scene {
+    let p = DVec3::new;
+    let mut mesh = Mesh::default();
+    mesh.polygon(&[p(-2., 0., 2.), p(2., 0., 2.), p(2., 0., -2.), p(-2., 0., -2.)], 0);
+    mesh.polygon(&[p(-1., 1.5, -1.), p(end, 1.5, -1.), p(end, 1.5, 1.), p(-1., 1.5, 1.)], 1);
+    if occluded {
+        mesh.polygon(&[p(-0.4, 0.7, 0.5), p(0.6, 0.7, 0.5), p(0.6, 0.7, -0.5), p(-0.4, 0.7, -0.5)], 2);
+    }
+    // From 0 to 1 along the panel: the first texel glows.
+    let glow = texture(2, vec![255, 0], Filter::Nearest);
+    let maps = textured.then(|| Arc::new(Maps { emission: Some(glow), ..Maps::default() }));
+    let panel = Material { emission: Rgb::new(5.0, 4.0, 3.0), maps, ..grey("panel", 0.0) };
+    let mut scene = mesh.scene(vec![grey("floor", 0.5), panel, grey("board", 0.6)]);
+    place(&mut scene, DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.5));
+    // u runs from -0.5 to 0.5: the image's second half comes first.
+    for at in scene.coordinates.iter_mut().flatten() {
+        at.x += 0.5;
+    }
+    scene
+}
+
+#[test]
+fn a_panel_with_a_texture_is_a_luminaire_of_its_mean() {
+    let luminaires = Luminaires::new(&lit(1.0, true, false));
+    let [panel] = &luminaires.list[..] else { panic!("{} luminaires", luminaires.list.len()) };
+    assert!(panel.is_textured() && (panel.radiance - Rgb::new(2.5, 2.0, 1.5)).abs().max_element() < 1e-6);
+    let shares: Vec<f64> = (0..64).map(|k| panel.point((k as f32 + 0.5) / 64.0, 0.5).share.x).collect();
+    assert!(shares.iter().all(|&share| share == 2.0 || share == 0.0), "{shares:?}");
+}
+
+#[test]
+fn patches_receive_what_half_a_panel_sends() {
+    for occluded in [false, true] {
+        let [whole, half] = [(1.0, true), (0.0, false)].map(|(end, textured)| {
+            let p = prepare(lit(end, textured, occluded), 60);
+            let sampling = halflight::form_factors::Sampling { emitter_rays: 4096, ..sampling(16, 0) };
+            let mode = assemble_one(&p, Mode::Global.transport(), &sampling);
+            let floor = (0..p.patches.len()).filter(|&i| p.patches.materials()[i] == 0);
+            let received: DVec3 = floor.map(|i| p.patches.areas()[i] * mode.operator.received()[i].as_dvec3()).sum();
+            received
+        });
+        // 4096 drawn points a patch, of which a half glows: 1.5 % a patch, and some thirty patches.
+        assert!((whole / half - 1.0).abs().max_element() < 0.006, "{occluded}: {whole} {half}");
+    }
+}
+
+#[test]
+fn pictures_show_what_half_a_panel_lights() {
+    for occluded in [false, true] {
+        let [whole, half] = [(1.0, true), (0.0, false)].map(|(end, textured)| {
+            let scene = lit(end, textured, occluded);
+            let found =
+                halflight::Solver::new(&scene).render(Mode::Global, (16, 16)).tolerance(0.01).expect("a picture");
+            let rays = Rays::new(&scene);
+            let traced = [NextEvent::On, NextEvent::Off].map(|next_event| {
+                let settings = TraceSettings { next_event, ..TraceSettings::default() };
+                let transports = scene.transports(Mode::Global.transport());
+                let mut tracer = Tracer::new(&scene, &rays, &transports, (16, 16), &settings);
+                tracer.pass(256);
+                tracer.mean()
+            });
+            let mean = found.picture.pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() / 256.0;
+            (mean, found.error.total, traced)
+        });
+        for own in [&whole, &half] {
+            for traced in &own.2 {
+                let allowed = (4.0 * traced.error[0]).hypot(own.1 * own.0);
+                assert!((own.0 - traced.value[0]).abs() < allowed, "{occluded}: {} {traced:?}", own.0);
+            }
+        }
+    }
+}
