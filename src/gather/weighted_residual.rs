@@ -171,7 +171,8 @@ impl ImportancePaths {
     }
 
     /// For every patch as it was cut samples of the light that leaves it, at the vertices of the paths, from the
-    /// leading field on what they meet; as if every patch reflected its mean, so that no patch is divided for a texture.
+    /// leading field on what they meet; as if every patch reflected its mean, so that no patch is divided for a
+    /// texture.
     pub fn samples(&self, scene: &Scene, patches: &Patches, fields: &Fields) -> Vec<Vec<Sample>> {
         let mut samples = vec![Vec::new(); patches.len()];
         for vertex in self.paths.iter().flat_map(|p| &p.vertices) {

@@ -1,8 +1,8 @@
 //! A scene's faces ready for rays: the first face met, every face met in order, and whether two points see each other.
 //!
 //! Faces that can lie between no two points of the scene are found once and left out where both ends lie on the scene.
-//! Where there is a sky, a ray meets it last of all, and where no face is met; it lies between no two points. Faces with
-//! masks are met where there is a surface ([`crate::rays::masked_faces`]).
+//! Where there is a sky, a ray meets it last of all, and where no face is met; it lies between no two points. Faces
+//! with masks are met where there is a surface ([`crate::rays::masked_faces`]).
 //!
 //! Results depend on the scene and the ray alone, so any number of threads may cast them.
 //!

@@ -1,5 +1,5 @@
-//! Material libraries: `newmtl`, `Kd` (the reflectance rho), `Ke` (emitted radiance), and where highlights are asked for
-//! `Ks` and `Ns` (Phong's specular term), checked line by line.
+//! Material libraries: `newmtl`, `Kd` (the reflectance rho), `Ke` (emitted radiance), and where highlights are asked
+//! for `Ks` and `Ns` (Phong's specular term), checked line by line.
 //!
 //! The text is decoded already. One number after `Kd` or `Ke` is a grey. A material without `Kd` reflects
 //! [`DEFAULT_RHO`], with a warning; without `Ns` the exponent is 0, as OpenGL has it. Of two materials of one name the

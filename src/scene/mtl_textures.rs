@@ -1,9 +1,9 @@
 //! The textures of an OBJ's materials: images found, decoded once, and put onto the materials that faces use.
 //!
 //! An image is looked for beside its MTL file, then beside the scene's files, as MTL files are
-//! ([`crate::scene::libraries`]). One that is not there, or is neither PNG, JPEG nor TGA, is warned of, and the material
-//! keeps its plain numbers; one that is broken is an error. `Kd` and `Ke` are factors on their textures; left out, or
-//! all 0, which would leave nothing of the texture, they count as 1.
+//! ([`crate::scene::libraries`]). One that is not there, or is neither PNG, JPEG nor TGA, is warned of, and the
+//! material keeps its plain numbers; one that is broken is an error. `Kd` and `Ke` are factors on their textures; left
+//! out, or all 0, which would leave nothing of the texture, they count as 1.
 //!
 //! Not handled: textures of materials that no face uses, which are not read.
 

@@ -1,8 +1,8 @@
 //! The check of an OBJ's text, line by line, and the clean text that is handed to the reader.
 //!
-//! Kept: `v` (three coordinates), `f` (vertex indices, made absolute), `usemtl`, `o`, `g`, `mtllib`. Vertex weights
-//! and colours, `vn`, `s` and unknown statements are ignored, `vt` is left to [`crate::scene::obj_coordinates`]; points, lines and free-form geometry are counted
-//! for a warning. Indices may point forward: the range is checked at the end.
+//! Kept: `v` (three coordinates), `f` (vertex indices, made absolute), `usemtl`, `o`, `g`, `mtllib`. Vertex weights and
+//! colours, `vn`, `s` and unknown statements are ignored, `vt` is left to [`crate::scene::obj_coordinates`]; points,
+//! lines and free-form geometry are counted for a warning. Indices may point forward: the range is checked at the end.
 //!
 //! Source: Wavefront, *Object Files (.obj)*, Advanced Visualizer manual, appendix B1.
 //!

@@ -1,8 +1,9 @@
 //! glTF 2.0: scenes of triangles under a graph of nodes, as `.glb` or as `.gltf` with its buffers.
 //!
-//! `container` finds JSON and bytes, `document` checks the JSON, `accessors` reads numbers within the buffers,
-//! `nodes` places them, `materials`, `textures`, `cameras`, `lights` and `geometry` take what is modelled, `ignored` names what is not. y is
-//! up and metres are the unit, as glTF says; nothing is turned or scaled. Only place for `gltf_json` and `data_url`.
+//! `container` finds JSON and bytes, `document` checks the JSON, `accessors` reads numbers within the buffers, `nodes`
+//! places them, `materials`, `textures`, `cameras`, `lights` and `geometry` take what is modelled, `ignored` names what
+//! is not. y is up and metres are the unit, as glTF says; nothing is turned or scaled. Only place for `gltf_json` and
+//! `data_url`.
 //!
 //! Not handled: gloss and metal, bump maps, skins, morph targets, animation, compressed geometry.
 //!

@@ -9,9 +9,9 @@
 //! the triangle touches.
 //!
 //! Triangles on more than [`MOST`] texels read the means of squares of 8 x 8 texels (then 32 x 32, and so on) in place
-//! of texels: squares that lie inside the triangle are exact, and of those on its outline, whose share of the triangle is
-//! at most a quarter, what is missing is how much the texels within one square differ, in the part that the outline cuts
-//! off. What one triangle has too much its neighbour has too little.
+//! of texels: squares that lie inside the triangle are exact, and of those on its outline, whose share of the triangle
+//! is at most a quarter, what is missing is how much the texels within one square differ, in the part that the outline
+//! cuts off. What one triangle has too much its neighbour has too little.
 //!
 //! Not handled: triangles whose coordinates lie on one line; they take the mean over some points.
 

@@ -4,7 +4,8 @@
 //! Colours are sRGB codes (IEC 61966-2-1) decoded by a table of 256 entries; single channels are shares, code / 255.
 //! Means take 6 % of the texels' memory beside them.
 //!
-//! Not handled: interpolation between texels and what lies beyond the image's edge ([`crate::scene::textures::texture`]).
+//! Not handled: interpolation between texels and what lies beyond the image's edge
+//! ([`crate::scene::textures::texture`]).
 
 use std::fmt;
 use std::sync::LazyLock;
