@@ -16,6 +16,8 @@ pub struct Rows {
 
 /// Length of the runs summed in f32.
 const RUN: usize = 64;
+/// Entries below which one thread does all: they take some ten microseconds, and another thread longer to wake.
+const ALONE: usize = 1 << 14;
 
 impl Rows {
     /// Bound on the relative error of one component of a product with non-negative numbers: `RUN` additions and
@@ -76,10 +78,13 @@ impl Rows {
         columns.binary_search(&j).map_or(0.0, |k| values[k])
     }
 
-    /// `F x` for all components at once, row-parallel; the same bits for any number of threads.
+    /// `F x` for all components at once, row-parallel where there is enough to do; the same bits for any number of threads.
     pub fn product(&self, x: &[Vec4]) -> Vec<Vec4> {
-        let rows = (0..self.len()).into_par_iter().with_min_len(64);
-        rows.map(|i| self.row_product(i, x)).collect()
+        let row = |i: usize| self.row_product(i, x);
+        if self.values.len() < ALONE {
+            return (0..self.len()).map(row).collect();
+        }
+        (0..self.len()).into_par_iter().with_min_len(64).map(row).collect()
     }
 
     fn row_product(&self, i: usize, x: &[Vec4]) -> Vec4 {

@@ -238,6 +238,10 @@ impl Shooter for RayShooter<'_> {
             (0..count).step_by(BLOCK as usize).map(move |from| (s, from, count))
         });
         let blocks: Vec<_> = blocks.collect();
+        // One block gains nothing from other threads, and waking them costs more than its rays.
+        if let [(sender, from, count)] = blocks[..] {
+            return vec![self.block(sender, from, count)];
+        }
         blocks.into_par_iter().map(|(sender, from, count)| self.block(sender, from, count)).collect()
     }
 

@@ -13,6 +13,9 @@ use crate::solve::shooting::shooter::{Column, Surfaces};
 
 /// Chunks that receivers are divided into: fixed, so that sums do not depend on the number of threads.
 const CHUNKS: usize = 64;
+/// Additions below which one thread does all: at a nanosecond each they end before another thread has woken, which takes
+/// some 50 microseconds, and far more where the machine has other work.
+const ALONE: usize = 1 << 16;
 
 /// Unshot light of one sender: generation and invisible radiance, zeros left out.
 pub(crate) type Shot = Vec<(usize, DVec3)>;
@@ -123,18 +126,18 @@ impl Ledger {
         let (stride, last) = (self.stride, self.last);
         let later: Vec<Shot> = shots.iter().map(|s| s.iter().map(|&(n, l)| ((n + 1).min(last), l)).collect()).collect();
         let size = self.patches.div_ceil(CHUNKS).max(1);
-        let cells = self
-            .incident
-            .par_chunks_mut(size * stride)
-            .zip(self.unshot.par_chunks_mut(size * stride))
-            .zip(self.power.par_chunks_mut(size));
-        let landed: Vec<Landed> = cells
-            .enumerate()
-            .map(|(k, ((incident, unshot), power))| {
-                let mut chunk = Chunk { first: k * size, stride, incident, unshot, power };
-                chunk.receive(surfaces, columns, &later)
-            })
-            .collect();
+        let incident = self.incident.chunks_mut(size * stride);
+        let cells = incident.zip(self.unshot.chunks_mut(size * stride)).zip(self.power.chunks_mut(size));
+        let chunk = |(k, ((incident, unshot), power))| Chunk { first: k * size, stride, incident, unshot, power };
+        let mut chunks: Vec<Chunk> = cells.enumerate().map(chunk).collect();
+        let receive = |chunk: &mut Chunk| chunk.receive(surfaces, columns, &later);
+        let additions: usize = columns.iter().map(|c| c.receivers.len() * later[c.sender].len()).sum();
+        // The same chunks either way, so that sums are the same bits.
+        let landed: Vec<Landed> = if additions + self.patches * stride < ALONE {
+            chunks.iter_mut().map(receive).collect()
+        } else {
+            chunks.par_iter_mut().map(receive).collect()
+        };
         landed.into_iter().fold(Landed::default(), Landed::plus)
     }
 }
