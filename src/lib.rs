@@ -67,6 +67,8 @@
 //! The modules stand in the order in which light flows through the code; each uses only those above it. Two features, both on
 //! by default, may be left out: `plot` draws charts and sheets, `cli` is the program and needs `plot`.
 
+#![cfg_attr(not(feature = "opengl"), forbid(unsafe_code))]
+
 // Blank lines keep the order: rustfmt sorts declarations that touch.
 
 pub mod light;

@@ -155,3 +155,29 @@ fn what_cannot_be_made_is_refused_before_any_work() {
     assert!(aimed.err.contains("--samples"), "{}", aimed.err);
     assert!(!place.path().join("out").exists());
 }
+
+#[test]
+fn figure_4_reports_what_pictures_differ_by_with_or_without_opengl() {
+    let place = place(&[]);
+    let found = report(&place, "figure 4 --size 32x32 --samples 16 --triangles 4000 --sweep");
+    assert_eq!(fields(&found), ["area", "files", "opengl", "point_lights", "quadrature", "sweep", "tracer"]);
+    let names = ["-sweep.png", "-sweep.svg", ".png", ".svg"];
+    assert_eq!(files(&place), names.map(|name| format!("out/gallery-figure-4{name}")));
+    let lights = found["point_lights"].as_array().unwrap();
+    if found["opengl"].is_null() {
+        assert!(lights.is_empty());
+    } else {
+        assert_eq!(fields(&found["opengl"]), ["renderer", "seconds", "version"]);
+        assert_eq!(lights.len(), 8);
+        assert!(lights.iter().all(|l| l["e_pixel"].as_f64().unwrap() < 0.02), "{lights:?}");
+    }
+    // The paper's 0.4 %, roughly: pixels are large here.
+    let error = found["area"]["e_pixel"].as_f64().unwrap();
+    assert!((0.002..0.008).contains(&error), "{error}");
+    assert!(found["quadrature"]["e_pixel"].as_f64().unwrap() < 1e-5);
+    assert!(found["tracer"]["e_pixel"].as_f64().unwrap() < 0.05);
+    for swept in found["sweep"].as_array().unwrap() {
+        let [ratio, error, exact] = ["ratio", "e_pixel", "closed_form"].map(|key| swept[key].as_f64().unwrap());
+        assert!(ratio > 0.25 || (error / exact - 1.0).abs() < 0.05, "{swept}");
+    }
+}

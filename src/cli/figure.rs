@@ -1,5 +1,5 @@
-//! `halflight figure`: labelled pictures for print, as PNG and SVG: the four modes, successive approximation, and what
-//! lies between the modes.
+//! `halflight figure`: labelled pictures for print, as PNG and SVG: the four modes, successive approximation, what lies
+//! between the modes, and the local mode beside OpenGL ([`figure_four`]).
 //!
 //! Not handled: charts of the series ([`bounces`](crate::cli::bounces)) and of where it converges
 //! ([`map`](crate::cli::map)).
@@ -13,14 +13,15 @@ use serde::Serialize;
 use crate::cli::console::Console;
 use crate::cli::effort::{Effort, Precision};
 use crate::cli::error::CliError;
+use crate::cli::figure_four;
+use crate::cli::figure_four::FigureFour;
+use crate::cli::figure_report::{PageReport, page_report};
 use crate::cli::memory::pixel;
 use crate::cli::options::{Common, Completion};
-use crate::cli::report::mode_of;
 use crate::cli::unmet::{Ended, warn_of_error};
 use crate::cli::values::{Size, size, stops};
 use crate::gather::GatherSampling;
 use crate::light::Mode;
-use crate::operator::Bounds;
 use crate::pictures::make_directory;
 use crate::render::solved::Spent;
 use crate::render::solver::render_fixed;
@@ -29,8 +30,8 @@ use crate::scene::Scene;
 use crate::solve::{Settings, neumann};
 use crate::study::bounce_pictures_and_rest;
 use crate::study::figures::{
-    Figure, Panel, SolvedMode, SquareEffort, Successive, between_grid, between_strip, four_modes, solve_points,
-    square_points, successive,
+    Figure, LocalEffort, SolvedMode, SquareEffort, Successive, TRIANGLES, between_grid, between_strip, four_modes,
+    solve_points, square_points, successive,
 };
 use crate::study::map::check_crossings;
 
@@ -39,6 +40,8 @@ const BOUNCES: usize = 4;
 /// Effort of the figures that are not made to a tolerance, where none is given.
 const FINENESS: Fineness = Fineness { patches: 3000, rays: 256 };
 const SAMPLES: u32 = 128;
+/// Samples of a pixel of figure 4, by every method.
+const FOUR: u32 = 64;
 
 /// `halflight figure`
 #[derive(Args, Debug)]
@@ -52,12 +55,23 @@ pub struct FigureArguments {
     /// What its files do not say.
     #[command(flatten)]
     pub completion: Completion,
-    /// Size of each picture in the figure [default: 600x400 in figure 1, 240x160 in the others]
+    /// Size of each picture in the figure [default: 600x400 in figure 1, 512x512 in figure 4, 240x160 in the others]
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<Size>,
     /// Brighten all pictures by so many stops (factors of two) over what suits them
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = stops)]
     pub exposure: f32,
+    /// Figure 4: also the error of five lights over the luminaire's width to height, as a chart
+    #[arg(long)]
+    pub sweep: bool,
+    /// Figure 4: about how many triangles
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = TRIANGLES as u32,
+        value_parser = clap::value_parser!(u32).range(100..=20_000_000)
+    )]
+    pub triangles: u32,
     /// How accurately; a tolerance is for figure 1.
     #[command(flatten)]
     pub effort: Effort,
@@ -71,6 +85,9 @@ pub enum Name {
     FourModes,
     /// Successive approximation: E, KE, K²E, ... above their sums, for each mode that converges
     Series,
+    /// The local mode, real OpenGL and path tracing on two spheres made by a recipe, and what they differ by
+    #[value(name = "4")]
+    Local,
     /// Between the modes: a grid over the (alpha, tau) square, and strips from mode to mode
     Between,
 }
@@ -87,33 +104,6 @@ struct FigureReport {
     seconds: f64,
     pages: Vec<PageReport>,
     files: Vec<PathBuf>,
-}
-
-/// One page of a figure.
-#[derive(Serialize)]
-struct PageReport {
-    file: PathBuf,
-    /// Brightness of all panels: at 0 a radiance of 1 is white.
-    stops: f32,
-    panels: Vec<PanelReport>,
-}
-
-/// One panel of a page.
-#[derive(Serialize)]
-struct PanelReport {
-    label: String,
-    mode: Option<&'static str>,
-    alpha: f64,
-    tau: f64,
-    verdict: &'static str,
-    spectral_radius: Bounds,
-    /// Estimated relative error; null where effort was given.
-    error: Option<f64>,
-    /// Brightness over the page's.
-    gain: f32,
-    /// Where its top left pixel is in the PNG.
-    left: usize,
-    top: usize,
 }
 
 /// What all figures are made from.
@@ -139,6 +129,7 @@ pub fn run(own: &FigureArguments, common: &Common) -> Result<(), CliError> {
         Name::FourModes => vec![("-figure-1", work.four_modes(scene)?)],
         Name::Series => vec![("-figure-series", work.series(scene)?)],
         Name::Between => work.between(scene)?.into(),
+        Name::Local => return figure_four::run(&own.figure_four(size, common.seed), common),
     };
     let mut report = FigureReport {
         figure: own.figure.name(),
@@ -168,6 +159,7 @@ impl Name {
         match self {
             Name::FourModes => "1",
             Name::Series => "series",
+            Name::Local => "4",
             Name::Between => "between",
         }
     }
@@ -176,6 +168,7 @@ impl Name {
     fn size(self) -> Size {
         match self {
             Name::FourModes => Size { width: 600, height: 400 },
+            Name::Local => Size { width: 512, height: 512 },
             Name::Series | Name::Between => Size { width: 240, height: 160 },
         }
     }
@@ -184,6 +177,7 @@ impl Name {
     fn pixel_bytes(self) -> f64 {
         match self {
             Name::FourModes => pixel::WITHIN,
+            Name::Local => 6.0 * pixel::TRACE,
             Name::Series => pixel::BOUNCES.0 + 4.0 * BOUNCES as f64 * pixel::BOUNCES.1,
             Name::Between => pixel::BOUNCES.0 + square_points().len() as f64 * pixel::BOUNCES.1,
         }
@@ -200,6 +194,13 @@ impl FigureArguments {
             message: format!("figure {} is made with given effort, not to a tolerance", self.figure.name()),
             help: "pass --patches, --rays or --samples instead of --tolerance".into(),
         })
+    }
+
+    /// What figure 4 is made with.
+    fn figure_four(&self, Size { width, height }: Size, seed: u32) -> FigureFour {
+        let samples = self.effort.samples.unwrap_or(FOUR);
+        let effort = LocalEffort { size: (width, height), triangles: self.triangles as usize, samples, seed };
+        FigureFour { effort, exposure: self.exposure, sweep: self.sweep }
     }
 
     /// Patches and rays, and hemisphere rays of a pixel.
@@ -285,24 +286,4 @@ impl Work<'_> {
         let strip = between_strip(&name, self.size, self.own.exposure, &points);
         Ok([("-figure-between", grid), ("-figure-between-strips", strip)])
     }
-}
-
-fn page_report(figure: &Figure, file: PathBuf) -> PageReport {
-    let panel = |(panel, (left, top)): (&Panel, (usize, usize))| {
-        let (mode, alpha, tau) = mode_of(panel.transport);
-        PanelReport {
-            label: panel.label.clone(),
-            mode,
-            alpha,
-            tau,
-            verdict: panel.verdict.name(),
-            spectral_radius: panel.radius,
-            error: panel.error,
-            gain: panel.gain,
-            left,
-            top,
-        }
-    };
-    let panels = figure.panels.iter().zip(figure.places()).map(panel).collect();
-    PageReport { file, stops: figure.page.exposure.stops, panels }
 }

@@ -22,6 +22,8 @@ pub(crate) mod effort;
 pub(crate) mod error;
 pub(crate) mod factors;
 pub(crate) mod figure;
+pub(crate) mod figure_four;
+pub(crate) mod figure_report;
 pub(crate) mod frontier;
 pub(crate) mod interrupt;
 pub(crate) mod map;

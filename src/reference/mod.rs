@@ -1,4 +1,4 @@
-//! Answers found another way: a vector-valued path tracer, the witness to the solver.
+//! Answers found another way: a vector-valued path tracer, the witness to the solver, and real OpenGL ([`opengl`]).
 //!
 //! It gathers light into the camera, as the paper did, along random paths, and knows nothing of patches, form
 //! factors or operators. It shares with the solver the light, the scene and the rays; random numbers and directions are its own.
@@ -18,6 +18,7 @@
 pub(crate) mod emitters;
 pub(crate) mod highlight;
 pub(crate) mod moments;
+pub mod opengl;
 pub(crate) mod path;
 pub(crate) mod punctual;
 pub(crate) mod random;
