@@ -42,8 +42,10 @@ pub fn local_page(found: &LocalLight, effort: &LocalEffort, brighter: f32) -> Pa
             "area light",
             lit(traced),
             format!(
-                "{:.1} s with {} paths a pixel; {:.0} s to halflight's error",
-                found.traced_seconds[0], effort.samples, found.traced_seconds[1]
+                "{:.1} s with {} paths a pixel; {:.0} times as long for halflight's noise",
+                found.traced_seconds[0],
+                effort.samples,
+                found.traced_seconds[1] / found.traced_seconds[0]
             ),
         ),
     ];

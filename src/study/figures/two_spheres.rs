@@ -26,7 +26,7 @@ pub const HEIGHT: f64 = 20.0;
 pub const RATIO: f64 = 0.9;
 /// Triangles of the figure.
 pub const TRIANGLES: usize = 500_000;
-/// Radiance at which the five lights have an intensity of 0.67 in all, where a2 is 0.0025.
+/// Radiance of the paper's luminaire, at which the five lights have an intensity of 0.67 in all, where a2 is 0.0025.
 const RADIANCE: f64 = 0.67 * PI / (0.0025 * RATIO * RATIO * HEIGHT * HEIGHT);
 /// Side of the floor.
 const FLOOR: f64 = 120.0;
@@ -150,10 +150,15 @@ impl TwoSpheres {
         let mut mesh = Mesh::default();
         mesh.grid((32, 32), 0, |u, v| DVec3::new(u - 0.5, v - 0.5, 0.0));
         let mut scene = self.finish(mesh, DVec3::new(0.0, -0.01, 10.0), DVec3::ZERO, 0.1);
-        let gain = (1.0 / (RADIANCE * self.form())) as f32;
+        let gain = (1.0 / (self.radiance() * self.form())) as f32;
         scene.materials.iter_mut().for_each(|m| m.emission *= gain);
         scene.lights.iter_mut().for_each(|light| light.intensity *= gain);
         scene
+    }
+
+    /// Radiance of the luminaire: whatever its width it has the same power.
+    fn radiance(&self) -> f64 {
+        RADIANCE * (RATIO / self.ratio).powi(2)
     }
 
     /// Form factor from the floor's middle to the luminaire: four times that to a rectangle over its corner.
@@ -167,7 +172,7 @@ impl TwoSpheres {
         let width = self.ratio * HEIGHT;
         mesh.grid((1, 1), 3, |u, v| DVec3::new(width * (u - 0.5), width * (0.5 - v), HEIGHT));
         let gloss = self.highlights.then_some(Gloss { specular: Rgb::splat(0.3), exponent: 30.0 });
-        let emission = if self.lit == Lit::Area { Rgb::splat(RADIANCE as f32) } else { Rgb::ZERO };
+        let emission = if self.lit == Lit::Area { Rgb::splat(self.radiance() as f32) } else { Rgb::ZERO };
         let diffuse =
             |name: &str, rho: [f32; 3]| Material { gloss, ..Material::new(name, Rgb::from_array(rho), Rgb::ZERO) };
         let materials = vec![
@@ -191,7 +196,7 @@ impl TwoSpheres {
     /// The lights of a scene, in its unit coordinates.
     fn lights(&self, scene: &Scene) -> Vec<PunctualLight> {
         let half = 0.5 * self.ratio * HEIGHT;
-        let power = RADIANCE * 4.0 * half * half;
+        let power = self.radiance() * 4.0 * half * half;
         let place = |x: f64, y: f64, attenuation| {
             let position = scene.frame.to_unit(DVec3::new(x, y, HEIGHT));
             PunctualPlace::new(position, attenuation, scene.frame.scale)
