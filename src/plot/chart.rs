@@ -6,11 +6,7 @@
 //!
 //! Source of the palette: M. Okabe, K. Ito, *Color Universal Design*, 2008.
 
-use std::path::Path;
-
 use crate::plot::axis::{Scale, superscript};
-use crate::plot::drawing::{ChartError, Drawing};
-use crate::plot::lines;
 use crate::plot::shapes::{Colour, Marker};
 
 /// A chart.
@@ -147,19 +143,6 @@ impl Chart {
             series,
             size: (960, 600),
         }
-    }
-
-    /// The chart, drawn.
-    pub fn drawing(&self) -> Drawing {
-        lines::draw(self)
-    }
-
-    /// Writes the chart, as SVG where the path ends in `.svg` and as PNG where it ends in `.png`.
-    ///
-    /// # Errors
-    /// Another extension, a size out of range, a destination that cannot be written. Nothing is left behind.
-    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), ChartError> {
-        self.drawing().write(path.as_ref())
     }
 }
 

@@ -2,17 +2,34 @@
 //!
 //! Not handled: points an axis cannot show, which interrupt their line.
 
+use std::path::Path;
+
 use crate::plot::axis::Range;
 use crate::plot::chart::{Chart, Look, Series};
-use crate::plot::drawing::Drawing;
+use crate::plot::drawing::{ChartError, Drawing};
 use crate::plot::figure::{Figure, TICK_EM};
 use crate::plot::labels;
 use crate::plot::shapes::{Align, FAINT_INK, INK};
 
 const MARKER_SIZE: f64 = 9.0;
 
+impl Chart {
+    /// The chart, drawn.
+    pub fn drawing(&self) -> Drawing {
+        draw(self)
+    }
+
+    /// Writes the chart, as SVG where the path ends in `.svg` and as PNG where it ends in `.png`.
+    ///
+    /// # Errors
+    /// Another extension, a size out of range, a destination that cannot be written. Nothing is left behind.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), ChartError> {
+        self.drawing().write(path.as_ref())
+    }
+}
+
 /// Draws the whole chart.
-pub fn draw(chart: &Chart) -> Drawing {
+fn draw(chart: &Chart) -> Drawing {
     let fits = |&(x, y): &(f64, f64)| chart.x.scale.coordinate(x).and(chart.y.scale.coordinate(y)).is_some();
     let points = chart.series.iter().flat_map(|s| &s.points).copied();
     let (xs, ys): (Vec<f64>, Vec<f64>) = points.filter(fits).unzip();
