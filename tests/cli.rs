@@ -403,7 +403,7 @@ fn help_names_the_commands_the_exit_codes_and_examples() {
 #[test]
 fn a_picture_that_ran_out_of_time_says_so() {
     let place = place(&[]);
-    let found = report(&place, "render furnished-room --mode global --size 64x64 --tolerance 0.001 --time 0.2");
+    let found = report(&place, "render cornell-box --mode global --size 32x32 --tolerance 0.002 --time 0.05");
     assert_eq!(found["met"], false);
     let why = found["why"].as_str().unwrap();
     assert!(why.ends_with("when the time was over; a longer --time helps"), "{why}");
