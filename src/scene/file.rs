@@ -41,11 +41,10 @@ use crate::light::{Mode, Transport, Visibility};
 use crate::scene::camera::{DEFAULT_FOV, ViewError};
 use crate::scene::ceiling_light::assemble_lit;
 use crate::scene::error::{Place, SceneError};
+use crate::scene::input::SceneInput;
 use crate::scene::light_table::{LightTable, light};
 use crate::scene::lines::{list, shorten};
-use crate::scene::model::LoadOptions;
 use crate::scene::mtl::check_emission;
-use crate::scene::obj::Reader;
 use crate::scene::sky_table::SkyTable;
 use crate::scene::source::Source;
 use crate::scene::{Camera, Material, Scene, Sides, geometry_file, lines};
@@ -86,14 +85,9 @@ struct MaterialTable {
     visible_emission: Option<bool>,
 }
 
-/// Reads a scene file: `name` for the scene, `file` for messages, `reader` for the OBJ and its libraries.
-pub(crate) fn read(
-    name: &str,
-    file: &str,
-    bytes: &[u8],
-    reader: Reader,
-    options: LoadOptions,
-) -> Result<Scene, SceneError> {
+/// Reads a scene file and the geometry that it names.
+pub(crate) fn read(input: &SceneInput) -> Result<Scene, SceneError> {
+    let SceneInput { name, file, bytes, reader, options } = *input;
     let source = Source { file, text: lines::decode(file, bytes)? };
     let table: SceneTable = toml::from_str(source.text).map_err(|error| SceneError::SceneFile {
         place: source.place(error.span().map_or(0, |span| span.start)),
@@ -107,7 +101,7 @@ pub(crate) fn read(
         name: shorten(obj_name),
         source: error,
     })?;
-    let mut soup = geometry_file::read_beside(name, obj_name, &bytes, reader, options)?;
+    let mut soup = geometry_file::read_beside(&SceneInput { name, file: obj_name, bytes: &bytes, reader, options })?;
     // Of two materials of one name the first counts, so it comes last.
     let names = soup.materials.iter().enumerate().rev();
     let index: HashMap<String, usize> = names.map(|(i, m)| (m.name.clone(), i)).collect();

@@ -4,37 +4,25 @@
 
 use crate::scene::build::Soup;
 use crate::scene::error::SceneError;
-use crate::scene::model::LoadOptions;
-use crate::scene::obj::Reader;
+use crate::scene::input::SceneInput;
 use crate::scene::{gltf, obj};
 
-/// Reads the file: `name` for the scene, `file` for messages and the extension, `reader` for files in its folder.
-pub(crate) fn read(
-    name: &str,
-    file: &str,
-    bytes: &[u8],
-    reader: Reader,
-    options: LoadOptions,
-) -> Result<Soup, SceneError> {
-    if is_gltf(file) {
-        gltf::read(name, file, bytes, reader, options)
-    } else {
-        obj::read(name, file, bytes, reader, options)
-    }
+/// Reads the file.
+pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
+    if is_gltf(input.file) { gltf::read(input) } else { obj::read(input) }
 }
 
-/// Reads the file that a scene file names, `reader` being for the scene file's folder. Buffers of a glTF are beside
+/// Reads the file that a scene file names, the reader being for the scene file's folder. Buffers of a glTF are beside
 /// it, libraries of an OBJ beside the scene file.
-pub(crate) fn read_beside(
-    name: &str,
-    file: &str,
-    bytes: &[u8],
-    reader: Reader,
-    options: LoadOptions,
-) -> Result<Soup, SceneError> {
+pub(crate) fn read_beside(input: &SceneInput) -> Result<Soup, SceneError> {
+    let SceneInput { name, file, bytes, reader, options } = *input;
     let folder = file.rfind(['/', '\\']).map_or("", |end| &file[..=end]);
     let beside = |name: &str| reader(&format!("{folder}{name}"));
-    if is_gltf(file) { read(name, file, bytes, &beside, options) } else { read(name, file, bytes, reader, options) }
+    if is_gltf(file) {
+        gltf::read(&SceneInput { name, file, bytes, reader: &beside, options })
+    } else {
+        obj::read(input)
+    }
 }
 
 fn is_gltf(file: &str) -> bool {

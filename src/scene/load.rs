@@ -8,10 +8,11 @@ use std::{fs, io};
 
 use crate::scene::ceiling_light::assemble_lit;
 use crate::scene::error::SceneError;
+use crate::scene::input::SceneInput;
 use crate::scene::lines::list;
 use crate::scene::model::{LoadOptions, Scene};
 use crate::scene::punctual::PunctualLight;
-use crate::scene::{builtin, file, geometry_file, obj};
+use crate::scene::{builtin, file, geometry_file};
 
 impl Scene {
     /// Loads an `.obj`, a `.glb` or `.gltf`, or a `.toml` scene file.
@@ -28,10 +29,8 @@ impl Scene {
         let name = path.file_stem().map_or(shown.clone(), |stem| stem.to_string_lossy().into_owned());
         let folder = path.parent().unwrap_or(Path::new(""));
         let beside = |name: &str| fs::read(folder.join(name)).map(Cow::Owned);
-        match extension.as_str() {
-            "toml" => file::read(&name, &shown, &bytes, &beside, options),
-            _ => from_geometry(&name, &shown, &bytes, &beside, options),
-        }
+        let input = SceneInput { name: &name, file: &shown, bytes: &bytes, reader: &beside, options };
+        if extension == "toml" { file::read(&input) } else { from_geometry(&input) }
     }
 
     /// A built-in scene; none of that name gives none. See [`builtin::NAMES`].
@@ -45,7 +44,8 @@ impl Scene {
             builtin::file(name).map(Cow::Borrowed).ok_or_else(missing)
         };
         let file = format!("{name}.toml");
-        Some(file::read(name, &file, scene.toml.as_bytes(), &beside, options))
+        let bytes = scene.toml.as_bytes();
+        Some(file::read(&SceneInput { name, file: &file, bytes, reader: &beside, options }))
     }
 
     /// A built-in scene of that name ([`builtin::NAMES`]), else the `.obj`, `.glb`, `.gltf` or `.toml` file of that path.
@@ -78,7 +78,8 @@ impl Scene {
     /// The first mistake found in the texts, with its line.
     pub fn from_obj_text(name: &str, obj: &str, mtl: &str) -> Result<Scene, SceneError> {
         let any = |_: &str| Ok(Cow::Borrowed(mtl.as_bytes()));
-        from_geometry(name, &format!("{name}.obj"), obj.as_bytes(), &any, LoadOptions::default())
+        let (file, options) = (format!("{name}.obj"), LoadOptions::default());
+        from_geometry(&SceneInput { name, file: &file, bytes: obj.as_bytes(), reader: &any, options })
     }
 
     /// A scene from the bytes of a glTF file, GLB or JSON, which holds its buffers itself.
@@ -87,7 +88,8 @@ impl Scene {
     /// The first mistake found in the bytes; [`SceneError::MissingBuffer`] for a buffer in a file of its own.
     pub fn from_gltf_bytes(name: &str, bytes: &[u8]) -> Result<Scene, SceneError> {
         let none = |_: &str| Err(io::Error::from(io::ErrorKind::NotFound));
-        from_geometry(name, &format!("{name}.gltf"), bytes, &none, LoadOptions::default())
+        let (file, options) = (format!("{name}.gltf"), LoadOptions::default());
+        from_geometry(&SceneInput { name, file: &file, bytes, reader: &none, options })
     }
 
     /// Looks through the file's camera of that name.
@@ -117,7 +119,8 @@ impl Scene {
             let text = if name.ends_with(".obj") { obj } else { mtl };
             Ok(Cow::Borrowed(text.as_bytes()))
         };
-        file::read(name, &format!("{name}.toml"), toml.as_bytes(), &any, options)
+        let file = format!("{name}.toml");
+        file::read(&SceneInput { name, file: &file, bytes: toml.as_bytes(), reader: &any, options })
     }
 
     /// Checks that some face's material emits, or a light without area shines: renderers ask, those who only look at the geometry need not.
@@ -131,14 +134,8 @@ impl Scene {
     }
 }
 
-fn from_geometry(
-    name: &str,
-    file: &str,
-    bytes: &[u8],
-    reader: obj::Reader,
-    options: LoadOptions,
-) -> Result<Scene, SceneError> {
-    let mut soup = geometry_file::read(name, file, bytes, reader, options)?;
-    options.apply(&mut soup.materials, |_| false);
-    assemble_lit(soup, options.light)
+fn from_geometry(input: &SceneInput) -> Result<Scene, SceneError> {
+    let mut soup = geometry_file::read(input)?;
+    input.options.apply(&mut soup.materials, |_| false);
+    assemble_lit(soup, input.options.light)
 }

@@ -16,6 +16,7 @@ pub(crate) mod error;
 pub(crate) mod file;
 pub(crate) mod geometry_file;
 pub(crate) mod gltf;
+pub(crate) mod input;
 pub(crate) mod libraries;
 pub(crate) mod light_table;
 pub(crate) mod lines;

@@ -1,6 +1,6 @@
 //! Wavefront OBJ with its MTL files to polygons. Only place for `tobj`, which sees only text already checked.
 //!
-//! Faces whose material is missing are a grey of [`LoadOptions::reflectance`] that emits nothing, under the name that
+//! Faces whose material is missing are a grey of [`crate::scene::LoadOptions::reflectance`] that emits nothing, under the name that
 //! the OBJ has for it, so that a scene file may say more of it; one warning counts the names.
 //!
 //! tobj would panic on `Ke 10`, hide a failed library, pass unknown materials and NaN, and fan concave polygons; the
@@ -15,24 +15,20 @@ use crate::light::{Gloss, Rgb};
 use crate::scene::build::{Polygon, Soup};
 use crate::scene::encoding::Latin;
 use crate::scene::error::{Place, SceneError};
+use crate::scene::input::SceneInput;
 pub(crate) use crate::scene::libraries::Reader;
 use crate::scene::lines::list;
 use crate::scene::mtl::{Libraries, check_rho};
 use crate::scene::obj_text::ObjText;
 use crate::scene::warnings::Tally;
-use crate::scene::{LoadOptions, Material, libraries, mtl_textures, obj_coordinates, obj_text};
+use crate::scene::{Material, libraries, mtl_textures, obj_coordinates, obj_text};
 
-/// The material of faces before the first `usemtl`: reflects [`LoadOptions::reflectance`].
+/// The material of faces before the first `usemtl`: reflects [`crate::scene::LoadOptions::reflectance`].
 pub const NO_MATERIAL: &str = "(none)";
 
-/// Reads an OBJ: `name` for the scene, `file` for messages.
-pub(crate) fn read(
-    name: &str,
-    file: &str,
-    bytes: &[u8],
-    reader: Reader,
-    options: LoadOptions,
-) -> Result<Soup, SceneError> {
+/// Reads an OBJ.
+pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
+    let SceneInput { name, file, bytes, reader, options } = *input;
     let mut latin = Latin::default();
     let decoded = latin.decode(file, bytes)?;
     let text = obj_text::check(file, &decoded)?;

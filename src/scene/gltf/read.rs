@@ -15,19 +15,14 @@ use crate::scene::gltf::lights::lights;
 use crate::scene::gltf::materials::{Materials, materials};
 use crate::scene::gltf::nodes::placed;
 use crate::scene::gltf::textures::Images;
-use crate::scene::obj::Reader;
-use crate::scene::{LoadOptions, Material, NO_MATERIAL};
+use crate::scene::input::SceneInput;
+use crate::scene::{Material, NO_MATERIAL};
 
-/// Reads a glTF file: `name` for the scene, `file` for messages, `reader` for buffers in files of their own.
+/// Reads a glTF file, buffers and images in files of their own included.
 ///
 /// Primitives without a material reflect what the options say of faces without.
-pub(crate) fn read(
-    name: &str,
-    file: &str,
-    bytes: &[u8],
-    reader: Reader,
-    options: LoadOptions,
-) -> Result<Soup, SceneError> {
+pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
+    let SceneInput { name, file, bytes, reader, options } = *input;
     let wrong = |message: String| SceneError::Gltf { file: file.to_owned(), message };
     let container = split(bytes).map_err(wrong)?;
     let root = parse(file, container.json)?;
