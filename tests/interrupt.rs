@@ -82,7 +82,7 @@ fn a_finished_picture_stays_whole_when_the_next_is_interrupted() {
         return;
     }
     let place = place(&[]);
-    let arguments = "trace furnished-room --samples 512 --size 64x64";
+    let arguments = "trace furnished-room --samples 128 --size 64x64";
     let mut child = start(&place, arguments);
     assert!(appears(&mut child, &place, |name| name.ends_with(".png")));
     sleep(Duration::from_millis(100));

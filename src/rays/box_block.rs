@@ -12,7 +12,7 @@ use pulp::Simd;
 
 use crate::rays::bounds::Bounds;
 use crate::rays::query::Query;
-use crate::rays::simd_block::{LANES, Lane, MISSED, most};
+use crate::rays::simd_block::{LANES, Lane, MISSED, most, select};
 
 /// The boxes' ends by end (low, high), axis and box.
 #[repr(align(64))]
@@ -59,8 +59,8 @@ impl<S: Simd> BoxRay<S> {
         let far: [_; 3] = from_fn(|axis| lanes(1 - self.entry[axis], axis));
         let (zero, reach) = (simd.splat_f32s(0.0), simd.splat_f32s(reach));
         let missed = simd.splat_f32s(MISSED);
-        let least = |a, b| simd.select_f32s(simd.less_than_f32s(a, b), a, b);
-        let most = |a, b| simd.select_f32s(simd.less_than_f32s(b, a), a, b);
+        let least = |a, b| select(simd, simd.less_than_f32s(a, b), a, b);
+        let most = |a, b| select(simd, simd.less_than_f32s(b, a), a, b);
         let mut found = [MISSED; LANES];
         for (r, found) in S::as_mut_simd_f32s(&mut found).0.iter_mut().enumerate() {
             let at = |ends: &[S::f32s], axis: usize| {
@@ -71,7 +71,7 @@ impl<S: Simd> BoxRay<S> {
             let first = most(first, zero);
             let last = least(least(at(far[0], 0), at(far[1], 1)), at(far[2], 2));
             let met = simd.less_than_or_equal_f32s(first, least(last, reach));
-            *found = simd.select_f32s(met, first, missed);
+            *found = select(simd, met, first, missed);
         }
         found
     }

@@ -135,6 +135,16 @@ pub(crate) fn least_of(lanes: &Lane<f32>) -> f32 {
     least(least(half[0], half[2]), least(half[1], half[3]))
 }
 
+/// Of each lane `chosen` where the mask is set, else `other`.
+///
+/// pulp's own `select_f32s` need not be inlined, and where a build without link-time optimisation leaves it a function,
+/// the vector instruction within becomes one more call: rays then take half as long again.
+#[inline(always)]
+pub(crate) fn select<S: Simd>(simd: S, mask: S::m32s, chosen: S::f32s, other: S::f32s) -> S::f32s {
+    let [chosen, other] = [chosen, other].map(|lanes| simd.transmute_u32s_f32s(lanes));
+    simd.transmute_f32s_u32s(simd.select_u32s(mask, chosen, other))
+}
+
 /// A bit for each lane whose key is at most `limit`.
 #[inline(always)]
 pub(crate) fn bits<S: Simd>(simd: S, keys: &Lane<f32>, limit: f32) -> u32 {
@@ -143,7 +153,7 @@ pub(crate) fn bits<S: Simd>(simd: S, keys: &Lane<f32>, limit: f32) -> u32 {
     let each = registers.map(|(keys, bit)| {
         let met = simd.less_than_or_equal_f32s(*keys, limit);
         // Sums of different powers of two: exact, in any order.
-        simd.reduce_sum_f32s(simd.select_f32s(met, *bit, none))
+        simd.reduce_sum_f32s(select(simd, met, *bit, none))
     });
     each.sum::<f32>() as u32
 }
