@@ -81,7 +81,7 @@ impl Scene {
     }
 
     /// Means over a triangle that is a part of a face: exact ([`crate::scene::textures::Texture::mean`]), but over
-    /// [`POINTS`]² points where the surface has a mask.
+    /// a grid of points where the surface has a mask.
     pub fn means(&self, face: u32, triangle: [Vec3; 3]) -> Means {
         let material = self.material(face);
         let (rho, emission) = (material.rho.as_dvec3(), material.emission.as_dvec3());
