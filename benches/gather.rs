@@ -91,7 +91,7 @@ fn patches(c: &mut Criterion) {
     let mut group = c.benchmark_group("furnished-room to 1 %");
     group.sample_size(10);
     let scene = || Scene::open("furnished-room").expect("it is built in");
-    let wanted = Wanted { tolerance: 0.01, size: (32, 32), seed: 0 };
+    let wanted = Wanted { tolerance: 0.01, size: (32, 32), deadline: None, seed: 0 };
     group.bench_function("sizes by zone", |b| {
         b.iter(|| {
             let mut p = prepare(scene(), 1000);

@@ -407,4 +407,18 @@ fn a_picture_that_ran_out_of_time_says_so() {
     assert_eq!(found["met"], false);
     let why = found["why"].as_str().unwrap();
     assert!(why.ends_with("when the time was over; a longer --time helps"), "{why}");
+    // The picture is one at 10 %, with some hundred patches: what 0.2 % takes was not begun.
+    assert!(found["patches"].as_u64() < Some(2000), "{}", found["patches"]);
+}
+
+#[test]
+fn a_limit_that_does_not_bite_changes_no_byte() {
+    let place = place(&[]);
+    let render = |more: &str, file: &str| {
+        let job = format!("render cornell-box --mode global --size 24x24 --tolerance 0.03 -o {file} {more}");
+        let ran = halflight(&place, &job);
+        assert_eq!(ran.code, Some(0), "{}", ran.err);
+        std::fs::read(place.path().join(file)).expect("a picture")
+    };
+    assert!(render("--time 600", "limited.exr") == render("", "free.exr"));
 }

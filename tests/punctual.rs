@@ -199,7 +199,7 @@ fn forms() -> [PunctualForm; 4] {
 
 /// A picture to 2 % agrees with one by the path tracer, within so many times its stated error.
 fn agrees(scene: &Scene, transport: Transport, samples: u32, times: f64, what: &str) {
-    let wanted = Wanted { tolerance: 0.02, size: (24, 24), seed: 5 };
+    let wanted = Wanted { tolerance: 0.02, size: (24, 24), deadline: None, seed: 5 };
     let found = render_within(&mut prepare(scene.clone(), 1), transport, &wanted, &Silent).expect("converges");
     let rays = Rays::new(scene);
     let transports = scene.transports(transport);

@@ -16,7 +16,7 @@ fn data(name: &str) -> Picture {
 }
 
 fn rendered(scene: &str, mode: Mode, tolerance: f64, seed: u32) -> Rendered {
-    let wanted = Wanted { tolerance, size: (64, 64), seed };
+    let wanted = Wanted { tolerance, size: (64, 64), deadline: None, seed };
     let mut p = prepare(builtin(scene), 1);
     render_within(&mut p, mode.transport(), &wanted, &Silent).expect("converges")
 }
@@ -120,7 +120,7 @@ fn a_scene_of_two_modes_agrees_with_path_tracing() {
     let transports = scene.transports(transport);
     let mut tracer = Tracer::new(&scene, &rays, &transports, size, &TraceSettings::default());
     tracer.pass(1024);
-    let wanted = Wanted { tolerance: 0.01, size, seed: 4 };
+    let wanted = Wanted { tolerance: 0.01, size, deadline: None, seed: 4 };
     let mut p = prepare(scene, 1);
     let found = render_within(&mut p, transport, &wanted, &Silent).expect("converges");
     let (picture, noise) = (tracer.picture(), tracer.standard_error().expect("samples"));

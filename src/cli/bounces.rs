@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 
@@ -84,6 +85,7 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
         Precision::Within(tolerance) => {
             let mut p = own.problem.effort.prepare_within(scene, &transports)?;
             for transport in transports {
+                let deadline = own.problem.time.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
                 let wanted =
                     WantedTerms { count: own.count.into(), tolerance, time: own.problem.time, seed: common.seed };
                 let found = explore_within(&mut p, transport, &wanted, &console);
@@ -95,7 +97,7 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
                     end: Some(found.end),
                 };
                 let (error, seed) = (tolerance, common.seed);
-                study(&p, &found.mode, s, Gathering::Within { error, seed, deadline: None })?;
+                study(&p, &found.mode, s, Gathering::Within { error, seed, deadline })?;
             }
             p
         }

@@ -18,7 +18,7 @@ use crate::cli::figure_four::FigureFour;
 use crate::cli::figure_report::{PageReport, page_report};
 use crate::cli::memory::pixel;
 use crate::cli::options::{Common, Completion};
-use crate::cli::unmet::{Ended, warn_of_error};
+use crate::cli::unmet::warn_of_error;
 use crate::cli::values::{Size, size, stops};
 use crate::gather::GatherSampling;
 use crate::light::Mode;
@@ -221,11 +221,11 @@ impl Work<'_> {
         match effort.precision() {
             Precision::Within(tolerance) => {
                 let mut p = effort.prepare_within(scene, &modes)?;
-                let wanted = Wanted { tolerance, size: self.size, seed };
+                let wanted = Wanted { tolerance, size: self.size, deadline: None, seed };
                 for mode in Mode::ALL {
                     let picture = render_within(&mut p, mode.transport(), &wanted, self.console);
                     if let Ok(found) = &picture {
-                        warn_of_error(self.console, mode.transport(), &found.error, tolerance, Ended::ByItself);
+                        warn_of_error(self.console, mode.transport(), found, tolerance);
                     }
                     solved.push(SolvedMode { mode, picture, judged: true });
                 }

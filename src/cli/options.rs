@@ -91,7 +91,7 @@ pub struct Problem {
     /// How accurately.
     #[command(flatten)]
     pub effort: Effort,
-    /// Where a tolerance is aimed at, begin no finer round that would not end within so many seconds, for each mode
+    /// Where a tolerance is aimed at, begin nothing finer that would not end within so many seconds, for each mode
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with_all = ["patches", "rays", "samples"])]
     pub time: Option<f64>,
 }

@@ -12,7 +12,7 @@ use crate::cli::memory::pixel;
 use crate::cli::options::{Common, Problem};
 use crate::cli::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use crate::cli::report::{Modes, RenderReport};
-use crate::cli::unmet::{Ended, unmet, warn_of_error};
+use crate::cli::unmet::{unmet, warn_of_error};
 use crate::cli::values::{Size, size};
 use crate::gather::GatherSampling;
 use crate::light::Transport;
@@ -88,7 +88,7 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
 #[derive(Clone, Copy)]
 enum Stated {
     /// It was to be at most so much.
-    Within { tolerance: f64, ended: Ended },
+    Within { tolerance: f64 },
     /// The effort was given, not the error.
     Nothing,
 }
@@ -108,19 +108,20 @@ struct Shared<'a> {
 impl Shared<'_> {
     /// Every mode to a tolerance, each with the patches that it needs.
     fn within(&self, scene: Scene, transports: &[Transport], tolerance: f64) -> Result<Vec<Outcome>, CliError> {
-        let wanted = Wanted { tolerance, size: (self.own.size.width, self.own.size.height), seed: self.common.seed };
+        let (size, seed) = ((self.own.size.width, self.own.size.height), self.common.seed);
         let mut prepared = self.own.problem.effort.prepare_within(scene, transports)?;
-        let limit = self.own.problem.time.map(Duration::from_secs_f64);
-        prepared.deadline = limit.map(|time| self.start + time);
+        let mut start = self.start;
         let mut outcomes = Vec::new();
         for &transport in transports {
+            let deadline = self.own.problem.time.map(|seconds| start + Duration::from_secs_f64(seconds));
+            let wanted = Wanted { tolerance, size, deadline, seed };
             let found = render_within(&mut prepared, transport, &wanted, self.console);
-            let ended = Ended::of(&prepared);
             if let Ok(within) = &found {
-                warn_of_error(self.console, transport, &within.error, tolerance, ended);
+                warn_of_error(self.console, transport, within, tolerance);
             }
             let report = self.report(&prepared, transport);
-            outcomes.push(self.outcome(transport, Stated::Within { tolerance, ended }, report, found)?);
+            outcomes.push(self.outcome(transport, Stated::Within { tolerance }, report, found)?);
+            start = Instant::now();
         }
         Ok(outcomes)
     }
@@ -173,8 +174,8 @@ impl Shared<'_> {
             Ok(within) => {
                 report.take(&within, self.load);
                 match stated {
-                    Stated::Within { tolerance, ended } => {
-                        report.why = unmet(&within.error, tolerance, ended);
+                    Stated::Within { tolerance } => {
+                        report.why = unmet(&within, tolerance);
                         report.met = Some(report.why.is_none());
                     }
                     Stated::Nothing => report.error = None,

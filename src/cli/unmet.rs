@@ -2,33 +2,18 @@
 
 use crate::cli::console::Console;
 use crate::light::Transport;
-use crate::render::{ErrorParts, Prepared};
-
-/// What ended the work on a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Ended {
-    /// The error was small enough, or more effort helped too little.
-    ByItself,
-    /// The seconds of `--time` were over.
-    ByTime,
-}
-
-impl Ended {
-    /// What ended work that has just ended.
-    pub(crate) fn of(prepared: &Prepared) -> Ended {
-        if prepared.is_late() { Ended::ByTime } else { Ended::ByItself }
-    }
-}
+use crate::render::{Ended, Rendered};
 
 /// Says where more is estimated than was asked for, and of what.
-pub(crate) fn warn_of_error(console: &Console, transport: Transport, error: &ErrorParts, tolerance: f64, ended: Ended) {
-    if let Some(why) = unmet(error, tolerance, ended) {
+pub(crate) fn warn_of_error(console: &Console, transport: Transport, found: &Rendered, tolerance: f64) {
+    if let Some(why) = unmet(found, tolerance) {
         console.warn(format!("{}: {why}", transport.label()));
     }
 }
 
 /// What keeps a picture from its tolerance, and what would help.
-pub(crate) fn unmet(error: &ErrorParts, tolerance: f64, ended: Ended) -> Option<String> {
+pub(crate) fn unmet(found: &Rendered, tolerance: f64) -> Option<String> {
+    let error = &found.error;
     if error.total <= tolerance {
         return None;
     }
@@ -45,7 +30,7 @@ pub(crate) fn unmet(error: &ErrorParts, tolerance: f64, ended: Ended) -> Option<
             "the scene emits light, but no ray found any on what the camera sees: the error is not known".into(),
         );
     }
-    let why = match ended {
+    let why = match found.ended {
         Ended::ByTime => "when the time was over; a longer --time helps",
         Ended::ByItself => "which more effort lessened too little; a larger --size leaves less to bend within a pixel",
     };

@@ -7,6 +7,8 @@
 //!
 //! Not handled: detail smaller than the first few rays can find in a pixel and in its neighbours.
 
+use std::time::Instant;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -28,6 +30,23 @@ pub(crate) struct Plan {
     pub first: u32,
     /// Wanted RMS noise as a share of the RMS picture; all pixels keep the first rays where there is none.
     pub noise: Option<f64>,
+    /// When to stop, whatever the noise is by then.
+    pub deadline: Option<Instant>,
+}
+
+impl Plan {
+    /// Whether the time is over.
+    pub fn is_late(&self) -> bool {
+        self.deadline.is_some_and(|end| Instant::now() >= end)
+    }
+
+    /// The pixels whose rays are to be doubled next: none once the noise is as wanted, or the time is over.
+    pub fn next(&self, pixels: &[Pixel], width: usize) -> Vec<u32> {
+        match self.noise {
+            Some(noise) if !self.is_late() => choose(pixels, width, noise),
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// Samples all pixels.
@@ -47,11 +66,8 @@ pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan, tick: Progres
     // An error over no pixel would be none at all.
     let shows_luminaires_only = pixels.iter().all(|pixel| pixel.weight() == 0.0);
     pixels.iter_mut().for_each(|pixel| pixel.counts_emission = shows_luminaires_only);
-    let Some(noise) = plan.noise else {
-        return pixels;
-    };
     loop {
-        let chosen = choose(&pixels, width, noise);
+        let chosen = plan.next(&pixels, width);
         if chosen.is_empty() {
             return pixels;
         }
@@ -78,7 +94,7 @@ pub(crate) fn double(camera_rays: &CameraRays, pixels: &mut [Pixel], chosen: &[u
 }
 
 /// The pixels to double: best gain for the price first, until the noise is foreseen to be as wanted.
-pub(crate) fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
+fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
     let measured = measure(pixels);
     let wanted = noise * noise * measured.signal;
     let mut left = measured.variance;

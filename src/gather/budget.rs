@@ -47,7 +47,6 @@ pub(crate) struct Settings {
     pub density: Density,
     pub camera: CameraSampling,
     error: Option<f64>,
-    deadline: Option<Instant>,
 }
 
 impl Settings {
@@ -55,7 +54,7 @@ impl Settings {
     pub fn new(view: &View, fields: &Fields, gathering: &Gathering) -> Settings {
         match *gathering {
             Gathering::Uniform(sampling) => Settings {
-                plan: Plan { first: (sampling.camera / 2).max(1), noise: None },
+                plan: Plan { first: (sampling.camera / 2).max(1), noise: None, deadline: None },
                 density: Density {
                     spacing: 1,
                     rays: (sampling.camera * sampling.hemisphere / 2).max(1),
@@ -70,15 +69,17 @@ impl Settings {
                     seed: sampling.seed,
                 },
                 error: None,
-                deadline: None,
             },
             Gathering::Within { error, seed, deadline } => {
-                let fineness = (0.01 / error).clamp(0.1, 100.0);
+                let late = deadline.is_some_and(|end| Instant::now() >= end);
+                // Where there is no time for rounds the first guess is all there is.
+                let fineness = if late { 0.1 } else { (0.01 / error).clamp(0.1, 100.0) };
                 let pixel = view.scene.camera.pixel(view.height);
                 Settings {
                     plan: Plan {
                         first: ((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(),
                         noise: Some(error * if fields.is_dark() { 1.0 } else { CAMERA }),
+                        deadline,
                     },
                     density: Density {
                         spacing: spacing(view.width.max(view.height)),
@@ -95,7 +96,6 @@ impl Settings {
                         seed,
                     },
                     error: Some(error),
-                    deadline,
                 }
             }
         }
@@ -111,13 +111,12 @@ impl Settings {
         let (mut before, mut biased, mut stalls) = (f64::INFINITY, f64::INFINITY, 0);
         let mut misfit = 0.0;
         for round in 0..ROUNDS {
-            let late = self.deadline.is_some_and(|end| Instant::now() >= end);
             let some = IndirectLight::new(pixels, cache, SOME).measure(pixels);
             let scale = camera.count / some.count.max(1.0);
             let bare = cache.bare() as f64 / cache.record_of.len().max(1) as f64;
             let foreseen = |biases: &[Bias]| bare * scale * relative(biases) * some.signal;
             // A picture without light has no error relative to it.
-            if self.error.is_none() || late || left <= 0.0 {
+            if self.error.is_none() || self.plan.is_late() || left <= 0.0 {
                 let biases = cache.biases();
                 misfit = foreseen(&biases) + cache.misfit(pixels, &biases);
                 break;

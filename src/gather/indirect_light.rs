@@ -5,7 +5,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::gather::adaptive_sampling::{Measured, choose, double, measure};
+use crate::gather::adaptive_sampling::{Measured, Plan, double, measure};
 use crate::gather::cached_irradiance::Fitted;
 use crate::gather::camera_rays::CameraRays;
 use crate::gather::fields::Fields;
@@ -72,20 +72,13 @@ impl IndirectLight {
     }
 
     /// Gives pixels more camera rays where the light now gathered varies within them.
-    pub fn sharpen(
-        &mut self,
-        camera_rays: &CameraRays,
-        pixels: &mut [Pixel],
-        cache: &IrradianceCache,
-        noise: Option<f64>,
-    ) {
+    pub fn sharpen(&mut self, camera_rays: &CameraRays, pixels: &mut [Pixel], cache: &IrradianceCache, plan: &Plan) {
         let width = cache.width();
         for (pixel, found) in pixels.iter_mut().zip(&self.pixels) {
             pixel.ambient = found.ambient;
         }
-        let Some(noise) = noise else { return };
         for _ in 0..ROUNDS {
-            let chosen = choose(pixels, width, noise);
+            let chosen = plan.next(pixels, width);
             if chosen.is_empty() {
                 return;
             }

@@ -38,7 +38,7 @@ pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progres
     let mut found = IndirectLight::default();
     if !fields.is_dark() {
         found = settings.gather_indirect(&pixels, &mut cache);
-        found.sharpen(&camera_rays, &mut pixels, &cache, settings.plan.noise);
+        found.sharpen(&camera_rays, &mut pixels, &cache, &settings.plan);
     }
     let mut gathered = found.assemble(&pixels, fields, view);
     gathered.rays += cache.cast;

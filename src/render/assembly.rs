@@ -36,6 +36,18 @@ impl Seconds {
     pub fn sum(&mut self) {
         self.total = self.load + self.patches + self.form_factors + self.solve + self.gather;
     }
+
+    /// The seconds of both, step by step.
+    pub(crate) fn plus(&self, other: &Seconds) -> Seconds {
+        Seconds {
+            load: self.load + other.load,
+            patches: self.patches + other.patches,
+            form_factors: self.form_factors + other.form_factors,
+            solve: self.solve + other.solve,
+            gather: self.gather + other.gather,
+            total: self.total + other.total,
+        }
+    }
 }
 
 /// A scene made ready for any mode.
@@ -54,9 +66,7 @@ pub struct Prepared {
     pub(crate) densities: Vec<f32>,
     /// Bytes that K may take; patches that are cut anew stay within. Infinite at first.
     pub memory: f64,
-    /// When work to a tolerance is to end, whatever is reached by then. None at first.
-    pub deadline: Option<Instant>,
-    /// Seconds this took.
+    /// Seconds that this and cutting patches anew took, until a picture takes them as its own.
     pub seconds: f64,
 }
 
@@ -105,7 +115,6 @@ pub fn prepare(scene: Scene, patches: usize) -> Prepared {
         luminaires,
         densities: Vec::new(),
         memory: f64::INFINITY,
-        deadline: None,
         seconds: start.elapsed().as_secs_f64(),
     }
 }
@@ -117,11 +126,6 @@ impl Prepared {
         self.patches = Patches::cut(&self.scene, &self.rays, &self.surfaces, patches);
         self.densities.clear();
         self.seconds += start.elapsed().as_secs_f64();
-    }
-
-    /// Whether the time for work to a tolerance is over.
-    pub(crate) fn is_late(&self) -> bool {
-        self.deadline.is_some_and(|end| Instant::now() >= end)
     }
 
     /// Mean over the patches of their rays over the number asked for.

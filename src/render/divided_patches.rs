@@ -85,7 +85,7 @@ pub(crate) fn divided(
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let error = |reading: Reading| residual.upper(reading, certain);
         let enough = |reading: &Reading| error(*reading) <= goal;
-        if enough(&Reading::PLAIN) || round as usize == ROUNDS || p.is_late() {
+        if enough(&Reading::PLAIN) || round as usize == ROUNDS || wanted.is_late() {
             let best = |a: &Reading, b: &Reading| error(*a).total_cmp(&error(*b));
             let least = Reading::ALL.into_iter().min_by(best);
             let chosen = Reading::ALL.into_iter().find(enough).or(least);

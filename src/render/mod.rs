@@ -7,6 +7,7 @@
 //! Not handled: which picture is asked for; that is a scene's camera and a [`Transport`](crate::light::Transport).
 
 pub(crate) mod assembly;
+pub(crate) mod deadline;
 pub(crate) mod divided_patches;
 pub(crate) mod error_shares;
 mod fineness;
@@ -28,14 +29,14 @@ pub(crate) mod walk_sources;
 pub(crate) mod wanted;
 
 pub use assembly::{Assembled, Prepared, Seconds, Silent, Watch, assemble, prepare};
+pub use deadline::render_within;
 pub use fineness::Fineness;
 pub use look::{picture, render, without_luminaires};
 pub use memory::{Estimate, check_memory, estimate_memory, usable_memory};
-pub use rendered::{ErrorParts, Rendered};
+pub use rendered::{Ended, ErrorParts, Rendered};
 pub use series::{BounceSeries, WantedTerms, explore_within};
 pub use shooters::{assembled_shooter, ray_shooter};
 pub use solver::{RenderError, Request, Solver};
 pub use term_errors::{End, TermError};
-pub use tolerance::render_within;
 pub use unfit::{PictureUnfit, Stored, Unfit, check_pictures};
 pub use wanted::Wanted;

@@ -32,6 +32,16 @@ impl ErrorParts {
     }
 }
 
+/// What ended the work on a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Ended {
+    /// The error was small enough, more effort helped too little, or the effort was given.
+    #[default]
+    ByItself,
+    /// The time was over, or what was left of it was too short for more.
+    ByTime,
+}
+
 /// A picture of one mode, and how far it may be off.
 pub struct Rendered {
     /// Linear radiance.
@@ -40,6 +50,8 @@ pub struct Rendered {
     pub standard_error: Picture,
     /// Estimated errors of the picture.
     pub error: ErrorParts,
+    /// What ended the work on it.
+    pub ended: Ended,
     /// Where the time went.
     pub seconds: Seconds,
     /// Patches at last.

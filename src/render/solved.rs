@@ -14,7 +14,7 @@ use crate::rays::sobol::replica_seed;
 use crate::render::assembly::{Assembled, Prepared, Seconds, Watch, assemble_seeing, sight};
 use crate::render::levels::{Off, fields, of_finer};
 use crate::render::look::{ambient, look, reflected, view};
-use crate::render::rendered::{ErrorParts, Rendered};
+use crate::render::rendered::{Ended, ErrorParts, Rendered};
 use crate::render::wanted::Wanted;
 use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
 
@@ -175,6 +175,7 @@ impl Solved {
         Rendered {
             picture: gathered.total(),
             error: self.error.sum(),
+            ended: Ended::ByItself,
             seconds: spent.seconds,
             patches: p.patches.len(),
             rays: spent.rays + gathered.rays,
@@ -205,7 +206,7 @@ mod tests {
     fn solved(scene: &str, patches: usize) -> (Prepared, Solved) {
         let scene = Scene::open(scene).expect("a scene");
         let p = prepare(scene, patches);
-        let wanted = Wanted { tolerance: 0.01, size: (8, 8), seed: 0 };
+        let wanted = Wanted { tolerance: 0.01, size: (8, 8), deadline: None, seed: 0 };
         let transport = Mode::Global.transport();
         let mut spent = Spent::default();
         let found = solve(&p, transport, 1024, &wanted, &mut spent, &Silent);

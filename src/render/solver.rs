@@ -10,12 +10,12 @@ use crate::gather::GatherSampling;
 use crate::light::Transport;
 use crate::operator::Operator;
 use crate::render::assembly::{Assembled, Prepared, Silent, Watch, assemble, prepare};
+use crate::render::deadline::render_within;
 use crate::render::fineness::Fineness;
 use crate::render::look::render;
 use crate::render::memory::{check_memory, usable_memory};
-use crate::render::rendered::{ErrorParts, Rendered};
+use crate::render::rendered::{Ended, ErrorParts, Rendered};
 use crate::render::solved::Spent;
-use crate::render::tolerance::render_within;
 use crate::render::unfit::Unfit;
 use crate::render::wanted::Wanted;
 use crate::scene::Scene;
@@ -110,7 +110,7 @@ impl Request<'_> {
         let Solver { prepared, seed } = self.solver;
         prepared.recut(FIRST.patches);
         check_memory(prepared, &[self.transport], &FIRST.sampling(*seed), prepared.memory)?;
-        let wanted = Wanted { tolerance, size: self.size, seed: *seed };
+        let wanted = Wanted { tolerance, size: self.size, deadline: None, seed: *seed };
         Ok(render_within(prepared, self.transport, &wanted, &Silent)?)
     }
 
@@ -149,6 +149,7 @@ pub(crate) fn render_fixed(
     Ok(Rendered {
         picture: gathered.total(),
         error: ErrorParts::default(),
+        ended: Ended::ByItself,
         seconds: spent.seconds,
         patches: p.patches.len(),
         rays: spent.rays + gathered.rays,

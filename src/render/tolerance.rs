@@ -53,11 +53,8 @@ const HELPED: f64 = 0.5;
 /// Share of the area whose patches have no larger one, beyond which the two levels tell too little.
 const ALONE: f64 = 0.2;
 
-/// Renders one mode to a tolerance; the patches of `p` are cut anew as it needs.
-///
-/// # Errors
-/// [`Diverges`] where the series does.
-pub fn render_within(
+/// Renders one mode to a tolerance; the patches of `p` are cut anew as it needs. Work that is late ends after its round.
+pub(crate) fn attempt(
     p: &mut Prepared,
     transport: Transport,
     wanted: &Wanted,
@@ -69,13 +66,11 @@ pub fn render_within(
     let left = wanted.tolerance.powi(2) - solved.error.sum().total.powi(2);
     // Where the solution used up the tolerance, the gather pass still has a share.
     let error = GATHER * left.max(0.25 * wanted.tolerance.powi(2)).sqrt();
-    let seed = wanted.seed;
-    let deadline = p.deadline;
-    let within = Gathering::Within { error, seed, deadline };
+    let within = Gathering::Within { error, seed: wanted.seed, deadline: wanted.deadline };
     // The rough picture has told the errors of the fields.
     let gathered = solved.gather(p, &solved.fields.led().read_by(solved.reading), wanted.size, within, watch);
     spent.seconds.gather += clock.elapsed().as_secs_f64();
-    spent.seconds.patches += p.seconds;
+    spent.seconds.patches += std::mem::take(&mut p.seconds);
     let lit = p.scene.materials.iter().any(Material::emits);
     let mut within = solved.finish(p, gathered, spent);
     if lit && within.is_black() {
@@ -194,7 +189,7 @@ impl<'a> Rounds<'a> {
         if unpaired {
             excess.size = excess.size.max(2.0);
         }
-        let last = self.full || p.is_late() || self.count == ROUNDS;
+        let last = self.full || wanted.is_late() || self.count == ROUNDS;
         let check = self.check.get_or_insert_with(|| Check::new(p, solved, wanted, rough, spent));
         let wrong = check.contradicts(p, solved, wanted, last || excess.is_none(), spent);
         let squared = check.squared();
@@ -210,7 +205,7 @@ impl<'a> Rounds<'a> {
         }
         if excess.is_none() || last || (excess.size > 1.0 && p.patches.len() >= MOST.patches) {
             // Patches of a size do not get there: those divided by light may, where memory is not what is short.
-            if solved.error.sum().total > wanted.tolerance && !self.tight && !p.is_late() {
+            if solved.error.sum().total > wanted.tolerance && !self.tight && !wanted.is_late() {
                 return Next::Divide;
             }
             check.confirm(solved, wanted);

@@ -1,4 +1,6 @@
-//! What is asked of a picture: how near, how large, and from which random numbers.
+//! What is asked of a picture: how near, how large, by when, and from which random numbers.
+
+use std::time::Instant;
 
 /// What is asked.
 #[derive(Clone, Copy, Debug)]
@@ -7,6 +9,15 @@ pub struct Wanted {
     pub tolerance: f64,
     /// Pixels across and down.
     pub size: (usize, usize),
+    /// When the picture is to be there, whatever is reached by then; no end where there is none.
+    pub deadline: Option<Instant>,
     /// Chooses the scrambling of all points.
     pub seed: u32,
+}
+
+impl Wanted {
+    /// Whether the time is over.
+    pub(crate) fn is_late(&self) -> bool {
+        self.deadline.is_some_and(|end| Instant::now() >= end)
+    }
 }

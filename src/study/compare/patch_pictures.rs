@@ -103,7 +103,7 @@ pub(crate) fn cut_within(p: &mut Prepared, plan: &StudyPlan, effort: &PatchEffor
 pub(crate) fn within(scene: &Scene, plan: &StudyPlan, tolerance: f64, seed: u32) -> Result<Rendered, Diverges> {
     let mut p = prepare(scene.clone(), 1);
     p.memory = plan.memory;
-    let wanted = Wanted { tolerance, size: plan.size, seed };
+    let wanted = Wanted { tolerance, size: plan.size, deadline: None, seed };
     render_within(&mut p, plan.transport, &wanted, &Silent)
 }
 
