@@ -420,5 +420,10 @@ fn a_limit_that_does_not_bite_changes_no_byte() {
         assert_eq!(ran.code, Some(0), "{}", ran.err);
         std::fs::read(place.path().join(file)).expect("a picture")
     };
-    assert!(render("--time 600", "limited.exr") == render("", "free.exr"));
+    let free = render("", "free.exr");
+    assert!(render("--time 600", "limited.exr") == free);
+    // More seconds than a clock can tell are no limit.
+    assert!(render("--time 1e30", "never.exr") == free);
+    let ran = halflight(&place, "bounces cornell-box --mode local --size 8x8 --tolerance 0.1 --time 1e30");
+    assert_eq!(ran.code, Some(0), "{}", ran.err);
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use clap::Args;
 
@@ -13,6 +13,7 @@ use crate::cli::memory::pixel;
 use crate::cli::options::{Common, Problem};
 use crate::cli::report::{BounceReport, BouncesReport, Modes, mode_of};
 use crate::cli::values::{Size, size};
+use crate::gather::sampling::deadline_after;
 use crate::gather::{GatherSampling, Gathering};
 use crate::light::Transport;
 use crate::pictures::{Exposure, Table, known, make_directory};
@@ -85,7 +86,7 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
         Precision::Within(tolerance) => {
             let mut p = own.problem.effort.prepare_within(scene, &transports)?;
             for transport in transports {
-                let deadline = own.problem.time.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
+                let deadline = own.problem.time.and_then(|seconds| deadline_after(Instant::now(), seconds));
                 let wanted =
                     WantedTerms { count: own.count.into(), tolerance, time: own.problem.time, seed: common.seed };
                 let found = explore_within(&mut p, transport, &wanted, &console);

@@ -1,7 +1,7 @@
 //! `halflight render`: the picture of each mode, and a contact sheet of several.
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use clap::Args;
 
@@ -15,6 +15,7 @@ use crate::cli::report::{Modes, RenderReport};
 use crate::cli::unmet::{unmet, warn_of_error};
 use crate::cli::values::{Size, size};
 use crate::gather::GatherSampling;
+use crate::gather::sampling::deadline_after;
 use crate::light::Transport;
 use crate::operator::Bounds;
 use crate::pictures::{Exposure, Picture, check_extension, write_picture, write_with_error};
@@ -113,7 +114,7 @@ impl Shared<'_> {
         let mut start = self.start;
         let mut outcomes = Vec::new();
         for &transport in transports {
-            let deadline = self.own.problem.time.map(|seconds| start + Duration::from_secs_f64(seconds));
+            let deadline = self.own.problem.time.and_then(|seconds| deadline_after(start, seconds));
             let wanted = Wanted { tolerance, size, deadline, seed };
             let found = render_within(&mut prepared, transport, &wanted, self.console);
             if let Ok(within) = &found {

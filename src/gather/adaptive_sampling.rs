@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use crate::form_factors::Progress;
 use crate::gather::camera_rays::CameraRays;
 use crate::gather::pixel::Pixel;
+use crate::gather::sampling::is_over;
 
 /// Share of the variance left after doubling the rays of a pixel with an edge.
 const DOUBLED: f64 = 0.354;
@@ -37,7 +38,7 @@ pub(crate) struct Plan {
 impl Plan {
     /// Whether the time is over.
     pub fn is_late(&self) -> bool {
-        self.deadline.is_some_and(|end| Instant::now() >= end)
+        is_over(self.deadline)
     }
 
     /// The pixels whose rays are to be doubled next: none once the noise is as wanted, or the time is over.

@@ -3,8 +3,6 @@
 //!
 //! Not handled: errors of the solution that is gathered.
 
-use std::time::Instant;
-
 use crate::gather::adaptive_sampling::{Plan, measure};
 use crate::gather::camera_rays::CameraSampling;
 use crate::gather::fields::Fields;
@@ -12,7 +10,7 @@ use crate::gather::fit_error::{Bias, relative};
 use crate::gather::indirect_light::IndirectLight;
 use crate::gather::irradiance_cache::{Density, IrradianceCache};
 use crate::gather::pixel::Pixel;
-use crate::gather::sampling::Gathering;
+use crate::gather::sampling::{Gathering, is_over};
 use crate::gather::view::View;
 
 /// Share of the error that camera rays may make where there is indirect light, which is dearer.
@@ -71,9 +69,8 @@ impl Settings {
                 error: None,
             },
             Gathering::Within { error, seed, deadline } => {
-                let late = deadline.is_some_and(|end| Instant::now() >= end);
                 // Where there is no time for rounds the first guess is all there is.
-                let fineness = if late { 0.1 } else { (0.01 / error).clamp(0.1, 100.0) };
+                let fineness = if is_over(deadline) { 0.1 } else { (0.01 / error).clamp(0.1, 100.0) };
                 let pixel = view.scene.camera.pixel(view.height);
                 Settings {
                     plan: Plan {

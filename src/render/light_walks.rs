@@ -21,6 +21,7 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::gather::sampling::is_over;
 use crate::light::Transport;
 use crate::rays::sobol::{Stream, hash};
 use crate::rays::{Hit, Ray, Rays, Side};
@@ -78,7 +79,7 @@ pub(crate) fn walked_powers(scene: &Scene, rays: &Rays, transport: Transport, go
         let more = (batches.len() as u32..wanted).into_par_iter().map(|batch| walks.batch(batch, goal));
         batches.extend(more.collect::<Vec<_>>());
         let found = WalkedPowers::of(&batches, goal.count);
-        let late = goal.deadline.is_some_and(|end| Instant::now() >= end);
+        let late = is_over(goal.deadline);
         if wanted >= BATCHES.1 || late || found.errors.iter().all(|&e| e <= goal.error) {
             return found;
         }

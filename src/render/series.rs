@@ -17,9 +17,10 @@
 //! Not handled: terms below a millionth of the first; their share of the sum is below any tolerance. Norms that patches
 //! of a size get wrong.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::form_factors::Sampling;
+use crate::gather::sampling::deadline_after;
 use crate::light::{Light, Transport};
 use crate::operator::Operator;
 use crate::rays::sobol::replica_seed;
@@ -236,7 +237,7 @@ fn walk(p: &Prepared, transport: Transport, wanted: &WantedTerms, clock: &Instan
     let goal = WalkGoal {
         count: wanted.count,
         error: WALKS * wanted.tolerance,
-        deadline: wanted.time.map(|time| *clock + Duration::from_secs_f64(WALKS_TIME * time)),
+        deadline: wanted.time.and_then(|time| deadline_after(*clock, WALKS_TIME * time)),
         seed: wanted.seed,
     };
     walked_powers(&p.scene, &p.rays, transport, &goal)

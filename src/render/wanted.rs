@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use crate::gather::sampling::is_over;
+
 /// What is asked.
 #[derive(Clone, Copy, Debug)]
 pub struct Wanted {
@@ -18,6 +20,6 @@ pub struct Wanted {
 impl Wanted {
     /// Whether the time is over.
     pub(crate) fn is_late(&self) -> bool {
-        self.deadline.is_some_and(|end| Instant::now() >= end)
+        is_over(self.deadline)
     }
 }
