@@ -53,6 +53,15 @@ fn missing_libraries_and_materials_are_grey() {
     assert!(warnings[1].contains("s.obj, line 9): b, c (the MTL files define a): reflecting 0.25 (--reflectance)"));
 }
 
+/// A test file of Assimp (`empty_mat.obj`) has such a line, and other readers take it.
+#[test]
+fn a_material_without_a_name_is_grey() {
+    let obj = format!("{SQUARE}mtllib m.mtl\nusemtl a\nf 1 2 3\nusemtl \nf 1 3 4\n");
+    let (materials, warnings) = read(&obj, &[("m.mtl", b"newmtl a\nKd .75\n")]);
+    assert_eq!(materials, named(&[("a", 0.75), ("(none)", 0.25)]));
+    one_of_each(&warnings, &["1 undefined material (first: "]);
+}
+
 #[test]
 fn faces_without_a_material_are_grey() {
     let (materials, warnings) = read(&format!("{SQUARE}f 1 2 3\nf 1 3 4\n"), &[]);

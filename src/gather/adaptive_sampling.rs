@@ -21,6 +21,9 @@ use crate::gather::sampling::is_over;
 const DOUBLED: f64 = 0.354;
 /// Camera rays of a half at most.
 const MOST: u32 = 1 << 14;
+/// Share of the mean rays that every pixel gets, whatever its halves say. Few rays may all miss what a pixel shows little
+/// of, and halves that agree on nothing state no error: where a picture is worth many rays, none may rest on a few.
+const SHARE: f64 = 0.25;
 /// Neighbours to each side whose variance is pooled.
 const POOL: usize = 1;
 
@@ -118,7 +121,18 @@ fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
         left -= (1.0 - DOUBLED) * variance * (measured.variance / total);
         count += 1;
     }
-    order[..count].iter().map(|&(_, k)| k).collect()
+    let dearest = order[..count].iter().map(|&(_, k)| k);
+    let mut chosen: Vec<u32> = dearest.chain(neglected(pixels)).collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen
+}
+
+/// The pixels with fewer rays than a share of what pixels have in the mean.
+fn neglected(pixels: &[Pixel]) -> impl Iterator<Item = u32> {
+    let mean = pixels.iter().map(|pixel| f64::from(pixel.count)).sum::<f64>() / pixels.len().max(1) as f64;
+    let few = move |pixel: &Pixel| 2.0 * f64::from(pixel.count) <= SHARE * mean;
+    pixels.iter().zip(0..).filter(move |(pixel, _)| few(pixel)).map(|(_, k)| k)
 }
 
 /// Sums over pixels, weighted as they count.
@@ -206,4 +220,32 @@ fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
         (sums.0 / n).max(edge)
     };
     (0..pixels.len()).into_par_iter().map(around).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pixel that so many camera rays of each half found some light in.
+    fn pixel(count: u32, light: [f64; 2]) -> Pixel {
+        let lit = light.map(|l| DVec3::splat(l * f64::from(count)));
+        Pixel { count, lit, ..Pixel::default() }
+    }
+
+    /// The halves of four rays that all miss a thin bright thing agree, and the pixel never got another ray though others
+    /// got hundreds: in a furnished bathroom four seeds differed by 1.72 % where 1.60 % was stated, and now by 1.65 %.
+    #[test]
+    fn no_pixel_rests_on_few_rays_where_others_get_many() {
+        const WIDTH: usize = 16;
+        let noisy = |k: usize| k < WIDTH;
+        let at = |k: usize| if noisy(k) { pixel(512, [1.0, 0.9]) } else { pixel(2, [1.0, 1.0]) };
+        let mut pixels: Vec<Pixel> = (0..8 * WIDTH).map(at).collect();
+        let chosen = choose(&pixels, WIDTH, 0.01);
+        assert!((0..pixels.len()).all(|k| noisy(k) || chosen.contains(&(k as u32))));
+        assert!(chosen.is_sorted_by(|a, b| a < b), "a pixel that is doubled twice in a round");
+        // Beside pixels that all have few rays, few are not too few.
+        pixels.iter_mut().filter(|p| p.count > 2).for_each(|p| *p = pixel(4, [1.0, 0.9]));
+        let far = 4 * WIDTH as u32;
+        assert!(choose(&pixels, WIDTH, 0.01).iter().all(|&k| k < far));
+    }
 }

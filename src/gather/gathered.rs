@@ -44,8 +44,16 @@ pub struct GatherError {
 impl GatherError {
     /// All parts together, as a share of the picture; 0 for a black picture.
     pub fn relative(&self) -> f64 {
-        let sum = self.camera.powi(2) + self.hemisphere.powi(2) + self.fit.powi(2);
-        if self.signal > 0.0 { sum.sqrt() / self.signal } else { 0.0 }
+        self.share((self.camera.powi(2) + self.hemisphere.powi(2) + self.fit.powi(2)).sqrt())
+    }
+
+    /// An RMS error as a share of the picture: 0 for a black picture, infinite where it is not a number.
+    pub fn share(&self, rms: f64) -> f64 {
+        match rms / self.signal {
+            _ if self.signal == 0.0 => 0.0,
+            share if share.is_nan() => f64::INFINITY,
+            share => share,
+        }
     }
 }
 
@@ -60,5 +68,18 @@ impl Gathered {
             }
         }
         total
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Light that was no number once stated an error of 0 %.
+    #[test]
+    fn an_error_that_is_no_number_is_not_small() {
+        let error = |camera: f64, signal: f64| GatherError { camera, signal, ..GatherError::default() }.relative();
+        assert_eq!([error(1.0, 4.0), error(0.0, 0.0)], [0.25, 0.0]);
+        assert_eq!([error(f64::NAN, 1.0), error(1.0, f64::NAN)], [f64::INFINITY; 2]);
     }
 }

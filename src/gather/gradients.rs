@@ -60,7 +60,9 @@ fn one(neighbours: &Neighbours, values: &[Rgb], i: usize) -> Linear {
         let length = halves[axis].length_squared();
         let difference = |j: usize| {
             let steps = (neighbours.middle(j) - middle).dot(halves[axis]) / length;
-            (values[j] - values[i]) / steps
+            let change = (values[j] - values[i]) / steps;
+            // A larger patch beside along one axis may have its middle square to that; it tells no slope.
+            if change.is_finite() { change } else { Rgb::ZERO }
         };
         match neighbours.beside(i, axis) {
             [Some(after), Some(before)] => limited(difference(after), difference(before)),
@@ -146,6 +148,32 @@ mod tests {
             for (_, corners) in patches.pieces(i) {
                 assert!(corners.iter().all(|&x| l.at(x).min_element() > -1e-2));
             }
+        }
+    }
+
+    /// Of larger patches that share no more than an edge of one part each, one may lie beside the other along an axis
+    /// that is square to the step between their middles.
+    #[test]
+    fn patches_beside_each_other_without_a_step_between_have_finite_light() {
+        let patches = furnace();
+        let neighbours = patches.neighbours();
+        let after = |i: usize, axis: usize| neighbours.beside(i, axis)[0];
+        // Part p lies below r, and q before s; p weighs all of its larger patch, r of its own.
+        let p = (0..neighbours.len()).find(|&p| after(p, 1).is_some()).unwrap();
+        let r = after(p, 1).unwrap();
+        let is_free = |i: usize| ![p, r].contains(&i);
+        let has_free = |q: usize| is_free(q) && after(q, 0).is_some_and(is_free);
+        let q = (p + 1..neighbours.len()).find(|&q| has_free(q)).unwrap();
+        let mut parents: Vec<u32> = (0..neighbours.len() as u32).collect();
+        (parents[q], parents[after(q, 0).unwrap()]) = (p as u32, r as u32);
+        let mut areas = vec![1e-30; neighbours.len()];
+        (areas[p], areas[r]) = (1.0, 1.0);
+        let larger = neighbours.larger(&parents, &areas);
+        assert!(larger.beside(p, 0).contains(&Some(r)), "{:?}", larger.beside(p, 0));
+        let values: Vec<Rgb> = (0..larger.len()).map(|i| Rgb::splat(1.0 + (i % 7) as f32)).collect();
+        let light = linear(&larger, &values);
+        for (i, l) in light.iter().enumerate() {
+            assert!(l.at(larger.middle(i)).is_finite(), "{i}: {l:?}");
         }
     }
 

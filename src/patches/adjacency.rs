@@ -95,7 +95,10 @@ impl Neighbours {
             totals[p] += areas[i];
             let share = (areas[i] / totals[p]) as f32;
             found.middles[p] = found.middles[p].lerp(self.middles[i], share);
-            found.halves[p] = self.halves[i].map(|half| 2.0 * half);
+            // A part without neighbours has no size.
+            if self.halves[i] != [Vec3::ZERO; 2] {
+                found.halves[p] = self.halves[i].map(|half| 2.0 * half);
+            }
             for (own, &j) in found.beside[p].iter_mut().zip(&self.beside[i]) {
                 if let Some(&other) = parents.get(j as usize).filter(|&&other| other as usize != p) {
                     *own = other;
@@ -201,6 +204,21 @@ mod tests {
             }
             assert!(pairs > 2 * n.len(), "{scene}: {pairs} of {}", n.len());
         }
+    }
+
+    /// A part that is no cell of a grid once took the size from the larger patch, whose slope was then 0 / 0: of a spider
+    /// under a sky the standard error was no number, and the stated error of the gather pass 0.
+    #[test]
+    fn a_part_without_neighbours_leaves_a_larger_patch_its_size() {
+        let halves = [0.1 * Vec3::X, 0.1 * Vec3::Y];
+        let cells = Neighbours {
+            beside: vec![[2, NONE, NONE, NONE], [NONE; 4], [NONE, 0, NONE, NONE]],
+            middles: vec![Vec3::ZERO, 0.1 * Vec3::Y, 0.2 * Vec3::X],
+            halves: vec![halves, [Vec3::ZERO; 2], halves],
+        };
+        let larger = cells.larger(&[0, 0, 1], &[0.04, 0.01, 0.04]);
+        assert_eq!(larger.beside(0, 0), [Some(1), None]);
+        assert_eq!(larger.halves(0), halves.map(|half| 2.0 * half));
     }
 
     #[test]

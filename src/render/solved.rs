@@ -150,9 +150,7 @@ impl Solved {
 
     /// Takes the errors of F and of patch size from a picture.
     pub fn set_errors(&mut self, gathered: &Gathered) {
-        let share = |rms: f64| {
-            if gathered.error.signal > 0.0 { rms / gathered.error.signal } else { 0.0 }
-        };
+        let share = |rms: f64| gathered.error.share(rms);
         if let [noise, coarse] = gathered.riders[..] {
             self.error.form_factors = share(noise);
             self.error.patches = of_finer() * share(coarse);

@@ -43,7 +43,7 @@ pub use camera::{DEFAULT_FOV, ViewError};
 pub use error::{Place, SceneError};
 pub use model::{AddedLight, Camera, Face, LoadOptions, Material, NamedCamera, Scene, Sides, UnitFrame};
 pub use mtl::DEFAULT_RHO;
-pub use obj::NO_MATERIAL;
+pub use obj_text::NO_MATERIAL;
 pub use punctual::{PunctualForm, PunctualLight, PunctualPlace};
 pub use sky::{Sky, SkyLight};
 pub use textured::Means;

@@ -19,12 +19,9 @@ use crate::scene::input::SceneInput;
 pub(crate) use crate::scene::libraries::Reader;
 use crate::scene::lines::list;
 use crate::scene::mtl::{Libraries, check_rho};
-use crate::scene::obj_text::ObjText;
+use crate::scene::obj_text::{NO_MATERIAL, ObjText};
 use crate::scene::warnings::Tally;
 use crate::scene::{Material, libraries, mtl_textures, obj_coordinates, obj_text};
-
-/// The material of faces before the first `usemtl`: reflects [`crate::scene::LoadOptions::reflectance`].
-pub const NO_MATERIAL: &str = "(none)";
 
 /// Reads an OBJ.
 pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {

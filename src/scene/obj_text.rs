@@ -16,6 +16,10 @@ use crate::scene::lines;
 use crate::scene::lines::{Statement, shorten};
 use crate::scene::warnings::Tally;
 
+/// The material of faces before the first `usemtl`, or after one without a name: reflects
+/// [`crate::scene::LoadOptions::reflectance`].
+pub const NO_MATERIAL: &str = "(none)";
+
 /// What the check found. Polygon k of the clean text is `face_lines[k]`.
 #[derive(Debug, Default)]
 pub(crate) struct ObjText {
@@ -77,7 +81,8 @@ pub(crate) fn check(file: &str, text: &str) -> Result<ObjText, SceneError> {
             "f" | "fo" => obj.face(file, &statement, &mut corners)?,
             "o" | "g" => obj.state.object = Some((statement.rest().to_owned(), statement.line)),
             "usemtl" => {
-                let name = statement.name(file)?;
+                // Some exporters write no name for what has no material.
+                let name = if statement.rest().is_empty() { NO_MATERIAL } else { statement.rest() };
                 obj.state.material = Some(obj.materials.intern(name, statement.line));
             }
             "mtllib" => obj.libraries.push((statement.line, statement.name(file)?.to_owned())),

@@ -21,6 +21,7 @@ fn refused(result: Result<Scene, SceneError>, part: &str) {
 fn broken_files_are_refused_with_what_is_wrong() {
     for (path, value, part) in [
         ("/asset/version", json!("1.0"), "it is glTF 1.0"),
+        ("/asset/version", json!(1), "it is glTF 1;"),
         ("/nodes/0/mesh", json!(7), "nodes[0].mesh: index out of bounds"),
         ("/nodes/0/children", json!([0]), "node 0 is met twice"),
         ("/nodes/0/rotation", json!([0, 0, 0, 0]), "the transform of node 0 is not finite"),

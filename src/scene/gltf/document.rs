@@ -24,15 +24,17 @@ struct Versioned {
 
 #[derive(Deserialize)]
 struct Asset {
-    version: String,
+    /// A text; files of glTF 1 have numbers too.
+    version: serde_json::Value,
 }
 
 /// Reads and checks the JSON.
 pub(super) fn parse(file: &str, json: &[u8]) -> Result<Root, SceneError> {
     let wrong = |message: String| SceneError::Gltf { file: file.to_owned(), message };
     let Versioned { asset } = serde_json::from_slice(json).map_err(|error| wrong(json_error(&error)))?;
-    if !asset.version.starts_with("2.") {
-        let version = shorten(&asset.version);
+    let version = asset.version.as_str().map_or_else(|| asset.version.to_string(), str::to_owned);
+    if !version.starts_with("2.") {
+        let version = shorten(&version);
         return Err(wrong(format!("it is glTF {version}; only glTF 2.0 can be read")));
     }
     let root: Root = serde_json::from_slice(json).map_err(|error| wrong(json_error(&error)))?;
