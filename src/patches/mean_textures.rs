@@ -4,6 +4,7 @@
 //!
 //! Not handled: parts of patches divided by light, which have the means of the patch they were cut from.
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::light::{Light, Rgb};
@@ -21,19 +22,14 @@ impl Patches {
             return;
         }
         let own = |i: usize| {
-            let mut sum = Means::default();
-            let mut area = 0.0;
-            for (face, corners) in self.pieces(i) {
-                let weight = f64::from((corners[1] - corners[0]).cross(corners[2] - corners[0]).length());
-                sum.add(weight, &scene.means(face, corners));
-                area += weight;
-            }
-            let mut mean = Means::default();
-            mean.add(1.0 / area, &sum);
-            mean
+            let of_piece = |(face, [a, b, c]): (u32, [Vec3; 3])| {
+                (f64::from((b - a).cross(c - a).length()), scene.means(face, [a, b, c]))
+            };
+            mean(&self.pieces(i).map(of_piece).collect::<Vec<_>>())
         };
         let textured = |i: &usize| scene.materials[self.materials[*i] as usize].maps.is_some();
-        let found: Vec<Option<Means>> = (0..self.len()).into_par_iter().map(|i| textured(&i).then(|| own(i))).collect();
+        let found: Vec<Option<Means>> =
+            (0..self.len()).into_par_iter().map(|i| textured(&i).then(|| own(i)).flatten()).collect();
         for (area, means) in self.areas.iter_mut().zip(&found) {
             *area *= means.map_or(1.0, |means| means.coverage.max(LEAST));
         }
@@ -54,5 +50,32 @@ impl Patches {
         let material = &scene.materials[self.materials[i] as usize];
         let textured = |means: &Means| Light::emitted(means.of_surface().1, material.visibility);
         self.mean(i).map_or_else(|| material.emitted(), textured)
+    }
+}
+
+/// The mean over pieces by their areas; none of no piece.
+///
+/// Pieces so thin that rounding leaves none of them an area count alike.
+fn mean(pieces: &[(f64, Means)]) -> Option<Means> {
+    let area: f64 = pieces.iter().map(|piece| piece.0).sum();
+    let weight = |own: f64| if area > 0.0 { own / area } else { 1.0 / pieces.len() as f64 };
+    let mut mean = Means::default();
+    pieces.iter().for_each(|(own, means)| mean.add(weight(*own), means));
+    (!pieces.is_empty()).then_some(mean)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    /// Patches of a spider's legs, whose triangles rounding leaves without an area, once reflected what is no number.
+    #[test]
+    fn pieces_without_an_area_have_a_mean() {
+        let means = |rho: f64| Means { coverage: 1.0, rho: DVec3::splat(rho), emission: DVec3::ZERO };
+        let of = |pieces: &[(f64, Means)]| mean(pieces).map(|mean| mean.rho.x);
+        assert_eq!(of(&[]), None);
+        assert_eq!(of(&[(0.0, means(0.5)), (0.0, means(0.25))]), Some(0.375));
+        assert_eq!(of(&[(3.0, means(0.5)), (1.0, means(0.25)), (0.0, means(0.0))]), Some(0.4375));
     }
 }

@@ -47,6 +47,8 @@ impl Scene {
         let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
         let (pu, pv) = (p.dot(u), p.dot(v));
         let weights = DVec2::new(vv * pu - uv * pv, uu * pv - uv * pu) / (uu * vv - uv * uv);
+        // Of a face that rounding left without an area every point is its first corner.
+        let weights = if weights.is_finite() { weights.clamp(-DVec2::ONE, 2.0 * DVec2::ONE) } else { DVec2::ZERO };
         weighted(corners.map(|at| at.as_dvec2()), weights)
     }
 
