@@ -53,9 +53,12 @@ fn missing_libraries_and_materials_are_grey() {
     assert!(warnings[1].contains("s.obj, line 9): b, c (the MTL files define a): reflecting 0.25 (--reflectance)"));
 }
 
-/// A test file of Assimp (`empty_mat.obj`) has such a line, and other readers take it.
+/// Blender wrote such lines, and other readers take them.
 #[test]
-fn a_material_without_a_name_is_grey() {
+fn a_material_may_have_no_name() {
+    let square = format!("{SQUARE}mtllib m.mtl\nusemtl \nf 1 2 3 4\n");
+    let (materials, warnings) = read(&square, &[("m.mtl", b"newmtl \nKd .75\n")]);
+    assert_eq!((materials, warnings), (named(&[("(none)", 0.75)]), Vec::new()));
     let obj = format!("{SQUARE}mtllib m.mtl\nusemtl a\nf 1 2 3\nusemtl \nf 1 3 4\n");
     let (materials, warnings) = read(&obj, &[("m.mtl", b"newmtl a\nKd .75\n")]);
     assert_eq!(materials, named(&[("a", 0.75), ("(none)", 0.25)]));

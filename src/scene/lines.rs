@@ -9,6 +9,10 @@ use std::borrow::Cow;
 
 use crate::scene::error::{Place, SceneError};
 
+/// The material of faces before the first `usemtl`, or after one without a name: reflects
+/// [`crate::scene::LoadOptions::reflectance`].
+pub const NO_MATERIAL: &str = "(none)";
+
 /// One statement: its first line's number, its keyword, and everything after the keyword, trimmed.
 pub(crate) struct Statement<'a> {
     pub line: usize,
@@ -33,7 +37,12 @@ impl Statement<'_> {
         words.take_while(|word| !word.starts_with('#'))
     }
 
-    /// The statement's name, such as after `usemtl`; an error where there is none.
+    /// The name of a material: the rest, or [`NO_MATERIAL`] where there is none, as some exporters write it.
+    pub fn material(&self) -> &str {
+        if self.rest().is_empty() { NO_MATERIAL } else { self.rest() }
+    }
+
+    /// The statement's name, such as after `mtllib`; an error where there is none.
     pub fn name(&self, file: &str) -> Result<&str, SceneError> {
         match self.rest() {
             "" => Err(self.malformed(file, "a name", "none")),

@@ -163,7 +163,7 @@ fn read_statement(
     tallies: &mut Tallies,
 ) -> Result<(), SceneError> {
     if statement.keyword() == "newmtl" {
-        entries.push(Entry::new(statement.name(file)?, statement.line));
+        entries.push(Entry::new(statement.material(), statement.line));
         return Ok(());
     }
     if let Some(entry) = entries.last_mut()

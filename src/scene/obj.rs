@@ -17,9 +17,9 @@ use crate::scene::encoding::Latin;
 use crate::scene::error::{Place, SceneError};
 use crate::scene::input::SceneInput;
 pub(crate) use crate::scene::libraries::Reader;
-use crate::scene::lines::list;
+use crate::scene::lines::{NO_MATERIAL, list};
 use crate::scene::mtl::{Libraries, check_rho};
-use crate::scene::obj_text::{NO_MATERIAL, ObjText};
+use crate::scene::obj_text::ObjText;
 use crate::scene::warnings::Tally;
 use crate::scene::{Material, libraries, mtl_textures, obj_coordinates, obj_text};
 

@@ -16,10 +16,6 @@ use crate::scene::lines;
 use crate::scene::lines::{Statement, shorten};
 use crate::scene::warnings::Tally;
 
-/// The material of faces before the first `usemtl`, or after one without a name: reflects
-/// [`crate::scene::LoadOptions::reflectance`].
-pub const NO_MATERIAL: &str = "(none)";
-
 /// What the check found. Polygon k of the clean text is `face_lines[k]`.
 #[derive(Debug, Default)]
 pub(crate) struct ObjText {
@@ -81,9 +77,7 @@ pub(crate) fn check(file: &str, text: &str) -> Result<ObjText, SceneError> {
             "f" | "fo" => obj.face(file, &statement, &mut corners)?,
             "o" | "g" => obj.state.object = Some((statement.rest().to_owned(), statement.line)),
             "usemtl" => {
-                // Some exporters write no name for what has no material.
-                let name = if statement.rest().is_empty() { NO_MATERIAL } else { statement.rest() };
-                obj.state.material = Some(obj.materials.intern(name, statement.line));
+                obj.state.material = Some(obj.materials.intern(statement.material(), statement.line));
             }
             "mtllib" => obj.libraries.push((statement.line, statement.name(file)?.to_owned())),
             "p" | "l" | "curv" | "curv2" | "surf" => obj.ignored.add(statement.line),
