@@ -3,7 +3,7 @@
 //! All pixels get a few rays in two independent halves; the squared difference of the halves estimates each pixel's
 //! variance, pooled with its neighbours because one difference says little and edges continue from pixel to pixel.
 //! Then, until the picture's noise is as wanted, the pixels where doubling the rays gains most for its price get twice
-//! as many: with scrambled nets the error at an edge falls as about N^-3/4, the variance as N^-3/2.
+//! as many, and so do those that have few beside the others: with scrambled nets the error at an edge falls as about N^-3/4, the variance as N^-3/2.
 //!
 //! Not handled: detail smaller than the first few rays can find in a pixel and in its neighbours.
 
@@ -97,7 +97,8 @@ pub(crate) fn double(camera_rays: &CameraRays, pixels: &mut [Pixel], chosen: &[u
     );
 }
 
-/// The pixels to double: best gain for the price first, until the noise is foreseen to be as wanted.
+/// The pixels to double: best gain for the price first, until the noise is foreseen to be as wanted, and all that have
+/// few rays beside the others; each once, in order.
 fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
     let measured = measure(pixels);
     let wanted = noise * noise * measured.signal;

@@ -206,8 +206,7 @@ mod tests {
         }
     }
 
-    /// A part that is no cell of a grid once took the size from the larger patch, whose slope was then 0 / 0: of a spider
-    /// under a sky the standard error was no number, and the stated error of the gather pass 0.
+    /// A part that is no cell of a grid once took the size from the larger patch, whose slopes were then 0 / 0.
     #[test]
     fn a_part_without_neighbours_leaves_a_larger_patch_its_size() {
         let halves = [0.1 * Vec3::X, 0.1 * Vec3::Y];

@@ -69,7 +69,7 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
-    /// Patches of a spider's legs, whose triangles rounding leaves without an area, once reflected what is no number.
+    /// A patch whose pieces rounding leaves without an area once reflected what is no number.
     #[test]
     fn pieces_without_an_area_have_a_mean() {
         let means = |rho: f64| Means { coverage: 1.0, rho: DVec3::splat(rho), emission: DVec3::ZERO };
