@@ -50,6 +50,7 @@ fn mistakes_in_an_obj_are_named_with_their_line() {
     refuses(with("f 1 2 3/1/1/1"), &["line 8", "v/vt/vn"]);
     refuses(with("f 1 2 99999999999999999999"), &["line 8", "99999999999999999999"]);
     refuses(with(&format!("f{}", " 1".repeat(10_001))), &["line 8", "10001 corners", "10000"]);
+    refuses(with("mtllib"), &["line 8", "a name"]);
     refuses(obj("v 0 0 0\n"), &["s.obj has no faces"]);
     refuses(obj("v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\nf 1 1 1\n"), &["no faces with area", "2 without"]);
 }

@@ -49,10 +49,12 @@ impl GatherError {
 
     /// An RMS error as a share of the picture: 0 for a black picture, infinite where it is not a number.
     pub fn share(&self, rms: f64) -> f64 {
-        match rms / self.signal {
-            _ if self.signal == 0.0 => 0.0,
-            share if share.is_nan() => f64::INFINITY,
-            share => share,
+        if rms.is_nan() || self.signal.is_nan() {
+            f64::INFINITY
+        } else if self.signal == 0.0 {
+            0.0
+        } else {
+            rms / self.signal
         }
     }
 }

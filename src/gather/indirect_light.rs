@@ -56,7 +56,7 @@ impl IndirectLight {
 
     /// States the squared error of the fit, summed over the pixels that see no luminaire.
     pub fn biased_by(mut self, misfit: f64) -> IndirectLight {
-        self.misfit = misfit.max(0.0);
+        self.misfit = positive(misfit);
         self
     }
 
@@ -130,7 +130,7 @@ impl IndirectLight {
             }
         }
         let count = measure(pixels).count.max(1.0);
-        let rms = |sum: f64| (sum.max(0.0) / (3.0 * count)).sqrt();
+        let rms = |sum: f64| (positive(sum) / (3.0 * count)).sqrt();
         sums.into_iter().map(rms).collect()
     }
 
@@ -146,6 +146,12 @@ impl IndirectLight {
             signal: rms(camera.signal),
         }
     }
+}
+
+/// A squared error by products of halves, which noise may make negative; what is no number stays so, where
+/// [`f64::max`] would make it 0.
+fn positive(squared: f64) -> f64 {
+    if squared < 0.0 { 0.0 } else { squared }
 }
 
 /// What one pixel reflects of every field, and the variance of the leading ones together.
@@ -189,5 +195,16 @@ fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitte
         variance: d * d,
         riders: riders.iter().map(|[a, b]| a.dot(*b)).collect(),
         ambient,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_is_not_taken_for_no_error() {
+        assert_eq!([-1.0, 0.0, 2.0].map(positive), [0.0, 0.0, 2.0]);
+        assert!(positive(f64::NAN).is_nan());
     }
 }

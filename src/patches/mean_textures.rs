@@ -58,9 +58,10 @@ impl Patches {
 /// Pieces so thin that rounding leaves none of them an area count alike.
 fn mean(pieces: &[(f64, Means)]) -> Option<Means> {
     let area: f64 = pieces.iter().map(|piece| piece.0).sum();
-    let weight = |own: f64| if area > 0.0 { own / area } else { 1.0 / pieces.len() as f64 };
-    let mut mean = Means::default();
-    pieces.iter().for_each(|(own, means)| mean.add(weight(*own), means));
+    let weight = |own: f64| if area > 0.0 { own } else { 1.0 };
+    let (mut sum, mut mean) = (Means::default(), Means::default());
+    pieces.iter().for_each(|(own, means)| sum.add(weight(*own), means));
+    mean.add(1.0 / if area > 0.0 { area } else { pieces.len() as f64 }, &sum);
     (!pieces.is_empty()).then_some(mean)
 }
 

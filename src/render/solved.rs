@@ -150,10 +150,9 @@ impl Solved {
 
     /// Takes the errors of F and of patch size from a picture.
     pub fn set_errors(&mut self, gathered: &Gathered) {
-        let share = |rms: f64| gathered.error.share(rms);
         if let [noise, coarse] = gathered.riders[..] {
-            self.error.form_factors = share(noise);
-            self.error.patches = of_finer() * share(coarse);
+            self.error.form_factors = gathered.error.share(noise);
+            self.error.patches = of_finer() * gathered.error.share(coarse);
         }
     }
 
