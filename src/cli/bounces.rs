@@ -84,7 +84,7 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
             p
         }
         Precision::Within(tolerance) => {
-            let mut p = own.problem.effort.prepare_within(scene, &transports)?;
+            let mut p = own.problem.effort.prepare_within(scene, &transports, tolerance)?;
             for transport in transports {
                 let deadline = own.problem.time.and_then(|seconds| deadline_after(Instant::now(), seconds));
                 let wanted =

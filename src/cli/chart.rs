@@ -92,6 +92,9 @@ struct SlopeReport {
     from_5_to_half_percent: Option<f64>,
 }
 
+/// The first patches and rays for a picture to this tolerance must fit in memory.
+const MUST_FIT: f64 = 0.01;
+
 /// Charts every mode asked for; of several, those that diverge are named and left out.
 pub fn run(own: &ChartCommand, common: &Common) -> Result<(), CliError> {
     let clock = Instant::now();
@@ -108,7 +111,7 @@ pub fn run(own: &ChartCommand, common: &Common) -> Result<(), CliError> {
     }
     make_directory(&common.out)?;
     // Built anew for every step: here only to refuse what does not fit, before anything is measured.
-    let prepared = own.limit.prepare_within(scene.clone(), &transports).map_err(unfit)?;
+    let prepared = own.limit.prepare_within(scene.clone(), &transports, MUST_FIT).map_err(unfit)?;
     let modes = each_mode(&transports, "chart", &console, |transport| {
         one_mode(own, common, &console, (&prepared, load), transport)
     })?;

@@ -67,7 +67,7 @@ impl Effort {
     }
 
     /// Makes a scene ready for as many patches as a tolerance needs and memory holds; the first few must fit.
-    pub fn prepare_within(&self, scene: Scene, modes: &[Transport]) -> Result<Prepared, CliError> {
-        self.limit.prepare_within(scene, modes)
+    pub fn prepare_within(&self, scene: Scene, modes: &[Transport], tolerance: f64) -> Result<Prepared, CliError> {
+        self.limit.prepare_within(scene, modes, tolerance)
     }
 }

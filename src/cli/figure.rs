@@ -220,7 +220,7 @@ impl Work<'_> {
         let mut solved = Vec::new();
         match effort.precision() {
             Precision::Within(tolerance) => {
-                let mut p = effort.prepare_within(scene, &modes)?;
+                let mut p = effort.prepare_within(scene, &modes, tolerance)?;
                 let wanted = Wanted { tolerance, size: self.size, deadline: None, seed };
                 for mode in Mode::ALL {
                     let picture = render_within(&mut p, mode.transport(), &wanted, self.console);

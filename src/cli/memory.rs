@@ -5,8 +5,7 @@ use clap::Args;
 use crate::cli::error::CliError;
 use crate::cli::values::{Size, gibibytes};
 use crate::light::Transport;
-use crate::render::solver::FIRST;
-use crate::render::{Prepared, check_memory, check_pictures, prepare, usable_memory};
+use crate::render::{Fineness, Prepared, check_memory, check_pictures, prepare, usable_memory};
 use crate::scene::Scene;
 
 /// Bytes a pixel, measured as what a run grows by with its pictures (`within`: made to a tolerance).
@@ -46,11 +45,12 @@ impl MemoryLimit {
     }
 
     /// Makes a scene ready for as many patches as a tolerance needs and memory holds; the first few must fit.
-    pub fn prepare_within(&self, scene: Scene, modes: &[Transport]) -> Result<Prepared, CliError> {
-        let mut prepared = prepare(scene, FIRST.patches);
+    pub fn prepare_within(&self, scene: Scene, modes: &[Transport], tolerance: f64) -> Result<Prepared, CliError> {
+        let first = Fineness::first(tolerance);
+        let mut prepared = prepare(scene, first.patches);
         prepared.memory = self.bytes();
         for mode in modes {
-            check_memory(&prepared, &[*mode], &FIRST.sampling(0), prepared.memory)?;
+            check_memory(&prepared, &[*mode], &first.sampling(0), prepared.memory)?;
         }
         Ok(prepared)
     }

@@ -110,7 +110,7 @@ impl Shared<'_> {
     /// Every mode to a tolerance, each with the patches that it needs.
     fn within(&self, scene: Scene, transports: &[Transport], tolerance: f64) -> Result<Vec<Outcome>, CliError> {
         let (size, seed) = ((self.own.size.width, self.own.size.height), self.common.seed);
-        let mut prepared = self.own.problem.effort.prepare_within(scene, transports)?;
+        let mut prepared = self.own.problem.effort.prepare_within(scene, transports, tolerance)?;
         let mut start = self.start;
         let mut outcomes = Vec::new();
         for &transport in transports {

@@ -174,27 +174,34 @@ impl ImportancePaths {
     /// leading field on what they meet; as if every patch reflected its mean, so that no patch is divided for a
     /// texture.
     pub fn samples(&self, scene: &Scene, patches: &Patches, fields: &Fields) -> Vec<Vec<Sample>> {
+        let chunks = self.paths.par_chunks(CHUNK);
+        let vertices = |chunk: &[Path]| {
+            let all = chunk.iter().flat_map(|p| &p.vertices);
+            all.filter_map(|vertex| patch_sample(vertex, scene, patches, fields)).collect()
+        };
+        let found: Vec<Vec<(u32, Sample)>> = chunks.map(vertices).collect();
         let mut samples = vec![Vec::new(); patches.len()];
-        for vertex in self.paths.iter().flat_map(|p| &p.vertices) {
-            let SurfaceHit { face, side, position, .. } = vertex.at;
-            let Some(patch) = patches.at(face, side, position) else {
-                continue;
-            };
-            let normal = patches.normal(face, side);
-            let whole = patches.whole(patch) as usize;
-            let light = sample(vertex, patches, fields);
-            let even = || {
-                let (own, mean) =
-                    (scene.rho_at(face, position).as_dvec3(), patches.reflectance(scene, whole).as_dvec3());
-                // Where a texel is black nothing is known of the light that arrives.
-                (own.min_element() > 0.0).then(|| vertex.found.glow + (light - vertex.found.glow) * mean / own)
-            };
-            let light = if scene.maps(face).is_none() { Some(light) } else { even() };
-            let point = SurfacePoint { position, normal, face };
-            samples[whole].extend(light.map(|light| Sample { point, light }));
+        for (whole, sample) in found.into_iter().flatten() {
+            samples[whole as usize].push(sample);
         }
         samples
     }
+}
+
+/// The patch, as it was cut, that a vertex of a path lies on, with a sample of the light that leaves it.
+fn patch_sample(vertex: &Vertex, scene: &Scene, patches: &Patches, fields: &Fields) -> Option<(u32, Sample)> {
+    let SurfaceHit { face, side, position, .. } = vertex.at;
+    let normal = patches.normal(face, side);
+    let whole = patches.whole(patches.at(face, side, position)?);
+    let mut light = sample(vertex, patches, fields);
+    if scene.maps(face).is_some() {
+        let own = scene.rho_at(face, position).as_dvec3();
+        let mean = patches.reflectance(scene, whole as usize).as_dvec3();
+        // Where a texel is black nothing is known of the light that arrives.
+        let even = || vertex.found.glow + (light - vertex.found.glow) * mean / own;
+        light = (own.min_element() > 0.0).then(even)?;
+    }
+    Some((whole, Sample { point: SurfacePoint { position, normal, face }, light }))
 }
 
 /// What a path's pixel adds up, by reading.

@@ -47,17 +47,11 @@ impl Owned {
         }
     }
 
-    /// Adds a patch of small surfaces of one material.
-    fn gather<'a>(&mut self, scene: &Scene, surfaces: impl Iterator<Item = &'a Surface>) {
-        let (mut material, mut pieces) = (0, Vec::new());
-        for surface in surfaces {
-            material = surface.material;
-            for &face in &surface.faces {
-                self.owners[face as usize] = Owner::Patch(self.drafts.len() as u32);
-                pieces.push(Piece { face, corners: scene.corners(face), area: scene.emitting_area(face) });
-            }
-        }
-        self.drafts.push(Draft { material, pieces });
+    /// Adds a patch that all of its pieces' faces belong to.
+    fn add(&mut self, draft: Draft) {
+        let own = Owner::Patch(self.drafts.len() as u32);
+        draft.pieces.iter().for_each(|piece| self.owners[piece.face as usize] = own);
+        self.drafts.push(draft);
     }
 }
 
@@ -122,9 +116,9 @@ impl Patches {
         let clusters = clusters::groups(&small, 1.0);
         let first = own.drafts.len() as u32;
         let parents = Parents::new(&own.grids, clusters::parents(&small, &clusters, first));
-        for group in clusters {
-            own.gather(scene, group.iter().map(|&k| small[k].0));
-        }
+        let together = |group: &Vec<usize>| together(scene, group.iter().map(|&k| small[k].0));
+        let drafts: Vec<Draft> = clusters.par_iter().map(together).collect();
+        drafts.into_iter().for_each(|draft| own.add(draft));
         let size = sizes.iter().copied().fold(0.0, f64::max);
         Patches::number(scene, own, parents, size, &zones.surfaces.normals)
     }
@@ -184,6 +178,13 @@ impl Patches {
         self.materials.push(draft.material);
         self.sides.push(side);
     }
+}
+
+/// A patch of small surfaces of one material.
+fn together<'a>(scene: &Scene, surfaces: impl Iterator<Item = &'a Surface> + Clone) -> Draft {
+    let material = surfaces.clone().next().map_or(0, |surface| surface.material);
+    let piece = |&face: &u32| Piece { face, corners: scene.corners(face), area: scene.emitting_area(face) };
+    Draft { material, pieces: surfaces.flat_map(|surface| &surface.faces).map(piece).collect() }
 }
 
 /// Whether a surface carries a grid of its own.

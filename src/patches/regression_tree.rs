@@ -14,6 +14,7 @@
 //! Not handled: borders that are not across an axis; they take several planes.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use crate::surfaces::SurfacePoint;
 
@@ -59,32 +60,104 @@ pub(crate) fn coordinate(position: Vec3, normal: Vec3, axis: usize) -> f32 {
 }
 
 /// Divides samples as long as their light differs by more than chance.
-pub(crate) fn grow(mut own: Vec<Sample>, depth: u32) -> Tree {
-    let Some((axis, at)) = best(&mut own).filter(|_| depth < DEEPEST) else {
-        return Tree::Leaf(own);
-    };
-    let (below, beyond): (Vec<Sample>, Vec<Sample>) =
-        own.into_iter().partition(|s| coordinate(s.point.position, s.point.normal, axis) < at);
-    Tree::Plane { axis, at, sides: Box::new([below, beyond].map(|side| grow(side, depth + 1))) }
+pub(crate) fn grow(own: Vec<Sample>) -> Tree {
+    let columns = Columns::new(own);
+    let mut orders = columns.orders();
+    columns.divided(orders.each_mut().map(|order| &mut order[..]), 0)
 }
 
-/// The plane that leaves least variance, if it leaves significantly less.
-fn best(own: &mut [Sample]) -> Option<(usize, f32)> {
-    let n = own.len();
-    if n < 2 * LEAST {
-        return None;
+/// Axes that planes stand across: three of place, three of the normal.
+const AXES: usize = 6;
+/// Samples from which on the axes of a node, and its sides, are looked at side by side.
+const MANY: usize = 4096;
+
+/// Samples with what planes compare, axis by axis.
+struct Columns {
+    samples: Vec<Sample>,
+    /// Coordinates of every sample along each axis.
+    coordinates: [Vec<f32>; AXES],
+}
+
+/// A plane between two samples.
+#[derive(Clone, Copy)]
+struct Division {
+    axis: usize,
+    at: f32,
+    /// Squared difference between the sides that it explains.
+    between: f64,
+}
+
+impl Columns {
+    fn new(samples: Vec<Sample>) -> Columns {
+        let along = |axis| samples.iter().map(|s| coordinate(s.point.position, s.point.normal, axis)).collect();
+        Columns { coordinates: std::array::from_fn(along), samples }
     }
-    let sum: DVec3 = own.iter().map(|s| s.light).sum();
-    let squares: f64 = own.iter().map(|s| s.light.length_squared()).sum();
-    let whole = squares - sum.length_squared() / n as f64;
-    let mut found: Option<(f64, usize, f32)> = None;
-    for axis in 0..6 {
-        let key = |s: &Sample| coordinate(s.point.position, s.point.normal, axis);
-        own.sort_by(|a, b| key(a).total_cmp(&key(b)));
+
+    /// The samples in order of each axis. Those that agree there are in order of the axis before, so that neighbours in the
+    /// last order, which that of the rays' starts follows, lie close together.
+    fn orders(&self) -> [Vec<u32>; AXES] {
+        let mut before: Vec<u32> = (0..self.samples.len() as u32).collect();
+        std::array::from_fn(|axis| {
+            let own = &self.coordinates[axis];
+            let key = |(rank, &i): (usize, &u32)| u64::from(ordered_bits(own[i as usize])) << 32 | rank as u64;
+            let mut keys: Vec<u64> = before.iter().enumerate().map(key).collect();
+            keys.par_sort_unstable();
+            before = keys.iter().map(|&key| before[key as u32 as usize]).collect();
+            before.clone()
+        })
+    }
+
+    /// The tree over some samples, given in order of each axis.
+    fn divided(&self, mut orders: [&mut [u32]; AXES], depth: u32) -> Tree {
+        let Some(Division { axis, at, .. }) = self.best(&orders).filter(|_| depth < DEEPEST) else {
+            let [.., last] = &orders;
+            return Tree::Leaf(last.iter().map(|&i| self.samples[i as usize]).collect());
+        };
+        let is_below = |i: u32| self.coordinates[axis][i as usize] < at;
+        let many = orders[0].len() >= MANY;
+        let count = if many {
+            let counts: Vec<usize> = orders.par_iter_mut().map(|order| part(order, is_below)).collect();
+            counts[axis]
+        } else {
+            orders.each_mut().map(|order| part(order, is_below))[axis]
+        };
+        let [mut below, mut beyond]: [[&mut [u32]; AXES]; 2] = Default::default();
+        for ((order, below), beyond) in orders.into_iter().zip(&mut below).zip(&mut beyond) {
+            (*below, *beyond) = order.split_at_mut(count);
+        }
+        let [below, beyond] = [below, beyond].map(|side| move || self.divided(side, depth + 1));
+        let (below, beyond) = if many { rayon::join(below, beyond) } else { (below(), beyond()) };
+        Tree::Plane { axis, at, sides: Box::new([below, beyond]) }
+    }
+
+    /// The plane that leaves least variance, if it leaves significantly less.
+    fn best(&self, orders: &[&mut [u32]; AXES]) -> Option<Division> {
+        let n = orders[0].len();
+        if n < 2 * LEAST {
+            return None;
+        }
+        let light = |&i: &u32| self.samples[i as usize].light;
+        let sum: DVec3 = orders[0].iter().map(light).sum();
+        let squares: f64 = orders[0].iter().map(|i| light(i).length_squared()).sum();
+        let whole = squares - sum.length_squared() / n as f64;
+        let across = |axis: usize| self.best_across(axis, orders[axis], sum);
+        let found: Vec<Option<Division>> =
+            if n >= MANY { (0..AXES).into_par_iter().map(across).collect() } else { (0..AXES).map(across).collect() };
+        let best = found.into_iter().flatten().reduce(|a, b| if b.between > a.between { b } else { a })?;
+        let within = (whole - best.between).max(1e-12 * whole);
+        ((n - 2) as f64 * best.between > SIGNIFICANT * within).then_some(best)
+    }
+
+    /// The plane across one axis that leaves least variance of samples in order of it, whose light adds up to `sum`.
+    fn best_across(&self, axis: usize, order: &[u32], sum: DVec3) -> Option<Division> {
+        let n = order.len();
+        let own = &self.coordinates[axis];
         let mut below = DVec3::ZERO;
+        let mut found: Option<Division> = None;
         for k in 1..=n - LEAST {
-            below += own[k - 1].light;
-            let (low, high) = (key(&own[k - 1]), key(&own[k]));
+            let (last, next) = (order[k - 1] as usize, order[k] as usize);
+            below += self.samples[last].light;
+            let (low, high) = (own[last], own[next]);
             // Places nearer to each other than coordinates are certain are one place.
             if k < LEAST || high - low <= 4.0 * f32::EPSILON {
                 continue;
@@ -92,14 +165,35 @@ fn best(own: &mut [Sample]) -> Option<(usize, f32)> {
             let (a, b) = (k as f64, (n - k) as f64);
             let apart = below / a - (sum - below) / b;
             let between = a * b / n as f64 * apart.length_squared();
-            if found.is_none_or(|f| between > f.0) {
-                found = Some((between, axis, 0.5 * (low + high)));
+            if found.is_none_or(|f| between > f.between) {
+                found = Some(Division { axis, at: 0.5 * (low + high), between });
             }
         }
+        found
     }
-    let (between, axis, at) = found?;
-    let within = (whole - between).max(1e-12 * whole);
-    ((n - 2) as f64 * between > SIGNIFICANT * within).then_some((axis, at))
+}
+
+/// Puts those that are below before the others, each in their order; returns how many there are.
+fn part(order: &mut [u32], is_below: impl Fn(u32) -> bool) -> usize {
+    let mut beyond = Vec::with_capacity(order.len());
+    let mut count = 0;
+    for k in 0..order.len() {
+        let i = order[k];
+        if is_below(i) {
+            order[count] = i;
+            count += 1;
+        } else {
+            beyond.push(i);
+        }
+    }
+    order[count..].copy_from_slice(&beyond);
+    count
+}
+
+/// Bits that are in order as their numbers are ([`f32::total_cmp`]).
+fn ordered_bits(x: f32) -> u32 {
+    let bits = x.to_bits();
+    if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }
 }
 
 #[cfg(test)]
@@ -128,20 +222,20 @@ mod tests {
 
     #[test]
     fn a_step_is_found_where_it_is_and_noise_is_left_whole() {
-        let step = grow(floor(400, |x| if x < 0.3 { 0.0 } else { 2.0 }), 0);
+        let step = grow(floor(400, |x| if x < 0.3 { 0.0 } else { 2.0 }));
         let Tree::Plane { axis, at, .. } = &step else {
             panic!("a step of four times the noise is seen");
         };
         // Samples lie some 1/400 apart across the step.
         assert!(*axis == 0 && (at - 0.3).abs() < 0.02, "{axis} {at}");
         assert!(leaves(&step) <= 4);
-        assert_eq!(leaves(&grow(floor(400, |_| 1.0), 0)), 1);
-        assert_eq!(leaves(&grow(Vec::new(), 0)), 1);
+        assert_eq!(leaves(&grow(floor(400, |_| 1.0))), 1);
+        assert_eq!(leaves(&grow(Vec::new())), 1);
     }
 
     #[test]
     fn more_samples_tell_smaller_differences() {
-        let tree = |count: usize| leaves(&grow(floor(count, f64::from), 0));
+        let tree = |count: usize| leaves(&grow(floor(count, f64::from)));
         assert!(tree(100_000) > 2 * tree(1000));
     }
 }

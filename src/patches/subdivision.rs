@@ -32,7 +32,7 @@ impl Patches {
     pub fn divide(&mut self, mut samples: Vec<Vec<Sample>>) {
         self.restore();
         samples.resize_with(self.len(), Vec::new);
-        let trees: Vec<Tree> = samples.into_par_iter().map(|own| grow(own, 0)).collect();
+        let trees: Vec<Tree> = samples.into_par_iter().map(grow).collect();
         let mut starts: Vec<Vec<SurfacePoint>> = Vec::new();
         starts.resize_with(self.len(), Vec::new);
         let mut parts =

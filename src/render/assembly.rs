@@ -9,7 +9,7 @@ use crate::direct::{Lighting, Luminaires, Sight, receive_emitted, receive_punctu
 use crate::form_factors::{Closure, Sampling, Variant, cast_counts, closure};
 use crate::light::{Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
-use crate::patches::{Patches, Zones};
+use crate::patches::{Patches, Sample, Zones};
 use crate::rays::Rays;
 use crate::scene::Scene;
 use crate::surfaces::Surfaces;
@@ -64,6 +64,8 @@ pub struct Prepared {
     pub luminaires: Luminaires,
     /// Rays of each patch over the number asked for; empty where all have the same.
     pub(crate) densities: Vec<f32>,
+    /// The number of patches asked for, where all of them are of one size as first cut.
+    even: Option<usize>,
     /// Bytes that K may take; patches that are cut anew stay within. Infinite at first.
     pub memory: f64,
     /// Seconds that this and cutting patches anew took, until a picture takes them as its own.
@@ -105,27 +107,44 @@ pub fn prepare(scene: Scene, patches: usize) -> Prepared {
     let start = Instant::now();
     let rays = Rays::new(&scene);
     let surfaces = Surfaces::new(&scene, &rays);
-    let patches = Patches::cut(&scene, &rays, &surfaces, patches);
+    let cut = Patches::cut(&scene, &rays, &surfaces, patches);
     let luminaires = Luminaires::new(&scene);
     Prepared {
         scene,
         rays,
         surfaces,
-        patches,
+        patches: cut,
         luminaires,
         densities: Vec::new(),
+        even: Some(patches),
         memory: f64::INFINITY,
         seconds: start.elapsed().as_secs_f64(),
     }
 }
 
 impl Prepared {
+    /// The patches that [`Prepared::recut`] makes, which is not done again where they are those.
+    pub(crate) fn cut_to(&mut self, patches: usize) {
+        if self.even == Some(patches) {
+            self.densities.clear();
+        } else {
+            self.recut(patches);
+        }
+    }
+
     /// Cuts the surfaces anew, into about so many patches; scene, rays and luminaires stay.
     pub fn recut(&mut self, patches: usize) {
+        self.densities.clear();
         let start = Instant::now();
         self.patches = Patches::cut(&self.scene, &self.rays, &self.surfaces, patches);
-        self.densities.clear();
+        self.even = Some(patches);
         self.seconds += start.elapsed().as_secs_f64();
+    }
+
+    /// Divides the patches as they were cut by the light sampled on them.
+    pub(crate) fn divide(&mut self, samples: Vec<Vec<Sample>>) {
+        self.even = None;
+        self.patches.divide(samples);
     }
 
     /// Mean over the patches of their rays over the number asked for.
@@ -151,6 +170,7 @@ impl Prepared {
     pub(crate) fn cut_zones(&mut self, zones: &Zones, sizes: &[f64]) {
         let start = Instant::now();
         self.patches = Patches::refined(&self.scene, &self.rays, zones, sizes);
+        self.even = None;
         self.seconds += start.elapsed().as_secs_f64();
     }
 }

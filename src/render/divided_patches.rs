@@ -67,7 +67,7 @@ pub(crate) fn divided(
     for round in 1u32.. {
         let clock = Instant::now();
         let samples = seen.samples(&p.scene, &p.patches, &solved.fields);
-        p.patches.divide(samples);
+        p.divide(samples);
         p.densities = densities(p, rays);
         spent.seconds.patches += clock.elapsed().as_secs_f64();
         solved = solve(p, transport, rays, wanted, spent, watch)?;

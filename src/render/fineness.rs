@@ -2,6 +2,10 @@
 
 use crate::form_factors::Sampling;
 
+/// Patches, and rays from each, that a search for an error of 1 % begins with.
+const FIRST_PATCHES: f64 = 1000.0;
+const FIRST_RAYS: f64 = 128.0;
+
 /// How finely a scene is cut into patches, and how many rays each of them casts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fineness {
@@ -18,6 +22,18 @@ impl Default for Fineness {
 }
 
 impl Fineness {
+    /// What a search for an error begins with: more patches and rays the smaller it is, within limits.
+    pub fn first(tolerance: f64) -> Fineness {
+        let finer = Fineness::over_one_percent(tolerance);
+        let rays = (FIRST_RAYS * finer.sqrt()) as u32;
+        Fineness { patches: (FIRST_PATCHES * finer) as usize, rays: rays.next_power_of_two() }
+    }
+
+    /// How many times finer than for a tolerance of 1 % the first patches and rays are.
+    pub(crate) fn over_one_percent(tolerance: f64) -> f64 {
+        (0.01 / tolerance).clamp(0.1, 10.0)
+    }
+
     /// The rays to cast from the patches, scrambled by `seed`.
     pub fn sampling(self, seed: u32) -> Sampling {
         Sampling { rays: self.rays, seed, ..Sampling::default() }

@@ -98,7 +98,7 @@ struct Round {
 /// The first bounces with their powers to a tolerance; the patches of `p` are cut anew as it needs.
 pub fn explore_within(p: &mut Prepared, transport: Transport, wanted: &WantedTerms, watch: &dyn Watch) -> BounceSeries {
     let clock = Instant::now();
-    let fineness = (0.01 / wanted.tolerance).clamp(0.1, 10.0);
+    let fineness = Fineness::over_one_percent(wanted.tolerance);
     let rays = ((FIRST.1 * fineness) as u32).max(16);
     let begin = Fineness { patches: (FIRST.0 * fineness) as usize, rays };
     let mut effort = Fineness { patches: (LESS * FIRST.0 * fineness) as usize, rays };

@@ -21,8 +21,8 @@ use crate::render::wanted::Wanted;
 use crate::scene::Scene;
 use crate::solve::{Diverges, Settings, neumann};
 
-/// Patches and rays that a picture to a tolerance begins with, about: if these do not fit in memory it is refused.
-pub(crate) const FIRST: Fineness = Fineness { patches: 1000, rays: 128 };
+/// The tolerance that patches are cut for before one is asked for.
+const TOLERANCE: f64 = 0.01;
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -47,7 +47,7 @@ pub struct Solver {
 impl Solver {
     /// Builds the ray hierarchy and finds the surfaces of a scene. Four fifths of the memory that is free may be used.
     pub fn new(scene: &Scene) -> Solver {
-        let mut prepared = prepare(scene.clone(), FIRST.patches);
+        let mut prepared = prepare(scene.clone(), Fineness::first(TOLERANCE).patches);
         prepared.memory = usable_memory();
         Solver { prepared, seed: 0 }
     }
@@ -80,7 +80,7 @@ impl Solver {
 
     fn assembled(&mut self, transport: Transport, fineness: Fineness, spent: &mut Spent) -> Result<Assembled, Unfit> {
         let p = &mut self.prepared;
-        p.recut(fineness.patches);
+        p.cut_to(fineness.patches);
         let sampling = fineness.sampling(self.seed);
         check_memory(p, &[transport], &sampling, p.memory)?;
         let clock = Instant::now();
@@ -108,8 +108,9 @@ impl Request<'_> {
     /// [`RenderError`] where the series is not proved to converge, or not even a coarse K fits in memory.
     pub fn tolerance(self, tolerance: f64) -> Result<Rendered, RenderError> {
         let Solver { prepared, seed } = self.solver;
-        prepared.recut(FIRST.patches);
-        check_memory(prepared, &[self.transport], &FIRST.sampling(*seed), prepared.memory)?;
+        let first = Fineness::first(tolerance);
+        prepared.cut_to(first.patches);
+        check_memory(prepared, &[self.transport], &first.sampling(*seed), prepared.memory)?;
         let wanted = Wanted { tolerance, size: self.size, deadline: None, seed: *seed };
         Ok(render_within(prepared, self.transport, &wanted, &Silent)?)
     }

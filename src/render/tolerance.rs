@@ -39,8 +39,6 @@ const FORM_FACTORS: f64 = 0.35;
 const PATCHES: f64 = 0.4;
 /// Share of what is left that the gather pass aims at: its own estimate has an error too.
 const GATHER: f64 = 0.9;
-/// Patches and rays a patch at first, at a tolerance of 1 %.
-const FIRST: (f64, f64) = (1000.0, 128.0);
 /// Patches, and rays a patch, at most.
 const MOST: Fineness = Fineness { patches: 200_000, rays: 1 << 16 };
 /// How far below their shares the next round aims.
@@ -90,7 +88,7 @@ fn solve_within(
     watch: &dyn Watch,
 ) -> Result<Solved, Diverges> {
     let mut rounds = Rounds::new(wanted);
-    p.recut((FIRST.0 * fineness(wanted)) as usize);
+    p.cut_to(Fineness::first(wanted.tolerance).patches);
     loop {
         rounds.begin(p, transport);
         let mut solved = solve(p, transport, rounds.rays, wanted, spent, watch)?;
@@ -111,11 +109,6 @@ fn solve_within(
             Next::Refine(excess) => rounds.refine(p, &solved, excess, spent),
         }
     }
-}
-
-/// How much finer than a tolerance of 1 % the picture is to be.
-fn fineness(wanted: &Wanted) -> f64 {
-    (0.01 / wanted.tolerance).clamp(0.1, 10.0)
 }
 
 /// How far errors exceed their shares of the tolerance; up to 1 they do not.
@@ -163,7 +156,7 @@ struct Rounds<'a> {
 
 impl<'a> Rounds<'a> {
     fn new(wanted: &'a Wanted) -> Rounds<'a> {
-        let rays = ((FIRST.1 * fineness(wanted).sqrt()) as u32).next_power_of_two();
+        let rays = Fineness::first(wanted.tolerance).rays;
         let (count, sizes, check, squared) = (0, None, None, f64::INFINITY);
         Rounds { wanted, count, rays, sizes, check, full: false, tight: false, squared }
     }

@@ -17,7 +17,7 @@ use crate::study::compare::ladder::{
     Ladder, LadderPoint, LadderStep, Method, StudyError, StudyPlan, climb, measured, slope,
 };
 use crate::study::compare::patch_answers::patch_answers;
-use crate::study::compare::patch_pictures::{PatchEffort, cut_within, patch_step};
+use crate::study::compare::patch_pictures::{PatchEffort, check_fit, cut_within, patch_step};
 use crate::study::compare::traced_pictures::{climb_paths, traced_answer};
 use crate::study::compare::truth::{Truth, or_everywhere};
 use crate::study::compare::verdict::{Pair, judge};
@@ -51,9 +51,10 @@ pub struct Comparison {
 /// # Errors
 /// [`StudyError`] where the series diverges, and where memory would not do.
 pub fn compare(scene: &Scene, plan: &StudyPlan, tell: &dyn Fn(&str)) -> Result<Comparison, StudyError> {
-    let mut p = prepare(scene.clone(), 1);
+    let least = PatchEffort::least(plan);
+    let mut p = prepare(scene.clone(), least.patches);
     p.memory = plan.memory;
-    cut_within(&mut p, plan, &PatchEffort::least(plan))?;
+    check_fit(&p, plan, &least)?;
     let (patchwise, tracers) = Ladder::COMPARED.split_at(3);
     // A diverging series is found before any path is traced.
     let mut climbed = Vec::new();

@@ -12,8 +12,8 @@ use crate::pictures::Picture;
 use crate::render::look::fields;
 use crate::render::memory::check_solutions;
 use crate::render::{
-    Assembled, Prepared, Rendered, Seconds, Silent, Unfit, Wanted, assemble, assembled_shooter, picture, prepare,
-    ray_shooter, render, render_within, without_luminaires,
+    Assembled, Fineness, Prepared, Rendered, Seconds, Silent, Unfit, Wanted, assemble, assembled_shooter, picture,
+    prepare, ray_shooter, render, render_within, without_luminaires,
 };
 use crate::scene::Scene;
 use crate::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
@@ -96,12 +96,17 @@ impl PatchEffort {
 /// Cuts patches, and checks that K and its solutions fit in memory.
 pub(crate) fn cut_within(p: &mut Prepared, plan: &StudyPlan, effort: &PatchEffort) -> Result<(), Unfit> {
     p.recut(effort.patches);
+    check_fit(p, plan, effort)
+}
+
+/// Checks that K of the patches as they are, and its solutions, fit in memory.
+pub(crate) fn check_fit(p: &Prepared, plan: &StudyPlan, effort: &PatchEffort) -> Result<(), Unfit> {
     check_solutions(p, plan.transport, &effort.sampling(), SOLUTIONS)
 }
 
 /// The picture to a tolerance, from scratch.
 pub(crate) fn within(scene: &Scene, plan: &StudyPlan, tolerance: f64, seed: u32) -> Result<Rendered, Diverges> {
-    let mut p = prepare(scene.clone(), 1);
+    let mut p = prepare(scene.clone(), Fineness::first(tolerance).patches);
     p.memory = plan.memory;
     let wanted = Wanted { tolerance, size: plan.size, deadline: None, seed };
     render_within(&mut p, plan.transport, &wanted, &Silent)
