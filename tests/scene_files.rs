@@ -122,13 +122,14 @@ fn files_are_read_from_beside_each_other() {
 
 #[test]
 fn what_a_scene_does_not_hold_is_warned_of_once() {
-    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nl 1 2\np 1\nf 1 2 3\nf 1 2 2\nf 1 1 1\n";
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nl 1 2\np 1\nf 1 2 3\nf 1 2 2\nf 1 1 1\nf 1 2\nf 3\n";
     let warnings = obj(text).unwrap().warnings;
     let has = |part: &str| assert_eq!(warnings.iter().filter(|w| w.contains(part)).count(), 1, "{warnings:?}");
-    assert_eq!(warnings.len(), 3, "{warnings:?}");
+    assert_eq!(warnings.len(), 4, "{warnings:?}");
     has("2 statements (first: s.obj, line 4)");
     has("3 faces (first: s.obj, line 6): no usemtl");
     has("2 faces of material `(none)` (first: s.obj, line 7): dropped");
+    has("2 faces (first: s.obj, line 9): left out: with fewer than three corners");
     assert!(obj(SQUARE).unwrap().warnings.is_empty());
     let crossing = SQUARE.replace("f 1 2 3 4", "f 1 2 3 4\nv .5 2 0\nf 1 3 4 2 5");
     assert!(obj(&crossing).unwrap().warnings[0].contains("crosses itself"));

@@ -165,8 +165,8 @@ impl Measured {
 pub(crate) fn measure(pixels: &[Pixel]) -> Measured {
     let mut measured = Measured::default();
     for pixel in pixels {
-        let [a, b] = pixel.halves();
-        measured.add(pixel, pixel.variance(), (a + b) / pixel.camera());
+        let halves = pixel.counted_halves();
+        measured.add(pixel, pixel.variance(halves), (halves[0] + halves[1]) / pixel.camera());
     }
     measured
 }
@@ -179,7 +179,7 @@ pub(crate) fn measure(pixels: &[Pixel]) -> Measured {
 /// summed across it, are c² in the mean.
 fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
     let cut = |pixel: &Pixel| {
-        let lamp = pixel.emission != DVec3::ZERO;
+        let lamp = pixel.emitting > 0;
         DVec3::splat(if lamp { bright } else { f64::INFINITY })
     };
     let halves = |p: &Pixel| p.halves().map(|h| (h / f64::from(p.count)).min(cut(p)));
@@ -202,7 +202,7 @@ fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
         .into_par_iter()
         .map(|k| {
             let [a, b] = halves(&pixels[k]);
-            let counted = pixels[k].weight() * pixels[k].variance().element_sum();
+            let counted = pixels[k].weight() * pixels[k].variance(pixels[k].counted_halves()).element_sum();
             (counted.max(0.25 * (a - b).length_squared()), bends(k))
         })
         .collect();
@@ -231,6 +231,24 @@ mod tests {
     fn pixel(count: u32, light: [f64; 2]) -> Pixel {
         let lit = light.map(|l| DVec3::splat(l * f64::from(count)));
         Pixel { count, lit, ..Pixel::default() }
+    }
+
+    /// Pixels that a few rays see a lamp of 500 W/(m² sr) in once counted it as picture: 14 street lamps stated 0.44 % where
+    /// what they light was off by 1.75 %.
+    #[test]
+    fn a_sliver_of_a_lamp_makes_no_error_small() {
+        let share = |pixels: &[Pixel]| {
+            let Measured { variance, signal, .. } = measure(pixels);
+            variance / signal
+        };
+        let mut pixels: Vec<Pixel> = (0..16).map(|_| pixel(64, [1.0, 0.9])).collect();
+        let without = share(&pixels);
+        pixels[3].emitted = [DVec3::splat(500.0), DVec3::ZERO];
+        pixels[3].emitting = 1;
+        assert!((share(&pixels) / without - 1.0).abs() < 1e-12);
+        // A picture of nothing but lamps is judged by them.
+        pixels.iter_mut().for_each(|pixel| pixel.counts_emission = true);
+        assert!(share(&pixels) > 100.0 * without);
     }
 
     /// The halves of four rays that all miss a thin bright thing agree, and the pixel never got another ray though others

@@ -130,13 +130,13 @@ impl<'a> CameraRays<'a> {
     fn shade(&self, hit: &Hit, position: Vec3, ray: CameraRay, pixel: &mut Pixel, scratch: &mut Scratch) {
         let view = self.view;
         let Some(patch) = view.patches.at(hit.face, hit.side, position) else {
-            pixel.backs += 1;
+            // A second side would change nothing where none reflects.
+            pixel.backs += u32::from(view.scene.material(hit.face).rho != Rgb::ZERO);
             return;
         };
         let emitted = view.scene.emitted_at(hit.face, position).visible.as_dvec3();
-        pixel.emission += emitted;
         pixel.emitting += u32::from(emitted != DVec3::ZERO);
-        pixel.lit[ray.half] += emitted;
+        pixel.emitted[ray.half] += emitted;
         let (material, typical) = (view.scene.material(hit.face), view.patches.reflectance(view.scene, patch as usize));
         if typical == Rgb::ZERO && material.gloss.is_none() {
             return;

@@ -102,12 +102,12 @@ impl IndirectLight {
         let own = |k: usize| self.pixels.get(k);
         let variance = |k: usize| own(k).map_or(DVec3::ZERO, |p| p.variance);
         let field = |f: usize| picture(&|k| own(k).map_or(DVec3::ZERO, |p| p.fields[f].as_dvec3()));
-        let deviation = |k: usize| (pixels[k].variance() + variance(k)).map(f64::sqrt);
+        let deviation = |k: usize| (pixels[k].variance(pixels[k].halves()) + variance(k)).map(f64::sqrt);
         let cast: f64 = pixels.iter().map(Pixel::camera).sum();
         let reflecting: u64 = pixels.iter().map(|p| u64::from(p.reflecting)).sum();
         let backs: u64 = pixels.iter().map(|p| u64::from(p.backs)).sum();
         Gathered {
-            emission: picture(&|k| pixels[k].emission / pixels[k].camera()),
+            emission: picture(&|k| pixels[k].emission() / pixels[k].camera()),
             direct: picture(&|k| pixels[k].direct / pixels[k].camera()),
             indirect: (0..fields.count()).map(field).collect(),
             standard_error: picture(&deviation),

@@ -11,9 +11,10 @@ use crate::surfaces::SurfacePoint;
 /// What one pixel found, sums over its camera rays.
 #[derive(Default)]
 pub(crate) struct Pixel {
-    pub emission: DVec3,
+    /// Light as emitted, of each half.
+    pub emitted: [DVec3; 2],
     pub direct: DVec3,
-    /// Emission and direct light of each half.
+    /// Direct light of each half.
     pub lit: [DVec3; 2],
     /// Indirect light of each half: what the patches themselves receive, until it is gathered.
     pub ambient: [DVec3; 2],
@@ -49,14 +50,24 @@ impl Pixel {
         f64::from(2 * self.count)
     }
 
-    /// All light of each half, sums over its camera rays.
-    pub fn halves(&self) -> [DVec3; 2] {
-        [0, 1].map(|half| self.lit[half] + self.ambient[half])
+    /// Light as emitted, sum over the camera rays.
+    pub fn emission(&self) -> DVec3 {
+        self.emitted[0] + self.emitted[1]
     }
 
-    /// Standard error squared of the mean of the halves, all channels.
-    pub fn variance(&self) -> DVec3 {
-        let [a, b] = self.halves();
+    /// All light of each half, sums over its camera rays.
+    pub fn halves(&self) -> [DVec3; 2] {
+        [0, 1].map(|half| self.emitted[half] + self.lit[half] + self.ambient[half])
+    }
+
+    /// The light of each half that counts in the error: what is reflected. A sliver of a small bright lamp would outshine the
+    /// whole picture, and any error would be small beside it.
+    pub fn counted_halves(&self) -> [DVec3; 2] {
+        if self.counts_emission { self.halves() } else { [0, 1].map(|half| self.lit[half] + self.ambient[half]) }
+    }
+
+    /// Standard error squared of the mean of two halves of the camera rays, all channels.
+    pub fn variance(&self, [a, b]: [DVec3; 2]) -> DVec3 {
         let d = (a - b) / self.camera();
         d * d
     }

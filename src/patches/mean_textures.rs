@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use crate::light::{Light, Rgb};
 use crate::patches::scene_patches::Patches;
 use crate::scene::{Means, Scene};
+use crate::surfaces::face_means::FaceMeans;
 
 /// Share of its area that a patch has at least: one of which there is nothing still has a row of K.
 const LEAST: f64 = 1e-6;
@@ -17,13 +18,15 @@ const LEAST: f64 = 1e-6;
 impl Patches {
     /// Finds the means of all patches, and takes what is cut away from their areas; nothing where no material has
     /// textures.
-    pub(super) fn take_textures(&mut self, scene: &Scene) {
+    pub(super) fn take_textures(&mut self, scene: &Scene, of_faces: &FaceMeans) {
         if !scene.is_textured() {
             return;
         }
         let own = |i: usize| {
             let of_piece = |(face, [a, b, c]): (u32, [Vec3; 3])| {
-                (f64::from((b - a).cross(c - a).length()), scene.means(face, [a, b, c]))
+                let whole = of_faces.whole(face).filter(|_| scene.corners(face) == [a, b, c]);
+                let means = whole.copied().unwrap_or_else(|| scene.means(face, [a, b, c]));
+                (f64::from((b - a).cross(c - a).length()), means)
             };
             mean(&self.pieces(i).map(of_piece).collect::<Vec<_>>())
         };

@@ -5,7 +5,6 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::patches::clusters;
@@ -120,11 +119,11 @@ impl Patches {
         let drafts: Vec<Draft> = clusters.par_iter().map(together).collect();
         drafts.into_iter().for_each(|draft| own.add(draft));
         let size = sizes.iter().copied().fold(0.0, f64::max);
-        Patches::number(scene, own, parents, size, &zones.surfaces.normals)
+        Patches::number(scene, &zones.surfaces, own, parents, size)
     }
 
     /// Lays out drafts as patches: fronts first, then the backs of two-sided materials.
-    fn number(scene: &Scene, own: Owned, parents: Parents, size: f64, normals: &Arc<[Vec3]>) -> Patches {
+    fn number(scene: &Scene, found: &Surfaces, own: Owned, parents: Parents, size: f64) -> Patches {
         let drafts = own.drafts;
         let mut patches = Patches {
             areas: Vec::new(),
@@ -138,7 +137,7 @@ impl Patches {
             size,
             backs: vec![NONE; drafts.len()],
             parents: parents.of(drafts.len()),
-            normals: Arc::clone(normals),
+            normals: Arc::clone(&found.normals),
             starts_of_rays: Vec::new(),
             parts: Default::default(),
             means: Vec::new(),
@@ -161,7 +160,7 @@ impl Patches {
                 patches.parents.push(parent);
             }
         }
-        patches.take_textures(scene);
+        patches.take_textures(scene, &found.means);
         patches
     }
 

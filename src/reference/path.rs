@@ -89,7 +89,8 @@ impl Space<'_> {
         };
         let matter = self.surfaces.matter_at(hit.face, [hit.u, hit.v]);
         if !matter.sends(hit.side) {
-            found.back = true;
+            // A second side would change nothing where none reflects.
+            found.back = matter.rho != Rgb::ZERO;
             return found;
         }
         found.luminaire = matter.emits();

@@ -44,6 +44,8 @@ pub(crate) struct Soup {
     pub cameras: Vec<SoupCamera>,
     /// Lights without area, in the file's units.
     pub lights: Vec<PunctualLight>,
+    /// Whether a camera is told elsewhere, so that none need be found.
+    pub has_view: bool,
     pub warnings: Vec<String>,
 }
 
@@ -157,7 +159,7 @@ pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
     }
     let cameras = cameras(&soup, &frame)?;
     let lights = lights(&soup, &frame)?;
-    let mut warnings = soup.warnings;
+    let (has_view, mut warnings) = (soup.has_view, soup.warnings);
     flaws.report(&soup.file, soup.item, &mut warnings);
     let mut scene = Scene {
         name: soup.name,
@@ -177,6 +179,7 @@ pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
     };
     scene.camera = match scene.cameras.first() {
         Some(own) => own.camera,
+        None if has_view => Camera::NOWHERE,
         None => Camera::framing(&scene),
     };
     Ok(scene)
@@ -220,7 +223,7 @@ struct Flaws {
 impl Flaws {
     fn report(&self, file: &str, item: &str, warnings: &mut Vec<String>) {
         self.flat.report(file, item, "face", "dropped, having no area", warnings);
-        let consequence = "crosses itself, so its triangles are a guess";
+        let consequence = "an outline that crosses itself has no inside, so the triangles are a guess";
         self.crossing.report(file, item, "polygon", consequence, warnings);
     }
 }

@@ -56,6 +56,7 @@ pub(crate) fn assemble_lit(mut soup: Soup, light: Option<AddedLight>) -> Result<
         return assemble(soup);
     };
     let (file, polygons, object) = (soup.file.clone(), soup.polygons.len(), soup.objects.len() as u32);
+    let has_view = soup.has_view;
     let panel = Panel::over(&Surfaces::of(&soup, &frame));
     panel.hang(&mut soup, &frame);
     let mut scene = assemble(soup)?;
@@ -64,7 +65,7 @@ pub(crate) fn assemble_lit(mut soup: Soup, light: Option<AddedLight>) -> Result<
         return Err(SceneError::Empty { file, dropped: polygons });
     }
     let panel = scene.faces.split_off(own);
-    if scene.cameras.is_empty() {
+    if scene.cameras.is_empty() && !has_view {
         scene.camera = Camera::framing(&scene);
     }
     scene.faces.extend(panel);

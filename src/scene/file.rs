@@ -115,6 +115,7 @@ pub(crate) fn read(input: &SceneInput) -> Result<Scene, SceneError> {
         changes.apply(&source, &mut soup.materials[index])?;
     }
     options.apply(&mut soup.materials, |name| table.says_sides(name));
+    soup.has_view = table.camera.is_some();
     let mut scene = assemble_lit(soup, options.light)?;
     scene.transport = (alpha.is_some() || tau.is_some())
         .then(|| Transport { alpha: alpha.unwrap_or(default.alpha), tau: tau.unwrap_or(default.tau) });

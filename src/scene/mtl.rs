@@ -146,7 +146,7 @@ impl Libraries {
         let no_kd = format!("it reflects {DEFAULT_RHO}");
         for (tally, noun, consequence) in [
             (&tallies.textures, "texture", "of textures map_Kd, map_Ke and map_d alone are modelled"),
-            (&tallies.specular, "Ks", "left out; --highlights shows highlights of direct light"),
+            (&tallies.specular, "specular colour", "Ks is left out; --highlights shows highlights of direct light"),
             (&tallies.no_kd, "missing Kd", no_kd.as_str()),
             (&tallies.twice, "repeated definition", "the first one counts"),
         ] {
@@ -295,7 +295,7 @@ mod tests {
         let libraries = read("newmtl a\nmap_Bump x.png\nKs 0 0 .1\nnewmtl b\nKs 0\nbump y\n").unwrap();
         let all = libraries.warnings.join("\n");
         assert!(all.contains("2 textures of materials a, b (first: m.mtl, line 2)"), "{all}");
-        assert!(all.contains("1 Ks of material `a` (first: m.mtl, line 3)"), "{all}");
+        assert!(all.contains("1 specular colour of material `a` (first: m.mtl, line 3)"), "{all}");
         assert!(all.contains("2 missing Kds of materials a, b"), "{all}");
     }
 }

@@ -30,7 +30,7 @@ pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
     let decoded = latin.decode(file, bytes)?;
     let text = obj_text::check(file, &decoded)?;
     if text.face_lines.is_empty() {
-        return Err(SceneError::Empty { file: file.to_owned(), dropped: 0 });
+        return Err(SceneError::Empty { file: file.to_owned(), dropped: text.thin.count });
     }
     let rho = options.reflectance;
     check_rho([f64::from(rho); 3], NO_MATERIAL, || Place::item(file, "line", text.face_lines[0]))?;
@@ -107,6 +107,8 @@ impl Soup {
     fn take_warnings(&mut self, text: &ObjText, rho: f32) {
         let ignored = "points, lines, curves and surfaces are not modelled";
         text.ignored.report(&self.file, "line", "statement", ignored, &mut self.warnings);
+        let thin = "left out: with fewer than three corners they have no area";
+        text.thin.report(&self.file, "line", "face", thin, &mut self.warnings);
         let bare = format!("no usemtl before it; material `{NO_MATERIAL}` reflects {rho} (--reflectance)");
         text.bare.report(&self.file, "line", "face", &bare, &mut self.warnings);
     }

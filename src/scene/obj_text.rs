@@ -35,6 +35,8 @@ pub(crate) struct ObjText {
     pub bare: Tally,
     /// Points, lines, curves and surfaces.
     pub ignored: Tally,
+    /// Faces of fewer than three corners.
+    pub thin: Tally,
     state: State,
 }
 
@@ -119,8 +121,10 @@ impl ObjText {
         let (place, found) = (|| Place::line(file, statement.line), corners.len());
         let limit = crate::scene::polygon::MOST_CORNERS;
         match found {
+            // They enclose nothing, and exporters write them.
             0..3 => {
-                return Err(SceneError::TooFewCorners { place: place(), found });
+                self.thin.add(statement.line);
+                return Ok(());
             }
             n if n > limit => {
                 return Err(SceneError::TooManyCorners { place: place(), found, limit });

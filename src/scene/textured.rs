@@ -85,10 +85,22 @@ impl Scene {
     /// Means over a triangle that is a part of a face: exact ([`crate::scene::textures::Texture::mean`]), but over
     /// a grid of points where the surface has a mask.
     pub fn means(&self, face: u32, triangle: [Vec3; 3]) -> Means {
-        let material = self.material(face);
-        let (rho, emission) = (material.rho.as_dvec3(), material.emission.as_dvec3());
-        let Some(maps) = &material.maps else { return Means { coverage: 1.0, rho, emission } };
-        let corners = triangle.map(|corner| self.coordinates_at(face, corner));
+        self.material(face).means(|| triangle.map(|corner| self.coordinates_at(face, corner)))
+    }
+
+    /// Means over a whole face, from the coordinates that its corners have in the file.
+    pub fn means_of_face(&self, face: u32) -> Means {
+        let coordinates = self.coordinates.get(face as usize).copied().unwrap_or_default();
+        self.material(face).means(|| coordinates.map(|at| at.as_dvec2()))
+    }
+}
+
+impl Material {
+    /// Means over a triangle of coordinates, which are asked for where there are textures.
+    fn means(&self, corners: impl Fn() -> [DVec2; 3]) -> Means {
+        let (rho, emission) = (self.rho.as_dvec3(), self.emission.as_dvec3());
+        let Some(maps) = &self.maps else { return Means { coverage: 1.0, rho, emission } };
+        let corners = corners();
         let Some(mask) = &maps.mask else {
             let [rho_of, emission_of] = [&maps.reflectance, &maps.emission]
                 .map(|texture| texture.as_ref().map_or(DVec3::ONE, |texture| texture.mean(corners)));

@@ -82,7 +82,7 @@ pub struct Solution {
         "{}. It converges for alpha below {:.4}{}: pass a smaller --alpha, a smaller --tau, or lower the reflectances",
         if *.verdict == Verdict::Undecided {
             "the bounds enclose 1, so it is not proved that E + KE + K²E + ... has a finite value; more --patches and \
-             --rays bring them closer"
+             --rays bring them closer, but not where surfaces reflect all light (Kd 1)"
         } else {
             "each bounce carries at least as much light as the one before, so the sum has no finite value"
         },

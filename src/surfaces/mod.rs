@@ -6,6 +6,7 @@
 pub(crate) mod connected;
 pub(crate) mod coplanar;
 pub(crate) mod discontinuities;
+pub(crate) mod face_means;
 pub(crate) mod point;
 pub(crate) mod scene_surfaces;
 

@@ -15,6 +15,7 @@ use crate::scene::Scene;
 use crate::surfaces::coplanar;
 use crate::surfaces::coplanar::Surface;
 use crate::surfaces::discontinuities::Discontinuities;
+use crate::surfaces::face_means::FaceMeans;
 
 /// The surfaces of a scene.
 #[derive(Debug)]
@@ -25,6 +26,8 @@ pub struct Surfaces {
     /// Front unit normals of the faces.
     pub(crate) normals: Arc<[Vec3]>,
     pub(crate) discontinuities: Discontinuities,
+    /// What whole faces with textures reflect and emit.
+    pub(crate) means: FaceMeans,
 }
 
 impl Surfaces {
@@ -43,6 +46,7 @@ impl Surfaces {
             list,
             of_face,
             normals: normals.into(),
+            means: FaceMeans::new(scene),
         })
     }
 }

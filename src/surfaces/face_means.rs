@@ -1,0 +1,54 @@
+//! What whole faces with textures reflect and emit: means over them, found once for a scene.
+//!
+//! Exporters map the leaves of a tree, all of them, onto the same few triangles of a texture: what agrees in material and
+//! coordinates is integrated once.
+//!
+//! Not handled: parts of faces; callers ask the [`Scene`] for those.
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use crate::scene::{Means, Scene};
+
+/// Stands for a face whose material has no texture.
+const NONE: u32 = u32::MAX;
+
+/// Material, and the bits of the coordinates at the corners: what the means of a whole face depend on.
+type Key = (u32, [[u32; 2]; 3]);
+
+/// The means over whole faces.
+#[derive(Debug, Default)]
+pub(crate) struct FaceMeans {
+    /// Which of the means is each face's; empty where no material has textures.
+    of_face: Vec<u32>,
+    means: Vec<Means>,
+}
+
+impl FaceMeans {
+    /// Of all faces of a scene.
+    pub fn new(scene: &Scene) -> FaceMeans {
+        if !scene.is_textured() {
+            return FaceMeans::default();
+        }
+        let mut known: FxHashMap<Key, u32> = FxHashMap::default();
+        let mut first: Vec<u32> = Vec::new();
+        let number = |face: u32| {
+            let Some(coordinates) = scene.coordinates.get(face as usize) else { return NONE };
+            if scene.maps(face).is_none() {
+                return NONE;
+            }
+            let key = (scene.faces[face as usize].material, coordinates.map(|at| at.to_array().map(f32::to_bits)));
+            *known.entry(key).or_insert_with(|| {
+                first.push(face);
+                first.len() as u32 - 1
+            })
+        };
+        let of_face = (0..scene.faces.len() as u32).map(number).collect();
+        FaceMeans { means: first.into_par_iter().map(|face| scene.means_of_face(face)).collect(), of_face }
+    }
+
+    /// The means over a whole face, where its material has textures.
+    pub fn whole(&self, face: u32) -> Option<&Means> {
+        self.means.get(*self.of_face.get(face as usize)? as usize)
+    }
+}
