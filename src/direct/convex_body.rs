@@ -44,6 +44,10 @@ impl Body {
             if !body.corners.contains(&p) {
                 body.corners.push(p);
             }
+            // Patches of thousands of leaves have too many at once.
+            if body.corners.len() > MOST_CORNERS {
+                return None;
+            }
         }
         let normal = area.normalize_or_zero();
         let offset = normal.dot(*body.corners.first()?);
@@ -51,7 +55,7 @@ impl Body {
         // The faces of a closed body add up to nothing, which is no plane.
         let lies = normal != DVec3::ZERO && body.corners.iter().all(flat);
         body.plane = lies.then_some((normal, offset));
-        (body.corners.len() <= MOST_CORNERS).then_some(body)
+        Some(body)
     }
 
     /// Mean of the corners, a point of the body.

@@ -77,10 +77,13 @@ impl Rectangle {
         std::array::from_fn(|k| self.point(NODES[k % SIDE], NODES[k / SIDE]))
     }
 
-    /// The polynomial with these values there, at x.
+    /// The polynomial with these values there, at x; at the nearest place of the rectangle where x lies beside it.
+    ///
+    /// Points of patches are rounded to single precision, and a patch may be thinner than that: its polynomial, told of
+    /// places hundreds of widths away, would be anything.
     pub fn interpolate(&self, values: &[Vec3; SIDE * SIDE], x: DVec3) -> DVec3 {
         let d = x - self.center;
-        let [s, t] = self.half.map(|h| weights(d.dot(h) / h.length_squared()));
+        let [s, t] = self.half.map(|h| weights((d.dot(h) / h.length_squared()).clamp(-1.0, 1.0)));
         let mut sum = DVec3::ZERO;
         for (row, t) in values.chunks_exact(SIDE).zip(t) {
             for (value, s) in row.iter().zip(s) {
@@ -146,6 +149,19 @@ fn weights(x: f64) -> [f64; SIDE] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A cabinet's patch 1e-10 wide once received 1e18 times the light of a lamp of many faces.
+    #[test]
+    fn a_patch_thinner_than_rounding_has_the_light_of_its_place() {
+        let thin = Rectangle { center: DVec3::ZERO, normal: DVec3::Z, half: [DVec3::X, 1e-10 * DVec3::Y] };
+        let light = |p: DVec3| DVec3::splat(1.0 + 0.25 * p.x + 0.1 * p.y);
+        let tiles = Tiles::new(&thin, 1e-3, light).expect("smooth light");
+        for beside in [-6e-8, 0.0, 6e-8] {
+            let found = tiles.at(DVec3::new(0.3, beside, 0.0)).x;
+            // Values are kept in single precision.
+            assert!((found - 1.075).abs() < 1e-6, "{found}");
+        }
+    }
 
     #[test]
     fn cubics_pass_unchanged() {
