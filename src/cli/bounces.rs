@@ -12,14 +12,14 @@ use crate::cli::error::CliError;
 use crate::cli::memory::pixel;
 use crate::cli::options::{Common, Problem};
 use crate::cli::report::{BounceReport, BouncesReport, Modes, mode_of};
-use crate::cli::values::{Size, size};
+use crate::cli::values::size;
 use crate::gather::sampling::deadline_after;
-use crate::gather::{GatherSampling, Gathering};
+use crate::gather::{GatherPass, GatherSampling, Gathering};
 use crate::light::Transport;
-use crate::pictures::{Exposure, Table, known, make_directory};
+use crate::pictures::{Exposure, Size, Table, known, make_directory};
 use crate::render::{Assembled, End, Prepared, TermError, WantedTerms, assemble, explore_within};
 use crate::solve::{Bounce, Solution, Verdict, explore};
-use crate::study::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
+use crate::study::{bounce_fields, bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
 
 /// `halflight bounces`
 #[derive(Args, Debug)]
@@ -120,9 +120,9 @@ fn sheet(
     solution: &Solution,
     gathering: Gathering,
 ) -> Result<PathBuf, CliError> {
-    let size = (own.size.width, own.size.height);
     let count = SHEET.min(own.count as usize);
-    let terms = bounce_pictures(prepared, mode, solution, count, size, gathering, console);
+    let pass = GatherPass::new(own.size, gathering);
+    let terms = bounce_pictures(prepared, mode, &bounce_fields(prepared, solution, count), &pass, console);
     let sums = partial_sums(&terms);
     let scene = &prepared.scene.name;
     let label = mode.transport.label();

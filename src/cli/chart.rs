@@ -13,10 +13,10 @@ use crate::cli::memory::{MemoryLimit, pixel};
 use crate::cli::options::{Common, Subject};
 use crate::cli::report::mode_of;
 use crate::cli::study::{Files, each_mode};
-use crate::cli::values::{Size, seconds, size};
+use crate::cli::values::{seconds, size};
 use crate::cli::variance::check_variance;
 use crate::light::Transport;
-use crate::pictures::make_directory;
+use crate::pictures::{Size, make_directory};
 use crate::render::{Prepared, Stored, Unfit};
 use crate::scene::Scene;
 use crate::study::compare::{
@@ -140,7 +140,7 @@ fn one_mode(
     let plan = StudyPlan {
         study: Study::Chart,
         transport,
-        size: (width, height),
+        size: own.size,
         seconds: own.time,
         seed: common.seed,
         memory: prepared.memory,
@@ -224,7 +224,7 @@ fn described(truth: &Truth) -> String {
 /// Writes charts and numbers.
 fn write(common: &Common, scene: &Scene, plan: &StudyPlan, t: &Tradeoff) -> Result<Files, CliError> {
     let subject = format!("{}, {}", scene.name, plan.transport.label());
-    let (width, height) = plan.size;
+    let Size { width, height } = plan.size;
     let held = references(t).iter().map(described).collect::<Vec<_>>().join("; ");
     let caption = || {
         format!(

@@ -12,10 +12,10 @@ use crate::cli::memory::{MemoryLimit, pixel};
 use crate::cli::options::{Common, Subject};
 use crate::cli::report::mode_of;
 use crate::cli::study::{Files, each_mode};
-use crate::cli::values::{Size, seconds, size};
+use crate::cli::values::{seconds, size};
 use crate::cli::variance::check_variance;
 use crate::light::Transport;
-use crate::pictures::{Exposure, make_directory, write_whole};
+use crate::pictures::{Exposure, Size, make_directory, write_whole};
 use crate::rays::Rays;
 use crate::scene::Scene;
 use crate::study::compare::{
@@ -79,7 +79,7 @@ fn one_mode(
     let plan = StudyPlan {
         study: Study::Compare,
         transport,
-        size: (own.size.width, own.size.height),
+        size: own.size,
         seconds: own.time,
         seed: common.seed,
         memory: own.limit.bytes(),

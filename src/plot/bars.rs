@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use crate::pictures::Size;
 use crate::plot::axis::{Range, Scale};
 use crate::plot::chart::PALETTE;
 use crate::plot::drawing::{ChartError, Drawing};
@@ -27,7 +28,7 @@ pub struct Bars {
     /// The bars from the left.
     pub bars: Vec<Bar>,
     /// Width and height in pixels.
-    pub size: (u32, u32),
+    pub size: Size,
 }
 
 /// One bar.
@@ -123,7 +124,7 @@ mod tests {
             y: "share of the time, %".into(),
             parts: vec!["form factors".into(), "gather".into()],
             bars: vec![bar("1 %", &[1.5, 0.5]), bar("none", &[0.0, 0.0])],
-            size: (600, 400),
+            size: (600, 400).into(),
         }
     }
 

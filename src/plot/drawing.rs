@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use crate::pictures::{Bitmap, ImageError, WriteError, encode_png, write_bitmap, write_whole};
+use crate::pictures::{Bitmap, ImageError, Size, WriteError, encode_png, write_bitmap, write_whole};
 use crate::plot::font;
 use crate::plot::shapes::{Align, Colour, Marker, Shape, hex, joined};
 
@@ -14,9 +14,9 @@ use crate::plot::shapes::{Align, Colour, Marker, Shape, hex, joined};
 #[diagnostic(code(halflight::chart), help("a drawing has at most 65,536 pixels a side and 67 million in all"))]
 pub struct DrawError {
     /// Its width in pixels.
-    pub width: u32,
+    pub width: usize,
     /// Its height in pixels.
-    pub height: u32,
+    pub height: usize,
 }
 
 /// A chart or sheet cannot be written.
@@ -39,7 +39,7 @@ pub enum ChartError {
 /// Shapes drawn one over the other on paper.
 #[derive(Clone, Debug)]
 pub struct Drawing {
-    size: (u32, u32),
+    size: Size,
     paper: Colour,
     images: Vec<Image>,
     shapes: Vec<(Shape, Colour)>,
@@ -83,8 +83,8 @@ fn base64(bytes: &[u8]) -> String {
 
 impl Drawing {
     /// An empty drawing of that width and height.
-    pub fn new(size: (u32, u32), paper: Colour) -> Self {
-        Drawing { size, paper, images: Vec::new(), shapes: Vec::new() }
+    pub fn new(size: impl Into<Size>, paper: Colour) -> Self {
+        Drawing { size: size.into(), paper, images: Vec::new(), shapes: Vec::new() }
     }
 
     /// Finished pixels with their top left corner at (left, top), one for one; all shapes are drawn over them.
@@ -124,7 +124,7 @@ impl Drawing {
 
     /// The drawing as an SVG document.
     pub fn svg(&self) -> String {
-        let (width, height) = self.size;
+        let Size { width, height } = self.size;
         let mut document = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {width} {height}\" font-family=\"{}\" stroke-linejoin=\"round\">\n\
@@ -147,11 +147,11 @@ impl Drawing {
     /// # Errors
     /// [`DrawError`] where it is too large.
     pub fn bitmap(&self) -> Result<Bitmap, DrawError> {
-        let (width, height) = self.size;
-        if width.max(height) > 1 << 16 || u64::from(width) * u64::from(height) > 1 << 26 {
+        let Size { width, height } = self.size;
+        if width.max(height) > 1 << 16 || width.saturating_mul(height) > 1 << 26 {
             return Err(DrawError { width, height });
         }
-        let mut page = Bitmap::filled(width as usize, height as usize, self.paper);
+        let mut page = Bitmap::filled(width, height, self.paper);
         for Image { bitmap, left, top } in &self.images {
             page.paste(bitmap, *left, *top);
         }

@@ -3,6 +3,7 @@
 //! The legend has a column of its own, so that it never hides a line. Axes, ticks and grid stand on the middle of
 //! pixels, which keeps lines of one pixel sharp. Not handled: what is drawn inside, and the legend's samples.
 
+use crate::pictures::Size;
 use crate::plot::axis::{Range, Tick};
 use crate::plot::drawing::Drawing;
 use crate::plot::font;
@@ -28,8 +29,8 @@ pub struct Figure {
 
 impl Figure {
     /// A title and a wrapped caption, and between them room for a plot that begins `above` pixels down.
-    pub fn new(size: (u32, u32), [title, caption]: [&str; 2], [x, y]: [Range; 2], above: f64) -> Figure {
-        let (width, height) = (f64::from(size.0), f64::from(size.1));
+    pub fn new(size: Size, [title, caption]: [&str; 2], [x, y]: [Range; 2], above: f64) -> Figure {
+        let (width, height) = (size.width as f64, size.height as f64);
         let lines = font::wrap(caption, CAPTION_EM, width - 84.0 - 24.0);
         let mut drawing = Drawing::new(size, PAPER);
         let (left, right) = (84.5, width.floor() - LEGEND_WIDTH - 23.5);

@@ -7,7 +7,7 @@
 
 use std::path::Path;
 
-use crate::pictures::{Bitmap, Exposure, Picture};
+use crate::pictures::{Bitmap, Exposure, Picture, Size};
 use crate::plot::drawing::{ChartError, Drawing};
 use crate::plot::font;
 use crate::plot::shapes::{Align, Colour, FAINT_INK, INK, PAPER};
@@ -31,7 +31,7 @@ pub struct Page {
     /// Below everything; wrapped.
     pub caption: String,
     /// Width and height of every picture, pixels.
-    pub panel: (usize, usize),
+    pub panel: Size,
     /// Brightness of every picture.
     pub exposure: Exposure,
 }
@@ -99,7 +99,7 @@ struct Layout {
     /// Baseline of the caption's first line.
     caption: f64,
     margin: f64,
-    size: (u32, u32),
+    size: Size,
 }
 
 impl Heading {
@@ -132,7 +132,7 @@ impl Page {
             drawing.text(line, (margin, y), TITLE * em, Align::Left, INK);
         }
         for (row, &top) in self.rows.iter().zip(&layout.tops) {
-            let middle = top as f64 + 0.5 * self.panel.1 as f64;
+            let middle = top as f64 + 0.5 * self.panel.height as f64;
             drawing.text(&row.heading.name, (margin + em, middle), em, Align::Upwards, INK);
             drawing.text(&row.heading.note, (margin + 2.2 * em, middle), NOTE * em, Align::Upwards, FAINT_INK);
             for (cell, &left) in row.cells.iter().zip(&layout.lefts) {
@@ -163,7 +163,7 @@ impl Page {
     }
 
     fn layout(&self) -> Layout {
-        let (wide, high) = self.panel;
+        let Size { width: wide, height: high } = self.panel;
         let em = (0.03 * wide as f64 + 10.0).min(44.0);
         let (gap, margin) = ((0.7 * em) as usize, 1.2 * em);
         let headed = self.rows.iter().any(|row| !row.heading.name.is_empty());
@@ -171,7 +171,7 @@ impl Page {
         let columns = self.rows.iter().map(|row| row.cells.len()).max().unwrap_or(0);
         let lefts: Vec<usize> = (0..columns).map(|column| first + column * (wide + gap)).collect();
         let width = first + columns * (wide + gap) - if columns > 0 { gap } else { 0 } + margin as usize;
-        let mut layout = Layout { em, lefts, tops: Vec::new(), caption: 0.0, margin, size: (width as u32, 0) };
+        let mut layout = Layout { em, lefts, tops: Vec::new(), caption: 0.0, margin, size: Size { width, height: 0 } };
         let mut y = margin + (self.title_lines(&layout).len() as f64 * LINE * TITLE + 0.4) * em;
         for row in &self.rows {
             let deepest = |lines: &dyn Fn(&Cell) -> usize| row.cells.iter().map(lines).max().unwrap_or(0) as f64;
@@ -184,21 +184,21 @@ impl Page {
         }
         layout.caption = y + NOTE * em;
         let caption = self.caption_lines(&layout).len() as f64 * LINE * NOTE * em;
-        layout.size.1 = (y + caption + 0.6 * margin).ceil() as u32;
+        layout.size.height = (y + caption + 0.6 * margin).ceil() as usize;
         layout
     }
 
     fn title_lines(&self, layout: &Layout) -> Vec<String> {
-        font::wrap(&self.title, TITLE * layout.em, f64::from(layout.size.0) - 2.0 * layout.margin)
+        font::wrap(&self.title, TITLE * layout.em, layout.size.width as f64 - 2.0 * layout.margin)
     }
 
     fn caption_lines(&self, layout: &Layout) -> Vec<String> {
-        font::wrap(&self.caption, NOTE * layout.em, f64::from(layout.size.0) - 2.0 * layout.margin)
+        font::wrap(&self.caption, NOTE * layout.em, layout.size.width as f64 - 2.0 * layout.margin)
     }
 
     /// A panel with its top left corner at a pixel, and its labels.
     fn draw_cell(&self, cell: &Cell, em: f64, (left, top): (usize, usize), drawing: &mut Drawing) {
-        let (x, y, wide) = (left as f64, top as f64, self.panel.0 as f64);
+        let (x, y, wide) = (left as f64, top as f64, self.panel.width as f64);
         let words = cell.above.words(em, wide);
         let lines = words.iter().map(|w| w.line + 1).max().unwrap_or(0);
         for w in &words {
@@ -210,11 +210,11 @@ impl Page {
                 let stops = self.exposure.stops + cell.gain.log2();
                 drawing.image(Bitmap::from_picture(picture, Exposure { stops }), (left, top));
             }
-            Shown::Hatched(why) => hatch(why, em, [x, y, wide, self.panel.1 as f64], drawing),
+            Shown::Hatched(why) => hatch(why, em, [x, y, wide, self.panel.height as f64], drawing),
             Shown::Blank => (),
         }
         for (number, line) in font::wrap(&cell.below, NOTE * em, wide).iter().enumerate() {
-            let baseline = y + self.panel.1 as f64 + (number as f64 * LINE + 1.2) * NOTE * em;
+            let baseline = y + self.panel.height as f64 + (number as f64 * LINE + 1.2) * NOTE * em;
             drawing.text(line, (x, baseline), NOTE * em, Align::Left, FAINT_INK);
         }
     }
@@ -256,7 +256,7 @@ mod tests {
         let row = |cells| PageRow { heading: Heading::new("α = 1", ""), cells };
         let (title, caption) = ("Four modes".to_owned(), "a room".to_owned());
         let exposure = Exposure { stops: 1.0 };
-        Page { title, rows: rows.map(row).into(), caption, panel: (100, 60), exposure }
+        Page { title, rows: rows.map(row).into(), caption, panel: (100, 60).into(), exposure }
     }
 
     #[test]

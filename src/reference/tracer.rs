@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::light::{Rgb, Transport};
-use crate::pictures::Picture;
+use crate::pictures::{Picture, Size};
 use crate::rays::{Hit, Ray, Rays};
 use crate::reference::emitters::Emitters;
 use crate::reference::moments::{Moments, Sums};
@@ -47,9 +47,10 @@ impl<'a> Tracer<'a> {
         scene: &Scene,
         rays: &'a Rays,
         transports: &[Transport],
-        (width, height): (usize, usize),
+        size: impl Into<Size>,
         settings: &TraceSettings,
     ) -> Tracer<'a> {
+        let Size { width, height } = size.into();
         let surfaces = Surfaces::new(scene, transports);
         let space = Space {
             rays,

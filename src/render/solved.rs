@@ -7,13 +7,14 @@ use std::time::Instant;
 
 use crate::direct::Sight;
 use crate::form_factors::Sampling;
-use crate::gather::{Fields, GatherSampling, Gathered, Gathering, Reading, View};
+use crate::gather::{Fields, GatherPass, GatherSampling, Gathered, Reading, View};
 use crate::light::{Rgb, Transport};
 use crate::operator::{LinearOperator, Operator};
+use crate::pictures::Size;
 use crate::rays::sobol::replica_seed;
 use crate::render::assembly::{Assembled, Prepared, Seconds, Watch, assemble_seeing, sight};
 use crate::render::levels::{Off, fields, of_finer};
-use crate::render::look::{ambient, look, reflected, view};
+use crate::render::look::{ambient, look, mode_view, reflected};
 use crate::render::rendered::{Ended, ErrorParts, Rendered};
 use crate::render::wanted::Wanted;
 use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
@@ -117,32 +118,23 @@ pub(crate) fn half(rays: u32, seed: u32, half: u32) -> Sampling {
 }
 
 impl Solved {
-    pub fn gather(
-        &self,
-        p: &Prepared,
-        fields: &Fields,
-        size: (usize, usize),
-        gathering: impl Into<Gathering>,
-        watch: &dyn Watch,
-    ) -> Gathered {
-        let surfaces = (&self.mode.transports[..], &*self.mode.sight);
-        look(p, surfaces, fields, size, gathering, watch)
+    /// A picture of light on patches, seen as this mode has it.
+    pub fn gather(&self, p: &Prepared, fields: &Fields, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
+        look(&mode_view(p, &self.mode, pass.size), fields, &pass.gathering, watch)
     }
 
     /// What a small picture looks at.
     pub fn rough_view<'a>(&'a self, p: &'a Prepared, wanted: &Wanted) -> View<'a> {
-        let surfaces = (&self.mode.transports[..], &*self.mode.sight);
-        view(p, surfaces, rough(wanted.size))
+        mode_view(p, &self.mode, rough(wanted.size))
     }
 
     /// A small picture, enough to tell the errors of the fields.
     pub fn rough(&self, p: &Prepared, wanted: &Wanted, spent: &mut Spent, watch: &dyn Watch) -> Gathered {
         let clock = Instant::now();
-        let size = rough(wanted.size);
         let sampling = GatherSampling { camera: 2, luminaire: 1, hemisphere: 16, seed: wanted.seed };
         // Differences between fields are those of patch light itself, however the picture reads it.
         let fields = self.fields.clone().not_read_nearer(Vec::new());
-        let gathered = self.gather(p, &fields, size, &sampling, watch);
+        let gathered = self.gather(p, &fields, &GatherPass::new(rough(wanted.size), &sampling), watch);
         spent.rays += gathered.rays;
         spent.seconds.gather += clock.elapsed().as_secs_f64();
         gathered
@@ -187,9 +179,9 @@ impl Solved {
 }
 
 /// Width and height of a rough picture.
-pub(crate) fn rough((width, height): (usize, usize)) -> (usize, usize) {
+pub(crate) fn rough(Size { width, height }: Size) -> Size {
     let divisor = width.max(height).div_ceil(ROUGH);
-    (width.div_ceil(divisor), height.div_ceil(divisor))
+    Size { width: width.div_ceil(divisor), height: height.div_ceil(divisor) }
 }
 
 #[cfg(test)]
@@ -203,7 +195,7 @@ mod tests {
     fn solved(scene: &str, patches: usize) -> (Prepared, Solved) {
         let scene = Scene::open(scene).expect("a scene");
         let p = prepare(scene, patches);
-        let wanted = Wanted { tolerance: 0.01, size: (8, 8), deadline: None, seed: 0 };
+        let wanted = Wanted { tolerance: 0.01, size: (8, 8).into(), deadline: None, seed: 0 };
         let transport = Mode::Global.transport();
         let mut spent = Spent::default();
         let found = solve(&p, transport, 1024, &wanted, &mut spent, &Silent);
@@ -213,7 +205,7 @@ mod tests {
     /// Mean of the picture of light on patches, seen along the same rays whatever the patches.
     fn seen(p: &Prepared, s: &Solved, fields: &Fields) -> f32 {
         let sampling = GatherSampling { camera: 2, luminaire: 1, hemisphere: 32, seed: 3 };
-        let picture = s.gather(p, fields, (24, 24), &sampling, &Silent);
+        let picture = s.gather(p, fields, &GatherPass::new((24, 24), &sampling), &Silent);
         let pixels = picture.indirect[0].pixels.iter();
         pixels.map(|p| p.element_sum()).sum()
     }

@@ -18,7 +18,7 @@
 
 use std::time::Instant;
 
-use crate::gather::{Gathered, Gathering};
+use crate::gather::{GatherPass, Gathered, Gathering};
 use crate::light::Transport;
 use crate::render::assembly::{Prepared, Watch};
 use crate::render::divided_patches::divided;
@@ -66,7 +66,8 @@ pub(crate) fn attempt(
     let error = GATHER * left.max(0.25 * wanted.tolerance.powi(2)).sqrt();
     let within = Gathering::Within { error, seed: wanted.seed, deadline: wanted.deadline };
     // The rough picture has told the errors of the fields.
-    let gathered = solved.gather(p, &solved.fields.led().read_by(solved.reading), wanted.size, within, watch);
+    let fields = solved.fields.led().read_by(solved.reading);
+    let gathered = solved.gather(p, &fields, &GatherPass::new(wanted.size, within), watch);
     spent.seconds.gather += clock.elapsed().as_secs_f64();
     spent.seconds.patches += std::mem::take(&mut p.seconds);
     let lit = p.scene.materials.iter().any(Material::emits);

@@ -10,7 +10,7 @@ use std::time::Instant;
 use serde::{Serialize, Serializer};
 
 use crate::light::Transport;
-use crate::pictures::{ImageError, MetricError, Picture};
+use crate::pictures::{ImageError, MetricError, Picture, Size};
 use crate::render::{Seconds, Unfit, Watch};
 use crate::solve::Diverges;
 use crate::study::compare::truth::{Reached, Truth, reached};
@@ -48,7 +48,7 @@ pub struct StudyPlan<'a> {
     /// (alpha, tau) of every material that has none of its own.
     pub transport: Transport,
     /// Width and height of the pictures.
-    pub size: (usize, usize),
+    pub size: Size,
     /// Seconds that each ladder, and each reference, may take.
     pub seconds: f64,
     /// Chooses sample points.

@@ -19,7 +19,7 @@
 use serde::{Serialize, Serializer};
 
 use crate::light::Rgb;
-use crate::pictures::Picture;
+use crate::pictures::{Picture, Size};
 use crate::study::compare::answer::{Answer, Mean};
 use crate::study::compare::arithmetic::{counted, map, smoothed, window};
 use crate::study::statistics::{bennett, student_quantile, variance_limit};
@@ -172,7 +172,7 @@ fn limit(seen: f64, weight: f64, n: f64, l: f64) -> f64 {
 
 /// Largest of each pixel and its eight neighbours, channel by channel, within the mask.
 fn largest_near(picture: &Picture, mask: &Picture) -> Picture {
-    let (width, height) = picture.size();
+    let Size { width, height } = picture.size();
     Picture::from_fn(width, height, |x, y| {
         let near = window(mask, y * width + x, 1);
         near.fold(Rgb::ZERO, |m, k| m.max(picture.pixels[k]))

@@ -15,9 +15,9 @@ use crate::form_factors::{FormFactors, Layers, Sampling, cast_layers};
 use crate::gather::{GatherSampling, invisible};
 use crate::light::{Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
-use crate::pictures::Picture;
+use crate::pictures::{Picture, Size};
 use crate::render::assembly::{received, sight};
-use crate::render::look::{fields, look, without_luminaires};
+use crate::render::look::{fields, look, view, without_luminaires};
 use crate::render::{Prepared, Watch};
 use crate::solve::{Diverges, Extrapolated, Settings, extrapolated};
 
@@ -38,7 +38,7 @@ pub struct SquareEffort {
     /// Rays of the pixels.
     pub gather: GatherSampling,
     /// Pixels across and down.
-    pub size: (usize, usize),
+    pub size: Size,
 }
 
 /// Solves a scene at points of the (alpha, tau) square from one cast of rays; points of one tau are gathered together.
@@ -100,7 +100,8 @@ fn column(
         solved.push(Point { transport, solution, picture: None });
         watch.tick(1);
     }
-    let gathered = look(p, (&surfaces, &sight), &fields(p, &fields_of), effort.size, &effort.gather, watch);
+    let view = view(p, &surfaces, &sight, effort.size);
+    let gathered = look(&view, &fields(p, &fields_of), &(&effort.gather).into(), watch);
     let seen = gathered.emission.plus(&gathered.direct).unwrap_or_default();
     let lit = solved.iter_mut().filter(|point| point.solution.is_ok());
     for (point, indirect) in lit.zip(&gathered.indirect) {

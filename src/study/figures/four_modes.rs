@@ -4,6 +4,7 @@
 //! whose series diverges has a hatched panel, and the others keep their common exposure. Not handled: the solutions.
 
 use crate::light::Mode;
+use crate::pictures::Size;
 use crate::plot::{Cell, Heading, Page, PageRow, Shown};
 use crate::render::Rendered;
 use crate::solve::Diverges;
@@ -23,7 +24,7 @@ pub struct SolvedMode {
 const LAYOUT: [[Mode; 2]; 2] = [[Mode::Global, Mode::Shadowless], [Mode::OneBounce, Mode::Local]];
 
 /// The page of four modes of a scene of that name, `brighter` stops brighter than suits the pictures.
-pub fn four_modes(scene: &str, size: (usize, usize), brighter: f32, solved: &[SolvedMode]) -> Figure {
+pub fn four_modes(scene: &str, size: Size, brighter: f32, solved: &[SolvedMode]) -> Figure {
     let pictures = solved.iter().filter_map(|s| s.picture.as_ref().ok());
     let mut exposure = exposure_for(pictures.map(|r| &r.picture));
     exposure.stops += brighter;

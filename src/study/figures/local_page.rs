@@ -3,7 +3,7 @@
 //! Not handled: the pictures and the numbers ([`local_light`](crate::study::figures::local_light)).
 
 use crate::light::Rgb;
-use crate::pictures::{Exposure, Picture};
+use crate::pictures::{Exposure, Picture, Size};
 use crate::plot::{Cell, Heading, Page, PageRow, Shown, difference_scale, difference_tiles};
 use crate::study::figures::local_light::{Apart, LocalEffort, LocalLight, apart, shown};
 use crate::study::figures::panel::exposure_words;
@@ -146,7 +146,7 @@ fn short(renderer: &str) -> &str {
 }
 
 /// The detail of a picture, every pixel as a square, of the size of the whole.
-fn magnified(picture: &Picture, (width, height): (usize, usize)) -> Picture {
+fn magnified(picture: &Picture, Size { width, height }: Size) -> Picture {
     let (wide, high) = (width.div_ceil(ZOOM), height.div_ceil(ZOOM));
     let first =
         |share: f64, all: usize, part: usize| ((share * all as f64) as usize).saturating_sub(part / 2).min(all - part);

@@ -5,7 +5,7 @@
 
 use crate::light::{Mode, Transport};
 use crate::operator::Bounds;
-use crate::pictures::Picture;
+use crate::pictures::{Picture, Size};
 use crate::plot::{Cell, Heading, Page, PageRow, Shown};
 use crate::solve::Verdict;
 use crate::study::figures::between::Point;
@@ -40,7 +40,7 @@ fn paths() -> [Vec<Transport>; 2] {
 }
 
 /// A grid of pictures over the square.
-pub fn between_grid(scene: &str, size: (usize, usize), brighter: f32, points: &[Point]) -> Figure {
+pub fn between_grid(scene: &str, size: Size, brighter: f32, points: &[Point]) -> Figure {
     let row = |row: Vec<Transport>| {
         let heading = Heading::new(row.first().map_or(String::new(), |t| format!("α = {}", t.alpha)), "");
         (heading, row)
@@ -55,7 +55,7 @@ pub fn between_grid(scene: &str, size: (usize, usize), brighter: f32, points: &[
 }
 
 /// Two strips from mode to mode.
-pub fn between_strip(scene: &str, size: (usize, usize), brighter: f32, points: &[Point]) -> Figure {
+pub fn between_strip(scene: &str, size: Size, brighter: f32, points: &[Point]) -> Figure {
     let name = |t: Option<&Transport>| t.map_or(String::new(), |t| t.label());
     let rows = paths().map(|path| (Heading::new(name(path.first()), format!("to {}", name(path.last()))), path));
     let cell = |t: Transport, shown| Cell {
@@ -72,7 +72,7 @@ pub fn between_strip(scene: &str, size: (usize, usize), brighter: f32, points: &
 fn figure(
     scene: &str,
     title: &str,
-    (size, brighter): ((usize, usize), f32),
+    (size, brighter): (Size, f32),
     points: &[Point],
     rows: Vec<(Heading, Vec<Transport>)>,
     cell: &dyn Fn(Transport, Shown) -> Cell,

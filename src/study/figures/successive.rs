@@ -6,7 +6,7 @@
 
 use crate::light::Transport;
 use crate::operator::Bounds;
-use crate::pictures::Picture;
+use crate::pictures::{Picture, Size};
 use crate::plot::{Cell, Heading, Page, PageRow, Shown};
 use crate::solve::{Diverges, Verdict};
 use crate::study::bounce_figures::{brightness, gain};
@@ -38,7 +38,7 @@ impl Successive {
 }
 
 /// The page of a scene of that name, `brighter` stops brighter than suits the sums.
-pub fn successive(scene: &str, size: (usize, usize), brighter: f32, series: &[Successive]) -> Figure {
+pub fn successive(scene: &str, size: Size, brighter: f32, series: &[Successive]) -> Figure {
     let summed: Vec<_> = series.iter().filter(|s| s.count() > 1).map(|s| (s, partial_sums(&s.terms))).collect();
     let mut exposure = exposure_for(summed.iter().filter_map(|(_, sums)| sums.last()));
     exposure.stops += brighter;

@@ -8,6 +8,7 @@ use std::path::Path;
 
 use crate::light::Mode;
 use crate::operator::Bounds;
+use crate::pictures::Size;
 use crate::plot::axis::Range;
 use crate::plot::drawing::Drawing;
 use crate::plot::figure::{Figure, TICK_EM};
@@ -15,7 +16,7 @@ use crate::plot::shapes::{Align, Colour, INK, PAPER};
 use crate::plot::{ChartError, Marker, Scale, font};
 use crate::study::map::stability::{Column, Map};
 
-const SIZE: (u32, u32) = (880, 720);
+const SIZE: Size = Size { width: 880, height: 720 };
 /// Pieces a curve has between two columns.
 const PIECES: usize = 8;
 /// Bands at most.
