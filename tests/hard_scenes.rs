@@ -149,8 +149,8 @@ fn light_that_is_asked_with_single_rays_is_that_of_many_rays() {
         let mut many = 0.0;
         for l in 0..p.luminaires.list.len() {
             let mut sum = DirectSum::default();
-            let draws = (0..16384).map(|_| (random.uniform(), random.uniform()));
-            let draws: Vec<(f32, f32)> = draws.collect();
+            let draws = (0..16384).map(|_| glam::Vec2::new(random.uniform(), random.uniform()));
+            let draws: Vec<glam::Vec2> = draws.collect();
             let (lamp, one) = (lighting.lamp(l, patch as u32), glam::DVec3::ONE);
             lighting.gather_luminaire(lamp, &receiver, one, draws.into_iter(), &mut scratch, &mut sum);
             many += sum.estimate().x * f64::from(lamp.luminaire.radiance.x);

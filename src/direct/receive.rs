@@ -5,7 +5,7 @@
 //!
 //! Not handled: emitters that are no luminaires; hemisphere rays find those.
 
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 use rayon::prelude::*;
 
 use crate::direct::light_cut::LightCuts;
@@ -124,7 +124,7 @@ fn one_by_one(
         for k in 0..receivers {
             let at = |d: usize| points.sobol.point(k, d, seed);
             let receiver = patches.point(i, at(0), at(1));
-            let draw = std::iter::once((at(2), at(3)));
+            let draw = std::iter::once(Vec2::new(at(2), at(3)));
             cast += lighting.gather_luminaire(lamp, &receiver, DVec3::ONE, draw, scratch, &mut sum);
         }
         received += sum.estimate() / f64::from(receivers) * lamp.luminaire.radiance.as_dvec3();
@@ -151,7 +151,7 @@ fn by_cut(
         let receiver = patches.point(i, sobol.point(k, 0, seed), sobol.point(k, 1, seed));
         let draw = |j: usize| {
             let at = |d: usize| sobol.point(k * draws + j as u32, d, seed);
-            (at(2), at(3))
+            Vec2::new(at(2), at(3))
         };
         let drawn = (0..draws as usize).map(draw);
         let (light, rays) = cuts.gather(lighting, &receiver, i as u32, drawn, scratch);

@@ -6,7 +6,7 @@
 //!
 //! Not handled: indirect light; that is gathered from the irradiance cache.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use crate::direct::{DirectSum, LightCuts, Scratch as Memory};
 use crate::gather::fields::Fields;
@@ -146,7 +146,7 @@ impl<'a> CameraRays<'a> {
         if let (Some(highlights), Some(gloss)) = (&self.highlights, material.gloss) {
             let seed = hash(HIGHLIGHTS, ray.seed);
             let draw = |d: usize, seed: u32| f64::from(self.sobol.point(ray.index, d, seed));
-            let draws = [seed, !seed].map(|seed| (draw(2, seed), draw(3, seed)));
+            let draws = [seed, !seed].map(|seed| DVec2::new(draw(2, seed), draw(3, seed)));
             let (light, cast) = highlights.gather(&receiver, gloss, draws, &mut scratch.memory);
             scratch.linked += light;
             pixel.rays += cast;
@@ -194,7 +194,7 @@ impl<'a> CameraRays<'a> {
             let own = if l == 0 { ray.seed } else { hash(l as u32, ray.seed) };
             let draw = (0..self.visibility as usize).map(|k| {
                 let index = ray.index * self.visibility + k as u32;
-                (self.sobol.point(index, 2, own), self.sobol.point(index, 3, own))
+                Vec2::new(self.sobol.point(index, 2, own), self.sobol.point(index, 3, own))
             });
             let lamp = lighting.lamp(l, patch);
             cast += lighting.gather_luminaire(lamp, receiver, rho, draw, &mut scratch.memory, &mut scratch.sums[l]);
@@ -216,7 +216,7 @@ impl<'a> CameraRays<'a> {
         let block = self.visibility * LightCuts::MOST_DRAWN;
         let draw = |k: usize| {
             let at = |d: usize| self.sobol.point(ray.index * block + k as u32, d, ray.seed);
-            (at(2), at(3))
+            Vec2::new(at(2), at(3))
         };
         let drawn = (0..(self.visibility * cuts.draws(patch)) as usize).map(draw);
         let (light, cast) = cuts.gather(&self.view.lighting(), receiver, patch, drawn, &mut scratch.memory);

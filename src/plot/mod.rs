@@ -19,7 +19,7 @@ pub use axis::Scale;
 pub use bars::{Bar, Bars};
 pub use chart::{Axis, Chart, Look, Series};
 pub use difference::{difference_scale, difference_tiles};
-pub use drawing::{ChartError, DrawError, Drawing};
+pub use drawing::{ChartError, Corner, DrawError, Drawing};
 pub use page::{Cell, Heading, Page, PageRow, Shown};
 pub use shapes::Marker;
 pub use sheet::{Sheet, Tile};

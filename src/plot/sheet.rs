@@ -5,8 +5,10 @@
 
 use std::path::Path;
 
+use glam::dvec2;
+
 use crate::pictures::{Bitmap, Exposure, Picture, Size, write_bitmap};
-use crate::plot::drawing::{ChartError, DrawError, Drawing};
+use crate::plot::drawing::{ChartError, Corner, DrawError, Drawing};
 use crate::plot::font;
 use crate::plot::shapes::{Align, Colour, FAINT_INK, INK, PAPER};
 
@@ -80,7 +82,7 @@ impl Sheet<'_> {
         for (number, tile) in self.tiles.iter().enumerate() {
             let left = gap + number % columns * step;
             let top = top + number / columns * (layout.cell_height + gap);
-            self.draw_tile(tile, &layout, &mut page, (left, top))?;
+            self.draw_tile(tile, &layout, &mut page, Corner { left, top })?;
         }
         Ok(page)
     }
@@ -129,14 +131,14 @@ impl Sheet<'_> {
         tile: &Tile,
         layout: &Layout,
         page: &mut Bitmap,
-        (left, top): (usize, usize),
+        Corner { left, top }: Corner,
     ) -> Result<(), DrawError> {
         let title = text_block(&tile.label(), layout.cell, layout.em, INK, PAPER)?;
         // Titles of one line stand directly above their picture beside taller ones.
         page.paste(&title, left, top + layout.title_height - title.height);
         let top = top + layout.title_height;
         let Some(picture) = tile.picture else {
-            return absent(tile, layout, page, (left, top));
+            return absent(tile, layout, page, Corner { left, top });
         };
         let stops = self.exposure.stops + tile.gain.log2();
         page.paste(&Bitmap::from_picture(picture, Exposure { stops }), left, top);
@@ -147,7 +149,7 @@ impl Sheet<'_> {
 }
 
 /// The grey box of a missing picture, its note in the middle and cut off at its edges.
-fn absent(tile: &Tile, layout: &Layout, page: &mut Bitmap, (left, top): (usize, usize)) -> Result<(), DrawError> {
+fn absent(tile: &Tile, layout: &Layout, page: &mut Bitmap, Corner { left, top }: Corner) -> Result<(), DrawError> {
     let Size { width, height } = layout.tile;
     let mut area = Bitmap::filled(width, height, ABSENT);
     let em = (width as f64 / 9.0).clamp(9.0, layout.em);
@@ -168,7 +170,7 @@ fn text_block(text: &str, width: usize, em: f64, ink: Colour, paper: Colour) -> 
     let (lines, height) = (font::wrap(text, em, width as f64), line_height(em));
     let mut block = Drawing::new(Size { width, height: lines.len() * height }, paper);
     for (number, line) in lines.iter().enumerate() {
-        block.text(line, (0.0, (number * height) as f64 + 0.98 * em), em, Align::Left, ink);
+        block.text(line, dvec2(0.0, (number * height) as f64 + 0.98 * em), em, Align::Left, ink);
     }
     block.bitmap()
 }

@@ -9,7 +9,7 @@
 
 use std::f32::consts::PI;
 
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 
 use crate::light::{Gloss, Rgb};
 use crate::rays::{Hit, Ray, Side};
@@ -88,7 +88,7 @@ impl Space<'_> {
     /// Light over Ks/pi along one direction drawn from the lobe, over its density.
     fn highlight_met(&self, seen: &Seen, random: &mut Random, hits: &mut Vec<Hit>) -> Rgb {
         let (normal, to_viewer) = (seen.point.normal.as_dvec3(), seen.to_viewer.as_dvec3());
-        let at = (f64::from(random.uniform()), f64::from(random.uniform()));
+        let at = DVec2::new(f64::from(random.uniform()), f64::from(random.uniform()));
         let Some(way) = seen.gloss.direction(normal, to_viewer, at).map(|way| way.as_vec3()) else {
             return Rgb::ZERO;
         };

@@ -5,7 +5,7 @@
 use crate::light::Transport;
 use crate::operator::Bounds;
 use crate::pictures::{Exposure, Picture};
-use crate::plot::{Cell, Page, Shown};
+use crate::plot::{Cell, Corner, Page, Shown};
 use crate::solve::{Diverges, Verdict};
 
 /// A page, and what its panels show, row by row.
@@ -63,8 +63,8 @@ pub(crate) fn no_light(e: &Diverges) -> Shown {
 }
 
 impl Figure {
-    /// Left and top edge of each of [`Figure::panels`] in the page's PNG, pixels.
-    pub fn places(&self) -> Vec<(usize, usize)> {
+    /// The top left pixel of each of [`Figure::panels`] in the page's PNG.
+    pub fn places(&self) -> Vec<Corner> {
         let shown = |cell: &Cell| !matches!(cell.shown, Shown::Blank);
         let cells = self.page.rows.iter().flat_map(|row| &row.cells);
         let places = self.page.places().into_iter().flatten();
