@@ -60,9 +60,10 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     let transports = own.problem.subject.transports(&scene);
     let mut files = Vec::new();
     let mut studied = Vec::new();
+    let run = Run { own, common, console: &console };
     let mut study = |p: &Prepared, mode: &Assembled, s: Studied, gathering| {
         console.say(table(&s));
-        files.push(sheet(own, common, &console, p, mode, &s.solution, gathering)?);
+        files.push(run.sheet(p, mode, &s.solution, gathering)?);
         studied.push(s);
         Ok::<(), CliError>(())
     };
@@ -110,27 +111,35 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     console.report(&Modes { modes: studied.iter().map(|s| report(&prepared, s)).collect(), files })
 }
 
-/// The sheet of one mode: its terms, and their sums under them.
-fn sheet(
-    own: &Bounces,
-    common: &Common,
-    console: &Console,
-    prepared: &Prepared,
-    mode: &Assembled,
-    solution: &Solution,
-    gathering: Gathering,
-) -> Result<PathBuf, CliError> {
-    let count = SHEET.min(own.count as usize);
-    let pass = GatherPass::new(own.size, gathering);
-    let terms = bounce_pictures(prepared, mode, &bounce_fields(prepared, solution, count), &pass, console);
-    let sums = partial_sums(&terms);
-    let scene = &prepared.scene.name;
-    let label = mode.transport.label();
-    let heading = format!("{scene}, {label}: {}", sentence(mode.transport, solution));
-    let exposure = Exposure { stops: own.problem.subject.exposure };
-    let path = common.out.join(format!("{scene}-bounces-{}.png", label.replace(' ', "-")));
-    bounce_sheet(heading, &terms, &sums, exposure).write(&path)?;
-    Ok(path)
+/// What all modes of one run share.
+struct Run<'a> {
+    own: &'a Bounces,
+    common: &'a Common,
+    console: &'a Console,
+}
+
+impl Run<'_> {
+    /// The sheet of one mode: its terms, and their sums under them.
+    fn sheet(
+        &self,
+        prepared: &Prepared,
+        mode: &Assembled,
+        solution: &Solution,
+        gathering: Gathering,
+    ) -> Result<PathBuf, CliError> {
+        let Run { own, common, console } = *self;
+        let count = SHEET.min(own.count as usize);
+        let pass = GatherPass::new(own.size, gathering);
+        let terms = bounce_pictures(prepared, mode, &bounce_fields(prepared, solution, count), &pass, console);
+        let sums = partial_sums(&terms);
+        let scene = &prepared.scene.name;
+        let label = mode.transport.label();
+        let heading = format!("{scene}, {label}: {}", sentence(mode.transport, solution));
+        let exposure = Exposure { stops: own.problem.subject.exposure };
+        let path = common.out.join(format!("{scene}-bounces-{}.png", label.replace(' ', "-")));
+        bounce_sheet(heading, &terms, &sums, exposure).write(&path)?;
+        Ok(path)
+    }
 }
 
 fn chart_and_table(common: &Common, prepared: &Prepared, studied: &[Studied]) -> Result<[PathBuf; 3], CliError> {

@@ -29,8 +29,8 @@ use crate::render::{Fineness, Prepared, Wanted, assemble, prepare, render_within
 use crate::scene::Scene;
 use crate::solve::{Settings, neumann};
 use crate::study::figures::{
-    Figure, LocalEffort, SolvedMode, SquareEffort, Successive, TRIANGLES, between_grid, between_strip, four_modes,
-    solve_points, square_points, successive,
+    Figure, Frame, LocalEffort, SolvedMode, SquareEffort, Successive, TRIANGLES, between_grid, between_strip,
+    four_modes, solve_points, square_points, successive,
 };
 use crate::study::map::check_crossings;
 use crate::study::{bounce_fields_and_rest, bounce_pictures};
@@ -213,6 +213,11 @@ impl FigureArguments {
 }
 
 impl Work<'_> {
+    /// What the pages of a scene have in common.
+    fn frame<'n>(&self, scene: &'n str) -> Frame<'n> {
+        Frame { scene, size: self.size, brighter: self.own.exposure }
+    }
+
     /// The four modes: to a tolerance, or with given effort.
     fn four_modes(&self, scene: Scene) -> Result<Figure, CliError> {
         let (name, modes) = (scene.name.clone(), Mode::ALL.map(Mode::transport));
@@ -245,7 +250,7 @@ impl Work<'_> {
                 self.console.warn(format!("{}: no picture, {e}", s.mode));
             }
         }
-        Ok(four_modes(&name, self.size, self.own.exposure, &solved))
+        Ok(four_modes(&self.frame(&name), &solved))
     }
 
     /// The series of the four modes, from one cast of rays.
@@ -270,7 +275,7 @@ impl Work<'_> {
                 }
             });
         }
-        Ok(successive(&name, self.size, self.own.exposure, &series))
+        Ok(successive(&self.frame(&name), &series))
     }
 
     /// The square, solved from one cast of rays, as a grid and as strips.
@@ -283,8 +288,8 @@ impl Work<'_> {
         let gather = GatherSampling::with_samples(samples, self.common.seed);
         let effort = SquareEffort { sampling, gather, size: self.size };
         let points = solve_points(&p, &square_points(), &effort, self.console);
-        let grid = between_grid(&name, self.size, self.own.exposure, &points);
-        let strip = between_strip(&name, self.size, self.own.exposure, &points);
+        let grid = between_grid(&self.frame(&name), &points);
+        let strip = between_strip(&self.frame(&name), &points);
         Ok([("-figure-between", grid), ("-figure-between-strips", strip)])
     }
 }

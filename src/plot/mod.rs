@@ -18,7 +18,7 @@ pub(crate) mod sheet;
 pub use axis::Scale;
 pub use bars::{Bar, Bars};
 pub use chart::{Axis, Chart, Look, Series};
-pub use difference::{difference_scale, difference_tiles};
+pub use difference::{Titled, difference_scale, difference_tiles};
 pub use drawing::{ChartError, Corner, DrawError, Drawing};
 pub use page::{Cell, Heading, Page, PageRow, Shown};
 pub use shapes::Marker;

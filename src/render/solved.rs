@@ -31,6 +31,16 @@ pub(crate) struct Spent {
     pub rays: u64,
 }
 
+/// What is to be solved, and who watches.
+#[derive(Clone, Copy)]
+pub(crate) struct Task<'a> {
+    /// The mode.
+    pub transport: Transport,
+    /// How near the picture is to be.
+    pub wanted: &'a Wanted,
+    pub watch: &'a dyn Watch,
+}
+
 /// A solution of one mode, with its difference to another scrambling and to larger patches.
 pub(crate) struct Solved {
     pub mode: Assembled,
@@ -43,17 +53,12 @@ pub(crate) struct Solved {
 }
 
 /// Two solutions of half the rays each: their mean, half their difference, and that to larger patches.
-pub(crate) fn solve(
-    p: &Prepared,
-    transport: Transport,
-    rays: u32,
-    wanted: &Wanted,
-    spent: &mut Spent,
-    watch: &dyn Watch,
-) -> Result<Solved, Diverges> {
+pub(crate) fn solve(p: &Prepared, task: &Task, rays: u32, spent: &mut Spent) -> Result<Solved, Diverges> {
+    let Task { transport, wanted, .. } = *task;
     let clock = Instant::now();
     let sights = [sight(p, &p.scene.transports(transport))];
-    let [first, second] = [0, 1].map(|half| cast_half(p, transport, &sights, rays, wanted.seed, half, watch));
+    let halves = [0, 1].map(|half| self::half(rays, wanted.seed, half));
+    let [first, second] = halves.map(|sampling| cast_half(p, task, &sights, sampling));
     spent.rays += first.1 + second.1;
     spent.seconds.form_factors += clock.elapsed().as_secs_f64();
     let clock = Instant::now();
@@ -86,17 +91,13 @@ fn direct(k: &Operator) -> Vec<Rgb> {
     k.received().iter().enumerate().map(one).collect()
 }
 
-/// K from half the rays.
+/// K from one half of the rays.
 fn cast_half(
     p: &Prepared,
-    transport: Transport,
+    &Task { transport, watch, .. }: &Task,
     sights: &[Arc<Sight>],
-    rays: u32,
-    seed: u32,
-    half: u32,
-    watch: &dyn Watch,
+    mut sampling: Sampling,
 ) -> (Assembled, u64) {
-    let mut sampling = self::half(rays, seed, half);
     if is_dark(p, transport) {
         // What patches receive goes nowhere.
         sampling.emitter_rays = 1;
@@ -198,7 +199,7 @@ mod tests {
         let wanted = Wanted { tolerance: 0.01, size: (8, 8).into(), deadline: None, seed: 0 };
         let transport = Mode::Global.transport();
         let mut spent = Spent::default();
-        let found = solve(&p, transport, 1024, &wanted, &mut spent, &Silent);
+        let found = solve(&p, &Task { transport, wanted: &wanted, watch: &Silent }, 1024, &mut spent);
         (p, found.expect("converges"))
     }
 

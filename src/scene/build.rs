@@ -120,14 +120,19 @@ fn check_arrays(
         }
         material.check_transport().map_err(|source| SceneError::Transport { place: place(), source })?;
     }
-    for (number, face) in faces.iter().enumerate() {
-        check_face(Place::item(name, "face", number), face, vertices.len(), materials.len())?;
+    for (number, (corners, material)) in faces.iter().enumerate() {
+        check_face(Place::item(name, "face", number), corners, *material, vertices.len(), materials.len())?;
     }
     Ok(())
 }
 
-fn check_face(place: Place, face: &(Vec<u32>, u32), vertices: usize, materials: usize) -> Result<(), SceneError> {
-    let (corners, material) = face;
+fn check_face(
+    place: Place,
+    corners: &[u32],
+    material: u32,
+    vertices: usize,
+    materials: usize,
+) -> Result<(), SceneError> {
     let (found, limit) = (corners.len(), MOST_CORNERS);
     if found < 3 {
         return Err(SceneError::TooFewCorners { place, found });
@@ -138,8 +143,8 @@ fn check_face(place: Place, face: &(Vec<u32>, u32), vertices: usize, materials: 
     if let Some(corner) = corners.iter().find(|&&corner| corner as usize >= vertices) {
         return Err(SceneError::IndexOutOfRange { place, index: corner.to_string(), vertices });
     }
-    if *material as usize >= materials {
-        return Err(SceneError::MaterialOutOfRange { place, index: *material, materials });
+    if material as usize >= materials {
+        return Err(SceneError::MaterialOutOfRange { place, index: material, materials });
     }
     Ok(())
 }

@@ -4,7 +4,7 @@
 
 use crate::light::Rgb;
 use crate::pictures::{Exposure, Picture, Size};
-use crate::plot::{Cell, Heading, Page, PageRow, Shown, difference_scale, difference_tiles};
+use crate::plot::{Cell, Heading, Page, PageRow, Shown, Titled, difference_scale, difference_tiles};
 use crate::study::figures::local_light::{Apart, LocalEffort, LocalLight, apart, shown};
 use crate::study::figures::panel::exposure_words;
 
@@ -105,7 +105,7 @@ impl Columns<'_> {
     fn minus(&self, name: &str, note: &str, pictures: [&Picture; 2], apart: &Apart) -> Cell {
         let [a, b] = pictures.map(shown);
         let scale = difference_scale(&a, &b);
-        let [(tile, ..), _] = difference_tiles(&a, &b, scale, self.exposure);
+        let [Titled { picture: tile, .. }, _] = difference_tiles(&a, &b, scale, self.exposure);
         let below = format!(
             "blue −{0}, red +{0}. Mean e_pixel {1}, mean colour {2:.2}/255, largest {3}",
             percent(f64::from(scale)),

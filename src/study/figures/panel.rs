@@ -4,7 +4,7 @@
 
 use crate::light::Transport;
 use crate::operator::Bounds;
-use crate::pictures::{Exposure, Picture};
+use crate::pictures::{Exposure, Picture, Size};
 use crate::plot::{Cell, Corner, Page, Shown};
 use crate::solve::{Diverges, Verdict};
 
@@ -14,6 +14,17 @@ pub struct Figure {
     pub page: Page,
     /// One for each cell of the page that is not blank.
     pub panels: Vec<Panel>,
+}
+
+/// What the pages of one scene's pictures have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<'a> {
+    /// The scene's name.
+    pub scene: &'a str,
+    /// Width and height of every picture.
+    pub size: Size,
+    /// Stops that pictures are brighter than suits them.
+    pub brighter: f32,
 }
 
 /// What one panel shows.
