@@ -67,6 +67,13 @@ struct CameraRay {
     seed: u32,
 }
 
+/// A point that a camera ray sees, its patch, and its reflectance.
+struct Shaded<'a> {
+    receiver: &'a SurfacePoint,
+    patch: u32,
+    rho: DVec3,
+}
+
 impl<'a> CameraRays<'a> {
     /// Camera rays of a view, for pixels that reflect some fields.
     pub fn new(view: &'a View, fields: &'a Fields, sampling: &CameraSampling) -> CameraRays<'a> {
@@ -156,7 +163,7 @@ impl<'a> CameraRays<'a> {
         }
         let own = view.scene.rho_at(hit.face, position);
         let rho = own.as_dvec3();
-        pixel.rays += self.add_direct(&receiver, patch, rho, ray, scratch);
+        pixel.rays += self.add_direct(&Shaded { receiver: &receiver, patch, rho }, ray, scratch);
         if !self.dark {
             pixel.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();
             pixel.layer(self.key(hit), receiver, typical).add(ray.half, &receiver, own);
@@ -171,14 +178,8 @@ impl<'a> CameraRays<'a> {
     }
 
     /// Adds the light of every luminaire and light without area at one point; returns the rays cast.
-    fn add_direct(
-        &self,
-        receiver: &SurfacePoint,
-        patch: u32,
-        rho: DVec3,
-        ray: CameraRay,
-        scratch: &mut Scratch,
-    ) -> u64 {
+    fn add_direct(&self, shaded: &Shaded, ray: CameraRay, scratch: &mut Scratch) -> u64 {
+        let Shaded { receiver, patch, rho } = *shaded;
         let lighting = self.view.lighting();
         let mut cast = 0;
         if !lighting.luminaires.punctual.is_empty() {
@@ -187,7 +188,7 @@ impl<'a> CameraRays<'a> {
             cast += rays;
         }
         if let Some(cuts) = &lighting.sight.cuts {
-            return cast + self.add_by_cut(cuts, receiver, patch, rho, ray, scratch);
+            return cast + self.add_by_cut(cuts, shaded, ray, scratch);
         }
         for l in 0..lighting.luminaires.list.len() {
             // The first luminaire shares the camera ray's scrambling: joint points over pixel and emitter.
@@ -203,15 +204,8 @@ impl<'a> CameraRays<'a> {
     }
 
     /// Adds the light of many luminaires at one point, some of which are drawn; returns the rays cast.
-    fn add_by_cut(
-        &self,
-        cuts: &LightCuts,
-        receiver: &SurfacePoint,
-        patch: u32,
-        rho: DVec3,
-        ray: CameraRay,
-        scratch: &mut Scratch,
-    ) -> u64 {
+    fn add_by_cut(&self, cuts: &LightCuts, shaded: &Shaded, ray: CameraRay, scratch: &mut Scratch) -> u64 {
+        let Shaded { receiver, patch, rho } = *shaded;
         // Blocks of one length for all patches, or two of them in a pixel would share points.
         let block = self.visibility * LightCuts::MOST_DRAWN;
         let draw = |k: usize| {

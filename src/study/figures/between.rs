@@ -11,7 +11,7 @@
 //!
 //! Not handled: errors; the effort is given.
 
-use crate::form_factors::{FormFactors, Layers, Sampling, cast_layers};
+use crate::form_factors::{FormFactors, Layers, Sampling, Variant, cast_layers};
 use crate::gather::{GatherSampling, invisible};
 use crate::light::{Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
@@ -58,8 +58,8 @@ fn cast(p: &Prepared, sampling: &Sampling, watch: &dyn Watch) -> Layers {
     let tau: Vec<f32> = own.iter().map(|t| t.tau).collect();
     watch.begin("form factors", p.patches.len() as u64);
     let tick = |done| watch.tick(done);
-    let (receives, sends) = (materials.receives(), materials.sends());
-    cast_layers(&p.rays, &p.patches, &receives, &sends, &tau, sampling, &tick).0
+    let own = Variant { tau, rows: materials.receives(), columns: materials.sends() };
+    cast_layers(&p.rays, &p.patches, &own, sampling, &tick).0
 }
 
 /// (alpha, tau) of every material at a point of the square.
