@@ -28,8 +28,8 @@ impl LightCuts {
         self.of(patch as usize).draws
     }
 
-    /// `sum over luminaires of F_l L_l` at a receiver on a patch, and the rays cast; points of the unit square choose what is
-    /// drawn.
+    /// `sum over luminaires of F_l L_l` at a receiver on a patch, and the rays cast; points of the unit square choose
+    /// what is drawn.
     pub fn gather(
         &self,
         lighting: &Lighting,

@@ -157,8 +157,8 @@ impl<'a> Lighting<'a> {
         cast
     }
 
-    /// `A k` of the point, and T times its share of the mean radiance, of the point of a luminaire `at` a place of the unit square, asked by
-    /// one visibility ray; `None` where the two points do not face each other.
+    /// `A k` of the point that belongs to a place of the unit square on a luminaire, and T times its share of the mean
+    /// radiance, asked by one visibility ray; `None` where the two points do not face each other.
     fn look(
         &self,
         luminaire: &Luminaire,

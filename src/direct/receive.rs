@@ -76,7 +76,7 @@ pub fn receive_punctual(
     let asking =
         Asking { lighting, patches, sobol: Sobol::new(rays as usize, 2), rays, seed: sampling.seed ^ PUNCTUAL };
     let receive = |scratch: &mut Scratch, i: usize| {
-        if receives[i] { asking.from_punctual(i, scratch) } else { (DVec3::ZERO, 0) }
+        if receives[i] { asking.by_punctual(i, scratch) } else { (DVec3::ZERO, 0) }
     };
     for_all(patches, receive)
 }
@@ -89,7 +89,7 @@ fn for_all(patches: &Patches, receive: impl Fn(&mut Scratch, usize) -> (DVec3, u
 
 impl Asking<'_> {
     /// What patch i receives from lights without area, and the rays cast.
-    fn from_punctual(&self, i: usize, scratch: &mut Scratch) -> (DVec3, u64) {
+    fn by_punctual(&self, i: usize, scratch: &mut Scratch) -> (DVec3, u64) {
         let seed = hash(i as u32, self.seed);
         let (mut received, mut cast) = (DVec3::ZERO, 0);
         for k in 0..self.rays {
@@ -124,8 +124,8 @@ impl Asking<'_> {
         (received, cast)
     }
 
-    /// What patch i receives through its light cut, and the rays cast: points are drawn on luminaires in proportion to the
-    /// rays of a patch, however many luminaires there are.
+    /// What patch i receives through its light cut, and the rays cast: points are drawn on luminaires in proportion to
+    /// the rays of a patch, however many luminaires there are.
     fn by_cut(&self, cuts: &LightCuts, i: usize, scratch: &mut Scratch) -> (DVec3, u64) {
         let sobol = &self.sobol;
         let receivers = self.rays.clamp(1, SMOOTH);

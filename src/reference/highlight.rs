@@ -9,34 +9,14 @@
 
 use std::f32::consts::PI;
 
-use glam::{DVec2, Vec3};
+use glam::DVec2;
 
-use crate::light::{Gloss, Rgb};
+use crate::light::Rgb;
 use crate::rays::{Hit, Side};
 use crate::reference::path::{NextEvent, Space, power_heuristic};
 use crate::reference::punctual::sent;
 use crate::reference::random::Random;
-use crate::reference::surfaces::SurfacePoint;
-
-/// A point, and who looks at it.
-pub(super) struct Seen<'a> {
-    pub point: &'a SurfacePoint,
-    /// Unit vector.
-    pub to_viewer: Vec3,
-    pub gloss: Gloss,
-}
-
-impl Seen<'_> {
-    fn lobe(&self, way: Vec3) -> f32 {
-        let [n, l, v] = [self.point.normal, way, self.to_viewer].map(|v| v.as_dvec3());
-        self.gloss.lobe(n, l, v) as f32
-    }
-
-    fn density(&self, way: Vec3) -> f32 {
-        let [n, l, v] = [self.point.normal, way, self.to_viewer].map(|v| v.as_dvec3());
-        self.gloss.density(n, l, v) as f32
-    }
-}
+use crate::reference::surfaces::Seen;
 
 impl Space<'_> {
     /// Highlights of all that is emitted, at the point that a camera ray sees.

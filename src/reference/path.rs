@@ -25,10 +25,9 @@ use glam::Vec3;
 use crate::light::Rgb;
 use crate::rays::{End, Hit, Ray, Rays, Side};
 use crate::reference::emitters::Emitters;
-use crate::reference::highlight::Seen;
 use crate::reference::punctual;
 use crate::reference::random::Random;
-use crate::reference::surfaces::{Matter, SurfacePoint, Surfaces};
+use crate::reference::surfaces::{Matter, Seen, SurfacePoint, Surfaces};
 use crate::scene::PunctualLight;
 
 /// Bounce orders kept apart: 0 (emission) to `KEPT - 1`. Later ones are kept together.

@@ -32,8 +32,8 @@ pub fn bounce_fields_and_rest(p: &Prepared, solution: &Solution, count: usize) -
     values
 }
 
-/// A picture of E, and one of each of the [`bounce_fields`], all from the same rays; the first of these has the luminaires'
-/// direct light.
+/// A picture of E, and one of each of the [`bounce_fields`], all from the same rays; the first of these has the
+/// luminaires' direct light.
 pub fn bounce_pictures(
     p: &Prepared,
     mode: &Assembled,
