@@ -29,7 +29,7 @@ use crate::render::{Fineness, Prepared, Wanted, assemble, prepare, render_within
 use crate::scene::Scene;
 use crate::solve::{Settings, neumann};
 use crate::study::figures::{
-    Figure, Frame, LocalEffort, SolvedMode, SquareEffort, Successive, TRIANGLES, between_grid, between_strip,
+    Figure, LocalEffort, PageSettings, SolvedMode, SquareEffort, Successive, TRIANGLES, between_grid, between_strip,
     four_modes, solve_points, square_points, successive,
 };
 use crate::study::map::check_crossings;
@@ -214,8 +214,8 @@ impl FigureArguments {
 
 impl Work<'_> {
     /// What the pages of a scene have in common.
-    fn frame<'n>(&self, scene: &'n str) -> Frame<'n> {
-        Frame { scene, size: self.size, brighter: self.own.exposure }
+    fn settings<'n>(&self, scene: &'n str) -> PageSettings<'n> {
+        PageSettings { scene, size: self.size, brighter: self.own.exposure }
     }
 
     /// The four modes: to a tolerance, or with given effort.
@@ -250,7 +250,7 @@ impl Work<'_> {
                 self.console.warn(format!("{}: no picture, {e}", s.mode));
             }
         }
-        Ok(four_modes(&self.frame(&name), &solved))
+        Ok(four_modes(&self.settings(&name), &solved))
     }
 
     /// The series of the four modes, from one cast of rays.
@@ -275,7 +275,7 @@ impl Work<'_> {
                 }
             });
         }
-        Ok(successive(&self.frame(&name), &series))
+        Ok(successive(&self.settings(&name), &series))
     }
 
     /// The square, solved from one cast of rays, as a grid and as strips.
@@ -288,8 +288,8 @@ impl Work<'_> {
         let gather = GatherSampling::with_samples(samples, self.common.seed);
         let effort = SquareEffort { sampling, gather, size: self.size };
         let points = solve_points(&p, &square_points(), &effort, self.console);
-        let grid = between_grid(&self.frame(&name), &points);
-        let strip = between_strip(&self.frame(&name), &points);
+        let grid = between_grid(&self.settings(&name), &points);
+        let strip = between_strip(&self.settings(&name), &points);
         Ok([("-figure-between", grid), ("-figure-between-strips", strip)])
     }
 }

@@ -7,7 +7,7 @@ use crate::light::Mode;
 use crate::plot::{Cell, Heading, Page, PageRow, Shown};
 use crate::render::Rendered;
 use crate::solve::Diverges;
-use crate::study::figures::panel::{Figure, Frame, Panel, exposure_for, exposure_words, no_light};
+use crate::study::figures::panel::{Figure, PageSettings, Panel, exposure_for, exposure_words, no_light};
 
 /// One mode's picture, or the proof that there is none.
 pub struct SolvedMode {
@@ -23,10 +23,10 @@ pub struct SolvedMode {
 const LAYOUT: [[Mode; 2]; 2] = [[Mode::Global, Mode::Shadowless], [Mode::OneBounce, Mode::Local]];
 
 /// The page of four modes of a scene.
-pub fn four_modes(frame: &Frame, solved: &[SolvedMode]) -> Figure {
+pub fn four_modes(settings: &PageSettings, solved: &[SolvedMode]) -> Figure {
     let pictures = solved.iter().filter_map(|s| s.picture.as_ref().ok());
     let mut exposure = exposure_for(pictures.map(|r| &r.picture));
-    exposure.stops += frame.brighter;
+    exposure.stops += settings.brighter;
     let of = |mode: Mode| solved.iter().find(|s| s.mode == mode);
     let rows = LAYOUT.map(|row| PageRow {
         heading: Heading::default(),
@@ -41,10 +41,10 @@ pub fn four_modes(frame: &Frame, solved: &[SolvedMode]) -> Figure {
         caption: format!(
             "Scene {}. α: share of the reflected light that travels on. τ: share of light that passes through \
              surfaces. The visible half of L; one {} for all panels{worst}.",
-            frame.scene,
+            settings.scene,
             exposure_words(exposure),
         ),
-        panel: frame.size,
+        panel: settings.size,
         exposure,
     };
     Figure { page, panels: LAYOUT.as_flattened().iter().filter_map(|&mode| Some(panel(of(mode)?))).collect() }

@@ -18,7 +18,7 @@ pub struct Figure {
 
 /// What the pages of one scene's pictures have in common.
 #[derive(Clone, Copy, Debug)]
-pub struct Frame<'a> {
+pub struct PageSettings<'a> {
     /// The scene's name.
     pub scene: &'a str,
     /// Width and height of every picture.
