@@ -10,14 +10,15 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use halflight::form_factors::Sampling;
-use halflight::gather::{Fields, GatherSampling, Gathering, View, gather};
+use halflight::gather::{Fields, GatherPass, GatherSampling, Gathering, View, gather};
 use halflight::light::{Mode, Rgb};
+use halflight::pictures::Size;
 use halflight::render::{Assembled, Prepared, Silent, Wanted, assemble, prepare, render, render_within};
 use halflight::scene::Scene;
 use halflight::solve::{Settings, Solution, neumann};
 
 /// Pixels across and down.
-const SIZE: (usize, usize) = (96, 96);
+const SIZE: Size = Size { width: 96, height: 96 };
 const PATCHES: usize = 4000;
 /// Errors of the gather pass asked for, as shares of the picture.
 const ERRORS: [f64; 2] = [0.02, 0.01];
@@ -60,8 +61,8 @@ impl Solved {
             luminaires: &p.luminaires,
             sight: &self.mode.sight,
             transports: &self.mode.transports,
-            width: SIZE.0,
-            height: SIZE.1,
+            width: SIZE.width,
+            height: SIZE.height,
         }
     }
 }
@@ -75,7 +76,7 @@ fn pass(c: &mut Criterion) {
         group.sample_size(10);
         for (how, gathering) in gatherings() {
             group.bench_function(BenchmarkId::new("picture", &how), |b| {
-                b.iter(|| black_box(render(p, mode, solution, SIZE, gathering, &Silent)))
+                b.iter(|| black_box(render(p, mode, solution, &GatherPass::new(SIZE, gathering), &Silent)))
             });
             group.bench_function(BenchmarkId::new("direct", &how), |b| {
                 b.iter(|| black_box(gather(&solved.view(), &dark, &gathering, &|_| ())))
@@ -91,7 +92,7 @@ fn patches(c: &mut Criterion) {
     let mut group = c.benchmark_group("furnished-room to 1 %");
     group.sample_size(10);
     let scene = || Scene::open("furnished-room").expect("it is built in");
-    let wanted = Wanted { tolerance: 0.01, size: (32, 32), deadline: None, seed: 0 };
+    let wanted = Wanted { tolerance: 0.01, size: (32, 32).into(), deadline: None, seed: 0 };
     group.bench_function("sizes by zone", |b| {
         b.iter(|| {
             let mut p = prepare(scene(), 1000);

@@ -9,7 +9,7 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::DVec3;
 use halflight::form_factors::Sampling;
-use halflight::gather::GatherSampling;
+use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb};
 use halflight::render::{Prepared, Silent, assemble, prepare, render};
 use halflight::scene::{Material, Scene};
@@ -78,7 +78,7 @@ fn lamps(c: &mut Criterion) {
         let solution = explore(&modes[0].operator, 1);
         let gather = GatherSampling::with_samples(16, 0);
         group.bench_function(BenchmarkId::new("picture", count), |b| {
-            b.iter(|| black_box(render(&p, &modes[0], &solution, (48, 48), &gather, &Silent)))
+            b.iter(|| black_box(render(&p, &modes[0], &solution, &GatherPass::new((48, 48), &gather), &Silent)))
         });
     }
     group.finish();

@@ -7,13 +7,13 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use halflight::form_factors::Sampling;
-use halflight::gather::GatherSampling;
+use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Mode;
 use halflight::render::{Silent, assemble, prepare};
 use halflight::scene::Scene;
 use halflight::solve::explore;
-use halflight::study::bounce_pictures;
 use halflight::study::map::map;
+use halflight::study::{bounce_fields, bounce_pictures};
 
 const PATCHES: usize = 4000;
 
@@ -41,8 +41,13 @@ fn bounces() {
     let sampling = GatherSampling::with_samples(128, 0);
     for mode in &modes {
         let solution = explore(&mode.operator, 8);
-        let size = (160, 160);
-        black_box(bounce_pictures(&prepared, mode, &solution, 8, size, &sampling, &Silent));
+        black_box(bounce_pictures(
+            &prepared,
+            mode,
+            &bounce_fields(&prepared, &solution, 8),
+            &GatherPass::new((160, 160), &sampling),
+            &Silent,
+        ));
     }
 }
 

@@ -11,16 +11,16 @@ use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 use halflight::form_factors::Sampling;
-use halflight::gather::GatherSampling;
+use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Mode;
-use halflight::pictures::{Picture, mean_e_pixel};
+use halflight::pictures::{Picture, Size, mean_e_pixel};
 use halflight::rays::Rays;
 use halflight::reference::{NextEvent, TraceSettings, Tracer};
 use halflight::render::{Silent, assemble, prepare, render};
 use halflight::scene::Scene;
 use halflight::solve::{Settings, neumann};
 
-const SIZE: (usize, usize) = (64, 48);
+const SIZE: Size = Size { width: 64, height: 48 };
 const WANTED: f64 = 0.004;
 /// Samples a pixel at which e_pixel is measured.
 const COUNTS: [u32; 5] = [64, 256, 1024, 2048, 4096];
@@ -35,7 +35,7 @@ fn main() {
 /// Prints one scene's table.
 fn study(name: &str, scene: &Scene) {
     let exact = closed_form(scene);
-    println!("{name}, local mode, {} x {} pixels", SIZE.0, SIZE.1);
+    println!("{name}, local mode, {} x {} pixels", SIZE.width, SIZE.height);
     println!("{:>16}  mean e_pixel", "samples a pixel");
     let points = traced(scene, NextEvent::Off, &COUNTS, &exact);
     for (n, error) in &points {
@@ -56,7 +56,7 @@ fn closed_form(scene: &Scene) -> Picture {
     let (modes, _) = assemble(&p, &[Mode::Local.transport()], &Sampling::default(), &Silent);
     let solution = neumann(&modes[0].operator, &Settings::default()).expect("it ends");
     let sampling = GatherSampling { camera: 1024, luminaire: 1, hemisphere: 1, seed: 0 };
-    render(&p, &modes[0], &solution, SIZE, &sampling, &Silent).total()
+    render(&p, &modes[0], &solution, &GatherPass::new(SIZE, &sampling), &Silent).total()
 }
 
 /// e_pixel after each of the ascending numbers of samples.

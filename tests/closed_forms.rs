@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use crate::common::{builtin, mean_and_error};
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 use halflight::direct::{Between, DirectSum, Lamp, Lighting, Luminaires, Occlusion, Scratch};
 use halflight::form_factors::point_to_polygon;
 use halflight::rays::Rays;
@@ -44,7 +44,8 @@ fn direct_irradiance_of_the_cornell_box() {
         whole += usize::from(above);
         let estimate = |seed: u32| {
             let sobol = Sobol::new(1024, 2);
-            let draw = (0..1024usize).map(|k| (sobol.point(k as u32, 0, seed), sobol.point(k as u32, 1, seed)));
+            let draw =
+                (0..1024usize).map(|k| Vec2::new(sobol.point(k as u32, 0, seed), sobol.point(k as u32, 1, seed)));
             let mut sum = DirectSum::default();
             let lighting = Lighting { rays: &rays, luminaires: &luminaires, sight: &Occlusion::Opaque.into() };
             let lamp = Lamp { luminaire, between: Between::Unknown };

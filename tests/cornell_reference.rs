@@ -4,12 +4,12 @@ use std::path::Path;
 
 use crate::common::{Silent, assemble_one, builtin};
 use halflight::form_factors::Sampling;
-use halflight::gather::GatherSampling;
+use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, mean_difference, read_picture, relative_rms};
 use halflight::render::{Fineness, prepare, render};
 use halflight::solve::{Settings, neumann};
-use halflight::study::bounce_pictures;
+use halflight::study::{bounce_fields, bounce_pictures};
 
 fn data(name: &str) -> Picture {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");
@@ -48,7 +48,7 @@ fn the_picture_and_its_bounces_agree_with_the_reference() {
     let solution = neumann(&mode.operator, &Settings::default()).expect("converges");
     let gathering = GatherSampling::with_samples(128, 0);
     // The reference was rendered at 256×256 and reduced, and so is this.
-    let picture = render(&p, &mode, &solution, (256, 256), &gathering, &Silent).total();
+    let picture = render(&p, &mode, &solution, &GatherPass::new((256, 256), &gathering), &Silent).total();
     let picture = reduced(&picture);
     let (reference, se, mask) = (data("reference"), data("reference_se"), data("mask"));
 
@@ -59,10 +59,12 @@ fn the_picture_and_its_bounces_agree_with_the_reference() {
         assert!(relative.expect("the reference is lit").abs() < 0.003, "{relative:?}");
     }
 
-    let bounces = bounce_pictures(&p, &mode, &solution, 4, (64, 64), &gathering, &Silent);
+    let bounces =
+        bounce_pictures(&p, &mode, &bounce_fields(&p, &solution, 4), &GatherPass::new((64, 64), &gathering), &Silent);
     assert_eq!(bounces.len(), 5);
     let other = GatherSampling { seed: 1, ..gathering };
-    let others = bounce_pictures(&p, &mode, &solution, 4, (64, 64), &other, &Silent);
+    let others =
+        bounce_pictures(&p, &mode, &bounce_fields(&p, &solution, 4), &GatherPass::new((64, 64), &other), &Silent);
     for (n, bounce) in bounces.iter().enumerate().skip(1) {
         let (reference, se) = (data(&format!("bounce{n}")), data(&format!("bounce{n}_se")));
         let rms = relative_rms(bounce, &reference, Some(&mask), Some(&se)).unwrap();
@@ -99,7 +101,8 @@ fn eight_bounces_have_the_means_of_the_reference() {
     let mode = assemble_one(&p, Mode::Global.transport(), &sampling);
     let solution = neumann(&mode.operator, &Settings::default()).expect("converges");
     let gathering = GatherSampling::with_samples(16, 0);
-    let bounces = bounce_pictures(&p, &mode, &solution, 8, (256, 256), &gathering, &Silent);
+    let bounces =
+        bounce_pictures(&p, &mode, &bounce_fields(&p, &solution, 8), &GatherPass::new((256, 256), &gathering), &Silent);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");
     let mask = read_picture(folder.join("mask256.png")).expect("a picture");
     let black = Picture::new(256, 256);

@@ -3,7 +3,7 @@
 //! Rows of F sum to 1 exactly, so nothing but rounding may separate the solver from the closed form.
 
 use crate::common::{Silent, assemble_one, builtin, sampling};
-use halflight::gather::{GatherSampling, Gathering};
+use halflight::gather::{GatherPass, GatherSampling, Gathering};
 use halflight::light::{Light, Mode, Rgb, Visibility};
 use halflight::render::{Prepared, prepare, render};
 use halflight::scene::Scene;
@@ -73,7 +73,7 @@ fn the_picture_is_as_even_as_the_light() {
         let settings = Settings { tolerance: 1e-7, ..Settings::default() };
         let solution = neumann(&mode.operator, &settings).expect("rho < 1 converges");
         let gathering = GatherSampling::with_samples(16, 0);
-        let gathered = render(&p, &mode, &solution, (24, 16), &gathering, &Silent);
+        let gathered = render(&p, &mode, &solution, &GatherPass::new((24, 16), &gathering), &Silent);
         assert_eq!(gathered.backs, 0.0);
         for pixel in gathered.total().pixels {
             assert_near(pixel, E / (Rgb::ONE - RHO), "pixel");
@@ -105,7 +105,7 @@ fn a_picture_of_nothing_but_luminaires_has_an_error_and_takes_one_round() {
     let mode = assemble_one(&p, Mode::Global.transport(), &sampling(256, 0));
     let solution = neumann(&mode.operator, &Settings::default()).expect("rho < 1 converges");
     let within = Gathering::Within { error: 0.01, seed: 0, deadline: None };
-    let gathered = render(&p, &mode, &solution, (SIDE, SIDE), within, &Silent);
+    let gathered = render(&p, &mode, &solution, &GatherPass::new((SIDE, SIDE), within), &Silent);
     // Light is the same everywhere up to rounding.
     assert!(gathered.error.signal > 0.0 && gathered.error.relative() < 1e-5, "{:?}", gathered.error);
     // Four camera rays a pixel, and two halves of 128 rays of a record for every 4 x 4; twice as many near edges.

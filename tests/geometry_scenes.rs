@@ -5,7 +5,7 @@ use crate::common::rows::objects;
 use crate::common::{Facing, Mesh, Silent, all_of_f, assemble_one, builtin, grey, random, sampling};
 use glam::{DQuat, DVec3, Vec3};
 use halflight::form_factors::closure;
-use halflight::gather::GatherSampling;
+use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Light, Mode, Rgb};
 use halflight::pictures::Picture;
 use halflight::render::{prepare, render};
@@ -57,7 +57,7 @@ fn seen_from(scene: Scene, eye: DVec3) -> Picture {
     let mode = assemble_one(&prepared, Mode::Global.transport(), &sampling(64, 0));
     let solution = neumann(&mode.operator, &Settings::default()).expect("converges");
     let gathering = GatherSampling::with_samples(16, 0);
-    render(&prepared, &mode, &solution, (16, 16), &gathering, &Silent).total()
+    render(&prepared, &mode, &solution, &GatherPass::new((16, 16), &gathering), &Silent).total()
 }
 
 /// A room whose ceiling glows faintly, with a closed crate in it.

@@ -7,7 +7,7 @@ use crate::common::{Silent, assemble_one, builtin, sampling};
 use halflight::direct::{DirectSum, Lighting, Scratch};
 use halflight::gather::{Fields, ImportancePaths, Reading, View};
 use halflight::light::{Mode, Rgb};
-use halflight::pictures::{Picture, read_picture, relative_rms};
+use halflight::pictures::{Picture, Size, read_picture, relative_rms};
 use halflight::rays::sobol::Stream;
 use halflight::render::{Assembled, Prepared, Wanted, prepare, render_within};
 use halflight::scene::{Scene, Sides};
@@ -23,7 +23,7 @@ fn is_as_near_as_asked_and_stated(name: &str, tolerance: f64) {
     let file = folder.join(format!("{name}.toml"));
     let scene = Scene::open(&file.to_string_lossy()).expect("a scene");
     let (reference, se, mask) = (data("reference.exr"), data("reference_se.exr"), data("mask.exr"));
-    let wanted = Wanted { tolerance, size: (reference.width, reference.height), deadline: None, seed: 0 };
+    let wanted = Wanted { tolerance, size: reference.size(), deadline: None, seed: 0 };
     let mut p = prepare(scene, 1);
     let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent).unwrap();
     let reached = relative_rms(&found.picture, &reference, Some(&mask), Some(&se)).unwrap();
@@ -85,7 +85,7 @@ fn a_small_thing_on_endless_ground_is_right() {
 fn some_materials_may_be_two_sided() {
     let mut scene = builtin("cornell-box");
     scene.materials[1].sides = Sides::Two;
-    let wanted = Wanted { tolerance: 0.05, size: (32, 32), deadline: None, seed: 0 };
+    let wanted = Wanted { tolerance: 0.05, size: (32, 32).into(), deadline: None, seed: 0 };
     let mut p = prepare(scene, 1);
     let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
     assert!(found.is_ok_and(|f| f.error.total < 0.1));
@@ -93,7 +93,7 @@ fn some_materials_may_be_two_sided() {
     assert!(parents.iter().all(|&k| (k as usize) < p.patches.len()));
 }
 
-fn view<'a>(p: &'a Prepared, mode: &'a Assembled, size: (usize, usize)) -> View<'a> {
+fn view<'a>(p: &'a Prepared, mode: &'a Assembled, size: Size) -> View<'a> {
     View {
         scene: &p.scene,
         rays: &p.rays,
@@ -101,8 +101,8 @@ fn view<'a>(p: &'a Prepared, mode: &'a Assembled, size: (usize, usize)) -> View<
         luminaires: &p.luminaires,
         sight: &mode.sight,
         transports: &mode.transports,
-        width: size.0,
-        height: size.1,
+        width: size.width,
+        height: size.height,
     }
 }
 
@@ -114,7 +114,7 @@ fn the_residual_of_exact_light_is_nothing_and_that_of_wrong_light_its_error() {
     let mode = assemble_one(&p, Mode::Global.transport(), &sampling(16, 0));
     let (rho, e) = (p.scene.materials[0].rho.x, p.scene.materials[0].emission.x);
     let exact = e / (1.0 - rho);
-    let view = view(&p, &mode, (8, 8));
+    let view = view(&p, &mode, (8, 8).into());
     let mut walks = ImportancePaths::new(&view, vec![1.0; 64], 5);
     walks.extend(&view, 64);
     let off = |factor: f32| {
@@ -149,8 +149,8 @@ fn light_that_is_asked_with_single_rays_is_that_of_many_rays() {
         let mut many = 0.0;
         for l in 0..p.luminaires.list.len() {
             let mut sum = DirectSum::default();
-            let draws = (0..16384).map(|_| (random.uniform(), random.uniform()));
-            let draws: Vec<(f32, f32)> = draws.collect();
+            let draws = (0..16384).map(|_| glam::Vec2::new(random.uniform(), random.uniform()));
+            let draws: Vec<glam::Vec2> = draws.collect();
             let (lamp, one) = (lighting.lamp(l, patch as u32), glam::DVec3::ONE);
             lighting.gather_luminaire(lamp, &receiver, one, draws.into_iter(), &mut scratch, &mut sum);
             many += sum.estimate().x * f64::from(lamp.luminaire.radiance.x);

@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 
 use crate::common::{Silent, assemble_one, sampling, transport};
 use glam::{DVec3, Vec3};
-use halflight::gather::GatherSampling;
+use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Transport};
-use halflight::pictures::{Picture, relative_rms};
+use halflight::pictures::{Picture, Size, relative_rms};
 use halflight::reference::{NextEvent, TraceSettings, Tracer};
 use halflight::render::{Prepared, Wanted, prepare, render, render_within};
 use halflight::scene::{LoadOptions, Scene};
@@ -37,11 +37,11 @@ fn camera(target: DVec3, fov: f64) -> String {
     format!("[camera]\nposition = [-4, 9, 3]\ntarget = [{x}, {y}, {z}]\nvertical_fov = {fov}\n")
 }
 
-fn picture(p: &Prepared, mode: Transport, size: (usize, usize), camera: u32) -> Picture {
+fn picture(p: &Prepared, mode: Transport, size: impl Into<Size>, camera: u32) -> Picture {
     let assembled = assemble_one(p, mode, &sampling(64, 0));
     let solution = neumann(&assembled.operator, &Settings::default()).expect("converges");
     let sampling = GatherSampling { camera, luminaire: 1, hemisphere: 16, seed: 0 };
-    render(p, &assembled, &solution, size, &sampling, &Silent).total()
+    render(p, &assembled, &solution, &GatherPass::new(size, &sampling), &Silent).total()
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn lights_without_area_have_opengls_closed_form() {
 /// The mean square of the differences of two pictures in standard errors of the traced one, which has the picture's
 /// noise too.
 fn agrees(scene: &Scene, transport: Transport, what: &str) {
-    let wanted = Wanted { tolerance: 0.02, size: (24, 24), deadline: None, seed: 3 };
+    let wanted = Wanted { tolerance: 0.02, size: (24, 24).into(), deadline: None, seed: 3 };
     let mut p = prepare(scene.clone(), 1);
     let found = render_within(&mut p, transport, &wanted, &Silent).expect("converges");
     let transports = scene.transports(transport);

@@ -8,7 +8,7 @@ use halflight::direct::{Lighting, Luminaires, Occlusion, Sight, receive_emitted}
 use halflight::form_factors::Sampling;
 use halflight::gather::{Fields, GatherSampling, Gathering, View, gather};
 use halflight::light::{Mode, Rgb};
-use halflight::pictures::Picture;
+use halflight::pictures::{Picture, Size};
 use halflight::rays::sobol::Sobol;
 use halflight::render::{Prepared, Silent, Wanted, prepare, render_within};
 use halflight::scene::{Camera, Material, Scene};
@@ -129,7 +129,7 @@ fn looked_into(side: u32) -> Scene {
 }
 
 /// Direct light with every lamp asked at every camera ray.
-fn each_asked(p: &Prepared, mode: Mode, size: (usize, usize), camera: u32, seed: u32) -> Picture {
+fn each_asked(p: &Prepared, mode: Mode, size: Size, camera: u32, seed: u32) -> Picture {
     let transports = p.scene.transports(mode.transport());
     let view = View {
         scene: &p.scene,
@@ -138,8 +138,8 @@ fn each_asked(p: &Prepared, mode: Mode, size: (usize, usize), camera: u32, seed:
         luminaires: &p.luminaires,
         sight: &Occlusion::new(&p.rays, &transports).into(),
         transports: &transports,
-        width: size.0,
-        height: size.1,
+        width: size.width,
+        height: size.height,
     };
     let dark = Fields::new(&[vec![Rgb::ZERO; p.patches.len()]]);
     let sampling = GatherSampling { camera, luminaire: 1, hemisphere: 1, seed };
@@ -148,7 +148,7 @@ fn each_asked(p: &Prepared, mode: Mode, size: (usize, usize), camera: u32, seed:
 
 #[test]
 fn a_picture_of_a_thousand_lamps_is_as_near_as_it_says() {
-    let (size, tolerance) = ((32, 32), 0.02);
+    let (size, tolerance) = (Size { width: 32, height: 32 }, 0.02);
     for (mode, camera) in [(Mode::Local, 8), (Mode::OneBounce, 16)] {
         let mut p = prepare(looked_into(32), 1);
         assert_eq!(p.luminaires.list.len(), 1024);

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use crate::common::{Silent, assemble_one, builtin, sampling};
 use glam::DVec3;
-use halflight::gather::GatherSampling;
+use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Mode;
 use halflight::render::{prepare, render};
 use halflight::scene::Scene;
@@ -181,7 +181,7 @@ fn every_pixel_of_one_plane_shows_the_integral() {
     let solution = neumann(&mode.operator, &Settings::default()).expect("ends");
     // Scrambled Sobol points average a smooth function over the pixel to about N^-3/2 of its change over the pixel.
     let gathering = GatherSampling { camera: 1024, ..GatherSampling::with_samples(1, 0) };
-    let gathered = render(&p, &mode, &solution, (SIZE, SIZE), &gathering, &Silent);
+    let gathered = render(&p, &mode, &solution, &GatherPass::new((SIZE, SIZE), &gathering), &Silent);
     assert!(gathered.indirect.iter().flat_map(|i| &i.pixels).all(|p| *p == glam::Vec3::ZERO));
     let picture = gathered.total();
     let (mut counted, mut lit) = (0, 0);

@@ -11,7 +11,7 @@
 use crate::common::{Facing, Mesh, Silent, all_of_f, assemble_one, grey, sampling, transport};
 use crate::run::{fields, files, halflight, place, report};
 use glam::{DQuat, DVec3};
-use halflight::form_factors::{Rows, cast_layers};
+use halflight::form_factors::{Rows, Variant, cast_layers};
 use halflight::light::{Rgb, Transport};
 use halflight::operator::spectrum;
 use halflight::render::{Prepared, prepare};
@@ -126,7 +126,8 @@ fn layers_give_the_form_factors_of_every_tau() {
     let p = prepare(plain(), 200);
     let all = vec![true; p.patches.len()];
     let own = [1.0; 3];
-    let (layers, rays) = cast_layers(&p.rays, &p.patches, &all, &all, &own, &sampling(64, 3), &|_| ());
+    let variant = Variant { tau: own.into(), rows: all.clone(), columns: all.clone() };
+    let (layers, rays) = cast_layers(&p.rays, &p.patches, &variant, &sampling(64, 3), &|_| ());
     assert_eq!(rays, 64 * p.patches.len() as u64);
     assert!(layers.deepest() >= 4);
     for tau in [0.0, 0.3, 1.0] {

@@ -9,13 +9,13 @@ use std::f64::consts::PI;
 use common::Silent;
 use glam::{DVec3, Vec3};
 use halflight::light::Gloss;
-use halflight::pictures::Picture;
+use halflight::pictures::{Picture, Size};
 use halflight::reference::opengl::{NoOpenGl, OpenGlPicture, render};
 use halflight::scene::{Camera, Material, PunctualForm, PunctualLight, PunctualPlace, Scene};
 use halflight::study::figures::{FiveLights, Lit, LocalEffort, TwoSpheres, local_light};
 
 /// OpenGL's picture; none where there is no OpenGL.
-fn drawn(scene: &Scene, size: (usize, usize), samples: u32) -> Option<OpenGlPicture> {
+fn drawn(scene: &Scene, size: impl Into<Size>, samples: u32) -> Option<OpenGlPicture> {
     match render(scene, size, samples) {
         Ok(found) => Some(found),
         Err(NoOpenGl::Missing(why)) => {
@@ -89,10 +89,10 @@ fn what_it_has_not_is_refused() {
 fn tiles_fit_together() {
     let scene = TwoSpheres { triangles: 2000, ..TwoSpheres::paper(Lit::Five(FiveLights::Warn)) }.scene();
     // 128 by 128 samples a pixel: tiles of 32 pixels. A pixel of it is the mean of four of a picture twice as large.
-    let size = (40, 20);
+    let size = Size { width: 40, height: 20 };
     let Some(whole) = drawn(&scene, size, 128 * 128) else { return };
     let twice = drawn(&scene, (80, 40), 64 * 64).expect("again").picture;
-    let mean = Picture::from_fn(size.0, size.1, |x, y| {
+    let mean = Picture::from_fn(size.width, size.height, |x, y| {
         let at = |dx, dy| twice.get(2 * x + dx, 2 * y + dy).expect("a pixel");
         0.25 * (at(0, 0) + at(1, 0) + at(0, 1) + at(1, 1))
     });
@@ -103,7 +103,7 @@ fn tiles_fit_together() {
 
 #[test]
 fn the_local_mode_is_its_lighting() {
-    let effort = LocalEffort { size: (96, 96), triangles: 100_000, samples: 64, seed: 0 };
+    let effort = LocalEffort { size: (96, 96).into(), triangles: 100_000, samples: 64, seed: 0 };
     let found = local_light(&effort, &Silent);
     if let Err(why) = &found.opengl {
         eprintln!("skipped: {why}");

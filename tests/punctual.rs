@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use crate::common::{Facing, Mesh, Silent, assemble_one, grey, random, sampling, transport};
 use glam::{DQuat, DVec3, Vec3};
 use halflight::direct::{Lighting, Sight};
-use halflight::gather::GatherSampling;
+use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Transport};
 use halflight::pictures::{Picture, relative_rms};
 use halflight::rays::Rays;
@@ -127,7 +127,9 @@ fn pictures_and_path_tracer_show_opengls_diffuse_light() {
             let p = prepare(scene, 50);
             let mode = assemble_one(&p, Mode::Local.transport(), &sampling(16, 0));
             let solution = neumann(&mode.operator, &Settings::default()).expect("ends");
-            let shown = render(&p, &mode, &solution, (1, 1), &GatherSampling::with_samples(16, 0), &Silent).total();
+            let shown =
+                render(&p, &mode, &solution, &GatherPass::new((1, 1), &GatherSampling::with_samples(16, 0)), &Silent)
+                    .total();
             assert!((f64::from(shown.pixels[0].x) - expected).abs() <= 1e-3 * expected.max(1e-3), "{light} {x}");
             for next_event in [NextEvent::On, NextEvent::Off] {
                 let settings = TraceSettings { next_event, ..TraceSettings::default() };
@@ -199,7 +201,7 @@ fn forms() -> [PunctualForm; 4] {
 
 /// A picture to 2 % agrees with one by the path tracer, within so many times its stated error.
 fn agrees(scene: &Scene, transport: Transport, samples: u32, times: f64, what: &str) {
-    let wanted = Wanted { tolerance: 0.02, size: (24, 24), deadline: None, seed: 5 };
+    let wanted = Wanted { tolerance: 0.02, size: (24, 24).into(), deadline: None, seed: 5 };
     let found = render_within(&mut prepare(scene.clone(), 1), transport, &wanted, &Silent).expect("converges");
     let rays = Rays::new(scene);
     let transports = scene.transports(transport);

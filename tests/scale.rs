@@ -2,7 +2,7 @@
 
 use crate::common::{Silent, assemble_one, sampling};
 use glam::DVec3;
-use halflight::gather::GatherSampling;
+use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Mode;
 use halflight::pictures::{Picture, relative_rms};
 use halflight::render::{prepare, render};
@@ -39,7 +39,7 @@ fn solve(scene: Scene, seed: u32) -> (Picture, f64) {
     let mode = assemble_one(&p, Mode::Global.transport(), &sampling(256, seed));
     let solution = neumann(&mode.operator, &Settings::default()).expect("converges");
     let gathering = GatherSampling::with_samples(32, seed);
-    let gathered = render(&p, &mode, &solution, (64, 64), &gathering, &Silent);
+    let gathered = render(&p, &mode, &solution, &GatherPass::new((64, 64), &gathering), &Silent);
     let power = solution.bounces.iter().map(|b| b.power[0]).sum();
     (gathered.total(), power)
 }

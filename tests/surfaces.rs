@@ -2,7 +2,7 @@
 
 use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling, transport};
 use glam::{DQuat, DVec3, Vec3};
-use halflight::gather::GatherSampling;
+use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb, Transport, Visibility};
 use halflight::render::{Prepared, prepare, render};
 use halflight::scene::{Scene, Sides};
@@ -20,7 +20,7 @@ fn a_hidden_luminaire_lights_the_scene_and_is_black_itself() {
         // A fixed number of terms: the seen lamp counts in the norm that the series is measured by.
         let solution = explore(&k.operator, 12);
         let gathering = GatherSampling::with_samples(16, 0);
-        (render(&p, &k, &solution, (32, 32), &gathering, &Silent), solution)
+        (render(&p, &k, &solution, &GatherPass::new((32, 32), &gathering), &Silent), solution)
     };
     let ((bright, a), (dark, b)) = (picture(seen), picture(hidden));
     for (a, b) in a.light.iter().zip(&b.light) {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::common::{Silent, builtin};
 use halflight::light::Mode;
-use halflight::pictures::{Picture, mean_difference, read_picture, relative_rms};
+use halflight::pictures::{Picture, Size, mean_difference, read_picture, relative_rms};
 use halflight::rays::Rays;
 use halflight::reference::{TraceSettings, Tracer};
 use halflight::render::{End, Rendered, Wanted, WantedTerms, explore_within, prepare, render_within};
@@ -16,7 +16,7 @@ fn data(name: &str) -> Picture {
 }
 
 fn rendered(scene: &str, mode: Mode, tolerance: f64, seed: u32) -> Rendered {
-    let wanted = Wanted { tolerance, size: (64, 64), deadline: None, seed };
+    let wanted = Wanted { tolerance, size: (64, 64).into(), deadline: None, seed };
     let mut p = prepare(builtin(scene), 1);
     render_within(&mut p, mode.transport(), &wanted, &Silent).expect("converges")
 }
@@ -115,7 +115,7 @@ fn a_scene_of_two_modes_agrees_with_path_tracing() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hybrid/hybrid.toml");
     let scene = Scene::open(path).expect("a correct scene");
     let transport = Mode::Global.transport();
-    let size = (48, 48);
+    let size = Size { width: 48, height: 48 };
     let rays = Rays::new(&scene);
     let transports = scene.transports(transport);
     let mut tracer = Tracer::new(&scene, &rays, &transports, size, &TraceSettings::default());

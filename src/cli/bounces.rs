@@ -12,14 +12,14 @@ use crate::cli::error::CliError;
 use crate::cli::memory::pixel;
 use crate::cli::options::{Common, Problem};
 use crate::cli::report::{BounceReport, BouncesReport, Modes, mode_of};
-use crate::cli::values::{Size, size};
+use crate::cli::values::size;
 use crate::gather::sampling::deadline_after;
-use crate::gather::{GatherSampling, Gathering};
+use crate::gather::{GatherPass, GatherSampling, Gathering};
 use crate::light::Transport;
-use crate::pictures::{Exposure, Table, known, make_directory};
+use crate::pictures::{Exposure, Size, Table, known, make_directory};
 use crate::render::{Assembled, End, Prepared, TermError, WantedTerms, assemble, explore_within};
 use crate::solve::{Bounce, Solution, Verdict, explore};
-use crate::study::{bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
+use crate::study::{bounce_fields, bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
 
 /// `halflight bounces`
 #[derive(Args, Debug)]
@@ -60,9 +60,10 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     let transports = own.problem.subject.transports(&scene);
     let mut files = Vec::new();
     let mut studied = Vec::new();
+    let run = Run { own, common, console: &console };
     let mut study = |p: &Prepared, mode: &Assembled, s: Studied, gathering| {
         console.say(table(&s));
-        files.push(sheet(own, common, &console, p, mode, &s.solution, gathering)?);
+        files.push(run.sheet(p, mode, &s.solution, gathering)?);
         studied.push(s);
         Ok::<(), CliError>(())
     };
@@ -110,27 +111,35 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     console.report(&Modes { modes: studied.iter().map(|s| report(&prepared, s)).collect(), files })
 }
 
-/// The sheet of one mode: its terms, and their sums under them.
-fn sheet(
-    own: &Bounces,
-    common: &Common,
-    console: &Console,
-    prepared: &Prepared,
-    mode: &Assembled,
-    solution: &Solution,
-    gathering: Gathering,
-) -> Result<PathBuf, CliError> {
-    let size = (own.size.width, own.size.height);
-    let count = SHEET.min(own.count as usize);
-    let terms = bounce_pictures(prepared, mode, solution, count, size, gathering, console);
-    let sums = partial_sums(&terms);
-    let scene = &prepared.scene.name;
-    let label = mode.transport.label();
-    let heading = format!("{scene}, {label}: {}", sentence(mode.transport, solution));
-    let exposure = Exposure { stops: own.problem.subject.exposure };
-    let path = common.out.join(format!("{scene}-bounces-{}.png", label.replace(' ', "-")));
-    bounce_sheet(heading, &terms, &sums, exposure).write(&path)?;
-    Ok(path)
+/// What all modes of one run share.
+struct Run<'a> {
+    own: &'a Bounces,
+    common: &'a Common,
+    console: &'a Console,
+}
+
+impl Run<'_> {
+    /// The sheet of one mode: its terms, and their sums under them.
+    fn sheet(
+        &self,
+        prepared: &Prepared,
+        mode: &Assembled,
+        solution: &Solution,
+        gathering: Gathering,
+    ) -> Result<PathBuf, CliError> {
+        let Run { own, common, console } = *self;
+        let count = SHEET.min(own.count as usize);
+        let pass = GatherPass::new(own.size, gathering);
+        let terms = bounce_pictures(prepared, mode, &bounce_fields(prepared, solution, count), &pass, console);
+        let sums = partial_sums(&terms);
+        let scene = &prepared.scene.name;
+        let label = mode.transport.label();
+        let heading = format!("{scene}, {label}: {}", sentence(mode.transport, solution));
+        let exposure = Exposure { stops: own.problem.subject.exposure };
+        let path = common.out.join(format!("{scene}-bounces-{}.png", label.replace(' ', "-")));
+        bounce_sheet(heading, &terms, &sums, exposure).write(&path)?;
+        Ok(path)
+    }
 }
 
 fn chart_and_table(common: &Common, prepared: &Prepared, studied: &[Studied]) -> Result<[PathBuf; 3], CliError> {

@@ -13,10 +13,10 @@ use crate::cli::memory::{MemoryLimit, pixel};
 use crate::cli::options::{Common, Subject};
 use crate::cli::report::mode_of;
 use crate::cli::study::{Files, each_mode};
-use crate::cli::values::{Size, seconds, size};
+use crate::cli::values::{seconds, size};
 use crate::cli::variance::check_variance;
 use crate::light::Transport;
-use crate::pictures::make_directory;
+use crate::pictures::{Size, make_directory};
 use crate::render::{Prepared, Stored, Unfit};
 use crate::scene::Scene;
 use crate::study::compare::{
@@ -113,7 +113,7 @@ pub fn run(own: &ChartCommand, common: &Common) -> Result<(), CliError> {
     // Built anew for every step: here only to refuse what does not fit, before anything is measured.
     let prepared = own.limit.prepare_within(scene.clone(), &transports, MUST_FIT).map_err(unfit)?;
     let modes = each_mode(&transports, "chart", &console, |transport| {
-        one_mode(own, common, &console, (&prepared, load), transport)
+        Run { own, common, console: &console, prepared: &prepared, load }.one_mode(transport)
     })?;
     console.report(&ChartReport { modes })
 }
@@ -128,53 +128,60 @@ fn unfit(mut error: CliError) -> CliError {
     error
 }
 
-fn one_mode(
-    own: &ChartCommand,
-    common: &Common,
-    console: &Console,
-    (prepared, load): (&Prepared, f64),
-    transport: Transport,
-) -> Result<ModeReport, CliError> {
-    let scene = &prepared.scene;
-    let (width, height) = (own.size.width, own.size.height);
-    let plan = StudyPlan {
-        study: Study::Chart,
-        transport,
-        size: (width, height),
-        seconds: own.time,
-        seed: common.seed,
-        memory: prepared.memory,
-        load,
-        watch: console,
-    };
-    let source = match &own.reference {
-        Some(picture) => Source::Files { picture: picture.clone(), error: own.reference_error.clone() },
-        None => Source::Store(common.out.join("references")),
-    };
-    let found = trade_off(scene, &plan, &own.ladders, &source)?;
-    check_variance(console, scene, &prepared.rays, transport, common.seed);
-    tell(console, scene, transport, &found);
-    let files = write(common, scene, &plan, &found)?.told(console);
-    let (mode, alpha, tau) = mode_of(transport);
-    let slopes = own.ladders.iter().map(|ladder| SlopeReport {
-        method: ladder.name,
-        slope: slope(found.of(ladder.method)),
-        from_5_to_half_percent: middle_slope(&found).filter(|_| ladder.method == Method::Tolerance),
-    });
-    let slopes = slopes.collect();
-    let judged = ["patch methods", "path tracing"].into_iter().zip(found.truths);
-    Ok(ModeReport {
-        scene: scene.name.clone(),
-        mode,
-        alpha,
-        tau,
-        width,
-        height,
-        references: judged.map(|(judges, truth)| ReferenceReport { judges, truth }).collect(),
-        points: found.points,
-        slopes,
-        files,
-    })
+/// What all modes of one run share.
+struct Run<'a> {
+    own: &'a ChartCommand,
+    common: &'a Common,
+    console: &'a Console,
+    prepared: &'a Prepared,
+    /// Seconds that loading took.
+    load: f64,
+}
+
+impl Run<'_> {
+    fn one_mode(&self, transport: Transport) -> Result<ModeReport, CliError> {
+        let Run { own, common, console, prepared, load } = *self;
+        let scene = &prepared.scene;
+        let (width, height) = (own.size.width, own.size.height);
+        let plan = StudyPlan {
+            study: Study::Chart,
+            transport,
+            size: own.size,
+            seconds: own.time,
+            seed: common.seed,
+            memory: prepared.memory,
+            load,
+            watch: console,
+        };
+        let source = match &own.reference {
+            Some(picture) => Source::Files { picture: picture.clone(), error: own.reference_error.clone() },
+            None => Source::Store(common.out.join("references")),
+        };
+        let found = trade_off(scene, &plan, &own.ladders, &source)?;
+        check_variance(console, scene, &prepared.rays, transport, common.seed);
+        tell(console, scene, transport, &found);
+        let files = write(common, scene, &plan, &found)?.told(console);
+        let (mode, alpha, tau) = mode_of(transport);
+        let slopes = own.ladders.iter().map(|ladder| SlopeReport {
+            method: ladder.name,
+            slope: slope(found.of(ladder.method)),
+            from_5_to_half_percent: middle_slope(&found).filter(|_| ladder.method == Method::Tolerance),
+        });
+        let slopes = slopes.collect();
+        let judged = ["patch methods", "path tracing"].into_iter().zip(found.truths);
+        Ok(ModeReport {
+            scene: scene.name.clone(),
+            mode,
+            alpha,
+            tau,
+            width,
+            height,
+            references: judged.map(|(judges, truth)| ReferenceReport { judges, truth }).collect(),
+            points: found.points,
+            slopes,
+            files,
+        })
+    }
 }
 
 fn middle_slope(t: &Tradeoff) -> Option<f64> {
@@ -224,7 +231,7 @@ fn described(truth: &Truth) -> String {
 /// Writes charts and numbers.
 fn write(common: &Common, scene: &Scene, plan: &StudyPlan, t: &Tradeoff) -> Result<Files, CliError> {
     let subject = format!("{}, {}", scene.name, plan.transport.label());
-    let (width, height) = plan.size;
+    let Size { width, height } = plan.size;
     let held = references(t).iter().map(described).collect::<Vec<_>>().join("; ");
     let caption = || {
         format!(

@@ -12,10 +12,10 @@ use crate::cli::memory::{MemoryLimit, pixel};
 use crate::cli::options::{Common, Subject};
 use crate::cli::report::mode_of;
 use crate::cli::study::{Files, each_mode};
-use crate::cli::values::{Size, seconds, size};
+use crate::cli::values::{seconds, size};
 use crate::cli::variance::check_variance;
 use crate::light::Transport;
-use crate::pictures::{Exposure, make_directory, write_whole};
+use crate::pictures::{Exposure, Size, make_directory, write_whole};
 use crate::rays::Rays;
 use crate::scene::Scene;
 use crate::study::compare::{
@@ -61,7 +61,7 @@ pub fn run(own: &Compare, common: &Common) -> Result<(), CliError> {
     let transports = own.subject.transports(&scene);
     let rays = Rays::new(&scene);
     let reports = each_mode(&transports, "compare", &console, |transport| {
-        one_mode(own, common, &console, (&scene, &rays), transport)
+        Run { own, common, console: &console, scene: &scene, rays: &rays }.one_mode(transport)
     })?;
     if transports.len() > 1 {
         return console.report(&json!({ "modes": reports }));
@@ -69,76 +69,76 @@ pub fn run(own: &Compare, common: &Common) -> Result<(), CliError> {
     console.report(&reports[0])
 }
 
-fn one_mode(
-    own: &Compare,
-    common: &Common,
-    console: &Console,
-    (scene, rays): (&Scene, &Rays),
-    transport: Transport,
-) -> Result<CompareReport, CliError> {
-    let plan = StudyPlan {
-        study: Study::Compare,
-        transport,
-        size: (own.size.width, own.size.height),
-        seconds: own.time,
-        seed: common.seed,
-        memory: own.limit.bytes(),
-        load: 0.0,
-        watch: console,
-    };
-    let label = transport.label();
-    let comparison = compare(scene, &plan, &|what| console.say(format!("{label}: {what} …")))?;
-    check_variance(console, scene, rays, transport, common.seed);
-    let text = markdown(&format!("{}, {label}: five ways to one picture", scene.name), &comparison);
-    console.say(&text);
-    let files = write(own, common, scene, transport, &comparison, &text)?.told(console);
-    let (_, alpha, tau) = mode_of(transport);
-    Ok(CompareReport {
-        scene: scene.name.clone(),
-        alpha,
-        tau,
-        reference: "path tracing with next-event estimation for patch methods, Neumann over K for path tracing",
-        methods: comparison.methods.iter().map(method).collect(),
-        pairs: comparison.pairs,
-        files,
-    })
+/// What all modes of one run share.
+struct Run<'a> {
+    own: &'a Compare,
+    common: &'a Common,
+    console: &'a Console,
+    scene: &'a Scene,
+    rays: &'a Rays,
 }
 
-/// Writes the charts, the sheet and the tables.
-fn write(
-    own: &Compare,
-    common: &Common,
-    scene: &Scene,
-    transport: Transport,
-    c: &Comparison,
-    text: &str,
-) -> Result<Files, CliError> {
-    let subject = format!("{}, {}", scene.name, transport.label());
-    let caption = format!(
-        "{subject}, {}×{} pixels, {} s a method. Errors of patch methods against path tracing with next-event \
+impl Run<'_> {
+    fn one_mode(&self, transport: Transport) -> Result<CompareReport, CliError> {
+        let Run { own, common, console, scene, rays } = *self;
+        let plan = StudyPlan {
+            study: Study::Compare,
+            transport,
+            size: own.size,
+            seconds: own.time,
+            seed: common.seed,
+            memory: own.limit.bytes(),
+            load: 0.0,
+            watch: console,
+        };
+        let label = transport.label();
+        let comparison = compare(scene, &plan, &|what| console.say(format!("{label}: {what} …")))?;
+        check_variance(console, scene, rays, transport, common.seed);
+        let text = markdown(&format!("{}, {label}: five ways to one picture", scene.name), &comparison);
+        console.say(&text);
+        let files = self.write(transport, &comparison, &text)?.told(console);
+        let (_, alpha, tau) = mode_of(transport);
+        Ok(CompareReport {
+            scene: scene.name.clone(),
+            alpha,
+            tau,
+            reference: "path tracing with next-event estimation for patch methods, Neumann over K for path tracing",
+            methods: comparison.methods.iter().map(method).collect(),
+            pairs: comparison.pairs,
+            files,
+        })
+    }
+
+    /// Writes the charts, the sheet and the tables.
+    fn write(&self, transport: Transport, c: &Comparison, text: &str) -> Result<Files, CliError> {
+        let Run { own, common, scene, .. } = *self;
+        let subject = format!("{}, {}", scene.name, transport.label());
+        let caption = format!(
+            "{subject}, {}×{} pixels, {} s a method. Errors of patch methods against path tracing with next-event \
          estimation, of path tracing against Neumann; pixels that see a luminaire do not count.",
-        own.size.width, own.size.height, own.time
-    );
-    let mut files = Files::new(common, scene, "compare", transport);
-    for extension in ["svg", "png"] {
-        let title = format!("Error against time: {subject}");
-        compared_chart(title, caption.clone(), c, None).write(files.add(&format!(".{extension}")))?;
-        for n in 1..=ORDERS {
-            let title = format!("Error of {} against time: {subject}", term_name(n));
-            let chart = compared_chart(title, caption.clone(), c, Some(n));
-            // Orders that are black in this mode have no relative error to show.
-            if chart.series.iter().any(|s| !s.points.is_empty()) {
-                chart.write(files.add(&format!("-bounce-{n}.{extension}")))?;
+            own.size.width, own.size.height, own.time
+        );
+        let mut files = Files::new(common, scene, "compare", transport);
+        for extension in ["svg", "png"] {
+            let title = format!("Error against time: {subject}");
+            compared_chart(title, caption.clone(), c, None).write(files.add(&format!(".{extension}")))?;
+            for n in 1..=ORDERS {
+                let title = format!("Error of {} against time: {subject}", term_name(n));
+                let chart = compared_chart(title, caption.clone(), c, Some(n));
+                // Orders that are black in this mode have no relative error to show.
+                if chart.series.iter().any(|s| !s.points.is_empty()) {
+                    chart.write(files.add(&format!("-bounce-{n}.{extension}")))?;
+                }
             }
         }
+        let exposure = Exposure { stops: own.subject.exposure };
+        let heading = format!("{subject}: pictures, and their signed differences");
+        write_sheet(&files.add("-pictures.png"), heading, c, exposure)?;
+        write_whole(files.add(".md"), text.as_bytes())?;
+        compared_table(c).write(files.add(".csv"))?;
+        pairs_table(c).write(files.add("-pairs.csv"))?;
+        Ok(files)
     }
-    let exposure = Exposure { stops: own.subject.exposure };
-    let heading = format!("{subject}: pictures, and their signed differences");
-    write_sheet(&files.add("-pictures.png"), heading, c, exposure)?;
-    write_whole(files.add(".md"), text.as_bytes())?;
-    compared_table(c).write(files.add(".csv"))?;
-    pairs_table(c).write(files.add("-pairs.csv"))?;
-    Ok(files)
 }
 
 /// What a method reached, as reported.

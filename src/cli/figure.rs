@@ -19,21 +19,21 @@ use crate::cli::figure_report::{PageReport, page_report};
 use crate::cli::memory::pixel;
 use crate::cli::options::{Common, Completion};
 use crate::cli::unmet::warn_of_error;
-use crate::cli::values::{Size, size, stops};
-use crate::gather::GatherSampling;
+use crate::cli::values::{size, stops};
+use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Mode;
-use crate::pictures::make_directory;
+use crate::pictures::{Size, make_directory};
 use crate::render::solved::Spent;
 use crate::render::solver::render_fixed;
 use crate::render::{Fineness, Prepared, Wanted, assemble, prepare, render_within};
 use crate::scene::Scene;
 use crate::solve::{Settings, neumann};
-use crate::study::bounce_pictures_and_rest;
 use crate::study::figures::{
-    Figure, LocalEffort, SolvedMode, SquareEffort, Successive, TRIANGLES, between_grid, between_strip, four_modes,
-    solve_points, square_points, successive,
+    Figure, LocalEffort, PageSettings, SolvedMode, SquareEffort, Successive, TRIANGLES, between_grid, between_strip,
+    four_modes, solve_points, square_points, successive,
 };
 use crate::study::map::check_crossings;
+use crate::study::{bounce_fields_and_rest, bounce_pictures};
 
 /// Bounces with a picture of their own in the figure of the series; the rest shares one.
 const BOUNCES: usize = 4;
@@ -111,7 +111,7 @@ struct Work<'a> {
     own: &'a FigureArguments,
     common: &'a Common,
     console: &'a Console,
-    size: (usize, usize),
+    size: Size,
 }
 
 /// Makes the figure asked for.
@@ -124,7 +124,7 @@ pub fn run(own: &FigureArguments, common: &Common) -> Result<(), CliError> {
     scene.require_emission()?;
     make_directory(&common.out)?;
     let name = scene.name.clone();
-    let work = Work { own, common, console: &console, size: (size.width, size.height) };
+    let work = Work { own, common, console: &console, size };
     let figures = match own.figure {
         Name::FourModes => vec![("-figure-1", work.four_modes(scene)?)],
         Name::Series => vec![("-figure-series", work.series(scene)?)],
@@ -197,9 +197,9 @@ impl FigureArguments {
     }
 
     /// What figure 4 is made with.
-    fn figure_four(&self, Size { width, height }: Size, seed: u32) -> FigureFour {
+    fn figure_four(&self, size: Size, seed: u32) -> FigureFour {
         let samples = self.effort.samples.unwrap_or(FOUR);
-        let effort = LocalEffort { size: (width, height), triangles: self.triangles as usize, samples, seed };
+        let effort = LocalEffort { size, triangles: self.triangles as usize, samples, seed };
         FigureFour { effort, exposure: self.exposure, sweep: self.sweep }
     }
 
@@ -213,6 +213,11 @@ impl FigureArguments {
 }
 
 impl Work<'_> {
+    /// What the pages of a scene have in common.
+    fn settings<'n>(&self, scene: &'n str) -> PageSettings<'n> {
+        PageSettings { scene, size: self.size, brighter: self.own.exposure }
+    }
+
     /// The four modes: to a tolerance, or with given effort.
     fn four_modes(&self, scene: Scene) -> Result<Figure, CliError> {
         let (name, modes) = (scene.name.clone(), Mode::ALL.map(Mode::transport));
@@ -233,9 +238,9 @@ impl Work<'_> {
             Precision::Fixed(fineness, samples) => {
                 let p = effort.prepare(scene, &modes, fineness, seed)?;
                 let (assembled, _) = assemble(&p, &modes, &fineness.sampling(seed), self.console);
-                let sampling = GatherSampling::with_samples(samples, seed);
+                let pass = GatherPass::new(self.size, &GatherSampling::with_samples(samples, seed));
                 for (mode, k) in Mode::ALL.into_iter().zip(&assembled) {
-                    let picture = render_fixed(&p, k, self.size, &sampling, Spent::default(), self.console);
+                    let picture = render_fixed(&p, k, &pass, Spent::default(), self.console);
                     solved.push(SolvedMode { mode, picture, judged: false });
                 }
             }
@@ -245,7 +250,7 @@ impl Work<'_> {
                 self.console.warn(format!("{}: no picture, {e}", s.mode));
             }
         }
-        Ok(four_modes(&name, self.size, self.own.exposure, &solved))
+        Ok(four_modes(&self.settings(&name), &solved))
     }
 
     /// The series of the four modes, from one cast of rays.
@@ -255,12 +260,13 @@ impl Work<'_> {
         let seed = self.common.seed;
         let p = self.own.effort.prepare(scene, &modes, fineness, seed)?;
         let (assembled, _) = assemble(&p, &modes, &fineness.sampling(seed), self.console);
-        let sampling = GatherSampling::with_samples(samples, seed);
+        let pass = GatherPass::new(self.size, &GatherSampling::with_samples(samples, seed));
         let mut series = Vec::new();
         for mode in &assembled {
             series.push(match neumann(&mode.operator, &Settings::default()) {
                 Ok(s) => {
-                    let terms = bounce_pictures_and_rest(&p, mode, &s, BOUNCES, self.size, &sampling, self.console);
+                    let terms =
+                        bounce_pictures(&p, mode, &bounce_fields_and_rest(&p, &s, BOUNCES), &pass, self.console);
                     Successive { transport: mode.transport, verdict: s.verdict, radius: s.radius, terms }
                 }
                 Err(e) => {
@@ -269,7 +275,7 @@ impl Work<'_> {
                 }
             });
         }
-        Ok(successive(&name, self.size, self.own.exposure, &series))
+        Ok(successive(&self.settings(&name), &series))
     }
 
     /// The square, solved from one cast of rays, as a grid and as strips.
@@ -282,8 +288,8 @@ impl Work<'_> {
         let gather = GatherSampling::with_samples(samples, self.common.seed);
         let effort = SquareEffort { sampling, gather, size: self.size };
         let points = solve_points(&p, &square_points(), &effort, self.console);
-        let grid = between_grid(&name, self.size, self.own.exposure, &points);
-        let strip = between_strip(&name, self.size, self.own.exposure, &points);
+        let grid = between_grid(&self.settings(&name), &points);
+        let strip = between_strip(&self.settings(&name), &points);
         Ok([("-figure-between", grid), ("-figure-between-strips", strip)])
     }
 }

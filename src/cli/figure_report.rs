@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::cli::report::mode_of;
 use crate::operator::Bounds;
+use crate::plot::Corner;
 use crate::study::figures::{Figure, Panel};
 
 /// One page of a figure.
@@ -39,7 +40,7 @@ pub(crate) struct PanelReport {
 
 /// What a page shows, written to a file.
 pub(crate) fn page_report(figure: &Figure, file: PathBuf) -> PageReport {
-    let panel = |(panel, (left, top)): (&Panel, (usize, usize))| {
+    let panel = |(panel, Corner { left, top }): (&Panel, Corner)| {
         let (mode, alpha, tau) = mode_of(panel.transport);
         PanelReport {
             label: panel.label.clone(),

@@ -19,7 +19,7 @@ use crate::render::{Silent, assemble, prepare};
 use crate::scene::Scene;
 use crate::solve::Settings;
 use crate::study::frontier::{
-    Formal, SeriesRun, Slice, Traced, at, check_dense, formal, runs, scaling, series_chart, shooting_chart,
+    Approach, Formal, SeriesRun, Slice, Traced, at, check_dense, formal, runs, scaling, series_chart, shooting_chart,
     spread_chart,
 };
 use crate::study::map::check_crossings;
@@ -102,7 +102,7 @@ pub fn run(own: &Frontier, common: &Common) -> Result<(), CliError> {
     ));
     let alphas: Vec<_> = SHARES.iter().map(|s| (*s, s * slice.alpha_c)).filter(|(_, alpha)| *alpha <= 1.0).collect();
     let settings = Settings { max_terms: MAX_TERMS, ..Settings::default() };
-    let found = runs(&scene, own.patches as usize, (slice.tau, &alphas), &sampling, &settings);
+    let found = runs(&scene, own.patches as usize, &Approach { tau: slice.tau, alphas }, &sampling, &settings);
     console.say(table(&found));
     let formal = if own.formal { beyond(own, &scene, &slice, &sampling) } else { None };
     if let Some(FormalReport { alpha, found: f, .. }) = &formal {

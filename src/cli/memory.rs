@@ -3,8 +3,9 @@
 use clap::Args;
 
 use crate::cli::error::CliError;
-use crate::cli::values::{Size, gibibytes};
+use crate::cli::values::gibibytes;
 use crate::light::Transport;
+use crate::pictures::Size;
 use crate::render::{Fineness, Prepared, check_memory, check_pictures, prepare, usable_memory};
 use crate::scene::Scene;
 
@@ -41,7 +42,7 @@ impl MemoryLimit {
 
     /// Checks that pictures of a size fit, of which a command keeps `each` bytes a pixel.
     pub fn check_pictures(&self, size: Size, each: f64) -> Result<(), CliError> {
-        Ok(check_pictures((size.width, size.height), each, self.bytes())?)
+        Ok(check_pictures(size, each, self.bytes())?)
     }
 
     /// Makes a scene ready for as many patches as a tolerance needs and memory holds; the first few must fit.

@@ -13,12 +13,12 @@ use crate::cli::options::{Common, Problem};
 use crate::cli::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use crate::cli::report::{Modes, RenderReport};
 use crate::cli::unmet::{unmet, warn_of_error};
-use crate::cli::values::{Size, size};
-use crate::gather::GatherSampling;
+use crate::cli::values::size;
 use crate::gather::sampling::deadline_after;
+use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
 use crate::operator::Bounds;
-use crate::pictures::{Exposure, Picture, check_extension, write_picture, write_with_error};
+use crate::pictures::{Exposure, Picture, Size, check_extension, write_picture, write_with_error};
 use crate::render::solved::Spent;
 use crate::render::solver::render_fixed;
 use crate::render::{Fineness, Prepared, Rendered, Seconds, Wanted, assemble, render_within};
@@ -109,7 +109,7 @@ struct Shared<'a> {
 impl Shared<'_> {
     /// Every mode to a tolerance, each with the patches that it needs.
     fn within(&self, scene: Scene, transports: &[Transport], tolerance: f64) -> Result<Vec<Outcome>, CliError> {
-        let (size, seed) = ((self.own.size.width, self.own.size.height), self.common.seed);
+        let (size, seed) = (self.own.size, self.common.seed);
         let mut prepared = self.own.problem.effort.prepare_within(scene, transports, tolerance)?;
         let mut start = self.start;
         let mut outcomes = Vec::new();
@@ -140,11 +140,11 @@ impl Shared<'_> {
         let (modes, rays) = assemble(&prepared, transports, &fineness.sampling(self.common.seed), self.console);
         let form_factors = clock.elapsed().as_secs_f64();
         let sampling = GatherSampling::with_samples(samples, self.common.seed);
+        let pass = GatherPass::new(self.own.size, &sampling);
         let spent = Spent { seconds: Seconds { form_factors, ..Seconds::default() }, rays };
-        let size = (self.own.size.width, self.own.size.height);
         let mut outcomes = Vec::new();
         for mode in &modes {
-            let found = render_fixed(&prepared, mode, size, &sampling, spent.clone(), self.console);
+            let found = render_fixed(&prepared, mode, &pass, spent.clone(), self.console);
             let report = self.report(&prepared, mode.transport);
             outcomes.push(self.outcome(mode.transport, Stated::Nothing, report, found)?);
         }

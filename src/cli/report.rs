@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::cli::values::Size;
 use crate::form_factors::Closure;
 use crate::light::Transport;
 use crate::operator::Bounds;
+use crate::pictures::Size;
 use crate::reference::Mean;
 use crate::render::{ErrorParts, Rendered, Seconds, TermError};
 use crate::scene::Scene;

@@ -14,10 +14,10 @@ use crate::cli::memory::{MemoryLimit, pixel};
 use crate::cli::options::{Common, Subject};
 use crate::cli::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use crate::cli::report::{MeanReport, Modes, RenderReport, TraceReport};
-use crate::cli::values::{NextEventChoice, Size, seconds, size};
+use crate::cli::values::{NextEventChoice, seconds, size};
 use crate::cli::variance::check_variance;
 use crate::light::Transport;
-use crate::pictures::{Exposure, Picture, check_extension, write_picture};
+use crate::pictures::{Exposure, Picture, Size, check_extension, write_picture};
 use crate::rays::Rays;
 use crate::reference::{Mean, NextEvent, Overflow, TraceSettings, Tracer};
 use crate::render::{Seconds, Watch};
@@ -127,11 +127,10 @@ impl Shared<'_> {
             seed: self.common.seed,
         };
         let transports = self.scene.transports(transport);
-        let size = (own.size.width, own.size.height);
         let seed = self.common.seed;
         let growth = check_variance(self.console, self.scene, self.rays, transport, seed);
         let clock = Instant::now();
-        let mut tracer = Tracer::new(self.scene, self.rays, &transports, size, &settings);
+        let mut tracer = Tracer::new(self.scene, self.rays, &transports, own.size, &settings);
         self.sample(&mut tracer);
         let ends = transports.iter().all(|t| t.alpha == 0.0);
         let mut report = self.report(transport, &tracer, ends, growth);

@@ -3,6 +3,7 @@
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
+use crate::pictures::Size;
 use crate::scene::AddedLight;
 use crate::study::compare::{Ladder, Method};
 
@@ -13,15 +14,6 @@ pub enum NextEventChoice {
     On,
     /// Emitters are found by chance only
     Off,
-}
-
-/// Width and height in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    /// Pixels across.
-    pub width: usize,
-    /// Pixels down.
-    pub height: usize,
 }
 
 /// The four modes, or all of them.

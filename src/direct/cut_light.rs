@@ -11,7 +11,7 @@
 //! Not handled: receivers off their patch; a luminaire by closed form whose shadows are too ragged costs one ray and
 //! its ratio's bias, as elsewhere.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::direct::light_cut::{LightCut, LightCuts, light};
 use crate::direct::light_sampling::{Chance, draw};
@@ -28,14 +28,14 @@ impl LightCuts {
         self.of(patch as usize).draws
     }
 
-    /// `sum over luminaires of F_l L_l` at a receiver on a patch, and the rays cast; points (u, v) choose what is
-    /// drawn.
+    /// `sum over luminaires of F_l L_l` at a receiver on a patch, and the rays cast; points of the unit square choose
+    /// what is drawn.
     pub fn gather(
         &self,
         lighting: &Lighting,
         receiver: &SurfacePoint,
         patch: u32,
-        points: impl ExactSizeIterator<Item = (f32, f32)>,
+        points: impl ExactSizeIterator<Item = Vec2>,
         scratch: &mut Scratch,
     ) -> (DVec3, u64) {
         let cut = self.of(patch as usize);
@@ -50,11 +50,11 @@ impl LightCuts {
             sum += own.estimate() * lamp.luminaire.radiance.as_dvec3();
         }
         let share = 1.0 / points.len().max(1) as f64;
-        for (u, v) in points {
-            let Some((picked, chance, u)) = pick(cut, u) else {
+        for point in points {
+            let Some((picked, chance, u)) = pick(cut, point.x) else {
                 break;
             };
-            if let Some(drawn) = draw(&self.tree, lighting.luminaires, picked.node, receiver, (u, v)) {
+            if let Some(drawn) = draw(&self.tree, lighting.luminaires, picked.node, receiver, Vec2::new(u, point.y)) {
                 let occlusion = &lighting.sight.occlusion;
                 let arrived = occlusion.transmittance(lighting.rays, receiver.end(), drawn.end, scratch.hits());
                 let beyond = f64::from(arrived) - picked.expected;
@@ -76,10 +76,10 @@ impl LightCuts {
 }
 
 /// A point of the unit square that differs from receiver to receiver and from luminaire to luminaire.
-pub(crate) fn somewhere(x: Vec3, luminaire: u32) -> (f32, f32) {
+pub(crate) fn somewhere(x: Vec3, luminaire: u32) -> Vec2 {
     let place = x.to_array().map(f32::to_bits);
     let seed = place.into_iter().fold(luminaire, |seed, bits| hash(bits, seed));
-    (fraction(seed), fraction(hash(1, seed)))
+    Vec2::new(fraction(seed), fraction(hash(1, seed)))
 }
 
 /// The node at u in the unit interval, its chance, and u within it.

@@ -3,7 +3,7 @@
 //!
 //! A node's luminaires are drawn by power and points on them by area. Not handled: chances that vary over a patch.
 
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 
 use crate::direct::cut_refinement::{CutInputs, Walk};
 use crate::direct::light_tree::LightTree;
@@ -67,7 +67,9 @@ fn trials(
     let mut sums = [0.0; 2];
     for s in 0..TRIALS {
         let receiver = inputs.patches.point(i, at(s, 0), at(s, 1));
-        let Some(drawn) = draw(tree, inputs.luminaires, node, &receiver, (at(s, 2), at(s, 3))) else { continue };
+        let Some(drawn) = draw(tree, inputs.luminaires, node, &receiver, Vec2::new(at(s, 2), at(s, 3))) else {
+            continue;
+        };
         let arrived = inputs.occlusion.transmittance(inputs.rays, receiver.end(), drawn.end, hits);
         let light = drawn.light.element_sum() / (3.0 * f64::from(TRIALS));
         sums[0] += light;
@@ -82,18 +84,18 @@ pub(crate) struct Drawn {
     pub light: DVec3,
 }
 
-/// Draws a luminaire of a node by power, and a point on it, at (u, v) in the unit square; `None` where that does not
+/// Draws a luminaire of a node by power, and a point on it, `at` in the unit square; `None` where that does not
 /// face the receiver.
 pub(crate) fn draw(
     tree: &LightTree,
     luminaires: &Luminaires,
     node: usize,
     receiver: &SurfacePoint,
-    (u, v): (f32, f32),
+    at: Vec2,
 ) -> Option<Drawn> {
-    let (l, chance, u) = tree.draw(&tree.nodes[node].range, f64::from(u));
+    let (l, chance, u) = tree.draw(&tree.nodes[node].range, f64::from(at.x));
     let luminaire = &luminaires.list[l as usize];
-    let y = luminaire.point((u as f32).min(0.999_999_94), v);
+    let y = luminaire.point((u as f32).min(0.999_999_94), at.y);
     let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
     let kernel = point_kernel(x, n, y.position.as_dvec3(), y.normal);
     let light = luminaire.radiance.as_dvec3() * (luminaire.area * kernel / chance);

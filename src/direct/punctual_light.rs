@@ -92,7 +92,7 @@ impl Lighting<'_> {
         }
         let falling: Vec<Falling> = each.collect();
         let (mut sum, mut cast) = (DVec3::ZERO, 0);
-        for (k, weight) in asked(&falling, || somewhere(receiver.position, u32::MAX).0) {
+        for (k, weight) in asked(&falling, || somewhere(receiver.position, u32::MAX).x) {
             let to = (falling[k].end, None);
             let arrived = self.sight.punctual.transmittance(self.rays, receiver.end(), to, scratch.hits());
             sum += falling[k].light * (weight * f64::from(arrived));

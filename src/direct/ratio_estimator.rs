@@ -13,7 +13,7 @@
 //!
 //! Not handled: luminaires that a light cut leaves to be drawn ([`crate::direct::cut_light`]).
 
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 
 use crate::direct::luminaire::Luminaire;
 use crate::direct::occlusion::Occlusion;
@@ -115,13 +115,13 @@ impl<'a> Lighting<'a> {
     }
 
     /// Adds what one receiver gets from a luminaire to `sum`: its closed form where it is known what lies between, else
-    /// with one visibility ray for each (u, v) given; returns the rays cast.
+    /// with one visibility ray for each point of the unit square given; returns the rays cast.
     pub fn gather_luminaire(
         &self,
         lamp: Lamp,
         receiver: &SurfacePoint,
         weight: DVec3,
-        points: impl ExactSizeIterator<Item = (f32, f32)>,
+        points: impl ExactSizeIterator<Item = Vec2>,
         scratch: &mut Scratch,
         sum: &mut DirectSum,
     ) -> u64 {
@@ -138,10 +138,10 @@ impl<'a> Lighting<'a> {
         }
         let count = points.len() as f64;
         let mut cast = 0;
-        for (u, v) in points {
+        for point in points {
             // A luminaire half below the horizon hides most points drawn; until one is found, others are tried.
             for (a, b) in [(0.0, 0.0), (0.5, 0.5), (0.5, 0.0), (0.0, 0.5)] {
-                let at = ((u + a).fract(), (v + b).fract());
+                let at = Vec2::new((point.x + a).fract(), (point.y + b).fract());
                 if let Some((kernel, arrived)) = self.look(lamp.luminaire, receiver, at, scratch) {
                     cast += 1;
                     sum.add_drawn(weight, kernel / count, arrived);
@@ -157,16 +157,16 @@ impl<'a> Lighting<'a> {
         cast
     }
 
-    /// `A k` of the point, and T times its share of the mean radiance, of the point at (u, v) of a luminaire, asked by
-    /// one visibility ray; `None` where the two points do not face each other.
+    /// `A k` of the point that belongs to a place of the unit square on a luminaire, and T times its share of the mean
+    /// radiance, asked by one visibility ray; `None` where the two points do not face each other.
     fn look(
         &self,
         luminaire: &Luminaire,
         receiver: &SurfacePoint,
-        (u, v): (f32, f32),
+        at: Vec2,
         scratch: &mut Scratch,
     ) -> Option<(f64, DVec3)> {
-        let y = luminaire.point(u, v);
+        let y = luminaire.point(at.x, at.y);
         let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
         let kernel = luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal);
         let hits = scratch.hits();

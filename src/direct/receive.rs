@@ -5,7 +5,7 @@
 //!
 //! Not handled: emitters that are no luminaires; hemisphere rays find those.
 
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 use rayon::prelude::*;
 
 use crate::direct::light_cut::LightCuts;
@@ -25,8 +25,10 @@ const SALT: u32 = 0x5eed_1a3b;
 /// Keeps the points of lights without area apart from those of luminaires.
 const PUNCTUAL: u32 = 0x70_6f_69_6e;
 
-/// The points that patches are asked with.
-struct Points {
+/// What patches are asked with, and where.
+struct Asking<'a> {
+    lighting: &'a Lighting<'a>,
+    patches: &'a Patches,
     sobol: Sobol,
     /// Receiver points a patch and luminaire at most, each with one ray.
     rays: u32,
@@ -46,13 +48,13 @@ pub fn receive_emitted(
         Some(_) => rays.clamp(1, SMOOTH) * rays.div_ceil(SMOOTH).next_power_of_two() * LightCuts::MOST_DRAWN,
         None => rays.max(1),
     };
-    let points = Points { sobol: Sobol::new(most as usize, 4), rays, seed: sampling.seed ^ SALT };
+    let asking = Asking { lighting, patches, sobol: Sobol::new(most as usize, 4), rays, seed: sampling.seed ^ SALT };
     let receive = |scratch: &mut Scratch, i: usize| {
         tick(1);
         match &lighting.sight.cuts {
             _ if !receives[i] => (DVec3::ZERO, 0),
-            Some(cuts) => by_cut(lighting, cuts, patches, i, &points, scratch),
-            None => one_by_one(lighting, patches, i, &points, scratch),
+            Some(cuts) => asking.by_cut(cuts, i, scratch),
+            None => asking.one_by_one(i, scratch),
         }
     };
     for_all(patches, receive)
@@ -71,9 +73,10 @@ pub fn receive_punctual(
     }
     let most = if lighting.sight.punctual == Occlusion::Nothing { SMOOTH } else { u32::MAX };
     let rays = sampling.emitter_rays.clamp(1, most);
-    let points = Points { sobol: Sobol::new(rays as usize, 2), rays, seed: sampling.seed ^ PUNCTUAL };
+    let asking =
+        Asking { lighting, patches, sobol: Sobol::new(rays as usize, 2), rays, seed: sampling.seed ^ PUNCTUAL };
     let receive = |scratch: &mut Scratch, i: usize| {
-        if receives[i] { from_punctual(lighting, patches, i, &points, scratch) } else { (DVec3::ZERO, 0) }
+        if receives[i] { asking.by_punctual(i, scratch) } else { (DVec3::ZERO, 0) }
     };
     for_all(patches, receive)
 }
@@ -84,79 +87,62 @@ fn for_all(patches: &Patches, receive: impl Fn(&mut Scratch, usize) -> (DVec3, u
     (received.iter().map(|r| r.0.as_vec3()).collect(), received.iter().map(|r| r.1).sum())
 }
 
-/// What patch i receives from lights without area, and the rays cast.
-fn from_punctual(
-    lighting: &Lighting,
-    patches: &Patches,
-    i: usize,
-    points: &Points,
-    scratch: &mut Scratch,
-) -> (DVec3, u64) {
-    let seed = hash(i as u32, points.seed);
-    let (mut received, mut cast) = (DVec3::ZERO, 0);
-    for k in 0..points.rays {
-        let receiver = patches.point(i, points.sobol.point(k, 0, seed), points.sobol.point(k, 1, seed));
-        let (light, rays) = lighting.gather_punctual(&receiver, scratch);
-        received += light / f64::from(points.rays);
-        cast += rays;
-    }
-    (received, cast)
-}
-
-/// What patch i receives from luminaires asked one by one, and the rays cast.
-fn one_by_one(
-    lighting: &Lighting,
-    patches: &Patches,
-    i: usize,
-    points: &Points,
-    scratch: &mut Scratch,
-) -> (DVec3, u64) {
-    let count = lighting.luminaires.list.len();
-    let (mut received, mut cast) = (DVec3::ZERO, 0);
-    for l in 0..count {
-        let lamp = lighting.lamp(l, i as u32);
-        let known = lighting.sight.occlusion == Occlusion::Nothing || lamp.between != Between::Unknown;
-        let exact = known && !lamp.luminaire.is_textured();
-        let most = if exact { SMOOTH } else { u32::MAX };
-        let receivers = points.rays.min(most).max(1);
-        let seed = hash((i * count + l) as u32, points.seed);
-        let mut sum = DirectSum::default();
-        for k in 0..receivers {
-            let at = |d: usize| points.sobol.point(k, d, seed);
-            let receiver = patches.point(i, at(0), at(1));
-            let draw = std::iter::once((at(2), at(3)));
-            cast += lighting.gather_luminaire(lamp, &receiver, DVec3::ONE, draw, scratch, &mut sum);
+impl Asking<'_> {
+    /// What patch i receives from lights without area, and the rays cast.
+    fn by_punctual(&self, i: usize, scratch: &mut Scratch) -> (DVec3, u64) {
+        let seed = hash(i as u32, self.seed);
+        let (mut received, mut cast) = (DVec3::ZERO, 0);
+        for k in 0..self.rays {
+            let receiver = self.patches.point(i, self.sobol.point(k, 0, seed), self.sobol.point(k, 1, seed));
+            let (light, rays) = self.lighting.gather_punctual(&receiver, scratch);
+            received += light / f64::from(self.rays);
+            cast += rays;
         }
-        received += sum.estimate() / f64::from(receivers) * lamp.luminaire.radiance.as_dvec3();
+        (received, cast)
     }
-    (received, cast)
-}
 
-/// What patch i receives through its light cut, and the rays cast: points are drawn on luminaires in proportion to the
-/// rays of a patch, however many luminaires there are.
-fn by_cut(
-    lighting: &Lighting,
-    cuts: &LightCuts,
-    patches: &Patches,
-    i: usize,
-    points: &Points,
-    scratch: &mut Scratch,
-) -> (DVec3, u64) {
-    let sobol = &points.sobol;
-    let receivers = points.rays.clamp(1, SMOOTH);
-    let draws = points.rays.div_ceil(SMOOTH).next_power_of_two() * cuts.draws(i as u32);
-    let seed = hash(i as u32, points.seed);
-    let (mut received, mut cast) = (DVec3::ZERO, 0);
-    for k in 0..receivers {
-        let receiver = patches.point(i, sobol.point(k, 0, seed), sobol.point(k, 1, seed));
-        let draw = |j: usize| {
-            let at = |d: usize| sobol.point(k * draws + j as u32, d, seed);
-            (at(2), at(3))
-        };
-        let drawn = (0..draws as usize).map(draw);
-        let (light, rays) = cuts.gather(lighting, &receiver, i as u32, drawn, scratch);
-        received += light / f64::from(receivers);
-        cast += rays;
+    /// What patch i receives from luminaires asked one by one, and the rays cast.
+    fn one_by_one(&self, i: usize, scratch: &mut Scratch) -> (DVec3, u64) {
+        let count = self.lighting.luminaires.list.len();
+        let (mut received, mut cast) = (DVec3::ZERO, 0);
+        for l in 0..count {
+            let lamp = self.lighting.lamp(l, i as u32);
+            let known = self.lighting.sight.occlusion == Occlusion::Nothing || lamp.between != Between::Unknown;
+            let exact = known && !lamp.luminaire.is_textured();
+            let most = if exact { SMOOTH } else { u32::MAX };
+            let receivers = self.rays.min(most).max(1);
+            let seed = hash((i * count + l) as u32, self.seed);
+            let mut sum = DirectSum::default();
+            for k in 0..receivers {
+                let at = |d: usize| self.sobol.point(k, d, seed);
+                let receiver = self.patches.point(i, at(0), at(1));
+                let draw = std::iter::once(Vec2::new(at(2), at(3)));
+                cast += self.lighting.gather_luminaire(lamp, &receiver, DVec3::ONE, draw, scratch, &mut sum);
+            }
+            received += sum.estimate() / f64::from(receivers) * lamp.luminaire.radiance.as_dvec3();
+        }
+        (received, cast)
     }
-    (received, cast)
+
+    /// What patch i receives through its light cut, and the rays cast: points are drawn on luminaires in proportion to
+    /// the rays of a patch, however many luminaires there are.
+    fn by_cut(&self, cuts: &LightCuts, i: usize, scratch: &mut Scratch) -> (DVec3, u64) {
+        let sobol = &self.sobol;
+        let receivers = self.rays.clamp(1, SMOOTH);
+        let draws = self.rays.div_ceil(SMOOTH).next_power_of_two() * cuts.draws(i as u32);
+        let seed = hash(i as u32, self.seed);
+        let (mut received, mut cast) = (DVec3::ZERO, 0);
+        for k in 0..receivers {
+            let receiver = self.patches.point(i, sobol.point(k, 0, seed), sobol.point(k, 1, seed));
+            let draw = |j: usize| {
+                let at = |d: usize| sobol.point(k * draws + j as u32, d, seed);
+                Vec2::new(at(2), at(3))
+            };
+            let drawn = (0..draws as usize).map(draw);
+            let (light, rays) = cuts.gather(self.lighting, &receiver, i as u32, drawn, scratch);
+            received += light / f64::from(receivers);
+            cast += rays;
+        }
+        (received, cast)
+    }
 }

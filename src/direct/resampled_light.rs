@@ -14,7 +14,7 @@
 //! [`Lighting::gather_luminaire`] divides by m instead, whose bias falls as 1/rays: better for many rays of one
 //! receiver, wrong for one ray of each of many.
 
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 
 use crate::direct::luminaire::{EmittingPoint, Luminaire};
 use crate::direct::ratio_estimator::Scratch;
@@ -46,8 +46,8 @@ impl Lighting<'_> {
             *cast += rays;
         }
         if let Some(cuts) = &self.sight.cuts {
-            let points: Vec<(f32, f32)> =
-                (0..cuts.draws(patch)).map(|_| (random.uniform(), random.uniform())).collect();
+            let points: Vec<Vec2> =
+                (0..cuts.draws(patch)).map(|_| Vec2::new(random.uniform(), random.uniform())).collect();
             let (light, rays) = cuts.gather(self, receiver, patch, points.into_iter(), scratch);
             *cast += rays;
             return sum + light;

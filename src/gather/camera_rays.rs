@@ -6,7 +6,7 @@
 //!
 //! Not handled: indirect light; that is gathered from the irradiance cache.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use crate::direct::{DirectSum, LightCuts, Scratch as Memory};
 use crate::gather::fields::Fields;
@@ -65,6 +65,13 @@ struct CameraRay {
     index: u32,
     /// Scrambling of the pixel's half.
     seed: u32,
+}
+
+/// A point that a camera ray sees, its patch, and its reflectance.
+struct Shaded<'a> {
+    receiver: &'a SurfacePoint,
+    patch: u32,
+    rho: DVec3,
 }
 
 impl<'a> CameraRays<'a> {
@@ -146,7 +153,7 @@ impl<'a> CameraRays<'a> {
         if let (Some(highlights), Some(gloss)) = (&self.highlights, material.gloss) {
             let seed = hash(HIGHLIGHTS, ray.seed);
             let draw = |d: usize, seed: u32| f64::from(self.sobol.point(ray.index, d, seed));
-            let draws = [seed, !seed].map(|seed| (draw(2, seed), draw(3, seed)));
+            let draws = [seed, !seed].map(|seed| DVec2::new(draw(2, seed), draw(3, seed)));
             let (light, cast) = highlights.gather(&receiver, gloss, draws, &mut scratch.memory);
             scratch.linked += light;
             pixel.rays += cast;
@@ -156,7 +163,7 @@ impl<'a> CameraRays<'a> {
         }
         let own = view.scene.rho_at(hit.face, position);
         let rho = own.as_dvec3();
-        pixel.rays += self.add_direct(&receiver, patch, rho, ray, scratch);
+        pixel.rays += self.add_direct(&Shaded { receiver: &receiver, patch, rho }, ray, scratch);
         if !self.dark {
             pixel.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();
             pixel.layer(self.key(hit), receiver, typical).add(ray.half, &receiver, own);
@@ -171,14 +178,8 @@ impl<'a> CameraRays<'a> {
     }
 
     /// Adds the light of every luminaire and light without area at one point; returns the rays cast.
-    fn add_direct(
-        &self,
-        receiver: &SurfacePoint,
-        patch: u32,
-        rho: DVec3,
-        ray: CameraRay,
-        scratch: &mut Scratch,
-    ) -> u64 {
+    fn add_direct(&self, shaded: &Shaded, ray: CameraRay, scratch: &mut Scratch) -> u64 {
+        let Shaded { receiver, patch, rho } = *shaded;
         let lighting = self.view.lighting();
         let mut cast = 0;
         if !lighting.luminaires.punctual.is_empty() {
@@ -187,14 +188,14 @@ impl<'a> CameraRays<'a> {
             cast += rays;
         }
         if let Some(cuts) = &lighting.sight.cuts {
-            return cast + self.add_by_cut(cuts, receiver, patch, rho, ray, scratch);
+            return cast + self.add_by_cut(cuts, shaded, ray, scratch);
         }
         for l in 0..lighting.luminaires.list.len() {
             // The first luminaire shares the camera ray's scrambling: joint points over pixel and emitter.
             let own = if l == 0 { ray.seed } else { hash(l as u32, ray.seed) };
             let draw = (0..self.visibility as usize).map(|k| {
                 let index = ray.index * self.visibility + k as u32;
-                (self.sobol.point(index, 2, own), self.sobol.point(index, 3, own))
+                Vec2::new(self.sobol.point(index, 2, own), self.sobol.point(index, 3, own))
             });
             let lamp = lighting.lamp(l, patch);
             cast += lighting.gather_luminaire(lamp, receiver, rho, draw, &mut scratch.memory, &mut scratch.sums[l]);
@@ -203,20 +204,13 @@ impl<'a> CameraRays<'a> {
     }
 
     /// Adds the light of many luminaires at one point, some of which are drawn; returns the rays cast.
-    fn add_by_cut(
-        &self,
-        cuts: &LightCuts,
-        receiver: &SurfacePoint,
-        patch: u32,
-        rho: DVec3,
-        ray: CameraRay,
-        scratch: &mut Scratch,
-    ) -> u64 {
+    fn add_by_cut(&self, cuts: &LightCuts, shaded: &Shaded, ray: CameraRay, scratch: &mut Scratch) -> u64 {
+        let Shaded { receiver, patch, rho } = *shaded;
         // Blocks of one length for all patches, or two of them in a pixel would share points.
         let block = self.visibility * LightCuts::MOST_DRAWN;
         let draw = |k: usize| {
             let at = |d: usize| self.sobol.point(ray.index * block + k as u32, d, ray.seed);
-            (at(2), at(3))
+            Vec2::new(at(2), at(3))
         };
         let drawn = (0..(self.visibility * cuts.draws(patch)) as usize).map(draw);
         let (light, cast) = cuts.gather(&self.view.lighting(), receiver, patch, drawn, &mut scratch.memory);

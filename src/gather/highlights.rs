@@ -14,7 +14,7 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::direct::Scratch;
 use crate::gather::view::View;
@@ -76,12 +76,12 @@ impl<'a> Highlights<'a> {
         })
     }
 
-    /// H at a point, W/(m² sr), from one draw of each kind, pairs in the unit square; and the rays cast.
+    /// H at a point, W/(m² sr), from one draw of each kind, points of the unit square; and the rays cast.
     pub fn gather(
         &self,
         receiver: &SurfacePoint,
         gloss: Gloss,
-        draws: [(f64, f64); 2],
+        draws: [DVec2; 2],
         memory: &mut Scratch,
     ) -> (DVec3, u64) {
         let position = receiver.position.as_dvec3();
@@ -102,13 +102,13 @@ impl<'a> Highlights<'a> {
     }
 
     /// Light over Ks/pi of a point drawn on a luminaire, over its density.
-    fn drawn(&self, asked: &Asked, (u, v): (f64, f64), memory: &mut Scratch, cast: &mut u64) -> DVec3 {
+    fn drawn(&self, asked: &Asked, at: DVec2, memory: &mut Scratch, cast: &mut u64) -> DVec3 {
         let Some(last) = self.until.len().checked_sub(1) else { return DVec3::ZERO };
-        let k = self.until.partition_point(|&until| until <= u).min(last);
+        let k = self.until.partition_point(|&until| until <= at.x).min(last);
         let before = if k == 0 { 0.0 } else { self.until[k - 1] };
-        let u = ((u - before) / (self.until[k] - before)).clamp(0.0, 1.0) as f32;
+        let u = ((at.x - before) / (self.until[k] - before)).clamp(0.0, 1.0) as f32;
         let luminaire = &self.view.luminaires.list[k];
-        let y = luminaire.point(u.min(0.999_999_94), v as f32);
+        let y = luminaire.point(u.min(0.999_999_94), at.y as f32);
         let across = y.position.as_dvec3() - asked.position;
         let (d2, way) = (across.length_squared(), across.normalize_or_zero());
         let per_area = -y.normal.dot(way) / d2;
@@ -127,7 +127,7 @@ impl<'a> Highlights<'a> {
     }
 
     /// Light over Ks/pi along a ray drawn from the lobe, over its density.
-    fn met(&self, asked: &Asked, at: (f64, f64), memory: &mut Scratch) -> DVec3 {
+    fn met(&self, asked: &Asked, at: DVec2, memory: &mut Scratch) -> DVec3 {
         let Some(way) = asked.gloss.direction(asked.normal, asked.to_viewer, at) else { return DVec3::ZERO };
         let View { scene, rays, luminaires, transports, .. } = *self.view;
         let direction = way.as_vec3();

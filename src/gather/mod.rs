@@ -44,6 +44,6 @@ pub use importance::{ErrorShares, FieldPair, error_shares};
 pub use importance_paths::ImportancePaths;
 pub use pass::gather;
 pub use reading::{Direct, READINGS, Reading};
-pub use sampling::{GatherSampling, Gathering};
+pub use sampling::{GatherPass, GatherSampling, Gathering};
 pub use view::View;
 pub use weighted_residual::{Residual, ResidualSums, SquaredError};

@@ -4,6 +4,8 @@
 
 use std::time::{Duration, Instant};
 
+use crate::pictures::Size;
+
 /// How many rays every pixel gets.
 #[derive(Clone, Copy, Debug)]
 pub struct GatherSampling {
@@ -55,6 +57,22 @@ pub enum Gathering {
         /// When to stop, whatever the error is by then.
         deadline: Option<Instant>,
     },
+}
+
+/// A gather pass: how large its picture is, and how well that is to be gathered.
+#[derive(Clone, Copy, Debug)]
+pub struct GatherPass {
+    /// Pixels across and down.
+    pub size: Size,
+    /// How many rays its pixels get.
+    pub gathering: Gathering,
+}
+
+impl GatherPass {
+    /// A pass for a picture of so many pixels across and down.
+    pub fn new(size: impl Into<Size>, gathering: impl Into<Gathering>) -> GatherPass {
+        GatherPass { size: size.into(), gathering: gathering.into() }
+    }
 }
 
 impl From<&GatherSampling> for Gathering {

@@ -11,7 +11,7 @@
 //! never travels, so L = E + K L stays diffuse. Not handled: conservation of energy, which this term does not know, and
 //! light that was reflected before.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 /// How a surface shows highlights.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,10 +39,10 @@ impl Gloss {
         f64::from(self.exponent + 1.0) * self.lobe(normal, to_light, to_viewer) / (2.0 * std::f64::consts::PI * across)
     }
 
-    /// The direction of that density at (u, v) in the unit square; none where it lies below the surface.
-    pub fn direction(&self, normal: DVec3, to_viewer: DVec3, (u, v): (f64, f64)) -> Option<DVec3> {
-        let cosine = (1.0 - u).powf(1.0 / f64::from(self.exponent + 1.0));
-        let (sin, cos) = (2.0 * std::f64::consts::PI * v).sin_cos();
+    /// The direction of that density for a point `at` of the unit square; none where it lies below the surface.
+    pub fn direction(&self, normal: DVec3, to_viewer: DVec3, at: DVec2) -> Option<DVec3> {
+        let cosine = (1.0 - at.x).powf(1.0 / f64::from(self.exponent + 1.0));
+        let (sin, cos) = (2.0 * std::f64::consts::PI * at.y).sin_cos();
         let across = (1.0 - cosine * cosine).max(0.0).sqrt();
         let (tangent, bitangent) = normal.any_orthonormal_pair();
         let half = across * (cos * tangent + sin * bitangent) + cosine * normal;
@@ -67,7 +67,7 @@ mod tests {
             for k in 0..count * count {
                 let at = |i: i32| (f64::from(i) + 0.5) / f64::from(count);
                 let (u, v) = (at(k % count), at(k / count));
-                if let Some(l) = gloss.direction(DVec3::Z, to_viewer, (u, v)) {
+                if let Some(l) = gloss.direction(DVec3::Z, to_viewer, DVec2::new(u, v)) {
                     assert!((l.length() - 1.0).abs() < 1e-12);
                     drawn += gloss.lobe(DVec3::Z, l, to_viewer) / gloss.density(DVec3::Z, l, to_viewer);
                 }

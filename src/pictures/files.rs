@@ -18,6 +18,7 @@ use crate::light::Rgb;
 use crate::pictures::atomic::write_whole;
 use crate::pictures::error::ImageError;
 use crate::pictures::picture::Picture;
+use crate::pictures::size::Size;
 use crate::pictures::srgb::{Bitmap, Exposure, decode_srgb};
 
 #[derive(Clone, Copy, PartialEq)]
@@ -102,7 +103,7 @@ pub fn write_bitmap(path: impl AsRef<Path>, bitmap: &Bitmap) -> Result<(), Image
 /// # Errors
 /// [`ImageError::Encode`] where the bitmap has no pixels.
 pub fn encode_png(bitmap: &Bitmap) -> Result<Vec<u8>, ImageError> {
-    let size = (bitmap.width, bitmap.height);
+    let size = Size { width: bitmap.width, height: bitmap.height };
     let mut file = Vec::new();
     let encoder = PngEncoder::new(&mut file);
     encode(encoder, size, &bitmap.bytes, ExtendedColorType::Rgb8)?;
@@ -121,7 +122,7 @@ fn encode_exr(picture: &Picture) -> Result<Vec<u8>, ImageError> {
 /// Runs an encoder, which would panic on a size that does not fit its data.
 fn encode(
     encoder: impl ImageEncoder,
-    (width, height): (usize, usize),
+    Size { width, height }: Size,
     bytes: &[u8],
     colour: ExtendedColorType,
 ) -> Result<(), ImageError> {

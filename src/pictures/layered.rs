@@ -15,6 +15,7 @@ use exr::prelude::WritableImage;
 use crate::pictures::atomic::write_whole;
 use crate::pictures::error::ImageError;
 use crate::pictures::picture::Picture;
+use crate::pictures::size::Size;
 
 /// The name of the layer.
 const LAYER: &str = "standard error";
@@ -24,12 +25,12 @@ const LAYER: &str = "standard error";
 /// # Errors
 /// Pictures without pixels or of two sizes, or a destination that cannot be written. Nothing is left behind.
 pub fn write_with_error(path: impl AsRef<Path>, picture: &Picture, standard_error: &Picture) -> Result<(), ImageError> {
-    let (width, height) = picture.size();
+    let Size { width, height } = picture.size();
     let refused = |reason: &str| ImageError::Encode { width, height, reason: reason.into() };
     if width == 0 || height == 0 {
         return Err(refused("it has no pixels"));
     }
-    if standard_error.size() != (width, height) {
+    if standard_error.size() != picture.size() {
         return Err(refused("its standard error is of another size"));
     }
     let channel = |name: String, of: &Picture, c: usize| {

@@ -10,6 +10,7 @@ pub(crate) mod files;
 pub(crate) mod layered;
 pub(crate) mod metrics;
 pub(crate) mod picture;
+pub(crate) mod size;
 pub(crate) mod srgb;
 pub(crate) mod table;
 pub(crate) mod texels;
@@ -22,6 +23,7 @@ pub use metrics::{
     Largest, MeanDifference, MetricError, largest_difference, mean_difference, mean_e_pixel, relative_rms,
 };
 pub use picture::Picture;
+pub use size::Size;
 pub use srgb::{Bitmap, Exposure, decode_srgb, encode_srgb};
 pub use table::{Table, known};
 pub use texels::{Texels, TexelsError};

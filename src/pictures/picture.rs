@@ -3,6 +3,7 @@
 //! Row 0 is the top, column 0 the left. Values are W/(m² sr) per RGB channel, unclamped. Not handled: alpha, crops.
 
 use crate::light::Rgb;
+use crate::pictures::size::Size;
 
 /// Linear radiance per pixel, row by row from the top left.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,9 +39,9 @@ impl Picture {
         inside.then(|| self.pixels[y * self.width + x])
     }
 
-    /// `(width, height)`.
-    pub fn size(&self) -> (usize, usize) {
-        (self.width, self.height)
+    /// Its width and height.
+    pub fn size(&self) -> Size {
+        Size { width: self.width, height: self.height }
     }
 
     /// Every pixel times `factor`.

@@ -5,6 +5,9 @@
 
 use std::path::Path;
 
+use glam::dvec2;
+
+use crate::pictures::Size;
 use crate::plot::axis::{Range, Scale};
 use crate::plot::chart::PALETTE;
 use crate::plot::drawing::{ChartError, Drawing};
@@ -27,7 +30,7 @@ pub struct Bars {
     /// The bars from the left.
     pub bars: Vec<Bar>,
     /// Width and height in pixels.
-    pub size: (u32, u32),
+    pub size: Size,
 }
 
 /// One bar.
@@ -60,7 +63,7 @@ impl Bars {
         // The topmost first, as in the bars.
         let (left, mut y) = (figure.right + 24.0, figure.top + 10.0);
         for (part, name) in self.parts.iter().enumerate().rev() {
-            figure.drawing.rectangle((left, y - 7.0), (left + 22.0, y + 7.0), colour(part));
+            figure.drawing.rectangle(dvec2(left, y - 7.0), dvec2(left + 22.0, y + 7.0), colour(part));
             y = figure.entry(name, y, 56.0);
         }
         figure.drawing
@@ -84,17 +87,17 @@ fn colour(part: usize) -> Colour {
 /// Each part is drawn up to the top and covered by those above it, so that no seam shows.
 fn draw_bar(bar: &Bar, [left, right]: [f64; 2], figure: &mut Figure) {
     let middle = 0.5 * (left + right);
-    figure.drawing.text(&bar.name, (middle, figure.bottom + 22.0), TICK_EM, Align::Center, INK);
-    figure.drawing.text(&bar.whole, (middle, figure.top - 8.0), TICK_EM, Align::Center, INK);
+    figure.drawing.text(&bar.name, dvec2(middle, figure.bottom + 22.0), TICK_EM, Align::Center, INK);
+    figure.drawing.text(&bar.whole, dvec2(middle, figure.top - 8.0), TICK_EM, Align::Center, INK);
     let whole: f64 = bar.parts.iter().sum();
     let (mut below, mut labels) = (0.0, Vec::new());
     for (part, share) in bar.parts.iter().map(|amount| amount / whole).enumerate() {
         if !share.is_finite() || share <= 0.0 {
             continue;
         }
-        figure.drawing.rectangle((left, figure.up(below)), (right, figure.up(1.0)), colour(part));
+        figure.drawing.rectangle(dvec2(left, figure.up(below)), dvec2(right, figure.up(1.0)), colour(part));
         if share >= LABELLED {
-            let at = (middle, figure.up(below + 0.5 * share) + 0.35 * TICK_EM);
+            let at = dvec2(middle, figure.up(below + 0.5 * share) + 0.35 * TICK_EM);
             labels.push((format!("{:.0} %", 100.0 * share), at, on(colour(part))));
         }
         below += share;
@@ -123,7 +126,7 @@ mod tests {
             y: "share of the time, %".into(),
             parts: vec!["form factors".into(), "gather".into()],
             bars: vec![bar("1 %", &[1.5, 0.5]), bar("none", &[0.0, 0.0])],
-            size: (600, 400),
+            size: (600, 400).into(),
         }
     }
 

@@ -6,6 +6,7 @@
 //!
 //! Source of the palette: M. Okabe, K. Ito, *Color Universal Design*, 2008.
 
+use crate::pictures::Size;
 use crate::plot::axis::{Scale, superscript};
 use crate::plot::shapes::{Colour, Marker};
 
@@ -23,7 +24,7 @@ pub struct Chart {
     /// What is drawn, the first at the bottom.
     pub series: Vec<Series>,
     /// Width and height in pixels.
-    pub size: (u32, u32),
+    pub size: Size,
 }
 
 /// An axis: what it measures, and how.
@@ -141,7 +142,7 @@ impl Chart {
             x: Axis { label: "bounce n".into(), scale: Scale::Linear },
             y: Axis::log("norm of KⁿE, W/(m² sr)"),
             series,
-            size: (960, 600),
+            size: (960, 600).into(),
         }
     }
 }
@@ -233,7 +234,7 @@ mod tests {
         let svg = std::fs::read_to_string(path("a.svg")).unwrap();
         assert_eq!(svg, modes().drawing().svg());
         let png = crate::pictures::read_picture(path("a.png")).unwrap();
-        assert_eq!(png.size(), (960, 600));
+        assert_eq!(png.size(), (960, 600).into());
         assert!(modes().write(path("a.pdf")).is_err());
         assert!(!path("a.pdf").exists());
     }

@@ -4,7 +4,9 @@
 
 use std::path::Path;
 
-use crate::pictures::{Bitmap, ImageError, WriteError, encode_png, write_bitmap, write_whole};
+use glam::{DVec2, dvec2};
+
+use crate::pictures::{Bitmap, ImageError, Size, WriteError, encode_png, write_bitmap, write_whole};
 use crate::plot::font;
 use crate::plot::shapes::{Align, Colour, Marker, Shape, hex, joined};
 
@@ -14,9 +16,9 @@ use crate::plot::shapes::{Align, Colour, Marker, Shape, hex, joined};
 #[diagnostic(code(halflight::chart), help("a drawing has at most 65,536 pixels a side and 67 million in all"))]
 pub struct DrawError {
     /// Its width in pixels.
-    pub width: u32,
+    pub width: usize,
     /// Its height in pixels.
-    pub height: u32,
+    pub height: usize,
 }
 
 /// A chart or sheet cannot be written.
@@ -39,24 +41,32 @@ pub enum ChartError {
 /// Shapes drawn one over the other on paper.
 #[derive(Clone, Debug)]
 pub struct Drawing {
-    size: (u32, u32),
+    size: Size,
     paper: Colour,
     images: Vec<Image>,
     shapes: Vec<(Shape, Colour)>,
+}
+
+/// The top left pixel of something drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Corner {
+    /// Pixels from the left edge.
+    pub left: usize,
+    /// Pixels from the top edge.
+    pub top: usize,
 }
 
 /// Finished pixels of a drawing.
 #[derive(Clone, Debug)]
 struct Image {
     bitmap: Bitmap,
-    left: usize,
-    top: usize,
+    at: Corner,
 }
 
 impl Image {
     /// Its element of an SVG document, the PNG file inside it; nothing for no pixels.
     fn element(&self) -> String {
-        let Image { bitmap: Bitmap { width, height, .. }, left, top } = self;
+        let Image { bitmap: Bitmap { width, height, .. }, at: Corner { left, top } } = self;
         let Ok(file) = encode_png(&self.bitmap) else {
             return String::new();
         };
@@ -83,48 +93,49 @@ fn base64(bytes: &[u8]) -> String {
 
 impl Drawing {
     /// An empty drawing of that width and height.
-    pub fn new(size: (u32, u32), paper: Colour) -> Self {
-        Drawing { size, paper, images: Vec::new(), shapes: Vec::new() }
+    pub fn new(size: impl Into<Size>, paper: Colour) -> Self {
+        Drawing { size: size.into(), paper, images: Vec::new(), shapes: Vec::new() }
     }
 
-    /// Finished pixels with their top left corner at (left, top), one for one; all shapes are drawn over them.
-    pub fn image(&mut self, bitmap: Bitmap, (left, top): (usize, usize)) {
-        self.images.push(Image { bitmap, left, top });
+    /// Finished pixels with their top left corner at a pixel, one for one; all shapes are drawn over them.
+    pub fn image(&mut self, bitmap: Bitmap, at: Corner) {
+        self.images.push(Image { bitmap, at });
     }
 
     /// A line through all points, straight between them.
-    pub fn line(&mut self, points: &[(f64, f64)], colour: Colour, width: f64) {
+    pub fn line(&mut self, points: &[DVec2], colour: Colour, width: f64) {
         self.dashed(points, colour, width, 0.0);
     }
 
     /// A dashed line: `dash` pixels drawn, `dash` left out, carried on round the corners.
-    pub fn dashed(&mut self, points: &[(f64, f64)], colour: Colour, width: f64, dash: f64) {
+    pub fn dashed(&mut self, points: &[DVec2], colour: Colour, width: f64, dash: f64) {
         self.shapes.push((Shape::Line { path: joined(points), width, dash }, colour));
     }
 
     /// A filled rectangle between two opposite corners.
-    pub fn rectangle(&mut self, (left, top): (f64, f64), (right, bottom): (f64, f64), colour: Colour) {
-        self.polygon(&[(left, top), (right, top), (right, bottom), (left, bottom)], colour);
+    pub fn rectangle(&mut self, corner: DVec2, opposite: DVec2, colour: Colour) {
+        let others = [dvec2(opposite.x, corner.y), dvec2(corner.x, opposite.y)];
+        self.polygon(&[corner, others[0], opposite, others[1]], colour);
     }
 
     /// A filled polygon.
-    pub fn polygon(&mut self, corners: &[(f64, f64)], colour: Colour) {
+    pub fn polygon(&mut self, corners: &[DVec2], colour: Colour) {
         self.shapes.push((Shape::Fill { path: joined(corners) + "Z" }, colour));
     }
 
     /// A marker of about `size` pixels across.
-    pub fn marker(&mut self, marker: Marker, at: (f64, f64), size: f64, colour: Colour) {
+    pub fn marker(&mut self, marker: Marker, at: DVec2, size: f64, colour: Colour) {
         self.shapes.push((Shape::Fill { path: marker.path(at, 0.5 * size) }, colour));
     }
 
     /// A line of text whose baseline passes through the point, at an em of `em` pixels.
-    pub fn text(&mut self, line: &str, at: (f64, f64), em: f64, align: Align, colour: Colour) {
+    pub fn text(&mut self, line: &str, at: DVec2, em: f64, align: Align, colour: Colour) {
         self.shapes.push((Shape::Text { line: line.into(), at, em, align }, colour));
     }
 
     /// The drawing as an SVG document.
     pub fn svg(&self) -> String {
-        let (width, height) = self.size;
+        let Size { width, height } = self.size;
         let mut document = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {width} {height}\" font-family=\"{}\" stroke-linejoin=\"round\">\n\
@@ -147,13 +158,13 @@ impl Drawing {
     /// # Errors
     /// [`DrawError`] where it is too large.
     pub fn bitmap(&self) -> Result<Bitmap, DrawError> {
-        let (width, height) = self.size;
-        if width.max(height) > 1 << 16 || u64::from(width) * u64::from(height) > 1 << 26 {
+        let Size { width, height } = self.size;
+        if width.max(height) > 1 << 16 || width.saturating_mul(height) > 1 << 26 {
             return Err(DrawError { width, height });
         }
-        let mut page = Bitmap::filled(width as usize, height as usize, self.paper);
-        for Image { bitmap, left, top } in &self.images {
-            page.paste(bitmap, *left, *top);
+        let mut page = Bitmap::filled(width, height, self.paper);
+        for Image { bitmap, at } in &self.images {
+            page.paste(bitmap, at.left, at.top);
         }
         for (shape, colour) in &self.shapes {
             shape.fill(&mut page, *colour);
@@ -196,7 +207,7 @@ mod tests {
 
     #[test]
     fn text_stands_on_its_baseline_and_ends_where_told() {
-        let [left, top, right, bottom] = inked(|d| d.text("HEH", (150.0, 60.0), 20.0, Align::Right, INK));
+        let [left, top, right, bottom] = inked(|d| d.text("HEH", dvec2(150.0, 60.0), 20.0, Align::Right, INK));
         // Capitals are about 0.7 em high; side bearings are up to 0.1 em.
         assert!((59..=60).contains(&bottom) && (44..=47).contains(&top), "{top} {bottom}");
         let expected = 150.0 - font::width("HEH", 20.0);
@@ -205,7 +216,7 @@ mod tests {
 
     #[test]
     fn upward_text_is_centred_beside_its_baseline() {
-        let [left, top, right, bottom] = inked(|d| d.text("HEH", (60.0, 100.0), 20.0, Align::Upwards, INK));
+        let [left, top, right, bottom] = inked(|d| d.text("HEH", dvec2(60.0, 100.0), 20.0, Align::Upwards, INK));
         assert!((44..=47).contains(&left) && (59..=60).contains(&right), "{left} {right}");
         let middle = 0.5 * (top + bottom + 1) as f64;
         assert!((middle - 100.0).abs() <= 2.0, "{middle}");
@@ -213,20 +224,20 @@ mod tests {
 
     #[test]
     fn shapes_cover_what_they_should_and_are_cut_off_at_the_edges() {
-        assert_eq!(inked(|d| d.rectangle((20.0, 30.0), (41.0, 52.0), INK)), [20, 30, 40, 51]);
-        assert_eq!(inked(|d| d.rectangle((-9.0, -7.0), (3.0, 900.0), INK)), [0, 0, 2, 199]);
-        assert_eq!(inked(|d| d.marker(Marker::Disc, (50.0, 60.0), 20.0, INK)), [40, 50, 59, 69]);
-        assert_eq!(inked(|d| d.dashed(&[(10.0, 8.5), (33.0, 8.5)], INK, 1.0, 6.0)), [10, 8, 27, 8]);
+        assert_eq!(inked(|d| d.rectangle(dvec2(20.0, 30.0), dvec2(41.0, 52.0), INK)), [20, 30, 40, 51]);
+        assert_eq!(inked(|d| d.rectangle(dvec2(-9.0, -7.0), dvec2(3.0, 900.0), INK)), [0, 0, 2, 199]);
+        assert_eq!(inked(|d| d.marker(Marker::Disc, dvec2(50.0, 60.0), 20.0, INK)), [40, 50, 59, 69]);
+        assert_eq!(inked(|d| d.dashed(&[dvec2(10.0, 8.5), dvec2(33.0, 8.5)], INK, 1.0, 6.0)), [10, 8, 27, 8]);
         let mut half = Drawing::new((1, 1), PAPER);
-        half.rectangle((0.0, 0.0), (0.5, 1.0), [55; 3]);
+        half.rectangle(dvec2(0.0, 0.0), dvec2(0.5, 1.0), [55; 3]);
         assert_eq!(half.bitmap().unwrap().bytes, [155; 3]);
     }
 
     #[test]
     fn documents_name_every_shape() {
         let mut drawing = Drawing::new((30, 20), PAPER);
-        drawing.text("a < b & c", (1.0, 2.0), 14.0, Align::Upwards, INK);
-        drawing.dashed(&[(0.0, 0.0), (5.0, 0.25)], INK, 1.25, 5.0);
+        drawing.text("a < b & c", dvec2(1.0, 2.0), 14.0, Align::Upwards, INK);
+        drawing.dashed(&[dvec2(0.0, 0.0), dvec2(5.0, 0.25)], INK, 1.25, 5.0);
         let svg = drawing.svg();
         assert!(svg.starts_with("<svg") && svg.contains("width=\"30\" height=\"20\" viewBox=\"0 0 30 20\""));
         assert!(svg.contains("rotate(-90 1.00 2.00)") && svg.contains(">a &lt; b &amp; c</text>"));
@@ -238,8 +249,8 @@ mod tests {
         let texts = ["", "f", "fo", "foo", "foob"].map(|text| base64(text.as_bytes()));
         assert_eq!(texts, ["", "Zg==", "Zm8=", "Zm9v", "Zm9vYg=="]);
         let mut drawing = Drawing::new((9, 9), PAPER);
-        drawing.rectangle((3.0, 3.0), (4.0, 9.0), INK);
-        drawing.image(Bitmap::filled(2, 3, [9; 3]), (3, 4));
+        drawing.rectangle(dvec2(3.0, 3.0), dvec2(4.0, 9.0), INK);
+        drawing.image(Bitmap::filled(2, 3, [9; 3]), Corner { left: 3, top: 4 });
         let page = drawing.bitmap().unwrap();
         assert_eq!([(3, 4), (4, 6), (4, 7)].map(|(x, y)| page.get(x, y)), [Some(INK), Some([9; 3]), Some(PAPER)]);
         assert!(

@@ -3,6 +3,9 @@
 //! The legend has a column of its own, so that it never hides a line. Axes, ticks and grid stand on the middle of
 //! pixels, which keeps lines of one pixel sharp. Not handled: what is drawn inside, and the legend's samples.
 
+use glam::{DVec2, dvec2};
+
+use crate::pictures::Size;
 use crate::plot::axis::{Range, Tick};
 use crate::plot::drawing::Drawing;
 use crate::plot::font;
@@ -28,16 +31,16 @@ pub struct Figure {
 
 impl Figure {
     /// A title and a wrapped caption, and between them room for a plot that begins `above` pixels down.
-    pub fn new(size: (u32, u32), [title, caption]: [&str; 2], [x, y]: [Range; 2], above: f64) -> Figure {
-        let (width, height) = (f64::from(size.0), f64::from(size.1));
+    pub fn new(size: Size, [title, caption]: [&str; 2], [x, y]: [Range; 2], above: f64) -> Figure {
+        let (width, height) = (size.width as f64, size.height as f64);
         let lines = font::wrap(caption, CAPTION_EM, width - 84.0 - 24.0);
         let mut drawing = Drawing::new(size, PAPER);
         let (left, right) = (84.5, width.floor() - LEGEND_WIDTH - 23.5);
         let bottom = sharp(height - 76.0 - 1.4 * CAPTION_EM * lines.len() as f64);
-        drawing.text(title, (left, 32.0), TITLE_EM, Align::Left, INK);
+        drawing.text(title, dvec2(left, 32.0), TITLE_EM, Align::Left, INK);
         for (line, number) in lines.iter().zip(0..) {
             let y = bottom + 72.0 + 1.4 * CAPTION_EM * f64::from(number);
-            drawing.text(line, (left, y), CAPTION_EM, Align::Left, FAINT_INK);
+            drawing.text(line, dvec2(left, y), CAPTION_EM, Align::Left, FAINT_INK);
         }
         Figure { drawing, left, right, top: sharp(above), bottom, x, y }
     }
@@ -52,9 +55,9 @@ impl Figure {
         self.bottom - share * (self.bottom - self.top)
     }
 
-    /// The pixel of a point; `None` where an axis cannot show it.
-    pub fn place(&self, (x, y): (f64, f64)) -> Option<(f64, f64)> {
-        Some((self.across(self.x.position(x)?), self.up(self.y.position(y)?)))
+    /// Where values of the two axes are in the drawing, pixels; `None` where an axis cannot show it.
+    pub fn place(&self, x: f64, y: f64) -> Option<DVec2> {
+        Some(dvec2(self.across(self.x.position(x)?), self.up(self.y.position(y)?)))
     }
 
     /// The horizontal axis' ticks, their labels and their lines of the grid.
@@ -62,10 +65,10 @@ impl Figure {
         for Tick { at, label } in self.x.ticks(10) {
             let x = sharp(self.across(at));
             let length = if label.is_some() { 6.0 } else { 3.0 };
-            self.drawing.line(&[(x, self.bottom), (x, self.bottom + length)], INK, 1.0);
+            self.drawing.line(&[dvec2(x, self.bottom), dvec2(x, self.bottom + length)], INK, 1.0);
             if let Some(label) = label {
-                self.drawing.line(&[(x, self.top), (x, self.bottom)], GRID, 1.0);
-                self.drawing.text(&label, (x, self.bottom + 22.0), TICK_EM, Align::Center, INK);
+                self.drawing.line(&[dvec2(x, self.top), dvec2(x, self.bottom)], GRID, 1.0);
+                self.drawing.text(&label, dvec2(x, self.bottom + 22.0), TICK_EM, Align::Center, INK);
             }
         }
     }
@@ -75,10 +78,10 @@ impl Figure {
         for Tick { at, label } in self.y.ticks(8) {
             let y = sharp(self.up(at));
             let length = if label.is_some() { 6.0 } else { 3.0 };
-            self.drawing.line(&[(self.left - length, y), (self.left, y)], INK, 1.0);
+            self.drawing.line(&[dvec2(self.left - length, y), dvec2(self.left, y)], INK, 1.0);
             if let Some(label) = label {
-                self.drawing.line(&[(self.left, y), (self.right, y)], GRID, 1.0);
-                let at = (self.left - 11.0, y + 0.35 * TICK_EM);
+                self.drawing.line(&[dvec2(self.left, y), dvec2(self.right, y)], GRID, 1.0);
+                let at = dvec2(self.left - 11.0, y + 0.35 * TICK_EM);
                 self.drawing.text(&label, at, TICK_EM, Align::Right, INK);
             }
         }
@@ -86,16 +89,16 @@ impl Figure {
 
     /// The axes themselves, over grid and bars, and what they measure.
     pub fn axes(&mut self, [x, y]: [&str; 2]) {
-        let corners = [(self.left, self.top), (self.left, self.bottom), (self.right, self.bottom)];
+        let corners = [dvec2(self.left, self.top), dvec2(self.left, self.bottom), dvec2(self.right, self.bottom)];
         self.drawing.line(&corners, INK, 1.0);
-        self.drawing.text(x, (self.across(0.5), self.bottom + 46.0), LABEL_EM, Align::Center, INK);
-        self.drawing.text(y, (26.0, self.up(0.5)), LABEL_EM, Align::Upwards, INK);
+        self.drawing.text(x, dvec2(self.across(0.5), self.bottom + 46.0), LABEL_EM, Align::Center, INK);
+        self.drawing.text(y, dvec2(26.0, self.up(0.5)), LABEL_EM, Align::Upwards, INK);
     }
 
     /// An entry of the legend at height `y`, wrapped and `indent` pixels from the plot; gives the next one's height.
     pub fn entry(&mut self, words: &str, mut y: f64, indent: f64) -> f64 {
         for line in font::wrap(words, TICK_EM, LEGEND_WIDTH + 22.0 - indent) {
-            self.drawing.text(&line, (self.right + indent, y + 0.35 * TICK_EM), TICK_EM, Align::Left, INK);
+            self.drawing.text(&line, dvec2(self.right + indent, y + 0.35 * TICK_EM), TICK_EM, Align::Left, INK);
             y += 1.35 * TICK_EM;
         }
         y + 6.0

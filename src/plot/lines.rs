@@ -4,6 +4,8 @@
 
 use std::path::Path;
 
+use glam::{DVec2, dvec2};
+
 use crate::plot::axis::Range;
 use crate::plot::chart::{Chart, Look, Series};
 use crate::plot::drawing::{ChartError, Drawing};
@@ -45,15 +47,15 @@ fn draw(chart: &Chart) -> Drawing {
     let mut y = figure.top + 10.0;
     for series in &chart.series {
         let left = figure.right + 24.0;
-        draw_line(series, &[(left, y), (left + 30.0, y)], &mut figure.drawing);
-        draw_markers(series, &[(left + 15.0, y)], &mut figure.drawing);
+        draw_line(series, &[dvec2(left, y), dvec2(left + 30.0, y)], &mut figure.drawing);
+        draw_markers(series, &[dvec2(left + 15.0, y)], &mut figure.drawing);
         y = figure.entry(&series.name, y, 64.0);
     }
     figure.drawing
 }
 
 fn draw_series(series: &Series, figure: &mut Figure) {
-    let places: Vec<_> = series.points.iter().map(|&p| figure.place(p)).collect();
+    let places: Vec<_> = series.points.iter().map(|&(x, y)| figure.place(x, y)).collect();
     for piece in places.split(Option::is_none) {
         let piece: Vec<_> = piece.iter().flatten().copied().collect();
         draw_line(series, &piece, &mut figure.drawing);
@@ -61,14 +63,14 @@ fn draw_series(series: &Series, figure: &mut Figure) {
     }
 }
 
-fn draw_line(series: &Series, points: &[(f64, f64)], drawing: &mut Drawing) {
+fn draw_line(series: &Series, points: &[DVec2], drawing: &mut Drawing) {
     match series.look {
         Look::Measured => drawing.line(points, series.rgb(), 2.0),
         Look::Bound => drawing.dashed(points, series.rgb(), 1.25, 5.0),
     }
 }
 
-fn draw_markers(series: &Series, points: &[(f64, f64)], drawing: &mut Drawing) {
+fn draw_markers(series: &Series, points: &[DVec2], drawing: &mut Drawing) {
     if series.look == Look::Measured {
         points.iter().for_each(|&at| drawing.marker(series.marker(), at, MARKER_SIZE, series.rgb()));
     }
@@ -76,9 +78,9 @@ fn draw_markers(series: &Series, points: &[(f64, f64)], drawing: &mut Drawing) {
 
 /// Words beside the last point of each series that has some, and below the middle where it shows no point at all.
 fn draw_labels(chart: &Chart, figure: &mut Figure) {
-    let places = |s: &Series| -> Vec<_> { s.points.iter().filter_map(|&p| figure.place(p)).collect() };
+    let places = |s: &Series| -> Vec<_> { s.points.iter().filter_map(|&(x, y)| figure.place(x, y)).collect() };
     let lines: Vec<_> = chart.series.iter().map(places).collect();
-    let nowhere = (figure.left, figure.up(0.25));
+    let nowhere = dvec2(figure.left, figure.up(0.25));
     let label = |(series, line): (&Series, &Vec<_>)| {
         let text = format!("{} {}", series.name, series.label.as_ref()?);
         Some((text, line.last().copied().unwrap_or(nowhere)))

@@ -7,8 +7,10 @@
 
 use std::path::Path;
 
-use crate::pictures::{Bitmap, Exposure, Picture};
-use crate::plot::drawing::{ChartError, Drawing};
+use glam::dvec2;
+
+use crate::pictures::{Bitmap, Exposure, Picture, Size};
+use crate::plot::drawing::{ChartError, Corner, Drawing};
 use crate::plot::font;
 use crate::plot::shapes::{Align, Colour, FAINT_INK, INK, PAPER};
 
@@ -31,7 +33,7 @@ pub struct Page {
     /// Below everything; wrapped.
     pub caption: String,
     /// Width and height of every picture, pixels.
-    pub panel: (usize, usize),
+    pub panel: Size,
     /// Brightness of every picture.
     pub exposure: Exposure,
 }
@@ -99,7 +101,7 @@ struct Layout {
     /// Baseline of the caption's first line.
     caption: f64,
     margin: f64,
-    size: (u32, u32),
+    size: Size,
 }
 
 impl Heading {
@@ -129,28 +131,29 @@ impl Page {
         let mut drawing = Drawing::new(layout.size, PAPER);
         for (number, line) in self.title_lines(&layout).iter().enumerate() {
             let y = margin + (number as f64 * LINE + 1.0) * TITLE * em;
-            drawing.text(line, (margin, y), TITLE * em, Align::Left, INK);
+            drawing.text(line, dvec2(margin, y), TITLE * em, Align::Left, INK);
         }
         for (row, &top) in self.rows.iter().zip(&layout.tops) {
-            let middle = top as f64 + 0.5 * self.panel.1 as f64;
-            drawing.text(&row.heading.name, (margin + em, middle), em, Align::Upwards, INK);
-            drawing.text(&row.heading.note, (margin + 2.2 * em, middle), NOTE * em, Align::Upwards, FAINT_INK);
+            let middle = top as f64 + 0.5 * self.panel.height as f64;
+            drawing.text(&row.heading.name, dvec2(margin + em, middle), em, Align::Upwards, INK);
+            drawing.text(&row.heading.note, dvec2(margin + 2.2 * em, middle), NOTE * em, Align::Upwards, FAINT_INK);
             for (cell, &left) in row.cells.iter().zip(&layout.lefts) {
-                self.draw_cell(cell, em, (left, top), &mut drawing);
+                self.draw_cell(cell, em, Corner { left, top }, &mut drawing);
             }
         }
         for (number, line) in self.caption_lines(&layout).iter().enumerate() {
             let y = layout.caption + number as f64 * LINE * NOTE * em;
-            drawing.text(line, (margin, y), NOTE * em, Align::Left, FAINT_INK);
+            drawing.text(line, dvec2(margin, y), NOTE * em, Align::Left, FAINT_INK);
         }
         drawing
     }
 
-    /// Left and top edge of every panel, row by row, in pixels of the page.
-    pub fn places(&self) -> Vec<Vec<(usize, usize)>> {
+    /// The top left pixel of every panel, row by row, in pixels of the page.
+    pub fn places(&self) -> Vec<Vec<Corner>> {
         let layout = self.layout();
-        let row =
-            |(row, &top): (&PageRow, &usize)| layout.lefts.iter().take(row.cells.len()).map(|&x| (x, top)).collect();
+        let row = |(row, &top): (&PageRow, &usize)| {
+            layout.lefts.iter().take(row.cells.len()).map(|&left| Corner { left, top }).collect()
+        };
         self.rows.iter().zip(&layout.tops).map(row).collect()
     }
 
@@ -163,7 +166,7 @@ impl Page {
     }
 
     fn layout(&self) -> Layout {
-        let (wide, high) = self.panel;
+        let Size { width: wide, height: high } = self.panel;
         let em = (0.03 * wide as f64 + 10.0).min(44.0);
         let (gap, margin) = ((0.7 * em) as usize, 1.2 * em);
         let headed = self.rows.iter().any(|row| !row.heading.name.is_empty());
@@ -171,7 +174,7 @@ impl Page {
         let columns = self.rows.iter().map(|row| row.cells.len()).max().unwrap_or(0);
         let lefts: Vec<usize> = (0..columns).map(|column| first + column * (wide + gap)).collect();
         let width = first + columns * (wide + gap) - if columns > 0 { gap } else { 0 } + margin as usize;
-        let mut layout = Layout { em, lefts, tops: Vec::new(), caption: 0.0, margin, size: (width as u32, 0) };
+        let mut layout = Layout { em, lefts, tops: Vec::new(), caption: 0.0, margin, size: Size { width, height: 0 } };
         let mut y = margin + (self.title_lines(&layout).len() as f64 * LINE * TITLE + 0.4) * em;
         for row in &self.rows {
             let deepest = |lines: &dyn Fn(&Cell) -> usize| row.cells.iter().map(lines).max().unwrap_or(0) as f64;
@@ -184,51 +187,51 @@ impl Page {
         }
         layout.caption = y + NOTE * em;
         let caption = self.caption_lines(&layout).len() as f64 * LINE * NOTE * em;
-        layout.size.1 = (y + caption + 0.6 * margin).ceil() as u32;
+        layout.size.height = (y + caption + 0.6 * margin).ceil() as usize;
         layout
     }
 
     fn title_lines(&self, layout: &Layout) -> Vec<String> {
-        font::wrap(&self.title, TITLE * layout.em, f64::from(layout.size.0) - 2.0 * layout.margin)
+        font::wrap(&self.title, TITLE * layout.em, layout.size.width as f64 - 2.0 * layout.margin)
     }
 
     fn caption_lines(&self, layout: &Layout) -> Vec<String> {
-        font::wrap(&self.caption, NOTE * layout.em, f64::from(layout.size.0) - 2.0 * layout.margin)
+        font::wrap(&self.caption, NOTE * layout.em, layout.size.width as f64 - 2.0 * layout.margin)
     }
 
     /// A panel with its top left corner at a pixel, and its labels.
-    fn draw_cell(&self, cell: &Cell, em: f64, (left, top): (usize, usize), drawing: &mut Drawing) {
-        let (x, y, wide) = (left as f64, top as f64, self.panel.0 as f64);
+    fn draw_cell(&self, cell: &Cell, em: f64, at: Corner, drawing: &mut Drawing) {
+        let (x, y, wide) = (at.left as f64, at.top as f64, self.panel.width as f64);
         let words = cell.above.words(em, wide);
         let lines = words.iter().map(|w| w.line + 1).max().unwrap_or(0);
         for w in &words {
             let baseline = y - ((lines - w.line) as f64 * LINE - 1.0) * em;
-            drawing.text(&w.text, (x + w.indent, baseline), em, Align::Left, w.ink);
+            drawing.text(&w.text, dvec2(x + w.indent, baseline), em, Align::Left, w.ink);
         }
         match &cell.shown {
             Shown::Picture(picture) => {
                 let stops = self.exposure.stops + cell.gain.log2();
-                drawing.image(Bitmap::from_picture(picture, Exposure { stops }), (left, top));
+                drawing.image(Bitmap::from_picture(picture, Exposure { stops }), at);
             }
-            Shown::Hatched(why) => hatch(why, em, [x, y, wide, self.panel.1 as f64], drawing),
+            Shown::Hatched(why) => hatch(why, em, [x, y, wide, self.panel.height as f64], drawing),
             Shown::Blank => (),
         }
         for (number, line) in font::wrap(&cell.below, NOTE * em, wide).iter().enumerate() {
-            let baseline = y + self.panel.1 as f64 + (number as f64 * LINE + 1.2) * NOTE * em;
-            drawing.text(line, (x, baseline), NOTE * em, Align::Left, FAINT_INK);
+            let baseline = y + self.panel.height as f64 + (number as f64 * LINE + 1.2) * NOTE * em;
+            drawing.text(line, dvec2(x, baseline), NOTE * em, Align::Left, FAINT_INK);
         }
     }
 }
 
 /// A grey box of that left edge, top, width and height with lines across it, and words in its middle.
 fn hatch(why: &str, em: f64, [x, y, wide, high]: [f64; 4], drawing: &mut Drawing) {
-    drawing.rectangle((x, y), (x + wide, y + high), HATCHED);
+    drawing.rectangle(dvec2(x, y), dvec2(x + wide, y + high), HATCHED);
     let step = 0.8 * em;
     for number in 1..((wide + high) / step).ceil() as usize {
         // The points of the box whose distances from the left and the top sum to this.
         let sum = number as f64 * step;
         let [from, to] = [(sum - high).max(0.0), sum.min(wide)];
-        drawing.line(&[(x + from, y + sum - from), (x + to, y + sum - to)], HATCH, 1.0);
+        drawing.line(&[dvec2(x + from, y + sum - from), dvec2(x + to, y + sum - to)], HATCH, 1.0);
     }
     let lines = font::wrap(why, NOTE * em, 0.86 * wide);
     let line = LINE * NOTE * em;
@@ -236,10 +239,10 @@ fn hatch(why: &str, em: f64, [x, y, wide, high]: [f64; 4], drawing: &mut Drawing
     let widest = lines.iter().map(|text| font::width(text, NOTE * em)).fold(0.0, f64::max);
     let [half, middle] = [0.5 * widest + 0.5 * em, x + 0.5 * wide];
     let last = first + lines.len() as f64 * line;
-    drawing.rectangle((middle - half, first - 0.3 * em), (middle + half, last + 0.3 * em), HATCHED);
+    drawing.rectangle(dvec2(middle - half, first - 0.3 * em), dvec2(middle + half, last + 0.3 * em), HATCHED);
     for (number, text) in lines.iter().enumerate() {
         let baseline = first + (number as f64 + 0.72) * line;
-        drawing.text(text, (middle, baseline), NOTE * em, Align::Center, INK);
+        drawing.text(text, dvec2(middle, baseline), NOTE * em, Align::Center, INK);
     }
 }
 
@@ -256,7 +259,7 @@ mod tests {
         let row = |cells| PageRow { heading: Heading::new("α = 1", ""), cells };
         let (title, caption) = ("Four modes".to_owned(), "a room".to_owned());
         let exposure = Exposure { stops: 1.0 };
-        Page { title, rows: rows.map(row).into(), caption, panel: (100, 60), exposure }
+        Page { title, rows: rows.map(row).into(), caption, panel: (100, 60).into(), exposure }
     }
 
     #[test]
@@ -265,7 +268,7 @@ mod tests {
         let (drawn, places) = (page.drawing().bitmap().unwrap(), page.places());
         assert_eq!(places.iter().map(Vec::len).collect::<Vec<_>>(), [2, 1]);
         let lit = Bitmap::from_picture(&Picture::filled(1, 1, Rgb::new(0.8, 0.4, 0.2)), Exposure::default());
-        let (left, top) = places[0][0];
+        let Corner { left, top } = places[0][0];
         let count = |colour| drawn.bytes.chunks_exact(3).filter(|p| **p == colour).count();
         assert_eq!([(0, 0), (99, 59)].map(|(x, y)| drawn.get(left + x, top + y)), [lit.get(0, 0); 2]);
         assert_eq!(count(lit.get(0, 0).unwrap()), 100 * 60);

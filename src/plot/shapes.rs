@@ -6,6 +6,7 @@
 
 use std::fmt::Write as _;
 
+use glam::DVec2;
 use zeno::{Join, Mask, Placement, Stroke};
 
 use crate::pictures::Bitmap;
@@ -56,17 +57,18 @@ pub enum Shape {
     /// A path of some width; dashes and gaps of length `dash`, or neither where it is 0.
     Line { path: String, width: f64, dash: f64 },
     /// A line of text.
-    Text { line: String, at: (f64, f64), em: f64, align: Align },
+    Text { line: String, at: DVec2, em: f64, align: Align },
 }
 
 impl Marker {
-    /// Its outline about (x, y) as SVG path data, for a radius of about `r`.
-    pub fn path(self, (x, y): (f64, f64), r: f64) -> String {
+    /// Its outline about a point as SVG path data, for a radius of about `r`.
+    pub fn path(self, at: DVec2, r: f64) -> String {
+        let DVec2 { x, y } = at;
         if self == Marker::Disc {
             let arc = |end: f64| format!("A{r} {r} 0 0 1 {end:.2} {y:.2}");
             return format!("M{:.2} {y:.2}{}{}Z", x - r, arc(x + r), arc(x - r));
         }
-        let corners: Vec<_> = self.corners().iter().map(|(dx, dy)| (x + r * dx, y + r * dy)).collect();
+        let corners: Vec<_> = self.corners().iter().map(|(dx, dy)| DVec2::new(x + r * dx, y + r * dy)).collect();
         joined(&corners) + "Z"
     }
 
@@ -96,7 +98,7 @@ impl Shape {
                 let dash = if *dash > 0.0 { format!(" stroke-dasharray=\"{dash}\"") } else { String::new() };
                 format!("<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\"{dash}/>")
             }
-            Shape::Text { line, at: (x, y), em, align } => {
+            Shape::Text { line, at: DVec2 { x, y }, em, align } => {
                 let line = line.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
                 let (anchor, turn) = match align {
                     Align::Left => ("start", String::new()),
@@ -137,7 +139,7 @@ impl Shape {
                 stroke.join(Join::Round).dash(dashes, 0.0);
                 Mask::new(path.as_str()).style(stroke).render()
             }
-            Shape::Text { line, at: (x, y), em, align } => {
+            Shape::Text { line, at: DVec2 { x, y }, em, align } => {
                 let back = font::width(line, *em)
                     * match align {
                         Align::Left => 0.0,
@@ -163,9 +165,9 @@ fn mix(codes: &mut [u8], colour: Colour, share: u8) {
 }
 
 /// Path data of straight lines from point to point.
-pub fn joined(points: &[(f64, f64)]) -> String {
+pub fn joined(points: &[DVec2]) -> String {
     let mut path = String::new();
-    for (x, y) in points {
+    for DVec2 { x, y } in points {
         let _ = write!(path, "{}{x:.2} {y:.2}", if path.is_empty() { 'M' } else { 'L' });
     }
     path

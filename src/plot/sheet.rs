@@ -5,8 +5,10 @@
 
 use std::path::Path;
 
-use crate::pictures::{Bitmap, Exposure, Picture, write_bitmap};
-use crate::plot::drawing::{ChartError, DrawError, Drawing};
+use glam::dvec2;
+
+use crate::pictures::{Bitmap, Exposure, Picture, Size, write_bitmap};
+use crate::plot::drawing::{ChartError, Corner, DrawError, Drawing};
 use crate::plot::font;
 use crate::plot::shapes::{Align, Colour, FAINT_INK, INK, PAPER};
 
@@ -43,7 +45,7 @@ struct Layout {
     /// Text size.
     em: f64,
     /// Size of the largest picture.
-    tile: (usize, usize),
+    tile: Size,
     /// Width of a cell, gap excluded.
     cell: usize,
     title_height: usize,
@@ -80,7 +82,7 @@ impl Sheet<'_> {
         for (number, tile) in self.tiles.iter().enumerate() {
             let left = gap + number % columns * step;
             let top = top + number / columns * (layout.cell_height + gap);
-            self.draw_tile(tile, &layout, &mut page, (left, top))?;
+            self.draw_tile(tile, &layout, &mut page, Corner { left, top })?;
         }
         Ok(page)
     }
@@ -100,11 +102,11 @@ impl Sheet<'_> {
 
     fn layout(&self) -> Result<Layout, DrawError> {
         let sizes = self.tiles.iter().filter_map(|t| t.picture.map(Picture::size));
-        let larger = |a: (usize, usize), b: (usize, usize)| (a.0.max(b.0), a.1.max(b.1));
-        let tile = sizes.reduce(larger).unwrap_or((256, 256));
-        let em = (0.05 * tile.0 as f64).clamp(13.0, 34.0);
+        let larger = |a: Size, b: Size| Size { width: a.width.max(b.width), height: a.height.max(b.height) };
+        let tile = sizes.reduce(larger).unwrap_or(Size { width: 256, height: 256 });
+        let em = (0.05 * tile.width as f64).clamp(13.0, 34.0);
         // Narrow tiles get cells wide enough for words.
-        let cell = tile.0.max((9.0 * em) as usize);
+        let cell = tile.width.max((9.0 * em) as usize);
         let deepest = |text: &dyn Fn(&Tile) -> String, em: f64| {
             let lines = |t| font::wrap(&text(t), em, cell as f64).len();
             line_height(em) * self.tiles.iter().map(lines).max().unwrap_or(0)
@@ -118,7 +120,7 @@ impl Sheet<'_> {
             tile,
             cell,
             title_height,
-            cell_height: title_height + tile.1 + below,
+            cell_height: title_height + tile.height + below,
             gap,
             heading: text_block(&self.heading, heading_width, 1.25 * em, INK, PAPER)?,
         })
@@ -129,14 +131,14 @@ impl Sheet<'_> {
         tile: &Tile,
         layout: &Layout,
         page: &mut Bitmap,
-        (left, top): (usize, usize),
+        Corner { left, top }: Corner,
     ) -> Result<(), DrawError> {
         let title = text_block(&tile.label(), layout.cell, layout.em, INK, PAPER)?;
         // Titles of one line stand directly above their picture beside taller ones.
         page.paste(&title, left, top + layout.title_height - title.height);
         let top = top + layout.title_height;
         let Some(picture) = tile.picture else {
-            return absent(tile, layout, page, (left, top));
+            return absent(tile, layout, page, Corner { left, top });
         };
         let stops = self.exposure.stops + tile.gain.log2();
         page.paste(&Bitmap::from_picture(picture, Exposure { stops }), left, top);
@@ -147,8 +149,8 @@ impl Sheet<'_> {
 }
 
 /// The grey box of a missing picture, its note in the middle and cut off at its edges.
-fn absent(tile: &Tile, layout: &Layout, page: &mut Bitmap, (left, top): (usize, usize)) -> Result<(), DrawError> {
-    let (width, height) = layout.tile;
+fn absent(tile: &Tile, layout: &Layout, page: &mut Bitmap, Corner { left, top }: Corner) -> Result<(), DrawError> {
+    let Size { width, height } = layout.tile;
     let mut area = Bitmap::filled(width, height, ABSENT);
     let em = (width as f64 / 9.0).clamp(9.0, layout.em);
     let margin = (0.6 * em) as usize;
@@ -166,9 +168,9 @@ fn line_height(em: f64) -> usize {
 /// Wrapped text on a ground of its own, as high as its lines; nothing for no text.
 fn text_block(text: &str, width: usize, em: f64, ink: Colour, paper: Colour) -> Result<Bitmap, DrawError> {
     let (lines, height) = (font::wrap(text, em, width as f64), line_height(em));
-    let mut block = Drawing::new((width as u32, (lines.len() * height) as u32), paper);
+    let mut block = Drawing::new(Size { width, height: lines.len() * height }, paper);
     for (number, line) in lines.iter().enumerate() {
-        block.text(line, (0.0, (number * height) as f64 + 0.98 * em), em, Align::Left, ink);
+        block.text(line, dvec2(0.0, (number * height) as f64 + 0.98 * em), em, Align::Left, ink);
     }
     block.bitmap()
 }

@@ -9,60 +9,33 @@
 
 use std::f32::consts::PI;
 
-use glam::Vec3;
+use glam::DVec2;
 
-use crate::light::{Gloss, Rgb};
-use crate::rays::{Hit, Ray, Side};
+use crate::light::Rgb;
+use crate::rays::{Hit, Side};
 use crate::reference::path::{NextEvent, Space, power_heuristic};
 use crate::reference::punctual::sent;
 use crate::reference::random::Random;
-use crate::reference::surfaces::SurfacePoint;
-
-/// A point, and who looks at it.
-struct Seen<'a> {
-    point: &'a SurfacePoint,
-    to_viewer: Vec3,
-    gloss: Gloss,
-}
-
-impl Seen<'_> {
-    fn lobe(&self, way: Vec3) -> f32 {
-        let [n, l, v] = [self.point.normal, way, self.to_viewer].map(|v| v.as_dvec3());
-        self.gloss.lobe(n, l, v) as f32
-    }
-
-    fn density(&self, way: Vec3) -> f32 {
-        let [n, l, v] = [self.point.normal, way, self.to_viewer].map(|v| v.as_dvec3());
-        self.gloss.density(n, l, v) as f32
-    }
-}
+use crate::reference::surfaces::Seen;
 
 impl Space<'_> {
     /// Highlights of all that is emitted, at the point that a camera ray sees.
-    pub(super) fn highlight(
-        &self,
-        point: &SurfacePoint,
-        gloss: Gloss,
-        camera: &Ray,
-        random: &mut Random,
-        hits: &mut Vec<Hit>,
-        rays: &mut u64,
-    ) -> Rgb {
-        let seen = Seen { point, to_viewer: -camera.direction, gloss };
+    pub(super) fn highlight(&self, seen: &Seen, random: &mut Random, hits: &mut Vec<Hit>, rays: &mut u64) -> Rgb {
+        let point = seen.point;
         let mut sum = Rgb::ZERO;
         for found in self.lights.iter().filter_map(|light| sent(light, point)) {
             let way = (found.end - point.position).normalize();
-            let ends = ((point.position, Some(point.face)), (found.end, None));
+            let through = self.through((point.position, Some(point.face)), (found.end, None), hits);
             let share = seen.lobe(way) / point.normal.dot(way);
             *rays += 1;
-            sum += found.light * (share * self.through(ends, hits));
+            sum += found.light * (share * through);
         }
         if self.next_event == NextEvent::On {
             *rays += 1;
-            sum += self.highlight_drawn(&seen, random, hits) / PI;
+            sum += self.highlight_drawn(seen, random, hits) / PI;
         }
         *rays += 1;
-        gloss.specular * (sum + self.highlight_met(&seen, random, hits) / PI)
+        seen.gloss.specular * (sum + self.highlight_met(seen, random, hits) / PI)
     }
 
     /// Light over Ks/pi of one point drawn on an emitter, over its density.
@@ -80,15 +53,16 @@ impl Space<'_> {
         if !(lobe > 0.0 && per_area > 0.0 && matter.sends(side)) {
             return Rgb::ZERO;
         }
-        let ends = ((seen.point.position, Some(seen.point.face)), (drawn.position, Some(drawn.face)));
+        let from = (seen.point.position, Some(seen.point.face));
+        let through = self.through(from, (drawn.position, Some(drawn.face)), hits);
         let weight = power_heuristic(drawn.density, seen.density(way) * per_area);
-        matter.emitted.invisible * (matter.there * lobe * per_area / drawn.density * weight * self.through(ends, hits))
+        matter.emitted.invisible * (matter.there * lobe * per_area / drawn.density * weight * through)
     }
 
     /// Light over Ks/pi along one direction drawn from the lobe, over its density.
     fn highlight_met(&self, seen: &Seen, random: &mut Random, hits: &mut Vec<Hit>) -> Rgb {
         let (normal, to_viewer) = (seen.point.normal.as_dvec3(), seen.to_viewer.as_dvec3());
-        let at = (f64::from(random.uniform()), f64::from(random.uniform()));
+        let at = DVec2::new(f64::from(random.uniform()), f64::from(random.uniform()));
         let Some(way) = seen.gloss.direction(normal, to_viewer, at).map(|way| way.as_vec3()) else {
             return Rgb::ZERO;
         };

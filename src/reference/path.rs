@@ -27,7 +27,7 @@ use crate::rays::{End, Hit, Ray, Rays, Side};
 use crate::reference::emitters::Emitters;
 use crate::reference::punctual;
 use crate::reference::random::Random;
-use crate::reference::surfaces::{Matter, SurfacePoint, Surfaces};
+use crate::reference::surfaces::{Matter, Seen, SurfacePoint, Surfaces};
 use crate::scene::PunctualLight;
 
 /// Bounce orders kept apart: 0 (emission) to `KEPT - 1`. Later ones are kept together.
@@ -98,7 +98,8 @@ impl Space<'_> {
         let (mut point, mut throughput) = (self.surfaces.point(&hit), matter.rho);
         let reference = throughput.max_element();
         if let Some(gloss) = matter.gloss.filter(|_| self.max_bounces > 0) {
-            let light = self.highlight(&point, gloss, camera, random, hits, &mut found.rays);
+            let seen = Seen { point: &point, to_viewer: -camera.direction, gloss };
+            let light = self.highlight(&seen, random, hits, &mut found.rays);
             found.add(1, light);
         }
         for order in 1_u32.. {
@@ -116,8 +117,8 @@ impl Space<'_> {
             }
             if let Some(sent) = punctual::drawn(&self.lights, &point, random) {
                 found.rays += 1;
-                let ends = ((point.position, Some(point.face)), (sent.end, None));
-                found.add(order, throughput * sent.light * self.through(ends, hits));
+                let through = self.through((point.position, Some(point.face)), (sent.end, None), hits);
+                found.add(order, throughput * sent.light * through);
             }
             let ray = self.cast(&point, random, hits);
             found.rays += 1;
@@ -202,14 +203,13 @@ impl Space<'_> {
             return Rgb::ZERO;
         }
         *rays += 1;
-        let ends = ((point.position, Some(point.face)), (drawn.position, Some(drawn.face)));
-        let through = self.through(ends, hits);
+        let through = self.through((point.position, Some(point.face)), (drawn.position, Some(drawn.face)), hits);
         let weight = power_heuristic(drawn.density, met);
         matter.emitted.invisible * (matter.there * through * weight * met / drawn.density)
     }
 
     /// The product of tau between two points.
-    pub(super) fn through(&self, (from, to): (End, End), hits: &mut Vec<Hit>) -> f32 {
+    pub(super) fn through(&self, from: End, to: End, hits: &mut Vec<Hit>) -> f32 {
         if self.surfaces.opaque {
             f32::from(u8::from(self.rays.visible(from, to)))
         } else {

@@ -58,6 +58,28 @@ pub(crate) struct SurfacePoint {
     pub face: u32,
 }
 
+/// A point, and who looks at it.
+pub(crate) struct Seen<'a> {
+    pub point: &'a SurfacePoint,
+    /// Unit vector.
+    pub to_viewer: Vec3,
+    pub gloss: Gloss,
+}
+
+impl Seen<'_> {
+    /// Phong's lobe, for light from a direction.
+    pub fn lobe(&self, way: Vec3) -> f32 {
+        let [n, l, v] = [self.point.normal, way, self.to_viewer].map(|v| v.as_dvec3());
+        self.gloss.lobe(n, l, v) as f32
+    }
+
+    /// Density per solid angle at which a direction is drawn from the lobe.
+    pub fn density(&self, way: Vec3) -> f32 {
+        let [n, l, v] = [self.point.normal, way, self.to_viewer].map(|v| v.as_dvec3());
+        self.gloss.density(n, l, v) as f32
+    }
+}
+
 /// All faces of a scene.
 pub(crate) struct Surfaces {
     facets: Vec<Facet>,

@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::light::{Rgb, Transport};
-use crate::pictures::Picture;
+use crate::pictures::{Picture, Size};
 use crate::rays::{Hit, Ray, Rays};
 use crate::reference::emitters::Emitters;
 use crate::reference::moments::{Moments, Sums};
@@ -47,9 +47,10 @@ impl<'a> Tracer<'a> {
         scene: &Scene,
         rays: &'a Rays,
         transports: &[Transport],
-        (width, height): (usize, usize),
+        size: impl Into<Size>,
         settings: &TraceSettings,
     ) -> Tracer<'a> {
+        let Size { width, height } = size.into();
         let surfaces = Surfaces::new(scene, transports);
         let space = Space {
             rays,
@@ -84,7 +85,7 @@ impl<'a> Tracer<'a> {
             .map_init(Vec::new, |hits, (y, row)| {
                 let mut counts = Counts::default();
                 for (x, pixel) in row.iter_mut().enumerate() {
-                    this.sample((x, y), samples, pixel, &mut counts, hits);
+                    this.sample(y * this.width + x, samples, pixel, &mut counts, hits);
                 }
                 counts
             })
@@ -96,21 +97,13 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Adds samples to one pixel.
-    fn sample(
-        &self,
-        (x, y): (usize, usize),
-        samples: u32,
-        pixel: &mut Pixel,
-        counts: &mut Counts,
-        hits: &mut Vec<Hit>,
-    ) {
-        let number = (y * self.width + x) as u64;
+    /// Adds samples to pixel k.
+    fn sample(&self, k: usize, samples: u32, pixel: &mut Pixel, counts: &mut Counts, hits: &mut Vec<Hit>) {
         let mut total = Sums::default();
         let mut orders = [Sums::default(); KEPT + 1];
         for sample in self.samples..self.samples + u64::from(samples) {
-            let mut random = Random::new(self.seed, number, sample);
-            let ray = self.camera_ray(x, y, &mut random);
+            let mut random = Random::new(self.seed, k as u64, sample);
+            let ray = self.camera_ray(k, &mut random);
             let found = self.space.follow(&ray, &mut random, hits);
             let used = &found.orders[..found.used];
             let light: Rgb = used.iter().copied().sum();
@@ -130,8 +123,9 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// A ray through a uniform point of the pixel's box.
-    fn camera_ray(&self, x: usize, y: usize, random: &mut Random) -> Ray {
+    /// A ray through a uniform point of the box of pixel k.
+    fn camera_ray(&self, k: usize, random: &mut Random) -> Ray {
+        let (x, y) = (k % self.width, k / self.width);
         let px = (x as f32 + random.uniform()) / self.width as f32;
         let py = (y as f32 + random.uniform()) / self.height as f32;
         let aspect = self.width as f32 / self.height as f32;

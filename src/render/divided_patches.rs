@@ -15,10 +15,9 @@
 use std::time::Instant;
 
 use crate::gather::{Gathered, ImportancePaths, Reading, Residual, ResidualSums};
-use crate::light::Transport;
-use crate::render::assembly::{Prepared, Watch};
+use crate::render::assembly::Prepared;
 use crate::render::residual_check::brightness;
-use crate::render::solved::{Solved, Spent, solve};
+use crate::render::solved::{Solved, Spent, Task, solve};
 use crate::render::wanted::Wanted;
 use crate::solve::Diverges;
 
@@ -42,6 +41,7 @@ const ROUNDS: usize = 3;
 /// The paths of a round.
 #[derive(Clone, Copy)]
 struct Round<'a> {
+    wanted: &'a Wanted,
     /// Per pixel: how bright it was found to be.
     bright: &'a [f32],
     /// Paths of every pixel.
@@ -50,27 +50,27 @@ struct Round<'a> {
     set: u32,
 }
 
-/// Solves on patches divided by light.
+/// Solves on patches divided by light, from a solution on others and the `first` rough picture of it.
 pub(crate) fn divided(
     p: &mut Prepared,
-    transport: Transport,
-    (mut solved, first): (Solved, &Gathered),
-    wanted: &Wanted,
+    task: &Task,
+    mut solved: Solved,
+    first: &Gathered,
     spent: &mut Spent,
-    watch: &dyn Watch,
 ) -> Result<Solved, Diverges> {
+    let Task { wanted, watch, .. } = *task;
     let each = (EACH.0 * 0.02 / wanted.tolerance) as u32;
     let mut each = each.clamp(EACH.1, EACH.2);
     let mut rays = RAYS.0;
     let mut bright = brightness(first);
-    let mut seen = walks(p, &solved, wanted, Round { bright: &bright, each, set: 1 }, spent);
+    let mut seen = walks(p, &solved, Round { wanted, bright: &bright, each, set: 1 }, spent);
     for round in 1u32.. {
         let clock = Instant::now();
         let samples = seen.samples(&p.scene, &p.patches, &solved.fields);
         p.divide(samples);
         p.densities = densities(p, rays);
         spent.seconds.patches += clock.elapsed().as_secs_f64();
-        solved = solve(p, transport, rays, wanted, spent, watch)?;
+        solved = solve(p, task, rays, spent)?;
         let rough = solved.rough(p, wanted, spent, watch);
         solved.set_errors(&rough);
         let noise = solved.error.form_factors / (NOISE * wanted.tolerance);
@@ -79,8 +79,8 @@ pub(crate) fn divided(
             return Ok(solved);
         }
         bright = brightness(&rough);
-        let other = Round { bright: &bright, each, set: 1 + round };
-        let (others, residual) = measured(p, &solved, wanted, other, signal, spent);
+        let other = Round { wanted, bright: &bright, each, set: 1 + round };
+        let (others, residual) = measured(p, &solved, other, signal, spent);
         let goal = signal * (SHARE * wanted.tolerance).powi(2);
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let error = |reading: Reading| residual.upper(reading, certain);
@@ -103,11 +103,11 @@ pub(crate) fn divided(
 }
 
 /// Paths of one set, `each` of every pixel.
-fn walks(p: &Prepared, solved: &Solved, wanted: &Wanted, round: Round, spent: &mut Spent) -> ImportancePaths {
+fn walks(p: &Prepared, solved: &Solved, round: Round, spent: &mut Spent) -> ImportancePaths {
     let clock = Instant::now();
-    let view = solved.rough_view(p, wanted);
+    let view = solved.rough_view(p, round.wanted);
     let mut walks =
-        ImportancePaths::new(&view, round.bright.to_vec(), wanted.seed ^ round.set.wrapping_mul(0x85eb_ca6b));
+        ImportancePaths::new(&view, round.bright.to_vec(), round.wanted.seed ^ round.set.wrapping_mul(0x85eb_ca6b));
     walks.extend(&view, round.each);
     spent.rays += walks.rays;
     spent.seconds.solve += clock.elapsed().as_secs_f64();
@@ -118,14 +118,13 @@ fn walks(p: &Prepared, solved: &Solved, wanted: &Wanted, round: Round, spent: &m
 fn measured(
     p: &Prepared,
     solved: &Solved,
-    wanted: &Wanted,
     round: Round,
     signal: f64,
     spent: &mut Spent,
 ) -> (ImportancePaths, Residual) {
-    let mut others = walks(p, solved, wanted, round, spent);
+    let mut others = walks(p, solved, round, spent);
     let clock = Instant::now();
-    let certain = signal * (SURE * wanted.tolerance).powi(2);
+    let certain = signal * (SURE * round.wanted.tolerance).powi(2);
     let mut sums = ResidualSums::new(&others);
     loop {
         sums.take(&others, &p.patches, &solved.fields);
@@ -137,7 +136,7 @@ fn measured(
         }
         let before = others.rays;
         let more = others.each();
-        others.extend(&solved.rough_view(p, wanted), more);
+        others.extend(&solved.rough_view(p, round.wanted), more);
         spent.rays += others.rays - before;
     }
 }

@@ -9,12 +9,11 @@
 //!
 //! Not handled: the size of patches that are part of no larger one; nothing is known of it.
 
-use crate::gather::{FieldPair, Fields};
+use crate::gather::{FieldPair, Fields, error_shares};
 use crate::light::{Light, Rgb};
 use crate::operator::LinearOperator;
 use crate::render::assembly::Prepared;
-use crate::render::look::look_for_error_shares;
-use crate::render::solved::{Solved, rough};
+use crate::render::solved::Solved;
 use crate::render::wanted::Wanted;
 use crate::solve::importance;
 
@@ -28,11 +27,9 @@ pub(crate) struct Shares {
 
 /// Tells whose patches and rows the errors come from.
 pub(crate) fn shares(p: &Prepared, s: &Solved, wanted: &Wanted) -> Shares {
-    let surfaces = (&s.mode.transports[..], &*s.mode.sight);
     let fields = Fields::linear(&s.off.parts);
-    let with = (rough(wanted.size), wanted.seed);
     let pairs = [FieldPair { error: 0, part: 1 }, FieldPair { error: 2, part: 2 }];
-    let mut both = look_for_error_shares(p, surfaces, &fields, &pairs, with).into_iter();
+    let mut both = error_shares(&s.rough_view(p, wanted), &fields, &pairs, wanted.seed).into_iter();
     let (Some(size), Some(noise)) = (both.next(), both.next()) else {
         unreachable!("shares for each pair");
     };

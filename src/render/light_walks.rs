@@ -177,7 +177,7 @@ impl<'a> Walks<'a> {
         );
         let (hit, passed, share) = chosen?;
         let position = ray.origin + hit.t * ray.direction;
-        Some((leave(self.scene, position, (hit.face, hit.side), random), passed * (total / share)))
+        Some((leave(self.scene, position, hit.face, hit.side, random), passed * (total / share)))
     }
 
     /// rho of the side met, black on the back of a one-sided face, and the (alpha, tau) of its material.

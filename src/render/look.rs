@@ -3,10 +3,9 @@
 //! Not handled: how much effort it takes ([`crate::render::tolerance`]).
 
 use crate::direct::Sight;
-use crate::gather::{
-    ErrorShares, FieldPair, Fields, Gathered, Gathering, View, error_shares, gather, invisible, linear,
-};
+use crate::gather::{Fields, GatherPass, Gathered, Gathering, View, gather, invisible, linear};
 use crate::light::{Light, Rgb, Transport};
+use crate::pictures::Size;
 use crate::render::assembly::{Assembled, Prepared, Watch, sight};
 use crate::solve::Solution;
 
@@ -52,12 +51,11 @@ pub fn picture(
     p: &Prepared,
     transports: &[Transport],
     fields: &Fields,
-    size: (usize, usize),
-    gathering: impl Into<Gathering>,
+    pass: &GatherPass,
     watch: &dyn Watch,
 ) -> Gathered {
     let sight = sight(p, transports);
-    look(p, (transports, &sight), fields, size, gathering, watch)
+    look(&view(p, transports, &sight, pass.size), fields, &pass.gathering, watch)
 }
 
 /// Fields to gather from one value a patch each, read as linear within a patch.
@@ -68,50 +66,24 @@ pub(crate) fn fields(p: &Prepared, values: &[Vec<Rgb>]) -> Fields {
 }
 
 /// Renders the solution of one mode.
-pub fn render(
-    p: &Prepared,
-    mode: &Assembled,
-    solution: &Solution,
-    size: (usize, usize),
-    gathering: impl Into<Gathering>,
-    watch: &dyn Watch,
-) -> Gathered {
+pub fn render(p: &Prepared, mode: &Assembled, solution: &Solution, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
     let fields = fields(p, &[reflected(p, &solution.terms)]).with_ambient(ambient(mode, solution));
-    let surfaces = (&mode.transports[..], &*mode.sight);
-    look(p, surfaces, &fields, size, gathering, watch)
-}
-
-/// Which patches errors of the picture come from, those of the first fields of some pairs, of which the second are
-/// parts.
-pub(crate) fn look_for_error_shares(
-    p: &Prepared,
-    surfaces: (&[Transport], &Sight),
-    fields: &Fields,
-    pairs: &[FieldPair],
-    (size, seed): ((usize, usize), u32),
-) -> Vec<ErrorShares> {
-    error_shares(&view(p, surfaces, size), fields, pairs, seed)
+    look(&mode_view(p, mode, pass.size), &fields, &pass.gathering, watch)
 }
 
 /// Renders the visible half of what the fields send.
-pub(crate) fn look(
-    p: &Prepared,
-    surfaces: (&[Transport], &Sight),
-    fields: &Fields,
-    size: (usize, usize),
-    gathering: impl Into<Gathering>,
-    watch: &dyn Watch,
-) -> Gathered {
-    watch.begin("gather", size.1 as u64);
-    let view = view(p, surfaces, size);
-    gather(&view, fields, &gathering.into(), &|done| watch.tick(done))
+pub(crate) fn look(view: &View, fields: &Fields, gathering: &Gathering, watch: &dyn Watch) -> Gathered {
+    watch.begin("gather", view.height as u64);
+    gather(view, fields, gathering, &|done| watch.tick(done))
 }
 
-pub(crate) fn view<'a>(
-    p: &'a Prepared,
-    (transports, sight): (&'a [Transport], &'a Sight),
-    (width, height): (usize, usize),
-) -> View<'a> {
+/// What the camera looks at in an assembled mode.
+pub(crate) fn mode_view<'a>(p: &'a Prepared, mode: &'a Assembled, size: Size) -> View<'a> {
+    view(p, &mode.transports, &mode.sight, size)
+}
+
+/// What the camera looks at, where `sight` belongs to (alpha, tau) of every material.
+pub(crate) fn view<'a>(p: &'a Prepared, transports: &'a [Transport], sight: &'a Sight, size: Size) -> View<'a> {
     View {
         scene: &p.scene,
         rays: &p.rays,
@@ -119,7 +91,7 @@ pub(crate) fn view<'a>(
         luminaires: &p.luminaires,
         sight,
         transports,
-        width,
-        height,
+        width: size.width,
+        height: size.height,
     }
 }

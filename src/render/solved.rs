@@ -7,13 +7,14 @@ use std::time::Instant;
 
 use crate::direct::Sight;
 use crate::form_factors::Sampling;
-use crate::gather::{Fields, GatherSampling, Gathered, Gathering, Reading, View};
+use crate::gather::{Fields, GatherPass, GatherSampling, Gathered, Reading, View};
 use crate::light::{Rgb, Transport};
 use crate::operator::{LinearOperator, Operator};
+use crate::pictures::Size;
 use crate::rays::sobol::replica_seed;
 use crate::render::assembly::{Assembled, Prepared, Seconds, Watch, assemble_seeing, sight};
 use crate::render::levels::{Off, fields, of_finer};
-use crate::render::look::{ambient, look, reflected, view};
+use crate::render::look::{ambient, look, mode_view, reflected};
 use crate::render::rendered::{Ended, ErrorParts, Rendered};
 use crate::render::wanted::Wanted;
 use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
@@ -30,6 +31,16 @@ pub(crate) struct Spent {
     pub rays: u64,
 }
 
+/// What is to be solved, and who watches.
+#[derive(Clone, Copy)]
+pub(crate) struct Task<'a> {
+    /// The mode.
+    pub transport: Transport,
+    /// How near the picture is to be.
+    pub wanted: &'a Wanted,
+    pub watch: &'a dyn Watch,
+}
+
 /// A solution of one mode, with its difference to another scrambling and to larger patches.
 pub(crate) struct Solved {
     pub mode: Assembled,
@@ -42,17 +53,12 @@ pub(crate) struct Solved {
 }
 
 /// Two solutions of half the rays each: their mean, half their difference, and that to larger patches.
-pub(crate) fn solve(
-    p: &Prepared,
-    transport: Transport,
-    rays: u32,
-    wanted: &Wanted,
-    spent: &mut Spent,
-    watch: &dyn Watch,
-) -> Result<Solved, Diverges> {
+pub(crate) fn solve(p: &Prepared, task: &Task, rays: u32, spent: &mut Spent) -> Result<Solved, Diverges> {
+    let Task { transport, wanted, .. } = *task;
     let clock = Instant::now();
     let sights = [sight(p, &p.scene.transports(transport))];
-    let [first, second] = [0, 1].map(|half| cast_half(p, transport, &sights, rays, wanted.seed, half, watch));
+    let halves = [0, 1].map(|half| self::half(rays, wanted.seed, half));
+    let [first, second] = halves.map(|sampling| cast_half(p, task, &sights, sampling));
     spent.rays += first.1 + second.1;
     spent.seconds.form_factors += clock.elapsed().as_secs_f64();
     let clock = Instant::now();
@@ -85,17 +91,13 @@ fn direct(k: &Operator) -> Vec<Rgb> {
     k.received().iter().enumerate().map(one).collect()
 }
 
-/// K from half the rays.
+/// K from one half of the rays.
 fn cast_half(
     p: &Prepared,
-    transport: Transport,
+    &Task { transport, watch, .. }: &Task,
     sights: &[Arc<Sight>],
-    rays: u32,
-    seed: u32,
-    half: u32,
-    watch: &dyn Watch,
+    mut sampling: Sampling,
 ) -> (Assembled, u64) {
-    let mut sampling = self::half(rays, seed, half);
     if is_dark(p, transport) {
         // What patches receive goes nowhere.
         sampling.emitter_rays = 1;
@@ -117,32 +119,23 @@ pub(crate) fn half(rays: u32, seed: u32, half: u32) -> Sampling {
 }
 
 impl Solved {
-    pub fn gather(
-        &self,
-        p: &Prepared,
-        fields: &Fields,
-        size: (usize, usize),
-        gathering: impl Into<Gathering>,
-        watch: &dyn Watch,
-    ) -> Gathered {
-        let surfaces = (&self.mode.transports[..], &*self.mode.sight);
-        look(p, surfaces, fields, size, gathering, watch)
+    /// A picture of light on patches, seen as this mode has it.
+    pub fn gather(&self, p: &Prepared, fields: &Fields, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
+        look(&mode_view(p, &self.mode, pass.size), fields, &pass.gathering, watch)
     }
 
     /// What a small picture looks at.
     pub fn rough_view<'a>(&'a self, p: &'a Prepared, wanted: &Wanted) -> View<'a> {
-        let surfaces = (&self.mode.transports[..], &*self.mode.sight);
-        view(p, surfaces, rough(wanted.size))
+        mode_view(p, &self.mode, rough(wanted.size))
     }
 
     /// A small picture, enough to tell the errors of the fields.
     pub fn rough(&self, p: &Prepared, wanted: &Wanted, spent: &mut Spent, watch: &dyn Watch) -> Gathered {
         let clock = Instant::now();
-        let size = rough(wanted.size);
         let sampling = GatherSampling { camera: 2, luminaire: 1, hemisphere: 16, seed: wanted.seed };
         // Differences between fields are those of patch light itself, however the picture reads it.
         let fields = self.fields.clone().not_read_nearer(Vec::new());
-        let gathered = self.gather(p, &fields, size, &sampling, watch);
+        let gathered = self.gather(p, &fields, &GatherPass::new(rough(wanted.size), &sampling), watch);
         spent.rays += gathered.rays;
         spent.seconds.gather += clock.elapsed().as_secs_f64();
         gathered
@@ -187,9 +180,9 @@ impl Solved {
 }
 
 /// Width and height of a rough picture.
-pub(crate) fn rough((width, height): (usize, usize)) -> (usize, usize) {
+pub(crate) fn rough(Size { width, height }: Size) -> Size {
     let divisor = width.max(height).div_ceil(ROUGH);
-    (width.div_ceil(divisor), height.div_ceil(divisor))
+    Size { width: width.div_ceil(divisor), height: height.div_ceil(divisor) }
 }
 
 #[cfg(test)]
@@ -203,17 +196,17 @@ mod tests {
     fn solved(scene: &str, patches: usize) -> (Prepared, Solved) {
         let scene = Scene::open(scene).expect("a scene");
         let p = prepare(scene, patches);
-        let wanted = Wanted { tolerance: 0.01, size: (8, 8), deadline: None, seed: 0 };
+        let wanted = Wanted { tolerance: 0.01, size: (8, 8).into(), deadline: None, seed: 0 };
         let transport = Mode::Global.transport();
         let mut spent = Spent::default();
-        let found = solve(&p, transport, 1024, &wanted, &mut spent, &Silent);
+        let found = solve(&p, &Task { transport, wanted: &wanted, watch: &Silent }, 1024, &mut spent);
         (p, found.expect("converges"))
     }
 
     /// Mean of the picture of light on patches, seen along the same rays whatever the patches.
     fn seen(p: &Prepared, s: &Solved, fields: &Fields) -> f32 {
         let sampling = GatherSampling { camera: 2, luminaire: 1, hemisphere: 32, seed: 3 };
-        let picture = s.gather(p, fields, (24, 24), &sampling, &Silent);
+        let picture = s.gather(p, fields, &GatherPass::new((24, 24), &sampling), &Silent);
         let pixels = picture.indirect[0].pixels.iter();
         pixels.map(|p| p.element_sum()).sum()
     }

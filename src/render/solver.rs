@@ -6,9 +6,10 @@
 
 use std::time::Instant;
 
-use crate::gather::GatherSampling;
+use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
 use crate::operator::Operator;
+use crate::pictures::Size;
 use crate::render::assembly::{Assembled, Prepared, Silent, Watch, assemble, prepare};
 use crate::render::deadline::render_within;
 use crate::render::fineness::Fineness;
@@ -65,8 +66,8 @@ impl Solver {
     }
 
     /// Asks for the picture of a mode, so many pixels across and down, from the scene's camera.
-    pub fn render(&mut self, mode: impl Into<Transport>, size: (usize, usize)) -> Request<'_> {
-        Request { transport: mode.into(), size, solver: self }
+    pub fn render(&mut self, mode: impl Into<Transport>, size: impl Into<Size>) -> Request<'_> {
+        Request { transport: mode.into(), size: size.into(), solver: self }
     }
 
     /// K of a mode with the E it acts on: `L = E + K L`, one equation for each patch, half and channel.
@@ -96,7 +97,7 @@ impl Solver {
 pub struct Request<'a> {
     solver: &'a mut Solver,
     transport: Transport,
-    size: (usize, usize),
+    size: Size,
 }
 
 impl Request<'_> {
@@ -122,8 +123,8 @@ impl Request<'_> {
     pub fn fineness(self, fineness: Fineness, samples: u32) -> Result<Rendered, RenderError> {
         let mut spent = Spent::default();
         let mode = self.solver.assembled(self.transport, fineness, &mut spent)?;
-        let sampling = GatherSampling::with_samples(samples, self.solver.seed);
-        Ok(render_fixed(&self.solver.prepared, &mode, self.size, &sampling, spent, &Silent)?)
+        let pass = GatherPass::new(self.size, &GatherSampling::with_samples(samples, self.solver.seed));
+        Ok(render_fixed(&self.solver.prepared, &mode, &pass, spent, &Silent)?)
     }
 }
 
@@ -134,8 +135,7 @@ impl Request<'_> {
 pub(crate) fn render_fixed(
     p: &Prepared,
     mode: &Assembled,
-    size: (usize, usize),
-    sampling: &GatherSampling,
+    pass: &GatherPass,
     mut spent: Spent,
     watch: &dyn Watch,
 ) -> Result<Rendered, Diverges> {
@@ -143,7 +143,7 @@ pub(crate) fn render_fixed(
     let solution = neumann(&mode.operator, &Settings::default())?;
     spent.seconds.solve = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
-    let gathered = render(p, mode, &solution, size, sampling, watch);
+    let gathered = render(p, mode, &solution, pass, watch);
     spent.seconds.gather = clock.elapsed().as_secs_f64();
     spent.seconds.patches = p.seconds;
     spent.seconds.sum();

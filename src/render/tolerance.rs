@@ -18,7 +18,7 @@
 
 use std::time::Instant;
 
-use crate::gather::{Gathered, Gathering};
+use crate::gather::{GatherPass, Gathered, Gathering};
 use crate::light::Transport;
 use crate::render::assembly::{Prepared, Watch};
 use crate::render::divided_patches::divided;
@@ -29,7 +29,7 @@ use crate::render::memory::keep_within;
 use crate::render::patch_sizes::Sizes;
 use crate::render::rendered::Rendered;
 use crate::render::residual_check::Check;
-use crate::render::solved::{Solved, Spent, half, solve};
+use crate::render::solved::{Solved, Spent, Task, half, solve};
 use crate::render::wanted::Wanted;
 use crate::scene::Material;
 use crate::solve::Diverges;
@@ -59,14 +59,15 @@ pub(crate) fn attempt(
     watch: &dyn Watch,
 ) -> Result<Rendered, Diverges> {
     let mut spent = Spent::default();
-    let solved = solve_within(p, transport, wanted, &mut spent, watch)?;
+    let solved = solve_within(p, &Task { transport, wanted, watch }, &mut spent)?;
     let clock = Instant::now();
     let left = wanted.tolerance.powi(2) - solved.error.sum().total.powi(2);
     // Where the solution used up the tolerance, the gather pass still has a share.
     let error = GATHER * left.max(0.25 * wanted.tolerance.powi(2)).sqrt();
     let within = Gathering::Within { error, seed: wanted.seed, deadline: wanted.deadline };
     // The rough picture has told the errors of the fields.
-    let gathered = solved.gather(p, &solved.fields.led().read_by(solved.reading), wanted.size, within, watch);
+    let fields = solved.fields.led().read_by(solved.reading);
+    let gathered = solved.gather(p, &fields, &GatherPass::new(wanted.size, within), watch);
     spent.seconds.gather += clock.elapsed().as_secs_f64();
     spent.seconds.patches += std::mem::take(&mut p.seconds);
     let lit = p.scene.materials.iter().any(Material::emits);
@@ -80,18 +81,13 @@ pub(crate) fn attempt(
 }
 
 /// Solves on more patches and with more rays until their errors in a rough picture are within their shares.
-fn solve_within(
-    p: &mut Prepared,
-    transport: Transport,
-    wanted: &Wanted,
-    spent: &mut Spent,
-    watch: &dyn Watch,
-) -> Result<Solved, Diverges> {
+fn solve_within(p: &mut Prepared, task: &Task, spent: &mut Spent) -> Result<Solved, Diverges> {
+    let Task { transport, wanted, watch } = *task;
     let mut rounds = Rounds::new(wanted);
     p.cut_to(Fineness::first(wanted.tolerance).patches);
     loop {
         rounds.begin(p, transport);
-        let mut solved = solve(p, transport, rounds.rays, wanted, spent, watch)?;
+        let mut solved = solve(p, task, rounds.rays, spent)?;
         if solved.fields.is_dark() {
             return Ok(solved);
         }
@@ -99,7 +95,7 @@ fn solve_within(
         solved.set_errors(&rough);
         match rounds.judge(p, &mut solved, &rough, spent) {
             Next::Accept => return Ok(solved),
-            Next::Divide => return divided(p, transport, (solved, &rough), wanted, spent, watch),
+            Next::Divide => return divided(p, task, solved, &rough, spent),
             Next::Finer(excess) => {
                 let now = Fineness { patches: p.patches.len(), rays: rounds.rays };
                 let next = finer(now, excess, MOST);

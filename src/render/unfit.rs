@@ -1,5 +1,7 @@
 //! What is said where memory would not do: what needs it, how much there is, and what would fit.
 
+use crate::pictures::Size;
+
 /// What memory is needed for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stored {
@@ -42,7 +44,7 @@ pub struct Unfit {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error, miette::Diagnostic)]
 #[error(
     "pictures of {}x{} pixels need about {} of memory, and {} can be used",
-    .size.0, .size.1, amount(*.bytes), amount(*.limit)
+    .size.width, .size.height, amount(*.bytes), amount(*.limit)
 )]
 #[diagnostic(
     code(halflight::memory::pictures),
@@ -53,7 +55,7 @@ pub struct Unfit {
 )]
 pub struct PictureUnfit {
     /// Width and height asked for.
-    pub size: (usize, usize),
+    pub size: Size,
     /// Bytes a pixel.
     pub each: f64,
     /// Bytes needed, about.
@@ -68,8 +70,8 @@ pub struct PictureUnfit {
 ///
 /// # Errors
 /// [`PictureUnfit`], with the number of pixels that would.
-pub fn check_pictures(size: (usize, usize), each: f64, limit: f64) -> Result<(), PictureUnfit> {
-    let bytes = size.0 as f64 * size.1 as f64 * each;
+pub fn check_pictures(size: Size, each: f64, limit: f64) -> Result<(), PictureUnfit> {
+    let bytes = size.width as f64 * size.height as f64 * each;
     if bytes <= limit { Ok(()) } else { Err(PictureUnfit { size, each, bytes, limit, fitting: (limit / each) as u64 }) }
 }
 

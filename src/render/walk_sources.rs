@@ -134,7 +134,7 @@ impl<'a> WalkSources<'a> {
             Origin::Side(face, side) => {
                 let position = triangle_point(self.scene.corners(face), random.uniform(), random.uniform());
                 let weight = self.textured(face, position).unwrap_or(source.weight);
-                return Some(Start { ray: leave(self.scene, position, (face, side), random), weight, place: None });
+                return Some(Start { ray: leave(self.scene, position, face, side, random), weight, place: None });
             }
         };
         let (u, v) = (f64::from(random.uniform()), f64::from(random.uniform()));
@@ -190,7 +190,7 @@ fn around(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
 }
 
 /// A cosine-distributed ray from a point of a side.
-pub(crate) fn leave(scene: &Scene, origin: Vec3, (face, side): (u32, Side), random: &mut Stream) -> Ray {
+pub(crate) fn leave(scene: &Scene, origin: Vec3, face: u32, side: Side, random: &mut Stream) -> Ray {
     let [a, b, c] = scene.exact_corners(face);
     let front = (b - a).cross(c - a).normalize().as_vec3();
     let normal = if side == Side::Front { front } else { -front };

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use crate::gather::sampling::is_over;
+use crate::pictures::Size;
 
 /// What is asked.
 #[derive(Clone, Copy, Debug)]
@@ -10,7 +11,7 @@ pub struct Wanted {
     /// Relative RMS error of the picture.
     pub tolerance: f64,
     /// Pixels across and down.
-    pub size: (usize, usize),
+    pub size: Size,
     /// When the picture is to be there, whatever is reached by then; no end where there is none.
     pub deadline: Option<Instant>,
     /// Chooses the scrambling of all points.

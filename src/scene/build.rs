@@ -122,26 +122,27 @@ fn check_arrays(
         }
         material.check_transport().map_err(|source| SceneError::Transport { place: place(), source })?;
     }
-    for (number, face) in faces.iter().enumerate() {
-        check_face(Place::item(name, "face", number), face, vertices.len(), materials.len())?;
+    for (number, (corners, material)) in faces.iter().enumerate() {
+        let (place, index) = (Place::item(name, "face", number), *material);
+        check_corners(&place, corners, vertices.len())?;
+        if index as usize >= materials.len() {
+            return Err(SceneError::MaterialOutOfRange { place, index, materials: materials.len() });
+        }
     }
     Ok(())
 }
 
-fn check_face(place: Place, face: &(Vec<u32>, u32), vertices: usize, materials: usize) -> Result<(), SceneError> {
-    let (corners, material) = face;
+fn check_corners(place: &Place, corners: &[u32], vertices: usize) -> Result<(), SceneError> {
+    let place = || place.clone();
     let (found, limit) = (corners.len(), MOST_CORNERS);
     if found < 3 {
-        return Err(SceneError::TooFewCorners { place, found });
+        return Err(SceneError::TooFewCorners { place: place(), found });
     }
     if found > limit {
-        return Err(SceneError::TooManyCorners { place, found, limit });
+        return Err(SceneError::TooManyCorners { place: place(), found, limit });
     }
     if let Some(corner) = corners.iter().find(|&&corner| corner as usize >= vertices) {
-        return Err(SceneError::IndexOutOfRange { place, index: corner.to_string(), vertices });
-    }
-    if *material as usize >= materials {
-        return Err(SceneError::MaterialOutOfRange { place, index: *material, materials });
+        return Err(SceneError::IndexOutOfRange { place: place(), index: corner.to_string(), vertices });
     }
     Ok(())
 }

@@ -108,9 +108,15 @@ pub struct FactorSettings {
     pub seed: u32,
 }
 
+impl FactorSettings {
+    fn tolerance(&self) -> Tolerance {
+        Tolerance { relative: self.tolerance, absolute: ABSOLUTE * self.tolerance }
+    }
+}
+
 /// Finds the form factors between all objects; `tau` holds one number per material.
 pub fn factors(scene: &Scene, tau: &[f32], settings: &FactorSettings, watch: &dyn Watch) -> FactorTable {
-    let tolerance = Tolerance { relative: settings.tolerance, absolute: ABSOLUTE * settings.tolerance };
+    let tolerance = settings.tolerance();
     let (n, columns) = (scene.solid_objects(), scene.objects.len());
     let bodies = Bodies::new(scene, tau);
     watch.begin("form factors", (n * columns) as u64);
@@ -132,7 +138,7 @@ pub fn factors(scene: &Scene, tau: &[f32], settings: &FactorSettings, watch: &dy
             }
         })
         .collect();
-    let sampled = sample_rows(scene, tau, settings, &tolerance, &missing, watch);
+    let sampled = sample_rows(scene, tau, settings, &missing, watch);
     let factors: Vec<Factor> = (0..n * columns)
         .map(|k| {
             let (share, how) = better(exact[k], sampled[k]);
@@ -148,7 +154,6 @@ fn sample_rows(
     scene: &Scene,
     tau: &[f32],
     settings: &FactorSettings,
-    tolerance: &Tolerance,
     missing: &[bool],
     watch: &dyn Watch,
 ) -> Vec<Option<Estimate>> {
@@ -163,7 +168,7 @@ fn sample_rows(
     watch.begin("rays", n as u64);
     for (i, (wanted, row)) in missing.chunks(columns).zip(found.chunks_mut(columns)).enumerate() {
         if wanted.contains(&true) {
-            let means = sampler.row(i as u32, wanted, tolerance);
+            let means = sampler.row(i as u32, wanted, &settings.tolerance());
             for (cell, mean) in row.iter_mut().zip(means) {
                 *cell = Some(mean);
             }

@@ -15,5 +15,5 @@ pub(crate) mod statistics;
 
 #[cfg(feature = "plot")]
 pub use bounce_figures::{bounce_sheet, bounces_chart, term_name};
-pub use bounces::{bounce_pictures, bounce_pictures_and_rest, partial_sums};
+pub use bounces::{bounce_fields, bounce_fields_and_rest, bounce_pictures, partial_sums};
 pub use factors::{Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors};

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use halflight::Solver;
-use halflight::gather::GatherSampling;
+use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb, Transport};
-use halflight::pictures::{Picture, decode_srgb};
+use halflight::pictures::{Picture, Size, decode_srgb};
 use halflight::rays::Rays;
 use halflight::reference::{TraceSettings, Tracer};
 use halflight::render::{prepare, render};
@@ -45,7 +45,9 @@ fn a_pixel_shows_the_reflectance_of_its_point() {
             let p = prepare(scene, 9);
             let mode = assemble_one(&p, Mode::Global.transport(), &sampling(16, 0));
             let solution = neumann(&mode.operator, &Settings::default()).expect("ends");
-            let shown = render(&p, &mode, &solution, (1, 1), &GatherSampling::with_samples(16, 0), &Silent).total();
+            let shown =
+                render(&p, &mode, &solution, &GatherPass::new((1, 1), &GatherSampling::with_samples(16, 0)), &Silent)
+                    .total();
             let mut tracer = Tracer::new(&p.scene, &p.rays, &mode.transports, (1, 1), &TraceSettings::default());
             tracer.pass(16);
             for found in [shown.pixels[0].x, tracer.picture().pixels[0].x] {
@@ -108,7 +110,7 @@ fn a_checker_furnace_glows_as_one_of_the_mean() {
 /// The largest distance of 4 x 4 blocks of two pictures in their standard errors, channels apart.
 fn most_apart(picture: &Picture, paths: &Picture, error: &Picture, slack: f64) -> f64 {
     const SIDE: usize = 8;
-    let (width, height) = picture.size();
+    let Size { width, height } = picture.size();
     let mut most: f64 = 0.0;
     for y in (0..height).step_by(SIDE) {
         for x in (0..width).step_by(SIDE) {

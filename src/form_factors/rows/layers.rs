@@ -19,7 +19,7 @@
 
 use rayon::prelude::*;
 
-use crate::form_factors::rows::cast::Caster;
+use crate::form_factors::rows::cast::{Caster, Variant};
 use crate::form_factors::rows::sparse::Rows;
 use crate::form_factors::{Progress, Sampling};
 use crate::patches::Patches;
@@ -57,16 +57,15 @@ struct Crossing {
 /// Casts rays from the patches that receive and keeps their crossings with those that send; also tells how many rays
 /// were cast.
 ///
-/// `tau` is each material's own, at the factor t = 1.
+/// `own` has each material's own tau, at the factor t = 1.
 pub fn cast_layers(
     rays: &Rays,
     patches: &Patches,
-    receives: &[bool],
-    sends: &[bool],
-    tau: &[f32],
+    own: &Variant,
     sampling: &Sampling,
     tick: Progress,
 ) -> (Layers, u64) {
+    let Variant { tau, rows: receives, columns: sends } = own;
     let opaque = !tau.iter().any(|&t| t > 0.0);
     let caster = Caster::new(rays, patches, opaque, sampling);
     let needed = |i: usize| receives[i] && sends.contains(&true);

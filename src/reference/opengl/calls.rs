@@ -15,6 +15,7 @@ use std::ptr::{null, null_mut};
 
 use khronos_egl as egl;
 
+use crate::pictures::Size;
 use crate::reference::opengl::constants as gl;
 
 /// A function of OpenGL for each line, by its name without `gl`.
@@ -85,7 +86,7 @@ pub(crate) struct Gl {
     /// Vertices loaded.
     vertices: Cell<usize>,
     /// Width and height of what is drawn on.
-    size: Cell<(usize, usize)>,
+    size: Cell<Size>,
     /// A context belongs to one thread.
     thread: PhantomData<*const ()>,
 }
@@ -114,7 +115,7 @@ impl Gl {
         egl.make_current(display, None, None, Some(context)).map_err(said)?;
         // SAFETY: EGL knows OpenGL's functions by their names.
         let functions = unsafe { Functions::load(|name| egl.get_proc_address(name)) }?;
-        let (vertices, size) = (Cell::new(0), Cell::new((0, 0)));
+        let (vertices, size) = (Cell::new(0), Cell::new(Size::default()));
         Ok(Gl { egl, display, context, functions, vertices, size, thread: PhantomData })
     }
 
@@ -211,9 +212,9 @@ impl Gl {
     }
 
     /// Makes something to draw on, colours being kept as `format` has them; whether there is such a thing.
-    pub fn draw_on(&self, format: u32, (width, height): (usize, usize)) -> bool {
+    pub fn draw_on(&self, format: u32, size: Size) -> bool {
         let f = self.functions();
-        let (wide, high) = (width as i32, height as i32);
+        let (wide, high) = (size.width as i32, size.height as i32);
         let (mut frame, mut buffers) = (0, [0; 2]);
         // SAFETY: one name is written, and two; everything else is numbers.
         unsafe {
@@ -232,7 +233,7 @@ impl Gl {
             // Colours of vertices beyond 1 stay what they are, where colours are floating point.
             (f.ClampColor)(gl::CLAMP_VERTEX_COLOR, 0);
             let complete = (f.CheckFramebufferStatus)(gl::FRAMEBUFFER) == gl::FRAMEBUFFER_COMPLETE;
-            self.size.set(if complete { (width, height) } else { (0, 0) });
+            self.size.set(if complete { size } else { Size::default() });
             complete
         }
     }
@@ -245,7 +246,7 @@ impl Gl {
 
     /// The colours drawn, row by row from below.
     pub fn read(&self) -> Vec<[f32; 3]> {
-        let (width, height) = self.size.get();
+        let Size { width, height } = self.size.get();
         let mut pixels = vec![[0.0; 3]; width * height];
         // SAFETY: rows of 12-byte pixels need no padding to a multiple of 4 bytes, so they fill the vector exactly.
         unsafe {

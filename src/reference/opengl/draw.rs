@@ -17,7 +17,7 @@ use std::time::Instant;
 use glam::{DVec3, Vec3};
 
 use crate::light::Rgb;
-use crate::pictures::Picture;
+use crate::pictures::{Picture, Size};
 use crate::reference::opengl::answer::{NoOpenGl, OpenGlPicture};
 use crate::reference::opengl::calls::{Gl, Vertex};
 use crate::reference::opengl::constants as gl;
@@ -38,23 +38,23 @@ struct Batch {
 ///
 /// # Errors
 /// [`NoOpenGl`] where the machine has no OpenGL, or OpenGL has not what the scene has.
-pub fn render(scene: &Scene, size: (usize, usize), samples: u32) -> Result<OpenGlPicture, NoOpenGl> {
-    let start = Instant::now();
+pub fn render(scene: &Scene, size: impl Into<Size>, samples: u32) -> Result<OpenGlPicture, NoOpenGl> {
+    let (start, size) = (Instant::now(), size.into());
     let gl = Gl::open().map_err(NoOpenGl::Missing)?;
     check(scene, gl.most_lights())?;
     let across = (f64::from(samples.max(1)).sqrt().round() as usize).clamp(1, TILE);
     let tile = TILE / across;
     let fits = |length: usize| tile.min(length.max(1)) * across;
-    let buffer = (fits(size.0), fits(size.1));
+    let buffer = Size { width: fits(size.width), height: fits(size.height) };
     let floating = gl.draw_on(gl::RGBA32F, buffer);
     if !floating && !gl.draw_on(gl::RGBA8, buffer) {
         return Err(NoOpenGl::Missing("it has nothing to draw on".into()));
     }
     let batches = load(&gl, scene);
     light(&gl, scene);
-    let mut picture = Picture::new(size.0, size.1);
-    for top in (0..size.1).step_by(tile) {
-        for left in (0..size.0).step_by(tile) {
+    let mut picture = Picture::new(size.width, size.height);
+    for top in (0..size.height).step_by(tile) {
+        for left in (0..size.width).step_by(tile) {
             let view = Tile { left, top, across, buffer };
             gl.matrix(gl::PROJECTION, view.projection(scene, size));
             gl.clear();
@@ -188,16 +188,16 @@ struct Tile {
     /// Samples along a pixel's side.
     across: usize,
     /// Width and height of what is drawn on, samples.
-    buffer: (usize, usize),
+    buffer: Size,
 }
 
 impl Tile {
     /// The frustum through it, as `glFrustum` makes it, column by column.
-    fn projection(&self, scene: &Scene, (width, height): (usize, usize)) -> [f32; 16] {
+    fn projection(&self, scene: &Scene, Size { width, height }: Size) -> [f32; 16] {
         let camera = &scene.camera;
         let half = (0.5 * f64::from(camera.vertical_fov).to_radians()).tan();
         let aspect = width as f64 / height as f64;
-        let [wide, high] = [self.buffer.0, self.buffer.1].map(|length| length as f64 / self.across as f64);
+        let [wide, high] = [self.buffer.width, self.buffer.height].map(|length| length as f64 / self.across as f64);
         let x = |pixel: f64| (2.0 * pixel / width as f64 - 1.0) * half * aspect;
         let y = |pixel: f64| (1.0 - 2.0 * pixel / height as f64) * half;
         let (l, r) = (x(self.left as f64), x(self.left as f64 + wide));
@@ -217,7 +217,7 @@ impl Tile {
 
     /// Puts the means of the samples into the picture.
     fn take(&self, samples: &[[f32; 3]], picture: &mut Picture) {
-        let (wide, high) = self.buffer;
+        let Size { width: wide, height: high } = self.buffer;
         let share = 1.0 / (self.across * self.across) as f64;
         for y in self.top..(self.top + high / self.across).min(picture.height) {
             for x in self.left..(self.left + wide / self.across).min(picture.width) {

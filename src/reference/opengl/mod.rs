@@ -23,6 +23,6 @@ pub use draw::render;
 /// # Errors
 /// Always [`NoOpenGl::NotBuilt`].
 #[cfg(not(feature = "opengl"))]
-pub fn render(_: &crate::scene::Scene, _: (usize, usize), _: u32) -> Result<OpenGlPicture, NoOpenGl> {
+pub fn render(_: &crate::scene::Scene, _: impl Into<crate::pictures::Size>, _: u32) -> Result<OpenGlPicture, NoOpenGl> {
     Err(NoOpenGl::NotBuilt)
 }

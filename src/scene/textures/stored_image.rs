@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::pictures::{Texels, decode_srgb};
+use crate::pictures::{Size, Texels, decode_srgb};
 
 /// Texels to a side of the smallest squares that means are kept of.
 const SQUARE: usize = 8;
@@ -57,9 +57,10 @@ impl Image {
         let (mut width, mut height, mut factor) = (image.width(), image.height(), SQUARE);
         while width * height > 1 {
             (width, height) = (width.div_ceil(factor), height.div_ceil(factor));
+            let size = Size { width, height };
             let cells = match image.means.last() {
-                Some(finer) => shrunk(|x, y| finer.at(x, y), (finer.width, finer.height), (width, height)),
-                None => shrunk(|x, y| image.colour(x, y), (image.width(), image.height()), (width, height)),
+                Some(finer) => shrunk(|x, y| finer.at(x, y), (finer.width, finer.height).into(), size),
+                None => shrunk(|x, y| image.colour(x, y), (image.width(), image.height()).into(), size),
             };
             image.means.push(cells);
             factor = LARGER;
@@ -146,8 +147,8 @@ impl Cells {
 /// Area means of a grid over the cells of a coarser one, which need not be made of whole cells of the finer.
 fn shrunk(
     finer: impl Fn(usize, usize) -> Vec3 + Sync,
-    (columns, rows): (usize, usize),
-    (width, height): (usize, usize),
+    Size { width: columns, height: rows }: Size,
+    Size { width, height }: Size,
 ) -> Cells {
     let across: Vec<Vec<(usize, f32)>> = (0..width).map(|x| shares(x, width, columns)).collect();
     let row = |y: usize| {

@@ -70,6 +70,18 @@ impl Default for RaySettings {
 /// Rays of one summand of a column: small enough to share a large shot among threads.
 const BLOCK: u64 = 4096;
 
+/// Some of the rays of a sender.
+#[derive(Clone, Copy)]
+struct Block<'a> {
+    /// The sender's number among those that shoot together.
+    number: usize,
+    sender: &'a Sender,
+    /// The first ray.
+    from: u64,
+    /// Rays of the sender, in all its blocks.
+    count: u64,
+}
+
 /// Shoots rays from the patches of a scene.
 pub struct RayShooter<'a> {
     rays: &'a Rays,
@@ -151,8 +163,8 @@ impl<'a> RayShooter<'a> {
         wanted.clamp(RaySettings::FEWEST, RaySettings::MOST).next_power_of_two()
     }
 
-    /// The part of a column that rays `from..to` of `count` give.
-    fn block(&self, (sender, s): (usize, &Sender), from: u64, count: u64) -> Column<'static> {
+    /// The part of a column that a block of rays gives.
+    fn block(&self, Block { number, sender: s, from, count }: Block) -> Column<'static> {
         let to = (from + BLOCK).min(count);
         let seed = hash(s.patch, hash(s.shot as u32, hash((s.shot >> 32) as u32, self.settings.seed)));
         let mut landed = Vec::new();
@@ -166,7 +178,7 @@ impl<'a> RayShooter<'a> {
         let share = 1.0 / count as f64;
         let (receivers, factors) = self.merge(&mut landed, share * self.areas[s.patch as usize]);
         Column {
-            sender,
+            sender: number,
             receivers: Cow::Owned(receivers),
             factors: Cow::Owned(factors),
             fate: Some(Fate {
@@ -233,16 +245,16 @@ impl Shooter for RayShooter<'_> {
     }
 
     fn columns(&self, senders: &[Sender]) -> Vec<Column<'_>> {
-        let blocks = senders.iter().enumerate().flat_map(|s| {
-            let count = self.count(s.1.share);
-            (0..count).step_by(BLOCK as usize).map(move |from| (s, from, count))
+        let blocks = senders.iter().enumerate().flat_map(|(number, sender)| {
+            let count = self.count(sender.share);
+            (0..count).step_by(BLOCK as usize).map(move |from| Block { number, sender, from, count })
         });
         let blocks: Vec<_> = blocks.collect();
         // One block gains nothing from other threads, and waking them costs more than its rays.
-        if let [(sender, from, count)] = blocks[..] {
-            return vec![self.block(sender, from, count)];
+        if let [block] = blocks[..] {
+            return vec![self.block(block)];
         }
-        blocks.into_par_iter().map(|(sender, from, count)| self.block(sender, from, count)).collect()
+        blocks.into_par_iter().map(|block| self.block(block)).collect()
     }
 
     fn foreknowledge(&self) -> Result<Foreknowledge, Diverges> {

@@ -1,7 +1,7 @@
 //! Pictures as numbers: sums, means and spreads, pixel by pixel and over a mask.
 
 use crate::light::Rgb;
-use crate::pictures::Picture;
+use crate::pictures::{Picture, Size};
 
 /// A picture from two, pixel by pixel.
 pub(crate) fn combine(a: &Picture, b: &Picture, value: impl Fn(Rgb, Rgb) -> Rgb) -> Picture {
@@ -39,7 +39,7 @@ pub(crate) fn counted(mask: &Picture) -> Vec<usize> {
 
 /// The counted pixels in a square window about pixel k, itself included if it counts.
 pub(crate) fn window(mask: &Picture, k: usize, half: usize) -> impl Iterator<Item = usize> {
-    let (width, height) = mask.size();
+    let Size { width, height } = mask.size();
     let (x, y) = (k % width, k / width);
     let rows = y.saturating_sub(half)..(y + half + 1).min(height);
     let columns = x.saturating_sub(half)..(x + half + 1).min(width);
@@ -48,7 +48,7 @@ pub(crate) fn window(mask: &Picture, k: usize, half: usize) -> impl Iterator<Ite
 
 /// Mean over a square window of pixels; only those of the mask count, so that a lamp's edge does not spread.
 pub(crate) fn smoothed(picture: &Picture, half: usize, mask: &Picture) -> Picture {
-    let (width, height) = picture.size();
+    let Size { width, height } = picture.size();
     Picture::from_fn(width, height, |x, y| {
         let start = (Rgb::ZERO, 0.0);
         let add = |(sum, count), k: usize| (sum + picture.pixels[k], count + 1.0);

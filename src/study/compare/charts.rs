@@ -4,7 +4,7 @@
 
 use std::fmt::Display;
 
-use crate::pictures::{Table, known};
+use crate::pictures::{Size, Table, known};
 use crate::plot::chart::{BLACK, GREY};
 use crate::plot::{Axis, Bar, Bars, Chart, Series};
 use crate::study::compare::comparison::Comparison;
@@ -16,7 +16,7 @@ use crate::study::term_name;
 const ERROR: &str = "error, % of the picture's RMS radiance";
 
 fn chart(title: String, caption: String, x: &str, y: &str, series: Vec<Series>) -> Chart {
-    Chart { title, caption, x: Axis::log(x), y: Axis::log(y), series, size: (960, 640) }
+    Chart { title, caption, x: Axis::log(x), y: Axis::log(y), series, size: Size { width: 960, height: 640 } }
 }
 
 /// Seconds and an error in percent.
@@ -74,7 +74,7 @@ pub fn asked_chart(title: String, caption: String, t: &Tradeoff) -> Chart {
     series.extend(least(t, across.into_iter()));
     series.push(Series::measured("reached", 0, points(|p| Some(p.reached.error))));
     series.push(Series::measured("estimated while running", 1, points(|p| p.estimated)));
-    Chart { size: (800, 560), ..chart(title, caption, "error asked for, %", ERROR, series) }
+    Chart { size: Size { width: 800, height: 560 }, ..chart(title, caption, "error asked for, %", ERROR, series) }
 }
 
 /// Where the time went at each tolerance.
@@ -95,7 +95,7 @@ pub fn seconds_bars(title: String, caption: String, t: &Tradeoff) -> Bars {
         y: "share of the time, %".into(),
         parts: names.map(String::from).to_vec(),
         bars: t.of(Method::Tolerance).map(bar).collect(),
-        size: (800, 560),
+        size: Size { width: 800, height: 560 },
     }
 }
 

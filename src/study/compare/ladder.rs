@@ -10,7 +10,7 @@ use std::time::Instant;
 use serde::{Serialize, Serializer};
 
 use crate::light::Transport;
-use crate::pictures::{ImageError, MetricError, Picture};
+use crate::pictures::{ImageError, MetricError, Picture, Size};
 use crate::render::{Seconds, Unfit, Watch};
 use crate::solve::Diverges;
 use crate::study::compare::truth::{Reached, Truth, reached};
@@ -48,7 +48,7 @@ pub struct StudyPlan<'a> {
     /// (alpha, tau) of every material that has none of its own.
     pub transport: Transport,
     /// Width and height of the pictures.
-    pub size: (usize, usize),
+    pub size: Size,
     /// Seconds that each ladder, and each reference, may take.
     pub seconds: f64,
     /// Chooses sample points.
@@ -118,34 +118,34 @@ pub struct Ladder {
     /// Steps at most.
     pub steps: u32,
     /// The next step is foreseen to take as many times the last as that did the one before, but within these.
-    growth: (f64, f64),
+    growth: [f64; 2],
     /// A step that is foreseen to take more than this share of the plan's seconds is not begun.
     share: f64,
 }
 
-const fn ladder(name: &'static str, method: Method, steps: u32, growth: (f64, f64), share: f64) -> Ladder {
+const fn ladder(name: &'static str, method: Method, steps: u32, growth: [f64; 2], share: f64) -> Ladder {
     Ladder { name, method, steps, growth, share }
 }
 
 impl Ladder {
     /// Setting by setting.
     pub const CHARTED: [Ladder; 6] = [
-        ladder("tolerance", Method::Tolerance, 6, (1.0, 3.0), 1.0),
-        ladder("patches alone", Method::Patches, 5, (1.0, 4.0), 0.25),
-        ladder("rays alone", Method::Rays, 5, (1.0, 4.0), 0.25),
-        ladder("samples alone", Method::Samples, 5, (1.0, 4.0), 0.25),
-        ladder("shooting", Method::ShootingRays, 8, (1.0, 2.5), 0.25),
-        ladder("path tracing", Method::NextEvent, 10, (1.0, 4.0), 0.25),
+        ladder("tolerance", Method::Tolerance, 6, [1.0, 3.0], 1.0),
+        ladder("patches alone", Method::Patches, 5, [1.0, 4.0], 0.25),
+        ladder("rays alone", Method::Rays, 5, [1.0, 4.0], 0.25),
+        ladder("samples alone", Method::Samples, 5, [1.0, 4.0], 0.25),
+        ladder("shooting", Method::ShootingRays, 8, [1.0, 2.5], 0.25),
+        ladder("path tracing", Method::NextEvent, 10, [1.0, 4.0], 0.25),
     ];
 
     /// Five ways to one picture, each in the same time. A step of a patch method costs some two and a half times the one
     /// before; those of the path tracers end by the clock.
     pub const COMPARED: [Ladder; 5] = [
-        ladder("Neumann over K", Method::Neumann, 12, (2.5, 2.5), 1.0),
-        ladder("shooting over K", Method::ShootingAssembled, 12, (2.5, 2.5), 1.0),
-        ladder("shooting with rays", Method::ShootingRays, 12, (2.5, 2.5), 1.0),
-        ladder("path tracing, next event", Method::NextEvent, 6, (0.0, 0.0), 1.0),
-        ladder("path tracing", Method::Paths, 6, (0.0, 0.0), 1.0),
+        ladder("Neumann over K", Method::Neumann, 12, [2.5, 2.5], 1.0),
+        ladder("shooting over K", Method::ShootingAssembled, 12, [2.5, 2.5], 1.0),
+        ladder("shooting with rays", Method::ShootingRays, 12, [2.5, 2.5], 1.0),
+        ladder("path tracing, next event", Method::NextEvent, 6, [0.0, 0.0], 1.0),
+        ladder("path tracing", Method::Paths, 6, [0.0, 0.0], 1.0),
     ];
 }
 
@@ -176,7 +176,7 @@ pub(crate) fn climb<E>(
     mut step: impl FnMut(u32) -> Result<Option<LadderStep>, E>,
 ) -> Result<Vec<LadderStep>, E> {
     let mut steps: Vec<LadderStep> = Vec::new();
-    let (least, most) = ladder.growth;
+    let [least, most] = ladder.growth;
     for k in 0..ladder.steps {
         let foreseen = match &steps[..] {
             [] => 0.0,

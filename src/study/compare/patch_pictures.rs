@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use crate::form_factors::Sampling;
-use crate::gather::GatherSampling;
+use crate::gather::{GatherPass, GatherSampling};
 use crate::light::{Light, Rgb};
 use crate::pictures::Picture;
 use crate::render::look::fields;
@@ -127,7 +127,7 @@ pub(crate) fn patch_step(
         (Some(k), Method::Patches | Method::Rays | Method::Samples) => {
             let solution = neumann(&k.operator, &Settings::default())?;
             seconds.solve = lap(&mut clock);
-            vec![render(p, k, &solution, plan.size, &effort.gathering(), plan.watch).total()]
+            vec![render(p, k, &solution, &GatherPass::new(plan.size, &effort.gathering()), plan.watch).total()]
         }
         _ => {
             let generations = generations(p, plan, method, effort, k.as_ref())?;
@@ -196,7 +196,8 @@ pub(crate) fn by_order(
     let each = plan.study.orders().max(1);
     let values: Vec<Vec<Rgb>> = solutions.iter().flat_map(|g| values(p, g, each - 1)).collect();
     let transports = p.scene.transports(plan.transport);
-    let parts = picture(p, &transports, &fields(p, &values), plan.size, &effort.gathering(), plan.watch);
+    let parts =
+        picture(p, &transports, &fields(p, &values), &GatherPass::new(plan.size, &effort.gathering()), plan.watch);
     let of_one = |indirect: &[Picture]| {
         let mut orders = vec![parts.emission.clone()];
         orders.extend_from_slice(indirect);

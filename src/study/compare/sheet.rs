@@ -5,8 +5,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::pictures::{Exposure, Picture};
-use crate::plot::{ChartError, Sheet, Tile, difference_scale, difference_tiles};
+use crate::pictures::Exposure;
+use crate::plot::{ChartError, Sheet, Tile, Titled, difference_scale, difference_tiles};
+use crate::study::compare::answer::Answer;
 use crate::study::compare::comparison::Comparison;
 use crate::study::compare::ladder::{Ladder, Method, ORDERS};
 use crate::study::compare::verdict::Difference;
@@ -18,8 +19,8 @@ use crate::study::term_name;
 /// A destination that cannot be written.
 pub fn write_sheet(path: &Path, heading: String, c: &Comparison, exposure: Exposure) -> Result<(), ChartError> {
     let best = || c.methods.iter().map(|m| &m.answer);
-    let mut pictures: Vec<(Picture, String, String)> =
-        best().map(|a| (a.picture.clone(), a.name.into(), a.effort.clone())).collect();
+    let titled = |a: &Answer| Titled { picture: a.picture.clone(), title: a.name.into(), note: a.effort.clone() };
+    let mut pictures: Vec<Titled> = best().map(titled).collect();
     let reference = Ladder::COMPARED.iter().position(|ladder| ladder.method == Method::NextEvent);
     if let Some(k) = reference {
         let reference = &c.methods[k].answer.picture;
@@ -28,8 +29,9 @@ pub fn write_sheet(path: &Path, heading: String, c: &Comparison, exposure: Expos
         let scale = scales.filter(|s| *s < 1.0).fold(0.0, f32::max);
         let scale = if scale > 0.0 { scale } else { 1.0 };
         for (_, other) in best().enumerate().filter(|(i, _)| *i != k) {
-            let [(picture, ..), _] = difference_tiles(&other.picture, reference, scale, exposure);
-            pictures.push((picture, format!("{} − next event", other.name), String::new()));
+            let [Titled { picture, .. }, _] = difference_tiles(&other.picture, reference, scale, exposure);
+            let title = format!("{} − next event", other.name);
+            pictures.push(Titled { picture, title, note: String::new() });
         }
         let [_, legend] = difference_tiles(reference, reference, scale, exposure);
         pictures.push(legend);

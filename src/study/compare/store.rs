@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::light::Transport;
-use crate::pictures::{Exposure, ImageError, Picture, make_directory, read_picture, write_picture, write_whole};
+use crate::pictures::{Exposure, ImageError, Picture, Size, make_directory, read_picture, write_picture, write_whole};
 use crate::scene::Scene;
 use crate::study::compare::ladder::StudyPlan;
 use crate::study::compare::truth::{Made, Truth};
@@ -40,12 +40,12 @@ impl fmt::Write for Hash {
 
 impl Key {
     /// The key of a scene seen in one mode at one size.
-    fn of(scene: &Scene, transport: Transport, size: (usize, usize)) -> Key {
+    fn of(scene: &Scene, transport: Transport, size: Size) -> Key {
         let mut hash = Hash(OFFSET);
         let version = env!("CARGO_PKG_VERSION");
         let transports = scene.transports(transport);
         // The shortest decimal form of a float tells it from any other. Writing into the hash cannot fail.
-        let _ = write!(hash, "{version}{size:?}{transports:?}");
+        let _ = write!(hash, "{version}({}, {}){transports:?}", size.width, size.height);
         let _ = write!(hash, "{:?}{:?}", scene.camera, scene.frame);
         let _ = write!(hash, "{:?}{:?}", scene.materials, scene.faces);
         let _ = write!(hash, "{:?}", scene.vertices);
@@ -138,7 +138,7 @@ mod tests {
     use super::*;
     use crate::light::Mode;
 
-    const SIZE: (usize, usize) = (2, 2);
+    const SIZE: Size = Size { width: 2, height: 2 };
 
     fn cornell() -> Scene {
         Scene::open("cornell-box").unwrap()
@@ -165,6 +165,6 @@ mod tests {
             assert_ne!(own, key(&other));
         }
         assert_ne!(own, Key::of(&scene, Mode::Local.transport(), SIZE));
-        assert_ne!(own, Key::of(&scene, Mode::Global.transport(), (2, 3)));
+        assert_ne!(own, Key::of(&scene, Mode::Global.transport(), Size { height: 3, ..SIZE }));
     }
 }

@@ -19,7 +19,7 @@
 use serde::{Serialize, Serializer};
 
 use crate::light::Rgb;
-use crate::pictures::Picture;
+use crate::pictures::{Picture, Size};
 use crate::study::compare::answer::{Answer, Mean};
 use crate::study::compare::arithmetic::{counted, map, smoothed, window};
 use crate::study::statistics::{bennett, student_quantile, variance_limit};
@@ -100,7 +100,7 @@ pub fn judge(a: &Answer, b: &Answer, mask: &Picture) -> Pair {
     let failing_pixels = failing(a, b, mask, &chosen);
     let numbers = a.means.len().min(b.means.len()).max(1);
     let pairs = a.means.iter().zip(&b.means);
-    let mut means = pairs.map(|pair| difference(pair, (a, b), chosen.len(), numbers));
+    let mut means = pairs.map(|(x, y)| difference([x, y], [a, b], chosen.len(), numbers));
     let mean = means.next().unwrap_or(Difference { relative: 0.0, error: 0.0, agree: true });
     let orders: Vec<_> = means.enumerate().map(|(n, means)| OrderDifference { n, means }).collect();
     let agree = failing_pixels == 0 && mean.agree && orders.iter().all(|o| o.means.agree);
@@ -172,7 +172,7 @@ fn limit(seen: f64, weight: f64, n: f64, l: f64) -> f64 {
 
 /// Largest of each pixel and its eight neighbours, channel by channel, within the mask.
 fn largest_near(picture: &Picture, mask: &Picture) -> Picture {
-    let (width, height) = picture.size();
+    let Size { width, height } = picture.size();
     Picture::from_fn(width, height, |x, y| {
         let near = window(mask, y * width + x, 1);
         near.fold(Rgb::ZERO, |m, k| m.max(picture.pixels[k]))
@@ -180,7 +180,7 @@ fn largest_near(picture: &Picture, mask: &Picture) -> Picture {
 }
 
 /// Compares one of `numbers` means of `pixels` pixels, in the channel that differs most.
-fn difference((x, y): (&Mean, &Mean), (a, b): (&Answer, &Answer), pixels: usize, numbers: usize) -> Difference {
+fn difference([x, y]: [&Mean; 2], [a, b]: [&Answer; 2], pixels: usize, numbers: usize) -> Difference {
     let same_patches = a.systematic.is_some() == b.systematic.is_some();
     let weights =
         [a, b].map(|e| e.sample.as_ref().map_or(Rgb::ZERO, |s| s.pixels.iter().copied().fold(Rgb::ZERO, Rgb::max)));

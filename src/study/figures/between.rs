@@ -11,13 +11,13 @@
 //!
 //! Not handled: errors; the effort is given.
 
-use crate::form_factors::{FormFactors, Layers, Sampling, cast_layers};
+use crate::form_factors::{FormFactors, Layers, Sampling, Variant, cast_layers};
 use crate::gather::{GatherSampling, invisible};
 use crate::light::{Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
-use crate::pictures::Picture;
+use crate::pictures::{Picture, Size};
 use crate::render::assembly::{received, sight};
-use crate::render::look::{fields, look, without_luminaires};
+use crate::render::look::{fields, look, view, without_luminaires};
 use crate::render::{Prepared, Watch};
 use crate::solve::{Diverges, Extrapolated, Settings, extrapolated};
 
@@ -38,7 +38,7 @@ pub struct SquareEffort {
     /// Rays of the pixels.
     pub gather: GatherSampling,
     /// Pixels across and down.
-    pub size: (usize, usize),
+    pub size: Size,
 }
 
 /// Solves a scene at points of the (alpha, tau) square from one cast of rays; points of one tau are gathered together.
@@ -58,8 +58,8 @@ fn cast(p: &Prepared, sampling: &Sampling, watch: &dyn Watch) -> Layers {
     let tau: Vec<f32> = own.iter().map(|t| t.tau).collect();
     watch.begin("form factors", p.patches.len() as u64);
     let tick = |done| watch.tick(done);
-    let (receives, sends) = (materials.receives(), materials.sends());
-    cast_layers(&p.rays, &p.patches, &receives, &sends, &tau, sampling, &tick).0
+    let own = Variant { tau, rows: materials.receives(), columns: materials.sends() };
+    cast_layers(&p.rays, &p.patches, &own, sampling, &tick).0
 }
 
 /// (alpha, tau) of every material at a point of the square.
@@ -100,7 +100,8 @@ fn column(
         solved.push(Point { transport, solution, picture: None });
         watch.tick(1);
     }
-    let gathered = look(p, (&surfaces, &sight), &fields(p, &fields_of), effort.size, &effort.gather, watch);
+    let view = view(p, &surfaces, &sight, effort.size);
+    let gathered = look(&view, &fields(p, &fields_of), &(&effort.gather).into(), watch);
     let seen = gathered.emission.plus(&gathered.direct).unwrap_or_default();
     let lit = solved.iter_mut().filter(|point| point.solution.is_ok());
     for (point, indirect) in lit.zip(&gathered.indirect) {

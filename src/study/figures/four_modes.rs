@@ -7,7 +7,7 @@ use crate::light::Mode;
 use crate::plot::{Cell, Heading, Page, PageRow, Shown};
 use crate::render::Rendered;
 use crate::solve::Diverges;
-use crate::study::figures::panel::{Figure, Panel, exposure_for, exposure_words, no_light};
+use crate::study::figures::panel::{Figure, PageSettings, Panel, exposure_for, exposure_words, no_light};
 
 /// One mode's picture, or the proof that there is none.
 pub struct SolvedMode {
@@ -22,11 +22,11 @@ pub struct SolvedMode {
 /// The panels row by row: alpha 1 above alpha 0, tau 0 left of tau 1.
 const LAYOUT: [[Mode; 2]; 2] = [[Mode::Global, Mode::Shadowless], [Mode::OneBounce, Mode::Local]];
 
-/// The page of four modes of a scene of that name, `brighter` stops brighter than suits the pictures.
-pub fn four_modes(scene: &str, size: (usize, usize), brighter: f32, solved: &[SolvedMode]) -> Figure {
+/// The page of four modes of a scene.
+pub fn four_modes(settings: &PageSettings, solved: &[SolvedMode]) -> Figure {
     let pictures = solved.iter().filter_map(|s| s.picture.as_ref().ok());
     let mut exposure = exposure_for(pictures.map(|r| &r.picture));
-    exposure.stops += brighter;
+    exposure.stops += settings.brighter;
     let of = |mode: Mode| solved.iter().find(|s| s.mode == mode);
     let rows = LAYOUT.map(|row| PageRow {
         heading: Heading::default(),
@@ -39,11 +39,12 @@ pub fn four_modes(scene: &str, size: (usize, usize), brighter: f32, solved: &[So
         title: "One equation, L = E + K L, in four modes".into(),
         rows: rows.into(),
         caption: format!(
-            "Scene {scene}. α: share of the reflected light that travels on. τ: share of light that passes through \
+            "Scene {}. α: share of the reflected light that travels on. τ: share of light that passes through \
              surfaces. The visible half of L; one {} for all panels{worst}.",
+            settings.scene,
             exposure_words(exposure),
         ),
-        panel: size,
+        panel: settings.size,
         exposure,
     };
     Figure { page, panels: LAYOUT.as_flattened().iter().filter_map(|&mode| Some(panel(of(mode)?))).collect() }

@@ -12,9 +12,9 @@
 
 use std::time::Instant;
 
-use crate::gather::GatherSampling;
+use crate::gather::{GatherPass, GatherSampling};
 use crate::light::{Mode, Rgb};
-use crate::pictures::{Picture, largest_difference, mean_difference, mean_e_pixel};
+use crate::pictures::{Picture, Size, largest_difference, mean_difference, mean_e_pixel};
 use crate::rays::Rays;
 use crate::reference::opengl::{NoOpenGl, OpenGlPicture, render as draw};
 use crate::reference::{TraceSettings, Tracer};
@@ -33,7 +33,7 @@ const FINENESS: Fineness = Fineness { patches: 64, rays: 1 };
 #[derive(Clone, Copy, Debug)]
 pub struct LocalEffort {
     /// Width and height of the pictures.
-    pub size: (usize, usize),
+    pub size: Size,
     /// About how many triangles.
     pub triangles: usize,
     /// Samples a pixel, by every method.
@@ -138,7 +138,7 @@ pub(crate) fn solve(scene: &Scene, effort: &LocalEffort, samples: u32, watch: &d
     let mut spent = Spent { rays, ..Spent::default() };
     spent.seconds.form_factors = start.elapsed().as_secs_f64();
     let sampling = GatherSampling { camera: samples.div_ceil(2), luminaire: 1, hemisphere: 1, seed: effort.seed };
-    let found = render_fixed(&p, &modes[0], effort.size, &sampling, spent, watch);
+    let found = render_fixed(&p, &modes[0], &GatherPass::new(effort.size, &sampling), spent, watch);
     found.expect("light that nothing passes on makes a series that ends")
 }
 

@@ -3,8 +3,8 @@
 //! Not handled: the pictures and the numbers ([`local_light`](crate::study::figures::local_light)).
 
 use crate::light::Rgb;
-use crate::pictures::{Exposure, Picture};
-use crate::plot::{Cell, Heading, Page, PageRow, Shown, difference_scale, difference_tiles};
+use crate::pictures::{Exposure, Picture, Size};
+use crate::plot::{Cell, Heading, Page, PageRow, Shown, Titled, difference_scale, difference_tiles};
 use crate::study::figures::local_light::{Apart, LocalEffort, LocalLight, apart, shown};
 use crate::study::figures::panel::exposure_words;
 
@@ -105,7 +105,7 @@ impl Columns<'_> {
     fn minus(&self, name: &str, note: &str, pictures: [&Picture; 2], apart: &Apart) -> Cell {
         let [a, b] = pictures.map(shown);
         let scale = difference_scale(&a, &b);
-        let [(tile, ..), _] = difference_tiles(&a, &b, scale, self.exposure);
+        let [Titled { picture: tile, .. }, _] = difference_tiles(&a, &b, scale, self.exposure);
         let below = format!(
             "blue −{0}, red +{0}. Mean e_pixel {1}, mean colour {2:.2}/255, largest {3}",
             percent(f64::from(scale)),
@@ -146,7 +146,7 @@ fn short(renderer: &str) -> &str {
 }
 
 /// The detail of a picture, every pixel as a square, of the size of the whole.
-fn magnified(picture: &Picture, (width, height): (usize, usize)) -> Picture {
+fn magnified(picture: &Picture, Size { width, height }: Size) -> Picture {
     let (wide, high) = (width.div_ceil(ZOOM), height.div_ceil(ZOOM));
     let first =
         |share: f64, all: usize, part: usize| ((share * all as f64) as usize).saturating_sub(part / 2).min(all - part);

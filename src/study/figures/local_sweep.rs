@@ -10,6 +10,7 @@
 //!
 //! Not handled: places other than the middle of the floor, but for the mean over a picture of the whole scene.
 
+use crate::pictures::Size;
 use crate::plot::{Axis, Chart, Series};
 use crate::reference::opengl::render as draw;
 use crate::render::Watch;
@@ -19,8 +20,8 @@ use crate::study::figures::two_spheres::{FiveLights, Lit, TwoSpheres};
 /// Width over height.
 const RATIOS: [f64; 10] = [0.1, 0.15, 0.2, 0.25, 0.35, 0.5, 0.7, 0.9, 1.2, 1.6];
 /// Width and height of pictures of the middle of the floor, and of the whole scene.
-const MIDDLE: (usize, usize) = (4, 4);
-const WHOLE: (usize, usize) = (96, 96);
+const MIDDLE: Size = Size { width: 4, height: 4 };
+const WHOLE: Size = Size { width: 96, height: 96 };
 /// Triangles of the whole scene, and camera rays a pixel.
 const TRIANGLES: usize = 20_000;
 const SAMPLES: u32 = 16;
@@ -80,6 +81,6 @@ pub fn sweep_chart(swept: &[Swept], five: &str) -> Chart {
             Series::measured("middle of the floor", 0, points(|s| s.e_pixel)),
             Series::measured("mean e_pixel of the picture", 1, points(|s| s.whole)),
         ],
-        size: (900, 560),
+        size: Size { width: 900, height: 560 },
     }
 }

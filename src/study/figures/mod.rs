@@ -19,7 +19,7 @@ pub use four_modes::{SolvedMode, four_modes};
 pub use local_light::{Apart, LocalEffort, LocalLight, PointLights, local_light};
 pub use local_page::local_page;
 pub use local_sweep::{Swept, local_sweep, sweep_chart};
-pub use panel::{Figure, Panel, exposure_for};
+pub use panel::{Figure, PageSettings, Panel, exposure_for};
 pub use square::{between_grid, between_strip, square_points};
 pub use successive::{Successive, successive};
 pub use two_spheres::{FiveLights, Lit, TRIANGLES, TwoSpheres};

@@ -4,8 +4,8 @@
 
 use crate::light::Transport;
 use crate::operator::Bounds;
-use crate::pictures::{Exposure, Picture};
-use crate::plot::{Cell, Page, Shown};
+use crate::pictures::{Exposure, Picture, Size};
+use crate::plot::{Cell, Corner, Page, Shown};
 use crate::solve::{Diverges, Verdict};
 
 /// A page, and what its panels show, row by row.
@@ -14,6 +14,17 @@ pub struct Figure {
     pub page: Page,
     /// One for each cell of the page that is not blank.
     pub panels: Vec<Panel>,
+}
+
+/// What the pages of one scene's pictures have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct PageSettings<'a> {
+    /// The scene's name.
+    pub scene: &'a str,
+    /// Width and height of every picture.
+    pub size: Size,
+    /// Stops that pictures are brighter than suits them.
+    pub brighter: f32,
 }
 
 /// What one panel shows.
@@ -63,8 +74,8 @@ pub(crate) fn no_light(e: &Diverges) -> Shown {
 }
 
 impl Figure {
-    /// Left and top edge of each of [`Figure::panels`] in the page's PNG, pixels.
-    pub fn places(&self) -> Vec<(usize, usize)> {
+    /// The top left pixel of each of [`Figure::panels`] in the page's PNG.
+    pub fn places(&self) -> Vec<Corner> {
         let shown = |cell: &Cell| !matches!(cell.shown, Shown::Blank);
         let cells = self.page.rows.iter().flat_map(|row| &row.cells);
         let places = self.page.places().into_iter().flatten();

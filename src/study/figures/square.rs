@@ -9,7 +9,7 @@ use crate::pictures::Picture;
 use crate::plot::{Cell, Heading, Page, PageRow, Shown};
 use crate::solve::Verdict;
 use crate::study::figures::between::Point;
-use crate::study::figures::panel::{Figure, Panel, exposure_for, exposure_words, no_light};
+use crate::study::figures::panel::{Figure, PageSettings, Panel, exposure_for, exposure_words, no_light};
 
 /// Points of the grid each way, and of each path.
 const GRID: u8 = 5;
@@ -40,7 +40,7 @@ fn paths() -> [Vec<Transport>; 2] {
 }
 
 /// A grid of pictures over the square.
-pub fn between_grid(scene: &str, size: (usize, usize), brighter: f32, points: &[Point]) -> Figure {
+pub fn between_grid(settings: &PageSettings, points: &[Point]) -> Figure {
     let row = |row: Vec<Transport>| {
         let heading = Heading::new(row.first().map_or(String::new(), |t| format!("α = {}", t.alpha)), "");
         (heading, row)
@@ -51,11 +51,11 @@ pub fn between_grid(scene: &str, size: (usize, usize), brighter: f32, points: &[
     let cell =
         |t: Transport, shown| Cell { above: Heading::new(top(t), above(t)), shown, gain: 1.0, below: below(t).into() };
     let title = "Between the modes: α (interreflection) up, τ (transmission) to the right";
-    figure(scene, title, (size, brighter), points, grid().into_iter().map(row).collect(), &cell)
+    figure(settings, title, points, grid().into_iter().map(row).collect(), &cell)
 }
 
 /// Two strips from mode to mode.
-pub fn between_strip(scene: &str, size: (usize, usize), brighter: f32, points: &[Point]) -> Figure {
+pub fn between_strip(settings: &PageSettings, points: &[Point]) -> Figure {
     let name = |t: Option<&Transport>| t.map_or(String::new(), |t| t.label());
     let rows = paths().map(|path| (Heading::new(name(path.first()), format!("to {}", name(path.last()))), path));
     let cell = |t: Transport, shown| Cell {
@@ -65,14 +65,13 @@ pub fn between_strip(scene: &str, size: (usize, usize), brighter: f32, points: &
         below: String::new(),
     };
     let title = "Between the modes: from global to local shading, and from one bounce to shadowless light";
-    figure(scene, title, (size, brighter), points, rows.into(), &cell)
+    figure(settings, title, points, rows.into(), &cell)
 }
 
 /// A page of points in rows.
 fn figure(
-    scene: &str,
+    settings: &PageSettings,
     title: &str,
-    (size, brighter): ((usize, usize), f32),
     points: &[Point],
     rows: Vec<(Heading, Vec<Transport>)>,
     cell: &dyn Fn(Transport, Shown) -> Cell,
@@ -80,18 +79,25 @@ fn figure(
     let of = |t: Transport| points.iter().find(|p| p.transport == t);
     let on = rows.iter().flat_map(|(_, row)| row).filter_map(|&t| of(t));
     let mut exposure = exposure_for(on.clone().filter_map(tame));
-    exposure.stops += brighter;
+    exposure.stops += settings.brighter;
     let panels = on.map(panel).collect();
     let row = |(heading, row): (Heading, Vec<Transport>)| {
         let cells = row.into_iter().map(|t| cell(t, of(t).map_or(Shown::Blank, shown)));
         PageRow { heading, cells: cells.collect() }
     };
     let caption = format!(
-        "Scene {scene}. α: share of the reflected light that travels on. τ: share of light that passes through \
+        "Scene {}. α: share of the reflected light that travels on. τ: share of light that passes through \
          surfaces. Solved from one cast of rays; one {} for all panels.",
+        settings.scene,
         exposure_words(exposure),
     );
-    let page = Page { title: title.into(), rows: rows.into_iter().map(row).collect(), caption, panel: size, exposure };
+    let page = Page {
+        title: title.into(),
+        rows: rows.into_iter().map(row).collect(),
+        caption,
+        panel: settings.size,
+        exposure,
+    };
     Figure { page, panels }
 }
 

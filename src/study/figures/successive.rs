@@ -10,7 +10,7 @@ use crate::pictures::Picture;
 use crate::plot::{Cell, Heading, Page, PageRow, Shown};
 use crate::solve::{Diverges, Verdict};
 use crate::study::bounce_figures::{brightness, gain};
-use crate::study::figures::panel::{Figure, Panel, exposure_for, exposure_words};
+use crate::study::figures::panel::{Figure, PageSettings, Panel, exposure_for, exposure_words};
 use crate::study::{partial_sums, term_name};
 
 /// The series of one mode in pictures, or the proof that it has no sum.
@@ -37,22 +37,23 @@ impl Successive {
     }
 }
 
-/// The page of a scene of that name, `brighter` stops brighter than suits the sums.
-pub fn successive(scene: &str, size: (usize, usize), brighter: f32, series: &[Successive]) -> Figure {
+/// The page of a scene, as bright as suits the sums and the settings.
+pub fn successive(settings: &PageSettings, series: &[Successive]) -> Figure {
     let summed: Vec<_> = series.iter().filter(|s| s.count() > 1).map(|s| (s, partial_sums(&s.terms))).collect();
     let mut exposure = exposure_for(summed.iter().filter_map(|(_, sums)| sums.last()));
-    exposure.stops += brighter;
+    exposure.stops += settings.brighter;
     let mut figure = Figure {
         page: Page {
             title: "Successive approximation: L = E + KE + K²E + …".into(),
             rows: Vec::new(),
             caption: format!(
-                "Scene {scene}. Upper row of each mode: single terms of the series, those marked × brightened. Lower \
+                "Scene {}. Upper row of each mode: single terms of the series, those marked × brightened. Lower \
                  row: their sums. One {} for all sums.{}",
+                settings.scene,
                 exposure_words(exposure),
                 left_out(series),
             ),
-            panel: size,
+            panel: settings.size,
             exposure,
         },
         panels: Vec::new(),

@@ -94,7 +94,7 @@ struct Mesh {
 
 impl Mesh {
     /// A grid of `across` by `up` quadrangles of two triangles over the unit square; triangles without area are left out.
-    fn grid(&mut self, (across, up): (u32, u32), material: u32, at: impl Fn(f64, f64) -> DVec3) {
+    fn grid(&mut self, [across, up]: [u32; 2], material: u32, at: impl Fn(f64, f64) -> DVec3) {
         let first = self.vertices.len() as u32;
         for j in 0..=up {
             let row = (0..=across).map(|i| at(f64::from(i) / f64::from(across), f64::from(j) / f64::from(up)));
@@ -116,7 +116,7 @@ impl Mesh {
 
     /// A sphere by latitudes and longitudes, seen from outside.
     fn sphere(&mut self, centre: DVec3, rings: u32, material: u32) {
-        self.grid((2 * rings, rings), material, |u, v| {
+        self.grid([2 * rings, rings], material, |u, v| {
             // The seam's two columns of vertices and the poles are exactly the same points.
             let (sin, cos) = if u == 1.0 { (0.0, 1.0) } else { (2.0 * PI * u).sin_cos() };
             let (across, up) =
@@ -137,7 +137,7 @@ impl TwoSpheres {
         let mut mesh = Mesh::default();
         let side = (0.2 * self.triangles as f64).sqrt().round().max(2.0) as u32;
         let rings = (0.075 * self.triangles as f64).sqrt().round().max(4.0) as u32;
-        mesh.grid((side, side), 0, |u, v| FLOOR * DVec3::new(u - 0.5, v - 0.5, 0.0));
+        mesh.grid([side, side], 0, |u, v| FLOOR * DVec3::new(u - 0.5, v - 0.5, 0.0));
         for (centre, material) in CENTRES.into_iter().zip(1..) {
             mesh.sphere(centre, rings, material);
         }
@@ -148,7 +148,7 @@ impl TwoSpheres {
     /// 1 in the middle.
     pub fn middle(&self) -> Scene {
         let mut mesh = Mesh::default();
-        mesh.grid((32, 32), 0, |u, v| DVec3::new(u - 0.5, v - 0.5, 0.0));
+        mesh.grid([32, 32], 0, |u, v| DVec3::new(u - 0.5, v - 0.5, 0.0));
         let mut scene = self.finish(mesh, DVec3::new(0.0, -0.01, 10.0), DVec3::ZERO, 0.1);
         let gain = (1.0 / (self.radiance() * self.form())) as f32;
         scene.materials.iter_mut().for_each(|m| m.emission *= gain);
@@ -170,7 +170,7 @@ impl TwoSpheres {
 
     fn finish(&self, mut mesh: Mesh, eye: DVec3, target: DVec3, fov: f32) -> Scene {
         let width = self.ratio * HEIGHT;
-        mesh.grid((1, 1), 3, |u, v| DVec3::new(width * (u - 0.5), width * (0.5 - v), HEIGHT));
+        mesh.grid([1, 1], 3, |u, v| DVec3::new(width * (u - 0.5), width * (0.5 - v), HEIGHT));
         let gloss = self.highlights.then_some(Gloss { specular: Rgb::splat(0.3), exponent: 30.0 });
         let emission = if self.lit == Lit::Area { Rgb::splat(self.radiance() as f32) } else { Rgb::ZERO };
         let diffuse =

@@ -1,5 +1,6 @@
 //! The charts of both sides of the frontier.
 
+use crate::pictures::Size;
 use crate::plot::{Axis, Chart, Series};
 use crate::study::frontier::series::SeriesRun;
 use crate::study::frontier::spread::Traced;
@@ -9,7 +10,7 @@ const PER_OCTAVE: f64 = 2.0;
 
 fn chart(title: String, caption: String, labels: [&str; 2], series: Vec<Series>) -> Chart {
     let [x, y] = labels.map(Axis::log);
-    Chart { title, caption, x, y, series, size: (960, 600) }
+    Chart { title, caption, x, y, series, size: Size { width: 960, height: 600 } }
 }
 
 /// The norm of what follows term n, as it is and as it is proved to be at most, and beyond the frontier the terms themselves.

@@ -15,6 +15,6 @@ pub(crate) mod spread;
 #[cfg(feature = "plot")]
 pub use charts::{series_chart, shooting_chart, spread_chart};
 pub use formal::{Formal, check_dense, formal};
-pub use series::{SeriesRun, Shot, Timing, runs};
+pub use series::{Approach, SeriesRun, Shot, Timing, runs};
 pub use slice::{Slice, at};
 pub use spread::{Scaling, Spread, Traced, scaling};

@@ -95,16 +95,25 @@ fn name<S: Serializer>(verdict: &Verdict, to: S) -> Result<S::Ok, S::Error> {
     to.serialize_str(verdict.name())
 }
 
+/// Points at one tau that approach the frontier.
+#[derive(Clone, Debug)]
+pub struct Approach {
+    /// Transmission of all of them.
+    pub tau: f64,
+    /// Share of alpha at the frontier, and alpha.
+    pub alphas: Vec<(f64, f64)>,
+}
+
 /// Runs every method at each alpha, all on patches and rays of the same seed.
 pub fn runs(
     scene: &Scene,
     patches: usize,
-    (tau, alphas): (f64, &[(f64, f64)]),
+    approach: &Approach,
     sampling: &Sampling,
     settings: &Settings,
 ) -> Vec<SeriesRun> {
     let run = |&(share, alpha): &(f64, f64)| {
-        let prepared = prepare(at(scene, alpha, tau), patches);
+        let prepared = prepare(at(scene, alpha, approach.tau), patches);
         let (mut modes, _) = assemble(&prepared, &[Transport::default()], sampling, &Silent);
         let mode = modes.remove(0);
         let mut run = follow(&mode, share, alpha, settings);
@@ -114,7 +123,7 @@ pub fn runs(
         run.last_shot = run.shots.last().copied().unwrap_or(run.last_shot);
         run
     };
-    alphas.iter().map(run).collect()
+    approach.alphas.iter().map(run).collect()
 }
 
 /// Follows the series of one K to the wanted bound, or some way beyond the frontier.

@@ -6,8 +6,11 @@
 
 use std::path::Path;
 
+use glam::{DVec2, dvec2};
+
 use crate::light::Mode;
 use crate::operator::Bounds;
+use crate::pictures::Size;
 use crate::plot::axis::Range;
 use crate::plot::drawing::Drawing;
 use crate::plot::figure::{Figure, TICK_EM};
@@ -15,7 +18,7 @@ use crate::plot::shapes::{Align, Colour, INK, PAPER};
 use crate::plot::{ChartError, Marker, Scale, font};
 use crate::study::map::stability::{Column, Map};
 
-const SIZE: (u32, u32) = (880, 720);
+const SIZE: Size = Size { width: 880, height: 720 };
 /// Pieces a curve has between two columns.
 const PIECES: usize = 8;
 /// Bands at most.
@@ -88,7 +91,7 @@ impl MapChart<'_> {
                 continue;
             }
             let corners = inside.into_iter().zip(curve.taus).chain([(1.0, 1.0), (1.0, 0.0)]);
-            let corners: Vec<_> = corners.filter_map(|p| figure.place(p)).collect();
+            let corners: Vec<_> = corners.filter_map(|(alpha, tau)| figure.place(alpha, tau)).collect();
             figure.drawing.polygon(&corners, colour(k, levels));
         }
     }
@@ -106,7 +109,7 @@ impl MapChart<'_> {
 
     /// What the lines mean.
     fn draw_meanings(&self, figure: &mut Figure) {
-        let sample = |figure: &Figure, y: f64| [(figure.right + 24.0, y), (figure.right + 54.0, y)];
+        let sample = |figure: &Figure, y: f64| [24.0, 54.0].map(|across| dvec2(figure.right + across, y));
         let y = figure.top + 10.0;
         mean_line(&sample(figure, y), &mut figure.drawing);
         let y = figure.entry("radius = 1: beyond, the series diverges", y, 62.0);
@@ -121,7 +124,7 @@ impl MapChart<'_> {
 }
 
 /// The frontier of the series: paper between two lines of ink.
-fn mean_line(points: &[(f64, f64)], drawing: &mut Drawing) {
+fn mean_line(points: &[DVec2], drawing: &mut Drawing) {
     drawing.line(points, INK, 5.0);
     drawing.line(points, PAPER, 2.5);
 }
@@ -133,15 +136,15 @@ fn draw_colours(levels: &[f64], figure: &mut Figure) {
     let y = |level: f64| bottom - (bottom - top) * level / levels[levels.len() - 1];
     let digits = if levels[1] < 0.1 { 2 } else { 1 };
     for (k, &level) in levels[..levels.len() - 1].iter().enumerate() {
-        figure.drawing.rectangle((left, y(level)), (left + 22.0, top), colour(k, levels));
+        figure.drawing.rectangle(dvec2(left, y(level)), dvec2(left + 22.0, top), colour(k, levels));
     }
     for &level in levels {
-        figure.drawing.line(&[(left + 22.0, y(level)), (left + 27.0, y(level))], INK, 1.0);
-        let at = (left + 33.0, y(level) + 0.35 * TICK_EM);
+        figure.drawing.line(&[dvec2(left + 22.0, y(level)), dvec2(left + 27.0, y(level))], INK, 1.0);
+        let at = dvec2(left + 33.0, y(level) + 0.35 * TICK_EM);
         figure.drawing.text(&format!("{level:.digits$}"), at, TICK_EM, Align::Left, INK);
     }
-    mean_line(&[(left - 5.0, y(1.0)), (left + 27.0, y(1.0))], &mut figure.drawing);
-    figure.drawing.text("spectral radius of K", (left, top - 14.0), TICK_EM, Align::Left, INK);
+    mean_line(&[dvec2(left - 5.0, y(1.0)), dvec2(left + 27.0, y(1.0))], &mut figure.drawing);
+    figure.drawing.text("spectral radius of K", dvec2(left, top - 14.0), TICK_EM, Align::Left, INK);
 }
 
 /// The colour of band k, by the middle of its levels, from dark blue to yellow.
@@ -159,21 +162,21 @@ fn colour(k: usize, levels: &[f64]) -> Colour {
 fn draw_corners(figure: &mut Figure) {
     for mode in Mode::ALL {
         let at = mode.transport();
-        let Some((x, y)) = figure.place((at.alpha.into(), at.tau.into())) else {
+        let Some(DVec2 { x, y }) = figure.place(at.alpha.into(), at.tau.into()) else {
             continue;
         };
-        figure.drawing.marker(Marker::Disc, (x, y), 13.0, INK);
-        figure.drawing.marker(Marker::Disc, (x, y), 8.0, PAPER);
+        figure.drawing.marker(Marker::Disc, dvec2(x, y), 13.0, INK);
+        figure.drawing.marker(Marker::Disc, dvec2(x, y), 8.0, PAPER);
         // Above the square nothing is hidden; below it are the ticks.
         if at.tau > 0.5 {
-            figure.drawing.text(mode.name(), (x, y - 11.0), TICK_EM, Align::Center, INK);
+            figure.drawing.text(mode.name(), dvec2(x, y - 11.0), TICK_EM, Align::Center, INK);
             continue;
         }
         let wide = font::width(mode.name(), TICK_EM) + 12.0;
         let left = if at.alpha > 0.5 { x - 10.0 - wide } else { x + 10.0 };
         let base = y - 14.0;
-        figure.drawing.rectangle((left, base - 15.0), (left + wide, base + 6.0), PAPER);
-        figure.drawing.text(mode.name(), (left + 6.0, base), TICK_EM, Align::Left, INK);
+        figure.drawing.rectangle(dvec2(left, base - 15.0), dvec2(left + wide, base + 6.0), PAPER);
+        figure.drawing.text(mode.name(), dvec2(left + 6.0, base), TICK_EM, Align::Left, INK);
     }
 }
 
@@ -195,11 +198,11 @@ impl Curve {
     }
 
     /// The parts of the curve inside the square, as drawn.
-    fn inside(&self, figure: &Figure) -> Vec<Vec<(f64, f64)>> {
+    fn inside(&self, figure: &Figure) -> Vec<Vec<DVec2>> {
         let points: Vec<_> = self.alphas.iter().zip(&self.taus).collect();
         let pieces = points.split(|(alpha, _)| **alpha > 1.0);
         let placed = pieces.map(|piece| {
-            let place = |&(&alpha, &tau): &(&f64, &f64)| figure.place((alpha, tau));
+            let place = |&(&alpha, &tau): &(&f64, &f64)| figure.place(alpha, tau);
             piece.iter().filter_map(place).collect()
         });
         placed.filter(|piece: &Vec<_>| piece.len() > 1).collect()

@@ -8,7 +8,7 @@
 //!
 //! x and c are measured on a few patches. Not handled: the scene itself, which is already loaded.
 
-use crate::form_factors::{Sampling, cast_layers};
+use crate::form_factors::{Sampling, Variant, cast_layers};
 use crate::light::Transport;
 
 use crate::render::memory::{most_fitting, pilots};
@@ -59,8 +59,8 @@ fn pilot(p: &Prepared, sampling: &Sampling) -> (f64, f64) {
     let corner = Transport { alpha: 1.0, tau: 1.0 };
     let transports = p.scene.transports(corner);
     let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
-    let all = vec![true; n];
-    let (layers, _) = cast_layers(&p.rays, &p.patches, &receives, &all, &tau, sampling, &|_| ());
+    let own = Variant { tau, rows: receives, columns: vec![true; n] };
+    let (layers, _) = cast_layers(&p.rays, &p.patches, &own, sampling, &|_| ());
     let mean = |count: usize| count as f64 / chosen.len().max(1) as f64;
     (mean(layers.crossings()), mean(layers.columns()))
 }

@@ -21,7 +21,7 @@
 
 use glam::Vec4;
 
-use crate::form_factors::{Layers, Sampling, cast_layers};
+use crate::form_factors::{Layers, Sampling, Variant, cast_layers};
 use crate::light::{Rgb, Transport};
 use crate::operator::{Effort, Spectrum, spectrum_of};
 use crate::patches::Patches;
@@ -32,6 +32,17 @@ use crate::render::{Prepared, Watch};
 
 /// How exactly radii are found. They are those at alpha = 1: on which side of 1 they lie is no question.
 const EFFORT: Effort = Effort { gap: 1e-3, products: 256, undecided: 0 };
+
+/// What is surveyed.
+#[derive(Clone, Copy)]
+pub struct Subject<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its rays.
+    pub rays: &'a Rays,
+    /// Its patches.
+    pub patches: &'a Patches,
+}
 
 /// The crossings of a scene's rays, and what its patches pass on at alpha = 1.
 pub struct Survey {
@@ -48,23 +59,21 @@ impl Survey {
     pub fn new(p: &Prepared, sampling: &Sampling, watch: &dyn Watch) -> Survey {
         let corner = Transport { alpha: 1.0, tau: 1.0 };
         let transports = p.scene.transports(corner);
-        Survey::of((&p.scene, &p.rays, &p.patches), &transports, sampling, watch)
+        let subject = Subject { scene: &p.scene, rays: &p.rays, patches: &p.patches };
+        Survey::of(&subject, &transports, sampling, watch)
     }
 
     /// The same for any (alpha, tau) of the materials, which take the place of their own.
-    pub fn of(
-        (scene, rays, patches): (&Scene, &Rays, &Patches),
-        transports: &[Transport],
-        sampling: &Sampling,
-        watch: &dyn Watch,
-    ) -> Survey {
+    pub fn of(subject: &Subject, transports: &[Transport], sampling: &Sampling, watch: &dyn Watch) -> Survey {
+        let Subject { scene, rays, patches } = *subject;
         let of = |(i, &m): (usize, &u32)| transports[m as usize].alpha * patches.reflectance(scene, i);
         let passed: Vec<Rgb> = patches.materials().iter().enumerate().map(of).collect();
         let largest: Vec<f32> = passed.iter().map(|b| b.max_element()).collect();
         let travels: Vec<bool> = largest.iter().map(|&b| b > 0.0).collect();
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
         watch.begin("form factors", patches.len() as u64);
-        let (layers, rays) = cast_layers(rays, patches, &travels, &travels, &tau, sampling, &|done| watch.tick(done));
+        let own = Variant { tau, rows: travels.clone(), columns: travels };
+        let (layers, rays) = cast_layers(rays, patches, &own, sampling, &|done| watch.tick(done));
         Survey { layers, passed: passed.iter().map(|b| b.extend(0.0)).collect(), largest, rays }
     }
 

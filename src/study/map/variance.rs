@@ -20,7 +20,7 @@ use crate::rays::Rays;
 use crate::scene::Scene;
 
 use crate::render::Silent;
-use crate::study::map::survey::Survey;
+use crate::study::map::survey::{Subject, Survey};
 
 /// Patches that radii are found on.
 const PATCHES: usize = 600;
@@ -85,7 +85,7 @@ pub fn growth(scene: &Scene, rays: &Rays, transport: Transport, seed: u32) -> Gr
     let patches = Patches::new(scene, rays, PATCHES);
     let each = (RAYS / patches.len().max(1)).clamp(RAYS_EACH.0, RAYS_EACH.1);
     let sampling = Sampling { rays: each as u32, seed, ..Sampling::default() };
-    let survey = Survey::of((scene, rays, &patches), &transports, &sampling, &Silent);
+    let survey = Survey::of(&Subject { scene, rays, patches: &patches }, &transports, &sampling, &Silent);
     let mean = survey.spectrum(1.0, &survey.start()).worst();
     let squares = survey.moment(1.0, 2.0, &survey.start()).worst();
     let variance = judge(mean, squares, survey.grey());
