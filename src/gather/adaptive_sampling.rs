@@ -155,19 +155,25 @@ impl Measured {
         self.count += pixel.weight();
     }
 
-    /// Radiance above which the noise of a pixel with a luminaire counts no more: twice the RMS of the picture.
+    /// Radiance above which what a pixel emits counts no more in its noise: twice the RMS of the picture.
     fn bright(&self) -> f64 {
         2.0 * (self.signal / (3.0 * self.count.max(1.0))).sqrt()
     }
 }
 
 /// The noise of the picture and the picture, with the light of the patches for what is reflected more than once.
+///
+/// The picture is what is reflected: slivers of a small bright lamp would outshine all of it, and any error would be
+/// small beside them. Its noise has emission up to twice the picture, so that the outlines of lamps are looked at.
 pub(crate) fn measure(pixels: &[Pixel]) -> Measured {
     let mut measured = Measured::default();
     for pixel in pixels {
-        let halves = pixel.counted_halves();
-        measured.add(pixel, pixel.variance(halves), (halves[0] + halves[1]) / pixel.camera());
+        let [a, b] = pixel.halves_below(0.0);
+        measured.add(pixel, DVec3::ZERO, (a + b) / pixel.camera());
     }
+    let bright = measured.bright();
+    let noise = |pixel: &Pixel| pixel.weight() * pixel.variance(pixel.halves_below(bright)).element_sum();
+    measured.variance = pixels.iter().map(noise).sum();
     measured
 }
 
@@ -178,11 +184,7 @@ pub(crate) fn measure(pixels: &[Pixel]) -> Measured {
 /// leaves about `c²/12 n^-3/2` of n rays a half, and shows in the second differences of the picture whose squares,
 /// summed across it, are c² in the mean.
 fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
-    let cut = |pixel: &Pixel| {
-        let lamp = pixel.emitting > 0;
-        DVec3::splat(if lamp { bright } else { f64::INFINITY })
-    };
-    let halves = |p: &Pixel| p.halves().map(|h| (h / f64::from(p.count)).min(cut(p)));
+    let halves = |p: &Pixel| p.halves_below(bright).map(|h| h / f64::from(p.count));
     let means: Vec<DVec3> = pixels
         .iter()
         .map(|p| {
@@ -202,8 +204,7 @@ fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
         .into_par_iter()
         .map(|k| {
             let [a, b] = halves(&pixels[k]);
-            let counted = pixels[k].weight() * pixels[k].variance(pixels[k].counted_halves()).element_sum();
-            (counted.max(0.25 * (a - b).length_squared()), bends(k))
+            (0.25 * (a - b).length_squared(), bends(k))
         })
         .collect();
     let around = |k: usize| {
@@ -243,9 +244,9 @@ mod tests {
         };
         let mut pixels: Vec<Pixel> = (0..16).map(|_| pixel(64, [1.0, 0.9])).collect();
         let without = share(&pixels);
-        pixels[3].emitted = [DVec3::splat(500.0), DVec3::ZERO];
+        pixels[3].emitted = [DVec3::splat(64.0 * 500.0), DVec3::ZERO];
         pixels[3].emitting = 1;
-        assert!((share(&pixels) / without - 1.0).abs() < 1e-12);
+        assert!(share(&pixels) > without, "the lamp's outline is noise");
         // A picture of nothing but lamps is judged by them.
         pixels.iter_mut().for_each(|pixel| pixel.counts_emission = true);
         assert!(share(&pixels) > 100.0 * without);

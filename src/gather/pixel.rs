@@ -57,13 +57,13 @@ impl Pixel {
 
     /// All light of each half, sums over its camera rays.
     pub fn halves(&self) -> [DVec3; 2] {
-        [0, 1].map(|half| self.emitted[half] + self.lit[half] + self.ambient[half])
+        self.halves_below(f64::INFINITY)
     }
 
-    /// The light of each half that counts in the error: what is reflected. A sliver of a small bright lamp would outshine the
-    /// whole picture, and any error would be small beside it.
-    pub fn counted_halves(&self) -> [DVec3; 2] {
-        if self.counts_emission { self.halves() } else { [0, 1].map(|half| self.lit[half] + self.ambient[half]) }
+    /// The light of each half, of which what is emitted counts no more than `bright`, sums over its camera rays.
+    pub fn halves_below(&self, bright: f64) -> [DVec3; 2] {
+        let most = if self.counts_emission { f64::INFINITY } else { bright * f64::from(self.count) };
+        [0, 1].map(|half| self.emitted[half].min(DVec3::splat(most)) + self.lit[half] + self.ambient[half])
     }
 
     /// Standard error squared of the mean of two halves of the camera rays, all channels.

@@ -298,25 +298,3 @@ fn height(corners: [Vec3; 3]) -> f64 {
     let double_area = (b - a).cross(c - a).length();
     if longest > 0.0 { double_area / longest } else { 0.0 }
 }
-
-impl UnitFrame {
-    /// The frame of some points; none if there are none or all coincide.
-    pub fn of(points: impl Iterator<Item = DVec3>) -> Option<UnitFrame> {
-        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (low, high) = points.fold(start, |(low, high), p| (low.min(p), high.max(p)));
-        // Halves first: the sum of two large numbers overflows.
-        let scale = (0.5 * high - 0.5 * low).max_element();
-        let center = 0.5 * low + 0.5 * high;
-        (scale > 0.0 && scale.is_finite()).then_some(UnitFrame { center, scale })
-    }
-
-    /// From the file's units to unit coordinates.
-    pub fn to_unit(&self, point: DVec3) -> DVec3 {
-        (point - self.center) / self.scale
-    }
-
-    /// From unit coordinates to the file's units.
-    pub fn to_file(&self, point: DVec3) -> DVec3 {
-        self.center + self.scale * point
-    }
-}

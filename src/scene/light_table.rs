@@ -8,9 +8,9 @@ use toml::Spanned;
 
 use crate::scene::error::SceneError;
 use crate::scene::lines::shorten;
-use crate::scene::model::UnitFrame;
 use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::source::Source;
+use crate::scene::unit_frame::UnitFrame;
 
 /// One table of `[[lights]]`.
 #[derive(Deserialize)]

@@ -36,14 +36,16 @@ pub(crate) mod sky_table;
 pub(crate) mod source;
 pub(crate) mod textured;
 pub mod textures;
+pub(crate) mod unit_frame;
 pub(crate) mod warnings;
 
 pub use build::THINNEST;
 pub use camera::{DEFAULT_FOV, ViewError};
 pub use error::{Place, SceneError};
 pub use lines::NO_MATERIAL;
-pub use model::{AddedLight, Camera, Face, LoadOptions, Material, NamedCamera, Scene, Sides, UnitFrame};
+pub use model::{AddedLight, Camera, Face, LoadOptions, Material, NamedCamera, Scene, Sides};
 pub use mtl::DEFAULT_RHO;
 pub use punctual::{PunctualForm, PunctualLight, PunctualPlace};
 pub use sky::{Sky, SkyLight};
 pub use textured::Means;
+pub use unit_frame::UnitFrame;

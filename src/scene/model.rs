@@ -10,6 +10,7 @@ use crate::light::{Gloss, Light, Rgb, Transport, TransportError, Visibility};
 use crate::scene::punctual::PunctualLight;
 use crate::scene::sky::Sky;
 use crate::scene::textures::Maps;
+use crate::scene::unit_frame::UnitFrame;
 
 /// A checked scene in unit coordinates.
 ///
@@ -114,15 +115,6 @@ pub struct NamedCamera {
     pub name: String,
     /// Where it is and how it looks.
     pub camera: Camera,
-}
-
-/// `file = center + scale * unit`, in the file's units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UnitFrame {
-    /// The middle of the scene's bounding box.
-    pub center: DVec3,
-    /// Half its largest extent.
-    pub scale: f64,
 }
 
 /// What a person may ask of every scene, whatever its files say.
