@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::common::{Silent, builtin};
+use glam::DVec2;
 use halflight::light::Mode;
 use halflight::pictures::{Picture, Size, mean_difference, read_picture, relative_rms};
 use halflight::rays::Rays;
@@ -26,13 +27,20 @@ fn the_cornell_box_is_as_near_its_reference_as_asked() {
     let (reference, se, mask) = (data("reference"), data("reference_se"), data("mask"));
     // The last is what the program aims at where nobody asks.
     for tolerance in [0.1, 0.05, 0.02, 0.01] {
-        let found = rendered("cornell-box", Mode::Global, tolerance, 3);
-        let true_error = relative_rms(&found.picture, &reference, Some(&mask), Some(&se)).expect("equal sizes");
-        let stated = found.error.total;
-        assert!(true_error <= 1.1 * tolerance, "{true_error} for {tolerance}");
-        assert!(true_error <= 1.2 * stated && stated <= 1.1 * tolerance, "{true_error}, stated {stated}");
+        // What one picture reaches over what it states varies by an eighth from seed to seed: four tell the mean within a
+        // sixteenth, so that 1.2 is three standard errors from an estimate that is right.
+        let seeds = (3..7).map(|seed| rendered("cornell-box", Mode::Global, tolerance, seed));
+        let both = seeds.map(|found| {
+            let true_error = relative_rms(&found.picture, &reference, Some(&mask), Some(&se)).expect("equal sizes");
+            let stated = found.error.total;
+            assert!(true_error <= 1.1 * tolerance, "{true_error} for {tolerance}");
+            assert!(stated <= 1.1 * tolerance, "{stated} stated for {tolerance}");
+            DVec2::new(true_error, stated).powf(2.0)
+        });
+        let squared: DVec2 = both.sum();
+        let ratio = (squared.x / squared.y).sqrt();
         // More stated than there is costs time: at most twice.
-        assert!(stated <= 2.0 * true_error, "{true_error}, stated {stated}");
+        assert!((0.5..=1.2).contains(&ratio), "{ratio} of what is stated for {tolerance}");
     }
 }
 
