@@ -27,8 +27,8 @@ fn the_cornell_box_is_as_near_its_reference_as_asked() {
     let (reference, se, mask) = (data("reference"), data("reference_se"), data("mask"));
     // The last is what the program aims at where nobody asks.
     for tolerance in [0.1, 0.05, 0.02, 0.01] {
-        // What one picture reaches over what it states varies by an eighth from seed to seed: four tell the mean within a
-        // sixteenth, so that 1.2 is three standard errors from an estimate that is right.
+        // What one picture reaches over what it states varies by an eighth from seed to seed: four tell the mean within
+        // a sixteenth, so that 1.2 is three standard errors from an estimate that is right.
         let seeds = (3..7).map(|seed| rendered("cornell-box", Mode::Global, tolerance, seed));
         let both = seeds.map(|found| {
             let true_error = relative_rms(&found.picture, &reference, Some(&mask), Some(&se)).expect("equal sizes");

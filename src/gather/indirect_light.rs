@@ -129,7 +129,7 @@ impl IndirectLight {
                 *sum += pixel.weight() * product;
             }
         }
-        let count = measure(pixels).count.max(1.0);
+        let count = pixels.iter().map(Pixel::weight).sum::<f64>().max(1.0);
         let rms = |sum: f64| (positive(sum) / (3.0 * count)).sqrt();
         sums.into_iter().map(rms).collect()
     }

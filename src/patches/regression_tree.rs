@@ -93,8 +93,8 @@ impl Columns {
         Columns { coordinates: std::array::from_fn(along), samples }
     }
 
-    /// The samples in order of each axis. Those that agree there are in order of the axis before, so that neighbours in the
-    /// last order, which that of the rays' starts follows, lie close together.
+    /// The samples in order of each axis. Those that agree there are in order of the axis before, so that neighbours in
+    /// the last order, which that of the rays' starts follows, lie close together.
     fn orders(&self) -> [Vec<u32>; AXES] {
         let mut before: Vec<u32> = (0..self.samples.len() as u32).collect();
         std::array::from_fn(|axis| {
