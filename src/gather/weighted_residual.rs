@@ -16,8 +16,8 @@
 //! light where it reads, the term where it reads changes by what that corrects.
 //!
 //! The squared error is the product of two halves of the paths, so that their noise adds nothing in the mean. Single
-//! pixels tell little and whole pictures hide what changes sign, so products are taken over blocks of pixels of several
-//! sizes.
+//! pixels tell little and whole pictures hide what changes sign, so products are taken over blocks of pixels
+//! ([`crate::gather::residual_blocks`]).
 //!
 //! Not handled: errors that change sign within the smallest block whose noise allows a statement.
 
@@ -28,31 +28,16 @@ use crate::gather::fields::Fields;
 use crate::gather::importance_paths::{ImportancePaths, Path, Vertex};
 use crate::gather::reading::{READINGS, Reading};
 use crate::gather::reflection::SurfaceHit;
+use crate::gather::residual_blocks::{ErrorBlocks, SquaredError};
 use crate::patches::{Patches, Sample};
 use crate::scene::Scene;
 use crate::surfaces::SurfacePoint;
 
-/// Pixels to a side of the blocks that products are taken over.
-const BLOCKS: [usize; 5] = [1, 2, 4, 8, 16];
-/// The number of the smallest blocks, single pixels, in [`BLOCKS`].
-const SMALL: usize = 0;
-
-/// A squared error and its standard error.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct SquaredError {
-    /// The mean over pixels and channels, (W/(m² sr))²; may be negative by chance.
-    pub value: f64,
-    /// Its standard error.
-    pub deviation: f64,
-}
-
-/// The squared error of the picture for every reading, over blocks from the smallest to the largest.
+/// The error of the picture for every reading.
 #[derive(Clone, Debug)]
 pub struct Residual {
-    /// By reading, then by size of the blocks.
-    pub squared: [[SquaredError; BLOCKS.len()]; READINGS],
-    /// Mean error of all pixels and channels, by reading, W/(m² sr).
-    pub mean: [f64; READINGS],
+    /// By reading.
+    blocks: [ErrorBlocks; READINGS],
 }
 
 /// Standard errors below its estimate that an error of small blocks is likely to lie.
@@ -68,8 +53,8 @@ const CHUNK: usize = 1024;
 /// added as they are traced.
 pub struct ResidualSums {
     pixels: Vec<[Halves; READINGS]>,
+    /// Of the picture.
     width: usize,
-    height: usize,
     /// Paths added so far.
     taken: usize,
 }
@@ -77,8 +62,8 @@ pub struct ResidualSums {
 impl ResidualSums {
     /// No path's sums, for a picture of the size of the paths'.
     pub fn new(paths: &ImportancePaths) -> ResidualSums {
-        let (width, height) = (paths.width, paths.height);
-        ResidualSums { pixels: vec![[Halves::default(); READINGS]; width * height], width, height, taken: 0 }
+        let pixels = vec![[Halves::default(); READINGS]; paths.width * paths.height];
+        ResidualSums { pixels, width: paths.width, taken: 0 }
     }
 
     /// Adds the leading field's errors at the vertices of the paths that were not added yet.
@@ -100,64 +85,30 @@ impl ResidualSums {
 
     /// The squared error that the sums tell.
     pub fn residual(&self) -> Residual {
-        let squared = std::array::from_fn(|reading| BLOCKS.map(|side| self.products(reading, side)));
-        let mean = std::array::from_fn(|reading| {
-            let own = self.pixels.iter().flat_map(|p| p[reading]);
-            let sum: DVec3 = own.map(|(sum, paths)| sum / paths.max(1.0)).sum();
-            sum.element_sum() / (6.0 * self.pixels.len() as f64)
-        });
-        Residual { squared, mean }
-    }
-
-    /// Mean over blocks of the product of both halves' mean errors.
-    fn products(&self, reading: usize, side: usize) -> SquaredError {
-        let columns = self.width.div_ceil(side);
-        let none = ([DVec3::ZERO; 2], 0.0);
-        let mut blocks = vec![none; columns * self.height.div_ceil(side)];
-        for (k, pixel) in self.pixels.iter().enumerate() {
-            let (x, y) = (k % self.width, k / self.width);
-            let (block, area) = &mut blocks[y / side * columns + x / side];
-            // Every pixel counts alike, however many paths it has.
-            for (sum, (own, paths)) in block.iter_mut().zip(pixel[reading]) {
-                *sum += own / f64::max(paths, 1.0);
-            }
-            *area += 1.0;
-        }
-        let (mut sum, mut squares, mut total) = (0.0, 0.0, 0.0);
-        for ([a, b], area) in blocks {
-            sum += a.dot(b) / (3.0 * area);
-            // The halves' difference tells their noise: the product's is as large as this within a factor of sqrt 2,
-            // whether noise or error is the larger.
-            let noise = 0.5 * (a - b).length_squared() / (3.0 * area);
-            let size = 0.5 * (a.length_squared() + b.length_squared()) / (3.0 * area);
-            squares += noise * size;
-            total += area;
-        }
-        SquaredError { value: sum / total, deviation: f64::sqrt(squares) / total }
+        // Every pixel counts alike, however many paths it has.
+        let mean = |(sum, paths): (DVec3, f64)| sum / paths.max(1.0);
+        let of = |reading: usize| self.pixels.iter().map(move |pixel| pixel[reading].map(mean));
+        Residual { blocks: std::array::from_fn(|reading| ErrorBlocks::new(of(reading), self.width)) }
     }
 }
 
 impl Residual {
-    /// The squared error of a reading over the smallest blocks that tell it with a standard error of at most `wanted`;
-    /// else over those that tell it best.
+    /// The squared error of a reading over blocks as small as leaves a standard error of at most `wanted`; else over
+    /// those that tell it best.
     pub fn of(&self, reading: Reading, wanted: f64) -> SquaredError {
-        let blocks = &self.squared[reading.number()];
-        let best = |a: &&SquaredError, b: &&SquaredError| a.deviation.total_cmp(&b.deviation);
-        let told = blocks.iter().find(|s| s.deviation <= wanted);
-        told.or(blocks.iter().min_by(best)).copied().unwrap_or_default()
+        self.blocks[reading.number()].within(wanted)
     }
 
-    /// The squared error of a reading over single pixels, the smallest blocks.
-    pub fn of_small(&self, reading: Reading) -> SquaredError {
-        self.squared[reading.number()][SMALL]
+    /// The squared error of a reading over blocks of one size each, from single pixels on.
+    pub fn of_sizes(&self, reading: Reading) -> impl Iterator<Item = SquaredError> {
+        self.blocks[reading.number()].of_sizes()
     }
 
     /// What the squared error of a reading is at most, but for chance of one standard error: that of [`Residual::of`],
-    /// or what smaller blocks are likely to hold beyond it.
+    /// or what blocks of one size are likely to hold beyond it.
     pub fn upper(&self, reading: Reading, wanted: f64) -> f64 {
         let told = self.of(reading, wanted);
-        let blocks = self.squared[reading.number()].iter();
-        let likely = blocks.map(|s| s.value - LIKELY * s.deviation);
+        let likely = self.of_sizes(reading).map(|s| s.value - LIKELY * s.deviation);
         likely.fold(told.value.max(0.0) + told.deviation, f64::max)
     }
 }

@@ -125,7 +125,7 @@ impl Check {
         let matters = (MATTERS * wanted.tolerance).powi(2);
         let tolerable = matters.max(BEYOND * known(solved));
         let is_wrong = found.value - found.deviation > tolerable;
-        let small = self.share(residual.of_small(Reading::PLAIN));
+        let small = self.share(residual.of_sizes(Reading::PLAIN).next().unwrap_or_default());
         Judgement {
             is_wrong,
             is_certain: is_wrong && found.value > CERTAIN * found.deviation,
@@ -157,10 +157,9 @@ impl Check {
 /// The squared error of light that is read at once, over the blocks of pixels that are surest of one: errors of small places show
 /// in small blocks only.
 fn surest(residual: &Residual) -> SquaredError {
-    let sure = |s: &&SquaredError| s.value - CERTAIN * s.deviation;
-    let blocks = residual.squared[Reading::PLAIN.number()].iter();
-    let surest = blocks.max_by(|a, b| sure(a).total_cmp(&sure(b)));
-    surest.copied().unwrap_or_default()
+    let sure = |s: &SquaredError| s.value - CERTAIN * s.deviation;
+    let sizes = residual.of_sizes(Reading::PLAIN);
+    sizes.max_by(|a, b| sure(a).total_cmp(&sure(b))).unwrap_or_default()
 }
 
 /// The light of every pixel of a rough picture over their mean, within limits: dark pixels are looked at too, and luminaires are
