@@ -16,13 +16,11 @@ use std::time::Instant;
 
 use crate::gather::{Gathered, ImportancePaths, Reading, Residual, ResidualSums};
 use crate::render::assembly::Prepared;
-use crate::render::residual_check::brightness;
+use crate::render::residual_check::{SHARE, brightness};
 use crate::render::solved::{Solved, Spent, Task, solve};
 use crate::render::wanted::Wanted;
 use crate::solve::Diverges;
 
-/// Share of the tolerance that the light on patches may be off by.
-const SHARE: f64 = 0.5;
 /// Share of the tolerance that the standard error of that may be.
 const SURE: f64 = 0.35;
 /// Share of the tolerance that noise of F may take.

@@ -18,6 +18,8 @@ const PATHS: (f64, f64) = (20_000.0, 262_144.0);
 /// Paths of a pixel over those of all in the mean, at least and at most.
 const LEAST: f32 = 0.25;
 const MOST: f32 = 16.0;
+/// Share of the tolerance that the light on patches, as the gather pass reads it, may be off by.
+pub(crate) const SHARE: f64 = 0.5;
 /// Share of the tolerance that an error must exceed to matter.
 const MATTERS: f64 = 0.7;
 /// Share of the tolerance that the standard error of an error is to be below, for it to be stated as it was measured.
@@ -134,9 +136,27 @@ impl Check {
         }
     }
 
+    /// Chooses how the light is read, and states its error: if more than its share is certain, the cheapest reading that
+    /// paths find within it; else the light is read at once.
+    pub fn confirm(&self, solved: &mut Solved, wanted: &Wanted) {
+        let Some(residual) = &self.found else { return };
+        let certain = self.signal * (SURE * wanted.tolerance).powi(2);
+        let goal = (SHARE * wanted.tolerance).powi(2);
+        let plain = self.share(residual.of(Reading::PLAIN, certain));
+        let error = |reading: &Reading| residual.upper(*reading, certain) / self.signal;
+        let better = Reading::ALL.into_iter().find(|reading| error(reading) <= goal);
+        match better {
+            Some(reading) if plain.value - plain.deviation > goal => {
+                solved.reading = reading;
+                solved.state(error(&reading));
+            }
+            _ => self.confirm_plain(solved, wanted),
+        }
+    }
+
     /// States the larger of what the two levels of patches say and what the paths last judged do: over the smallest
     /// blocks of pixels that tell it well enough, or what larger ones are sure of.
-    pub fn confirm(&self, solved: &mut Solved, wanted: &Wanted) {
+    fn confirm_plain(&self, solved: &mut Solved, wanted: &Wanted) {
         let Some(residual) = &self.found else { return };
         let certain = (SURE * wanted.tolerance).powi(2);
         let told = self.share(residual.of(Reading::PLAIN, self.signal * certain));
