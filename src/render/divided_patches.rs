@@ -33,8 +33,10 @@ const RAYS: (u32, u32) = (512, 1 << 14);
 const DENSITY: (f32, f32) = (0.5, 8.0);
 /// Rays of a patch that no path reaches.
 const UNSEEN: f64 = 16.0;
-/// Times that patches are divided.
-const ROUNDS: usize = 3;
+/// Times that patches are divided at a tolerance of 5 % or more, at one half as large, and so on. Every round has twice the paths of the
+/// one before, and rays of the gather pass grow as the tolerance to the power -2: rounds that make it read at once stay a
+/// like share of all work.
+const ROUNDS: (f64, f64) = (3.0, 2.0);
 
 /// The paths of a round.
 #[derive(Clone, Copy)]
@@ -83,7 +85,7 @@ pub(crate) fn divided(
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let error = |reading: Reading| residual.upper(reading, certain);
         let enough = |reading: &Reading| error(*reading) <= goal;
-        if enough(&Reading::PLAIN) || round as usize == ROUNDS || wanted.is_late() {
+        if enough(&Reading::PLAIN) || round >= rounds(wanted.tolerance) || wanted.is_late() {
             let best = |a: &Reading, b: &Reading| error(*a).total_cmp(&error(*b));
             let least = Reading::ALL.into_iter().min_by(best);
             let chosen = Reading::ALL.into_iter().find(enough).or(least);
@@ -98,6 +100,11 @@ pub(crate) fn divided(
         each *= 2;
     }
     unreachable!("the last round returns")
+}
+
+/// Times that patches are divided at most.
+fn rounds(tolerance: f64) -> u32 {
+    (ROUNDS.0 + ROUNDS.1 * (0.05 / tolerance).log2().max(0.0)) as u32
 }
 
 /// Paths of one set, `each` of every pixel.
