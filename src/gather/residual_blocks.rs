@@ -67,6 +67,12 @@ impl ErrorBlocks {
         self.levels.iter().map(|level| self.mean(level.blocks.iter().map(Block::told).sum()))
     }
 
+    /// The mean error of all pixels and channels, W/(m² sr).
+    pub fn mean_error(&self) -> f64 {
+        let halves = self.levels[0].blocks.iter().flat_map(|block| block.halves);
+        halves.map(DVec3::element_sum).sum::<f64>() / (6.0 * self.area())
+    }
+
     /// Over blocks as small as leaves a standard error of at most `wanted`; else over those that tell it best.
     pub fn within(&self, wanted: f64) -> SquaredError {
         let limit = (wanted * self.area()).powi(2);

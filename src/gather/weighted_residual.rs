@@ -104,6 +104,11 @@ impl Residual {
         self.blocks[reading.number()].of_sizes()
     }
 
+    /// Mean error of all pixels and channels, W/(m² sr).
+    pub fn mean_error(&self, reading: Reading) -> f64 {
+        self.blocks[reading.number()].mean_error()
+    }
+
     /// What the squared error of a reading is at most, but for chance of one standard error: that of [`Residual::of`],
     /// or what blocks of one size are likely to hold beyond it.
     pub fn upper(&self, reading: Reading, wanted: f64) -> f64 {
