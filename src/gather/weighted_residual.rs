@@ -93,6 +93,13 @@ impl ResidualSums {
 }
 
 impl Residual {
+    /// Of the errors of a picture's pixels in two halves, by reading, `width` to a row.
+    #[cfg(test)]
+    pub(crate) fn of_pixels(errors: &[[[DVec3; 2]; READINGS]], width: usize) -> Residual {
+        let of = |reading: usize| errors.iter().map(move |pixel| pixel[reading]);
+        Residual { blocks: std::array::from_fn(|reading| ErrorBlocks::new(of(reading), width)) }
+    }
+
     /// The squared error of a reading over blocks as small as leaves a standard error of at most `wanted`; else over
     /// those that tell it best.
     pub fn of(&self, reading: Reading, wanted: f64) -> SquaredError {
