@@ -33,9 +33,9 @@ const RAYS: (u32, u32) = (512, 1 << 14);
 const DENSITY: (f32, f32) = (0.5, 8.0);
 /// Rays of a patch that no path reaches.
 const UNSEEN: f64 = 16.0;
-/// Times that patches are divided at a tolerance of 5 % or more, at one half as large, and so on. Every round has twice the paths of the
-/// one before, and rays of the gather pass grow as the tolerance to the power -2: rounds that make it read at once stay a
-/// like share of all work.
+/// Times that patches are divided at a tolerance of 5 % or more, and times more for each halving of it. Every round has
+/// twice the paths of the one before, and rays of the gather pass grow as the tolerance to the power -2, so rounds that
+/// let it read at once stay a like share of all work.
 const ROUNDS: (f64, f64) = (3.0, 2.0);
 
 /// The paths of a round.
@@ -61,6 +61,7 @@ pub(crate) fn divided(
     let Task { wanted, watch, .. } = *task;
     let each = (EACH.0 * 0.02 / wanted.tolerance) as u32;
     let mut each = each.clamp(EACH.1, EACH.2);
+    let last = rounds(wanted.tolerance, each);
     let mut rays = RAYS.0;
     let mut bright = brightness(first);
     let mut seen = walks(p, &solved, Round { wanted, bright: &bright, each, set: 1 }, spent);
@@ -85,7 +86,7 @@ pub(crate) fn divided(
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let error = |reading: Reading| residual.upper(reading, certain);
         let enough = |reading: &Reading| error(*reading) <= goal;
-        if enough(&Reading::PLAIN) || round >= rounds(wanted.tolerance) || wanted.is_late() {
+        if enough(&Reading::PLAIN) || round >= last || wanted.is_late() {
             let best = |a: &Reading, b: &Reading| error(*a).total_cmp(&error(*b));
             let least = Reading::ALL.into_iter().min_by(best);
             let chosen = Reading::ALL.into_iter().find(enough).or(least);
@@ -102,9 +103,12 @@ pub(crate) fn divided(
     unreachable!("the last round returns")
 }
 
-/// Times that patches are divided at most.
-fn rounds(tolerance: f64) -> u32 {
-    (ROUNDS.0 + ROUNDS.1 * (0.05 / tolerance).log2().max(0.0)) as u32
+/// Times that patches are divided at most, from `first` paths of every pixel on: as often as is worth it, while the paths
+/// of a round are no more than [`EACH`] allows. All are kept, so more would not fit in memory.
+fn rounds(tolerance: f64, first: u32) -> u32 {
+    let worth = ROUNDS.0 + ROUNDS.1 * (0.05 / tolerance).log2().max(0.0);
+    let held = 1 + (EACH.2 / first).max(1).ilog2();
+    (worth as u32).min(held).max(ROUNDS.0 as u32)
 }
 
 /// Paths of one set, `each` of every pixel.
@@ -156,4 +160,22 @@ fn densities(p: &Prepared, rays: u32) -> Vec<f32> {
         if n > 0.0 { (n / mean).clamp(DENSITY.0, DENSITY.1) } else { few }
     };
     reached.iter().map(own).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Paths double from round to round: 14 rounds at 0.1 % would be 8 million of every pixel.
+    #[test]
+    fn rounds_are_more_at_small_tolerances_as_long_as_paths_fit() {
+        assert_eq!(
+            [(0.1, 48), (0.05, 48), (0.02, 48), (0.01, 96), (0.001, 960)].map(|(t, n)| rounds(t, n)),
+            [3, 3, 5, 4, 3]
+        );
+        for first in EACH.1..=EACH.2 {
+            let last = first << (rounds(1e-6, first) - 1);
+            assert!(last <= EACH.2.max(4 * first), "{first}: {last}");
+        }
+    }
 }
