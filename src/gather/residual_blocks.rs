@@ -1,9 +1,10 @@
-//! The squared error of a picture from the errors of its pixels in two halves, over blocks as small as their noise allows.
+//! The squared error of a picture from the errors of its pixels in two halves, over blocks as small as their noise
+//! allows.
 //!
-//! With `a` and `b` the sums of a block's errors in the halves, the squared error is the mean over blocks of `a . b / area`, whose
-//! expectation has no noise in it. Small blocks see what changes sign in larger ones, but a single pixel whose paths are
-//! noisy hides all others. So blocks are parted where that costs little: a picture's blocks need not be of one size
-//! (a tree is pruned to the least cost: Breiman et al., *Classification and Regression Trees*, 1984).
+//! With `a` and `b` the sums of a block's errors in the halves, the squared error is the mean over blocks of
+//! `a . b / area`, whose expectation has no noise in it. Small blocks see what changes sign in larger ones, but a single
+//! pixel whose paths are noisy hides all others. So blocks are parted where that costs little: a picture's blocks need
+//! not be of one size (a tree is pruned to the least cost: Breiman et al., *Classification and Regression Trees*, 1984).
 //!
 //! Not handled: errors that change sign within blocks that noise keeps whole.
 
@@ -24,11 +25,12 @@ pub struct SquaredError {
 /// Errors of a picture's pixels in two halves, and their sums over blocks of every level.
 #[derive(Clone, Debug)]
 pub(crate) struct ErrorBlocks {
-    levels: [Level; LEVELS],
+    /// From single pixels on.
+    levels: Vec<Level>,
 }
 
 /// The blocks of one size, row by row.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Level {
     columns: usize,
     rows: usize,
@@ -54,10 +56,9 @@ impl ErrorBlocks {
     /// Of pixels row by row, `width` to a row.
     pub fn new(pixels: impl Iterator<Item = [DVec3; 2]>, width: usize) -> ErrorBlocks {
         let blocks: Vec<Block> = pixels.map(|halves| Block { halves, area: 1.0 }).collect();
-        let mut levels: [Level; LEVELS] = std::array::from_fn(|_| Level::default());
-        levels[0] = Level { columns: width, rows: blocks.len() / width.max(1), blocks };
+        let mut levels = vec![Level { columns: width, rows: blocks.len() / width.max(1), blocks }];
         for k in 1..LEVELS {
-            levels[k] = levels[k - 1].joined();
+            levels.push(levels[k - 1].joined());
         }
         ErrorBlocks { levels }
     }
@@ -76,19 +77,10 @@ impl ErrorBlocks {
     /// Over blocks as small as leaves a standard error of at most `wanted`; else over those that tell it best.
     pub fn within(&self, wanted: f64) -> SquaredError {
         let limit = (wanted * self.area()).powi(2);
-        let mut cost = f64::INFINITY;
-        // What parting may add to the variance, from all of the limit to what no block notices.
-        let least = limit / self.area();
-        loop {
-            let told = self.parted(cost);
-            if told.variance <= limit || cost <= 0.0 {
-                return self.mean(told);
-            }
-            cost = if cost > limit { limit } else { 0.5 * cost };
-            if cost < least {
-                cost = 0.0;
-            }
-        }
+        // What parting may add to the variance: anything, all of the limit, and so on down to a pixel's part of it.
+        let halved = (0..=self.area().log2() as i32).map(|k| limit * 0.5_f64.powi(k));
+        let mut told = std::iter::once(f64::INFINITY).chain(halved).map(|cost| self.parted(cost));
+        self.mean(told.find(|told| told.variance <= limit).unwrap_or_else(|| self.parted(0.0)))
     }
 
     /// Over blocks parted wherever that adds at most `cost` to the variance.

@@ -85,12 +85,11 @@ pub(crate) fn divided(
         let goal = signal * (SHARE * wanted.tolerance).powi(2);
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let error = |reading: Reading| residual.upper(reading, certain);
-        let enough = |reading: &Reading| error(*reading) <= goal;
-        if enough(&Reading::PLAIN) || round >= last || wanted.is_late() {
+        let cheapest = residual.cheapest(goal, certain);
+        if cheapest == Some(Reading::PLAIN) || round >= last || wanted.is_late() {
             let best = |a: &Reading, b: &Reading| error(*a).total_cmp(&error(*b));
             let least = Reading::ALL.into_iter().min_by(best);
-            let chosen = Reading::ALL.into_iter().find(enough).or(least);
-            solved.reading = chosen.unwrap_or(Reading::PLAIN);
+            solved.reading = cheapest.or(least).unwrap_or(Reading::PLAIN);
             solved.state(error(solved.reading) / signal);
             return Ok(solved);
         }

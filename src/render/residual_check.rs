@@ -138,28 +138,20 @@ impl Check {
 
     /// Chooses how the light is read, and states its error: if more than its share is certain, the cheapest reading that
     /// paths find within it; else the light is read at once.
+    ///
+    /// Read at once, its error is the larger of what the two levels of patches say and what the paths last judged do: over
+    /// the smallest blocks of pixels that tell it well enough, or what larger ones are sure of.
     pub fn confirm(&self, solved: &mut Solved, wanted: &Wanted) {
         let Some(residual) = &self.found else { return };
-        let certain = self.signal * (SURE * wanted.tolerance).powi(2);
-        let goal = (SHARE * wanted.tolerance).powi(2);
-        let plain = self.share(residual.of(Reading::PLAIN, certain));
-        let error = |reading: &Reading| residual.upper(*reading, certain) / self.signal;
-        let better = Reading::ALL.into_iter().find(|reading| error(reading) <= goal);
-        match better {
-            Some(reading) if plain.value - plain.deviation > goal => {
-                solved.reading = reading;
-                solved.state(error(&reading));
-            }
-            _ => self.confirm_plain(solved, wanted),
-        }
-    }
-
-    /// States the larger of what the two levels of patches say and what the paths last judged do: over the smallest
-    /// blocks of pixels that tell it well enough, or what larger ones are sure of.
-    fn confirm_plain(&self, solved: &mut Solved, wanted: &Wanted) {
-        let Some(residual) = &self.found else { return };
         let certain = (SURE * wanted.tolerance).powi(2);
+        let goal = (SHARE * wanted.tolerance).powi(2);
         let told = self.share(residual.of(Reading::PLAIN, self.signal * certain));
+        if told.value - told.deviation > goal
+            && let Some(reading) = residual.cheapest(self.signal * goal, self.signal * certain)
+        {
+            solved.reading = reading;
+            return solved.state(residual.upper(reading, self.signal * certain) / self.signal);
+        }
         let surest = self.share(surest(residual));
         let sure = surest.value - surest.deviation;
         let error = if told.deviation <= certain { told.value.max(sure) } else { sure };
