@@ -19,6 +19,8 @@ const CAMERA: f64 = 0.5;
 const HEMISPHERE: f64 = 0.8;
 /// Share of what camera rays leave that the fit may make.
 const FIT: f64 = 0.55;
+/// How far below its share the next round aims.
+const MARGIN: f64 = 0.93;
 /// One pixel in so many tells the errors of a round.
 const SOME: usize = 9;
 /// The least and the most that a valid radius too long is multiplied by.
@@ -122,8 +124,7 @@ impl Settings {
             // Noise that more rays did not lessen is not theirs.
             if noise > 1.0 && noise < 0.8 * before {
                 before = noise;
-                // The variance of scrambled nets falls as about N^-1.4 here.
-                cache.refine((1.05 * noise.powf(0.7)).clamp(1.1, 8.0));
+                cache.refine(MARGIN / noise, pixels);
                 continue;
             }
             // Only now: a bias measured through much noise is itself noisy.

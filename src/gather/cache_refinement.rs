@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 
+use crate::gather::interpolation::Fit;
 use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::pixel::Pixel;
 
@@ -12,17 +13,48 @@ use crate::gather::pixel::Pixel;
 const MOST: u32 = 1 << 14;
 /// Spacings within which records are alike in noise.
 const NEAR: f64 = 2.5;
+/// The variance of scrambled nets falls as this power of the number of rays here.
+const RATE: f64 = 1.4;
+/// How many times as many rays one round casts, at least and at most.
+const GROWTH: [f64; 2] = [1.1, 8.0];
+
+/// Halvings of the levels to choose from.
+const HALVINGS: usize = 24;
+
+/// The rays of a record, and what they leave of the variance of the picture.
+#[derive(Clone, Copy, Debug)]
+struct Share {
+    /// Of each half.
+    rays: f64,
+    /// The part of the picture's variance that comes from them.
+    variance: f64,
+}
+
+impl Share {
+    /// What the record's rays are worth: of shares `w s² / n` the sum is least for `n` that go as `s sqrt(w)` (J. Neyman,
+    /// *On the two different aspects of the representative method*, 1934).
+    fn worth(self) -> f64 {
+        (self.variance * self.rays).sqrt()
+    }
+
+    /// Rays at a level: none is taken back.
+    fn at(self, level: f64) -> f64 {
+        self.rays.max(level * self.worth())
+    }
+
+    /// The variance foreseen of rays at a level.
+    fn left(self, level: f64) -> f64 {
+        self.variance * (self.rays / self.at(level)).powf(RATE)
+    }
+}
 
 impl IrradianceCache<'_> {
-    /// Casts as many more rays as multiply their number by a factor, where they lessen the noise of the picture most:
-    /// rays that leave `s² / n` at each of the w pixels that a record stands for go as `s sqrt(w)`.
-    pub fn refine(&mut self, factor: f64) {
-        let more = (f64::from(self.density.rays) * factor).ceil() as u32;
-        self.density.rays = more.min(MOST.max(self.density.rays));
-        let wants = self.wants();
-        let rays: Vec<f64> = self.records.iter().map(|p| f64::from(p.rays)).collect();
-        let level = level(&wants, &rays, factor * rays.iter().sum::<f64>());
-        self.cast_from(0, |i| (level * wants[i]).min(f64::from(MOST)) as u32);
+    /// Casts more rays from the records, where they lessen the noise of the picture most, until they are foreseen to
+    /// leave the share `left` of its variance.
+    pub fn refine(&mut self, left: f64, pixels: &[Pixel]) {
+        let shares = self.shares(pixels);
+        let level = level(&shares, left);
+        self.cast_from(0, |i| shares[i].at(level).min(f64::from(MOST)) as u32);
     }
 
     /// Shortens the valid radius of some records, and adds records for the places that they spoke for.
@@ -37,19 +69,17 @@ impl IrradianceCache<'_> {
         self.place_where(pixels, &marked);
     }
 
-    /// What each record's rays are worth: the standard deviation of one, times the reflectance, times the pixels to a
-    /// side that the record stands for.
-    ///
-    /// Two halves say little about one record, so records nearby speak as well.
-    fn wants(&self) -> Vec<f64> {
+    /// What each record's rays leave of the variance of the picture: their own, as it shows in the records nearby, for two
+    /// halves say little about one, times what it is [used](IrradianceCache::uses).
+    fn shares(&self, pixels: &[Pixel]) -> Vec<Share> {
         let one = |i: usize| {
             let [a, b] = self.total(self.means(i));
-            let own = &self.records[i];
-            0.25 * (a - b).length_squared() * f64::from(own.rays)
+            0.25 * (a - b).length_squared() * f64::from(self.records[i].rays)
         };
         let count = 0..self.records.len();
         let variances: Vec<f64> = count.clone().into_par_iter().map(one).collect();
-        let want = |i: usize| {
+        let uses = self.uses(pixels);
+        let share = |i: usize| {
             let own = &self.records[i];
             let at = &self.supports[i].place;
             let near = NEAR * own.site.spacing as f64 * self.density.pixel * own.distance;
@@ -62,48 +92,104 @@ impl IrradianceCache<'_> {
                     number += 1.0;
                 }
             });
-            own.rho() * own.site.spacing as f64 * (sum / number).sqrt()
+            let rays = f64::from(own.rays);
+            Share { rays, variance: uses[i] * sum / (number * rays) }
         };
-        count.into_par_iter().map(want).collect()
+        count.into_par_iter().map(share).collect()
+    }
+
+    /// What a unit of each record's variance adds to that of the picture: the sum over the pixels of its squared
+    /// coefficients there, times their squared reflectance.
+    fn uses(&self, pixels: &[Pixel]) -> Vec<f64> {
+        let indexed = pixels.par_iter().enumerate();
+        let each = indexed.map_init(Fit::default, |fit, (k, pixel)| self.coefficients(fit, k, pixel));
+        let each: Vec<Vec<(u32, f64)>> = each.collect();
+        let mut uses = vec![0.0; self.records.len()];
+        // One after the other: the sum is the same for any number of threads.
+        for (pixel, coefficients) in pixels.iter().zip(each) {
+            for (record, coefficient) in coefficients {
+                uses[record as usize] += pixel.weight() * coefficient * coefficient;
+            }
+        }
+        uses
+    }
+
+    /// By how much the light of a pixel grows with that of each record, RMS over the channels.
+    fn coefficients(&self, fit: &mut Fit, k: usize, pixel: &Pixel) -> Vec<(u32, f64)> {
+        let mut all: Vec<(u32, f64)> = Vec::new();
+        for (l, layer) in pixel.layers.iter().enumerate() {
+            let rho = layer.mean_reflectance(pixel.camera()).length() / 3.0_f64.sqrt();
+            self.fit_layer(fit, k, l, layer);
+            all.extend(fit.coefficients.iter().map(|(record, coefficient)| (*record, rho * coefficient)));
+        }
+        // Layers of one pixel may share a record.
+        all.sort_by_key(|(record, _)| *record);
+        all.dedup_by(|next, kept| {
+            let same = next.0 == kept.0;
+            kept.1 += if same { next.1 } else { 0.0 };
+            same
+        });
+        all
     }
 }
 
-/// The level at which `max(rays, level * want)`, summed over the records, is `total`.
-fn level(wants: &[f64], rays: &[f64], total: f64) -> f64 {
-    // Records join in the order in which a rising level meets their rays.
-    let mut order: Vec<usize> = (0..wants.len()).filter(|&i| wants[i] > 0.0).collect();
-    let meets = |i: usize| rays[i] / wants[i];
-    order.sort_unstable_by(|&a, &b| meets(a).total_cmp(&meets(b)).then(a.cmp(&b)));
-    let mut rest: f64 = rays.iter().sum();
-    let (mut want, mut level) = (0.0, 0.0);
-    for (k, &i) in order.iter().enumerate() {
-        rest -= rays[i];
-        want += wants[i];
-        level = (total - rest).max(0.0) / want;
-        if order.get(k + 1).is_none_or(|&next| level <= meets(next)) {
-            break;
+/// The least level that is foreseen to leave so small a share of the variance, within the growth of one round.
+fn level(shares: &[Share], left: f64) -> f64 {
+    let sum = |of: &dyn Fn(&Share) -> f64| shares.iter().map(of).sum::<f64>();
+    let (rays, worth) = (sum(&|s| s.rays), sum(&|s| s.worth()));
+    let goal = left * sum(&|s| s.variance);
+    let enough = |level: f64| {
+        let growth = sum(&|s| s.at(level)) / rays;
+        growth >= GROWTH[1] || (growth >= GROWTH[0] && sum(&|s| s.left(level)) <= goal)
+    };
+    if worth <= 0.0 {
+        return 0.0;
+    }
+    let [mut low, mut high] = [0.0, GROWTH[1] * rays / worth];
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if enough(middle) {
+            high = middle;
+        } else {
+            low = middle;
         }
     }
-    level
+    high
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// The variance that rays leave which are foreseen to leave so much.
+    fn foreseen(shares: &[Share], left: f64) -> (f64, Vec<f64>) {
+        let level = level(shares, left);
+        let before: f64 = shares.iter().map(|s| s.variance).sum();
+        let after: f64 = shares.iter().map(|s| s.left(level)).sum();
+        (after / before, shares.iter().map(|s| s.at(level)).collect())
+    }
+
     #[test]
-    fn the_level_shares_out_the_rays_by_what_they_are_worth() {
-        let wants = [1.0, 2.0, 4.0, 0.0];
-        let rays = [10.0_f64; 4];
-        let spent = |level: f64| -> f64 {
-            let each = wants.iter().zip(rays).map(|(w, n)| n.max(level * w));
-            each.sum()
-        };
-        // Nothing more, some for the third, for the last two, for all that want any.
-        for total in [40.0, 45.0, 60.0, 200.0] {
-            let found = spent(level(&wants, &rays, total));
-            assert!((found - total).abs() < 1e-9, "{found} of {total}");
+    fn rays_go_where_the_picture_has_its_noise_until_so_much_is_left() {
+        // Worth 1, 2, 4 and 0 times ten rays.
+        let shares = [0.1, 0.4, 1.6, 0.0].map(|variance| Share { rays: 10.0, variance });
+        // One record, two, three get more rays.
+        for left in [0.8, 0.3, 0.1] {
+            let (found, rays) = foreseen(&shares, left);
+            assert!((found / left - 1.0).abs() < 1e-5, "{found} of {left}");
+            assert_eq!(rays[3], 10.0);
+            // Those that get any get them in proportion to what they are worth.
+            assert!((rays[2] / 2.0 - rays[1]).abs() < 1e-9 || rays[1] == 10.0, "{rays:?}");
         }
-        assert_eq!(level(&[0.0; 4], &rays, 100.0), 0.0);
+    }
+
+    #[test]
+    fn a_round_casts_a_tenth_more_rays_at_least_and_eight_times_as_many_at_most() {
+        let shares = [0.1, 0.4, 1.6].map(|variance| Share { rays: 10.0, variance });
+        let sum = |left: f64| foreseen(&shares, left).1.into_iter().sum::<f64>();
+        assert!((sum(0.999) / 33.0 - 1.0).abs() < 1e-5, "{}", sum(0.999));
+        assert!((sum(1e-9) / 240.0 - 1.0).abs() < 1e-5, "{}", sum(1e-9));
+        let dark = [Share { rays: 10.0, variance: 0.0 }; 2];
+        assert_eq!(level(&dark, 0.5), 0.0);
     }
 }

@@ -25,15 +25,8 @@ impl IrradianceCache<'_> {
     /// Returns by how much that of the fields that make the picture differs between where each half of the camera rays
     /// met the layer and the middle.
     pub fn at(&self, fitted: &mut Fitted, k: usize, l: usize, layer: &Layer) -> [DVec3; 2] {
-        let place = layer.place();
-        // A record near a contact speaks for less than its pixel.
-        if !self.fit(&mut fitted.fit, k, &place) {
-            match self.own_record(k, l).or_else(|| self.nearest(k, &place)) {
-                Some(record) => fitted.fit.take(record),
-                None => fitted.fit.clear(),
-            }
-        }
-        self.settle_fit(fitted);
+        self.fit_layer(&mut fitted.fit, k, l, layer);
+        self.evaluate(fitted);
         [0, 1].map(|half| {
             let change = fitted.fit.change(layer.off(half));
             change.map(|(i, coefficient)| coefficient * self.mean(i)).sum()
@@ -44,14 +37,28 @@ impl IrradianceCache<'_> {
     pub(crate) fn at_record(&self, fitted: &mut Fitted, i: u32) -> bool {
         let found = self.fit(&mut fitted.fit, self.lattice.pixel_of(i), &self.supports[i as usize].place);
         if found {
-            self.settle_fit(fitted);
+            fitted.fit.settle(LOOSE);
+            self.evaluate(fitted);
         }
         found
     }
 
-    /// Takes a mean where the fit reaches out of its records, and finds the fitted values.
-    fn settle_fit(&self, Fitted { fit, values }: &mut Fitted) {
+    /// Fits layer l of pixel k; takes a mean where the fit reaches out of its records, and a single record where none
+    /// speaks for the layer.
+    pub(crate) fn fit_layer(&self, fit: &mut Fit, k: usize, l: usize, layer: &Layer) {
+        let place = layer.place();
+        // A record near a contact speaks for less than its pixel.
+        if !self.fit(fit, k, &place) {
+            match self.own_record(k, l).or_else(|| self.nearest(k, &place)) {
+                Some(record) => fit.take(record),
+                None => fit.clear(),
+            }
+        }
         fit.settle(LOOSE);
+    }
+
+    /// Finds the values that a fit gives.
+    fn evaluate(&self, Fitted { fit, values }: &mut Fitted) {
         values.clear();
         values.resize(self.fields, [DVec3::ZERO; 2]);
         for &(i, coefficient) in &fit.coefficients {

@@ -164,9 +164,7 @@ fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitte
     for (l, layer) in pixel.layers.iter().enumerate() {
         let counts = layer.count.map(f64::from);
         let reflected = layer.reflected();
-        let all = counts[0] + counts[1];
-        // Division by their number gives one reflectance back exactly.
-        let rho = (reflected[0] + reflected[1]) / all * (all / pixel.camera());
+        let rho = layer.mean_reflectance(pixel.camera());
         let change = cache.at(fitted, k, l, layer);
         let mut total = DVec3::ZERO;
         for (f, [a, b]) in fitted.values.iter().enumerate() {

@@ -71,6 +71,13 @@ impl Layer {
         self.reflected
     }
 
+    /// Reflectance, in the mean over so many camera rays of which some met the surface.
+    pub fn mean_reflectance(&self, camera: f64) -> DVec3 {
+        let all = f64::from(self.count[0]) + f64::from(self.count[1]);
+        // Division by their number gives one reflectance back exactly.
+        (self.reflected[0] + self.reflected[1]) / all * (all / camera)
+    }
+
     /// Points that rays of a half may start from: those that it saw first, or the other half's where it saw none.
     pub fn origins(&self, half: usize) -> &[SurfacePoint] {
         match &self.origins[half][..] {
