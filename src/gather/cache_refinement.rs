@@ -159,7 +159,70 @@ fn level(shares: &[Share], left: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
+    use crate::direct::{Luminaires, Sight};
+    use crate::gather::adaptive_sampling::sample_pixels;
+    use crate::gather::budget::Settings;
+    use crate::gather::cached_irradiance::Fitted;
+    use crate::gather::camera_rays::CameraRays;
+    use crate::gather::fields::Fields;
+    use crate::gather::final_gather::FinalGather;
+    use crate::gather::sampling::Gathering;
+    use crate::gather::view::View;
+    use crate::light::{Mode, Rgb};
+    use crate::patches::Patches;
+    use crate::rays::Rays;
+    use crate::scene::Scene;
+
+    /// What every pixel reflects of the light in the cache.
+    fn reflected(cache: &IrradianceCache, pixels: &[Pixel]) -> Vec<DVec3> {
+        let mut fitted = Fitted::default();
+        let mut pixel = |(k, pixel): (usize, &Pixel)| {
+            let layers = pixel.layers.iter().enumerate();
+            let one = layers.map(|(l, layer)| {
+                cache.at(&mut fitted, k, l, layer);
+                layer.mean_reflectance(pixel.camera()) * fitted.values[0][0]
+            });
+            one.sum()
+        };
+        pixels.iter().enumerate().map(&mut pixel).collect()
+    }
+
+    /// Rays once went by the lattice of a record and its whole reflectance: a strip that fills a tenth of a pixel got as
+    /// many as a wall, and a living room at 2 % took 107 s instead of 30.
+    #[test]
+    fn the_use_of_a_record_is_what_pixels_change_by_with_it() {
+        let scene = Scene::open("furnished-room").unwrap();
+        let rays = Rays::new(&scene);
+        let patches = Patches::new(&scene, &rays, 300);
+        let transports = scene.transports(Mode::Global.transport());
+        let luminaires = Luminaires::new(&scene);
+        let sight = Sight::new(&scene, &rays, &patches, &luminaires, &transports, &vec![true; patches.len()]);
+        let (width, height) = (48, 48);
+        let (rays, patches, luminaires, sight) = (&rays, &patches, &luminaires, &sight);
+        let view = View { scene: &scene, rays, patches, luminaires, sight, transports: &transports, width, height };
+        let fields = Fields::new(&[vec![Rgb::ONE; patches.len()]]);
+        let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
+        let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
+        let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
+        let final_gather = FinalGather::new(&view, &fields);
+        let mut cache = IrradianceCache::new(&camera_rays, &final_gather, settings.density, &pixels);
+        cache.place(&pixels);
+        let (uses, before) = (cache.uses(&pixels), reflected(&cache, &pixels));
+        let count = cache.records.len();
+        for i in (0..count).step_by(count.div_ceil(20)) {
+            cache.values[i] = cache.values[i].map(|half| half + DVec3::ONE);
+            let after = reflected(&cache, &pixels);
+            cache.values[i] = cache.values[i].map(|half| half - DVec3::ONE);
+            // Of each channel, as its reflectance counts by the mean of squares over the channels.
+            let squares = pixels.iter().zip(before.iter().zip(&after));
+            let found: f64 = squares.map(|(p, (b, a))| p.weight() * (a - b).length_squared() / 3.0).sum();
+            // Layers that share a record are of one material, so their channels go alike.
+            assert!((found / uses[i] - 1.0).abs() < 1e-6, "record {i} of {count}: {found} {}", uses[i]);
+        }
+    }
 
     /// The variance that rays leave which are foreseen to leave so much.
     fn foreseen(shares: &[Share], left: f64) -> (f64, Vec<f64>) {
@@ -174,7 +237,7 @@ mod tests {
         // Worth 1, 2, 4 and 0 times ten rays.
         let shares = [0.1, 0.4, 1.6, 0.0].map(|variance| Share { rays: 10.0, variance });
         // One record, two, three get more rays.
-        for left in [0.8, 0.3, 0.1] {
+        for left in [0.6, 0.3, 0.1] {
             let (found, rays) = foreseen(&shares, left);
             assert!((found / left - 1.0).abs() < 1e-5, "{found} of {left}");
             assert_eq!(rays[3], 10.0);
