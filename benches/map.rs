@@ -1,7 +1,7 @@
 //! The stability map against the bounce series: their ratio is what counts, not the absolute numbers.
 //!
-//! `map` is 21 by 21 points of the furnished room; `bounces` is what `halflight bounces` does there: four modes, eight terms
-//! each, and their pictures of 160 by 160 pixels.
+//! `map` is 21 by 21 points of the furnished room; `bounces` is what `halflight bounces` does there: four modes, eight
+//! terms each, and their pictures of 160 by 160 pixels.
 
 use std::hint::black_box;
 

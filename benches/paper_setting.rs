@@ -1,9 +1,11 @@
-//! How many samples a pixel the paper's path tracer needs: local mode, no next-event estimation, against the closed form.
+//! How many samples a pixel the paper's path tracer needs: local mode, no next-event estimation, against the closed
+//! form.
 //!
-//! Banks and Beason (2006) used 80,000 samples a pixel and report a mean e_pixel of 0.4 % against OpenGL. Here the reference is
-//! Lambert's closed form, gathered with 1024 camera rays a pixel, so that all of e_pixel is the tracer's noise (and falls as N^-1/2).
-//! Printed for two scenes: e_pixel for growing N, the slope, the N at which the fitted line meets 0.4 %, and e_pixel
-//! measured at that N. Run it with `cargo bench --bench paper_setting`; it takes no options and measures no time.
+//! Banks and Beason (2006) used 80,000 samples a pixel and report a mean e_pixel of 0.4 % against OpenGL. Here the
+//! reference is Lambert's closed form, gathered with 1024 camera rays a pixel, so that all of e_pixel is the tracer's
+//! noise (and falls as N^-1/2). Printed for two scenes: e_pixel for growing N, the slope, the N at which the fitted
+//! line meets 0.4 %, and e_pixel measured at that N. Run it with `cargo bench --bench paper_setting`; it takes no
+//! options and measures no time.
 //!
 //! Source: D. C. Banks, K. M. Beason, *Retro-rendering with vector-valued light*, SPIE 6060, 2006.
 

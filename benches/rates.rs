@@ -1,8 +1,9 @@
 //! Rays per second on one thread as JSON, for `against_embree.py`: closest hits, visibility and all crossings.
 //!
-//! `cargo bench --bench rates -- [--dump DIR] [FILE.obj ...]` measures a room of 38 triangles, a rippled sphere of 2,000, 20,000 and
-//! 500,000, and the files. With `--dump` the triangles, rays and segments are written as little-endian f32, so that others may
-//! cast the same. Rays are incoherent: each starts at a random point of a random face and leaves by the cosine law.
+//! `cargo bench --bench rates -- [--dump DIR] [FILE.obj ...]` measures a room of 38 triangles, a rippled sphere of
+//! 2,000, 20,000 and 500,000, and the files. With `--dump` the triangles, rays and segments are written as
+//! little-endian f32, so that others may cast the same. Rays are incoherent: each starts at a random point of a random
+//! face and leaves by the cosine law.
 //!
 //! Each slice of [`SLICE`] counts by the best of [`RUNS`] passes: other work on the machine can only slow them down.
 

@@ -1,6 +1,7 @@
 //! Seconds before the first ray: the hierarchy, planes and hull; the patches and lamps; what lies between them.
 //!
-//! A rippled sphere in a room, of 10³ to 10⁶ triangles. Threads are those of the machine; set `RAYON_NUM_THREADS` for fewer.
+//! A rippled sphere in a room, of 10³ to 10⁶ triangles. Threads are those of the machine; set `RAYON_NUM_THREADS` for
+//! fewer.
 
 mod common;
 

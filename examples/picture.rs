@@ -1,7 +1,7 @@
 //! A picture to a tolerance: what it is off by, where that comes from, and what it cost.
 //!
-//! `cargo run --release --example picture [SCENE [TOLERANCE]]` writes picture.exr; SCENE is a built-in name, a .toml scene file
-//! or an .obj file.
+//! `cargo run --release --example picture [SCENE [TOLERANCE]]` writes picture.exr; SCENE is a built-in name, a .toml
+//! scene file or an .obj file.
 
 use std::env::args;
 use std::error::Error;

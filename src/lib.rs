@@ -61,11 +61,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Solvers ask of K no more than [`LinearOperator`] has: `examples/own_solver.rs` adds one, and whoever multiplies with an F of
-//! their own has every solver and bound of [`solve`].
+//! Solvers ask of K no more than [`LinearOperator`] has: `examples/own_solver.rs` adds one, and whoever multiplies with
+//! an F of their own has every solver and bound of [`solve`].
 //!
-//! The modules stand in the order in which light flows through the code; each uses only those above it. Two features, both on
-//! by default, may be left out: `plot` draws charts and sheets, `cli` is the program and needs `plot`.
+//! The modules stand in the order in which light flows through the code; each uses only those above it. Two features,
+//! both on by default, may be left out: `plot` draws charts and sheets, `cli` is the program and needs `plot`.
 
 #![cfg_attr(not(feature = "opengl"), forbid(unsafe_code))]
 

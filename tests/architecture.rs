@@ -1,5 +1,6 @@
 //! The structure of the source, held by reading it: light flows one way through the modules, no files import each other
-//! in a circle, each outer crate has its one place, files open with their purpose and stay short, and one file alone is unsafe.
+//! in a circle, each outer crate has its one place, files open with their purpose and stay short, and one file alone is
+//! unsafe.
 //!
 //! Reads text, not syntax: comments and string literals are taken out first. Not handled: names made by macros, and
 //! the module path of a `super` inside a nested inline module, which is taken as that of its file.
@@ -37,6 +38,8 @@ const UNSAFE: &str = "reference/opengl/calls.rs";
 
 /// Lines a file may have.
 const LONGEST: usize = 320;
+/// Columns that a comment may have; rustfmt keeps code within them, and leaves comments as they are.
+const WIDEST: usize = 120;
 
 #[test]
 fn the_source_keeps_to_its_order() {
@@ -87,6 +90,10 @@ fn violations(source: &Source, order: &[String]) -> Vec<String> {
     let lines = source.text.lines().count();
     if lines > LONGEST {
         found.push(format!("has {lines} lines, more than {LONGEST}"));
+    }
+    let is_wide = |line: &str| line.trim_start().starts_with("//") && line.chars().count() > WIDEST;
+    if let Some(at) = source.text.lines().position(is_wide) {
+        found.push(format!("has a comment wider than {WIDEST} columns in line {}", at + 1));
     }
     let code = code(&source.text);
     let is_unsafe = words(&code).any(|(_, word)| word == "unsafe" || word == "unsafe_code");
@@ -231,11 +238,13 @@ fn the_checker_finds_what_it_looks_for() {
     breaks("light/a.rs", "let x = <earcut::Earcut as T>::x();", "earcut");
     breaks("scene/a.rs", "unsafe { f() }", "unsafe");
     breaks("scene/a.rs", &"\n".repeat(LONGEST), "lines");
+    breaks("scene/a.rs", &format!("    // {}", "²".repeat(WIDEST - 6)), "columns in line 2");
     assert!(said("cli/a.rs", "use crate::light;\n")[0].contains("//!"));
 }
 
 #[test]
 fn the_checker_lets_through_what_is_right() {
+    let widest = format!("    // {}", "²".repeat(WIDEST - 7));
     for (path, line) in [
         ("scene/a.rs", "use crate::light::{Rgb, cli};"),
         ("scene/a.rs", "use super::cli;"),
@@ -243,6 +252,7 @@ fn the_checker_lets_through_what_is_right() {
         ("scene/mod.rs", "mod tests { use super::*; }"),
         ("scene/a.rs", "use tobj::Model;"),
         ("scene/a.rs", "// use crate::cli, unsafe"),
+        ("scene/a.rs", widest.as_str()),
         ("scene/a.rs", "let x = \"\\\" crate::cli::run unsafe\";"),
         ("scene/a.rs", "let x = ('\"', r#\"unsafe \" \"#);"),
         ("scene/a.rs", "use self::image::Picture; let unsafely = 1;"),

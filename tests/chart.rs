@@ -135,7 +135,8 @@ fn a_reference_that_does_not_fit_is_made_anew() {
 #[test]
 fn the_error_against_a_reference_brought_along_is_right() {
     let place = place(&[]);
-    // Everything in the furnace has radiance 0.25 / (1 - 0.5); against four fifths of it all pictures are a quarter too bright.
+    // Everything in the furnace has radiance 0.25 / (1 - 0.5); against four fifths of it all pictures are a quarter too
+    // bright.
     let own = Picture::filled(8, 8, Vec3::splat(0.8 * 0.5));
     write_picture(place.path().join("own.exr"), &own, Exposure::default()).unwrap();
     let command = "chart furnace --mode global --size 8x8 --time 0.2 --out . --reference own.exr";

@@ -1,7 +1,7 @@
 //! Form factors between bodies of many faces: a box in a room is known in closed form for every tau.
 //!
-//! With a convex body in a convex room, `q = A_body / A_room`: every ray from the body meets the room, so by reciprocity a
-//! share q of the room's rays meets the body; these cross its front and its back, and so
+//! With a convex body in a convex room, `q = A_body / A_room`: every ray from the body meets the room, so by
+//! reciprocity a share q of the room's rays meets the body; these cross its front and its back, and so
 //! `F(room, room) = 1 - q + q tau²`, `F(room, body) = q`, `F(body, room) = 1`.
 
 use crate::common::{Facing, Mesh, Silent, builtin, grey};

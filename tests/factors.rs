@@ -101,8 +101,8 @@ fn points_to_polygons() {
     }
 }
 
-/// Two squares of side 1 that see each other through a slit of 2/1000 between sheets of 22: only a narrow band of the sender
-/// lies where light through it begins and ends.
+/// Two squares of side 1 that see each other through a slit of 2/1000 between sheets of 22: only a narrow band of the
+/// sender lies where light through it begins and ends.
 ///
 /// The number is a double integral over x and x' of the closed form in y and y', by mpmath 1.3 (`quad`, 25 digits,
 /// intervals that end where the slit's edges meet the receiver's).

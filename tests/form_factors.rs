@@ -188,7 +188,8 @@ fn a_wide_window_far_away_lights_without_noise() {
     sky.emission = Rgb::ONE;
     let p = prepare(mesh.scene(vec![grey("floor", 0.5), sky]), 50);
     let k = assemble_one(&p, Mode::Global.transport(), &sampling(16, 0)).operator;
-    // The kernel between the middles; over both squares r² varies by 2 (1² + 2²) / 40² at the most, and the cosines half so.
+    // The kernel between the middles; over both squares r² varies by 2 (1² + 2²) / 40² at the most, and the cosines
+    // half so.
     let exact = 0.5 * 16.0 / (PI * 1600.0);
     for (light, &material) in k.first_bounce().iter().zip(p.patches.materials()) {
         if material == 0 {

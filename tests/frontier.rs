@@ -1,5 +1,6 @@
-//! What the methods do on both sides of the frontier: tails and their bounds, counts of terms, growth before decay, formal
-//! solutions that are not light, shooting, acceleration, and the path tracer's error where its variance is infinite.
+//! What the methods do on both sides of the frontier: tails and their bounds, counts of terms, growth before decay,
+//! formal solutions that are not light, shooting, acceleration, and the path tracer's error where its variance is
+//! infinite.
 
 use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, random, sampling, transport};
 use glam::{DQuat, DVec3};
@@ -63,8 +64,8 @@ fn the_bound_holds_the_true_tail_and_closes_in_on_it() {
             assert!(tail <= bound + 1e-6 * whole, "share {share}, term {}: {tail} {bound}", bounce.n);
             last = bound / tail;
         }
-        // Late terms lie along the eigenvector: what is left is the gap of the bounds, at most a quarter of 1 - radius, and
-        // what f32 leaves of the tail.
+        // Late terms lie along the eigenvector: what is left is the gap of the bounds, at most a quarter of 1 - radius,
+        // and what f32 leaves of the tail.
         assert!(last < 1.25 + 0.1, "share {share}: {last}");
     }
 }
@@ -85,8 +86,8 @@ fn the_count_of_terms_is_that_of_a_geometric_series() {
         let found = solution.terms.len() - 1;
         let l = f64::from(lambda);
         let exact = ((1e-4f64 / 1.0001).ln() / l.ln()).ceil() - 1.0;
-        // The proved upper bound lies above lambda by the rounding of sums (5e-6), which counts over 1 - lambda, and so does
-        // the rounding of the rows' sums; the visible half is rho, not alpha rho, times what came before.
+        // The proved upper bound lies above lambda by the rounding of sums (5e-6), which counts over 1 - lambda, and so
+        // does the rounding of the rows' sums; the visible half is rho, not alpha rho, times what came before.
         let excess = 1e-5 / (1.0 - l);
         let more = (1.0 + excess + (1.0 - l)).ln() / -l.ln() + 1.0;
         assert!((found as f64 - exact).abs() <= more, "{lambda}: {found}, {exact} ± {more}");
@@ -114,7 +115,8 @@ fn terms_may_grow_before_they_decay() {
     assert!(error <= solution.rest() + 1e-6 * norm(k.areas(), &exact));
 }
 
-/// Every wall emits 1 and every shell sees walls all round, so KE is rho on the shells and the walls' 0.01 on the walls, in both halves.
+/// Every wall emits 1 and every shell sees walls all round, so KE is rho on the shells and the walls' 0.01 on the
+/// walls, in both halves.
 #[test]
 fn the_drawn_hump_is_as_high_as_areas_say() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hump/hump.toml");
@@ -219,7 +221,8 @@ fn random_room(number: u32) -> (Prepared, Transport) {
     (prepare(mesh.scene(vec![wall, things]), 100), transport)
 }
 
-/// Whether the terms of the series fall in the long run; None where they neither fall nor grow by a thousandth over 100.
+/// Whether the terms of the series fall in the long run; None where they neither fall nor grow by a thousandth over
+/// 100.
 fn terms_fall(k: &Operator) -> Option<bool> {
     let bounces = explore(k, 200).bounces;
     let norms: Vec<f64> = bounces.iter().map(|b| b.norm).collect();
@@ -239,8 +242,9 @@ fn shot(p: &Prepared, transport: Transport, seed: u32) -> Verdict {
     ended.map_or_else(|refused| refused.verdict, |_| Verdict::Converges)
 }
 
-/// Over the same K, the terms and the sign of the formal solution follow the bounds. Shooting with rays of its own samples
-/// another F: its radius differs by the noise of both, so it is held to the bounds outside of four of its standard errors.
+/// Over the same K, the terms and the sign of the formal solution follow the bounds. Shooting with rays of its own
+/// samples another F: its radius differs by the noise of both, so it is held to the bounds outside of four of its
+/// standard errors.
 #[test]
 fn every_method_agrees_with_the_bounds_in_random_scenes() {
     const PATCH_RAYS: u32 = 128;
@@ -280,8 +284,9 @@ fn every_method_agrees_with_the_bounds_in_random_scenes() {
     assert!(close < scenes / 4, "{close} close to the frontier");
 }
 
-/// Between the frontiers the weight of a path has a tail of index p < 2: the error of the mean falls as N^-(1 - 1/p), not
-/// N^-1/2. Both exponents are measured over independent repeats and held to the prediction by their standard errors.
+/// Between the frontiers the weight of a path has a tail of index p < 2: the error of the mean falls as N^-(1 - 1/p),
+/// not N^-1/2. Both exponents are measured over independent repeats and held to the prediction by their standard
+/// errors.
 #[test]
 fn the_path_tracers_error_falls_as_predicted_on_both_sides_of_its_variance_frontier() {
     let scene = builtin("furnished-room");

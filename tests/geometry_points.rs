@@ -1,5 +1,5 @@
-//! Light as emitted where receivers lie in an emitter's plane, on its edge or corner, where the horizon cuts it, and where
-//! it is so small that hemisphere rays miss it: against Howell's catalogue (B-3, B-4, C-14).
+//! Light as emitted where receivers lie in an emitter's plane, on its edge or corner, where the horizon cuts it, and
+//! where it is so small that hemisphere rays miss it: against Howell's catalogue (B-3, B-4, C-14).
 
 use std::f64::consts::TAU;
 
@@ -116,8 +116,8 @@ fn tiny_lamp(share: f64) -> Prepared {
 fn an_emitter_of_a_ten_thousandth_of_the_scene() {
     let share = 1e-4;
     let p = tiny_lamp(share);
-    // B-3, four times: from the lamp's middle to the floor at distance 1, half width 1. The lamp's own size changes it by
-    // its square.
+    // B-3, four times: from the lamp's middle to the floor at distance 1, half width 1. The lamp's own size changes it
+    // by its square.
     let root = 2.0_f64.sqrt();
     let corner = 2.0 / root * (1.0 / root).atan() / TAU;
     let truth = 4.0 * corner * share * share;

@@ -160,7 +160,8 @@ fn one_patch_two_and_a_hundred_thousand() {
     let solution = neumann(&k, &Settings::default()).expect("ends");
     assert_eq!(alone.patches.len(), 1);
     assert!(solution.light.iter().all(|l| l.visible == Rgb::ONE));
-    // Two triangles face to face by hand: light as emitted goes by its closed form r, all that is reflected by the rows x and y.
+    // Two triangles face to face by hand: light as emitted goes by its closed form r, all that is reflected by the rows
+    // x and y.
     let mut two = Mesh::default();
     two.polygon(&triangle(0.0), 0);
     let mut other = triangle(0.5);

@@ -1,5 +1,5 @@
-//! Scenes made to break the estimate of error, against pictures by another program (`tests/data/hard`), and what the estimate
-//! itself must tell.
+//! Scenes made to break the estimate of error, against pictures by another program (`tests/data/hard`), and what the
+//! estimate itself must tell.
 
 use std::path::Path;
 
@@ -106,8 +106,8 @@ fn view<'a>(p: &'a Prepared, mode: &'a Assembled, size: Size) -> View<'a> {
     }
 }
 
-/// In a furnace all light is E / (1 - rho): the residual of that is 0, and light a tenth too bright leaves a tenth of it in
-/// every pixel, reflected once.
+/// In a furnace all light is E / (1 - rho): the residual of that is 0, and light a tenth too bright leaves a tenth of
+/// it in every pixel, reflected once.
 #[test]
 fn the_residual_of_exact_light_is_nothing_and_that_of_wrong_light_its_error() {
     let p = prepare(builtin("furnace"), 24);
@@ -125,8 +125,8 @@ fn the_residual_of_exact_light_is_nothing_and_that_of_wrong_light_its_error() {
     let (mean, squared) = off(1.0);
     assert!(mean.abs() < 1e-5 && squared.value.abs() < 1e-9, "{mean} {squared:?}");
     let (mean, squared) = off(1.1);
-    // Light of a surface is E + rho L: what is read wrong by 0.1 L shows as rho 0.1 L. Paths end by chance: a geometric number
-    // of equal terms, whose standard deviation is below its mean over 1 - rho.
+    // Light of a surface is E + rho L: what is read wrong by 0.1 L shows as rho 0.1 L. Paths end by chance: a geometric
+    // number of equal terms, whose standard deviation is below its mean over 1 - rho.
     let error = f64::from(-0.1 * exact * rho);
     let paths = (64.0 * 64.0f64).sqrt();
     let deviation = error.abs() / f64::from(1.0 - rho) / paths;

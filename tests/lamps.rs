@@ -1,4 +1,5 @@
-//! Many luminaires: what light cuts find against the sum over all of them, on patches and in pictures, in one thread and in two.
+//! Many luminaires: what light cuts find against the sum over all of them, on patches and in pictures, in one thread
+//! and in two.
 
 use std::f64::consts::PI;
 
@@ -167,7 +168,8 @@ fn a_picture_of_a_thousand_lamps_is_as_near_as_it_says() {
     }
 }
 
-/// The floor under a ball of many faces gets `pi L (r/d)² cos` on every square metre, and the ball hides none of itself.
+/// The floor under a ball of many faces gets `pi L (r/d)² cos` on every square metre, and the ball hides none of
+/// itself.
 #[test]
 fn a_ball_of_many_faces_is_a_ball() {
     let center = DVec3::new(0.1, -0.2, 1.0);

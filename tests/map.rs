@@ -1,8 +1,8 @@
 //! The stability map against closed forms: layer-resolved form factors, both frontiers of concentric spheres, materials
 //! with numbers of their own, and the files of `halflight map`.
 //!
-//! Concentric spheres as in tests/spheres.rs: F12 = 1, F21 = q, F22 = 1 - q + q tau². For the squared weights of paths a
-//! ray that meets the inner sphere has S = a (1 + tau²), any other S = a, so with `G = 1 - q + q tau² (1 + tau²)`
+//! Concentric spheres as in tests/spheres.rs: F12 = 1, F21 = q, F22 = 1 - q + q tau². For the squared weights of paths
+//! a ray that meets the inner sphere has S = a (1 + tau²), any other S = a, so with `G = 1 - q + q tau² (1 + tau²)`
 //!
 //! ```text
 //! M12 = a²,  M21 = a² q (1 + tau²),  M22 = a² G,     radius = a²/2 (G + sqrt(G² + 4 q (1 + tau²)))
@@ -134,7 +134,8 @@ fn layers_give_the_form_factors_of_every_tau() {
         let once = all_of_f(&p, tau, &sampling(64, 3));
         assert_same(&once.rows, &layers.form_factors(tau));
     }
-    // The first moment is F times what is passed on, the second at least its square: rays with two crossings count more.
+    // The first moment is F times what is passed on, the second at least its square: rays with two crossings count
+    // more.
     let passed = vec![0.5; p.patches.len()];
     let [f, first, second] =
         [layers.form_factors(1.0), layers.moment(1.0, &passed, 1.0), layers.moment(1.0, &passed, 2.0)];

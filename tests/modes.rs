@@ -48,8 +48,8 @@ fn without_interreflection_the_second_bounce_is_exactly_nothing() {
         for mode in [Mode::Local, Mode::OneBounce] {
             let (mut assembled, rays) = assemble(&p, &[mode.transport()], &sampling(256, 0), &Silent);
             let k = assembled.remove(0);
-            // Only light as emitted is asked for: in local mode without a ray, else the shadows of so few faces are cut out,
-            // and rays are left to a patch or two whose view is too ragged, 64 or so a luminaire each.
+            // Only light as emitted is asked for: in local mode without a ray, else the shadows of so few faces are cut
+            // out, and rays are left to a patch or two whose view is too ragged, 64 or so a luminaire each.
             let most = if mode == Mode::Local { 0 } else { 64 * 20 };
             assert!(rays <= most, "{name} {mode}: {rays}");
             assert!(k.closure.is_none());

@@ -333,7 +333,7 @@ fn importance_is_the_adjoint_of_the_bounces() {
         term = k.apply(&term);
         series += dot(&y, &invisible(&term));
     }
-    // Light falls by 0.6 a bounce in a closed room: from a term below 2 % of y on, 0.6 / 0.4 of that are left out at most,
-    // of a sum of 0.6 / 0.4.
+    // Light falls by 0.6 a bounce in a closed room: from a term below 2 % of y on, 0.6 / 0.4 of that are left out at
+    // most, of a sum of 0.6 / 0.4.
     assert!(asked <= series && asked > 0.97 * series, "{asked} {series}");
 }

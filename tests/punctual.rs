@@ -211,7 +211,8 @@ fn agrees(scene: &Scene, transport: Transport, samples: u32, times: f64, what: &
     let error = relative_rms(&found.picture, &truth, None, Some(&noise)).expect("pictures");
     let stated = found.error.total;
     let noise = tracer.relative_error().expect("samples");
-    // What noise leaves uncertain of the error: the variance of few pixels, which is most of it, is known to some tenths.
+    // What noise leaves uncertain of the error: the variance of few pixels, which is most of it, is known to some
+    // tenths.
     let unsure = 0.3 * noise;
     eprintln!("{what}: error {error:.4}, stated {stated:.4}, noise of the reference {noise:.4}");
     assert!(stated <= 0.022, "{what}: {stated}");

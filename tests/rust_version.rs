@@ -1,7 +1,7 @@
 //! The `rust-version` of the manifest is true: no locked dependency asks for a newer compiler.
 //!
-//! Asks `cargo metadata` for this platform's dependencies, without the network. Not handled: what the crate's own code needs;
-//! clippy's `incompatible_msrv` reads that.
+//! Asks `cargo metadata` for this platform's dependencies, without the network. Not handled: what the crate's own code
+//! needs; clippy's `incompatible_msrv` reads that.
 
 use std::process::Command;
 

@@ -76,7 +76,8 @@ fn shadows_cut_out_are_those_that_rays_find() {
                 mean_and_error(&values)
             };
             let ((a, ea), (b, eb)) = (of(&exact), of(&rays));
-            // A patch in full light has no noise either way; f32 rounds the sums. Of all the rays one more or less may arrive.
+            // A patch in full light has no noise either way; f32 rounds the sums. Of all the rays one more or less may
+            // arrive.
             let one = f64::from(bare[i].x) / f64::from(REPLICAS * 256);
             let error = ea.hypot(eb).hypot(one) + 1e-5 * a;
             let score = (a - b) / error.max(1e-12);

@@ -182,8 +182,8 @@ fn a_room_sees_the_sky_through_its_opening() {
     assert!((sky.value - exact).abs() < 4.0 * sky.error, "{sky:?} {exact}");
 }
 
-/// Where everything emits (1 - rho) L on both sides and the sky is L, all light is L: on patches, in pictures and in paths,
-/// by shooting.
+/// Where everything emits (1 - rho) L on both sides and the sky is L, all light is L: on patches, in pictures and in
+/// paths, by shooting.
 #[test]
 fn a_furnace_may_be_open_to_the_sky() {
     const L: f64 = 0.5;
@@ -287,8 +287,8 @@ fn a_glowing_room_around_everything_gives_the_same_picture() {
     }
 }
 
-/// Rays that reach the sky tell nothing of how near things are: below a sheet over a floor the irradiance changes within
-/// the sheet's height, though most of the floor's hemisphere is open.
+/// Rays that reach the sky tell nothing of how near things are: below a sheet over a floor the irradiance changes
+/// within the sheet's height, though most of the floor's hemisphere is open.
 #[test]
 fn shade_below_a_sheet_is_no_brighter_where_effort_is_fixed() {
     let p = DVec3::new;
@@ -321,7 +321,8 @@ fn powers_of_the_terms_are_those_of_the_sky() {
     let [emitted, reflected] = [0, 1].map(|n| found.solution.bounces[n].power[0]);
     // The sphere around a square of side 2 has the radius sqrt 2.
     assert!((emitted / (4.0 * PI * 2.0 * PI * 2.0) - 1.0).abs() < 1e-5, "{emitted}");
-    // Walks are taken where patches differ from them by more than they state; these state nothing. Walks stop at 0.25 %.
+    // Walks are taken where patches differ from them by more than they state; these state nothing. Walks stop at 0.25
+    // %.
     assert!((reflected / (PI * 4.0 * 0.5 * 2.0) - 1.0).abs() < 4.0 * 0.0025, "{reflected}");
     assert!(found.errors.iter().all(|e| e.total <= 0.01), "{:?}", found.errors);
 }

@@ -89,7 +89,8 @@ fn arguments_that_cannot_be_met_are_refused() {
     }
 }
 
-/// The frontier of the variance of the furnished room at tau = 1 lies at alpha 0.624, that of the mean at 0.798 (`halflight map`).
+/// The frontier of the variance of the furnished room at tau = 1 lies at alpha 0.624, that of the mean at 0.798
+/// (`halflight map`).
 #[test]
 fn an_infinite_variance_is_told_before_it_misleads() {
     let directory = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! Verdicts on simulated pictures: noise agrees as often as stated, real differences are found, rare light is no difference.
+//! Verdicts on simulated pictures: noise agrees as often as stated, real differences are found, rare light is no
+//! difference.
 
 use halflight::light::Rgb;
 use halflight::pictures::Picture;
@@ -53,8 +54,8 @@ const ALIKE: Weight = (|_| 1.0, 1.0);
 /// Most of the light in few of the hits; mean 0.01^0.7 (1.01^0.3 - 0.01^0.3) / 0.3.
 const MIXED: Weight = (|u| (0.01 / (0.01 + u)).powf(0.7), 0.099_767);
 
-/// What a path tracer reports of a picture of mean `mean(k)` whose samples find light of `weight(u)`, u uniform in 0..1,
-/// or none: few of [`SAMPLES`] do.
+/// What a path tracer reports of a picture of mean `mean(k)` whose samples find light of `weight(u)`, u uniform in
+/// 0..1, or none: few of [`SAMPLES`] do.
 fn traced(stream: &mut Stream, mean: impl Fn(usize) -> f64, (weight, typical): Weight) -> Answer {
     let (mut values, mut errors) = (Vec::new(), Vec::new());
     let mut largest = 0.0_f64;

@@ -1,4 +1,5 @@
-//! Patches of different size side by side: every point keeps its one patch, and light on them is that of patches of one size.
+//! Patches of different size side by side: every point keeps its one patch, and light on them is that of patches of one
+//! size.
 
 use crate::common::{assemble_one, builtin, sampling};
 use glam::Vec3;

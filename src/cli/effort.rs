@@ -24,7 +24,8 @@ pub struct Effort {
     /// Cast so many hemisphere rays from each patch [default with --patches or --samples: 256]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub rays: Option<u32>,
-    /// Cast so many hemisphere rays for each pixel, rounded up to a power of two [default with --patches or --rays: 128]
+    /// Cast so many hemisphere rays for each pixel, rounded up to a power of two [default with --patches or --rays:
+    /// 128]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub samples: Option<u32>,
     /// Within which memory.

@@ -21,7 +21,8 @@ const SHOWN: usize = 400;
 /// `halflight factors`
 #[derive(Args, Debug)]
 pub struct Factors {
-    /// A built-in scene (see `halflight scenes`), an .obj, .glb or .gltf file, or a .toml scene file; it needs no light and no camera
+    /// A built-in scene (see `halflight scenes`), an .obj, .glb or .gltf file, or a .toml scene file; it needs no light
+    /// and no camera
     pub scene: String,
     /// Error allowed, as a share of each form factor; a thousandth of it is allowed to any
     #[arg(long, value_name = "T", default_value_t = 1e-4, value_parser = tolerance)]

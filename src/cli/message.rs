@@ -1,4 +1,5 @@
-//! An error as a person reads it on stderr: its code, what was found, and what to do; coloured and wrapped on a terminal.
+//! An error as a person reads it on stderr: its code, what was found, and what to do; coloured and wrapped on a
+//! terminal.
 //!
 //! Not handled: text that is wider than its characters are many; lines of it may be broken late.
 

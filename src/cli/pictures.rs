@@ -1,4 +1,5 @@
-//! What `render` and `trace` share: where the pictures of the modes go, their contact sheet, the warning of black backs.
+//! What `render` and `trace` share: where the pictures of the modes go, their contact sheet, the warning of black
+//! backs.
 
 use std::path::{Path, PathBuf};
 

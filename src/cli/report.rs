@@ -37,7 +37,8 @@ pub struct RenderReport {
     pub rays: u64,
     /// Where the time went.
     pub seconds: Seconds,
-    /// Estimated relative errors of the picture; null where effort was given instead of a tolerance, and for a path tracer.
+    /// Estimated relative errors of the picture; null where effort was given instead of a tolerance, and for a path
+    /// tracer.
     pub error: Option<ErrorParts>,
     /// Whether the error stated is at most what was asked for; null where none was.
     pub met: Option<bool>,
@@ -92,9 +93,9 @@ impl RenderReport {
 
 /// `halflight trace --json`, one for each mode: render's fields and these.
 ///
-/// There are no patches, form factors or bounds: those fields are 0 or null; `gather` is the time spent tracing. The verdict is
-/// `ends` (alpha is 0 everywhere), `sampled` (every path ended by itself), `truncated` (`--max-bounces` ended some, so later
-/// bounces are missing) or `overflows` (no picture).
+/// There are no patches, form factors or bounds: those fields are 0 or null; `gather` is the time spent tracing. The
+/// verdict is `ends` (alpha is 0 everywhere), `sampled` (every path ended by itself), `truncated` (`--max-bounces`
+/// ended some, so later bounces are missing) or `overflows` (no picture).
 #[derive(Serialize)]
 pub struct TraceReport {
     /// The fields of render.
@@ -102,8 +103,8 @@ pub struct TraceReport {
     pub render: RenderReport,
     /// Paths for each pixel.
     pub samples: u64,
-    /// RMS of the pixels' standard errors over RMS of the pixels without their noise, where no luminaire is seen; null from
-    /// one sample, and where there is more noise than picture.
+    /// RMS of the pixels' standard errors over RMS of the pixels without their noise, where no luminaire is seen; null
+    /// from one sample, and where there is more noise than picture.
     pub standard_error: Option<f64>,
     /// Whether the standard errors mean anything.
     pub variance: Growth,

@@ -1,7 +1,7 @@
 //! `halflight trace`: the picture of each mode by path tracing, and a contact sheet of several.
 //!
-//! Samples come in passes of [`PASS`], also without a time limit, so a number of samples gives the same bytes however it
-//! was reached. Not handled: proof of divergence. A series that diverges is cut at `--max-bounces`, and said to be.
+//! Samples come in passes of [`PASS`], also without a time limit, so a number of samples gives the same bytes however
+//! it was reached. Not handled: proof of divergence. A series that diverges is cut at `--max-bounces`, and said to be.
 
 use std::path::PathBuf;
 use std::time::Instant;

@@ -23,7 +23,8 @@ const DOUBLED: f64 = 0.354;
 /// Camera rays of a half at most.
 const MOST: u32 = 1 << 14;
 /// Share of the mean rays that every pixel gets, whatever its halves say. Few rays may all miss what a pixel shows
-/// little of, and halves that agree on nothing state no error: where a picture is worth many rays, none may rest on a few.
+/// little of, and halves that agree on nothing state no error: where a picture is worth many rays, none may rest on a
+/// few.
 const SHARE: f64 = 0.25;
 /// Neighbours to each side whose variance is pooled.
 const POOL: usize = 1;

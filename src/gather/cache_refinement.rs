@@ -31,8 +31,8 @@ struct Share {
 }
 
 impl Share {
-    /// What the record's rays are worth: of shares `w s² / n` the sum is least for `n` that go as `s sqrt(w)` (J. Neyman,
-    /// *On the two different aspects of the representative method*, 1934).
+    /// What the record's rays are worth: of shares `w s² / n` the sum is least for `n` that go as `s sqrt(w)` (J.
+    /// Neyman, *On the two different aspects of the representative method*, 1934).
     fn worth(self) -> f64 {
         (self.variance * self.rays).sqrt()
     }
@@ -69,8 +69,8 @@ impl IrradianceCache<'_> {
         self.place_where(pixels, &marked);
     }
 
-    /// What each record's rays leave of the variance of the picture: their own, as it shows in the records nearby, for two
-    /// halves say little about one, times what it is [used](IrradianceCache::uses).
+    /// What each record's rays leave of the variance of the picture: their own, as it shows in the records nearby, for
+    /// two halves say little about one, times what it is [used](IrradianceCache::uses).
     fn shares(&self, pixels: &[Pixel]) -> Vec<Share> {
         let one = |i: usize| {
             let [a, b] = self.total(self.means(i));
@@ -190,8 +190,8 @@ mod tests {
         pixels.iter().enumerate().map(&mut pixel).collect()
     }
 
-    /// Rays once went by the lattice of a record and its whole reflectance: a strip that fills a tenth of a pixel got as
-    /// many as a wall, and a living room at 2 % took 107 s instead of 30.
+    /// Rays once went by the lattice of a record and its whole reflectance: a strip that fills a tenth of a pixel got
+    /// as many as a wall, and a living room at 2 % took 107 s instead of 30.
     #[test]
     fn the_use_of_a_record_is_what_pixels_change_by_with_it() {
         let scene = Scene::open("furnished-room").unwrap();

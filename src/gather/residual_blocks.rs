@@ -2,9 +2,10 @@
 //! allows.
 //!
 //! With `a` and `b` the sums of a block's errors in the halves, the squared error is the mean over blocks of
-//! `a . b / area`, whose expectation has no noise in it. Small blocks see what changes sign in larger ones, but a single
-//! pixel whose paths are noisy hides all others. So blocks are parted where that costs little: a picture's blocks need
-//! not be of one size (a tree is pruned to the least cost: Breiman et al., *Classification and Regression Trees*, 1984).
+//! `a . b / area`, whose expectation has no noise in it. Small blocks see what changes sign in larger ones, but a
+//! single pixel whose paths are noisy hides all others. So blocks are parted where that costs little: a picture's
+//! blocks need not be of one size (a tree is pruned to the least cost: Breiman et al., *Classification and Regression
+//! Trees*, 1984).
 //!
 //! Not handled: errors that change sign within blocks that noise keeps whole.
 
@@ -159,7 +160,8 @@ mod tests {
     const WIDTH: usize = 37;
     const HEIGHT: usize = 21;
 
-    /// Errors of 1 whose sign changes from pixel to pixel, with uniform noise of the variance `noise(k)` in either half.
+    /// Errors of 1 whose sign changes from pixel to pixel, with uniform noise of the variance `noise(k)` in either
+    /// half.
     fn alternating(noise: impl Fn(usize) -> f64, seed: u32) -> ErrorBlocks {
         let mut random = Stream::new(seed);
         let mut half = |k: usize, error: f64| {

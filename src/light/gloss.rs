@@ -1,7 +1,7 @@
 //! Phong's specular term, with the half vector of J. Blinn (1977), as OpenGL 1.x lights surfaces by it.
 //!
 //! ```text
-//! seen of light L from direction l by a viewer in direction v:   Ks/pi L (n·h)^Ns,   h = (l + v) / |l + v|,   if n·l > 0
+//! seen of light L from direction l by a viewer in direction v: Ks/pi L (n·h)^Ns   if n·l > 0,   h = (l + v) / |l + v|
 //! ```
 //!
 //! per solid angle, beside `rho/pi L (n·l)` of diffuse reflection. In these units the colour of an OpenGL light of
@@ -23,7 +23,8 @@ pub struct Gloss {
 }
 
 impl Gloss {
-    /// `(n·h)^Ns` for unit vectors to the light and to the viewer on a side of normal n; 0 where the light is behind it.
+    /// `(n·h)^Ns` for unit vectors to the light and to the viewer on a side of normal n; 0 where the light is behind
+    /// it.
     pub fn lobe(&self, normal: DVec3, to_light: DVec3, to_viewer: DVec3) -> f64 {
         if normal.dot(to_light) <= 0.0 {
             return 0.0;

@@ -9,8 +9,9 @@
 //!                      [ rho        0 ]      tau what passes through a surface (transmission).
 //! ```
 //!
-//! Transmission does not change direction, so tau acts inside the form factors and not in this matrix.
-//! Radiance is in W/(m² sr) per RGB channel. Not handled: spectra, polarisation, glossy reflection but for highlights of direct light ([`Gloss`]).
+//! Transmission does not change direction, so tau acts inside the form factors and not in this matrix. Radiance is in
+//! W/(m² sr) per RGB channel. Not handled: spectra, polarisation, glossy reflection but for highlights of direct light
+//! ([`Gloss`]).
 //!
 //! Source: D. C. Banks, K. M. Beason, *Retro-rendering with vector-valued light*, SPIE 6060, 2006.
 

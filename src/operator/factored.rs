@@ -1,7 +1,7 @@
 //! K of a scene, stored factored: one sparse F, and alpha and rho of each patch.
 //!
-//! Light as emitted by luminaires goes through the closed form instead ([`LinearOperator::first_bounce`]); everything after
-//! the first bounce goes through F. Not handled: how F and the closed forms are found.
+//! Light as emitted by luminaires goes through the closed form instead ([`LinearOperator::first_bounce`]); everything
+//! after the first bounce goes through F. Not handled: how F and the closed forms are found.
 
 use std::sync::OnceLock;
 
@@ -151,7 +151,8 @@ impl Operator {
         &self.alpha
     }
 
-    /// `F E` of the luminaires by closed form, and what lights without area send, W/(m² sr); 0 on patches that reflect nothing.
+    /// `F E` of the luminaires by closed form, and what lights without area send, W/(m² sr); 0 on patches that reflect
+    /// nothing.
     pub fn received(&self) -> &[Rgb] {
         &self.received
     }

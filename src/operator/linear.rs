@@ -14,7 +14,8 @@ use glam::Vec4;
 
 use crate::light::{Light, Rgb};
 
-/// K of n patches, and the E it acts on first. Whoever can multiply with F has every solver and bound of [`crate::solve`].
+/// K of n patches, and the E it acts on first. Whoever can multiply with F has every solver and bound of
+/// [`crate::solve`].
 pub trait LinearOperator: Sync {
     /// Areas of the n patches, in any one unit; norms and powers are weighted by them.
     fn areas(&self) -> &[f64];

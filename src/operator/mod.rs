@@ -5,8 +5,8 @@
 //!                   [ 1        0 ]        (K L)_visible   =       rho F L_invisible
 //! ```
 //!
-//! for each channel. [`LinearOperator`] is what a solver of `L = E + K L` asks of K; [`Operator`] is the K of a scene, stored
-//! factored; [`spectrum`] bounds its spectral radius.
+//! for each channel. [`LinearOperator`] is what a solver of `L = E + K L` asks of K; [`Operator`] is the K of a scene,
+//! stored factored; [`spectrum`] bounds its spectral radius.
 //!
 //! Not handled: the entries of F, which `form_factors` finds.
 

@@ -1,11 +1,13 @@
-//! The norm of K: how much a single bounce can enlarge light, which may exceed the spectral radius, since K is not normal.
+//! The norm of K: how much a single bounce can enlarge light, which may exceed the spectral radius, since K is not
+//! normal.
 //!
 //! ```text
 //! norm(K) = max ‖Kx‖ / ‖x‖,   ‖x‖² = sum A_i |x_i|²,   by the power iteration of A^-1 K^T A K
 //! ```
 //!
 //! B = alpha rho F is self-adjoint under the weights A/(alpha rho) where F is reciprocal, not under A: light on dark
-//! patches weighs little there. Not handled: an upper bound; the iteration's quotient is a lower bound that rises to the norm.
+//! patches weighs little there. Not handled: an upper bound; the iteration's quotient is a lower bound that rises to
+//! the norm.
 
 use crate::light::Light;
 use crate::operator::linear::LinearOperator;

@@ -58,7 +58,8 @@ pub struct Effort {
     pub gap: f64,
     /// Products to spend on that at most.
     pub products: usize,
-    /// Products to spend at most as long as it is undecided whether the radius lies below or above 1, or, below, how far; 0 where 1 means nothing.
+    /// Products to spend at most as long as it is undecided whether the radius lies below or above 1, or, below, how
+    /// far; 0 where 1 means nothing.
     pub undecided: usize,
 }
 

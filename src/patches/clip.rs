@@ -88,9 +88,9 @@ fn half_plane(polygon: &[DVec2], normal: DVec2, offset: f64) -> Vec<DVec2> {
     out
 }
 
-/// Cuts a convex polygon where its height changes sign: calls `put` with every corner and every crossing in order, and whether
-/// it belongs to the part above and to that below. What has height 0 belongs to both. `crossing` finds the point of height 0
-/// between two corners, given with their heights.
+/// Cuts a convex polygon where its height changes sign: calls `put` with every corner and every crossing in order, and
+/// whether it belongs to the part above and to that below. What has height 0 belongs to both. `crossing` finds the
+/// point of height 0 between two corners, given with their heights.
 #[inline]
 pub(crate) fn cut<P: Copy>(
     polygon: &[P],

@@ -1,7 +1,7 @@
 //! A picture and its standard error in one EXR file.
 //!
-//! The picture has the channels R, G and B, so that every reader finds it; the other picture's channels have its name before
-//! them (`standard error.R`), which is how OpenEXR tells layers of one part apart. Linear 32-bit floats, exact.
+//! The picture has the channels R, G and B, so that every reader finds it; the other picture's channels have its name
+//! before them (`standard error.R`), which is how OpenEXR tells layers of one part apart. Linear 32-bit floats, exact.
 //!
 //! Not handled: reading such layers back; [`crate::pictures::files::read_picture`] reads the picture.
 

@@ -1,7 +1,8 @@
 //! Stacked bars: how a whole divides into parts, one bar beside the other, as SVG and PNG from one drawing.
 //!
 //! Every bar shows shares of its own whole and reaches 100 %; what the whole amounts to stands above it. So wholes that
-//! differ by orders of magnitude stay readable. Parts that are too small to see are not labelled. Not handled: negative parts.
+//! differ by orders of magnitude stay readable. Parts that are too small to see are not labelled. Not handled: negative
+//! parts.
 
 use std::path::Path;
 

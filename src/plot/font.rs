@@ -80,7 +80,8 @@ impl<F: Fn(f64, f64) -> (f64, f64)> OutlineBuilder for Pen<F> {
     }
 }
 
-/// The outline of a line of text as SVG path data: `place` gives the page's point for pixels along the baseline and above it.
+/// The outline of a line of text as SVG path data: `place` gives the page's point for pixels along the baseline and
+/// above it.
 pub fn outline(line: &str, em: f64, place: impl Fn(f64, f64) -> (f64, f64)) -> String {
     let (mut path, mut along) = (String::new(), 0.0);
     for glyph in line.chars().map(Glyph::of) {

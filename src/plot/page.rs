@@ -2,8 +2,8 @@
 //! from one drawing.
 //!
 //! Pictures are shown pixel by pixel, never resized, so a panel's codes are those of the picture's own PNG at the
-//! page's exposure. What has no picture is hatched, with the reason in it, so that nobody takes it for light. Not handled:
-//! pictures of several sizes ([`Sheet`](crate::plot::Sheet)), several pages.
+//! page's exposure. What has no picture is hatched, with the reason in it, so that nobody takes it for light. Not
+//! handled: pictures of several sizes ([`Sheet`](crate::plot::Sheet)), several pages.
 
 use std::path::Path;
 

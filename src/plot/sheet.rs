@@ -1,7 +1,7 @@
 //! Contact sheets: pictures side by side under their titles, at one exposure, as a figure shows them.
 //!
-//! Pictures are shown pixel by pixel, never resized, so a tile's codes are those of the picture's own PNG. A tile without
-//! picture is a grey box with the reason in it. Not handled: charts among the pictures, several pages.
+//! Pictures are shown pixel by pixel, never resized, so a tile's codes are those of the picture's own PNG. A tile
+//! without picture is a grey box with the reason in it. Not handled: charts among the pictures, several pages.
 
 use std::path::Path;
 

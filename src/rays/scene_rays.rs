@@ -39,10 +39,11 @@ pub struct Rays {
     sky: Option<Sky>,
 }
 
-/// Distance at which the sky is met, unit coordinates: the longest side of the scene's box. What it lights changes within
-/// the scene only because things stand before it, so a hemisphere that sees much of it tells nothing of how near they
-/// are: were it at infinity, the irradiance beside the few things in an open scene would count as known far from it, and
-/// the dark places below them come out too bright (by 0.4 % of the mean light for a sheet among three, 0.1 % so).
+/// Distance at which the sky is met, unit coordinates: the longest side of the scene's box. What it lights changes
+/// within the scene only because things stand before it, so a hemisphere that sees much of it tells nothing of how near
+/// they are: were it at infinity, the irradiance beside the few things in an open scene would count as known far from
+/// it, and the dark places below them come out too bright (by 0.4 % of the mean light for a sheet among three, 0.1 %
+/// so).
 const SKY_DISTANCE: f32 = 2.0;
 
 /// The faces that may lie between two points of the scene.
@@ -89,7 +90,8 @@ impl Rays {
         }
     }
 
-    /// The first face met, or the sky. Of a thin sheet (two faces in one place, back to back) it is the one met from its front.
+    /// The first face met, or the sky. Of a thin sheet (two faces in one place, back to back) it is the one met from
+    /// its front.
     #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         let query = self.query(ray);

@@ -1,11 +1,13 @@
 //! Points drawn on emitters for next-event estimation: a face by its power, then a uniform point of it.
 //!
 //! ```text
-//! density of a point of face f, per area:   p_f = P_f / A_f,   P_f = A_f |E_f| / sum of the same,   |E| = sum of channels
+//! density of a point of face f, per area:   p_f = P_f / A_f,   P_f = A_f |E_f| / sum of the same
+//! with |E| the sum of channels
 //! ```
 //!
-//! A face that sends from both sides is one face here: a point is lit by the side it sees. Not handled: distance
-//! and orientation, which the weights against rays that meet emitters by chance make up for; the sky, which only those meet.
+//! A face that sends from both sides is one face here: a point is lit by the side it sees. Not handled: distance and
+//! orientation, which the weights against rays that meet emitters by chance make up for; the sky, which only those
+//! meet.
 
 use glam::Vec3;
 

@@ -1,8 +1,8 @@
 //! Answers found another way: a vector-valued path tracer, the witness to the solver, and real OpenGL ([`opengl`]).
 //!
-//! It gathers light into the camera, as the paper did, along random paths, and knows nothing of patches, form
-//! factors or operators. It shares with the solver the light, the scene and the rays; random numbers and directions are its own.
-//! A picture comes with the standard error of every pixel, and each bounce order comes apart.
+//! It gathers light into the camera, as the paper did, along random paths, and knows nothing of patches, form factors
+//! or operators. It shares with the solver the light, the scene and the rays; random numbers and directions are its
+//! own. A picture comes with the standard error of every pixel, and each bounce order comes apart.
 //!
 //! ```text
 //! pixel        = E_visible + rho I + highlights of E        at the first surface, whatever its tau

@@ -5,10 +5,11 @@
 //! standard error of the mean = sqrt(M / (n (n - 1)))
 //! ```
 //!
-//! M is the sum of squared deviations. Sums run in f64 within a pass; between passes nothing cancels, so f32 holds them.
-//! Not handled: samples that depend on each other.
+//! M is the sum of squared deviations. Sums run in f64 within a pass; between passes nothing cancels, so f32 holds
+//! them. Not handled: samples that depend on each other.
 //!
-//! Source: T. Chan, G. Golub, R. LeVeque, *Algorithms for computing the sample variance*, The American Statistician 37, 1983.
+//! Source: T. Chan, G. Golub, R. LeVeque, *Algorithms for computing the sample variance*, The American Statistician 37,
+//! 1983.
 
 use glam::{DVec3, Vec3};
 

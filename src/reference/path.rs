@@ -4,14 +4,14 @@
 //! at one of them, so that it does not branch:
 //!
 //! ```text
-//! crossing c is chosen with p_c = w_c / W,   w_c = max over channels of (throughput T_c alpha_c rho_c),   W = sum of w_c
+//! crossing c is chosen with p_c = w_c / W, W = sum of w_c, w_c = max over channels of (throughput T_c alpha_c rho_c)
 //! throughput  <-  throughput T_c alpha_c rho_c / p_c,   whose largest channel is W whatever c
 //! Russian roulette: goes on with q = min(1, W / rho of the first surface), throughput /= q
 //! ```
 //!
 //! Next-event estimation adds a point drawn on an emitter at every vertex. Both ways of finding an emitter are weighted
-//! by the power heuristic, so nothing is counted twice and a furnace works too. With tau > 0 the
-//! rays that meet emitters find all of a direction's at once, each with the density of a single ray, so the weights stand.
+//! by the power heuristic, so nothing is counted twice and a furnace works too. With tau > 0 the rays that meet
+//! emitters find all of a direction's at once, each with the density of a single ray, so the weights stand.
 //!
 //! Where W is above 1 (light passes through surfaces and each sends more) throughputs may grow without bound and the
 //! variance with them: `max_bounces` ends every path.

@@ -3,8 +3,8 @@
 //! xoshiro256++ whose state is filled by SplitMix64 from a hash of the three numbers. Kept apart from the sequences
 //! the solver samples with, so that a flaw of one is not a flaw of both. Not handled: stratification; cryptography.
 //!
-//! Sources: D. Blackman, S. Vigna, *Scrambled linear pseudorandom number generators*, ACM TOMS 47(4), 2021; G. Steele, D. Lea,
-//! C. Flood, *Fast splittable pseudorandom number generators*, OOPSLA 2014.
+//! Sources: D. Blackman, S. Vigna, *Scrambled linear pseudorandom number generators*, ACM TOMS 47(4), 2021; G. Steele,
+//! D. Lea, C. Flood, *Fast splittable pseudorandom number generators*, OOPSLA 2014.
 
 use std::f32::consts::TAU;
 
@@ -108,7 +108,8 @@ mod tests {
         }
     }
 
-    /// E cos = 2/3 and E cos² = 1/2 under cos/pi; var cos = 1/18 and var cos² = 1/12; the azimuth has mean 0, variance 1/4.
+    /// E cos = 2/3 and E cos² = 1/2 under cos/pi; var cos = 1/18 and var cos² = 1/12; the azimuth has mean 0, variance
+    /// 1/4.
     #[test]
     fn directions_follow_the_cosine() {
         let n = 200_000;

@@ -1,7 +1,7 @@
 //! The path tracer: gathers passes of samples into pictures, with the standard error of every pixel.
 //!
-//! Samples of a pixel are independent: uniform over its box, without stratification, so the standard error of their mean
-//! holds. A pass of given size gives the same bits for any number of threads. A pixel takes 284 bytes.
+//! Samples of a pixel are independent: uniform over its box, without stratification, so the standard error of their
+//! mean holds. A pass of given size gives the same bits for any number of threads. A pixel takes 284 bytes.
 //!
 //! Not handled: filters other than the box; adaptive sampling; proof that a series converges.
 
@@ -199,8 +199,8 @@ impl<'a> Tracer<'a> {
         self.picture_of(|pixel| Rgb::splat(f32::from(u8::from(!pixel.luminaire))))
     }
 
-    /// `sqrt(mean(se²) / (mean(L²) - mean(se²)))` over channels and the pixels that see no luminaire, or all where every pixel
-    /// sees one: the noise over the RMS of the picture without its noise.
+    /// `sqrt(mean(se²) / (mean(L²) - mean(se²)))` over channels and the pixels that see no luminaire, or all where
+    /// every pixel sees one: the noise over the RMS of the picture without its noise.
     ///
     /// None before the second sample, and where noise leaves no picture to relate it to.
     pub fn relative_error(&self) -> Option<f64> {

@@ -1,9 +1,9 @@
 //! A picture by a deadline: coarse first, then as near as what that took lets foresee.
 //!
-//! Rounds of work cannot be left half done, and how long one takes is not known before. So a first picture at a tolerance
-//! of 10 % tells what the scene takes on this machine, and the next is aimed at what fits in the time that is left. Every
-//! picture states its own error, and the best one counts. Where the time suffices the last one is the picture that there
-//! would be without a deadline, bit by bit.
+//! Rounds of work cannot be left half done, and how long one takes is not known before. So a first picture at a
+//! tolerance of 10 % tells what the scene takes on this machine, and the next is aimed at what fits in the time that is
+//! left. Every picture states its own error, and the best one counts. Where the time suffices the last one is the
+//! picture that there would be without a deadline, bit by bit.
 //!
 //! Not handled: keeping patches or rays of one picture for the next; a deadline so near that not even the first picture
 //! is there by then.
@@ -19,13 +19,14 @@ use crate::solve::Diverges;
 
 /// Tolerance of the first picture, at most as fine.
 const COARSE: f64 = 0.1;
-/// Work grows as this power of 1 / tolerance: noise of rays falls as the root of their number, and all else falls faster.
+/// Work grows as this power of 1 / tolerance: noise of rays falls as the root of their number, and all else falls
+/// faster.
 const POWER: f64 = 2.0;
 /// A tolerance that is not smaller by this factor is not worth another picture.
 const GAIN: f64 = 0.7;
 
-/// Renders one mode to a tolerance; the patches of `p` are cut anew as it needs. With a deadline the picture is the best
-/// one that could be finished by then, and at least one at a tolerance of 10 %.
+/// Renders one mode to a tolerance; the patches of `p` are cut anew as it needs. With a deadline the picture is the
+/// best one that could be finished by then, and at least one at a tolerance of 10 %.
 ///
 /// # Errors
 /// [`Diverges`] where the series does.

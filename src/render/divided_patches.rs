@@ -102,8 +102,8 @@ pub(crate) fn divided(
     unreachable!("the last round returns")
 }
 
-/// Times that patches are divided at most, from `first` paths of every pixel on: as often as is worth it, while the paths
-/// of a round are no more than [`EACH`] allows. All are kept, so more would not fit in memory.
+/// Times that patches are divided at most, from `first` paths of every pixel on: as often as is worth it, while the
+/// paths of a round are no more than [`EACH`] allows. All are kept, so more would not fit in memory.
 fn rounds(tolerance: f64, first: u32) -> u32 {
     let worth = ROUNDS.0 + ROUNDS.1 * (0.05 / tolerance).log2().max(0.0);
     let held = 1 + (EACH.2 / first).max(1).ilog2();

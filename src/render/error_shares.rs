@@ -1,7 +1,8 @@
 //! Each patch's share in the errors that patch size, and noise of F, make in the picture.
 //!
-//! What is off on a patch is off where the camera sees it read, and goes on by way of other patches ([`crate::gather::importance`],
-//! [`crate::solve::importance`]). Patch size is off by what larger patches cannot hold of the light, noise by what a row of F adds:
+//! What is off on a patch is off where the camera sees it read, and goes on by way of other patches
+//! ([`crate::gather::importance`], [`crate::solve::importance`]). Patch size is off by what larger patches cannot hold
+//! of the light, noise by what a row of F adds:
 //!
 //! ```text
 //! L' - L = (I - K)^-1 r,      r = (I - K) (L' - L)      r_i the noise of row i alone

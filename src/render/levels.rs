@@ -1,14 +1,14 @@
 //! The light that a picture is made of, and by how much it may be off, from two scramblings and from larger patches.
 //!
-//! K reads light as one value a patch, an error of first order in patch size where surfaces meet. Light on larger patches tells
-//! how it falls, so the picture is made of light extrapolated to none of it (Richardson 1911):
+//! K reads light as one value a patch, an error of first order in patch size where surfaces meet. Light on larger
+//! patches tells how it falls, so the picture is made of light extrapolated to none of it (Richardson 1911):
 //!
 //! ```text
 //! L = L_h + (Π L_h - L_2h)      Π averages over the larger patches, so detail within them stays as it is
 //! ```
 //!
-//! Measured against path tracing, it leaves a fifth to a half of the error in the mean. The terms of the series are not extrapolated, and the
-//! stated error is that of light that is not.
+//! Measured against path tracing, it leaves a fifth to a half of the error in the mean. The terms of the series are not
+//! extrapolated, and the stated error is that of light that is not.
 //!
 //! Not handled: the terms of the series one by one.
 
@@ -19,13 +19,13 @@ use crate::render::assembly::Prepared;
 use crate::solve::average;
 
 /// Errors of patch size go as the size to this power, in pictures and in terms: second where light is smooth within
-/// patches, first across what stands close to a surface. Measured on the furnished room against path tracing: 8.1, 2.7, 1.0 %
-/// too dark with 250, 1000, 4000 patches, powers of 1.6 and 1.4. What it gets wrong the residual measured at points tells
-/// ([`crate::render::residual_check`]), and the rounds correct.
+/// patches, first across what stands close to a surface. Measured on the furnished room against path tracing: 8.1, 2.7,
+/// 1.0 % too dark with 250, 1000, 4000 patches, powers of 1.6 and 1.4. What it gets wrong the residual measured at
+/// points tells ([`crate::render::residual_check`]), and the rounds correct.
 pub(crate) const ORDER: f64 = 1.5;
 
-/// The error on the finer patches as a share of the difference between two levels, whose patches differ by a factor of two in
-/// size: `1 / (2^ORDER - 1)`.
+/// The error on the finer patches as a share of the difference between two levels, whose patches differ by a factor of
+/// two in size: `1 / (2^ORDER - 1)`.
 pub(crate) fn of_finer() -> f64 {
     1.0 / (ORDER.exp2() - 1.0)
 }
@@ -45,8 +45,8 @@ pub(crate) struct Off {
     pub noise: Vec<Rgb>,
 }
 
-/// The light that the picture is made of, with its noise and what larger patches are off by riding along; of two scramblings a and
-/// b, and c on larger patches.
+/// The light that the picture is made of, with its noise and what larger patches are off by riding along; of two
+/// scramblings a and b, and c on larger patches.
 pub(crate) fn fields(p: &Prepared, [a, b, c]: [Vec<Rgb>; 3]) -> (Fields, Off) {
     // Both levels' means over larger patches differ by what K makes of patch size: the light moves on by that much.
     let means = averaged(p, &a);

@@ -11,9 +11,9 @@
 //! 5 n luminaires            what lies between, where it is known
 //! ```
 //!
-//! The number of terms follows from the spectral radius, which the same rows tell about: where r is the share of light that a
-//! patch passes on, its mean over the rows weighted by r itself, for light stays where much of it is passed on. The tail bound
-//! `r^n / (1 - r)` then ends the series.
+//! The number of terms follows from the spectral radius, which the same rows tell about: where r is the share of light
+//! that a patch passes on, its mean over the rows weighted by r itself, for light stays where much of it is passed on.
+//! The tail bound `r^n / (1 - r)` then ends the series.
 //!
 //! Fewer patches have rows no longer, which bounds from below the number that fits. Not handled: the pictures (some
 //! hundred bytes a pixel) and the scene itself, which is already loaded when this is asked.
@@ -134,7 +134,8 @@ impl Estimate {
     }
 }
 
-/// Estimates what K of all `modes` takes when `casts` of it are held at once, and the patches that fit in `limit` bytes.
+/// Estimates what K of all `modes` takes when `casts` of it are held at once, and the patches that fit in `limit`
+/// bytes.
 pub fn estimate_memory(p: &Prepared, modes: &[Transport], sampling: &Sampling, casts: usize, limit: f64) -> Estimate {
     let solutions = modes.len().min(casts.max(1));
     estimate(p, modes, sampling, Held { casts, solutions, terms: Kept::Enough }, limit)

@@ -1,8 +1,9 @@
 //! The way from a scene to a picture with its error, and to the terms of the bounce series.
 //!
-//! [`Solver`] does all of it for one scene. Its steps are there as functions too: [`prepare`] cuts patches, [`assemble`]
-//! puts K together, [`render`] makes the picture of given effort, and [`render_within`] spends effort until the picture's
-//! estimated error is within a tolerance; [`explore_within`] does so for the powers of the terms `KⁿE`.
+//! [`Solver`] does all of it for one scene. Its steps are there as functions too: [`prepare`] cuts patches,
+//! [`assemble`] puts K together, [`render`] makes the picture of given effort, and [`render_within`] spends effort
+//! until the picture's estimated error is within a tolerance; [`explore_within`] does so for the powers of the terms
+//! `KⁿE`.
 //!
 //! Not handled: which picture is asked for; that is a scene's camera and a [`Transport`](crate::light::Transport).
 

@@ -1,16 +1,18 @@
-//! Patch sizes from the error they make: small in the zones that the picture's error comes from, large elsewhere. And rays
-//! of F's rows from the noise they leave.
+//! Patch sizes from the error they make: small in the zones that the picture's error comes from, large elsewhere. And
+//! rays of F's rows from the noise they leave.
 //!
-//! The squared error is the sum of the zones' shares. A share falls as `N^-ORDER` of the zone's patches, N^-3/2, so that
+//! The squared error is the sum of the zones' shares. A share falls as `N^-ORDER` of the zone's patches, N^-3/2, so
+//! that
 //!
 //! ```text
-//! sum over zones of share_z (N'_z / N_z)^-3/2 = wanted,     N'_z least in sum     gives     N'_z / N_z ~ (share_z / N_z)^2/5
+//! sum over zones of share_z (N'_z / N_z)^-3/2 = wanted, N'_z least in sum,   gives   N'_z / N_z ~ (share_z / N_z)^2/5
 //! ```
 //!
-//! Noise of a row falls as 1/n of its rays: rows whose zones' `(share / N n)^1/2` exceeds a level are raised to it. Where a patch
-//! is divided, each part counts less in the picture, as its area.
+//! Noise of a row falls as 1/n of its rays: rows whose zones' `(share / N n)^1/2` exceeds a level are raised to it.
+//! Where a patch is divided, each part counts less in the picture, as its area.
 //!
-//! Not handled: shares smaller than chance in the few rays that tell them; every zone is thought to have at least a small one.
+//! Not handled: shares smaller than chance in the few rays that tell them; every zone is thought to have at least a
+//! small one.
 
 use crate::patches::Zones;
 use crate::render::assembly::Prepared;
@@ -50,7 +52,8 @@ impl Sizes {
     }
 
     /// Chooses sizes for a squared error of `wanted` times what the patches of `p` have, with at most so many patches;
-    /// `shares` tells each patch's share, None where nothing is known of it. Returns by how much each zone's patches become more.
+    /// `shares` tells each patch's share, None where nothing is known of it. Returns by how much each zone's patches
+    /// become more.
     pub fn refine(&mut self, p: &Prepared, shares: &[Option<f64>], wanted: f64, most: usize) -> Vec<f64> {
         let of_patches = self.zones.of_patches(&p.patches);
         let zones = of_zones(self.zones.len(), &of_patches, shares);
@@ -70,8 +73,8 @@ impl Sizes {
         more
     }
 
-    /// Chooses more rays for the rows of some zones, for a squared noise of `wanted` times what `shares` add up to; zones have
-    /// `more` times as many patches by then.
+    /// Chooses more rays for the rows of some zones, for a squared noise of `wanted` times what `shares` add up to;
+    /// zones have `more` times as many patches by then.
     pub fn spread(&mut self, p: &Prepared, shares: &[f64], wanted: f64, more: &[f64]) {
         let of_patches = self.zones.of_patches(&p.patches);
         let known: Vec<Option<f64>> = shares.iter().copied().map(Some).collect();

@@ -1,7 +1,8 @@
-//! Whether patches of one size stand for a scene at all, as measured at points: the two levels of patches agree where both are
-//! wrong alike, the residual does not ([`crate::gather::Residual`]).
+//! Whether patches of one size stand for a scene at all, as measured at points: the two levels of patches agree where
+//! both are wrong alike, the residual does not ([`crate::gather::Residual`]).
 //!
-//! A few paths are enough to find errors as large as what is asked for; where they find one, more paths make sure of it.
+//! A few paths are enough to find errors as large as what is asked for; where they find one, more paths make sure of
+//! it.
 //!
 //! Not handled: errors that few paths cannot tell from none; the larger of both estimates is stated.
 
@@ -12,8 +13,8 @@ use crate::render::assembly::Prepared;
 use crate::render::solved::{Solved, Spent};
 use crate::render::wanted::Wanted;
 
-/// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; and at most, where an error is suspected or they tell too
-/// little.
+/// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; and at most, where an error is suspected
+/// or they tell too little.
 const PATHS: (f64, f64) = (20_000.0, 262_144.0);
 /// Paths of a pixel over those of all in the mean, at least and at most.
 const LEAST: f32 = 0.25;
@@ -81,7 +82,8 @@ impl Check {
         Check { most: each(PATHS.1), walks, signal: rough.error.signal.powi(2), found: None }
     }
 
-    /// Whether the light is off by more than its two levels of patches and its noise say, and by more than is tolerable.
+    /// Whether the light is off by more than its two levels of patches and its noise say, and by more than is
+    /// tolerable.
     ///
     /// Where nothing is left to do but to `accept` the light, small places get their paths too.
     pub fn contradicts(
@@ -136,11 +138,11 @@ impl Check {
         }
     }
 
-    /// Chooses how the light is read, and states its error: if more than its share is certain, the cheapest reading that
-    /// paths find within it; else the light is read at once.
+    /// Chooses how the light is read, and states its error: if more than its share is certain, the cheapest reading
+    /// that paths find within it; else the light is read at once.
     ///
-    /// Read at once, its error is the larger of what the two levels of patches say and what the paths last judged do: over
-    /// the smallest blocks of pixels that tell it well enough, or what larger ones are sure of.
+    /// Read at once, its error is the larger of what the two levels of patches say and what the paths last judged do:
+    /// over the smallest blocks of pixels that tell it well enough, or what larger ones are sure of.
     pub fn confirm(&self, solved: &mut Solved, wanted: &Wanted) {
         let Some(residual) = &self.found else { return };
         let certain = (SURE * wanted.tolerance).powi(2);
@@ -166,16 +168,16 @@ impl Check {
     }
 }
 
-/// The squared error of light that is read at once, over the blocks of pixels that are surest of one: errors of small places show
-/// in small blocks only.
+/// The squared error of light that is read at once, over the blocks of pixels that are surest of one: errors of small
+/// places show in small blocks only.
 fn surest(residual: &Residual) -> SquaredError {
     let sure = |s: &SquaredError| s.value - CERTAIN * s.deviation;
     let sizes = residual.of_sizes(Reading::PLAIN);
     sizes.max_by(|a, b| sure(a).total_cmp(&sure(b))).unwrap_or_default()
 }
 
-/// The light of every pixel of a rough picture over their mean, within limits: dark pixels are looked at too, and luminaires are
-/// no part of the error.
+/// The light of every pixel of a rough picture over their mean, within limits: dark pixels are looked at too, and
+/// luminaires are no part of the error.
 pub(crate) fn brightness(rough: &Gathered) -> Vec<f32> {
     let (picture, lamps) = (rough.total(), &rough.emission);
     let light = picture.pixels.iter().zip(&lamps.pixels);
@@ -206,8 +208,8 @@ mod tests {
     const TOLERANCE: f64 = 0.02;
     const ASKED: Reading = Reading { bounces: 0, direct: Direct::Asked };
 
-    /// Errors of 16 x 16 pixels, relative to a picture of 1, `plain` if light is read at once and none if direct light is
-    /// asked for; with noise in the halves.
+    /// Errors of 16 x 16 pixels, relative to a picture of 1, `plain` if light is read at once and none if direct light
+    /// is asked for; with noise in the halves.
     fn residual(plain: f64, noise: f64) -> Residual {
         let error = |reading: usize| if reading == ASKED.number() { 0.0 } else { plain };
         let pixel = |k: u32| {
@@ -218,8 +220,8 @@ mod tests {
         Residual::of_pixels(&pixels, 16)
     }
 
-    /// A street at night stated 0.62 % with 1.2 true: lamps beside what they light, whose direct light patches mixed. Two
-    /// levels of patches did not tell; the paths did, and nothing came of it.
+    /// A street at night stated 0.62 % with 1.2 true: lamps beside what they light, whose direct light patches mixed.
+    /// Two levels of patches did not tell; the paths did, and nothing came of it.
     #[test]
     fn direct_light_is_asked_for_where_patches_certainly_mix_it() {
         let p = prepare(Scene::open("cornell-box").expect("a scene"), 200);

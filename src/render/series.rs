@@ -1,18 +1,19 @@
 //! The terms of the bounce series to a wanted accuracy of their powers.
 //!
-//! Each term's power has two errors. Noise of F: the spread over four casts with independent scramblings. Size of patches: the
-//! difference to patches four times as large from the same rays, and the difference to the round before on patches cut anew,
-//! whichever is larger. Light of a patch is read as one value by K, an error of first order in patch size, so the whole
-//! difference counts; between rounds of n and m patches it is the difference over `sqrt(n/m) - 1`. What a term is off is handed on by
-//! reflection: no term is taken to be nearer than those before it, for two levels may cross and agree where both are wrong.
+//! Each term's power has two errors. Noise of F: the spread over four casts with independent scramblings. Size of
+//! patches: the difference to patches four times as large from the same rays, and the difference to the round before on
+//! patches cut anew, whichever is larger. Light of a patch is read as one value by K, an error of first order in patch
+//! size, so the whole difference counts; between rounds of n and m patches it is the difference over `sqrt(n/m) - 1`.
+//! What a term is off is handed on by reflection: no term is taken to be nearer than those before it, for two levels
+//! may cross and agree where both are wrong.
 //!
 //! Patches and rays grow until no term is off by more than the tolerance, or until more of them do not help.
 //!
 //! Two levels of patches that are wrong alike see nothing: where patches lie half inside walls or half in the sun, each
-//! bounce may be off by more than the one before (5 % at K⁸E in a furnished staircase with 0.65 % stated). So powers are also measured by walks
-//! of light (`light_walks`), which know no patches. A term whose patches are off by more than they state, as the walks
-//! tell, or by more than the tolerance, as they say themselves, takes the walks' power and their standard error; norms
-//! and pictures stay those of the patches.
+//! bounce may be off by more than the one before (5 % at K⁸E in a furnished staircase with 0.65 % stated). So powers
+//! are also measured by walks of light (`light_walks`), which know no patches. A term whose patches are off by more
+//! than they state, as the walks tell, or by more than the tolerance, as they say themselves, takes the walks' power
+//! and their standard error; norms and pictures stay those of the patches.
 //!
 //! Not handled: terms below a millionth of the first; their share of the sum is below any tolerance. Norms that patches
 //! of a size get wrong.
@@ -167,8 +168,8 @@ impl BounceSeries {
         }
     }
 
-    /// Errors of patch size are at least what the round before on fewer patches tells; `finer` is how many times as large
-    /// those were.
+    /// Errors of patch size are at least what the round before on fewer patches tells; `finer` is how many times as
+    /// large those were.
     fn compare(&mut self, before: &Round, finer: f64) {
         if finer < CLEARLY {
             return;

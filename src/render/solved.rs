@@ -149,7 +149,8 @@ impl Solved {
         }
     }
 
-    /// Takes the squared error of the light as it is read, relative to the picture's: noise of F, truncation, and all else.
+    /// Takes the squared error of the light as it is read, relative to the picture's: noise of F, truncation, and all
+    /// else.
     pub fn state(&mut self, squared: f64) {
         let noise = self.error.form_factors.min(squared.sqrt());
         let left = (squared - noise * noise).max(0.0);

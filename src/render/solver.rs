@@ -1,8 +1,9 @@
 //! The crate's face: pictures and operators of one scene, whose rays and surfaces are built once.
 //!
-//! [`Solver::render`] makes a picture, to a tolerance or with given effort; [`Solver::operator`] hands out K for whatever else is
-//! to be done with it. Not handled: several modes from one cast of rays ([`crate::render::assemble`]), reports of progress
-//! ([`crate::render::Watch`]), and scenes without light, whose pictures are black ([`Scene::require_emission`]).
+//! [`Solver::render`] makes a picture, to a tolerance or with given effort; [`Solver::operator`] hands out K for
+//! whatever else is to be done with it. Not handled: several modes from one cast of rays ([`crate::render::assemble`]),
+//! reports of progress ([`crate::render::Watch`]), and scenes without light, whose pictures are black
+//! ([`Scene::require_emission`]).
 
 use std::time::Instant;
 
@@ -38,8 +39,8 @@ pub enum RenderError {
     Memory(#[from] Unfit),
 }
 
-/// A scene with its rays and surfaces, ready to be rendered in any mode. What it answers does not depend on what it was asked
-/// before.
+/// A scene with its rays and surfaces, ready to be rendered in any mode. What it answers does not depend on what it was
+/// asked before.
 pub struct Solver {
     prepared: Prepared,
     seed: u32,
@@ -101,7 +102,8 @@ pub struct Request<'a> {
 }
 
 impl Request<'_> {
-    /// The picture with an estimated relative RMS error of at most `tolerance`, such as 0.01; patches and rays follow from it.
+    /// The picture with an estimated relative RMS error of at most `tolerance`, such as 0.01; patches and rays follow
+    /// from it.
     ///
     /// Where memory or detail end the search before, `error.total` of the picture says so.
     ///
@@ -116,7 +118,8 @@ impl Request<'_> {
         Ok(render_within(prepared, self.transport, &wanted, &Silent)?)
     }
 
-    /// The picture on patches of a fineness, with about `samples` hemisphere rays for each pixel; its error is not estimated.
+    /// The picture on patches of a fineness, with about `samples` hemisphere rays for each pixel; its error is not
+    /// estimated.
     ///
     /// # Errors
     /// [`RenderError`] where the series is not proved to converge, or K does not fit in memory.
@@ -128,7 +131,8 @@ impl Request<'_> {
     }
 }
 
-/// Solves an assembled mode and renders it with given effort: of its errors none is known. `spent` is what assembly took.
+/// Solves an assembled mode and renders it with given effort: of its errors none is known. `spent` is what assembly
+/// took.
 ///
 /// # Errors
 /// [`Diverges`] where the spectral radius is not proved to be below 1.

@@ -4,15 +4,16 @@
 //!
 //! * Noise of F: the rows are cast twice with independent scramblings and half the rays each; the picture of half the
 //!   difference of the two solutions is the standard error.
-//! * Size of patches: the solution on patches four times as large, from the same rays ([`crate::solve::coarse_terms`]). The error is
-//!   of order 1.5 ([`crate::render::levels`]), so that of the finer patches is about half the difference.
+//! * Size of patches: the solution on patches four times as large, from the same rays ([`crate::solve::coarse_terms`]).
+//!   The error is of order 1.5 ([`crate::render::levels`]), so that of the finer patches is about half the difference.
 //! * Truncation of the series: bounded.
 //! * The gather pass: estimated by itself ([`crate::gather::GatherError`]).
 //!
 //! A rough gather of few pixels first tells the first two parts in the picture, not on the patches: what no pixel sees
-//! and no visible surface receives does not count. Until both are within their shares, patches are divided in the zones that
-//! the error comes from, and rows whose noise shows get more rays ([`crate::render::patch_sizes`]). Then the
-//! gather pass gets what is left of the tolerance. Where memory ends first they stay as they are, and the error says so.
+//! and no visible surface receives does not count. Until both are within their shares, patches are divided in the zones
+//! that the error comes from, and rows whose noise shows get more rays ([`crate::render::patch_sizes`]). Then the
+//! gather pass gets what is left of the tolerance. Where memory ends first they stay as they are, and the error says
+//! so.
 //!
 //! Not handled: patches along lines of contact have no larger patch; detail that neither level of patches resolves.
 
@@ -45,13 +46,14 @@ const MOST: Fineness = Fineness { patches: 200_000, rays: 1 << 16 };
 const MARGIN: f64 = 1.1;
 /// Times patches and rays are chosen anew.
 const ROUNDS: usize = 5;
-/// Share of the squared error, as measured at points, that patches half as wide may leave for more of them to be of use: light
-/// that is smooth in patches leaves a quarter or less.
+/// Share of the squared error, as measured at points, that patches half as wide may leave for more of them to be of
+/// use: light that is smooth in patches leaves a quarter or less.
 const HELPED: f64 = 0.5;
 /// Share of the area whose patches have no larger one, beyond which the two levels tell too little.
 const ALONE: f64 = 0.2;
 
-/// Renders one mode to a tolerance; the patches of `p` are cut anew as it needs. Work that is late ends after its round.
+/// Renders one mode to a tolerance; the patches of `p` are cut anew as it needs. Work that is late ends after its
+/// round.
 pub(crate) fn attempt(
     p: &mut Prepared,
     transport: Transport,

@@ -42,7 +42,8 @@ struct Missing {
 
 /// Reads every library of `lines`, which hold a line number and what follows `mtllib`; `file` names the OBJ.
 ///
-/// `Ks` and `Ns` are read where `highlights` are asked for. Warnings of the libraries, and one on files that cannot be read, are left in [`Libraries::warnings`].
+/// `Ks` and `Ns` are read where `highlights` are asked for. Warnings of the libraries, and one on files that cannot be
+/// read, are left in [`Libraries::warnings`].
 ///
 /// # Errors
 /// The first mistake in a library that is there.

@@ -48,7 +48,8 @@ impl Scene {
         Some(file::read(&SceneInput { name, file: &file, bytes, reader: &beside, options }))
     }
 
-    /// A built-in scene of that name ([`builtin::NAMES`]), else the `.obj`, `.glb`, `.gltf` or `.toml` file of that path.
+    /// A built-in scene of that name ([`builtin::NAMES`]), else the `.obj`, `.glb`, `.gltf` or `.toml` file of that
+    /// path.
     ///
     /// # Errors
     /// Those of [`Scene::load`]; where there is neither, the built-in names are listed.
@@ -123,7 +124,8 @@ impl Scene {
         file::read(&SceneInput { name, file: &file, bytes: toml.as_bytes(), reader: &any, options })
     }
 
-    /// Checks that some face's material emits, or a light without area shines: renderers ask, those who only look at the geometry need not.
+    /// Checks that some face's material emits, or a light without area shines: renderers ask, those who only look at
+    /// the geometry need not.
     ///
     /// # Errors
     /// [`SceneError::Dark`], which says where emission is given.

@@ -1,7 +1,7 @@
 //! Wavefront OBJ with its MTL files to polygons. Only place for `tobj`, which sees only text already checked.
 //!
-//! Faces whose material is missing are a grey of [`crate::scene::LoadOptions::reflectance`] that emits nothing, under the name that
-//! the OBJ has for it, so that a scene file may say more of it; one warning counts the names.
+//! Faces whose material is missing are a grey of [`crate::scene::LoadOptions::reflectance`] that emits nothing, under
+//! the name that the OBJ has for it, so that a scene file may say more of it; one warning counts the names.
 //!
 //! tobj would panic on `Ke 10`, hide a failed library, pass unknown materials and NaN, and fan concave polygons; the
 //! text it gets holds none of these and it is not asked to triangulate. The k-th polygon it returns is the k-th `f`

@@ -1,17 +1,18 @@
 //! L alone, by the Neumann series with its slowest part summed at a stroke: for spectral radii near 1.
 //!
-//! Late terms turn towards the dominating eigenvector, `t' = K t ~ lambda t`, and what follows is nearly a geometric series
-//! (L. A. Lyusternik 1947; Aitken's rule with vectors). So
+//! Late terms turn towards the dominating eigenvector, `t' = K t ~ lambda t`, and what follows is nearly a geometric
+//! series (L. A. Lyusternik 1947; Aitken's rule with vectors). So
 //!
 //! ```text
 //! L  <-  L + lambda/(1-lambda) t,     whose residual is   r = (t' - lambda t) / (1 - lambda),   without a product
 //! ```
 //!
-//! with lambda from least squares, channel by channel, and the iteration goes on with r as its term. The step is taken where it
-//! at least halves the bound on the rest, so it cannot do harm, and that bound is proved whatever lambda was:
+//! with lambda from least squares, channel by channel, and the iteration goes on with r as its term. The step is taken
+//! where it at least halves the bound on the rest, so it cannot do harm, and that bound is proved whatever lambda was:
 //! `|L - exact| <= (I - K)^-1 K |t|`, the same [`TailBound`] that ends the Neumann series. One product a step.
 //!
-//! Not handled: the bounces. What is summed at a stroke has no bounce number; [`neumann`](crate::solve::neumann) keeps them apart.
+//! Not handled: the bounces. What is summed at a stroke has no bounce number; [`neumann`](crate::solve::neumann) keeps
+//! them apart.
 
 use glam::DVec3;
 
@@ -38,8 +39,8 @@ pub struct Extrapolated {
     pub radius: Bounds,
 }
 
-/// Solves `L = E + K L` to the wanted bound on the rest, a share of the reflected light's norm; `settings.max_terms` bounds the
-/// products.
+/// Solves `L = E + K L` to the wanted bound on the rest, a share of the reflected light's norm; `settings.max_terms`
+/// bounds the products.
 ///
 /// # Errors
 /// [`Diverges`] where the spectral radius is not proved to be below 1.

@@ -1,8 +1,9 @@
 //! The Neumann series `L = E + KE + K²E + ...`, term by term.
 //!
-//! It stops when the proven bound on the tail is below the wanted share of the reflected light, KE and what follows: the
-//! lamp's own radiance is no measure of what is missing, however small and bright it is. It ends exactly at n = 1 where
-//! nothing reflected travels on, and refuses, before any term is summed, where the spectral radius is proved >= 1.
+//! It stops when the proven bound on the tail is below the wanted share of the reflected light, KE and what follows:
+//! the lamp's own radiance is no measure of what is missing, however small and bright it is. It ends exactly at n = 1
+//! where nothing reflected travels on, and refuses, before any term is summed, where the spectral radius is proved >=
+//! 1.
 
 use crate::light::{Light, Rgb};
 use crate::operator::{Bounds, LinearOperator, Spectrum, spectrum};
@@ -65,8 +66,8 @@ pub struct Solution {
     pub radius: Bounds,
     /// Norm of the reflected light, `KE + K²E + ...`.
     pub reflected: f64,
-    /// Proven bound on everything after the last term, patch by patch and either half: a field that may be gathered into a
-    /// picture. Empty where there is none.
+    /// Proven bound on everything after the last term, patch by patch and either half: a field that may be gathered
+    /// into a picture. Empty where there is none.
     pub left: Vec<Light>,
 }
 
@@ -233,9 +234,9 @@ impl Solution {
         }
     }
 
-    /// After a term comes the next and what comes after that: where this bounds the tail more tightly than the term itself
-    /// does, it is taken. For E it must be: luminaires' light goes by the closed form in KE, which is not bounded by the rows
-    /// of F. Bounds that say nothing are none.
+    /// After a term comes the next and what comes after that: where this bounds the tail more tightly than the term
+    /// itself does, it is taken. For E it must be: luminaires' light goes by the closed form in KE, which is not
+    /// bounded by the rows of F. Bounds that say nothing are none.
     fn bound_backwards(&mut self) {
         for n in (0..self.bounces.len().saturating_sub(1)).rev() {
             let next = &self.bounces[n + 1];

@@ -1,13 +1,15 @@
 //! The resolvent applied to ones: a bound on all later terms by the largest patch of one.
 //!
-//! Where a few patches keep light to themselves (a corner whose rays meet each other) lambda is that of these few, and the
-//! bound is many times too large for all others. There the resolvent itself, applied to ones, is the better measure:
+//! Where a few patches keep light to themselves (a corner whose rays meet each other) lambda is that of these few, and
+//! the bound is many times too large for all others. There the resolvent itself, applied to ones, is the better
+//! measure:
 //!
 //! ```text
 //! z = 1 + B 1 + ... + B^m 1 + c/(1-lambda) y,     B^(m+1) 1 <= c y       z >= 1 + B 1 + B² 1 + ...
 //! ```
 //!
-//! so that if no patch of the term exceeds g, all later terms sum to at most `g (z - 1)`, the visible halves to `g rho F z`.
+//! so that if no patch of the term exceeds g, all later terms sum to at most `g (z - 1)`, the visible halves to
+//! `g rho F z`.
 //!
 //! Not handled: radii that are not proved to be below 1.
 

@@ -1,8 +1,9 @@
 //! Proven bounds on everything after a term of the series.
 //!
-//! Let `y > 0` where `alpha rho > 0`, and `B y <= lambda y` with lambda < 1, B = alpha rho F. If `|term_invisible| <= c y`, the
-//! invisible halves of all later terms sum to at most `c lambda/(1-lambda) y`, and the visible ones, each `rho F` of the
-//! invisible term before, to at most `c/(1-lambda) rho F y`, patch by patch and channel by channel, since F >= 0.
+//! Let `y > 0` where `alpha rho > 0`, and `B y <= lambda y` with lambda < 1, B = alpha rho F. If
+//! `|term_invisible| <= c y`, the invisible halves of all later terms sum to at most `c lambda/(1-lambda) y`, and the
+//! visible ones, each `rho F` of the invisible term before, to at most `c/(1-lambda) rho F y`, patch by patch and
+//! channel by channel, since F >= 0.
 //!
 //! The vector x that proves the bound on the spectral radius is such a y, but it is next to nothing on patches that see
 //! almost nothing of what reflects: `term/x` may be anything there. So x is lifted by a multiple of
@@ -12,9 +13,10 @@
 //! ```
 //!
 //! s is at least 1 on every patch that passes light on, so `term/(x + e s) <= max term / e`. It is a proof wherever
-//! `t <= 1`, and x + e s is one wherever `e mu (t - 1) <= (mu - lambda) x`: after enough bounces t shrinks towards a small multiple
-//! of x, so that some e does. None of this is taken on trust: lambda of every y is the largest `(B y)_i / y_i` found, widened by
-//! the rounding of the products. Of all y that are tried the least bound is taken; each is proved, so that is.
+//! `t <= 1`, and x + e s is one wherever `e mu (t - 1) <= (mu - lambda) x`: after enough bounces t shrinks towards a
+//! small multiple of x, so that some e does. None of this is taken on trust: lambda of every y is the largest
+//! `(B y)_i / y_i` found, widened by the rounding of the products. Of all y that are tried the least bound is taken;
+//! each is proved, so that is.
 //!
 //! Beside these the bound by the resolvent applied to ones ([`crate::solve::resolvent`]) is taken where it is less.
 //!

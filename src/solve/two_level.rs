@@ -4,8 +4,8 @@
 //! terms of  Π E,  Π KE,  Π K (Π KE),  ...      Π averages over the patches that one larger patch consists of
 //! ```
 //!
-//! Π K Π is the operator of the larger patches, made of all rays of the smaller ones: nothing is cast again, and
-//! the noise of both solutions is the same noise. Light seen through one more bounce is of second order in patch size, so
+//! Π K Π is the operator of the larger patches, made of all rays of the smaller ones: nothing is cast again, and the
+//! noise of both solutions is the same noise. Light seen through one more bounce is of second order in patch size, so
 //! the smaller patches' error is about a third of the difference; where it is of first order, it is the difference.
 //!
 //! Not handled: patches that the larger level leaves alone; they contribute nothing to the difference.
@@ -13,8 +13,8 @@
 use crate::light::Light;
 use crate::operator::LinearOperator;
 
-/// The first `count + 1` terms on the larger patches `parents`, given on the smaller ones, which count by `weights` (areas, or
-/// whatever the patches stand for).
+/// The first `count + 1` terms on the larger patches `parents`, given on the smaller ones, which count by `weights`
+/// (areas, or whatever the patches stand for).
 pub fn coarse_terms(k: &dyn LinearOperator, weights: &[f64], parents: &[u32], count: usize) -> Vec<Vec<Light>> {
     let average = Average::new(weights, parents);
     let mut terms = vec![average.of(k.emission())];

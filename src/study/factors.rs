@@ -1,8 +1,8 @@
 //! Form factors between the objects of a scene, with the sums of their rows and how well they are reciprocal.
 //!
-//! Every ordered pair is found by itself, so that `A_i F_ij` against `A_j F_ji` is a check and not a tautology. Facets in
-//! double precision first; the rows with pairs of too many facets, or whose quadrature was stopped, by rays. Where there
-//! is a sky, each row ends with the share of rays that leave the scene, found by rays.
+//! Every ordered pair is found by itself, so that `A_i F_ij` against `A_j F_ji` is a check and not a tautology. Facets
+//! in double precision first; the rows with pairs of too many facets, or whose quadrature was stopped, by rays. Where
+//! there is a sky, each row ends with the share of rays that leave the scene, found by rays.
 
 use rayon::prelude::*;
 
@@ -19,8 +19,8 @@ const ABSOLUTE: f64 = 1e-3;
 /// Work for all quadratures together, see [`Bodies::factor`]: half a minute of one core.
 const WORK: usize = 16_000_000;
 
-/// Share of `sqrt(F / N)` that the error of N rays falls to at best (measured: 0.36 for a room's own walls, 1.3 for a table's
-/// leg): what is known better is not cast for.
+/// Share of `sqrt(F / N)` that the error of N rays falls to at best (measured: 0.36 for a room's own walls, 1.3 for a
+/// table's leg): what is known better is not cast for.
 const RAYS_AT_BEST: f64 = 0.3;
 
 /// Rays for all rows together, and for one: half a minute of one core.
@@ -56,7 +56,8 @@ pub struct Factor {
     pub from: usize,
     /// The object that receives them; the one after the last is the sky.
     pub to: usize,
-    /// Share of the cosine-distributed rays from `from` that reach fronts of `to`, 0..=1 (more where surfaces transmit).
+    /// Share of the cosine-distributed rays from `from` that reach fronts of `to`, 0..=1 (more where surfaces
+    /// transmit).
     pub share: Estimate,
     /// The way to it.
     pub how: How,

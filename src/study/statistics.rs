@@ -9,12 +9,14 @@
 //! P(sqrt(V) > sqrt(V seen) + sqrt(2 L)) <= exp(-L)                                               Maurer and Pontil
 //! ```
 //!
-//! For V >> L Bennett's t is sqrt(2 L V), that of the normal bound; for V << L it is that of a Poisson number of mean V.
-//! A normal number of variance W added to the sum turns V into V + W, since its generating function is smaller still.
+//! For V >> L Bennett's t is sqrt(2 L V), that of the normal bound; for V << L it is that of a Poisson number of mean
+//! V. A normal number of variance W added to the sum turns V into V + W, since its generating function is smaller
+//! still.
 //!
-//! Sources: G. Bennett, *Probability inequalities for the sum of independent random variables*, J. Amer. Statist. Assoc. 57,
-//! 1962; A. Maurer, M. Pontil, *Empirical Bernstein bounds and sample variance penalization*, COLT 2009, theorem 10.
-//! Quantiles are those of `statrs`, of which this is the only place. Not handled: numbers that depend on one another.
+//! Sources: G. Bennett, *Probability inequalities for the sum of independent random variables*, J. Amer. Statist.
+//! Assoc. 57, 1962; A. Maurer, M. Pontil, *Empirical Bernstein bounds and sample variance penalization*, COLT 2009,
+//! theorem 10. Quantiles are those of `statrs`, of which this is the only place. Not handled: numbers that depend on
+//! one another.
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 

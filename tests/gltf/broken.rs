@@ -1,7 +1,7 @@
 //! Files that break the rules of glTF, or would take more memory than they have bytes: refused with what is wrong.
 //!
-//! `HALFLIGHT_FILES=DIR cargo test --test all gltf:: -- --ignored --nocapture` reads every glTF file under a folder and tells
-//! what came of it.
+//! `HALFLIGHT_FILES=DIR cargo test --test all gltf:: -- --ignored --nocapture` reads every glTF file under a folder and
+//! tells what came of it.
 
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 //! The path tracer against closed forms, against another program's Cornell box, and against itself.
 //!
-//! Every comparison of means allows 4 standard errors, as the tracer reports them; the seeds are fixed. That the reported
-//! errors are right is tested by their spread over seeds.
+//! Every comparison of means allows 4 standard errors, as the tracer reports them; the seeds are fixed. That the
+//! reported errors are right is tested by their spread over seeds.
 
 mod agreement;
 mod closed_forms;

@@ -9,8 +9,8 @@ use halflight::scene::{Material, Scene};
 
 const CUTS: u32 = 64;
 
-/// Radius `inner` facing out and radius 1 facing in, both of reflectance `rho`, emitting `emission` (inner, outer); and the
-/// inner area over the outer.
+/// Radius `inner` facing out and radius 1 facing in, both of reflectance `rho`, emitting `emission` (inner, outer); and
+/// the inner area over the outer.
 pub fn concentric_spheres(inner: f64, rho: f32, emission: [f64; 2]) -> (Scene, f64) {
     let (mut vertices, mut faces) = (Vec::new(), Vec::new());
     add_sphere(&mut vertices, &mut faces, inner, 0);

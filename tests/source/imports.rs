@@ -1,7 +1,7 @@
 //! Which file imports which: the graph of files, and circles in it.
 //!
-//! A path leads to the file that defines its item: re-exports are followed, and a module by itself leads to its own file. What
-//! a file re-exports it imports. Inline unit tests are left out, as they look into the file they stand in.
+//! A path leads to the file that defines its item: re-exports are followed, and a module by itself leads to its own
+//! file. What a file re-exports it imports. Inline unit tests are left out, as they look into the file they stand in.
 //!
 //! Not handled: items reached by methods alone, as an `impl` of one file's type in another file; re-exports under other
 //! names; names made by macros.

@@ -12,8 +12,8 @@ pub(crate) fn bounds(points: impl IntoIterator<Item = DVec3>) -> (DVec3, DVec3) 
 
 /// Whether a plane is found that has the hulls of two sets of points on either side, at least `gap` apart across it.
 ///
-/// M. Frank and P. Wolfe's iteration for the shortest vector of the Minkowski difference, stopped after `steps`: what is not
-/// separated by then counts as meeting.
+/// M. Frank and P. Wolfe's iteration for the shortest vector of the Minkowski difference, stopped after `steps`: what
+/// is not separated by then counts as meeting.
 pub(crate) fn separated(hull: &[DVec3], other: &[DVec3], gap: f64, steps: usize) -> bool {
     let mut v = hull[0] - other[0];
     for _ in 0..steps {

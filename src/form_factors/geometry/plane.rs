@@ -23,9 +23,9 @@ impl Plane {
     }
 }
 
-/// Distance from a face's plane within which a point counts as lying on the face, unit coordinates. Points of the scene's
-/// surface are kept in single precision, off by about 2e-7. Without it, a point of one side of a glowing face would
-/// half of the time lie before the other side by its rounding, and be lit as if that filled its sky.
+/// Distance from a face's plane within which a point counts as lying on the face, unit coordinates. Points of the
+/// scene's surface are kept in single precision, off by about 2e-7. Without it, a point of one side of a glowing face
+/// would half of the time lie before the other side by its rounding, and be lit as if that filled its sky.
 pub(crate) const ON_FACE: f64 = 1e-6;
 
 /// Whether the origin lies before the front of a polygon, further than a point of it would by its rounding.

@@ -11,7 +11,8 @@
 //! the moments of the light that a random path carries,
 //!
 //! ```text
-//! M^(p)_ij = mean over rays from i of  S^(p-1) X_j,     X_j = sum over crossings c with j of t^k P_c a_j,   S = sum of X_j
+//! M^(p)_ij = mean over rays from i of  S^(p-1) X_j
+//! X_j = sum over crossings c with j of t^k P_c a_j,     S = sum of X_j
 //! ```
 //!
 //! with `M^(1) = F^t a`. Twelve bytes a crossing. Not handled: light as emitted by luminaires, which no spectral radius

@@ -78,7 +78,8 @@ impl Rows {
         columns.binary_search(&j).map_or(0.0, |k| values[k])
     }
 
-    /// `F x` for all components at once, row-parallel where there is enough to do; the same bits for any number of threads.
+    /// `F x` for all components at once, row-parallel where there is enough to do; the same bits for any number of
+    /// threads.
     pub fn product(&self, x: &[Vec4]) -> Vec<Vec4> {
         let row = |i: usize| self.row_product(i, x);
         if self.values.len() < ALONE {

@@ -1,7 +1,8 @@
 //! Shooting over an assembled K: columns of F as stored, so that generation n is the Neumann term `KⁿE` of the same K.
 //!
 //! F as cast from the receivers is reciprocal only within the noise of its rays: the power that a column delivers is
-//! not exactly the power sent, and [`Balance::undelivered`](crate::solve::shooting::report::Balance) shows the difference.
+//! not exactly the power sent, and [`Balance::undelivered`](crate::solve::shooting::report::Balance) shows the
+//! difference.
 
 use std::borrow::Cow;
 

@@ -1,8 +1,9 @@
 //! Matrix-free shooting: columns of F by hemisphere rays from the sender, forgotten once used.
 //!
 //! A cosine-distributed ray of sender j carries `pi A_j L_j / rays`. Every reflecting side it meets receives that times
-//! the product of tau before, w, so that `F_ij = A_j/A_i * sum w / rays`: the power sent is conserved ray by ray. The number of rays follows the
-//! power shot, so that all rays of a run carry about the same. Memory grows with the number of patches only.
+//! the product of tau before, w, so that `F_ij = A_j/A_i * sum w / rays`: the power sent is conserved ray by ray. The
+//! number of rays follows the power shot, so that all rays of a run carry about the same. Memory grows with the number
+//! of patches only.
 //!
 //! Light as emitted by luminaires comes by closed form or by rays ([`Emitted`]). That of a sky comes by rays from the
 //! receivers, and what meets the sky has escaped.
@@ -39,7 +40,8 @@ pub enum Emitted {
 /// How many rays, and which.
 #[derive(Clone, Copy, Debug)]
 pub struct RaySettings {
-    /// Rays that the emitted power would take if it were shot once; a shot takes its share, rounded up to a power of 2, and at least [`RaySettings::FEWEST`].
+    /// Rays that the emitted power would take if it were shot once; a shot takes its share, rounded up to a power of 2,
+    /// and at least [`RaySettings::FEWEST`].
     pub rays: u32,
     /// Receiver points a patch and luminaire, for [`Emitted::ClosedForm`].
     pub emitter_rays: u32,

@@ -1,7 +1,8 @@
 //! Notices a diverging series from the light shot so far.
 //!
-//! Let s be the invisible light that patches have shot after at least one reflection, and r = B s, B = alpha rho F, what they received of
-//! it. Where F is reciprocal, A F is symmetric, so B is self-adjoint under `<x, y> = sum A x y / (alpha rho)` and
+//! Let s be the invisible light that patches have shot after at least one reflection, and r = B s, B = alpha rho F,
+//! what they received of it. Where F is reciprocal, A F is symmetric, so B is self-adjoint under
+//! `<x, y> = sum A x y / (alpha rho)` and
 //!
 //! ```text
 //! <s, B s> / <s, s>  <=  spectral radius,        whatever s is, in every channel  (Rayleigh).

@@ -1,8 +1,8 @@
 //! Light of every patch by generation: what it received, and what of it has not been shot.
 //!
 //! Generation n is light after n reflections. The ledger keeps the incident light (before rho) of each generation, from
-//! which both halves follow: `visible = rho incident`, `invisible = alpha rho incident`. The last generation kept apart also takes all
-//! later ones, so memory is patches times generations. f64 throughout: many small deposits add up.
+//! which both halves follow: `visible = rho incident`, `invisible = alpha rho incident`. The last generation kept apart
+//! also takes all later ones, so memory is patches times generations. f64 throughout: many small deposits add up.
 
 use std::f64::consts::PI;
 
@@ -13,8 +13,8 @@ use crate::solve::shooting::shooter::{Column, Surfaces};
 
 /// Chunks that receivers are divided into: fixed, so that sums do not depend on the number of threads.
 const CHUNKS: usize = 64;
-/// Additions below which one thread does all: at a nanosecond each they end before another thread has woken, which takes
-/// some 50 microseconds, and far more where the machine has other work.
+/// Additions below which one thread does all: at a nanosecond each they end before another thread has woken, which
+/// takes some 50 microseconds, and far more where the machine has other work.
 const ALONE: usize = 1 << 16;
 
 /// Unshot light of one sender: generation and invisible radiance, zeros left out.

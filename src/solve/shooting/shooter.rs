@@ -75,7 +75,8 @@ pub trait Shooter: Sync {
     /// The patches.
     fn surfaces(&self) -> Surfaces<'_>;
 
-    /// `F E` of the emitters that do not shoot their emission themselves, lights without area included, W/(m² sr), and how many rays it took.
+    /// `F E` of the emitters that do not shoot their emission themselves, lights without area included, W/(m² sr), and
+    /// how many rays it took.
     fn received(&self) -> (&[Rgb], u64);
 
     /// Power that lights without area bring to the patches, W over all channels.

@@ -1,9 +1,10 @@
-//! Whether five ways to one picture agree: every method climbs in the same time, every error is taken, every pair judged.
+//! Whether five ways to one picture agree: every method climbs in the same time, every error is taken, every pair
+//! judged.
 //!
 //! Patch methods (the Neumann series over K, progressive shooting over K and with rays alone) are held against the path
-//! tracer with next-event estimation, path tracers against the Neumann series: a reference is never of the kind under test,
-//! and its own noise is subtracted. Verdicts rest on [answers](patch_answers) of their own. The hierarchy of rays is built
-//! once, and its time counts for no method.
+//! tracer with next-event estimation, path tracers against the Neumann series: a reference is never of the kind under
+//! test, and its own noise is subtracted. Verdicts rest on [answers](patch_answers) of their own. The hierarchy of rays
+//! is built once, and its time counts for no method.
 //!
 //! Not handled: adaptive fineness; scenes whose series diverges.
 

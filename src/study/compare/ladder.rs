@@ -1,7 +1,7 @@
 //! Ladders: a method climbs steps, each finer than the last, and every step is a picture with its cost and its error.
 //!
-//! `halflight chart` runs [`Ladder::CHARTED`], which vary one setting of the program at a time; `halflight compare` runs
-//! [`Ladder::COMPARED`], which give every method the same time.
+//! `halflight chart` runs [`Ladder::CHARTED`], which vary one setting of the program at a time; `halflight compare`
+//! runs [`Ladder::COMPARED`], which give every method the same time.
 //!
 //! Not handled: how pictures and references are made.
 
@@ -138,8 +138,8 @@ impl Ladder {
         ladder("path tracing", Method::NextEvent, 10, [1.0, 4.0], 0.25),
     ];
 
-    /// Five ways to one picture, each in the same time. A step of a patch method costs some two and a half times the one
-    /// before; those of the path tracers end by the clock.
+    /// Five ways to one picture, each in the same time. A step of a patch method costs some two and a half times the
+    /// one before; those of the path tracers end by the clock.
     pub const COMPARED: [Ladder; 5] = [
         ladder("Neumann over K", Method::Neumann, 12, [2.5, 2.5], 1.0),
         ladder("shooting over K", Method::ShootingAssembled, 12, [2.5, 2.5], 1.0),

@@ -1,8 +1,8 @@
 //! Measured pictures: ladders of methods and settings, held against references of another method.
 //!
 //! [`compare`] finds whether five ways to one picture agree; [`trade_off`] what each setting costs. Both climb
-//! [ladders](Ladder) of pictures ever finer, within one [plan](StudyPlan), and take errors against [references](Truth) whose own
-//! noise is subtracted.
+//! [ladders](Ladder) of pictures ever finer, within one [plan](StudyPlan), and take errors against [references](Truth)
+//! whose own noise is subtracted.
 //!
 //! Not handled: series that diverge.
 

@@ -1,4 +1,5 @@
-//! The answers of the patch methods on which verdicts rest: repeated for their noise, and coarsened for what patches do.
+//! The answers of the patch methods on which verdicts rest: repeated for their noise, and coarsened for what patches
+//! do.
 //!
 //! Patches are as fine as time allows, whatever the number of camera rays: solving is cheap beside gathering, and the
 //! size of patches makes an error that no number of rays takes away. All three methods work on the same patches, over
@@ -67,8 +68,9 @@ pub(crate) fn patch_answers(
     Ok(ladders.iter().enumerate().map(answer).collect())
 }
 
-/// The finest effort, and its first repetition: solving takes up to the plan's time for each method and all repetitions, and
-/// gathering, coarse patches included, as long for all methods together, as far as memory goes; but [`PatchEffort::least`] at least.
+/// The finest effort, and its first repetition: solving takes up to the plan's time for each method and all
+/// repetitions, and gathering, coarse patches included, as long for all methods together, as far as memory goes; but
+/// [`PatchEffort::least`] at least.
 fn finest(p: &mut Prepared, plan: &StudyPlan, ladders: &[Ladder]) -> Result<(PatchEffort, Vec<Orders>), StudyError> {
     let share = plan.seconds / f64::from(REPLICAS);
     let solving = ladders.len() as f64 * share;

@@ -1,7 +1,7 @@
 //! Pictures of the patch methods: patches, K or shooting, and the gather pass, each with its time.
 //!
-//! Pictures that are compared show every bounce order; those that are charted are gathered as a whole, as `halflight render`
-//! does. Not handled: patches cut where they are needed ([`render_within`]).
+//! Pictures that are compared show every bounce order; those that are charted are gathered as a whole, as
+//! `halflight render` does. Not handled: patches cut where they are needed ([`render_within`]).
 
 use std::time::Instant;
 

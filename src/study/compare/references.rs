@@ -1,7 +1,7 @@
 //! Where references come from: the path tracer, a tightly solved patch picture, or the user's files.
 //!
-//! Neither is made by the method it judges. Their sample points are not those of the ladders. Not handled: a filter other than
-//! the box in a picture that the user brings.
+//! Neither is made by the method it judges. Their sample points are not those of the ladders. Not handled: a filter
+//! other than the box in a picture that the user brings.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -39,8 +39,8 @@ pub enum Source {
     },
 }
 
-/// The references for patch methods and for the path tracer: from the store, or made and put there. Where no path tracer
-/// is to be judged both are the first.
+/// The references for patch methods and for the path tracer: from the store, or made and put there. Where no path
+/// tracer is to be judged both are the first.
 ///
 /// # Errors
 /// A series that diverges, a store that cannot be written.

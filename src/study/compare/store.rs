@@ -1,9 +1,9 @@
 //! References kept on disk, found again by what they show.
 //!
-//! The key is a hash of everything the picture depends on: the scene's faces, materials and camera, the modes' numbers, the
-//! picture's size, and this program's version. A reference is three EXR files (picture, standard error, mask) and a JSON
-//! file that tells the key and how it was made, written last. One that does not fit (another key, a file missing or
-//! broken, less time than is now allowed) is not used and made anew.
+//! The key is a hash of everything the picture depends on: the scene's faces, materials and camera, the modes' numbers,
+//! the picture's size, and this program's version. A reference is three EXR files (picture, standard error, mask) and a
+//! JSON file that tells the key and how it was made, written last. One that does not fit (another key, a file missing
+//! or broken, less time than is now allowed) is not used and made anew.
 //!
 //! The hash is FNV-1a with 128 bits (Fowler, Noll, Vo): it finds changes, and is no defence against forgery.
 

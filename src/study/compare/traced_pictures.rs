@@ -1,6 +1,7 @@
 //! Pictures of the path tracers: one tracer goes on adding samples, and is looked at on the way.
 //!
-//! Not handled: variance that is infinite (`map` tells where), and whatever a path tracer's own standard error does not show.
+//! Not handled: variance that is infinite (`map` tells where), and whatever a path tracer's own standard error does not
+//! show.
 
 use std::convert::Infallible;
 use std::time::Instant;

@@ -1,8 +1,8 @@
 //! Speed against accuracy: what each setting of each way to a picture costs, and the error it reaches.
 //!
-//! The ladders of [`Ladder::CHARTED`] are climbed from scratch at each step, and every picture is held against a reference
-//! made by another method with far more effort: patch methods against the path tracer, the path tracer against a tightly
-//! solved patch picture. Seconds run from the scene's files to the picture in memory.
+//! The ladders of [`Ladder::CHARTED`] are climbed from scratch at each step, and every picture is held against a
+//! reference made by another method with far more effort: patch methods against the path tracer, the path tracer
+//! against a tightly solved patch picture. Seconds run from the scene's files to the picture in memory.
 //!
 //! Not handled: series that diverge.
 
@@ -131,8 +131,8 @@ impl Tradeoff {
     }
 }
 
-/// Numbers of the points that none beats in both time and error, fastest first. A point whose error the reference cannot
-/// tell from 0 takes no part.
+/// Numbers of the points that none beats in both time and error, fastest first. A point whose error the reference
+/// cannot tell from 0 takes no part.
 fn front(points: &[LadderPoint]) -> Vec<usize> {
     let place = |i: usize| (points[i].seconds.total, points[i].reached.error);
     let mut order: Vec<usize> = (0..points.len()).filter(|&i| place(i).1 > 0.0).collect();

@@ -1,18 +1,19 @@
 //! Whether two answers agree: every pixel, the mean, and the mean of every bounce order.
 //!
-//! Two numbers agree where their difference is within what chance allows with probability 1 - LEVEL, plus the error that
-//! patches make. LEVEL is shared between all numbers tested (Bonferroni): half of it between the pixels and their
+//! Two numbers agree where their difference is within what chance allows with probability 1 - LEVEL, plus the error
+//! that patches make. LEVEL is shared between all numbers tested (Bonferroni): half of it between the pixels and their
 //! channels, half between the means.
 //!
 //! A pixel of a path tracer may have few samples with light, or none: its samples' own spread is then no standard error
-//! and its mean is not normal. What chance allows is therefore Bennett's bound for the largest sample near the pixel, with
-//! the largest variance that the samples around it leave possible ([`crate::study::statistics`]); for many samples this is the normal
-//! bound `sqrt(2 ln(3/p))` standard errors. Of repeated pictures the noise counts as normal. Variances are pooled: the largest of a
-//! pixel and its eight neighbours counts (a few repetitions often make one pixel of an edge seem free of noise, seldom
-//! three), or the mean over a wider window if that is larger. This makes the test conservative.
+//! and its mean is not normal. What chance allows is therefore Bennett's bound for the largest sample near the pixel,
+//! with the largest variance that the samples around it leave possible ([`crate::study::statistics`]); for many samples
+//! this is the normal bound `sqrt(2 ln(3/p))` standard errors. Of repeated pictures the noise counts as normal.
+//! Variances are pooled: the largest of a pixel and its eight neighbours counts (a few repetitions often make one pixel
+//! of an edge seem free of noise, seldom three), or the mean over a wider window if that is larger. This makes the test
+//! conservative.
 //!
-//! Means are tested by Student's distribution with Welch's degrees of freedom, and by the same bounds where light is rare.
-//! Errors of the size of patches cancel between methods on the same patches.
+//! Means are tested by Student's distribution with Welch's degrees of freedom, and by the same bounds where light is
+//! rare. Errors of the size of patches cancel between methods on the same patches.
 //!
 //! Not handled: spatial patterns too weak for any pixel and too balanced for the mean.
 

@@ -1,8 +1,8 @@
 //! How wrong five lights are for a luminaire, over its width to height: measured, and as a closed form.
 //!
-//! Below the middle of a luminaire w by d at height h light falls as the mean over it of (1 + q)^-2, q the square of the
-//! distance from its middle over h². The mean of q over the luminaire is (w² + d²)/(12 h²), over the five lights
-//! 4 (w² + d²)/(45 h²), so to first order the five are off by
+//! Below the middle of a luminaire w by d at height h light falls as the mean over it of (1 + q)^-2, q the square of
+//! the distance from its middle over h². The mean of q over the luminaire is (w² + d²)/(12 h²), over the five lights 4
+//! (w² + d²)/(45 h²), so to first order the five are off by
 //!
 //! ```text
 //! -2 (4/45 - 1/12) (w² + d²)/h² = -(w² + d²)/(90 h²)

@@ -4,12 +4,12 @@
 //! ```text
 //! floor z = 0, 120 by 120, white; spheres of radius 4 at (-5, 0, 4) and (5, 2, 4)
 //! luminaire w by w at z = 20, facing down
-//! five lights at the middles of its centre tile and its corner tiles of 3 by 3, each of intensity L w²/5 along the axis
+//! five lights at the middles of its centre and corner tiles of 3 by 3, each of intensity L w²/5 along the axis
 //! ```
 //!
 //! Under a Warn exponent of 1 they have the luminaire's emission by the cosine law. The panel is there in all variants,
-//! dark where lights stand for it, so that all have the same unit coordinates. Not handled: curved surfaces; the spheres
-//! have facets, as OpenGL's would.
+//! dark where lights stand for it, so that all have the same unit coordinates. Not handled: curved surfaces; the
+//! spheres have facets, as OpenGL's would.
 //!
 //! Source: Figure 4 of D. C. Banks, K. M. Beason, *Retro-rendering with vector-valued light*, SPIE 6060, 2006.
 
@@ -93,7 +93,8 @@ struct Mesh {
 }
 
 impl Mesh {
-    /// A grid of `across` by `up` quadrangles of two triangles over the unit square; triangles without area are left out.
+    /// A grid of `across` by `up` quadrangles of two triangles over the unit square; triangles without area are left
+    /// out.
     fn grid(&mut self, [across, up]: [u32; 2], material: u32, at: impl Fn(f64, f64) -> DVec3) {
         let first = self.vertices.len() as u32;
         for j in 0..=up {
@@ -144,8 +145,8 @@ impl TwoSpheres {
         self.finish(mesh, DVec3::new(0.0, -27.0, 24.0), DVec3::new(0.0, 0.0, 1.5), 38.0)
     }
 
-    /// The middle of the floor alone, finely cut and seen from above, so bright that under the luminaire its radiance is
-    /// 1 in the middle.
+    /// The middle of the floor alone, finely cut and seen from above, so bright that under the luminaire its radiance
+    /// is 1 in the middle.
     pub fn middle(&self) -> Scene {
         let mut mesh = Mesh::default();
         mesh.grid([32, 32], 0, |u, v| DVec3::new(u - 0.5, v - 0.5, 0.0));

@@ -13,7 +13,8 @@ fn chart(title: String, caption: String, labels: [&str; 2], series: Vec<Series>)
     Chart { title, caption, x, y, series, size: Size { width: 960, height: 600 } }
 }
 
-/// The norm of what follows term n, as it is and as it is proved to be at most, and beyond the frontier the terms themselves.
+/// The norm of what follows term n, as it is and as it is proved to be at most, and beyond the frontier the terms
+/// themselves.
 pub fn series_chart(title: String, caption: String, runs: &[SeriesRun]) -> Chart {
     let mut lines = Vec::new();
     for (colour, run) in runs.iter().enumerate() {

@@ -1,8 +1,9 @@
 //! How the path tracer's error shrinks with the number of paths: measured over independent repeats.
 //!
 //! Where the variance is finite both the spread of the means and the standard error that the tracer reports fall as
-//! N^-1/2. Between the frontiers a path's weight has a tail of index p < 2 ([`Survey::tail_index`](crate::study::map::survey::Survey::tail_index)): the spread
-//! falls as N^-(1 - 1/p) only. Spread is taken from quartiles, which exist where the variance does not.
+//! N^-1/2. Between the frontiers a path's weight has a tail of index p < 2
+//! ([`Survey::tail_index`](crate::study::map::survey::Survey::tail_index)): the spread falls as N^-(1 - 1/p) only.
+//! Spread is taken from quartiles, which exist where the variance does not.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -20,8 +21,8 @@ const SIDE: usize = 4;
 pub struct Spread {
     /// Paths of each repeat.
     pub paths: u64,
-    /// Half the distance of the quartiles of the repeats' means over 0.6745 (so that it is sigma for normal errors), as a share of
-    /// their median.
+    /// Half the distance of the quartiles of the repeats' means over 0.6745 (so that it is sigma for normal errors), as
+    /// a share of their median.
     pub spread: f64,
     /// Median over the repeats of the standard error that the tracer reports, as the same share.
     pub reported: f64,

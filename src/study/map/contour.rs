@@ -1,4 +1,5 @@
-//! Draws a [`Map`] as a filled contour chart: bands of the spectral radius, the two frontiers, the four modes at the corners.
+//! Draws a [`Map`] as a filled contour chart: bands of the spectral radius, the two frontiers, the four modes at the
+//! corners.
 //!
 //! Since radius(alpha, tau) = alpha r(tau), the contour of a level is the curve alpha = level / r(tau); log r is joined
 //! by straight lines between the columns. Colours are viridis, which rises evenly in lightness (S. van der Walt, N.

@@ -25,7 +25,8 @@ const ROW: f64 = 72.0;
 const VECTORS: f64 = 32.0;
 const PATCH: f64 = 200.0;
 
-/// Checks that the crossings of a [`map`](crate::study::map::map) of so many `steps` each way fit in `limit` bytes; infinity asks nothing.
+/// Checks that the crossings of a [`map`](crate::study::map::map) of so many `steps` each way fit in `limit` bytes;
+/// infinity asks nothing.
 ///
 /// # Errors
 /// [`Unfit`], with the number of patches that would.

@@ -1,4 +1,5 @@
-//! The stability map: bounds on the spectral radius over the (alpha, tau) square, and the two frontiers, from one cast of rays.
+//! The stability map: bounds on the spectral radius over the (alpha, tau) square, and the two frontiers, from one cast
+//! of rays.
 //!
 //! A material without numbers of its own takes (alpha, tau); one with its own takes alpha times its alpha and tau times
 //! its tau. Then with `B(alpha, tau) = alpha b F^tau`, b = own alpha rho,
@@ -9,7 +10,8 @@
 //! ```
 //!
 //! M is the operator of squared weights of the path tracer ([`Survey::moment`]). alpha_v <= alpha_c always
-//! (Cauchy-Schwarz: M x² >= (B x)² ray by ray). The bounds are those of [`spectrum_of`](crate::operator::spectrum_of): proofs for F as cast.
+//! (Cauchy-Schwarz: M x² >= (B x)² ray by ray). The bounds are those of [`spectrum_of`](crate::operator::spectrum_of):
+//! proofs for F as cast.
 //!
 //! Not handled: noise of F itself, which the number of rays sets.
 

@@ -1,21 +1,22 @@
 //! One cast of rays, asked for spectral radii at any tau, and for those of any moment of the path tracer's weights.
 //!
-//! What a path carries, as [`reference`](crate::reference) samples it: at a vertex with throughput T (its largest channel
-//! over that of the first surface, so T >= 1 always) one ray is cast; X_j is the light of the crossings with patch j for
-//! T = 1, S the sum of all X_j. The path goes on at j with probability X_j / S, so that its throughput becomes T S whatever j; roulette
-//! lets it live with probability min(1, T S) and then sets it to max(1, T S). Hence for the moment of order p >= 1
+//! What a path carries, as [`reference`](crate::reference) samples it: at a vertex with throughput T (its largest
+//! channel over that of the first surface, so T >= 1 always) one ray is cast; X_j is the light of the crossings with
+//! patch j for T = 1, S the sum of all X_j. The path goes on at j with probability X_j / S, so that its throughput
+//! becomes T S whatever j; roulette lets it live with probability min(1, T S) and then sets it to max(1, T S). Hence
+//! for the moment of order p >= 1
 //!
 //! ```text
 //! E[T'^p, at j] = mean of X_j/S T S max(1, T S)^(p-1)  >=  T^p M^(p)_ij,       M^(p)_ij = mean of S^(p-1) X_j
 //!               <= T^p M^(p)_ij + T B_ij   for p = 2,  B = M^(1)
 //! ```
 //!
-//! so that the second moment of a path's whole weight is finite where the radii of B and M^(2) are below 1 (with
-//! B u <= lambda u, M v <= mu v, the function C u T + v T² falls by a constant factor a step for C large), and infinite where
+//! so that the second moment of a path's whole weight is finite where the radii of B and M^(2) are below 1 (with B u <=
+//! lambda u, M v <= mu v, the function C u T + v T² falls by a constant factor a step for C large), and infinite where
 //! that of M^(2) is 1 or more and emitters see the patches concerned. Next-event estimation adds bounded factors only.
 //!
-//! Between the frontiers of M^(1) and M^(2) the weight has a tail of index p with radius of M^(p) = 1, 1 < p < 2, and the
-//! error of a mean of N paths falls as N^-(1 - 1/p) (Kesten 1973 for products; stable laws for their sums).
+//! Between the frontiers of M^(1) and M^(2) the weight has a tail of index p with radius of M^(p) = 1, 1 < p < 2, and
+//! the error of a mean of N paths falls as N^-(1 - 1/p) (Kesten 1973 for products; stable laws for their sums).
 //!
 //! With colours, X_j takes the largest channel of alpha rho: exact where one channel is the largest everywhere.
 

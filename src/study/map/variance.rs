@@ -5,12 +5,13 @@
 //!
 //! ```text
 //! nothing travels on (alpha rho = 0 everywhere):   a path has one reflection
-//! tau = 0 everywhere and alpha rho <= q < 1:       one crossing a ray, so S <= q, rows of B sum to at most q and those of M to q²
+//! tau = 0 everywhere and alpha rho <= q < 1:       one crossing a ray, so S <= q,
+//!                                                  rows of B sum to at most q and those of M to q²
 //! ```
 //!
-//! Elsewhere some hundred patches tell. Their size and the noise of their rays move the radii by some percent, so what lies
-//! within [`MARGIN`] of 1 is left open, as is what colours leave open. Not handled: `max_bounces`, which makes
-//! any variance finite, of the sum up to there, and by far too large to be of use where it would be infinite without.
+//! Elsewhere some hundred patches tell. Their size and the noise of their rays move the radii by some percent, so what
+//! lies within [`MARGIN`] of 1 is left open, as is what colours leave open. Not handled: `max_bounces`, which makes any
+//! variance finite, of the sum up to there, and by far too large to be of use where it would be infinite without.
 
 use crate::form_factors::Sampling;
 use crate::light::Transport;
@@ -27,7 +28,8 @@ const PATCHES: usize = 600;
 /// Rays in all, about, and from one patch at least and at most: a scene of many faces has as many patches.
 const RAYS: usize = 1 << 17;
 const RAYS_EACH: (usize, usize) = (8, 256);
-/// Radii of patches as coarse are within this share of those of fine ones (furnished room, 4,785 patches: 0.8 % for B, 3.6 % for M).
+/// Radii of patches as coarse are within this share of those of fine ones (furnished room, 4,785 patches: 0.8 % for B,
+/// 3.6 % for M).
 const MARGIN: f64 = 0.08;
 
 /// What is known of a path tracer's second moment.
@@ -54,7 +56,8 @@ pub struct Growth {
     /// Bounds on that of the squared weights.
     #[serde(rename = "squared_weights")]
     pub squares: Option<Bounds>,
-    /// x of the error of a mean of N paths, which falls as N^-x: 1 - 1/p where the variance is infinite and the mean is not.
+    /// x of the error of a mean of N paths, which falls as N^-x: 1 - 1/p where the variance is infinite and the mean is
+    /// not.
     pub exponent: Option<f64>,
 }
 
@@ -76,7 +79,8 @@ impl Growth {
     }
 }
 
-/// Finds out what the path tracer's variance does when a scene's materials without their own (alpha, tau) take `transport`.
+/// Finds out what the path tracer's variance does when a scene's materials without their own (alpha, tau) take
+/// `transport`.
 pub fn growth(scene: &Scene, rays: &Rays, transport: Transport, seed: u32) -> Growth {
     let transports = scene.transports(transport);
     if surely_finite(scene, &transports) {
