@@ -17,7 +17,6 @@ const NEAR: f64 = 2.5;
 const RATE: f64 = 1.4;
 /// How many times as many rays one round casts, at least and at most.
 const GROWTH: [f64; 2] = [1.1, 8.0];
-
 /// Halvings of the levels to choose from.
 const HALVINGS: usize = 24;
 
@@ -124,12 +123,8 @@ impl IrradianceCache<'_> {
         }
         // Layers of one pixel may share a record.
         all.sort_by_key(|(record, _)| *record);
-        all.dedup_by(|next, kept| {
-            let same = next.0 == kept.0;
-            kept.1 += if same { next.1 } else { 0.0 };
-            same
-        });
-        all
+        let merged = all.chunk_by(|a, b| a.0 == b.0).map(|same| (same[0].0, same.iter().map(|c| c.1).sum()));
+        merged.collect()
     }
 }
 
@@ -162,7 +157,6 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::direct::{Luminaires, Sight};
     use crate::gather::adaptive_sampling::sample_pixels;
     use crate::gather::budget::Settings;
     use crate::gather::cached_irradiance::Fitted;
@@ -170,11 +164,8 @@ mod tests {
     use crate::gather::fields::Fields;
     use crate::gather::final_gather::FinalGather;
     use crate::gather::sampling::Gathering;
-    use crate::gather::view::View;
+    use crate::gather::view::Ready;
     use crate::light::{Mode, Rgb};
-    use crate::patches::Patches;
-    use crate::rays::Rays;
-    use crate::scene::Scene;
 
     /// What every pixel reflects of the light in the cache.
     fn reflected(cache: &IrradianceCache, pixels: &[Pixel]) -> Vec<DVec3> {
@@ -194,16 +185,9 @@ mod tests {
     /// as many as a wall, and a living room at 2 % took 107 s instead of 30.
     #[test]
     fn the_use_of_a_record_is_what_pixels_change_by_with_it() {
-        let scene = Scene::open("furnished-room").unwrap();
-        let rays = Rays::new(&scene);
-        let patches = Patches::new(&scene, &rays, 300);
-        let transports = scene.transports(Mode::Global.transport());
-        let luminaires = Luminaires::new(&scene);
-        let sight = Sight::new(&scene, &rays, &patches, &luminaires, &transports, &vec![true; patches.len()]);
-        let (width, height) = (48, 48);
-        let (rays, patches, luminaires, sight) = (&rays, &patches, &luminaires, &sight);
-        let view = View { scene: &scene, rays, patches, luminaires, sight, transports: &transports, width, height };
-        let fields = Fields::new(&[vec![Rgb::ONE; patches.len()]]);
+        let ready = Ready::new("furnished-room", Mode::Global.transport(), 300);
+        let view = ready.view(48, 48);
+        let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
         let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
         let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
         let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());

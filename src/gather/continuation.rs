@@ -100,29 +100,19 @@ impl Continuation<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::direct::{Luminaires, Sight};
     use crate::gather::reading::Reading;
-    use crate::gather::view::View;
+    use crate::gather::view::Ready;
     use crate::light::{Rgb, Transport};
-    use crate::patches::Patches;
-    use crate::rays::Rays;
     use crate::rays::warp::cosine_direction;
-    use crate::scene::Scene;
 
     /// Rays once went on from every surface that they crossed: with tau > 0 their number doubled and more with every
     /// bounce, and a furnished staircase at alpha = tau = 0.5 did not end in nine minutes.
     #[test]
     fn a_ray_that_crosses_many_surfaces_goes_on_from_one() {
         const BOUNCES: u32 = 6;
-        let scene = Scene::open("furnished-room").unwrap();
-        let rays = Rays::new(&scene);
-        let patches = Patches::new(&scene, &rays, 300);
-        let transports = scene.transports(Transport { alpha: 0.5, tau: 0.9 });
-        let luminaires = Luminaires::new(&scene);
-        let sight = Sight::new(&scene, &rays, &patches, &luminaires, &transports, &vec![true; patches.len()]);
-        let (width, height) = (1, 1);
-        let (patches, rays, luminaires, sight) = (&patches, &rays, &luminaires, &sight);
-        let view = View { scene: &scene, rays, patches, luminaires, sight, transports: &transports, width, height };
+        let ready = Ready::new("furnished-room", Transport { alpha: 0.5, tau: 0.9 }, 300);
+        let view = ready.view(1, 1);
+        let patches = view.patches;
         let fields = Fields::new(&[vec![Rgb::ONE; patches.len()]]);
         let fields = fields.read_by(Reading { bounces: BOUNCES, direct: Direct::Patch });
         let continuation = Continuation { walker: Walker::new(&view), fields: &fields };
@@ -135,7 +125,7 @@ mod tests {
             let ray = Ray { origin: from.position, direction, source: Some(from.face) };
             continuation.read(&ray, &mut random, &mut memory);
             // Each bounce is one ray and those to luminaires, one for each of at most a handful.
-            let lamps = luminaires.list.len() as u64;
+            let lamps = view.luminaires.list.len() as u64;
             let most = u64::from(MOST + 1) * (1 + lamps);
             assert!(memory.cast - before <= most, "{i}: {} rays", memory.cast - before);
         }

@@ -153,33 +153,16 @@ impl<'a> FinalGather<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::direct::{Luminaires, Sight};
-    use crate::light::{Mode, Transport};
-    use crate::patches::Patches;
-    use crate::rays::Rays;
-    use crate::scene::Scene;
+    use crate::gather::view::Ready;
+    use crate::light::Mode;
 
     /// Rays once took their points in turn. Of Sobol points every other one lies in the same half of the interval, so
     /// each point looked at a half of its hemisphere only.
     #[test]
     fn every_point_that_rays_leave_looks_all_around() {
-        let scene = Scene::open("furnace").unwrap();
-        let rays = Rays::new(&scene);
-        let patches = Patches::new(&scene, &rays, 6);
-        let transports: Vec<Transport> = scene.transports(Mode::Global.transport());
-        let luminaires = Luminaires::new(&scene);
-        let receives = vec![true; patches.len()];
-        let sight = Sight::new(&scene, &rays, &patches, &luminaires, &transports, &receives);
-        let view = View {
-            scene: &scene,
-            rays: &rays,
-            patches: &patches,
-            luminaires: &luminaires,
-            sight: &sight,
-            transports: &transports,
-            width: 1,
-            height: 1,
-        };
+        let ready = Ready::new("furnace", Mode::Global.transport(), 6);
+        let view = ready.view(1, 1);
+        let patches = view.patches;
         // Three walls that meet in a corner are bright.
         let bright = |i: usize| patches.point(i, 0.5, 0.5).normal.element_sum() > 0.0;
         let field = (0..patches.len()).map(|i| Rgb::splat(f32::from(bright(i))));

@@ -63,3 +63,35 @@ impl<'a> View<'a> {
         SurfacePoint { position, normal: self.patches.normal(face, side), face }
     }
 }
+
+/// A built-in scene made ready for tests: what a [`View`] borrows.
+#[cfg(test)]
+pub(crate) struct Ready {
+    scene: Scene,
+    rays: Rays,
+    patches: Patches,
+    transports: Vec<Transport>,
+    luminaires: Luminaires,
+    sight: Sight,
+}
+
+#[cfg(test)]
+impl Ready {
+    /// A scene on some number of patches, all of which receive light.
+    pub(crate) fn new(scene: &str, transport: Transport, patches: usize) -> Ready {
+        let scene = Scene::open(scene).expect("a built-in scene");
+        let rays = Rays::new(&scene);
+        let patches = Patches::new(&scene, &rays, patches);
+        let transports = scene.transports(transport);
+        let luminaires = Luminaires::new(&scene);
+        let receives = vec![true; patches.len()];
+        let sight = Sight::new(&scene, &rays, &patches, &luminaires, &transports, &receives);
+        Ready { scene, rays, patches, transports, luminaires, sight }
+    }
+
+    /// So many pixels of it, across and down.
+    pub(crate) fn view(&self, width: usize, height: usize) -> View<'_> {
+        let Ready { scene, rays, patches, transports, luminaires, sight } = self;
+        View { scene, rays, patches, luminaires, sight, transports, width, height }
+    }
+}
