@@ -6,16 +6,16 @@
 //!
 //! Not handled: indirect light; that is gathered from the irradiance cache.
 
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2};
 
 use crate::direct::{DirectSum, LightCuts, Scratch as Memory};
 use crate::gather::fields::Fields;
 use crate::gather::highlights::Highlights;
 use crate::gather::pixel::Pixel;
 use crate::gather::pixel_layer::SurfaceKey;
+use crate::gather::pixel_texture::{Adjusted, SeenPoint};
 use crate::gather::view::View;
 use crate::light::Rgb;
-use crate::rays::Hit;
 use crate::rays::sobol::{Sobol, hash};
 use crate::surfaces::SurfacePoint;
 
@@ -55,6 +55,9 @@ pub(crate) struct Scratch {
     sums: Vec<DirectSum>,
     /// Light of luminaires that are too many for a sum each, of lights without area, and highlights.
     linked: DVec3,
+    /// The rays that met something, and the points seen.
+    rays: Vec<CameraRay>,
+    seen: Vec<SeenPoint>,
 }
 
 /// One camera ray of a pixel.
@@ -87,7 +90,8 @@ impl<'a> CameraRays<'a> {
     /// Memory for one thread.
     pub fn scratch(&self) -> Scratch {
         let luminaires = if self.view.sight.cuts.is_some() { 0 } else { self.view.luminaires.list.len() };
-        Scratch { memory: Memory::default(), sums: vec![DirectSum::default(); luminaires], linked: DVec3::ZERO }
+        let sums = vec![DirectSum::default(); luminaires];
+        Scratch { memory: Memory::default(), sums, linked: DVec3::ZERO, rays: Vec::new(), seen: Vec::new() }
     }
 
     /// Casts camera rays until each half has `count`.
@@ -95,12 +99,22 @@ impl<'a> CameraRays<'a> {
         for half in 0..2 {
             scratch.sums.fill(DirectSum::default());
             scratch.linked = DVec3::ZERO;
+            let (mut rays, mut seen) = (std::mem::take(&mut scratch.rays), std::mem::take(&mut scratch.seen));
             for index in pixel.count..count {
                 let ray = self.camera_ray(k, half, index);
-                if let Some((hit, position)) = self.seen(k, ray) {
-                    self.shade(&hit, position, ray, pixel, scratch);
+                if let Some(point) = self.seen(k, ray) {
+                    rays.push(ray);
+                    seen.push(point);
                 }
             }
+            let all = seen.len() as u32 == count - pixel.count;
+            let adjusted = pixel.texture.see(self.view, k, &seen, all);
+            for (&ray, point) in rays.iter().zip(&seen) {
+                self.shade(point, adjusted, ray, pixel, scratch);
+            }
+            rays.clear();
+            seen.clear();
+            (scratch.rays, scratch.seen) = (rays, seen);
             let direct = self.direct(scratch);
             pixel.direct += direct;
             pixel.lit[half] += direct;
@@ -112,9 +126,9 @@ impl<'a> CameraRays<'a> {
     /// The surface that a camera ray of one half of pixel k sees, and the point.
     pub fn look(&self, k: usize, half: usize, index: u32) -> Option<(SurfaceKey, SurfacePoint)> {
         let view = self.view;
-        let (hit, position) = self.seen(k, self.camera_ray(k, half, index))?;
+        let SeenPoint { hit, position, key } = self.seen(k, self.camera_ray(k, half, index))?;
         view.patches.at(hit.face, hit.side, position)?;
-        Some((self.key(&hit), view.surface_point(hit.face, hit.side, position)))
+        Some((key, view.surface_point(hit.face, hit.side, position)))
     }
 
     fn camera_ray(&self, k: usize, half: usize, index: u32) -> CameraRay {
@@ -122,20 +136,19 @@ impl<'a> CameraRays<'a> {
     }
 
     /// The first surface that a camera ray meets, and where, put exactly into the face's plane.
-    fn seen(&self, k: usize, CameraRay { index, seed, .. }: CameraRay) -> Option<(Hit, Vec3)> {
-        let ray = self.view.camera_ray(k, self.sobol.point(index, 0, seed), self.sobol.point(index, 1, seed));
-        let hit = self.view.rays.closest(&ray)?;
-        Some((hit, self.view.met_at(&ray, &hit)))
-    }
-
-    fn key(&self, hit: &Hit) -> SurfaceKey {
-        let material = self.view.scene.faces[hit.face as usize].material;
-        SurfaceKey { plane: self.view.rays.plane(hit.face), side: hit.side, material }
+    fn seen(&self, k: usize, CameraRay { index, seed, .. }: CameraRay) -> Option<SeenPoint> {
+        let view = self.view;
+        let ray = view.camera_ray(k, self.sobol.point(index, 0, seed), self.sobol.point(index, 1, seed));
+        let hit = view.rays.closest(&ray)?;
+        let material = view.scene.faces[hit.face as usize].material;
+        let key = SurfaceKey { plane: view.rays.plane(hit.face), side: hit.side, material };
+        Some(SeenPoint { hit, position: view.met_at(&ray, &hit), key })
     }
 
     /// Adds what one camera ray found: the light the point emits, and what it receives from luminaires.
-    fn shade(&self, hit: &Hit, position: Vec3, ray: CameraRay, pixel: &mut Pixel, scratch: &mut Scratch) {
+    fn shade(&self, seen: &SeenPoint, adjusted: Adjusted, ray: CameraRay, pixel: &mut Pixel, scratch: &mut Scratch) {
         let view = self.view;
+        let SeenPoint { hit, position, key } = *seen;
         let Some(patch) = view.patches.at(hit.face, hit.side, position) else {
             // A second side would change nothing where none reflects.
             pixel.backs += u32::from(view.scene.material(hit.face).rho != Rgb::ZERO);
@@ -161,12 +174,11 @@ impl<'a> CameraRays<'a> {
         if typical == Rgb::ZERO {
             return;
         }
-        let own = view.scene.rho_at(hit.face, position);
-        let rho = own.as_dvec3();
+        let rho = adjusted.rho(view.scene.rho_at(hit.face, position));
         pixel.rays += self.add_direct(&Shaded { receiver: &receiver, patch, rho }, ray, scratch);
         if !self.dark {
             pixel.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();
-            pixel.layer(self.key(hit), receiver, typical).add(ray.half, &receiver, own);
+            pixel.layer(key, receiver, typical).add(ray.half, &receiver, rho);
         }
     }
 

@@ -31,6 +31,7 @@ pub(crate) mod pass;
 pub(crate) mod pixel;
 pub(crate) mod pixel_lattice;
 pub(crate) mod pixel_layer;
+pub(crate) mod pixel_texture;
 pub(crate) mod reading;
 pub(crate) mod reflection;
 pub(crate) mod residual_blocks;

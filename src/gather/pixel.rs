@@ -5,6 +5,7 @@
 use glam::DVec3;
 
 use crate::gather::pixel_layer::{Layer, SurfaceKey};
+use crate::gather::pixel_texture::PixelTexture;
 use crate::light::Rgb;
 use crate::surfaces::SurfacePoint;
 
@@ -21,6 +22,8 @@ pub(crate) struct Pixel {
     /// Camera rays of each half.
     pub count: u32,
     pub layers: Vec<Layer>,
+    /// The texture, where it is the same surface everywhere.
+    pub texture: PixelTexture,
     pub backs: u32,
     /// Camera rays that met light as emitted.
     pub emitting: u32,

@@ -57,13 +57,13 @@ impl Layer {
     }
 
     /// Adds one camera ray of a half, and the reflectance where it ended.
-    pub fn add(&mut self, half: usize, seen: &SurfacePoint, rho: Rgb) {
+    pub fn add(&mut self, half: usize, seen: &SurfacePoint, rho: DVec3) {
         if self.origins[half].len() < ORIGINS {
             self.start(half, *seen);
         }
         self.count[half] += 1;
         self.sum[half] += seen.position.as_dvec3();
-        self.reflected[half] += rho.as_dvec3();
+        self.reflected[half] += rho;
     }
 
     /// Sums of the reflectance of the points that each half saw; of one reflectance they are exact, as f64 holds them.

@@ -42,14 +42,26 @@ impl Scene {
     /// Texture coordinates of a point of a face.
     pub fn coordinates_at(&self, face: u32, position: Vec3) -> DVec2 {
         let Some(corners) = self.coordinates.get(face as usize) else { return DVec2::ZERO };
-        let [a, b, c] = self.corners(face).map(|corner| corner.as_dvec3());
-        let (u, v, p) = (b - a, c - a, position.as_dvec3() - a);
-        let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
-        let (pu, pv) = (p.dot(u), p.dot(v));
-        let weights = DVec2::new(vv * pu - uv * pv, uu * pv - uv * pu) / (uu * vv - uv * uv);
+        let weights = self.weights_at(face, position.as_dvec3());
         // Of a face that rounding left without an area every point is its first corner.
         let weights = if weights.is_finite() { weights.clamp(-DVec2::ONE, 2.0 * DVec2::ONE) } else { DVec2::ZERO };
         weighted(corners.map(|at| at.as_dvec2()), weights)
+    }
+
+    /// Texture coordinates that a point of a face's plane would have if the face went on to there; no number where the
+    /// face has no area.
+    pub(crate) fn coordinates_beyond(&self, face: u32, position: DVec3) -> DVec2 {
+        let corners = self.coordinates.get(face as usize).copied().unwrap_or_default();
+        weighted(corners.map(|at| at.as_dvec2()), self.weights_at(face, position))
+    }
+
+    /// Barycentric weights of a face's second and third corner at a point of its plane.
+    fn weights_at(&self, face: u32, position: DVec3) -> DVec2 {
+        let [a, b, c] = self.corners(face).map(|corner| corner.as_dvec3());
+        let (u, v, p) = (b - a, c - a, position - a);
+        let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
+        let (pu, pv) = (p.dot(u), p.dot(v));
+        DVec2::new(vv * pu - uv * pv, uu * pv - uv * pu) / (uu * vv - uv * uv)
     }
 
     /// rho of a point of a face.

@@ -13,6 +13,8 @@
 //! is at most a quarter, what is missing is how much the texels within one square differ, in the part that the outline
 //! cuts off. What one triangle has too much its neighbour has too little.
 //!
+//! What a pixel shows of a texture is a mean of many, so it reads squares from [`FEW`] texels on.
+//!
 //! Not handled: triangles whose coordinates lie on one line; they take the mean over some points.
 
 use glam::{DVec2, DVec3};
@@ -22,6 +24,9 @@ use crate::scene::textures::texture::{Filter, Texture};
 
 /// Texels of the rectangle around a triangle that are read one by one, at most.
 const MOST: f64 = 32_768.0;
+/// The same where the triangle is half of what a pixel sees: what the outline of one pixel has too much, which is a
+/// hundredth of how much texels within a square differ, the next pixel has too little.
+const FEW: f64 = 1024.0;
 /// Points to a side of a triangle whose coordinates span no area.
 const POINTS: u32 = 16;
 /// Area of a triangle over the square of its extent below which its coordinates lie on one line.
@@ -32,6 +37,16 @@ const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 impl Texture {
     /// The mean of linear RGB over a triangle of coordinates of vertices.
     pub fn mean(&self, triangle: [DVec2; 3]) -> DVec3 {
+        self.mean_of_texels(triangle, MOST)
+    }
+
+    /// The mean of linear RGB over a triangle that is half of what a pixel sees.
+    pub(crate) fn mean_in_pixel(&self, triangle: [DVec2; 3]) -> DVec3 {
+        self.mean_of_texels(triangle, FEW)
+    }
+
+    /// The mean over a triangle that reads so many texels, or squares of them, at most.
+    fn mean_of_texels(&self, triangle: [DVec2; 3], most: f64) -> DVec3 {
         let corners = triangle.map(|at| self.in_texels(at));
         let (low, high) = extent(corners);
         let extent = high - low;
@@ -41,7 +56,7 @@ impl Texture {
                 / f64::from(POINTS * POINTS);
         }
         let size = DVec2::new(self.image.width() as f64, self.image.height() as f64);
-        let fits = |extent: DVec2| (extent.x + 2.0) * (extent.y + 2.0) <= MOST;
+        let fits = |extent: DVec2| (extent.x + 2.0) * (extent.y + 2.0) <= most;
         if fits(extent) {
             return self.texels(corners);
         }

@@ -1,0 +1,167 @@
+//! The texture of a pixel whose camera rays all end on one plane surface: its mean over the pixel is known, so that a
+//! texture finer than a pixel is no noise.
+//!
+//! With rho_i the reflectance where ray i of n ended, D_i the light that arrives there, and rho the mean reflectance
+//! over the pixel (exact, by `scene::textures`), the pixel is estimated as
+//!
+//! ```text
+//! rho * (sum of rho_i D_i) / (sum of rho_i)       in place of        (sum of rho_i D_i) / n
+//! ```
+//!
+//! the ratio estimator of W. G. Cochran, *Sampling Techniques*, 1977, chapter 6. Light that is even within the pixel
+//! leaves no noise; light that varies in step with the texture leaves a bias of order 1/n, which falls faster than the
+//! noise. Where every rho_i of a channel is 0 the mean of D_i stands for the ratio.
+//!
+//! Not handled: pixels that show several surfaces or a curved one, and surfaces with masks: there the mean of the rays
+//! is all there is.
+
+use glam::{DVec2, DVec3, Vec3};
+
+use crate::gather::pixel_layer::SurfaceKey;
+use crate::gather::view::View;
+use crate::light::Rgb;
+use crate::rays::{Hit, Side};
+use crate::scene::Scene;
+use crate::scene::textures::{Maps, Texture};
+
+/// How many times as much surface a point of a pixel stands for as another, at most: a pixel is taken apart until that
+/// holds in each part, as the mean over a part is one over the surface.
+const UNEVEN: f64 = 1.1;
+/// Parts to a side of a pixel at most; a pixel so near the horizon of a plane keeps its rays' mean.
+const PARTS: u32 = 4;
+/// How far the textures of two faces may lie apart to be one, as a share of the pixel.
+const APART: f64 = 0.01;
+
+/// A point that a camera ray sees.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SeenPoint {
+    pub hit: Hit,
+    /// In the face's plane.
+    pub position: Vec3,
+    pub key: SurfaceKey,
+}
+
+/// What is known of the texture of one pixel.
+#[derive(Debug, Default)]
+pub(crate) enum PixelTexture {
+    /// No camera ray was cast yet.
+    #[default]
+    Unknown,
+    /// All camera rays so far met one textured plane surface.
+    One(Box<Footprint>),
+    /// There is no texture, or more than one surface.
+    Varied,
+}
+
+/// A pixel on a plane surface with a texture.
+#[derive(Debug)]
+pub(crate) struct Footprint {
+    key: SurfaceKey,
+    /// A face of the surface; its texture goes on beyond its edges.
+    face: u32,
+    /// Mean reflectance over the pixel.
+    rho: DVec3,
+    /// How long the pixel is in coordinates of the texture.
+    extent: f64,
+}
+
+/// What stands for the reflectance of points, `factor * rho + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Adjusted {
+    factor: DVec3,
+    offset: DVec3,
+}
+
+impl Adjusted {
+    /// The reflectance itself.
+    const NOT: Adjusted = Adjusted { factor: DVec3::ONE, offset: DVec3::ZERO };
+
+    /// What stands for a point's reflectance.
+    pub fn rho(&self, own: Rgb) -> DVec3 {
+        own.as_dvec3() * self.factor + self.offset
+    }
+
+    /// Points of these reflectances have the mean `rho` then.
+    fn to_mean(rho: DVec3, points: impl ExactSizeIterator<Item = Rgb>) -> Adjusted {
+        let count = points.len() as f64;
+        let mean = points.map(|own| own.as_dvec3()).sum::<DVec3>() / count;
+        let lit = mean.cmpgt(DVec3::ZERO);
+        Adjusted { factor: DVec3::select(lit, rho / mean, DVec3::ZERO), offset: DVec3::select(lit, DVec3::ZERO, rho) }
+    }
+}
+
+impl PixelTexture {
+    /// Adds the points that more camera rays of pixel k see; `all` says whether each of the rays saw one. Returns what
+    /// stands for their reflectance.
+    pub fn see(&mut self, view: &View, k: usize, points: &[SeenPoint], all: bool) -> Adjusted {
+        if let PixelTexture::Unknown = self {
+            let first = points.first().and_then(|point| Footprint::new(view, k, point));
+            *self = first.map_or(PixelTexture::Varied, |own| PixelTexture::One(Box::new(own)));
+        }
+        let PixelTexture::One(own) = self else { return Adjusted::NOT };
+        if !(all && points.iter().all(|point| own.holds(view.scene, point))) {
+            *self = PixelTexture::Varied;
+            return Adjusted::NOT;
+        }
+        Adjusted::to_mean(own.rho, points.iter().map(|point| view.scene.rho_at(point.hit.face, point.position)))
+    }
+}
+
+/// The texture that a face's reflectance goes by, where nothing is cut out of it.
+fn texture(scene: &Scene, face: u32) -> Option<&Texture> {
+    let Maps { reflectance, mask: None, .. } = scene.maps(face)? else { return None };
+    reflectance.as_ref()
+}
+
+impl Footprint {
+    /// Pixel k on the plane of a point that it sees.
+    fn new(view: &View, k: usize, seen: &SeenPoint) -> Option<Footprint> {
+        let face = seen.hit.face;
+        let texture = texture(view.scene, face)?;
+        let parts = parts(view, k, face)?;
+        let place = |x: u32, y: u32| coordinates(view, k, face, DVec2::new(x.into(), y.into()) / f64::from(parts));
+        let mut sum = DVec3::ZERO;
+        for (x, y) in (0..parts).flat_map(|y| (0..parts).map(move |x| (x, y))) {
+            let [a, b, c, d] = [place(x, y)?, place(x + 1, y)?, place(x + 1, y + 1)?, place(x, y + 1)?];
+            sum += 0.5 * (texture.mean_in_pixel([a, b, c]) + texture.mean_in_pixel([a, c, d]));
+        }
+        let mean = sum / f64::from(parts * parts);
+        let extent = place(0, 0)?.distance(place(parts, parts)?).max(place(parts, 0)?.distance(place(0, parts)?));
+        Some(Footprint { key: seen.key, face, rho: view.scene.material(face).rho.as_dvec3() * mean, extent })
+    }
+
+    /// Whether a point lies on this surface, its texture as on the first face.
+    fn holds(&self, scene: &Scene, point: &SeenPoint) -> bool {
+        let alike = |face: u32| scene.coordinates_beyond(face, point.position.as_dvec3());
+        self.key == point.key
+            && (self.face == point.hit.face || alike(self.face).distance(alike(point.hit.face)) <= APART * self.extent)
+    }
+}
+
+/// Parts to a side that pixel k is taken into, so that each of them is evenly spread over a face's plane.
+fn parts(view: &View, k: usize, face: u32) -> Option<u32> {
+    let forward = view.scene.camera.forward.as_dvec3();
+    let camera = view.scene.camera.position.as_dvec3();
+    let depth = |u: f64, v: f64| Some((in_plane(view, k, face, DVec2::new(u, v))? - camera).dot(forward));
+    let depths = [depth(0.0, 0.0)?, depth(1.0, 0.0)?, depth(0.0, 1.0)?, depth(1.0, 1.0)?];
+    let (least, most) = depths.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), &d| (l.min(d), m.max(d)));
+    // A point at depth z stands for an area that goes as z³.
+    let parts = (3.0 * (most / least).ln() / UNEVEN.ln()).ceil().max(1.0);
+    (parts <= f64::from(PARTS)).then_some(parts as u32)
+}
+
+/// Coordinates of the texture at a point of pixel k.
+fn coordinates(view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec2> {
+    let found = view.scene.coordinates_beyond(face, in_plane(view, k, face, at)?);
+    found.is_finite().then_some(found)
+}
+
+/// Where the ray through a point of pixel k meets a face's plane, if it does.
+fn in_plane(view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec3> {
+    let ray = view.camera_ray(k, at.x as f32, at.y as f32);
+    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let normal = view.patches.normal(face, Side::Front).as_dvec3();
+    let corner = view.scene.corners(face)[0].as_dvec3();
+    let t = (corner - origin).dot(normal) / direction.dot(normal);
+    (t > 0.0 && t.is_finite()).then(|| origin + t * direction)
+}
