@@ -197,8 +197,10 @@ fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
     let height = pixels.len() / width.max(1);
     let bends = |k: usize| -> f64 {
         let (x, y) = (k % width, k / width);
+        // A texture that goes on from pixel to pixel is no edge.
+        let mean = |j: usize| means[j] * pixels[k].texture.over(&pixels[j].texture);
         let bend = |inside: bool, step: usize| -> f64 {
-            if inside { (means[k - step] - 2.0 * means[k] + means[k + step]).length_squared() } else { 0.0 }
+            if inside { (mean(k - step) - 2.0 * means[k] + mean(k + step)).length_squared() } else { 0.0 }
         };
         bend(x > 0 && x + 1 < width, 1) + bend(y > 0 && y + 1 < height, width)
     };

@@ -105,6 +105,17 @@ impl PixelTexture {
         }
         Adjusted::to_mean(own.rho, points.iter().map(|point| view.scene.rho_at(point.hit.face, point.position)))
     }
+
+    /// How many times as much light this pixel shows as another one of the same surface, where both receive the same;
+    /// 1 for those of different ones.
+    pub fn over(&self, other: &PixelTexture) -> DVec3 {
+        match (self, other) {
+            (PixelTexture::One(own), PixelTexture::One(other)) if own.key == other.key => {
+                DVec3::select(other.rho.cmpgt(DVec3::ZERO), own.rho / other.rho, DVec3::ZERO)
+            }
+            _ => DVec3::ONE,
+        }
+    }
 }
 
 /// The texture that a face's reflectance goes by, where nothing is cut out of it.
