@@ -1,6 +1,6 @@
 //! The gather pass alone: one solution, looked at with the same rays for every pixel, and to two errors.
 //!
-//! The Cornell box and the furnished room, global mode, 96 by 96 pixels, 4000 patches. F and the solution are made
+//! The Cornell box, the furnished room and the textured room of the tests, global mode, 96 by 96 pixels, 4000 patches. F and the solution are made
 //! once, before the clock runs. `picture` is all of the pass; `direct` is the same with patches that send nothing, so
 //! that only camera rays and light as emitted are left: the difference is what hemisphere rays, irradiance points and
 //! their fit cost. `direct` asks its error of direct light alone and `picture` shares it among all parts, so the two
@@ -21,6 +21,8 @@ use halflight::solve::{Settings, Solution, neumann};
 /// Pixels across and down.
 const SIZE: Size = Size { width: 96, height: 96 };
 const PATCHES: usize = 4000;
+/// A room with images on its surfaces, of some texels a pixel.
+const TEXTURED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/textured/room.toml");
 /// Errors of the gather pass asked for, as shares of the picture.
 const ERRORS: [f64; 2] = [0.02, 0.01];
 
@@ -32,7 +34,7 @@ struct Solved {
 }
 
 fn solve(name: &str) -> Solved {
-    let scene = Scene::open(name).expect("it is built in");
+    let scene = Scene::open(name).expect("it is built in, or with the tests");
     let prepared = prepare(scene, PATCHES);
     let transports = [Mode::Global.transport()];
     let (mut modes, _) = assemble(&prepared, &transports, &Sampling::default(), &Silent);
@@ -69,11 +71,11 @@ impl Solved {
 }
 
 fn pass(c: &mut Criterion) {
-    for name in ["cornell-box", "furnished-room"] {
+    for name in ["cornell-box", "furnished-room", TEXTURED] {
         let solved = solve(name);
         let (p, mode, solution) = (&solved.prepared, &solved.mode, &solved.solution);
         let dark = Fields::new(&[vec![Rgb::ZERO; p.patches.len()]]);
-        let mut group = c.benchmark_group(name);
+        let mut group = c.benchmark_group(if name == TEXTURED { "textured room" } else { name });
         group.sample_size(10);
         for (how, gathering) in gatherings() {
             group.bench_function(BenchmarkId::new("picture", &how), |b| {

@@ -10,7 +10,7 @@ use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::pixel::Pixel;
 
 /// Rays of a half at most.
-const MOST: u32 = 1 << 14;
+const MOST: f64 = 16_384.0;
 /// Spacings within which records are alike in noise.
 const NEAR: f64 = 2.5;
 /// The variance of scrambled nets falls as this power of the number of rays here.
@@ -36,9 +36,9 @@ impl Share {
         (self.variance * self.rays).sqrt()
     }
 
-    /// Rays at a level: none is taken back.
+    /// Rays at a level: none is taken back, and none has more than ever are.
     fn at(self, level: f64) -> f64 {
-        self.rays.max(level * self.worth())
+        self.rays.max((level * self.worth()).min(MOST))
     }
 
     /// The variance foreseen of rays at a level.
@@ -53,7 +53,7 @@ impl IrradianceCache<'_> {
     pub fn refine(&mut self, left: f64, pixels: &[Pixel]) {
         let shares = self.shares(pixels);
         let level = level(&shares, left);
-        self.cast_from(0, |i| shares[i].at(level).min(f64::from(MOST)) as u32);
+        self.cast_from(0, |i| shares[i].at(level) as u32);
     }
 
     /// Shortens the valid radius of some records, and adds records for the places that they spoke for.
@@ -228,6 +228,15 @@ mod tests {
             // Those that get any get them in proportion to what they are worth.
             assert!((rays[2] / 2.0 - rays[1]).abs() < 1e-9 || rays[1] == 10.0, "{rays:?}");
         }
+    }
+
+    /// Rays were once foreseen that no record ever gets.
+    #[test]
+    fn a_record_that_has_all_the_rays_it_may_have_is_foreseen_to_stay_as_it_is() {
+        let shares = [Share { rays: MOST, variance: 1.0 }, Share { rays: 64.0, variance: 1.0 }];
+        let (found, rays) = foreseen(&shares, 0.6);
+        assert_eq!(rays[0], MOST);
+        assert!((found - 0.6).abs() < 1e-5 && shares[0].left(1e9) == 1.0, "{found}");
     }
 
     #[test]

@@ -55,8 +55,7 @@ pub(crate) struct Scratch {
     sums: Vec<DirectSum>,
     /// Light of luminaires that are too many for a sum each, of lights without area, and highlights.
     linked: DVec3,
-    /// The rays that met something, and the points seen.
-    rays: Vec<CameraRay>,
+    /// The points seen.
     seen: Vec<SeenPoint>,
 }
 
@@ -91,7 +90,7 @@ impl<'a> CameraRays<'a> {
     pub fn scratch(&self) -> Scratch {
         let luminaires = if self.view.sight.cuts.is_some() { 0 } else { self.view.luminaires.list.len() };
         let sums = vec![DirectSum::default(); luminaires];
-        Scratch { memory: Memory::default(), sums, linked: DVec3::ZERO, rays: Vec::new(), seen: Vec::new() }
+        Scratch { memory: Memory::default(), sums, linked: DVec3::ZERO, seen: Vec::new() }
     }
 
     /// Casts camera rays until each half has `count`.
@@ -99,22 +98,15 @@ impl<'a> CameraRays<'a> {
         for half in 0..2 {
             scratch.sums.fill(DirectSum::default());
             scratch.linked = DVec3::ZERO;
-            let (mut rays, mut seen) = (std::mem::take(&mut scratch.rays), std::mem::take(&mut scratch.seen));
-            for index in pixel.count..count {
-                let ray = self.camera_ray(k, half, index);
-                if let Some(point) = self.seen(k, ray) {
-                    rays.push(ray);
-                    seen.push(point);
-                }
-            }
+            let mut seen = std::mem::take(&mut scratch.seen);
+            seen.clear();
+            seen.extend((pixel.count..count).filter_map(|index| self.seen(k, self.camera_ray(k, half, index))));
             let all = seen.len() as u32 == count - pixel.count;
             let adjusted = pixel.texture.see(self.view, k, &seen, all);
-            for (&ray, point) in rays.iter().zip(&seen) {
-                self.shade(point, adjusted, ray, pixel, scratch);
+            for point in &seen {
+                self.shade(point, adjusted, self.camera_ray(k, half, point.index), pixel, scratch);
             }
-            rays.clear();
-            seen.clear();
-            (scratch.rays, scratch.seen) = (rays, seen);
+            scratch.seen = seen;
             let direct = self.direct(scratch);
             pixel.direct += direct;
             pixel.lit[half] += direct;
@@ -126,7 +118,7 @@ impl<'a> CameraRays<'a> {
     /// The surface that a camera ray of one half of pixel k sees, and the point.
     pub fn look(&self, k: usize, half: usize, index: u32) -> Option<(SurfaceKey, SurfacePoint)> {
         let view = self.view;
-        let SeenPoint { hit, position, key } = self.seen(k, self.camera_ray(k, half, index))?;
+        let SeenPoint { hit, position, key, .. } = self.seen(k, self.camera_ray(k, half, index))?;
         view.patches.at(hit.face, hit.side, position)?;
         Some((key, view.surface_point(hit.face, hit.side, position)))
     }
@@ -142,13 +134,13 @@ impl<'a> CameraRays<'a> {
         let hit = view.rays.closest(&ray)?;
         let material = view.scene.faces[hit.face as usize].material;
         let key = SurfaceKey { plane: view.rays.plane(hit.face), side: hit.side, material };
-        Some(SeenPoint { hit, position: view.met_at(&ray, &hit), key })
+        Some(SeenPoint { index, hit, position: view.met_at(&ray, &hit), key })
     }
 
     /// Adds what one camera ray found: the light the point emits, and what it receives from luminaires.
     fn shade(&self, seen: &SeenPoint, adjusted: Adjusted, ray: CameraRay, pixel: &mut Pixel, scratch: &mut Scratch) {
         let view = self.view;
-        let SeenPoint { hit, position, key } = *seen;
+        let SeenPoint { hit, position, key, .. } = *seen;
         let Some(patch) = view.patches.at(hit.face, hit.side, position) else {
             // A second side would change nothing where none reflects.
             pixel.backs += u32::from(view.scene.material(hit.face).rho != Rgb::ZERO);

@@ -35,6 +35,8 @@ const APART: f64 = 0.01;
 /// A point that a camera ray sees.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SeenPoint {
+    /// The number of the ray within its half.
+    pub index: u32,
     pub hit: Hit,
     /// In the face's plane.
     pub position: Vec3,
@@ -133,8 +135,8 @@ impl Footprint {
         let place = |x: u32, y: u32| coordinates(view, k, face, DVec2::new(x.into(), y.into()) / f64::from(parts));
         let mut sum = DVec3::ZERO;
         for (x, y) in (0..parts).flat_map(|y| (0..parts).map(move |x| (x, y))) {
-            let [a, b, c, d] = [place(x, y)?, place(x + 1, y)?, place(x + 1, y + 1)?, place(x, y + 1)?];
-            sum += 0.5 * (texture.mean_in_pixel([a, b, c]) + texture.mean_in_pixel([a, c, d]));
+            let part = [place(x, y)?, place(x + 1, y)?, place(x + 1, y + 1)?, place(x, y + 1)?];
+            sum += texture.mean_in_pixel(part);
         }
         let mean = sum / f64::from(parts * parts);
         let extent = place(0, 0)?.distance(place(parts, parts)?).max(place(parts, 0)?.distance(place(0, parts)?));
@@ -175,4 +177,88 @@ fn in_plane(view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec3> {
     let corner = view.scene.corners(face)[0].as_dvec3();
     let t = (corner - origin).dot(normal) / direction.dot(normal);
     (t > 0.0 && t.is_finite()).then(|| origin + t * direction)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gather::adaptive_sampling::{Plan, sample_pixels};
+    use crate::gather::camera_rays::{CameraRays, CameraSampling};
+    use crate::gather::fields::Fields;
+    use crate::gather::pixel::Pixel;
+    use crate::gather::view::Ready;
+    use crate::light::Mode;
+
+    const ROOM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/textured/room.toml");
+    const SIZE: usize = 24;
+
+    /// Pixels of the textured room in the local mode, where light is smooth within each.
+    fn pixels(view: &View) -> Vec<Pixel> {
+        let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
+        let sampling = CameraSampling { tabled: 64, visibility: 1, seed: 0 };
+        let plan = Plan { first: 8, noise: None, deadline: None };
+        sample_pixels(&CameraRays::new(view, &fields, &sampling), &plan, &|_| ())
+    }
+
+    #[test]
+    fn the_mean_over_a_pixel_is_that_of_many_points() {
+        let ready = Ready::new(ROOM, Mode::Local.transport(), 100);
+        let view = ready.view(SIZE, SIZE);
+        let mut judged = 0;
+        for (k, pixel) in pixels(&view).iter().enumerate() {
+            let PixelTexture::One(own) = &pixel.texture else { continue };
+            let texture = texture(view.scene, own.face).unwrap();
+            const N: u32 = 128;
+            let points = (0..N * N).map(|i| DVec2::new((i % N).into(), (i / N).into()) + 0.5);
+            let colour = |at: DVec2| texture.colour(coordinates(&view, k, own.face, at / f64::from(N)).unwrap());
+            let sum: DVec3 = points.map(|at| colour(at).as_dvec3()).sum();
+            let expected = sum / f64::from(N * N) * view.scene.material(own.face).rho.as_dvec3();
+            // Points of a part count by at most UNEVEN, so a mean is off by at most half of that of what texels differ
+            // by in one direction, of which a third is left in the mean over the part.
+            assert!((own.rho - expected).abs().max_element() < 0.5 * (UNEVEN - 1.0) / 3.0, "{k} {own:?} {expected}");
+            judged += 1;
+        }
+        assert!(judged > SIZE * SIZE / 4, "{judged}");
+    }
+
+    /// A room with images finer than pixels once asked for as many camera rays as if every pixel lay on an edge, and
+    /// took 4.5 times as long as one with their mean colours.
+    #[test]
+    fn textures_finer_than_a_pixel_leave_no_noise_where_light_is_smooth() {
+        let ready = Ready::new(ROOM, Mode::Local.transport(), 100);
+        let view = ready.view(SIZE, SIZE);
+        for (k, pixel) in pixels(&view).iter().enumerate() {
+            let PixelTexture::One(own) = &pixel.texture else { continue };
+            let [a, b] = pixel.layers[0].reflected().map(|sum| sum / f64::from(pixel.count));
+            assert!((a - b).abs().max_element() < 1e-9 && (a - own.rho).abs().max_element() < 1e-9, "{k} {a} {b}");
+        }
+    }
+
+    #[test]
+    fn points_of_any_reflectance_get_the_mean_that_is_known() {
+        let rho = DVec3::new(0.3, 0.5, 0.2);
+        let points = [Rgb::new(0.1, 0.0, 0.9), Rgb::new(0.2, 0.0, 0.0), Rgb::new(0.9, 0.0, 0.1)];
+        let adjusted = Adjusted::to_mean(rho, points.into_iter());
+        let found = points.map(|own| adjusted.rho(own));
+        assert!((found.iter().sum::<DVec3>() / 3.0 - rho).abs().max_element() < 1e-12, "{found:?}");
+        // Where all are black they count alike.
+        assert_eq!(found.map(|own| own.y), [0.5; 3]);
+        assert_eq!(Adjusted::NOT.rho(points[0]), points[0].as_dvec3());
+    }
+
+    #[test]
+    fn a_pixel_that_shows_several_surfaces_keeps_its_own_reflectances() {
+        let ready = Ready::new(ROOM, Mode::Local.transport(), 100);
+        let view = ready.view(SIZE, SIZE);
+        let seen = pixels(&view);
+        let one = |pixel: &Pixel| matches!(pixel.texture, PixelTexture::One(_));
+        assert!(seen.iter().all(|pixel| pixel.layers.len() <= 1 || !one(pixel)));
+        assert!(seen.iter().any(|pixel| pixel.layers.len() > 1));
+        // Light on the same surface goes as the reflectances.
+        let two: Vec<&PixelTexture> = seen.iter().filter(|p| one(p)).map(|p| &p.texture).collect();
+        for pair in two.windows(2) {
+            let over = pair[0].over(pair[1]) * pair[1].over(pair[0]);
+            assert!((over - 1.0).abs().max_element() < 1e-12, "{over}");
+        }
+    }
 }

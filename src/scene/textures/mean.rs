@@ -1,12 +1,4 @@
-//! The mean of a texture over a triangle: exact, by Green's theorem.
-//!
-//! ```text
-//! ∫∫ f dx dy = ∮ P dy,      P(x, y) = ∫ from the left of f(s, y) ds
-//! ```
-//!
-//! Within a texel f is of first degree in x and in y, so P along an edge is of third degree at most, and two Gaussian
-//! points integrate it from one texel's border to the next without error. P comes from running sums over the rows that
-//! the triangle touches.
+//! The mean of a texture over a triangle, or over what a pixel sees of it, by its texels or by means of squares of them.
 //!
 //! Triangles on more than [`MOST`] texels read the means of squares of 8 x 8 texels (then 32 x 32, and so on) in place
 //! of texels: squares that lie inside the triangle are exact, and of those on its outline, whose share of the triangle
@@ -19,67 +11,73 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::scene::textures::polygon_mean::{Window, area, extent};
 use crate::scene::textures::stored_image::Cells;
 use crate::scene::textures::texture::{Filter, Texture};
 
 /// Texels of the rectangle around a triangle that are read one by one, at most.
 const MOST: f64 = 32_768.0;
-/// The same where the triangle is half of what a pixel sees: what the outline of one pixel has too much, which is a
-/// hundredth of how much texels within a square differ, the next pixel has too little.
+/// The same for what a pixel sees: what the outline of one pixel has too much, some hundredth of how much texels within
+/// a square differ, the next pixel has too little.
 const FEW: f64 = 1024.0;
 /// Points to a side of a triangle whose coordinates span no area.
 const POINTS: u32 = 16;
 /// Area of a triangle over the square of its extent below which its coordinates lie on one line.
 const FLAT: f64 = 1e-7;
-/// Gaussian points of the unit interval.
-const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
 impl Texture {
     /// The mean of linear RGB over a triangle of coordinates of vertices.
     pub fn mean(&self, triangle: [DVec2; 3]) -> DVec3 {
-        self.mean_of_texels(triangle, MOST)
+        self.mean_within(triangle, MOST).unwrap_or_else(|| {
+            let points = subdivided(POINTS).map(|at| self.colour(weighted(triangle, at)).as_dvec3());
+            points.sum::<DVec3>() / f64::from(POINTS * POINTS)
+        })
     }
 
-    /// The mean of linear RGB over a triangle that is half of what a pixel sees.
-    pub(crate) fn mean_in_pixel(&self, triangle: [DVec2; 3]) -> DVec3 {
-        self.mean_of_texels(triangle, FEW)
+    /// The mean of linear RGB over a quadrangle of coordinates that a pixel or a part of it sees.
+    pub(crate) fn mean_in_pixel(&self, quadrangle: [DVec2; 4]) -> DVec3 {
+        let [a, b, c, d] = quadrangle;
+        let halves = || 0.5 * (self.mean([a, b, c]) + self.mean([a, c, d]));
+        self.mean_within(quadrangle, FEW).unwrap_or_else(halves)
     }
 
-    /// The mean over a triangle that reads so many texels, or squares of them, at most.
-    fn mean_of_texels(&self, triangle: [DVec2; 3], most: f64) -> DVec3 {
-        let corners = triangle.map(|at| self.in_texels(at));
-        let (low, high) = extent(corners);
+    /// The mean over a polygon that reads so many texels, or squares of them, at most; none where its corners lie on
+    /// one line.
+    fn mean_within<const N: usize>(&self, polygon: [DVec2; N], most: f64) -> Option<DVec3> {
+        let corners = polygon.map(|at| self.in_texels(at));
+        let (low, high) = extent(&corners);
         let extent = high - low;
-        let area = 0.5 * (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
+        let area = area(&corners);
         if !(area.abs() > FLAT * extent.length_squared() && area.abs() > 1e-12) {
-            return subdivided(POINTS).map(|at| self.colour(weighted(triangle, at)).as_dvec3()).sum::<DVec3>()
-                / f64::from(POINTS * POINTS);
+            return None;
         }
         let size = DVec2::new(self.image.width() as f64, self.image.height() as f64);
         let fits = |extent: DVec2| (extent.x + 2.0) * (extent.y + 2.0) <= most;
         if fits(extent) {
-            return self.texels(corners);
+            return Some(self.texels(corners));
         }
         for cells in self.image.means() {
             let scale = DVec2::new(cells.width as f64, cells.height as f64) / size;
             if fits(extent * scale) {
-                return self.cells(cells, corners.map(|p| p * scale));
+                return Some(self.cells(cells, corners.map(|p| p * scale)));
             }
         }
-        self.image.mean().as_dvec3()
+        Some(self.image.mean().as_dvec3())
     }
 
-    /// The mean over a triangle in texels.
-    fn texels(&self, corners: [DVec2; 3]) -> DVec3 {
+    /// The mean over a polygon in texels.
+    fn texels<const N: usize>(&self, corners: [DVec2; N]) -> DVec3 {
         let middles = if self.filter == Filter::Linear { corners.map(|p| p - 0.5) } else { corners };
         let value = |x, y| self.image.colour(x, y).as_dvec3();
-        Window::new(middles, self.filter, self.wrapped([self.image.width(), self.image.height()]), value).mean(middles)
+        let wrapped = self.wrapped([self.image.width(), self.image.height()]);
+        Window::new(&middles, self.filter, wrapped, value).mean(&middles)
     }
 
-    /// The mean over a triangle in cells.
-    fn cells(&self, cells: &Cells, corners: [DVec2; 3]) -> DVec3 {
+    /// The mean over a polygon in cells.
+    fn cells<const N: usize>(&self, cells: &Cells, corners: [DVec2; N]) -> DVec3 {
         let value = |x, y| cells.at(x, y).as_dvec3();
-        Window::new(corners, Filter::Nearest, self.wrapped([cells.width, cells.height]), value).mean(corners)
+        let wrapped = self.wrapped([cells.width, cells.height]);
+        Window::new(&corners, Filter::Nearest, wrapped, value).mean(&corners)
     }
 
     /// The column (axis 0) or row (axis 1) that stands at an index of a grid of this size.
@@ -101,118 +99,6 @@ pub(crate) fn subdivided(n: u32) -> impl Iterator<Item = DVec2> {
         let off = if k.is_multiple_of(2) { 1.0 / 3.0 } else { 2.0 / 3.0 };
         DVec2::new(f64::from(k / 2) + off, f64::from(i) + off) / f64::from(n)
     })
-}
-
-fn extent(corners: [DVec2; 3]) -> (DVec2, DVec2) {
-    let [a, b, c] = corners;
-    (a.min(b).min(c), a.max(b).max(c))
-}
-
-/// The values around a triangle with their running sums along the rows.
-struct Window {
-    /// Column and row of the first value.
-    first: [i64; 2],
-    columns: usize,
-    filter: Filter,
-    /// Each value, and the integral over its row from the first one to it.
-    values: Vec<(DVec3, DVec3)>,
-}
-
-impl Window {
-    fn new(
-        corners: [DVec2; 3],
-        filter: Filter,
-        wrapped: impl Fn(usize, i64) -> usize,
-        value: impl Fn(usize, usize) -> DVec3,
-    ) -> Window {
-        let (low, high) = extent(corners);
-        let first = [low.x.floor() as i64, low.y.floor() as i64];
-        let last = [high.x.floor() as i64 + 1, high.y.floor() as i64 + 1];
-        let columns = (last[0] - first[0] + 1) as usize;
-        let mut values = Vec::with_capacity(columns * (last[1] - first[1] + 1) as usize);
-        let across: Vec<usize> = (first[0]..=last[0]).map(|x| wrapped(0, x)).collect();
-        for y in first[1]..=last[1] {
-            let row = wrapped(1, y);
-            let (mut sum, mut before) = (DVec3::ZERO, None);
-            for &x in &across {
-                let own = value(x, row);
-                sum += match before {
-                    None => DVec3::ZERO,
-                    Some(before) if filter == Filter::Linear => 0.5 * (before + own),
-                    Some(before) => before,
-                };
-                values.push((own, sum));
-                before = Some(own);
-            }
-        }
-        Window { first, columns, filter, values }
-    }
-
-    /// The mean over the triangle.
-    fn mean(&self, [a, b, c]: [DVec2; 3]) -> DVec3 {
-        // Sums are taken from one corner on, so that small triangles lose no digits.
-        let area = 0.5 * (b - a).perp_dot(c - a);
-        (self.along(a, b) + self.along(b, c) + self.along(c, a)) / area
-    }
-
-    /// `∫ P dy` along an edge.
-    fn along(&self, a: DVec2, b: DVec2) -> DVec3 {
-        let step = b - a;
-        let (mut sum, mut t) = (DVec3::ZERO, 0.0);
-        let mut next = [0, 1].map(|axis| Borders::new(a[axis], step[axis]));
-        while t < 1.0 {
-            let until = next[0].t.min(next[1].t).min(1.0);
-            if until > t {
-                let cell = (a + 0.5 * (t + until) * step).floor();
-                let points = GAUSS.map(|g| self.integral(cell, a + (t + g * (until - t)) * step));
-                sum += 0.5 * step.y * (until - t) * (points[0] + points[1]);
-            }
-            t = until;
-            next.iter_mut().for_each(|borders| borders.pass(until));
-        }
-        sum
-    }
-
-    /// P at a point of a cell.
-    fn integral(&self, cell: DVec2, at: DVec2) -> DVec3 {
-        let share = at - cell;
-        let k = |row: i64| {
-            let (x, y) = (cell.x as i64 - self.first[0], cell.y as i64 - self.first[1] + row);
-            y.max(0) as usize * self.columns + x.max(0) as usize
-        };
-        let row = |row: i64| {
-            let k = k(row).min(self.values.len() - 2);
-            let ((own, before), (other, _)) = (self.values[k], self.values[k + 1]);
-            let bend =
-                if self.filter == Filter::Linear { 0.5 * share.x * share.x * (other - own) } else { DVec3::ZERO };
-            before + share.x * own + bend
-        };
-        if self.filter == Filter::Linear { row(0).lerp(row(1), share.y) } else { row(0) }
-    }
-}
-
-/// Where an edge crosses the whole numbers along one axis, as parameters of the edge.
-struct Borders {
-    /// The next crossing.
-    t: f64,
-    start: f64,
-    step: f64,
-    /// The number crossed next.
-    number: f64,
-}
-
-impl Borders {
-    fn new(start: f64, step: f64) -> Borders {
-        let number = if step > 0.0 { start.floor() + 1.0 } else { start.ceil() - 1.0 };
-        Borders { t: if step == 0.0 { f64::INFINITY } else { (number - start) / step }, start, step, number }
-    }
-
-    fn pass(&mut self, t: f64) {
-        while self.t <= t {
-            self.number += self.step.signum();
-            self.t = (self.number - self.start) / self.step;
-        }
-    }
 }
 
 #[cfg(test)]
@@ -256,6 +142,25 @@ mod tests {
                     prop_assert!(apart(found, expected) < 1e-3, "{filter:?} {wrap:?} {found} {expected}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn the_mean_over_what_a_pixel_sees_is_that_of_its_halves() {
+        for (filter, wrap) in [(Filter::Linear, Wrap::Repeat), (Filter::Nearest, Wrap::Mirror)] {
+            let texture = texture(64, 48, filter, wrap);
+            let [a, b, c, d] = [(0.1, 0.2), (0.4, 0.15), (0.5, 0.4), (0.2, 0.5)].map(|(x, y)| DVec2::new(x, y));
+            let halves = [[a, b, c], [a, c, d]].map(|half| (texture.mean(half), area(&half)));
+            let expected = (halves[0].0 * halves[0].1 + halves[1].0 * halves[1].1) / area(&[a, b, c, d]);
+            assert!(apart(texture.mean_in_pixel([a, b, c, d]), expected) < 1e-12);
+            // Repeated until squares of texels stand for them: by chance of the part of a square that lies outside.
+            let large = [a, b, c, d].map(|p| 5.0 * p);
+            let halves =
+                [[0, 1, 2], [0, 2, 3]].map(|k| k.map(|k: usize| large[k])).map(|h| (texture.mean(h), area(&h)));
+            let expected = (halves[0].0 * halves[0].1 + halves[1].0 * halves[1].1) / area(&large);
+            assert!(apart(texture.mean_in_pixel(large), expected) < 0.02, "{filter:?}");
+            // On one line, where there is no area to take a mean over.
+            assert!(texture.mean_in_pixel([a, b, b, a]).is_finite());
         }
     }
 

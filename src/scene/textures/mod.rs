@@ -1,9 +1,10 @@
 //! Textures: images on surfaces, looked up at points and averaged over triangles.
 //!
-//! Not handled: bump and normal maps, mipmaps, textures that are computed.
+//! Not handled: bump and normal maps, textures that are computed.
 
 pub(crate) mod maps;
 pub(crate) mod mean;
+mod polygon_mean;
 pub(crate) mod stored_image;
 pub(crate) mod texture;
 

@@ -4,7 +4,7 @@
 //! upper left corner. Texel (i, j) has its middle at ((i + 0.5)/width, (j + 0.5)/height); between middles linear light
 //! is bilinear, or that of the nearest texel.
 //!
-//! Not handled: mipmaps; pixels average over their own rays.
+//! Not handled: means of many texels ([`crate::scene::textures::mean`]).
 
 use std::sync::Arc;
 
