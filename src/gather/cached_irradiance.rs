@@ -46,10 +46,12 @@ impl IrradianceCache<'_> {
     /// Fits layer l of pixel k; takes a mean where the fit reaches out of its records, and a single record where none
     /// speaks for the layer.
     pub(crate) fn fit_layer(&self, fit: &mut Fit, k: usize, l: usize, layer: &Layer) {
-        let place = layer.place();
+        let own = self.own_record(k, l);
+        let reach = own.map_or(f64::INFINITY, |record| self.supports[record as usize].place.reach);
+        let place = Place { reach, ..layer.place() };
         // A record near a contact speaks for less than its pixel.
         if !self.fit(fit, k, &place) {
-            match self.own_record(k, l).or_else(|| self.nearest(k, &place)) {
+            match own.or_else(|| self.nearest(k, &place)) {
                 Some(record) => fit.take(record),
                 None => fit.clear(),
             }
@@ -77,7 +79,7 @@ impl IrradianceCache<'_> {
     }
 
     /// The nearest record on a layer's side and material that looks the same way.
-    fn nearest(&self, k: usize, at: &Place) -> Option<u32> {
+    pub(crate) fn nearest(&self, k: usize, at: &Place) -> Option<u32> {
         let mut best: Option<(f64, u32)> = None;
         self.lattice.visit(k, |i| {
             let other = &self.supports[i as usize].place;

@@ -6,6 +6,9 @@
 //! is exact for irradiance that varies linearly, so what remains is of second order in that part, and noise averages
 //! over the records.
 //!
+//! A place where light was found to bend faster than that borrows only from as far as it may speak itself: others that
+//! reach there would speak over its own record.
+//!
 //! A fit is a linear combination of the records' values. The sum of its squared coefficients is the variance that it
 //! leaves of theirs: it is small where many records surround the place, and large where the place lies outside of them.
 //!
@@ -31,6 +34,8 @@ pub(crate) struct Place {
     pub normal: Vec3,
     /// Side and material of other places it may borrow from agree.
     pub material: u32,
+    /// Other places it may borrow from lie within this distance, unit coordinates.
+    pub reach: f64,
 }
 
 /// Where a record's irradiance is known, and how far it speaks.
@@ -73,7 +78,8 @@ impl Fit {
     #[inline]
     pub fn consider(&mut self, at: &Place, k: u32, support: &Support) {
         let d = support.place.position - at.position;
-        let nearness = 1.0 - d.length_squared() / (support.radius * support.radius);
+        let reach = support.radius.min(at.reach);
+        let nearness = 1.0 - d.length_squared() / (reach * reach);
         if nearness <= 0.0
             || at.material != support.place.material
             || at.normal.dot(support.place.normal) < ALIGNED
@@ -164,7 +170,11 @@ mod tests {
     use proptest::prelude::*;
 
     fn known(x: f64, y: f64, radius: f64, normal: Vec3) -> Support {
-        Support { place: Place { position: DVec3::new(x, y, 0.0), normal, material: 0 }, radius, weight: 1.0 }
+        Support {
+            place: Place { position: DVec3::new(x, y, 0.0), normal, material: 0, reach: f64::INFINITY },
+            radius,
+            weight: 1.0,
+        }
     }
 
     /// A floor with records 0.01 apart.

@@ -181,7 +181,11 @@ impl<'a> IrradianceCache<'a> {
         let layer = &pixel.layers[l];
         let density = self.guiding.as_mut().map_or(0, |g| g.number(k, layer.first.normal));
         let site = Site { pixel: k, looked: pixel.count, spacing, seed, density };
-        self.records.push(Record::new(layer, site, self.camera, self.fields));
+        let mut record = Record::new(layer, site, self.camera, self.fields);
+        // What the nearest record learnt of how light bends here holds for this one too.
+        let near = self.nearest(k, &layer.place());
+        record.shortened = near.map_or(1.0, |near| self.records[near as usize].shortened);
+        self.records.push(record);
     }
 
     /// Rays of a half that the records of one lattice get.
@@ -215,10 +219,11 @@ impl<'a> IrradianceCache<'a> {
         for p in &self.records[first..] {
             self.values.extend(p.means());
             let least = density.least * density.pixel * p.distance;
-            let radius = (density.radius * p.surroundings()).min(1.0).max(least);
+            let radius = p.shortened * (density.radius * p.surroundings()).min(1.0).max(least);
+            let reach = if p.shortened < 1.0 { radius } else { f64::INFINITY };
             self.supports.push(Support {
-                place: p.place(),
-                radius: p.shortened * radius,
+                place: Place { reach, ..p.place() },
+                radius,
                 // Not by their own rays or variance: a record that met bright light by chance would count less.
                 weight: p.site.spacing as f64,
             });

@@ -97,6 +97,7 @@ impl Layer {
             position: self.position(),
             normal: self.first.normal,
             material: 2 * self.key.material + u32::from(self.key.side == Side::Back),
+            reach: f64::INFINITY,
         }
     }
 
