@@ -79,7 +79,7 @@ impl IrradianceCache<'_> {
     }
 
     /// The nearest record on a layer's side and material that looks the same way.
-    pub(crate) fn nearest(&self, k: usize, at: &Place) -> Option<u32> {
+    fn nearest(&self, k: usize, at: &Place) -> Option<u32> {
         let mut best: Option<(f64, u32)> = None;
         self.lattice.visit(k, |i| {
             let other = &self.supports[i as usize].place;

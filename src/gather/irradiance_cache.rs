@@ -181,11 +181,7 @@ impl<'a> IrradianceCache<'a> {
         let layer = &pixel.layers[l];
         let density = self.guiding.as_mut().map_or(0, |g| g.number(k, layer.first.normal));
         let site = Site { pixel: k, looked: pixel.count, spacing, seed, density };
-        let mut record = Record::new(layer, site, self.camera, self.fields);
-        // What the nearest record learnt of how light bends here holds for this one too.
-        let near = self.nearest(k, &layer.place());
-        record.shortened = near.map_or(1.0, |near| self.records[near as usize].shortened);
-        self.records.push(record);
+        self.records.push(Record::new(layer, site, self.camera, self.fields));
     }
 
     /// Rays of a half that the records of one lattice get.
