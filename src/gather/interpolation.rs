@@ -6,8 +6,8 @@
 //! is exact for irradiance that varies linearly, so what remains is of second order in that part, and noise averages
 //! over the records.
 //!
-//! A place where light was found to bend faster than that borrows only from as far as it may speak itself: others that
-//! reach there would speak over its own record.
+//! A place whose record was found to be biased borrows only from those near beside its own valid radius: others with a
+//! long one would speak over its own record.
 //!
 //! A fit is a linear combination of the records' values. The sum of its squared coefficients is the variance that it
 //! leaves of theirs: it is small where many records surround the place, and large where the place lies outside of them.

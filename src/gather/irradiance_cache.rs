@@ -31,6 +31,9 @@ pub(crate) const COVERED: f64 = 0.34;
 const TILE: usize = 2;
 /// Such squares across the picture at most.
 const TILES: usize = 24;
+/// Where light bends, a record borrows from others up to so many times its own valid radius away: those whose own, if
+/// theirs is as short, would touch it.
+const APART: f64 = 2.0;
 /// Rays of a half at least.
 const LEAST: u32 = 8;
 
@@ -216,7 +219,7 @@ impl<'a> IrradianceCache<'a> {
             self.values.extend(p.means());
             let least = density.least * density.pixel * p.distance;
             let radius = p.shortened * (density.radius * p.surroundings()).min(1.0).max(least);
-            let reach = if p.shortened < 1.0 { radius } else { f64::INFINITY };
+            let reach = if p.shortened < 1.0 { APART * radius } else { f64::INFINITY };
             self.supports.push(Support {
                 place: Place { reach, ..p.place() },
                 radius,
