@@ -1,4 +1,5 @@
-//! The mean of a texture over a triangle, or over what a pixel sees of it, by its texels or by means of squares of them.
+//! The mean of a texture over a triangle, or over what a pixel sees of it: by its texels, or by means of squares of
+//! them.
 //!
 //! Triangles on more than [`MOST`] texels read the means of squares of 8 x 8 texels (then 32 x 32, and so on) in place
 //! of texels: squares that lie inside the triangle are exact, and of those on its outline, whose share of the triangle
