@@ -13,10 +13,12 @@
 pub(crate) mod blocks;
 pub(crate) mod factored;
 pub(crate) mod linear;
+pub(crate) mod lit_patches;
 pub(crate) mod norm;
 pub(crate) mod spectrum;
 
 pub use factored::{Operator, PatchMaterials};
 pub use linear::LinearOperator;
+pub use lit_patches::LitPatches;
 pub use norm::operator_norm;
 pub use spectrum::{Bounds, Effort, Product, Spectrum, spectrum, spectrum_of};

@@ -17,9 +17,9 @@
 use glam::DVec3;
 
 use crate::light::Light;
-use crate::operator::{Bounds, LinearOperator};
+use crate::operator::{Bounds, LinearOperator, LitPatches};
 use crate::solve::bounce::norm;
-use crate::solve::neumann::{Diverges, Settings, Verdict, refuse, verdict};
+use crate::solve::neumann::{Diverges, Settings, Verdict, refuse, verdict_on_lit};
 use crate::solve::tail::TailBound;
 
 /// L, and what it took.
@@ -45,7 +45,8 @@ pub struct Extrapolated {
 /// # Errors
 /// [`Diverges`] where the spectral radius is not proved to be below 1.
 pub fn extrapolated(k: &dyn LinearOperator, settings: &Settings) -> Result<Extrapolated, Diverges> {
-    let (verdict, spectrum) = verdict(k);
+    let k = &LitPatches::of(k);
+    let (verdict, spectrum) = verdict_on_lit(k);
     let tail = spectrum.as_ref().and_then(|s| TailBound::new(k, s));
     let radius = spectrum.as_ref().map_or(Bounds::default(), |s| s.worst());
     if matches!(verdict, Verdict::Diverges | Verdict::Undecided) {

@@ -6,7 +6,7 @@
 //! 1.
 
 use crate::light::{Light, Rgb};
-use crate::operator::{Bounds, LinearOperator, Spectrum, spectrum};
+use crate::operator::{Bounds, LinearOperator, LitPatches, Spectrum, spectrum};
 
 use crate::solve::bounce::{Bounce, measure, norm};
 use crate::solve::tail::TailBound;
@@ -119,8 +119,14 @@ pub fn terms(k: &dyn LinearOperator) -> impl Iterator<Item = Vec<Light>> {
     })
 }
 
-/// The verdict on a series, with the bounds that prove it; `None` for the spectrum where the series ends.
+/// The verdict on a series, with the bounds that prove it, which are those of K on the [`LitPatches`]; `None` for the
+/// spectrum where the series ends.
 pub fn verdict(k: &dyn LinearOperator) -> (Verdict, Option<Spectrum>) {
+    verdict_on_lit(&LitPatches::of(k))
+}
+
+/// The verdict on the patches that light reaches.
+pub(crate) fn verdict_on_lit(k: &LitPatches) -> (Verdict, Option<Spectrum>) {
     if !k.interreflects() {
         return (Verdict::Ends, None);
     }
@@ -141,7 +147,8 @@ pub fn verdict(k: &dyn LinearOperator) -> (Verdict, Option<Spectrum>) {
 /// # Errors
 /// [`Diverges`] where the spectral radius is not proved to be below 1.
 pub fn neumann(k: &dyn LinearOperator, settings: &Settings) -> Result<Solution, Diverges> {
-    let (verdict, spectrum) = verdict(k);
+    let k = &LitPatches::of(k);
+    let (verdict, spectrum) = verdict_on_lit(k);
     if matches!(verdict, Verdict::Diverges | Verdict::Undecided) {
         let radius = spectrum.map_or(NOTHING, |s| s.worst());
         return Err(refuse(k, verdict, radius));
@@ -152,7 +159,8 @@ pub fn neumann(k: &dyn LinearOperator, settings: &Settings) -> Result<Solution, 
 
 /// The first `count` bounces and E, whether the series converges or not; fewer where it ends or leaves the numbers.
 pub fn explore(k: &dyn LinearOperator, count: usize) -> Solution {
-    let (verdict, spectrum) = verdict(k);
+    let k = &LitPatches::of(k);
+    let (verdict, spectrum) = verdict_on_lit(k);
     expand(k, verdict, spectrum, count, |_| false)
 }
 
