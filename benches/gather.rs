@@ -1,11 +1,11 @@
 //! The gather pass alone: one solution, looked at with the same rays for every pixel, and to two errors.
 //!
-//! The Cornell box, the furnished room and the textured room of the tests, global mode, 96 by 96 pixels, 4000 patches. F
-//! and the solution are made once, before the clock runs. `picture` is all of the pass; `direct` is the same with
-//! patches that send nothing, so that only camera rays and light as emitted are left: the difference is what hemisphere
-//! rays, irradiance points and their fit cost. `direct` asks its error of direct light alone and `picture` shares it
-//! among all parts, so the two compare exactly only with the same rays for every pixel. Ratios count, between two builds
-//! or two lines, not the absolute numbers.
+//! The Cornell box, the furnished room and the textured room of the tests, global mode, 96 by 96 pixels, 4000 patches.
+//! F and the solution are made once, before the clock runs. `picture` is all of the pass; `direct` is the same with
+//! patches that send nothing, so that only camera rays and light as emitted are left: the difference is what
+//! hemisphere rays, irradiance points and their fit cost. `direct` asks its error of direct light alone and `picture`
+//! shares it among all parts, so the two compare exactly only with the same rays for every pixel. Ratios count,
+//! between two builds or two lines, not the absolute numbers.
 
 use std::hint::black_box;
 
