@@ -36,18 +36,16 @@ fn lit(k: &dyn LinearOperator) -> Vec<bool> {
         return vec![true; lit.len()];
     }
     loop {
-        let dark: Vec<usize> = (0..lit.len()).filter(|&i| !lit[i] && passes(i)).collect();
-        if dark.is_empty() {
+        let mut reached: Vec<usize> = (0..lit.len()).filter(|&i| !lit[i] && passes(i)).collect();
+        if !reached.is_empty() {
+            let sent: Vec<Vec4> = lit.iter().map(|&lit| Vec4::X * f32::from(u8::from(lit))).collect();
+            let arrives = k.incident(&sent);
+            reached.retain(|&i| arrives[i].x > 0.0);
+        }
+        if reached.is_empty() {
             return lit;
         }
-        let sent: Vec<Vec4> = lit.iter().map(|&lit| Vec4::X * f32::from(u8::from(lit))).collect();
-        let arrives = k.incident(&sent);
-        let reached = dark.into_iter().filter(|&i| arrives[i].x > 0.0);
-        let before = lit.iter().filter(|&&lit| lit).count();
-        reached.for_each(|i| lit[i] = true);
-        if lit.iter().filter(|&&lit| lit).count() == before {
-            return lit;
-        }
+        reached.into_iter().for_each(|i| lit[i] = true);
     }
 }
 
