@@ -11,10 +11,11 @@ use std::collections::{BTreeMap, VecDeque};
 
 use glam::{DVec2, Vec2, Vec3};
 
-use crate::patches::clip::{Line, clip, passes_inside, side_bits, span, split};
+use crate::patches::clip::{Line, passes_inside, side_bits, span, split};
 use crate::patches::pieces::{Draft, NONE, Piece};
 use crate::patches::zones::Tile;
 use crate::scene::Scene;
+use crate::scene::convex_polygon::clip;
 use crate::surfaces::coplanar::Surface;
 
 /// Finds a patch from a point's (u, v).

@@ -11,6 +11,7 @@ pub(crate) mod build;
 pub mod builtin;
 pub(crate) mod camera;
 pub(crate) mod ceiling_light;
+pub(crate) mod convex_polygon;
 pub(crate) mod encoding;
 pub(crate) mod error;
 pub(crate) mod file;

@@ -9,7 +9,7 @@
 use glam::DVec3;
 
 use crate::form_factors::geometry::plane::towards;
-use crate::patches::clip::cut;
+use crate::scene::convex_polygon::cut;
 
 /// Form factor from a point at the origin with unit normal `n` to the side of a triangle that faces it.
 ///

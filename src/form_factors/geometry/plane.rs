@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-use crate::patches::clip::cut;
+use crate::scene::convex_polygon::cut;
 
 /// A plane: `normal · x = offset`, the front where it is greater.
 #[derive(Clone, Copy, Debug)]

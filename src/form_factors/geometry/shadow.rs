@@ -12,7 +12,7 @@ use glam::DVec3;
 
 use crate::form_factors::geometry::lambert::signed_edges;
 use crate::form_factors::geometry::plane::{sees_front, towards};
-use crate::patches::clip::cut;
+use crate::scene::convex_polygon::cut;
 
 /// Corners of a piece at most, where there is a limit: a triangle cut by the horizon and by a few cones.
 const CORNERS: usize = 12;
