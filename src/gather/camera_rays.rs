@@ -100,11 +100,13 @@ impl<'a> CameraRays<'a> {
             scratch.linked = DVec3::ZERO;
             let mut seen = std::mem::take(&mut scratch.seen);
             seen.clear();
-            seen.extend((pixel.count..count).filter_map(|index| self.seen(k, self.camera_ray(k, half, index))));
+            let first = self.camera_ray(k, half, 0);
+            let ray = |index: u32| CameraRay { index, ..first };
+            seen.extend((pixel.count..count).filter_map(|index| self.seen(k, ray(index))));
             let all = seen.len() as u32 == count - pixel.count;
             let adjusted = pixel.texture.see(self.view, k, &seen, all);
             for point in &seen {
-                self.shade(point, adjusted, self.camera_ray(k, half, point.index), pixel, scratch);
+                self.shade(point, adjusted, ray(point.index), pixel, scratch);
             }
             scratch.seen = seen;
             let direct = self.direct(scratch);
@@ -134,13 +136,14 @@ impl<'a> CameraRays<'a> {
         let hit = view.rays.closest(&ray)?;
         let material = view.scene.faces[hit.face as usize].material;
         let key = SurfaceKey { plane: view.rays.plane(hit.face), side: hit.side, material };
-        Some(SeenPoint { index, hit, position: view.met_at(&ray, &hit), key })
+        let position = view.met_at(&ray, &hit);
+        Some(SeenPoint { index, hit, position, key, rho: view.scene.rho_at(hit.face, position) })
     }
 
     /// Adds what one camera ray found: the light the point emits, and what it receives from luminaires.
     fn shade(&self, seen: &SeenPoint, adjusted: Adjusted, ray: CameraRay, pixel: &mut Pixel, scratch: &mut Scratch) {
         let view = self.view;
-        let SeenPoint { hit, position, key, .. } = *seen;
+        let SeenPoint { hit, position, key, rho, .. } = *seen;
         let Some(patch) = view.patches.at(hit.face, hit.side, position) else {
             // A second side would change nothing where none reflects.
             pixel.backs += u32::from(view.scene.material(hit.face).rho != Rgb::ZERO);
@@ -166,7 +169,7 @@ impl<'a> CameraRays<'a> {
         if typical == Rgb::ZERO {
             return;
         }
-        let rho = adjusted.rho(view.scene.rho_at(hit.face, position));
+        let rho = adjusted.rho(rho);
         pixel.rays += self.add_direct(&Shaded { receiver: &receiver, patch, rho }, ray, scratch);
         if !self.dark {
             pixel.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();

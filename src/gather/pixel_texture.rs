@@ -41,6 +41,8 @@ pub(crate) struct SeenPoint {
     /// In the face's plane.
     pub position: Vec3,
     pub key: SurfaceKey,
+    /// Reflectance there.
+    pub rho: Rgb,
 }
 
 /// What is known of the texture of one pixel.
@@ -105,7 +107,7 @@ impl PixelTexture {
             *self = PixelTexture::Varied;
             return Adjusted::NOT;
         }
-        Adjusted::to_mean(own.rho, points.iter().map(|point| view.scene.rho_at(point.hit.face, point.position)))
+        Adjusted::to_mean(own.rho, points.iter().map(|point| point.rho))
     }
 
     /// How many times as much light this pixel shows as another one of the same surface, where both receive the same;
