@@ -46,7 +46,8 @@ impl Plan {
         is_over(self.deadline)
     }
 
-    /// The pixels whose rays are to be doubled next: none once the noise is as wanted, or the time is over.
+    /// The pixels whose rays are to be doubled next: none once the noise is as wanted and none has few rays beside the
+    /// others, or the time is over.
     pub fn next(&self, pixels: &[Pixel], width: usize) -> Vec<u32> {
         match self.noise {
             Some(noise) if !self.is_late() => choose(pixels, width, noise),
@@ -100,13 +101,13 @@ pub(crate) fn double(camera_rays: &CameraRays, pixels: &mut [Pixel], chosen: &[u
 }
 
 /// The pixels to double: best gain for the price first, until the noise is foreseen to be as wanted, and all that have
-/// few rays beside the others; each once, in order.
+/// few rays beside the others, which the last rays of all may have left behind; each once, in order.
 fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
     let measured = measure(pixels);
     let wanted = noise * noise * measured.signal;
     let mut left = measured.variance;
     if left <= wanted {
-        return Vec::new();
+        return neglected(pixels).collect();
     }
     let variances = variances(pixels, width, measured.bright());
     let total: f64 = variances.iter().sum();
@@ -131,10 +132,11 @@ fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
     chosen
 }
 
-/// The pixels with fewer rays than a share of what pixels have in the mean.
+/// The pixels with fewer rays than a share of what pixels have in the mean; on the outline of a luminaire than that.
 fn neglected(pixels: &[Pixel]) -> impl Iterator<Item = u32> {
     let mean = pixels.iter().map(|pixel| f64::from(pixel.count)).sum::<f64>() / pixels.len().max(1) as f64;
-    let few = move |pixel: &Pixel| 2.0 * f64::from(pixel.count) <= SHARE * mean;
+    let share = |pixel: &Pixel| if pixel.shows_outline() { 1.0 } else { SHARE };
+    let few = move |pixel: &Pixel| 2.0 * f64::from(pixel.count) <= share(pixel) * mean;
     pixels.iter().zip(0..).filter(move |(pixel, _)| few(pixel)).map(|(_, k)| k)
 }
 
@@ -270,6 +272,14 @@ mod tests {
         let chosen = choose(&pixels, WIDTH, 0.01);
         assert!((0..pixels.len()).all(|k| noisy(k) || chosen.contains(&(k as u32))));
         assert!(chosen.is_sorted_by(|a, b| a < b), "a pixel that is doubled twice in a round");
+        // Luminaires show, though their outlines count for next to nothing: there as many as in the mean.
+        let edge = 7 * WIDTH;
+        (pixels[edge].count, pixels[edge + 1].count) = (16, 16);
+        pixels[edge].emitting = 3;
+        let chosen = choose(&pixels, WIDTH, 0.01);
+        assert!(chosen.contains(&(edge as u32)) && !chosen.contains(&(edge as u32 + 1)));
+        // That holds of a picture whose noise is as wanted, too.
+        assert!(choose(&pixels, WIDTH, 10.0).contains(&(edge as u32)));
         // Beside pixels that all have few rays, few are not too few.
         pixels.iter_mut().filter(|p| p.count > 2).for_each(|p| *p = pixel(4, [1.0, 0.9]));
         let far = 4 * WIDTH as u32;

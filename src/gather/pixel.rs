@@ -53,6 +53,11 @@ impl Pixel {
         f64::from(2 * self.count)
     }
 
+    /// Whether some camera rays met light as emitted, but not all.
+    pub fn shows_outline(&self) -> bool {
+        0 < self.emitting && self.emitting < 2 * self.count
+    }
+
     /// Light as emitted, sum over the camera rays.
     pub fn emission(&self) -> DVec3 {
         self.emitted[0] + self.emitted[1]

@@ -1,0 +1,60 @@
+//! Clipping of convex polygons by half planes (Sutherland and Hodgman 1974), in double precision.
+//!
+//! Not handled: polygons that are not convex.
+
+use glam::DVec2;
+
+/// The part of a convex polygon between two limits along an axis, as far as there are any.
+pub(crate) fn clip(polygon: &[DVec2], axis: DVec2, [low, high]: [Option<f64>; 2]) -> Vec<DVec2> {
+    let mut inside = polygon.to_vec();
+    if let Some(low) = low {
+        inside = half_plane(&inside, axis, low);
+    }
+    if let Some(high) = high {
+        inside = half_plane(&inside, -axis, -high);
+    }
+    inside
+}
+
+/// The part of a convex polygon where `normal · q >= offset`.
+pub(crate) fn half_plane(polygon: &[DVec2], normal: DVec2, offset: f64) -> Vec<DVec2> {
+    let mut out = Vec::with_capacity(polygon.len() + 1);
+    let crossing = |(p, h): (DVec2, f64), (q, g): (DVec2, f64)| p.lerp(q, h / (h - g));
+    cut(
+        polygon,
+        |p| normal.dot(p) - offset,
+        crossing,
+        |p, [above, _]| {
+            if above {
+                out.push(p);
+            }
+        },
+    );
+    out
+}
+
+/// Cuts a convex polygon where its height changes sign: calls `put` with every corner and every crossing in order, and
+/// whether it belongs to the part above and to that below. What has height 0 belongs to both. `crossing` finds the
+/// point of height 0 between two corners, given with their heights.
+#[inline]
+pub(crate) fn cut<P: Copy>(
+    polygon: &[P],
+    height: impl Fn(P) -> f64,
+    crossing: impl Fn((P, f64), (P, f64)) -> P,
+    mut put: impl FnMut(P, [bool; 2]),
+) {
+    let Some(&first) = polygon.first() else {
+        return;
+    };
+    let start = (first, height(first));
+    let mut here = start;
+    for k in 1..=polygon.len() {
+        let next = polygon.get(k).map_or(start, |&q| (q, height(q)));
+        let (h, g) = (here.1, next.1);
+        put(here.0, [h >= 0.0, h <= 0.0]);
+        if (h > 0.0 && g < 0.0) || (h < 0.0 && g > 0.0) {
+            put(crossing(here, next), [true; 2]);
+        }
+        here = next;
+    }
+}
