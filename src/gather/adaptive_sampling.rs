@@ -280,6 +280,7 @@ mod tests {
         assert!(chosen.contains(&(edge as u32)) && !chosen.contains(&(edge as u32 + 1)));
         // That holds of a picture whose noise is as wanted, too.
         assert!(choose(&pixels, WIDTH, 10.0).contains(&(edge as u32)));
+        (pixels[edge], pixels[edge + 1]) = (at(edge), at(edge + 1));
         // Beside pixels that all have few rays, few are not too few.
         pixels.iter_mut().filter(|p| p.count > 2).for_each(|p| *p = pixel(4, [1.0, 0.9]));
         let far = 4 * WIDTH as u32;

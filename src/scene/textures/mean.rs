@@ -8,16 +8,14 @@
 //!
 //! What a pixel shows of a texture is a mean of many, so it reads squares from [`FEW`] texels on.
 //!
-//! Where texels at the edge go on beyond it, squares know nothing of them: what lies inside and what lies beyond each
-//! edge are parts of their own. Beyond an edge nothing changes across it, so a part there is pressed into the outer
-//! half of its texels, which leaves its mean as it is and few texels to read.
+//! Squares know nothing of what lies beyond the edge of an image whose texels there go on; that is
+//! [`crate::scene::textures::edge_bands`].
 //!
-//! Not handled: triangles whose coordinates lie on one line; they take the mean over some points. Squares stand for the
-//! texels beyond an edge where an image goes on so and is repeated many times along that edge.
+//! Not handled: triangles whose coordinates lie on one line; they take the mean over some points.
 
 use glam::{DVec2, DVec3};
 
-use crate::scene::convex_polygon::clip;
+use crate::scene::textures::edge_bands::{LEAST, Part, parts};
 use crate::scene::textures::polygon_mean::{Window, area, extent};
 use crate::scene::textures::stored_image::Cells;
 use crate::scene::textures::texture::{Filter, Texture, Wrap};
@@ -31,8 +29,6 @@ const FEW: f64 = 1024.0;
 const POINTS: u32 = 16;
 /// Area of a triangle over the square of its extent below which its coordinates lie on one line.
 const FLAT: f64 = 1e-7;
-/// Area in texels below which rounding tells no mean.
-const LEAST: f64 = 1e-12;
 
 impl Texture {
     /// The mean of linear RGB over a triangle of coordinates of vertices.
@@ -60,6 +56,7 @@ impl Texture {
         has_area.then(|| self.mean_in_texels(&corners, most))
     }
 
+    /// The mean over a polygon in texels that has an area.
     fn mean_in_texels(&self, corners: &[DVec2], most: f64) -> DVec3 {
         let (low, high) = extent(corners);
         let extent = high - low;
@@ -70,7 +67,7 @@ impl Texture {
         }
         let leaves = |axis: usize| self.wrap[axis] == Wrap::Clamp && (low[axis] < 0.0 || high[axis] > size[axis]);
         if leaves(0) || leaves(1) {
-            return self.in_bands(corners, most);
+            return self.mean_of_parts(&parts(corners, self.wrap, size), most);
         }
         for cells in self.image.means() {
             let scale = DVec2::new(cells.width as f64, cells.height as f64) / size;
@@ -81,43 +78,14 @@ impl Texture {
         self.image.mean().as_dvec3()
     }
 
-    /// The mean over a convex polygon from what of it lies inside of the image, and beyond each edge that goes on.
-    fn in_bands(&self, corners: &[DVec2], most: f64) -> DVec3 {
-        let size = self.size();
-        let (mut sum, mut total) = (DVec3::ZERO, 0.0);
-        for (column, row) in Band::ALL.into_iter().flat_map(|column| Band::ALL.map(|row| (column, row))) {
-            let part = clip(corners, DVec2::X, column.limits(self.wrap[0], size.x));
-            let part = clip(&part, DVec2::Y, row.limits(self.wrap[1], size.y));
-            let own = if part.len() > 2 { area(&part).abs() } else { 0.0 };
-            if let Some(mean) = self.mean_in_band(part, [column, row], most) {
-                sum += own * mean;
-                total += own;
-            }
-        }
+    /// The mean over parts of a polygon.
+    fn mean_of_parts(&self, parts: &[Part], most: f64) -> DVec3 {
+        // Of a part beyond an edge a row or a column of the image is read whole.
+        let whole = most.max(3.0 * (self.size().max_element() + 2.0));
+        let mean = |part: &Part| self.mean_in_texels(&part.corners, if part.is_beyond { whole } else { most });
+        let total: f64 = parts.iter().map(|part| part.area).sum();
+        let sum: DVec3 = parts.iter().map(|part| part.area * mean(part)).sum();
         if total > 0.0 { sum / total } else { self.image.mean().as_dvec3() }
-    }
-
-    /// The mean over what of a polygon lies in a column and a row of bands; none where that is too little to tell.
-    fn mean_in_band(&self, mut part: Vec<DVec2>, bands: [Band; 2], most: f64) -> Option<DVec3> {
-        let size = self.size();
-        for axis in 0..2 {
-            let (edge, inward) = match bands[axis] {
-                Band::Inside if self.wrap[axis] == Wrap::Clamp => {
-                    // Rounding may leave a corner beyond the edge that it was cut at.
-                    part.iter_mut().for_each(|p| p[axis] = p[axis].clamp(0.0, size[axis]));
-                    continue;
-                }
-                Band::Inside => continue,
-                // The outer half of the texel at the edge is like all beyond it.
-                Band::Before => (0.0, 0.5),
-                Band::After => (size[axis], -0.5),
-            };
-            let far = part.iter().map(|p| (p[axis] - edge).abs()).fold(1.0, f64::max);
-            part.iter_mut().for_each(|p| p[axis] = edge + inward * (p[axis] - edge).abs() / far);
-        }
-        // A row or column of the image is read whole.
-        let most = if bands == [Band::Inside; 2] { most } else { most.max(3.0 * (size.max_element() + 2.0)) };
-        (part.len() > 2 && area(&part).abs() > LEAST).then(|| self.mean_in_texels(&part, most))
     }
 
     /// Columns and rows of texels.
@@ -145,29 +113,6 @@ impl Texture {
     fn wrapped(&self, size: [usize; 2]) -> impl Fn(usize, i64) -> usize {
         let wrap = self.wrap;
         move |axis, i| wrap[axis].index(i, size[axis])
-    }
-}
-
-/// Where along an axis a point lies of an image whose texels at the edge go on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Band {
-    Before,
-    Inside,
-    After,
-}
-
-impl Band {
-    const ALL: [Band; 3] = [Band::Before, Band::Inside, Band::After];
-
-    /// From where to where it is, of so many texels; images that are repeated lie inside everywhere.
-    fn limits(self, wrap: Wrap, size: f64) -> [Option<f64>; 2] {
-        match (wrap, self) {
-            (Wrap::Clamp, Band::Before) => [None, Some(0.0)],
-            (Wrap::Clamp, Band::Inside) => [Some(0.0), Some(size)],
-            (Wrap::Clamp, Band::After) => [Some(size), None],
-            (_, Band::Inside) => [None, None],
-            _ => [Some(f64::INFINITY), None],
-        }
     }
 }
 
@@ -280,8 +225,8 @@ mod tests {
         assert!(apart(texture.mean(triangle), sampled(&texture, triangle)) < 4e-3);
     }
 
-    /// Squares once stood for the texels at the edge as well: a poster whose dark rim went on was a quarter too bright on
-    /// large patches, and the whole picture 1.6 % off.
+    /// Squares once stood for the texels at the edge as well: a poster whose dark rim went on was a quarter too bright
+    /// on large patches, and the whole picture 1.6 % off.
     #[test]
     fn texels_at_the_edge_go_on_beyond_it_however_large_the_triangle() {
         // Dark at the rim, noise within.
@@ -300,8 +245,7 @@ mod tests {
                 let corners = [(low, low), (high, low), (high, high), (low, high)].map(|(x, y)| DVec2::new(x, y));
                 let [a, b, c, d] = corners;
                 let found = 0.5 * (clamped.mean([a, b, c]) + clamped.mean([a, c, d]));
-                // All of the image, and its rim everywhere else; whole squares are exact, and interpolation takes from
-                // the rim what it gives to it.
+                // All of the image, and its rim everywhere else; interpolation takes from the rim what it gives to it.
                 let inside =
                     clamped.mean_in_texels(&[DVec2::ZERO, DVec2::new(size.x, 0.0), size, DVec2::new(0.0, size.y)], 1e9);
                 let expected = edge + (inside - edge) / (side * side);

@@ -2,6 +2,7 @@
 //!
 //! Not handled: bump and normal maps, textures that are computed.
 
+mod edge_bands;
 pub(crate) mod maps;
 pub(crate) mod mean;
 mod polygon_mean;
