@@ -132,7 +132,8 @@ fn choose(pixels: &[Pixel], width: usize, noise: f64) -> Vec<u32> {
     chosen
 }
 
-/// The pixels with fewer rays than a share of what pixels have in the mean; on the outline of a luminaire than that.
+/// The pixels with fewer rays than a share of what pixels have in the mean; on the outline of a luminaire those with
+/// fewer than the mean.
 fn neglected(pixels: &[Pixel]) -> impl Iterator<Item = u32> {
     let mean = pixels.iter().map(|pixel| f64::from(pixel.count)).sum::<f64>() / pixels.len().max(1) as f64;
     let share = |pixel: &Pixel| if pixel.shows_outline() { 1.0 } else { SHARE };
