@@ -137,25 +137,35 @@ fn the_residual_of_exact_light_is_nothing_and_that_of_wrong_light_its_error() {
 /// One visibility ray for each of many receivers must have no bias, where the ratio of one draw has.
 #[test]
 fn light_that_is_asked_with_single_rays_is_that_of_many_rays() {
-    let p = prepare(builtin("furnished-room"), 200);
-    let mode = assemble_one(&p, Mode::Global.transport(), &sampling(16, 0));
+    let textured = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/textured/room.toml");
+    for scene in [builtin("furnished-room"), Scene::open(textured).expect("a scene")] {
+        single_rays_agree_with_many(&prepare(scene, 200));
+    }
+}
+
+fn single_rays_agree_with_many(p: &Prepared) {
+    let mode = assemble_one(p, Mode::Global.transport(), &sampling(16, 0));
     let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &mode.sight };
     let (mut scratch, mut random) = (Scratch::default(), Stream::new(7));
     for patch in (0..p.patches.len()).step_by(23) {
         let receiver = p.patches.point(patch, 0.4, 0.6);
-        let asked: Vec<f64> =
-            (0..4096).map(|_| lighting.ask(&receiver, patch as u32, &mut random, &mut scratch, &mut 0).x).collect();
-        let (mean, error) = crate::common::mean_and_error(&asked);
-        let mut many = 0.0;
+        let mut ask = || lighting.ask(&receiver, patch as u32, &mut random, &mut scratch, &mut 0);
+        let asked: Vec<glam::DVec3> = (0..4096).map(|_| ask()).collect();
+        let mut many = glam::DVec3::ZERO;
         for l in 0..p.luminaires.list.len() {
             let mut sum = DirectSum::default();
             let draws = (0..16384).map(|_| glam::Vec2::new(random.uniform(), random.uniform()));
             let draws: Vec<glam::Vec2> = draws.collect();
             let (lamp, one) = (lighting.lamp(l, patch as u32), glam::DVec3::ONE);
             lighting.gather_luminaire(lamp, &receiver, one, draws.into_iter(), &mut scratch, &mut sum);
-            many += sum.estimate().x * f64::from(lamp.luminaire.radiance.x);
+            many += sum.estimate() * lamp.luminaire.radiance.as_dvec3();
         }
-        // The many rays have half the error of the single ones.
-        assert!((mean - many).abs() <= 5.0 * error + 1e-6 * many, "{patch}: {mean} {many} {error}");
+        for channel in 0..3 {
+            let own: Vec<f64> = asked.iter().map(|light| light[channel]).collect();
+            let (mean, error) = crate::common::mean_and_error(&own);
+            let many = many[channel];
+            // The many rays have half the error of the single ones.
+            assert!((mean - many).abs() <= 5.0 * error + 1e-6 * many, "{patch} {channel}: {mean} {many} {error}");
+        }
     }
 }

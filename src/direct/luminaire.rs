@@ -18,7 +18,7 @@ use crate::direct::convex_luminaires::convex_parts;
 use crate::direct::emitting_triangle::{EmittingTriangle, polygons};
 use crate::direct::large_emitters::carried;
 use crate::direct::luminaire_parts::{FEW, divided};
-use crate::direct::luminaire_texture::{EmissionTexture, is_textured};
+use crate::direct::luminaire_texture::{EmissionTexture, UnevenEmission, is_textured};
 use crate::form_factors::geometry::hull::bounds;
 use crate::form_factors::geometry::plane::sees_front;
 use crate::form_factors::geometry::shadow::{Caster, Pieces, visible_form};
@@ -38,7 +38,8 @@ pub struct Luminaire {
     pub area: f64,
     /// The convex lamp it is a part of, if of one.
     part: Option<u32>,
-    texture: Option<Arc<EmissionTexture>>,
+    /// Where it has a texture.
+    uneven: Option<UnevenEmission>,
     triangles: Vec<EmittingTriangle>,
     /// Convex polygons that cover it, as few as are easily found.
     polygons: Vec<Vec<DVec3>>,
@@ -97,7 +98,7 @@ impl Luminaires {
         let mut all = luminaires.with_even(scene);
         for lamp in &mut all.list {
             let material = scene.faces[lamp.triangles[0].face as usize].material;
-            lamp.texture = textures.get(&material).cloned();
+            lamp.uneven = textures.get(&material).map(|texture| UnevenEmission::new(texture.clone(), &lamp.triangles));
         }
         all
     }
@@ -168,7 +169,7 @@ impl Luminaire {
             radiance,
             area: sum,
             part: None,
-            texture: None,
+            uneven: None,
             outline: Outline::new(triangles.iter().map(|t| t.exact)),
             polygons: polygons(&triangles),
             triangles,
@@ -192,9 +193,18 @@ impl Luminaire {
         })
     }
 
+    /// The light of all of it over its radiance, channel by channel, at a point with unit normal to which its form
+    /// factor is `form`, nothing between: that itself, unless its points do not emit alike.
+    pub fn light(&self, x: Vec3, n: Vec3, form: f64) -> DVec3 {
+        match &self.uneven {
+            Some(own) if form > 0.0 => own.light(x.as_dvec3(), n.as_dvec3(), form),
+            _ => DVec3::splat(form),
+        }
+    }
+
     /// Whether its points do not emit alike, so that no closed form is its light.
     pub fn is_textured(&self) -> bool {
-        self.texture.is_some()
+        self.uneven.is_some()
     }
 
     /// Its triangles, counter-clockwise seen from the emitting side.
@@ -238,7 +248,7 @@ impl Luminaire {
         let before = if k == 0 { 0.0 } else { self.triangles[k - 1].share };
         let u = ((u - before) / (t.share - before)).clamp(0.0, 0.999_999_94);
         let position = triangle_point(t.corners, u, v);
-        let share = self.texture.as_ref().map_or(DVec3::ONE, |texture| texture.share(t.face, position));
+        let share = self.uneven.as_ref().map_or(DVec3::ONE, |own| own.share(t.face, position));
         EmittingPoint { position, normal: t.normal, face: t.face, share }
     }
 }

@@ -1,14 +1,18 @@
 //! Luminaires with a texture: what a point emits over the mean of its material's faces.
 //!
-//! The closed form is that of a luminaire of the mean radiance; points drawn on it carry `E(y)` over that mean, so that
-//! the ratio and resampling estimators find what the texture does to shadows and to receivers nearby.
+//! Where all of a luminaire is seen its light is a closed form ([`crate::direct::emission_tree`]). Points drawn on it
+//! carry `E(y)` over the mean, so that the ratio and resampling estimators find what the texture does to shadows.
 //!
 //! Not handled: many luminaires; their light cuts take each as even, so textured ones are not carried there.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
+use rayon::prelude::*;
 
+use crate::direct::emission_tree::EmissionTree;
+use crate::direct::emitting_triangle::EmittingTriangle;
 use crate::light::Rgb;
 use crate::scene::Scene;
 use crate::scene::textures::Texture;
@@ -23,9 +27,49 @@ pub(crate) struct EmissionTexture {
     faces: HashMap<u32, ([DVec3; 3], [DVec2; 3])>,
 }
 
+/// Leaves of the trees of one luminaire, about: at least, as an edge between two texels may cross any of them, and at
+/// most.
+const LEAVES: [f64; 2] = [4096.0, 65_536.0];
+/// Leaves on one texel where there are neither too few nor too many.
+const ON_TEXEL: f64 = 4.0;
+/// Share of a luminaire's light that one node of its closed form may be off by.
+const TOLERABLE: f64 = 2e-3;
+/// `pi r² k` in the mean over all directions of both normals that see each other: of the light that a receiver at the
+/// luminaire's horizon gets, less of it is as good.
+const TYPICAL: f64 = 0.25;
+
+/// What the points of one luminaire emit over its mean.
+#[derive(Clone, Debug)]
+pub(crate) struct UnevenEmission {
+    texture: Arc<EmissionTexture>,
+    /// Of each triangle.
+    trees: Vec<EmissionTree>,
+}
+
 /// Whether the emission of a material has a texture.
 pub(crate) fn is_textured(scene: &Scene, material: usize) -> bool {
     scene.materials[material].maps.as_ref().is_some_and(|maps| maps.emission.is_some())
+}
+
+impl UnevenEmission {
+    /// That of a luminaire of these triangles.
+    pub fn new(texture: Arc<EmissionTexture>, triangles: &[EmittingTriangle]) -> UnevenEmission {
+        let trees = triangles.par_iter().map(|t| texture.tree(t.face, t.exact, triangles.len())).collect();
+        UnevenEmission { texture, trees }
+    }
+
+    /// `E(y)` over the mean, channel by channel.
+    pub fn share(&self, face: u32, position: Vec3) -> DVec3 {
+        self.texture.share(face, position)
+    }
+
+    /// The light of all of it over that of its mean radiance at a point with unit normal to which its form factor is
+    /// `form`, nothing between.
+    pub fn light(&self, x: DVec3, n: DVec3, form: f64) -> DVec3 {
+        let seen: f64 = self.trees.iter().map(|tree| tree.seen(x)).sum();
+        let tolerable = TOLERABLE * form.max(TYPICAL * seen.min(1.0));
+        self.trees.iter().map(|tree| tree.beyond(x, n, tolerable)).sum::<DVec3>() + form
+    }
 }
 
 impl EmissionTexture {
@@ -50,12 +94,32 @@ impl EmissionTexture {
 
     /// `E(y)` over the mean, channel by channel; 0 where the mean is.
     pub fn share(&self, face: u32, position: Vec3) -> DVec3 {
-        let Some(([a, u, v], [p, q, r])) = self.faces.get(&face) else { return DVec3::ONE };
-        let d = position.as_dvec3() - *a;
+        let at = self.coordinates(face, position.as_dvec3());
+        at.map_or(DVec3::ONE, |at| self.over_mean(self.texture.colour(at).as_dvec3()))
+    }
+
+    /// The closed form of a face's light, its corners turned as the side that emits has them; `faces` are of one
+    /// luminaire.
+    fn tree(&self, face: u32, corners: [DVec3; 3], faces: usize) -> EmissionTree {
+        let [p, q, r] = corners.map(|at| self.coordinates(face, at).unwrap_or_default());
+        let place = |at: DVec2| p + at.x * (q - p) + at.y * (r - p);
+        let mean = |part: [DVec2; 3]| self.over_mean(self.texture.mean(part.map(place)));
+        let [least, most] = LEAVES.map(|leaves| (leaves / faces as f64).max(1.0));
+        let leaves = (ON_TEXEL * self.texture.texels_of([p, q, r])).clamp(least, most);
+        EmissionTree::new(corners, (leaves.ln() / 4.0_f64.ln()).ceil() as u32, mean)
+    }
+
+    /// Texture coordinates of a point of a face.
+    fn coordinates(&self, face: u32, position: DVec3) -> Option<DVec2> {
+        let ([a, u, v], [p, q, r]) = self.faces.get(&face)?;
+        let d = position - *a;
         let (uu, uv, vv) = (u.length_squared(), u.dot(*v), v.length_squared());
         let (s, t) = (vv * d.dot(*u) - uv * d.dot(*v), uu * d.dot(*v) - uv * d.dot(*u));
-        let at = *p + (s * (*q - *p) + t * (*r - *p)) / (uu * vv - uv * uv);
-        let own = self.texture.colour(at).as_dvec3();
+        Some(*p + (s * (*q - *p) + t * (*r - *p)) / (uu * vv - uv * uv))
+    }
+
+    /// Emission over its mean.
+    fn over_mean(&self, own: DVec3) -> DVec3 {
         DVec3::select(self.mean.cmpgt(DVec3::ZERO), own / self.mean.max(DVec3::splat(f64::MIN_POSITIVE)), DVec3::ZERO)
     }
 }

@@ -107,8 +107,13 @@ impl Asking<'_> {
         let (mut received, mut cast) = (DVec3::ZERO, 0);
         for l in 0..count {
             let lamp = self.lighting.lamp(l, i as u32);
-            let known = self.lighting.sight.occlusion == Occlusion::Nothing || lamp.between != Between::Unknown;
-            let exact = known && !lamp.luminaire.is_textured();
+            let exact = match lamp.between {
+                _ if self.lighting.sight.occlusion == Occlusion::Nothing => true,
+                Between::Nothing => true,
+                // Of what is seen of a part of a texture points are drawn.
+                Between::Faces(_) => !lamp.luminaire.is_textured(),
+                Between::Unknown => false,
+            };
             let most = if exact { SMOOTH } else { u32::MAX };
             let receivers = self.rays.min(most).max(1);
             let seed = hash((i * count + l) as u32, self.seed);

@@ -9,7 +9,8 @@
 //! F_V = T(y) m + c (F - m),      m = mean of A k over the points drawn,      E[m] = F
 //! ```
 //!
-//! so that a guess c of the visible share lessens the noise of m and changes no mean.
+//! so that a guess c of the visible share lessens the noise of m and changes no mean. Points of a luminaire with a
+//! texture are chosen by what they emit as well, and F is the closed form of the texture, channel by channel.
 //!
 //! [`Lighting::gather_luminaire`] divides by m instead, whose bias falls as 1/rays: better for many rays of one
 //! receiver, wrong for one ray of each of many.
@@ -27,6 +28,11 @@ use crate::surfaces::SurfacePoint;
 const CANDIDATES: usize = 4;
 /// The guess of the visible share.
 const GUESS: f64 = 0.5;
+
+/// The mean of the channels; exactly 1 where all are.
+fn mean_of(share: DVec3) -> f64 {
+    share.element_sum() / 3.0
+}
 
 impl Lighting<'_> {
     /// `sum over luminaires of F_l E_l` at a receiver on a patch, and irradiance over pi from lights without area,
@@ -55,7 +61,7 @@ impl Lighting<'_> {
         for l in 0..self.luminaires.list.len() {
             let lamp = self.lamp(l, patch);
             let form = match self.exact_form(lamp, receiver, scratch) {
-                Some(form) => DVec3::splat(form),
+                Some(form) => form,
                 None => self.draw(receiver, lamp.luminaire, random, scratch, cast),
             };
             sum += form * lamp.luminaire.radiance.as_dvec3();
@@ -64,7 +70,7 @@ impl Lighting<'_> {
     }
 
     /// An estimate without bias of the form factor to what is seen of a luminaire, by points drawn on it, one of which
-    /// is asked; each weighed by its share of the mean radiance, channel by channel.
+    /// is asked.
     fn draw(
         &self,
         receiver: &SurfacePoint,
@@ -77,24 +83,25 @@ impl Lighting<'_> {
         if closed == Some(0.0) {
             return DVec3::ZERO;
         }
+        let closed = closed.map(|form| luminaire.light(receiver.position, receiver.normal, form));
         let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
         let mut sum = 0.0;
         let mut chosen: Option<EmittingPoint> = None;
         for _ in 0..CANDIDATES {
             let y = luminaire.point(random.uniform(), random.uniform());
-            let kernel = luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal);
+            let kernel = mean_of(y.share) * luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal);
             sum += kernel;
             // Each candidate ends up chosen in proportion to its kernel.
             if kernel > 0.0 && f64::from(random.uniform()) * sum <= kernel {
                 chosen = Some(y);
             }
         }
-        let mean = sum / CANDIDATES as f64;
-        let arrived = chosen.map_or(DVec3::ZERO, |y| {
+        // What arrives where nothing lies between.
+        let mean = chosen.map_or(DVec3::ZERO, |y| sum / CANDIDATES as f64 * y.share / mean_of(y.share));
+        let arrived = chosen.map_or(0.0, |y| {
             *cast += 1;
-            let occlusion = &self.sight.occlusion;
-            f64::from(occlusion.transmittance(self.rays, receiver.end(), y.end(), scratch.hits())) * y.share
+            f64::from(self.sight.occlusion.transmittance(self.rays, receiver.end(), y.end(), scratch.hits()))
         });
-        arrived * mean + DVec3::splat(closed.map_or(0.0, |form| GUESS * (form - mean)))
+        arrived * mean + closed.map_or(DVec3::ZERO, |form| GUESS * (form - mean))
     }
 }

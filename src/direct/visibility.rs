@@ -24,7 +24,7 @@ pub struct Sight {
     pub shafts: Shafts,
     /// Who lights each patch, where luminaires are many.
     pub cuts: Option<LightCuts>,
-    /// Whether some luminaires have textures, whose points are drawn whatever lies between.
+    /// Whether some luminaires have textures, on which points are drawn wherever a part is hidden.
     pub textured: bool,
 }
 
@@ -69,8 +69,8 @@ impl Sight {
     /// Whether light at some receivers is closed form times a ratio of drawn points. The ratio of few points is biased.
     /// Light cuts draw without a ratio, and have chosen how many: there one visibility ray for each draw is enough.
     pub fn takes_ratios(&self) -> bool {
-        let hidden = self.occlusion != Occlusion::Nothing && !self.shafts.know_all();
-        self.cuts.is_none() && (hidden || self.textured)
+        let may_hide = self.cuts.is_none() && self.occlusion != Occlusion::Nothing;
+        may_hide && (self.textured || !self.shafts.know_all())
     }
 }
 

@@ -12,6 +12,7 @@ use crate::direct::{DirectSum, LightCuts, Scratch as Memory};
 use crate::gather::fields::Fields;
 use crate::gather::highlights::Highlights;
 use crate::gather::pixel::Pixel;
+use crate::gather::pixel_cells::PixelCells;
 use crate::gather::pixel_layer::SurfaceKey;
 use crate::gather::pixel_texture::{Adjusted, SeenPoint};
 use crate::gather::view::View;
@@ -45,6 +46,8 @@ pub(crate) struct CameraRays<'a> {
     seed: u32,
     /// No hemisphere ray finds any light.
     dark: bool,
+    /// Some surface has a texture.
+    textured: bool,
     /// Where some material shows any.
     highlights: Option<Highlights<'a>>,
 }
@@ -83,7 +86,8 @@ impl<'a> CameraRays<'a> {
         let most = view.sight.cuts.as_ref().map_or(1, |_| LightCuts::MOST_DRAWN);
         let sobol = Sobol::new((sampling.tabled * visibility * most) as usize, 4);
         let (seed, dark, highlights) = (sampling.seed, fields.is_dark(), Highlights::new(view));
-        CameraRays { view, fields, sobol, visibility, seed, dark, highlights }
+        let textured = view.scene.is_textured();
+        CameraRays { view, fields, sobol, visibility, seed, dark, textured, highlights }
     }
 
     /// Memory for one thread.
@@ -105,6 +109,9 @@ impl<'a> CameraRays<'a> {
             seen.extend((pixel.count..count).filter_map(|index| self.seen(k, ray(index))));
             let all = seen.len() as u32 == count - pixel.count;
             let adjusted = pixel.texture.see(self.view, k, &seen, all);
+            if self.textured && pixel.texture.is_varied() {
+                self.average(k, PixelCells::new(half, count), &mut seen, first);
+            }
             for point in &seen {
                 self.shade(point, adjusted, ray(point.index), pixel, scratch);
             }
@@ -115,6 +122,16 @@ impl<'a> CameraRays<'a> {
         }
         pixel.rays += 2 * u64::from(count - pixel.count);
         pixel.count = count;
+    }
+
+    /// Gives the points that rays of pixel k see the mean reflectance over the cells that they stand for.
+    fn average(&self, k: usize, cells: PixelCells, seen: &mut [SeenPoint], first: CameraRay) {
+        for point in seen {
+            let at = DVec2::from([0, 1].map(|d| f64::from(self.sobol.point(point.index, d, first.seed))));
+            if let Some(mean) = cells.mean(self.view, k, point.hit.face, at) {
+                point.rho = mean.as_vec3();
+            }
+        }
     }
 
     /// The surface that a camera ray of one half of pixel k sees, and the point.

@@ -1,8 +1,9 @@
-//! The texture of a pixel whose camera rays all end on one plane surface: its mean over the pixel is known, so that a
-//! texture finer than a pixel is no noise.
+//! The texture that a pixel shows: means over what its camera rays stand for, so that a texture finer than that is no
+//! noise.
 //!
-//! With rho_i the reflectance where ray i of n ended, D_i the light that arrives there, and rho the mean reflectance
-//! over the pixel (exact, by `scene::textures`), the pixel is estimated as
+//! Where all camera rays end on one plane surface the mean over the pixel is known. With rho_i the reflectance where
+//! ray i of n ended, D_i the light that arrives there, and rho the mean reflectance over the pixel (exact, by
+//! `scene::textures`), the pixel is estimated as
 //!
 //! ```text
 //! rho * (sum of rho_i D_i) / (sum of rho_i)       in place of        (sum of rho_i D_i) / n
@@ -12,21 +13,23 @@
 //! leaves no noise; light that varies in step with the texture leaves a bias of order 1/n, which falls faster than the
 //! noise. Where every rho_i of a channel is 0 the mean of D_i stands for the ratio.
 //!
-//! Not handled: pixels that show several surfaces or a curved one, and surfaces with masks: there the mean of the rays
-//! is all there is.
+//! Where a pixel shows several surfaces a ray stands for a cell of the pixel as large as its share of it
+//! ([`crate::gather::pixel_cells`]), and has the mean reflectance of its surface's plane over that. What lies on a
+//! cell beside the edge of a surface differs from what is seen of it as often one way as the other; cells shrink as
+//! rays are added, so that this falls as the noise of the edge itself, and the cells of the halves lie apart, so that
+//! their difference tells it.
+//!
+//! Not handled: surfaces with masks: there the mean of the rays is all there is.
 
 use glam::{DVec2, DVec3, Vec3};
 
+use crate::gather::pixel_cells::{UNEVEN, coordinates, texture, unevenness};
 use crate::gather::pixel_layer::SurfaceKey;
 use crate::gather::view::View;
 use crate::light::Rgb;
-use crate::rays::{Hit, Side};
+use crate::rays::Hit;
 use crate::scene::Scene;
-use crate::scene::textures::{Maps, Texture};
 
-/// How many times as much surface a point of a pixel stands for as another, at most: a pixel is taken apart until that
-/// holds in each part, as the mean over a part is one over the surface.
-const UNEVEN: f64 = 1.1;
 /// Parts to a side of a pixel at most; a pixel so near the horizon of a plane keeps its rays' mean.
 const PARTS: u32 = 4;
 /// How far the textures of two faces may lie apart to be one, as a share of the pixel.
@@ -95,6 +98,11 @@ impl Adjusted {
 }
 
 impl PixelTexture {
+    /// Whether the pixel shows more than one plane surface with one texture, or none.
+    pub fn is_varied(&self) -> bool {
+        matches!(self, PixelTexture::Varied)
+    }
+
     /// Adds the points that more camera rays of pixel k see; `all` says whether each of the rays saw one. Returns what
     /// stands for their reflectance.
     pub fn see(&mut self, view: &View, k: usize, points: &[SeenPoint], all: bool) -> Adjusted {
@@ -120,12 +128,6 @@ impl PixelTexture {
             _ => DVec3::ONE,
         }
     }
-}
-
-/// The texture that a face's reflectance goes by, where nothing is cut out of it.
-fn texture(scene: &Scene, face: u32) -> Option<&Texture> {
-    let Maps { reflectance, mask: None, .. } = scene.maps(face)? else { return None };
-    reflectance.as_ref()
 }
 
 impl Footprint {
@@ -155,30 +157,8 @@ impl Footprint {
 
 /// Parts to a side that pixel k is taken into, so that each of them is evenly spread over a face's plane.
 fn parts(view: &View, k: usize, face: u32) -> Option<u32> {
-    let forward = view.scene.camera.forward.as_dvec3();
-    let camera = view.scene.camera.position.as_dvec3();
-    let depth = |u: f64, v: f64| Some((in_plane(view, k, face, DVec2::new(u, v))? - camera).dot(forward));
-    let depths = [depth(0.0, 0.0)?, depth(1.0, 0.0)?, depth(0.0, 1.0)?, depth(1.0, 1.0)?];
-    let (least, most) = depths.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), &d| (l.min(d), m.max(d)));
-    // A point at depth z stands for an area that goes as z³.
-    let parts = (3.0 * (most / least).ln() / UNEVEN.ln()).ceil().max(1.0);
+    let parts = (unevenness(view, k, face, [DVec2::ZERO, DVec2::ONE])?.ln() / UNEVEN.ln()).ceil().max(1.0);
     (parts <= f64::from(PARTS)).then_some(parts as u32)
-}
-
-/// Coordinates of the texture at a point of pixel k.
-fn coordinates(view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec2> {
-    let found = view.scene.coordinates_beyond(face, in_plane(view, k, face, at)?);
-    found.is_finite().then_some(found)
-}
-
-/// Where the ray through a point of pixel k meets a face's plane, if it does.
-fn in_plane(view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec3> {
-    let ray = view.camera_ray(k, at.x as f32, at.y as f32);
-    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-    let normal = view.patches.normal(face, Side::Front).as_dvec3();
-    let corner = view.scene.corners(face)[0].as_dvec3();
-    let t = (corner - origin).dot(normal) / direction.dot(normal);
-    (t > 0.0 && t.is_finite()).then(|| origin + t * direction)
 }
 
 #[cfg(test)]

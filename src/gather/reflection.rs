@@ -66,16 +66,29 @@ pub(crate) struct Walker<'a> {
     lighting: Lighting<'a>,
     /// Every ray ends at its first crossing.
     opaque: bool,
+    /// Width at distance 1 of the cone that a ray stands for: of a texture it sees the mean over what lies within,
+    /// about.
+    cone: f64,
 }
 
 impl<'a> Walker<'a> {
     pub fn new(view: &'a View<'a>) -> Walker<'a> {
-        Walker { view, lighting: view.lighting(), opaque: view.transports.iter().all(|t| t.tau == 0.0) }
+        Walker { view, lighting: view.lighting(), opaque: view.transports.iter().all(|t| t.tau == 0.0), cone: 0.0 }
+    }
+
+    /// The same walker, to whose rays a texture is its mean over a cone that is so wide at distance 1.
+    pub fn with_cone(self, cone: f64) -> Walker<'a> {
+        Walker { cone, ..self }
     }
 
     /// `rho` of the point met.
     pub fn rho(&self, at: &SurfaceHit) -> DVec3 {
-        self.view.scene.rho_at(at.face, at.position).as_dvec3()
+        self.rho_within(at, self.cone)
+    }
+
+    /// `rho` of the point met, a mean over a cone that is so wide at distance 1.
+    pub fn rho_within(&self, at: &SurfaceHit, cone: f64) -> DVec3 {
+        self.view.scene.rho_about(at.face, at.position, cone * f64::from(at.distance)).as_dvec3()
     }
 
     /// `alpha rho D` and the light emitted at a point; `alpha rho`.

@@ -10,8 +10,8 @@ use glam::{DVec2, DVec3, Vec3};
 
 use crate::light::{Light, Rgb};
 use crate::scene::model::{Material, Scene};
-use crate::scene::textures::Maps;
 use crate::scene::textures::mean::{subdivided, weighted};
+use crate::scene::textures::{Maps, Texture};
 
 /// Points to a side of a triangle that the means of masked surfaces are taken over.
 const POINTS: u32 = 24;
@@ -72,6 +72,28 @@ impl Scene {
             None => material.rho,
             Some(texture) => material.rho * texture.colour(self.coordinates_at(face, position)),
         }
+    }
+
+    /// The mean of rho over what lies within about `width` of a point of a face: over the largest square of texels
+    /// around it that is known and no wider; rho of the point where there is none.
+    pub(crate) fn rho_about(&self, face: u32, position: Vec3, width: f64) -> Rgb {
+        let material = self.material(face);
+        let texture = material.maps.as_ref().and_then(|maps| maps.reflectance.as_ref());
+        let Some(texture) = texture.filter(|_| width > 0.0) else { return self.rho_at(face, position) };
+        let at = self.coordinates_at(face, position);
+        let own = |extent: DVec2| texture.colour_about(at, width / (std::f64::consts::SQRT_2 * extent));
+        material.rho * self.extent_of(face, texture).map_or_else(|| texture.colour(at), own)
+    }
+
+    /// How long the sides of a texture's image are where it lies on a face; none where it has no area there.
+    fn extent_of(&self, face: u32, texture: &Texture) -> Option<DVec2> {
+        let [a, b, c] = self.corners(face).map(|corner| corner.as_dvec3());
+        let coordinates = self.coordinates.get(face as usize)?;
+        let [p, q, r] = coordinates.map(|at| texture.placement.transform_point2(at.as_dvec2()));
+        let (u, v) = (q - p, r - p);
+        let along = |x: f64, y: f64| ((b - a) * x + (c - a) * y).length() / u.perp_dot(v).abs();
+        let extent = DVec2::new(along(v.y, -u.y), along(-v.x, u.x));
+        (extent.is_finite() && extent.cmpgt(DVec2::ZERO).all()).then_some(extent)
     }
 
     /// E of a point of a face: `(E_invisible, E_visible)`, W/(m² sr).
@@ -159,5 +181,30 @@ impl Means {
     pub fn of_surface(&self) -> (Rgb, Rgb) {
         let over = if self.coverage > 0.0 { 1.0 / self.coverage } else { 0.0 };
         ((over * self.rho).as_vec3(), (over * self.emission).as_vec3())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rho_about_a_point_is_a_mean_no_wider_than_asked() {
+        let room = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/textured/room.toml");
+        let scene = Scene::open(room).expect("a scene");
+        // The first face is half of the floor, 4 by 4 with the image 3 by 2.5 times on it.
+        let (face, size) = (0, scene.frame.to_unit(DVec3::X).distance(scene.frame.to_unit(DVec3::ZERO)));
+        let texture = scene.maps(face).and_then(|maps| maps.reflectance.as_ref()).expect("a texture");
+        let extent = scene.extent_of(face, texture).expect("an area") / size;
+        assert!((extent - DVec2::new(4.0 / 3.0, 4.0 / 2.5)).abs().max_element() < 1e-5, "{extent}");
+        let [a, b, c] = scene.corners(face);
+        let at = 0.4 * a + 0.25 * b + 0.35 * c;
+        let about = |width: f64| scene.rho_about(face, at, width * size);
+        assert_eq!([0.0, 0.1].map(about), [scene.rho_at(face, at); 2]);
+        let whole = scene.material(face).rho * texture.image.mean();
+        assert!(about(0.4) != whole && about(0.4) != scene.rho_at(face, at));
+        // The diagonal of the image is longer than either side.
+        assert!(about(1.7) != whole);
+        assert_eq!(about(2.3), whole);
     }
 }

@@ -57,8 +57,10 @@ fn patches_receive_what_half_a_panel_sends() {
             let received: DVec3 = floor.map(|i| p.patches.areas()[i] * mode.operator.received()[i].as_dvec3()).sum();
             received
         });
-        // 4096 drawn points a patch, of which a half glows: 1.5 % a patch, and some thirty patches.
-        assert!((whole / half - 1.0).abs().max_element() < 0.006, "{occluded}: {whole} {half}");
+        // 4096 drawn points a patch, of which a half glows: 1.5 % a patch, and some thirty patches. Where nothing lies
+        // between no point is drawn: what is left is what nodes of the closed form may be off by.
+        let allowed = if occluded { 0.006 } else { 0.002 };
+        assert!((whole / half - 1.0).abs().max_element() < allowed, "{occluded}: {whole} {half}");
     }
 }
 

@@ -46,6 +46,11 @@ impl Texture {
         self.mean_within(quadrangle, FEW).unwrap_or_else(halves)
     }
 
+    /// How many texels lie on a triangle of coordinates of vertices.
+    pub(crate) fn texels_of(&self, triangle: [DVec2; 3]) -> f64 {
+        area(&triangle.map(|at| self.in_texels(at))).abs()
+    }
+
     /// The mean over a polygon that reads so many texels, or squares of them, at most; none where its corners lie on
     /// one line.
     fn mean_within<const N: usize>(&self, polygon: [DVec2; N], most: f64) -> Option<DVec3> {

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use glam::{DAffine2, DMat2, DVec2, Vec3};
 
-use crate::scene::textures::stored_image::{Channel, Image};
+use crate::scene::textures::stored_image::{Cells, Channel, Image};
 
 /// A texture of one material.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,6 +83,25 @@ impl Texture {
         self.interpolated(at, texel, |a, b, t| a + t * (b - a))
     }
 
+    /// The mean of linear RGB over a square of texels that the point lies in, one of those whose means are known: the
+    /// largest whose sides are at most `most` in coordinates of the image's unit square; the point's own where there is
+    /// none so small.
+    pub(crate) fn colour_about(&self, at: DVec2, most: DVec2) -> Vec3 {
+        let place = self.placement.transform_point2(at);
+        // Beyond the edge of an image whose texels there go on squares do not.
+        let beyond = |axis: usize| self.wrap[axis] == Wrap::Clamp && !(0.0..1.0).contains(&place[axis]);
+        let size = |cells: &Cells| DVec2::new(cells.width as f64, cells.height as f64);
+        let fits = |cells: &&Cells| (size(cells) * most).cmpge(DVec2::ONE).all();
+        match self.image.means().iter().rev().find(fits) {
+            Some(cells) if !beyond(0) && !beyond(1) => {
+                let cell = (place * size(cells)).floor();
+                let index = |axis: usize, n: usize| self.wrap[axis].index(cell[axis] as i64, n);
+                cells.at(index(0, cells.width), index(1, cells.height))
+            }
+            _ => self.colour(at),
+        }
+    }
+
     /// One channel at coordinates of vertices, a share of 1 that is not decoded.
     pub fn share(&self, at: DVec2, channel: Channel) -> f32 {
         let texel = |x, y| self.image.share(x, y, channel);
@@ -146,6 +165,28 @@ mod tests {
             assert_eq!(found(Wrap::Clamp, u), clamped, "{u}");
         }
         assert_eq!([Wrap::Repeat, Wrap::Mirror, Wrap::Clamp].map(|w| w.index(-3, 4)), [1, 2, 0]);
+    }
+
+    #[test]
+    fn squares_stand_for_their_texels_where_they_are_small_enough() {
+        let codes = (0..32 * 32 * 3).map(|k| (k * k * 7 + k * 13) as u8).collect();
+        let image = Arc::new(Image::new(Texels { width: 32, height: 32, channels: 3, codes }));
+        let placement = Texture::upright(DVec2::ONE, DVec2::ZERO);
+        let texture = Texture { image, placement, wrap: [Wrap::Clamp; 2], filter: Filter::Linear };
+        let (at, beyond) = (DVec2::new(0.3, 0.8), DVec2::new(1.3, 0.8));
+        // Squares of 8 texels are a quarter of the image wide.
+        for (most, expected) in [
+            (0.0, texture.colour(at)),
+            (0.24, texture.colour(at)),
+            (0.25, texture.image.means()[0].at(1, 0)),
+            (0.9, texture.image.means()[0].at(1, 0)),
+            (1.0, texture.image.mean()),
+        ] {
+            assert_eq!(texture.colour_about(at, DVec2::splat(most)), expected, "{most}");
+            // What goes on beyond the edge is the texel there, not the square.
+            assert_eq!(texture.colour_about(beyond, DVec2::splat(most)), texture.colour(beyond));
+        }
+        assert_eq!(texture.colour_about(at, DVec2::new(1.0, 0.1)), texture.colour(at));
     }
 
     #[test]

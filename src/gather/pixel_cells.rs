@@ -1,0 +1,135 @@
+//! Cells of a pixel on a face's plane: where they lie in its texture, and its mean reflectance over them.
+//!
+//! Not handled: surfaces with masks, whose points count by how much of a surface is there.
+
+use glam::{DVec2, DVec3};
+
+use crate::gather::view::View;
+use crate::rays::Side;
+use crate::scene::Scene;
+use crate::scene::textures::{Maps, Texture};
+
+/// How many times as much surface a point of a pixel stands for as another, at most: a pixel is taken apart until that
+/// holds in each part, as the mean over a part is one over the surface.
+pub(crate) const UNEVEN: f64 = 1.1;
+/// The cells of a pixel's half that its camera rays stand for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PixelCells {
+    /// Cells to a side.
+    number: f64,
+    /// Off the pixel's lower left, in cells; what lies beyond the pixel is cut off.
+    off: f64,
+}
+
+impl PixelCells {
+    /// Those of a half that has so many rays, no more cells than rays.
+    pub fn new(half: usize, rays: u32) -> PixelCells {
+        let number = f64::from(1_u32 << (rays.max(1).ilog2() / 2));
+        PixelCells { number, off: 0.5 * half as f64 }
+    }
+
+    /// The lower left and upper right of the cell that a place of the pixel lies in.
+    fn around(&self, at: DVec2) -> [DVec2; 2] {
+        let low = ((at * self.number + self.off).floor() - self.off) / self.number;
+        [low, low + 1.0 / self.number].map(|corner| corner.clamp(DVec2::ZERO, DVec2::ONE))
+    }
+
+    /// The mean reflectance of a surface over the cell around a place of pixel k; none where it has no texture, or is
+    /// not evenly spread over the cell.
+    pub fn mean(&self, view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec3> {
+        let texture = texture(view.scene, face)?;
+        let [low, high] = self.around(at);
+        if unevenness(view, k, face, [low, high])? > UNEVEN {
+            return None;
+        }
+        let place = |u: f64, v: f64| coordinates(view, k, face, DVec2::new(u, v));
+        let corners = [place(low.x, low.y)?, place(high.x, low.y)?, place(high.x, high.y)?, place(low.x, high.y)?];
+        Some(view.scene.material(face).rho.as_dvec3() * texture.mean_in_pixel(corners))
+    }
+}
+
+/// The texture that a face's reflectance goes by, where nothing is cut out of it.
+pub(crate) fn texture(scene: &Scene, face: u32) -> Option<&Texture> {
+    let Maps { reflectance, mask: None, .. } = scene.maps(face)? else { return None };
+    reflectance.as_ref()
+}
+
+/// How many times as much of a face's plane one corner of a part of pixel k stands for as another.
+pub(crate) fn unevenness(view: &View, k: usize, face: u32, [low, high]: [DVec2; 2]) -> Option<f64> {
+    let forward = view.scene.camera.forward.as_dvec3();
+    let camera = view.scene.camera.position.as_dvec3();
+    let depth = |u: f64, v: f64| Some((in_plane(view, k, face, DVec2::new(u, v))? - camera).dot(forward));
+    let depths = [depth(low.x, low.y)?, depth(high.x, low.y)?, depth(low.x, high.y)?, depth(high.x, high.y)?];
+    let (least, most) = depths.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), &d| (l.min(d), m.max(d)));
+    // A point at depth z stands for an area that goes as z³.
+    Some((most / least).powi(3))
+}
+
+/// Coordinates of the texture at a point of pixel k.
+pub(crate) fn coordinates(view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec2> {
+    let found = view.scene.coordinates_beyond(face, in_plane(view, k, face, at)?);
+    found.is_finite().then_some(found)
+}
+
+/// Where the ray through a point of pixel k meets a face's plane, if it does.
+fn in_plane(view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec3> {
+    let ray = view.camera_ray(k, at.x as f32, at.y as f32);
+    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let normal = view.patches.normal(face, Side::Front).as_dvec3();
+    let corner = view.scene.corners(face)[0].as_dvec3();
+    let t = (corner - origin).dot(normal) / direction.dot(normal);
+    (t > 0.0 && t.is_finite()).then(|| origin + t * direction)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gather::view::Ready;
+    use crate::light::Mode;
+
+    const ROOM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/textured/room.toml");
+    const SIZE: usize = 24;
+
+    #[test]
+    fn cells_are_no_more_than_rays_and_cover_the_pixel() {
+        for (half, rays, number) in [(0, 1, 1), (1, 3, 1), (0, 4, 2), (1, 4, 2), (0, 63, 4), (1, 64, 8)] {
+            let cells = PixelCells::new(half, rays);
+            assert_eq!(cells.number, f64::from(number));
+            // Corners of cells are multiples of a 16th.
+            let points = (0..256).map(|k| (DVec2::new(f64::from(k % 16), f64::from(k / 16)) + 0.5) / 16.0);
+            let area: f64 = points
+                .map(|at| {
+                    let [low, high] = cells.around(at);
+                    assert!(low.cmple(at).all() && at.cmple(high).all(), "{half} {rays}: {low} {at} {high}");
+                    let whole = (high - low).element_product();
+                    // Each cell as often as a 16th of the pixel fits in.
+                    1.0 / (256.0 * whole)
+                })
+                .sum();
+            let expected = (number + half as i32).pow(2);
+            assert!((area - f64::from(expected)).abs() < 1e-9, "{half} {rays}: {area} cells, not {expected}");
+        }
+    }
+
+    /// Rays of a pixel on an edge once had the texel that each met, and such pixels took ten times as many of them.
+    #[test]
+    fn the_mean_over_cells_is_that_over_the_pixel() {
+        let ready = Ready::new(ROOM, Mode::Local.transport(), 100);
+        let view = ready.view(SIZE, SIZE);
+        let mut judged = 0;
+        for k in (0..SIZE * SIZE).step_by(7) {
+            let Some(hit) = view.rays.closest(&view.camera_ray(k, 0.5, 0.5)) else { continue };
+            let pixel = PixelCells::new(0, 1).mean(&view, k, hit.face, DVec2::splat(0.5));
+            let Some(pixel) = pixel else { continue };
+            const N: u32 = 8;
+            let cells = PixelCells::new(0, N * N);
+            let middles = (0..N * N).map(|i| (DVec2::new((i % N).into(), (i / N).into()) + 0.5) / f64::from(N));
+            let sum: DVec3 = middles.map(|at| cells.mean(&view, k, hit.face, at).expect("a smaller cell")).sum();
+            // A cell counts by its share of the pixel, which a surface at a slant is up to UNEVEN times as much of.
+            let off = (sum / f64::from(N * N) - pixel).abs().max_element();
+            assert!(off < 0.5 * (UNEVEN - 1.0) / 3.0, "{k}: {off}");
+            judged += 1;
+        }
+        assert!(judged > 20, "{judged}");
+    }
+}
