@@ -87,10 +87,11 @@ impl Continuation<'_> {
             let left = Left { bounces: left.bounces.saturating_sub(1), most: left.most - 1 };
             return found.light(self.incident(&found.next, left, random, memory));
         }
+        let over_patch = || at.over_patch(self.walker.view.patches, at.patch);
         match self.fields.reading().direct {
-            Direct::Patch => self.fields.of_patch(at.patch)[0].at(at.position).as_dvec3(),
+            Direct::Patch => (self.fields.of_patch(at.patch)[0].at(at.position) * over_patch()).as_dvec3(),
             Direct::Asked => {
-                let rest = self.fields.without_direct(at.patch, at.position).as_dvec3();
+                let rest = (self.fields.without_direct(at.patch, at.position) * over_patch()).as_dvec3();
                 rest + self.walker.direct(at, random, memory).direct
             }
         }

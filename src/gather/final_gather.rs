@@ -12,7 +12,7 @@ use glam::{DVec3, Vec3};
 use crate::gather::continuation::{Continuation, RaySample};
 use crate::gather::fields::Fields;
 use crate::gather::guiding::Guiding;
-use crate::gather::reflection::{Memory, Walker};
+use crate::gather::reflection::{Memory, SurfaceHit, Walker};
 use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::rays::sobol::{Sobol, Stream, hash};
@@ -91,10 +91,11 @@ impl<'a> FinalGather<'a> {
         self.cast(rays, |ray, _, counted| {
             let mut light = Rgb::ZERO;
             incident[0] += counted.offset.as_dvec3();
-            let nearness = self.meet(ray, &mut memory.hits, |patch, position, through| {
-                let fields = self.fields.of_patch(patch).iter().enumerate();
+            let nearness = self.meet(ray, &mut memory.hits, |at| {
+                let fields = self.fields.of_patch(at.patch).iter().enumerate();
+                let through = at.through * at.over_patch(self.view.patches, at.patch);
                 for ((f, l), sum) in fields.zip(incident.iter_mut()) {
-                    let found = through * l.at(position);
+                    let found = through * l.at(at.position);
                     *sum += (counted.weight * found).as_dvec3();
                     if f == 0 {
                         light += found;
@@ -134,17 +135,18 @@ impl<'a> FinalGather<'a> {
     /// Calls `meet(patch, position, through)` for all that rays meet, `through` being the product of tau before it.
     pub fn trace(&self, rays: &HemisphereRays, mut meet: impl FnMut(u32, Vec3, f32)) {
         let mut hits = Vec::new();
-        self.cast(rays, |ray, _, _| RaySample { nearness: self.meet(ray, &mut hits, &mut meet), light: DVec3::ZERO });
+        let mut each = |at: SurfaceHit| meet(at.patch, at.position, at.through);
+        self.cast(rays, |ray, _, _| RaySample { nearness: self.meet(ray, &mut hits, &mut each), light: DVec3::ZERO });
     }
 
-    /// Calls `meet(patch, position, through)` for all that light comes from along a ray; returns the inverse distance
-    /// to the first face.
+    /// Calls `meet` for all that light comes from along a ray; returns the inverse distance to the first face.
     #[inline(always)]
-    fn meet(&self, ray: &Ray, hits: &mut Vec<Hit>, mut meet: impl FnMut(u32, Vec3, f32)) -> f64 {
+    fn meet(&self, ray: &Ray, hits: &mut Vec<Hit>, mut meet: impl FnMut(SurfaceHit)) -> f64 {
         self.continuation.walker.each(ray, hits, |hit, through| {
             let position = ray.at(hit.t);
             if let Some(patch) = self.view.patches.at(hit.face, hit.side, position) {
-                meet(patch, position, through);
+                let read = self.continuation.walker.read_reflectance(hit.face, position, hit.t);
+                meet(SurfaceHit { face: hit.face, patch, side: hit.side, position, through, distance: hit.t, read });
             }
         })
     }
@@ -155,6 +157,7 @@ mod tests {
     use super::*;
     use crate::gather::view::Ready;
     use crate::light::Mode;
+    use crate::rays::warp::cosine_direction;
 
     /// Rays once took their points in turn. Of Sobol points every other one lies in the same half of the interval, so
     /// each point looked at a half of its hemisphere only.
@@ -185,5 +188,39 @@ mod tests {
                 assert!((apart - each).abs() < bound, "{i} {j}: {apart} {each}");
             }
         }
+    }
+
+    /// Rays once read the mean of a patch however near it was: a plain wall beside a bright joint of bricks was a tenth
+    /// too dark, and 0.62 % was stated where pictures were 0.74 % off.
+    #[test]
+    fn rays_that_end_near_see_the_texels_there() {
+        let room = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/textured/room.toml");
+        let ready = Ready::new(room, Mode::Global.transport(), 100);
+        let view = ready.view(1, 1);
+        let patches = view.patches;
+        let reflectance = |i: usize| patches.reflectance(view.scene, i);
+        let fields = Fields::new(&[(0..patches.len()).map(reflectance).collect()]);
+        let gather = FinalGather::new(&view, &fields);
+        const RAYS: u32 = 4096;
+        let (mut random, mut most_apart) = (Stream::new(3), 0.0_f64);
+        let floor = (0..patches.len()).filter(|&i| patches.point(i, 0.5, 0.5).face < 2);
+        for i in floor.step_by(5) {
+            // Looks down from a hand's breadth above the floor.
+            let below = patches.point(i, 0.3, 0.6);
+            let from = SurfacePoint { position: below.position + 0.01 * below.normal, normal: -below.normal, face: 3 };
+            let mut sums = [DVec3::ZERO];
+            let rays = HemisphereRays { from: &[from], indices: 0..RAYS, seed: 5, guiding: Guiding::NONE };
+            gather.read(&rays, &mut Memory::default(), &mut sums);
+            let texels = (0..RAYS).map(|_| {
+                let direction = cosine_direction(from.normal, random.uniform(), random.uniform());
+                let ray = Ray { origin: from.position, direction, source: None };
+                view.rays.closest(&ray).map_or(0.0, |hit| view.scene.rho_at(hit.face, ray.at(hit.t)).x.into())
+            });
+            let (read, expected) = (sums[0].x / f64::from(RAYS), texels.sum::<f64>() / f64::from(RAYS));
+            // Four standard errors of rays that see 0 or 1, of which texels differ by less.
+            assert!((read - expected).abs() < 4.0 * (0.25 / f64::from(RAYS) * 2.0).sqrt(), "{i}: {read} {expected}");
+            most_apart = most_apart.max((f64::from(reflectance(i).x) - expected).abs());
+        }
+        assert!(most_apart > 0.1, "patches' means tell as much: {most_apart}");
     }
 }

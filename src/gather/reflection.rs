@@ -8,9 +8,15 @@ use smallvec::SmallVec;
 
 use crate::direct::{Lighting, Scratch};
 use crate::gather::view::View;
+use crate::light::Rgb;
+use crate::patches::Patches;
 use crate::rays::sobol::Stream;
 use crate::rays::warp::cosine_direction;
 use crate::rays::{Hit, Ray, Side};
+
+/// Width at distance 1 of the cone over which a ray that reads light of a patch sees its texture: one of a few hundred
+/// over the hemisphere.
+const READ: f64 = 0.125;
 
 /// A point of a reflecting side that a ray met.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +30,16 @@ pub(crate) struct SurfaceHit {
     pub through: f32,
     /// Length of the ray that met it.
     pub distance: f32,
+    /// Reflectance within the ray's cone, where it tells how the light here differs from the patch's.
+    pub read: Option<Rgb>,
+}
+
+impl SurfaceHit {
+    /// Light as the ray reads it here over that of the patch: what is far shows its mean, what is near its texels.
+    #[inline]
+    pub fn over_patch(&self, patches: &Patches, patch: u32) -> Rgb {
+        self.read.map_or(Rgb::ONE, |rho| patches.over_mean(patch as usize, rho))
+    }
 }
 
 /// The points that a ray meets; one, unless something is transparent.
@@ -36,6 +52,8 @@ pub(crate) struct Reflection {
     pub direct: DVec3,
     /// Light that the surface emits without being a luminaire.
     pub glow: DVec3,
+    /// `rho` within the ray's cone.
+    pub rho: DVec3,
     /// `alpha rho`.
     pub reflect: DVec3,
     /// What the next ray meets.
@@ -69,11 +87,19 @@ pub(crate) struct Walker<'a> {
     /// Width at distance 1 of the cone that a ray stands for: of a texture it sees the mean over what lies within,
     /// about.
     cone: f64,
+    /// Some surface has a texture.
+    textured: bool,
 }
 
 impl<'a> Walker<'a> {
     pub fn new(view: &'a View<'a>) -> Walker<'a> {
-        Walker { view, lighting: view.lighting(), opaque: view.transports.iter().all(|t| t.tau == 0.0), cone: 0.0 }
+        Walker {
+            view,
+            lighting: view.lighting(),
+            opaque: view.transports.iter().all(|t| t.tau == 0.0),
+            cone: 0.0,
+            textured: view.scene.is_textured(),
+        }
     }
 
     /// The same walker, to whose rays a texture is its mean over a cone that is so wide at distance 1.
@@ -84,6 +110,23 @@ impl<'a> Walker<'a> {
     /// `rho` of the point met.
     pub fn rho(&self, at: &SurfaceHit) -> DVec3 {
         self.rho_within(at, self.cone)
+    }
+
+    /// Reflectance within the cone of a ray that reads light where it ends, at a distance; none where there is no
+    /// texture, or the surface glows, so that its light does not go as its reflectance.
+    #[inline]
+    pub fn read_reflectance(&self, face: u32, position: Vec3, distance: f32) -> Option<Rgb> {
+        if !self.textured || self.glows(face) {
+            return None;
+        }
+        self.view.scene.maps(face)?.reflectance.as_ref()?;
+        Some(self.view.scene.rho_about(face, position, READ * f64::from(distance)))
+    }
+
+    /// Whether a face emits without being a luminaire.
+    fn glows(&self, face: u32) -> bool {
+        let material = self.view.scene.faces[face as usize].material as usize;
+        self.view.scene.materials[material].emits() && !self.view.luminaires.carries[material]
     }
 
     /// `rho` of the point met, a mean over a cone that is so wide at distance 1.
@@ -98,14 +141,15 @@ impl<'a> Walker<'a> {
         let luminaire = view.luminaires.carries[index];
         let emitted = || view.scene.emitted_at(at.face, at.position).invisible.as_dvec3();
         let glow = if luminaire { DVec3::ZERO } else { emitted() };
-        let reflect = f64::from(view.transports[index].alpha) * self.rho(at);
+        let rho = self.rho(at);
+        let reflect = f64::from(view.transports[index].alpha) * rho;
         let mut direct = DVec3::ZERO;
         if reflect != DVec3::ZERO {
             let receiver = view.surface_point(at.face, at.side, at.position);
             let Memory { scratch, cast, .. } = memory;
             direct = reflect * self.lighting.ask(&receiver, at.patch, random, scratch, cast);
         }
-        Reflection { direct, glow, reflect, next: Met::new() }
+        Reflection { direct, glow, rho, reflect, next: Met::new() }
     }
 
     /// What leaves a point, with what one more ray from there meets.
@@ -155,6 +199,7 @@ impl<'a> Walker<'a> {
     pub fn met(&self, ray: &Ray, hit: &Hit, through: f32) -> Option<SurfaceHit> {
         let position = self.view.met_at(ray, hit);
         let patch = self.view.patches.at(hit.face, hit.side, position)?;
-        Some(SurfaceHit { face: hit.face, patch, side: hit.side, position, through, distance: hit.t })
+        let read = self.read_reflectance(hit.face, position, hit.t);
+        Some(SurfaceHit { face: hit.face, patch, side: hit.side, position, through, distance: hit.t, read })
     }
 }

@@ -29,6 +29,7 @@ use crate::gather::importance_paths::{ImportancePaths, Path, Vertex};
 use crate::gather::reading::{READINGS, Reading};
 use crate::gather::reflection::SurfaceHit;
 use crate::gather::residual_blocks::{ErrorBlocks, SquaredError};
+use crate::light::Rgb;
 use crate::patches::{Patches, Sample};
 use crate::scene::Scene;
 use crate::surfaces::SurfacePoint;
@@ -163,7 +164,7 @@ fn patch_sample(vertex: &Vertex, scene: &Scene, patches: &Patches, fields: &Fiel
     let whole = patches.whole(patches.at(face, side, position)?);
     let mut light = sample(vertex, patches, fields);
     if scene.maps(face).is_some() {
-        let own = scene.rho_at(face, position).as_dvec3();
+        let own = vertex.found.rho;
         let mean = patches.reflectance(scene, whole as usize).as_dvec3();
         // Where a texel is black nothing is known of the light that arrives.
         let even = || vertex.found.glow + (light - vertex.found.glow) * mean / own;
@@ -191,10 +192,10 @@ fn sums_by_pixel(errors: impl Iterator<Item = (u32, usize, [DVec3; READINGS])>) 
     sums
 }
 
-/// The leading field on the patch of a point; nothing where there is none.
+/// The leading field on the patch of a point, as a ray reads it; nothing where there is none.
 fn light_at(patches: &Patches, fields: &Fields, at: &SurfaceHit) -> DVec3 {
-    let patch = patches.at(at.face, at.side, at.position);
-    patch.map_or(DVec3::ZERO, |patch| fields.of_patch(patch)[0].at(at.position).as_dvec3())
+    let read = |patch: u32| fields.of_patch(patch)[0].at(at.position) * at.over_patch(patches, patch);
+    patches.at(at.face, at.side, at.position).map_or(DVec3::ZERO, |patch| read(patch).as_dvec3())
 }
 
 /// A sample of the light that leaves a vertex of a path, from the leading field on what its next ray meets.
@@ -211,7 +212,9 @@ fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] 
     for (k, vertex) in path.vertices.iter().enumerate().rev() {
         let SurfaceHit { face, side, position, distance, .. } = vertex.at;
         let patch = patches.at(face, side, position);
-        let light = patch.map_or(DVec3::ZERO, |patch| fields.of_patch(patch)[0].at(position).as_dvec3());
+        let over_patch = patch.map_or(Rgb::ONE, |patch| vertex.at.over_patch(patches, patch));
+        let read = |patch: u32| (fields.of_patch(patch)[0].at(position) * over_patch).as_dvec3();
+        let light = patch.map_or(DVec3::ZERO, read);
         let leaving = match (after, &vertex.found.next[..]) {
             // The only point that the next ray met is the next vertex.
             (Some(light), [only]) => vertex.found.light(f64::from(only.through) * light),
@@ -221,7 +224,8 @@ fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] 
         after = Some(light);
         // A ray that is too short goes on: what the next one leaves is what it leaves.
         if !patch.is_some_and(|patch| fields.is_near(patch, distance)) {
-            let without = patch.map_or(DVec3::ZERO, |patch| fields.without_direct(patch, position).as_dvec3());
+            let without =
+                patch.map_or(DVec3::ZERO, |patch| (fields.without_direct(patch, position) * over_patch).as_dvec3());
             let corrected = vertex.weight * (vertex.found.direct + without - light);
             own = [rest, rest - corrected];
         }

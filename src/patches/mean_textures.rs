@@ -48,6 +48,13 @@ impl Patches {
         self.mean(i).map_or_else(|| scene.materials[self.materials[i] as usize].rho, |means| means.of_surface().0)
     }
 
+    /// Reflectance over the mean of patch i, channel by channel; 1 where the patch has no texture or reflects nothing.
+    pub(crate) fn over_mean(&self, i: usize, rho: Rgb) -> Rgb {
+        let Some(means) = self.mean(i) else { return Rgb::ONE };
+        let mean = means.of_surface().0;
+        Rgb::select(mean.cmpgt(Rgb::ZERO), rho / mean.max(Rgb::splat(f32::MIN_POSITIVE)), Rgb::ONE)
+    }
+
     /// Mean emission of patch i: `(E_invisible, E_visible)`, W/(m² sr).
     pub fn emitted(&self, scene: &Scene, i: usize) -> Light {
         let material = &scene.materials[self.materials[i] as usize];
