@@ -202,9 +202,11 @@ mod tests {
         let fields = Fields::new(&[(0..patches.len()).map(reflectance).collect()]);
         let gather = FinalGather::new(&view, &fields);
         const RAYS: u32 = 4096;
+        // Four standard errors of rays that see 0 or 1, of which texels differ by less.
+        let bound = 4.0 * (0.25 / f64::from(RAYS) * 2.0).sqrt();
         let (mut random, mut most_apart) = (Stream::new(3), 0.0_f64);
         let floor = (0..patches.len()).filter(|&i| patches.point(i, 0.5, 0.5).face < 2);
-        for i in floor.step_by(5) {
+        for i in floor.step_by(2) {
             // Looks down from a hand's breadth above the floor.
             let below = patches.point(i, 0.3, 0.6);
             let from = SurfacePoint { position: below.position + 0.01 * below.normal, normal: -below.normal, face: 3 };
@@ -217,10 +219,9 @@ mod tests {
                 view.rays.closest(&ray).map_or(0.0, |hit| view.scene.rho_at(hit.face, ray.at(hit.t)).x.into())
             });
             let (read, expected) = (sums[0].x / f64::from(RAYS), texels.sum::<f64>() / f64::from(RAYS));
-            // Four standard errors of rays that see 0 or 1, of which texels differ by less.
-            assert!((read - expected).abs() < 4.0 * (0.25 / f64::from(RAYS) * 2.0).sqrt(), "{i}: {read} {expected}");
+            assert!((read - expected).abs() < bound, "{i}: {read} {expected}");
             most_apart = most_apart.max((f64::from(reflectance(i).x) - expected).abs());
         }
-        assert!(most_apart > 0.1, "patches' means tell as much: {most_apart}");
+        assert!(most_apart > 1.5 * bound, "patches' means tell as much: {most_apart}");
     }
 }
