@@ -6,8 +6,6 @@ use glam::{DVec2, DVec3};
 
 use crate::gather::view::View;
 use crate::rays::Side;
-use crate::scene::Scene;
-use crate::scene::textures::{Maps, Texture};
 
 /// How many times as much surface a point of a pixel stands for as another, at most: a pixel is taken apart until that
 /// holds in each part, as the mean over a part is one over the surface.
@@ -37,7 +35,7 @@ impl PixelCells {
     /// The mean reflectance of a surface over the cell around a place of pixel k; none where it has no texture, or is
     /// not evenly spread over the cell.
     pub fn mean(&self, view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec3> {
-        let texture = texture(view.scene, face)?;
+        let texture = view.scene.whole_texture(face)?;
         let [low, high] = self.around(at);
         if unevenness(view, k, face, [low, high])? > UNEVEN {
             return None;
@@ -46,12 +44,6 @@ impl PixelCells {
         let corners = [place(low.x, low.y)?, place(high.x, low.y)?, place(high.x, high.y)?, place(low.x, high.y)?];
         Some(view.scene.material(face).rho.as_dvec3() * texture.mean_in_pixel(corners))
     }
-}
-
-/// The texture that a face's reflectance goes by, where nothing is cut out of it.
-pub(crate) fn texture(scene: &Scene, face: u32) -> Option<&Texture> {
-    let Maps { reflectance, mask: None, .. } = scene.maps(face)? else { return None };
-    reflectance.as_ref()
 }
 
 /// How many times as much of a face's plane one corner of a part of pixel k stands for as another.

@@ -23,7 +23,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use crate::gather::pixel_cells::{UNEVEN, coordinates, texture, unevenness};
+use crate::gather::pixel_cells::{UNEVEN, coordinates, unevenness};
 use crate::gather::pixel_layer::SurfaceKey;
 use crate::gather::view::View;
 use crate::light::Rgb;
@@ -134,7 +134,7 @@ impl Footprint {
     /// Pixel k on the plane of a point that it sees.
     fn new(view: &View, k: usize, seen: &SeenPoint) -> Option<Footprint> {
         let face = seen.hit.face;
-        let texture = texture(view.scene, face)?;
+        let texture = view.scene.whole_texture(face)?;
         let parts = parts(view, k, face)?;
         let place = |x: u32, y: u32| coordinates(view, k, face, DVec2::new(x.into(), y.into()) / f64::from(parts));
         let mut sum = DVec3::ZERO;
@@ -189,7 +189,7 @@ mod tests {
         let mut judged = 0;
         for (k, pixel) in pixels(&view).iter().enumerate() {
             let PixelTexture::One(own) = &pixel.texture else { continue };
-            let texture = texture(view.scene, own.face).unwrap();
+            let texture = view.scene.whole_texture(own.face).unwrap();
             const N: u32 = 128;
             let points = (0..N * N).map(|i| DVec2::new((i % N).into(), (i / N).into()) + 0.5);
             let colour = |at: DVec2| texture.colour(coordinates(&view, k, own.face, at / f64::from(N)).unwrap());

@@ -113,13 +113,13 @@ impl<'a> Walker<'a> {
     }
 
     /// Reflectance within the cone of a ray that reads light where it ends, at a distance; none where there is no
-    /// texture, or the surface glows, so that its light does not go as its reflectance.
+    /// texture or a mask, or the surface glows, so that its light does not go as its reflectance.
     #[inline]
     pub fn read_reflectance(&self, face: u32, position: Vec3, distance: f32) -> Option<Rgb> {
         if !self.textured || self.glows(face) {
             return None;
         }
-        self.view.scene.maps(face)?.reflectance.as_ref()?;
+        self.view.scene.whole_texture(face)?;
         Some(self.view.scene.rho_about(face, position, READ * f64::from(distance)))
     }
 

@@ -74,13 +74,19 @@ impl Scene {
         }
     }
 
+    /// The texture that a face's reflectance goes by, where nothing is cut out of it: means over its texels are means over
+    /// the surface then.
+    pub(crate) fn whole_texture(&self, face: u32) -> Option<&Texture> {
+        let Maps { reflectance, mask: None, .. } = self.maps(face)? else { return None };
+        reflectance.as_ref()
+    }
+
     /// The mean of rho over what lies within about `width` of a point of a face: over the largest square of texels
     /// around it that is known and no wider; rho of the point where there is none.
     pub(crate) fn rho_about(&self, face: u32, position: Vec3, width: f64) -> Rgb {
-        let material = self.material(face);
-        let texture = material.maps.as_ref().and_then(|maps| maps.reflectance.as_ref());
-        let Some(texture) = texture.filter(|_| width > 0.0) else { return self.rho_at(face, position) };
-        let at = self.coordinates_at(face, position);
+        let texture = self.whole_texture(face).filter(|_| width > 0.0);
+        let Some(texture) = texture else { return self.rho_at(face, position) };
+        let (material, at) = (self.material(face), self.coordinates_at(face, position));
         let own = |extent: DVec2| texture.colour_about(at, width / (std::f64::consts::SQRT_2 * extent));
         material.rho * self.extent_of(face, texture).map_or_else(|| texture.colour(at), own)
     }
@@ -203,6 +209,11 @@ mod tests {
         assert_eq!([0.0, 0.1].map(about), [scene.rho_at(face, at); 2]);
         let whole = scene.material(face).rho * texture.image.mean();
         assert!(about(0.4) != whole && about(0.4) != scene.rho_at(face, at));
+        // Texels that a mask cuts out are no part of a surface's mean.
+        let is_masked = |&f: &u32| scene.maps(f).is_some_and(|maps| maps.mask.is_some() && maps.reflectance.is_some());
+        let leaf = (0..scene.faces.len() as u32).find(is_masked).expect("a leaf");
+        let middle = scene.corners(leaf).into_iter().sum::<Vec3>() / 3.0;
+        assert_eq!(scene.rho_about(leaf, middle, 10.0), scene.rho_at(leaf, middle));
         // The diagonal of the image is longer than either side.
         assert!(about(1.7) != whole);
         assert_eq!(about(2.3), whole);
