@@ -53,6 +53,16 @@ fn the_source_keeps_to_its_order() {
 }
 
 #[test]
+fn comments_outside_src_keep_to_their_width() {
+    for folder in ["tests", "benches", "examples"] {
+        let sources = sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder));
+        assert!(!sources.is_empty());
+        let found: Vec<_> = sources.iter().filter_map(|s| Some(format!("{}: {}", s.path, wide_comment(s)?))).collect();
+        assert!(found.is_empty(), "{folder}:\n{}", found.join("\n"));
+    }
+}
+
+#[test]
 fn no_files_import_each_other_in_a_circle() {
     let graph = imports(&sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src")));
     assert!(graph.len() > 100 && graph["scene/load.rs"].contains("scene/error.rs"));
@@ -75,6 +85,13 @@ fn every_file_of_tests_is_run() {
     }
 }
 
+/// The first comment of a file that rustfmt leaves wider than code.
+fn wide_comment(source: &Source) -> Option<String> {
+    let is_wide = |line: &str| line.trim_start().starts_with("//") && line.chars().count() > WIDEST;
+    let at = source.text.lines().position(is_wide)?;
+    Some(format!("has a comment wider than {WIDEST} columns in line {}", at + 1))
+}
+
 /// The modules that lib.rs declares, in its order.
 fn order(lib: &str) -> Vec<String> {
     let declared = lib.lines().filter_map(|l| l.strip_prefix("pub mod "));
@@ -91,10 +108,7 @@ fn violations(source: &Source, order: &[String]) -> Vec<String> {
     if lines > LONGEST {
         found.push(format!("has {lines} lines, more than {LONGEST}"));
     }
-    let is_wide = |line: &str| line.trim_start().starts_with("//") && line.chars().count() > WIDEST;
-    if let Some(at) = source.text.lines().position(is_wide) {
-        found.push(format!("has a comment wider than {WIDEST} columns in line {}", at + 1));
-    }
+    found.extend(wide_comment(source));
     let code = code(&source.text);
     let is_unsafe = words(&code).any(|(_, word)| word == "unsafe" || word == "unsafe_code");
     if is_unsafe && ![UNSAFE, "lib.rs"].contains(&source.path.as_str()) {

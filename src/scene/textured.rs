@@ -74,8 +74,8 @@ impl Scene {
         }
     }
 
-    /// The texture that a face's reflectance goes by, where nothing is cut out of it: means over its texels are means over
-    /// the surface then.
+    /// The texture that a face's reflectance goes by, where nothing is cut out of it: means over its texels are then
+    /// means over the surface.
     pub(crate) fn whole_texture(&self, face: u32) -> Option<&Texture> {
         let Maps { reflectance, mask: None, .. } = self.maps(face)? else { return None };
         reflectance.as_ref()
