@@ -72,7 +72,8 @@ impl Emitters {
     }
 }
 
-/// |E| of a face: where it has a texture, the mean over some points of it.
+/// |E| of a face: where it has a texture, the mean over some points of it, and at least as much as if one of them were
+/// white, for all light may lie between them.
 fn strength(surfaces: &Surfaces, face: u32) -> f64 {
     const SIDE: u32 = 16;
     let of = |at: [f32; 2]| {
@@ -85,5 +86,6 @@ fn strength(surfaces: &Surfaces, face: u32) -> f64 {
     let number = |k: u32| (k as f32 + 0.5) / SIDE as f32;
     let points = (0..SIDE * SIDE).map(|k| (number(k % SIDE), number(k / SIDE)));
     let folded = points.map(|(u, v)| if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] });
-    folded.map(of).sum::<f64>() / f64::from(SIDE * SIDE)
+    let white = f64::from(surfaces.matter(face).emitted.invisible.element_sum());
+    folded.map(of).sum::<f64>().max(white) / f64::from(SIDE * SIDE)
 }
