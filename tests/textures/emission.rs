@@ -6,7 +6,7 @@ use glam::DVec3;
 use halflight::direct::Luminaires;
 use halflight::light::{Mode, Rgb};
 use halflight::rays::Rays;
-use halflight::reference::{NextEvent, TraceSettings, Tracer};
+use halflight::reference::{Mean, NextEvent, TraceSettings, Tracer};
 use halflight::render::prepare;
 use halflight::scene::textures::{Filter, Maps};
 use halflight::scene::{Material, Scene};
@@ -64,6 +64,31 @@ fn patches_receive_what_half_a_panel_sends() {
     }
 }
 
+/// The mean of a picture by 256 paths a pixel.
+fn traced(scene: &Scene, next_event: NextEvent) -> Mean {
+    let rays = Rays::new(scene);
+    let settings = TraceSettings { next_event, ..TraceSettings::default() };
+    let transports = scene.transports(Mode::Global.transport());
+    let mut tracer = Tracer::new(scene, &rays, &transports, (16, 16), &settings);
+    tracer.pass(256);
+    tracer.mean()
+}
+
+/// A panel whose light is one column of 300, between the points that the path tracer looks at: it was drawn with a
+/// density of 0 / 0, and the picture was refused as one whose light overflows.
+#[test]
+fn paths_find_a_texel_that_shines_alone() {
+    let mut scene = lit(1.0, true, false);
+    let mut codes = vec![0; 300];
+    codes[25] = 255;
+    let emission = Some(texture(300, codes, Filter::Nearest));
+    scene.materials[1].maps = Some(Arc::new(Maps { emission, ..Maps::default() }));
+    scene.materials[1].emission *= 300.0;
+    let [on, off] = [NextEvent::On, NextEvent::Off].map(|next_event| traced(&scene, next_event));
+    let allowed = 4.0 * on.error[0].hypot(off.error[0]);
+    assert!(on.value[0] > 2.0 * allowed && (on.value[0] - off.value[0]).abs() < allowed, "{on:?} {off:?}");
+}
+
 #[test]
 fn pictures_show_what_half_a_panel_lights() {
     for occluded in [false, true] {
@@ -71,14 +96,7 @@ fn pictures_show_what_half_a_panel_lights() {
             let scene = lit(end, textured, occluded);
             let found =
                 halflight::Solver::new(&scene).render(Mode::Global, (16, 16)).tolerance(0.01).expect("a picture");
-            let rays = Rays::new(&scene);
-            let traced = [NextEvent::On, NextEvent::Off].map(|next_event| {
-                let settings = TraceSettings { next_event, ..TraceSettings::default() };
-                let transports = scene.transports(Mode::Global.transport());
-                let mut tracer = Tracer::new(&scene, &rays, &transports, (16, 16), &settings);
-                tracer.pass(256);
-                tracer.mean()
-            });
+            let traced = [NextEvent::On, NextEvent::Off].map(|next_event| traced(&scene, next_event));
             let mean = found.picture.pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() / 256.0;
             (mean, found.error.total, traced)
         });
