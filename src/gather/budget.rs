@@ -133,8 +133,8 @@ impl Settings {
             let elsewhere = validated.corrected(foreseen(&biases));
             misfit = elsewhere + cache.misfit(pixels, &biases);
             let bias = misfit / (FIT * FIT * left);
-            // A bias that more records did not lessen is that of light they cannot follow, or chance; where it is within
-            // its part the noise is not, and that is not theirs to lessen.
+            // A bias that more records did not lessen is that of light they cannot follow, or chance. Where it is
+            // within its part the noise is not, and that is not theirs to lessen.
             stalls += usize::from(bias > 0.95 * biased || bias <= 1.0);
             let both = HEMISPHERE * HEMISPHERE * noise + FIT * FIT * bias;
             if both <= HEMISPHERE * HEMISPHERE + FIT * FIT || stalls == STALLS {
@@ -149,8 +149,8 @@ impl Settings {
     }
 }
 
-/// What a valid radius too long is multiplied by, for a squared bias over what it may be. One measured through noise may
-/// be negative.
+/// What a valid radius too long is multiplied by, for a squared bias over what it may be. One measured through noise
+/// may be negative.
 fn shortening(bias: f64) -> f64 {
     bias.max(f64::MIN_POSITIVE).powf(-POWER).clamp(SHORTER[0], SHORTER[1])
 }
@@ -165,8 +165,8 @@ fn spacing(length: usize) -> usize {
 mod tests {
     use super::*;
 
-    /// The power of a negative bias was no number, nor was any valid radius after it: a room with 25 textured lamps came
-    /// out black after 90 s.
+    /// The power of a negative bias was no number, nor was any valid radius after it: a room with 25 textured lamps
+    /// came out black after 90 s.
     #[test]
     fn radii_stay_numbers_whatever_the_bias_measured() {
         let of = [-1.0, -1e-300, 0.0, 1e-9, 1.0, 3.0, 81.0, 1e300].map(shortening);
