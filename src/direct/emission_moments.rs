@@ -12,6 +12,9 @@ pub(crate) const BENT: f64 = 2.8;
 /// at most, where that is a half or less and no part is below the horizon (0.065 by the test below).
 pub(crate) const SKEW: f64 = 0.07;
 
+/// The mean of x², y² and x y over the whole triangle, relative to its middle, in shares of its edges.
+const SECOND: [f64; 3] = [1.0 / 18.0, 1.0 / 18.0, -1.0 / 36.0];
+
 /// What is known of the emission of a part, with places in shares of the triangle's edges.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Moments {
@@ -46,9 +49,6 @@ impl Part {
     }
 }
 
-/// The mean of x², y² and x y over the whole triangle, relative to its middle, in shares of its edges.
-const SECOND: [f64; 3] = [1.0 / 18.0, 1.0 / 18.0, -1.0 / 36.0];
-
 impl Moments {
     /// Those of a node from those of its quarters.
     pub fn of_quarters(each: &[Moments; 4], whole: &Part, parts: &[Part; 4]) -> Moments {
@@ -65,6 +65,12 @@ impl Moments {
             sum.bend[2] += 0.25 * (own.bend[2] + across + beyond * (uv + off.x * off.y));
         }
         sum
+    }
+
+    /// The mean of `E (y - c)(y - c)ᵀ` of the whole triangle: both edges with themselves, and one with the other.
+    pub fn second(&self) -> [DVec3; 3] {
+        let even = SECOND.map(|mean| mean * self.mean);
+        std::array::from_fn(|k| even[k] + self.bend[k])
     }
 
     /// w, less a third each, of a part of this scale.

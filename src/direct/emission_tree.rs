@@ -39,6 +39,8 @@ pub(crate) struct EmissionTree {
     radius: f64,
     /// The root first, quarters of one node beside each other.
     nodes: Vec<Node>,
+    /// Of all of its emission.
+    pub moments: Moments,
 }
 
 /// A node, in single precision: a few thousand of them are asked again and again.
@@ -106,8 +108,9 @@ impl EmissionTree {
             area: 0.5 * cross.length(),
             radius: corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max),
             nodes: vec![Node::default()],
+            moments: Moments::default(),
         };
-        tree.grow(0, Part { corners: [DVec2::ZERO, DVec2::X, DVec2::Y], scale: 1.0 }, levels, &mean);
+        tree.moments = tree.grow(0, Part { corners: [DVec2::ZERO, DVec2::X, DVec2::Y], scale: 1.0 }, levels, &mean);
         tree
     }
 

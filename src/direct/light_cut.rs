@@ -102,7 +102,8 @@ fn node_light(tree: &LightTree, luminaires: &Luminaires, k: usize, x: DVec3, n: 
     }
     // A luminaire that is not far has a closed form.
     let luminaire = &luminaires.list[tree.order[node.range.start] as usize];
-    luminaire.exact_form(x.as_vec3(), n.as_vec3()) * luminaire.radiance.as_dvec3()
+    let (x, n) = (x.as_vec3(), n.as_vec3());
+    luminaire.light(x, n, luminaire.exact_form(x, n)) * luminaire.radiance.as_dvec3()
 }
 
 /// What a walk found, as a cut.

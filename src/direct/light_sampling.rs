@@ -98,6 +98,6 @@ pub(crate) fn draw(
     let y = luminaire.point((u as f32).min(0.999_999_94), at.y);
     let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
     let kernel = point_kernel(x, n, y.position.as_dvec3(), y.normal);
-    let light = luminaire.radiance.as_dvec3() * (luminaire.area * kernel / chance);
+    let light = luminaire.radiance.as_dvec3() * y.share * (luminaire.area * kernel / chance);
     (kernel > 0.0).then_some(Drawn { end: y.end(), light })
 }

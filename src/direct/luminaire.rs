@@ -12,12 +12,14 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use crate::direct::convex_body::Body;
 use crate::direct::convex_luminaires::convex_parts;
+use crate::direct::emission_moments::Moments;
 use crate::direct::emitting_triangle::{EmittingTriangle, polygons};
 use crate::direct::large_emitters::carried;
-use crate::direct::luminaire_parts::{FEW, divided};
+use crate::direct::luminaire_parts::divided;
 use crate::direct::luminaire_texture::{EmissionTexture, UnevenEmission, is_textured};
 use crate::form_factors::geometry::hull::bounds;
 use crate::form_factors::geometry::plane::sees_front;
@@ -90,16 +92,15 @@ impl Luminaires {
         let (list, parts) = (Vec::new(), Vec::new());
         let mut luminaires = Luminaires { list, carries: carried(scene), radiances, punctual, parts };
         let textures = luminaires.textures(scene);
-        if !textures.is_empty() && divided(scene, luminaires.groups(scene)).len() > FEW {
-            textures.keys().for_each(|&material| luminaires.carries[material as usize] = false);
-            return luminaires.with_even(scene);
-        }
         textures.iter().for_each(|(&m, texture)| luminaires.radiances[m as usize] *= texture.mean());
         let mut all = luminaires.with_even(scene);
-        for lamp in &mut all.list {
-            let material = scene.faces[lamp.triangles[0].face as usize].material;
-            lamp.uneven = textures.get(&material).map(|texture| UnevenEmission::new(texture.clone(), &lamp.triangles));
-        }
+        let count = all.list.len();
+        all.list.par_iter_mut().for_each(|lamp| {
+            let texture = textures.get(&scene.faces[lamp.triangles[0].face as usize].material);
+            lamp.uneven = texture.map(|texture| UnevenEmission::new(texture.clone(), &lamp.triangles, count));
+        });
+        // Pieces that only have the black of a texture.
+        all.list.retain(|lamp| lamp.uneven.as_ref().is_none_or(UnevenEmission::shines));
         all
     }
 
@@ -205,6 +206,12 @@ impl Luminaire {
     /// Whether its points do not emit alike, so that no closed form is its light.
     pub fn is_textured(&self) -> bool {
         self.uneven.is_some()
+    }
+
+    /// Moments of what triangle k emits over the luminaire's radiance, places in shares of its edges; none where all
+    /// points emit alike.
+    pub(crate) fn emitted_moments(&self, k: usize) -> Option<Moments> {
+        self.uneven.as_ref().map(|own| own.moments(k))
     }
 
     /// Its triangles, counter-clockwise seen from the emitting side.

@@ -3,7 +3,9 @@
 //! Where all of a luminaire is seen its light is a closed form ([`crate::direct::emission_tree`]). Points drawn on it
 //! carry `E(y)` over the mean, so that the ratio and resampling estimators find what the texture does to shadows.
 //!
-//! Not handled: many luminaires; their light cuts take each as even, so textured ones are not carried there.
+//! Where luminaires are many each brings the moments of its emission to the tree of all ([`crate::direct::moments`]).
+//!
+//! Not handled: texels that are smaller than the leaves.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,8 +13,10 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::direct::emission_moments::Moments;
 use crate::direct::emission_tree::EmissionTree;
 use crate::direct::emitting_triangle::EmittingTriangle;
+use crate::direct::luminaire_parts::FEW;
 use crate::light::Rgb;
 use crate::scene::Scene;
 use crate::scene::textures::Texture;
@@ -28,7 +32,7 @@ pub(crate) struct EmissionTexture {
 }
 
 /// Leaves of the trees of one luminaire, about: at least, as an edge between two texels may cross any of them, and at
-/// most.
+/// most. Where luminaires are many they have together as many as few have, so that memory does not grow with them.
 const LEAVES: [f64; 2] = [4096.0, 65_536.0];
 /// Leaves on one texel where there are neither too few nor too many.
 const ON_TEXEL: f64 = 4.0;
@@ -52,10 +56,21 @@ pub(crate) fn is_textured(scene: &Scene, material: usize) -> bool {
 }
 
 impl UnevenEmission {
-    /// That of a luminaire of these triangles.
-    pub fn new(texture: Arc<EmissionTexture>, triangles: &[EmittingTriangle]) -> UnevenEmission {
-        let trees = triangles.par_iter().map(|t| texture.tree(t.face, t.exact, triangles.len())).collect();
+    /// That of a luminaire of these triangles, one of `luminaires`.
+    pub fn new(texture: Arc<EmissionTexture>, triangles: &[EmittingTriangle], luminaires: usize) -> UnevenEmission {
+        let parts = triangles.len() as f64 * (luminaires as f64 / FEW as f64).max(1.0);
+        let trees = triangles.par_iter().map(|t| texture.tree(t.face, t.exact, parts)).collect();
         UnevenEmission { texture, trees }
+    }
+
+    /// Whether any of it emits.
+    pub fn shines(&self) -> bool {
+        self.trees.iter().any(|tree| tree.moments.mean != DVec3::ZERO)
+    }
+
+    /// Moments of triangle k's emission.
+    pub fn moments(&self, k: usize) -> Moments {
+        self.trees[k].moments
     }
 
     /// `E(y)` over the mean, channel by channel.
@@ -98,13 +113,13 @@ impl EmissionTexture {
         at.map_or(DVec3::ONE, |at| self.over_mean(self.texture.colour(at).as_dvec3()))
     }
 
-    /// The closed form of a face's light, its corners turned as the side that emits has them; `faces` are of one
-    /// luminaire.
-    fn tree(&self, face: u32, corners: [DVec3; 3], faces: usize) -> EmissionTree {
+    /// The closed form of a face's light, its corners turned as the side that emits has them, with its part of the
+    /// leaves.
+    fn tree(&self, face: u32, corners: [DVec3; 3], parts: f64) -> EmissionTree {
         let [p, q, r] = corners.map(|at| self.coordinates(face, at).unwrap_or_default());
         let place = |at: DVec2| p + at.x * (q - p) + at.y * (r - p);
         let mean = |part: [DVec2; 3]| self.over_mean(self.texture.mean(part.map(place)));
-        let [least, most] = LEAVES.map(|leaves| (leaves / faces as f64).max(1.0));
+        let [least, most] = LEAVES.map(|leaves| (leaves / parts).max(1.0));
         let leaves = (ON_TEXEL * self.texture.texels_of([p, q, r])).clamp(least, most);
         EmissionTree::new(corners, (leaves.ln() / 4.0_f64.ln()).ceil() as u32, mean)
     }

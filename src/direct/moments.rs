@@ -22,6 +22,7 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 
+use crate::direct::emission_moments::Moments as EmittedMoments;
 use crate::direct::luminaire::Luminaire;
 
 /// Normals are alike where their mean is shorter than 1 by less: they vary by 5e-5 then, and the kernel by less.
@@ -76,7 +77,11 @@ impl Sums {
             turned: [DMat3::ZERO; 3],
             normal: DVec3::ZERO,
         };
-        for [a, b, c] in luminaire.triangles() {
+        for (k, [a, b, c]) in luminaire.triangles().enumerate() {
+            if let Some(own) = luminaire.emitted_moments(k) {
+                sums.add_uneven([a, b, c], radiance, &own);
+                continue;
+            }
             let cross = 0.5 * (b - a).cross(c - a);
             let power = radiance * cross.length();
             let weight = power.element_sum() / 3.0;
@@ -96,6 +101,31 @@ impl Sums {
             }
         }
         sums
+    }
+
+    /// Adds a triangle whose emission over `radiance` has these moments.
+    fn add_uneven(&mut self, [a, b, c]: [DVec3; 3], radiance: DVec3, own: &EmittedMoments) {
+        let (u, v) = (b - a, c - a);
+        let (cross, middle) = (0.5 * u.cross(v), (a + b + c) / 3.0);
+        let m = cross.normalize_or_zero();
+        let all = radiance * cross.length();
+        let second = own.second();
+        for k in 0..3 {
+            let power = all[k] * own.mean[k];
+            let dipole = all[k] * (own.dipole[0][k] * u + own.dipole[1][k] * v);
+            let first = power * middle + dipole;
+            let [uu, vv, uv] = second.map(|of| all[k] * of[k]);
+            let about_middle = outer(u, u) * uu + outer(v, v) * vv + (outer(u, v) + outer(v, u)) * uv;
+            let about_origin = about_middle + outer(first, middle) + outer(middle, dipole);
+            self.power[k] += power;
+            self.normals[k] += power * m;
+            self.mixed[k] += outer(m, first);
+            self.weight += power / 3.0;
+            self.first += first / 3.0;
+            self.normal += power / 3.0 * m;
+            self.second += about_origin * (1.0 / 3.0);
+            self.turned.iter_mut().zip(m.to_array()).for_each(|(turned, m)| *turned += about_origin * (m / 3.0));
+        }
     }
 
     pub fn add(mut self, other: &Sums) -> Sums {

@@ -139,7 +139,8 @@ impl<'a> Walker<'a> {
         let view = self.view;
         let index = view.scene.faces[at.face as usize].material as usize;
         let luminaire = view.luminaires.carries[index];
-        let emitted = || view.scene.emitted_at(at.face, at.position).invisible.as_dvec3();
+        let width = self.cone * f64::from(at.distance);
+        let emitted = || view.scene.emitted_about(at.face, at.position, width).invisible.as_dvec3();
         let glow = if luminaire { DVec3::ZERO } else { emitted() };
         let rho = self.rho(at);
         let reflect = f64::from(view.transports[index].alpha) * rho;

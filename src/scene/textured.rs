@@ -84,11 +84,29 @@ impl Scene {
     /// The mean of rho over what lies within about `width` of a point of a face: over the largest square of texels
     /// around it that is known and no wider; rho of the point where there is none.
     pub(crate) fn rho_about(&self, face: u32, position: Vec3, width: f64) -> Rgb {
-        let texture = self.whole_texture(face).filter(|_| width > 0.0);
-        let Some(texture) = texture else { return self.rho_at(face, position) };
-        let (material, at) = (self.material(face), self.coordinates_at(face, position));
+        match self.whole_texture(face).filter(|_| width > 0.0) {
+            None => self.rho_at(face, position),
+            Some(texture) => self.material(face).rho * self.colour_about(face, texture, position, width),
+        }
+    }
+
+    /// The mean of E over what lies within about `width` of a point of a face, as [`Scene::rho_about`] has that of rho:
+    /// `(E_invisible, E_visible)`, W/(m² sr).
+    pub(crate) fn emitted_about(&self, face: u32, position: Vec3, width: f64) -> Light {
+        let whole = self.maps(face).filter(|maps| maps.mask.is_none() && width > 0.0);
+        let Some(texture) = whole.and_then(|maps| maps.emission.as_ref()) else {
+            return self.emitted_at(face, position);
+        };
+        let material = self.material(face);
+        let share = self.colour_about(face, texture, position, width);
+        Light::emitted(share * material.emission, material.visibility)
+    }
+
+    /// The mean of a texture within about `width` of a point of a face.
+    fn colour_about(&self, face: u32, texture: &Texture, position: Vec3, width: f64) -> Rgb {
+        let at = self.coordinates_at(face, position);
         let own = |extent: DVec2| texture.colour_about(at, width / (std::f64::consts::SQRT_2 * extent));
-        material.rho * self.extent_of(face, texture).map_or_else(|| texture.colour(at), own)
+        self.extent_of(face, texture).map_or_else(|| texture.colour(at), own)
     }
 
     /// How long the sides of a texture's image are where it lies on a face; none where it has no area there.
