@@ -82,6 +82,18 @@ impl Moments {
         [even - u - v, even + u, even + v]
     }
 
+    /// Standard deviation of the emission of a part of this scale from what is linear in the place and has its dipole, the
+    /// largest channel's.
+    ///
+    /// What is linear differs from m by `e_i = 6 w_i - 2 sum of w` at the corners, whose sum is 0, by `sum of e_i² / 12`
+    /// in the mean of squares.
+    pub fn rough(&self, scale: f64) -> f64 {
+        let weights = self.weights(scale);
+        let all: DVec3 = weights.iter().sum();
+        let explained: DVec3 = weights.iter().map(|w| (6.0 * *w - 2.0 * all).powf(2.0) / 12.0).sum();
+        (self.variance - explained).max_element().max(0.0).sqrt()
+    }
+
     /// What the weights miss of `bend`: they hold `sum of w_i scale² q_i q_iᵀ / 4`, of which what is even is exact.
     pub fn missed(&self, scale: f64) -> [DVec3; 3] {
         let [u, v] = self.dipole.map(|d| scale / 6.0 * d);

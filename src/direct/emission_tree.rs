@@ -14,7 +14,7 @@
 //! multipole expansion as in J. Barnes, P. Hut, *A hierarchical O(N log N) force-calculation algorithm*, Nature 324,
 //! 1986).
 //!
-//! Not handled: what lies between; what differs within a leaf, for receivers so near that they would see it.
+//! Not handled: what lies between ([`crate::direct::emission_parts`] asks for what is seen); what differs within a leaf, for receivers so near that they would see it.
 
 use std::f64::consts::PI;
 
@@ -29,57 +29,58 @@ const FAR: f64 = 0.5;
 /// What one triangle emits beyond the mean of its luminaire, whose emission is 1.
 #[derive(Clone, Debug)]
 pub(crate) struct EmissionTree {
-    middle: DVec3,
+    pub(super) middle: DVec3,
     /// Two unit vectors along its plane, and its normal.
-    frame: DMat3,
+    pub(super) frame: DMat3,
     /// Its corners from the middle along both, counter-clockwise seen from the emitting side.
-    corners: [DVec2; 3],
-    area: f64,
+    pub(super) corners: [DVec2; 3],
+    pub(super) area: f64,
     /// The distance of the farthest corner from the middle.
-    radius: f64,
+    pub(super) radius: f64,
     /// The root first, quarters of one node beside each other.
-    nodes: Vec<Node>,
+    pub(super) nodes: Vec<Node>,
     /// Of all of its emission.
     pub moments: Moments,
 }
 
 /// A node, in single precision: a few thousand of them are asked again and again.
 #[derive(Clone, Copy, Debug, Default)]
-struct Node {
+pub(super) struct Node {
     /// w of its three points, less a third each.
-    weights: [Vec3; 3],
+    pub weights: [Vec3; 3],
     /// Frobenius norm of Q, the largest channel's.
     bend: f32,
-    /// Standard deviation of the emission, the largest channel's.
+    /// Standard deviation of the emission, the largest channel's; from what is linear in the place.
     spread: f32,
+    pub rough: f32,
     /// The first of its quarters; 0 where there is none.
-    quarters: u32,
+    pub quarters: u32,
 }
 
 /// Where a node lies as a receiver sees it: the tree's corners, scaled.
 #[derive(Clone, Copy)]
-struct Place {
+pub(super) struct Place {
     /// Its middle along the plane, from the receiver's foot.
-    middle: DVec2,
+    pub middle: DVec2,
     /// A power of a half; negative where the node is turned by half a turn.
-    scale: f64,
+    pub scale: f64,
 }
 
 /// Who asks. A place at p along the plane lies at height `lift + p . rise` above its horizon, and at the distance
 /// `sqrt(depth² + p²)`.
-struct Asking {
+pub(super) struct Asking {
     /// Distance from the plane.
-    depth: f64,
-    lift: f64,
-    rise: DVec2,
+    pub depth: f64,
+    pub lift: f64,
+    pub rise: DVec2,
     /// The form factor that a node may be off by.
-    tolerable: f64,
+    pub tolerable: f64,
 }
 
 impl Asking {
     /// `pi k` of a place.
     #[inline]
-    fn kernel(&self, place: DVec2) -> f64 {
+    pub fn kernel(&self, place: DVec2) -> f64 {
         let squared = place.length_squared() + self.depth * self.depth;
         self.depth * (self.lift + place.dot(self.rise)) / (squared * squared)
     }
@@ -150,6 +151,7 @@ impl EmissionTree {
             weights: moments.weights(part.scale).map(DVec3::as_vec3),
             bend: (0..3).map(bend).fold(0.0, f64::max) as f32,
             spread: moments.variance.max_element().sqrt() as f32,
+            rough: moments.rough(part.scale) as f32,
             quarters: if is_even { 0 } else { first as u32 },
         };
         moments
@@ -176,7 +178,7 @@ impl EmissionTree {
     }
 
     /// The same for node k.
-    fn ask(&self, k: usize, place: Place, asking: &Asking) -> DVec3 {
+    pub(super) fn ask(&self, k: usize, place: Place, asking: &Asking) -> DVec3 {
         let Place { middle, scale } = place;
         let (node, radius) = (&self.nodes[k], self.radius * scale.abs());
         let height = asking.lift + middle.dot(asking.rise);
@@ -207,7 +209,7 @@ impl EmissionTree {
     }
 
     /// The places of a node's quarters.
-    fn quarters(&self, Place { middle, scale }: Place) -> [Place; 4] {
+    pub(super) fn quarters(&self, Place { middle, scale }: Place) -> [Place; 4] {
         let half = 0.5 * scale;
         let [a, b, c] = self.corners.map(|p| Place { middle: middle + half * p, scale: half });
         [a, b, c, Place { middle, scale: -half }]

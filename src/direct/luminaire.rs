@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use crate::direct::convex_body::Body;
 use crate::direct::convex_luminaires::convex_parts;
 use crate::direct::emission_moments::Moments;
+use crate::direct::emission_parts::Polygons;
 use crate::direct::emitting_triangle::{EmittingTriangle, polygons};
 use crate::direct::large_emitters::carried;
 use crate::direct::luminaire_parts::divided;
@@ -199,6 +200,15 @@ impl Luminaire {
     pub fn light(&self, x: Vec3, n: Vec3, form: f64) -> DVec3 {
         match &self.uneven {
             Some(own) if form > 0.0 => own.light(x.as_dvec3(), n.as_dvec3(), form),
+            _ => DVec3::splat(form),
+        }
+    }
+
+    /// The light of the pieces of it that a point with unit normal sees over its radiance, channel by channel, their form
+    /// factor being `form`.
+    pub(crate) fn light_of(&self, x: Vec3, n: Vec3, pieces: &Pieces, form: f64, memory: &mut Polygons) -> DVec3 {
+        match &self.uneven {
+            Some(own) if form > 0.0 => own.light_of(x.as_dvec3(), n.as_dvec3(), pieces, form, memory),
             _ => DVec3::splat(form),
         }
     }

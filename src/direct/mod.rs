@@ -15,6 +15,7 @@ pub(crate) mod convex_luminaires;
 pub(crate) mod cut_light;
 pub(crate) mod cut_refinement;
 pub(crate) mod emission_moments;
+pub(crate) mod emission_parts;
 pub(crate) mod emission_tree;
 pub(crate) mod emitting_triangle;
 pub(crate) mod large_emitters;

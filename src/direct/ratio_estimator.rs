@@ -19,6 +19,7 @@
 
 use glam::{DVec3, Vec2};
 
+use crate::direct::emission_parts::Polygons;
 use crate::direct::luminaire::Luminaire;
 use crate::direct::occlusion::Occlusion;
 use crate::direct::shaft_culling::Between;
@@ -116,6 +117,7 @@ pub struct Lamp<'a> {
 pub struct Scratch {
     hits: Vec<Hit>,
     pieces: Pieces,
+    polygons: Polygons,
 }
 
 impl Scratch {
@@ -143,8 +145,11 @@ impl<'a> Lighting<'a> {
                 let casters = self.sight.shafts.casters(faces);
                 let form = luminaire.visible_form(x, n, casters, &mut scratch.pieces)?;
                 // A part of a texture emits otherwise than the whole.
-                let alike = || form == 0.0 || form >= WHOLE * luminaire.exact_form(x, n);
-                (!luminaire.is_textured() || alike()).then(|| luminaire.light(x, n, form))
+                let parted = luminaire.is_textured() && form < WHOLE * luminaire.exact_form(x, n);
+                if !parted {
+                    return Some(luminaire.light(x, n, form));
+                }
+                Some(luminaire.light_of(x, n, &scratch.pieces, form, &mut scratch.polygons))
             }
             Between::Unknown => None,
         }

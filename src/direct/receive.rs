@@ -107,13 +107,8 @@ impl Asking<'_> {
         let (mut received, mut cast) = (DVec3::ZERO, 0);
         for l in 0..count {
             let lamp = self.lighting.lamp(l, i as u32);
-            let exact = match lamp.between {
-                _ if self.lighting.sight.occlusion == Occlusion::Nothing => true,
-                Between::Nothing => true,
-                // Of what is seen of a part of a texture points are drawn.
-                Between::Faces(_) => !lamp.luminaire.is_textured(),
-                Between::Unknown => false,
-            };
+            let is_known = !matches!(lamp.between, Between::Unknown);
+            let exact = is_known || self.lighting.sight.occlusion == Occlusion::Nothing;
             let most = if exact { SMOOTH } else { u32::MAX };
             let receivers = self.rays.min(most).max(1);
             let seed = hash((i * count + l) as u32, self.seed);

@@ -4,7 +4,7 @@
 
 use crate::direct::cut_refinement::CutInputs;
 use crate::direct::light_cut::LightCuts;
-use crate::direct::luminaire::{Luminaire, Luminaires};
+use crate::direct::luminaire::Luminaires;
 use crate::direct::luminaire_parts::FEW;
 use crate::direct::occlusion::Occlusion;
 use crate::direct::shaft_culling::{Shafts, casters};
@@ -24,8 +24,6 @@ pub struct Sight {
     pub shafts: Shafts,
     /// Who lights each patch, where luminaires are many.
     pub cuts: Option<LightCuts>,
-    /// Whether some luminaires have textures, on which points are drawn wherever a part is hidden.
-    pub textured: bool,
 }
 
 /// What lights a scene, and what lies between.
@@ -56,21 +54,19 @@ impl Sight {
         if luminaires.list.len() > FEW {
             let inputs = CutInputs { rays, patches, luminaires, occlusion: &occlusion, casters: &casters };
             let cuts = Some(LightCuts::new(&inputs, receives));
-            return Sight { occlusion, punctual, shafts: Shafts::casting(casters), cuts, textured: false };
+            return Sight { occlusion, punctual, shafts: Shafts::casting(casters), cuts };
         }
         let shafts = match occlusion {
             Occlusion::Nothing => Shafts::default(),
             _ => Shafts::new(casters, patches, luminaires, receives),
         };
-        let textured = luminaires.list.iter().any(Luminaire::is_textured);
-        Sight { occlusion, punctual, shafts, cuts: None, textured }
+        Sight { occlusion, punctual, shafts, cuts: None }
     }
 
     /// Whether light at some receivers is closed form times a ratio of drawn points. The ratio of few points is biased.
     /// Light cuts draw without a ratio, and have chosen how many: there one visibility ray for each draw is enough.
     pub fn takes_ratios(&self) -> bool {
-        let may_hide = self.cuts.is_none() && self.occlusion != Occlusion::Nothing;
-        may_hide && (self.textured || !self.shafts.know_all())
+        self.cuts.is_none() && self.occlusion != Occlusion::Nothing && !self.shafts.know_all()
     }
 }
 
@@ -78,6 +74,6 @@ impl From<Occlusion> for Sight {
     /// Nothing is known of any pair: points are drawn wherever something can occlude. Lights without area are taken to
     /// lie within the scene.
     fn from(occlusion: Occlusion) -> Sight {
-        Sight { punctual: occlusion.clone(), occlusion, shafts: Shafts::default(), cuts: None, textured: false }
+        Sight { punctual: occlusion.clone(), occlusion, shafts: Shafts::default(), cuts: None }
     }
 }

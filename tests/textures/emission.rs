@@ -14,13 +14,39 @@ use halflight::scene::{Material, Scene};
 use crate::common::{Mesh, assemble_one, grey, sampling};
 use crate::textures::{place, texture};
 
-/// A floor, a box on it where asked for, and a panel above that reaches from x = -1 to `end`; textured, it glows for x
-/// < 0 only.
+/// A floor, a board above it where asked for, and a panel above that reaches from x = -1 to `end`; textured, it glows
+/// for x < 0 only.
 fn lit(end: f64, textured: bool, occluded: bool) -> Scene {
+    let mut scene = under(&[(-1.0, end)], textured, occluded);
+    place(&mut scene, DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.5));
+    // u runs from -0.5 to 0.5: the image's second half comes first.
+    for at in scene.coordinates.iter_mut().flatten() {
+        at.x += 0.5;
+    }
+    scene
+}
+
+/// The same with 20 panels of the width given, one every 0.1, each an object of its own; textured, each glows in its
+/// first 0.05.
+fn lit_by_many(width: f64, textured: bool, occluded: bool) -> Scene {
+    let start = |k: u32| 0.1 * f64::from(k) - 1.0;
+    let panels: Vec<(f64, f64)> = (0..20).map(|k| (start(k), start(k) + width)).collect();
+    let mut scene = under(&panels, textured, occluded);
+    for (f, face) in scene.faces.iter_mut().enumerate() {
+        face.object = f as u32 / 2;
+    }
+    place(&mut scene, DVec3::new(10.0, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.5));
+    scene
+}
+
+/// A floor, and panels above it between the x given, of a texture whose first half glows if textured.
+fn under(panels: &[(f64, f64)], textured: bool, occluded: bool) -> Scene {
     let p = DVec3::new;
     let mut mesh = Mesh::default();
     mesh.polygon(&[p(-2., 0., 2.), p(2., 0., 2.), p(2., 0., -2.), p(-2., 0., -2.)], 0);
-    mesh.polygon(&[p(-1., 1.5, -1.), p(end, 1.5, -1.), p(end, 1.5, 1.), p(-1., 1.5, 1.)], 1);
+    for &(start, end) in panels {
+        mesh.polygon(&[p(start, 1.5, -1.), p(end, 1.5, -1.), p(end, 1.5, 1.), p(start, 1.5, 1.)], 1);
+    }
     if occluded {
         mesh.polygon(&[p(-0.4, 0.7, 0.5), p(0.6, 0.7, 0.5), p(0.6, 0.7, -0.5), p(-0.4, 0.7, -0.5)], 2);
     }
@@ -28,13 +54,16 @@ fn lit(end: f64, textured: bool, occluded: bool) -> Scene {
     let glow = texture(2, vec![255, 0], Filter::Nearest);
     let maps = textured.then(|| Arc::new(Maps { emission: Some(glow), ..Maps::default() }));
     let panel = Material { emission: Rgb::new(5.0, 4.0, 3.0), maps, ..grey("panel", 0.0) };
-    let mut scene = mesh.scene(vec![grey("floor", 0.5), panel, grey("board", 0.6)]);
-    place(&mut scene, DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.5));
-    // u runs from -0.5 to 0.5: the image's second half comes first.
-    for at in scene.coordinates.iter_mut().flatten() {
-        at.x += 0.5;
-    }
-    scene
+    mesh.scene(vec![grey("floor", 0.5), panel, grey("board", 0.6)])
+}
+
+/// What the floor receives of emitted light.
+fn received(scene: Scene) -> DVec3 {
+    let p = prepare(scene, 60);
+    let sampling = halflight::form_factors::Sampling { emitter_rays: 4096, ..sampling(16, 0) };
+    let mode = assemble_one(&p, Mode::Global.transport(), &sampling);
+    let floor = (0..p.patches.len()).filter(|&i| p.patches.materials()[i] == 0);
+    floor.map(|i| p.patches.areas()[i] * mode.operator.received()[i].as_dvec3()).sum()
 }
 
 #[test]
@@ -49,16 +78,25 @@ fn a_panel_with_a_texture_is_a_luminaire_of_its_mean() {
 #[test]
 fn patches_receive_what_half_a_panel_sends() {
     for occluded in [false, true] {
-        let [whole, half] = [(1.0, true), (0.0, false)].map(|(end, textured)| {
-            let p = prepare(lit(end, textured, occluded), 60);
-            let sampling = halflight::form_factors::Sampling { emitter_rays: 4096, ..sampling(16, 0) };
-            let mode = assemble_one(&p, Mode::Global.transport(), &sampling);
-            let floor = (0..p.patches.len()).filter(|&i| p.patches.materials()[i] == 0);
-            let received: DVec3 = floor.map(|i| p.patches.areas()[i] * mode.operator.received()[i].as_dvec3()).sum();
-            received
-        });
+        let [whole, half] = [(1.0, true), (0.0, false)].map(|(end, textured)| received(lit(end, textured, occluded)));
         // 4096 drawn points a patch, of which a half glows: 1.5 % a patch, and some thirty patches. Where nothing lies
         // between no point is drawn: what is left is what nodes of the closed form may be off by.
+        let allowed = if occluded { 0.006 } else { 0.002 };
+        assert!((whole / half - 1.0).abs().max_element() < allowed, "{occluded}: {whole} {half}");
+    }
+}
+
+/// Textures of more than 16 luminaires had no closed form: patches mixed what hangs below the ceiling with what it
+/// hides, and nothing told, as paths found the panels by chance only.
+#[test]
+fn patches_receive_what_halves_of_many_panels_send() {
+    let luminaires = Luminaires::new(&lit_by_many(0.08, true, false));
+    assert!(luminaires.list.len() == 20 && luminaires.list.iter().all(|l| l.is_textured()));
+    for occluded in [false, true] {
+        let [whole, half] =
+            [(0.08, true), (0.05, false)].map(|(width, textured)| received(lit_by_many(width, textured, occluded)));
+        // Polynomials miss 1e-3 at most, moments of nodes a fifth as wide as their distance less; points drawn on half
+        // black panels have the noise of `patches_receive_what_half_a_panel_sends` at most.
         let allowed = if occluded { 0.006 } else { 0.002 };
         assert!((whole / half - 1.0).abs().max_element() < allowed, "{occluded}: {whole} {half}");
     }
