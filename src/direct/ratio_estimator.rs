@@ -112,6 +112,14 @@ pub struct Lamp<'a> {
     pub between: Between<'a>,
 }
 
+/// A form factor to what is seen of a luminaire.
+enum Known {
+    /// Of all of it, or of one whose parts emit alike.
+    Whole(f64),
+    /// Of a part of a texture.
+    Part(f64),
+}
+
 /// Memory to use again from receiver to receiver.
 #[derive(Default)]
 pub struct Scratch {
@@ -136,20 +144,37 @@ impl<'a> Lighting<'a> {
     /// factor to what it sees, in each channel if all of it emits alike.
     pub(crate) fn exact_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<DVec3> {
         let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
+        let known = self.known(lamp, receiver, scratch)?;
+        Some(match known {
+            Known::Whole(form) => luminaire.light(x, n, form),
+            Known::Part(form) => luminaire.light_of(x, n, &scratch.pieces, form, &mut scratch.polygons),
+        })
+    }
+
+    /// The same where it costs no more than a few rays: not of a texture of which a part is hidden.
+    pub(crate) fn cheap_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<DVec3> {
+        let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
+        match self.known(lamp, receiver, scratch)? {
+            Known::Whole(form) => Some(luminaire.light(x, n, form)),
+            Known::Part(_) => None,
+        }
+    }
+
+    /// The form factor from a receiver to what it sees of a luminaire, where that is known without a ray; the pieces
+    /// are in `scratch` if a part is hidden.
+    fn known(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<Known> {
+        let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
         if self.sight.occlusion == Occlusion::Nothing {
-            return Some(luminaire.light(x, n, luminaire.exact_form(x, n)));
+            return Some(Known::Whole(luminaire.exact_form(x, n)));
         }
         match lamp.between {
-            Between::Nothing => luminaire.closed_form(x, n).map(|form| luminaire.light(x, n, form)),
+            Between::Nothing => luminaire.closed_form(x, n).map(Known::Whole),
             Between::Faces(faces) => {
                 let casters = self.sight.shafts.casters(faces);
                 let form = luminaire.visible_form(x, n, casters, &mut scratch.pieces)?;
                 // A part of a texture emits otherwise than the whole.
-                let parted = luminaire.is_textured() && form < WHOLE * luminaire.exact_form(x, n);
-                if !parted {
-                    return Some(luminaire.light(x, n, form));
-                }
-                Some(luminaire.light_of(x, n, &scratch.pieces, form, &mut scratch.polygons))
+                let is_part = luminaire.is_textured() && form > 0.0 && form < WHOLE * luminaire.exact_form(x, n);
+                Some(if is_part { Known::Part(form) } else { Known::Whole(form) })
             }
             Between::Unknown => None,
         }

@@ -1,6 +1,7 @@
 //! Light as emitted that one point receives, asked with a few random numbers and free of bias.
 //!
-//! Where the closed form is known it is taken. Elsewhere some points `y` are drawn on a luminaire of area A, one of
+//! Where the closed form is known it is taken, but for textures of which a part is hidden, where it costs more than a
+//! ray is worth. Elsewhere some points `y` are drawn on a luminaire of area A, one of
 //! them is chosen in proportion to the kernel `k(x, y) = cos cos / (pi r²)`, and one visibility ray goes there
 //! (resampled importance sampling, J. F. Talbot et al. 2005). With F the closed form, T the transmittance and c any
 //! number,
@@ -60,7 +61,7 @@ impl Lighting<'_> {
         }
         for l in 0..self.luminaires.list.len() {
             let lamp = self.lamp(l, patch);
-            let form = match self.exact_form(lamp, receiver, scratch) {
+            let form = match self.cheap_form(lamp, receiver, scratch) {
                 Some(form) => form,
                 None => self.draw(receiver, lamp.luminaire, random, scratch, cast),
             };
