@@ -82,11 +82,11 @@ impl Moments {
         [even - u - v, even + u, even + v]
     }
 
-    /// Standard deviation of the emission of a part of this scale from what is linear in the place and has its dipole, the
-    /// largest channel's.
+    /// Standard deviation of the emission of a part of this scale from what is linear in the place and has its dipole,
+    /// the largest channel's.
     ///
-    /// What is linear differs from m by `e_i = 6 w_i - 2 sum of w` at the corners, whose sum is 0, by `sum of e_i² / 12`
-    /// in the mean of squares.
+    /// What is linear differs from m by `e_i = 6 w_i - 2 sum of w` at the corners, whose sum is 0: by
+    /// `sum of e_i² / 12` in the mean of squares.
     pub fn rough(&self, scale: f64) -> f64 {
         let weights = self.weights(scale);
         let all: DVec3 = weights.iter().sum();

@@ -2,8 +2,8 @@
 //!
 //! The part is given as convex polygons that may touch. A node of the triangle's tree
 //! ([`crate::direct::emission_tree`]) that they cover is asked as a whole, and one that the part's edge crosses by its
-//! quarters, down to where little is left. There its emission is taken as linear in the place, by the least squares that
-//! its dipole tells:
+//! quarters, down to where little is left. There its emission is taken as linear in the place, by the least squares
+//! that its dipole tells:
 //!
 //! ```text
 //! ∫ E k dA  =  m F + ∫ (E - m) k dA,      E(y) - m = sum over corners of b_i(y) e_i,      e_i = 6 w_i - 2 sum of w
@@ -22,8 +22,8 @@ use crate::direct::emission_tree::{Asking, EmissionTree, Node, Place};
 use crate::form_factors::geometry::lambert::edge_term;
 use crate::form_factors::geometry::plane::ON_FACE;
 
-/// How much more a node may be off by that the part's edge crosses than one that is asked as a whole: some dozen do, and
-/// what they are off by has no common sign.
+/// How much more a node may be off by that the part's edge crosses than one that is asked as a whole: some dozen do,
+/// and what they are off by has no common sign.
 const CROSSED: f64 = 4.0;
 /// Share of a node from which on all of it is seen; what is missing is rounding.
 const WHOLE: f64 = 1.0 - 1e-9;

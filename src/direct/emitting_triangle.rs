@@ -1,8 +1,10 @@
-//! The triangles of a luminaire, and the convex polygons that they make up.
+//! The triangles of a luminaire, points drawn on them, and the convex polygons that they make up.
 //!
 //! Not handled: polygons of more than two triangles.
 
 use glam::{DVec3, Vec3};
+
+use crate::rays::End;
 
 /// One triangle of a luminaire, counter-clockwise seen from the emitting side.
 #[derive(Clone, Debug)]
@@ -13,6 +15,26 @@ pub(crate) struct EmittingTriangle {
     pub face: u32,
     /// Area of the triangles up to and including this one over the luminaire's.
     pub share: f32,
+}
+
+/// A point drawn on a luminaire.
+#[derive(Clone, Copy, Debug)]
+pub struct EmittingPoint {
+    /// Unit coordinates.
+    pub position: Vec3,
+    /// Unit normal of the emitting side.
+    pub normal: DVec3,
+    /// The face it lies on.
+    pub face: u32,
+    /// What it emits over the luminaire's radiance, channel by channel.
+    pub share: DVec3,
+}
+
+impl EmittingPoint {
+    /// The point as an end of a visibility ray.
+    pub fn end(&self) -> End {
+        (self.position, Some(self.face))
+    }
 }
 
 /// Triangles, those that follow one another and make up a convex quadrangle of one plane taken together.

@@ -18,7 +18,7 @@ use crate::direct::convex_body::Body;
 use crate::direct::convex_luminaires::convex_parts;
 use crate::direct::emission_moments::Moments;
 use crate::direct::emission_parts::Polygons;
-use crate::direct::emitting_triangle::{EmittingTriangle, polygons};
+use crate::direct::emitting_triangle::{EmittingPoint, EmittingTriangle, polygons};
 use crate::direct::large_emitters::carried;
 use crate::direct::luminaire_parts::divided;
 use crate::direct::luminaire_texture::{EmissionTexture, UnevenEmission, is_textured};
@@ -28,8 +28,8 @@ use crate::form_factors::geometry::shadow::{Caster, Pieces, visible_form};
 use crate::form_factors::geometry::silhouette::Outline;
 use crate::form_factors::point_to_polygon;
 use crate::light::Rgb;
+use crate::rays::Side;
 use crate::rays::warp::triangle_point;
-use crate::rays::{End, Side};
 use crate::scene::{PunctualLight, Scene, Sides};
 
 /// One emitting surface of uniform radiance, or with a texture.
@@ -48,26 +48,6 @@ pub struct Luminaire {
     polygons: Vec<Vec<DVec3>>,
     /// None where it has too many faces; points drawn on it stand in for the closed form then.
     outline: Option<Outline>,
-}
-
-/// A point drawn on a luminaire.
-#[derive(Clone, Copy, Debug)]
-pub struct EmittingPoint {
-    /// Unit coordinates.
-    pub position: Vec3,
-    /// Unit normal of the emitting side.
-    pub normal: DVec3,
-    /// The face it lies on.
-    pub face: u32,
-    /// What it emits over the luminaire's radiance, channel by channel.
-    pub share: DVec3,
-}
-
-impl EmittingPoint {
-    /// The point as an end of a visibility ray.
-    pub fn end(&self) -> End {
-        (self.position, Some(self.face))
-    }
 }
 
 /// The luminaires of a scene, lights without area, and which materials' emission they carry.
@@ -204,8 +184,8 @@ impl Luminaire {
         }
     }
 
-    /// The light of the pieces of it that a point with unit normal sees over its radiance, channel by channel, their form
-    /// factor being `form`.
+    /// The light of the pieces of it that a point with unit normal sees over its radiance, channel by channel; their
+    /// form factor is `form`.
     pub(crate) fn light_of(&self, x: Vec3, n: Vec3, pieces: &Pieces, form: f64, memory: &mut Polygons) -> DVec3 {
         match &self.uneven {
             Some(own) if form > 0.0 => own.light_of(x.as_dvec3(), n.as_dvec3(), pieces, form, memory),

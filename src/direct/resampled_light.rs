@@ -18,7 +18,8 @@
 
 use glam::{DVec3, Vec2};
 
-use crate::direct::luminaire::{EmittingPoint, Luminaire};
+use crate::direct::emitting_triangle::EmittingPoint;
+use crate::direct::luminaire::Luminaire;
 use crate::direct::ratio_estimator::Scratch;
 use crate::direct::visibility::Lighting;
 use crate::form_factors::point_kernel;

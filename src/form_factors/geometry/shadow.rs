@@ -17,9 +17,9 @@ use crate::scene::convex_polygon::cut;
 /// Corners of a piece at most, where there is a limit: a quadrangle cut by the horizon and by a dozen cones.
 const CORNERS: usize = 32;
 
-/// Pieces at most, where there is a limit. Points drawn in place of exact pieces leave noise to which camera rays are
-/// added, and a bias where near points count most: 30 scraps of paper below a lamp take 46 s at 12 corners and 64 pieces
-/// and 1.2 s at these (`cargo bench --bench direct`).
+/// Pieces at most, where there is a limit. Points drawn in place of exact pieces leave noise, for which camera rays are
+/// added, and a bias where near points count most: a room with 30 scraps of paper below a lamp took 46 s in place of
+/// 1.2 with 12 corners and 64 pieces (docs/validation.md, "Where the stated error was too small").
 const MOST: usize = 512;
 
 /// Heights below this lie in the plane: a few roundings of unit coordinates.
