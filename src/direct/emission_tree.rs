@@ -14,8 +14,8 @@
 //! multipole expansion as in J. Barnes, P. Hut, *A hierarchical O(N log N) force-calculation algorithm*, Nature 324,
 //! 1986).
 //!
-//! Not handled: what lies between ([`crate::direct::emission_parts`] asks for what is seen); what differs within a leaf,
-//! for receivers so near that they would see it.
+//! Not handled: what lies between ([`crate::direct::emission_parts`] asks for what is seen); what differs within a
+//! leaf, for receivers so near that they would see it.
 
 use std::f64::consts::PI;
 
