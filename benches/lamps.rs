@@ -3,14 +3,19 @@
 //! An open room of 4 by 4 by 2.4 with a box on its floor, the lamps below its ceiling and of the same area together.
 //! `links` finds what lies between patches and luminaires and puts K together with few hemisphere rays, `picture`
 //! renders 48 by 48 pixels of one bounce. Ratios between the two scenes count, not the absolute numbers.
+//!
+//! `scraps`: such a picture to 1 % with one lamp and 15 scraps of paper (30 triangles) below it, whose shadows have
+//! many pieces.
 
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::DVec3;
+use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb};
+use halflight::rays::sobol::hash;
 use halflight::render::{Prepared, Silent, assemble, prepare, render};
 use halflight::scene::{Material, Scene};
 use halflight::solve::explore;
@@ -37,6 +42,20 @@ const ROOM: [Quad; 7] = [
 
 /// The room with `columns` × `rows` lamps, each its own object.
 fn room(columns: u32, rows: u32) -> Prepared {
+    let prepared = prepare(scene(columns, rows, &[]), 400);
+    assert_eq!(prepared.luminaires.list.len(), (columns * rows) as usize);
+    prepared
+}
+
+/// Quadrangles of paper below the middle of the ceiling, turned any way.
+fn paper() -> Vec<Quad> {
+    let signed = |k: u32, d: u32| 2.0 * f64::from(hash(k, d)) / f64::from(u32::MAX) - 1.0;
+    let side = |k: u32, d: u32| [0, 1, 2].map(|axis| 0.3 * signed(k, d + axis));
+    let corner = |k: u32| [2.0 + signed(k, 0), 2.0 + signed(k, 1), 1.7 + 0.4 * signed(k, 2)];
+    (0..15).map(|k| [corner(k), side(k, 3), side(k, 6)]).collect()
+}
+
+fn scene(columns: u32, rows: u32, paper: &[Quad]) -> Scene {
     let white = Material::new("white", Rgb::splat(0.7), Rgb::ZERO);
     let glow = Material::new("glow", Rgb::splat(0.5), Rgb::new(10.0, 9.0, 7.0));
     let (a, b) = (SIDE / f64::from(columns), SIDE / f64::from(rows));
@@ -45,7 +64,7 @@ fn room(columns: u32, rows: u32) -> Prepared {
         let corner = [a * u, b * v, HEIGHT - 0.02];
         [corner, [0.0, LAMP * b, 0.0], [LAMP * a, 0.0, 0.0]]
     };
-    let quads = ROOM.iter().map(|&q| (q, 0));
+    let quads = ROOM.iter().chain(paper).map(|&q| (q, 0));
     let (mut corners, mut faces) = (Vec::new(), Vec::new());
     for (quad, material) in quads.chain((0..columns * rows).map(|k| (lamp(k), 1))) {
         let [p, u, v] = quad.map(DVec3::from);
@@ -58,9 +77,17 @@ fn room(columns: u32, rows: u32) -> Prepared {
     for (f, face) in scene.faces.iter_mut().enumerate() {
         face.object = f as u32 / 2;
     }
-    let prepared = prepare(scene, 400);
-    assert_eq!(prepared.luminaires.list.len(), (columns * rows) as usize);
-    prepared
+    scene
+}
+
+fn scraps(c: &mut Criterion) {
+    let mut group = c.benchmark_group("lamps");
+    group.sample_size(10);
+    let mut solver = Solver::new(&scene(1, 1, &paper()));
+    group.bench_function("scraps", |b| {
+        b.iter(|| black_box(solver.render(Mode::OneBounce, (48, 48)).tolerance(0.01).expect("a picture")))
+    });
+    group.finish();
 }
 
 fn lamps(c: &mut Criterion) {
@@ -84,5 +111,5 @@ fn lamps(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, lamps);
+criterion_group!(benches, lamps, scraps);
 criterion_main!(benches);

@@ -1,11 +1,13 @@
 //! Work that is spared, against the general path that would do it all: the same numbers.
 
-use crate::common::{Silent, all_of_f, assemble_one, builtin, mean_and_error, sampling, transport};
+use crate::common::{Mesh, Silent, all_of_f, assemble_one, builtin, grey, mean_and_error, random, sampling, transport};
+use glam::DVec3;
 use halflight::direct::{Lighting, Occlusion, Sight, receive_emitted};
 use halflight::form_factors::{FormFactors, Sampling, Variant, cast};
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::operator::{LinearOperator, Operator, PatchMaterials};
 use halflight::render::{Assembled, assemble, prepare};
+use halflight::scene::Material;
 use halflight::solve::{Settings, Solution, explore, neumann};
 
 fn solve(mode: &Assembled) -> Solution {
@@ -93,6 +95,30 @@ fn shadows_cut_out_are_those_that_rays_find() {
         assert!(mean.abs() < 4.0 * 1.2 / f64::from(counted).sqrt(), "{name}: {mean} of {counted}");
         assert!(counted > 10);
     }
+}
+
+/// Where shadows had more than 64 pieces or 12 corners points were drawn in place of cutting them: 46 s in place of 1.2
+/// for a picture of a room like this, and beside wide lamps 2 to 3 % too little light.
+#[test]
+fn thirty_scraps_below_a_lamp_leave_nothing_to_draw() {
+    let p = DVec3::new;
+    let mut mesh = Mesh::default();
+    mesh.polygon(&[p(-2., 0., 2.), p(2., 0., 2.), p(2., 0., -2.), p(-2., 0., -2.)], 0);
+    mesh.polygon(&[p(-1., 2.5, -1.), p(1., 2.5, -1.), p(1., 2.5, 1.), p(-1., 2.5, 1.)], 1);
+    for k in 0..30 {
+        let signed = |purpose: u32| 2.0 * random(k, purpose) - 1.0;
+        let middle = p(signed(0), 1.85 + 0.4 * signed(1), signed(2));
+        let corner = |d: u32| middle + p(0.4 * signed(d), 0.2 * signed(d + 1), 0.4 * signed(d + 2));
+        mesh.polygon(&[corner(3), corner(6), corner(9)], 2);
+    }
+    let glow = Material::new("glow", Rgb::ZERO, Rgb::ONE);
+    let p = prepare(mesh.scene(vec![grey("floor", 0.5), glow, grey("paper", 0.5)]), 100);
+    let receives: Vec<bool> = p.patches.materials().iter().map(|&m| m == 0).collect();
+    let transports = p.scene.transports(Mode::Global.transport());
+    let sight = Sight::new(&p.scene, &p.rays, &p.patches, &p.luminaires, &transports, &receives);
+    let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
+    let (received, rays) = receive_emitted(&lighting, &p.patches, &receives, &sampling(64, 0), &|_| ());
+    assert!(rays == 0 && received.iter().any(|light| light.x > 0.0), "{rays} rays");
 }
 
 #[test]

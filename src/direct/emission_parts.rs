@@ -17,10 +17,15 @@ use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
+use smallvec::SmallVec;
 
 use crate::direct::emission_tree::{Asking, EmissionTree, Node, Place};
-use crate::form_factors::geometry::lambert::edge_term;
+use crate::form_factors::geometry::lambert::signed_edges;
 use crate::form_factors::geometry::plane::ON_FACE;
+use crate::scene::convex_polygon::{area, put_above};
+
+/// Corners of a polygon that need no memory of their own.
+const CORNERS: usize = 16;
 
 /// How much more a node may be off by that the part's edge crosses than one that is asked as a whole: some dozen do,
 /// and what they are off by has no common sign.
@@ -34,6 +39,8 @@ const WHOLE: f64 = 1.0 - 1e-9;
 pub(crate) struct Polygons {
     corners: Vec<DVec2>,
     list: Vec<Polygon>,
+    /// What is being cut.
+    part: Vec<DVec2>,
 }
 
 /// Where a polygon's corners stand, and the share of its light that arrives.
@@ -76,7 +83,7 @@ impl Polygons {
         let start = self.corners.len();
         self.corners.extend(corners);
         let own = start..self.corners.len();
-        if doubled_area(&self.corners[own.clone()]) < 0.0 {
+        if area(&self.corners[own.clone()]) < 0.0 {
             self.corners[own.clone()].reverse();
         }
         self.list.push(Polygon { corners: own, through });
@@ -96,24 +103,13 @@ impl Polygons {
 
     fn cut_one(&mut self, k: usize, line: &Line) {
         let Polygon { corners: own, through } = self.list[k].clone();
-        let start = self.corners.len();
-        let mut here = self.corners[own.end - 1];
-        let mut h = line.height(here);
-        for k in own {
-            let next = self.corners[k];
-            let g = line.height(next);
-            if (h > 0.0 && g < 0.0) || (h < 0.0 && g > 0.0) {
-                self.corners.push(here.lerp(next, h / (h - g)));
-            }
-            if g >= 0.0 {
-                self.corners.push(next);
-            }
-            (here, h) = (next, g);
+        self.part.clear();
+        put_above(&self.corners[own], |p| line.height(p), &mut self.part);
+        if self.part.len() > 2 {
+            let start = self.corners.len();
+            self.corners.extend_from_slice(&self.part);
+            self.list.push(Polygon { corners: start..self.corners.len(), through });
         }
-        if self.corners.len() < start + 3 {
-            return self.corners.truncate(start);
-        }
-        self.list.push(Polygon { corners: start..self.corners.len(), through });
     }
 
     fn each(&self, of: Range<usize>) -> impl Iterator<Item = (&[DVec2], f64)> {
@@ -122,7 +118,7 @@ impl Polygons {
 
     /// Sum of the areas of some polygons.
     fn area(&self, of: Range<usize>) -> f64 {
-        0.5 * self.each(of).map(|(corners, _)| doubled_area(corners)).sum::<f64>()
+        self.each(of).map(|(corners, _)| area(corners)).sum()
     }
 
     /// The share of their light that arrives from all of some polygons alike.
@@ -143,19 +139,13 @@ impl EmissionTree {
         seen: impl Iterator<Item = (&'a [DVec3], f64)>,
         memory: &mut Polygons,
     ) -> DVec3 {
+        let Some((place, asking)) = self.seen_from(x, n, tolerable) else { return DVec3::ZERO };
         let along = self.frame.transpose();
-        let (middle, normal) = (along * (self.middle - x), along * n);
-        let depth = -middle.z;
-        if depth <= 0.0 {
-            return DVec3::ZERO;
-        }
         memory.clear();
-        let is_here = |p: &DVec3| (self.frame.z_axis.dot(*p) + depth).abs() <= ON_FACE;
+        let is_here = |p: &DVec3| (self.frame.z_axis.dot(*p) + asking.depth).abs() <= ON_FACE;
         for (corners, through) in seen.filter(|(corners, _)| corners.iter().all(is_here)) {
             memory.add(corners.iter().map(|p| (along * *p).truncate()), through);
         }
-        let asking = Asking { depth, lift: -depth * normal.z, rise: normal.truncate(), tolerable };
-        let place = Place { middle: middle.truncate(), scale: 1.0 };
         let [a, b, c] = self.corners_at(place);
         let own = memory.cut(0..memory.list.len(), &[Line::between(a, b), Line::between(b, c), Line::between(c, a)]);
         self.ask_within(0, place, own, &asking, memory)
@@ -166,10 +156,10 @@ impl EmissionTree {
         self.corners.map(|p| middle + scale * p)
     }
 
-    /// The same for node k, and the polygons `of` it.
+    /// The form factor of the emission beyond 1 of the polygons `of` node k.
     fn ask_within(&self, k: usize, place: Place, of: Range<usize>, asking: &Asking, memory: &mut Polygons) -> DVec3 {
-        let (node, area) = (&self.nodes[k], self.area * place.scale * place.scale);
-        let covered = (memory.area(of.clone()) / area).min(1.0);
+        let (node, own) = (&self.nodes[k], self.area * place.scale * place.scale);
+        let covered = (memory.area(of.clone()) / own).min(1.0);
         if covered >= WHOLE
             && let Some(through) = memory.through(of.clone())
         {
@@ -179,7 +169,7 @@ impl EmissionTree {
         let height = asking.lift + place.middle.dot(asking.rise) + self.radius * place.scale.abs();
         // What a part of the node differs from what is linear by is no more than this, by Cauchy and Schwarz.
         let rough = f64::from(node.rough) * (covered * (1.0 - covered)).sqrt();
-        let error = rough * (area / PI * inverse).min(1.0) * (height * inverse.sqrt()).min(1.0);
+        let error = rough * (own / PI * inverse).min(1.0) * (height * inverse.sqrt()).min(1.0);
         if node.quarters == 0 || error <= CROSSED * asking.tolerable {
             let each = memory.each(of);
             return each.map(|(part, through)| through * self.of_part(node, place, part, asking)).sum();
@@ -188,14 +178,14 @@ impl EmissionTree {
         let [pq, qr, rp] = [0.5 * (p + q), 0.5 * (q + r), 0.5 * (r + p)];
         let lines = [Line::between(pq, rp), Line::between(qr, pq), Line::between(rp, qr)];
         let mut sum = DVec3::ZERO;
-        for (i, own) in self.quarters(place).into_iter().enumerate() {
+        for (i, quarter) in self.quarters(place).into_iter().enumerate() {
             let before = (memory.corners.len(), memory.list.len());
             let part = match lines.get(i) {
                 Some(line) => memory.cut(of.clone(), &[*line]),
                 None => memory.cut(of.clone(), &lines.map(Line::turned)),
             };
             if !part.is_empty() {
-                sum += self.ask_within(node.quarters as usize + i, own, part, asking, memory);
+                sum += self.ask_within(node.quarters as usize + i, quarter, part, asking, memory);
             }
             memory.corners.truncate(before.0);
             memory.list.truncate(before.1);
@@ -226,16 +216,8 @@ impl EmissionTree {
 
 /// The form factor to a polygon of the plane above the horizon.
 fn form(polygon: &[DVec2], asking: &Asking) -> f64 {
-    let normal = asking.rise.extend(-asking.lift / asking.depth);
-    let corner = |k: usize| polygon[k % polygon.len()].extend(-asking.depth);
-    let edges = (0..polygon.len()).map(|k| edge_term(normal, corner(k), corner(k + 1)));
-    edges.sum::<f64>().abs() / TAU
-}
-
-/// Twice the area of a polygon, negative where it is clockwise.
-fn doubled_area(polygon: &[DVec2]) -> f64 {
-    let first = polygon[0];
-    polygon[1..].windows(2).map(|e| (e[0] - first).perp_dot(e[1] - first)).sum()
+    let corners: SmallVec<[DVec3; CORNERS]> = polygon.iter().map(|p| asking.relative(*p)).collect();
+    signed_edges(asking.normal(), &corners).abs() / TAU
 }
 
 #[cfg(test)]

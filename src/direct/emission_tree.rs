@@ -51,8 +51,9 @@ pub(super) struct Node {
     pub weights: [Vec3; 3],
     /// Frobenius norm of Q, the largest channel's.
     bend: f32,
-    /// Standard deviation of the emission, the largest channel's; from what is linear in the place.
+    /// Standard deviation of the emission from its mean, the largest channel's.
     spread: f32,
+    /// That from what is linear in the place.
     pub rough: f32,
     /// The first of its quarters; 0 where there is none.
     pub quarters: u32,
@@ -86,10 +87,19 @@ impl Asking {
         self.depth * (self.lift + place.dot(self.rise)) / (squared * squared)
     }
 
+    /// The receiver's normal.
+    pub fn normal(&self) -> DVec3 {
+        self.rise.extend(-self.lift / self.depth)
+    }
+
+    /// A place from the receiver.
+    pub fn relative(&self, place: DVec2) -> DVec3 {
+        place.extend(-self.depth)
+    }
+
     /// The form factor to a triangle of the plane.
     fn form(&self, corners: [DVec2; 3]) -> f64 {
-        let normal = self.rise.extend(-self.lift / self.depth);
-        point_to_polygon(normal, &corners.map(|p| p.extend(-self.depth)))
+        point_to_polygon(self.normal(), &corners.map(|p| self.relative(p)))
     }
 }
 
@@ -168,17 +178,19 @@ impl EmissionTree {
     /// The form factor of the emission beyond 1 from a receiver with unit normal n, nothing between: each node that is
     /// asked is off by at most about `tolerable`.
     pub fn beyond(&self, x: DVec3, n: DVec3, tolerable: f64) -> DVec3 {
+        self.seen_from(x, n, tolerable).map_or(DVec3::ZERO, |(place, asking)| self.ask(0, place, &asking))
+    }
+
+    /// Where all of it lies as a receiver with unit normal n sees it, and who asks; none behind it.
+    pub(super) fn seen_from(&self, x: DVec3, n: DVec3, tolerable: f64) -> Option<(Place, Asking)> {
         let along = self.frame.transpose();
         let (middle, normal) = (along * (self.middle - x), along * n);
         let depth = -middle.z;
-        if depth <= 0.0 {
-            return DVec3::ZERO;
-        }
         let asking = Asking { depth, lift: -depth * normal.z, rise: normal.truncate(), tolerable };
-        self.ask(0, Place { middle: middle.truncate(), scale: 1.0 }, &asking)
+        (depth > 0.0).then_some((Place { middle: middle.truncate(), scale: 1.0 }, asking))
     }
 
-    /// The same for node k.
+    /// The form factor of the emission beyond 1 of node k, nothing between.
     pub(super) fn ask(&self, k: usize, place: Place, asking: &Asking) -> DVec3 {
         let Place { middle, scale } = place;
         let (node, radius) = (&self.nodes[k], self.radius * scale.abs());

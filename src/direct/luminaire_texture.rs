@@ -1,7 +1,8 @@
 //! Luminaires with a texture: what a point emits over the mean of its material's faces.
 //!
-//! Where all of a luminaire is seen its light is a closed form ([`crate::direct::emission_tree`]). Points drawn on it
-//! carry `E(y)` over the mean, so that the ratio and resampling estimators find what the texture does to shadows.
+//! What is seen of a luminaire has a closed form, all of it ([`crate::direct::emission_tree`]) or a part
+//! ([`crate::direct::emission_parts`]). Where too much lies between points are drawn: they carry `E(y)` over the mean,
+//! so that the ratio and resampling estimators find what the texture does to shadows.
 //!
 //! Where luminaires are many each brings the moments of its emission to the tree of all ([`crate::direct::moments`]).
 //!

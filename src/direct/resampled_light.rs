@@ -1,10 +1,9 @@
 //! Light as emitted that one point receives, asked with a few random numbers and free of bias.
 //!
 //! Where the closed form is known it is taken, but for textures of which a part is hidden, where it costs more than a
-//! ray is worth. Elsewhere some points `y` are drawn on a luminaire of area A, one of
-//! them is chosen in proportion to the kernel `k(x, y) = cos cos / (pi r²)`, and one visibility ray goes there
-//! (resampled importance sampling, J. F. Talbot et al. 2005). With F the closed form, T the transmittance and c any
-//! number,
+//! ray is worth. Elsewhere some points `y` are drawn on a luminaire of area A, one of them is chosen in proportion to
+//! the kernel `k(x, y) = cos cos / (pi r²)`, and one visibility ray goes there (resampled importance sampling, J. F.
+//! Talbot et al. 2005). With F the closed form, T the transmittance and c any number,
 //!
 //! ```text
 //! F_V = T(y) m + c (F - m),      m = mean of A k over the points drawn,      E[m] = F

@@ -1,4 +1,4 @@
-//! Clipping of convex polygons by half planes (Sutherland and Hodgman 1974), in double precision.
+//! Areas of polygons, and clipping of convex ones by half planes (Sutherland and Hodgman 1974), in double precision.
 //!
 //! Not handled: polygons that are not convex.
 
@@ -19,18 +19,30 @@ pub(crate) fn clip(polygon: &[DVec2], axis: DVec2, [low, high]: [Option<f64>; 2]
 /// The part of a convex polygon where `normal · q >= offset`.
 pub(crate) fn half_plane(polygon: &[DVec2], normal: DVec2, offset: f64) -> Vec<DVec2> {
     let mut out = Vec::with_capacity(polygon.len() + 1);
-    let crossing = |(p, h): (DVec2, f64), (q, g): (DVec2, f64)| p.lerp(q, h / (h - g));
-    cut(
-        polygon,
-        |p| normal.dot(p) - offset,
-        crossing,
-        |p, [above, _]| {
-            if above {
-                out.push(p);
-            }
-        },
-    );
+    put_above(polygon, |p| normal.dot(p) - offset, &mut out);
     out
+}
+
+/// Adds the part of a convex polygon whose height is not negative.
+#[inline]
+pub(crate) fn put_above(polygon: &[DVec2], height: impl Fn(DVec2) -> f64, out: &mut Vec<DVec2>) {
+    let crossing = |(p, h): (DVec2, f64), (q, g): (DVec2, f64)| p.lerp(q, h / (h - g));
+    cut(polygon, height, crossing, |p, [above, _]| {
+        if above {
+            out.push(p);
+        }
+    });
+}
+
+/// The edges of a polygon.
+pub(crate) fn edges(corners: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> {
+    corners.iter().zip(corners.iter().cycle().skip(1)).map(|(&a, &b)| (a, b))
+}
+
+/// The area of a polygon, by triangles from its first corner so that small ones lose no digits; negative where it runs
+/// to the right.
+pub(crate) fn area(corners: &[DVec2]) -> f64 {
+    edges(corners).map(|(a, b)| 0.5 * (a - corners[0]).perp_dot(b - corners[0])).sum()
 }
 
 /// Cuts a convex polygon where its height changes sign: calls `put` with every corner and every crossing in order, and

@@ -9,8 +9,7 @@
 
 use glam::DVec2;
 
-use crate::scene::convex_polygon::clip;
-use crate::scene::textures::polygon_mean::area;
+use crate::scene::convex_polygon::{area, clip};
 use crate::scene::textures::texture::Wrap;
 
 /// Area in texels below which rounding tells no mean.

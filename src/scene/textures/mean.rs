@@ -15,8 +15,9 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::scene::convex_polygon::area;
 use crate::scene::textures::edge_bands::{LEAST, Part, parts};
-use crate::scene::textures::polygon_mean::{Window, area, extent};
+use crate::scene::textures::polygon_mean::{Window, extent};
 use crate::scene::textures::stored_image::Cells;
 use crate::scene::textures::texture::{Filter, Texture, Wrap};
 

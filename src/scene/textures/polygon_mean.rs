@@ -12,6 +12,7 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::scene::convex_polygon::{area, edges};
 use crate::scene::textures::texture::Filter;
 
 /// Gaussian points of the unit interval.
@@ -20,17 +21,6 @@ const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 /// The lower left and upper right of points.
 pub(super) fn extent(points: &[DVec2]) -> (DVec2, DVec2) {
     points.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)))
-}
-
-/// The edges of a polygon.
-fn edges(corners: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> {
-    corners.iter().zip(corners.iter().cycle().skip(1)).map(|(&a, &b)| (a, b))
-}
-
-/// The area of a polygon, by triangles from its first corner so that small ones lose no digits; negative where it runs
-/// to the right.
-pub(super) fn area(corners: &[DVec2]) -> f64 {
-    edges(corners).map(|(a, b)| 0.5 * (a - corners[0]).perp_dot(b - corners[0])).sum()
 }
 
 /// The values around a polygon with their running sums along the rows.
