@@ -219,14 +219,14 @@ fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
         let columns = x.saturating_sub(POOL)..(x + POOL + 1).min(width);
         let rows = y.saturating_sub(POOL)..(y + POOL + 1).min(height);
         let n = (columns.len() * rows.len()) as f64;
-        let mut sums = (0.0, 0.0);
+        let mut sums = (-own[k].0, 0.0);
         for y in rows {
             for (difference, bend) in &own[y * width + columns.start..y * width + columns.end] {
                 sums = (sums.0 + difference, sums.1 + bend);
             }
         }
         let edge = sums.1 / n / 12.0 * f64::from(pixels[k].count).powf(-1.5);
-        (sums.0 / n).max(edge)
+        (sums.0.max(0.0) / (n-1.0)).max(edge)
     };
     (0..pixels.len()).into_par_iter().map(around).collect()
 }

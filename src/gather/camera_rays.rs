@@ -14,7 +14,7 @@ use crate::gather::highlights::Highlights;
 use crate::gather::pixel::Pixel;
 use crate::gather::pixel_cells::PixelCells;
 use crate::gather::pixel_layer::SurfaceKey;
-use crate::gather::pixel_texture::{Adjusted, SeenPoint};
+use crate::gather::pixel_texture::{Adjusted, SeenPoint, surfaces};
 use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::rays::sobol::{Sobol, hash};
@@ -110,7 +110,7 @@ impl<'a> CameraRays<'a> {
             let all = seen.len() as u32 == count - pixel.count;
             let adjusted = pixel.texture.see(self.view, k, &seen, all);
             if self.textured && pixel.texture.is_varied() {
-                self.average(k, PixelCells::new(half, count), &mut seen, first);
+                self.average(k, count - pixel.count, &mut seen, first);
             }
             for point in &seen {
                 self.shade(point, adjusted, ray(point.index), pixel, scratch);
@@ -124,11 +124,17 @@ impl<'a> CameraRays<'a> {
         pixel.count = count;
     }
 
-    /// Gives the points that rays of pixel k see the mean reflectance over the cells that they stand for.
-    fn average(&self, k: usize, cells: PixelCells, seen: &mut [SeenPoint], first: CameraRay) {
+    /// Gives the points that so many rays of pixel k see, away from edges, the mean reflectance over the cells that
+    /// they stand for.
+    fn average(&self, k: usize, rays: u32, seen: &mut [SeenPoint], first: CameraRay) {
+        let Some(mut cells) = PixelCells::new(rays) else { return };
+        let place = |index: u32| DVec2::from([0, 1].map(|d| f64::from(self.sobol.point(index, d, first.seed))));
+        let surfaces = surfaces(self.view, seen);
+        seen.iter().zip(&surfaces).for_each(|(point, &surface)| cells.see(place(point.index), surface));
         for point in seen {
-            let at = DVec2::from([0, 1].map(|d| f64::from(self.sobol.point(point.index, d, first.seed))));
-            if let Some(mean) = cells.mean(self.view, k, point.hit.face, at) {
+            let at = place(point.index);
+            let mean = || cells.mean(self.view, k, point.hit.face, at);
+            if let Some(mean) = cells.is_within_surface(at).then(mean).flatten() {
                 point.rho = mean.as_vec3();
             }
         }

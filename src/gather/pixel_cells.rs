@@ -10,26 +10,53 @@ use crate::rays::Side;
 /// How many times as much surface a point of a pixel stands for as another, at most: a pixel is taken apart until that
 /// holds in each part, as the mean over a part is one over the surface.
 pub(crate) const UNEVEN: f64 = 1.1;
-/// The cells of a pixel's half that its camera rays stand for.
-#[derive(Clone, Copy, Debug)]
+/// Cells to a side at least: of fewer, each lies beside all others.
+const LEAST: u32 = 4;
+
+/// The square cells of a pixel that its camera rays stand for.
+#[derive(Clone, Debug)]
 pub(crate) struct PixelCells {
     /// Cells to a side.
-    number: f64,
-    /// Off the pixel's lower left, in cells; what lies beyond the pixel is cut off.
-    off: f64,
+    number: u32,
+    /// The surface that rays see through each, row by row.
+    shown: Vec<Shown>,
+}
+
+/// What the rays through a cell see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shown {
+    Nothing,
+    /// The surface of this number.
+    One(u32),
+    Several,
 }
 
 impl PixelCells {
-    /// Those of a half that has so many rays, no more cells than rays.
-    pub fn new(half: usize, rays: u32) -> PixelCells {
-        let number = f64::from(1_u32 << (rays.max(1).ilog2() / 2));
-        PixelCells { number, off: 0.5 * half as f64 }
+    /// No more cells than rays, none of which has seen anything yet; none at all where rays are few.
+    pub fn new(rays: u32) -> Option<PixelCells> {
+        let number = 1_u32 << (rays.max(1).ilog2() / 2);
+        let shown = vec![Shown::Nothing; (number * number) as usize];
+        (number >= LEAST).then_some(PixelCells { number, shown })
     }
 
-    /// The lower left and upper right of the cell that a place of the pixel lies in.
-    fn around(&self, at: DVec2) -> [DVec2; 2] {
-        let low = ((at * self.number + self.off).floor() - self.off) / self.number;
-        [low, low + 1.0 / self.number].map(|corner| corner.clamp(DVec2::ZERO, DVec2::ONE))
+    /// Adds that a ray through a place of the pixel sees surface number `surface`.
+    pub fn see(&mut self, at: DVec2, surface: u32) {
+        let [x, y] = self.cell(at);
+        let shown = &mut self.shown[(y * self.number + x) as usize];
+        *shown = match *shown {
+            Shown::Nothing => Shown::One(surface),
+            Shown::One(own) if own == surface => Shown::One(own),
+            _ => Shown::Several,
+        };
+    }
+
+    /// Whether rays see one surface, and nothing else, through the cell around a place and all cells beside it.
+    pub fn is_within_surface(&self, at: DVec2) -> bool {
+        let [x, y] = self.cell(at);
+        let around = |p: u32| p.saturating_sub(1)..(p + 2).min(self.number);
+        let shown = |x: u32, y: u32| self.shown[(y * self.number + x) as usize];
+        let own = shown(x, y);
+        matches!(own, Shown::One(_)) && around(y).all(|y| around(x).all(|x| shown(x, y) == own))
     }
 
     /// The mean reflectance of a surface over the cell around a place of pixel k; none where it has no texture, or is
@@ -43,6 +70,17 @@ impl PixelCells {
         let place = |u: f64, v: f64| coordinates(view, k, face, DVec2::new(u, v));
         let corners = [place(low.x, low.y)?, place(high.x, low.y)?, place(high.x, high.y)?, place(low.x, high.y)?];
         Some(view.scene.material(face).rho.as_dvec3() * texture.mean_in_pixel(corners))
+    }
+
+    /// Column and row of the cell that a place of the pixel lies in.
+    fn cell(&self, at: DVec2) -> [u32; 2] {
+        (at * f64::from(self.number)).to_array().map(|p| (p as u32).min(self.number - 1))
+    }
+
+    /// The lower left and upper right of the cell around a place.
+    fn around(&self, at: DVec2) -> [DVec2; 2] {
+        let [x, y] = self.cell(at);
+        [0, 1].map(|step| DVec2::new((x + step).into(), (y + step).into()) / f64::from(self.number))
     }
 }
 

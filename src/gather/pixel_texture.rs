@@ -14,21 +14,21 @@
 //! noise. Where every rho_i of a channel is 0 the mean of D_i stands for the ratio.
 //!
 //! Where a pixel shows several surfaces a ray stands for a cell of the pixel as large as its share of it
-//! ([`crate::gather::pixel_cells`]), and has the mean reflectance of its surface's plane over that. What lies on a
-//! cell beside the edge of a surface differs from what is seen of it as often one way as the other; cells shrink as
-//! rays are added, so that this falls as the noise of the edge itself, and the cells of the halves lie apart, so that
-//! their difference tells it.
+//! ([`crate::gather::pixel_cells`]), and has the mean reflectance of its surface over that, if the cells around show
+//! nothing else. At an edge it keeps its own point's: the mean over a cell would hold texels that are hidden, alike in
+//! both halves, whose difference would not tell.
 //!
 //! Not handled: surfaces with masks: there the mean of the rays is all there is.
 
 use glam::{DVec2, DVec3, Vec3};
 
 use crate::gather::pixel_cells::{UNEVEN, coordinates, unevenness};
-use crate::gather::pixel_layer::SurfaceKey;
+use crate::gather::pixel_layer::{Layer, SurfaceKey};
 use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::rays::Hit;
 use crate::scene::Scene;
+use crate::surfaces::SurfacePoint;
 
 /// Parts to a side of a pixel at most; a pixel so near the horizon of a plane keeps its rays' mean.
 const PARTS: u32 = 4;
@@ -153,6 +153,28 @@ impl Footprint {
         self.key == point.key
             && (self.face == point.hit.face || alike(self.face).distance(alike(point.hit.face)) <= APART * self.extent)
     }
+}
+
+/// Numbers the surfaces that a pixel's rays see, so that each goes on from point to point with one texture.
+pub(crate) fn surfaces(view: &View, seen: &[SeenPoint]) -> Vec<u32> {
+    let mut found: Vec<Layer> = Vec::new();
+    let number = |point: &SeenPoint| {
+        let own = view.surface_point(point.hit.face, point.hit.side, point.position);
+        let known = found.iter().position(|l| l.holds(point.key, &own) && goes_on(view.scene, &l.first, &own));
+        let number = known.unwrap_or(found.len());
+        if number == found.len() {
+            found.push(Layer::new(point.key, own, point.rho));
+        }
+        number as u32
+    };
+    seen.iter().map(number).collect()
+}
+
+/// Whether the texture of one point's face goes on to another point, as far as the points lie apart.
+fn goes_on(scene: &Scene, from: &SurfacePoint, to: &SurfacePoint) -> bool {
+    let [start, end] = [from, to].map(|point| scene.coordinates_beyond(from.face, point.position.as_dvec3()));
+    let found = scene.coordinates_beyond(to.face, to.position.as_dvec3());
+    from.face == to.face || found.distance(end) <= APART * start.distance(end)
 }
 
 /// Parts to a side that pixel k is taken into, so that each of them is evenly spread over a face's plane.
