@@ -226,7 +226,7 @@ fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
             }
         }
         let edge = sums.1 / n / 12.0 * f64::from(pixels[k].count).powf(-1.5);
-        (sums.0.max(0.0) / (n-1.0)).max(edge)
+        (sums.0.max(0.0) / (n - 1.0)).max(edge)
     };
     (0..pixels.len()).into_par_iter().map(around).collect()
 }

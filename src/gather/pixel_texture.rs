@@ -20,7 +20,7 @@
 //!
 //! Not handled: surfaces with masks: there the mean of the rays is all there is.
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, UVec2, Vec3};
 
 use crate::gather::pixel_cells::{UNEVEN, coordinates, unevenness};
 use crate::gather::pixel_layer::{Layer, SurfaceKey};
@@ -30,8 +30,8 @@ use crate::rays::Hit;
 use crate::scene::Scene;
 use crate::surfaces::SurfacePoint;
 
-/// Parts to a side of a pixel at most; a pixel so near the horizon of a plane keeps its rays' mean.
-const PARTS: u32 = 4;
+/// Parts of a pixel at most; a pixel so near the horizon of a plane keeps its rays' mean.
+const PARTS: u32 = 64;
 /// How far the textures of two faces may lie apart to be one, as a share of the pixel.
 const APART: f64 = 0.01;
 
@@ -136,14 +136,15 @@ impl Footprint {
         let face = seen.hit.face;
         let texture = view.scene.whole_texture(face)?;
         let parts = parts(view, k, face)?;
-        let place = |x: u32, y: u32| coordinates(view, k, face, DVec2::new(x.into(), y.into()) / f64::from(parts));
+        let place = |x: u32, y: u32| coordinates(view, k, face, DVec2::new(x.into(), y.into()) / parts.as_dvec2());
         let mut sum = DVec3::ZERO;
-        for (x, y) in (0..parts).flat_map(|y| (0..parts).map(move |x| (x, y))) {
+        for (x, y) in (0..parts.y).flat_map(|y| (0..parts.x).map(move |x| (x, y))) {
             let part = [place(x, y)?, place(x + 1, y)?, place(x + 1, y + 1)?, place(x, y + 1)?];
             sum += texture.mean_in_pixel(part);
         }
-        let mean = sum / f64::from(parts * parts);
-        let extent = place(0, 0)?.distance(place(parts, parts)?).max(place(parts, 0)?.distance(place(0, parts)?));
+        let mean = sum / f64::from(parts.element_product());
+        let UVec2 { x, y } = parts;
+        let extent = place(0, 0)?.distance(place(x, y)?).max(place(x, 0)?.distance(place(0, y)?));
         Some(Footprint { key: seen.key, face, rho: view.scene.material(face).rho.as_dvec3() * mean, extent })
     }
 
@@ -177,10 +178,11 @@ fn goes_on(scene: &Scene, from: &SurfacePoint, to: &SurfacePoint) -> bool {
     from.face == to.face || found.distance(end) <= APART * start.distance(end)
 }
 
-/// Parts to a side that pixel k is taken into, so that each of them is evenly spread over a face's plane.
-fn parts(view: &View, k: usize, face: u32) -> Option<u32> {
-    let parts = (unevenness(view, k, face, [DVec2::ZERO, DVec2::ONE])?.ln() / UNEVEN.ln()).ceil().max(1.0);
-    (parts <= f64::from(PARTS)).then_some(parts as u32)
+/// Parts along each axis that pixel k is taken into, so that each of them is evenly spread over a face's plane.
+fn parts(view: &View, k: usize, face: u32) -> Option<UVec2> {
+    let uneven = unevenness(view, k, face, [DVec2::ZERO, DVec2::ONE])?;
+    let parts = (uneven.map(f64::ln) / UNEVEN.ln()).ceil().max(DVec2::ONE);
+    (parts.element_product() <= f64::from(PARTS)).then(|| parts.as_uvec2())
 }
 
 #[cfg(test)]
@@ -217,9 +219,9 @@ mod tests {
             let colour = |at: DVec2| texture.colour(coordinates(&view, k, own.face, at / f64::from(N)).unwrap());
             let sum: DVec3 = points.map(|at| colour(at).as_dvec3()).sum();
             let expected = sum / f64::from(N * N) * view.scene.material(own.face).rho.as_dvec3();
-            // Points of a part count by at most UNEVEN, so a mean is off by at most half of that of what texels differ
-            // by in one direction, of which a third is left in the mean over the part.
-            assert!((own.rho - expected).abs().max_element() < 0.5 * (UNEVEN - 1.0) / 3.0, "{k} {own:?} {expected}");
+            // Points of a part count by at most UNEVEN along each axis, so a mean is off by at most half of that of what
+            // texels differ by in one direction, of which a third is left in the mean over the part.
+            assert!((own.rho - expected).abs().max_element() < (UNEVEN - 1.0) / 3.0, "{k} {own:?} {expected}");
             judged += 1;
         }
         assert!(judged > SIZE * SIZE / 4, "{judged}");
