@@ -32,6 +32,12 @@ pub(crate) struct Pixel {
     /// Camera rays that met a side that reflects.
     pub reflecting: u32,
     pub rays: u64,
+    /// The variance by what the halves differed by when it was last noted.
+    pub differed: f64,
+    /// The variance as it was foreseen before the last rays, which knows nothing of what they found.
+    pub foreseen: f64,
+    /// Camera rays of each half when that was noted.
+    pub noted: u32,
 }
 
 /// Rays that tell whether a pixel sees a luminaire.
@@ -78,6 +84,18 @@ impl Pixel {
     pub fn variance(&self, [a, b]: [DVec3; 2]) -> DVec3 {
         let d = (a - b) / self.camera();
         d * d
+    }
+
+    /// Takes note of what the halves differ by, their emission up to `bright`; what they differed by before the last
+    /// rays counts by the share `left` that those rays are expected to leave.
+    pub fn note_difference(&mut self, bright: f64, left: f64) {
+        let now = self.variance(self.halves_below(bright)).element_sum();
+        if self.noted == 0 {
+            self.foreseen = now;
+        } else if self.noted < self.count {
+            self.foreseen = left * self.differed;
+        }
+        (self.differed, self.noted) = (now, self.count);
     }
 
     /// How much the pixel counts in the error: the chance that none of [`LOOKS`] rays through it meets light as
