@@ -219,8 +219,8 @@ mod tests {
             let colour = |at: DVec2| texture.colour(coordinates(&view, k, own.face, at / f64::from(N)).unwrap());
             let sum: DVec3 = points.map(|at| colour(at).as_dvec3()).sum();
             let expected = sum / f64::from(N * N) * view.scene.material(own.face).rho.as_dvec3();
-            // Points of a part count by at most UNEVEN along each axis, so a mean is off by at most half of that of what
-            // texels differ by in one direction, of which a third is left in the mean over the part.
+            // Points of a part count by at most UNEVEN along each axis, so a mean is off by at most half of that of
+            // what texels differ by in one direction, of which a third is left in the mean over the part.
             assert!((own.rho - expected).abs().max_element() < (UNEVEN - 1.0) / 3.0, "{k} {own:?} {expected}");
             judged += 1;
         }
