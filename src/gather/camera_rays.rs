@@ -110,7 +110,7 @@ impl<'a> CameraRays<'a> {
             let all = seen.len() as u32 == count - pixel.count;
             let adjusted = pixel.texture.see(self.view, k, &seen, all);
             if self.textured && pixel.texture.is_varied() {
-                self.average(k, count - pixel.count, &mut seen, first);
+                self.average(k, count - pixel.count, &mut seen);
             }
             for point in &seen {
                 self.shade(point, adjusted, ray(point.index), pixel, scratch);
@@ -126,15 +126,13 @@ impl<'a> CameraRays<'a> {
 
     /// Gives the points that so many rays of pixel k see, away from edges, the mean reflectance over the cells that
     /// they stand for.
-    fn average(&self, k: usize, rays: u32, seen: &mut [SeenPoint], first: CameraRay) {
+    fn average(&self, k: usize, rays: u32, seen: &mut [SeenPoint]) {
         let Some(mut cells) = PixelCells::new(rays) else { return };
-        let place = |index: u32| DVec2::from([0, 1].map(|d| f64::from(self.sobol.point(index, d, first.seed))));
         let surfaces = surfaces(self.view, seen);
-        seen.iter().zip(&surfaces).for_each(|(point, &surface)| cells.see(place(point.index), surface));
+        seen.iter().zip(surfaces).for_each(|(point, surface)| cells.see(point.at, surface));
         for point in seen {
-            let at = place(point.index);
-            let mean = || cells.mean(self.view, k, point.hit.face, at);
-            if let Some(mean) = cells.is_within_surface(at).then(mean).flatten() {
+            let mean = || cells.mean(self.view, k, point.hit.face, point.at);
+            if let Some(mean) = cells.is_within_surface(point.at).then(mean).flatten() {
                 point.rho = mean.as_vec3();
             }
         }
@@ -155,12 +153,13 @@ impl<'a> CameraRays<'a> {
     /// The first surface that a camera ray meets, and where, put exactly into the face's plane.
     fn seen(&self, k: usize, CameraRay { index, seed, .. }: CameraRay) -> Option<SeenPoint> {
         let view = self.view;
-        let ray = view.camera_ray(k, self.sobol.point(index, 0, seed), self.sobol.point(index, 1, seed));
+        let at = Vec2::from([0, 1].map(|d| self.sobol.point(index, d, seed)));
+        let ray = view.camera_ray(k, at.x, at.y);
         let hit = view.rays.closest(&ray)?;
         let material = view.scene.faces[hit.face as usize].material;
         let key = SurfaceKey { plane: view.rays.plane(hit.face), side: hit.side, material };
         let position = view.met_at(&ray, &hit);
-        Some(SeenPoint { index, hit, position, key, rho: view.scene.rho_at(hit.face, position) })
+        Some(SeenPoint { index, at: at.as_dvec2(), hit, position, key, rho: view.scene.rho_at(hit.face, position) })
     }
 
     /// Adds what one camera ray found: the light the point emits, and what it receives from luminaires.

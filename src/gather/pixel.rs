@@ -32,11 +32,11 @@ pub(crate) struct Pixel {
     /// Camera rays that met a side that reflects.
     pub reflecting: u32,
     pub rays: u64,
-    /// The variance by what the halves differed by when it was last noted.
+    /// The variance by the difference of the halves, when that was last noted.
     pub differed: f64,
-    /// The variance as it was foreseen before the last rays, which knows nothing of what they found.
+    /// The variance as it was foreseen before the last rays were cast, which knows nothing of what they found.
     pub foreseen: f64,
-    /// Camera rays of each half when that was noted.
+    /// Camera rays of each half when the difference was last noted.
     pub noted: u32,
 }
 

@@ -37,8 +37,8 @@ impl PixelCells {
     /// No more cells than rays, none of which has seen anything yet; none at all where rays are few.
     pub fn new(rays: u32) -> Option<PixelCells> {
         let number = 1_u32 << (rays.max(1).ilog2() / 2);
-        let shown = vec![Shown::Nothing; (number * number) as usize];
-        (number >= LEAST).then_some(PixelCells { number, shown })
+        let shown = || vec![Shown::Nothing; (number * number) as usize];
+        (number >= LEAST).then(|| PixelCells { number, shown: shown() })
     }
 
     /// Adds that a ray through a place of the pixel sees surface number `surface`.
@@ -124,8 +124,27 @@ mod tests {
     const SIZE: usize = 24;
 
     #[test]
+    fn cells_are_no_more_than_rays_and_cover_the_pixel() {
+        for (rays, number) in [(16, 4), (63, 4), (64, 8), (255, 8), (256, 16)] {
+            let cells = PixelCells::new(rays).unwrap();
+            assert_eq!(cells.number, number);
+            // Corners of cells are multiples of a 16th.
+            let points = (0..256).map(|k| (DVec2::new(f64::from(k % 16), f64::from(k / 16)) + 0.5) / 16.0);
+            let area: f64 = points
+                .map(|at| {
+                    let [low, high] = cells.around(at);
+                    assert!(low.cmple(at).all() && at.cmple(high).all(), "{rays}: {low} {at} {high}");
+                    // Each cell as often as a 16th of the pixel fits in.
+                    1.0 / (256.0 * (high - low).element_product())
+                })
+                .sum();
+            assert!((area - f64::from(number * number)).abs() < 1e-9, "{rays}: {area} cells");
+        }
+        assert!((0..16).all(|rays| PixelCells::new(rays).is_none()), "each of four cells lies beside all others");
+    }
+
+    #[test]
     fn cells_beside_another_surface_are_not_within_one() {
-        assert!(PixelCells::new(15).is_none(), "each of four cells lies beside all others");
         let mut cells = PixelCells::new(64).unwrap();
         let middle = |x: u32, y: u32| (DVec2::new(x.into(), y.into()) + 0.5) / 8.0;
         for (x, y) in (0..64).map(|k| (k % 8, k / 8)).filter(|&cell| cell != (1, 6)) {

@@ -32,7 +32,7 @@ use crate::surfaces::SurfacePoint;
 
 /// Parts of a pixel at most; a pixel so near the horizon of a plane keeps its rays' mean.
 const PARTS: u32 = 64;
-/// How far the textures of two faces may lie apart to be one, as a share of the pixel.
+/// How far the textures of two faces may lie apart to be one, as a share of what they are compared over.
 const APART: f64 = 0.01;
 
 /// A point that a camera ray sees.
@@ -40,6 +40,8 @@ const APART: f64 = 0.01;
 pub(crate) struct SeenPoint {
     /// The number of the ray within its half.
     pub index: u32,
+    /// Where the ray passes through the pixel, shares of its width and height.
+    pub at: DVec2,
     pub hit: Hit,
     /// In the face's plane.
     pub position: Vec3,
@@ -150,9 +152,7 @@ impl Footprint {
 
     /// Whether a point lies on this surface, its texture as on the first face.
     fn holds(&self, scene: &Scene, point: &SeenPoint) -> bool {
-        let alike = |face: u32| scene.coordinates_beyond(face, point.position.as_dvec3());
-        self.key == point.key
-            && (self.face == point.hit.face || alike(self.face).distance(alike(point.hit.face)) <= APART * self.extent)
+        self.key == point.key && goes_on(scene, self.face, point, || self.extent)
     }
 }
 
@@ -161,21 +161,25 @@ pub(crate) fn surfaces(view: &View, seen: &[SeenPoint]) -> Vec<u32> {
     let mut found: Vec<Layer> = Vec::new();
     let number = |point: &SeenPoint| {
         let own = view.surface_point(point.hit.face, point.hit.side, point.position);
-        let known = found.iter().position(|l| l.holds(point.key, &own) && goes_on(view.scene, &l.first, &own));
-        let number = known.unwrap_or(found.len());
-        if number == found.len() {
+        let distance = |from: &SurfacePoint| {
+            let [a, b] = [from, &own].map(|p| view.scene.coordinates_beyond(from.face, p.position.as_dvec3()));
+            a.distance(b)
+        };
+        let goes_on = |from: &SurfacePoint| goes_on(view.scene, from.face, point, || distance(from));
+        let known = found.iter().position(|l| l.holds(point.key, &own) && goes_on(&l.first));
+        let number = known.unwrap_or_else(|| {
             found.push(Layer::new(point.key, own, point.rho));
-        }
+            found.len() - 1
+        });
         number as u32
     };
     seen.iter().map(number).collect()
 }
 
-/// Whether the texture of one point's face goes on to another point, as far as the points lie apart.
-fn goes_on(scene: &Scene, from: &SurfacePoint, to: &SurfacePoint) -> bool {
-    let [start, end] = [from, to].map(|point| scene.coordinates_beyond(from.face, point.position.as_dvec3()));
-    let found = scene.coordinates_beyond(to.face, to.position.as_dvec3());
-    from.face == to.face || found.distance(end) <= APART * start.distance(end)
+/// Whether the texture of a face goes on to a point of another one, to a small share of an extent in coordinates.
+fn goes_on(scene: &Scene, face: u32, point: &SeenPoint, extent: impl FnOnce() -> f64) -> bool {
+    let alike = |face: u32| scene.coordinates_beyond(face, point.position.as_dvec3());
+    face == point.hit.face || alike(face).distance(alike(point.hit.face)) <= APART * extent()
 }
 
 /// Parts along each axis that pixel k is taken into, so that each of them is evenly spread over a face's plane.
