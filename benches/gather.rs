@@ -5,13 +5,14 @@
 //! patches that send nothing, so that only camera rays and light as emitted are left: the difference is what
 //! hemisphere rays, irradiance points and their fit cost. `direct` asks its error of direct light alone and `picture`
 //! shares it among all parts, so the two compare exactly only with the same rays for every pixel. Ratios count,
-//! between two builds or two lines, not the absolute numbers.
+//! between two builds or two lines, not the absolute numbers. `residual` is what comes before the pass: paths that
+//! measure the light on patches.
 
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use halflight::form_factors::Sampling;
-use halflight::gather::{Fields, GatherPass, GatherSampling, Gathering, View, gather};
+use halflight::gather::{Fields, GatherPass, GatherSampling, Gathering, ImportancePaths, Reading, View, gather};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::Size;
 use halflight::render::{Assembled, Prepared, Silent, Wanted, assemble, prepare, render, render_within};
@@ -115,5 +116,29 @@ fn patches(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, pass, patches);
+/// Paths that measure the residual of light on patches, 16 of every pixel; before the clock runs it is told how well
+/// they tell the squared error of single pixels. What counts is that noise times the seconds.
+fn residual(c: &mut Criterion) {
+    let mut group = c.benchmark_group("residual");
+    group.sample_size(10);
+    for name in ["cornell-box", "furnished-room", "two-rooms"] {
+        let solved = solve(name);
+        let view = View { width: 64, height: 64, ..solved.view() };
+        let pixels = view.width * view.height;
+        let traced = || {
+            let mut paths = ImportancePaths::new(&view, vec![1.0; pixels], 7);
+            paths.extend(&view, 16);
+            paths
+        };
+        let light = solved.solution.light.iter().zip(solved.mode.operator.emission());
+        let fields = Fields::new(&[light.map(|(l, emitted)| l.invisible - emitted.invisible).collect()]);
+        let residual = traced().residual(view.patches, &fields);
+        let noise = residual.of_sizes(Reading::PLAIN).next().unwrap_or_default().deviation.sqrt();
+        println!("residual/{name}: root of the standard error of the squared error {noise:.3e} W/(m² sr)");
+        group.bench_function(BenchmarkId::from_parameter(name), |b| b.iter(|| black_box(traced().rays)));
+    }
+    group.finish();
+}
+
+criterion_group!(benches, pass, patches, residual);
 criterion_main!(benches);

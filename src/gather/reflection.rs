@@ -12,7 +12,7 @@ use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::rays::sobol::Stream;
 use crate::rays::warp::cosine_direction;
-use crate::rays::{Hit, Ray, Side};
+use crate::rays::{Fan, Hit, Ray, Side};
 
 /// Width at distance 1 of the cone over which a ray that reads light of a patch sees its texture: one of a few hundred
 /// over the hemisphere.
@@ -56,12 +56,12 @@ pub(crate) struct Reflection {
     pub rho: DVec3,
     /// `alpha rho`.
     pub reflect: DVec3,
-    /// What the next ray meets.
+    /// What the next rays meet.
     pub next: Met,
 }
 
 impl Reflection {
-    /// What leaves the point when `incident` arrives along the next ray, beside the light asked for.
+    /// What leaves the point when `incident` arrives along the next rays, beside the light asked for.
     pub fn light(&self, incident: DVec3) -> DVec3 {
         self.glow + self.direct + self.reflect * incident
     }
@@ -172,6 +172,18 @@ impl<'a> Walker<'a> {
         };
         let mut met = Met::new();
         self.follow(&ray, memory, |m| met.push(m));
+        met
+    }
+
+    /// All that the first `count` rays of a fan meet and see light from, each ray for its part of the whole.
+    pub fn bounce_all(&self, at: &SurfaceHit, fan: &Fan, count: usize, memory: &mut Memory) -> Met {
+        let normal = self.view.patches.normal(at.face, at.side);
+        let part = 1.0 / count as f32;
+        let mut met = Met::with_capacity(count);
+        for k in 0..count {
+            let ray = Ray { origin: at.position, direction: fan.direction(k, normal), source: Some(at.face) };
+            self.follow(&ray, memory, |m| met.push(SurfaceHit { through: part * m.through, ..m }));
+        }
         met
     }
 

@@ -198,7 +198,7 @@ fn light_at(patches: &Patches, fields: &Fields, at: &SurfaceHit) -> DVec3 {
     patches.at(at.face, at.side, at.position).map_or(DVec3::ZERO, |patch| read(patch).as_dvec3())
 }
 
-/// A sample of the light that leaves a vertex of a path, from the leading field on what its next ray meets.
+/// A sample of the light that leaves a vertex of a path, from the leading field on what its next rays meet.
 fn sample(vertex: &Vertex, patches: &Patches, fields: &Fields) -> DVec3 {
     let incident = |m: &SurfaceHit| f64::from(m.through) * light_at(patches, fields, m);
     vertex.found.light(vertex.found.next.iter().map(incident).sum())
@@ -207,21 +207,15 @@ fn sample(vertex: &Vertex, patches: &Patches, fields: &Fields) -> DVec3 {
 /// `sum of w_k r_k` over the vertices of a path that each reading leaves to the patches.
 fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] {
     let mut errors = [DVec3::ZERO; READINGS];
-    // From the last vertex on, so that sums over what follows are known, and the light there.
-    let (mut rest, mut own, mut after) = (DVec3::ZERO, [DVec3::ZERO; 2], None);
+    // From the last vertex on, so that sums over what follows are known.
+    let (mut rest, mut own) = (DVec3::ZERO, [DVec3::ZERO; 2]);
     for (k, vertex) in path.vertices.iter().enumerate().rev() {
         let SurfaceHit { face, side, position, distance, .. } = vertex.at;
         let patch = patches.at(face, side, position);
         let over_patch = patch.map_or(Rgb::ONE, |patch| vertex.at.over_patch(patches, patch));
         let read = |patch: u32| (fields.of_patch(patch)[0].at(position) * over_patch).as_dvec3();
         let light = patch.map_or(DVec3::ZERO, read);
-        let leaving = match (after, &vertex.found.next[..]) {
-            // The only point that the next ray met is the next vertex.
-            (Some(light), [only]) => vertex.found.light(f64::from(only.through) * light),
-            _ => sample(vertex, patches, fields),
-        };
-        rest += vertex.weight * (leaving - light);
-        after = Some(light);
+        rest += vertex.weight * (sample(vertex, patches, fields) - light);
         // A ray that is too short goes on: what the next one leaves is what it leaves.
         if !patch.is_some_and(|patch| fields.is_near(patch, distance)) {
             let without =

@@ -121,8 +121,14 @@ impl Stream {
     /// The next number.
     #[inline]
     pub fn uniform(&mut self) -> f32 {
+        fraction(self.bits())
+    }
+
+    /// The next 32 bits, all of them random: a seed for other numbers.
+    #[inline]
+    pub fn bits(&mut self) -> u32 {
         self.count = self.count.wrapping_add(1);
-        fraction(hash(self.count, self.seed))
+        hash(self.count, self.seed)
     }
 }
 

@@ -26,7 +26,7 @@ const SURE: f64 = 0.35;
 /// Share of the tolerance that noise of F may take.
 const NOISE: f64 = 0.3;
 /// Paths of every pixel at a tolerance of 2 %, and at least and at most.
-const EACH: (f64, u32, u32) = (48.0, 48, 1024);
+const EACH: (f64, u32, u32) = (12.0, 12, 256);
 /// Rays of a patch at first, and at most.
 const RAYS: (u32, u32) = (512, 1 << 14);
 /// Rays of a patch over those of all in the mean, at least and at most.
@@ -165,11 +165,11 @@ fn densities(p: &Prepared, rays: u32) -> Vec<f32> {
 mod tests {
     use super::*;
 
-    /// Paths double from round to round: 14 rounds at 0.1 % would be 8 million of every pixel.
+    /// Paths double from round to round: 14 rounds at 0.1 % would be 2 million of every pixel.
     #[test]
     fn rounds_are_more_at_small_tolerances_as_long_as_paths_fit() {
         assert_eq!(
-            [(0.1, 48), (0.05, 48), (0.02, 48), (0.01, 96), (0.001, 960)].map(|(t, n)| rounds(t, n)),
+            [(0.1, 12), (0.05, 12), (0.02, 12), (0.01, 24), (0.001, 240)].map(|(t, n)| rounds(t, n)),
             [3, 3, 5, 4, 3]
         );
         for first in EACH.1..=EACH.2 {

@@ -15,7 +15,7 @@ use crate::render::wanted::Wanted;
 
 /// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; and at most, where an error is suspected
 /// or they tell too little.
-const PATHS: (f64, f64) = (20_000.0, 262_144.0);
+const PATHS: (f64, f64) = (5_000.0, 65_536.0);
 /// Paths of a pixel over those of all in the mean, at least and at most.
 const LEAST: f32 = 0.25;
 const MOST: f32 = 16.0;
