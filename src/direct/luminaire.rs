@@ -66,6 +66,11 @@ pub struct Luminaires {
 }
 
 impl Luminaires {
+    /// Sets the share of a textured luminaire's light that one node of its closed form may be off by.
+    pub(crate) fn tolerate(&mut self, share: f64) {
+        self.list.iter_mut().filter_map(|lamp| lamp.uneven.as_mut()).for_each(|uneven| uneven.tolerable = share);
+    }
+
     /// Chooses the emitters of a scene that are worth a closed form.
     pub fn new(scene: &Scene) -> Luminaires {
         let punctual = scene.lights.iter().filter(|light| light.shines()).cloned().collect();

@@ -39,10 +39,10 @@ pub(crate) struct EmissionTexture {
 const LEAVES: [f64; 2] = [4096.0, 65_536.0];
 /// Leaves on one texel where there are neither too few nor too many.
 const ON_TEXEL: f64 = 4.0;
-/// Share of a luminaire's light that one node of its closed form may be off by. All nodes together are off by up to
-/// twice that in RMS, beside a wide luminaire with one sign (`wide_luminaires_are_as_near_as_a_node`): a tenth of a
-/// tolerance of 1 %, for half more time than at four times as much.
-const TOLERABLE: f64 = 5e-4;
+/// Share of a luminaire's light that one node of its closed form may be off by, where no error is asked for. All nodes
+/// together are off by up to twice that in RMS, beside a wide luminaire with one sign
+/// (`wide_luminaires_are_as_near_as_a_node`).
+pub(crate) const TOLERABLE: f64 = 5e-4;
 /// `pi r² k` in the mean over all directions of both normals that see each other: of the light that a receiver at the
 /// luminaire's horizon gets, less of it is as good.
 const TYPICAL: f64 = 0.25;
@@ -53,6 +53,8 @@ pub(crate) struct UnevenEmission {
     texture: Arc<EmissionTexture>,
     /// Of each triangle.
     trees: Vec<EmissionTree>,
+    /// Share of its light that one node of its closed form may be off by.
+    pub tolerable: f64,
 }
 
 /// Whether the emission of a material has a texture.
@@ -65,7 +67,7 @@ impl UnevenEmission {
     pub fn new(texture: Arc<EmissionTexture>, triangles: &[EmittingTriangle], luminaires: usize) -> UnevenEmission {
         let parts = triangles.len() as f64 * (luminaires as f64 / FEW as f64).max(1.0);
         let trees = triangles.par_iter().map(|t| texture.tree(t.face, t.exact, parts)).collect();
-        UnevenEmission { texture, trees }
+        UnevenEmission { texture, trees, tolerable: TOLERABLE }
     }
 
     /// Whether any of it emits.
@@ -100,7 +102,7 @@ impl UnevenEmission {
     /// The form factor that a node may be off by.
     fn tolerable(&self, x: DVec3, form: f64) -> f64 {
         let seen: f64 = self.trees.iter().map(|tree| tree.seen(x)).sum();
-        TOLERABLE * form.max(TYPICAL * seen.min(1.0))
+        self.tolerable * form.max(TYPICAL * seen.min(1.0))
     }
 }
 
@@ -164,7 +166,7 @@ mod tests {
     use crate::rays::sobol::hash;
 
     /// A floor that is one luminaire, as walls and things above it see it: 0.17 % in RMS where each node may be off by
-    /// 0.2 % of the light, and of one sign beside it.
+    /// 0.2 % of the light, and of one sign beside it; below twice what a node may be off by, whatever that is.
     #[test]
     fn wide_luminaires_are_as_near_as_a_node() {
         let corners = [DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, -2.0, 0.0), DVec3::new(2.0, 2.0, 0.0)];
@@ -176,14 +178,16 @@ mod tests {
         for normal in [DVec3::X, -DVec3::Z, DVec3::new(0.5, 0.1, -0.5).normalize()] {
             let uniform = |k: u32, d: u32| f64::from(hash(k, d) >> 8) / f64::from(1 << 24);
             let place = |k: u32| DVec3::new(3.9 * uniform(k, 2), 3.8 * uniform(k, 0), 0.05 + 2.0 * uniform(k, 1));
-            let mut squares = Vec::new();
-            for x in (0..100).map(|k| place(k) - DVec3::new(2.0, 1.9, 0.0)) {
-                let form = point_to_polygon(normal, &corners.map(|p| p - x));
-                let [found, exact] = [TOLERABLE, 0.0].map(|share| tree.beyond(x, normal, share * form).x);
-                squares.extend((form > 0.0).then(|| ((found - exact) / form).powi(2)));
+            for tolerable in [4.0 * TOLERABLE, TOLERABLE, 0.25 * TOLERABLE] {
+                let mut squares = Vec::new();
+                for x in (0..100).map(|k| place(k) - DVec3::new(2.0, 1.9, 0.0)) {
+                    let form = point_to_polygon(normal, &corners.map(|p| p - x));
+                    let [found, exact] = [tolerable, 0.0].map(|share| tree.beyond(x, normal, share * form).x);
+                    squares.extend((form > 0.0).then(|| ((found - exact) / form).powi(2)));
+                }
+                let error = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+                assert!(squares.len() > 40 && error < 2.0 * tolerable, "{normal}, {tolerable}: {error}");
             }
-            let error = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-            assert!(squares.len() > 40 && error < 1e-3, "{normal}: {error}");
         }
     }
 }
