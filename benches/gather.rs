@@ -116,6 +116,24 @@ fn patches(c: &mut Criterion) {
     group.finish();
 }
 
+/// A picture of the textured room, whose screen is a textured luminaire, to errors: nodes of its closed form are as
+/// near as the error asks.
+fn textured(c: &mut Criterion) {
+    let mut group = c.benchmark_group("textured room to an error");
+    group.sample_size(10);
+    for tolerance in ERRORS {
+        group.bench_function(BenchmarkId::from_parameter(tolerance), |b| {
+            let mut p = prepare(Scene::open(TEXTURED).expect("it is with the tests"), 1000);
+            let wanted = Wanted { tolerance, size: SIZE, deadline: None, seed: 0 };
+            b.iter(|| {
+                let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
+                black_box(found.expect("it converges").rays)
+            })
+        });
+    }
+    group.finish();
+}
+
 /// Paths that measure the residual of light on patches, 16 of every pixel; before the clock runs it is told how well
 /// they tell the squared error of single pixels. What counts is that noise times the seconds.
 fn residual(c: &mut Criterion) {
@@ -140,5 +158,5 @@ fn residual(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, pass, patches, residual);
+criterion_group!(benches, pass, patches, textured, residual);
 criterion_main!(benches);
