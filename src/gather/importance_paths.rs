@@ -196,3 +196,31 @@ fn choose(met: &[SurfaceHit], random: &mut Stream) -> Option<(SurfaceHit, f64)> 
     });
     chosen.or(met.last()).map(|m| (*m, f64::from(total)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gather::view::Ready;
+    use crate::light::Mode;
+
+    /// In a closed room nothing escapes: the rays of a vertex stand for the whole hemisphere together, and the path
+    /// goes on with the weight of one.
+    #[test]
+    fn rays_of_a_vertex_stand_for_the_whole_together() {
+        let ready = Ready::new("furnace", Mode::Global.transport(), 24);
+        let view = ready.view(8, 8);
+        let mut paths = ImportancePaths::new(&view, vec![1.0; 64], 3);
+        paths.extend(&view, 4);
+        assert_eq!(paths.paths.len(), 256);
+        for path in &paths.paths {
+            let mut next: Option<DVec3> = None;
+            for vertex in &path.vertices {
+                let whole: f32 = vertex.found.next.iter().map(|m| m.through).sum();
+                assert!(vertex.found.next.len() == SPREAD && (whole - 1.0).abs() < 1e-6, "{whole}");
+                // Roulette makes up for what is absorbed, so that a colourless room keeps every weight.
+                assert!(next.is_none_or(|w| (w - vertex.weight).abs().max_element() < 1e-6 * w.x), "{next:?}");
+                next = Some(vertex.weight);
+            }
+        }
+    }
+}
