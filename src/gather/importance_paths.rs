@@ -36,8 +36,8 @@ use crate::rays::{FAN, Fan};
 /// texels differ. A sixteenth leaves less than half a percent of that in what is measured of an error.
 const CONE: f64 = 1.0 / 16.0;
 
-/// Rays of a vertex. Measured by `cargo bench --bench gather -- residual`: the squared error of a picture is told with
-/// a tenth of the noise that one ray a vertex leaves it, by paths that cost twice as much.
+/// Rays of a vertex. Against 1 they leave a tenth of the noise in the squared error of a picture, by paths that cost
+/// twice as much (`cargo bench --bench gather -- residual`, with the one and the other number here).
 const SPREAD: usize = 8;
 /// Vertices of a path at most.
 const LONGEST: usize = 256;

@@ -41,8 +41,8 @@ const FORM_FACTORS: f64 = 0.35;
 const PATCHES: f64 = 0.4;
 /// Share of what is left that the gather pass aims at: its own estimate has an error too.
 const GATHER: f64 = 0.9;
-/// Share of the tolerance that one node of a textured luminaire's closed form may be off by. All nodes together are off
-/// by at most a fifth of the tolerance then, beside wide luminaires, which adds 2 % to an error of all of it.
+/// Share of the tolerance that one node of a textured luminaire's closed form may be off by. All nodes together are then
+/// off by at most a fifth of the tolerance, beside wide luminaires, which makes an error as large as it 2 % larger.
 const EMISSION: f64 = 0.1;
 /// Patches, and rays a patch, at most.
 const MOST: Fineness = Fineness { patches: 200_000, rays: 1 << 16 };
@@ -71,6 +71,7 @@ pub(crate) fn attempt(
     found
 }
 
+/// Renders one mode to a tolerance, textured luminaires being as near as they were set to be.
 fn attempted(p: &mut Prepared, transport: Transport, wanted: &Wanted, watch: &dyn Watch) -> Result<Rendered, Diverges> {
     let mut spent = Spent::default();
     let solved = solve_within(p, &Task { transport, wanted, watch }, &mut spent)?;
