@@ -42,7 +42,7 @@ const PATCHES: f64 = 0.4;
 /// Share of what is left that the gather pass aims at: its own estimate has an error too.
 const GATHER: f64 = 0.9;
 /// Share of the tolerance that one node of a textured luminaire's closed form may be off by. All nodes together are
-/// then off by at most a fifth of the tolerance, beside wide luminaires, which makes an error as large as it 2 % larger.
+/// then off by at most a fifth of the tolerance, beside wide luminaires: an error of all the tolerance grows by 2 %.
 const EMISSION: f64 = 0.1;
 /// Patches, and rays a patch, at most.
 const MOST: Fineness = Fineness { patches: 200_000, rays: 1 << 16 };
