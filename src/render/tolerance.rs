@@ -30,7 +30,7 @@ use crate::render::levels::patches_for;
 use crate::render::memory::keep_within;
 use crate::render::patch_sizes::Sizes;
 use crate::render::rendered::Rendered;
-use crate::render::residual_check::Check;
+use crate::render::residual_check::{Check, Finding};
 use crate::render::solved::{Solved, Spent, Task, half, solve};
 use crate::render::wanted::Wanted;
 use crate::scene::Material;
@@ -111,12 +111,8 @@ fn solve_within(p: &mut Prepared, task: &Task, spent: &mut Spent) -> Result<Solv
         match rounds.judge(p, &mut solved, &rough, spent) {
             Next::Accept => return Ok(solved),
             Next::Divide => return divided(p, task, solved, &rough, spent),
-            Next::Finer(excess) => {
-                let now = Fineness { patches: p.patches.len(), rays: rounds.rays };
-                let next = finer(now, excess, MOST);
-                rounds.rays = next.rays;
-                p.recut(next.patches);
-            }
+            Next::Denser(noise) => rounds.denser(p, noise),
+            Next::Finer(excess) => rounds.finer(p, excess),
             Next::Refine(excess) => rounds.refine(p, &solved, excess, spent),
         }
     }
@@ -143,6 +139,8 @@ enum Next {
     Accept,
     /// Patches of a size do not stand for the scene: divide them by light.
     Divide,
+    /// More rays on the same patches, whose noise is so many times its share: it hides whether they are wrong.
+    Denser(f64),
     /// Smaller patches everywhere.
     Finer(Excess),
     /// Smaller patches and more rays where the error comes from.
@@ -156,6 +154,8 @@ struct Rounds<'a> {
     count: usize,
     /// Rays of a patch at least.
     rays: u32,
+    /// Whether the patches are as they were cut first.
+    first: bool,
     sizes: Option<Sizes>,
     check: Option<Check>,
     /// Whether this round has all the patches that memory allows, and whether any round had.
@@ -169,7 +169,7 @@ impl<'a> Rounds<'a> {
     fn new(wanted: &'a Wanted) -> Rounds<'a> {
         let rays = Fineness::first(wanted.tolerance).rays;
         let (count, sizes, check, squared) = (0, None, None, f64::INFINITY);
-        Rounds { wanted, count, rays, sizes, check, full: false, tight: false, squared }
+        Rounds { wanted, count, rays, first: true, sizes, check, full: false, tight: false, squared }
     }
 
     /// Begins a round: no more patches than memory allows.
@@ -189,13 +189,17 @@ impl<'a> Rounds<'a> {
             noise: solved.error.form_factors / (FORM_FACTORS * wanted.tolerance),
             size: solved.error.patches / (PATCHES * wanted.tolerance),
         };
-        let unpaired = self.count == 1 && p.patches.alone() > ALONE;
+        let unpaired = self.first && p.patches.alone() > ALONE;
         if unpaired {
             excess.size = excess.size.max(2.0);
         }
         let last = self.full || wanted.is_late() || self.count == ROUNDS;
         let check = self.check.get_or_insert_with(|| Check::new(p, solved, wanted, rough, spent));
-        let wrong = check.contradicts(p, solved, wanted, last || excess.is_none(), spent);
+        let finding = check.find(p, solved, wanted, last || excess.is_none(), spent);
+        if finding == Finding::Noisy && self.sizes.is_none() && !last && excess.noise > 1.0 {
+            return Next::Denser(excess.noise);
+        }
+        let wrong = finding == Finding::Wrong;
         let squared = check.squared();
         let helped = squared < HELPED * std::mem::replace(&mut self.squared, squared);
         if wrong && helped && self.sizes.is_none() && !last && are_told_apart(p) {
@@ -218,9 +222,25 @@ impl<'a> Rounds<'a> {
         if unpaired { Next::Finer(excess) } else { Next::Refine(excess) }
     }
 
+    /// Casts more rays from every patch, for a noise that is so many times its share.
+    fn denser(&mut self, p: &Prepared, noise: f64) {
+        let now = Fineness { patches: p.patches.len(), rays: self.rays };
+        self.rays = finer(now, Excess { noise, size: 0.0 }, MOST).rays;
+    }
+
+    /// Cuts smaller patches everywhere, with more rays if their noise asks for them.
+    fn finer(&mut self, p: &mut Prepared, excess: Excess) {
+        let now = Fineness { patches: p.patches.len(), rays: self.rays };
+        let next = finer(now, excess, MOST);
+        self.rays = next.rays;
+        self.first = false;
+        p.recut(next.patches);
+    }
+
     /// Cuts smaller patches where their size makes the error, and casts more rays for the rows whose noise does.
     fn refine(&mut self, p: &mut Prepared, solved: &Solved, excess: Excess, spent: &mut Spent) {
         let clock = Instant::now();
+        self.first = false;
         let sizes = self.sizes.get_or_insert_with(|| Sizes::new(p));
         let shares = shares(p, solved, self.wanted);
         let mut more = vec![1.0; sizes.len()];
