@@ -97,7 +97,7 @@ fn patches(c: &mut Criterion) {
     let mut group = c.benchmark_group("furnished-room to 1 %");
     group.sample_size(10);
     let scene = || Scene::open("furnished-room").expect("it is built in");
-    let wanted = Wanted { tolerance: 0.01, size: (32, 32).into(), deadline: None, seed: 0 };
+    let wanted = Wanted { tolerance: 0.01, size: (32, 32).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
     group.bench_function("sizes by zone", |b| {
         b.iter(|| {
             let mut p = prepare(scene(), 1000);
@@ -124,7 +124,7 @@ fn textured(c: &mut Criterion) {
     for tolerance in ERRORS {
         group.bench_function(BenchmarkId::from_parameter(tolerance), |b| {
             let mut p = prepare(Scene::open(TEXTURED).expect("it is with the tests"), 1000);
-            let wanted = Wanted { tolerance, size: SIZE, deadline: None, seed: 0 };
+            let wanted = Wanted { tolerance, size: SIZE, deadline: None, memory: f64::INFINITY, seed: 0 };
             b.iter(|| {
                 let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
                 black_box(found.expect("it converges").rays)

@@ -23,7 +23,7 @@ fn is_as_near_as_asked_and_stated(name: &str, tolerance: f64) {
     let file = folder.join(format!("{name}.toml"));
     let scene = Scene::open(&file.to_string_lossy()).expect("a scene");
     let (reference, se, mask) = (data("reference.exr"), data("reference_se.exr"), data("mask.exr"));
-    let wanted = Wanted { tolerance, size: reference.size(), deadline: None, seed: 0 };
+    let wanted = Wanted { tolerance, size: reference.size(), deadline: None, memory: f64::INFINITY, seed: 0 };
     let mut p = prepare(scene, 1);
     let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent).unwrap();
     let reached = relative_rms(&found.picture, &reference, Some(&mask), Some(&se)).unwrap();
@@ -85,7 +85,7 @@ fn a_small_thing_on_endless_ground_is_right() {
 fn some_materials_may_be_two_sided() {
     let mut scene = builtin("cornell-box");
     scene.materials[1].sides = Sides::Two;
-    let wanted = Wanted { tolerance: 0.05, size: (32, 32).into(), deadline: None, seed: 0 };
+    let wanted = Wanted { tolerance: 0.05, size: (32, 32).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
     let mut p = prepare(scene, 1);
     let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
     assert!(found.is_ok_and(|f| f.error.total < 0.1));

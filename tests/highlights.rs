@@ -88,7 +88,7 @@ fn lights_without_area_have_opengls_closed_form() {
 /// The mean square of the differences of two pictures in standard errors of the traced one, which has the picture's
 /// noise too.
 fn agrees(scene: &Scene, transport: Transport, what: &str) {
-    let wanted = Wanted { tolerance: 0.02, size: (24, 24).into(), deadline: None, seed: 3 };
+    let wanted = Wanted { tolerance: 0.02, size: (24, 24).into(), deadline: None, memory: f64::INFINITY, seed: 3 };
     let mut p = prepare(scene.clone(), 1);
     let found = render_within(&mut p, transport, &wanted, &Silent).expect("converges");
     let transports = scene.transports(transport);

@@ -153,7 +153,7 @@ fn a_picture_of_a_thousand_lamps_is_as_near_as_it_says() {
     for (mode, camera) in [(Mode::Local, 8), (Mode::OneBounce, 16)] {
         let mut p = prepare(looked_into(32), 1);
         assert_eq!(p.luminaires.list.len(), 1024);
-        let wanted = Wanted { tolerance, size, deadline: None, seed: 5 };
+        let wanted = Wanted { tolerance, size, deadline: None, memory: f64::INFINITY, seed: 5 };
         let found = render_within(&mut p, mode.transport(), &wanted, &Silent).expect("ends");
         // The product of the differences to two references is free of their noise.
         let [a, b] = [1, 2].map(|seed| each_asked(&p, mode, size, camera, seed));

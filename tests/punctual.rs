@@ -201,7 +201,7 @@ fn forms() -> [PunctualForm; 4] {
 
 /// A picture to 2 % agrees with one by the path tracer, within so many times its stated error.
 fn agrees(scene: &Scene, transport: Transport, samples: u32, times: f64, what: &str) {
-    let wanted = Wanted { tolerance: 0.02, size: (24, 24).into(), deadline: None, seed: 5 };
+    let wanted = Wanted { tolerance: 0.02, size: (24, 24).into(), deadline: None, memory: f64::INFINITY, seed: 5 };
     let found = render_within(&mut prepare(scene.clone(), 1), transport, &wanted, &Silent).expect("converges");
     let rays = Rays::new(scene);
     let transports = scene.transports(transport);
@@ -299,7 +299,7 @@ fn shooting_and_bounces_know_them() {
             assert!(shooting.balance().residual().abs() < 1e-6);
         }
         // Powers of the bounces, patches and walks of light together.
-        let wanted = WantedTerms { count: 3, tolerance: 0.02, time: None, seed: 0 };
+        let wanted = WantedTerms { count: 3, tolerance: 0.02, time: None, memory: f64::INFINITY, seed: 0 };
         let found = explore_within(&mut p, half, &wanted, &Silent);
         assert_eq!(found.end, End::Met);
         assert_eq!(found.solution.bounces[0].power, [0.0; 3]);

@@ -316,7 +316,7 @@ fn powers_of_the_terms_are_those_of_the_sky() {
     let mut mesh = Mesh::default();
     square(&mut mesh, DVec3::Y, 0);
     let mut p = prepare(under(mesh.scene(vec![grey("plane", 0.5)]), uniform(2.0)), 16);
-    let wanted = WantedTerms { count: 2, tolerance: 0.01, time: None, seed: 0 };
+    let wanted = WantedTerms { count: 2, tolerance: 0.01, time: None, memory: f64::INFINITY, seed: 0 };
     let found = explore_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
     let [emitted, reflected] = [0, 1].map(|n| found.solution.bounces[n].power[0]);
     // The sphere around a square of side 2 has the radius sqrt 2.

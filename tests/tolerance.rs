@@ -17,7 +17,7 @@ fn data(name: &str) -> Picture {
 }
 
 fn rendered(scene: &str, mode: Mode, tolerance: f64, seed: u32) -> Rendered {
-    let wanted = Wanted { tolerance, size: (64, 64).into(), deadline: None, seed };
+    let wanted = Wanted { tolerance, size: (64, 64).into(), deadline: None, memory: f64::INFINITY, seed };
     let mut p = prepare(builtin(scene), 1);
     render_within(&mut p, mode.transport(), &wanted, &Silent).expect("converges")
 }
@@ -88,7 +88,7 @@ fn threads_change_no_bit() {
 }
 
 fn terms(tolerance: f64, seed: u32) -> WantedTerms {
-    WantedTerms { count: 5, tolerance, time: None, seed }
+    WantedTerms { count: 5, tolerance, time: None, memory: f64::INFINITY, seed }
 }
 
 /// A limit of time ends the search after the first round, with an error that is not met and a reason.
@@ -128,7 +128,7 @@ fn a_scene_of_two_modes_agrees_with_path_tracing() {
     let transports = scene.transports(transport);
     let mut tracer = Tracer::new(&scene, &rays, &transports, size, &TraceSettings::default());
     tracer.pass(1024);
-    let wanted = Wanted { tolerance: 0.01, size, deadline: None, seed: 4 };
+    let wanted = Wanted { tolerance: 0.01, size, deadline: None, memory: f64::INFINITY, seed: 4 };
     let mut p = prepare(scene, 1);
     let found = render_within(&mut p, transport, &wanted, &Silent).expect("converges");
     let (picture, noise) = (tracer.picture(), tracer.standard_error().expect("samples"));

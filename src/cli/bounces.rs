@@ -9,7 +9,7 @@ use clap::Args;
 use crate::cli::console::Console;
 use crate::cli::effort::Precision;
 use crate::cli::error::CliError;
-use crate::cli::memory::pixel;
+use crate::cli::memory::{Within, pixel};
 use crate::cli::options::{Common, Problem};
 use crate::cli::report::{BounceReport, BouncesReport, Modes, mode_of};
 use crate::cli::values::size;
@@ -85,11 +85,17 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
             p
         }
         Precision::Within(tolerance) => {
-            let mut p = own.problem.effort.prepare_within(scene, &transports, tolerance)?;
+            let Within { prepared: mut p, memory } =
+                own.problem.effort.prepare_within(scene, &transports, tolerance)?;
             for transport in transports {
                 let deadline = own.problem.time.and_then(|seconds| deadline_after(Instant::now(), seconds));
-                let wanted =
-                    WantedTerms { count: own.count.into(), tolerance, time: own.problem.time, seed: common.seed };
+                let wanted = WantedTerms {
+                    count: own.count.into(),
+                    tolerance,
+                    time: own.problem.time,
+                    memory,
+                    seed: common.seed,
+                };
                 let found = explore_within(&mut p, transport, &wanted, &console);
                 let s = Studied {
                     transport,

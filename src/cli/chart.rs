@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::cli::memory::{MemoryLimit, pixel};
+use crate::cli::memory::{MemoryLimit, Within, pixel};
 use crate::cli::options::{Common, Subject};
 use crate::cli::report::mode_of;
 use crate::cli::study::{Files, each_mode};
@@ -17,7 +17,7 @@ use crate::cli::values::{seconds, size};
 use crate::cli::variance::check_variance;
 use crate::light::Transport;
 use crate::pictures::{Size, make_directory};
-use crate::render::{Prepared, Stored, Unfit};
+use crate::render::Stored;
 use crate::scene::Scene;
 use crate::study::compare::{
     Ladder, LadderPoint, Method, Source, Study, StudyPlan, Tradeoff, Truth, asked_chart, charted_chart, charted_table,
@@ -111,21 +111,19 @@ pub fn run(own: &ChartCommand, common: &Common) -> Result<(), CliError> {
     }
     make_directory(&common.out)?;
     // Built anew for every step: here only to refuse what does not fit, before anything is measured.
-    let prepared = own.limit.prepare_within(scene.clone(), &transports, MUST_FIT).map_err(unfit)?;
+    let ready = own.limit.prepare_within(scene.clone(), &transports, MUST_FIT).map_err(unfit)?;
     let modes = each_mode(&transports, "chart", &console, |transport| {
-        Run { own, common, console: &console, prepared: &prepared, load }.one_mode(transport)
+        Run { own, common, console: &console, ready: &ready, load }.one_mode(transport)
     })?;
     console.report(&ChartReport { modes })
 }
 
 /// Patches are not asked for here, so the advice is another.
-fn unfit(mut error: CliError) -> CliError {
-    if let CliError::Memory(Unfit { stored, .. }) = &mut error
-        && let Stored::Rows(entries) = *stored
-    {
-        *stored = Stored::Ladders(entries);
+fn unfit(error: CliError) -> CliError {
+    match error {
+        CliError::Memory(unfit) => CliError::Memory(unfit.of(Stored::Ladders)),
+        other => other,
     }
-    error
 }
 
 /// What all modes of one run share.
@@ -133,15 +131,15 @@ struct Run<'a> {
     own: &'a ChartCommand,
     common: &'a Common,
     console: &'a Console,
-    prepared: &'a Prepared,
+    ready: &'a Within,
     /// Seconds that loading took.
     load: f64,
 }
 
 impl Run<'_> {
     fn one_mode(&self, transport: Transport) -> Result<ModeReport, CliError> {
-        let Run { own, common, console, prepared, load } = *self;
-        let scene = &prepared.scene;
+        let Run { own, common, console, ready, load } = *self;
+        let scene = &ready.prepared.scene;
         let (width, height) = (own.size.width, own.size.height);
         let plan = StudyPlan {
             study: Study::Chart,
@@ -149,7 +147,7 @@ impl Run<'_> {
             size: own.size,
             seconds: own.time,
             seed: common.seed,
-            memory: prepared.memory,
+            memory: ready.memory,
             load,
             watch: console,
         };
@@ -158,7 +156,7 @@ impl Run<'_> {
             None => Source::Store(common.out.join("references")),
         };
         let found = trade_off(scene, &plan, &own.ladders, &source)?;
-        check_variance(console, scene, &prepared.rays, transport, common.seed);
+        check_variance(console, scene, &ready.prepared.rays, transport, common.seed);
         tell(console, scene, transport, &found);
         let files = write(common, scene, &plan, &found)?.told(console);
         let (mode, alpha, tau) = mode_of(transport);

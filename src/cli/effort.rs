@@ -3,7 +3,7 @@
 use clap::Args;
 
 use crate::cli::error::CliError;
-use crate::cli::memory::MemoryLimit;
+use crate::cli::memory::{MemoryLimit, Within};
 use crate::cli::values::picture_error;
 use crate::light::Transport;
 use crate::render::{Fineness, Prepared, check_memory, prepare};
@@ -68,7 +68,7 @@ impl Effort {
     }
 
     /// Makes a scene ready for as many patches as a tolerance needs and memory holds; the first few must fit.
-    pub fn prepare_within(&self, scene: Scene, modes: &[Transport], tolerance: f64) -> Result<Prepared, CliError> {
+    pub fn prepare_within(&self, scene: Scene, modes: &[Transport], tolerance: f64) -> Result<Within, CliError> {
         self.limit.prepare_within(scene, modes, tolerance)
     }
 }

@@ -16,7 +16,7 @@ use crate::cli::error::CliError;
 use crate::cli::figure_four;
 use crate::cli::figure_four::FigureFour;
 use crate::cli::figure_report::{PageReport, page_report};
-use crate::cli::memory::pixel;
+use crate::cli::memory::{Within, pixel};
 use crate::cli::options::{Common, Completion};
 use crate::cli::unmet::warn_of_error;
 use crate::cli::values::{size, stops};
@@ -225,8 +225,8 @@ impl Work<'_> {
         let mut solved = Vec::new();
         match effort.precision() {
             Precision::Within(tolerance) => {
-                let mut p = effort.prepare_within(scene, &modes, tolerance)?;
-                let wanted = Wanted { tolerance, size: self.size, deadline: None, seed };
+                let Within { prepared: mut p, memory } = effort.prepare_within(scene, &modes, tolerance)?;
+                let wanted = Wanted { tolerance, size: self.size, deadline: None, memory, seed };
                 for mode in Mode::ALL {
                     let picture = render_within(&mut p, mode.transport(), &wanted, self.console);
                     if let Ok(found) = &picture {

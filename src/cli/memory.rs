@@ -25,6 +25,12 @@ pub mod pixel {
     pub const CHART: f64 = 2500.0;
 }
 
+/// A scene made ready, and the bytes that K of it may take.
+pub struct Within {
+    pub prepared: Prepared,
+    pub memory: f64,
+}
+
 /// How much memory may be used.
 #[derive(Args, Debug)]
 pub struct MemoryLimit {
@@ -46,13 +52,13 @@ impl MemoryLimit {
     }
 
     /// Makes a scene ready for as many patches as a tolerance needs and memory holds; the first few must fit.
-    pub fn prepare_within(&self, scene: Scene, modes: &[Transport], tolerance: f64) -> Result<Prepared, CliError> {
+    pub fn prepare_within(&self, scene: Scene, modes: &[Transport], tolerance: f64) -> Result<Within, CliError> {
         let first = Fineness::first(tolerance);
-        let mut prepared = prepare(scene, first.patches);
-        prepared.memory = self.bytes();
+        let prepared = prepare(scene, first.patches);
+        let memory = self.bytes();
         for mode in modes {
-            check_memory(&prepared, &[*mode], &first.sampling(0), prepared.memory)?;
+            check_memory(&prepared, &[*mode], &first.sampling(0), memory)?;
         }
-        Ok(prepared)
+        Ok(Within { prepared, memory })
     }
 }

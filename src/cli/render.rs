@@ -8,7 +8,7 @@ use clap::Args;
 use crate::cli::console::Console;
 use crate::cli::effort::Precision;
 use crate::cli::error::CliError;
-use crate::cli::memory::pixel;
+use crate::cli::memory::{Within, pixel};
 use crate::cli::options::{Common, Problem};
 use crate::cli::pictures::{Places, Shown, mode_sheet, warn_of_backs};
 use crate::cli::report::{Modes, RenderReport};
@@ -110,12 +110,13 @@ impl Shared<'_> {
     /// Every mode to a tolerance, each with the patches that it needs.
     fn within(&self, scene: Scene, transports: &[Transport], tolerance: f64) -> Result<Vec<Outcome>, CliError> {
         let (size, seed) = (self.own.size, self.common.seed);
-        let mut prepared = self.own.problem.effort.prepare_within(scene, transports, tolerance)?;
+        let effort = &self.own.problem.effort;
+        let Within { mut prepared, memory } = effort.prepare_within(scene, transports, tolerance)?;
         let mut start = self.start;
         let mut outcomes = Vec::new();
         for &transport in transports {
             let deadline = self.own.problem.time.and_then(|seconds| deadline_after(start, seconds));
-            let wanted = Wanted { tolerance, size, deadline, seed };
+            let wanted = Wanted { tolerance, size, deadline, memory, seed };
             let found = render_within(&mut prepared, transport, &wanted, self.console);
             if let Ok(within) = &found {
                 warn_of_error(self.console, transport, within, tolerance);

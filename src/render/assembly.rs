@@ -66,8 +66,6 @@ pub struct Prepared {
     pub(crate) densities: Vec<f32>,
     /// The number of patches asked for, where all of them are of one size as first cut.
     even: Option<usize>,
-    /// Bytes that K may take; patches that are cut anew stay within. Infinite at first.
-    pub memory: f64,
     /// Seconds that this and cutting patches anew took, until a picture takes them as its own.
     pub seconds: f64,
 }
@@ -117,7 +115,6 @@ pub fn prepare(scene: Scene, patches: usize) -> Prepared {
         luminaires,
         densities: Vec::new(),
         even: Some(patches),
-        memory: f64::INFINITY,
         seconds: start.elapsed().as_secs_f64(),
     }
 }

@@ -63,6 +63,13 @@ pub(crate) struct Held {
     pub terms: Kept,
 }
 
+impl Held {
+    /// So many casts of K of all modes, which are solved one after the other.
+    fn of_modes(modes: &[Transport], casts: usize) -> Held {
+        Held { casts, solutions: modes.len().min(casts.max(1)), terms: Kept::Enough }
+    }
+}
+
 /// Which terms of a series are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Kept {
@@ -103,42 +110,29 @@ impl Pilot {
 /// # Errors
 /// [`Unfit`], with the number of patches that would.
 pub fn check_memory(p: &Prepared, modes: &[Transport], sampling: &Sampling, limit: f64) -> Result<(), Unfit> {
+    check_held(p, modes, sampling, Held::of_modes(modes, 1), limit)
+}
+
+/// Checks that what is `held` of all `modes` fits in `limit` bytes.
+pub(crate) fn check_held(
+    p: &Prepared,
+    modes: &[Transport],
+    sampling: &Sampling,
+    held: Held,
+    limit: f64,
+) -> Result<(), Unfit> {
     if limit.is_infinite() {
         return Ok(());
     }
-    let e = estimate_memory(p, modes, sampling, 1, limit);
-    e.check(Stored::Rows(e.entries), limit)
-}
-
-/// The same for one mode of which so many `solutions` are held at once, on patches whose number nobody asked for.
-pub(crate) fn check_solutions(
-    p: &Prepared,
-    mode: Transport,
-    sampling: &Sampling,
-    solutions: usize,
-) -> Result<(), Unfit> {
-    if p.memory.is_infinite() {
-        return Ok(());
-    }
-    let e = estimate(p, &[mode], sampling, Held { casts: 1, solutions, terms: Kept::Enough }, p.memory);
-    e.check(Stored::Verdicts(e.entries), p.memory)
-}
-
-impl Estimate {
-    fn check(&self, stored: Stored, limit: f64) -> Result<(), Unfit> {
-        if self.bytes <= limit {
-            Ok(())
-        } else {
-            Err(Unfit { patches: self.patches, stored, bytes: self.bytes, limit, fitting: self.fitting.max(1) })
-        }
-    }
+    let Estimate { patches, entries, bytes, fitting, .. } = estimate(p, modes, sampling, held, limit);
+    let unfit = Unfit { patches, stored: Stored::Rows(entries), bytes, limit, fitting: fitting.max(1) };
+    if bytes <= limit { Ok(()) } else { Err(unfit) }
 }
 
 /// Estimates what K of all `modes` takes when `casts` of it are held at once, and the patches that fit in `limit`
 /// bytes.
 pub fn estimate_memory(p: &Prepared, modes: &[Transport], sampling: &Sampling, casts: usize, limit: f64) -> Estimate {
-    let solutions = modes.len().min(casts.max(1));
-    estimate(p, modes, sampling, Held { casts, solutions, terms: Kept::Enough }, limit)
+    estimate(p, modes, sampling, Held::of_modes(modes, casts), limit)
 }
 
 fn estimate(p: &Prepared, modes: &[Transport], sampling: &Sampling, held: Held, limit: f64) -> Estimate {
@@ -246,21 +240,16 @@ fn control_group() -> f64 {
     least
 }
 
-/// Cuts the patches anew, fewer, where K of so many `casts` held at once would not fit; whether it had to.
-pub(crate) fn keep_within(p: &mut Prepared, mode: Transport, sampling: &Sampling, casts: usize) -> bool {
-    keep_terms_within(p, mode, sampling, Held { casts, solutions: 1, terms: Kept::Enough })
-}
-
-/// Cuts fewer patches where what is `held` of a mode would not fit in memory; tells whether it did.
-pub(crate) fn keep_terms_within(p: &mut Prepared, mode: Transport, sampling: &Sampling, held: Held) -> bool {
-    if p.memory.is_infinite() {
+/// Cuts fewer patches where what is `held` of a mode would not fit in `limit` bytes; tells whether it did.
+pub(crate) fn keep_within(p: &mut Prepared, mode: Transport, sampling: &Sampling, held: Held, limit: f64) -> bool {
+    if limit.is_infinite() {
         return false;
     }
     // The count asked for is met within about a quarter only.
     let mut cut = false;
     for share in [1.0, 0.75, 0.5] {
-        let e = estimate(p, &[mode], sampling, held, p.memory);
-        if e.bytes <= p.memory {
+        let e = estimate(p, &[mode], sampling, held, limit);
+        if e.bytes <= limit {
             break;
         }
         p.recut((share * e.fitting as f64).max(1.0) as usize);

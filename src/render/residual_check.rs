@@ -231,7 +231,8 @@ mod tests {
     #[test]
     fn direct_light_is_asked_for_where_patches_certainly_mix_it() {
         let p = prepare(Scene::open("cornell-box").expect("a scene"), 200);
-        let wanted = Wanted { tolerance: TOLERANCE, size: (16, 16).into(), deadline: None, seed: 0 };
+        let wanted =
+            Wanted { tolerance: TOLERANCE, size: (16, 16).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
         let task = Task { transport: Mode::Global.transport(), wanted: &wanted, watch: &Silent };
         let mut spent = Spent::default();
         let mut confirmed = |found: Residual| {
@@ -259,7 +260,8 @@ mod tests {
     #[test]
     fn noise_that_may_explain_an_error_is_lessened_before_patches_are_judged() {
         let p = prepare(Scene::open("cornell-box").expect("a scene"), 200);
-        let wanted = Wanted { tolerance: TOLERANCE, size: (16, 16).into(), deadline: None, seed: 0 };
+        let wanted =
+            Wanted { tolerance: TOLERANCE, size: (16, 16).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
         let task = Task { transport: Mode::Global.transport(), wanted: &wanted, watch: &Silent };
         let mut spent = Spent::default();
         let mut solved = solve(&p, &task, 256, &mut spent).expect("converges");

@@ -197,7 +197,7 @@ mod tests {
     fn solved(scene: &str, patches: usize) -> (Prepared, Solved) {
         let scene = Scene::open(scene).expect("a scene");
         let p = prepare(scene, patches);
-        let wanted = Wanted { tolerance: 0.01, size: (8, 8).into(), deadline: None, seed: 0 };
+        let wanted = Wanted { tolerance: 0.01, size: (8, 8).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
         let transport = Mode::Global.transport();
         let mut spent = Spent::default();
         let found = solve(&p, &Task { transport, wanted: &wanted, watch: &Silent }, 1024, &mut spent);

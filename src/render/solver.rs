@@ -43,15 +43,16 @@ pub enum RenderError {
 /// asked before.
 pub struct Solver {
     prepared: Prepared,
+    /// Bytes that K may take.
+    memory: f64,
     seed: u32,
 }
 
 impl Solver {
     /// Builds the ray hierarchy and finds the surfaces of a scene. Four fifths of the memory that is free may be used.
     pub fn new(scene: &Scene) -> Solver {
-        let mut prepared = prepare(scene.clone(), Fineness::first(TOLERANCE).patches);
-        prepared.memory = usable_memory();
-        Solver { prepared, seed: 0 }
+        let prepared = prepare(scene.clone(), Fineness::first(TOLERANCE).patches);
+        Solver { prepared, memory: usable_memory(), seed: 0 }
     }
 
     /// Chooses the scrambling of all sample points: a seed gives the same bits on any number of threads.
@@ -62,7 +63,7 @@ impl Solver {
 
     /// Bytes of memory that K may take.
     pub fn memory(mut self, bytes: f64) -> Solver {
-        self.prepared.memory = bytes;
+        self.memory = bytes;
         self
     }
 
@@ -84,7 +85,7 @@ impl Solver {
         let p = &mut self.prepared;
         p.cut_to(fineness.patches);
         let sampling = fineness.sampling(self.seed);
-        check_memory(p, &[transport], &sampling, p.memory)?;
+        check_memory(p, &[transport], &sampling, self.memory)?;
         let clock = Instant::now();
         let (mut modes, rays) = assemble(p, &[transport], &sampling, &Silent);
         spent.seconds.form_factors = clock.elapsed().as_secs_f64();
@@ -110,11 +111,12 @@ impl Request<'_> {
     /// # Errors
     /// [`RenderError`] where the series is not proved to converge, or not even a coarse K fits in memory.
     pub fn tolerance(self, tolerance: f64) -> Result<Rendered, RenderError> {
-        let Solver { prepared, seed } = self.solver;
+        let Solver { prepared, memory, seed } = self.solver;
+        let (memory, seed) = (*memory, *seed);
         let first = Fineness::first(tolerance);
         prepared.cut_to(first.patches);
-        check_memory(prepared, &[self.transport], &first.sampling(*seed), prepared.memory)?;
-        let wanted = Wanted { tolerance, size: self.size, deadline: None, seed: *seed };
+        check_memory(prepared, &[self.transport], &first.sampling(seed), memory)?;
+        let wanted = Wanted { tolerance, size: self.size, deadline: None, memory, seed };
         Ok(render_within(prepared, self.transport, &wanted, &Silent)?)
     }
 

@@ -2,6 +2,8 @@
 //!
 //! Not handled: what both levels get wrong alike, which walks of light find ([`series`](crate::render::series)).
 
+use crate::render::levels::of_finer;
+
 /// Terms below this share of the first are not looked at.
 const NEGLIGIBLE: f64 = 1e-6;
 
@@ -75,7 +77,7 @@ pub(crate) fn errors(casts: &[Vec<f64>], coarse: &[f64]) -> Vec<TermError> {
         let mean = casts.iter().map(|c| c[n]).sum::<f64>() / count;
         let spread: f64 = casts.iter().map(|c| (c[n] - mean).powi(2)).sum();
         let form_factors = (spread / (count - 1.0)).sqrt() / own;
-        let patches = (own - coarse[n]).abs() / own;
+        let patches = of_finer() * (own - coarse[n]).abs() / own;
         TermError { form_factors, patches, total: form_factors.hypot(patches), ..TermError::default() }
     };
     let mut errors: Vec<TermError> = (0..terms).map(one).collect();

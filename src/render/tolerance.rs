@@ -26,9 +26,9 @@ use crate::render::assembly::{Prepared, Watch};
 use crate::render::divided_patches::divided;
 use crate::render::error_shares::shares;
 use crate::render::fineness::Fineness;
-use crate::render::levels::patches_for;
-use crate::render::memory::keep_within;
+use crate::render::memory::{Held, Kept};
 use crate::render::patch_sizes::Sizes;
+use crate::render::refinement::{Excess, Limits, MARGIN, Refinement};
 use crate::render::rendered::Rendered;
 use crate::render::residual_check::{Check, Finding};
 use crate::render::solved::{Solved, Spent, Task, half, solve};
@@ -46,10 +46,10 @@ const GATHER: f64 = 0.9;
 const EMISSION: f64 = 0.1;
 /// Patches, and rays a patch, at most.
 const MOST: Fineness = Fineness { patches: 200_000, rays: 1 << 16 };
-/// How far below their shares the next round aims.
-const MARGIN: f64 = 1.1;
-/// Times patches and rays are chosen anew.
+/// Times that patches and rays are chosen.
 const ROUNDS: usize = 5;
+/// Two solutions, and F transposed.
+const HELD: Held = Held { casts: 3, solutions: 1, terms: Kept::Enough };
 /// Share of the squared error, as measured at points, that patches half as wide may leave for more of them to be of
 /// use: light that is smooth in patches leaves a quarter or less.
 const HELPED: f64 = 0.5;
@@ -98,11 +98,10 @@ fn attempted(p: &mut Prepared, transport: Transport, wanted: &Wanted, watch: &dy
 /// Solves on more patches and with more rays until their errors in a rough picture are within their shares.
 fn solve_within(p: &mut Prepared, task: &Task, spent: &mut Spent) -> Result<Solved, Diverges> {
     let Task { transport, wanted, watch } = *task;
-    let mut rounds = Rounds::new(wanted);
-    p.cut_to(Fineness::first(wanted.tolerance).patches);
+    let mut rounds = Rounds::new(p, wanted);
     loop {
         rounds.begin(p, transport);
-        let mut solved = solve(p, task, rounds.rays, spent)?;
+        let mut solved = solve(p, task, rounds.refinement.rays, spent)?;
         if solved.fields.is_dark() {
             return Ok(solved);
         }
@@ -115,21 +114,6 @@ fn solve_within(p: &mut Prepared, task: &Task, spent: &mut Spent) -> Result<Solv
             Next::Finer(excess) => rounds.finer(p, excess),
             Next::Refine(excess) => rounds.refine(p, &solved, excess, spent),
         }
-    }
-}
-
-/// How far errors exceed their shares of the tolerance; up to 1 they do not.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Excess {
-    /// Noise of F.
-    pub noise: f64,
-    /// The size of patches.
-    pub size: f64,
-}
-
-impl Excess {
-    fn is_none(self) -> bool {
-        self.noise <= 1.0 && self.size <= 1.0
     }
 }
 
@@ -150,35 +134,26 @@ enum Next {
 /// Rounds of patches and rays, and what they told so far.
 struct Rounds<'a> {
     wanted: &'a Wanted,
-    /// Rounds begun.
-    count: usize,
-    /// Rays of a patch at least.
-    rays: u32,
+    refinement: Refinement,
     /// Whether the patches are as they were cut first.
     first: bool,
     sizes: Option<Sizes>,
     check: Option<Check>,
-    /// Whether this round has all the patches that memory allows, and whether any round had.
-    full: bool,
-    tight: bool,
     /// Squared error as the check told it last.
     squared: f64,
 }
 
 impl<'a> Rounds<'a> {
-    fn new(wanted: &'a Wanted) -> Rounds<'a> {
-        let rays = Fineness::first(wanted.tolerance).rays;
-        let (count, sizes, check, squared) = (0, None, None, f64::INFINITY);
-        Rounds { wanted, count, rays, first: true, sizes, check, full: false, tight: false, squared }
+    fn new(p: &mut Prepared, wanted: &'a Wanted) -> Rounds<'a> {
+        let limits = Limits { most: MOST, rounds: ROUNDS, memory: wanted.memory };
+        let refinement = Refinement::new(p, Fineness::first(wanted.tolerance), limits);
+        Rounds { wanted, refinement, first: true, sizes: None, check: None, squared: f64::INFINITY }
     }
 
     /// Begins a round: no more patches than memory allows.
     fn begin(&mut self, p: &mut Prepared, transport: Transport) {
-        self.count += 1;
-        let mean = (f64::from(self.rays) * p.density()).ceil() as u32;
-        // Two solutions, and F transposed.
-        self.full = keep_within(p, transport, &half(mean, self.wanted.seed, 0), 3);
-        self.tight |= self.full;
+        let mean = (f64::from(self.refinement.rays) * p.density()).ceil() as u32;
+        self.refinement.begin(p, transport, &half(mean, self.wanted.seed, 0), HELD);
     }
 
     /// What is to be done with a solution whose errors two levels of patches and two scramblings tell; states what the
@@ -193,7 +168,7 @@ impl<'a> Rounds<'a> {
         if unpaired {
             excess.size = excess.size.max(2.0);
         }
-        let last = self.full || wanted.is_late() || self.count == ROUNDS;
+        let last = self.refinement.full || wanted.is_late() || self.refinement.is_last();
         let check = self.check.get_or_insert_with(|| Check::new(p, solved, wanted, rough, spent));
         let finding = check.find(p, solved, wanted, last || excess.is_none(), spent);
         if finding == Finding::Noisy && self.sizes.is_none() && !last && excess.noise > 1.0 {
@@ -205,15 +180,15 @@ impl<'a> Rounds<'a> {
         if wrong && helped && self.sizes.is_none() && !last && are_told_apart(p) {
             return Next::Finer(Excess { noise: excess.noise, size: f64::INFINITY });
         }
-        if wrong && !self.tight {
+        if wrong && !self.refinement.tight {
             return Next::Divide;
         }
         if helped {
             excess.size = excess.size.max(squared.sqrt() / (PATCHES * wanted.tolerance));
         }
-        if excess.is_none() || last || (excess.size > 1.0 && p.patches.len() >= MOST.patches) {
+        if excess.is_none() || last || (excess.size > 1.0 && self.refinement.has_most_patches(p)) {
             // Patches of a size do not get there: those divided by light may, where memory is not what is short.
-            if solved.error.sum().total > wanted.tolerance && !self.tight && !wanted.is_late() {
+            if solved.error.sum().total > wanted.tolerance && !self.refinement.tight && !wanted.is_late() {
                 return Next::Divide;
             }
             check.confirm(solved, wanted);
@@ -224,17 +199,14 @@ impl<'a> Rounds<'a> {
 
     /// Casts more rays from every patch, for a noise that is so many times its share.
     fn denser(&mut self, p: &Prepared, noise: f64) {
-        let now = Fineness { patches: p.patches.len(), rays: self.rays };
-        self.rays = finer(now, Excess { noise, size: 0.0 }, MOST).rays;
+        self.refinement.rays = self.refinement.finer(p, Excess { noise, size: 0.0 }).rays;
     }
 
     /// Cuts smaller patches everywhere, with more rays if their noise asks for them.
     fn finer(&mut self, p: &mut Prepared, excess: Excess) {
-        let now = Fineness { patches: p.patches.len(), rays: self.rays };
-        let next = finer(now, excess, MOST);
-        self.rays = next.rays;
         self.first = false;
-        p.recut(next.patches);
+        let next = self.refinement.finer(p, excess);
+        self.refinement.recut(p, next);
     }
 
     /// Cuts smaller patches where their size makes the error, and casts more rays for the rows whose noise does.
@@ -258,15 +230,4 @@ impl<'a> Rounds<'a> {
 /// Whether patches half as wide as these would be as many as triangles, and so could tell those apart.
 fn are_told_apart(p: &Prepared) -> bool {
     (p.scene.faces.len()..=MOST.patches).contains(&(4 * p.patches.len()))
-}
-
-/// The patches and rays a patch of the next round, up to `most`.
-pub(crate) fn finer(now: Fineness, excess: Excess, most: Fineness) -> Fineness {
-    let more = patches_for(MARGIN * excess.size).clamp(1.0, 4.0);
-    // Noise falls with all rays, as the root at least.
-    let denser = (1.2 * excess.noise * excess.noise / more).clamp(1.0, 16.0);
-    Fineness {
-        patches: ((now.patches as f64 * more) as usize).min(most.patches),
-        rays: ((f64::from(now.rays) * denser) as u32).min(most.rays),
-    }
 }

@@ -75,6 +75,16 @@ pub fn check_pictures(size: Size, each: f64, limit: f64) -> Result<(), PictureUn
     if bytes <= limit { Ok(()) } else { Err(PictureUnfit { size, each, bytes, limit, fitting: (limit / each) as u64 }) }
 }
 
+impl Unfit {
+    /// The same where rows of so many entries are those of something else than patches asked for.
+    pub(crate) fn of(self, stored: fn(f64) -> Stored) -> Unfit {
+        match self.stored {
+            Stored::Rows(entries) => Unfit { stored: stored(entries), ..self },
+            _ => self,
+        }
+    }
+}
+
 impl Stored {
     fn name(self) -> &'static str {
         match self {

@@ -14,6 +14,8 @@ pub struct Wanted {
     pub size: Size,
     /// When the picture is to be there, whatever is reached by then; no end where there is none.
     pub deadline: Option<Instant>,
+    /// Bytes that K may take; patches that are cut anew stay within.
+    pub memory: f64,
     /// Chooses the scrambling of all points.
     pub seed: u32,
 }

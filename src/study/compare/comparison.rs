@@ -54,7 +54,6 @@ pub struct Comparison {
 pub fn compare(scene: &Scene, plan: &StudyPlan, tell: &dyn Fn(&str)) -> Result<Comparison, StudyError> {
     let least = PatchEffort::least(plan);
     let mut p = prepare(scene.clone(), least.patches);
-    p.memory = plan.memory;
     check_fit(&p, plan, &least)?;
     let (patchwise, tracers) = Ladder::COMPARED.split_at(3);
     // A diverging series is found before any path is traced.

@@ -10,10 +10,10 @@ use crate::gather::{GatherPass, GatherSampling};
 use crate::light::{Light, Rgb};
 use crate::pictures::Picture;
 use crate::render::look::fields;
-use crate::render::memory::check_solutions;
+use crate::render::memory::{Held, Kept, check_held};
 use crate::render::{
-    Assembled, Fineness, Prepared, Rendered, Seconds, Silent, Unfit, Wanted, assemble, assembled_shooter, picture,
-    prepare, ray_shooter, render, render_within, without_luminaires,
+    Assembled, Fineness, Prepared, Rendered, Seconds, Silent, Stored, Unfit, Wanted, assemble, assembled_shooter,
+    picture, prepare, ray_shooter, render, render_within, without_luminaires,
 };
 use crate::scene::Scene;
 use crate::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
@@ -101,14 +101,15 @@ pub(crate) fn cut_within(p: &mut Prepared, plan: &StudyPlan, effort: &PatchEffor
 
 /// Checks that K of the patches as they are, and its solutions, fit in memory.
 pub(crate) fn check_fit(p: &Prepared, plan: &StudyPlan, effort: &PatchEffort) -> Result<(), Unfit> {
-    check_solutions(p, plan.transport, &effort.sampling(), SOLUTIONS)
+    let held = Held { casts: 1, solutions: SOLUTIONS, terms: Kept::Enough };
+    let fits = check_held(p, &[plan.transport], &effort.sampling(), held, plan.memory);
+    fits.map_err(|unfit| unfit.of(Stored::Verdicts))
 }
 
 /// The picture to a tolerance, from scratch.
 pub(crate) fn within(scene: &Scene, plan: &StudyPlan, tolerance: f64, seed: u32) -> Result<Rendered, Diverges> {
     let mut p = prepare(scene.clone(), Fineness::first(tolerance).patches);
-    p.memory = plan.memory;
-    let wanted = Wanted { tolerance, size: plan.size, deadline: None, seed };
+    let wanted = Wanted { tolerance, size: plan.size, deadline: None, memory: plan.memory, seed };
     render_within(&mut p, plan.transport, &wanted, &Silent)
 }
 
