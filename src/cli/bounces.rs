@@ -17,7 +17,10 @@ use crate::gather::sampling::deadline_after;
 use crate::gather::{GatherPass, GatherSampling, Gathering};
 use crate::light::Transport;
 use crate::pictures::{Exposure, Size, Table, known, make_directory};
-use crate::render::{Assembled, End, Prepared, TermError, WantedTerms, assemble, explore_within};
+use crate::render::{
+    Assembled, BounceSeries, End, Fineness, Prepared, TermError, WantedTerms, assemble, explore_within,
+};
+use crate::scene::Scene;
 use crate::solve::{Bounce, Solution, Verdict, explore};
 use crate::study::{bounce_fields, bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
 
@@ -58,63 +61,24 @@ pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
     let scene = own.problem.subject.load(|warning| console.warn(warning))?;
     make_directory(&common.out)?;
     let transports = own.problem.subject.transports(&scene);
-    let mut files = Vec::new();
-    let mut studied = Vec::new();
     let run = Run { own, common, console: &console };
-    let mut study = |p: &Prepared, mode: &Assembled, s: Studied, gathering| {
-        console.say(table(&s));
-        files.push(run.sheet(p, mode, &s.solution, gathering)?);
-        studied.push(s);
-        Ok::<(), CliError>(())
+    let (prepared, studies) = match own.problem.effort.precision() {
+        Precision::Fixed(fineness, samples) => run.fixed(scene, &transports, fineness, samples)?,
+        Precision::Within(tolerance) => run.within(scene, &transports, tolerance)?,
     };
-    let prepared = match own.problem.effort.precision() {
-        Precision::Fixed(fineness, samples) => {
-            let p = own.problem.effort.prepare(scene, &transports, fineness, common.seed)?;
-            let (modes, _) = assemble(&p, &transports, &fineness.sampling(common.seed), &console);
-            let sampling = GatherSampling::with_samples(samples, common.seed);
-            for mode in &modes {
-                let s = Studied {
-                    transport: mode.transport,
-                    solution: explore(&mode.operator, own.count as usize),
-                    patches: p.patches.len(),
-                    errors: None,
-                    end: None,
-                };
-                study(&p, mode, s, (&sampling).into())?;
-            }
-            p
-        }
-        Precision::Within(tolerance) => {
-            let Within { prepared: mut p, memory } =
-                own.problem.effort.prepare_within(scene, &transports, tolerance)?;
-            for transport in transports {
-                let deadline = own.problem.time.and_then(|seconds| deadline_after(Instant::now(), seconds));
-                let wanted = WantedTerms {
-                    count: own.count.into(),
-                    tolerance,
-                    time: own.problem.time,
-                    memory,
-                    seed: common.seed,
-                };
-                let found = explore_within(&mut p, transport, &wanted, &console);
-                let s = Studied {
-                    transport,
-                    solution: found.solution,
-                    patches: p.patches.len(),
-                    errors: Some(found.errors),
-                    end: Some(found.end),
-                };
-                let (error, seed) = (tolerance, common.seed);
-                study(&p, &found.mode, s, Gathering::Within { error, seed, deadline })?;
-            }
-            p
-        }
-    };
+    let Studies { studied, mut files } = studies;
     files.extend(chart_and_table(common, &prepared, &studied)?);
     for file in &files {
         console.say(file.display().to_string());
     }
     console.report(&Modes { modes: studied.iter().map(|s| report(&prepared, s)).collect(), files })
+}
+
+/// The modes studied so far, and the files written.
+#[derive(Default)]
+struct Studies {
+    studied: Vec<Studied>,
+    files: Vec<PathBuf>,
 }
 
 /// What all modes of one run share.
@@ -125,6 +89,60 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
+    /// Every mode with the effort given: one set of patches and one cast of rays for all.
+    fn fixed(
+        &self,
+        scene: Scene,
+        transports: &[Transport],
+        fineness: Fineness,
+        samples: u32,
+    ) -> Result<(Prepared, Studies), CliError> {
+        let Run { own, common, console } = *self;
+        let p = own.problem.effort.prepare(scene, transports, fineness, common.seed)?;
+        let (modes, _) = assemble(&p, transports, &fineness.sampling(common.seed), console);
+        let sampling = GatherSampling::with_samples(samples, common.seed);
+        let mut studies = Studies::default();
+        for mode in &modes {
+            let solution = explore(&mode.operator, own.count as usize);
+            let (transport, patches) = (mode.transport, p.patches.len());
+            let s = Studied { transport, solution, patches, errors: None, end: None };
+            self.take(&mut studies, &p, mode, s, (&sampling).into())?;
+        }
+        Ok((p, studies))
+    }
+
+    /// Every mode to a tolerance of its terms' powers, each with the patches that it needs.
+    fn within(&self, scene: Scene, transports: &[Transport], tolerance: f64) -> Result<(Prepared, Studies), CliError> {
+        let Run { own, common, console } = *self;
+        let (time, seed) = (own.problem.time, common.seed);
+        let Within { prepared: mut p, memory } = own.problem.effort.prepare_within(scene, transports, tolerance)?;
+        let mut studies = Studies::default();
+        for &transport in transports {
+            let deadline = time.and_then(|seconds| deadline_after(Instant::now(), seconds));
+            let wanted = WantedTerms { count: own.count.into(), tolerance, time, memory, seed };
+            let BounceSeries { mode, solution, errors, end, .. } = explore_within(&mut p, transport, &wanted, console);
+            let (errors, end) = (Some(errors), Some(end));
+            let s = Studied { transport, solution, patches: p.patches.len(), errors, end };
+            self.take(&mut studies, &p, &mode, s, Gathering::Within { error: tolerance, seed, deadline })?;
+        }
+        Ok((p, studies))
+    }
+
+    /// Shows one mode's table and writes its sheet.
+    fn take(
+        &self,
+        studies: &mut Studies,
+        p: &Prepared,
+        mode: &Assembled,
+        s: Studied,
+        gathering: Gathering,
+    ) -> Result<(), CliError> {
+        self.console.say(table(&s));
+        studies.files.push(self.sheet(p, mode, &s.solution, gathering)?);
+        studies.studied.push(s);
+        Ok(())
+    }
+
     /// The sheet of one mode: its terms, and their sums under them.
     fn sheet(
         &self,

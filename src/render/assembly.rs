@@ -19,7 +19,7 @@ use crate::surfaces::Surfaces;
 pub struct Seconds {
     /// Reading and checking the files.
     pub load: f64,
-    /// Building the ray hierarchy and cutting patches.
+    /// Building the ray hierarchy, which all modes of one run share, and cutting patches.
     pub patches: f64,
     /// Casting rays for F; shared by all modes of one run.
     pub form_factors: f64,
@@ -35,6 +35,13 @@ impl Seconds {
     /// Sets the total.
     pub fn sum(&mut self) {
         self.total = self.load + self.patches + self.form_factors + self.solve + self.gather;
+    }
+
+    /// These and so many that making the scene ready took.
+    pub(crate) fn after(mut self, prepared: f64) -> Seconds {
+        self.patches += prepared;
+        self.sum();
+        self
     }
 
     /// The seconds of both, step by step.
@@ -66,7 +73,7 @@ pub struct Prepared {
     pub(crate) densities: Vec<f32>,
     /// The number of patches asked for, where all of them are of one size as first cut.
     even: Option<usize>,
-    /// Seconds that this and cutting patches anew took, until a picture takes them as its own.
+    /// Seconds that making it took, whatever was cut anew since.
     pub seconds: f64,
 }
 
@@ -132,10 +139,8 @@ impl Prepared {
     /// Cuts the surfaces anew, into about so many patches; scene, rays and luminaires stay.
     pub fn recut(&mut self, patches: usize) {
         self.densities.clear();
-        let start = Instant::now();
         self.patches = Patches::cut(&self.scene, &self.rays, &self.surfaces, patches);
         self.even = Some(patches);
-        self.seconds += start.elapsed().as_secs_f64();
     }
 
     /// Divides the patches as they were cut by the light sampled on them.
@@ -165,10 +170,8 @@ impl Prepared {
 
     /// Cuts every zone of the surfaces anew, into patches of its own size.
     pub(crate) fn cut_zones(&mut self, zones: &Zones, sizes: &[f64]) {
-        let start = Instant::now();
         self.patches = Patches::refined(&self.scene, &self.rays, zones, sizes);
         self.even = None;
-        self.seconds += start.elapsed().as_secs_f64();
     }
 }
 

@@ -36,6 +36,17 @@ pub fn render_within(
     wanted: &Wanted,
     watch: &dyn Watch,
 ) -> Result<Rendered, Diverges> {
+    let found = by_deadline(p, transport, wanted, watch)?;
+    Ok(Rendered { seconds: found.seconds.after(p.seconds), ..found })
+}
+
+/// The picture of [`render_within`] with what it took, but for making the scene ready.
+fn by_deadline(
+    p: &mut Prepared,
+    transport: Transport,
+    wanted: &Wanted,
+    watch: &dyn Watch,
+) -> Result<Rendered, Diverges> {
     let Some(deadline) = wanted.deadline else {
         return attempt(p, transport, wanted, watch);
     };

@@ -7,6 +7,8 @@
 //! Not handled: what an error is, and which one is enough; those who run the rounds tell
 //! ([`tolerance`](crate::render::tolerance), [`series`](crate::render::series)).
 
+use std::time::Instant;
+
 use crate::form_factors::Sampling;
 use crate::light::Transport;
 use crate::render::assembly::Prepared;
@@ -49,6 +51,8 @@ pub(crate) struct Refinement {
     pub count: usize,
     /// Rays of a patch at least.
     pub rays: u32,
+    /// Seconds that cutting patches took.
+    pub cutting: f64,
     /// Whether this round has all the patches that memory allows, and whether any round had.
     pub full: bool,
     pub tight: bool,
@@ -57,15 +61,19 @@ pub(crate) struct Refinement {
 impl Refinement {
     /// Cuts the patches of the first round.
     pub fn new(p: &mut Prepared, first: Fineness, limits: Limits) -> Refinement {
+        let clock = Instant::now();
         p.cut_to(first.patches);
-        Refinement { limits, count: 0, rays: first.rays, full: false, tight: false }
+        let cutting = clock.elapsed().as_secs_f64();
+        Refinement { limits, count: 0, rays: first.rays, cutting, full: false, tight: false }
     }
 
     /// Begins a round: no more patches than memory allows.
     pub fn begin(&mut self, p: &mut Prepared, transport: Transport, sampling: &Sampling, held: Held) {
+        let clock = Instant::now();
         self.count += 1;
         self.full = keep_within(p, transport, sampling, held, self.limits.memory);
         self.tight |= self.full;
+        self.cutting += clock.elapsed().as_secs_f64();
     }
 
     /// Patches and rays as they are.
@@ -87,8 +95,10 @@ impl Refinement {
 
     /// Cuts all surfaces anew for the next round, into patches of one size.
     pub fn recut(&mut self, p: &mut Prepared, next: Fineness) {
+        let clock = Instant::now();
         self.rays = next.rays;
         p.recut(next.patches);
+        self.cutting += clock.elapsed().as_secs_f64();
     }
 
     /// Whether there are as many patches, or rays, as are ever taken.

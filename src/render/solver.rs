@@ -82,8 +82,10 @@ impl Solver {
     }
 
     fn assembled(&mut self, transport: Transport, fineness: Fineness, spent: &mut Spent) -> Result<Assembled, Unfit> {
+        let clock = Instant::now();
         let p = &mut self.prepared;
         p.cut_to(fineness.patches);
+        spent.seconds.patches = clock.elapsed().as_secs_f64();
         let sampling = fineness.sampling(self.seed);
         check_memory(p, &[transport], &sampling, self.memory)?;
         let clock = Instant::now();
@@ -114,10 +116,13 @@ impl Request<'_> {
         let Solver { prepared, memory, seed } = self.solver;
         let (memory, seed) = (*memory, *seed);
         let first = Fineness::first(tolerance);
+        let clock = Instant::now();
         prepared.cut_to(first.patches);
+        let cutting = clock.elapsed().as_secs_f64();
         check_memory(prepared, &[self.transport], &first.sampling(seed), memory)?;
         let wanted = Wanted { tolerance, size: self.size, deadline: None, memory, seed };
-        Ok(render_within(prepared, self.transport, &wanted, &Silent)?)
+        let found = render_within(prepared, self.transport, &wanted, &Silent)?;
+        Ok(Rendered { seconds: found.seconds.after(cutting), ..found })
     }
 
     /// The picture on patches of a fineness, with about `samples` hemisphere rays for each pixel; its error is not
@@ -151,13 +156,11 @@ pub(crate) fn render_fixed(
     let clock = Instant::now();
     let gathered = render(p, mode, &solution, pass, watch);
     spent.seconds.gather = clock.elapsed().as_secs_f64();
-    spent.seconds.patches = p.seconds;
-    spent.seconds.sum();
     Ok(Rendered {
         picture: gathered.total(),
         error: ErrorParts::default(),
         ended: Ended::ByItself,
-        seconds: spent.seconds,
+        seconds: spent.seconds.after(p.seconds),
         patches: p.patches.len(),
         rays: spent.rays + gathered.rays,
         radius: solution.radius,

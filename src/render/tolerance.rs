@@ -84,7 +84,6 @@ fn attempted(p: &mut Prepared, transport: Transport, wanted: &Wanted, watch: &dy
     let fields = solved.fields.led().read_by(solved.reading);
     let gathered = solved.gather(p, &fields, &GatherPass::new(wanted.size, within), watch);
     spent.seconds.gather += clock.elapsed().as_secs_f64();
-    spent.seconds.patches += std::mem::take(&mut p.seconds);
     let lit = p.scene.materials.iter().any(Material::emits);
     let mut within = solved.finish(p, gathered, spent);
     if lit && within.is_black() {
@@ -97,15 +96,21 @@ fn attempted(p: &mut Prepared, transport: Transport, wanted: &Wanted, watch: &dy
 
 /// Solves on more patches and with more rays until their errors in a rough picture are within their shares.
 fn solve_within(p: &mut Prepared, task: &Task, spent: &mut Spent) -> Result<Solved, Diverges> {
-    let Task { transport, wanted, watch } = *task;
-    let mut rounds = Rounds::new(p, wanted);
+    let mut rounds = Rounds::new(p, task.wanted);
+    let found = refined(p, task, &mut rounds, spent);
+    spent.seconds.patches += rounds.refinement.cutting;
+    found
+}
+
+/// Goes through the rounds to the last.
+fn refined(p: &mut Prepared, task: &Task, rounds: &mut Rounds, spent: &mut Spent) -> Result<Solved, Diverges> {
     loop {
-        rounds.begin(p, transport);
+        rounds.begin(p, task.transport);
         let mut solved = solve(p, task, rounds.refinement.rays, spent)?;
         if solved.fields.is_dark() {
             return Ok(solved);
         }
-        let rough = solved.rough(p, wanted, spent, watch);
+        let rough = solved.rough(p, task.wanted, spent, task.watch);
         solved.set_errors(&rough);
         match rounds.judge(p, &mut solved, &rough, spent) {
             Next::Accept => return Ok(solved),
@@ -223,7 +228,9 @@ impl<'a> Rounds<'a> {
             sizes.spread(p, &shares.noise, (MARGIN * excess.noise).powi(-2), &more);
         }
         spent.seconds.solve += clock.elapsed().as_secs_f64();
+        let clock = Instant::now();
         sizes.apply(p, excess.size > 1.0);
+        self.refinement.cutting += clock.elapsed().as_secs_f64();
     }
 }
 

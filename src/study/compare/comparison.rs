@@ -8,6 +8,8 @@
 //!
 //! Not handled: adaptive fineness; scenes whose series diverges.
 
+use std::time::Instant;
+
 use crate::pictures::Picture;
 use crate::render::{Prepared, prepare};
 use crate::scene::Scene;
@@ -83,14 +85,15 @@ pub fn compare(scene: &Scene, plan: &StudyPlan, tell: &dyn Fn(&str)) -> Result<C
 fn climb_patches(p: &mut Prepared, plan: &StudyPlan, ladder: &Ladder) -> Result<Vec<LadderStep>, Diverges> {
     climb(ladder, plan, |k| {
         let effort = PatchEffort::step(ladder.method, k, plan.seed);
-        let before = p.seconds;
+        let clock = Instant::now();
         if k == 0 || ladder.method == Method::ShootingRays {
             p.recut(effort.patches);
         } else if cut_within(p, plan, &effort).is_err() {
             return Ok(None);
         }
+        let cutting = clock.elapsed().as_secs_f64();
         let mut step = patch_step(p, plan, ladder.method, &effort)?;
-        step.seconds.patches = p.seconds - before;
+        step.seconds.patches = cutting;
         Ok(Some(step))
     })
 }
