@@ -47,13 +47,12 @@ fn light_slips_through_no_t_junction() {
 }
 
 /// The picture of a scene from a point, looking along +x.
-fn seen_from(scene: Scene, eye: DVec3) -> Picture {
-    let mut prepared = prepare(scene, 300);
-    let frame = prepared.scene.frame;
-    prepared.scene.camera.position = frame.to_unit(eye).as_vec3();
-    prepared.scene.camera.forward = Vec3::X;
-    prepared.scene.camera.right = Vec3::NEG_Y;
-    prepared.scene.camera.up = Vec3::Z;
+fn seen_from(mut scene: Scene, eye: DVec3) -> Picture {
+    scene.camera.position = scene.frame.to_unit(eye).as_vec3();
+    scene.camera.forward = Vec3::X;
+    scene.camera.right = Vec3::NEG_Y;
+    scene.camera.up = Vec3::Z;
+    let prepared = prepare(scene, 300);
     let mode = assemble_one(&prepared, Mode::Global.transport(), &sampling(64, 0));
     let solution = neumann(&mode.operator, &Settings::default()).expect("converges");
     let gathering = GatherSampling::with_samples(16, 0);

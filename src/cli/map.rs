@@ -80,7 +80,7 @@ pub fn run(own: &MapArguments, common: &Common) -> Result<(), CliError> {
         console.say(file.display().to_string());
     }
     console.report(&MapReport {
-        scene: prepared.scene.name,
+        scene: prepared.scene.name.clone(),
         patches: prepared.patches.len(),
         rays: map.rays,
         crossings: map.crossings,

@@ -2,6 +2,7 @@
 //!
 //! One set of patches and one cast of rays serves all the modes asked for.
 
+use std::ops::Deref;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -57,14 +58,22 @@ impl Seconds {
     }
 }
 
-/// A scene made ready for any mode.
-pub struct Prepared {
+/// What no choice of patches changes: a scene, its rays and its surfaces.
+pub struct Geometry {
     /// The scene.
     pub scene: Scene,
     /// Its rays.
     pub rays: Rays,
     /// Its surfaces.
     pub surfaces: Arc<Surfaces>,
+    /// Seconds that finding them, and cutting the first patches, took.
+    pub seconds: f64,
+}
+
+/// A scene made ready for any mode: its [`Geometry`], which nothing changes and which is read as if it were part of
+/// this, and what is cut anew.
+pub struct Prepared {
+    geometry: Geometry,
     /// Its patches.
     pub patches: Patches,
     /// Its emitters by closed form.
@@ -73,8 +82,15 @@ pub struct Prepared {
     pub(crate) densities: Vec<f32>,
     /// The number of patches asked for, where all of them are of one size as first cut.
     even: Option<usize>,
-    /// Seconds that making it took, whatever was cut anew since.
-    pub seconds: f64,
+}
+
+/// Rays, scene and surfaces are there to be read; there is no way to change them.
+impl Deref for Prepared {
+    type Target = Geometry;
+
+    fn deref(&self) -> &Geometry {
+        &self.geometry
+    }
 }
 
 /// K of one mode, with what is known of its F.
@@ -114,16 +130,9 @@ pub fn prepare(scene: Scene, patches: usize) -> Prepared {
     let surfaces = Surfaces::new(&scene, &rays);
     let cut = Patches::cut(&scene, &rays, &surfaces, patches);
     let luminaires = Luminaires::new(&scene);
-    Prepared {
-        scene,
-        rays,
-        surfaces,
-        patches: cut,
-        luminaires,
-        densities: Vec::new(),
-        even: Some(patches),
-        seconds: start.elapsed().as_secs_f64(),
-    }
+    let seconds = start.elapsed().as_secs_f64();
+    let geometry = Geometry { scene, rays, surfaces, seconds };
+    Prepared { geometry, patches: cut, luminaires, densities: Vec::new(), even: Some(patches) }
 }
 
 impl Prepared {

@@ -31,7 +31,7 @@ pub(crate) mod unfit;
 pub(crate) mod walk_sources;
 pub(crate) mod wanted;
 
-pub use assembly::{Assembled, Prepared, Seconds, Silent, Watch, assemble, prepare};
+pub use assembly::{Assembled, Geometry, Prepared, Seconds, Silent, Watch, assemble, prepare};
 pub use deadline::render_within;
 pub use fineness::Fineness;
 pub use look::{picture, render, without_luminaires};

@@ -5,7 +5,7 @@
 //! of all rays, at least.
 //!
 //! Not handled: what an error is, and which one is enough; those who run the rounds tell
-//! ([`tolerance`](crate::render::tolerance), [`series`](crate::render::series)).
+//! ([`tolerance`](crate::render::tolerance), [`term_rounds`](crate::render::term_rounds)).
 
 use std::time::Instant;
 
@@ -29,6 +29,7 @@ pub(crate) struct Excess {
 }
 
 impl Excess {
+    /// Whether neither error exceeds its share.
     pub fn is_none(self) -> bool {
         self.noise <= 1.0 && self.size <= 1.0
     }
@@ -39,6 +40,7 @@ impl Excess {
 pub(crate) struct Limits {
     /// Patches, and rays a patch.
     pub most: Fineness,
+    /// Rounds.
     pub rounds: usize,
     /// Bytes that K may take.
     pub memory: f64,
@@ -101,11 +103,12 @@ impl Refinement {
         self.cutting += clock.elapsed().as_secs_f64();
     }
 
-    /// Whether there are as many patches, or rays, as are ever taken.
+    /// Whether there are as many patches as are ever taken.
     pub fn has_most_patches(&self, p: &Prepared) -> bool {
         p.patches.len() >= self.limits.most.patches
     }
 
+    /// Whether there are as many rays as are ever taken.
     pub fn has_most_rays(&self) -> bool {
         self.rays >= self.limits.most.rays
     }

@@ -238,3 +238,24 @@ impl<'a> Rounds<'a> {
 fn are_told_apart(p: &Prepared) -> bool {
     (p.scene.faces.len()..=MOST.patches).contains(&(4 * p.patches.len()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::assembly::prepare;
+    use crate::scene::Scene;
+
+    /// Noise that hides whether patches are wrong is answered by rays alone: the same patches are judged again.
+    #[test]
+    fn a_denser_round_keeps_its_patches() {
+        let mut p = prepare(Scene::open("cornell-box").expect("a scene"), 100);
+        let wanted = Wanted { tolerance: 0.05, size: (8, 8).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
+        let mut rounds = Rounds::new(&mut p, &wanted);
+        let (patches, rays) = (p.patches.len(), rounds.refinement.rays);
+        rounds.denser(&p, 2.0);
+        assert_eq!(rounds.refinement.rays, (1.2 * 4.0 * f64::from(rays)) as u32);
+        assert!(p.patches.len() == patches && rounds.first);
+        rounds.finer(&mut p, Excess { noise: 0.0, size: 2.0 });
+        assert!(p.patches.len() > patches && !rounds.first);
+    }
+}
