@@ -176,7 +176,8 @@ impl<'a> Rounds<'a> {
         let last = self.refinement.full || wanted.is_late() || self.refinement.is_last();
         let check = self.check.get_or_insert_with(|| Check::new(p, solved, wanted, rough, spent));
         let finding = check.find(p, solved, wanted, last || excess.is_none(), spent);
-        if finding == Finding::Noisy && self.sizes.is_none() && !last && excess.noise > 1.0 {
+        let more_rays_tell = excess.noise > 1.0 && !self.refinement.has_most_rays();
+        if finding == Finding::Noisy && more_rays_tell && self.sizes.is_none() && !last {
             return Next::Denser(excess.noise);
         }
         let wrong = finding == Finding::Wrong;
