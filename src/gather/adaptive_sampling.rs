@@ -18,6 +18,8 @@ use crate::gather::camera_rays::CameraRays;
 use crate::gather::pixel::Pixel;
 use crate::gather::sampling::is_over;
 
+/// The variance of a pixel with an edge falls as this power of its rays, which are scrambled nets.
+pub(crate) const EDGES: f64 = 1.5;
 /// Share of the variance left after doubling the rays of a pixel with an edge.
 const DOUBLED: f64 = 0.354;
 /// Camera rays of a half at most.

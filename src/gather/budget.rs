@@ -14,9 +14,11 @@ use crate::gather::sampling::{Gathering, is_over};
 use crate::gather::view::View;
 
 /// Share of the error that camera rays may make where there is indirect light, which is dearer.
-const CAMERA: f64 = 0.5;
+pub(crate) const CAMERA: f64 = 0.5;
 /// Share of what camera rays leave that hemisphere rays may make.
 const HEMISPHERE: f64 = 0.8;
+/// Share of a gather pass's squared error that noise of hemisphere rays may make.
+pub(crate) const NOISE: f64 = (1.0 - CAMERA * CAMERA) * HEMISPHERE * HEMISPHERE;
 /// Share of what camera rays leave that the fit may make.
 const FIT: f64 = 0.55;
 /// How far below its share the next round aims.

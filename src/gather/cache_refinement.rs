@@ -14,7 +14,7 @@ const MOST: f64 = 16_384.0;
 /// Spacings within which records are alike in noise.
 const NEAR: f64 = 2.5;
 /// The variance of scrambled nets falls as this power of the number of rays here.
-const RATE: f64 = 1.4;
+pub(crate) const RATE: f64 = 1.4;
 /// How many times as many rays one round casts, at least and at most.
 const GROWTH: [f64; 2] = [1.1, 8.0];
 /// Halvings of the levels to choose from.

@@ -126,6 +126,18 @@ impl ImportancePaths {
         self.rays += others.rays;
     }
 
+    /// Rays that asking for the direct light of a vertex takes, in the mean over all vertices.
+    pub(crate) fn asked(&self) -> f64 {
+        let (mut vertices, mut others) = (0.0, 0.0);
+        for path in &self.paths {
+            let reflecting = path.vertices.iter().filter(|v| v.found.reflect != DVec3::ZERO).count();
+            vertices += path.vertices.len() as f64;
+            // From the camera, from what it sees, and to what comes next.
+            others += 2.0 + (SPREAD * reflecting) as f64;
+        }
+        (self.rays as f64 - others).max(0.0) / f64::max(vertices, 1.0)
+    }
+
     /// Number of paths of a pixel in the mean.
     pub fn each(&self) -> u32 {
         self.each

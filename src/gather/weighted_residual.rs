@@ -26,7 +26,7 @@ use rayon::prelude::*;
 
 use crate::gather::fields::Fields;
 use crate::gather::importance_paths::{ImportancePaths, Path, Vertex};
-use crate::gather::reading::{READINGS, Reading};
+use crate::gather::reading::{Direct, READINGS, Reading};
 use crate::gather::reflection::SurfaceHit;
 use crate::gather::residual_blocks::{ErrorBlocks, SquaredError};
 use crate::light::Rgb;
@@ -41,6 +41,8 @@ pub struct Residual {
     blocks: [ErrorBlocks; READINGS],
 }
 
+/// What asking for direct light takes for each of its rays, in rays: points on lamps are drawn and weighed beside.
+const ASKED: f64 = 2.0;
 /// Standard errors below its estimate that an error of small blocks is likely to lie.
 const LIKELY: f64 = 0.5;
 
@@ -137,6 +139,31 @@ impl ImportancePaths {
         let mut sums = ResidualSums::new(self);
         sums.take(self, patches, fields);
         sums.residual()
+    }
+
+    /// By reading: what a gather ray takes until it has read, in rays. It goes on while what it meets is too near, and
+    /// direct light is asked for where it goes on, or reads.
+    pub fn prices(&self, patches: &Patches, fields: &Fields) -> [f64; READINGS] {
+        let asked = ASKED * self.asked();
+        Reading::ALL.map(|reading| {
+            let read = if reading.direct == Direct::Asked { asked } else { 0.0 };
+            1.0 + read + self.further(patches, fields, reading.bounces) * (1.0 + asked)
+        })
+    }
+
+    /// Rays that follow a gather ray before it reads, in the mean: `bounces`, and more while what they meet is too near.
+    fn further(&self, patches: &Patches, fields: &Fields, bounces: u32) -> f64 {
+        let reads = |vertex: &Vertex| {
+            let SurfaceHit { face, side, position, distance, .. } = vertex.at;
+            patches.at(face, side, position).is_some_and(|patch| !fields.is_near(patch, distance))
+        };
+        let before = |path: &Path| {
+            let read = path.vertices.iter().skip(bounces as usize).position(reads);
+            // By how much a path would have gone on that ended before is not known.
+            read.map_or(path.vertices.len(), |k| k + bounces as usize)
+        };
+        let count: usize = self.paths.par_iter().map(before).sum();
+        count as f64 / self.paths.len().max(1) as f64
     }
 
     /// For every patch as it was cut samples of the light that leaves it, at the vertices of the paths, from the

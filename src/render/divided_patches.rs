@@ -16,11 +16,16 @@ use std::time::Instant;
 
 use crate::gather::{Gathered, ImportancePaths, Reading, Residual, ResidualSums};
 use crate::render::assembly::Prepared;
-use crate::render::residual_check::{SHARE, brightness};
+use crate::render::reading_cost::ReadingCost;
+use crate::render::residual_check::brightness;
 use crate::render::solved::{Solved, Spent, Task, solve};
 use crate::render::wanted::Wanted;
 use crate::solve::Diverges;
 
+/// What a round leaves of the squared error: of twice the samples the mean of parts as many as they can tell apart
+/// leaves the power -1/2, on surfaces (C. J. Stone, *Optimal global rates of convergence for nonparametric
+/// regression*, 1982: `n^(-2p / (2p + d))` with p = 1, d = 2).
+const FALLS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Share of the tolerance that the standard error of that may be.
 const SURE: f64 = 0.35;
 /// Share of the tolerance that noise of F may take.
@@ -66,6 +71,7 @@ pub(crate) fn divided(
     let mut bright = brightness(first);
     let mut seen = walks(p, &solved, Round { wanted, bright: &bright, each, set: 1 }, spent);
     for round in 1u32.. {
+        let before = spent.rays;
         let clock = Instant::now();
         let samples = seen.samples(&p.scene, &p.patches, &solved.fields);
         p.divide(samples);
@@ -82,15 +88,16 @@ pub(crate) fn divided(
         bright = brightness(&rough);
         let other = Round { wanted, bright: &bright, each, set: 1 + round };
         let (others, residual) = measured(p, &solved, other, signal, spent);
-        let goal = signal * (SHARE * wanted.tolerance).powi(2);
         let certain = signal * (SURE * wanted.tolerance).powi(2);
-        let error = |reading: Reading| residual.upper(reading, certain);
-        let cheapest = residual.cheapest(goal, certain);
-        if cheapest == Some(Reading::PLAIN) || round >= last || wanted.is_late() {
-            let best = |a: &Reading, b: &Reading| error(*a).total_cmp(&error(*b));
-            let least = Reading::ALL.into_iter().min_by(best);
-            solved.reading = cheapest.or(least).unwrap_or(Reading::PLAIN);
-            solved.state(error(solved.reading) / signal);
+        let squared = Reading::ALL.map(|reading| residual.upper(reading, certain) / signal);
+        let cost = ReadingCost::new(&rough.error, wanted, others.prices(&p.patches, &solved.fields));
+        let (now, then) = (cost.cheapest(squared), cost.cheapest(squared.map(|s| FALLS * s)));
+        // The next round has twice the paths.
+        let again = (spent.rays - before + others.rays) as f64;
+        let is_enough = now.rays.is_finite() && now.rays <= again + then.rays;
+        if is_enough || round >= last || wanted.is_late() {
+            solved.reading = now.reading;
+            solved.state(squared[now.reading.number()]);
             return Ok(solved);
         }
         if noise > 1.0 {

@@ -17,6 +17,7 @@ pub(crate) mod light_walks;
 pub(crate) mod look;
 pub(crate) mod memory;
 pub(crate) mod patch_sizes;
+pub(crate) mod reading_cost;
 pub(crate) mod refinement;
 pub(crate) mod rendered;
 pub(crate) mod residual_check;

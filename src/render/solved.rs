@@ -23,6 +23,11 @@ use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
 const TRUNCATION: f64 = 0.02;
 /// Width and height of the rough gather at most, pixels.
 const ROUGH: usize = 64;
+/// Camera rays of its pixels, and hemisphere rays of each of those.
+pub(crate) const ROUGH_CAMERA: u32 = 2;
+const ROUGH_HEMISPHERE: u32 = 16;
+/// Hemisphere rays of each of its pixels.
+pub(crate) const ROUGH_RAYS: u32 = ROUGH_CAMERA * ROUGH_HEMISPHERE;
 
 /// What was spent so far.
 #[derive(Clone, Default)]
@@ -132,7 +137,8 @@ impl Solved {
     /// A small picture, enough to tell the errors of the fields.
     pub fn rough(&self, p: &Prepared, wanted: &Wanted, spent: &mut Spent, watch: &dyn Watch) -> Gathered {
         let clock = Instant::now();
-        let sampling = GatherSampling { camera: 2, luminaire: 1, hemisphere: 16, seed: wanted.seed };
+        let (camera, hemisphere) = (ROUGH_CAMERA, ROUGH_HEMISPHERE);
+        let sampling = GatherSampling { camera, luminaire: 1, hemisphere, seed: wanted.seed };
         // Differences between fields are those of patch light itself, however the picture reads it.
         let fields = self.fields.clone().not_read_nearer(Vec::new());
         let gathered = self.gather(p, &fields, &GatherPass::new(rough(wanted.size), &sampling), watch);

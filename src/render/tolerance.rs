@@ -28,6 +28,7 @@ use crate::render::error_shares::shares;
 use crate::render::fineness::Fineness;
 use crate::render::memory::{Held, Kept};
 use crate::render::patch_sizes::Sizes;
+use crate::render::reading_cost::left;
 use crate::render::refinement::{Excess, Limits, MARGIN, Refinement};
 use crate::render::rendered::Rendered;
 use crate::render::residual_check::{Check, Finding};
@@ -39,8 +40,6 @@ use crate::solve::Diverges;
 /// Shares of the tolerance that noise of F, and patch size, may take.
 const FORM_FACTORS: f64 = 0.35;
 const PATCHES: f64 = 0.4;
-/// Share of what is left that the gather pass aims at: its own estimate has an error too.
-const GATHER: f64 = 0.9;
 /// Share of the tolerance that one node of a textured luminaire's closed form may be off by. All nodes together are
 /// then off by at most a fifth of the tolerance, beside wide luminaires: an error of all the tolerance grows by 2 %.
 const EMISSION: f64 = 0.1;
@@ -76,9 +75,7 @@ fn attempted(p: &mut Prepared, transport: Transport, wanted: &Wanted, watch: &dy
     let mut spent = Spent::default();
     let solved = solve_within(p, &Task { transport, wanted, watch }, &mut spent)?;
     let clock = Instant::now();
-    let left = wanted.tolerance.powi(2) - solved.error.sum().total.powi(2);
-    // Where the solution used up the tolerance, the gather pass still has a share.
-    let error = GATHER * left.max(0.25 * wanted.tolerance.powi(2)).sqrt();
+    let error = left(wanted.tolerance, solved.error.sum().total.powi(2));
     let within = Gathering::Within { error, seed: wanted.seed, deadline: wanted.deadline };
     // The rough picture has told the errors of the fields.
     let fields = solved.fields.led().read_by(solved.reading);

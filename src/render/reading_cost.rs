@@ -1,0 +1,126 @@
+//! What a picture costs by how it reads light, beside what it costs to find light that is nearer when it is read at once.
+//!
+//! Patches can be divided until the mean of each will do where a ray ends. Each round of that takes twice the paths of
+//! the one before, and leaves much of the error where light is uneven within everything that is small. If the gather
+//! pass makes less noise beside a larger error of the light, asks for direct light where it reads, or follows another
+//! ray first, that has a price at every ray. Which is the cheaper depends on how many rays the pass takes: few where
+//! indirect light is even, or the tolerance large. A rough picture tells, as it knows its noise and its rays.
+//!
+//! Costs only choose between ways to the same accuracy, so it is enough that they are about right.
+//!
+//! Not handled: noise that light asked for adds to what a ray reads.
+
+use crate::gather::adaptive_sampling::EDGES;
+use crate::gather::budget::{CAMERA, NOISE};
+use crate::gather::cache_refinement::RATE;
+use crate::gather::{GatherError, READINGS, Reading};
+use crate::render::solved::{ROUGH_CAMERA, ROUGH_RAYS};
+use crate::render::wanted::Wanted;
+
+/// Share of what is left that the gather pass aims at: its own estimate has an error too.
+const GATHER: f64 = 0.9;
+/// What a ray of the gather pass takes beside one of a path, which knows nothing of records: some 1.5 us a hemisphere
+/// ray and 0.4 us a camera ray beside 0.7 us in a bathroom of 367,161 triangles; and of camera rays, which go where the
+/// noise is, there and in two more rooms half to a fifth of those foreseen were cast.
+const HEMISPHERE_RAY: f64 = 2.0;
+const CAMERA_RAY: f64 = 0.5;
+
+/// The error that the gather pass may make beside a squared error of the light: where that uses up the tolerance, it
+/// still has a share.
+pub(crate) fn left(tolerance: f64, squared: f64) -> f64 {
+    let squares = tolerance * tolerance;
+    GATHER * (squares - squared).max(0.25 * squares).sqrt()
+}
+
+/// Share of the tolerance that the light may be off by, however cheap that is.
+const MOST: f64 = 0.7;
+
+/// A way to read light, and what a picture takes with it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Priced {
+    pub reading: Reading,
+    /// In rays of paths; infinite where the light is off by too much.
+    pub rays: f64,
+}
+
+/// What rays a gather pass is foreseen to take.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ReadingCost {
+    tolerance: f64,
+    /// Rays of the camera, and of hemispheres, that leave noise as large as the picture.
+    camera: f64,
+    hemisphere: f64,
+    /// By reading: rays that a hemisphere ray takes until it has read.
+    prices: [f64; READINGS],
+}
+
+impl ReadingCost {
+    /// The cost of a wanted picture, from the error of a rough one of the same light; each hemisphere ray has its price.
+    pub fn new(rough: &GatherError, wanted: &Wanted, prices: [f64; READINGS]) -> ReadingCost {
+        let pixels = (wanted.size.width * wanted.size.height) as f64;
+        let [camera, hemisphere] = [rough.camera, rough.hemisphere].map(|rms| rough.share(rms));
+        ReadingCost {
+            tolerance: wanted.tolerance,
+            camera: pixels * f64::from(ROUGH_CAMERA) * camera.powf(2.0 / EDGES),
+            hemisphere: pixels * f64::from(ROUGH_RAYS) * hemisphere.powf(2.0 / RATE),
+            prices,
+        }
+    }
+
+    /// The reading that a picture is the cheapest with, by the squared error of each; of those whose errors are too
+    /// large the one whose error is the least.
+    pub fn cheapest(&self, squared: [f64; READINGS]) -> Priced {
+        let of = |reading: &Reading| squared[reading.number()];
+        let most = (MOST * self.tolerance).powi(2);
+        let rays =
+            |reading: Reading| if of(&reading) <= most { self.rays(of(&reading), reading) } else { f64::INFINITY };
+        let priced = Reading::ALL.map(|reading| Priced { reading, rays: rays(reading) });
+        let by_rays = |a: &Priced, b: &Priced| a.rays.total_cmp(&b.rays);
+        let by_error = |a: &Priced, b: &Priced| of(&a.reading).total_cmp(&of(&b.reading));
+        priced.into_iter().min_by(|a, b| by_rays(a, b).then(by_error(a, b))).expect("there are readings")
+    }
+
+    /// What a pass takes beside a squared error of the light, relative to the picture, that is read in a way; in rays
+    /// of paths.
+    fn rays(&self, squared: f64, reading: Reading) -> f64 {
+        let variance = left(self.tolerance, squared).powi(2);
+        let camera = self.camera * (CAMERA * CAMERA * variance).powf(-1.0 / EDGES);
+        let hemisphere = self.hemisphere * (NOISE * variance).powf(-1.0 / RATE);
+        CAMERA_RAY * camera + HEMISPHERE_RAY * hemisphere * self.prices[reading.number()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cost(hemisphere: f64, tolerance: f64) -> ReadingCost {
+        let error = GatherError { camera: 0.3, hemisphere, fit: 0.0, signal: 1.0 };
+        let wanted = Wanted { tolerance, size: (100, 100).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
+        ReadingCost::new(&error, &wanted, std::array::from_fn(|k| 1.0 + k as f64))
+    }
+
+    /// Twice the noise takes 2^(2/1.4) times the hemisphere rays, and so does half the tolerance.
+    #[test]
+    fn rays_go_as_the_noise_over_what_is_left_of_the_tolerance() {
+        let hemisphere = |cost: ReadingCost| cost.rays(0.0, Reading::ALL[1]) - cost.rays(0.0, Reading::PLAIN);
+        let times = 2.0_f64.powf(2.0 / RATE);
+        let first = hemisphere(cost(0.03, 0.02));
+        assert!((hemisphere(cost(0.06, 0.02)) / first / times - 1.0).abs() < 1e-9);
+        assert!((hemisphere(cost(0.03, 0.01)) / first / times - 1.0).abs() < 1e-9);
+    }
+
+    /// Of errors that are small enough the price decides, else the error.
+    #[test]
+    fn a_dearer_reading_is_taken_where_it_leaves_so_much_more_of_the_tolerance() {
+        let chosen = |plain: f64, asked: f64| {
+            let mut squared = [1.0; READINGS];
+            (squared[0], squared[1]) = ((plain * 0.02_f64).powi(2), (asked * 0.02_f64).powi(2));
+            let found = cost(0.03, 0.02).cheapest(squared);
+            (found.reading.number(), found.rays.is_finite())
+        };
+        assert_eq!(chosen(0.6, 0.3), (0, true));
+        assert_eq!(chosen(0.8, 0.3), (1, true));
+        assert_eq!(chosen(0.9, 0.8), (1, false));
+    }
+}
