@@ -151,7 +151,7 @@ impl ImportancePaths {
         })
     }
 
-    /// Rays that follow a gather ray before it reads, in the mean: `bounces`, and more while what they meet is too near.
+    /// Rays that follow a gather ray before it reads, in the mean: `bounces`, and more while what they meet is near.
     fn further(&self, patches: &Patches, fields: &Fields, bounces: u32) -> f64 {
         let reads = |vertex: &Vertex| {
             let SurfaceHit { face, side, position, distance, .. } = vertex.at;
@@ -255,4 +255,48 @@ fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] 
         }
     }
     errors
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gather::view::Ready;
+    use crate::light::Mode;
+
+    /// In a closed room nothing ends a ray but what it reads, and its glow is asked for without a ray.
+    #[test]
+    fn a_reading_is_priced_by_the_rays_it_takes() {
+        let ready = Ready::new("furnace", Mode::Global.transport(), 24);
+        let view = ready.view(8, 8);
+        let mut paths = ImportancePaths::new(&view, vec![1.0; 64], 3);
+        paths.extend(&view, 4);
+        let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
+        let far = paths.prices(view.patches, &fields);
+        assert_eq!(paths.asked(), 0.0);
+        // Paths of a room that absorbs half of the light seldom end where the first reads.
+        for (reading, price) in Reading::ALL.into_iter().zip(far).take(2) {
+            assert_eq!(price, 1.0, "{reading:?}");
+        }
+        let second = far[2];
+        assert!(1.9 < second && second <= 2.0, "{second}");
+        // Where everything is near, a ray goes on as long as its path does.
+        let near = fields.not_read_nearer(vec![f32::INFINITY; view.patches.len()]);
+        let vertices: usize = paths.paths.iter().map(|path| path.vertices.len()).sum();
+        assert_eq!(paths.prices(view.patches, &near)[0], 1.0 + vertices as f64 / paths.paths.len() as f64);
+    }
+
+    /// Each vertex of the furnished room's paths asks its lamps by rays; what is asked costs as much at every reading.
+    #[test]
+    fn asking_for_direct_light_has_its_price() {
+        let ready = Ready::new("furnished-room", Mode::Global.transport(), 100);
+        let view = ready.view(8, 8);
+        let mut paths = ImportancePaths::new(&view, vec![1.0; 64], 3);
+        paths.extend(&view, 4);
+        let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
+        let prices = paths.prices(view.patches, &fields);
+        let asked = ASKED * paths.asked();
+        let most = ASKED * view.luminaires.list.len() as f64;
+        assert!(0.0 < asked && asked <= most, "{asked} {most}");
+        assert!((prices[1] - prices[0] - asked).abs() < 1e-12 && (prices[3] - prices[2] - asked).abs() < 1e-12);
+    }
 }

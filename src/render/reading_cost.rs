@@ -1,10 +1,10 @@
-//! What a picture costs by how it reads light, beside what it costs to find light that is nearer when it is read at once.
+//! What a picture costs by how it reads light, beside what it costs to find light that may be read at once.
 //!
-//! Patches can be divided until the mean of each will do where a ray ends. Each round of that takes twice the paths of
-//! the one before, and leaves much of the error where light is uneven within everything that is small. If the gather
-//! pass makes less noise beside a larger error of the light, asks for direct light where it reads, or follows another
-//! ray first, that has a price at every ray. Which is the cheaper depends on how many rays the pass takes: few where
-//! indirect light is even, or the tolerance large. A rough picture tells, as it knows its noise and its rays.
+//! Patches can be divided until the mean of each will do where a ray ends, but each round of that takes twice the paths
+//! of the one before. A gather pass that makes less noise beside a larger error of the light, asks for direct light
+//! where it reads, or follows another ray first, pays at every ray instead. Which is the cheaper depends on how many
+//! rays it takes: few where indirect light is even, or the tolerance large. A rough picture tells, as it knows its noise
+//! and its rays.
 //!
 //! Costs only choose between ways to the same accuracy, so it is enough that they are about right.
 //!
