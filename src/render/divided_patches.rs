@@ -31,8 +31,8 @@ const SURE: f64 = 0.35;
 /// Share of the tolerance that noise of F may take.
 const NOISE: f64 = 0.3;
 /// Paths of every pixel at a tolerance of 2 %, and at least and at most.
-const EACH: (f64, u32, u32) = (12.0, 12, 256);
-/// Rays of a patch at first, and at most.
+const EACH: (f64, u32, u32) = (12.0, 6, 256);
+/// Rays of a patch at first at a tolerance of 2 % or less, fewer in proportion at larger ones; and at most.
 const RAYS: (u32, u32) = (512, 1 << 14);
 /// Rays of a patch over those of all in the mean, at least and at most.
 const DENSITY: (f32, f32) = (0.5, 8.0);
@@ -67,7 +67,7 @@ pub(crate) fn divided(
     let each = (EACH.0 * 0.02 / wanted.tolerance) as u32;
     let mut each = each.clamp(EACH.1, EACH.2);
     let last = rounds(wanted.tolerance, each);
-    let mut rays = RAYS.0;
+    let mut rays = (f64::from(RAYS.0) * (0.02 / wanted.tolerance).min(1.0)) as u32;
     let mut bright = brightness(first);
     let mut seen = walks(p, &solved, Round { wanted, bright: &bright, each, set: 1 }, spent);
     for round in 1u32.. {
