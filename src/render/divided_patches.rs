@@ -32,8 +32,8 @@ const SURE: f64 = 0.35;
 const NOISE: f64 = 0.3;
 /// Paths of every pixel at a tolerance of 2 %, and at least and at most.
 const EACH: (f64, u32, u32) = (12.0, 6, 256);
-/// Rays of a patch at first at a tolerance of 2 % or less, fewer in proportion at larger ones; and at most.
-const RAYS: (u32, u32) = (512, 1 << 14);
+/// Rays of a patch at first at a tolerance of 2 % or less, fewer in proportion at larger ones; at least, and at most.
+const RAYS: (f64, u32, u32) = (512.0, 64, 1 << 14);
 /// Rays of a patch over those of all in the mean, at least and at most.
 const DENSITY: (f32, f32) = (0.5, 8.0);
 /// Rays of a patch that no path reaches.
@@ -67,7 +67,7 @@ pub(crate) fn divided(
     let each = (EACH.0 * 0.02 / wanted.tolerance) as u32;
     let mut each = each.clamp(EACH.1, EACH.2);
     let last = rounds(wanted.tolerance, each);
-    let mut rays = (f64::from(RAYS.0) * (0.02 / wanted.tolerance).min(1.0)) as u32;
+    let mut rays = ((RAYS.0 * (0.02 / wanted.tolerance).min(1.0)) as u32).max(RAYS.1);
     let mut bright = brightness(first);
     let mut seen = walks(p, &solved, Round { wanted, bright: &bright, each, set: 1 }, spent);
     for round in 1u32.. {
@@ -101,7 +101,7 @@ pub(crate) fn divided(
             return Ok(solved);
         }
         if noise > 1.0 {
-            rays = ((f64::from(rays) * noise * noise) as u32).min(RAYS.1);
+            rays = ((f64::from(rays) * noise * noise) as u32).min(RAYS.2);
         }
         seen.absorb(others);
         each *= 2;

@@ -3,8 +3,8 @@
 //! Patches can be divided until the mean of each will do where a ray ends, but each round of that takes twice the paths
 //! of the one before. A gather pass that makes less noise beside a larger error of the light, asks for direct light
 //! where it reads, or follows another ray first, pays at every ray instead. Which is the cheaper depends on how many
-//! rays it takes: few where indirect light is even, or the tolerance large. A rough picture tells, as it knows its noise
-//! and its rays.
+//! rays it takes: few where indirect light is even, or the tolerance large. A rough picture tells, as it knows its own
+//! noise and rays.
 //!
 //! Costs only choose between ways to the same accuracy, so it is enough that they are about right.
 //!
@@ -17,6 +17,8 @@ use crate::gather::{GatherError, READINGS, Reading};
 use crate::render::solved::{ROUGH_CAMERA, ROUGH_RAYS};
 use crate::render::wanted::Wanted;
 
+/// Share of the tolerance that the light may be off by, however cheap that is.
+const MOST: f64 = 0.7;
 /// Share of what is left that the gather pass aims at: its own estimate has an error too.
 const GATHER: f64 = 0.9;
 /// What a ray of the gather pass takes beside one of a path, which knows nothing of records: some 1.5 us a hemisphere
@@ -31,9 +33,6 @@ pub(crate) fn left(tolerance: f64, squared: f64) -> f64 {
     let squares = tolerance * tolerance;
     GATHER * (squares - squared).max(0.25 * squares).sqrt()
 }
-
-/// Share of the tolerance that the light may be off by, however cheap that is.
-const MOST: f64 = 0.7;
 
 /// A way to read light, and what a picture takes with it.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +54,7 @@ pub(crate) struct ReadingCost {
 }
 
 impl ReadingCost {
-    /// The cost of a wanted picture, from the error of a rough one of the same light; each hemisphere ray has its price.
+    /// The cost of a wanted picture, from the error of a rough one of the same light and the price of hemisphere rays.
     pub fn new(rough: &GatherError, wanted: &Wanted, prices: [f64; READINGS]) -> ReadingCost {
         let pixels = (wanted.size.width * wanted.size.height) as f64;
         let [camera, hemisphere] = [rough.camera, rough.hemisphere].map(|rms| rough.share(rms));
