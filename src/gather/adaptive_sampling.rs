@@ -20,7 +20,7 @@ use crate::gather::sampling::is_over;
 
 /// The variance of a pixel with an edge falls as this power of its rays, which are scrambled nets.
 pub(crate) const EDGES: f64 = 1.5;
-/// Share of the variance left after doubling the rays of a pixel with an edge.
+/// Share of the variance left after doubling the rays of a pixel with an edge: 2 to the power -[`EDGES`].
 const DOUBLED: f64 = 0.354;
 /// Camera rays of a half at most.
 const MOST: u32 = 1 << 14;

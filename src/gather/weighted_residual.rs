@@ -145,22 +145,23 @@ impl ImportancePaths {
     /// direct light is asked for where it goes on, or reads.
     pub fn prices(&self, patches: &Patches, fields: &Fields) -> [f64; READINGS] {
         let asked = ASKED * self.asked();
+        let further: [f64; READINGS / 2] = std::array::from_fn(|bounces| self.further(patches, fields, bounces));
         Reading::ALL.map(|reading| {
             let read = if reading.direct == Direct::Asked { asked } else { 0.0 };
-            1.0 + read + self.further(patches, fields, reading.bounces) * (1.0 + asked)
+            1.0 + read + further[reading.bounces as usize] * (1.0 + asked)
         })
     }
 
     /// Rays that follow a gather ray before it reads, in the mean: `bounces`, and more while what they meet is near.
-    fn further(&self, patches: &Patches, fields: &Fields, bounces: u32) -> f64 {
+    fn further(&self, patches: &Patches, fields: &Fields, bounces: usize) -> f64 {
         let reads = |vertex: &Vertex| {
             let SurfaceHit { face, side, position, distance, .. } = vertex.at;
             patches.at(face, side, position).is_some_and(|patch| !fields.is_near(patch, distance))
         };
         let before = |path: &Path| {
-            let read = path.vertices.iter().skip(bounces as usize).position(reads);
+            let read = path.vertices.iter().skip(bounces).position(reads);
             // By how much a path would have gone on that ended before is not known.
-            read.map_or(path.vertices.len(), |k| k + bounces as usize)
+            read.map_or(path.vertices.len(), |k| k + bounces)
         };
         let count: usize = self.paths.par_iter().map(before).sum();
         count as f64 / self.paths.len().max(1) as f64
@@ -260,17 +261,22 @@ fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gather::view::Ready;
+    use crate::gather::view::{Ready, View};
     use crate::light::Mode;
+
+    /// Four paths of each pixel of a view, and light 1 on its patches.
+    fn followed(view: &View) -> (ImportancePaths, Fields) {
+        let mut paths = ImportancePaths::new(view, vec![1.0; view.width * view.height], 3);
+        paths.extend(view, 4);
+        (paths, Fields::new(&[vec![Rgb::ONE; view.patches.len()]]))
+    }
 
     /// In a closed room nothing ends a ray but what it reads, and its glow is asked for without a ray.
     #[test]
     fn a_reading_is_priced_by_the_rays_it_takes() {
         let ready = Ready::new("furnace", Mode::Global.transport(), 24);
         let view = ready.view(8, 8);
-        let mut paths = ImportancePaths::new(&view, vec![1.0; 64], 3);
-        paths.extend(&view, 4);
-        let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
+        let (paths, fields) = followed(&view);
         let far = paths.prices(view.patches, &fields);
         assert_eq!(paths.asked(), 0.0);
         // Paths of a room that absorbs half of the light seldom end where the first reads.
@@ -290,9 +296,7 @@ mod tests {
     fn asking_for_direct_light_has_its_price() {
         let ready = Ready::new("furnished-room", Mode::Global.transport(), 100);
         let view = ready.view(8, 8);
-        let mut paths = ImportancePaths::new(&view, vec![1.0; 64], 3);
-        paths.extend(&view, 4);
-        let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
+        let (paths, fields) = followed(&view);
         let prices = paths.prices(view.patches, &fields);
         let asked = ASKED * paths.asked();
         let most = ASKED * view.luminaires.list.len() as f64;

@@ -6,9 +6,9 @@
 //! by importance: Smits, Arvo, Salesin 1992; Becker and Rannacher 2001). Where the light sampled at those points
 //! differs by more than chance the patch is divided ([`crate::patches::Patches::divide`]).
 //!
-//! Other paths measure what error is left. If it is too much for some ways of reading, the gather pass follows further
-//! rays, or asks for direct light where it reads; and the paths that measured it divide patches further, until the
-//! cheapest reading will do.
+//! Other paths measure what error is left. The gather pass makes up for it with less noise, follows further rays, or
+//! asks for direct light where it reads; or the paths that measured it divide patches further, as long as that is the
+//! cheaper ([`ReadingCost`]).
 //!
 //! Not handled: what no path reaches; its patches keep few rays.
 

@@ -20,7 +20,7 @@ const PATHS: (f64, f64) = (5_000.0, 65_536.0);
 const LEAST: f32 = 0.25;
 const MOST: f32 = 16.0;
 /// Share of the tolerance that the light on patches, as the gather pass reads it, may be off by.
-pub(crate) const SHARE: f64 = 0.5;
+const SHARE: f64 = 0.5;
 /// Share of the tolerance that an error must exceed to matter.
 const MATTERS: f64 = 0.7;
 /// Share of the tolerance that the standard error of an error is to be below, for it to be stated as it was measured.
