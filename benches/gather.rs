@@ -158,5 +158,23 @@ fn residual(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, pass, patches, textured, residual);
+/// The gather pass of two rooms whose rays all go on once before they read: light comes through a door, and patches tell
+/// rays where to look.
+fn going_on(c: &mut Criterion) {
+    let mut group = c.benchmark_group("rays that go on");
+    group.sample_size(10);
+    let solved = solve("two-rooms");
+    let light = solved.solution.light.iter().zip(solved.mode.operator.emission());
+    let fields = Fields::new(&[light.map(|(l, emitted)| l.invisible - emitted.invisible).collect()]);
+    let fields = fields.read_by(Reading { bounces: 1, ..Reading::PLAIN });
+    for error in ERRORS {
+        let gathering = Gathering::Within { error, seed: 0, deadline: None };
+        group.bench_function(BenchmarkId::from_parameter(error), |b| {
+            b.iter(|| black_box(gather(&solved.view(), &fields, &gathering, &|_| ())))
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, pass, patches, textured, residual, going_on);
 criterion_main!(benches);

@@ -6,6 +6,8 @@
 use glam::DVec3;
 
 use crate::gather::fields::Fields;
+use crate::gather::guiding::Guiding;
+use crate::gather::patch_guiding::PatchGuiding;
 use crate::gather::reading::Direct;
 use crate::gather::reflection::{Memory, SurfaceHit, Walker};
 use crate::rays::Ray;
@@ -24,11 +26,13 @@ pub(crate) struct RaySample {
 
 /// How far a ray may go on.
 #[derive(Clone, Copy)]
-struct Left {
+struct Left<'a> {
     /// Rays before light is read anywhere.
     bounces: u32,
     /// Rays before light is read however near what is met.
     most: u32,
+    /// Where rays look that go on.
+    onward: Option<&'a PatchGuiding>,
 }
 
 /// Follows rays until they read the first field.
@@ -39,11 +43,17 @@ pub(crate) struct Continuation<'a> {
 
 impl Continuation<'_> {
     /// What a ray finds that goes on, or asks for direct light, before it reads.
-    pub fn read(&self, ray: &Ray, random: &mut Stream, memory: &mut Memory) -> RaySample {
+    pub fn read(
+        &self,
+        ray: &Ray,
+        onward: Option<&PatchGuiding>,
+        random: &mut Stream,
+        memory: &mut Memory,
+    ) -> RaySample {
         let mut met = std::mem::take(&mut memory.met);
         met.clear();
         let nearness = self.walker.follow(ray, memory, |m| met.push(m));
-        let left = Left { bounces: self.fields.reading().bounces, most: MOST };
+        let left = Left { bounces: self.fields.reading().bounces, most: MOST, onward };
         let light = self.incident(&met, left, random, memory);
         memory.met = met;
         RaySample { nearness, light }
@@ -75,6 +85,17 @@ impl Continuation<'_> {
         sum + on
     }
 
+    /// What arrives at a point along one more ray.
+    fn onward(&self, at: &SurfaceHit, left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+        let guiding = left.onward.map_or(Guiding::NONE, |onward| onward.of(at.patch));
+        let [mut u, mut v] = [random.uniform(), random.uniform()];
+        let warped = guiding.warp_one(&mut u, &mut v);
+        let next = self.walker.bounce_towards(at, u, v, memory);
+        let light = self.incident(&next, left, random, memory);
+        guiding.record(warped.cell, light);
+        warped.counted(light)
+    }
+
     /// Whether light is read at a place.
     fn ends(&self, at: &SurfaceHit, left: Left) -> bool {
         left.most == 0 || (left.bounces == 0 && !self.fields.is_near(at.patch, at.distance))
@@ -83,9 +104,12 @@ impl Continuation<'_> {
     /// A sample of the first field at a point, read there or after more rays.
     fn light(&self, at: &SurfaceHit, left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
         if !self.ends(at, left) {
-            let found = self.walker.reflect(at, random, memory);
-            let left = Left { bounces: left.bounces.saturating_sub(1), most: left.most - 1 };
-            return found.light(self.incident(&found.next, left, random, memory));
+            let found = self.walker.direct(at, random, memory);
+            if found.reflect == DVec3::ZERO {
+                return found.light(DVec3::ZERO);
+            }
+            let left = Left { bounces: left.bounces.saturating_sub(1), most: left.most - 1, ..left };
+            return found.light(self.onward(at, left, random, memory));
         }
         let over_patch = || at.over_patch(self.walker.view.patches, at.patch);
         match self.fields.reading().direct {
@@ -124,7 +148,7 @@ mod tests {
             let direction = cosine_direction(from.normal, random.uniform(), random.uniform());
             let before = memory.cast;
             let ray = Ray { origin: from.position, direction, source: Some(from.face) };
-            continuation.read(&ray, &mut random, &mut memory);
+            continuation.read(&ray, None, &mut random, &mut memory);
             // Each bounce is one ray and those to luminaires, one for each of at most a handful.
             let lamps = view.luminaires.list.len() as u64;
             let most = u64::from(MOST + 1) * (1 + lamps);

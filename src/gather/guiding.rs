@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::gather::guiding_density::{CELLS, GuidingDensity, Warped, cell};
+use crate::gather::guiding_density::{CELLS, GuidingDensity, Warped, WarpedRay, cell};
 use crate::light::Rgb;
 use crate::rays::FAN;
 
@@ -132,7 +132,7 @@ pub(crate) struct GuidingField {
 }
 
 /// What rays of one place found, and the density that later ones follow.
-struct GuidedPlace {
+pub(crate) struct GuidedPlace {
     statistics: CellStatistics,
     density: Option<Box<GuidingDensity>>,
     /// Rays that the density was made of.
@@ -140,8 +140,19 @@ struct GuidedPlace {
 }
 
 impl GuidedPlace {
+    /// Nothing found yet; `brightest` is the length of the light that all is counted in.
+    pub fn none(brightest: f64) -> GuidedPlace {
+        GuidedPlace { statistics: CellStatistics::none(brightest as f32), density: None, rays: 0.0 }
+    }
+
+    /// The density to follow, and where rays are recorded.
+    pub fn guiding(&self) -> Guiding<'_> {
+        let scale = 1.0 / f64::from(self.statistics.brightest);
+        Guiding { density: self.density.as_deref(), statistics: Some(&self.statistics), scale }
+    }
+
     /// Makes the density anew where rays have become more by a share that shows.
-    fn update(&mut self) {
+    pub fn update(&mut self) {
         let rays = self.statistics.rays();
         if rays >= ENOUGH.max(MORE * self.rays) {
             self.rays = rays;
@@ -172,8 +183,7 @@ impl GuidingField {
         let next = self.places.len() as u32;
         let number = *self.numbers.entry((x as u32, y as u32, way)).or_insert(next);
         if number == next {
-            let statistics = CellStatistics::none(self.brightest as f32);
-            self.places.push(GuidedPlace { statistics, density: None, rays: 0.0 });
+            self.places.push(GuidedPlace::none(self.brightest));
         }
         number
     }
@@ -185,8 +195,7 @@ impl GuidingField {
 
     /// The density of a number, and where its rays are recorded.
     pub fn of(&self, number: u32) -> Guiding<'_> {
-        let place = &self.places[number as usize];
-        Guiding { density: place.density.as_deref(), statistics: Some(&place.statistics), scale: 1.0 / self.brightest }
+        self.places[number as usize].guiding()
     }
 }
 
@@ -210,6 +219,15 @@ impl Guiding<'_> {
             (Some(density), _) => density.warp(u, v),
             (None, None) => Warped::EVEN,
             (None, Some(_)) => Warped { cells: std::array::from_fn(|k| cell(u[k], v[k])), ..Warped::EVEN },
+        }
+    }
+
+    /// Warps the point of one ray.
+    #[inline]
+    pub fn warp_one(&self, u: &mut f32, v: &mut f32) -> WarpedRay {
+        match self.density {
+            Some(density) => density.warp_one(u, v),
+            None => WarpedRay { weight: 1.0, cell: cell(*u, *v), offset: Rgb::ZERO },
         }
     }
 

@@ -14,6 +14,8 @@
 //!
 //! Not handled: light that differs within a cell, beside what its density says of it.
 
+use glam::DVec3;
+
 use crate::light::Rgb;
 use crate::rays::FAN;
 
@@ -46,6 +48,22 @@ pub(crate) struct Warped {
     pub offsets: [Rgb; FAN],
 }
 
+/// One ray after a density has warped its point, as in [`Warped`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WarpedRay {
+    pub weight: f32,
+    pub cell: u8,
+    pub offset: Rgb,
+}
+
+impl WarpedRay {
+    /// What the ray counts that reads `light`.
+    #[inline]
+    pub fn counted(&self, light: DVec3) -> DVec3 {
+        f64::from(self.weight) * light + self.offset.as_dvec3()
+    }
+}
+
 impl Warped {
     /// Rays that count alike.
     pub const EVEN: Warped = Warped { weights: [1.0; FAN], cells: [0; FAN], offsets: [Rgb::ZERO; FAN] };
@@ -69,14 +87,20 @@ impl GuidingDensity {
     pub fn warp(&self, u: &mut [f32; FAN], v: &mut [f32; FAN]) -> Warped {
         let mut warped = Warped::EVEN;
         for k in 0..FAN {
-            let row = step(&self.rows, &mut v[k]);
-            let cell = step(&self.cells[row.at], &mut u[k]);
-            warped.weights[k] = row.weight * cell.weight;
-            let at = row.at * CELLS + cell.at;
-            warped.cells[k] = at as u8;
-            warped.offsets[k] = self.mean - warped.weights[k] * self.expected[at];
+            let one = self.warp_one(&mut u[k], &mut v[k]);
+            (warped.weights[k], warped.cells[k], warped.offsets[k]) = (one.weight, one.cell, one.offset);
         }
         warped
+    }
+
+    /// Warps one point of the square.
+    #[inline]
+    pub fn warp_one(&self, u: &mut f32, v: &mut f32) -> WarpedRay {
+        let row = step(&self.rows, v);
+        let cell = step(&self.cells[row.at], u);
+        let weight = row.weight * cell.weight;
+        let at = row.at * CELLS + cell.at;
+        WarpedRay { weight, cell: at as u8, offset: self.mean - weight * self.expected[at] }
     }
 }
 

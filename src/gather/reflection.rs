@@ -153,23 +153,15 @@ impl<'a> Walker<'a> {
         Reflection { direct, glow, rho, reflect, next: Met::new() }
     }
 
-    /// What leaves a point, with what one more ray from there meets.
-    pub fn reflect(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Reflection {
-        let mut found = self.direct(at, random, memory);
-        if found.reflect != DVec3::ZERO {
-            found.next = self.bounce(at, random, memory);
-        }
-        found
-    }
-
     /// All that one cosine-distributed ray meets and sees light from.
     pub fn bounce(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Met {
+        self.bounce_towards(at, random.uniform(), random.uniform(), memory)
+    }
+
+    /// All that one ray meets and sees light from, its direction made of a point of the unit square.
+    pub fn bounce_towards(&self, at: &SurfaceHit, u: f32, v: f32, memory: &mut Memory) -> Met {
         let normal = self.view.patches.normal(at.face, at.side);
-        let ray = Ray {
-            origin: at.position,
-            direction: cosine_direction(normal, random.uniform(), random.uniform()),
-            source: Some(at.face),
-        };
+        let ray = Ray { origin: at.position, direction: cosine_direction(normal, u, v), source: Some(at.face) };
         let mut met = Met::new();
         self.follow(&ray, memory, |m| met.push(m));
         met
