@@ -158,8 +158,8 @@ fn residual(c: &mut Criterion) {
     group.finish();
 }
 
-/// The gather pass of two rooms whose rays all go on once before they read: light comes through a door, and patches tell
-/// rays where to look.
+/// The gather pass of two rooms whose rays all go on once before they read: light comes through a door, and patches
+/// tell rays where to look.
 fn going_on(c: &mut Criterion) {
     let mut group = c.benchmark_group("rays that go on");
     group.sample_size(10);
