@@ -14,7 +14,7 @@
 
 use std::time::Instant;
 
-use crate::gather::{Gathered, ImportancePaths, Reading, Residual, ResidualSums};
+use crate::gather::{Gathered, ImportancePaths, READINGS, Reading, Residual, ResidualSums};
 use crate::render::assembly::Prepared;
 use crate::render::reading_cost::ReadingCost;
 use crate::render::residual_check::brightness;
@@ -63,7 +63,7 @@ pub(crate) fn divided(
     first: &Gathered,
     spent: &mut Spent,
 ) -> Result<Solved, Diverges> {
-    let Task { wanted, watch, .. } = *task;
+    let Task { wanted, .. } = *task;
     let each = (EACH.0 * 0.02 / wanted.tolerance) as u32;
     let mut each = each.clamp(EACH.1, EACH.2);
     let last = rounds(wanted.tolerance, each);
@@ -75,11 +75,17 @@ pub(crate) fn divided(
         let clock = Instant::now();
         let samples = seen.samples(&p.scene, &p.patches, &solved.fields);
         p.divide(samples);
-        p.densities = densities(p, rays);
         spent.seconds.patches += clock.elapsed().as_secs_f64();
-        solved = solve(p, task, rays, spent)?;
-        let rough = solved.rough(p, wanted, spent, watch);
-        solved.set_errors(&rough);
+        let mut rough = cast(p, task, &mut solved, rays, spent)?;
+        if rough.error.signal > 0.0 && !wanted.is_late() {
+            let took = spent.rays - before - rough.rays;
+            let cost = ReadingCost::new(&rough.error, wanted, seen.prices(&p.patches, &solved.fields));
+            let denser = rays.saturating_mul(cost.denser(took as f64, solved.error.form_factors)).min(RAYS.2);
+            if denser > rays {
+                rays = denser;
+                rough = cast(p, task, &mut solved, rays, spent)?;
+            }
+        }
         let noise = solved.error.form_factors / (NOISE * wanted.tolerance);
         let signal = rough.error.signal.powi(2);
         if signal == 0.0 {
@@ -90,6 +96,7 @@ pub(crate) fn divided(
         let (others, residual) = measured(p, &solved, other, signal, spent);
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let squared = Reading::ALL.map(|reading| residual.upper(reading, certain) / signal);
+        let squared = believed(squared, solved.error.form_factors);
         let cost = ReadingCost::new(&rough.error, wanted, others.prices(&p.patches, &solved.fields));
         let (now, then) = (cost.cheapest(squared), cost.cheapest(squared.map(|s| FALLS * s)));
         // The next round has twice the paths.
@@ -107,6 +114,31 @@ pub(crate) fn divided(
         each *= 2;
     }
     unreachable!("the last round returns")
+}
+
+/// Solves with so many rays a patch; a rough picture tells the errors.
+fn cast(
+    p: &mut Prepared,
+    task: &Task,
+    solved: &mut Solved,
+    rays: u32,
+    spent: &mut Spent,
+) -> Result<Gathered, Diverges> {
+    p.densities = densities(p, rays);
+    *solved = solve(p, task, rays, spent)?;
+    let rough = solved.rough(p, task.wanted, spent, task.watch);
+    solved.set_errors(&rough);
+    Ok(rough)
+}
+
+/// The squared errors by reading that paths tell, where they are no less than noise of F alone makes them.
+///
+/// Where light comes by few ways few paths find it, so that most sets of them tell too little. Two scramblings of F
+/// tell its noise without them; what they contradict is taken to be too small by as much at every reading.
+fn believed(told: [f64; READINGS], noise: f64) -> [f64; READINGS] {
+    let plain = told[Reading::PLAIN.number()];
+    let short = if plain > 0.0 { (noise * noise / plain).max(1.0) } else { 1.0 };
+    told.map(|squared| short * squared)
 }
 
 /// Times that patches are divided at most, from `first` paths of every pixel on: as often as is worth it, while the
@@ -171,6 +203,18 @@ fn densities(p: &Prepared, rays: u32) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A classroom lit through its windows had paths that told 1.1 % where noise of F was 2.1 and 1.5 were true.
+    #[test]
+    fn paths_that_tell_less_than_noise_of_f_are_not_believed() {
+        let mut told = [1e-4; READINGS];
+        told[1] = 0.25e-4;
+        assert_eq!(believed(told, 0.005), told);
+        let more = believed(told, 0.02);
+        assert!((more[0] - 4e-4).abs() < 1e-12 && (more[1] - 1e-4).abs() < 1e-12, "{more:?}");
+        // What is no number stays so.
+        assert!(believed([f64::NAN; READINGS], 0.02)[0].is_nan());
+    }
 
     /// Paths double from round to round: 14 rounds at 0.1 % would be 2 million of every pixel.
     #[test]

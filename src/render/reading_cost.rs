@@ -26,6 +26,8 @@ const GATHER: f64 = 0.9;
 /// noise is, and a third to an eighth of those foreseen are cast there and in two more rooms.
 const HEMISPHERE_RAY: f64 = 2.0;
 const CAMERA_RAY: f64 = 0.5;
+/// Doublings of the rays of F at most, in one go.
+const DENSER: u32 = 5;
 
 /// The error that the gather pass may make beside a squared error of the light: where that uses up the tolerance, it
 /// still has a share.
@@ -79,6 +81,14 @@ impl ReadingCost {
         priced.into_iter().min_by(|a, b| by_rays(a, b).then(by_error(a, b))).expect("there are readings")
     }
 
+    /// By how many times more rays F is worth casting with, which `took` some and left `noise` relative to the picture:
+    /// they are few beside those of a gather pass that makes up for it.
+    pub fn denser(&self, took: f64, noise: f64) -> u32 {
+        let all = |times: u32| f64::from(times) * took + self.rays(noise * noise / f64::from(times), Reading::PLAIN);
+        let times = (0..=DENSER).map(|k| 1 << k);
+        times.min_by(|&a, &b| all(a).total_cmp(&all(b))).expect("1 is among them")
+    }
+
     /// What a pass takes beside a squared error of the light, relative to the picture, that is read in a way; in rays
     /// of paths.
     fn rays(&self, squared: f64, reading: Reading) -> f64 {
@@ -107,6 +117,16 @@ mod tests {
         let first = hemisphere(cost(0.03, 0.02));
         assert!((hemisphere(cost(0.06, 0.02)) / first / times - 1.0).abs() < 1e-9);
         assert!((hemisphere(cost(0.03, 0.01)) / first / times - 1.0).abs() < 1e-9);
+    }
+
+    /// F is cast once a round, the gather pass once a picture.
+    #[test]
+    fn f_is_cast_with_more_rays_where_the_gather_pass_pays_for_its_noise() {
+        let times = |took: f64, noise: f64| cost(0.03, 0.02).denser(took, noise);
+        // Rays that cost nothing are worth casting, and those that leave nothing to lessen are not.
+        assert_eq!([times(0.0, 0.01), times(0.0, 0.0), times(1e12, 0.01)], [1 << DENSER, 1, 1]);
+        let between = times(2e4, 0.01);
+        assert!(1 < between && between < 1 << DENSER, "{between}");
     }
 
     /// Of errors that are small enough the price decides, else the error.

@@ -19,6 +19,8 @@ use crate::render::rendered::{Ended, ErrorParts, Rendered};
 use crate::render::wanted::Wanted;
 use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
 
+/// Hemisphere rays of a patch for each to a luminaire.
+const FOR_EACH: u32 = 4;
 /// Share of the tolerance at which the series is cut.
 const TRUNCATION: f64 = 0.02;
 /// Width and height of the rough gather at most, pixels.
@@ -62,7 +64,8 @@ pub(crate) fn solve(p: &Prepared, task: &Task, rays: u32, spent: &mut Spent) -> 
     let Task { transport, wanted, .. } = *task;
     let clock = Instant::now();
     let sights = [sight(p, &p.scene.transports(transport))];
-    let halves = [0, 1].map(|half| self::half(rays, wanted.seed, half));
+    let of_half = if p.patches.are_divided() { half_of_divided } else { self::half };
+    let halves = [0, 1].map(|half| of_half(rays, wanted.seed, half));
     let [first, second] = halves.map(|sampling| cast_half(p, task, &sights, sampling));
     spent.rays += first.1 + second.1;
     spent.seconds.form_factors += clock.elapsed().as_secs_f64();
@@ -121,6 +124,13 @@ fn is_dark(p: &Prepared, transport: Transport) -> bool {
 
 pub(crate) fn half(rays: u32, seed: u32, half: u32) -> Sampling {
     Sampling { rays: (rays / 2).max(1), seed: replica_seed(seed, half), ..Sampling::default() }
+}
+
+/// The same for divided patches: rays to luminaires become more with the others. Noise of light as emitted is noise of
+/// F as well, and no other rays lessen it. Patches of one size keep their number: each round cuts them smaller.
+fn half_of_divided(rays: u32, seed: u32, half: u32) -> Sampling {
+    let all = self::half(rays, seed, half);
+    Sampling { emitter_rays: all.emitter_rays.max(all.rays / FOR_EACH), ..all }
 }
 
 impl Solved {
