@@ -210,6 +210,13 @@ mod tests {
     use crate::render::assembly::{Silent, prepare};
     use crate::scene::Scene;
 
+    /// They were 64 whatever the others were, so that no number of rays lessened the noise of a sun behind windows.
+    #[test]
+    fn rays_to_luminaires_of_divided_patches_grow_with_the_others() {
+        let of = |rays: u32| half_of_divided(rays, 0, 1).emitter_rays;
+        assert_eq!([2, 512, 1024, 8192].map(of), [64, 64, 128, 1024]);
+    }
+
     fn solved(scene: &str, patches: usize) -> (Prepared, Solved) {
         let scene = Scene::open(scene).expect("a scene");
         let p = prepare(scene, patches);
