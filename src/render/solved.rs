@@ -127,7 +127,10 @@ pub(crate) fn half(rays: u32, seed: u32, half: u32) -> Sampling {
 }
 
 /// The same for divided patches: rays to luminaires become more with the others. Noise of light as emitted is noise of
-/// F as well, and no other rays lessen it. Patches of one size keep their number: each round cuts them smaller.
+/// F as well, and no other rays lessen it.
+///
+/// Patches of one size keep their number: rays do not go on there from what is near, and less noise of F had such
+/// patches accepted in a room where that matters.
 fn half_of_divided(rays: u32, seed: u32, half: u32) -> Sampling {
     let all = self::half(rays, seed, half);
     Sampling { emitter_rays: all.emitter_rays.max(all.rays / FOR_EACH), ..all }
