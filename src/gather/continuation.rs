@@ -42,19 +42,21 @@ pub(crate) struct Continuation<'a> {
 }
 
 impl Continuation<'_> {
-    /// What a ray finds that goes on, or asks for direct light, before it reads.
-    pub fn read(
-        &self,
-        ray: &Ray,
-        onward: Option<&PatchGuiding>,
-        random: &mut Stream,
-        memory: &mut Memory,
-    ) -> RaySample {
+    /// What a ray finds that goes on, or asks for direct light, before it reads; `seed` is that of its numbers.
+    ///
+    /// Most rays read what they meet at once, and take nothing but that.
+    pub fn read(&self, ray: &Ray, onward: Option<&PatchGuiding>, seed: u32, memory: &mut Memory) -> RaySample {
         let mut met = std::mem::take(&mut memory.met);
         met.clear();
-        let nearness = self.walker.follow(ray, memory, |m| met.push(m));
         let left = Left { bounces: self.fields.reading().bounces, most: MOST, onward };
-        let light = self.incident(&met, left, random, memory);
+        let mut light = DVec3::ZERO;
+        let nearness = self.walker.follow(ray, memory, |m| match self.fields.reading().direct {
+            Direct::Patch if self.ends(&m, left) => light += f64::from(m.through) * self.of_patch(&m),
+            _ => met.push(m),
+        });
+        if !met.is_empty() {
+            light += self.incident(&met, left, &mut Stream::new(seed), memory);
+        }
         memory.met = met;
         RaySample { nearness, light }
     }
@@ -111,14 +113,21 @@ impl Continuation<'_> {
             let left = Left { bounces: left.bounces.saturating_sub(1), most: left.most - 1, ..left };
             return found.light(self.onward(at, left, random, memory));
         }
-        let over_patch = || at.over_patch(self.walker.view.patches, at.patch);
         match self.fields.reading().direct {
-            Direct::Patch => (self.fields.of_patch(at.patch)[0].at(at.position) * over_patch()).as_dvec3(),
+            Direct::Patch => self.of_patch(at),
             Direct::Asked => {
-                let rest = (self.fields.without_direct(at.patch, at.position) * over_patch()).as_dvec3();
+                let over_patch = at.over_patch(self.walker.view.patches, at.patch);
+                let rest = (self.fields.without_direct(at.patch, at.position) * over_patch).as_dvec3();
                 rest + self.walker.direct(at, random, memory).direct
             }
         }
+    }
+
+    /// The first field where a ray meets a patch.
+    #[inline]
+    fn of_patch(&self, at: &SurfaceHit) -> DVec3 {
+        let over_patch = at.over_patch(self.walker.view.patches, at.patch);
+        (self.fields.of_patch(at.patch)[0].at(at.position) * over_patch).as_dvec3()
     }
 }
 
@@ -148,7 +157,7 @@ mod tests {
             let direction = cosine_direction(from.normal, random.uniform(), random.uniform());
             let before = memory.cast;
             let ray = Ray { origin: from.position, direction, source: Some(from.face) };
-            continuation.read(&ray, None, &mut random, &mut memory);
+            continuation.read(&ray, None, i as u32, &mut memory);
             // Each bounce is one ray and those to luminaires, one for each of at most a handful.
             let lamps = view.luminaires.list.len() as u64;
             let most = u64::from(MOST + 1) * (1 + lamps);

@@ -16,7 +16,7 @@ use crate::gather::patch_guiding::PatchGuiding;
 use crate::gather::reflection::{Memory, SurfaceHit, Walker};
 use crate::gather::view::View;
 use crate::light::Rgb;
-use crate::rays::sobol::{Sobol, Stream, hash};
+use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{FAN, Fan, Hit, Ray};
 use crate::surfaces::SurfacePoint;
 
@@ -91,8 +91,7 @@ impl<'a> FinalGather<'a> {
     pub fn read(&self, rays: &HemisphereRays, memory: &mut Memory, incident: &mut [DVec3]) -> f64 {
         if !self.fields.is_read_at_once() {
             return self.cast(rays, |ray, k, counted| {
-                let mut random = Stream::new(hash(k, rays.seed));
-                let sample = self.continuation.read(ray, rays.onward, &mut random, memory);
+                let sample = self.continuation.read(ray, rays.onward, hash(k, rays.seed), memory);
                 incident[0] += f64::from(counted.weight) * sample.light + counted.offset.as_dvec3();
                 sample
             });
@@ -166,6 +165,7 @@ mod tests {
     use super::*;
     use crate::gather::view::Ready;
     use crate::light::Mode;
+    use crate::rays::sobol::Stream;
     use crate::rays::warp::cosine_direction;
 
     /// Rays once took their points in turn. Of Sobol points every other one lies in the same half of the interval, so

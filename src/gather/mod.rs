@@ -43,6 +43,7 @@ pub(crate) mod weighted_residual;
 
 pub use fields::{Fields, invisible};
 pub use gathered::{GatherError, Gathered};
+pub(crate) use gradients::nearest_read;
 pub use gradients::{Linear, linear};
 pub use importance::{ErrorShares, FieldPair, error_shares};
 pub use importance_paths::ImportancePaths;

@@ -50,7 +50,7 @@ mod tests {
     use crate::gather::view::Ready;
     use crate::light::{Mode, Rgb};
     use crate::rays::Ray;
-    use crate::rays::sobol::Stream;
+    use crate::rays::sobol::{Stream, hash};
     use crate::rays::warp::cosine_direction;
 
     /// Mean and variance of what rays find.
@@ -82,10 +82,10 @@ mod tests {
         let (mut memory, mut random) = (Memory::default(), Stream::new(7));
         let from = patches.point(13, 0.3, 0.6);
         let mut found = |onward: Option<&PatchGuiding>| {
-            Found::of((0..RAYS).map(|_| {
+            Found::of((0..RAYS).map(|i| {
                 let direction = cosine_direction(from.normal, random.uniform(), random.uniform());
                 let ray = Ray { origin: from.position, direction, source: Some(from.face) };
-                continuation.read(&ray, onward, &mut random, &mut memory).light.x
+                continuation.read(&ray, onward, hash(i as u32, 7), &mut memory).light.x
             }))
         };
         let alone = found(None);

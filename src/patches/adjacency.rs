@@ -36,7 +36,7 @@ impl Neighbours {
     fn new(patches: &Patches) -> Neighbours {
         let mut found = Neighbours {
             beside: vec![[NONE; 4]; patches.len()],
-            middles: (0..patches.len()).map(|i| middle(patches, i)).collect(),
+            middles: (0..patches.len()).map(|i| patches.extent(i).middle).collect(),
             halves: vec![[Vec3::ZERO; 2]; patches.len()],
         };
         let tilings = patches.tilings.iter().flat_map(Tiling::grids);
@@ -128,6 +128,11 @@ impl Neighbours {
         self.halves[i]
     }
 
+    /// Whether patch i has one beside it along both axes, so that light on it can be read as linear.
+    pub fn has_slopes(&self, i: usize) -> bool {
+        [0, 1].into_iter().all(|axis| self.beside(i, axis) != [None; 2])
+    }
+
     /// The patches after and before patch i along an axis, 0 or 1.
     pub fn beside(&self, i: usize, axis: usize) -> [Option<usize>; 2] {
         [0, 1].map(|k| {
@@ -152,22 +157,6 @@ fn across(patches: &Patches, tiling: &Tiling, g: u32, middle: Vec3, beside: &mut
             *own = grid.whole_at(position).unwrap_or(NONE);
         }
     }
-}
-
-/// Where the patch's one value stands: the centroid of what its rays start from.
-fn middle(patches: &Patches, i: usize) -> Vec3 {
-    let chosen = patches.chosen(i);
-    if !chosen.is_empty() {
-        let sum: Vec3 = chosen.iter().map(|p| p.position).sum();
-        return sum / chosen.len() as f32;
-    }
-    let (mut sum, mut total) = (Vec3::ZERO, 0.0);
-    for (_, [a, b, c]) in patches.pieces(i) {
-        let area = (b - a).cross(c - a).length();
-        sum += area / 3.0 * (a + b + c);
-        total += area;
-    }
-    if total > 0.0 { sum / total } else { Vec3::ZERO }
 }
 
 #[cfg(test)]

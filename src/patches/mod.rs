@@ -12,6 +12,7 @@
 pub(crate) mod adjacency;
 pub(crate) mod clip;
 pub(crate) mod clusters;
+pub(crate) mod extent;
 pub(crate) mod grid;
 pub(crate) mod grid_adjacency;
 pub(crate) mod hierarchy;

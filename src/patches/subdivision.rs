@@ -7,7 +7,6 @@
 //!
 //! Not handled: borders that are not across an axis; they take several planes.
 
-use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::patches::parts::{Part, Parts, number};
@@ -65,22 +64,6 @@ impl Patches {
         }
         self.parts = parts;
         self.start_from(starts);
-    }
-
-    /// About the width of what each patch stands for, unit coordinates: twice the RMS distance of its chosen points
-    /// from their middle, or the root of its area where there are none.
-    pub fn widths(&self) -> Vec<f32> {
-        let width = |i: usize| {
-            let chosen = self.chosen(i);
-            if chosen.is_empty() {
-                return self.areas[i].sqrt() as f32;
-            }
-            let count = chosen.len() as f32;
-            let middle = chosen.iter().map(|p| p.position).sum::<Vec3>() / count;
-            let apart = chosen.iter().map(|p| p.position.distance_squared(middle));
-            2.0 * (apart.sum::<f32>() / count).sqrt()
-        };
-        (0..self.len()).map(width).collect()
     }
 
     /// Takes all parts back.

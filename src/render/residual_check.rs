@@ -101,9 +101,11 @@ impl Check {
             return Finding::Agrees;
         }
         let clock = Instant::now();
+        // Rays that go on from what is near hide what patches mix there, and dividing those serves all rays.
+        let fields = solved.fields.clone().not_read_nearer(Vec::new());
         let mut sums = ResidualSums::new(&self.walks);
         let finding = loop {
-            sums.take(&self.walks, &p.patches, &solved.fields);
+            sums.take(&self.walks, &p.patches, &fields);
             let residual = sums.residual();
             let judgement = self.judge(&residual, solved, wanted);
             let paths = judgement.paths(self.walks.each(), accept).min(self.most);
@@ -154,8 +156,16 @@ impl Check {
     ///
     /// Read at once, its error is the larger of what the two levels of patches say and what the paths last judged do:
     /// over the smallest blocks of pixels that tell it well enough, or what larger ones are sure of.
-    pub fn confirm(&self, solved: &mut Solved, wanted: &Wanted) {
-        let Some(residual) = &self.found else { return };
+    pub fn confirm(&self, p: &Prepared, solved: &mut Solved, wanted: &Wanted) {
+        let Some(found) = &self.found else { return };
+        if solved.fields.is_read_at_once() {
+            return self.state(found, solved, wanted);
+        }
+        self.state(&self.walks.residual(&p.patches, &solved.fields), solved, wanted);
+    }
+
+    /// The same from what paths tell of the light as rays read it.
+    fn state(&self, residual: &Residual, solved: &mut Solved, wanted: &Wanted) {
         let certain = (SURE * wanted.tolerance).powi(2);
         let goal = (SHARE * wanted.tolerance).powi(2);
         let told = self.share(residual.of(Reading::PLAIN, self.signal * certain));
@@ -250,9 +260,8 @@ mod tests {
     #[test]
     fn direct_light_is_asked_for_where_patches_certainly_mix_it() {
         let confirmed = |found: Residual| {
-            let Checked { wanted, mut solved, mut check } = checked();
-            check.found = Some(found);
-            check.confirm(&mut solved, &wanted);
+            let Checked { wanted, mut solved, check } = checked();
+            check.state(&found, &mut solved, &wanted);
             (solved.reading, solved.error.sum().total)
         };
         // More than half of the tolerance is certain.

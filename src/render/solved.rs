@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use crate::direct::Sight;
 use crate::form_factors::Sampling;
-use crate::gather::{Fields, GatherPass, GatherSampling, Gathered, Reading, View};
+use crate::gather::{Fields, GatherPass, GatherSampling, Gathered, Reading, View, nearest_read};
 use crate::light::{Rgb, Transport};
 use crate::operator::{LinearOperator, Operator};
 use crate::pictures::Size;
@@ -64,8 +64,7 @@ pub(crate) fn solve(p: &Prepared, task: &Task, rays: u32, spent: &mut Spent) -> 
     let Task { transport, wanted, .. } = *task;
     let clock = Instant::now();
     let sights = [sight(p, &p.scene.transports(transport))];
-    let of_half = if p.patches.are_divided() { half_of_divided } else { self::half };
-    let halves = [0, 1].map(|half| of_half(rays, wanted.seed, half));
+    let halves = [0, 1].map(|half| self::half(rays, wanted.seed, half));
     let [first, second] = halves.map(|sampling| cast_half(p, task, &sights, sampling));
     spent.rays += first.1 + second.1;
     spent.seconds.form_factors += clock.elapsed().as_secs_f64();
@@ -81,7 +80,7 @@ pub(crate) fn solve(p: &Prepared, task: &Task, rays: u32, spent: &mut Spent) -> 
     let fields = fields
         .with_ambient(ambient(&first.0, &solution))
         .with_rest([operator, &second.0.operator].map(direct), &p.patches)
-        .not_read_nearer(if p.patches.are_divided() { p.patches.widths() } else { Vec::new() });
+        .not_read_nearer(nearest_read(&p.patches));
     spent.seconds.solve += clock.elapsed().as_secs_f64();
     Ok(Solved {
         mode: first.0,
@@ -122,18 +121,12 @@ fn is_dark(p: &Prepared, transport: Transport) -> bool {
     all.all(|((material, t), carried)| (t.alpha == 0.0 || material.rho == Rgb::ZERO) && (*carried || !material.emits()))
 }
 
+/// One half of the rays. Those to luminaires become more with the others: noise of light as emitted is noise of F as
+/// well, and no other rays lessen it.
 pub(crate) fn half(rays: u32, seed: u32, half: u32) -> Sampling {
-    Sampling { rays: (rays / 2).max(1), seed: replica_seed(seed, half), ..Sampling::default() }
-}
-
-/// The same for divided patches: rays to luminaires become more with the others. Noise of light as emitted is noise of
-/// F as well, and no other rays lessen it.
-///
-/// Patches of one size keep their number: rays do not go on there from what is near, and less noise of F had such
-/// patches accepted in a room where that matters.
-fn half_of_divided(rays: u32, seed: u32, half: u32) -> Sampling {
-    let all = self::half(rays, seed, half);
-    Sampling { emitter_rays: all.emitter_rays.max(all.rays / FOR_EACH), ..all }
+    let rays = (rays / 2).max(1);
+    let emitter_rays = Sampling::default().emitter_rays.max(rays / FOR_EACH);
+    Sampling { rays, emitter_rays, seed: replica_seed(seed, half) }
 }
 
 impl Solved {
@@ -215,8 +208,8 @@ mod tests {
 
     /// They were 64 whatever the others were, so that no number of rays lessened the noise of a sun behind windows.
     #[test]
-    fn rays_to_luminaires_of_divided_patches_grow_with_the_others() {
-        let of = |rays: u32| half_of_divided(rays, 0, 1).emitter_rays;
+    fn rays_to_luminaires_grow_with_the_others() {
+        let of = |rays: u32| half(rays, 0, 1).emitter_rays;
         assert_eq!([2, 512, 1024, 8192].map(of), [64, 64, 128, 1024]);
     }
 

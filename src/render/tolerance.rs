@@ -194,7 +194,7 @@ impl<'a> Rounds<'a> {
             if solved.error.sum().total > wanted.tolerance && !self.refinement.tight && !wanted.is_late() {
                 return Next::Divide;
             }
-            check.confirm(solved, wanted);
+            check.confirm(p, solved, wanted);
             return Next::Accept;
         }
         if unpaired { Next::Finer(excess) } else { Next::Refine(excess) }
