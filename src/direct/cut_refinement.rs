@@ -13,7 +13,7 @@ use crate::direct::light_tree::{LightTree, Node};
 use crate::direct::luminaire::Luminaires;
 use crate::direct::normal_cone::Facing;
 use crate::direct::occlusion::Occlusion;
-use crate::direct::shaft_culling::{MOST_FACES, sieve};
+use crate::direct::shaft_culling::{most_faces, sieve};
 use crate::form_factors::geometry::chebyshev::Rectangle;
 use crate::form_factors::geometry::shadow::Caster;
 use crate::patches::Patches;
@@ -42,6 +42,7 @@ pub(crate) struct CutInputs<'a> {
 /// One patch while it walks the tree.
 pub(crate) struct Walk<'a> {
     pub tree: &'a LightTree,
+    luminaires: &'a Luminaires,
     casters: &'a [Caster],
     /// None where nothing is to be asked.
     body: Option<Body>,
@@ -70,6 +71,7 @@ impl<'a> Walk<'a> {
         let face = patches.pieces(i).next().map_or(0, |p| p.0);
         let mut walk = Walk {
             tree,
+            luminaires: inputs.luminaires,
             casters: inputs.casters,
             body: patch_body(patches, i).filter(|_| asked),
             center: rectangle.as_ref().map_or(mean, |r| r.center),
@@ -188,6 +190,8 @@ impl<'a> Walk<'a> {
         let clear = among.is_empty() || between.as_ref().is_some_and(Vec::is_empty);
         let casters = self.casters;
         let is_masked = |&k: &u32| casters[k as usize].masked;
+        // Of a leaf, which is one luminaire.
+        let most = most_faces(&self.luminaires.list[self.tree.order[node.range.start] as usize]);
         match node.children {
             _ if clear && !near && self.is_far(node) => self.seen.push(k),
             Some(children) => {
@@ -196,7 +200,7 @@ impl<'a> Walk<'a> {
             }
             None if clear && !near => self.seen.push(k),
             None if clear => self.exact.push((k, Vec::new())),
-            None => match between.filter(|b| b.len() <= MOST_FACES && !b.iter().any(is_masked)) {
+            None => match between.filter(|b| b.len() <= most && !b.iter().any(is_masked)) {
                 Some(faces) if near || estimate >= STRONG * self.total => {
                     self.exact.push((k, faces));
                 }

@@ -228,6 +228,11 @@ impl Luminaire {
         Body { part: self.part, ..body }
     }
 
+    /// Convex polygons that shadows are cut out of.
+    pub(crate) fn polygon_count(&self) -> usize {
+        self.polygons.len()
+    }
+
     /// Form factor from a point to what it sees of the luminaire behind `casters`; `None` where that is too ragged, or
     /// the faces are too many.
     pub(crate) fn visible_form(

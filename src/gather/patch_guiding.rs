@@ -11,10 +11,15 @@ use rayon::prelude::*;
 
 use crate::gather::guiding::{GuidedPlace, Guiding};
 
-/// A guiding density for every patch that rays went on from.
+/// Densities at most: each takes some 14 KB, all of them 230 MB. Of more patches those next to each other share one.
+const MOST: usize = 1 << 14;
+
+/// A guiding density for every patch that rays went on from, or for so many of them next to each other.
 pub(crate) struct PatchGuiding {
     /// Length of the brightest light.
     brightest: f64,
+    /// Patches that share a density.
+    each: usize,
     places: Vec<OnceLock<Box<GuidedPlace>>>,
 }
 
@@ -22,13 +27,14 @@ impl PatchGuiding {
     /// No densities yet; no light is much brighter than `brightest`.
     pub fn new(patches: usize, brightest: f64) -> PatchGuiding {
         let brightest = brightest.max(f64::from(f32::MIN_POSITIVE));
-        PatchGuiding { brightest, places: (0..patches).map(|_| OnceLock::new()).collect() }
+        let each = patches.div_ceil(MOST).max(1);
+        PatchGuiding { brightest, each, places: (0..patches.div_ceil(each)).map(|_| OnceLock::new()).collect() }
     }
 
     /// The density of a patch, and where its rays are recorded.
     #[inline]
     pub fn of(&self, patch: u32) -> Guiding<'_> {
-        let place = &self.places[patch as usize];
+        let place = &self.places[patch as usize / self.each];
         place.get_or_init(|| Box::new(GuidedPlace::none(self.brightest))).guiding()
     }
 
@@ -65,6 +71,17 @@ mod tests {
             let mean = sum / count;
             Found { mean, variance: squares / count - mean * mean }
         }
+    }
+
+    /// There was one for every patch, 14 KB each, which no estimate of memory counted.
+    #[test]
+    fn many_patches_share_densities() {
+        let densities = |patches: usize| {
+            let guiding = PatchGuiding::new(patches, 1.0);
+            (0..patches as u32).for_each(|patch| _ = guiding.of(patch));
+            guiding.places.iter().filter(|place| place.get().is_some()).count()
+        };
+        assert_eq!([1, MOST, MOST + 1].map(densities), [1, MOST, MOST.div_ceil(2) + 1]);
     }
 
     /// One patch of a closed room is bright, and rays go on once before they read. What those before them found makes

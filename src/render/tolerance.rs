@@ -190,11 +190,11 @@ impl<'a> Rounds<'a> {
             excess.size = excess.size.max(squared.sqrt() / (PATCHES * wanted.tolerance));
         }
         if excess.is_none() || last || (excess.size > 1.0 && self.refinement.has_most_patches(p)) {
+            check.confirm(p, solved, wanted);
             // Patches of a size do not get there: those divided by light may, where memory is not what is short.
             if solved.error.sum().total > wanted.tolerance && !self.refinement.tight && !wanted.is_late() {
                 return Next::Divide;
             }
-            check.confirm(p, solved, wanted);
             return Next::Accept;
         }
         if unpaired { Next::Finer(excess) } else { Next::Refine(excess) }
