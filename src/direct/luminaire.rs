@@ -45,7 +45,7 @@ pub struct Luminaire {
     uneven: Option<UnevenEmission>,
     triangles: Vec<EmittingTriangle>,
     /// Convex polygons that cover it, as few as are easily found.
-    polygons: Vec<Vec<DVec3>>,
+    pub(crate) polygons: Vec<Vec<DVec3>>,
     /// None where it has too many faces; points drawn on it stand in for the closed form then.
     outline: Option<Outline>,
 }
@@ -226,11 +226,6 @@ impl Luminaire {
             Body::of_box(low, high)
         });
         Body { part: self.part, ..body }
-    }
-
-    /// Convex polygons that shadows are cut out of.
-    pub(crate) fn polygon_count(&self) -> usize {
-        self.polygons.len()
     }
 
     /// Form factor from a point to what it sees of the luminaire behind `casters`; `None` where that is too ragged, or

@@ -2,8 +2,8 @@
 //!
 //! Faces hang together where they share a corner. Lamps that lie apart are luminaires of their own whatever object they
 //! belong to, as exporters often write all lamps as one: a node of the tree ([`crate::direct::light_tree`]) can then be
-//! as small as one of them, and a shadow's edge asks only those it parts. Few lamps stay as they are written: one ray to
-//! any of them costs less than one to each.
+//! as small as one of them, and a shadow's edge asks only those it parts. Few lamps stay as they are written: one ray
+//! to any of them costs less than one to each.
 //!
 //! What is near beside its size counts as one lamp: panes between bars, strips, faces that touch without a common
 //! corner. Not handled: where such faces are cut into pieces each counts as apart, which costs time and no accuracy.

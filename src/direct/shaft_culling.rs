@@ -132,7 +132,7 @@ pub(crate) fn casters(scene: &Scene, rays: &Rays, luminaires: &Luminaires, tau: 
 
 /// Faces between a luminaire and a patch that are cut out of it at most.
 pub(crate) fn most_faces(luminaire: &Luminaire) -> usize {
-    (MOST_CUTS / luminaire.polygon_count().max(1)).min(MOST_FACES)
+    (MOST_CUTS / luminaire.polygons.len().max(1)).min(MOST_FACES)
 }
 
 /// The casters between two bodies; `None` where they are more than `most`, or the outline of one's shadow is not its
