@@ -5,8 +5,8 @@
 //! renders 48 by 48 pixels of one bounce. Ratios between the two scenes count, not the absolute numbers.
 //!
 //! `scraps`: such a picture to 1 % with one lamp and 15 scraps of paper (30 triangles) below it, whose shadows have
-//! many pieces. `one object`: to 5 % with 100 lamps that are one object, as exporters write them, above the same scraps;
-//! most of its time goes to planes between scraps and what a lamp and a patch see of each other.
+//! many pieces. `one object`: to 5 % with 100 lamps that are one object, as exporters write them, above the same
+//! scraps.
 
 use std::hint::black_box;
 
