@@ -20,7 +20,6 @@ use crate::surfaces::connected::connected;
 pub(crate) const FEW: usize = 16;
 /// Faces of a piece at most.
 const PIECE: usize = 16;
-
 /// Gap between the boxes of two parts, in diagonals of the smaller, below which they are one lamp.
 const NEAR: f64 = 0.5;
 
@@ -43,31 +42,31 @@ pub(crate) fn divided(scene: &Scene, groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
 }
 
 /// The box of one part.
-struct Extent {
+struct PartBox {
     low: DVec3,
     high: DVec3,
 }
 
-impl Extent {
-    fn of(scene: &Scene, faces: &[u32]) -> Extent {
+impl PartBox {
+    fn of(scene: &Scene, faces: &[u32]) -> PartBox {
         let corners = faces.iter().flat_map(|&face| scene.corners(face)).map(|p| p.as_dvec3());
         let (low, high) = bounds(corners);
-        Extent { low, high }
+        PartBox { low, high }
     }
 
-    fn is_near(&self, other: &Extent) -> bool {
+    fn is_near(&self, other: &PartBox) -> bool {
         let gap = (self.low - other.high).max(other.low - self.high).max(DVec3::ZERO).length();
-        let diagonal = |extent: &Extent| (extent.high - extent.low).length();
+        let diagonal = |part: &PartBox| (part.high - part.low).length();
         gap <= NEAR * diagonal(self).min(diagonal(other))
     }
 }
 
 /// Number of lamps in a group of few faces: what hangs together, with what is near.
 fn lamps(scene: &Scene, group: &[u32]) -> usize {
-    let mut lamps: Vec<Vec<Extent>> = Vec::new();
+    let mut lamps: Vec<Vec<PartBox>> = Vec::new();
     for faces in connected(scene, group, |_| ()) {
-        let own = Extent::of(scene, &faces);
-        let is_near = |lamp: &Vec<Extent>| lamp.iter().any(|other| other.is_near(&own));
+        let own = PartBox::of(scene, &faces);
+        let is_near = |lamp: &Vec<PartBox>| lamp.iter().any(|other| other.is_near(&own));
         let (near, apart): (Vec<_>, Vec<_>) = lamps.into_iter().partition(is_near);
         lamps = apart;
         lamps.push(near.into_iter().flatten().chain([own]).collect());
