@@ -63,7 +63,10 @@ impl Accelerator {
     /// Whether there is no meeting at all.
     #[inline]
     pub(crate) fn is_clear(&self, query: &Query) -> bool {
-        self.all_unless(|_| true, query, &mut Vec::new())
+        match self {
+            Accelerator::Blocks(blocks) => blocks.is_clear(query),
+            Accelerator::Bvh(bvh) => bvh.is_clear(query),
+        }
     }
 
     /// Appends every meeting to `out`, in no order, edges counted once for each face; false as soon as an opaque face

@@ -15,8 +15,9 @@ use crate::rays::box_block::{BoxBlock, BoxRay};
 use crate::rays::meetings::Faces;
 use crate::rays::query::{Label, Query, SAME_PLACE, hit, precedes};
 use crate::rays::ray::Hit;
-use crate::rays::simd_block::{Block, LANES, Lane, MISSED, PLACES, bits, key, least, least_of, limit, most, place};
+use crate::rays::simd_block::{Block, LANES, Lane, MISSED, PLACES, key, least, least_of, limit, most, place};
 use crate::rays::triangle::{Meeting, Triangle};
+use crate::rays::vector_level::bits;
 
 /// Blocks there can be: a bit of u64 each, and a place for each triangle.
 pub(crate) const BLOCKS: usize = PLACES / LANES;
@@ -76,21 +77,25 @@ impl BlockList {
     fn exact_keys(&self, b: usize, query: &Query) -> Lane<f32> {
         from_fn(|lane| {
             let place = b * LANES + lane;
-            self.candidate(place, query).map_or(MISSED, |(meeting, _)| key(meeting.t, place))
+            self.candidate(place, query).map_or(MISSED, |meeting| key(meeting.t, place))
         })
     }
 
     /// The meeting with the triangle of a place, if it counts.
     #[inline(always)]
-    fn candidate(&self, place: usize, query: &Query) -> Option<(Meeting, Label)> {
-        query.candidate(&self.triangles[place], &self.labels[place], query.end)
+    fn candidate(&self, place: usize, query: &Query) -> Option<Meeting> {
+        query.candidate(&self.triangles[place], self.labels[place].plane, query.end)
     }
 
-    /// The first meeting where several are close together.
+    /// The first meeting, and its place, where several are close together.
     #[cold]
-    fn first_of_several(&self, query: &Query) -> Option<(Meeting, Label)> {
-        let met = (0..self.labels.len()).filter_map(|place| self.candidate(place, query));
-        met.reduce(|best, next| if precedes(&next, &best) { next } else { best })
+    fn first_of_several(&self, query: &Query) -> Option<(Meeting, usize)> {
+        let met = (0..self.labels.len()).filter_map(|place| Some((self.candidate(place, query)?, place)));
+        met.reduce(|best, next| {
+            let [of_next, of_best] = [next.1, best.1].map(|place| self.labels[place]);
+            let by_face = || of_next.face < of_best.face;
+            if precedes((&next.0, of_next.plane), (&best.0, of_best.plane), by_face) { next } else { best }
+        })
     }
 }
 
@@ -118,8 +123,12 @@ impl Faces for BlockList {
         }
         let limit = limit(key, SAME_PLACE);
         let alone = bits(simd, &first, limit).is_power_of_two() && bits(simd, &second, limit) == 0;
-        let met = if alone { self.candidate(place(key), query) } else { self.first_of_several(query) };
-        met.map(|(meeting, label)| hit(&meeting, &label))
+        let alone = alone.then(|| place(key));
+        let met = match alone {
+            Some(place) => self.candidate(place, query).map(|meeting| (meeting, place)),
+            None => self.first_of_several(query),
+        };
+        met.map(|(meeting, place)| hit(&meeting, self.labels[place].face))
     }
 
     #[inline(always)]
@@ -127,7 +136,7 @@ impl Faces for BlockList {
         &self,
         simd: S,
         query: &Query,
-        mut meet: impl FnMut(Meeting, Label) -> ControlFlow<()>,
+        mut meet: impl FnMut(Meeting, u32) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let mut near = self.near(simd, query);
         while near != 0 {
@@ -137,11 +146,16 @@ impl Faces for BlockList {
             while met != 0 {
                 let place = b * LANES + met.trailing_zeros() as usize;
                 met &= met - 1;
-                if let Some((meeting, label)) = self.candidate(place, query) {
-                    meet(meeting, label)?;
+                if let Some(meeting) = self.candidate(place, query) {
+                    meet(meeting, self.labels[place].face)?;
                 }
             }
         }
         ControlFlow::Continue(())
+    }
+
+    #[inline(always)]
+    fn clear<S: Simd>(&self, simd: S, query: &Query) -> bool {
+        self.each(simd, query, |_, _| ControlFlow::Break(())).is_continue()
     }
 }

@@ -59,16 +59,14 @@ impl<S: Simd> BoxRay<S> {
         let far: [_; 3] = from_fn(|axis| lanes(1 - self.entry[axis], axis));
         let (zero, reach) = (simd.splat_f32s(0.0), simd.splat_f32s(reach));
         let missed = simd.splat_f32s(MISSED);
-        let least = |a, b| select(simd, simd.less_than_f32s(a, b), a, b);
-        let most = |a, b| select(simd, simd.less_than_f32s(b, a), a, b);
+        let least = |a, b| simd.min_f32s(a, b);
+        let most = |a, b| simd.max_f32s(a, b);
         let mut found = [MISSED; LANES];
         for (r, found) in S::as_mut_simd_f32s(&mut found).0.iter_mut().enumerate() {
             let at = |ends: &[S::f32s], axis: usize| {
                 simd.mul_f32s(simd.sub_f32s(ends[r], self.start[axis]), self.inverse[axis])
             };
-            // Zero comes last: of two zeros the positive one is taken, so that bits sort as numbers do.
-            let first = most(most(at(near[0], 0), at(near[1], 1)), at(near[2], 2));
-            let first = most(first, zero);
+            let first = most(most(most(at(near[0], 0), at(near[1], 1)), at(near[2], 2)), zero);
             let last = least(least(at(far[0], 0), at(far[1], 1)), at(far[2], 2));
             let met = simd.less_than_or_equal_f32s(first, least(last, reach));
             *found = select(simd, met, first, missed);

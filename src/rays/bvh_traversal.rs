@@ -14,7 +14,8 @@ use crate::rays::bounds::Bounds;
 use crate::rays::box_block::{BoxBlock, BoxRay};
 use crate::rays::bvh_build::{BRANCHES, Branch};
 use crate::rays::query::Query;
-use crate::rays::simd_block::{LANES, Lane, MISSED, bits};
+use crate::rays::simd_block::{LANES, Lane, MISSED};
+use crate::rays::vector_level::{bits, fetch};
 
 /// Marks the number of a leaf among those of nodes.
 const LEAF: u32 = 1 << 31;
@@ -28,6 +29,7 @@ pub(crate) struct WideNodes {
 }
 
 /// Eight boxes and what they hold.
+#[repr(align(64))]
 struct Node {
     boxes: BoxBlock,
     branches: [u32; BRANCHES],
@@ -51,9 +53,20 @@ impl WideNodes {
     }
 
     /// Visits the leaves that the ray meets before its reach, with the reach there is left: `visit` returns what is
-    /// left after the leaf; where that is negative the walk ends.
+    /// left after the leaf; where that is negative the walk ends. Of leaves that it is likely to visit `soon` hears
+    /// before.
     #[inline(always)]
-    pub(crate) fn walk<S: Simd>(&self, simd: S, query: &Query, mut visit: impl FnMut(usize, f32) -> f32) {
+    pub(crate) fn walk<S: Simd>(
+        &self,
+        simd: S,
+        query: &Query,
+        soon: impl Fn(usize),
+        mut visit: impl FnMut(usize, f32) -> f32,
+    ) {
+        let ahead = |branch: u32| match branch & LEAF {
+            0 => fetch(simd, &self.nodes[branch as usize]),
+            _ => soon((branch & !LEAF) as usize),
+        };
         let ray = BoxRay::new(simd, query);
         let mut later = PutOff::new();
         let (mut next, mut reach) = (0, query.end);
@@ -63,7 +76,7 @@ impl WideNodes {
                 let near = ray.distances(simd, &node.boxes, reach);
                 let met = bits(simd, &near, 0.5 * MISSED);
                 if met != 0 {
-                    next = later.add(node, &near, met);
+                    next = later.add(node, &near, met, ahead);
                     continue;
                 }
             } else {
@@ -112,10 +125,15 @@ impl PutOff {
         PutOff { fixed: [0; FIXED], count: 0, beyond: Vec::new() }
     }
 
-    /// Puts off all branches met but the nearest, which is returned.
+    /// Puts off all branches met but the nearest, which is returned; `ahead` hears of each.
     #[inline(always)]
-    fn add(&mut self, node: &Node, near: &Lane<f32>, mut met: u32) -> u32 {
-        let entry = |k: usize| u64::from(near[k].to_bits()) << 32 | u64::from(node.branches[k]);
+    fn add(&mut self, node: &Node, near: &Lane<f32>, mut met: u32, ahead: impl Fn(u32)) -> u32 {
+        // Without its sign a zero sorts as the least number, whichever zero it is.
+        let key = |k: usize| near[k].abs().to_bits();
+        let entry = |k: usize| {
+            ahead(node.branches[k]);
+            u64::from(key(k)) << 32 | u64::from(node.branches[k])
+        };
         let mut nearest = entry(met.trailing_zeros() as usize % LANES);
         let floor = self.count;
         met &= met - 1;
@@ -185,7 +203,7 @@ mod tests {
         let bounds = Bounds::EMPTY;
         let node = Node::new(&from_fn::<_, 8, _>(|k| (bounds, k as u32)));
         let mut later = PutOff::new();
-        assert_eq!(later.add(&node, &near, 0b1011_0101), 7);
+        assert_eq!(later.add(&node, &near, 0b1011_0101, |_| ()), 7);
         let rest: Vec<u32> = std::iter::from_fn(|| later.nearest(3.5)).collect();
         assert_eq!(rest, [2, 5, 0]);
     }

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
-use crate::rays::query::{Label, Query, hit};
+use crate::rays::query::{Query, hit};
 use crate::rays::ray::Hit;
 use crate::rays::simd_block::LANES;
 use crate::rays::triangle::Meeting;
@@ -22,18 +22,27 @@ pub(crate) trait Faces: Sized {
     /// The first meeting, by instructions of one level.
     fn first<S: Simd>(&self, simd: S, query: &Query) -> Option<Hit>;
 
-    /// Tells `meet` of every meeting, in no order, edges counted once for each face, until it breaks.
+    /// Tells `meet` of every meeting and its face, in no order, edges counted once for each face, until it breaks.
     fn each<S: Simd>(
         &self,
         simd: S,
         query: &Query,
-        meet: impl FnMut(Meeting, Label) -> ControlFlow<()>,
+        meet: impl FnMut(Meeting, u32) -> ControlFlow<()>,
     ) -> ControlFlow<()>;
+
+    /// Whether there is no meeting, by instructions of one level.
+    fn clear<S: Simd>(&self, simd: S, query: &Query) -> bool;
 
     /// The first meeting.
     #[inline]
     fn closest(&self, query: &Query) -> Option<Hit> {
         self.arch().dispatch(Closest(self, query))
+    }
+
+    /// Whether there is no meeting.
+    #[inline]
+    fn is_clear(&self, query: &Query) -> bool {
+        self.arch().dispatch(IsClear(self, query))
     }
 
     /// Appends every meeting to `out`, in no order, edges counted once for each face; false as soon as an opaque face
@@ -55,6 +64,17 @@ impl<F: Faces> WithSimd for Closest<'_, F> {
     }
 }
 
+struct IsClear<'a, F>(&'a F, &'a Query);
+
+impl<F: Faces> WithSimd for IsClear<'_, F> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        if S::F32_LANES > LANES { self.0.clear(Scalar::new(), self.1) } else { self.0.clear(simd, self.1) }
+    }
+}
+
 struct AllUnless<'a, F, O>(&'a F, O, &'a Query, &'a mut Vec<Hit>);
 
 impl<F: Faces, O: Fn(u32) -> bool> WithSimd for AllUnless<'_, F, O> {
@@ -66,11 +86,11 @@ impl<F: Faces, O: Fn(u32) -> bool> WithSimd for AllUnless<'_, F, O> {
             return self.with_simd(Scalar::new());
         }
         let AllUnless(faces, opaque, query, out) = self;
-        let passed = faces.each(simd, query, |meeting, label| {
-            if opaque(label.face) {
+        let passed = faces.each(simd, query, |meeting, face| {
+            if opaque(face) {
                 return ControlFlow::Break(());
             }
-            out.push(hit(&meeting, &label));
+            out.push(hit(&meeting, face));
             ControlFlow::Continue(())
         });
         passed.is_continue()

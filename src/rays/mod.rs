@@ -31,6 +31,7 @@ pub mod sobol;
 mod tests;
 pub(crate) mod transmit;
 pub(crate) mod triangle;
+pub(crate) mod vector_level;
 pub mod warp;
 
 pub use packet::{FAN, Fan};

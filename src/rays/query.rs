@@ -46,15 +46,12 @@ impl Query {
         Query { shear: Shear::new(origin, direction), origin, direction, end, skip }
     }
 
-    /// The meeting with a triangle, if it is before `reach` and on no plane to skip.
+    /// The meeting with a triangle of a plane, if it is before `reach` and the plane is none to skip.
     #[inline(always)]
-    pub(crate) fn candidate(&self, triangle: &Triangle, label: &Label, reach: f32) -> Option<(Meeting, Label)> {
+    pub(crate) fn candidate(&self, triangle: &Triangle, plane: u32, reach: f32) -> Option<Meeting> {
         let meeting = self.shear.meet(triangle)?;
-        if !(meeting.t > 0.0 && meeting.t < reach) {
-            return None;
-        }
-        let skipped = label.plane == self.skip[0] || label.plane == self.skip[1];
-        (!skipped).then_some((meeting, *label))
+        let within = meeting.t > 0.0 && meeting.t < reach;
+        (within && plane != self.skip[0] && plane != self.skip[1]).then_some(meeting)
     }
 }
 
@@ -67,21 +64,23 @@ pub(crate) fn depth(t: f32, side: Side) -> f32 {
     }
 }
 
-/// Whether `a` is met before `b`: by depth, then front before back, then face.
+/// A meeting and the plane of the triangle met.
+pub(crate) type OfPlane<'a> = (&'a Meeting, u32);
+
+/// Whether `a` is met before `b`: by depth, then front before back, then by face, which `by_face` tells.
 ///
 /// Within one plane, which a line meets once, the front comes first whatever the rounding of t.
 #[inline]
-pub(crate) fn precedes(a: &(Meeting, Label), b: &(Meeting, Label)) -> bool {
-    let ((a, of_a), (b, of_b)) = (a, b);
-    if of_a.plane == of_b.plane && a.side != b.side {
+pub(crate) fn precedes((a, of_a): OfPlane, (b, of_b): OfPlane, by_face: impl FnOnce() -> bool) -> bool {
+    if of_a == of_b && a.side != b.side {
         return a.side == Side::Front;
     }
     let (near, far) = (depth(a.t, a.side), depth(b.t, b.side));
-    near < far || (near == far && (a.side, of_a.face) < (b.side, of_b.face))
+    near < far || (near == far && (a.side < b.side || (a.side == b.side && by_face())))
 }
 
 /// A meeting told in full.
 #[inline]
-pub(crate) fn hit(meeting: &Meeting, label: &Label) -> Hit {
-    Hit { t: meeting.t, face: label.face, side: meeting.side, u: meeting.u, v: meeting.v }
+pub(crate) fn hit(meeting: &Meeting, face: u32) -> Hit {
+    Hit { t: meeting.t, face, side: meeting.side, u: meeting.u, v: meeting.v }
 }

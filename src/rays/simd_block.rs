@@ -32,6 +32,7 @@ pub(crate) const PLACES: usize = 1 << PLACE_BITS;
 const PLACE: u32 = (1 << PLACE_BITS) - 1;
 
 /// Corners by axis, then by corner, and the triangles' planes. Empty lanes hold NaN, which meets nothing.
+#[repr(align(64))]
 pub(crate) struct Block {
     corners: [[Lane<f32>; 3]; 3],
     planes: Lane<u32>,
@@ -144,22 +145,6 @@ pub(crate) fn select<S: Simd>(simd: S, mask: S::m32s, chosen: S::f32s, other: S:
     let [chosen, other] = [chosen, other].map(|lanes| simd.transmute_u32s_f32s(lanes));
     simd.transmute_f32s_u32s(simd.select_u32s(mask, chosen, other))
 }
-
-/// A bit for each lane whose key is at most `limit`.
-#[inline(always)]
-pub(crate) fn bits<S: Simd>(simd: S, keys: &Lane<f32>, limit: f32) -> u32 {
-    let (limit, none) = (simd.splat_f32s(limit), simd.splat_f32s(0.0));
-    let registers = S::as_simd_f32s(keys).0.iter().zip(S::as_simd_f32s(&BIT).0);
-    let each = registers.map(|(keys, bit)| {
-        let met = simd.less_than_or_equal_f32s(*keys, limit);
-        // Sums of different powers of two: exact, in any order.
-        simd.reduce_sum_f32s(select(simd, met, *bit, none))
-    });
-    each.sum::<f32>() as u32
-}
-
-/// The bit of each lane.
-const BIT: Lane<f32> = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
 
 /// The lesser; unlike `f32::min` one instruction, as NaN is not looked after.
 #[inline(always)]

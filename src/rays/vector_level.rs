@@ -1,0 +1,98 @@
+//! What vector instructions do that has no name common to all machines: a bit for each lane, and a word to the cache.
+//!
+//! Results do not depend on them; where the level of instructions has none, others take their place or nothing is done.
+//!
+//! Not handled: registers of more than eight lanes.
+
+use pulp::Simd;
+
+use crate::rays::simd_block::{Lane, select};
+
+/// A bit for each lane whose key is at most `limit`.
+#[inline(always)]
+pub(crate) fn bits<S: Simd>(simd: S, keys: &Lane<f32>, limit: f32) -> u32 {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(avx2) = x86::avx2(simd) {
+        return x86::bits(avx2, keys, limit);
+    }
+    let met = S::as_simd_f32s(keys).0.iter().zip(S::as_simd_f32s(&BIT).0).map(|(keys, bit)| {
+        let met = simd.less_than_or_equal_f32s(*keys, simd.splat_f32s(limit));
+        // Sums of different powers of two: exact, in any order.
+        simd.reduce_sum_f32s(select(simd, met, *bit, simd.splat_f32s(0.0)))
+    });
+    met.sum::<f32>() as u32
+}
+
+/// The bit of each lane.
+const BIT: Lane<f32> = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
+
+/// Asks for memory that is likely to be read soon: a ray in a large tree waits for memory half of its time.
+#[inline(always)]
+pub(crate) fn fetch<S: Simd, T>(simd: S, soon: &T) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(avx2) = x86::avx2(simd) {
+        x86::fetch(avx2, soon);
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (simd, soon);
+}
+
+#[cfg(target_arch = "x86_64")]
+mod x86 {
+    use std::any::Any;
+
+    use pulp::Simd;
+    use pulp::bytemuck::cast;
+    use pulp::x86::V3;
+
+    use crate::rays::simd_block::Lane;
+
+    /// Bytes that come at once.
+    const LINE: usize = 64;
+
+    /// The instructions of AVX2, where the level has them.
+    #[inline(always)]
+    pub(super) fn avx2<S: Simd>(simd: S) -> Option<V3> {
+        (&simd as &dyn Any).downcast_ref::<V3>().copied()
+    }
+
+    #[inline(always)]
+    pub(super) fn bits(avx2: V3, keys: &Lane<f32>, limit: f32) -> u32 {
+        const AT_MOST: i32 = 2;
+        let met = avx2.avx._mm256_cmp_ps::<AT_MOST>(cast(*keys), avx2.avx._mm256_set1_ps(limit));
+        avx2.avx._mm256_movemask_ps(met) as u32
+    }
+
+    #[inline(always)]
+    pub(super) fn fetch<T>(avx2: V3, soon: &T) {
+        const ALL_LEVELS: i32 = 3;
+        let start = std::ptr::from_ref(soon).cast::<i8>();
+        for line in (0..size_of::<T>()).step_by(LINE) {
+            avx2.sse._mm_prefetch::<ALL_LEVELS>(start.wrapping_add(line));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pulp::{Arch, Scalar, WithSimd};
+
+    struct Bits<'a>(&'a Lane<f32>, f32);
+
+    impl WithSimd for Bits<'_> {
+        type Output = u32;
+
+        fn with_simd<S: Simd>(self, simd: S) -> u32 {
+            bits(simd, self.0, self.1)
+        }
+    }
+
+    #[test]
+    fn every_level_finds_the_lanes_at_most_the_limit() {
+        let keys = [1.0, f32::MAX, 2.0, f32::NAN, -0.0, 2.5, f32::INFINITY, 2.0];
+        let expected = 0b1001_0101;
+        assert_eq!(bits(Scalar::new(), &keys, 2.0), expected);
+        assert_eq!(Arch::new().dispatch(Bits(&keys, 2.0)), expected);
+    }
+}
