@@ -15,7 +15,7 @@
 use glam::{Mat3, Vec3};
 
 use crate::light::Rgb;
-use crate::patches::{Neighbours, Patches};
+use crate::patches::Neighbours;
 
 /// Light that varies linearly: `at_origin + slope * x`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,15 +50,6 @@ impl Linear {
 /// Light of the patches as linear within each, from one value a patch.
 pub fn linear(neighbours: &Neighbours, values: &[Rgb]) -> Vec<Linear> {
     (0..values.len()).map(|i| one(neighbours, values, i)).collect()
-}
-
-/// The length below which a ray does not read the patch it meets, by patch: the width of the patch, where its light is
-/// one value, or is along one axis, and what is near sees a part of it only; 0 elsewhere. Empty where it is 0 on all.
-pub(crate) fn nearest_read(patches: &Patches) -> Vec<f32> {
-    let neighbours = patches.neighbours();
-    let width = |i: usize| if neighbours.has_slopes(i) { 0.0 } else { patches.extent(i).width };
-    let widths: Vec<f32> = (0..patches.len()).map(width).collect();
-    if widths.iter().all(|width| *width == 0.0) { Vec::new() } else { widths }
 }
 
 fn one(neighbours: &Neighbours, values: &[Rgb], i: usize) -> Linear {
@@ -111,6 +102,7 @@ fn limited(a: Rgb, b: Rgb) -> Rgb {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::patches::Patches;
     use crate::rays::Rays;
     use crate::scene::Scene;
 
@@ -140,27 +132,6 @@ mod tests {
         assert!(worst(&patches, &light, exact) < 2e-5);
         let constant: Vec<Linear> = means.iter().map(|v| Linear::constant(*v)).collect();
         assert!(worst(&patches, &constant, exact) > 0.05);
-    }
-
-    /// Clusters, cut cells and cells in a row are read as one value along an axis at least; light that grows along all
-    /// axes shows which patches those are.
-    #[test]
-    fn what_is_near_reads_patches_whose_light_has_slopes_along_both_axes() {
-        assert!(nearest_read(&furnace()).is_empty());
-        let scene = Scene::open("furnished-room").unwrap();
-        let patches = Patches::new(&scene, &Rays::new(&scene), 2000);
-        let neighbours = patches.neighbours();
-        let means: Vec<Rgb> = (0..patches.len()).map(|i| Rgb::splat(9.0) + neighbours.middle(i)).collect();
-        let light = linear(&neighbours, &means);
-        let changes = |i: usize| neighbours.halves(i).map(|half| (light[i].slope * half).length());
-        let nearest = nearest_read(&patches);
-        for (i, nearest) in nearest.iter().enumerate() {
-            let is_linear = changes(i).iter().all(|change| *change > 1e-6);
-            let expected = if is_linear { 0.0 } else { patches.extent(i).width };
-            assert_eq!(*nearest, expected, "{i}: {:?}", changes(i));
-        }
-        let near = nearest.iter().filter(|nearest| **nearest == 0.0).count();
-        assert!(0 < near && near < patches.len(), "{near}");
     }
 
     #[test]

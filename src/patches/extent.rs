@@ -5,6 +5,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::patches::scene_patches::Patches;
+use crate::surfaces::SurfacePoint;
 
 /// The points that a patch stands for.
 #[derive(Clone, Copy, Debug)]
@@ -27,12 +28,17 @@ impl Patches {
     /// Where a patch lies, by its chosen points, or else by its area.
     pub(crate) fn extent(&self, i: usize) -> Extent {
         let chosen = self.chosen(i);
-        let moments = if chosen.is_empty() {
-            self.pieces(i).fold(Moments::default(), |m, (_, corners)| m.with_triangle(corners.map(Vec3::as_dvec3)))
-        } else {
-            chosen.iter().fold(Moments::default(), |m, point| m.with_point(point.position.as_dvec3()))
-        };
-        moments.extent()
+        if chosen.is_empty() {
+            return self.cut_extent(i);
+        }
+        let point = |m: Moments, point: &SurfacePoint| m.with_point(point.position.as_dvec3());
+        chosen.iter().fold(Moments::default(), point).extent()
+    }
+
+    /// Where a patch as it was cut lies, by its area.
+    pub(crate) fn cut_extent(&self, i: usize) -> Extent {
+        let triangle = |m: Moments, (_, corners): (u32, [Vec3; 3])| m.with_triangle(corners.map(Vec3::as_dvec3));
+        self.pieces(i).fold(Moments::default(), triangle).extent()
     }
 }
 

@@ -163,6 +163,12 @@ impl Patches {
         if !chosen.is_empty() {
             return chosen[((u * chosen.len() as f32) as usize).min(chosen.len() - 1)];
         }
+        self.cut_point(i, u, v)
+    }
+
+    /// The point at (u, v) in the unit square of patch `i` as it was cut, chosen points or none; uniform over it for
+    /// uniform (u, v).
+    pub(crate) fn cut_point(&self, i: usize, u: f32, v: f32) -> SurfacePoint {
         let whole = self.parts.whole(i);
         let own = &self.fragments[self.starts[whole] as usize..self.starts[whole + 1] as usize];
         let k = own.partition_point(|f| f.share <= u).min(own.len() - 1);

@@ -79,8 +79,7 @@ pub(crate) fn solve(p: &Prepared, task: &Task, rays: u32, spent: &mut Spent) -> 
     let truncation = solution.rest() / solution.reflected.max(f64::MIN_POSITIVE);
     let fields = fields
         .with_ambient(ambient(&first.0, &solution))
-        .with_rest([operator, &second.0.operator].map(direct), &p.patches)
-        .not_read_nearer(nearest_read(&p.patches));
+        .with_rest([operator, &second.0.operator].map(direct), &p.patches);
     spent.seconds.solve += clock.elapsed().as_secs_f64();
     Ok(Solved {
         mode: first.0,
@@ -151,6 +150,12 @@ impl Solved {
         spent.rays += gathered.rays;
         spent.seconds.gather += clock.elapsed().as_secs_f64();
         gathered
+    }
+
+    /// Finds from how near the light of each patch may be read.
+    pub fn set_nearest(&mut self, p: &Prepared, wanted: &Wanted) {
+        let nearest = nearest_read(&self.rough_view(p, wanted), &self.fields, wanted.seed);
+        self.fields = std::mem::take(&mut self.fields).not_read_nearer(nearest);
     }
 
     /// Takes the errors of F and of patch size from a picture.
