@@ -5,8 +5,9 @@
 //! ```
 //!
 //! with w the width of the patch, s 0 where light is read as linear along both axes and 1 elsewhere, D the light of
-//! luminaires at the point and `D_i(x)` that of the patch as it is read there. Across a patch of width w at the distance
-//! d the weights of its points differ by about w / d, so what is read in place of uneven light is off by u w / d.
+//! luminaires at the point and `D_i(x)` that of the patch as it is read there. Across a patch of width w at the
+//! distance d the weights of its points differ by about w / d, so what is read in place of uneven light is off by
+//! u w / d.
 //!
 //! Not handled: indirect light that is uneven within a patch; what is read at the width of a patch has it anyway.
 
