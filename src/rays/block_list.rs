@@ -13,7 +13,7 @@ use pulp::{Arch, Simd};
 use crate::rays::bounds::Bounds;
 use crate::rays::box_block::{BoxBlock, BoxRay};
 use crate::rays::meetings::Faces;
-use crate::rays::query::{Label, Query, SAME_PLACE, hit, precedes};
+use crate::rays::query::{Candidate, Label, Query, SAME_PLACE, hit};
 use crate::rays::ray::Hit;
 use crate::rays::simd_block::{Block, LANES, Lane, MISSED, PLACES, key, least, least_of, limit, most, place};
 use crate::rays::triangle::{Meeting, Triangle};
@@ -77,24 +77,23 @@ impl BlockList {
     fn exact_keys(&self, b: usize, query: &Query) -> Lane<f32> {
         from_fn(|lane| {
             let place = b * LANES + lane;
-            self.candidate(place, query).map_or(MISSED, |meeting| key(meeting.t, place))
+            self.candidate(place, query).map_or(MISSED, |found| key(found.meeting.t, place))
         })
     }
 
     /// The meeting with the triangle of a place, if it counts.
     #[inline(always)]
-    fn candidate(&self, place: usize, query: &Query) -> Option<Meeting> {
+    fn candidate(&self, place: usize, query: &Query) -> Option<Candidate> {
         query.candidate(&self.triangles[place], self.labels[place].plane, query.end)
     }
 
     /// The first meeting, and its place, where several are close together.
     #[cold]
-    fn first_of_several(&self, query: &Query) -> Option<(Meeting, usize)> {
+    fn first_of_several(&self, query: &Query) -> Option<(Candidate, usize)> {
         let met = (0..self.labels.len()).filter_map(|place| Some((self.candidate(place, query)?, place)));
         met.reduce(|best, next| {
-            let [of_next, of_best] = [next.1, best.1].map(|place| self.labels[place]);
-            let by_face = || of_next.face < of_best.face;
-            if precedes((&next.0, of_next.plane), (&best.0, of_best.plane), by_face) { next } else { best }
+            let by_face = || self.labels[next.1].face < self.labels[best.1].face;
+            if next.0.precedes(&best.0, by_face) { next } else { best }
         })
     }
 }
@@ -123,12 +122,13 @@ impl Faces for BlockList {
         }
         let limit = limit(key, SAME_PLACE);
         let alone = bits(simd, &first, limit).is_power_of_two() && bits(simd, &second, limit) == 0;
-        let alone = alone.then(|| place(key));
-        let met = match alone {
-            Some(place) => self.candidate(place, query).map(|meeting| (meeting, place)),
-            None => self.first_of_several(query),
+        let met = if alone {
+            let place = place(key);
+            self.candidate(place, query).map(|found| (found, place))
+        } else {
+            self.first_of_several(query)
         };
-        met.map(|(meeting, place)| hit(&meeting, self.labels[place].face))
+        met.map(|(found, place)| hit(&found.meeting, self.labels[place].face))
     }
 
     #[inline(always)]
@@ -146,8 +146,8 @@ impl Faces for BlockList {
             while met != 0 {
                 let place = b * LANES + met.trailing_zeros() as usize;
                 met &= met - 1;
-                if let Some(meeting) = self.candidate(place, query) {
-                    meet(meeting, self.labels[place].face)?;
+                if let Some(found) = self.candidate(place, query) {
+                    meet(found.meeting, self.labels[place].face)?;
                 }
             }
         }

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::rays::bvh_build::Layout;
 use crate::rays::bvh_traversal::WideNodes;
 use crate::rays::meetings::Faces;
-use crate::rays::query::{Label, Query, SAME_PLACE, hit, precedes};
+use crate::rays::query::{Candidate, Label, Query, SAME_PLACE, hit};
 use crate::rays::ray::Hit;
 use crate::rays::simd_block::{Block, LANES, MISSED};
 use crate::rays::triangle::{Meeting, Triangle};
@@ -45,29 +45,6 @@ impl Bvh {
         Bvh { arch: Arch::new(), nodes, blocks, faces }
     }
 
-    /// Tells `meet` of the meetings with a leaf's triangles before `reach` and their lanes, until it breaks.
-    #[inline(always)]
-    fn meet_leaf<S: Simd>(
-        &self,
-        simd: S,
-        block: &Block,
-        query: &Query,
-        reach: f32,
-        mut meet: impl FnMut(Meeting, usize) -> ControlFlow<()>,
-    ) -> ControlFlow<()> {
-        let (distances, sure) = block.distances(query, reach);
-        let all = u32::MAX >> (u32::BITS - LANES as u32);
-        let mut met = if sure { bits(simd, &distances, 0.5 * MISSED) } else { all };
-        while met != 0 {
-            let lane = met.trailing_zeros() as usize;
-            met &= met - 1;
-            if let Some(meeting) = query.candidate(&block.triangle(lane), block.plane(lane), reach) {
-                meet(meeting, lane)?;
-            }
-        }
-        ControlFlow::Continue(())
-    }
-
     /// The face of a leaf's lane: it lies apart from what tests read, and only those that count are asked for it.
     #[inline(always)]
     fn face(&self, leaf: usize, lane: usize) -> u32 {
@@ -75,21 +52,41 @@ impl Bvh {
     }
 }
 
+/// Tells `meet` of the meetings with a block's triangles before `reach` and their lanes, until it breaks.
+#[inline(always)]
+fn meet_block<S: Simd>(
+    simd: S,
+    block: &Block,
+    query: &Query,
+    reach: f32,
+    mut meet: impl FnMut(Candidate, usize) -> ControlFlow<()>,
+) -> ControlFlow<()> {
+    let (distances, sure) = block.distances(query, reach);
+    let all = u32::MAX >> (u32::BITS - LANES as u32);
+    let mut met = if sure { bits(simd, &distances, 0.5 * MISSED) } else { all };
+    while met != 0 {
+        let lane = met.trailing_zeros() as usize;
+        met &= met - 1;
+        if let Some(candidate) = query.candidate(&block.triangle(lane), block.plane(lane), reach) {
+            meet(candidate, lane)?;
+        }
+    }
+    ControlFlow::Continue(())
+}
+
 /// The best meeting so far.
 #[derive(Clone, Copy)]
 struct Found {
-    meeting: Meeting,
+    candidate: Candidate,
     leaf: usize,
     lane: usize,
-    plane: u32,
 }
 
 impl Found {
     #[inline(always)]
     fn precedes(&self, other: &Found, bvh: &Bvh) -> bool {
-        let [own, others] = [self, other].map(|found| (&found.meeting, found.plane));
         let face = |found: &Found| bvh.face(found.leaf, found.lane);
-        precedes(own, others, || face(self) < face(other))
+        self.candidate.precedes(&other.candidate, || face(self) < face(other))
     }
 }
 
@@ -104,19 +101,19 @@ impl Faces for Bvh {
         let mut best: Option<Found> = None;
         let soon = |leaf: usize| fetch(simd, &self.blocks[leaf]);
         self.nodes.walk(simd, query, soon, |leaf, mut reach| {
-            let window = best.map_or(query.end, |best| best.meeting.t + SAME_PLACE);
+            let window = best.map_or(query.end, |best| best.candidate.meeting.t + SAME_PLACE);
             let block = &self.blocks[leaf];
-            let _ = self.meet_leaf(simd, block, query, window, |meeting, lane| {
-                let found = Found { meeting, leaf, lane, plane: block.plane(lane) };
+            let _ = meet_block(simd, block, query, window, |candidate, lane| {
+                let found = Found { candidate, leaf, lane };
                 if best.as_ref().is_none_or(|best| found.precedes(best, self)) {
-                    reach = meeting.t;
+                    reach = candidate.meeting.t;
                     best = Some(found);
                 }
                 ControlFlow::Continue(())
             });
             reach
         });
-        best.map(|found| hit(&found.meeting, self.face(found.leaf, found.lane)))
+        best.map(|found| hit(&found.candidate.meeting, self.face(found.leaf, found.lane)))
     }
 
     #[inline(always)]
@@ -129,8 +126,8 @@ impl Faces for Bvh {
         let mut flow = ControlFlow::Continue(());
         let soon = |leaf: usize| fetch(simd, &self.blocks[leaf]);
         self.nodes.walk(simd, query, soon, |leaf, reach| {
-            let tell = |meeting, lane| meet(meeting, self.face(leaf, lane));
-            flow = self.meet_leaf(simd, &self.blocks[leaf], query, query.end, tell);
+            let tell = |found: Candidate, lane| meet(found.meeting, self.face(leaf, lane));
+            flow = meet_block(simd, &self.blocks[leaf], query, query.end, tell);
             if flow.is_break() { STOP } else { reach }
         });
         flow
@@ -146,7 +143,7 @@ impl Faces for Bvh {
             clear = if sure {
                 bits(simd, &distances, 0.5 * MISSED) == 0
             } else {
-                self.meet_leaf(simd, block, query, query.end, |_, _| ControlFlow::Break(())).is_continue()
+                meet_block(simd, block, query, query.end, |_, _| ControlFlow::Break(())).is_continue()
             };
             if clear { reach } else { STOP }
         });

@@ -1,6 +1,6 @@
 //! A ray made ready for the accelerators, and which of several meetings counts as the first.
 //!
-//! Meetings that are close together are put in order by [`precedes`], whatever order they are found in.
+//! Meetings that are close together are put in order by [`Candidate::precedes`], whatever order they are found in.
 //!
 //! Not handled: the test itself, which is that of [`crate::rays::triangle`].
 
@@ -48,11 +48,18 @@ impl Query {
 
     /// The meeting with a triangle of a plane, if it is before `reach` and the plane is none to skip.
     #[inline(always)]
-    pub(crate) fn candidate(&self, triangle: &Triangle, plane: u32, reach: f32) -> Option<Meeting> {
+    pub(crate) fn candidate(&self, triangle: &Triangle, plane: u32, reach: f32) -> Option<Candidate> {
         let meeting = self.shear.meet(triangle)?;
         let within = meeting.t > 0.0 && meeting.t < reach;
-        (within && plane != self.skip[0] && plane != self.skip[1]).then_some(meeting)
+        (within && plane != self.skip[0] && plane != self.skip[1]).then_some(Candidate { meeting, plane })
     }
+}
+
+/// A meeting that counts, and the plane of the triangle met.
+#[derive(Clone, Copy)]
+pub(crate) struct Candidate {
+    pub meeting: Meeting,
+    pub plane: u32,
 }
 
 /// Sorting key of a meeting: backs count as a few ulps further, so that of a thin sheet the front comes first.
@@ -64,19 +71,19 @@ pub(crate) fn depth(t: f32, side: Side) -> f32 {
     }
 }
 
-/// A meeting and the plane of the triangle met.
-pub(crate) type OfPlane<'a> = (&'a Meeting, u32);
-
-/// Whether `a` is met before `b`: by depth, then front before back, then by face, which `by_face` tells.
-///
-/// Within one plane, which a line meets once, the front comes first whatever the rounding of t.
-#[inline]
-pub(crate) fn precedes((a, of_a): OfPlane, (b, of_b): OfPlane, by_face: impl FnOnce() -> bool) -> bool {
-    if of_a == of_b && a.side != b.side {
-        return a.side == Side::Front;
+impl Candidate {
+    /// Whether it is met before another: by depth, then front before back, then by face, which `by_face` tells.
+    ///
+    /// Within one plane, which a line meets once, the front comes first whatever the rounding of t.
+    #[inline]
+    pub(crate) fn precedes(&self, other: &Candidate, by_face: impl FnOnce() -> bool) -> bool {
+        let (a, b) = (&self.meeting, &other.meeting);
+        if self.plane == other.plane && a.side != b.side {
+            return a.side == Side::Front;
+        }
+        let (near, far) = (depth(a.t, a.side), depth(b.t, b.side));
+        near < far || (near == far && (a.side < b.side || (a.side == b.side && by_face())))
     }
-    let (near, far) = (depth(a.t, a.side), depth(b.t, b.side));
-    near < far || (near == far && (a.side < b.side || (a.side == b.side && by_face())))
 }
 
 /// A meeting told in full.
