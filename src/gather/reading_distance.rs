@@ -24,9 +24,9 @@ const EVEN: f64 = 0.25;
 /// Points of a patch that are asked for direct light, twice each: the product of both has no noise in the mean.
 const POINTS: u32 = 8;
 
-/// The length below which a ray does not read the patch it meets, by patch, in unit coordinates. Empty where it is 0 on
-/// all.
-pub(crate) fn nearest_read(view: &View, fields: &Fields, seed: u32) -> Vec<f32> {
+/// The length below which a ray does not read the patch it meets, by patch, in unit coordinates, empty where it is 0 on
+/// all; and how many rays were cast.
+pub(crate) fn nearest_read(view: &View, fields: &Fields, seed: u32) -> (Vec<f32>, u64) {
     let neighbours = view.patches.neighbours();
     let asking =
         Asking { walker: Walker::new(view).with_cone(1.0), fields, sobol: Sobol::new(POINTS as usize, 2), seed };
@@ -34,10 +34,14 @@ pub(crate) fn nearest_read(view: &View, fields: &Fields, seed: u32) -> Vec<f32> 
         let least = if neighbours.has_slopes(i) { 0.0 } else { 1.0 };
         let extent = if asking.is_told_by_points(i) { view.patches.extent(i) } else { view.patches.cut_extent(i) };
         let width = extent.width;
-        (asking.unevenness(i, width, memory) / EVEN).max(least) as f32 * width
+        let before = memory.cast;
+        let widths = (asking.unevenness(i, width, memory) / EVEN).max(least);
+        (widths as f32 * width, memory.cast - before)
     };
-    let nearest: Vec<f32> = (0..view.patches.len()).into_par_iter().map_init(Memory::default, of).collect();
-    if nearest.iter().all(|near| *near == 0.0) { Vec::new() } else { nearest }
+    let all = (0..view.patches.len()).into_par_iter().map_init(Memory::default, of);
+    let (nearest, cast): (Vec<f32>, Vec<u64>) = all.unzip();
+    let nearest = if nearest.iter().all(|near| *near == 0.0) { Vec::new() } else { nearest };
+    (nearest, cast.iter().sum())
 }
 
 /// Asks patches for the direct light at their points.
@@ -103,14 +107,14 @@ mod tests {
         let ready = Ready::new("furnace", local, 600);
         let even = |view: &View| Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
         let view = ready.view(8, 8);
-        assert!(nearest_read(&view, &even(&view), 0).is_empty());
+        assert!(nearest_read(&view, &even(&view), 0).0.is_empty());
         let ready = Ready::new("furnished-room", local, 2000);
         let view = ready.view(8, 8);
         let neighbours = view.patches.neighbours();
         let means: Vec<Rgb> = (0..view.patches.len()).map(|i| Rgb::splat(9.0) + neighbours.middle(i)).collect();
         let light = linear(&neighbours, &means);
         let changes = |i: usize| neighbours.halves(i).map(|half| (light[i].slope * half).length());
-        let nearest = nearest_read(&view, &even(&view), 0);
+        let nearest = nearest_read(&view, &even(&view), 0).0;
         for (i, nearest) in nearest.iter().enumerate() {
             let is_linear = changes(i).iter().all(|change| *change > 1e-6);
             let expected = if is_linear { 0.0 } else { view.patches.extent(i).width };
@@ -134,7 +138,7 @@ mod tests {
         let even = Fields::new(&[vec![Rgb::ONE; count]]);
         let far = |direct: &[Rgb]| {
             let fields = even.clone().with_rest([direct.to_vec(), direct.to_vec()], view.patches);
-            nearest_read(&view, &fields, 0)
+            nearest_read(&view, &fields, 0).0
         };
         let [unknown, known] = [far(&vec![Rgb::ZERO; count]), far(&direct)];
         let mut sums = [0.0; 3];

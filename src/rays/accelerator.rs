@@ -1,8 +1,8 @@
 //! Some of the scene's faces made ready for rays, and the three ways to ask for meetings.
 //!
 //! Few faces are tested in blocks ([`crate::rays::block_list`]), many through a hierarchy ([`crate::rays::bvh`]). Both
-//! give the same meetings: of those close together the first is chosen by [`crate::rays::query::Candidate::precedes`], whatever
-//! order they are found in.
+//! give the same meetings: of those close together the first is chosen by [`crate::rays::query::Candidate::precedes`],
+//! whatever order they are found in.
 //!
 //! Not handled: how the questions are compiled; that is [`crate::rays::meetings`].
 

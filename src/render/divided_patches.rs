@@ -126,7 +126,7 @@ fn cast(
 ) -> Result<Gathered, Diverges> {
     p.densities = densities(p, rays);
     *solved = solve(p, task, rays, spent)?;
-    solved.set_nearest(p, task.wanted);
+    solved.set_nearest(p, task.wanted, spent);
     let rough = solved.rough(p, task.wanted, spent, task.watch);
     solved.set_errors(&rough);
     Ok(rough)

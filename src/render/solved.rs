@@ -153,9 +153,12 @@ impl Solved {
     }
 
     /// Finds from how near the light of each patch may be read.
-    pub fn set_nearest(&mut self, p: &Prepared, wanted: &Wanted) {
-        let nearest = nearest_read(&self.rough_view(p, wanted), &self.fields, wanted.seed);
+    pub fn set_nearest(&mut self, p: &Prepared, wanted: &Wanted, spent: &mut Spent) {
+        let clock = Instant::now();
+        let (nearest, cast) = nearest_read(&self.rough_view(p, wanted), &self.fields, wanted.seed);
         self.fields = std::mem::take(&mut self.fields).not_read_nearer(nearest);
+        spent.rays += cast;
+        spent.seconds.solve += clock.elapsed().as_secs_f64();
     }
 
     /// Takes the errors of F and of patch size from a picture.

@@ -190,7 +190,7 @@ impl<'a> Rounds<'a> {
             excess.size = excess.size.max(squared.sqrt() / (PATCHES * wanted.tolerance));
         }
         if excess.is_none() || last || (excess.size > 1.0 && self.refinement.has_most_patches(p)) {
-            solved.set_nearest(p, wanted);
+            solved.set_nearest(p, wanted, spent);
             check.confirm(p, solved, wanted);
             // Patches of a size do not get there: those divided by light may, where memory is not what is short.
             if solved.error.sum().total > wanted.tolerance && !self.refinement.tight && !wanted.is_late() {
