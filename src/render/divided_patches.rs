@@ -126,9 +126,9 @@ fn cast(
 ) -> Result<Gathered, Diverges> {
     p.densities = densities(p, rays);
     *solved = solve(p, task, rays, spent)?;
-    solved.set_nearest(p, task.wanted, spent);
     let rough = solved.rough(p, task.wanted, spent, task.watch);
     solved.set_errors(&rough);
+    solved.set_nearest(p, task.wanted, spent);
     Ok(rough)
 }
 

@@ -103,11 +103,9 @@ impl Check {
             return Finding::Agrees;
         }
         let clock = Instant::now();
-        // Rays that go on from what is near hide what patches mix there, and dividing those serves all rays.
-        let fields = solved.fields.clone().not_read_nearer(Vec::new());
         let mut sums = ResidualSums::new(&self.walks);
         let finding = loop {
-            sums.take(&self.walks, &p.patches, &fields);
+            sums.take(&self.walks, &p.patches, &solved.fields);
             let residual = sums.residual();
             let judgement = self.judge(&residual, solved, wanted);
             let paths = judgement.paths(self.walks.each(), self.most, accept);

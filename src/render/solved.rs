@@ -144,15 +144,14 @@ impl Solved {
         let clock = Instant::now();
         let (camera, hemisphere) = (ROUGH_CAMERA, ROUGH_HEMISPHERE);
         let sampling = GatherSampling { camera, luminaire: 1, hemisphere, seed: wanted.seed };
-        // Differences between fields are those of patch light itself, however the picture reads it.
-        let fields = self.fields.clone().not_read_nearer(Vec::new());
-        let gathered = self.gather(p, &fields, &GatherPass::new(rough(wanted.size), &sampling), watch);
+        let gathered = self.gather(p, &self.fields, &GatherPass::new(rough(wanted.size), &sampling), watch);
         spent.rays += gathered.rays;
         spent.seconds.gather += clock.elapsed().as_secs_f64();
         gathered
     }
 
-    /// Finds from how near the light of each patch may be read.
+    /// Finds from how near the light of each patch may be read. Errors of patch light itself, which tell whether patches
+    /// are to be divided, are measured before.
     pub fn set_nearest(&mut self, p: &Prepared, wanted: &Wanted, spent: &mut Spent) {
         let clock = Instant::now();
         let (nearest, cast) = nearest_read(&self.rough_view(p, wanted), &self.fields, wanted.seed);
