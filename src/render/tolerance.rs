@@ -190,7 +190,7 @@ impl<'a> Rounds<'a> {
             excess.size = excess.size.max(squared.sqrt() / (PATCHES * wanted.tolerance));
         }
         if excess.is_none() || last || (excess.size > 1.0 && self.refinement.has_most_patches(p)) {
-            // Not before: rays that go on from what is near hide what patches mix there, and dividing those serves all.
+            // Not before: rays that go on hide what patches mix, and dividing those serves all rays.
             solved.set_nearest(p, wanted, spent);
             check.confirm(p, solved, wanted);
             // Patches of a size do not get there: those divided by light may, where memory is not what is short.
