@@ -150,8 +150,8 @@ impl Solved {
         gathered
     }
 
-    /// Finds from how near the light of each patch may be read. Errors of patch light itself, which tell whether patches
-    /// are to be divided, are measured before.
+    /// Finds from how near the light of each patch may be read. Errors of patch light itself, which tell whether
+    /// patches are to be divided, are measured before.
     pub fn set_nearest(&mut self, p: &Prepared, wanted: &Wanted, spent: &mut Spent) {
         let clock = Instant::now();
         let (nearest, cast) = nearest_read(&self.rough_view(p, wanted), &self.fields, wanted.seed);
