@@ -51,24 +51,31 @@ pub(crate) struct Vertex {
     pub found: Reflection,
 }
 
+/// A pixel that paths start from.
+#[derive(Clone, Copy, Debug)]
+struct Start {
+    pixel: u32,
+    /// Its paths over those of all in the mean.
+    density: f32,
+}
+
 /// One path from a pixel.
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
-    pub pixel: u32,
+    /// The number of its pixel among those that paths start from.
+    pub start: u32,
     /// Which half of its pixel's paths it belongs to, 0 or 1.
     pub half: usize,
     pub vertices: Vec<Vertex>,
 }
 
-/// Paths from all pixels.
+/// Paths from all pixels, or from some.
 #[derive(Clone, Debug)]
 pub struct ImportancePaths {
     pub(crate) paths: Vec<Path>,
     pub(crate) width: usize,
-    pub(crate) height: usize,
+    starts: Vec<Start>,
     seed: u32,
-    /// Paths of every pixel over those of all in the mean.
-    densities: Vec<f32>,
     /// Paths of a pixel so far, in the mean.
     each: u32,
     /// Rays cast.
@@ -86,34 +93,36 @@ impl ImportancePaths {
     /// If there is not one number a pixel.
     pub fn new(view: &View, densities: Vec<f32>, seed: u32) -> ImportancePaths {
         assert_eq!(densities.len(), view.width * view.height);
-        ImportancePaths { paths: Vec::new(), width: view.width, height: view.height, seed, densities, each: 0, rays: 0 }
+        let starts = (0..).zip(densities).map(|(pixel, density)| Start { pixel, density });
+        ImportancePaths { paths: Vec::new(), width: view.width, starts: starts.collect(), seed, each: 0, rays: 0 }
     }
 
-    /// Adds `more` paths to every pixel, in the mean.
+    /// No paths yet; all are to start from a few pixels, which get the same number of them.
+    pub(crate) fn from_pixels(view: &View, pixels: impl Iterator<Item = u32>, seed: u32) -> ImportancePaths {
+        let starts = pixels.map(|pixel| Start { pixel, density: 1.0 });
+        ImportancePaths { paths: Vec::new(), width: view.width, starts: starts.collect(), seed, each: 0, rays: 0 }
+    }
+
+    /// Adds `more` paths to every pixel that they start from, in the mean.
     pub fn extend(&mut self, view: &View, more: u32) {
         let tracer = PathTracer { walker: Walker::new(view).with_cone(CONE), sobol: Sobol::new(FAN, 3) };
         let (seed, before, after) = (self.seed, self.each, self.each + more);
-        // An even number, and some of every pixel: both halves of the paths need theirs.
-        let count = |k: usize, each: u32| {
-            let half = (0.5 * each as f32 * self.densities[k]).ceil().max(1.0) as u32;
-            if each == 0 { 0 } else { 2 * half }
-        };
-        let rows: Vec<(Vec<Path>, u64)> = (0..self.height)
+        let added: Vec<(Vec<Path>, u64)> = (0_u32..)
+            .zip(&self.starts)
+            .collect::<Vec<_>>()
             .into_par_iter()
-            .map_init(Memory::default, |memory, y| {
-                let mut paths = Vec::new();
+            .map_init(Memory::default, |memory, (start, own)| {
                 memory.cast = 0;
-                for k in y * view.width..(y + 1) * view.width {
-                    for n in count(k, before)..count(k, after) {
-                        let random = Stream::new(hash(n, hash(k as u32, seed)));
-                        let vertices = tracer.trace(k, random, memory);
-                        paths.push(Path { pixel: k as u32, half: n as usize % 2, vertices });
-                    }
-                }
+                let path = |n: u32| {
+                    let random = Stream::new(hash(n, hash(own.pixel, seed)));
+                    let vertices = tracer.trace(own.pixel as usize, random, memory);
+                    Path { start, half: n as usize % 2, vertices }
+                };
+                let paths = (own.paths(before)..own.paths(after)).map(path).collect();
                 (paths, memory.cast)
             })
             .collect();
-        for (paths, cast) in rows {
+        for (paths, cast) in added {
             self.paths.extend(paths);
             self.rays += cast;
         }
@@ -141,6 +150,19 @@ impl ImportancePaths {
     /// Number of paths of a pixel in the mean.
     pub fn each(&self) -> u32 {
         self.each
+    }
+
+    /// Number of pixels that paths start from.
+    pub(crate) fn starts(&self) -> usize {
+        self.starts.len()
+    }
+}
+
+impl Start {
+    /// Its paths where all have `each` in the mean. An even number, and some of every pixel: both halves need theirs.
+    fn paths(&self, each: u32) -> u32 {
+        let half = (0.5 * each as f32 * self.density).ceil().max(1.0) as u32;
+        if each == 0 { 0 } else { 2 * half }
     }
 }
 

@@ -39,6 +39,8 @@ use crate::surfaces::SurfacePoint;
 pub struct Residual {
     /// By reading.
     blocks: [ErrorBlocks; READINGS],
+    /// By reading, what a few pixels tell, where any were asked.
+    drawn: Option<[SquaredError; READINGS]>,
 }
 
 /// What asking for direct light takes for each of its rays, in rays: points on lamps are drawn and weighed beside.
@@ -65,14 +67,14 @@ pub struct ResidualSums {
 impl ResidualSums {
     /// No path's sums, for a picture of the size of the paths'.
     pub fn new(paths: &ImportancePaths) -> ResidualSums {
-        let pixels = vec![[Halves::default(); READINGS]; paths.width * paths.height];
+        let pixels = vec![[Halves::default(); READINGS]; paths.starts()];
         ResidualSums { pixels, width: paths.width, taken: 0 }
     }
 
     /// Adds the leading field's errors at the vertices of the paths that were not added yet.
     pub fn take(&mut self, paths: &ImportancePaths, patches: &Patches, fields: &Fields) {
         let chunks = paths.paths[self.taken..].par_chunks(CHUNK);
-        let one = |path: &Path| (path.pixel, path.half, errors(path, patches, fields));
+        let one = |path: &Path| (path.start, path.half, errors(path, patches, fields));
         let measured: Vec<Vec<_>> = chunks.map(|chunk| sums_by_pixel(chunk.iter().map(one))).collect();
         // One after the other: the sum is the same for any number of threads.
         for (pixel, sums) in measured.into_iter().flatten() {
@@ -91,7 +93,7 @@ impl ResidualSums {
         // Every pixel counts alike, however many paths it has.
         let mean = |(sum, paths): (DVec3, f64)| sum / paths.max(1.0);
         let of = |reading: usize| self.pixels.iter().map(move |pixel| pixel[reading].map(mean));
-        Residual { blocks: std::array::from_fn(|reading| ErrorBlocks::new(of(reading), self.width)) }
+        Residual { blocks: std::array::from_fn(|reading| ErrorBlocks::new(of(reading), self.width)), drawn: None }
     }
 }
 
@@ -100,18 +102,35 @@ impl Residual {
     #[cfg(test)]
     pub(crate) fn of_pixels(errors: &[[[DVec3; 2]; READINGS]], width: usize) -> Residual {
         let of = |reading: usize| errors.iter().map(move |pixel| pixel[reading]);
-        Residual { blocks: std::array::from_fn(|reading| ErrorBlocks::new(of(reading), width)) }
+        Residual { blocks: std::array::from_fn(|reading| ErrorBlocks::new(of(reading), width)), drawn: None }
     }
 
-    /// The squared error of a reading over blocks as small as leaves a standard error of at most `wanted`; else over
-    /// those that tell it best.
+    /// Beside what a few pixels tell ([`crate::gather::SampledPixels`]).
+    pub(crate) fn beside(self, drawn: Option<[SquaredError; READINGS]>) -> Residual {
+        Residual { drawn, ..self }
+    }
+
+    /// Whether a few pixels tell it too.
+    pub(crate) fn has_drawn(&self) -> bool {
+        self.drawn.is_some()
+    }
+
+    /// What a few pixels tell of a reading.
+    fn drawn(&self, reading: Reading) -> Option<SquaredError> {
+        self.drawn.map(|drawn| drawn[reading.number()])
+    }
+
+    /// The squared error of a reading by a few pixels if their standard error is at most `wanted`; else over blocks as
+    /// small as leaves no more; else over those that tell it best.
     pub fn of(&self, reading: Reading, wanted: f64) -> SquaredError {
-        self.blocks[reading.number()].within(wanted)
+        let sure = self.drawn(reading).filter(|drawn| drawn.deviation <= wanted);
+        sure.unwrap_or_else(|| self.blocks[reading.number()].within(wanted))
     }
 
-    /// The squared error of a reading over blocks of one size each, from single pixels on.
+    /// The squared error of a reading by a few pixels, if any were asked, and over blocks of one size each, from single
+    /// pixels on.
     pub fn of_sizes(&self, reading: Reading) -> impl Iterator<Item = SquaredError> {
-        self.blocks[reading.number()].of_sizes()
+        self.drawn(reading).into_iter().chain(self.blocks[reading.number()].of_sizes())
     }
 
     /// Mean error of all pixels and channels, W/(m² sr).
@@ -123,7 +142,10 @@ impl Residual {
     /// or what blocks of one size are likely to hold beyond it.
     pub fn upper(&self, reading: Reading, wanted: f64) -> f64 {
         let told = self.of(reading, wanted);
-        let likely = self.of_sizes(reading).map(|s| s.value - LIKELY * s.deviation);
+        // Where single pixels tell it, larger blocks know of no more unless they are as sure.
+        let sure = self.drawn(reading).is_some_and(|drawn| drawn.deviation <= wanted);
+        let below = if sure { 1.0 } else { LIKELY };
+        let likely = self.of_sizes(reading).map(|s| s.value - below * s.deviation);
         likely.fold(told.value.max(0.0) + told.deviation, f64::max)
     }
 
@@ -233,7 +255,7 @@ fn sample(vertex: &Vertex, patches: &Patches, fields: &Fields) -> DVec3 {
 }
 
 /// `sum of w_k r_k` over the vertices of a path that each reading leaves to the patches.
-fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] {
+pub(crate) fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] {
     let mut errors = [DVec3::ZERO; READINGS];
     // From the last vertex on, so that sums over what follows are known.
     let (mut rest, mut own) = (DVec3::ZERO, [DVec3::ZERO; 2]);
@@ -263,12 +285,32 @@ mod tests {
     use super::*;
     use crate::gather::view::{Ready, View};
     use crate::light::Mode;
+    use crate::rays::sobol::hash;
 
     /// Four paths of each pixel of a view, and light 1 on its patches.
     fn followed(view: &View) -> (ImportancePaths, Fields) {
         let mut paths = ImportancePaths::new(view, vec![1.0; view.width * view.height], 3);
         paths.extend(view, 4);
         (paths, Fields::new(&[vec![Rgb::ONE; view.patches.len()]]))
+    }
+
+    /// Errors that change sign from pixel to pixel are none in blocks.
+    #[test]
+    fn what_single_pixels_tell_counts_where_it_is_sure() {
+        let pixel = |k: usize| {
+            let error = if (k % 16 + k / 16).is_multiple_of(2) { 1.0 } else { -1.0 };
+            // Noise hides single pixels.
+            let noise = if hash(k as u32, 1).is_multiple_of(2) { 9.0 } else { -9.0 };
+            [[DVec3::splat(error + noise), DVec3::splat(error - noise)]; READINGS]
+        };
+        let blocks = Residual::of_pixels(&(0..256).map(pixel).collect::<Vec<_>>(), 16);
+        let drawn = |deviation: f64| [SquaredError { value: 1.0, deviation }; READINGS];
+        let told = |residual: &Residual| (residual.of(Reading::PLAIN, 0.1).value, residual.upper(Reading::PLAIN, 0.1));
+        let sure = blocks.clone().beside(Some(drawn(0.1)));
+        assert_eq!(told(&sure), (1.0, 1.1));
+        let unsure = blocks.clone().beside(Some(drawn(0.2)));
+        assert_eq!(told(&unsure).0, told(&blocks).0);
+        assert!(told(&unsure).1 >= 0.9 && told(&blocks).0 < 0.9, "{:?} {:?}", told(&unsure), told(&blocks));
     }
 
     /// In a closed room nothing ends a ray but what it reads, and its glow is asked for without a ray.

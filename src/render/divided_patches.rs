@@ -14,7 +14,7 @@
 
 use std::time::Instant;
 
-use crate::gather::{Gathered, ImportancePaths, READINGS, Reading, Residual, ResidualSums};
+use crate::gather::{Gathered, ImportancePaths, READINGS, Reading, Residual, ResidualSums, SquaredError};
 use crate::render::assembly::Prepared;
 use crate::render::reading_cost::ReadingCost;
 use crate::render::residual_check::brightness;
@@ -69,6 +69,7 @@ pub(crate) fn divided(
     let last = rounds(wanted.tolerance, each);
     let mut rays = ((RAYS.0 * (0.02 / wanted.tolerance).min(1.0)) as u32).max(RAYS.1);
     let mut bright = brightness(first);
+    let mut pixels = solved.pixels(p, wanted, &bright);
     let mut seen = walks(p, &solved, Round { wanted, bright: &bright, each, set: 1 }, spent);
     for round in 1u32.. {
         let before = spent.rays;
@@ -93,8 +94,11 @@ pub(crate) fn divided(
         }
         bright = brightness(&rough);
         let other = Round { wanted, bright: &bright, each, set: 1 + round };
-        let (others, residual) = measured(p, &solved, other, signal, spent);
         let certain = signal * (SURE * wanted.tolerance).powi(2);
+        let clock = Instant::now();
+        let drawn = solved.drawn(p, wanted, &mut pixels, certain, spent);
+        spent.seconds.solve += clock.elapsed().as_secs_f64();
+        let (others, residual) = measured(p, &solved, other, signal, drawn, spent);
         let squared = Reading::ALL.map(|reading| residual.upper(reading, certain) / signal);
         let squared = believed(squared, solved.error.form_factors);
         let cost = ReadingCost::new(&rough.error, wanted, others.prices(&p.patches, &solved.fields));
@@ -168,6 +172,7 @@ fn measured(
     solved: &Solved,
     round: Round,
     signal: f64,
+    drawn: [SquaredError; READINGS],
     spent: &mut Spent,
 ) -> (ImportancePaths, Residual) {
     let mut others = walks(p, solved, round, spent);
@@ -176,7 +181,7 @@ fn measured(
     let mut sums = ResidualSums::new(&others);
     loop {
         sums.take(&others, &p.patches, &solved.fields);
-        let residual = sums.residual();
+        let residual = sums.residual().beside(Some(drawn));
         let told = residual.of(Reading::PLAIN, certain);
         if told.deviation <= certain || others.each() >= EACH.2 || told.value > 4.0 * told.deviation {
             spent.seconds.solve += clock.elapsed().as_secs_f64();

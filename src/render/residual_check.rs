@@ -8,7 +8,9 @@
 
 use std::time::Instant;
 
-use crate::gather::{Gathered, ImportancePaths, Reading, Residual, ResidualSums, SquaredError};
+use crate::gather::{
+    Gathered, ImportancePaths, READINGS, Reading, Residual, ResidualSums, SampledPixels, SquaredError,
+};
 use crate::render::assembly::Prepared;
 use crate::render::solved::{Solved, Spent};
 use crate::render::wanted::Wanted;
@@ -25,6 +27,8 @@ const SHARE: f64 = 0.5;
 const MATTERS: f64 = 0.7;
 /// Share of the tolerance that the standard error of an error is to be below, for it to be stated as it was measured.
 const SURE: f64 = 0.5;
+/// The same where a few pixels tell it.
+const DRAWN: f64 = 0.35;
 /// Standard errors beyond which an error is certain.
 const CERTAIN: f64 = 3.0;
 /// Squared error over what the two levels and the noise of F say, beyond which they are contradicted.
@@ -33,6 +37,8 @@ const BEYOND: f64 = 2.0;
 /// Paths that check solutions on any patches.
 pub(crate) struct Check {
     walks: ImportancePaths,
+    /// A few pixels of the picture itself.
+    pixels: SampledPixels,
     /// Paths of a pixel at most, and at most where no error can be told without more.
     most: [u32; 2],
     /// Squared RMS of the picture.
@@ -65,6 +71,11 @@ struct Judgement {
 }
 
 impl Judgement {
+    /// Whether paths tell too little for their number.
+    fn is_blind(&self) -> bool {
+        !self.is_certain && self.blindness.iter().any(|&needed| needed > 1.0)
+    }
+
     /// How many paths of a pixel are to judge, of which `each` have.
     fn paths(&self, each: u32, most: [u32; 2], accept: bool) -> u32 {
         if self.is_certain {
@@ -84,14 +95,22 @@ impl Check {
     pub fn new(p: &Prepared, solved: &Solved, wanted: &Wanted, rough: &Gathered, spent: &mut Spent) -> Check {
         let clock = Instant::now();
         let view = solved.rough_view(p, wanted);
-        let mut walks = ImportancePaths::new(&view, brightness(rough), wanted.seed ^ 0x2c1b_3c6d);
+        let bright = brightness(rough);
+        let drawn = solved.pixels(p, wanted, &bright);
+        let mut walks = ImportancePaths::new(&view, bright, wanted.seed ^ 0x2c1b_3c6d);
         let pixels = (view.width * view.height) as f64;
         let paths = PATHS.0 * (0.02 / wanted.tolerance).clamp(0.5, 4.0);
         let each = |paths: f64| (paths / pixels).ceil() as u32;
         walks.extend(&view, each(paths));
         spent.rays += walks.rays;
         spent.seconds.solve += clock.elapsed().as_secs_f64();
-        Check { most: [PATHS.1, PATHS.2].map(each), walks, signal: rough.error.signal.powi(2), found: None }
+        Check {
+            most: [PATHS.1, PATHS.2].map(each),
+            walks,
+            pixels: drawn,
+            signal: rough.error.signal.powi(2),
+            found: None,
+        }
     }
 
     /// Whether the light is off by more than its two levels of patches and its noise say, and by more than is
@@ -103,11 +122,16 @@ impl Check {
             return Finding::Agrees;
         }
         let clock = Instant::now();
+        let mut drawn = None;
         let mut sums = ResidualSums::new(&self.walks);
         let finding = loop {
             sums.take(&self.walks, &p.patches, &solved.fields);
-            let residual = sums.residual();
+            let residual = sums.residual().beside(drawn);
             let judgement = self.judge(&residual, solved, wanted);
+            if accept && judgement.is_blind() && drawn.is_none() {
+                drawn = Some(self.draw(p, solved, wanted, spent));
+                continue;
+            }
             let paths = judgement.paths(self.walks.each(), self.most, accept);
             self.found = Some(residual);
             if paths <= self.walks.each() {
@@ -119,6 +143,12 @@ impl Check {
         };
         spent.seconds.solve += clock.elapsed().as_secs_f64();
         finding
+    }
+
+    /// What a few pixels tell of a solution.
+    fn draw(&mut self, p: &Prepared, solved: &Solved, wanted: &Wanted, spent: &mut Spent) -> [SquaredError; READINGS] {
+        let certain = self.signal * (DRAWN * wanted.tolerance).powi(2);
+        solved.drawn(p, wanted, &mut self.pixels, certain, spent)
     }
 
     /// The squared error of the solution judged last, relative to the picture's, over the blocks surest of one, less a
@@ -158,12 +188,17 @@ impl Check {
     ///
     /// Read at once, its error is the larger of what the two levels of patches say and what the paths last judged do:
     /// over the smallest blocks of pixels that tell it well enough, or what larger ones are sure of.
-    pub fn confirm(&self, p: &Prepared, solved: &mut Solved, wanted: &Wanted) {
+    pub fn confirm(&mut self, p: &Prepared, solved: &mut Solved, wanted: &Wanted, spent: &mut Spent) {
         let Some(found) = &self.found else { return };
         if solved.fields.is_read_at_once() {
             return self.state(found, solved, wanted);
         }
-        self.state(&self.walks.residual(&p.patches, &solved.fields), solved, wanted);
+        let clock = Instant::now();
+        let residual = self.walks.residual(&p.patches, &solved.fields);
+        let drawn = (self.pixels.rays() > 0).then(|| self.draw(p, solved, wanted, spent));
+        let residual = residual.beside(drawn);
+        spent.seconds.solve += clock.elapsed().as_secs_f64();
+        self.state(&residual, solved, wanted);
     }
 
     /// The same from what paths tell of the light as rays read it.
@@ -179,9 +214,9 @@ impl Check {
         }
         let surest = self.share(surest(residual));
         let sure = surest.value - surest.deviation;
-        // What they cannot tell may be as large.
-        let unsure = if told.deviation > certain { told.deviation } else { 0.0 };
-        let error = (told.value + unsure).max(sure);
+        // What they cannot tell may be as large; nor do few pixels stand for all.
+        let unsure = if told.deviation > certain || residual.has_drawn() { told.deviation } else { 0.0 };
+        let error = (told.value.max(0.0) + unsure).max(sure);
         // The paths see the noise of F as well, which is stated beside.
         let noise = solved.error.form_factors.powi(2);
         let patches = (error - noise).max(0.0).sqrt();

@@ -7,7 +7,10 @@ use std::time::Instant;
 
 use crate::direct::Sight;
 use crate::form_factors::Sampling;
-use crate::gather::{Fields, GatherPass, GatherSampling, Gathered, Reading, View, nearest_read};
+use crate::gather::{
+    Brightness, Fields, GatherPass, GatherSampling, Gathered, READINGS, Reading, SampledPixels, SquaredError, View,
+    nearest_read,
+};
 use crate::light::{Rgb, Transport};
 use crate::operator::{LinearOperator, Operator};
 use crate::pictures::Size;
@@ -30,6 +33,9 @@ pub(crate) const ROUGH_CAMERA: u32 = 2;
 const ROUGH_HEMISPHERE: u32 = 16;
 /// Hemisphere rays of each of its pixels.
 pub(crate) const ROUGH_RAYS: u32 = ROUGH_CAMERA * ROUGH_HEMISPHERE;
+
+/// Keeps pixels drawn apart from what else a seed chooses.
+const PIXELS: u32 = 0x7f4a_7c15;
 
 /// What was spent so far.
 #[derive(Clone, Default)]
@@ -158,6 +164,34 @@ impl Solved {
         self.fields = std::mem::take(&mut self.fields).not_read_nearer(nearest);
         spent.rays += cast;
         spent.seconds.solve += clock.elapsed().as_secs_f64();
+    }
+
+    /// Pixels of the picture that are to tell its error; `bright` are those of a rough one.
+    pub fn pixels(&self, p: &Prepared, wanted: &Wanted, bright: &[f32]) -> SampledPixels {
+        let bright = Brightness { values: bright, size: rough(wanted.size) };
+        SampledPixels::new(&self.full_view(p, wanted), bright, wanted.seed ^ PIXELS)
+    }
+
+    /// What pixels of the picture tell of the light, by reading, with a standard error of at most `sure` if they can
+    /// and there is time.
+    pub fn drawn(
+        &self,
+        p: &Prepared,
+        wanted: &Wanted,
+        pixels: &mut SampledPixels,
+        sure: f64,
+        spent: &mut Spent,
+    ) -> [SquaredError; READINGS] {
+        let before = pixels.rays();
+        let sure = if wanted.is_late() { f64::INFINITY } else { sure };
+        let drawn = pixels.measure(&self.full_view(p, wanted), &self.fields, sure);
+        spent.rays += pixels.rays() - before;
+        drawn
+    }
+
+    /// What the picture looks at.
+    fn full_view<'a>(&'a self, p: &'a Prepared, wanted: &Wanted) -> View<'a> {
+        mode_view(p, &self.mode, wanted.size)
     }
 
     /// Takes the errors of F and of patch size from a picture.

@@ -192,7 +192,7 @@ impl<'a> Rounds<'a> {
         if excess.is_none() || last || (excess.size > 1.0 && self.refinement.has_most_patches(p)) {
             // Not before: rays that go on hide what patches mix, and dividing those serves all rays.
             solved.set_nearest(p, wanted, spent);
-            check.confirm(p, solved, wanted);
+            check.confirm(p, solved, wanted, spent);
             // Patches of a size do not get there: those divided by light may, where memory is not what is short.
             if solved.error.sum().total > wanted.tolerance && !self.refinement.tight && !wanted.is_late() {
                 return Next::Divide;

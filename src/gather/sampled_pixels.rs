@@ -1,0 +1,302 @@
+//! The squared error of light on patches from a few pixels, each by many paths.
+//!
+//! A pixel k is drawn with the chance p_k, and n paths that start from it tell errors x whose mean is that of the pixel
+//! ([`crate::gather::weighted_residual`]). Of N pixels the squared error is
+//!
+//! ```text
+//! mean over all pixels of |e_k|² / 3 = E[ U_k / (3 N p_k) ],    U_k = (|sum x|² - sum |x|²) / (n (n - 1))
+//! ```
+//!
+//! (M. Hansen, W. Hurwitz, *On the theory of sampling from finite populations*, 1943; W. Hoeffding, *A class of
+//! statistics with asymptotically normal distribution*, 1948). Its mean has neither noise of paths in it nor blindness
+//! for errors that change sign from pixel to pixel, which blocks of pixels have. As many paths over all pixels would
+//! tell nothing of single ones: noise of U_k falls as n^-2, and as m^-1 only with the m pixels. What pixels differ by
+//! falls as m^-1 alone. So the larger of both is halved: by twice the paths, or by twice the pixels.
+//!
+//! Not handled: places that few pixels show and none that was drawn; blocks see those.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::gather::fields::Fields;
+use crate::gather::importance_paths::{ImportancePaths, Path};
+use crate::gather::reading::{READINGS, Reading};
+use crate::gather::residual_blocks::SquaredError;
+use crate::gather::view::View;
+use crate::gather::weighted_residual::errors;
+use crate::patches::Patches;
+use crate::pictures::Size;
+use crate::rays::sobol::{Stream, hash};
+
+/// Pixels drawn at first.
+const DRAWS: usize = 64;
+/// Paths of each at first.
+const EACH: u32 = 128;
+/// Paths in all, at most. All are kept, some 2 KB each.
+const MOST: usize = 1 << 18;
+/// The golden ratio's multiples lie well spread between whole numbers, however many there are.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// How bright a picture is, by pixels of a smaller one.
+#[derive(Clone, Copy)]
+pub(crate) struct Brightness<'a> {
+    /// Above 0, row by row.
+    pub values: &'a [f32],
+    /// Of the smaller picture.
+    pub size: Size,
+}
+
+/// A few pixels of a picture, and paths that start from them; they serve every set of patches.
+pub(crate) struct SampledPixels {
+    chances: Chances,
+    batches: Vec<Batch>,
+    /// Paths of each pixel.
+    each: u32,
+    seed: u32,
+}
+
+impl SampledPixels {
+    /// None yet, of a view; brighter ones are drawn more often.
+    pub fn new(view: &View, bright: Brightness, seed: u32) -> SampledPixels {
+        SampledPixels { chances: Chances::new(view, bright), batches: Vec::new(), each: EACH, seed }
+    }
+
+    /// The squared error by reading, told by more pixels and paths until that of light which is read at once has at
+    /// most a standard error of `wanted`, or they are as many as ever are.
+    pub fn measure(&mut self, view: &View, fields: &Fields, wanted: f64) -> [SquaredError; READINGS] {
+        if self.batches.is_empty() {
+            self.widen(view, DRAWS);
+        }
+        self.batches.iter_mut().for_each(Batch::forget);
+        loop {
+            self.batches.iter_mut().for_each(|batch| batch.measure(view.patches, fields));
+            let told = self.tell(Reading::PLAIN);
+            if told.error.deviation <= wanted || 2 * self.draws() * self.each as usize > MOST {
+                return Reading::ALL.map(|reading| self.tell(reading).error);
+            }
+            if told.is_noise {
+                self.each *= 2;
+                self.batches.iter_mut().for_each(|batch| batch.paths.extend(view, self.each / 2));
+            } else {
+                self.widen(view, self.draws());
+            }
+        }
+    }
+
+    /// Rays cast so far.
+    pub fn rays(&self) -> u64 {
+        self.batches.iter().map(|batch| batch.paths.rays).sum()
+    }
+
+    fn draws(&self) -> usize {
+        self.batches.iter().map(|batch| batch.draws.len()).sum()
+    }
+
+    /// Draws more pixels.
+    fn widen(&mut self, view: &View, more: usize) {
+        let offset = f64::from(Stream::new(self.seed).uniform());
+        let before = self.draws();
+        let drawn = (before..before + more).map(|j| self.chances.draw((offset + j as f64 * GOLDEN).fract()));
+        let drawn: Vec<(u32, f64)> = drawn.collect();
+        let mut pixels: Vec<u32> = drawn.iter().map(|(pixel, _)| *pixel).collect();
+        pixels.sort_unstable();
+        pixels.dedup();
+        let start = |pixel: u32| pixels.partition_point(|p| *p < pixel);
+        let draws = drawn.iter().map(|&(pixel, counts)| Draw { start: start(pixel), counts }).collect();
+        let sums = vec![[Sums::default(); READINGS]; pixels.len()];
+        let seed = hash(self.batches.len() as u32, self.seed);
+        let mut paths = ImportancePaths::from_pixels(view, pixels.into_iter(), seed);
+        paths.extend(view, self.each);
+        self.batches.push(Batch { draws, paths, measured: 0, sums });
+    }
+
+    fn tell(&self, reading: Reading) -> Findings {
+        let told: Vec<Told> = self.batches.iter().flat_map(|batch| batch.told(reading)).collect();
+        let count = told.len() as f64;
+        let mean = told.iter().map(|t| t.value).sum::<f64>() / count;
+        let noise = told.iter().map(|t| t.noise).sum::<f64>() / count;
+        let variance = told.iter().map(|t| (t.value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        // Where rare paths bring most of the light, what they would add if there were two is in the noise alone.
+        let error = SquaredError { value: mean, deviation: (variance.max(noise) / count).sqrt() };
+        Findings { error, is_noise: noise > 0.5 * variance }
+    }
+}
+
+/// The chance that a pixel is drawn.
+struct Chances {
+    /// Of all pixels up to each and with it.
+    sums: Vec<f64>,
+}
+
+impl Chances {
+    /// In proportion to how bright pixels are.
+    fn new(view: &View, Brightness { values, size }: Brightness) -> Chances {
+        let mut sum = 0.0;
+        let add = |k: usize| {
+            let (x, y) = (k % view.width * size.width / view.width, k / view.width * size.height / view.height);
+            sum += f64::from(values[y * size.width + x]);
+            sum
+        };
+        Chances { sums: (0..view.width * view.height).map(add).collect() }
+    }
+
+    /// The pixel at a point of the unit interval, and 1/(N p).
+    fn draw(&self, at: f64) -> (u32, f64) {
+        let count = self.sums.len();
+        let all = self.sums[count - 1];
+        let k = self.sums.partition_point(|sum| *sum <= at * all).min(count - 1);
+        let own = self.sums[k] - if k == 0 { 0.0 } else { self.sums[k - 1] };
+        (k as u32, all / (own * count as f64))
+    }
+}
+
+/// A pixel that was drawn.
+struct Draw {
+    /// Its number among those that paths start from.
+    start: usize,
+    /// 1/(N p).
+    counts: f64,
+}
+
+/// Sums over the paths of a pixel of the errors x that they tell.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    errors: DVec3,
+    squares: f64,
+}
+
+/// A squared error that a pixel tells, and the variance that noise of its paths gives it.
+#[derive(Clone, Copy)]
+struct Told {
+    value: f64,
+    noise: f64,
+}
+
+/// What pixels tell of one reading.
+struct Findings {
+    error: SquaredError,
+    /// Noise of paths is more of the variance than what pixels differ by.
+    is_noise: bool,
+}
+
+/// Pixels drawn together.
+struct Batch {
+    draws: Vec<Draw>,
+    paths: ImportancePaths,
+    /// Paths that were measured.
+    measured: usize,
+    /// By pixel that paths start from, and by reading.
+    sums: Vec<[Sums; READINGS]>,
+}
+
+impl Batch {
+    /// Forgets what was measured, as after patches or their light became others.
+    fn forget(&mut self) {
+        self.measured = 0;
+        self.sums.fill([Sums::default(); READINGS]);
+    }
+
+    /// Measures the paths that were not measured yet.
+    fn measure(&mut self, patches: &Patches, fields: &Fields) {
+        let own = |path: &Path| (path.start as usize, errors(path, patches, fields));
+        let told: Vec<(usize, [DVec3; READINGS])> = self.paths.paths[self.measured..].par_iter().map(own).collect();
+        // One after the other: the sums are the same for any number of threads.
+        for (start, errors) in told {
+            for (sums, error) in self.sums[start].iter_mut().zip(errors) {
+                sums.errors += error;
+                sums.squares += error.length_squared();
+            }
+        }
+        self.measured = self.paths.paths.len();
+    }
+
+    /// What each pixel drawn tells of a reading, as if it were the whole picture.
+    fn told(&self, reading: Reading) -> impl Iterator<Item = Told> {
+        let paths = (self.measured / self.sums.len()) as f64;
+        self.draws.iter().map(move |Draw { start, counts }| {
+            let Told { value, noise } = self.sums[*start][reading.number()].told(paths);
+            Told { value: counts * value, noise: counts * counts * noise }
+        })
+    }
+}
+
+impl Sums {
+    /// What n paths tell, channels in the mean.
+    fn told(&self, n: f64) -> Told {
+        let pairs = n * (n - 1.0);
+        let value = (self.errors.length_squared() - self.squares) / pairs;
+        // Of one path, all channels as if they were one: no less than it is.
+        let variance = (self.squares - self.errors.length_squared() / n) / (n - 1.0);
+        let noise = 2.0 * variance * variance / pairs + 4.0 * value.max(0.0) * variance / n;
+        Told { value: value / 3.0, noise: noise / 9.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gather::view::Ready;
+    use crate::light::{Mode, Rgb};
+
+    #[test]
+    fn noise_of_paths_is_not_in_the_mean() {
+        const PATHS: usize = 16;
+        const PIXELS: u32 = 4000;
+        let mut random = Stream::new(7);
+        // Errors of 1 with uniform noise of the variance 3, alike in all channels.
+        let mut pixel = || {
+            let mut sums = Sums::default();
+            for _ in 0..PATHS {
+                let error = DVec3::splat(1.0 + 6.0 * (f64::from(random.uniform()) - 0.5));
+                sums.errors += error;
+                sums.squares += error.length_squared();
+            }
+            sums.told(PATHS as f64)
+        };
+        let told: Vec<Told> = (0..PIXELS).map(|_| pixel()).collect();
+        let count = f64::from(PIXELS);
+        let mean = told.iter().map(|t| t.value).sum::<f64>() / count;
+        let variance = told.iter().map(|t| (t.value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        assert!((mean - 1.0).abs() < 4.0 * (variance / count).sqrt(), "{mean}");
+        // The variance of a variance over so many, of values whose kurtosis is below 9, and as much again.
+        let noise = told.iter().map(|t| t.noise).sum::<f64>() / count;
+        assert!((noise / variance - 1.0).abs() < 8.0 * (8.0 / count).sqrt(), "{noise} {variance}");
+    }
+
+    #[test]
+    fn pixels_are_drawn_as_often_as_they_are_bright() {
+        let ready = Ready::new("furnace", Mode::Global.transport(), 24);
+        let view = ready.view(6, 2);
+        let bright = Brightness { values: &[1.0, 3.0], size: (2, 1).into() };
+        let chances = Chances::new(&view, bright);
+        const DRAWS: usize = 1024;
+        let drawn: Vec<(u32, f64)> = (0..DRAWS).map(|j| chances.draw((j as f64 * GOLDEN).fract())).collect();
+        // Multiples of the golden ratio miss the length of an interval by less than 3 of so many.
+        let right = drawn.iter().filter(|(pixel, _)| pixel % 6 >= 3).count();
+        assert!(right.abs_diff(3 * DRAWS / 4) < 3, "{right}");
+        // Of pixels that are all 1 the mean is 1.
+        let mean = drawn.iter().map(|(_, counts)| counts).sum::<f64>() / DRAWS as f64;
+        assert!((mean - 1.0).abs() < 0.01, "{mean}");
+        assert_eq!([chances.draw(0.0).0, chances.draw(1.0).0], [0, 11]);
+    }
+
+    /// Light 1 on all patches of a furnished room is an error everywhere.
+    #[test]
+    fn few_pixels_tell_what_all_do() {
+        let ready = Ready::new("furnished-room", Mode::Global.transport(), 100);
+        let view = ready.view(24, 24);
+        let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
+        let mut paths = ImportancePaths::new(&view, vec![1.0; 24 * 24], 3);
+        paths.extend(&view, 64);
+        let all = paths.residual(view.patches, &fields).of_sizes(Reading::PLAIN).next().expect("single pixels");
+        let bright = Brightness { values: &[1.0, 2.0, 1.0, 0.5], size: (2, 2).into() };
+        let mut pixels = SampledPixels::new(&view, bright, 5);
+        let few = pixels.measure(&view, &fields, 0.1 * all.value)[Reading::PLAIN.number()];
+        assert!(few.deviation <= 0.1 * all.value, "{few:?} {all:?}");
+        let chance = few.deviation.hypot(all.deviation);
+        assert!((few.value - all.value).abs() < 4.0 * chance, "{few:?} {all:?}");
+        // What is measured again is not counted twice.
+        let again = pixels.measure(&view, &fields, f64::INFINITY)[Reading::PLAIN.number()];
+        assert_eq!((again.value, again.deviation), (few.value, few.deviation));
+    }
+}
