@@ -29,6 +29,7 @@ pub(crate) mod irradiance_cache;
 pub(crate) mod irradiance_record;
 pub(crate) mod pass;
 pub(crate) mod patch_guiding;
+pub(crate) mod path_errors;
 pub(crate) mod pixel;
 pub(crate) mod pixel_cells;
 pub(crate) mod pixel_lattice;

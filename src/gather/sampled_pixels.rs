@@ -20,10 +20,10 @@ use rayon::prelude::*;
 
 use crate::gather::fields::Fields;
 use crate::gather::importance_paths::{ImportancePaths, Path};
+use crate::gather::path_errors::errors;
 use crate::gather::reading::{READINGS, Reading};
 use crate::gather::residual_blocks::SquaredError;
 use crate::gather::view::View;
-use crate::gather::weighted_residual::errors;
 use crate::patches::Patches;
 use crate::pictures::Size;
 use crate::rays::sobol::{Stream, hash};
