@@ -142,10 +142,7 @@ impl Residual {
     /// or what blocks of one size are likely to hold beyond it.
     pub fn upper(&self, reading: Reading, wanted: f64) -> f64 {
         let told = self.of(reading, wanted);
-        // Where single pixels tell it, larger blocks know of no more unless they are as sure.
-        let sure = self.drawn(reading).is_some_and(|drawn| drawn.deviation <= wanted);
-        let below = if sure { 1.0 } else { LIKELY };
-        let likely = self.of_sizes(reading).map(|s| s.value - below * s.deviation);
+        let likely = self.of_sizes(reading).map(|s| s.value - LIKELY * s.deviation);
         likely.fold(told.value.max(0.0) + told.deviation, f64::max)
     }
 
