@@ -141,7 +141,9 @@ impl Residual {
     /// What the squared error of a reading is at most, but for chance of one standard error: that of [`Residual::of`],
     /// or what blocks of one size are likely to hold beyond it.
     pub fn upper(&self, reading: Reading, wanted: f64) -> f64 {
-        let told = self.of(reading, wanted);
+        // Pixels that tell half as well as is wanted still tell what blocks cannot.
+        let drawn = self.drawn(reading).filter(|drawn| drawn.deviation <= 2.0 * wanted);
+        let told = drawn.unwrap_or_else(|| self.of(reading, wanted));
         let likely = self.of_sizes(reading).map(|s| s.value - LIKELY * s.deviation);
         likely.fold(told.value.max(0.0) + told.deviation, f64::max)
     }

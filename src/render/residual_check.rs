@@ -74,7 +74,8 @@ impl Check {
     /// Whether the light is off by more than its two levels of patches and its noise say, and by more than is
     /// tolerable.
     ///
-    /// Where nothing is left to do but to `accept` the light, small places get their paths too.
+    /// Where nothing is left to do but to `accept` the light and the paths tell too little, a few pixels of the picture
+    /// are asked, then more paths.
     pub fn find(&mut self, p: &Prepared, solved: &Solved, wanted: &Wanted, accept: bool, spent: &mut Spent) -> Finding {
         if self.signal == 0.0 {
             return Finding::Agrees;
@@ -145,7 +146,8 @@ impl Check {
     /// that paths find within it; else the light is read at once.
     ///
     /// Read at once, its error is the larger of what the two levels of patches say and what the paths last judged do:
-    /// over the smallest blocks of pixels that tell it well enough, or what larger ones are sure of.
+    /// by a few pixels with their standard error or over the smallest blocks of pixels that tell it well enough, or what
+    /// larger ones are sure of.
     pub fn confirm(&mut self, p: &Prepared, solved: &mut Solved, wanted: &Wanted, spent: &mut Spent) {
         let Some(found) = &self.found else { return };
         if solved.fields.is_read_at_once() {
