@@ -53,7 +53,7 @@ pub use pass::gather;
 pub use reading::{Direct, READINGS, Reading};
 pub(crate) use reading_distance::nearest_read;
 pub use residual_blocks::SquaredError;
-pub(crate) use sampled_pixels::{Brightness, SampledPixels};
+pub(crate) use sampled_pixels::{Brightness, Effort, SampledPixels};
 pub use sampling::{GatherPass, GatherSampling, Gathering};
 pub use view::View;
 pub use weighted_residual::{Residual, ResidualSums};

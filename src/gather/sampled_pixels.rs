@@ -32,8 +32,6 @@ use crate::rays::sobol::{Stream, hash};
 const DRAWS: usize = 64;
 /// Paths of each at first.
 const EACH: u32 = 128;
-/// Paths in all, at most. All are kept, some 2 KB each.
-const MOST: usize = 1 << 18;
 /// The golden ratio's multiples lie well spread between whole numbers, however many there are.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
@@ -44,6 +42,15 @@ pub(crate) struct Brightness<'a> {
     pub values: &'a [f32],
     /// Of the smaller picture.
     pub size: Size,
+}
+
+/// How well an error is to be told.
+#[derive(Clone, Copy)]
+pub(crate) struct Effort {
+    /// Standard error of the squared error, (W/(m² sr))².
+    pub wanted: f64,
+    /// Paths at most, whatever that is by then. All are kept, some 2 KB each.
+    pub most: usize,
 }
 
 /// A few pixels of a picture, and paths that start from them; they serve every set of patches.
@@ -61,9 +68,9 @@ impl SampledPixels {
         SampledPixels { chances: Chances::new(view, bright), batches: Vec::new(), each: EACH, seed }
     }
 
-    /// The squared error by reading, told by more pixels and paths until that of light which is read at once has at
-    /// most a standard error of `wanted`, or they are as many as ever are.
-    pub fn measure(&mut self, view: &View, fields: &Fields, wanted: f64) -> [SquaredError; READINGS] {
+    /// The squared error by reading, told by more pixels and paths until that of light which is read at once has the
+    /// standard error wanted, or twice as many are more than there may be.
+    pub fn measure(&mut self, view: &View, fields: &Fields, effort: Effort) -> [SquaredError; READINGS] {
         if self.batches.is_empty() {
             self.widen(view, DRAWS);
         }
@@ -71,7 +78,7 @@ impl SampledPixels {
         loop {
             self.batches.iter_mut().for_each(|batch| batch.measure(view.patches, fields));
             let told = self.tell(Reading::PLAIN);
-            if told.error.deviation <= wanted || 2 * self.draws() * self.each as usize > MOST {
+            if told.error.deviation <= effort.wanted || 2 * self.draws() * self.each as usize > effort.most {
                 return Reading::ALL.map(|reading| self.tell(reading).error);
             }
             if told.is_noise {
@@ -291,12 +298,14 @@ mod tests {
         let all = paths.residual(view.patches, &fields).of_sizes(Reading::PLAIN).next().expect("single pixels");
         let bright = Brightness { values: &[1.0, 2.0, 1.0, 0.5], size: (2, 2).into() };
         let mut pixels = SampledPixels::new(&view, bright, 5);
-        let few = pixels.measure(&view, &fields, 0.1 * all.value)[Reading::PLAIN.number()];
+        let sure = Effort { wanted: 0.1 * all.value, most: usize::MAX };
+        let few = pixels.measure(&view, &fields, sure)[Reading::PLAIN.number()];
         assert!(few.deviation <= 0.1 * all.value, "{few:?} {all:?}");
         let chance = few.deviation.hypot(all.deviation);
         assert!((few.value - all.value).abs() < 4.0 * chance, "{few:?} {all:?}");
         // What is measured again is not counted twice.
-        let again = pixels.measure(&view, &fields, f64::INFINITY)[Reading::PLAIN.number()];
+        let no_more = Effort { wanted: 0.0, most: 0 };
+        let again = pixels.measure(&view, &fields, no_more)[Reading::PLAIN.number()];
         assert_eq!((again.value, again.deviation), (few.value, few.deviation));
     }
 }

@@ -14,7 +14,7 @@
 
 use std::time::Instant;
 
-use crate::gather::{Gathered, ImportancePaths, READINGS, Reading, Residual, ResidualSums, SquaredError};
+use crate::gather::{Effort, Gathered, ImportancePaths, READINGS, Reading, Residual, ResidualSums, SquaredError};
 use crate::render::assembly::Prepared;
 use crate::render::reading_cost::ReadingCost;
 use crate::render::residual_check::brightness;
@@ -28,6 +28,8 @@ use crate::solve::Diverges;
 const FALLS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Share of the tolerance that the standard error of that may be.
 const SURE: f64 = 0.35;
+/// Paths at most that a few pixels tell it by.
+const DRAWN: usize = 1 << 18;
 /// Share of the tolerance that noise of F may take.
 const NOISE: f64 = 0.3;
 /// Paths of every pixel at a tolerance of 2 %, and at least and at most.
@@ -96,7 +98,7 @@ pub(crate) fn divided(
         let other = Round { wanted, bright: &bright, each, set: 1 + round };
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let clock = Instant::now();
-        let drawn = solved.drawn(p, wanted, &mut pixels, certain, spent);
+        let drawn = solved.drawn(p, wanted, &mut pixels, Effort { wanted: certain, most: DRAWN }, spent);
         spent.seconds.solve += clock.elapsed().as_secs_f64();
         let (others, residual) = measured(p, &solved, other, signal, drawn, spent);
         let squared = Reading::ALL.map(|reading| residual.upper(reading, certain) / signal);

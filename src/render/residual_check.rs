@@ -9,7 +9,7 @@
 use std::time::Instant;
 
 use crate::gather::{
-    Gathered, ImportancePaths, READINGS, Reading, Residual, ResidualSums, SampledPixels, SquaredError,
+    Effort, Gathered, ImportancePaths, READINGS, Reading, Residual, ResidualSums, SampledPixels, SquaredError,
 };
 use crate::render::assembly::Prepared;
 use crate::render::judgement::{Finding, Judgement};
@@ -107,7 +107,7 @@ impl Check {
     /// What a few pixels tell of a solution.
     fn draw(&mut self, p: &Prepared, solved: &Solved, wanted: &Wanted, spent: &mut Spent) -> [SquaredError; READINGS] {
         let certain = self.signal * (DRAWN * wanted.tolerance).powi(2);
-        solved.drawn(p, wanted, &mut self.pixels, certain, spent)
+        solved.drawn(p, wanted, &mut self.pixels, Effort { wanted: certain, most: PATHS.1 as usize }, spent)
     }
 
     /// The squared error of the solution judged last, relative to the picture's, over the blocks surest of one, less a
@@ -146,8 +146,8 @@ impl Check {
     /// that paths find within it; else the light is read at once.
     ///
     /// Read at once, its error is the larger of what the two levels of patches say and what the paths last judged do:
-    /// by a few pixels with their standard error or over the smallest blocks of pixels that tell it well enough, or what
-    /// larger ones are sure of.
+    /// by a few pixels with their standard error, or over the smallest blocks of pixels that tell it well enough, or
+    /// what larger ones are sure of.
     pub fn confirm(&mut self, p: &Prepared, solved: &mut Solved, wanted: &Wanted, spent: &mut Spent) {
         let Some(found) = &self.found else { return };
         if solved.fields.is_read_at_once() {

@@ -8,8 +8,8 @@ use std::time::Instant;
 use crate::direct::Sight;
 use crate::form_factors::Sampling;
 use crate::gather::{
-    Brightness, Fields, GatherPass, GatherSampling, Gathered, READINGS, Reading, SampledPixels, SquaredError, View,
-    nearest_read,
+    Brightness, Effort, Fields, GatherPass, GatherSampling, Gathered, READINGS, Reading, SampledPixels, SquaredError,
+    View, nearest_read,
 };
 use crate::light::{Rgb, Transport};
 use crate::operator::{LinearOperator, Operator};
@@ -172,19 +172,20 @@ impl Solved {
         SampledPixels::new(&self.full_view(p, wanted), bright, wanted.seed ^ PIXELS)
     }
 
-    /// What pixels of the picture tell of the light, by reading, with a standard error of at most `sure` if they can
-    /// and there is time.
+    /// What pixels of the picture tell of the light, by reading; no more of them where there is no time.
     pub fn drawn(
         &self,
         p: &Prepared,
         wanted: &Wanted,
         pixels: &mut SampledPixels,
-        sure: f64,
+        mut effort: Effort,
         spent: &mut Spent,
     ) -> [SquaredError; READINGS] {
         let before = pixels.rays();
-        let sure = if wanted.is_late() { f64::INFINITY } else { sure };
-        let drawn = pixels.measure(&self.full_view(p, wanted), &self.fields, sure);
+        if wanted.is_late() {
+            effort.most = 0;
+        }
+        let drawn = pixels.measure(&self.full_view(p, wanted), &self.fields, effort);
         spent.rays += pixels.rays() - before;
         drawn
     }
