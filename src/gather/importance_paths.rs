@@ -94,12 +94,15 @@ impl ImportancePaths {
     pub fn new(view: &View, densities: Vec<f32>, seed: u32) -> ImportancePaths {
         assert_eq!(densities.len(), view.width * view.height);
         let starts = (0..).zip(densities).map(|(pixel, density)| Start { pixel, density });
-        ImportancePaths { paths: Vec::new(), width: view.width, starts: starts.collect(), seed, each: 0, rays: 0 }
+        ImportancePaths::from_starts(view, starts, seed)
     }
 
     /// No paths yet; all are to start from a few pixels, which get the same number of them.
     pub(crate) fn from_pixels(view: &View, pixels: impl Iterator<Item = u32>, seed: u32) -> ImportancePaths {
-        let starts = pixels.map(|pixel| Start { pixel, density: 1.0 });
+        ImportancePaths::from_starts(view, pixels.map(|pixel| Start { pixel, density: 1.0 }), seed)
+    }
+
+    fn from_starts(view: &View, starts: impl Iterator<Item = Start>, seed: u32) -> ImportancePaths {
         ImportancePaths { paths: Vec::new(), width: view.width, starts: starts.collect(), seed, each: 0, rays: 0 }
     }
 
@@ -107,16 +110,16 @@ impl ImportancePaths {
     pub fn extend(&mut self, view: &View, more: u32) {
         let tracer = PathTracer { walker: Walker::new(view).with_cone(CONE), sobol: Sobol::new(FAN, 3) };
         let (seed, before, after) = (self.seed, self.each, self.each + more);
-        let added: Vec<(Vec<Path>, u64)> = (0_u32..)
-            .zip(&self.starts)
-            .collect::<Vec<_>>()
-            .into_par_iter()
+        let added: Vec<(Vec<Path>, u64)> = self
+            .starts
+            .par_iter()
+            .enumerate()
             .map_init(Memory::default, |memory, (start, own)| {
                 memory.cast = 0;
                 let path = |n: u32| {
                     let random = Stream::new(hash(n, hash(own.pixel, seed)));
                     let vertices = tracer.trace(own.pixel as usize, random, memory);
-                    Path { start, half: n as usize % 2, vertices }
+                    Path { start: start as u32, half: n as usize % 2, vertices }
                 };
                 let paths = (own.paths(before)..own.paths(after)).map(path).collect();
                 (paths, memory.cast)

@@ -100,7 +100,7 @@ pub(crate) fn divided(
         let clock = Instant::now();
         let drawn = solved.drawn(p, wanted, &mut pixels, Effort { wanted: certain, most: DRAWN }, spent);
         spent.seconds.solve += clock.elapsed().as_secs_f64();
-        let (others, residual) = measured(p, &solved, other, signal, drawn, spent);
+        let (others, residual) = measured(p, &solved, other, certain, drawn, spent);
         let squared = Reading::ALL.map(|reading| residual.upper(reading, certain) / signal);
         let squared = believed(squared, solved.error.form_factors);
         let cost = ReadingCost::new(&rough.error, wanted, others.prices(&p.patches, &solved.fields));
@@ -168,18 +168,18 @@ fn walks(p: &Prepared, solved: &Solved, round: Round, spent: &mut Spent) -> Impo
     walks
 }
 
-/// Paths that the patches do not know, as many as tell the error well enough, and what they tell.
+/// Paths that the patches do not know, as many as tell the squared error as well as is `certain` enough, and what they
+/// tell beside what a few pixels have.
 fn measured(
     p: &Prepared,
     solved: &Solved,
     round: Round,
-    signal: f64,
+    certain: f64,
     drawn: [SquaredError; READINGS],
     spent: &mut Spent,
 ) -> (ImportancePaths, Residual) {
     let mut others = walks(p, solved, round, spent);
     let clock = Instant::now();
-    let certain = signal * (SURE * round.wanted.tolerance).powi(2);
     let mut sums = ResidualSums::new(&others);
     loop {
         sums.take(&others, &p.patches, &solved.fields);

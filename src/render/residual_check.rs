@@ -85,11 +85,12 @@ impl Check {
         let mut sums = ResidualSums::new(&self.walks);
         let finding = loop {
             sums.take(&self.walks, &p.patches, &solved.fields);
-            let residual = sums.residual().beside(drawn);
-            let judgement = self.judge(&residual, solved, wanted);
+            let mut residual = sums.residual().beside(drawn);
+            let mut judgement = self.judge(&residual, solved, wanted);
             if accept && judgement.is_blind() && drawn.is_none() {
                 drawn = Some(self.draw(p, solved, wanted, spent));
-                continue;
+                residual = residual.beside(drawn);
+                judgement = self.judge(&residual, solved, wanted);
             }
             let paths = judgement.paths(self.walks.each(), self.most, accept);
             self.found = Some(residual);
