@@ -185,10 +185,15 @@ impl<'a> IrradianceCache<'a> {
     pub(crate) fn add(&mut self, k: usize, l: usize, pixel: &Pixel, spacing: usize) {
         self.record_of[self.starts[k] + l] = self.records.len() as u32;
         let seed = hash(k as u32, hash(l as u32, self.density.seed));
-        let layer = &pixel.layers[l];
-        let density = self.guiding.as_mut().map_or(0, |g| g.number(k, layer.first.normal));
-        let site = Site { pixel: k, looked: pixel.count, spacing, seed, density };
-        self.records.push(Record::new(layer, site, self.camera, self.fields));
+        let site = Site { pixel: k, looked: pixel.count, spacing, seed, density: 0 };
+        let record = self.record(&pixel.layers[l], site);
+        self.records.push(record);
+    }
+
+    /// A record of a layer, without rays and not of the cache, with the density of its place.
+    pub(super) fn record(&mut self, layer: &Layer, site: Site) -> Record {
+        let density = self.guiding.as_mut().map_or(0, |g| g.number(site.pixel, layer.first.normal));
+        Record::new(layer, Site { density, ..site }, self.camera, self.fields)
     }
 
     /// Rays of a half that the records of one lattice get.
@@ -199,6 +204,14 @@ impl<'a> IrradianceCache<'a> {
 
     /// Casts rays from the records after `first` until each half has as many as `wanted` says of each of them.
     pub(crate) fn cast_from(&mut self, first: usize, wanted: impl Fn(usize) -> u32 + Sync) {
+        let mut records = std::mem::take(&mut self.records);
+        self.extend(&mut records[first..], wanted);
+        self.records = records;
+        self.settle(first);
+    }
+
+    /// Casts rays from records, of the cache or not, until each half has as many as `wanted` says of each of them.
+    pub(super) fn extend(&mut self, records: &mut [Record], wanted: impl Fn(usize) -> u32 + Sync) {
         if let Some(guiding) = &mut self.guiding {
             guiding.update();
         }
@@ -207,15 +220,15 @@ impl<'a> IrradianceCache<'a> {
         }
         let (camera_rays, final_gather, guiding) = (self.camera_rays, self.final_gather, self.guiding.as_ref());
         let onward = self.onward.as_ref();
-        let records = self.records[first..].par_iter_mut().enumerate();
         let added: u64 = records
+            .par_iter_mut()
+            .enumerate()
             .map_init(Memory::default, |memory, (i, record)| {
                 let guiding = guiding.map_or(Guiding::NONE, |g| g.of(record.site.density));
                 record.extend(&Casting { camera_rays, final_gather, guiding, onward }, wanted(i), memory)
             })
             .sum();
         self.cast += added;
-        self.settle(first);
     }
 
     /// Sets value, valid radius and weight of the records after `first`.
