@@ -6,11 +6,14 @@
 use rayon::prelude::*;
 
 use crate::gather::interpolation::Fit;
-use crate::gather::irradiance_cache::IrradianceCache;
+use crate::gather::irradiance_cache::{IrradianceCache, NONE};
+use crate::gather::layer_fits::LayerFit;
 use crate::gather::pixel::Pixel;
 
 /// Rays of a half at most.
 const MOST: f64 = 16_384.0;
+/// Records placed in a round where light is least certain, over those there were.
+const MORE: f64 = 0.125;
 /// Spacings within which records are alike in noise.
 const NEAR: f64 = 2.5;
 /// The variance of scrambled nets falls as this power of the number of rays here.
@@ -66,6 +69,23 @@ impl IrradianceCache<'_> {
         }
         self.settle(0);
         self.place_where(pixels, &marked);
+    }
+
+    /// Places records at the layers without one whose light is least certain, with as many rays as records have in the
+    /// mean: where all records around miss what is bright, no record can tell that it is off.
+    pub fn place_uncertain(&mut self, pixels: &[Pixel]) {
+        let mut bare = self.layer_fits(pixels);
+        bare.retain(|fit| self.record_of[self.starts[fit.pixel] + fit.layer] == NONE);
+        let place = |fit: &LayerFit| (fit.pixel, fit.layer);
+        bare.sort_unstable_by(|a, b| b.uncertainty.total_cmp(&a.uncertainty).then(place(a).cmp(&place(b))));
+        let first = self.records.len();
+        bare.truncate((MORE * first as f64).ceil() as usize);
+        for LayerFit { pixel, layer, .. } in bare {
+            self.lattice.insert(1, pixel, self.records.len() as u32);
+            self.add(pixel, layer, &pixels[pixel], 1);
+        }
+        let rays = self.records[..first].iter().map(|p| u64::from(p.rays)).sum::<u64>() / first.max(1) as u64;
+        self.cast_from(first, |_| (rays as u32).max(1));
     }
 
     /// What each record's rays leave of the variance of the picture: their own, as it shows in the records nearby, for

@@ -99,7 +99,7 @@ impl<'a, 'b> Rounds<'a, 'b> {
                 self.cache.refine(MARGIN * room.min(1.0), self.pixels);
                 continue;
             }
-            self.shorten(&biases, bias);
+            self.add_records(&biases, bias);
         }
         misfit
     }
@@ -127,10 +127,11 @@ impl<'a, 'b> Rounds<'a, 'b> {
         misfit
     }
 
-    /// Shortens the valid radius of the records that are off most.
-    fn shorten(&mut self, biases: &[Bias], bias: f64) {
+    /// Shortens the valid radius of the records that are off most, and adds records where the light is least certain.
+    fn add_records(&mut self, biases: &[Bias], bias: f64) {
         let worst = self.cache.worst(biases, (1.5 * (1.0 - 1.0 / bias)).clamp(0.3, 1.0));
         self.cache.shorten(&worst, shortening(bias), self.pixels);
+        self.cache.place_uncertain(self.pixels);
         self.told.is_over();
         self.before = f64::INFINITY;
     }
