@@ -73,3 +73,49 @@ impl IrradianceCache<'_> {
         }
     }
 }
+
+/// The fewest that hold a share of all uncertainty, the least certain first.
+pub(crate) fn least_certain(mut fits: Vec<LayerFit>, share: f64) -> Vec<LayerFit> {
+    let all: f64 = fits.iter().map(|fit| fit.uncertainty).sum();
+    let place = |fit: &LayerFit| (fit.pixel, fit.layer);
+    fits.sort_unstable_by(|a, b| b.uncertainty.total_cmp(&a.uncertainty).then(place(a).cmp(&place(b))));
+    let mut sum = 0.0;
+    fits.into_iter()
+        .take_while(|fit| {
+            let before = sum;
+            sum += fit.uncertainty;
+            fit.uncertainty > 0.0 && before < share * all
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_layers_hold_most_of_what_is_uncertain() {
+        let fits = |uncertainties: &[f64]| -> Vec<LayerFit> {
+            let fit = |(pixel, &uncertainty): (usize, &f64)| LayerFit {
+                pixel,
+                layer: 0,
+                fitted: [DVec3::ZERO; 2],
+                rho: DVec3::ONE,
+                weight: 1.0,
+                light: 1.0,
+                uncertainty,
+                rays: 1.0,
+            };
+            uncertainties.iter().enumerate().map(fit).collect()
+        };
+        let chosen = |of: &[f64], share: f64| -> Vec<usize> {
+            least_certain(fits(of), share).iter().map(|fit| fit.pixel).collect()
+        };
+        let of = [1.0, 0.0, 6.0, 1.0, 2.0];
+        assert_eq!(chosen(&of, 0.5), [2]);
+        assert_eq!(chosen(&of, 0.75), [2, 4]);
+        // All, though sums in another order may miss the whole by rounding; never those of which all is known.
+        assert_eq!(chosen(&of, 1.0), [2, 4, 0, 3]);
+        assert!(chosen(&[0.0, 0.0], 1.0).is_empty());
+    }
+}

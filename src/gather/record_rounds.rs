@@ -43,6 +43,8 @@ pub(crate) struct Rounds<'a, 'b> {
     told: Told,
     /// Noise when rays were last cast for its sake.
     before: f64,
+    /// Whether the places where the first records leave light least certain have records.
+    is_probed: bool,
 }
 
 /// Variances and squares of what is known of indirect light, summed over the pixels.
@@ -65,6 +67,7 @@ impl<'a, 'b> Rounds<'a, 'b> {
             progress: Progress::default(),
             told: Told::default(),
             before: f64::INFINITY,
+            is_probed: false,
         }
     }
 
@@ -85,17 +88,24 @@ impl<'a, 'b> Rounds<'a, 'b> {
                 self.cache.refine(MARGIN / noise, self.pixels);
                 continue;
             }
+            // Where no record lies a bias shows in none: the least certain places get one first.
+            if !self.is_probed {
+                self.is_probed = true;
+                self.cache.place_uncertain(self.pixels);
+                continue;
+            }
             // Only now: a bias measured through much noise is itself noisy.
             let biases = self.cache.biases();
             let foreseen = foreseen(self.cache, self.pixels, &biases, found.signal);
+            let is_asked = self.told.is_known();
             misfit = self.confirmed(foreseen, noise, round);
             let bias = self.over(misfit);
             if is_enough(noise, bias) || self.progress.stalls == STALLS {
                 break;
             }
-            // What records do not find of themselves is left to rays, as far as those can make up for it.
+            // What records do not find of themselves is left to rays once, as far as those can make up for it.
             let room = (1.0 - FIT * FIT * bias) / (HEMISPHERE * HEMISPHERE * noise);
-            if foreseen < misfit && room > LESS {
+            if foreseen < misfit && room > LESS && !is_asked {
                 self.cache.refine(MARGIN * room.min(1.0), self.pixels);
                 continue;
             }
@@ -224,6 +234,29 @@ mod tests {
         assert_eq!(stalls(&[53.3, 50.7, 2.2, 6.0]), 1);
         assert_eq!(stalls(&[53.3, 50.7, 2.2, 6.0, 5.0, 4.0]), STALLS);
         assert_eq!(stalls(&[0.9, 0.5, 0.1]), STALLS);
+    }
+
+    /// Rounds that end where places drawn by chance tell little would state that little: a room of lamps in cans told
+    /// 4.6 % and then 2.1 %, and was 3.9 % off.
+    #[test]
+    fn what_is_told_counts_with_what_was_told_before() {
+        let mut told = Told::default();
+        assert_eq!([told.by(|| 9.0), told.by(|| unreachable!("asked again of the same records"))], [9.0, 9.0]);
+        told.is_over();
+        assert!(!told.is_known());
+        assert_eq!(told.by(|| 1.0), 5.0);
+        // Not asked of those in between.
+        told.is_over();
+        told.is_over();
+        assert_eq!(told.by(|| 3.0), 2.0);
+    }
+
+    #[test]
+    fn noise_may_use_what_bias_leaves_and_bias_what_noise_leaves() {
+        let half = 0.5 / (HEMISPHERE * HEMISPHERE);
+        let rest = 0.5 / (FIT * FIT);
+        assert!(is_enough(half, 0.999 * rest) && !is_enough(half, 1.001 * rest));
+        assert!(is_enough(half, -1.0));
     }
 
     /// The power of a negative bias was no number, nor was any valid radius after it: a room with 25 textured lamps
