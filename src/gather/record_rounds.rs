@@ -127,7 +127,9 @@ impl<'a, 'b> Rounds<'a, 'b> {
         let known = self.told.is_known();
         let mut misfit = foreseen;
         if known || is_enough(noise, self.over(foreseen)) || self.progress.stalls + 1 == STALLS {
-            misfit = foreseen.max(self.told.by(|| self.cache.validate(self.pixels, round)));
+            let told = self.told.by(|| self.cache.validate(self.pixels, round));
+            // What is no number stays so, where `f64::max` would take the other.
+            misfit = if told > foreseen { told } else { foreseen };
         }
         // A bias that more records did not lessen is that of light they cannot follow, or chance. Where only rays
         // became more it says nothing.
