@@ -141,7 +141,7 @@ mod tests {
         let ready = Ready::new("furnished-room", Mode::Global.transport(), 300);
         let view = ready.view(24, 24);
         // Few bright patches, so that records miss some of them.
-        let light = |i: usize| if i % 7 == 0 { Rgb::splat(8.0) } else { Rgb::splat(0.1) };
+        let light = |i: usize| if i.is_multiple_of(7) { Rgb::splat(8.0) } else { Rgb::splat(0.1) };
         let fields = Fields::new(&[(0..view.patches.len()).map(light).collect()]);
         let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
         let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
