@@ -12,9 +12,7 @@ use crate::gather::pixel::Pixel;
 
 /// Rays of a half at most.
 const MOST: f64 = 16_384.0;
-/// Share of the uncertainty between records whose places get one in a round.
-const UNCERTAIN: f64 = 0.75;
-/// Records that those are at most, over those there were.
+/// Records placed in a round where light is uncertain at most, over those there were.
 const MORE: f64 = 0.125;
 /// Spacings within which records are alike in noise.
 const NEAR: f64 = 2.5;
@@ -73,14 +71,16 @@ impl IrradianceCache<'_> {
         self.place_where(pixels, &marked);
     }
 
-    /// Places records at the layers without one whose light is least certain, with as many rays as records have in the
-    /// mean: where all records around miss what is bright, no record can tell that it is off.
-    pub fn place_uncertain(&mut self, pixels: &[Pixel]) {
-        let mut bare = self.layer_fits(pixels);
+    /// Places records at the layers without one whose light is least certain, until the others are foreseen to be off by
+    /// no more than `rest`, squared and summed over the pixels. Each gets as many rays as records have in the mean: where
+    /// all records around miss what is bright, no record can tell that it is off.
+    pub fn place_uncertain(&mut self, rest: f64, pixels: &[Pixel], round: u32) {
+        let mut bare = self.layer_fits(pixels, round);
         bare.retain(|fit| self.record_of[self.starts[fit.pixel] + fit.layer] == NONE);
         let first = self.records.len();
         let most = (MORE * first as f64).ceil() as usize;
-        for LayerFit { pixel, layer, .. } in least_certain(bare, UNCERTAIN).into_iter().take(most) {
+        let rest = rest / self.pixel_stride() as f64;
+        for LayerFit { pixel, layer, .. } in least_certain(bare, rest).into_iter().take(most) {
             self.lattice.insert(1, pixel, self.records.len() as u32);
             self.add(pixel, layer, &pixels[pixel], 1);
         }
@@ -243,8 +243,8 @@ mod tests {
         cache.place(&pixels);
         let (first, bare) = (cache.records.len(), cache.bare());
         let was_bare: Vec<bool> = cache.record_of.iter().map(|&record| record == NONE).collect();
-        let before = cache.layer_fits(&pixels);
-        cache.place_uncertain(&pixels);
+        let before = cache.layer_fits(&pixels, 0);
+        cache.place_uncertain(0.0, &pixels, 0);
         let more = cache.records.len() - first;
         assert!(0 < more && more <= (MORE * first as f64).ceil() as usize, "{more} more than {first}");
         assert_eq!(cache.bare(), bare - more);

@@ -42,7 +42,7 @@ impl IrradianceCache<'_> {
     /// The sum over the pixels of the squared error of the fit beyond what the halves of the rays differ by, as places
     /// drawn in one `round` tell it, channels added.
     pub fn validate(&mut self, pixels: &[Pixel], round: u32) -> f64 {
-        let places = self.layer_fits(pixels);
+        let places = self.layer_fits(pixels, round);
         let draws = self.draws(&places, round);
         let mut fresh: Vec<Record> = draws.iter().map(|draw| self.fresh(&places[draw.place], pixels, round)).collect();
         self.extend(&mut fresh, |j| (places[draws[j].place].rays as u32).max(1));
@@ -51,7 +51,7 @@ impl IrradianceCache<'_> {
             let own = self.total(&record.means().collect::<Vec<_>>());
             draw.counts * place.weight * squared_misfit(place.fitted, own, place.rho)
         });
-        told.sum()
+        self.pixel_stride() as f64 * told.sum::<f64>()
     }
 
     /// A record of a place that knows nothing of those in the cache.
@@ -154,7 +154,7 @@ mod tests {
         };
         let mut own = cache(settings.density);
         let all = cache(Density { spacing: 1, rays: 2048, seed: 77, ..settings.density });
-        let fits = own.layer_fits(&pixels);
+        let fits = own.layer_fits(&pixels, 0);
         let exact = |fit: &LayerFit| {
             let record = all.record_of[all.starts[fit.pixel] + fit.layer] as usize;
             fit.weight * squared_misfit(fit.fitted, all.total(all.means(record)), fit.rho)

@@ -20,6 +20,11 @@ use crate::gather::cached_irradiance::Fitted;
 use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::pixel::Pixel;
 
+/// Layers looked at, to a factor of two: many times as many as are drawn.
+const LOOKED: usize = 16_384;
+/// Places of one row's chosen pixels before those of the next: creases lie along rows and columns, none may be missed.
+const SKEW: usize = 4;
+
 /// A layer of a pixel, as one of [`IrradianceCache::layer_fits`].
 pub(crate) struct LayerFit {
     pub pixel: usize,
@@ -39,13 +44,23 @@ pub(crate) struct LayerFit {
 }
 
 impl IrradianceCache<'_> {
-    /// Every layer of every pixel, in order.
-    pub fn layer_fits(&self, pixels: &[Pixel]) -> Vec<LayerFit> {
+    /// Every layer of some pixels, in order: one in [`pixel_stride`] pixels in each row and column, others from turn to
+    /// turn.
+    pub fn layer_fits(&self, pixels: &[Pixel], turn: u32) -> Vec<LayerFit> {
+        let (width, stride) = (self.width(), self.pixel_stride());
         let of_pixel = |fitted: &mut Fitted, k: usize| -> Vec<LayerFit> {
+            if !(k % width + SKEW * (k / width) + turn as usize).is_multiple_of(stride) {
+                return Vec::new();
+            }
             (0..pixels[k].layers.len()).map(|l| self.layer_fit(fitted, &pixels[k], [k, l])).collect()
         };
         let all = (0..pixels.len()).into_par_iter();
         all.map_init(Default::default, of_pixel).flatten_iter().collect()
+    }
+
+    /// One in so many pixels is looked at: errors larger than a few pixels show in some of them.
+    pub fn pixel_stride(&self) -> usize {
+        (self.record_of.len() / LOOKED).max(1)
     }
 
     /// Layer l of pixel k.
@@ -74,17 +89,16 @@ impl IrradianceCache<'_> {
     }
 }
 
-/// The fewest that hold a share of all uncertainty, the least certain first.
-pub(crate) fn least_certain(mut fits: Vec<LayerFit>, share: f64) -> Vec<LayerFit> {
-    let all: f64 = fits.iter().map(|fit| fit.uncertainty).sum();
+/// The fewest that leave no more uncertainty than `rest` to the others, the least certain first.
+pub(crate) fn least_certain(mut fits: Vec<LayerFit>, rest: f64) -> Vec<LayerFit> {
+    let mut left: f64 = fits.iter().map(|fit| fit.uncertainty).sum();
     let place = |fit: &LayerFit| (fit.pixel, fit.layer);
     fits.sort_unstable_by(|a, b| b.uncertainty.total_cmp(&a.uncertainty).then(place(a).cmp(&place(b))));
-    let mut sum = 0.0;
     fits.into_iter()
         .take_while(|fit| {
-            let before = sum;
-            sum += fit.uncertainty;
-            fit.uncertainty > 0.0 && before < share * all
+            let before = left;
+            left -= fit.uncertainty;
+            fit.uncertainty > 0.0 && before > rest
         })
         .collect()
 }
@@ -92,9 +106,37 @@ pub(crate) fn least_certain(mut fits: Vec<LayerFit>, share: f64) -> Vec<LayerFit
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gather::adaptive_sampling::sample_pixels;
+    use crate::gather::budget::Settings;
+    use crate::gather::camera_rays::CameraRays;
+    use crate::gather::fields::Fields;
+    use crate::gather::final_gather::FinalGather;
+    use crate::gather::sampling::Gathering;
+    use crate::gather::view::Ready;
+    use crate::light::{Mode, Rgb};
 
     #[test]
-    fn few_layers_hold_most_of_what_is_uncertain() {
+    fn turns_look_at_every_layer_once() {
+        let ready = Ready::new("cornell-box", Mode::Global.transport(), 100);
+        let view = ready.view(224, 224);
+        let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
+        let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
+        let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
+        let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
+        let final_gather = FinalGather::new(&view, &fields);
+        let mut cache = IrradianceCache::new(&camera_rays, &final_gather, settings.density, &pixels);
+        cache.place(&pixels);
+        let stride = cache.pixel_stride() as u32;
+        assert!(stride > 1, "one turn looks at all");
+        let mut times = vec![0; cache.record_of.len()];
+        for fit in (0..stride).flat_map(|turn| cache.layer_fits(&pixels, turn)) {
+            times[cache.starts[fit.pixel] + fit.layer] += 1;
+        }
+        assert!(times.iter().all(|&n| n == 1));
+    }
+
+    #[test]
+    fn as_few_layers_are_chosen_as_leave_little_uncertain() {
         let fits = |uncertainties: &[f64]| -> Vec<LayerFit> {
             let fit = |(pixel, &uncertainty): (usize, &f64)| LayerFit {
                 pixel,
@@ -108,14 +150,14 @@ mod tests {
             };
             uncertainties.iter().enumerate().map(fit).collect()
         };
-        let chosen = |of: &[f64], share: f64| -> Vec<usize> {
-            least_certain(fits(of), share).iter().map(|fit| fit.pixel).collect()
+        let chosen = |of: &[f64], rest: f64| -> Vec<usize> {
+            least_certain(fits(of), rest).iter().map(|fit| fit.pixel).collect()
         };
         let of = [1.0, 0.0, 6.0, 1.0, 2.0];
-        assert_eq!(chosen(&of, 0.5), [2]);
-        assert_eq!(chosen(&of, 0.75), [2, 4]);
-        // All, though sums in another order may miss the whole by rounding; never those of which all is known.
-        assert_eq!(chosen(&of, 1.0), [2, 4, 0, 3]);
-        assert!(chosen(&[0.0, 0.0], 1.0).is_empty());
+        assert_eq!(chosen(&of, 10.0), [0; 0]);
+        assert_eq!(chosen(&of, 9.9), [2]);
+        assert_eq!(chosen(&of, 3.0), [2, 4]);
+        // Never those of which all is known.
+        assert_eq!(chosen(&of, -1.0), [2, 4, 0, 3]);
     }
 }

@@ -18,6 +18,9 @@ pub(crate) const HEMISPHERE: f64 = 0.8;
 const FIT: f64 = 0.55;
 /// How far below its share the next round aims.
 const MARGIN: f64 = 0.93;
+/// Share of the squared error which the fit may make that places without a record may be uncertain by: those foresee it
+/// to a factor of two only, and what is foreseen is the larger for light that is merely noisy.
+const REST: f64 = 0.25;
 /// The least share of the noise that one round of rays leaves where the bias asks for less than its part.
 const LESS: f64 = 0.5;
 /// One pixel in so many tells the errors of a round.
@@ -91,7 +94,7 @@ impl<'a, 'b> Rounds<'a, 'b> {
             // Where no record lies a bias shows in none: the least certain places get one first.
             if !self.is_probed {
                 self.is_probed = true;
-                self.cache.place_uncertain(self.pixels);
+                self.cache.place_uncertain(REST * FIT * FIT * self.left, self.pixels, round);
                 continue;
             }
             // Only now: a bias measured through much noise is itself noisy.
@@ -109,7 +112,7 @@ impl<'a, 'b> Rounds<'a, 'b> {
                 self.cache.refine(MARGIN * room.min(1.0), self.pixels);
                 continue;
             }
-            self.add_records(&biases, bias);
+            self.add_records(&biases, bias, round);
         }
         misfit
     }
@@ -140,10 +143,10 @@ impl<'a, 'b> Rounds<'a, 'b> {
     }
 
     /// Shortens the valid radius of the records that are off most, and adds records where the light is least certain.
-    fn add_records(&mut self, biases: &[Bias], bias: f64) {
+    fn add_records(&mut self, biases: &[Bias], bias: f64, round: u32) {
         let worst = self.cache.worst(biases, (1.5 * (1.0 - 1.0 / bias)).clamp(0.3, 1.0));
         self.cache.shorten(&worst, shortening(bias), self.pixels);
-        self.cache.place_uncertain(self.pixels);
+        self.cache.place_uncertain(REST * FIT * FIT * self.left, self.pixels, round);
         self.told.is_over();
         self.before = f64::INFINITY;
     }
