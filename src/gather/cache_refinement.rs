@@ -71,9 +71,9 @@ impl IrradianceCache<'_> {
         self.place_where(pixels, &marked);
     }
 
-    /// Places records at the layers without one whose light is least certain, until the others are foreseen to be off by
-    /// no more than `rest`, squared and summed over the pixels. Each gets as many rays as records have in the mean: where
-    /// all records around miss what is bright, no record can tell that it is off.
+    /// Places records at the layers without one whose light is least certain, until the others are foreseen to be off
+    /// by no more than `rest`, squared and summed over the pixels. Each gets as many rays as records have in the mean:
+    /// where all records around miss what is bright, no record can tell that it is off.
     pub fn place_uncertain(&mut self, rest: f64, pixels: &[Pixel], round: u32) {
         let mut bare = self.layer_fits(pixels, round);
         bare.retain(|fit| self.record_of[self.starts[fit.pixel] + fit.layer] == NONE);
