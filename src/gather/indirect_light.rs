@@ -12,12 +12,11 @@ use crate::gather::fields::Fields;
 use crate::gather::gathered::{GatherError, Gathered};
 use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::pixel::Pixel;
+use crate::gather::pixel_lattice::skewed;
 use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::pictures::Picture;
 
-/// Places of one row's chosen pixels before those of the next: creases lie along rows and columns, none may be missed.
-const SKEW: usize = 4;
 /// Rounds of more camera rays.
 const ROUNDS: usize = 12;
 
@@ -47,7 +46,7 @@ impl IndirectLight {
     pub fn new(pixels: &[Pixel], cache: &IrradianceCache, step: usize) -> IndirectLight {
         let width = cache.width();
         let reflected = |fitted: &mut Fitted, (k, pixel): (usize, &Pixel)| {
-            let chosen = (k % width + SKEW * (k / width)) % step == step / 2;
+            let chosen = skewed(k, width) % step == step / 2;
             if chosen { indirect(k, pixel, cache, fitted) } else { PixelIndirect::default() }
         };
         let indexed = pixels.par_iter().enumerate();

@@ -19,11 +19,10 @@ use rayon::prelude::*;
 use crate::gather::cached_irradiance::Fitted;
 use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::pixel::Pixel;
+use crate::gather::pixel_lattice::skewed;
 
 /// Layers looked at, to a factor of two: many times as many as are drawn.
 const LOOKED: usize = 16_384;
-/// Places of one row's chosen pixels before those of the next: creases lie along rows and columns, none may be missed.
-const SKEW: usize = 4;
 
 /// A layer of a pixel, as one of [`IrradianceCache::layer_fits`].
 pub(crate) struct LayerFit {
@@ -44,12 +43,12 @@ pub(crate) struct LayerFit {
 }
 
 impl IrradianceCache<'_> {
-    /// Every layer of some pixels, in order: one in [`pixel_stride`] pixels in each row and column, others from turn to
-    /// turn.
+    /// Every layer of some pixels, in order: one in [`IrradianceCache::pixel_stride`] pixels in each row and column,
+    /// others from turn to turn.
     pub fn layer_fits(&self, pixels: &[Pixel], turn: u32) -> Vec<LayerFit> {
         let (width, stride) = (self.width(), self.pixel_stride());
         let of_pixel = |fitted: &mut Fitted, k: usize| -> Vec<LayerFit> {
-            if !(k % width + SKEW * (k / width) + turn as usize).is_multiple_of(stride) {
+            if !(skewed(k, width) + turn as usize).is_multiple_of(stride) {
                 return Vec::new();
             }
             (0..pixels[k].layers.len()).map(|l| self.layer_fit(fitted, &pixels[k], [k, l])).collect()

@@ -10,6 +10,15 @@ const LEAST_TILE: usize = 4;
 /// Spacings that a record is looked for to each side.
 const AROUND: usize = 2;
 
+/// Places of one row's chosen pixels before those of the next.
+const SKEW: usize = 4;
+
+/// A number of pixel k of which every n-th value chooses one pixel in n of each row and column: creases lie along rows
+/// and columns, and none may be missed.
+pub(crate) fn skewed(k: usize, width: usize) -> usize {
+    k % width + SKEW * (k / width)
+}
+
 /// Records by place in the picture.
 pub(crate) struct Lattice {
     width: usize,
