@@ -13,8 +13,9 @@
 
 use glam::{DVec3, Vec2, Vec3};
 
+use crate::direct::light_choice::{Choice, choose};
 use crate::direct::light_cut::{LightCut, LightCuts, light};
-use crate::direct::light_sampling::{Chance, draw};
+use crate::direct::light_sampling::draw;
 use crate::direct::luminaire::Luminaires;
 use crate::direct::ratio_estimator::{DirectSum, Lamp, Scratch};
 use crate::direct::shaft_culling::Between;
@@ -51,10 +52,11 @@ impl LightCuts {
         }
         let share = 1.0 / points.len().max(1) as f64;
         for point in points {
-            let Some((picked, chance, u)) = pick(cut, point.x) else {
+            let Some(Choice { drawn: picked, chance, rest }) = choose(cut, &self.tree, receiver, point.x) else {
                 break;
             };
-            if let Some(drawn) = draw(&self.tree, lighting.luminaires, picked.node, receiver, Vec2::new(u, point.y)) {
+            let at = Vec2::new(rest, point.y);
+            if let Some(drawn) = draw(&self.tree, lighting.luminaires, picked.node, receiver, at) {
                 let occlusion = &lighting.sight.occlusion;
                 let arrived = occlusion.transmittance(lighting.rays, receiver.end(), drawn.end, scratch.hits());
                 let beyond = f64::from(arrived) - picked.expected;
@@ -80,16 +82,4 @@ pub(crate) fn somewhere(x: Vec3, luminaire: u32) -> Vec2 {
     let place = x.to_array().map(f32::to_bits);
     let seed = place.into_iter().fold(luminaire, |seed, bits| hash(bits, seed));
     Vec2::new(fraction(seed), fraction(hash(1, seed)))
-}
-
-/// The node at u in the unit interval, its chance, and u within it.
-fn pick(cut: &LightCut, u: f32) -> Option<(Chance, f64, f32)> {
-    let u = f64::from(u);
-    let last = cut.drawn.len().checked_sub(1)?;
-    let k = cut.drawn.partition_point(|d| d.until <= u).min(last);
-    let before = if k == 0 { 0.0 } else { cut.drawn[k - 1].until };
-    let chance = cut.drawn[k].until - before;
-    let rest = ((u - before) / chance).clamp(0.0, 1.0);
-    // Below 1, also once rounded: a luminaire of no power to speak of may be the last.
-    Some((cut.drawn[k], chance, (rest as f32).min(0.999_999_94)))
 }

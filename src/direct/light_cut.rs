@@ -41,8 +41,10 @@ pub(crate) struct LightCut {
     pub seen: Vec<(usize, f64)>,
     /// Luminaires by closed form, with the casters between.
     pub exact: Vec<(u32, Vec<u32>)>,
-    /// Nodes to draw from.
+    /// Nodes to draw from, in the tree's order.
     pub drawn: Vec<Chance>,
+    /// Some of those are near the patch: which of them lights a receiver depends on where it is.
+    pub near: bool,
     /// How many to draw at a receiver.
     pub draws: u32,
 }
@@ -115,10 +117,12 @@ fn finish(mut walk: Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hit>) -> 
     exact.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
     let weaker = exact.split_off(MOST_EXACT.min(exact.len()));
     walk.drawn.extend(weaker.into_iter().map(|e| e.0));
+    walk.drawn.sort_unstable_by_key(|&k| tree.nodes[k].range.start);
     let number = |k: usize| tree.order[tree.nodes[k].range.start];
     let (drawn, draws) = weigh(&walk, inputs, i, hits);
     let mut cut = LightCut {
         exact: exact.into_iter().map(|(k, f)| (number(k), f)).collect(),
+        near: drawn.len() > 1 && drawn.iter().any(|d| walk.is_near(&tree.nodes[d.node])),
         drawn,
         draws,
         ..LightCut::default()

@@ -1,7 +1,8 @@
 //! Luminaires drawn in place of asked: nodes with chances in proportion to what a few rays found, never zero for one
 //! that may light the patch, so that drawing is free of bias.
 //!
-//! A node's luminaires are drawn by power and points on them by area. Not handled: chances that vary over a patch.
+//! A node's luminaires are drawn by power and points on them by area. Not handled: chances that vary over a patch
+//! ([`crate::direct::light_choice`]).
 
 use glam::{DVec3, Vec2};
 
@@ -26,6 +27,8 @@ pub(crate) struct Chance {
     pub node: usize,
     /// The chance of it and those before it.
     pub until: f64,
+    /// Its doubtful power and that of those before it.
+    pub power: f64,
     /// The share of its light that is summed already: only what arrives beyond it is drawn.
     pub expected: f64,
 }
@@ -35,7 +38,7 @@ pub(crate) struct Chance {
 pub(crate) fn weigh(walk: &Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hit>) -> (Vec<Chance>, u32) {
     let mut chances = Vec::with_capacity(walk.drawn.len());
     let sobol = Sobol::new(TRIALS as usize, 4);
-    let mut until = 0.0;
+    let (mut until, mut power) = (0.0, 0.0);
     for &node in &walk.drawn {
         let seed = hash(node as u32, hash(i as u32, 0x11_6a5b));
         let [all, arrived] = trials(inputs, walk.tree, i, node, |s, d| sobol.point(s, d, seed), hits);
@@ -45,7 +48,8 @@ pub(crate) fn weigh(walk: &Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hi
         let own = &walk.tree.nodes[node];
         let (expected, doubt) = if walk.is_near(own) { (0.0, likely) } else { (share, likely * (1.0 - likely)) };
         until += all.max(walk.estimate(own)) * doubt.sqrt();
-        chances.push(Chance { node, until, expected });
+        power += own.power * doubt.sqrt();
+        chances.push(Chance { node, until, power, expected });
     }
     chances.iter_mut().for_each(|d| d.until /= until);
     let wanted = (DRAWS * until / walk.total.max(until)).ceil() as u32;

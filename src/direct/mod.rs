@@ -19,6 +19,7 @@ pub(crate) mod emission_parts;
 pub(crate) mod emission_tree;
 pub(crate) mod emitting_triangle;
 pub(crate) mod large_emitters;
+pub(crate) mod light_choice;
 pub(crate) mod light_cut;
 pub(crate) mod light_halving;
 pub(crate) mod light_sampling;
