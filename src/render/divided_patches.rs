@@ -18,7 +18,7 @@ use crate::gather::{Effort, Gathered, ImportancePaths, READINGS, Reading, Residu
 use crate::render::assembly::Prepared;
 use crate::render::reading_cost::ReadingCost;
 use crate::render::residual_check::brightness;
-use crate::render::solved::{Solved, Spent, Task, solve};
+use crate::render::solved::{Rough, Solved, Spent, Task, solve};
 use crate::render::wanted::Wanted;
 use crate::solve::Diverges;
 
@@ -80,9 +80,9 @@ pub(crate) fn divided(
         p.divide(samples);
         spent.seconds.patches += clock.elapsed().as_secs_f64();
         let mut rough = cast(p, task, &mut solved, rays, spent)?;
-        if rough.error.signal > 0.0 && !wanted.is_late() {
-            let took = spent.rays - before - rough.rays;
-            let cost = ReadingCost::new(&rough.error, wanted, seen.prices(&p.patches, &solved.fields));
+        if rough.gathered.error.signal > 0.0 && !wanted.is_late() {
+            let took = spent.rays - before - rough.gathered.rays;
+            let cost = ReadingCost::new(&rough, wanted, seen.prices(&p.patches, &solved.fields));
             let denser = rays.saturating_mul(cost.denser(took as f64, solved.error.form_factors)).min(RAYS.2);
             if denser > rays {
                 rays = denser;
@@ -90,11 +90,11 @@ pub(crate) fn divided(
             }
         }
         let noise = solved.error.form_factors / (NOISE * wanted.tolerance);
-        let signal = rough.error.signal.powi(2);
+        let signal = rough.gathered.error.signal.powi(2);
         if signal == 0.0 {
             return Ok(solved);
         }
-        bright = brightness(&rough);
+        bright = brightness(&rough.gathered);
         let other = Round { wanted, bright: &bright, each, set: 1 + round };
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let clock = Instant::now();
@@ -103,7 +103,7 @@ pub(crate) fn divided(
         let (others, residual) = measured(p, &solved, other, certain, drawn, spent);
         let squared = Reading::ALL.map(|reading| residual.upper(reading, certain) / signal);
         let squared = believed(squared, solved.error.form_factors);
-        let cost = ReadingCost::new(&rough.error, wanted, others.prices(&p.patches, &solved.fields));
+        let cost = ReadingCost::new(&rough, wanted, others.prices(&p.patches, &solved.fields));
         let (now, then) = (cost.cheapest(squared), cost.cheapest(squared.map(|s| FALLS * s)));
         // The next round has twice the paths.
         let again = (spent.rays - before + others.rays) as f64;
@@ -123,17 +123,11 @@ pub(crate) fn divided(
 }
 
 /// Solves with so many rays a patch; a rough picture tells the errors.
-fn cast(
-    p: &mut Prepared,
-    task: &Task,
-    solved: &mut Solved,
-    rays: u32,
-    spent: &mut Spent,
-) -> Result<Gathered, Diverges> {
+fn cast(p: &mut Prepared, task: &Task, solved: &mut Solved, rays: u32, spent: &mut Spent) -> Result<Rough, Diverges> {
     p.densities = densities(p, rays);
     *solved = solve(p, task, rays, spent)?;
     let rough = solved.rough(p, task.wanted, spent, task.watch);
-    solved.set_errors(&rough);
+    solved.set_errors(&rough.gathered);
     solved.set_nearest(p, task.wanted, spent);
     Ok(rough)
 }

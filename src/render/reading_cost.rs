@@ -14,7 +14,7 @@ use crate::gather::adaptive_sampling::EDGES;
 use crate::gather::budget::{CAMERA, NOISE};
 use crate::gather::cache_refinement::RATE;
 use crate::gather::{GatherError, READINGS, Reading};
-use crate::render::solved::{ROUGH_CAMERA, ROUGH_RAYS};
+use crate::render::solved::{ROUGH_RAYS, Rough};
 use crate::render::wanted::Wanted;
 
 /// Share of the tolerance that the light may be off by, however cheap that is.
@@ -57,12 +57,17 @@ pub(crate) struct ReadingCost {
 
 impl ReadingCost {
     /// The cost of a wanted picture, from the error of a rough one of the same light and the price of hemisphere rays.
-    pub fn new(rough: &GatherError, wanted: &Wanted, prices: [f64; READINGS]) -> ReadingCost {
+    pub fn new(rough: &Rough, wanted: &Wanted, prices: [f64; READINGS]) -> ReadingCost {
+        ReadingCost::of(&rough.gathered.error, rough.camera, wanted, prices)
+    }
+
+    /// The same from the error that so many camera rays of each pixel left.
+    fn of(rough: &GatherError, rays: u32, wanted: &Wanted, prices: [f64; READINGS]) -> ReadingCost {
         let pixels = (wanted.size.width * wanted.size.height) as f64;
         let [camera, hemisphere] = [rough.camera, rough.hemisphere].map(|rms| rough.share(rms));
         ReadingCost {
             tolerance: wanted.tolerance,
-            camera: pixels * f64::from(ROUGH_CAMERA) * camera.powf(2.0 / EDGES),
+            camera: pixels * f64::from(rays) * camera.powf(2.0 / EDGES),
             hemisphere: pixels * f64::from(ROUGH_RAYS) * hemisphere.powf(2.0 / RATE),
             prices,
         }
@@ -106,7 +111,7 @@ mod tests {
     fn cost(hemisphere: f64, tolerance: f64) -> ReadingCost {
         let error = GatherError { camera: 0.3, hemisphere, fit: 0.0, signal: 1.0 };
         let wanted = Wanted { tolerance, size: (100, 100).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
-        ReadingCost::new(&error, &wanted, std::array::from_fn(|k| 1.0 + k as f64))
+        ReadingCost::of(&error, 2, &wanted, std::array::from_fn(|k| 1.0 + k as f64))
     }
 
     /// Twice the noise takes 2^(2/1.4) times the hemisphere rays, and so does half the tolerance.

@@ -71,6 +71,11 @@ impl Check {
         }
     }
 
+    /// Errors are told beside the signal of this rough picture from now on.
+    pub fn compare_with(&mut self, rough: &Gathered) {
+        self.signal = rough.error.signal.powi(2);
+    }
+
     /// Whether the light is off by more than its two levels of patches and its noise say, and by more than is
     /// tolerable.
     ///
@@ -251,7 +256,7 @@ mod tests {
         let mut spent = Spent::default();
         let solved = solve(&p, &task, 256, &mut spent).expect("converges");
         let rough = solved.rough(&p, &wanted, &mut spent, &Silent);
-        let check = Check { signal: 1.0, ..Check::new(&p, &solved, &wanted, &rough, &mut spent) };
+        let check = Check { signal: 1.0, ..Check::new(&p, &solved, &wanted, &rough.gathered, &mut spent) };
         Checked { wanted, solved, check }
     }
 

@@ -28,11 +28,13 @@ const FOR_EACH: u32 = 4;
 const TRUNCATION: f64 = 0.02;
 /// Width and height of the rough gather at most, pixels.
 const ROUGH: usize = 64;
-/// Camera rays of its pixels, and hemisphere rays of each of those.
-pub(crate) const ROUGH_CAMERA: u32 = 2;
-const ROUGH_HEMISPHERE: u32 = 16;
-/// Hemisphere rays of each of its pixels.
-pub(crate) const ROUGH_RAYS: u32 = ROUGH_CAMERA * ROUGH_HEMISPHERE;
+/// Camera rays of its pixels at first.
+const ROUGH_CAMERA: u32 = 2;
+/// Hemisphere rays of each of its pixels, and camera rays at most.
+pub(crate) const ROUGH_RAYS: u32 = 32;
+/// Noise of camera rays over all that the picture shows, beyond which they are doubled: what is left of the picture
+/// without it is then known too poorly.
+const ROUGH_NOISE: f64 = 0.5;
 
 /// Keeps pixels drawn apart from what else a seed chooses.
 const PIXELS: u32 = 0x7f4a_7c15;
@@ -42,6 +44,14 @@ const PIXELS: u32 = 0x7f4a_7c15;
 pub(crate) struct Spent {
     pub seconds: Seconds,
     pub rays: u64,
+}
+
+/// A small picture of light on patches, enough to tell the errors of that.
+pub(crate) struct Rough {
+    /// Its RMS is that of the picture without the noise, which would make all errors seem small beside it.
+    pub gathered: Gathered,
+    /// Camera rays of each pixel.
+    pub camera: u32,
 }
 
 /// What is to be solved, and who watches.
@@ -60,6 +70,8 @@ pub(crate) struct Solved {
     solution: Solution,
     pub fields: Fields,
     pub error: ErrorParts,
+    /// RMS of the picture that the errors of F and of patches are told beside.
+    signal: f64,
     pub off: Off,
     /// How the gather pass is to read the light.
     pub reading: Reading,
@@ -92,6 +104,7 @@ pub(crate) fn solve(p: &Prepared, task: &Task, rays: u32, spent: &mut Spent) -> 
         solution,
         fields,
         error: ErrorParts { truncation, ..ErrorParts::default() },
+        signal: 0.0,
         off,
         reading: Reading::PLAIN,
     })
@@ -146,14 +159,23 @@ impl Solved {
     }
 
     /// A small picture, enough to tell the errors of the fields.
-    pub fn rough(&self, p: &Prepared, wanted: &Wanted, spent: &mut Spent, watch: &dyn Watch) -> Gathered {
+    pub fn rough(&self, p: &Prepared, wanted: &Wanted, spent: &mut Spent, watch: &dyn Watch) -> Rough {
         let clock = Instant::now();
-        let (camera, hemisphere) = (ROUGH_CAMERA, ROUGH_HEMISPHERE);
-        let sampling = GatherSampling { camera, luminaire: 1, hemisphere, seed: wanted.seed };
-        let gathered = self.gather(p, &self.fields, &GatherPass::new(rough(wanted.size), &sampling), watch);
-        spent.rays += gathered.rays;
-        spent.seconds.gather += clock.elapsed().as_secs_f64();
-        gathered
+        let (mut camera, mut rays) = (ROUGH_CAMERA, 0);
+        loop {
+            let sampling = GatherSampling { camera, luminaire: 1, hemisphere: ROUGH_RAYS / camera, seed: wanted.seed };
+            let mut gathered = self.gather(p, &self.fields, &GatherPass::new(rough(wanted.size), &sampling), watch);
+            rays += gathered.rays;
+            let noise = gathered.error.share(gathered.error.camera);
+            if noise <= ROUGH_NOISE || camera == ROUGH_RAYS || wanted.is_late() {
+                spent.rays += rays;
+                spent.seconds.gather += clock.elapsed().as_secs_f64();
+                gathered.rays = rays;
+                gathered.error = gathered.error.beside_signal_alone();
+                return Rough { gathered, camera };
+            }
+            camera *= 2;
+        }
     }
 
     /// Finds from how near the light of each patch may be read. Errors of patch light itself, which tell whether
@@ -197,6 +219,7 @@ impl Solved {
 
     /// Takes the errors of F and of patch size from a picture.
     pub fn set_errors(&mut self, gathered: &Gathered) {
+        self.signal = gathered.error.signal;
         if let [noise, coarse] = gathered.riders[..] {
             self.error.form_factors = gathered.error.share(noise);
             self.error.patches = of_finer() * gathered.error.share(coarse);
@@ -214,7 +237,14 @@ impl Solved {
         self.error.patches = (left - truncation * truncation).max(0.0).sqrt();
     }
 
+    /// What is rendered, with its errors.
     pub fn finish(mut self, p: &Prepared, gathered: Gathered, mut spent: Spent) -> Rendered {
+        // A rough picture that came out too bright made the errors of the light too small beside it.
+        let beside = self.signal / gathered.error.signal;
+        if beside.is_finite() && beside > 1.0 {
+            self.error.form_factors *= beside;
+            self.error.patches *= beside;
+        }
         self.error.gather = gathered.error.relative();
         spent.seconds.sum();
         Rendered {

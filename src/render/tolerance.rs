@@ -109,10 +109,10 @@ fn refined(p: &mut Prepared, task: &Task, rounds: &mut Rounds, spent: &mut Spent
             return Ok(solved);
         }
         let rough = solved.rough(p, task.wanted, spent, task.watch);
-        solved.set_errors(&rough);
-        match rounds.judge(p, &mut solved, &rough, spent) {
+        solved.set_errors(&rough.gathered);
+        match rounds.judge(p, &mut solved, &rough.gathered, spent) {
             Next::Accept => return Ok(solved),
-            Next::Divide => return divided(p, task, solved, &rough, spent),
+            Next::Divide => return divided(p, task, solved, &rough.gathered, spent),
             Next::Denser(noise) => rounds.denser(p, noise),
             Next::Finer(excess) => rounds.finer(p, excess),
             Next::Refine(excess) => rounds.refine(p, &solved, excess, spent),
@@ -173,6 +173,7 @@ impl<'a> Rounds<'a> {
         }
         let last = self.refinement.full || wanted.is_late() || self.refinement.is_last();
         let check = self.check.get_or_insert_with(|| Check::new(p, solved, wanted, rough, spent));
+        check.compare_with(rough);
         let finding = check.find(p, solved, wanted, last || excess.is_none(), spent);
         let more_rays_tell = excess.noise > 1.0 && !self.refinement.has_most_rays();
         if finding == Finding::Noisy && more_rays_tell && self.sizes.is_none() && !last {
