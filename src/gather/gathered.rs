@@ -50,9 +50,9 @@ impl GatherError {
         self.share((self.camera.powi(2) + self.hemisphere.powi(2) + self.fit.powi(2)).sqrt())
     }
 
-    /// The same beside the picture without its noise, whose square is part of that of the RMS; at least [`LEAST`] of
+    /// The same beside the picture without its noise, whose square is part of that of the RMS; at least a quarter of
     /// the RMS is left.
-    pub fn beside_signal_alone(self) -> GatherError {
+    pub(crate) fn beside_signal_alone(self) -> GatherError {
         let left = self.signal.powi(2) - self.camera.powi(2) - self.hemisphere.powi(2);
         GatherError { signal: left.max((LEAST * self.signal).powi(2)).sqrt(), ..self }
     }
