@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use crate::common::{Facing, Mesh, grey};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use halflight::direct::{Lighting, Luminaires, Occlusion, Sight, receive_emitted};
 use halflight::form_factors::Sampling;
 use halflight::gather::{Fields, GatherSampling, Gathering, View, gather};
@@ -204,6 +204,43 @@ fn a_ball_of_many_faces_is_a_ball() {
         let off = sum / exact - 1.0;
         assert!(off.abs() < 2e-3, "{levels}: {off}");
     }
+}
+
+/// Twenty-four candles: their tops are four patches, and each place on them is lit by the flame above it. As every
+/// flame had one chance for a patch, one draw in tens made most of the light: 0.81 of it was chance, where 0.04 is.
+#[test]
+fn what_many_lamps_light_from_close_by_is_no_matter_of_luck() {
+    const RUNS: u32 = 16;
+    let mut mesh = Mesh::default();
+    let corners = [(-0.5, -0.5), (2.5, -0.5), (2.5, 2.0), (-0.5, 2.0)];
+    mesh.polygon(&corners.map(|(x, y)| DVec3::new(x, y, -0.1)), 1);
+    for k in 0..24 {
+        let top = DVec3::new(0.4 * f64::from(k % 6), 0.4 * f64::from(k / 6), 0.0);
+        let corner = |j: usize| {
+            let (sin, cos) = (j as f64 * PI / 5.0).sin_cos();
+            top + 0.03 * DVec3::new(cos, sin, 0.0)
+        };
+        mesh.polygon(&std::array::from_fn::<DVec3, 10, _>(corner), 0);
+        mesh.cuboid(top + 0.04 * DVec3::Z, DVec3::splat(0.01), DQuat::IDENTITY, Facing::Out, 2);
+    }
+    let glow = Material { emission: Rgb::ONE, ..grey("glow", 0.0) };
+    let p = prepare(mesh.scene(vec![grey("wax", 0.8), grey("board", 0.5), glow]), 8);
+    let tops: Vec<usize> = (0..p.patches.len()).filter(|&i| p.patches.materials()[i] == 0).collect();
+    assert!(tops.len() == 4 && p.luminaires.list.len() == 24);
+    let powers = |general: bool| -> Vec<f64> {
+        let power = |found: Vec<Rgb>| tops.iter().map(|&i| p.patches.areas()[i] * f64::from(found[i].x)).sum();
+        (0..RUNS).map(|seed| power(receive(&p, Mode::OneBounce, general, 64, seed))).collect()
+    };
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / f64::from(RUNS);
+    let (found, general) = (powers(false), powers(true));
+    let spread = |v: &[f64]| rms(v.iter().map(|x| x / mean(v) - 1.0));
+    // A lamp close by has a third of the chance by its light at least, so that a draw is at most 6 times the mean and
+    // its variance 6 times the square of that; there are 64 on each of four patches.
+    assert!(spread(&found) < (6.0_f64 / 256.0).sqrt(), "{}", spread(&found));
+    let error = spread(&found).hypot(spread(&general)) / f64::from(RUNS).sqrt();
+    let off = mean(&found) / mean(&general) - 1.0;
+    // Four standard errors, and what moments leave.
+    assert!(off.abs() < 4.0 * error + 2e-3, "{off} {error}");
 }
 
 #[test]
