@@ -44,6 +44,8 @@ pub(crate) struct Rounds<'a, 'b> {
     left: f64,
     progress: Progress,
     told: Told,
+    /// One pixel in so many tells the noise, in every row and column.
+    step: usize,
     /// Noise when rays were last cast for its sake.
     before: f64,
     /// Whether the places where the first records leave light least certain have records.
@@ -69,6 +71,7 @@ impl<'a, 'b> Rounds<'a, 'b> {
             left,
             progress: Progress::default(),
             told: Told::default(),
+            step: SOME,
             before: f64::INFINITY,
             is_probed: false,
         }
@@ -103,8 +106,15 @@ impl<'a, 'b> Rounds<'a, 'b> {
             let is_asked = self.told.is_known();
             misfit = self.confirmed(foreseen, noise, round);
             let bias = self.over(misfit);
-            if is_enough(noise, bias) || self.progress.stalls == STALLS {
+            if self.progress.stalls == STALLS {
                 break;
+            }
+            if is_enough(noise, bias) {
+                // One bright pixel may lie between those looked at.
+                if self.step == 1 || is_enough(self.noise_of_all(), bias) {
+                    break;
+                }
+                continue;
             }
             // What records do not find of themselves is left to rays once, as far as those can make up for it.
             let room = (1.0 - FIT * FIT * bias) / (HEMISPHERE * HEMISPHERE * noise);
@@ -117,9 +127,15 @@ impl<'a, 'b> Rounds<'a, 'b> {
         misfit
     }
 
+    /// The noise of the indirect light of all pixels over its part; from now on all are looked at.
+    fn noise_of_all(&mut self) -> f64 {
+        self.step = 1;
+        self.noise().variance / (HEMISPHERE * HEMISPHERE * self.left)
+    }
+
     /// The noise of the indirect light, and the light.
     fn noise(&self) -> Noise {
-        let some = IndirectLight::new(self.pixels, self.cache, SOME).measure(self.pixels);
+        let some = IndirectLight::new(self.pixels, self.cache, self.step).measure(self.pixels);
         let scale = self.camera.count / some.count.max(1.0);
         Noise { variance: scale * some.variance, signal: scale * some.signal }
     }
