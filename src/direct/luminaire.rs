@@ -21,7 +21,7 @@ use crate::direct::emission_parts::Polygons;
 use crate::direct::emitting_triangle::{EmittingPoint, EmittingTriangle, polygons};
 use crate::direct::large_emitters::carried;
 use crate::direct::luminaire_parts::divided;
-use crate::direct::luminaire_texture::{EmissionTexture, UnevenEmission, is_textured};
+use crate::direct::luminaire_texture::{EmissionTexture, TOLERABLE, UnevenEmission, is_textured};
 use crate::form_factors::geometry::hull::bounds;
 use crate::form_factors::geometry::plane::sees_front;
 use crate::form_factors::geometry::shadow::{Caster, Pieces, visible_form};
@@ -63,11 +63,15 @@ pub struct Luminaires {
     pub punctual: Vec<PunctualLight>,
     /// Of each face: the convex lamp it belongs to, if to one; empty where there is no such lamp.
     parts: Vec<Option<u32>>,
+    /// Share of its light that what stands for luminaires may be off by: a node of a texture, a polynomial, moments.
+    pub(crate) tolerable: f64,
 }
 
 impl Luminaires {
-    /// Sets the share of a textured luminaire's light that one node of its closed form may be off by.
+    /// Sets the share of their light that one node of a textured luminaire's closed form, and what stands for many
+    /// luminaires together, may be off by.
     pub(crate) fn tolerate(&mut self, share: f64) {
+        self.tolerable = share;
         self.list.iter_mut().filter_map(|lamp| lamp.uneven.as_mut()).for_each(|uneven| uneven.tolerable = share);
     }
 
@@ -76,7 +80,8 @@ impl Luminaires {
         let punctual = scene.lights.iter().filter(|light| light.shines()).cloned().collect();
         let radiances = scene.materials.iter().map(|material| material.emission).collect();
         let (list, parts) = (Vec::new(), Vec::new());
-        let mut luminaires = Luminaires { list, carries: carried(scene), radiances, punctual, parts };
+        let (carries, tolerable) = (carried(scene), TOLERABLE);
+        let mut luminaires = Luminaires { list, carries, radiances, punctual, parts, tolerable };
         let textures = luminaires.textures(scene);
         textures.iter().for_each(|(&m, texture)| luminaires.radiances[m as usize] *= texture.mean());
         let mut all = luminaires.with_even(scene);
