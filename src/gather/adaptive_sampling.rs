@@ -3,10 +3,17 @@
 //! All pixels get a few rays in two independent halves; the squared difference of the halves estimates each pixel's
 //! variance, pooled with its neighbours because one difference says little and edges continue from pixel to pixel.
 //! Then, until the picture's noise is as wanted, the pixels where doubling the rays gains most for its price get twice
-//! as many, and so do those that have few beside the others: with scrambled nets the error at an edge falls as about
-//! N^-3/4, the variance as N^-3/2.
+//! as many: with scrambled nets the error at an edge falls as about N^-3/4, the variance as N^-3/2.
 //!
-//! Not handled: detail smaller than the first few rays can find in a pixel and in its neighbours.
+//! Two halves that both miss what a pixel shows little of agree, and pixels that are chosen by what their halves tell
+//! leave behind those that missed. So choosing alone never ends the search: pixels are *looked at*, all that have few
+//! rays get twice as many whatever theirs told, and of those the new rays alone tell the variance. Their sum over
+//! pixels has no bias: what some of them meet once stands for what others have missed. Pixels that are then chosen
+//! for it go on to count with it until the next look, since about as much is still unseen as was seen once only
+//! (I. J. Good, *The population frequencies of species and the estimation of population parameters*, 1953).
+//!
+//! Not handled: what no ray of any pixel meets; of detail that covers a share A of the picture N camera rays in all
+//! miss every part with the chance `exp(-N A)`.
 
 use std::time::Instant;
 
@@ -17,17 +24,18 @@ use crate::form_factors::Progress;
 use crate::gather::camera_rays::CameraRays;
 use crate::gather::pixel::Pixel;
 use crate::gather::sampling::is_over;
+use crate::gather::small_faces::find;
 
 /// The variance of a pixel with an edge falls as this power of its rays, which are scrambled nets.
 pub(crate) const EDGES: f64 = 1.5;
 /// Share of the variance left after doubling the rays of a pixel with an edge: 2 to the power -[`EDGES`].
 const DOUBLED: f64 = 0.354;
 /// Camera rays of a half at most.
-const MOST: u32 = 1 << 14;
-/// Share of the mean rays that every pixel gets, whatever its halves say. Few rays may all miss what a pixel shows
-/// little of, and halves that agree on nothing state no error: where a picture is worth many rays, none may rest on a
-/// few.
+const MOST: u32 = 1 << 16;
+/// Share of the mean rays that every pixel gets when it is looked at.
 const SHARE: f64 = 0.25;
+/// Share of the variance wanted that pixels chosen since the last look may have counted with before another is due.
+const UNSEEN: f64 = 0.25;
 /// Neighbours to each side whose variance is pooled.
 const POOL: usize = 1;
 
@@ -46,15 +54,6 @@ impl Plan {
     /// Whether the time is over.
     pub fn is_late(&self) -> bool {
         is_over(self.deadline)
-    }
-
-    /// The pixels whose rays are to be doubled next: none once the noise is as wanted and none has few rays beside the
-    /// others, or the time is over.
-    pub fn next(&self, pixels: &mut [Pixel], width: usize) -> Vec<u32> {
-        match self.noise {
-            Some(noise) if !self.is_late() => choose(pixels, width, noise),
-            _ => Vec::new(),
-        }
     }
 }
 
@@ -75,42 +74,122 @@ pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan, tick: Progres
     // An error over no pixel would be none at all.
     let shows_luminaires_only = pixels.iter().all(|pixel| pixel.weight() == 0.0);
     pixels.iter_mut().for_each(|pixel| pixel.counts_emission = shows_luminaires_only);
+    if plan.noise.is_some() {
+        find(camera_rays, &mut pixels);
+    }
+    refine(camera_rays, &mut pixels, plan, |_, _| ());
+    pixels
+}
+
+/// Casts more camera rays until the picture is no noisier than wanted; `cast` hears of the pixels that got some.
+pub(crate) fn refine(
+    camera_rays: &CameraRays,
+    pixels: &mut [Pixel],
+    plan: &Plan,
+    mut cast: impl FnMut(&mut [Pixel], &[u32]),
+) {
+    let Some(noise) = plan.noise else { return };
+    // Each round doubles the rays of some pixel, of which none gets more than [`MOST`].
     loop {
-        let chosen = plan.next(&mut pixels, width);
-        if chosen.is_empty() {
-            return pixels;
-        }
-        double(camera_rays, &mut pixels, &chosen);
+        let next = if plan.is_late() { Next::Enough } else { next(pixels, camera_rays.view.width, noise) };
+        let extended = match next {
+            Next::Enough => return,
+            Next::Double(chosen) => {
+                extend(camera_rays, pixels, &chosen, |pixel| 2 * pixel.count);
+                chosen
+            }
+            Next::Look(few) => {
+                look(camera_rays, pixels, &few);
+                few
+            }
+        };
+        cast(pixels, &extended);
     }
 }
 
-/// Doubles the rays of the pixels chosen.
-pub(crate) fn double(camera_rays: &CameraRays, pixels: &mut [Pixel], chosen: &[u32]) {
+/// What is to be done next.
+enum Next {
+    /// Nothing: the noise is as wanted.
+    Enough,
+    /// Pixels to get twice their rays, because of what those told.
+    Double(Vec<u32>),
+    /// Pixels to get more rays whatever theirs told.
+    Look(Vec<u32>),
+}
+
+fn next(pixels: &mut [Pixel], width: usize, noise: f64) -> Next {
+    let measured = measure(pixels);
+    let wanted = noise * noise * measured.signal;
+    let unseen = unseen(pixels);
+    let is_due = unseen > UNSEEN * wanted;
+    let goal = if is_due { wanted } else { wanted - unseen };
+    if measured.variance - unseen > goal {
+        let chosen = choose(pixels, width, &measured, goal);
+        if !chosen.is_empty() {
+            return Next::Double(chosen);
+        }
+    }
+    let few = if is_due { few(pixels) } else { Vec::new() };
+    if few.is_empty() { Next::Enough } else { Next::Look(few) }
+}
+
+/// The variance that pixels chosen since the last look stood for, summed as they count.
+fn unseen(pixels: &[Pixel]) -> f64 {
+    pixels.iter().map(|pixel| pixel.weight() * pixel.unseen).sum()
+}
+
+/// Rays of a half that each pixel is to have when it is looked at: twice the fewest, and a share of the mean; on the
+/// outline of a luminaire the mean, as luminaires show though their outlines count for next to nothing.
+fn looks(pixels: &[Pixel]) -> impl Fn(&Pixel) -> u32 + use<> {
+    let counts = |p: &Pixel| if p.weight() > 0.0 { p.count } else { u32::MAX };
+    let fewest = pixels.iter().map(counts).min().unwrap_or(1);
+    let mean = pixels.iter().map(|pixel| f64::from(pixel.count)).sum::<f64>() / pixels.len().max(1) as f64;
+    let all = (SHARE * mean).max(2.0 * f64::from(fewest));
+    move |pixel: &Pixel| (if pixel.shows_outline() { all.max(mean) } else { all }).min(f64::from(MOST)) as u32
+}
+
+/// The pixels that have fewer rays than they are to have when they are looked at.
+fn few(pixels: &[Pixel]) -> Vec<u32> {
+    let looks = looks(pixels);
+    let few = |pixel: &Pixel| pixel.count > 0 && 2 * pixel.count <= looks(pixel);
+    pixels.iter().zip(0..).filter(|(pixel, _)| few(pixel)).map(|(_, k)| k).collect()
+}
+
+/// Looks at pixels: they get more rays whatever theirs told, and the new ones alone tell their variance.
+fn look(camera_rays: &CameraRays, pixels: &mut [Pixel], few: &[u32]) {
+    let bright = measure(pixels).bright();
+    let looks = looks(pixels);
+    let before: Vec<_> = few.iter().map(|&k| pixels[k as usize].sums_below(bright)).collect();
+    let count = |pixel: &Pixel| pixel.count << (looks(pixel) / pixel.count).ilog2();
+    extend(camera_rays, pixels, few, count);
+    pixels.iter_mut().for_each(|pixel| pixel.unseen = 0.0);
+    for (&k, before) in few.iter().zip(before) {
+        pixels[k as usize].look_back(before, bright);
+    }
+}
+
+/// Casts rays of some pixels until each half has as many as `count` says, by doubling: the points of such parts of a
+/// net are well spread.
+fn extend(camera_rays: &CameraRays, pixels: &mut [Pixel], some: &[u32], count: impl Fn(&Pixel) -> u32 + Sync) {
     let mut marked = vec![false; pixels.len()];
-    chosen.iter().for_each(|&k| marked[k as usize] = true);
+    some.iter().for_each(|&k| marked[k as usize] = true);
     // Blocks of pixels, not rows: noisy pixels gather on a few rows.
     pixels.par_chunks_mut(16).enumerate().for_each_init(
         || camera_rays.scratch(),
         |scratch, (block, own)| {
-            for (i, pixel) in own.iter_mut().enumerate() {
-                let k = 16 * block + i;
-                if marked[k] {
-                    camera_rays.extend(k, pixel, 2 * pixel.count, scratch);
+            for (i, pixel) in own.iter_mut().enumerate().filter(|(i, _)| marked[16 * block + i]) {
+                let count = count(pixel);
+                while pixel.count < count {
+                    camera_rays.extend(16 * block + i, pixel, 2 * pixel.count, scratch);
                 }
             }
         },
     );
 }
 
-/// The pixels to double: best gain for the price first, until the noise is foreseen to be as wanted, and all that have
-/// few rays beside the others, which the last rays of all may have left behind; each once, in order.
-fn choose(pixels: &mut [Pixel], width: usize, noise: f64) -> Vec<u32> {
-    let measured = measure(pixels);
-    let wanted = noise * noise * measured.signal;
-    let mut left = measured.variance;
-    if left <= wanted {
-        return neglected(pixels).collect();
-    }
+/// The pixels to double, in order: best gain for the price first, until the noise is foreseen to be as wanted.
+fn choose(pixels: &mut [Pixel], width: usize, measured: &Measured, wanted: f64) -> Vec<u32> {
+    let mut left = measured.variance - unseen(pixels);
     pixels.par_iter_mut().for_each(|pixel| pixel.note_difference(measured.bright(), DOUBLED));
     let variances = variances(pixels, width, measured.bright());
     let total: f64 = variances.iter().sum();
@@ -120,28 +199,23 @@ fn choose(pixels: &mut [Pixel], width: usize, noise: f64) -> Vec<u32> {
         .map(|k| (price(k), k))
         .collect();
     order.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    // A round aims no lower than half the variance: the next one knows the pixels better.
-    let goal = (0.9 * wanted).max(0.5 * left);
-    let mut count = 0;
-    while count < order.len() && left > goal {
-        let variance = variances[order[count].1 as usize];
-        left -= (1.0 - DOUBLED) * variance * (measured.variance / total);
-        count += 1;
+    let scale = left / total;
+    let most = |k: &u32| pixels[*k as usize].count >= MOST;
+    let stays = scale * (0..pixels.len() as u32).filter(most).map(|k| variances[k as usize]).sum::<f64>();
+    // A round aims no lower than half the variance: the next one knows the pixels better. Nor is more done about others
+    // than those leave that have all the rays they may.
+    let goal = (0.9 * wanted).max(0.5 * left).max(2.0 * stays);
+    let mut chosen = Vec::new();
+    for &(_, k) in &order {
+        if left <= goal {
+            break;
+        }
+        left -= (1.0 - DOUBLED) * variances[k as usize] * scale;
+        pixels[k as usize].choose();
+        chosen.push(k);
     }
-    let dearest = order[..count].iter().map(|&(_, k)| k);
-    let mut chosen: Vec<u32> = dearest.chain(neglected(pixels)).collect();
     chosen.sort_unstable();
-    chosen.dedup();
     chosen
-}
-
-/// The pixels with fewer rays than a share of what pixels have in the mean; on the outline of a luminaire those with
-/// fewer than the mean.
-fn neglected(pixels: &[Pixel]) -> impl Iterator<Item = u32> {
-    let mean = pixels.iter().map(|pixel| f64::from(pixel.count)).sum::<f64>() / pixels.len().max(1) as f64;
-    let share = |pixel: &Pixel| if pixel.shows_outline() { 1.0 } else { SHARE };
-    let few = move |pixel: &Pixel| 2.0 * f64::from(pixel.count) <= share(pixel) * mean;
-    pixels.iter().zip(0..).filter(move |(pixel, _)| few(pixel)).map(|(_, k)| k)
 }
 
 /// Sums over pixels, weighted as they count.
@@ -180,7 +254,7 @@ pub(crate) fn measure(pixels: &[Pixel]) -> Measured {
         measured.add(pixel, DVec3::ZERO, (a + b) / pixel.camera());
     }
     let bright = measured.bright();
-    let noise = |pixel: &Pixel| pixel.weight() * pixel.variance(pixel.halves_below(bright)).element_sum();
+    let noise = |pixel: &Pixel| pixel.weight() * (pixel.variance_below(bright).element_sum() + pixel.unseen);
     measured.variance = pixels.iter().map(noise).sum();
     measured
 }
@@ -216,9 +290,14 @@ fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
         let rows = y.saturating_sub(POOL)..(y + POOL + 1).min(height);
         let pool = || rows.clone().flat_map(|y| columns.clone().map(move |x| y * width + x));
         let n = (columns.len() * rows.len()) as f64;
-        let difference = |j: usize| if j == k { pixels[j].foreseen } else { pixels[j].differed };
+        let difference = |j: usize| match j == k {
+            true => pixels[j].foreseen,
+            // A small face is in one pixel.
+            false if pixels[j].is_explained => 0.0,
+            false => pixels[j].differed,
+        };
         let edge = pool().map(|j| bends[j]).sum::<f64>() / n / 12.0 * f64::from(pixels[k].count).powf(-1.5);
-        (pool().map(difference).sum::<f64>() / n).max(edge)
+        (pool().map(difference).sum::<f64>() / n).max(edge).max(pixels[k].foretold().element_sum())
     };
     (0..pixels.len()).into_par_iter().map(around).collect()
 }

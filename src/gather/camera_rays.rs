@@ -150,10 +150,27 @@ impl<'a> CameraRays<'a> {
         CameraRay { half, index, seed: hash(k as u32, self.seed ^ HALVES[half]) }
     }
 
-    /// The first surface that a camera ray meets, and where, put exactly into the face's plane.
+    /// The light of the point of a face at some place of the picture, in pixels, if the face is what is seen there.
+    pub fn glance(&self, face: u32, place: DVec2, scratch: &mut Scratch) -> Option<DVec3> {
+        let pixel = place.as_uvec2();
+        let k = pixel.y as usize * self.view.width + pixel.x as usize;
+        let ray = self.camera_ray(k, 0, 0);
+        let seen = self.seen_at(k, 0, (place - pixel.as_dvec2()).as_vec2()).filter(|seen| seen.hit.face == face)?;
+        let mut alone = Pixel::default();
+        scratch.sums.fill(DirectSum::default());
+        scratch.linked = DVec3::ZERO;
+        self.shade(&seen, Adjusted::NOT, ray, &mut alone, scratch);
+        (alone.reflecting > 0).then(|| self.direct(scratch) + alone.ambient[0])
+    }
+
+    /// The first surface that a camera ray meets.
     fn seen(&self, k: usize, CameraRay { index, seed, .. }: CameraRay) -> Option<SeenPoint> {
+        self.seen_at(k, index, Vec2::from([0, 1].map(|d| self.sobol.point(index, d, seed))))
+    }
+
+    /// The first surface that is met through a place of pixel k, and where, put exactly into the face's plane.
+    fn seen_at(&self, k: usize, index: u32, at: Vec2) -> Option<SeenPoint> {
         let view = self.view;
-        let at = Vec2::from([0, 1].map(|d| self.sobol.point(index, d, seed)));
         let ray = view.camera_ray(k, at.x, at.y);
         let hit = view.rays.closest(&ray)?;
         let material = view.scene.faces[hit.face as usize].material;

@@ -43,6 +43,7 @@ pub(crate) mod reflection;
 pub(crate) mod residual_blocks;
 pub(crate) mod sampled_pixels;
 pub(crate) mod sampling;
+pub(crate) mod small_faces;
 pub(crate) mod view;
 pub(crate) mod weighted_residual;
 

@@ -1,0 +1,109 @@
+//! Faces smaller than a pixel, which its first camera rays may all miss: each is projected, and met once.
+//!
+//! A face that covers a share a of a pixel is missed by n rays with the chance `(1 - a)^n`. If its light differs from
+//! that of the pixel by c, the mean of n rays through the pixel has the variance
+//!
+//! ```text
+//! a (1 - a) |c|² / n · min(1, (a n)^-1/2)
+//! ```
+//!
+//! which halves that both missed the face know nothing of, and of which the difference of two halves is a poor estimate
+//! in the one pixel that has the face. (Of more than one ray that meets it the points are well spread, and only those
+//! by its outline are left to chance.) Faces are known, so where one that faces the camera is seen at its middle, that
+//! variance is foreseen.
+//!
+//! Not handled: faces that span pixels, as long and thin ones do: rays of many pixels meet those. Small places of light on
+//! large faces; pixels are looked at for them ([`crate::gather::adaptive_sampling`]).
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use crate::gather::camera_rays::{CameraRays, Scratch};
+use crate::gather::pixel::Pixel;
+use crate::gather::view::View;
+use crate::rays::Side;
+use crate::scene::convex_polygon::{area, clip};
+
+/// Standard deviations of the number of rays that meet a face, and one ray more, which chance may make it differ by.
+const CHANCE: f64 = 4.0;
+/// Below this share of the scene's half extent before the camera a corner has no place in the picture.
+const NEAR: f64 = 1e-6;
+
+/// A face within a pixel, or the part of one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SmallFace {
+    /// Share of the pixel that it covers.
+    share: f64,
+    /// The light of its middle, as camera rays count it.
+    light: DVec3,
+}
+
+impl SmallFace {
+    /// Variance of the mean of so many rays of a pixel with this mean.
+    pub fn variance(&self, mean: DVec3, rays: f64) -> DVec3 {
+        let c = self.light - mean;
+        let spread = (self.share * rays).sqrt().recip().min(1.0);
+        self.share * (1.0 - self.share) / rays * spread * c * c
+    }
+
+    /// Whether chance may have made a variance by how many of so many rays met it.
+    pub fn explains(&self, variance: f64, mean: DVec3, rays: f64) -> bool {
+        let met = 1.0 + self.share * rays;
+        CHANCE * CHANCE * met * (self.light - mean).length_squared() >= variance * rays * rays
+    }
+}
+
+/// Finds the faces smaller than a pixel, and tells the pixels of them.
+pub(crate) fn find(camera_rays: &CameraRays, pixels: &mut [Pixel]) {
+    let view = camera_rays.view;
+    let faces = (0..view.scene.solid_faces()).into_par_iter();
+    let one = |scratch: &mut Scratch, face: u32| seen(camera_rays, face, scratch).unwrap_or_default();
+    let found: Vec<Vec<(usize, SmallFace)>> = faces.map_init(|| camera_rays.scratch(), one).collect();
+    for (k, face) in found.into_iter().flatten() {
+        pixels[k].small_faces.push(face);
+    }
+}
+
+/// The parts of a face by pixel, if it is smaller than one and seen.
+fn seen(camera_rays: &CameraRays, face: u32, scratch: &mut Scratch) -> Option<Vec<(usize, SmallFace)>> {
+    let view = camera_rays.view;
+    let corners = view.scene.corners(face).map(|corner| corner.as_dvec3());
+    let normal = view.patches.normal(face, Side::Front).as_dvec3();
+    let side =
+        if normal.dot(view.scene.camera.position.as_dvec3() - corners[0]) > 0.0 { Side::Front } else { Side::Back };
+    let [a, b, c] = corners.map(|corner| project(view, corner));
+    let polygon = vec![a?, b?, c?];
+    let low = polygon.iter().fold(DVec2::INFINITY, |m, p| m.min(*p));
+    let high = polygon.iter().fold(DVec2::NEG_INFINITY, |m, p| m.max(*p));
+    let size = DVec2::new(view.width as f64, view.height as f64);
+    if (high - low).max_element() > 1.0 || low.cmplt(DVec2::ZERO).any() || high.cmpge(size).any() {
+        return None;
+    }
+    view.patches.at(face, side, (corners.iter().sum::<DVec3>() / 3.0).as_vec3())?;
+    let light = camera_rays.glance(face, (a? + b? + c?) / 3.0, scratch)?;
+    let (first, last) = (low.as_uvec2(), high.as_uvec2());
+    let all = (first.y..=last.y).flat_map(|y| (first.x..=last.x).map(move |x| DVec2::new(x.into(), y.into())));
+    let part = |corner: DVec2| {
+        let inside = within(&polygon, corner);
+        let share = if inside.len() > 2 { area(&inside).abs() } else { 0.0 };
+        (corner.y as usize * view.width + corner.x as usize, SmallFace { share, light })
+    };
+    Some(all.map(part).filter(|(_, part)| part.share > 0.0).collect())
+}
+
+/// Where a point is in the picture, in pixels; none behind the camera.
+fn project(view: &View, point: DVec3) -> Option<DVec2> {
+    let camera = &view.scene.camera;
+    let d = point - camera.position.as_dvec3();
+    let depth = d.dot(camera.forward.as_dvec3());
+    let slope = (0.5 * f64::from(camera.vertical_fov)).to_radians().tan();
+    let half = 0.5 * DVec2::new(view.width as f64, view.height as f64);
+    let at = DVec2::new(d.dot(camera.right.as_dvec3()), -d.dot(camera.up.as_dvec3())) / (depth * slope);
+    (depth > NEAR).then(|| half + at * half.y)
+}
+
+/// What of a polygon lies in the pixel whose upper left corner this is.
+fn within(polygon: &[DVec2], corner: DVec2) -> Vec<DVec2> {
+    let between = |low: f64| [Some(low), Some(low + 1.0)];
+    clip(&clip(polygon, DVec2::X, between(corner.x)), DVec2::Y, between(corner.y))
+}
