@@ -15,6 +15,7 @@
 use std::time::Instant;
 
 use crate::gather::{Effort, Gathered, ImportancePaths, READINGS, Reading, Residual, ResidualSums, SquaredError};
+use crate::patches::Patches;
 use crate::render::assembly::Prepared;
 use crate::render::reading_cost::ReadingCost;
 use crate::render::residual_check::brightness;
@@ -57,11 +58,38 @@ struct Round<'a> {
     set: u32,
 }
 
-/// Solves on patches divided by light, from a solution on others and the `first` rough picture of it.
+/// A solution with the patches that it is on, and the squared error that its reading leaves.
+struct Kept {
+    squared: f64,
+    solved: Solved,
+    patches: Patches,
+    densities: Vec<f32>,
+}
+
+impl Kept {
+    /// The one that leaves less.
+    fn better(self, other: Option<Kept>) -> Kept {
+        match other {
+            Some(other) if other.squared < self.squared => other,
+            _ => self,
+        }
+    }
+
+    /// Takes its patches for those of the scene.
+    fn restore(self, p: &mut Prepared) -> Solved {
+        (p.patches, p.densities) = (self.patches, self.densities);
+        self.solved
+    }
+}
+
+/// Solves on patches divided by light, from a solution on others, which leaves a `squared` error if that is known, and
+/// the `first` rough picture of it. Where none of the rounds is good enough the best solution is returned, the first
+/// among them.
 pub(crate) fn divided(
     p: &mut Prepared,
     task: &Task,
     mut solved: Solved,
+    mut squared: f64,
     first: &Gathered,
     spent: &mut Spent,
 ) -> Result<Solved, Diverges> {
@@ -73,20 +101,24 @@ pub(crate) fn divided(
     let mut bright = brightness(first);
     let mut pixels = solved.pixels(p, wanted, &bright);
     let mut seen = walks(p, &solved, Round { wanted, bright: &bright, each, set: 1 }, spent);
+    let mut best = None;
     for round in 1u32.. {
         let before = spent.rays;
         let clock = Instant::now();
         let samples = seen.samples(&p.scene, &p.patches, &solved.fields);
+        let (patches, densities) = (p.patches.clone(), p.densities.clone());
         p.divide(samples);
         spent.seconds.patches += clock.elapsed().as_secs_f64();
-        let mut rough = cast(p, task, &mut solved, rays, spent)?;
+        let (now, mut rough) = cast(p, task, rays, spent)?;
+        let kept = Kept { squared, solved: std::mem::replace(&mut solved, now), patches, densities };
+        best = Some(kept.better(best));
         if rough.gathered.error.signal > 0.0 && !wanted.is_late() {
             let took = spent.rays - before - rough.gathered.rays;
             let cost = ReadingCost::new(&rough, wanted, seen.prices(&p.patches, &solved.fields));
             let denser = rays.saturating_mul(cost.denser(took as f64, solved.error.form_factors)).min(RAYS.2);
             if denser > rays {
                 rays = denser;
-                rough = cast(p, task, &mut solved, rays, spent)?;
+                (solved, rough) = cast(p, task, rays, spent)?;
             }
         }
         let noise = solved.error.form_factors / (NOISE * wanted.tolerance);
@@ -101,21 +133,27 @@ pub(crate) fn divided(
         let drawn = solved.drawn(p, wanted, &mut pixels, Effort { wanted: certain, most: DRAWN }, spent);
         spent.seconds.solve += clock.elapsed().as_secs_f64();
         let (others, residual) = measured(p, &solved, other, certain, drawn, spent);
-        let squared = Reading::ALL.map(|reading| residual.upper(reading, certain) / signal);
-        let squared = believed(squared, solved.error.form_factors);
+        let all = Reading::ALL.map(|reading| residual.upper(reading, certain) / signal);
+        let all = believed(all, solved.error.form_factors);
         let cost = ReadingCost::new(&rough, wanted, others.prices(&p.patches, &solved.fields));
-        let (now, then) = (cost.cheapest(squared), cost.cheapest(squared.map(|s| FALLS * s)));
+        let (now, then) = (cost.cheapest(all), cost.cheapest(all.map(|s| FALLS * s)));
+        squared = all[now.reading.number()];
         // The next round has twice the paths.
         let again = (spent.rays - before + others.rays) as f64;
         let is_enough = now.rays.is_finite() && now.rays <= again + then.rays;
         if is_enough || round >= last || wanted.is_late() {
+            if let Some(best) = best.filter(|best| !now.rays.is_finite() && best.squared < squared) {
+                return Ok(best.restore(p));
+            }
             solved.reading = now.reading;
-            solved.state(squared[now.reading.number()]);
+            solved.state(squared);
             return Ok(solved);
         }
         if noise > 1.0 {
             rays = ((f64::from(rays) * noise * noise) as u32).min(RAYS.2);
         }
+        solved.reading = now.reading;
+        solved.state(squared);
         seen.absorb(others);
         each *= 2;
     }
@@ -123,13 +161,13 @@ pub(crate) fn divided(
 }
 
 /// Solves with so many rays a patch; a rough picture tells the errors.
-fn cast(p: &mut Prepared, task: &Task, solved: &mut Solved, rays: u32, spent: &mut Spent) -> Result<Rough, Diverges> {
+fn cast(p: &mut Prepared, task: &Task, rays: u32, spent: &mut Spent) -> Result<(Solved, Rough), Diverges> {
     p.densities = densities(p, rays);
-    *solved = solve(p, task, rays, spent)?;
+    let mut solved = solve(p, task, rays, spent)?;
     let rough = solved.rough(p, task.wanted, spent, task.watch);
     solved.set_errors(&rough.gathered);
     solved.set_nearest(p, task.wanted, spent);
-    Ok(rough)
+    Ok((solved, rough))
 }
 
 /// The squared errors by reading that paths tell, where they are no less than noise of F alone makes them.

@@ -20,7 +20,7 @@
 use std::time::Instant;
 
 use crate::direct::luminaire_texture::TOLERABLE;
-use crate::gather::{GatherPass, Gathered, Gathering};
+use crate::gather::{GatherPass, Gathering};
 use crate::light::Transport;
 use crate::render::assembly::{Prepared, Watch};
 use crate::render::divided_patches::divided;
@@ -33,7 +33,7 @@ use crate::render::reading_cost::left;
 use crate::render::refinement::{Excess, Limits, MARGIN, Refinement};
 use crate::render::rendered::Rendered;
 use crate::render::residual_check::Check;
-use crate::render::solved::{Solved, Spent, Task, half, solve};
+use crate::render::solved::{Rough, Solved, Spent, Task, half, solve};
 use crate::render::wanted::Wanted;
 use crate::scene::Material;
 use crate::solve::Diverges;
@@ -110,9 +110,9 @@ fn refined(p: &mut Prepared, task: &Task, rounds: &mut Rounds, spent: &mut Spent
         }
         let rough = solved.rough(p, task.wanted, spent, task.watch);
         solved.set_errors(&rough.gathered);
-        match rounds.judge(p, &mut solved, &rough.gathered, spent) {
+        match rounds.judge(p, &mut solved, &rough, spent) {
             Next::Accept => return Ok(solved),
-            Next::Divide => return divided(p, task, solved, &rough.gathered, spent),
+            Next::Divide(squared) => return divided(p, task, solved, squared, &rough.gathered, spent),
             Next::Denser(noise) => rounds.denser(p, noise),
             Next::Finer(excess) => rounds.finer(p, excess),
             Next::Refine(excess) => rounds.refine(p, &solved, excess, spent),
@@ -124,8 +124,9 @@ fn refined(p: &mut Prepared, task: &Task, rounds: &mut Rounds, spent: &mut Spent
 enum Next {
     /// Nothing: the light is as it is wanted, or as good as it gets.
     Accept,
-    /// Patches of a size do not stand for the scene: divide them by light.
-    Divide,
+    /// Patches of a size do not stand for the scene, or are not known to, with some squared error that may be infinite:
+    /// divide them by light.
+    Divide(f64),
     /// More rays on the same patches, whose noise is so many times its share: it hides whether they are wrong.
     Denser(f64),
     /// Smaller patches everywhere.
@@ -161,7 +162,7 @@ impl<'a> Rounds<'a> {
 
     /// What is to be done with a solution whose errors two levels of patches and two scramblings tell; states what the
     /// check tells of one that is accepted.
-    fn judge(&mut self, p: &Prepared, solved: &mut Solved, rough: &Gathered, spent: &mut Spent) -> Next {
+    fn judge(&mut self, p: &Prepared, solved: &mut Solved, rough: &Rough, spent: &mut Spent) -> Next {
         let wanted = self.wanted;
         let mut excess = Excess {
             noise: solved.error.form_factors / (FORM_FACTORS * wanted.tolerance),
@@ -172,8 +173,8 @@ impl<'a> Rounds<'a> {
             excess.size = excess.size.max(2.0);
         }
         let last = self.refinement.full || wanted.is_late() || self.refinement.is_last();
-        let check = self.check.get_or_insert_with(|| Check::new(p, solved, wanted, rough, spent));
-        check.compare_with(rough);
+        let check = self.check.get_or_insert_with(|| Check::new(p, solved, wanted, &rough.gathered, spent));
+        check.compare_with(&rough.gathered);
         let finding = check.find(p, solved, wanted, last || excess.is_none(), spent);
         let more_rays_tell = excess.noise > 1.0 && !self.refinement.has_most_rays();
         if finding == Finding::Noisy && more_rays_tell && self.sizes.is_none() && !last {
@@ -186,7 +187,7 @@ impl<'a> Rounds<'a> {
             return Next::Finer(Excess { noise: excess.noise, size: f64::INFINITY });
         }
         if wrong && !self.refinement.tight {
-            return Next::Divide;
+            return Next::Divide(f64::INFINITY);
         }
         if helped {
             excess.size = excess.size.max(squared.sqrt() / (PATCHES * wanted.tolerance));
@@ -194,10 +195,11 @@ impl<'a> Rounds<'a> {
         if excess.is_none() || last || (excess.size > 1.0 && self.refinement.has_most_patches(p)) {
             // Not before: rays that go on hide what patches mix, and dividing those serves all rays.
             solved.set_nearest(p, wanted, spent);
-            check.confirm(p, solved, wanted, spent);
+            check.confirm(p, solved, wanted, rough, spent);
             // Patches of a size do not get there: those divided by light may, where memory is not what is short.
-            if solved.error.sum().total > wanted.tolerance && !self.refinement.tight && !wanted.is_late() {
-                return Next::Divide;
+            let total = solved.error.sum().total;
+            if total > wanted.tolerance && !self.refinement.tight && !wanted.is_late() {
+                return Next::Divide(total * total);
             }
             return Next::Accept;
         }
