@@ -17,7 +17,7 @@ use std::time::Instant;
 use crate::gather::{Effort, Gathered, ImportancePaths, READINGS, Reading, Residual, ResidualSums, SquaredError};
 use crate::patches::Patches;
 use crate::render::assembly::Prepared;
-use crate::render::reading_cost::ReadingCost;
+use crate::render::reading_cost::{MATTERS, ReadingCost};
 use crate::render::residual_check::brightness;
 use crate::render::solved::{Rough, Solved, Spent, Task, solve};
 use crate::render::wanted::Wanted;
@@ -27,6 +27,8 @@ use crate::solve::Diverges;
 /// leaves the power -1/2, on surfaces (C. J. Stone, *Optimal global rates of convergence for nonparametric
 /// regression*, 1982: `n^(-2p / (2p + d))` with p = 1, d = 2).
 const FALLS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// Rounds in a row that leave no less than the best before them, after which there are no more.
+const STALLS: u32 = 2;
 /// Share of the tolerance that the standard error of that may be.
 const SURE: f64 = 0.35;
 /// Paths at most that a few pixels tell it by.
@@ -67,12 +69,17 @@ struct Kept {
 }
 
 impl Kept {
-    /// The one that leaves less.
-    fn better(self, other: Option<Kept>) -> Kept {
-        match other {
-            Some(other) if other.squared < self.squared => other,
+    /// This one, or one found before unless that leaves an error that is larger by as much as matters.
+    fn better(self, before: Option<Kept>) -> Kept {
+        match before {
+            Some(before) if before.leaves_no_more_than(self.squared) => before,
             _ => self,
         }
+    }
+
+    /// Whether its error is not larger than another by as much as matters.
+    fn leaves_no_more_than(&self, squared: f64) -> bool {
+        self.squared.is_finite() && self.squared < MATTERS * MATTERS * squared
     }
 
     /// Takes its patches for those of the scene.
@@ -101,7 +108,8 @@ pub(crate) fn divided(
     let mut bright = brightness(first);
     let mut pixels = solved.pixels(p, wanted, &bright);
     let mut seen = walks(p, &solved, Round { wanted, bright: &bright, each, set: 1 }, spent);
-    let mut best = None;
+    let mut best: Option<Kept> = None;
+    let mut stalls = 0;
     for round in 1u32.. {
         let before = spent.rays;
         let clock = Instant::now();
@@ -141,8 +149,10 @@ pub(crate) fn divided(
         // The next round has twice the paths.
         let again = (spent.rays - before + others.rays) as f64;
         let is_enough = now.rays.is_finite() && now.rays <= again + then.rays;
-        if is_enough || round >= last || wanted.is_late() {
-            if let Some(best) = best.filter(|best| !now.rays.is_finite() && best.squared < squared) {
+        let helped = best.as_ref().is_none_or(|best| !best.leaves_no_more_than(squared / FALLS));
+        stalls = if helped { 0 } else { stalls + 1 };
+        if is_enough || round >= last || stalls == STALLS || wanted.is_late() {
+            if let Some(best) = best.filter(|best| !now.rays.is_finite() && best.leaves_no_more_than(squared)) {
                 return Ok(best.restore(p));
             }
             solved.reading = now.reading;

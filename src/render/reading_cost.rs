@@ -20,7 +20,7 @@ use crate::render::wanted::Wanted;
 /// Share of the tolerance that the light may be off by, however cheap that is.
 const MOST: f64 = 0.7;
 /// Errors of the light that are all too large matter where one is so many times another.
-const MATTERS: f64 = 1.5;
+pub(crate) const MATTERS: f64 = 1.5;
 /// Share of what is left that the gather pass aims at: its own estimate has an error too.
 const GATHER: f64 = 0.9;
 /// What a hemisphere ray takes beside a ray of a path, which knows nothing of records: 1.5 us beside 0.7 in a bathroom
