@@ -18,7 +18,7 @@ use crate::render::solved::{ROUGH_RAYS, Rough};
 use crate::render::wanted::Wanted;
 
 /// Share of the tolerance that the light may be off by, however cheap that is.
-const MOST: f64 = 0.7;
+const MOST: f64 = 0.85;
 /// Errors of the light that are all too large matter where one is so many times another.
 pub(crate) const MATTERS: f64 = 1.5;
 /// Share of what is left that the gather pass aims at: its own estimate has an error too.
