@@ -46,6 +46,11 @@ const PATCHES: f64 = 0.4;
 const EMISSION: f64 = 0.1;
 /// Patches, and rays a patch, at most.
 const MOST: Fineness = Fineness { patches: 200_000, rays: 1 << 16 };
+/// Pixels that tell their errors together; a picture of fewer is the mean of one of more.
+const ENOUGH: usize = 256;
+/// Share of the tolerance that the larger picture is asked for: its RMS, which errors are told beside, is larger than
+/// that of its means.
+const SMALL: f64 = 0.7;
 /// Times that patches and rays are chosen.
 const ROUNDS: usize = 5;
 /// Two solutions, and F transposed.
@@ -72,7 +77,13 @@ pub(crate) fn attempt(
 }
 
 /// Renders one mode to a tolerance, textured luminaires being as near as they were set to be.
+///
+/// A picture of few pixels is the mean of a larger one: what a handful of pixels tell of their own errors, each by one
+/// difference of halves, is chance.
 fn attempted(p: &mut Prepared, transport: Transport, wanted: &Wanted, watch: &dyn Watch) -> Result<Rendered, Diverges> {
+    let (asked, step) = (wanted.size, wanted.size.enlargement(ENOUGH));
+    let tolerance = if step > 1 { SMALL * wanted.tolerance } else { wanted.tolerance };
+    let wanted = &Wanted { size: asked.times(step), tolerance, ..*wanted };
     let mut spent = Spent::default();
     let solved = solve_within(p, &Task { transport, wanted, watch }, &mut spent)?;
     let clock = Instant::now();
@@ -81,6 +92,7 @@ fn attempted(p: &mut Prepared, transport: Transport, wanted: &Wanted, watch: &dy
     // The rough picture has told the errors of the fields.
     let fields = solved.fields.led().read_by(solved.reading);
     let gathered = solved.gather(p, &fields, &GatherPass::new(wanted.size, within), watch);
+    let gathered = if step > 1 { gathered.averaged(step) } else { gathered };
     spent.seconds.gather += clock.elapsed().as_secs_f64();
     let lit = p.scene.materials.iter().any(Material::emits);
     let mut within = solved.finish(p, gathered, spent);
