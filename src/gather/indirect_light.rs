@@ -5,7 +5,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::gather::adaptive_sampling::{Measured, Plan, measure, refine};
+use crate::gather::adaptive_sampling::{Plan, refine};
 use crate::gather::cached_irradiance::Fitted;
 use crate::gather::camera_rays::CameraRays;
 use crate::gather::fields::Fields;
@@ -13,6 +13,7 @@ use crate::gather::gathered::{GatherError, Gathered};
 use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::pixel::Pixel;
 use crate::gather::pixel_lattice::skewed;
+use crate::gather::pixel_noise::{Measured, measure};
 use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::pictures::Picture;

@@ -35,6 +35,7 @@ pub(crate) mod pixel;
 pub(crate) mod pixel_cells;
 pub(crate) mod pixel_lattice;
 pub(crate) mod pixel_layer;
+pub(crate) mod pixel_noise;
 pub(crate) mod pixel_texture;
 pub(crate) mod reading;
 pub(crate) mod reading_distance;

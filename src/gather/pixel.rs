@@ -176,3 +176,12 @@ impl Pixel {
         (1.0 - share).powi(LOOKS)
     }
 }
+
+#[cfg(test)]
+impl Pixel {
+    /// A pixel that so many camera rays of each half found some light in.
+    pub fn of_halves(count: u32, light: [f64; 2]) -> Pixel {
+        let lit = light.map(|l| DVec3::splat(l * f64::from(count)));
+        Pixel { count, lit, ..Pixel::default() }
+    }
+}

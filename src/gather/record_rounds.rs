@@ -6,11 +6,15 @@
 //!
 //! Not handled: errors of camera rays, and of the solution that is gathered.
 
-use crate::gather::adaptive_sampling::{Measured, Plan, measure};
+use std::time::Instant;
+
+use crate::gather::adaptive_sampling::Plan;
 use crate::gather::fit_error::{Bias, relative};
 use crate::gather::indirect_light::IndirectLight;
 use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::pixel::Pixel;
+use crate::gather::pixel_noise::{Measured, measure};
+use crate::gather::sampling::would_be_over;
 
 /// Share of what camera rays leave that noise of hemisphere rays may make.
 pub(crate) const HEMISPHERE: f64 = 0.8;
@@ -85,10 +89,14 @@ impl<'a, 'b> Rounds<'a, 'b> {
     /// fit beyond noise, summed over the pixels.
     pub fn run(mut self, plan: &Plan) -> f64 {
         let mut misfit = 0.0;
+        let mut began = Instant::now();
         for round in 0..ROUNDS {
             let found = self.noise();
             // A picture without light has no error relative to it.
-            if plan.is_late() || self.left <= 0.0 {
+            // One round casts up to so many times the rays of the one before.
+            let is_last =
+                plan.is_late() || would_be_over(plan.deadline, std::mem::replace(&mut began, Instant::now()), 2.0);
+            if is_last || self.left <= 0.0 {
                 return foreseen(self.cache, self.pixels, &self.cache.biases(), found.signal);
             }
             let noise = found.variance / (HEMISPHERE * HEMISPHERE * self.left);

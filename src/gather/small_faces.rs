@@ -33,9 +33,9 @@ const NEAR: f64 = 1e-6;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SmallFace {
     /// Share of the pixel that it covers.
-    share: f64,
+    pub share: f64,
     /// The light of its middle, as camera rays count it.
-    light: DVec3,
+    pub light: DVec3,
 }
 
 impl SmallFace {

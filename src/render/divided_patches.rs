@@ -14,6 +14,7 @@
 
 use std::time::Instant;
 
+use crate::gather::sampling::would_be_over;
 use crate::gather::{Effort, Gathered, ImportancePaths, READINGS, Reading, Residual, ResidualSums, SquaredError};
 use crate::patches::Patches;
 use crate::render::assembly::Prepared;
@@ -113,6 +114,7 @@ pub(crate) fn divided(
     for round in 1u32.. {
         let before = spent.rays;
         let clock = Instant::now();
+        let began = clock;
         let samples = seen.samples(&p.scene, &p.patches, &solved.fields);
         let (patches, densities) = (p.patches.clone(), p.densities.clone());
         p.divide(samples);
@@ -124,7 +126,8 @@ pub(crate) fn divided(
             let took = spent.rays - before - rough.gathered.rays;
             let cost = ReadingCost::new(&rough, wanted, seen.prices(&p.patches, &solved.fields));
             let denser = rays.saturating_mul(cost.denser(took as f64, solved.error.form_factors)).min(RAYS.2);
-            if denser > rays {
+            let is_late = would_be_over(wanted.deadline, clock, f64::from(denser / rays));
+            if denser > rays && !is_late {
                 rays = denser;
                 (solved, rough) = cast(p, task, rays, spent)?;
             }
@@ -138,7 +141,13 @@ pub(crate) fn divided(
         let other = Round { wanted, bright: &bright, each, set: 1 + round };
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let clock = Instant::now();
-        let drawn = solved.drawn(p, wanted, &mut pixels, Effort { wanted: certain, most: DRAWN }, spent);
+        let drawn = solved.drawn(
+            p,
+            wanted,
+            &mut pixels,
+            Effort { wanted: certain, most: DRAWN, deadline: wanted.deadline },
+            spent,
+        );
         spent.seconds.solve += clock.elapsed().as_secs_f64();
         let (others, residual) = measured(p, &solved, other, certain, drawn, spent);
         let all = Reading::ALL.map(|reading| residual.upper(reading, certain) / signal);
@@ -151,7 +160,7 @@ pub(crate) fn divided(
         let is_enough = now.rays.is_finite() && now.rays <= again + then.rays;
         let helped = best.as_ref().is_none_or(|best| !best.leaves_no_more_than(squared / FALLS));
         stalls = if helped { 0 } else { stalls + 1 };
-        if is_enough || round >= last || stalls == STALLS || wanted.is_late() {
+        if is_enough || round >= last || stalls == STALLS || wanted.would_be_late(began) {
             if let Some(best) = best.filter(|best| !now.rays.is_finite() && best.leaves_no_more_than(squared)) {
                 return Ok(best.restore(p));
             }
@@ -224,10 +233,12 @@ fn measured(
     let clock = Instant::now();
     let mut sums = ResidualSums::new(&others);
     loop {
+        let began = Instant::now();
         sums.take(&others, &p.patches, &solved.fields);
         let residual = sums.residual().beside(Some(drawn));
         let told = residual.of(Reading::PLAIN, certain);
-        if told.deviation <= certain || others.each() >= EACH.2 || told.value > 4.0 * told.deviation {
+        let is_last = others.each() >= EACH.2 || round.wanted.would_be_late(began);
+        if told.deviation <= certain || is_last || told.value > 4.0 * told.deviation {
             spent.seconds.solve += clock.elapsed().as_secs_f64();
             return (others, residual);
         }

@@ -151,7 +151,8 @@ mod tests {
         };
         assert_eq!(chosen(0.6, 0.3), (0, true));
         assert_eq!(chosen(0.8, 0.3), (1, true));
-        assert_eq!(chosen(0.9, 0.8), (0, false));
-        assert_eq!(chosen(1.9, 0.8), (1, false));
+        assert_eq!(chosen(0.9, 0.8), (1, true));
+        // Of those that are all too large what matters.
+        assert_eq!([chosen(0.95, 0.9), chosen(1.9, 0.9)], [(0, false), (1, false)]);
     }
 }

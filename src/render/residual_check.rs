@@ -20,6 +20,8 @@ use crate::render::wanted::Wanted;
 /// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; at most, where an error is suspected or
 /// small places tell too little; and at most where even the largest blocks of pixels do.
 const PATHS: (f64, f64, f64) = (5_000.0, 65_536.0, 786_432.0);
+/// Times as many paths at most that are followed before they are asked again.
+const STEP: u32 = 4;
 /// Paths of a pixel over those of all in the mean, at least and at most.
 const LEAST: f32 = 0.25;
 const MOST: f32 = 16.0;
@@ -90,6 +92,7 @@ impl Check {
         let mut drawn = None;
         let mut sums = ResidualSums::new(&self.walks);
         let finding = loop {
+            let began = Instant::now();
             sums.take(&self.walks, &p.patches, &solved.fields);
             let mut residual = sums.residual().beside(drawn);
             let mut judgement = self.judge(&residual, solved, wanted);
@@ -100,10 +103,12 @@ impl Check {
             }
             let paths = judgement.paths(self.walks.each(), self.most, accept);
             self.found = Some(residual);
-            if paths <= self.walks.each() {
+            if paths <= self.walks.each() || wanted.would_be_late(began) {
                 break judgement.finding;
             }
             let before = self.walks.rays;
+            // Step by step: what a few more paths tell may be enough.
+            let paths = paths.min(STEP * self.walks.each());
             self.walks.extend(&solved.rough_view(p, wanted), paths - self.walks.each());
             spent.rays += self.walks.rays - before;
         };
@@ -114,7 +119,13 @@ impl Check {
     /// What a few pixels tell of a solution.
     fn draw(&mut self, p: &Prepared, solved: &Solved, wanted: &Wanted, spent: &mut Spent) -> [SquaredError; READINGS] {
         let certain = self.signal * (DRAWN * wanted.tolerance).powi(2);
-        solved.drawn(p, wanted, &mut self.pixels, Effort { wanted: certain, most: PATHS.1 as usize }, spent)
+        solved.drawn(
+            p,
+            wanted,
+            &mut self.pixels,
+            Effort { wanted: certain, most: PATHS.1 as usize, deadline: wanted.deadline },
+            spent,
+        )
     }
 
     /// The squared error of the solution judged last, relative to the picture's, over the blocks surest of one, less a

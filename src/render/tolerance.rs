@@ -85,7 +85,7 @@ fn attempted(p: &mut Prepared, transport: Transport, wanted: &Wanted, watch: &dy
     let tolerance = if step > 1 { SMALL * wanted.tolerance } else { wanted.tolerance };
     let wanted = &Wanted { size: asked.times(step), tolerance, ..*wanted };
     let mut spent = Spent::default();
-    let solved = solve_within(p, &Task { transport, wanted, watch }, &mut spent)?;
+    let solved = solve_within(p, &Task { transport, wanted: &wanted.of_light(), watch }, &mut spent)?;
     let clock = Instant::now();
     let error = left(wanted.tolerance, solved.error.sum().total.powi(2));
     let within = Gathering::Within { error, seed: wanted.seed, deadline: wanted.deadline };
