@@ -9,8 +9,8 @@
 //! leave behind those that missed. So choosing alone never ends the search: pixels are *looked at*, all that have few
 //! rays get twice as many whatever theirs told, and of those the new rays alone tell the variance. Their sum over
 //! pixels has no bias: what some of them meet once stands for what others have missed. Pixels that are then chosen
-//! for it go on to count with it until the next look, since about as much is still unseen as was seen once only
-//! (I. J. Good, *The population frequencies of species and the estimation of population parameters*, 1953).
+//! for what neither their neighbours show nor a known face made go on to count with it until the next look, since about
+//! as much is still unseen as was seen once only (I. J. Good, *The population frequencies of species and the estimation of population parameters*, 1953).
 //!
 //! Not handled: what no ray of any pixel meets; of detail that covers a share A of the picture N camera rays in all
 //! miss every part with the chance `exp(-N A)`.
@@ -22,7 +22,7 @@ use rayon::prelude::*;
 use crate::form_factors::Progress;
 use crate::gather::camera_rays::CameraRays;
 use crate::gather::pixel::Pixel;
-use crate::gather::pixel_noise::{Measured, measure, variances};
+use crate::gather::pixel_noise::{Measured, is_seen_around, means, measure, variances};
 use crate::gather::sampling::is_over;
 use crate::gather::small_faces::find;
 
@@ -203,13 +203,15 @@ fn choose(pixels: &mut [Pixel], width: usize, measured: &Measured, wanted: f64) 
     // A round aims no lower than half the variance: the next one knows the pixels better. Nor is more done about others
     // than those leave that have all the rays they may.
     let goal = (0.9 * wanted).max(0.5 * left).max(2.0 * stays);
+    let means = means(pixels, measured.bright());
     let mut chosen = Vec::new();
     for &(_, k) in &order {
         if left <= goal {
             break;
         }
         left -= (1.0 - DOUBLED) * variances[k as usize] * scale;
-        pixels[k as usize].choose();
+        let variance = pixels[k as usize].differed;
+        pixels[k as usize].choose(is_seen_around(&means, width, k as usize, variance));
         chosen.push(k);
     }
     chosen.sort_unstable();
@@ -292,9 +294,9 @@ mod tests {
         one.look_back(before, f64::INFINITY);
         // Halves of the new rays are 1 and 2: a variance of 1/4 by half of the rays.
         assert!((one.variance_below(f64::INFINITY) - DVec3::splat(0.125)).abs().max_element() < 1e-12);
-        one.choose();
+        one.choose(false);
         assert!((one.unseen - 0.375).abs() < 1e-12, "all channels");
-        one.choose();
+        one.choose(false);
         assert!((one.unseen - 0.375).abs() < 1e-12, "it is counted once");
         assert_eq!(one.variance_below(f64::INFINITY), one.variance(one.halves()));
     }

@@ -17,6 +17,7 @@ use crate::gather::pixel_layer::SurfaceKey;
 use crate::gather::pixel_texture::{Adjusted, SeenPoint, surfaces};
 use crate::gather::view::View;
 use crate::light::Rgb;
+use crate::rays::Side;
 use crate::rays::sobol::{Sobol, hash};
 use crate::surfaces::SurfacePoint;
 
@@ -146,6 +147,12 @@ impl<'a> CameraRays<'a> {
         Some((key, view.surface_point(hit.face, hit.side, position)))
     }
 
+    /// The surface that a face belongs to.
+    pub fn key(&self, face: u32, side: Side) -> SurfaceKey {
+        let view = self.view;
+        SurfaceKey { plane: view.rays.plane(face), side, material: view.scene.faces[face as usize].material }
+    }
+
     fn camera_ray(&self, k: usize, half: usize, index: u32) -> CameraRay {
         CameraRay { half, index, seed: hash(k as u32, self.seed ^ HALVES[half]) }
     }
@@ -173,8 +180,7 @@ impl<'a> CameraRays<'a> {
         let view = self.view;
         let ray = view.camera_ray(k, at.x, at.y);
         let hit = view.rays.closest(&ray)?;
-        let material = view.scene.faces[hit.face as usize].material;
-        let key = SurfaceKey { plane: view.rays.plane(hit.face), side: hit.side, material };
+        let key = self.key(hit.face, hit.side);
         let position = view.met_at(&ray, &hit);
         Some(SeenPoint { index, at: at.as_dvec2(), hit, position, key, rho: view.scene.rho_at(hit.face, position) })
     }

@@ -142,10 +142,10 @@ impl Pixel {
         (self.differed, self.noted) = (self.foreseen, self.count);
     }
 
-    /// Is chosen to get more rays, because of what its own or its neighbours' have told.
-    pub fn choose(&mut self) {
-        // What a face made that is known of stands for no others.
-        if !self.chosen && !self.is_explained {
+    /// Is chosen to get more rays, because of what its own or its neighbours' have told; what is seen around it as well,
+    /// or made by a face that is known of, stands for nothing that others have missed.
+    pub fn choose(&mut self, is_seen_around: bool) {
+        if !self.chosen && !self.is_explained && !is_seen_around {
             self.unseen = self.differed;
         }
         (self.looked, self.chosen) = (None, true);

@@ -51,6 +51,23 @@ pub(crate) fn measure(pixels: &[Pixel]) -> Measured {
     measured
 }
 
+/// What every pixel shows, its emission up to `bright`.
+pub(crate) fn means(pixels: &[Pixel], bright: f64) -> Vec<DVec3> {
+    pixels.iter().map(|p| p.halves_below(bright).into_iter().sum::<DVec3>() / p.camera()).collect()
+}
+
+/// Whether the pixels around pixel k differ among themselves by as much as its halves may for some variance: an edge or
+/// noise that goes on from pixel to pixel, not something seen in one of them alone.
+pub(crate) fn is_seen_around(means: &[DVec3], width: usize, k: usize, variance: f64) -> bool {
+    let (x, y) = (k % width, k / width);
+    let columns = x.saturating_sub(1)..(x + 2).min(width);
+    let rows = y.saturating_sub(1)..(y + 2).min(means.len() / width);
+    let around = rows.flat_map(|y| columns.clone().map(move |x| y * width + x)).filter(|j| *j != k);
+    let fold = |(low, high): (DVec3, DVec3), j: usize| (low.min(means[j]), high.max(means[j]));
+    let (low, high) = around.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), fold);
+    low.x <= high.x && (high - low).length_squared() >= variance
+}
+
 /// Every pixel's variance: what its neighbourhood's halves differ by, or what an edge through it would leave, if that
 /// is more.
 ///
@@ -63,8 +80,7 @@ pub(crate) fn measure(pixels: &[Pixel]) -> Measured {
 /// leaves about `c²/12 n^-3/2` of n rays a half, and shows in the second differences of the picture whose squares,
 /// summed across it, are c² in the mean.
 pub(crate) fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
-    let mean = |p: &Pixel| p.halves_below(bright).into_iter().sum::<DVec3>() / p.camera();
-    let means: Vec<DVec3> = pixels.iter().map(mean).collect();
+    let means = means(pixels, bright);
     let height = pixels.len() / width.max(1);
     let bends = |k: usize| -> f64 {
         let (x, y) = (k % width, k / width);

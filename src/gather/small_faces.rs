@@ -57,15 +57,21 @@ impl SmallFace {
 pub(crate) fn find(camera_rays: &CameraRays, pixels: &mut [Pixel]) {
     let view = camera_rays.view;
     let faces = (0..view.scene.solid_faces()).into_par_iter();
-    let one = |scratch: &mut Scratch, face: u32| seen(camera_rays, face, scratch).unwrap_or_default();
+    let one = |scratch: &mut Scratch, face: u32| seen(camera_rays, pixels, face, scratch).unwrap_or_default();
     let found: Vec<Vec<(usize, SmallFace)>> = faces.map_init(|| camera_rays.scratch(), one).collect();
     for (k, face) in found.into_iter().flatten() {
         pixels[k].small_faces.push(face);
     }
 }
 
-/// The parts of a face by pixel, if it is smaller than one and seen.
-fn seen(camera_rays: &CameraRays, face: u32, scratch: &mut Scratch) -> Option<Vec<(usize, SmallFace)>> {
+/// The parts of a face by pixel, if it is smaller than one and seen, and no ray of the pixel has met the surface that it
+/// is part of.
+fn seen(
+    camera_rays: &CameraRays,
+    pixels: &[Pixel],
+    face: u32,
+    scratch: &mut Scratch,
+) -> Option<Vec<(usize, SmallFace)>> {
     let view = camera_rays.view;
     let corners = view.scene.corners(face).map(|corner| corner.as_dvec3());
     let normal = view.patches.normal(face, Side::Front).as_dvec3();
@@ -79,8 +85,14 @@ fn seen(camera_rays: &CameraRays, face: u32, scratch: &mut Scratch) -> Option<Ve
     if (high - low).max_element() > 1.0 || low.cmplt(DVec2::ZERO).any() || high.cmpge(size).any() {
         return None;
     }
-    view.patches.at(face, side, (corners.iter().sum::<DVec3>() / 3.0).as_vec3())?;
-    let light = camera_rays.glance(face, (a? + b? + c?) / 3.0, scratch)?;
+    let (center, place) = ((corners.iter().sum::<DVec3>() / 3.0).as_vec3(), (a? + b? + c?) / 3.0);
+    view.patches.at(face, side, center)?;
+    let (key, point) = (camera_rays.key(face, side), view.surface_point(face, side, center));
+    let pixel = &pixels[place.y as usize * view.width + place.x as usize];
+    if pixel.layers.iter().any(|layer| layer.holds(key, &point)) {
+        return None;
+    }
+    let light = camera_rays.glance(face, place, scratch)?;
     let (first, last) = (low.as_uvec2(), high.as_uvec2());
     let all = (first.y..=last.y).flat_map(|y| (first.x..=last.x).map(move |x| DVec2::new(x.into(), y.into())));
     let part = |corner: DVec2| {
