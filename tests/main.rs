@@ -41,6 +41,7 @@ mod scene_files;
 mod shooting;
 mod shortcuts;
 mod sky;
+mod small_things;
 mod source;
 mod spheres;
 mod surfaces;

@@ -165,8 +165,8 @@ impl<'a> Walk<'a> {
             }
     }
 
-    /// Whether moments of a node are off by no more than half of what is tolerable in any channel: by the sum of its halves', which
-    /// err by an eighth as much where the third order leads. Told at two places of the patch.
+    /// Whether moments of a node are off by no more than half of what is tolerable in any channel: told by its halves',
+    /// which err by an eighth as much where the third order leads, at two places of the patch.
     fn speaks_for_its_halves(&self, node: &Node) -> bool {
         let Some(halves) = node.children else { return true };
         let agrees = |x: DVec3| {

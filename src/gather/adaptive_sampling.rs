@@ -10,7 +10,9 @@
 //! rays get twice as many whatever theirs told, and of those the new rays alone tell the variance. Their sum over
 //! pixels has no bias: what some of them meet once stands for what others have missed. Pixels that are then chosen
 //! for what neither their neighbours show nor a known face made go on to count with it until the next look, since about
-//! as much is still unseen as was seen once only (I. J. Good, *The population frequencies of species and the estimation of population parameters*, 1953).
+//! as much is still unseen as was seen once only (I. J. Good, *The population frequencies of species and the estimation
+//! of population parameters*, 1953). Of a plate with pinholes that throws dots of light 26, 20 and 12 % true were told
+//! as 2; with looks 1.9, 1.0 and 1.3 (5 % asked).
 //!
 //! Not handled: what no ray of any pixel meets; of detail that covers a share A of the picture N camera rays in all
 //! miss every part with the chance `exp(-N A)`.
@@ -21,10 +23,10 @@ use rayon::prelude::*;
 
 use crate::form_factors::Progress;
 use crate::gather::camera_rays::CameraRays;
+use crate::gather::face_projection::find;
 use crate::gather::pixel::Pixel;
 use crate::gather::pixel_noise::{Measured, is_seen_around, means, measure, variances};
 use crate::gather::sampling::is_over;
-use crate::gather::small_faces::find;
 
 /// The variance of a pixel with an edge falls as this power of its rays, which are scrambled nets.
 pub(crate) const EDGES: f64 = 1.5;
@@ -223,7 +225,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::gather::small_faces::SmallFace;
+    use crate::gather::small_face::SmallFace;
 
     /// A pixel that so many camera rays of each half found some light in.
     fn pixel(count: u32, light: [f64; 2]) -> Pixel {

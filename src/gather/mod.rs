@@ -13,6 +13,7 @@ pub(crate) mod cached_irradiance;
 pub(crate) mod camera_rays;
 pub(crate) mod continuation;
 pub(crate) mod cross_validation;
+pub(crate) mod face_projection;
 pub(crate) mod fields;
 pub(crate) mod final_gather;
 pub(crate) mod fit_error;
@@ -44,7 +45,7 @@ pub(crate) mod reflection;
 pub(crate) mod residual_blocks;
 pub(crate) mod sampled_pixels;
 pub(crate) mod sampling;
-pub(crate) mod small_faces;
+pub(crate) mod small_face;
 pub(crate) mod view;
 pub(crate) mod weighted_residual;
 

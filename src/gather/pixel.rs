@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::gather::pixel_layer::{Layer, SurfaceKey};
 use crate::gather::pixel_texture::PixelTexture;
-use crate::gather::small_faces::SmallFace;
+use crate::gather::small_face::SmallFace;
 use crate::light::Rgb;
 use crate::surfaces::SurfacePoint;
 
@@ -142,8 +142,8 @@ impl Pixel {
         (self.differed, self.noted) = (self.foreseen, self.count);
     }
 
-    /// Is chosen to get more rays, because of what its own or its neighbours' have told; what is seen around it as well,
-    /// or made by a face that is known of, stands for nothing that others have missed.
+    /// Is chosen to get more rays, because of what its own or its neighbours' have told; what is seen around it as
+    /// well, or made by a face that is known of, stands for nothing that others have missed.
     pub fn choose(&mut self, is_seen_around: bool) {
         if !self.chosen && !self.is_explained && !is_seen_around {
             self.unseen = self.differed;

@@ -1,4 +1,5 @@
-//! What the camera rays of all pixels tell of the noise of the picture, and the variance that each pixel is taken to have.
+//! What the camera rays of all pixels tell of the noise of the picture, and the variance that each pixel is taken to
+//! have.
 //!
 //! Not handled: what is done about it ([`crate::gather::adaptive_sampling`]).
 
