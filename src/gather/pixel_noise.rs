@@ -57,16 +57,24 @@ pub(crate) fn means(pixels: &[Pixel], bright: f64) -> Vec<DVec3> {
     pixels.iter().map(|p| p.halves_below(bright).into_iter().sum::<DVec3>() / p.camera()).collect()
 }
 
-/// Whether the pixels around pixel k differ among themselves by as much as its halves may for some variance: an edge or
-/// noise that goes on from pixel to pixel, not something seen in one of them alone.
-pub(crate) fn is_seen_around(means: &[DVec3], width: usize, k: usize, variance: f64) -> bool {
-    let (x, y) = (k % width, k / width);
-    let columns = x.saturating_sub(1)..(x + 2).min(width);
-    let rows = y.saturating_sub(1)..(y + 2).min(means.len() / width);
-    let around = rows.flat_map(|y| columns.clone().map(move |x| y * width + x)).filter(|j| *j != k);
-    let fold = |(low, high): (DVec3, DVec3), j: usize| (low.min(means[j]), high.max(means[j]));
-    let (low, high) = around.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), fold);
-    low.x <= high.x && (high - low).length_squared() >= variance
+/// Whether what pixel k has seen shows around it as well: an edge, on whose two sides pixels differ by more than their
+/// noise and by as much as its halves may; or noise of half of the pixels around. Rays of a line thinner than a pixel
+/// make neither.
+pub(crate) fn is_seen_around(pixels: &[Pixel], means: &[DVec3], width: usize, k: usize) -> bool {
+    let variance = pixels[k].differed;
+    let beside = |[u, v]: [isize; 2]| {
+        let (x, y) = ((k % width).checked_add_signed(u)?, (k / width).checked_add_signed(v)?);
+        (x < width && y * width < pixels.len()).then_some(y * width + x)
+    };
+    const HALF: [[isize; 2]; 4] = [[1, 0], [0, 1], [1, 1], [1, -1]];
+    let opposite = HALF.map(|to| beside(to).zip(beside(to.map(|d| -d))));
+    let is_edge = |(a, b): (usize, usize)| {
+        let noise = 4.0 * (pixels[a].differed + pixels[b].differed);
+        (means[a] - means[b]).length_squared() >= variance.max(noise)
+    };
+    let around = || HALF.into_iter().flat_map(|to| [beside(to), beside(to.map(|d| -d))]).flatten();
+    let noisy = around().filter(|j| 4.0 * pixels[*j].differed >= variance).count();
+    opposite.into_iter().flatten().any(is_edge) || 2 * noisy >= around().count().max(1)
 }
 
 /// Every pixel's variance: what its neighbourhood's halves differ by, or what an edge through it would leave, if that
