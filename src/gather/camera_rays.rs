@@ -109,6 +109,10 @@ impl<'a> CameraRays<'a> {
             let ray = |index: u32| CameraRay { index, ..first };
             seen.extend((pixel.count..count).filter_map(|index| self.seen(k, ray(index))));
             let all = seen.len() as u32 == count - pixel.count;
+            let eye = self.view.scene.camera.position;
+            let beyond = (!all).then_some(f32::INFINITY);
+            let distances = seen.iter().map(|point| point.position.distance(eye)).chain(beyond);
+            distances.for_each(|distance| pixel.extend_reach(distance));
             let adjusted = pixel.texture.see(self.view, k, &seen, all);
             if self.textured && pixel.texture.is_varied() {
                 self.average(k, count - pixel.count, &mut seen);

@@ -46,6 +46,9 @@ pub(crate) struct Pixel {
     chosen: bool,
     /// The variance for which it was chosen since the last look, and which others stand for that have missed it.
     pub unseen: f64,
+    /// Distances from the camera of the nearest and of the farthest point that its rays met, infinite where one met
+    /// nothing; none before the first.
+    pub reach: Option<[f32; 2]>,
     /// The faces smaller than it that it shows.
     pub small_faces: Vec<SmallFace>,
     /// Whether one of those may have made what the halves differed by when that was last noted.
@@ -58,6 +61,8 @@ pub(crate) struct Found {
     count: u32,
 }
 
+/// Share of its distance that a surface seen head on may be nearer or farther within a pixel.
+const LEVEL: f32 = 1e-3;
 /// Rays that tell whether a pixel sees a luminaire.
 const LOOKS: i32 = 16;
 
@@ -113,6 +118,17 @@ impl Pixel {
     /// The variance that rays tell.
     fn found_below(&self, bright: f64) -> DVec3 {
         self.looked.unwrap_or_else(|| self.variance(self.halves_below(bright)))
+    }
+
+    /// Takes in a point that a ray met at a distance, or that one met none.
+    pub fn extend_reach(&mut self, distance: f32) {
+        let [near, far] = self.reach.unwrap_or([distance; 2]);
+        self.reach = Some([near.min(distance), far.max(distance)]);
+    }
+
+    /// Whether a point is surely behind what its rays met: farther by as much as those differ by.
+    pub fn hides(&self, distance: f32) -> bool {
+        self.reach.is_some_and(|[near, far]| distance > far + (far - near) + LEVEL * far)
     }
 
     /// The variance that small faces make which its rays may have missed.
