@@ -18,7 +18,7 @@
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-use glam::{DVec2, DVec3, Vec3Swizzles};
+use glam::{DVec2, DVec3, Vec3Swizzles, Vec4, Vec4Swizzles};
 
 use crate::light::Rgb;
 use crate::scene::build::{Polygon, Soup, assemble};
@@ -86,12 +86,16 @@ impl Surfaces {
         let mut triangulator = Triangulator::default();
         let (mut found, mut rest) = (Surfaces::default(), &soup.corners[..]);
         for polygon in &soup.polygons {
+            let first = soup.corners.len() - rest.len();
             let (corners, after) = rest.split_at(polygon.corners);
             rest = after;
             let points: Vec<DVec3> = corners.iter().map(|&v| frame.to_unit(soup.vertices[v as usize])).collect();
             triangulator.run(&points);
             let area = 0.5 * newell(&points).length();
-            let rho = soup.materials[polygon.material as usize].mean_rho();
+            let colours = soup.colours.get(first..first + polygon.corners).unwrap_or(&[]);
+            let colour =
+                if colours.is_empty() { Vec4::ONE } else { colours.iter().sum::<Vec4>() / colours.len() as f32 };
+            let rho = soup.materials[polygon.material as usize].mean_rho() * colour.xyz();
             found.area += area;
             found.reflecting += area * f64::from(rho.element_sum() / 3.0);
             found.triangles.extend(triangulator.triangles.iter().map(|triangle| triangle.map(|i| points[i as usize])));

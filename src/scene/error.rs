@@ -96,6 +96,13 @@ pub enum SceneError {
     #[diagnostic(help("save the file as UTF-8 text; binary files cannot be read"))]
     NotUtf8 { place: Place, byte: u8 },
 
+    /// The statements of an OBJ or MTL stand in one line.
+    #[error("{file} is a text of one line, so its statements cannot be told apart")]
+    #[diagnostic(help(
+        "end each statement with a line feed or a carriage return, or both: save the file again as text"
+    ))]
+    OneLine { file: String },
+
     /// A word that should be a number is none.
     #[error("{place}: `{word}` in `{statement}` is not a number")]
     #[diagnostic(help("write numbers like 1, -0.5 or 2.5e-3, with a decimal point and without commas"))]
