@@ -13,7 +13,7 @@ use glam::{DVec3, Vec2, Vec3, Vec4};
 use crate::light::Gloss;
 use crate::scene::camera::ViewError;
 use crate::scene::error::{Place, SceneError};
-use crate::scene::mtl::{check_emission, check_gloss, check_rho};
+use crate::scene::material_checks::{check_emission, check_gloss, check_rho};
 use crate::scene::polygon::{Cover, MOST_CORNERS, Triangulator};
 use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::warnings::Tally;

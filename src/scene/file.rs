@@ -44,7 +44,7 @@ use crate::scene::error::{Place, SceneError};
 use crate::scene::input::SceneInput;
 use crate::scene::light_table::{LightTable, light};
 use crate::scene::lines::{list, shorten};
-use crate::scene::mtl::check_emission;
+use crate::scene::material_checks::check_emission;
 use crate::scene::sky_table::SkyTable;
 use crate::scene::source::Source;
 use crate::scene::{Camera, Material, Scene, Sides, geometry_file, lines};
@@ -127,6 +127,11 @@ pub(crate) fn read(input: &SceneInput) -> Result<Scene, SceneError> {
     }
     if let Some(sky) = &table.sky {
         scene.set_sky(sky.light(&source)?, table.up());
+    }
+    // Where light is may tell from where a scene is looked at.
+    let is_lit = !table.lights.is_empty() || table.sky.is_some();
+    if is_lit && table.camera.is_none() && scene.cameras.is_empty() {
+        scene.camera = Camera::framing(&scene);
     }
     Ok(scene)
 }

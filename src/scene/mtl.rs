@@ -20,6 +20,7 @@ use crate::light::{Gloss, Rgb};
 use crate::scene::error::{Place, SceneError};
 use crate::scene::lines;
 use crate::scene::lines::Statement;
+use crate::scene::material_checks::{check_emission, check_gloss, check_rho};
 use crate::scene::mtl_maps::MapLines;
 use crate::scene::mtl_opacity::{OpacityFlaws, OpacityLines};
 use crate::scene::mtl_other::Other;
@@ -272,32 +273,6 @@ fn exponent(file: &str, statement: &Statement, material: &str) -> Result<f64, Sc
     let ns = statement.number(file, word)?;
     check_gloss(&[ns], material, || Place::line(file, statement.line))?;
     Ok(ns)
-}
-
-/// Refuses numbers of a highlight that are negative, NaN, or infinite in single precision.
-pub(crate) fn check_gloss(numbers: &[f64], material: &str, place: impl Fn() -> Place) -> Result<(), SceneError> {
-    let limit = 0.0..=f64::from(f32::MAX);
-    match numbers.iter().find(|value| !limit.contains(value)) {
-        Some(&value) => Err(SceneError::Gloss { place: place(), material: lines::shorten(material), value }),
-        None => Ok(()),
-    }
-}
-
-/// Refuses a reflectance outside 0..=1 (NaN included).
-pub(crate) fn check_rho(rho: [f64; 3], material: &str, place: impl Fn() -> Place) -> Result<(), SceneError> {
-    match rho.into_iter().find(|value| !(0.0..=1.0).contains(value)) {
-        Some(value) => Err(SceneError::Rho { place: place(), material: lines::shorten(material), value }),
-        None => Ok(()),
-    }
-}
-
-/// Refuses an emission that is negative, NaN, or infinite in single precision.
-pub(crate) fn check_emission(emission: [f64; 3], material: &str, place: impl Fn() -> Place) -> Result<(), SceneError> {
-    let limit = 0.0..=f64::from(f32::MAX);
-    match emission.into_iter().find(|value| !limit.contains(value)) {
-        Some(value) => Err(SceneError::Emission { place: place(), material: lines::shorten(material), value }),
-        None => Ok(()),
-    }
 }
 
 #[cfg(test)]
