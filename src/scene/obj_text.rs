@@ -157,7 +157,10 @@ impl ObjText {
         self.positions.push('\n');
         self.vertices += 1;
         match found {
-            3 => self.extras.read(file, statement, self.vertices - 1),
+            3 => {
+                self.extras.read(statement, self.vertices - 1);
+                Ok(())
+            }
             _ => Err(statement.malformed(file, "three coordinates", &found.to_string())),
         }
     }

@@ -1,15 +1,14 @@
 //! What stands behind the three coordinates of `v`: `w` a weight, `r g b` a colour, `w r g b` both.
 //!
 //! Colours are linear, as other readers of OBJ take them. Numbers outside 0..1 are clamped, with a warning. A weight
-//! counts in rational curves alone: one that is not 1 is warned of, since some readers divide by it, and so are lines
-//! whose numbers are none of these.
+//! counts in rational curves alone: one that is not 1 is warned of, since some readers divide by it, and so is what is
+//! none of these, or not a finite number.
 //!
 //! Not handled: where colours lie on faces ([`crate::scene::obj_colours`]); colours in comments (`#MRGB`), which are
 //! warned of.
 
 use glam::Vec3;
 
-use crate::scene::error::SceneError;
 use crate::scene::lines::Statement;
 use crate::scene::warnings::Tally;
 
@@ -26,22 +25,18 @@ pub(crate) struct Extras {
 
 impl Extras {
     /// Reads what follows the coordinates of vertex `index`.
-    ///
-    /// # Errors
-    /// What is not a finite number.
-    pub fn read(&mut self, file: &str, statement: &Statement, index: usize) -> Result<(), SceneError> {
-        // The eighth number and those after it are read for the error alone.
+    pub fn read(&mut self, statement: &Statement, index: usize) {
         let (mut numbers, mut count) = ([0.0; 4], 0);
         for word in statement.words().skip(3) {
-            let number = statement.number(file, word)?;
             if let Some(slot) = numbers.get_mut(count) {
-                *slot = number;
+                *slot = word.parse().unwrap_or(f64::NAN);
             }
             count += 1;
         }
         let [w, ..] = numbers;
         match count {
             0 => {}
+            _ if numbers.iter().any(|number| !number.is_finite()) => self.odd.add(statement.line),
             1 => self.weight(w, statement.line),
             3 => self.colour(index, [numbers[0], numbers[1], numbers[2]], statement.line),
             4 => {
@@ -51,7 +46,6 @@ impl Extras {
             }
             _ => self.odd.add(statement.line),
         }
-        Ok(())
     }
 
     fn weight(&mut self, w: f64, line: usize) {
@@ -76,7 +70,7 @@ impl Extras {
         self.weights.report(file, "line", "vertex weight", weights, warnings);
         let both = "read as x y z w r g b, of which w has no effect; write x y z r g b if the last one is an alpha";
         self.both.report(file, "line", "seven-number v", both, warnings);
-        let odd = "the numbers after x y z are left out: neither a weight nor a colour of three";
+        let odd = "what follows x y z is left out: neither a weight nor a colour of three numbers";
         self.odd.report(file, "line", "v", odd, warnings);
         if let Some(at) = text.find("#MRGB") {
             let line = 1 + text[..at].matches('\n').count();
