@@ -1,19 +1,23 @@
-//! The warning of black backs: which objects the camera sees from behind, and what difference it would make if they
-//! reflected there.
+//! The warning of black backs: which objects show them, and what difference it would make if they reflected there.
 //!
-//! A grid of camera rays finds the objects. Two small path-traced pictures tell the mean radiance as it is, and with both
-//! sides of those objects' faces reflecting, each with its standard error. What both sides leave as it is is not advised.
+//! A grid of camera rays, and a ray from each place where one ends, find the objects. Small path-traced pictures tell the
+//! mean radiance as it is, with both sides of those objects' faces reflecting, and with two sides to every face, each
+//! with its standard error. What makes no difference is not advised, and not told where the camera sees no back itself.
 //!
-//! Not handled: what makes no picture for certain, light that passes through surfaces (tau above 0): no means are told.
+//! Not handled: light that passes through surfaces (tau above 0), of which no means are told.
+
+use glam::Vec3;
 
 use crate::cli::console::Console;
 use crate::light::{Rgb, Transport};
 use crate::pictures::Size;
-use crate::rays::{Ray, Rays, Side};
+use crate::rays::sobol::{fraction, hash};
+use crate::rays::warp::cosine_direction;
+use crate::rays::{Hit, Ray, Rays, Side};
 use crate::reference::{Mean, TraceSettings, Tracer};
 use crate::scene::{Scene, Sides};
 
-/// Share of a picture's camera rays that may meet black backs before it is worth a warning.
+/// Share of rays that may meet black backs before it is worth a warning.
 const BACKS: f64 = 0.01;
 /// Camera rays along the longer side of the picture.
 const GRID: usize = 64;
@@ -33,36 +37,41 @@ pub struct Shown<'a> {
     pub transports: &'a [Transport],
 }
 
-/// Warns if more of the camera's rays meet black backs than a hundredth; `shares` are those of the pictures, which differ
-/// by the backs behind others: the largest is told.
+/// Black backs that rays meet.
+struct Backs {
+    /// Share of the rays.
+    share: f64,
+    /// How many of them meet those of each object.
+    counts: Vec<usize>,
+}
+
+/// Warns if more than a hundredth of the camera's rays, or of those from where they end, meet black backs; `shares` are
+/// those of the pictures' camera rays, which differ by the backs behind others: the largest is told.
 pub fn warn_of_backs(console: &Console, shown: &Shown, shares: impl Iterator<Item = f64>) {
-    let backs = shares.fold(0.0, f64::max);
-    if backs <= BACKS {
+    let Shown { scene, rays, .. } = shown;
+    let size = grid(shown.size);
+    let [mut seen, further] = met(scene, rays, size);
+    seen.share = shares.fold(0.0, f64::max);
+    let is_seen = seen.share > BACKS;
+    let backs = if is_seen { seen } else { further };
+    if backs.share <= BACKS {
         return;
     }
-    let &Shown { scene, rays, transports, .. } = shown;
-    let size = grid(shown.size);
-    let (names, turned) = behind(scene, rays, size);
-    let opaque = transports.iter().find(|mode| scene.transports(**mode).iter().all(|own| own.tau == 0.0));
-    let means =
-        opaque.and_then(|&mode| Some((mean(scene, rays, mode, size)?, mean(&turned, rays, mode, size)?, mode.label())));
-    let advice = "--two-sided gives every face two sides, `two_sided = true` in a scene file those of one material; or \
-                  turn these faces";
-    let told = match means {
-        None => advice.to_owned(),
-        Some((own, both, _)) if !differ(&own, &both) => {
-            let same = "the picture is as bright in the mean if they reflect on both sides";
-            format!("{same} ({})", show(&own))
+    let means = Means::new(shown, size, &backs);
+    let told = match &means {
+        Some(means) if means.differ() => means.tell(),
+        Some(_) if !is_seen => return,
+        Some(means) => format!("the picture is as bright in the mean ({}) if they reflect there", show(&means.own)),
+        None if is_seen => {
+            "turn these faces, or give their material two sides (`two_sided = true` in a scene file)".into()
         }
-        Some((own, both, mode)) => format!(
-            "the mean radiance of {mode} is {}, and would be {} if they reflected on both sides: {advice}",
-            show(&own),
-            show(&both)
-        ),
+        None => return,
     };
+    let which = if is_seen { "the camera's rays" } else { "the rays from what the camera sees" };
+    let share = 100.0 * backs.share;
     console.warn(format!(
-        "{:.1} % of the camera's rays meet the black backs of one-sided faces, of {names}: {told}",
-        100.0 * backs,
+        "{share:.1} % of {which} meet the black backs of one-sided faces, of {}: {told}",
+        backs.names(scene)
     ));
 }
 
@@ -73,50 +82,112 @@ fn grid(Size { width, height }: Size) -> Size {
     Size { width: side(width), height: side(height) }
 }
 
-/// The objects that the camera sees from behind, the largest in the picture first, and the scene with both sides of
-/// their faces reflecting.
-fn behind(scene: &Scene, rays: &Rays, Size { width, height }: Size) -> (String, Scene) {
-    let mut counts = vec![0; scene.objects.len()];
+/// The black backs that a grid of camera rays meets, and those that rays from there meet.
+fn met(scene: &Scene, rays: &Rays, Size { width, height }: Size) -> [Backs; 2] {
+    let mut found = [(); 2].map(|()| Backs { share: 0.0, counts: vec![0; scene.objects.len()] });
+    let mut cast = [0usize; 2];
     for k in 0..width * height {
         let (x, y) = ((k % width) as f32 + 0.5, (k / width) as f32 + 0.5);
         let (origin, direction) = scene.camera.ray(x / width as f32, y / height as f32, width as f32 / height as f32);
-        let hit = rays.closest(&Ray { origin, direction, source: None });
-        if let Some(hit) = hit.filter(|hit| hit.side == Side::Back && is_black_behind(scene, hit.face)) {
-            counts[scene.faces[hit.face as usize].object as usize] += 1;
+        let mut ray = Ray { origin, direction, source: None };
+        for order in 0..2 {
+            cast[order] += 1;
+            let Some(hit) = rays.closest(&ray).filter(|hit| !scene.is_sky(hit.face)) else { break };
+            if is_black(scene, &hit) {
+                found[order].counts[scene.faces[hit.face as usize].object as usize] += 1;
+                break;
+            }
+            ray = from(scene, &ray, &hit, k as u32);
         }
     }
-    let mut order: Vec<usize> = (0..counts.len()).filter(|&object| counts[object] > 0).collect();
-    order.sort_by_key(|&object| std::cmp::Reverse(counts[object]));
-    let names: Vec<&str> = order.iter().take(NAMED).map(|&object| scene.objects[object].as_str()).collect();
-    let more = match order.len().saturating_sub(NAMED) {
-        0 => String::new(),
-        n => format!(" and {n} more"),
-    };
-    (format!("{}{more}", names.join(", ")), with_both_sides(scene, |object| counts[object as usize] > 0))
+    for (backs, cast) in found.iter_mut().zip(cast) {
+        backs.share = backs.counts.iter().sum::<usize>() as f64 / cast.max(1) as f64;
+    }
+    found
 }
 
-/// Whether a face is one that reflects in front and is black behind.
-fn is_black_behind(scene: &Scene, face: u32) -> bool {
+/// A cosine-distributed ray from where another ends, on its side.
+fn from(scene: &Scene, ray: &Ray, hit: &Hit, k: u32) -> Ray {
+    let [a, b, c] = scene.exact_corners(hit.face);
+    let front: Vec3 = (b - a).cross(c - a).normalize().as_vec3();
+    let normal = if hit.side == Side::Front { front } else { -front };
+    let [u, v] = [1, 2].map(|axis| fraction(hash(k, axis)));
+    Ray { origin: ray.at(hit.t), direction: cosine_direction(normal, u, v), source: Some(hit.face) }
+}
+
+/// Whether a ray ends at a back that is black though the front reflects.
+fn is_black(scene: &Scene, hit: &Hit) -> bool {
+    hit.side == Side::Back && reflects_in_front(scene, hit.face)
+}
+
+fn reflects_in_front(scene: &Scene, face: u32) -> bool {
     let material = scene.material(face);
     !scene.is_sky(face) && material.sides == Sides::One && material.rho != Rgb::ZERO
 }
 
-/// The scene with two sides to the faces of some objects that reflect.
+impl Backs {
+    /// The objects, the most seen first.
+    fn names(&self, scene: &Scene) -> String {
+        let mut order: Vec<usize> = (0..self.counts.len()).filter(|&object| self.counts[object] > 0).collect();
+        order.sort_by_key(|&object| std::cmp::Reverse(self.counts[object]));
+        let names: Vec<&str> = order.iter().take(NAMED).map(|&object| scene.objects[object].as_str()).collect();
+        let more = order.len().saturating_sub(NAMED);
+        if more == 0 { names.join(", ") } else { format!("{} and {more} more", names.join(", ")) }
+    }
+}
+
+/// Mean radiance of a small picture of one mode.
+struct Means {
+    mode: String,
+    own: Mean,
+    /// With both sides of the objects seen from behind reflecting.
+    turned: Mean,
+    /// With two sides to every face.
+    all: Mean,
+}
+
+impl Means {
+    /// Of the first mode without light that passes through surfaces; none where there is none, or light overflows.
+    fn new(shown: &Shown, size: Size, backs: &Backs) -> Option<Means> {
+        let &Shown { scene, rays, transports, .. } = shown;
+        let is_opaque = |mode: &&Transport| scene.transports(**mode).iter().all(|own| own.tau == 0.0);
+        let mode = *transports.iter().find(is_opaque)?;
+        let behind = |face: u32| backs.counts[scene.faces[face as usize].object as usize] > 0;
+        let turned = with_both_sides(scene, |face| behind(face) && reflects_in_front(scene, face));
+        let all = with_both_sides(scene, |face| !scene.is_sky(face));
+        let of = |scene: &Scene| mean(scene, rays, mode, size);
+        Some(Means { mode: mode.label(), own: of(scene)?, turned: of(&turned)?, all: of(&all)? })
+    }
+
+    fn differ(&self) -> bool {
+        differ(&self.own, &self.turned) || differ(&self.own, &self.all)
+    }
+
+    fn tell(&self) -> String {
+        let Means { mode, own, turned, all } = self;
+        let lamps = if differ(turned, all) { ", where everything else has two sides too" } else { "" };
+        format!(
+            "the mean radiance of {mode} is {}, and {} if they are turned or get two sides (`two_sided = true` for their \
+             material in a scene file), {} with --two-sided{lamps}",
+            show(own),
+            show(turned),
+            show(all),
+        )
+    }
+}
+
+/// The scene with two sides to the faces wanted.
 fn with_both_sides(scene: &Scene, wanted: impl Fn(u32) -> bool) -> Scene {
     let mut turned = scene.clone();
     turned.materials.iter_mut().for_each(|material| material.sides = Sides::Two);
     // Materials as they were come after the two-sided ones, so that those of a sky are the last.
     turned.materials.extend(scene.materials.iter().cloned());
-    for face in 0..scene.faces.len() as u32 {
-        let own = &mut turned.faces[face as usize];
-        if !(wanted(own.object) && is_black_behind(scene, face)) {
-            own.material += scene.materials.len() as u32;
-        }
+    for face in (0..scene.faces.len() as u32).filter(|&face| !wanted(face)) {
+        turned.faces[face as usize].material += scene.materials.len() as u32;
     }
     turned
 }
 
-/// The mean radiance of a small picture; none where light overflows.
 fn mean(scene: &Scene, rays: &Rays, mode: Transport, size: Size) -> Option<Mean> {
     let mut tracer = Tracer::new(scene, rays, &scene.transports(mode), size, &TraceSettings::default());
     tracer.pass(SAMPLES);
@@ -127,7 +198,7 @@ fn differ(a: &Mean, b: &Mean) -> bool {
     (0..3).any(|c| (a.value[c] - b.value[c]).abs() > APART * a.error[c].hypot(b.error[c]))
 }
 
-/// The mean of the channels and its standard error at most.
+/// The mean of the channels, and that of their standard errors, which is an upper limit of its own.
 fn show(mean: &Mean) -> String {
     let of = |numbers: [f64; 3]| numbers.iter().sum::<f64>() / 3.0;
     format!("{:.3} ± {:.3}", of(mean.value), of(mean.error))

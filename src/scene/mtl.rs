@@ -22,7 +22,7 @@ use crate::scene::lines;
 use crate::scene::lines::Statement;
 use crate::scene::material_checks::{check_emission, check_gloss, check_rho};
 use crate::scene::mtl_maps::MapLines;
-use crate::scene::mtl_opacity::{OpacityFlaws, OpacityLines};
+use crate::scene::mtl_opacity::{OpacityFlaws, OpacityLines, without_inverted};
 use crate::scene::mtl_other::Other;
 use crate::scene::warnings::Tally;
 
@@ -95,6 +95,8 @@ impl Libraries {
         for statement in lines::statements(text) {
             read_statement(file, &statement, self.highlights, &mut entries, &mut tallies)?;
         }
+        let opacities = entries.iter_mut().map(|entry| (entry.name.as_str(), &mut entry.opacity));
+        without_inverted(opacities, &mut tallies.opacity);
         for entry in entries {
             self.push(entry, &mut tallies);
         }

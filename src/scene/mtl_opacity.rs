@@ -1,7 +1,8 @@
 //! Opacity of MTL's materials: `d`, the share of a surface that is there, and `Tr`, what is left of it, 1 - d.
 //!
 //! Where both stand, `d` counts, and a warning says so where they disagree. Numbers outside 0..1 are clamped, and the
-//! factor of `d -halo` is taken for all directions, each with a warning.
+//! factor of `d -halo` is taken for all directions, each with a warning. A library all of whose materials say `Tr 1`, and
+//! none `d`, would leave nothing: it is by a program that writes 1 for opaque (MeshLab), and is read so, with a warning.
 //!
 //! Not handled: what opacity does; it is the factor of a [`crate::scene::textures::Mask`].
 //!
@@ -29,9 +30,15 @@ pub(crate) struct OpacityFlaws {
     halo: Tally,
     outside: Tally,
     apart: Tally,
+    inverted: Tally,
 }
 
 impl OpacityLines {
+    /// Whether it says `Tr 1` and no more.
+    fn is_nothing(&self) -> bool {
+        self.d.is_none() && self.tr == Some(1.0)
+    }
+
     /// Takes a statement if it is one of these; whether it is.
     ///
     /// # Errors
@@ -78,12 +85,29 @@ impl OpacityLines {
     }
 }
 
+/// Takes the opacities of a library, with the names of its materials, for those of a program that writes 1 for opaque,
+/// if all of them say that nothing is there.
+pub(crate) fn without_inverted<'a>(
+    library: impl Iterator<Item = (&'a str, &'a mut OpacityLines)>,
+    flaws: &mut OpacityFlaws,
+) {
+    let all: Vec<_> = library.collect();
+    if !all.iter().all(|(_, lines)| lines.is_nothing()) {
+        return;
+    }
+    for (name, lines) in all {
+        flaws.inverted.add_named(lines.line, name);
+        *lines = OpacityLines::default();
+    }
+}
+
 impl OpacityFlaws {
     /// Appends the warnings of a library.
     pub fn report(&self, file: &str, warnings: &mut Vec<String>) {
         for (tally, noun, consequence) in [
             (&self.halo, "d -halo statement", "its factor is taken for all directions"),
             (&self.outside, "opacity value", "outside 0..1, and clamped"),
+            (&self.inverted, "Tr 1 statement", "as all materials say it, it is read as opaque; `d 0` leaves faces out"),
             (&self.apart, "contradictory Tr statement", "it is not 1 - d; d counts"),
         ] {
             tally.report(file, "line", noun, consequence, warnings);

@@ -119,6 +119,10 @@ fn a_scene_of_which_nothing_is_there_has_no_faces() {
     let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n";
     let error = Scene::from_obj_text("s", obj, "newmtl a\nKd 1\nd 0\n").unwrap_err();
     assert!(error.to_string().contains("no faces with area"), "{error}");
+    // Some programs write 1 for opaque; then all materials of a library say so.
+    let inverted = Scene::from_obj_text("s", obj, "newmtl a\nKd 1\nTr 1.0\nnewmtl b\nKd 1\nTr 1\n").unwrap();
+    assert!(inverted.faces.len() == 1 && !inverted.is_textured());
+    warns(&inverted, &["2 Tr 1 statements of materials a, b (first: m.mtl, line 3): as all materials say it"]);
     let half = Scene::from_obj_text("s", obj, "newmtl a\nKd 1\nKe 4\nd .5\n").unwrap();
     // As of any mask: it emits where it is.
     let means = half.means_of_face(0);
