@@ -16,7 +16,7 @@ use crate::scene::punctual::{PunctualForm, PunctualLight};
 use crate::scene::{Scene, Sides};
 
 /// Directions from each place.
-const DIRECTIONS: usize = 32;
+const DIRECTIONS: usize = 24;
 /// Share of a place's rays that escape from a closed scene at most: furniture without bottoms and windows leave some
 /// hundredths, a cube that lacks a side has a sixth.
 const CLOSED: f64 = 0.1;
@@ -27,7 +27,7 @@ const FILLED: usize = 9;
 /// By how much the shares of sides that reflect must differ inside and outside to tell.
 const DIFFERENT: f64 = 0.1;
 /// Emitting faces that are asked for where they are, at most.
-const LAMPS: usize = 8;
+const LAMPS: usize = 4;
 /// Distance from a lamp that its rays start at, unit coordinates.
 const BEFORE: f32 = 1e-4;
 
@@ -101,7 +101,8 @@ impl Walls {
 
     /// Rays all around from each place, and where they end.
     fn around(&self, places: impl Iterator<Item = Vec3>) -> Vec<Ends> {
-        let rays: Vec<Line> = places.flat_map(|place| directions().map(move |way| (place, way))).collect();
+        let lines = |(turn, place): (usize, Vec3)| directions(turn).map(move |way| (place, way));
+        let rays: Vec<Line> = places.enumerate().flat_map(lines).collect();
         self.nearest(&rays).chunks(DIRECTIONS).map(Ends::of).collect()
     }
 
@@ -125,7 +126,7 @@ impl Walls {
     /// Rays from all around towards the middle.
     fn from_outside(&self) -> Ends {
         let (middle, far) = (0.5 * (self.low + self.high), 2.0 * (self.high - self.low).length());
-        let rays = directions().map(|way| (middle.as_vec3() - far as f32 * way, way));
+        let rays = directions(0).map(|way| (middle.as_vec3() - far as f32 * way, way));
         Ends::of(&self.nearest(&rays.collect::<Vec<_>>()))
     }
 
@@ -204,12 +205,13 @@ impl Wall {
     }
 }
 
-/// Directions spread evenly over the sphere (golden spiral), none along an axis.
-fn directions() -> impl Iterator<Item = Vec3> {
+/// Directions spread evenly over the sphere (golden spiral), none along an axis, turned about y from number to number.
+fn directions(number: usize) -> impl Iterator<Item = Vec3> {
+    let start = 0.1 + number as f64;
     let turn = PI * (3.0 - 5f64.sqrt());
     (0..DIRECTIONS).map(move |k| {
         let y = 1.0 - (2 * k + 1) as f64 / DIRECTIONS as f64;
-        let (sin, cos) = (turn * k as f64 + 0.1).sin_cos();
+        let (sin, cos) = (turn * k as f64 + start).sin_cos();
         let radius = (1.0 - y * y).sqrt();
         DVec3::new(radius * cos, y, radius * sin).as_vec3()
     })
