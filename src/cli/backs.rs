@@ -90,11 +90,11 @@ fn met(scene: &Scene, rays: &Rays, Size { width, height }: Size) -> [Backs; 2] {
         let (x, y) = ((k % width) as f32 + 0.5, (k / width) as f32 + 0.5);
         let (origin, direction) = scene.camera.ray(x / width as f32, y / height as f32, width as f32 / height as f32);
         let mut ray = Ray { origin, direction, source: None };
-        for order in 0..2 {
-            cast[order] += 1;
+        for (backs, cast) in found.iter_mut().zip(&mut cast) {
+            *cast += 1;
             let Some(hit) = rays.closest(&ray).filter(|hit| !scene.is_sky(hit.face)) else { break };
             if is_black(scene, &hit) {
-                found[order].counts[scene.faces[hit.face as usize].object as usize] += 1;
+                backs.counts[scene.faces[hit.face as usize].object as usize] += 1;
                 break;
             }
             ray = from(scene, &ray, &hit, k as u32);

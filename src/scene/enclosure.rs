@@ -118,13 +118,13 @@ impl Walls {
         if in_there && !outside {
             return true;
         }
-        let more = share(inside.iter().copied()) - share(std::iter::once(&self.from_outside()));
+        let more = share(inside.iter().copied()) - share(std::iter::once(&self.seen_from_outside()));
         let is_open = inside.iter().any(|ends| ends.escaped > 0);
         more > DIFFERENT || (more >= -DIFFERENT && (in_there || (is_open && inside.len() >= FILLED)))
     }
 
     /// Rays from all around towards the middle.
-    fn from_outside(&self) -> Ends {
+    fn seen_from_outside(&self) -> Ends {
         let (middle, far) = (0.5 * (self.low + self.high), 2.0 * (self.high - self.low).length());
         let rays = directions(0).map(|way| (middle.as_vec3() - far as f32 * way, way));
         Ends::of(&self.nearest(&rays.collect::<Vec<_>>()))
