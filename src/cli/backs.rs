@@ -1,8 +1,9 @@
 //! The warning of black backs: which objects show them, and what difference it would make if they reflected there.
 //!
-//! A grid of camera rays, and a ray from each place where one ends, find the objects. Small path-traced pictures tell the
-//! mean radiance as it is, with both sides of those objects' faces reflecting, and with two sides to every face, each
-//! with its standard error. What makes no difference is not advised, and not told where the camera sees no back itself.
+//! A grid of camera rays, and a ray from each place where one ends, find the objects. Small path-traced pictures tell
+//! the mean radiance as it is, with both sides of those objects' faces reflecting, and with two sides to every face,
+//! each with its standard error. What makes no difference is not advised, and not told where the camera sees no back
+//! itself.
 //!
 //! Not handled: light that passes through surfaces (tau above 0), of which no means are told.
 

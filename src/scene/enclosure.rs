@@ -1,4 +1,5 @@
-//! Whether a scene is a room that is looked at from inside, by its geometry, the sides that reflect, and where light is.
+//! Whether a scene is a room that is looked at from inside, by its geometry, the sides that reflect, and where light
+//! is.
 //!
 //! Rays from places within the bounding box tell. A scene is closed where few of them escape, whichever way walls are
 //! wound. Of a closed one the inside is looked at if light is in there and none outside, or if it shows more sides that
@@ -28,6 +29,8 @@ const FILLED: usize = 9;
 const DIFFERENT: f64 = 0.1;
 /// Emitting faces that are asked for where they are, at most.
 const LAMPS: usize = 4;
+/// By how much weights may be off where rays meet edges, so that none slips between two faces.
+const EDGE: f32 = 1e-5;
 /// Distance from a lamp that its rays start at, unit coordinates.
 const BEFORE: f32 = 1e-4;
 
@@ -200,7 +203,7 @@ impl Wall {
         let along = offset.cross(u);
         let second = way.dot(along) / determinant;
         let distance = v.dot(along) / determinant;
-        let is_met = first >= 0.0 && second >= 0.0 && first + second <= 1.0 && distance > 0.0;
+        let is_met = first >= -EDGE && second >= -EDGE && first + second <= 1.0 + EDGE && distance > 0.0;
         is_met.then_some(Met { distance, is_live: determinant > 0.0 || self.sides == Sides::Two })
     }
 }

@@ -1,8 +1,9 @@
 //! Opacity of MTL's materials: `d`, the share of a surface that is there, and `Tr`, what is left of it, 1 - d.
 //!
 //! Where both stand, `d` counts, and a warning says so where they disagree. Numbers outside 0..1 are clamped, and the
-//! factor of `d -halo` is taken for all directions, each with a warning. A library all of whose materials say `Tr 1`, and
-//! none `d`, would leave nothing: it is by a program that writes 1 for opaque (MeshLab), and is read so, with a warning.
+//! factor of `d -halo` is taken for all directions, each with a warning. A library all of whose materials say `Tr 1`,
+//! and none `d`, would leave nothing: it is by a program that writes 1 for opaque (MeshLab), and is read so, with a
+//! warning.
 //!
 //! Not handled: what opacity does; it is the factor of a [`crate::scene::textures::Mask`].
 //!

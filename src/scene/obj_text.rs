@@ -2,8 +2,8 @@
 //!
 //! Kept: `v` ([`crate::scene::obj_vertices`]), `f` (vertex indices, made absolute), `usemtl`, `o`, `g`, `mtllib`; `vt`
 //! is left to [`crate::scene::obj_coordinates`]. Points, lines and free-form geometry, faces that are to look smooth
-//! (`vn` that differ from corner to corner, or `s`) and statements that are not known are counted for a warning. Indices
-//! may point forward: the range is checked at the end.
+//! (`vn` that differ from corner to corner, or `s`) and statements that are not known are counted for a warning.
+//! Indices may point forward: the range is checked at the end.
 //!
 //! Source: Wavefront, *Object Files (.obj)*, Advanced Visualizer manual, appendix B1.
 //!

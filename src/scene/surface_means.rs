@@ -1,9 +1,9 @@
 //! Means of what is reflected and emitted over pieces of faces.
 //!
-//! The mean over a texture is exact ([`crate::scene::textures::Texture::mean`]), and so is that over colours of vertices,
-//! which are linear: the mean of the corners. Where both meet, each of 64 parts of a piece has the exact mean of the
-//! texture times the colour of its middle. Over a mask with an image or with alpha of vertices the mean is that of a
-//! grid of points.
+//! The mean over a texture is exact ([`crate::scene::textures::Texture::mean`]), and so is that over colours of
+//! vertices, which are linear: the mean of the corners. Where both meet, each of 64 parts of a piece has the exact mean
+//! of the texture times the colour of its middle. Over a mask with an image or with alpha of vertices the mean is that
+//! of a grid of points.
 //!
 //! Not handled: single points ([`crate::scene::textured`]).
 

@@ -56,7 +56,10 @@ pub(crate) fn put_on(soup: &mut Soup, said: Vec<Said>) -> Vec<bool> {
     warn_of_gaps(soup);
     let owners = owners(soup);
     let given = by_material(soup, &owners);
-    let coloured: Vec<bool> = given.iter().map(|corners| corners.are_coloured()).collect();
+    let mut coloured = vec![false; soup.materials.len()];
+    for (colour, &owner) in soup.colours.iter().zip(&owners) {
+        coloured[owner as usize] |= !colour.is_nan() && colour.xyz() != Vec3::ONE;
+    }
     let bare: Vec<Vec4> = (0..soup.materials.len())
         .map(|m| match (said[m].rho, given[m]) {
             (Reflects::Said, _) | (_, Corners::Bare) => Vec4::ONE,
@@ -76,17 +79,6 @@ pub(crate) fn put_on(soup: &mut Soup, said: Vec<Said>) -> Vec<bool> {
         soup.colours.clear();
     }
     coloured
-}
-
-impl Corners {
-    /// Whether there are colours other than white.
-    fn are_coloured(self) -> bool {
-        match self {
-            Corners::Bare => false,
-            Corners::Even(colour) => colour.xyz() != Vec3::ONE,
-            Corners::Varied => true,
-        }
-    }
 }
 
 /// The material of each corner.

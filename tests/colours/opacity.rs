@@ -8,7 +8,8 @@ use halflight::scene::{AddedLight, LoadOptions, Scene, SkyLight};
 use super::warns;
 use glam::DVec3;
 
-/// A room of side 2 about the origin, its back wall with a window, and in it a black pane where `pane` names a material.
+/// A room of side 2 about the origin, its back wall with a window, and in it a black pane where `pane` names a
+/// material.
 fn room(pane: &str, mtl: &str) -> Scene {
     let corners = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
         v -.5 -.5 -1\nv .5 -.5 -1\nv .5 .5 -1\nv -.5 .5 -1\n";

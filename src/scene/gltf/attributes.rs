@@ -1,8 +1,8 @@
 //! Attributes of a primitive's vertices beside positions and texture coordinates: colours, and normals that ask for
 //! smooth shading.
 //!
-//! `COLOR_0` is linear, RGB or RGBA, as floats or normalised integers; numbers outside 0..1 are clamped, and named among
-//! what is ignored.
+//! `COLOR_0` is linear, RGB or RGBA, as floats or normalised integers; numbers outside 0..1 are clamped, and named
+//! among what is ignored.
 //!
 //! Not handled: what normals say; faces are flat, and [`Ignored`] names the nodes whose normals differ within a face.
 

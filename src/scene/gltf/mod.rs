@@ -2,8 +2,8 @@
 //!
 //! `container` finds JSON and bytes, `document` checks the JSON, `accessors` reads numbers within the buffers, `nodes`
 //! places them, `materials`, `textures`, `cameras`, `lights`, `geometry` and `attributes` take what is modelled,
-//! `ignored` names what is not. y is up and metres are the unit, as glTF says; nothing is turned or scaled. Only place for `gltf_json` and
-//! `data_url`.
+//! `ignored` names what is not. y is up and metres are the unit, as glTF says; nothing is turned or scaled. Only place
+//! for `gltf_json` and `data_url`.
 //!
 //! Not handled: gloss and metal, bump maps, skins, morph targets, animation, compressed geometry.
 //!
