@@ -16,6 +16,10 @@ use crate::scene::warnings::Tally;
 /// How far `d` and 1 - `Tr` may lie apart to be the same, written with few digits.
 const SAME: f64 = 5e-3;
 
+/// What a library is told all of whose materials say `Tr 1` alone.
+const INVERTED: &str = "every material says it and none `d`, so it is read as opaque, as some programs mean it; `d 0` \
+                        leaves faces out";
+
 /// What one material says.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct OpacityLines {
@@ -108,7 +112,7 @@ impl OpacityFlaws {
         for (tally, noun, consequence) in [
             (&self.halo, "d -halo statement", "its factor is taken for all directions"),
             (&self.outside, "opacity value", "outside 0..1, and clamped"),
-            (&self.inverted, "Tr 1 statement", "as all materials say it, it is read as opaque; `d 0` leaves faces out"),
+            (&self.inverted, "Tr 1 statement", INVERTED),
             (&self.apart, "contradictory Tr statement", "it is not 1 - d; d counts"),
         ] {
             tally.report(file, "line", noun, consequence, warnings);
