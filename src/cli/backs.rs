@@ -29,6 +29,9 @@ const NAMED: usize = 6;
 /// Standard errors that two means differ by if they are not the same.
 const APART: f64 = 4.0;
 
+/// Digits behind the point of a mean, at most.
+const MOST_DIGITS: f64 = 12.0;
+
 /// What the pictures of a run show.
 pub struct Shown<'a> {
     pub scene: &'a Scene,
@@ -49,6 +52,9 @@ struct Backs {
 /// Warns if more than a hundredth of the camera's rays, or of those from where they end, meet black backs; `shares` are
 /// those of the pictures' camera rays, which differ by the backs behind others: the largest is told.
 pub fn warn_of_backs(console: &Console, shown: &Shown, shares: impl Iterator<Item = f64>) {
+    if !console.warns() {
+        return;
+    }
     let Shown { scene, rays, .. } = shown;
     let size = grid(shown.size);
     let [mut seen, further] = met(scene, rays, size);
@@ -199,8 +205,12 @@ fn differ(a: &Mean, b: &Mean) -> bool {
     (0..3).any(|c| (a.value[c] - b.value[c]).abs() > APART * a.error[c].hypot(b.error[c]))
 }
 
-/// The mean of the channels, and that of their standard errors, which is an upper limit of its own.
+/// The mean of the channels, and that of their standard errors, which is an upper limit of its own: to the first figure
+/// of the error.
 fn show(mean: &Mean) -> String {
     let of = |numbers: [f64; 3]| numbers.iter().sum::<f64>() / 3.0;
-    format!("{:.3} ± {:.3}", of(mean.value), of(mean.error))
+    let (value, error) = (of(mean.value), of(mean.error));
+    let least = if error > 0.0 { error } else { value };
+    let digits = if least > 0.0 { (-least.log10().floor()).clamp(0.0, MOST_DIGITS) as usize } else { 0 };
+    format!("{value:.digits$} ± {error:.digits$}")
 }
