@@ -69,8 +69,8 @@ fn d_and_tr_are_the_share_that_is_there() {
     }
 }
 
-/// All light comes through the window, so a black pane of opacity a leaves 1 - a of it in every pixel. The bound is about
-/// 7 % of it, and a pane of opacity 0.1 that is passed over is 10 % off.
+/// All light comes through the window, so a black pane of opacity a leaves 1 - a of it in every pixel. The bound is
+/// about 7 % of it, and a pane of opacity 0.1 that is passed over is 10 % off.
 #[test]
 fn a_pane_lets_the_rest_of_the_sky_through() {
     let mean = |scene: &Scene| {
