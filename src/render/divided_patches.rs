@@ -19,7 +19,7 @@ use crate::gather::{Effort, Gathered, ImportancePaths, READINGS, Reading, Residu
 use crate::patches::Patches;
 use crate::render::assembly::Prepared;
 use crate::render::reading_cost::{MATTERS, ReadingCost};
-use crate::render::residual_check::brightness;
+use crate::render::residual_check::{HELD, brightness};
 use crate::render::solved::{Rough, Solved, Spent, Task, solve};
 use crate::render::wanted::Wanted;
 use crate::solve::Diverges;
@@ -173,7 +173,12 @@ pub(crate) fn divided(
         }
         solved.reading = now.reading;
         solved.state(squared);
-        seen.absorb(others);
+        // Sets that exceed what paths may take together are not joined.
+        if seen.bytes() + others.bytes() > HELD {
+            seen = others;
+        } else {
+            seen.absorb(others);
+        }
         each *= 2;
     }
     unreachable!("the last round returns")
@@ -237,7 +242,7 @@ fn measured(
         sums.take(&others, &p.patches, &solved.fields);
         let residual = sums.residual().beside(Some(drawn));
         let told = residual.of(Reading::PLAIN, certain);
-        let is_last = others.each() >= EACH.2 || round.wanted.would_be_late(began);
+        let is_last = others.each() >= EACH.2 || 2 * others.bytes() > HELD || round.wanted.would_be_late(began);
         if told.deviation <= certain || is_last || told.value > 4.0 * told.deviation {
             spent.seconds.solve += clock.elapsed().as_secs_f64();
             return (others, residual);

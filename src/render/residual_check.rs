@@ -1,8 +1,7 @@
 //! Whether patches of one size stand for a scene at all, as measured at points: the two levels of patches agree where
 //! both are wrong alike, the residual does not ([`crate::gather::Residual`]).
 //!
-//! A few paths are enough to find errors as large as what is asked for; where they find one, more paths make sure of
-//! it.
+//! A few paths find errors as large as what is asked for; where they find one, more paths make sure of it.
 //!
 //! Not handled: errors that few paths cannot tell from none; the larger of both estimates is stated.
 
@@ -20,8 +19,9 @@ use crate::render::wanted::Wanted;
 /// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; at most, where an error is suspected or
 /// small places tell too little; and at most where even the largest blocks of pixels do.
 const PATHS: (f64, f64, f64) = (5_000.0, 65_536.0, 786_432.0);
-/// Times as many paths at most that are followed before they are asked again.
-const STEP: u32 = 4;
+/// Times as many paths at most that are followed before they are asked again, and bytes that they may take.
+const STEP: usize = 4;
+pub(crate) const HELD: usize = 1_500_000_000;
 /// Paths of a pixel over those of all in the mean, at least and at most.
 const LEAST: f32 = 0.25;
 const MOST: f32 = 16.0;
@@ -103,12 +103,12 @@ impl Check {
             }
             let paths = judgement.paths(self.walks.each(), self.most, accept);
             self.found = Some(residual);
+            let step = (HELD / self.walks.bytes().max(1)).min(STEP) as u32;
+            let paths = paths.min(step * self.walks.each());
             if paths <= self.walks.each() || wanted.would_be_late(began) {
                 break judgement.finding;
             }
             let before = self.walks.rays;
-            // Step by step: what a few more paths tell may be enough.
-            let paths = paths.min(STEP * self.walks.each());
             self.walks.extend(&solved.rough_view(p, wanted), paths - self.walks.each());
             spent.rays += self.walks.rays - before;
         };

@@ -124,7 +124,11 @@ fn refined(p: &mut Prepared, task: &Task, rounds: &mut Rounds, spent: &mut Spent
         solved.set_errors(&rough.gathered);
         match rounds.judge(p, &mut solved, &rough, spent) {
             Next::Accept => return Ok(solved),
-            Next::Divide(squared) => return divided(p, task, solved, squared, &rough.gathered, spent),
+            Next::Divide(squared) => {
+                // Its paths take memory.
+                rounds.check = None;
+                return divided(p, task, solved, squared, &rough.gathered, spent);
+            }
             Next::Denser(noise) => rounds.denser(p, noise),
             Next::Finer(excess) => rounds.finer(p, excess),
             Next::Refine(excess) => rounds.refine(p, &solved, excess, spent),
