@@ -191,7 +191,8 @@ fn extend(camera_rays: &CameraRays, pixels: &mut [Pixel], some: &[u32], count: i
 fn choose(pixels: &mut [Pixel], width: usize, measured: &Measured, wanted: f64) -> Vec<u32> {
     let mut left = measured.variance - unseen(pixels);
     pixels.par_iter_mut().for_each(|pixel| pixel.note_difference(measured.bright(), DOUBLED));
-    let variances = variances(pixels, width, measured.bright());
+    let means = means(pixels, measured.bright());
+    let variances = variances(pixels, &means, width);
     let total: f64 = variances.iter().sum();
     let price = |k: u32| variances[k as usize] / f64::from(pixels[k as usize].count);
     let mut order: Vec<(f64, u32)> = (0..pixels.len() as u32)
@@ -205,7 +206,6 @@ fn choose(pixels: &mut [Pixel], width: usize, measured: &Measured, wanted: f64) 
     // A round aims no lower than half the variance: the next one knows the pixels better. Nor is more done about others
     // than those leave that have all the rays they may.
     let goal = (0.9 * wanted).max(0.5 * left).max(2.0 * stays);
-    let means = means(pixels, measured.bright());
     let mut chosen = Vec::new();
     for &(_, k) in &order {
         if left <= goal {

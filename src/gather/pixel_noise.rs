@@ -77,8 +77,8 @@ pub(crate) fn is_seen_around(pixels: &[Pixel], means: &[DVec3], width: usize, k:
     opposite.into_iter().flatten().any(is_edge) || 2 * noisy >= around().count().max(1)
 }
 
-/// Every pixel's variance: what its neighbourhood's halves differ by, or what an edge through it would leave, if that
-/// is more.
+/// The variance of every pixel, whose [`means`] are given: what its neighbourhood's halves differ by, or what an edge
+/// through it would leave, if that is more.
 ///
 /// A pixel itself counts as it was foreseen before its last rays, [`Pixel::foreseen`]. What its halves differ by states
 /// its error in the end: if the same number chose when to stop, pixels would stop where it is small by chance, and the
@@ -88,8 +88,7 @@ pub(crate) fn is_seen_around(pixels: &[Pixel], means: &[DVec3], width: usize, k:
 /// Halves may agree by chance where an edge passes, and such pixels would never get more rays. An edge of contrast c
 /// leaves about `c²/12 n^-3/2` of n rays a half, and shows in the second differences of the picture whose squares,
 /// summed across it, are c² in the mean.
-pub(crate) fn variances(pixels: &[Pixel], width: usize, bright: f64) -> Vec<f64> {
-    let means = means(pixels, bright);
+pub(crate) fn variances(pixels: &[Pixel], means: &[DVec3], width: usize) -> Vec<f64> {
     let height = pixels.len() / width.max(1);
     let bends = |k: usize| -> f64 {
         let (x, y) = (k % width, k / width);
