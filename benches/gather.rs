@@ -151,7 +151,7 @@ fn residual(c: &mut Criterion) {
         let light = solved.solution.light.iter().zip(solved.mode.operator.emission());
         let fields = Fields::new(&[light.map(|(l, emitted)| l.invisible - emitted.invisible).collect()]);
         let residual = traced().residual(view.patches, &fields);
-        let noise = residual.of_sizes(Reading::PLAIN).next().unwrap_or_default().deviation.sqrt();
+        let noise = residual.of_sizes(Reading::AtOnce).next().unwrap_or_default().deviation.sqrt();
         println!("residual/{name}: root of the standard error of the squared error {noise:.3e} W/(m² sr)");
         group.bench_function(BenchmarkId::from_parameter(name), |b| b.iter(|| black_box(traced().rays)));
     }
@@ -166,7 +166,7 @@ fn going_on(c: &mut Criterion) {
     let solved = solve("two-rooms");
     let light = solved.solution.light.iter().zip(solved.mode.operator.emission());
     let fields = Fields::new(&[light.map(|(l, emitted)| l.invisible - emitted.invisible).collect()]);
-    let fields = fields.read_by(Reading { bounces: 1, ..Reading::PLAIN });
+    let fields = fields.read_by(Reading::AfterOneMore);
     for error in ERRORS {
         let gathering = Gathering::Within { error, seed: 0, deadline: None };
         group.bench_function(BenchmarkId::from_parameter(error), |b| {

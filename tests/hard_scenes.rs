@@ -126,7 +126,7 @@ fn the_residual_of_exact_light_is_nothing_and_that_of_wrong_light_its_error() {
     let off = |factor: f32| {
         let fields = Fields::new(&[vec![Rgb::splat(factor * exact); p.patches.len()]]);
         let residual = walks.residual(&p.patches, &fields);
-        (residual.mean_error(Reading::PLAIN), residual.of(Reading::PLAIN, 0.0))
+        (residual.mean_error(Reading::AtOnce), residual.of(Reading::AtOnce, 0.0))
     };
     let (mean, squared) = off(1.0);
     assert!(mean.abs() < 1e-5 && squared.value.abs() < 1e-9, "{mean} {squared:?}");

@@ -1,5 +1,5 @@
-//! Hemisphere rays that go on before they read: where what they meet is nearer than it is wide, where patches stand for
-//! the light too coarsely, and where direct light is asked for at the point met.
+//! Hemisphere rays that go on before they read: where what they meet is nearer than it is wide, and where patches stand
+//! for the light too coarsely.
 //!
 //! Not handled: fields beyond the first, which is the only one read this way.
 
@@ -8,7 +8,6 @@ use glam::DVec3;
 use crate::gather::fields::Fields;
 use crate::gather::guiding::Guiding;
 use crate::gather::patch_guiding::PatchGuiding;
-use crate::gather::reading::Direct;
 use crate::gather::reflection::{Memory, SurfaceHit, Walker};
 use crate::rays::Ray;
 use crate::rays::sobol::Stream;
@@ -42,17 +41,20 @@ pub(crate) struct Continuation<'a> {
 }
 
 impl Continuation<'_> {
-    /// What a ray finds that goes on, or asks for direct light, before it reads; `seed` is that of its numbers.
+    /// What a ray finds that goes on before it reads; `seed` is that of its numbers.
     ///
     /// Most rays read what they meet at once, and take nothing but that.
     pub fn read(&self, ray: &Ray, onward: Option<&PatchGuiding>, seed: u32, memory: &mut Memory) -> RaySample {
         let mut met = std::mem::take(&mut memory.met);
         met.clear();
-        let left = Left { bounces: self.fields.reading().bounces, most: MOST, onward };
+        let left = Left { bounces: self.fields.reading().bounces(), most: MOST, onward };
         let mut light = DVec3::ZERO;
-        let nearness = self.walker.follow(ray, memory, |m| match self.fields.reading().direct {
-            Direct::Patch if self.ends(&m, left) => light += f64::from(m.through) * self.of_patch(&m),
-            _ => met.push(m),
+        let nearness = self.walker.follow(ray, memory, |m| {
+            if self.ends(&m, left) {
+                light += f64::from(m.through) * self.of_patch(&m);
+            } else {
+                met.push(m);
+            }
         });
         if !met.is_empty() {
             light += self.incident(&met, left, &mut Stream::new(seed), memory);
@@ -113,14 +115,7 @@ impl Continuation<'_> {
             let left = Left { bounces: left.bounces.saturating_sub(1), most: left.most - 1, ..left };
             return found.light(self.onward(at, left, random, memory));
         }
-        match self.fields.reading().direct {
-            Direct::Patch => self.of_patch(at),
-            Direct::Asked => {
-                let over_patch = at.over_patch(self.walker.view.patches, at.patch);
-                let rest = (self.fields.without_direct(at.patch, at.position) * over_patch).as_dvec3();
-                rest + self.walker.direct(at, random, memory).direct
-            }
-        }
+        self.of_patch(at)
     }
 
     /// The first field where a ray meets a patch.
@@ -134,7 +129,6 @@ impl Continuation<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gather::reading::Reading;
     use crate::gather::view::Ready;
     use crate::light::{Rgb, Transport};
     use crate::rays::warp::cosine_direction;
@@ -143,12 +137,11 @@ mod tests {
     /// bounce, and a furnished staircase at alpha = tau = 0.5 did not end in nine minutes.
     #[test]
     fn a_ray_that_crosses_many_surfaces_goes_on_from_one() {
-        const BOUNCES: u32 = 6;
         let ready = Ready::new("furnished-room", Transport { alpha: 0.5, tau: 0.9 }, 300);
         let view = ready.view(1, 1);
         let patches = view.patches;
         let fields = Fields::new(&[vec![Rgb::ONE; patches.len()]]);
-        let fields = fields.read_by(Reading { bounces: BOUNCES, direct: Direct::Patch });
+        let fields = fields.not_read_nearer(vec![f32::INFINITY; patches.len()]);
         let continuation = Continuation { walker: Walker::new(&view), fields: &fields };
         let mut memory = Memory::default();
         let mut random = Stream::new(1);

@@ -106,7 +106,7 @@ impl Fields {
 
     /// Whether every ray reads the first patch that it meets.
     pub(crate) fn is_read_at_once(&self) -> bool {
-        self.near.is_empty() && self.reading == Reading::PLAIN
+        self.near.is_empty() && self.reading == Reading::AtOnce
     }
 
     /// The first field at a point of a patch, without the direct light of luminaires.

@@ -55,7 +55,7 @@ pub use gradients::{Linear, linear};
 pub use importance::{ErrorShares, FieldPair, error_shares};
 pub use importance_paths::ImportancePaths;
 pub use pass::gather;
-pub use reading::{Direct, READINGS, Reading};
+pub use reading::{READINGS, Reading};
 pub(crate) use reading_distance::nearest_read;
 pub use residual_blocks::SquaredError;
 pub(crate) use sampled_pixels::{Brightness, Effort, SampledPixels};

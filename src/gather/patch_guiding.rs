@@ -51,7 +51,7 @@ mod tests {
     use super::*;
     use crate::gather::continuation::Continuation;
     use crate::gather::fields::Fields;
-    use crate::gather::reading::{Direct, Reading};
+    use crate::gather::reading::Reading;
     use crate::gather::reflection::{Memory, Walker};
     use crate::gather::view::Ready;
     use crate::light::{Mode, Rgb};
@@ -94,7 +94,7 @@ mod tests {
         let patches = view.patches;
         let bright = |i: usize| Rgb::splat(f32::from(u8::from(i == 0)));
         let fields = Fields::new(&[(0..patches.len()).map(bright).collect()]);
-        let fields = fields.read_by(Reading { bounces: 1, direct: Direct::Patch });
+        let fields = fields.read_by(Reading::AfterOneMore);
         let continuation = Continuation { walker: Walker::new(&view), fields: &fields };
         let (mut memory, mut random) = (Memory::default(), Stream::new(7));
         let from = patches.point(13, 0.3, 0.6);

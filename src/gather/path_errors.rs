@@ -27,7 +27,7 @@ pub(crate) fn sample(vertex: &Vertex, patches: &Patches, fields: &Fields) -> DVe
 pub(crate) fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] {
     let mut errors = [DVec3::ZERO; READINGS];
     // From the last vertex on, so that sums over what follows are known.
-    let (mut rest, mut own) = (DVec3::ZERO, [DVec3::ZERO; 2]);
+    let (mut rest, mut own) = (DVec3::ZERO, DVec3::ZERO);
     for (k, vertex) in path.vertices.iter().enumerate().rev() {
         let SurfaceHit { face, side, position, distance, .. } = vertex.at;
         let patch = patches.at(face, side, position);
@@ -37,13 +37,10 @@ pub(crate) fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3;
         rest += vertex.weight * (sample(vertex, patches, fields) - light);
         // A ray that is too short goes on: what the next one leaves is what it leaves.
         if !patch.is_some_and(|patch| fields.is_near(patch, distance)) {
-            let without =
-                patch.map_or(DVec3::ZERO, |patch| (fields.without_direct(patch, position) * over_patch).as_dvec3());
-            let corrected = vertex.weight * (vertex.found.direct + without - light);
-            own = [rest, rest - corrected];
+            own = rest;
         }
-        if let Some(errors) = errors.get_mut(2 * k..2 * k + 2) {
-            errors.copy_from_slice(&own);
+        if let Some(error) = errors.get_mut(k) {
+            *error = own;
         }
     }
     errors

@@ -83,7 +83,7 @@ impl SampledPixels {
         let mut began = Instant::now();
         loop {
             self.batches.iter_mut().for_each(|batch| batch.measure(view.patches, fields));
-            let told = self.tell(Reading::PLAIN);
+            let told = self.tell(Reading::AtOnce);
             let is_most = 2 * self.draws() * self.each as usize > effort.most;
             let is_last = is_most || would_be_over(effort.deadline, began, 2.0);
             began = Instant::now();
@@ -304,17 +304,17 @@ mod tests {
         let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
         let mut paths = ImportancePaths::new(&view, vec![1.0; 24 * 24], 3);
         paths.extend(&view, 64);
-        let all = paths.residual(view.patches, &fields).of_sizes(Reading::PLAIN).next().expect("single pixels");
+        let all = paths.residual(view.patches, &fields).of_sizes(Reading::AtOnce).next().expect("single pixels");
         let bright = Brightness { values: &[1.0, 2.0, 1.0, 0.5], size: (2, 2).into() };
         let mut pixels = SampledPixels::new(&view, bright, 5);
         let sure = Effort { wanted: 0.1 * all.value, most: usize::MAX, deadline: None };
-        let few = pixels.measure(&view, &fields, sure)[Reading::PLAIN.number()];
+        let few = pixels.measure(&view, &fields, sure)[Reading::AtOnce.number()];
         assert!(few.deviation <= 0.1 * all.value, "{few:?} {all:?}");
         let chance = few.deviation.hypot(all.deviation);
         assert!((few.value - all.value).abs() < 4.0 * chance, "{few:?} {all:?}");
         // What is measured again is not counted twice.
         let no_more = Effort { wanted: 0.0, most: 0, deadline: None };
-        let again = pixels.measure(&view, &fields, no_more)[Reading::PLAIN.number()];
+        let again = pixels.measure(&view, &fields, no_more)[Reading::AtOnce.number()];
         assert_eq!((again.value, again.deviation), (few.value, few.deviation));
     }
 }

@@ -199,7 +199,7 @@ fn cast(p: &mut Prepared, task: &Task, rays: u32, spent: &mut Spent) -> Result<(
 /// Where light comes by few ways few paths find it, so that most sets of them tell too little. Two scramblings of F
 /// tell its noise without them; what they contradict is taken to be too small by as much at every reading.
 fn believed(told: [f64; READINGS], noise: f64) -> [f64; READINGS] {
-    let plain = told[Reading::PLAIN.number()];
+    let plain = told[Reading::AtOnce.number()];
     let short = if plain > 0.0 { (noise * noise / plain).max(1.0) } else { 1.0 };
     told.map(|squared| short * squared)
 }
@@ -241,7 +241,7 @@ fn measured(
         let began = Instant::now();
         sums.take(&others, &p.patches, &solved.fields);
         let residual = sums.residual().beside(Some(drawn));
-        let told = residual.of(Reading::PLAIN, certain);
+        let told = residual.of(Reading::AtOnce, certain);
         let is_last = others.each() >= EACH.2 || 2 * others.bytes() > HELD || round.wanted.would_be_late(began);
         if told.deviation <= certain || is_last || told.value > 4.0 * told.deviation {
             spent.seconds.solve += clock.elapsed().as_secs_f64();

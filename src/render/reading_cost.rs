@@ -1,14 +1,13 @@
 //! What a picture costs by how it reads light, beside what it costs to find light that may be read at once.
 //!
 //! Patches can be divided until the mean of each will do where a ray ends, but each round of that takes twice the paths
-//! of the one before. A gather pass that makes less noise beside a larger error of the light, asks for direct light
-//! where it reads, or follows another ray first, pays at every ray instead. Which is the cheaper depends on how many
-//! rays it takes: few where indirect light is even, or the tolerance large. A rough picture tells, as it knows its own
-//! noise and rays.
+//! of the one before. A gather pass that makes less noise beside a larger error of the light, or follows another ray
+//! first, pays at every ray instead. Which is the cheaper depends on how many rays it takes: few where indirect light
+//! is even, or the tolerance large. A rough picture tells, as it knows its own noise and rays.
 //!
 //! Costs only choose between ways to the same accuracy, so it is enough that they are about right.
 //!
-//! Not handled: noise that light asked for adds to what a ray reads.
+//! Not handled: noise that one more ray adds to what a ray reads.
 
 use crate::gather::adaptive_sampling::EDGES;
 use crate::gather::budget::{CAMERA, NOISE};
@@ -95,7 +94,7 @@ impl ReadingCost {
     /// By how many times more rays F is worth casting with, which `took` some and left `noise` relative to the picture:
     /// they are few beside those of a gather pass that makes up for it.
     pub fn denser(&self, took: f64, noise: f64) -> u32 {
-        let all = |times: u32| f64::from(times) * took + self.rays(noise * noise / f64::from(times), Reading::PLAIN);
+        let all = |times: u32| f64::from(times) * took + self.rays(noise * noise / f64::from(times), Reading::AtOnce);
         let times = (0..=DENSER).map(|k| 1 << k);
         times.min_by(|&a, &b| all(a).total_cmp(&all(b))).expect("1 is among them")
     }
@@ -123,7 +122,7 @@ mod tests {
     /// Twice the noise takes 2^(2/1.4) times the hemisphere rays, and so does half the tolerance.
     #[test]
     fn rays_go_as_the_noise_over_what_is_left_of_the_tolerance() {
-        let hemisphere = |cost: ReadingCost| cost.rays(0.0, Reading::ALL[1]) - cost.rays(0.0, Reading::PLAIN);
+        let hemisphere = |cost: ReadingCost| cost.rays(0.0, Reading::ALL[1]) - cost.rays(0.0, Reading::AtOnce);
         let times = 2.0_f64.powf(2.0 / RATE);
         let first = hemisphere(cost(0.03, 0.02));
         assert!((hemisphere(cost(0.06, 0.02)) / first / times - 1.0).abs() < 1e-9);

@@ -149,9 +149,9 @@ impl Check {
         } else {
             Finding::Agrees
         };
-        let small = self.share(residual.of_sizes(Reading::PLAIN).next().unwrap_or_default());
+        let small = self.share(residual.of_sizes(Reading::AtOnce).next().unwrap_or_default());
         let certain = (SURE * wanted.tolerance).powi(2);
-        let told = self.share(residual.of(Reading::PLAIN, self.signal * certain));
+        let told = self.share(residual.of(Reading::AtOnce, self.signal * certain));
         Judgement {
             finding,
             is_certain: finding == Finding::Wrong && found.value > CERTAIN * found.deviation,
@@ -184,7 +184,7 @@ impl Check {
     fn state(&self, residual: &Residual, solved: &mut Solved, wanted: &Wanted, cost: &ReadingCost) {
         let certain = (SURE * wanted.tolerance).powi(2);
         let goal = (SHARE * wanted.tolerance).powi(2);
-        let told = self.share(residual.of(Reading::PLAIN, self.signal * certain));
+        let told = self.share(residual.of(Reading::AtOnce, self.signal * certain));
         if told.value - told.deviation > goal {
             let squared = Reading::ALL.map(|reading| residual.upper(reading, self.signal * certain) / self.signal);
             let now = cost.cheapest(squared);
@@ -213,7 +213,7 @@ impl Check {
 /// places show in small blocks only.
 fn surest(residual: &Residual) -> SquaredError {
     let sure = |s: &SquaredError| s.value - CERTAIN * s.deviation;
-    let sizes = residual.of_sizes(Reading::PLAIN);
+    let sizes = residual.of_sizes(Reading::AtOnce);
     sizes.max_by(|a, b| sure(a).total_cmp(&sure(b))).unwrap_or_default()
 }
 
@@ -234,7 +234,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::gather::{Direct, READINGS};
+    use crate::gather::READINGS;
     use crate::light::Mode;
     use crate::rays::sobol::hash;
     use crate::render::assembly::{Silent, prepare};
@@ -242,12 +242,11 @@ mod tests {
     use crate::scene::Scene;
 
     const TOLERANCE: f64 = 0.02;
-    const ASKED: Reading = Reading { bounces: 0, direct: Direct::Asked };
 
-    /// Errors of 16 x 16 pixels, relative to a picture of 1, `plain` if light is read at once and none if direct light
-    /// is asked for; with noise in the halves.
+    /// Errors of 16 x 16 pixels, relative to a picture of 1, `plain` if light is read at once and none after one
+    /// more ray; with noise in the halves.
     fn residual(plain: f64, noise: f64) -> Residual {
-        let error = |reading: usize| if reading == ASKED.number() { 0.0 } else { plain };
+        let error = |reading: usize| if reading == Reading::AfterOneMore.number() { 0.0 } else { plain };
         let pixel = |k: u32| {
             let of = |half: u32| if hash(k, half).is_multiple_of(2) { noise } else { -noise };
             std::array::from_fn(|reading| [0, 1].map(|half| DVec3::splat(error(reading) + of(half))))
@@ -280,7 +279,7 @@ mod tests {
     /// A street at night stated 0.62 % with 1.2 true: lamps beside what they light, whose direct light patches mixed.
     /// Two levels of patches did not tell; the paths did, and nothing came of it.
     #[test]
-    fn direct_light_is_asked_for_where_patches_certainly_mix_it() {
+    fn one_more_ray_is_followed_where_patches_certainly_mix_light() {
         let confirmed = |found: Residual| {
             let Checked { wanted, mut solved, check, cost } = checked();
             check.state(&found, &mut solved, &wanted, &cost);
@@ -288,15 +287,15 @@ mod tests {
         };
         // More than half of the tolerance is certain.
         let (reading, stated) = confirmed(residual(0.8 * TOLERANCE, 0.0));
-        assert_eq!(reading, ASKED);
+        assert_eq!(reading, Reading::AfterOneMore);
         assert!(stated < SHARE * TOLERANCE, "{stated}");
         // Less than half is as it may be.
         let (reading, stated) = confirmed(residual(0.3 * TOLERANCE, 0.0));
-        assert_eq!(reading, Reading::PLAIN);
+        assert_eq!(reading, Reading::AtOnce);
         assert!(stated >= 0.299 * TOLERANCE, "{stated}");
         // Noise may be all of it; what it hides may be as large.
         let (reading, stated) = confirmed(residual(0.8 * TOLERANCE, 20.0 * TOLERANCE));
-        assert_eq!(reading, Reading::PLAIN);
+        assert_eq!(reading, Reading::AtOnce);
         assert!(stated > SURE * TOLERANCE, "{stated}");
     }
 

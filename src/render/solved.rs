@@ -106,7 +106,7 @@ pub(crate) fn solve(p: &Prepared, task: &Task, rays: u32, spent: &mut Spent) -> 
         error: ErrorParts { truncation, ..ErrorParts::default() },
         signal: 0.0,
         off,
-        reading: Reading::PLAIN,
+        reading: Reading::AtOnce,
     })
 }
 
