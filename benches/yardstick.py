@@ -76,17 +76,21 @@ class Reference:
 
 
 def make_reference(program, scene, folder):
-    """References of a built-in scene by path tracing of two seeds; pixels where both agree exactly, and those around, see luminaires."""
-    import numpy as np
-    import OpenEXR
-
+    """References of a built-in scene by path tracing of two seeds."""
     folder.mkdir(parents=True, exist_ok=True)
-    pictures = []
     for seed, name in enumerate("ab"):
         command = [program, "trace", scene, "--mode", "global", "--size", BUILT_IN_SIZE, "--seed", str(seed + 1000)]
         command += ["--samples", str(BUILT_IN_SAMPLES), "--out", str(folder), "-o", str(folder / f"{name}.exr"), "-q"]
         subprocess.run(command, check=True)
-        pictures.append(read(folder / f"{name}.exr"))
+    write_mask(folder)
+
+
+def write_mask(folder):
+    """mask.exr beside a.exr and b.exr: 0 where both agree exactly, which see luminaires, and in the pixels around."""
+    import numpy as np
+    import OpenEXR
+
+    pictures = [read(folder / f"{name}.exr") for name in "ab"]
     own = np.pad((pictures[0] == pictures[1]).all(-1) & (pictures[0] > 0).any(-1), 1)
     height, width = pictures[0].shape[:2]
     around = np.any([own[y : y + height, x : x + width] for y in range(3) for x in range(3)], axis=0)

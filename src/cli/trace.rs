@@ -44,7 +44,7 @@ pub struct Trace {
     #[arg(long, value_enum, default_value_t = NextEventChoice::On)]
     pub next_event: NextEventChoice,
     /// End every path after so many reflections; the light of later ones is missing
-    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     pub max_bounces: u32,
     /// Begin no pass of samples that would not end within so many seconds, for each mode
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]

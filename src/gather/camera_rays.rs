@@ -17,7 +17,7 @@ use crate::gather::pixel_layer::SurfaceKey;
 use crate::gather::pixel_texture::{Adjusted, SeenPoint, surfaces};
 use crate::gather::view::View;
 use crate::light::Rgb;
-use crate::rays::Side;
+use crate::rays::{Hit, Side};
 use crate::rays::sobol::{Sobol, hash};
 use crate::surfaces::SurfacePoint;
 
@@ -107,18 +107,21 @@ impl<'a> CameraRays<'a> {
             seen.clear();
             let first = self.camera_ray(k, half, 0);
             let ray = |index: u32| CameraRay { index, ..first };
-            seen.extend((pixel.count..count).filter_map(|index| self.seen(k, ray(index))));
-            let all = seen.len() as u32 == count - pixel.count;
+            seen.extend((pixel.count..count).flat_map(|index| self.seen(k, ray(index))));
+            let all = seen.len() as u32 == count - pixel.count && seen.iter().all(|point| point.share == 1.0);
             let eye = self.view.scene.camera.position;
-            let beyond = (!all).then_some(f32::INFINITY);
+            let met = seen.chunk_by(|a, b| a.index == b.index).count() as u32;
+            let beyond = (met < count - pixel.count).then_some(f32::INFINITY);
             let distances = seen.iter().map(|point| point.position.distance(eye)).chain(beyond);
             distances.for_each(|distance| pixel.extend_reach(distance));
             let adjusted = pixel.texture.see(self.view, k, &seen, all);
             if self.textured && pixel.texture.is_varied() {
                 self.average(k, count - pixel.count, &mut seen);
             }
-            for point in &seen {
-                self.shade(point, adjusted, ray(point.index), pixel, scratch);
+            for points in seen.chunk_by(|a, b| a.index == b.index) {
+                let shade = |point: &SeenPoint| self.shade(point, adjusted, ray(point.index), pixel, scratch);
+                let emitting = points.iter().map(shade).filter(|emits| *emits).count();
+                pixel.emitting += u32::from(emitting > 0);
             }
             scratch.seen = seen;
             let direct = self.direct(scratch);
@@ -143,12 +146,14 @@ impl<'a> CameraRays<'a> {
         }
     }
 
-    /// The surface that a camera ray of one half of pixel k sees, and the point.
-    pub fn look(&self, k: usize, half: usize, index: u32) -> Option<(SurfaceKey, SurfacePoint)> {
+    /// The surfaces that a camera ray of one half of pixel k sees, and the points.
+    pub fn look(&self, k: usize, half: usize, index: u32) -> impl Iterator<Item = (SurfaceKey, SurfacePoint)> {
         let view = self.view;
-        let SeenPoint { hit, position, key, .. } = self.seen(k, self.camera_ray(k, half, index))?;
-        view.patches.at(hit.face, hit.side, position)?;
-        Some((key, view.surface_point(hit.face, hit.side, position)))
+        let one = |SeenPoint { hit, position, key, .. }: SeenPoint| {
+            view.patches.at(hit.face, hit.side, position)?;
+            Some((key, view.surface_point(hit.face, hit.side, position)))
+        };
+        self.seen(k, self.camera_ray(k, half, index)).into_iter().filter_map(one)
     }
 
     /// The surface that a face belongs to.
@@ -166,7 +171,8 @@ impl<'a> CameraRays<'a> {
         let pixel = place.as_uvec2();
         let k = pixel.y as usize * self.view.width + pixel.x as usize;
         let ray = self.camera_ray(k, 0, 0);
-        let seen = self.seen_at(k, 0, (place - pixel.as_dvec2()).as_vec2()).filter(|seen| seen.hit.face == face)?;
+        let mut seen = self.seen_at(k, 0, (place - pixel.as_dvec2()).as_vec2());
+        let seen = seen.find(|seen| seen.hit.face == face)?;
         let mut alone = Pixel::default();
         scratch.sums.fill(DirectSum::default());
         scratch.linked = DVec3::ZERO;
@@ -174,36 +180,48 @@ impl<'a> CameraRays<'a> {
         (alone.reflecting > 0).then(|| self.direct(scratch) + alone.ambient[0])
     }
 
-    /// The first surface that a camera ray meets.
-    fn seen(&self, k: usize, CameraRay { index, seed, .. }: CameraRay) -> Option<SeenPoint> {
+    /// What a camera ray sees.
+    fn seen(&self, k: usize, CameraRay { index, seed, .. }: CameraRay) -> impl Iterator<Item = SeenPoint> {
         self.seen_at(k, index, Vec2::from([0, 1].map(|d| self.sobol.point(index, d, seed))))
     }
 
-    /// The first surface that is met through a place of pixel k, and where, put exactly into the face's plane.
-    fn seen_at(&self, k: usize, index: u32, at: Vec2) -> Option<SeenPoint> {
+    /// The surfaces that are seen through a place of pixel k, and where, put exactly into the faces' planes.
+    fn seen_at(&self, k: usize, index: u32, at: Vec2) -> impl Iterator<Item = SeenPoint> {
         let view = self.view;
         let ray = view.camera_ray(k, at.x, at.y);
-        let hit = view.rays.closest(&ray)?;
-        let key = self.key(hit.face, hit.side);
-        let position = view.met_at(&ray, &hit);
-        Some(SeenPoint { index, at: at.as_dvec2(), hit, position, key, rho: view.scene.rho_at(hit.face, position) })
+        let one = move |(hit, share): (Hit, f32)| {
+            let key = self.key(hit.face, hit.side);
+            let position = view.met_at(&ray, &hit);
+            let rho = view.scene.rho_at(hit.face, position);
+            SeenPoint { index, at: at.as_dvec2(), hit, position, key, rho, share }
+        };
+        view.rays.seen(&ray).into_iter().map(one)
     }
 
-    /// Adds what one camera ray found: the light the point emits, and what it receives from luminaires.
-    fn shade(&self, seen: &SeenPoint, adjusted: Adjusted, ray: CameraRay, pixel: &mut Pixel, scratch: &mut Scratch) {
+    /// Adds what a camera ray found at one point: the light that is emitted there, and what it receives from
+    /// luminaires. Returns whether it emits any.
+    fn shade(
+        &self,
+        seen: &SeenPoint,
+        adjusted: Adjusted,
+        ray: CameraRay,
+        pixel: &mut Pixel,
+        scratch: &mut Scratch,
+    ) -> bool {
         let view = self.view;
-        let SeenPoint { hit, position, key, rho, .. } = *seen;
+        let SeenPoint { hit, position, key, rho, share, .. } = *seen;
+        let share = f64::from(share);
         let Some(patch) = view.patches.at(hit.face, hit.side, position) else {
             // A second side would change nothing where none reflects.
             pixel.backs += u32::from(view.scene.material(hit.face).rho != Rgb::ZERO);
-            return;
+            return false;
         };
         let emitted = view.scene.emitted_at(hit.face, position).visible.as_dvec3();
-        pixel.emitting += u32::from(emitted != DVec3::ZERO);
-        pixel.emitted[ray.half] += emitted;
+        let emits = emitted != DVec3::ZERO;
+        pixel.emitted[ray.half] += share * emitted;
         let (material, typical) = (view.scene.material(hit.face), view.patches.reflectance(view.scene, patch as usize));
         if typical == Rgb::ZERO && material.gloss.is_none() {
-            return;
+            return emits;
         }
         pixel.reflecting += 1;
         let receiver = view.surface_point(hit.face, hit.side, position);
@@ -212,18 +230,19 @@ impl<'a> CameraRays<'a> {
             let draw = |d: usize, seed: u32| f64::from(self.sobol.point(ray.index, d, seed));
             let draws = [seed, !seed].map(|seed| DVec2::new(draw(2, seed), draw(3, seed)));
             let (light, cast) = highlights.gather(&receiver, gloss, draws, &mut scratch.memory);
-            scratch.linked += light;
+            scratch.linked += share * light;
             pixel.rays += cast;
         }
         if typical == Rgb::ZERO {
-            return;
+            return emits;
         }
-        let rho = adjusted.rho(rho);
+        let rho = share * adjusted.rho(rho);
         pixel.rays += self.add_direct(&Shaded { receiver: &receiver, patch, rho }, ray, scratch);
         if !self.dark {
             pixel.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();
             pixel.layer(key, receiver, typical).add(ray.half, &receiver, rho);
         }
+        emits
     }
 
     /// Light of all luminaires, summed over the camera rays.

@@ -87,7 +87,7 @@ type PixelSamples = [Vec<PatchSample>; 2];
 fn sampled(k: usize, camera_rays: &CameraRays, final_gather: &FinalGather, seed: u32) -> Option<PixelSamples> {
     let mut samples = PixelSamples::default();
     for (half, samples) in samples.iter_mut().enumerate() {
-        let (_, from) = camera_rays.look(k, half, 0)?;
+        let (_, from) = camera_rays.look(k, half, 0).next()?;
         let rho = camera_rays.view.scene.rho_at(from.face, from.position).as_dvec3();
         let seed = hash(k as u32, seed ^ HALVES[half]);
         let rays = HemisphereRays { from: &[from], indices: 0..RAYS, seed, guiding: Guiding::NONE, onward: None };

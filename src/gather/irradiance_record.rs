@@ -129,9 +129,8 @@ impl Record {
         let few = |layer: &Layer| (0..2).any(|half| (layer.origins(half).len() as u32) < count);
         while self.site.looked < most && few(&self.layer) {
             for half in 0..2 {
-                if let Some((key, seen)) = camera_rays.look(self.site.pixel, half, self.site.looked)
-                    && self.layer.holds(key, &seen)
-                {
+                let mut looked = camera_rays.look(self.site.pixel, half, self.site.looked);
+                if let Some((_, seen)) = looked.find(|(key, seen)| self.layer.holds(*key, seen)) {
                     self.layer.start(half, seen);
                 }
             }

@@ -138,7 +138,7 @@ impl Pixel {
     }
 
     /// What its rays saw reflected, their mean.
-    fn reflected(&self) -> DVec3 {
+    pub fn reflected(&self) -> DVec3 {
         self.halves_below(0.0).into_iter().sum::<DVec3>() / self.camera()
     }
 

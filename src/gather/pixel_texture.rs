@@ -48,6 +48,8 @@ pub(crate) struct SeenPoint {
     pub key: SurfaceKey,
     /// Reflectance there.
     pub rho: Rgb,
+    /// Share of the ray's light that comes from there; below 1 on and behind uniform masks.
+    pub share: f32,
 }
 
 /// What is known of the texture of one pixel.

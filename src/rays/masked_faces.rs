@@ -2,7 +2,8 @@
 //!
 //! A share a of a surface between 0 and 1 is met with the chance a, drawn from the bits of the place itself (stochastic
 //! transparency: E. Enderton et al., 2010). So the mean over rays is that of a surface with tau = 1 - a, one ray always
-//! answers the same, and nobody who casts rays need know of masks.
+//! answers the same, and nobody who casts rays need know of masks. Rays of the camera, each of which shows in the
+//! picture, see through uniform masks by weight instead.
 //!
 //! Not handled: closed forms, which take faces as whole; [`crate::direct::Shafts`] leave masked ones to rays.
 
@@ -10,6 +11,7 @@ use std::sync::Arc;
 
 use glam::Vec2;
 use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
 
 use crate::rays::accelerator::Accelerator;
 use crate::rays::crossings::settle;
@@ -18,6 +20,12 @@ use crate::rays::ray::Hit;
 use crate::rays::sobol::{fraction, hash};
 use crate::scene::Scene;
 use crate::scene::textures::Maps;
+
+/// What is left of a ray's light below this is met by chance, as one surface: each that is met by weight is lit.
+const LITTLE: f32 = 1.0 / 64.0;
+
+/// What a ray sees through uniform masks, each with its share.
+pub type Seen = SmallVec<[(Hit, f32); 1]>;
 
 /// The masked faces of a scene.
 pub(super) struct MaskedFaces {
@@ -58,6 +66,40 @@ impl MaskedFaces {
         let share = maps.mask.as_ref().map_or(1.0, |mask| mask.at(at.as_dvec2(), alpha));
         let drawn = || fraction(hash(hit.u.to_bits(), hash(hit.v.to_bits(), hit.face)));
         share >= 1.0 || (share > 0.0 && drawn() < share)
+    }
+
+    /// The share of a surface where a ray meets a face: that of a uniform mask, else 1 or 0 by chance.
+    fn share(&self, hit: &Hit) -> f32 {
+        let of = |face: &MaskedFace| {
+            let mask = face.maps.mask.as_ref().filter(|_| face.alpha == [1.0; 3])?;
+            mask.uniform()
+        };
+        let uniform = self.faces.get(&hit.face).and_then(of);
+        uniform.unwrap_or_else(|| f32::from(u8::from(self.is_there(hit))))
+    }
+
+    /// Appends what a ray sees of a meeting with other faces and of all with these, each with the share of the light of
+    /// the ray that comes from there; returns the share that comes from none.
+    pub fn seen(&self, query: &Query, other: Option<Hit>, planes: &[u32], out: &mut Seen) -> f32 {
+        let mut hits = Vec::new();
+        self.tree.all(query, &mut hits);
+        hits.extend(other);
+        settle(&mut hits, planes);
+        let mut left = 1.0;
+        for hit in hits {
+            let share = match left < LITTLE {
+                true => f32::from(u8::from(self.is_there(&hit))),
+                false => self.share(&hit),
+            };
+            if share > 0.0 {
+                out.push((hit, left * share));
+                left *= 1.0 - share;
+            }
+            if left == 0.0 {
+                break;
+            }
+        }
+        left
     }
 
     /// Appends every meeting with a surface to `out`, in no order.

@@ -17,7 +17,7 @@ use crate::rays::bvh::Bvh;
 use crate::rays::bvh_build::Layout;
 use crate::rays::crossings::settle;
 use crate::rays::hull_faces::occluders;
-use crate::rays::masked_faces::{MaskedFaces, is_masked};
+use crate::rays::masked_faces::{MaskedFaces, Seen, is_masked};
 use crate::rays::planes::Planes;
 use crate::rays::query::{Label, NO_PLANE, Query};
 use crate::rays::ray::{End, Hit, Ray, Side};
@@ -101,6 +101,23 @@ impl Rays {
             Some(masked) => masked.first(&query, whole, &self.planes),
         };
         met.or_else(|| self.sky_met(ray))
+    }
+
+    /// What a ray sees, in order, each with the share of its light that comes from there: the first face met or the sky,
+    /// and through uniform masks what is behind them. Shares add up to 1 unless the rest comes from nowhere.
+    pub fn seen(&self, ray: &Ray) -> Seen {
+        let query = self.query(ray);
+        let whole = self.tree.closest(&query);
+        let mut seen = Seen::new();
+        let left = match &self.masked {
+            Some(masked) => masked.seen(&query, whole, &self.planes, &mut seen),
+            None => {
+                seen.extend(whole.map(|hit| (hit, 1.0)));
+                if whole.is_some() { 0.0 } else { 1.0 }
+            }
+        };
+        seen.extend(self.sky_met(ray).filter(|_| left > 0.0).map(|hit| (hit, left)));
+        seen
     }
 
     /// Every crossing in order of t into `out`, cleared first. A crossing through a shared edge or vertex counts once;

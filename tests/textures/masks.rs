@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use halflight::light::{Mode, Rgb};
+use halflight::rays::sobol::Stream;
 use halflight::rays::{Ray, Rays};
 use halflight::reference::{TraceSettings, Tracer};
-use halflight::render::prepare;
+use halflight::render::{Silent, Wanted, prepare, render_within};
 use halflight::scene::textures::{Channel, Filter, Maps, Mask};
-use halflight::scene::{Material, Scene};
+use halflight::scene::{Camera, Material, Scene, SkyLight};
 
 use crate::common::{Mesh, grey};
 use crate::textures::{place, texture};
@@ -113,4 +114,68 @@ fn a_mask_is_as_good_as_geometry_cut_out() {
         let allowed = (4.0 * traced.error[0]).hypot(stated * shown);
         assert!((shown - traced.value[0]).abs() < allowed, "{mode}: {shown} {traced:?}");
     }
+}
+
+/// A wall that emits 1 behind black cards of one share each before a camera, or the sky in place of the wall.
+fn cards(share: f32, count: usize, wall: bool) -> Scene {
+    let p = DVec3::new;
+    let mut mesh = Mesh::default();
+    let mut across = |z: f64, material: u32| {
+        mesh.polygon(&[p(-9., -9., z), p(9., -9., z), p(9., 9., z), p(-9., 9., z)], material);
+    };
+    (1..=count).for_each(|k| across(1.0 / k as f64, 0));
+    if wall {
+        across(0.0, 1);
+    }
+    let uniform = Mask { texture: None, channel: Channel::Luminance, factor: share, cutoff: None };
+    let maps = Some(Arc::new(Maps { mask: Some(uniform), ..Maps::default() }));
+    let card = Material { maps, ..grey("card", 0.0) };
+    let mut scene = mesh.scene(vec![card, Material { emission: Rgb::ONE, ..grey("wall", 0.0) }]);
+    if !wall {
+        scene.set_sky(SkyLight { upper: Rgb::ONE, lower: Rgb::ONE }, DVec3::Y);
+    }
+    let [from, to] = [2.0, 1.0].map(|z| scene.frame.to_unit(DVec3::new(0.0, 0.0, z)));
+    scene.camera = Camera::look_at(from, to, DVec3::Y, 60.0).expect("a view");
+    scene
+}
+
+/// A pane of share 0.5 before the camera took 20 to 40 s in place of 0.2, as pixels met it or not by chance; of the sky
+/// through a pane of share 0.1 pixels showed 0.904.
+#[test]
+fn pixels_see_through_uniform_masks_by_weight() {
+    for (share, count, wall) in [(0.5, 1, true), (0.5, 3, true), (0.1, 1, false), (0.02, 2, false)] {
+        let wanted = Wanted { tolerance: 0.05, size: (16, 16).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
+        let scene = cards(share, count, wall);
+        let rendered = render_within(&mut prepare(scene, 1), Mode::Global.transport(), &wanted, &Silent);
+        let expected = (1.0 - share).powi(count as i32);
+        for pixel in rendered.expect("converges").picture.pixels {
+            assert!((pixel - expected).abs().max_element() < 1e-6, "{share} {count}: {pixel}");
+        }
+    }
+}
+
+/// Behind so many panes that next to nothing is left of a ray it goes on by chance: the mean stays, in few points.
+#[test]
+fn what_is_little_of_a_ray_is_met_by_chance() {
+    const CARDS: usize = 40;
+    let (share, scene) = (0.2, cards(0.2, CARDS, true));
+    let rays = Rays::new(&scene);
+    let card = |face: u32| scene.faces[face as usize].material == 0;
+    let from = scene.frame.to_unit(DVec3::new(0.0, 0.0, 2.0)).as_vec3();
+    let mut random = Stream::new(5);
+    let (mut sum, mut most) = (0.0, 0);
+    const DRAWS: u32 = 20_000;
+    for _ in 0..DRAWS {
+        let aside = Vec3::new(random.uniform() - 0.5, random.uniform() - 0.5, 0.0) * 0.1;
+        let seen = rays.seen(&Ray { origin: from, direction: (Vec3::NEG_Z + aside).normalize(), source: None });
+        let all: f32 = seen.iter().map(|(_, share)| share).sum();
+        assert!((all - 1.0).abs() < 1e-5, "{all}");
+        sum += seen.iter().filter(|(hit, _)| !card(hit.face)).map(|(_, share)| f64::from(*share)).sum::<f64>();
+        most = most.max(seen.len());
+    }
+    // 0.8^n falls below 1/64 at n = 19; one more is met by chance.
+    assert_eq!(most, 20);
+    let (mean, expected) = (sum / f64::from(DRAWS), (1.0 - f64::from(share)).powi(CARDS as i32));
+    // Each draw is 0 or at most 1/64, so its variance is at most the mean over 64.
+    assert!((mean - expected).abs() < 4.0 * (expected / 64.0 / f64::from(DRAWS)).sqrt(), "{mean} {expected}");
 }

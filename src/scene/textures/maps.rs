@@ -62,6 +62,11 @@ impl Mask {
         self.cutoff.map_or(share >= 1.0, |cutoff| share >= cutoff)
     }
 
+    /// The share a of a surface where it is the same at all points whose vertices' alpha is 1.
+    pub(crate) fn uniform(&self) -> Option<f32> {
+        (self.texture.is_none() && self.cutoff.is_none()).then(|| self.factor.clamp(0.0, 1.0))
+    }
+
     /// The share a of a surface at coordinates of vertices, 0..=1, where their alpha is `alpha`.
     pub fn at(&self, at: DVec2, alpha: f32) -> f32 {
         let texel = self.texture.as_ref().map_or(1.0, |texture| texture.share(at, self.channel));
