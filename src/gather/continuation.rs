@@ -6,8 +6,6 @@
 use glam::DVec3;
 
 use crate::gather::fields::Fields;
-use crate::gather::guiding::Guiding;
-use crate::gather::patch_guiding::PatchGuiding;
 use crate::gather::reflection::{Memory, SurfaceHit, Walker};
 use crate::rays::Ray;
 use crate::rays::sobol::Stream;
@@ -25,13 +23,11 @@ pub(crate) struct RaySample {
 
 /// How far a ray may go on.
 #[derive(Clone, Copy)]
-struct Left<'a> {
+struct Left {
     /// Rays before light is read anywhere.
     bounces: u32,
     /// Rays before light is read however near what is met.
     most: u32,
-    /// Where rays look that go on.
-    onward: Option<&'a PatchGuiding>,
 }
 
 /// Follows rays until they read the first field.
@@ -44,10 +40,10 @@ impl Continuation<'_> {
     /// What a ray finds that goes on before it reads; `seed` is that of its numbers.
     ///
     /// Most rays read what they meet at once, and take nothing but that.
-    pub fn read(&self, ray: &Ray, onward: Option<&PatchGuiding>, seed: u32, memory: &mut Memory) -> RaySample {
+    pub fn read(&self, ray: &Ray, seed: u32, memory: &mut Memory) -> RaySample {
         let mut met = std::mem::take(&mut memory.met);
         met.clear();
-        let left = Left { bounces: self.fields.reading().bounces(), most: MOST, onward };
+        let left = Left { bounces: self.fields.reading().bounces(), most: MOST };
         let mut light = DVec3::ZERO;
         let nearness = self.walker.follow(ray, memory, |m| {
             if self.ends(&m, left) {
@@ -91,13 +87,8 @@ impl Continuation<'_> {
 
     /// What arrives at a point along one more ray.
     fn onward(&self, at: &SurfaceHit, left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
-        let guiding = left.onward.map_or(Guiding::NONE, |onward| onward.of(at.patch));
-        let [mut u, mut v] = [random.uniform(), random.uniform()];
-        let warped = guiding.warp_one(&mut u, &mut v);
-        let next = self.walker.bounce_towards(at, u, v, memory);
-        let light = self.incident(&next, left, random, memory);
-        guiding.record(warped.cell, light);
-        warped.counted(light)
+        let next = self.walker.bounce(at, random, memory);
+        self.incident(&next, left, random, memory)
     }
 
     /// Whether light is read at a place.
@@ -150,7 +141,7 @@ mod tests {
             let direction = cosine_direction(from.normal, random.uniform(), random.uniform());
             let before = memory.cast;
             let ray = Ray { origin: from.position, direction, source: Some(from.face) };
-            continuation.read(&ray, None, i as u32, &mut memory);
+            continuation.read(&ray, i as u32, &mut memory);
             // Each bounce is one ray and those to luminaires, one for each of at most a handful.
             let lamps = view.luminaires.list.len() as u64;
             let most = u64::from(MOST + 1) * (1 + lamps);

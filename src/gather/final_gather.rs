@@ -12,7 +12,6 @@ use glam::{DVec3, Vec3};
 use crate::gather::continuation::{Continuation, RaySample};
 use crate::gather::fields::Fields;
 use crate::gather::guiding::Guiding;
-use crate::gather::patch_guiding::PatchGuiding;
 use crate::gather::reflection::{Memory, SurfaceHit, Walker};
 use crate::gather::view::View;
 use crate::light::Rgb;
@@ -33,8 +32,6 @@ pub(crate) struct HemisphereRays<'a> {
     pub seed: u32,
     /// The density that they follow, and where they tell what they find.
     pub guiding: Guiding<'a>,
-    /// Those that rays follow which go on, if any.
-    pub onward: Option<&'a PatchGuiding>,
 }
 
 /// How what a ray reads is counted: `weight * light + offset`, the offset for the first field only.
@@ -76,12 +73,6 @@ impl<'a> FinalGather<'a> {
         lengths.fold(0.0, f64::max)
     }
 
-    /// Densities for rays that go on; none where every ray reads the first patch that it meets.
-    pub fn onward(&self) -> Option<PatchGuiding> {
-        let guided = !self.fields.is_read_at_once();
-        guided.then(|| PatchGuiding::new(self.view.patches.len(), self.brightest()))
-    }
-
     /// Number of fields read.
     pub fn fields(&self) -> usize {
         self.fields.count()
@@ -91,7 +82,7 @@ impl<'a> FinalGather<'a> {
     pub fn read(&self, rays: &HemisphereRays, memory: &mut Memory, incident: &mut [DVec3]) -> f64 {
         if !self.fields.is_read_at_once() {
             return self.cast(rays, |ray, k, counted| {
-                let sample = self.continuation.read(ray, rays.onward, hash(k, rays.seed), memory);
+                let sample = self.continuation.read(ray, hash(k, rays.seed), memory);
                 incident[0] += f64::from(counted.weight) * sample.light + counted.offset.as_dvec3();
                 sample
             });
@@ -184,7 +175,7 @@ mod tests {
         const RAYS: u32 = 4096;
         let read = |from: &[SurfacePoint]| {
             let mut sums = [DVec3::ZERO];
-            let rays = HemisphereRays { from, indices: 0..RAYS, seed: 5, guiding: Guiding::NONE, onward: None };
+            let rays = HemisphereRays { from, indices: 0..RAYS, seed: 5, guiding: Guiding::NONE };
             gather.read(&rays, &mut Memory::default(), &mut sums);
             sums[0].x / f64::from(RAYS)
         };
@@ -221,7 +212,7 @@ mod tests {
             let from = SurfacePoint { position: below.position + 0.01 * below.normal, normal: -below.normal, face: 3 };
             let mut sums = [DVec3::ZERO];
             let rays =
-                HemisphereRays { from: &[from], indices: 0..RAYS, seed: 5, guiding: Guiding::NONE, onward: None };
+                HemisphereRays { from: &[from], indices: 0..RAYS, seed: 5, guiding: Guiding::NONE };
             gather.read(&rays, &mut Memory::default(), &mut sums);
             let texels = (0..RAYS).map(|_| {
                 let direction = cosine_direction(from.normal, random.uniform(), random.uniform());

@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::gather::guiding_density::{CELLS, GuidingDensity, Warped, WarpedRay, cell};
+use crate::gather::guiding_density::{CELLS, GuidingDensity, Warped, cell};
 use crate::light::Rgb;
 use crate::rays::FAN;
 
@@ -219,15 +219,6 @@ impl Guiding<'_> {
             (Some(density), _) => density.warp(u, v),
             (None, None) => Warped::EVEN,
             (None, Some(_)) => Warped { cells: std::array::from_fn(|k| cell(u[k], v[k])), ..Warped::EVEN },
-        }
-    }
-
-    /// Warps the point of one ray.
-    #[inline]
-    pub fn warp_one(&self, u: &mut f32, v: &mut f32) -> WarpedRay {
-        match self.density {
-            Some(density) => density.warp_one(u, v),
-            None => WarpedRay { weight: 1.0, cell: cell(*u, *v), offset: Rgb::ZERO },
         }
     }
 

@@ -14,7 +14,6 @@
 //!
 //! Not handled: light that differs within a cell, beside what its density says of it.
 
-use glam::DVec3;
 
 use crate::light::Rgb;
 use crate::rays::FAN;
@@ -54,14 +53,6 @@ pub(crate) struct WarpedRay {
     pub weight: f32,
     pub cell: u8,
     pub offset: Rgb,
-}
-
-impl WarpedRay {
-    /// What the ray counts that reads `light`.
-    #[inline]
-    pub fn counted(&self, light: DVec3) -> DVec3 {
-        f64::from(self.weight) * light + self.offset.as_dvec3()
-    }
 }
 
 impl Warped {

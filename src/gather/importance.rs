@@ -90,7 +90,7 @@ fn sampled(k: usize, camera_rays: &CameraRays, final_gather: &FinalGather, seed:
         let (_, from) = camera_rays.look(k, half, 0).next()?;
         let rho = camera_rays.view.scene.rho_at(from.face, from.position).as_dvec3();
         let seed = hash(k as u32, seed ^ HALVES[half]);
-        let rays = HemisphereRays { from: &[from], indices: 0..RAYS, seed, guiding: Guiding::NONE, onward: None };
+        let rays = HemisphereRays { from: &[from], indices: 0..RAYS, seed, guiding: Guiding::NONE };
         final_gather.trace(&rays, |patch, position, through| {
             samples.push(PatchSample { patch, position, weight: rho * (f64::from(through) / f64::from(RAYS)) });
         });

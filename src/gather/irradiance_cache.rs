@@ -17,7 +17,6 @@ use crate::gather::final_gather::FinalGather;
 use crate::gather::guiding::{Guiding, GuidingField};
 use crate::gather::interpolation::{Fit, Place, Support};
 use crate::gather::irradiance_record::{Casting, Record, Site};
-use crate::gather::patch_guiding::PatchGuiding;
 use crate::gather::pixel::Pixel;
 use crate::gather::pixel_lattice::Lattice;
 use crate::gather::pixel_layer::Layer;
@@ -77,8 +76,6 @@ pub(crate) struct IrradianceCache<'a> {
     pub(crate) starts: Vec<usize>,
     /// What guides the rays, where records of one place are cast one after the other.
     guiding: Option<GuidingField>,
-    /// What guides rays that go on, where any do.
-    onward: Option<PatchGuiding>,
     /// Rays cast.
     pub cast: u64,
 }
@@ -112,7 +109,6 @@ impl<'a> IrradianceCache<'a> {
             record_of: vec![NONE; starts[pixels.len()]],
             starts,
             guiding: (density.spacing > 1).then(|| GuidingField::new(tile, width, final_gather.brightest())),
-            onward: final_gather.onward(),
             cast: 0,
         }
     }
@@ -215,17 +211,13 @@ impl<'a> IrradianceCache<'a> {
         if let Some(guiding) = &mut self.guiding {
             guiding.update();
         }
-        if let Some(onward) = &mut self.onward {
-            onward.update();
-        }
         let (camera_rays, final_gather, guiding) = (self.camera_rays, self.final_gather, self.guiding.as_ref());
-        let onward = self.onward.as_ref();
         let added: u64 = records
             .par_iter_mut()
             .enumerate()
             .map_init(Memory::default, |memory, (i, record)| {
                 let guiding = guiding.map_or(Guiding::NONE, |g| g.of(record.site.density));
-                record.extend(&Casting { camera_rays, final_gather, guiding, onward }, wanted(i), memory)
+                record.extend(&Casting { camera_rays, final_gather, guiding }, wanted(i), memory)
             })
             .sum();
         self.cast += added;

@@ -14,7 +14,6 @@ use crate::gather::camera_rays::CameraRays;
 use crate::gather::final_gather::{FinalGather, HemisphereRays};
 use crate::gather::guiding::Guiding;
 use crate::gather::interpolation::Place;
-use crate::gather::patch_guiding::PatchGuiding;
 use crate::gather::pixel_layer::Layer;
 use crate::gather::reflection::Memory;
 use crate::surfaces::SurfacePoint;
@@ -50,7 +49,6 @@ pub(crate) struct Casting<'a> {
     pub camera_rays: &'a CameraRays<'a>,
     pub final_gather: &'a FinalGather<'a>,
     pub guiding: Guiding<'a>,
-    pub onward: Option<&'a PatchGuiding>,
 }
 
 /// One irradiance record.
@@ -111,7 +109,6 @@ impl Record {
                 indices: range.clone(),
                 seed: self.site.seed ^ HALVES[half],
                 guiding: with.guiding,
-                onward: with.onward,
             };
             self.nearness += with.final_gather.read(&rays, memory, sums);
         }

@@ -30,7 +30,6 @@ pub(crate) mod irradiance_cache;
 pub(crate) mod irradiance_record;
 pub(crate) mod layer_fits;
 pub(crate) mod pass;
-pub(crate) mod patch_guiding;
 pub(crate) mod path_errors;
 pub(crate) mod pixel;
 pub(crate) mod pixel_cells;
