@@ -134,8 +134,7 @@ fn textured(c: &mut Criterion) {
     group.finish();
 }
 
-/// Paths that measure the residual of light on patches, 16 of every pixel; before the clock runs it is told how well
-/// they tell the squared error of single pixels. What counts is that noise times the seconds.
+/// Paths that measure the residual of light on patches, 16 of every pixel.
 fn residual(c: &mut Criterion) {
     let mut group = c.benchmark_group("residual");
     group.sample_size(10);
@@ -148,11 +147,6 @@ fn residual(c: &mut Criterion) {
             paths.extend(&view, 16);
             paths
         };
-        let light = solved.solution.light.iter().zip(solved.mode.operator.emission());
-        let fields = Fields::new(&[light.map(|(l, emitted)| l.invisible - emitted.invisible).collect()]);
-        let residual = traced().residual(view.patches, &fields);
-        let noise = residual.of_sizes(Reading::AtOnce).next().unwrap_or_default().deviation.sqrt();
-        println!("residual/{name}: root of the standard error of the squared error {noise:.3e} W/(m² sr)");
         group.bench_function(BenchmarkId::from_parameter(name), |b| b.iter(|| black_box(traced().rays)));
     }
     group.finish();

@@ -5,11 +5,10 @@ use std::path::Path;
 
 use crate::common::{Silent, assemble_one, builtin, sampling};
 use halflight::direct::{Asking, DirectSum, Lighting, Scratch};
-use halflight::gather::{Fields, ImportancePaths, Reading, View};
-use halflight::light::{Mode, Rgb};
-use halflight::pictures::{Picture, Size, read_picture, relative_rms};
+use halflight::light::Mode;
+use halflight::pictures::{Picture, read_picture, relative_rms};
 use halflight::rays::sobol::Stream;
-use halflight::render::{Assembled, Prepared, Wanted, prepare, render_within};
+use halflight::render::{Prepared, Wanted, prepare, render_within};
 use halflight::scene::{Scene, Sides};
 
 fn folder(scene: &str) -> std::path::PathBuf {
@@ -97,47 +96,6 @@ fn some_materials_may_be_two_sided() {
     assert!(found.is_ok_and(|f| f.error.total < 0.1));
     let parents = p.patches.parents();
     assert!(parents.iter().all(|&k| (k as usize) < p.patches.len()));
-}
-
-fn view<'a>(p: &'a Prepared, mode: &'a Assembled, size: Size) -> View<'a> {
-    View {
-        scene: &p.scene,
-        rays: &p.rays,
-        patches: &p.patches,
-        luminaires: &p.luminaires,
-        sight: &mode.sight,
-        transports: &mode.transports,
-        width: size.width,
-        height: size.height,
-    }
-}
-
-/// In a furnace all light is E / (1 - rho): the residual of that is 0, and light a tenth too bright leaves a tenth of
-/// it in every pixel, reflected once.
-#[test]
-fn the_residual_of_exact_light_is_nothing_and_that_of_wrong_light_its_error() {
-    let p = prepare(builtin("furnace"), 24);
-    let mode = assemble_one(&p, Mode::Global.transport(), &sampling(16, 0));
-    let (rho, e) = (p.scene.materials[0].rho.x, p.scene.materials[0].emission.x);
-    let exact = e / (1.0 - rho);
-    let view = view(&p, &mode, (8, 8).into());
-    let mut walks = ImportancePaths::new(&view, vec![1.0; 64], 5);
-    walks.extend(&view, 64);
-    let off = |factor: f32| {
-        let fields = Fields::new(&[vec![Rgb::splat(factor * exact); p.patches.len()]]);
-        let residual = walks.residual(&p.patches, &fields);
-        (residual.mean_error(Reading::AtOnce), residual.of(Reading::AtOnce, 0.0))
-    };
-    let (mean, squared) = off(1.0);
-    assert!(mean.abs() < 1e-5 && squared.value.abs() < 1e-9, "{mean} {squared:?}");
-    let (mean, squared) = off(1.1);
-    // Light of a surface is E + rho L: what is read wrong by 0.1 L shows as rho 0.1 L. Paths end by chance: a geometric
-    // number of equal terms, whose standard deviation is below its mean over 1 - rho.
-    let error = f64::from(-0.1 * exact * rho);
-    let paths = (64.0 * 64.0f64).sqrt();
-    let deviation = error.abs() / f64::from(1.0 - rho) / paths;
-    assert!((mean - error).abs() < 4.0 * deviation, "{mean} {error}");
-    assert!((squared.value - error * error).abs() < 8.0 * deviation * error.abs(), "{squared:?}");
 }
 
 /// One visibility ray for each of many receivers must have no bias, where the ratio of one draw has.

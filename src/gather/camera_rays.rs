@@ -17,8 +17,8 @@ use crate::gather::pixel_layer::SurfaceKey;
 use crate::gather::pixel_texture::{Adjusted, SeenPoint, surfaces};
 use crate::gather::view::View;
 use crate::light::Rgb;
-use crate::rays::{Hit, Side};
 use crate::rays::sobol::{Sobol, hash};
+use crate::rays::{Hit, Side};
 use crate::surfaces::SurfacePoint;
 
 /// Tells the two halves' scramblings apart.
@@ -153,7 +153,7 @@ impl<'a> CameraRays<'a> {
             view.patches.at(hit.face, hit.side, position)?;
             Some((key, view.surface_point(hit.face, hit.side, position)))
         };
-        self.seen(k, self.camera_ray(k, half, index)).into_iter().filter_map(one)
+        self.seen(k, self.camera_ray(k, half, index)).filter_map(one)
     }
 
     /// The surface that a face belongs to.

@@ -103,7 +103,7 @@ impl Continuation<'_> {
             if found.reflect == DVec3::ZERO {
                 return found.light(DVec3::ZERO);
             }
-            let left = Left { bounces: left.bounces.saturating_sub(1), most: left.most - 1, ..left };
+            let left = Left { bounces: left.bounces.saturating_sub(1), most: left.most - 1 };
             return found.light(self.onward(at, left, random, memory));
         }
         self.of_patch(at)

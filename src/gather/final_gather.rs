@@ -211,8 +211,7 @@ mod tests {
             let below = patches.point(i, 0.3, 0.6);
             let from = SurfacePoint { position: below.position + 0.01 * below.normal, normal: -below.normal, face: 3 };
             let mut sums = [DVec3::ZERO];
-            let rays =
-                HemisphereRays { from: &[from], indices: 0..RAYS, seed: 5, guiding: Guiding::NONE };
+            let rays = HemisphereRays { from: &[from], indices: 0..RAYS, seed: 5, guiding: Guiding::NONE };
             gather.read(&rays, &mut Memory::default(), &mut sums);
             let texels = (0..RAYS).map(|_| {
                 let direction = cosine_direction(from.normal, random.uniform(), random.uniform());

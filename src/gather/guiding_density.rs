@@ -14,7 +14,6 @@
 //!
 //! Not handled: light that differs within a cell, beside what its density says of it.
 
-
 use crate::light::Rgb;
 use crate::rays::FAN;
 

@@ -15,7 +15,7 @@
 //!
 //! Paths end by chance in proportion to what is absorbed, so that all w of a colourless scene are alike. They know the
 //! scene and the luminaires but no patches: the same paths serve every set of patches, to tell where patches are seen
-//! ([`ImportancePaths::samples`]) and by how much the light read on them is off ([`ImportancePaths::residual`]).
+//! ([`ImportancePaths::samples`]) and by how much the light read on them is off ([`crate::gather::SampledPixels`]).
 //!
 //! Of a texture a path sees the mean over a narrow cone, not a texel: paths are few, and what texels finer than any of
 //! them make each differ by would be their noise.
@@ -64,8 +64,6 @@ struct Start {
 pub(crate) struct Path {
     /// The number of its pixel among those that paths start from.
     pub start: u32,
-    /// Which half of its pixel's paths it belongs to, 0 or 1.
-    pub half: usize,
     pub vertices: Vec<Vertex>,
 }
 
@@ -73,7 +71,6 @@ pub(crate) struct Path {
 #[derive(Clone, Debug)]
 pub struct ImportancePaths {
     pub(crate) paths: Vec<Path>,
-    pub(crate) width: usize,
     starts: Vec<Start>,
     seed: u32,
     /// Paths of a pixel so far, in the mean.
@@ -93,17 +90,16 @@ impl ImportancePaths {
     /// If there is not one number a pixel.
     pub fn new(view: &View, densities: Vec<f32>, seed: u32) -> ImportancePaths {
         assert_eq!(densities.len(), view.width * view.height);
-        let starts = (0..).zip(densities).map(|(pixel, density)| Start { pixel, density });
-        ImportancePaths::from_starts(view, starts, seed)
+        ImportancePaths::from_starts((0..).zip(densities).map(|(pixel, density)| Start { pixel, density }), seed)
     }
 
     /// No paths yet; all are to start from a few pixels, which get the same number of them.
-    pub(crate) fn from_pixels(view: &View, pixels: impl Iterator<Item = u32>, seed: u32) -> ImportancePaths {
-        ImportancePaths::from_starts(view, pixels.map(|pixel| Start { pixel, density: 1.0 }), seed)
+    pub(crate) fn from_pixels(pixels: impl Iterator<Item = u32>, seed: u32) -> ImportancePaths {
+        ImportancePaths::from_starts(pixels.map(|pixel| Start { pixel, density: 1.0 }), seed)
     }
 
-    fn from_starts(view: &View, starts: impl Iterator<Item = Start>, seed: u32) -> ImportancePaths {
-        ImportancePaths { paths: Vec::new(), width: view.width, starts: starts.collect(), seed, each: 0, rays: 0 }
+    fn from_starts(starts: impl Iterator<Item = Start>, seed: u32) -> ImportancePaths {
+        ImportancePaths { paths: Vec::new(), starts: starts.collect(), seed, each: 0, rays: 0 }
     }
 
     /// Adds `more` paths to every pixel that they start from, in the mean.
@@ -119,7 +115,7 @@ impl ImportancePaths {
                 let path = |n: u32| {
                     let random = Stream::new(hash(n, hash(own.pixel, seed)));
                     let vertices = tracer.trace(own.pixel as usize, random, memory);
-                    Path { start: start as u32, half: n as usize % 2, vertices }
+                    Path { start: start as u32, vertices }
                 };
                 let paths = (own.paths(before)..own.paths(after)).map(path).collect();
                 (paths, memory.cast)
@@ -161,18 +157,12 @@ impl ImportancePaths {
     pub fn each(&self) -> u32 {
         self.each
     }
-
-    /// Number of pixels that paths start from.
-    pub(crate) fn starts(&self) -> usize {
-        self.starts.len()
-    }
 }
 
 impl Start {
-    /// Its paths where all have `each` in the mean. An even number, and some of every pixel: both halves need theirs.
+    /// Its paths where all have `each` in the mean; some of every pixel.
     fn paths(&self, each: u32) -> u32 {
-        let half = (0.5 * each as f32 * self.density).ceil().max(1.0) as u32;
-        if each == 0 { 0 } else { 2 * half }
+        if each == 0 { 0 } else { (each as f32 * self.density).ceil().max(1.0) as u32 }
     }
 }
 

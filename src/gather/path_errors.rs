@@ -1,6 +1,20 @@
-//! By how much the light that is read on patches misses the equation of points along a path: `w_k r_k` at its vertices.
+//! By how much a picture is off because of the light it reads on patches, as one path tells: the dual-weighted residual
+//! of the equation that patches stand for (R. Becker, R. Rannacher, *An optimal control approach to a posteriori error
+//! estimation*, Acta Numerica 10, 2001).
 //!
-//! Not handled: what many paths tell of a picture ([`crate::gather::weighted_residual`]).
+//! The light L_h that is read on patches misses the equation of points by `r = E + K L_h - L_h`, and the picture misses
+//! that of the exact light by
+//!
+//! ```text
+//! G (L - L_h) = G (I - K)^-1 r = E[ sum over the vertices of a path of w_k r_k ],
+//!     r_k = glow + D_k + alpha rho L_h(z_k) - L_h(y_k)
+//! ```
+//!
+//! whose mean over paths ([`crate::gather::importance_paths`]) has no bias however coarse the patches are: it sees the
+//! noise of F, the truncation of the series, and patches that mix light which no other grid would part. If the gather
+//! pass itself follows one more ray before it reads, the first term of the sum is left out.
+//!
+//! Not handled: what many paths tell of a picture ([`crate::gather::sampled_pixels`]).
 
 use glam::DVec3;
 

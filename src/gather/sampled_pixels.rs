@@ -1,19 +1,19 @@
 //! The squared error of light on patches from a few pixels, each by many paths.
 //!
 //! A pixel k is drawn with the chance p_k, and n paths that start from it tell errors x whose mean is that of the pixel
-//! ([`crate::gather::weighted_residual`]). Of N pixels the squared error is
+//! ([`crate::gather::path_errors`]). Of N pixels the squared error is
 //!
 //! ```text
 //! mean over all pixels of |e_k|² / 3 = E[ U_k / (3 N p_k) ],    U_k = (|sum x|² - sum |x|²) / (n (n - 1))
 //! ```
 //!
 //! (M. Hansen, W. Hurwitz, *On the theory of sampling from finite populations*, 1943; W. Hoeffding, *A class of
-//! statistics with asymptotically normal distribution*, 1948). Its mean has neither noise of paths in it nor blindness
-//! for errors that change sign from pixel to pixel, which blocks of pixels have. As many paths over all pixels would
-//! tell nothing of single ones: noise of U_k falls as n^-2, and as m^-1 only with the m pixels. What pixels differ by
-//! falls as m^-1 alone. So the larger of both is halved: by twice the paths, or by twice the pixels.
+//! statistics with asymptotically normal distribution*, 1948). Its mean has no noise of paths in it, and errors that change
+//! sign from pixel to pixel do not cancel. As many paths over all pixels would tell nothing of single ones: noise of U_k
+//! falls as n^-2, and as m^-1 only with the m pixels. What pixels differ by falls as m^-1 alone. So the larger of both
+//! is halved: by twice the paths, or by twice the pixels.
 //!
-//! Not handled: places that few pixels show and none that was drawn; blocks see those.
+//! Not handled: places that few pixels show and none that was drawn.
 
 use std::time::Instant;
 
@@ -24,19 +24,44 @@ use crate::gather::fields::Fields;
 use crate::gather::importance_paths::{ImportancePaths, Path};
 use crate::gather::path_errors::errors;
 use crate::gather::reading::{READINGS, Reading};
-use crate::gather::residual_blocks::SquaredError;
 use crate::gather::sampling::would_be_over;
 use crate::gather::view::View;
 use crate::patches::Patches;
 use crate::pictures::Size;
 use crate::rays::sobol::{Stream, hash};
 
-/// Pixels drawn at first.
-const DRAWS: usize = 64;
+/// Pixels drawn at first: by the squares of so many a mean square is known to a tenth.
+const DRAWS: usize = 256;
 /// Paths of each at first.
-const EACH: u32 = 128;
+const EACH: u32 = 32;
 /// The golden ratio's multiples lie well spread between whole numbers, however many there are.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// A squared error and its standard error.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SquaredError {
+    /// The mean over pixels and channels, (W/(m² sr))²; may be negative by chance.
+    pub value: f64,
+    /// Its standard error.
+    pub deviation: f64,
+}
+
+impl SquaredError {
+    /// What it is at most, but for chance of one standard error.
+    pub fn upper(self) -> f64 {
+        self.value.max(0.0) + self.deviation
+    }
+
+    /// What it is at least, but for chance of one standard error.
+    pub fn lower(self) -> f64 {
+        (self.value - self.deviation).max(0.0)
+    }
+
+    /// The same in units of a square.
+    pub fn over(self, square: f64) -> SquaredError {
+        SquaredError { value: self.value / square, deviation: self.deviation / square }
+    }
+}
 
 /// How bright a picture is, by pixels of a smaller one.
 #[derive(Clone, Copy)]
@@ -99,6 +124,18 @@ impl SampledPixels {
         }
     }
 
+    /// By reading: what a gather ray takes until it has read, in rays ([`ImportancePaths::prices`]).
+    pub fn prices(&self, patches: &Patches, fields: &Fields) -> [f64; READINGS] {
+        let mut prices = [0.0; READINGS];
+        let all: usize = self.batches.iter().map(|batch| batch.paths.paths.len()).sum();
+        for batch in &self.batches {
+            let share = batch.paths.paths.len() as f64 / all as f64;
+            let own = batch.paths.prices(patches, fields);
+            prices.iter_mut().zip(own).for_each(|(price, own)| *price += share * own);
+        }
+        prices
+    }
+
     /// Rays cast so far.
     pub fn rays(&self) -> u64 {
         self.batches.iter().map(|batch| batch.paths.rays).sum()
@@ -121,7 +158,7 @@ impl SampledPixels {
         let draws = drawn.iter().map(|&(pixel, counts)| Draw { start: start(pixel), counts }).collect();
         let sums = vec![[Sums::default(); READINGS]; pixels.len()];
         let seed = hash(self.batches.len() as u32, self.seed);
-        let mut paths = ImportancePaths::from_pixels(view, pixels.into_iter(), seed);
+        let mut paths = ImportancePaths::from_pixels(pixels.into_iter(), seed);
         paths.extend(view, self.each);
         self.batches.push(Batch { draws, paths, measured: 0, sums });
     }
@@ -296,25 +333,30 @@ mod tests {
         assert_eq!([chances.draw(0.0).0, chances.draw(1.0).0], [0, 11]);
     }
 
-    /// Light 1 on all patches of a furnished room is an error everywhere.
+    /// In a furnace all light is E / (1 - rho): that leaves nothing, and light a tenth too bright leaves a tenth of it in
+    /// every pixel, reflected once.
     #[test]
-    fn few_pixels_tell_what_all_do() {
-        let ready = Ready::new("furnished-room", Mode::Global.transport(), 100);
-        let view = ready.view(24, 24);
-        let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
-        let mut paths = ImportancePaths::new(&view, vec![1.0; 24 * 24], 3);
-        paths.extend(&view, 64);
-        let all = paths.residual(view.patches, &fields).of_sizes(Reading::AtOnce).next().expect("single pixels");
-        let bright = Brightness { values: &[1.0, 2.0, 1.0, 0.5], size: (2, 2).into() };
+    fn exact_light_leaves_nothing_and_wrong_light_its_error() {
+        let ready = Ready::new("furnace", Mode::Global.transport(), 24);
+        let view = ready.view(8, 8);
+        let material = &view.scene.materials[0];
+        let (rho, e) = (material.rho.x, material.emission.x);
+        let exact = e / (1.0 - rho);
+        let bright = Brightness { values: &[1.0], size: (1, 1).into() };
         let mut pixels = SampledPixels::new(&view, bright, 5);
-        let sure = Effort { wanted: 0.1 * all.value, most: usize::MAX, deadline: None };
-        let few = pixels.measure(&view, &fields, sure)[Reading::AtOnce.number()];
-        assert!(few.deviation <= 0.1 * all.value, "{few:?} {all:?}");
-        let chance = few.deviation.hypot(all.deviation);
-        assert!((few.value - all.value).abs() < 4.0 * chance, "{few:?} {all:?}");
+        let mut off = |factor: f32| {
+            let fields = Fields::new(&[vec![Rgb::splat(factor * exact); view.patches.len()]]);
+            let once = Effort { wanted: f64::INFINITY, most: 0, deadline: None };
+            pixels.measure(&view, &fields, once)[Reading::AtOnce.number()]
+        };
+        assert!(off(1.0).value.abs() < 1e-9, "{:?}", off(1.0));
+        // Light of a surface is E + rho L: what is read wrong by 0.1 L shows as rho 0.1 L.
+        let squared = f64::from(0.1 * exact * rho).powi(2);
+        let found = off(1.1);
+        assert!(found.deviation < 0.1 * squared, "{found:?}");
+        assert!((found.value - squared).abs() < 4.0 * found.deviation, "{found:?} {squared}");
         // What is measured again is not counted twice.
-        let no_more = Effort { wanted: 0.0, most: 0, deadline: None };
-        let again = pixels.measure(&view, &fields, no_more)[Reading::AtOnce.number()];
-        assert_eq!((again.value, again.deviation), (few.value, few.deviation));
+        let again = off(1.1);
+        assert_eq!((again.value, again.deviation), (found.value, found.deviation));
     }
 }

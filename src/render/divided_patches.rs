@@ -6,20 +6,19 @@
 //! by importance: Smits, Arvo, Salesin 1992; Becker and Rannacher 2001). Where the light sampled at those points
 //! differs by more than chance the patch is divided ([`crate::patches::Patches::divide`]).
 //!
-//! Other paths measure what error is left. The gather pass makes up for it with less noise, follows further rays, or
-//! asks for direct light where it reads; or the paths that measured it divide patches further, as long as that is the
-//! cheaper ([`ReadingCost`]).
+//! Other paths, of a few pixels, measure what error is left. The gather pass makes up for it with less noise, or follows
+//! one more ray; or more paths divide patches further, as long as that is the cheaper ([`ReadingCost`]).
 //!
 //! Not handled: what no path reaches; its patches keep few rays.
 
 use std::time::Instant;
 
 use crate::gather::sampling::would_be_over;
-use crate::gather::{Effort, Gathered, ImportancePaths, READINGS, Reading, Residual, ResidualSums, SquaredError};
+use crate::gather::{Effort, Gathered, ImportancePaths, READINGS, Reading};
 use crate::patches::Patches;
 use crate::render::assembly::Prepared;
 use crate::render::reading_cost::{MATTERS, ReadingCost};
-use crate::render::residual_check::{HELD, brightness};
+use crate::render::residual_check::brightness;
 use crate::render::solved::{Rough, Solved, Spent, Task, solve};
 use crate::render::wanted::Wanted;
 use crate::solve::Diverges;
@@ -34,6 +33,8 @@ const STALLS: u32 = 2;
 const SURE: f64 = 0.35;
 /// Paths at most that a few pixels tell it by.
 const DRAWN: usize = 1 << 18;
+/// Bytes that the paths may take that patches are divided by.
+const HELD: usize = 1_500_000_000;
 /// Share of the tolerance that noise of F may take.
 const NOISE: f64 = 0.3;
 /// Paths of every pixel at a tolerance of 2 %, and at least and at most.
@@ -138,25 +139,17 @@ pub(crate) fn divided(
             return Ok(solved);
         }
         bright = brightness(&rough.gathered);
-        let other = Round { wanted, bright: &bright, each, set: 1 + round };
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let clock = Instant::now();
-        let drawn = solved.drawn(
-            p,
-            wanted,
-            &mut pixels,
-            Effort { wanted: certain, most: DRAWN, deadline: wanted.deadline },
-            spent,
-        );
+        let effort = Effort { wanted: certain, most: DRAWN, deadline: wanted.deadline };
+        let drawn = solved.drawn(p, wanted, &mut pixels, effort, spent);
         spent.seconds.solve += clock.elapsed().as_secs_f64();
-        let (others, residual) = measured(p, &solved, other, certain, drawn, spent);
-        let all = Reading::ALL.map(|reading| residual.upper(reading, certain) / signal);
-        let all = believed(all, solved.error.form_factors);
-        let cost = ReadingCost::new(&rough, wanted, others.prices(&p.patches, &solved.fields));
+        let all = believed(drawn.map(|squared| squared.over(signal).upper()), solved.error.form_factors);
+        let cost = ReadingCost::new(&rough, wanted, pixels.prices(&p.patches, &solved.fields));
         let (now, then) = (cost.cheapest(all), cost.cheapest(all.map(|s| FALLS * s)));
         squared = all[now.reading.number()];
         // The next round has twice the paths.
-        let again = (spent.rays - before + others.rays) as f64;
+        let again = (spent.rays - before + seen.rays) as f64;
         let is_enough = now.rays.is_finite() && now.rays <= again + then.rays;
         let helped = best.as_ref().is_none_or(|best| !best.leaves_no_more_than(squared / FALLS));
         stalls = if helped { 0 } else { stalls + 1 };
@@ -174,6 +167,7 @@ pub(crate) fn divided(
         solved.reading = now.reading;
         solved.state(squared);
         // Sets that exceed what paths may take together are not joined.
+        let others = walks(p, &solved, Round { wanted, bright: &bright, each, set: 1 + round }, spent);
         if seen.bytes() + others.bytes() > HELD {
             seen = others;
         } else {
@@ -222,36 +216,6 @@ fn walks(p: &Prepared, solved: &Solved, round: Round, spent: &mut Spent) -> Impo
     spent.rays += walks.rays;
     spent.seconds.solve += clock.elapsed().as_secs_f64();
     walks
-}
-
-/// Paths that the patches do not know, as many as tell the squared error as well as is `certain` enough, and what they
-/// tell beside what a few pixels have.
-fn measured(
-    p: &Prepared,
-    solved: &Solved,
-    round: Round,
-    certain: f64,
-    drawn: [SquaredError; READINGS],
-    spent: &mut Spent,
-) -> (ImportancePaths, Residual) {
-    let mut others = walks(p, solved, round, spent);
-    let clock = Instant::now();
-    let mut sums = ResidualSums::new(&others);
-    loop {
-        let began = Instant::now();
-        sums.take(&others, &p.patches, &solved.fields);
-        let residual = sums.residual().beside(Some(drawn));
-        let told = residual.of(Reading::AtOnce, certain);
-        let is_last = others.each() >= EACH.2 || 2 * others.bytes() > HELD || round.wanted.would_be_late(began);
-        if told.deviation <= certain || is_last || told.value > 4.0 * told.deviation {
-            spent.seconds.solve += clock.elapsed().as_secs_f64();
-            return (others, residual);
-        }
-        let before = others.rays;
-        let more = others.each();
-        others.extend(&solved.rough_view(p, round.wanted), more);
-        spent.rays += others.rays - before;
-    }
 }
 
 /// Rays of each patch over those asked for: in proportion to how often paths reach it, and few where none does.

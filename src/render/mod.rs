@@ -12,7 +12,6 @@ pub(crate) mod deadline;
 pub(crate) mod divided_patches;
 pub(crate) mod error_shares;
 mod fineness;
-pub(crate) mod judgement;
 pub(crate) mod levels;
 pub(crate) mod light_walks;
 pub(crate) mod look;

@@ -26,13 +26,12 @@ use crate::render::assembly::{Prepared, Watch};
 use crate::render::divided_patches::divided;
 use crate::render::error_shares::shares;
 use crate::render::fineness::Fineness;
-use crate::render::judgement::Finding;
 use crate::render::memory::{Held, Kept};
 use crate::render::patch_sizes::Sizes;
 use crate::render::reading_cost::left;
 use crate::render::refinement::{Excess, Limits, MARGIN, Refinement};
 use crate::render::rendered::Rendered;
-use crate::render::residual_check::Check;
+use crate::render::residual_check::{Check, Finding};
 use crate::render::solved::{Rough, Solved, Spent, Task, half, solve};
 use crate::render::wanted::Wanted;
 use crate::scene::Material;
@@ -189,7 +188,7 @@ impl<'a> Rounds<'a> {
             excess.size = excess.size.max(2.0);
         }
         let last = self.refinement.full || wanted.is_late() || self.refinement.is_last();
-        let check = self.check.get_or_insert_with(|| Check::new(p, solved, wanted, &rough.gathered, spent));
+        let check = self.check.get_or_insert_with(|| Check::new(p, solved, wanted, &rough.gathered));
         check.compare_with(&rough.gathered);
         let finding = check.find(p, solved, wanted, last || excess.is_none(), spent);
         let more_rays_tell = excess.noise > 1.0 && !self.refinement.has_most_rays();
