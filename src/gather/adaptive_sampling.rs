@@ -39,8 +39,8 @@ const DOUBLED: f64 = 0.354;
 const MOST: u32 = 1 << 16;
 /// Share of the mean rays that every pixel gets when it is looked at.
 const SHARE: f64 = 0.25;
-/// Camera rays that are to stand behind the squared picture: by the squares of so many differences a variance is known to
-/// a tenth (their standard error is `sqrt(2 / 256)`), as in pictures of so many like pixels.
+/// Camera rays that are to stand behind the squared picture: by the squares of so many differences a variance is known
+/// to a tenth (their standard error is `sqrt(2 / 256)`), as in pictures of so many like pixels.
 const BELIEVED: f64 = 256.0;
 /// Share of the variance wanted that pixels chosen since the last look may have counted with before another is due.
 const UNSEEN: f64 = 0.25;

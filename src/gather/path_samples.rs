@@ -1,5 +1,5 @@
-//! What paths from the camera tell of the light on patches, beside its error: samples of it where they reach, and what a
-//! gather ray takes until it has read.
+//! What paths from the camera tell of the light on patches, beside its error: samples of it where they reach, and what
+//! a gather ray takes until it has read.
 //!
 //! Not handled: by how much the light is off ([`crate::gather::path_errors`]).
 

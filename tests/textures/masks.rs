@@ -175,7 +175,7 @@ fn what_is_little_of_a_ray_is_met_by_chance() {
     }
     // 0.8^n falls below 1/64 at n = 19; one more is met by chance.
     assert_eq!(most, 20);
-    let (mean, expected) = (sum / f64::from(DRAWS), (1.0 - f64::from(share)).powi(CARDS as i32));
+    let (mean, expected) = (sum / f64::from(DRAWS), (1.0 - share).powi(CARDS as i32));
     // Each draw is 0 or at most 1/64, so its variance is at most the mean over 64.
     assert!((mean - expected).abs() < 4.0 * (expected / 64.0 / f64::from(DRAWS)).sqrt(), "{mean} {expected}");
 }
