@@ -12,7 +12,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::rays::planes::{Plane, Planes};
+use crate::scene::planes::{Plane, Planes};
 use crate::scene::Scene;
 
 /// How far a vertex may lie behind a hull plane: coordinates of size 1 in f32, rounded a few times.

@@ -44,7 +44,8 @@ impl MaskedFaces {
     fn is_there(&self, hit: &Hit) -> bool {
         let Some((maps, [a, b, c])) = self.faces.get(&hit.face) else { return true };
         let at = *a + hit.u * (*b - *a) + hit.v * (*c - *a);
-        let share = maps.mask.as_ref().map_or(1.0, |mask| mask.at(at.as_dvec2()));
+        // Of faces in one place the first that is there is met, so what lies over this one is asked for by itself.
+        let share = maps.mask.as_ref().map_or(1.0, |mask| mask.alone_at(at.as_dvec2()));
         let drawn = || fraction(hash(hit.u.to_bits(), hash(hit.v.to_bits(), hit.face)));
         share >= 1.0 || (share > 0.0 && drawn() < share)
     }

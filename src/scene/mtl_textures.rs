@@ -66,7 +66,7 @@ pub(crate) fn attach(
         if let Some((line, image)) = images.open(&lines.d, &material.name)? {
             let own = if image.has_alpha() { Channel::Alpha } else { Channel::Luminance };
             let channel = line.channel.unwrap_or(own);
-            maps.mask = Some(Mask { texture: Some(texture(line, image)), channel, factor: 1.0, cutoff: None });
+            maps.mask = Some(Mask { texture: Some(texture(line, image)), channel, ..Mask::WHOLE });
         }
         maps.put_on(material);
     }

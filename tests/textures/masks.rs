@@ -34,6 +34,7 @@ fn mask(width: usize, codes: Vec<u8>) -> Mask {
         channel: Channel::Luminance,
         factor: 1.0,
         cutoff: None,
+        over: Vec::new(),
     }
 }
 

@@ -9,7 +9,7 @@
 //!
 //! Not handled: textures of anything else.
 
-use glam::DVec2;
+use glam::{DAffine2, DVec2};
 
 use crate::scene::textures::stored_image::Channel;
 use crate::scene::textures::texture::Texture;
@@ -36,9 +36,23 @@ pub struct Mask {
     pub factor: f32,
     /// From this share on there is a surface, and below there is none; each share counts as it is without.
     pub cutoff: Option<f32>,
+    /// Masks of other faces in the same place, before this one in the file: there is a surface where they have none.
+    pub over: Vec<Mask>,
 }
 
 impl Mask {
+    /// A surface everywhere.
+    pub(crate) const WHOLE: Mask =
+        Mask { texture: None, channel: Channel::Alpha, factor: 1.0, cutoff: None, over: Vec::new() };
+
+    /// It in other coordinates, from which `map` leads to its own; alone, without those over it.
+    pub(crate) fn seen_through(mut self, map: DAffine2) -> Mask {
+        if let Some(texture) = &mut self.texture {
+            texture.placement *= map;
+        }
+        Mask { over: Vec::new(), ..self }
+    }
+
     /// Whether there is a surface everywhere.
     pub(crate) fn is_whole(&self) -> bool {
         let least = self.texture.as_ref().map_or(1.0, |texture| texture.image.least(self.channel));
@@ -46,8 +60,13 @@ impl Mask {
         self.cutoff.map_or(share >= 1.0, |cutoff| share >= cutoff)
     }
 
-    /// The share a of a surface at coordinates of vertices, 0..=1.
+    /// The share a of a surface at coordinates of vertices, 0..=1: of what those over it leave.
     pub fn at(&self, at: DVec2) -> f32 {
+        self.over.iter().map(|mask| 1.0 - mask.alone_at(at)).fold(self.alone_at(at), |share, left| share * left)
+    }
+
+    /// The share of a surface where nothing is over it.
+    pub(crate) fn alone_at(&self, at: DVec2) -> f32 {
         let texel = self.texture.as_ref().map_or(1.0, |texture| texture.share(at, self.channel));
         let share = (self.factor * texel).clamp(0.0, 1.0);
         match self.cutoff {

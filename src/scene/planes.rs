@@ -76,6 +76,22 @@ impl Planes {
         }
         Planes { of_face, planes: finder.planes }
     }
+
+    /// The faces plane by plane, in order, and where each plane's faces begin.
+    pub(crate) fn groups(&self) -> (Vec<u32>, Vec<u32>) {
+        let mut starts = vec![0; self.planes.len() + 1];
+        self.of_face.iter().for_each(|&plane| starts[plane as usize + 1] += 1);
+        for plane in 0..self.planes.len() {
+            starts[plane + 1] += starts[plane];
+        }
+        let (mut next, mut faces) = (starts.clone(), vec![0; self.of_face.len()]);
+        for (face, &plane) in (0..).zip(&self.of_face) {
+            let at = &mut next[plane as usize];
+            faces[*at as usize] = face;
+            *at += 1;
+        }
+        (faces, starts)
+    }
 }
 
 /// Faces with their planes, largest first, ties by number.

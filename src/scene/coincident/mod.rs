@@ -1,0 +1,117 @@
+//! Faces in one place: which of them is there.
+//!
+//! A place of a plane has two sides, and each side shows one face: of those that face its way the first in the file;
+//! where there is none, the back of what faces the other way, if that has two sides. One place is what rays take for
+//! one plane ([`crate::scene::planes`]). Where the first face is cut out by a mask, the next one is there.
+//!
+//! So that rays, closed forms, areas and form factors need not ask, a scene has each place once: what is covered is cut
+//! off, exactly, in the plane ([`division`]). Faces that face opposite ways stay: each is seen from its front. Of a face
+//! with two sides, the piece behind another's front has one.
+//!
+//! Not handled: faces whose planes rounding tells apart (see there); they are as near as rays find them.
+
+mod division;
+mod kept;
+mod masks;
+mod plane;
+mod polygons;
+mod told;
+
+use std::collections::BTreeMap;
+
+use glam::{DVec2, DVec3, Vec2};
+use rayon::prelude::*;
+
+use crate::scene::build::THINNEST;
+use crate::scene::coincident::masks::Materials;
+use crate::scene::coincident::plane::{Covered, covered};
+use crate::scene::coincident::polygons::Polygon;
+use crate::scene::planes::Planes;
+use crate::scene::points::{Points, height};
+use crate::scene::{Face, Scene};
+
+pub(crate) use told::Source;
+
+/// A triangle in place of a face, or of a part of one.
+struct Placed {
+    exact: [DVec3; 3],
+    coordinates: [Vec2; 3],
+    material: u32,
+}
+
+/// Leaves of faces in one place what is there, and warns of what is not. `points` are the scene's, to which it adds.
+pub(crate) fn resolve(scene: &mut Scene, points: &mut Points, source: &Source) {
+    let planes = Planes::new(scene);
+    let found = all_covered(scene, &planes);
+    if !found.is_empty() {
+        scene.warnings.extend(source.warning(scene, &found));
+        replace(scene, points, found);
+    }
+}
+
+/// All faces of which not all is there, by number.
+fn all_covered(scene: &Scene, planes: &Planes) -> Vec<Covered> {
+    let (faces, starts) = planes.groups();
+    let several = (0..planes.planes.len()).into_par_iter().with_min_len(64);
+    let found = several.flat_map_iter(|plane| {
+        let own = &faces[starts[plane] as usize..starts[plane + 1] as usize];
+        if own.len() > 1 { covered(scene, &planes.planes[plane], own) } else { Vec::new() }
+    });
+    let mut found: Vec<Covered> = found.collect();
+    found.sort_unstable_by_key(|covered| covered.face);
+    found
+}
+
+/// Puts what is there of faces in their place.
+fn replace(scene: &mut Scene, points: &mut Points, found: Vec<Covered>) {
+    let mut materials = Materials::default();
+    let placed = found.into_iter().map(|covered| (covered.face, triangles(scene, &mut materials, &covered)));
+    let placed: BTreeMap<u32, Vec<Placed>> = placed.collect();
+    points.list = std::mem::take(&mut scene.vertices);
+    scene.materials.append(&mut materials.list);
+    let faces = std::mem::take(&mut scene.faces);
+    let exact = std::mem::take(&mut scene.exact);
+    let coordinates = std::mem::take(&mut scene.coordinates);
+    for (k, (face, exact)) in faces.into_iter().zip(exact).enumerate() {
+        let Some(new) = placed.get(&(k as u32)) else {
+            scene.faces.push(face);
+            scene.exact.push(exact);
+            scene.coordinates.extend(coordinates.get(k));
+            continue;
+        };
+        for piece in new {
+            let vertices = piece.exact.map(|corner| points.number(corner.as_vec3()));
+            scene.faces.push(Face { vertices, material: piece.material, ..face });
+            scene.exact.push(piece.exact);
+            scene.coordinates.extend(coordinates.get(k).map(|_| piece.coordinates));
+        }
+    }
+    scene.vertices = std::mem::take(&mut points.list);
+}
+
+/// The triangles that a face's pieces are cut into.
+fn triangles(scene: &Scene, materials: &mut Materials, covered: &Covered) -> Vec<Placed> {
+    let [a, b, c] = scene.exact_corners(covered.face);
+    let place = |w: DVec2| a + w.x * (b - a) + w.y * (c - a);
+    let of_piece = |(polygon, marks): &(Polygon, _)| {
+        let made = materials.of(scene, covered.face, marks);
+        let at = |w: DVec2| made.coordinates.transform_point2(w).as_vec2();
+        let one = |weights: [DVec2; 3]| Placed {
+            exact: weights.map(place),
+            coordinates: weights.map(at),
+            material: made.material,
+        };
+        fan(polygon, place).into_iter().map(one).collect::<Vec<Placed>>()
+    };
+    covered.pieces.iter().flat_map(of_piece).collect()
+}
+
+/// A convex polygon as triangles around the corner that gives the thickest; too thin ones are left out.
+fn fan(polygon: &[DVec2], place: impl Fn(DVec2) -> DVec3) -> Vec<[DVec2; 3]> {
+    let n = polygon.len();
+    let around = |k: usize| (1..n - 1).map(move |j| [k, (k + j) % n, (k + j + 1) % n].map(|i| polygon[i]));
+    let thickness = |triangle: [DVec2; 3]| height(triangle.map(|w| place(w).as_vec3()));
+    let least = |k: usize| around(k).map(thickness).fold(f64::INFINITY, f64::min);
+    let best = (0..n).map(|k| (k, least(k))).fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
+    around(best.0).filter(|&triangle| thickness(triangle) >= THINNEST).collect()
+}

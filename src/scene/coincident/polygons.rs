@@ -1,0 +1,117 @@
+//! Convex polygons in one plane: whether two overlap, the parts of one in and around another, and several put together.
+//!
+//! What is narrower than [`NARROW`] is rounding: neither an overlap nor a part.
+//!
+//! Not handled: polygons that are not convex.
+
+use glam::DVec2;
+
+use crate::scene::convex_polygon::{area, edges, put_above};
+use crate::scene::planes::TOLERANCE;
+
+/// The least width of an overlap and of a part, unit coordinates: along a plane as much counts as one place as across.
+const NARROW: f64 = TOLERANCE;
+
+/// A corner this close to the line of a cut lies on it, and two this close are one: far above the rounding of double
+/// precision and far below [`NARROW`].
+const SAME: f64 = 1e-9;
+
+/// Polygons more than which are not put together, which takes the square of their number.
+const MANY: usize = 64;
+
+/// Corners of a convex polygon, counter-clockwise.
+pub(super) type Polygon = Vec<DVec2>;
+
+/// Whether two overlap by more than rounding: no edge of either has the other on its outside.
+pub(super) fn overlap(a: &[DVec2], b: &[DVec2]) -> bool {
+    let apart = |a: &[DVec2], b: &[DVec2]| edges(a).any(|edge| reach(edge, b) <= NARROW);
+    !apart(a, b) && !apart(b, a)
+}
+
+/// How far a polygon reaches inwards of an edge.
+fn reach((from, to): (DVec2, DVec2), polygon: &[DVec2]) -> f64 {
+    let inwards = (to - from).perp();
+    let far = polygon.iter().map(|&p| inwards.dot(p - from)).fold(f64::NEG_INFINITY, f64::max);
+    far / inwards.length()
+}
+
+/// Whether a polygon is wider than rounding.
+fn is_wide(polygon: &[DVec2]) -> bool {
+    polygon.len() > 2 && edges(polygon).all(|edge| reach(edge, polygon) > NARROW)
+}
+
+/// The part of a polygon within another, and convex ones around that.
+pub(super) fn parted(polygon: &[DVec2], other: &[DVec2]) -> (Option<Polygon>, Vec<Polygon>) {
+    let (mut inside, mut outside) = (polygon.to_vec(), Vec::new());
+    for (from, to) in edges(other) {
+        let inwards = (to - from).perp().normalize_or_zero();
+        let height = |p: DVec2| {
+            let height = inwards.dot(p - from);
+            if height.abs() <= SAME { 0.0 } else { height }
+        };
+        if inside.iter().all(|&p| height(p) >= 0.0) {
+            continue;
+        }
+        let [mut beyond, mut within] = [Polygon::new(), Polygon::new()];
+        put_above(&inside, |p| -height(p), &mut beyond);
+        put_above(&inside, height, &mut within);
+        outside.extend(Some(beyond).filter(|part| is_wide(part)));
+        inside = within;
+        if !is_wide(&inside) {
+            return (None, outside);
+        }
+    }
+    (Some(inside), outside)
+}
+
+/// Whether parts of a polygon that do not overlap make up all of it.
+pub(super) fn make_up<'a>(parts: impl Iterator<Item = &'a Polygon>, polygon: &[DVec2]) -> bool {
+    let lacking = area(polygon) - parts.map(|part| area(part)).sum::<f64>();
+    let around: f64 = edges(polygon).map(|(a, b)| a.distance(b)).sum();
+    lacking <= NARROW * around
+}
+
+/// Polygons put together, two at a time, where they share an edge and are one convex polygon.
+pub(super) fn joined(mut polygons: Vec<Polygon>) -> Vec<Polygon> {
+    if polygons.len() > MANY {
+        return polygons;
+    }
+    let mut k = 0;
+    while k < polygons.len() {
+        let found = (k + 1..polygons.len()).find_map(|j| Some((j, union(&polygons[k], &polygons[j])?)));
+        let Some((j, both)) = found else {
+            k += 1;
+            continue;
+        };
+        polygons[k] = both;
+        polygons.remove(j);
+        k = 0;
+    }
+    polygons
+}
+
+/// Two polygons as one, if they share an edge and that is convex.
+fn union(a: &[DVec2], b: &[DVec2]) -> Option<Polygon> {
+    let same = |p: DVec2, q: DVec2| p.distance_squared(q) <= SAME * SAME;
+    let (n, m) = (a.len(), b.len());
+    let pairs = (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
+    let shared = |&(i, j): &(usize, usize)| same(a[i], b[(j + 1) % m]) && same(a[(i + 1) % n], b[j]);
+    let (i, j) = pairs.into_iter().find(shared)?;
+    let own = (0..n).map(|k| a[(i + 1 + k) % n]);
+    let other = (0..m - 2).map(|k| b[(j + 2 + k) % m]);
+    let ring: Polygon = own.chain(other).collect();
+    let turns = (0..ring.len()).map(|k| turn(&ring, k));
+    if turns.clone().any(|turn| turn < -SAME) {
+        return None;
+    }
+    let corners: Polygon = ring.iter().zip(turns).filter(|(_, turn)| *turn > SAME).map(|(&p, _)| p).collect();
+    (corners.len() > 2).then_some(corners)
+}
+
+/// How far the corner k stands out from the line between its neighbours; negative where it does so inwards.
+fn turn(ring: &[DVec2], k: usize) -> f64 {
+    let n = ring.len();
+    let (before, here, after) = (ring[(k + n - 1) % n], ring[k], ring[(k + 1) % n]);
+    let across = after - before;
+    across.perp_dot(before - here) / across.length().max(f64::MIN_POSITIVE)
+}
