@@ -75,7 +75,6 @@ pub fn scene_of(triangles: &[Corners]) -> Scene {
         vertices: triangles.concat(),
         faces: faces.collect(),
         exact: Vec::new(),
-        planes: Default::default(),
         coordinates: Vec::new(),
         materials: vec![grey],
         objects: vec!["all".into()],

@@ -8,8 +8,6 @@
 //!
 //! Not handled: scenes that change after they were made ready.
 
-use std::sync::Arc;
-
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 
@@ -84,7 +82,7 @@ impl Rays {
             tree: faces.tree(&whole),
             masked: MaskedFaces::new(scene, &masked, |some| faces.tree(some)),
             occluders,
-            planes: faces.planes.of_face.clone(),
+            planes: faces.planes.of_face,
             materials: scene.faces.iter().map(|f| f.material).collect(),
             anchors: (0..faces.corners.len() as u32).into_par_iter().map(|f| RayOffset::new(scene, f)).collect(),
             corners: faces.corners,
@@ -236,7 +234,7 @@ impl Rays {
 /// The faces of a scene, and what all trees over them have in common.
 struct Faces {
     corners: Vec<[Vec3; 3]>,
-    planes: Arc<Planes>,
+    planes: Planes,
     /// Over all faces, where there are many.
     layout: Option<Layout>,
     /// What boxes are padded by.
@@ -253,8 +251,7 @@ impl Faces {
         let pad = 1e-5 * diagonal(solid);
         // Planes are found one after the other; meanwhile the other threads lay out the tree.
         let layout = || (solid.len() >= many).then(|| Layout::new(&boxes(solid, pad)));
-        let planes = || scene.planes.of_scene(scene).unwrap_or_else(|| Arc::new(Planes::new(scene)));
-        let (planes, layout) = rayon::join(planes, layout);
+        let (planes, layout) = rayon::join(|| Planes::new(scene), layout);
         Faces { corners, planes, layout, pad, many }
     }
 

@@ -14,7 +14,6 @@ use crate::scene::camera::ViewError;
 use crate::scene::coincident::{Source, resolve};
 use crate::scene::error::{Place, SceneError};
 use crate::scene::mtl::{check_emission, check_gloss, check_rho};
-use crate::scene::planes::KnownPlanes;
 use crate::scene::points::{Points, height};
 use crate::scene::polygon::{Cover, MOST_CORNERS, Triangulator};
 use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
@@ -169,7 +168,6 @@ pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
         vertices: std::mem::take(&mut mesh.points.list),
         faces: mesh.faces,
         exact: mesh.exact,
-        planes: KnownPlanes::default(),
         coordinates: mesh.coordinates,
         materials: soup.materials,
         objects: soup.objects,

@@ -49,7 +49,6 @@ pub use error::{Place, SceneError};
 pub use lines::NO_MATERIAL;
 pub use model::{AddedLight, Camera, Face, LoadOptions, Material, NamedCamera, Scene, Sides};
 pub use mtl::DEFAULT_RHO;
-pub use planes::KnownPlanes;
 pub use punctual::{PunctualForm, PunctualLight, PunctualPlace};
 pub use sky::{Sky, SkyLight};
 pub use textured::Means;

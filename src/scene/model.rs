@@ -7,7 +7,6 @@ use std::sync::Arc;
 use glam::{DVec3, Vec2, Vec3};
 
 use crate::light::{Gloss, Light, Rgb, Transport, TransportError, Visibility};
-use crate::scene::planes::KnownPlanes;
 use crate::scene::punctual::PunctualLight;
 use crate::scene::sky::Sky;
 use crate::scene::textures::Maps;
@@ -28,8 +27,6 @@ pub struct Scene {
     /// Corners of the faces before they were rounded to single precision, unit coordinates; see
     /// [`Scene::exact_corners`].
     pub exact: Vec<[DVec3; 3]>,
-    /// The planes that the faces lie in, where they are known.
-    pub planes: KnownPlanes,
     /// Texture coordinates of the corners of the faces; empty where no material has a texture.
     pub coordinates: Vec<[Vec2; 3]>,
     /// What the faces are made of.

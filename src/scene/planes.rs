@@ -8,8 +8,6 @@
 //! Not handled: a plane may fall into several ids where it is cut so finely that rounding tilts the founder
 //! (faces of 1e-3 that are not parallel to an axis). Rays start a little above their face, so this costs no accuracy.
 
-use std::sync::Arc;
-
 use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -35,9 +33,6 @@ const EITHER: f64 = 2.0 * (CELL + BORDER);
 /// Planes looked at in one cell, so that gently curved surfaces with thousands in a cell stay near-linear.
 const PROBES: usize = 32;
 
-/// Faces prepared at once.
-const PREPARED: usize = 1 << 14;
-
 /// `normal . x = offset`, normal of length 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Plane {
@@ -46,7 +41,6 @@ pub(crate) struct Plane {
 }
 
 /// The planes of a scene.
-#[derive(Clone, Debug)]
 pub(crate) struct Planes {
     /// The plane of every face.
     pub of_face: Vec<u32>,
@@ -54,19 +48,10 @@ pub(crate) struct Planes {
     pub planes: Vec<Plane>,
 }
 
-/// The planes of a scene's faces, where they were found when it was made; they need not be found again.
-#[derive(Clone, Debug, Default)]
-pub struct KnownPlanes(Option<Arc<Planes>>);
-
 impl Plane {
     /// Signed distance of a point.
     pub(crate) fn distance(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
-    }
-
-    /// Whether a face lies in it.
-    fn holds(&self, corners: &[DVec3; 3]) -> bool {
-        corners.iter().all(|&c| self.distance(c).abs() <= TOLERANCE)
     }
 
     /// The plane seen from the other side.
@@ -83,17 +68,11 @@ impl Plane {
 impl Planes {
     /// Groups the faces of a scene, in about linear time.
     pub(crate) fn new(scene: &Scene) -> Self {
-        let order = by_falling_area(scene);
         let mut finder = Finder::default();
-        finder.cells.reserve(order.len());
-        let mut of_face = vec![0; order.len()];
-        for part in order.chunks(PREPARED) {
-            // What is found one after the other is prepared by all threads.
-            let prepared = part.par_iter().map(|&face| (face, scene.corners(face).map(|c| c.as_dvec3())));
-            let prepared: Vec<_> = prepared.map(|(face, corners)| (face, corners, plane_of(&corners))).collect();
-            for (face, corners, plane) in prepared {
-                of_face[face as usize] = finder.find(plane, &corners);
-            }
+        let mut of_face = vec![0; scene.faces.len()];
+        for (face, plane) in by_falling_area(scene) {
+            let corners = scene.corners(face).map(|c| c.as_dvec3());
+            of_face[face as usize] = finder.find(plane, &corners);
         }
         Planes { of_face, planes: finder.planes }
     }
@@ -115,48 +94,19 @@ impl Planes {
     }
 }
 
-impl KnownPlanes {
-    /// Planes that were found.
-    pub(crate) fn of(planes: Planes) -> Self {
-        KnownPlanes(Some(Arc::new(planes)))
-    }
-
-    /// They, with those of the faces of a sky; none where they are not known, or the scene has changed.
-    pub(crate) fn of_scene(&self, scene: &Scene) -> Option<Arc<Planes>> {
-        let known = self.0.as_ref()?;
-        let solid = scene.solid_faces();
-        let corners = |face: u32| scene.corners(face).map(|c| c.as_dvec3());
-        let fits = |face: u32| known.planes[known.of_face[face as usize] as usize].holds(&corners(face));
-        if known.of_face.len() != solid as usize || !(0..solid).into_par_iter().all(fits) {
-            return None;
-        }
-        let mut planes = Arc::clone(known);
-        for face in solid..scene.faces.len() as u32 {
-            let planes = Arc::make_mut(&mut planes);
-            planes.of_face.push(planes.planes.len() as u32);
-            planes.planes.push(plane_of(&corners(face)));
-        }
-        Some(planes)
-    }
-}
-
-/// Faces by falling area, ties by number.
-fn by_falling_area(scene: &Scene) -> Vec<u32> {
+/// Faces with their planes, largest first, ties by number.
+fn by_falling_area(scene: &Scene) -> Vec<(u32, Plane)> {
     let count = scene.faces.len() as u32;
     let measured = (0..count).into_par_iter().map(|face| {
         let [a, b, c] = scene.corners(face).map(|c| c.as_dvec3());
-        // The bits of numbers that are not negative are in their order.
-        (!(b - a).cross(c - a).length().to_bits(), face)
+        let cross = (b - a).cross(c - a);
+        let normal = cross.normalize_or_zero();
+        let offset = normal.dot(a + b + c) / 3.0;
+        (cross.length(), face, Plane { normal, offset })
     });
-    let mut faces: Vec<(u64, u32)> = measured.collect();
-    faces.par_sort_unstable();
-    faces.into_iter().map(|(_, face)| face).collect()
-}
-
-/// The plane of a face.
-fn plane_of(&[a, b, c]: &[DVec3; 3]) -> Plane {
-    let normal = (b - a).cross(c - a).normalize_or_zero();
-    Plane { normal, offset: normal.dot(a + b + c) / 3.0 }
+    let mut faces: Vec<_> = measured.collect();
+    faces.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    faces.into_iter().map(|(_, face, plane)| (face, plane)).collect()
 }
 
 /// Planes in a hash grid over (normal, offset).
@@ -186,10 +136,15 @@ impl Finder {
         let coordinates = plane.coordinates();
         let low = coordinates.map(|c| cell(c - BORDER));
         let high = coordinates.map(|c| cell(c + BORDER));
-        let border = (0..4).fold(0, |all, axis| all | u32::from(low[axis] != high[axis]) << axis);
-        (0..16u32).filter(|corner| corner & !border == 0).find_map(|corner| {
+        (0..16u32).find_map(|corner| {
             let across = |axis: usize| corner >> axis & 1 == 1;
-            let key = [0, 1, 2, 3].map(|axis| if across(axis) { high[axis] } else { low[axis] });
+            let mut key = low;
+            for axis in (0..4).filter(|&axis| across(axis)) {
+                if low[axis] == high[axis] {
+                    return None;
+                }
+                key[axis] = high[axis];
+            }
             self.search_cell(key, corners)
         })
     }
@@ -197,7 +152,8 @@ impl Finder {
     fn search_cell(&self, key: [i32; 4], corners: &[DVec3; 3]) -> Option<u32> {
         let newest = self.cells.get(&key).copied();
         std::iter::successors(newest, |&p| self.earlier[p as usize]).take(PROBES).find(|&p| {
-            self.planes[p as usize].holds(corners)
+            let plane = &self.planes[p as usize];
+            corners.iter().all(|&c| plane.distance(c).abs() <= TOLERANCE)
         })
     }
 

@@ -37,7 +37,6 @@ pub(crate) fn scene_of(triangles: &[[Vec3; 3]], materials: &[u32]) -> Scene {
         name: "test".into(),
         faces,
         exact: Vec::new(),
-        planes: Default::default(),
         coordinates: Vec::new(),
         vertices,
         materials: vec![grey(); count as usize],

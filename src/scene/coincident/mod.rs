@@ -26,7 +26,7 @@ use crate::scene::build::THINNEST;
 use crate::scene::coincident::masks::Materials;
 use crate::scene::coincident::plane::{Covered, covered};
 use crate::scene::coincident::polygons::Polygon;
-use crate::scene::planes::{KnownPlanes, Planes};
+use crate::scene::planes::Planes;
 use crate::scene::points::{Points, height};
 use crate::scene::{Face, Scene};
 
@@ -43,12 +43,10 @@ struct Placed {
 pub(crate) fn resolve(scene: &mut Scene, points: &mut Points, source: &Source) {
     let planes = Planes::new(scene);
     let found = all_covered(scene, &planes);
-    if found.is_empty() {
-        scene.planes = KnownPlanes::of(planes);
-        return;
+    if !found.is_empty() {
+        scene.warnings.extend(source.warning(scene, &found));
+        replace(scene, points, found);
     }
-    scene.warnings.extend(source.warning(scene, &found));
-    replace(scene, points, found);
 }
 
 /// All faces of which not all is there, by number.
