@@ -55,7 +55,7 @@ impl Plane {
     }
 
     /// The plane seen from the other side.
-    fn flipped(self) -> Plane {
+    pub(crate) fn flipped(self) -> Plane {
         Plane { normal: -self.normal, offset: -self.offset }
     }
 
@@ -99,14 +99,19 @@ fn by_falling_area(scene: &Scene) -> Vec<(u32, Plane)> {
     let count = scene.faces.len() as u32;
     let measured = (0..count).into_par_iter().map(|face| {
         let [a, b, c] = scene.corners(face).map(|c| c.as_dvec3());
-        let cross = (b - a).cross(c - a);
-        let normal = cross.normalize_or_zero();
-        let offset = normal.dot(a + b + c) / 3.0;
-        (cross.length(), face, Plane { normal, offset })
+        // The bits of numbers that are not negative are in their order.
+        (!(b - a).cross(c - a).length().to_bits(), face)
     });
-    let mut faces: Vec<_> = measured.collect();
-    faces.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    faces.into_iter().map(|(_, face, plane)| (face, plane)).collect()
+    let mut faces: Vec<(u64, u32)> = measured.collect();
+    faces.par_sort_unstable();
+    let with_plane = |(_, face)| (face, plane_of(&scene.corners(face).map(|c| c.as_dvec3())));
+    faces.into_par_iter().map(with_plane).collect()
+}
+
+/// The plane of a face.
+pub(crate) fn plane_of(&[a, b, c]: &[DVec3; 3]) -> Plane {
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    Plane { normal, offset: normal.dot(a + b + c) / 3.0 }
 }
 
 /// Planes in a hash grid over (normal, offset).

@@ -15,6 +15,7 @@ mod kept;
 mod masks;
 mod plane;
 mod polygons;
+mod suspects;
 mod told;
 
 use std::collections::BTreeMap;
@@ -41,8 +42,10 @@ struct Placed {
 
 /// Leaves of faces in one place what is there, and warns of what is not. `points` are the scene's, to which it adds.
 pub(crate) fn resolve(scene: &mut Scene, points: &mut Points, source: &Source) {
-    let planes = Planes::new(scene);
-    let found = all_covered(scene, &planes);
+    if !suspects::any(scene) {
+        return;
+    }
+    let found = all_covered(scene, &Planes::new(scene));
     if !found.is_empty() {
         scene.warnings.extend(source.warning(scene, &found));
         replace(scene, points, found);
