@@ -18,11 +18,11 @@ use crate::rays::bvh_build::Layout;
 use crate::rays::crossings::settle;
 use crate::rays::hull_faces::occluders;
 use crate::rays::masked_faces::{MaskedFaces, is_masked};
-use crate::scene::planes::Planes;
 use crate::rays::query::{Label, NO_PLANE, Query};
 use crate::rays::ray::{End, Hit, Ray, Side};
 use crate::rays::ray_offset::RayOffset;
 use crate::rays::triangle::Triangle;
+use crate::scene::planes::Planes;
 use crate::scene::{Scene, Sky};
 
 /// A scene made ready for casting rays.

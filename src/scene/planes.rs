@@ -24,7 +24,7 @@ const CELL: f64 = 1.0 / 4096.0;
 const BORDER: f64 = CELL / 8.0;
 
 /// A direction that planes people draw are rarely parallel to; about a unit vector.
-const GENERIC: DVec3 = DVec3::new(0.537, 0.623, 0.568);
+pub(crate) const GENERIC: DVec3 = DVec3::new(0.537, 0.623, 0.568);
 
 /// Planes whose normals have a larger part along [`GENERIC`] are entered under one orientation only: those looked at
 /// have normals within a cell and its border in each coordinate, `sqrt(3)` times that altogether.
@@ -42,7 +42,7 @@ pub(crate) struct Plane {
 
 /// The planes of a scene.
 pub(crate) struct Planes {
-    /// The plane of every face.
+    /// The plane of every face of those grouped.
     pub of_face: Vec<u32>,
     /// The founders' planes, by falling area of the founder.
     pub planes: Vec<Plane>,
@@ -68,44 +68,50 @@ impl Plane {
 impl Planes {
     /// Groups the faces of a scene, in about linear time.
     pub(crate) fn new(scene: &Scene) -> Self {
+        let all: Vec<u32> = (0..scene.faces.len() as u32).collect();
+        Planes::of(scene, &all)
+    }
+
+    /// Groups some faces, which stand in order; `of_face` is in theirs.
+    pub(crate) fn of(scene: &Scene, faces: &[u32]) -> Self {
         let mut finder = Finder::default();
-        let mut of_face = vec![0; scene.faces.len()];
-        for (face, plane) in by_falling_area(scene) {
-            let corners = scene.corners(face).map(|c| c.as_dvec3());
-            of_face[face as usize] = finder.find(plane, &corners);
+        let mut of_face = vec![0; faces.len()];
+        for (k, plane) in by_falling_area(scene, faces) {
+            let corners = scene.corners(faces[k as usize]).map(|c| c.as_dvec3());
+            of_face[k as usize] = finder.find(plane, &corners);
         }
         Planes { of_face, planes: finder.planes }
     }
-
-    /// The faces plane by plane, in order, and where each plane's faces begin.
-    pub(crate) fn groups(&self) -> (Vec<u32>, Vec<u32>) {
-        let mut starts = vec![0; self.planes.len() + 1];
-        self.of_face.iter().for_each(|&plane| starts[plane as usize + 1] += 1);
-        for plane in 0..self.planes.len() {
-            starts[plane + 1] += starts[plane];
-        }
-        let (mut next, mut faces) = (starts.clone(), vec![0; self.of_face.len()]);
-        for (face, &plane) in (0..).zip(&self.of_face) {
-            let at = &mut next[plane as usize];
-            faces[*at as usize] = face;
-            *at += 1;
-        }
-        (faces, starts)
-    }
 }
 
-/// Faces with their planes, largest first, ties by number.
-fn by_falling_area(scene: &Scene) -> Vec<(u32, Plane)> {
-    let count = scene.faces.len() as u32;
-    let measured = (0..count).into_par_iter().map(|face| {
-        let [a, b, c] = scene.corners(face).map(|c| c.as_dvec3());
+/// Faces plane by plane, in order, and where each plane's begin; `of_face` has the plane of each.
+pub(crate) fn by_plane(of_face: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    let planes = of_face.iter().map(|&plane| plane + 1).max().unwrap_or(0) as usize;
+    let mut starts = vec![0; planes + 1];
+    of_face.iter().for_each(|&plane| starts[plane as usize + 1] += 1);
+    for plane in 0..planes {
+        starts[plane + 1] += starts[plane];
+    }
+    let (mut next, mut faces) = (starts.clone(), vec![0; of_face.len()]);
+    for (face, &plane) in (0..).zip(of_face) {
+        let at = &mut next[plane as usize];
+        faces[*at as usize] = face;
+        *at += 1;
+    }
+    (faces, starts)
+}
+
+/// Faces by their places among some, with their planes, largest first, ties by place.
+fn by_falling_area(scene: &Scene, faces: &[u32]) -> Vec<(u32, Plane)> {
+    let corners = |k: u32| scene.corners(faces[k as usize]).map(|c| c.as_dvec3());
+    let measured = (0..faces.len() as u32).into_par_iter().map(|k| {
+        let [a, b, c] = corners(k);
         // The bits of numbers that are not negative are in their order.
-        (!(b - a).cross(c - a).length().to_bits(), face)
+        (!(b - a).cross(c - a).length().to_bits(), k)
     });
-    let mut faces: Vec<(u64, u32)> = measured.collect();
-    faces.par_sort_unstable();
-    let with_plane = |(_, face)| (face, plane_of(&scene.corners(face).map(|c| c.as_dvec3())));
-    faces.into_par_iter().map(with_plane).collect()
+    let mut order: Vec<(u64, u32)> = measured.collect();
+    order.par_sort_unstable();
+    order.into_par_iter().map(|(_, k)| (k, plane_of(&corners(k)))).collect()
 }
 
 /// The plane of a face.
@@ -174,7 +180,7 @@ impl Finder {
 
 /// The orientation under which a plane is entered. Planes on the border between the two orientations are found under
 /// either, as `find` looks for both.
-fn upright(plane: Plane) -> Plane {
+pub(crate) fn upright(plane: Plane) -> Plane {
     if plane.normal.dot(GENERIC) < 0.0 { plane.flipped() } else { plane }
 }
 

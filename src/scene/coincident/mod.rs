@@ -27,7 +27,8 @@ use crate::scene::build::THINNEST;
 use crate::scene::coincident::masks::Materials;
 use crate::scene::coincident::plane::{Covered, covered};
 use crate::scene::coincident::polygons::Polygon;
-use crate::scene::planes::Planes;
+use crate::scene::coincident::suspects::suspects;
+use crate::scene::planes::{Planes, by_plane};
 use crate::scene::points::{Points, height};
 use crate::scene::{Face, Scene};
 
@@ -42,23 +43,22 @@ struct Placed {
 
 /// Leaves of faces in one place what is there, and warns of what is not. `points` are the scene's, to which it adds.
 pub(crate) fn resolve(scene: &mut Scene, points: &mut Points, source: &Source) {
-    if !suspects::any(scene) {
-        return;
-    }
-    let found = all_covered(scene, &Planes::new(scene));
+    let found = all_covered(scene, &suspects(scene));
     if !found.is_empty() {
         scene.warnings.extend(source.warning(scene, &found));
         replace(scene, points, found);
     }
 }
 
-/// All faces of which not all is there, by number.
-fn all_covered(scene: &Scene, planes: &Planes) -> Vec<Covered> {
-    let (faces, starts) = planes.groups();
-    let several = (0..planes.planes.len()).into_par_iter().with_min_len(64);
+/// Those of some faces of which not all is there, by number.
+fn all_covered(scene: &Scene, faces: &[u32]) -> Vec<Covered> {
+    let planes = Planes::of(scene, faces);
+    let (places, starts) = by_plane(&planes.of_face);
+    let several = (0..planes.planes.len()).into_par_iter();
     let found = several.flat_map_iter(|plane| {
-        let own = &faces[starts[plane] as usize..starts[plane + 1] as usize];
-        if own.len() > 1 { covered(scene, &planes.planes[plane], own) } else { Vec::new() }
+        let own = &places[starts[plane] as usize..starts[plane + 1] as usize];
+        let own: Vec<u32> = own.iter().map(|&k| faces[k as usize]).collect();
+        covered(scene, &planes.planes[plane], &own)
     });
     let mut found: Vec<Covered> = found.collect();
     found.sort_unstable_by_key(|covered| covered.face);

@@ -2,10 +2,10 @@
 //!
 //! Not handled: backs behind fronts, which nobody sees.
 
+use crate::scene::Scene;
 use crate::scene::coincident::plane::Covered;
 use crate::scene::lines::{list, shorten};
 use crate::scene::planes::TOLERANCE;
-use crate::scene::Scene;
 
 /// Objects and places named at most, beyond which the rest is counted.
 const MOST: usize = 100;
