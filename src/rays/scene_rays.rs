@@ -198,6 +198,14 @@ impl Rays {
         Query::new(start, direction, f32::INFINITY, [skip, NO_PLANE])
     }
 
+    /// The ray moved so that it starts twice as far from its face's plane and edges as rounding needs. Where that
+    /// changes what it meets by some share of rays, so does starting once as far.
+    pub(crate) fn moved_twice(&self, ray: &Ray) -> Ray {
+        let Some(face) = ray.source.map(|face| face as usize) else { return *ray };
+        let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
+        Ray { origin: self.anchors[face].twice(origin, direction, self.corners[face]).into(), ..*ray }
+    }
+
     /// The segment between two points, both lifted towards the other; `None` if they are one point.
     #[inline]
     pub(super) fn segment(&self, from: End, to: End) -> Option<Query> {
