@@ -14,15 +14,11 @@ use crate::scene::camera::ViewError;
 use crate::scene::coincident::{Source, resolve};
 use crate::scene::error::{Place, SceneError};
 use crate::scene::mtl::{check_emission, check_gloss, check_rho};
-use crate::scene::points::{Points, height};
+use crate::scene::points::{Points, THINNEST, height};
 use crate::scene::polygon::{Cover, MOST_CORNERS, Triangulator};
 use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::warnings::Tally;
 use crate::scene::{Camera, Face, Material, NamedCamera, Scene, UnitFrame};
-
-/// The least height of a triangle over its longest side, unit coordinates: the rounding of a coordinate near 1.
-/// Thinner ones have no normal.
-pub const THINNEST: f64 = 1.0 / (1 << 23) as f64;
 
 /// Polygons as read, in the file's units.
 #[derive(Debug, Default)]

@@ -43,12 +43,12 @@ pub mod textures;
 pub(crate) mod unit_frame;
 pub(crate) mod warnings;
 
-pub use build::THINNEST;
 pub use camera::{DEFAULT_FOV, ViewError};
 pub use error::{Place, SceneError};
 pub use lines::NO_MATERIAL;
 pub use model::{AddedLight, Camera, Face, LoadOptions, Material, NamedCamera, Scene, Sides};
 pub use mtl::DEFAULT_RHO;
+pub use points::THINNEST;
 pub use punctual::{PunctualForm, PunctualLight, PunctualPlace};
 pub use sky::{Sky, SkyLight};
 pub use textured::Means;

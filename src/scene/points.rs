@@ -5,6 +5,10 @@
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
+/// The least height of a triangle over its longest side, unit coordinates: the rounding of a coordinate near 1.
+/// Thinner ones have no normal.
+pub const THINNEST: f64 = 1.0 / (1 << 23) as f64;
+
 /// Different points, by number.
 #[derive(Default)]
 pub(crate) struct Points {

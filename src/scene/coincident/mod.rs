@@ -23,13 +23,12 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3, Vec2};
 use rayon::prelude::*;
 
-use crate::scene::build::THINNEST;
 use crate::scene::coincident::masks::Materials;
 use crate::scene::coincident::plane::{Covered, covered};
 use crate::scene::coincident::polygons::Polygon;
 use crate::scene::coincident::suspects::suspects;
 use crate::scene::planes::{Planes, by_plane};
-use crate::scene::points::{Points, height};
+use crate::scene::points::{Points, THINNEST, height};
 use crate::scene::{Face, Scene};
 
 pub(crate) use told::Source;
