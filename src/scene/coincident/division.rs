@@ -1,13 +1,14 @@
 //! A convex polygon cut apart along others in its plane.
 //!
-//! One cut at a time: of the polygons that cover something of a piece the middle one is taken, what lies outside its
-//! edges goes on with those that reach there, and what lies inside is dropped, or goes on with a mark. So n polygons
-//! that lie side by side cost about n log n. What is narrower than [`NARROW`] is rounding: neither an overlap nor a
+//! One cut at a time: of the polygons that cover something of a piece one near its middle is taken, what lies outside
+//! its edges goes on, and what lies inside is dropped, or goes on with a mark. So few of many polygons that lie one
+//! over the other are looked at. What is narrower than rounding is neither an overlap nor a
 //! piece.
 //!
 //! Not handled: polygons that are not convex.
 
 use glam::DVec2;
+use smallvec::SmallVec;
 
 use crate::scene::coincident::polygons::{Polygon, joined, make_up, overlap, parted};
 
@@ -60,7 +61,7 @@ impl Marks {
     }
 
     /// Whether one more cover would change nothing.
-    fn has(&self, covering: Covering) -> bool {
+    pub fn has(&self, covering: Covering) -> bool {
         match covering {
             Covering::Whole => false,
             Covering::Back => self.is_backed,
@@ -69,37 +70,33 @@ impl Marks {
     }
 }
 
-/// What is left of a polygon under covers: itself where nothing of it has a mark.
-pub(super) fn divided(polygon: &[DVec2], covers: &[Cover]) -> Vec<Piece> {
-    let covers = together(covers);
-    let over = |polygon: &[DVec2], among: &[usize], marks: &Marks| -> Vec<usize> {
-        let reaches = |&&k: &&usize| !marks.has(covers[k].covering) && overlap(polygon, &covers[k].polygon);
-        among.iter().filter(reaches).copied().collect()
-    };
-    let (start, none) = (polygon.to_vec(), Marks::default());
-    let first = over(&start, &(0..covers.len()).collect::<Vec<_>>(), &none);
-    let (mut work, mut done) = (vec![((start, none), first)], Vec::new());
-    while let Some(((piece, marks), mut rest)) = work.pop() {
-        if rest.is_empty() {
-            done.push((piece, marks));
+/// What is left of pieces of a polygon under covers, of which `next` tells one that covers something of a piece and is
+/// not in its marks yet: the polygon itself where nothing of it has a mark.
+pub(super) fn divided(polygon: &[DVec2], pieces: Vec<Piece>, next: impl Fn(&Piece) -> Option<Cover>) -> Vec<Piece> {
+    let (mut work, mut done) = (pieces, Vec::new());
+    work.reverse();
+    while let Some(piece) = work.pop() {
+        let Some(cover) = next(&piece) else {
+            done.push(piece);
             continue;
-        }
-        let cover = &covers[rest.remove(rest.len() / 2)];
-        let (inside, outside) = parted(&piece, &cover.polygon);
-        for part in outside {
-            let reaching = over(&part, &rest, &marks);
-            work.push(((part, marks.clone()), reaching));
-        }
-        if let (Some(part), Some(marks)) = (inside, marks.under(cover.covering)) {
-            let reaching = over(&part, &rest, &marks);
-            work.push(((part, marks), reaching));
-        }
+        };
+        let (polygon, marks) = piece;
+        let (inside, outside) = parted(&polygon, &cover.polygon);
+        work.extend(outside.into_iter().map(|part| (part, marks.clone())));
+        work.extend(inside.and_then(|part| Some((part, marks.under(cover.covering)?))));
     }
     pieces_together(polygon, done)
 }
 
+/// The middle one of some covers that cover something of a piece and are not in its marks.
+pub(super) fn middle<'a>(covers: &'a [Cover], (polygon, marks): &Piece) -> Option<&'a Cover> {
+    let reaches = |cover: &&Cover| !marks.has(cover.covering) && overlap(polygon, &cover.polygon);
+    let reaching: SmallVec<[&Cover; 8]> = covers.iter().filter(reaches).collect();
+    reaching.get(reaching.len() / 2).copied()
+}
+
 /// Covers that do the same put together to larger ones, as far as they are convex.
-fn together(covers: &[Cover]) -> Vec<Cover> {
+pub(super) fn together(covers: &[Cover]) -> Vec<Cover> {
     let of = |covering: Covering| {
         let own = covers.iter().filter(move |cover| cover.covering == covering);
         let polygons = joined(own.map(|cover| cover.polygon.clone()).collect());

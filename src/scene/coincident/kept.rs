@@ -1,82 +1,174 @@
-//! The faces of one plane that are there, to be asked for those that overlap another.
+//! The triangles of one plane in a tree of boxes, to be asked for those that overlap a polygon.
 //!
-//! Boxes lie in grids by their size, each in the cell of its middle of the grid whose cells are as large as it. So a
-//! question looks at few cells of each grid, and what was not kept costs nothing: a pile of n faces asks n times for one.
+//! The tree is made once, of all triangles; those that count are told one after the other. A branch whose triangles do
+//! not count, or count from too late on, is passed over, so n triangles ask each other in about n log n: a pile, of
+//! which one counts, and rows of which each is shifted beyond the last.
 //!
-//! Not handled: a face beside very many smaller ones asks all of them.
+//! Not handled: polygons that many overlap; each of those is told.
 
-use std::collections::BTreeMap;
+use std::ops::Range;
 
-use glam::{DVec2, I64Vec2};
-use rustc_hash::FxHashMap;
+use glam::DVec2;
+use smallvec::{SmallVec, smallvec};
 
 use crate::scene::coincident::polygons::overlap;
 
-/// Faces up to which each question goes through all: a polygon's own few triangles need no grid.
+/// Triangles up to which each question goes through all: a polygon's own few need no tree.
 pub(super) const FEW: usize = 8;
 
-/// Triangles of one plane.
-#[derive(Default)]
+/// Triangles of a leaf, at most about.
+const LEAF: usize = 4;
+
+/// Counts from no number on.
+const NEVER: u32 = u32::MAX;
+
+/// Triangles of one plane, by number.
 pub(super) struct Kept {
     tiles: Vec<[DVec2; 3]>,
-    /// By the binary logarithm of the size of their cells; empty while the triangles are few.
-    grids: BTreeMap<i32, FxHashMap<I64Vec2, Vec<u32>>>,
+    /// Whether each counts.
+    counts: Vec<bool>,
+    /// The triangles leaf by leaf.
+    order: Vec<u32>,
+    /// The leaf of each triangle.
+    leaf: Vec<u32>,
+    /// The two of node i are 2i and 2i + 1; the first is 1, and the leaves are the last half.
+    nodes: Vec<Node>,
+}
+
+#[derive(Clone, Copy)]
+struct Node {
+    low: DVec2,
+    high: DVec2,
+    /// The first of its triangles that counts.
+    first: u32,
+}
+
+impl Node {
+    const EMPTY: Node = Node { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY, first: NEVER };
+
+    fn around(polygon: &[DVec2]) -> Node {
+        let wider = |node: Node, &p: &DVec2| Node { low: node.low.min(p), high: node.high.max(p), ..node };
+        polygon.iter().fold(Node::EMPTY, wider)
+    }
+
+    fn join(self, other: Node) -> Node {
+        Node { low: self.low.min(other.low), high: self.high.max(other.high), first: self.first.min(other.first) }
+    }
+
+    fn meets(&self, other: &Node) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
+
+    fn middle(&self) -> DVec2 {
+        0.5 * (self.low + self.high)
+    }
 }
 
 impl Kept {
-    /// Adds a triangle, counter-clockwise; they count from 0.
-    pub fn add(&mut self, tile: [DVec2; 3]) {
-        self.tiles.push(tile);
-        match self.tiles.len() {
-            n if n <= FEW => (),
-            n if n == FEW + 1 => (0..n).for_each(|k| self.enter(k)),
-            n => self.enter(n - 1),
+    /// Of triangles, counter-clockwise, of which none counts.
+    pub fn new(tiles: Vec<[DVec2; 3]>) -> Kept {
+        let leaves = tiles.len().div_ceil(LEAF).next_power_of_two();
+        let middles: Vec<DVec2> = tiles.iter().map(|tile| Node::around(tile).middle()).collect();
+        let mut order: Vec<u32> = (0..tiles.len() as u32).collect();
+        sort(&mut order, 0..leaves, leaves, &middles);
+        let (mut leaf, mut nodes) = (vec![0; tiles.len()], vec![Node::EMPTY; 2 * leaves]);
+        for own in 0..leaves {
+            for &k in &order[part(tiles.len(), leaves, own)] {
+                leaf[k as usize] = own as u32;
+                nodes[leaves + own] = nodes[leaves + own].join(Node::around(&tiles[k as usize]));
+            }
         }
+        for node in (1..leaves).rev() {
+            nodes[node] = nodes[2 * node].join(nodes[2 * node + 1]);
+        }
+        Kept { counts: vec![false; tiles.len()], tiles, order, leaf, nodes }
     }
 
-    fn enter(&mut self, k: usize) {
-        let (low, high) = around(&self.tiles[k]);
-        let level = (high - low).max_element().log2().ceil() as i32;
-        let key = cell(0.5 * (low + high), level);
-        self.grids.entry(level).or_default().entry(key).or_default().push(k as u32);
+    /// Lets a triangle count; they are told in order.
+    pub fn keep(&mut self, k: usize) {
+        let mut node = self.nodes.len() / 2 + self.leaf[k] as usize;
+        while node > 0 && self.nodes[node].first == NEVER {
+            self.nodes[node].first = k as u32;
+            node /= 2;
+        }
+        self.counts[k] = true;
     }
 
-    /// Those that overlap a triangle by more than rounding, in order.
-    pub fn over(&self, tile: &[DVec2; 3]) -> Vec<usize> {
-        let overlaps = |&k: &usize| overlap(&self.tiles[k], tile);
-        if self.grids.is_empty() {
-            return (0..self.tiles.len()).filter(overlaps).collect();
-        }
-        let (low, high) = around(tile);
-        let near = self.grids.iter().flat_map(|(&level, cells)| near(cells, level, low, high));
-        let mut found: Vec<usize> = near.map(|k| k as usize).filter(overlaps).collect();
+    /// All that count, come before a number and overlap a polygon by more than rounding, in order; none where they are
+    /// more than `most`.
+    pub fn over(&self, polygon: &[DVec2], before: usize, most: usize) -> Option<Vec<usize>> {
+        let mut found = Vec::new();
+        self.visit(polygon, before, |k| {
+            found.push(k);
+            found.len() > most
+        });
         found.sort_unstable();
+        (found.len() <= most).then_some(found)
+    }
+
+    /// One of them that is `wanted`: about the next to the polygon's middle.
+    pub fn find(&self, polygon: &[DVec2], before: usize, wanted: impl Fn(usize) -> bool) -> Option<usize> {
+        let mut found = None;
+        self.visit(polygon, before, |k| {
+            found = wanted(k).then_some(k);
+            found.is_some()
+        });
         found
     }
-}
 
-/// Those of a grid whose boxes may reach into another, in no order.
-fn near(cells: &FxHashMap<I64Vec2, Vec<u32>>, level: i32, low: DVec2, high: DVec2) -> Vec<u32> {
-    // Boxes reach half a cell beyond that of their middle at most.
-    let half = DVec2::splat(0.5 * f64::from(level).exp2());
-    let (first, last) = (cell(low - half, level), cell(high + half, level));
-    let size = last - first + 1;
-    if (size.x as f64) * (size.y as f64) > cells.len() as f64 {
-        let within = |key: &I64Vec2| key.cmpge(first).all() && key.cmple(last).all();
-        return cells.iter().filter(|(key, _)| within(key)).flat_map(|(_, own)| own).copied().collect();
+    /// The first of them.
+    pub fn first(&self, polygon: &[DVec2], before: usize) -> Option<usize> {
+        let any = |before: usize| self.find(polygon, before, |_| true);
+        std::iter::successors(any(before), |&k| any(k)).last()
     }
-    let rows = first.y..=last.y;
-    let keys = rows.flat_map(|y| (first.x..=last.x).map(move |x| I64Vec2::new(x, y)));
-    keys.filter_map(|key| cells.get(&key)).flatten().copied().collect()
+
+    /// Tells those near the polygon's middle first, until `tell` says that it is enough.
+    fn visit(&self, polygon: &[DVec2], before: usize, mut tell: impl FnMut(usize) -> bool) {
+        let (around, leaves) = (Node::around(polygon), self.nodes.len() / 2);
+        let middle = around.middle();
+        let mut left: SmallVec<[usize; 64]> = smallvec![1];
+        while let Some(node) = left.pop() {
+            if self.nodes[node].first as usize >= before || !self.nodes[node].meets(&around) {
+                continue;
+            }
+            if node < leaves {
+                let away = |node: usize| self.nodes[node].middle().distance_squared(middle);
+                let near = if away(2 * node) <= away(2 * node + 1) { 0 } else { 1 };
+                left.extend([2 * node + 1 - near, 2 * node + near]);
+                continue;
+            }
+            let own = self.order[part(self.tiles.len(), leaves, node - leaves)].iter().map(|&k| k as usize);
+            let mut over = own.filter(|&k| k < before && self.counts[k] && overlap(&self.tiles[k], polygon));
+            if over.any(&mut tell) {
+                return;
+            }
+        }
+    }
 }
 
-fn cell(at: DVec2, level: i32) -> I64Vec2 {
-    (at * f64::from(-level).exp2()).floor().as_i64vec2()
+/// The places of a leaf's triangles in the order of the tree.
+fn part(tiles: usize, leaves: usize, leaf: usize) -> Range<usize> {
+    leaf * tiles / leaves..(leaf + 1) * tiles / leaves
 }
 
-fn around(tile: &[DVec2; 3]) -> (DVec2, DVec2) {
-    let [a, b, c] = *tile;
-    (a.min(b).min(c), a.max(b).max(c))
+/// Parts triangles by their middles, along the side on which these lie furthest apart, until each leaf has its own.
+fn sort(order: &mut [u32], leaves: Range<usize>, all: usize, middles: &[DVec2]) {
+    if leaves.len() == 1 {
+        return;
+    }
+    let around = order.iter().fold(Node::EMPTY, |node, &k| node.join(Node::around(&[middles[k as usize]])));
+    let extent = around.high - around.low;
+    let axis = usize::from(extent.y > extent.x);
+    let along = |k: u32| middles[k as usize][axis];
+    let half = leaves.start + leaves.len() / 2;
+    let start = |leaf: usize| part(middles.len(), all, leaf).start;
+    let before = start(half) - start(leaves.start);
+    if before < order.len() {
+        order.select_nth_unstable_by(before, |&a, &b| along(a).total_cmp(&along(b)).then(a.cmp(&b)));
+    }
+    let (first, last) = order.split_at_mut(before);
+    sort(first, leaves.start..half, all, middles);
+    sort(last, half..leaves.end, all, middles);
 }
 
 #[cfg(test)]
@@ -92,13 +184,19 @@ mod tests {
     }
 
     #[test]
-    fn grids_find_what_a_walk_through_all_finds() {
-        let mut kept = Kept::default();
+    fn the_tree_finds_what_a_walk_through_all_finds() {
         let all: Vec<[DVec2; 3]> = (0..300).map(scattered).collect();
+        let mut kept = Kept::new(all.clone());
         for (k, tile) in all.iter().enumerate() {
-            let expected: Vec<usize> = (0..k).filter(|&j| overlap(&all[j], tile)).collect();
-            assert_eq!(kept.over(tile), expected, "{k}");
-            kept.add(*tile);
+            let expected: Vec<usize> = (0..k).filter(|&j| j % 3 > 0 && overlap(&all[j], tile)).collect();
+            assert_eq!(kept.first(tile, k), expected.first().copied());
+            assert_eq!(kept.find(tile, k, |j| j % 5 == 0).is_some(), expected.iter().any(|j| j % 5 == 0));
+            let n = expected.len();
+            assert!(n == 0 || kept.over(tile, k, n - 1).is_none());
+            assert_eq!(kept.over(tile, k, n), Some(expected), "{k}");
+            if k % 3 > 0 {
+                kept.keep(k);
+            }
         }
     }
 }

@@ -4,14 +4,18 @@
 //! cut out of it; under a masked one a piece stays that is there where the mask is not. Where the front of a face of
 //! the other way lies on the back of one with two sides, a piece stays that has no back.
 //!
+//! Where few lie over a face they are put together to larger polygons before they are cut out; where many do, they are
+//! looked for as long as some of the face is left.
+//!
 //! Not handled: masked fronts on backs. Rays see the back through the mask; where it emits, closed forms count all.
 
 use glam::{DVec2, DVec3};
+use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
-use crate::scene::coincident::division::{Cover, Covering, Marks, Piece, divided};
+use crate::scene::coincident::division::{Cover, Covering, Marks, Piece, divided, middle, together};
 use crate::scene::coincident::kept::{FEW, Kept};
-use crate::scene::coincident::polygons::{Polygon, overlap};
+use crate::scene::coincident::polygons::{MANY, Polygon, overlap};
 use crate::scene::planes::Plane;
 use crate::scene::{Scene, Sides};
 
@@ -33,15 +37,21 @@ struct Tile {
     is_upright: bool,
 }
 
-/// The faces of one way that are there, some of them only in part.
-#[derive(Default)]
-struct Layer {
-    kept: Kept,
+/// The faces of one way.
+struct Layer<'a> {
+    scene: &'a Scene,
     tiles: Vec<Tile>,
-    /// What lies over each tile.
-    covers: Vec<Vec<(u32, Cover)>>,
-    /// The faces that are nowhere there.
-    gone: Vec<Covered>,
+    /// Those of which some is there.
+    kept: Kept,
+    /// Of each face that others of its way lie over, what is there.
+    left: FxHashMap<usize, Left>,
+}
+
+/// What faces of its way leave of a face.
+struct Left {
+    /// The first of them.
+    by: u32,
+    pieces: Vec<Piece>,
 }
 
 /// Those faces of a plane of which not all is there, in no order; `faces` are in the order of the file.
@@ -52,11 +62,8 @@ pub(super) fn covered(scene: &Scene, plane: &Plane, faces: &[u32]) -> Vec<Covere
         return Vec::new();
     }
     let (upright, turned): (Vec<Tile>, Vec<Tile>) = tiles.into_iter().partition(|tile| tile.is_upright);
-    let layers = [upright, turned].map(|tiles| Layer::of(scene, tiles));
-    let pairs = [(&layers[0], &layers[1]), (&layers[1], &layers[0])];
-    let mut found: Vec<Covered> = pairs.iter().flat_map(|(own, other)| own.partly_there(scene, other)).collect();
-    found.extend(layers.into_iter().flat_map(|layer| layer.gone));
-    found
+    let [upright, turned] = [upright, turned].map(|tiles| Layer::of(scene, tiles));
+    upright.covered(&turned).chain(turned.covered(&upright)).collect()
 }
 
 fn any_overlap(tiles: &[Tile]) -> bool {
@@ -92,58 +99,85 @@ impl Tile {
         }
         weights
     }
-
-    /// What is there of it; none where that is all.
-    fn pieces(&self, covers: &[Cover]) -> Option<Vec<Piece>> {
-        let ring = self.ring();
-        let pieces = divided(&ring, covers);
-        let is_whole = matches!(&pieces[..], [(polygon, marks)] if polygon[..] == ring && *marks == Marks::default());
-        let weighted = pieces.into_iter().map(|(polygon, marks)| (self.weights(&polygon), marks));
-        (!is_whole).then(|| weighted.collect())
-    }
 }
 
-impl Layer {
-    fn of(scene: &Scene, tiles: Vec<Tile>) -> Layer {
-        let mut layer = Layer::default();
-        for tile in tiles {
-            let over: Vec<(u32, Cover)> = layer.over(&tile).map(|other| (other.face, same_way(scene, other))).collect();
-            let covers: Vec<Cover> = over.iter().map(|(_, cover)| cover.clone()).collect();
-            if !covers.is_empty() && tile.pieces(&covers).is_some_and(|pieces| pieces.is_empty()) {
-                layer.gone.push(Covered { face: tile.face, by: Some(over[0].0), pieces: Vec::new() });
-                continue;
+impl<'a> Layer<'a> {
+    fn of(scene: &'a Scene, tiles: Vec<Tile>) -> Layer<'a> {
+        let kept = Kept::new(tiles.iter().map(Tile::ring).collect());
+        let mut layer = Layer { scene, tiles, kept, left: FxHashMap::default() };
+        for k in 0..layer.tiles.len() {
+            let left = layer.left_of(k);
+            if left.as_ref().is_none_or(|left| !left.pieces.is_empty()) {
+                layer.kept.keep(k);
             }
-            layer.kept.add(tile.ring());
-            layer.tiles.push(tile);
-            layer.covers.push(over);
+            layer.left.extend(left.map(|left| (k, left)));
         }
         layer
     }
 
-    /// The tiles that overlap another.
-    fn over(&self, tile: &Tile) -> impl Iterator<Item = &Tile> {
-        self.kept.over(&tile.ring()).into_iter().map(|k| &self.tiles[k])
+    /// What those before it leave of a tile; none where none lies over it.
+    fn left_of(&self, k: usize) -> Option<Left> {
+        let ring = self.tiles[k].ring();
+        let first = self.kept.first(&ring, k)?;
+        let covering = |face: u32| {
+            let masked = is_masked(self.scene, face);
+            Some(if masked { Covering::Masked(face) } else { Covering::Whole })
+        };
+        let pieces = self.cut(&ring, whole(&ring), k, covering);
+        Some(Left { by: self.tiles[first].face, pieces })
     }
 
-    /// The faces of which some is there and some is not, beside those of the other way.
-    fn partly_there(&self, scene: &Scene, other: &Layer) -> Vec<Covered> {
-        let one = |(tile, over): (&Tile, &Vec<(u32, Cover)>)| {
-            let mut covers: Vec<Cover> = over.iter().map(|(_, cover)| cover.clone()).collect();
-            if scene.material(tile.face).sides == Sides::Two {
-                let fronts = other.over(tile).filter(|front| !is_masked(scene, front.face));
-                covers.extend(fronts.map(|front| front.cover(Covering::Back)));
-            }
-            let pieces = if covers.is_empty() { None } else { tile.pieces(&covers) };
-            Some(Covered { face: tile.face, by: over.first().map(|(face, _)| *face), pieces: pieces? })
-        };
-        self.tiles.iter().zip(&self.covers).filter_map(one).collect()
+    /// Pieces of a polygon under the tiles before one, each of which covers it as told, if it does.
+    fn cut(
+        &self,
+        ring: &[DVec2],
+        start: Vec<Piece>,
+        before: usize,
+        covering: impl Fn(u32) -> Option<Covering>,
+    ) -> Vec<Piece> {
+        let cover = |k: usize| covering(self.tiles[k].face).map(|covering| self.tiles[k].cover(covering));
+        if let Some(few) = self.kept.over(ring, before, MANY) {
+            let covers = together(&few.into_iter().filter_map(cover).collect::<Vec<Cover>>());
+            return divided(ring, start, |piece| middle(&covers, piece).cloned());
+        }
+        let is_new =
+            |marks: &Marks, k: usize| covering(self.tiles[k].face).is_some_and(|covering| !marks.has(covering));
+        let near = |(polygon, marks): &Piece| self.kept.find(polygon, before, |k| is_new(marks, k));
+        divided(ring, start, |piece| near(piece).and_then(cover))
+    }
+
+    /// The faces of which not all is there as the file has them, beside those of the other way.
+    fn covered(&self, other: &Layer) -> impl Iterator<Item = Covered> {
+        (0..self.tiles.len()).filter_map(|k| self.covered_tile(k, other))
+    }
+
+    fn covered_tile(&self, k: usize, other: &Layer) -> Option<Covered> {
+        let (tile, left) = (&self.tiles[k], self.left.get(&k));
+        let ring = tile.ring();
+        let is_backed = self.scene.material(tile.face).sides == Sides::Two && other.has_front(&ring);
+        if left.is_none() && !is_backed {
+            return None;
+        }
+        let mut pieces = left.map_or_else(|| whole(&ring), |left| left.pieces.clone());
+        if is_backed {
+            let covering = |face: u32| (!is_masked(self.scene, face)).then_some(Covering::Back);
+            pieces = other.cut(&ring, pieces, other.tiles.len(), covering);
+        }
+        let is_as_before = pieces == whole(&ring);
+        let weighted = pieces.into_iter().map(|(polygon, marks)| (tile.weights(&polygon), marks));
+        let covered = Covered { face: tile.face, by: left.map(|left| left.by), pieces: weighted.collect() };
+        (!is_as_before).then_some(covered)
+    }
+
+    /// Whether one that is whole lies over a polygon.
+    fn has_front(&self, ring: &[DVec2]) -> bool {
+        self.kept.find(ring, self.tiles.len(), |k| !is_masked(self.scene, self.tiles[k].face)).is_some()
     }
 }
 
-/// A face as it covers those of its way.
-fn same_way(scene: &Scene, tile: &Tile) -> Cover {
-    let masked = is_masked(scene, tile.face);
-    tile.cover(if masked { Covering::Masked(tile.face) } else { Covering::Whole })
+/// All of a polygon.
+fn whole(ring: &[DVec2]) -> Vec<Piece> {
+    vec![(ring.to_vec(), Marks::default())]
 }
 
 fn is_masked(scene: &Scene, face: u32) -> bool {

@@ -17,7 +17,7 @@ const NARROW: f64 = TOLERANCE;
 const SAME: f64 = 1e-9;
 
 /// Polygons more than which are not put together, which takes the square of their number.
-const MANY: usize = 64;
+pub(super) const MANY: usize = 64;
 
 /// Corners of a convex polygon, counter-clockwise.
 pub(super) type Polygon = Vec<DVec2>;
@@ -25,7 +25,13 @@ pub(super) type Polygon = Vec<DVec2>;
 /// Whether two overlap by more than rounding: no edge of either has the other on its outside.
 pub(super) fn overlap(a: &[DVec2], b: &[DVec2]) -> bool {
     let apart = |a: &[DVec2], b: &[DVec2]| edges(a).any(|edge| reach(edge, b) <= NARROW);
-    !apart(a, b) && !apart(b, a)
+    boxes_meet(a, b) && !apart(a, b) && !apart(b, a)
+}
+
+fn boxes_meet(a: &[DVec2], b: &[DVec2]) -> bool {
+    let low = |polygon: &[DVec2]| polygon.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+    let high = |polygon: &[DVec2]| polygon.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
+    low(a).cmple(high(b)).all() && low(b).cmple(high(a)).all()
 }
 
 /// How far a polygon reaches inwards of an edge.

@@ -9,6 +9,7 @@
 
 use glam::DVec2;
 use rayon::prelude::*;
+use smallvec::SmallVec;
 
 use crate::scene::coincident::kept::{FEW, Kept};
 use crate::scene::coincident::polygons::overlap;
@@ -17,6 +18,9 @@ use crate::scene::{Scene, Sides};
 
 /// Edge of a cell.
 const CELL: f64 = 1.0 / 512.0;
+
+/// Where cells begin: what planes often have, as 0 and 1, lies in the middle of one.
+const SHIFT: f64 = 2.0 + 0.5 * CELL;
 
 /// A plane this close to a cell's border is put beyond it too: more than rounding tilts a face of 0.01.
 const BORDER: f64 = 1.0 / 32768.0;
@@ -52,32 +56,29 @@ fn cells_of(plane: Plane) -> impl Iterator<Item = u64> {
 /// The cell of a plane, and those across a border close by, each as one number.
 fn cells(plane: Plane) -> impl Iterator<Item = u64> {
     let place = plane.normal.extend(plane.offset).to_array();
-    let low = place.map(|x| ((x - BORDER) / CELL).floor() as i64);
-    let high = place.map(|x| ((x + BORDER) / CELL).floor() as i64);
+    let low = place.map(|x| ((x + SHIFT - BORDER) / CELL) as u64);
+    let high = place.map(|x| ((x + SHIFT + BORDER) / CELL) as u64);
     let borders = (0..4).fold(0u32, |all, axis| all | u32::from(low[axis] != high[axis]) << axis);
     (0..16u32).filter(move |corner| corner & !borders == 0).map(move |corner| {
         let number = |axis: usize| if corner >> axis & 1 == 1 { high[axis] } else { low[axis] };
         // Coordinates lie between -2 and 2: 16 bits hold the number of a cell.
-        (0..4).fold(0, |all, axis| all << 16 | (number(axis) as u64 & 0xffff))
+        (0..4).fold(0, |all, axis| all << 16 | number(axis))
     })
 }
 
 /// Whether two of the faces of one cell may lie in one place.
 fn any_pair(scene: &Scene, own: &[(u64, u32)]) -> bool {
     let (u, v) = plane_of(&scene.exact_corners(own[0].1)).normal.any_orthonormal_pair();
-    let flat = |face: u32| scene.exact_corners(face).map(|p| DVec2::new(p.dot(u), p.dot(v)));
+    let flat = |&(_, face): &(u64, u32)| ring(scene.exact_corners(face).map(|p| DVec2::new(p.dot(u), p.dot(v))));
+    let meet = |a: usize, b: usize| may_meet(scene, own[a].1, own[b].1);
     if own.len() <= FEW {
-        let earlier = |k: usize| own[..k].iter().map(|entry| entry.1);
-        let meet = |a: u32, b: u32| may_meet(scene, a, b) && overlap(&ring(flat(a)), &ring(flat(b)));
-        return (1..own.len()).any(|k| earlier(k).any(|other| meet(own[k].1, other)));
+        let tiles: SmallVec<[[DVec2; 3]; FEW]> = own.iter().map(flat).collect();
+        return (1..own.len()).any(|k| (0..k).any(|j| overlap(&tiles[j], &tiles[k]) && meet(j, k)));
     }
-    let mut kept = Kept::default();
-    own.iter().any(|&(_, face)| {
-        let tile = ring(flat(face));
-        let found = kept.over(&tile).into_iter().any(|k| may_meet(scene, face, own[k].1));
-        kept.add(tile);
-        found
-    })
+    let tiles: Vec<[DVec2; 3]> = own.iter().map(flat).collect();
+    let mut kept = Kept::new(tiles.clone());
+    (0..own.len()).for_each(|k| kept.keep(k));
+    (1..own.len()).any(|k| kept.find(&tiles[k], k, |j| meet(j, k)).is_some())
 }
 
 /// Corners counter-clockwise.
