@@ -116,12 +116,6 @@ impl Kept {
         found
     }
 
-    /// The first of them.
-    pub fn first(&self, polygon: &[DVec2], before: usize) -> Option<usize> {
-        let any = |before: usize| self.find(polygon, before, |_| true);
-        std::iter::successors(any(before), |&k| any(k)).last()
-    }
-
     /// Tells those near the polygon's middle first, until `tell` says that it is enough.
     fn visit(&self, polygon: &[DVec2], before: usize, mut tell: impl FnMut(usize) -> bool) {
         let (around, leaves) = (Node::around(polygon), self.nodes.len() / 2);
@@ -189,7 +183,6 @@ mod tests {
         let mut kept = Kept::new(all.clone());
         for (k, tile) in all.iter().enumerate() {
             let expected: Vec<usize> = (0..k).filter(|&j| j % 3 > 0 && overlap(&all[j], tile)).collect();
-            assert_eq!(kept.first(tile, k), expected.first().copied());
             assert_eq!(kept.find(tile, k, |j| j % 5 == 0).is_some(), expected.iter().any(|j| j % 5 == 0));
             let n = expected.len();
             assert!(n == 0 || kept.over(tile, k, n - 1).is_none());

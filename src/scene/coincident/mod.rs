@@ -5,8 +5,8 @@
 //! one plane ([`crate::scene::planes`]). Where the first face is cut out by a mask, the next one is there.
 //!
 //! So that rays, closed forms, areas and form factors need not ask, a scene has each place once: what is covered is cut
-//! off, exactly, in the plane ([`division`]). Faces that face opposite ways stay: each is seen from its front. Of a face
-//! with two sides, the piece behind another's front has one.
+//! off, exactly, in the plane ([`division`]). Faces that face opposite ways stay: each is seen from its front. Of a
+//! face with two sides, the piece behind another's front has one.
 //!
 //! Not handled: faces whose planes rounding tells apart (see there); they are as near as rays find them.
 

@@ -22,7 +22,7 @@ use crate::scene::{Scene, Sides};
 /// A face of which not all is there as the file has it.
 pub(super) struct Covered {
     pub face: u32,
-    /// The first of the faces that cover some of it; none where only its back is behind others.
+    /// The first of the faces that cover some of it, or one of very many; none where only its back is behind others.
     pub by: Option<u32>,
     /// What is there. Corners are told by the weights of the face's second and third corner, in the order of its own.
     pub pieces: Vec<Piece>,
@@ -49,7 +49,7 @@ struct Layer<'a> {
 
 /// What faces of its way leave of a face.
 struct Left {
-    /// The first of them.
+    /// The first of them; one of them where they are many.
     by: u32,
     pieces: Vec<Piece>,
 }
@@ -118,7 +118,8 @@ impl<'a> Layer<'a> {
     /// What those before it leave of a tile; none where none lies over it.
     fn left_of(&self, k: usize) -> Option<Left> {
         let ring = self.tiles[k].ring();
-        let first = self.kept.first(&ring, k)?;
+        let found = self.kept.find(&ring, k, |_| true)?;
+        let first = self.kept.over(&ring, k, MANY).map_or(found, |few| few[0]);
         let covering = |face: u32| {
             let masked = is_masked(self.scene, face);
             Some(if masked { Covering::Masked(face) } else { Covering::Whole })

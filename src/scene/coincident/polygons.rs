@@ -23,15 +23,31 @@ pub(super) const MANY: usize = 64;
 pub(super) type Polygon = Vec<DVec2>;
 
 /// Whether two overlap by more than rounding: no edge of either has the other on its outside.
+#[inline]
 pub(super) fn overlap(a: &[DVec2], b: &[DVec2]) -> bool {
-    let apart = |a: &[DVec2], b: &[DVec2]| edges(a).any(|edge| reach(edge, b) <= NARROW);
-    boxes_meet(a, b) && !apart(a, b) && !apart(b, a)
+    boxes_meet(a, b) && !are_apart(a, b) && !are_apart(b, a)
 }
 
+#[inline]
 fn boxes_meet(a: &[DVec2], b: &[DVec2]) -> bool {
-    let low = |polygon: &[DVec2]| polygon.iter().copied().fold(DVec2::INFINITY, DVec2::min);
-    let high = |polygon: &[DVec2]| polygon.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
-    low(a).cmple(high(b)).all() && low(b).cmple(high(a)).all()
+    let around = |polygon: &[DVec2]| polygon.iter().fold([polygon[0]; 2], |[low, high], &p| [low.min(p), high.max(p)]);
+    let ([low, high], [other_low, other_high]) = (around(a), around(b));
+    low.cmple(other_high).all() && other_low.cmple(high).all()
+}
+
+/// Whether an edge of the first has the second on its outside, but for rounding.
+#[inline]
+fn are_apart(a: &[DVec2], b: &[DVec2]) -> bool {
+    let mut from = a[a.len() - 1];
+    for &to in a {
+        let inwards = (to - from).perp();
+        let far = b.iter().fold(f64::NEG_INFINITY, |far, &p| inwards.dot(p - from).max(far));
+        if far <= 0.0 || far * far <= NARROW * NARROW * inwards.length_squared() {
+            return true;
+        }
+        from = to;
+    }
+    false
 }
 
 /// How far a polygon reaches inwards of an edge.

@@ -7,7 +7,7 @@
 //! Not handled: faces so small that rounding tilts them out of the cells beside that of their plane; planes do not find
 //! those either.
 
-use glam::DVec2;
+use glam::{BVec4, DVec2, DVec3, I64Vec4};
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
@@ -34,9 +34,11 @@ const GAP: f64 = 4.0 * TOLERANCE;
 /// Faces that may not be there as the file has them, and others close by, in order.
 pub(super) fn suspects(scene: &Scene) -> Vec<u32> {
     let all = (0..scene.faces.len() as u32).into_par_iter().with_min_len(1024);
-    let entries =
-        all.flat_map_iter(|face| cells_of(plane_of(&scene.exact_corners(face))).map(move |cell| (cell, face)));
-    let mut entries: Vec<(u64, u32)> = entries.collect();
+    let parts = all.fold(Vec::new, |mut entries, face| {
+        tell_cells(plane_of(&scene.exact_corners(face)), |cell| entries.push((cell, face)));
+        entries
+    });
+    let mut entries: Vec<(u64, u32)> = parts.collect::<Vec<_>>().concat();
     entries.par_sort_unstable();
     let cells = entries.par_chunk_by(|a, b| a.0 == b.0);
     let found = cells.filter(|own| own.len() > 1 && any_pair(scene, own));
@@ -46,30 +48,37 @@ pub(super) fn suspects(scene: &Scene) -> Vec<u32> {
     found
 }
 
-/// All cells that a face of a plane is looked for in.
-fn cells_of(plane: Plane) -> impl Iterator<Item = u64> {
+/// Tells all cells that a face of a plane is looked for in.
+fn tell_cells(plane: Plane, mut tell: impl FnMut(u64)) {
     let plane = upright(plane);
-    let either = plane.normal.dot(GENERIC) < EITHER;
-    cells(plane).chain(either.then(|| plane.flipped()).into_iter().flat_map(cells))
+    tell_cells_of_one_way(plane, &mut tell);
+    if plane.normal.dot(GENERIC) < EITHER {
+        tell_cells_of_one_way(plane.flipped(), &mut tell);
+    }
 }
 
-/// The cell of a plane, and those across a border close by, each as one number.
-fn cells(plane: Plane) -> impl Iterator<Item = u64> {
-    let place = plane.normal.extend(plane.offset).to_array();
-    let low = place.map(|x| ((x + SHIFT - BORDER) / CELL) as u64);
-    let high = place.map(|x| ((x + SHIFT + BORDER) / CELL) as u64);
-    let borders = (0..4).fold(0u32, |all, axis| all | u32::from(low[axis] != high[axis]) << axis);
-    (0..16u32).filter(move |corner| corner & !borders == 0).map(move |corner| {
-        let number = |axis: usize| if corner >> axis & 1 == 1 { high[axis] } else { low[axis] };
-        // Coordinates lie between -2 and 2: 16 bits hold the number of a cell.
-        (0..4).fold(0, |all, axis| all << 16 | number(axis))
-    })
+/// Tells the cell of a plane, and those across a border close by, each as one number.
+fn tell_cells_of_one_way(plane: Plane, tell: &mut impl FnMut(u64)) {
+    let place = plane.normal.extend(plane.offset) + SHIFT;
+    let low = ((place - BORDER) / CELL).as_i64vec4();
+    let high = ((place + BORDER) / CELL).as_i64vec4();
+    // Coordinates lie between -2 and 2: 16 bits hold the number of a cell.
+    let number = |cell: I64Vec4| cell.to_array().iter().fold(0, |all, &n| all << 16 | n as u64);
+    let borders = low.cmpne(high).bitmask();
+    for across in (0..16).filter(|across| across & !borders == 0) {
+        let beyond = BVec4::new(across & 1 > 0, across & 2 > 0, across & 4 > 0, across & 8 > 0);
+        tell(number(I64Vec4::select(beyond, high, low)));
+    }
 }
 
 /// Whether two of the faces of one cell may lie in one place.
 fn any_pair(scene: &Scene, own: &[(u64, u32)]) -> bool {
     let (u, v) = plane_of(&scene.exact_corners(own[0].1)).normal.any_orthonormal_pair();
-    let flat = |&(_, face): &(u64, u32)| ring(scene.exact_corners(face).map(|p| DVec2::new(p.dot(u), p.dot(v))));
+    let place = |p: DVec3| DVec2::new(p.dot(u), p.dot(v));
+    let flat = |&(_, face): &(u64, u32)| {
+        let [a, b, c] = scene.exact_corners(face);
+        ring([place(a), place(b), place(c)])
+    };
     let meet = |a: usize, b: usize| may_meet(scene, own[a].1, own[b].1);
     if own.len() <= FEW {
         let tiles: SmallVec<[[DVec2; 3]; FEW]> = own.iter().map(flat).collect();
@@ -88,17 +97,22 @@ fn ring([a, b, c]: [DVec2; 3]) -> [DVec2; 3] {
 
 /// Whether two faces are near one plane, face the same way or have a back that counts, and are not neighbours.
 fn may_meet(scene: &Scene, a: u32, b: u32) -> bool {
-    let corners = [a, b].map(|face| scene.exact_corners(face));
-    let [first, second] = corners.map(|[a, b, c]| (b - a).cross(c - a));
+    let own = [scene.exact_corners(a), scene.exact_corners(b)];
+    let [first, second] = [doubled(&own[0]), doubled(&own[1])];
     let opposite = first.dot(second) < 0.0;
-    let two_sided = || [a, b].iter().any(|&face| scene.material(face).sides == Sides::Two);
-    if (opposite && !two_sided()) || are_neighbours(scene, a, b, opposite) {
+    let two_sided = |face: u32| scene.material(face).sides == Sides::Two;
+    if (opposite && !two_sided(a) && !two_sided(b)) || are_neighbours(scene, a, b, opposite) {
         return false;
     }
     let second_is_larger = first.length_squared() < second.length_squared();
-    let [larger, smaller] = if second_is_larger { [1, 0] } else { [0, 1] }.map(|k| corners[k]);
-    let plane = plane_of(&larger);
-    smaller.iter().all(|&corner| plane.distance(corner).abs() <= GAP)
+    let [larger, smaller] = if second_is_larger { [1, 0] } else { [0, 1] };
+    let plane = plane_of(&own[larger]);
+    own[smaller].iter().all(|&corner| plane.distance(corner).abs() <= GAP)
+}
+
+/// The normal of a triangle, as long as twice its area.
+fn doubled([a, b, c]: &[DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a)
 }
 
 /// Whether two faces lie on the two sides of an edge that they share.
