@@ -103,6 +103,21 @@ fn a_pile_costs_about_as_much_as_it_has_faces() {
     assert_eq!((scene.faces.len(), scene.warnings.len()), (14, 1));
 }
 
+/// So do panels of which each is shifted beyond the last, along a side and across both.
+#[test]
+fn a_row_of_shifted_faces_costs_about_as_much_as_it_has_faces() {
+    let (n, step) = (2000, 1e-4);
+    for across in [0.0, 1.0] {
+        let along = |k: u32| f64::from(k) * step;
+        let one = |k: u32| panel(1.2 + along(k), 1.6 + along(k), 1.6 + across * along(k), 2.0 + across * along(k));
+        let scene = lit(&(0..n).map(one).collect::<Vec<Panel>>());
+        let shown = step * 0.4 + across * step * (0.4 - step);
+        let expected = 0.16 + f64::from(n - 1) * shown;
+        // A corner is rounded by 1.2e-7, and the sides that are not shared are those of the union.
+        assert!((emitting(&scene) - expected).abs() < 2e-5, "{} {expected}", emitting(&scene));
+    }
+}
+
 #[test]
 fn rows_of_a_closed_room_add_up_whatever_lies_twice() {
     let wall = "v 0 0 4\nv 0 2.5 4\nv 0 2.5 0\nv 0 0 0\no again\nusemtl red\nf -1 -2 -3 -4\n";
