@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use crate::common::{Silent, assemble_one, builtin, sampling};
-use halflight::direct::{DirectSum, Lighting, Scratch};
+use halflight::direct::{Asking, DirectSum, Lighting, Scratch};
 use halflight::gather::{Fields, ImportancePaths, Reading, View};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, Size, read_picture, relative_rms};
@@ -155,7 +155,9 @@ fn single_rays_agree_with_many(p: &Prepared) {
     let (mut scratch, mut random) = (Scratch::default(), Stream::new(7));
     for patch in (0..p.patches.len()).step_by(23) {
         let receiver = p.patches.point(patch, 0.4, 0.6);
-        let mut ask = || lighting.ask(&receiver, patch as u32, &mut random, &mut scratch, &mut 0);
+        let mut ask = || {
+            lighting.ask(&receiver, patch as u32, Asking { random: &mut random, scratch: &mut scratch, cast: &mut 0 })
+        };
         let asked: Vec<glam::DVec3> = (0..4096).map(|_| ask()).collect();
         let mut many = glam::DVec3::ZERO;
         for l in 0..p.luminaires.list.len() {

@@ -268,3 +268,81 @@ fn the_light_changes_neither_camera_nor_the_rest() {
     let read = load(&flat, LoadOptions { light: Some(AddedLight::Ceiling), ..LoadOptions::default() });
     assert!(matches!(read, Err(SceneError::Empty { .. })));
 }
+
+/// Such files once read as one line: an OBJ was refused as one without faces, an MTL was empty.
+#[test]
+fn every_end_of_a_line_gives_the_same_scene() {
+    let obj = format!("# old\nmtllib m.mtl\n{SQUARE}o thing \nusemtl a b\nf 1 2 \\\n3 # part\n\nf 1 3 4\np 1\n");
+    let mtl = "# of paint\nnewmtl a b\nKd .25\nKs 1 1 1\n\nnewmtl c\nKd .5\n";
+    let read = |end: &str, other: &str| {
+        let files = [("s.obj", obj.replace('\n', end)), ("m.mtl", mtl.replace('\n', other))];
+        let files = files.each_ref().map(|(name, text)| (*name, text.as_bytes()));
+        let scene = load(&place(&files), LoadOptions::default()).unwrap();
+        (scene.vertices, scene.faces, scene.materials, scene.objects, scene.warnings)
+    };
+    let plain = read("\n", "\n");
+    one_of_each(&plain.4, &["1 specular colour of material `a b` (first: m.mtl, line 4)", "line 13"]);
+    for (end, other) in [("\r", "\n"), ("\r\n", "\r"), ("\r", "\r"), ("\r\n", "\r\n")] {
+        let same = read(end, other);
+        // Messages name a folder of their own.
+        assert_eq!((&same.0, &same.1, &same.2, &same.3), (&plain.0, &plain.1, &plain.2, &plain.3), "{end:?} {other:?}");
+        one_of_each(&same.4, &["1 specular colour of material `a b` (first: m.mtl, line 4)", "line 13"]);
+    }
+    // A line that is not UTF-8 is one line here too.
+    let latin = place(&[("s.obj", b"v 0 0 0\rv 1 0 0\rv 0 1 0\ro t\xfcr\rf 1 2 3\r")]);
+    let scene = load(&latin, LoadOptions::default()).unwrap();
+    assert_eq!(scene.objects, ["tür"]);
+    assert!(scene.warnings[0].contains("s.obj, line 4): not UTF-8"), "{:?}", scene.warnings);
+}
+
+#[test]
+fn a_file_of_one_line_is_said_to_be_one() {
+    let one = SQUARE.trim().replace('\n', "\u{2028}") + " f 1 2 3";
+    for text in [one, "# exported v 0 0 0 v 1 0 0 v 0 1 0 f 1 2 3".to_owned()] {
+        let error = load(&place(&[("s.obj", text.as_bytes())]), LoadOptions::default()).unwrap_err();
+        assert!(
+            matches!(error, SceneError::OneLine { .. }) && error.to_string().contains("s.obj is a text of one line")
+        );
+    }
+    let obj = format!("mtllib m.mtl\n{SQUARE}usemtl a\nf 1 2 3\n");
+    let files = [("s.obj", obj.as_bytes()), ("m.mtl", b"newmtl a Kd .5 .5 .5".as_slice())];
+    assert!(matches!(load(&place(&files), LoadOptions::default()), Err(SceneError::OneLine { .. })));
+}
+
+#[test]
+fn groups_of_two_objects_are_told_apart() {
+    let obj = format!(
+        "{SQUARE}o floor\ng default\nf 1 2 3\no ceiling\ng default\nf 1 3 4\ng lamp\nf 1 2 4\no floor\nf 2 3 4\n"
+    );
+    let scene = load(&place(&[("s.obj", obj.as_bytes())]), LoadOptions::default()).unwrap();
+    assert_eq!(scene.objects, ["floor/default", "ceiling/default", "lamp", "floor"]);
+    assert_eq!(scene.faces.iter().map(|face| face.object).collect::<Vec<_>>(), [0, 1, 2, 3]);
+}
+
+#[test]
+fn statements_that_are_not_modelled_are_named_once() {
+    let obj = format!(
+        "{SQUARE}vn 0 0 1\nvn 0 1 1\nmg 1\nlod 2\ncall other.obj\ncsh ls\nusemap wood\ncall more.obj\n\
+         f 1//1 2//1 3//1\nf 1//1 3//2 4//1\nf 2//1 3//2 4//1\ns 1\nf 1 2 4\ns off\nf 2 3 4\nf 1 1\n"
+    );
+    let scene = load(&place(&[("s.obj", obj.as_bytes())]), LoadOptions::default()).unwrap();
+    one_of_each(
+        &scene.warnings,
+        &[
+            "3 smooth faces (first: ",
+            "4 statements call, csh, usemap (first: ",
+            "no usemtl",
+            "fewer than three corners",
+        ],
+    );
+    let mtl = b"newmtl a\nKd .5\nKa 1 1 1\nNs 10\nillum 3\nTf 1 1 1\nPm .5\nPr .5\nnorm n.png\nmap_Pr r.png\nmap_Ka a.png\nFoo 1\n";
+    let obj = format!("mtllib m.mtl\n{SQUARE}usemtl a\nf 1 2 3\n");
+    let (_, warnings) = read(&obj, &[("m.mtl", mtl)]);
+    one_of_each(
+        &warnings,
+        &[
+            "2 textures of material `a` (first: m.mtl, line 9): norm, map_Pr: of textures",
+            "4 statements of material `a` (first: m.mtl, line 5): illum 3, Pm, Pr, Foo: not modelled, and left out",
+        ],
+    );
+}

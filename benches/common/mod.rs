@@ -76,6 +76,7 @@ pub fn scene_of(triangles: &[Corners]) -> Scene {
         faces: faces.collect(),
         exact: Vec::new(),
         coordinates: Vec::new(),
+        colours: Vec::new(),
         materials: vec![grey],
         objects: vec!["all".into()],
         lights: Vec::new(),

@@ -43,9 +43,14 @@ impl Console {
         }
     }
 
+    /// Whether warnings are said: what only they tell need not be found otherwise.
+    pub fn warns(&self) -> bool {
+        !self.quiet
+    }
+
     /// A warning, on stderr.
     pub fn warn(&self, line: impl AsRef<str>) {
-        if !self.quiet {
+        if self.warns() {
             self.clear();
             let _ = writeln!(stderr(), "warning: {}", line.as_ref());
         }

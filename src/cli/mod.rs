@@ -12,6 +12,7 @@
 //! | 101 | a fault of the program |
 //! | 130 | interrupted: finished files are whole, the others were not written |
 
+pub(crate) mod backs;
 pub(crate) mod bounces;
 pub(crate) mod chart;
 pub(crate) mod command;

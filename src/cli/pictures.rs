@@ -1,17 +1,12 @@
-//! What `render` and `trace` share: where the pictures of the modes go, their contact sheet, the warning of black
-//! backs.
+//! What `render` and `trace` share: where the pictures of the modes go, and their contact sheet.
 
 use std::path::{Path, PathBuf};
 
-use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::report::mode_of;
 use crate::light::Transport;
 use crate::pictures::{Exposure, Picture, check_destination, make_directory};
 use crate::plot::{Sheet, Tile};
-
-/// Share of a picture's camera rays that may meet black backs before it is worth a warning.
-const BACKS: f64 = 0.01;
 
 /// Where the files of one run go.
 pub struct Places<'a> {
@@ -81,18 +76,6 @@ pub fn mode_sheet<'a>(heading: String, shown: &[Shown<'a>], exposure: Exposure) 
         }
     });
     Sheet { heading, tiles: tiles.collect(), columns: 2, exposure }
-}
-
-/// All modes see the same backs but for those behind others: one warning, of the mode with the most.
-pub fn warn_of_backs(console: &Console, shares: impl Iterator<Item = f64>) {
-    let backs = shares.fold(0.0, f64::max);
-    if backs > BACKS {
-        console.warn(format!(
-            "{:.1} % of the camera's rays meet the black back of a one-sided face; \
-             --two-sided gives every face two sides, `two_sided = true` in a scene file those of one material",
-            100.0 * backs,
-        ));
-    }
 }
 
 fn with_suffix(path: &Path, suffix: &str, extension: &str) -> PathBuf {

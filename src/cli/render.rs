@@ -5,12 +5,13 @@ use std::time::Instant;
 
 use clap::Args;
 
+use crate::cli::backs;
 use crate::cli::console::Console;
 use crate::cli::effort::Precision;
 use crate::cli::error::CliError;
 use crate::cli::memory::{Within, pixel};
 use crate::cli::options::{Common, Problem};
-use crate::cli::pictures::{Places, Shown, mode_sheet, warn_of_backs};
+use crate::cli::pictures::{Places, Shown, mode_sheet};
 use crate::cli::report::{Modes, RenderReport};
 use crate::cli::unmet::{unmet, warn_of_error};
 use crate::cli::values::size;
@@ -81,7 +82,6 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
         Precision::Within(tolerance) => run.within(scene, &transports, tolerance)?,
         Precision::Fixed(fineness, samples) => run.fixed(scene, &transports, fineness, samples)?,
     };
-    warn_of_backs(&console, outcomes.iter().map(|o| o.backs));
     finish(&places, &console, exposure(own), outcomes)
 }
 
@@ -125,6 +125,7 @@ impl Shared<'_> {
             outcomes.push(self.outcome(transport, Stated::Within { tolerance }, report, found)?);
             start = Instant::now();
         }
+        self.warn_of_backs(&prepared, transports, &outcomes);
         Ok(outcomes)
     }
 
@@ -149,7 +150,13 @@ impl Shared<'_> {
             let report = self.report(&prepared, mode.transport);
             outcomes.push(self.outcome(mode.transport, Stated::Nothing, report, found)?);
         }
+        self.warn_of_backs(&prepared, transports, &outcomes);
         Ok(outcomes)
+    }
+
+    fn warn_of_backs(&self, p: &Prepared, transports: &[Transport], outcomes: &[Outcome]) {
+        let shown = backs::Shown { scene: &p.scene, rays: &p.rays, size: self.own.size, transports };
+        backs::warn_of_backs(self.console, &shown, outcomes.iter().map(|o| o.backs));
     }
 
     fn report(&self, prepared: &Prepared, transport: Transport) -> RenderReport {

@@ -8,11 +8,12 @@ use std::time::Instant;
 
 use clap::Args;
 
+use crate::cli::backs;
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::memory::{MemoryLimit, pixel};
 use crate::cli::options::{Common, Subject};
-use crate::cli::pictures::{Places, Shown, mode_sheet, warn_of_backs};
+use crate::cli::pictures::{Places, Shown, mode_sheet};
 use crate::cli::report::{MeanReport, Modes, RenderReport, TraceReport};
 use crate::cli::values::{NextEventChoice, seconds, size};
 use crate::cli::variance::check_variance;
@@ -65,6 +66,8 @@ struct Outcome {
     picture: Result<Picture, Overflow>,
     growth: Growth,
     report: TraceReport,
+    /// Share of the camera's rays that meet the black back of a face.
+    backs: f64,
 }
 
 /// What all modes of one run share.
@@ -108,9 +111,11 @@ pub fn run(own: &Trace, common: &Common) -> Result<(), CliError> {
         seconds: Seconds { load, patches: start.elapsed().as_secs_f64() - load, ..Seconds::default() },
     };
     let mut outcomes = Vec::new();
-    for transport in transports {
+    for &transport in &transports {
         outcomes.push(run.one_mode(transport)?);
     }
+    let shown = backs::Shown { scene: &scene, rays: &rays, size: own.size, transports: &transports };
+    backs::warn_of_backs(&console, &shown, outcomes.iter().map(|outcome| outcome.backs));
     run.finish(outcomes)
 }
 
@@ -143,8 +148,7 @@ impl Shared<'_> {
             report.render.files.push(path);
         }
         let backs = tracer.counts().backs as f64 / tracer.counts().paths.max(1) as f64;
-        warn_of_backs(self.console, std::iter::once(backs));
-        let outcome = Outcome { transport, picture, growth, report };
+        let outcome = Outcome { transport, picture, growth, report, backs };
         self.tell(&outcome);
         Ok(outcome)
     }

@@ -25,10 +25,13 @@ pub(crate) fn unmet(found: &Rendered, tolerance: f64) -> Option<String> {
     ];
     let largest = parts.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
     let (part, name) = largest.unwrap_or_default();
-    if error.gather >= 1.0 {
+    if found.is_black() {
         return Some(
             "the scene emits light, but no ray found any on what the camera sees: the error is not known".into(),
         );
+    }
+    if error.total >= 1.0 {
+        return Some(format!("the error is not known: most of the light comes by ways that few rays find ({name})"));
     }
     let why = match found.ended {
         Ended::ByTime => "when the time was over; a longer --time helps",

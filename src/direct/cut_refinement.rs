@@ -19,10 +19,10 @@ use crate::form_factors::geometry::shadow::Caster;
 use crate::patches::Patches;
 use crate::rays::Rays;
 
-/// Radius of a node over its distance at which its moments speak for it.
-pub(crate) const SMALL: f64 = 0.2;
 /// Luminaires nearer to a patch than so many of its radii are no part of a polynomial.
 const NEAR: f64 = 2.0;
+/// Where a rectangle is looked at beside its centre, in shares of half its sides.
+const OFF_CENTER: f64 = 0.7;
 /// Shares of a patch's light: below the first what lies between is not asked, below the second nodes are drawn whole,
 /// above the third a luminaire keeps its closed form.
 const ASKED: f64 = 1.0 / 64.0;
@@ -154,14 +154,27 @@ impl<'a> Walk<'a> {
             let height = |p: &DVec3| (*p - r.center).dot(r.normal);
             node.body.corners.iter().all(|p| height(p) >= 0.0)
         };
-        node.radius() <= SMALL * (self.distance(node) - self.radius)
+        node.radius() <= self.tree.small * (self.distance(node) - self.radius)
             && self.rectangle.as_ref().is_none_or(above)
+            && self.speaks_for_its_halves(node)
             && match self.facing(node) {
                 Facing::Towards => true,
                 // Of luminaires in one plane the kernel itself knows the side.
                 Facing::Both => node.body.plane.is_some(),
                 Facing::Away => false,
             }
+    }
+
+    /// Whether moments of a node are off by no more than half of what is tolerable in any channel: told by its halves',
+    /// which err by an eighth as much where the third order leads, at two places of the patch.
+    fn speaks_for_its_halves(&self, node: &Node) -> bool {
+        let Some(halves) = node.children else { return true };
+        let agrees = |x: DVec3| {
+            let of = |node: &Node| node.moments.light(x, self.normal);
+            let exact: DVec3 = halves.map(|k| of(&self.tree.nodes[k])).iter().sum();
+            (of(node) - exact).abs().cmple(0.5 * self.luminaires.tolerable * exact).all()
+        };
+        agrees(self.center) && self.rectangle.as_ref().is_none_or(|r| agrees(r.point(OFF_CENTER, OFF_CENTER)))
     }
 
     /// Whether a node lies so near to the patch that it is no part of a polynomial.

@@ -10,7 +10,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::direct::cut_refinement::{CutInputs, SMALL, Walk};
+use crate::direct::cut_refinement::{CutInputs, Walk};
 use crate::direct::light_sampling::{Chance, MOST_DRAWN, weigh};
 use crate::direct::light_tree::LightTree;
 use crate::direct::luminaire::Luminaires;
@@ -22,7 +22,7 @@ use crate::rays::Hit;
 const MOST_EXACT: usize = 48;
 /// Faces × patches beyond which what lies between is not asked.
 const MOST_TESTS: usize = 20_000_000;
-/// The largest misfit of a polynomial.
+/// The largest misfit of a polynomial, where more is tolerable.
 const MISFIT: f64 = 1e-3;
 
 /// The tree of luminaires, and each patch's cut through it.
@@ -35,10 +35,10 @@ pub struct LightCuts {
 /// A cut through the tree of luminaires: who lights one patch, and how each is asked.
 #[derive(Debug, Default)]
 pub(crate) struct LightCut {
-    /// What is surely seen and what likely arrives of the rest, as a polynomial.
+    /// What is surely seen and what likely arrives of the rest.
+    pub seen: Vec<Seen>,
+    /// The sum of that as a polynomial, where there is one.
     pub smooth: Option<Tiles>,
-    /// Nodes seen, with the shares of their light that likely arrive, where there is no polynomial.
-    pub seen: Vec<(usize, f64)>,
     /// Luminaires by closed form, with the casters between.
     pub exact: Vec<(u32, Vec<u32>)>,
     /// Nodes to draw from, in the tree's order.
@@ -47,6 +47,15 @@ pub(crate) struct LightCut {
     pub near: bool,
     /// How many to draw at a receiver.
     pub draws: u32,
+}
+
+/// A node of which a share arrives.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen {
+    pub node: usize,
+    pub share: f64,
+    /// About its part of all that is seen from the patch, and that of those before it; 1 at last.
+    pub until: f64,
 }
 
 impl LightCuts {
@@ -81,8 +90,8 @@ impl LightCuts {
 }
 
 /// `sum of F L` of shares of nodes at a point x with unit normal n, nothing between.
-pub(crate) fn light(tree: &LightTree, luminaires: &Luminaires, nodes: &[(usize, f64)], x: DVec3, n: DVec3) -> DVec3 {
-    nodes.iter().map(|&(k, share)| share * node_light(tree, luminaires, k, x, n)).sum()
+pub(crate) fn light(tree: &LightTree, luminaires: &Luminaires, nodes: &[Seen], x: DVec3, n: DVec3) -> DVec3 {
+    nodes.iter().map(|seen| seen.share * node_light(tree, luminaires, seen.node, x, n)).sum()
 }
 
 /// `F L` of node k at a point x with unit normal n, nothing between: its moments where it is far, above the horizon and
@@ -95,7 +104,7 @@ fn node_light(tree: &LightTree, luminaires: &Luminaires, k: usize, x: DVec3, n: 
         return DVec3::ZERO;
     }
     let above = || height >= node.radius() || node.body.corners.iter().all(|p| n.dot(*p - x) >= 0.0);
-    let far = node.radius() <= SMALL * away.length();
+    let far = node.radius() <= tree.small * away.length();
     if far && facing == Facing::Towards && above() {
         return node.moments.light(x, n);
     }
@@ -131,17 +140,19 @@ fn finish(mut walk: Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hit>) -> 
     cut
 }
 
-/// Makes the polynomial of what is surely seen and likely arrives; keeps the nodes where there is none.
+/// Lists what is surely seen and likely arrives, and makes its polynomial.
 fn smoothe(walk: &Walk, inputs: &CutInputs, cut: &mut LightCut) {
     let sure = walk.seen.iter().map(|&k| (k, 1.0));
     let likely = cut.drawn.iter().map(|d| (d.node, d.expected));
-    let seen: Vec<(usize, f64)> = sure.chain(likely.filter(|d| d.1 > 0.0)).collect();
-    let sum = |x: DVec3| light(walk.tree, inputs.luminaires, &seen, x, walk.normal);
-    if let Some(rectangle) = walk.rectangle.as_ref().filter(|_| !seen.is_empty()) {
-        cut.smooth = Tiles::new(rectangle, MISFIT, sum);
-        if cut.smooth.is_some() {
-            return;
-        }
+    let mut until = 0.0;
+    let with_part = |(node, share): (usize, f64)| {
+        until += share * walk.estimate(&walk.tree.nodes[node]);
+        Seen { node, share, until }
+    };
+    cut.seen = sure.chain(likely.filter(|d| d.1 > 0.0)).map(with_part).collect();
+    cut.seen.iter_mut().for_each(|seen| seen.until /= until);
+    let sum = |x: DVec3| light(walk.tree, inputs.luminaires, &cut.seen, x, walk.normal);
+    if let Some(rectangle) = walk.rectangle.as_ref().filter(|_| !cut.seen.is_empty()) {
+        cut.smooth = Tiles::new(rectangle, MISFIT.min(0.5 * inputs.luminaires.tolerable), sum);
     }
-    cut.seen = seen;
 }

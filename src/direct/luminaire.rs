@@ -2,8 +2,7 @@
 //!
 //! An emitting material is carried by luminaires, one for each object, where hemisphere rays would miss it too often
 //! ([`crate::direct::large_emitters`]). The choice is the material's, because a patch has one material but may span
-//! objects. Emitters that are large as seen from what they light (a furnace, a sky around everything) are found by
-//! hemisphere rays well enough, and n emitters by n patches of closed forms would be n² work.
+//! objects. Emitters that are large as seen from what they light (a furnace, a sky) are found by hemisphere rays.
 //!
 //! Where luminaires are many, or one has many faces, all are divided ([`crate::direct::luminaire_parts`]), and
 //! [`crate::direct::light_cut`] sees to it that a receiver need not ask each.
@@ -21,7 +20,7 @@ use crate::direct::emission_parts::Polygons;
 use crate::direct::emitting_triangle::{EmittingPoint, EmittingTriangle, polygons};
 use crate::direct::large_emitters::carried;
 use crate::direct::luminaire_parts::divided;
-use crate::direct::luminaire_texture::{EmissionTexture, UnevenEmission, is_textured};
+use crate::direct::luminaire_texture::{EmissionTexture, TOLERABLE, UnevenEmission, is_textured};
 use crate::form_factors::geometry::hull::bounds;
 use crate::form_factors::geometry::plane::sees_front;
 use crate::form_factors::geometry::shadow::{Caster, Pieces, visible_form};
@@ -63,11 +62,14 @@ pub struct Luminaires {
     pub punctual: Vec<PunctualLight>,
     /// Of each face: the convex lamp it belongs to, if to one; empty where there is no such lamp.
     parts: Vec<Option<u32>>,
+    /// Share of the light that a node of a texture, and what stands for many luminaires, may be off by.
+    pub(crate) tolerable: f64,
 }
 
 impl Luminaires {
-    /// Sets the share of a textured luminaire's light that one node of its closed form may be off by.
+    /// Sets the share of the light that a node of a texture, and what stands for many luminaires, may be off by.
     pub(crate) fn tolerate(&mut self, share: f64) {
+        self.tolerable = share;
         self.list.iter_mut().filter_map(|lamp| lamp.uneven.as_mut()).for_each(|uneven| uneven.tolerable = share);
     }
 
@@ -75,8 +77,8 @@ impl Luminaires {
     pub fn new(scene: &Scene) -> Luminaires {
         let punctual = scene.lights.iter().filter(|light| light.shines()).cloned().collect();
         let radiances = scene.materials.iter().map(|material| material.emission).collect();
-        let (list, parts) = (Vec::new(), Vec::new());
-        let mut luminaires = Luminaires { list, carries: carried(scene), radiances, punctual, parts };
+        let (carries, tolerable, list, parts) = (carried(scene), TOLERABLE, Vec::new(), Vec::new());
+        let mut luminaires = Luminaires { list, carries, radiances, punctual, parts, tolerable };
         let textures = luminaires.textures(scene);
         textures.iter().for_each(|(&m, texture)| luminaires.radiances[m as usize] *= texture.mean());
         let mut all = luminaires.with_even(scene);

@@ -42,5 +42,6 @@ pub use luminaire::{Luminaire, Luminaires};
 pub use occlusion::Occlusion;
 pub use ratio_estimator::{DirectSum, Lamp, Scratch};
 pub use receive::{receive_emitted, receive_punctual};
+pub use resampled_light::Asking;
 pub use shaft_culling::{Between, Shafts};
 pub use visibility::{Lighting, Sight};

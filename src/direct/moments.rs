@@ -9,11 +9,9 @@
 //!
 //! therefore err in third order of the node's extent over its distance, however its normals vary: nothing but the
 //! covariances of place and normal enters. A point at the centroid, two on each principal axis and two between each
-//! pair of axes have enough weights for that. Where all normals are alike the vectors are parallel, and up to six
-//! points do.
-//!
-//! The second moments are those of the mean of the channels, shared out by power: each channel errs in second order
-//! where luminaires of different colours lie together, their mean in third.
+//! pair of axes have enough weights for that, and each has a vector of its own for every channel, so that each channel
+//! errs in third order whatever the colours of the luminaires that lie together. Where all normals are alike, and the
+//! channels lie alike, the vectors are parallel, and up to six points do.
 //!
 //! Not handled: what lies between; luminaires that face away from the receiver and points below its horizon
 //! ([`crate::direct::light_cut`] asks for parts of the node there).
@@ -27,6 +25,9 @@ use crate::direct::luminaire::Luminaire;
 
 /// Normals are alike where their mean is shorter than 1 by less: they vary by 5e-5 then, and the kernel by less.
 const ALIKE: f64 = 1e-9;
+/// Channels lie alike where their second moments, each over its power, differ by no more than this share of the
+/// variance.
+const SAME: f64 = 1e-6;
 
 /// Sums over the area of luminaires, weighted by radiance.
 #[derive(Clone, Copy, Debug)]
@@ -37,14 +38,16 @@ pub(crate) struct Sums {
     pub weight: f64,
     /// Centroid times `weight`.
     pub first: DVec3,
-    /// Second moments about the origin.
+    /// Second moments about the origin, mean of the channels.
     second: DMat3,
     /// Normals of every channel.
     normals: [DVec3; 3],
     /// Normal times place of every channel: column j is the sum of `m y_j`.
     mixed: [DMat3; 3],
-    /// Second moments about the origin weighted by each component of the normal, mean of the channels.
-    turned: [DMat3; 3],
+    /// Second moments about the origin weighted by each component of the normal, of every channel.
+    turned: [[DMat3; 3]; 3],
+    /// Second moments about the origin of every channel.
+    seconds: [DMat3; 3],
     /// Normals, weighted like `weight`.
     pub normal: DVec3,
 }
@@ -74,7 +77,8 @@ impl Sums {
             second: DMat3::ZERO,
             normals: [DVec3::ZERO; 3],
             mixed: [DMat3::ZERO; 3],
-            turned: [DMat3::ZERO; 3],
+            turned: [[DMat3::ZERO; 3]; 3],
+            seconds: [DMat3::ZERO; 3],
             normal: DVec3::ZERO,
         };
         for (k, [a, b, c]) in luminaire.triangles().enumerate() {
@@ -88,16 +92,15 @@ impl Sums {
             let s = a + b + c;
             let m = cross.normalize_or_zero();
             let corners = outer(a, a) + outer(b, b) + outer(c, c);
-            let second = (corners + outer(s, s)) * (weight / 12.0);
+            let second = (corners + outer(s, s)) * (1.0 / 12.0);
             sums.power += power;
             sums.weight += weight;
             sums.first += weight * s / 3.0;
-            sums.second += second;
             sums.normal += weight * m;
             for k in 0..3 {
                 sums.normals[k] += power[k] * m;
                 sums.mixed[k] += outer(power[k] * m, s / 3.0);
-                sums.turned[k] += second * m[k];
+                sums.add_second(k, second * power[k], m);
             }
         }
         sums
@@ -123,9 +126,15 @@ impl Sums {
             self.weight += power / 3.0;
             self.first += first / 3.0;
             self.normal += power / 3.0 * m;
-            self.second += about_origin * (1.0 / 3.0);
-            self.turned.iter_mut().zip(m.to_array()).for_each(|(turned, m)| *turned += about_origin * (m / 3.0));
+            self.add_second(k, about_origin, m);
         }
+    }
+
+    /// Adds second moments about the origin of channel k, of a triangle with unit normal m.
+    fn add_second(&mut self, k: usize, second: DMat3, m: DVec3) {
+        self.second += second * (1.0 / 3.0);
+        self.seconds[k] += second;
+        self.turned[k].iter_mut().zip(m.to_array()).for_each(|(turned, m)| *turned += second * m);
     }
 
     pub fn add(mut self, other: &Sums) -> Sums {
@@ -137,7 +146,8 @@ impl Sums {
         for k in 0..3 {
             self.normals[k] += other.normals[k];
             self.mixed[k] += other.mixed[k];
-            self.turned[k] += other.turned[k];
+            self.seconds[k] += other.seconds[k];
+            (0..3).for_each(|l| self.turned[k][l] += other.turned[k][l]);
         }
         self
     }
@@ -149,17 +159,32 @@ impl Sums {
         }
         let axes = self.axes();
         let normal = self.normal / self.weight;
-        if normal.length() > 1.0 - ALIKE {
+        if normal.length() > 1.0 - ALIKE && self.channels_lie_alike() {
             Moments::Alike(self.powers(&axes, normal), normal)
         } else {
             Moments::Turned(self.vectors(&axes))
         }
     }
 
+    /// Covariance of the mean of the channels.
+    fn covariance(&self) -> DMat3 {
+        let mean = self.first / self.weight;
+        self.second * (1.0 / self.weight) - outer(mean, mean)
+    }
+
+    /// Whether the second moments of every channel are those of the mean, each over its power. Their centroids may
+    /// differ.
+    fn channels_lie_alike(&self) -> bool {
+        let mean = self.second * (1.0 / self.weight);
+        let spread = self.covariance();
+        let most = SAME * (spread.x_axis.x + spread.y_axis.y + spread.z_axis.z);
+        let off = |k: usize| (self.seconds[k] - mean * self.power[k]).to_cols_array().map(f64::abs);
+        (0..3).all(|k| off(k).into_iter().all(|off| off <= most * self.power[k]))
+    }
+
     /// Principal axes of the covariance, each as long as the root of so many times its variance.
     fn axes(&self) -> Vec<DVec3> {
-        let mean = self.first / self.weight;
-        let spread = self.second * (1.0 / self.weight) - outer(mean, mean);
+        let spread = self.covariance();
         let matrix = nalgebra::Matrix3::from_column_slice(&spread.to_cols_array());
         let eigen = matrix.symmetric_eigen();
         let most = eigen.eigenvalues.max();
@@ -192,43 +217,49 @@ impl Sums {
     /// Area vectors at the centroid, on the axes and between them, with the moments of the module's head.
     fn vectors(&self, axes: &[DVec3]) -> Vec<(DVec3, [DVec3; 3])> {
         let mean = self.first / self.weight;
+        let each: [Vec<DVec3>; 3] = [0, 1, 2].map(|channel| self.channel_vectors(channel, axes));
+        let vectors = |k: usize| [0, 1, 2].map(|channel| each[channel][k]);
+        places(axes).into_iter().enumerate().map(|(k, place)| (mean + place, vectors(k))).collect()
+    }
+
+    /// The area vectors of one channel at the [`places`].
+    fn channel_vectors(&self, channel: usize, axes: &[DVec3]) -> Vec<DVec3> {
+        let mean = self.first / self.weight;
+        let (mixed, turned, normal) = (self.mixed[channel], self.turned[channel], self.normals[channel]);
         // Second moments about the centroid along two axes, over the squares of their lengths.
-        let mixed = (self.mixed[0] + self.mixed[1] + self.mixed[2]) * (1.0 / 3.0);
         let second = |a: DVec3, b: DVec3| {
-            let about_origin = DVec3::from_array([0, 1, 2].map(|l| a.dot(self.turned[l] * b)));
+            let about_origin = DVec3::from_array([0, 1, 2].map(|l| a.dot(turned[l] * b)));
             let (p, q) = (mean.dot(a), mean.dot(b));
-            let moment = about_origin - q * (mixed * a) - p * (mixed * b) + p * q * self.normal;
+            let moment = about_origin - q * (mixed * a) - p * (mixed * b) + p * q * normal;
             moment / (a.length_squared() * b.length_squared())
         };
-        let share = |w: DVec3| [0, 1, 2].map(|c| w * (self.power[c] / self.weight));
         let mut even: Vec<DVec3> = axes.iter().map(|&a| 0.5 * second(a, a)).collect();
-        let mut center = self.normal;
-        let mut points = Vec::new();
+        let mut center = normal;
+        let mut vectors = Vec::new();
         for j in 0..axes.len() {
             for k in j + 1..axes.len() {
                 let between = 0.5 * second(axes[j], axes[k]);
                 even[j] -= between;
                 even[k] -= between;
                 center -= 2.0 * between;
-                let place = axes[j] + axes[k];
-                points.extend([mean + place, mean - place].map(|p| (p, share(between))));
+                vectors.extend([between, between]);
             }
         }
         for (&axis, &even) in axes.iter().zip(&even) {
             center -= 2.0 * even;
-            let own = share(even);
-            let odd = |c: usize| {
-                let first = self.mixed[c] * axis - mean.dot(axis) * self.normals[c];
-                first / (2.0 * axis.length_squared())
-            };
-            points.push((mean + axis, [0, 1, 2].map(|c| own[c] + odd(c))));
-            points.push((mean - axis, [0, 1, 2].map(|c| own[c] - odd(c))));
+            let odd = (mixed * axis - mean.dot(axis) * normal) / (2.0 * axis.length_squared());
+            vectors.extend([even + odd, even - odd]);
         }
-        // What the others carry beyond the mean's share each channel has at the centroid.
-        let rest = share(center - self.normal);
-        points.push((mean, [0, 1, 2].map(|c| self.normals[c] + rest[c])));
-        points
+        vectors.push(center);
+        vectors
     }
+}
+
+/// Where the points of a node stand, from its centroid: two between each pair of axes, two on each, and one there.
+fn places(axes: &[DVec3]) -> Vec<DVec3> {
+    let pairs = (0..axes.len()).flat_map(|j| (j + 1..axes.len()).map(move |k| axes[j] + axes[k]));
+    let both = pairs.chain(axes.iter().copied()).flat_map(|place| [place, -place]);
+    both.chain([DVec3::ZERO]).collect()
 }
 
 impl Moments {

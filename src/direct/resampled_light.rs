@@ -15,11 +15,11 @@
 //! [`Lighting::gather_luminaire`] divides by m instead, whose bias falls as 1/rays: better for many rays of one
 //! receiver, wrong for one ray of each of many.
 
-use glam::{DVec3, Vec2};
+use glam::DVec3;
 
 use crate::direct::emitting_triangle::EmittingPoint;
 use crate::direct::luminaire::Luminaire;
-use crate::direct::ratio_estimator::Scratch;
+use crate::direct::ratio_estimator::{Lamp, Scratch};
 use crate::direct::visibility::Lighting;
 use crate::form_factors::point_kernel;
 use crate::rays::sobol::Stream;
@@ -35,51 +35,48 @@ fn mean_of(share: DVec3) -> f64 {
     share.element_sum() / 3.0
 }
 
+/// What asking takes: random numbers, memory to use again, and the count of the rays cast.
+pub struct Asking<'a> {
+    /// Chooses what is drawn.
+    pub random: &'a mut Stream,
+    /// Memory.
+    pub scratch: &'a mut Scratch,
+    /// Rays cast so far.
+    pub cast: &'a mut u64,
+}
+
 impl Lighting<'_> {
     /// `sum over luminaires of F_l E_l` at a receiver on a patch, and irradiance over pi from lights without area,
-    /// W/(m² sr), without bias; adds the rays cast to `cast`.
-    pub fn ask(
-        &self,
-        receiver: &SurfacePoint,
-        patch: u32,
-        random: &mut Stream,
-        scratch: &mut Scratch,
-        cast: &mut u64,
-    ) -> DVec3 {
+    /// W/(m² sr), without bias.
+    pub fn ask(&self, receiver: &SurfacePoint, patch: u32, mut asking: Asking) -> DVec3 {
         let mut sum = DVec3::ZERO;
         if !self.luminaires.punctual.is_empty() {
-            let (light, rays) = self.gather_punctual(receiver, scratch);
+            let (light, rays) = self.gather_punctual(receiver, asking.scratch);
             sum += light;
-            *cast += rays;
+            *asking.cast += rays;
         }
         if let Some(cuts) = &self.sight.cuts {
-            let points: Vec<Vec2> =
-                (0..cuts.draws(patch)).map(|_| Vec2::new(random.uniform(), random.uniform())).collect();
-            let (light, rays) = cuts.gather(self, receiver, patch, points.into_iter(), scratch);
-            *cast += rays;
-            return sum + light;
+            return sum + cuts.ask(self, receiver, patch, asking);
         }
         for l in 0..self.luminaires.list.len() {
-            let lamp = self.lamp(l, patch);
-            let form = match self.cheap_form(lamp, receiver, scratch) {
-                Some(form) => form,
-                None => self.draw(receiver, lamp.luminaire, random, scratch, cast),
-            };
-            sum += form * lamp.luminaire.radiance.as_dvec3();
+            sum += self.ask_luminaire(self.lamp(l, patch), receiver, &mut asking);
         }
         sum
     }
 
+    /// `F E` of one luminaire at a receiver, without bias.
+    pub(crate) fn ask_luminaire(&self, lamp: Lamp, receiver: &SurfacePoint, asking: &mut Asking) -> DVec3 {
+        let form = match self.cheap_form(lamp, receiver, asking.scratch) {
+            Some(form) => form,
+            None => self.draw(receiver, lamp.luminaire, asking),
+        };
+        form * lamp.luminaire.radiance.as_dvec3()
+    }
+
     /// An estimate without bias of the form factor to what is seen of a luminaire, by points drawn on it, one of which
     /// is asked.
-    fn draw(
-        &self,
-        receiver: &SurfacePoint,
-        luminaire: &Luminaire,
-        random: &mut Stream,
-        scratch: &mut Scratch,
-        cast: &mut u64,
-    ) -> DVec3 {
+    fn draw(&self, receiver: &SurfacePoint, luminaire: &Luminaire, asking: &mut Asking) -> DVec3 {
+        let Asking { random, scratch, cast } = asking;
         let closed = luminaire.closed_form(receiver.position, receiver.normal);
         if closed == Some(0.0) {
             return DVec3::ZERO;
@@ -100,7 +97,7 @@ impl Lighting<'_> {
         // What arrives where nothing lies between.
         let mean = chosen.map_or(DVec3::ZERO, |y| sum / CANDIDATES as f64 * y.share / mean_of(y.share));
         let arrived = chosen.map_or(0.0, |y| {
-            *cast += 1;
+            **cast += 1;
             f64::from(self.sight.occlusion.transmittance(self.rays, receiver.end(), y.end(), scratch.hits()))
         });
         arrived * mean + closed.map_or(DVec3::ZERO, |form| GUESS * (form - mean))

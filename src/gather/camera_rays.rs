@@ -17,6 +17,7 @@ use crate::gather::pixel_layer::SurfaceKey;
 use crate::gather::pixel_texture::{Adjusted, SeenPoint, surfaces};
 use crate::gather::view::View;
 use crate::light::Rgb;
+use crate::rays::Side;
 use crate::rays::sobol::{Sobol, hash};
 use crate::surfaces::SurfacePoint;
 
@@ -108,6 +109,10 @@ impl<'a> CameraRays<'a> {
             let ray = |index: u32| CameraRay { index, ..first };
             seen.extend((pixel.count..count).filter_map(|index| self.seen(k, ray(index))));
             let all = seen.len() as u32 == count - pixel.count;
+            let eye = self.view.scene.camera.position;
+            let beyond = (!all).then_some(f32::INFINITY);
+            let distances = seen.iter().map(|point| point.position.distance(eye)).chain(beyond);
+            distances.for_each(|distance| pixel.extend_reach(distance));
             let adjusted = pixel.texture.see(self.view, k, &seen, all);
             if self.textured && pixel.texture.is_varied() {
                 self.average(k, count - pixel.count, &mut seen);
@@ -146,18 +151,40 @@ impl<'a> CameraRays<'a> {
         Some((key, view.surface_point(hit.face, hit.side, position)))
     }
 
+    /// The surface that a face belongs to.
+    pub fn key(&self, face: u32, side: Side) -> SurfaceKey {
+        let view = self.view;
+        SurfaceKey { plane: view.rays.plane(face), side, material: view.scene.faces[face as usize].material }
+    }
+
     fn camera_ray(&self, k: usize, half: usize, index: u32) -> CameraRay {
         CameraRay { half, index, seed: hash(k as u32, self.seed ^ HALVES[half]) }
     }
 
-    /// The first surface that a camera ray meets, and where, put exactly into the face's plane.
+    /// The light of the point of a face at some place of the picture, in pixels, if the face is what is seen there.
+    pub fn glance(&self, face: u32, place: DVec2, scratch: &mut Scratch) -> Option<DVec3> {
+        let pixel = place.as_uvec2();
+        let k = pixel.y as usize * self.view.width + pixel.x as usize;
+        let ray = self.camera_ray(k, 0, 0);
+        let seen = self.seen_at(k, 0, (place - pixel.as_dvec2()).as_vec2()).filter(|seen| seen.hit.face == face)?;
+        let mut alone = Pixel::default();
+        scratch.sums.fill(DirectSum::default());
+        scratch.linked = DVec3::ZERO;
+        self.shade(&seen, Adjusted::NOT, ray, &mut alone, scratch);
+        (alone.reflecting > 0).then(|| self.direct(scratch) + alone.ambient[0])
+    }
+
+    /// The first surface that a camera ray meets.
     fn seen(&self, k: usize, CameraRay { index, seed, .. }: CameraRay) -> Option<SeenPoint> {
+        self.seen_at(k, index, Vec2::from([0, 1].map(|d| self.sobol.point(index, d, seed))))
+    }
+
+    /// The first surface that is met through a place of pixel k, and where, put exactly into the face's plane.
+    fn seen_at(&self, k: usize, index: u32, at: Vec2) -> Option<SeenPoint> {
         let view = self.view;
-        let at = Vec2::from([0, 1].map(|d| self.sobol.point(index, d, seed)));
         let ray = view.camera_ray(k, at.x, at.y);
         let hit = view.rays.closest(&ray)?;
-        let material = view.scene.faces[hit.face as usize].material;
-        let key = SurfaceKey { plane: view.rays.plane(hit.face), side: hit.side, material };
+        let key = self.key(hit.face, hit.side);
         let position = view.met_at(&ray, &hit);
         Some(SeenPoint { index, at: at.as_dvec2(), hit, position, key, rho: view.scene.rho_at(hit.face, position) })
     }

@@ -83,6 +83,33 @@ impl Gathered {
     }
 }
 
+impl Gathered {
+    /// The picture whose pixels are the means of `step` by `step` of these. Noise of camera rays is independent from
+    /// pixel to pixel, and so adds up as squares; of all else the RMS error of means is at most that of what they are
+    /// means of.
+    pub(crate) fn averaged(self, step: usize) -> Gathered {
+        let mean = |picture: &Picture| picture.averaged(step);
+        let squares = |picture: &Picture| picture.pixels.iter().map(|p| p.as_dvec3().length_squared()).sum::<f64>();
+        let rms = |picture: &Picture| (squares(picture) / (3 * picture.pixels.len().max(1)) as f64).sqrt();
+        let mut standard_error = self.standard_error.clone();
+        standard_error.pixels.iter_mut().for_each(|p| *p *= *p);
+        standard_error = mean(&standard_error);
+        standard_error.pixels.iter_mut().for_each(|p| *p = p.map(f32::sqrt) / step as f32);
+        let emission = mean(&self.emission);
+        let mut reflected = mean(&self.total());
+        reflected.pixels.iter_mut().zip(&emission.pixels).for_each(|(p, e)| *p -= *e);
+        let error = GatherError { camera: rms(&standard_error), signal: rms(&reflected), ..self.error };
+        Gathered {
+            emission,
+            direct: mean(&self.direct),
+            indirect: self.indirect.iter().map(mean).collect(),
+            standard_error,
+            error,
+            ..self
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

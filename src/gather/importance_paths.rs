@@ -25,7 +25,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::gather::reflection::{Memory, Reflection, SurfaceHit, Walker};
+use crate::gather::reflection::{Memory, Met, Reflection, SurfaceHit, Walker};
 use crate::gather::view::View;
 use crate::rays::sobol::{Sobol, Stream, hash};
 use crate::rays::{FAN, Fan};
@@ -148,6 +148,13 @@ impl ImportancePaths {
             others += 2.0 + (SPREAD * reflecting) as f64;
         }
         (self.rays as f64 - others).max(0.0) / f64::max(vertices, 1.0)
+    }
+
+    /// Bytes that they take.
+    pub(crate) fn bytes(&self) -> usize {
+        let met = |next: &Met| if next.spilled() { next.capacity() * size_of::<SurfaceHit>() } else { 0 };
+        let own = |vertex: &Vertex| size_of::<Vertex>() + met(&vertex.found.next);
+        self.paths.par_iter().map(|path| path.vertices.iter().map(own).sum::<usize>()).sum()
     }
 
     /// Number of paths of a pixel in the mean.

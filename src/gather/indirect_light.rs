@@ -5,7 +5,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::gather::adaptive_sampling::{Measured, Plan, double, measure};
+use crate::gather::adaptive_sampling::{Plan, refine};
 use crate::gather::cached_irradiance::Fitted;
 use crate::gather::camera_rays::CameraRays;
 use crate::gather::fields::Fields;
@@ -13,12 +13,10 @@ use crate::gather::gathered::{GatherError, Gathered};
 use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::pixel::Pixel;
 use crate::gather::pixel_lattice::skewed;
+use crate::gather::pixel_noise::{Measured, measure};
 use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::pictures::Picture;
-
-/// Rounds of more camera rays.
-const ROUNDS: usize = 12;
 
 /// Indirect light of every pixel, and the variance of its sum over the leading fields.
 #[derive(Default)]
@@ -72,23 +70,17 @@ impl IndirectLight {
 
     /// Gives pixels more camera rays where the light now gathered varies within them.
     pub fn sharpen(&mut self, camera_rays: &CameraRays, pixels: &mut [Pixel], cache: &IrradianceCache, plan: &Plan) {
-        let width = cache.width();
         for (pixel, found) in pixels.iter_mut().zip(&self.pixels) {
             pixel.ambient = found.ambient;
         }
-        for _ in 0..ROUNDS {
-            let chosen = plan.next(pixels, width);
-            if chosen.is_empty() {
-                return;
-            }
-            double(camera_rays, pixels, &chosen);
+        refine(camera_rays, pixels, plan, |pixels, extended| {
             let again = |fitted: &mut _, &k: &u32| indirect(k as usize, &pixels[k as usize], cache, fitted);
-            let found: Vec<PixelIndirect> = chosen.par_iter().map_init(Default::default, again).collect();
-            for (&k, found) in chosen.iter().zip(found) {
+            let found: Vec<PixelIndirect> = extended.par_iter().map_init(Default::default, again).collect();
+            for (&k, found) in extended.iter().zip(found) {
                 pixels[k as usize].ambient = found.ambient;
                 self.pixels[k as usize] = found;
             }
-        }
+        });
     }
 
     /// The pictures of all parts, with their errors.

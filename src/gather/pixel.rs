@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::gather::pixel_layer::{Layer, SurfaceKey};
 use crate::gather::pixel_texture::PixelTexture;
+use crate::gather::small_face::SmallFace;
 use crate::light::Rgb;
 use crate::surfaces::SurfacePoint;
 
@@ -38,8 +39,30 @@ pub(crate) struct Pixel {
     pub foreseen: f64,
     /// Camera rays of each half when the difference was last noted.
     pub noted: u32,
+    /// The variance by the rays of the last look alone; none where the pixel was chosen since, or all its rays are one
+    /// look.
+    looked: Option<DVec3>,
+    /// Whether it was chosen since the last look.
+    chosen: bool,
+    /// The variance for which it was chosen since the last look, and which others stand for that have missed it.
+    pub unseen: f64,
+    /// Distances from the camera of the nearest and of the farthest point that its rays met, infinite where one met
+    /// nothing; none before the first.
+    pub reach: Option<[f32; 2]>,
+    /// The faces smaller than it that it shows.
+    pub small_faces: Vec<SmallFace>,
+    /// Whether one of those may have made what the halves differed by when that was last noted.
+    pub is_explained: bool,
 }
 
+/// What a pixel found until some moment.
+pub(crate) struct Found {
+    halves: [DVec3; 2],
+    count: u32,
+}
+
+/// Share of its distance that a surface seen head on may be nearer or farther within a pixel.
+const LEVEL: f32 = 1e-3;
 /// Rays that tell whether a pixel sees a luminaire.
 const LOOKS: i32 = 16;
 
@@ -86,10 +109,70 @@ impl Pixel {
         d * d
     }
 
+    /// What the variance is taken to be, emission counting up to `bright`: what rays tell that were cast whatever the
+    /// others told, if there are any; no less than small faces make it.
+    pub fn variance_below(&self, bright: f64) -> DVec3 {
+        self.found_below(bright).max(self.foretold())
+    }
+
+    /// The variance that rays tell.
+    fn found_below(&self, bright: f64) -> DVec3 {
+        self.looked.unwrap_or_else(|| self.variance(self.halves_below(bright)))
+    }
+
+    /// Takes in a point that a ray met at a distance, or that one met none.
+    pub fn extend_reach(&mut self, distance: f32) {
+        let [near, far] = self.reach.unwrap_or([distance; 2]);
+        self.reach = Some([near.min(distance), far.max(distance)]);
+    }
+
+    /// Whether a point is surely behind what its rays met: farther by as much as those differ by.
+    pub fn hides(&self, distance: f32) -> bool {
+        self.reach.is_some_and(|[near, far]| distance > far + (far - near) + LEVEL * far)
+    }
+
+    /// The variance that small faces make which its rays may have missed.
+    pub fn foretold(&self) -> DVec3 {
+        let mean = self.reflected();
+        self.small_faces.iter().map(|face| face.variance(mean, self.camera())).sum()
+    }
+
+    /// What its rays saw reflected, their mean.
+    fn reflected(&self) -> DVec3 {
+        self.halves_below(0.0).into_iter().sum::<DVec3>() / self.camera()
+    }
+
+    /// What it found so far.
+    pub fn sums_below(&self, bright: f64) -> Found {
+        Found { halves: self.halves_below(bright), count: self.count }
+    }
+
+    /// Takes the variance from what was found since `before`; of all rays it is as much less as they are more.
+    pub fn look_back(&mut self, before: Found, bright: f64) {
+        let now = self.sums_below(bright);
+        let more = f64::from(now.count - before.count);
+        let [a, b] = [0, 1].map(|half| (now.halves[half] - before.halves[half]) / (2.0 * more));
+        let own = (a - b) * (a - b) * (more / f64::from(now.count));
+        (self.looked, self.chosen) = (Some(own), false);
+        self.foreseen = own.element_sum();
+        (self.differed, self.noted) = (self.foreseen, self.count);
+    }
+
+    /// Is chosen to get more rays, because of what its own or its neighbours' have told; what is seen around it as
+    /// well, or made by a face that is known of, stands for nothing that others have missed.
+    pub fn choose(&mut self, is_seen_around: bool) {
+        if !self.chosen && !self.is_explained && !is_seen_around {
+            self.unseen = self.differed;
+        }
+        (self.looked, self.chosen) = (None, true);
+    }
+
     /// Takes note of what the halves differ by, their emission up to `bright`; what they differed by before the last
     /// rays counts by the share `left` that those rays are expected to leave.
     pub fn note_difference(&mut self, bright: f64, left: f64) {
-        let now = self.variance(self.halves_below(bright)).element_sum();
+        let now = self.found_below(bright).element_sum();
+        let mean = self.reflected();
+        self.is_explained = self.small_faces.iter().any(|face| face.explains(now, mean, self.camera()));
         if self.noted == 0 {
             self.foreseen = now;
         } else if self.noted < self.count {
@@ -107,5 +190,14 @@ impl Pixel {
         }
         let share = f64::from(self.emitting) / self.camera().max(1.0);
         (1.0 - share).powi(LOOKS)
+    }
+}
+
+#[cfg(test)]
+impl Pixel {
+    /// A pixel that so many camera rays of each half found some light in.
+    pub fn of_halves(count: u32, light: [f64; 2]) -> Pixel {
+        let lit = light.map(|l| DVec3::splat(l * f64::from(count)));
+        Pixel { count, lit, ..Pixel::default() }
     }
 }

@@ -83,7 +83,7 @@ pub(crate) struct Adjusted {
 
 impl Adjusted {
     /// The reflectance itself.
-    const NOT: Adjusted = Adjusted { factor: DVec3::ONE, offset: DVec3::ZERO };
+    pub const NOT: Adjusted = Adjusted { factor: DVec3::ONE, offset: DVec3::ZERO };
 
     /// What stands for a point's reflectance.
     pub fn rho(&self, own: Rgb) -> DVec3 {

@@ -6,11 +6,15 @@
 //!
 //! Not handled: errors of camera rays, and of the solution that is gathered.
 
-use crate::gather::adaptive_sampling::{Measured, Plan, measure};
+use std::time::Instant;
+
+use crate::gather::adaptive_sampling::Plan;
 use crate::gather::fit_error::{Bias, relative};
 use crate::gather::indirect_light::IndirectLight;
 use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::pixel::Pixel;
+use crate::gather::pixel_noise::{Measured, measure};
+use crate::gather::sampling::would_be_over;
 
 /// Share of what camera rays leave that noise of hemisphere rays may make.
 pub(crate) const HEMISPHERE: f64 = 0.8;
@@ -33,6 +37,10 @@ const POWER: f64 = 0.42;
 const STALLS: usize = 3;
 /// Rounds of more rays, or more records.
 const ROUNDS: u32 = 40;
+/// Rounds that were foreseen to be the last and were not, and times as many rays as were cast before the first of them,
+/// after which no end is foreseen.
+const MISSED: usize = 3;
+const LONGER: f64 = 6.0;
 
 /// Records of a picture and what they are asked.
 pub(crate) struct Rounds<'a, 'b> {
@@ -81,10 +89,14 @@ impl<'a, 'b> Rounds<'a, 'b> {
     /// fit beyond noise, summed over the pixels.
     pub fn run(mut self, plan: &Plan) -> f64 {
         let mut misfit = 0.0;
+        let mut began = Instant::now();
         for round in 0..ROUNDS {
             let found = self.noise();
             // A picture without light has no error relative to it.
-            if plan.is_late() || self.left <= 0.0 {
+            // One round casts up to so many times the rays of the one before.
+            let is_last =
+                plan.is_late() || would_be_over(plan.deadline, std::mem::replace(&mut began, Instant::now()), 2.0);
+            if is_last || self.left <= 0.0 {
                 return foreseen(self.cache, self.pixels, &self.cache.biases(), found.signal);
             }
             let noise = found.variance / (HEMISPHERE * HEMISPHERE * self.left);
@@ -106,7 +118,7 @@ impl<'a, 'b> Rounds<'a, 'b> {
             let is_asked = self.told.is_known();
             misfit = self.confirmed(foreseen, noise, round);
             let bias = self.over(misfit);
-            if self.progress.stalls == STALLS {
+            if self.progress.stalls == STALLS || self.progress.sees_no_end(self.cache.cast) {
                 break;
             }
             if is_enough(noise, bias) {
@@ -160,6 +172,7 @@ impl<'a, 'b> Rounds<'a, 'b> {
 
     /// Shortens the valid radius of the records that are off most, and adds records where the light is least certain.
     fn add_records(&mut self, biases: &[Bias], bias: f64, round: u32) {
+        self.progress.foresee(self.cache.cast);
         let worst = self.cache.worst(biases, (1.5 * (1.0 - 1.0 / bias)).clamp(0.3, 1.0));
         self.cache.shorten(&worst, shortening(bias), self.pixels);
         self.cache.place_uncertain(REST * FIT * FIT * self.left, self.pixels, round);
@@ -213,6 +226,10 @@ impl Told {
 
 /// How the bias went from round to round.
 struct Progress {
+    /// Rounds that were to bring it down to what it may be, and did not.
+    missed: usize,
+    /// Rays cast before the first of those.
+    first: f64,
     /// The least so far, over what it may be.
     least: f64,
     /// Rounds since.
@@ -221,11 +238,22 @@ struct Progress {
 
 impl Default for Progress {
     fn default() -> Progress {
-        Progress { least: f64::INFINITY, stalls: 0 }
+        Progress { missed: 0, first: f64::INFINITY, least: f64::INFINITY, stalls: 0 }
     }
 }
 
 impl Progress {
+    /// Takes note of records added after so many rays, which are foreseen to be the last.
+    fn foresee(&mut self, cast: u64) {
+        self.missed += 1;
+        self.first = self.first.min(cast as f64);
+    }
+
+    /// Whether ever more records are added, for ever more rays.
+    fn sees_no_end(&self, cast: u64) -> bool {
+        self.missed > MISSED && cast as f64 > LONGER * self.first
+    }
+
     fn note(&mut self, bias: f64) {
         let helped = bias > 1.0 && bias <= 0.95 * self.least;
         self.stalls = if helped { 0 } else { self.stalls + 1 };

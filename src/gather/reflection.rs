@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 
 use smallvec::SmallVec;
 
-use crate::direct::{Lighting, Scratch};
+use crate::direct::{Asking, Lighting, Scratch};
 use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::patches::Patches;
@@ -148,7 +148,7 @@ impl<'a> Walker<'a> {
         if reflect != DVec3::ZERO {
             let receiver = view.surface_point(at.face, at.side, at.position);
             let Memory { scratch, cast, .. } = memory;
-            direct = reflect * self.lighting.ask(&receiver, at.patch, random, scratch, cast);
+            direct = reflect * self.lighting.ask(&receiver, at.patch, Asking { random, scratch, cast });
         }
         Reflection { direct, glow, rho, reflect, next: Met::new() }
     }

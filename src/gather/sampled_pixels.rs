@@ -15,6 +15,8 @@
 //!
 //! Not handled: places that few pixels show and none that was drawn; blocks see those.
 
+use std::time::Instant;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -23,6 +25,7 @@ use crate::gather::importance_paths::{ImportancePaths, Path};
 use crate::gather::path_errors::errors;
 use crate::gather::reading::{READINGS, Reading};
 use crate::gather::residual_blocks::SquaredError;
+use crate::gather::sampling::would_be_over;
 use crate::gather::view::View;
 use crate::patches::Patches;
 use crate::pictures::Size;
@@ -51,6 +54,8 @@ pub(crate) struct Effort {
     pub wanted: f64,
     /// Paths at most, whatever that is by then. All are kept, some 2 KB each.
     pub most: usize,
+    /// When to stop, whatever that is by then.
+    pub deadline: Option<Instant>,
 }
 
 /// A few pixels of a picture, and paths that start from them; they serve every set of patches.
@@ -75,10 +80,14 @@ impl SampledPixels {
             self.widen(view, DRAWS);
         }
         self.batches.iter_mut().for_each(Batch::forget);
+        let mut began = Instant::now();
         loop {
             self.batches.iter_mut().for_each(|batch| batch.measure(view.patches, fields));
             let told = self.tell(Reading::PLAIN);
-            if told.error.deviation <= effort.wanted || 2 * self.draws() * self.each as usize > effort.most {
+            let is_most = 2 * self.draws() * self.each as usize > effort.most;
+            let is_last = is_most || would_be_over(effort.deadline, began, 2.0);
+            began = Instant::now();
+            if told.error.deviation <= effort.wanted || is_last {
                 return Reading::ALL.map(|reading| self.tell(reading).error);
             }
             if told.is_noise {
@@ -298,13 +307,13 @@ mod tests {
         let all = paths.residual(view.patches, &fields).of_sizes(Reading::PLAIN).next().expect("single pixels");
         let bright = Brightness { values: &[1.0, 2.0, 1.0, 0.5], size: (2, 2).into() };
         let mut pixels = SampledPixels::new(&view, bright, 5);
-        let sure = Effort { wanted: 0.1 * all.value, most: usize::MAX };
+        let sure = Effort { wanted: 0.1 * all.value, most: usize::MAX, deadline: None };
         let few = pixels.measure(&view, &fields, sure)[Reading::PLAIN.number()];
         assert!(few.deviation <= 0.1 * all.value, "{few:?} {all:?}");
         let chance = few.deviation.hypot(all.deviation);
         assert!((few.value - all.value).abs() < 4.0 * chance, "{few:?} {all:?}");
         // What is measured again is not counted twice.
-        let no_more = Effort { wanted: 0.0, most: 0 };
+        let no_more = Effort { wanted: 0.0, most: 0, deadline: None };
         let again = pixels.measure(&view, &fields, no_more)[Reading::PLAIN.number()];
         assert_eq!((again.value, again.deviation), (few.value, few.deviation));
     }

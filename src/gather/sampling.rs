@@ -42,6 +42,11 @@ pub(crate) fn is_over(deadline: Option<Instant>) -> bool {
     deadline.is_some_and(|end| Instant::now() >= end)
 }
 
+/// Whether what takes so many times as long as what has begun then, and ends now, would end too late.
+pub(crate) fn would_be_over(deadline: Option<Instant>, began: Instant, times: f64) -> bool {
+    deadline.is_some_and(|end| Instant::now() + began.elapsed().mul_f64(times) > end)
+}
+
 /// How well the picture is to be gathered.
 #[derive(Clone, Copy, Debug)]
 pub enum Gathering {

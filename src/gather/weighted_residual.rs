@@ -147,11 +147,6 @@ impl Residual {
         let likely = self.of_sizes(reading).map(|s| s.value - LIKELY * s.deviation);
         likely.fold(told.value.max(0.0) + told.deviation, f64::max)
     }
-
-    /// The cheapest reading whose squared error is at most `goal` by [`Residual::upper`], if one is.
-    pub fn cheapest(&self, goal: f64, wanted: f64) -> Option<Reading> {
-        Reading::ALL.into_iter().find(|reading| self.upper(*reading, wanted) <= goal)
-    }
 }
 
 impl ImportancePaths {

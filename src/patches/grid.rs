@@ -19,7 +19,7 @@ use crate::scene::convex_polygon::clip;
 use crate::surfaces::coplanar::Surface;
 
 /// Finds a patch from a point's (u, v).
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Grid {
     pub(crate) origin: Vec3,
     /// u and v axes divided by the cell's width and height.

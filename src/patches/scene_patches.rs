@@ -32,7 +32,7 @@ pub(super) enum Owner {
 }
 
 /// All patches of a scene.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Patches {
     pub(super) areas: Vec<f64>,
     pub(super) materials: Vec<u32>,

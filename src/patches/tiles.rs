@@ -16,7 +16,7 @@ use crate::surfaces::coplanar::Surface;
 use crate::surfaces::discontinuities::Place;
 
 /// Finds the grid of a point's tile.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Tiling {
     origin: Vec3,
     per_tile: [Vec3; 2],

@@ -50,6 +50,18 @@ impl Picture {
         Picture { pixels, ..*self }
     }
 
+    /// The picture whose pixels are the means of `step` by `step` of these; what is left over at the right and below is
+    /// left out.
+    pub fn averaged(&self, step: usize) -> Picture {
+        let part = (step * step) as f32;
+        let mean = |x: usize, y: usize| {
+            let rows = step * y..step * (y + 1);
+            let own = rows.flat_map(|y| &self.pixels[y * self.width + step * x..][..step]);
+            own.sum::<Rgb>() / part
+        };
+        Picture::from_fn(self.width / step, self.height / step, mean)
+    }
+
     /// The pixelwise sum; `None` where the sizes differ.
     pub fn plus(&self, other: &Picture) -> Option<Picture> {
         let pair = self.pixels.iter().zip(&other.pixels);

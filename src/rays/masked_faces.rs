@@ -22,7 +22,14 @@ use crate::scene::textures::Maps;
 /// The masked faces of a scene.
 pub(super) struct MaskedFaces {
     tree: Accelerator,
-    faces: FxHashMap<u32, (Arc<Maps>, [Vec2; 3])>,
+    faces: FxHashMap<u32, MaskedFace>,
+}
+
+/// The mask of a face: its material's, with coordinates and alpha of its corners.
+struct MaskedFace {
+    maps: Arc<Maps>,
+    coordinates: [Vec2; 3],
+    alpha: [f32; 3],
 }
 
 /// Whether a face of a scene has a mask.
@@ -35,17 +42,21 @@ impl MaskedFaces {
     pub fn new(scene: &Scene, masked: &[u32], tree: impl Fn(&[u32]) -> Accelerator) -> Option<MaskedFaces> {
         let own = |&face: &u32| {
             let maps = scene.material(face).maps.clone()?;
-            Some((face, (maps, scene.coordinates.get(face as usize).copied().unwrap_or_default())))
+            let coordinates = scene.coordinates.get(face as usize).copied().unwrap_or_default();
+            let colours = scene.colours.get(face as usize).filter(|_| maps.vertex_colours);
+            let alpha = colours.map_or([1.0; 3], |corners| corners.map(|colour| colour.w));
+            Some((face, MaskedFace { maps, coordinates, alpha }))
         };
         (!masked.is_empty()).then(|| MaskedFaces { tree: tree(masked), faces: masked.iter().filter_map(own).collect() })
     }
 
     /// Whether there is a surface where a ray meets a face.
     fn is_there(&self, hit: &Hit) -> bool {
-        let Some((maps, [a, b, c])) = self.faces.get(&hit.face) else { return true };
+        let Some(MaskedFace { maps, coordinates: [a, b, c], alpha }) = self.faces.get(&hit.face) else { return true };
         let at = *a + hit.u * (*b - *a) + hit.v * (*c - *a);
+        let alpha = alpha[0] + hit.u * (alpha[1] - alpha[0]) + hit.v * (alpha[2] - alpha[0]);
         // Of faces in one place the first that is there is met, so what lies over this one is asked for by itself.
-        let share = maps.mask.as_ref().map_or(1.0, |mask| mask.alone_at(at.as_dvec2()));
+        let share = maps.mask.as_ref().map_or(1.0, |mask| mask.alone_at(at.as_dvec2(), alpha));
         let drawn = || fraction(hash(hit.u.to_bits(), hash(hit.v.to_bits(), hit.face)));
         share >= 1.0 || (share > 0.0 && drawn() < share)
     }

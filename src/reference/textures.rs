@@ -1,10 +1,10 @@
-//! What textures are at a hit: the tracer's own reading of texels, by the weights of the hit itself.
+//! What textures and colours of vertices are at a hit: the tracer's own reading, by the weights of the hit itself.
 //!
 //! Not handled: sRGB and files, which are the scene's.
 
 use std::sync::Arc;
 
-use glam::{DVec2, Vec2};
+use glam::{DVec2, Vec2, Vec4, Vec4Swizzles};
 
 use crate::light::Rgb;
 use crate::scene::Scene;
@@ -15,6 +15,8 @@ pub(crate) struct FaceTextures {
     /// By material.
     maps: Vec<Option<Arc<Maps>>>,
     coordinates: Vec<[Vec2; 3]>,
+    /// Colour and alpha of the corners; empty where no material goes by them.
+    colours: Vec<[Vec4; 3]>,
 }
 
 /// Factors on what a material reflects and emits, and the share of it that is there.
@@ -28,7 +30,16 @@ impl FaceTextures {
     /// Those of a scene; none where no material has any.
     pub(crate) fn new(scene: &Scene) -> Option<FaceTextures> {
         let maps = scene.materials.iter().map(|material| material.maps.clone()).collect();
-        scene.is_textured().then(|| FaceTextures { maps, coordinates: scene.coordinates.clone() })
+        let (coordinates, colours) = (scene.coordinates.clone(), scene.colours.clone());
+        scene.is_textured().then_some(FaceTextures { maps, coordinates, colours })
+    }
+
+    /// Colour and alpha of the vertices.
+    fn vertex_colour(&self, maps: &Maps, face: u32, [u, v]: [f32; 2]) -> Vec4 {
+        match self.colours.get(face as usize) {
+            Some([a, b, c]) if maps.vertex_colours => (1.0 - u - v) * *a + u * *b + v * *c,
+            _ => Vec4::ONE,
+        }
     }
 
     /// At the point of a face with these weights of the second and third corner; none where its material has no
@@ -40,18 +51,20 @@ impl FaceTextures {
         let colour = |texture: &Option<Texture>| {
             texture.as_ref().map_or(Rgb::ONE, |t| around(t, at).map(|(x, y, w)| w * t.image.colour(x, y)).sum())
         };
+        let vertex = self.vertex_colour(maps, face, [u, v]);
         let there = maps.mask.as_ref().map_or(1.0, |mask| {
-            let open: f32 = mask.over.iter().map(|other| 1.0 - share(other, at)).product();
-            open * share(mask, at)
+            let open: f32 = mask.over.iter().map(|other| 1.0 - share(other, at, 1.0)).product();
+            open * share(mask, at, vertex.w)
         });
-        Some(Texel { rho: colour(&maps.reflectance), emission: colour(&maps.emission), there })
+        let rho = colour(&maps.reflectance) * vertex.xyz();
+        Some(Texel { rho, emission: colour(&maps.emission), there })
     }
 }
 
 /// The share of a surface that a mask alone leaves.
-fn share(mask: &Mask, at: DVec2) -> f32 {
+fn share(mask: &Mask, at: DVec2, alpha: f32) -> f32 {
     let texel = |t: &Texture| around(t, at).map(|(x, y, w)| w * t.image.share(x, y, mask.channel)).sum::<f32>();
-    let share = mask.factor * mask.texture.as_ref().map_or(1.0, texel);
+    let share = mask.factor * alpha * mask.texture.as_ref().map_or(1.0, texel);
     mask.cutoff.map_or(share.clamp(0.0, 1.0), |cutoff| f32::from(u8::from(share >= cutoff)))
 }
 

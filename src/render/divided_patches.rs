@@ -14,10 +14,12 @@
 
 use std::time::Instant;
 
+use crate::gather::sampling::would_be_over;
 use crate::gather::{Effort, Gathered, ImportancePaths, READINGS, Reading, Residual, ResidualSums, SquaredError};
+use crate::patches::Patches;
 use crate::render::assembly::Prepared;
-use crate::render::reading_cost::ReadingCost;
-use crate::render::residual_check::brightness;
+use crate::render::reading_cost::{MATTERS, ReadingCost};
+use crate::render::residual_check::{HELD, brightness};
 use crate::render::solved::{Rough, Solved, Spent, Task, solve};
 use crate::render::wanted::Wanted;
 use crate::solve::Diverges;
@@ -26,6 +28,8 @@ use crate::solve::Diverges;
 /// leaves the power -1/2, on surfaces (C. J. Stone, *Optimal global rates of convergence for nonparametric
 /// regression*, 1982: `n^(-2p / (2p + d))` with p = 1, d = 2).
 const FALLS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// Rounds in a row that leave no less than the best before them, after which there are no more.
+const STALLS: u32 = 2;
 /// Share of the tolerance that the standard error of that may be.
 const SURE: f64 = 0.35;
 /// Paths at most that a few pixels tell it by.
@@ -57,11 +61,43 @@ struct Round<'a> {
     set: u32,
 }
 
-/// Solves on patches divided by light, from a solution on others and the `first` rough picture of it.
+/// A solution with the patches that it is on, and the squared error that its reading leaves.
+struct Kept {
+    squared: f64,
+    solved: Solved,
+    patches: Patches,
+    densities: Vec<f32>,
+}
+
+impl Kept {
+    /// This one, or one found before unless that leaves an error that is larger by as much as matters.
+    fn better(self, before: Option<Kept>) -> Kept {
+        match before {
+            Some(before) if before.leaves_no_more_than(self.squared) => before,
+            _ => self,
+        }
+    }
+
+    /// Whether its error is not larger than another by as much as matters.
+    fn leaves_no_more_than(&self, squared: f64) -> bool {
+        self.squared.is_finite() && self.squared < MATTERS * MATTERS * squared
+    }
+
+    /// Takes its patches for those of the scene.
+    fn restore(self, p: &mut Prepared) -> Solved {
+        (p.patches, p.densities) = (self.patches, self.densities);
+        self.solved
+    }
+}
+
+/// Solves on patches divided by light, from a solution on others, which leaves a `squared` error if that is known, and
+/// the `first` rough picture of it. Where none of the rounds is good enough the best solution is returned, the first
+/// among them.
 pub(crate) fn divided(
     p: &mut Prepared,
     task: &Task,
     mut solved: Solved,
+    mut squared: f64,
     first: &Gathered,
     spent: &mut Spent,
 ) -> Result<Solved, Diverges> {
@@ -73,20 +109,27 @@ pub(crate) fn divided(
     let mut bright = brightness(first);
     let mut pixels = solved.pixels(p, wanted, &bright);
     let mut seen = walks(p, &solved, Round { wanted, bright: &bright, each, set: 1 }, spent);
+    let mut best: Option<Kept> = None;
+    let mut stalls = 0;
     for round in 1u32.. {
         let before = spent.rays;
         let clock = Instant::now();
+        let began = clock;
         let samples = seen.samples(&p.scene, &p.patches, &solved.fields);
+        let (patches, densities) = (p.patches.clone(), p.densities.clone());
         p.divide(samples);
         spent.seconds.patches += clock.elapsed().as_secs_f64();
-        let mut rough = cast(p, task, &mut solved, rays, spent)?;
+        let (now, mut rough) = cast(p, task, rays, spent)?;
+        let kept = Kept { squared, solved: std::mem::replace(&mut solved, now), patches, densities };
+        best = Some(kept.better(best));
         if rough.gathered.error.signal > 0.0 && !wanted.is_late() {
             let took = spent.rays - before - rough.gathered.rays;
             let cost = ReadingCost::new(&rough, wanted, seen.prices(&p.patches, &solved.fields));
             let denser = rays.saturating_mul(cost.denser(took as f64, solved.error.form_factors)).min(RAYS.2);
-            if denser > rays {
+            let is_late = would_be_over(wanted.deadline, clock, f64::from(denser / rays));
+            if denser > rays && !is_late {
                 rays = denser;
-                rough = cast(p, task, &mut solved, rays, spent)?;
+                (solved, rough) = cast(p, task, rays, spent)?;
             }
         }
         let noise = solved.error.form_factors / (NOISE * wanted.tolerance);
@@ -98,38 +141,57 @@ pub(crate) fn divided(
         let other = Round { wanted, bright: &bright, each, set: 1 + round };
         let certain = signal * (SURE * wanted.tolerance).powi(2);
         let clock = Instant::now();
-        let drawn = solved.drawn(p, wanted, &mut pixels, Effort { wanted: certain, most: DRAWN }, spent);
+        let drawn = solved.drawn(
+            p,
+            wanted,
+            &mut pixels,
+            Effort { wanted: certain, most: DRAWN, deadline: wanted.deadline },
+            spent,
+        );
         spent.seconds.solve += clock.elapsed().as_secs_f64();
         let (others, residual) = measured(p, &solved, other, certain, drawn, spent);
-        let squared = Reading::ALL.map(|reading| residual.upper(reading, certain) / signal);
-        let squared = believed(squared, solved.error.form_factors);
+        let all = Reading::ALL.map(|reading| residual.upper(reading, certain) / signal);
+        let all = believed(all, solved.error.form_factors);
         let cost = ReadingCost::new(&rough, wanted, others.prices(&p.patches, &solved.fields));
-        let (now, then) = (cost.cheapest(squared), cost.cheapest(squared.map(|s| FALLS * s)));
+        let (now, then) = (cost.cheapest(all), cost.cheapest(all.map(|s| FALLS * s)));
+        squared = all[now.reading.number()];
         // The next round has twice the paths.
         let again = (spent.rays - before + others.rays) as f64;
         let is_enough = now.rays.is_finite() && now.rays <= again + then.rays;
-        if is_enough || round >= last || wanted.is_late() {
+        let helped = best.as_ref().is_none_or(|best| !best.leaves_no_more_than(squared / FALLS));
+        stalls = if helped { 0 } else { stalls + 1 };
+        if is_enough || round >= last || stalls == STALLS || wanted.would_be_late(began) {
+            if let Some(best) = best.filter(|best| !now.rays.is_finite() && best.leaves_no_more_than(squared)) {
+                return Ok(best.restore(p));
+            }
             solved.reading = now.reading;
-            solved.state(squared[now.reading.number()]);
+            solved.state(squared);
             return Ok(solved);
         }
         if noise > 1.0 {
             rays = ((f64::from(rays) * noise * noise) as u32).min(RAYS.2);
         }
-        seen.absorb(others);
+        solved.reading = now.reading;
+        solved.state(squared);
+        // Sets that exceed what paths may take together are not joined.
+        if seen.bytes() + others.bytes() > HELD {
+            seen = others;
+        } else {
+            seen.absorb(others);
+        }
         each *= 2;
     }
     unreachable!("the last round returns")
 }
 
 /// Solves with so many rays a patch; a rough picture tells the errors.
-fn cast(p: &mut Prepared, task: &Task, solved: &mut Solved, rays: u32, spent: &mut Spent) -> Result<Rough, Diverges> {
+fn cast(p: &mut Prepared, task: &Task, rays: u32, spent: &mut Spent) -> Result<(Solved, Rough), Diverges> {
     p.densities = densities(p, rays);
-    *solved = solve(p, task, rays, spent)?;
+    let mut solved = solve(p, task, rays, spent)?;
     let rough = solved.rough(p, task.wanted, spent, task.watch);
     solved.set_errors(&rough.gathered);
     solved.set_nearest(p, task.wanted, spent);
-    Ok(rough)
+    Ok((solved, rough))
 }
 
 /// The squared errors by reading that paths tell, where they are no less than noise of F alone makes them.
@@ -176,10 +238,12 @@ fn measured(
     let clock = Instant::now();
     let mut sums = ResidualSums::new(&others);
     loop {
+        let began = Instant::now();
         sums.take(&others, &p.patches, &solved.fields);
         let residual = sums.residual().beside(Some(drawn));
         let told = residual.of(Reading::PLAIN, certain);
-        if told.deviation <= certain || others.each() >= EACH.2 || told.value > 4.0 * told.deviation {
+        let is_last = others.each() >= EACH.2 || 2 * others.bytes() > HELD || round.wanted.would_be_late(began);
+        if told.deviation <= certain || is_last || told.value > 4.0 * told.deviation {
             spent.seconds.solve += clock.elapsed().as_secs_f64();
             return (others, residual);
         }

@@ -18,7 +18,9 @@ use crate::render::solved::{ROUGH_RAYS, Rough};
 use crate::render::wanted::Wanted;
 
 /// Share of the tolerance that the light may be off by, however cheap that is.
-const MOST: f64 = 0.7;
+const MOST: f64 = 0.85;
+/// Errors of the light that are all too large matter where one is so many times another.
+pub(crate) const MATTERS: f64 = 1.5;
 /// Share of what is left that the gather pass aims at: its own estimate has an error too.
 const GATHER: f64 = 0.9;
 /// What a hemisphere ray takes beside a ray of a path, which knows nothing of records: 1.5 us beside 0.7 in a bathroom
@@ -73,17 +75,21 @@ impl ReadingCost {
         }
     }
 
-    /// The reading that a picture is the cheapest with, by the squared error of each; of those whose errors are too
-    /// large the one whose error is the least.
+    /// The reading that a picture is the cheapest with, by the squared error of each; where all errors are too large,
+    /// the cheapest of those whose error is not [`MATTERS`] times the least.
     pub fn cheapest(&self, squared: [f64; READINGS]) -> Priced {
         let of = |reading: &Reading| squared[reading.number()];
         let most = (MOST * self.tolerance).powi(2);
         let rays =
             |reading: Reading| if of(&reading) <= most { self.rays(of(&reading), reading) } else { f64::INFINITY };
         let priced = Reading::ALL.map(|reading| Priced { reading, rays: rays(reading) });
-        let by_rays = |a: &Priced, b: &Priced| a.rays.total_cmp(&b.rays);
-        let by_error = |a: &Priced, b: &Priced| of(&a.reading).total_cmp(&of(&b.reading));
-        priced.into_iter().min_by(|a, b| by_rays(a, b).then(by_error(a, b))).expect("there are readings")
+        let best = priced.into_iter().min_by(|a, b| a.rays.total_cmp(&b.rays)).expect("there are readings");
+        if best.rays.is_finite() {
+            return best;
+        }
+        let least = squared.into_iter().fold(f64::INFINITY, f64::min);
+        let near = priced.into_iter().find(|priced| of(&priced.reading) <= MATTERS * MATTERS * least);
+        near.unwrap_or(best)
     }
 
     /// By how many times more rays F is worth casting with, which `took` some and left `noise` relative to the picture:
@@ -145,6 +151,8 @@ mod tests {
         };
         assert_eq!(chosen(0.6, 0.3), (0, true));
         assert_eq!(chosen(0.8, 0.3), (1, true));
-        assert_eq!(chosen(0.9, 0.8), (1, false));
+        assert_eq!(chosen(0.9, 0.8), (1, true));
+        // Of those that are all too large what matters.
+        assert_eq!([chosen(0.95, 0.9), chosen(1.9, 0.9)], [(0, false), (1, false)]);
     }
 }

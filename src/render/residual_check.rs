@@ -1,8 +1,7 @@
 //! Whether patches of one size stand for a scene at all, as measured at points: the two levels of patches agree where
 //! both are wrong alike, the residual does not ([`crate::gather::Residual`]).
 //!
-//! A few paths are enough to find errors as large as what is asked for; where they find one, more paths make sure of
-//! it.
+//! A few paths find errors as large as what is asked for; where they find one, more paths make sure of it.
 //!
 //! Not handled: errors that few paths cannot tell from none; the larger of both estimates is stated.
 
@@ -13,12 +12,16 @@ use crate::gather::{
 };
 use crate::render::assembly::Prepared;
 use crate::render::judgement::{Finding, Judgement};
-use crate::render::solved::{Solved, Spent};
+use crate::render::reading_cost::ReadingCost;
+use crate::render::solved::{Rough, Solved, Spent};
 use crate::render::wanted::Wanted;
 
 /// Paths at first at a tolerance of 2 %, more in proportion at smaller ones; at most, where an error is suspected or
 /// small places tell too little; and at most where even the largest blocks of pixels do.
 const PATHS: (f64, f64, f64) = (5_000.0, 65_536.0, 786_432.0);
+/// Times as many paths at most that are followed before they are asked again, and bytes that they may take.
+const STEP: usize = 4;
+pub(crate) const HELD: usize = 1_500_000_000;
 /// Paths of a pixel over those of all in the mean, at least and at most.
 const LEAST: f32 = 0.25;
 const MOST: f32 = 16.0;
@@ -89,6 +92,7 @@ impl Check {
         let mut drawn = None;
         let mut sums = ResidualSums::new(&self.walks);
         let finding = loop {
+            let began = Instant::now();
             sums.take(&self.walks, &p.patches, &solved.fields);
             let mut residual = sums.residual().beside(drawn);
             let mut judgement = self.judge(&residual, solved, wanted);
@@ -99,7 +103,9 @@ impl Check {
             }
             let paths = judgement.paths(self.walks.each(), self.most, accept);
             self.found = Some(residual);
-            if paths <= self.walks.each() {
+            let step = (HELD / self.walks.bytes().max(1)).min(STEP) as u32;
+            let paths = paths.min(step * self.walks.each());
+            if paths <= self.walks.each() || wanted.would_be_late(began) {
                 break judgement.finding;
             }
             let before = self.walks.rays;
@@ -113,7 +119,13 @@ impl Check {
     /// What a few pixels tell of a solution.
     fn draw(&mut self, p: &Prepared, solved: &Solved, wanted: &Wanted, spent: &mut Spent) -> [SquaredError; READINGS] {
         let certain = self.signal * (DRAWN * wanted.tolerance).powi(2);
-        solved.drawn(p, wanted, &mut self.pixels, Effort { wanted: certain, most: PATHS.1 as usize }, spent)
+        solved.drawn(
+            p,
+            wanted,
+            &mut self.pixels,
+            Effort { wanted: certain, most: PATHS.1 as usize, deadline: wanted.deadline },
+            spent,
+        )
     }
 
     /// The squared error of the solution judged last, relative to the picture's, over the blocks surest of one, less a
@@ -148,35 +160,38 @@ impl Check {
         }
     }
 
-    /// Chooses how the light is read, and states its error: if more than its share is certain, the cheapest reading
-    /// that paths find within it; else the light is read at once.
+    /// Chooses how the light is read, and states its error: if more than its share is certain, by the reading that the
+    /// picture is the cheapest with; else the light is read at once.
     ///
     /// Read at once, its error is the larger of what the two levels of patches say and what the paths last judged do:
     /// by a few pixels with their standard error, or over the smallest blocks of pixels that tell it well enough, or
     /// what larger ones are sure of.
-    pub fn confirm(&mut self, p: &Prepared, solved: &mut Solved, wanted: &Wanted, spent: &mut Spent) {
+    pub fn confirm(&mut self, p: &Prepared, solved: &mut Solved, wanted: &Wanted, rough: &Rough, spent: &mut Spent) {
         let Some(found) = &self.found else { return };
+        let cost = ReadingCost::new(rough, wanted, self.walks.prices(&p.patches, &solved.fields));
         if solved.fields.is_read_at_once() {
-            return self.state(found, solved, wanted);
+            return self.state(found, solved, wanted, &cost);
         }
         let clock = Instant::now();
         let residual = self.walks.residual(&p.patches, &solved.fields);
         let drawn = (self.pixels.rays() > 0).then(|| self.draw(p, solved, wanted, spent));
         let residual = residual.beside(drawn);
         spent.seconds.solve += clock.elapsed().as_secs_f64();
-        self.state(&residual, solved, wanted);
+        self.state(&residual, solved, wanted, &cost);
     }
 
     /// The same from what paths tell of the light as rays read it.
-    fn state(&self, residual: &Residual, solved: &mut Solved, wanted: &Wanted) {
+    fn state(&self, residual: &Residual, solved: &mut Solved, wanted: &Wanted, cost: &ReadingCost) {
         let certain = (SURE * wanted.tolerance).powi(2);
         let goal = (SHARE * wanted.tolerance).powi(2);
         let told = self.share(residual.of(Reading::PLAIN, self.signal * certain));
-        if told.value - told.deviation > goal
-            && let Some(reading) = residual.cheapest(self.signal * goal, self.signal * certain)
-        {
-            solved.reading = reading;
-            return solved.state(residual.upper(reading, self.signal * certain) / self.signal);
+        if told.value - told.deviation > goal {
+            let squared = Reading::ALL.map(|reading| residual.upper(reading, self.signal * certain) / self.signal);
+            let now = cost.cheapest(squared);
+            if now.rays.is_finite() {
+                solved.reading = now.reading;
+                return solved.state(squared[now.reading.number()]);
+            }
         }
         let surest = self.share(surest(residual));
         let sure = surest.value - surest.deviation;
@@ -246,6 +261,7 @@ mod tests {
         wanted: Wanted,
         solved: Solved,
         check: Check,
+        cost: ReadingCost,
     }
 
     fn checked() -> Checked {
@@ -257,7 +273,8 @@ mod tests {
         let solved = solve(&p, &task, 256, &mut spent).expect("converges");
         let rough = solved.rough(&p, &wanted, &mut spent, &Silent);
         let check = Check { signal: 1.0, ..Check::new(&p, &solved, &wanted, &rough.gathered, &mut spent) };
-        Checked { wanted, solved, check }
+        let cost = ReadingCost::new(&rough, &wanted, check.walks.prices(&p.patches, &solved.fields));
+        Checked { wanted, solved, check, cost }
     }
 
     /// A street at night stated 0.62 % with 1.2 true: lamps beside what they light, whose direct light patches mixed.
@@ -265,8 +282,8 @@ mod tests {
     #[test]
     fn direct_light_is_asked_for_where_patches_certainly_mix_it() {
         let confirmed = |found: Residual| {
-            let Checked { wanted, mut solved, check } = checked();
-            check.state(&found, &mut solved, &wanted);
+            let Checked { wanted, mut solved, check, cost } = checked();
+            check.state(&found, &mut solved, &wanted, &cost);
             (solved.reading, solved.error.sum().total)
         };
         // More than half of the tolerance is certain.
@@ -287,7 +304,7 @@ mod tests {
     /// the same kind, which took twice as long and stated 3.7 % with 4.8 true, where other seeds divided them.
     #[test]
     fn noise_that_may_explain_an_error_is_lessened_before_patches_are_judged() {
-        let Checked { wanted, mut solved, check } = checked();
+        let Checked { wanted, mut solved, check, .. } = checked();
         let mut finding = |found: f64, noise: f64, patches: f64| {
             (solved.error.form_factors, solved.error.patches) = (noise * TOLERANCE, patches * TOLERANCE);
             check.judge(&residual(found * TOLERANCE, 0.0), &solved, &wanted).finding

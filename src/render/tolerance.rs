@@ -20,7 +20,7 @@
 use std::time::Instant;
 
 use crate::direct::luminaire_texture::TOLERABLE;
-use crate::gather::{GatherPass, Gathered, Gathering};
+use crate::gather::{GatherPass, Gathering};
 use crate::light::Transport;
 use crate::render::assembly::{Prepared, Watch};
 use crate::render::divided_patches::divided;
@@ -33,7 +33,7 @@ use crate::render::reading_cost::left;
 use crate::render::refinement::{Excess, Limits, MARGIN, Refinement};
 use crate::render::rendered::Rendered;
 use crate::render::residual_check::Check;
-use crate::render::solved::{Solved, Spent, Task, half, solve};
+use crate::render::solved::{Rough, Solved, Spent, Task, half, solve};
 use crate::render::wanted::Wanted;
 use crate::scene::Material;
 use crate::solve::Diverges;
@@ -46,6 +46,11 @@ const PATCHES: f64 = 0.4;
 const EMISSION: f64 = 0.1;
 /// Patches, and rays a patch, at most.
 const MOST: Fineness = Fineness { patches: 200_000, rays: 1 << 16 };
+/// Pixels that tell their errors together; a picture of fewer is the mean of one of more.
+const ENOUGH: usize = 256;
+/// Share of the tolerance that the larger picture is asked for: its RMS, which errors are told beside, is larger than
+/// that of its means.
+const SMALL: f64 = 0.7;
 /// Times that patches and rays are chosen.
 const ROUNDS: usize = 5;
 /// Two solutions, and F transposed.
@@ -72,15 +77,22 @@ pub(crate) fn attempt(
 }
 
 /// Renders one mode to a tolerance, textured luminaires being as near as they were set to be.
+///
+/// A picture of few pixels is the mean of a larger one: what a handful of pixels tell of their own errors, each by one
+/// difference of halves, is chance.
 fn attempted(p: &mut Prepared, transport: Transport, wanted: &Wanted, watch: &dyn Watch) -> Result<Rendered, Diverges> {
+    let (asked, step) = (wanted.size, wanted.size.enlargement(ENOUGH));
+    let tolerance = if step > 1 { SMALL * wanted.tolerance } else { wanted.tolerance };
+    let wanted = &Wanted { size: asked.times(step), tolerance, ..*wanted };
     let mut spent = Spent::default();
-    let solved = solve_within(p, &Task { transport, wanted, watch }, &mut spent)?;
+    let solved = solve_within(p, &Task { transport, wanted: &wanted.of_light(), watch }, &mut spent)?;
     let clock = Instant::now();
     let error = left(wanted.tolerance, solved.error.sum().total.powi(2));
     let within = Gathering::Within { error, seed: wanted.seed, deadline: wanted.deadline };
     // The rough picture has told the errors of the fields.
     let fields = solved.fields.led().read_by(solved.reading);
     let gathered = solved.gather(p, &fields, &GatherPass::new(wanted.size, within), watch);
+    let gathered = if step > 1 { gathered.averaged(step) } else { gathered };
     spent.seconds.gather += clock.elapsed().as_secs_f64();
     let lit = p.scene.materials.iter().any(Material::emits);
     let mut within = solved.finish(p, gathered, spent);
@@ -110,9 +122,13 @@ fn refined(p: &mut Prepared, task: &Task, rounds: &mut Rounds, spent: &mut Spent
         }
         let rough = solved.rough(p, task.wanted, spent, task.watch);
         solved.set_errors(&rough.gathered);
-        match rounds.judge(p, &mut solved, &rough.gathered, spent) {
+        match rounds.judge(p, &mut solved, &rough, spent) {
             Next::Accept => return Ok(solved),
-            Next::Divide => return divided(p, task, solved, &rough.gathered, spent),
+            Next::Divide(squared) => {
+                // Its paths take memory.
+                rounds.check = None;
+                return divided(p, task, solved, squared, &rough.gathered, spent);
+            }
             Next::Denser(noise) => rounds.denser(p, noise),
             Next::Finer(excess) => rounds.finer(p, excess),
             Next::Refine(excess) => rounds.refine(p, &solved, excess, spent),
@@ -124,8 +140,9 @@ fn refined(p: &mut Prepared, task: &Task, rounds: &mut Rounds, spent: &mut Spent
 enum Next {
     /// Nothing: the light is as it is wanted, or as good as it gets.
     Accept,
-    /// Patches of a size do not stand for the scene: divide them by light.
-    Divide,
+    /// Patches of a size do not stand for the scene, or are not known to, with some squared error that may be infinite:
+    /// divide them by light.
+    Divide(f64),
     /// More rays on the same patches, whose noise is so many times its share: it hides whether they are wrong.
     Denser(f64),
     /// Smaller patches everywhere.
@@ -161,7 +178,7 @@ impl<'a> Rounds<'a> {
 
     /// What is to be done with a solution whose errors two levels of patches and two scramblings tell; states what the
     /// check tells of one that is accepted.
-    fn judge(&mut self, p: &Prepared, solved: &mut Solved, rough: &Gathered, spent: &mut Spent) -> Next {
+    fn judge(&mut self, p: &Prepared, solved: &mut Solved, rough: &Rough, spent: &mut Spent) -> Next {
         let wanted = self.wanted;
         let mut excess = Excess {
             noise: solved.error.form_factors / (FORM_FACTORS * wanted.tolerance),
@@ -172,8 +189,8 @@ impl<'a> Rounds<'a> {
             excess.size = excess.size.max(2.0);
         }
         let last = self.refinement.full || wanted.is_late() || self.refinement.is_last();
-        let check = self.check.get_or_insert_with(|| Check::new(p, solved, wanted, rough, spent));
-        check.compare_with(rough);
+        let check = self.check.get_or_insert_with(|| Check::new(p, solved, wanted, &rough.gathered, spent));
+        check.compare_with(&rough.gathered);
         let finding = check.find(p, solved, wanted, last || excess.is_none(), spent);
         let more_rays_tell = excess.noise > 1.0 && !self.refinement.has_most_rays();
         if finding == Finding::Noisy && more_rays_tell && self.sizes.is_none() && !last {
@@ -186,7 +203,7 @@ impl<'a> Rounds<'a> {
             return Next::Finer(Excess { noise: excess.noise, size: f64::INFINITY });
         }
         if wrong && !self.refinement.tight {
-            return Next::Divide;
+            return Next::Divide(f64::INFINITY);
         }
         if helped {
             excess.size = excess.size.max(squared.sqrt() / (PATCHES * wanted.tolerance));
@@ -194,10 +211,11 @@ impl<'a> Rounds<'a> {
         if excess.is_none() || last || (excess.size > 1.0 && self.refinement.has_most_patches(p)) {
             // Not before: rays that go on hide what patches mix, and dividing those serves all rays.
             solved.set_nearest(p, wanted, spent);
-            check.confirm(p, solved, wanted, spent);
+            check.confirm(p, solved, wanted, rough, spent);
             // Patches of a size do not get there: those divided by light may, where memory is not what is short.
-            if solved.error.sum().total > wanted.tolerance && !self.refinement.tight && !wanted.is_late() {
-                return Next::Divide;
+            let total = solved.error.sum().total;
+            if total > wanted.tolerance && !self.refinement.tight && !wanted.is_late() {
+                return Next::Divide(total * total);
             }
             return Next::Accept;
         }

@@ -2,8 +2,11 @@
 
 use std::time::Instant;
 
-use crate::gather::sampling::is_over;
+use crate::gather::sampling::{is_over, would_be_over};
 use crate::pictures::Size;
+
+/// Share of the time that is left that finding the light may take; the rest is the gather pass's.
+const LIGHT: f64 = 2.0 / 3.0;
 
 /// What is asked.
 #[derive(Clone, Copy, Debug)]
@@ -24,5 +27,17 @@ impl Wanted {
     /// Whether the time is over.
     pub(crate) fn is_late(&self) -> bool {
         is_over(self.deadline)
+    }
+
+    /// Whether twice what has begun then, and ends now, would end too late.
+    pub(crate) fn would_be_late(&self, began: Instant) -> bool {
+        would_be_over(self.deadline, began, 2.0)
+    }
+
+    /// What is asked of the light that a picture shows: two thirds of the time that is left.
+    pub(crate) fn of_light(&self) -> Wanted {
+        let now = Instant::now();
+        let deadline = self.deadline.map(|end| now + end.saturating_duration_since(now).mul_f64(LIGHT));
+        Wanted { deadline, ..*self }
     }
 }

@@ -7,13 +7,13 @@
 //!
 //! Not handled: what polygons stand for; [`crate::scene::obj`] and [`crate::scene::gltf`] read them.
 
-use glam::{DVec3, Vec2};
+use glam::{DVec3, Vec2, Vec4};
 
 use crate::light::Gloss;
 use crate::scene::camera::ViewError;
 use crate::scene::coincident::{Source, resolve};
 use crate::scene::error::{Place, SceneError};
-use crate::scene::mtl::{check_emission, check_gloss, check_rho};
+use crate::scene::material_checks::{check_emission, check_gloss, check_rho};
 use crate::scene::points::{Points, THINNEST, height};
 use crate::scene::polygon::{Cover, MOST_CORNERS, Triangulator};
 use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
@@ -34,6 +34,8 @@ pub(crate) struct Soup {
     pub corners: Vec<u32>,
     /// Texture coordinates of the corners, as many or none; (0, 0) for corners beyond them.
     pub coordinates: Vec<Vec2>,
+    /// Linear RGB and alpha of the corners, as many or none.
+    pub colours: Vec<Vec4>,
     pub polygons: Vec<Polygon>,
     pub materials: Vec<Material>,
     pub objects: Vec<String>,
@@ -165,6 +167,7 @@ pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
         faces: mesh.faces,
         exact: mesh.exact,
         coordinates: mesh.coordinates,
+        colours: mesh.colours,
         materials: soup.materials,
         objects: soup.objects,
         lights,
@@ -235,6 +238,7 @@ struct Mesh {
     faces: Vec<Face>,
     exact: Vec<[DVec3; 3]>,
     coordinates: Vec<[Vec2; 3]>,
+    colours: Vec<[Vec4; 3]>,
     /// Of the polygons that the faces are parts of.
     numbers: Vec<usize>,
 }
@@ -259,6 +263,10 @@ impl Mesh {
                 if added && !soup.coordinates.is_empty() {
                     let at = |i: u32| soup.coordinates.get(first + i as usize).copied().unwrap_or_default();
                     self.coordinates.push(triangle.map(at));
+                }
+                if added && !soup.colours.is_empty() {
+                    let at = |i: u32| soup.colours.get(first + i as usize).copied().unwrap_or(Vec4::ONE);
+                    self.colours.push(triangle.map(at));
                 }
             }
             if self.faces.len() == before {

@@ -1,14 +1,15 @@
 //! The camera: from a position and a target, and the one that frames a scene that brings none.
 //!
-//! A closed room is looked at from inside, near a corner: from outside its one-sided walls are black. Anything else
-//! is framed from outside, the whole bounding box in view of a picture at least as wide as high; something open
-//! to the front (a box without its front wall) is looked at from its open side. y counts as up.
+//! A closed room ([`crate::scene::enclosure`]) is looked at from inside, near a corner. Anything else is framed from
+//! outside, the whole bounding box in view of a picture at least as wide as high; something open to the front (a box
+//! without its front wall) is looked at from its open side. y counts as up.
 //!
 //! Not handled: what furniture hides. The corner is chosen by a few rays against all faces.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use thiserror::Error;
 
+use crate::scene::enclosure::{Line, Walls};
 use crate::scene::{Camera, Scene};
 
 /// Vertical field of view of a camera that is not told its own, degrees: the Cornell box's.
@@ -20,6 +21,10 @@ const INSIDE_FOV: f64 = 70.0;
 /// Below this share of the area, the vector area counts as that of a closed surface, where it is 0. Furniture without
 /// bottoms leaves a few hundredths; a cube that lacks a side has a fifth.
 const CLOSED: f64 = 0.1;
+
+/// By how much the longer of two views must be longer to count as such: more than rounding makes of corners that are
+/// listed in another order.
+const LONGER: f32 = 1.0001;
 
 /// Why a camera cannot look that way.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -71,8 +76,17 @@ impl Camera {
 
     /// A camera that frames the scene's faces; the scene's own camera is not looked at.
     pub fn framing(scene: &Scene) -> Camera {
-        let shape = Shape::of(scene);
-        if shape.is_closed_room() { from_corner(scene, &shape) } else { from_outside(scene, &shape) }
+        Camera::framing_first(scene, scene.solid_faces())
+    }
+
+    /// A camera that frames the first of the scene's faces, so many; all of them may shine.
+    pub(crate) fn framing_first(scene: &Scene, faces: u32) -> Camera {
+        let walls = Walls::new(scene, faces);
+        if walls.are_of_a_room(scene) {
+            from_corner(scene, &walls)
+        } else {
+            from_outside(scene, &Shape::of(scene, faces))
+        }
     }
 }
 
@@ -89,28 +103,20 @@ struct Shape {
     /// Sum of area times normal, and of area.
     vector_area: DVec3,
     area: f64,
-    /// Sum of corner triple products: six times the volume enclosed, negative where normals point inward.
-    volume: f64,
 }
 
 impl Shape {
-    fn of(scene: &Scene) -> Shape {
-        let mut shape =
-            Shape { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY, vector_area: DVec3::ZERO, area: 0.0, volume: 0.0 };
-        for face in 0..scene.faces.len() as u32 {
+    fn of(scene: &Scene, faces: u32) -> Shape {
+        let mut shape = Shape { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY, vector_area: DVec3::ZERO, area: 0.0 };
+        for face in 0..faces {
             let [a, b, c] = scene.corners(face).map(|v| v.as_dvec3());
             let normal = 0.5 * (b - a).cross(c - a);
             shape.low = shape.low.min(a).min(b).min(c);
             shape.high = shape.high.max(a).max(b).max(c);
             shape.vector_area += normal;
             shape.area += normal.length();
-            shape.volume += a.dot(b.cross(c));
         }
         shape
-    }
-
-    fn is_closed_room(&self) -> bool {
-        self.vector_area.length() < CLOSED * self.area && self.volume < 0.0
     }
 
     /// The way to the camera: where the open side is, else the usual view from above, right and front.
@@ -151,18 +157,15 @@ fn from_outside(scene: &Scene, shape: &Shape) -> Camera {
     view(needed.fold(f64::MIN_POSITIVE, f64::max))
 }
 
-/// Of the places near the room's upper corners, the one that sees the most fronts, and then the farthest.
-fn from_corner(scene: &Scene, shape: &Shape) -> Camera {
-    let middle = 0.5 * (shape.low + shape.high);
-    let half = 0.5 * (shape.high - shape.low);
-    let signs = [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)];
-    let places = [0.85, 0.5, 0.15]
-        .into_iter()
-        .flat_map(|share| signs.map(|(x, z)| middle + half * DVec3::new(share * x, 0.3 * share, share * z)));
+/// Of the places near the room's upper corners, the one that sees the most sides that reflect, and then the farthest.
+fn from_corner(scene: &Scene, walls: &Walls) -> Camera {
+    let (middle, half) = (0.5 * (walls.low + walls.high), 0.5 * (walls.high - walls.low));
     let target = middle - half * DVec3::new(0.0, 0.2, 0.0);
-    let cameras = places.map(|place| look(place, target, INSIDE_FOV, scene));
-    let scored = cameras.map(|camera| (sight(scene, &camera), camera));
-    let best = scored.reduce(|best, next| if next.0 > best.0 { next } else { best });
+    let cameras = walls.places().map(|place| look(place, target, INSIDE_FOV, scene));
+    let scored = cameras.map(|camera| (sight(walls, &camera), camera));
+    let is_better =
+        |next: (usize, f32), best: (usize, f32)| next.0 > best.0 || (next.0 == best.0 && next.1 > LONGER * best.1);
+    let best = scored.reduce(|best, next| if is_better(next.0, best.0) { next } else { best });
     best.map_or(scene.camera, |(_, camera)| camera)
 }
 
@@ -173,30 +176,10 @@ fn look(position: DVec3, target: DVec3, fov: f64, scene: &Scene) -> Camera {
     camera.unwrap_or(scene.camera)
 }
 
-/// Rays of a 3 by 3 grid that meet a front first, and the sum of their distances.
-fn sight(scene: &Scene, camera: &Camera) -> (usize, f32) {
+/// Rays of a 3 by 3 grid that meet a side that reflects first, and the sum of their distances.
+fn sight(walls: &Walls, camera: &Camera) -> (usize, f32) {
     let grid = [1.0 / 6.0, 0.5, 5.0 / 6.0];
-    let rays = grid.into_iter().flat_map(|y| grid.map(|x| camera.ray(x, y, 1.0)));
-    let seen = rays.filter_map(|(origin, way)| first_front(scene, origin, way));
-    seen.fold((0, 0.0), |(count, sum), distance| (count + 1, sum + distance))
-}
-
-/// The distance to the nearest face if its front is met, none for a back or nothing (Möller and Trumbore).
-fn first_front(scene: &Scene, origin: Vec3, way: Vec3) -> Option<f32> {
-    let mut nearest = (f32::INFINITY, false);
-    for face in 0..scene.faces.len() as u32 {
-        let [a, b, c] = scene.corners(face);
-        let (u, v) = (b - a, c - a);
-        let across = way.cross(v);
-        let determinant = u.dot(across);
-        let offset = origin - a;
-        let first = offset.dot(across) / determinant;
-        let along = offset.cross(u);
-        let second = way.dot(along) / determinant;
-        let distance = v.dot(along) / determinant;
-        if first >= 0.0 && second >= 0.0 && first + second <= 1.0 && distance > 0.0 && distance < nearest.0 {
-            nearest = (distance, determinant > 0.0);
-        }
-    }
-    nearest.1.then_some(nearest.0)
+    let rays: Vec<Line> = grid.into_iter().flat_map(|y| grid.map(|x| camera.ray(x, y, 1.0))).collect();
+    let seen = walls.nearest(&rays).into_iter().flatten().filter(|met| met.is_live);
+    seen.fold((0, 0.0), |(count, sum), met| (count + 1, sum + met.distance))
 }

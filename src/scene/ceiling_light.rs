@@ -18,13 +18,13 @@
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-use glam::{DVec2, DVec3, Vec3Swizzles};
+use glam::{DVec2, DVec3, Vec3Swizzles, Vec4, Vec4Swizzles};
 
 use crate::light::Rgb;
 use crate::scene::build::{Polygon, Soup, assemble};
 use crate::scene::error::SceneError;
 use crate::scene::polygon::{Triangulator, newell};
-use crate::scene::{AddedLight, Camera, Material, Scene, SkyLight, UnitFrame};
+use crate::scene::{AddedLight, Camera, Material, Scene, Sides, SkyLight, UnitFrame};
 
 /// The name of its material and its object.
 const NAME: &str = "ceiling light";
@@ -44,11 +44,17 @@ const WHITEST: f64 = 0.95;
 /// Vertical lines each way through the rectangle, and points each way on the floor.
 const LINES: usize = 16;
 
-/// Makes the scene as [`assemble`] does, with the light asked for. The default camera frames the rest alone.
+/// Makes the scene as [`assemble`] does, with the light asked for. The default camera frames the rest alone, and is
+/// inside of a room where the light is.
 pub(crate) fn assemble_lit(mut soup: Soup, light: Option<AddedLight>) -> Result<Scene, SceneError> {
+    let frames = soup.cameras.is_empty() && !soup.has_view;
     if light == Some(AddedLight::Sky) {
+        soup.has_view = true;
         let mut scene = assemble(soup)?;
         scene.set_sky(SkyLight { upper: Rgb::ONE, lower: Rgb::ONE }, DVec3::Y);
+        if frames {
+            scene.camera = Camera::framing(&scene);
+        }
         return Ok(scene);
     }
     let frame = UnitFrame::of(soup.corners.iter().map(|&v| soup.vertices[v as usize]));
@@ -56,19 +62,17 @@ pub(crate) fn assemble_lit(mut soup: Soup, light: Option<AddedLight>) -> Result<
         return assemble(soup);
     };
     let (file, polygons, object) = (soup.file.clone(), soup.polygons.len(), soup.objects.len() as u32);
-    let has_view = soup.has_view;
     let panel = Panel::over(&Surfaces::of(&soup, &frame));
     panel.hang(&mut soup, &frame);
+    soup.has_view = true;
     let mut scene = assemble(soup)?;
     let own = scene.faces.iter().position(|face| face.object == object).unwrap_or(scene.faces.len());
     if own == 0 {
         return Err(SceneError::Empty { file, dropped: polygons });
     }
-    let panel = scene.faces.split_off(own);
-    if scene.cameras.is_empty() && !has_view {
-        scene.camera = Camera::framing(&scene);
+    if frames {
+        scene.camera = Camera::framing_first(&scene, own as u32);
     }
-    scene.faces.extend(panel);
     Ok(scene)
 }
 
@@ -76,6 +80,8 @@ pub(crate) fn assemble_lit(mut soup: Soup, light: Option<AddedLight>) -> Result<
 #[derive(Default)]
 struct Surfaces {
     triangles: Vec<[DVec3; 3]>,
+    /// Which sides of each triangle reflect.
+    sides: Vec<Sides>,
     area: f64,
     /// The sum of area times mean rho of the channels.
     reflecting: f64,
@@ -86,14 +92,20 @@ impl Surfaces {
         let mut triangulator = Triangulator::default();
         let (mut found, mut rest) = (Surfaces::default(), &soup.corners[..]);
         for polygon in &soup.polygons {
+            let first = soup.corners.len() - rest.len();
             let (corners, after) = rest.split_at(polygon.corners);
             rest = after;
             let points: Vec<DVec3> = corners.iter().map(|&v| frame.to_unit(soup.vertices[v as usize])).collect();
             triangulator.run(&points);
             let area = 0.5 * newell(&points).length();
-            let rho = soup.materials[polygon.material as usize].mean_rho();
+            let colours = soup.colours.get(first..first + polygon.corners).unwrap_or(&[]);
+            let colour =
+                if colours.is_empty() { Vec4::ONE } else { colours.iter().sum::<Vec4>() / colours.len() as f32 };
+            let rho = soup.materials[polygon.material as usize].mean_rho() * colour.xyz();
             found.area += area;
             found.reflecting += area * f64::from(rho.element_sum() / 3.0);
+            let sides = soup.materials[polygon.material as usize].sides;
+            found.sides.extend(triangulator.triangles.iter().map(|_| sides));
             found.triangles.extend(triangulator.triangles.iter().map(|triangle| triangle.map(|i| points[i as usize])));
         }
         found
@@ -131,7 +143,7 @@ impl Panel {
         let half = 0.5 * DVec2::new(side(size.x), side(size.z));
         let height = size.y + 0.25 * wide.max(MARGIN);
         let mut panel = Panel { middle: middle.with_y(low.y), half, height, returned: 0.0 };
-        let lines = panel.lines(triangles);
+        let lines = panel.lines(surfaces);
         if let Some(ceiling) = panel.ceiling(&lines, size.y).filter(|&y| panel.has_walls(triangles, y)) {
             panel.height = ceiling - MARGIN * size.y;
             panel.returned = surfaces.returned();
@@ -150,9 +162,9 @@ impl Panel {
     }
 
     /// What vertical lines through the rectangle meet, from above.
-    fn lines(&self, triangles: &[[DVec3; 3]]) -> Vec<Vec<Crossing>> {
+    fn lines(&self, surfaces: &Surfaces) -> Vec<Vec<Crossing>> {
         let mut lines: Vec<Vec<Crossing>> = (0..LINES * LINES).map(|_| Vec::new()).collect();
-        for triangle in triangles {
+        for (triangle, &sides) in surfaces.triangles.iter().zip(&surfaces.sides) {
             let flat =
                 triangle.map(|p| ((p - self.middle).xz() / (0.5 * self.half) + 1.0) * (0.5 * LINES as f64) - 0.5);
             let low = flat[0].min(flat[1]).min(flat[2]).ceil().max(DVec2::ZERO);
@@ -161,7 +173,7 @@ impl Panel {
                 for column in low.x as usize..(high.x + 1.0).max(0.0) as usize {
                     let heights = triangle.map(|p| p.y - self.middle.y);
                     let found = crossing(flat, heights, DVec2::new(column as f64, row as f64));
-                    lines[row * LINES + column].extend(found);
+                    lines[row * LINES + column].extend(found.map(|found| Crossing { sides, ..found }));
                 }
             }
         }
@@ -229,6 +241,7 @@ struct Crossing {
     height: f64,
     /// Whether the front looks up.
     up: bool,
+    sides: Sides,
 }
 
 /// The crossing of the vertical line through `point` with a triangle given by its plan and heights.
@@ -237,13 +250,15 @@ fn crossing([a, b, c]: [DVec2; 3], heights: [f64; 3], point: DVec2) -> Option<Cr
     let [u, v, w] = [(b, c), (c, a), (a, b)].map(|(p, q)| (p - point).perp_dot(q - point) / double_area);
     let height = u * heights[0] + v * heights[1] + w * heights[2];
     // x to the right and z down: counter-clockwise in the plan is seen from below.
-    (u >= 0.0 && v >= 0.0 && w >= 0.0).then_some(Crossing { height, up: double_area < 0.0 })
+    (u >= 0.0 && v >= 0.0 && w >= 0.0).then_some(Crossing { height, up: double_area < 0.0, sides: Sides::One })
 }
 
-/// The lowest surface with a high free space below it; the inside of a body is not free.
+/// The lowest surface with a high free space below it; the inside of a body is not free, which one-sided surfaces that
+/// look away from it tell.
 fn above_free_space(line: &[Crossing], free: f64) -> Option<f64> {
     let below = |i: usize| line.get(i + 1).map_or(0.0, |next| next.height);
-    let inside = |i: usize| line[i].up && line.get(i + 1).is_some_and(|next| !next.up);
+    let is_skin = |crossing: &Crossing, up: bool| crossing.sides == Sides::One && crossing.up == up;
+    let inside = |i: usize| is_skin(&line[i], true) && line.get(i + 1).is_some_and(|next| is_skin(next, false));
     let first = (0..line.len()).find(|&i| line[i].height - below(i) > free && !inside(i))?;
     Some(line[first].height)
 }

@@ -36,7 +36,7 @@ impl Latin {
 
     fn read_lines(&mut self, file: &str, bytes: &[u8]) -> String {
         let mut text = String::with_capacity(bytes.len() + bytes.len() / 8);
-        for (index, line) in bytes.split_inclusive(|&byte| byte == b'\n').enumerate() {
+        for (index, line) in lines::split_lines(bytes).enumerate() {
             if let Ok(line) = std::str::from_utf8(line) {
                 text.push_str(line);
                 continue;

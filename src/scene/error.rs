@@ -93,8 +93,15 @@ pub enum SceneError {
 
     /// The text is not UTF-8.
     #[error("{place}: byte 0x{byte:02x} is not UTF-8 text")]
-    #[diagnostic(help("save the file as UTF-8 text; binary files cannot be read"))]
+    #[diagnostic(help("save the file as UTF-8 text; UTF-16 and binary files cannot be read"))]
     NotUtf8 { place: Place, byte: u8 },
+
+    /// The statements of an OBJ or MTL stand in one line.
+    #[error("{file} is a text of one line, so its statements cannot be told apart")]
+    #[diagnostic(help(
+        "end each statement with a line feed or a carriage return, or both: save the file again as text"
+    ))]
+    OneLine { file: String },
 
     /// A word that should be a number is none.
     #[error("{place}: `{word}` in `{statement}` is not a number")]
@@ -158,7 +165,7 @@ pub enum SceneError {
     /// Nothing to see: no faces, or only faces without area.
     #[error("{file} has no faces with area ({dropped} without)")]
     #[diagnostic(help(
-        "a scene needs at least one polygon (`f` of an OBJ, a triangle of a glTF) whose corners do not lie on one line"
+        "a scene needs at least one polygon (`f` of an OBJ, a triangle of a glTF) whose corners do not lie on one line, of an opacity above 0"
     ))]
     Empty { file: String, dropped: usize },
 

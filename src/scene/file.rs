@@ -44,10 +44,10 @@ use crate::scene::error::{Place, SceneError};
 use crate::scene::input::SceneInput;
 use crate::scene::light_table::{LightTable, light};
 use crate::scene::lines::{list, shorten};
-use crate::scene::mtl::check_emission;
+use crate::scene::material_checks::check_emission;
 use crate::scene::sky_table::SkyTable;
 use crate::scene::source::Source;
-use crate::scene::{Camera, Material, Scene, Sides, geometry_file, lines};
+use crate::scene::{AddedLight, Camera, Material, Scene, Sides, geometry_file, lines};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -115,7 +115,10 @@ pub(crate) fn read(input: &SceneInput) -> Result<Scene, SceneError> {
         changes.apply(&source, &mut soup.materials[index])?;
     }
     options.apply(&mut soup.materials, |name| table.says_sides(name));
-    soup.has_view = table.camera.is_some();
+    // Where light is may tell from where a scene is looked at; an added luminaire is not looked at.
+    let is_lit = !table.lights.is_empty() || table.sky.is_some();
+    let is_framed_lit = is_lit && table.camera.is_none() && options.light != Some(AddedLight::Ceiling);
+    soup.has_view = table.camera.is_some() || is_framed_lit;
     let mut scene = assemble_lit(soup, options.light)?;
     scene.transport = (alpha.is_some() || tau.is_some())
         .then(|| Transport { alpha: alpha.unwrap_or(default.alpha), tau: tau.unwrap_or(default.tau) });
@@ -127,6 +130,9 @@ pub(crate) fn read(input: &SceneInput) -> Result<Scene, SceneError> {
     }
     if let Some(sky) = &table.sky {
         scene.set_sky(sky.light(&source)?, table.up());
+    }
+    if is_framed_lit && scene.cameras.is_empty() {
+        scene.camera = Camera::framing(&scene);
     }
     Ok(scene)
 }

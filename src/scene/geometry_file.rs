@@ -5,11 +5,13 @@
 use crate::scene::build::Soup;
 use crate::scene::error::SceneError;
 use crate::scene::input::SceneInput;
-use crate::scene::{gltf, obj};
+use crate::scene::{gltf, obj, opacity};
 
-/// Reads the file.
+/// Reads the file. Faces of which nothing is there are left out.
 pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
-    if is_gltf(input.file) { gltf::read(input) } else { obj::read(input) }
+    let mut soup = if is_gltf(input.file) { gltf::read(input) } else { obj::read(input) }?;
+    opacity::leave_out(&mut soup);
+    Ok(soup)
 }
 
 /// Reads the file that a scene file names, the reader being for the scene file's folder. Buffers of a glTF are beside
@@ -18,11 +20,7 @@ pub(crate) fn read_beside(input: &SceneInput) -> Result<Soup, SceneError> {
     let SceneInput { name, file, bytes, reader, options } = *input;
     let folder = file.rfind(['/', '\\']).map_or("", |end| &file[..=end]);
     let beside = |name: &str| reader(&format!("{folder}{name}"));
-    if is_gltf(file) {
-        gltf::read(&SceneInput { name, file, bytes, reader: &beside, options })
-    } else {
-        obj::read(input)
-    }
+    if is_gltf(file) { read(&SceneInput { name, file, bytes, reader: &beside, options }) } else { read(input) }
 }
 
 fn is_gltf(file: &str) -> bool {

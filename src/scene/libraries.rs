@@ -42,8 +42,8 @@ struct Missing {
 
 /// Reads every library of `lines`, which hold a line number and what follows `mtllib`; `file` names the OBJ.
 ///
-/// `Ks` and `Ns` are read where `highlights` are asked for. Warnings of the libraries, and one on files that cannot be
-/// read, are left in [`Libraries::warnings`].
+/// They are added to `libraries`. Warnings of the libraries, and one on files that cannot be read, are left in
+/// [`Libraries::warnings`].
 ///
 /// # Errors
 /// The first mistake in a library that is there.
@@ -52,9 +52,9 @@ pub(crate) fn read(
     lines: &[(usize, String)],
     reader: Reader,
     latin: &mut Latin,
-    highlights: bool,
+    mut libraries: Libraries,
 ) -> Result<Libraries, SceneError> {
-    let (mut libraries, mut missing) = (Libraries::new(highlights), Missing::default());
+    let mut missing = Missing::default();
     // A line said again says nothing new; reading its files for each of many lines would take forever.
     let (mut known, mut read) = (HashSet::new(), HashSet::new());
     for (line, names) in lines.iter().filter(|(_, names)| known.insert(names)) {

@@ -1,7 +1,10 @@
 //! Text of OBJ and MTL files, line by line: encoding, line ends, continuations, comments, numbers.
 //!
-//! Lines are numbered as an editor shows them; a statement continued with `\` has the number of its first line.
-//! Not handled: line ends of a lone carriage return (such a file reads as one line).
+//! Lines end with a line feed, a carriage return, or both, and are numbered as an editor shows them; a statement
+//! continued with `\` has the number of its first line.
+//!
+//! Not handled: other separators, such as Unicode's. A file whose statements stand in one line is refused
+//! ([`refuse_one_line`]).
 //!
 //! Source: Wavefront, *Object Files* and *MTL Material Format*, Advanced Visualizer manual, appendix B1.
 
@@ -76,15 +79,47 @@ impl Statement<'_> {
 pub(crate) fn decode<'a>(file: &str, bytes: &'a [u8]) -> Result<&'a str, SceneError> {
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let at = error.valid_up_to();
-        let line = 1 + bytes[..at].iter().filter(|&&b| b == b'\n').count();
+        let line = split_lines(&bytes[..at]).count().max(1);
         SceneError::NotUtf8 { place: Place::line(file, line), byte: bytes[at] }
     })?;
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
 
+/// Lines with their ends, `\n`, `\r\n` or `\r`; what follows the last end is a line too, if only an empty one.
+pub(crate) fn split_lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = Some(bytes);
+    std::iter::from_fn(move || {
+        let all = rest?;
+        let Some(end) = all.iter().position(|byte| matches!(byte, b'\n' | b'\r')) else { return rest.take() };
+        let after = end + if all[end..].starts_with(b"\r\n") { 2 } else { 1 };
+        rest = Some(&all[after..]);
+        Some(&all[..after])
+    })
+}
+
+/// The lines of a text, without their ends.
+fn lines(text: &str) -> impl Iterator<Item = &str> {
+    let mut rest = Some(text);
+    std::iter::from_fn(move || {
+        let all = rest?;
+        let Some((line, after)) = all.split_once(['\n', '\r']) else { return rest.take() };
+        let is_pair = all.as_bytes()[line.len()] == b'\r';
+        rest = Some(after.strip_prefix('\n').filter(|_| is_pair).unwrap_or(after));
+        Some(line)
+    })
+}
+
+/// Refuses a text of one line that holds `keywords` beyond its first word: its statements would be read as one, or not
+/// at all.
+pub(crate) fn refuse_one_line(file: &str, text: &str, keywords: &[&str]) -> Result<(), SceneError> {
+    let text = text.trim();
+    let is_one = !text.contains(['\n', '\r']) && text.split_whitespace().skip(1).any(|word| keywords.contains(&word));
+    if is_one { Err(SceneError::OneLine { file: file.to_owned() }) } else { Ok(()) }
+}
+
 /// The statements of a text: no empty lines, no comment lines, continued lines joined.
 pub(crate) fn statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
-    let mut lines = text.lines().enumerate();
+    let mut lines = lines(text).enumerate();
     std::iter::from_fn(move || {
         let (index, first) = lines.find(|(_, line)| !is_blank(line))?;
         let mut text = Cow::Borrowed(first);
@@ -138,6 +173,32 @@ mod tests {
         assert_eq!(found[0].2, ["1", "2", "3"]);
         assert_eq!(found[1].2, ["1", "2"]);
         assert_eq!(found[2].1, "a #2");
+    }
+
+    #[test]
+    fn every_end_of_a_line_is_one() {
+        let plain = "# c\n\nv 1 \\\n2 3\nf 1\n\nusemtl a\n";
+        let all = |text: &str| -> Vec<(usize, String)> {
+            statements(text).map(|s| (s.line, s.words().collect::<Vec<_>>().join(" "))).collect()
+        };
+        for end in ["\r", "\r\n"] {
+            let text = plain.replace('\n', end);
+            assert_eq!(all(&text), all(plain));
+            assert_eq!(split_lines(text.as_bytes()).count(), lines(&text).count());
+        }
+        // In one file too, and where the last line has no end.
+        assert_eq!(all("v 1\rv 2\r\nv 3\nv 4\r\rv 5").iter().map(|s| s.0).collect::<Vec<_>>(), [1, 2, 3, 4, 6]);
+        let error = decode("a.obj", b"v 0 0 0\r\r# caf\xe9\r").unwrap_err();
+        assert_eq!(error.to_string(), "a.obj, line 3: byte 0xe9 is not UTF-8 text");
+    }
+
+    #[test]
+    fn statements_in_one_line_are_refused() {
+        let is_refused = |text: &str| refuse_one_line("a.obj", text, &["v", "f"]).is_err();
+        assert!(is_refused("# old v 0 0 0 v 1 0 0 f 1 2 3") && is_refused("v 0 0 0\u{2028}v 1 0 0\u{2028}f 1 2 3\n"));
+        assert!(
+            !is_refused("v 0 0 0\rf 1 2 3") && !is_refused("# a comment") && !is_refused("v 0 0 0") && !is_refused("")
+        );
     }
 
     #[test]

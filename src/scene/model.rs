@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::light::{Gloss, Light, Rgb, Transport, TransportError, Visibility};
 use crate::scene::punctual::PunctualLight;
@@ -29,6 +29,9 @@ pub struct Scene {
     pub exact: Vec<[DVec3; 3]>,
     /// Texture coordinates of the corners of the faces; empty where no material has a texture.
     pub coordinates: Vec<[Vec2; 3]>,
+    /// Linear RGB and alpha of the corners of the faces, each in 0..=1: factors on rho and on the mask. Empty where no
+    /// material goes by them ([`Maps::vertex_colours`]).
+    pub colours: Vec<[Vec4; 3]>,
     /// What the faces are made of.
     pub materials: Vec<Material>,
     /// Names of the file's objects and groups.

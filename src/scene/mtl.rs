@@ -3,9 +3,11 @@
 //!
 //! The text is decoded already. One number after `Kd` or `Ke` is a grey. A material without `Kd` reflects
 //! [`DEFAULT_RHO`], with a warning; without `Ns` the exponent is 0, as OpenGL has it. Of two materials of one name the
-//! first counts. `map_Kd`, `map_Ke` and `map_d` are kept for [`crate::scene::mtl_textures`]. Not handled: other
-//! textures, and nonzero `Ks` where no highlights are asked for (a warning each), `spectral` and `xyz` colours (an
-//! error), transparency and illumination models (ignored).
+//! first counts. `map_Kd`, `map_Ke` and `map_d` are kept for [`crate::scene::mtl_textures`], `d` and `Tr` are read by
+//! [`crate::scene::mtl_opacity`].
+//!
+//! Not handled: what [`crate::scene::mtl_other`] warns of, nonzero `Ks` where no highlights are asked for (a warning),
+//! `spectral` and `xyz` colours (an error).
 //!
 //! Source: Wavefront, *MTL Material Format*, Advanced Visualizer manual.
 
@@ -18,7 +20,10 @@ use crate::light::{Gloss, Rgb};
 use crate::scene::error::{Place, SceneError};
 use crate::scene::lines;
 use crate::scene::lines::Statement;
+use crate::scene::material_checks::{check_emission, check_gloss, check_rho};
 use crate::scene::mtl_maps::MapLines;
+use crate::scene::mtl_opacity::{OpacityFlaws, OpacityLines, without_inverted};
+use crate::scene::mtl_other::Other;
 use crate::scene::warnings::Tally;
 
 /// The reflectance of a material that has no `Kd`: the customary default of MTL readers and writers.
@@ -29,10 +34,17 @@ pub const DEFAULT_RHO: f32 = 0.8;
 struct Entry {
     name: String,
     line: usize,
+    /// What it reflects without `kd`.
+    grey: f32,
     kd: Option<[f64; 3]>,
     ke: Option<[f64; 3]>,
     ks: Option<[f64; 3]>,
     ns: f64,
+    opacity: OpacityLines,
+    /// The share of the surface that is there.
+    there: f32,
+    /// The line of an index of refraction that is not 1.
+    refracts: Option<usize>,
     maps: MapLines,
 }
 
@@ -43,6 +55,8 @@ pub(crate) struct Libraries {
     index: HashMap<String, usize>,
     /// Whether `Ks` and `Ns` are read.
     highlights: bool,
+    /// Whether vertices have colours.
+    coloured: bool,
     /// Warnings of every library read so far.
     pub warnings: Vec<String>,
 }
@@ -50,31 +64,39 @@ pub(crate) struct Libraries {
 impl Entry {
     /// A material that says nothing.
     fn new(name: &str, line: usize) -> Entry {
-        Entry { name: name.to_owned(), line, kd: None, ke: None, ks: None, ns: 0.0, maps: MapLines::default() }
+        let (opacity, maps) = (OpacityLines::default(), MapLines::default());
+        let name = name.to_owned();
+        let grey = DEFAULT_RHO;
+        Entry { name, line, grey, kd: None, ke: None, ks: None, ns: 0.0, opacity, there: 1.0, refracts: None, maps }
     }
 }
 
 #[derive(Default)]
 struct Tallies {
-    textures: Tally,
+    other: Other,
+    opacity: OpacityFlaws,
     specular: Tally,
     no_kd: Tally,
     twice: Tally,
 }
 
 impl Libraries {
-    /// No materials yet; `Ks` and `Ns` are read where `highlights` are asked for.
-    pub fn new(highlights: bool) -> Libraries {
-        Libraries { highlights, ..Libraries::default() }
+    /// No materials yet; `Ks` and `Ns` are read where `highlights` are asked for; `coloured` tells whether vertices
+    /// have colours.
+    pub fn new(highlights: bool, coloured: bool) -> Libraries {
+        Libraries { highlights, coloured, ..Libraries::default() }
     }
 
     /// Reads one library.
     pub fn read(&mut self, file: &str, text: &str) -> Result<(), SceneError> {
+        lines::refuse_one_line(file, text, &["newmtl", "Kd", "Ke", "map_Kd"])?;
         let mut tallies = Tallies::default();
         let mut entries: Vec<Entry> = Vec::new();
         for statement in lines::statements(text) {
             read_statement(file, &statement, self.highlights, &mut entries, &mut tallies)?;
         }
+        let opacities = entries.iter_mut().map(|entry| (entry.name.as_str(), &mut entry.opacity));
+        without_inverted(opacities, &mut tallies.opacity);
         for entry in entries {
             self.push(entry, &mut tallies);
         }
@@ -89,7 +111,7 @@ impl Libraries {
 
     /// Adds a grey that emits nothing, for a name that no library defines; its index.
     pub fn add_grey(&mut self, name: &str, rho: f32) -> usize {
-        let entry = Entry { kd: Some([f64::from(rho); 3]), ..Entry::new(name, 0) };
+        let entry = Entry { grey: rho, ..Entry::new(name, 0) };
         self.index.insert(name.to_owned(), self.entries.len());
         self.entries.push(entry);
         self.entries.len() - 1
@@ -113,6 +135,11 @@ impl Libraries {
         &self.entries[index].maps
     }
 
+    /// The share of a material's surface that is there.
+    pub fn opacity(&self, index: usize) -> f32 {
+        self.entries[index].there
+    }
+
     /// Whether a material says `Kd`, and `Ke`.
     pub fn factors(&self, index: usize) -> [bool; 2] {
         [self.entries[index].kd.is_some(), self.entries[index].ke.is_some()]
@@ -123,7 +150,7 @@ impl Libraries {
         let mut text = String::new();
         for (i, entry) in self.entries.iter().enumerate() {
             let _ = writeln!(text, "newmtl {}", rename(i));
-            let kd = entry.kd.unwrap_or([f64::from(DEFAULT_RHO); 3]);
+            let kd = entry.kd.unwrap_or([f64::from(entry.grey); 3]);
             for (key, [r, g, b]) in [("Kd", kd), ("Ke", entry.ke.unwrap_or_default())] {
                 let _ = writeln!(text, "{key} {r} {g} {b}");
             }
@@ -131,21 +158,26 @@ impl Libraries {
         text
     }
 
-    fn push(&mut self, entry: Entry, tallies: &mut Tallies) {
+    fn push(&mut self, mut entry: Entry, tallies: &mut Tallies) {
         if self.index.contains_key(&entry.name) {
             return tallies.twice.add_named(entry.line, &entry.name);
         }
         if entry.kd.is_none() && entry.maps.kd.is_none() {
             tallies.no_kd.add_named(entry.line, &entry.name);
         }
+        entry.there = entry.opacity.opacity(&entry.name, &mut tallies.opacity);
+        if let Some(line) = entry.refracts.filter(|_| entry.there < 1.0 || entry.maps.d.is_some()) {
+            tallies.other.add_refraction(line, &entry.name);
+        }
         self.index.insert(entry.name.clone(), self.entries.len());
         self.entries.push(entry);
     }
 
     fn warn(&mut self, file: &str, tallies: &Tallies) {
-        let no_kd = format!("it reflects {DEFAULT_RHO}");
+        tallies.other.report(file, &mut self.warnings);
+        tallies.opacity.report(file, &mut self.warnings);
+        let no_kd = format!("it reflects {DEFAULT_RHO}{}", where_uncoloured(self.coloured));
         for (tally, noun, consequence) in [
-            (&tallies.textures, "texture", "of textures map_Kd, map_Ke and map_d alone are modelled"),
             (&tallies.specular, "specular colour", "Ks is left out; --highlights shows highlights of direct light"),
             (&tallies.no_kd, "missing Kd", no_kd.as_str()),
             (&tallies.twice, "repeated definition", "the first one counts"),
@@ -167,7 +199,8 @@ fn read_statement(
         return Ok(());
     }
     if let Some(entry) = entries.last_mut()
-        && entry.maps.take(file, statement)?
+        && (entry.maps.take(file, statement)?
+            || entry.opacity.take(file, statement, &entry.name, &mut tallies.opacity)?)
     {
         return Ok(());
     }
@@ -182,14 +215,20 @@ fn read_statement(
         ("Ks", Some(entry)) if is_nonzero(statement) => {
             tallies.specular.add_named(statement.line, &entry.name);
         }
-        (key, Some(entry)) if is_texture(key) => tallies.textures.add_named(statement.line, &entry.name),
-        _ => {}
+        ("Ni", Some(entry)) => entry.refracts = (!statement.words().all(is_one)).then_some(statement.line),
+        (_, Some(entry)) => tallies.other.take(statement, &entry.name),
+        (_, None) => {}
     }
     Ok(())
 }
 
-fn is_texture(key: &str) -> bool {
-    key.starts_with("map_") || matches!(key, "bump" | "disp" | "decal" | "refl" | "norm")
+fn is_one(word: &str) -> bool {
+    word.parse() == Ok(1.0)
+}
+
+/// What a warning adds to the grey of a material, where vertices may have colours.
+pub(crate) fn where_uncoloured(coloured: bool) -> &'static str {
+    if coloured { " where vertices have no colour" } else { "" }
 }
 
 /// `Ks` is not used: what cannot be read as numbers is not zero either.
@@ -236,32 +275,6 @@ fn exponent(file: &str, statement: &Statement, material: &str) -> Result<f64, Sc
     let ns = statement.number(file, word)?;
     check_gloss(&[ns], material, || Place::line(file, statement.line))?;
     Ok(ns)
-}
-
-/// Refuses numbers of a highlight that are negative, NaN, or infinite in single precision.
-pub(crate) fn check_gloss(numbers: &[f64], material: &str, place: impl Fn() -> Place) -> Result<(), SceneError> {
-    let limit = 0.0..=f64::from(f32::MAX);
-    match numbers.iter().find(|value| !limit.contains(value)) {
-        Some(&value) => Err(SceneError::Gloss { place: place(), material: lines::shorten(material), value }),
-        None => Ok(()),
-    }
-}
-
-/// Refuses a reflectance outside 0..=1 (NaN included).
-pub(crate) fn check_rho(rho: [f64; 3], material: &str, place: impl Fn() -> Place) -> Result<(), SceneError> {
-    match rho.into_iter().find(|value| !(0.0..=1.0).contains(value)) {
-        Some(value) => Err(SceneError::Rho { place: place(), material: lines::shorten(material), value }),
-        None => Ok(()),
-    }
-}
-
-/// Refuses an emission that is negative, NaN, or infinite in single precision.
-pub(crate) fn check_emission(emission: [f64; 3], material: &str, place: impl Fn() -> Place) -> Result<(), SceneError> {
-    let limit = 0.0..=f64::from(f32::MAX);
-    match emission.into_iter().find(|value| !limit.contains(value)) {
-        Some(value) => Err(SceneError::Emission { place: place(), material: lines::shorten(material), value }),
-        None => Ok(()),
-    }
 }
 
 #[cfg(test)]

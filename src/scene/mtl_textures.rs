@@ -1,9 +1,10 @@
-//! The textures of an OBJ's materials: images found, decoded once, and put onto the materials that faces use.
+//! The textures and the opacity of an OBJ's materials: images found, decoded once, and put onto the materials that
+//! faces use.
 //!
 //! An image is looked for beside its MTL file, then beside the scene's files, as MTL files are
 //! ([`crate::scene::libraries`]). One that is not there, or is neither PNG, JPEG nor TGA, is warned of, and the
 //! material keeps its plain numbers; one that is broken is an error. `Kd` and `Ke` are factors on their textures; left
-//! out, or all 0, which would leave nothing of the texture, they count as 1.
+//! out, or all 0, which would leave nothing of the texture, they count as 1. The opacity is a factor on `map_d`.
 //!
 //! Not handled: textures of materials that no face uses, which are not read.
 
@@ -63,11 +64,13 @@ pub(crate) fn attach(
             material.emission = factor(given[1], material.emission);
             maps.emission = Some(texture(line, image));
         }
+        let mut mask = Mask { factor: libraries.opacity(index), ..Mask::WHOLE };
         if let Some((line, image)) = images.open(&lines.d, &material.name)? {
             let own = if image.has_alpha() { Channel::Alpha } else { Channel::Luminance };
-            let channel = line.channel.unwrap_or(own);
-            maps.mask = Some(Mask { texture: Some(texture(line, image)), channel, ..Mask::WHOLE });
+            mask.channel = line.channel.unwrap_or(own);
+            mask.texture = Some(texture(line, image));
         }
+        maps.mask = Some(mask);
         maps.put_on(material);
     }
     images.report(warnings);

@@ -7,7 +7,7 @@
 //! text it gets holds none of these and it is not asked to triangulate. The k-th polygon it returns is the k-th `f`
 //! line of the check, which gives every polygon its line number.
 //!
-//! Not handled: normals, curves and surfaces; they are warned of or ignored.
+//! Not handled: normals, curves and surfaces; they are warned of.
 
 use glam::DVec3;
 
@@ -18,10 +18,12 @@ use crate::scene::error::{Place, SceneError};
 use crate::scene::input::SceneInput;
 pub(crate) use crate::scene::libraries::Reader;
 use crate::scene::lines::{NO_MATERIAL, list};
-use crate::scene::mtl::{Libraries, check_rho};
+use crate::scene::material_checks::check_rho;
+use crate::scene::mtl::{Libraries, where_uncoloured};
 use crate::scene::obj_text::ObjText;
+use crate::scene::vertex_colours::{Reflects, Said};
 use crate::scene::warnings::Tally;
-use crate::scene::{Material, libraries, mtl_textures, obj_coordinates, obj_text};
+use crate::scene::{Material, libraries, mtl_textures, obj_colours, obj_coordinates, obj_text, vertex_colours};
 
 /// Reads an OBJ.
 pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
@@ -34,7 +36,9 @@ pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
     }
     let rho = options.reflectance;
     check_rho([f64::from(rho); 3], NO_MATERIAL, || Place::item(file, "line", text.face_lines[0]))?;
-    let mut libraries = libraries::read(file, &text.libraries, reader, &mut latin, options.highlights)?;
+    let coloured = !text.extras.colours.is_empty();
+    let none = Libraries::new(options.highlights, coloured);
+    let mut libraries = libraries::read(file, &text.libraries, reader, &mut latin, none)?;
     latin.report(&mut libraries.warnings);
     let used = find_materials(file, &text, &mut libraries, rho);
     let (models, materials) = parse(file, &text, &libraries, &used)?;
@@ -42,18 +46,31 @@ pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
         name: name.to_owned(),
         file: file.to_owned(),
         item: "line",
-        objects: text.objects.list.iter().map(|(name, _)| name.clone()).collect(),
+        objects: text.objects.names(),
         materials: libraries.names().zip(libraries.gloss()).zip(&materials).map(material).collect(),
         warnings: std::mem::take(&mut libraries.warnings),
         ..Soup::default()
     };
     mtl_textures::attach(file, &libraries, &used, &mut soup.materials, reader, &mut soup.warnings)?;
-    soup.take_warnings(&text, rho);
+    soup.take_warnings(&text, &decoded, rho);
     soup.take_models(&text, &models, rho)?;
-    if soup.materials.iter().any(|material| material.maps.is_some()) {
+    if soup.materials.iter().any(|material| material.maps.as_ref().is_some_and(|maps| maps.has_images())) {
         obj_coordinates::take(&mut soup, &decoded);
     }
+    obj_colours::take(&mut soup, &decoded, &text.extras.colours);
+    let said = (0..soup.materials.len()).map(|m| said(&libraries, &soup.materials[m], m)).collect();
+    vertex_colours::put_on(&mut soup, said);
     Ok(soup)
+}
+
+/// What the file says of a material that vertices may colour.
+fn said(libraries: &Libraries, material: &Material, index: usize) -> Said {
+    let maps = material.maps.as_ref();
+    let has_image = maps.is_some_and(|maps| maps.reflectance.is_some());
+    // Faces before any usemtl have the material after the last of the libraries.
+    let is_said = has_image || index < libraries.names().count() && libraries.factors(index)[0];
+    let rho = if is_said { Reflects::Said } else { Reflects::Unsaid };
+    Said { rho, mask: maps.and_then(|maps| maps.mask.clone()) }
 }
 
 /// For each `usemtl` name of the OBJ, the index of the material. Names that no library defines become greys, with a
@@ -74,7 +91,8 @@ fn find_materials(file: &str, text: &ObjText, libraries: &mut Libraries, rho: f3
             _ => format!("the MTL files define {}", list(libraries.names().take(defined))),
         };
         let names = list(libraries.names().skip(defined));
-        let consequence = format!("{names} ({why}): reflecting {rho} (--reflectance), emitting nothing");
+        let extent = where_uncoloured(!text.extras.colours.is_empty());
+        let consequence = format!("{names} ({why}): reflecting {rho} (--reflectance){extent}, emitting nothing");
         undefined.report(file, "line", "undefined material", &consequence, &mut libraries.warnings);
     }
     used
@@ -104,12 +122,18 @@ fn material(((name, gloss), read): ((&str, Option<Gloss>), &tobj::Material)) -> 
 }
 
 impl Soup {
-    fn take_warnings(&mut self, text: &ObjText, rho: f32) {
+    fn take_warnings(&mut self, text: &ObjText, decoded: &str, rho: f32) {
         let ignored = "points, lines, curves and surfaces are not modelled";
         text.ignored.report(&self.file, "line", "statement", ignored, &mut self.warnings);
         let thin = "left out: with fewer than three corners they have no area";
         text.thin.report(&self.file, "line", "face", thin, &mut self.warnings);
-        let bare = format!("no usemtl before it; material `{NO_MATERIAL}` reflects {rho} (--reflectance)");
+        let smooth = "faces are flat: smooth shading (vn, s) is not modelled";
+        text.smooth.report(&self.file, "line", "smooth face", smooth, &mut self.warnings);
+        let unknown = "neither modelled nor known to change nothing, and left out";
+        text.unknown.report_keywords(&self.file, unknown, &mut self.warnings);
+        text.extras.report(&self.file, decoded, &mut self.warnings);
+        let extent = where_uncoloured(!text.extras.colours.is_empty());
+        let bare = format!("no usemtl before it; material `{NO_MATERIAL}` reflects {rho} (--reflectance){extent}");
         text.bare.report(&self.file, "line", "face", &bare, &mut self.warnings);
     }
 

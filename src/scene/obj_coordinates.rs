@@ -10,6 +10,7 @@ use glam::Vec2;
 use crate::scene::build::Soup;
 use crate::scene::lines;
 use crate::scene::lines::Statement;
+use crate::scene::obj_text::absolute;
 use crate::scene::warnings::Tally;
 
 /// Coordinates beyond this are not taken for such: single precision tells texels apart no more.
@@ -17,15 +18,9 @@ const FARTHEST: f32 = 1e6;
 
 /// Reads the coordinates of a soup's corners from the text it was read from.
 pub(crate) fn take(soup: &mut Soup, text: &str) {
-    let mut known: Vec<Vec2> = Vec::new();
-    let mut numbers: Vec<usize> = Vec::with_capacity(soup.corners.len());
-    for statement in lines::statements(text) {
-        match statement.keyword() {
-            "vt" => known.push(coordinates(&statement)),
-            "f" | "fo" => numbers.extend(statement.words().map(|word| number(word, known.len()))),
-            _ => {}
-        }
-    }
+    let of_textures = lines::statements(text).filter(|statement| statement.keyword() == "vt");
+    let known: Vec<Vec2> = of_textures.map(|statement| coordinates(&statement)).collect();
+    let numbers = numbers(text, "vt", 1);
     let mut bare = Tally::default();
     let mut rest = &numbers[..];
     for polygon in &soup.polygons {
@@ -33,7 +28,7 @@ pub(crate) fn take(soup: &mut Soup, text: &str) {
         rest = after;
         let material = &soup.materials[polygon.material as usize];
         let is_known = |k: &usize| known.get(k.wrapping_sub(1)).is_some_and(|at| at.is_finite());
-        if material.maps.is_some() && !own.iter().all(is_known) {
+        if material.maps.as_ref().is_some_and(|maps| maps.has_images()) && !own.iter().all(is_known) {
             bare.add_named(polygon.number, &material.name);
         }
     }
@@ -50,9 +45,23 @@ fn coordinates(statement: &Statement) -> Vec2 {
     if at.abs().max_element() <= FARTHEST { at } else { Vec2::NAN }
 }
 
-/// The number, from 1 on, of the coordinates of a corner; 0 where it has none.
-fn number(word: &str, so_far: usize) -> usize {
-    let given = word.split('/').nth(1).and_then(|part| part.parse::<i64>().ok()).unwrap_or(0);
-    let absolute = if given < 0 { (so_far as i64).saturating_add(given).saturating_add(1) } else { given };
-    usize::try_from(absolute).unwrap_or(0)
+/// The numbers, from 1 on, of what all corners of faces name in a part of `v/vt/vn`, which lines of `keyword` define; 0
+/// where a corner names none. Faces that have too few corners to be read are left out here as well.
+pub(crate) fn numbers(text: &str, keyword: &str, part: usize) -> Vec<usize> {
+    let (mut so_far, mut found) = (0, Vec::new());
+    for statement in lines::statements(text) {
+        match statement.keyword() {
+            "f" | "fo" if statement.words().nth(2).is_some() => {
+                found.extend(statement.words().map(|word| number(word, part, so_far)));
+            }
+            own if own == keyword => so_far += 1,
+            _ => {}
+        }
+    }
+    found
+}
+
+fn number(word: &str, part: usize, so_far: usize) -> usize {
+    let given = word.split('/').nth(part).and_then(|part| part.parse::<i64>().ok());
+    absolute(given.unwrap_or(0), so_far)
 }

@@ -1,39 +1,27 @@
-//! What a point of a scene's surface reflects and emits, and the means over pieces of faces.
+//! What a point of a scene's surface reflects and emits.
 //!
-//! Materials without textures give their own numbers, without looking at the place. The sky's faces have no place.
+//! Materials without textures and colours of vertices give their own numbers, without looking at the place. The sky's
+//! faces have no place.
 //!
-//! Not handled: which image lies where ([`crate::scene::textures`]).
+//! Not handled: which image lies where ([`crate::scene::textures`]), means over pieces of faces
+//! ([`crate::scene::surface_means`]).
 
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3, Vec4, Vec4Swizzles};
 
 use crate::light::{Light, Rgb};
 use crate::scene::model::{Material, Scene};
-use crate::scene::textures::mean::{subdivided, weighted};
+use crate::scene::textures::mean::weighted;
 use crate::scene::textures::{Maps, Texture};
 
-/// Points to a side of a triangle that the means of masked surfaces are taken over.
-const POINTS: u32 = 24;
-
-/// Means over a piece of a face, each point counting as much as there is a surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Means {
-    /// Mean share a of a surface, 0..=1.
-    pub coverage: f64,
-    /// Mean of `a rho(x)`.
-    pub rho: DVec3,
-    /// Mean of `a E(x)`, W/(m² sr).
-    pub emission: DVec3,
-}
-
 impl Scene {
-    /// Whether a material has textures.
+    /// Whether a material has textures, a mask or colours of vertices.
     pub fn is_textured(&self) -> bool {
         self.materials.iter().any(|material| material.maps.is_some())
     }
 
-    /// The textures of a face's material.
+    /// What of a face's material differs from point to point.
     #[inline]
     pub fn maps(&self, face: u32) -> Option<&Maps> {
         self.material(face).maps.as_deref()
@@ -55,6 +43,15 @@ impl Scene {
         weighted(corners.map(|at| at.as_dvec2()), self.weights_at(face, position))
     }
 
+    /// Colour and alpha of the vertices at a point of a face: white where its material does not go by them.
+    pub(crate) fn colour_at(&self, face: u32, position: Vec3) -> Vec4 {
+        let goes = self.maps(face).is_some_and(|maps| maps.vertex_colours);
+        let Some([a, b, c]) = self.colours.get(face as usize).filter(|_| goes) else { return Vec4::ONE };
+        let weights = self.weights_at(face, position.as_dvec3());
+        let [v, w] = if weights.is_finite() { weights.as_vec2().to_array() } else { [0.0; 2] };
+        (a + v * (b - a) + w * (c - a)).clamp(Vec4::ZERO, Vec4::ONE)
+    }
+
     /// Barycentric weights of a face's second and third corner at a point of its plane.
     fn weights_at(&self, face: u32, position: DVec3) -> DVec2 {
         let [a, b, c] = self.corners(face).map(|corner| corner.as_dvec3());
@@ -68,16 +65,17 @@ impl Scene {
     #[inline]
     pub fn rho_at(&self, face: u32, position: Vec3) -> Rgb {
         let material = self.material(face);
-        match material.maps.as_ref().and_then(|maps| maps.reflectance.as_ref()) {
-            None => material.rho,
-            Some(texture) => material.rho * texture.colour(self.coordinates_at(face, position)),
-        }
+        let Some(maps) = &material.maps else { return material.rho };
+        let texture = maps.reflectance.as_ref();
+        let texel = texture.map_or(Rgb::ONE, |texture| texture.colour(self.coordinates_at(face, position)));
+        let colour = if maps.vertex_colours { self.colour_at(face, position).xyz() } else { Rgb::ONE };
+        material.rho * texel * colour
     }
 
-    /// The texture that a face's reflectance goes by, where nothing is cut out of it: means over its texels are then
-    /// means over the surface.
+    /// The texture that a face's reflectance goes by, where that is all it goes by and nothing is cut out of it: means
+    /// over its texels are then means over the surface.
     pub(crate) fn whole_texture(&self, face: u32) -> Option<&Texture> {
-        let Maps { reflectance, mask: None, .. } = self.maps(face)? else { return None };
+        let Maps { reflectance, mask: None, vertex_colours: false, .. } = self.maps(face)? else { return None };
         reflectance.as_ref()
     }
 
@@ -137,42 +135,7 @@ impl Scene {
     #[inline]
     pub fn coverage_at(&self, face: u32, position: Vec3) -> f32 {
         let mask = self.maps(face).and_then(|maps| maps.mask.as_ref());
-        mask.map_or(1.0, |mask| mask.at(self.coordinates_at(face, position)))
-    }
-
-    /// Means over a triangle that is a part of a face: exact ([`crate::scene::textures::Texture::mean`]), but over
-    /// a grid of points where the surface has a mask.
-    pub fn means(&self, face: u32, triangle: [Vec3; 3]) -> Means {
-        self.material(face).means(|| triangle.map(|corner| self.coordinates_at(face, corner)))
-    }
-
-    /// Means over a whole face, from the coordinates that its corners have in the file.
-    pub fn means_of_face(&self, face: u32) -> Means {
-        let coordinates = self.coordinates.get(face as usize).copied().unwrap_or_default();
-        self.material(face).means(|| coordinates.map(|at| at.as_dvec2()))
-    }
-}
-
-impl Material {
-    /// Means over a triangle of coordinates, which are asked for where there are textures.
-    fn means(&self, corners: impl Fn() -> [DVec2; 3]) -> Means {
-        let (rho, emission) = (self.rho.as_dvec3(), self.emission.as_dvec3());
-        let Some(maps) = &self.maps else { return Means { coverage: 1.0, rho, emission } };
-        let corners = corners();
-        let Some(mask) = &maps.mask else {
-            let [rho_of, emission_of] = [&maps.reflectance, &maps.emission]
-                .map(|texture| texture.as_ref().map_or(DVec3::ONE, |texture| texture.mean(corners)));
-            return Means { coverage: 1.0, rho: rho * rho_of, emission: emission * emission_of };
-        };
-        let share = 1.0 / f64::from(POINTS * POINTS);
-        let mut sum = Means::default();
-        for at in subdivided(POINTS).map(|at| weighted(corners, at)) {
-            let own = share * f64::from(mask.at(at));
-            let [rho_of, emission_of] = [&maps.reflectance, &maps.emission]
-                .map(|texture| texture.as_ref().map_or(DVec3::ONE, |texture| texture.colour(at).as_dvec3()));
-            sum.add(own, &Means { coverage: 1.0, rho: rho * rho_of, emission: emission * emission_of });
-        }
-        sum
+        mask.map_or(1.0, |mask| mask.at(self.coordinates_at(face, position), self.colour_at(face, position).w))
     }
 }
 
@@ -187,24 +150,10 @@ impl Maps {
                 *factor *= even.image.mean();
             }
         }
-        self.mask.take_if(|mask| mask.is_whole());
-        let any = self.reflectance.is_some() || self.emission.is_some() || self.mask.is_some();
+        let varied = self.vertex_colours;
+        self.mask.take_if(|mask| !varied && mask.is_whole());
+        let any = varied || self.reflectance.is_some() || self.emission.is_some() || self.mask.is_some();
         material.maps = any.then(|| Arc::new(self));
-    }
-}
-
-impl Means {
-    /// Adds the means of another piece, times its weight.
-    pub fn add(&mut self, weight: f64, other: &Means) {
-        self.coverage += weight * other.coverage;
-        self.rho += weight * other.rho;
-        self.emission += weight * other.emission;
-    }
-
-    /// rho and E of what there is of a surface: means over the points where it is; nothing where it is nowhere.
-    pub fn of_surface(&self) -> (Rgb, Rgb) {
-        let over = if self.coverage > 0.0 { 1.0 / self.coverage } else { 0.0 };
-        ((over * self.rho).as_vec3(), (over * self.emission).as_vec3())
     }
 }
 

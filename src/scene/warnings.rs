@@ -29,6 +29,15 @@ impl Tally {
         }
     }
 
+    /// `2 statements a, b (first: FILE, line 7): CONSEQUENCE`, where the names are keywords.
+    pub fn report_keywords(&self, file: &str, consequence: &str, warnings: &mut Vec<String>) {
+        if self.count > 0 {
+            let names = list(self.names.iter().map(String::as_str));
+            let (count, first, plural) = (self.count, self.first, plural(self.count));
+            warnings.push(format!("{count} statement{plural} {names} (first: {file}, line {first}): {consequence}"));
+        }
+    }
+
     /// `2 NOUN (first: FILE, ITEM 7): CONSEQUENCE`, naming the names; nothing where nothing was counted.
     pub fn report(&self, file: &str, item: &str, noun: &str, consequence: &str, warnings: &mut Vec<String>) {
         if self.count == 0 {
@@ -39,8 +48,11 @@ impl Tally {
             1 => format!(" of material `{}`", shorten(&self.names[0])),
             _ => format!(" of materials {}", list(self.names.iter().map(String::as_str))),
         };
-        let plural = if self.count == 1 { "" } else { "s" };
-        let (count, first) = (self.count, self.first);
+        let (count, first, plural) = (self.count, self.first, plural(self.count));
         warnings.push(format!("{count} {noun}{plural}{of} (first: {file}, {item} {first}): {consequence}"));
     }
+}
+
+fn plural(count: usize) -> &'static str {
+    if count == 1 { "" } else { "s" }
 }

@@ -10,11 +10,11 @@ use rustc_hash::FxHashMap;
 
 use crate::scene::{Means, Scene};
 
-/// Stands for a face whose material has no texture.
+/// Stands for a face whose material is the same everywhere.
 const NONE: u32 = u32::MAX;
 
-/// Material, and the bits of the coordinates at the corners: what the means of a whole face depend on.
-type Key = (u32, [[u32; 2]; 3]);
+/// Material, and the bits of coordinates and colours at the corners: what the means of a whole face depend on.
+type Key = (u32, [[u32; 2]; 3], [[u32; 4]; 3]);
 
 /// The means over whole faces.
 #[derive(Debug, Default)]
@@ -33,11 +33,12 @@ impl FaceMeans {
         let mut known: FxHashMap<Key, u32> = FxHashMap::default();
         let mut first: Vec<u32> = Vec::new();
         let number = |face: u32| {
-            let Some(coordinates) = scene.coordinates.get(face as usize) else { return NONE };
-            if scene.maps(face).is_none() {
-                return NONE;
-            }
-            let key = (scene.faces[face as usize].material, coordinates.map(|at| at.to_array().map(f32::to_bits)));
+            let Some(maps) = scene.maps(face) else { return NONE };
+            let coordinates = scene.coordinates.get(face as usize).copied().unwrap_or_default();
+            let colours = scene.colours.get(face as usize).filter(|_| maps.vertex_colours);
+            let colours = colours.map_or([[0; 4]; 3], |all| all.map(|colour| colour.to_array().map(f32::to_bits)));
+            let places = coordinates.map(|at| at.to_array().map(f32::to_bits));
+            let key = (scene.faces[face as usize].material, places, colours);
             *known.entry(key).or_insert_with(|| {
                 first.push(face);
                 first.len() as u32 - 1

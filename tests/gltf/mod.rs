@@ -1,7 +1,7 @@
 //! glTF 2.0: what is read, what is ignored with a warning, and what is refused; and that a room is lit as its OBJ is.
 
 mod broken;
-mod glb;
+pub(crate) mod glb;
 
 use std::fs;
 

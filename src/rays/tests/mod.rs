@@ -38,6 +38,7 @@ pub(crate) fn scene_of(triangles: &[[Vec3; 3]], materials: &[u32]) -> Scene {
         faces,
         exact: Vec::new(),
         coordinates: Vec::new(),
+        colours: Vec::new(),
         vertices,
         materials: vec![grey(); count as usize],
         objects: vec!["all".into()],

@@ -4,11 +4,11 @@
 //! corners are taken the other way round, so that fronts stay fronts (glTF 2.0, 3.7.4). Meshes at several nodes are
 //! written out once for each, which [`MOST_INSTANCED`] bounds.
 //!
-//! Not handled: points and lines (ignored with a warning), normals, skins, morph targets.
+//! Not handled: points and lines, smooth normals, skins, morph targets (each ignored with a warning).
 
 use std::collections::{HashMap, HashSet};
 
-use glam::{DVec3, Vec2};
+use glam::{DVec3, Vec2, Vec4};
 use gltf_json::accessor::Type;
 use gltf_json::mesh::{Mesh, Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
@@ -16,6 +16,7 @@ use gltf_json::{Accessor, Index};
 
 use crate::scene::build::{Polygon, Soup};
 use crate::scene::gltf::accessors::Data;
+use crate::scene::gltf::attributes::{colours, is_smooth};
 use crate::scene::gltf::ignored::Ignored;
 use crate::scene::gltf::materials::name;
 use crate::scene::gltf::nodes::Placed;
@@ -53,9 +54,13 @@ impl Geometry<'_> {
             let mut points = HashMap::new();
             for primitive in &mesh.primitives {
                 self.ignore(primitive, &object);
-                self.primitive(primitive, placed, &mut points).map_err(|what| format!("node `{object}`: {what}"))?;
+                self.primitive(primitive, placed, &object, &mut points)
+                    .map_err(|what| format!("node `{object}`: {what}"))?;
             }
             self.soup.objects.push(object);
+        }
+        if !self.soup.colours.is_empty() {
+            self.soup.colours.resize(self.soup.corners.len(), Vec4::NAN);
         }
         Ok(())
     }
@@ -63,9 +68,6 @@ impl Geometry<'_> {
     fn ignore(&mut self, primitive: &Primitive, object: &str) {
         if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
             self.ignored.add("morph targets of nodes", object);
-        }
-        if primitive.attributes.keys().any(|key| matches!(key, Checked::Valid(Semantic::Colors(_)))) {
-            self.ignored.add("colours of vertices, of nodes", object);
         }
         if triangles(primitive, 0).is_none() {
             self.ignored.add("points and lines of nodes", object);
@@ -77,6 +79,7 @@ impl Geometry<'_> {
         &mut self,
         primitive: &Primitive,
         placed: &Placed,
+        object: &str,
         points: &mut HashMap<usize, (usize, usize)>,
     ) -> Result<(), String> {
         let Some(position) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else { return Ok(()) };
@@ -92,6 +95,10 @@ impl Geometry<'_> {
         let mirrored = placed.to_world.determinant() < 0.0;
         let material = primitive.material.map_or(self.soup.materials.len() - 1, |material| material.value()) as u32;
         let coordinates = self.coordinates(primitive, material, count)?;
+        let colours = colours(self.data, primitive, count, self.ignored, object)?;
+        if is_smooth(self.data, primitive, order.iter().map(|triangle| triangle.map(|corner| corners[corner]))) {
+            self.ignored.add("smooth normals (faces are flat), of nodes", object);
+        }
         let object = self.soup.objects.len() as u32;
         for [a, b, c] in order {
             let turned = if mirrored { [a, c, b] } else { [a, b, c] };
@@ -99,6 +106,11 @@ impl Geometry<'_> {
             if let Some(coordinates) = &coordinates {
                 let at = |corner: usize| coordinates.get(corners[corner] as usize).copied().unwrap_or_default();
                 self.soup.coordinates.extend(turned.map(at));
+            }
+            if let Some(colours) = &colours {
+                self.soup.colours.resize(self.soup.corners.len() - 3, Vec4::NAN);
+                let at = |corner: usize| colours.get(corners[corner] as usize).copied().unwrap_or(Vec4::NAN);
+                self.soup.colours.extend(turned.map(at));
             }
             let number = self.soup.polygons.len();
             self.soup.polygons.push(Polygon { corners: 3, material, object, number });

@@ -2,7 +2,8 @@
 //!
 //! Base colours and emission are linear. glTF's unit of emission is the nit, a luminance; a factor of 1 is taken as a
 //! radiance of 1 W/(m² sr) in its channel, without a luminous efficacy. The base colour (1, 1, 1), which is also that
-//! of materials without any, would reflect everything: such a material reflects [`DEFAULT_RHO`], with a warning.
+//! of materials without any, would reflect everything: such a material reflects [`DEFAULT_RHO`], with a warning, unless
+//! its vertices have colours.
 //!
 //! Textures of the base colour and of emission are multiplied by their factors; a base colour with a texture may be
 //! white. Alpha cuts holes as `alphaMode` says: by the cutoff, or by shares.
@@ -15,30 +16,30 @@ use gltf_json::Root;
 use gltf_json::material::{AlphaMode, Material as Read};
 use gltf_json::validation::Checked;
 
+use crate::scene::build::Soup;
 use crate::scene::error::{Place, SceneError};
 use crate::scene::gltf::ignored::Ignored;
 use crate::scene::gltf::textures::{Images, Placed};
-use crate::scene::mtl::{DEFAULT_RHO, check_emission, check_rho};
+use crate::scene::material_checks::{check_emission, check_rho};
+use crate::scene::mtl::DEFAULT_RHO;
 use crate::scene::textures::{Channel, Maps, Mask, Texture};
+use crate::scene::vertex_colours::{Reflects, Said};
 use crate::scene::warnings::Tally;
 use crate::scene::{Material, Sides};
 
-/// The materials of a file, and the set of coordinates that the textures of each go by, if it has any.
+/// The materials of a file.
 pub(super) struct Materials {
     pub list: Vec<Material>,
+    /// The set of coordinates that the textures of each go by, if it has any.
     pub sets: Vec<Option<u32>>,
+    /// What colours of vertices are factors of.
+    pub said: Vec<Said>,
 }
 
 /// All materials of the file in its order.
-pub(super) fn materials(
-    root: &Root,
-    images: &mut Images,
-    ignored: &mut Ignored,
-    warnings: &mut Vec<String>,
-) -> Result<Materials, SceneError> {
+pub(super) fn materials(root: &Root, images: &mut Images, ignored: &mut Ignored) -> Result<Materials, SceneError> {
     let file = images.file;
-    let mut all = Materials { list: Vec::new(), sets: Vec::new() };
-    let mut white = Tally::default();
+    let mut all = Materials { list: Vec::new(), sets: Vec::new(), said: Vec::new() };
     for (number, read) in root.materials.iter().enumerate() {
         let name = name(&read.name, "material", number);
         let place = || Place::item(file, "material", number);
@@ -49,21 +50,33 @@ pub(super) fn materials(
         ignore(read, &name, ignored);
         let (maps, set) = maps(read, &name, images, ignored)?;
         let mut rho = Vec3::new(r, g, b);
-        if rho == Vec3::ONE && maps.reflectance.is_none() {
-            white.add_named(number, &name);
+        let is_white = rho == Vec3::ONE && maps.reflectance.is_none();
+        if is_white {
             rho = Vec3::splat(DEFAULT_RHO);
         }
+        let reflects = if is_white { Reflects::UnsaidWhite } else { Reflects::Said };
+        all.said.push(Said { rho: reflects, mask: maps.mask.clone() });
         let lost = read.emissive_texture.is_some() && maps.emission.is_none();
         let emission = if lost { Vec3::ZERO } else { emission };
         let sides = if read.double_sided { Sides::Two } else { Sides::One };
         let mut material = Material { sides, ..Material::new(&name, rho, emission) };
         maps.put_on(&mut material);
-        all.sets.push(material.maps.as_ref().map(|_| set));
+        all.sets.push(material.maps.as_ref().filter(|maps| maps.has_images()).map(|_| set));
         all.list.push(material);
     }
-    let consequence = format!("it would reflect everything; it reflects {DEFAULT_RHO}");
-    white.report(file, "material", "white base colour", &consequence, warnings);
     Ok(all)
+}
+
+/// Warns of materials that would reflect everything, but of those whose vertices are coloured.
+pub(super) fn warn_of_white(soup: &mut Soup, is_white: &[bool], coloured: &[bool]) {
+    let mut white = Tally::default();
+    for (number, material) in soup.materials.iter().enumerate() {
+        if is_white.get(number) == Some(&true) && !coloured[number] {
+            white.add_named(number, &material.name);
+        }
+    }
+    let consequence = format!("it would reflect everything; it reflects {DEFAULT_RHO}");
+    white.report(&soup.file, "material", "white base colour", &consequence, &mut soup.warnings);
 }
 
 /// A name without control characters, or the number where there is none.
@@ -93,7 +106,7 @@ fn maps(read: &Read, name: &str, images: &mut Images, ignored: &mut Ignored) -> 
     let texture = |placed: Option<Placed>| placed.map(|placed| placed.texture);
     let (reflectance, emission) = (texture(base), texture(glow));
     let mask = mask(read, reflectance.as_ref());
-    Ok((Maps { reflectance, emission, mask }, set))
+    Ok((Maps { reflectance, emission, mask, vertex_colours: false }, set))
 }
 
 /// The holes that alpha cuts.

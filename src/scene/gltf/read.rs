@@ -12,11 +12,12 @@ use crate::scene::gltf::document::{READ, parse};
 use crate::scene::gltf::geometry::Geometry;
 use crate::scene::gltf::ignored::Ignored;
 use crate::scene::gltf::lights::lights;
-use crate::scene::gltf::materials::{Materials, materials};
+use crate::scene::gltf::materials::{Materials, materials, warn_of_white};
 use crate::scene::gltf::nodes::placed;
 use crate::scene::gltf::textures::Images;
 use crate::scene::input::SceneInput;
-use crate::scene::{Material, NO_MATERIAL};
+use crate::scene::vertex_colours::{Reflects, Said};
+use crate::scene::{Material, NO_MATERIAL, vertex_colours};
 
 /// Reads a glTF file, buffers and images in files of their own included.
 ///
@@ -28,12 +29,14 @@ pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
     let root = parse(file, container.json)?;
     let buffers = buffers(file, &root, container.binary, reader)?;
     let nodes = placed(&root).map_err(wrong)?;
-    let (mut ignored, mut warnings) = (Ignored::default(), Vec::new());
+    let mut ignored = Ignored::default();
     let data = Data { root: &root, buffers: &buffers };
     let mut images = Images::new(file, &data, reader);
-    let Materials { list: mut materials, mut sets } = materials(&root, &mut images, &mut ignored, &mut warnings)?;
+    let Materials { list: mut materials, mut sets, mut said } = materials(&root, &mut images, &mut ignored)?;
+    let is_white: Vec<bool> = said.iter().map(|said| said.rho == Reflects::UnsaidWhite).collect();
     materials.push(Material::new(NO_MATERIAL, Rgb::splat(options.reflectance), Rgb::ZERO));
     sets.push(None);
+    said.push(Said { rho: Reflects::UnsaidWhite, mask: None });
     let cameras = cameras(file, &root, &nodes, &mut ignored)?;
     let lights = lights(file, &root, &nodes, &mut ignored)?;
     let mut soup = Soup {
@@ -43,10 +46,11 @@ pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
         materials,
         cameras,
         lights,
-        warnings,
         ..Soup::default()
     };
     Geometry { data: &data, soup: &mut soup, ignored: &mut ignored, sets: &sets }.take(&nodes).map_err(wrong)?;
+    let coloured = vertex_colours::put_on(&mut soup, said);
+    warn_of_white(&mut soup, &is_white, &coloured);
     drop_unused_last(&mut soup);
     for animation in &root.animations {
         ignored.add("animations", animation.name.as_deref().unwrap_or("without a name"));

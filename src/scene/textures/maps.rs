@@ -1,11 +1,12 @@
 //! What of a material differs from point to point: reflectance, emission, and whether there is a surface at all.
 //!
 //! ```text
-//! rho(x) = rho t_rho(x),     E(x) = E t_E(x),     tau(x) = 1 - a(x) (1 - tau)
+//! rho(x) = rho t_rho(x) c(x),     E(x) = E t_E(x),     tau(x) = 1 - a(x) (1 - tau)
 //! ```
 //!
-//! with t the texture's linear colour and a the share of the mask: a surface is there with the chance a(x), so that
-//! where a is 0 it neither reflects, emits nor hides, and light that meets it is let through by 1 - a in the mean.
+//! with t the texture's linear colour, c the colour of the vertices, linear over each triangle, and a the share of the
+//! mask: a surface is there with the chance a(x), so that where a is 0 it neither reflects, emits nor hides, and light
+//! that meets it is let through by 1 - a in the mean.
 //!
 //! Not handled: textures of anything else.
 
@@ -14,7 +15,7 @@ use glam::{DAffine2, DVec2};
 use crate::scene::textures::stored_image::Channel;
 use crate::scene::textures::texture::Texture;
 
-/// The textures of a material, at least one.
+/// The textures of a material, and whether its vertices are coloured: at least one of these.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Maps {
     /// Factor on rho.
@@ -23,6 +24,8 @@ pub struct Maps {
     pub emission: Option<Texture>,
     /// Where there is a surface.
     pub mask: Option<Mask>,
+    /// Whether rho and the mask go by [`crate::scene::Scene::colours`] too.
+    pub vertex_colours: bool,
 }
 
 /// Where there is a surface.
@@ -40,6 +43,14 @@ pub struct Mask {
     pub over: Vec<Mask>,
 }
 
+impl Maps {
+    /// Whether there are images, so that points have coordinates.
+    pub(crate) fn has_images(&self) -> bool {
+        let of_mask = self.mask.as_ref().is_some_and(|mask| mask.texture.is_some());
+        of_mask || self.reflectance.is_some() || self.emission.is_some()
+    }
+}
+
 impl Mask {
     /// A surface everywhere.
     pub(crate) const WHOLE: Mask =
@@ -53,6 +64,11 @@ impl Mask {
         Mask { over: Vec::new(), ..self }
     }
 
+    /// Whether there is a surface nowhere.
+    pub(crate) fn is_nowhere(&self) -> bool {
+        self.cutoff.map_or(self.factor <= 0.0, |cutoff| self.factor < cutoff)
+    }
+
     /// Whether there is a surface everywhere.
     pub(crate) fn is_whole(&self) -> bool {
         let least = self.texture.as_ref().map_or(1.0, |texture| texture.image.least(self.channel));
@@ -60,15 +76,17 @@ impl Mask {
         self.cutoff.map_or(share >= 1.0, |cutoff| share >= cutoff)
     }
 
-    /// The share a of a surface at coordinates of vertices, 0..=1: of what those over it leave.
-    pub fn at(&self, at: DVec2) -> f32 {
-        self.over.iter().map(|mask| 1.0 - mask.alone_at(at)).fold(self.alone_at(at), |share, left| share * left)
+    /// The share a of a surface at coordinates of vertices, 0..=1, where their alpha is `alpha`: of what those over it
+    /// leave.
+    pub fn at(&self, at: DVec2, alpha: f32) -> f32 {
+        let left = self.over.iter().map(|mask| 1.0 - mask.alone_at(at, 1.0));
+        left.fold(self.alone_at(at, alpha), |share, left| share * left)
     }
 
     /// The share of a surface where nothing is over it.
-    pub(crate) fn alone_at(&self, at: DVec2) -> f32 {
+    pub(crate) fn alone_at(&self, at: DVec2, alpha: f32) -> f32 {
         let texel = self.texture.as_ref().map_or(1.0, |texture| texture.share(at, self.channel));
-        let share = (self.factor * texel).clamp(0.0, 1.0);
+        let share = (self.factor * texel * alpha).clamp(0.0, 1.0);
         match self.cutoff {
             Some(cutoff) => f32::from(u8::from(share >= cutoff)),
             None => share,

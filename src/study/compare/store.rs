@@ -50,7 +50,7 @@ impl Key {
         let _ = write!(hash, "{:?}{:?}", scene.materials, scene.faces);
         let _ = write!(hash, "{:?}", scene.vertices);
         if scene.is_textured() {
-            let _ = write!(hash, "{:?}", scene.coordinates);
+            let _ = write!(hash, "{:?}{:?}", scene.coordinates, scene.colours);
         }
         Key(format!("{:032x}", hash.0))
     }
