@@ -4,7 +4,7 @@
 //! not count, or count from too late on, is passed over, so n triangles ask each other in about n log n: a pile, of
 //! which one counts, and rows of which each is shifted beyond the last.
 //!
-//! Not handled: polygons that many overlap; each of those is told.
+//! Not handled: polygons that many overlap of which none is wanted; each of those is looked at.
 
 use std::ops::Range;
 
@@ -12,9 +12,6 @@ use glam::DVec2;
 use smallvec::{SmallVec, smallvec};
 
 use crate::scene::coincident::polygons::overlap;
-
-/// Triangles up to which each question goes through all: a polygon's own few need no tree.
-pub(super) const FEW: usize = 8;
 
 /// Triangles of a leaf, at most about.
 const LEAF: usize = 4;
@@ -56,7 +53,7 @@ impl Node {
     }
 
     fn meets(&self, other: &Node) -> bool {
-        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+        self.low.cmplt(other.high).all() && other.low.cmplt(self.high).all()
     }
 
     fn middle(&self) -> DVec2 {
@@ -94,30 +91,9 @@ impl Kept {
         self.counts[k] = true;
     }
 
-    /// All that count, come before a number and overlap a polygon by more than rounding, in order; none where they are
-    /// more than `most`.
-    pub fn over(&self, polygon: &[DVec2], before: usize, most: usize) -> Option<Vec<usize>> {
-        let mut found = Vec::new();
-        self.visit(polygon, before, |k| {
-            found.push(k);
-            found.len() > most
-        });
-        found.sort_unstable();
-        (found.len() <= most).then_some(found)
-    }
-
-    /// One of them that is `wanted`: about the next to the polygon's middle.
+    /// One that counts, comes before a number, overlaps a polygon by more than rounding and is `wanted`: about the next
+    /// to the polygon's middle.
     pub fn find(&self, polygon: &[DVec2], before: usize, wanted: impl Fn(usize) -> bool) -> Option<usize> {
-        let mut found = None;
-        self.visit(polygon, before, |k| {
-            found = wanted(k).then_some(k);
-            found.is_some()
-        });
-        found
-    }
-
-    /// Tells those near the polygon's middle first, until `tell` says that it is enough.
-    fn visit(&self, polygon: &[DVec2], before: usize, mut tell: impl FnMut(usize) -> bool) {
         let (around, leaves) = (Node::around(polygon), self.nodes.len() / 2);
         let middle = around.middle();
         let mut left: SmallVec<[usize; 64]> = smallvec![1];
@@ -131,12 +107,14 @@ impl Kept {
                 left.extend([2 * node + 1 - near, 2 * node + near]);
                 continue;
             }
-            let own = self.order[part(self.tiles.len(), leaves, node - leaves)].iter().map(|&k| k as usize);
-            let mut over = own.filter(|&k| k < before && self.counts[k] && overlap(&self.tiles[k], polygon));
-            if over.any(&mut tell) {
-                return;
+            let mut own = self.order[part(self.tiles.len(), leaves, node - leaves)].iter().map(|&k| k as usize);
+            let is_over = |k: usize| k < before && self.counts[k] && overlap(&self.tiles[k], polygon);
+            let found = own.find(|&k| is_over(k) && wanted(k));
+            if found.is_some() {
+                return found;
             }
         }
+        None
     }
 }
 
@@ -184,9 +162,6 @@ mod tests {
         for (k, tile) in all.iter().enumerate() {
             let expected: Vec<usize> = (0..k).filter(|&j| j % 3 > 0 && overlap(&all[j], tile)).collect();
             assert_eq!(kept.find(tile, k, |j| j % 5 == 0).is_some(), expected.iter().any(|j| j % 5 == 0));
-            let n = expected.len();
-            assert!(n == 0 || kept.over(tile, k, n - 1).is_none());
-            assert_eq!(kept.over(tile, k, n), Some(expected), "{k}");
             if k % 3 > 0 {
                 kept.keep(k);
             }

@@ -4,7 +4,9 @@
 //! the first face over it; one with textures keeps its own, from which an affine map leads to those of each face over
 //! it.
 //!
-//! Not handled: pieces whose own texture coordinates are all one; masks over them count as nothing.
+//! Alpha of the vertices of a face that lies over a piece counts as the mean of its corners.
+//!
+//! Not handled: pieces whose own texture coordinates are all one; masks with textures over them count as nothing.
 
 use std::sync::Arc;
 
@@ -18,9 +20,18 @@ use crate::scene::{Material, Scene, Sides};
 /// Steps of a map's numbers below which two maps are one material.
 const STEP: f64 = 1.0 / (1 << 20) as f64;
 
-/// A material, whether its back is behind something, and the masked materials over it with the maps to their
-/// coordinates.
-type Key = (u32, bool, Vec<(u32, [i64; 6])>);
+/// A material, whether its back is behind something, and the masks over it.
+type Key = (u32, bool, Vec<Over>);
+
+/// A mask over a piece.
+#[derive(Clone, PartialEq, Eq, Hash)]
+struct Over {
+    material: u32,
+    /// Steps of the map from the piece's texture coordinates to those of the mask.
+    map: [i64; 6],
+    /// Steps of the mean alpha of the vertices.
+    alpha: i64,
+}
 
 /// New materials, after those of the scene.
 #[derive(Default)]
@@ -44,33 +55,40 @@ impl Materials {
         let plain = scene.material(face).maps.is_none();
         let coordinates = over.first().filter(|_| plain).map_or(own, |(_, first)| *first);
         let back = coordinates.inverse();
-        let usable = over.into_iter().filter(|_| back.is_finite()).map(|(mask, to)| {
+        let masks = over.into_iter().filter_map(|(mask, to)| {
             let map = if plain && to == coordinates { DAffine2::IDENTITY } else { to * back };
-            (scene.faces[mask as usize].material, map)
+            seen_over(scene, mask, map)
         });
-        let masks: Vec<(u32, DAffine2)> = usable.collect();
-        let steps = |map: &DAffine2| map.to_cols_array().map(|x| (x / STEP).round() as i64);
-        let key = (material, marks.is_backed, masks.iter().map(|(m, map)| (*m, steps(map))).collect());
+        let (over, masks): (Vec<Over>, Vec<Mask>) = masks.unzip();
         let next = (scene.materials.len() + self.list.len()) as u32;
-        let number = *self.known.entry(key).or_insert(next);
+        let number = *self.known.entry((material, marks.is_backed, over)).or_insert(next);
         if number == next {
-            self.list.push(changed(scene, material, marks.is_backed, &masks));
+            self.list.push(changed(scene, material, marks.is_backed, masks));
         }
         Made { material: number, coordinates }
     }
 }
 
+/// The mask of a face, to whose texture coordinates a map leads, as one over others; none where the map is needed and
+/// is no number.
+fn seen_over(scene: &Scene, face: u32, map: DAffine2) -> Option<(Over, Mask)> {
+    let maps = scene.maps(face)?;
+    let mask = maps.mask.as_ref()?;
+    let map = if mask.texture.is_none() { DAffine2::IDENTITY } else { map };
+    let corners = scene.colours.get(face as usize).filter(|_| maps.vertex_colours);
+    let alpha = corners.map_or(1.0, |corners| corners.iter().map(|colour| colour.w).sum::<f32>() / 3.0);
+    let steps = |x: f64| (x / STEP).round() as i64;
+    let material = scene.faces[face as usize].material;
+    let over = Over { material, map: map.to_cols_array().map(steps), alpha: steps(f64::from(alpha)) };
+    map.is_finite().then(|| (over, Mask { factor: mask.factor * alpha, ..mask.clone().seen_through(map) }))
+}
+
 /// A material without its back, and with masks over it.
-fn changed(scene: &Scene, material: u32, is_backed: bool, masks: &[(u32, DAffine2)]) -> Material {
+fn changed(scene: &Scene, material: u32, is_backed: bool, over: Vec<Mask>) -> Material {
     let mut changed = scene.materials[material as usize].clone();
     if is_backed {
         changed.sides = Sides::One;
     }
-    let of = |&(other, map): &(u32, DAffine2)| {
-        let mask = scene.materials[other as usize].maps.as_ref()?.mask.clone()?;
-        Some(mask.seen_through(map))
-    };
-    let over: Vec<Mask> = masks.iter().filter_map(of).collect();
     if !over.is_empty() {
         let maps = changed.maps.as_deref().cloned().unwrap_or_default();
         let own = maps.mask.clone().unwrap_or(Mask::WHOLE);

@@ -18,9 +18,7 @@ mod polygons;
 mod suspects;
 mod told;
 
-use std::collections::BTreeMap;
-
-use glam::{DVec2, DVec3, Vec2};
+use glam::{DVec2, DVec3, Vec2, Vec4};
 use rayon::prelude::*;
 
 use crate::scene::coincident::masks::Materials;
@@ -37,6 +35,7 @@ pub(crate) use told::Source;
 struct Placed {
     exact: [DVec3; 3],
     coordinates: [Vec2; 3],
+    colours: [Vec4; 3],
     material: u32,
 }
 
@@ -67,40 +66,51 @@ fn all_covered(scene: &Scene, faces: &[u32]) -> Vec<Covered> {
 /// Puts what is there of faces in their place.
 fn replace(scene: &mut Scene, points: &mut Points, found: Vec<Covered>) {
     let mut materials = Materials::default();
-    let placed = found.into_iter().map(|covered| (covered.face, triangles(scene, &mut materials, &covered)));
-    let placed: BTreeMap<u32, Vec<Placed>> = placed.collect();
+    let placed = found.into_iter().map(|covered| (covered.face as usize, triangles(scene, &mut materials, &covered)));
+    let placed: Vec<(usize, Vec<Placed>)> = placed.collect();
     points.list = std::mem::take(&mut scene.vertices);
     scene.materials.append(&mut materials.list);
-    let faces = std::mem::take(&mut scene.faces);
-    let exact = std::mem::take(&mut scene.exact);
-    let coordinates = std::mem::take(&mut scene.coordinates);
-    for (k, (face, exact)) in faces.into_iter().zip(exact).enumerate() {
-        let Some(new) = placed.get(&(k as u32)) else {
-            scene.faces.push(face);
-            scene.exact.push(exact);
-            scene.coordinates.extend(coordinates.get(k));
-            continue;
-        };
-        for piece in new {
-            let vertices = piece.exact.map(|corner| points.number(corner.as_vec3()));
-            scene.faces.push(Face { vertices, material: piece.material, ..face });
-            scene.exact.push(piece.exact);
-            scene.coordinates.extend(coordinates.get(k).map(|_| piece.coordinates));
-        }
+    scene.faces = replaced(&scene.faces, &placed, |face, piece| Face {
+        vertices: piece.exact.map(|corner| points.number(corner.as_vec3())),
+        material: piece.material,
+        ..*face
+    });
+    scene.exact = replaced(&scene.exact, &placed, |_, piece| piece.exact);
+    if !scene.coordinates.is_empty() {
+        scene.coordinates = replaced(&scene.coordinates, &placed, |_, piece| piece.coordinates);
+    }
+    if !scene.colours.is_empty() {
+        scene.colours = replaced(&scene.colours, &placed, |_, piece| piece.colours);
     }
     scene.vertices = std::mem::take(&mut points.list);
+}
+
+/// A list with an item for each face, with items for what is placed in place of faces.
+fn replaced<T: Copy>(list: &[T], placed: &[(usize, Vec<Placed>)], mut of: impl FnMut(&T, &Placed) -> T) -> Vec<T> {
+    let added: usize = placed.iter().map(|(_, new)| new.len()).sum();
+    let (mut all, mut next) = (Vec::with_capacity(list.len() + added), 0);
+    for (face, new) in placed {
+        all.extend_from_slice(&list[next..*face]);
+        all.extend(new.iter().map(|piece| of(&list[*face], piece)));
+        next = face + 1;
+    }
+    all.extend_from_slice(&list[next..]);
+    all
 }
 
 /// The triangles that a face's pieces are cut into.
 fn triangles(scene: &Scene, materials: &mut Materials, covered: &Covered) -> Vec<Placed> {
     let [a, b, c] = scene.exact_corners(covered.face);
     let place = |w: DVec2| a + w.x * (b - a) + w.y * (c - a);
+    let [d, e, f] = scene.colours.get(covered.face as usize).copied().unwrap_or_default();
+    let colour = |w: DVec2| d + w.x as f32 * (e - d) + w.y as f32 * (f - d);
     let of_piece = |(polygon, marks): &(Polygon, _)| {
         let made = materials.of(scene, covered.face, marks);
         let at = |w: DVec2| made.coordinates.transform_point2(w).as_vec2();
         let one = |weights: [DVec2; 3]| Placed {
             exact: weights.map(place),
             coordinates: weights.map(at),
+            colours: weights.map(colour),
             material: made.material,
         };
         fan(polygon, place).into_iter().map(one).collect::<Vec<Placed>>()

@@ -1,28 +1,28 @@
 //! What is there of the faces of one plane.
 //!
 //! Faces are taken in the order of the file, those of either way by themselves. What earlier ones cover of a face is
-//! cut out of it; under a masked one a piece stays that is there where the mask is not. Where the front of a face of
-//! the other way lies on the back of one with two sides, a piece stays that has no back.
+//! cut out of it; under a masked one that is not the same once more a piece stays that is there where the mask is not.
+//! Where the front of a face of the other way lies on the back of one with two sides, a piece stays that has no back.
 //!
-//! Where few lie over a face they are put together to larger polygons before they are cut out; where many do, they are
-//! looked for as long as some of the face is left.
-//!
-//! Not handled: masked fronts on backs. Rays see the back through the mask; where it emits, closed forms count all.
+//! Not handled: masks by alpha of vertices told twice, of which the second stays for what the first leaves; masked
+//! fronts on backs. Rays see the back through the mask; where it emits, closed forms count all.
 
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
-use smallvec::SmallVec;
 
-use crate::scene::coincident::division::{Cover, Covering, Marks, Piece, divided, middle, together};
-use crate::scene::coincident::kept::{FEW, Kept};
-use crate::scene::coincident::polygons::{MANY, Polygon, overlap};
+use crate::scene::coincident::division::{Cover, Covering, Marks, Piece, divided};
+use crate::scene::coincident::kept::Kept;
+use crate::scene::coincident::polygons::Polygon;
 use crate::scene::planes::Plane;
 use crate::scene::{Scene, Sides};
+
+/// How far texture coordinates of one place may lie apart to be the same.
+const TWICE: f64 = 1e-4;
 
 /// A face of which not all is there as the file has it.
 pub(super) struct Covered {
     pub face: u32,
-    /// The first of the faces that cover some of it, or one of very many; none where only its back is behind others.
+    /// One of the faces that cover some of it; none where only its back is behind others.
     pub by: Option<u32>,
     /// What is there. Corners are told by the weights of the face's second and third corner, in the order of its own.
     pub pieces: Vec<Piece>,
@@ -49,7 +49,7 @@ struct Layer<'a> {
 
 /// What faces of its way leave of a face.
 struct Left {
-    /// The first of them; one of them where they are many.
+    /// One of them.
     by: u32,
     pieces: Vec<Piece>,
 }
@@ -57,17 +57,10 @@ struct Left {
 /// Those faces of a plane of which not all is there, in no order; `faces` are in the order of the file.
 pub(super) fn covered(scene: &Scene, plane: &Plane, faces: &[u32]) -> Vec<Covered> {
     let axes = plane.normal.any_orthonormal_pair();
-    let tiles: SmallVec<[Tile; FEW]> = faces.iter().map(|&face| Tile::new(scene, face, axes)).collect();
-    if tiles.len() <= FEW && !any_overlap(&tiles) {
-        return Vec::new();
-    }
-    let (upright, turned): (Vec<Tile>, Vec<Tile>) = tiles.into_iter().partition(|tile| tile.is_upright);
+    let tiles = faces.iter().map(|&face| Tile::new(scene, face, axes));
+    let (upright, turned): (Vec<Tile>, Vec<Tile>) = tiles.partition(|tile| tile.is_upright);
     let [upright, turned] = [upright, turned].map(|tiles| Layer::of(scene, tiles));
     upright.covered(&turned).chain(turned.covered(&upright)).collect()
-}
-
-fn any_overlap(tiles: &[Tile]) -> bool {
-    (1..tiles.len()).any(|k| tiles[..k].iter().any(|other| overlap(&other.ring(), &tiles[k].ring())))
 }
 
 impl Tile {
@@ -119,13 +112,12 @@ impl<'a> Layer<'a> {
     fn left_of(&self, k: usize) -> Option<Left> {
         let ring = self.tiles[k].ring();
         let found = self.kept.find(&ring, k, |_| true)?;
-        let first = self.kept.over(&ring, k, MANY).map_or(found, |few| few[0]);
         let covering = |face: u32| {
-            let masked = is_masked(self.scene, face);
-            Some(if masked { Covering::Masked(face) } else { Covering::Whole })
+            let leaves = is_masked(self.scene, face) && !are_the_same(self.scene, face, self.tiles[k].face);
+            Some(if leaves { Covering::Masked(face) } else { Covering::Whole })
         };
         let pieces = self.cut(&ring, whole(&ring), k, covering);
-        Some(Left { by: self.tiles[first].face, pieces })
+        Some(Left { by: self.tiles[found].face, pieces })
     }
 
     /// Pieces of a polygon under the tiles before one, each of which covers it as told, if it does.
@@ -137,10 +129,6 @@ impl<'a> Layer<'a> {
         covering: impl Fn(u32) -> Option<Covering>,
     ) -> Vec<Piece> {
         let cover = |k: usize| covering(self.tiles[k].face).map(|covering| self.tiles[k].cover(covering));
-        if let Some(few) = self.kept.over(ring, before, MANY) {
-            let covers = together(&few.into_iter().filter_map(cover).collect::<Vec<Cover>>());
-            return divided(ring, start, |piece| middle(&covers, piece).cloned());
-        }
         let is_new =
             |marks: &Marks, k: usize| covering(self.tiles[k].face).is_some_and(|covering| !marks.has(covering));
         let near = |(polygon, marks): &Piece| self.kept.find(polygon, before, |k| is_new(marks, k));
@@ -183,4 +171,19 @@ fn whole(ring: &[DVec2]) -> Vec<Piece> {
 
 fn is_masked(scene: &Scene, face: u32) -> bool {
     scene.maps(face).is_some_and(|maps| maps.mask.is_some())
+}
+
+/// Whether two faces are what a file has twice: of one material, with the same textures and colours in each place.
+fn are_the_same(scene: &Scene, a: u32, b: u32) -> bool {
+    let same = |x: DVec2, y: DVec2| (x - y).abs().max_element() <= TWICE;
+    let coordinates = || {
+        let own = scene.coordinates.get(b as usize).copied().unwrap_or_default();
+        let beyond = scene.exact_corners(b).map(|corner| scene.coordinates_beyond(a, corner));
+        own.into_iter().zip(beyond).all(|(own, beyond)| same(own.as_dvec2(), beyond))
+    };
+    let has_images = scene.maps(a).is_some_and(|maps| maps.has_images());
+    let goes_by_colours = scene.maps(a).is_some_and(|maps| maps.vertex_colours);
+    scene.faces[a as usize].material == scene.faces[b as usize].material
+        && !goes_by_colours
+        && (!has_images || coordinates())
 }

@@ -1,4 +1,4 @@
-//! Convex polygons in one plane: whether two overlap, the parts of one in and around another, and several put together.
+//! Convex polygons in one plane: whether two overlap, and the parts of one in and around another.
 //!
 //! What is narrower than [`NARROW`] is rounding: neither an overlap nor a part.
 //!
@@ -12,12 +12,9 @@ use crate::scene::planes::TOLERANCE;
 /// The least width of an overlap and of a part, unit coordinates: along a plane as much counts as one place as across.
 const NARROW: f64 = TOLERANCE;
 
-/// A corner this close to the line of a cut lies on it, and two this close are one: far above the rounding of double
-/// precision and far below [`NARROW`].
+/// A corner this close to the line of a cut lies on it: far above the rounding of double precision and far below
+/// [`NARROW`].
 const SAME: f64 = 1e-9;
-
-/// Polygons more than which are not put together, which takes the square of their number.
-pub(super) const MANY: usize = 64;
 
 /// Corners of a convex polygon, counter-clockwise.
 pub(super) type Polygon = Vec<DVec2>;
@@ -91,49 +88,4 @@ pub(super) fn make_up<'a>(parts: impl Iterator<Item = &'a Polygon>, polygon: &[D
     let lacking = area(polygon) - parts.map(|part| area(part)).sum::<f64>();
     let around: f64 = edges(polygon).map(|(a, b)| a.distance(b)).sum();
     lacking <= NARROW * around
-}
-
-/// Polygons put together, two at a time, where they share an edge and are one convex polygon.
-pub(super) fn joined(mut polygons: Vec<Polygon>) -> Vec<Polygon> {
-    if polygons.len() > MANY {
-        return polygons;
-    }
-    let mut k = 0;
-    while k < polygons.len() {
-        let found = (k + 1..polygons.len()).find_map(|j| Some((j, union(&polygons[k], &polygons[j])?)));
-        let Some((j, both)) = found else {
-            k += 1;
-            continue;
-        };
-        polygons[k] = both;
-        polygons.remove(j);
-        k = 0;
-    }
-    polygons
-}
-
-/// Two polygons as one, if they share an edge and that is convex.
-fn union(a: &[DVec2], b: &[DVec2]) -> Option<Polygon> {
-    let same = |p: DVec2, q: DVec2| p.distance_squared(q) <= SAME * SAME;
-    let (n, m) = (a.len(), b.len());
-    let pairs = (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
-    let shared = |&(i, j): &(usize, usize)| same(a[i], b[(j + 1) % m]) && same(a[(i + 1) % n], b[j]);
-    let (i, j) = pairs.into_iter().find(shared)?;
-    let own = (0..n).map(|k| a[(i + 1 + k) % n]);
-    let other = (0..m - 2).map(|k| b[(j + 2 + k) % m]);
-    let ring: Polygon = own.chain(other).collect();
-    let turns = (0..ring.len()).map(|k| turn(&ring, k));
-    if turns.clone().any(|turn| turn < -SAME) {
-        return None;
-    }
-    let corners: Polygon = ring.iter().zip(turns).filter(|(_, turn)| *turn > SAME).map(|(&p, _)| p).collect();
-    (corners.len() > 2).then_some(corners)
-}
-
-/// How far the corner k stands out from the line between its neighbours; negative where it does so inwards.
-fn turn(ring: &[DVec2], k: usize) -> f64 {
-    let n = ring.len();
-    let (before, here, after) = (ring[(k + n - 1) % n], ring[k], ring[(k + 1) % n]);
-    let across = after - before;
-    across.perp_dot(before - here) / across.length().max(f64::MIN_POSITIVE)
 }

@@ -46,7 +46,7 @@ pub struct Mask {
 impl Maps {
     /// Whether there are images, so that points have coordinates.
     pub(crate) fn has_images(&self) -> bool {
-        let of_mask = self.mask.as_ref().is_some_and(|mask| mask.texture.is_some());
+        let of_mask = self.mask.as_ref().is_some_and(Mask::has_images);
         of_mask || self.reflectance.is_some() || self.emission.is_some()
     }
 }
@@ -62,6 +62,11 @@ impl Mask {
             texture.placement *= map;
         }
         Mask { over: Vec::new(), ..self }
+    }
+
+    /// Whether it differs from point to point by an image, its own or one of a mask over it.
+    pub(crate) fn has_images(&self) -> bool {
+        self.texture.is_some() || self.over.iter().any(|mask| mask.texture.is_some())
     }
 
     /// Whether there is a surface nowhere.
