@@ -8,7 +8,7 @@
 //! Not handled: a plane may fall into several ids where it is cut so finely that rounding tilts the founder
 //! (faces of 1e-3 that are not parallel to an axis). Rays start a little above their face, so this costs no accuracy.
 
-use glam::DVec3;
+use glam::{BVec4, DVec3, DVec4, I64Vec4};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -59,9 +59,8 @@ impl Plane {
         Plane { normal: -self.normal, offset: -self.offset }
     }
 
-    fn coordinates(self) -> [f64; 4] {
-        let n = self.normal;
-        [n.x, n.y, n.z, self.offset]
+    fn coordinates(self) -> DVec4 {
+        self.normal.extend(self.offset)
     }
 }
 
@@ -127,7 +126,7 @@ struct Finder {
     /// The plane entered into the same cell before this one.
     earlier: Vec<Option<u32>>,
     /// The plane last entered into a cell.
-    cells: FxHashMap<[i32; 4], u32>,
+    cells: FxHashMap<u64, u32>,
 }
 
 impl Finder {
@@ -144,23 +143,11 @@ impl Finder {
 
     /// Looks in the plane's own cell and in those across a border close by.
     fn search(&self, plane: Plane, corners: &[DVec3; 3]) -> Option<u32> {
-        let coordinates = plane.coordinates();
-        let low = coordinates.map(|c| cell(c - BORDER));
-        let high = coordinates.map(|c| cell(c + BORDER));
-        (0..16u32).find_map(|corner| {
-            let across = |axis: usize| corner >> axis & 1 == 1;
-            let mut key = low;
-            for axis in (0..4).filter(|&axis| across(axis)) {
-                if low[axis] == high[axis] {
-                    return None;
-                }
-                key[axis] = high[axis];
-            }
-            self.search_cell(key, corners)
-        })
+        let [low, high] = [-BORDER, BORDER].map(|border| cell(plane.coordinates() + border));
+        across(low, high).find_map(|cell| self.search_cell(number(cell), corners))
     }
 
-    fn search_cell(&self, key: [i32; 4], corners: &[DVec3; 3]) -> Option<u32> {
+    fn search_cell(&self, key: u64, corners: &[DVec3; 3]) -> Option<u32> {
         let newest = self.cells.get(&key).copied();
         std::iter::successors(newest, |&p| self.earlier[p as usize]).take(PROBES).find(|&p| {
             let plane = &self.planes[p as usize];
@@ -170,7 +157,7 @@ impl Finder {
 
     fn enter(&mut self, plane: Plane) -> u32 {
         let id = self.planes.len() as u32;
-        let key = plane.coordinates().map(cell);
+        let key = number(cell(plane.coordinates()));
         self.planes.push(plane);
         let earlier = self.cells.insert(key, id);
         self.earlier.push(earlier);
@@ -184,6 +171,25 @@ pub(crate) fn upright(plane: Plane) -> Plane {
     if plane.normal.dot(GENERIC) < 0.0 { plane.flipped() } else { plane }
 }
 
-fn cell(coordinate: f64) -> i32 {
-    (coordinate / CELL).floor() as i32
+/// The cell of a plane.
+fn cell(coordinates: DVec4) -> I64Vec4 {
+    let places = coordinates / CELL;
+    // Towards zero, which costs less than the floor.
+    let whole = places.as_i64vec4();
+    I64Vec4::select(whole.as_dvec4().cmpgt(places), whole - 1, whole)
+}
+
+/// A cell as one number, of 16 bits for each coordinate.
+pub(crate) fn number(cell: I64Vec4) -> u64 {
+    cell.to_array().iter().fold(0, |all, &n| all << 16 | n as u64 & 0xffff)
+}
+
+/// The cells between two that differ by one at most in each coordinate, these included.
+#[inline]
+pub(crate) fn across(low: I64Vec4, high: I64Vec4) -> impl Iterator<Item = I64Vec4> {
+    let borders = low.cmpne(high).bitmask();
+    (0..=borders).filter(move |beyond| beyond & !borders == 0).map(move |beyond| {
+        let beyond = BVec4::new(beyond & 1 > 0, beyond & 2 > 0, beyond & 4 > 0, beyond & 8 > 0);
+        I64Vec4::select(beyond, high, low)
+    })
 }

@@ -7,12 +7,12 @@
 //! Not handled: faces so small that rounding tilts them out of the cells beside that of their plane; planes do not find
 //! those either.
 
-use glam::{BVec4, DVec2, DVec3, DVec4, Vec4Swizzles};
+use glam::{DVec2, DVec3, DVec4, Vec4Swizzles};
 use rayon::prelude::*;
 use smallvec::{SmallVec, smallvec};
 
 use crate::scene::coincident::polygons::overlap;
-use crate::scene::planes::{GENERIC, TOLERANCE, plane_of};
+use crate::scene::planes::{GENERIC, TOLERANCE, across, number, plane_of};
 use crate::scene::{Scene, Sides};
 
 /// Edge of a cell.
@@ -126,14 +126,9 @@ fn tell_cells(plane: DVec4, mut tell: impl FnMut(u64, bool)) {
 
 /// Tells the cell of a plane, and those across a border close by, each as one number.
 fn tell_cells_of_one_way(plane: DVec4, mut tell: impl FnMut(u64)) {
-    let [low, high] = [plane - BORDER, plane + BORDER].map(|place| place / CELL + WHOLE);
-    // Of the bits of a number rounded so the last are those of the whole number: 16 hold the number of a cell.
-    let number = |cell: DVec4| cell.to_array().iter().fold(0, |all, n| all << 16 | n.to_bits() & 0xffff);
-    let borders = low.cmpne(high).bitmask();
-    for across in (0..=borders).filter(|across| across & !borders == 0) {
-        let beyond = BVec4::new(across & 1 > 0, across & 2 > 0, across & 4 > 0, across & 8 > 0);
-        tell(number(DVec4::select(beyond, high, low)));
-    }
+    // Of the bits of a number rounded so the last are those of the whole number.
+    let cell = |place: DVec4| (place / CELL + WHOLE).to_array().map(|n| n.to_bits() as i64).into();
+    across(cell(plane - BORDER), cell(plane + BORDER)).for_each(|cell| tell(number(cell)));
 }
 
 /// The faces of one cell that may lie in one place with another: all where they are too many to tell.
