@@ -154,6 +154,32 @@ fn pictures_and_paths_are_those_of_once() {
     }
 }
 
+/// What an opacity leaves of a face is the next one's, but where that is the same face once more.
+#[test]
+fn an_opacity_leaves_the_next_face_its_share() {
+    let materials = "newmtl white\nKd .7 .7 .7\nnewmtl red\nKd .6 .1 .1\nnewmtl lamp\nKe 9 9 9\n\
+                     newmtl pane\nKd .5 .5 .5\nd .25\nnewmtl glow\nKe 9 9 9\nd .25\n";
+    let whole = || panel(1.2, 1.8, 1.6, 2.4);
+    let (left, right) = (panel(1.2, 1.5, 1.6, 2.4), panel(1.5, 1.8, 1.6, 2.4));
+    let cases = [
+        (vec![(whole(), "pane"), (whole(), "lamp")], 0.75),
+        (vec![(whole(), "pane"), (whole(), "pane"), (whole(), "lamp")], 0.75),
+        (vec![(left, "pane"), (whole(), "lamp")], 0.875),
+        (vec![(whole(), "glow"), (whole(), "glow")], 0.25),
+        (vec![(whole(), "lamp"), (right, "pane")], 1.0),
+        (vec![(whole(), "glow"), (whole(), "lamp"), (whole(), "white")], 1.0),
+    ];
+    for (panels, share) in cases {
+        let text = |(k, (panel, material)): (usize, &(Panel, &str))| panel.text(&format!("p{k}"), material);
+        let obj = panels.iter().enumerate().map(text).collect::<String>();
+        let scene = Scene::from_obj_text("room", &format!("{ROOM}{obj}"), materials).expect("a correct scene");
+        let lamps = (0..scene.faces.len() as u32).filter(|&face| scene.material(face).emits());
+        let found = lamps.map(|f| scene.means_of_face(f).coverage * scene.area(f)).sum::<f64>() * SCALE * SCALE / 0.48;
+        let names: Vec<&str> = panels.iter().map(|panel| panel.1).collect();
+        assert!((found - share).abs() < 1e-5, "{names:?}: {found}");
+    }
+}
+
 /// Where the first of two faces is cut out, the second is there; nowhere else.
 #[test]
 fn under_a_mask_the_next_face_is_there() {

@@ -49,8 +49,8 @@ struct Tile {
 
 /// A face, or two that follow each other and make up a quadrilateral, in a cell.
 ///
-/// From high bits to low: the cell, hashed; the face; whether it faces the other way than the cell's planes; whether the
-/// next face belongs to it.
+/// From high bits to low: the cell, hashed; the face; whether it faces the other way than the cell's planes; whether
+/// the next face belongs to it.
 type Entry = u64;
 
 /// Bits of an entry below its cell.
@@ -99,7 +99,7 @@ fn enter(scene: &Scene, face: u32, entries: &mut Vec<Entry>) {
     });
     if let [.., last, own] = entries[..]
         && entries.len() == before + 1
-        && own - last == 4
+        && own.wrapping_sub(last) == 4
         && are_neighbours(scene, face - 1, face, false)
     {
         entries.pop();
