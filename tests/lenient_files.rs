@@ -44,7 +44,7 @@ fn named(list: &[(&str, f32)]) -> Vec<(String, f32)> {
 #[test]
 fn missing_libraries_and_materials_are_grey() {
     let obj = format!(
-        "mtllib lost.mtl\nmtllib m.mtl gone.mtl\n{SQUARE}usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\nusemtl c\nf 1 2 4\n"
+        "mtllib lost.mtl\nmtllib m.mtl gone.mtl\n{SQUARE}usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\nusemtl c\nf 4 2 1\n"
     );
     let (materials, warnings) = read(&obj, &[("m.mtl", b"newmtl a\nKd .75\n")]);
     assert_eq!(materials, named(&[("a", 0.75), ("b", 0.25), ("c", 0.25)]));
@@ -312,7 +312,7 @@ fn a_file_of_one_line_is_said_to_be_one() {
 #[test]
 fn groups_of_two_objects_are_told_apart() {
     let obj = format!(
-        "{SQUARE}o floor\ng default\nf 1 2 3\no ceiling\ng default\nf 1 3 4\ng lamp\nf 1 2 4\no floor\nf 2 3 4\n"
+        "{SQUARE}o floor\ng default\nf 1 2 3\no ceiling\ng default\nf 1 3 4\ng lamp\nf 4 2 1\no floor\nf 4 3 2\n"
     );
     let scene = load(&place(&[("s.obj", obj.as_bytes())]), LoadOptions::default()).unwrap();
     assert_eq!(scene.objects, ["floor/default", "ceiling/default", "lamp", "floor"]);
@@ -333,6 +333,7 @@ fn statements_that_are_not_modelled_are_named_once() {
             "4 statements call, csh, usemap (first: ",
             "no usemtl",
             "fewer than three corners",
+            "3 triangles of object `default` lie where",
         ],
     );
     let mtl = b"newmtl a\nKd .5\nKa 1 1 1\nNs 10\nillum 3\nTf 1 1 1\nPm .5\nPr .5\nnorm n.png\nmap_Pr r.png\nmap_Ka a.png\nFoo 1\n";

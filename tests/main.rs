@@ -8,6 +8,7 @@ mod chart;
 mod cli;
 mod cli_errors;
 mod closed_forms;
+mod coincident;
 mod colours;
 mod common;
 mod compare;

@@ -192,7 +192,7 @@ fn every_way_to_write_a_face_means_the_same() {
 #[test]
 fn faces_keep_their_object_and_material() {
     let text = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 2 0\nf 1 2 3\no one\nusemtl b\nf 1 3 4\n\
-        g two\ng three\nf 2 5 3\nusemtl a\nf 3 5 4 \no one\nf 1 2 3 4\n";
+        g two\ng three\nf 2 5 3\nusemtl a\nf 3 5 4 \no one\nf 4 3 2 1\n";
     let scene = Scene::from_obj_text("s", text, "newmtl a\nKd 0\nnewmtl b\nKd 1\n").unwrap();
     assert_eq!(scene.objects, ["default", "one", "three"]);
     let found: Vec<(u32, &str)> =

@@ -5,9 +5,12 @@
 //! surface can report twice, so of those that agree in side and place one is kept. Comparing t alone would also swallow
 //! distinct surfaces that lie close together.
 //!
-//! Not handled: faces of one side that overlap in one plane; both count.
+//! Of faces in one plane that face the same way, which a line meets in one place, the first in the file is met. A scene
+//! has such faces only where the first has a mask ([`crate::scene`]).
+//!
+//! Not handled: rays so grazing that rounding tears the places of one plane apart.
 
-use crate::rays::query::depth;
+use crate::rays::query::{SAME_PLACE as SAME_PLACE_OF_PLANE, depth};
 use crate::rays::ray::{Hit, Side};
 
 /// Two hits on an edge within this distance are the same place of the same edge. Each face interpolates t along the
@@ -21,7 +24,27 @@ pub(crate) fn settle(hits: &mut Vec<Hit>, planes: &[u32]) {
         near.total_cmp(&far).then_with(|| (a.side, a.face).cmp(&(b.side, b.face)))
     });
     merge_edges(hits);
+    merge_planes(hits, planes);
     fronts_first(hits, planes);
+}
+
+/// Keeps the first face of each plane and side.
+fn merge_planes(hits: &mut Vec<Hit>, planes: &[u32]) {
+    let mut kept = 0;
+    for i in 0..hits.len() {
+        let hit = hits[i];
+        let same = |k: &Hit| k.side == hit.side && planes[k.face as usize] == planes[hit.face as usize];
+        let near = |k: &usize| hit.t - hits[*k].t <= SAME_PLACE_OF_PLANE;
+        match (0..kept).rev().take_while(near).find(|&k| same(&hits[k])) {
+            Some(k) if hits[k].face > hit.face => hits[k] = hit,
+            Some(_) => (),
+            None => {
+                hits[kept] = hit;
+                kept += 1;
+            }
+        }
+    }
+    hits.truncate(kept);
 }
 
 /// Keeps one hit of each edge or vertex and side.

@@ -12,8 +12,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::rays::planes::{Plane, Planes};
 use crate::scene::Scene;
+use crate::scene::planes::{Plane, Planes};
 
 /// How far a vertex may lie behind a hull plane: coordinates of size 1 in f32, rounded a few times.
 const TOLERANCE: f64 = 1e-6;

@@ -63,7 +63,8 @@ impl MaskedFaces {
         let Some(MaskedFace { maps, coordinates: [a, b, c], alpha }) = self.faces.get(&hit.face) else { return true };
         let at = *a + hit.u * (*b - *a) + hit.v * (*c - *a);
         let alpha = alpha[0] + hit.u * (alpha[1] - alpha[0]) + hit.v * (alpha[2] - alpha[0]);
-        let share = maps.mask.as_ref().map_or(1.0, |mask| mask.at(at.as_dvec2(), alpha));
+        // Of faces in one place the first that is there is met, so what lies over this one is asked for by itself.
+        let share = maps.mask.as_ref().map_or(1.0, |mask| mask.alone_at(at.as_dvec2(), alpha));
         let drawn = || fraction(hash(hit.u.to_bits(), hash(hit.v.to_bits(), hit.face)));
         share >= 1.0 || (share > 0.0 && drawn() < share)
     }

@@ -19,7 +19,6 @@ pub(crate) mod hull_faces;
 pub(crate) mod masked_faces;
 pub(crate) mod meetings;
 pub(crate) mod packet;
-pub(crate) mod planes;
 pub(crate) mod query;
 pub(crate) mod ray;
 pub(crate) mod ray_offset;

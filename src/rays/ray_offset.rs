@@ -44,9 +44,25 @@ impl RayOffset {
     /// The start of a ray that leaves the face at `point` towards `direction`; `corners` are the face's.
     #[inline]
     pub(crate) fn start(&self, point: Vec3A, direction: Vec3A, corners: impl FnOnce() -> [Vec3; 3]) -> Vec3A {
+        self.moved(point, direction, [MARGIN, LIFT], corners)
+    }
+
+    /// The point from which a ray of that direction starts twice as far from the edges and the plane.
+    pub(crate) fn twice(&self, point: Vec3A, direction: Vec3A, corners: [Vec3; 3]) -> Vec3A {
+        self.moved(point, direction, [2.0 * MARGIN, LIFT], || corners)
+    }
+
+    #[inline(always)]
+    fn moved(
+        &self,
+        point: Vec3A,
+        direction: Vec3A,
+        [margin, lift]: [f32; 2],
+        corners: impl FnOnce() -> [Vec3; 3],
+    ) -> Vec3A {
         let least = self.clearance(point).min_element();
-        let point = if (FOREIGN..MARGIN).contains(&least) { self.inside(point, corners()) } else { point };
-        point + LIFT.copysign(self.normal.dot(direction)) * self.normal
+        let point = if (FOREIGN..margin).contains(&least) { self.inside(point, margin, corners()) } else { point };
+        point + lift.copysign(self.normal.dot(direction)) * self.normal
     }
 
     /// Distances to the three edges, negative outside.
@@ -58,10 +74,10 @@ impl RayOffset {
 
     /// The point moved towards the centroid until it keeps the margin, or half of what the centroid has.
     #[cold]
-    fn inside(&self, point: Vec3A, [a, b, c]: [Vec3; 3]) -> Vec3A {
+    fn inside(&self, point: Vec3A, margin: f32, [a, b, c]: [Vec3; 3]) -> Vec3A {
         let centroid = Vec3A::from((a + b + c) / 3.0);
         let (here, there) = (self.clearance(point), self.clearance(centroid));
-        let wanted = (0.5 * there).min(Vec3A::splat(MARGIN));
+        let wanted = (0.5 * there).min(Vec3A::splat(margin));
         let way = (wanted - here) / (there - here);
         let short = here.cmplt(wanted);
         let share = Vec3A::select(short, way, Vec3A::ZERO).max_element();

@@ -18,11 +18,11 @@ use crate::rays::bvh_build::Layout;
 use crate::rays::crossings::settle;
 use crate::rays::hull_faces::occluders;
 use crate::rays::masked_faces::{MaskedFaces, Seen, is_masked};
-use crate::rays::planes::Planes;
 use crate::rays::query::{Label, NO_PLANE, Query};
 use crate::rays::ray::{End, Hit, Ray, Side};
 use crate::rays::ray_offset::RayOffset;
 use crate::rays::triangle::Triangle;
+use crate::scene::planes::Planes;
 use crate::scene::{Scene, Sky};
 
 /// A scene made ready for casting rays.
@@ -213,6 +213,14 @@ impl Rays {
         let direction = Vec3A::from(ray.direction);
         let (start, skip) = self.start((ray.origin, ray.source), direction);
         Query::new(start, direction, f32::INFINITY, [skip, NO_PLANE])
+    }
+
+    /// The ray moved so that it starts twice as far from its face's plane and edges as rounding needs. Where that
+    /// changes what it meets by some share of rays, so does starting once as far.
+    pub(crate) fn moved_twice(&self, ray: &Ray) -> Ray {
+        let Some(face) = ray.source.map(|face| face as usize) else { return *ray };
+        let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
+        Ray { origin: self.anchors[face].twice(origin, direction, self.corners[face]).into(), ..*ray }
     }
 
     /// The segment between two points, both lifted towards the other; `None` if they are one point.

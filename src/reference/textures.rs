@@ -8,7 +8,7 @@ use glam::{DVec2, Vec2, Vec4, Vec4Swizzles};
 
 use crate::light::Rgb;
 use crate::scene::Scene;
-use crate::scene::textures::{Filter, Maps, Texture, Wrap};
+use crate::scene::textures::{Filter, Maps, Mask, Texture, Wrap};
 
 /// The textures of a scene's faces.
 pub(crate) struct FaceTextures {
@@ -53,16 +53,19 @@ impl FaceTextures {
         };
         let vertex = self.vertex_colour(maps, face, [u, v]);
         let there = maps.mask.as_ref().map_or(1.0, |mask| {
-            let share = mask
-                .texture
-                .as_ref()
-                .map_or(1.0, |t| around(t, at).map(|(x, y, w)| w * t.image.share(x, y, mask.channel)).sum::<f32>());
-            let share = mask.factor * share * vertex.w;
-            mask.cutoff.map_or(share.clamp(0.0, 1.0), |cutoff| f32::from(u8::from(share >= cutoff)))
+            let open: f32 = mask.over.iter().map(|other| 1.0 - share(other, at, 1.0)).product();
+            open * share(mask, at, vertex.w)
         });
         let rho = colour(&maps.reflectance) * vertex.xyz();
         Some(Texel { rho, emission: colour(&maps.emission), there })
     }
+}
+
+/// The share of a surface that a mask alone leaves.
+fn share(mask: &Mask, at: DVec2, alpha: f32) -> f32 {
+    let texel = |t: &Texture| around(t, at).map(|(x, y, w)| w * t.image.share(x, y, mask.channel)).sum::<f32>();
+    let share = mask.factor * alpha * mask.texture.as_ref().map_or(1.0, texel);
+    mask.cutoff.map_or(share.clamp(0.0, 1.0), |cutoff| f32::from(u8::from(share >= cutoff)))
 }
 
 /// The texels that make a texture's value at some coordinates, with their weights.

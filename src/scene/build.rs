@@ -2,26 +2,23 @@
 //!
 //! Center and scale are found and applied in double precision and only the result is rounded, so neither the size of
 //! a scene nor its distance from the origin changes the unit coordinates beyond single precision. Points that
-//! coincide there are made one. Triangles thinner than [`THINNEST`] are dropped.
+//! coincide there are made one. Triangles thinner than [`THINNEST`] are dropped, and of those in one place all but one
+//! ([`crate::scene::coincident`]).
 //!
 //! Not handled: what polygons stand for; [`crate::scene::obj`] and [`crate::scene::gltf`] read them.
 
-use std::collections::HashMap;
-
-use glam::{DVec3, Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec4};
 
 use crate::light::Gloss;
 use crate::scene::camera::ViewError;
+use crate::scene::coincident::{Source, resolve};
 use crate::scene::error::{Place, SceneError};
 use crate::scene::material_checks::{check_emission, check_gloss, check_rho};
+use crate::scene::points::{Points, THINNEST, height};
 use crate::scene::polygon::{Cover, MOST_CORNERS, Triangulator};
 use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::warnings::Tally;
 use crate::scene::{Camera, Face, Material, NamedCamera, Scene, UnitFrame};
-
-/// The least height of a triangle over its longest side, unit coordinates: the rounding of a coordinate near 1.
-/// Thinner ones have no normal.
-pub const THINNEST: f64 = 1.0 / (1 << 23) as f64;
 
 /// Polygons as read, in the file's units.
 #[derive(Debug, Default)]
@@ -166,7 +163,7 @@ pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
     flaws.report(&soup.file, soup.item, &mut warnings);
     let mut scene = Scene {
         name: soup.name,
-        vertices: mesh.vertices,
+        vertices: std::mem::take(&mut mesh.points.list),
         faces: mesh.faces,
         exact: mesh.exact,
         coordinates: mesh.coordinates,
@@ -181,6 +178,8 @@ pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
         transport: None,
         warnings,
     };
+    let source = Source { file: &soup.file, item: soup.item, numbers: &mesh.numbers };
+    resolve(&mut scene, &mut mesh.points, &source);
     scene.camera = match scene.cameras.first() {
         Some(own) => own.camera,
         None if has_view => Camera::NOWHERE,
@@ -235,12 +234,13 @@ impl Flaws {
 /// Triangles and their points; equal points are one.
 #[derive(Default)]
 struct Mesh {
-    vertices: Vec<Vec3>,
+    points: Points,
     faces: Vec<Face>,
     exact: Vec<[DVec3; 3]>,
     coordinates: Vec<[Vec2; 3]>,
     colours: Vec<[Vec4; 3]>,
-    index: HashMap<[u32; 3], u32>,
+    /// Of the polygons that the faces are parts of.
+    numbers: Vec<usize>,
 }
 
 impl Mesh {
@@ -282,27 +282,11 @@ impl Mesh {
         if thick {
             // Adding zero makes -0 and 0 one point.
             self.exact.push(exact.map(|corner| corner + DVec3::ZERO));
-            let vertices = corners.map(|corner| self.vertex(corner));
+            let vertices = corners.map(|corner| self.points.number(corner));
             let (material, object) = (polygon.material, polygon.object);
             self.faces.push(Face { vertices, material, object });
+            self.numbers.push(polygon.number);
         }
         thick
     }
-
-    fn vertex(&mut self, point: Vec3) -> u32 {
-        // Adding zero makes -0 and 0 one point.
-        let point = point + Vec3::ZERO;
-        *self.index.entry(point.to_array().map(f32::to_bits)).or_insert_with(|| {
-            self.vertices.push(point);
-            self.vertices.len() as u32 - 1
-        })
-    }
-}
-
-/// Height of a triangle over its longest side: twice the area by the side.
-fn height(corners: [Vec3; 3]) -> f64 {
-    let [a, b, c] = corners.map(|v| v.as_dvec3());
-    let longest = (b - a).length().max((c - b).length()).max((a - c).length());
-    let double_area = (b - a).cross(c - a).length();
-    if longest > 0.0 { double_area / longest } else { 0.0 }
 }

@@ -64,7 +64,7 @@ pub(crate) fn attach(
             material.emission = factor(given[1], material.emission);
             maps.emission = Some(texture(line, image));
         }
-        let mut mask = Mask { texture: None, channel: Channel::Alpha, factor: libraries.opacity(index), cutoff: None };
+        let mut mask = Mask { factor: libraries.opacity(index), ..Mask::WHOLE };
         if let Some((line, image)) = images.open(&lines.d, &material.name)? {
             let own = if image.has_alpha() { Channel::Alpha } else { Channel::Luminance };
             mask.channel = line.channel.unwrap_or(own);

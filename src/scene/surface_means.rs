@@ -90,7 +90,7 @@ impl Material {
 impl Piece {
     /// Whether as much of the surface is there everywhere.
     fn is_even(&self, mask: &Mask) -> bool {
-        mask.texture.is_none() && self.colours.is_none_or(|colours| colours.iter().all(|colour| colour.w == 1.0))
+        !mask.has_images() && self.colours.is_none_or(|colours| colours.iter().all(|colour| colour.w == 1.0))
     }
 
     /// Colour and alpha at the point with these weights of the second and third corner.

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use crate::rays::Rays;
 use crate::scene::Scene;
+use crate::scene::planes::by_plane;
 use crate::surfaces::connected::connected;
 
 /// A maximal set of touching coplanar faces with its (u, v) frame.
@@ -54,7 +55,8 @@ pub(crate) fn normal(corners: [Vec3; 3]) -> DVec3 {
 
 /// All surfaces of a scene, in the order of their first faces.
 pub(crate) fn find(scene: &Scene, rays: &Rays) -> Vec<Surface> {
-    let (faces, starts) = by_plane(scene, rays);
+    let planes: Vec<u32> = (0..scene.faces.len() as u32).map(|face| rays.plane(face)).collect();
+    let (faces, starts) = by_plane(&planes);
     let planes = starts.par_windows(2);
     let kind = |face: u32| {
         let n = normal(scene.corners(face));
@@ -68,24 +70,6 @@ pub(crate) fn find(scene: &Scene, rays: &Rays) -> Vec<Surface> {
     let mut parts: Vec<Vec<u32>> = connected.collect();
     parts.par_sort_unstable_by_key(|faces| faces[0]);
     parts.into_par_iter().map(|f| measure(scene, f)).collect()
-}
-
-/// The faces plane by plane, in order, and where each plane's faces begin.
-fn by_plane(scene: &Scene, rays: &Rays) -> (Vec<u32>, Vec<u32>) {
-    let count = scene.faces.len() as u32;
-    let planes = (0..count).map(|f| rays.plane(f) + 1).max().unwrap_or(0);
-    let mut starts = vec![0; planes as usize + 1];
-    (0..count).for_each(|f| starts[rays.plane(f) as usize + 1] += 1);
-    for plane in 0..planes as usize {
-        starts[plane + 1] += starts[plane];
-    }
-    let (mut next, mut faces) = (starts.clone(), vec![0; count as usize]);
-    for face in 0..count {
-        let at = &mut next[rays.plane(face) as usize];
-        faces[*at as usize] = face;
-        *at += 1;
-    }
-    (faces, starts)
 }
 
 /// Area, normal and the smallest rectangle around a surface's faces.

@@ -78,6 +78,7 @@ fn faces_without_coordinates_are_counted() {
     let obj = OBJ.replace("f 1/1 2/2 3/3", "f 1 2 3\nf 1/1 2/9 3/1\nf 1/1 2/2 3/3");
     fs::write(place.path().join("s.obj"), obj).unwrap();
     let scene = Scene::open(&place.path().join("s.obj").to_string_lossy()).unwrap();
-    assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
+    assert_eq!(scene.warnings.len(), 2, "{:?}", scene.warnings);
+    assert!(scene.warnings[1].contains("in one place"), "{}", scene.warnings[1]);
     assert!(scene.warnings[0].starts_with("2 textured faces of material `a` (first: "), "{}", scene.warnings[0]);
 }

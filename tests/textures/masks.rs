@@ -35,6 +35,7 @@ fn mask(width: usize, codes: Vec<u8>) -> Mask {
         channel: Channel::Luminance,
         factor: 1.0,
         cutoff: None,
+        over: Vec::new(),
     }
 }
 
@@ -127,7 +128,7 @@ fn cards(share: f32, count: usize, wall: bool) -> Scene {
     if wall {
         across(0.0, 1);
     }
-    let uniform = Mask { texture: None, channel: Channel::Luminance, factor: share, cutoff: None };
+    let uniform = Mask { texture: None, channel: Channel::Luminance, factor: share, cutoff: None, over: Vec::new() };
     let maps = Some(Arc::new(Maps { mask: Some(uniform), ..Maps::default() }));
     let card = Material { maps, ..grey("card", 0.0) };
     let mut scene = mesh.scene(vec![card, Material { emission: Rgb::ONE, ..grey("wall", 0.0) }]);
@@ -158,7 +159,7 @@ fn pixels_see_through_uniform_masks_by_weight() {
 #[test]
 fn what_is_little_of_a_ray_is_met_by_chance() {
     const CARDS: usize = 40;
-    let (share, scene) = (0.2, cards(0.2, CARDS, true));
+    let (share, scene) = (0.2_f64, cards(0.2, CARDS, true));
     let rays = Rays::new(&scene);
     let card = |face: u32| scene.faces[face as usize].material == 0;
     let from = scene.frame.to_unit(DVec3::new(0.0, 0.0, 2.0)).as_vec3();

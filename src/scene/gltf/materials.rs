@@ -118,7 +118,7 @@ fn mask(read: &Read, base: Option<&Texture>) -> Option<Mask> {
     };
     let [.., factor] = read.pbr_metallic_roughness.base_color_factor.0;
     let texture = base.filter(|texture| texture.image.has_alpha()).cloned();
-    Some(Mask { texture, channel: Channel::Alpha, factor, cutoff })
+    Some(Mask { texture, channel: Channel::Alpha, factor, cutoff, over: Vec::new() })
 }
 
 fn ignore(read: &Read, name: &str, ignored: &mut Ignored) {

@@ -10,7 +10,7 @@
 //!
 //! Not handled: textures of anything else.
 
-use glam::DVec2;
+use glam::{DAffine2, DVec2};
 
 use crate::scene::textures::stored_image::Channel;
 use crate::scene::textures::texture::Texture;
@@ -39,17 +39,36 @@ pub struct Mask {
     pub factor: f32,
     /// From this share on there is a surface, and below there is none; each share counts as it is without.
     pub cutoff: Option<f32>,
+    /// Masks of other faces in the same place, before this one in the file: there is a surface where they have none.
+    pub over: Vec<Mask>,
 }
 
 impl Maps {
     /// Whether there are images, so that points have coordinates.
     pub(crate) fn has_images(&self) -> bool {
-        let of_mask = self.mask.as_ref().is_some_and(|mask| mask.texture.is_some());
+        let of_mask = self.mask.as_ref().is_some_and(Mask::has_images);
         of_mask || self.reflectance.is_some() || self.emission.is_some()
     }
 }
 
 impl Mask {
+    /// A surface everywhere.
+    pub(crate) const WHOLE: Mask =
+        Mask { texture: None, channel: Channel::Alpha, factor: 1.0, cutoff: None, over: Vec::new() };
+
+    /// It in other coordinates, from which `map` leads to its own; alone, without those over it.
+    pub(crate) fn seen_through(mut self, map: DAffine2) -> Mask {
+        if let Some(texture) = &mut self.texture {
+            texture.placement *= map;
+        }
+        Mask { over: Vec::new(), ..self }
+    }
+
+    /// Whether it differs from point to point by an image, its own or one of a mask over it.
+    pub(crate) fn has_images(&self) -> bool {
+        self.texture.is_some() || self.over.iter().any(|mask| mask.texture.is_some())
+    }
+
     /// Whether there is a surface nowhere.
     pub(crate) fn is_nowhere(&self) -> bool {
         self.cutoff.map_or(self.factor <= 0.0, |cutoff| self.factor < cutoff)
@@ -64,11 +83,19 @@ impl Mask {
 
     /// The share a of a surface where it is the same at all points whose vertices' alpha is 1.
     pub(crate) fn uniform(&self) -> Option<f32> {
-        (self.texture.is_none() && self.cutoff.is_none()).then(|| self.factor.clamp(0.0, 1.0))
+        let own = (self.texture.is_none() && self.cutoff.is_none()).then(|| self.factor.clamp(0.0, 1.0));
+        self.over.iter().try_fold(own?, |share, mask| Some(share * (1.0 - mask.uniform()?)))
     }
 
-    /// The share a of a surface at coordinates of vertices, 0..=1, where their alpha is `alpha`.
+    /// The share a of a surface at coordinates of vertices, 0..=1, where their alpha is `alpha`: of what those over it
+    /// leave.
     pub fn at(&self, at: DVec2, alpha: f32) -> f32 {
+        let left = self.over.iter().map(|mask| 1.0 - mask.alone_at(at, 1.0));
+        left.fold(self.alone_at(at, alpha), |share, left| share * left)
+    }
+
+    /// The share of a surface where nothing is over it.
+    pub(crate) fn alone_at(&self, at: DVec2, alpha: f32) -> f32 {
         let texel = self.texture.as_ref().map_or(1.0, |texture| texture.share(at, self.channel));
         let share = (self.factor * texel * alpha).clamp(0.0, 1.0);
         match self.cutoff {

@@ -8,7 +8,7 @@
 //! Not handled: a plane may fall into several ids where it is cut so finely that rounding tilts the founder
 //! (faces of 1e-3 that are not parallel to an axis). Rays start a little above their face, so this costs no accuracy.
 
-use glam::DVec3;
+use glam::{BVec4, DVec3, DVec4, I64Vec4};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -24,7 +24,7 @@ const CELL: f64 = 1.0 / 4096.0;
 const BORDER: f64 = CELL / 8.0;
 
 /// A direction that planes people draw are rarely parallel to; about a unit vector.
-const GENERIC: DVec3 = DVec3::new(0.537, 0.623, 0.568);
+pub(crate) const GENERIC: DVec3 = DVec3::new(0.537, 0.623, 0.568);
 
 /// Planes whose normals have a larger part along [`GENERIC`] are entered under one orientation only: those looked at
 /// have normals within a cell and its border in each coordinate, `sqrt(3)` times that altogether.
@@ -42,7 +42,7 @@ pub(crate) struct Plane {
 
 /// The planes of a scene.
 pub(crate) struct Planes {
-    /// The plane of every face.
+    /// The plane of every face of those grouped.
     pub of_face: Vec<u32>,
     /// The founders' planes, by falling area of the founder.
     pub planes: Vec<Plane>,
@@ -55,42 +55,68 @@ impl Plane {
     }
 
     /// The plane seen from the other side.
-    fn flipped(self) -> Plane {
+    pub(crate) fn flipped(self) -> Plane {
         Plane { normal: -self.normal, offset: -self.offset }
     }
 
-    fn coordinates(self) -> [f64; 4] {
-        let n = self.normal;
-        [n.x, n.y, n.z, self.offset]
+    fn coordinates(self) -> DVec4 {
+        self.normal.extend(self.offset)
     }
 }
 
 impl Planes {
     /// Groups the faces of a scene, in about linear time.
     pub(crate) fn new(scene: &Scene) -> Self {
+        let all: Vec<u32> = (0..scene.faces.len() as u32).collect();
+        Planes::of(scene, &all)
+    }
+
+    /// Groups some faces, which stand in order; `of_face` is in theirs.
+    pub(crate) fn of(scene: &Scene, faces: &[u32]) -> Self {
         let mut finder = Finder::default();
-        let mut of_face = vec![0; scene.faces.len()];
-        for (face, plane) in by_falling_area(scene) {
-            let corners = scene.corners(face).map(|c| c.as_dvec3());
-            of_face[face as usize] = finder.find(plane, &corners);
+        let mut of_face = vec![0; faces.len()];
+        for (k, plane) in by_falling_area(scene, faces) {
+            let corners = scene.corners(faces[k as usize]).map(|c| c.as_dvec3());
+            of_face[k as usize] = finder.find(plane, &corners);
         }
         Planes { of_face, planes: finder.planes }
     }
 }
 
-/// Faces with their planes, largest first, ties by number.
-fn by_falling_area(scene: &Scene) -> Vec<(u32, Plane)> {
-    let count = scene.faces.len() as u32;
-    let measured = (0..count).into_par_iter().map(|face| {
-        let [a, b, c] = scene.corners(face).map(|c| c.as_dvec3());
-        let cross = (b - a).cross(c - a);
-        let normal = cross.normalize_or_zero();
-        let offset = normal.dot(a + b + c) / 3.0;
-        (cross.length(), face, Plane { normal, offset })
+/// Faces plane by plane, in order, and where each plane's begin; `of_face` has the plane of each.
+pub(crate) fn by_plane(of_face: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    let planes = of_face.iter().map(|&plane| plane + 1).max().unwrap_or(0) as usize;
+    let mut starts = vec![0; planes + 1];
+    of_face.iter().for_each(|&plane| starts[plane as usize + 1] += 1);
+    for plane in 0..planes {
+        starts[plane + 1] += starts[plane];
+    }
+    let (mut next, mut faces) = (starts.clone(), vec![0; of_face.len()]);
+    for (face, &plane) in (0..).zip(of_face) {
+        let at = &mut next[plane as usize];
+        faces[*at as usize] = face;
+        *at += 1;
+    }
+    (faces, starts)
+}
+
+/// Faces by their places among some, with their planes, largest first, ties by place.
+fn by_falling_area(scene: &Scene, faces: &[u32]) -> Vec<(u32, Plane)> {
+    let corners = |k: u32| scene.corners(faces[k as usize]).map(|c| c.as_dvec3());
+    let measured = (0..faces.len() as u32).into_par_iter().map(|k| {
+        let [a, b, c] = corners(k);
+        // The bits of numbers that are not negative are in their order.
+        (!(b - a).cross(c - a).length().to_bits(), k)
     });
-    let mut faces: Vec<_> = measured.collect();
-    faces.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    faces.into_iter().map(|(_, face, plane)| (face, plane)).collect()
+    let mut order: Vec<(u64, u32)> = measured.collect();
+    order.par_sort_unstable();
+    order.into_par_iter().map(|(_, k)| (k, plane_of(&corners(k)))).collect()
+}
+
+/// The plane of a face.
+pub(crate) fn plane_of(&[a, b, c]: &[DVec3; 3]) -> Plane {
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    Plane { normal, offset: normal.dot(a + b + c) / 3.0 }
 }
 
 /// Planes in a hash grid over (normal, offset).
@@ -100,7 +126,7 @@ struct Finder {
     /// The plane entered into the same cell before this one.
     earlier: Vec<Option<u32>>,
     /// The plane last entered into a cell.
-    cells: FxHashMap<[i32; 4], u32>,
+    cells: FxHashMap<u64, u32>,
 }
 
 impl Finder {
@@ -117,23 +143,11 @@ impl Finder {
 
     /// Looks in the plane's own cell and in those across a border close by.
     fn search(&self, plane: Plane, corners: &[DVec3; 3]) -> Option<u32> {
-        let coordinates = plane.coordinates();
-        let low = coordinates.map(|c| cell(c - BORDER));
-        let high = coordinates.map(|c| cell(c + BORDER));
-        (0..16u32).find_map(|corner| {
-            let across = |axis: usize| corner >> axis & 1 == 1;
-            let mut key = low;
-            for axis in (0..4).filter(|&axis| across(axis)) {
-                if low[axis] == high[axis] {
-                    return None;
-                }
-                key[axis] = high[axis];
-            }
-            self.search_cell(key, corners)
-        })
+        let [low, high] = [-BORDER, BORDER].map(|border| cell(plane.coordinates() + border));
+        across(low, high).find_map(|cell| self.search_cell(number(cell), corners))
     }
 
-    fn search_cell(&self, key: [i32; 4], corners: &[DVec3; 3]) -> Option<u32> {
+    fn search_cell(&self, key: u64, corners: &[DVec3; 3]) -> Option<u32> {
         let newest = self.cells.get(&key).copied();
         std::iter::successors(newest, |&p| self.earlier[p as usize]).take(PROBES).find(|&p| {
             let plane = &self.planes[p as usize];
@@ -143,7 +157,7 @@ impl Finder {
 
     fn enter(&mut self, plane: Plane) -> u32 {
         let id = self.planes.len() as u32;
-        let key = plane.coordinates().map(cell);
+        let key = number(cell(plane.coordinates()));
         self.planes.push(plane);
         let earlier = self.cells.insert(key, id);
         self.earlier.push(earlier);
@@ -153,10 +167,29 @@ impl Finder {
 
 /// The orientation under which a plane is entered. Planes on the border between the two orientations are found under
 /// either, as `find` looks for both.
-fn upright(plane: Plane) -> Plane {
+pub(crate) fn upright(plane: Plane) -> Plane {
     if plane.normal.dot(GENERIC) < 0.0 { plane.flipped() } else { plane }
 }
 
-fn cell(coordinate: f64) -> i32 {
-    (coordinate / CELL).floor() as i32
+/// The cell of a plane.
+fn cell(coordinates: DVec4) -> I64Vec4 {
+    let places = coordinates / CELL;
+    // Towards zero, which costs less than the floor.
+    let whole = places.as_i64vec4();
+    I64Vec4::select(whole.as_dvec4().cmpgt(places), whole - 1, whole)
+}
+
+/// A cell as one number, of 16 bits for each coordinate.
+pub(crate) fn number(cell: I64Vec4) -> u64 {
+    cell.to_array().iter().fold(0, |all, &n| all << 16 | n as u64 & 0xffff)
+}
+
+/// The cells between two that differ by one at most in each coordinate, these included.
+#[inline]
+pub(crate) fn across(low: I64Vec4, high: I64Vec4) -> impl Iterator<Item = I64Vec4> {
+    let borders = low.cmpne(high).bitmask();
+    (0..=borders).filter(move |beyond| beyond & !borders == 0).map(move |beyond| {
+        let beyond = BVec4::new(beyond & 1 > 0, beyond & 2 > 0, beyond & 4 > 0, beyond & 8 > 0);
+        I64Vec4::select(beyond, high, low)
+    })
 }

@@ -1,0 +1,170 @@
+//! The triangles of one plane in a tree of boxes, to be asked for those that overlap a polygon.
+//!
+//! The tree is made once, of all triangles; those that count are told one after the other. A branch whose triangles do
+//! not count, or count from too late on, is passed over, so n triangles ask each other in about n log n: a pile, of
+//! which one counts, and rows of which each is shifted beyond the last.
+//!
+//! Not handled: polygons that many overlap of which none is wanted; each of those is looked at.
+
+use std::ops::Range;
+
+use glam::DVec2;
+use smallvec::{SmallVec, smallvec};
+
+use crate::scene::coincident::polygons::overlap;
+
+/// Triangles of a leaf, at most about.
+const LEAF: usize = 4;
+
+/// Counts from no number on.
+const NEVER: u32 = u32::MAX;
+
+/// Triangles of one plane, by number.
+pub(super) struct Kept {
+    tiles: Vec<[DVec2; 3]>,
+    /// Whether each counts.
+    counts: Vec<bool>,
+    /// The triangles leaf by leaf.
+    order: Vec<u32>,
+    /// The leaf of each triangle.
+    leaf: Vec<u32>,
+    /// The two of node i are 2i and 2i + 1; the first is 1, and the leaves are the last half.
+    nodes: Vec<Node>,
+}
+
+#[derive(Clone, Copy)]
+struct Node {
+    low: DVec2,
+    high: DVec2,
+    /// The first of its triangles that counts.
+    first: u32,
+}
+
+impl Node {
+    const EMPTY: Node = Node { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY, first: NEVER };
+
+    fn around(polygon: &[DVec2]) -> Node {
+        let wider = |node: Node, &p: &DVec2| Node { low: node.low.min(p), high: node.high.max(p), ..node };
+        polygon.iter().fold(Node::EMPTY, wider)
+    }
+
+    fn join(self, other: Node) -> Node {
+        Node { low: self.low.min(other.low), high: self.high.max(other.high), first: self.first.min(other.first) }
+    }
+
+    fn meets(&self, other: &Node) -> bool {
+        self.low.cmplt(other.high).all() && other.low.cmplt(self.high).all()
+    }
+
+    fn middle(&self) -> DVec2 {
+        0.5 * (self.low + self.high)
+    }
+}
+
+impl Kept {
+    /// Of triangles, counter-clockwise, of which none counts.
+    pub fn new(tiles: Vec<[DVec2; 3]>) -> Kept {
+        let leaves = tiles.len().div_ceil(LEAF).next_power_of_two();
+        let middles: Vec<DVec2> = tiles.iter().map(|tile| Node::around(tile).middle()).collect();
+        let mut order: Vec<u32> = (0..tiles.len() as u32).collect();
+        sort(&mut order, 0..leaves, leaves, &middles);
+        let (mut leaf, mut nodes) = (vec![0; tiles.len()], vec![Node::EMPTY; 2 * leaves]);
+        for own in 0..leaves {
+            for &k in &order[part(tiles.len(), leaves, own)] {
+                leaf[k as usize] = own as u32;
+                nodes[leaves + own] = nodes[leaves + own].join(Node::around(&tiles[k as usize]));
+            }
+        }
+        for node in (1..leaves).rev() {
+            nodes[node] = nodes[2 * node].join(nodes[2 * node + 1]);
+        }
+        Kept { counts: vec![false; tiles.len()], tiles, order, leaf, nodes }
+    }
+
+    /// Lets a triangle count; they are told in order.
+    pub fn keep(&mut self, k: usize) {
+        let mut node = self.nodes.len() / 2 + self.leaf[k] as usize;
+        while node > 0 && self.nodes[node].first == NEVER {
+            self.nodes[node].first = k as u32;
+            node /= 2;
+        }
+        self.counts[k] = true;
+    }
+
+    /// One that counts, comes before a number, overlaps a polygon by more than rounding and is `wanted`: about the next
+    /// to the polygon's middle.
+    pub fn find(&self, polygon: &[DVec2], before: usize, wanted: impl Fn(usize) -> bool) -> Option<usize> {
+        let (around, leaves) = (Node::around(polygon), self.nodes.len() / 2);
+        let middle = around.middle();
+        let mut left: SmallVec<[usize; 64]> = smallvec![1];
+        while let Some(node) = left.pop() {
+            if self.nodes[node].first as usize >= before || !self.nodes[node].meets(&around) {
+                continue;
+            }
+            if node < leaves {
+                let away = |node: usize| self.nodes[node].middle().distance_squared(middle);
+                let near = if away(2 * node) <= away(2 * node + 1) { 0 } else { 1 };
+                left.extend([2 * node + 1 - near, 2 * node + near]);
+                continue;
+            }
+            let mut own = self.order[part(self.tiles.len(), leaves, node - leaves)].iter().map(|&k| k as usize);
+            let is_over = |k: usize| k < before && self.counts[k] && overlap(&self.tiles[k], polygon);
+            let found = own.find(|&k| is_over(k) && wanted(k));
+            if found.is_some() {
+                return found;
+            }
+        }
+        None
+    }
+}
+
+/// The places of a leaf's triangles in the order of the tree.
+fn part(tiles: usize, leaves: usize, leaf: usize) -> Range<usize> {
+    leaf * tiles / leaves..(leaf + 1) * tiles / leaves
+}
+
+/// Parts triangles by their middles, along the side on which these lie furthest apart, until each leaf has its own.
+fn sort(order: &mut [u32], leaves: Range<usize>, all: usize, middles: &[DVec2]) {
+    if leaves.len() == 1 {
+        return;
+    }
+    let around = order.iter().fold(Node::EMPTY, |node, &k| node.join(Node::around(&[middles[k as usize]])));
+    let extent = around.high - around.low;
+    let axis = usize::from(extent.y > extent.x);
+    let along = |k: u32| middles[k as usize][axis];
+    let half = leaves.start + leaves.len() / 2;
+    let start = |leaf: usize| part(middles.len(), all, leaf).start;
+    let before = start(half) - start(leaves.start);
+    if before < order.len() {
+        order.select_nth_unstable_by(before, |&a, &b| along(a).total_cmp(&along(b)).then(a.cmp(&b)));
+    }
+    let (first, last) = order.split_at_mut(before);
+    sort(first, leaves.start..half, all, middles);
+    sort(last, half..leaves.end, all, middles);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Triangles of many sizes scattered by a simple rule.
+    fn scattered(k: u32) -> [DVec2; 3] {
+        let at = |m: u32| f64::from(k * m % 97) / 97.0;
+        let size = 0.5_f64.powi((k % 7) as i32);
+        let corner = DVec2::new(at(31), at(53));
+        [corner, corner + size * DVec2::new(1.0, 0.1), corner + size * DVec2::new(0.2, 0.9)]
+    }
+
+    #[test]
+    fn the_tree_finds_what_a_walk_through_all_finds() {
+        let all: Vec<[DVec2; 3]> = (0..300).map(scattered).collect();
+        let mut kept = Kept::new(all.clone());
+        for (k, tile) in all.iter().enumerate() {
+            let expected: Vec<usize> = (0..k).filter(|&j| j % 3 > 0 && overlap(&all[j], tile)).collect();
+            assert_eq!(kept.find(tile, k, |j| j % 5 == 0).is_some(), expected.iter().any(|j| j % 5 == 0));
+            if k % 3 > 0 {
+                kept.keep(k);
+            }
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! What is there of the faces of one plane.
+//!
+//! Faces are taken in the order of the file, those of either way by themselves. What earlier ones cover of a face is
+//! cut out of it; under a masked one that is not the same once more a piece stays that is there where the mask is not.
+//! Where the front of a face of the other way lies on the back of one with two sides, a piece stays that has no back.
+//!
+//! Not handled: masks by alpha of vertices told twice, of which the second stays for what the first leaves; masked
+//! fronts on backs. Rays see the back through the mask; where it emits, closed forms count all.
+
+use glam::{DVec2, DVec3};
+use rustc_hash::FxHashMap;
+
+use crate::scene::coincident::division::{Cover, Covering, Marks, Piece, divided};
+use crate::scene::coincident::kept::Kept;
+use crate::scene::coincident::polygons::Polygon;
+use crate::scene::planes::Plane;
+use crate::scene::{Scene, Sides};
+
+/// How far texture coordinates of one place may lie apart to be the same.
+const TWICE: f64 = 1e-4;
+
+/// A face of which not all is there as the file has it.
+pub(super) struct Covered {
+    pub face: u32,
+    /// One of the faces that cover some of it; none where only its back is behind others.
+    pub by: Option<u32>,
+    /// What is there. Corners are told by the weights of the face's second and third corner, in the order of its own.
+    pub pieces: Vec<Piece>,
+}
+
+/// A face in its plane.
+#[derive(Clone, Copy)]
+struct Tile {
+    face: u32,
+    corners: [DVec2; 3],
+    /// Whether its corners run counter-clockwise there.
+    is_upright: bool,
+}
+
+/// The faces of one way.
+struct Layer<'a> {
+    scene: &'a Scene,
+    tiles: Vec<Tile>,
+    /// Those of which some is there.
+    kept: Kept,
+    /// Of each face that others of its way lie over, what is there.
+    left: FxHashMap<usize, Left>,
+}
+
+/// What faces of its way leave of a face.
+struct Left {
+    /// One of them.
+    by: u32,
+    pieces: Vec<Piece>,
+}
+
+/// Those faces of a plane of which not all is there, in no order; `faces` are in the order of the file.
+pub(super) fn covered(scene: &Scene, plane: &Plane, faces: &[u32]) -> Vec<Covered> {
+    let axes = plane.normal.any_orthonormal_pair();
+    let tiles = faces.iter().map(|&face| Tile::new(scene, face, axes));
+    let (upright, turned): (Vec<Tile>, Vec<Tile>) = tiles.partition(|tile| tile.is_upright);
+    let [upright, turned] = [upright, turned].map(|tiles| Layer::of(scene, tiles));
+    upright.covered(&turned).chain(turned.covered(&upright)).collect()
+}
+
+impl Tile {
+    fn new(scene: &Scene, face: u32, (u, v): (DVec3, DVec3)) -> Tile {
+        let corners = scene.exact_corners(face).map(|p| DVec2::new(p.dot(u), p.dot(v)));
+        let [a, b, c] = corners;
+        Tile { face, corners, is_upright: (b - a).perp_dot(c - a) > 0.0 }
+    }
+
+    /// Its corners counter-clockwise.
+    fn ring(&self) -> [DVec2; 3] {
+        let [a, b, c] = self.corners;
+        if self.is_upright { [a, b, c] } else { [a, c, b] }
+    }
+
+    /// As it covers others.
+    fn cover(&self, covering: Covering) -> Cover {
+        Cover { polygon: self.ring().to_vec(), covering }
+    }
+
+    /// Points by the weights of its second and third corner, in the order of its own corners.
+    fn weights(&self, polygon: &[DVec2]) -> Polygon {
+        let [a, b, c] = self.corners;
+        let (u, v) = (b - a, c - a);
+        let weights = |&p: &DVec2| DVec2::new((p - a).perp_dot(v), u.perp_dot(p - a)) / u.perp_dot(v);
+        let mut weights: Polygon = polygon.iter().map(weights).collect();
+        if !self.is_upright {
+            weights.reverse();
+        }
+        weights
+    }
+}
+
+impl<'a> Layer<'a> {
+    fn of(scene: &'a Scene, tiles: Vec<Tile>) -> Layer<'a> {
+        let kept = Kept::new(tiles.iter().map(Tile::ring).collect());
+        let mut layer = Layer { scene, tiles, kept, left: FxHashMap::default() };
+        for k in 0..layer.tiles.len() {
+            let left = layer.left_of(k);
+            if left.as_ref().is_none_or(|left| !left.pieces.is_empty()) {
+                layer.kept.keep(k);
+            }
+            layer.left.extend(left.map(|left| (k, left)));
+        }
+        layer
+    }
+
+    /// What those before it leave of a tile; none where none lies over it.
+    fn left_of(&self, k: usize) -> Option<Left> {
+        let ring = self.tiles[k].ring();
+        let found = self.kept.find(&ring, k, |_| true)?;
+        let covering = |face: u32| {
+            let leaves = is_masked(self.scene, face) && !are_the_same(self.scene, face, self.tiles[k].face);
+            Some(if leaves { Covering::Masked(face) } else { Covering::Whole })
+        };
+        let pieces = self.cut(&ring, whole(&ring), k, covering);
+        Some(Left { by: self.tiles[found].face, pieces })
+    }
+
+    /// Pieces of a polygon under the tiles before one, each of which covers it as told, if it does.
+    fn cut(
+        &self,
+        ring: &[DVec2],
+        start: Vec<Piece>,
+        before: usize,
+        covering: impl Fn(u32) -> Option<Covering>,
+    ) -> Vec<Piece> {
+        let cover = |k: usize| covering(self.tiles[k].face).map(|covering| self.tiles[k].cover(covering));
+        let is_new =
+            |marks: &Marks, k: usize| covering(self.tiles[k].face).is_some_and(|covering| !marks.has(covering));
+        let near = |(polygon, marks): &Piece| self.kept.find(polygon, before, |k| is_new(marks, k));
+        divided(ring, start, |piece| near(piece).and_then(cover))
+    }
+
+    /// The faces of which not all is there as the file has them, beside those of the other way.
+    fn covered(&self, other: &Layer) -> impl Iterator<Item = Covered> {
+        (0..self.tiles.len()).filter_map(|k| self.covered_tile(k, other))
+    }
+
+    fn covered_tile(&self, k: usize, other: &Layer) -> Option<Covered> {
+        let (tile, left) = (&self.tiles[k], self.left.get(&k));
+        let ring = tile.ring();
+        let is_backed = self.scene.material(tile.face).sides == Sides::Two && other.has_front(&ring);
+        if left.is_none() && !is_backed {
+            return None;
+        }
+        let mut pieces = left.map_or_else(|| whole(&ring), |left| left.pieces.clone());
+        if is_backed {
+            let covering = |face: u32| (!is_masked(self.scene, face)).then_some(Covering::Back);
+            pieces = other.cut(&ring, pieces, other.tiles.len(), covering);
+        }
+        let is_as_before = pieces == whole(&ring);
+        let weighted = pieces.into_iter().map(|(polygon, marks)| (tile.weights(&polygon), marks));
+        let covered = Covered { face: tile.face, by: left.map(|left| left.by), pieces: weighted.collect() };
+        (!is_as_before).then_some(covered)
+    }
+
+    /// Whether one that is whole lies over a polygon.
+    fn has_front(&self, ring: &[DVec2]) -> bool {
+        self.kept.find(ring, self.tiles.len(), |k| !is_masked(self.scene, self.tiles[k].face)).is_some()
+    }
+}
+
+/// All of a polygon.
+fn whole(ring: &[DVec2]) -> Vec<Piece> {
+    vec![(ring.to_vec(), Marks::default())]
+}
+
+fn is_masked(scene: &Scene, face: u32) -> bool {
+    scene.maps(face).is_some_and(|maps| maps.mask.is_some())
+}
+
+/// Whether two faces are what a file has twice: of one material, with the same textures and colours in each place.
+fn are_the_same(scene: &Scene, a: u32, b: u32) -> bool {
+    let same = |x: DVec2, y: DVec2| (x - y).abs().max_element() <= TWICE;
+    let coordinates = || {
+        let own = scene.coordinates.get(b as usize).copied().unwrap_or_default();
+        let beyond = scene.exact_corners(b).map(|corner| scene.coordinates_beyond(a, corner));
+        own.into_iter().zip(beyond).all(|(own, beyond)| same(own.as_dvec2(), beyond))
+    };
+    let has_images = scene.maps(a).is_some_and(|maps| maps.has_images());
+    let goes_by_colours = scene.maps(a).is_some_and(|maps| maps.vertex_colours);
+    scene.faces[a as usize].material == scene.faces[b as usize].material
+        && !goes_by_colours
+        && (!has_images || coordinates())
+}
