@@ -108,7 +108,8 @@ mod tests {
         assert_eq!(paths.prices(view.patches, &near)[0], 1.0 + vertices as f64 / paths.paths.len() as f64);
     }
 
-    /// Each vertex of the furnished room's paths asks its lamps by rays, and so does each place that a ray goes on from.
+    /// Each vertex of the furnished room's paths asks its lamps by rays, and so does each place that a ray goes on
+    /// from.
     #[test]
     fn asking_for_direct_light_has_its_price() {
         let ready = Ready::new("furnished-room", Mode::Global.transport(), 100);

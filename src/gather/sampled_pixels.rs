@@ -8,10 +8,10 @@
 //! ```
 //!
 //! (M. Hansen, W. Hurwitz, *On the theory of sampling from finite populations*, 1943; W. Hoeffding, *A class of
-//! statistics with asymptotically normal distribution*, 1948). Its mean has no noise of paths in it, and errors that change
-//! sign from pixel to pixel do not cancel. As many paths over all pixels would tell nothing of single ones: noise of U_k
-//! falls as n^-2, and as m^-1 only with the m pixels. What pixels differ by falls as m^-1 alone. So the larger of both
-//! is halved: by twice the paths, or by twice the pixels.
+//! statistics with asymptotically normal distribution*, 1948). Its mean has no noise of paths in it, and errors that
+//! change sign from pixel to pixel do not cancel. As many paths over all pixels would tell nothing of single ones:
+//! noise of U_k falls as n^-2, and as m^-1 only with the m pixels. What pixels differ by falls as m^-1 alone. So the
+//! larger of both is halved: by twice the paths, or by twice the pixels.
 //!
 //! Not handled: places that few pixels show and none that was drawn.
 

@@ -103,8 +103,8 @@ impl Rays {
         met.or_else(|| self.sky_met(ray))
     }
 
-    /// What a ray sees, in order, each with the share of its light that comes from there: the first face met or the sky,
-    /// and through uniform masks what is behind them. Shares add up to 1 unless the rest comes from nowhere.
+    /// What a ray sees, in order, each with the share of its light that comes from there: the first face met or the
+    /// sky, and through uniform masks what is behind them. Shares add up to 1 unless the rest comes from nowhere.
     pub fn seen(&self, ray: &Ray) -> Seen {
         let query = self.query(ray);
         let whole = self.tree.closest(&query);

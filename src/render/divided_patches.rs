@@ -6,8 +6,8 @@
 //! by importance: Smits, Arvo, Salesin 1992; Becker and Rannacher 2001). Where the light sampled at those points
 //! differs by more than chance the patch is divided ([`crate::patches::Patches::divide`]).
 //!
-//! Other paths, of a few pixels, measure what error is left. The gather pass makes up for it with less noise, or follows
-//! one more ray; or more paths divide patches further, as long as that is the cheaper ([`ReadingCost`]).
+//! Other paths, of a few pixels, measure what error is left. The gather pass makes up for it with less noise, or
+//! follows one more ray; or more paths divide patches further, as long as that is the cheaper ([`ReadingCost`]).
 //!
 //! Not handled: what no path reaches; its patches keep few rays.
 
@@ -18,7 +18,7 @@ use crate::gather::{Effort, Gathered, ImportancePaths, READINGS, Reading};
 use crate::patches::Patches;
 use crate::render::assembly::Prepared;
 use crate::render::reading_cost::{MATTERS, ReadingCost};
-use crate::render::residual_check::brightness;
+use crate::render::residual_check::{SURE, brightness};
 use crate::render::solved::{Rough, Solved, Spent, Task, solve};
 use crate::render::wanted::Wanted;
 use crate::solve::Diverges;
@@ -29,8 +29,6 @@ use crate::solve::Diverges;
 const FALLS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Rounds in a row that leave no less than the best before them, after which there are no more.
 const STALLS: u32 = 2;
-/// Share of the tolerance that the standard error of that may be.
-const SURE: f64 = 0.35;
 /// Paths at most that a few pixels tell it by.
 const DRAWN: usize = 1 << 18;
 /// Bytes that the paths may take that patches are divided by.

@@ -25,7 +25,7 @@ const SHARE: f64 = 0.5;
 /// Share of the tolerance that an error must exceed to matter.
 const MATTERS: f64 = 0.7;
 /// Share of the tolerance that the standard error of an error is to be below.
-const SURE: f64 = 0.5;
+pub(crate) const SURE: f64 = 0.35;
 /// Standard errors beyond which an error is certain.
 const CERTAIN: f64 = 3.0;
 /// Squared error over what the two levels and the noise of F say, beyond which they are contradicted.
