@@ -333,8 +333,8 @@ mod tests {
         assert_eq!([chances.draw(0.0).0, chances.draw(1.0).0], [0, 11]);
     }
 
-    /// In a furnace all light is E / (1 - rho): that leaves nothing, and light a tenth too bright leaves a tenth of it in
-    /// every pixel, reflected once.
+    /// In a furnace all light is E / (1 - rho): that leaves nothing, and light a tenth too bright leaves a tenth of it
+    /// in every pixel, reflected once.
     #[test]
     fn exact_light_leaves_nothing_and_wrong_light_its_error() {
         let ready = Ready::new("furnace", Mode::Global.transport(), 24);
