@@ -52,4 +52,3 @@ mod tolerance;
 mod trace_command;
 mod verdict;
 mod wound_outwards;
-mod zones;

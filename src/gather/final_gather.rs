@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use crate::gather::continuation::{Continuation, RaySample};
 use crate::gather::fields::Fields;
@@ -129,13 +129,6 @@ impl<'a> FinalGather<'a> {
             first += FAN as u32;
         }
         nearness
-    }
-
-    /// Calls `meet(patch, position, through)` for all that rays meet, `through` being the product of tau before it.
-    pub fn trace(&self, rays: &HemisphereRays, mut meet: impl FnMut(u32, Vec3, f32)) {
-        let mut hits = Vec::new();
-        let mut each = |at: SurfaceHit| meet(at.patch, at.position, at.through);
-        self.cast(rays, |ray, _, _| RaySample { nearness: self.meet(ray, &mut hits, &mut each), light: DVec3::ZERO });
     }
 
     /// Calls `meet` for all that light comes from along a ray; returns the inverse distance to the first face.

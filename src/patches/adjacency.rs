@@ -11,7 +11,6 @@ use glam::Vec3;
 use crate::patches::grid::Grid;
 use crate::patches::pieces::NONE;
 use crate::patches::scene_patches::Patches;
-use crate::patches::tiles::Tiling;
 
 /// The patches beside each patch, and where they lie.
 #[derive(Clone, Debug)]
@@ -39,15 +38,10 @@ impl Neighbours {
             middles: (0..patches.len()).map(|i| patches.extent(i).middle).collect(),
             halves: vec![[Vec3::ZERO; 2]; patches.len()],
         };
-        let tilings = patches.tilings.iter().flat_map(Tiling::grids);
-        for (g, tiling) in tilings {
-            let grid = &patches.grids[g as usize];
+        for grid in &patches.grids {
             for patch in grid.whole() {
                 let middle = found.middles[patch as usize];
-                let mut beside = grid.beside(patch, middle);
-                if tiling.tiles() > 1 {
-                    across(patches, tiling, g, middle, &mut beside);
-                }
+                let beside = grid.beside(patch, middle);
                 found.set(patch, beside, grid);
                 let behind = |p: u32| patches.backs.get(p as usize).copied().unwrap_or(NONE);
                 if behind(patch) != NONE {
@@ -139,23 +133,6 @@ impl Neighbours {
             let other = self.beside[i][2 * axis + k];
             (other != NONE).then_some(other as usize)
         })
-    }
-}
-
-/// Fills in the patches beside one that lie in other tiles, where their cells are as large.
-fn across(patches: &Patches, tiling: &Tiling, g: u32, middle: Vec3, beside: &mut [u32; 4]) {
-    let halves = patches.grids[g as usize].halves();
-    for (k, own) in beside.iter_mut().enumerate() {
-        let sign = if k % 2 == 0 { 2.0 } else { -2.0 };
-        let position = middle + sign * halves[k / 2];
-        let Some(other) = tiling.inside(position).filter(|&other| other != g) else {
-            continue;
-        };
-        let grid = &patches.grids[other as usize];
-        let alike = |(a, b): (&Vec3, &Vec3)| (*a - *b).length() < 0.01 * a.length();
-        if *own == NONE && halves.iter().zip(&grid.halves()).all(alike) {
-            *own = grid.whole_at(position).unwrap_or(NONE);
-        }
     }
 }
 

@@ -13,7 +13,6 @@ use glam::{DVec2, Vec2, Vec3};
 
 use crate::patches::clip::{Line, passes_inside, side_bits, span, split};
 use crate::patches::pieces::{Draft, NONE, Piece};
-use crate::patches::zones::Tile;
 use crate::scene::Scene;
 use crate::scene::convex_polygon::clip;
 use crate::surfaces::coplanar::Surface;
@@ -67,11 +66,6 @@ impl Grid {
         }
     }
 
-    /// The cell that the point lies in.
-    pub(crate) fn cell(&self, position: Vec3) -> &Cell {
-        self.locate(position).0
-    }
-
     /// The cell that the point lies in, and the point in units of cells.
     #[inline]
     fn locate(&self, position: Vec3) -> (&Cell, Vec2) {
@@ -102,38 +96,25 @@ impl CellPieces {
     }
 }
 
-/// A tile of a surface, and the faces that reach into it; others do no harm.
-pub(crate) struct TilePart<'a> {
-    pub surface: &'a Surface,
-    pub tile: Tile,
-    pub faces: &'a [u32],
-}
-
-impl TilePart<'_> {
-    /// Cuts the tile into cells, and along `contacts`; patches are numbered from `first`. None where the surface has no
-    /// part in the tile.
-    pub(crate) fn cut(
-        &self,
-        scene: &Scene,
-        contacts: &[[DVec2; 2]],
-        [columns, rows]: [usize; 2],
-        first: u32,
-    ) -> Option<(Grid, Vec<Draft>)> {
-        let (s, tile) = (self.surface, &self.tile);
-        let cell = tile.extent / DVec2::new(columns as f64, rows as f64);
-        let shape = Shape { columns, rows, low: tile.low, inner: tile.inner, cell };
+impl Grid {
+    /// Cuts a surface into cells of about a size, and along `contacts`; patches are numbered from 0. None where the
+    /// surface is too thin for any.
+    pub(crate) fn cut(scene: &Scene, s: &Surface, contacts: &[[DVec2; 2]], size: f64) -> Option<(Grid, Vec<Draft>)> {
+        let [columns, rows] = s.divisions(size);
+        let cell = DVec2::from(s.extent) / DVec2::new(columns as f64, rows as f64);
+        let shape = Shape { columns, rows, cell };
         let mut cells: Vec<CellPieces> = Vec::new();
         cells.resize_with(columns * rows, CellPieces::default);
         contacts.iter().for_each(|contact| shape.draw(contact, &mut cells));
-        self.faces.iter().for_each(|&face| shape.clip_face(scene, s, face, &mut cells));
+        s.faces.iter().for_each(|&face| shape.clip_face(scene, s, face, &mut cells));
         if cells.iter().all(|c| c.parts.is_empty()) {
             return None;
         }
         let targets = shape.assign(&cells);
-        let (cells, drafts) = number(s, cells, &targets, first);
+        let (cells, drafts) = number(s, cells, &targets);
         let axis = |k: usize, length: f64| (s.axes[k] / length).as_vec3();
         let grid = Grid {
-            origin: (s.origin + s.axes[0] * tile.low.x + s.axes[1] * tile.low.y).as_vec3(),
+            origin: s.origin.as_vec3(),
             per_cell: [axis(0, shape.cell.x), axis(1, shape.cell.y)],
             columns,
             rows,
@@ -144,11 +125,11 @@ impl TilePart<'_> {
 }
 
 /// Makes a draft of every part that is its own target, and points the other cells to theirs.
-fn number(s: &Surface, mut cells: Vec<CellPieces>, targets: &[usize], first: u32) -> (Vec<Cell>, Vec<Draft>) {
+fn number(s: &Surface, mut cells: Vec<CellPieces>, targets: &[usize]) -> (Vec<Cell>, Vec<Draft>) {
     let mut drafts: Vec<Draft> = Vec::new();
     let draft = |pieces: Vec<Piece>, drafts: &mut Vec<Draft>| {
         drafts.push(Draft { material: s.material, pieces });
-        first + drafts.len() as u32 - 1
+        drafts.len() as u32 - 1
     };
     let mut found: Vec<Cell> = vec![Cell::Patch(NONE); cells.len()];
     for k in 0..cells.len() {
@@ -173,7 +154,7 @@ fn number(s: &Surface, mut cells: Vec<CellPieces>, targets: &[usize], first: u32
             found[k] = found[targets[k]].clone();
             if let Cell::Patch(patch) = found[k] {
                 let pieces = std::mem::take(&mut cells[k].parts).into_values().flatten();
-                drafts[(patch - first) as usize].pieces.extend(pieces);
+                drafts[patch as usize].pieces.extend(pieces);
             }
         }
     }
@@ -193,17 +174,13 @@ fn fill(patches: &mut [u32]) {
 struct Shape {
     columns: usize,
     rows: usize,
-    /// (u, v) of the first cell's corner.
-    low: DVec2,
-    /// Whether the surface goes on below and above along each axis.
-    inner: [[bool; 2]; 2],
     cell: DVec2,
 }
 
 impl Shape {
     /// Adds the line through a segment to every cell the segment passes through.
     fn draw(&self, segment: &[DVec2; 2], cells: &mut [CellPieces]) {
-        let [a, b] = segment.map(|p| (p - self.low) / self.cell);
+        let [a, b] = segment.map(|p| p / self.cell);
         let (low, high) = (a.min(b), a.max(b));
         let normal = (b - a).perp().normalize_or_zero();
         let line = Line { normal: normal.as_vec2(), offset: normal.dot(a) as f32 };
@@ -228,18 +205,18 @@ impl Shape {
 
     /// The limits of the k-th cell along an axis, in cells; none at the surface's rim, which rounding may pass.
     fn limits(&self, axis: usize, k: usize) -> [Option<f64>; 2] {
-        let (n, [below, above]) = ([self.columns, self.rows][axis], self.inner[axis]);
-        [(k > 0 || below).then_some(k as f64), (k + 1 < n || above).then_some((k + 1) as f64)]
+        let n = [self.columns, self.rows][axis];
+        [(k > 0).then_some(k as f64), (k + 1 < n).then_some((k + 1) as f64)]
     }
 
     /// Puts the parts of a face into the cells they lie in.
     fn clip_face(&self, scene: &Scene, s: &Surface, face: u32, cells: &mut [CellPieces]) {
-        let corners = scene.corners(face).map(|p| (s.uv(p.as_dvec3()) - self.low) / self.cell);
+        let corners = scene.corners(face).map(|p| s.uv(p.as_dvec3()) / self.cell);
         let low = corners[0].min(corners[1]).min(corners[2]);
         let high = corners[0].max(corners[1]).max(corners[2]);
         let full = self.cell.element_product();
         let lift = |q: DVec2| {
-            let q = self.low + q * self.cell;
+            let q = q * self.cell;
             (s.origin + s.axes[0] * q.x + s.axes[1] * q.y).as_vec3()
         };
         for row in span(low.y, high.y, self.rows) {

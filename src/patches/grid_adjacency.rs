@@ -33,14 +33,6 @@ impl Grid {
         })
     }
 
-    /// The patch of the cell at a point, if no line cuts it.
-    pub fn whole_at(&self, position: Vec3) -> Option<u32> {
-        match self.cell(position) {
-            Cell::Patch(patch) => Some(*patch),
-            Cell::Cut(_) => None,
-        }
-    }
-
     /// The patches of the cells beside that of a patch with its middle there: in u after and before, in v after and
     /// before. NONE stands for the rim, a cell cut by lines, and a cell that shares the patch.
     pub fn beside(&self, patch: u32, middle: Vec3) -> [u32; 4] {

@@ -12,8 +12,6 @@ use crate::patches::grid::Grid;
 use crate::patches::hierarchy::Parents;
 use crate::patches::pieces::{Draft, Fragment, NONE, Piece};
 use crate::patches::scene_patches::{Owner, Patches};
-use crate::patches::tiles::{CutSurface, Tiling, cut_tiles};
-use crate::patches::zones::Zones;
 use crate::rays::{Rays, Side};
 use crate::scene::{Scene, Sides};
 use crate::surfaces::Surfaces;
@@ -25,25 +23,22 @@ struct Owned {
     owners: Vec<Owner>,
     drafts: Vec<Draft>,
     grids: Vec<Grid>,
-    tilings: Vec<Tiling>,
 }
 
 impl Owned {
     /// Nothing of so many faces.
     fn new(faces: usize) -> Owned {
-        Owned { owners: vec![Owner::Patch(NONE); faces], drafts: Vec::new(), grids: Vec::new(), tilings: Vec::new() }
+        Owned { owners: vec![Owner::Patch(NONE); faces], drafts: Vec::new(), grids: Vec::new() }
     }
 
-    /// Adds a surface that was cut, as a whole or in tiles.
-    fn enter(&mut self, cut: CutSurface, surface: &Surface, whole: bool) {
-        let (grids, tilings) = (self.grids.len() as u32, self.tilings.len() as u32);
-        let cut = cut.numbered_from(grids, self.drafts.len() as u32);
-        self.tilings.push(cut.tiling);
-        self.grids.extend(cut.grids);
-        self.drafts.extend(cut.drafts);
+    /// Adds a surface that carries a grid.
+    fn enter(&mut self, (mut grid, drafts): (Grid, Vec<Draft>), surface: &Surface) {
+        grid.number_from(self.drafts.len() as u32);
         for &face in &surface.faces {
-            self.owners[face as usize] = if whole { Owner::Grid(grids) } else { Owner::Tiling(tilings) };
+            self.owners[face as usize] = Owner::Grid(self.grids.len() as u32);
         }
+        self.grids.push(grid);
+        self.drafts.extend(drafts);
     }
 
     /// Adds a patch that all of its pieces' faces belong to.
@@ -77,8 +72,7 @@ impl Patches {
             }
             size *= ratio.sqrt();
         }
-        let sizes = vec![size; surfaces.len()];
-        Patches::refined(scene, rays, &Zones::whole(found), &sizes)
+        Patches::of_size(scene, rays, found, size)
     }
 
     /// Number of patches that `size` would give, without cutting anything.
@@ -89,37 +83,34 @@ impl Patches {
         cells as usize + clusters::count(&small)
     }
 
-    /// Cuts every zone into patches of its own size, unit coordinates.
-    ///
-    /// # Panics
-    /// If there are fewer sizes than zones.
-    pub fn refined(scene: &Scene, rays: &Rays, zones: &Zones, sizes: &[f64]) -> Patches {
+    /// Cuts all surfaces into patches of about a size, unit coordinates.
+    fn of_size(scene: &Scene, rays: &Rays, found: &Surfaces, size: f64) -> Patches {
         let place = Place { scene, rays };
-        let surfaces = &zones.surfaces.list;
-        let whole = |s: usize| zones.tiles(s) == [1, 1];
-        let size_of = |s: usize| sizes[zones.zone(s, 0, 0)];
+        let surfaces = &found.list;
         // Cut large surfaces into grids, side by side.
         let large = (0..surfaces.len()).into_par_iter().with_max_len(64);
-        let large = large.filter(|&s| !whole(s) || is_large(&surfaces[s], size_of(s)));
-        let cuts: Vec<(usize, CutSurface)> =
-            large.filter_map(|s| Some((s, cut_tiles(place, zones, s, sizes)?))).collect();
+        let cut = |s: usize| {
+            let segments = found.discontinuities.segments(place, s, &surfaces[s]);
+            Some((s, Grid::cut(scene, &surfaces[s], segments, size)?))
+        };
+        let cuts: Vec<(usize, (Grid, Vec<Draft>))> =
+            large.filter(|&s| is_large(&surfaces[s], size)).filter_map(cut).collect();
         let mut own = Owned::new(scene.faces.len());
         let mut small = vec![true; surfaces.len()];
         for (s, cut) in cuts {
             small[s] = false;
-            own.enter(cut, &surfaces[s], whole(s));
+            own.enter(cut, &surfaces[s]);
         }
         // Gather small ones.
-        let small = (0..surfaces.len()).filter(|&s| small[s]);
-        let small: Vec<(&Surface, f64)> = small.map(|s| (&surfaces[s], size_of(s))).collect();
+        let small: Vec<(&Surface, f64)> =
+            (0..surfaces.len()).filter(|&s| small[s]).map(|s| (&surfaces[s], size)).collect();
         let clusters = clusters::groups(&small, 1.0);
         let first = own.drafts.len() as u32;
         let parents = Parents::new(&own.grids, clusters::parents(&small, &clusters, first));
         let together = |group: &Vec<usize>| together(scene, group.iter().map(|&k| small[k].0));
         let drafts: Vec<Draft> = clusters.par_iter().map(together).collect();
         drafts.into_iter().for_each(|draft| own.add(draft));
-        let size = sizes.iter().copied().fold(0.0, f64::max);
-        Patches::number(scene, &zones.surfaces, own, parents, size)
+        Patches::number(scene, found, own, parents, size)
     }
 
     /// Lays out drafts as patches: fronts first, then the backs of two-sided materials.
@@ -133,7 +124,6 @@ impl Patches {
             fragments: Vec::new(),
             owners: own.owners,
             grids: own.grids,
-            tilings: own.tilings,
             size,
             backs: vec![NONE; drafts.len()],
             parents: parents.of(drafts.len()),

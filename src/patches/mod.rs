@@ -6,8 +6,7 @@
 //! patch. Cells are cut further along lines where other faces touch the surface. Rays see only the faces as loaded;
 //! [`Patches::at`] tells which patch a hit belongs to. A two-sided face has a patch on either side.
 //!
-//! Patches have one size over the scene, or one for each of its zones ([`Zones`]). Not handled: which size light asks
-//! for.
+//! Patches have one size over the scene, until they are divided by light. Not handled: which size light asks for.
 
 pub(crate) mod adjacency;
 pub(crate) mod clip;
@@ -19,15 +18,11 @@ pub(crate) mod hierarchy;
 pub(crate) mod mean_textures;
 pub(crate) mod meshing;
 pub(crate) mod parts;
-pub(crate) mod patch_zones;
 pub(crate) mod pieces;
 pub(crate) mod regression_tree;
 pub(crate) mod scene_patches;
 pub(crate) mod subdivision;
-pub(crate) mod tiles;
-pub(crate) mod zones;
 
 pub use adjacency::Neighbours;
 pub use regression_tree::Sample;
 pub use scene_patches::Patches;
-pub use zones::Zones;

@@ -13,7 +13,6 @@ use glam::Vec3;
 use crate::patches::grid::Grid;
 use crate::patches::parts::Parts;
 use crate::patches::pieces::{Fragment, NONE};
-use crate::patches::tiles::Tiling;
 use crate::rays::warp::triangle_point;
 use crate::rays::{Hit, Ray, Side};
 use crate::scene::Means;
@@ -28,7 +27,6 @@ const UNSEEN: f64 = 1e-6;
 pub(super) enum Owner {
     Patch(u32),
     Grid(u32),
-    Tiling(u32),
 }
 
 /// All patches of a scene.
@@ -42,7 +40,6 @@ pub struct Patches {
     pub(super) fragments: Vec<Fragment>,
     pub(super) owners: Vec<Owner>,
     pub(super) grids: Vec<Grid>,
-    pub(super) tilings: Vec<Tiling>,
     /// About the size of the largest patches, unit coordinates.
     pub(super) size: f64,
     /// The larger patch that each would be part of at twice the size, by any number.
@@ -93,10 +90,6 @@ impl Patches {
         let front = match self.owners[face as usize] {
             Owner::Patch(patch) => patch,
             Owner::Grid(grid) => self.grids[grid as usize].patch(position),
-            Owner::Tiling(tiling) => {
-                let grid = self.tilings[tiling as usize].grid(position);
-                self.grids[grid as usize].patch(position)
-            }
         };
         let patch = match side {
             Side::Front => front,
@@ -112,14 +105,6 @@ impl Patches {
     #[inline]
     pub fn met(&self, ray: &Ray, hit: &Hit) -> Option<u32> {
         self.at(hit.face, hit.side, ray.at(hit.t))
-    }
-
-    /// The patch that the front of a face is part of, where it is one patch only.
-    pub(super) fn of_face(&self, face: u32) -> Option<u32> {
-        match self.owners[face as usize] {
-            Owner::Patch(patch) => Some(patch),
-            _ => None,
-        }
     }
 
     /// About the size of the largest patches, unit coordinates.

@@ -10,7 +10,7 @@ use crate::direct::{Lighting, Luminaires, Sight, receive_emitted, receive_punctu
 use crate::form_factors::{Closure, Sampling, Variant, cast_counts, closure};
 use crate::light::{Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
-use crate::patches::{Patches, Sample, Zones};
+use crate::patches::{Patches, Sample};
 use crate::rays::Rays;
 use crate::scene::Scene;
 use crate::surfaces::Surfaces;
@@ -175,12 +175,6 @@ impl Prepared {
         } else {
             vec![rays; self.patches.len()]
         }
-    }
-
-    /// Cuts every zone of the surfaces anew, into patches of its own size.
-    pub(crate) fn cut_zones(&mut self, zones: &Zones, sizes: &[f64]) {
-        self.patches = Patches::refined(&self.scene, &self.rays, zones, sizes);
-        self.even = None;
     }
 }
 

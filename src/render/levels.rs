@@ -35,39 +35,21 @@ pub(crate) fn patches_for(smaller: f64) -> f64 {
     smaller.powf(2.0 / ORDER)
 }
 
-/// By how much the light may be off.
-pub(crate) struct Off {
-    /// Light on larger patches, what of another scrambling's light they cannot hold, and the noise of F.
-    pub parts: [Vec<Linear>; 3],
-    /// What larger patches cannot hold, one value a patch.
-    pub detail: Vec<Rgb>,
-    /// The noise of F, one value a patch.
-    pub noise: Vec<Rgb>,
-}
-
 /// The light that the picture is made of, with its noise and what larger patches are off by riding along; of two
 /// scramblings a and b, and c on larger patches.
-pub(crate) fn fields(p: &Prepared, [a, b, c]: [Vec<Rgb>; 3]) -> (Fields, Off) {
+pub(crate) fn fields(p: &Prepared, [a, b, c]: [Vec<Rgb>; 3]) -> Fields {
     // Both levels' means over larger patches differ by what K makes of patch size: the light moves on by that much.
     let means = averaged(p, &a);
     let onward: Vec<Rgb> = means.iter().zip(&c).map(|(a, c)| *a - *c).collect();
-    let held = averaged(p, &b);
-    let detail: Vec<Rgb> = b.iter().zip(&held).map(|(b, held)| *b - *held).collect();
-    let noise: Vec<Rgb> = a.iter().zip(&b).map(|(a, b)| 0.5 * (*a - *b)).collect();
     let neighbours = p.patches.neighbours();
     let [a, b] = [&a, &b].map(|values| linear(&neighbours, values));
-    let [c, held, onward] = [&c, &held, &onward].map(|values| larger(p, &neighbours, values));
+    let [c, onward] = [&c, &onward].map(|values| larger(p, &neighbours, values));
     let mix = |x: &[Linear], y: &[Linear], u: f32, v: f32| -> Vec<Linear> {
         x.iter().zip(y).map(|(x, y)| x.mix(u, y, v)).collect()
     };
     let mean = mix(&a, &b, 0.5, 0.5);
     let light = if p.patches.are_divided() { mean } else { mix(&mean, &onward, 1.0, 1.0) };
-    let noisy = mix(&a, &b, 0.5, -0.5);
-    let coarse = mix(&a, &c, 1.0, -1.0);
-    let parts = [coarse.clone(), mix(&b, &held, 1.0, -1.0), noisy.clone()];
-    let fields = Fields::linear(&[light, noisy, coarse]).led_by(1);
-    let off = Off { parts, detail, noise };
-    (fields, off)
+    Fields::linear(&[light, mix(&a, &b, 0.5, -0.5), mix(&a, &c, 1.0, -1.0)]).led_by(1)
 }
 
 /// The mean over the parts of each larger patch, given on the smaller ones.

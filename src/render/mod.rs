@@ -10,13 +10,11 @@
 pub(crate) mod assembly;
 pub(crate) mod deadline;
 pub(crate) mod divided_patches;
-pub(crate) mod error_shares;
 mod fineness;
 pub(crate) mod levels;
 pub(crate) mod light_walks;
 pub(crate) mod look;
 pub(crate) mod memory;
-pub(crate) mod patch_sizes;
 pub(crate) mod reading_cost;
 pub(crate) mod refinement;
 pub(crate) mod rendered;

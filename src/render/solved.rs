@@ -16,7 +16,7 @@ use crate::operator::{LinearOperator, Operator};
 use crate::pictures::Size;
 use crate::rays::sobol::replica_seed;
 use crate::render::assembly::{Assembled, Prepared, Seconds, Watch, assemble_seeing, sight};
-use crate::render::levels::{Off, fields, of_finer};
+use crate::render::levels::{fields, of_finer};
 use crate::render::look::{ambient, look, mode_view, reflected};
 use crate::render::rendered::{Ended, ErrorParts, Rendered};
 use crate::render::wanted::Wanted;
@@ -72,7 +72,6 @@ pub(crate) struct Solved {
     pub error: ErrorParts,
     /// RMS of the picture that the errors of F and of patches are told beside.
     signal: f64,
-    pub off: Off,
     /// How the gather pass is to read the light.
     pub reading: Reading,
 }
@@ -93,7 +92,7 @@ pub(crate) fn solve(p: &Prepared, task: &Task, rays: u32, spent: &mut Spent) -> 
     let operator = &first.0.operator;
     let coarse = coarse_terms(operator, &p.patches.weights(), p.patches.parents(), solution.terms.len() - 1);
     let levels = [&solution.terms, &other.terms, &coarse].map(|terms| reflected(p, terms));
-    let (fields, off) = fields(p, levels);
+    let fields = fields(p, levels);
     let truncation = solution.rest() / solution.reflected.max(f64::MIN_POSITIVE);
     let fields = fields
         .with_ambient(ambient(&first.0, &solution))
@@ -105,7 +104,6 @@ pub(crate) fn solve(p: &Prepared, task: &Task, rays: u32, spent: &mut Spent) -> 
         fields,
         error: ErrorParts { truncation, ..ErrorParts::default() },
         signal: 0.0,
-        off,
         reading: Reading::AtOnce,
     })
 }

@@ -10,10 +10,9 @@
 //! * The gather pass: estimated by itself ([`crate::gather::GatherError`]).
 //!
 //! A rough gather of few pixels first tells the first two parts in the picture, not on the patches: what no pixel sees
-//! and no visible surface receives does not count. Until both are within their shares, patches are divided in the zones
-//! that the error comes from, and rows whose noise shows get more rays ([`crate::render::patch_sizes`]). Then the
-//! gather pass gets what is left of the tolerance. Where memory ends first they stay as they are, and the error says
-//! so.
+//! and no visible surface receives does not count. Until both are within their shares, all patches become smaller and
+//! their rays more, or patches are divided by light ([`crate::render::divided_patches`]). Then the gather pass gets what
+//! is left of the tolerance. Where memory ends first they stay as they are, and the error says so.
 //!
 //! Not handled: patches along lines of contact have no larger patch; detail that neither level of patches resolves.
 
@@ -24,12 +23,10 @@ use crate::gather::{GatherPass, Gathering};
 use crate::light::Transport;
 use crate::render::assembly::{Prepared, Watch};
 use crate::render::divided_patches::divided;
-use crate::render::error_shares::shares;
 use crate::render::fineness::Fineness;
 use crate::render::memory::{Held, Kept};
-use crate::render::patch_sizes::Sizes;
 use crate::render::reading_cost::left;
-use crate::render::refinement::{Excess, Limits, MARGIN, Refinement};
+use crate::render::refinement::{Excess, Limits, Refinement};
 use crate::render::rendered::Rendered;
 use crate::render::residual_check::{Check, Finding};
 use crate::render::solved::{Rough, Solved, Spent, Task, half, solve};
@@ -130,7 +127,6 @@ fn refined(p: &mut Prepared, task: &Task, rounds: &mut Rounds, spent: &mut Spent
             }
             Next::Denser(noise) => rounds.denser(p, noise),
             Next::Finer(excess) => rounds.finer(p, excess),
-            Next::Refine(excess) => rounds.refine(p, &solved, excess, spent),
         }
     }
 }
@@ -144,10 +140,8 @@ enum Next {
     Divide(f64),
     /// More rays on the same patches, whose noise is so many times its share: it hides whether they are wrong.
     Denser(f64),
-    /// Smaller patches everywhere.
+    /// Smaller patches everywhere, and more rays.
     Finer(Excess),
-    /// Smaller patches and more rays where the error comes from.
-    Refine(Excess),
 }
 
 /// Rounds of patches and rays, and what they told so far.
@@ -156,7 +150,6 @@ struct Rounds<'a> {
     refinement: Refinement,
     /// Whether the patches are as they were cut first.
     first: bool,
-    sizes: Option<Sizes>,
     check: Option<Check>,
     /// Squared error as the check told it last.
     squared: f64,
@@ -166,7 +159,7 @@ impl<'a> Rounds<'a> {
     fn new(p: &mut Prepared, wanted: &'a Wanted) -> Rounds<'a> {
         let limits = Limits { most: MOST, rounds: ROUNDS, memory: wanted.memory };
         let refinement = Refinement::new(p, Fineness::first(wanted.tolerance), limits);
-        Rounds { wanted, refinement, first: true, sizes: None, check: None, squared: f64::INFINITY }
+        Rounds { wanted, refinement, first: true, check: None, squared: f64::INFINITY }
     }
 
     /// Begins a round: no more patches than memory allows.
@@ -192,13 +185,13 @@ impl<'a> Rounds<'a> {
         check.compare_with(&rough.gathered);
         let finding = check.find(p, solved, wanted, last || excess.is_none(), spent);
         let more_rays_tell = excess.noise > 1.0 && !self.refinement.has_most_rays();
-        if finding == Finding::Noisy && more_rays_tell && self.sizes.is_none() && !last {
+        if finding == Finding::Noisy && more_rays_tell && !last {
             return Next::Denser(excess.noise);
         }
         let wrong = finding == Finding::Wrong;
         let squared = check.squared();
         let helped = squared < HELPED * std::mem::replace(&mut self.squared, squared);
-        if wrong && helped && self.sizes.is_none() && !last && are_told_apart(p) {
+        if wrong && helped && !last && are_told_apart(p) {
             return Next::Finer(Excess { noise: excess.noise, size: f64::INFINITY });
         }
         if wrong && !self.refinement.tight {
@@ -218,7 +211,7 @@ impl<'a> Rounds<'a> {
             }
             return Next::Accept;
         }
-        if unpaired { Next::Finer(excess) } else { Next::Refine(excess) }
+        if excess.size > 1.0 { Next::Finer(excess) } else { Next::Denser(excess.noise) }
     }
 
     /// Casts more rays from every patch, for a noise that is so many times its share.
@@ -231,25 +224,6 @@ impl<'a> Rounds<'a> {
         self.first = false;
         let next = self.refinement.finer(p, excess);
         self.refinement.recut(p, next);
-    }
-
-    /// Cuts smaller patches where their size makes the error, and casts more rays for the rows whose noise does.
-    fn refine(&mut self, p: &mut Prepared, solved: &Solved, excess: Excess, spent: &mut Spent) {
-        let clock = Instant::now();
-        self.first = false;
-        let sizes = self.sizes.get_or_insert_with(|| Sizes::new(p));
-        let shares = shares(p, solved, self.wanted);
-        let mut more = vec![1.0; sizes.len()];
-        if excess.size > 1.0 {
-            more = sizes.refine(p, &shares.size, (MARGIN * excess.size).powi(-2), MOST.patches);
-        }
-        if excess.noise > 1.0 {
-            sizes.spread(p, &shares.noise, (MARGIN * excess.noise).powi(-2), &more);
-        }
-        spent.seconds.solve += clock.elapsed().as_secs_f64();
-        let clock = Instant::now();
-        sizes.apply(p, excess.size > 1.0);
-        self.refinement.cutting += clock.elapsed().as_secs_f64();
     }
 }
 

@@ -8,7 +8,6 @@
 //!
 //! [`extrapolated`] gives L alone, without its bounces, in far fewer products where the spectral radius is near 1.
 
-pub(crate) mod adjoint;
 pub(crate) mod bounce;
 pub(crate) mod dense;
 pub(crate) mod extrapolated;
@@ -18,7 +17,6 @@ pub(crate) mod shooting;
 pub(crate) mod tail;
 pub(crate) mod two_level;
 
-pub use adjoint::importance;
 pub use bounce::{Bounce, measure, norm};
 pub use dense::direct;
 pub use extrapolated::{Extrapolated, extrapolated};

@@ -21,8 +21,6 @@ use crate::surfaces::face_means::FaceMeans;
 #[derive(Debug)]
 pub struct Surfaces {
     pub(crate) list: Vec<Surface>,
-    /// The surface of every face.
-    pub(crate) of_face: Vec<u32>,
     /// Front unit normals of the faces.
     pub(crate) normals: Arc<[Vec3]>,
     pub(crate) discontinuities: Discontinuities,
@@ -34,17 +32,11 @@ impl Surfaces {
     /// Finds the surfaces of a scene, in about linear time.
     pub fn new(scene: &Scene, rays: &Rays) -> Arc<Surfaces> {
         let list = coplanar::find(scene, rays);
-        let mut of_face = vec![0; scene.faces.len()];
-        for (k, surface) in list.iter().enumerate() {
-            let faces = surface.faces.iter();
-            faces.for_each(|&f| of_face[f as usize] = k as u32);
-        }
         let faces = (0..scene.faces.len() as u32).into_par_iter();
         let normals: Vec<Vec3> = faces.map(|f| coplanar::normal(scene.corners(f)).as_vec3()).collect();
         Arc::new(Surfaces {
             discontinuities: Discontinuities::new(scene, list.len()),
             list,
-            of_face,
             normals: normals.into(),
             means: FaceMeans::new(scene),
         })
