@@ -8,14 +8,11 @@ use crate::gather::fields::Fields;
 use crate::gather::indirect_light::IndirectLight;
 use crate::gather::irradiance_cache::{Density, IrradianceCache};
 use crate::gather::pixel::Pixel;
-use crate::gather::record_rounds::{HEMISPHERE, Rounds, foreseen};
+use crate::gather::record_rounds::{Rounds, foreseen};
 use crate::gather::sampling::{Gathering, is_over};
 use crate::gather::view::View;
+use crate::light::budget::CAMERA;
 
-/// Share of the error that camera rays may make where there is indirect light, which is dearer.
-pub(crate) const CAMERA: f64 = 0.5;
-/// Share of a gather pass's squared error that noise of hemisphere rays may make.
-pub(crate) const NOISE: f64 = (1.0 - CAMERA * CAMERA) * HEMISPHERE * HEMISPHERE;
 /// Valid radius over the distance to the surroundings where every pixel has records.
 const RADIUS: f64 = 0.15;
 /// Valid radius over the distance to the surroundings at first, at an error of 1 %. Measured on the Cornell box, the

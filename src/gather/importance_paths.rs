@@ -104,7 +104,7 @@ impl ImportancePaths {
 
     /// Adds `more` paths to every pixel that they start from, in the mean.
     pub fn extend(&mut self, view: &View, more: u32) {
-        let tracer = PathTracer { walker: Walker::new(view).with_cone(CONE), sobol: Sobol::new(FAN, 3) };
+        let tracer = PathTracer::new(view);
         let (seed, before, after) = (self.seed, self.each, self.each + more);
         let added: Vec<(Vec<Path>, u64)> = self
             .starts
@@ -167,12 +167,22 @@ impl Start {
 }
 
 /// Traces paths through a view.
-struct PathTracer<'a> {
+pub(crate) struct PathTracer<'a> {
     walker: Walker<'a>,
     sobol: Sobol,
 }
 
-impl PathTracer<'_> {
+impl<'a> PathTracer<'a> {
+    /// Paths through a view.
+    pub fn new(view: &'a View) -> PathTracer<'a> {
+        PathTracer { walker: Walker::new(view).with_cone(CONE), sobol: Sobol::new(FAN, 3) }
+    }
+
+    /// What they are traced through.
+    pub fn view(&self) -> &'a View<'a> {
+        self.walker.view
+    }
+
     /// The vertices of one path from pixel k.
     fn trace(&self, k: usize, mut random: Stream, memory: &mut Memory) -> Vec<Vertex> {
         let mut vertices = Vec::new();
@@ -210,7 +220,7 @@ impl PathTracer<'_> {
     }
 
     /// What leaves a vertex, by what [`SPREAD`] rays from there meet.
-    fn reflect(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Reflection {
+    pub fn reflect(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Reflection {
         let mut found = self.walker.direct(at, random, memory);
         if found.reflect != DVec3::ZERO {
             let fan = Fan::new(&self.sobol, 0, random.bits());

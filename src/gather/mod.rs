@@ -7,6 +7,7 @@
 //! Not handled: specular reflection of what was reflected before, depth of field, motion.
 
 pub(crate) mod adaptive_sampling;
+pub(crate) mod bright_patches;
 pub(crate) mod budget;
 pub(crate) mod cache_refinement;
 pub(crate) mod cached_irradiance;
@@ -46,6 +47,7 @@ pub(crate) mod sampling;
 pub(crate) mod small_face;
 pub(crate) mod view;
 
+pub(crate) use bright_patches::add_samples_of_bright;
 pub use fields::{Fields, invisible};
 pub use gathered::{GatherError, Gathered};
 pub use gradients::{Linear, linear};

@@ -62,7 +62,12 @@ impl ImportancePaths {
 }
 
 /// The patch, as it was cut, that a vertex of a path lies on, with a sample of the light that leaves it.
-fn patch_sample(vertex: &Vertex, scene: &Scene, patches: &Patches, fields: &Fields) -> Option<(u32, Sample)> {
+pub(crate) fn patch_sample(
+    vertex: &Vertex,
+    scene: &Scene,
+    patches: &Patches,
+    fields: &Fields,
+) -> Option<(u32, Sample)> {
     let SurfaceHit { face, side, position, .. } = vertex.at;
     let normal = patches.normal(face, side);
     let whole = patches.whole(patches.at(face, side, position)?);

@@ -15,11 +15,8 @@ use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::pixel::Pixel;
 use crate::gather::pixel_noise::{Measured, measure};
 use crate::gather::sampling::would_be_over;
+use crate::light::budget::{FIT, HEMISPHERE};
 
-/// Share of what camera rays leave that noise of hemisphere rays may make.
-pub(crate) const HEMISPHERE: f64 = 0.8;
-/// Share of it that the fit may make.
-const FIT: f64 = 0.55;
 /// How far below its share the next round aims.
 const MARGIN: f64 = 0.93;
 /// Share of the squared error which the fit may make that places without a record may be uncertain by: those foresee it

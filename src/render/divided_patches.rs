@@ -14,11 +14,12 @@
 use std::time::Instant;
 
 use crate::gather::sampling::would_be_over;
-use crate::gather::{Effort, Gathered, ImportancePaths, READINGS, Reading};
+use crate::gather::{Effort, Gathered, ImportancePaths, READINGS, Reading, add_samples_of_bright};
+use crate::light::budget::{DIVIDED_FORM_FACTORS, SURE};
 use crate::patches::Patches;
 use crate::render::assembly::Prepared;
 use crate::render::reading_cost::{MATTERS, ReadingCost};
-use crate::render::residual_check::{SURE, brightness};
+use crate::render::residual_check::brightness;
 use crate::render::solved::{Rough, Solved, Spent, Task, solve};
 use crate::render::wanted::Wanted;
 use crate::solve::Diverges;
@@ -31,10 +32,11 @@ const FALLS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const STALLS: u32 = 2;
 /// Paths at most that a few pixels tell it by.
 const DRAWN: usize = 1 << 18;
+/// Samples that the patches which all light comes from are to have together after the first round, twice as many after
+/// each: a spot that is a tenth of all light then lies in some 800 of them, or as many as its part of a patch.
+const BRIGHT: usize = 1 << 12;
 /// Bytes that the paths may take that patches are divided by.
 const HELD: usize = 1_500_000_000;
-/// Share of the tolerance that noise of F may take.
-const NOISE: f64 = 0.3;
 /// Paths of every pixel at a tolerance of 2 %, and at least and at most.
 const EACH: (f64, u32, u32) = (12.0, 6, 256);
 /// Rays of a patch at first at a tolerance of 2 % or less, fewer in proportion at larger ones; at least, and at most.
@@ -114,7 +116,9 @@ pub(crate) fn divided(
         let before = spent.rays;
         let clock = Instant::now();
         let began = clock;
-        let samples = seen.samples(&p.scene, &p.patches, &solved.fields);
+        let mut samples = seen.samples(&p.scene, &p.patches, &solved.fields);
+        let view = solved.rough_view(p, wanted);
+        spent.rays += add_samples_of_bright(&view, &solved.fields, &mut samples, BRIGHT << round, wanted.seed ^ round);
         let (patches, densities) = (p.patches.clone(), p.densities.clone());
         p.divide(samples);
         spent.seconds.patches += clock.elapsed().as_secs_f64();
@@ -131,7 +135,7 @@ pub(crate) fn divided(
                 (solved, rough) = cast(p, task, rays, spent)?;
             }
         }
-        let noise = solved.error.form_factors / (NOISE * wanted.tolerance);
+        let noise = solved.error.form_factors / (DIVIDED_FORM_FACTORS * wanted.tolerance);
         let signal = rough.gathered.error.signal.powi(2);
         if signal == 0.0 {
             return Ok(solved);

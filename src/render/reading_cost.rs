@@ -10,18 +10,14 @@
 //! Not handled: noise that one more ray adds to what a ray reads.
 
 use crate::gather::adaptive_sampling::EDGES;
-use crate::gather::budget::{CAMERA, NOISE};
 use crate::gather::cache_refinement::RATE;
 use crate::gather::{GatherError, READINGS, Reading};
+use crate::light::budget::{CAMERA, HEMISPHERE_SQUARED, LIGHT, left};
 use crate::render::solved::{ROUGH_RAYS, Rough};
 use crate::render::wanted::Wanted;
 
-/// Share of the tolerance that the light may be off by, however cheap that is.
-const MOST: f64 = 0.85;
 /// Errors of the light that are all too large matter where one is so many times another.
 pub(crate) const MATTERS: f64 = 1.5;
-/// Share of what is left that the gather pass aims at: its own estimate has an error too.
-const GATHER: f64 = 0.9;
 /// What a hemisphere ray takes beside a ray of a path, which knows nothing of records: 1.5 us beside 0.7 in a bathroom
 /// of 367,161 triangles; and what a camera ray foreseen does with its rays to lamps, 0.4 us each: rays go where the
 /// noise is, and a third to an eighth of those foreseen are cast there and in two more rooms.
@@ -29,13 +25,6 @@ const HEMISPHERE_RAY: f64 = 2.0;
 const CAMERA_RAY: f64 = 0.5;
 /// Doublings of the rays of F at most, in one go.
 const DENSER: u32 = 5;
-
-/// The error that the gather pass may make beside a squared error of the light: where that uses up the tolerance, it
-/// still has a share.
-pub(crate) fn left(tolerance: f64, squared: f64) -> f64 {
-    let squares = tolerance * tolerance;
-    GATHER * (squares - squared).max(0.25 * squares).sqrt()
-}
 
 /// A way to read light, and what a picture takes with it.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +67,7 @@ impl ReadingCost {
     /// the cheapest of those whose error is not [`MATTERS`] times the least.
     pub fn cheapest(&self, squared: [f64; READINGS]) -> Priced {
         let of = |reading: &Reading| squared[reading.number()];
-        let most = (MOST * self.tolerance).powi(2);
+        let most = (LIGHT * self.tolerance).powi(2);
         let rays =
             |reading: Reading| if of(&reading) <= most { self.rays(of(&reading), reading) } else { f64::INFINITY };
         let priced = Reading::ALL.map(|reading| Priced { reading, rays: rays(reading) });
@@ -104,7 +93,7 @@ impl ReadingCost {
     fn rays(&self, squared: f64, reading: Reading) -> f64 {
         let variance = left(self.tolerance, squared).powi(2);
         let camera = self.camera * (CAMERA * CAMERA * variance).powf(-1.0 / EDGES);
-        let hemisphere = self.hemisphere * (NOISE * variance).powf(-1.0 / RATE);
+        let hemisphere = self.hemisphere * (HEMISPHERE_SQUARED * variance).powf(-1.0 / RATE);
         CAMERA_RAY * camera + HEMISPHERE_RAY * hemisphere * self.prices[reading.number()]
     }
 }

@@ -9,6 +9,7 @@
 use std::time::Instant;
 
 use crate::gather::{Effort, Gathered, READINGS, Reading, SampledPixels, SquaredError};
+use crate::light::budget::{MATTERS, READ_AT_ONCE, SURE};
 use crate::render::assembly::Prepared;
 use crate::render::reading_cost::ReadingCost;
 use crate::render::solved::{Rough, Solved, Spent};
@@ -20,12 +21,6 @@ const PATHS: [usize; 2] = [1 << 13, 1 << 16];
 /// Paths of a pixel over those of all in the mean, at least and at most.
 const LEAST: f32 = 0.25;
 const MOST: f32 = 16.0;
-/// Share of the tolerance that the light on patches, as the gather pass reads it, may be off by.
-const SHARE: f64 = 0.5;
-/// Share of the tolerance that an error must exceed to matter.
-const MATTERS: f64 = 0.7;
-/// Share of the tolerance that the standard error of an error is to be below.
-pub(crate) const SURE: f64 = 0.35;
 /// Standard errors beyond which an error is certain.
 const CERTAIN: f64 = 3.0;
 /// Squared error over what the two levels and the noise of F say, beyond which they are contradicted.
@@ -150,7 +145,7 @@ impl Check {
 
     /// The same from what pixels tell of the light as rays read it.
     fn state(&self, solved: &mut Solved, wanted: &Wanted, cost: &ReadingCost) {
-        if self.at_once().lower() > (SHARE * wanted.tolerance).powi(2) {
+        if self.at_once().lower() > (READ_AT_ONCE * wanted.tolerance).powi(2) {
             let squared = self.found.map(SquaredError::upper);
             let now = cost.cheapest(squared);
             if now.rays.is_finite() {
@@ -228,7 +223,7 @@ mod tests {
         // More than half of the tolerance is certain.
         let (reading, stated) = confirmed(found(0.8 * TOLERANCE, 0.0));
         assert_eq!(reading, Reading::AfterOneMore);
-        assert!(stated < SHARE * TOLERANCE, "{stated}");
+        assert!(stated < READ_AT_ONCE * TOLERANCE, "{stated}");
         // Less than half is as it may be.
         let (reading, stated) = confirmed(found(0.3 * TOLERANCE, 0.0));
         assert_eq!(reading, Reading::AtOnce);

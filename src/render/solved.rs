@@ -11,6 +11,7 @@ use crate::gather::{
     Brightness, Effort, Fields, GatherPass, GatherSampling, Gathered, READINGS, Reading, SampledPixels, SquaredError,
     View, nearest_read,
 };
+use crate::light::budget::TRUNCATION;
 use crate::light::{Rgb, Transport};
 use crate::operator::{LinearOperator, Operator};
 use crate::pictures::Size;
@@ -24,8 +25,6 @@ use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
 
 /// Hemisphere rays of a patch for each to a luminaire.
 const FOR_EACH: u32 = 4;
-/// Share of the tolerance at which the series is cut.
-const TRUNCATION: f64 = 0.02;
 /// Width and height of the rough gather at most, pixels.
 const ROUGH: usize = 64;
 /// Camera rays of its pixels at first.

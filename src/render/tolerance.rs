@@ -21,11 +21,11 @@ use std::time::Instant;
 use crate::direct::luminaire_texture::TOLERABLE;
 use crate::gather::{GatherPass, Gathering};
 use crate::light::Transport;
+use crate::light::budget::{FEW_PIXELS, FORM_FACTORS, PATCHES, STAND_INS, left};
 use crate::render::assembly::{Prepared, Watch};
 use crate::render::divided_patches::divided;
 use crate::render::fineness::Fineness;
 use crate::render::memory::{Held, Kept};
-use crate::render::reading_cost::left;
 use crate::render::refinement::{Excess, Limits, Refinement};
 use crate::render::rendered::Rendered;
 use crate::render::residual_check::{Check, Finding};
@@ -34,19 +34,10 @@ use crate::render::wanted::Wanted;
 use crate::scene::Material;
 use crate::solve::Diverges;
 
-/// Shares of the tolerance that noise of F, and patch size, may take.
-const FORM_FACTORS: f64 = 0.35;
-const PATCHES: f64 = 0.4;
-/// Share of the tolerance that one node of a textured luminaire's closed form may be off by. All nodes together are
-/// then off by at most a fifth of the tolerance, beside wide luminaires: an error of all the tolerance grows by 2 %.
-const EMISSION: f64 = 0.1;
 /// Patches, and rays a patch, at most.
 const MOST: Fineness = Fineness { patches: 200_000, rays: 1 << 16 };
 /// Pixels that tell their errors together; a picture of fewer is the mean of one of more.
 const ENOUGH: usize = 256;
-/// Share of the tolerance that the larger picture is asked for: its RMS, which errors are told beside, is larger than
-/// that of its means.
-const SMALL: f64 = 0.7;
 /// Times that patches and rays are chosen.
 const ROUNDS: usize = 5;
 /// Two solutions, and F transposed.
@@ -65,7 +56,7 @@ pub(crate) fn attempt(
     wanted: &Wanted,
     watch: &dyn Watch,
 ) -> Result<Rendered, Diverges> {
-    p.luminaires.tolerate(EMISSION * wanted.tolerance);
+    p.luminaires.tolerate(STAND_INS * wanted.tolerance);
     let found = attempted(p, transport, wanted, watch);
     // What is asked for next does not depend on this.
     p.luminaires.tolerate(TOLERABLE);
@@ -78,7 +69,7 @@ pub(crate) fn attempt(
 /// difference of halves, is chance.
 fn attempted(p: &mut Prepared, transport: Transport, wanted: &Wanted, watch: &dyn Watch) -> Result<Rendered, Diverges> {
     let (asked, step) = (wanted.size, wanted.size.enlargement(ENOUGH));
-    let tolerance = if step > 1 { SMALL * wanted.tolerance } else { wanted.tolerance };
+    let tolerance = if step > 1 { FEW_PIXELS * wanted.tolerance } else { wanted.tolerance };
     let wanted = &Wanted { size: asked.times(step), tolerance, ..*wanted };
     let mut spent = Spent::default();
     let solved = solve_within(p, &Task { transport, wanted: &wanted.of_light(), watch }, &mut spent)?;

@@ -1,7 +1,7 @@
 //! What cutting needs to know of a scene and does not depend on the patches: its surfaces, where they touch, its
 //! normals.
 //!
-//! Made once for a scene; every cut and all zones share it.
+//! Made once for a scene; all cuts share it.
 //!
 //! Not handled: patches, which are cut from surfaces.
 

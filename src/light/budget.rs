@@ -1,0 +1,73 @@
+//! Shares of the tolerance T that the parts of a picture's error may take, all of them in one place.
+//!
+//! ```text
+//! T² >= light² + gather²                 light  at most LIGHT T
+//! light²  = noise of F² + size of patches² + truncation² + stand-ins²
+//! gather² = camera² + hemisphere² + fit²                 GATHER² (T² - light²), as the light turned out
+//! ```
+//!
+//! Errors of the parts are independent, so their squares add up; tests hold the sums below 1.
+//!
+//! Not handled: effort that is given in place of a tolerance.
+
+/// Where the series is cut.
+pub(crate) const TRUNCATION: f64 = 0.02;
+/// Moments of nodes of many luminaires, and polynomials for them, together; also one node of a textured luminaire's
+/// closed form, of which all together are then off by at most twice as much, beside wide luminaires.
+pub(crate) const STAND_INS: f64 = 0.1;
+/// Noise of F that rounds aim at where patches have one size.
+pub(crate) const FORM_FACTORS: f64 = 0.35;
+/// The size of patches that rounds aim at.
+pub(crate) const PATCHES: f64 = 0.4;
+/// Noise of F that rounds aim at where patches are divided by light, whose error is told with it.
+pub(crate) const DIVIDED_FORM_FACTORS: f64 = 0.3;
+/// The light on patches, however cheap it is to read.
+pub(crate) const LIGHT: f64 = 0.85;
+/// The light on patches that is read at once, where it is certain; a picture that is read otherwise may be cheaper.
+pub(crate) const READ_AT_ONCE: f64 = 0.5;
+/// An error of the light that matters, where two levels of patches and noise of F do not know of it.
+pub(crate) const MATTERS: f64 = 0.7;
+/// Root of the standard error of the squared error of the light, as a few pixels tell it.
+pub(crate) const SURE: f64 = 0.35;
+/// What the gather pass aims at of what is left: its own estimate has an error too.
+pub(crate) const GATHER: f64 = 0.9;
+/// What the gather pass has at least, as a share of T², where the light has used up more.
+pub(crate) const GATHER_LEAST: f64 = 0.25;
+/// Camera rays, as a share of the gather pass, where there is indirect light, which is dearer.
+pub(crate) const CAMERA: f64 = 0.5;
+/// Noise of hemisphere rays, as a share of what camera rays leave.
+pub(crate) const HEMISPHERE: f64 = 0.8;
+/// The fit between irradiance records, as a share of the same.
+pub(crate) const FIT: f64 = 0.55;
+/// Noise of hemisphere rays, as a share of the squared error of the gather pass.
+pub(crate) const HEMISPHERE_SQUARED: f64 = (1.0 - CAMERA * CAMERA) * HEMISPHERE * HEMISPHERE;
+/// The larger picture that one of few pixels is the mean of: its RMS, which errors are told beside, is larger than that
+/// of its means.
+pub(crate) const FEW_PIXELS: f64 = 0.7;
+
+/// The error that the gather pass may make at a tolerance beside a squared error of the light.
+pub(crate) fn left(tolerance: f64, squared: f64) -> f64 {
+    let squares = tolerance * tolerance;
+    GATHER * (squares - squared).max(GATHER_LEAST * squares).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn squares(parts: &[f64]) -> f64 {
+        parts.iter().map(|part| part * part).sum()
+    }
+
+    #[test]
+    fn the_squares_of_all_parts_add_up_to_no_more_than_all() {
+        for form_factors in [FORM_FACTORS, DIVIDED_FORM_FACTORS] {
+            assert!(squares(&[TRUNCATION, STAND_INS, form_factors, PATCHES]) <= LIGHT * LIGHT);
+        }
+        assert!(squares(&[LIGHT, left(1.0, LIGHT * LIGHT)]) <= 1.0);
+        assert!(HEMISPHERE_SQUARED + CAMERA * CAMERA + (1.0 - CAMERA * CAMERA) * FIT * FIT <= 1.0);
+        // What is measured to be within the tolerance is so with its standard error.
+        assert!(squares(&[READ_AT_ONCE, SURE]) <= LIGHT * LIGHT);
+        assert_eq!(left(1.0, 0.0), GATHER);
+    }
+}
