@@ -65,7 +65,8 @@ mod tests {
             assert!(squares(&[TRUNCATION, STAND_INS, form_factors, PATCHES]) <= LIGHT * LIGHT);
         }
         assert!(squares(&[LIGHT, left(1.0, LIGHT * LIGHT)]) <= 1.0);
-        assert!(HEMISPHERE_SQUARED + CAMERA * CAMERA + (1.0 - CAMERA * CAMERA) * FIT * FIT <= 1.0);
+        let beside_camera = squares(&[HEMISPHERE, FIT]);
+        assert!(squares(&[CAMERA]) + (1.0 - squares(&[CAMERA])) * beside_camera <= 1.0);
         // What is measured to be within the tolerance is so with its standard error.
         assert!(squares(&[READ_AT_ONCE, SURE]) <= LIGHT * LIGHT);
         assert_eq!(left(1.0, 0.0), GATHER);

@@ -11,8 +11,8 @@
 //!
 //! A rough gather of few pixels first tells the first two parts in the picture, not on the patches: what no pixel sees
 //! and no visible surface receives does not count. Until both are within their shares, all patches become smaller and
-//! their rays more, or patches are divided by light ([`crate::render::divided_patches`]). Then the gather pass gets what
-//! is left of the tolerance. Where memory ends first they stay as they are, and the error says so.
+//! their rays more, or patches are divided by light ([`crate::render::divided_patches`]). Then the gather pass gets
+//! what is left of the tolerance. Where memory ends first they stay as they are, and the error says so.
 //!
 //! Not handled: patches along lines of contact have no larger patch; detail that neither level of patches resolves.
 
