@@ -16,14 +16,11 @@ use crate::direct::visibility::Lighting;
 use crate::form_factors::{Progress, Sampling};
 use crate::light::Rgb;
 use crate::patches::Patches;
+use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Sobol, hash};
 
 /// Receiver points that are enough where each is exact: the form factor varies smoothly over a patch.
 const SMOOTH: u32 = 32;
-/// Keeps the points of light as emitted apart from those of hemisphere rays.
-const SALT: u32 = 0x5eed_1a3b;
-/// Keeps the points of lights without area apart from those of luminaires.
-const PUNCTUAL: u32 = 0x70_6f_69_6e;
 
 /// What patches are asked with, and where.
 struct Asking<'a> {
@@ -48,7 +45,13 @@ pub fn receive_emitted(
         Some(_) => rays.clamp(1, SMOOTH) * rays.div_ceil(SMOOTH).next_power_of_two() * LightCuts::MOST_DRAWN,
         None => rays.max(1),
     };
-    let asking = Asking { lighting, patches, sobol: Sobol::new(most as usize, 4), rays, seed: sampling.seed ^ SALT };
+    let asking = Asking {
+        lighting,
+        patches,
+        sobol: Sobol::new(most as usize, 4),
+        rays,
+        seed: Purpose::Received.seed(sampling.seed),
+    };
     let receive = |scratch: &mut Scratch, i: usize| {
         tick(1);
         match &lighting.sight.cuts {
@@ -73,8 +76,13 @@ pub fn receive_punctual(
     }
     let most = if lighting.sight.punctual == Occlusion::Nothing { SMOOTH } else { u32::MAX };
     let rays = sampling.emitter_rays.clamp(1, most);
-    let asking =
-        Asking { lighting, patches, sobol: Sobol::new(rays as usize, 2), rays, seed: sampling.seed ^ PUNCTUAL };
+    let asking = Asking {
+        lighting,
+        patches,
+        sobol: Sobol::new(rays as usize, 2),
+        rays,
+        seed: Purpose::ReceivedFromPoints.seed(sampling.seed),
+    };
     let receive = |scratch: &mut Scratch, i: usize| {
         if receives[i] { asking.by_punctual(i, scratch) } else { (DVec3::ZERO, 0) }
     };

@@ -17,12 +17,11 @@ use crate::gather::pixel_layer::SurfaceKey;
 use crate::gather::pixel_texture::{Adjusted, SeenPoint, surfaces};
 use crate::gather::view::View;
 use crate::light::Rgb;
+use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{Hit, Side};
 use crate::surfaces::SurfacePoint;
 
-/// Tells the two halves' scramblings apart.
-const HALVES: [u32; 2] = [0x9a7e_0000, 0x3c6e_f372];
 /// Keeps the points of highlights apart from those of diffuse light.
 const HIGHLIGHTS: u32 = 0x676c_6f73;
 
@@ -163,7 +162,7 @@ impl<'a> CameraRays<'a> {
     }
 
     fn camera_ray(&self, k: usize, half: usize, index: u32) -> CameraRay {
-        CameraRay { half, index, seed: hash(k as u32, self.seed ^ HALVES[half]) }
+        CameraRay { half, index, seed: hash(k as u32, Purpose::CameraRays(half).seed(self.seed)) }
     }
 
     /// The light of the point of a face at some place of the picture, in pixels, if the face is what is seen there.

@@ -21,14 +21,13 @@ use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::irradiance_record::{Record, Site};
 use crate::gather::layer_fits::LayerFit;
 use crate::gather::pixel::Pixel;
+use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
 
 /// Rays cast from the places over those of all records.
 const SHARE: f64 = 0.125;
 /// Places at least.
 const LEAST: f64 = 16.0;
-/// Keeps the rays of places apart from those of records.
-const ROUND: u32 = 0x7a11_da7e;
 
 /// A place that was drawn.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +55,8 @@ impl IrradianceCache<'_> {
 
     /// A record of a place that knows nothing of those in the cache.
     fn fresh(&mut self, &LayerFit { pixel, layer, .. }: &LayerFit, pixels: &[Pixel], round: u32) -> Record {
-        let seed = hash(pixel as u32, hash(layer as u32, hash(round, self.density.seed ^ ROUND)));
+        let seed =
+            hash(pixel as u32, hash(layer as u32, hash(round, Purpose::CrossValidation.seed(self.density.seed))));
         let site = Site { pixel, looked: pixels[pixel].count, spacing: 1, seed, density: 0 };
         self.record(&pixels[pixel].layers[layer], site)
     }
@@ -67,7 +67,11 @@ impl IrradianceCache<'_> {
         let all: f64 = self.records.iter().map(|record| f64::from(record.rays)).sum();
         let price: f64 = chances.iter().zip(places).map(|(chance, place)| chance * place.rays.max(1.0)).sum();
         let count = (SHARE * all / price).max(LEAST).round();
-        drawn(&chances, count, Stream::new(hash(round, self.density.seed ^ ROUND)).uniform().into())
+        drawn(
+            &chances,
+            count,
+            Stream::new(hash(round, Purpose::CrossValidation.seed(self.density.seed))).uniform().into(),
+        )
     }
 }
 

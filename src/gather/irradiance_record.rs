@@ -16,6 +16,7 @@ use crate::gather::guiding::Guiding;
 use crate::gather::interpolation::Place;
 use crate::gather::pixel_layer::Layer;
 use crate::gather::reflection::Memory;
+use crate::rays::purpose::Purpose;
 use crate::surfaces::SurfacePoint;
 
 /// Rays of a half that tell how near the surroundings are.
@@ -26,8 +27,6 @@ const APART: f64 = 0.05;
 const EACH: u32 = 4;
 /// Camera rays to look for one more point to start from.
 const LOOKS: u32 = 4;
-/// Tells the two halves' scramblings apart.
-const HALVES: [u32; 2] = [0x51ed_270b, 0xa3b1_95c7];
 
 /// Where a record belongs, and what it is named by.
 #[derive(Clone, Copy, Debug)]
@@ -107,7 +106,7 @@ impl Record {
             let rays = HemisphereRays {
                 from: self.layer.origins(half),
                 indices: range.clone(),
-                seed: self.site.seed ^ HALVES[half],
+                seed: Purpose::HemisphereRays(half).seed(self.site.seed),
                 guiding: with.guiding,
             };
             self.nearness += with.final_gather.read(&rays, memory, sums);

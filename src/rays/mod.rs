@@ -19,6 +19,7 @@ pub(crate) mod hull_faces;
 pub(crate) mod masked_faces;
 pub(crate) mod meetings;
 pub(crate) mod packet;
+pub(crate) mod purpose;
 pub(crate) mod query;
 pub(crate) mod ray;
 pub(crate) mod ray_offset;

@@ -17,6 +17,7 @@ use crate::gather::sampling::would_be_over;
 use crate::gather::{Effort, Gathered, ImportancePaths, READINGS, Reading, add_samples_of_bright};
 use crate::light::budget::{DIVIDED_FORM_FACTORS, SURE};
 use crate::patches::Patches;
+use crate::rays::purpose::Purpose;
 use crate::render::assembly::Prepared;
 use crate::render::reading_cost::{MATTERS, ReadingCost};
 use crate::render::residual_check::brightness;
@@ -118,7 +119,13 @@ pub(crate) fn divided(
         let began = clock;
         let mut samples = seen.samples(&p.scene, &p.patches, &solved.fields);
         let view = solved.rough_view(p, wanted);
-        spent.rays += add_samples_of_bright(&view, &solved.fields, &mut samples, BRIGHT << round, wanted.seed ^ round);
+        spent.rays += add_samples_of_bright(
+            &view,
+            &solved.fields,
+            &mut samples,
+            BRIGHT << round,
+            Purpose::BrightPatches(round).seed(wanted.seed),
+        );
         let (patches, densities) = (p.patches.clone(), p.densities.clone());
         p.divide(samples);
         spent.seconds.patches += clock.elapsed().as_secs_f64();
@@ -213,7 +220,7 @@ fn walks(p: &Prepared, solved: &Solved, round: Round, spent: &mut Spent) -> Impo
     let clock = Instant::now();
     let view = solved.rough_view(p, round.wanted);
     let mut walks =
-        ImportancePaths::new(&view, round.bright.to_vec(), round.wanted.seed ^ round.set.wrapping_mul(0x85eb_ca6b));
+        ImportancePaths::new(&view, round.bright.to_vec(), Purpose::Paths(round.set).seed(round.wanted.seed));
     walks.extend(&view, round.each);
     spent.rays += walks.rays;
     spent.seconds.solve += clock.elapsed().as_secs_f64();

@@ -23,6 +23,7 @@ use rayon::prelude::*;
 
 use crate::gather::sampling::is_over;
 use crate::light::Transport;
+use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
 use crate::rays::{Hit, Ray, Rays, Side};
 use crate::render::walk_sources::{WalkSources, leave};
@@ -32,8 +33,6 @@ use crate::scene::{Scene, Sides};
 const BATCH: u32 = 4096;
 /// Batches at first and at most.
 const BATCHES: (u32, u32) = (16, 1024);
-/// Keeps the walks' random numbers apart from those of the casts.
-const OWN_SEED: u32 = 0x6c77_616c;
 
 /// Powers of both halves of one term, W.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -123,7 +122,7 @@ impl<'a> Walks<'a> {
         let mut sums = vec![TermPower::default(); goal.count];
         let mut hits = Vec::new();
         for walk in 0..BATCH {
-            let own = hash(batch * BATCH + walk, goal.seed ^ OWN_SEED);
+            let own = hash(batch * BATCH + walk, Purpose::Walks.seed(goal.seed));
             self.walk(&mut Stream::new(own), &mut sums, &mut hits);
         }
         for sum in &mut sums {

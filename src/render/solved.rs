@@ -15,6 +15,7 @@ use crate::light::budget::TRUNCATION;
 use crate::light::{Rgb, Transport};
 use crate::operator::{LinearOperator, Operator};
 use crate::pictures::Size;
+use crate::rays::purpose::Purpose;
 use crate::rays::sobol::replica_seed;
 use crate::render::assembly::{Assembled, Prepared, Seconds, Watch, assemble_seeing, sight};
 use crate::render::levels::{fields, of_finer};
@@ -34,9 +35,6 @@ pub(crate) const ROUGH_RAYS: u32 = 32;
 /// Noise of camera rays over all that the picture shows, beyond which they are doubled: what is left of the picture
 /// without it is then known too poorly.
 const ROUGH_NOISE: f64 = 0.5;
-
-/// Keeps pixels drawn apart from what else a seed chooses.
-const PIXELS: u32 = 0x7f4a_7c15;
 
 /// What was spent so far.
 #[derive(Clone, Default)]
@@ -188,7 +186,7 @@ impl Solved {
     /// Pixels of the picture that are to tell its error; `bright` are those of a rough one.
     pub fn pixels(&self, p: &Prepared, wanted: &Wanted, bright: &[f32]) -> SampledPixels {
         let bright = Brightness { values: bright, size: rough(wanted.size) };
-        SampledPixels::new(&self.full_view(p, wanted), bright, wanted.seed ^ PIXELS)
+        SampledPixels::new(&self.full_view(p, wanted), bright, Purpose::SampledPixels.seed(wanted.seed))
     }
 
     /// What pixels of the picture tell of the light, by reading; no more of them where there is no time.

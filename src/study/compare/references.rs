@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use crate::pictures::{Picture, read_picture, relative_rms};
 use crate::rays::Rays;
+use crate::rays::purpose::Purpose;
 use crate::reference::{NextEvent, TraceSettings, Tracer};
 use crate::scene::Scene;
 use crate::solve::Diverges;
@@ -76,7 +77,7 @@ fn traced(scene: &Scene, plan: &StudyPlan) -> Truth {
     let transports = scene.transports(plan.transport);
     let settings = TraceSettings {
         // Not the samples of the ladder.
-        seed: plan.seed ^ 0x5eed_0001,
+        seed: Purpose::TracedReference.seed(plan.seed),
         ..TraceSettings::default()
     };
     let mut tracer = Tracer::new(scene, &rays, &transports, plan.size, &settings);
@@ -117,7 +118,7 @@ fn solved(scene: &Scene, plan: &StudyPlan) -> Result<Truth, Diverges> {
         if 3.0 * last > plan.seconds {
             break;
         }
-        let found = within(scene, plan, tolerance, plan.seed ^ 0x5eed_0002)?;
+        let found = within(scene, plan, tolerance, Purpose::SolvedReference.seed(plan.seed))?;
         last = lap(&mut clock);
         plan.watch.tick(1);
         best = Some((tolerance, found, last));
