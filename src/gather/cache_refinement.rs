@@ -178,12 +178,12 @@ mod tests {
 
     use super::*;
     use crate::gather::adaptive_sampling::sample_pixels;
-    use crate::gather::budget::Settings;
     use crate::gather::cached_irradiance::Fitted;
     use crate::gather::camera_rays::CameraRays;
     use crate::gather::fields::Fields;
     use crate::gather::final_gather::FinalGather;
     use crate::gather::sampling::Gathering;
+    use crate::gather::settings::Settings;
     use crate::gather::view::Ready;
     use crate::light::{Mode, Rgb};
 

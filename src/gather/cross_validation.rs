@@ -110,12 +110,12 @@ fn squared_misfit(fitted: [DVec3; 2], own: [DVec3; 2], rho: DVec3) -> f64 {
 mod tests {
     use super::*;
     use crate::gather::adaptive_sampling::sample_pixels;
-    use crate::gather::budget::Settings;
     use crate::gather::camera_rays::CameraRays;
     use crate::gather::fields::Fields;
     use crate::gather::final_gather::FinalGather;
     use crate::gather::irradiance_cache::Density;
     use crate::gather::sampling::Gathering;
+    use crate::gather::settings::Settings;
     use crate::gather::view::Ready;
     use crate::light::{Mode, Rgb};
 

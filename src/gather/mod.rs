@@ -8,7 +8,6 @@
 
 pub(crate) mod adaptive_sampling;
 pub(crate) mod bright_patches;
-pub(crate) mod budget;
 pub(crate) mod cache_refinement;
 pub(crate) mod cached_irradiance;
 pub(crate) mod camera_rays;
@@ -44,6 +43,7 @@ pub(crate) mod record_rounds;
 pub(crate) mod reflection;
 pub(crate) mod sampled_pixels;
 pub(crate) mod sampling;
+pub(crate) mod settings;
 pub(crate) mod small_face;
 pub(crate) mod view;
 

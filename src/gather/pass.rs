@@ -18,7 +18,6 @@
 
 use crate::form_factors::Progress;
 use crate::gather::adaptive_sampling::sample_pixels;
-use crate::gather::budget::Settings;
 use crate::gather::camera_rays::CameraRays;
 use crate::gather::fields::Fields;
 use crate::gather::final_gather::FinalGather;
@@ -26,6 +25,7 @@ use crate::gather::gathered::Gathered;
 use crate::gather::indirect_light::IndirectLight;
 use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::sampling::Gathering;
+use crate::gather::settings::Settings;
 use crate::gather::view::View;
 
 /// Renders the visible half: emission, direct light and what each field sends, with their errors; `tick` counts rows.

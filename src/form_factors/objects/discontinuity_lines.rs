@@ -116,7 +116,8 @@ mod tests {
             [p(x, 0.0), p(x + a, 0.0), p(x + a, b), p(x, b)]
         };
         let facet = |[a, b, c, d]: [DVec3; 4]| facets(&[[a, b, c], [a, c, d]], 1e-12).remove(0);
-        let occluder = |p: [DVec3; 4]| Occluder { plane: plane_of(&p, 1e-12), polygon: p.to_vec(), tau: 0.0 };
+        let occluder =
+            |p: [DVec3; 4]| Occluder { plane: plane_of(&p, 1e-12), polygon: p.to_vec(), tau: 0.0, masked: false };
         let (from, to) = (facet(square(0.0, 1.0, 1.0, 0.0)), facet(square(0.0, 1.0, 1.0, 1.0)));
         // Sheets whose ends are too far to matter, and between them a slit from 0.4 to 0.41.
         let wide = |x: f64, a: f64| square(x, a, 100.0, 0.5).map(|p| p - 50.0 * DVec3::Y);

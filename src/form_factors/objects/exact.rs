@@ -48,6 +48,8 @@ const FAR: f64 = 20.0;
 pub struct Bodies {
     bodies: Vec<Vec<Facet>>,
     occluders: Vec<Occluder>,
+    /// Which of them have masks, as far as each is there only in part.
+    masked: Vec<bool>,
     /// No form factor is larger: 1 where all surfaces are opaque, nothing where light is counted at every crossing.
     bound: f64,
 }
@@ -86,11 +88,16 @@ impl Bodies {
         let groups = groups(scene);
         let faceted: Vec<Vec<Facet>> = groups.par_iter().map(|(_, triangles)| facets(triangles, flat)).collect();
         let mut bodies = vec![Vec::new(); scene.objects.len()];
+        let mut masked = vec![false; scene.objects.len()];
+        let has_mask =
+            |material: u32| scene.materials[material as usize].maps.as_ref().is_some_and(|m| m.mask.is_some());
         let mut occluders = Vec::new();
         for (((object, material), _), facets) in groups.iter().zip(faceted) {
             let through = tau[*material as usize];
+            masked[*object as usize] |= has_mask(*material);
             if through < 1.0 {
-                occluders.extend(facets.iter().flat_map(|f| shades(f, through)));
+                let own = facets.iter().flat_map(|f| shades(f, through));
+                occluders.extend(own.map(|o| Occluder { masked: has_mask(*material), ..o }));
             }
             let body: &mut Vec<Facet> = &mut bodies[*object as usize];
             if scene.materials[*material as usize].sides == Sides::Two {
@@ -99,7 +106,7 @@ impl Bodies {
             body.extend(facets);
         }
         let opaque = tau.iter().all(|&t| t == 0.0);
-        Bodies { bodies, occluders, bound: if opaque { 1.0 } else { f64::INFINITY } }
+        Bodies { bodies, occluders, masked, bound: if opaque { 1.0 } else { f64::INFINITY } }
     }
 
     /// Area of a body, unit coordinates squared; both sides where both send and receive.
@@ -113,7 +120,8 @@ impl Bodies {
     }
 
     /// The form factor from a body that sends rays to one that receives them, with an estimate of its error; `None`
-    /// where they are of too many facets, or have too much between them for the `work` allowed.
+    /// where they are of too many facets, have too much between them for the `work` allowed, or where one of them or
+    /// what lies between has a mask: rays know of holes and of shares.
     ///
     /// The error exceeds the tolerance where it would have taken more than `work`: triangles of the sender times the
     /// occluders seen from each, about a microsecond a piece.
@@ -122,7 +130,13 @@ impl Bodies {
         if area <= 0.0 {
             return Some((Estimate::default(), Method::ClosedForm));
         }
+        if self.masked[from] || self.masked[to] {
+            return None;
+        }
         let links = self.links(from, to)?;
+        if links.iter().any(|link| link.occluders.iter().any(|occluder| occluder.masked)) {
+            return None;
+        }
         let (open, hidden): (Vec<Link>, Vec<Link>) = links.into_iter().partition(|l| l.occluders.is_empty());
         let edges: usize = open.iter().map(|l| l.from.edges.len() * l.to.edges.len()).sum();
         let cuts: usize = hidden.iter().map(|l| 1 + l.occluders.len()).sum();
@@ -175,7 +189,12 @@ fn groups(scene: &Scene) -> Vec<Group> {
 
 /// A facet's tiles as occluders.
 fn shades(facet: &Facet, tau: f32) -> impl Iterator<Item = Occluder> {
-    facet.tiles.iter().map(move |tile| Occluder { plane: facet.plane, polygon: tile.clone(), tau: f64::from(tau) })
+    facet.tiles.iter().map(move |tile| Occluder {
+        plane: facet.plane,
+        polygon: tile.clone(),
+        tau: f64::from(tau),
+        masked: false,
+    })
 }
 
 /// The parts of two facets in front of each other's planes.

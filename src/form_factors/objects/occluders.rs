@@ -17,8 +17,10 @@ use crate::form_factors::objects::facet::Facet;
 pub(crate) struct Occluder {
     pub plane: Plane,
     pub polygon: Vec<DVec3>,
-    /// What it lets through.
+    /// What it lets through where it is.
     pub tau: f64,
+    /// Whether a mask says where that is.
+    pub masked: bool,
 }
 
 /// Steps of the search for a separating plane.

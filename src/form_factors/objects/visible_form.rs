@@ -52,7 +52,7 @@ mod tests {
     }
 
     fn occluder(polygon: &[DVec3], tau: f64) -> Occluder {
-        Occluder { plane: plane_of(polygon, FLAT), polygon: polygon.to_vec(), tau }
+        Occluder { plane: plane_of(polygon, FLAT), polygon: polygon.to_vec(), tau, masked: false }
     }
 
     #[test]

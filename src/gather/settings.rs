@@ -1,4 +1,4 @@
-//! How the error of the gather pass is divided between camera rays and indirect light, and what sampling begins with.
+//! What sampling begins with, and how the error of the gather pass is shared out between its parts.
 //!
 //! Not handled: errors of the solution that is gathered.
 
