@@ -122,7 +122,7 @@ pub(crate) fn casters(scene: &Scene, rays: &Rays, luminaires: &Luminaires, tau: 
                 corners,
                 normal: (b - a).cross(c - a).normalize_or_zero(),
                 tau: f64::from(tau[scene.faces[face as usize].material as usize]),
-                masked: scene.maps(face).is_some_and(|maps| maps.mask.is_some()),
+                masked: scene.is_masked(face),
                 part: luminaires.part(face),
             }
         })

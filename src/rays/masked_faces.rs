@@ -40,11 +40,6 @@ struct MaskedFace {
     alpha: [f32; 3],
 }
 
-/// Whether a face of a scene has a mask.
-pub(super) fn is_masked(scene: &Scene, face: u32) -> bool {
-    scene.maps(face).is_some_and(|maps| maps.mask.is_some())
-}
-
 impl MaskedFaces {
     /// The masked faces by number, in the tree that `tree` makes of them; none where there are none.
     pub fn new(scene: &Scene, masked: &[u32], tree: impl Fn(&[u32]) -> Accelerator) -> Option<MaskedFaces> {

@@ -17,7 +17,7 @@ use crate::rays::bvh::Bvh;
 use crate::rays::bvh_build::Layout;
 use crate::rays::crossings::settle;
 use crate::rays::hull_faces::occluders;
-use crate::rays::masked_faces::{MaskedFaces, Seen, is_masked};
+use crate::rays::masked_faces::{MaskedFaces, Seen};
 use crate::rays::query::{Label, NO_PLANE, Query};
 use crate::rays::ray::{End, Hit, Ray, Side};
 use crate::rays::ray_offset::RayOffset;
@@ -65,7 +65,7 @@ impl Rays {
     /// Rays that test fewer than `many` faces in blocks and others through a hierarchy; there are blocks
     /// for 512 at most. Both find the same; this is for measuring which is faster.
     pub fn with_blocks(scene: &Scene, many: usize) -> Rays {
-        let (masked, whole): (Vec<u32>, Vec<u32>) = (0..scene.solid_faces()).partition(|&face| is_masked(scene, face));
+        let (masked, whole): (Vec<u32>, Vec<u32>) = (0..scene.solid_faces()).partition(|&face| scene.is_masked(face));
         let faces = Faces::new(scene, many);
         let inner = occluders(scene, &faces.planes);
         let occluders = match inner.len() {
@@ -73,7 +73,7 @@ impl Rays {
             n if n == masked.len() + whole.len() => Occluders::All,
             _ if masked.is_empty() => Occluders::Some(faces.tree(&inner)),
             _ => {
-                let whole: Vec<u32> = inner.iter().copied().filter(|&face| !is_masked(scene, face)).collect();
+                let whole: Vec<u32> = inner.iter().copied().filter(|&face| !scene.is_masked(face)).collect();
                 Occluders::Some(faces.tree(&whole))
             }
         };

@@ -161,6 +161,11 @@ impl LoadOptions {
 }
 
 impl Material {
+    /// Whether a mask says where its surface is.
+    pub(crate) fn is_masked(&self) -> bool {
+        self.maps.as_ref().is_some_and(|maps| maps.mask.is_some())
+    }
+
     /// A one-sided material whose emission is seen, without an alpha or tau of its own. Checked when a scene is made.
     pub fn new(name: &str, rho: Rgb, emission: Rgb) -> Self {
         Material {

@@ -27,6 +27,11 @@ impl Scene {
         self.material(face).maps.as_deref()
     }
 
+    /// Whether a face is there only in part, as its material's mask says.
+    pub(crate) fn is_masked(&self, face: u32) -> bool {
+        self.material(face).is_masked()
+    }
+
     /// Texture coordinates of a point of a face.
     pub fn coordinates_at(&self, face: u32, position: Vec3) -> DVec2 {
         let Some(corners) = self.coordinates.get(face as usize) else { return DVec2::ZERO };

@@ -89,15 +89,14 @@ impl Bodies {
         let faceted: Vec<Vec<Facet>> = groups.par_iter().map(|(_, triangles)| facets(triangles, flat)).collect();
         let mut bodies = vec![Vec::new(); scene.objects.len()];
         let mut masked = vec![false; scene.objects.len()];
-        let has_mask =
-            |material: u32| scene.materials[material as usize].maps.as_ref().is_some_and(|m| m.mask.is_some());
         let mut occluders = Vec::new();
         for (((object, material), _), facets) in groups.iter().zip(faceted) {
             let through = tau[*material as usize];
-            masked[*object as usize] |= has_mask(*material);
+            let is_masked = scene.materials[*material as usize].is_masked();
+            masked[*object as usize] |= is_masked;
             if through < 1.0 {
                 let own = facets.iter().flat_map(|f| shades(f, through));
-                occluders.extend(own.map(|o| Occluder { masked: has_mask(*material), ..o }));
+                occluders.extend(own.map(|o| Occluder { masked: is_masked, ..o }));
             }
             let body: &mut Vec<Facet> = &mut bodies[*object as usize];
             if scene.materials[*material as usize].sides == Sides::Two {

@@ -113,7 +113,7 @@ impl<'a> Layer<'a> {
         let ring = self.tiles[k].ring();
         let found = self.kept.find(&ring, k, |_| true)?;
         let covering = |face: u32| {
-            let leaves = is_masked(self.scene, face) && !are_the_same(self.scene, face, self.tiles[k].face);
+            let leaves = self.scene.is_masked(face) && !are_the_same(self.scene, face, self.tiles[k].face);
             Some(if leaves { Covering::Masked(face) } else { Covering::Whole })
         };
         let pieces = self.cut(&ring, whole(&ring), k, covering);
@@ -149,7 +149,7 @@ impl<'a> Layer<'a> {
         }
         let mut pieces = left.map_or_else(|| whole(&ring), |left| left.pieces.clone());
         if is_backed {
-            let covering = |face: u32| (!is_masked(self.scene, face)).then_some(Covering::Back);
+            let covering = |face: u32| (!self.scene.is_masked(face)).then_some(Covering::Back);
             pieces = other.cut(&ring, pieces, other.tiles.len(), covering);
         }
         let is_as_before = pieces == whole(&ring);
@@ -160,17 +160,13 @@ impl<'a> Layer<'a> {
 
     /// Whether one that is whole lies over a polygon.
     fn has_front(&self, ring: &[DVec2]) -> bool {
-        self.kept.find(ring, self.tiles.len(), |k| !is_masked(self.scene, self.tiles[k].face)).is_some()
+        self.kept.find(ring, self.tiles.len(), |k| !self.scene.is_masked(self.tiles[k].face)).is_some()
     }
 }
 
 /// All of a polygon.
 fn whole(ring: &[DVec2]) -> Vec<Piece> {
     vec![(ring.to_vec(), Marks::default())]
-}
-
-fn is_masked(scene: &Scene, face: u32) -> bool {
-    scene.maps(face).is_some_and(|maps| maps.mask.is_some())
 }
 
 /// Whether two faces are what a file has twice: of one material, with the same textures and colours in each place.
