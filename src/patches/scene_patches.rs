@@ -1,22 +1,28 @@
-//! All patches of a scene: their areas, where the hits of a face find theirs, and points on them.
+//! All patches of a scene: their areas, where the hits of a face find theirs, points on them, where they lie and what
+//! they reflect.
 //!
 //! Areas are in unit coordinates squared. Invariants: the patches' areas of one side sum to the faces' area, but for
-//! what masks cut away; every
-//! point of every face belongs to exactly one patch per reflecting side; numbering depends on the scene only.
+//! what masks cut away; every point of every face belongs to exactly one patch per reflecting side; numbering depends on
+//! the scene only. A patch of a masked surface counts the area of what there is of it, and reflects and emits the mean
+//! over that.
 //!
-//! Not handled: how surfaces are cut; that is [`crate::patches::meshing`].
+//! Not handled: how surfaces are cut ([`crate::patches::meshing`]), the shape of a patch: a long one is about as wide as
+//! it is long, and the parts of a divided patch, which reflect the mean of the patch they were cut from.
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
-use crate::patches::grid::Grid;
-use crate::patches::parts::Parts;
-use crate::patches::pieces::{Fragment, NONE};
+use crate::light::{Light, Rgb};
+use crate::patches::division::{Part, Parts, number};
+use crate::patches::division::{Sample, Tree, grow};
+use crate::patches::grid::{Fragment, Grid, NONE};
 use crate::rays::warp::triangle_point;
 use crate::rays::{Hit, Ray, Side};
-use crate::scene::Means;
+use crate::scene::{Means, Scene};
 use crate::surfaces::SurfacePoint;
+use crate::surfaces::face_means::FaceMeans;
 
 /// What the area of a patch without chosen points counts beside those that have some: next to nothing, but more than
 /// none.
@@ -174,5 +180,227 @@ impl Patches {
     /// Which side of its faces a patch lies on.
     pub fn side(&self, i: usize) -> Side {
         self.sides[i]
+    }
+}
+
+/// The points that a patch stands for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extent {
+    /// Their mean.
+    pub middle: Vec3,
+    /// Twice their RMS distance to it: 0.82 times the side of a square.
+    pub width: f32,
+}
+
+/// Sums over points: how much they weigh, and what they and their squares come to.
+#[derive(Clone, Copy, Default)]
+struct Moments {
+    weight: f64,
+    sum: DVec3,
+    squares: f64,
+}
+
+impl Patches {
+    /// Where a patch lies, by its chosen points, or else by its area.
+    pub(crate) fn extent(&self, i: usize) -> Extent {
+        let chosen = self.chosen(i);
+        if chosen.is_empty() {
+            return self.cut_extent(i);
+        }
+        let point = |m: Moments, point: &SurfacePoint| m.with_point(point.position.as_dvec3());
+        chosen.iter().fold(Moments::default(), point).extent()
+    }
+
+    /// Where a patch as it was cut lies, by its area.
+    pub(crate) fn cut_extent(&self, i: usize) -> Extent {
+        let triangle = |m: Moments, (_, corners): (u32, [Vec3; 3])| m.with_triangle(corners.map(Vec3::as_dvec3));
+        self.pieces(i).fold(Moments::default(), triangle).extent()
+    }
+}
+
+impl Moments {
+    fn with_point(self, x: DVec3) -> Moments {
+        Moments { weight: self.weight + 1.0, sum: self.sum + x, squares: self.squares + x.length_squared() }
+    }
+
+    /// With the points of a triangle, which weigh as much as its area: the mean of their squares is a twelfth of the
+    /// corners' squares and of the square of the corners' sum.
+    fn with_triangle(self, [a, b, c]: [DVec3; 3]) -> Moments {
+        let area = 0.5 * (b - a).cross(c - a).length();
+        let corners = a + b + c;
+        let squares = [a, b, c, corners].iter().map(|x| x.length_squared()).sum::<f64>() / 12.0;
+        Moments {
+            weight: self.weight + area,
+            sum: self.sum + area / 3.0 * corners,
+            squares: self.squares + area * squares,
+        }
+    }
+
+    fn extent(self) -> Extent {
+        if self.weight == 0.0 {
+            return Extent { middle: Vec3::ZERO, width: 0.0 };
+        }
+        let middle = self.sum / self.weight;
+        let spread = (self.squares / self.weight - middle.length_squared()).max(0.0);
+        Extent { middle: middle.as_vec3(), width: 2.0 * spread.sqrt() as f32 }
+    }
+}
+
+/// Share of its area that a patch has at least: one of which there is nothing still has a row of K.
+const LEAST: f64 = 1e-6;
+
+impl Patches {
+    /// Finds the means of all patches, and takes what is cut away from their areas; nothing where no material has
+    /// textures.
+    pub(super) fn take_textures(&mut self, scene: &Scene, of_faces: &FaceMeans) {
+        if !scene.is_textured() {
+            return;
+        }
+        let own = |i: usize| {
+            let of_piece = |(face, [a, b, c]): (u32, [Vec3; 3])| {
+                let whole = of_faces.whole(face).filter(|_| scene.corners(face) == [a, b, c]);
+                let means = whole.copied().unwrap_or_else(|| scene.means(face, [a, b, c]));
+                (f64::from((b - a).cross(c - a).length()), means)
+            };
+            mean(&self.pieces(i).map(of_piece).collect::<Vec<_>>())
+        };
+        let textured = |i: &usize| scene.materials[self.materials[*i] as usize].maps.is_some();
+        let found: Vec<Option<Means>> =
+            (0..self.len()).into_par_iter().map(|i| textured(&i).then(|| own(i)).flatten()).collect();
+        for (area, means) in self.areas.iter_mut().zip(&found) {
+            *area *= means.map_or(1.0, |means| means.coverage.max(LEAST));
+        }
+        self.means = found;
+    }
+
+    fn mean(&self, i: usize) -> Option<&Means> {
+        self.means.get(self.parts.whole(i))?.as_ref()
+    }
+
+    /// Mean reflectance of patch i.
+    pub fn reflectance(&self, scene: &Scene, i: usize) -> Rgb {
+        self.mean(i).map_or_else(|| scene.materials[self.materials[i] as usize].rho, |means| means.of_surface().0)
+    }
+
+    /// Reflectance over the mean of patch i, channel by channel; 1 where the patch has no texture or reflects nothing.
+    pub(crate) fn over_mean(&self, i: usize, rho: Rgb) -> Rgb {
+        let Some(means) = self.mean(i) else { return Rgb::ONE };
+        let mean = means.of_surface().0;
+        Rgb::select(mean.cmpgt(Rgb::ZERO), rho / mean.max(Rgb::splat(f32::MIN_POSITIVE)), Rgb::ONE)
+    }
+
+    /// Mean emission of patch i: `(E_invisible, E_visible)`, W/(m² sr).
+    pub fn emitted(&self, scene: &Scene, i: usize) -> Light {
+        let material = &scene.materials[self.materials[i] as usize];
+        let textured = |means: &Means| Light::emitted(means.of_surface().1, material.visibility);
+        self.mean(i).map_or_else(|| material.emitted(), textured)
+    }
+}
+
+/// The mean over pieces by their areas; none of no piece.
+///
+/// Pieces so thin that rounding leaves none of them an area count alike.
+fn mean(pieces: &[(f64, Means)]) -> Option<Means> {
+    let area: f64 = pieces.iter().map(|piece| piece.0).sum();
+    let weight = |own: f64| if area > 0.0 { own } else { 1.0 };
+    let (mut sum, mut mean) = (Means::default(), Means::default());
+    pieces.iter().for_each(|(own, means)| sum.add(weight(*own), means));
+    mean.add(1.0 / if area > 0.0 { area } else { pieces.len() as f64 }, &sum);
+    (!pieces.is_empty()).then_some(mean)
+}
+
+impl Patches {
+    /// Whether patches were divided by light.
+    pub fn are_divided(&self) -> bool {
+        self.parts.count > 0
+    }
+
+    /// The patch that a patch is a part of; itself where it was not divided.
+    pub fn whole(&self, patch: u32) -> u32 {
+        self.parts.whole(patch as usize) as u32
+    }
+
+    /// Divides the patches as they were cut by the light sampled on them, and has their rays start from where it was
+    /// sampled; `samples` are those of every patch before any was divided.
+    pub fn divide(&mut self, mut samples: Vec<Vec<Sample>>) {
+        self.restore();
+        samples.resize_with(self.len(), Vec::new);
+        let trees: Vec<Tree> = samples.into_par_iter().map(grow).collect();
+        let mut starts: Vec<Vec<SurfacePoint>> = Vec::new();
+        starts.resize_with(self.len(), Vec::new);
+        let mut parts =
+            Parts { roots: vec![NONE; self.len()], count: self.len(), areas: self.areas.clone(), ..Parts::default() };
+        for (i, tree) in trees.into_iter().enumerate() {
+            let total = tree.count();
+            let area = self.areas[i];
+            let mut first = true;
+            let mut add = |own: Vec<Sample>| {
+                let share = area * own.len() as f64 / total.max(1) as f64;
+                let points = own.iter().map(|s| s.point).collect();
+                if std::mem::take(&mut first) {
+                    starts[i] = points;
+                    if total > 0 {
+                        self.areas[i] = share;
+                    }
+                    return i as u32;
+                }
+                starts.push(points);
+                parts.whole.push(i as u32);
+                self.areas.push(share);
+                self.materials.push(self.materials[i]);
+                self.sides.push(self.sides[i]);
+                self.parents.push(self.parents[i]);
+                self.areas.len() as u32 - 1
+            };
+            if let Part::Divided(root) = number(tree, &mut parts.planes, &mut add) {
+                parts.roots[i] = root;
+            }
+        }
+        self.parts = parts;
+        self.start_from(starts);
+    }
+
+    /// Takes all parts back.
+    fn restore(&mut self) {
+        if !self.are_divided() {
+            return;
+        }
+        let Parts { count, areas, .. } = std::mem::take(&mut self.parts);
+        self.areas = areas;
+        self.materials.truncate(count);
+        self.sides.truncate(count);
+        self.parents.truncate(count);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rays::Rays;
+
+    /// A cell of a cube's wall is a square; its points chosen anew at its corners lie further apart.
+    #[test]
+    fn a_square_is_as_wide_as_its_points_lie_apart() {
+        let scene = Scene::open("furnace").expect("a scene");
+        let mut patches = Patches::new(&scene, &Rays::new(&scene), 24);
+        let side = patches.areas()[0].sqrt();
+        let whole = patches.extent(0);
+        assert!((f64::from(whole.width) / side - 2.0 * 6.0_f64.sqrt().recip()).abs() < 1e-5, "{whole:?}");
+        let ends = [0.0, 0.999_999].map(|u| patches.point(0, 0.0, u));
+        let apart = ends[0].position.distance(ends[1].position);
+        patches.start_from(vec![ends.to_vec()]);
+        let chosen = patches.extent(0);
+        assert!((chosen.width - apart).abs() < 1e-5, "{chosen:?} {apart}");
+        assert!(chosen.middle.distance(0.5 * (ends[0].position + ends[1].position)) < 1e-5);
+    }
+
+    /// A patch whose pieces rounding leaves without an area once reflected what is no number.
+    #[test]
+    fn pieces_without_an_area_have_a_mean() {
+        let means = |rho: f64| Means { coverage: 1.0, rho: DVec3::splat(rho), emission: DVec3::ZERO };
+        let of = |pieces: &[(f64, Means)]| mean(pieces).map(|mean| mean.rho.x);
+        assert_eq!(of(&[]), None);
+        assert_eq!(of(&[(0.0, means(0.5)), (0.0, means(0.25))]), Some(0.375));
+        assert_eq!(of(&[(3.0, means(0.5)), (1.0, means(0.25)), (0.0, means(0.0))]), Some(0.4375));
     }
 }
