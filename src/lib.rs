@@ -93,6 +93,8 @@ pub mod solve;
 
 pub mod gather;
 
+pub mod error;
+
 pub mod render;
 
 pub mod reference;

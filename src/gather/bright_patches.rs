@@ -33,12 +33,12 @@ pub(crate) fn add_samples_of_bright(
     let tracer = PathTracer::new(view);
     let add = |memory: &mut Memory, (k, own): (usize, &mut Vec<Sample>)| {
         let wanted = (count as f64 * powers[k] / total) as usize;
-        let before = memory.cast;
+        let before = memory.scratch.cast;
         let mut random = Stream::new(hash(k as u32, seed));
         for _ in own.len()..wanted {
             own.extend(sample_of(&tracer, fields, k, &mut random, memory));
         }
-        memory.cast - before
+        memory.scratch.cast - before
     };
     samples.par_iter_mut().enumerate().map_init(Memory::default, add).sum()
 }
@@ -83,14 +83,13 @@ fn powers(view: &View, fields: &Fields, count: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gather::view::Ready;
     use crate::light::{Mode, Rgb};
 
     /// Where one patch has half of all light it gets half of the samples, less those that it has.
     #[test]
     fn patches_have_samples_by_their_part_of_all_light() {
-        let ready = Ready::new("furnace", Mode::Global.transport(), 24);
-        let view = ready.view(8, 8);
+        let lights = lights_of("furnace", Mode::Global.transport(), 24);
+        let view = View::new(&lights, (8, 8).into());
         let mut light = vec![Rgb::ONE; view.patches.len()];
         let others = view.patches.areas().iter().sum::<f64>() - view.patches.areas()[0];
         light[0] = Rgb::splat((others / view.patches.areas()[0]) as f32);

@@ -184,7 +184,6 @@ mod tests {
     use crate::gather::final_gather::FinalGather;
     use crate::gather::sampling::Gathering;
     use crate::gather::settings::Settings;
-    use crate::gather::view::Ready;
     use crate::light::{Mode, Rgb};
 
     /// What every pixel reflects of the light in the cache.
@@ -205,8 +204,8 @@ mod tests {
     /// as many as a wall, and a living room at 2 % took 107 s instead of 30.
     #[test]
     fn the_use_of_a_record_is_what_pixels_change_by_with_it() {
-        let ready = Ready::new("furnished-room", Mode::Global.transport(), 300);
-        let view = ready.view(48, 48);
+        let lights = lights_of("furnished-room", Mode::Global.transport(), 300);
+        let view = View::new(&lights, (48, 48).into());
         let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
         let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
         let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
@@ -232,8 +231,8 @@ mod tests {
     /// of their own, and a picture at 5 % ended at 5.7 %.
     #[test]
     fn records_go_where_the_light_between_them_is_least_certain() {
-        let ready = Ready::new("furnished-room", Mode::Global.transport(), 300);
-        let view = ready.view(128, 128);
+        let lights = lights_of("furnished-room", Mode::Global.transport(), 300);
+        let view = View::new(&lights, (128, 128).into());
         let fields = Fields::new(&[(0..view.patches.len()).map(|i| Rgb::splat((i % 5) as f32)).collect()]);
         let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
         let camera_rays = CameraRays::new(&view, &fields, &settings.camera);

@@ -120,7 +120,6 @@ impl Continuation<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gather::view::Ready;
     use crate::light::{Rgb, Transport};
     use crate::rays::warp::cosine_direction;
 
@@ -128,8 +127,8 @@ mod tests {
     /// bounce, and a furnished staircase at alpha = tau = 0.5 did not end in nine minutes.
     #[test]
     fn a_ray_that_crosses_many_surfaces_goes_on_from_one() {
-        let ready = Ready::new("furnished-room", Transport { alpha: 0.5, tau: 0.9 }, 300);
-        let view = ready.view(1, 1);
+        let lights = lights_of("furnished-room", Transport { alpha: 0.5, tau: 0.9 }, 300);
+        let view = View::new(&lights, (1, 1).into());
         let patches = view.patches;
         let fields = Fields::new(&[vec![Rgb::ONE; patches.len()]]);
         let fields = fields.not_read_nearer(vec![f32::INFINITY; patches.len()]);

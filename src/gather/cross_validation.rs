@@ -116,7 +116,6 @@ mod tests {
     use crate::gather::irradiance_cache::Density;
     use crate::gather::sampling::Gathering;
     use crate::gather::settings::Settings;
-    use crate::gather::view::Ready;
     use crate::light::{Mode, Rgb};
 
     #[test]
@@ -142,8 +141,8 @@ mod tests {
     /// a record at every layer does.
     #[test]
     fn places_tell_what_fresh_rays_at_every_layer_do() {
-        let ready = Ready::new("furnished-room", Mode::Global.transport(), 300);
-        let view = ready.view(24, 24);
+        let lights = lights_of("furnished-room", Mode::Global.transport(), 300);
+        let view = View::new(&lights, (24, 24).into());
         // Few bright patches, so that records miss some of them.
         let light = |i: usize| if i.is_multiple_of(7) { Rgb::splat(8.0) } else { Rgb::splat(0.1) };
         let fields = Fields::new(&[(0..view.patches.len()).map(light).collect()]);

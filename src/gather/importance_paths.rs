@@ -111,14 +111,14 @@ impl ImportancePaths {
             .par_iter()
             .enumerate()
             .map_init(Memory::default, |memory, (start, own)| {
-                memory.cast = 0;
+                memory.scratch.cast = 0;
                 let path = |n: u32| {
                     let random = Stream::new(hash(n, hash(own.pixel, seed)));
                     let vertices = tracer.trace(own.pixel as usize, random, memory);
                     Path { start: start as u32, vertices }
                 };
                 let paths = (own.paths(before)..own.paths(after)).map(path).collect();
-                (paths, memory.cast)
+                (paths, memory.scratch.cast)
             })
             .collect();
         for (paths, cast) in added {
@@ -189,7 +189,7 @@ impl<'a> PathTracer<'a> {
         let walker = &self.walker;
         let view = walker.view;
         let ray = view.camera_ray(k, random.uniform(), random.uniform());
-        memory.cast += 1;
+        memory.scratch.cast += 1;
         let Some(hit) = view.rays.closest(&ray) else {
             return vertices;
         };
@@ -244,15 +244,14 @@ fn choose(met: &[SurfaceHit], random: &mut Stream) -> Option<(SurfaceHit, f64)> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gather::view::Ready;
     use crate::light::Mode;
 
     /// In a closed room nothing escapes: the rays of a vertex stand for the whole hemisphere together, and the path
     /// goes on with the weight of one.
     #[test]
     fn rays_of_a_vertex_stand_for_the_whole_together() {
-        let ready = Ready::new("furnace", Mode::Global.transport(), 24);
-        let view = ready.view(8, 8);
+        let lights = lights_of("furnace", Mode::Global.transport(), 24);
+        let view = View::new(&lights, (8, 8).into());
         let mut paths = ImportancePaths::new(&view, vec![1.0; 64], 3);
         paths.extend(&view, 4);
         assert_eq!(paths.paths.len(), 256);

@@ -111,13 +111,12 @@ mod tests {
     use crate::gather::final_gather::FinalGather;
     use crate::gather::sampling::Gathering;
     use crate::gather::settings::Settings;
-    use crate::gather::view::Ready;
     use crate::light::{Mode, Rgb};
 
     #[test]
     fn turns_look_at_every_layer_once() {
-        let ready = Ready::new("cornell-box", Mode::Global.transport(), 100);
-        let view = ready.view(224, 224);
+        let lights = lights_of("cornell-box", Mode::Global.transport(), 100);
+        let view = View::new(&lights, (224, 224).into());
         let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
         let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
         let camera_rays = CameraRays::new(&view, &fields, &settings.camera);

@@ -85,7 +85,7 @@ pub(crate) fn patch_sample(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gather::view::{Ready, View};
+    use crate::gather::view::{View, lights_of};
     use crate::light::{Mode, Rgb};
 
     /// Four paths of each pixel of a view, and light 1 on its patches.
@@ -98,8 +98,8 @@ mod tests {
     /// In a closed room nothing ends a ray but what it reads, and its glow is asked for without a ray.
     #[test]
     fn a_reading_is_priced_by_the_rays_it_takes() {
-        let ready = Ready::new("furnace", Mode::Global.transport(), 24);
-        let view = ready.view(8, 8);
+        let lights = lights_of("furnace", Mode::Global.transport(), 24);
+        let view = View::new(&lights, (8, 8).into());
         let (paths, fields) = followed(&view);
         let far = paths.prices(view.patches, &fields);
         assert_eq!(paths.asked(), 0.0);
@@ -117,8 +117,8 @@ mod tests {
     /// from.
     #[test]
     fn asking_for_direct_light_has_its_price() {
-        let ready = Ready::new("furnished-room", Mode::Global.transport(), 100);
-        let view = ready.view(8, 8);
+        let lights = lights_of("furnished-room", Mode::Global.transport(), 100);
+        let view = View::new(&lights, (8, 8).into());
         let (paths, fields) = followed(&view);
         let prices = paths.prices(view.patches, &fields);
         let asked = ASKED * paths.asked();

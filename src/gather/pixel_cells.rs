@@ -117,7 +117,6 @@ fn in_plane(view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gather::view::Ready;
     use crate::light::Mode;
 
     const ROOM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/textured/room.toml");
@@ -165,8 +164,8 @@ mod tests {
     /// Rays of a pixel on an edge once had the texel that each met, and such pixels took ten times as many of them.
     #[test]
     fn the_mean_over_cells_is_that_over_the_pixel() {
-        let ready = Ready::new(ROOM, Mode::Local.transport(), 100);
-        let view = ready.view(SIZE, SIZE);
+        let lights = lights_of(ROOM, Mode::Local.transport(), 100);
+        let view = View::new(&lights, (SIZE, SIZE).into());
         let mut judged = 0;
         for k in (0..SIZE * SIZE).step_by(7) {
             let Some(hit) = view.rays.closest(&view.camera_ray(k, 0.5, 0.5)) else { continue };

@@ -198,7 +198,6 @@ mod tests {
     use crate::gather::camera_rays::{CameraRays, CameraSampling};
     use crate::gather::fields::Fields;
     use crate::gather::pixel::Pixel;
-    use crate::gather::view::Ready;
     use crate::light::Mode;
 
     const ROOM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/textured/room.toml");
@@ -214,8 +213,8 @@ mod tests {
 
     #[test]
     fn the_mean_over_a_pixel_is_that_of_many_points() {
-        let ready = Ready::new(ROOM, Mode::Local.transport(), 100);
-        let view = ready.view(SIZE, SIZE);
+        let lights = lights_of(ROOM, Mode::Local.transport(), 100);
+        let view = View::new(&lights, (SIZE, SIZE).into());
         let mut judged = 0;
         for (k, pixel) in pixels(&view).iter().enumerate() {
             let PixelTexture::One(own) = &pixel.texture else { continue };
@@ -237,8 +236,8 @@ mod tests {
     /// took 4.5 times as long as one with their mean colours.
     #[test]
     fn textures_finer_than_a_pixel_leave_no_noise_where_light_is_smooth() {
-        let ready = Ready::new(ROOM, Mode::Local.transport(), 100);
-        let view = ready.view(SIZE, SIZE);
+        let lights = lights_of(ROOM, Mode::Local.transport(), 100);
+        let view = View::new(&lights, (SIZE, SIZE).into());
         for (k, pixel) in pixels(&view).iter().enumerate() {
             let PixelTexture::One(own) = &pixel.texture else { continue };
             let [a, b] = pixel.layers[0].reflected().map(|sum| sum / f64::from(pixel.count));
@@ -260,8 +259,8 @@ mod tests {
 
     #[test]
     fn a_pixel_that_shows_several_surfaces_keeps_its_own_reflectances() {
-        let ready = Ready::new(ROOM, Mode::Local.transport(), 100);
-        let view = ready.view(SIZE, SIZE);
+        let lights = lights_of(ROOM, Mode::Local.transport(), 100);
+        let view = View::new(&lights, (SIZE, SIZE).into());
         let seen = pixels(&view);
         let one = |pixel: &Pixel| matches!(pixel.texture, PixelTexture::One(_));
         assert!(seen.iter().all(|pixel| pixel.layers.len() <= 1 || !one(pixel)));

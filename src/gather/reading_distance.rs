@@ -34,9 +34,9 @@ pub(crate) fn nearest_read(view: &View, fields: &Fields, seed: u32) -> (Vec<f32>
         let least = if neighbours.has_slopes(i) { 0.0 } else { 1.0 };
         let extent = if asking.is_told_by_points(i) { view.patches.extent(i) } else { view.patches.cut_extent(i) };
         let width = extent.width;
-        let before = memory.cast;
+        let before = memory.scratch.cast;
         let widths = (asking.unevenness(i, width, memory) / EVEN).max(least);
-        (widths as f32 * width, memory.cast - before)
+        (widths as f32 * width, memory.scratch.cast - before)
     };
     let all = (0..view.patches.len()).into_par_iter().map_init(Memory::default, of);
     let (nearest, cast): (Vec<f32>, Vec<u64>) = all.unzip();
@@ -96,7 +96,6 @@ mod tests {
     use crate::direct::receive_emitted;
     use crate::form_factors::Sampling;
     use crate::gather::gradients::linear;
-    use crate::gather::view::Ready;
     use crate::light::{Mode, Rgb};
 
     /// Clusters, cut cells and cells in a row are read as one value along an axis at least; light that grows along all
@@ -104,12 +103,12 @@ mod tests {
     #[test]
     fn what_is_near_reads_patches_whose_light_has_slopes_along_both_axes() {
         let local = Mode::Local.transport();
-        let ready = Ready::new("furnace", local, 600);
+        let lights = lights_of("furnace", local, 600);
         let even = |view: &View| Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
-        let view = ready.view(8, 8);
+        let view = View::new(&lights, (8, 8).into());
         assert!(nearest_read(&view, &even(&view), 0).0.is_empty());
-        let ready = Ready::new("furnished-room", local, 2000);
-        let view = ready.view(8, 8);
+        let lights = lights_of("furnished-room", local, 2000);
+        let view = View::new(&lights, (8, 8).into());
         let neighbours = view.patches.neighbours();
         let means: Vec<Rgb> = (0..view.patches.len()).map(|i| Rgb::splat(9.0) + neighbours.middle(i)).collect();
         let light = linear(&neighbours, &means);
@@ -128,8 +127,8 @@ mod tests {
     /// patch: no less than its mean, and not much more where no shadow falls. Where the field has it, little is left.
     #[test]
     fn patches_are_read_from_further_the_more_uneven_their_direct_light_is() {
-        let ready = Ready::new("cornell-box", Mode::Global.transport(), 400);
-        let view = ready.view(8, 8);
+        let lights = lights_of("cornell-box", Mode::Global.transport(), 400);
+        let view = View::new(&lights, (8, 8).into());
         let (count, neighbours) = (view.patches.len(), view.patches.neighbours());
         let sampling = Sampling { rays: 1, emitter_rays: 256, seed: 5 };
         let received = receive_emitted(&view.lighting(), view.patches, &vec![true; count], &sampling, &|_| ()).0;

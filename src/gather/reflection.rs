@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 
 use smallvec::SmallVec;
 
-use crate::direct::{Asking, Lighting, Scratch};
+use crate::direct::Scratch;
 use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::patches::Patches;
@@ -72,16 +72,14 @@ impl Reflection {
 pub(crate) struct Memory {
     pub hits: Vec<Hit>,
     pub met: Vec<SurfaceHit>,
+    /// Also counts the rays cast.
     pub scratch: Scratch,
-    /// Rays cast.
-    pub cast: u64,
 }
 
 /// Follows light through a scene.
 #[derive(Clone)]
 pub(crate) struct Walker<'a> {
     pub view: &'a View<'a>,
-    lighting: Lighting<'a>,
     /// Every ray ends at its first crossing.
     opaque: bool,
     /// Width at distance 1 of the cone that a ray stands for: of a texture it sees the mean over what lies within,
@@ -95,8 +93,7 @@ impl<'a> Walker<'a> {
     pub fn new(view: &'a View<'a>) -> Walker<'a> {
         Walker {
             view,
-            lighting: view.lighting(),
-            opaque: view.transports.iter().all(|t| t.tau == 0.0),
+            opaque: view.lights.transports.iter().all(|t| t.tau == 0.0),
             cone: 0.0,
             textured: view.scene.is_textured(),
         }
@@ -126,7 +123,7 @@ impl<'a> Walker<'a> {
     /// Whether a face emits without being a luminaire.
     fn glows(&self, face: u32) -> bool {
         let material = self.view.scene.faces[face as usize].material as usize;
-        self.view.scene.materials[material].emits() && !self.view.luminaires.carries[material]
+        self.view.scene.materials[material].emits() && !self.view.lights.luminaires.carries[material]
     }
 
     /// `rho` of the point met, a mean over a cone that is so wide at distance 1.
@@ -138,17 +135,16 @@ impl<'a> Walker<'a> {
     pub fn direct(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Reflection {
         let view = self.view;
         let index = view.scene.faces[at.face as usize].material as usize;
-        let luminaire = view.luminaires.carries[index];
+        let luminaire = view.lights.luminaires.carries[index];
         let width = self.cone * f64::from(at.distance);
         let emitted = || view.scene.emitted_about(at.face, at.position, width).invisible.as_dvec3();
         let glow = if luminaire { DVec3::ZERO } else { emitted() };
         let rho = self.rho(at);
-        let reflect = f64::from(view.transports[index].alpha) * rho;
+        let reflect = f64::from(view.lights.transports[index].alpha) * rho;
         let mut direct = DVec3::ZERO;
         if reflect != DVec3::ZERO {
             let receiver = view.surface_point(at.face, at.side, at.position);
-            let Memory { scratch, cast, .. } = memory;
-            direct = reflect * self.lighting.ask(&receiver, at.patch, Asking { random, scratch, cast });
+            direct = reflect * view.lights.sample(&receiver, at.patch, random, &mut memory.scratch);
         }
         Reflection { direct, glow, rho, reflect, next: Met::new() }
     }
@@ -182,7 +178,7 @@ impl<'a> Walker<'a> {
     /// Calls `meet` for all points of reflecting sides that a ray sees light from; returns the inverse distance to the
     /// first face.
     pub fn follow(&self, ray: &Ray, memory: &mut Memory, mut meet: impl FnMut(SurfaceHit)) -> f64 {
-        memory.cast += 1;
+        memory.scratch.cast += 1;
         self.each(ray, &mut memory.hits, |hit, through| {
             if let Some(found) = self.met(ray, hit, through) {
                 meet(found);
@@ -196,7 +192,7 @@ impl<'a> Walker<'a> {
     pub fn each(&self, ray: &Ray, hits: &mut Vec<Hit>, meet: impl FnMut(&Hit, f32)) -> f64 {
         let view = self.view;
         view.rays.light_crossings(ray, self.opaque, hits);
-        view.rays.transmit(hits, |m| view.transports[m].tau, meet);
+        view.rays.transmit(hits, |m| view.lights.transports[m].tau, meet);
         hits.first().map_or(0.0, |hit| 1.0 / f64::from(hit.t))
     }
 

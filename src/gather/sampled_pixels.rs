@@ -288,7 +288,6 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gather::view::Ready;
     use crate::light::{Mode, Rgb};
 
     #[test]
@@ -318,8 +317,8 @@ mod tests {
 
     #[test]
     fn pixels_are_drawn_as_often_as_they_are_bright() {
-        let ready = Ready::new("furnace", Mode::Global.transport(), 24);
-        let view = ready.view(6, 2);
+        let lights = lights_of("furnace", Mode::Global.transport(), 24);
+        let view = View::new(&lights, (6, 2).into());
         let bright = Brightness { values: &[1.0, 3.0], size: (2, 1).into() };
         let chances = Chances::new(&view, bright);
         const DRAWS: usize = 1024;
@@ -337,8 +336,8 @@ mod tests {
     /// in every pixel, reflected once.
     #[test]
     fn exact_light_leaves_nothing_and_wrong_light_its_error() {
-        let ready = Ready::new("furnace", Mode::Global.transport(), 24);
-        let view = ready.view(8, 8);
+        let lights = lights_of("furnace", Mode::Global.transport(), 24);
+        let view = View::new(&lights, (8, 8).into());
         let material = &view.scene.materials[0];
         let (rho, e) = (material.rho.x, material.emission.x);
         let exact = e / (1.0 - rho);

@@ -73,7 +73,7 @@ impl Settings {
                     camera: CameraSampling {
                         tabled: 64,
                         // The ratio of few drawn points is biased.
-                        visibility: if view.sight.takes_ratios() { 4 } else { 1 },
+                        visibility: view.lights.visibility_rays(),
                         seed,
                     },
                     error: Some(error),

@@ -4,28 +4,24 @@
 
 use glam::Vec3;
 
-use crate::direct::{Lighting, Luminaires, Sight};
-use crate::light::Transport;
+use crate::direct::Lights;
 use crate::patches::Patches;
+use crate::pictures::Size;
 use crate::rays::{Hit, Ray, Rays, Side};
 use crate::scene::Scene;
-use crate::surfaces::SurfacePoint;
+use crate::surfaces::{Geometry, SurfacePoint};
 
 /// What the camera looks at.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
+    /// What lights it, and all that lies between.
+    pub lights: &'a Lights,
     /// The scene, with its camera.
     pub scene: &'a Scene,
     /// Its rays.
     pub rays: &'a Rays,
     /// Its patches.
     pub patches: &'a Patches,
-    /// Emitters evaluated by closed form.
-    pub luminaires: &'a Luminaires,
-    /// What lies between patches and luminaires.
-    pub sight: &'a Sight,
-    /// (alpha, tau) of every material.
-    pub transports: &'a [Transport],
     /// Pixels across.
     pub width: usize,
     /// Pixels down.
@@ -33,9 +29,10 @@ pub struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    /// What lights the scene.
-    pub fn lighting(&self) -> Lighting<'a> {
-        Lighting { rays: self.rays, luminaires: self.luminaires, sight: self.sight }
+    /// A picture of some size of a scene in one mode.
+    pub fn new(lights: &'a Lights, size: Size) -> View<'a> {
+        let Geometry { scene, rays, .. } = &*lights.geometry;
+        View { lights, scene, rays, patches: &lights.patches, width: size.width, height: size.height }
     }
 
     /// The ray from the camera through a point of pixel k, (u, v) in the unit square from the pixel's upper left
@@ -64,34 +61,12 @@ impl<'a> View<'a> {
     }
 }
 
-/// A built-in scene made ready for tests: what a [`View`] borrows.
+/// A built-in scene made ready for tests, on some number of patches.
 #[cfg(test)]
-pub(crate) struct Ready {
-    scene: Scene,
-    rays: Rays,
-    patches: Patches,
-    transports: Vec<Transport>,
-    luminaires: Luminaires,
-    sight: Sight,
-}
-
-#[cfg(test)]
-impl Ready {
-    /// A scene on some number of patches, all of which receive light.
-    pub(crate) fn new(scene: &str, transport: Transport, patches: usize) -> Ready {
-        let scene = Scene::open(scene).expect("a built-in scene");
-        let rays = Rays::new(&scene);
-        let patches = Patches::new(&scene, &rays, patches);
-        let transports = scene.transports(transport);
-        let luminaires = Luminaires::new(&scene);
-        let receives = vec![true; patches.len()];
-        let sight = Sight::new(&scene, &rays, &patches, &luminaires, &transports, &receives);
-        Ready { scene, rays, patches, transports, luminaires, sight }
-    }
-
-    /// So many pixels of it, across and down.
-    pub(crate) fn view(&self, width: usize, height: usize) -> View<'_> {
-        let Ready { scene, rays, patches, transports, luminaires, sight } = self;
-        View { scene, rays, patches, luminaires, sight, transports, width, height }
-    }
+pub(crate) fn lights_of(scene: &str, transport: Transport, patches: usize) -> Lights {
+    let geometry = Geometry::new(Scene::open(scene).expect("a built-in scene"));
+    let patches = Arc::new(Patches::cut(&geometry, patches));
+    let luminaires = Arc::new(Luminaires::new(&geometry.scene));
+    let transports = geometry.scene.transports(transport);
+    Lights::new(&geometry, &patches, &luminaires, transports, TOLERABLE)
 }

@@ -208,8 +208,6 @@ pub(crate) struct Parts {
     pub whole: Vec<u32>,
     /// Patches before any was divided.
     pub count: usize,
-    /// Areas of the patches before any was divided.
-    pub areas: Vec<f64>,
 }
 
 /// A plane across an axis, and what lies on either side.

@@ -9,6 +9,8 @@
 //! Not handled: which size light asks for; light that differs between the surfaces of a cluster. Patches along lines of
 //! contact, which separate light from dark, and surfaces of a single patch are their own parents.
 
+use crate::surfaces::Geometry;
+use crate::patches::scene_patches::Mesh;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -61,11 +63,15 @@ impl Patches {
     /// The count is met within about a quarter where the geometry allows: at least one patch per surface and
     /// direction of the normal is needed, and at least one patch is always made.
     pub fn new(scene: &Scene, rays: &Rays, count: usize) -> Patches {
-        Patches::cut(scene, rays, &Surfaces::new(scene, rays), count)
+        Patches::cut_surfaces(scene, rays, &Surfaces::new(scene, rays), count)
     }
 
     /// Cuts a scene whose surfaces are known into about `count` patches, counted as in [`Patches::new`].
-    pub fn cut(scene: &Scene, rays: &Rays, found: &Arc<Surfaces>, count: usize) -> Patches {
+    pub fn cut(geometry: &Geometry, count: usize) -> Patches {
+        Patches::cut_surfaces(&geometry.scene, &geometry.rays, &geometry.surfaces, count)
+    }
+
+    fn cut_surfaces(scene: &Scene, rays: &Rays, found: &Surfaces, count: usize) -> Patches {
         let surfaces = &found.list;
         let total: f64 = surfaces.iter().map(|s| s.area * sides_of(scene, s.material)).sum();
         let mut size = (total / count.max(1) as f64).sqrt();
@@ -122,44 +128,40 @@ impl Patches {
     /// Lays out drafts as patches: fronts first, then the backs of two-sided materials.
     fn number(scene: &Scene, found: &Surfaces, own: Owned, parents: Parents, size: f64) -> Patches {
         let drafts = own.drafts;
-        let mut patches = Patches {
-            areas: Vec::new(),
-            materials: Vec::new(),
-            sides: Vec::new(),
+        let mut mesh = Mesh {
             starts: vec![0],
-            fragments: Vec::new(),
             owners: own.owners,
             grids: own.grids,
             size,
             backs: vec![NONE; drafts.len()],
             parents: parents.of(drafts.len()),
             normals: Arc::clone(&found.normals),
-            starts_of_rays: Vec::new(),
-            parts: Default::default(),
-            means: Vec::new(),
+            ..Mesh::default()
         };
         for draft in &drafts {
-            patches.push(draft, Side::Front);
+            mesh.push(draft, Side::Front);
         }
-        let fronts = patches.parents.clone();
+        let fronts = mesh.parents.clone();
         let mut next = fronts.iter().max().map_or(0, |p| p + 1);
         let mut behind: HashMap<u32, u32> = HashMap::new();
         for (front, draft) in drafts.iter().enumerate() {
             if scene.materials[draft.material as usize].sides == Sides::Two {
-                patches.backs[front] = patches.len() as u32;
-                patches.push(draft, Side::Back);
+                mesh.backs[front] = mesh.areas.len() as u32;
+                mesh.push(draft, Side::Back);
                 // Numbers have no gaps: only some fronts have a back.
                 let parent = *behind.entry(fronts[front]).or_insert_with(|| {
                     next += 1;
                     next - 1
                 });
-                patches.parents.push(parent);
+                mesh.parents.push(parent);
             }
         }
-        patches.take_textures(scene, &found.means);
-        patches
+        mesh.take_textures(scene, &found.means);
+        mesh.into()
     }
+}
 
+impl Mesh {
     fn push(&mut self, draft: &Draft, side: Side) {
         let area: f64 = draft.pieces.iter().map(|p| p.area).sum();
         let mut sum = 0.0;
@@ -289,15 +291,15 @@ impl Patches {
     /// Whether each patch is no part of a larger one.
     pub fn each_alone(&self) -> Vec<bool> {
         let mut parts = vec![0_u32; self.len()];
-        self.parents.iter().for_each(|&p| parts[p as usize] += 1);
+        self.parents().iter().for_each(|&p| parts[p as usize] += 1);
         let alone = |&p: &u32| parts[p as usize] == 1;
-        self.parents.iter().map(alone).collect()
+        self.parents().iter().map(alone).collect()
     }
 
     /// Share of the area whose patches are no part of a larger one.
     pub fn alone(&self) -> f64 {
-        let each = self.each_alone().into_iter().zip(&self.areas);
+        let each = self.each_alone().into_iter().zip(self.areas());
         let alone: f64 = each.filter(|own| own.0).map(|own| own.1).sum();
-        alone / self.areas.iter().sum::<f64>()
+        alone / self.areas().iter().sum::<f64>()
     }
 }

@@ -27,6 +27,10 @@ use crate::surfaces::face_means::FaceMeans;
 /// What the area of a patch without chosen points counts beside those that have some: next to nothing, but more than
 /// none.
 const UNSEEN: f64 = 1e-6;
+/// Rays of a part over those of all in the mean, at least and at most.
+const DENSITY: (f32, f32) = (0.5, 8.0);
+/// Rays of a patch that no point stands for.
+const UNREACHED: f64 = 16.0;
 
 /// How a face's hits find their patch.
 #[derive(Clone, Copy, Debug)]
@@ -35,31 +39,50 @@ pub(super) enum Owner {
     Grid(u32),
 }
 
-/// All patches of a scene.
+/// Patches as surfaces were cut into them, which division leaves as they are.
+#[derive(Debug, Default)]
+pub(super) struct Mesh {
+    pub areas: Vec<f64>,
+    pub materials: Vec<u32>,
+    pub sides: Vec<Side>,
+    /// The larger patch that each would be part of at twice the size, by any number.
+    pub parents: Vec<u32>,
+    /// Fragments of patch i: `starts[i]..starts[i + 1]`.
+    pub starts: Vec<u32>,
+    pub fragments: Vec<Fragment>,
+    pub owners: Vec<Owner>,
+    pub grids: Vec<Grid>,
+    /// About the size of the largest patches, unit coordinates.
+    pub size: f64,
+    /// The patch behind a front patch, or NONE.
+    pub backs: Vec<u32>,
+    /// Front unit normals of the faces.
+    pub normals: Arc<[Vec3]>,
+    /// What each patch with textures reflects and emits; empty where no material has textures.
+    pub means: Vec<Option<Means>>,
+}
+
+/// All patches of a scene: a mesh, and the parts that its patches are divided into.
 #[derive(Clone, Debug)]
 pub struct Patches {
-    pub(super) areas: Vec<f64>,
-    pub(super) materials: Vec<u32>,
-    pub(super) sides: Vec<Side>,
-    /// Fragments of patch i: `starts[i]..starts[i + 1]`.
-    pub(super) starts: Vec<u32>,
-    pub(super) fragments: Vec<Fragment>,
-    pub(super) owners: Vec<Owner>,
-    pub(super) grids: Vec<Grid>,
-    /// About the size of the largest patches, unit coordinates.
-    pub(super) size: f64,
-    /// The larger patch that each would be part of at twice the size, by any number.
-    pub(super) parents: Vec<u32>,
-    /// The patch behind a front patch, or NONE.
-    pub(super) backs: Vec<u32>,
-    /// Front unit normals of the faces.
-    pub(super) normals: Arc<[Vec3]>,
-    /// Points that the rays of a patch start from, where they are chosen; empty where they are uniform over it.
-    pub(super) starts_of_rays: Vec<Vec<SurfacePoint>>,
+    pub(super) mesh: Arc<Mesh>,
+    areas: Vec<f64>,
+    materials: Vec<u32>,
+    sides: Vec<Side>,
+    parents: Vec<u32>,
+    /// Points that stand for a patch, from which its rays start; empty where they are uniform over it.
+    points: Vec<Vec<SurfacePoint>>,
     /// Patches that are divided further.
-    pub(super) parts: Parts,
-    /// What each patch with textures reflects and emits; empty where no material has textures.
-    pub(super) means: Vec<Option<Means>>,
+    parts: Parts,
+}
+
+impl From<Mesh> for Patches {
+    fn from(mesh: Mesh) -> Patches {
+        let Mesh { areas, materials, sides, parents, .. } = &mesh;
+        let (areas, materials, sides, parents) = (areas.clone(), materials.clone(), sides.clone(), parents.clone());
+        let (points, parts) = (Vec::new(), Parts::default());
+        Patches { mesh: Arc::new(mesh), areas, materials, sides, parents, points, parts }
+    }
 }
 
 impl Patches {
@@ -93,13 +116,13 @@ impl Patches {
     /// The patch that a point of a face's side belongs to; `None` on the black back of a one-sided face.
     #[inline]
     pub fn at(&self, face: u32, side: Side, position: Vec3) -> Option<u32> {
-        let front = match self.owners[face as usize] {
+        let front = match self.mesh.owners[face as usize] {
             Owner::Patch(patch) => patch,
-            Owner::Grid(grid) => self.grids[grid as usize].patch(position),
+            Owner::Grid(grid) => self.mesh.grids[grid as usize].patch(position),
         };
         let patch = match side {
             Side::Front => front,
-            Side::Back => self.backs[front as usize],
+            Side::Back => self.mesh.backs[front as usize],
         };
         if patch == NONE {
             return None;
@@ -115,36 +138,28 @@ impl Patches {
 
     /// About the size of the largest patches, unit coordinates.
     pub fn size(&self) -> f64 {
-        self.size
+        self.mesh.size
     }
 
     /// Unit normal of a face's side.
     #[inline]
     pub fn normal(&self, face: u32, side: Side) -> Vec3 {
-        let normal = self.normals[face as usize];
+        let normal = self.mesh.normals[face as usize];
         match side {
             Side::Front => normal,
             Side::Back => -normal,
         }
     }
 
-    /// Has the rays of patches start from some of their points only: a patch then stands for those, as for what a
-    /// picture sees of it.
-    ///
-    /// Patches without such points keep uniform ones.
-    pub fn start_from(&mut self, starts: Vec<Vec<SurfacePoint>>) {
-        self.starts_of_rays = starts;
-    }
-
     /// What a patch counts when the light of several is averaged: its area, or its chosen points where there are any.
     pub fn weights(&self) -> Vec<f64> {
         let chosen = |i: usize| self.chosen(i).len() as f64 + UNSEEN * self.areas[i];
-        if self.starts_of_rays.is_empty() { self.areas.clone() } else { (0..self.len()).map(chosen).collect() }
+        if self.points.is_empty() { self.areas.clone() } else { (0..self.len()).map(chosen).collect() }
     }
 
     /// The points that stand for patch i, if some were chosen.
     pub fn chosen(&self, i: usize) -> &[SurfacePoint] {
-        self.starts_of_rays.get(i).map_or(&[], |own| own)
+        self.points.get(i).map_or(&[], |own| own)
     }
 
     /// The point of patch `i` at (u, v) in the unit square; uniform over the patch, or over its chosen points, for
@@ -161,7 +176,7 @@ impl Patches {
     /// uniform (u, v).
     pub(crate) fn cut_point(&self, i: usize, u: f32, v: f32) -> SurfacePoint {
         let whole = self.parts.whole(i);
-        let own = &self.fragments[self.starts[whole] as usize..self.starts[whole + 1] as usize];
+        let own = self.mesh.fragments(whole);
         let k = own.partition_point(|f| f.share <= u).min(own.len() - 1);
         let before = if k == 0 { 0.0 } else { own[k - 1].share };
         // Stretch u over the chosen fragment, so that one stratified number serves twice.
@@ -173,8 +188,7 @@ impl Patches {
     /// The triangles a patch consists of, with the face each is a part of.
     pub fn pieces(&self, i: usize) -> impl Iterator<Item = (u32, [Vec3; 3])> {
         let whole = self.parts.whole(i);
-        let range = self.starts[whole] as usize..self.starts[whole + 1] as usize;
-        self.fragments[range].iter().map(|f| (f.face, f.corners))
+        self.mesh.fragments(whole).iter().map(|f| (f.face, f.corners))
     }
 
     /// Which side of its faces a patch lies on.
@@ -249,7 +263,12 @@ impl Moments {
 /// Share of its area that a patch has at least: one of which there is nothing still has a row of K.
 const LEAST: f64 = 1e-6;
 
-impl Patches {
+impl Mesh {
+    /// The pieces of patch i.
+    fn fragments(&self, i: usize) -> &[Fragment] {
+        &self.fragments[self.starts[i] as usize..self.starts[i + 1] as usize]
+    }
+
     /// Finds the means of all patches, and takes what is cut away from their areas; nothing where no material has
     /// textures.
     pub(super) fn take_textures(&mut self, scene: &Scene, of_faces: &FaceMeans) {
@@ -257,24 +276,26 @@ impl Patches {
             return;
         }
         let own = |i: usize| {
-            let of_piece = |(face, [a, b, c]): (u32, [Vec3; 3])| {
+            let of_piece = |&Fragment { face, corners: [a, b, c], .. }: &Fragment| {
                 let whole = of_faces.whole(face).filter(|_| scene.corners(face) == [a, b, c]);
                 let means = whole.copied().unwrap_or_else(|| scene.means(face, [a, b, c]));
                 (f64::from((b - a).cross(c - a).length()), means)
             };
-            mean(&self.pieces(i).map(of_piece).collect::<Vec<_>>())
+            mean(&self.fragments(i).iter().map(of_piece).collect::<Vec<_>>())
         };
         let textured = |i: &usize| scene.materials[self.materials[*i] as usize].maps.is_some();
         let found: Vec<Option<Means>> =
-            (0..self.len()).into_par_iter().map(|i| textured(&i).then(|| own(i)).flatten()).collect();
+            (0..self.areas.len()).into_par_iter().map(|i| textured(&i).then(|| own(i)).flatten()).collect();
         for (area, means) in self.areas.iter_mut().zip(&found) {
             *area *= means.map_or(1.0, |means| means.coverage.max(LEAST));
         }
         self.means = found;
     }
+}
 
+impl Patches {
     fn mean(&self, i: usize) -> Option<&Means> {
-        self.means.get(self.parts.whole(i))?.as_ref()
+        self.mesh.means.get(self.parts.whole(i))?.as_ref()
     }
 
     /// Mean reflectance of patch i.
@@ -320,56 +341,63 @@ impl Patches {
         self.parts.whole(patch as usize) as u32
     }
 
-    /// Divides the patches as they were cut by the light sampled on them, and has their rays start from where it was
-    /// sampled; `samples` are those of every patch before any was divided.
-    pub fn divide(&mut self, mut samples: Vec<Vec<Sample>>) {
-        self.restore();
-        samples.resize_with(self.len(), Vec::new);
+    /// The mesh divided anew by the light sampled on it: rays of the parts start from where it was sampled; `samples` are
+    /// those of every patch of the mesh.
+    pub fn divided(&self, mut samples: Vec<Vec<Sample>>) -> Patches {
+        let mesh = &self.mesh;
+        let Mesh { areas, materials, sides, parents, .. } = &**mesh;
+        let count = areas.len();
+        samples.resize_with(count, Vec::new);
         let trees: Vec<Tree> = samples.into_par_iter().map(grow).collect();
-        let mut starts: Vec<Vec<SurfacePoint>> = Vec::new();
-        starts.resize_with(self.len(), Vec::new);
-        let mut parts =
-            Parts { roots: vec![NONE; self.len()], count: self.len(), areas: self.areas.clone(), ..Parts::default() };
+        let mut all = Patches {
+            mesh: Arc::clone(mesh),
+            areas: areas.clone(),
+            materials: materials.clone(),
+            sides: sides.clone(),
+            parents: parents.clone(),
+            points: vec![Vec::new(); count],
+            parts: Parts { roots: vec![NONE; count], count, ..Parts::default() },
+        };
+        let mut planes = Vec::new();
         for (i, tree) in trees.into_iter().enumerate() {
             let total = tree.count();
-            let area = self.areas[i];
-            let mut first = true;
+            let mut is_first = true;
             let mut add = |own: Vec<Sample>| {
-                let share = area * own.len() as f64 / total.max(1) as f64;
+                let share = areas[i] * own.len() as f64 / total.max(1) as f64;
                 let points = own.iter().map(|s| s.point).collect();
-                if std::mem::take(&mut first) {
-                    starts[i] = points;
-                    if total > 0 {
-                        self.areas[i] = share;
-                    }
+                if std::mem::take(&mut is_first) {
+                    all.points[i] = points;
+                    all.areas[i] = if total > 0 { share } else { areas[i] };
                     return i as u32;
                 }
-                starts.push(points);
-                parts.whole.push(i as u32);
-                self.areas.push(share);
-                self.materials.push(self.materials[i]);
-                self.sides.push(self.sides[i]);
-                self.parents.push(self.parents[i]);
-                self.areas.len() as u32 - 1
+                all.points.push(points);
+                all.parts.whole.push(i as u32);
+                all.areas.push(share);
+                all.materials.push(materials[i]);
+                all.sides.push(sides[i]);
+                all.parents.push(parents[i]);
+                all.areas.len() as u32 - 1
             };
-            if let Part::Divided(root) = number(tree, &mut parts.planes, &mut add) {
-                parts.roots[i] = root;
+            if let Part::Divided(root) = number(tree, &mut planes, &mut add) {
+                all.parts.roots[i] = root;
             }
         }
-        self.parts = parts;
-        self.start_from(starts);
+        all.parts.planes = planes;
+        all
     }
 
-    /// Takes all parts back.
-    fn restore(&mut self) {
+    /// Rays of each patch where `rays` are asked of all in the mean: in proportion to the points that stand for a part,
+    /// within limits, and few where there are none.
+    pub fn ray_counts(&self, rays: u32) -> Vec<u32> {
         if !self.are_divided() {
-            return;
+            return vec![rays; self.len()];
         }
-        let Parts { count, areas, .. } = std::mem::take(&mut self.parts);
-        self.areas = areas;
-        self.materials.truncate(count);
-        self.sides.truncate(count);
-        self.parents.truncate(count);
+        let few = (UNREACHED / f64::from(rays)).min(1.0) as f32;
+        let reached: Vec<f32> = self.points.iter().map(|own| own.len() as f32).collect();
+        let count = reached.iter().filter(|&&n| n > 0.0).count().max(1);
+        let mean = reached.iter().sum::<f32>() / count as f32;
+        let density = |&n: &f32| if n > 0.0 { (n / mean).clamp(DENSITY.0, DENSITY.1) } else { few };
+        reached.iter().map(|n| (rays as f32 * density(n)).ceil() as u32).collect()
     }
 }
 
@@ -388,7 +416,7 @@ mod tests {
         assert!((f64::from(whole.width) / side - 2.0 * 6.0_f64.sqrt().recip()).abs() < 1e-5, "{whole:?}");
         let ends = [0.0, 0.999_999].map(|u| patches.point(0, 0.0, u));
         let apart = ends[0].position.distance(ends[1].position);
-        patches.start_from(vec![ends.to_vec()]);
+        patches.points = vec![ends.to_vec()];
         let chosen = patches.extent(0);
         assert!((chosen.width - apart).abs() < 1e-5, "{chosen:?} {apart}");
         assert!(chosen.middle.distance(0.5 * (ends[0].position + ends[1].position)) < 1e-5);

@@ -1,7 +1,7 @@
-//! A picture by a deadline: coarse first, then as near as what that took lets foresee.
+//! A picture by a deadline: coarse first, then as near as what that took lets expect.
 //!
 //! Rounds of work cannot be left half done, and how long one takes is not known before. So a first picture at a
-//! tolerance of 10 % tells what the scene takes on this machine, and the next is aimed at what fits in the time that is
+//! tolerance of 10 % shows what the scene takes on this machine, and the next is aimed at what fits in the time that is
 //! left. Every picture states its own error, and the best one counts. Where the time suffices the last one is the
 //! picture that there would be without a deadline, bit by bit.
 //!
@@ -10,10 +10,10 @@
 
 use std::time::{Duration, Instant};
 
-use crate::light::Transport;
-use crate::render::assembly::{Prepared, Watch};
+use crate::render::assembly::Discretization;
 use crate::render::rendered::{Ended, Rendered};
-use crate::render::tolerance::attempt;
+use crate::render::search::render_to_tolerance;
+use crate::render::solved::Task;
 use crate::render::wanted::Wanted;
 use crate::solve::Diverges;
 
@@ -25,36 +25,21 @@ const POWER: f64 = 2.0;
 /// A tolerance that is not smaller by this factor is not worth another picture.
 const GAIN: f64 = 0.7;
 
-/// Renders one mode to a tolerance; the patches of `p` are cut anew as it needs. With a deadline the picture is the
-/// best one that could be finished by then, and at least one at a tolerance of 10 %.
+/// Renders one mode to a tolerance, beginning with the patches of `first`. With a deadline the picture is the best one
+/// that could be finished by then, and at least one at a tolerance of 10 %.
 ///
 /// # Errors
 /// [`Diverges`] where the series does.
-pub fn render_within(
-    p: &mut Prepared,
-    transport: Transport,
-    wanted: &Wanted,
-    watch: &dyn Watch,
-) -> Result<Rendered, Diverges> {
-    let found = by_deadline(p, transport, wanted, watch)?;
-    Ok(Rendered { seconds: found.seconds.after(p.seconds), ..found })
-}
-
-/// The picture of [`render_within`] with what it took, but for making the scene ready.
-fn by_deadline(
-    p: &mut Prepared,
-    transport: Transport,
-    wanted: &Wanted,
-    watch: &dyn Watch,
-) -> Result<Rendered, Diverges> {
+pub(crate) fn render_by_deadline(first: &Discretization, task: &Task) -> Result<Rendered, Diverges> {
+    let wanted = task.wanted;
     let Some(deadline) = wanted.deadline else {
-        return attempt(p, transport, wanted, watch);
+        return render_to_tolerance(first, task);
     };
     let mut now = Wanted { tolerance: wanted.tolerance.max(COARSE), ..*wanted };
     let mut best: Option<Rendered> = None;
     loop {
         let clock = Instant::now();
-        let found = attempt(p, transport, &now, watch)?;
+        let found = render_to_tolerance(first, &Task { wanted: &now, ..*task })?;
         let left = deadline.saturating_duration_since(Instant::now());
         let next = next_tolerance(now.tolerance, wanted.tolerance, clock.elapsed(), left);
         let found = better(best.take(), found);

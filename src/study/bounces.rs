@@ -3,7 +3,7 @@
 use crate::gather::{GatherPass, invisible};
 use crate::light::Rgb;
 use crate::pictures::Picture;
-use crate::render::look::fields;
+use crate::render::prepared::fields;
 use crate::render::{Assembled, Prepared, Watch, picture, without_luminaires};
 use crate::solve::Solution;
 
@@ -41,7 +41,7 @@ pub fn bounce_pictures(
     pass: &GatherPass,
     watch: &dyn Watch,
 ) -> Vec<Picture> {
-    let parts = picture(p, &mode.transports, &fields(p, values), pass, watch);
+    let parts = picture(p, &mode.lights.transports, &fields(p, values), pass, watch);
     let mut pictures = vec![parts.emission];
     pictures.extend(parts.indirect);
     if let Some(first) = pictures.get_mut(1) {

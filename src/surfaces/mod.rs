@@ -7,8 +7,10 @@ pub(crate) mod connected;
 pub(crate) mod coplanar;
 pub(crate) mod discontinuities;
 pub(crate) mod face_means;
+pub(crate) mod geometry;
 pub(crate) mod point;
 pub(crate) mod scene_surfaces;
 
+pub use geometry::Geometry;
 pub use point::SurfacePoint;
 pub use scene_surfaces::Surfaces;

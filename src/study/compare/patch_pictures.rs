@@ -9,8 +9,8 @@ use crate::form_factors::Sampling;
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::{Light, Rgb};
 use crate::pictures::Picture;
-use crate::render::look::fields;
 use crate::render::memory::{Held, Kept, check_held};
+use crate::render::prepared::fields;
 use crate::render::{
     Assembled, Fineness, Prepared, Rendered, Seconds, Silent, Stored, Unfit, Wanted, assemble, assembled_shooter,
     picture, prepare, ray_shooter, render, render_within, without_luminaires,
@@ -102,7 +102,7 @@ pub(crate) fn cut_within(p: &mut Prepared, plan: &StudyPlan, effort: &PatchEffor
 /// Checks that K of the patches as they are, and its solutions, fit in memory.
 pub(crate) fn check_fit(p: &Prepared, plan: &StudyPlan, effort: &PatchEffort) -> Result<(), Unfit> {
     let held = Held { casts: 1, solutions: SOLUTIONS, terms: Kept::Enough };
-    let fits = check_held(p, &[plan.transport], &effort.sampling(), held, plan.memory);
+    let fits = check_held(&p.cut, &[plan.transport], &effort.sampling(), held, plan.memory);
     fits.map_err(|unfit| unfit.of(Stored::Verdicts))
 }
 

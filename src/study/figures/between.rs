@@ -11,13 +11,14 @@
 //!
 //! Not handled: errors; the effort is given.
 
+use crate::render::without_luminaires;
 use crate::form_factors::{FormFactors, Layers, Sampling, Variant, cast_layers};
 use crate::gather::{GatherSampling, invisible};
 use crate::light::{Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
 use crate::pictures::{Picture, Size};
-use crate::render::assembly::{received, sight};
-use crate::render::look::{fields, look, view, without_luminaires};
+use crate::render::prepared::{fields, look};
+use crate::render::prepared::{received, sight};
 use crate::render::{Prepared, Watch};
 use crate::solve::{Diverges, Extrapolated, Settings, extrapolated};
 
@@ -100,7 +101,7 @@ fn column(
         solved.push(Point { transport, solution, picture: None });
         watch.tick(1);
     }
-    let view = view(p, &surfaces, &sight, effort.size);
+    let view = crate::gather::View::new(&sight, effort.size);
     let gathered = look(&view, &fields(p, &fields_of), &(&effort.gather).into(), watch);
     let seen = gathered.emission.plus(&gathered.direct).unwrap_or_default();
     let lit = solved.iter_mut().filter(|point| point.solution.is_ok());

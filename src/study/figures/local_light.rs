@@ -18,8 +18,8 @@ use crate::pictures::{Picture, Size, largest_difference, mean_difference, mean_e
 use crate::rays::Rays;
 use crate::reference::opengl::{NoOpenGl, OpenGlPicture, render as draw};
 use crate::reference::{TraceSettings, Tracer};
-use crate::render::solved::Spent;
-use crate::render::solver::render_fixed;
+use crate::render::prepared::Spent;
+use crate::render::prepared::render_fixed;
 use crate::render::{Fineness, Rendered, Watch, assemble, prepare};
 use crate::scene::Scene;
 use crate::study::figures::two_spheres::{FiveLights, Lit, TwoSpheres};

@@ -1,9 +1,18 @@
-//! Which of the luminaires left to be drawn a receiver draws.
+//! Light as emitted at one receiver, from many luminaires, by its patch's light cut.
 //!
-//! A patch gives each of them one chance. A large patch has receivers beside a candle and receivers far from all, and
-//! beside the candle that chance is thousands of times too small: one draw in thousands then makes nearly all of the
-//! light. So where luminaires are near a patch, half of the draws go by the patch's chances, and half go down the tree
-//! by what each half of a node may light at the receiver:
+//! ```text
+//! sum over what is surely seen + sum over closed forms + sum over nodes e of c_e F_e L_e
+//!     + mean over draws of L A k(x, y) (T - c_e) / chance
+//! ```
+//!
+//! with `c_e` the share of a node's light that is expected to arrive: where the guess is right nothing is left to
+//! chance, and where it is wrong the draws make up for it. The first and third sum are one polynomial on a flat patch.
+//! Nodes have chances in proportion to what a few rays found, never zero for one that may light the patch, so that
+//! drawing is free of bias; a node's luminaires are drawn by power and points on them by area.
+//!
+//! A patch gives each node one chance. A large patch has receivers next to a candle and receivers far from all, and next
+//! to the candle that chance is thousands of times too small. So where luminaires are near a patch, half of the draws go
+//! by the patch's chances, and half go down the tree by what each half of a node may light at the receiver:
 //!
 //! ```text
 //! chance = patch / 2 + place / 2,    place = product over the way down of  Q_a g_a / (Q_a g_a + Q_b g_b)
@@ -11,17 +20,156 @@
 //!
 //! with Q the doubtful power of the luminaires below and `g = cos cos / d²` at most, d no less than the node's radius.
 //! Whichever half a draw is of it has the sum of both chances, so that no draw counts more than twice what it would by
-//! the better of the two (E. Veach, L. Guibas, *Optimally combining sampling techniques*, 1995).
+//! the better of the two (E. Veach, L. Guibas, *Optimally combining sampling techniques*, 1995; the way down: A. Conty
+//! Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*, PACMCGIT 1(2), 2018).
 //!
-//! Source of the way down: A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree
-//! splitting*, PACMCGIT 1(2), 2018. Not handled: what lies between; the trials of the patch know of that.
+//! What stands for many luminaires, moments of nodes and polynomials, is nearer the less is tolerable of a picture
+//! ([`LightTree::new`](crate::direct::light_tree::LightTree::new)); samples for the error of a picture use neither.
+//!
+//! Not handled: receivers off their patch; a luminaire by closed form whose shadows are too ragged costs one ray and its
+//! ratio's bias, as elsewhere.
 
-use glam::DVec3;
+use crate::direct::Luminaires;
+use crate::direct::light_cut::Chance;
+use crate::direct::light_tree::draw;
+use glam::{DVec3, Vec2, Vec3};
 
-use crate::direct::light_cut::LightCut;
-use crate::direct::light_sampling::Chance;
+use crate::direct::light_cut::{LightCut, LightCuts, Seen, light};
 use crate::direct::light_tree::{LightTree, Node};
+use crate::direct::lights::Lights;
+use crate::direct::luminaire_light::{DirectSum, Lamp, Scratch};
+use crate::direct::shafts::Between;
+use crate::rays::sobol::{Stream, fraction, hash};
 use crate::surfaces::SurfacePoint;
+
+/// Luminaires drawn where one by one stands for all that is seen.
+const WITNESSES: u32 = 4;
+
+impl LightCuts {
+    /// How many luminaires to draw at a receiver on a patch.
+    pub fn draws(&self, patch: u32) -> u32 {
+        self.of(patch as usize).draws
+    }
+
+    /// `sum over luminaires of F_l L_l` at a receiver on a patch; points of the unit square choose what is drawn.
+    pub fn gather(
+        &self,
+        lights: &Lights,
+        receiver: &SurfacePoint,
+        patch: u32,
+        points: impl ExactSizeIterator<Item = Vec2>,
+        scratch: &mut Scratch,
+    ) -> DVec3 {
+        let cut = self.of(patch as usize);
+        let mut sum = self.seen(cut, &lights.luminaires, receiver);
+        for Numbered { number, lamp } in lamps(cut, &lights.luminaires) {
+            let mut own = DirectSum::default();
+            let point = std::iter::once(point_for(receiver.position, number));
+            lights.gather_luminaire(lamp, receiver, DVec3::ONE, point, scratch, &mut own);
+            sum += own.estimate() * lamp.luminaire.radiance.as_dvec3();
+        }
+        sum + self.beyond(cut, lights, receiver, points, scratch)
+    }
+
+    /// The same without bias, by luminaires drawn one by one where nodes or a polynomial would stand for many.
+    pub fn sample(
+        &self,
+        lights: &Lights,
+        receiver: &SurfacePoint,
+        patch: u32,
+        random: &mut Stream,
+        scratch: &mut Scratch,
+    ) -> DVec3 {
+        let cut = self.of(patch as usize);
+        let mut sum = self.one_by_one(cut, &lights.luminaires, receiver, random);
+        for Numbered { lamp, .. } in lamps(cut, &lights.luminaires) {
+            sum += lights.sample_luminaire(lamp, receiver, random, scratch);
+        }
+        let points: Vec<Vec2> = (0..cut.draws).map(|_| Vec2::new(random.uniform(), random.uniform())).collect();
+        sum + self.beyond(cut, lights, receiver, points.into_iter(), scratch)
+    }
+
+    /// What is drawn of the luminaires left to chance, beyond what is expected of them.
+    fn beyond(
+        &self,
+        cut: &LightCut,
+        lights: &Lights,
+        receiver: &SurfacePoint,
+        points: impl ExactSizeIterator<Item = Vec2>,
+        scratch: &mut Scratch,
+    ) -> DVec3 {
+        let mut sum = DVec3::ZERO;
+        let share = 1.0 / points.len().max(1) as f64;
+        for point in points {
+            let Some(Choice { drawn: picked, chance, rest }) = choose(cut, &self.tree, receiver, point.x) else {
+                break;
+            };
+            let at = Vec2::new(rest, point.y);
+            if let Some(drawn) = draw(&self.tree, &lights.luminaires, picked.node, receiver, at) {
+                let beyond = lights.transmittance(receiver, drawn.end, scratch) - picked.expected;
+                sum += drawn.light * (beyond * share / chance);
+            }
+        }
+        sum
+    }
+
+    /// What is surely seen and likely arrives, by closed forms of luminaires drawn from its nodes: of the nodes by
+    /// their parts of the patch's light, well spread, and within each by power.
+    fn one_by_one(
+        &self,
+        cut: &LightCut,
+        luminaires: &Luminaires,
+        receiver: &SurfacePoint,
+        random: &mut Stream,
+    ) -> DVec3 {
+        if cut.seen.is_empty() {
+            return DVec3::ZERO;
+        }
+        let first = f64::from(random.uniform());
+        let one = |k: u32| {
+            let u = (first + f64::from(k)) / f64::from(WITNESSES);
+            let i = cut.seen.partition_point(|seen| seen.until <= u).min(cut.seen.len() - 1);
+            let Seen { node, share, until } = cut.seen[i];
+            let chance = until - if i == 0 { 0.0 } else { cut.seen[i - 1].until };
+            let (l, of_node, _) = self.tree.draw(&self.tree.nodes[node].range, f64::from(random.uniform()));
+            let (luminaire, x, n) = (&luminaires.list[l as usize], receiver.position, receiver.normal);
+            let light =
+                luminaire.light(x, n, luminaire.exact_form(x, n), self.tree.exactness) * luminaire.radiance.as_dvec3();
+            light * (share / (chance * of_node * f64::from(WITNESSES)))
+        };
+        (0..WITNESSES).map(one).sum()
+    }
+
+    /// What is surely seen.
+    fn seen(&self, cut: &LightCut, luminaires: &Luminaires, receiver: &SurfacePoint) -> DVec3 {
+        let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
+        match &cut.smooth {
+            Some(tiles) => tiles.at(x),
+            None => light(&self.tree, luminaires, &cut.seen, x, n),
+        }
+    }
+}
+
+/// A luminaire that keeps its closed form, with its number.
+struct Numbered<'a> {
+    number: u32,
+    lamp: Lamp<'a>,
+}
+
+/// The luminaires of a cut that keep their closed form.
+fn lamps<'a>(cut: &'a LightCut, luminaires: &'a Luminaires) -> impl Iterator<Item = Numbered<'a>> {
+    cut.exact.iter().map(|(number, faces)| {
+        let between = if faces.is_empty() { Between::Nothing } else { Between::Faces(faces) };
+        Numbered { number: *number, lamp: Lamp { luminaire: &luminaires.list[*number as usize], between } }
+    })
+}
+
+/// A point of the unit square that differs from receiver to receiver and from luminaire to luminaire.
+pub(crate) fn point_for(x: Vec3, luminaire: u32) -> Vec2 {
+    let place = x.to_array().map(f32::to_bits);
+    let seed = place.into_iter().fold(luminaire, |seed, bits| hash(bits, seed));
+    Vec2::new(fraction(seed), fraction(hash(1, seed)))
+}
 
 /// A node drawn.
 pub(crate) struct Choice {
@@ -167,10 +315,7 @@ fn cosine_less(cosine: f64, (sin, cos): (f64, f64)) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
-    use crate::direct::luminaire::Luminaires;
     use crate::light::Rgb;
     use crate::scene::{Material, Scene};
 

@@ -1,32 +1,42 @@
-//! Light of one luminaire at receivers: closed form where it is known what lies between, else closed form times
-//! visibility.
+//! Light of one luminaire at receivers: closed form where it is known what lies between, else points drawn on it.
 //!
-//! For receiver points x and points y drawn on a luminaire of area A, the ratio estimator
+//! The mean over receiver points x, with points y drawn on a luminaire of area A, is the ratio estimator
 //!
 //! ```text
 //! mean_x F(x) * [ sum A k(x,y) T(x,y) ] / [ sum A k(x,y) ],     k = cos cos / (pi r²), T = product of tau between
 //! ```
 //!
-//! with F(x) Lambert's closed form, is exact where nothing or everything occludes, so rays only decide the shadow's
+//! With F(x) Lambert's closed form it is exact where nothing or everything occludes, so rays only decide the shadow's
 //! edge; its bias falls as 1/rays (E. Heitz, S. Hill, M. McGuire, *Combining analytic direct illumination and
-//! stochastic shadows*, 2018).
+//! stochastic shadows*, 2018): good for many rays of one receiver, wrong for one ray of each of many.
 //!
-//! Of a luminaire with a texture `A k` is times `E(y)` over the mean E in both sums, channel by channel, and F(x) is
-//! the closed form of its texture. A few points may all be black in a channel that the luminaire emits, so the
-//! visibility of the points counts in every channel as if one point more had been drawn that emits the mean.
+//! One sample at one point has no bias. Some points `y` are drawn, one of them is chosen in proportion to the kernel k,
+//! and one visibility ray goes there (resampled importance sampling, J. F. Talbot et al. 2005). With c any number,
 //!
-//! Not handled: luminaires that a light cut leaves to be drawn ([`crate::direct::cut_light`]).
+//! ```text
+//! F_V = T(y) m + c (F - m),      m = mean of A k over the points drawn,      E[m] = F
+//! ```
+//!
+//! so that a guess c of the visible share lessens the noise of m and changes no mean.
+//!
+//! Of a luminaire with a texture `A k` is times `E(y)` over the mean E, channel by channel, and F is the closed form of
+//! its texture; one sample does without that where a part is hidden, as it costs more than a ray is worth. A few points
+//! may all be black in a channel that the luminaire emits, so in the ratio the visibility of the points counts in every
+//! channel as if one point more had been drawn that emits the mean.
+//!
+//! Not handled: luminaires that a light cut leaves to be drawn ([`crate::direct::drawn_light`]).
 
+use crate::direct::luminaire_texture::SeenPart;
+use crate::rays::End;
 use glam::{DVec3, Vec2};
 
-use crate::direct::emission_parts::Polygons;
-use crate::direct::luminaire::Luminaire;
+use crate::direct::lights::Lights;
+use crate::direct::luminaire::{EmittingPoint, Luminaire};
 use crate::direct::occlusion::Occlusion;
-use crate::direct::shaft_culling::Between;
-use crate::direct::visibility::Lighting;
-use crate::form_factors::geometry::shadow::Pieces;
+use crate::direct::shafts::Between;
 use crate::form_factors::point_kernel;
 use crate::rays::Hit;
+use crate::rays::sobol::Stream;
 use crate::surfaces::SurfacePoint;
 
 /// Share of a textured luminaire's form factor from which on all of it is seen; what is missing is rounding.
@@ -98,12 +108,12 @@ impl DirectSum {
     }
 
     /// Whether no point drawn so far faced a receiver.
-    fn is_blind(&self) -> bool {
+    fn is_unfaced(&self) -> bool {
         self.drawn + self.even.drawn == DVec3::ZERO
     }
 }
 
-/// A luminaire as a patch asks it.
+/// A luminaire as a patch sees it.
 #[derive(Clone, Copy)]
 pub struct Lamp<'a> {
     /// The luminaire.
@@ -120,24 +130,21 @@ enum Known {
     Part(f64),
 }
 
-/// Memory to use again from receiver to receiver.
+/// Memory to use again from receiver to receiver, and the count of the rays cast.
 #[derive(Default)]
 pub struct Scratch {
-    hits: Vec<Hit>,
-    pieces: Pieces,
-    polygons: Polygons,
+    /// Rays cast so far.
+    pub cast: u64,
+    pub(crate) hits: Vec<Hit>,
+    seen: SeenPart,
 }
 
-impl Scratch {
-    pub(crate) fn hits(&mut self) -> &mut Vec<Hit> {
-        &mut self.hits
-    }
-}
-
-impl<'a> Lighting<'a> {
-    /// Luminaire l, as a patch asks it.
-    pub fn lamp(&self, l: usize, patch: u32) -> Lamp<'a> {
-        Lamp { luminaire: &self.luminaires.list[l], between: self.sight.shafts.between(patch, l) }
+impl Lights {
+    /// Product of tau between a receiver and a point drawn on a luminaire, by one visibility ray.
+    pub(super) fn transmittance(&self, receiver: &SurfacePoint, end: End, scratch: &mut Scratch) -> f64 {
+        scratch.cast += 1;
+        let rays = &self.geometry.rays;
+        f64::from(self.occlusion.transmittance(rays, receiver.end(), end, &mut scratch.hits))
     }
 
     /// The light that a receiver gets from a luminaire over its radiance, where that is known without a ray: the form
@@ -146,8 +153,8 @@ impl<'a> Lighting<'a> {
         let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
         let known = self.known(lamp, receiver, scratch)?;
         Some(match known {
-            Known::Whole(form) => luminaire.light(x, n, form),
-            Known::Part(form) => luminaire.light_of(x, n, &scratch.pieces, form, &mut scratch.polygons),
+            Known::Whole(form) => luminaire.light(x, n, form, self.exactness),
+            Known::Part(form) => luminaire.light_of(x, n, &mut scratch.seen, form, self.exactness),
         })
     }
 
@@ -155,7 +162,7 @@ impl<'a> Lighting<'a> {
     pub(crate) fn cheap_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<DVec3> {
         let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
         match self.known(lamp, receiver, scratch)? {
-            Known::Whole(form) => Some(luminaire.light(x, n, form)),
+            Known::Whole(form) => Some(luminaire.light(x, n, form, self.exactness)),
             Known::Part(_) => None,
         }
     }
@@ -164,14 +171,14 @@ impl<'a> Lighting<'a> {
     /// are in `scratch` if a part is hidden.
     fn known(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<Known> {
         let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
-        if self.sight.occlusion == Occlusion::Nothing {
+        if self.occlusion == Occlusion::Nothing {
             return Some(Known::Whole(luminaire.exact_form(x, n)));
         }
         match lamp.between {
             Between::Nothing => luminaire.closed_form(x, n).map(Known::Whole),
             Between::Faces(faces) => {
-                let casters = self.sight.shafts.casters(faces);
-                let form = luminaire.visible_form(x, n, casters, &mut scratch.pieces)?;
+                let casters = self.shafts.casters(faces);
+                let form = luminaire.visible_form(x, n, casters, &mut scratch.seen.pieces)?;
                 // A part of a texture emits otherwise than the whole.
                 let is_part = luminaire.is_textured() && form > 0.0 && form < WHOLE * luminaire.exact_form(x, n);
                 Some(if is_part { Known::Part(form) } else { Known::Whole(form) })
@@ -181,7 +188,7 @@ impl<'a> Lighting<'a> {
     }
 
     /// Adds what one receiver gets from a luminaire to `sum`: its closed form where it is known what lies between, else
-    /// with one visibility ray for each point of the unit square given; returns the rays cast.
+    /// with one visibility ray for each point of the unit square given.
     pub fn gather_luminaire(
         &self,
         lamp: Lamp,
@@ -190,28 +197,25 @@ impl<'a> Lighting<'a> {
         points: impl ExactSizeIterator<Item = Vec2>,
         scratch: &mut Scratch,
         sum: &mut DirectSum,
-    ) -> u64 {
+    ) {
         if let Some(form) = self.exact_form(lamp, receiver, scratch) {
-            sum.add_exact(weight, form);
-            return 0;
+            return sum.add_exact(weight, form);
         }
         let luminaire = lamp.luminaire;
         let (x, n) = (receiver.position, receiver.normal);
         let closed = luminaire.closed_form(x, n);
         match closed {
             // Nothing of it faces the receiver.
-            Some(0.0) => return 0,
-            Some(form) => sum.add_point(weight, luminaire.light(x, n, form)),
+            Some(0.0) => return,
+            Some(form) => sum.add_point(weight, luminaire.light(x, n, form, self.exactness)),
             None => {}
         }
         let count = points.len() as f64;
-        let mut cast = 0;
         for point in points {
             // A luminaire half below the horizon hides most points drawn; until one is found, others are tried.
             for (a, b) in [(0.0, 0.0), (0.5, 0.5), (0.5, 0.0), (0.0, 0.5)] {
                 let at = Vec2::new((point.x + a).fract(), (point.y + b).fract());
                 if let Some(mut sent) = self.look(luminaire, receiver, at, scratch) {
-                    cast += 1;
                     sent.kernel /= count;
                     sum.add_sent(weight, &sent);
                     match closed {
@@ -220,23 +224,80 @@ impl<'a> Lighting<'a> {
                         Some(_) => {}
                     }
                 }
-                if closed.is_none() || !sum.is_blind() {
+                if closed.is_none() || !sum.is_unfaced() {
                     break;
                 }
             }
         }
-        cast
     }
 
-    /// What the point sends that belongs to a place of the unit square on a luminaire, asked by one visibility ray;
-    /// `None` where the two points do not face each other.
+    /// What the point sends that belongs to a place of the unit square on a luminaire, by one visibility ray; `None`
+    /// where the two points do not face each other.
     fn look(&self, luminaire: &Luminaire, receiver: &SurfacePoint, at: Vec2, scratch: &mut Scratch) -> Option<Sent> {
         let y = luminaire.point(at.x, at.y);
         let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
         let kernel = luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal);
-        let hits = scratch.hits();
-        let mut arrived = || self.sight.occlusion.transmittance(self.rays, receiver.end(), y.end(), hits);
-        (kernel > 0.0).then(|| Sent { kernel, share: y.share, transmittance: f64::from(arrived()) })
+        let sent = |transmittance| Sent { kernel, share: y.share, transmittance };
+        (kernel > 0.0).then(|| sent(self.transmittance(receiver, y.end(), scratch)))
+    }
+}
+
+/// Points drawn on a luminaire for one visibility ray.
+const CANDIDATES: usize = 4;
+/// The guess of the visible share.
+const GUESS: f64 = 0.5;
+
+/// The mean of the channels; exactly 1 where all are.
+fn mean_of(share: DVec3) -> f64 {
+    share.element_sum() / 3.0
+}
+
+impl Lights {
+    /// `F E` of one luminaire at a receiver, without bias.
+    pub(crate) fn sample_luminaire(
+        &self,
+        lamp: Lamp,
+        receiver: &SurfacePoint,
+        random: &mut Stream,
+        scratch: &mut Scratch,
+    ) -> DVec3 {
+        let form = match self.cheap_form(lamp, receiver, scratch) {
+            Some(form) => form,
+            None => self.draw(receiver, lamp.luminaire, random, scratch),
+        };
+        form * lamp.luminaire.radiance.as_dvec3()
+    }
+
+    /// An estimate without bias of the form factor to what is seen of a luminaire, by points drawn on it and a visibility
+    /// ray to one of them.
+    fn draw(
+        &self,
+        receiver: &SurfacePoint,
+        luminaire: &Luminaire,
+        random: &mut Stream,
+        scratch: &mut Scratch,
+    ) -> DVec3 {
+        let closed = luminaire.closed_form(receiver.position, receiver.normal);
+        if closed == Some(0.0) {
+            return DVec3::ZERO;
+        }
+        let closed = closed.map(|form| luminaire.light(receiver.position, receiver.normal, form, self.exactness));
+        let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
+        let mut sum = 0.0;
+        let mut chosen: Option<EmittingPoint> = None;
+        for _ in 0..CANDIDATES {
+            let y = luminaire.point(random.uniform(), random.uniform());
+            let kernel = mean_of(y.share) * luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal);
+            sum += kernel;
+            // Each candidate ends up chosen in proportion to its kernel.
+            if kernel > 0.0 && f64::from(random.uniform()) * sum <= kernel {
+                chosen = Some(y);
+            }
+        }
+        // What arrives where nothing lies between.
+        let mean = chosen.map_or(DVec3::ZERO, |y| sum / CANDIDATES as f64 * y.share / mean_of(y.share));
+        let arrived = chosen.map_or(0.0, |y| self.transmittance(receiver, y.end(), scratch));
+        arrived * mean + closed.map_or(DVec3::ZERO, |form| GUESS * (form - mean))
     }
 }
 

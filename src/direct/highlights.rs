@@ -12,12 +12,13 @@
 //!
 //! Not handled: highlights of light that was reflected before; drawing among many luminaires by their distance.
 
+use crate::surfaces::Geometry;
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use crate::direct::Scratch;
-use crate::gather::view::View;
+use crate::direct::lights::Lights;
+use crate::direct::luminaire_light::Scratch;
 use crate::light::Gloss;
 use crate::rays::{Ray, Side};
 use crate::scene::Sides;
@@ -25,7 +26,7 @@ use crate::surfaces::SurfacePoint;
 
 /// Finds highlights.
 pub(crate) struct Highlights<'a> {
-    view: &'a View<'a>,
+    lights: &'a Lights,
     /// Power of each luminaire and those before it, as shares of all: area times radiance, channels added.
     until: Vec<f64>,
     /// All of that power.
@@ -36,8 +37,8 @@ pub(crate) struct Highlights<'a> {
     opaque: bool,
 }
 
-/// A point whose highlights are asked for.
-struct Asked<'a> {
+/// A point that shows highlights.
+struct Shown<'a> {
     receiver: &'a SurfacePoint,
     position: DVec3,
     normal: DVec3,
@@ -46,7 +47,7 @@ struct Asked<'a> {
     gloss: Gloss,
 }
 
-impl Asked<'_> {
+impl Shown<'_> {
     fn lobe(&self, to_light: DVec3) -> f64 {
         self.gloss.lobe(self.normal, to_light, self.to_viewer)
     }
@@ -57,43 +58,36 @@ impl Asked<'_> {
 }
 
 impl<'a> Highlights<'a> {
-    /// What finds the highlights of a view; none where no material shows any.
-    pub fn new(view: &'a View) -> Option<Highlights<'a>> {
-        let materials = &view.scene.materials;
+    /// What finds highlights; none where no material shows any.
+    pub fn new(lights: &'a Lights) -> Option<Highlights<'a>> {
+        let materials = &lights.geometry.scene.materials;
         materials.iter().find(|m| m.gloss.is_some())?;
         let mut power = 0.0;
-        let powers = view.luminaires.list.iter().map(|l| {
+        let powers = lights.luminaires.list.iter().map(|l| {
             power += l.area * f64::from(l.radiance.element_sum());
             power
         });
         let sums: Vec<f64> = powers.collect();
         Some(Highlights {
-            view,
+            lights,
             until: sums.iter().map(|sum| sum / power).collect(),
             power,
             emits: materials.iter().any(|m| m.emits()),
-            opaque: view.transports.iter().all(|t| t.tau == 0.0),
+            opaque: lights.transports.iter().all(|t| t.tau == 0.0),
         })
     }
 
-    /// H at a point, W/(m² sr), from one draw of each kind, points of the unit square; and the rays cast.
-    pub fn gather(
-        &self,
-        receiver: &SurfacePoint,
-        gloss: Gloss,
-        draws: [DVec2; 2],
-        memory: &mut Scratch,
-    ) -> (DVec3, u64) {
+    /// H at a point, W/(m² sr), from one draw of each kind, points of the unit square.
+    pub fn gather(&self, receiver: &SurfacePoint, gloss: Gloss, draws: [DVec2; 2], memory: &mut Scratch) -> DVec3 {
         let position = receiver.position.as_dvec3();
-        let to_viewer = (self.view.scene.camera.position.as_dvec3() - position).normalize_or_zero();
-        let asked = Asked { receiver, position, normal: receiver.normal.as_dvec3(), to_viewer, gloss };
-        let lighting = self.view.lighting();
-        let (mut light, mut cast) = lighting.gather_weighted(receiver, |way| asked.lobe(way), memory);
+        let to_viewer = (self.lights.geometry.scene.camera.position.as_dvec3() - position).normalize_or_zero();
+        let shown = Shown { receiver, position, normal: receiver.normal.as_dvec3(), to_viewer, gloss };
+        let mut light = self.lights.gather_weighted(receiver, |way| shown.lobe(way), memory);
         if self.emits {
-            light += (self.drawn(&asked, draws[0], memory, &mut cast) + self.met(&asked, draws[1], memory)) / PI;
-            cast += 1;
+            light += (self.drawn(&shown, draws[0], memory) + self.met(&shown, draws[1], memory)) / PI;
+            memory.cast += 1;
         }
-        (gloss.specular.as_dvec3() * light, cast)
+        gloss.specular.as_dvec3() * light
     }
 
     /// Density per area at which points of a luminaire of that radiance are drawn.
@@ -102,41 +96,40 @@ impl<'a> Highlights<'a> {
     }
 
     /// Light over Ks/pi of a point drawn on a luminaire, over its density.
-    fn drawn(&self, asked: &Asked, at: DVec2, memory: &mut Scratch, cast: &mut u64) -> DVec3 {
+    fn drawn(&self, shown: &Shown, at: DVec2, memory: &mut Scratch) -> DVec3 {
         let Some(last) = self.until.len().checked_sub(1) else { return DVec3::ZERO };
         let k = self.until.partition_point(|&until| until <= at.x).min(last);
         let before = if k == 0 { 0.0 } else { self.until[k - 1] };
         let u = ((at.x - before) / (self.until[k] - before)).clamp(0.0, 1.0) as f32;
-        let luminaire = &self.view.luminaires.list[k];
+        let luminaire = &self.lights.luminaires.list[k];
         let y = luminaire.point(u.min(0.999_999_94), at.y as f32);
-        let across = y.position.as_dvec3() - asked.position;
+        let across = y.position.as_dvec3() - shown.position;
         let (d2, way) = (across.length_squared(), across.normalize_or_zero());
         let per_area = -y.normal.dot(way) / d2;
-        let lobe = asked.lobe(way);
+        let lobe = shown.lobe(way);
         // NaN where the two points are one.
         if !(per_area > 0.0 && lobe > 0.0) {
             return DVec3::ZERO;
         }
-        *cast += 1;
-        let occlusion = &self.view.sight.occlusion;
-        let arrived = occlusion.transmittance(self.view.rays, asked.receiver.end(), y.end(), memory.hits());
+        let arrived = self.lights.transmittance(shown.receiver, y.end(), memory);
         let radiance = luminaire.radiance.as_dvec3();
         let own = self.density(radiance);
-        let weight = power_heuristic(own, asked.density(way) * per_area);
-        radiance * y.share * (lobe * per_area / own * weight * f64::from(arrived))
+        let weight = power_heuristic(own, shown.density(way) * per_area);
+        radiance * y.share * (lobe * per_area / own * weight * arrived)
     }
 
     /// Light over Ks/pi along a ray drawn from the lobe, over its density.
-    fn met(&self, asked: &Asked, at: DVec2, memory: &mut Scratch) -> DVec3 {
-        let Some(way) = asked.gloss.direction(asked.normal, asked.to_viewer, at) else { return DVec3::ZERO };
-        let View { scene, rays, luminaires, transports, .. } = *self.view;
+    fn met(&self, shown: &Shown, at: DVec2, memory: &mut Scratch) -> DVec3 {
+        let Some(way) = shown.gloss.direction(shown.normal, shown.to_viewer, at) else { return DVec3::ZERO };
+        let Lights { luminaires, transports, .. } = self.lights;
+        let Geometry { scene, rays, .. } = &*self.lights.geometry;
         let direction = way.as_vec3();
-        let ray = Ray { origin: asked.receiver.position, direction, source: Some(asked.receiver.face) };
-        let density = asked.density(way);
+        let ray = Ray { origin: shown.receiver.position, direction, source: Some(shown.receiver.face) };
+        let density = shown.density(way);
         let mut sum = DVec3::ZERO;
-        rays.light_crossings(&ray, self.opaque, memory.hits());
+        rays.light_crossings(&ray, self.opaque, &mut memory.hits);
         rays.transmit(
-            memory.hits(),
+            &memory.hits,
             |m| f64::from(transports[m].tau),
             |hit, through| {
                 let index = rays.material(hit.face);
@@ -157,7 +150,7 @@ impl<'a> Highlights<'a> {
             },
         );
         // NaN where the lobe has no density to speak of.
-        if density > 0.0 { sum * (asked.lobe(way) / density) } else { DVec3::ZERO }
+        if density > 0.0 { sum * (shown.lobe(way) / density) } else { DVec3::ZERO }
     }
 }
 

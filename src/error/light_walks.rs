@@ -21,12 +21,12 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::error::walk_sources::{WalkSources, leave};
 use crate::gather::sampling::is_over;
 use crate::light::Transport;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
 use crate::rays::{Hit, Ray, Rays, Side};
-use crate::render::walk_sources::{WalkSources, leave};
 use crate::scene::{Scene, Sides};
 
 /// Walks of a batch.
@@ -105,6 +105,11 @@ impl WalkedPowers {
 }
 
 impl TermPower {
+    /// Whether any walk brought light.
+    pub fn is_known(&self) -> bool {
+        self.visible.element_sum() > 0.0
+    }
+
     fn plus(self, other: TermPower) -> TermPower {
         TermPower { visible: self.visible + other.visible, invisible: self.invisible + other.invisible }
     }

@@ -1,31 +1,164 @@
-//! Matrix-free shooting: columns of F by hemisphere rays from the sender, forgotten once used.
+//! What progressive shooting asks of a scene: the light that one patch sends, and what is emitted at first; over an
+//! assembled K, or by rays without any F.
 //!
-//! A cosine-distributed ray of sender j carries `pi A_j L_j / rays`. Every reflecting side it meets receives that times
-//! the product of tau before, w, so that `F_ij = A_j/A_i * sum w / rays`: the power sent is conserved ray by ray. The
-//! number of rays follows the power shot, so that all rays of a run carry about the same. Memory grows with the number
-//! of patches only.
-//!
-//! Light as emitted by luminaires comes by closed form or by rays ([`Emitted`]). That of a sky comes by rays from the
-//! receivers, and what meets the sky has escaped.
-//!
-//! Not handled: lowering the noise of what was received from shots long past; the answer keeps it.
+//! Not handled: the order of shots, and what is unshot; that is [`crate::solve::shooting`]'s.
 
+use crate::surfaces::Geometry;
 use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use crate::direct::{Lighting, Luminaires, Occlusion, Sight, receive_emitted, receive_punctual};
+use crate::direct::Lights;
 use crate::form_factors::rows::cast::hemisphere_ray;
 use crate::form_factors::{Sampling, Variant, cast};
-use crate::light::{Rgb, Transport};
-use crate::operator::PatchMaterials;
+use crate::light::{Light, Rgb};
 use crate::operator::factored::arriving;
+use crate::operator::{Bounds, Operator, PatchMaterials};
 use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{Hit, Ray, Rays};
-use crate::scene::Scene;
-use crate::solve::neumann::Diverges;
-use crate::solve::shooting::shooter::{Column, Fate, Foreknowledge, Sender, Shooter, Surfaces};
+use crate::solve::neumann::{Diverges, Verdict, refuse, verdict};
+
+/// The patches as the solver sees them, one entry a patch.
+#[derive(Clone, Copy, Debug)]
+pub struct Surfaces<'a> {
+    /// Areas, the file's units squared.
+    pub areas: &'a [f64],
+    /// Reflectance.
+    pub rho: &'a [Rgb],
+    /// Interreflection.
+    pub alpha: &'a [f32],
+    /// `E`, W/(m² sr).
+    pub emission: &'a [Light],
+}
+
+/// A patch that shoots.
+#[derive(Clone, Copy, Debug)]
+pub struct Sender {
+    /// Its number.
+    pub patch: u32,
+    /// How many shots went before: chooses the rays.
+    pub shot: u64,
+    /// The power it shoots as a share of the power emitted.
+    pub share: f64,
+}
+
+/// A column of F, or one summand of it.
+#[derive(Clone, Debug)]
+pub struct Column<'a> {
+    /// Which of the batch sends.
+    pub sender: usize,
+    /// Receiving patches, ascending.
+    pub receivers: Cow<'a, [u32]>,
+    /// `F_ij` of each receiver i.
+    pub factors: Cow<'a, [f32]>,
+    /// What became of the rest; `None` where the form cannot tell.
+    pub fate: Option<Fate>,
+    /// Rays it took.
+    pub rays: u64,
+}
+
+/// Shares of the sender's power that do not land on a patch, or land beyond what was sent.
+///
+/// A ray meets its crossings with weight w, the product of tau before. At each, a reflecting side receives w and passes
+/// on tau w: it makes tau w. A black back keeps (1 - tau) w. So `1 + created = landed + black + escaped`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Fate {
+    /// Left the scene.
+    pub escaped: f64,
+    /// Kept by black backs.
+    pub black: f64,
+    /// Passed on by reflecting sides on top of what they received.
+    pub created: f64,
+}
+
+/// What is known of convergence before the first shot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Foreknowledge {
+    /// Spectral radius proved below 1.
+    Converges,
+    /// Nothing: the run has to be watched.
+    Unknown,
+}
+
+/// A form of shooting.
+pub trait Shooter: Sync {
+    /// The patches.
+    fn surfaces(&self) -> Surfaces<'_>;
+
+    /// `F E` of the emitters that do not shoot their emission themselves, lights without area included, W/(m² sr), and
+    /// how many rays it took.
+    fn received(&self) -> (&[Rgb], u64);
+
+    /// Power that lights without area bring to the patches, W over all channels.
+    fn punctual(&self) -> f64;
+
+    /// Whether patch i's emission comes by [`Shooter::received`].
+    fn emits_by_closed_form(&self, i: usize) -> bool;
+
+    /// The columns of F of a batch of senders; several for one sender are to be added.
+    fn columns(&self, senders: &[Sender]) -> Vec<Column<'_>>;
+
+    /// What can be said of convergence beforehand.
+    ///
+    /// # Errors
+    /// [`Diverges`] where the form knows that its series does not converge, or can bound it but not below 1.
+    fn foreknowledge(&self) -> Result<Foreknowledge, Diverges>;
+}
+
+/// Shoots over an [`Operator`].
+#[derive(Clone, Copy, Debug)]
+pub struct AssembledShooter<'a> {
+    k: &'a Operator,
+}
+
+impl<'a> AssembledShooter<'a> {
+    /// Shoots over this K. F is transposed on its first use, which doubles its memory.
+    pub fn new(k: &'a Operator) -> Self {
+        AssembledShooter { k }
+    }
+}
+
+impl Shooter for AssembledShooter<'_> {
+    fn surfaces(&self) -> Surfaces<'_> {
+        Surfaces {
+            areas: self.k.areas(),
+            rho: self.k.reflectances(),
+            alpha: self.k.alphas(),
+            emission: self.k.emission(),
+        }
+    }
+
+    fn received(&self) -> (&[Rgb], u64) {
+        (self.k.received(), 0)
+    }
+
+    fn punctual(&self) -> f64 {
+        self.k.punctual()
+    }
+
+    fn emits_by_closed_form(&self, i: usize) -> bool {
+        !self.k.glows()[i]
+    }
+
+    fn columns(&self, senders: &[Sender]) -> Vec<Column<'_>> {
+        let transposed = self.k.transposed();
+        let column = |(sender, s): (usize, &Sender)| {
+            let (receivers, factors) = transposed.row(s.patch as usize);
+            Column { sender, receivers: Cow::Borrowed(receivers), factors: Cow::Borrowed(factors), fate: None, rays: 0 }
+        };
+        senders.iter().enumerate().map(column).collect()
+    }
+
+    fn foreknowledge(&self) -> Result<Foreknowledge, Diverges> {
+        let (verdict, spectrum) = verdict(self.k);
+        let zero = Bounds { lower: 0.0, upper: 0.0 };
+        match verdict {
+            Verdict::Converges | Verdict::Ends => Ok(Foreknowledge::Converges),
+            _ => Err(refuse(self.k, verdict, spectrum.map_or(zero, |s| s.worst()))),
+        }
+    }
+}
 
 /// How light as emitted by luminaires reaches the patches; other emitters always shoot rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -104,30 +237,22 @@ pub struct RayShooter<'a> {
 }
 
 impl<'a> RayShooter<'a> {
-    /// Makes a scene ready under one choice of (alpha, tau) of every material.
-    pub fn new(
-        scene: &Scene,
-        rays: &'a Rays,
-        patches: &'a Patches,
-        luminaires: &Luminaires,
-        transports: &[Transport],
-        settings: RaySettings,
-    ) -> Self {
+    /// Shoots in the mode and on the patches of these lights.
+    pub fn new(lights: &'a Lights, settings: RaySettings) -> Self {
+        let Lights { geometry, patches, luminaires, transports, .. } = lights;
+        let Geometry { scene, rays, .. } = &**geometry;
         let materials = PatchMaterials::new(scene, patches, luminaires, transports);
         let sky: Vec<bool> = patches.materials().iter().map(|&m| scene.is_sky_material(m as usize)).collect();
-        let sight = Sight {
-            punctual: Occlusion::of_punctual(scene, rays, transports, &luminaires.punctual),
-            ..Occlusion::new(rays, transports).into()
-        };
-        let lighting = Lighting { rays, luminaires, sight: &sight };
+        // Shafts and light cuts would cost more than the little that is received by closed form.
+        let lights = Lights::by_rays(geometry, patches, luminaires, transports.clone());
         let sampling = Sampling { rays: 0, emitter_rays: settings.emitter_rays, seed: settings.seed };
         let receives = materials.receives();
         let mut received = match settings.emitted {
             Emitted::Rays => (vec![Rgb::ZERO; patches.len()], 0),
-            Emitted::ClosedForm => receive_emitted(&lighting, patches, &receives, &sampling, &|_| ()),
+            Emitted::ClosedForm => lights.receive_emitted(&receives, &sampling, &|_| ()),
         };
         // Lights without area shoot no rays: theirs is closed form in any case.
-        let (punctual, more) = receive_punctual(&lighting, patches, &receives, &sampling);
+        let (punctual, more) = lights.receive_punctual(&receives, &sampling);
         received.0.iter_mut().zip(&punctual).for_each(|(sum, l)| *sum += *l);
         received.1 += more;
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
