@@ -91,9 +91,11 @@ pub mod operator;
 
 pub mod solve;
 
-pub mod gather;
+pub mod reading;
 
 pub mod error;
+
+pub mod gather;
 
 pub mod render;
 

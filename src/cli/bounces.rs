@@ -13,7 +13,7 @@ use crate::cli::memory::{Within, pixel};
 use crate::cli::options::{Common, Problem};
 use crate::cli::report::{BounceReport, BouncesReport, Modes, mode_of};
 use crate::cli::values::size;
-use crate::gather::sampling::deadline_after;
+use crate::error::deadline::deadline_after;
 use crate::gather::{GatherPass, GatherSampling, Gathering};
 use crate::light::Transport;
 use crate::pictures::{Exposure, Size, Table, known, make_directory};

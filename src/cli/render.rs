@@ -15,7 +15,7 @@ use crate::cli::pictures::{Places, Shown, mode_sheet};
 use crate::cli::report::{Modes, RenderReport};
 use crate::cli::unmet::{unmet, warn_of_error};
 use crate::cli::values::size;
-use crate::gather::sampling::deadline_after;
+use crate::error::deadline::deadline_after;
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
 use crate::operator::Bounds;

@@ -269,6 +269,8 @@ pub(crate) fn draw(
 
 #[cfg(test)]
 mod tests {
+    use crate::direct::TOLERABLE;
+
     use super::*;
     use crate::light::Rgb;
     use crate::scene::{Material, Scene};
@@ -302,7 +304,7 @@ mod tests {
     #[test]
     fn moments_err_in_the_third_order_in_every_channel() {
         let luminaires = lamps();
-        let tree = LightTree::new(&luminaires);
+        let tree = LightTree::new(&luminaires, TOLERABLE);
         let root = &tree.nodes[tree.root()];
         let away = DVec3::new(0.3, -0.2, -1.0).normalize();
         let errors = |distance: f64| {
@@ -324,7 +326,7 @@ mod tests {
     #[test]
     fn luminaires_are_drawn_by_power() {
         let luminaires = lamps();
-        let tree = LightTree::new(&luminaires);
+        let tree = LightTree::new(&luminaires, TOLERABLE);
         let whole = 0..tree.order.len();
         let power = |l: u32| {
             let own = &luminaires.list[l as usize];

@@ -210,8 +210,11 @@ fn quadrangle(first: &EmittingTriangle, second: &EmittingTriangle) -> Option<[DV
 
 #[cfg(test)]
 mod tests {
+    use crate::direct::Luminaires;
+
     use super::*;
     use crate::rays::sobol::hash;
+    use crate::scene::Sides;
 
     /// A dark floor and panels of one emitting material, as many as `objects`, each its own object.
     fn panels(objects: u32, size: f64) -> Scene {

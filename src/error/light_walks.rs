@@ -1,9 +1,8 @@
-//! Powers of the terms `KⁿE` by walks of light from the emitters: no patch is in them, so patches are judged by them.
+//! Powers of the terms `KⁿE` by walks of light from the emitters: no patch is in them, so they have no error but chance.
 //!
 //! A walk starts at a point of an emitting side, drawn by power, along a cosine-distributed direction, at the sphere
-//! around the scene, where light of the sky enters it, or at a light without area (`walk_sources`). Its
-//! ray crosses surfaces c = 1, 2, ...; s_c is the product of tau before c. With W the power that the walk carries, per
-//! channel,
+//! around the scene, where light of the sky enters it, or at a light without area. Its ray crosses surfaces c = 1, 2, ...;
+//! s_c is the product of tau before c. With W the power that the walk carries, per channel,
 //!
 //! ```text
 //! power of KⁿE, visible half   = mean over walks of  sum over crossings c of  W s_c rho_c
@@ -14,20 +13,25 @@
 //! Both means are free of bias (J. Arvo, D. Kirk, *Particle transport and image synthesis*, 1990). Standard errors come
 //! from batches of equal size. Walks end where nothing travels on, not by chance, so late terms keep all their walks.
 //!
-//! Not handled: norms of the terms, which ask for light by place.
+//! A light of radiant intensity I has the power `integral of I dω` in all; where its light weakens otherwise than by
+//! the square of the distance, the power that a walk carries depends on how far it comes:
+//! `I d² / (a0 + a1 d + a2 d²)` to the solid angle. Parallel light starts from a disc that shades the whole scene.
+//!
+//! Not handled: norms of the terms, which need light by place.
 
+use std::f64::consts::{PI, TAU};
 use std::time::Instant;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::error::walk_sources::{WalkSources, leave};
-use crate::gather::sampling::is_over;
+use crate::error::deadline::is_over;
 use crate::light::Transport;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
+use crate::rays::warp::{cosine_direction, hemisphere_direction, triangle_point};
 use crate::rays::{Hit, Ray, Rays, Side};
-use crate::scene::{Scene, Sides};
+use crate::scene::{PunctualForm, PunctualLight, PunctualPlace, Scene, Sides};
 
 /// Walks of a batch.
 const BATCH: u32 = 4096;
@@ -194,12 +198,191 @@ impl<'a> Walks<'a> {
     }
 }
 
+/// All places that walks start from.
+pub(crate) struct WalkSources<'a> {
+    scene: &'a Scene,
+    list: Vec<Source<'a>>,
+    /// Radius of the ball about the middle of the unit frame that holds the scene, unit coordinates.
+    radius: f64,
+    /// The emitted power of all, channels added, W.
+    total: f64,
+}
+
+/// Something that emits.
+struct Source<'a> {
+    origin: Origin<'a>,
+    /// Share of the emitted power that leaves this source and those before it.
+    cumulative: f64,
+    /// What a walk from here carries.
+    weight: DVec3,
+}
+
+#[derive(Clone, Copy)]
+enum Origin<'a> {
+    /// A side of a face.
+    Side(u32, Side),
+    /// A light without area.
+    Light(&'a PunctualLight),
+}
+
+/// The first ray of a walk.
+pub(crate) struct Start<'a> {
+    pub ray: Ray,
+    /// The power it stands for, W; that of unit distance where it depends on that.
+    pub weight: DVec3,
+    /// Where it comes from a point.
+    place: Option<(&'a PunctualPlace, f64)>,
+}
+
+impl Start<'_> {
+    /// The power that arrives so far away, W, nothing between.
+    pub fn power(&self, distance: f64) -> DVec3 {
+        match self.place {
+            Some((place, scale)) => self.weight * spread(place, scale, distance),
+            None => self.weight,
+        }
+    }
+}
+
+/// `d² / (a0 + a1 d + a2 d²)`, d² in the file's units: 1 where light obeys physics.
+fn spread(place: &PunctualPlace, scale: f64, distance: f64) -> f64 {
+    (scale * distance).powi(2) / place.weakening(distance)
+}
+
+impl<'a> WalkSources<'a> {
+    /// The emitting sides of a scene and its lights without area, with the chance of each in proportion to its power,
+    /// channels added.
+    pub fn new(scene: &'a Scene) -> WalkSources<'a> {
+        let far = |radius: f64, v: &Vec3| radius.max(v.as_dvec3().length());
+        // The faces that stand for a sky lie beyond the scene.
+        let radius = scene.sky.map_or_else(|| scene.vertices.iter().fold(0.0, far), |sky| sky.radius);
+        let mut sources = WalkSources { scene, list: Vec::new(), radius, total: 0.0 };
+        let mut total = 0.0;
+        for face in 0..scene.faces.len() as u32 {
+            let material = scene.material(face);
+            let emission = match &material.maps {
+                None => material.emitted().invisible.as_dvec3(),
+                Some(_) => scene.means(face, scene.corners(face)).emission,
+            };
+            let sides: &[Side] = if material.sides == Sides::Two { &[Side::Front, Side::Back] } else { &[Side::Front] };
+            let unit = scene.frame.scale * scene.frame.scale;
+            let power = PI * unit * scene.emitting_area(face) * emission.element_sum();
+            for &side in sides.iter().filter(|_| power > 0.0) {
+                total += power;
+                let weight = emission / emission.element_sum();
+                sources.list.push(Source { origin: Origin::Side(face, side), cumulative: total, weight });
+            }
+        }
+        for light in scene.lights.iter().filter(|light| light.shines()) {
+            let intensity = light.intensity.as_dvec3();
+            let (size, at_unit) = sources.sizes(light);
+            total += size * at_unit * intensity.element_sum();
+            let weight = intensity / (intensity.element_sum() * at_unit);
+            sources.list.push(Source { origin: Origin::Light(light), cumulative: total, weight });
+        }
+        for source in &mut sources.list {
+            source.cumulative /= total;
+            source.weight *= total;
+        }
+        sources.total = total;
+        sources
+    }
+
+    /// Solid angle that a light shines into, weighted by its cosine to the exponent, and its spread at unit distance;
+    /// for parallel light the area of the disc and 1.
+    fn sizes(&self, light: &PunctualLight) -> (f64, f64) {
+        let scale = self.scene.frame.scale;
+        match light.form {
+            PunctualForm::Point(place) => (2.0 * TAU, spread(&place, scale, 1.0)),
+            PunctualForm::Spot { place, exponent, cutoff, .. } => {
+                let angle = TAU * (1.0 - cutoff.powf(exponent + 1.0)) / (exponent + 1.0);
+                (angle, spread(&place, scale, 1.0))
+            }
+            PunctualForm::Directional { .. } => (PI * (scale * self.radius).powi(2), 1.0),
+        }
+    }
+
+    /// A ray that leaves a source, and the power it stands for; none where nothing emits.
+    pub fn start(&self, random: &mut Stream) -> Option<Start<'a>> {
+        let last = self.list.len().checked_sub(1)?;
+        let share = f64::from(random.uniform());
+        let source = &self.list[self.list.partition_point(|s| s.cumulative <= share).min(last)];
+        let weight = source.weight;
+        let light = match source.origin {
+            Origin::Light(light) => light,
+            Origin::Side(face, _) if self.scene.is_sky(face) => {
+                return Some(Start { ray: self.enter(face, random)?, weight, place: None });
+            }
+            Origin::Side(face, side) => {
+                let position = triangle_point(self.scene.corners(face), random.uniform(), random.uniform());
+                let weight = self.textured(face, position).unwrap_or(source.weight);
+                return Some(Start { ray: leave(self.scene, position, face, side, random), weight, place: None });
+            }
+        };
+        let (u, v) = (f64::from(random.uniform()), f64::from(random.uniform()));
+        let ray = |origin: DVec3, direction: DVec3| Ray {
+            origin: origin.as_vec3(),
+            direction: direction.as_vec3(),
+            source: None,
+        };
+        let scale = self.scene.frame.scale;
+        Some(match &light.form {
+            PunctualForm::Point(place) => {
+                let ray = ray(place.position, around(DVec3::Z, 1.0 - 2.0 * u, v));
+                Start { ray, weight, place: Some((place, scale)) }
+            }
+            PunctualForm::Spot { place, direction, exponent, cutoff } => {
+                let power = exponent + 1.0;
+                let cosine = (1.0 - u * (1.0 - cutoff.powf(power))).powf(1.0 / power);
+                let ray = ray(place.position, around(*direction, cosine, v));
+                Start { ray, weight, place: Some((place, scale)) }
+            }
+            PunctualForm::Directional { direction } => {
+                let aside = self.radius * u.sqrt() * around(*direction, 0.0, v);
+                Start { ray: ray(aside - 2.0 * self.radius * *direction, *direction), weight, place: None }
+            }
+        })
+    }
+
+    /// What a walk carries from a point of a face with textures, whose points are drawn alike.
+    fn textured(&self, face: u32, position: Vec3) -> Option<DVec3> {
+        self.scene.maps(face)?;
+        let there = f64::from(self.scene.coverage_at(face, position));
+        let own = there * self.scene.emitted_at(face, position).invisible.as_dvec3();
+        Some(self.total / self.scene.means(face, self.scene.corners(face)).emission.element_sum() * own)
+    }
+
+    /// A ray that enters the sphere around the scene from a half of the sky: of uniform direction, through a uniform
+    /// point of the sphere's cross-section.
+    fn enter(&self, face: u32, random: &mut Stream) -> Option<Ray> {
+        let sky = self.scene.sky?;
+        let up = if face == sky.first { sky.up } else { -sky.up };
+        let outward = hemisphere_direction(up, random.uniform(), random.uniform());
+        let aside = cosine_direction(outward, random.uniform(), random.uniform());
+        let origin = sky.radius as f32 * (outward + aside - aside.dot(outward) * outward);
+        Some(Ray { origin, direction: -outward, source: None })
+    }
+}
+
+/// The unit vector of this cosine to an axis, turned about it by the share `turn` of a full turn.
+fn around(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
+    let (a, b) = axis.any_orthonormal_pair();
+    let (sin, cos) = (TAU * turn).sin_cos();
+    axis * cosine + (a * cos + b * sin) * (1.0 - cosine * cosine).max(0.0).sqrt()
+}
+
+/// A cosine-distributed ray from a point of a side.
+pub(crate) fn leave(scene: &Scene, origin: Vec3, face: u32, side: Side, random: &mut Stream) -> Ray {
+    let [a, b, c] = scene.exact_corners(face);
+    let front = (b - a).cross(c - a).normalize().as_vec3();
+    let normal = if side == Side::Front { front } else { -front };
+    Ray { origin, direction: cosine_direction(normal, random.uniform(), random.uniform()), source: Some(face) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::light::Mode;
-    use crate::scene::{PunctualForm, PunctualLight, PunctualPlace};
-    use std::f64::consts::PI;
 
     fn walked(scene: &Scene, transport: Transport) -> WalkedPowers {
         let goal = WalkGoal { count: 4, error: 0.01, deadline: None, seed: 3 };

@@ -9,16 +9,16 @@
 use glam::{DVec2, DVec3, Vec2};
 
 use crate::direct::{Choice, Highlights, LightSum, Scratch as Memory};
-use crate::gather::fields::Fields;
 use crate::gather::pixel::Pixel;
-use crate::gather::pixel_cells::PixelCells;
-use crate::gather::pixel_layer::SurfaceKey;
+use crate::gather::pixel::SurfaceKey;
+use crate::gather::pixel_texture::PixelCells;
 use crate::gather::pixel_texture::{Adjusted, SeenPoint, surfaces};
-use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{Hit, Side};
+use crate::reading::patch_light::Fields;
+use crate::reading::view::View;
 use crate::surfaces::SurfacePoint;
 
 /// Keeps the points of highlights apart from those of diffuse light.

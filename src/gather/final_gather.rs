@@ -9,14 +9,14 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::gather::continuation::{Continuation, RaySample};
-use crate::gather::fields::Fields;
 use crate::gather::guiding::Guiding;
-use crate::gather::reflection::{Memory, SurfaceHit, Walker};
-use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{FAN, Fan, Hit, Ray};
+use crate::reading::patch_light::Fields;
+use crate::reading::reflection::{Continuation, RaySample};
+use crate::reading::reflection::{Memory, SurfaceHit, Walker};
+use crate::reading::view::View;
 use crate::surfaces::SurfacePoint;
 
 /// Rays of a place whose numbers are tabled: few places cast more.
@@ -146,6 +146,8 @@ impl<'a> FinalGather<'a> {
 
 #[cfg(test)]
 mod tests {
+    use crate::reading::view::lights_of;
+
     use super::*;
     use crate::light::Mode;
     use crate::rays::sobol::Stream;

@@ -9,8 +9,8 @@
 //! Not handled: which size light asks for; light that differs between the surfaces of a cluster. Patches along lines of
 //! contact, which separate light from dark, and surfaces of a single patch are their own parents.
 
-use crate::surfaces::Geometry;
 use crate::patches::scene_patches::Mesh;
+use crate::surfaces::Geometry;
 use std::collections::HashMap;
 use std::sync::Arc;
 

@@ -7,10 +7,16 @@ use std::sync::Arc;
 
 use crate::direct::{Lights, Luminaires};
 use crate::form_factors::{Closure, Sampling, Variant, cast_counts, closure};
-use crate::gather::{Fields, GatherPass, Gathered, View, gather, invisible, linear};
+use crate::gather::GatherPass;
+use crate::gather::Gathered;
+use crate::gather::gather;
 use crate::light::{Light, Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
 use crate::patches::{Patches, Sample};
+use crate::reading::Fields;
+use crate::reading::View;
+use crate::reading::invisible;
+use crate::reading::linear;
 use crate::scene::Scene;
 use crate::solve::{AssembledShooter, RaySettings, RayShooter, Solution};
 use crate::surfaces::Geometry;

@@ -10,8 +10,8 @@
 
 use std::time::Instant;
 
+use crate::error::deadline::deadline_after;
 use crate::error::light_walks::{WalkGoal, WalkedPowers, walked_powers};
-use crate::gather::sampling::deadline_after;
 use crate::light::Transport;
 use crate::render::assembly::{Assembled, Discretization, Watch, assemble};
 use crate::render::fineness::Fineness;

@@ -6,7 +6,7 @@
 
 pub(crate) mod assembly;
 mod bounces;
-mod deadline;
+mod by_deadline;
 mod division;
 mod fineness;
 mod levels;

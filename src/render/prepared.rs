@@ -9,11 +9,18 @@ use crate::direct::Lights;
 use crate::direct::Luminaires;
 use crate::direct::Received;
 use crate::form_factors::Sampling;
-use crate::gather::{Fields, GatherPass, Gathered, Gathering, View, gather, invisible, linear};
+use crate::gather::GatherPass;
+use crate::gather::Gathered;
+use crate::gather::Gathering;
+use crate::gather::gather;
 use crate::light::{Light, Rgb, Transport};
 use crate::operator::PatchMaterials;
 use crate::patches::Patches;
 use crate::pictures::Size;
+use crate::reading::Fields;
+use crate::reading::View;
+use crate::reading::invisible;
+use crate::reading::linear;
 use crate::render::assembly::{Assembled, Discretization, Watch};
 use crate::render::bounces::BounceSeries;
 use crate::render::bounces::bounces_to_tolerance;
@@ -86,7 +93,7 @@ pub fn render_within(
     let wanted = crate::render::wanted::Wanted { tolerance, size, deadline, memory, seed };
     let cut = p.cut.cut(crate::render::Fineness::first(tolerance).patches);
     let task = crate::render::solved::Task { transport, wanted: &wanted, watch };
-    let found = crate::render::deadline::render_by_deadline(&cut, &task)?;
+    let found = crate::render::by_deadline::render_by_deadline(&cut, &task)?;
     Ok(Rendered { seconds: found.seconds.after(p.seconds), ..found })
 }
 #[derive(Clone, Copy, Debug)]

@@ -1,23 +1,27 @@
 //! Whether patches of one size stand for a scene at all, as measured at points: the two levels of patches agree where
-//! both are wrong alike, the residual does not ([`crate::gather::path_errors`]).
+//! both are wrong alike, the residual does not ([`crate::error::residual`]).
 //!
 //! A few pixels, each by many paths, tell the squared error of the picture with its standard error. More of both make
 //! sure of an error that is suspected, and of light that is to be accepted.
 //!
 //! Not handled: errors that few paths cannot tell from none; their standard error is stated.
 
-
-use crate::gather::sampled_pixels::Brightness;
-use crate::rays::purpose::Purpose;
-use crate::render::Spent;
-use crate::render::wanted::timed;
-use crate::render::solved::rough_size;
-use crate::gather::{Effort, Gathered, READINGS, Reading, SampledPixels, SquaredError};
+use crate::error::Effort;
+use crate::error::SampledPixels;
+use crate::error::SquaredError;
+use crate::error::sampled_pixels::Brightness;
+use crate::gather::Gathered;
 use crate::light::budget::{MATTERS, READ_AT_ONCE, SURE};
+use crate::rays::purpose::Purpose;
+use crate::reading::READINGS;
+use crate::reading::Reading;
+use crate::render::Spent;
 use crate::render::reading_cost::ReadingCost;
 use crate::render::solved::Rough;
 use crate::render::solved::Solved;
+use crate::render::solved::rough_size;
 use crate::render::wanted::Wanted;
+use crate::render::wanted::timed;
 
 /// Paths at first, and at most where an error is suspected or light is to be accepted, at a tolerance of 2 % or less;
 /// of those fewer in proportion at larger ones.
@@ -195,8 +199,9 @@ pub(crate) fn brightness(rough: &Gathered) -> Vec<f32> {
 mod tests {
     use super::*;
     use crate::light::Mode;
-    use crate::render::assembly::{Silent, prepare};
-    use crate::render::solved::{Task, solve};
+    use crate::render::assembly::Discretization;
+    use crate::render::assembly::Silent;
+    use crate::render::solved::Task;
     use crate::scene::Scene;
 
     const TOLERANCE: f64 = 0.02;

@@ -2,25 +2,28 @@
 //!
 //! Not handled: how fine the patches are and how many rays are cast ([`crate::render::tolerance`]).
 
-use crate::light::budget::STAND_INS;
 use crate::Fineness;
-use crate::render::assembly::assemble;
-use crate::render::Spent;
-use crate::render::wanted::timed;
 use crate::direct::Lights;
-use crate::render::assembly::Discretization;
+use crate::light::budget::STAND_INS;
 use crate::patches::Patches;
+use crate::render::Spent;
+use crate::render::assembly::Discretization;
+use crate::render::assembly::assemble;
+use crate::render::wanted::timed;
 use std::sync::Arc;
 
+use crate::error::nearest_read;
 use crate::form_factors::Sampling;
-use crate::gather::{
-    Fields, GatherPass, GatherSampling, Gathered, Reading,
-    View, nearest_read,
-};
+use crate::gather::GatherPass;
+use crate::gather::GatherSampling;
+use crate::gather::Gathered;
 use crate::light::budget::TRUNCATION;
 use crate::light::{Rgb, Transport};
 use crate::pictures::Size;
 use crate::rays::sobol::replica_seed;
+use crate::reading::Fields;
+use crate::reading::Reading;
+use crate::reading::View;
 use crate::render::assembly::Assembled;
 use crate::render::assembly::Watch;
 use crate::render::levels::{fields, of_finer};
@@ -234,10 +237,6 @@ pub(crate) fn rough_size(Size { width, height }: Size) -> Size {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gather::linear;
-    use crate::light::Mode;
-    use crate::render::assembly::{Silent, prepare};
-    use crate::scene::Scene;
 
     /// They were 64 whatever the others were, so that no number of rays lessened the noise of a sun behind windows.
     #[test]

@@ -22,7 +22,7 @@ use crate::patches::Patches;
 use crate::pictures::Size;
 use crate::render::assembly::{Assembled, Discretization, Silent, Watch, assemble};
 use crate::render::bounces::{BounceSeries, End, WantedTerms, bounces_to_tolerance};
-use crate::render::deadline::render_by_deadline;
+use crate::render::by_deadline::render_by_deadline;
 use crate::render::fineness::Fineness;
 use crate::render::memory::{Estimate, Held, check_held, estimate, usable_memory};
 use crate::render::rendered::Rendered;

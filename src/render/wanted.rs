@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::gather::sampling::{is_over, would_be_over};
+use crate::error::deadline::{is_over, would_be_over};
 use crate::pictures::Size;
 use crate::render::assembly::Seconds;
 

@@ -1,8 +1,9 @@
 //! The bounce series as pictures: one of every term `KⁿE`, and their partial sums.
 
-use crate::gather::{GatherPass, invisible};
+use crate::gather::GatherPass;
 use crate::light::Rgb;
 use crate::pictures::Picture;
+use crate::reading::invisible;
 use crate::render::prepared::fields;
 use crate::render::{Assembled, Prepared, Watch, picture, without_luminaires};
 use crate::solve::Solution;

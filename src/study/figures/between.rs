@@ -11,14 +11,15 @@
 //!
 //! Not handled: errors; the effort is given.
 
-use crate::render::without_luminaires;
 use crate::form_factors::{FormFactors, Layers, Sampling, Variant, cast_layers};
-use crate::gather::{GatherSampling, invisible};
+use crate::gather::GatherSampling;
 use crate::light::{Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
 use crate::pictures::{Picture, Size};
+use crate::reading::invisible;
 use crate::render::prepared::{fields, look};
 use crate::render::prepared::{received, sight};
+use crate::render::without_luminaires;
 use crate::render::{Prepared, Watch};
 use crate::solve::{Diverges, Extrapolated, Settings, extrapolated};
 
@@ -101,7 +102,7 @@ fn column(
         solved.push(Point { transport, solution, picture: None });
         watch.tick(1);
     }
-    let view = crate::gather::View::new(&sight, effort.size);
+    let view = crate::reading::View::new(&sight, effort.size);
     let gathered = look(&view, &fields(p, &fields_of), &(&effort.gather).into(), watch);
     let seen = gathered.emission.plus(&gathered.direct).unwrap_or_default();
     let lit = solved.iter_mut().filter(|point| point.solution.is_ok());

@@ -1,8 +1,17 @@
-//! Faces smaller or thinner than a pixel are projected into the picture, and met once in each pixel that they lie in.
+//! Faces smaller or thinner than a pixel, which the pixel's first camera rays may all miss: each is projected into the
+//! picture, and met once in each pixel that it lies in.
 //!
-//! What its light makes of the pixel's noise is then foreseen, whether or not a ray through the pixel has met it
-//! ([`crate::gather::small_face`]). A plane with grains of 0.3 % of a pixel is 2 % off with it where 5 are asked, and
-//! 57 % with 0.2 stated without (`tests/small_things.rs`).
+//! A face that covers a share a of a pixel is missed by n rays with the chance `(1 - a)^n`. If its light differs from
+//! that of the pixel by c, the mean of n rays through the pixel has the variance
+//!
+//! ```text
+//! a (1 - a) |c|² / n · min(1, (a n)^-1/2)
+//! ```
+//!
+//! which halves that both missed the face know nothing of, and of which the difference of two halves is a poor estimate
+//! in the one pixel that has the face. (Of more than one ray that meets it the points are well spread, and only those
+//! by its outline are left to chance.) A plane with grains of 0.3 % of a pixel is 2 % off with it where 5 are requested,
+//! and 57 % with 0.2 stated without (`tests/small_things.rs`).
 //!
 //! Faces farther than all that the rays of a pixel met are taken to be hidden there: in rooms most are.
 //!
@@ -14,10 +23,35 @@ use rayon::prelude::*;
 
 use crate::gather::camera_rays::{CameraRays, Scratch};
 use crate::gather::pixel::Pixel;
-use crate::gather::small_face::SmallFace;
-use crate::gather::view::View;
 use crate::rays::Side;
+use crate::reading::view::View;
 use crate::scene::convex_polygon::{area, clip};
+
+/// Standard deviations of the number of rays that meet a face, and one ray more, which chance may make it differ by.
+const CHANCE: f64 = 4.0;
+/// A face within a pixel, or the part of one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SmallFace {
+    /// Share of the pixel that it covers.
+    pub share: f64,
+    /// The light of its middle, as camera rays count it.
+    pub light: DVec3,
+}
+
+impl SmallFace {
+    /// Variance of the mean of so many rays of a pixel with this mean.
+    pub fn variance(&self, mean: DVec3, rays: f64) -> DVec3 {
+        let c = self.light - mean;
+        let spread = (self.share * rays).sqrt().recip().min(1.0);
+        self.share * (1.0 - self.share) / rays * spread * c * c
+    }
+
+    /// Whether chance may have made a variance by how many of so many rays met it.
+    pub fn explains(&self, variance: f64, mean: DVec3, rays: f64) -> bool {
+        let met = 1.0 + self.share * rays;
+        CHANCE * CHANCE * met * (self.light - mean).length_squared() >= variance * rays * rays
+    }
+}
 
 /// Pixels at most that a face is looked for in.
 const MOST: usize = 4096;

@@ -25,10 +25,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::gather::reflection::{Memory, Met, Reflection, SurfaceHit, Walker};
-use crate::gather::view::View;
 use crate::rays::sobol::{Sobol, Stream, hash};
 use crate::rays::{FAN, Fan};
+use crate::reading::reflection::{Memory, Met, Reflection, SurfaceHit, Walker};
+use crate::reading::view::View;
 
 /// Width at distance 1 of the cone that a ray stands for. Texels within it need not be told apart: squares of a width h
 /// differ from their mean by what is as often too bright as too dark, rays meet them with a density that changes by
@@ -245,6 +245,7 @@ fn choose(met: &[SurfaceHit], random: &mut Stream) -> Option<(SurfaceHit, f64)> 
 mod tests {
     use super::*;
     use crate::light::Mode;
+    use crate::reading::view::lights_of;
 
     /// In a closed room nothing escapes: the rays of a vertex stand for the whole hemisphere together, and the path
     /// goes on with the weight of one.

@@ -1,7 +1,7 @@
 //! The squared error of light on patches from a few pixels, each by many paths.
 //!
 //! A pixel k is drawn with the chance p_k, and n paths that start from it tell errors x whose mean is that of the pixel
-//! ([`crate::gather::path_errors`]). Of N pixels the squared error is
+//! ([`crate::error::residual`]). Of N pixels the squared error is
 //!
 //! ```text
 //! mean over all pixels of |e_k|² / 3 = E[ U_k / (3 N p_k) ],    U_k = (|sum x|² - sum |x|²) / (n (n - 1))
@@ -20,15 +20,14 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::gather::fields::Fields;
-use crate::gather::importance_paths::{ImportancePaths, Path};
-use crate::gather::path_errors::errors;
-use crate::gather::reading::{READINGS, Reading};
-use crate::gather::sampling::would_be_over;
-use crate::gather::view::View;
+use crate::error::deadline::would_be_over;
+use crate::error::importance_paths::{ImportancePaths, Path};
+use crate::error::residual::errors;
 use crate::patches::Patches;
 use crate::pictures::Size;
 use crate::rays::sobol::{Stream, hash};
+use crate::reading::patch_light::{Fields, READINGS, Reading};
+use crate::reading::view::View;
 
 /// Pixels drawn at first: by the squares of so many a mean square is known to a tenth.
 const DRAWS: usize = 256;
@@ -287,6 +286,8 @@ impl Sums {
 
 #[cfg(test)]
 mod tests {
+    use crate::reading::view::lights_of;
+
     use super::*;
     use crate::light::{Mode, Rgb};
 

@@ -13,10 +13,11 @@
 
 use rayon::prelude::*;
 
-use crate::gather::fields::Fields;
-use crate::gather::reflection::{Memory, SurfaceHit, Walker};
-use crate::gather::view::View;
+use crate::error::halves::Halves;
 use crate::rays::sobol::{Sobol, Stream, hash};
+use crate::reading::patch_light::Fields;
+use crate::reading::reflection::{Memory, SurfaceHit, Walker};
+use crate::reading::view::View;
 
 /// Share of a patch's light that its direct light differs by, where it is read from its width on like patches whose
 /// light is one value.
@@ -82,8 +83,7 @@ impl Asking<'_> {
             let halves = [asked(), asked()];
             let all = own.at(point.position);
             let read = (all - self.fields.without_direct(patch, point.position)).as_dvec3();
-            let [a, b] = halves.map(|direct| direct - read);
-            squared += a.dot(b);
+            squared += Halves::of(halves.map(|direct| direct - read)).squared();
             light += all.as_dvec3().length_squared();
         }
         if light > 0.0 { (squared.max(0.0) / light).sqrt() } else { 0.0 }
@@ -93,10 +93,10 @@ impl Asking<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::direct::receive_emitted;
     use crate::form_factors::Sampling;
-    use crate::gather::gradients::linear;
     use crate::light::{Mode, Rgb};
+    use crate::reading::patch_light::linear;
+    use crate::reading::view::lights_of;
 
     /// Clusters, cut cells and cells in a row are read as one value along an axis at least; light that grows along all
     /// axes shows which patches those are. Without interreflection direct light is read nowhere.
@@ -131,7 +131,7 @@ mod tests {
         let view = View::new(&lights, (8, 8).into());
         let (count, neighbours) = (view.patches.len(), view.patches.neighbours());
         let sampling = Sampling { rays: 1, emitter_rays: 256, seed: 5 };
-        let received = receive_emitted(&view.lighting(), view.patches, &vec![true; count], &sampling, &|_| ()).0;
+        let received = view.lights.receive_emitted(&vec![true; count], &sampling, &|_| ()).0;
         let direct = |i: usize| view.patches.reflectance(view.scene, i) * received[i];
         let direct: Vec<Rgb> = (0..count).map(direct).collect();
         let even = Fields::new(&[vec![Rgb::ONE; count]]);

@@ -61,12 +61,25 @@ impl<'a> View<'a> {
     }
 }
 
-/// A built-in scene made ready for tests, on some number of patches.
 #[cfg(test)]
-pub(crate) fn lights_of(scene: &str, transport: Transport, patches: usize) -> Lights {
-    let geometry = Geometry::new(Scene::open(scene).expect("a built-in scene"));
-    let patches = Arc::new(Patches::cut(&geometry, patches));
-    let luminaires = Arc::new(Luminaires::new(&geometry.scene));
-    let transports = geometry.scene.transports(transport);
-    Lights::new(&geometry, &patches, &luminaires, transports, TOLERABLE)
+pub(crate) use ready::lights_of;
+
+#[cfg(test)]
+mod ready {
+    use std::sync::Arc;
+
+    use crate::direct::{Lights, Luminaires, TOLERABLE};
+    use crate::light::Transport;
+    use crate::patches::Patches;
+    use crate::scene::Scene;
+    use crate::surfaces::Geometry;
+
+    /// A built-in scene on some number of patches.
+    pub(crate) fn lights_of(scene: &str, transport: Transport, patches: usize) -> Lights {
+        let geometry = Geometry::new(Scene::open(scene).expect("a built-in scene"));
+        let patches = Arc::new(Patches::cut(&geometry, patches));
+        let luminaires = Arc::new(Luminaires::new(&geometry.scene));
+        let transports = geometry.scene.transports(transport);
+        Lights::new(&geometry, &patches, &luminaires, transports, TOLERABLE)
+    }
 }
