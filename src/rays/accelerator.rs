@@ -6,11 +6,11 @@
 //!
 //! Not handled: how the questions are compiled; that is [`crate::rays::meetings`].
 
+use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 use crate::rays::block_clusters::clusters;
 use crate::rays::block_list::{BLOCKS, BlockList};
-use crate::rays::bounds::Bounds;
 use crate::rays::bvh::Bvh;
 use crate::rays::bvh_build::Layout;
 use crate::rays::meetings::Faces;
@@ -32,7 +32,7 @@ pub(crate) enum Accelerator {
 impl Accelerator {
     /// In blocks if there are fewer than `many` faces and the blocks suffice, otherwise in a hierarchy.
     pub(crate) fn of(faces: &[(Triangle, Label)], pad: f32, many: usize) -> Self {
-        let boxes: Vec<Bounds> = faces.par_iter().map(|(t, _)| t.padded_box(pad)).collect();
+        let boxes: Vec<Aabb> = faces.par_iter().map(|(t, _)| t.padded_box(pad)).collect();
         if faces.len() < many {
             let groups = clusters(&boxes, LANES);
             if groups.len() <= BLOCKS {

@@ -5,17 +5,17 @@
 //!
 //! Not handled: many boxes; the search tries every split along every axis, n² log n in the worst case.
 
-use crate::rays::bounds::Bounds;
+use obvhs::aabb::Aabb;
 
 /// Groups of at most `size` box numbers, each number once.
-pub(crate) fn clusters(boxes: &[Bounds], size: usize) -> Vec<Vec<u32>> {
+pub(crate) fn clusters(boxes: &[Aabb], size: usize) -> Vec<Vec<u32>> {
     let mut found = Vec::new();
     let mut numbers: Vec<u32> = (0..boxes.len() as u32).collect();
     split(boxes, &mut numbers, size, &mut found);
     found
 }
 
-fn split(boxes: &[Bounds], numbers: &mut [u32], size: usize, found: &mut Vec<Vec<u32>>) {
+fn split(boxes: &[Aabb], numbers: &mut [u32], size: usize, found: &mut Vec<Vec<u32>>) {
     if numbers.len() <= size {
         if !numbers.is_empty() {
             found.push(numbers.to_vec());
@@ -36,13 +36,13 @@ fn split(boxes: &[Bounds], numbers: &mut [u32], size: usize, found: &mut Vec<Vec
 }
 
 /// By centre along an axis, ties by number.
-fn sort(boxes: &[Bounds], numbers: &mut [u32], axis: usize) {
-    let center = |n: u32| boxes[n as usize].doubled_middle()[axis];
+fn sort(boxes: &[Aabb], numbers: &mut [u32], axis: usize) {
+    let center = |n: u32| boxes[n as usize].center()[axis];
     numbers.sort_unstable_by(|&a, &b| center(a).total_cmp(&center(b)).then(a.cmp(&b)));
 }
 
 /// The least cost of a split in this order, and how many boxes are before it.
-fn cheapest(boxes: &[Bounds], numbers: &[u32], size: usize) -> (f32, usize) {
+fn cheapest(boxes: &[Aabb], numbers: &[u32], size: usize) -> (f32, usize) {
     let n = numbers.len();
     let before = areas(boxes, numbers.iter());
     let after = areas(boxes, numbers.iter().rev());
@@ -55,9 +55,9 @@ fn cheapest(boxes: &[Bounds], numbers: &[u32], size: usize) -> (f32, usize) {
 }
 
 /// Half the area of the box around the first, the first two, and so on.
-fn areas<'a>(boxes: &[Bounds], numbers: impl Iterator<Item = &'a u32>) -> Vec<f32> {
-    let grown = numbers.scan(Bounds::EMPTY, |grown, &n| {
-        *grown = grown.join(boxes[n as usize]);
+fn areas<'a>(boxes: &[Aabb], numbers: impl Iterator<Item = &'a u32>) -> Vec<f32> {
+    let grown = numbers.scan(Aabb::INVALID, |grown, &n| {
+        *grown = grown.union(&boxes[n as usize]);
         Some(grown.half_area())
     });
     grown.collect()

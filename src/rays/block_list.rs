@@ -5,12 +5,12 @@
 //!
 //! Not handled: more than [`BLOCKS`] blocks; their faces go into a hierarchy.
 
+use obvhs::aabb::Aabb;
 use std::array::from_fn;
 use std::ops::ControlFlow;
 
 use pulp::{Arch, Simd};
 
-use crate::rays::bounds::Bounds;
 use crate::rays::box_block::{BoxBlock, BoxRay};
 use crate::rays::meetings::Faces;
 use crate::rays::query::{Candidate, Label, Query, SAME_PLACE, hit};
@@ -41,9 +41,9 @@ impl BlockList {
         });
         let (triangles, labels) = padded.unzip();
         let around = |own: &Vec<(Triangle, Label)>| {
-            own.iter().fold(Bounds::EMPTY, |all, (triangle, _)| all.join(triangle.padded_box(pad)))
+            own.iter().fold(Aabb::INVALID, |all, (triangle, _)| all.union(&triangle.padded_box(pad)))
         };
-        let boxes = |own: &[Vec<(Triangle, Label)>]| BoxBlock::new(|k| own.get(k).map_or(Bounds::EMPTY, around));
+        let boxes = |own: &[Vec<(Triangle, Label)>]| BoxBlock::new(|k| own.get(k).map_or(Aabb::INVALID, around));
         BlockList {
             arch: Arch::new(),
             boxes: clusters.chunks(LANES).map(boxes).collect(),

@@ -6,11 +6,11 @@
 //!
 //! Not handled: what is in the boxes.
 
+use obvhs::aabb::Aabb;
 use std::array::from_fn;
 
 use pulp::Simd;
 
-use crate::rays::bounds::Bounds;
 use crate::rays::query::Query;
 use crate::rays::simd_block::{LANES, Lane, MISSED, most, select};
 
@@ -22,9 +22,9 @@ pub(crate) struct BoxBlock {
 
 impl BoxBlock {
     /// The boxes by number; empty ones are never met.
-    pub(crate) fn new(bounds: impl Fn(usize) -> Bounds) -> BoxBlock {
+    pub(crate) fn new(bounds: impl Fn(usize) -> Aabb) -> BoxBlock {
         BoxBlock {
-            ends: [from_fn(|axis| from_fn(|k| bounds(k).low[axis])), from_fn(|axis| from_fn(|k| bounds(k).high[axis]))],
+            ends: [from_fn(|axis| from_fn(|k| bounds(k).min[axis])), from_fn(|axis| from_fn(|k| bounds(k).max[axis]))],
         }
     }
 }

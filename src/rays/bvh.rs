@@ -34,14 +34,14 @@ pub(crate) struct Bvh {
 impl Bvh {
     /// The hierarchy of a layout; `face` tells what its numbers stand for, `None` of those left out.
     pub(crate) fn new(layout: &Layout, face: impl Fn(u32) -> Option<(Triangle, Label)> + Sync) -> Self {
-        let (nodes, leaves) = WideNodes::new(&layout.root);
+        let nodes = WideNodes::new(&layout.nodes);
         let leaf = |range: &Range<usize>| {
             let own = layout.order[range.clone()].iter().filter_map(|&i| face(i));
             let own: Vec<(Triangle, Label)> = own.collect();
             let face = |lane: usize| own.get(lane).map_or(u32::MAX, |(_, label)| label.face);
             (Block::new(&own), std::array::from_fn(face))
         };
-        let (blocks, faces) = leaves.par_iter().with_min_len(64).map(leaf).unzip();
+        let (blocks, faces) = layout.leaves.par_iter().with_min_len(64).map(leaf).unzip();
         Bvh { arch: Arch::new(), nodes, blocks, faces }
     }
 

@@ -6,19 +6,15 @@
 //! Not handled: what is in the leaves.
 
 use std::array::from_fn;
-use std::ops::Range;
 
+use obvhs::aabb::Aabb;
 use pulp::Simd;
 
-use crate::rays::bounds::Bounds;
 use crate::rays::box_block::{BoxBlock, BoxRay};
-use crate::rays::bvh_build::{BRANCHES, Branch};
+use crate::rays::bvh_build::{BRANCHES, Branches, LEAF};
 use crate::rays::query::Query;
 use crate::rays::simd_block::{LANES, Lane, MISSED};
 use crate::rays::vector_level::{bits, fetch};
-
-/// Marks the number of a leaf among those of nodes.
-const LEAF: u32 = 1 << 31;
 
 /// Branches put off without asking for memory.
 const FIXED: usize = 64;
@@ -36,20 +32,18 @@ struct Node {
 }
 
 impl Node {
-    fn new(branches: &[(Bounds, u32)]) -> Node {
+    fn new(branches: &[(Aabb, u32)]) -> Node {
         Node {
-            boxes: BoxBlock::new(|k| branches.get(k).map_or(Bounds::EMPTY, |b| b.0)),
+            boxes: BoxBlock::new(|k| branches.get(k).map_or(Aabb::INVALID, |b| b.0)),
             branches: from_fn(|k| branches.get(k).map_or(0, |b| b.1)),
         }
     }
 }
 
 impl WideNodes {
-    /// The nodes of a tree, and the ranges of its leaves by number.
-    pub(crate) fn new(root: &Branch) -> (WideNodes, Vec<Range<usize>>) {
-        let (mut nodes, mut leaves) = (Vec::new(), Vec::new());
-        enter(root, &mut nodes, &mut leaves);
-        (WideNodes { nodes }, leaves)
+    /// The nodes of a tree.
+    pub(crate) fn new(nodes: &[Branches]) -> WideNodes {
+        WideNodes { nodes: nodes.iter().map(|branches| Node::new(branches)).collect() }
     }
 
     /// Visits the leaves that the ray meets before its reach, with the reach there is left: `visit` returns what is
@@ -89,24 +83,6 @@ impl WideNodes {
                 Some(branch) => next = branch,
                 None => return,
             }
-        }
-    }
-}
-
-/// Enters a branch and those below it; returns its number.
-fn enter(branch: &Branch, nodes: &mut Vec<Node>, leaves: &mut Vec<Range<usize>>) -> u32 {
-    match branch {
-        Branch::Leaf(range) => {
-            leaves.push(range.clone());
-            LEAF | (leaves.len() as u32 - 1)
-        }
-        Branch::Node(branches) => {
-            let own = nodes.len();
-            nodes.push(Node::new(&[]));
-            let numbered = |(bounds, branch): &(Bounds, Branch)| (*bounds, enter(branch, nodes, leaves));
-            let branches: Vec<_> = branches.iter().map(numbered).collect();
-            nodes[own] = Node::new(&branches);
-            own as u32
         }
     }
 }
@@ -200,7 +176,7 @@ mod tests {
     #[test]
     fn the_nearest_of_a_node_is_walked_first_and_what_is_out_of_reach_is_not() {
         let near = [3.0, MISSED, 1.0, MISSED, 4.0, 2.0, MISSED, 0.0];
-        let bounds = Bounds::EMPTY;
+        let bounds = Aabb::INVALID;
         let node = Node::new(&from_fn::<_, 8, _>(|k| (bounds, k as u32)));
         let mut later = PutOff::new();
         assert_eq!(later.add(&node, &near, 0b1011_0101, |_| ()), 7);

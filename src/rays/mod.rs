@@ -9,7 +9,6 @@
 pub(crate) mod accelerator;
 pub(crate) mod block_clusters;
 pub(crate) mod block_list;
-pub(crate) mod bounds;
 pub(crate) mod box_block;
 pub(crate) mod bvh;
 pub(crate) mod bvh_build;
@@ -23,7 +22,6 @@ pub(crate) mod purpose;
 pub(crate) mod query;
 pub(crate) mod ray;
 pub(crate) mod ray_offset;
-pub(crate) mod sah_bins;
 pub(crate) mod scene_rays;
 pub(crate) mod simd_block;
 pub mod sobol;

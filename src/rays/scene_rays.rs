@@ -9,10 +9,10 @@
 //! Not handled: scenes that change after they were made ready.
 
 use glam::{Vec3, Vec3A};
+use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 use crate::rays::accelerator::{Accelerator, MANY};
-use crate::rays::bounds::Bounds;
 use crate::rays::bvh::Bvh;
 use crate::rays::bvh_build::Layout;
 use crate::rays::crossings::settle;
@@ -306,12 +306,12 @@ impl Faces {
 
 /// Length of the diagonal of the box around triangles.
 fn diagonal(corners: &[[Vec3; 3]]) -> f32 {
-    let whole = boxes(corners, 0.0).into_par_iter().reduce(|| Bounds::EMPTY, Bounds::join);
-    (whole.high - whole.low).length()
+    let whole = boxes(corners, 0.0).into_par_iter().reduce(|| Aabb::INVALID, |a, b| a.union(&b));
+    whole.diagonal().length()
 }
 
 /// The triangles' boxes, padded.
-fn boxes(corners: &[[Vec3; 3]], pad: f32) -> Vec<Bounds> {
+fn boxes(corners: &[[Vec3; 3]], pad: f32) -> Vec<Aabb> {
     let padded = |c: &[Vec3; 3]| Triangle::new(*c).padded_box(pad);
     corners.par_iter().map(padded).collect()
 }

@@ -10,8 +10,8 @@
 //! Source: S. Woop, C. Benthin, I. Wald, *Watertight ray/triangle intersection*, JCGT 2(1), 2013.
 
 use glam::{Vec3, Vec3A, Vec3Swizzles};
+use obvhs::aabb::Aabb;
 
-use crate::rays::bounds::Bounds;
 use crate::rays::ray::Side;
 
 /// Three corners, one register for each axis: register 0 holds the corners' x.
@@ -50,10 +50,10 @@ impl Triangle {
     }
 
     /// Its bounding box, wider by `pad` on every side.
-    pub(crate) fn padded_box(&self, pad: f32) -> Bounds {
+    pub(crate) fn padded_box(&self, pad: f32) -> Aabb {
         let low = Vec3A::from_array(self.0.map(Vec3A::min_element));
         let high = Vec3A::from_array(self.0.map(Vec3A::max_element));
-        Bounds { low: low - pad, high: high + pad }
+        Aabb::new(low - pad, high + pad)
     }
 }
 
