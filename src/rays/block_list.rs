@@ -3,23 +3,24 @@
 //! One pass finds the blocks whose padded boxes the ray meets, a second tests their triangles. No order is kept: with
 //! few blocks, sorting them would cost more than it spares.
 //!
-//! Not handled: more than [`BLOCKS`] blocks; their faces go into a hierarchy.
+//! Blocks are found by splitting the faces' boxes in two by the surface area heuristic, until they fit: a ray meets a
+//! convex box in proportion to its area, and a block costs the same however full it is.
+//!
+//! Not handled: more than [`BLOCKS`] blocks; their faces go into a hierarchy. The search tries every split along every
+//! axis, n² log n in the worst case.
 
-use obvhs::aabb::Aabb;
 use std::array::from_fn;
 use std::ops::ControlFlow;
 
+use obvhs::aabb::Aabb;
 use pulp::{Arch, Simd};
 
-use crate::rays::box_block::{BoxBlock, BoxRay};
+use crate::rays::blocks::{Block, BoxBlock, BoxRay, PLACES, key, limit, place};
+use crate::rays::lanes::{LANES, Lane, MISSED, bits, least, least_of, most};
 use crate::rays::meetings::Faces;
-use crate::rays::query::{Candidate, Label, Query, SAME_PLACE, hit};
-use crate::rays::ray::Hit;
-use crate::rays::simd_block::{Block, LANES, Lane, MISSED, PLACES, key, least, least_of, limit, most, place};
-use crate::rays::triangle::{Meeting, Triangle};
-use crate::rays::vector_level::bits;
+use crate::rays::triangle::{Candidate, Hit, Label, Meeting, Query, SAME_PLACE, Triangle};
 
-/// Blocks there can be: a bit of u64 each, and a place for each triangle.
+/// Blocks at most: a bit of u64 each, and a place for each triangle.
 pub(crate) const BLOCKS: usize = PLACES / LANES;
 
 /// Faces in blocks; triangles and labels stand by place, eight to a block.
@@ -128,7 +129,7 @@ impl Faces for BlockList {
         } else {
             self.first_of_several(query)
         };
-        met.map(|(found, place)| hit(&found.meeting, self.labels[place].face))
+        met.map(|(found, place)| found.meeting.hit(self.labels[place].face))
     }
 
     #[inline(always)]
@@ -158,4 +159,60 @@ impl Faces for BlockList {
     fn clear<S: Simd>(&self, simd: S, query: &Query) -> bool {
         self.each(simd, query, |_, _| ControlFlow::Break(())).is_continue()
     }
+}
+
+/// Groups of at most `size` box numbers, each number once.
+pub(crate) fn clusters(boxes: &[Aabb], size: usize) -> Vec<Vec<u32>> {
+    let mut found = Vec::new();
+    let mut numbers: Vec<u32> = (0..boxes.len() as u32).collect();
+    split(boxes, &mut numbers, size, &mut found);
+    found
+}
+
+fn split(boxes: &[Aabb], numbers: &mut [u32], size: usize, found: &mut Vec<Vec<u32>>) {
+    if numbers.len() <= size {
+        if !numbers.is_empty() {
+            found.push(numbers.to_vec());
+        }
+        return;
+    }
+    let splits = (0..3).map(|axis| {
+        sort(boxes, numbers, axis);
+        let (cost, at) = cheapest(boxes, numbers, size);
+        (cost, axis, at)
+    });
+    let best = splits.min_by(|a, b| a.0.total_cmp(&b.0));
+    let (_, axis, at) = best.expect("three axes");
+    sort(boxes, numbers, axis);
+    let (left, right) = numbers.split_at_mut(at);
+    split(boxes, left, size, found);
+    split(boxes, right, size, found);
+}
+
+/// By centre along an axis, ties by number.
+fn sort(boxes: &[Aabb], numbers: &mut [u32], axis: usize) {
+    let center = |n: u32| boxes[n as usize].center()[axis];
+    numbers.sort_unstable_by(|&a, &b| center(a).total_cmp(&center(b)).then(a.cmp(&b)));
+}
+
+/// The least cost of a split in this order, and how many boxes are before it.
+fn cheapest(boxes: &[Aabb], numbers: &[u32], size: usize) -> (f32, usize) {
+    let n = numbers.len();
+    let before = areas(boxes, numbers.iter());
+    let after = areas(boxes, numbers.iter().rev());
+    let cost = |k: usize| {
+        let blocks = |k: usize| k.div_ceil(size) as f32;
+        before[k - 1] * blocks(k) + after[n - k - 1] * blocks(n - k)
+    };
+    let costs = (1..n).map(|k| (cost(k), k));
+    costs.min_by(|a, b| a.0.total_cmp(&b.0)).expect("more than one box")
+}
+
+/// Half the area of the box around the first, the first two, and so on.
+fn areas<'a>(boxes: &[Aabb], numbers: impl Iterator<Item = &'a u32>) -> Vec<f32> {
+    let grown = numbers.scan(Aabb::INVALID, |grown, &n| {
+        *grown = grown.union(&boxes[n as usize]);
+        Some(grown.half_area())
+    });
+    grown.collect()
 }

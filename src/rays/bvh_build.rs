@@ -23,7 +23,7 @@ use obvhs::ploc::morton::morton_encode_u64_unorm;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 
-use crate::rays::simd_block::LANES;
+use crate::rays::lanes::LANES;
 
 /// Branches of a node.
 pub(crate) const BRANCHES: usize = 8;

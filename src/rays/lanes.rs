@@ -1,12 +1,19 @@
-//! What vector instructions do that has no name common to all machines: a bit for each lane, and a word to the cache.
+//! Eight numbers side by side, in vector registers: what pulp has no name for, and what it does not inline.
 //!
-//! Results do not depend on them; where the level of instructions has none, others take their place or nothing is done.
+//! Results do not depend on the level of instructions: where it lacks one, others take its place or nothing is done.
 //!
 //! Not handled: registers of more than eight lanes.
 
 use pulp::Simd;
 
-use crate::rays::simd_block::{Lane, select};
+/// Triangles of a block, boxes of a node.
+pub(crate) const LANES: usize = 8;
+
+/// A number for each lane.
+pub(crate) type Lane<T> = [T; LANES];
+
+/// The distance of a lane that is not met.
+pub(crate) const MISSED: f32 = f32::MAX;
 
 /// A bit for each lane whose key is at most `limit`.
 #[inline(always)]
@@ -26,7 +33,7 @@ pub(crate) fn bits<S: Simd>(simd: S, keys: &Lane<f32>, limit: f32) -> u32 {
 /// The bit of each lane.
 const BIT: Lane<f32> = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
 
-/// Asks for memory that is likely to be read soon: a ray in a large tree waits for memory half of its time.
+/// Prefetches what is likely to be read soon: a ray in a large tree waits for memory half of its time.
 #[inline(always)]
 pub(crate) fn fetch<S: Simd, T>(simd: S, soon: &T) {
     #[cfg(target_arch = "x86_64")]
@@ -37,6 +44,35 @@ pub(crate) fn fetch<S: Simd, T>(simd: S, soon: &T) {
     let _ = (simd, soon);
 }
 
+/// The least of all lanes.
+#[inline(always)]
+pub(crate) fn least_of(lanes: &Lane<f32>) -> f32 {
+    let half: [f32; 4] = std::array::from_fn(|l| least(lanes[l], lanes[l + 4]));
+    least(least(half[0], half[2]), least(half[1], half[3]))
+}
+
+/// Of each lane `chosen` where the mask is set, else `other`.
+///
+/// pulp's own `select_f32s` need not be inlined, and where a build without link-time optimisation leaves it a function,
+/// the vector instruction within becomes one more call: rays then take half as long again.
+#[inline(always)]
+pub(crate) fn select<S: Simd>(simd: S, mask: S::m32s, chosen: S::f32s, other: S::f32s) -> S::f32s {
+    let [chosen, other] = [chosen, other].map(|lanes| simd.transmute_u32s_f32s(lanes));
+    simd.transmute_f32s_u32s(simd.select_u32s(mask, chosen, other))
+}
+
+/// The lesser; unlike `f32::min` one instruction, as NaN is not looked after.
+#[inline(always)]
+pub(crate) fn least(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The greater.
+#[inline(always)]
+pub(crate) fn most(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use std::any::Any;
@@ -45,7 +81,7 @@ mod x86 {
     use pulp::bytemuck::cast;
     use pulp::x86::V3;
 
-    use crate::rays::simd_block::Lane;
+    use crate::rays::lanes::Lane;
 
     /// Bytes that come at once.
     const LINE: usize = 64;
