@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-use crate::form_factors::geometry::shadow::Caster;
+use crate::form_factors::shadow::Caster;
 use crate::patches::Patches;
 use crate::rays::Side;
 

@@ -14,8 +14,8 @@ use crate::direct::luminaire::Luminaires;
 use crate::direct::normal_cone::Facing;
 use crate::direct::occlusion::Occlusion;
 use crate::direct::shaft_culling::{most_faces, sieve};
-use crate::form_factors::geometry::chebyshev::Rectangle;
-use crate::form_factors::geometry::shadow::Caster;
+use crate::form_factors::chebyshev::Rectangle;
+use crate::form_factors::shadow::Caster;
 use crate::patches::Patches;
 use crate::rays::Rays;
 

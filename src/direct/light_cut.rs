@@ -15,7 +15,7 @@ use crate::direct::light_sampling::{Chance, MOST_DRAWN, weigh};
 use crate::direct::light_tree::LightTree;
 use crate::direct::luminaire::Luminaires;
 use crate::direct::normal_cone::Facing;
-use crate::form_factors::geometry::chebyshev::Tiles;
+use crate::form_factors::chebyshev::Tiles;
 use crate::rays::Hit;
 
 /// Luminaires by closed form at most.

@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 
-use crate::form_factors::geometry::hull::bounds;
+use crate::form_factors::hull::bounds;
 
 /// Normals further apart than this cosine are parted before places are.
 const APART: f64 = 0.9;

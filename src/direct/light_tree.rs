@@ -16,7 +16,7 @@ use crate::direct::light_halving::{Placed, halve};
 use crate::direct::luminaire::{Luminaire, Luminaires};
 use crate::direct::moments::{Moments, Sums};
 use crate::direct::normal_cone::Facing;
-use crate::form_factors::geometry::hull::bounds;
+use crate::form_factors::hull::bounds;
 
 /// Some luminaires that lie together.
 #[derive(Clone, Debug)]

@@ -21,11 +21,11 @@ use crate::direct::emitting_triangle::{EmittingPoint, EmittingTriangle, polygons
 use crate::direct::large_emitters::carried;
 use crate::direct::luminaire_parts::divided;
 use crate::direct::luminaire_texture::{EmissionTexture, TOLERABLE, UnevenEmission, is_textured};
-use crate::form_factors::geometry::hull::bounds;
-use crate::form_factors::geometry::plane::sees_front;
-use crate::form_factors::geometry::shadow::{Caster, Pieces, visible_form};
-use crate::form_factors::geometry::silhouette::Outline;
+use crate::form_factors::hull::bounds;
+use crate::form_factors::lambert::Outline;
+use crate::form_factors::plane::sees_front;
 use crate::form_factors::point_to_polygon;
+use crate::form_factors::shadow::{Caster, Pieces, visible_form};
 use crate::light::Rgb;
 use crate::rays::Side;
 use crate::rays::warp::triangle_point;

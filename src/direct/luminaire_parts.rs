@@ -11,8 +11,8 @@
 use glam::DVec3;
 
 use crate::direct::light_halving::{Placed, halve};
-use crate::form_factors::geometry::hull::bounds;
-use crate::form_factors::geometry::silhouette::Outline;
+use crate::form_factors::hull::bounds;
+use crate::form_factors::lambert::Outline;
 use crate::scene::Scene;
 use crate::surfaces::connected::connected;
 

@@ -24,8 +24,8 @@ use crate::direct::luminaire::Luminaire;
 use crate::direct::occlusion::Occlusion;
 use crate::direct::shaft_culling::Between;
 use crate::direct::visibility::Lighting;
-use crate::form_factors::geometry::shadow::Pieces;
 use crate::form_factors::point_kernel;
+use crate::form_factors::shadow::Pieces;
 use crate::rays::Hit;
 use crate::surfaces::SurfacePoint;
 

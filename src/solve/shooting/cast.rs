@@ -15,7 +15,7 @@ use std::borrow::Cow;
 use rayon::prelude::*;
 
 use crate::direct::{Lighting, Luminaires, Occlusion, Sight, receive_emitted, receive_punctual};
-use crate::form_factors::rows::cast::hemisphere_ray;
+use crate::form_factors::cast::hemisphere_ray;
 use crate::form_factors::{Sampling, Variant, cast};
 use crate::light::{Rgb, Transport};
 use crate::operator::PatchMaterials;

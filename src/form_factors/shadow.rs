@@ -10,8 +10,8 @@
 
 use glam::DVec3;
 
-use crate::form_factors::geometry::lambert::signed_edges;
-use crate::form_factors::geometry::plane::{sees_front, towards};
+use crate::form_factors::lambert::signed_edges;
+use crate::form_factors::plane::{sees_front, towards};
 use crate::scene::convex_polygon::cut;
 
 /// Corners of a piece at most, where there is a limit: a quadrangle cut by the horizon and by a dozen cones.
@@ -249,7 +249,7 @@ pub(crate) fn visible_form<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::form_factors::geometry::lambert::point_to_polygon;
+    use crate::form_factors::lambert::point_to_polygon;
     use proptest::prelude::*;
 
     fn caster(corners: [DVec3; 3], tau: f64) -> Caster {

@@ -20,9 +20,8 @@
 
 use rayon::prelude::*;
 
-use crate::form_factors::rows::cast::{Caster, Variant};
-use crate::form_factors::rows::sparse::Rows;
-use crate::form_factors::{Progress, Sampling};
+use crate::form_factors::cast::{Caster, Progress, Sampling, Variant};
+use crate::form_factors::sparse::Rows;
 use crate::patches::Patches;
 use crate::rays::{Hit, Ray, Rays};
 

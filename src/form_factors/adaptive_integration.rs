@@ -14,6 +14,22 @@ pub struct Estimate {
     pub error: f64,
 }
 
+/// How accurate a form factor must be.
+#[derive(Clone, Copy, Debug)]
+pub struct Tolerance {
+    /// Share of the form factor.
+    pub relative: f64,
+    /// Where this is more.
+    pub absolute: f64,
+}
+
+impl Tolerance {
+    /// The error allowed in a form factor of this value.
+    pub fn of(&self, value: f64) -> f64 {
+        self.absolute.max(self.relative * value)
+    }
+}
+
 /// A part of the domain with the integral over it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cell<P> {

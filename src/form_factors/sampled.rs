@@ -13,8 +13,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::form_factors::objects::adaptive_integration::Estimate;
-use crate::form_factors::objects::exact::Tolerance;
+use crate::form_factors::adaptive_integration::{Estimate, Tolerance};
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::{cosine_direction, triangle_point};
 use crate::rays::{Hit, Ray, Rays, Side};

@@ -10,8 +10,10 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::form_factors::geometry::plane::{Plane, area_vector, plane_of, split};
-use crate::form_factors::objects::contour_integral::Edge;
+use crate::form_factors::plane::{Plane, area_vector, plane_of, split};
+
+/// A directed edge.
+pub(crate) type Edge = [DVec3; 2];
 
 /// A flat piece of surface with a front.
 #[derive(Clone, Debug)]

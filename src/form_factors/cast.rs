@@ -1,17 +1,39 @@
-//! Rows of F by hemisphere rays: Owen-scrambled Sobol points over position × direction.
+//! Rows of F by hemisphere rays, and checks of them.
 //!
-//! One cast serves several variants of tau: each ray's crossings are found once (all of them when any variant's tau
-//! is above 0, the first only when none is) and weighted for each. Rows that reflect nothing, and columns that send
-//! nothing, are not stored; where no column is left, no ray is cast.
+//! Rays start at Owen-scrambled Sobol points over position × direction. One cast serves several variants of tau: each
+//! ray's crossings are found once (all of them when any variant's tau is above 0, the first only when none is) and
+//! weighted for each. Rows that reflect nothing, and columns that send nothing, are not stored; where no column remains,
+//! no ray is cast.
+//!
+//! Not handled: numbers of rays that follow from an error; callers give them.
 
 use rayon::prelude::*;
 
-use crate::form_factors::rows::sparse::Rows;
-use crate::form_factors::{Progress, Sampling};
+use crate::form_factors::sparse::Rows;
 use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::cosine_direction;
 use crate::rays::{Hit, Ray, Rays};
+
+/// How many rays, and which.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampling {
+    /// Hemisphere rays a patch, for the rows of F.
+    pub rays: u32,
+    /// Receiver points a patch and luminaire, each with one visibility ray, for light as emitted.
+    pub emitter_rays: u32,
+    /// Chooses the scrambling of the points; the same seed gives the same bits.
+    pub seed: u32,
+}
+
+impl Default for Sampling {
+    fn default() -> Self {
+        Sampling { rays: 256, emitter_rays: 64, seed: 0 }
+    }
+}
+
+/// Called with the number of rows that were just finished.
+pub type Progress<'a> = &'a (dyn Fn(u64) + Sync);
 
 /// One choice of tau, and the part of F it needs.
 #[derive(Clone, Debug)]
@@ -229,4 +251,53 @@ impl<'a> Caster<'a> {
 pub(crate) fn hemisphere_ray(patches: &Patches, i: usize, at: impl Fn(usize) -> f32) -> Ray {
     let from = patches.point(i, at(0), at(1));
     Ray { origin: from.position, direction: cosine_direction(from.normal, at(2), at(3)), source: Some(from.face) }
+}
+
+/// Sums of the rows of F: 1 in a closed opaque scene, less where light escapes or meets black backs, more where
+/// surfaces transmit.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Closure {
+    /// The smallest row sum.
+    pub min: f64,
+    /// The largest row sum.
+    pub max: f64,
+    /// The area-weighted mean.
+    pub mean: f64,
+}
+
+/// Row sums over the patches rays were cast from; `None` where no ray was cast at all.
+pub fn closure(f: &FormFactors, areas: &[f64]) -> Option<Closure> {
+    let mut found: Option<Closure> = None;
+    let (mut weighted, mut area) = (0.0, 0.0);
+    for (sum, a) in f.row_sums.iter().zip(areas) {
+        let Some(sum) = sum.map(f64::from) else {
+            continue;
+        };
+        weighted += a * sum;
+        area += a;
+        let (min, max) = found.map_or((sum, sum), |c| (c.min.min(sum), c.max.max(sum)));
+        let mean = weighted / area;
+        found = Some(Closure { min, max, mean });
+    }
+    found
+}
+
+/// Reciprocity residual: the Frobenius norm of `A F - (A F)^T` over that of `A F`, A the diagonal of areas.
+///
+/// Noise of the rays makes it positive even where F is right; 0 for an empty matrix.
+pub fn reciprocity(f: &Rows, areas: &[f64]) -> f64 {
+    let transposed = f.transposed();
+    let (mut residual, mut norm) = (0.0, 0.0);
+    for i in 0..f.len() {
+        let (columns, values) = f.row(i);
+        for (&j, &value) in columns.iter().zip(values) {
+            let sent = areas[i] * value as f64;
+            let back = areas[j as usize] * transposed.get(i, j) as f64;
+            // A pair stored on one side only is met once: count it for both.
+            let twice = if back == 0.0 { 2.0 } else { 1.0 };
+            residual += twice * (sent - back).powi(2);
+            norm += sent * sent;
+        }
+    }
+    if norm > 0.0 { (residual / norm).sqrt() } else { 0.0 }
 }
