@@ -8,7 +8,7 @@
 use glam::DVec3;
 
 use crate::scene::Scene;
-use crate::surfaces::connected::connected;
+use crate::surfaces::coplanar::connected;
 
 /// Faces times corners of one lamp at most: a fifth of a second.
 const MOST_TESTS: usize = 200_000_000;

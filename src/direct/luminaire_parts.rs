@@ -14,7 +14,7 @@ use crate::direct::light_halving::{Placed, halve};
 use crate::form_factors::hull::bounds;
 use crate::form_factors::lambert::Outline;
 use crate::scene::Scene;
-use crate::surfaces::connected::connected;
+use crate::surfaces::coplanar::connected;
 
 /// Luminaires that each receiver asks one by one, at most.
 pub(crate) const FEW: usize = 16;

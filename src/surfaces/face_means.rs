@@ -3,14 +3,14 @@
 //! Exporters map the leaves of a tree, all of them, onto the same few triangles of a texture: what agrees in material
 //! and coordinates is integrated once.
 //!
-//! Not handled: parts of faces; callers ask the [`Scene`] for those.
+//! Not handled: parts of faces; [`Scene::means`] integrates those.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::scene::{Means, Scene};
 
-/// Stands for a face whose material is the same everywhere.
+/// A face whose material is the same everywhere.
 const NONE: u32 = u32::MAX;
 
 /// Material, and the bits of coordinates and colours at the corners: what the means of a whole face depend on.
