@@ -105,7 +105,7 @@ struct CastRow {
     sum: Option<f32>,
 }
 
-/// Casts rays from the patches and fills F for every variant; also tells how many rays were cast.
+/// Casts rays from the patches and fills F for every variant; also returns how many rays were cast.
 pub fn cast(
     rays: &Rays,
     patches: &Patches,
@@ -117,7 +117,7 @@ pub fn cast(
 }
 
 /// Casts a number of rays of its own from each patch, instead of that of `sampling`, and fills F for every variant;
-/// also tells how many rays were cast.
+/// also returns how many rays were cast.
 ///
 /// # Panics
 /// If there are fewer numbers than patches.

@@ -1,4 +1,4 @@
-//! Form factors between whole bodies of flat faces, in double precision and to any accuracy asked for.
+//! Form factors between whole bodies of flat faces, in double precision and to any requested accuracy.
 //!
 //! ```text
 //! A_i F_ij = sum over facets a of i, b of j of  ∫_a ∫_b cos cos / (pi r²) T dA dA
@@ -193,7 +193,7 @@ fn unoccluded(link: &Link) -> Estimate {
     if distance_over_size(a, b) < FAR {
         return contour_integral::exchange(&a.edges, &b.edges);
     }
-    // Lambert's formula keeps a share of 1e-16 FAR² of a form factor this small; more cannot be asked for.
+    // Lambert's formula keeps a share of 1e-16 FAR² of a form factor this small; no more is possible.
     let goal = |value: f64| 1e-8 * value;
     cubature::exchange(std::slice::from_ref(link), goal, MOST_OPEN)
 }

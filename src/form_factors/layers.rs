@@ -54,8 +54,8 @@ struct Crossing {
     weight: f32,
 }
 
-/// Casts rays from the patches that receive and keeps their crossings with those that send; also tells how many rays
-/// were cast.
+/// Casts rays from the patches that receive and keeps their crossings with those that send; also returns how many
+/// rays were cast.
 ///
 /// `own` has each material's own tau, at the factor t = 1.
 pub fn cast_layers(

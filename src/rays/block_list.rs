@@ -14,88 +14,62 @@ use std::ops::ControlFlow;
 
 use obvhs::aabb::Aabb;
 use pulp::{Arch, Simd};
+use smallvec::SmallVec;
 
-use crate::rays::blocks::{Block, BoxBlock, BoxRay, PLACES, key, limit, place};
-use crate::rays::lanes::{LANES, Lane, MISSED, bits, least, least_of, most};
+use crate::rays::blocks::{Block, BoxBlock, BoxRay};
+use crate::rays::lanes::{LANES, Lane, MISSED, bits, least, least_of};
 use crate::rays::meetings::Faces;
 use crate::rays::triangle::{Candidate, Hit, Label, Meeting, Query, SAME_PLACE, Triangle};
 
-/// Blocks at most: a bit of u64 each, and a place for each triangle.
-pub(crate) const BLOCKS: usize = PLACES / LANES;
+/// Blocks at most: a bit of u64 each.
+pub(crate) const BLOCKS: usize = u64::BITS as usize;
 
-/// Faces in blocks; triangles and labels stand by place, eight to a block.
+/// Faces in blocks.
 pub(crate) struct BlockList {
     arch: Arch,
     boxes: Vec<BoxBlock>,
     blocks: Vec<Block>,
-    triangles: Vec<Triangle>,
-    labels: Vec<Label>,
+    faces: Vec<[u32; LANES]>,
 }
 
 impl BlockList {
     /// Puts clusters of at most [`LANES`] triangles into blocks, at most [`BLOCKS`]; their boxes are padded.
     pub(crate) fn new(clusters: &[Vec<(Triangle, Label)>], pad: f32) -> Self {
-        let nothing = (Triangle::NOTHING, Label::NONE);
-        let padded = clusters.iter().flat_map(|cluster| {
-            let lanes = |lane| cluster.get(lane).copied().unwrap_or(nothing);
-            (0..LANES).map(lanes)
-        });
-        let (triangles, labels) = padded.unzip();
         let around = |own: &Vec<(Triangle, Label)>| {
             own.iter().fold(Aabb::INVALID, |all, (triangle, _)| all.union(&triangle.padded_box(pad)))
         };
         let boxes = |own: &[Vec<(Triangle, Label)>]| BoxBlock::new(|k| own.get(k).map_or(Aabb::INVALID, around));
-        BlockList {
-            arch: Arch::new(),
-            boxes: clusters.chunks(LANES).map(boxes).collect(),
-            blocks: clusters.iter().map(|own| Block::new(own)).collect(),
-            triangles,
-            labels,
-        }
+        let (blocks, faces) = clusters.iter().map(|own| Block::new(own)).unzip();
+        BlockList { arch: Arch::new(), boxes: clusters.chunks(LANES).map(boxes).collect(), blocks, faces }
     }
 
-    /// A bit for each block whose box the ray meets.
+    /// The blocks whose boxes the ray meets, in order.
     #[inline(always)]
-    fn near<S: Simd>(&self, simd: S, query: &Query) -> u64 {
+    fn near<S: Simd>(&self, simd: S, query: &Query) -> impl Iterator<Item = usize> {
         let ray = BoxRay::new(simd, query);
         let mut near = 0;
         for (k, boxes) in self.boxes.iter().enumerate() {
             let met = bits(simd, &ray.distances(simd, boxes, query.end), 0.5 * MISSED);
             near |= u64::from(met) << (LANES * k);
         }
-        near
-    }
-
-    /// The keys of a block's triangles.
-    #[inline(always)]
-    fn keys(&self, b: usize, query: &Query) -> Lane<f32> {
-        let (keys, sure) = self.blocks[b].keys(query, b * LANES);
-        if sure { keys } else { self.exact_keys(b, query) }
-    }
-
-    /// The keys of a block's triangles by the exact test.
-    #[cold]
-    fn exact_keys(&self, b: usize, query: &Query) -> Lane<f32> {
-        from_fn(|lane| {
-            let place = b * LANES + lane;
-            self.candidate(place, query).map_or(MISSED, |found| key(found.meeting.t, place))
+        std::iter::from_fn(move || {
+            let next = (near != 0).then_some(near.trailing_zeros() as usize);
+            near &= near.wrapping_sub(1);
+            next
         })
     }
 
-    /// The meeting with the triangle of a place, if it counts.
+    /// The distance of every lane of a block.
     #[inline(always)]
-    fn candidate(&self, place: usize, query: &Query) -> Option<Candidate> {
-        query.candidate(&self.triangles[place], self.labels[place].plane, query.end)
+    fn distances(&self, b: usize, query: &Query) -> Lane<f32> {
+        let (distances, sure) = self.blocks[b].distances(query, query.end);
+        if sure { distances } else { self.exact_distances(b, query) }
     }
 
-    /// The first meeting, and its place, where several are close together.
     #[cold]
-    fn first_of_several(&self, query: &Query) -> Option<(Candidate, usize)> {
-        let met = (0..self.labels.len()).filter_map(|place| Some((self.candidate(place, query)?, place)));
-        met.reduce(|best, next| {
-            let by_face = || self.labels[next.1].face < self.labels[best.1].face;
-            if next.0.precedes(&best.0, by_face) { next } else { best }
-        })
+    fn exact_distances(&self, b: usize, query: &Query) -> Lane<f32> {
+        let met = |lane| self.blocks[b].candidate(query, lane, query.end);
+        from_fn(|lane| met(lane).map_or(MISSED, |found| found.meeting.t))
     }
 }
 
@@ -107,29 +81,31 @@ impl Faces for BlockList {
 
     #[inline(always)]
     fn first<S: Simd>(&self, simd: S, query: &Query) -> Option<Hit> {
-        let (mut first, mut second) = ([MISSED; LANES], [MISSED; LANES]);
-        let mut near = self.near(simd, query);
-        while near != 0 {
-            let keys = self.keys(near.trailing_zeros() as usize, query);
-            near &= near - 1;
-            for l in 0..LANES {
-                second[l] = least(second[l], most(first[l], keys[l]));
-                first[l] = least(first[l], keys[l]);
-            }
+        let mut met: SmallVec<[(usize, Lane<f32>); 16]> = SmallVec::new();
+        let mut nearest = [MISSED; LANES];
+        for b in self.near(simd, query) {
+            let distances = self.distances(b, query);
+            nearest = from_fn(|lane| least(nearest[lane], distances[lane]));
+            met.push((b, distances));
         }
-        let key = least_of(&first);
-        if key == MISSED {
+        let nearest = least_of(&nearest);
+        if nearest == MISSED {
             return None;
         }
-        let limit = limit(key, SAME_PLACE);
-        let alone = bits(simd, &first, limit).is_power_of_two() && bits(simd, &second, limit) == 0;
-        let met = if alone {
-            let place = place(key);
-            self.candidate(place, query).map(|found| (found, place))
-        } else {
-            self.first_of_several(query)
-        };
-        met.map(|(found, place)| found.meeting.hit(self.labels[place].face))
+        let mut best: Option<(Candidate, u32)> = None;
+        for (b, distances) in &met {
+            let mut lanes = bits(simd, distances, nearest + SAME_PLACE);
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros() as usize;
+                lanes &= lanes - 1;
+                let Some(candidate) = self.blocks[*b].candidate(query, lane, query.end) else { continue };
+                let face = self.faces[*b][lane];
+                if best.as_ref().is_none_or(|(other, first)| candidate.precedes(other, || face < *first)) {
+                    best = Some((candidate, face));
+                }
+            }
+        }
+        best.map(|(found, face)| found.meeting.hit(face))
     }
 
     #[inline(always)]
@@ -139,25 +115,15 @@ impl Faces for BlockList {
         query: &Query,
         mut meet: impl FnMut(Meeting, u32) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        let mut near = self.near(simd, query);
-        while near != 0 {
-            let b = near.trailing_zeros() as usize;
-            near &= near - 1;
-            let mut met = bits(simd, &self.keys(b, query), 0.5 * MISSED);
-            while met != 0 {
-                let place = b * LANES + met.trailing_zeros() as usize;
-                met &= met - 1;
-                if let Some(found) = self.candidate(place, query) {
-                    meet(found.meeting, self.labels[place].face)?;
-                }
-            }
+        for b in self.near(simd, query) {
+            self.blocks[b].meet(simd, query, query.end, |found, lane| meet(found.meeting, self.faces[b][lane]))?;
         }
         ControlFlow::Continue(())
     }
 
     #[inline(always)]
     fn clear<S: Simd>(&self, simd: S, query: &Query) -> bool {
-        self.each(simd, query, |_, _| ControlFlow::Break(())).is_continue()
+        self.near(simd, query).all(|b| self.blocks[b].is_clear(simd, query))
     }
 }
 

@@ -11,22 +11,14 @@
 //! Not handled: registers of more than eight lanes.
 
 use std::array::from_fn;
+use std::ops::ControlFlow;
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use pulp::Simd;
 
-use crate::rays::lanes::{LANES, Lane, MISSED, least, most, select};
-use crate::rays::triangle::{Label, Query, Triangle};
-
-/// Bits of a key that tell the place in place of t's last.
-const PLACE_BITS: u32 = 9;
-
-/// Places there are keys for.
-pub(crate) const PLACES: usize = 1 << PLACE_BITS;
-
-/// The place's bits within a key.
-const PLACE: u32 = (1 << PLACE_BITS) - 1;
+use crate::rays::lanes::{LANES, Lane, MISSED, bits, least, most, select};
+use crate::rays::triangle::{Candidate, Label, Query, Triangle};
 
 /// Corners by axis, then by corner, and the triangles' planes. Empty lanes hold NaN, which meets nothing.
 #[repr(align(64))]
@@ -36,8 +28,8 @@ pub(crate) struct Block {
 }
 
 impl Block {
-    /// At most [`LANES`] triangles, each with its plane.
-    pub(crate) fn new(triangles: &[(Triangle, Label)]) -> Self {
+    /// A block of at most [`LANES`] triangles, and their faces by lane.
+    pub(crate) fn new(triangles: &[(Triangle, Label)]) -> (Block, [u32; LANES]) {
         let mut block = Block { corners: [[[f32::NAN; LANES]; 3]; 3], planes: [0; LANES] };
         for (lane, (triangle, label)) in triangles.iter().enumerate() {
             for (own, along) in block.corners.iter_mut().zip(triangle.0) {
@@ -47,41 +39,16 @@ impl Block {
             }
             block.planes[lane] = label.plane;
         }
-        block
+        (block, from_fn(|lane| triangles.get(lane).map_or(u32::MAX, |(_, label)| label.face)))
     }
 
-    /// The triangle of a lane.
-    #[inline]
-    pub(crate) fn triangle(&self, lane: usize) -> Triangle {
-        let along = |axis: &[Lane<f32>; 3]| Vec3A::from_array(axis.each_ref().map(|c| c[lane]));
-        Triangle(self.corners.each_ref().map(along))
-    }
-
-    /// The plane of a lane's triangle.
-    #[inline]
-    pub(crate) fn plane(&self, lane: usize) -> u32 {
-        self.planes[lane]
-    }
-
-    /// The key of every lane, its place being `first` plus the lane; false if only the exact test can decide.
-    #[inline(always)]
-    pub(crate) fn keys(&self, query: &Query, first: usize) -> (Lane<f32>, bool) {
-        self.met(query, query.end, |t, lane| key(t, first + lane))
-    }
-
-    /// The distance of every lane met before `reach`; false if only the exact test can decide.
-    #[inline(always)]
-    pub(crate) fn distances(&self, query: &Query, reach: f32) -> (Lane<f32>, bool) {
-        self.met(query, reach, |t, _| t)
-    }
-
-    /// What `of` makes of the distance of every lane met before `reach`.
+    /// The distance of every lane met before `reach`, else [`MISSED`]; false if only the exact test can decide.
     ///
     /// Signs are compared through the product of the least and the greatest edge function: below 0 they differ. Where
     /// it is 0, or so small that it vanishes, the signs are in doubt.
     #[inline(always)]
-    fn met(&self, query: &Query, reach: f32, of: impl Fn(f32, usize) -> f32) -> (Lane<f32>, bool) {
-        let (mut keys, mut doubt) = ([MISSED; LANES], [0u32; LANES]);
+    pub(crate) fn distances(&self, query: &Query, reach: f32) -> (Lane<f32>, bool) {
+        let (mut distances, mut doubt) = ([MISSED; LANES], [0u32; LANES]);
         let shear = &query.shear;
         let [x, y, z] = shear.axes.map(|axis| &self.corners[axis]);
         let [ox, oy, oz] = shear.origin;
@@ -100,30 +67,51 @@ impl Block {
             let plane = self.planes[l];
             let skipped = (plane == query.skip[0]) | (plane == query.skip[1]);
             let met = (signs > 0.0) & (t > 0.0) & (t < reach) & !skipped;
-            keys[l] = if met { of(t, l) } else { MISSED };
+            distances[l] = if met { t } else { MISSED };
             doubt[l] = u32::from(signs == 0.0);
         }
-        (keys, doubt.into_iter().fold(0, |a, b| a | b) == 0)
+        (distances, doubt.into_iter().fold(0, |a, b| a | b) == 0)
     }
-}
 
-/// t, its last bits replaced by the place: keys sort by t, and the least one names its triangle.
-#[inline(always)]
-pub(crate) fn key(t: f32, place: usize) -> f32 {
-    f32::from_bits((t.to_bits() & !PLACE) | place as u32)
-}
+    /// The meeting with the triangle of a lane, if it counts and is before `reach`.
+    #[inline(always)]
+    pub(crate) fn candidate(&self, query: &Query, lane: usize, reach: f32) -> Option<Candidate> {
+        let along = |axis: &[Lane<f32>; 3]| Vec3A::from_array(axis.each_ref().map(|c| c[lane]));
+        query.candidate(&Triangle(self.corners.each_ref().map(along)), self.planes[lane], reach)
+    }
 
-/// The place a key names.
-#[inline(always)]
-pub(crate) fn place(key: f32) -> usize {
-    (key.to_bits() & PLACE) as usize
-}
+    /// Calls `meet` with the meetings before `reach` and their lanes, until it breaks.
+    #[inline(always)]
+    pub(crate) fn meet<S: Simd>(
+        &self,
+        simd: S,
+        query: &Query,
+        reach: f32,
+        mut meet: impl FnMut(Candidate, usize) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let (distances, sure) = self.distances(query, reach);
+        let all = u32::MAX >> (u32::BITS - LANES as u32);
+        let mut met = if sure { bits(simd, &distances, 0.5 * MISSED) } else { all };
+        while met != 0 {
+            let lane = met.trailing_zeros() as usize;
+            met &= met - 1;
+            if let Some(candidate) = self.candidate(query, lane, reach) {
+                meet(candidate, lane)?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
 
-/// The greatest key of any t at most `window` beyond this one's.
-#[inline(always)]
-pub(crate) fn limit(key_: f32, window: f32) -> f32 {
-    let latest = f32::from_bits(key_.to_bits() | PLACE) + window;
-    f32::from_bits(latest.to_bits() | PLACE)
+    /// Whether there is no meeting.
+    #[inline(always)]
+    pub(crate) fn is_clear<S: Simd>(&self, simd: S, query: &Query) -> bool {
+        let (distances, sure) = self.distances(query, query.end);
+        if sure {
+            bits(simd, &distances, 0.5 * MISSED) == 0
+        } else {
+            (0..LANES).all(|lane| self.candidate(query, lane, query.end).is_none())
+        }
+    }
 }
 
 /// The boxes' ends by end (low, high), axis and box.

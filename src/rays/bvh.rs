@@ -37,9 +37,7 @@ impl Bvh {
         let nodes = layout.nodes.iter().map(|branches| Node::new(branches)).collect();
         let leaf = |range: &Range<usize>| {
             let own = layout.order[range.clone()].iter().filter_map(|&i| face(i));
-            let own: Vec<(Triangle, Label)> = own.collect();
-            let face = |lane: usize| own.get(lane).map_or(u32::MAX, |(_, label)| label.face);
-            (Block::new(&own), std::array::from_fn(face))
+            Block::new(&own.collect::<Vec<_>>())
         };
         let (blocks, faces) = layout.leaves.par_iter().with_min_len(64).map(leaf).unzip();
         Bvh { arch: Arch::new(), nodes, blocks, faces }
@@ -85,28 +83,6 @@ impl Bvh {
     }
 }
 
-/// Calls `meet` with the meetings with a block's triangles before `reach` and their lanes, until it breaks.
-#[inline(always)]
-fn meet_block<S: Simd>(
-    simd: S,
-    block: &Block,
-    query: &Query,
-    reach: f32,
-    mut meet: impl FnMut(Candidate, usize) -> ControlFlow<()>,
-) -> ControlFlow<()> {
-    let (distances, sure) = block.distances(query, reach);
-    let all = u32::MAX >> (u32::BITS - LANES as u32);
-    let mut met = if sure { bits(simd, &distances, 0.5 * MISSED) } else { all };
-    while met != 0 {
-        let lane = met.trailing_zeros() as usize;
-        met &= met - 1;
-        if let Some(candidate) = query.candidate(&block.triangle(lane), block.plane(lane), reach) {
-            meet(candidate, lane)?;
-        }
-    }
-    ControlFlow::Continue(())
-}
-
 /// The best meeting so far.
 #[derive(Clone, Copy)]
 struct Found {
@@ -134,8 +110,7 @@ impl Faces for Bvh {
         let mut best: Option<Found> = None;
         self.walk(simd, query, |leaf, mut reach| {
             let window = best.map_or(query.end, |best| best.candidate.meeting.t + SAME_PLACE);
-            let block = &self.blocks[leaf];
-            let _ = meet_block(simd, block, query, window, |candidate, lane| {
+            let _ = self.blocks[leaf].meet(simd, query, window, |candidate, lane| {
                 let found = Found { candidate, leaf, lane };
                 if best.as_ref().is_none_or(|best| found.precedes(best, self)) {
                     reach = candidate.meeting.t;
@@ -158,7 +133,7 @@ impl Faces for Bvh {
         let mut flow = ControlFlow::Continue(());
         self.walk(simd, query, |leaf, reach| {
             let met = |found: Candidate, lane| meet(found.meeting, self.face(leaf, lane));
-            flow = meet_block(simd, &self.blocks[leaf], query, query.end, met);
+            flow = self.blocks[leaf].meet(simd, query, query.end, met);
             if flow.is_break() { STOP } else { reach }
         });
         flow
@@ -168,13 +143,7 @@ impl Faces for Bvh {
     fn clear<S: Simd>(&self, simd: S, query: &Query) -> bool {
         let mut clear = true;
         self.walk(simd, query, |leaf, reach| {
-            let block = &self.blocks[leaf];
-            let (distances, sure) = block.distances(query, query.end);
-            clear = if sure {
-                bits(simd, &distances, 0.5 * MISSED) == 0
-            } else {
-                meet_block(simd, block, query, query.end, |_, _| ControlFlow::Break(())).is_continue()
-            };
+            clear = self.blocks[leaf].is_clear(simd, query);
             if clear { reach } else { STOP }
         });
         clear

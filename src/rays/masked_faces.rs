@@ -80,21 +80,21 @@ impl MaskedFaces {
         self.tree.all(query, &mut hits);
         hits.extend(other);
         settle(&mut hits, planes);
-        let mut left = 1.0;
+        let mut remaining = 1.0;
         for hit in hits {
-            let share = match left < LITTLE {
+            let share = match remaining < LITTLE {
                 true => f32::from(u8::from(self.is_there(&hit))),
                 false => self.share(&hit),
             };
             if share > 0.0 {
-                out.push((hit, left * share));
-                left *= 1.0 - share;
+                out.push((hit, remaining * share));
+                remaining *= 1.0 - share;
             }
-            if left == 0.0 {
+            if remaining == 0.0 {
                 break;
             }
         }
-        left
+        remaining
     }
 
     /// Appends every meeting with a surface to `out`, in no order.

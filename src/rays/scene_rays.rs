@@ -1,6 +1,6 @@
 //! A scene's faces ready for rays: the first face met, every face met in order, and whether two points see each other.
 //!
-//! Faces that can lie between no two points of the scene are found once and left out where both ends lie on the scene.
+//! Faces that can lie between no two points of the scene are found once and skipped where both ends lie on the scene.
 //! Where there is a sky, a ray meets it last of all, and where no face is met; it lies between no two points. Faces
 //! with masks are met where there is a surface ([`crate::rays::masked_faces`]).
 //!
@@ -112,14 +112,14 @@ impl Rays {
         let query = self.query(ray);
         let whole = self.tree.closest(&query);
         let mut seen = Seen::new();
-        let left = match &self.masked {
+        let remaining = match &self.masked {
             Some(masked) => masked.seen(&query, whole, &self.planes, &mut seen),
             None => {
                 seen.extend(whole.map(|hit| (hit, 1.0)));
                 if whole.is_some() { 0.0 } else { 1.0 }
             }
         };
-        seen.extend(self.sky_met(ray).filter(|_| left > 0.0).map(|hit| (hit, left)));
+        seen.extend(self.sky_met(ray).filter(|_| remaining > 0.0).map(|hit| (hit, remaining)));
         seen
     }
 

@@ -66,9 +66,6 @@ pub(crate) struct Shear {
 }
 
 impl Triangle {
-    /// Meets no line.
-    pub(crate) const NOTHING: Triangle = Triangle([Vec3A::NAN; 3]);
-
     pub(crate) fn new([a, b, c]: [Vec3; 3]) -> Self {
         Triangle([0, 1, 2].map(|axis| Vec3A::new(a[axis], b[axis], c[axis])))
     }
@@ -183,11 +180,6 @@ pub(crate) struct Query {
     pub direction: Vec3A,
     pub end: f32,
     pub skip: [u32; 2],
-}
-
-impl Label {
-    /// Of no face.
-    pub(crate) const NONE: Label = Label { face: u32::MAX, plane: NO_PLANE };
 }
 
 impl Query {

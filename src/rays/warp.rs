@@ -58,7 +58,7 @@ fn about_z(u1: f32, u2: f32) -> (f32, f32, f32) {
     (x, y, z)
 }
 
-/// Sine and cosine of r pi/4 for r from -1 to 1, by their power series; what is left out is below 3e-8.
+/// Sine and cosine of r pi/4 for r from -1 to 1, by their power series; the remainder is below 3e-8.
 #[inline(always)]
 fn of_eighth(r: f32) -> (f32, f32) {
     const T: f32 = FRAC_PI_4;

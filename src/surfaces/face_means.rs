@@ -70,7 +70,7 @@ mod tests {
                 continue;
             };
             let part = scene.means(face, scene.corners(face));
-            // Points tell coordinates within some 1e-6, so 48 texels within 1e-4 of one; a mask's points are 1/576
+            // Points give coordinates within some 1e-6, so 48 texels within 1e-4 of one; a mask's points are 1/576
             // each.
             let apart = [whole.rho - part.rho, whole.emission - part.emission].map(|d| d.abs().max_element());
             assert!(apart[0].max(apart[1]) < 2e-3 && (whole.coverage - part.coverage).abs() < 2e-3, "{face} {apart:?}");
