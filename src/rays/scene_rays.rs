@@ -71,14 +71,13 @@ impl Rays {
         let (masked, whole): (Vec<u32>, Vec<u32>) = (0..scene.solid_faces()).partition(|&face| scene.is_masked(face));
         let faces = Faces::new(scene, many);
         let inner = occluders(scene, &faces.planes);
-        let occluders = match inner.len() {
-            0 => Occluders::None,
-            n if n == masked.len() + whole.len() => Occluders::All,
-            _ if masked.is_empty() => Occluders::Some(faces.tree(&inner)),
-            _ => {
-                let whole: Vec<u32> = inner.iter().copied().filter(|&face| !scene.is_masked(face)).collect();
-                Occluders::Some(faces.tree(&whole))
-            }
+        let occluders = if inner.is_empty() {
+            Occluders::None
+        } else if inner.len() == scene.solid_faces() as usize {
+            Occluders::All
+        } else {
+            let inner: Vec<u32> = inner.iter().copied().filter(|&face| !scene.is_masked(face)).collect();
+            Occluders::Some(faces.tree(&inner))
         };
         Rays {
             occluding: inner,
