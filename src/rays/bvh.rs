@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use crate::rays::blocks::{Block, BoxBlock, BoxRay};
 use crate::rays::bvh_build::{BRANCHES, LEAF, Layout};
-use crate::rays::lanes::{LANES, Lane, MISSED, bits, fetch};
+use crate::rays::lanes::{LANES, Lane, MISSED, bits, prefetch};
 use crate::rays::meetings::Faces;
 use crate::rays::triangle::{Candidate, Hit, Label, Meeting, Query, SAME_PLACE, Triangle};
 
@@ -54,11 +54,11 @@ impl Bvh {
     #[inline(always)]
     fn walk<S: Simd>(&self, simd: S, query: &Query, mut visit: impl FnMut(usize, f32) -> f32) {
         let ahead = |branch: u32| match branch & LEAF {
-            0 => fetch(simd, &self.nodes[branch as usize]),
-            _ => fetch(simd, &self.blocks[(branch & !LEAF) as usize]),
+            0 => prefetch(simd, &self.nodes[branch as usize]),
+            _ => prefetch(simd, &self.blocks[(branch & !LEAF) as usize]),
         };
         let ray = BoxRay::new(simd, query);
-        let mut later = PutOff::new();
+        let mut stack = Stack::new();
         let (mut next, mut reach) = (0, query.end);
         loop {
             if next & LEAF == 0 {
@@ -66,7 +66,7 @@ impl Bvh {
                 let near = ray.distances(simd, &node.boxes, reach);
                 let met = bits(simd, &near, 0.5 * MISSED);
                 if met != 0 {
-                    next = later.add(node, &near, met, ahead);
+                    next = stack.push_met(node, &near, met, ahead);
                     continue;
                 }
             } else {
@@ -75,7 +75,7 @@ impl Bvh {
                     return;
                 }
             }
-            match later.nearest(reach) {
+            match stack.pop(reach) {
                 Some(branch) => next = branch,
                 None => return,
             }
@@ -150,7 +150,7 @@ impl Faces for Bvh {
     }
 }
 
-/// Branches put off without an allocation.
+/// Branches that the stack holds without an allocation.
 const FIXED: usize = 64;
 
 /// Eight boxes and what they hold.
@@ -169,23 +169,23 @@ impl Node {
     }
 }
 
-/// Branches put off, the nearest of each node last: distance in the high half, number in the low one.
-struct PutOff {
+/// The branches still to be visited, the nearest of each node on top: distance in the high half, number in the low one.
+struct Stack {
     fixed: [u64; FIXED],
     count: usize,
     /// Those beyond `fixed`, of the deepest trees.
     beyond: Vec<u64>,
 }
 
-impl PutOff {
+impl Stack {
     #[inline(always)]
     fn new() -> Self {
-        PutOff { fixed: [0; FIXED], count: 0, beyond: Vec::new() }
+        Stack { fixed: [0; FIXED], count: 0, beyond: Vec::new() }
     }
 
-    /// Puts off all branches met but the nearest, which is returned; calls `ahead` with each.
+    /// Pushes all branches met but the nearest, which is returned; calls `ahead` with each.
     #[inline(always)]
-    fn add(&mut self, node: &Node, near: &Lane<f32>, mut met: u32, ahead: impl Fn(u32)) -> u32 {
+    fn push_met(&mut self, node: &Node, near: &Lane<f32>, mut met: u32, ahead: impl Fn(u32)) -> u32 {
         // Without its sign a zero sorts as the least number, whichever zero it is.
         let key = |k: usize| near[k].abs().to_bits();
         let entry = |k: usize| {
@@ -220,9 +220,9 @@ impl PutOff {
         self.count += 1;
     }
 
-    /// The branch put off last that begins within reach.
+    /// Pops branches until one begins within reach.
     #[inline(always)]
-    fn nearest(&mut self, reach: f32) -> Option<u32> {
+    fn pop(&mut self, reach: f32) -> Option<u32> {
         let within = |entry: u64| f32::from_bits((entry >> 32) as u32) <= reach;
         while let Some(entry) = self.beyond.pop() {
             if within(entry) {
@@ -246,11 +246,11 @@ mod tests {
 
     #[test]
     fn branches_beyond_the_fixed_places_are_kept() {
-        let mut later = PutOff::new();
+        let mut stack = Stack::new();
         for k in 0..3 * FIXED as u64 {
-            later.insert(k, 0);
+            stack.insert(k, 0);
         }
-        let mut found: Vec<u32> = std::iter::from_fn(|| later.nearest(1.0)).collect();
+        let mut found: Vec<u32> = std::iter::from_fn(|| stack.pop(1.0)).collect();
         found.sort_unstable();
         assert!(found.into_iter().eq(0..3 * FIXED as u32));
     }
@@ -260,9 +260,9 @@ mod tests {
         let near = [3.0, MISSED, 1.0, MISSED, 4.0, 2.0, MISSED, 0.0];
         let bounds = Aabb::INVALID;
         let node = Node::new(&from_fn::<_, 8, _>(|k| (bounds, k as u32)));
-        let mut later = PutOff::new();
-        assert_eq!(later.add(&node, &near, 0b1011_0101, |_| ()), 7);
-        let rest: Vec<u32> = std::iter::from_fn(|| later.nearest(3.5)).collect();
+        let mut stack = Stack::new();
+        assert_eq!(stack.push_met(&node, &near, 0b1011_0101, |_| ()), 7);
+        let rest: Vec<u32> = std::iter::from_fn(|| stack.pop(3.5)).collect();
         assert_eq!(rest, [2, 5, 0]);
     }
 }

@@ -15,15 +15,15 @@ pub(crate) type Lane<T> = [T; LANES];
 /// The distance of a lane that is not met.
 pub(crate) const MISSED: f32 = f32::MAX;
 
-/// A bit for each lane whose key is at most `limit`.
+/// A bit for each lane whose number is at most `limit`.
 #[inline(always)]
-pub(crate) fn bits<S: Simd>(simd: S, keys: &Lane<f32>, limit: f32) -> u32 {
+pub(crate) fn bits<S: Simd>(simd: S, numbers: &Lane<f32>, limit: f32) -> u32 {
     #[cfg(target_arch = "x86_64")]
     if let Some(avx2) = x86::avx2(simd) {
-        return x86::bits(avx2, keys, limit);
+        return x86::bits(avx2, numbers, limit);
     }
-    let met = S::as_simd_f32s(keys).0.iter().zip(S::as_simd_f32s(&BIT).0).map(|(keys, bit)| {
-        let met = simd.less_than_or_equal_f32s(*keys, simd.splat_f32s(limit));
+    let met = S::as_simd_f32s(numbers).0.iter().zip(S::as_simd_f32s(&BIT).0).map(|(numbers, bit)| {
+        let met = simd.less_than_or_equal_f32s(*numbers, simd.splat_f32s(limit));
         // Sums of different powers of two: exact, in any order.
         simd.reduce_sum_f32s(select(simd, met, *bit, simd.splat_f32s(0.0)))
     });
@@ -35,10 +35,10 @@ const BIT: Lane<f32> = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
 
 /// Prefetches what is likely to be read soon: a ray in a large tree waits for memory half of its time.
 #[inline(always)]
-pub(crate) fn fetch<S: Simd, T>(simd: S, soon: &T) {
+pub(crate) fn prefetch<S: Simd, T>(simd: S, soon: &T) {
     #[cfg(target_arch = "x86_64")]
     if let Some(avx2) = x86::avx2(simd) {
-        x86::fetch(avx2, soon);
+        x86::prefetch(avx2, soon);
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (simd, soon);
@@ -67,7 +67,7 @@ pub(crate) fn least(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// The greater.
+/// The greater, as [`least`].
 #[inline(always)]
 pub(crate) fn most(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -93,14 +93,14 @@ mod x86 {
     }
 
     #[inline(always)]
-    pub(super) fn bits(avx2: V3, keys: &Lane<f32>, limit: f32) -> u32 {
+    pub(super) fn bits(avx2: V3, numbers: &Lane<f32>, limit: f32) -> u32 {
         const AT_MOST: i32 = 2;
-        let met = avx2.avx._mm256_cmp_ps::<AT_MOST>(cast(*keys), avx2.avx._mm256_set1_ps(limit));
+        let met = avx2.avx._mm256_cmp_ps::<AT_MOST>(cast(*numbers), avx2.avx._mm256_set1_ps(limit));
         avx2.avx._mm256_movemask_ps(met) as u32
     }
 
     #[inline(always)]
-    pub(super) fn fetch<T>(avx2: V3, soon: &T) {
+    pub(super) fn prefetch<T>(avx2: V3, soon: &T) {
         const ALL_LEVELS: i32 = 3;
         let start = std::ptr::from_ref(soon).cast::<i8>();
         for line in (0..size_of::<T>()).step_by(LINE) {
@@ -126,9 +126,9 @@ mod tests {
 
     #[test]
     fn every_level_finds_the_lanes_at_most_the_limit() {
-        let keys = [1.0, f32::MAX, 2.0, f32::NAN, -0.0, 2.5, f32::INFINITY, 2.0];
+        let numbers = [1.0, f32::MAX, 2.0, f32::NAN, -0.0, 2.5, f32::INFINITY, 2.0];
         let expected = 0b1001_0101;
-        assert_eq!(bits(Scalar::new(), &keys, 2.0), expected);
-        assert_eq!(Arch::new().dispatch(Bits(&keys, 2.0)), expected);
+        assert_eq!(bits(Scalar::new(), &numbers, 2.0), expected);
+        assert_eq!(Arch::new().dispatch(Bits(&numbers, 2.0)), expected);
     }
 }

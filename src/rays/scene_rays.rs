@@ -69,7 +69,7 @@ impl Rays {
     /// for 512 at most. Both find the same; this is for measuring which is faster.
     pub fn with_blocks(scene: &Scene, many: usize) -> Rays {
         let (masked, whole): (Vec<u32>, Vec<u32>) = (0..scene.solid_faces()).partition(|&face| scene.is_masked(face));
-        let faces = Faces::new(scene, many);
+        let faces = SceneFaces::new(scene, many);
         let inner = occluders(scene, &faces.planes);
         let occluders = if inner.is_empty() {
             Occluders::None
@@ -291,7 +291,7 @@ impl Rays {
 }
 
 /// The faces of a scene, and what all trees over them have in common.
-struct Faces {
+struct SceneFaces {
     corners: Vec<[Vec3; 3]>,
     planes: Planes,
     /// Over all faces, where there are many.
@@ -302,8 +302,8 @@ struct Faces {
     many: usize,
 }
 
-impl Faces {
-    fn new(scene: &Scene, many: usize) -> Faces {
+impl SceneFaces {
+    fn new(scene: &Scene, many: usize) -> SceneFaces {
         let all = (0..scene.faces.len() as u32).into_par_iter();
         let corners: Vec<[Vec3; 3]> = all.map(|f| scene.corners(f)).collect();
         let solid = &corners[..scene.solid_faces() as usize];
@@ -311,7 +311,7 @@ impl Faces {
         // Planes are found one after the other; meanwhile the other threads lay out the tree.
         let layout = || (solid.len() >= many).then(|| Layout::new(&boxes(solid, pad)));
         let (planes, layout) = rayon::join(|| Planes::new(scene), layout);
-        Faces { corners, planes, layout, pad, many }
+        SceneFaces { corners, planes, layout, pad, many }
     }
 
     /// A face ready for rays.
