@@ -147,34 +147,26 @@ pub fn cast_counts(
         .collect();
     let sources = (0..patches.len()).filter(|&i| needed.iter().any(|v| v.rows[i]));
     let cast = sources.map(|i| u64::from(count(i))).sum();
-    (distribute(variants, rows, patches.len()), cast)
+    (distribute(variants, rows), cast)
 }
 
 fn needs_rays(v: &Variant) -> bool {
     v.columns.contains(&true) && v.rows.contains(&true)
 }
 
-/// Sorts the rows cast for the needed variants back to all variants.
-fn distribute(variants: &[Variant], mut rows: Vec<Vec<CastRow>>, n: usize) -> Vec<FormFactors> {
-    let mut k = 0;
-    let mut take = |v: &Variant| {
-        if !needs_rays(v) {
-            return vec![CastRow::default(); n];
+/// F of every variant from the rows of those that need rays, patch by patch.
+fn distribute(variants: &[Variant], mut rows: Vec<Vec<CastRow>>) -> Vec<FormFactors> {
+    let mut needed = 0..;
+    let of_variant = |v: &Variant| {
+        let k = needs_rays(v).then(|| needed.next()).flatten();
+        let take = |row: &mut Vec<CastRow>| k.map_or_else(CastRow::default, |k: usize| std::mem::take(&mut row[k]));
+        let own: Vec<CastRow> = rows.iter_mut().map(take).collect();
+        FormFactors {
+            row_sums: own.iter().map(|row| row.sum).collect(),
+            rows: Rows::from_rows(own.into_iter().map(|row| (row.columns, row.values)).collect()),
         }
-        let own = rows.iter_mut().map(|r| std::mem::take(&mut r[k])).collect();
-        k += 1;
-        own
     };
-    variants
-        .iter()
-        .map(|v| {
-            let own: Vec<CastRow> = take(v);
-            FormFactors {
-                row_sums: own.iter().map(|r| r.sum).collect(),
-                rows: Rows::from_rows(own.into_iter().map(|r| (r.columns, r.values)).collect()),
-            }
-        })
-        .collect()
+    variants.iter().map(of_variant).collect()
 }
 
 /// Casts the rays of a patch: those of a seed are always the same, whatever is done with them.
