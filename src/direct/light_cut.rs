@@ -18,8 +18,8 @@ use rayon::prelude::*;
 use crate::direct::light_tree::{Facing, LightTree, Node};
 use crate::direct::occlusion::Occlusion;
 use crate::direct::shafts::{Body, most_faces, patch_body, sieve};
-use crate::form_factors::geometry::chebyshev::{Rectangle, Tiles};
-use crate::form_factors::geometry::shadow::Caster;
+use crate::form_factors::chebyshev::{Rectangle, Tiles};
+use crate::form_factors::shadow::Caster;
 use crate::patches::Patches;
 use crate::rays::{Hit, Rays};
 

@@ -20,7 +20,7 @@ use glam::{DVec3, Vec2};
 use crate::direct::luminaire::Luminaire;
 use crate::direct::moments::{Moments, Sums};
 use crate::direct::shafts::Body;
-use crate::form_factors::geometry::hull::bounds;
+use crate::form_factors::hull::bounds;
 
 /// Normals further apart than this cosine are parted before places are.
 const APART: f64 = 0.9;

@@ -18,7 +18,7 @@ use crate::direct::emission_parts::Polygons;
 use crate::direct::emission_tree::EmissionTree;
 use crate::direct::emission_tree::Moments;
 use crate::direct::luminaire::EmittingTriangle;
-use crate::form_factors::geometry::shadow::Pieces;
+use crate::form_factors::shadow::Pieces;
 use crate::light::Rgb;
 use crate::scene::Scene;
 use crate::scene::textures::Texture;

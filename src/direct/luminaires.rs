@@ -40,14 +40,14 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::direct::light_tree::{Placed, halve};
-use crate::form_factors::geometry::hull::bounds;
-use crate::form_factors::geometry::silhouette::Outline;
+use crate::form_factors::hull::bounds;
+use crate::form_factors::lambert::Outline;
 use crate::form_factors::point_to_polygon;
 use crate::light::Rgb;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::triangle_point;
 use crate::scene::{Scene, Sides};
-use crate::surfaces::connected::connected;
+use crate::surfaces::coplanar::connected;
 
 /// Cost of one triangle of a closed form over that of a ray, about (measured on one core: 20 ns, and 300 ns in a small
 /// room). The choice moves by little where this is off: a lamp of two faces is carried up to F = 0.47, one of a hundred

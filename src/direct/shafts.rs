@@ -5,7 +5,7 @@
 //! separates it from the hull ([`apart`]): shaft culling (E. A. Haines, J. R. Wallace, 1991).
 //!
 //! Where nothing lies between, the closed form is the answer and no ray is cast; where few faces do, their shadows are
-//! cut out of the luminaire ([`crate::form_factors::geometry::shadow`]); else points are drawn.
+//! cut out of the luminaire ([`crate::form_factors::shadow`]); else points are drawn.
 //!
 //! Not handled: hierarchies of faces: scenes with too many faces draw points everywhere. Bodies of many corners: boxes
 //! stand for them.
@@ -15,8 +15,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::direct::luminaire::Luminaire;
-use crate::form_factors::geometry::hull::{apart, bounds};
-use crate::form_factors::geometry::shadow::Caster;
+use crate::form_factors::hull::{apart, bounds};
+use crate::form_factors::shadow::Caster;
 use crate::patches::Patches;
 use crate::rays::{Rays, Side};
 use crate::scene::Scene;

@@ -6,9 +6,7 @@
 
 use rayon::prelude::*;
 
-use crate::form_factors::objects::adaptive_integration::Estimate;
-use crate::form_factors::objects::exact::{Bodies, Method, Tolerance};
-use crate::form_factors::objects::sampled::Sampler;
+use crate::form_factors::{Bodies, Estimate, Method, Sampler, Tolerance};
 use crate::rays::Rays;
 use crate::render::Watch;
 use crate::scene::Scene;

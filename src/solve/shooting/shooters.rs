@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use rayon::prelude::*;
 
 use crate::direct::Lights;
-use crate::form_factors::rows::cast::hemisphere_ray;
+use crate::form_factors::cast::hemisphere_ray;
 use crate::form_factors::{Sampling, Variant, cast};
 use crate::light::{Light, Rgb};
 use crate::operator::factored::arriving;

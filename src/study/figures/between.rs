@@ -1,7 +1,7 @@
 //! Between the modes: pictures over the (alpha, tau) square, solved from one cast of rays.
 //!
 //! ```text
-//! F^t  = sum over k of t^k F^(k)                        layers of one cast (form_factors::rows::layers)
+//! F^t  = sum over k of t^k F^(k)                        layers of one cast (form_factors::layers)
 //! L    = (I - alpha b F^t)^-1 E                         one solve for each point, b = own alpha rho
 //! ```
 //!

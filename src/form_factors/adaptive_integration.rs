@@ -14,6 +14,22 @@ pub struct Estimate {
     pub error: f64,
 }
 
+/// How accurate a form factor must be.
+#[derive(Clone, Copy, Debug)]
+pub struct Tolerance {
+    /// Share of the form factor.
+    pub relative: f64,
+    /// Where this is more.
+    pub absolute: f64,
+}
+
+impl Tolerance {
+    /// The error allowed in a form factor of this value.
+    pub fn of(&self, value: f64) -> f64 {
+        self.absolute.max(self.relative * value)
+    }
+}
+
 /// A part of the domain with the integral over it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cell<P> {
@@ -26,7 +42,7 @@ pub(crate) struct Cell<P> {
 /// Share of the largest error above which a cell is cut in a round.
 const WORST: f64 = 0.2;
 
-/// Rounds at most: an interval halved so often has no numbers left inside.
+/// Rounds at most: an interval halved so often has no more numbers inside.
 const ROUNDS: usize = 200;
 
 /// Cuts `cells` with `split` until the errors sum to at most `goal(sum of values)` or there are `most` cells.
@@ -84,7 +100,7 @@ mod tests {
         };
         let found = refine(vec![cell(0.0, 1.0)], |_| 1e-5, 100_000, split);
         assert!(found.error <= 1e-5);
-        // Next to 0 each halving takes a factor of sqrt 2 off the error: what is left is 1/(sqrt 2 - 1) of it.
+        // Next to 0 each halving takes a factor of sqrt 2 off the error: the remainder is 1/(sqrt 2 - 1) of it.
         assert!((found.value - 2.0).abs() < 3.5e-5, "{}", found.value);
     }
 }

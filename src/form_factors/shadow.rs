@@ -1,5 +1,5 @@
 //! The part of what sends light that a point sees, exactly: shadows of convex polygons are cut out of it, and Lambert's
-//! closed form sums over what is left.
+//! closed form sums over the rest.
 //!
 //! The shadow of a polygon is the part beyond its plane of the cone from the point over it. A piece is cut along
 //! the plane and the cone's sides; outside it stays as bright as it was, inside it is dimmed by tau or dropped.
@@ -10,15 +10,15 @@
 
 use glam::DVec3;
 
-use crate::form_factors::geometry::lambert::signed_edges;
-use crate::form_factors::geometry::plane::{sees_front, towards};
+use crate::form_factors::lambert::signed_edges;
+use crate::form_factors::plane::{sees_front, towards};
 use crate::scene::convex_polygon::cut;
 
 /// Corners of a piece at most, where there is a limit: a quadrangle cut by the horizon and by a dozen cones.
 const CORNERS: usize = 32;
 
 /// Pieces at most, where there is a limit. Points drawn in place of exact pieces leave noise, for which camera rays are
-/// added, and a bias where near points count most: with 12 corners and 64 pieces a picture of scraps below a lamp takes
+/// added, and a bias where near points count most: with 12 corners and 64 pieces a picture of scraps below a luminaire takes
 /// 2.4 s in place of 0.3 (`cargo bench --bench lamps -- scraps`).
 const MOST: usize = 512;
 
@@ -36,7 +36,7 @@ pub(crate) struct Caster {
     pub tau: f64,
     /// Whether its surface has holes, so that its shadow has another outline.
     pub masked: bool,
-    /// The convex lamp it is a face of, if of one.
+    /// The convex luminaire it is a face of, if of one.
     pub part: Option<u32>,
 }
 
@@ -249,7 +249,7 @@ pub(crate) fn visible_form<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::form_factors::geometry::lambert::point_to_polygon;
+    use crate::form_factors::lambert::point_to_polygon;
     use proptest::prelude::*;
 
     fn caster(corners: [DVec3; 3], tau: f64) -> Caster {
@@ -258,8 +258,8 @@ mod tests {
         Caster { corners, normal, tau, masked: false, part: None }
     }
 
-    /// A large lamp at height 2 that faces down.
-    fn lamp() -> [[DVec3; 3]; 2] {
+    /// A large luminaire at height 2 that faces down.
+    fn luminaire() -> [[DVec3; 3]; 2] {
         let p = |x: f64, y: f64| DVec3::new(x, y, 2.0);
         let [a, b, c, d] = [p(-9.0, -9.0), p(-9.0, 9.0), p(9.0, 9.0), p(9.0, -9.0)];
         [[a, b, c], [a, c, d]]
@@ -268,8 +268,8 @@ mod tests {
     fn seen(x: DVec3, casters: &[Caster]) -> f64 {
         let memory = &mut Pieces::default();
         let casters = casters.iter().copied();
-        let lamp = lamp();
-        visible_form(x, DVec3::Z, lamp.iter().map(|t| &t[..]), casters, memory).unwrap()
+        let luminaire = luminaire();
+        visible_form(x, DVec3::Z, luminaire.iter().map(|t| &t[..]), casters, memory).unwrap()
     }
 
     proptest! {
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_behind_the_lamp_or_the_point_casts_nothing() {
+    fn what_lies_behind_the_luminaire_or_the_point_casts_nothing() {
         let x = DVec3::new(0.1, 0.2, 0.0);
         for z in [3.0, -1.0] {
             let q = |s: f64, t: f64| DVec3::new(s, t, z);

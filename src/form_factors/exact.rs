@@ -1,4 +1,4 @@
-//! Form factors between whole bodies of flat faces, in double precision and to any accuracy asked for.
+//! Form factors between whole bodies of flat faces, in double precision and to any requested accuracy.
 //!
 //! ```text
 //! A_i F_ij = sum over facets a of i, b of j of  ∫_a ∫_b cos cos / (pi r²) T dA dA
@@ -7,7 +7,7 @@
 //! T is the product of tau of what lies between. Each pair of facets is first cut back to what lies in front of the
 //! other's plane. Where nothing can lie between, the double contour integral gives the pair to ten digits;
 //! else the visible part of the receiver, exact at every point, is integrated over the sender, adaptively. Bodies of
-//! too many facets for that are left to rays ([`crate::form_factors::objects::sampled`]).
+//! too many facets for that are left to rays ([`crate::form_factors::sampled`]).
 //!
 //! Faces that coincide: facing apart they exchange nothing and do not hide each other; facing each other they exchange
 //! nothing either (a crossing at distance 0 is none); facing the same way each receives as if the other were not there.
@@ -17,10 +17,11 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-pub use crate::form_factors::objects::adaptive_integration::Estimate;
-use crate::form_factors::objects::cubature::Link;
-use crate::form_factors::objects::facet::{Facet, facets};
-use crate::form_factors::objects::occluders::{Occluder, between};
+use crate::form_factors::adaptive_integration::{Estimate, Tolerance};
+use crate::form_factors::contour_integral;
+use crate::form_factors::cubature::{self, Link};
+use crate::form_factors::facet::{Facet, facets};
+use crate::form_factors::occluders::{Occluder, between};
 use crate::scene::{Scene, Sides};
 
 /// Pairs of facets of two bodies beyond which rays are the better way.
@@ -52,22 +53,6 @@ pub struct Bodies {
     masked: Vec<bool>,
     /// No form factor is larger: 1 where all surfaces are opaque, nothing where light is counted at every crossing.
     bound: f64,
-}
-
-/// How accurate a form factor must be.
-#[derive(Clone, Copy, Debug)]
-pub struct Tolerance {
-    /// Share of the form factor.
-    pub relative: f64,
-    /// Where this is more.
-    pub absolute: f64,
-}
-
-impl Tolerance {
-    /// The error allowed in a form factor of this value.
-    pub fn of(&self, value: f64) -> f64 {
-        self.absolute.max(self.relative * value)
-    }
 }
 
 /// How a form factor was found.
@@ -150,7 +135,7 @@ impl Bodies {
             let known = sum;
             let goal = |value: f64| 0.25 * area * tolerance.of((known.value + value) / area) - known.error;
             let most = work * hidden.len() / cuts;
-            sum = plus(&sum, &crate::form_factors::objects::cubature::exchange(&hidden, goal, most));
+            sum = plus(&sum, &cubature::exchange(&hidden, goal, most));
         }
         let value = (sum.value / area).min(self.bound);
         let error = sum.error / area;
@@ -206,11 +191,11 @@ fn facing(a: &Facet, b: &Facet) -> Option<(Facet, Facet)> {
 fn unoccluded(link: &Link) -> Estimate {
     let (a, b) = (&link.from, &link.to);
     if distance_over_size(a, b) < FAR {
-        return crate::form_factors::objects::contour_integral::exchange(&a.edges, &b.edges);
+        return contour_integral::exchange(&a.edges, &b.edges);
     }
-    // Lambert's formula keeps a share of 1e-16 FAR² of a form factor this small; more cannot be asked for.
+    // Lambert's formula keeps a share of 1e-16 FAR² of a form factor this small; no more is possible.
     let goal = |value: f64| 1e-8 * value;
-    crate::form_factors::objects::cubature::exchange(std::slice::from_ref(link), goal, MOST_OPEN)
+    cubature::exchange(std::slice::from_ref(link), goal, MOST_OPEN)
 }
 
 /// Distance of the middles of two facets over the larger's size.

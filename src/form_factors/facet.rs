@@ -10,8 +10,10 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::form_factors::geometry::plane::{Plane, area_vector, plane_of, split};
-use crate::form_factors::objects::contour_integral::Edge;
+use crate::form_factors::plane::{Plane, area_vector, plane_of, split};
+
+/// A directed edge.
+pub(crate) type Edge = [DVec3; 2];
 
 /// A flat piece of surface with a front.
 #[derive(Clone, Debug)]
@@ -196,7 +198,7 @@ mod tests {
         let half = Plane { normal: DVec3::X, offset: 1.5, flat: FLAT };
         let cut = facet.in_front_of(&half).expect("half of it");
         assert!((cut.area - 0.5 * facet.area).abs() < 1e-12);
-        // The cut runs through both arms, and neighbours' edges cancel: what is left closes.
+        // The cut runs through both arms, and neighbours' edges cancel: those that remain close.
         let sum: DVec3 = cut.edges.iter().map(|e| e[1] - e[0]).sum();
         assert!(sum.length() < 1e-14);
         let along: f64 = cut.edges.iter().map(|e| (e[1] - e[0]).length()).sum();

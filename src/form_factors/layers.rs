@@ -20,9 +20,8 @@
 
 use rayon::prelude::*;
 
-use crate::form_factors::rows::cast::{Caster, Variant};
-use crate::form_factors::rows::sparse::Rows;
-use crate::form_factors::{Progress, Sampling};
+use crate::form_factors::cast::{Caster, Progress, Sampling, Variant};
+use crate::form_factors::sparse::Rows;
 use crate::patches::Patches;
 use crate::rays::{Hit, Ray, Rays};
 
@@ -55,8 +54,8 @@ struct Crossing {
     weight: f32,
 }
 
-/// Casts rays from the patches that receive and keeps their crossings with those that send; also tells how many rays
-/// were cast.
+/// Casts rays from the patches that receive and keeps their crossings with those that send; also returns how many
+/// rays were cast.
 ///
 /// `own` has each material's own tau, at the factor t = 1.
 pub fn cast_layers(

@@ -12,8 +12,9 @@
 
 use glam::DVec3;
 
-use crate::form_factors::geometry::hull::bounds;
-use crate::form_factors::objects::adaptive_integration::{Cell, Estimate, refine};
+use crate::form_factors::adaptive_integration::{Cell, Estimate, refine};
+use crate::form_factors::facet::Edge;
+use crate::form_factors::hull::bounds;
 
 /// Nodes of Kronrod's rule, every second one Gauss's.
 const NODES: [f64; 8] = [
@@ -53,9 +54,6 @@ const GOAL: f64 = 1e-10;
 
 /// Intervals at most, beyond those of the edge pairs themselves.
 const MOST: usize = 200_000;
-
-/// A directed edge.
-pub(crate) type Edge = [DVec3; 2];
 
 /// `A_1 F_12` from the contours, counter-clockwise seen from the fronts.
 pub(crate) fn exchange(first: &[Edge], second: &[Edge]) -> Estimate {

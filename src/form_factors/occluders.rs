@@ -1,16 +1,64 @@
-//! Form factor from a point to the visible part of a facet, exactly: the shadows of convex occluders are cut out of its
-//! tiles ([`crate::form_factors::geometry::shadow`]).
+//! What lies between two facets: which occluders may, and the form factor from a point to what they leave visible.
 //!
-//! Planes are as flat as the scene's numbers are exact, and edges are cut at the same bits from both sides, as ten
-//! digits need. The cost grows with the number of pieces. Not handled: a point in an occluder's plane sees it edge on,
-//! as nothing.
+//! An occluder does not matter if all of it lies on or behind the plane of either facet, if both facets lie on one side
+//! of its own plane, or if a plane separates it from the convex hull of the two ([`separated`]). What is not separated
+//! within so many steps counts as between, which costs time and no accuracy.
+//!
+//! The form factor from a point is exact: shadows of convex occluders are cut out of the facet's tiles
+//! ([`crate::form_factors::shadow`]). Planes are as flat as the scene's numbers are exact, and edges are cut
+//! at the same bits from both sides, as ten digits need. The cost grows with the number of pieces.
+//!
+//! Not handled: occluders that hide something only together; a point in an occluder's plane sees it edge on, as
+//! nothing.
 
 use glam::DVec3;
 
-use crate::form_factors::geometry::plane::crossing;
-use crate::form_factors::geometry::shadow::{Pieces, Shadow};
-use crate::form_factors::objects::facet::Facet;
-use crate::form_factors::objects::occluders::Occluder;
+use crate::form_factors::facet::Facet;
+use crate::form_factors::hull::{bounds, separated};
+use crate::form_factors::plane::{Plane, crossing};
+use crate::form_factors::shadow::{Pieces, Shadow};
+
+/// A convex polygon that stops or dims light.
+#[derive(Clone, Debug)]
+pub(crate) struct Occluder {
+    pub plane: Plane,
+    pub polygon: Vec<DVec3>,
+    /// What it lets through where it is.
+    pub tau: f64,
+    /// Whether a mask says where that is.
+    pub masked: bool,
+}
+
+/// Steps of the search for a separating plane.
+const STEPS: usize = 100;
+
+/// The occluders that may lie between the two facets, each of which lies in front of the other's plane.
+pub(crate) fn between<'a>(a: &Facet, b: &Facet, all: &'a [Occluder]) -> Vec<&'a Occluder> {
+    let hull: Vec<DVec3> = a.points().chain(b.points()).collect();
+    let (low, high) = bounds(hull.iter().copied());
+    let matters = |o: &&Occluder| {
+        let (l, h) = bounds(o.polygon.iter().copied());
+        let flat = DVec3::splat(o.plane.flat);
+        let reach = l.cmplt(high - flat).all() && h.cmpgt(low + flat).all();
+        reach
+            && rises(&a.plane, &o.polygon)
+            && rises(&b.plane, &o.polygon)
+            && straddles(&o.plane, &hull)
+            && !separated(&hull, &o.polygon, -o.plane.flat, STEPS)
+    };
+    all.iter().filter(matters).collect()
+}
+
+/// Whether some of the points lie in front of the plane.
+fn rises(plane: &Plane, points: &[DVec3]) -> bool {
+    points.iter().any(|&p| plane.height(p) > 0.0)
+}
+
+/// Whether points lie on both sides of the plane.
+fn straddles(plane: &Plane, points: &[DVec3]) -> bool {
+    let mut sides = points.iter().map(|&p| plane.height(p));
+    sides.clone().any(|h| h > 0.0) && sides.any(|h| h < 0.0)
+}
 
 /// Form factor from the point x with unit normal n to the front of a facet above its horizon, behind `occluders`.
 pub(crate) fn visible_form(x: DVec3, n: DVec3, facet: &Facet, occluders: &[&Occluder]) -> f64 {
@@ -41,8 +89,8 @@ pub(crate) fn visible_form(x: DVec3, n: DVec3, facet: &Facet, occluders: &[&Occl
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::form_factors::geometry::plane::plane_of;
-    use crate::form_factors::objects::facet::facets;
+    use crate::form_factors::facet::facets;
+    use crate::form_factors::plane::plane_of;
 
     const FLAT: f64 = 1e-12;
 

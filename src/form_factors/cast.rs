@@ -1,17 +1,39 @@
-//! Rows of F by hemisphere rays: Owen-scrambled Sobol points over position × direction.
+//! Rows of F by hemisphere rays, and checks of them.
 //!
-//! One cast serves several variants of tau: each ray's crossings are found once (all of them when any variant's tau
-//! is above 0, the first only when none is) and weighted for each. Rows that reflect nothing, and columns that send
-//! nothing, are not stored; where no column is left, no ray is cast.
+//! Rays start at Owen-scrambled Sobol points over position × direction. One cast serves several variants of tau: each
+//! ray's crossings are found once (all of them when any variant's tau is above 0, the first only when none is) and
+//! weighted for each. Rows that reflect nothing, and columns that send nothing, are not stored; where no column remains,
+//! no ray is cast.
+//!
+//! Not handled: numbers of rays that follow from an error; callers give them.
 
 use rayon::prelude::*;
 
-use crate::form_factors::rows::sparse::Rows;
-use crate::form_factors::{Progress, Sampling};
+use crate::form_factors::sparse::Rows;
 use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::cosine_direction;
 use crate::rays::{Hit, Ray, Rays};
+
+/// How many rays, and which.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampling {
+    /// Hemisphere rays a patch, for the rows of F.
+    pub rays: u32,
+    /// Receiver points a patch and luminaire, each with one visibility ray, for light as emitted.
+    pub emitter_rays: u32,
+    /// Chooses the scrambling of the points; the same seed gives the same bits.
+    pub seed: u32,
+}
+
+impl Default for Sampling {
+    fn default() -> Self {
+        Sampling { rays: 256, emitter_rays: 64, seed: 0 }
+    }
+}
+
+/// Called with the number of rows that were just finished.
+pub type Progress<'a> = &'a (dyn Fn(u64) + Sync);
 
 /// One choice of tau, and the part of F it needs.
 #[derive(Clone, Debug)]
@@ -83,7 +105,7 @@ struct CastRow {
     sum: Option<f32>,
 }
 
-/// Casts rays from the patches and fills F for every variant; also tells how many rays were cast.
+/// Casts rays from the patches and fills F for every variant; also returns how many rays were cast.
 pub fn cast(
     rays: &Rays,
     patches: &Patches,
@@ -95,7 +117,7 @@ pub fn cast(
 }
 
 /// Casts a number of rays of its own from each patch, instead of that of `sampling`, and fills F for every variant;
-/// also tells how many rays were cast.
+/// also returns how many rays were cast.
 ///
 /// # Panics
 /// If there are fewer numbers than patches.
@@ -125,34 +147,26 @@ pub fn cast_counts(
         .collect();
     let sources = (0..patches.len()).filter(|&i| needed.iter().any(|v| v.rows[i]));
     let cast = sources.map(|i| u64::from(count(i))).sum();
-    (distribute(variants, rows, patches.len()), cast)
+    (distribute(variants, rows), cast)
 }
 
 fn needs_rays(v: &Variant) -> bool {
     v.columns.contains(&true) && v.rows.contains(&true)
 }
 
-/// Sorts the rows cast for the needed variants back to all variants.
-fn distribute(variants: &[Variant], mut rows: Vec<Vec<CastRow>>, n: usize) -> Vec<FormFactors> {
-    let mut k = 0;
-    let mut take = |v: &Variant| {
-        if !needs_rays(v) {
-            return vec![CastRow::default(); n];
+/// F of every variant from the rows of those that need rays, patch by patch.
+fn distribute(variants: &[Variant], mut rows: Vec<Vec<CastRow>>) -> Vec<FormFactors> {
+    let mut needed = 0..;
+    let of_variant = |v: &Variant| {
+        let k = needs_rays(v).then(|| needed.next()).flatten();
+        let take = |row: &mut Vec<CastRow>| k.map_or_else(CastRow::default, |k: usize| std::mem::take(&mut row[k]));
+        let own: Vec<CastRow> = rows.iter_mut().map(take).collect();
+        FormFactors {
+            row_sums: own.iter().map(|row| row.sum).collect(),
+            rows: Rows::from_rows(own.into_iter().map(|row| (row.columns, row.values)).collect()),
         }
-        let own = rows.iter_mut().map(|r| std::mem::take(&mut r[k])).collect();
-        k += 1;
-        own
     };
-    variants
-        .iter()
-        .map(|v| {
-            let own: Vec<CastRow> = take(v);
-            FormFactors {
-                row_sums: own.iter().map(|r| r.sum).collect(),
-                rows: Rows::from_rows(own.into_iter().map(|r| (r.columns, r.values)).collect()),
-            }
-        })
-        .collect()
+    variants.iter().map(of_variant).collect()
 }
 
 /// Casts the rays of a patch: those of a seed are always the same, whatever is done with them.
@@ -229,4 +243,53 @@ impl<'a> Caster<'a> {
 pub(crate) fn hemisphere_ray(patches: &Patches, i: usize, at: impl Fn(usize) -> f32) -> Ray {
     let from = patches.point(i, at(0), at(1));
     Ray { origin: from.position, direction: cosine_direction(from.normal, at(2), at(3)), source: Some(from.face) }
+}
+
+/// Sums of the rows of F: 1 in a closed opaque scene, less where light escapes or meets black backs, more where
+/// surfaces transmit.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Closure {
+    /// The smallest row sum.
+    pub min: f64,
+    /// The largest row sum.
+    pub max: f64,
+    /// The area-weighted mean.
+    pub mean: f64,
+}
+
+/// Row sums over the patches rays were cast from; `None` where no ray was cast at all.
+pub fn closure(f: &FormFactors, areas: &[f64]) -> Option<Closure> {
+    let mut found: Option<Closure> = None;
+    let (mut weighted, mut area) = (0.0, 0.0);
+    for (sum, a) in f.row_sums.iter().zip(areas) {
+        let Some(sum) = sum.map(f64::from) else {
+            continue;
+        };
+        weighted += a * sum;
+        area += a;
+        let (min, max) = found.map_or((sum, sum), |c| (c.min.min(sum), c.max.max(sum)));
+        let mean = weighted / area;
+        found = Some(Closure { min, max, mean });
+    }
+    found
+}
+
+/// Reciprocity residual: the Frobenius norm of `A F - (A F)^T` over that of `A F`, A the diagonal of areas.
+///
+/// Noise of the rays makes it positive even where F is right; 0 for an empty matrix.
+pub fn reciprocity(f: &Rows, areas: &[f64]) -> f64 {
+    let transposed = f.transposed();
+    let (mut residual, mut norm) = (0.0, 0.0);
+    for i in 0..f.len() {
+        let (columns, values) = f.row(i);
+        for (&j, &value) in columns.iter().zip(values) {
+            let sent = areas[i] * value as f64;
+            let back = areas[j as usize] * transposed.get(i, j) as f64;
+            // A pair stored on one side only is met once: count it for both.
+            let twice = if back == 0.0 { 2.0 } else { 1.0 };
+            residual += twice * (sent - back).powi(2);
+            norm += sent * sent;
+        }
+    }
+    if norm > 0.0 { (residual / norm).sqrt() } else { 0.0 }
 }

@@ -4,7 +4,7 @@
 //! five dimensions (face, position, direction). Several scramblings run side by side; the spread of their means is the
 //! standard error. Crossings are weighted as in [`cast`](crate::form_factors::cast()).
 //!
-//! Rays start a little off their face and its edges ([`crate::rays`]). What that changes, as beside edges that touch
+//! Rays start a little off their face and its edges ([`crate::rays`]). What that changes, as next to edges that touch
 //! and in narrow gaps, is measured by moving some of them as far again; the mean is corrected by it, and the error
 //! holds all of it.
 //!
@@ -13,8 +13,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::form_factors::objects::adaptive_integration::Estimate;
-use crate::form_factors::objects::exact::Tolerance;
+use crate::form_factors::adaptive_integration::{Estimate, Tolerance};
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::{cosine_direction, triangle_point};
 use crate::rays::{Hit, Ray, Rays, Side};
@@ -26,8 +25,8 @@ const REPLICATES: u32 = 16;
 /// Points of each scrambling in the first round; every later round doubles them.
 const FIRST: u32 = 1 << 8;
 
-/// One in so many points is cast again from twice as far: a sixteenth more rays, which tell what moving the starts of
-/// all of them is off by.
+/// One in so many points is cast again from twice as far: a sixteenth more rays, which show by how much moving the starts
+/// of all of them is off.
 const MOVED: u32 = 16;
 
 /// What casts and meets the rays.
@@ -54,9 +53,9 @@ struct Sender {
 }
 
 impl Sampler<'_> {
-    /// Form factors from `object` to every object; rays are cast until those `wanted` meet the tolerance with one
+    /// Form factors from `object` to every object; rays are cast until those `requested` meet the tolerance with one
     /// standard error, or there would be too many.
-    pub fn row(&self, object: u32, wanted: &[bool], tolerance: &Tolerance) -> Vec<Estimate> {
+    pub fn row(&self, object: u32, requested: &[bool], tolerance: &Tolerance) -> Vec<Estimate> {
         let senders = self.senders(object);
         let n = self.scene.objects.len();
         if senders.is_empty() {
@@ -71,7 +70,7 @@ impl Sampler<'_> {
             done = until;
             let row: Vec<Estimate> = (0..n).map(|j| estimate(&sums, j, done)).collect();
             let enough = |e: &Estimate| e.error <= tolerance.of(e.value);
-            let met = row.iter().zip(wanted).all(|(e, w)| !w || enough(e));
+            let met = row.iter().zip(requested).all(|(e, w)| !w || enough(e));
             if met || 2 * until > self.most / REPLICATES {
                 return row.into_iter().enumerate().map(|(j, e)| corrected(e, &sums, j, done)).collect();
             }
@@ -132,8 +131,8 @@ impl Sampler<'_> {
         }
     }
 
-    /// Tells the objects whose fronts a ray meets, and how much of it comes there.
-    fn meet(&self, ray: &Ray, hits: &mut Vec<Hit>, mut tell: impl FnMut(usize, f64)) {
+    /// Calls `met` with the objects whose fronts a ray meets, and how much of it arrives there.
+    fn meet(&self, ray: &Ray, hits: &mut Vec<Hit>, mut met: impl FnMut(usize, f64)) {
         let opaque = self.tau.iter().all(|&t| t == 0.0);
         self.rays.light_crossings(ray, opaque, hits);
         self.rays.transmit(
@@ -142,7 +141,7 @@ impl Sampler<'_> {
             |hit, through| {
                 let face = &self.scene.faces[hit.face as usize];
                 if hit.side == Side::Front || self.scene.materials[face.material as usize].sides == Sides::Two {
-                    tell(face.object as usize, through);
+                    met(face.object as usize, through);
                 }
             },
         );

@@ -23,7 +23,7 @@ pub(crate) fn separated(hull: &[DVec3], other: &[DVec3], gap: f64, steps: usize)
     for _ in 0..steps {
         // The point of the difference furthest against v.
         let s = lowest(hull, v) - lowest(other, -v);
-        // Where hulls meet, v falls until its length is rounded to nothing and tells no plane.
+        // Where hulls meet, v falls until its length is rounded to nothing and gives no plane.
         if v.length() > 0.0 && v.dot(s) >= gap * v.length() {
             return true;
         }
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn hulls_apart_are_told_from_hulls_that_meet() {
+    fn hulls_apart_are_distinguished_from_hulls_that_meet() {
         let p = DVec3::new;
         let cube: Vec<DVec3> = (0..8).map(|k| p(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2))).collect();
         let triangle = |s: DVec3| [s, s + p(0.3, 0.1, 0.0), s + p(0.1, 0.4, 0.2)];

@@ -77,9 +77,9 @@ impl Rectangle {
         std::array::from_fn(|k| self.point(NODES[k % SIDE], NODES[k / SIDE]))
     }
 
-    /// The polynomial with these values there, at x; at the nearest place of the rectangle where x lies beside it.
+    /// The polynomial with these values there, at x; at the nearest place of the rectangle where x lies outside it.
     ///
-    /// Points of patches are rounded to single precision, and a patch may be thinner than that: its polynomial, told of
+    /// Points of patches are rounded to single precision, and a patch may be thinner than that: its polynomial, evaluated at
     /// places hundreds of widths away, would be anything.
     pub fn interpolate(&self, values: &[Vec3; SIDE * SIDE], x: DVec3) -> DVec3 {
         let d = x - self.center;
@@ -150,14 +150,14 @@ fn weights(x: f64) -> [f64; SIDE] {
 mod tests {
     use super::*;
 
-    /// A cabinet's patch 1e-10 wide once received 1e18 times the light of a lamp of many faces.
+    /// A cabinet's patch 1e-10 wide once received 1e18 times the light of a luminaire of many faces.
     #[test]
     fn a_patch_thinner_than_rounding_has_the_light_of_its_place() {
         let thin = Rectangle { center: DVec3::ZERO, normal: DVec3::Z, half: [DVec3::X, 1e-10 * DVec3::Y] };
         let light = |p: DVec3| DVec3::splat(1.0 + 0.25 * p.x + 0.1 * p.y);
         let tiles = Tiles::new(&thin, 1e-3, light).expect("smooth light");
-        for beside in [-6e-8, 0.0, 6e-8] {
-            let found = tiles.at(DVec3::new(0.3, beside, 0.0)).x;
+        for outside in [-6e-8, 0.0, 6e-8] {
+            let found = tiles.at(DVec3::new(0.3, outside, 0.0)).x;
             // Values are kept in single precision.
             assert!((found - 1.075).abs() < 1e-6, "{found}");
         }
