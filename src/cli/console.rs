@@ -6,7 +6,6 @@ use std::sync::Mutex;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::error::CliError;
-use crate::cli::options::Common;
 use crate::pictures::WriteError;
 use crate::render::Watch;
 
@@ -20,14 +19,9 @@ pub struct Console {
 }
 
 impl Console {
-    /// As the arguments ask.
-    pub fn new(common: &Common) -> Console {
-        Console {
-            json: common.json,
-            quiet: common.quiet,
-            bar: Mutex::new(ProgressBar::hidden()),
-            failure: Mutex::new(None),
-        }
+    /// Whether there will be a JSON report on stdout, and whether nothing but errors is said.
+    pub fn new(json: bool, quiet: bool) -> Console {
+        Console { json, quiet, bar: Mutex::new(ProgressBar::hidden()), failure: Mutex::new(None) }
     }
 
     /// A line for people.

@@ -12,9 +12,9 @@ use crate::rays::Rays;
 use crate::reference::{NextEvent, TraceSettings, Tracer};
 use crate::render::Seconds;
 use crate::scene::Scene;
-use crate::study::compare::answer::{Answer, Mean};
 use crate::study::compare::arithmetic::{counted, masked_error, masked_mean, window};
 use crate::study::compare::ladder::{Ladder, LadderStep, Method, ORDERS, Study, StudyPlan, climb, lap};
+use crate::study::compare::verdict::{Answer, Mean};
 
 /// Times at which tracers that are compared are looked at, as shares of the plan's.
 const LOOKS: [f64; 6] = [1.0 / 32.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 1.0];
