@@ -1,13 +1,19 @@
-//! Points drawn on emitters for next-event estimation: a face by its power, then a uniform point of it.
+//! Light found on purpose at a vertex of a path: points drawn on emitters, and lights without area.
+//!
+//! A face is drawn by its power, then a uniform point of it:
 //!
 //! ```text
 //! density of a point of face f, per area:   p_f = P_f / A_f,   P_f = A_f |E_f| / sum of the same
 //! with |E| the sum of channels
 //! ```
 //!
-//! A face that sends from both sides is one face here: a point is lit by the side it sees. Not handled: distance and
-//! orientation, which the weights against rays that meet emitters by chance make up for; the sky, which only those
-//! meet.
+//! A face that sends from both sides is one face here: a point is lit by the side it sees. Distance and orientation
+//! are made up for by the weights against rays that meet emitters by chance; only those meet the sky.
+//!
+//! Of points, spots and parallel light one is drawn in proportion to what it brings, so its light is divided by its share
+//! of the sum. Rays never meet these by chance: they are drawn at every vertex, with or without next events.
+//!
+//! Not handled: what lies between; the path casts a ray.
 
 use std::f32::consts::PI;
 
@@ -63,13 +69,11 @@ impl Emitters {
         let last = self.faces.len().checked_sub(1)?;
         let share = random.fine();
         let face = self.faces[self.cumulative.partition_point(|&c| c <= share).min(last)];
-        // The half of the unit square beyond the diagonal is folded back.
-        let (u, v) = (random.uniform(), random.uniform());
-        let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+        let [u, v] = random.triangle();
         Some(Drawn { position: surfaces.facet(face).at(u, v), face, weights: [u, v], density: self.density(face) })
     }
 
-    /// The density at which points of a face are drawn, per area.
+    /// The density at which points of a face are drawn, per area; 0 for the sky.
     #[inline]
     pub(crate) fn density(&self, face: u32) -> f32 {
         self.densities[face as usize]
@@ -93,14 +97,6 @@ fn strength(surfaces: &Surfaces, face: u32) -> f64 {
     let white = f64::from(surfaces.matter(face).emitted.invisible.element_sum());
     folded.map(of).sum::<f64>().max(white) / f64::from(SIDE * SIDE)
 }
-
-// MERGED reference/punctual
-// Light that points, spots and parallel light send to a vertex of a path, nothing between.
-//
-// One light is drawn in proportion to what it brings, so its answer is divided by its share of the sum. Rays never
-// meet these lights by chance: they are asked for at every vertex, whether or not next events are.
-//
-// Not handled: what lies between; the path asks.
 
 /// Further away than any two points of unit coordinates are from each other.
 const OUTSIDE: f32 = 4.0;

@@ -11,7 +11,7 @@
 //! T_c          = product of tau of the surfaces crossed before c
 //! ```
 //!
-//! Not handled: whether the series converges. A tracer sees finitely many bounces; it tells how many paths were cut.
+//! Not handled: whether the series converges. A tracer sees finitely many bounces; it counts the paths that were cut.
 //!
 //! Source: D. C. Banks, K. M. Beason, *Retro-rendering with vector-valued light*, SPIE 6060, 2006.
 

@@ -1,6 +1,8 @@
 //! What a path needs to know of the faces it meets: place, normal, which sides send, reflectance, tau, emission.
 //!
-//! A one-sided face neither reflects nor emits behind; tau acts from either side. Not handled: smooth normals.
+//! A one-sided face neither reflects nor emits behind; tau acts from either side. Textures and colours of vertices are
+//! the tracer's own reading, by the weights of the hit. Not handled: smooth normals; sRGB and files, which are the
+//! scene's.
 
 use std::sync::Arc;
 
@@ -60,33 +62,15 @@ pub(crate) struct SurfacePoint {
     pub face: u32,
 }
 
-/// A point, and who looks at it.
-pub(crate) struct Seen<'a> {
-    pub point: &'a SurfacePoint,
-    /// Unit vector.
-    pub to_viewer: Vec3,
-    pub gloss: Gloss,
-}
-
-impl Seen<'_> {
-    /// Phong's lobe, for light from a direction.
-    pub fn lobe(&self, way: Vec3) -> f32 {
-        let [n, l, v] = [self.point.normal, way, self.to_viewer].map(|v| v.as_dvec3());
-        self.gloss.lobe(n, l, v) as f32
-    }
-
-    /// Density per solid angle at which a direction is drawn from the lobe.
-    pub fn density(&self, way: Vec3) -> f32 {
-        let [n, l, v] = [self.point.normal, way, self.to_viewer].map(|v| v.as_dvec3());
-        self.gloss.density(n, l, v) as f32
-    }
-}
-
 /// All faces of a scene.
 pub(crate) struct Surfaces {
     facets: Vec<Facet>,
     matter: Vec<Matter>,
-    textures: Option<FaceTextures>,
+    /// Textures of every material.
+    maps: Vec<Option<Arc<Maps>>>,
+    coordinates: Vec<[Vec2; 3]>,
+    /// Colour and alpha of the corners; empty where no material goes by them.
+    colours: Vec<[Vec4; 3]>,
     /// tau of every material.
     pub taus: Vec<f32>,
     /// Nothing goes through anything.
@@ -116,7 +100,9 @@ impl Surfaces {
         Surfaces {
             facets: facets.collect(),
             matter: matter.collect(),
-            textures: FaceTextures::new(scene),
+            maps: scene.materials.iter().map(|material| material.maps.clone()).collect(),
+            coordinates: scene.coordinates.clone(),
+            colours: scene.colours.clone(),
             opaque: taus.iter().all(|&tau| tau == 0.0),
             taus,
             solid: scene.solid_faces(),
@@ -130,7 +116,7 @@ impl Surfaces {
 
     /// Whether some materials differ from point to point.
     pub(crate) fn is_textured(&self) -> bool {
-        self.textures.is_some()
+        self.maps.iter().any(Option::is_some)
     }
 
     /// Number of all faces.
@@ -152,8 +138,7 @@ impl Surfaces {
     #[inline]
     pub(crate) fn matter_at(&self, face: u32, at: [f32; 2]) -> Matter {
         let mut own = *self.matter(face);
-        let textures = self.textures.as_ref();
-        if let Some(texel) = textures.and_then(|textures| textures.at(self.facet(face).material, face, at)) {
+        if let Some(texel) = self.texel(self.facet(face).material, face, at) {
             own.rho *= texel.rho;
             own.passed_on *= texel.rho;
             own.emitted.invisible *= texel.emission;
@@ -194,20 +179,6 @@ fn area_vector(corners: [Vec3; 3]) -> glam::DVec3 {
     0.5 * (b - a).cross(c - a)
 }
 
-// MERGED reference/textures
-// What textures and colours of vertices are at a hit: the tracer's own reading, by the weights of the hit itself.
-//
-// Not handled: sRGB and files, which are the scene's.
-
-/// The textures of a scene's faces.
-pub(crate) struct FaceTextures {
-    /// By material.
-    maps: Vec<Option<Arc<Maps>>>,
-    coordinates: Vec<[Vec2; 3]>,
-    /// Colour and alpha of the corners; empty where no material goes by them.
-    colours: Vec<[Vec4; 3]>,
-}
-
 /// Factors on what a material reflects and emits, and the share of it that is there.
 pub(crate) struct Texel {
     pub rho: Rgb,
@@ -215,32 +186,20 @@ pub(crate) struct Texel {
     pub there: f32,
 }
 
-impl FaceTextures {
-    /// Those of a scene; none where no material has any.
-    pub(crate) fn new(scene: &Scene) -> Option<FaceTextures> {
-        let maps = scene.materials.iter().map(|material| material.maps.clone()).collect();
-        let (coordinates, colours) = (scene.coordinates.clone(), scene.colours.clone());
-        scene.is_textured().then_some(FaceTextures { maps, coordinates, colours })
-    }
-
-    /// Colour and alpha of the vertices.
-    fn vertex_colour(&self, maps: &Maps, face: u32, [u, v]: [f32; 2]) -> Vec4 {
-        match self.colours.get(face as usize) {
-            Some([a, b, c]) if maps.vertex_colours => (1.0 - u - v) * *a + u * *b + v * *c,
-            _ => Vec4::ONE,
-        }
-    }
-
-    /// At the point of a face with these weights of the second and third corner; none where its material has no
-    /// textures.
-    pub(crate) fn at(&self, material: u32, face: u32, [u, v]: [f32; 2]) -> Option<Texel> {
+impl Surfaces {
+    /// The textures of a material and colours of vertices at the point of a face with these weights of the second and
+    /// third corner; none where the material has none.
+    fn texel(&self, material: u32, face: u32, [u, v]: [f32; 2]) -> Option<Texel> {
         let maps = self.maps[material as usize].as_ref()?;
         let [a, b, c] = self.coordinates.get(face as usize).copied().unwrap_or_default().map(|at| at.as_dvec2());
         let at = (1.0 - f64::from(u) - f64::from(v)) * a + f64::from(u) * b + f64::from(v) * c;
         let colour = |texture: &Option<Texture>| {
             texture.as_ref().map_or(Rgb::ONE, |t| around(t, at).map(|(x, y, w)| w * t.image.colour(x, y)).sum())
         };
-        let vertex = self.vertex_colour(maps, face, [u, v]);
+        let vertex = match self.colours.get(face as usize) {
+            Some([a, b, c]) if maps.vertex_colours => (1.0 - u - v) * *a + u * *b + v * *c,
+            _ => Vec4::ONE,
+        };
         let there = maps.mask.as_ref().map_or(1.0, |mask| {
             let open: f32 = mask.over.iter().map(|other| 1.0 - share(other, at, 1.0)).product();
             open * share(mask, at, vertex.w)

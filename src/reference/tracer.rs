@@ -4,6 +4,9 @@
 //! mean holds. A pass of given size gives the same bits for any number of threads. A pixel takes 284 bytes.
 //!
 //! Not handled: filters other than the box; adaptive sampling; proof that a series converges.
+//!
+//! Source of the moments: T. Chan, G. Golub, R. LeVeque, *Algorithms for computing the sample variance*, The American
+//! Statistician 37, 1983.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -17,13 +20,10 @@ use crate::reference::random::Random;
 use crate::reference::surfaces::Surfaces;
 use crate::scene::{Camera, Scene};
 
-// MERGED reference/report
-// What the path tracer is told and what it tells besides pictures: settings, counts, means, and that light overflowed.
-
 /// How paths are traced.
 #[derive(Clone, Copy, Debug)]
 pub struct TraceSettings {
-    /// Whether emitters are looked for on purpose.
+    /// Whether emitters are sampled at every vertex.
     pub next_event: NextEvent,
     /// Reflections after which a path ends in any case; what comes later is missing from the picture.
     pub max_bounces: u32,
@@ -74,7 +74,7 @@ pub struct Overflow {
 }
 
 impl Counts {
-    pub(crate) fn add(&mut self, other: &Counts) {
+    fn add(&mut self, other: &Counts) {
         self.paths += other.paths;
         self.rays += other.rays;
         self.cut += other.cut;
@@ -82,37 +82,30 @@ impl Counts {
     }
 }
 
-// MERGED reference/moments
-// Means and standard errors of samples that come in passes, without keeping the samples.
-//
-// ```text
-// merging (mean, M, n) with (m, Q, k), d = m - mean:   mean += d k/(n+k),   M += Q + d² n k/(n+k)
-// standard error of the mean = sqrt(M / (n (n - 1)))
-// ```
-//
-// M is the sum of squared deviations. Sums run in f64 within a pass; between passes nothing cancels, so f32 holds
-// them. Not handled: samples that depend on each other.
-//
-// Source: T. Chan, G. Golub, R. LeVeque, *Algorithms for computing the sample variance*, The American Statistician 37,
-// 1983.
-
-/// Mean and sum of squared deviations of samples of one pixel.
+/// Mean and sum of squared deviations of samples of one pixel, which come in passes and are not kept:
+///
+/// ```text
+/// merging (mean, M, n) with (m, Q, k), d = m - mean:   mean += d k/(n+k),   M += Q + d² n k/(n+k)
+/// standard error of the mean = sqrt(M / (n (n - 1)))
+/// ```
+///
+/// Sums run in f64 within a pass; between passes nothing cancels, so f32 holds them.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Moments {
-    pub mean: Vec3,
+struct Moments {
+    mean: Vec3,
     deviation: Vec3,
 }
 
 /// Sums over one pass.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Sums {
+struct Sums {
     sum: DVec3,
     squares: DVec3,
 }
 
 impl Sums {
     #[inline]
-    pub(crate) fn add(&mut self, sample: Vec3) {
+    fn add(&mut self, sample: Vec3) {
         let x = sample.as_dvec3();
         self.sum += x;
         self.squares += x * x;
@@ -121,7 +114,7 @@ impl Sums {
 
 impl Moments {
     /// Takes in a pass of `new` samples after `old` ones.
-    pub(crate) fn merge(&mut self, old: u64, pass: &Sums, new: u64) {
+    fn merge(&mut self, old: u64, pass: &Sums, new: u64) {
         let (n, k) = (old as f64, new as f64);
         let mean = pass.sum / k;
         let within = (pass.squares - pass.sum * mean).max(DVec3::ZERO);
@@ -132,7 +125,7 @@ impl Moments {
     }
 
     /// Square of the standard error of the mean of `count` samples, at least two.
-    pub(crate) fn squared_error(&self, count: u64) -> DVec3 {
+    fn squared_error(&self, count: u64) -> DVec3 {
         let n = count as f64;
         self.deviation.as_dvec3() / (n * (n - 1.0))
     }
@@ -233,7 +226,7 @@ impl<'a> Tracer<'a> {
                 sums.add(light);
             }
             pixel.luminaire |= found.luminaire;
-            counts.add(&Counts { paths: 1, rays: found.rays, cut: u64::from(found.cut), backs: u64::from(found.back) });
+            counts.add(&Counts { paths: 1, rays: found.rays, cut: found.cut.into(), backs: found.back.into() });
         }
         let new = u64::from(samples);
         pixel.total.merge(self.samples, &total, new);
