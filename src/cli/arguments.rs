@@ -91,7 +91,7 @@ pub struct Subject {
 /// The scene, its modes, and how finely it is solved.
 #[derive(Args, Debug)]
 pub struct Problem {
-    /// What is asked.
+    /// The scene and its modes.
     #[command(flatten)]
     pub subject: Subject,
     /// How accurately.
@@ -182,7 +182,7 @@ pub struct Effort {
     pub limit: MemoryLimit,
 }
 
-/// What [`Effort`] asks for.
+/// What [`Effort`] requests.
 #[derive(Clone, Copy, Debug)]
 pub enum Precision {
     /// An error.
@@ -203,7 +203,7 @@ impl Effort {
         Precision::Fixed(fineness, self.samples.unwrap_or(SAMPLES))
     }
 
-    /// Cuts a scene into the patches asked for, and checks that K of all modes fits.
+    /// Cuts a scene into the requested patches, and checks that K of all modes fits.
     pub fn prepare(
         &self,
         scene: Scene,
@@ -248,10 +248,10 @@ pub struct MemoryLimit {
 }
 
 impl MemoryLimit {
-    /// As asked, else what there is.
+    /// As requested, else what there is.
     pub fn bytes(&self) -> f64 {
-        let asked = self.memory.map(|gib| gib * f64::from(1 << 30));
-        asked.unwrap_or_else(usable_memory)
+        let requested = self.memory.map(|gib| gib * f64::from(1 << 30));
+        requested.unwrap_or_else(usable_memory)
     }
 
     /// Checks that pictures of a size fit, of which a command keeps `each` bytes a pixel.
@@ -271,7 +271,7 @@ impl MemoryLimit {
     }
 }
 
-/// Whether light is looked for on purpose.
+/// Whether emitters are sampled at every vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum NextEventChoice {
     /// Every vertex draws a point on an emitter

@@ -9,7 +9,7 @@ use crate::cli::error::CliError;
 use crate::pictures::WriteError;
 use crate::render::Watch;
 
-/// Where text for people goes: stdout, stderr beside a JSON report, or nowhere.
+/// Where text for people goes: stdout, stderr next to a JSON report, or nowhere.
 pub struct Console {
     json: bool,
     quiet: bool,
@@ -37,7 +37,7 @@ impl Console {
         }
     }
 
-    /// Whether warnings are said: what only they tell need not be found otherwise.
+    /// Whether warnings are said: what only they need is not computed otherwise.
     pub fn warns(&self) -> bool {
         !self.quiet
     }
@@ -50,7 +50,7 @@ impl Console {
         }
     }
 
-    /// The last word of a command: the JSON report, if one was asked for.
+    /// The last word of a command: the JSON report, if one is requested.
     ///
     /// # Errors
     /// Where stdout did not take this or an earlier line. A reader who has had enough (`| head`) is no error.

@@ -166,7 +166,7 @@ impl Name {
         }
     }
 
-    /// Size of its pictures where none is asked for.
+    /// Size of its pictures where none is requested.
     fn size(self) -> Size {
         match self {
             Name::FourModes => Size { width: 600, height: 400 },
@@ -261,7 +261,7 @@ impl Work<'_> {
             series.push(match neumann(&mode.operator, &Settings::default()) {
                 Ok(s) => {
                     let terms =
-                        bounce_pictures(&p, mode, &bounce_fields_and_rest(&p, &s, BOUNCES), &pass, self.console);
+                        bounce_pictures(&p, mode, &bounce_fields_and_rest(&p, &s.terms, BOUNCES), &pass, self.console);
                     Successive { transport: mode.transport, verdict: s.verdict, radius: s.radius, terms }
                 }
                 Err(e) => {

@@ -6,7 +6,7 @@
 //! | 1 | a file could not be written |
 //! | 2 | the arguments are wrong |
 //! | 3 | the scene is wrong (not found, unreadable, or it fails a check), or two pictures cannot be read or compared |
-//! | 4 | the bounce series of the mode asked for diverges, or overflows while traced: there is no picture |
+//! | 4 | the bounce series of the requested mode diverges, or overflows while traced: there is no picture |
 //! | 5 | K or the pictures would not fit in memory: the message has the number of patches or pixels that would |
 //! | 6 | undecided: the bounds on the spectral radius enclose 1, so no picture can be proved to be the sum |
 //! | 101 | a fault of the program |

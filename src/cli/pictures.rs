@@ -25,7 +25,7 @@ pub struct Places<'a> {
     pub directory: &'a Path,
     /// What files in the directory are named after.
     pub stem: String,
-    /// Whether there are several modes, so that files are told apart by them.
+    /// Whether there are several modes, which then are part of the files' names.
     pub several: bool,
 }
 

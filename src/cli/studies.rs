@@ -22,8 +22,8 @@ use crate::rays::Rays;
 use crate::render::Stored;
 use crate::scene::Scene;
 use crate::study::compare::{
-    Climb, Ladder, LadderPoint, Measurements, Method, ORDERS, Pair, Source, Study, StudyPlan, Truth, asked_chart,
-    charted_chart, charted_table, compared_chart, compared_sheet, compared_table, markdown, measure, pairs_table,
+    Climb, Ladder, LadderPoint, Measurements, Method, ORDERS, Pair, Source, Study, StudyPlan, Truth, charted_chart,
+    charted_table, compared_chart, compared_sheet, compared_table, markdown, measure, pairs_table, requested_chart,
     seconds_bars, slope,
 };
 
@@ -316,7 +316,7 @@ impl Run<'_> {
                 "  {:<14} {:>8.3} {:>9} {:>10} {:>9}  {}",
                 p.ladder.name,
                 p.seconds.total,
-                percent(p.asked),
+                percent(p.requested),
                 percent(p.estimated),
                 percent(Some(p.reached.error)),
                 p.effort,
@@ -341,7 +341,7 @@ impl Run<'_> {
         let title = |what: &str| format!("{what}: {subject}");
         let mut drawings = vec![("", charted_chart(title("Error against time"), caption.clone(), m).drawing())];
         if m.of(Method::Tolerance).next().is_some() {
-            drawings.push(("-asked", asked_chart(title("Asked and reached"), caption.clone(), m).drawing()));
+            drawings.push(("-asked", requested_chart(title("Asked and reached"), caption.clone(), m).drawing()));
             drawings.push(("-seconds", seconds_bars(title("Where the time goes"), caption, m).drawing()));
         }
         let mut files = self.files("chart", transport);

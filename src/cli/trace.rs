@@ -74,7 +74,7 @@ pub struct TraceReport {
     pub standard_error: Option<f64>,
     /// Whether the standard errors mean anything.
     pub variance: Growth,
-    /// Whether emitters were looked for at every vertex.
+    /// Whether emitters were sampled at every vertex.
     pub next_event: bool,
     /// Reflections after which a path ends in any case.
     pub max_bounces: u32,

@@ -20,7 +20,7 @@ pub struct Bars {
     pub title: String,
     /// Scene and settings, below; wrapped.
     pub caption: String,
-    /// What tells the bars apart, quantity and unit.
+    /// What the bars differ by, quantity and unit.
     pub x: String,
     /// What is divided, as in "share of the time, %".
     pub y: String,

@@ -1,7 +1,7 @@
 //! Charts: series of numbers on linear or logarithmic axes, as SVG and PNG from one drawing.
 //!
 //! A point whose value an axis cannot show (0 on a logarithmic one, NaN, infinity) is left out; a series can say why in
-//! a label at its last point. Colours are those of Okabe and Ito, told apart by colour-blind readers too, and every
+//! a label at its last point. Colours are those of Okabe and Ito, which colour-blind readers distinguish too, and every
 //! series of measurements has a marker shape of its own. Not handled: error bars, several panels, long labels in lines.
 //!
 //! Source of the palette: M. Okabe, K. Ito, *Color Universal Design*, 2008.
@@ -50,7 +50,7 @@ pub struct Series {
     pub look: Look,
     /// Which of the palette's colours and marker shapes it has; beyond the last they begin again.
     pub colour: usize,
-    /// Words beside its last point, such as why it ends there.
+    /// Words next to its last point, such as why it ends there.
     pub label: Option<String>,
 }
 

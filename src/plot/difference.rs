@@ -1,7 +1,7 @@
 //! Signed differences of pictures as colours: blue where the first is darker, white where equal, red where brighter.
 //!
 //! The difference is that of the mean of the three channels. The colours run linearly in sRGB codes from `RdBu` of
-//! ColorBrewer (C. Brewer), which readers with red-green blindness tell apart. Not handled: differences of colour
+//! ColorBrewer (C. Brewer), which readers with red-green blindness distinguish. Not handled: differences of colour
 //! alone.
 
 use crate::light::Rgb;

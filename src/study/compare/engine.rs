@@ -23,7 +23,7 @@ use crate::study::compare::arithmetic::combine;
 use crate::study::compare::ladder::{
     Ladder, LadderPoint, LadderStep, Method, Study, StudyError, StudyPlan, climb, lap, measured, slope,
 };
-use crate::study::compare::patch_methods::{PatchEffort, check_fit, patch_answers, patch_step, within};
+use crate::study::compare::patch_methods::{PatchEffort, PatchWork, check_fit, patch_answers, within};
 use crate::study::compare::tracers::{climb_paths, traced_answer};
 use crate::study::compare::truth::{Source, Truth, brought, made, or_everywhere};
 use crate::study::compare::verdict::{Answer, Pair, judge};
@@ -144,7 +144,8 @@ fn climb_patches(p: &mut Prepared, plan: &StudyPlan, ladder: &Ladder) -> Result<
             return Ok(None);
         }
         let patches = clock.elapsed().as_secs_f64();
-        let mut step = patch_step(p, if charted { &quiet } else { plan }, ladder.method, &effort)?;
+        let plan = if charted { &quiet } else { plan };
+        let mut step = PatchWork { p, plan, effort }.step(ladder.method)?;
         step.seconds.patches = patches;
         Ok(Some(step))
     })
@@ -154,7 +155,7 @@ fn to_tolerance(scene: &Scene, plan: &StudyPlan, tolerance: f64) -> Result<Ladde
     let found = within(scene, plan, tolerance, plan.seed)?;
     Ok(LadderStep {
         effort: format!("{} patches, {} rays in all", found.patches, found.rays),
-        asked: Some(tolerance),
+        requested: Some(tolerance),
         estimated: Some(found.error.total),
         seconds: found.seconds,
         picture: found.picture,
@@ -218,7 +219,7 @@ impl Measurements {
     pub fn tolerance_slope(&self, range: RangeInclusive<f64>) -> Option<f64> {
         let factor = 1.0 + 1e-9;
         let within =
-            |p: &&LadderPoint| p.asked.is_some_and(|a| a * factor >= *range.start() && a <= range.end() * factor);
+            |p: &&LadderPoint| p.requested.is_some_and(|a| a * factor >= *range.start() && a <= range.end() * factor);
         slope(self.of(Method::Tolerance).filter(within))
     }
 
@@ -261,7 +262,7 @@ pub(crate) fn made_up(places: &[(f64, f64)]) -> Measurements {
     let point = |&(total, error): &(f64, f64)| LadderPoint {
         ladder,
         effort: "some".into(),
-        asked: Some(2.0 * error),
+        requested: Some(2.0 * error),
         estimated: Some(1.5 * error),
         reached: Reached { error, low: error, high: error },
         orders: Vec::new(),

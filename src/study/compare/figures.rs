@@ -59,12 +59,12 @@ fn least(m: &Measurements, across: impl Iterator<Item = f64> + Clone) -> Option<
 }
 
 /// Reached and estimated error against the requested error, with the line on which they are equal.
-pub fn asked_chart(title: String, caption: String, m: &Measurements) -> Chart {
+pub fn requested_chart(title: String, caption: String, m: &Measurements) -> Chart {
     let points = |value: fn(&LadderPoint) -> Option<f64>| -> Vec<(f64, f64)> {
-        let place = |p: &LadderPoint| Some((100.0 * p.asked?, 100.0 * value(p)?));
+        let place = |p: &LadderPoint| Some((100.0 * p.requested?, 100.0 * value(p)?));
         m.of(Method::Tolerance).filter_map(place).collect()
     };
-    let equal = points(|p| p.asked);
+    let equal = points(|p| p.requested);
     let across: Vec<f64> = equal.iter().map(|p| p.0).collect();
     let mut series = vec![Series::bound("one to one", BLACK, equal)];
     series.extend(least(m, across.into_iter()));
@@ -78,7 +78,7 @@ pub fn seconds_bars(title: String, caption: String, m: &Measurements) -> Bars {
     let bar = |p: &LadderPoint| {
         let s = &p.seconds;
         Bar {
-            name: format!("{} %", rounded(100.0 * p.asked.unwrap_or_default())),
+            name: format!("{} %", rounded(100.0 * p.requested.unwrap_or_default())),
             whole: format!("{} s", rounded(s.total)),
             parts: vec![s.load, s.patches, s.form_factors, s.solve, s.gather],
         }
@@ -136,8 +136,8 @@ pub fn charted_table(m: &Measurements) -> Table {
     );
     for p in m.points() {
         let (s, r) = (&p.seconds, &p.reached);
-        let (asked, estimated) = (known(p.asked), known(p.estimated));
-        let errors: [&dyn Display; 7] = [&p.ladder.name, &p.effort, &asked, &estimated, &r.error, &r.low, &r.high];
+        let (requested, estimated) = (known(p.requested), known(p.estimated));
+        let errors: [&dyn Display; 7] = [&p.ladder.name, &p.effort, &requested, &estimated, &r.error, &r.low, &r.high];
         let seconds: [&dyn Display; 7] =
             [&s.load, &s.patches, &s.form_factors, &s.solve, &s.gather, &s.total, &p.on_front];
         table.row(&[errors, seconds].concat());
@@ -238,8 +238,8 @@ mod tests {
         assert!(svg.contains("tolerance, slope −1.00") && svg.contains("Pareto front"));
         // Three points, and one in the legend.
         assert_eq!(svg.matches("A4.5 4.5").count(), 2 * 4);
-        let asked = asked_chart("t".into(), "c".into(), &t);
-        let of = |n: usize| asked.series[n].points.clone();
+        let chart = requested_chart("t".into(), "c".into(), &t);
+        let of = |n: usize| chart.series[n].points.clone();
         assert_eq!(of(0), [(20.0, 20.0), (2.0, 2.0), (0.2, 0.2)]);
         assert_eq!(of(1).len() + of(2).len(), 6);
         let bars = seconds_bars("t".into(), "c".into(), &t);

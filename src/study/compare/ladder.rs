@@ -34,7 +34,7 @@ impl Study {
         if self == Study::Compare { ORDERS + 1 } else { 0 }
     }
 
-    /// Unshot share, and tail of the series, that count as none beside the errors looked for.
+    /// Unshot share, and tail of the series, that count as none next to the errors measured.
     pub(crate) fn rest(self) -> f64 {
         if self == Study::Compare { 2e-5 } else { 1e-4 }
     }
@@ -163,8 +163,8 @@ impl Serialize for Ladder {
 pub struct LadderStep {
     /// How fine, in words.
     pub effort: String,
-    /// The relative error asked for, where one was.
-    pub asked: Option<f64>,
+    /// The requested relative error, where there is one.
+    pub requested: Option<f64>,
     /// The relative error estimated while running, where it was.
     pub estimated: Option<f64>,
     /// Where the time went.
@@ -221,8 +221,9 @@ pub struct LadderPoint {
     pub ladder: Ladder,
     /// How fine, in words.
     pub effort: String,
-    /// The error asked for; null where effort was given.
-    pub asked: Option<f64>,
+    /// The requested error; null where effort was given.
+    #[serde(rename = "asked")]
+    pub requested: Option<f64>,
     /// The error estimated while running; null where none was.
     pub estimated: Option<f64>,
     /// The error against the reference.
@@ -248,7 +249,7 @@ pub(crate) fn measured(ladder: &Ladder, step: LadderStep, truths: &[Truth]) -> R
         orders: orders.map(|(picture, truth)| Some(reached(picture, truth).ok()?.error)).collect(),
         ladder: *ladder,
         effort: step.effort,
-        asked: step.asked,
+        requested: step.requested,
         estimated: step.estimated,
         seconds: step.seconds,
         on_front: false,

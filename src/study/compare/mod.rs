@@ -19,8 +19,8 @@ pub(crate) mod verdict;
 pub use engine::{Climb, Measurements, measure};
 #[cfg(feature = "plot")]
 pub use figures::{
-    asked_chart, charted_chart, charted_table, compared_chart, compared_sheet, compared_table, markdown, pairs_table,
-    seconds_bars,
+    charted_chart, charted_table, compared_chart, compared_sheet, compared_table, markdown, pairs_table,
+    requested_chart, seconds_bars,
 };
 pub use ladder::{Ladder, LadderPoint, LadderStep, Method, ORDERS, Study, StudyError, StudyPlan, slope};
 pub use truth::{Made, Reached, Source, Truth, reached};

@@ -24,10 +24,11 @@ use crate::render::look::fields;
 use crate::render::memory::{Held, Kept, check_held};
 use crate::render::{
     Assembled, Fineness, Prepared, Rendered, Seconds, Silent, Stored, Unfit, Wanted, assemble, assembled_shooter,
-    picture, prepare, ray_shooter, render, render_within, without_luminaires,
+    picture, prepare, ray_shooter, render, render_within,
 };
 use crate::scene::Scene;
 use crate::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
+use crate::study::bounces::bounce_fields_and_rest;
 use crate::study::compare::arithmetic::{average, combine, map, masked_mean, smoothed, standard_error, sum};
 use crate::study::compare::ladder::{Ladder, LadderStep, Method, ORDERS, StudyError, StudyPlan, lap};
 use crate::study::compare::verdict::{Answer, Mean};
@@ -49,7 +50,7 @@ pub struct PatchEffort {
 /// How many rays a pixel has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PixelRays {
-    /// So many over the hemispheres of all its camera rays, as `--samples` asks for.
+    /// So many over the hemispheres of all its camera rays, as `--samples` requests.
     Samples(u32),
     /// So many camera rays, each with 4 rays to a luminaire and 8 over the hemisphere.
     Camera(u32),
@@ -126,60 +127,94 @@ pub(crate) fn within(scene: &Scene, plan: &StudyPlan, tolerance: f64, seed: u32)
     render_within(&mut p, plan.transport, &wanted, &Silent)
 }
 
-/// One step on the patches of `p`; the time of cutting them is left for the caller to add.
-pub(crate) fn patch_step(
-    p: &Prepared,
-    plan: &StudyPlan,
-    method: Method,
-    effort: &PatchEffort,
-) -> Result<LadderStep, Diverges> {
-    let mut clock = Instant::now();
-    let mut seconds = Seconds::default();
-    let k = (method != Method::ShootingRays).then(|| matrix(p, plan, effort));
-    seconds.form_factors = lap(&mut clock);
-    let mut orders = match (&k, method) {
-        (Some(k), Method::Patches | Method::Rays | Method::Samples) => {
-            let solution = neumann(&k.operator, &Settings::default())?;
-            seconds.solve = lap(&mut clock);
-            vec![render(p, k, &solution, &GatherPass::new(plan.size, &effort.gathering()), plan.watch).total()]
-        }
-        _ => {
-            let generations = generations(p, plan, method, effort, k.as_ref())?;
-            seconds.solve = lap(&mut clock);
-            by_order(p, plan, effort, &[generations]).remove(0)
-        }
-    };
-    seconds.gather = lap(&mut clock);
-    let picture = sum(&orders);
-    orders.truncate(plan.study.orders());
-    Ok(LadderStep { effort: effort.words(p), seconds, picture, orders, ..LadderStep::default() })
+/// Patches of a scene, and how finely a study works on them.
+#[derive(Clone, Copy)]
+pub(crate) struct PatchWork<'a> {
+    pub p: &'a Prepared,
+    pub plan: &'a StudyPlan<'a>,
+    pub effort: PatchEffort,
 }
 
-/// K.
-pub(crate) fn matrix(p: &Prepared, plan: &StudyPlan, effort: &PatchEffort) -> Assembled {
-    let (mut modes, _) = assemble(p, &[plan.transport], &effort.sampling(), plan.watch);
-    modes.remove(0)
-}
+impl PatchWork<'_> {
+    /// One step of a method; the time of cutting patches is left for the caller to add.
+    pub(crate) fn step(&self, method: Method) -> Result<LadderStep, Diverges> {
+        let PatchWork { p, plan, effort } = self;
+        let mut clock = Instant::now();
+        let mut seconds = Seconds::default();
+        let k = (method != Method::ShootingRays).then(|| self.matrix());
+        seconds.form_factors = lap(&mut clock);
+        let mut orders = match (&k, method) {
+            (Some(k), Method::Patches | Method::Rays | Method::Samples) => {
+                let solution = neumann(&k.operator, &Settings::default())?;
+                seconds.solve = lap(&mut clock);
+                vec![render(p, k, &solution, &self.pass(), plan.watch).total()]
+            }
+            _ => {
+                let generations = self.generations(method, k.as_ref())?;
+                seconds.solve = lap(&mut clock);
+                self.by_order(&[generations]).remove(0)
+            }
+        };
+        seconds.gather = lap(&mut clock);
+        let picture = sum(&orders);
+        orders.truncate(plan.study.orders());
+        Ok(LadderStep { effort: effort.words(p), seconds, picture, orders, ..LadderStep::default() })
+    }
 
-/// Generations over `k` by the Neumann series or by shooting, or by shooting rays.
-pub(crate) fn generations(
-    p: &Prepared,
-    plan: &StudyPlan,
-    method: Method,
-    effort: &PatchEffort,
-    k: Option<&Assembled>,
-) -> Result<Generations, Diverges> {
-    match k {
-        Some(k) if method == Method::ShootingAssembled => shot(&assembled_shooter(k), plan),
-        Some(k) if method != Method::ShootingRays => {
-            let settings = Settings { tolerance: plan.study.rest(), ..Settings::default() };
-            Ok(neumann(&k.operator, &settings)?.terms)
+    /// K.
+    fn matrix(&self) -> Assembled {
+        let PatchWork { p, plan, effort } = self;
+        assemble(p, &[plan.transport], &effort.sampling(), plan.watch).0.remove(0)
+    }
+
+    fn pass(&self) -> GatherPass {
+        GatherPass::new(self.plan.size, &self.effort.gathering())
+    }
+
+    /// Generations over `k` by the Neumann series or by shooting, or by shooting rays.
+    fn generations(&self, method: Method, k: Option<&Assembled>) -> Result<Generations, Diverges> {
+        let PatchWork { p, plan, effort } = self;
+        match k {
+            Some(k) if method == Method::ShootingAssembled => shot(&assembled_shooter(k), plan),
+            Some(k) if method != Method::ShootingRays => {
+                let settings = Settings { tolerance: plan.study.rest(), ..Settings::default() };
+                Ok(neumann(&k.operator, &settings)?.terms)
+            }
+            _ => {
+                let rays = effort.rays.saturating_mul(p.patches.len() as u32);
+                let settings = RaySettings { rays, seed: effort.seed, ..RaySettings::default() };
+                shot(&ray_shooter(p, plan.transport, settings), plan)
+            }
         }
-        _ => {
-            let rays = effort.rays.saturating_mul(p.patches.len() as u32);
-            let settings = RaySettings { rays, seed: effort.seed, ..RaySettings::default() };
-            shot(&ray_shooter(p, plan.transport, settings), plan)
-        }
+    }
+
+    /// Generations of several methods over one K.
+    fn solve(&self, ladders: &[Ladder]) -> Result<Vec<Generations>, Diverges> {
+        let k = self.matrix();
+        ladders.iter().map(|ladder| self.generations(ladder.method, Some(&k))).collect()
+    }
+
+    /// Pictures of each bounce, then of all later ones together, of several solutions gathered by the same rays.
+    fn by_order(&self, solutions: &[Generations]) -> Vec<Orders> {
+        let PatchWork { p, plan, .. } = self;
+        let each = plan.study.orders().max(1);
+        let values: Vec<Vec<Rgb>> = solutions
+            .iter()
+            .flat_map(|generations| {
+                let mut fields = bounce_fields_and_rest(p, generations, each - 1);
+                fields.resize(each, vec![Rgb::ZERO; p.patches.len()]);
+                fields
+            })
+            .collect();
+        let transports = p.scene.transports(plan.transport);
+        let parts = picture(p, &transports, &fields(p, &values), &self.pass(), plan.watch);
+        let of_one = |indirect: &[Picture]| {
+            let mut orders = vec![parts.emission.clone()];
+            orders.extend_from_slice(indirect);
+            orders[1] = combine(&orders[1], &parts.direct, |a, b| a + b);
+            orders
+        };
+        parts.indirect.chunks(each).map(of_one).collect()
     }
 }
 
@@ -190,47 +225,14 @@ fn shot(shooter: &dyn Shooter, plan: &StudyPlan) -> Result<Generations, Diverges
     let ticks = |share: f64| (share.max(rest).ln() / 0.9f64.ln()).max(0.0) as u64;
     plan.watch.begin("shooting", ticks(rest));
     let mut shooting = Shooting::new(shooter, settings)?;
-    let mut told = 0;
+    let mut ticked = 0;
     shooting.run(|s| {
-        let now = ticks(s.progress().share).max(told);
-        plan.watch.tick(now - told);
-        told = now;
+        let now = ticks(s.progress().share).max(ticked);
+        plan.watch.tick(now - ticked);
+        ticked = now;
     })?;
     let generations = 0..shooting.generations();
     Ok(generations.map(|n| shooting.generation(n)).collect())
-}
-
-/// Pictures of each bounce, then of all later ones together, of several solutions gathered by the same rays.
-pub(crate) fn by_order(
-    p: &Prepared,
-    plan: &StudyPlan,
-    effort: &PatchEffort,
-    solutions: &[Generations],
-) -> Vec<Vec<Picture>> {
-    let each = plan.study.orders().max(1);
-    let values: Vec<Vec<Rgb>> = solutions.iter().flat_map(|g| values(p, g, each - 1)).collect();
-    let transports = p.scene.transports(plan.transport);
-    let parts =
-        picture(p, &transports, &fields(p, &values), &GatherPass::new(plan.size, &effort.gathering()), plan.watch);
-    let of_one = |indirect: &[Picture]| {
-        let mut orders = vec![parts.emission.clone()];
-        orders.extend_from_slice(indirect);
-        orders[1] = combine(&orders[1], &parts.direct, |a, b| a + b);
-        orders
-    };
-    parts.indirect.chunks(each).map(of_one).collect()
-}
-
-/// What hemisphere rays read of generations 0 to `last - 1`, then of all later ones together.
-fn values(p: &Prepared, generations: &Generations, last: usize) -> Vec<Vec<Rgb>> {
-    let mut fields = vec![vec![Rgb::ZERO; p.patches.len()]; last + 1];
-    fields[0] = without_luminaires(p, &generations[0]);
-    for (n, generation) in generations.iter().enumerate().skip(1) {
-        for (sum, l) in fields[n.min(last)].iter_mut().zip(generation) {
-            *sum += l.invisible;
-        }
-    }
-    fields
 }
 
 /// Repetitions for the standard error.
@@ -255,16 +257,19 @@ pub(crate) fn patch_answers(
 ) -> Result<Vec<Answer>, StudyError> {
     let (effort, first) = finest(p, plan, ladders)?;
     let mut fine = vec![first];
+    let replicate = |p: &Prepared, effort: PatchEffort, replica: u32, ladders: &[Ladder]| {
+        let work = PatchWork { p, plan, effort: PatchEffort { seed: seed(plan, replica), ..effort } };
+        work.solve(ladders).map(|solutions| work.by_order(&solutions))
+    };
     for replica in 1..REPLICAS {
-        fine.push(replicate(p, plan, &PatchEffort { seed: seed(plan, replica), ..effort }, ladders)?);
+        fine.push(replicate(p, effort, replica, ladders)?);
     }
     let words = format!("mean of {REPLICAS}: {}", effort.words(p));
     let coarse_effort = PatchEffort { patches: effort.patches / 4, rays: 4 * effort.rays, ..effort };
     p.recut(coarse_effort.patches);
     let mut coarse = Vec::new();
     for replica in 0..REPLICAS {
-        let effort = PatchEffort { seed: seed(plan, replica), ..coarse_effort };
-        coarse.push(replicate(p, plan, &effort, &ladders[..1])?.remove(0));
+        coarse.push(replicate(p, coarse_effort, replica, &ladders[..1])?.remove(0));
     }
     let of = |k: usize| fine.iter().map(|r| r[k].clone()).collect::<Vec<_>>();
     let patches = Systematic::new(&of(0), &coarse, mask);
@@ -286,7 +291,7 @@ fn finest(p: &mut Prepared, plan: &StudyPlan, ladders: &[Ladder]) -> Result<(Pat
     cut_within(p, plan, &effort)?;
     let solutions = loop {
         let clock = Instant::now();
-        let solutions = solve(p, plan, &effort, ladders)?;
+        let solutions = PatchWork { p, plan, effort }.solve(ladders)?;
         // Twice the patches with as many rays in all, but 64 a patch, take up to some 2.3 times as long.
         if 2.3 * clock.elapsed().as_secs_f64() >= solving || effort.patches >= 64_000 {
             break solutions;
@@ -302,7 +307,7 @@ fn finest(p: &mut Prepared, plan: &StudyPlan, ladders: &[Ladder]) -> Result<(Pat
     loop {
         effort.pixel = PixelRays::Camera(camera);
         let clock = Instant::now();
-        let orders = by_order(p, plan, &effort, &solutions);
+        let orders = PatchWork { p, plan, effort }.by_order(&solutions);
         // The repetitions with coarse patches are gathered too.
         if 4.0 * clock.elapsed().as_secs_f64() >= share || camera >= MOST_CAMERA {
             return Ok((effort, orders));
@@ -315,27 +320,6 @@ fn seed(plan: &StudyPlan, replica: u32) -> u32 {
     replica_seed(plan.seed, replica + 1)
 }
 
-/// One repetition of the methods asked for.
-fn replicate(
-    p: &Prepared,
-    plan: &StudyPlan,
-    effort: &PatchEffort,
-    ladders: &[Ladder],
-) -> Result<Vec<Orders>, Diverges> {
-    let solutions = solve(p, plan, effort, ladders)?;
-    Ok(by_order(p, plan, effort, &solutions))
-}
-
-fn solve(
-    p: &Prepared,
-    plan: &StudyPlan,
-    effort: &PatchEffort,
-    ladders: &[Ladder],
-) -> Result<Vec<Generations>, Diverges> {
-    let k = matrix(p, plan, effort);
-    ladders.iter().map(|ladder| generations(p, plan, ladder.method, effort, Some(&k))).collect()
-}
-
 /// What the size of patches does.
 struct Systematic {
     /// To each pixel.
@@ -346,14 +330,9 @@ struct Systematic {
 
 impl Systematic {
     fn new(fine: &[Orders], coarse: &[Orders], mask: &Picture) -> Systematic {
-        let apart: Vec<Orders> = fine
-            .iter()
-            .zip(coarse)
-            .map(|(f, c)| {
-                let pairs = f.iter().zip(c);
-                pairs.map(|(f, c)| combine(f, c, |f, c| f - c)).collect()
-            })
-            .collect();
+        let pairs = fine.iter().zip(coarse).map(|(f, c)| f.iter().zip(c));
+        let apart: Vec<Orders> =
+            pairs.map(|orders| orders.map(|(f, c)| combine(f, c, |f, c| f - c)).collect()).collect();
         let wholes: Vec<Picture> = apart.iter().map(|orders| sum(orders)).collect();
         let squares = map(&average(&wholes), |d| d * d);
         // A difference that changes sign in a window is not small there.

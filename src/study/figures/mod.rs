@@ -1,5 +1,5 @@
 //! Figures for print: the four modes on one scene, successive approximation, what lies between the modes, and the
-//! local mode beside OpenGL.
+//! local mode next to OpenGL.
 //!
 //! Each is a [`Page`](crate::plot::Page) with a list of what its panels show. Not handled: how exact the pictures are;
 //! the caller says.

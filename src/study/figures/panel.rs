@@ -70,7 +70,7 @@ impl Panel {
 }
 
 impl Figure {
-    /// The page of some rows, whose panels are told where they are.
+    /// The page of some rows, with the place of each panel.
     pub(crate) fn new(
         settings: &PageSettings,
         title: &str,

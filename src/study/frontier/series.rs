@@ -1,8 +1,11 @@
-//! The series, its bounds, its true tails and progressive shooting at given shares of the frontier's alpha.
+//! One tau of a scene's stability map: where both frontiers lie along alpha, and what the series, its bounds, its true
+//! tails, progressive shooting and the formal solution do at given shares of the frontier's alpha.
+//!
+//! Not handled: the whole map ([`map`](crate::study::map::map)).
 
 use std::time::Instant;
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use crate::form_factors::Sampling;
 use crate::light::{Light, Transport};
@@ -17,11 +20,6 @@ use crate::solve::{
     norm, terms, verdict,
 };
 use crate::study::map::Survey;
-
-// MERGED study/frontier/slice
-// One tau of a scene's stability map: where both frontiers lie along alpha, and the scene at any point.
-//
-// Not handled: the whole map ([`map`](crate::study::map::map)).
 
 /// The scene with every own alpha and tau (1 where a material has none) times these: a point of its stability map.
 pub fn at(scene: &Scene, alpha: f64, tau: f64) -> Scene {
@@ -91,7 +89,6 @@ pub struct SeriesRun {
     #[serde(rename = "norm_of_k")]
     pub norm: f64,
     /// What the bounds say of the series.
-    #[serde(serialize_with = "name")]
     pub verdict: Verdict,
     /// Norms of `KⁿE`, n from 0.
     #[serde(skip)]
@@ -110,7 +107,7 @@ pub struct SeriesRun {
     /// Seconds of each solve of L over the same K.
     pub seconds: Timing,
     /// How progressive shooting with rays ended.
-    #[serde(rename = "shooting", serialize_with = "name")]
+    #[serde(rename = "shooting")]
     pub shot: Verdict,
     /// Its last batch.
     #[serde(flatten)]
@@ -141,11 +138,6 @@ pub struct Shot {
     pub sweeps: f64,
     /// Unshot power as a share of that emitted.
     pub unshot: f64,
-}
-
-/// A verdict as its name.
-fn name<S: Serializer>(verdict: &Verdict, to: S) -> Result<S::Ok, S::Error> {
-    to.serialize_str(verdict.name())
 }
 
 /// Points at one tau that approach the frontier.
@@ -271,14 +263,10 @@ fn shoot(shooter: &dyn Shooter, patches: usize) -> (Vec<Shot>, Verdict) {
     (seen, verdict)
 }
 
-// MERGED study/frontier/formal
-// The formal solution beyond the frontier: (I - K) L = E has one, and it is not light.
-//
-// If L >= 0 solved it with radius lambda > 1 and y > 0 the left eigenvector of B, then `y L = y E + lambda y L`, so
-// `y L = -y E/(lambda - 1) < 0`: some patch of every scene whose light reaches everything is negative. Solved by LU
-// ([`direct`]), O(patches³). Not handled: lambda an eigenvalue to rounding, where LU finds I - K singular.
-
-/// The formal solution in figures.
+/// The formal solution of (I - K) L = E beyond the frontier, in figures: there is one, and it is not light.
+///
+/// If L >= 0 solved it with radius lambda > 1 and y > 0 the left eigenvector of B, then `y L = y E + lambda y L`, so
+/// `y L = -y E/(lambda - 1) < 0`: some patch of every scene whose light reaches everything is negative.
 #[derive(Clone, Debug, Serialize)]
 pub struct Formal {
     /// L, negative in places.
@@ -308,7 +296,8 @@ pub fn check_dense(p: &Prepared, limit: f64) -> Result<(), Unfit> {
     Err(Unfit { patches, stored: Stored::Dense, bytes: bytes(patches as f64), limit, fitting })
 }
 
-/// Solves (I - K) L = E by LU; none where that is singular.
+/// Solves (I - K) L = E by LU ([`direct`]), O(patches³); none where that is singular, lambda being an eigenvalue to
+/// rounding.
 pub fn formal(k: &Operator) -> Option<Formal> {
     let light = direct(k)?;
     let least = |l: &Light| l.invisible.min_element().min(l.visible.min_element());

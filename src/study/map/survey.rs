@@ -1,4 +1,5 @@
-//! One cast of rays, asked for spectral radii at any tau, and for those of any moment of the path tracer's weights.
+//! One cast of rays: spectral radii at any tau, and those of any moment of the path tracer's weights; and how much memory
+//! that takes.
 //!
 //! What a path carries, as [`reference`](crate::reference) samples it: at a vertex with throughput T (its largest
 //! channel over that of the first surface, so T >= 1 always) one ray is cast; X_j is the light of the crossings with
@@ -143,17 +144,6 @@ impl Survey {
     }
 }
 
-// MERGED study/map/memory
-// How much memory the crossings of a survey will take, told before they are cast.
-//
-// ```text
-// n (12 x + 4 c + 4 r + 72)    x crossings, c columns and r rays a patch; three lists
-// n (24 c + 72)                one matrix made from them, apart and joined
-// n (32 s + 200)               eigenvectors of s columns of the map, and other lists
-// ```
-//
-// x and c are measured on a few patches. Not handled: the scene itself, which is already loaded.
-
 /// Bytes of a crossing, of a column or ray that is listed, and of a patch's three lists.
 const CROSSING: f64 = 12.0;
 const LISTED: f64 = 4.0;
@@ -166,7 +156,15 @@ const VECTORS: f64 = 32.0;
 const PATCH: f64 = 200.0;
 
 /// Checks that the crossings of a [`map`](crate::study::map::map) of so many `steps` each way fit in `limit` bytes;
-/// infinity asks nothing.
+/// infinity checks nothing.
+///
+/// ```text
+/// n (12 x + 4 c + 4 r + 72)    x crossings, c columns and r rays a patch; three lists
+/// n (24 c + 72)                one matrix made from them, apart and joined
+/// n (32 s + 200)               eigenvectors of s columns of the map, and other lists
+/// ```
+///
+/// x and c are measured on a few patches; the scene itself is already loaded.
 ///
 /// # Errors
 /// [`Unfit`], with the number of patches that would.
