@@ -21,6 +21,7 @@ const HOMES: [(&str, &[&str]); 16] = [
     ("image", &["pictures"]),
     ("csv", &["pictures"]),
     ("obvhs", &["rays"]),
+    ("rand_xoshiro", &["reference"]),
     ("khronos_egl", &["reference"]),
     ("statrs", &["study"]),
     ("zeno", &["plot"]),

@@ -7,10 +7,11 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
+use crate::cli::arguments::MemoryLimit;
+use crate::cli::arguments::{Common, Completion};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::cli::memory::MemoryLimit;
-use crate::cli::options::{Common, Completion};
+use crate::cli::pictures::Files;
 use crate::form_factors::Sampling;
 use crate::pictures::{Table, make_directory};
 use crate::render::{Prepared, prepare};
@@ -62,23 +63,19 @@ struct MapReport {
 }
 
 /// Maps a scene.
-pub fn run(own: &MapArguments, common: &Common) -> Result<(), CliError> {
-    let console = Console::new(common);
+pub fn run(own: &MapArguments, common: &Common, console: &Console) -> Result<(), CliError> {
     let start = Instant::now();
-    let scene = own.completion.load(&own.scene, |warning| console.warn(warning))?;
+    let scene = own.completion.load(&own.scene, console)?;
     make_directory(&common.out)?;
     let prepared = prepare(scene, own.patches as usize);
     let sampling = Sampling { rays: own.rays, seed: common.seed, ..Sampling::default() };
     let limit = own.limit.bytes();
     check_crossings(&prepared, &sampling, own.grid.into(), limit)?;
-    let map = map(&prepared, own.grid.into(), &sampling, &console);
+    let map = map(&prepared, own.grid.into(), &sampling, console);
     let seconds = start.elapsed().as_secs_f64();
     console.say(table(&map));
     console.say(sentence(&prepared, &map, seconds));
-    let files = write(common, &prepared, &map)?;
-    for file in &files {
-        console.say(file.display().to_string());
-    }
+    let files = write(common, &prepared, &map)?.said(console);
     console.report(&MapReport {
         scene: prepared.scene.name.clone(),
         patches: prepared.patches.len(),
@@ -94,35 +91,26 @@ pub fn run(own: &MapArguments, common: &Common) -> Result<(), CliError> {
     })
 }
 
-fn write(common: &Common, prepared: &Prepared, map: &Map) -> Result<Vec<PathBuf>, CliError> {
-    let scene = &prepared.scene.name;
-    let file = |end: &str| common.out.join(format!("{scene}-map{end}"));
+fn write(common: &Common, prepared: &Prepared, map: &Map) -> Result<Files, CliError> {
+    let scene = &prepared.scene;
     let chart = MapChart {
         map,
-        title: format!("Where the bounce series of {scene} converges"),
+        title: format!("Where the bounce series of {} converges", scene.name),
         caption: format!(
-            "{scene}: {} triangles, {} patches, {} rays, {} by {} points.",
-            prepared.scene.solid_faces(),
+            "{}: {} triangles, {} patches, {} rays, {} by {} points.",
+            scene.name,
+            scene.solid_faces(),
             prepared.patches.len(),
             map.rays,
             map.columns.len(),
             map.columns.len(),
         ),
     };
-    let charts = [file(".svg"), file(".png")];
-    for path in &charts {
-        chart.write(path)?;
-    }
-    let tables = [
-        (file(".csv"), grid_table(map)),
-        (file("-alpha-c.csv"), alpha_table(map)),
-        (file("-tau-c.csv"), tau_table(map)),
-    ];
-    let mut files = charts.to_vec();
-    for (path, table) in tables {
-        table.write(&path)?;
-        files.push(path);
-    }
+    let mut files = Files::new(&common.out, &format!("{}-map", scene.name));
+    files.draw("", &["svg", "png"], &chart.drawing())?;
+    grid_table(map).write(files.add(".csv"))?;
+    alpha_table(map).write(files.add("-alpha-c.csv"))?;
+    tau_table(map).write(files.add("-tau-c.csv"))?;
     Ok(files)
 }
 

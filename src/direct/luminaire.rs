@@ -8,10 +8,10 @@ use glam::{DVec3, Vec3};
 
 use crate::direct::emission_tree::Moments;
 use crate::direct::luminaire_texture::UnevenEmission;
-use crate::form_factors::plane::sees_front;
-use crate::form_factors::shadow::{Caster, Pieces, visible_form};
 use crate::form_factors::lambert::Outline;
+use crate::form_factors::plane::sees_front;
 use crate::form_factors::point_to_polygon;
+use crate::form_factors::shadow::{Caster, Pieces, visible_form};
 use crate::light::Rgb;
 use crate::rays::warp::triangle_point;
 use crate::rays::{End, Side};

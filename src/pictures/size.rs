@@ -3,7 +3,7 @@
 //! Not handled: limits of a size; what reads one checks it.
 
 /// Width and height in pixels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize)]
 pub struct Size {
     /// Pixels across.
     pub width: usize,

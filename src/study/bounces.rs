@@ -1,7 +1,7 @@
 //! The bounce series as pictures: one of every term `KⁿE`, and their partial sums.
 
 use crate::gather::GatherPass;
-use crate::light::Rgb;
+use crate::light::{Light, Rgb};
 use crate::pictures::Picture;
 use crate::reading::invisible;
 use crate::render::prepared::fields;
@@ -11,22 +11,24 @@ use crate::solve::Solution;
 /// What hemisphere rays read for each of the first `count` bounces: the picture of bounce n shows the patch light of
 /// bounce n - 1 reflected once more. Fewer where the series ends.
 pub fn bounce_fields(p: &Prepared, solution: &Solution, count: usize) -> Vec<Vec<Rgb>> {
-    let of = |n: usize| match n {
-        0 => without_luminaires(p, &solution.terms[0]),
-        n => invisible(&solution.terms[n]),
-    };
-    (0..count.min(solution.terms.len() - 1)).map(of).collect()
+    let terms = &solution.terms;
+    (0..count.min(terms.len() - 1)).map(|n| bounce_field(p, n, &terms[n])).collect()
 }
 
-/// What hemisphere rays read for each of the first `count` bounces, and for all later ones of the solution together.
-/// Fewer where the series ends; then nothing is left for the last.
-pub fn bounce_fields_and_rest(p: &Prepared, solution: &Solution, count: usize) -> Vec<Vec<Rgb>> {
-    let mut values = bounce_fields(p, solution, count);
-    let later = solution.terms.iter().skip(values.len());
+/// What hemisphere rays read of the light of bounce n.
+fn bounce_field(p: &Prepared, n: usize, term: &[Light]) -> Vec<Rgb> {
+    if n == 0 { without_luminaires(p, term) } else { invisible(term) }
+}
+
+/// What hemisphere rays read for each of the first `count` bounces of a series, and for all later ones together. Fewer
+/// where the series ends; then nothing remains for the last.
+pub fn bounce_fields_and_rest(p: &Prepared, terms: &[Vec<Light>], count: usize) -> Vec<Vec<Rgb>> {
+    let count = count.min(terms.len() - 1);
+    let mut values: Vec<Vec<Rgb>> = (0..count).map(|n| bounce_field(p, n, &terms[n])).collect();
     let mut rest = vec![Rgb::ZERO; p.patches.len()];
-    for term in later {
-        for (sum, l) in rest.iter_mut().zip(term) {
-            *sum += l.invisible;
+    for (n, term) in terms.iter().enumerate().skip(count) {
+        for (sum, light) in rest.iter_mut().zip(bounce_field(p, n, term)) {
+            *sum += light;
         }
     }
     values.push(rest);

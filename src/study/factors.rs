@@ -98,7 +98,7 @@ pub struct FactorTable {
     pub unmet: usize,
 }
 
-/// What is asked of the table.
+/// How exact the table is.
 #[derive(Clone, Copy, Debug)]
 pub struct FactorSettings {
     /// Error allowed, as a share of each form factor; a thousandth of it is allowed to any.

@@ -1,6 +1,6 @@
 //! Pictures of the path tracers: one tracer goes on adding samples, and is looked at on the way.
 //!
-//! Not handled: variance that is infinite (`map` tells where), and whatever a path tracer's own standard error does not
+//! Not handled: variance that is infinite (`map` shows where), and whatever a path tracer's own standard error does not
 //! show.
 
 use std::convert::Infallible;
@@ -12,9 +12,9 @@ use crate::rays::Rays;
 use crate::reference::{NextEvent, TraceSettings, Tracer};
 use crate::render::Seconds;
 use crate::scene::Scene;
-use crate::study::compare::answer::{Answer, Mean};
 use crate::study::compare::arithmetic::{counted, masked_error, masked_mean, window};
 use crate::study::compare::ladder::{Ladder, LadderStep, Method, ORDERS, Study, StudyPlan, climb, lap};
+use crate::study::compare::verdict::{Answer, Mean};
 
 /// Times at which tracers that are compared are looked at, as shares of the plan's.
 const LOOKS: [f64; 6] = [1.0 / 32.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 1.0];
@@ -44,7 +44,7 @@ pub(crate) fn climb_paths<'a>(
         let orders = (0..plan.study.orders()).filter_map(|n| tracer.bounce(n)).collect();
         Ok::<_, Infallible>(Some(LadderStep {
             effort: format!("{} samples a pixel", tracer.samples()),
-            asked: None,
+            requested: None,
             estimated: tracer.relative_error(),
             seconds,
             picture: tracer.picture(),
@@ -58,12 +58,12 @@ pub(crate) fn climb_paths<'a>(
 /// Adds samples for so many seconds, two at least: one has no standard error. A tick for each millisecond.
 fn pass_until(tracer: &mut Tracer, seconds: f64, plan: &StudyPlan) {
     plan.watch.begin("paths", (1e3 * seconds.max(0.0)) as u64);
-    let (clock, mut told) = (Instant::now(), 0);
+    let (clock, mut ticked) = (Instant::now(), 0);
     loop {
         tracer.pass(2);
         let now = clock.elapsed();
-        plan.watch.tick(now.as_millis() as u64 - told);
-        told = now.as_millis() as u64;
+        plan.watch.tick(now.as_millis() as u64 - ticked);
+        ticked = now.as_millis() as u64;
         if now.as_secs_f64() >= seconds {
             return;
         }
@@ -97,7 +97,7 @@ pub(crate) fn traced_answer(tracer: &Tracer, name: &'static str, mask: &Picture)
     }
 }
 
-/// Samples with light among which the largest is looked for: the next exceeds it with a probability of 1 in so many.
+/// Samples with light among which the largest is taken: the next exceeds it with a probability of 1 in so many.
 const ENOUGH: u64 = 2000;
 
 /// The most that one sample can add to each pixel's mean: the largest of at least [`ENOUGH`] samples with light around

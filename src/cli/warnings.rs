@@ -1,11 +1,11 @@
-//! The warning of black backs: which objects show them, and what difference it would make if they reflected there.
+//! Warnings before and after pictures are made: black backs, a path tracer's infinite variance, a tolerance not met.
 //!
-//! A grid of camera rays, and a ray from each place where one ends, find the objects. Small path-traced pictures tell
-//! the mean radiance as it is, with both sides of those objects' faces reflecting, and with two sides to every face,
-//! each with its standard error. What makes no difference is not advised, and not told where the camera sees no back
-//! itself.
+//! Black backs are found by a grid of camera rays, and a ray from each place where one ends. Small path-traced pictures
+//! estimate the mean radiance as it is, with both sides of those objects' faces reflecting, and with two sides to every
+//! face, each with its standard error. What makes no difference is not advised, and not said where the camera sees no
+//! back itself.
 //!
-//! Not handled: light that passes through surfaces (tau above 0), of which no means are told.
+//! Not handled: black backs where light passes through surfaces (tau above 0), of which no means are estimated.
 
 use glam::Vec3;
 
@@ -16,7 +16,9 @@ use crate::rays::sobol::{fraction, hash};
 use crate::rays::warp::cosine_direction;
 use crate::rays::{Hit, Ray, Rays, Side};
 use crate::reference::{Mean, TraceSettings, Tracer};
+use crate::render::{Ended, Rendered};
 use crate::scene::{Scene, Sides};
+use crate::study::map::{Growth, Variance, growth};
 
 /// Share of rays that may meet black backs before it is worth a warning.
 const BACKS: f64 = 0.01;
@@ -33,7 +35,7 @@ const APART: f64 = 4.0;
 const MOST_DIGITS: f64 = 12.0;
 
 /// What the pictures of a run show.
-pub struct Shown<'a> {
+pub struct Pictured<'a> {
     pub scene: &'a Scene,
     pub rays: &'a Rays,
     pub size: Size,
@@ -50,13 +52,13 @@ struct Backs {
 }
 
 /// Warns if more than a hundredth of the camera's rays, or of those from where they end, meet black backs; `shares` are
-/// those of the pictures' camera rays, which differ by the backs behind others: the largest is told.
-pub fn warn_of_backs(console: &Console, shown: &Shown, shares: impl Iterator<Item = f64>) {
+/// those of the pictures' camera rays, which differ by the backs behind others: the largest is said.
+pub fn warn_of_backs(console: &Console, pictured: &Pictured, shares: impl Iterator<Item = f64>) {
     if !console.warns() {
         return;
     }
-    let Shown { scene, rays, .. } = shown;
-    let size = grid(shown.size);
+    let Pictured { scene, rays, .. } = pictured;
+    let size = grid(pictured.size);
     let [mut seen, further] = met(scene, rays, size);
     seen.share = shares.fold(0.0, f64::max);
     let is_seen = seen.share > BACKS;
@@ -64,9 +66,9 @@ pub fn warn_of_backs(console: &Console, shown: &Shown, shares: impl Iterator<Ite
     if backs.share <= BACKS {
         return;
     }
-    let means = Means::new(shown, size, &backs);
-    let told = match &means {
-        Some(means) if means.differ() => means.tell(),
+    let means = Means::new(pictured, size, &backs);
+    let advice = match &means {
+        Some(means) if means.differ() => means.words(),
         Some(_) if !is_seen => return,
         Some(means) => format!("the picture is as bright in the mean ({}) if they reflect there", show(&means.own)),
         None if is_seen => {
@@ -77,7 +79,7 @@ pub fn warn_of_backs(console: &Console, shown: &Shown, shares: impl Iterator<Ite
     let which = if is_seen { "the camera's rays" } else { "the rays from what the camera sees" };
     let share = 100.0 * backs.share;
     console.warn(format!(
-        "{share:.1} % of {which} meet the black backs of one-sided faces, of {}: {told}",
+        "{share:.1} % of {which} meet the black backs of one-sided faces, of {}: {advice}",
         backs.names(scene)
     ));
 }
@@ -155,8 +157,8 @@ struct Means {
 
 impl Means {
     /// Of the first mode without light that passes through surfaces; none where there is none, or light overflows.
-    fn new(shown: &Shown, size: Size, backs: &Backs) -> Option<Means> {
-        let &Shown { scene, rays, transports, .. } = shown;
+    fn new(pictured: &Pictured, size: Size, backs: &Backs) -> Option<Means> {
+        let &Pictured { scene, rays, transports, .. } = pictured;
         let is_opaque = |mode: &&Transport| scene.transports(**mode).iter().all(|own| own.tau == 0.0);
         let mode = *transports.iter().find(is_opaque)?;
         let behind = |face: u32| backs.counts[scene.faces[face as usize].object as usize] > 0;
@@ -170,7 +172,7 @@ impl Means {
         differ(&self.own, &self.turned) || differ(&self.own, &self.all)
     }
 
-    fn tell(&self) -> String {
+    fn words(&self) -> String {
         let Means { mode, own, turned, all } = self;
         let lamps = if differ(turned, all) { ", where everything else has two sides too" } else { "" };
         format!(
@@ -213,4 +215,110 @@ fn show(mean: &Mean) -> String {
     let least = if error > 0.0 { error } else { value };
     let digits = if least > 0.0 { (-least.log10().floor()).clamp(0.0, MOST_DIGITS) as usize } else { 0 };
     format!("{value:.digits$} ± {error:.digits$}")
+}
+
+/// Looks at the variance of path tracing a mode, and warns where it is infinite or may be.
+pub fn check_variance(console: &Console, scene: &Scene, rays: &Rays, transport: Transport, seed: u32) -> Growth {
+    let found = growth(scene, rays, transport, seed);
+    if let Some(words) = warning(&found) {
+        console.warn(format!("{}: {words}", transport.label()));
+    }
+    found
+}
+
+fn warning(g: &Growth) -> Option<String> {
+    let (mean, squares) = (g.mean?, g.squares?);
+    let range = |low: f64, high: f64| format!("{low:.3} to {high:.3}");
+    let radius = range(mean.lower, mean.upper);
+    let growth = range(squares.lower, squares.upper);
+    if g.diverges() {
+        return Some(format!(
+            "the series E + KE + K²E + … diverges (spectral radius of K {radius}), so a traced picture is its sum up to \
+             --max-bounces and grows with that; `halflight bounces` shows the terms, smaller --alpha or --tau converge"
+        ));
+    }
+    let instead = "`halflight render` solves L = E + K L without it; smaller --alpha or --tau tame it";
+    match g.variance {
+        Variance::Finite => None,
+        Variance::Infinite => {
+            let slower = match g.exponent {
+                Some(x) => format!("about as N^-{x:.2}, not as N^-1/2"),
+                None => "slower than N^-1/2".into(),
+            };
+            Some(format!(
+                "the variance is infinite though the mean is not (spectral radius of K {radius}, of the squared weights \
+                 of its paths {growth}), so with N samples the error falls {slower}, and reported standard errors are too small; \
+                 {instead}"
+            ))
+        }
+        Variance::Undecided => Some(format!(
+            "the variance may be infinite (spectral radius of K {radius}, of the squared weights of its paths at most \
+             about {:.3}, and 1 is the limit), so with N samples the error may fall slower than N^-1/2; {instead}",
+            squares.upper,
+        )),
+    }
+}
+
+/// Warns where the estimated error is above the tolerance.
+pub(crate) fn warn_of_error(console: &Console, transport: Transport, found: &Rendered, tolerance: f64) {
+    if let Some(why) = unmet(found, tolerance) {
+        console.warn(format!("{}: {why}", transport.label()));
+    }
+}
+
+/// Why a picture's estimated error is above its tolerance, and what would help; none where it is not.
+pub(crate) fn unmet(found: &Rendered, tolerance: f64) -> Option<String> {
+    let error = &found.error;
+    if error.total <= tolerance {
+        return None;
+    }
+    let parts = [
+        (error.form_factors, "noise of F"),
+        (error.patches, "the light read on patches"),
+        (error.truncation, "the series' truncation"),
+        (error.gather, "the gather pass"),
+    ];
+    let largest = parts.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+    let (part, name) = largest.unwrap_or_default();
+    if found.is_black() {
+        return Some(
+            "the scene emits light, but no ray found any on what the camera sees: the error is not known".into(),
+        );
+    }
+    if error.total >= 1.0 {
+        return Some(format!("the error is not known: most of the light comes by ways that few rays find ({name})"));
+    }
+    let why = match found.ended {
+        Ended::ByTime => "when the time was over; a longer --time helps",
+        Ended::ByItself => "which more effort lessened too little; a larger --size leaves less to bend within a pixel",
+    };
+    Some(format!(
+        "estimated error {:.2} %, more than the {:.2} % asked for; most of it ({:.2} %) is {name}, {why}",
+        100.0 * error.total,
+        100.0 * tolerance,
+        100.0 * part,
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::Bounds;
+
+    fn found(variance: Variance, mean: f64, squares: f64, exponent: Option<f64>) -> Growth {
+        let around = |x: f64| Bounds { lower: x, upper: 1.001 * x };
+        Growth { variance, mean: Some(around(mean)), squares: Some(around(squares)), exponent }
+    }
+
+    #[test]
+    fn each_side_of_each_frontier_has_its_words() {
+        assert_eq!(warning(&found(Variance::Finite, 0.5, 0.4, Some(0.5))), None);
+        let words = |g| warning(&g).unwrap();
+        let between = words(found(Variance::Infinite, 0.9, 1.3, Some(0.341)));
+        assert!(between.contains("N^-0.34") && between.contains("render"));
+        let near = words(found(Variance::Undecided, 0.8, 0.99, None));
+        assert!(near.contains("may be infinite") && near.contains("0.991"));
+        let beyond = words(found(Variance::Infinite, 1.2, 2.0, None));
+        assert!(beyond.contains("diverges") && beyond.contains("--max-bounces"));
+    }
 }
