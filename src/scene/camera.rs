@@ -7,13 +7,10 @@
 //! Not handled: what furniture hides. The corner is chosen by a few rays against all faces.
 
 use glam::DVec3;
-use thiserror::Error;
 
 use crate::scene::enclosure::{Line, Walls};
-use crate::scene::{Camera, Scene};
-
-/// Vertical field of view of a camera that is not told its own, degrees: the Cornell box's.
-pub const DEFAULT_FOV: f64 = 39.307_648_116_106_62;
+use crate::scene::error::ViewError;
+use crate::scene::model::{Camera, DEFAULT_FOV, Scene};
 
 /// Vertical field of view inside a room, degrees.
 const INSIDE_FOV: f64 = 70.0;
@@ -25,23 +22,6 @@ const CLOSED: f64 = 0.1;
 /// By how much the longer of two views must be longer to count as such: more than rounding makes of corners that are
 /// listed in another order.
 const LONGER: f32 = 1.0001;
-
-/// Why a camera cannot look that way.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-pub enum ViewError {
-    /// Position and target coincide.
-    #[error("the camera's position is its target: the view has no direction")]
-    NoDirection,
-    /// Up is zero or along the view.
-    #[error("the camera's up vector is zero or points along the view")]
-    UpAlongView,
-    /// A field of view outside (0, 180).
-    #[error("vertical_fov = {0} is outside (0, 180) degrees")]
-    Fov(f64),
-    /// NaN, infinite, or too far away to be represented.
-    #[error("the camera has a number that is not finite")]
-    NotFinite,
-}
 
 impl Camera {
     /// The camera at `position` looking at `target`, all in one frame (unit coordinates for a [`Scene`]'s camera).

@@ -11,7 +11,7 @@ use std::ops::Range;
 use glam::DVec2;
 use smallvec::{SmallVec, smallvec};
 
-use crate::scene::coincident::polygons::overlap;
+use crate::scene::coincident::division::overlap;
 
 /// Triangles of a leaf, at most about.
 const LEAF: usize = 4;

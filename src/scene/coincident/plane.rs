@@ -10,10 +10,9 @@
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
-use crate::scene::coincident::division::{Cover, Covering, Marks, Piece, divided};
+use crate::scene::coincident::division::{Cover, Covering, Marks, Piece, Polygon, divided};
 use crate::scene::coincident::kept::Kept;
-use crate::scene::coincident::polygons::Polygon;
-use crate::scene::planes::Plane;
+use crate::scene::coincident::planes::Plane;
 use crate::scene::{Scene, Sides};
 
 /// How far texture coordinates of one place may lie apart to be the same.

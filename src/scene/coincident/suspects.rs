@@ -11,8 +11,8 @@ use glam::{DVec2, DVec3, DVec4, Vec4Swizzles};
 use rayon::prelude::*;
 use smallvec::{SmallVec, smallvec};
 
-use crate::scene::coincident::polygons::overlap;
-use crate::scene::planes::{GENERIC, TOLERANCE, across, number, plane_of};
+use crate::scene::coincident::division::overlap;
+use crate::scene::coincident::planes::{GENERIC, TOLERANCE, across, number, plane_of};
 use crate::scene::{Scene, Sides};
 
 /// Edge of a cell.

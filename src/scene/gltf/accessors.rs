@@ -11,7 +11,7 @@ use gltf_json::buffer::View;
 use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Index, Root};
 
-use crate::scene::gltf::container::Bytes;
+use crate::scene::gltf::document::Bytes;
 
 /// The document with its buffers.
 pub(super) struct Data<'a> {
