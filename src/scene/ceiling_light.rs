@@ -1,19 +1,20 @@
-//! A luminaire added to a scene that brings none: a horizontal rectangle above the middle, facing down.
+//! A luminaire added to a scene that brings none: a horizontal rectangle of half the width and depth of the bounding
+//! box above its middle, facing down; y counts as up.
 //!
-//! Its sides are half the width and depth of the scene's bounding box; y counts as up. Under a ceiling it hangs below
-//! it by [`MARGIN`] of the scene's height: a scene has a ceiling where vertical rays from half its height meet a side that
-//! reflects, and most horizontal ones meet walls. In a scene open above, the rectangle lies below the top of the box by
-//! the same margin, or, where things under it reach so high, above the box by a quarter of its larger side.
+//! Under a ceiling it hangs below it by [`MARGIN`] of the scene's height: a scene has a ceiling where vertical rays
+//! from half its height meet a side that reflects, and most horizontal ones meet walls. In a scene open above, it lies
+//! below the top of the box by the same margin, or, where things under it reach so high, above the box by a quarter of
+//! its larger side. Its radiance, so that a white floor of the box has the mean radiance 1, is
 //!
-//! Its radiance gives the floor of the bounding box a mean irradiance of about pi W/m², so that a white floor has the
-//! mean radiance 1: L = 1/(F + R), where F is the form factor from the floor to the rectangle with nothing in between.
-//! Under a ceiling R = rho/(1 - rho) A_light/A is what the surfaces of area A and mean reflectance rho give back as in
-//! an integrating sphere; elsewhere it is 0.
+//! ```text
+//! L = 1/(F + R),     R = rho/(1 - rho) A_light/A under a ceiling, elsewhere 0
+//! ```
+//!
+//! with F the form factor from the floor to the rectangle with nothing in between, and R what the surfaces of area A
+//! and mean reflectance rho give back as in an integrating sphere.
 //!
 //! Source of F at a point: J. R. Howell, *A Catalog of Radiation Heat Transfer Configuration Factors*, plane element to
-//! parallel rectangle.
-//!
-//! Not handled: scenes whose up is not y, and what stands between the rectangle and the floor.
+//! parallel rectangle. Not handled: scenes whose up is not y, and what stands between the rectangle and the floor.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 

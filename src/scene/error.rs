@@ -38,7 +38,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why a scene could not be loaded. The help of each says what to do about it.
+/// Why a scene could not be loaded. The help of each is what to do about it.
 #[derive(Debug, Error, Diagnostic)]
 #[allow(missing_docs)] // the fields are the values the messages name
 pub enum SceneError {

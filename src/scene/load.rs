@@ -129,11 +129,11 @@ impl Scene {
         from_scene_file(&SceneInput { name, file: &file, bytes: toml.as_bytes(), reader: &any, options })
     }
 
-    /// Checks that some face's material emits, or a light without area shines: renderers ask, those who only look at
-    /// the geometry need not.
+    /// Checks that some face's material emits, or a light without area shines: renderers need it, those who only look
+    /// at the geometry do not.
     ///
     /// # Errors
-    /// [`SceneError::Dark`], which says where emission is given.
+    /// [`SceneError::Dark`], whose help is where emission is given.
     pub fn require_emission(&self) -> Result<(), SceneError> {
         let lit = (0..self.faces.len() as u32).any(|face| self.material(face).emits());
         let lit = lit || self.lights.iter().any(PunctualLight::shines);

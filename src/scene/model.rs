@@ -9,7 +9,7 @@ use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::light::{Gloss, Light, Rgb, Transport, TransportError, Visibility};
 use crate::scene::punctual::PunctualLight;
-use crate::scene::textures::Maps;
+use crate::scene::textures::{Maps, Mask};
 
 /// The material of faces for which the file has none: reflects [`LoadOptions::reflectance`].
 pub const NO_MATERIAL: &str = "(none)";
@@ -63,7 +63,7 @@ pub struct Scene {
 /// The faces that stand for a scene's sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
-    /// Unit vector that tells above from below.
+    /// Unit vector upwards, which separates the halves.
     pub up: Vec3,
     /// The face above; the one below follows it, and both are the last of the scene.
     pub first: u32,
@@ -184,7 +184,7 @@ pub struct NamedCamera {
     pub camera: Camera,
 }
 
-/// What a person may ask of every scene, whatever its files say.
+/// What may be requested for every scene, whatever its files give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadOptions {
     /// The sides of materials for which no scene file gives `two_sided`.
@@ -225,9 +225,20 @@ impl LoadOptions {
 }
 
 impl Material {
-    /// Whether a mask says where its surface is.
+    /// The mask that gives where its surface is, if it has one.
+    #[inline]
+    pub(crate) fn mask(&self) -> Option<&Mask> {
+        self.maps.as_ref()?.mask.as_ref()
+    }
+
+    /// Whether a mask gives where its surface is.
     pub(crate) fn is_masked(&self) -> bool {
-        self.maps.as_ref().is_some_and(|maps| maps.mask.is_some())
+        self.mask().is_some()
+    }
+
+    /// Whether it goes by images, so that points have texture coordinates.
+    pub(crate) fn has_images(&self) -> bool {
+        self.maps.as_ref().is_some_and(|maps| maps.has_images())
     }
 
     /// A one-sided material whose emission is seen, without an alpha or tau of its own. Checked when a scene is made.

@@ -1,32 +1,7 @@
-//! Scene files: TOML that adds camera, modes, emission, lights and a sky to an OBJ or a glTF.
+//! Scene files: TOML that adds camera, modes, emission, lights without area and a sky to an OBJ or a glTF.
 //!
-//! ```toml
-//! obj = "room.obj"              # next to this file; or mesh = "room.glb", an OBJ or a glTF under either key
-//! mode = "global"               # or: alpha = 1.0, tau = 0.0
-//! [camera]
-//! position = [278, 273, -800]
-//! target = [278, 273, 0]
-//! up = [0, 1, 0]                # may be left out
-//! vertical_fov = 39.3           # degrees; may be left out
-//! [materials."short block"]     # any of the mesh's materials
-//! mode = "shadowless"           # or alpha, tau, or one of them
-//! two_sided = true
-//! [materials.light]
-//! emission = [17, 12, 4]        # radiance, W/(m² sr); instead of Ke
-//! visible_emission = false
-//! [[lights]]                    # a light without area; any number of them
-//! type = "point"                # "spot", "directional", "warn"
-//! position = [0, 2, 0]          # not directional
-//! direction = [0, -1, 0]        # spot, directional, warn; of any length
-//! intensity = [10, 10, 10]      # W/sr; directional: irradiance, W/m²
-//! attenuation = [0, 0, 1]       # a0, a1, a2 of 1/(a0 + a1 d + a2 d²); may be left out; not directional
-//! exponent = 4                  # warn, and spot, where 0 if left out
-//! cutoff = 30                   # degrees, up to 90; spot
-//! [sky]                         # what rays that leave the scene see
-//! radiance = [1, 1, 1]          # or upper = [...], lower = [...]; W/(m² sr)
-//! ```
-//!
-//! Unknown keys are errors. Values keep their places in the text, which [`Text`] turns into lines. Only place for `toml`.
+//! An example with every key is in docs/commands.md. Unknown keys are errors. Values keep their places in the text,
+//! which [`Text`] turns into lines. Only place for `toml`.
 //!
 //! Not handled: geometry, which is the OBJ's or the glTF's.
 
@@ -160,9 +135,9 @@ impl Text<'_> {
     }
 
     /// Radiance or intensity: three numbers, finite and not negative; black where none is given.
-    fn light(&self, key: &str, given: Option<&Spanned<[f64; 3]>>) -> Result<Rgb, SceneError> {
+    fn light(&self, owner: &str, key: &str, given: Option<&Spanned<[f64; 3]>>) -> Result<Rgb, SceneError> {
         let Some(given) = given else { return Ok(Rgb::ZERO) };
-        let message = |wrong| format!("`{key}` is {wrong}; it must be finite and not negative");
+        let message = |wrong| format!("`{key}` of {owner} is {wrong}; it must be finite and not negative");
         let wrong = outside_f32(given.get_ref()).map(|wrong| Err(self.error(given.span(), message(wrong))));
         wrong.unwrap_or_else(|| Ok(DVec3::from_array(*given.get_ref()).as_vec3()))
     }
@@ -176,7 +151,7 @@ impl Text<'_> {
     ) -> Result<[Option<f32>; 2], SceneError> {
         let Some(mode) = mode else { return Ok([self.share("alpha", alpha)?, self.share("tau", tau)?]) };
         if alpha.is_some() || tau.is_some() {
-            let both = "`mode` and `alpha` or `tau` are given together: keep either the mode or the numbers";
+            let both = "`mode` and `alpha` or `tau` are given together";
             return Err(self.error(mode.span(), both));
         }
         let unknown = || {
@@ -301,29 +276,28 @@ impl LightTable {
     fn light(&self, text: &Text, table: Range<usize>, frame: &UnitFrame) -> Result<PunctualLight, SceneError> {
         let (needed, optional): (&[&str], &[&str]) = match self.kind {
             LightType::Point => (&["position"], &["attenuation"]),
-            LightType::Spot => (&["position", "direction", "cutoff"], &["attenuation", "exponent"]),
-            LightType::Warn => (&["position", "direction", "exponent"], &["attenuation"]),
+            LightType::Spot => (&["cutoff", "position", "direction"], &["attenuation", "exponent"]),
+            LightType::Warn => (&["exponent", "position", "direction"], &["attenuation"]),
             LightType::Directional => (&["direction"], &[]),
         };
         let kind = format!("{:?}", self.kind).to_lowercase();
-        for (key, span) in [
+        let keys = [
             ("position", self.position.as_ref().map(Spanned::span)),
             ("direction", self.direction.as_ref().map(Spanned::span)),
             ("attenuation", self.attenuation.as_ref().map(Spanned::span)),
             ("exponent", self.exponent.as_ref().map(Spanned::span)),
             ("cutoff", self.cutoff.as_ref().map(Spanned::span)),
-        ] {
-            match span {
-                None if needed.contains(&key) => {
-                    return Err(text.error(table, format!("a light of type `{kind}` needs `{key}`")));
-                }
-                Some(span) if !needed.contains(&key) && !optional.contains(&key) => {
-                    return Err(text.error(span, format!("a light of type `{kind}` has no `{key}`: remove it")));
-                }
-                _ => {}
+        ];
+        for (key, span) in &keys {
+            if let Some(span) = span.clone().filter(|_| !needed.contains(key) && !optional.contains(key)) {
+                return Err(text.error(span, format!("a light of type `{kind}` has no `{key}`: remove the key")));
             }
         }
-        let intensity = text.light("intensity", Some(&self.intensity))?;
+        let is_missing = |needed: &&&str| keys.iter().any(|(key, span)| key == *needed && span.is_none());
+        if let Some(key) = needed.iter().find(is_missing) {
+            return Err(text.error(table, format!("a light of type `{kind}` needs `{key}`")));
+        }
+        let intensity = text.light("a light", "intensity", Some(&self.intensity))?;
         Ok(PunctualLight { form: self.form(text, frame)?, intensity })
     }
 
@@ -377,15 +351,15 @@ fn is_weight(number: f64) -> bool {
 impl SkyTable {
     /// The radiance of both halves; black where none is given.
     fn light(&self, text: &Text) -> Result<SkyLight, SceneError> {
-        let half = |key, given: &Given<[f64; 3]>| text.light(key, given.as_ref());
+        let half = |key, given: &Given<[f64; 3]>| text.light("the sky", key, given.as_ref());
         let Some(both) = &self.radiance else {
             return Ok(SkyLight { upper: half("upper", &self.upper)?, lower: half("lower", &self.lower)? });
         };
         if self.upper.is_some() || self.lower.is_some() {
-            let twice = "`radiance` and `upper` or `lower` of the sky are given together: `radiance` is that of both";
+            let twice = "`radiance` and `upper` or `lower` of the sky are given together";
             return Err(text.error(both.span(), twice));
         }
-        let radiance = text.light("radiance", Some(both))?;
+        let radiance = text.light("the sky", "radiance", Some(both))?;
         Ok(SkyLight { upper: radiance, lower: radiance })
     }
 }

@@ -6,8 +6,8 @@
 //! alone, once they have met everything else. They emit from the area of half the smallest sphere about the origin of
 //! unit coordinates that holds all vertices, so the power they emit is what enters that sphere.
 //!
-//! Not handled: a sun, and radiance that varies within a half; closed forms: nothing may take the corners of these faces
-//! for a place.
+//! Not handled: a sun, and radiance that varies within a half; closed forms: nothing may take the corners of these
+//! faces for a place.
 
 use std::f64::consts::PI;
 
@@ -32,7 +32,7 @@ pub struct SkyLight {
 }
 
 impl Scene {
-    /// Puts a sky around the scene, or another one in its place. `up` tells above from below; it is not zero.
+    /// Puts a sky around the scene, or another one in its place. `up` is not zero.
     pub fn set_sky(&mut self, light: SkyLight, up: DVec3) {
         self.remove_sky();
         let up = up.normalize().as_vec3();

@@ -135,9 +135,8 @@ impl Soup {
 
     /// Removes the polygons of materials of opacity 0, with a warning.
     pub fn remove_invisible(&mut self) {
-        let mask = |material: &Material| material.maps.as_ref().and_then(|maps| maps.mask.clone());
-        let invisible: Vec<bool> =
-            self.materials.iter().map(|material| mask(material).is_some_and(|mask| mask.is_nowhere())).collect();
+        let is_invisible = |material: &Material| material.mask().is_some_and(Mask::is_nowhere);
+        let invisible: Vec<bool> = self.materials.iter().map(is_invisible).collect();
         if !invisible.contains(&true) {
             return;
         }

@@ -33,7 +33,7 @@ impl Scene {
         self.material(face).maps.as_deref()
     }
 
-    /// Whether a face is there only in part, as its material's mask says.
+    /// Whether a face is there only in part, as its material's mask gives.
     pub(crate) fn is_masked(&self, face: u32) -> bool {
         self.material(face).is_masked()
     }
@@ -145,8 +145,9 @@ impl Scene {
     /// The share of a surface that is there at a point of a face, 0..=1.
     #[inline]
     pub fn coverage_at(&self, face: u32, position: Vec3) -> f32 {
-        let mask = self.maps(face).and_then(|maps| maps.mask.as_ref());
-        mask.map_or(1.0, |mask| mask.at(self.coordinates_at(face, position), self.colour_at(face, position).w))
+        self.material(face)
+            .mask()
+            .map_or(1.0, |mask| mask.at(self.coordinates_at(face, position), self.colour_at(face, position).w))
     }
 }
 
@@ -189,8 +190,8 @@ impl Scene {
 }
 
 impl Material {
-    /// Means over a piece, which is asked for where something differs from point to point, and told whether by colours
-    /// of vertices.
+    /// Means over a piece, which is made where something differs from point to point; its argument is whether by
+    /// colours of vertices.
     fn means(&self, piece: impl Fn(bool) -> Piece) -> Means {
         let (rho, emission) = (self.rho.as_dvec3(), self.emission.as_dvec3());
         let Some(maps) = &self.maps else { return Means { coverage: 1.0, rho, emission } };

@@ -150,7 +150,7 @@ impl Marks {
     }
 }
 
-/// What is left of pieces of a polygon under covers, of which `next` tells one that covers something of a piece and is
+/// What remains of pieces of a polygon under covers, of which `next` finds one that covers something of a piece and is
 /// not in its marks yet: the polygon itself where nothing of it is gone and all has the same marks.
 pub(super) fn divided(polygon: &[DVec2], pieces: Vec<Piece>, next: impl Fn(&Piece) -> Option<Cover>) -> Vec<Piece> {
     let (mut work, mut done) = (pieces, Vec::new());

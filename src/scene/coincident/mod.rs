@@ -4,27 +4,27 @@
 //! where there is none, the back of what faces the other way, if that has two sides. One place is what rays take for
 //! one plane ([`planes`]). Where the first face is cut out by a mask, the next one is there.
 //!
-//! So that rays, closed forms, areas and form factors need not ask, a scene has each place once: what is covered is cut
+//! So that rays, closed forms, areas and form factors need no test, a scene has each place once: what is covered is cut
 //! off, exactly, in the plane ([`division`]). Faces that face opposite ways stay: each is seen from its front. Of a
 //! face with two sides, the piece behind another's front has one.
 //!
-//! Not handled: faces whose planes rounding tells apart (see there); they are as near as rays find them.
+//! Not handled: faces whose planes rounding separates (see there); they are as near as rays find them.
 
+mod candidates;
 mod division;
-mod kept;
 mod masks;
 mod plane;
 pub(crate) mod planes;
-mod suspects;
+mod triangle_tree;
 
 use glam::{DVec2, DVec3, Vec2, Vec4};
 use rayon::prelude::*;
 
+use crate::scene::coincident::candidates::candidates;
 use crate::scene::coincident::division::Polygon;
 use crate::scene::coincident::masks::Materials;
 use crate::scene::coincident::plane::{Covered, covered};
 use crate::scene::coincident::planes::{Planes, TOLERANCE, by_plane};
-use crate::scene::coincident::suspects::suspects;
 use crate::scene::error::{list, shorten};
 use crate::scene::model::{Face, Scene};
 use crate::scene::polygon::{Points, THINNEST, height};
@@ -52,22 +52,22 @@ struct Placed {
 
 /// Leaves of faces in one place what is there, and warns of what is not. `points` are the scene's, to which it adds.
 pub(crate) fn resolve(scene: &mut Scene, points: &mut Points, origin: &Origin) {
-    let found = all_covered(scene, &suspects(scene));
+    let found = all_covered(scene);
     if !found.is_empty() {
         scene.warnings.extend(origin.warning(scene, &found));
         replace(scene, points, found);
     }
 }
 
-/// Those of some faces of which not all is there, by number.
-fn all_covered(scene: &Scene, faces: &[u32]) -> Vec<Covered> {
-    let planes = Planes::of(scene, faces);
-    let (places, starts) = by_plane(&planes.of_face);
-    let several = (0..planes.planes.len()).into_par_iter();
+/// The faces of which not all is there, by number.
+fn all_covered(scene: &Scene) -> Vec<Covered> {
+    let planes = Planes::new(scene);
+    let (faces, starts) = by_plane(&planes.of_face);
+    let own = |plane: &usize| &faces[starts[*plane] as usize..starts[*plane + 1] as usize];
+    let several = (0..planes.planes.len()).into_par_iter().with_min_len(64).filter(|plane| own(plane).len() > 1);
     let found = several.flat_map_iter(|plane| {
-        let own = &places[starts[plane] as usize..starts[plane + 1] as usize];
-        let own: Vec<u32> = own.iter().map(|&k| faces[k as usize]).collect();
-        covered(scene, &planes.planes[plane], &own)
+        let candidates = candidates(scene, &planes.planes[plane], own(&plane));
+        if candidates.is_empty() { Vec::new() } else { covered(scene, &planes.planes[plane], &candidates) }
     });
     let mut found: Vec<Covered> = found.collect();
     found.sort_unstable_by_key(|covered| covered.face);

@@ -1,8 +1,8 @@
 //! The document of a glTF file: its JSON, checked, its buffers, and what of it is ignored.
 //!
-//! Chunks of a GLB, `data:` URIs and files next to it are read. Every length is checked against the bytes there are, and
-//! a file that several buffers name is kept once, so memory is bounded by the sizes of the files. The JSON is of version
-//! 2, has no index out of range, and requires no extension that geometry needs and that is not read.
+//! Chunks of a GLB, `data:` URIs and files next to it are read. Every length is checked against the bytes there are,
+//! and a file that several buffers name is kept once, so memory is bounded by the sizes of the files. The JSON is of
+//! version 2, has no index out of range, and requires no extension that geometry needs and that is not read.
 //!
 //! Not handled: buffers on the network.
 
@@ -24,7 +24,7 @@ use crate::scene::soup::Reader;
 pub(super) const READ: [&str; 4] =
     ["KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_mesh_quantization", "KHR_texture_transform"];
 
-/// Extensions that only say where texels come from: nothing is lost beyond their textures.
+/// Extensions that only give where texels come from: nothing is lost beyond their textures.
 const OF_TEXTURES: [&str; 4] = ["KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds"];
 
 /// Bytes of a GLB's header: magic, version and length.
@@ -79,7 +79,7 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_le_bytes(*four))
 }
 
-/// The bytes of every buffer, at least as many as it says it has.
+/// The bytes of every buffer, at least as many as its `byteLength`.
 pub(super) fn buffers<'a>(
     file: &str,
     root: &Root,

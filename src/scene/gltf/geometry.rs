@@ -2,8 +2,8 @@
 //!
 //! Lists, strips and fans are read, with indices or without. Where the determinant of a node's transform is negative
 //! corners are taken the other way round, so that fronts stay fronts (glTF 2.0, 3.7.4). Meshes at several nodes are
-//! written out once for each, which [`MOST_INSTANCED`] bounds. `COLOR_0` is linear, RGB or RGBA, as floats or normalised
-//! integers; numbers outside 0..1 are clamped, and named among what is ignored.
+//! written out once for each, which [`MOST_INSTANCED`] bounds. `COLOR_0` is linear, RGB or RGBA, as floats or
+//! normalised integers; numbers outside 0..1 are clamped, and named among what is ignored.
 //!
 //! Not handled: points and lines, smooth normals, skins, morph targets (each ignored with a warning).
 
@@ -26,7 +26,7 @@ const MOST_INSTANCED: usize = 1 << 25;
 /// Points and corners that a scene may have for each byte of its buffers: a strip of bytes makes three each.
 const CORNERS_A_BYTE: usize = 4;
 
-/// Texture coordinates beyond this are not taken for such: single precision tells texels apart no more.
+/// Texture coordinates beyond this are not taken for such: single precision resolves texels no more.
 const FARTHEST: f32 = 1e6;
 
 /// How far normals of a triangle's corners may lie apart to be one.
@@ -143,7 +143,7 @@ impl Geometry<'_> {
         Ok(Some(numbers.chunks_exact(2).map(place).collect()))
     }
 
-    /// Appends the points of an accessor and tells where they begin and how many they are.
+    /// Appends the points of an accessor; where they begin, and how many they are.
     fn points(&mut self, position: Index<Accessor>, placed: &Placed) -> Result<(usize, usize), String> {
         let numbers = self.data.numbers(position, Type::Vec3)?;
         let (first, count) = (self.soup.vertices.len(), numbers.len() / 3);

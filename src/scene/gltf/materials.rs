@@ -1,16 +1,14 @@
 //! Materials of glTF and their textures: the base colour is rho, what is emitted is E, and double-sided ones have two
-//! sides.
+//! sides. Alpha cuts holes by `alphaMode`: by the cutoff, or by shares.
 //!
-//! Base colours and emission are linear. glTF's unit of emission is the nit, a luminance; a factor of 1 is taken as a
-//! radiance of 1 W/(m² sr) in its channel, without a luminous efficacy. The base colour (1, 1, 1), which is also that
-//! of materials without any, would reflect everything: such a material reflects [`DEFAULT_RHO`], with a warning, unless
-//! its vertices have colours.
+//! glTF's unit of emission is the nit, a luminance; a factor of 1 is taken as a radiance of 1 W/(m² sr) in its channel,
+//! without a luminous efficacy. The base colour (1, 1, 1), which is also that of materials without any, would reflect
+//! everything: without a texture such a material reflects [`DEFAULT_RHO`], with a warning, unless its vertices have
+//! colours.
 //!
-//! Textures of the base colour and of emission are multiplied by their factors; a base colour with a texture may be
-//! white. Alpha cuts holes as `alphaMode` says: by the cutoff, or by shares. v runs down from the image's upper edge. An
-//! image is decoded once however often it is used. One that is not there, or that is neither PNG nor JPEG, is named among
-//! what is ignored; one that is broken is an error. Images in buffer views may have no more bytes together than the
-//! buffers, so memory is bounded by the sizes of the files.
+//! An image is decoded once however often it is used. One that is not there, or that is neither PNG nor JPEG, is named
+//! among what is ignored; one that is broken is an error. Images in buffer views may have no more bytes together than
+//! the buffers, so memory is bounded by the sizes of the files.
 //!
 //! Not handled: all else that materials have, which [`Ignored`] names; the second of two sets of texture coordinates in
 //! one material; filters for small pictures. A material whose emissive texture cannot be read emits nothing, since most
@@ -68,7 +66,7 @@ pub(super) fn materials(root: &Root, images: &mut Images, ignored: &mut Ignored)
         let sides = if read.double_sided { Sides::Two } else { Sides::One };
         let mut material = Material { sides, ..Material::new(&name, rho, emission) };
         material.set_maps(maps);
-        all.sets.push(material.maps.as_ref().filter(|maps| maps.has_images()).map(|_| set));
+        all.sets.push(material.has_images().then_some(set));
         all.list.push(material);
     }
     Ok(all)

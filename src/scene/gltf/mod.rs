@@ -1,8 +1,8 @@
 //! glTF 2.0: scenes of triangles under a graph of nodes, as `.glb` or as `.gltf` with its buffers.
 //!
 //! `document` finds and checks JSON and bytes, `accessors` reads numbers within the buffers, `nodes` places them with
-//! cameras and lights, `materials` and `geometry` take what is modelled; one warning names what is not. y is up and metres
-//! are the unit, as in glTF; nothing is turned or scaled. Only place for `gltf_json` and `data_url`.
+//! cameras and lights, `materials` and `geometry` take what is modelled; one warning names what is not. y is up and
+//! metres are the unit, as in glTF; nothing is turned or scaled. Only place for `gltf_json` and `data_url`.
 //!
 //! Not handled: gloss and metal, bump maps, skins, morph targets, animation, compressed geometry.
 //!
@@ -26,7 +26,7 @@ use crate::scene::soup::{Defined, Reflects, SceneInput, Soup};
 
 /// Reads a glTF file, buffers and images in files of their own included.
 ///
-/// Primitives without a material reflect what the options say of faces without.
+/// Primitives without a material reflect what the options give for faces without.
 pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
     let SceneInput { name, file, bytes, reader, options } = *input;
     let wrong = |message: String| SceneError::Gltf { file: file.to_owned(), message };

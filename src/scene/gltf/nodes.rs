@@ -5,9 +5,9 @@
 //! own ancestor, is an error, so neither depth nor circles matter. Transforms are multiplied in double precision.
 //!
 //! `yfov` is the vertical field of view; the aspect ratio is that of the picture requested. A mirrored node's camera is
-//! not mirrored. Candela are taken as W/sr and lux as W/m², channel by channel, without a luminous efficacy. The soft edge
-//! of a spot, `((cos - cos outer) / (cos inner - cos outer))²` of its intensity, becomes a hard one at the cone that
-//! carries the same power: `cos cutoff = (2 cos inner + cos outer) / 3`.
+//! not mirrored. Candela are taken as W/sr and lux as W/m², channel by channel, without a luminous efficacy. The soft
+//! edge of a spot, `((cos - cos outer) / (cos inner - cos outer))²` of its intensity, becomes a hard one at the cone
+//! that carries the same power: `cos cutoff = (2 cos inner + cos outer) / 3`.
 //!
 //! Not handled: scenes other than the default one (the first where none is), animation, orthographic cameras, ranges of
 //! lights, beyond which glTF lets a light end; warnings name them.

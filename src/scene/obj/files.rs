@@ -4,9 +4,9 @@
 //!   first. `\` counts as `/` where no file has it in its name, and a path that leads nowhere is looked for by its last
 //!   part next to the OBJ, since exporters write the paths of their own machine. What is not found is warned of.
 //! * An image is looked for next to its MTL file, then next to the scene's files. One that is not there, or is neither
-//!   PNG, JPEG nor TGA, is warned of, and the material keeps its plain numbers; one that is broken is an error. `Kd` and
-//!   `Ke` are factors on their textures; left out, or all 0, which would leave nothing of the texture, they count as 1.
-//!   The opacity is a factor on `map_d`.
+//!   PNG, JPEG nor TGA, is warned of, and the material keeps its plain numbers; one that is broken is an error. `Kd`
+//!   and `Ke` are factors on their textures; left out, or all 0, which would leave nothing of the texture, they count
+//!   as 1. The opacity is a factor on `map_d`.
 //!
 //! Not handled: names that differ from the file's in upper and lower case.
 
@@ -35,8 +35,8 @@ struct Missing {
     failure: Option<io::Error>,
 }
 
-/// Reads every library of `lines`, which hold a line number and what follows `mtllib`; `file` names the OBJ. Warnings are
-/// left in [`Libraries::warnings`].
+/// Reads every library of `lines`, which hold a line number and what follows `mtllib`; `file` names the OBJ. Warnings
+/// are left in [`Libraries::warnings`].
 ///
 /// # Errors
 /// The first mistake in a library that is there.

@@ -1,8 +1,9 @@
 //! Text of OBJ and MTL files as statements: encoding, line ends, continuations, comments, numbers.
 //!
 //! Lines end with a line feed, a carriage return, or both, and are numbered as an editor shows them; a statement
-//! continued with `\` has the number of its first line. A line that is not UTF-8 is taken for Latin-1 (ISO 8859-1), which
-//! reads every byte and keeps equal names equal: programs write names and comments in the code page of their country.
+//! continued with `\` has the number of its first line. A line that is not UTF-8 is taken for Latin-1 (ISO 8859-1),
+//! which reads every byte and keeps equal names equal: programs write names and comments in the code page of their
+//! country.
 //!
 //! Not handled: other separators, such as Unicode's; a file whose statements stand in one line is refused. Other code
 //! pages, whose letters come out as other ones, and UTF-16: text with a zero byte that is not UTF-8 is refused.

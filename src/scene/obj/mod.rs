@@ -54,7 +54,7 @@ pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
     if obj.tallies.bare.count > 0 {
         soup.materials.push(Material::new(NO_MATERIAL, Rgb::splat(rho), Rgb::ZERO));
     }
-    if soup.materials.iter().any(|material| material.maps.as_ref().is_some_and(|maps| maps.has_images())) {
+    if soup.materials.iter().any(Material::has_images) {
         obj.fill_coordinates(&mut soup);
     }
     obj.fill_colours(&mut soup);
@@ -66,11 +66,10 @@ pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
 /// What the file defines of a material that vertices may colour. Faces before any usemtl have the one after the last of
 /// the libraries.
 fn defined(libraries: &Libraries, material: &Material, index: usize) -> Defined {
-    let maps = material.maps.as_ref();
-    let has_image = maps.is_some_and(|maps| maps.reflectance.is_some());
+    let has_image = material.maps.as_ref().is_some_and(|maps| maps.reflectance.is_some());
     let is_defined = has_image || libraries.entries.get(index).is_some_and(|entry| entry.has_kd());
     let rho = if is_defined { Reflects::Defined } else { Reflects::Undefined };
-    Defined { rho, mask: maps.and_then(|maps| maps.mask.clone()) }
+    Defined { rho, mask: material.mask().cloned() }
 }
 
 /// For each `usemtl` name of the OBJ, the index of the material. Names that no library defines become greys, with a

@@ -1,21 +1,11 @@
-//! Material libraries: `Kd` (the reflectance rho), `Ke` (emitted radiance), opacity, textures, and where highlights are
-//! requested `Ks` and `Ns` (Phong's specular term).
+//! Material libraries: `Kd` (the reflectance rho), `Ke` (emitted radiance), `d` and `Tr` (opacity), textures with their
+//! options, and where highlights are requested `Ks` and `Ns` (Phong's specular term).
 //!
 //! Statements are checked line by line as they stream to `tobj`, whose materials hold the numbers; it would panic on
-//! `Ke 10`, and accepts NaN. Only place for `tobj`.
-//!
-//! * One number after `Kd`, `Ke` or `Ks` is a grey. A material without `Kd` reflects [`DEFAULT_RHO`], with a warning;
-//!   without `Ns` the exponent is 0, as in OpenGL. Of two materials of one name the first counts.
-//! * `d` is the share of a surface that is there, `Tr` is 1 - d; where both stand, `d` counts. Numbers outside 0..1 are
-//!   clamped, and the factor of `d -halo` is taken for all directions, each with a warning. A library all of whose
-//!   materials have `Tr 1`, and none `d`, would leave nothing: it is by a program that writes 1 for opaque (MeshLab), and
-//!   is read so, with a warning.
-//! * `map_Kd`, `map_Ke` and `map_d` name an image after their options: `-s u v w` scales and `-o u v w` moves
-//!   coordinates, in this order; `-clamp on` ends the image at its edge; `-imfchan` chooses what of a texel `map_d`
-//!   reads. Names may hold spaces.
+//! `Ke 10`, and accepts NaN. Only place for `tobj`. The table of all statements is in docs/commands.md.
 //!
 //! Not handled: `spectral` and `xyz` colours (an error), `-mm` and `-t` of textures, and what else would change a
-//! picture of diffuse light (warnings). The table of all statements is in docs/commands.md.
+//! picture of diffuse light (warnings).
 //!
 //! Source: Wavefront, *MTL Material Format*, Advanced Visualizer manual; `Tr` is of its readers and writers.
 
@@ -380,8 +370,8 @@ fn one_number(file: &str, statement: &Statement, words: &[&str]) -> Result<f64, 
     }
 }
 
-/// What a statement that is not modelled does. Ambient light (`Ka`) is in no scene; `Tf 1`, `Pm 0`, `illum 2` and the like
-/// leave everything as it is.
+/// What a statement that is not modelled does. Ambient light (`Ka`) is in no scene; `Tf 1`, `Pm 0`, `illum 2` and the
+/// like leave everything as it is.
 fn effect(statement: &Statement) -> Effect {
     let numbers = || statement.words().map(|word| word.parse::<f64>().unwrap_or(f64::NAN));
     let unless = |is_neutral: bool| if is_neutral { Effect::None } else { Effect::Unmodelled };

@@ -8,7 +8,7 @@ use std::collections::{HashMap, HashSet};
 
 use crate::scene::obj::lines::Statement;
 
-/// What a face belongs to where the file does not say, or gives no name.
+/// What a face belongs to where the file has no `o` or `g`, or one without a name.
 const DEFAULT: &str = "default";
 
 /// An object and, where it has one, a group in it.

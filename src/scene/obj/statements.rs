@@ -1,9 +1,9 @@
 //! The statements of an OBJ, each read once and checked with its line.
 //!
-//! Read: `v` with what stands behind its coordinates (`w` a weight, `r g b` a linear colour, `w r g b` both), `vt`, `vn`,
-//! `f`, `usemtl`, `o`, `g`, `mtllib`. Colours outside 0..1 are clamped; weights other than 1, points, lines, free-form
-//! geometry, faces that ask for smooth shading (`vn` that differ from corner to corner, or `s`) and unknown statements
-//! are counted for a warning. Indices may point forward: the range is checked at the end.
+//! Read: `v` with what stands behind its coordinates (`w` a weight, `r g b` a linear colour, `w r g b` both), `vt`,
+//! `vn`, `f`, `usemtl`, `o`, `g`, `mtllib`. Colours outside 0..1 are clamped; weights other than 1, points, lines,
+//! free-form geometry, faces that ask for smooth shading (`vn` that differ from corner to corner, or `s`) and unknown
+//! statements are counted for a warning. Indices may point forward: the range is checked at the end.
 //!
 //! Source: Wavefront, *Object Files (.obj)*, Advanced Visualizer manual, appendix B1.
 //!
@@ -248,8 +248,7 @@ impl Statements {
         let mut bare = Tally::default();
         for (own, polygon) in soup.ranges() {
             let material = &soup.materials[polygon.material as usize];
-            let is_textured = material.maps.as_ref().is_some_and(|maps| maps.has_images());
-            if is_textured && !self.coordinate_numbers[own].iter().all(|k| at(k).is_some()) {
+            if material.has_images() && !self.coordinate_numbers[own].iter().all(|k| at(k).is_some()) {
                 bare.add_named(polygon.number, &material.name);
             }
         }
