@@ -104,7 +104,8 @@ fn a_two_sided_ceiling_is_one_however_it_is_wound() {
         (scene.frame.to_file(scene.exact_corners(lamp)[0]).y, is_inside(&scene))
     };
     let (below, inside) = height(&[], Sides::One);
-    assert!((below - 2.97).abs() < 1e-9 && inside);
+    // The rays that find the ceiling are of single precision.
+    assert!((below - 2.97).abs() < 1e-6 && inside);
     for outwards in [&[][..], &[0], &[1], &[0, 1, 2, 3, 4, 5]] {
         assert_eq!(height(outwards, Sides::Two), (below, true), "{outwards:?}");
     }

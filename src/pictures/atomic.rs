@@ -7,15 +7,16 @@
 //! temporary files of all threads and lets no other come into being. Not handled: a process killed outright between
 //! the two steps leaves a hidden `.halflight-*` file behind.
 
-use std::fs::{self, Permissions};
+use std::fs::{self, File, Permissions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use tempfile::{Builder, NamedTempFile};
+use tempfile::{Builder, TempPath};
 
-/// The temporary files that exist now. Held while one is made, renamed or removed, never while one is written.
-static LIVE: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// The temporary files that exist now, each removed when it is dropped. Held while one is made, renamed or removed,
+/// never while one is written.
+static LIVE: Mutex<Vec<TempPath>> = Mutex::new(Vec::new());
 
 /// A file could not be written; whatever was there before is untouched.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -27,7 +28,7 @@ static LIVE: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 pub struct WriteError {
     /// The destination.
     pub path: PathBuf,
-    /// What the system said.
+    /// The system's error.
     pub source: io::Error,
 }
 
@@ -37,18 +38,27 @@ pub struct WriteError {
 /// [`WriteError`] where the directory is missing, the destination is a directory or read-only, or the disk is full.
 pub fn write_whole(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), WriteError> {
     let path = path.as_ref();
-    replace(path, bytes).map_err(|source| WriteError { path: path.to_path_buf(), source })
+    let written = target(path).and_then(|target| match target {
+        None => fs::write(path, bytes),
+        Some(target) => {
+            let mut file = Temporary::new(folder(&target))?;
+            file.file.write_all(bytes)?;
+            file.file.sync_all()?;
+            file.rename(&target)
+        }
+    });
+    written.map_err(|source| WriteError { path: path.to_path_buf(), source })
 }
 
-/// Checks that [`write_whole`] could write to `path` now: worth asking before hours of work. Leaves nothing behind.
+/// Checks that [`write_whole`] could write to `path` now, before hours of work. Leaves nothing behind.
 ///
 /// # Errors
 /// [`WriteError`] where the directory is missing or not writable, the destination is a directory or read-only.
 pub fn check_destination(path: impl AsRef<Path>) -> Result<(), WriteError> {
     let path = path.as_ref();
-    let probe = way(path).and_then(|way| match way {
-        Way::Rename(target) => beside(folder(&target)).map(drop),
-        Way::Through => Ok(()),
+    let probe = target(path).and_then(|target| match target {
+        None => Ok(()),
+        Some(target) => Temporary::new(folder(&target)).map(drop),
     });
     probe.map_err(|source| WriteError { path: path.to_path_buf(), source })
 }
@@ -60,10 +70,10 @@ pub fn check_destination(path: impl AsRef<Path>) -> Result<(), WriteError> {
 pub fn make_directory(path: impl AsRef<Path>) -> Result<(), WriteError> {
     let path = path.as_ref();
     let made = match fs::metadata(path) {
-        Ok(found) if !found.is_dir() => Err(io::Error::from(io::ErrorKind::NotADirectory)),
+        Ok(found) if !found.is_dir() => Err(io::ErrorKind::NotADirectory.into()),
         _ => fs::create_dir_all(path),
     };
-    let probe = made.and_then(|()| beside(path).map(drop));
+    let probe = made.and_then(|()| Temporary::new(path).map(drop));
     probe.map_err(|source| WriteError { path: path.to_path_buf(), source })
 }
 
@@ -73,48 +83,25 @@ pub fn make_directory(path: impl AsRef<Path>) -> Result<(), WriteError> {
 /// Devices and pipes, which are written directly, may have taken a part.
 #[must_use]
 pub fn abandon_files() -> impl Drop {
-    let live = live();
-    for path in live.iter() {
-        // One that cannot be removed cannot be helped: the process is about to end.
-        let _ = fs::remove_file(path);
-    }
+    let mut live = live();
+    live.clear();
     live
 }
 
-fn live() -> MutexGuard<'static, Vec<PathBuf>> {
+fn live() -> MutexGuard<'static, Vec<TempPath>> {
     LIVE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// How bytes get to a destination.
-enum Way {
-    /// By a temporary file renamed to this path.
-    Rename(PathBuf),
-    /// Directly: a device or a pipe.
-    Through,
-}
-
-fn way(path: &Path) -> io::Result<Way> {
+/// The file that a temporary one is renamed to; none for a device or a pipe, which is written directly.
+fn target(path: &Path) -> io::Result<Option<PathBuf>> {
     match fs::metadata(path) {
-        Ok(found) if found.is_dir() => Err(io::Error::from(io::ErrorKind::IsADirectory)),
-        Ok(found) if !found.is_file() => Ok(Way::Through),
+        Ok(found) if found.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        Ok(found) if !found.is_file() => Ok(None),
         // A rename would replace a protected file; a plain write would not.
-        Ok(found) if found.permissions().readonly() => Err(io::Error::from(io::ErrorKind::PermissionDenied)),
-        Ok(_) => Ok(Way::Rename(fs::canonicalize(path)?)),
-        Err(_) => Ok(Way::Rename(path.to_path_buf())),
+        Ok(found) if found.permissions().readonly() => Err(io::ErrorKind::PermissionDenied.into()),
+        Ok(_) => fs::canonicalize(path).map(Some),
+        Err(_) => Ok(Some(path.to_path_buf())),
     }
-}
-
-fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    match way(path)? {
-        Way::Rename(target) => rename_into(&target, bytes),
-        Way::Through => fs::write(path, bytes),
-    }
-}
-
-fn rename_into(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = beside(folder(path))?;
-    file.write(bytes)?;
-    file.rename(path)
 }
 
 /// The directory a path lies in.
@@ -125,52 +112,41 @@ fn folder(path: &Path) -> &Path {
     }
 }
 
-/// A temporary file that is known to [`LIVE`]; removed when dropped.
-struct Temporary(Option<NamedTempFile>);
+/// A temporary file in [`LIVE`]; removed when dropped.
+struct Temporary {
+    file: File,
+    path: PathBuf,
+}
 
 impl Temporary {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        match &mut self.0 {
-            Some(file) => file.write_all(bytes).and_then(|()| file.as_file().sync_all()),
-            None => Ok(()),
+    /// In a directory, with the permissions of an ordinary file: tempfile's own default is owner only.
+    fn new(directory: &Path) -> io::Result<Temporary> {
+        fs::metadata(directory)?;
+        let mut builder = Builder::new();
+        builder.prefix(".halflight-");
+        if let Some(permissions) = ordinary_permissions() {
+            builder.permissions(permissions);
         }
+        let mut live = live();
+        let (file, path) = builder.tempfile_in(directory).map_err(plain)?.into_parts();
+        live.push(path);
+        Ok(Temporary { file, path: live[live.len() - 1].to_path_buf() })
     }
 
-    fn rename(mut self, path: &Path) -> io::Result<()> {
+    fn rename(self, path: &Path) -> io::Result<()> {
         let mut live = live();
-        let Some(file) = self.0.take() else {
-            return Ok(());
-        };
-        live.retain(|known| known != file.path());
-        file.persist(path).map(drop).map_err(|refused| refused.error)
+        let own = live.iter().position(|known| **known == *self.path);
+        own.map_or(Ok(()), |own| live.swap_remove(own).persist(path).map_err(|refused| refused.error))
     }
 }
 
 impl Drop for Temporary {
     fn drop(&mut self) {
-        if let Some(file) = self.0.take() {
-            let mut live = live();
-            live.retain(|known| known != file.path());
-            drop(file);
-        }
+        live().retain(|known| **known != *self.path);
     }
 }
 
-/// A temporary file with the permissions of an ordinary one: tempfile's own default is owner only.
-fn beside(directory: &Path) -> io::Result<Temporary> {
-    fs::metadata(directory)?;
-    let mut builder = Builder::new();
-    builder.prefix(".halflight-");
-    if let Some(permissions) = ordinary_permissions() {
-        builder.permissions(permissions);
-    }
-    let mut live = live();
-    let file = builder.tempfile_in(directory).map_err(plain)?;
-    live.push(file.path().to_path_buf());
-    Ok(Temporary(Some(file)))
-}
-
-/// What the system said, without the name of the temporary file, which means nothing to anyone.
+/// The system's error, without the name of the temporary file, which means nothing to anyone.
 fn plain(error: io::Error) -> io::Error {
     use io::ErrorKind::{NotADirectory, PermissionDenied, ReadOnlyFilesystem, StorageFull};
     match error.kind() {

@@ -1,25 +1,98 @@
 //! Picture files: PNG for the eye, OpenEXR for numbers, chosen by the extension.
 //!
 //! * `.png`: eight-bit sRGB after an exposure and a clamp ([`Bitmap::from_picture`]). Lossy.
-//! * `.exr`: linear 32-bit floats in channels R, G, B. Exact, NaN and infinities included; no exposure.
+//! * `.exr`: linear 32-bit floats in channels R, G, B. Exact, NaN and infinities included; no exposure. With a standard
+//!   error its channels have its name before them (`standard error.R`), which is how OpenEXR distinguishes layers of
+//!   one part, so that every reader finds the picture.
 //!
 //! Files are encoded in memory and written whole or not at all. The bytes depend on the picture alone. Read back:
 //! PNG (by the inverse sRGB curve), EXR, and Radiance HDR. Not handled: alpha (dropped), embedded colour profiles,
-//! EXR without R, G and B, deep or DWA-compressed EXR.
+//! EXR without R, G and B, deep or DWA-compressed EXR, layers other than the picture.
 
 use std::ffi::OsStr;
 use std::io::Cursor;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use ::image::codecs::{openexr::OpenExrEncoder, png::PngEncoder};
 use ::image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader};
+use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
+use exr::meta::header::LayerAttributes;
+use exr::prelude::WritableImage;
 
 use crate::light::Rgb;
-use crate::pictures::atomic::write_whole;
-use crate::pictures::error::ImageError;
-use crate::pictures::picture::Picture;
-use crate::pictures::size::Size;
+use crate::pictures::atomic::{WriteError, write_whole};
+use crate::pictures::picture::{Picture, Size};
 use crate::pictures::srgb::{Bitmap, Exposure, decode_srgb};
+
+/// The name of the layer.
+const LAYER: &str = "standard error";
+
+/// What can go wrong with a picture file.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum ImageError {
+    /// The extension is of no format that this program reads or writes.
+    #[error("{}: {} is not a picture format known here", path.display(), named(extension))]
+    #[diagnostic(
+        code(halflight::image::extension),
+        help("pictures are written as .png or .exr and read from .png, .exr or .hdr")
+    )]
+    Extension {
+        /// The file.
+        path: PathBuf,
+        /// Its extension, empty where it has none.
+        extension: String,
+    },
+    /// The file is missing or cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    #[diagnostic(code(halflight::image::read), help("check the file's name and permissions"))]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's error.
+        source: std::io::Error,
+    },
+    /// The file's content is not what its extension promises.
+    #[error("{} does not hold a readable {format} picture: {reason}", path.display())]
+    #[diagnostic(
+        code(halflight::image::decode),
+        help(
+            "the file may be cut short, or be of another format than its extension says; EXR needs channels R, G and B"
+        )
+    )]
+    Decode {
+        /// The file.
+        path: PathBuf,
+        /// `PNG`, `OpenEXR` or `Radiance HDR`.
+        format: &'static str,
+        /// The decoder's error.
+        reason: String,
+    },
+    /// The picture cannot be encoded.
+    #[error("cannot encode a picture of {width} x {height} pixels: {reason}")]
+    #[diagnostic(
+        code(halflight::image::encode),
+        help("a picture needs at least one pixel and at most 2^32 - 1 a side")
+    )]
+    Encode {
+        /// Pixels in a row.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// The encoder's error.
+        reason: String,
+    },
+    /// The encoded file cannot be written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Write(#[from] WriteError),
+}
+
+fn named(extension: &str) -> String {
+    match extension {
+        "" => "a name without extension".into(),
+        other => format!("\".{other}\""),
+    }
+}
 
 #[derive(Clone, Copy, PartialEq)]
 enum Format {
@@ -75,7 +148,41 @@ pub fn write_picture(path: impl AsRef<Path>, picture: &Picture, exposure: Exposu
     Ok(write_whole(path, &bytes)?)
 }
 
-/// Checks that [`write_picture`] knows a path's extension: worth asking before hours of work.
+/// Writes a picture with the standard error of each pixel, an `.exr` file.
+///
+/// # Errors
+/// Pictures without pixels or of two sizes, or a destination that cannot be written. Nothing is left behind.
+pub fn write_with_error(path: impl AsRef<Path>, picture: &Picture, standard_error: &Picture) -> Result<(), ImageError> {
+    let Size { width, height } = picture.size();
+    let refused = |reason: &str| ImageError::Encode { width, height, reason: reason.into() };
+    if width == 0 || height == 0 {
+        return Err(refused("it has no pixels"));
+    }
+    if standard_error.size() != picture.size() {
+        return Err(refused("its standard error is of another size"));
+    }
+    let channel = |name: String, of: &Picture, c: usize| {
+        let samples = of.pixels.iter().map(|p| p[c]).collect();
+        AnyChannel::new(name.as_str(), FlatSamples::F32(samples))
+    };
+    let colours = ["R", "G", "B"].into_iter().enumerate();
+    let all = colours.flat_map(|(c, colour)| {
+        [channel(colour.into(), picture, c), channel(format!("{LAYER}.{colour}"), standard_error, c)]
+    });
+    let layer = Layer::new(
+        (width, height),
+        LayerAttributes::default(),
+        Encoding::FAST_LOSSLESS,
+        AnyChannels::sort(all.collect()),
+    );
+    let mut file = Cursor::new(Vec::new());
+    let image = Image::from_layer(layer);
+    let writer = image.write().non_parallel();
+    writer.to_buffered(&mut file).map_err(|error| refused(&error.to_string()))?;
+    Ok(write_whole(path.as_ref(), &file.into_inner())?)
+}
+
+/// Checks that [`write_picture`] takes a path's extension, before hours of work.
 ///
 /// # Errors
 /// Another extension than `.png` and `.exr`.
@@ -260,5 +367,29 @@ mod tests {
             assert!(matches!(error, ImageError::Encode { .. }), "{error}");
             assert!(!path.exists());
         }
+    }
+
+    #[test]
+    fn readers_of_pictures_find_the_picture_and_the_layer_has_its_name() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("a.exr");
+        let picture = Picture::from_fn(5, 3, |x, y| Rgb::new(x as f32, y as f32, 0.1));
+        let error = picture.scaled(0.25);
+        write_with_error(&path, &picture, &error).unwrap();
+        assert_eq!(read_picture(&path).unwrap(), picture);
+        let layers = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
+        let channels = &layers.layer_data[0].channel_data.list;
+        let found = channels.iter().find(|c| c.name.to_string() == "standard error.R");
+        let values: Vec<f32> = found.unwrap().sample_data.values_as_f32().collect();
+        let exact: Vec<f32> = error.pixels.iter().map(|p| p.x).collect();
+        assert_eq!(values, exact);
+    }
+
+    #[test]
+    fn two_sizes_are_refused_and_leave_nothing() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("a.exr");
+        let found = write_with_error(&path, &Picture::new(2, 2), &Picture::new(2, 3));
+        assert!(matches!(found, Err(ImageError::Encode { .. })) && !path.exists());
     }
 }

@@ -13,13 +13,13 @@
 //! Source of e_pixel: Banks and Beason, *Retro-rendering with vector-valued light*, SPIE 6060, 2006.
 
 use crate::light::Rgb;
-use crate::pictures::picture::Picture;
+use crate::pictures::picture::{Picture, Size};
 
 /// Two pictures cannot be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, miette::Diagnostic)]
 pub enum MetricError {
     /// The sizes differ.
-    #[error("the {what} has {found_width} x {found_height} pixels, the picture {width} x {height}")]
+    #[error("the {what} has {} x {} pixels, the picture {} x {}", found.width, found.height, size.width, size.height)]
     #[diagnostic(
         code(halflight::metric::size),
         help("compare pictures of one size: render again with --size, or reduce the larger one")
@@ -27,14 +27,10 @@ pub enum MetricError {
     Size {
         /// `reference`, `mask` or `standard error`.
         what: &'static str,
-        /// Its width.
-        found_width: usize,
-        /// Its height.
-        found_height: usize,
-        /// The picture's width.
-        width: usize,
-        /// The picture's height.
-        height: usize,
+        /// Its size.
+        found: Size,
+        /// The picture's size.
+        size: Size,
     },
     /// A pixel is NaN or infinite.
     #[error("the {what} has the value {value} at column {x}, row {y}")]
@@ -185,13 +181,7 @@ fn counted(picture: &Picture, reference: &Picture, mask: Option<&Picture>) -> Re
 
 fn check(what: &'static str, found: &Picture, picture: &Picture) -> Result<(), MetricError> {
     if found.size() != picture.size() {
-        return Err(MetricError::Size {
-            what,
-            found_width: found.width,
-            found_height: found.height,
-            width: picture.width,
-            height: picture.height,
-        });
+        return Err(MetricError::Size { what, found: found.size(), size: picture.size() });
     }
     match found.pixels.iter().position(|p| !p.is_finite()) {
         None => Ok(()),

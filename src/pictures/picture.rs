@@ -1,9 +1,8 @@
-//! A picture: linear radiance on a grid of pixels.
+//! A picture: linear radiance on a grid of pixels, and its size.
 //!
 //! Row 0 is the top, column 0 the left. Values are W/(m² sr) per RGB channel, unclamped. Not handled: alpha, crops.
 
 use crate::light::Rgb;
-use crate::pictures::size::Size;
 
 /// Linear radiance per pixel, row by row from the top left.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -66,6 +65,35 @@ impl Picture {
     pub fn plus(&self, other: &Picture) -> Option<Picture> {
         let pair = self.pixels.iter().zip(&other.pixels);
         (self.size() == other.size()).then(|| Picture { pixels: pair.map(|(&a, &b)| a + b).collect(), ..*self })
+    }
+}
+
+/// Width and height in pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Size {
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+}
+
+impl Size {
+    /// How many times as many pixels each way are `enough` in all.
+    pub fn enlargement(self, enough: usize) -> usize {
+        let pixels = (self.width * self.height).max(1);
+        (1..).find(|step| step * step * pixels >= enough).unwrap_or(1)
+    }
+
+    /// So many times as many pixels each way.
+    pub fn times(self, step: usize) -> Size {
+        Size { width: step * self.width, height: step * self.height }
+    }
+}
+
+impl From<(usize, usize)> for Size {
+    /// From the width and the height, in this order.
+    fn from((width, height): (usize, usize)) -> Size {
+        Size { width, height }
     }
 }
 

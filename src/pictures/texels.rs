@@ -1,7 +1,7 @@
 //! The eight-bit texels of a texture's file: PNG, JPEG and TGA, known by their bytes and TGA by its name.
 //!
 //! Deeper channels are rounded to eight bits. The encoded bytes are the caller's to free. Memory is bounded by the
-//! file's size: images that say they have more pixels than their bytes can hold, more than [`MOST_PIXELS`] to a side,
+//! file's size: images whose headers give more pixels than their bytes can hold, more than [`MOST_PIXELS`] to a side,
 //! or more than [`MOST_BYTES`] are refused before they are decoded.
 //!
 //! Not handled: what the codes stand for (sRGB or shares), other formats, colour profiles.
@@ -43,7 +43,7 @@ pub enum TexelsError {
 }
 
 impl Texels {
-    /// Decodes a file; its name tells TGA, which has no mark of its own, from other bytes.
+    /// Decodes a file; its name identifies TGA, which has no mark of its own.
     ///
     /// # Errors
     /// [`TexelsError`]; an image without pixels is broken.

@@ -1,6 +1,6 @@
 //! From polygons in the file's units to a checked [`Scene`] in unit coordinates.
 //!
-//! Center and scale are found and applied in double precision and only the result is rounded, so neither the size of
+//! Centre and scale are found and applied in double precision and only the result is rounded, so neither the size of
 //! a scene nor its distance from the origin changes the unit coordinates beyond single precision. Points that
 //! coincide there are made one. Triangles thinner than [`THINNEST`] are dropped, and of those in one place all but one
 //! ([`crate::scene::coincident`]).
@@ -10,63 +10,12 @@
 use glam::{DVec3, Vec2, Vec4};
 
 use crate::light::Gloss;
-use crate::scene::camera::ViewError;
-use crate::scene::coincident::{Source, resolve};
-use crate::scene::error::{Place, SceneError};
-use crate::scene::material_checks::{check_emission, check_gloss, check_rho};
-use crate::scene::points::{Points, THINNEST, height};
-use crate::scene::polygon::{Cover, MOST_CORNERS, Triangulator};
+use crate::scene::coincident::{Origin, resolve};
+use crate::scene::error::{Place, SceneError, Tally, ViewError};
+use crate::scene::model::{Camera, Face, Material, NamedCamera, Scene, UnitFrame};
+use crate::scene::polygon::{Cover, MOST_CORNERS, Points, THINNEST, Triangulator, height};
 use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
-use crate::scene::warnings::Tally;
-use crate::scene::{Camera, Face, Material, NamedCamera, Scene, UnitFrame};
-
-/// Polygons as read, in the file's units.
-#[derive(Debug, Default)]
-pub(crate) struct Soup {
-    /// The scene's name.
-    pub name: String,
-    /// The file, or the name again where there is none.
-    pub file: String,
-    /// What `Polygon::number` counts: `line`, `face` or `triangle`.
-    pub item: &'static str,
-    pub vertices: Vec<DVec3>,
-    /// The corners of all polygons, one after the other.
-    pub corners: Vec<u32>,
-    /// Texture coordinates of the corners, as many or none; (0, 0) for corners beyond them.
-    pub coordinates: Vec<Vec2>,
-    /// Linear RGB and alpha of the corners, as many or none.
-    pub colours: Vec<Vec4>,
-    pub polygons: Vec<Polygon>,
-    pub materials: Vec<Material>,
-    pub objects: Vec<String>,
-    /// The file's own cameras; the first one looks.
-    pub cameras: Vec<SoupCamera>,
-    /// Lights without area, in the file's units.
-    pub lights: Vec<PunctualLight>,
-    /// Whether a camera is told elsewhere, so that none need be found.
-    pub has_view: bool,
-    pub warnings: Vec<String>,
-}
-
-/// A camera of a [`Soup`].
-#[derive(Debug)]
-pub(crate) struct SoupCamera {
-    pub name: String,
-    /// The eye, in the file's units.
-    pub position: DVec3,
-    /// All of the camera but its position.
-    pub view: Camera,
-}
-
-/// One polygon of a [`Soup`]; its corners follow those of the polygon before it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Polygon {
-    pub corners: usize,
-    pub material: u32,
-    pub object: u32,
-    /// Its line or number, for messages.
-    pub number: usize,
-}
+use crate::scene::soup::{Polygon, Soup, SoupCamera, check_emission, check_gloss, check_rho};
 
 impl Scene {
     /// A scene from arrays: vertices in any unit, faces as (corners counter-clockwise seen from the front, material).
@@ -148,20 +97,16 @@ fn check_corners(place: &Place, corners: &[u32], vertices: usize) -> Result<(), 
 
 /// Makes the scene: frame, triangles, points, camera.
 pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
-    let Some(frame) = UnitFrame::of(soup.corners.iter().map(|&v| soup.vertices[v as usize])) else {
-        return Err(SceneError::Empty { file: soup.file, dropped: soup.polygons.len() });
-    };
-    let mut mesh = Mesh::default();
-    let mut flaws = Flaws::default();
-    mesh.add_polygons(&soup, &frame, &mut flaws);
+    let empty = || SceneError::Empty { file: soup.file.clone(), dropped: soup.polygons.len() };
+    let frame = soup.frame().ok_or_else(empty)?;
+    let (mut mesh, mut warnings) = (Mesh::default(), soup.warnings.clone());
+    mesh.add_polygons(&soup, &frame, &mut warnings);
     if mesh.faces.is_empty() {
-        return Err(SceneError::Empty { file: soup.file, dropped: soup.polygons.len() });
+        return Err(empty());
     }
-    let cameras = cameras(&soup, &frame)?;
-    let lights = lights(&soup, &frame)?;
-    let (has_view, mut warnings) = (soup.has_view, soup.warnings);
-    flaws.report(&soup.file, soup.item, &mut warnings);
     let mut scene = Scene {
+        cameras: cameras(&soup, &frame)?,
+        lights: lights(&soup, &frame)?,
         name: soup.name,
         vertices: std::mem::take(&mut mesh.points.list),
         faces: mesh.faces,
@@ -170,19 +115,17 @@ pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
         colours: mesh.colours,
         materials: soup.materials,
         objects: soup.objects,
-        lights,
         sky: None,
         camera: Camera::NOWHERE,
-        cameras,
         frame,
         transport: None,
         warnings,
     };
-    let source = Source { file: &soup.file, item: soup.item, numbers: &mesh.numbers };
-    resolve(&mut scene, &mut mesh.points, &source);
+    let origin = Origin { file: &soup.file, item: soup.item, numbers: &mesh.numbers };
+    resolve(&mut scene, &mut mesh.points, &origin);
     scene.camera = match scene.cameras.first() {
         Some(own) => own.camera,
-        None if has_view => Camera::NOWHERE,
+        None if soup.has_view => Camera::NOWHERE,
         None => Camera::framing(&scene),
     };
     Ok(scene)
@@ -217,20 +160,6 @@ fn lights(soup: &Soup, frame: &UnitFrame) -> Result<Vec<PunctualLight>, SceneErr
     Ok(all)
 }
 
-#[derive(Default)]
-struct Flaws {
-    flat: Tally,
-    crossing: Tally,
-}
-
-impl Flaws {
-    fn report(&self, file: &str, item: &str, warnings: &mut Vec<String>) {
-        self.flat.report(file, item, "face", "dropped, having no area", warnings);
-        let consequence = "an outline that crosses itself has no inside, so the triangles are a guess";
-        self.crossing.report(file, item, "polygon", consequence, warnings);
-    }
-}
-
 /// Triangles and their points; equal points are one.
 #[derive(Default)]
 struct Mesh {
@@ -244,35 +173,36 @@ struct Mesh {
 }
 
 impl Mesh {
-    fn add_polygons(&mut self, soup: &Soup, frame: &UnitFrame, flaws: &mut Flaws) {
+    fn add_polygons(&mut self, soup: &Soup, frame: &UnitFrame, warnings: &mut Vec<String>) {
         let unit: Vec<DVec3> = soup.vertices.iter().map(|&v| frame.to_unit(v)).collect();
-        let mut triangulator = Triangulator::default();
-        let (mut points, mut rest): (Vec<DVec3>, _) = (Vec::new(), &soup.corners[..]);
-        for polygon in &soup.polygons {
-            let first = soup.corners.len() - rest.len();
-            let (corners, after) = rest.split_at(polygon.corners);
-            rest = after;
+        let (mut flat, mut crossing) = (Tally::default(), Tally::default());
+        let (mut triangulator, mut points) = (Triangulator::default(), Vec::new());
+        for (own, polygon) in soup.ranges() {
             points.clear();
-            points.extend(corners.iter().map(|&v| unit[v as usize]));
+            points.extend(soup.corners[own.clone()].iter().map(|&v| unit[v as usize]));
             if triangulator.run(&points) == Cover::Crossing {
-                flaws.crossing.add(polygon.number);
+                crossing.add(polygon.number);
             }
             let before = self.faces.len();
             for triangle in &triangulator.triangles {
+                let corners = triangle.map(|i| own.start + i as usize);
                 let added = self.add_triangle(triangle.map(|i| points[i as usize]), polygon);
                 if added && !soup.coordinates.is_empty() {
-                    let at = |i: u32| soup.coordinates.get(first + i as usize).copied().unwrap_or_default();
-                    self.coordinates.push(triangle.map(at));
+                    let at = |i: usize| soup.coordinates.get(i).copied().unwrap_or_default();
+                    self.coordinates.push(corners.map(at));
                 }
                 if added && !soup.colours.is_empty() {
-                    let at = |i: u32| soup.colours.get(first + i as usize).copied().unwrap_or(Vec4::ONE);
-                    self.colours.push(triangle.map(at));
+                    let at = |i: usize| soup.colours.get(i).copied().unwrap_or(Vec4::ONE);
+                    self.colours.push(corners.map(at));
                 }
             }
             if self.faces.len() == before {
-                flaws.flat.add_named(polygon.number, &soup.materials[polygon.material as usize].name);
+                flat.add_named(polygon.number, &soup.materials[polygon.material as usize].name);
             }
         }
+        flat.report(&soup.file, soup.item, "face", "dropped, having no area", warnings);
+        let consequence = "an outline that crosses itself has no inside, so the triangles are a guess";
+        crossing.report(&soup.file, soup.item, "polygon", consequence, warnings);
     }
 
     /// Adds a triangle, unless it is too thin; whether it was added.

@@ -7,13 +7,10 @@
 //! Not handled: what furniture hides. The corner is chosen by a few rays against all faces.
 
 use glam::DVec3;
-use thiserror::Error;
 
 use crate::scene::enclosure::{Line, Walls};
-use crate::scene::{Camera, Scene};
-
-/// Vertical field of view of a camera that is not told its own, degrees: the Cornell box's.
-pub const DEFAULT_FOV: f64 = 39.307_648_116_106_62;
+use crate::scene::error::ViewError;
+use crate::scene::model::{Camera, DEFAULT_FOV, Scene};
 
 /// Vertical field of view inside a room, degrees.
 const INSIDE_FOV: f64 = 70.0;
@@ -25,23 +22,6 @@ const CLOSED: f64 = 0.1;
 /// By how much the longer of two views must be longer to count as such: more than rounding makes of corners that are
 /// listed in another order.
 const LONGER: f32 = 1.0001;
-
-/// Why a camera cannot look that way.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-pub enum ViewError {
-    /// Position and target coincide.
-    #[error("the camera's position is its target: the view has no direction")]
-    NoDirection,
-    /// Up is zero or along the view.
-    #[error("the camera's up vector is zero or points along the view")]
-    UpAlongView,
-    /// A field of view outside (0, 180).
-    #[error("vertical_fov = {0} is outside (0, 180) degrees")]
-    Fov(f64),
-    /// NaN, infinite, or too far away to be represented.
-    #[error("the camera has a number that is not finite")]
-    NotFinite,
-}
 
 impl Camera {
     /// The camera at `position` looking at `target`, all in one frame (unit coordinates for a [`Scene`]'s camera).
@@ -85,7 +65,7 @@ impl Camera {
         if walls.are_of_a_room(scene) {
             from_corner(scene, &walls)
         } else {
-            from_outside(scene, &Shape::of(scene, faces))
+            from_outside(scene, &walls, towards_camera(scene, faces))
         }
     }
 }
@@ -96,63 +76,38 @@ fn direction(vector: DVec3) -> Option<DVec3> {
     (largest > 0.0 && largest.is_finite()).then(|| (vector / largest).normalize())
 }
 
-/// What the choice of a view depends on.
-struct Shape {
-    low: DVec3,
-    high: DVec3,
-    /// Sum of area times normal, and of area.
-    vector_area: DVec3,
-    area: f64,
-}
-
-impl Shape {
-    fn of(scene: &Scene, faces: u32) -> Shape {
-        let mut shape = Shape { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY, vector_area: DVec3::ZERO, area: 0.0 };
-        for face in 0..faces {
-            let [a, b, c] = scene.corners(face).map(|v| v.as_dvec3());
-            let normal = 0.5 * (b - a).cross(c - a);
-            shape.low = shape.low.min(a).min(b).min(c);
-            shape.high = shape.high.max(a).max(b).max(c);
-            shape.vector_area += normal;
-            shape.area += normal.length();
-        }
-        shape
+/// The way to a camera outside: where the open side is, else the usual view from above, right and front.
+fn towards_camera(scene: &Scene, faces: u32) -> DVec3 {
+    let (mut vector_area, mut area) = (DVec3::ZERO, 0.0);
+    for face in 0..faces {
+        let [a, b, c] = scene.corners(face).map(|v| v.as_dvec3());
+        let normal = 0.5 * (b - a).cross(c - a);
+        vector_area += normal;
+        area += normal.length();
     }
-
-    /// The way to the camera: where the open side is, else the usual view from above, right and front.
-    fn towards_camera(&self) -> DVec3 {
-        let three_quarter = DVec3::new(0.6, 0.5, 1.0).normalize();
-        if self.vector_area.length() < CLOSED * self.area {
-            return three_quarter;
-        }
-        let open = self.vector_area.normalize();
-        match open.y {
-            y if y > 0.8 => three_quarter,
-            y if y < -0.8 => three_quarter * DVec3::new(1.0, -1.0, 1.0),
-            _ => open,
-        }
+    let three_quarter = DVec3::new(0.6, 0.5, 1.0).normalize();
+    if vector_area.length() < CLOSED * area {
+        return three_quarter;
     }
-
-    fn corners(&self) -> impl Iterator<Item = DVec3> {
-        let (low, high) = (self.low, self.high);
-        (0..8).map(move |i| {
-            let pick = |bit: u32, low, high| if i & bit == 0 { low } else { high };
-            DVec3::new(pick(1, low.x, high.x), pick(2, low.y, high.y), pick(4, low.z, high.z))
-        })
+    let open = vector_area.normalize();
+    match open.y {
+        y if y > 0.8 => three_quarter,
+        y if y < -0.8 => three_quarter * DVec3::new(1.0, -1.0, 1.0),
+        _ => open,
     }
 }
 
-/// The nearest camera along the chosen way that has all corners of the bounding box within 95 % of its picture.
-fn from_outside(scene: &Scene, shape: &Shape) -> Camera {
-    let to_camera = shape.towards_camera();
-    let middle = 0.5 * (shape.low + shape.high);
+/// The nearest camera along a way that has all corners of the bounding box within 95 % of its picture.
+fn from_outside(scene: &Scene, walls: &Walls, to_camera: DVec3) -> Camera {
+    let middle = 0.5 * (walls.low + walls.high);
     let view = |distance: f64| look(middle + distance * to_camera, middle, DEFAULT_FOV, scene);
     let (right, up) = (view(1.0).right.as_dvec3(), view(1.0).up.as_dvec3());
     let slope = 0.95 * (0.5 * DEFAULT_FOV).to_radians().tan();
-    let needed = shape.corners().map(|corner| {
-        let offset = corner - middle;
-        let aside = offset.dot(right).abs().max(offset.dot(up).abs());
-        aside / slope + offset.dot(to_camera)
+    let needed = (0..8).map(|i| {
+        let pick = |axis: usize| if i & (1 << axis) == 0 { walls.low[axis] } else { walls.high[axis] };
+        let offset = DVec3::new(pick(0), pick(1), pick(2)) - middle;
+        let across = offset.dot(right).abs().max(offset.dot(up).abs());
+        across / slope + offset.dot(to_camera)
     });
     view(needed.fold(f64::MIN_POSITIVE, f64::max))
 }

@@ -1,10 +1,10 @@
 //! Whether a scene is a room that is looked at from inside, by its geometry, the sides that reflect, and where light
 //! is.
 //!
-//! Rays from places within the bounding box tell. A scene is closed where few of them escape, whichever way walls are
-//! wound. Of a closed one the inside is looked at if light is in there and none outside, or if it shows more sides that
-//! reflect than the outside does. Where both show alike, as with two-sided walls, it is if light is inside, or comes in
-//! through openings of a scene that fills its box, as rooms do and bodies seldom do.
+//! It is decided by rays from places within the bounding box. A scene is closed where few of them escape, whichever way
+//! walls are wound. Of a closed one the inside is looked at if light is in there and none outside, or if it shows more
+//! sides that reflect than the outside does. Where both show alike, as with two-sided walls, it is if light is inside,
+//! or comes in through openings of a scene that fills its box, as rooms do and bodies seldom do.
 //!
 //! Surfaces with masks count as open. Not handled: rooms of which less than half of the box's middle is inside.
 
@@ -25,9 +25,9 @@ const CLOSED: f64 = 0.1;
 const LAMP_INSIDE: f64 = 0.1;
 /// Places within a scene that fills its box, of all twelve: rooms with a corner cut off have nine, a ball has eight.
 const FILLED: usize = 9;
-/// By how much the shares of sides that reflect must differ inside and outside to tell.
+/// By how much the shares of sides that reflect must differ inside and outside to decide.
 const DIFFERENT: f64 = 0.1;
-/// Emitting faces that are asked for where they are, at most.
+/// Emitting faces that are looked at, at most.
 const LAMPS: usize = 4;
 /// By how much weights may be off where rays meet edges, so that none slips between two faces.
 const EDGE: f32 = 1e-5;
@@ -79,7 +79,7 @@ impl Walls {
                 (walls.low, walls.high) = (walls.low.min(corner), walls.high.max(corner));
             }
             let material = scene.material(face);
-            if material.maps.as_ref().is_none_or(|maps| maps.mask.is_none()) {
+            if !material.is_masked() {
                 walls.list.push(Wall { corner: a, edges: [b - a, c - a], sides: material.sides });
             }
         }
@@ -138,7 +138,7 @@ impl Walls {
         if in_there && !outside {
             return true;
         }
-        let more = share(inside.iter().copied()) - share(std::iter::once(&self.seen_from_outside()));
+        let more = live_share(&inside) - live_share(&[&self.seen_from_outside()]);
         let is_open = inside.iter().any(|ends| ends.escaped > 0);
         more > DIFFERENT || (more >= -DIFFERENT && (in_there || (is_open && inside.len() >= FILLED)))
     }
@@ -146,8 +146,8 @@ impl Walls {
     /// Rays from all around towards the middle.
     fn seen_from_outside(&self) -> Ends {
         let (middle, far) = (0.5 * (self.low + self.high), 2.0 * (self.high - self.low).length());
-        let rays = directions(0).map(|way| (middle.as_vec3() - far as f32 * way, way));
-        Ends::of(&self.nearest(&rays.collect::<Vec<_>>()))
+        let rays: Vec<Line> = directions(0).map(|way| (middle.as_vec3() - far as f32 * way, way)).collect();
+        Ends::of(&self.nearest(&rays))
     }
 
     /// Whether light is inside of the scene, and whether it is outside.
@@ -201,12 +201,9 @@ impl Ends {
 }
 
 /// Share of sides that reflect among those met.
-fn share<'a>(ends: impl Iterator<Item = &'a Ends>) -> f64 {
-    let (mut live, mut met) = (0, 0);
-    for ends in ends {
-        (live, met) = (live + ends.live, met + ends.all - ends.escaped);
-    }
-    live as f64 / met.max(1) as f64
+fn live_share(ends: &[&Ends]) -> f64 {
+    let sum = |count: fn(&Ends) -> usize| ends.iter().map(|ends| count(ends)).sum::<usize>();
+    sum(|ends| ends.live) as f64 / sum(|ends| ends.all - ends.escaped).max(1) as f64
 }
 
 impl Wall {

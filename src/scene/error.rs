@@ -1,6 +1,5 @@
-//! What can be wrong with a scene: one variant a mistake, each naming file, line, value and what to do.
-//!
-//! Not handled: flaws that a scene can be read with; those are warnings.
+//! What can be wrong with a file of a scene: errors, each naming file, line, value and what to do, and warnings of what
+//! a file holds that the scene does not, one sentence a kind with a count and the first place.
 
 use std::{fmt, io};
 
@@ -8,7 +7,6 @@ use miette::Diagnostic;
 use thiserror::Error;
 
 use crate::light::TransportError;
-use crate::scene::camera::ViewError;
 
 /// Where in the input something was found: a line of a file, or an item of an array given by a caller.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,7 +38,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why a scene could not be loaded. The help of each says what to do about it.
+/// Why a scene could not be loaded. The help of each is what to do about it.
 #[derive(Debug, Error, Diagnostic)]
 #[allow(missing_docs)] // the fields are the values the messages name
 pub enum SceneError {
@@ -186,16 +184,6 @@ pub enum SceneError {
     ))]
     SceneFile { place: Place, message: String },
 
-    /// A mode that is none of the four.
-    #[error("{place}: there is no mode `{value}`")]
-    #[diagnostic(help("the modes are global, shadowless, one-bounce and local; or give alpha and tau"))]
-    UnknownMode { place: Place, value: String },
-
-    /// `mode` together with `alpha` or `tau`.
-    #[error("{place}: `mode` and `alpha` or `tau` are given together")]
-    #[diagnostic(help("a mode is a pair (alpha, tau): keep either the mode or the numbers"))]
-    ModeAndNumbers { place: Place },
-
     /// alpha or tau outside 0..1.
     #[error("{place}: {source}")]
     #[diagnostic(help(
@@ -210,25 +198,6 @@ pub enum SceneError {
     ))]
     View { place: Place, source: ViewError },
 
-    /// A type of light that is none of the four.
-    #[error("{place}: there is no light of type `{value}`")]
-    #[diagnostic(help("the types of lights without area are point, spot, directional and warn"))]
-    UnknownLight { place: Place, value: String },
-
-    /// A key that lights of a type need is not given.
-    #[error("{place}: a light of type `{kind}` needs `{key}`")]
-    #[diagnostic(help(
-        "point: position; spot: position, direction, cutoff; warn: position, direction, exponent; directional: direction"
-    ))]
-    MissingLightKey { place: Place, key: &'static str, kind: String },
-
-    /// A key that lights of a type do not have.
-    #[error("{place}: a light of type `{kind}` has no `{key}`")]
-    #[diagnostic(help(
-        "remove the key, or choose the type that has it: only spot has cutoff, directional has no place"
-    ))]
-    StrayLightKey { place: Place, key: &'static str, kind: String },
-
     /// A light's number is out of its range.
     #[error("{place}: `{key}` of a light is {value}; it must be {needed}")]
     #[diagnostic(help(
@@ -236,18 +205,96 @@ pub enum SceneError {
     ))]
     LightValue { place: Place, key: &'static str, value: String, needed: &'static str },
 
-    /// A sky's `radiance` together with that of a half.
-    #[error("{place}: `radiance` and `upper` or `lower` of the sky are given together")]
-    #[diagnostic(help("`radiance` is that of both halves: keep either it or the halves'"))]
-    SkyTwice { place: Place },
-
-    /// A sky's radiance is negative or not finite.
-    #[error("{place}: `{key}` of the sky is {value}; it must be finite and not negative")]
-    #[diagnostic(help("a sky has radiance = [R, G, B], or upper and lower = [R, G, B], in W/(m² sr)"))]
-    SkyValue { place: Place, key: &'static str, value: String },
-
     /// The OBJ reader disagrees with the check made before it.
     #[error("{file}: the OBJ reader failed: {message}")]
     #[diagnostic(help("this is a fault of the program: please report it together with the file"))]
     Reader { file: String, message: String },
+}
+
+/// Why a camera cannot look that way.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum ViewError {
+    /// Position and target coincide.
+    #[error("the camera's position is its target: the view has no direction")]
+    NoDirection,
+    /// Up is zero or along the view.
+    #[error("the camera's up vector is zero or points along the view")]
+    UpAlongView,
+    /// A field of view outside (0, 180).
+    #[error("vertical_fov = {0} is outside (0, 180) degrees")]
+    Fov(f64),
+    /// NaN, infinite, or too far away to be represented.
+    #[error("the camera has a number that is not finite")]
+    NotFinite,
+}
+
+/// Occurrences of one kind: how many, where first, and which names.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tally {
+    pub count: usize,
+    first: usize,
+    names: Vec<String>,
+}
+
+impl Tally {
+    /// Counts one occurrence at a line.
+    pub fn add(&mut self, line: usize) {
+        if self.count == 0 {
+            self.first = line;
+        }
+        self.count += 1;
+    }
+
+    /// Counts one occurrence and keeps the name it belongs to, once.
+    pub fn add_named(&mut self, line: usize, name: &str) {
+        self.add(line);
+        if !self.names.iter().rev().any(|known| known == name) && self.names.len() < 100 {
+            self.names.push(name.to_owned());
+        }
+    }
+
+    /// `2 statements a, b (first: FILE, line 7): CONSEQUENCE`, where the names are keywords.
+    pub fn report_keywords(&self, file: &str, consequence: &str, warnings: &mut Vec<String>) {
+        if self.count > 0 {
+            let names = list(self.names.iter().map(String::as_str));
+            let (count, first, plural) = (self.count, self.first, plural(self.count));
+            warnings.push(format!("{count} statement{plural} {names} (first: {file}, line {first}): {consequence}"));
+        }
+    }
+
+    /// `2 NOUN (first: FILE, ITEM 7): CONSEQUENCE`, naming the names; nothing where nothing was counted.
+    pub fn report(&self, file: &str, item: &str, noun: &str, consequence: &str, warnings: &mut Vec<String>) {
+        if self.count == 0 {
+            return;
+        }
+        let of = match self.names.len() {
+            0 => String::new(),
+            1 => format!(" of material `{}`", shorten(&self.names[0])),
+            _ => format!(" of materials {}", list(self.names.iter().map(String::as_str))),
+        };
+        let (count, first, plural) = (self.count, self.first, plural(self.count));
+        warnings.push(format!("{count} {noun}{plural}{of} (first: {file}, {item} {first}): {consequence}"));
+    }
+}
+
+fn plural(count: usize) -> &'static str {
+    if count == 1 { "" } else { "s" }
+}
+
+/// At most 40 characters of a word, for a message.
+pub(crate) fn shorten(word: &str) -> String {
+    match word.char_indices().nth(40) {
+        Some((end, _)) => format!("{}...", &word[..end]),
+        None => word.to_owned(),
+    }
+}
+
+/// At most twelve names of a list, for a message.
+pub(crate) fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<String> = names.map(shorten).collect();
+    match names.len() {
+        0 => "(none)".to_owned(),
+        1..=12 => names.join(", "),
+        n => format!("{} and {} more", names[..12].join(", "), n - 12),
+    }
 }

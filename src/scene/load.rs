@@ -6,13 +6,18 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::{fs, io};
 
-use crate::scene::ceiling_light::assemble_lit;
-use crate::scene::error::SceneError;
-use crate::scene::input::SceneInput;
-use crate::scene::lines::list;
-use crate::scene::model::{LoadOptions, Scene};
+use glam::DVec3;
+
+use crate::light::Rgb;
+use crate::scene::build::assemble;
+use crate::scene::error::{SceneError, list};
+use crate::scene::model::{AddedLight, Camera, LoadOptions, Scene};
+use crate::scene::obj::lines::decode;
 use crate::scene::punctual::PunctualLight;
-use crate::scene::{builtin, file, geometry_file};
+use crate::scene::scene_file::Text;
+use crate::scene::sky::SkyLight;
+use crate::scene::soup::{SceneInput, Soup};
+use crate::scene::{builtin, ceiling_light, gltf, obj};
 
 impl Scene {
     /// Loads an `.obj`, a `.glb` or `.gltf`, or a `.toml` scene file.
@@ -30,7 +35,7 @@ impl Scene {
         let folder = path.parent().unwrap_or(Path::new(""));
         let beside = |name: &str| fs::read(folder.join(name)).map(Cow::Owned);
         let input = SceneInput { name: &name, file: &shown, bytes: &bytes, reader: &beside, options };
-        if extension == "toml" { file::read(&input) } else { from_geometry(&input) }
+        if extension == "toml" { from_scene_file(&input) } else { from_geometry(&input) }
     }
 
     /// A built-in scene; none of that name gives none. See [`builtin::NAMES`].
@@ -45,7 +50,7 @@ impl Scene {
         };
         let file = format!("{name}.toml");
         let bytes = scene.toml.as_bytes();
-        Some(file::read(&SceneInput { name, file: &file, bytes, reader: &beside, options }))
+        Some(from_scene_file(&SceneInput { name, file: &file, bytes, reader: &beside, options }))
     }
 
     /// A built-in scene of that name ([`builtin::NAMES`]), else the `.obj`, `.glb`, `.gltf` or `.toml` file of that
@@ -121,14 +126,14 @@ impl Scene {
             Ok(Cow::Borrowed(text.as_bytes()))
         };
         let file = format!("{name}.toml");
-        file::read(&SceneInput { name, file: &file, bytes: toml.as_bytes(), reader: &any, options })
+        from_scene_file(&SceneInput { name, file: &file, bytes: toml.as_bytes(), reader: &any, options })
     }
 
-    /// Checks that some face's material emits, or a light without area shines: renderers ask, those who only look at
-    /// the geometry need not.
+    /// Checks that some face's material emits, or a light without area shines: renderers need it, those who only look
+    /// at the geometry do not.
     ///
     /// # Errors
-    /// [`SceneError::Dark`], which says where emission is given.
+    /// [`SceneError::Dark`], whose help is where emission is given.
     pub fn require_emission(&self) -> Result<(), SceneError> {
         let lit = (0..self.faces.len() as u32).any(|face| self.material(face).emits());
         let lit = lit || self.lights.iter().any(PunctualLight::shines);
@@ -137,7 +142,65 @@ impl Scene {
 }
 
 fn from_geometry(input: &SceneInput) -> Result<Scene, SceneError> {
-    let mut soup = geometry_file::read(input)?;
+    let mut soup = read_geometry(input)?;
     input.options.apply(&mut soup.materials, |_| false);
     assemble_lit(soup, input.options.light)
+}
+
+/// Reads a scene file and the geometry that it names.
+fn from_scene_file(input: &SceneInput) -> Result<Scene, SceneError> {
+    let SceneInput { file, bytes, reader, options, .. } = *input;
+    let text = Text { file, text: decode(file, bytes)? };
+    let read = text.parse()?;
+    let geometry = read.geometry();
+    let bytes = reader(geometry).map_err(|source| read.missing_geometry(&text, source))?;
+    // Buffers of a glTF are next to it, libraries of an OBJ next to the scene file.
+    let folder = geometry.rfind(['/', '\\']).filter(|_| is_gltf(geometry)).map_or("", |end| &geometry[..=end]);
+    let beside = |name: &str| reader(&format!("{folder}{name}"));
+    let mut soup = read_geometry(&SceneInput { file: geometry, bytes: &bytes, reader: &beside, ..*input })?;
+    read.change_materials(&text, &mut soup)?;
+    options.apply(&mut soup.materials, |name| read.gives_sides(name));
+    // Where light is may decide from where a scene is looked at; an added luminaire is not looked at.
+    let is_framed_lit = read.is_lit() && !read.has_camera() && options.light != Some(AddedLight::Ceiling);
+    soup.has_view = read.has_camera() || is_framed_lit;
+    let mut scene = assemble_lit(soup, options.light)?;
+    read.finish(&text, &mut scene)?;
+    if is_framed_lit && scene.cameras.is_empty() {
+        scene.camera = Camera::framing(&scene);
+    }
+    Ok(scene)
+}
+
+/// Reads an OBJ or a glTF. Faces of opacity 0 are left out.
+fn read_geometry(input: &SceneInput) -> Result<Soup, SceneError> {
+    let mut soup = if is_gltf(input.file) { gltf::read(input) } else { obj::read(input) }?;
+    soup.remove_invisible();
+    Ok(soup)
+}
+
+fn is_gltf(file: &str) -> bool {
+    let extension = file.rsplit('.').next().unwrap_or("");
+    ["glb", "gltf"].iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
+
+/// Makes the scene as [`assemble`] does, with the light requested. The default camera frames the rest alone, and is
+/// inside of a room where the light is.
+fn assemble_lit(mut soup: Soup, light: Option<AddedLight>) -> Result<Scene, SceneError> {
+    let Some(light) = light else { return assemble(soup) };
+    let is_framed = soup.cameras.is_empty() && !soup.has_view;
+    soup.has_view = true;
+    let object = soup.objects.len() as u32;
+    let mut scene = assemble(soup.clone())?;
+    match light {
+        AddedLight::Ceiling => {
+            ceiling_light::add(&scene, &mut soup);
+            scene = assemble(soup)?;
+        }
+        AddedLight::Sky => scene.set_sky(SkyLight { upper: Rgb::ONE, lower: Rgb::ONE }, DVec3::Y),
+    }
+    if is_framed {
+        let added = scene.faces.iter().position(|face| face.object == object);
+        scene.camera = Camera::framing_first(&scene, added.unwrap_or(scene.faces.len()) as u32);
+    }
+    Ok(scene)
 }

@@ -7,59 +7,33 @@
 //!
 //! Not handled: smooth normals, bump maps, curves, instances.
 
-pub(crate) mod build;
+mod build;
 pub mod builtin;
-pub(crate) mod camera;
-pub(crate) mod ceiling_light;
-pub(crate) mod coincident;
+mod camera;
+mod ceiling_light;
+mod coincident;
 pub(crate) mod convex_polygon;
-pub(crate) mod enclosure;
-pub(crate) mod encoding;
-pub(crate) mod error;
-pub(crate) mod file;
-pub(crate) mod geometry_file;
-pub(crate) mod gltf;
-pub(crate) mod input;
-pub(crate) mod libraries;
-pub(crate) mod light_table;
-pub(crate) mod lines;
-pub(crate) mod load;
-pub(crate) mod material_checks;
-pub(crate) mod model;
-pub(crate) mod mtl;
-pub(crate) mod mtl_maps;
-pub(crate) mod mtl_opacity;
-pub(crate) mod mtl_other;
-pub(crate) mod mtl_textures;
-pub(crate) mod obj;
-pub(crate) mod obj_colours;
-pub(crate) mod obj_coordinates;
-pub(crate) mod obj_objects;
-pub(crate) mod obj_text;
-pub(crate) mod obj_vertices;
-pub(crate) mod opacity;
-pub(crate) mod planes;
-pub(crate) mod points;
-pub(crate) mod polygon;
-pub(crate) mod punctual;
-pub(crate) mod sky;
-pub(crate) mod sky_faces;
-pub(crate) mod sky_table;
-pub(crate) mod source;
-pub(crate) mod surface_means;
-pub(crate) mod textured;
+mod enclosure;
+mod error;
+mod gltf;
+mod load;
+mod model;
+mod obj;
+mod polygon;
+mod punctual;
+mod scene_file;
+mod sky;
+mod soup;
+mod surface;
 pub mod textures;
-pub(crate) mod unit_frame;
-pub(crate) mod vertex_colours;
-pub(crate) mod warnings;
 
-pub use camera::{DEFAULT_FOV, ViewError};
-pub use error::{Place, SceneError};
-pub use lines::NO_MATERIAL;
-pub use model::{AddedLight, Camera, Face, LoadOptions, Material, NamedCamera, Scene, Sides};
-pub use mtl::DEFAULT_RHO;
-pub use points::THINNEST;
+pub(crate) use coincident::planes;
+pub use error::{Place, SceneError, ViewError};
+pub use model::{
+    AddedLight, Camera, DEFAULT_FOV, DEFAULT_RHO, Face, LoadOptions, Material, NO_MATERIAL, NamedCamera, Scene, Sides,
+    Sky, UnitFrame,
+};
+pub use polygon::THINNEST;
 pub use punctual::{PunctualForm, PunctualLight, PunctualPlace};
-pub use sky::{Sky, SkyLight};
-pub use surface_means::Means;
-pub use unit_frame::UnitFrame;
+pub use sky::SkyLight;
+pub use surface::Means;

@@ -1,4 +1,5 @@
-//! What a scene is: triangles, materials, a camera, and the frame of unit coordinates.
+//! What a scene is: triangles, materials, a camera, and the frame of unit coordinates, in which the longest side of the
+//! scene's box is 2.
 //!
 //! Not handled: how a scene is read and checked; that is [`crate::scene::load`] and [`crate::scene::build`].
 
@@ -8,9 +9,16 @@ use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::light::{Gloss, Light, Rgb, Transport, TransportError, Visibility};
 use crate::scene::punctual::PunctualLight;
-use crate::scene::sky::Sky;
-use crate::scene::textures::Maps;
-use crate::scene::unit_frame::UnitFrame;
+use crate::scene::textures::{Maps, Mask};
+
+/// The material of faces for which the file has none: reflects [`LoadOptions::reflectance`].
+pub const NO_MATERIAL: &str = "(none)";
+
+/// The reflectance of a material that has no `Kd`: the customary default of MTL readers and writers.
+pub const DEFAULT_RHO: f32 = 0.8;
+
+/// Vertical field of view of a camera whose file gives none, degrees: the Cornell box's.
+pub const DEFAULT_FOV: f64 = 39.307_648_116_106_62;
 
 /// A checked scene in unit coordinates.
 ///
@@ -50,6 +58,62 @@ pub struct Scene {
     pub transport: Option<Transport>,
     /// What a person should know about the file.
     pub warnings: Vec<String>,
+}
+
+/// The faces that stand for a scene's sky.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sky {
+    /// Unit vector upwards, which separates the halves.
+    pub up: Vec3,
+    /// The face above; the one below follows it, and both are the last of the scene.
+    pub first: u32,
+    /// Radius of the smallest sphere about the origin of unit coordinates that holds all vertices.
+    pub radius: f64,
+}
+
+impl Sky {
+    /// The face that stands for the sky in a direction.
+    #[inline]
+    pub fn face(&self, direction: Vec3) -> u32 {
+        self.first + u32::from(direction.dot(self.up) <= 0.0)
+    }
+
+    /// Whether a face stands for a half of the sky.
+    #[inline]
+    pub fn holds(&self, face: u32) -> bool {
+        face >= self.first
+    }
+}
+
+/// `file = center + scale * unit`, in the file's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnitFrame {
+    /// The middle of the scene's bounding box.
+    pub center: DVec3,
+    /// Half its largest extent.
+    pub scale: f64,
+}
+
+impl UnitFrame {
+    /// The frame of some points; none if there are none or all coincide.
+    pub fn of(points: impl Iterator<Item = DVec3>) -> Option<UnitFrame> {
+        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (low, high) = points.fold(start, |(low, high), p| (low.min(p), high.max(p)));
+        // Halves first: the sum of two large numbers overflows.
+        let scale = (0.5 * high - 0.5 * low).max_element();
+        let center = 0.5 * low + 0.5 * high;
+        (scale > 0.0 && scale.is_finite()).then_some(UnitFrame { center, scale })
+    }
+
+    /// From the file's units to unit coordinates.
+    pub fn to_unit(&self, point: DVec3) -> DVec3 {
+        (point - self.center) / self.scale
+    }
+
+    /// From unit coordinates to the file's units.
+    pub fn to_file(&self, point: DVec3) -> DVec3 {
+        self.center + self.scale * point
+    }
 }
 
 /// One triangle.
@@ -120,7 +184,7 @@ pub struct NamedCamera {
     pub camera: Camera,
 }
 
-/// What a person may ask of every scene, whatever its files say.
+/// What may be requested for every scene, whatever its files give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadOptions {
     /// The sides of materials for which no scene file gives `two_sided`.
@@ -150,9 +214,9 @@ impl Default for LoadOptions {
 }
 
 impl LoadOptions {
-    /// Gives all materials the sides asked for, but those of which `said` is true and those with two sides already.
-    pub(crate) fn apply(self, materials: &mut [Material], said: impl Fn(&str) -> bool) {
-        for material in materials.iter_mut().filter(|material| !said(&material.name)) {
+    /// Gives all materials the sides requested, but those whose sides a file gives.
+    pub(crate) fn apply(self, materials: &mut [Material], is_given: impl Fn(&str) -> bool) {
+        for material in materials.iter_mut().filter(|material| !is_given(&material.name)) {
             if self.two_sided == Sides::Two {
                 material.sides = Sides::Two;
             }
@@ -161,9 +225,20 @@ impl LoadOptions {
 }
 
 impl Material {
-    /// Whether a mask says where its surface is.
+    /// The mask that gives where its surface is, if it has one.
+    #[inline]
+    pub(crate) fn mask(&self) -> Option<&Mask> {
+        self.maps.as_ref()?.mask.as_ref()
+    }
+
+    /// Whether a mask gives where its surface is.
     pub(crate) fn is_masked(&self) -> bool {
-        self.maps.as_ref().is_some_and(|maps| maps.mask.is_some())
+        self.mask().is_some()
+    }
+
+    /// Whether it goes by images, so that points have texture coordinates.
+    pub(crate) fn has_images(&self) -> bool {
+        self.maps.as_ref().is_some_and(|maps| maps.has_images())
     }
 
     /// A one-sided material whose emission is seen, without an alpha or tau of its own. Checked when a scene is made.
@@ -192,10 +267,18 @@ impl Material {
         Light::emitted(self.emission, self.visibility)
     }
 
-    /// About what it reflects in the mean: rho, times the mean of its image.
-    pub(crate) fn mean_rho(&self) -> Rgb {
-        let texture = self.maps.as_ref().and_then(|maps| maps.reflectance.as_ref());
-        texture.map_or(self.rho, |texture| self.rho * texture.image.mean())
+    /// Gives it textures. What is the same at every texel becomes the material's own number, so that lamps stay
+    /// luminaires and whole surfaces have no mask.
+    pub(crate) fn set_maps(&mut self, mut maps: Maps) {
+        for (texture, factor) in [(&mut maps.reflectance, &mut self.rho), (&mut maps.emission, &mut self.emission)] {
+            if let Some(even) = texture.take_if(|t| t.image.is_even() || *factor == Rgb::ZERO) {
+                *factor *= even.image.mean();
+            }
+        }
+        let varied = maps.vertex_colours;
+        maps.mask.take_if(|mask| !varied && mask.is_whole());
+        let any = varied || maps.reflectance.is_some() || maps.emission.is_some() || maps.mask.is_some();
+        self.maps = any.then(|| Arc::new(maps));
     }
 
     /// Whether any channel emits.

@@ -1,14 +1,15 @@
-//! Polygons to triangles, orientation kept.
+//! Polygons to triangles, orientation kept, and their points in single precision, each once.
 //!
 //! Triangles pass as they are, convex quads become two; every other polygon is projected along its Newell normal
 //! and goes through ear clipping, so concave ones come out right. A corner on the straight line between its
 //! neighbours may be left out. Not handled: holes (OBJ has none); a polygon that crosses itself is cut as well as
-//! it goes, and reported.
+//! possible, and reported; points that lie close together without being the same.
 //!
 //! Source: D. Eberly, *Triangulation by ear clipping*; the `earcut` crate. Only place for `earcut`.
 
 use earcut::{Earcut, deviation, utils3d::project3d_to_2d};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
+use rustc_hash::FxHashMap;
 
 /// The most corners a polygon may have: ear clipping takes quadratic time where a polygon crosses itself.
 pub(crate) const MOST_CORNERS: usize = 10_000;
@@ -106,6 +107,37 @@ fn is_convex_quad(quad: [DVec3; 4]) -> bool {
         let [before, here, after] = [quad[(i + 3) % 4], quad[i], quad[(i + 1) % 4]];
         (here - before).cross(after - here).dot(normal) > 0.0
     })
+}
+
+/// The least height of a triangle over its longest side, unit coordinates: the rounding of a coordinate near 1.
+/// Thinner ones have no normal.
+pub const THINNEST: f64 = 1.0 / (1 << 23) as f64;
+
+/// Different points, by number.
+#[derive(Default)]
+pub(crate) struct Points {
+    pub list: Vec<Vec3>,
+    index: FxHashMap<[u32; 3], u32>,
+}
+
+impl Points {
+    /// The number of a point, added if it is new.
+    pub fn number(&mut self, point: Vec3) -> u32 {
+        // Adding zero makes -0 and 0 one point.
+        let point = point + Vec3::ZERO;
+        *self.index.entry(point.to_array().map(f32::to_bits)).or_insert_with(|| {
+            self.list.push(point);
+            self.list.len() as u32 - 1
+        })
+    }
+}
+
+/// Height of a triangle over its longest side: twice the area by the side.
+pub(crate) fn height(corners: [Vec3; 3]) -> f64 {
+    let [a, b, c] = corners.map(|v| v.as_dvec3());
+    let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+    let double_area = (b - a).cross(c - a).length();
+    if longest > 0.0 { double_area / longest } else { 0.0 }
 }
 
 #[cfg(test)]

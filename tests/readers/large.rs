@@ -10,8 +10,8 @@ pub fn peak() -> Option<usize> {
     line.split_whitespace().nth(1)?.parse().ok()
 }
 
-/// Bytes of memory that a reader may need for each byte of text. A short `v 0 0 0` alone becomes a vector of 24 bytes
-/// in tobj's list and in ours, lists double as they grow, and the text is copied once.
+/// Bytes of memory that a reader may need for each byte of text. A short `v 0 0 0` alone becomes a vector of 24 bytes,
+/// lists double as they grow, and they are mapped to unit coordinates once.
 const SHARE: usize = 64;
 
 /// What every text may need: the runtime, and the tests that run beside this one.

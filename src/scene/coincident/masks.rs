@@ -1,6 +1,6 @@
 //! The materials of pieces: one side of two, and masks of faces that lie over them.
 //!
-//! A mask over a piece is told in the texture coordinates of the piece itself. A piece without textures takes those of
+//! A mask over a piece is given in the texture coordinates of the piece itself. A piece without textures takes those of
 //! the first face over it; one with textures keeps its own, from which an affine map leads to those of each face over
 //! it.
 //!

@@ -2,34 +2,45 @@
 //!
 //! A place of a plane has two sides, and each side shows one face: of those that face its way the first in the file;
 //! where there is none, the back of what faces the other way, if that has two sides. One place is what rays take for
-//! one plane ([`crate::scene::planes`]). Where the first face is cut out by a mask, the next one is there.
+//! one plane ([`planes`]). Where the first face is cut out by a mask, the next one is there.
 //!
-//! So that rays, closed forms, areas and form factors need not ask, a scene has each place once: what is covered is cut
+//! So that rays, closed forms, areas and form factors need no test, a scene has each place once: what is covered is cut
 //! off, exactly, in the plane ([`division`]). Faces that face opposite ways stay: each is seen from its front. Of a
 //! face with two sides, the piece behind another's front has one.
 //!
-//! Not handled: faces whose planes rounding tells apart (see there); they are as near as rays find them.
+//! Not handled: faces whose planes rounding separates (see there); they are as near as rays find them.
 
+mod candidates;
 mod division;
-mod kept;
 mod masks;
 mod plane;
-mod polygons;
-mod suspects;
-mod told;
+pub(crate) mod planes;
+mod triangle_tree;
 
 use glam::{DVec2, DVec3, Vec2, Vec4};
 use rayon::prelude::*;
 
+use crate::scene::coincident::candidates::candidates;
+use crate::scene::coincident::division::Polygon;
 use crate::scene::coincident::masks::Materials;
 use crate::scene::coincident::plane::{Covered, covered};
-use crate::scene::coincident::polygons::Polygon;
-use crate::scene::coincident::suspects::suspects;
-use crate::scene::planes::{Planes, by_plane};
-use crate::scene::points::{Points, THINNEST, height};
-use crate::scene::{Face, Scene};
+use crate::scene::coincident::planes::{Planes, TOLERANCE, by_plane};
+use crate::scene::error::{list, shorten};
+use crate::scene::model::{Face, Scene};
+use crate::scene::polygon::{Points, THINNEST, height};
 
-pub(crate) use told::Source;
+/// Objects and places named at most, beyond which the rest is counted.
+const MOST: usize = 100;
+
+/// Where the faces come from.
+pub(crate) struct Origin<'a> {
+    /// The file.
+    pub file: &'a str,
+    /// What `numbers` count: `line`, `face` or `triangle`.
+    pub item: &'a str,
+    /// Of each face.
+    pub numbers: &'a [usize],
+}
 
 /// A triangle in place of a face, or of a part of one.
 struct Placed {
@@ -40,23 +51,23 @@ struct Placed {
 }
 
 /// Leaves of faces in one place what is there, and warns of what is not. `points` are the scene's, to which it adds.
-pub(crate) fn resolve(scene: &mut Scene, points: &mut Points, source: &Source) {
-    let found = all_covered(scene, &suspects(scene));
+pub(crate) fn resolve(scene: &mut Scene, points: &mut Points, origin: &Origin) {
+    let found = all_covered(scene);
     if !found.is_empty() {
-        scene.warnings.extend(source.warning(scene, &found));
+        scene.warnings.extend(origin.warning(scene, &found));
         replace(scene, points, found);
     }
 }
 
-/// Those of some faces of which not all is there, by number.
-fn all_covered(scene: &Scene, faces: &[u32]) -> Vec<Covered> {
-    let planes = Planes::of(scene, faces);
-    let (places, starts) = by_plane(&planes.of_face);
-    let several = (0..planes.planes.len()).into_par_iter();
+/// The faces of which not all is there, by number.
+fn all_covered(scene: &Scene) -> Vec<Covered> {
+    let planes = Planes::new(scene);
+    let (faces, starts) = by_plane(&planes.of_face);
+    let own = |plane: &usize| &faces[starts[*plane] as usize..starts[*plane + 1] as usize];
+    let several = (0..planes.planes.len()).into_par_iter().with_min_len(64).filter(|plane| own(plane).len() > 1);
     let found = several.flat_map_iter(|plane| {
-        let own = &places[starts[plane] as usize..starts[plane + 1] as usize];
-        let own: Vec<u32> = own.iter().map(|&k| faces[k as usize]).collect();
-        covered(scene, &planes.planes[plane], &own)
+        let candidates = candidates(scene, &planes.planes[plane], own(&plane));
+        if candidates.is_empty() { Vec::new() } else { covered(scene, &planes.planes[plane], &candidates) }
     });
     let mut found: Vec<Covered> = found.collect();
     found.sort_unstable_by_key(|covered| covered.face);
@@ -126,4 +137,34 @@ fn fan(polygon: &[DVec2], place: impl Fn(DVec2) -> DVec3) -> Vec<[DVec2; 3]> {
     let least = |k: usize| around(k).map(thickness).fold(f64::INFINITY, f64::min);
     let best = (0..n).map(|k| (k, least(k))).fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
     around(best.0).filter(|&triangle| thickness(triangle) >= THINNEST).collect()
+}
+
+impl Origin<'_> {
+    /// How many faces are not there, or not all of them; of which objects, and which objects are there in their place.
+    fn warning(&self, scene: &Scene, found: &[Covered]) -> Option<String> {
+        let hidden: Vec<(u32, u32)> = found.iter().filter_map(|covered| Some((covered.face, covered.by?))).collect();
+        let &(first, over) = hidden.first()?;
+        let (file, item) = (self.file, self.item);
+        let [at, other] = [first, over].map(|face| self.numbers[face as usize]);
+        let [own, others] = [names(scene, hidden.iter().map(|h| h.0)), names(scene, hidden.iter().map(|h| h.1))];
+        let gap = TOLERANCE * scene.frame.scale;
+        let (count, plural, lie) = if hidden.len() == 1 { (1, "", "lies") } else { (hidden.len(), "s", "lie") };
+        Some(format!(
+            "{count} triangle{plural} of {own} {lie} where triangles of {others} that face the same way lie (first: \
+             {file}, {item} {at} on {item} {other}; gaps up to {gap:.1e} count as none): of faces in one place the \
+             first in the file is there, what it covers of others is left out; delete one of the two, or move it"
+        ))
+    }
+}
+
+/// The names of the objects of faces, each once.
+fn names(scene: &Scene, faces: impl Iterator<Item = u32>) -> String {
+    let mut objects: Vec<u32> = faces.map(|face| scene.faces[face as usize].object).collect();
+    objects.sort_unstable();
+    objects.dedup();
+    let name = |object: &u32| scene.objects.get(*object as usize).map_or("", String::as_str);
+    match &objects[..] {
+        [one] => format!("object `{}`", shorten(name(one))),
+        all => format!("objects {}", list(all.iter().take(MOST).map(name))),
+    }
 }

@@ -4,16 +4,15 @@
 //! cut out of it; under a masked one that is not the same once more a piece stays that is there where the mask is not.
 //! Where the front of a face of the other way lies on the back of one with two sides, a piece stays that has no back.
 //!
-//! Not handled: masks by alpha of vertices told twice, of which the second stays for what the first leaves; masked
+//! Not handled: masks by alpha of vertices given twice, of which the second stays for what the first leaves; masked
 //! fronts on backs. Rays see the back through the mask; where it emits, closed forms count all.
 
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
-use crate::scene::coincident::division::{Cover, Covering, Marks, Piece, divided};
-use crate::scene::coincident::kept::Kept;
-use crate::scene::coincident::polygons::Polygon;
-use crate::scene::planes::Plane;
+use crate::scene::coincident::division::{Cover, Covering, Marks, Piece, Polygon, divided};
+use crate::scene::coincident::planes::Plane;
+use crate::scene::coincident::triangle_tree::TriangleTree;
 use crate::scene::{Scene, Sides};
 
 /// How far texture coordinates of one place may lie apart to be the same.
@@ -24,7 +23,7 @@ pub(super) struct Covered {
     pub face: u32,
     /// One of the faces that cover some of it; none where only its back is behind others.
     pub by: Option<u32>,
-    /// What is there. Corners are told by the weights of the face's second and third corner, in the order of its own.
+    /// What is there. Corners are given by the weights of the face's second and third corner, in the order of its own.
     pub pieces: Vec<Piece>,
 }
 
@@ -42,13 +41,13 @@ struct Layer<'a> {
     scene: &'a Scene,
     tiles: Vec<Tile>,
     /// Those of which some is there.
-    kept: Kept,
+    tree: TriangleTree,
     /// Of each face that others of its way lie over, what is there.
-    left: FxHashMap<usize, Left>,
+    remaining: FxHashMap<usize, Remaining>,
 }
 
 /// What faces of its way leave of a face.
-struct Left {
+struct Remaining {
     /// One of them.
     by: u32,
     pieces: Vec<Piece>,
@@ -96,31 +95,31 @@ impl Tile {
 
 impl<'a> Layer<'a> {
     fn of(scene: &'a Scene, tiles: Vec<Tile>) -> Layer<'a> {
-        let kept = Kept::new(tiles.iter().map(Tile::ring).collect());
-        let mut layer = Layer { scene, tiles, kept, left: FxHashMap::default() };
+        let tree = TriangleTree::new(tiles.iter().map(Tile::ring).collect());
+        let mut layer = Layer { scene, tiles, tree, remaining: FxHashMap::default() };
         for k in 0..layer.tiles.len() {
-            let left = layer.left_of(k);
-            if left.as_ref().is_none_or(|left| !left.pieces.is_empty()) {
-                layer.kept.keep(k);
+            let remaining = layer.remaining_of(k);
+            if remaining.as_ref().is_none_or(|remaining| !remaining.pieces.is_empty()) {
+                layer.tree.insert(k);
             }
-            layer.left.extend(left.map(|left| (k, left)));
+            layer.remaining.extend(remaining.map(|remaining| (k, remaining)));
         }
         layer
     }
 
     /// What those before it leave of a tile; none where none lies over it.
-    fn left_of(&self, k: usize) -> Option<Left> {
+    fn remaining_of(&self, k: usize) -> Option<Remaining> {
         let ring = self.tiles[k].ring();
-        let found = self.kept.find(&ring, k, |_| true)?;
+        let found = self.tree.find(&ring, k, |_| true)?;
         let covering = |face: u32| {
             let leaves = self.scene.is_masked(face) && !are_the_same(self.scene, face, self.tiles[k].face);
             Some(if leaves { Covering::Masked(face) } else { Covering::Whole })
         };
         let pieces = self.cut(&ring, whole(&ring), k, covering);
-        Some(Left { by: self.tiles[found].face, pieces })
+        Some(Remaining { by: self.tiles[found].face, pieces })
     }
 
-    /// Pieces of a polygon under the tiles before one, each of which covers it as told, if it does.
+    /// Pieces of a polygon under the tiles before one, each with its covering, if it covers it.
     fn cut(
         &self,
         ring: &[DVec2],
@@ -131,36 +130,37 @@ impl<'a> Layer<'a> {
         let cover = |k: usize| covering(self.tiles[k].face).map(|covering| self.tiles[k].cover(covering));
         let is_new =
             |marks: &Marks, k: usize| covering(self.tiles[k].face).is_some_and(|covering| !marks.has(covering));
-        let near = |(polygon, marks): &Piece| self.kept.find(polygon, before, |k| is_new(marks, k));
+        let near = |(polygon, marks): &Piece| self.tree.find(polygon, before, |k| is_new(marks, k));
         divided(ring, start, |piece| near(piece).and_then(cover))
     }
 
-    /// The faces of which not all is there as the file has them, beside those of the other way.
+    /// The faces of which not all is there as the file has them, next to those of the other way.
     fn covered(&self, other: &Layer) -> impl Iterator<Item = Covered> {
         (0..self.tiles.len()).filter_map(|k| self.covered_tile(k, other))
     }
 
     fn covered_tile(&self, k: usize, other: &Layer) -> Option<Covered> {
-        let (tile, left) = (&self.tiles[k], self.left.get(&k));
+        let (tile, remaining) = (&self.tiles[k], self.remaining.get(&k));
         let ring = tile.ring();
         let is_backed = self.scene.material(tile.face).sides == Sides::Two && other.has_front(&ring);
-        if left.is_none() && !is_backed {
+        if remaining.is_none() && !is_backed {
             return None;
         }
-        let mut pieces = left.map_or_else(|| whole(&ring), |left| left.pieces.clone());
+        let mut pieces = remaining.map_or_else(|| whole(&ring), |remaining| remaining.pieces.clone());
         if is_backed {
             let covering = |face: u32| (!self.scene.is_masked(face)).then_some(Covering::Back);
             pieces = other.cut(&ring, pieces, other.tiles.len(), covering);
         }
         let is_as_before = pieces == whole(&ring);
         let weighted = pieces.into_iter().map(|(polygon, marks)| (tile.weights(&polygon), marks));
-        let covered = Covered { face: tile.face, by: left.map(|left| left.by), pieces: weighted.collect() };
+        let covered =
+            Covered { face: tile.face, by: remaining.map(|remaining| remaining.by), pieces: weighted.collect() };
         (!is_as_before).then_some(covered)
     }
 
     /// Whether one that is whole lies over a polygon.
     fn has_front(&self, ring: &[DVec2]) -> bool {
-        self.kept.find(ring, self.tiles.len(), |k| !self.scene.is_masked(self.tiles[k].face)).is_some()
+        self.tree.find(ring, self.tiles.len(), |k| !self.scene.is_masked(self.tiles[k].face)).is_some()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Numbers of accessors, read from the buffers within their bounds.
 //!
-//! Component types are read as glTF says, normalised integers as their shares (KHR_mesh_quantization), and sparse
-//! substitutes are put in. Memory is bounded by the buffers: each number comes from bytes that are there, and an
+//! Component types are read as glTF defines them, normalised integers as their shares (KHR_mesh_quantization), and
+//! sparse substitutes are put in. Memory is bounded by the buffers: each number comes from bytes that are there, and an
 //! accessor without bytes of its own has no more numbers than the buffers have bytes.
 //!
 //! Not handled: matrices, whose columns are padded; nothing that is read here has any.
@@ -11,7 +11,7 @@ use gltf_json::buffer::View;
 use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Index, Root};
 
-use crate::scene::gltf::container::Bytes;
+use crate::scene::gltf::document::Bytes;
 
 /// The document with its buffers.
 pub(super) struct Data<'a> {

@@ -2,7 +2,8 @@
 //!
 //! Lists, strips and fans are read, with indices or without. Where the determinant of a node's transform is negative
 //! corners are taken the other way round, so that fronts stay fronts (glTF 2.0, 3.7.4). Meshes at several nodes are
-//! written out once for each, which [`MOST_INSTANCED`] bounds.
+//! written out once for each, which [`MOST_INSTANCED`] bounds. `COLOR_0` is linear, RGB or RGBA, as floats or
+//! normalised integers; numbers outside 0..1 are clamped, and named among what is ignored.
 //!
 //! Not handled: points and lines, smooth normals, skins, morph targets (each ignored with a warning).
 
@@ -14,12 +15,10 @@ use gltf_json::mesh::{Mesh, Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Index};
 
-use crate::scene::build::{Polygon, Soup};
 use crate::scene::gltf::accessors::Data;
-use crate::scene::gltf::attributes::{colours, is_smooth};
-use crate::scene::gltf::ignored::Ignored;
-use crate::scene::gltf::materials::name;
+use crate::scene::gltf::document::{Ignored, name};
 use crate::scene::gltf::nodes::Placed;
+use crate::scene::soup::{Polygon, Soup};
 
 /// Points and corners that a scene may have by repeating its meshes, whatever its size.
 const MOST_INSTANCED: usize = 1 << 25;
@@ -27,8 +26,11 @@ const MOST_INSTANCED: usize = 1 << 25;
 /// Points and corners that a scene may have for each byte of its buffers: a strip of bytes makes three each.
 const CORNERS_A_BYTE: usize = 4;
 
-/// Texture coordinates beyond this are not taken for such: single precision tells texels apart no more.
+/// Texture coordinates beyond this are not taken for such: single precision resolves texels no more.
 const FARTHEST: f32 = 1e6;
+
+/// How far normals of a triangle's corners may lie apart to be one.
+const ONE_NORMAL: f64 = 1e-3;
 
 /// What is being read.
 pub(super) struct Geometry<'a> {
@@ -141,7 +143,7 @@ impl Geometry<'_> {
         Ok(Some(numbers.chunks_exact(2).map(place).collect()))
     }
 
-    /// Appends the points of an accessor and tells where they begin and how many they are.
+    /// Appends the points of an accessor; where they begin, and how many they are.
     fn points(&mut self, position: Index<Accessor>, placed: &Placed) -> Result<(usize, usize), String> {
         let numbers = self.data.numbers(position, Type::Vec3)?;
         let (first, count) = (self.soup.vertices.len(), numbers.len() / 3);
@@ -198,4 +200,44 @@ fn triangles(primitive: &Primitive, corners: usize) -> Option<Vec<[usize; 3]>> {
         Mode::TriangleFan => Some((0..last).map(|i| [i + 1, i + 2, 0]).collect()),
         Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => None,
     }
+}
+
+/// The colours of a primitive's vertices, where it has any: linear RGB and alpha, in 0..=1.
+fn colours(
+    data: &Data,
+    primitive: &Primitive,
+    count: usize,
+    ignored: &mut Ignored,
+    object: &str,
+) -> Result<Option<Vec<Vec4>>, String> {
+    let further = |key: &Checked<Semantic>| matches!(key, Checked::Valid(Semantic::Colors(set)) if *set > 0);
+    if primitive.attributes.keys().any(further) {
+        ignored.add("further colours of vertices, of nodes", object);
+    }
+    let Some(index) = primitive.attributes.get(&Checked::Valid(Semantic::Colors(0))) else { return Ok(None) };
+    let parts = match data.root.accessors[index.value()].type_ {
+        Checked::Valid(Type::Vec4) => Type::Vec4,
+        _ => Type::Vec3,
+    };
+    let numbers = data.numbers(*index, parts)?;
+    let size = parts.multiplicity();
+    if numbers.len() < size * count {
+        return Err(format!("accessor {index} has {} colours for {count} vertices", numbers.len() / size));
+    }
+    if numbers.iter().any(|number| !(0.0..=1.0).contains(number)) {
+        ignored.add("what of colours of vertices is outside 0..1, of nodes", object);
+    }
+    // A number that is none counts as 0.
+    let part = |number: f64| number.clamp(0.0, 1.0).max(0.0) as f32;
+    let colour = |c: &[f64]| Vec4::new(part(c[0]), part(c[1]), part(c[2]), c.get(3).map_or(1.0, |alpha| part(*alpha)));
+    Ok(Some(numbers.chunks_exact(size).map(colour).collect()))
+}
+
+/// Whether the normals of a primitive's vertices differ within a triangle; `corners` has the vertices of all triangles.
+fn is_smooth(data: &Data, primitive: &Primitive, corners: impl Iterator<Item = [u32; 3]>) -> bool {
+    let Some(index) = primitive.attributes.get(&Checked::Valid(Semantic::Normals)) else { return false };
+    let Ok(numbers) = data.numbers(*index, Type::Vec3) else { return false };
+    let at = |vertex: u32| numbers.get(3 * vertex as usize..3 * vertex as usize + 3).map(DVec3::from_slice);
+    let differ = |a: Option<DVec3>, b: Option<DVec3>| a.zip(b).is_some_and(|(a, b)| a.distance(b) > ONE_NORMAL);
+    corners.into_iter().any(|[a, b, c]| differ(at(a), at(b)) || differ(at(a), at(c)))
 }

@@ -1,31 +1,36 @@
-//! Materials of glTF: the base colour is rho, what is emitted is E, and double-sided ones have two sides.
+//! Materials of glTF and their textures: the base colour is rho, what is emitted is E, and double-sided ones have two
+//! sides. Alpha cuts holes by `alphaMode`: by the cutoff, or by shares.
 //!
-//! Base colours and emission are linear. glTF's unit of emission is the nit, a luminance; a factor of 1 is taken as a
-//! radiance of 1 W/(m² sr) in its channel, without a luminous efficacy. The base colour (1, 1, 1), which is also that
-//! of materials without any, would reflect everything: such a material reflects [`DEFAULT_RHO`], with a warning, unless
-//! its vertices have colours.
+//! glTF's unit of emission is the nit, a luminance; a factor of 1 is taken as a radiance of 1 W/(m² sr) in its channel,
+//! without a luminous efficacy. The base colour (1, 1, 1), which is also that of materials without any, would reflect
+//! everything: without a texture such a material reflects [`DEFAULT_RHO`], with a warning, unless its vertices have
+//! colours.
 //!
-//! Textures of the base colour and of emission are multiplied by their factors; a base colour with a texture may be
-//! white. Alpha cuts holes as `alphaMode` says: by the cutoff, or by shares.
+//! An image is decoded once however often it is used. One that is not there, or that is neither PNG nor JPEG, is named
+//! among what is ignored; one that is broken is an error. Images in buffer views may have no more bytes together than
+//! the buffers, so memory is bounded by the sizes of the files.
 //!
-//! Not handled: all else that materials have, which [`Ignored`] names. A material whose emissive texture cannot be read
-//! emits nothing, since most such textures are black but for a few texels.
+//! Not handled: all else that materials have, which [`Ignored`] names; the second of two sets of texture coordinates in
+//! one material; filters for small pictures. A material whose emissive texture cannot be read emits nothing, since most
+//! such textures are black but for a few texels.
 
-use glam::Vec3;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{DAffine2, DMat2, DVec2, Vec3};
 use gltf_json::Root;
+use gltf_json::extensions::texture::TextureTransform;
 use gltf_json::material::{AlphaMode, Material as Read};
+use gltf_json::texture::{Info, MagFilter, Sampler, WrappingMode};
 use gltf_json::validation::Checked;
 
-use crate::scene::build::Soup;
-use crate::scene::error::{Place, SceneError};
-use crate::scene::gltf::ignored::Ignored;
-use crate::scene::gltf::textures::{Images, Placed};
-use crate::scene::material_checks::{check_emission, check_rho};
-use crate::scene::mtl::DEFAULT_RHO;
-use crate::scene::textures::{Channel, Maps, Mask, Texture};
-use crate::scene::vertex_colours::{Reflects, Said};
-use crate::scene::warnings::Tally;
-use crate::scene::{Material, Sides};
+use crate::pictures::{Texels, TexelsError};
+use crate::scene::error::{Place, SceneError, Tally};
+use crate::scene::gltf::accessors::{Data, slice};
+use crate::scene::gltf::document::{Ignored, fetch, name};
+use crate::scene::model::{DEFAULT_RHO, Material, Sides};
+use crate::scene::soup::{Defined, Reader, Reflects, Soup, check_emission, check_rho};
+use crate::scene::textures::{Channel, Filter, Image, Maps, Mask, Texture, Wrap};
 
 /// The materials of a file.
 pub(super) struct Materials {
@@ -33,13 +38,13 @@ pub(super) struct Materials {
     /// The set of coordinates that the textures of each go by, if it has any.
     pub sets: Vec<Option<u32>>,
     /// What colours of vertices are factors of.
-    pub said: Vec<Said>,
+    pub defined: Vec<Defined>,
 }
 
 /// All materials of the file in its order.
 pub(super) fn materials(root: &Root, images: &mut Images, ignored: &mut Ignored) -> Result<Materials, SceneError> {
     let file = images.file;
-    let mut all = Materials { list: Vec::new(), sets: Vec::new(), said: Vec::new() };
+    let mut all = Materials { list: Vec::new(), sets: Vec::new(), defined: Vec::new() };
     for (number, read) in root.materials.iter().enumerate() {
         let name = name(&read.name, "material", number);
         let place = || Place::item(file, "material", number);
@@ -54,14 +59,14 @@ pub(super) fn materials(root: &Root, images: &mut Images, ignored: &mut Ignored)
         if is_white {
             rho = Vec3::splat(DEFAULT_RHO);
         }
-        let reflects = if is_white { Reflects::UnsaidWhite } else { Reflects::Said };
-        all.said.push(Said { rho: reflects, mask: maps.mask.clone() });
+        let reflects = if is_white { Reflects::UndefinedWhite } else { Reflects::Defined };
+        all.defined.push(Defined { rho: reflects, mask: maps.mask.clone() });
         let lost = read.emissive_texture.is_some() && maps.emission.is_none();
         let emission = if lost { Vec3::ZERO } else { emission };
         let sides = if read.double_sided { Sides::Two } else { Sides::One };
         let mut material = Material { sides, ..Material::new(&name, rho, emission) };
-        maps.put_on(&mut material);
-        all.sets.push(material.maps.as_ref().filter(|maps| maps.has_images()).map(|_| set));
+        material.set_maps(maps);
+        all.sets.push(material.has_images().then_some(set));
         all.list.push(material);
     }
     Ok(all)
@@ -77,14 +82,6 @@ pub(super) fn warn_of_white(soup: &mut Soup, is_white: &[bool], coloured: &[bool
     }
     let consequence = format!("it would reflect everything; it reflects {DEFAULT_RHO}");
     white.report(&soup.file, "material", "white base colour", &consequence, &mut soup.warnings);
-}
-
-/// A name without control characters, or the number where there is none.
-pub(super) fn name(given: &Option<String>, what: &str, number: usize) -> String {
-    match given.as_deref().map(str::trim) {
-        None | Some("") => format!("{what} {number}"),
-        Some(name) => name.replace(char::is_control, " "),
-    }
 }
 
 /// Emitted radiance, W/(m² sr): the factor times the strength of KHR_materials_emissive_strength.
@@ -133,5 +130,137 @@ fn ignore(read: &Read, name: &str, ignored: &mut Ignored) {
         if there {
             ignored.add(kind, name);
         }
+    }
+}
+
+/// The images of a file.
+pub(super) struct Images<'a, 'r> {
+    pub file: &'a str,
+    pub data: &'a Data<'a>,
+    pub reader: Reader<'r>,
+    /// By where their bytes are; none where there is no image.
+    known: HashMap<Source<'a>, Option<Arc<Image>>>,
+    /// Bytes of buffer views read so far.
+    read: usize,
+}
+
+/// Where the bytes of an image are.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Source<'a> {
+    View(usize),
+    Uri(&'a str),
+}
+
+/// A texture and the set of coordinates that it goes by.
+pub(super) struct Placed {
+    pub texture: Texture,
+    pub set: u32,
+}
+
+impl<'a, 'r> Images<'a, 'r> {
+    /// No image yet.
+    pub fn new(file: &'a str, data: &'a Data<'a>, reader: Reader<'r>) -> Images<'a, 'r> {
+        Images { file, data, reader, known: HashMap::new(), read: 0 }
+    }
+
+    /// The texture that a material names, if it names one whose image can be read; else the material is named in
+    /// `ignored`.
+    ///
+    /// # Errors
+    /// A broken image.
+    pub fn texture(
+        &mut self,
+        info: Option<&Info>,
+        material: &str,
+        ignored: &mut Ignored,
+    ) -> Result<Option<Placed>, SceneError> {
+        let Some(info) = info else { return Ok(None) };
+        let texture = &self.data.root.textures[info.index.value()];
+        let Some(image) = self.image(texture.source.value())? else {
+            ignored.add("images that cannot be read, of materials", material);
+            return Ok(None);
+        };
+        let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
+        let sampler = texture.sampler.map(|sampler| &self.data.root.samplers[sampler.value()]);
+        Ok(Some(Placed {
+            texture: Texture {
+                image,
+                placement: transform.map_or(DAffine2::IDENTITY, placement),
+                wrap: sampler.map_or([Wrap::Repeat; 2], |s| [wrap(&s.wrap_s), wrap(&s.wrap_t)]),
+                filter: sampler.map_or(Filter::Linear, filter),
+            },
+            set: transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord),
+        }))
+    }
+
+    fn image(&mut self, number: usize) -> Result<Option<Arc<Image>>, SceneError> {
+        let Some(image) = self.data.root.images.get(number) else { return Ok(None) };
+        let source = match (&image.buffer_view, &image.uri) {
+            (Some(view), _) => Source::View(view.value()),
+            (None, Some(uri)) => Source::Uri(uri),
+            (None, None) => return Ok(None),
+        };
+        if let Some(known) = self.known.get(&source) {
+            return Ok(known.clone());
+        }
+        let wrong = |message: &str| SceneError::Gltf {
+            file: self.file.to_owned(),
+            message: format!("image {number} is broken: {message}"),
+        };
+        let found = match source {
+            Source::View(view) => {
+                let view = &self.data.root.buffer_views[view];
+                let bytes = &self.data.buffers[view.buffer.value()];
+                let own = slice(bytes, view.byte_offset.unwrap_or_default().0, view.byte_length.0);
+                let own = own.ok_or_else(|| wrong("its buffer view goes beyond its buffer"))?;
+                self.read += own.len();
+                let all: usize = self.data.buffers.iter().map(|bytes| bytes.len()).sum();
+                if self.read > all {
+                    return Err(wrong("its buffer view is a part of another image's"));
+                }
+                decoded(own)
+            }
+            Source::Uri(uri) => match fetch(uri, self.reader) {
+                None => return Err(wrong("its data URI cannot be decoded")),
+                Some(Err(_)) => Ok(None),
+                Some(Ok(bytes)) => decoded(&bytes),
+            },
+        };
+        let found = found.map_err(|message| wrong(&message))?;
+        self.known.insert(source, found.clone());
+        Ok(found)
+    }
+}
+
+/// The image of these bytes, if they are PNG or JPEG.
+fn decoded(bytes: &[u8]) -> Result<Option<Arc<Image>>, String> {
+    match Texels::decode("", bytes) {
+        Ok(texels) => Ok(Some(Arc::new(Image::new(texels)))),
+        Err(TexelsError::Format) => Ok(None),
+        Err(TexelsError::Broken(message)) => Err(message),
+    }
+}
+
+/// Scaled, then turned counter-clockwise as seen with v running down, then moved (KHR_texture_transform).
+fn placement(transform: &TextureTransform) -> DAffine2 {
+    let vector = |[x, y]: [f32; 2]| DVec2::new(f64::from(x), f64::from(y));
+    let turn = DMat2::from_angle(-f64::from(transform.rotation.0));
+    let matrix2 = turn * DMat2::from_diagonal(vector(transform.scale.0));
+    let found = DAffine2 { matrix2, translation: vector(transform.offset.0) };
+    if found.is_finite() { found } else { DAffine2::IDENTITY }
+}
+
+fn wrap(mode: &Checked<WrappingMode>) -> Wrap {
+    match mode {
+        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
+        Checked::Valid(WrappingMode::Repeat) | Checked::Invalid => Wrap::Repeat,
+    }
+}
+
+fn filter(sampler: &Sampler) -> Filter {
+    match sampler.mag_filter {
+        Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
+        _ => Filter::Linear,
     }
 }

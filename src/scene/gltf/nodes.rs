@@ -1,12 +1,31 @@
-//! The nodes of the scene shown, each with its transform to the world.
+//! The nodes of the scene shown, each with its transform to the world, and the cameras and lights at them, which look
+//! and shine along the node's -z, with +y up.
 //!
 //! The graph is walked with a list instead of recursion, and every node once: a node that has two parents, or is its
 //! own ancestor, is an error, so neither depth nor circles matter. Transforms are multiplied in double precision.
 //!
-//! Not handled: scenes other than the default one (the first where none is), animation.
+//! `yfov` is the vertical field of view; the aspect ratio is that of the picture requested. A mirrored node's camera is
+//! not mirrored. Candela are taken as W/sr and lux as W/m², channel by channel, without a luminous efficacy. The soft
+//! edge of a spot, `((cos - cos outer) / (cos inner - cos outer))²` of its intensity, becomes a hard one at the cone
+//! that carries the same power: `cos cutoff = (2 cos inner + cos outer) / 3`.
+//!
+//! Not handled: scenes other than the default one (the first where none is), animation, orthographic cameras, ranges of
+//! lights, beyond which glTF lets a light end; warnings name them.
+//!
+//! Source of lights: Khronos Group, *KHR_lights_punctual*.
 
-use glam::{DMat4, DQuat, DVec3};
+use std::f32::consts::FRAC_PI_2;
+
+use glam::{DMat4, DQuat, DVec3, Vec3};
+use gltf_json::extensions::scene::khr_lights_punctual::{Light, Spot, Type};
+use gltf_json::validation::Checked;
 use gltf_json::{Index, Node, Root};
+
+use crate::scene::error::{Place, SceneError};
+use crate::scene::gltf::document::{Ignored, name};
+use crate::scene::model::Camera;
+use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
+use crate::scene::soup::SoupCamera;
 
 /// A node and where it is.
 pub(super) struct Placed<'a> {
@@ -65,4 +84,99 @@ fn local(node: &Node) -> Option<DMat4> {
         }
     };
     transform.is_finite().then_some(transform)
+}
+
+/// The perspective cameras in the order of the nodes, by the names of their nodes.
+pub(super) fn cameras(
+    file: &str,
+    root: &Root,
+    nodes: &[Placed],
+    ignored: &mut Ignored,
+) -> Result<Vec<SoupCamera>, SceneError> {
+    let mut all = Vec::new();
+    for placed in nodes {
+        let Some(index) = placed.node.camera else { continue };
+        let read = &root.cameras[index.value()];
+        let own = name(&read.name, "camera", index.value());
+        let name = placed.node.name.as_ref().map_or(own, |_| name(&placed.node.name, "node", placed.number));
+        let Some(perspective) = &read.perspective else {
+            ignored.add("orthographic cameras", &name);
+            continue;
+        };
+        let [_, up, back, position] = [0, 1, 2, 3].map(|column| placed.to_world.col(column).truncate());
+        let view = Camera::look_at(DVec3::ZERO, -back, up, f64::from(perspective.yfov).to_degrees());
+        let place = Place::item(file, "camera", index.value());
+        let view = view.map_err(|source| SceneError::View { place, source })?;
+        all.push(SoupCamera { name, position, view });
+    }
+    Ok(all)
+}
+
+/// The lights in the order of the nodes, in the file's units.
+pub(super) fn lights(
+    file: &str,
+    root: &Root,
+    nodes: &[Placed],
+    ignored: &mut Ignored,
+) -> Result<Vec<PunctualLight>, SceneError> {
+    let Some(listed) = root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref()) else {
+        return Ok(Vec::new());
+    };
+    let mut all = Vec::new();
+    for placed in nodes {
+        let own = placed.node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+        let Some(number) = own.map(|own| own.light.value()) else { continue };
+        let light = &listed.lights[number];
+        let name = name(&light.name, "light", number);
+        if light.range.is_some() {
+            ignored.add("ranges of lights", &name);
+        }
+        if light.spot.is_some() {
+            ignored.add("soft edges of spots", &name);
+        }
+        let place = || Place::item(file, "light", number);
+        let wrong = |(key, value, needed): Fault| SceneError::LightValue { place: place(), key, value, needed };
+        all.push(read_light(light, placed).map_err(wrong)?);
+    }
+    Ok(all)
+}
+
+/// A number of a light that is out of its range: its key, its value, and what is needed.
+type Fault = (&'static str, String, &'static str);
+
+fn read_light(light: &Light, placed: &Placed) -> Result<PunctualLight, Fault> {
+    let intensity = light.intensity * Vec3::from_array(light.color);
+    if !intensity.is_finite() || intensity.min_element() < 0.0 {
+        let value = format!("{} times {:?}", light.intensity, light.color);
+        return Err(("intensity", value, "finite and not negative"));
+    }
+    let [back, position] = [2, 3].map(|column| placed.to_world.col(column).truncate());
+    let place = PunctualPlace::new(position, PunctualLight::PHYSICAL, 1.0);
+    let direction = || {
+        let unit = (-back / back.abs().max_element()).try_normalize();
+        unit.ok_or_else(|| ("direction", back.to_string(), "a vector that is not zero"))
+    };
+    let form = match light.type_ {
+        Checked::Valid(Type::Directional) => PunctualForm::Directional { direction: direction()? },
+        Checked::Valid(Type::Spot) => {
+            let cutoff = cutoff(&light.spot.clone().unwrap_or_default())?;
+            PunctualForm::Spot { place, direction: direction()?, exponent: 0.0, cutoff }
+        }
+        Checked::Valid(Type::Point) | Checked::Invalid => PunctualForm::Point(place),
+    };
+    Ok(PunctualLight { form, intensity })
+}
+
+/// Cosine of the cone that carries a spot's power at its full intensity.
+fn cutoff(spot: &Spot) -> Result<f64, Fault> {
+    let (inner, outer) = (spot.inner_cone_angle, spot.outer_cone_angle);
+    // A right angle in single precision is a little more than one.
+    if !(outer > 0.0 && outer <= FRAC_PI_2) {
+        return Err(("outerConeAngle", outer.to_string(), "above 0 and at most a right angle"));
+    }
+    if !(0.0..=outer).contains(&inner) {
+        return Err(("innerConeAngle", inner.to_string(), "0 or more, and at most outerConeAngle"));
+    }
+    let [inner, outer] = [inner, outer].map(|angle| f64::from(angle).cos().max(0.0));
+    Ok((2.0 * inner + outer) / 3.0)
 }

@@ -1,23 +1,32 @@
 //! The mean of a texture over a triangle, or over what a pixel sees of it: by its texels, or by means of squares of
 //! them.
 //!
+//! The integral of a grid of values over a polygon is exact, by Green's theorem:
+//!
+//! ```text
+//! ∫∫ f dx dy = ∮ P dy,      P(x, y) = ∫ from the left of f(s, y) ds
+//! ```
+//!
+//! Within a texel f is of first degree in x and in y, so P along an edge is of third degree at most, and two Gaussian
+//! points integrate it from one texel's border to the next without error. P comes from running sums over the rows that
+//! the polygon touches.
+//!
 //! Triangles on more than [`MOST`] texels read the means of squares of 8 x 8 texels (then 32 x 32, and so on) in place
 //! of texels: squares that lie inside the triangle are exact, and of those on its outline, whose share of the triangle
 //! is at most a quarter, what is missing is how much the texels within one square differ, in the part that the outline
-//! cuts off. What one triangle has too much its neighbour has too little.
+//! cuts off. What one triangle has too much its neighbour has too little. What a pixel shows of a texture is a mean of
+//! many, so it reads squares from [`FEW`] texels on.
 //!
-//! What a pixel shows of a texture is a mean of many, so it reads squares from [`FEW`] texels on.
+//! Where the texels at the edge of an image go on beyond it, what lies inside of the image and what lies beyond each
+//! edge are parts of their own. Beyond an edge nothing changes across it, so a part there is pressed into the outer
+//! half of the texels at the edge, which leaves its mean as it is and few texels to read.
 //!
-//! Squares know nothing of what lies beyond the edge of an image whose texels there go on; that is
-//! [`crate::scene::textures::edge_bands`].
-//!
-//! Not handled: triangles whose coordinates lie on one line; they take the mean over some points.
+//! Not handled: triangles whose coordinates lie on one line, which take the mean over some points; where an image goes
+//! on beyond one edge and is repeated many times along it, means of squares stand for the texels at that edge.
 
 use glam::{DVec2, DVec3};
 
-use crate::scene::convex_polygon::area;
-use crate::scene::textures::edge_bands::{LEAST, Part, parts};
-use crate::scene::textures::polygon_mean::{Window, extent};
+use crate::scene::convex_polygon::{area, clip, edges};
 use crate::scene::textures::stored_image::Cells;
 use crate::scene::textures::texture::{Filter, Texture, Wrap};
 
@@ -30,6 +39,12 @@ const FEW: f64 = 1024.0;
 const POINTS: u32 = 16;
 /// Area of a triangle over the square of its extent below which its coordinates lie on one line.
 const FLAT: f64 = 1e-7;
+
+/// Area in texels below which rounding leaves no mean.
+const LEAST: f64 = 1e-12;
+
+/// Gaussian points of the unit interval.
+const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
 impl Texture {
     /// The mean of linear RGB over a triangle of coordinates of vertices.
@@ -136,6 +151,171 @@ pub(crate) fn subdivided(n: u32) -> impl Iterator<Item = DVec2> {
     })
 }
 
+/// What of a polygon lies inside of an image or beyond one of its edges.
+struct Part {
+    /// Its corners in texels, within the image.
+    corners: Vec<DVec2>,
+    /// The area that it stands for.
+    area: f64,
+    /// Whether it lies beyond an edge.
+    is_beyond: bool,
+}
+
+/// The parts of a convex polygon in texels of an image of some size; without those too small for a mean.
+fn parts(corners: &[DVec2], wrap: [Wrap; 2], size: DVec2) -> Vec<Part> {
+    let mut found = Vec::new();
+    for column in bands(wrap[0], size.x) {
+        for row in bands(wrap[1], size.y) {
+            let mut part = clip(&clip(corners, DVec2::X, column), DVec2::Y, row);
+            if part.len() < 3 {
+                continue;
+            }
+            let own = area(&part).abs();
+            press(&mut part, 0, column);
+            press(&mut part, 1, row);
+            if area(&part).abs() > LEAST {
+                let is_beyond = [column, row].iter().any(|[low, high]| low.is_some() != high.is_some());
+                found.push(Part { corners: part, area: own, is_beyond });
+            }
+        }
+    }
+    found
+}
+
+/// From where to where the bands before, inside of and after an image of so many texels are; one band for all where the
+/// image is repeated.
+fn bands(wrap: Wrap, size: f64) -> Vec<[Option<f64>; 2]> {
+    match wrap {
+        Wrap::Clamp => vec![[None, Some(0.0)], [Some(0.0), Some(size)], [Some(size), None]],
+        Wrap::Repeat | Wrap::Mirror => vec![[None, None]],
+    }
+}
+
+/// Presses what lies in a band along an axis into the image.
+fn press(part: &mut [DVec2], axis: usize, band: [Option<f64>; 2]) {
+    let (edge, inward) = match band {
+        [None, None] => return,
+        // Rounding may leave a corner beyond the edge that it was cut at.
+        [Some(low), Some(high)] => return part.iter_mut().for_each(|p| p[axis] = p[axis].clamp(low, high)),
+        // The outer half of the texel at the edge is like all beyond it.
+        [None, Some(high)] => (high, 0.5),
+        [Some(low), None] => (low, -0.5),
+    };
+    let far = part.iter().map(|p| (p[axis] - edge).abs()).fold(1.0, f64::max);
+    part.iter_mut().for_each(|p| p[axis] = edge + inward * (p[axis] - edge).abs() / far);
+}
+
+/// The lower left and upper right of points.
+fn extent(points: &[DVec2]) -> (DVec2, DVec2) {
+    points.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)))
+}
+
+/// The values around a polygon with their running sums along the rows.
+struct Window {
+    /// Column and row of the first value.
+    first: [i64; 2],
+    columns: usize,
+    filter: Filter,
+    /// Each value, and the integral over its row from the first one to it.
+    values: Vec<(DVec3, DVec3)>,
+}
+
+impl Window {
+    /// The values that a polygon touches: `value(x, y)` at the texels that `wrapped(axis, index)` gives.
+    fn new(
+        corners: &[DVec2],
+        filter: Filter,
+        wrapped: impl Fn(usize, i64) -> usize,
+        value: impl Fn(usize, usize) -> DVec3,
+    ) -> Window {
+        let (low, high) = extent(corners);
+        let first = [low.x.floor() as i64, low.y.floor() as i64];
+        let last = [high.x.floor() as i64 + 1, high.y.floor() as i64 + 1];
+        let columns = (last[0] - first[0] + 1) as usize;
+        let mut values = Vec::with_capacity(columns * (last[1] - first[1] + 1) as usize);
+        let across: Vec<usize> = (first[0]..=last[0]).map(|x| wrapped(0, x)).collect();
+        for y in first[1]..=last[1] {
+            let row = wrapped(1, y);
+            let (mut sum, mut before) = (DVec3::ZERO, None);
+            for &x in &across {
+                let own = value(x, row);
+                sum += match before {
+                    None => DVec3::ZERO,
+                    Some(before) if filter == Filter::Linear => 0.5 * (before + own),
+                    Some(before) => before,
+                };
+                values.push((own, sum));
+                before = Some(own);
+            }
+        }
+        Window { first, columns, filter, values }
+    }
+
+    /// The mean over the polygon.
+    fn mean(&self, corners: &[DVec2]) -> DVec3 {
+        edges(corners).map(|(a, b)| self.along(a, b)).sum::<DVec3>() / area(corners)
+    }
+
+    /// `∫ P dy` along an edge.
+    fn along(&self, a: DVec2, b: DVec2) -> DVec3 {
+        let step = b - a;
+        let (mut sum, mut t) = (DVec3::ZERO, 0.0);
+        let mut next = [0, 1].map(|axis| Borders::new(a[axis], step[axis]));
+        while t < 1.0 {
+            let until = next[0].t.min(next[1].t).min(1.0);
+            if until > t {
+                let cell = (a + 0.5 * (t + until) * step).floor();
+                let points = GAUSS.map(|g| self.integral(cell, a + (t + g * (until - t)) * step));
+                sum += 0.5 * step.y * (until - t) * (points[0] + points[1]);
+            }
+            t = until;
+            next.iter_mut().for_each(|borders| borders.pass(until));
+        }
+        sum
+    }
+
+    /// P at a point of a cell.
+    fn integral(&self, cell: DVec2, at: DVec2) -> DVec3 {
+        let share = at - cell;
+        let k = |row: i64| {
+            let (x, y) = (cell.x as i64 - self.first[0], cell.y as i64 - self.first[1] + row);
+            y.max(0) as usize * self.columns + x.max(0) as usize
+        };
+        let row = |row: i64| {
+            let k = k(row).min(self.values.len() - 2);
+            let ((own, before), (other, _)) = (self.values[k], self.values[k + 1]);
+            let bend =
+                if self.filter == Filter::Linear { 0.5 * share.x * share.x * (other - own) } else { DVec3::ZERO };
+            before + share.x * own + bend
+        };
+        if self.filter == Filter::Linear { row(0).lerp(row(1), share.y) } else { row(0) }
+    }
+}
+
+/// Where an edge crosses the whole numbers along one axis, as parameters of the edge.
+struct Borders {
+    /// The next crossing.
+    t: f64,
+    start: f64,
+    step: f64,
+    /// The number crossed next.
+    number: f64,
+}
+
+impl Borders {
+    fn new(start: f64, step: f64) -> Borders {
+        let number = if step > 0.0 { start.floor() + 1.0 } else { start.ceil() - 1.0 };
+        Borders { t: if step == 0.0 { f64::INFINITY } else { (number - start) / step }, start, step, number }
+    }
+
+    fn pass(&mut self, t: f64) {
+        while self.t <= t {
+            self.number += self.step.signum();
+            self.t = (self.number - self.start) / self.step;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
@@ -145,7 +325,6 @@ mod tests {
     use super::*;
     use crate::pictures::Texels;
     use crate::scene::textures::stored_image::Image;
-    use crate::scene::textures::texture::Wrap;
 
     fn texture(width: usize, height: usize, filter: Filter, wrap: Wrap) -> Texture {
         let codes = (0..width * height * 3).map(|k| (k * k * 7 + k * 13) as u8).collect();

@@ -2,7 +2,7 @@
 //! squares for patches that many texels lie on.
 //!
 //! Colours are sRGB codes (IEC 61966-2-1) decoded by a table of 256 entries; single channels are shares, code / 255.
-//! Means take 6 % of the texels' memory beside them.
+//! Means take 6 % of the texels' memory in addition.
 //!
 //! Not handled: interpolation between texels and what lies beyond the image's edge
 //! ([`crate::scene::textures::texture`]).
@@ -178,7 +178,7 @@ impl PartialEq for Image {
 }
 
 impl fmt::Debug for Image {
-    /// Size and a number that tells the texels from others (FNV-1a): what is kept of a scene is known by it.
+    /// Size and a number that distinguishes the texels from others (FNV-1a): what is kept of a scene is known by it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mix = |hash: u64, &code: &u8| (hash ^ u64::from(code)).wrapping_mul(0x0100_0000_01b3);
         let hash = self.texels.codes.iter().fold(0xcbf2_9ce4_8422_2325, mix);

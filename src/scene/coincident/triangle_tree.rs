@@ -1,8 +1,8 @@
-//! The triangles of one plane in a tree of boxes, to be asked for those that overlap a polygon.
+//! The triangles of one plane in a tree of boxes, which finds those that overlap a polygon.
 //!
-//! The tree is made once, of all triangles; those that count are told one after the other. A branch whose triangles do
-//! not count, or count from too late on, is passed over, so n triangles ask each other in about n log n: a pile, of
-//! which one counts, and rows of which each is shifted beyond the last.
+//! The tree is made once, of all triangles, which are then inserted one after the other. A branch of which no triangle
+//! is inserted, or none early enough, is passed over, so n triangles are tested against each other in about n log n
+//! steps, also in a pile of which one is inserted, and in rows of which each is shifted beyond the last.
 //!
 //! Not handled: polygons that many overlap of which none is wanted; each of those is looked at.
 
@@ -11,19 +11,18 @@ use std::ops::Range;
 use glam::DVec2;
 use smallvec::{SmallVec, smallvec};
 
-use crate::scene::coincident::polygons::overlap;
+use crate::scene::coincident::division::overlap;
 
 /// Triangles of a leaf, at most about.
 const LEAF: usize = 4;
 
-/// Counts from no number on.
+/// The first triangle of a node of which none is inserted.
 const NEVER: u32 = u32::MAX;
 
 /// Triangles of one plane, by number.
-pub(super) struct Kept {
+pub(super) struct TriangleTree {
     tiles: Vec<[DVec2; 3]>,
-    /// Whether each counts.
-    counts: Vec<bool>,
+    is_inserted: Vec<bool>,
     /// The triangles leaf by leaf.
     order: Vec<u32>,
     /// The leaf of each triangle.
@@ -36,7 +35,7 @@ pub(super) struct Kept {
 struct Node {
     low: DVec2,
     high: DVec2,
-    /// The first of its triangles that counts.
+    /// The first of its triangles that is inserted.
     first: u32,
 }
 
@@ -61,9 +60,9 @@ impl Node {
     }
 }
 
-impl Kept {
-    /// Of triangles, counter-clockwise, of which none counts.
-    pub fn new(tiles: Vec<[DVec2; 3]>) -> Kept {
+impl TriangleTree {
+    /// Of triangles, counter-clockwise, of which none is inserted.
+    pub fn new(tiles: Vec<[DVec2; 3]>) -> TriangleTree {
         let leaves = tiles.len().div_ceil(LEAF).next_power_of_two();
         let middles: Vec<DVec2> = tiles.iter().map(|tile| Node::around(tile).middle()).collect();
         let mut order: Vec<u32> = (0..tiles.len() as u32).collect();
@@ -78,37 +77,37 @@ impl Kept {
         for node in (1..leaves).rev() {
             nodes[node] = nodes[2 * node].join(nodes[2 * node + 1]);
         }
-        Kept { counts: vec![false; tiles.len()], tiles, order, leaf, nodes }
+        TriangleTree { is_inserted: vec![false; tiles.len()], tiles, order, leaf, nodes }
     }
 
-    /// Lets a triangle count; they are told in order.
-    pub fn keep(&mut self, k: usize) {
+    /// Inserts a triangle, after all inserted before it in their order.
+    pub fn insert(&mut self, k: usize) {
         let mut node = self.nodes.len() / 2 + self.leaf[k] as usize;
         while node > 0 && self.nodes[node].first == NEVER {
             self.nodes[node].first = k as u32;
             node /= 2;
         }
-        self.counts[k] = true;
+        self.is_inserted[k] = true;
     }
 
-    /// One that counts, comes before a number, overlaps a polygon by more than rounding and is `wanted`: about the next
-    /// to the polygon's middle.
+    /// One that is inserted, comes before a number, overlaps a polygon by more than rounding and is `wanted`: about the
+    /// next to the polygon's middle.
     pub fn find(&self, polygon: &[DVec2], before: usize, wanted: impl Fn(usize) -> bool) -> Option<usize> {
         let (around, leaves) = (Node::around(polygon), self.nodes.len() / 2);
         let middle = around.middle();
-        let mut left: SmallVec<[usize; 64]> = smallvec![1];
-        while let Some(node) = left.pop() {
+        let mut remaining: SmallVec<[usize; 64]> = smallvec![1];
+        while let Some(node) = remaining.pop() {
             if self.nodes[node].first as usize >= before || !self.nodes[node].meets(&around) {
                 continue;
             }
             if node < leaves {
                 let away = |node: usize| self.nodes[node].middle().distance_squared(middle);
                 let near = if away(2 * node) <= away(2 * node + 1) { 0 } else { 1 };
-                left.extend([2 * node + 1 - near, 2 * node + near]);
+                remaining.extend([2 * node + 1 - near, 2 * node + near]);
                 continue;
             }
             let mut own = self.order[part(self.tiles.len(), leaves, node - leaves)].iter().map(|&k| k as usize);
-            let is_over = |k: usize| k < before && self.counts[k] && overlap(&self.tiles[k], polygon);
+            let is_over = |k: usize| k < before && self.is_inserted[k] && overlap(&self.tiles[k], polygon);
             let found = own.find(|&k| is_over(k) && wanted(k));
             if found.is_some() {
                 return found;
@@ -158,12 +157,12 @@ mod tests {
     #[test]
     fn the_tree_finds_what_a_walk_through_all_finds() {
         let all: Vec<[DVec2; 3]> = (0..300).map(scattered).collect();
-        let mut kept = Kept::new(all.clone());
+        let mut tree = TriangleTree::new(all.clone());
         for (k, tile) in all.iter().enumerate() {
             let expected: Vec<usize> = (0..k).filter(|&j| j % 3 > 0 && overlap(&all[j], tile)).collect();
-            assert_eq!(kept.find(tile, k, |j| j % 5 == 0).is_some(), expected.iter().any(|j| j % 5 == 0));
+            assert_eq!(tree.find(tile, k, |j| j % 5 == 0).is_some(), expected.iter().any(|j| j % 5 == 0));
             if k % 3 > 0 {
-                kept.keep(k);
+                tree.insert(k);
             }
         }
     }

@@ -1,23 +1,23 @@
-//! Text of OBJ and MTL files, line by line: encoding, line ends, continuations, comments, numbers.
+//! Text of OBJ and MTL files as statements: encoding, line ends, continuations, comments, numbers.
 //!
 //! Lines end with a line feed, a carriage return, or both, and are numbered as an editor shows them; a statement
-//! continued with `\` has the number of its first line.
+//! continued with `\` has the number of its first line. A line that is not UTF-8 is taken for Latin-1 (ISO 8859-1),
+//! which reads every byte and keeps equal names equal: programs write names and comments in the code page of their
+//! country.
 //!
-//! Not handled: other separators, such as Unicode's. A file whose statements stand in one line is refused
-//! ([`refuse_one_line`]).
+//! Not handled: other separators, such as Unicode's; a file whose statements stand in one line is refused. Other code
+//! pages, whose letters come out as other ones, and UTF-16: text with a zero byte that is not UTF-8 is refused.
 //!
 //! Source: Wavefront, *Object Files* and *MTL Material Format*, Advanced Visualizer manual, appendix B1.
 
 use std::borrow::Cow;
 
-use crate::scene::error::{Place, SceneError};
+use crate::scene::NO_MATERIAL;
+use crate::scene::error::{Place, SceneError, Tally, shorten};
 
-/// The material of faces before the first `usemtl`, or after one without a name: reflects
-/// [`crate::scene::LoadOptions::reflectance`].
-pub const NO_MATERIAL: &str = "(none)";
-
-/// One statement: its first line's number, its keyword, and everything after the keyword, trimmed.
-pub(crate) struct Statement<'a> {
+/// One statement: a keyword and what follows it.
+pub(super) struct Statement<'a> {
+    /// The number of its first line, from 1.
     pub line: usize,
     text: Cow<'a, str>,
 }
@@ -30,8 +30,7 @@ impl Statement<'_> {
 
     /// What follows the keyword, spaces inside kept: names may hold spaces and `#`.
     pub fn rest(&self) -> &str {
-        let text = self.text.trim();
-        text[self.keyword().len()..].trim()
+        self.text.trim()[self.keyword().len()..].trim()
     }
 
     /// The words after the keyword, up to a trailing comment.
@@ -55,24 +54,74 @@ impl Statement<'_> {
 
     /// An error about the number or kind of this statement's values.
     pub fn malformed(&self, file: &str, needed: &'static str, found: &str) -> SceneError {
-        SceneError::Malformed {
-            place: Place::line(file, self.line),
-            statement: self.keyword().to_owned(),
-            needed,
-            found: found.to_owned(),
-        }
+        let (place, statement) = (Place::line(file, self.line), self.keyword().to_owned());
+        SceneError::Malformed { place, statement, needed, found: found.to_owned() }
+    }
+
+    /// An error about a word that is no number.
+    pub fn not_a_number(&self, file: &str, word: &str) -> SceneError {
+        let (place, statement) = (Place::line(file, self.line), self.keyword().to_owned());
+        SceneError::NotANumber { place, statement, word: shorten(word) }
     }
 
     /// A finite number.
     pub fn number(&self, file: &str, word: &str) -> Result<f64, SceneError> {
-        let place = || Place::line(file, self.line);
-        let (statement, shown) = (|| self.keyword().to_owned(), || shorten(word));
-        match word.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            Ok(_) => Err(SceneError::NotFinite { place: place(), statement: statement(), word: shown() }),
-            Err(_) => Err(SceneError::NotANumber { place: place(), statement: statement(), word: shown() }),
+        let value: f64 = word.parse().map_err(|_| self.not_a_number(file, word))?;
+        let (place, statement) = (|| Place::line(file, self.line), || self.keyword().to_owned());
+        let infinite = || SceneError::NotFinite { place: place(), statement: statement(), word: shorten(word) };
+        value.is_finite().then_some(value).ok_or_else(infinite)
+    }
+}
+
+/// The lines of a scene's OBJ and MTL files that were read as Latin-1 and are more than comments.
+#[derive(Debug, Default)]
+pub(super) struct Latin {
+    /// The file of the first of them.
+    file: String,
+    lines: Tally,
+}
+
+impl Latin {
+    /// The text of a file without byte order mark.
+    ///
+    /// # Errors
+    /// [`SceneError::NotUtf8`] for bytes that are not UTF-8 and hold a zero byte, as binary files do.
+    pub fn decode<'a>(&mut self, file: &str, bytes: &'a [u8]) -> Result<Cow<'a, str>, SceneError> {
+        match decode(file, bytes) {
+            Ok(text) => Ok(Cow::Borrowed(text)),
+            Err(error) if bytes.contains(&0) => Err(error),
+            Err(_) => Ok(Cow::Owned(self.read_lines(file, bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)))),
         }
     }
+
+    fn read_lines(&mut self, file: &str, bytes: &[u8]) -> String {
+        let mut text = String::with_capacity(bytes.len() + bytes.len() / 8);
+        for (index, line) in split_lines(bytes).enumerate() {
+            if let Ok(line) = std::str::from_utf8(line) {
+                text.push_str(line);
+                continue;
+            }
+            text.extend(line.iter().map(|&byte| char::from(byte)));
+            if !before_comment(line).is_ascii() {
+                if self.lines.count == 0 {
+                    file.clone_into(&mut self.file);
+                }
+                self.lines.add(index + 1);
+            }
+        }
+        text
+    }
+
+    /// One warning, where a line was counted.
+    pub fn report(&self, warnings: &mut Vec<String>) {
+        self.lines.report(&self.file, "line", "line", "not UTF-8 text, read as Latin-1", warnings);
+    }
+}
+
+/// The bytes of a line up to a `#` that begins a word.
+fn before_comment(line: &[u8]) -> &[u8] {
+    let begins = |at: &usize| line[*at] == b'#' && (*at == 0 || line[at - 1].is_ascii_whitespace());
+    &line[..(0..line.len()).find(begins).unwrap_or(line.len())]
 }
 
 /// The bytes as text without a byte order mark, or the line that is not UTF-8.
@@ -86,7 +135,7 @@ pub(crate) fn decode<'a>(file: &str, bytes: &'a [u8]) -> Result<&'a str, SceneEr
 }
 
 /// Lines with their ends, `\n`, `\r\n` or `\r`; what follows the last end is a line too, if only an empty one.
-pub(crate) fn split_lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+fn split_lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = Some(bytes);
     std::iter::from_fn(move || {
         let all = rest?;
@@ -99,26 +148,24 @@ pub(crate) fn split_lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
 
 /// The lines of a text, without their ends.
 fn lines(text: &str) -> impl Iterator<Item = &str> {
-    let mut rest = Some(text);
-    std::iter::from_fn(move || {
-        let all = rest?;
-        let Some((line, after)) = all.split_once(['\n', '\r']) else { return rest.take() };
-        let is_pair = all.as_bytes()[line.len()] == b'\r';
-        rest = Some(after.strip_prefix('\n').filter(|_| is_pair).unwrap_or(after));
-        Some(line)
+    let mut rest = text;
+    split_lines(text.as_bytes()).map(move |line| {
+        let (own, after) = rest.split_at(line.len());
+        rest = after;
+        own.trim_end_matches(['\n', '\r'])
     })
 }
 
 /// Refuses a text of one line that holds `keywords` beyond its first word: its statements would be read as one, or not
 /// at all.
-pub(crate) fn refuse_one_line(file: &str, text: &str, keywords: &[&str]) -> Result<(), SceneError> {
+pub(super) fn refuse_one_line(file: &str, text: &str, keywords: &[&str]) -> Result<(), SceneError> {
     let text = text.trim();
     let is_one = !text.contains(['\n', '\r']) && text.split_whitespace().skip(1).any(|word| keywords.contains(&word));
     if is_one { Err(SceneError::OneLine { file: file.to_owned() }) } else { Ok(()) }
 }
 
 /// The statements of a text: no empty lines, no comment lines, continued lines joined.
-pub(crate) fn statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
+pub(super) fn statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
     let mut lines = lines(text).enumerate();
     std::iter::from_fn(move || {
         let (index, first) = lines.find(|(_, line)| !is_blank(line))?;
@@ -139,24 +186,6 @@ pub(crate) fn statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
 fn is_blank(line: &str) -> bool {
     let line = line.trim_start();
     line.is_empty() || line.starts_with('#')
-}
-
-/// At most 40 characters of a word, for a message.
-pub(crate) fn shorten(word: &str) -> String {
-    match word.char_indices().nth(40) {
-        Some((end, _)) => format!("{}...", &word[..end]),
-        None => word.to_owned(),
-    }
-}
-
-/// At most twelve names of a list, for a message.
-pub(crate) fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    let names: Vec<String> = names.map(shorten).collect();
-    match names.len() {
-        0 => "(none)".to_owned(),
-        1..=12 => names.join(", "),
-        n => format!("{} and {} more", names[..12].join(", "), n - 12),
-    }
 }
 
 #[cfg(test)]
@@ -214,5 +243,32 @@ mod tests {
         let error = decode("a.obj", b"v 0 0 0\n\n# caf\xe9\n").unwrap_err();
         assert_eq!(error.to_string(), "a.obj, line 3: byte 0xe9 is not UTF-8 text");
         assert_eq!(decode("a", "\u{feff}v".as_bytes()).unwrap(), "v");
+    }
+
+    fn read(bytes: &[u8]) -> (String, Vec<String>) {
+        let (mut latin, mut warnings) = (Latin::default(), Vec::new());
+        let text = latin.decode("a.obj", bytes).unwrap().into_owned();
+        latin.report(&mut warnings);
+        (text, warnings)
+    }
+
+    #[test]
+    fn each_line_has_its_own_encoding() {
+        let (text, warnings) = read(b"\xef\xbb\xbfo caf\xc3\xa9\no caf\xe9\r\n\xe9\n");
+        assert_eq!(text, "o café\no café\r\né\n");
+        assert_eq!(warnings, ["2 lines (first: a.obj, line 2): not UTF-8 text, read as Latin-1"]);
+    }
+
+    #[test]
+    fn comments_are_not_warned_of() {
+        let (text, warnings) = read(b"# \xe9\nv 0 0 0 # \xe9\n");
+        assert_eq!(text, "# é\nv 0 0 0 # é\n");
+        assert!(warnings.is_empty());
+    }
+
+    #[test]
+    fn binary_files_are_refused() {
+        let error = Latin::default().decode("a.obj", b"v 0\n\0\xff").unwrap_err();
+        assert_eq!(error.to_string(), "a.obj, line 2: byte 0xff is not UTF-8 text");
     }
 }

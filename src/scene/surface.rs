@@ -1,19 +1,25 @@
-//! What a point of a scene's surface reflects and emits.
+//! What surfaces reflect and emit: at points, and in the mean over pieces of faces.
 //!
-//! Materials without textures and colours of vertices give their own numbers, without looking at the place. The sky's
-//! faces have no place.
+//! Materials without textures and colours of vertices give their own numbers, without looking at the place.
 //!
-//! Not handled: which image lies where ([`crate::scene::textures`]), means over pieces of faces
-//! ([`crate::scene::surface_means`]).
+//! The mean over a texture is exact ([`crate::scene::textures::Texture::mean`]), and so is that over colours of
+//! vertices, which are linear: the mean of the corners. Where both meet, each of 64 parts of a piece has the exact mean
+//! of the texture times the colour of its middle. Over a mask with an image or with alpha of vertices the mean is that
+//! of a grid of points.
+//!
+//! Not handled: which image lies where ([`crate::scene::textures`]); the sky's faces, which have no place.
 
-use std::sync::Arc;
-
-use glam::{DVec2, DVec3, Vec3, Vec4, Vec4Swizzles};
+use glam::{DVec2, DVec3, DVec4, Vec3, Vec4, Vec4Swizzles};
 
 use crate::light::{Light, Rgb};
 use crate::scene::model::{Material, Scene};
-use crate::scene::textures::mean::weighted;
-use crate::scene::textures::{Maps, Texture};
+use crate::scene::textures::mean::{subdivided, weighted};
+use crate::scene::textures::{Maps, Mask, Texture};
+
+/// Points to a side of a triangle that the means of masked surfaces are taken over.
+const POINTS: u32 = 24;
+/// Parts to a side of a triangle over each of which the colour of vertices counts as that of the middle.
+const PARTS: u32 = 8;
 
 impl Scene {
     /// Whether a material has textures, a mask or colours of vertices.
@@ -27,7 +33,7 @@ impl Scene {
         self.material(face).maps.as_deref()
     }
 
-    /// Whether a face is there only in part, as its material's mask says.
+    /// Whether a face is there only in part, as its material's mask gives.
     pub(crate) fn is_masked(&self, face: u32) -> bool {
         self.material(face).is_masked()
     }
@@ -139,26 +145,133 @@ impl Scene {
     /// The share of a surface that is there at a point of a face, 0..=1.
     #[inline]
     pub fn coverage_at(&self, face: u32, position: Vec3) -> f32 {
-        let mask = self.maps(face).and_then(|maps| maps.mask.as_ref());
-        mask.map_or(1.0, |mask| mask.at(self.coordinates_at(face, position), self.colour_at(face, position).w))
+        self.material(face)
+            .mask()
+            .map_or(1.0, |mask| mask.at(self.coordinates_at(face, position), self.colour_at(face, position).w))
     }
 }
 
-impl Maps {
-    /// Puts the textures onto a material. What is the same at every texel becomes the material's own number, so that
-    /// lamps stay luminaires and whole surfaces have no mask.
-    pub(crate) fn put_on(mut self, material: &mut Material) {
-        for (texture, factor) in
-            [(&mut self.reflectance, &mut material.rho), (&mut self.emission, &mut material.emission)]
-        {
-            if let Some(even) = texture.take_if(|t| t.image.is_even() || *factor == Rgb::ZERO) {
-                *factor *= even.image.mean();
-            }
+/// Means over a piece of a face, each point counting as much as there is a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Means {
+    /// Mean share a of a surface, 0..=1.
+    pub coverage: f64,
+    /// Mean of `a rho(x)`.
+    pub rho: DVec3,
+    /// Mean of `a E(x)`, W/(m² sr).
+    pub emission: DVec3,
+}
+
+/// What the corners of a piece of a face have.
+struct Piece {
+    coordinates: [DVec2; 3],
+    /// Where the material goes by them.
+    colours: Option<[DVec4; 3]>,
+}
+
+impl Scene {
+    /// Means over a triangle that is a part of a face.
+    pub fn means(&self, face: u32, triangle: [Vec3; 3]) -> Means {
+        self.material(face).means(|coloured| Piece {
+            coordinates: triangle.map(|corner| self.coordinates_at(face, corner)),
+            colours: coloured.then(|| triangle.map(|corner| self.colour_at(face, corner).as_dvec4())),
+        })
+    }
+
+    /// Means over a whole face, from what its corners have in the file.
+    pub fn means_of_face(&self, face: u32) -> Means {
+        let coordinates = self.coordinates.get(face as usize).copied().unwrap_or_default();
+        let colours = || self.colours.get(face as usize).map(|corners| corners.map(|colour| colour.as_dvec4()));
+        self.material(face).means(|coloured| Piece {
+            coordinates: coordinates.map(|at| at.as_dvec2()),
+            colours: if coloured { colours() } else { None },
+        })
+    }
+}
+
+impl Material {
+    /// Means over a piece, which is made where something differs from point to point; its argument is whether by
+    /// colours of vertices.
+    fn means(&self, piece: impl Fn(bool) -> Piece) -> Means {
+        let (rho, emission) = (self.rho.as_dvec3(), self.emission.as_dvec3());
+        let Some(maps) = &self.maps else { return Means { coverage: 1.0, rho, emission } };
+        let piece = piece(maps.vertex_colours);
+        let share = |mask: &Mask| f64::from(mask.at(DVec2::ZERO, 1.0));
+        let even = match &maps.mask {
+            None => Some(1.0),
+            Some(mask) => piece.is_even(mask).then(|| share(mask)),
+        };
+        if let Some(coverage) = even {
+            let emission = emission * piece.mean(maps.emission.as_ref());
+            let rho = rho * piece.mean_coloured(maps.reflectance.as_ref());
+            return Means { coverage, rho: coverage * rho, emission: coverage * emission };
         }
-        let varied = self.vertex_colours;
-        self.mask.take_if(|mask| !varied && mask.is_whole());
-        let any = varied || self.reflectance.is_some() || self.emission.is_some() || self.mask.is_some();
-        material.maps = any.then(|| Arc::new(self));
+        let mut sum = Means::default();
+        for at in subdivided(POINTS) {
+            let (place, colour) = (weighted(piece.coordinates, at), piece.colour(at));
+            let there = maps.mask.as_ref().map_or(1.0, |mask| mask.at(place, colour.w as f32));
+            let [rho_of, emission_of] = [&maps.reflectance, &maps.emission]
+                .map(|texture| texture.as_ref().map_or(DVec3::ONE, |texture| texture.colour(place).as_dvec3()));
+            let own = Means { coverage: 1.0, rho: rho * rho_of * colour.xyz(), emission: emission * emission_of };
+            sum.add(f64::from(there) / f64::from(POINTS * POINTS), &own);
+        }
+        sum
+    }
+}
+
+impl Piece {
+    /// Whether as much of the surface is there everywhere.
+    fn is_even(&self, mask: &Mask) -> bool {
+        !mask.has_images() && self.colours.is_none_or(|colours| colours.iter().all(|colour| colour.w == 1.0))
+    }
+
+    /// Colour and alpha at the point with these weights of the second and third corner.
+    fn colour(&self, at: DVec2) -> DVec4 {
+        self.colours.map_or(DVec4::ONE, |[a, b, c]| a + at.x * (b - a) + at.y * (c - a))
+    }
+
+    fn mean(&self, texture: Option<&Texture>) -> DVec3 {
+        texture.map_or(DVec3::ONE, |texture| texture.mean(self.coordinates))
+    }
+
+    /// The mean of a texture times the colour of the vertices.
+    fn mean_coloured(&self, texture: Option<&Texture>) -> DVec3 {
+        let Some([a, b, c]) = self.colours else { return self.mean(texture) };
+        let Some(texture) = texture.filter(|_| a != b || a != c) else {
+            return self.mean(texture) * ((a + b + c) / 3.0).xyz();
+        };
+        let part = |corners: [DVec2; 3]| {
+            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+            texture.mean(corners.map(|at| weighted(self.coordinates, at))) * self.colour(middle).xyz()
+        };
+        parts().map(part).sum::<DVec3>() / f64::from(PARTS * PARTS)
+    }
+}
+
+/// Weights of the corners of the equal triangles that a triangle is made of.
+fn parts() -> impl Iterator<Item = [DVec2; 3]> {
+    let side = 1.0 / f64::from(PARTS);
+    subdivided(PARTS).map(move |middle| {
+        // Of every other triangle in a row two corners lie above.
+        let upright = (middle.x / side).fract() < 0.5;
+        let [right, up] = [DVec2::X, DVec2::Y].map(|axis| if upright { side * axis } else { -side * axis });
+        let first = middle - (right + up) / 3.0;
+        [first, first + right, first + up]
+    })
+}
+
+impl Means {
+    /// Adds the means of another piece, times its weight.
+    pub fn add(&mut self, weight: f64, other: &Means) {
+        self.coverage += weight * other.coverage;
+        self.rho += weight * other.rho;
+        self.emission += weight * other.emission;
+    }
+
+    /// rho and E of what there is of a surface: means over the points where it is; nothing where it is nowhere.
+    pub fn of_surface(&self) -> (Rgb, Rgb) {
+        let over = if self.coverage > 0.0 { 1.0 / self.coverage } else { 0.0 };
+        ((over * self.rho).as_vec3(), (over * self.emission).as_vec3())
     }
 }
 

@@ -6,9 +6,9 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::scene::lines::Statement;
+use crate::scene::obj::lines::Statement;
 
-/// What a face belongs to where the file does not say, or gives no name.
+/// What a face belongs to where the file has no `o` or `g`, or one without a name.
 const DEFAULT: &str = "default";
 
 /// An object and, where it has one, a group in it.
@@ -16,7 +16,7 @@ type Key = (String, Option<String>);
 
 /// Objects and groups that have faces, in order of their first face.
 #[derive(Debug, Default)]
-pub(crate) struct Objects {
+pub(super) struct Objects {
     keys: Vec<Key>,
     index: HashMap<Key, usize>,
     object: Option<String>,
@@ -82,7 +82,7 @@ fn last((object, group): &Key) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::lines::statements;
+    use crate::scene::obj::lines::statements;
 
     /// The objects of faces `f` among `o` and `g`, and all names.
     fn read(text: &str) -> (Vec<usize>, Vec<String>) {

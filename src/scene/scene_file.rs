@@ -1,0 +1,365 @@
+//! Scene files: TOML that adds camera, modes, emission, lights without area and a sky to an OBJ or a glTF.
+//!
+//! An example with every key is in docs/commands.md. Unknown keys are errors. Values keep their places in the text,
+//! which [`Text`] turns into lines. Only place for `toml`.
+//!
+//! Not handled: geometry, which is the OBJ's or the glTF's.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fmt::Debug;
+use std::io;
+use std::ops::Range;
+
+use glam::DVec3;
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::light::{Mode, Rgb, Transport, TransportError, Visibility};
+use crate::scene::error::{Place, SceneError, ViewError, list, shorten};
+use crate::scene::model::{Camera, DEFAULT_FOV, Material, Scene, Sides, UnitFrame};
+use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
+use crate::scene::sky::SkyLight;
+use crate::scene::soup::{Soup, check_emission, outside_f32};
+
+/// A scene file's text, to find lines in.
+pub(crate) struct Text<'a> {
+    pub file: &'a str,
+    pub text: &'a str,
+}
+
+/// A value with its place in the text, if it is given.
+type Given<T> = Option<Spanned<T>>;
+
+/// All of a scene file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SceneFile {
+    #[serde(alias = "mesh")]
+    obj: Spanned<String>,
+    mode: Given<String>,
+    alpha: Given<f64>,
+    tau: Given<f64>,
+    camera: Given<CameraTable>,
+    #[serde(default)]
+    materials: BTreeMap<Spanned<String>, MaterialTable>,
+    #[serde(default)]
+    lights: Vec<Spanned<LightTable>>,
+    sky: Option<SkyTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CameraTable {
+    position: Spanned<[f64; 3]>,
+    target: Spanned<[f64; 3]>,
+    up: Given<[f64; 3]>,
+    vertical_fov: Given<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MaterialTable {
+    mode: Given<String>,
+    alpha: Given<f64>,
+    tau: Given<f64>,
+    two_sided: Option<bool>,
+    emission: Given<[f64; 3]>,
+    visible_emission: Option<bool>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LightTable {
+    #[serde(rename = "type")]
+    kind: LightType,
+    position: Given<[f64; 3]>,
+    direction: Given<[f64; 3]>,
+    intensity: Spanned<[f64; 3]>,
+    attenuation: Given<[f64; 3]>,
+    exponent: Given<f64>,
+    cutoff: Given<f64>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum LightType {
+    Point,
+    Spot,
+    Warn,
+    Directional,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SkyTable {
+    radiance: Given<[f64; 3]>,
+    upper: Given<[f64; 3]>,
+    lower: Given<[f64; 3]>,
+}
+
+impl Text<'_> {
+    /// The line where some bytes begin.
+    fn place(&self, span: Range<usize>) -> Place {
+        let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
+        Place::line(self.file, 1 + before.iter().filter(|&&b| b == b'\n').count())
+    }
+
+    fn error(&self, span: Range<usize>, message: impl Into<String>) -> SceneError {
+        SceneError::SceneFile { place: self.place(span), message: message.into() }
+    }
+
+    /// Reads the file.
+    pub fn parse(&self) -> Result<SceneFile, SceneError> {
+        toml::from_str(self.text).map_err(|error| self.error(error.span().unwrap_or(0..0), error.message()))
+    }
+
+    /// What a value of a light stands for; an error where it is not as `needed`.
+    fn checked<T: Copy + Debug, U>(
+        &self,
+        key: &'static str,
+        given: &Spanned<T>,
+        needed: &'static str,
+        check: impl Fn(T) -> Option<U>,
+    ) -> Result<U, SceneError> {
+        let value = *given.get_ref();
+        let wrong =
+            || SceneError::LightValue { place: self.place(given.span()), key, value: format!("{value:?}"), needed };
+        check(value).ok_or_else(wrong)
+    }
+
+    /// Three numbers, which must be finite.
+    fn vector(&self, key: &str, given: &Spanned<[f64; 3]>) -> Result<DVec3, SceneError> {
+        let numbers = *given.get_ref();
+        let Some(wrong) = numbers.iter().find(|x| !x.is_finite()) else { return Ok(DVec3::from_array(numbers)) };
+        Err(SceneError::NotFinite { place: self.place(given.span()), statement: key.into(), word: wrong.to_string() })
+    }
+
+    /// Radiance or intensity: three numbers, finite and not negative; black where none is given.
+    fn light(&self, owner: &str, key: &str, given: Option<&Spanned<[f64; 3]>>) -> Result<Rgb, SceneError> {
+        let Some(given) = given else { return Ok(Rgb::ZERO) };
+        let message = |wrong| format!("`{key}` of {owner} is {wrong}; it must be finite and not negative");
+        let wrong = outside_f32(given.get_ref()).map(|wrong| Err(self.error(given.span(), message(wrong))));
+        wrong.unwrap_or_else(|| Ok(DVec3::from_array(*given.get_ref()).as_vec3()))
+    }
+
+    /// alpha and tau as given by a mode or by themselves.
+    fn transport(
+        &self,
+        mode: &Given<String>,
+        alpha: &Given<f64>,
+        tau: &Given<f64>,
+    ) -> Result<[Option<f32>; 2], SceneError> {
+        let Some(mode) = mode else { return Ok([self.share("alpha", alpha)?, self.share("tau", tau)?]) };
+        if alpha.is_some() || tau.is_some() {
+            let both = "`mode` and `alpha` or `tau` are given together";
+            return Err(self.error(mode.span(), both));
+        }
+        let unknown = || {
+            let name = shorten(mode.get_ref());
+            let known = "the modes are global, shadowless, one-bounce and local; or give alpha and tau";
+            self.error(mode.span(), format!("there is no mode `{name}`: {known}"))
+        };
+        let Transport { alpha, tau } = Mode::from_name(mode.get_ref()).ok_or_else(unknown)?.transport();
+        Ok([Some(alpha), Some(tau)])
+    }
+
+    /// alpha or tau, if given and in 0..=1.
+    fn share(&self, name: &'static str, given: &Given<f64>) -> Result<Option<f32>, SceneError> {
+        let Some(given) = given else { return Ok(None) };
+        let value = *given.get_ref() as f32;
+        let outside =
+            || SceneError::Transport { place: self.place(given.span()), source: TransportError { name, value } };
+        (0.0..=1.0).contains(given.get_ref()).then_some(Some(value)).ok_or_else(outside)
+    }
+}
+
+impl SceneFile {
+    /// The name of the file of geometry.
+    pub fn geometry(&self) -> &str {
+        self.obj.get_ref()
+    }
+
+    /// That the file of geometry cannot be read.
+    pub fn missing_geometry(&self, text: &Text, source: io::Error) -> SceneError {
+        let name = shorten(self.obj.get_ref());
+        SceneError::MissingObj { place: text.place(self.obj.span()), name, source }
+    }
+
+    /// Whether it has light that is not a material's.
+    pub fn is_lit(&self) -> bool {
+        !self.lights.is_empty() || self.sky.is_some()
+    }
+
+    /// Whether it has a camera.
+    pub fn has_camera(&self) -> bool {
+        self.camera.is_some()
+    }
+
+    /// Whether it gives the sides of a material.
+    pub fn gives_sides(&self, material: &str) -> bool {
+        self.materials.get(material).is_some_and(|material| material.two_sided.is_some())
+    }
+
+    /// Changes the materials that it names.
+    pub fn change_materials(&self, text: &Text, soup: &mut Soup) -> Result<(), SceneError> {
+        // Of two materials of one name the first counts, so it comes last.
+        let names = soup.materials.iter().enumerate().rev();
+        let index: HashMap<String, usize> = names.map(|(i, m)| (m.name.clone(), i)).collect();
+        for (name, changes) in &self.materials {
+            let found = index.get(name.get_ref()).copied();
+            let index = found.ok_or_else(|| SceneError::UnknownMaterial {
+                place: text.place(name.span()),
+                name: shorten(name.get_ref()),
+                known: list(soup.materials.iter().map(|material| material.name.as_str())),
+            })?;
+            changes.apply(text, &mut soup.materials[index])?;
+        }
+        Ok(())
+    }
+
+    /// Gives a scene its transport, its camera, its lights and its sky.
+    pub fn finish(&self, text: &Text, scene: &mut Scene) -> Result<(), SceneError> {
+        let default = Transport::default();
+        let [alpha, tau] = text.transport(&self.mode, &self.alpha, &self.tau)?;
+        scene.transport = (alpha.is_some() || tau.is_some())
+            .then(|| Transport { alpha: alpha.unwrap_or(default.alpha), tau: tau.unwrap_or(default.tau) });
+        if let Some(camera) = &self.camera {
+            scene.camera = camera.get_ref().camera(text, camera.span(), scene)?;
+        }
+        for table in &self.lights {
+            scene.lights.push(table.get_ref().light(text, table.span(), &scene.frame)?);
+        }
+        if let Some(sky) = &self.sky {
+            let up = self.camera.as_ref().and_then(|camera| camera.get_ref().up.as_ref());
+            scene.set_sky(sky.light(text)?, up.map_or(DVec3::Y, |up| DVec3::from_array(*up.get_ref())));
+        }
+        Ok(())
+    }
+}
+
+impl MaterialTable {
+    fn apply(&self, text: &Text, material: &mut Material) -> Result<(), SceneError> {
+        [material.alpha, material.tau] = text.transport(&self.mode, &self.alpha, &self.tau)?;
+        if let Some(emission) = &self.emission {
+            check_emission(*emission.get_ref(), &material.name, || text.place(emission.span()))?;
+            material.emission = DVec3::from_array(*emission.get_ref()).as_vec3();
+        }
+        if self.visible_emission == Some(false) {
+            material.visibility = Visibility::Hidden;
+        }
+        if let Some(two_sided) = self.two_sided {
+            material.sides = if two_sided { Sides::Two } else { Sides::One };
+        }
+        Ok(())
+    }
+}
+
+impl CameraTable {
+    /// The camera in unit coordinates. The direction is taken in the file's units: a target close by stays exact.
+    fn camera(&self, text: &Text, span: Range<usize>, scene: &Scene) -> Result<Camera, SceneError> {
+        let (position, target) = (text.vector("position", &self.position)?, text.vector("target", &self.target)?);
+        let up = self.up.as_ref().map_or(Ok(DVec3::Y), |up| text.vector("up", up))?;
+        let fov = self.vertical_fov.as_ref().map_or(DEFAULT_FOV, |fov| *fov.get_ref());
+        let eye = scene.frame.to_unit(position).as_vec3();
+        let finite = eye.is_finite().then_some(()).ok_or(ViewError::NotFinite);
+        let camera = finite.and_then(|()| Camera::look_at(position, target, up, fov));
+        let wrong = |error: ViewError| {
+            let fov = self.vertical_fov.as_ref().filter(|_| matches!(error, ViewError::Fov(_)));
+            SceneError::View { place: text.place(fov.map_or(span, Spanned::span)), source: error }
+        };
+        Ok(Camera { position: eye, ..camera.map_err(wrong)? })
+    }
+}
+
+impl LightTable {
+    /// The light in unit coordinates, once its keys are those of its type.
+    fn light(&self, text: &Text, table: Range<usize>, frame: &UnitFrame) -> Result<PunctualLight, SceneError> {
+        let (needed, optional): (&[&str], &[&str]) = match self.kind {
+            LightType::Point => (&["position"], &["attenuation"]),
+            LightType::Spot => (&["cutoff", "position", "direction"], &["attenuation", "exponent"]),
+            LightType::Warn => (&["exponent", "position", "direction"], &["attenuation"]),
+            LightType::Directional => (&["direction"], &[]),
+        };
+        let kind = format!("{:?}", self.kind).to_lowercase();
+        let keys = [
+            ("position", self.position.as_ref().map(Spanned::span)),
+            ("direction", self.direction.as_ref().map(Spanned::span)),
+            ("attenuation", self.attenuation.as_ref().map(Spanned::span)),
+            ("exponent", self.exponent.as_ref().map(Spanned::span)),
+            ("cutoff", self.cutoff.as_ref().map(Spanned::span)),
+        ];
+        for (key, span) in &keys {
+            if let Some(span) = span.clone().filter(|_| !needed.contains(key) && !optional.contains(key)) {
+                return Err(text.error(span, format!("a light of type `{kind}` has no `{key}`: remove the key")));
+            }
+        }
+        let is_missing = |needed: &&&str| keys.iter().any(|(key, span)| key == *needed && span.is_none());
+        if let Some(key) = needed.iter().find(is_missing) {
+            return Err(text.error(table, format!("a light of type `{kind}` needs `{key}`")));
+        }
+        let intensity = text.light("a light", "intensity", Some(&self.intensity))?;
+        Ok(PunctualLight { form: self.form(text, frame)?, intensity })
+    }
+
+    /// Its form; keys that are not given have no effect on it.
+    fn form(&self, text: &Text, frame: &UnitFrame) -> Result<PunctualForm, SceneError> {
+        let direction = given(&self.direction, |given| {
+            // The largest number first: squares of very small or large ones would under- or overflow.
+            let unit = |vector: DVec3| (vector / vector.abs().max_element()).try_normalize();
+            let vector = text.vector("direction", given)?;
+            text.checked("direction", given, "a vector that is not zero", |_| unit(vector))
+        })?;
+        let position = given(&self.position, |given| {
+            let unit = frame.to_unit(text.vector("position", given)?);
+            let is_near = unit.as_vec3().is_finite();
+            text.checked("position", given, "within 3e38 of the scene's size", |_| is_near.then_some(unit))
+        })?;
+        let attenuation = given(&self.attenuation, |given| {
+            let is_one = |a: [f64; 3]| a.into_iter().all(is_weight) && a != [0.0; 3];
+            let needed = "0 or more, and finite, with a number above 0 among the three";
+            text.checked("attenuation", given, needed, |a| is_one(a).then_some(Some(a)))
+        })?;
+        let exponent = given(&self.exponent, |given| {
+            text.checked("exponent", given, "0 or more, and finite", |x| is_weight(x).then_some(x))
+        })?;
+        let cutoff = given(&self.cutoff, |given| {
+            let needed = "above 0 and at most 90 degrees";
+            let cosine = |degrees: f64| if degrees == 90.0 { 0.0 } else { degrees.to_radians().cos() };
+            text.checked("cutoff", given, needed, |degrees| (degrees > 0.0 && degrees <= 90.0).then(|| cosine(degrees)))
+        })?;
+        let place = PunctualPlace::new(position, attenuation.unwrap_or(PunctualLight::PHYSICAL), frame.scale);
+        Ok(match self.kind {
+            LightType::Point => PunctualForm::Point(place),
+            LightType::Spot | LightType::Warn => PunctualForm::Spot { place, direction, exponent, cutoff },
+            LightType::Directional => PunctualForm::Directional { direction },
+        })
+    }
+}
+
+/// What a key that may be missing stands for: nothing where it is.
+fn given<T, U: Default>(
+    given: &Given<T>,
+    read: impl Fn(&Spanned<T>) -> Result<U, SceneError>,
+) -> Result<U, SceneError> {
+    given.as_ref().map_or_else(|| Ok(U::default()), read)
+}
+
+fn is_weight(number: f64) -> bool {
+    (0.0..f64::INFINITY).contains(&number)
+}
+
+impl SkyTable {
+    /// The radiance of both halves; black where none is given.
+    fn light(&self, text: &Text) -> Result<SkyLight, SceneError> {
+        let half = |key, given: &Given<[f64; 3]>| text.light("the sky", key, given.as_ref());
+        let Some(both) = &self.radiance else {
+            return Ok(SkyLight { upper: half("upper", &self.upper)?, lower: half("lower", &self.lower)? });
+        };
+        if self.upper.is_some() || self.lower.is_some() {
+            let twice = "`radiance` and `upper` or `lower` of the sky are given together";
+            return Err(text.error(both.span(), twice));
+        }
+        let radiance = text.light("the sky", "radiance", Some(both))?;
+        Ok(SkyLight { upper: radiance, lower: radiance })
+    }
+}
