@@ -14,7 +14,7 @@ use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::light::{Mode, Transport};
 use crate::pictures::{Exposure, Size};
-use crate::render::{Fineness, Prepared, check_memory, check_pictures, prepare, usable_memory};
+use crate::render::{Fineness, Solver, check_pictures, usable_memory};
 use crate::scene::{AddedLight, LoadOptions, Scene, Sides};
 use crate::study::compare::{Ladder, Method};
 
@@ -202,19 +202,6 @@ impl Effort {
         let fineness = Fineness { patches, rays: self.rays.unwrap_or(default.rays) };
         Precision::Fixed(fineness, self.samples.unwrap_or(SAMPLES))
     }
-
-    /// Cuts a scene into the requested patches, and checks that K of all modes fits.
-    pub fn prepare(
-        &self,
-        scene: Scene,
-        modes: &[Transport],
-        fineness: Fineness,
-        seed: u32,
-    ) -> Result<Prepared, CliError> {
-        let prepared = prepare(scene, fineness.patches);
-        check_memory(&prepared, modes, &fineness.sampling(seed), self.limit.bytes())?;
-        Ok(prepared)
-    }
 }
 
 /// Bytes a pixel, measured as what a run grows by with its pictures (`within`: made to a tolerance).
@@ -231,12 +218,6 @@ pub mod pixel {
     pub const COMPARE: f64 = 9000.0;
     /// `chart`.
     pub const CHART: f64 = 2500.0;
-}
-
-/// A scene made ready, and the bytes that K of it may take.
-pub struct Within {
-    pub prepared: Prepared,
-    pub memory: f64,
 }
 
 /// How much memory may be used.
@@ -259,15 +240,9 @@ impl MemoryLimit {
         Ok(check_pictures(size, each, self.bytes())?)
     }
 
-    /// Makes a scene ready for as many patches as a tolerance needs and memory holds; the first few must fit.
-    pub fn prepare_within(&self, scene: Scene, modes: &[Transport], tolerance: f64) -> Result<Within, CliError> {
-        let first = Fineness::first(tolerance);
-        let prepared = prepare(scene, first.patches);
-        let memory = self.bytes();
-        for mode in modes {
-            check_memory(&prepared, &[*mode], &first.sampling(0), memory)?;
-        }
-        Ok(Within { prepared, memory })
+    /// A scene ready to be solved within this memory.
+    pub fn solver(&self, scene: &Scene, seed: u32) -> Solver {
+        Solver::new(scene).seed(seed).memory(self.bytes())
     }
 }
 

@@ -6,7 +6,11 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
-use crate::cli::arguments::{Common, Precision, Problem, Within, pixel, size};
+use crate::cli::arguments::Common;
+use crate::cli::arguments::Precision;
+use crate::cli::arguments::Problem;
+use crate::cli::arguments::pixel;
+use crate::cli::arguments::size;
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::{Files, Modes};
@@ -16,9 +20,10 @@ use crate::light::{Mode, Transport};
 use crate::operator::Bounds;
 use crate::pictures::{Size, Table, known, make_directory};
 use crate::plot::term_name;
-use crate::render::{
-    Assembled, BounceSeries, End, Fineness, Prepared, TermError, WantedTerms, assemble, explore_within,
-};
+use crate::render::BounceSeries;
+use crate::render::End;
+use crate::render::Fineness;
+use crate::render::TermError;
 use crate::scene::Scene;
 use crate::solve::{Bounce, Solution, Verdict, explore};
 use crate::study::figures::{bounce_sheet, bounces_chart};
@@ -73,7 +78,8 @@ struct Studied {
     solution: Solution,
     patches: usize,
     /// Errors of the terms, and what ended the search for them, where a tolerance was requested.
-    errors: Option<(Vec<TermError>, End)>,
+    errors: Vec<TermError>,
+    end: Option<End>,
 }
 
 /// What all modes of one run share, and what is known of them so far.
@@ -95,13 +101,13 @@ pub fn run(own: &Bounces, common: &Common, console: &Console) -> Result<(), CliE
     let transports = subject.transports(&scene);
     let files = Files::new(&common.out, &format!("{}-bounces", scene.name));
     let mut run = Run { own, common, console, studied: Vec::new(), files };
-    let prepared = match effort.precision() {
-        Precision::Fixed(fineness, samples) => run.fixed(scene, &transports, fineness, samples)?,
-        Precision::Within(tolerance) => run.within(scene, &transports, tolerance)?,
-    };
-    run.chart_and_table(&prepared)?;
+    match effort.precision() {
+        Precision::Fixed(fineness, samples) => run.fixed(&scene, &transports, fineness, samples)?,
+        Precision::Within(tolerance) => run.within(&scene, &transports, tolerance)?,
+    }
+    run.chart_and_table(&scene)?;
     let Run { studied, files, .. } = run;
-    let modes = studied.iter().map(|s| s.report(&prepared.scene)).collect();
+    let modes = studied.iter().map(|s| s.report(&scene)).collect();
     console.report(&Modes { modes, files: files.said(console) })
 }
 
@@ -109,47 +115,50 @@ impl Run<'_> {
     /// Every mode with the effort given: one set of patches and one cast of rays for all.
     fn fixed(
         &mut self,
-        scene: Scene,
+        scene: &Scene,
         transports: &[Transport],
         fineness: Fineness,
         samples: u32,
-    ) -> Result<Prepared, CliError> {
+    ) -> Result<(), CliError> {
         let seed = self.common.seed;
-        let p = self.own.problem.effort.prepare(scene, transports, fineness, seed)?;
-        let (modes, _) = assemble(&p, transports, &fineness.sampling(seed), self.console);
+        let solver = self.own.problem.effort.limit.solver(scene, seed);
+        let equations = solver.assemble(transports, fineness, self.console)?;
         let sampling = GatherSampling::with_samples(samples, seed);
-        for mode in &modes {
+        for mode in equations.modes {
             let solution = explore(&mode.operator, self.own.count as usize);
-            let studied = Studied { transport: mode.transport, solution, patches: p.patches.len(), errors: None };
-            self.take(&p, mode, studied, (&sampling).into())?;
+            self.take(BounceSeries { mode, solution, errors: Vec::new(), end: None }, (&sampling).into())?;
         }
-        Ok(p)
+        Ok(())
     }
 
     /// Every mode to a tolerance of its terms' powers, each with the patches that it needs.
-    fn within(&mut self, scene: Scene, transports: &[Transport], tolerance: f64) -> Result<Prepared, CliError> {
+    fn within(&mut self, scene: &Scene, transports: &[Transport], tolerance: f64) -> Result<(), CliError> {
         let (Problem { effort, time, .. }, seed) = (&self.own.problem, self.common.seed);
-        let Within { prepared: mut p, memory } = effort.limit.prepare_within(scene, transports, tolerance)?;
+        let solver = effort.limit.solver(scene, seed);
+        solver.check_tolerance(transports, tolerance)?;
         for &transport in transports {
             let deadline = time.and_then(|seconds| deadline_after(Instant::now(), seconds));
-            let wanted = WantedTerms { count: self.own.count.into(), tolerance, time: *time, memory, seed };
-            let BounceSeries { mode, solution, errors, end, .. } =
-                explore_within(&mut p, transport, &wanted, self.console);
-            let studied = Studied { transport, solution, patches: p.patches.len(), errors: Some((errors, end)) };
-            self.take(&p, &mode, studied, Gathering::Within { error: tolerance, seed, deadline })?;
+            let mut request = solver.bounces(transport, self.own.count.into()).watch(self.console);
+            if let Some(seconds) = *time {
+                request = request.time(seconds);
+            }
+            let series = request.tolerance(tolerance);
+            self.take(series, Gathering::Within { error: tolerance, seed, deadline })?;
         }
-        Ok(p)
+        Ok(())
     }
 
     /// Shows one mode's table and writes its sheet: its terms, and their sums under them.
-    fn take(&mut self, p: &Prepared, mode: &Assembled, studied: Studied, gathering: Gathering) -> Result<(), CliError> {
+    fn take(&mut self, series: BounceSeries, gathering: Gathering) -> Result<(), CliError> {
+        let BounceSeries { mode, solution, errors, end } = series;
+        let studied = Studied { transport: mode.transport, solution, patches: mode.patches().len(), errors, end };
         self.console.say(table(&studied));
         let solution = &studied.solution;
         let pass = GatherPass::new(self.own.size, gathering);
-        let fields = bounce_fields(p, solution, SHEET.min(self.own.count as usize));
-        let terms = bounce_pictures(p, mode, &fields, &pass, self.console);
+        let fields = bounce_fields(&mode.lights, solution, SHEET.min(self.own.count as usize));
+        let terms = bounce_pictures(&mode.lights, &fields, &pass, self.console);
         let label = mode.transport.label();
-        let heading = format!("{}, {label}: {}", p.scene.name, sentence(mode.transport, solution));
+        let heading = format!("{}, {label}: {}", mode.scene().name, sentence(mode.transport, solution));
         let exposure = self.own.problem.subject.exposure();
         let sheet = bounce_sheet(heading, &terms, &partial_sums(&terms), exposure);
         self.files.draw(&format!("-{}", label.replace(' ', "-")), &["png"], &sheet.drawing())?;
@@ -157,8 +166,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn chart_and_table(&mut self, prepared: &Prepared) -> Result<(), CliError> {
-        let scene = &prepared.scene;
+    fn chart_and_table(&mut self, scene: &Scene) -> Result<(), CliError> {
         let lines: Vec<_> = self.studied.iter().map(|s| (s.transport.label(), s.solution.bounces.as_slice())).collect();
         let caption = format!(
             "{}: {} triangles, up to {} patches. Norm: area-weighted RMS over patches, channels and halves.",
@@ -175,12 +183,7 @@ impl Run<'_> {
 impl Studied {
     /// Error of one term, where known.
     fn error(&self, n: usize) -> Option<TermError> {
-        self.errors.as_ref()?.0.get(n).copied()
-    }
-
-    /// What ended the search for a tolerance.
-    fn end(&self) -> Option<End> {
-        self.errors.as_ref().map(|(_, end)| *end)
+        self.errors.get(n).copied()
     }
 
     fn report(&self, scene: &Scene) -> BouncesReport {
@@ -191,8 +194,8 @@ impl Studied {
             patches: self.patches,
             spectral_radius: self.solution.radius,
             verdict: self.solution.verdict,
-            met: self.end().map(|end| end == End::Met),
-            why: self.end().and_then(End::why),
+            met: self.end.map(|end| end == End::Met),
+            why: self.end.and_then(End::why),
             bounces: self.solution.bounces.iter().map(bounce).collect(),
         }
     }
@@ -237,7 +240,7 @@ fn table(studied: &Studied) -> String {
         );
     }
     let _ = writeln!(text, "{}", sentence(transport, solution));
-    if let Some(why) = studied.end().and_then(End::why) {
+    if let Some(why) = studied.end.and_then(End::why) {
         let _ = writeln!(text, "the tolerance is not met: {why}");
     }
     text

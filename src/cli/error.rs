@@ -4,6 +4,8 @@
 //! Not handled: wide characters, whose lines may be broken late; wrong arguments, which clap refuses before a command
 //! begins, and faults of the program (exit code 101).
 
+use crate::Rendered;
+use crate::render::RenderError;
 use std::io::{Write as _, stderr};
 
 use console::{Term, style};
@@ -81,6 +83,15 @@ impl CliError {
             CliError::Diverges(_) | CliError::Overflow(_) => 4,
             CliError::Memory(_) | CliError::Pictures(_) => 5,
         }
+    }
+}
+
+/// A picture, or why its mode has none; what else went wrong ends the command.
+pub fn picture_or_divergence(found: Result<Rendered, RenderError>) -> Result<Result<Rendered, Diverges>, CliError> {
+    match found {
+        Ok(rendered) => Ok(Ok(rendered)),
+        Err(RenderError::Diverges(e)) => Ok(Err(e)),
+        Err(RenderError::Memory(unfit)) => Err(unfit.into()),
     }
 }
 

@@ -4,13 +4,21 @@
 //! Not handled: charts of the series ([`bounces`](crate::cli::bounces)) and of where it converges
 //! ([`map`](crate::cli::map)).
 
+use crate::Solver;
+use crate::cli::error::picture_or_divergence;
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use crate::cli::arguments::{Common, Completion, Effort, Precision, Within, pixel, size, stops};
+use crate::cli::arguments::Common;
+use crate::cli::arguments::Completion;
+use crate::cli::arguments::Effort;
+use crate::cli::arguments::Precision;
+use crate::cli::arguments::pixel;
+use crate::cli::arguments::size;
+use crate::cli::arguments::stops;
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::Files;
@@ -18,9 +26,7 @@ use crate::cli::warnings::warn_of_error;
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Mode;
 use crate::pictures::{Size, make_directory};
-use crate::render::prepared::Spent;
-use crate::render::prepared::render_fixed;
-use crate::render::{Fineness, Prepared, Wanted, assemble, prepare, render_within};
+use crate::render::Fineness;
 use crate::scene::Scene;
 use crate::solve::{Settings, neumann};
 use crate::study::figures::{
@@ -220,10 +226,11 @@ impl Work<'_> {
         let mut solved = Vec::new();
         match effort.precision() {
             Precision::Within(tolerance) => {
-                let Within { prepared: mut p, memory } = effort.limit.prepare_within(scene, &modes, tolerance)?;
-                let wanted = Wanted { tolerance, size: self.size, deadline: None, memory, seed };
+                let solver = effort.limit.solver(&scene, seed);
+                solver.check_tolerance(&modes, tolerance)?;
                 for mode in Mode::ALL {
-                    let picture = render_within(&mut p, mode.transport(), &wanted, self.console);
+                    let request = solver.render(mode, self.size).watch(self.console);
+                    let picture = picture_or_divergence(request.tolerance(tolerance))?;
                     if let Ok(found) = &picture {
                         warn_of_error(self.console, mode.transport(), found, tolerance);
                     }
@@ -231,11 +238,9 @@ impl Work<'_> {
                 }
             }
             Precision::Fixed(fineness, samples) => {
-                let p = effort.prepare(scene, &modes, fineness, seed)?;
-                let (assembled, _) = assemble(&p, &modes, &fineness.sampling(seed), self.console);
+                let equations = effort.limit.solver(&scene, seed).assemble(&modes, fineness, self.console)?;
                 let pass = GatherPass::new(self.size, &GatherSampling::with_samples(samples, seed));
-                for (mode, k) in Mode::ALL.into_iter().zip(&assembled) {
-                    let picture = render_fixed(&p, k, &pass, Spent::default(), self.console);
+                for (mode, picture) in Mode::ALL.into_iter().zip(equations.render(&pass, self.console)) {
                     solved.push(SolvedMode { mode, picture, judged: false });
                 }
             }
@@ -253,15 +258,14 @@ impl Work<'_> {
         let (name, modes) = (scene.name.clone(), Mode::ALL.map(Mode::transport));
         let (fineness, samples) = self.own.fineness();
         let seed = self.common.seed;
-        let p = self.own.effort.prepare(scene, &modes, fineness, seed)?;
-        let (assembled, _) = assemble(&p, &modes, &fineness.sampling(seed), self.console);
+        let equations = self.own.effort.limit.solver(&scene, seed).assemble(&modes, fineness, self.console)?;
         let pass = GatherPass::new(self.size, &GatherSampling::with_samples(samples, seed));
         let mut series = Vec::new();
-        for mode in &assembled {
+        for mode in &equations.modes {
             series.push(match neumann(&mode.operator, &Settings::default()) {
                 Ok(s) => {
-                    let terms =
-                        bounce_pictures(&p, mode, &bounce_fields_and_rest(&p, &s.terms, BOUNCES), &pass, self.console);
+                    let fields = bounce_fields_and_rest(&mode.lights, &s.terms, BOUNCES);
+                    let terms = bounce_pictures(&mode.lights, &fields, &pass, self.console);
                     Successive { transport: mode.transport, verdict: s.verdict, radius: s.radius, terms }
                 }
                 Err(e) => {
@@ -277,7 +281,7 @@ impl Work<'_> {
     fn between(&self, scene: Scene) -> Result<[(&'static str, Figure); 2], CliError> {
         let name = scene.name.clone();
         let (fineness, samples) = self.own.fineness();
-        let p: Prepared = prepare(scene, fineness.patches);
+        let p = Solver::new(&scene).cut(fineness.patches);
         let sampling = fineness.sampling(self.common.seed);
         check_crossings(&p, &sampling, 1, self.own.effort.limit.bytes())?;
         let gather = GatherSampling::with_samples(samples, self.common.seed);

@@ -1,14 +1,16 @@
 //! `halflight frontier`: what each method does on both sides of the frontier, at one tau, as tables, charts and JSON.
 
+use crate::Solver;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
 
+use crate::cli::arguments::Common;
+use crate::cli::arguments::Completion;
 use crate::cli::arguments::MemoryLimit;
 use crate::cli::arguments::unit_interval;
-use crate::cli::arguments::{Common, Completion};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::Files;
@@ -16,7 +18,7 @@ use crate::form_factors::Sampling;
 use crate::light::Transport;
 use crate::pictures::{Table, make_directory, write_whole};
 use crate::plot::Chart;
-use crate::render::{Silent, assemble, prepare};
+use crate::render::Silent;
 use crate::scene::Scene;
 use crate::solve::Settings;
 use crate::study::frontier::{
@@ -132,7 +134,7 @@ pub fn run(own: &Frontier, common: &Common, console: &Console) -> Result<(), Cli
 
 /// Finds the frontiers, on how many patches: an error where memory or alpha ends before them.
 fn slice(own: &Frontier, scene: &Scene, sampling: &Sampling, console: &Console) -> Result<(Slice, usize), CliError> {
-    let prepared = prepare(scene.clone(), own.patches as usize);
+    let prepared = Solver::new(scene).cut(own.patches as usize);
     let limit = own.limit.bytes();
     check_crossings(&prepared, sampling, 1, limit)?;
     check_dense(&prepared, limit)?;
@@ -153,8 +155,8 @@ fn slice(own: &Frontier, scene: &Scene, sampling: &Sampling, console: &Console) 
 fn beyond(own: &Frontier, scene: &Scene, slice: &Slice, sampling: &Sampling) -> Option<FormalReport> {
     let share = SHARES.into_iter().find(|s| *s > 1.0)?;
     let alpha = (share * slice.alpha_c).min(1.0);
-    let prepared = prepare(at(scene, alpha, slice.tau), own.patches as usize);
-    let (modes, _) = assemble(&prepared, &[Transport::default()], sampling, &Silent);
+    let prepared = Solver::new(&at(scene, alpha, slice.tau)).cut(own.patches as usize);
+    let (modes, _) = prepared.assemble(&[Transport::default()], sampling, &Silent);
     Some(FormalReport { label: NOT_LIGHT, alpha, found: formal(&modes[0].operator)? })
 }
 

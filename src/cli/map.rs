@@ -1,5 +1,6 @@
 //! `halflight map`: where the bounce series converges, over the (alpha, tau) square, as a chart, CSV and JSON.
 
+use crate::Solver;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -7,14 +8,15 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
+use crate::cli::arguments::Common;
+use crate::cli::arguments::Completion;
 use crate::cli::arguments::MemoryLimit;
-use crate::cli::arguments::{Common, Completion};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::Files;
 use crate::form_factors::Sampling;
 use crate::pictures::{Table, make_directory};
-use crate::render::{Prepared, prepare};
+use crate::render::Discretization;
 use crate::study::map::{FrontierPoint, GridPoint, Map, MapChart, TauPoint, check_crossings, map};
 
 /// `halflight map`
@@ -67,7 +69,7 @@ pub fn run(own: &MapArguments, common: &Common, console: &Console) -> Result<(),
     let start = Instant::now();
     let scene = own.completion.load(&own.scene, console)?;
     make_directory(&common.out)?;
-    let prepared = prepare(scene, own.patches as usize);
+    let prepared = Solver::new(&scene).cut(own.patches as usize);
     let sampling = Sampling { rays: own.rays, seed: common.seed, ..Sampling::default() };
     let limit = own.limit.bytes();
     check_crossings(&prepared, &sampling, own.grid.into(), limit)?;
@@ -77,7 +79,7 @@ pub fn run(own: &MapArguments, common: &Common, console: &Console) -> Result<(),
     console.say(sentence(&prepared, &map, seconds));
     let files = write(common, &prepared, &map)?.said(console);
     console.report(&MapReport {
-        scene: prepared.scene.name.clone(),
+        scene: prepared.geometry.scene.name.clone(),
         patches: prepared.patches.len(),
         rays: map.rays,
         crossings: map.crossings,
@@ -91,8 +93,8 @@ pub fn run(own: &MapArguments, common: &Common, console: &Console) -> Result<(),
     })
 }
 
-fn write(common: &Common, prepared: &Prepared, map: &Map) -> Result<Files, CliError> {
-    let scene = &prepared.scene;
+fn write(common: &Common, prepared: &Discretization, map: &Map) -> Result<Files, CliError> {
+    let scene = &prepared.geometry.scene;
     let chart = MapChart {
         map,
         title: format!("Where the bounce series of {} converges", scene.name),
@@ -135,7 +137,7 @@ fn table(map: &Map) -> String {
 }
 
 /// What a person should take from the map.
-fn sentence(prepared: &Prepared, map: &Map, seconds: f64) -> String {
+fn sentence(prepared: &Discretization, map: &Map, seconds: f64) -> String {
     let highest = map.columns.last().map_or(0.0, |c| c.radius.upper);
     let verdict = match map.tau_frontier.last() {
         Some(full) if full.alpha == 1.0 => {
@@ -146,7 +148,7 @@ fn sentence(prepared: &Prepared, map: &Map, seconds: f64) -> String {
     };
     format!(
         "{}: {verdict} ({} patches, {} rays, {} crossings, {seconds:.2} s)",
-        prepared.scene.name,
+        prepared.geometry.scene.name,
         prepared.patches.len(),
         map.rays,
         map.crossings,

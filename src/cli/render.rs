@@ -1,23 +1,28 @@
 //! `halflight render`: the picture of each mode, and a contact sheet of several.
 
+use crate::cli::error::picture_or_divergence;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
 
-use crate::cli::arguments::{Common, Precision, Problem, Within, pixel, size};
+use crate::cli::arguments::Common;
+use crate::cli::arguments::Precision;
+use crate::cli::arguments::Problem;
+use crate::cli::arguments::pixel;
+use crate::cli::arguments::size;
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::{Outcome, Places, RenderReport, finish};
 use crate::cli::warnings::{Pictured, unmet, warn_of_backs, warn_of_error};
-use crate::error::deadline::deadline_after;
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
 use crate::operator::Bounds;
 use crate::pictures::{Size, check_extension, write_picture, write_with_error};
-use crate::render::prepared::Spent;
-use crate::render::prepared::render_fixed;
-use crate::render::{Fineness, Prepared, Rendered, Seconds, Wanted, assemble, render_within};
+use crate::render::Fineness;
+use crate::render::Rendered;
+use crate::render::Seconds;
+use crate::render::Solver;
 use crate::scene::Scene;
 use crate::solve::Diverges;
 
@@ -88,22 +93,25 @@ struct Run<'a> {
 impl Run<'_> {
     /// Every mode to a tolerance, each with the patches that it needs.
     fn within(&self, scene: Scene, transports: &[Transport], tolerance: f64) -> Result<Vec<Rendering>, CliError> {
-        let (size, seed) = (self.own.size, self.common.seed);
         let Problem { effort, time, .. } = &self.own.problem;
-        let Within { mut prepared, memory } = effort.limit.prepare_within(scene, transports, tolerance)?;
-        let mut start = self.start;
+        let solver = effort.limit.solver(&scene, self.common.seed);
+        solver.check_tolerance(transports, tolerance)?;
+        // Reading the scene counts in the time of the first picture.
+        let mut before = self.start.elapsed().as_secs_f64();
         let mut outcomes = Vec::new();
         for &transport in transports {
-            let deadline = time.and_then(|seconds| deadline_after(start, seconds));
-            let wanted = Wanted { tolerance, size, deadline, memory, seed };
-            let found = render_within(&mut prepared, transport, &wanted, self.console);
+            let mut request = solver.render(transport, self.own.size).watch(self.console);
+            if let Some(seconds) = time {
+                request = request.time((seconds - before).max(0.0));
+            }
+            let found = picture_or_divergence(request.tolerance(tolerance))?;
             if let Ok(found) = &found {
                 warn_of_error(self.console, transport, found, tolerance);
             }
-            outcomes.push(self.outcome(&prepared, transport, Some(tolerance), found)?);
-            start = Instant::now();
+            outcomes.push(self.outcome(&solver, transport, Some(tolerance), found)?);
+            before = 0.0;
         }
-        self.warn_of_backs(&prepared, transports, &outcomes);
+        self.warn_of_backs(&solver, transports, &outcomes);
         Ok(outcomes)
     }
 
@@ -116,40 +124,37 @@ impl Run<'_> {
         samples: u32,
     ) -> Result<Vec<Rendering>, CliError> {
         let seed = self.common.seed;
-        let prepared = self.own.problem.effort.prepare(scene, transports, fineness, seed)?;
-        let clock = Instant::now();
-        let (modes, rays) = assemble(&prepared, transports, &fineness.sampling(seed), self.console);
-        let seconds = Seconds { form_factors: clock.elapsed().as_secs_f64(), ..Seconds::default() };
+        let solver = self.own.problem.effort.limit.solver(&scene, seed);
+        let equations = solver.assemble(transports, fineness, self.console)?;
         let pass = GatherPass::new(self.own.size, &GatherSampling::with_samples(samples, seed));
-        let spent = Spent { seconds, rays };
         let mut outcomes = Vec::new();
-        for mode in &modes {
-            let found = render_fixed(&prepared, mode, &pass, spent.clone(), self.console);
-            outcomes.push(self.outcome(&prepared, mode.transport, None, found)?);
+        for (&transport, found) in transports.iter().zip(equations.render(&pass, self.console)) {
+            outcomes.push(self.outcome(&solver, transport, None, found)?);
         }
-        self.warn_of_backs(&prepared, transports, &outcomes);
+        self.warn_of_backs(&solver, transports, &outcomes);
         Ok(outcomes)
     }
 
-    fn warn_of_backs(&self, p: &Prepared, transports: &[Transport], outcomes: &[Rendering]) {
-        let pictured = Pictured { scene: &p.scene, rays: &p.rays, size: self.own.size, transports };
+    fn warn_of_backs(&self, solver: &Solver, transports: &[Transport], outcomes: &[Rendering]) {
+        let geometry = solver.geometry();
+        let pictured = Pictured { scene: &geometry.scene, rays: &geometry.rays, size: self.own.size, transports };
         warn_of_backs(self.console, &pictured, outcomes.iter().map(|o| o.backs));
     }
 
     /// Writes a picture, and reports it, or why there is none.
     fn outcome(
         &self,
-        prepared: &Prepared,
+        solver: &Solver,
         transport: Transport,
         tolerance: Option<f64>,
         found: Result<Rendered, Diverges>,
     ) -> Result<Rendering, CliError> {
         let (radius, verdict) = found.as_ref().map_or_else(|e| (e.radius, e.verdict), |s| (s.radius, s.verdict));
         let mut report = RenderReport {
-            patches: prepared.patches.len(),
+            patches: solver.last_cut().patches.len(),
             spectral_radius: Some(radius),
             verdict: verdict.name(),
-            ..RenderReport::new(&prepared.scene, transport, self.own.size)
+            ..RenderReport::new(&solver.geometry().scene, transport, self.own.size)
         };
         if let Ok(found) = &found {
             self.describe(found, tolerance, &mut report);

@@ -10,7 +10,12 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::cli::arguments::{Common, MemoryLimit, Subject, Within, pixel, seconds, size};
+use crate::cli::arguments::Common;
+use crate::cli::arguments::MemoryLimit;
+use crate::cli::arguments::Subject;
+use crate::cli::arguments::pixel;
+use crate::cli::arguments::seconds;
+use crate::cli::arguments::size;
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::{Files, Modes};
@@ -163,14 +168,12 @@ pub fn chart(own: &Chart, common: &Common, console: &Console) -> Result<(), CliE
     }
     make_directory(&common.out)?;
     // Built anew for every step: here only to refuse what does not fit, before anything is measured.
-    let ready = own.limit.prepare_within(scene, &transports, MUST_FIT).map_err(|error| match error {
-        // No number of patches can be requested here, so the advice is another.
-        CliError::Memory(unfit) => CliError::Memory(unfit.of(Stored::Ladders)),
-        other => other,
-    });
-    let Within { prepared: p, memory } = ready?;
+    let solver = own.limit.solver(&scene, common.seed);
+    // No number of patches can be requested here, so the advice is another.
+    solver.check_tolerance(&transports, MUST_FIT).map_err(|unfit| unfit.of(Stored::Ladders))?;
+    let (geometry, memory) = (solver.geometry(), own.limit.bytes());
     let (size, seconds) = (own.size, own.time);
-    let run = Run { common, console, scene: &p.scene, rays: &p.rays, size, seconds, memory, load };
+    let run = Run { common, console, scene: &scene, rays: &geometry.rays, size, seconds, memory, load };
     let modes = run.each_mode(&transports, "chart", |transport| run.chart(own, transport))?;
     console.report(&Modes { modes, files: Vec::new() })
 }

@@ -5,7 +5,7 @@
 use crate::operator::linear::LinearOperator;
 use std::sync::Arc;
 
-use crate::direct::{Lights, Luminaires};
+use crate::direct::{Lights, Luminaires, TOLERABLE};
 use crate::form_factors::{Closure, Sampling, Variant, cast_counts, closure};
 use crate::gather::GatherPass;
 use crate::gather::Gathered;
@@ -80,9 +80,9 @@ impl Watch for Silent {
     fn tick(&self, _done: u64) {}
 }
 
-/// A scene cut into patches; a value, of which others are made.
+/// A scene cut into patches; a value, of which others are made, and cheap to clone.
 #[derive(Clone)]
-pub(crate) struct Discretization {
+pub struct Discretization {
     /// The scene, its rays and its surfaces.
     pub geometry: Arc<Geometry>,
     /// Emitters by closed form.
@@ -106,13 +106,19 @@ impl Discretization {
     }
 
     /// The same patches divided by the light sampled on each of their mesh.
-    pub fn divided(&self, samples: Vec<Vec<Sample>>) -> Discretization {
+    pub(crate) fn divided(&self, samples: Vec<Vec<Sample>>) -> Discretization {
         Discretization { patches: Arc::new(self.patches.divided(samples)), ..self.clone() }
     }
 
     /// (alpha, tau) of every material in a mode.
     pub fn transports(&self, mode: Transport) -> Vec<Transport> {
         self.geometry.scene.transports(mode)
+    }
+
+    /// `L = E + K L` of several modes, from one cast of rays; also tells how many rays were cast.
+    pub fn assemble(&self, modes: &[Transport], sampling: &Sampling, watch: &dyn Watch) -> (Vec<Assembled>, u64) {
+        let lights = |&mode: &Transport| (mode, self.lights(self.transports(mode), TOLERABLE));
+        assemble(&modes.iter().map(lights).collect::<Vec<_>>(), sampling, watch)
     }
 
     /// What lights the patches where materials have these (alpha, tau); stand-ins for many luminaires, or for a texture,
@@ -193,13 +199,7 @@ impl Assembled {
 
     /// What hemisphere rays read of E: all of it but the luminaires', which are gathered by closed form.
     pub fn without_luminaires(&self, emission: &[Light]) -> Vec<Rgb> {
-        let mut field = invisible(emission);
-        for (l, &material) in field.iter_mut().zip(self.patches().materials()) {
-            if self.lights.luminaires.carries[material as usize] {
-                *l = Rgb::ZERO;
-            }
-        }
-        field
+        without_luminaires(&self.lights, emission)
     }
 
     /// The invisible light that the picture of a solution reads: every term, luminaires' emission excepted.
@@ -235,14 +235,12 @@ impl Assembled {
 
     /// Fields to gather from one value a patch each, read as linear within a patch.
     pub(crate) fn fields(&self, values: &[Vec<Rgb>]) -> Fields {
-        let neighbours = self.patches().neighbours();
-        let each = values.iter().map(|field| linear(&neighbours, field));
-        Fields::linear(&each.collect::<Vec<_>>())
+        fields(self.patches(), values)
     }
 
     /// Renders the visible half of what fields of one value a patch send: a picture each, from the same rays.
     pub fn pictures(&self, values: &[Vec<Rgb>], pass: &GatherPass, watch: &dyn Watch) -> Gathered {
-        self.look(&self.fields(values), pass, watch)
+        pictures(&self.lights, values, pass, watch)
     }
 
     /// Renders a solution.
@@ -253,8 +251,7 @@ impl Assembled {
 
     /// Renders the visible half of what the fields send.
     pub(crate) fn look(&self, fields: &Fields, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
-        watch.begin("gather", pass.size.height as u64);
-        gather(&View::new(&self.lights, pass.size), fields, &pass.gathering, &|done| watch.tick(done))
+        look(&self.lights, fields, pass, watch)
     }
 
     /// Shoots over this K.
@@ -266,4 +263,34 @@ impl Assembled {
     pub fn ray_shooter(&self, settings: RaySettings) -> RayShooter<'_> {
         RayShooter::new(&self.lights, settings)
     }
+}
+
+/// What hemisphere rays read of E under some lights: all of it but the luminaires', which are gathered by closed form.
+pub fn without_luminaires(lights: &Lights, emission: &[Light]) -> Vec<Rgb> {
+    let mut field = invisible(emission);
+    for (l, &material) in field.iter_mut().zip(lights.patches.materials()) {
+        if lights.luminaires.carries[material as usize] {
+            *l = Rgb::ZERO;
+        }
+    }
+    field
+}
+
+/// Renders the visible half of what fields of one value a patch send under some lights: a picture each, from the same
+/// rays.
+pub fn pictures(lights: &Lights, values: &[Vec<Rgb>], pass: &GatherPass, watch: &dyn Watch) -> Gathered {
+    look(lights, &fields(&lights.patches, values), pass, watch)
+}
+
+/// Fields to gather from one value a patch each, read as linear within a patch.
+fn fields(patches: &Patches, values: &[Vec<Rgb>]) -> Fields {
+    let neighbours = patches.neighbours();
+    let each = values.iter().map(|field| linear(&neighbours, field));
+    Fields::linear(&each.collect::<Vec<_>>())
+}
+
+/// Renders the visible half of what the fields send.
+fn look(lights: &Lights, fields: &Fields, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
+    watch.begin("gather", pass.size.height as u64);
+    gather(&View::new(lights, pass.size), fields, &pass.gathering, &|done| watch.tick(done))
 }

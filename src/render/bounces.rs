@@ -64,10 +64,10 @@ pub struct BounceSeries {
     pub mode: Assembled,
     /// Its series, with the powers that walks of light measured.
     pub solution: Solution,
-    /// Errors of the terms' powers, E first.
+    /// Errors of the terms' powers, E first; empty where effort was given in place of a tolerance.
     pub errors: Vec<TermError>,
-    /// What ended it.
-    pub end: End,
+    /// What ended the search for a tolerance; none where effort was given.
+    pub end: Option<End>,
 }
 
 /// What is wanted of the terms.
@@ -113,7 +113,7 @@ pub(crate) fn bounces_to_tolerance(
     } else {
         End::Most
     };
-    BounceSeries { mode, solution, errors, end }
+    BounceSeries { mode, solution, errors, end: Some(end) }
 }
 
 /// Gives the terms the powers that walks measured, and returns their errors.

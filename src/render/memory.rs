@@ -106,6 +106,22 @@ impl Pilot {
     }
 }
 
+impl Discretization {
+    /// Checks that K of all `modes` together, with so many solutions, fits in `limit` bytes; infinity asks nothing.
+    ///
+    /// # Errors
+    /// [`Unfit`], with the number of patches that would.
+    pub fn check_memory(
+        &self,
+        modes: &[Transport],
+        sampling: &Sampling,
+        solutions: usize,
+        limit: f64,
+    ) -> Result<(), Unfit> {
+        check_held(self, modes, sampling, Held { casts: 1, solutions, terms: Kept::Enough }, limit)
+    }
+}
+
 /// Checks that what is `held` of all `modes` fits in `limit` bytes.
 pub(crate) fn check_held(
     p: &Discretization,

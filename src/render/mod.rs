@@ -4,28 +4,29 @@
 //!
 //! Not handled: which picture is asked for; that is a scene's camera and a [`Transport`](crate::light::Transport).
 
-pub(crate) mod assembly;
+mod assembly;
 mod bounces;
 mod by_deadline;
 mod division;
 mod fineness;
 mod levels;
-pub(crate) mod memory;
-pub(crate) mod prepared;
+mod memory;
 mod reading_cost;
 mod rendered;
 mod residual_check;
 mod search;
 mod solved;
 mod solver;
+mod square;
 mod unfit;
 mod wanted;
 
-pub use assembly::{Assembled, Seconds, Silent, Watch};
+pub use assembly::{Assembled, Discretization, Seconds, Silent, Watch, pictures, without_luminaires};
 pub use bounces::{BounceSeries, End, TermError};
 pub use fineness::Fineness;
 pub use memory::{Estimate, usable_memory};
-pub use prepared::*;
+pub(crate) use memory::{most_fitting, pilots};
 pub use rendered::{Ended, ErrorParts, Rendered};
 pub use solver::{BouncesRequest, Equations, PictureRequest, RenderError, Solver};
+pub use square::{Square, SquareColumn};
 pub use unfit::{PictureUnfit, Stored, Unfit, check_pictures};

@@ -15,11 +15,11 @@ use crate::light::budget::{MATTERS, READ_AT_ONCE, SURE};
 use crate::rays::purpose::Purpose;
 use crate::reading::READINGS;
 use crate::reading::Reading;
-use crate::render::Spent;
 use crate::render::reading_cost::ReadingCost;
 use crate::render::solved::Rough;
 use crate::render::solved::Solved;
 use crate::render::solved::rough_size;
+use crate::render::wanted::Spent;
 use crate::render::wanted::Wanted;
 use crate::render::wanted::timed;
 

@@ -6,9 +6,9 @@ use crate::Fineness;
 use crate::direct::Lights;
 use crate::light::budget::STAND_INS;
 use crate::patches::Patches;
-use crate::render::Spent;
 use crate::render::assembly::Discretization;
 use crate::render::assembly::assemble;
+use crate::render::wanted::Spent;
 use crate::render::wanted::timed;
 use std::sync::Arc;
 

@@ -4,27 +4,25 @@
 //! * [`Solver::bounces`]: the terms of its bounce series, with their powers to a tolerance or of given effort;
 //! * [`Solver::assemble`]: `L = E + K L` of several modes from one cast of rays, to be solved, looked at and shot over;
 //! * [`Solver::operator`]: K alone;
-//! * [`Solver::patches`] and [`Solver::geometry`]: what they are made on.
+//! * [`Solver::cut`] and [`Solver::geometry`]: what they are made on.
 //!
 //! Nothing that a solver answers depends on what it was asked before, so it may be shared. Memory and seed are chosen
-//! once ([`Solver::memory`], [`Solver::seed`]), and whoever wants to see how work goes on gives a [`Watch`].
+//! once ([`Solver::memory`], [`Solver::seed`]); whoever wants to see how work goes on gives a [`Watch`].
 //!
 //! Not handled: scenes without light, whose pictures are black ([`Scene::require_emission`]).
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use crate::form_factors::Sampling;
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
 use crate::operator::Operator;
-use crate::patches::Patches;
 use crate::pictures::Size;
-use crate::render::assembly::{Assembled, Discretization, Silent, Watch, assemble};
-use crate::render::bounces::{BounceSeries, End, WantedTerms, bounces_to_tolerance};
+use crate::render::assembly::{Assembled, Discretization, Silent, Watch};
+use crate::render::bounces::{BounceSeries, WantedTerms, bounces_to_tolerance};
 use crate::render::by_deadline::render_by_deadline;
 use crate::render::fineness::Fineness;
-use crate::render::memory::{Estimate, Held, check_held, estimate, usable_memory};
+use crate::render::memory::{Estimate, Held, estimate, usable_memory};
 use crate::render::rendered::Rendered;
 use crate::render::solved::Task;
 use crate::render::unfit::Unfit;
@@ -58,7 +56,6 @@ pub struct Solver {
     /// Bytes that K may take.
     memory: f64,
     seed: u32,
-    watch: Arc<dyn Watch>,
 }
 
 impl Solver {
@@ -67,7 +64,7 @@ impl Solver {
         let patches = Fineness::first(TOLERANCE).patches;
         let (cut, ready) = timed(|| Discretization::new(scene.clone(), patches));
         let last = Mutex::new((patches, cut));
-        Solver { last, ready, memory: usable_memory(), seed: 0, watch: Arc::new(Silent) }
+        Solver { last, ready, memory: usable_memory(), seed: 0 }
     }
 
     /// Chooses the scrambling of all sample points: a seed gives the same bits on any number of threads.
@@ -82,30 +79,28 @@ impl Solver {
         self
     }
 
-    /// Has every step of the work told to `watch`.
-    pub fn watch(mut self, watch: Arc<dyn Watch>) -> Solver {
-        self.watch = watch;
-        self
-    }
-
     /// The scene, its rays and its surfaces.
     pub fn geometry(&self) -> Arc<Geometry> {
-        self.any_cut().geometry
+        self.last_cut().geometry
     }
 
-    /// The scene cut into about so many patches of one size.
-    pub fn patches(&self, count: usize) -> Arc<Patches> {
-        self.cut(count).patches
+    /// The scene cut into about so many patches of one size; not done again where it was the last time.
+    pub fn cut(&self, patches: usize) -> Discretization {
+        let mut last = self.last.lock().expect("no holder of this panics");
+        if last.0 != patches {
+            *last = (patches, last.1.cut(patches));
+        }
+        last.1.clone()
     }
 
     /// The picture of a mode, so many pixels across and down, from the scene's camera.
     pub fn render(&self, mode: impl Into<Transport>, size: impl Into<Size>) -> PictureRequest<'_> {
-        PictureRequest { solver: self, transport: mode.into(), size: size.into(), time: None }
+        PictureRequest { solver: self, transport: mode.into(), size: size.into(), time: None, watch: &Silent }
     }
 
     /// The first `count` bounces of a mode's series, E not counted.
     pub fn bounces(&self, mode: impl Into<Transport>, count: usize) -> BouncesRequest<'_> {
-        BouncesRequest { solver: self, transport: mode.into(), count, time: None }
+        BouncesRequest { solver: self, transport: mode.into(), count, time: None, watch: &Silent }
     }
 
     /// K of a mode with the E it acts on: `L = E + K L`, one equation for each patch, half and channel.
@@ -113,30 +108,31 @@ impl Solver {
     /// # Errors
     /// [`Unfit`] where K would not fit in memory, with the number of patches that would.
     pub fn operator(&self, mode: impl Into<Transport>, fineness: Fineness) -> Result<Operator, Unfit> {
-        Ok(self.assemble(&[mode.into()], fineness)?.modes.remove(0).operator)
+        Ok(self.assemble(&[mode.into()], fineness, &Silent)?.modes.remove(0).operator)
     }
 
     /// `L = E + K L` of several modes on the same patches, from one cast of rays.
     ///
     /// # Errors
     /// [`Unfit`] where K of all modes together would not fit in memory.
-    pub fn assemble(&self, modes: &[Transport], fineness: Fineness) -> Result<Equations, Unfit> {
+    pub fn assemble(&self, modes: &[Transport], fineness: Fineness, watch: &dyn Watch) -> Result<Equations, Unfit> {
         let (p, cutting) = timed(|| self.cut(fineness.patches));
         let sampling = fineness.sampling(self.seed);
-        check_held(&p, modes, &sampling, Held::of_modes(modes, 1), self.memory)?;
-        let (modes, rays, casting) = self.assemble_on(&p, modes, &sampling);
+        p.check_memory(modes, &sampling, 1, self.memory)?;
+        let ((modes, rays), casting) = timed(|| p.assemble(modes, &sampling, watch));
         let mut spent = Spent { rays, ..Spent::default() };
         (spent.seconds.patches, spent.seconds.form_factors) = (self.ready + cutting, casting);
         Ok(Equations { modes, spent })
     }
 
-    fn assemble_on(&self, p: &Discretization, modes: &[Transport], sampling: &Sampling) -> (Vec<Assembled>, u64, f64) {
-        let cast = || {
-            let lights = |&mode: &Transport| (mode, p.lights(p.transports(mode), crate::direct::TOLERABLE));
-            assemble(&modes.iter().map(lights).collect::<Vec<_>>(), sampling, &*self.watch)
-        };
-        let ((assembled, rays), seconds) = timed(cast);
-        (assembled, rays, seconds)
+    /// Checks that K of each of the `modes` fits in memory on the patches that a search for a tolerance begins with.
+    ///
+    /// # Errors
+    /// [`Unfit`] where it does not.
+    pub fn check_tolerance(&self, modes: &[Transport], tolerance: f64) -> Result<(), Unfit> {
+        let first = Fineness::first(tolerance);
+        let (p, sampling) = (self.cut(first.patches), first.sampling(self.seed));
+        modes.iter().try_for_each(|mode| p.check_memory(&[*mode], &sampling, 1, self.memory))
     }
 
     /// What K of all `modes` takes when `casts` of it are held at once, and the patches that would fit.
@@ -145,16 +141,8 @@ impl Solver {
         estimate(&self.cut(fineness.patches), modes, &fineness.sampling(self.seed), held, self.memory)
     }
 
-    /// The scene cut into about so many patches; not done again where it was the last time.
-    pub(crate) fn cut(&self, patches: usize) -> Discretization {
-        let mut last = self.last.lock().expect("no holder of this panics");
-        if last.0 != patches {
-            *last = (patches, last.1.cut(patches));
-        }
-        last.1.clone()
-    }
-
-    fn any_cut(&self) -> Discretization {
+    /// The scene as it was cut last.
+    pub fn last_cut(&self) -> Discretization {
         self.last.lock().expect("no holder of this panics").1.clone()
     }
 }
@@ -166,6 +154,23 @@ pub struct Equations {
     spent: Spent,
 }
 
+impl Equations {
+    /// Solves each equation and renders it; errors are not estimated. A mode whose spectral radius is not proved to be
+    /// below 1 has no picture.
+    pub fn render(&self, pass: &GatherPass, watch: &dyn Watch) -> Vec<Result<Rendered, Diverges>> {
+        let one = |mode: &Assembled| {
+            let mut spent = self.spent.clone();
+            let (solution, seconds) = timed(|| neumann(&mode.operator, &Settings::default()));
+            let solution = solution?;
+            spent.seconds.solve = seconds;
+            let (gathered, seconds) = timed(|| mode.picture(&solution, pass, watch));
+            spent.seconds.gather = seconds;
+            Ok(Rendered::new(mode, &solution, gathered, spent))
+        };
+        self.modes.iter().map(one).collect()
+    }
+}
+
 /// A picture that is asked for; what is left to say is how good it is to be.
 #[must_use = "nothing is rendered until a tolerance or an effort is given"]
 pub struct PictureRequest<'a> {
@@ -173,9 +178,15 @@ pub struct PictureRequest<'a> {
     transport: Transport,
     size: Size,
     time: Option<f64>,
+    watch: &'a dyn Watch,
 }
 
-impl PictureRequest<'_> {
+impl<'a> PictureRequest<'a> {
+    /// Has every step of the work told to `watch`.
+    pub fn watch(self, watch: &'a dyn Watch) -> Self {
+        Self { watch, ..self }
+    }
+
     /// Ends the search for a tolerance after so many seconds, with the best picture that there is by then.
     pub fn time(self, seconds: f64) -> Self {
         Self { time: Some(seconds), ..self }
@@ -190,13 +201,13 @@ impl PictureRequest<'_> {
     /// [`RenderError`] where the series is not proved to converge, or not even a coarse K fits in memory.
     pub fn tolerance(self, tolerance: f64) -> Result<Rendered, RenderError> {
         let deadline = deadline(self.time);
-        let PictureRequest { solver, transport, size, .. } = self;
+        let PictureRequest { solver, transport, size, watch, .. } = self;
         let (memory, seed) = (solver.memory, solver.seed);
         let first = Fineness::first(tolerance);
         let (p, cutting) = timed(|| solver.cut(first.patches));
-        check_held(&p, &[transport], &first.sampling(seed), Held::of_modes(&[transport], 1), memory)?;
+        p.check_memory(&[transport], &first.sampling(seed), 1, memory)?;
         let wanted = Wanted { tolerance, size, deadline, memory, seed };
-        let found = render_by_deadline(&p, &Task { transport, wanted: &wanted, watch: &*solver.watch })?;
+        let found = render_by_deadline(&p, &Task { transport, wanted: &wanted, watch })?;
         Ok(Rendered { seconds: found.seconds.after(solver.ready + cutting), ..found })
     }
 
@@ -206,32 +217,9 @@ impl PictureRequest<'_> {
     /// # Errors
     /// [`RenderError`] where the series is not proved to converge, or K does not fit in memory.
     pub fn fineness(self, fineness: Fineness, samples: u32) -> Result<Rendered, RenderError> {
-        let equations = self.solver.assemble(&[self.transport], fineness)?;
-        let mut rendered = self.solver.render_equations(&equations, self.size, samples);
-        Ok(rendered.remove(0)?)
-    }
-}
-
-impl Solver {
-    /// Solves the equations of several modes and renders each with about `samples` hemisphere rays for each pixel; errors
-    /// are not estimated. A mode whose spectral radius is not proved to be below 1 has no picture.
-    pub fn render_equations(
-        &self,
-        equations: &Equations,
-        size: impl Into<Size>,
-        samples: u32,
-    ) -> Vec<Result<Rendered, Diverges>> {
-        let pass = GatherPass::new(size, &GatherSampling::with_samples(samples, self.seed));
-        let one = |mode: &Assembled| {
-            let mut spent = equations.spent.clone();
-            let (solution, seconds) = timed(|| neumann(&mode.operator, &Settings::default()));
-            let solution = solution?;
-            spent.seconds.solve = seconds;
-            let (gathered, seconds) = timed(|| mode.picture(&solution, &pass, &*self.watch));
-            spent.seconds.gather = seconds;
-            Ok(Rendered::new(mode, &solution, gathered, spent))
-        };
-        equations.modes.iter().map(one).collect()
+        let equations = self.solver.assemble(&[self.transport], fineness, self.watch)?;
+        let pass = GatherPass::new(self.size, &GatherSampling::with_samples(samples, self.solver.seed));
+        Ok(equations.render(&pass, self.watch).remove(0)?)
     }
 }
 
@@ -242,9 +230,15 @@ pub struct BouncesRequest<'a> {
     transport: Transport,
     count: usize,
     time: Option<f64>,
+    watch: &'a dyn Watch,
 }
 
-impl BouncesRequest<'_> {
+impl<'a> BouncesRequest<'a> {
+    /// Has every step of the work told to `watch`.
+    pub fn watch(self, watch: &'a dyn Watch) -> Self {
+        Self { watch, ..self }
+    }
+
     /// Ends the search for a tolerance after about so many seconds.
     pub fn time(self, seconds: f64) -> Self {
         Self { time: Some(seconds), ..self }
@@ -253,9 +247,9 @@ impl BouncesRequest<'_> {
     /// The terms with an estimated relative error of at most `tolerance` of each one's power; a series that diverges is
     /// shown growing.
     pub fn tolerance(self, tolerance: f64) -> BounceSeries {
-        let BouncesRequest { solver, transport, count, time } = self;
+        let BouncesRequest { solver, transport, count, time, watch } = self;
         let wanted = WantedTerms { count, tolerance, time, memory: solver.memory, seed: solver.seed };
-        bounces_to_tolerance(&solver.any_cut(), transport, &wanted, &*solver.watch)
+        bounces_to_tolerance(&solver.last_cut(), transport, &wanted, watch)
     }
 
     /// The terms on patches of a fineness; errors are not estimated.
@@ -263,9 +257,9 @@ impl BouncesRequest<'_> {
     /// # Errors
     /// [`Unfit`] where K does not fit in memory.
     pub fn fineness(self, fineness: Fineness) -> Result<BounceSeries, Unfit> {
-        let mode = self.solver.assemble(&[self.transport], fineness)?.modes.remove(0);
+        let mode = self.solver.assemble(&[self.transport], fineness, self.watch)?.modes.remove(0);
         let solution = explore(&mode.operator, self.count);
-        Ok(BounceSeries { mode, solution, errors: Vec::new(), end: End::Met })
+        Ok(BounceSeries { mode, solution, errors: Vec::new(), end: None })
     }
 }
 

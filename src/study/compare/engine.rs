@@ -9,6 +9,7 @@
 //!
 //! Not handled: series that diverge.
 
+use crate::Solver;
 use std::ops::RangeInclusive;
 use std::time::Instant;
 
@@ -16,9 +17,9 @@ use serde::{Serialize, Serializer};
 
 use crate::pictures::Picture;
 use crate::rays::Rays;
-use crate::render::{Prepared, Silent, prepare};
+use crate::render::Discretization;
+use crate::render::Silent;
 use crate::scene::Scene;
-use crate::solve::Diverges;
 use crate::study::compare::arithmetic::combine;
 use crate::study::compare::ladder::{
     Ladder, LadderPoint, LadderStep, Method, Study, StudyError, StudyPlan, climb, lap, measured, slope,
@@ -85,7 +86,7 @@ pub fn measure(
     };
     let compares = plan.study == Study::Compare;
     let first = if compares { PatchEffort::least(plan) } else { PatchEffort::step(Method::Patches, 0, plan.seed) };
-    let mut p = prepare(scene.clone(), first.patches);
+    let p = Solver::new(scene).cut(first.patches);
     if compares {
         check_fit(&p, plan, &first)?;
     }
@@ -93,12 +94,12 @@ pub fn measure(
     let mut climbed = Vec::new();
     for ladder in &patchwise {
         (plan.begins)(ladder.name);
-        climbed.push(climb_patches(&mut p, plan, ladder)?);
+        climbed.push(climb_patches(&p, plan, ladder)?);
     }
     let mut tracers = Vec::new();
     let mut clock = Instant::now();
     let own = (!compares && !paths.is_empty()).then(|| (Rays::new(scene), lap(&mut clock)));
-    let (rays, ready) = own.as_ref().map_or((&p.rays, 0.0), |(rays, ready)| (rays, *ready));
+    let (rays, ready) = own.as_ref().map_or((&p.geometry.rays, 0.0), |(rays, ready)| (rays, *ready));
     for ladder in &paths {
         (plan.begins)(ladder.name);
         let (steps, tracer) = climb_paths(scene, rays, ready, plan, ladder);
@@ -112,7 +113,7 @@ pub fn measure(
         let best: Vec<Answer> = tracers.iter().map(|(t, name)| traced_answer(t, name, &mask)).collect();
         drop(tracers);
         (plan.begins)("the patch methods once more, for the verdicts");
-        let mut answers = patch_answers(&mut p, plan, &patchwise, &mask)?;
+        let mut answers = patch_answers(&p, plan, &patchwise, &mask)?;
         answers.extend(best);
         return Ok(compared(&order, climbed, answers, &mask));
     }
@@ -124,34 +125,30 @@ pub fn measure(
 }
 
 /// Climbs with patches: to tolerances, or cut anew for each step.
-fn climb_patches(p: &mut Prepared, plan: &StudyPlan, ladder: &Ladder) -> Result<Vec<LadderStep>, Diverges> {
+fn climb_patches(p: &Discretization, plan: &StudyPlan, ladder: &Ladder) -> Result<Vec<LadderStep>, StudyError> {
     let charted = plan.study == Study::Chart;
     let quiet = StudyPlan { watch: &Silent, ..*plan };
     climb(ladder, plan, |k| {
         if ladder.method == Method::Tolerance {
-            return to_tolerance(&p.scene, plan, TOLERANCES[k as usize]).map(Some);
+            return to_tolerance(&p.geometry.scene, plan, TOLERANCES[k as usize]).map(Some);
         }
         let effort = PatchEffort::step(ladder.method, k, plan.seed);
         let clock = Instant::now();
-        if charted {
-            *p = prepare(p.scene.clone(), effort.patches);
-        } else {
-            p.recut(effort.patches);
-        }
+        let p = if charted { Solver::new(&p.geometry.scene).cut(effort.patches) } else { p.cut(effort.patches) };
         // The first step of a comparison always counts, whatever its memory.
         let assembles = ladder.method != Method::ShootingRays && (charted || k > 0);
-        if assembles && check_fit(p, plan, &effort).is_err() {
+        if assembles && check_fit(&p, plan, &effort).is_err() {
             return Ok(None);
         }
         let patches = clock.elapsed().as_secs_f64();
         let plan = if charted { &quiet } else { plan };
-        let mut step = PatchWork { p, plan, effort }.step(ladder.method)?;
+        let mut step = PatchWork { p: &p, plan, effort }.step(ladder.method)?;
         step.seconds.patches = patches;
         Ok(Some(step))
     })
 }
 
-fn to_tolerance(scene: &Scene, plan: &StudyPlan, tolerance: f64) -> Result<LadderStep, Diverges> {
+fn to_tolerance(scene: &Scene, plan: &StudyPlan, tolerance: f64) -> Result<LadderStep, StudyError> {
     let found = within(scene, plan, tolerance, plan.seed)?;
     Ok(LadderStep {
         effort: format!("{} patches, {} rays in all", found.patches, found.rays),

@@ -5,6 +5,7 @@
 //!
 //! Not handled: how pictures and references are made.
 
+use crate::render::RenderError;
 use std::time::Instant;
 
 use serde::{Serialize, Serializer};
@@ -78,6 +79,15 @@ pub enum StudyError {
     /// A reference does not fit, or it is black.
     #[error(transparent)]
     Metric(#[from] MetricError),
+}
+
+impl From<RenderError> for StudyError {
+    fn from(error: RenderError) -> StudyError {
+        match error {
+            RenderError::Diverges(diverges) => diverges.into(),
+            RenderError::Memory(unfit) => unfit.into(),
+        }
+    }
 }
 
 /// A way to a picture, and what is varied on it.

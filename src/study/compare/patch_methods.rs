@@ -13,6 +13,12 @@
 //!
 //! Not handled: patches cut where they are needed ([`render_within`]); errors that do not fall with the size of patches.
 
+use crate::Solver;
+use crate::direct::Lights;
+use crate::direct::TOLERABLE;
+use crate::render::pictures;
+use crate::solve::RayShooter;
+use std::sync::Arc;
 use std::time::Instant;
 
 use crate::form_factors::Sampling;
@@ -20,12 +26,12 @@ use crate::gather::{GatherPass, GatherSampling};
 use crate::light::{Light, Rgb};
 use crate::pictures::Picture;
 use crate::rays::sobol::replica_seed;
-use crate::render::memory::{Held, Kept, check_held};
-use crate::render::prepared::fields;
-use crate::render::{
-    Assembled, Fineness, Prepared, Rendered, Seconds, Silent, Stored, Unfit, Wanted, assemble, assembled_shooter,
-    picture, prepare, ray_shooter, render, render_within,
-};
+use crate::render::Assembled;
+use crate::render::Discretization;
+use crate::render::Rendered;
+use crate::render::Seconds;
+use crate::render::Stored;
+use crate::render::Unfit;
 use crate::scene::Scene;
 use crate::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
 use crate::study::bounces::bounce_fields_and_rest;
@@ -98,39 +104,38 @@ impl PatchEffort {
     }
 
     /// In words, with the number of patches there are.
-    pub(crate) fn words(&self, p: &Prepared) -> String {
+    pub(crate) fn words(&self, patches: usize) -> String {
         let pixel = match self.pixel {
             PixelRays::Samples(samples) => format!("{samples} samples a pixel"),
             PixelRays::Camera(camera) => format!("{camera} camera rays a pixel"),
         };
-        format!("{} patches, {} rays a patch, {pixel}", p.patches.len(), self.rays)
+        format!("{patches} patches, {} rays a patch, {pixel}", self.rays)
     }
 }
 
-/// Cuts patches, and checks that K and its solutions fit in memory.
-pub(crate) fn cut_within(p: &mut Prepared, plan: &StudyPlan, effort: &PatchEffort) -> Result<(), Unfit> {
-    p.recut(effort.patches);
-    check_fit(p, plan, effort)
+/// Patches for which K and its solutions fit in memory.
+fn cut_within(p: &Discretization, plan: &StudyPlan, effort: &PatchEffort) -> Result<Discretization, Unfit> {
+    let p = p.cut(effort.patches);
+    check_fit(&p, plan, effort)?;
+    Ok(p)
 }
 
 /// Checks that K of the patches as they are, and its solutions, fit in memory.
-pub(crate) fn check_fit(p: &Prepared, plan: &StudyPlan, effort: &PatchEffort) -> Result<(), Unfit> {
-    let held = Held { casts: 1, solutions: SOLUTIONS, terms: Kept::Enough };
-    let fits = check_held(&p.cut, &[plan.transport], &effort.sampling(), held, plan.memory);
+pub(crate) fn check_fit(p: &Discretization, plan: &StudyPlan, effort: &PatchEffort) -> Result<(), Unfit> {
+    let fits = p.check_memory(&[plan.transport], &effort.sampling(), SOLUTIONS, plan.memory);
     fits.map_err(|unfit| unfit.of(Stored::Verdicts))
 }
 
 /// The picture to a tolerance, from scratch.
-pub(crate) fn within(scene: &Scene, plan: &StudyPlan, tolerance: f64, seed: u32) -> Result<Rendered, Diverges> {
-    let mut p = prepare(scene.clone(), Fineness::first(tolerance).patches);
-    let wanted = Wanted { tolerance, size: plan.size, deadline: None, memory: plan.memory, seed };
-    render_within(&mut p, plan.transport, &wanted, &Silent)
+pub(crate) fn within(scene: &Scene, plan: &StudyPlan, tolerance: f64, seed: u32) -> Result<Rendered, StudyError> {
+    let solver = Solver::new(scene).seed(seed).memory(plan.memory);
+    Ok(solver.render(plan.transport, plan.size).tolerance(tolerance)?)
 }
 
 /// Patches of a scene, and how finely a study works on them.
 #[derive(Clone, Copy)]
 pub(crate) struct PatchWork<'a> {
-    pub p: &'a Prepared,
+    pub p: &'a Discretization,
     pub plan: &'a StudyPlan<'a>,
     pub effort: PatchEffort,
 }
@@ -147,7 +152,7 @@ impl PatchWork<'_> {
             (Some(k), Method::Patches | Method::Rays | Method::Samples) => {
                 let solution = neumann(&k.operator, &Settings::default())?;
                 seconds.solve = lap(&mut clock);
-                vec![render(p, k, &solution, &self.pass(), plan.watch).total()]
+                vec![k.picture(&solution, &self.pass(), plan.watch).total()]
             }
             _ => {
                 let generations = self.generations(method, k.as_ref())?;
@@ -158,13 +163,18 @@ impl PatchWork<'_> {
         seconds.gather = lap(&mut clock);
         let picture = sum(&orders);
         orders.truncate(plan.study.orders());
-        Ok(LadderStep { effort: effort.words(p), seconds, picture, orders, ..LadderStep::default() })
+        Ok(LadderStep { effort: effort.words(p.patches.len()), seconds, picture, orders, ..LadderStep::default() })
     }
 
     /// K.
     fn matrix(&self) -> Assembled {
         let PatchWork { p, plan, effort } = self;
-        assemble(p, &[plan.transport], &effort.sampling(), plan.watch).0.remove(0)
+        p.assemble(&[plan.transport], &effort.sampling(), plan.watch).0.remove(0)
+    }
+
+    /// What lights the patches.
+    fn lights(&self) -> Arc<Lights> {
+        self.p.lights(self.p.transports(self.plan.transport), TOLERABLE)
     }
 
     fn pass(&self) -> GatherPass {
@@ -175,7 +185,7 @@ impl PatchWork<'_> {
     fn generations(&self, method: Method, k: Option<&Assembled>) -> Result<Generations, Diverges> {
         let PatchWork { p, plan, effort } = self;
         match k {
-            Some(k) if method == Method::ShootingAssembled => shot(&assembled_shooter(k), plan),
+            Some(k) if method == Method::ShootingAssembled => shot(&k.shooter(), plan),
             Some(k) if method != Method::ShootingRays => {
                 let settings = Settings { tolerance: plan.study.rest(), ..Settings::default() };
                 Ok(neumann(&k.operator, &settings)?.terms)
@@ -183,7 +193,7 @@ impl PatchWork<'_> {
             _ => {
                 let rays = effort.rays.saturating_mul(p.patches.len() as u32);
                 let settings = RaySettings { rays, seed: effort.seed, ..RaySettings::default() };
-                shot(&ray_shooter(p, plan.transport, settings), plan)
+                shot(&RayShooter::new(&self.lights(), settings), plan)
             }
         }
     }
@@ -196,18 +206,17 @@ impl PatchWork<'_> {
 
     /// Pictures of each bounce, then of all later ones together, of several solutions gathered by the same rays.
     fn by_order(&self, solutions: &[Generations]) -> Vec<Orders> {
-        let PatchWork { p, plan, .. } = self;
+        let (plan, lights) = (self.plan, self.lights());
         let each = plan.study.orders().max(1);
         let values: Vec<Vec<Rgb>> = solutions
             .iter()
             .flat_map(|generations| {
-                let mut fields = bounce_fields_and_rest(p, generations, each - 1);
-                fields.resize(each, vec![Rgb::ZERO; p.patches.len()]);
+                let mut fields = bounce_fields_and_rest(&lights, generations, each - 1);
+                fields.resize(each, vec![Rgb::ZERO; lights.patches.len()]);
                 fields
             })
             .collect();
-        let transports = p.scene.transports(plan.transport);
-        let parts = picture(p, &transports, &fields(p, &values), &self.pass(), plan.watch);
+        let parts = pictures(&lights, &values, &self.pass(), plan.watch);
         let of_one = |indirect: &[Picture]| {
             let mut orders = vec![parts.emission.clone()];
             orders.extend_from_slice(indirect);
@@ -250,26 +259,26 @@ type Orders = Vec<Picture>;
 /// # Errors
 /// [`StudyError`] where the series diverges, and where memory would not do.
 pub(crate) fn patch_answers(
-    p: &mut Prepared,
+    p: &Discretization,
     plan: &StudyPlan,
     ladders: &[Ladder],
     mask: &Picture,
 ) -> Result<Vec<Answer>, StudyError> {
-    let (effort, first) = finest(p, plan, ladders)?;
+    let (p, effort, first) = finest(p, plan, ladders)?;
     let mut fine = vec![first];
-    let replicate = |p: &Prepared, effort: PatchEffort, replica: u32, ladders: &[Ladder]| {
+    let replicate = |p: &Discretization, effort: PatchEffort, replica: u32, ladders: &[Ladder]| {
         let work = PatchWork { p, plan, effort: PatchEffort { seed: seed(plan, replica), ..effort } };
         work.solve(ladders).map(|solutions| work.by_order(&solutions))
     };
     for replica in 1..REPLICAS {
-        fine.push(replicate(p, effort, replica, ladders)?);
+        fine.push(replicate(&p, effort, replica, ladders)?);
     }
-    let words = format!("mean of {REPLICAS}: {}", effort.words(p));
+    let words = format!("mean of {REPLICAS}: {}", effort.words(p.patches.len()));
     let coarse_effort = PatchEffort { patches: effort.patches / 4, rays: 4 * effort.rays, ..effort };
-    p.recut(coarse_effort.patches);
+    let p = p.cut(coarse_effort.patches);
     let mut coarse = Vec::new();
     for replica in 0..REPLICAS {
-        coarse.push(replicate(p, coarse_effort, replica, &ladders[..1])?.remove(0));
+        coarse.push(replicate(&p, coarse_effort, replica, &ladders[..1])?.remove(0));
     }
     let of = |k: usize| fine.iter().map(|r| r[k].clone()).collect::<Vec<_>>();
     let patches = Systematic::new(&of(0), &coarse, mask);
@@ -284,33 +293,36 @@ pub(crate) fn patch_answers(
 /// The finest effort, and its first repetition: solving takes up to the plan's time for each method and all
 /// repetitions, and gathering, coarse patches included, as long for all methods together, as far as memory goes; but
 /// [`PatchEffort::least`] at least.
-fn finest(p: &mut Prepared, plan: &StudyPlan, ladders: &[Ladder]) -> Result<(PatchEffort, Vec<Orders>), StudyError> {
+fn finest(
+    p: &Discretization,
+    plan: &StudyPlan,
+    ladders: &[Ladder],
+) -> Result<(Discretization, PatchEffort, Vec<Orders>), StudyError> {
     let share = plan.seconds / f64::from(REPLICAS);
     let solving = ladders.len() as f64 * share;
     let mut effort = PatchEffort { seed: seed(plan, 0), ..PatchEffort::least(plan) };
-    cut_within(p, plan, &effort)?;
+    let mut p = cut_within(p, plan, &effort)?;
     let solutions = loop {
         let clock = Instant::now();
-        let solutions = PatchWork { p, plan, effort }.solve(ladders)?;
+        let solutions = PatchWork { p: &p, plan, effort }.solve(ladders)?;
         // Twice the patches with as many rays in all, but 64 a patch, take up to some 2.3 times as long.
         if 2.3 * clock.elapsed().as_secs_f64() >= solving || effort.patches >= 64_000 {
             break solutions;
         }
         let finer = PatchEffort { patches: 2 * effort.patches, rays: (effort.rays / 2).max(64), ..effort };
-        if cut_within(p, plan, &finer).is_err() {
-            p.recut(effort.patches);
-            break solutions;
+        match cut_within(&p, plan, &finer) {
+            Ok(cut) => (p, effort) = (cut, finer),
+            Err(_) => break solutions,
         }
-        effort = finer;
     };
     let mut camera = 2;
     loop {
         effort.pixel = PixelRays::Camera(camera);
         let clock = Instant::now();
-        let orders = PatchWork { p, plan, effort }.by_order(&solutions);
+        let orders = PatchWork { p: &p, plan, effort }.by_order(&solutions);
         // The repetitions with coarse patches are gathered too.
         if 4.0 * clock.elapsed().as_secs_f64() >= share || camera >= MOST_CAMERA {
-            return Ok((effort, orders));
+            return Ok((p, effort, orders));
         }
         camera *= 2;
     }

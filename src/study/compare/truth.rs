@@ -32,7 +32,6 @@ use crate::rays::Rays;
 use crate::rays::purpose::Purpose;
 use crate::reference::{NextEvent, TraceSettings, Tracer};
 use crate::scene::Scene;
-use crate::solve::Diverges;
 use crate::study::compare::ladder::{StudyError, StudyPlan, lap};
 use crate::study::compare::patch_methods::within;
 
@@ -214,7 +213,7 @@ fn traced(scene: &Scene, plan: &StudyPlan) -> Truth {
 }
 
 /// The patch picture, tighter and tighter until the time would be over; every pixel counts.
-fn solved(scene: &Scene, plan: &StudyPlan) -> Result<Truth, Diverges> {
+fn solved(scene: &Scene, plan: &StudyPlan) -> Result<Truth, StudyError> {
     plan.watch.begin("reference, patches", TIGHTER.len() as u64);
     let seed = Purpose::SolvedReference.seed(plan.seed);
     let mut clock = Instant::now();

@@ -12,17 +12,19 @@
 //! A grid of the square and two paths across it from mode to mode are shown, each at one exposure. Not handled: errors;
 //! the effort is given.
 
-use crate::form_factors::{FormFactors, Layers, Sampling, Variant, cast_layers};
+use crate::form_factors::Sampling;
+use crate::gather::GatherPass;
 use crate::gather::GatherSampling;
 use crate::light::{Mode, Rgb, Transport};
-use crate::operator::{Operator, PatchMaterials};
 use crate::pictures::{Exposure, Picture, Size};
 use crate::plot::{Cell, Heading, Shown};
 use crate::reading::invisible;
-use crate::render::prepared::{fields, look};
-use crate::render::prepared::{received, sight};
-use crate::render::without_luminaires;
-use crate::render::{Prepared, Watch};
+use crate::render::Assembled;
+use crate::render::Discretization;
+use crate::render::Square;
+use crate::render::SquareColumn;
+use crate::render::Watch;
+use crate::render::pictures;
 use crate::solve::{Diverges, Extrapolated, Settings, extrapolated};
 use crate::study::figures::panel::{AXES, Figure, PageSettings, Panel, exposure_for, exposure_words, no_light};
 
@@ -47,66 +49,30 @@ pub struct SquareEffort {
 }
 
 /// Solves a scene at points of the (alpha, tau) square from one cast of rays; points of one tau are gathered together.
-pub fn solve_points(p: &Prepared, points: &[Transport], effort: &SquareEffort, watch: &dyn Watch) -> Vec<Point> {
-    let layers = cast(p, &effort.sampling, watch);
+pub fn solve_points(p: &Discretization, points: &[Transport], effort: &SquareEffort, watch: &dyn Watch) -> Vec<Point> {
+    let square = Square::new(p, &effort.sampling, watch);
     let mut taus: Vec<f32> = points.iter().map(|t| t.tau).collect();
     taus.sort_by(f32::total_cmp);
     taus.dedup();
-    let of = |tau: f32| points.iter().copied().filter(move |t| t.tau == tau).collect();
-    taus.into_iter().flat_map(|tau| column(p, &layers, of(tau), effort, watch)).collect()
-}
-
-/// The crossings of all rays, materials at alpha = tau = 1 or their own.
-fn cast(p: &Prepared, sampling: &Sampling, watch: &dyn Watch) -> Layers {
-    let own = p.scene.transports(Transport { alpha: 1.0, tau: 1.0 });
-    let materials = PatchMaterials::new(&p.scene, &p.patches, &p.luminaires, &own);
-    let tau: Vec<f32> = own.iter().map(|t| t.tau).collect();
-    watch.begin("form factors", p.patches.len() as u64);
-    let tick = |done| watch.tick(done);
-    let own = Variant { tau, rows: materials.receives(), columns: materials.sends() };
-    cast_layers(&p.rays, &p.patches, &own, sampling, &tick).0
-}
-
-/// (alpha, tau) of every material at a point of the square.
-fn scaled(p: &Prepared, point: Transport) -> Vec<Transport> {
-    let own = p.scene.transports(Transport { alpha: 1.0, tau: 1.0 });
-    own.iter().map(|t| Transport { alpha: point.alpha * t.alpha, tau: point.tau * t.tau }).collect()
+    let of = |tau: f32| points.iter().filter(|t| t.tau == tau).map(|t| t.alpha).collect();
+    taus.into_iter().flat_map(|tau| solve_column(&square.column(tau), of(tau), effort, watch)).collect()
 }
 
 /// The points of one tau.
-fn column(
-    p: &Prepared,
-    layers: &Layers,
-    points: Vec<Transport>,
-    effort: &SquareEffort,
-    watch: &dyn Watch,
-) -> Vec<Point> {
-    let Some(&first) = points.first() else {
-        return Vec::new();
-    };
-    let surfaces = scaled(p, first);
-    let sight = sight(p, &surfaces);
-    let materials = |t: Transport| PatchMaterials::new(&p.scene, &p.patches, &p.luminaires, &scaled(p, t));
-    let direct = received(p, &sight, &materials(first), &effort.sampling, watch);
-    let rows = layers.form_factors(first.tau);
-    let unit = p.scene.frame.scale * p.scene.frame.scale;
-    let areas: Vec<f64> = p.patches.areas().iter().map(|a| a * unit).collect();
-    let mut fields_of = Vec::new();
+fn solve_column(column: &SquareColumn, alphas: Vec<f32>, effort: &SquareEffort, watch: &dyn Watch) -> Vec<Point> {
+    let mut values = Vec::new();
     let mut solved = Vec::new();
-    watch.begin("series", points.len() as u64);
-    for transport in points {
-        let f = FormFactors { rows: rows.clone(), row_sums: vec![None; p.patches.len()] };
-        let k = Operator::new(f, materials(transport), areas.clone(), direct.luminaires.clone())
-            .with_punctual(&direct.punctual);
-        let solution = extrapolated(&k, &Settings::default());
+    watch.begin("series", alphas.len() as u64);
+    for alpha in alphas {
+        let equation = column.at(alpha);
+        let solution = extrapolated(&equation.operator, &Settings::default());
         if let Ok(found) = &solution {
-            fields_of.push(reflected(p, &k, found));
+            values.push(reflected(&equation, found));
         }
-        solved.push(Point { transport, solution, picture: None });
+        solved.push(Point { transport: equation.transport, solution, picture: None });
         watch.tick(1);
     }
-    let view = crate::reading::View::new(&sight, effort.size);
-    let gathered = look(&view, &fields(p, &fields_of), &(&effort.gather).into(), watch);
+    let gathered = pictures(&column.lights, &values, &GatherPass::new(effort.size, &effort.gather), watch);
     let seen = gathered.emission.plus(&gathered.direct).unwrap_or_default();
     let lit = solved.iter_mut().filter(|point| point.solution.is_ok());
     for (point, indirect) in lit.zip(&gathered.indirect) {
@@ -116,11 +82,11 @@ fn column(
 }
 
 /// The invisible light that hemisphere rays read: all of L but what luminaires emit.
-fn reflected(p: &Prepared, k: &Operator, found: &Extrapolated) -> Vec<Rgb> {
-    let emission = invisible(k.emission());
-    let others = without_luminaires(p, k.emission());
+fn reflected(equation: &Assembled, found: &Extrapolated) -> Vec<Rgb> {
+    let emission = equation.operator.emission();
+    let others = equation.without_luminaires(emission);
     let light = invisible(&found.light).into_iter();
-    light.zip(emission.into_iter().zip(others)).map(|(l, (e, other))| l - (e - other)).collect()
+    light.zip(invisible(emission).into_iter().zip(others)).map(|(l, (e, other))| l - (e - other)).collect()
 }
 
 /// Points of the grid each way, and of each path.

@@ -15,6 +15,7 @@
 //! the distance from its middle over h². The mean of q over the luminaire is (w² + d²)/(12 h²), over the five lights 4
 //! (w² + d²)/(45 h²), so to first order the five are off by -2 (4/45 - 1/12) (w² + d²)/h² = -(w² + d²)/(90 h²).
 
+use crate::Solver;
 use std::time::Instant;
 
 use serde::{Serialize, Serializer};
@@ -28,9 +29,9 @@ use crate::plot::{
 use crate::rays::Rays;
 use crate::reference::opengl::{NoOpenGl, OpenGlPicture, render as draw};
 use crate::reference::{TraceSettings, Tracer};
-use crate::render::prepared::Spent;
-use crate::render::prepared::render_fixed;
-use crate::render::{Fineness, Rendered, Watch, assemble, prepare};
+use crate::render::Fineness;
+use crate::render::Rendered;
+use crate::render::Watch;
 use crate::scene::Scene;
 use crate::study::figures::panel::exposure_words;
 use crate::study::figures::two_spheres::{FiveLights, Lit, TwoSpheres};
@@ -187,13 +188,10 @@ fn point_lights(effort: &LocalEffort, watch: &dyn Watch) -> Vec<PointLights> {
 
 /// The local mode's picture, with so many camera rays a pixel.
 fn solve(scene: &Scene, effort: &LocalEffort, samples: u32, watch: &dyn Watch) -> Rendered {
-    let p = prepare(scene.clone(), FINENESS.patches);
-    let start = Instant::now();
-    let (modes, rays) = assemble(&p, &[Mode::Local.transport()], &FINENESS.sampling(effort.seed), watch);
-    let mut spent = Spent { rays, ..Spent::default() };
-    spent.seconds.form_factors = start.elapsed().as_secs_f64();
+    let solver = Solver::new(scene).seed(effort.seed).memory(f64::INFINITY);
+    let equations = solver.assemble(&[Mode::Local.transport()], FINENESS, watch).expect("no memory is asked for");
     let sampling = GatherSampling { camera: samples.div_ceil(2), luminaire: 1, hemisphere: 1, seed: effort.seed };
-    let found = render_fixed(&p, &modes[0], &GatherPass::new(effort.size, &sampling), spent, watch);
+    let found = equations.render(&GatherPass::new(effort.size, &sampling), watch).remove(0);
     found.expect("light that nothing passes on makes a series that ends")
 }
 

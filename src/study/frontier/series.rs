@@ -3,6 +3,8 @@
 //!
 //! Not handled: the whole map ([`map`](crate::study::map::map)).
 
+use crate::Solver;
+use crate::render::most_fitting;
 use std::time::Instant;
 
 use serde::Serialize;
@@ -10,10 +12,12 @@ use serde::Serialize;
 use crate::form_factors::Sampling;
 use crate::light::{Light, Transport};
 use crate::operator::{Bounds, Operator, operator_norm};
-use crate::render::memory::most_fitting;
-use crate::render::{
-    Assembled, Prepared, Silent, Stored, Unfit, Watch, assemble, assembled_shooter, prepare, ray_shooter,
-};
+use crate::render::Assembled;
+use crate::render::Discretization;
+use crate::render::Silent;
+use crate::render::Stored;
+use crate::render::Unfit;
+use crate::render::Watch;
 use crate::scene::Scene;
 use crate::solve::{
     RaySettings, Settings, Shooter, Shooting, ShootingSettings, TailBound, Verdict, direct, extrapolated, neumann,
@@ -47,7 +51,7 @@ pub struct Slice {
 
 impl Slice {
     /// Casts the rays, and finds both frontiers from the middle of their bounds.
-    pub fn new(p: &Prepared, tau: f64, sampling: &Sampling, watch: &dyn Watch) -> Slice {
+    pub fn new(p: &Discretization, tau: f64, sampling: &Sampling, watch: &dyn Watch) -> Slice {
         let survey = Survey::new(p, sampling, watch);
         let radius = survey.spectrum(tau, &survey.start()).worst();
         let squares = survey.moment(tau, 2.0, &survey.start()).worst();
@@ -158,13 +162,11 @@ pub fn runs(
     settings: &Settings,
 ) -> Vec<SeriesRun> {
     let run = |&(share, alpha): &(f64, f64)| {
-        let prepared = prepare(at(scene, alpha, approach.tau), patches);
-        let (mut modes, _) = assemble(&prepared, &[Transport::default()], sampling, &Silent);
-        let mode = modes.remove(0);
+        let p = Solver::new(&at(scene, alpha, approach.tau)).cut(patches);
+        let mode = p.assemble(&[Transport::default()], sampling, &Silent).0.remove(0);
         let mut run = follow(&mode, share, alpha, settings);
         let rays = RaySettings { rays: SHOOTING_RAYS, seed: sampling.seed, ..RaySettings::default() };
-        let shooter = ray_shooter(&prepared, Transport::default(), rays);
-        (run.shots, run.shot) = shoot(&shooter, prepared.patches.len());
+        (run.shots, run.shot) = shoot(&mode.ray_shooter(rays), mode.patches().len());
         run.last_shot = run.shots.last().copied().unwrap_or(run.last_shot);
         run
     };
@@ -232,7 +234,7 @@ fn time(mode: &Assembled, settings: &Settings) -> Timing {
 /// Shoots over K until a thousandth is unshot; none where that takes too many shots.
 fn empty(mode: &Assembled) -> Option<()> {
     let settings = ShootingSettings { generations: 2, shots_per_patch: SHOTS_A_PATCH, ..ShootingSettings::default() };
-    Shooting::new(&assembled_shooter(mode), settings).ok()?.run(|_| ()).ok().map(drop)
+    Shooting::new(&mode.shooter(), settings).ok()?.run(|_| ()).ok().map(drop)
 }
 
 /// Seconds that something took, if it came to an end.
@@ -285,7 +287,7 @@ pub struct Formal {
 ///
 /// # Errors
 /// [`Unfit`] where three matrices of both halves' size do not.
-pub fn check_dense(p: &Prepared, limit: f64) -> Result<(), Unfit> {
+pub fn check_dense(p: &Discretization, limit: f64) -> Result<(), Unfit> {
     // (2 n)² numbers of 8 bytes: I, K, and their difference.
     let bytes = |n: f64| 3.0 * 8.0 * (2.0 * n).powi(2);
     let patches = p.patches.len();

@@ -28,8 +28,8 @@ use crate::light::{Rgb, Transport};
 use crate::operator::{Effort, Spectrum, spectrum_of};
 use crate::patches::Patches;
 use crate::rays::Rays;
-use crate::render::memory::{most_fitting, pilots};
-use crate::render::{Prepared, Stored, Unfit, Watch};
+use crate::render::{Discretization, Stored, Unfit, Watch};
+use crate::render::{most_fitting, pilots};
 use crate::scene::Scene;
 
 /// How exactly radii are found. They are those at alpha = 1: on which side of 1 they lie is no question.
@@ -58,10 +58,10 @@ pub struct Survey {
 
 impl Survey {
     /// Casts the rays for materials at alpha = tau = 1, or their own.
-    pub fn new(p: &Prepared, sampling: &Sampling, watch: &dyn Watch) -> Survey {
+    pub fn new(p: &Discretization, sampling: &Sampling, watch: &dyn Watch) -> Survey {
         let corner = Transport { alpha: 1.0, tau: 1.0 };
-        let transports = p.scene.transports(corner);
-        let subject = Subject { scene: &p.scene, rays: &p.rays, patches: &p.patches };
+        let transports = p.geometry.scene.transports(corner);
+        let subject = Subject { scene: &p.geometry.scene, rays: &p.geometry.rays, patches: &p.patches };
         Survey::of(&subject, &transports, sampling, watch)
     }
 
@@ -168,7 +168,7 @@ const PATCH: f64 = 200.0;
 ///
 /// # Errors
 /// [`Unfit`], with the number of patches that would.
-pub fn check_crossings(p: &Prepared, sampling: &Sampling, steps: usize, limit: f64) -> Result<(), Unfit> {
+pub fn check_crossings(p: &Discretization, sampling: &Sampling, steps: usize, limit: f64) -> Result<(), Unfit> {
     if limit.is_infinite() {
         return Ok(());
     }
@@ -188,7 +188,7 @@ pub fn check_crossings(p: &Prepared, sampling: &Sampling, steps: usize, limit: f
 }
 
 /// Mean crossings and columns of a few patches at alpha = tau = 1.
-fn pilot(p: &Prepared, sampling: &Sampling) -> (f64, f64) {
+fn pilot(p: &Discretization, sampling: &Sampling) -> (f64, f64) {
     let n = p.patches.len();
     let mut receives = vec![false; n];
     let chosen = pilots(n, sampling);
@@ -196,10 +196,10 @@ fn pilot(p: &Prepared, sampling: &Sampling) -> (f64, f64) {
         receives[i] = true;
     }
     let corner = Transport { alpha: 1.0, tau: 1.0 };
-    let transports = p.scene.transports(corner);
+    let transports = p.geometry.scene.transports(corner);
     let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
     let own = Variant { tau, rows: receives, columns: vec![true; n] };
-    let (layers, _) = cast_layers(&p.rays, &p.patches, &own, sampling, &|_| ());
+    let (layers, _) = cast_layers(&p.geometry.rays, &p.patches, &own, sampling, &|_| ());
     let mean = |count: usize| count as f64 / chosen.len().max(1) as f64;
     (mean(layers.crossings()), mean(layers.columns()))
 }
