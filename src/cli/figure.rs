@@ -10,17 +10,15 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use crate::cli::arguments::{Common, Completion, Effort, Precision, Within, pixel, size, stops};
+use crate::cli::arguments::{Common, Completion, Effort, Precision, pixel, size, stops};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::Files;
-use crate::cli::warnings::warn_of_error;
+use crate::cli::render::Rendering;
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Mode;
 use crate::pictures::{Size, make_directory};
-use crate::render::solved::Spent;
-use crate::render::solver::render_fixed;
-use crate::render::{Fineness, Prepared, Wanted, assemble, prepare, render_within};
+use crate::render::{Fineness, Prepared, assemble, prepare};
 use crate::scene::Scene;
 use crate::solve::{Settings, neumann};
 use crate::study::figures::{
@@ -215,34 +213,19 @@ impl Work<'_> {
 
     /// The four modes: to a tolerance, or with given effort.
     fn four_modes(&self, scene: Scene) -> Result<Figure, CliError> {
-        let (name, modes) = (scene.name.clone(), Mode::ALL.map(Mode::transport));
-        let (effort, seed) = (&self.own.effort, self.common.seed);
+        let (name, effort, console) = (scene.name.clone(), &self.own.effort, self.console);
+        let judged = matches!(effort.precision(), Precision::Within(_));
+        let start = Instant::now();
+        let rendering = Rendering { effort, size: self.size, seed: self.common.seed, time: None, start, console };
         let mut solved = Vec::new();
-        match effort.precision() {
-            Precision::Within(tolerance) => {
-                let Within { prepared: mut p, memory } = effort.limit.prepare_within(scene, &modes, tolerance)?;
-                let wanted = Wanted { tolerance, size: self.size, deadline: None, memory, seed };
-                for mode in Mode::ALL {
-                    let picture = render_within(&mut p, mode.transport(), &wanted, self.console);
-                    if let Ok(found) = &picture {
-                        warn_of_error(self.console, mode.transport(), found, tolerance);
-                    }
-                    solved.push(SolvedMode { mode, picture, judged: true });
-                }
-            }
-            Precision::Fixed(fineness, samples) => {
-                let p = effort.prepare(scene, &modes, fineness, seed)?;
-                let (assembled, _) = assemble(&p, &modes, &fineness.sampling(seed), self.console);
-                let pass = GatherPass::new(self.size, &GatherSampling::with_samples(samples, seed));
-                for (mode, k) in Mode::ALL.into_iter().zip(&assembled) {
-                    let picture = render_fixed(&p, k, &pass, Spent::default(), self.console);
-                    solved.push(SolvedMode { mode, picture, judged: false });
-                }
-            }
-        }
+        rendering.each_mode(scene, &Mode::ALL.map(Mode::transport), |_, transport, picture| {
+            let mode = transport.mode().expect("these are the four modes");
+            solved.push(SolvedMode { mode, picture, judged });
+            Ok(())
+        })?;
         for s in &solved {
             if let Err(e) = &s.picture {
-                self.console.warn(format!("{}: no picture, {e}", s.mode));
+                console.warn(format!("{}: no picture, {e}", s.mode));
             }
         }
         Ok(four_modes(&self.settings(&name), &solved))

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::Args;
 
-use crate::cli::arguments::{Common, Precision, Problem, Within, pixel, size};
+use crate::cli::arguments::{Common, Effort, Precision, Problem, Within, pixel, size};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::{Outcome, Places, RenderReport, finish};
@@ -17,7 +17,7 @@ use crate::operator::Bounds;
 use crate::pictures::{Size, check_extension, write_picture, write_with_error};
 use crate::render::solved::Spent;
 use crate::render::solver::render_fixed;
-use crate::render::{Fineness, Prepared, Rendered, Seconds, Wanted, assemble, render_within};
+use crate::render::{Prepared, Rendered, Seconds, Wanted, assemble, render_within};
 use crate::scene::Scene;
 use crate::solve::Diverges;
 
@@ -62,88 +62,92 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
         several: transports.len() > 1,
     };
     places.check(&transports)?;
-    let run = Run { own, common, console, places: &places, load: start.elapsed().as_secs_f64(), start };
-    let outcomes = match effort.precision() {
-        Precision::Within(tolerance) => run.within(scene, &transports, tolerance)?,
-        Precision::Fixed(fineness, samples) => run.fixed(scene, &transports, fineness, samples)?,
-    };
+    let load = start.elapsed().as_secs_f64();
+    let run = Run { own, console, places: &places, load };
+    let mut outcomes = Vec::new();
+    let rendering = Rendering { effort, size: own.size, seed: common.seed, time: own.problem.time, start, console };
+    let prepared = rendering.each_mode(scene, &transports, |prepared, transport, found| {
+        outcomes.push(run.outcome(prepared, transport, found)?);
+        Ok(())
+    })?;
+    let (scene, rays) = (&prepared.scene, &prepared.rays);
+    let pictured = Pictured { scene, rays, size: own.size, transports: &transports };
+    warn_of_backs(console, &pictured, outcomes.iter().map(|o| o.backs));
     let heading = format!("{}: L = E + K L, the visible half", places.stem);
     finish(outcomes, &places, heading, subject.exposure(), console)
 }
 
-type Rendering = Outcome<RenderReport, Diverges>;
+/// How the pictures of several modes are made.
+pub(crate) struct Rendering<'a> {
+    pub effort: &'a Effort,
+    pub size: Size,
+    pub seed: u32,
+    /// Seconds for each mode, where a tolerance is aimed at.
+    pub time: Option<f64>,
+    /// When the first mode began.
+    pub start: Instant,
+    pub console: &'a Console,
+}
+
+impl Rendering<'_> {
+    /// Renders every mode and passes it on to `take`: to a tolerance, each with the patches that it needs; or with the
+    /// effort given, from one set of patches and one cast of rays for all.
+    pub(crate) fn each_mode(
+        &self,
+        scene: Scene,
+        transports: &[Transport],
+        mut take: impl FnMut(&Prepared, Transport, Result<Rendered, Diverges>) -> Result<(), CliError>,
+    ) -> Result<Prepared, CliError> {
+        let Rendering { effort, size, seed, time, mut start, console } = *self;
+        match effort.precision() {
+            Precision::Within(tolerance) => {
+                let Within { mut prepared, memory } = effort.limit.prepare_within(scene, transports, tolerance)?;
+                for &transport in transports {
+                    let deadline = time.and_then(|seconds| deadline_after(start, seconds));
+                    let wanted = Wanted { tolerance, size, deadline, memory, seed };
+                    let found = render_within(&mut prepared, transport, &wanted, console);
+                    if let Ok(found) = &found {
+                        warn_of_error(console, transport, found, tolerance);
+                    }
+                    take(&prepared, transport, found)?;
+                    start = Instant::now();
+                }
+                Ok(prepared)
+            }
+            Precision::Fixed(fineness, samples) => {
+                let prepared = effort.prepare(scene, transports, fineness, seed)?;
+                let clock = Instant::now();
+                let (modes, rays) = assemble(&prepared, transports, &fineness.sampling(seed), console);
+                let seconds = Seconds { form_factors: clock.elapsed().as_secs_f64(), ..Seconds::default() };
+                let spent = Spent { seconds, rays };
+                let pass = GatherPass::new(size, &GatherSampling::with_samples(samples, seed));
+                for mode in &modes {
+                    let found = render_fixed(&prepared, mode, &pass, spent.clone(), console);
+                    take(&prepared, mode.transport, found)?;
+                }
+                Ok(prepared)
+            }
+        }
+    }
+}
 
 /// What all modes of one run share.
 struct Run<'a> {
     own: &'a Render,
-    common: &'a Common,
     console: &'a Console,
     places: &'a Places<'a>,
     /// Seconds that loading took.
     load: f64,
-    /// When the command began.
-    start: Instant,
 }
 
 impl Run<'_> {
-    /// Every mode to a tolerance, each with the patches that it needs.
-    fn within(&self, scene: Scene, transports: &[Transport], tolerance: f64) -> Result<Vec<Rendering>, CliError> {
-        let (size, seed) = (self.own.size, self.common.seed);
-        let Problem { effort, time, .. } = &self.own.problem;
-        let Within { mut prepared, memory } = effort.limit.prepare_within(scene, transports, tolerance)?;
-        let mut start = self.start;
-        let mut outcomes = Vec::new();
-        for &transport in transports {
-            let deadline = time.and_then(|seconds| deadline_after(start, seconds));
-            let wanted = Wanted { tolerance, size, deadline, memory, seed };
-            let found = render_within(&mut prepared, transport, &wanted, self.console);
-            if let Ok(found) = &found {
-                warn_of_error(self.console, transport, found, tolerance);
-            }
-            outcomes.push(self.outcome(&prepared, transport, Some(tolerance), found)?);
-            start = Instant::now();
-        }
-        self.warn_of_backs(&prepared, transports, &outcomes);
-        Ok(outcomes)
-    }
-
-    /// Every mode with the effort given: one set of patches and one cast of rays for all.
-    fn fixed(
-        &self,
-        scene: Scene,
-        transports: &[Transport],
-        fineness: Fineness,
-        samples: u32,
-    ) -> Result<Vec<Rendering>, CliError> {
-        let seed = self.common.seed;
-        let prepared = self.own.problem.effort.prepare(scene, transports, fineness, seed)?;
-        let clock = Instant::now();
-        let (modes, rays) = assemble(&prepared, transports, &fineness.sampling(seed), self.console);
-        let seconds = Seconds { form_factors: clock.elapsed().as_secs_f64(), ..Seconds::default() };
-        let pass = GatherPass::new(self.own.size, &GatherSampling::with_samples(samples, seed));
-        let spent = Spent { seconds, rays };
-        let mut outcomes = Vec::new();
-        for mode in &modes {
-            let found = render_fixed(&prepared, mode, &pass, spent.clone(), self.console);
-            outcomes.push(self.outcome(&prepared, mode.transport, None, found)?);
-        }
-        self.warn_of_backs(&prepared, transports, &outcomes);
-        Ok(outcomes)
-    }
-
-    fn warn_of_backs(&self, p: &Prepared, transports: &[Transport], outcomes: &[Rendering]) {
-        let pictured = Pictured { scene: &p.scene, rays: &p.rays, size: self.own.size, transports };
-        warn_of_backs(self.console, &pictured, outcomes.iter().map(|o| o.backs));
-    }
-
     /// Writes a picture, and reports it, or why there is none.
     fn outcome(
         &self,
         prepared: &Prepared,
         transport: Transport,
-        tolerance: Option<f64>,
         found: Result<Rendered, Diverges>,
-    ) -> Result<Rendering, CliError> {
+    ) -> Result<Outcome<RenderReport, Diverges>, CliError> {
         let (radius, verdict) = found.as_ref().map_or_else(|e| (e.radius, e.verdict), |s| (s.radius, s.verdict));
         let mut report = RenderReport {
             patches: prepared.patches.len(),
@@ -152,7 +156,7 @@ impl Run<'_> {
             ..RenderReport::new(&prepared.scene, transport, self.own.size)
         };
         if let Ok(found) = &found {
-            self.describe(found, tolerance, &mut report);
+            self.describe(found, &mut report);
             report.files.push(self.write(transport, found)?);
         }
         let backs = found.as_ref().map_or(0.0, |found| found.backs);
@@ -162,13 +166,13 @@ impl Run<'_> {
     }
 
     /// What a picture cost and how good it is.
-    fn describe(&self, found: &Rendered, tolerance: Option<f64>, report: &mut RenderReport) {
+    fn describe(&self, found: &Rendered, report: &mut RenderReport) {
         report.patches = found.patches;
         report.rays = found.rays;
         report.seconds = Seconds { load: self.load, ..found.seconds };
         report.seconds.sum();
         report.closure = found.closure;
-        if let Some(tolerance) = tolerance {
+        if let Precision::Within(tolerance) = self.own.problem.effort.precision() {
             report.error = Some(found.error);
             report.why = unmet(found, tolerance);
             report.met = Some(report.why.is_none());
@@ -186,7 +190,7 @@ impl Run<'_> {
     }
 
     /// A line on one mode.
-    fn say(&self, outcome: &Rendering) {
+    fn say(&self, outcome: &Outcome<RenderReport, Diverges>) {
         let label = outcome.label(self.places.several, self.console);
         let (r, s) = (&outcome.report, &outcome.report.seconds);
         if outcome.picture.is_ok() {

@@ -59,7 +59,7 @@ pub struct StudyPlan<'a> {
     pub load: f64,
     /// Follows the progress of each step.
     pub watch: &'a dyn Watch,
-    /// Called with the name of each ladder that begins.
+    /// Called with the name of each step of a comparison that begins.
     pub begins: &'a dyn Fn(&str),
 }
 

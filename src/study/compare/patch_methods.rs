@@ -11,7 +11,7 @@
 //! the two bounds the remaining error from above in either case. It is the same for all three methods, and cancels
 //! between them.
 //!
-//! Not handled: patches cut where they are needed ([`render_within`]); errors that do not fall with the size of patches.
+//! Not handled: patches cut where they are needed; errors that do not fall with the size of patches.
 
 use std::time::Instant;
 
@@ -23,10 +23,8 @@ use crate::rays::sobol::replica_seed;
 use crate::render::look::fields;
 use crate::render::memory::{Held, Kept, check_held};
 use crate::render::{
-    Assembled, Fineness, Prepared, Rendered, Seconds, Silent, Stored, Unfit, Wanted, assemble, assembled_shooter,
-    picture, prepare, ray_shooter, render, render_within,
+    Assembled, Prepared, Seconds, Stored, Unfit, assemble, assembled_shooter, picture, ray_shooter, render,
 };
-use crate::scene::Scene;
 use crate::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
 use crate::study::bounces::bounce_fields_and_rest;
 use crate::study::compare::arithmetic::{average, combine, map, masked_mean, smoothed, standard_error, sum};
@@ -118,13 +116,6 @@ pub(crate) fn check_fit(p: &Prepared, plan: &StudyPlan, effort: &PatchEffort) ->
     let held = Held { casts: 1, solutions: SOLUTIONS, terms: Kept::Enough };
     let fits = check_held(p, &[plan.transport], &effort.sampling(), held, plan.memory);
     fits.map_err(|unfit| unfit.of(Stored::Verdicts))
-}
-
-/// The picture to a tolerance, from scratch.
-pub(crate) fn within(scene: &Scene, plan: &StudyPlan, tolerance: f64, seed: u32) -> Result<Rendered, Diverges> {
-    let mut p = prepare(scene.clone(), Fineness::first(tolerance).patches);
-    let wanted = Wanted { tolerance, size: plan.size, deadline: None, memory: plan.memory, seed };
-    render_within(&mut p, plan.transport, &wanted, &Silent)
 }
 
 /// Patches of a scene, and how finely a study works on them.
