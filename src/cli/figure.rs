@@ -5,7 +5,6 @@
 //! ([`map`](crate::cli::map)).
 
 use crate::Solver;
-use crate::cli::error::picture_or_divergence;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -22,7 +21,7 @@ use crate::cli::arguments::stops;
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::Files;
-use crate::cli::warnings::warn_of_error;
+use crate::cli::render::Rendering;
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Mode;
 use crate::pictures::{Size, make_directory};
@@ -221,33 +220,19 @@ impl Work<'_> {
 
     /// The four modes: to a tolerance, or with given effort.
     fn four_modes(&self, scene: Scene) -> Result<Figure, CliError> {
-        let (name, modes) = (scene.name.clone(), Mode::ALL.map(Mode::transport));
-        let (effort, seed) = (&self.own.effort, self.common.seed);
+        let (name, effort, console) = (scene.name.clone(), &self.own.effort, self.console);
+        let judged = matches!(effort.precision(), Precision::Within(_));
+        let start = Instant::now();
+        let rendering = Rendering { effort, size: self.size, seed: self.common.seed, time: None, start, console };
         let mut solved = Vec::new();
-        match effort.precision() {
-            Precision::Within(tolerance) => {
-                let solver = effort.limit.solver(&scene, seed);
-                solver.check_tolerance(&modes, tolerance)?;
-                for mode in Mode::ALL {
-                    let request = solver.render(mode, self.size).watch(self.console);
-                    let picture = picture_or_divergence(request.tolerance(tolerance))?;
-                    if let Ok(found) = &picture {
-                        warn_of_error(self.console, mode.transport(), found, tolerance);
-                    }
-                    solved.push(SolvedMode { mode, picture, judged: true });
-                }
-            }
-            Precision::Fixed(fineness, samples) => {
-                let equations = effort.limit.solver(&scene, seed).assemble(&modes, fineness, self.console)?;
-                let pass = GatherPass::new(self.size, &GatherSampling::with_samples(samples, seed));
-                for (mode, picture) in Mode::ALL.into_iter().zip(equations.render(&pass, self.console)) {
-                    solved.push(SolvedMode { mode, picture, judged: false });
-                }
-            }
-        }
+        rendering.each_mode(&scene, &Mode::ALL.map(Mode::transport), |_, transport, picture| {
+            let mode = transport.mode().expect("these are the four modes");
+            solved.push(SolvedMode { mode, picture, judged });
+            Ok(())
+        })?;
         for s in &solved {
             if let Err(e) = &s.picture {
-                self.console.warn(format!("{}: no picture, {e}", s.mode));
+                console.warn(format!("{}: no picture, {e}", s.mode));
             }
         }
         Ok(four_modes(&self.settings(&name), &solved))

@@ -1,5 +1,6 @@
 //! `halflight render`: the picture of each mode, and a contact sheet of several.
 
+use crate::Solver;
 use crate::cli::error::picture_or_divergence;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -7,6 +8,7 @@ use std::time::Instant;
 use clap::Args;
 
 use crate::cli::arguments::Common;
+use crate::cli::arguments::Effort;
 use crate::cli::arguments::Precision;
 use crate::cli::arguments::Problem;
 use crate::cli::arguments::pixel;
@@ -19,10 +21,8 @@ use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
 use crate::operator::Bounds;
 use crate::pictures::{Size, check_extension, write_picture, write_with_error};
-use crate::render::Fineness;
 use crate::render::Rendered;
 use crate::render::Seconds;
-use crate::render::Solver;
 use crate::scene::Scene;
 use crate::solve::Diverges;
 
@@ -67,88 +67,92 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
         several: transports.len() > 1,
     };
     places.check(&transports)?;
-    let run = Run { own, common, console, places: &places, load: start.elapsed().as_secs_f64(), start };
-    let outcomes = match effort.precision() {
-        Precision::Within(tolerance) => run.within(scene, &transports, tolerance)?,
-        Precision::Fixed(fineness, samples) => run.fixed(scene, &transports, fineness, samples)?,
-    };
+    let load = start.elapsed().as_secs_f64();
+    let run = Run { own, console, places: &places, load };
+    let mut outcomes = Vec::new();
+    let rendering = Rendering { effort, size: own.size, seed: common.seed, time: own.problem.time, start, console };
+    let solver = rendering.each_mode(&scene, &transports, |solver, transport, found| {
+        outcomes.push(run.outcome(solver, transport, found)?);
+        Ok(())
+    })?;
+    let geometry = solver.geometry();
+    let (scene, rays) = (&geometry.scene, &geometry.rays);
+    let pictured = Pictured { scene, rays, size: own.size, transports: &transports };
+    warn_of_backs(console, &pictured, outcomes.iter().map(|o| o.backs));
     let heading = format!("{}: L = E + K L, the visible half", places.stem);
     finish(outcomes, &places, heading, subject.exposure(), console)
 }
 
-type Rendering = Outcome<RenderReport, Diverges>;
+/// How the pictures of several modes are made.
+pub(crate) struct Rendering<'a> {
+    pub effort: &'a Effort,
+    pub size: Size,
+    pub seed: u32,
+    /// Seconds for each mode, where a tolerance is aimed at.
+    pub time: Option<f64>,
+    /// When the first mode began.
+    pub start: Instant,
+    pub console: &'a Console,
+}
+
+impl Rendering<'_> {
+    /// Renders every mode and passes it on to `take`: to a tolerance, each with the patches that it needs; or with the
+    /// effort given, from one set of patches and one cast of rays for all.
+    pub(crate) fn each_mode(
+        &self,
+        scene: &Scene,
+        transports: &[Transport],
+        mut take: impl FnMut(&Solver, Transport, Result<Rendered, Diverges>) -> Result<(), CliError>,
+    ) -> Result<Solver, CliError> {
+        let Rendering { effort, size, seed, time, start, console } = *self;
+        let solver = effort.limit.solver(scene, seed);
+        match effort.precision() {
+            Precision::Within(tolerance) => {
+                solver.check_tolerance(transports, tolerance)?;
+                // What came before counts in the time of the first picture.
+                let mut before = start.elapsed().as_secs_f64();
+                for &transport in transports {
+                    let mut request = solver.render(transport, size).watch(console);
+                    if let Some(seconds) = time {
+                        request = request.time((seconds - before).max(0.0));
+                    }
+                    let found = picture_or_divergence(request.tolerance(tolerance))?;
+                    if let Ok(found) = &found {
+                        warn_of_error(console, transport, found, tolerance);
+                    }
+                    take(&solver, transport, found)?;
+                    before = 0.0;
+                }
+            }
+            Precision::Fixed(fineness, samples) => {
+                let equations = solver.assemble(transports, fineness, console)?;
+                let pass = GatherPass::new(size, &GatherSampling::with_samples(samples, seed));
+                for (&transport, found) in transports.iter().zip(equations.render(&pass, console)) {
+                    take(&solver, transport, found)?;
+                }
+            }
+        }
+        Ok(solver)
+    }
+}
 
 /// What all modes of one run share.
 struct Run<'a> {
     own: &'a Render,
-    common: &'a Common,
     console: &'a Console,
     places: &'a Places<'a>,
     /// Seconds that loading took.
     load: f64,
-    /// When the command began.
-    start: Instant,
 }
 
 impl Run<'_> {
-    /// Every mode to a tolerance, each with the patches that it needs.
-    fn within(&self, scene: Scene, transports: &[Transport], tolerance: f64) -> Result<Vec<Rendering>, CliError> {
-        let Problem { effort, time, .. } = &self.own.problem;
-        let solver = effort.limit.solver(&scene, self.common.seed);
-        solver.check_tolerance(transports, tolerance)?;
-        // Reading the scene counts in the time of the first picture.
-        let mut before = self.start.elapsed().as_secs_f64();
-        let mut outcomes = Vec::new();
-        for &transport in transports {
-            let mut request = solver.render(transport, self.own.size).watch(self.console);
-            if let Some(seconds) = time {
-                request = request.time((seconds - before).max(0.0));
-            }
-            let found = picture_or_divergence(request.tolerance(tolerance))?;
-            if let Ok(found) = &found {
-                warn_of_error(self.console, transport, found, tolerance);
-            }
-            outcomes.push(self.outcome(&solver, transport, Some(tolerance), found)?);
-            before = 0.0;
-        }
-        self.warn_of_backs(&solver, transports, &outcomes);
-        Ok(outcomes)
-    }
-
-    /// Every mode with the effort given: one set of patches and one cast of rays for all.
-    fn fixed(
-        &self,
-        scene: Scene,
-        transports: &[Transport],
-        fineness: Fineness,
-        samples: u32,
-    ) -> Result<Vec<Rendering>, CliError> {
-        let seed = self.common.seed;
-        let solver = self.own.problem.effort.limit.solver(&scene, seed);
-        let equations = solver.assemble(transports, fineness, self.console)?;
-        let pass = GatherPass::new(self.own.size, &GatherSampling::with_samples(samples, seed));
-        let mut outcomes = Vec::new();
-        for (&transport, found) in transports.iter().zip(equations.render(&pass, self.console)) {
-            outcomes.push(self.outcome(&solver, transport, None, found)?);
-        }
-        self.warn_of_backs(&solver, transports, &outcomes);
-        Ok(outcomes)
-    }
-
-    fn warn_of_backs(&self, solver: &Solver, transports: &[Transport], outcomes: &[Rendering]) {
-        let geometry = solver.geometry();
-        let pictured = Pictured { scene: &geometry.scene, rays: &geometry.rays, size: self.own.size, transports };
-        warn_of_backs(self.console, &pictured, outcomes.iter().map(|o| o.backs));
-    }
-
     /// Writes a picture, and reports it, or why there is none.
     fn outcome(
         &self,
         solver: &Solver,
         transport: Transport,
-        tolerance: Option<f64>,
         found: Result<Rendered, Diverges>,
-    ) -> Result<Rendering, CliError> {
+    ) -> Result<Outcome<RenderReport, Diverges>, CliError> {
         let (radius, verdict) = found.as_ref().map_or_else(|e| (e.radius, e.verdict), |s| (s.radius, s.verdict));
         let mut report = RenderReport {
             patches: solver.last_cut().patches.len(),
@@ -157,7 +161,7 @@ impl Run<'_> {
             ..RenderReport::new(&solver.geometry().scene, transport, self.own.size)
         };
         if let Ok(found) = &found {
-            self.describe(found, tolerance, &mut report);
+            self.describe(found, &mut report);
             report.files.push(self.write(transport, found)?);
         }
         let backs = found.as_ref().map_or(0.0, |found| found.backs);
@@ -167,13 +171,13 @@ impl Run<'_> {
     }
 
     /// What a picture cost and how good it is.
-    fn describe(&self, found: &Rendered, tolerance: Option<f64>, report: &mut RenderReport) {
+    fn describe(&self, found: &Rendered, report: &mut RenderReport) {
         report.patches = found.patches;
         report.rays = found.rays;
         report.seconds = Seconds { load: self.load, ..found.seconds };
         report.seconds.sum();
         report.closure = found.closure;
-        if let Some(tolerance) = tolerance {
+        if let Precision::Within(tolerance) = self.own.problem.effort.precision() {
             report.error = Some(found.error);
             report.why = unmet(found, tolerance);
             report.met = Some(report.why.is_none());
@@ -191,7 +195,7 @@ impl Run<'_> {
     }
 
     /// A line on one mode.
-    fn say(&self, outcome: &Rendering) {
+    fn say(&self, outcome: &Outcome<RenderReport, Diverges>) {
         let label = outcome.label(self.places.several, self.console);
         let (r, s) = (&outcome.report, &outcome.report.seconds);
         if outcome.picture.is_ok() {

@@ -208,10 +208,9 @@ impl Run<'_> {
     ) -> Result<Measurements, CliError> {
         let Run { common, console, scene, rays, size, seconds, memory, load } = *self;
         let label = transport.label();
-        let say = |what: &str| console.say(format!("{label}: {what} …"));
-        let begins: &dyn Fn(&str) = if study == Study::Compare { &say } else { &|_| () };
+        let begins = |what: &str| console.say(format!("{label}: {what} …"));
         let seed = common.seed;
-        let plan = StudyPlan { study, transport, size, seconds, seed, memory, load, watch: console, begins };
+        let plan = StudyPlan { study, transport, size, seconds, seed, memory, load, watch: console, begins: &begins };
         let found = measure(scene, &plan, ladders, source)?;
         check_variance(console, scene, rays, transport, seed);
         Ok(found)

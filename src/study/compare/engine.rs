@@ -10,6 +10,7 @@
 //! Not handled: series that diverge.
 
 use crate::Solver;
+use crate::render::Discretization;
 use std::ops::RangeInclusive;
 use std::time::Instant;
 
@@ -17,16 +18,16 @@ use serde::{Serialize, Serializer};
 
 use crate::pictures::Picture;
 use crate::rays::Rays;
-use crate::render::Discretization;
 use crate::render::Silent;
 use crate::scene::Scene;
 use crate::study::compare::arithmetic::combine;
 use crate::study::compare::ladder::{
     Ladder, LadderPoint, LadderStep, Method, Study, StudyError, StudyPlan, climb, lap, measured, slope,
 };
-use crate::study::compare::patch_methods::{PatchEffort, PatchWork, check_fit, patch_answers, within};
+use crate::study::compare::patch_methods::{PatchEffort, PatchWork, check_fit, patch_answers};
+use crate::study::compare::references::{Source, brought, made, within};
 use crate::study::compare::tracers::{climb_paths, traced_answer};
-use crate::study::compare::truth::{Source, Truth, brought, made, or_everywhere};
+use crate::study::compare::truth::{Truth, or_everywhere};
 use crate::study::compare::verdict::{Answer, Pair, judge};
 
 /// The requested errors of the ladder of tolerances.
@@ -69,7 +70,7 @@ pub struct Measurements {
     pub pairs: Vec<Pair>,
 }
 
-/// Climbs these ladders of one mode.
+/// Climbs these ladders of one mode, patch methods before path tracers.
 ///
 /// # Errors
 /// A series that diverges (found before any path is traced), a reference that cannot be read, written or used, K that
@@ -80,48 +81,74 @@ pub fn measure(
     ladders: &[Ladder],
     source: &Source,
 ) -> Result<Measurements, StudyError> {
-    let known = match source {
-        Source::Files { picture, error } => Some(brought(scene, plan, picture, error.as_deref())?),
-        Source::Store(_) | Source::Answers => None,
-    };
-    let compares = plan.study == Study::Compare;
-    let first = if compares { PatchEffort::least(plan) } else { PatchEffort::step(Method::Patches, 0, plan.seed) };
-    let p = Solver::new(scene).cut(first.patches);
-    if compares {
-        check_fit(&p, plan, &first)?;
-    }
     let (patchwise, paths): (Vec<Ladder>, Vec<Ladder>) = ladders.iter().partition(|l| l.method.is_patchwise());
+    match source {
+        Source::Answers => compare(scene, plan, &patchwise, &paths),
+        Source::Files { picture, error } => {
+            let truth = brought(scene, plan, picture, error.as_deref())?;
+            chart(scene, plan, &patchwise, &paths, || Ok(vec![truth.clone(), truth]))
+        }
+        Source::Store(folder) => {
+            chart(scene, plan, &patchwise, &paths, || made(scene, plan, folder, !paths.is_empty()))
+        }
+    }
+}
+
+/// Climbs on one set of rays, and judges every pair of answers.
+fn compare(
+    scene: &Scene,
+    plan: &StudyPlan,
+    patchwise: &[Ladder],
+    paths: &[Ladder],
+) -> Result<Measurements, StudyError> {
+    let least = PatchEffort::least(plan);
+    let p = Solver::new(scene).cut(least.patches);
+    check_fit(&p, plan, &least)?;
     let mut climbed = Vec::new();
-    for ladder in &patchwise {
+    for ladder in patchwise {
         (plan.begins)(ladder.name);
         climbed.push(climb_patches(&p, plan, ladder)?);
     }
     let mut tracers = Vec::new();
-    let mut clock = Instant::now();
-    let own = (!compares && !paths.is_empty()).then(|| (Rays::new(scene), lap(&mut clock)));
-    let (rays, ready) = own.as_ref().map_or((&p.geometry.rays, 0.0), |(rays, ready)| (rays, *ready));
-    for ladder in &paths {
+    for ladder in paths {
         (plan.begins)(ladder.name);
-        let (steps, tracer) = climb_paths(scene, rays, ready, plan, ladder);
+        let (steps, tracer) = climb_paths(scene, &p.geometry.rays, 0.0, plan, ladder);
         climbed.push(steps);
         tracers.push((tracer, ladder.name));
     }
-    let order: Vec<Ladder> = patchwise.iter().chain(&paths).copied().collect();
-    if compares {
-        let mask = tracers.iter().map(|(t, _)| t.mask()).reduce(|a, b| combine(&a, &b, |a, b| a * b));
-        let mask = or_everywhere(mask.unwrap_or_default());
-        let best: Vec<Answer> = tracers.iter().map(|(t, name)| traced_answer(t, name, &mask)).collect();
-        drop(tracers);
-        (plan.begins)("the patch methods once more, for the verdicts");
-        let mut answers = patch_answers(&p, plan, &patchwise, &mask)?;
-        answers.extend(best);
-        return Ok(compared(&order, climbed, answers, &mask));
+    let mask = tracers.iter().map(|(t, _)| t.mask()).reduce(|a, b| combine(&a, &b, |a, b| a * b));
+    let mask = or_everywhere(mask.unwrap_or_default());
+    let best: Vec<Answer> = tracers.iter().map(|(t, name)| traced_answer(t, name, &mask)).collect();
+    drop(tracers);
+    (plan.begins)("the patch methods once more, for the verdicts");
+    let mut answers = patch_answers(&p, plan, patchwise, &mask)?;
+    answers.extend(best);
+    let ladders: Vec<&Ladder> = patchwise.iter().chain(paths).collect();
+    Ok(compared(&ladders, climbed, answers, &mask))
+}
+
+/// Climbs from scratch at each step, and takes errors against references of far more effort.
+fn chart(
+    scene: &Scene,
+    plan: &StudyPlan,
+    patchwise: &[Ladder],
+    paths: &[Ladder],
+    references: impl FnOnce() -> Result<Vec<Truth>, StudyError>,
+) -> Result<Measurements, StudyError> {
+    let begin = |ladder: &Ladder| plan.watch.begin(ladder.name, ladder.steps.into());
+    let p = Solver::new(scene).cut(PatchEffort::step(Method::Patches, 0, plan.seed).patches);
+    let mut climbed = Vec::new();
+    for ladder in patchwise {
+        begin(ladder);
+        climbed.push((ladder, climb_patches(&p, plan, ladder)?));
     }
-    let truths = match (known, source) {
-        (None, Source::Store(folder)) => made(scene, plan, folder, !paths.is_empty())?,
-        (known, _) => known.into_iter().flat_map(|truth| [truth.clone(), truth]).collect(),
-    };
-    charted(&order, climbed, truths)
+    for ladder in paths {
+        begin(ladder);
+        let mut clock = Instant::now();
+        let rays = Rays::new(scene);
+        climbed.push((ladder, climb_paths(scene, &rays, lap(&mut clock), plan, ladder).0));
+    }
+    charted(climbed, references()?)
 }
 
 /// Climbs with patches: to tolerances, or cut anew for each step.
@@ -161,9 +188,9 @@ fn to_tolerance(scene: &Scene, plan: &StudyPlan, tolerance: f64) -> Result<Ladde
 }
 
 /// Every ladder's errors against the reference for its kind, and the front of all of them.
-fn charted(ladders: &[Ladder], climbed: Vec<Vec<LadderStep>>, truths: Vec<Truth>) -> Result<Measurements, StudyError> {
+fn charted(climbed: Vec<(&Ladder, Vec<LadderStep>)>, truths: Vec<Truth>) -> Result<Measurements, StudyError> {
     let mut found = Measurements { truths, ..Measurements::default() };
-    for (ladder, steps) in ladders.iter().zip(climbed) {
+    for (ladder, steps) in climbed {
         let judge = usize::from(!ladder.method.is_patchwise());
         let truth = &found.truths[judge..=judge];
         let points: Result<Vec<_>, _> = steps.into_iter().map(|step| measured(ladder, step, truth)).collect();
@@ -178,13 +205,13 @@ fn charted(ladders: &[Ladder], climbed: Vec<Vec<LadderStep>>, truths: Vec<Truth>
 }
 
 /// Every ladder's errors against the answer of the other kind, and every pair's verdict.
-fn compared(ladders: &[Ladder], climbed: Vec<Vec<LadderStep>>, answers: Vec<Answer>, mask: &Picture) -> Measurements {
+fn compared(ladders: &[&Ladder], climbed: Vec<Vec<LadderStep>>, answers: Vec<Answer>, mask: &Picture) -> Measurements {
     let reference = |method| {
         let judge = ladders.iter().zip(&answers).find(|(ladder, _)| ladder.method == method);
         judge.map_or((Vec::new(), String::new()), |(_, a)| (a.truths(mask), format!("{}, {}", a.name, a.effort)))
     };
     let [series, next_event] = [Method::Neumann, Method::NextEvent].map(reference);
-    let climb = |(ladder, steps): (&Ladder, Vec<LadderStep>)| {
+    let climb = |(ladder, steps): (&&Ladder, Vec<LadderStep>)| {
         let (truths, reference) = if ladder.method.is_patchwise() { &next_event } else { &series };
         let points = steps.into_iter().filter_map(|step| measured(ladder, step, truths).ok()).collect();
         Climb::new(ladder, points, reference.clone())

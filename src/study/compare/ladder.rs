@@ -12,7 +12,9 @@ use serde::{Serialize, Serializer};
 
 use crate::light::Transport;
 use crate::pictures::{ImageError, MetricError, Picture, Size};
-use crate::render::{Seconds, Unfit, Watch};
+use crate::render::Seconds;
+use crate::render::Unfit;
+use crate::render::Watch;
 use crate::solve::Diverges;
 use crate::study::compare::truth::{Reached, Truth, reached};
 use crate::study::statistics::log_slope;
@@ -60,7 +62,7 @@ pub struct StudyPlan<'a> {
     pub load: f64,
     /// Follows the progress of each step.
     pub watch: &'a dyn Watch,
-    /// Called with the name of each ladder that begins.
+    /// Called with the name of each step of a comparison that begins.
     pub begins: &'a dyn Fn(&str),
 }
 

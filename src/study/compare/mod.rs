@@ -12,6 +12,7 @@ pub(crate) mod engine;
 pub(crate) mod figures;
 pub(crate) mod ladder;
 pub(crate) mod patch_methods;
+pub(crate) mod references;
 pub(crate) mod tracers;
 pub(crate) mod truth;
 pub(crate) mod verdict;
@@ -23,5 +24,6 @@ pub use figures::{
     requested_chart, seconds_bars,
 };
 pub use ladder::{Ladder, LadderPoint, LadderStep, Method, ORDERS, Study, StudyError, StudyPlan, slope};
-pub use truth::{Made, Reached, Source, Truth, reached};
+pub use references::Source;
+pub use truth::{Made, Reached, Truth, reached};
 pub use verdict::{Answer, Difference, Mean, OrderDifference, Pair, judge};

@@ -11,9 +11,8 @@
 //! the two bounds the remaining error from above in either case. It is the same for all three methods, and cancels
 //! between them.
 //!
-//! Not handled: patches cut where they are needed ([`render_within`]); errors that do not fall with the size of patches.
+//! Not handled: patches cut where they are needed; errors that do not fall with the size of patches.
 
-use crate::Solver;
 use crate::direct::Lights;
 use crate::direct::TOLERABLE;
 use crate::render::pictures;
@@ -28,11 +27,9 @@ use crate::pictures::Picture;
 use crate::rays::sobol::replica_seed;
 use crate::render::Assembled;
 use crate::render::Discretization;
-use crate::render::Rendered;
 use crate::render::Seconds;
 use crate::render::Stored;
 use crate::render::Unfit;
-use crate::scene::Scene;
 use crate::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
 use crate::study::bounces::bounce_fields_and_rest;
 use crate::study::compare::arithmetic::{average, combine, map, masked_mean, smoothed, standard_error, sum};
@@ -124,12 +121,6 @@ fn cut_within(p: &Discretization, plan: &StudyPlan, effort: &PatchEffort) -> Res
 pub(crate) fn check_fit(p: &Discretization, plan: &StudyPlan, effort: &PatchEffort) -> Result<(), Unfit> {
     let fits = p.check_memory(&[plan.transport], &effort.sampling(), SOLUTIONS, plan.memory);
     fits.map_err(|unfit| unfit.of(Stored::Verdicts))
-}
-
-/// The picture to a tolerance, from scratch.
-pub(crate) fn within(scene: &Scene, plan: &StudyPlan, tolerance: f64, seed: u32) -> Result<Rendered, StudyError> {
-    let solver = Solver::new(scene).seed(seed).memory(plan.memory);
-    Ok(solver.render(plan.transport, plan.size).tolerance(tolerance)?)
 }
 
 /// Patches of a scene, and how finely a study works on them.
