@@ -5,26 +5,30 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use halflight::Solver;
 use halflight::direct::{Lighting, Occlusion, Sight, receive_emitted};
 use halflight::form_factors::{Sampling, Variant, cast};
 use halflight::light::Transport;
-use halflight::render::{Prepared, prepare};
+use halflight::render::Discretization;
 use halflight::scene::{LoadOptions, Scene};
 
 /// Patches, and so rows.
 const PATCHES: usize = 1000;
 
-fn cornell() -> Prepared {
+fn cornell() -> Discretization {
     let scene = Scene::builtin("cornell-box", LoadOptions::default());
     let scene = scene.expect("a built-in name").expect("a correct scene");
-    prepare(scene, PATCHES)
+    Solver::new(&scene).cut(PATCHES)
 }
 
 /// All rows and columns under these taus.
-fn variants(p: &Prepared, taus: &[f32]) -> Vec<Variant> {
+fn variants(p: &Discretization, taus: &[f32]) -> Vec<Variant> {
     let n = p.patches.len();
-    let variant =
-        |&tau: &f32| Variant { tau: vec![tau; p.scene.materials.len()], rows: vec![true; n], columns: vec![true; n] };
+    let variant = |&tau: &f32| Variant {
+        tau: vec![tau; p.geometry.scene.materials.len()],
+        rows: vec![true; n],
+        columns: vec![true; n],
+    };
     taus.iter().map(variant).collect()
 }
 
@@ -38,19 +42,19 @@ fn rows(c: &mut Criterion) {
     {
         let variants = variants(&p, taus);
         group.bench_function(name, |b| {
-            b.iter(|| cast(&p.rays, &p.patches, black_box(&variants), &sampling, &|_| ()));
+            b.iter(|| cast(&p.geometry.rays, &p.patches, black_box(&variants), &sampling, &|_| ()));
         });
     }
     let receives = vec![true; p.patches.len()];
-    let opaque = p.scene.transports(Transport { alpha: 1.0, tau: 0.0 });
-    let cut = Sight::new(&p.scene, &p.rays, &p.patches, &p.luminaires, &opaque, &receives);
+    let opaque = p.geometry.scene.transports(Transport { alpha: 1.0, tau: 0.0 });
+    let cut = Sight::new(&p.geometry.scene, &p.geometry.rays, &p.patches, &p.luminaires, &opaque, &receives);
     for (name, sight) in [
         ("emitted, shadows by rays", Occlusion::Opaque.into()),
         ("emitted, shadows cut out", cut),
         ("emitted, nothing occludes", Occlusion::Nothing.into()),
     ] {
         group.bench_function(name, |b| {
-            let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
+            let lighting = Lighting { rays: &p.geometry.rays, luminaires: &p.luminaires, sight: &sight };
             b.iter(|| receive_emitted(black_box(&lighting), &p.patches, &receives, &sampling, &|_| ()));
         });
     }

@@ -11,6 +11,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use halflight::Solver;
 use halflight::error::ImportancePaths;
 use halflight::form_factors::Sampling;
 use halflight::gather::GatherPass;
@@ -22,7 +23,11 @@ use halflight::pictures::Size;
 use halflight::reading::Fields;
 use halflight::reading::Reading;
 use halflight::reading::View;
-use halflight::render::{Assembled, Prepared, Silent, Wanted, assemble, prepare, render, render_within};
+use halflight::render::Assembled;
+use halflight::render::Discretization;
+use halflight::render::Silent;
+use halflight::render::Wanted;
+use halflight::render::render_within;
 use halflight::scene::Scene;
 use halflight::solve::{Settings, Solution, neumann};
 
@@ -36,16 +41,16 @@ const ERRORS: [f64; 2] = [0.02, 0.01];
 
 /// A scene and its solution.
 struct Solved {
-    prepared: Prepared,
+    prepared: Discretization,
     mode: Assembled,
     solution: Solution,
 }
 
 fn solve(name: &str) -> Solved {
     let scene = Scene::open(name).expect("it is built in, or with the tests");
-    let prepared = prepare(scene, PATCHES);
+    let prepared = Solver::new(&scene).cut(PATCHES);
     let transports = [Mode::Global.transport()];
-    let (mut modes, _) = assemble(&prepared, &transports, &Sampling::default(), &Silent);
+    let (mut modes, _) = prepared.assemble(&transports, &Sampling::default(), &Silent);
     let mode = modes.remove(0);
     let solution = neumann(&mode.operator, &Settings::default()).expect("it converges");
     Solved { prepared, mode, solution }
@@ -66,8 +71,8 @@ impl Solved {
     fn view(&self) -> View<'_> {
         let p = &self.prepared;
         View {
-            scene: &p.scene,
-            rays: &p.rays,
+            scene: &p.geometry.scene,
+            rays: &p.geometry.rays,
             patches: &p.patches,
             luminaires: &p.luminaires,
             sight: &self.mode.sight,
@@ -87,7 +92,7 @@ fn pass(c: &mut Criterion) {
         group.sample_size(10);
         for (how, gathering) in gatherings() {
             group.bench_function(BenchmarkId::new("picture", &how), |b| {
-                b.iter(|| black_box(render(p, mode, solution, &GatherPass::new(SIZE, gathering), &Silent)))
+                b.iter(|| black_box(mode.picture(solution, &GatherPass::new(SIZE, gathering), &Silent)))
             });
             group.bench_function(BenchmarkId::new("direct", &how), |b| {
                 b.iter(|| black_box(gather(&solved.view(), &dark, &gathering, &|_| ())))
@@ -107,7 +112,7 @@ fn patches(c: &mut Criterion) {
     let wanted = Wanted { tolerance: 0.01, size: (32, 32).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
     group.bench_function("sizes by zone", |b| {
         b.iter(|| {
-            let mut p = prepare(scene(), 1000);
+            let mut p = Solver::new(&scene()).cut(1000);
             let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
             black_box(found.expect("it converges").patches)
         })
@@ -115,8 +120,8 @@ fn patches(c: &mut Criterion) {
     let rays = Sampling { rays: 256, ..Sampling::default() };
     group.bench_function("11500 of one size", |b| {
         b.iter(|| {
-            let p = prepare(scene(), 11_500);
-            let (modes, _) = assemble(&p, &[Mode::Global.transport()], &rays, &Silent);
+            let p = Solver::new(&scene()).cut(11_500);
+            let (modes, _) = p.assemble(&[Mode::Global.transport()], &rays, &Silent);
             black_box(neumann(&modes[0].operator, &Settings::default()).is_ok())
         })
     });
@@ -130,7 +135,7 @@ fn textured(c: &mut Criterion) {
     group.sample_size(10);
     for tolerance in ERRORS {
         group.bench_function(BenchmarkId::from_parameter(tolerance), |b| {
-            let mut p = prepare(Scene::open(TEXTURED).expect("it is with the tests"), 1000);
+            let mut p = Solver::new(&Scene::open(TEXTURED).expect("it is with the tests")).cut(1000);
             let wanted = Wanted { tolerance, size: SIZE, deadline: None, memory: f64::INFINITY, seed: 0 };
             b.iter(|| {
                 let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent);

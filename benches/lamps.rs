@@ -17,7 +17,8 @@ use halflight::form_factors::Sampling;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb};
 use halflight::rays::sobol::hash;
-use halflight::render::{Prepared, Silent, assemble, prepare, render};
+use halflight::render::Discretization;
+use halflight::render::Silent;
 use halflight::scene::{Material, Scene};
 use halflight::solve::explore;
 
@@ -42,8 +43,8 @@ const ROOM: [Quad; 7] = [
 ];
 
 /// The room with `columns` × `rows` lamps, each its own object.
-fn room(columns: u32, rows: u32) -> Prepared {
-    let prepared = prepare(scene(columns, rows, &[]), 400);
+fn room(columns: u32, rows: u32) -> Discretization {
+    let prepared = Solver::new(&scene(columns, rows, &[])).cut(400);
     assert_eq!(prepared.luminaires.list.len(), (columns * rows) as usize);
     prepared
 }
@@ -113,13 +114,13 @@ fn lamps(c: &mut Criterion) {
         let mode = [Mode::OneBounce.transport()];
         let count = columns * rows;
         group.bench_function(BenchmarkId::new("links", count), |b| {
-            b.iter(|| black_box(assemble(&p, &mode, &sampling, &Silent)))
+            b.iter(|| black_box(p.assemble(&mode, &sampling, &Silent)))
         });
-        let (modes, _) = assemble(&p, &mode, &sampling, &Silent);
+        let (modes, _) = p.assemble(&mode, &sampling, &Silent);
         let solution = explore(&modes[0].operator, 1);
         let gather = GatherSampling::with_samples(16, 0);
         group.bench_function(BenchmarkId::new("picture", count), |b| {
-            b.iter(|| black_box(render(&p, &modes[0], &solution, &GatherPass::new((48, 48), &gather), &Silent)))
+            b.iter(|| black_box(modes[0].picture(&solution, &GatherPass::new((48, 48), &gather), &Silent)))
         });
     }
     group.finish();

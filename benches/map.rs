@@ -6,10 +6,11 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Mode;
-use halflight::render::{Silent, assemble, prepare};
+use halflight::render::Silent;
 use halflight::scene::Scene;
 use halflight::solve::explore;
 use halflight::study::map::map;
@@ -26,7 +27,7 @@ fn compare(c: &mut Criterion) {
     group.sample_size(10);
     group.bench_function("map 21x21", |b| {
         b.iter(|| {
-            let prepared = prepare(scene(), PATCHES);
+            let prepared = Solver::new(&scene()).cut(PATCHES);
             black_box(map(&prepared, 21, &Sampling::default(), &Silent))
         })
     });
@@ -35,9 +36,9 @@ fn compare(c: &mut Criterion) {
 }
 
 fn bounces() {
-    let prepared = prepare(scene(), PATCHES);
+    let prepared = Solver::new(&scene()).cut(PATCHES);
     let transports = Mode::ALL.map(Mode::transport);
-    let (modes, _) = assemble(&prepared, &transports, &Sampling::default(), &Silent);
+    let (modes, _) = prepared.assemble(&transports, &Sampling::default(), &Silent);
     let sampling = GatherSampling::with_samples(128, 0);
     for mode in &modes {
         let solution = explore(&mode.operator, 8);

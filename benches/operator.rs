@@ -5,10 +5,11 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::light::{Light, Mode, Rgb};
 use halflight::operator::{LinearOperator, Operator, spectrum};
-use halflight::render::{Watch, assemble, prepare};
+use halflight::render::Watch;
 use halflight::scene::{LoadOptions, Scene};
 
 struct Silent;
@@ -21,10 +22,10 @@ impl Watch for Silent {
 fn operator(patches: usize) -> Operator {
     let scene = Scene::builtin("cornell-box", LoadOptions::default());
     let scene = scene.expect("a built-in name").expect("a correct scene");
-    let p = prepare(scene, patches);
+    let p = Solver::new(&scene).cut(patches);
     let sampling = Sampling { rays: 256, ..Sampling::default() };
     let modes = [Mode::Global.transport()];
-    let (mut found, _) = assemble(&p, &modes, &sampling, &Silent);
+    let (mut found, _) = p.assemble(&modes, &sampling, &Silent);
     found.remove(0).operator
 }
 

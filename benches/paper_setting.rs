@@ -12,13 +12,14 @@
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
+use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Mode;
 use halflight::pictures::{Picture, Size, mean_e_pixel};
 use halflight::rays::Rays;
 use halflight::reference::{NextEvent, TraceSettings, Tracer};
-use halflight::render::{Silent, assemble, prepare, render};
+use halflight::render::Silent;
 use halflight::scene::Scene;
 use halflight::solve::{Settings, neumann};
 
@@ -54,11 +55,11 @@ fn study(name: &str, scene: &Scene) {
 
 /// The picture by Lambert's closed form, many camera rays a pixel.
 fn closed_form(scene: &Scene) -> Picture {
-    let p = prepare(scene.clone(), 500);
-    let (modes, _) = assemble(&p, &[Mode::Local.transport()], &Sampling::default(), &Silent);
+    let p = Solver::new(&scene.clone()).cut(500);
+    let (modes, _) = p.assemble(&[Mode::Local.transport()], &Sampling::default(), &Silent);
     let solution = neumann(&modes[0].operator, &Settings::default()).expect("it ends");
     let sampling = GatherSampling { camera: 1024, luminaire: 1, hemisphere: 1, seed: 0 };
-    render(&p, &modes[0], &solution, &GatherPass::new(SIZE, &sampling), &Silent).total()
+    modes[0].picture(&solution, &GatherPass::new(SIZE, &sampling), &Silent).total()
 }
 
 /// e_pixel after each of the ascending numbers of samples.

@@ -8,8 +8,8 @@ mod common;
 use std::hint::black_box;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
+use halflight::Solver;
 use halflight::rays::Rays;
-use halflight::render::prepare;
 
 use common::{scene_of, tessellated};
 
@@ -30,7 +30,7 @@ fn ready(c: &mut Criterion) {
         });
         group.bench_function(BenchmarkId::new("prepare", faces), |b| {
             let own = || scene_of(&tessellated(n));
-            b.iter_batched(own, |scene| prepare(scene, PATCHES), BatchSize::PerIteration);
+            b.iter_batched(own, |scene| Solver::new(&scene).cut(PATCHES), BatchSize::PerIteration);
         });
     }
     group.finish();

@@ -3,9 +3,10 @@
 //! One iteration shoots from the start to 1 % unshot. Ratios count, not the absolute numbers.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::light::Mode;
-use halflight::render::{Watch, assemble, assembled_shooter, prepare, ray_shooter};
+use halflight::render::Watch;
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::Shooting;
 use halflight::solve::{RaySettings, Shooter, ShootingSettings};
@@ -27,10 +28,10 @@ fn shoot(shooter: &dyn Shooter, batch: usize) -> u64 {
 fn shots(c: &mut Criterion) {
     let scene = Scene::builtin("cornell-box", LoadOptions::default());
     let scene = scene.expect("a built-in name").expect("a correct scene");
-    let p = prepare(scene, 2000);
+    let p = Solver::new(&scene).cut(2000);
     let mode = Mode::Global.transport();
-    let (modes, _) = assemble(&p, &[mode], &Sampling::default(), &Quiet);
-    let assembled = assembled_shooter(&modes[0]);
+    let (modes, _) = p.assemble(&[mode], &Sampling::default(), &Quiet);
+    let assembled = modes[0].shooter();
     let cast = ray_shooter(&p, mode, RaySettings::default());
     let forms: [(&str, &dyn Shooter); 2] = [("assembled", &assembled), ("rays", &cast)];
     for (name, shooter) in forms {

@@ -12,7 +12,7 @@ use crate::source::imports::{circle, imports};
 use crate::source::{Source, code, is_word, sources, words};
 
 /// The outer crates that belong to some modules only, by the name they have in code.
-const HOMES: [(&str, &[&str]); 16] = [
+const HOMES: [(&str, &[&str]); 17] = [
     ("tobj", &["scene"]),
     ("gltf_json", &["scene"]),
     ("data_url", &["scene"]),

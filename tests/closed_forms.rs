@@ -3,6 +3,8 @@
 //! The sources of the numbers stand in `tests/data`. Not tested here: gaps and slivers so extreme that quadrature over
 //! the receiving polygon would need a rule of its own.
 
+use crate::common::lights_behind;
+use halflight::Solver;
 use std::f64::consts::PI;
 
 use crate::common::{builtin, mean_and_error};
@@ -10,11 +12,9 @@ use glam::{DVec3, Vec2};
 use halflight::direct::Between;
 use halflight::direct::DirectSum;
 use halflight::direct::Lamp;
-use halflight::direct::Luminaires;
 use halflight::direct::Occlusion;
 use halflight::direct::Scratch;
 use halflight::form_factors::point_to_polygon;
-use halflight::rays::Rays;
 use halflight::rays::sobol::Sobol;
 use halflight::surfaces::SurfacePoint;
 use serde_json::Value;
@@ -25,8 +25,8 @@ const LAMP: [(f64, f64); 4] = [(213.0, 227.0), (343.0, 227.0), (343.0, 332.0), (
 #[test]
 fn direct_irradiance_of_the_cornell_box() {
     let scene = builtin("cornell-box");
-    let (rays, luminaires) = (Rays::new(&scene), Luminaires::new(&scene));
-    let luminaire = &luminaires.list[0];
+    let lights = lights_behind(&Solver::new(&scene).cut(100), &Occlusion::Opaque);
+    let luminaire = &lights.luminaires.list[0];
     let points: Value = serde_json::from_str(include_str!("data/cornell/irradiance_points.json")).unwrap();
     let mut whole = 0;
     for point in points.as_array().unwrap() {
@@ -52,9 +52,8 @@ fn direct_irradiance_of_the_cornell_box() {
             let draw =
                 (0..1024usize).map(|k| Vec2::new(sobol.point(k as u32, 0, seed), sobol.point(k as u32, 1, seed)));
             let mut sum = DirectSum::default();
-            let lighting = Lighting { rays: &rays, luminaires: &luminaires, sight: &Occlusion::Opaque.into() };
             let lamp = Lamp { luminaire, between: Between::Unknown };
-            lighting.gather_luminaire(lamp, &receiver, DVec3::ONE, draw, &mut Scratch::default(), &mut sum);
+            lights.gather_luminaire(lamp, &receiver, DVec3::ONE, draw, &mut Scratch::default(), &mut sum);
             (unit * sum.estimate()).x
         };
         let found: Vec<f64> = (0..8).map(estimate).collect();

@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use crate::common::{Silent, assemble_one, builtin};
+use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, mean_difference, read_picture, relative_rms};
-use halflight::render::{Fineness, prepare, render};
+use halflight::render::Fineness;
 use halflight::solve::{Settings, neumann};
 use halflight::study::{bounce_fields, bounce_pictures};
 
@@ -43,12 +44,12 @@ const MEANS: [[f64; 3]; 4] = [
 
 #[test]
 fn the_picture_and_its_bounces_agree_with_the_reference() {
-    let p = prepare(builtin("cornell-box"), Fineness::default().patches);
+    let p = Solver::new(&builtin("cornell-box")).cut(Fineness::default().patches);
     let mode = assemble_one(&p, Mode::Global.transport(), &Sampling::default());
     let solution = neumann(&mode.operator, &Settings::default()).expect("converges");
     let gathering = GatherSampling::with_samples(128, 0);
     // The reference was rendered at 256×256 and reduced, and so is this.
-    let picture = render(&p, &mode, &solution, &GatherPass::new((256, 256), &gathering), &Silent).total();
+    let picture = mode.picture(&solution, &GatherPass::new((256, 256), &gathering), &Silent).total();
     let picture = reduced(&picture);
     let (reference, se, mask) = (data("reference"), data("reference_se"), data("mask"));
 
@@ -59,12 +60,20 @@ fn the_picture_and_its_bounces_agree_with_the_reference() {
         assert!(relative.expect("the reference is lit").abs() < 0.003, "{relative:?}");
     }
 
-    let bounces =
-        bounce_pictures(&p, &mode, &bounce_fields(&p, &solution, 4), &GatherPass::new((64, 64), &gathering), &Silent);
+    let bounces = bounce_pictures(
+        &mode.lights,
+        &bounce_fields(&mode.lights, &solution, 4),
+        &GatherPass::new((64, 64), &gathering),
+        &Silent,
+    );
     assert_eq!(bounces.len(), 5);
     let other = GatherSampling { seed: 1, ..gathering };
-    let others =
-        bounce_pictures(&p, &mode, &bounce_fields(&p, &solution, 4), &GatherPass::new((64, 64), &other), &Silent);
+    let others = bounce_pictures(
+        &mode.lights,
+        &bounce_fields(&mode.lights, &solution, 4),
+        &GatherPass::new((64, 64), &other),
+        &Silent,
+    );
     for (n, bounce) in bounces.iter().enumerate().skip(1) {
         let (reference, se) = (data(&format!("bounce{n}")), data(&format!("bounce{n}_se")));
         let rms = relative_rms(bounce, &reference, Some(&mask), Some(&se)).unwrap();
@@ -97,13 +106,17 @@ const MEANS_256: [[f64; 3]; 8] = [
 
 #[test]
 fn eight_bounces_have_the_means_of_the_reference() {
-    let p = prepare(builtin("cornell-box"), 4000);
+    let p = Solver::new(&builtin("cornell-box")).cut(4000);
     let sampling = Sampling { rays: 1024, ..Sampling::default() };
     let mode = assemble_one(&p, Mode::Global.transport(), &sampling);
     let solution = neumann(&mode.operator, &Settings::default()).expect("converges");
     let gathering = GatherSampling::with_samples(16, 0);
-    let bounces =
-        bounce_pictures(&p, &mode, &bounce_fields(&p, &solution, 8), &GatherPass::new((256, 256), &gathering), &Silent);
+    let bounces = bounce_pictures(
+        &mode.lights,
+        &bounce_fields(&mode.lights, &solution, 8),
+        &GatherPass::new((256, 256), &gathering),
+        &Silent,
+    );
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");
     let mask = read_picture(folder.join("mask256.png")).expect("a picture");
     let black = Picture::new(256, 256);

@@ -1,26 +1,28 @@
 //! Rows of F against what is known of them: the cube, closure, Cauchy-Crofton, reciprocity, and light as emitted.
 
+use crate::common::lights_behind;
 use std::f64::consts::PI;
 
 use crate::common::{Facing, Mesh, all_of_f, assemble_one, builtin, grey, mean_and_error, random, sampling};
 use glam::{DQuat, DVec3, EulerRot};
+use halflight::Solver;
 use halflight::direct::Occlusion;
 use halflight::form_factors::{Sampling, Variant, cast, cast_counts, closure, reciprocity};
 use halflight::light::{Mode, Rgb};
 use halflight::operator::LinearOperator;
-use halflight::render::{Prepared, prepare};
+use halflight::render::Discretization;
 
 const OPPOSITE: f64 = 0.1998248957;
 const ADJACENT: f64 = 0.2000437761;
 
-fn cube() -> Prepared {
+fn cube() -> Discretization {
     let mut mesh = Mesh::default();
     mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 0);
-    prepare(mesh.scene(vec![grey("wall", 0.5)]), 150)
+    Solver::new(&mesh.scene(vec![grey("wall", 0.5)])).cut(150)
 }
 
 /// A closed room with turned boxes that hang in it, and the boxes' area over the room's.
-fn room_with_boxes(count: u32, seed: u32) -> Prepared {
+fn room_with_boxes(count: u32, seed: u32) -> Discretization {
     let mut mesh = Mesh::default();
     mesh.cuboid(DVec3::ZERO, DVec3::new(1.0, 0.8, 0.9), DQuat::IDENTITY, Facing::In, 0);
     for k in 0..count {
@@ -30,18 +32,18 @@ fn room_with_boxes(count: u32, seed: u32) -> Prepared {
         let turn = DQuat::from_euler(EulerRot::XYZ, 6.0 * r(6), 6.0 * r(7), 6.0 * r(8));
         mesh.cuboid(place, half, turn, Facing::Out, 1);
     }
-    prepare(mesh.scene(vec![grey("wall", 0.5), grey("box", 0.5)]), 400)
+    Solver::new(&mesh.scene(vec![grey("wall", 0.5), grey("box", 0.5)])).cut(400)
 }
 
 /// The face of the cube a patch lies on.
-fn wall(p: &Prepared, i: usize) -> (usize, bool) {
+fn wall(p: &Discretization, i: usize) -> (usize, bool) {
     let n = p.patches.point(i, 0.5, 0.5).normal;
     let axis = (0..3).find(|&a| n[a].abs() > 0.5).expect("a unit normal");
     (axis, n[axis] > 0.0)
 }
 
 /// Mean form factors of the cube: (opposite, adjacent), area-weighted over all its faces.
-fn of_cube(p: &Prepared, seed: u32) -> (f64, f64) {
+fn of_cube(p: &Discretization, seed: u32) -> (f64, f64) {
     let f = all_of_f(p, 0.0, &sampling(1024, seed));
     let (mut opposite, mut adjacent, mut area) = (0.0, 0.0, 0.0);
     for i in 0..p.patches.len() {
@@ -75,7 +77,7 @@ fn cube_faces() {
 #[test]
 fn rows_of_a_closed_room_sum_to_one() {
     // A power of two of rays: the shares are exact in f32.
-    for p in [cube(), room_with_boxes(6, 1), prepare(builtin("concentric-spheres"), 300)] {
+    for p in [cube(), room_with_boxes(6, 1), Solver::new(&builtin("concentric-spheres")).cut(300)] {
         let f = all_of_f(&p, 0.0, &sampling(256, 0));
         assert!(f.row_sums.iter().all(|s| *s == Some(1.0)));
         for i in 0..p.patches.len() {
@@ -119,9 +121,10 @@ fn the_reciprocity_residual_falls_with_the_rays() {
 
 #[test]
 fn light_as_emitted_is_what_hemisphere_rays_find_of_the_lamp() {
-    let p = prepare(builtin("cornell-box"), 250);
+    let p = Solver::new(&builtin("cornell-box")).cut(250);
     let n = p.patches.len();
-    let lamp: Vec<bool> = p.patches.materials().iter().map(|&m| p.scene.materials[m as usize].emits()).collect();
+    let lamp: Vec<bool> =
+        p.patches.materials().iter().map(|&m| p.geometry.scene.materials[m as usize].emits()).collect();
     let from_rows = |seed: u32| {
         let f = all_of_f(&p, 0.0, &sampling(2048, seed)).rows;
         let row = |i: usize| {
@@ -134,9 +137,8 @@ fn light_as_emitted_is_what_hemisphere_rays_find_of_the_lamp() {
     let from_emitted = |seed: u32| {
         let sampling = Sampling { emitter_rays: 512, ..sampling(1, seed) };
         let receives = vec![true; n];
-        let sight = Occlusion::Opaque.into();
-        let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
-        let (found, _) = receive_emitted(&lighting, &p.patches, &receives, &sampling, &|_| ());
+        let lights = lights_behind(&p, &Occlusion::Opaque);
+        let (found, _) = lights.receive_emitted(&receives, &sampling, &|_| ());
         let radiance = f64::from(p.luminaires.list[0].radiance.x);
         found.iter().map(|l| f64::from(l.x) / radiance).collect::<Vec<f64>>()
     };
@@ -163,14 +165,15 @@ fn light_as_emitted_is_what_hemisphere_rays_find_of_the_lamp() {
 
 #[test]
 fn rows_with_more_rays_are_those_of_a_cast_with_more_rays() {
-    let p = prepare(builtin("cornell-box"), 120);
+    let p = Solver::new(&builtin("cornell-box")).cut(120);
     let n = p.patches.len();
-    let variant = [Variant { tau: vec![0.0; p.scene.materials.len()], rows: vec![true; n], columns: vec![true; n] }];
+    let variant =
+        [Variant { tau: vec![0.0; p.geometry.scene.materials.len()], rows: vec![true; n], columns: vec![true; n] }];
     let counts: Vec<u32> = (0..n as u32).map(|i| 64 << (i % 3)).collect();
-    let (found, rays) = cast_counts(&p.rays, &p.patches, &variant, &sampling(64, 5), &counts, &|_| ());
+    let (found, rays) = cast_counts(&p.geometry.rays, &p.patches, &variant, &sampling(64, 5), &counts, &|_| ());
     assert_eq!(rays, counts.iter().map(|&c| u64::from(c)).sum::<u64>());
     for k in 0..3 {
-        let (all, _) = cast(&p.rays, &p.patches, &variant, &sampling(64 << k, 5), &|_| ());
+        let (all, _) = cast(&p.geometry.rays, &p.patches, &variant, &sampling(64 << k, 5), &|_| ());
         for i in (k..n).step_by(3) {
             assert_eq!(found[0].rows.row(i), all[0].rows.row(i));
         }
@@ -186,7 +189,7 @@ fn a_wide_window_far_away_lights_without_noise() {
     mesh.polygon(&square.map(|(x, y)| DVec3::new(2.0 * x, -2.0 * y, 40.0)), 1);
     let mut sky = grey("sky", 0.0);
     sky.emission = Rgb::ONE;
-    let p = prepare(mesh.scene(vec![grey("floor", 0.5), sky]), 50);
+    let p = Solver::new(&mesh.scene(vec![grey("floor", 0.5), sky])).cut(50);
     let k = assemble_one(&p, Mode::Global.transport(), &sampling(16, 0)).operator;
     // The kernel between the middles; over both squares r² varies by 2 (1² + 2²) / 40² at the most, and the cosines
     // half so.

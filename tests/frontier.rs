@@ -4,9 +4,11 @@
 
 use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, random, sampling, transport};
 use glam::{DQuat, DVec3};
+use halflight::Solver;
 use halflight::light::{Light, Rgb, Transport};
 use halflight::operator::{LinearOperator, Operator, operator_norm, spectrum};
-use halflight::render::{Assembled, Prepared, prepare, ray_shooter};
+use halflight::render::Assembled;
+use halflight::render::Discretization;
 use halflight::scene::Scene;
 use halflight::solve::{RaySettings, ShootingSettings};
 use halflight::solve::{Settings, Shooting, Verdict, direct, explore, extrapolated, neumann, norm, verdict};
@@ -28,9 +30,9 @@ fn shells(wall: f32, shell: f32, count: usize) -> Scene {
 }
 
 /// K of the shells with alpha at this share of the frontier, tau = 1.
-fn near_frontier(share: f64) -> (Prepared, Assembled) {
+fn near_frontier(share: f64) -> (Discretization, Assembled) {
     let scene = shells(0.8, 0.8, 2);
-    let p = prepare(scene, 300);
+    let p = Solver::new(&scene).cut(300);
     let survey = Survey::new(&p, &sampling(RAYS, 1), &Silent);
     let radius = survey.spectrum(1.0, &survey.start()).worst();
     let alpha = share * 2.0 / (radius.lower + radius.upper);
@@ -78,7 +80,7 @@ fn the_count_of_terms_is_that_of_a_geometric_series() {
     mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 0);
     let mut wall = grey("wall", 1.0);
     wall.emission = Rgb::ONE;
-    let p = prepare(mesh.scene(vec![wall]), 54);
+    let p = Solver::new(&mesh.scene(vec![wall])).cut(54);
     let settings = Settings { tolerance: 1e-4, max_terms: 20_000 };
     for lambda in [0.9f32, 0.99, 0.999] {
         let mode = assemble_one(&p, transport(lambda, 0.0), &sampling(64, 1));
@@ -97,7 +99,7 @@ fn the_count_of_terms_is_that_of_a_geometric_series() {
 /// A dark wall lights eight bright shells: one bounce enlarges the light though the radius is below 1.
 #[test]
 fn terms_may_grow_before_they_decay() {
-    let p = prepare(shells(0.05, 0.95, 8), 600);
+    let p = Solver::new(&shells(0.05, 0.95, 8)).cut(600);
     let mode = assemble_one(&p, transport(1.0, 1.0), &sampling(RAYS, 1));
     let k = &mode.operator;
     let radius = spectrum(k).worst();
@@ -120,14 +122,14 @@ fn terms_may_grow_before_they_decay() {
 #[test]
 fn the_drawn_hump_is_as_high_as_areas_say() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hump/hump.toml");
-    let p = prepare(Scene::open(file).unwrap(), 600);
-    let transport = p.scene.transport.unwrap();
+    let p = Solver::new(&Scene::open(file).unwrap()).cut(600);
+    let transport = p.geometry.scene.transport.unwrap();
     let mode = assemble_one(&p, transport, &sampling(256, 1));
     let k = &mode.operator;
     let area = |material: u32| -> f64 {
-        let faces = (0..p.scene.faces.len() as u32).zip(&p.scene.faces);
+        let faces = (0..p.geometry.scene.faces.len() as u32).zip(&p.geometry.scene.faces);
         let own = faces.filter(|(_, f)| f.material == material);
-        own.map(|(i, _)| p.scene.area(i)).sum()
+        own.map(|(i, _)| p.geometry.scene.area(i)).sum()
     };
     let (walls, shells) = (area(0), area(1));
     let solution = neumann(k, &Settings::default()).expect("the radius is below 1");
@@ -166,7 +168,7 @@ fn shooting_empties_inside_and_is_refused_beyond() {
     for (share, wanted) in [(0.8, Verdict::Converges), (1.2, Verdict::Diverges)] {
         let (p, mode) = near_frontier(share);
         let rays = RaySettings { rays: 1 << 16, ..RaySettings::default() };
-        let shooter = ray_shooter(&p, mode.transport, rays);
+        let shooter = p.ray_shooter(mode.transport, rays);
         let mut shooting = Shooting::new(&shooter, ShootingSettings::default()).expect("not known beforehand");
         let mut shares = vec![1.0];
         let ended = shooting.run(|s| shares.push(s.progress().share));
@@ -201,7 +203,7 @@ fn the_extrapolated_solve_is_the_same_light_in_fewer_products() {
 }
 
 /// Boxes in a room, random in number, place, size, reflectance; lit by a glowing wall.
-fn random_room(number: u32) -> (Prepared, Transport) {
+fn random_room(number: u32) -> (Discretization, Transport) {
     let at = |purpose: u32| random(number, purpose);
     let mut mesh = Mesh::default();
     mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 0);
@@ -218,7 +220,7 @@ fn random_room(number: u32) -> (Prepared, Transport) {
     let things = grey("things", 0.8 + 0.2 * at(3) as f32);
     let tau = [at(4), 1.0][usize::from(at(5) < 0.7)];
     let transport = transport(0.7 + 0.3 * at(6) as f32, tau as f32);
-    (prepare(mesh.scene(vec![wall, things]), 100), transport)
+    (Solver::new(&mesh.scene(vec![wall, things])).cut(100), transport)
 }
 
 /// Whether the terms of the series fall in the long run; None where they neither fall nor grow by a thousandth over
@@ -234,9 +236,9 @@ fn terms_fall(k: &Operator) -> Option<bool> {
     ((change - 1.0).abs() > 1e-3).then_some(change < 1.0)
 }
 
-fn shot(p: &Prepared, transport: Transport, seed: u32) -> Verdict {
+fn shot(p: &Discretization, transport: Transport, seed: u32) -> Verdict {
     let rays = RaySettings { rays: 1 << 15, seed, ..RaySettings::default() };
-    let shooter = ray_shooter(p, transport, rays);
+    let shooter = p.ray_shooter(transport, rays);
     let settings = ShootingSettings { shots_per_patch: 300, ..ShootingSettings::default() };
     let ended = Shooting::new(&shooter, settings).and_then(|mut s| s.run(|_| ()));
     ended.map_or_else(|refused| refused.verdict, |_| Verdict::Converges)
@@ -290,7 +292,7 @@ fn every_method_agrees_with_the_bounds_in_random_scenes() {
 #[test]
 fn the_path_tracers_error_falls_as_predicted_on_both_sides_of_its_variance_frontier() {
     let scene = builtin("furnished-room");
-    let p = prepare(scene.clone(), 300);
+    let p = Solver::new(&scene.clone()).cut(300);
     let survey = Survey::new(&p, &sampling(1024, 0), &Silent);
     let radius = survey.spectrum(1.0, &survey.start()).worst();
     let squares = survey.moment(1.0, 2.0, &survey.start()).worst();

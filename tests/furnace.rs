@@ -3,9 +3,10 @@
 //! Rows of F sum to 1 exactly, so nothing but rounding may separate the solver from the closed form.
 
 use crate::common::{Silent, assemble_one, builtin, sampling};
+use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling, Gathering};
 use halflight::light::{Light, Mode, Rgb, Visibility};
-use halflight::render::{Prepared, prepare, render};
+use halflight::render::Discretization;
 use halflight::scene::Scene;
 use halflight::solve::{Settings, Verdict, neumann};
 
@@ -23,8 +24,8 @@ fn furnace(name: &str) -> Scene {
     scene
 }
 
-fn scenes() -> Vec<Prepared> {
-    ["furnace", "concentric-spheres"].map(|name| prepare(furnace(name), 600)).into()
+fn scenes() -> Vec<Discretization> {
+    ["furnace", "concentric-spheres"].map(|name| Solver::new(&furnace(name)).cut(600)).into()
 }
 
 /// `1e-5` relative: dozens of terms, each within a few roundings of f32 of 6e-8. Below the normal numbers f32 has
@@ -73,7 +74,7 @@ fn the_picture_is_as_even_as_the_light() {
         let settings = Settings { tolerance: 1e-7, ..Settings::default() };
         let solution = neumann(&mode.operator, &settings).expect("rho < 1 converges");
         let gathering = GatherSampling::with_samples(16, 0);
-        let gathered = render(&p, &mode, &solution, &GatherPass::new((24, 16), &gathering), &Silent);
+        let gathered = mode.picture(&solution, &GatherPass::new((24, 16), &gathering), &Silent);
         assert_eq!(gathered.backs, 0.0);
         for pixel in gathered.total().pixels {
             assert_near(pixel, E / (Rgb::ONE - RHO), "pixel");
@@ -85,7 +86,7 @@ fn the_picture_is_as_even_as_the_light() {
 fn hidden_emission_leaves_reflected_light_only() {
     let mut scene = furnace("furnace");
     scene.materials[0].visibility = Visibility::Hidden;
-    let p = prepare(scene, 100);
+    let p = Solver::new(&scene).cut(100);
     let k = assemble_one(&p, Mode::Global.transport(), &sampling(64, 0)).operator;
     assert!(k.emission().iter().all(|e| *e == Light::emitted(E, Visibility::Hidden)));
     let settings = Settings { tolerance: 1e-7, ..Settings::default() };
@@ -101,11 +102,11 @@ fn hidden_emission_leaves_reflected_light_only() {
 #[test]
 fn a_picture_of_nothing_but_luminaires_has_an_error_and_takes_one_round() {
     const SIDE: usize = 128;
-    let p = prepare(builtin("furnace"), 600);
+    let p = Solver::new(&builtin("furnace")).cut(600);
     let mode = assemble_one(&p, Mode::Global.transport(), &sampling(256, 0));
     let solution = neumann(&mode.operator, &Settings::default()).expect("rho < 1 converges");
     let within = Gathering::Within { error: 0.01, seed: 0, deadline: None };
-    let gathered = render(&p, &mode, &solution, &GatherPass::new((SIDE, SIDE), within), &Silent);
+    let gathered = mode.picture(&solution, &GatherPass::new((SIDE, SIDE), within), &Silent);
     // Light is the same everywhere up to rounding.
     assert!(gathered.error.signal > 0.0 && gathered.error.relative() < 1e-5, "{:?}", gathered.error);
     // Four camera rays a pixel, and two halves of 128 rays of a record for every 4 x 4; twice as many near edges.

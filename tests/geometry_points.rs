@@ -1,14 +1,16 @@
 //! Light as emitted where receivers lie in an emitter's plane, on its edge or corner, where the horizon cuts it, and
 //! where it is so small that hemisphere rays miss it: against Howell's catalogue (B-3, B-4, C-14).
 
+use crate::common::lights_behind;
 use std::f64::consts::TAU;
 
 use crate::common::{Facing, Mesh, all_of_f, grey, mean_and_error, sampling};
 use glam::{DQuat, DVec3};
+use halflight::Solver;
 use halflight::direct::Occlusion;
 use halflight::form_factors::{Sampling, point_to_polygon};
 use halflight::light::Rgb;
-use halflight::render::{Prepared, prepare};
+use halflight::render::Discretization;
 use halflight::scene::Material;
 
 fn p(x: f64, y: f64, z: f64) -> DVec3 {
@@ -71,15 +73,14 @@ fn lamp() -> Material {
 }
 
 /// Mean form factor from the patches of material 0 to the luminaire, of which there is one; and its standard error.
-fn emitted(p: &Prepared, occlusion: &Occlusion, only: impl Fn(usize) -> bool) -> (f64, f64) {
+fn emitted(p: &Discretization, occlusion: &Occlusion, only: impl Fn(usize) -> bool) -> (f64, f64) {
     assert_eq!(p.luminaires.list.len(), 1);
     let materials = p.patches.materials();
     let receives: Vec<bool> = (0..p.patches.len()).map(|i| materials[i] == 0 && only(i)).collect();
     let one = |seed: u32| {
         let sampling = Sampling { emitter_rays: 256, ..sampling(1, seed) };
-        let sight = occlusion.clone().into();
-        let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
-        let (light, _) = receive_emitted(&lighting, &p.patches, &receives, &sampling, &|_| ());
+        let lights = lights_behind(&p, occlusion);
+        let (light, _) = lights.receive_emitted(&receives, &sampling, &|_| ());
         let (mut sum, mut area) = (0.0, 0.0);
         for i in (0..light.len()).filter(|&i| receives[i]) {
             let a = p.patches.areas()[i];
@@ -96,7 +97,7 @@ fn a_luminaire_that_stands_on_its_receiver() {
     let mut mesh = Mesh::default();
     mesh.polygon(&[p(0., 0., 0.), p(10., 0., 0.), p(10., 1., 0.), p(0., 1., 0.)], 0);
     mesh.polygon(&[p(0., 0., 0.), p(0., 1., 0.), p(0., 1., 0.1), p(0., 0., 0.1)], 1);
-    let p = prepare(mesh.scene(vec![grey("floor", 0.5), lamp()]), 300);
+    let p = Solver::new(&mesh.scene(vec![grey("floor", 0.5), lamp()])).cut(300);
     // C-14 with width 10, height 0.1, length 1.
     let truth = 0.004_393_873_007_071_555;
     let (mean, error) = emitted(&p, &Occlusion::Opaque, |_| true);
@@ -105,11 +106,11 @@ fn a_luminaire_that_stands_on_its_receiver() {
 }
 
 /// A closed room of half extent 1 and in its middle a lamp that faces down, its side a share of the room's.
-fn tiny_lamp(share: f64) -> Prepared {
+fn tiny_lamp(share: f64) -> Discretization {
     let mut mesh = Mesh::default();
     mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 0);
     mesh.polygon(&[p(-share, -share, 0.), p(-share, share, 0.), p(share, share, 0.), p(share, -share, 0.)], 1);
-    prepare(mesh.scene(vec![grey("wall", 0.5), lamp()]), 400)
+    Solver::new(&mesh.scene(vec![grey("wall", 0.5), lamp()])).cut(400)
 }
 
 #[test]

@@ -4,11 +4,11 @@
 use crate::common::rows::objects;
 use crate::common::{Facing, Mesh, Silent, all_of_f, assemble_one, builtin, grey, random, sampling};
 use glam::{DQuat, DVec3, Vec3};
+use halflight::Solver;
 use halflight::form_factors::closure;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Light, Mode, Rgb};
 use halflight::pictures::Picture;
-use halflight::render::{prepare, render};
 use halflight::scene::{Material, Scene};
 use halflight::solve::{Settings, neumann};
 use halflight::study::{FactorSettings, factors};
@@ -39,7 +39,7 @@ fn light_slips_through_no_t_junction() {
     }
     mesh.polygon(&[up(0., 1. / 3.), up(0., 1.), up(0.6, 1.), up(0.6, 1. / 3.)], 0);
     mesh.polygon(&[up(0.6, 1. / 3.), up(0.6, 1.), up(1., 1.), up(1., 1. / 3.)], 0);
-    let prepared = prepare(mesh.scene(vec![grey("wall", 0.5)]), 100);
+    let prepared = Solver::new(&mesh.scene(vec![grey("wall", 0.5)])).cut(100);
     let f = all_of_f(&prepared, 0.0, &sampling(16_384, 0));
     let sums = closure(&f, prepared.patches.areas()).expect("rays were cast");
     // A crack of a rounding, 6e-8 wide and a few units long, takes 1e-7 of the rays.
@@ -52,11 +52,11 @@ fn seen_from(mut scene: Scene, eye: DVec3) -> Picture {
     scene.camera.forward = Vec3::X;
     scene.camera.right = Vec3::NEG_Y;
     scene.camera.up = Vec3::Z;
-    let prepared = prepare(scene, 300);
+    let prepared = Solver::new(&scene).cut(300);
     let mode = assemble_one(&prepared, Mode::Global.transport(), &sampling(64, 0));
     let solution = neumann(&mode.operator, &Settings::default()).expect("converges");
     let gathering = GatherSampling::with_samples(16, 0);
-    render(&prepared, &mode, &solution, &GatherPass::new((16, 16), &gathering), &Silent).total()
+    mode.picture(&solution, &GatherPass::new((16, 16), &gathering), &Silent).total()
 }
 
 /// A room whose ceiling glows faintly, with a closed crate in it.
@@ -99,7 +99,7 @@ fn a_scene_open_to_the_sky() {
     for (q, r) in [(a, b), (b, c), (c, d), (d, a)] {
         mesh.polygon(&[r, q, q + DVec3::Z, r + DVec3::Z], 1);
     }
-    let prepared = prepare(mesh.scene(vec![grey("floor", 0.5), grey("wall", 0.5)]), 200);
+    let prepared = Solver::new(&mesh.scene(vec![grey("floor", 0.5), grey("wall", 0.5)])).cut(200);
     let open = |seed: u32, material: u32| {
         let f = all_of_f(&prepared, 0.0, &sampling(1024, seed));
         let (mut sum, mut area) = (0.0, 0.0);
@@ -154,7 +154,7 @@ fn one_patch_two_and_a_hundred_thousand() {
     let triangle = |z: f64| [p(0., 0., z), p(1., 0., z), p(0., 1., z)];
     let mut one = Mesh::default();
     one.polygon(&triangle(0.0), 0);
-    let alone = prepare(one.scene(vec![glow()]), 1);
+    let alone = Solver::new(&one.scene(vec![glow()])).cut(1);
     let k = assemble_one(&alone, Mode::Global.transport(), &sampling(64, 0)).operator;
     let solution = neumann(&k, &Settings::default()).expect("ends");
     assert_eq!(alone.patches.len(), 1);
@@ -166,7 +166,7 @@ fn one_patch_two_and_a_hundred_thousand() {
     let mut other = triangle(0.5);
     other.reverse();
     two.polygon(&other, 0);
-    let pair = prepare(two.scene(vec![glow()]), 1);
+    let pair = Solver::new(&two.scene(vec![glow()])).cut(1);
     assert_eq!(pair.patches.len(), 2);
     let f = all_of_f(&pair, 0.0, &sampling(4096, 0)).rows;
     let k = assemble_one(&pair, Mode::Global.transport(), &sampling(4096, 0)).operator;
@@ -183,7 +183,7 @@ fn one_patch_two_and_a_hundred_thousand() {
     let mut scene = builtin("furnace");
     scene.materials[0].rho = Rgb::splat(0.5);
     scene.materials[0].emission = Rgb::ONE;
-    let many = prepare(scene, 100_000);
+    let many = Solver::new(&scene).cut(100_000);
     assert!(many.patches.len() > 80_000, "{}", many.patches.len());
     let k = assemble_one(&many, Mode::Global.transport(), &sampling(16, 0)).operator;
     let solution = neumann(&k, &Settings::default()).expect("converges");
@@ -212,7 +212,7 @@ fn a_soup_with_one_face_in_twenty_of_no_area() {
     let scene = Scene::from_faces("soup", &vertices, &faces, vec![glow]).expect("some faces have area");
     assert_eq!(scene.faces.len(), 1900);
     assert!(scene.warnings.iter().any(|w| w.contains("100 faces")), "{:?}", scene.warnings);
-    let prepared = prepare(scene, 500);
+    let prepared = Solver::new(&scene).cut(500);
     for tau in [0.0, 1.0] {
         let f = all_of_f(&prepared, tau, &sampling(128, 0));
         let sums = f.row_sums.iter().map(|s| s.expect("rays were cast"));

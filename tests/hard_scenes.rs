@@ -1,15 +1,17 @@
 //! Scenes made to break the estimate of error, against pictures by another program (`tests/data/hard`), and what the
 //! estimate itself must tell.
 
+use crate::common::rendered;
 use std::path::Path;
 
-use crate::common::{Silent, assemble_one, builtin, sampling};
+use crate::common::{assemble_one, builtin, sampling};
+use halflight::Solver;
 use halflight::direct::DirectSum;
 use halflight::direct::Scratch;
 use halflight::light::Mode;
 use halflight::pictures::{Picture, read_picture, relative_rms};
 use halflight::rays::sobol::Stream;
-use halflight::render::{Prepared, Wanted, prepare, render_within};
+use halflight::render::Discretization;
 use halflight::scene::{Scene, Sides};
 
 fn folder(scene: &str) -> std::path::PathBuf {
@@ -23,12 +25,10 @@ fn is_as_near_as_asked_and_stated(name: &str, tolerance: f64) {
     let file = folder.join(format!("{name}.toml"));
     let scene = Scene::open(&file.to_string_lossy()).expect("a scene");
     let (reference, se, mask) = (data("reference.exr"), data("reference_se.exr"), data("mask.exr"));
-    let wanted = Wanted { tolerance, size: reference.size(), deadline: None, memory: f64::INFINITY, seed: 0 };
-    let mut p = prepare(scene, 1);
-    let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent).unwrap();
+    let found = rendered(&scene, Mode::Global.transport(), reference.size(), tolerance, 0);
     let reached = relative_rms(&found.picture, &reference, Some(&mask), Some(&se)).unwrap();
     println!("{name}: reached {reached}, stated {:?}", found.error);
-    assert!(reached <= 1.1 * wanted.tolerance, "{name}: {reached}");
+    assert!(reached <= 1.1 * tolerance, "{name}: {reached}");
     let stated = found.error.total;
     assert!(reached <= 1.2 * stated, "{name}: {reached} {stated}");
 }
@@ -91,10 +91,9 @@ fn a_small_thing_on_endless_ground_is_right() {
 fn some_materials_may_be_two_sided() {
     let mut scene = builtin("cornell-box");
     scene.materials[1].sides = Sides::Two;
-    let wanted = Wanted { tolerance: 0.05, size: (32, 32).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
-    let mut p = prepare(scene, 1);
-    let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
-    assert!(found.is_ok_and(|f| f.error.total < 0.1));
+    let found = rendered(&scene, Mode::Global.transport(), (32, 32).into(), 0.05, 0);
+    assert!(found.error.total < 0.1);
+    let p = Solver::new(&scene).cut(1000);
     let parents = p.patches.parents();
     assert!(parents.iter().all(|&k| (k as usize) < p.patches.len()));
 }
@@ -104,27 +103,25 @@ fn some_materials_may_be_two_sided() {
 fn light_that_is_asked_with_single_rays_is_that_of_many_rays() {
     let textured = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/textured/room.toml");
     for scene in [builtin("furnished-room"), Scene::open(textured).expect("a scene")] {
-        single_rays_agree_with_many(&prepare(scene, 200));
+        single_rays_agree_with_many(&Solver::new(&scene).cut(200));
     }
 }
 
-fn single_rays_agree_with_many(p: &Prepared) {
+fn single_rays_agree_with_many(p: &Discretization) {
     let mode = assemble_one(p, Mode::Global.transport(), &sampling(16, 0));
-    let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &mode.sight };
+    let lights = &mode.lights;
     let (mut scratch, mut random) = (Scratch::default(), Stream::new(7));
     for patch in (0..p.patches.len()).step_by(23) {
         let receiver = p.patches.point(patch, 0.4, 0.6);
-        let mut ask = || {
-            lighting.ask(&receiver, patch as u32, Asking { random: &mut random, scratch: &mut scratch, cast: &mut 0 })
-        };
-        let asked: Vec<glam::DVec3> = (0..4096).map(|_| ask()).collect();
+        let mut sample = || lights.sample(&receiver, patch as u32, &mut random, &mut scratch);
+        let asked: Vec<glam::DVec3> = (0..4096).map(|_| sample()).collect();
         let mut many = glam::DVec3::ZERO;
         for l in 0..p.luminaires.list.len() {
             let mut sum = DirectSum::default();
             let draws = (0..16384).map(|_| glam::Vec2::new(random.uniform(), random.uniform()));
             let draws: Vec<glam::Vec2> = draws.collect();
-            let (lamp, one) = (lighting.lamp(l, patch as u32), glam::DVec3::ONE);
-            lighting.gather_luminaire(lamp, &receiver, one, draws.into_iter(), &mut scratch, &mut sum);
+            let (lamp, one) = (lights.lamp(l, patch as u32), glam::DVec3::ONE);
+            lights.gather_luminaire(lamp, &receiver, one, draws.into_iter(), &mut scratch, &mut sum);
             many += sum.estimate() * lamp.luminaire.radiance.as_dvec3();
         }
         for channel in 0..3 {

@@ -1,15 +1,18 @@
 //! Highlights: OpenGL's specular term of lights without area, of luminaires and of a sky, in pictures of the solver
 //! and of the path tracer, which agree; and nothing of them where they are not asked for.
 
+use crate::common::rendered;
+use halflight::rays::Rays;
 use std::f64::consts::PI;
 
 use crate::common::{Silent, assemble_one, sampling, transport};
 use glam::{DVec3, Vec3};
+use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Transport};
 use halflight::pictures::{Picture, Size, relative_rms};
 use halflight::reference::{NextEvent, TraceSettings, Tracer};
-use halflight::render::{Prepared, Wanted, prepare, render, render_within};
+use halflight::render::Discretization;
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::{Settings, neumann};
 
@@ -37,11 +40,11 @@ fn camera(target: DVec3, fov: f64) -> String {
     format!("[camera]\nposition = [-4, 9, 3]\ntarget = [{x}, {y}, {z}]\nvertical_fov = {fov}\n")
 }
 
-fn picture(p: &Prepared, mode: Transport, size: impl Into<Size>, camera: u32) -> Picture {
+fn picture(p: &Discretization, mode: Transport, size: impl Into<Size>, camera: u32) -> Picture {
     let assembled = assemble_one(p, mode, &sampling(64, 0));
     let solution = neumann(&assembled.operator, &Settings::default()).expect("converges");
     let sampling = GatherSampling { camera, luminaire: 1, hemisphere: 16, seed: 0 };
-    render(p, &assembled, &solution, &GatherPass::new(size, &sampling), &Silent).total()
+    assembled.picture(&solution, &GatherPass::new(size, &sampling), &Silent).total()
 }
 
 #[test]
@@ -67,16 +70,16 @@ fn lights_without_area_have_opengls_closed_form() {
         for highlights in [false, true] {
             let scene = scene(false, &format!("{}{LIGHT}{light}\n", camera(x, 0.01)), highlights);
             assert_eq!(scene.warnings.iter().any(|w| w.contains("--highlights")), !highlights);
-            let p = prepare(scene, 50);
+            let p = Solver::new(&scene).cut(50);
             let expected = if highlights { expected } else { kd * l.y * DVec3::new(10.0, 20.0, 30.0) * (falling / PI) };
             for mode in [Mode::Local, Mode::OneBounce] {
                 let found = picture(&p, mode.transport(), (1, 1), 16).pixels[0].as_dvec3();
                 assert!(((found - expected) / expected).abs().max_element() < 2e-4, "{light} {found} {expected}");
             }
-            let transports = p.scene.transports(Mode::OneBounce.transport());
+            let transports = p.geometry.scene.transports(Mode::OneBounce.transport());
             for next_event in [NextEvent::On, NextEvent::Off] {
                 let settings = TraceSettings { next_event, ..TraceSettings::default() };
-                let mut tracer = Tracer::new(&p.scene, &p.rays, &transports, (1, 1), &settings);
+                let mut tracer = Tracer::new(&p.geometry.scene, &p.geometry.rays, &transports, (1, 1), &settings);
                 tracer.pass(16);
                 let found = tracer.bounce(1).expect("a bounce").pixels[0].as_dvec3();
                 assert!(((found - expected) / expected).abs().max_element() < 2e-4, "{light} {found} {expected}");
@@ -88,11 +91,10 @@ fn lights_without_area_have_opengls_closed_form() {
 /// The mean square of the differences of two pictures in standard errors of the traced one, which has the picture's
 /// noise too.
 fn agrees(scene: &Scene, transport: Transport, what: &str) {
-    let wanted = Wanted { tolerance: 0.02, size: (24, 24).into(), deadline: None, memory: f64::INFINITY, seed: 3 };
-    let mut p = prepare(scene.clone(), 1);
-    let found = render_within(&mut p, transport, &wanted, &Silent).expect("converges");
-    let transports = scene.transports(transport);
-    let mut tracer = Tracer::new(scene, &p.rays, &transports, wanted.size, &TraceSettings::default());
+    let size = Size { width: 24, height: 24 };
+    let found = rendered(scene, transport, size, 0.02, 3);
+    let (rays, transports) = (Rays::new(scene), scene.transports(transport));
+    let mut tracer = Tracer::new(scene, &rays, &transports, size, &TraceSettings::default());
     tracer.pass(3072);
     let (truth, noise) = (tracer.picture(), tracer.standard_error().expect("samples"));
     let error = relative_rms(&found.picture, &truth, None, Some(&noise)).expect("pictures");
@@ -127,11 +129,11 @@ fn pictures_agree_with_the_path_tracer_in_every_mode() {
 fn next_event_estimation_changes_no_mean() {
     let rest = format!("{}[sky]\nradiance = [0.2, 0.2, 0.2]\n", camera(DVec3::new(0.0, 0.0, -1.0), 40.0));
     let scene = scene(true, &rest, true);
-    let p = prepare(scene, 1);
-    let transports = p.scene.transports(Mode::OneBounce.transport());
+    let p = Solver::new(&scene).cut(1);
+    let transports = p.geometry.scene.transports(Mode::OneBounce.transport());
     let mean = |next_event| {
         let settings = TraceSettings { next_event, ..TraceSettings::default() };
-        let mut tracer = Tracer::new(&p.scene, &p.rays, &transports, (16, 16), &settings);
+        let mut tracer = Tracer::new(&p.geometry.scene, &p.geometry.rays, &transports, (16, 16), &settings);
         tracer.pass(2048);
         tracer.mean()
     };
@@ -150,7 +152,7 @@ fn a_black_mirror_of_the_sky_shows_its_closed_form() {
     let toml = format!("obj = \"s.obj\"\n{}[sky]\nradiance = [1, 2, 3]\n", camera(DVec3::ZERO, 1.0));
     let options = LoadOptions { highlights: true, ..LoadOptions::default() };
     let scene = Scene::from_toml_text("s", &toml, obj, mtl, options).expect("a scene");
-    let found = picture(&prepare(scene, 10), Mode::Local.transport(), (1, 1), 1 << 14).pixels[0];
+    let found = picture(&Solver::new(&scene).cut(10), Mode::Local.transport(), (1, 1), 1 << 14).pixels[0];
     let expected = 2.0 * Vec3::new(0.25, 1.0, 3.0);
     assert!(((found - expected) / expected).abs().max_element() < 1e-2, "{found} {expected}");
 }

@@ -1,12 +1,14 @@
 //! Many luminaires: what light cuts find against the sum over all of them, on patches and in pictures, in one thread
 //! and in two.
 
+use crate::common::lights;
+use crate::common::rendered;
+use halflight::direct::Lights;
 use std::f64::consts::PI;
 
 use crate::common::{Facing, Mesh, grey};
 use glam::{DQuat, DVec3};
-use halflight::direct::Luminaires;
-use halflight::direct::Occlusion;
+use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::gather::GatherSampling;
 use halflight::gather::Gathering;
@@ -16,7 +18,7 @@ use halflight::pictures::{Picture, Size};
 use halflight::rays::sobol::Sobol;
 use halflight::reading::Fields;
 use halflight::reading::View;
-use halflight::render::{Prepared, Silent, Wanted, prepare, render_within};
+use halflight::render::Discretization;
 use halflight::scene::{Camera, Material, Scene};
 
 /// Whether lamps are one object, or each its own.
@@ -27,8 +29,8 @@ enum Lamps {
 }
 
 /// A room of 4 by 4 by 2.4 with a box, and `side`² lamps below its ceiling.
-fn room(side: u32, lamps: Lamps) -> Prepared {
-    let prepared = prepare(scene(side, lamps), 200);
+fn room(side: u32, lamps: Lamps) -> Discretization {
+    let prepared = Solver::new(&scene(side, lamps)).cut(200);
     // Fewer are asked each, without cuts.
     assert!(prepared.luminaires.list.len() > 16);
     prepared
@@ -67,17 +69,16 @@ fn scene(side: u32, lamps: Lamps) -> Scene {
     scene
 }
 
-fn receive(p: &Prepared, mode: Mode, general: bool, rays: u32, seed: u32) -> Vec<Rgb> {
-    let transports = p.scene.transports(mode.transport());
+fn receive(p: &Discretization, mode: Mode, general: bool, rays: u32, seed: u32) -> Vec<Rgb> {
     let receives: Vec<bool> = p.patches.materials().iter().map(|&m| m == 0).collect();
-    let lamps: &Luminaires = &p.luminaires;
-    let sight = match general {
-        true => Occlusion::new(&p.rays, &transports).into(),
-        false => Sight::new(&p.scene, &p.rays, &p.patches, lamps, &transports, &receives),
-    };
+    let lights = if general { by_rays(p, mode) } else { lights(p, mode.transport()) };
     let sampling = Sampling { rays: 1, emitter_rays: rays, seed };
-    let lighting = Lighting { rays: &p.rays, luminaires: lamps, sight: &sight };
-    receive_emitted(&lighting, &p.patches, &receives, &sampling, &|_| ()).0
+    lights.receive_emitted(&receives, &sampling, &|_| ()).0
+}
+
+/// Every lamp evaluated by itself.
+fn by_rays(p: &Discretization, mode: Mode) -> Lights {
+    Lights::by_rays(&p.geometry, &p.patches, &p.luminaires, p.transports(mode.transport()))
 }
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
@@ -98,7 +99,7 @@ fn a_thousand_lamps_are_the_sum_of_each() {
     }
 }
 
-fn compare_with_each(p: &Prepared) {
+fn compare_with_each(p: &Discretization) {
     // Both take 16 points a patch, not the same ones: the spread over seeds is the standard error.
     let exact: Vec<Vec<Rgb>> = (0..2).map(|s| receive(p, Mode::Local, true, 16, s)).collect();
     let found = receive(p, Mode::Local, false, 16, 2);
@@ -135,18 +136,9 @@ fn looked_into(side: u32) -> Scene {
 }
 
 /// Direct light with every lamp asked at every camera ray.
-fn each_asked(p: &Prepared, mode: Mode, size: Size, camera: u32, seed: u32) -> Picture {
-    let transports = p.scene.transports(mode.transport());
-    let view = View {
-        scene: &p.scene,
-        rays: &p.rays,
-        patches: &p.patches,
-        luminaires: &p.luminaires,
-        sight: &Occlusion::new(&p.rays, &transports).into(),
-        transports: &transports,
-        width: size.width,
-        height: size.height,
-    };
+fn each_asked(p: &Discretization, mode: Mode, size: Size, camera: u32, seed: u32) -> Picture {
+    let lights = by_rays(p, mode);
+    let view = View::new(&lights, size);
     let dark = Fields::new(&[vec![Rgb::ZERO; p.patches.len()]]);
     let sampling = GatherSampling { camera, luminaire: 1, hemisphere: 1, seed };
     gather(&view, &dark, &Gathering::Uniform(sampling), &|_| ()).direct
@@ -156,10 +148,10 @@ fn each_asked(p: &Prepared, mode: Mode, size: Size, camera: u32, seed: u32) -> P
 fn a_picture_of_a_thousand_lamps_is_as_near_as_it_says() {
     let (size, tolerance) = (Size { width: 32, height: 32 }, 0.02);
     for (mode, camera) in [(Mode::Local, 8), (Mode::OneBounce, 16)] {
-        let mut p = prepare(looked_into(32), 1);
+        let scene = looked_into(32);
+        let p = Solver::new(&scene).cut(1);
         assert_eq!(p.luminaires.list.len(), 1024);
-        let wanted = Wanted { tolerance, size, deadline: None, memory: f64::INFINITY, seed: 5 };
-        let found = render_within(&mut p, mode.transport(), &wanted, &Silent).expect("ends");
+        let found = rendered(&scene, mode.transport(), size, tolerance, 5);
         // The product of the differences to two references is free of their noise.
         let [a, b] = [1, 2].map(|seed| each_asked(&p, mode, size, camera, seed));
         let pixels = || (0..a.pixels.len()).map(|k| (found.picture.pixels[k], a.pixels[k], b.pixels[k]));
@@ -185,13 +177,13 @@ fn a_ball_of_many_faces_is_a_ball() {
         mesh.sphere(0.2, levels, Facing::Out, 1);
         let mut glow = grey("glow", 0.0);
         glow.emission = Rgb::ONE;
-        let p = prepare(mesh.scene(vec![grey("floor", 0.5), glow]), 200);
+        let p = Solver::new(&mesh.scene(vec![grey("floor", 0.5), glow])).cut(200);
         // A convex body is as large as its surface over 4 from everywhere on average (Cauchy).
-        let face = |f: &u32| p.scene.faces[*f as usize].material == 1;
-        let faces = (0..p.scene.faces.len() as u32).filter(face);
-        let area: f64 = faces.map(|f| p.scene.area(f)).sum();
+        let face = |f: &u32| p.geometry.scene.faces[*f as usize].material == 1;
+        let faces = (0..p.geometry.scene.faces.len() as u32).filter(face);
+        let area: f64 = faces.map(|f| p.geometry.scene.area(f)).sum();
         let square = area / (4.0 * PI);
-        let middle = p.scene.frame.to_unit(DVec3::ZERO);
+        let middle = p.geometry.scene.frame.to_unit(DVec3::ZERO);
         let found = receive(&p, Mode::OneBounce, false, 32, 0);
         let sobol = Sobol::new(64, 2);
         let (mut sum, mut exact) = (0.0, 0.0);
@@ -229,7 +221,7 @@ fn what_many_lamps_light_from_close_by_is_no_matter_of_luck() {
         mesh.cuboid(top + 0.04 * DVec3::Z, DVec3::splat(0.01), DQuat::IDENTITY, Facing::Out, 2);
     }
     let glow = Material { emission: Rgb::ONE, ..grey("glow", 0.0) };
-    let p = prepare(mesh.scene(vec![grey("wax", 0.8), grey("board", 0.5), glow]), 8);
+    let p = Solver::new(&mesh.scene(vec![grey("wax", 0.8), grey("board", 0.5), glow])).cut(8);
     let tops: Vec<usize> = (0..p.patches.len()).filter(|&i| p.patches.materials()[i] == 0).collect();
     assert!(tops.len() == 4 && p.luminaires.list.len() == 24);
     let powers = |general: bool| -> Vec<f64> {

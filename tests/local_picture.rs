@@ -9,9 +9,9 @@ use std::f64::consts::PI;
 
 use crate::common::{Silent, assemble_one, builtin, sampling};
 use glam::DVec3;
+use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Mode;
-use halflight::render::{prepare, render};
 use halflight::scene::Scene;
 use halflight::solve::{Settings, neumann};
 
@@ -176,12 +176,12 @@ fn every_pixel_of_one_plane_shows_the_integral() {
     let scene = builtin("cornell-box");
     let faces = faces(&scene);
     let lamp = lamp(&scene, &faces);
-    let p = prepare(scene.clone(), 100);
+    let p = Solver::new(&scene.clone()).cut(100);
     let mode = assemble_one(&p, Mode::Local.transport(), &sampling(1, 0));
     let solution = neumann(&mode.operator, &Settings::default()).expect("ends");
     // Scrambled Sobol points average a smooth function over the pixel to about N^-3/2 of its change over the pixel.
     let gathering = GatherSampling { camera: 1024, ..GatherSampling::with_samples(1, 0) };
-    let gathered = render(&p, &mode, &solution, &GatherPass::new((SIZE, SIZE), &gathering), &Silent);
+    let gathered = mode.picture(&solution, &GatherPass::new((SIZE, SIZE), &gathering), &Silent);
     assert!(gathered.indirect.iter().flat_map(|i| &i.pixels).all(|p| *p == glam::Vec3::ZERO));
     let picture = gathered.total();
     let (mut counted, mut lit) = (0, 0);

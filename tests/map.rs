@@ -11,10 +11,11 @@
 use crate::common::{Facing, Mesh, Silent, all_of_f, assemble_one, grey, sampling, transport};
 use crate::run::{fields, files, halflight, place, report};
 use glam::{DQuat, DVec3};
+use halflight::Solver;
 use halflight::form_factors::{Rows, Variant, cast_layers};
 use halflight::light::{Rgb, Transport};
 use halflight::operator::spectrum;
-use halflight::render::{Prepared, prepare};
+use halflight::render::Discretization;
 use halflight::scene::Scene;
 use halflight::study::frontier::at;
 use halflight::study::map::{GridPoint, Map, map};
@@ -22,14 +23,14 @@ use halflight::study::map::{GridPoint, Map, map};
 const RHO: f32 = 0.9;
 const RAYS: u32 = 4096;
 
-fn spheres() -> Prepared {
+fn spheres() -> Discretization {
     let mut mesh = Mesh::default();
     mesh.sphere(1.0, 4, Facing::In, 0);
     mesh.sphere(0.6, 3, Facing::Out, 1);
-    prepare(mesh.scene(vec![grey("outer", RHO), grey("inner", RHO)]), 600)
+    Solver::new(&mesh.scene(vec![grey("outer", RHO), grey("inner", RHO)])).cut(600)
 }
 
-fn area(p: &Prepared, material: u32) -> f64 {
+fn area(p: &Discretization, material: u32) -> f64 {
     let pairs = p.patches.materials().iter().zip(p.patches.areas());
     pairs.filter(|(m, _)| **m == material).map(|(_, a)| a).sum()
 }
@@ -49,7 +50,7 @@ fn variance_frontier(q: f64, tau: f64) -> f64 {
 
 /// Allowed relative error of alpha: tests/spheres.rs derives it for the radius. The squared weights vary twice as much
 /// with the share of rays that meet the inner sphere, and alpha is the root of their radius.
-fn tolerance(p: &Prepared, q: f64) -> f64 {
+fn tolerance(p: &Discretization, q: f64) -> f64 {
     let outer = p.patches.materials().iter().filter(|&&m| m == 0).count() as f64;
     let noise = (q * (1.0 - q) / (outer * f64::from(RAYS))).sqrt();
     4.0 * 2.0 * noise + (0.25 * area(p, 0) / outer).powi(2)
@@ -123,11 +124,11 @@ fn assert_same(a: &Rows, b: &Rows) {
 
 #[test]
 fn layers_give_the_form_factors_of_every_tau() {
-    let p = prepare(plain(), 200);
+    let p = Solver::new(&plain()).cut(200);
     let all = vec![true; p.patches.len()];
     let own = [1.0; 3];
     let variant = Variant { tau: own.into(), rows: all.clone(), columns: all.clone() };
-    let (layers, rays) = cast_layers(&p.rays, &p.patches, &variant, &sampling(64, 3), &|_| ());
+    let (layers, rays) = cast_layers(&p.geometry.rays, &p.patches, &variant, &sampling(64, 3), &|_| ());
     assert_eq!(rays, 64 * p.patches.len() as u64);
     assert!(layers.deepest() >= 4);
     for tau in [0.0, 0.3, 1.0] {
@@ -152,10 +153,10 @@ fn materials_with_their_own_numbers_are_scaled() {
     (materials[1].alpha, materials[1].tau) = (Some(0.5), Some(0.25));
     materials[2].tau = Some(0.75);
     let scene = room(materials);
-    let p = prepare(scene.clone(), 200);
+    let p = Solver::new(&scene.clone()).cut(200);
     let found = map(&p, 5, &sampling(128, 2), &Silent);
     for GridPoint { alpha, tau, radius: bounds } in found.grid() {
-        let scaled = prepare(at(&scene, alpha, tau), 200);
+        let scaled = Solver::new(&at(&scene, alpha, tau)).cut(200);
         // Every material has its own numbers now: the default does not count.
         let k = assemble_one(&scaled, Transport::default(), &sampling(128, 2));
         let once = spectrum(&k.operator).worst();
@@ -167,7 +168,7 @@ fn materials_with_their_own_numbers_are_scaled() {
 /// Entries of F^tau are sums of powers of tau, so log radius is a convex function of log tau (Kingman), and rises.
 #[test]
 fn the_radius_rises_and_is_log_convex_in_tau() {
-    let p = prepare(plain(), 200);
+    let p = Solver::new(&plain()).cut(200);
     let found: Map = map(&p, 9, &sampling(128, 2), &Silent);
     let c = &found.columns;
     assert!(c.windows(2).all(|w| w[1].radius.upper >= w[0].radius.lower));
@@ -183,9 +184,10 @@ fn colours_make_the_variance_frontier_a_bound() {
     let mut materials = ["a", "b", "c"].map(|name| grey(name, 0.8)).to_vec();
     materials[0].rho = Rgb::new(0.8, 0.2, 0.2);
     materials[1].rho = Rgb::new(0.2, 0.8, 0.2);
-    let found = map(&prepare(room(materials), 100), 3, &sampling(64, 2), &Silent);
+    let found = map(&Solver::new(&room(materials)).cut(100), 3, &sampling(64, 2), &Silent);
     assert!(!found.grey);
-    let dark = map(&prepare(room(["a", "b", "c"].map(|n| grey(n, 0.0)).to_vec()), 100), 3, &sampling(64, 2), &Silent);
+    let dark =
+        map(&Solver::new(&room(["a", "b", "c"].map(|n| grey(n, 0.0)).to_vec())).cut(100), 3, &sampling(64, 2), &Silent);
     assert!(dark.frontier().is_empty() && dark.tau_frontier.is_empty());
 }
 

@@ -1,15 +1,17 @@
 //! The memory estimate made before K is put together, against what a run takes, and what happens where it is too much.
 
 use crate::run::{contents, halflight, place};
+use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::light::Mode;
-use halflight::render::{Prepared, Stored, check_memory, estimate_memory, prepare};
+use halflight::render::Discretization;
+use halflight::render::Stored;
 use halflight::scene::{LoadOptions, Scene};
 use halflight::study::map::{Survey, check_crossings};
 
-fn room(patches: usize) -> Prepared {
+fn room(patches: usize) -> Discretization {
     let scene = Scene::builtin("furnished-room", LoadOptions::default());
-    prepare(scene.unwrap().unwrap(), patches)
+    Solver::new(&scene.unwrap().unwrap()).cut(patches)
 }
 
 const SAMPLING: Sampling = Sampling { rays: 64, emitter_rays: 64, seed: 0 };
@@ -18,17 +20,17 @@ const SAMPLING: Sampling = Sampling { rays: 64, emitter_rays: 64, seed: 0 };
 fn the_patches_said_to_fit_do_and_one_more_does_not() {
     let p = room(12_000);
     let modes = [Mode::Global.transport()];
-    let all = estimate_memory(&p, &modes, &SAMPLING, 1, f64::INFINITY);
+    let all = p.estimate_memory(&modes, &SAMPLING, 1, f64::INFINITY);
     assert_eq!(all.fitting, p.patches.len());
     // Half the rays of a row land apart at the most, and at least one does.
     assert!(all.entries >= 1.0 && all.entries <= 64.0);
-    let error = check_memory(&p, &modes, &SAMPLING, 0.5 * all.bytes).unwrap_err();
+    let error = p.check_memory(&modes, &SAMPLING, 1, 0.5 * all.bytes).unwrap_err();
     assert!(error.fitting > 1 && error.fitting < p.patches.len());
-    assert!(check_memory(&p, &modes, &SAMPLING, all.bytes).is_ok());
+    assert!(p.check_memory(&modes, &SAMPLING, 1, all.bytes).is_ok());
     // The count cut is met within about a third, so ask for less than what fits by that.
     let fewer = room(error.fitting * 2 / 3);
     assert!(fewer.patches.len() <= error.fitting);
-    assert!(check_memory(&fewer, &modes, &SAMPLING, error.limit).is_ok());
+    assert!(fewer.check_memory(&modes, &SAMPLING, 1, error.limit).is_ok());
 }
 
 /// The stored entries are what most of the estimate stands for.
@@ -36,8 +38,8 @@ fn the_patches_said_to_fit_do_and_one_more_does_not() {
 fn the_measured_length_of_a_row_is_that_of_all_rows() {
     let p = room(2000);
     let modes = [Mode::Global.transport()];
-    let estimate = estimate_memory(&p, &modes, &SAMPLING, 1, f64::INFINITY);
-    let (k, _) = halflight::render::assemble(&p, &modes, &SAMPLING, &halflight::render::Silent);
+    let estimate = p.estimate_memory(&modes, &SAMPLING, 1, f64::INFINITY);
+    let (k, _) = p.assemble(&modes, &SAMPLING, &halflight::render::Silent);
     let f = k[0].operator.form_factors();
     let lengths: Vec<f64> = (0..f.len()).map(|i| f.row(i).0.len() as f64).collect();
     let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;

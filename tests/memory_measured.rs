@@ -5,9 +5,9 @@
 mod common;
 
 use common::{Silent, builtin};
+use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::light::Mode;
-use halflight::render::{assemble, estimate_memory, prepare};
 use halflight::solve::{Settings, neumann};
 
 /// A number of bytes from Linux's `/proc/self/status`; none elsewhere.
@@ -28,12 +28,12 @@ fn peak_of(work: impl FnOnce()) -> Option<f64> {
 
 #[test]
 fn what_k_takes_is_within_what_is_foreseen() {
-    let p = prepare(builtin("furnished-room"), 16_000);
+    let p = Solver::new(&builtin("furnished-room")).cut(16_000);
     let modes = [Mode::Global.transport()];
     let sampling = Sampling { rays: 512, emitter_rays: 64, seed: 0 };
-    let foreseen = estimate_memory(&p, &modes, &sampling, 1, f64::INFINITY).bytes;
+    let foreseen = p.estimate_memory(&modes, &sampling, 1, f64::INFINITY).bytes;
     let measured = peak_of(|| {
-        let (k, _) = assemble(&p, &modes, &sampling, &Silent);
+        let (k, _) = p.assemble(&modes, &sampling, &Silent);
         neumann(&k[0].operator, &Settings::default()).expect("converges");
     });
     let Some(measured) = measured else {

@@ -1,12 +1,15 @@
 //! The modes: what ends ends exactly, and materials with modes of their own.
 
+use crate::common::lights_behind;
 use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling};
 use glam::{DQuat, DVec3};
+use halflight::Solver;
 use halflight::direct::Occlusion;
 use halflight::form_factors::Sampling;
 use halflight::light::{Light, Mode, Rgb};
 use halflight::operator::LinearOperator;
-use halflight::render::{Assembled, Prepared, assemble, prepare};
+use halflight::render::Assembled;
+use halflight::render::Discretization;
 use halflight::scene::Scene;
 use halflight::solve::{Settings, Solution, Verdict, explore, neumann};
 
@@ -30,7 +33,7 @@ fn room(slab: bool) -> Scene {
 }
 
 /// Visible light of the patches of a material, area-weighted mean, red.
-fn mean_light(p: &Prepared, light: &[Light], material: u32) -> f64 {
+fn mean_light(p: &Discretization, light: &[Light], material: u32) -> f64 {
     let (mut sum, mut area) = (0.0, 0.0);
     for (i, l) in light.iter().enumerate() {
         if p.patches.materials()[i] == material {
@@ -44,9 +47,9 @@ fn mean_light(p: &Prepared, light: &[Light], material: u32) -> f64 {
 #[test]
 fn without_interreflection_the_second_bounce_is_exactly_nothing() {
     for name in ["cornell-box", "furnished-room", "two-rooms"] {
-        let p = prepare(builtin(name), 400);
+        let p = Solver::new(&builtin(name)).cut(400);
         for mode in [Mode::Local, Mode::OneBounce] {
-            let (mut assembled, rays) = assemble(&p, &[mode.transport()], &sampling(256, 0), &Silent);
+            let (mut assembled, rays) = p.assemble(&[mode.transport()], &sampling(256, 0), &Silent);
             let k = assembled.remove(0);
             // Only light as emitted is asked for: in local mode without a ray, else the shadows of so few faces are cut
             // out, and rays are left to a patch or two whose view is too ragged, 64 or so a luminaire each.
@@ -71,7 +74,7 @@ fn without_interreflection_the_second_bounce_is_exactly_nothing() {
 #[test]
 fn glowing_rooms_end_too() {
     // The furnace's light goes through the rows of F, which are cast, but it ends after one bounce all the same.
-    let p = prepare(builtin("furnace"), 100);
+    let p = Solver::new(&builtin("furnace")).cut(100);
     let k = assemble_one(&p, Mode::OneBounce.transport(), &sampling(64, 0));
     assert!(k.operator.form_factors().entries() > 0);
     let nothing = vec![Light::default(); k.operator.len()];
@@ -83,8 +86,9 @@ fn glowing_rooms_end_too() {
 fn a_transmitting_thing_in_a_global_scene_casts_no_shadow() {
     let mut scene = room(true);
     scene.materials[2].tau = Some(1.0);
-    let (with, without, shaded) = (prepare(scene, 500), prepare(room(false), 430), prepare(room(true), 500));
-    let direct = |p: &Prepared| {
+    let (with, without, shaded) =
+        (Solver::new(&scene).cut(500), Solver::new(&room(false)).cut(430), Solver::new(&room(true)).cut(500));
+    let direct = |p: &Discretization| {
         let k = assemble_one(p, Mode::OneBounce.transport(), &Sampling { emitter_rays: 256, ..sampling(64, 0) });
         mean_light(p, &solve(&k).light, 0)
     };
@@ -99,13 +103,12 @@ fn a_transmitting_thing_in_a_global_scene_casts_no_shadow() {
 fn a_transmitting_thing_leaves_the_same_direct_light_patch_by_patch() {
     let mut scene = room(true);
     scene.materials[2].tau = Some(1.0);
-    let p = prepare(scene, 500);
+    let p = Solver::new(&scene).cut(500);
     let receive = |occlusion: &Occlusion| {
         let receives = vec![true; p.patches.len()];
         let sampling = Sampling { emitter_rays: 16, ..sampling(1, 0) };
-        let sight = occlusion.clone().into();
-        let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
-        receive_emitted(&lighting, &p.patches, &receives, &sampling, &|_| ()).0
+        let lights = lights_behind(&p, occlusion);
+        lights.receive_emitted(&receives, &sampling, &|_| ()).0
     };
     let (partial, bare) = (Occlusion::Partial(vec![0.0, 0.0, 1.0, 0.0]), Occlusion::Nothing);
     for (i, (a, b)) in receive(&partial).into_iter().zip(receive(&bare)).enumerate() {
@@ -123,9 +126,9 @@ fn a_transmitting_thing_reflects_all_the_same() {
     (ghost.materials[2].tau, ghost.materials[2].alpha) = (Some(1.0), Some(0.0));
     let mut glass = room(true);
     glass.materials[2].tau = Some(1.0);
-    let [ghost, glass, bare] = [ghost, glass, room(false)].map(|scene| prepare(scene, 500));
+    let [ghost, glass, bare] = [ghost, glass, room(false)].map(|scene| Solver::new(&scene).cut(500));
     let global = Mode::Global.transport();
-    let floor = |p: &Prepared| {
+    let floor = |p: &Discretization| {
         let of = |seed: u32| mean_light(p, &solve(&assemble_one(p, global, &sampling(256, seed))).light, 0);
         mean_and_error(&[0, 1, 2, 3].map(of))
     };

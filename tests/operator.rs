@@ -2,9 +2,9 @@
 
 use crate::common::{Facing, Mesh, assemble_one, builtin, grey, random, sampling, transport};
 use glam::{DQuat, DVec3, EulerRot};
+use halflight::Solver;
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::operator::{LinearOperator, Operator, spectrum};
-use halflight::render::prepare;
 use halflight::scene::{Material, Sides};
 use halflight::solve::{Settings, Verdict, direct, explore, extrapolated, neumann, norm, verdict};
 use nalgebra::DMatrix;
@@ -36,7 +36,7 @@ fn materials(rho: f32) -> Vec<Material> {
 
 /// K of such a room.
 fn operator(boxes: u32, patches: usize, rho: f32, seed: u32, transport: Transport) -> Operator {
-    let p = prepare(room(boxes, seed).scene(materials(rho)), patches);
+    let p = Solver::new(&room(boxes, seed).scene(materials(rho))).cut(patches);
     assemble_one(&p, transport, &sampling(256, seed)).operator
 }
 
@@ -180,7 +180,7 @@ fn bounds_say_something_where_some_patches_see_almost_nothing() {
         }
     }
     assert!(scene.materials.iter().any(|m| m.sides == Sides::Two));
-    let p = prepare(scene, 600);
+    let p = Solver::new(&scene).cut(600);
     for mode in [Mode::Global, Mode::Shadowless].map(Mode::transport) {
         let k = assemble_one(&p, mode, &sampling(256, 0)).operator;
         let solution = explore(&k, 8);
@@ -202,7 +202,7 @@ fn a_small_bright_lamp_does_not_end_the_series_early() {
     mesh.polygon(&lamp.map(|(x, z)| DVec3::new(x, 0.9, z)), 1);
     let mut glow = grey("lamp", 0.0);
     glow.emission = 1e6 * Rgb::ONE;
-    let p = prepare(mesh.scene(vec![grey("wall", 0.8), glow]), 150);
+    let p = Solver::new(&mesh.scene(vec![grey("wall", 0.8), glow])).cut(150);
     let k = assemble_one(&p, Mode::Global.transport(), &sampling(256, 0)).operator;
     let settings = Settings { tolerance: 0.01, ..Settings::default() };
     let exact = direct(&k).expect("regular");
@@ -270,7 +270,7 @@ fn two_facing_plates_do_not_oscillate() {
     mesh.polygon(&down, 1);
     let mut lamp = grey("lamp", 0.9);
     lamp.emission = Rgb::ONE;
-    let p = prepare(mesh.scene(vec![grey("plate", 0.9), lamp]), 80);
+    let p = Solver::new(&mesh.scene(vec![grey("plate", 0.9), lamp])).cut(80);
     let k = assemble_one(&p, Mode::Global.transport(), &sampling(256, 0)).operator;
     // All light goes to and fro: K is bipartite, its eigenvalues come in pairs +-lambda.
     let bounds = spectrum(&k).worst();
@@ -287,7 +287,7 @@ fn rooms_that_do_not_see_each_other() {
     mesh.cuboid(apart, DVec3::ONE, DQuat::IDENTITY, Facing::In, 1);
     let mut dim = grey("dim", 0.3);
     dim.emission = Rgb::ONE;
-    let p = prepare(mesh.scene(vec![dim, grey("bright", 0.8)]), 100);
+    let p = Solver::new(&mesh.scene(vec![dim, grey("bright", 0.8)])).cut(100);
     let k = assemble_one(&p, Mode::Global.transport(), &sampling(256, 0)).operator;
     // Rows sum to 1: the radius is the larger rho exactly, of the room without a light.
     let bounds = spectrum(&k).worst();
@@ -305,7 +305,7 @@ fn rooms_that_do_not_see_each_other() {
 fn where_nothing_reflects_the_series_ends_with_the_emission() {
     let mut black = materials(0.0);
     black[3].rho = Rgb::ZERO;
-    let p = prepare(room(2, 1).scene(black), 80);
+    let p = Solver::new(&room(2, 1).scene(black)).cut(80);
     let k = assemble_one(&p, Mode::Global.transport(), &sampling(64, 0)).operator;
     assert_eq!(verdict(&k).0, Verdict::Ends);
     let solution = neumann(&k, &Settings::default()).expect("ends");

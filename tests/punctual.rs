@@ -1,18 +1,23 @@
 //! Lights without area: irradiance by closed form, shadows where geometry puts them, all modes against the path tracer,
 //! stated errors, and many of them.
 
+use crate::common::lights;
+use crate::common::rendered;
+use halflight::direct::Lights;
+use halflight::direct::Scratch;
+use halflight::pictures::Size;
 use std::f64::consts::PI;
 
 use crate::common::{Facing, Mesh, Silent, assemble_one, grey, random, sampling, transport};
 use glam::{DQuat, DVec3, Vec3};
+use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Transport};
 use halflight::pictures::{Picture, relative_rms};
 use halflight::rays::Rays;
 use halflight::reference::{NextEvent, TraceSettings, Tracer};
-use halflight::render::{
-    End, Prepared, Wanted, WantedTerms, assembled_shooter, explore_within, prepare, ray_shooter, render, render_within,
-};
+use halflight::render::Discretization;
+use halflight::render::End;
 use halflight::scene::{LoadOptions, PunctualForm, PunctualLight, PunctualPlace, Scene};
 use halflight::solve::{Emitted, RaySettings, Settings, Shooting, ShootingSettings, explore, neumann, norm};
 use halflight::surfaces::SurfacePoint;
@@ -35,26 +40,24 @@ fn floor(disc: bool, rest: &str) -> Scene {
 
 /// A place to ask for light at, in the file's units, and everything that tells it.
 struct Asked {
-    p: Prepared,
-    sight: Sight,
+    p: Discretization,
+    lights: Lights,
 }
 
 impl Asked {
     fn new(scene: Scene, mode: Transport) -> Asked {
-        let p = prepare(scene, 50);
-        let receives = vec![true; p.patches.len()];
-        let transports = p.scene.transports(mode);
-        let sight = Sight::new(&p.scene, &p.rays, &p.patches, &p.luminaires, &transports, &receives);
-        Asked { p, sight }
+        let p = Solver::new(&scene).cut(50);
+        let lights = lights(&p, mode);
+        Asked { p, lights }
     }
 
     /// Irradiance of the floor, W/m², and the rays cast.
     fn irradiance(&self, x: DVec3) -> (DVec3, u64) {
-        let lighting = Lighting { rays: &self.p.rays, luminaires: &self.p.luminaires, sight: &self.sight };
-        let position = self.p.scene.frame.to_unit(x).as_vec3();
+        let position = self.p.geometry.scene.frame.to_unit(x).as_vec3();
         let receiver = SurfacePoint { position, normal: Vec3::Y, face: 0 };
-        let (light, rays) = lighting.gather_punctual(&receiver, &mut Default::default());
-        (PI * light, rays)
+        let mut scratch = Scratch::default();
+        let light = self.lights.gather_punctual(&receiver, &mut scratch);
+        (PI * light, scratch.cast)
     }
 }
 
@@ -123,17 +126,17 @@ fn pictures_and_path_tracer_show_opengls_diffuse_light() {
             );
             let scene = floor(false, &(camera + &table(light)));
             let expected = form(*x) * 0.5 / PI;
-            let p = prepare(scene, 50);
+            let p = Solver::new(&scene).cut(50);
             let mode = assemble_one(&p, Mode::Local.transport(), &sampling(16, 0));
             let solution = neumann(&mode.operator, &Settings::default()).expect("ends");
-            let shown =
-                render(&p, &mode, &solution, &GatherPass::new((1, 1), &GatherSampling::with_samples(16, 0)), &Silent)
-                    .total();
+            let shown = mode
+                .picture(&solution, &GatherPass::new((1, 1), &GatherSampling::with_samples(16, 0)), &Silent)
+                .total();
             assert!((f64::from(shown.pixels[0].x) - expected).abs() <= 1e-3 * expected.max(1e-3), "{light} {x}");
             for next_event in [NextEvent::On, NextEvent::Off] {
                 let settings = TraceSettings { next_event, ..TraceSettings::default() };
-                let transports = p.scene.transports(Mode::Global.transport());
-                let mut tracer = Tracer::new(&p.scene, &p.rays, &transports, (1, 1), &settings);
+                let transports = p.geometry.scene.transports(Mode::Global.transport());
+                let mut tracer = Tracer::new(&p.geometry.scene, &p.geometry.rays, &transports, (1, 1), &settings);
                 tracer.pass(16);
                 let traced = f64::from(tracer.picture().pixels[0].x);
                 assert!((traced - expected).abs() <= 1e-3 * expected.max(1e-3), "{light} {x}: {traced} {expected}");
@@ -200,11 +203,11 @@ fn forms() -> [PunctualForm; 4] {
 
 /// A picture to 2 % agrees with one by the path tracer, within so many times its stated error.
 fn agrees(scene: &Scene, transport: Transport, samples: u32, times: f64, what: &str) {
-    let wanted = Wanted { tolerance: 0.02, size: (24, 24).into(), deadline: None, memory: f64::INFINITY, seed: 5 };
-    let found = render_within(&mut prepare(scene.clone(), 1), transport, &wanted, &Silent).expect("converges");
+    let size = Size { width: 24, height: 24 };
+    let found = rendered(scene, transport, size, 0.02, 5);
     let rays = Rays::new(scene);
     let transports = scene.transports(transport);
-    let mut tracer = Tracer::new(scene, &rays, &transports, wanted.size, &TraceSettings::default());
+    let mut tracer = Tracer::new(scene, &rays, &transports, size, &TraceSettings::default());
     tracer.pass(samples);
     let (truth, noise) = (tracer.picture(), tracer.standard_error().expect("samples"));
     let error = relative_rms(&found.picture, &truth, None, Some(&noise)).expect("pictures");
@@ -256,8 +259,7 @@ fn many_lights_are_drawn_without_bias() {
             PunctualLight { form, intensity: Vec3::new(1.0, 0.5, random(k, 3) as f32) }
         })
         .collect();
-    let mut asked = Asked::new(scene, Mode::Global.transport());
-    let all = asked.p.luminaires.punctual.clone();
+    let asked = Asked::new(scene.clone(), Mode::Global.transport());
     let places: Vec<DVec3> = (0..2000).map(|k| DVec3::new(random(k, 4) - 0.5, -1.0, random(k, 5) - 0.5)).collect();
     let mean = |asked: &Asked| {
         let each = places.iter().map(|&x| asked.irradiance(x));
@@ -265,9 +267,9 @@ fn many_lights_are_drawn_without_bias() {
     };
     let (drawn, cast) = mean(&asked);
     let mut exact = DVec3::ZERO;
-    for few in all.chunks(20) {
-        asked.p.luminaires.punctual = few.to_vec();
-        exact += mean(&asked).0;
+    for few in scene.lights.chunks(20) {
+        let scene = Scene { lights: few.to_vec(), ..scene.clone() };
+        exact += mean(&Asked::new(scene, Mode::Global.transport())).0;
     }
     assert!((drawn / exact - 1.0).abs().max_element() < 0.01, "{drawn} {exact}");
     assert!(cast <= 17 * places.len() as u64, "{cast}");
@@ -277,10 +279,10 @@ fn many_lights_are_drawn_without_bias() {
 fn shooting_and_bounces_know_them() {
     let half = transport(0.5, 0.5);
     for form in [forms()[1], forms()[3]] {
-        let mut p = prepare(room(true, form, 3.0), 300);
+        let p = Solver::new(&room(true, form, 3.0)).cut(300);
         let mode = assemble_one(&p, half, &sampling(256, 0));
         let series = explore(&mode.operator, 20);
-        let shooter = assembled_shooter(&mode);
+        let shooter = mode.shooter();
         let settings = ShootingSettings { unshot: 1e-5, ..ShootingSettings::default() };
         let mut shooting = Shooting::new(&shooter, settings).expect("converges");
         shooting.run(|_| ()).expect("converges");
@@ -289,7 +291,7 @@ fn shooting_and_bounces_know_them() {
         assert!(shooting.balance().residual().abs() < 1e-6);
         for emitted in [Emitted::ClosedForm, Emitted::Rays] {
             let rays = RaySettings { rays: 1 << 18, emitted, ..RaySettings::default() };
-            let shooter = ray_shooter(&p, half, rays);
+            let shooter = p.ray_shooter(half, rays);
             let mut shooting =
                 Shooting::new(&shooter, ShootingSettings { unshot: 1e-3, ..settings }).expect("converges");
             shooting.run(|_| ()).expect("converges");
@@ -298,9 +300,8 @@ fn shooting_and_bounces_know_them() {
             assert!(shooting.balance().residual().abs() < 1e-6);
         }
         // Powers of the bounces, patches and walks of light together.
-        let wanted = WantedTerms { count: 3, tolerance: 0.02, time: None, memory: f64::INFINITY, seed: 0 };
-        let found = explore_within(&mut p, half, &wanted, &Silent);
-        assert_eq!(found.end, End::Met);
+        let found = Solver::new(&p.geometry.scene).bounces(half, 3).tolerance(0.02);
+        assert_eq!(found.end, Some(End::Met));
         assert_eq!(found.solution.bounces[0].power, [0.0; 3]);
         for n in 1..=3 {
             let (a, b) = (found.solution.bounces[n].power[0], series.bounces[n].power[0]);

@@ -2,10 +2,10 @@
 
 use crate::common::{Silent, assemble_one, sampling};
 use glam::DVec3;
+use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Mode;
 use halflight::pictures::{Picture, relative_rms};
-use halflight::render::{prepare, render};
 use halflight::scene::{LoadOptions, Scene, builtin};
 use halflight::solve::{Settings, neumann};
 
@@ -35,11 +35,11 @@ fn cornell(scale: f64, shift: DVec3) -> Scene {
 
 /// The global picture and the power of the light, W.
 fn solve(scene: Scene, seed: u32) -> (Picture, f64) {
-    let p = prepare(scene, 800);
+    let p = Solver::new(&scene).cut(800);
     let mode = assemble_one(&p, Mode::Global.transport(), &sampling(256, seed));
     let solution = neumann(&mode.operator, &Settings::default()).expect("converges");
     let gathering = GatherSampling::with_samples(32, seed);
-    let gathered = render(&p, &mode, &solution, &GatherPass::new((64, 64), &gathering), &Silent);
+    let gathered = mode.picture(&solution, &GatherPass::new((64, 64), &gathering), &Silent);
     let power = solution.bounces.iter().map(|b| b.power[0]).sum();
     (gathered.total(), power)
 }
@@ -66,7 +66,7 @@ fn neither_size_nor_place_changes_the_picture() {
 #[test]
 fn power_leaves_the_lamp_as_area_times_radiance() {
     for scale in [1e-6, 1.0, 1e6] {
-        let p = prepare(cornell(scale, DVec3::ZERO), 200);
+        let p = Solver::new(&cornell(scale, DVec3::ZERO)).cut(200);
         let mode = assemble_one(&p, Mode::OneBounce.transport(), &sampling(64, 0));
         let solution = neumann(&mode.operator, &Settings::default()).expect("ends");
         let exact = std::f64::consts::PI * 17.0 * 130.0 * 105.0 * scale * scale;

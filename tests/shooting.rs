@@ -1,8 +1,11 @@
 //! Progressive shooting against the Neumann series, the power balance and the frontier of convergence.
 
+use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::light::{Light, Mode, Transport};
-use halflight::render::{Assembled, Prepared, Watch, assemble, assembled_shooter, prepare, ray_shooter};
+use halflight::render::Assembled;
+use halflight::render::Discretization;
+use halflight::render::Watch;
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::{Emitted, Progress, RaySettings, Shooter, ShootingSettings};
 use halflight::solve::{Shooting, Verdict, explore, neumann, norm, verdict};
@@ -18,9 +21,9 @@ fn scene(name: &str) -> Scene {
     Scene::builtin(name, LoadOptions::default()).expect("a built-in name").expect("a correct scene")
 }
 
-fn k(p: &Prepared, mode: Transport, seed: u32) -> Assembled {
+fn k(p: &Discretization, mode: Transport, seed: u32) -> Assembled {
     let sampling = Sampling { rays: 256, emitter_rays: 16, seed };
-    let (mut modes, _) = assemble(p, &[mode], &sampling, &Quiet);
+    let (mut modes, _) = p.assemble(&[mode], &sampling, &Quiet);
     modes.remove(0)
 }
 
@@ -61,11 +64,11 @@ fn difference(areas: &[f64], a: &[Light], b: &[Light]) -> f64 {
 fn power_balances_in_closed_opaque_scenes() {
     let global = Mode::Global.transport();
     for name in ["furnace", "concentric-spheres", "two-rooms"] {
-        let p = prepare(scene(name), 300);
+        let p = Solver::new(&scene(name)).cut(300);
         let k = k(&p, global, 0);
-        let assembled = assembled_shooter(&k);
-        let closed = ray_shooter(&p, global, rays(Emitted::ClosedForm, 0));
-        let cast = ray_shooter(&p, global, rays(Emitted::Rays, 0));
+        let assembled = k.shooter();
+        let closed = p.ray_shooter(global, rays(Emitted::ClosedForm, 0));
+        let cast = p.ray_shooter(global, rays(Emitted::Rays, 0));
         let forms: [&dyn Shooter; 3] = [&assembled, &closed, &cast];
         for (form, shooter) in forms.into_iter().enumerate() {
             let mut shooting = Shooting::new(shooter, until(1e-3)).unwrap();
@@ -91,8 +94,8 @@ fn power_balances_in_closed_opaque_scenes() {
 fn power_balances_where_light_leaves_and_is_made() {
     for mode in [(1.0, 0.0), (0.5, 0.5), (1.0, 1.0)] {
         let transport = Transport::new(mode.0, mode.1).unwrap();
-        let p = prepare(scene("cornell-box"), 200);
-        let shooter = ray_shooter(&p, transport, rays(Emitted::Rays, 0));
+        let p = Solver::new(&scene("cornell-box")).cut(200);
+        let shooter = p.ray_shooter(transport, rays(Emitted::Rays, 0));
         let balance = finished(&shooter, 1e-3).balance();
         assert!(balance.residual().abs() < 1e-6, "{balance:?}");
         assert_eq!(balance.created > 0.0, mode.1 > 0.0, "{balance:?}");
@@ -105,10 +108,10 @@ fn power_balances_where_light_leaves_and_is_made() {
 fn a_furnace_is_uniform_to_the_rays_noise() {
     // Power is conserved, so the mean of L / (E / (1 - rho)) is exact to what is unshot.
     let global = Mode::Global.transport();
-    let p = prepare(scene("furnace"), 300);
-    let own = &p.scene.materials[0];
+    let p = Solver::new(&scene("furnace")).cut(300);
+    let own = &p.geometry.scene.materials[0];
     let exact = f64::from(own.emission.x) / (1.0 - f64::from(own.rho.x));
-    let shooter = ray_shooter(&p, global, rays(Emitted::Rays, 1));
+    let shooter = p.ray_shooter(global, rays(Emitted::Rays, 1));
     let shooting = finished(&shooter, 1e-6);
     let areas = shooter.surfaces().areas;
     let sum = |f: fn(f64) -> f64| -> f64 {
@@ -130,10 +133,10 @@ fn generations_are_the_neumann_terms_of_the_same_k() {
     cases.push((scene("cornell-box"), Transport::new(0.5, 0.5).unwrap()));
     cases.push((hybrid(), Mode::Global.transport()));
     for (case, (scene, mode)) in cases.into_iter().enumerate() {
-        let p = prepare(scene, 500);
+        let p = Solver::new(&scene).cut(500);
         let k = k(&p, mode, 0);
         let series = explore(&k.operator, 6);
-        let shooter = assembled_shooter(&k);
+        let shooter = k.shooter();
         let shooting = finished(&shooter, 1e-9);
         let areas = k.operator.areas();
         for n in 0..=5 {
@@ -155,9 +158,9 @@ fn generations_are_the_neumann_terms_of_the_same_k() {
 
 #[test]
 fn later_generations_are_kept_together() {
-    let p = prepare(scene("cornell-box"), 200);
+    let p = Solver::new(&scene("cornell-box")).cut(200);
     let k = k(&p, Mode::Global.transport(), 0);
-    let shooter = assembled_shooter(&k);
+    let shooter = k.shooter();
     let all = finished(&shooter, 1e-9);
     let settings = ShootingSettings { generations: 3, ..until(1e-9) };
     let mut few = Shooting::new(&shooter, settings).unwrap();
@@ -198,7 +201,7 @@ fn rays_agree_with_neumann_within_the_noise_of_both() {
         (scene("cornell-box"), Transport::new(0.5, 0.5).unwrap()),
         (hybrid(), Mode::Global.transport()),
     ] {
-        let p = prepare(scene, 200);
+        let p = Solver::new(&scene).cut(200);
         let series: Vec<Vec<f64>> = (0..SEEDS)
             .map(|seed| {
                 let k = k(&p, mode, 100 + seed);
@@ -211,7 +214,7 @@ fn rays_agree_with_neumann_within_the_noise_of_both() {
         for emitted in [Emitted::ClosedForm, Emitted::Rays] {
             let runs: Vec<Vec<f64>> = (0..SEEDS)
                 .map(|seed| {
-                    let shooter = ray_shooter(&p, mode, rays(emitted, seed));
+                    let shooter = p.ray_shooter(mode, rays(emitted, seed));
                     let s = finished(&shooter, 1e-5);
                     let terms = (1..5).map(|n| s.generation(n));
                     powers(shooter.surfaces().areas, terms.chain([s.light()]))
@@ -231,10 +234,10 @@ fn rays_agree_with_neumann_within_the_noise_of_both() {
 #[test]
 fn it_stops_at_the_wanted_share_and_counts() {
     let global = Mode::Global.transport();
-    let p = prepare(scene("cornell-box"), 200);
+    let p = Solver::new(&scene("cornell-box")).cut(200);
     let k = k(&p, global, 0);
-    let assembled = assembled_shooter(&k);
-    let cast = ray_shooter(&p, global, rays(Emitted::ClosedForm, 0));
+    let assembled = k.shooter();
+    let cast = p.ray_shooter(global, rays(Emitted::ClosedForm, 0));
     let forms: [&dyn Shooter; 2] = [&assembled, &cast];
     for shooter in forms {
         for wanted in [1.0, 0.1, 1e-2, 1e-3] {
@@ -255,12 +258,12 @@ fn it_stops_at_the_wanted_share_and_counts() {
 
 #[test]
 fn where_nothing_is_passed_on_only_emitters_shoot() {
-    let p = prepare(scene("cornell-box"), 300);
+    let p = Solver::new(&scene("cornell-box")).cut(300);
     for mode in [Mode::Local, Mode::OneBounce] {
         let k = k(&p, mode.transport(), 0);
-        let assembled = assembled_shooter(&k);
-        let closed = ray_shooter(&p, mode.transport(), rays(Emitted::ClosedForm, 0));
-        let cast = ray_shooter(&p, mode.transport(), rays(Emitted::Rays, 0));
+        let assembled = k.shooter();
+        let closed = p.ray_shooter(mode.transport(), rays(Emitted::ClosedForm, 0));
+        let cast = p.ray_shooter(mode.transport(), rays(Emitted::Rays, 0));
         let emitters = k.operator.emission().iter();
         let emitters = emitters.filter(|e| **e != Light::default()).count() as u64;
         let forms: [&dyn Shooter; 3] = [&assembled, &closed, &cast];
@@ -286,11 +289,11 @@ fn refusal(shooter: &dyn Shooter) -> Option<halflight::solve::Diverges> {
 #[test]
 fn a_room_full_of_furniture_is_refused_without_shadows() {
     let mode = Mode::Shadowless.transport();
-    let p = prepare(scene("furnished-room"), 600);
+    let p = Solver::new(&scene("furnished-room")).cut(600);
     let k = k(&p, mode, 0);
-    let proof = refusal(&assembled_shooter(&k)).expect("refused by proof");
+    let proof = refusal(&k.shooter()).expect("refused by proof");
     assert_eq!(proof.verdict, Verdict::Diverges);
-    let found = refusal(&ray_shooter(&p, mode, rays(Emitted::ClosedForm, 0)));
+    let found = refusal(&p.ray_shooter(mode, rays(Emitted::ClosedForm, 0)));
     let found = found.expect("refused while running");
     assert_eq!(found.verdict, Verdict::Diverges);
     // A lower bound: it may not pass the proved upper one by more than the noise.
@@ -305,7 +308,7 @@ fn spheres_are_refused_just_beyond_the_frontier_and_solved_just_before() {
         m.rho = halflight::light::Rgb::splat(0.95);
     }
     let few = |emitted| RaySettings { rays: 1 << 15, ..rays(emitted, 0) };
-    let p = prepare(bright, 250);
+    let p = Solver::new(&bright).cut(250);
     let one = Mode::Shadowless.transport();
     let (_, spectrum) = verdict(&k(&p, one, 0).operator);
     // The radius is proportional to alpha.
@@ -315,9 +318,9 @@ fn spheres_are_refused_just_beyond_the_frontier_and_solved_just_before() {
         let alpha = (times * frontier) as f32;
         let mode = Transport::new(alpha, 1.0).expect("a frontier below alpha 1");
         let k = k(&p, mode, 0);
-        assert_eq!(refusal(&assembled_shooter(&k)).is_some(), refused);
+        assert_eq!(refusal(&k.shooter()).is_some(), refused);
         for emitted in [Emitted::ClosedForm, Emitted::Rays] {
-            let found = refusal(&ray_shooter(&p, mode, few(emitted)));
+            let found = refusal(&p.ray_shooter(mode, few(emitted)));
             assert_eq!(found.is_some(), refused, "{times} {found:?}");
         }
     }
@@ -326,8 +329,8 @@ fn spheres_are_refused_just_beyond_the_frontier_and_solved_just_before() {
 #[test]
 fn a_run_that_takes_too_long_is_refused_as_undecided() {
     let mode = Transport::new(0.5, 0.5).unwrap();
-    let p = prepare(scene("cornell-box"), 200);
-    let shooter = ray_shooter(&p, mode, rays(Emitted::ClosedForm, 0));
+    let p = Solver::new(&scene("cornell-box")).cut(200);
+    let shooter = p.ray_shooter(mode, rays(Emitted::ClosedForm, 0));
     let settings = ShootingSettings { shots_per_patch: 2, ..until(1e-9) };
     let mut shooting = Shooting::new(&shooter, settings).unwrap();
     let refused = shooting.run(|_| ()).unwrap_err();
@@ -338,14 +341,14 @@ fn a_run_that_takes_too_long_is_refused_as_undecided() {
 #[test]
 fn the_same_bits_for_any_number_of_threads_and_other_bits_for_another_seed() {
     let mode = Transport::new(0.8, 0.3).unwrap();
-    let p = prepare(scene("cornell-box"), 200);
+    let p = Solver::new(&scene("cornell-box")).cut(200);
     let k = k(&p, mode, 0);
     let run = |threads: usize, seed: u32| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {
-            let cast = ray_shooter(&p, mode, rays(Emitted::Rays, seed));
+            let cast = p.ray_shooter(mode, rays(Emitted::Rays, seed));
             let cast = finished(&cast, 1e-3);
-            let assembled = assembled_shooter(&k);
+            let assembled = k.shooter();
             let assembled = finished(&assembled, 1e-3);
             let figures = (cast.balance(), cast.progress(), assembled.balance());
             (cast.light(), assembled.light(), figures)

@@ -1,12 +1,16 @@
 //! Work that is spared, against the general path that would do it all: the same numbers.
 
+use crate::common::lights;
+use crate::common::lights_behind;
 use crate::common::{Mesh, Silent, all_of_f, assemble_one, builtin, grey, mean_and_error, random, sampling, transport};
 use glam::DVec3;
+use halflight::Solver;
+use halflight::direct::Lights;
 use halflight::direct::Occlusion;
 use halflight::form_factors::{FormFactors, Sampling, Variant, cast};
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::operator::{LinearOperator, Operator, PatchMaterials};
-use halflight::render::{Assembled, assemble, prepare};
+use halflight::render::Assembled;
 use halflight::scene::Material;
 use halflight::solve::{Settings, Solution, explore, neumann};
 
@@ -16,10 +20,10 @@ fn solve(mode: &Assembled) -> Solution {
 
 #[test]
 fn one_cast_for_several_modes_gives_what_each_alone_gives() {
-    let p = prepare(builtin("cornell-box"), 400);
+    let p = Solver::new(&builtin("cornell-box")).cut(400);
     let mut modes = Mode::ALL.map(Mode::transport).to_vec();
     modes.extend([transport(0.5, 0.5), transport(0.0, 0.25)]);
-    let (together, _) = assemble(&p, &modes, &sampling(256, 7), &Silent);
+    let (together, _) = p.assemble(&modes, &sampling(256, 7), &Silent);
     for (all, &mode) in together.iter().zip(&modes) {
         let alone = assemble_one(&p, mode, &sampling(256, 7));
         let label = mode.label();
@@ -31,15 +35,14 @@ fn one_cast_for_several_modes_gives_what_each_alone_gives() {
 
 #[test]
 fn occlusion_shortcuts_agree_with_the_general_case() {
-    let p = prepare(builtin("cornell-box"), 300);
+    let p = Solver::new(&builtin("cornell-box")).cut(300);
     let receive = |occlusion: &Occlusion| {
         let receives = vec![true; p.patches.len()];
         let sampling = Sampling { emitter_rays: 16, ..sampling(1, 0) };
-        let sight = occlusion.clone().into();
-        let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
-        receive_emitted(&lighting, &p.patches, &receives, &sampling, &|_| ()).0
+        let lights = lights_behind(&p, occlusion);
+        lights.receive_emitted(&receives, &sampling, &|_| ()).0
     };
-    let tau = |t: f32| Occlusion::Partial(vec![t; p.scene.materials.len()]);
+    let tau = |t: f32| Occlusion::Partial(vec![t; p.geometry.scene.materials.len()]);
     // sum/sum is 1 exactly where every ray arrives: only patches whose drawn points all see nothing may differ, and
     // those have nothing to see.
     for (a, b) in receive(&Occlusion::Nothing).iter().zip(receive(&tau(1.0))) {
@@ -51,17 +54,16 @@ fn occlusion_shortcuts_agree_with_the_general_case() {
 #[test]
 fn shadows_cut_out_are_those_that_rays_find() {
     for (name, tau) in [("cornell-box", 0.0), ("cornell-box", 0.5), ("two-rooms", 0.0), ("furnished-room", 0.25)] {
-        let p = prepare(builtin(name), 300);
+        let p = Solver::new(&builtin(name)).cut(300);
         let receives = vec![true; p.patches.len()];
-        let transports = p.scene.transports(Transport { alpha: 1.0, tau });
-        let receive = |sight: &Sight, rays: u32, seed: u32| {
+        let transports = p.geometry.scene.transports(Transport { alpha: 1.0, tau });
+        let receive = |lights: &Lights, rays: u32, seed: u32| {
             let sampling = Sampling { emitter_rays: rays, ..sampling(1, seed) };
-            let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight };
-            receive_emitted(&lighting, &p.patches, &receives, &sampling, &|_| ())
+            lights.receive_emitted(&receives, &sampling, &|_| ())
         };
-        let sight = Sight::new(&p.scene, &p.rays, &p.patches, &p.luminaires, &transports, &receives);
-        let drawn = Sight::from(Occlusion::new(&p.rays, &transports));
-        let bare = receive(&Occlusion::Nothing.into(), 64, 0).0;
+        let sight = lights(&p, Transport { alpha: 1.0, tau });
+        let drawn = lights_behind(&p, &Occlusion::new(&p.geometry.rays, &transports));
+        let bare = receive(&lights_behind(&p, &Occlusion::Nothing), 64, 0).0;
         const REPLICAS: u32 = 8;
         let exact: Vec<_> = (0..REPLICAS).map(|s| receive(&sight, 64, s)).collect();
         let rays: Vec<_> = (0..REPLICAS).map(|s| receive(&drawn, 256, s)).collect();
@@ -112,27 +114,25 @@ fn thirty_scraps_below_a_lamp_leave_nothing_to_draw() {
         mesh.polygon(&[corner(3), corner(6), corner(9)], 2);
     }
     let glow = Material::new("glow", Rgb::ZERO, Rgb::ONE);
-    let p = prepare(mesh.scene(vec![grey("floor", 0.5), glow, grey("paper", 0.5)]), 100);
+    let p = Solver::new(&mesh.scene(vec![grey("floor", 0.5), glow, grey("paper", 0.5)])).cut(100);
     let receives: Vec<bool> = p.patches.materials().iter().map(|&m| m == 0).collect();
-    let transports = p.scene.transports(Mode::Global.transport());
-    let sight = Sight::new(&p.scene, &p.rays, &p.patches, &p.luminaires, &transports, &receives);
-    let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
-    let (received, rays) = receive_emitted(&lighting, &p.patches, &receives, &sampling(64, 0), &|_| ());
+    let transports = p.geometry.scene.transports(Mode::Global.transport());
+    let lights = Lights::new(&p.geometry, &p.patches, &p.luminaires, transports.clone(), 5e-4);
+    let (received, rays) = lights.receive_emitted(&receives, &sampling(64, 0), &|_| ());
     assert!(rays == 0 && received.iter().any(|light| light.x > 0.0), "{rays} rays");
 }
 
 #[test]
 fn alpha_zero_without_rows_is_alpha_zero_with_rows() {
-    let p = prepare(builtin("cornell-box"), 300);
+    let p = Solver::new(&builtin("cornell-box")).cut(300);
     for mode in [Mode::Local, Mode::OneBounce] {
-        let transports: Vec<Transport> = p.scene.transports(mode.transport());
+        let transports: Vec<Transport> = p.geometry.scene.transports(mode.transport());
         let short = assemble_one(&p, mode.transport(), &sampling(128, 0));
-        let materials = PatchMaterials::new(&p.scene, &p.patches, &p.luminaires, &transports);
+        let materials = PatchMaterials::new(&p.geometry.scene, &p.patches, &p.luminaires, &transports);
         let f: FormFactors = all_of_f(&p, mode.transport().tau, &sampling(128, 0));
         let receives = materials.receives();
-        let sight = Sight::new(&p.scene, &p.rays, &p.patches, &p.luminaires, &transports, &receives);
-        let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
-        let (received, _) = receive_emitted(&lighting, &p.patches, &receives, &sampling(128, 0), &|_| ());
+        let lights = Lights::new(&p.geometry, &p.patches, &p.luminaires, transports.clone(), 5e-4);
+        let (received, _) = lights.receive_emitted(&receives, &sampling(128, 0), &|_| ());
         let long = Operator::new(f, materials, short.operator.areas().to_vec(), received);
         let found = neumann(&long, &Settings::default()).expect("ends");
         assert_eq!(found.light, solve(&short).light, "{mode}");
@@ -143,11 +143,14 @@ fn alpha_zero_without_rows_is_alpha_zero_with_rows() {
 
 #[test]
 fn opaque_rows_by_the_first_hit_are_those_by_all_crossings() {
-    let p = prepare(builtin("furnished-room"), 300);
+    let p = Solver::new(&builtin("furnished-room")).cut(300);
     let n = p.patches.len();
-    let variant =
-        |tau: f32| Variant { tau: vec![tau; p.scene.materials.len()], rows: vec![true; n], columns: vec![true; n] };
-    let both = |variants: &[Variant]| cast(&p.rays, &p.patches, variants, &sampling(512, 0), &|_| ()).0;
+    let variant = |tau: f32| Variant {
+        tau: vec![tau; p.geometry.scene.materials.len()],
+        rows: vec![true; n],
+        columns: vec![true; n],
+    };
+    let both = |variants: &[Variant]| cast(&p.geometry.rays, &p.patches, variants, &sampling(512, 0), &|_| ()).0;
     let first = both(&[variant(0.0)]).remove(0);
     let all = both(&[variant(0.0), variant(1.0)]).remove(0);
     assert!(first.rows == all.rows);

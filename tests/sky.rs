@@ -11,10 +11,10 @@ use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::pictures::Picture;
 use halflight::rays::Rays;
 use halflight::reference::{Mean, NextEvent, TraceSettings, Tracer};
+use halflight::render::Discretization;
 use halflight::render::Fineness;
-use halflight::render::{Prepared, WantedTerms, explore_within, prepare};
 use halflight::scene::{AddedLight, Camera, LoadOptions, Material, Scene, SceneError, Sides, SkyLight};
-use halflight::solve::{Emitted, RaySettings, RayShooter, Settings, Shooting, ShootingSettings, neumann};
+use halflight::solve::{Emitted, RaySettings, Settings, Shooting, ShootingSettings, neumann};
 use halflight::study::{FactorSettings, factors};
 
 /// Howell's catalogue C-14: unit squares that share an edge at a right angle, and C-11: opposite faces of a cube.
@@ -79,7 +79,7 @@ fn yard_materials() -> Vec<Material> {
 const TWO_COLOURS: SkyLight = SkyLight { upper: Rgb::new(0.6, 0.8, 1.2), lower: Rgb::new(0.3, 0.2, 0.1) };
 
 /// Light of the patches of a material, area-weighted mean, red.
-fn mean_light(p: &Prepared, light: &[Light], material: u32) -> f64 {
+fn mean_light(p: &Discretization, light: &[Light], material: u32) -> f64 {
     let own = (0..light.len()).filter(|&i| p.patches.materials()[i] == material);
     let (sum, area) = own.fold((0.0, 0.0), |(sum, area), i| {
         let a = p.patches.areas()[i];
@@ -88,7 +88,7 @@ fn mean_light(p: &Prepared, light: &[Light], material: u32) -> f64 {
     sum / area
 }
 
-fn solved(p: &Prepared, mode: Transport, rays: u32) -> Vec<Light> {
+fn solved(p: &Discretization, mode: Transport, rays: u32) -> Vec<Light> {
     let k = assemble_one(p, mode, &sampling(rays, 1));
     neumann(&k.operator, &Settings::default()).expect("converges").light
 }
@@ -109,7 +109,7 @@ fn a_plane_reflects_what_its_half_of_the_sky_sends() {
     for (normal, received) in [(DVec3::Y, sky.upper), (DVec3::NEG_Y, sky.lower), (DVec3::X, half)] {
         let mut mesh = Mesh::default();
         square(&mut mesh, normal, 0);
-        let p = prepare(under(mesh.scene(vec![grey("plane", 0.5)]), sky), 16);
+        let p = Solver::new(&under(mesh.scene(vec![grey("plane", 0.5)]), sky)).cut(16);
         for mode in Mode::ALL {
             let light = solved(&p, mode.transport(), 1024);
             let expected = 0.5 * received;
@@ -149,7 +149,7 @@ fn a_corner_sees_the_sky_by_the_rest_of_its_form_factor() {
     mesh.polygon(&[p(0., 0., 0.), p(0., 0., 1.), p(1., 0., 1.), p(1., 0., 0.)], 0);
     mesh.polygon(&[p(0., 0., 0.), p(0., 1., 0.), p(0., 1., 1.), p(0., 0., 1.)], 1);
     let scene = under(mesh.scene(vec![grey("floor", 0.5), grey("wall", 0.25)]), uniform(1.0));
-    let prepared = prepare(scene.clone(), 200);
+    let prepared = Solver::new(&scene.clone()).cut(200);
     let light = solved(&prepared, Mode::OneBounce.transport(), 4096);
     for (material, rho) in [(0, 0.5), (1, 0.25)] {
         let found = mean_light(&prepared, &light, material);
@@ -163,7 +163,7 @@ fn a_corner_sees_the_sky_by_the_rest_of_its_form_factor() {
 #[test]
 fn a_room_sees_the_sky_through_its_opening() {
     let scene = under(open_box(grey("floor", 1.0), grey("walls", 1.0)), uniform(1.0));
-    let p = prepare(scene.clone(), 300);
+    let p = Solver::new(&scene.clone()).cut(300);
     let light = solved(&p, Mode::OneBounce.transport(), 4096);
     for (material, expected) in [(0, OPPOSITE), (1, ADJACENT)] {
         let found = mean_light(&p, &light, material);
@@ -194,7 +194,7 @@ fn a_furnace_may_be_open_to_the_sky() {
     };
     let materials = vec![glowing("floor", 0.8), glowing("wall", 0.5), glowing("table", 0.3)];
     let scene = under(bare_yard().scene(materials), uniform(L as f32));
-    let p = prepare(scene.clone(), 400);
+    let p = Solver::new(&scene.clone()).cut(400);
     // Small emitters are asked for by closed form and visibility rays, whose errors differ from patch to patch.
     let check = |light: &[Light], what: &str| {
         for material in 0..3 {
@@ -204,10 +204,9 @@ fn a_furnace_may_be_open_to_the_sky() {
         }
     };
     check(&solved(&p, Mode::Global.transport(), 256), "rows");
-    let transports = scene.transports(Mode::Global.transport());
     for emitted in [Emitted::ClosedForm, Emitted::Rays] {
         let settings = RaySettings { rays: 1 << 19, emitted, ..RaySettings::default() };
-        let shooter = RayShooter::new(&scene, &p.rays, &p.patches, &p.luminaires, &transports, settings);
+        let shooter = p.ray_shooter(Mode::Global.transport(), settings);
         let settings = ShootingSettings { unshot: 1e-4, ..ShootingSettings::default() };
         let mut shooting = Shooting::new(&shooter, settings).expect("converges");
         shooting.run(|_| ()).expect("converges");
@@ -315,9 +314,8 @@ fn shade_below_a_sheet_is_no_brighter_where_effort_is_fixed() {
 fn powers_of_the_terms_are_those_of_the_sky() {
     let mut mesh = Mesh::default();
     square(&mut mesh, DVec3::Y, 0);
-    let mut p = prepare(under(mesh.scene(vec![grey("plane", 0.5)]), uniform(2.0)), 16);
-    let wanted = WantedTerms { count: 2, tolerance: 0.01, time: None, memory: f64::INFINITY, seed: 0 };
-    let found = explore_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
+    let solver = Solver::new(&under(mesh.scene(vec![grey("plane", 0.5)]), uniform(2.0)));
+    let found = solver.bounces(Mode::Global, 2).tolerance(0.01);
     let [emitted, reflected] = [0, 1].map(|n| found.solution.bounces[n].power[0]);
     // The sphere around a square of side 2 has the radius sqrt 2.
     assert!((emitted / (4.0 * PI * 2.0 * PI * 2.0) - 1.0).abs() < 1e-5, "{emitted}");

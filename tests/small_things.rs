@@ -1,6 +1,9 @@
 //! What few rays miss: things much smaller than a pixel, pictures of few pixels, and lamps of one colour among others.
 
+use crate::common::lights;
+use crate::common::lights_behind;
 use glam::DVec3;
+use halflight::Solver;
 use halflight::direct::Occlusion;
 use halflight::direct::Scratch;
 use halflight::gather::GatherSampling;
@@ -11,7 +14,7 @@ use halflight::pictures::{Picture, Size};
 use halflight::rays::sobol::{Stream, hash};
 use halflight::reading::Fields;
 use halflight::reading::View;
-use halflight::render::{Rendered, Silent, Wanted, prepare, render_within};
+use halflight::render::Rendered;
 use halflight::scene::{Camera, Material, PunctualForm, PunctualLight, Scene};
 
 use crate::common::builtin;
@@ -50,8 +53,7 @@ impl Faces {
 }
 
 fn rendered(scene: Scene, mode: Mode, size: Size, tolerance: f64, seed: u32) -> Rendered {
-    let wanted = Wanted { tolerance, size, deadline: None, memory: f64::INFINITY, seed };
-    render_within(&mut prepare(scene, 1), mode.transport(), &wanted, &Silent).expect("converges")
+    crate::common::rendered(&scene, mode.transport(), size, tolerance, seed)
 }
 
 const PIXELS: usize = 48;
@@ -155,16 +157,12 @@ fn ring() -> Scene {
 fn lamps_of_one_colour_among_others_are_as_near_as_stated() {
     let size = Size { width: 24, height: 24 };
     for tolerance in [0.05, 0.01, 0.002] {
-        let mut p = prepare(ring(), 1);
+        let p = Solver::new(&ring()).cut(1);
         assert!(p.luminaires.list.len() > 16);
-        let wanted = Wanted { tolerance, size, deadline: None, memory: f64::INFINITY, seed: 2 };
-        let found = render_within(&mut p, Mode::OneBounce.transport(), &wanted, &Silent).expect("ends");
-        let transports = p.scene.transports(Mode::Local.transport());
-        let sight: Sight = Occlusion::new(&p.rays, &transports).into();
-        let (scene, rays, patches, luminaires) = (&p.scene, &p.rays, &p.patches, &p.luminaires);
-        let Size { width, height } = size;
-        let view = View { scene, rays, patches, luminaires, sight: &sight, transports: &transports, width, height };
-        let dark = Fields::new(&[vec![Rgb::ZERO; patches.len()]]);
+        let found = rendered(ring(), Mode::OneBounce, size, tolerance, 2);
+        let lights = lights_behind(&p, &Occlusion::Nothing);
+        let view = View::new(&lights, size);
+        let dark = Fields::new(&[vec![Rgb::ZERO; p.patches.len()]]);
         let sampling = GatherSampling { camera: 256, luminaire: 1, hemisphere: 1, seed: 5 };
         // Nothing lies between: the closed form of every lamp at every camera ray.
         let exact = gather(&view, &dark, &Gathering::Uniform(sampling), &|_| ()).direct;
@@ -179,12 +177,9 @@ fn lamps_of_one_colour_among_others_are_as_near_as_stated() {
 /// Paths that measure the error of a picture ask lamps one by one, without what stands for many.
 #[test]
 fn asking_lamp_by_lamp_has_no_bias() {
-    let p = prepare(ring(), 200);
-    let transports = p.scene.transports(Mode::OneBounce.transport());
-    let receives = vec![true; p.patches.len()];
-    let sight = Sight::new(&p.scene, &p.rays, &p.patches, &p.luminaires, &transports, &receives);
-    assert!(sight.cuts.is_some());
-    let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight: &sight };
+    let p = Solver::new(&ring()).cut(200);
+    let lights = lights(&p, Mode::OneBounce.transport());
+    assert!(lights.stand_ins() > 0.0);
     let (mut scratch, mut random) = (Scratch::default(), Stream::new(7));
     let floors = (0..p.patches.len()).filter(|&i| p.patches.materials()[i] == 0);
     for patch in floors.step_by(17) {
@@ -192,11 +187,8 @@ fn asking_lamp_by_lamp_has_no_bias() {
         let (x, n) = (receiver.position, receiver.normal);
         let each = p.luminaires.list.iter().map(|lamp| lamp.radiance.as_dvec3() * lamp.exact_form(x, n));
         let exact: DVec3 = each.sum();
-        let mut ask = || {
-            let asking = Asking { random: &mut random, scratch: &mut scratch, cast: &mut 0 };
-            lighting.ask(&receiver, patch as u32, asking)
-        };
-        let asked: Vec<DVec3> = (0..4096).map(|_| ask()).collect();
+        let mut sample = || lights.sample(&receiver, patch as u32, &mut random, &mut scratch);
+        let asked: Vec<DVec3> = (0..4096).map(|_| sample()).collect();
         for channel in 0..2 {
             let own: Vec<f64> = asked.iter().map(|light| light[channel]).collect();
             let (mean, error) = crate::common::mean_and_error(&own);

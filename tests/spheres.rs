@@ -6,27 +6,29 @@
 //! twice or never. What is left is how uneven the polyhedra are, of second order in their dihedral angles, and noise.
 
 use crate::common::{Facing, Mesh, Silent, assemble_one, grey, sampling, transport};
+use halflight::Solver;
 use halflight::light::{Rgb, Transport};
 use halflight::operator::spectrum;
 use halflight::rays::Side;
-use halflight::render::{Assembled, Prepared, assemble, prepare};
+use halflight::render::Assembled;
+use halflight::render::Discretization;
 use halflight::solve::{Settings, Verdict, neumann, verdict};
 
 const RHO: f32 = 0.9;
 const RAYS: u32 = 1024;
 
 /// The outer sphere emits; both reflect RHO.
-fn spheres() -> Prepared {
+fn spheres() -> Discretization {
     let mut mesh = Mesh::default();
     mesh.sphere(1.0, 4, Facing::In, 0);
     mesh.sphere(0.6, 3, Facing::Out, 1);
     let mut outer = grey("outer", RHO);
     outer.emission = Rgb::ONE;
-    prepare(mesh.scene(vec![outer, grey("inner", RHO)]), 600)
+    Solver::new(&mesh.scene(vec![outer, grey("inner", RHO)])).cut(600)
 }
 
 /// Area of the patches of a material.
-fn area(p: &Prepared, material: u32) -> f64 {
+fn area(p: &Discretization, material: u32) -> f64 {
     let pairs = p.patches.materials().iter().zip(p.patches.areas());
     pairs.filter(|(m, _)| **m == material).map(|(_, a)| a).sum()
 }
@@ -39,7 +41,7 @@ fn closed_form(q: f64, tau: f64) -> f64 {
 
 /// Allowed relative error of the radius: four standard errors of the mean of F21 and F22 over the outer patches, plus
 /// the unevenness of an icosahedron cut `levels` times.
-fn tolerance(p: &Prepared, q: f64) -> f64 {
+fn tolerance(p: &Discretization, q: f64) -> f64 {
     let outer = p.patches.materials().iter().filter(|&&m| m == 0).count() as f64;
     // A ray meets the inner sphere or not: variance q (1 - q) at most, whatever is stratified.
     let noise = (q * (1.0 - q) / (outer * f64::from(RAYS))).sqrt();
@@ -55,8 +57,8 @@ fn frontier(q: f64, tau: f32) -> f64 {
 }
 
 /// K for each of the (alpha, tau), all from one cast of rays.
-fn operators(p: &Prepared, modes: &[Transport]) -> Vec<Assembled> {
-    assemble(p, modes, &sampling(RAYS, 1), &Silent).0
+fn operators(p: &Discretization, modes: &[Transport]) -> Vec<Assembled> {
+    p.assemble(modes, &sampling(RAYS, 1), &Silent).0
 }
 
 #[test]

@@ -2,9 +2,10 @@
 
 use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling, transport};
 use glam::{DQuat, DVec3, Vec3};
+use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb, Transport, Visibility};
-use halflight::render::{Prepared, prepare, render};
+use halflight::render::Discretization;
 use halflight::scene::{Scene, Sides};
 use halflight::solve::{Settings, explore, neumann};
 
@@ -15,12 +16,12 @@ fn a_hidden_luminaire_lights_the_scene_and_is_black_itself() {
     let lamp = hidden.materials.iter_mut().find(|m| m.emits()).expect("a lamp");
     lamp.visibility = Visibility::Hidden;
     let picture = |scene: Scene| {
-        let p = prepare(scene, 300);
+        let p = Solver::new(&scene).cut(300);
         let k = assemble_one(&p, Mode::Global.transport(), &sampling(128, 0));
         // A fixed number of terms: the seen lamp counts in the norm that the series is measured by.
         let solution = explore(&k.operator, 12);
         let gathering = GatherSampling::with_samples(16, 0);
-        (render(&p, &k, &solution, &GatherPass::new((32, 32), &gathering), &Silent), solution)
+        (k.picture(&solution, &GatherPass::new((32, 32), &gathering), &Silent), solution)
     };
     let ((bright, a), (dark, b)) = (picture(seen), picture(hidden));
     for (a, b) in a.light.iter().zip(&b.light) {
@@ -33,7 +34,7 @@ fn a_hidden_luminaire_lights_the_scene_and_is_black_itself() {
 }
 
 /// A room with a sheet in its middle: one two-sided polygon, or two one-sided ones back to back.
-fn sheet(two_sided: bool) -> Prepared {
+fn sheet(two_sided: bool) -> Discretization {
     let mut mesh = Mesh::default();
     let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, z)| DVec3::new(x, 0.1, z));
     mesh.cuboid(DVec3::ZERO, DVec3::ONE, DQuat::IDENTITY, Facing::In, 0);
@@ -48,11 +49,11 @@ fn sheet(two_sided: bool) -> Prepared {
     mesh.polygon(&[(-0.3, -0.3), (0.3, -0.3), (0.3, 0.3), (-0.3, 0.3)].map(|(x, z)| DVec3::new(x, 0.95, z)), 2);
     let mut sheet = grey("sheet", 0.7);
     sheet.sides = if two_sided { Sides::Two } else { Sides::One };
-    prepare(mesh.scene(vec![grey("wall", 0.5), sheet, lamp]), 400)
+    Solver::new(&mesh.scene(vec![grey("wall", 0.5), sheet, lamp])).cut(400)
 }
 
 /// Mean light of the sheet's patches that look up or down, and of the walls.
-fn of_sheet(p: &Prepared, seed: u32, mode: Transport) -> [f64; 3] {
+fn of_sheet(p: &Discretization, seed: u32, mode: Transport) -> [f64; 3] {
     let k = assemble_one(p, mode, &sampling(256, seed));
     let solution = neumann(&k.operator, &Settings::default()).expect("converges");
     let (mut sums, mut areas) = ([0.0; 3], [0.0; 3]);

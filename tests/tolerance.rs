@@ -2,13 +2,15 @@
 
 use std::path::Path;
 
-use crate::common::{Silent, builtin};
+use crate::common::builtin;
 use glam::DVec2;
+use halflight::Solver;
 use halflight::light::Mode;
 use halflight::pictures::{Picture, Size, mean_difference, read_picture, relative_rms};
 use halflight::rays::Rays;
 use halflight::reference::{TraceSettings, Tracer};
-use halflight::render::{End, Rendered, Wanted, WantedTerms, explore_within, prepare, render_within};
+use halflight::render::End;
+use halflight::render::Rendered;
 use halflight::scene::Scene;
 
 fn data(name: &str) -> Picture {
@@ -17,9 +19,7 @@ fn data(name: &str) -> Picture {
 }
 
 fn rendered(scene: &str, mode: Mode, tolerance: f64, seed: u32) -> Rendered {
-    let wanted = Wanted { tolerance, size: (64, 64).into(), deadline: None, memory: f64::INFINITY, seed };
-    let mut p = prepare(builtin(scene), 1);
-    render_within(&mut p, mode.transport(), &wanted, &Silent).expect("converges")
+    crate::common::rendered(&builtin(scene), mode.transport(), (64, 64).into(), tolerance, seed)
 }
 
 #[test]
@@ -87,26 +87,19 @@ fn threads_change_no_bit() {
     assert!(render(1) == render(3));
 }
 
-fn terms(tolerance: f64, seed: u32) -> WantedTerms {
-    WantedTerms { count: 5, tolerance, time: None, memory: f64::INFINITY, seed }
-}
-
 /// A limit of time ends the search after the first round, with an error that is not met and a reason.
 #[test]
 fn terms_that_have_no_time_say_so() {
-    let mut p = prepare(builtin("cornell-box"), 1);
-    let wanted = WantedTerms { time: Some(1e-6), ..terms(0.001, 0) };
-    let found = explore_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
-    assert_eq!(found.end, End::Time);
-    assert!(found.end.why().is_some() && End::Met.why().is_none());
+    let found = Solver::new(&builtin("cornell-box")).bounces(Mode::Global, 5).time(1e-6).tolerance(0.001);
+    assert_eq!(found.end, Some(End::Time));
+    assert!(End::Time.why().is_some() && End::Met.why().is_none());
     assert!(found.errors.iter().any(|e| e.total > 0.001));
 }
 
 #[test]
 fn terms_are_as_near_finer_ones_as_stated() {
     let series = |tolerance: f64, seed: u32| {
-        let mut p = prepare(builtin("cornell-box"), 1);
-        explore_within(&mut p, Mode::Global.transport(), &terms(tolerance, seed), &Silent)
+        Solver::new(&builtin("cornell-box")).seed(seed).bounces(Mode::Global, 5).tolerance(tolerance)
     };
     let (coarse, fine) = (series(0.01, 0), series(0.001, 9));
     for n in 1..=5 {
@@ -128,9 +121,7 @@ fn a_scene_of_two_modes_agrees_with_path_tracing() {
     let transports = scene.transports(transport);
     let mut tracer = Tracer::new(&scene, &rays, &transports, size, &TraceSettings::default());
     tracer.pass(1024);
-    let wanted = Wanted { tolerance: 0.01, size, deadline: None, memory: f64::INFINITY, seed: 4 };
-    let mut p = prepare(scene, 1);
-    let found = render_within(&mut p, transport, &wanted, &Silent).expect("converges");
+    let found = crate::common::rendered(&scene, transport, size, 0.01, 4);
     let (picture, noise) = (tracer.picture(), tracer.standard_error().expect("samples"));
     // Without the lamp's edges, whose few samples have no normal distribution.
     let mask = tracer.mask();

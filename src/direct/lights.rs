@@ -143,6 +143,11 @@ impl Lights {
         }
     }
 
+    /// Models what lies between two points by this in place of the least that the scene needs, and knows of no pair.
+    pub fn occluded_by(self, occlusion: Occlusion) -> Lights {
+        Lights { punctual: occlusion.clone(), occlusion, shafts: Shafts::default(), cuts: None, ..self }
+    }
+
     /// Visibility rays for each receiver and luminaire that a mean over few receivers takes: the ratio of few drawn
     /// points is biased. Light cuts draw without a ratio, and have chosen how many.
     pub fn visibility_rays(&self) -> u32 {

@@ -121,6 +121,11 @@ impl Discretization {
         assemble(&modes.iter().map(lights).collect::<Vec<_>>(), sampling, watch)
     }
 
+    /// Shoots rays from the patches in a mode; no F is made.
+    pub fn ray_shooter(&self, mode: Transport, settings: RaySettings) -> RayShooter {
+        RayShooter::new(self.lights(self.transports(mode), TOLERABLE), settings)
+    }
+
     /// What lights the patches where materials have these (alpha, tau); stand-ins for many luminaires, or for a texture,
     /// may be off by the share `exactness` of the light.
     pub fn lights(&self, transports: Vec<Transport>, exactness: f64) -> Arc<Lights> {
@@ -260,8 +265,8 @@ impl Assembled {
     }
 
     /// Shoots rays from the same patches in the same mode.
-    pub fn ray_shooter(&self, settings: RaySettings) -> RayShooter<'_> {
-        RayShooter::new(&self.lights, settings)
+    pub fn ray_shooter(&self, settings: RaySettings) -> RayShooter {
+        RayShooter::new(Arc::clone(&self.lights), settings)
     }
 }
 

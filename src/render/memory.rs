@@ -107,6 +107,11 @@ impl Pilot {
 }
 
 impl Discretization {
+    /// What K of all `modes` takes when `casts` of it are held at once, and the patches that fit in `limit` bytes.
+    pub fn estimate_memory(&self, modes: &[Transport], sampling: &Sampling, casts: usize, limit: f64) -> Estimate {
+        estimate(self, modes, sampling, Held::of_modes(modes, casts), limit)
+    }
+
     /// Checks that K of all `modes` together, with so many solutions, fits in `limit` bytes; infinity asks nothing.
     ///
     /// # Errors

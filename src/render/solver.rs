@@ -22,7 +22,7 @@ use crate::render::assembly::{Assembled, Discretization, Silent, Watch};
 use crate::render::bounces::{BounceSeries, WantedTerms, bounces_to_tolerance};
 use crate::render::by_deadline::render_by_deadline;
 use crate::render::fineness::Fineness;
-use crate::render::memory::{Estimate, Held, estimate, usable_memory};
+use crate::render::memory::usable_memory;
 use crate::render::rendered::Rendered;
 use crate::render::solved::Task;
 use crate::render::unfit::Unfit;
@@ -133,12 +133,6 @@ impl Solver {
         let first = Fineness::first(tolerance);
         let (p, sampling) = (self.cut(first.patches), first.sampling(self.seed));
         modes.iter().try_for_each(|mode| p.check_memory(&[*mode], &sampling, 1, self.memory))
-    }
-
-    /// What K of all `modes` takes when `casts` of it are held at once, and the patches that would fit.
-    pub fn estimate_memory(&self, modes: &[Transport], fineness: Fineness, casts: usize) -> Estimate {
-        let held = Held::of_modes(modes, casts);
-        estimate(&self.cut(fineness.patches), modes, &fineness.sampling(self.seed), held, self.memory)
     }
 
     /// The scene as it was cut last.

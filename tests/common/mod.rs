@@ -5,10 +5,16 @@
 pub mod rows;
 
 use glam::{DQuat, DVec3};
+use halflight::Solver;
+use halflight::direct::{Lights, Occlusion};
 use halflight::form_factors::{FormFactors, Sampling, Variant, cast};
 use halflight::light::{Rgb, Transport};
+use halflight::pictures::Size;
 use halflight::rays::sobol::hash;
-use halflight::render::{Assembled, Prepared, Watch, assemble};
+use halflight::render::Assembled;
+use halflight::render::Discretization;
+use halflight::render::Rendered;
+use halflight::render::Watch;
 use halflight::scene::{LoadOptions, Material, Scene};
 
 /// Watches nothing.
@@ -30,8 +36,8 @@ pub fn sampling(rays: u32, seed: u32) -> Sampling {
 }
 
 /// K of one choice of (alpha, tau).
-pub fn assemble_one(p: &Prepared, transport: Transport, sampling: &Sampling) -> Assembled {
-    assemble(p, &[transport], sampling, &Silent).0.remove(0)
+pub fn assemble_one(p: &Discretization, transport: Transport, sampling: &Sampling) -> Assembled {
+    p.assemble(&[transport], sampling, &Silent).0.remove(0)
 }
 
 /// (alpha, tau).
@@ -40,11 +46,29 @@ pub fn transport(alpha: f32, tau: f32) -> Transport {
 }
 
 /// All of F for one tau.
-pub fn all_of_f(p: &Prepared, tau: f32, sampling: &Sampling) -> FormFactors {
+pub fn all_of_f(p: &Discretization, tau: f32, sampling: &Sampling) -> FormFactors {
     let n = p.patches.len();
-    let variant = Variant { tau: vec![tau; p.scene.materials.len()], rows: vec![true; n], columns: vec![true; n] };
-    let (mut found, _) = cast(&p.rays, &p.patches, &[variant], sampling, &|_| ());
+    let variant =
+        Variant { tau: vec![tau; p.geometry.scene.materials.len()], rows: vec![true; n], columns: vec![true; n] };
+    let (mut found, _) = cast(&p.geometry.rays, &p.patches, &[variant], sampling, &|_| ());
     found.remove(0)
+}
+
+/// What lights the patches in a mode.
+pub fn lights(p: &Discretization, transport: Transport) -> Lights {
+    Lights::new(&p.geometry, &p.patches, &p.luminaires, p.transports(transport), 5e-4)
+}
+
+/// The same with nothing known of any pair, and `occlusion` between any two points.
+pub fn lights_behind(p: &Discretization, occlusion: &Occlusion) -> Lights {
+    let transports = p.transports(Transport::default());
+    Lights::by_rays(&p.geometry, &p.patches, &p.luminaires, transports).occluded_by(occlusion.clone())
+}
+
+/// The picture of a mode to a tolerance.
+pub fn rendered(scene: &Scene, transport: Transport, size: Size, tolerance: f64, seed: u32) -> Rendered {
+    let solver = Solver::new(scene).seed(seed).memory(f64::INFINITY);
+    solver.render(transport, size).tolerance(tolerance).expect("converges")
 }
 
 /// A grey material that reflects only.

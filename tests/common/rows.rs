@@ -1,7 +1,7 @@
 //! Mean form factors between materials as the rows of K have them, and objects as OBJ text.
 
 use glam::DVec3;
-use halflight::render::prepare;
+use halflight::Solver;
 use halflight::scene::Scene;
 
 use super::{all_of_f, mean_and_error, sampling};
@@ -11,7 +11,7 @@ const PATCHES: usize = 200;
 
 /// The mean form factor from material `from` to material `to` by hemisphere rays of tau 0, and its standard error.
 pub fn by_rows(scene: &Scene, (from, to): (u32, u32), rays: u32) -> (f64, f64) {
-    let p = prepare(scene.clone(), PATCHES);
+    let p = Solver::new(&scene.clone()).cut(PATCHES);
     let one = |seed: u32| {
         let f = all_of_f(&p, 0.0, &sampling(rays, seed)).rows;
         let materials = p.patches.materials();

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use halflight::Solver;
 use halflight::direct::Luminaires;
 use halflight::light::{Mode, Rgb};
 use halflight::rays::Rays;
 use halflight::reference::{Mean, NextEvent, TraceSettings, Tracer};
-use halflight::render::prepare;
 use halflight::scene::textures::{Filter, Maps};
 use halflight::scene::{Material, Scene};
 
@@ -59,7 +59,7 @@ fn under(panels: &[(f64, f64)], textured: bool, occluded: bool) -> Scene {
 
 /// What the floor receives of emitted light.
 fn received(scene: Scene) -> DVec3 {
-    let p = prepare(scene, 60);
+    let p = Solver::new(&scene).cut(60);
     let sampling = halflight::form_factors::Sampling { emitter_rays: 4096, ..sampling(16, 0) };
     let mode = assemble_one(&p, Mode::Global.transport(), &sampling);
     let floor = (0..p.patches.len()).filter(|&i| p.patches.materials()[i] == 0);

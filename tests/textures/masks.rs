@@ -1,13 +1,15 @@
 //! Masks: holes, half-transparent surfaces, and what they leave of power and pictures.
 
+use crate::common::rendered;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use halflight::Solver;
 use halflight::light::{Mode, Rgb};
 use halflight::rays::sobol::Stream;
 use halflight::rays::{Ray, Rays};
 use halflight::reference::{TraceSettings, Tracer};
-use halflight::render::{Silent, Wanted, prepare, render_within};
+use halflight::render::Silent;
 use halflight::scene::textures::{Channel, Filter, Maps, Mask};
 use halflight::scene::{Camera, Material, Scene, Sides, SkyLight};
 use halflight::study::{FactorSettings, FactorTable, factors};
@@ -83,16 +85,16 @@ fn a_share_lets_the_rest_through_in_the_mean() {
 
 #[test]
 fn patches_count_what_is_there_of_them() {
-    let p = prepare(shaded(1.0, Some(half())), 40);
-    let cut = prepare(shaded(0.0, None), 40);
-    let area = |p: &halflight::render::Prepared| -> f64 {
+    let p = Solver::new(&shaded(1.0, Some(half()))).cut(40);
+    let cut = Solver::new(&shaded(0.0, None)).cut(40);
+    let area = |p: &halflight::render::Discretization| -> f64 {
         let own = p.patches.materials().iter().zip(p.patches.areas()).filter(|(m, _)| **m == 1);
         own.map(|(_, a)| a).sum()
     };
     // 24² points of each piece, none of which the edge cuts.
     assert!((area(&p) / area(&cut) - 1.0).abs() < 0.01, "{} {}", area(&p), area(&cut));
     for i in (0..p.patches.len()).filter(|&i| p.patches.materials()[i] == 1) {
-        let rho = p.patches.reflectance(&p.scene, i).x;
+        let rho = p.patches.reflectance(&p.geometry.scene, i).x;
         assert!(rho == 0.7 || (rho - 0.7).abs() < 1e-6 || rho == 0.0, "{rho}");
     }
 }
@@ -146,11 +148,9 @@ fn cards(share: f32, count: usize, wall: bool) -> Scene {
 #[test]
 fn pixels_see_through_uniform_masks_by_weight() {
     for (share, count, wall) in [(0.5, 1, true), (0.5, 3, true), (0.1, 1, false), (0.02, 2, false)] {
-        let wanted = Wanted { tolerance: 0.05, size: (16, 16).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
-        let scene = cards(share, count, wall);
-        let rendered = render_within(&mut prepare(scene, 1), Mode::Global.transport(), &wanted, &Silent);
+        let found = rendered(&cards(share, count, wall), Mode::Global.transport(), (16, 16).into(), 0.05, 0);
         let expected = (1.0 - share).powi(count as i32);
-        for pixel in rendered.expect("converges").picture.pixels {
+        for pixel in found.picture.pixels {
             assert!((pixel - expected).abs().max_element() < 1e-6, "{share} {count}: {pixel}");
         }
     }

@@ -9,7 +9,6 @@ use halflight::light::{Mode, Rgb, Transport};
 use halflight::pictures::{Picture, Size, decode_srgb};
 use halflight::rays::Rays;
 use halflight::reference::{TraceSettings, Tracer};
-use halflight::render::{prepare, render};
 use halflight::scene::textures::Filter;
 use halflight::scene::{Camera, Material, PunctualForm, PunctualLight, Scene};
 use halflight::solve::{Settings, neumann};
@@ -42,13 +41,19 @@ fn a_pixel_shows_the_reflectance_of_its_point() {
             scene.camera = Camera { position: scene.frame.to_unit(eye).as_vec3(), ..view };
             let code = 17 * (4 * row + column);
             let expected = 0.5 * f64::from(decode_srgb(code as f32 / 255.0)) * 2.0 / PI;
-            let p = prepare(scene, 9);
+            let p = Solver::new(&scene).cut(9);
             let mode = assemble_one(&p, Mode::Global.transport(), &sampling(16, 0));
             let solution = neumann(&mode.operator, &Settings::default()).expect("ends");
-            let shown =
-                render(&p, &mode, &solution, &GatherPass::new((1, 1), &GatherSampling::with_samples(16, 0)), &Silent)
-                    .total();
-            let mut tracer = Tracer::new(&p.scene, &p.rays, &mode.transports, (1, 1), &TraceSettings::default());
+            let shown = mode
+                .picture(&solution, &GatherPass::new((1, 1), &GatherSampling::with_samples(16, 0)), &Silent)
+                .total();
+            let mut tracer = Tracer::new(
+                &p.geometry.scene,
+                &p.geometry.rays,
+                &mode.lights.transports,
+                (1, 1),
+                &TraceSettings::default(),
+            );
             tracer.pass(16);
             for found in [shown.pixels[0].x, tracer.picture().pixels[0].x] {
                 // The pixel is 3.5e-4 wide: a thousandth of a texel.
@@ -68,10 +73,10 @@ fn patches_reflect_the_mean_of_what_lies_on_them() {
     let mut scene = mesh.scene(vec![textured(0.8, texture(2, vec![0, 255], Filter::Nearest))]);
     place(&mut scene, DVec3::X, DVec3::Z);
     for count in [1, 9, 50] {
-        let p = prepare(scene.clone(), count);
+        let p = Solver::new(&scene.clone()).cut(count);
         let mut sum = 0.0;
         for i in 0..p.patches.len() {
-            let found = f64::from(p.patches.reflectance(&p.scene, i).x);
+            let found = f64::from(p.patches.reflectance(&p.geometry.scene, i).x);
             let (mut white, mut area) = (0.0, 0.0);
             for (_, corners) in p.patches.pieces(i) {
                 let own = 0.5 * f64::from((corners[1] - corners[0]).cross(corners[2] - corners[0]).length());
@@ -97,7 +102,7 @@ fn a_checker_furnace_glows_as_one_of_the_mean() {
     let walls = Material { emission: Rgb::splat(0.25), ..textured(1.0, texture(64, checker(64), Filter::Linear)) };
     let mut scene = mesh.scene(vec![walls]);
     place(&mut scene, DVec3::new(1.0, 0.5, 0.5), DVec3::new(0.25, 1.0, -0.5));
-    let p = prepare(scene, 150);
+    let p = Solver::new(&scene).cut(150);
     let mode = assemble_one(&p, Mode::Global.transport(), &sampling(256, 0));
     let solution = neumann(&mode.operator, &Settings::default()).expect("converges");
     let light = solution.light.iter().zip(p.patches.areas());

@@ -5,6 +5,7 @@
 
 use crate::surfaces::Geometry;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -14,9 +15,8 @@ use crate::form_factors::{Sampling, Variant, cast};
 use crate::light::{Light, Rgb};
 use crate::operator::factored::arriving;
 use crate::operator::{Bounds, Operator, PatchMaterials};
-use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
-use crate::rays::{Hit, Ray, Rays};
+use crate::rays::{Hit, Ray};
 use crate::solve::neumann::{Diverges, Verdict, refuse, verdict};
 
 /// The patches as the solver sees them, one entry a patch.
@@ -218,9 +218,8 @@ struct Block<'a> {
 }
 
 /// Shoots rays from the patches of a scene.
-pub struct RayShooter<'a> {
-    rays: &'a Rays,
-    patches: &'a Patches,
+pub struct RayShooter {
+    lights: Arc<Lights>,
     materials: PatchMaterials,
     areas: Vec<f64>,
     /// tau of each material.
@@ -236,23 +235,23 @@ pub struct RayShooter<'a> {
     settings: RaySettings,
 }
 
-impl<'a> RayShooter<'a> {
+impl RayShooter {
     /// Shoots in the mode and on the patches of these lights.
-    pub fn new(lights: &'a Lights, settings: RaySettings) -> Self {
-        let Lights { geometry, patches, luminaires, transports, .. } = lights;
+    pub fn new(lights: Arc<Lights>, settings: RaySettings) -> Self {
+        let Lights { geometry, patches, luminaires, transports, .. } = &*lights;
         let Geometry { scene, rays, .. } = &**geometry;
         let materials = PatchMaterials::new(scene, patches, luminaires, transports);
         let sky: Vec<bool> = patches.materials().iter().map(|&m| scene.is_sky_material(m as usize)).collect();
         // Shafts and light cuts would cost more than the little that is received by closed form.
-        let lights = Lights::by_rays(geometry, patches, luminaires, transports.clone());
+        let by_rays = Lights::by_rays(geometry, patches, luminaires, transports.clone());
         let sampling = Sampling { rays: 0, emitter_rays: settings.emitter_rays, seed: settings.seed };
         let receives = materials.receives();
         let mut received = match settings.emitted {
             Emitted::Rays => (vec![Rgb::ZERO; patches.len()], 0),
-            Emitted::ClosedForm => lights.receive_emitted(&receives, &sampling, &|_| ()),
+            Emitted::ClosedForm => by_rays.receive_emitted(&receives, &sampling, &|_| ()),
         };
         // Lights without area shoot no rays: theirs is closed form in any case.
-        let (punctual, more) = lights.receive_punctual(&receives, &sampling);
+        let (punctual, more) = by_rays.receive_punctual(&receives, &sampling);
         received.0.iter_mut().zip(&punctual).for_each(|(sum, l)| *sum += *l);
         received.1 += more;
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
@@ -269,14 +268,14 @@ impl<'a> RayShooter<'a> {
         }
         let unit = scene.frame.scale * scene.frame.scale;
         let areas: Vec<f64> = patches.areas().iter().map(|a| a * unit).collect();
+        let opaque = !transports.iter().any(|t| t.tau > 0.0);
         RayShooter {
-            rays,
-            patches,
+            lights,
             materials,
             punctual: arriving(&areas, &punctual),
             areas,
             tau,
-            opaque: !transports.iter().any(|t| t.tau > 0.0),
+            opaque,
             received,
             sky,
             sobol: Sobol::new(BLOCK as usize, 4),
@@ -298,8 +297,8 @@ impl<'a> RayShooter<'a> {
         let mut fate = Fate::default();
         let mut hits = Vec::new();
         for k in from..to {
-            let ray = hemisphere_ray(self.patches, s.patch as usize, |d| self.sobol.point(k as u32, d, seed));
-            self.rays.light_crossings(&ray, self.opaque, &mut hits);
+            let ray = hemisphere_ray(&self.lights.patches, s.patch as usize, |d| self.sobol.point(k as u32, d, seed));
+            self.lights.geometry.rays.light_crossings(&ray, self.opaque, &mut hits);
             self.follow(&ray, &hits, &mut landed, &mut fate);
         }
         let share = 1.0 / count as f64;
@@ -320,13 +319,13 @@ impl<'a> RayShooter<'a> {
     /// Lets one ray's unit of power land along its crossings.
     fn follow(&self, ray: &Ray, hits: &[Hit], landed: &mut Vec<(u32, f64)>, fate: &mut Fate) {
         let tau = |m: usize| f64::from(self.tau[m]);
-        fate.escaped += self.rays.transmit(hits, tau, |hit, through| {
-            if self.rays.is_sky(hit.face) {
+        fate.escaped += self.lights.geometry.rays.transmit(hits, tau, |hit, through| {
+            if self.lights.geometry.rays.is_sky(hit.face) {
                 fate.escaped += through;
                 return;
             }
-            let tau = tau(self.rays.material(hit.face));
-            match self.patches.met(ray, hit) {
+            let tau = tau(self.lights.geometry.rays.material(hit.face));
+            match self.lights.patches.met(ray, hit) {
                 Some(j) => {
                     landed.push((j, through));
                     fate.created += through * tau;
@@ -349,7 +348,7 @@ impl<'a> RayShooter<'a> {
     }
 }
 
-impl Shooter for RayShooter<'_> {
+impl Shooter for RayShooter {
     fn surfaces(&self) -> Surfaces<'_> {
         Surfaces {
             areas: &self.areas,

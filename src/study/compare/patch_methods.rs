@@ -16,7 +16,6 @@
 use crate::direct::Lights;
 use crate::direct::TOLERABLE;
 use crate::render::pictures;
-use crate::solve::RayShooter;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -184,7 +183,7 @@ impl PatchWork<'_> {
             _ => {
                 let rays = effort.rays.saturating_mul(p.patches.len() as u32);
                 let settings = RaySettings { rays, seed: effort.seed, ..RaySettings::default() };
-                shot(&RayShooter::new(&self.lights(), settings), plan)
+                shot(&p.ray_shooter(plan.transport, settings), plan)
             }
         }
     }
