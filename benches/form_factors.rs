@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use halflight::Solver;
-use halflight::direct::{Lighting, Occlusion, Sight, receive_emitted};
+use halflight::direct::{Lights, Occlusion};
 use halflight::form_factors::{Sampling, Variant, cast};
 use halflight::light::Transport;
 use halflight::render::Discretization;
@@ -47,15 +47,17 @@ fn rows(c: &mut Criterion) {
     }
     let receives = vec![true; p.patches.len()];
     let opaque = p.geometry.scene.transports(Transport { alpha: 1.0, tau: 0.0 });
-    let cut = Sight::new(&p.geometry.scene, &p.geometry.rays, &p.patches, &p.luminaires, &opaque, &receives);
-    for (name, sight) in [
-        ("emitted, shadows by rays", Occlusion::Opaque.into()),
-        ("emitted, shadows cut out", cut),
-        ("emitted, nothing occludes", Occlusion::Nothing.into()),
+    let by_rays = |occlusion| {
+        let lights = Lights::by_rays(&p.geometry, &p.patches, &p.luminaires, opaque.clone());
+        lights.occluded_by(occlusion)
+    };
+    for (name, lights) in [
+        ("emitted, shadows by rays", by_rays(Occlusion::Opaque)),
+        ("emitted, shadows cut out", Lights::new(&p.geometry, &p.patches, &p.luminaires, opaque.clone(), 5e-4)),
+        ("emitted, nothing occludes", by_rays(Occlusion::Nothing)),
     ] {
         group.bench_function(name, |b| {
-            let lighting = Lighting { rays: &p.geometry.rays, luminaires: &p.luminaires, sight: &sight };
-            b.iter(|| receive_emitted(black_box(&lighting), &p.patches, &receives, &sampling, &|_| ()));
+            b.iter(|| black_box(&lights).receive_emitted(&receives, &sampling, &|_| ()));
         });
     }
     group.finish();

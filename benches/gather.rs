@@ -14,20 +14,11 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use halflight::Solver;
 use halflight::error::ImportancePaths;
 use halflight::form_factors::Sampling;
-use halflight::gather::GatherPass;
-use halflight::gather::GatherSampling;
-use halflight::gather::Gathering;
-use halflight::gather::gather;
+use halflight::gather::{GatherPass, GatherSampling, Gathering, gather};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::Size;
-use halflight::reading::Fields;
-use halflight::reading::Reading;
-use halflight::reading::View;
-use halflight::render::Assembled;
-use halflight::render::Discretization;
-use halflight::render::Silent;
-use halflight::render::Wanted;
-use halflight::render::render_within;
+use halflight::reading::{Fields, Reading, View};
+use halflight::render::{Assembled, Discretization, Silent};
 use halflight::scene::Scene;
 use halflight::solve::{Settings, Solution, neumann};
 
@@ -69,17 +60,7 @@ fn gatherings() -> Vec<(String, Gathering)> {
 
 impl Solved {
     fn view(&self) -> View<'_> {
-        let p = &self.prepared;
-        View {
-            scene: &p.geometry.scene,
-            rays: &p.geometry.rays,
-            patches: &p.patches,
-            luminaires: &p.luminaires,
-            sight: &self.mode.sight,
-            transports: &self.mode.transports,
-            width: SIZE.width,
-            height: SIZE.height,
-        }
+        View::new(&self.mode.lights, SIZE)
     }
 }
 
@@ -102,25 +83,21 @@ fn pass(c: &mut Criterion) {
     }
 }
 
-/// F, solution and picture to an error, small: most of it goes to patches of the sizes that the error asks for. Beside
-/// it F and the solution alone, on as many patches of one size as the same error took before patches had sizes of their
-/// own.
+/// F, solution and picture to an error, small: most of it goes to patches.
 fn patches(c: &mut Criterion) {
     let mut group = c.benchmark_group("furnished-room to 1 %");
     group.sample_size(10);
-    let scene = || Scene::open("furnished-room").expect("it is built in");
-    let wanted = Wanted { tolerance: 0.01, size: (32, 32).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
-    group.bench_function("sizes by zone", |b| {
+    let scene = Scene::open("furnished-room").expect("it is built in");
+    group.bench_function("to the tolerance", |b| {
         b.iter(|| {
-            let mut p = Solver::new(&scene()).cut(1000);
-            let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
+            let found = Solver::new(&scene).render(Mode::Global, (32, 32)).tolerance(0.01);
             black_box(found.expect("it converges").patches)
         })
     });
     let rays = Sampling { rays: 256, ..Sampling::default() };
     group.bench_function("11500 of one size", |b| {
         b.iter(|| {
-            let p = Solver::new(&scene()).cut(11_500);
+            let p = Solver::new(&scene).cut(11_500);
             let (modes, _) = p.assemble(&[Mode::Global.transport()], &rays, &Silent);
             black_box(neumann(&modes[0].operator, &Settings::default()).is_ok())
         })
@@ -135,10 +112,9 @@ fn textured(c: &mut Criterion) {
     group.sample_size(10);
     for tolerance in ERRORS {
         group.bench_function(BenchmarkId::from_parameter(tolerance), |b| {
-            let mut p = Solver::new(&Scene::open(TEXTURED).expect("it is with the tests")).cut(1000);
-            let wanted = Wanted { tolerance, size: SIZE, deadline: None, memory: f64::INFINITY, seed: 0 };
+            let solver = Solver::new(&Scene::open(TEXTURED).expect("it is with the tests"));
             b.iter(|| {
-                let found = render_within(&mut p, Mode::Global.transport(), &wanted, &Silent);
+                let found = solver.render(Mode::Global, SIZE).tolerance(tolerance);
                 black_box(found.expect("it converges").rays)
             })
         });

@@ -17,8 +17,7 @@ use halflight::form_factors::Sampling;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb};
 use halflight::rays::sobol::hash;
-use halflight::render::Discretization;
-use halflight::render::Silent;
+use halflight::render::{Discretization, Silent};
 use halflight::scene::{Material, Scene};
 use halflight::solve::explore;
 
@@ -85,7 +84,7 @@ fn scene(columns: u32, rows: u32, paper: &[Quad]) -> Scene {
 fn scraps(c: &mut Criterion) {
     let mut group = c.benchmark_group("lamps");
     group.sample_size(10);
-    let mut solver = Solver::new(&scene(1, 1, &paper()));
+    let solver = Solver::new(&scene(1, 1, &paper()));
     group.bench_function("scraps", |b| {
         b.iter(|| black_box(solver.render(Mode::OneBounce, (48, 48)).tolerance(0.01).expect("a picture")))
     });
@@ -98,7 +97,7 @@ fn one_object(c: &mut Criterion) {
     let mut scene = scene(10, 10, &paper());
     let first = scene.faces.len() - 200;
     scene.faces[first..].iter_mut().for_each(|face| face.object = first as u32);
-    let mut solver = Solver::new(&scene);
+    let solver = Solver::new(&scene);
     group.bench_function("one object", |b| {
         b.iter(|| black_box(solver.render(Mode::OneBounce, (48, 48)).tolerance(0.05).expect("a picture")))
     });

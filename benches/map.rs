@@ -43,9 +43,8 @@ fn bounces() {
     for mode in &modes {
         let solution = explore(&mode.operator, 8);
         black_box(bounce_pictures(
-            &prepared,
-            mode,
-            &bounce_fields(&prepared, &solution, 8),
+            &mode.lights,
+            &bounce_fields(&mode.lights, &solution, 8),
             &GatherPass::new((160, 160), &sampling),
             &Silent,
         ));

@@ -14,11 +14,10 @@ use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use common::{Corners, cornell, end, ray, scene_of, tessellated};
 use glam::Vec3;
 use halflight::rays::{End, Ray, Rays};
 use halflight::scene::Scene;
-
-use common::{Corners, cornell, end, ray, scene_of, tessellated};
 
 /// Rays of each kind.
 const BATCH: u32 = 100_000;

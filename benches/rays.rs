@@ -10,13 +10,12 @@ mod common;
 use std::f32::consts::TAU;
 use std::hint::black_box;
 
+use common::{Corners, cornell, cuboid, end, random, ray, scene_of, tessellated};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{Quat, Vec3};
 use halflight::rays::sobol::Sobol;
 use halflight::rays::warp::cosine_direction;
 use halflight::rays::{End, FAN, Fan, Ray, Rays};
-
-use common::{Corners, cornell, cuboid, end, random, ray, scene_of, tessellated};
 
 /// Rays cast in one iteration.
 const BATCH: u32 = 20_000;

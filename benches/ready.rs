@@ -7,11 +7,10 @@ mod common;
 
 use std::hint::black_box;
 
+use common::{scene_of, tessellated};
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use halflight::Solver;
 use halflight::rays::Rays;
-
-use common::{scene_of, tessellated};
 
 /// Segments of the sphere from pole to pole: 1,000, 10,000, 100,000, 250,000 and 1,000,000 triangles.
 const SIZES: [u32; 5] = [16, 50, 158, 250, 500];

@@ -8,8 +8,7 @@ use halflight::form_factors::Sampling;
 use halflight::light::Mode;
 use halflight::render::Watch;
 use halflight::scene::{LoadOptions, Scene};
-use halflight::solve::Shooting;
-use halflight::solve::{RaySettings, Shooter, ShootingSettings};
+use halflight::solve::{RaySettings, Shooter, Shooting, ShootingSettings};
 
 struct Quiet;
 
@@ -32,7 +31,7 @@ fn shots(c: &mut Criterion) {
     let mode = Mode::Global.transport();
     let (modes, _) = p.assemble(&[mode], &Sampling::default(), &Quiet);
     let assembled = modes[0].shooter();
-    let cast = ray_shooter(&p, mode, RaySettings::default());
+    let cast = p.ray_shooter(mode, RaySettings::default());
     let forms: [(&str, &dyn Shooter); 2] = [("assembled", &assembled), ("rays", &cast)];
     for (name, shooter) in forms {
         let mut group = c.benchmark_group(name);

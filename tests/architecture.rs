@@ -5,10 +5,11 @@
 //! Reads text, not syntax: comments and string literals are taken out first. Not handled: names made by macros, and
 //! the module path of a `super` inside a nested inline module, which is taken as that of its file.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use crate::source::imports::{circle, imports};
+use crate::source::imports::{Imports, circle, imports};
 use crate::source::{Source, code, is_word, sources, words};
 
 /// The outer crates that belong to some modules only, by the name they have in code.
@@ -40,6 +41,9 @@ const UNSAFE: &str = "reference/opengl/calls.rs";
 
 /// Lines a file may have.
 const LONGEST: usize = 600;
+/// Files of a room, and floors of files that import one another.
+const FILES: usize = 18;
+const FLOORS: usize = 6;
 /// Columns that a comment may have; rustfmt keeps code within them, and leaves comments as they are.
 const WIDEST: usize = 120;
 
@@ -69,6 +73,68 @@ fn no_files_import_each_other_in_a_circle() {
     let graph = imports(&sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src")));
     assert!(graph.len() > 100 && graph["scene/load.rs"].contains("scene/error.rs"));
     assert_eq!(circle(&graph), None);
+}
+
+/// A room is a folder of src, and a folder inside counts as one of its own: so many files, and so many floors of files
+/// that import one another.
+#[test]
+fn rooms_are_small() {
+    let sources = sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
+    let graph = imports(&sources);
+    let mut rooms: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for source in &sources {
+        let room = source.path.rsplit_once('/').map_or("", |(room, _)| room);
+        rooms.entry(room).or_default().push(&source.path);
+    }
+    rooms.remove("");
+    let mut found = Vec::new();
+    for (room, files) in &rooms {
+        if files.len() > FILES {
+            found.push(format!("src/{room} has {} files, more than {FILES}", files.len()));
+        }
+        let floors = floors(&graph, room);
+        if floors.len() > FLOORS {
+            found.push(format!("src/{room} has {} floors, more than {FLOORS}: {}", floors.len(), floors.join(" > ")));
+        }
+    }
+    assert!(rooms.len() > 15 && found.is_empty(), "\n{}", found.join("\n"));
+}
+
+/// The longest chain of imports within a room, whose folders count as one file each.
+fn floors(graph: &Imports, room: &str) -> Vec<String> {
+    let own = |path: &str| {
+        let inside = path.strip_prefix(room)?.strip_prefix('/')?;
+        Some(inside.split('/').next()?.to_string()).filter(|name| name != "mod.rs")
+    };
+    let mut edges: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for (path, used) in graph {
+        let Some(from) = own(path) else { continue };
+        let used = used.iter().filter_map(|path| own(path)).filter(|to| *to != from);
+        edges.entry(from.clone()).or_default().extend(used.collect::<Vec<_>>());
+    }
+    let mut known: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for name in edges.keys() {
+        chain(name, &edges, &mut known);
+    }
+    known.into_values().max_by_key(Vec::len).unwrap_or_default()
+}
+
+/// The longest chain from a name on.
+fn chain(
+    name: &str,
+    edges: &BTreeMap<String, BTreeSet<String>>,
+    known: &mut BTreeMap<String, Vec<String>>,
+) -> Vec<String> {
+    if let Some(found) = known.get(name) {
+        return found.clone();
+    }
+    // Folders may import each other's files in a circle that no files make.
+    known.insert(name.into(), vec![name.into()]);
+    let below = edges.get(name).into_iter().flatten().map(|next| chain(next, edges, known));
+    let longest = below.max_by_key(Vec::len).unwrap_or_default();
+    let found: Vec<String> = [name.to_string()].into_iter().chain(longest).collect();
+    known.insert(name.into(), found.clone());
+    found
 }
 
 /// A file under tests/ that no program names would compile nowhere, and its tests would never run.

@@ -2,11 +2,12 @@
 
 use std::fs;
 
-use crate::run::{contents, fields, files, halflight, place, report};
 use glam::Vec3;
 use halflight::pictures::{Exposure, Picture, write_picture};
 use serde_json::Value;
 use tempfile::TempDir;
+
+use crate::run::{contents, fields, files, halflight, place, report};
 
 /// Small pictures and little time.
 const QUICK: &str = "--mode one-bounce --size 12x12 --time 0.2 --out .";

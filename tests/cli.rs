@@ -2,10 +2,11 @@
 
 use std::fs;
 
-use crate::run::{SHEET, SMALL, contents, fields, files, halflight, place, report, succeed};
 use glam::DVec3;
 use halflight::pictures::{read_picture, relative_rms};
 use serde_json::{Value, json};
+
+use crate::run::{SHEET, SMALL, contents, fields, files, halflight, place, report, succeed};
 
 #[test]
 fn render_draws_the_cornell_box_in_all_modes() {

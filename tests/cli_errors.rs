@@ -4,8 +4,9 @@
 use std::fs;
 use std::process::{Command, Stdio};
 
-use crate::run::{SHEET, SMALL, contents, files, halflight, place};
 use tempfile::TempDir;
+
+use crate::run::{SHEET, SMALL, contents, files, halflight, place};
 
 /// The OBJ and MTL of [`SHEET`] with one replacement in each.
 fn sheet(obj: (&str, &str), mtl: (&str, &str)) -> TempDir {

@@ -3,21 +3,17 @@
 //! The sources of the numbers stand in `tests/data`. Not tested here: gaps and slivers so extreme that quadrature over
 //! the receiving polygon would need a rule of its own.
 
-use crate::common::lights_behind;
-use halflight::Solver;
 use std::f64::consts::PI;
 
-use crate::common::{builtin, mean_and_error};
 use glam::{DVec3, Vec2};
-use halflight::direct::Between;
-use halflight::direct::DirectSum;
-use halflight::direct::Lamp;
-use halflight::direct::Occlusion;
-use halflight::direct::Scratch;
+use halflight::Solver;
+use halflight::direct::{Between, DirectSum, Lamp, Occlusion, Scratch};
 use halflight::form_factors::point_to_polygon;
 use halflight::rays::sobol::Sobol;
 use halflight::surfaces::SurfacePoint;
 use serde_json::Value;
+
+use crate::common::{builtin, lights_behind, mean_and_error};
 
 /// x and z of the corners of the Cornell box's lamp.
 const LAMP: [(f64, f64); 4] = [(213.0, 227.0), (343.0, 227.0), (343.0, 332.0), (213.0, 332.0)];

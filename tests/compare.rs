@@ -1,9 +1,10 @@
 //! `halflight compare` and `halflight diff`: their reports, and verdicts on scenes whose answer is known.
 
-use crate::run::{contents, halflight, place, report};
 use glam::Vec3;
 use halflight::pictures::{Exposure, Picture, write_picture};
 use serde_json::Value;
+
+use crate::run::{contents, halflight, place, report};
 
 const QUICK: &str = "--time 0.25 --size 16x16 --out .";
 

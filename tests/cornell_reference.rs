@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use crate::common::{Silent, assemble_one, builtin};
 use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::gather::{GatherPass, GatherSampling};
@@ -11,6 +10,8 @@ use halflight::pictures::{Picture, mean_difference, read_picture, relative_rms};
 use halflight::render::Fineness;
 use halflight::solve::{Settings, neumann};
 use halflight::study::{bounce_fields, bounce_pictures};
+
+use crate::common::{Silent, assemble_one, builtin};
 
 fn data(name: &str) -> Picture {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");

@@ -4,12 +4,13 @@
 //! reciprocity a share q of the room's rays meets the body; these cross its front and its back, and so
 //! `F(room, room) = 1 - q + q tau²`, `F(room, body) = q`, `F(body, room) = 1`.
 
-use crate::common::{Facing, Mesh, Silent, builtin, grey};
 use glam::{DQuat, DVec3, EulerRot};
 use halflight::form_factors::{Bodies, Sampler, Tolerance};
 use halflight::rays::Rays;
 use halflight::scene::Scene;
 use halflight::study::{FactorSettings, FactorTable, How, factors};
+
+use crate::common::{Facing, Mesh, Silent, builtin, grey};
 
 /// A room of 24 and in it a turned box of 1.6 * 1.04: the objects 0 and 1, and q.
 fn box_in_room() -> (Scene, f64) {

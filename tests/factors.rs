@@ -4,13 +4,14 @@
 
 use std::time::Instant;
 
-use crate::common::Silent;
-use crate::common::rows::objects;
 use glam::DVec3;
 use halflight::form_factors::{Estimate, point_to_polygon};
 use halflight::scene::Scene;
 use halflight::study::{FactorSettings, FactorTable, How, factors};
 use serde_json::Value;
+
+use crate::common::Silent;
+use crate::common::rows::objects;
 
 const TOLERANCE: f64 = 1e-4;
 

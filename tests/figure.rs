@@ -1,9 +1,10 @@
 //! `halflight figure`: its files, its report, and that panels show what `render` shows.
 
-use crate::run::{fields, files, halflight, place, report, succeed};
 use halflight::pictures::{Bitmap, Exposure, read_picture};
 use serde_json::Value;
 use tempfile::TempDir;
+
+use crate::run::{fields, files, halflight, place, report, succeed};
 
 const SIZE: (usize, usize) = (36, 24);
 const EFFORT: &str = "--size 36x24 --patches 300 --rays 64 --samples 16";

@@ -1,9 +1,7 @@
 //! Rows of F against what is known of them: the cube, closure, Cauchy-Crofton, reciprocity, and light as emitted.
 
-use crate::common::lights_behind;
 use std::f64::consts::PI;
 
-use crate::common::{Facing, Mesh, all_of_f, assemble_one, builtin, grey, mean_and_error, random, sampling};
 use glam::{DQuat, DVec3, EulerRot};
 use halflight::Solver;
 use halflight::direct::Occlusion;
@@ -11,6 +9,10 @@ use halflight::form_factors::{Sampling, Variant, cast, cast_counts, closure, rec
 use halflight::light::{Mode, Rgb};
 use halflight::operator::LinearOperator;
 use halflight::render::Discretization;
+
+use crate::common::{
+    Facing, Mesh, all_of_f, assemble_one, builtin, grey, lights_behind, mean_and_error, random, sampling,
+};
 
 const OPPOSITE: f64 = 0.1998248957;
 const ADJACENT: f64 = 0.2000437761;

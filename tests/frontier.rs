@@ -2,18 +2,19 @@
 //! formal solutions that are not light, shooting, acceleration, and the path tracer's error where its variance is
 //! infinite.
 
-use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, random, sampling, transport};
 use glam::{DQuat, DVec3};
 use halflight::Solver;
 use halflight::light::{Light, Rgb, Transport};
 use halflight::operator::{LinearOperator, Operator, operator_norm, spectrum};
-use halflight::render::Assembled;
-use halflight::render::Discretization;
+use halflight::render::{Assembled, Discretization};
 use halflight::scene::Scene;
-use halflight::solve::{RaySettings, ShootingSettings};
-use halflight::solve::{Settings, Shooting, Verdict, direct, explore, extrapolated, neumann, norm, verdict};
+use halflight::solve::{
+    RaySettings, Settings, Shooting, ShootingSettings, Verdict, direct, explore, extrapolated, neumann, norm, verdict,
+};
 use halflight::study::frontier::{at, formal, scaling};
 use halflight::study::map::Survey;
+
+use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, random, sampling, transport};
 
 const RAYS: u32 = 256;
 

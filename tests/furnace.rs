@@ -2,13 +2,14 @@
 //!
 //! Rows of F sum to 1 exactly, so nothing but rounding may separate the solver from the closed form.
 
-use crate::common::{Silent, assemble_one, builtin, sampling};
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling, Gathering};
 use halflight::light::{Light, Mode, Rgb, Visibility};
 use halflight::render::Discretization;
 use halflight::scene::Scene;
 use halflight::solve::{Settings, Verdict, neumann};
+
+use crate::common::{Silent, assemble_one, builtin, sampling};
 
 const RHO: Rgb = Rgb::new(0.8, 0.5, 0.1);
 const E: Rgb = Rgb::new(0.5, 1.0, 3.0);

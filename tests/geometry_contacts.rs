@@ -3,11 +3,12 @@
 //!
 //! Truths of 40-digit contour integrals (see `data/factors`), or made the same way for 5° and 1°.
 
-use crate::common::rows::{by_rows, objects};
-use crate::common::{Mesh, Silent, grey};
 use glam::DVec3;
 use halflight::scene::Scene;
 use halflight::study::{FactorSettings, factors};
+
+use crate::common::rows::{by_rows, objects};
+use crate::common::{Mesh, Silent, grey};
 
 const RAYS: u32 = 1024;
 

@@ -1,10 +1,8 @@
 //! Light as emitted where receivers lie in an emitter's plane, on its edge or corner, where the horizon cuts it, and
 //! where it is so small that hemisphere rays miss it: against Howell's catalogue (B-3, B-4, C-14).
 
-use crate::common::lights_behind;
 use std::f64::consts::TAU;
 
-use crate::common::{Facing, Mesh, all_of_f, grey, mean_and_error, sampling};
 use glam::{DQuat, DVec3};
 use halflight::Solver;
 use halflight::direct::Occlusion;
@@ -12,6 +10,8 @@ use halflight::form_factors::{Sampling, point_to_polygon};
 use halflight::light::Rgb;
 use halflight::render::Discretization;
 use halflight::scene::Material;
+
+use crate::common::{Facing, Mesh, all_of_f, grey, lights_behind, mean_and_error, sampling};
 
 fn p(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)

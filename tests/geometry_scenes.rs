@@ -1,8 +1,6 @@
 //! Scenes that are awkward as a whole: cracks, cameras in the wrong place, open sky, extreme sizes and places, one
 //! patch and a hundred thousand, and a soup with faces of no area.
 
-use crate::common::rows::objects;
-use crate::common::{Facing, Mesh, Silent, all_of_f, assemble_one, builtin, grey, random, sampling};
 use glam::{DQuat, DVec3, Vec3};
 use halflight::Solver;
 use halflight::form_factors::closure;
@@ -12,6 +10,9 @@ use halflight::pictures::Picture;
 use halflight::scene::{Material, Scene};
 use halflight::solve::{Settings, neumann};
 use halflight::study::{FactorSettings, factors};
+
+use crate::common::rows::objects;
+use crate::common::{Facing, Mesh, Silent, all_of_f, assemble_one, builtin, grey, random, sampling};
 
 fn p(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)

@@ -1,18 +1,17 @@
 //! Scenes made to break the estimate of error, against pictures by another program (`tests/data/hard`), and what the
 //! estimate itself must tell.
 
-use crate::common::rendered;
 use std::path::Path;
 
-use crate::common::{assemble_one, builtin, sampling};
 use halflight::Solver;
-use halflight::direct::DirectSum;
-use halflight::direct::Scratch;
+use halflight::direct::{DirectSum, Scratch};
 use halflight::light::Mode;
 use halflight::pictures::{Picture, read_picture, relative_rms};
 use halflight::rays::sobol::Stream;
 use halflight::render::Discretization;
 use halflight::scene::{Scene, Sides};
+
+use crate::common::{assemble_one, builtin, rendered, sampling};
 
 fn folder(scene: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hard").join(scene)

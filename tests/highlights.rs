@@ -1,20 +1,20 @@
 //! Highlights: OpenGL's specular term of lights without area, of luminaires and of a sky, in pictures of the solver
 //! and of the path tracer, which agree; and nothing of them where they are not asked for.
 
-use crate::common::rendered;
-use halflight::rays::Rays;
 use std::f64::consts::PI;
 
-use crate::common::{Silent, assemble_one, sampling, transport};
 use glam::{DVec3, Vec3};
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Transport};
 use halflight::pictures::{Picture, Size, relative_rms};
+use halflight::rays::Rays;
 use halflight::reference::{NextEvent, TraceSettings, Tracer};
 use halflight::render::Discretization;
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::{Settings, neumann};
+
+use crate::common::{Silent, assemble_one, rendered, sampling, transport};
 
 /// A floor that looks up, a slab over a part of it, a panel that emits where one is asked for, and the rest of a scene
 /// file.

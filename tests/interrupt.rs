@@ -8,8 +8,9 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use crate::run::{contents, files, place};
 use tempfile::TempDir;
+
+use crate::run::{contents, files, place};
 
 /// Whether whoever started the tests ignores interrupts, as `nohup` does; then the program does so as well.
 fn ignored() -> bool {

@@ -1,25 +1,21 @@
 //! Many luminaires: what light cuts find against the sum over all of them, on patches and in pictures, in one thread
 //! and in two.
 
-use crate::common::lights;
-use crate::common::rendered;
-use halflight::direct::Lights;
 use std::f64::consts::PI;
 
-use crate::common::{Facing, Mesh, grey};
 use glam::{DQuat, DVec3};
 use halflight::Solver;
+use halflight::direct::Lights;
 use halflight::form_factors::Sampling;
-use halflight::gather::GatherSampling;
-use halflight::gather::Gathering;
-use halflight::gather::gather;
+use halflight::gather::{GatherSampling, Gathering, gather};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, Size};
 use halflight::rays::sobol::Sobol;
-use halflight::reading::Fields;
-use halflight::reading::View;
+use halflight::reading::{Fields, View};
 use halflight::render::Discretization;
 use halflight::scene::{Camera, Material, Scene};
+
+use crate::common::{Facing, Mesh, grey, lights, rendered};
 
 /// Whether lamps are one object, or each its own.
 #[derive(Clone, Copy)]

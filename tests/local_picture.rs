@@ -7,13 +7,14 @@
 
 use std::f64::consts::PI;
 
-use crate::common::{Silent, assemble_one, builtin, sampling};
 use glam::DVec3;
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Mode;
 use halflight::scene::Scene;
 use halflight::solve::{Settings, neumann};
+
+use crate::common::{Silent, assemble_one, builtin, sampling};
 
 /// Pixels across and down.
 const SIZE: usize = 48;

@@ -8,8 +8,6 @@
 //! M12 = a²,  M21 = a² q (1 + tau²),  M22 = a² G,     radius = a²/2 (G + sqrt(G² + 4 q (1 + tau²)))
 //! ```
 
-use crate::common::{Facing, Mesh, Silent, all_of_f, assemble_one, grey, sampling, transport};
-use crate::run::{fields, files, halflight, place, report};
 use glam::{DQuat, DVec3};
 use halflight::Solver;
 use halflight::form_factors::{Rows, Variant, cast_layers};
@@ -19,6 +17,9 @@ use halflight::render::Discretization;
 use halflight::scene::Scene;
 use halflight::study::frontier::at;
 use halflight::study::map::{GridPoint, Map, map};
+
+use crate::common::{Facing, Mesh, Silent, all_of_f, assemble_one, grey, sampling, transport};
+use crate::run::{fields, files, halflight, place, report};
 
 const RHO: f32 = 0.9;
 const RAYS: u32 = 4096;

@@ -1,13 +1,13 @@
 //! The memory estimate made before K is put together, against what a run takes, and what happens where it is too much.
 
-use crate::run::{contents, halflight, place};
 use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::light::Mode;
-use halflight::render::Discretization;
-use halflight::render::Stored;
+use halflight::render::{Discretization, Stored};
 use halflight::scene::{LoadOptions, Scene};
 use halflight::study::map::{Survey, check_crossings};
+
+use crate::run::{contents, halflight, place};
 
 fn room(patches: usize) -> Discretization {
     let scene = Scene::builtin("furnished-room", LoadOptions::default());

@@ -1,17 +1,16 @@
 //! The modes: what ends ends exactly, and materials with modes of their own.
 
-use crate::common::lights_behind;
-use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling};
 use glam::{DQuat, DVec3};
 use halflight::Solver;
 use halflight::direct::Occlusion;
 use halflight::form_factors::Sampling;
 use halflight::light::{Light, Mode, Rgb};
 use halflight::operator::LinearOperator;
-use halflight::render::Assembled;
-use halflight::render::Discretization;
+use halflight::render::{Assembled, Discretization};
 use halflight::scene::Scene;
 use halflight::solve::{Settings, Solution, Verdict, explore, neumann};
+
+use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, lights_behind, mean_and_error, sampling};
 
 fn solve(mode: &Assembled) -> Solution {
     neumann(&mode.operator, &Settings::default()).expect("converges")

@@ -1,6 +1,5 @@
 //! K as applied against K written out, its series against dense LU, its bounds against dense eigenvalues.
 
-use crate::common::{Facing, Mesh, assemble_one, builtin, grey, random, sampling, transport};
 use glam::{DQuat, DVec3, EulerRot};
 use halflight::Solver;
 use halflight::light::{Light, Mode, Rgb, Transport};
@@ -10,6 +9,8 @@ use halflight::solve::{Settings, Verdict, direct, explore, extrapolated, neumann
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use sprs::CsMat;
+
+use crate::common::{Facing, Mesh, assemble_one, builtin, grey, random, sampling, transport};
 
 /// A room of coloured walls with turned boxes in it, grey and black, and a lamp under the ceiling.
 fn room(boxes: u32, seed: u32) -> Mesh {

@@ -1,26 +1,22 @@
 //! Lights without area: irradiance by closed form, shadows where geometry puts them, all modes against the path tracer,
 //! stated errors, and many of them.
 
-use crate::common::lights;
-use crate::common::rendered;
-use halflight::direct::Lights;
-use halflight::direct::Scratch;
-use halflight::pictures::Size;
 use std::f64::consts::PI;
 
-use crate::common::{Facing, Mesh, Silent, assemble_one, grey, random, sampling, transport};
 use glam::{DQuat, DVec3, Vec3};
 use halflight::Solver;
+use halflight::direct::{Lights, Scratch};
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Transport};
-use halflight::pictures::{Picture, relative_rms};
+use halflight::pictures::{Picture, Size, relative_rms};
 use halflight::rays::Rays;
 use halflight::reference::{NextEvent, TraceSettings, Tracer};
-use halflight::render::Discretization;
-use halflight::render::End;
+use halflight::render::{Discretization, End};
 use halflight::scene::{LoadOptions, PunctualForm, PunctualLight, PunctualPlace, Scene};
 use halflight::solve::{Emitted, RaySettings, Settings, Shooting, ShootingSettings, explore, neumann, norm};
 use halflight::surfaces::SurfacePoint;
+
+use crate::common::{Facing, Mesh, Silent, assemble_one, grey, lights, random, rendered, sampling, transport};
 
 /// A floor of 20 by 20 units, and a disc of 32 corners and radius 1 half way up to (0, 5, 0) where one is asked for.
 fn floor(disc: bool, rest: &str) -> Scene {

@@ -1,6 +1,5 @@
 //! The Cornell box a million times smaller, a million times larger, and far from the origin: the same picture.
 
-use crate::common::{Silent, assemble_one, sampling};
 use glam::DVec3;
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
@@ -8,6 +7,8 @@ use halflight::light::Mode;
 use halflight::pictures::{Picture, relative_rms};
 use halflight::scene::{LoadOptions, Scene, builtin};
 use halflight::solve::{Settings, neumann};
+
+use crate::common::{Silent, assemble_one, sampling};
 
 /// The Cornell box with every point p at `scale * (p + shift)`.
 fn cornell(scale: f64, shift: DVec3) -> Scene {

@@ -3,12 +3,11 @@
 use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::light::{Light, Mode, Transport};
-use halflight::render::Assembled;
-use halflight::render::Discretization;
-use halflight::render::Watch;
+use halflight::render::{Assembled, Discretization, Watch};
 use halflight::scene::{LoadOptions, Scene};
-use halflight::solve::{Emitted, Progress, RaySettings, Shooter, ShootingSettings};
-use halflight::solve::{Shooting, Verdict, explore, neumann, norm, verdict};
+use halflight::solve::{
+    Emitted, Progress, RaySettings, Shooter, Shooting, ShootingSettings, Verdict, explore, neumann, norm, verdict,
+};
 
 struct Quiet;
 

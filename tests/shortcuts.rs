@@ -1,18 +1,19 @@
 //! Work that is spared, against the general path that would do it all: the same numbers.
 
-use crate::common::lights;
-use crate::common::lights_behind;
-use crate::common::{Mesh, Silent, all_of_f, assemble_one, builtin, grey, mean_and_error, random, sampling, transport};
 use glam::DVec3;
 use halflight::Solver;
-use halflight::direct::Lights;
-use halflight::direct::Occlusion;
+use halflight::direct::{Lights, Occlusion};
 use halflight::form_factors::{FormFactors, Sampling, Variant, cast};
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::operator::{LinearOperator, Operator, PatchMaterials};
 use halflight::render::Assembled;
 use halflight::scene::Material;
 use halflight::solve::{Settings, Solution, explore, neumann};
+
+use crate::common::{
+    Mesh, Silent, all_of_f, assemble_one, builtin, grey, lights, lights_behind, mean_and_error, random, sampling,
+    transport,
+};
 
 fn solve(mode: &Assembled) -> Solution {
     neumann(&mode.operator, &Settings::default()).expect("converges")

@@ -4,18 +4,18 @@
 
 use std::f64::consts::PI;
 
-use crate::common::{Facing, Mesh, Silent, assemble_one, grey, sampling, transport};
 use glam::{DQuat, DVec3};
 use halflight::Solver;
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::pictures::Picture;
 use halflight::rays::Rays;
 use halflight::reference::{Mean, NextEvent, TraceSettings, Tracer};
-use halflight::render::Discretization;
-use halflight::render::Fineness;
+use halflight::render::{Discretization, Fineness};
 use halflight::scene::{AddedLight, Camera, LoadOptions, Material, Scene, SceneError, Sides, SkyLight};
 use halflight::solve::{Emitted, RaySettings, Settings, Shooting, ShootingSettings, neumann};
 use halflight::study::{FactorSettings, factors};
+
+use crate::common::{Facing, Mesh, Silent, assemble_one, grey, sampling, transport};
 
 /// Howell's catalogue C-14: unit squares that share an edge at a right angle, and C-11: opposite faces of a cube.
 const ADJACENT: f64 = 0.200_043_776_1;

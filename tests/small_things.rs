@@ -1,23 +1,17 @@
 //! What few rays miss: things much smaller than a pixel, pictures of few pixels, and lamps of one colour among others.
 
-use crate::common::lights;
-use crate::common::lights_behind;
 use glam::DVec3;
 use halflight::Solver;
-use halflight::direct::Occlusion;
-use halflight::direct::Scratch;
-use halflight::gather::GatherSampling;
-use halflight::gather::Gathering;
-use halflight::gather::gather;
+use halflight::direct::{Occlusion, Scratch};
+use halflight::gather::{GatherSampling, Gathering, gather};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, Size};
 use halflight::rays::sobol::{Stream, hash};
-use halflight::reading::Fields;
-use halflight::reading::View;
+use halflight::reading::{Fields, View};
 use halflight::render::Rendered;
 use halflight::scene::{Camera, Material, PunctualForm, PunctualLight, Scene};
 
-use crate::common::builtin;
+use crate::common::{builtin, lights, lights_behind};
 
 /// Faces by corners, with their material.
 #[derive(Default)]

@@ -5,14 +5,14 @@
 //! holds with q the ratio of the polyhedra's areas: both are convex, so a line from outer to outer crosses the inner
 //! twice or never. What is left is how uneven the polyhedra are, of second order in their dihedral angles, and noise.
 
-use crate::common::{Facing, Mesh, Silent, assemble_one, grey, sampling, transport};
 use halflight::Solver;
 use halflight::light::{Rgb, Transport};
 use halflight::operator::spectrum;
 use halflight::rays::Side;
-use halflight::render::Assembled;
-use halflight::render::Discretization;
+use halflight::render::{Assembled, Discretization};
 use halflight::solve::{Settings, Verdict, neumann, verdict};
+
+use crate::common::{Facing, Mesh, Silent, assemble_one, grey, sampling, transport};
 
 const RHO: f32 = 0.9;
 const RAYS: u32 = 1024;

@@ -1,6 +1,5 @@
 //! Kinds of surface: luminaires the camera does not see, and sheets with two sides.
 
-use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling, transport};
 use glam::{DQuat, DVec3, Vec3};
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
@@ -8,6 +7,8 @@ use halflight::light::{Mode, Rgb, Transport, Visibility};
 use halflight::render::Discretization;
 use halflight::scene::{Scene, Sides};
 use halflight::solve::{Settings, explore, neumann};
+
+use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling, transport};
 
 #[test]
 fn a_hidden_luminaire_lights_the_scene_and_is_black_itself() {

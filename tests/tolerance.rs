@@ -2,16 +2,16 @@
 
 use std::path::Path;
 
-use crate::common::builtin;
 use glam::DVec2;
 use halflight::Solver;
 use halflight::light::Mode;
 use halflight::pictures::{Picture, Size, mean_difference, read_picture, relative_rms};
 use halflight::rays::Rays;
 use halflight::reference::{TraceSettings, Tracer};
-use halflight::render::End;
-use halflight::render::Rendered;
+use halflight::render::{End, Rendered};
 use halflight::scene::Scene;
+
+use crate::common::builtin;
 
 fn data(name: &str) -> Picture {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");

@@ -14,10 +14,7 @@ use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::light::{Mode, Transport};
 use crate::pictures::{Exposure, Size};
-use crate::render::Fineness;
-use crate::render::Solver;
-use crate::render::check_pictures;
-use crate::render::usable_memory;
+use crate::render::{Fineness, Solver, check_pictures, usable_memory};
 use crate::scene::{AddedLight, LoadOptions, Scene, Sides};
 use crate::study::compare::{Ladder, Method};
 

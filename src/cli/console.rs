@@ -1,6 +1,7 @@
 //! What a person sees: text, and progress bars where stderr is a terminal.
 
-use std::io::{self, IsTerminal, Write as _, stderr, stdout};
+use std::io;
+use std::io::{IsTerminal, Write as _, stderr, stdout};
 use std::sync::Mutex;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};

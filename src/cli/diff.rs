@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 
-use crate::cli::arguments::Common;
-use crate::cli::arguments::stops;
+use crate::cli::arguments::{Common, stops};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::pictures::{

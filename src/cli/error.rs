@@ -4,19 +4,17 @@
 //! Not handled: wide characters, whose lines may be broken late; wrong arguments, which clap refuses before a command
 //! begins, and faults of the program (exit code 101).
 
-use crate::Rendered;
-use crate::render::RenderError;
 use std::io::{Write as _, stderr};
 
 use console::{Term, style};
 use miette::Diagnostic;
 
+use crate::Rendered;
 use crate::pictures::{ImageError, MetricError, WriteError};
 use crate::plot::ChartError;
 use crate::plot::font::broken;
 use crate::reference::Overflow;
-use crate::render::PictureUnfit;
-use crate::render::Unfit;
+use crate::render::{PictureUnfit, RenderError, Unfit};
 use crate::scene::SceneError;
 use crate::solve::{Diverges, Verdict};
 use crate::study::compare::StudyError;

@@ -6,10 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use crate::cli::arguments::Common;
-use crate::cli::arguments::Completion;
-use crate::cli::arguments::tolerance;
-use crate::cli::arguments::unit_interval;
+use crate::cli::arguments::{Common, Completion, tolerance, unit_interval};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::light::Transport;

@@ -4,20 +4,14 @@
 //! Not handled: charts of the series ([`bounces`](crate::cli::bounces)) and of where it converges
 //! ([`map`](crate::cli::map)).
 
-use crate::Solver;
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use crate::cli::arguments::Common;
-use crate::cli::arguments::Completion;
-use crate::cli::arguments::Effort;
-use crate::cli::arguments::Precision;
-use crate::cli::arguments::pixel;
-use crate::cli::arguments::size;
-use crate::cli::arguments::stops;
+use crate::Solver;
+use crate::cli::arguments::{Common, Completion, Effort, Precision, pixel, size, stops};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::Files;

@@ -1,16 +1,13 @@
 //! `halflight frontier`: what each method does on both sides of the frontier, at one tau, as tables, charts and JSON.
 
-use crate::Solver;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
 
-use crate::cli::arguments::Common;
-use crate::cli::arguments::Completion;
-use crate::cli::arguments::MemoryLimit;
-use crate::cli::arguments::unit_interval;
+use crate::Solver;
+use crate::cli::arguments::{Common, Completion, MemoryLimit, unit_interval};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::Files;

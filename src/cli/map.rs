@@ -1,6 +1,5 @@
 //! `halflight map`: where the bounce series converges, over the (alpha, tau) square, as a chart, CSV and JSON.
 
-use crate::Solver;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -8,9 +7,8 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
-use crate::cli::arguments::Common;
-use crate::cli::arguments::Completion;
-use crate::cli::arguments::MemoryLimit;
+use crate::Solver;
+use crate::cli::arguments::{Common, Completion, MemoryLimit};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::Files;

@@ -37,8 +37,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use serde::Serialize;
 
-use crate::cli::arguments::Common;
-use crate::cli::arguments::use_threads;
+use crate::cli::arguments::{Common, use_threads};
 use crate::cli::bounces::Bounces;
 use crate::cli::console::Console;
 use crate::cli::diff::Diff;

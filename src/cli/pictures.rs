@@ -14,8 +14,7 @@ use crate::light::Transport;
 use crate::operator::Bounds;
 use crate::pictures::{Exposure, Picture, Size, check_destination, make_directory};
 use crate::plot::{Cell, Drawing, Heading, Page, Shown};
-use crate::render::ErrorParts;
-use crate::render::Seconds;
+use crate::render::{ErrorParts, Seconds};
 use crate::scene::Scene;
 
 /// Where the files of one run go.

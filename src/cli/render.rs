@@ -1,28 +1,21 @@
 //! `halflight render`: the picture of each mode, and a contact sheet of several.
 
-use crate::Solver;
-use crate::cli::error::picture_or_divergence;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
 
-use crate::cli::arguments::Common;
-use crate::cli::arguments::Effort;
-use crate::cli::arguments::Precision;
-use crate::cli::arguments::Problem;
-use crate::cli::arguments::pixel;
-use crate::cli::arguments::size;
+use crate::Solver;
+use crate::cli::arguments::{Common, Effort, Precision, Problem, pixel, size};
 use crate::cli::console::Console;
-use crate::cli::error::CliError;
+use crate::cli::error::{CliError, picture_or_divergence};
 use crate::cli::pictures::{Outcome, Places, RenderReport, finish};
 use crate::cli::warnings::{Pictured, unmet, warn_of_backs, warn_of_error};
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
 use crate::operator::Bounds;
 use crate::pictures::{Size, check_extension, write_picture, write_with_error};
-use crate::render::Rendered;
-use crate::render::Seconds;
+use crate::render::{Rendered, Seconds};
 use crate::scene::Scene;
 use crate::solve::Diverges;
 

@@ -10,12 +10,7 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::cli::arguments::Common;
-use crate::cli::arguments::MemoryLimit;
-use crate::cli::arguments::Subject;
-use crate::cli::arguments::pixel;
-use crate::cli::arguments::seconds;
-use crate::cli::arguments::size;
+use crate::cli::arguments::{Common, MemoryLimit, Subject, pixel, seconds, size};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::{Files, Modes};

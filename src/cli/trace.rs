@@ -9,13 +9,7 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
-use crate::cli::arguments::Common;
-use crate::cli::arguments::MemoryLimit;
-use crate::cli::arguments::NextEventChoice;
-use crate::cli::arguments::Subject;
-use crate::cli::arguments::pixel;
-use crate::cli::arguments::seconds;
-use crate::cli::arguments::size;
+use crate::cli::arguments::{Common, MemoryLimit, NextEventChoice, Subject, pixel, seconds, size};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::{Outcome, Places, RenderReport, finish};
@@ -24,8 +18,7 @@ use crate::light::Transport;
 use crate::pictures::{Size, check_extension, write_picture};
 use crate::rays::Rays;
 use crate::reference::{Mean, NextEvent, Overflow, TraceSettings, Tracer};
-use crate::render::Seconds;
-use crate::render::Watch;
+use crate::render::{Seconds, Watch};
 use crate::scene::Scene;
 use crate::study::map::Growth;
 

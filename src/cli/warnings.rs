@@ -16,8 +16,7 @@ use crate::rays::sobol::{fraction, hash};
 use crate::rays::warp::cosine_direction;
 use crate::rays::{Hit, Ray, Rays, Side};
 use crate::reference::{Mean, TraceSettings, Tracer};
-use crate::render::Ended;
-use crate::render::Rendered;
+use crate::render::{Ended, Rendered};
 use crate::scene::{Scene, Sides};
 use crate::study::map::{Growth, Variance, growth};
 

@@ -29,13 +29,11 @@
 //! Not handled: receivers off their patch; a luminaire by closed form whose shadows are too ragged costs one ray and its
 //! ratio's bias, as elsewhere.
 
-use crate::direct::Luminaires;
-use crate::direct::light_cut::Chance;
-use crate::direct::light_tree::draw;
 use glam::{DVec3, Vec2, Vec3};
 
-use crate::direct::light_cut::{LightCut, LightCuts, Seen, light};
-use crate::direct::light_tree::{LightTree, Node};
+use crate::direct::Luminaires;
+use crate::direct::light_cut::{Chance, LightCut, LightCuts, Seen, light};
+use crate::direct::light_tree::{LightTree, Node, draw};
 use crate::direct::lights::Lights;
 use crate::direct::luminaire_light::{DirectSum, Lamp, Scratch};
 use crate::direct::shafts::Between;

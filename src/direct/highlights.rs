@@ -12,7 +12,6 @@
 //!
 //! Not handled: highlights of light that was reflected before; drawing among many luminaires by their distance.
 
-use crate::surfaces::Geometry;
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
@@ -22,7 +21,7 @@ use crate::direct::luminaire_light::Scratch;
 use crate::light::Gloss;
 use crate::rays::{Ray, Side};
 use crate::scene::Sides;
-use crate::surfaces::SurfacePoint;
+use crate::surfaces::{Geometry, SurfacePoint};
 
 /// Finds highlights.
 pub(crate) struct Highlights<'a> {

@@ -8,19 +8,17 @@
 //! After B. Walter et al., *Lightcuts*, 2005. Not handled: hierarchies of faces; where faces are too many all luminaires
 //! are drawn. On curved patches no node is known to light nothing, and only nodes far from the patch are seen whole.
 
-use crate::direct::Luminaires;
-use crate::direct::light_tree::draw;
-use crate::rays::sobol::Sobol;
-use crate::rays::sobol::hash;
 use glam::{DVec3, Vec2};
 use rayon::prelude::*;
 
-use crate::direct::light_tree::{Facing, LightTree, Node};
+use crate::direct::Luminaires;
+use crate::direct::light_tree::{Facing, LightTree, Node, draw};
 use crate::direct::occlusion::Occlusion;
 use crate::direct::shafts::{Body, most_faces, patch_body, sieve};
 use crate::form_factors::chebyshev::{Rectangle, Tiles};
 use crate::form_factors::shadow::Caster;
 use crate::patches::Patches;
+use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{Hit, Rays};
 
 /// Luminaires by closed form at most.

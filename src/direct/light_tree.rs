@@ -7,20 +7,19 @@
 //! Source of the tree: A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*,
 //! PACMCGIT 1(2), 2018. Not handled: hulls closer than boxes; costs of the two parts, as the cut is in the middle.
 
-use crate::direct::Luminaires;
-use crate::direct::shafts::luminaire_body;
-use crate::form_factors::point_kernel;
-use crate::rays::End;
-use crate::surfaces::SurfacePoint;
 use std::f64::consts::PI;
 use std::ops::Range;
 
 use glam::{DVec3, Vec2};
 
+use crate::direct::Luminaires;
 use crate::direct::luminaire::Luminaire;
 use crate::direct::moments::{Moments, Sums};
-use crate::direct::shafts::Body;
+use crate::direct::shafts::{Body, luminaire_body};
 use crate::form_factors::hull::bounds;
+use crate::form_factors::point_kernel;
+use crate::rays::End;
+use crate::surfaces::SurfacePoint;
 
 /// Normals further apart than this cosine are parted before places are.
 const APART: f64 = 0.9;
@@ -269,9 +268,8 @@ pub(crate) fn draw(
 
 #[cfg(test)]
 mod tests {
-    use crate::direct::TOLERABLE;
-
     use super::*;
+    use crate::direct::TOLERABLE;
     use crate::light::Rgb;
     use crate::scene::{Material, Scene};
 

@@ -3,11 +3,10 @@
 //!
 //! Not handled: which emitters are luminaires ([`crate::direct::luminaires`]); polygons of more than two triangles.
 
-use crate::direct::luminaire_texture::SeenPart;
 use glam::{DVec3, Vec3};
 
 use crate::direct::emission_tree::Moments;
-use crate::direct::luminaire_texture::UnevenEmission;
+use crate::direct::luminaire_texture::{SeenPart, UnevenEmission};
 use crate::form_factors::lambert::Outline;
 use crate::form_factors::plane::sees_front;
 use crate::form_factors::point_to_polygon;
@@ -210,9 +209,8 @@ fn quadrangle(first: &EmittingTriangle, second: &EmittingTriangle) -> Option<[DV
 
 #[cfg(test)]
 mod tests {
-    use crate::direct::Luminaires;
-
     use super::*;
+    use crate::direct::Luminaires;
     use crate::rays::sobol::hash;
     use crate::scene::Sides;
 

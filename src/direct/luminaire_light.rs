@@ -26,17 +26,16 @@
 //!
 //! Not handled: luminaires that a light cut leaves to be drawn ([`crate::direct::drawn_light`]).
 
-use crate::direct::luminaire_texture::SeenPart;
-use crate::rays::End;
 use glam::{DVec3, Vec2};
 
 use crate::direct::lights::Lights;
 use crate::direct::luminaire::{EmittingPoint, Luminaire};
+use crate::direct::luminaire_texture::SeenPart;
 use crate::direct::occlusion::Occlusion;
 use crate::direct::shafts::Between;
 use crate::form_factors::point_kernel;
-use crate::rays::Hit;
 use crate::rays::sobol::Stream;
+use crate::rays::{End, Hit};
 use crate::surfaces::SurfacePoint;
 
 /// Share of a textured luminaire's form factor from which on all of it is seen; what is missing is rounding.

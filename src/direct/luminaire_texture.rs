@@ -15,8 +15,7 @@ use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::direct::emission_parts::Polygons;
-use crate::direct::emission_tree::EmissionTree;
-use crate::direct::emission_tree::Moments;
+use crate::direct::emission_tree::{EmissionTree, Moments};
 use crate::direct::luminaire::EmittingTriangle;
 use crate::form_factors::shadow::Pieces;
 use crate::light::Rgb;

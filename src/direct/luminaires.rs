@@ -26,27 +26,24 @@
 //! what is hidden. Lamps of so many faces that testing each against all corners would take long cast shadows on
 //! themselves, which costs time and no accuracy.
 
-use crate::direct::Luminaire;
-use crate::direct::luminaire_texture::EmissionTexture;
-use crate::direct::luminaire_texture::UnevenEmission;
-use crate::direct::luminaire_texture::is_textured;
-use crate::direct::punctual_light::FEW;
-use crate::rays::Side;
-use crate::scene::PunctualLight;
-use glam::DVec3;
-use rayon::iter::IntoParallelRefMutIterator;
-use rayon::iter::ParallelIterator;
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use glam::DVec3;
+use rayon::iter::{IntoParallelRefMutIterator, ParallelIterator};
+
+use crate::direct::Luminaire;
 use crate::direct::light_tree::{Placed, halve};
+use crate::direct::luminaire_texture::{EmissionTexture, UnevenEmission, is_textured};
+use crate::direct::punctual_light::FEW;
 use crate::form_factors::hull::bounds;
 use crate::form_factors::lambert::Outline;
 use crate::form_factors::point_to_polygon;
 use crate::light::Rgb;
+use crate::rays::Side;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::triangle_point;
-use crate::scene::{Scene, Sides};
+use crate::scene::{PunctualLight, Scene, Sides};
 use crate::surfaces::coplanar::connected;
 
 /// Cost of one triangle of a closed form over that of a ray, about (measured on one core: 20 ns, and 300 ns in a small

@@ -10,10 +10,10 @@
 //! Not handled: hierarchies of faces: scenes with too many faces draw points everywhere. Bodies of many corners: boxes
 //! stand for them.
 
-use crate::direct::Luminaires;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::direct::Luminaires;
 use crate::direct::luminaire::Luminaire;
 use crate::form_factors::hull::{apart, bounds};
 use crate::form_factors::shadow::Caster;

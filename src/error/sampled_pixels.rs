@@ -286,10 +286,9 @@ impl Sums {
 
 #[cfg(test)]
 mod tests {
-    use crate::reading::view::lights_of;
-
     use super::*;
     use crate::light::{Mode, Rgb};
+    use crate::reading::view::lights_of;
 
     #[test]
     fn noise_of_paths_is_not_in_the_mean() {

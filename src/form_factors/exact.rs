@@ -18,10 +18,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::form_factors::adaptive_integration::{Estimate, Tolerance};
-use crate::form_factors::contour_integral;
-use crate::form_factors::cubature::{self, Link};
+use crate::form_factors::cubature::Link;
 use crate::form_factors::facet::{Facet, facets};
 use crate::form_factors::occluders::{Occluder, between};
+use crate::form_factors::{contour_integral, cubature};
 use crate::scene::{Scene, Sides};
 
 /// Pairs of facets of two bodies beyond which rays are the better way.

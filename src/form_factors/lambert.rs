@@ -198,8 +198,9 @@ impl Outline {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     /// Both triangles of the unit square [0, 1]² at height h above the origin, facing down.
     fn square(h: f64) -> [[DVec3; 3]; 2] {

@@ -248,9 +248,10 @@ pub(crate) fn visible_form<'a>(
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::form_factors::lambert::point_to_polygon;
-    use proptest::prelude::*;
 
     fn caster(corners: [DVec3; 3], tau: f64) -> Caster {
         let [a, b, c] = corners;

@@ -9,10 +9,8 @@
 use glam::{DVec2, DVec3, Vec2};
 
 use crate::direct::{Choice, Highlights, LightSum, Scratch as Memory};
-use crate::gather::pixel::Pixel;
-use crate::gather::pixel::SurfaceKey;
-use crate::gather::pixel_texture::PixelCells;
-use crate::gather::pixel_texture::{Adjusted, SeenPoint, surfaces};
+use crate::gather::pixel::{Pixel, SurfaceKey};
+use crate::gather::pixel_texture::{Adjusted, PixelCells, SeenPoint, surfaces};
 use crate::light::Rgb;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Sobol, hash};

@@ -14,8 +14,7 @@ use crate::light::Rgb;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{FAN, Fan, Hit, Ray};
 use crate::reading::patch_light::Fields;
-use crate::reading::reflection::{Continuation, RaySample};
-use crate::reading::reflection::{Memory, SurfaceHit, Walker};
+use crate::reading::reflection::{Continuation, Memory, RaySample, SurfaceHit, Walker};
 use crate::reading::view::View;
 use crate::surfaces::SurfacePoint;
 
@@ -146,12 +145,11 @@ impl<'a> FinalGather<'a> {
 
 #[cfg(test)]
 mod tests {
-    use crate::reading::view::lights_of;
-
     use super::*;
     use crate::light::Mode;
     use crate::rays::sobol::Stream;
     use crate::rays::warp::cosine_direction;
+    use crate::reading::view::lights_of;
 
     /// Rays once took their points in turn. Of Sobol points every other one lies in the same half of the interval, so
     /// each point looked at a half of its hemisphere only.

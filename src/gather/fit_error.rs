@@ -27,10 +27,10 @@
 //! Not handled: errors in fewer layers than are likely to be drawn, of which a standard error from few places shows too
 //! little.
 
-use crate::error::halves::Halves;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::error::halves::Halves;
 use crate::gather::irradiance_cache::{COVERED, Fitted, IrradianceCache, Record, Site};
 use crate::gather::pixel::Pixel;
 use crate::gather::pixel_lattice::skewed;

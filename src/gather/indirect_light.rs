@@ -2,16 +2,14 @@
 //!
 //! Not handled: where to place records and how many rays they get ([`crate::gather::budget`]).
 
-use crate::error::halves::Halves;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::gather::adaptive_sampling::{Measured, measure};
-use crate::gather::adaptive_sampling::{Plan, refine};
+use crate::error::halves::Halves;
+use crate::gather::adaptive_sampling::{Measured, Plan, measure, refine};
 use crate::gather::camera_rays::CameraRays;
 use crate::gather::gathered::{GatherError, Gathered};
-use crate::gather::irradiance_cache::Fitted;
-use crate::gather::irradiance_cache::IrradianceCache;
+use crate::gather::irradiance_cache::{Fitted, IrradianceCache};
 use crate::gather::pixel::Pixel;
 use crate::gather::pixel_lattice::skewed;
 use crate::light::Rgb;

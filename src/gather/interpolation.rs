@@ -166,8 +166,9 @@ fn is_off(at: &Place, support: &Support, d: DVec3) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     fn known(x: f64, y: f64, radius: f64, normal: Vec3) -> Support {
         Support {

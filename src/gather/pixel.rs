@@ -7,9 +7,9 @@
 //! differs within a surface in step with its texture: of the light gathered, the mean over the pixel is multiplied by
 //! the mean of rho.
 
-use crate::error::halves::Halves;
 use glam::DVec3;
 
+use crate::error::halves::Halves;
 use crate::gather::interpolation::Place;
 use crate::gather::pixel_texture::PixelTexture;
 use crate::gather::small_faces::SmallFace;

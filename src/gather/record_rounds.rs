@@ -6,12 +6,12 @@
 //!
 //! Not handled: errors of camera rays, and of the solution that is gathered.
 
-use crate::error::halves::Halves;
 use std::time::Instant;
 
 use rayon::prelude::*;
 
 use crate::error::deadline::would_be_over;
+use crate::error::halves::Halves;
 use crate::gather::adaptive_sampling::{Measured, Plan, measure};
 use crate::gather::fit_error::{Bias, LayerFit, least_certain, relative};
 use crate::gather::indirect_light::IndirectLight;

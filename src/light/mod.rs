@@ -75,8 +75,9 @@ pub fn reflectance(rho: f32, alpha: f32) -> Matrix2<f32> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use nalgebra::Vector2;
+
+    use super::*;
 
     #[test]
     fn the_visible_half_is_never_reflected_again() {

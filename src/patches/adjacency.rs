@@ -8,8 +8,7 @@
 
 use glam::Vec3;
 
-use crate::patches::grid::Grid;
-use crate::patches::grid::NONE;
+use crate::patches::grid::{Grid, NONE};
 use crate::patches::scene_patches::Patches;
 
 /// The patches beside each patch, and where they lie.

@@ -9,8 +9,6 @@
 //! Not handled: which size light asks for; light that differs between the surfaces of a cluster. Patches along lines of
 //! contact, which separate light from dark, and surfaces of a single patch are their own parents.
 
-use crate::patches::scene_patches::Mesh;
-use crate::surfaces::Geometry;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -19,12 +17,12 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::patches::grid::{Draft, Fragment, Grid, NONE, Piece};
-use crate::patches::scene_patches::{Owner, Patches};
+use crate::patches::scene_patches::{Mesh, Owner, Patches};
 use crate::rays::{Rays, Side};
 use crate::scene::{Scene, Sides};
-use crate::surfaces::Surfaces;
 use crate::surfaces::coplanar::Surface;
 use crate::surfaces::discontinuities::Place;
+use crate::surfaces::{Geometry, Surfaces};
 
 /// What the faces of a scene belong to, as far as they are cut.
 struct Owned {

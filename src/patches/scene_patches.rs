@@ -15,8 +15,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::light::{Light, Rgb};
-use crate::patches::division::{Part, Parts, number};
-use crate::patches::division::{Sample, Tree, grow};
+use crate::patches::division::{Part, Parts, Sample, Tree, grow, number};
 use crate::patches::grid::{Fragment, Grid, NONE};
 use crate::rays::warp::triangle_point;
 use crate::rays::{Hit, Ray, Side};

@@ -7,10 +7,11 @@
 //! temporary files of all threads and lets no other come into being. Not handled: a process killed outright between
 //! the two steps leaves a hidden `.halflight-*` file behind.
 
-use std::fs::{self, File, Permissions};
-use std::io::{self, Write};
+use std::fs::{File, Permissions};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::{fs, io};
 
 use tempfile::{Builder, TempPath};
 

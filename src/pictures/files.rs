@@ -13,7 +13,8 @@ use std::ffi::OsStr;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use ::image::codecs::{openexr::OpenExrEncoder, png::PngEncoder};
+use ::image::codecs::openexr::OpenExrEncoder;
+use ::image::codecs::png::PngEncoder;
 use ::image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader};
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
 use exr::meta::header::LayerAttributes;

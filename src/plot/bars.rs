@@ -7,11 +7,9 @@
 use glam::dvec2;
 
 use crate::pictures::Size;
-use crate::plot::axes::{Frame, TICK_EM};
-use crate::plot::axes::{Range, Scale};
+use crate::plot::axes::{Frame, Range, Scale, TICK_EM};
 use crate::plot::chart::PALETTE;
-use crate::plot::drawing::Drawing;
-use crate::plot::drawing::{Align, Colour, INK, PAPER};
+use crate::plot::drawing::{Align, Colour, Drawing, INK, PAPER};
 
 /// Bars that divide wholes into parts.
 #[derive(Clone, Debug)]

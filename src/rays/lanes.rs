@@ -111,8 +111,9 @@ mod x86 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use pulp::{Arch, Scalar, WithSimd};
+
+    use super::*;
 
     struct Bits<'a>(&'a Lane<f32>, f32);
 

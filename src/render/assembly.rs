@@ -2,21 +2,16 @@
 //!
 //! One cast of rays serves all the modes asked for. Not handled: how many patches and rays; callers choose.
 
-use crate::operator::linear::LinearOperator;
 use std::sync::Arc;
 
 use crate::direct::{Lights, Luminaires, TOLERABLE};
 use crate::form_factors::{Closure, Sampling, Variant, cast_counts, closure};
-use crate::gather::GatherPass;
-use crate::gather::Gathered;
-use crate::gather::gather;
+use crate::gather::{GatherPass, Gathered, gather};
 use crate::light::{Light, Rgb, Transport};
+use crate::operator::linear::LinearOperator;
 use crate::operator::{Operator, PatchMaterials};
 use crate::patches::{Patches, Sample};
-use crate::reading::Fields;
-use crate::reading::View;
-use crate::reading::invisible;
-use crate::reading::linear;
+use crate::reading::{Fields, View, invisible, linear};
 use crate::scene::Scene;
 use crate::solve::{AssembledShooter, RaySettings, RayShooter, Solution};
 use crate::surfaces::Geometry;

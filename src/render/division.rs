@@ -13,15 +13,12 @@
 
 use std::time::Instant;
 
-use crate::error::ImportancePaths;
-use crate::error::SquaredError;
-use crate::error::add_samples_of_bright;
 use crate::error::deadline::would_be_over;
+use crate::error::{ImportancePaths, SquaredError, add_samples_of_bright};
 use crate::light::budget::DIVIDED_FORM_FACTORS;
 use crate::patches::Sample;
 use crate::rays::purpose::Purpose;
-use crate::reading::READINGS;
-use crate::reading::Reading;
+use crate::reading::{READINGS, Reading};
 use crate::render::reading_cost::{MATTERS, ReadingCost};
 use crate::render::residual_check::{Check, brightness};
 use crate::render::solved::{Next, Rough, Solved, Task};

@@ -13,8 +13,7 @@ use crate::gather::GatherError;
 use crate::gather::adaptive_sampling::EDGES;
 use crate::gather::record_rounds::RATE;
 use crate::light::budget::{CAMERA, HEMISPHERE_SQUARED, LIGHT, left};
-use crate::reading::READINGS;
-use crate::reading::Reading;
+use crate::reading::{READINGS, Reading};
 use crate::render::solved::{ROUGH_RAYS, Rough};
 use crate::render::wanted::Wanted;
 

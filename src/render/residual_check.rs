@@ -6,22 +6,15 @@
 //!
 //! Not handled: errors that few paths cannot tell from none; their standard error is stated.
 
-use crate::error::Effort;
-use crate::error::SampledPixels;
-use crate::error::SquaredError;
 use crate::error::sampled_pixels::Brightness;
+use crate::error::{Effort, SampledPixels, SquaredError};
 use crate::gather::Gathered;
 use crate::light::budget::{MATTERS, READ_AT_ONCE, SURE};
 use crate::rays::purpose::Purpose;
-use crate::reading::READINGS;
-use crate::reading::Reading;
+use crate::reading::{READINGS, Reading};
 use crate::render::reading_cost::ReadingCost;
-use crate::render::solved::Rough;
-use crate::render::solved::Solved;
-use crate::render::solved::rough_size;
-use crate::render::wanted::Spent;
-use crate::render::wanted::Wanted;
-use crate::render::wanted::timed;
+use crate::render::solved::{Rough, Solved, rough_size};
+use crate::render::wanted::{Spent, Wanted, timed};
 
 /// Paths at first, and at most where an error is suspected or light is to be accepted, at a tolerance of 2 % or less;
 /// of those fewer in proportion at larger ones.
@@ -199,8 +192,7 @@ pub(crate) fn brightness(rough: &Gathered) -> Vec<f32> {
 mod tests {
     use super::*;
     use crate::light::Mode;
-    use crate::render::assembly::Discretization;
-    use crate::render::assembly::Silent;
+    use crate::render::assembly::{Discretization, Silent};
     use crate::render::solved::Task;
     use crate::scene::Scene;
 

@@ -18,7 +18,6 @@
 //!
 //! Not handled: patches along lines of contact have no larger patch; detail that neither level of patches resolves.
 
-use crate::render::solved::Next;
 use std::time::Instant;
 
 use crate::gather::{GatherPass, Gathering};
@@ -30,7 +29,7 @@ use crate::render::levels::patches_for;
 use crate::render::memory::{Held, Kept, fewer};
 use crate::render::rendered::Rendered;
 use crate::render::residual_check::{Check, Finding};
-use crate::render::solved::{Rough, Solved, Task, half_of};
+use crate::render::solved::{Next, Rough, Solved, Task, half_of};
 use crate::render::wanted::{Spent, Wanted, timed};
 use crate::scene::Material;
 use crate::solve::Diverges;

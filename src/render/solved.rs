@@ -2,33 +2,23 @@
 //!
 //! Not handled: how fine the patches are and how many rays are cast ([`crate::render::tolerance`]).
 
-use crate::Fineness;
-use crate::direct::Lights;
-use crate::light::budget::STAND_INS;
-use crate::patches::Patches;
-use crate::render::assembly::Discretization;
-use crate::render::assembly::assemble;
-use crate::render::wanted::Spent;
-use crate::render::wanted::timed;
 use std::sync::Arc;
 
+use crate::Fineness;
+use crate::direct::Lights;
 use crate::error::nearest_read;
 use crate::form_factors::Sampling;
-use crate::gather::GatherPass;
-use crate::gather::GatherSampling;
-use crate::gather::Gathered;
-use crate::light::budget::TRUNCATION;
+use crate::gather::{GatherPass, GatherSampling, Gathered};
+use crate::light::budget::{STAND_INS, TRUNCATION};
 use crate::light::{Rgb, Transport};
+use crate::patches::Patches;
 use crate::pictures::Size;
 use crate::rays::sobol::replica_seed;
-use crate::reading::Fields;
-use crate::reading::Reading;
-use crate::reading::View;
-use crate::render::assembly::Assembled;
-use crate::render::assembly::Watch;
+use crate::reading::{Fields, Reading, View};
+use crate::render::assembly::{Assembled, Discretization, Watch, assemble};
 use crate::render::levels::{fields, of_finer};
 use crate::render::rendered::{ErrorParts, Rendered};
-use crate::render::wanted::Wanted;
+use crate::render::wanted::{Spent, Wanted, timed};
 use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
 
 /// Hemisphere rays of a patch for each to a luminaire.

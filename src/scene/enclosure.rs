@@ -257,7 +257,8 @@ fn directions(number: usize) -> impl Iterator<Item = Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{LoadOptions, builtin::NAMES};
+    use crate::scene::LoadOptions;
+    use crate::scene::builtin::NAMES;
 
     #[test]
     fn boxes_hide_no_wall() {

@@ -7,7 +7,8 @@
 //!
 //! Source: D. Eberly, *Triangulation by ear clipping*; the `earcut` crate. Only place for `earcut`.
 
-use earcut::{Earcut, deviation, utils3d::project3d_to_2d};
+use earcut::utils3d::project3d_to_2d;
+use earcut::{Earcut, deviation};
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
@@ -142,8 +143,9 @@ pub(crate) fn height(corners: [Vec3; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     /// Vector area of the triangles, doubled.
     fn covered(polygon: &[DVec3], triangles: &[[u32; 3]]) -> (DVec3, f64) {

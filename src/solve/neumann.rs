@@ -7,7 +7,6 @@
 
 use crate::light::{Light, Rgb};
 use crate::operator::{Bounds, LinearOperator, LitPatches, Spectrum, spectrum};
-
 use crate::solve::bounce::{Bounce, measure, norm};
 use crate::solve::tail::TailBound;
 

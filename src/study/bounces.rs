@@ -5,9 +5,7 @@ use crate::gather::GatherPass;
 use crate::light::{Light, Rgb};
 use crate::pictures::Picture;
 use crate::reading::invisible;
-use crate::render::Watch;
-use crate::render::pictures;
-use crate::render::without_luminaires;
+use crate::render::{Watch, pictures, without_luminaires};
 use crate::solve::Solution;
 
 /// What hemisphere rays read for each of the first `count` bounces: the picture of bounce n shows the patch light of

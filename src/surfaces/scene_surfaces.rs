@@ -10,7 +10,8 @@ use rayon::prelude::*;
 
 use crate::rays::{End, Rays};
 use crate::scene::Scene;
-use crate::surfaces::coplanar::{self, Surface};
+use crate::surfaces::coplanar;
+use crate::surfaces::coplanar::Surface;
 use crate::surfaces::discontinuities::Discontinuities;
 use crate::surfaces::face_means::FaceMeans;
 

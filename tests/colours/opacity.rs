@@ -1,12 +1,12 @@
 //! Opacity by `d` and `Tr`: a mask that is the same everywhere, as the alpha of a glTF material is.
 
+use glam::DVec3;
 use halflight::light::{Mode, Rgb};
 use halflight::rays::Rays;
 use halflight::reference::{TraceSettings, Tracer};
 use halflight::scene::{AddedLight, LoadOptions, Scene, SkyLight};
 
 use super::warns;
-use glam::DVec3;
 
 /// A room of side 2 about the origin, its back wall with a window, and in it a black pane where `pane` names a
 /// material.

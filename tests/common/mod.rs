@@ -11,10 +11,7 @@ use halflight::form_factors::{FormFactors, Sampling, Variant, cast};
 use halflight::light::{Rgb, Transport};
 use halflight::pictures::Size;
 use halflight::rays::sobol::hash;
-use halflight::render::Assembled;
-use halflight::render::Discretization;
-use halflight::render::Rendered;
-use halflight::render::Watch;
+use halflight::render::{Assembled, Discretization, Rendered, Watch};
 use halflight::scene::{LoadOptions, Material, Scene};
 
 /// Watches nothing.

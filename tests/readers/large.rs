@@ -1,7 +1,8 @@
 //! Texts that are long, deep or greedy: refused or read, in memory proportional to their length.
 
-use super::check;
 use halflight::scene::{LoadOptions, Scene, SceneError};
+
+use super::check;
 
 /// Peak memory of this process so far, KiB; none where the system does not tell.
 pub fn peak() -> Option<usize> {

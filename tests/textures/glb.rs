@@ -3,11 +3,11 @@
 use std::fs;
 
 use glam::{DVec2, Vec3};
+use halflight::Solver;
 use halflight::light::Mode;
 use halflight::pictures::relative_rms;
 use halflight::scene::textures::{Filter, Wrap};
-use halflight::scene::{LoadOptions, Scene, SceneError};
-use halflight::{Solver, scene::Material};
+use halflight::scene::{LoadOptions, Material, Scene, SceneError};
 use serde_json::{Value, json};
 
 use crate::textures::room;

@@ -1,6 +1,5 @@
 //! Masks: holes, half-transparent surfaces, and what they leave of power and pictures.
 
-use crate::common::rendered;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
@@ -14,7 +13,7 @@ use halflight::scene::textures::{Channel, Filter, Maps, Mask};
 use halflight::scene::{Camera, Material, Scene, Sides, SkyLight};
 use halflight::study::{FactorSettings, FactorTable, factors};
 
-use crate::common::{Mesh, grey};
+use crate::common::{Mesh, grey, rendered};
 use crate::textures::{place, texture};
 
 /// A floor, a lamp above it, and between them a card from x = -1 to `end` with a mask.

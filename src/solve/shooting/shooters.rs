@@ -3,7 +3,6 @@
 //!
 //! Not handled: the order of shots, and what is unshot; that is [`crate::solve::shooting`]'s.
 
-use crate::surfaces::Geometry;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -18,6 +17,7 @@ use crate::operator::{Bounds, Operator, PatchMaterials};
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{Hit, Ray};
 use crate::solve::neumann::{Diverges, Verdict, refuse, verdict};
+use crate::surfaces::Geometry;
 
 /// The patches as the solver sees them, one entry a patch.
 #[derive(Clone, Copy, Debug)]

@@ -9,16 +9,15 @@
 //!
 //! Not handled: series that diverge.
 
-use crate::Solver;
-use crate::render::Discretization;
 use std::ops::RangeInclusive;
 use std::time::Instant;
 
 use serde::{Serialize, Serializer};
 
+use crate::Solver;
 use crate::pictures::Picture;
 use crate::rays::Rays;
-use crate::render::Silent;
+use crate::render::{Discretization, Silent};
 use crate::scene::Scene;
 use crate::study::compare::arithmetic::combine;
 use crate::study::compare::ladder::{

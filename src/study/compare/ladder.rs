@@ -5,16 +5,13 @@
 //!
 //! Not handled: how pictures and references are made.
 
-use crate::render::RenderError;
 use std::time::Instant;
 
 use serde::{Serialize, Serializer};
 
 use crate::light::Transport;
 use crate::pictures::{ImageError, MetricError, Picture, Size};
-use crate::render::Seconds;
-use crate::render::Unfit;
-use crate::render::Watch;
+use crate::render::{RenderError, Seconds, Unfit, Watch};
 use crate::solve::Diverges;
 use crate::study::compare::truth::{Reached, Truth, reached};
 use crate::study::statistics::log_slope;

@@ -13,22 +13,16 @@
 //!
 //! Not handled: patches cut where they are needed; errors that do not fall with the size of patches.
 
-use crate::direct::Lights;
-use crate::direct::TOLERABLE;
-use crate::render::pictures;
 use std::sync::Arc;
 use std::time::Instant;
 
+use crate::direct::{Lights, TOLERABLE};
 use crate::form_factors::Sampling;
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::{Light, Rgb};
 use crate::pictures::Picture;
 use crate::rays::sobol::replica_seed;
-use crate::render::Assembled;
-use crate::render::Discretization;
-use crate::render::Seconds;
-use crate::render::Stored;
-use crate::render::Unfit;
+use crate::render::{Assembled, Discretization, Seconds, Stored, Unfit, pictures};
 use crate::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
 use crate::study::bounces::bounce_fields_and_rest;
 use crate::study::compare::arithmetic::{average, combine, map, masked_mean, smoothed, standard_error, sum};

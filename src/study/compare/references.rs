@@ -8,14 +8,14 @@
 //!
 //! Not handled: filters other than the box in a picture that the user brings.
 
-use crate::Solver;
-use std::fmt::{self, Write as _};
-use std::fs;
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use std::{fmt, fs};
 
 use serde::{Deserialize, Serialize};
 
+use crate::Solver;
 use crate::light::Transport;
 use crate::pictures::{
     Exposure, ImageError, Picture, Size, make_directory, read_picture, relative_rms, write_picture, write_whole,

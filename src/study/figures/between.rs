@@ -13,18 +13,12 @@
 //! the effort is given.
 
 use crate::form_factors::Sampling;
-use crate::gather::GatherPass;
-use crate::gather::GatherSampling;
+use crate::gather::{GatherPass, GatherSampling};
 use crate::light::{Mode, Rgb, Transport};
 use crate::pictures::{Exposure, Picture, Size};
 use crate::plot::{Cell, Heading, Shown};
 use crate::reading::invisible;
-use crate::render::Assembled;
-use crate::render::Discretization;
-use crate::render::Square;
-use crate::render::SquareColumn;
-use crate::render::Watch;
-use crate::render::pictures;
+use crate::render::{Assembled, Discretization, Square, SquareColumn, Watch, pictures};
 use crate::solve::{Diverges, Extrapolated, Settings, extrapolated};
 use crate::study::figures::panel::{AXES, Figure, PageSettings, Panel, exposure_for, exposure_words, no_light};
 

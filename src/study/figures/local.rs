@@ -15,11 +15,11 @@
 //! the distance from its middle over h². The mean of q over the luminaire is (w² + d²)/(12 h²), over the five lights 4
 //! (w² + d²)/(45 h²), so to first order the five are off by -2 (4/45 - 1/12) (w² + d²)/h² = -(w² + d²)/(90 h²).
 
-use crate::Solver;
 use std::time::Instant;
 
 use serde::{Serialize, Serializer};
 
+use crate::Solver;
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::{Mode, Rgb};
 use crate::pictures::{Exposure, Picture, Size, largest_difference, mean_difference, mean_e_pixel};
@@ -29,9 +29,7 @@ use crate::plot::{
 use crate::rays::Rays;
 use crate::reference::opengl::{NoOpenGl, OpenGlPicture, render as draw};
 use crate::reference::{TraceSettings, Tracer};
-use crate::render::Fineness;
-use crate::render::Rendered;
-use crate::render::Watch;
+use crate::render::{Fineness, Rendered, Watch};
 use crate::scene::Scene;
 use crate::study::figures::panel::exposure_words;
 use crate::study::figures::two_spheres::{FiveLights, Lit, TwoSpheres};

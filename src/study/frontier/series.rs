@@ -3,21 +3,15 @@
 //!
 //! Not handled: the whole map ([`map`](crate::study::map::map)).
 
-use crate::Solver;
-use crate::render::most_fitting;
 use std::time::Instant;
 
 use serde::Serialize;
 
+use crate::Solver;
 use crate::form_factors::Sampling;
 use crate::light::{Light, Transport};
 use crate::operator::{Bounds, Operator, operator_norm};
-use crate::render::Assembled;
-use crate::render::Discretization;
-use crate::render::Silent;
-use crate::render::Stored;
-use crate::render::Unfit;
-use crate::render::Watch;
+use crate::render::{Assembled, Discretization, Silent, Stored, Unfit, Watch, most_fitting};
 use crate::scene::Scene;
 use crate::solve::{
     RaySettings, Settings, Shooter, Shooting, ShootingSettings, TailBound, Verdict, direct, extrapolated, neumann,

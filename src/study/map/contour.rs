@@ -10,10 +10,8 @@ use glam::{DVec2, dvec2};
 use crate::light::Mode;
 use crate::operator::Bounds;
 use crate::pictures::Size;
-use crate::plot::axes::Range;
-use crate::plot::axes::{Frame, TICK_EM};
-use crate::plot::drawing::Drawing;
-use crate::plot::drawing::{Align, Colour, INK, PAPER};
+use crate::plot::axes::{Frame, Range, TICK_EM};
+use crate::plot::drawing::{Align, Colour, Drawing, INK, PAPER};
 use crate::plot::{Marker, Scale, font};
 use crate::study::map::stability::{Column, Map};
 

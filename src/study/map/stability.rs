@@ -10,8 +10,7 @@ use serde::Serialize;
 
 use crate::form_factors::Sampling;
 use crate::operator::{Bounds, Spectrum};
-use crate::render::Discretization;
-use crate::render::Watch;
+use crate::render::{Discretization, Watch};
 use crate::study::map::survey::Survey;
 
 /// Radii looked at for one alpha at most.

@@ -28,12 +28,7 @@ use crate::light::{Rgb, Transport};
 use crate::operator::{Effort, Spectrum, spectrum_of};
 use crate::patches::Patches;
 use crate::rays::Rays;
-use crate::render::Discretization;
-use crate::render::Stored;
-use crate::render::Unfit;
-use crate::render::Watch;
-use crate::render::most_fitting;
-use crate::render::pilots;
+use crate::render::{Discretization, Stored, Unfit, Watch, most_fitting, pilots};
 use crate::scene::Scene;
 
 /// How exactly radii are found. They are those at alpha = 1: on which side of 1 they lie is no question.

@@ -18,9 +18,8 @@ use crate::light::Transport;
 use crate::operator::Bounds;
 use crate::patches::Patches;
 use crate::rays::Rays;
-use crate::scene::Scene;
-
 use crate::render::Silent;
+use crate::scene::Scene;
 use crate::study::map::survey::{Subject, Survey};
 
 /// Patches that radii are found on.
