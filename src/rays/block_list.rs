@@ -14,10 +14,9 @@ use std::ops::ControlFlow;
 
 use obvhs::aabb::Aabb;
 use pulp::{Arch, Simd};
-use smallvec::SmallVec;
 
 use crate::rays::blocks::{Block, BoxBlock, BoxRay};
-use crate::rays::lanes::{LANES, Lane, MISSED, bits, least, least_of};
+use crate::rays::lanes::{LANES, Lane, MISSED, bits, least, least_of, most};
 use crate::rays::meetings::Faces;
 use crate::rays::triangle::{Candidate, Hit, Label, Meeting, Query, SAME_PLACE, Triangle};
 
@@ -71,6 +70,22 @@ impl BlockList {
         let met = |lane| self.blocks[b].candidate(query, lane, query.end);
         from_fn(|lane| met(lane).map_or(MISSED, |found| found.meeting.t))
     }
+
+    /// The first meeting where several are close together.
+    #[cold]
+    fn first_of_several<S: Simd>(&self, simd: S, query: &Query) -> Option<Hit> {
+        let mut best: Option<(Candidate, u32)> = None;
+        for b in self.near(simd, query) {
+            let _ = self.blocks[b].meet(simd, query, query.end, |candidate, lane| {
+                let face = self.faces[b][lane];
+                if best.as_ref().is_none_or(|(other, first)| candidate.precedes(other, || face < *first)) {
+                    best = Some((candidate, face));
+                }
+                ControlFlow::Continue(())
+            });
+        }
+        best.map(|(found, face)| found.meeting.hit(face))
+    }
 }
 
 impl Faces for BlockList {
@@ -81,31 +96,30 @@ impl Faces for BlockList {
 
     #[inline(always)]
     fn first<S: Simd>(&self, simd: S, query: &Query) -> Option<Hit> {
-        let mut met: SmallVec<[(usize, Lane<f32>); 16]> = SmallVec::new();
-        let mut nearest = [MISSED; LANES];
+        // The nearest and the second distance of each lane over all blocks, and the block of the nearest.
+        let (mut nearest, mut second, mut block) = ([MISSED; LANES], [MISSED; LANES], [0u32; LANES]);
         for b in self.near(simd, query) {
             let distances = self.distances(b, query);
-            nearest = from_fn(|lane| least(nearest[lane], distances[lane]));
-            met.push((b, distances));
-        }
-        let nearest = least_of(&nearest);
-        if nearest == MISSED {
-            return None;
-        }
-        let mut best: Option<(Candidate, u32)> = None;
-        for (b, distances) in &met {
-            let mut lanes = bits(simd, distances, nearest + SAME_PLACE);
-            while lanes != 0 {
-                let lane = lanes.trailing_zeros() as usize;
-                lanes &= lanes - 1;
-                let Some(candidate) = self.blocks[*b].candidate(query, lane, query.end) else { continue };
-                let face = self.faces[*b][lane];
-                if best.as_ref().is_none_or(|(other, first)| candidate.precedes(other, || face < *first)) {
-                    best = Some((candidate, face));
-                }
+            for l in 0..LANES {
+                let is_nearer = distances[l] < nearest[l];
+                second[l] = least(second[l], most(nearest[l], distances[l]));
+                block[l] = if is_nearer { b as u32 } else { block[l] };
+                nearest[l] = least(nearest[l], distances[l]);
             }
         }
-        best.map(|(found, face)| found.meeting.hit(face))
+        let distance = least_of(&nearest);
+        if distance == MISSED {
+            return None;
+        }
+        let window = distance + SAME_PLACE;
+        let lanes = bits(simd, &nearest, window);
+        if !lanes.is_power_of_two() || bits(simd, &second, window) != 0 {
+            return self.first_of_several(simd, query);
+        }
+        let lane = lanes.trailing_zeros() as usize % LANES;
+        let b = block[lane] as usize;
+        let found = self.blocks[b].candidate(query, lane, query.end)?;
+        Some(found.meeting.hit(self.faces[b][lane]))
     }
 
     #[inline(always)]

@@ -63,8 +63,9 @@ impl Layout {
     /// The tree over boxes.
     pub(crate) fn new(boxes: &[Aabb]) -> Layout {
         if boxes.len() <= LANES {
+            let leaves = std::iter::once(0..boxes.len()).collect();
             let nodes = vec![vec![(around(boxes), LEAF)]];
-            return Layout { order: (0..boxes.len() as u32).collect(), leaves: vec![0..boxes.len()], nodes };
+            return Layout { order: (0..boxes.len() as u32).collect(), leaves, nodes };
         }
         let binary = reinserted(merged_in_groups(boxes));
         let layout = Layout { order: Vec::with_capacity(boxes.len()), leaves: Vec::new(), nodes: Vec::new() };
@@ -117,16 +118,17 @@ fn joined(mut tree: Bvh2, below: &[Bvh2]) -> Bvh2 {
             let own = &below[nodes[k].first_index as usize].nodes;
             // Its node 1 comes next here.
             let shift = nodes.len() as u32 - 1;
-            let moved = |node: &Bvh2Node| Bvh2Node {
-                first_index: node.first_index + if node.is_leaf() { 0 } else { shift },
-                ..*node
-            };
-            nodes[k] = moved(&own[0]);
-            nodes.extend(own[1..].iter().map(moved));
+            nodes[k] = shifted(&own[0], shift);
+            nodes.extend(own[1..].iter().map(|node| shifted(node, shift)));
         }
     }
     tree.max_depth += below.iter().map(|own| own.max_depth).max().unwrap_or(0);
     tree
+}
+
+/// A node whose children have numbers larger by a shift.
+fn shifted(node: &Bvh2Node, shift: u32) -> Bvh2Node {
+    Bvh2Node { first_index: node.first_index + if node.is_leaf() { 0 } else { shift }, ..*node }
 }
 
 /// The numbers of boxes in the order of the Morton codes of their centres, with those.
