@@ -73,7 +73,8 @@ impl Geometry<'_> {
         Ok(())
     }
 
-    /// Appends a primitive of triangles. `points` has where the points of each accessor begin that the node has used before.
+    /// Appends a primitive of triangles. `points` has where the points of each accessor begin that the node has used
+    /// before.
     fn primitive(
         &mut self,
         primitive: &Primitive,
