@@ -5,7 +5,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec3;
-use halflight::form_factors::objects::exact::{Bodies, Tolerance};
+use halflight::form_factors::{Bodies, Tolerance};
 use halflight::scene::{Material, Scene};
 
 /// More than any of these needs.

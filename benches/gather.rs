@@ -11,10 +11,17 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use halflight::error::ImportancePaths;
 use halflight::form_factors::Sampling;
-use halflight::gather::{Fields, GatherPass, GatherSampling, Gathering, ImportancePaths, Reading, View, gather};
+use halflight::gather::GatherPass;
+use halflight::gather::GatherSampling;
+use halflight::gather::Gathering;
+use halflight::gather::gather;
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::Size;
+use halflight::reading::Fields;
+use halflight::reading::Reading;
+use halflight::reading::View;
 use halflight::render::{Assembled, Prepared, Silent, Wanted, assemble, prepare, render, render_within};
 use halflight::scene::Scene;
 use halflight::solve::{Settings, Solution, neumann};

@@ -91,6 +91,10 @@ pub mod operator;
 
 pub mod solve;
 
+pub mod reading;
+
+pub mod error;
+
 pub mod gather;
 
 pub mod render;

@@ -12,7 +12,7 @@ use crate::source::imports::{circle, imports};
 use crate::source::{Source, code, is_word, sources, words};
 
 /// The outer crates that belong to some modules only, by the name they have in code.
-const HOMES: [(&str, &[&str]); 15] = [
+const HOMES: [(&str, &[&str]); 16] = [
     ("tobj", &["scene"]),
     ("gltf_json", &["scene"]),
     ("data_url", &["scene"]),
@@ -20,6 +20,8 @@ const HOMES: [(&str, &[&str]); 15] = [
     ("earcut", &["scene"]),
     ("image", &["pictures"]),
     ("csv", &["pictures"]),
+    ("obvhs", &["rays"]),
+    ("rand_xoshiro", &["reference"]),
     ("khronos_egl", &["reference"]),
     ("statrs", &["study"]),
     ("zeno", &["plot"]),

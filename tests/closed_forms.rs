@@ -7,7 +7,12 @@ use std::f64::consts::PI;
 
 use crate::common::{builtin, mean_and_error};
 use glam::{DVec3, Vec2};
-use halflight::direct::{Between, DirectSum, Lamp, Lighting, Luminaires, Occlusion, Scratch};
+use halflight::direct::Between;
+use halflight::direct::DirectSum;
+use halflight::direct::Lamp;
+use halflight::direct::Luminaires;
+use halflight::direct::Occlusion;
+use halflight::direct::Scratch;
 use halflight::form_factors::point_to_polygon;
 use halflight::rays::Rays;
 use halflight::rays::sobol::Sobol;

@@ -6,8 +6,7 @@
 
 use crate::common::{Facing, Mesh, Silent, builtin, grey};
 use glam::{DQuat, DVec3, EulerRot};
-use halflight::form_factors::objects::exact::{Bodies, Tolerance};
-use halflight::form_factors::objects::sampled::Sampler;
+use halflight::form_factors::{Bodies, Sampler, Tolerance};
 use halflight::rays::Rays;
 use halflight::scene::Scene;
 use halflight::study::{FactorSettings, FactorTable, How, factors};

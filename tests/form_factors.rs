@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::common::{Facing, Mesh, all_of_f, assemble_one, builtin, grey, mean_and_error, random, sampling};
 use glam::{DQuat, DVec3, EulerRot};
-use halflight::direct::{Lighting, Occlusion, receive_emitted};
+use halflight::direct::Occlusion;
 use halflight::form_factors::{Sampling, Variant, cast, cast_counts, closure, reciprocity};
 use halflight::light::{Mode, Rgb};
 use halflight::operator::LinearOperator;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use crate::common::{Facing, Mesh, all_of_f, grey, mean_and_error, sampling};
 use glam::{DQuat, DVec3};
-use halflight::direct::{Lighting, Occlusion, receive_emitted};
+use halflight::direct::Occlusion;
 use halflight::form_factors::{Sampling, point_to_polygon};
 use halflight::light::Rgb;
 use halflight::render::{Prepared, prepare};

@@ -4,7 +4,8 @@
 use std::path::Path;
 
 use crate::common::{Silent, assemble_one, builtin, sampling};
-use halflight::direct::{Asking, DirectSum, Lighting, Scratch};
+use halflight::direct::DirectSum;
+use halflight::direct::Scratch;
 use halflight::light::Mode;
 use halflight::pictures::{Picture, read_picture, relative_rms};
 use halflight::rays::sobol::Stream;

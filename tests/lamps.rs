@@ -5,12 +5,17 @@ use std::f64::consts::PI;
 
 use crate::common::{Facing, Mesh, grey};
 use glam::{DQuat, DVec3};
-use halflight::direct::{Lighting, Luminaires, Occlusion, Sight, receive_emitted};
+use halflight::direct::Luminaires;
+use halflight::direct::Occlusion;
 use halflight::form_factors::Sampling;
-use halflight::gather::{Fields, GatherSampling, Gathering, View, gather};
+use halflight::gather::GatherSampling;
+use halflight::gather::Gathering;
+use halflight::gather::gather;
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, Size};
 use halflight::rays::sobol::Sobol;
+use halflight::reading::Fields;
+use halflight::reading::View;
 use halflight::render::{Prepared, Silent, Wanted, prepare, render_within};
 use halflight::scene::{Camera, Material, Scene};
 

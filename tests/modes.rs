@@ -2,7 +2,7 @@
 
 use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, mean_and_error, sampling};
 use glam::{DQuat, DVec3};
-use halflight::direct::{Lighting, Occlusion, receive_emitted};
+use halflight::direct::Occlusion;
 use halflight::form_factors::Sampling;
 use halflight::light::{Light, Mode, Rgb};
 use halflight::operator::LinearOperator;

@@ -117,7 +117,7 @@ fn the_local_mode_is_its_lighting() {
     // The paper's 0.4 %.
     assert!((found.area.e_pixel - 0.0039).abs() < 0.0003, "{}", found.area.e_pixel);
     assert!((255.0 * found.area.mean_colour - 0.7).abs() < 0.1, "{}", found.area.mean_colour);
-    assert!(found.quadrature < 1e-5, "{}", found.quadrature);
+    assert!(found.quadrature.e_pixel < 1e-5, "{}", found.quadrature.e_pixel);
 }
 
 #[test]

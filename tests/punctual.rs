@@ -5,7 +5,6 @@ use std::f64::consts::PI;
 
 use crate::common::{Facing, Mesh, Silent, assemble_one, grey, random, sampling, transport};
 use glam::{DQuat, DVec3, Vec3};
-use halflight::direct::{Lighting, Sight};
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Transport};
 use halflight::pictures::{Picture, relative_rms};

@@ -2,7 +2,7 @@
 
 use crate::common::{Mesh, Silent, all_of_f, assemble_one, builtin, grey, mean_and_error, random, sampling, transport};
 use glam::DVec3;
-use halflight::direct::{Lighting, Occlusion, Sight, receive_emitted};
+use halflight::direct::Occlusion;
 use halflight::form_factors::{FormFactors, Sampling, Variant, cast};
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::operator::{LinearOperator, Operator, PatchMaterials};

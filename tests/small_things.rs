@@ -1,11 +1,16 @@
 //! What few rays miss: things much smaller than a pixel, pictures of few pixels, and lamps of one colour among others.
 
 use glam::DVec3;
-use halflight::direct::{Asking, Lighting, Occlusion, Scratch, Sight};
-use halflight::gather::{Fields, GatherSampling, Gathering, View, gather};
+use halflight::direct::Occlusion;
+use halflight::direct::Scratch;
+use halflight::gather::GatherSampling;
+use halflight::gather::Gathering;
+use halflight::gather::gather;
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, Size};
 use halflight::rays::sobol::{Stream, hash};
+use halflight::reading::Fields;
+use halflight::reading::View;
 use halflight::render::{Rendered, Silent, Wanted, prepare, render_within};
 use halflight::scene::{Camera, Material, PunctualForm, PunctualLight, Scene};
 

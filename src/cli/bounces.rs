@@ -1,28 +1,33 @@
 //! `halflight bounces`: the series E, KE, K²E, ... of each mode, as a table, a chart, CSV and pictures.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
+use serde::Serialize;
 
+use crate::cli::arguments::Common;
+use crate::cli::arguments::Precision;
+use crate::cli::arguments::Problem;
+use crate::cli::arguments::pixel;
+use crate::cli::arguments::size;
 use crate::cli::console::Console;
-use crate::cli::effort::Precision;
 use crate::cli::error::CliError;
-use crate::cli::memory::{Within, pixel};
-use crate::cli::options::{Common, Problem};
-use crate::cli::report::{BounceReport, BouncesReport, Modes, mode_of};
-use crate::cli::values::size;
-use crate::gather::sampling::deadline_after;
+use crate::cli::pictures::{Files, Modes};
+use crate::error::deadline::deadline_after;
 use crate::gather::{GatherPass, GatherSampling, Gathering};
-use crate::light::Transport;
-use crate::pictures::{Exposure, Size, Table, known, make_directory};
-use crate::render::{
-    Assembled, BounceSeries, End, Fineness, Prepared, TermError, WantedTerms, assemble, explore_within,
-};
+use crate::light::{Mode, Transport};
+use crate::operator::Bounds;
+use crate::pictures::{Size, Table, known, make_directory};
+use crate::plot::term_name;
+use crate::render::BounceSeries;
+use crate::render::End;
+use crate::render::Fineness;
+use crate::render::TermError;
 use crate::scene::Scene;
 use crate::solve::{Bounce, Solution, Verdict, explore};
-use crate::study::{bounce_fields, bounce_pictures, bounce_sheet, bounces_chart, partial_sums, term_name};
+use crate::study::figures::{bounce_sheet, bounces_chart};
+use crate::study::{bounce_fields, bounce_pictures, partial_sums};
 
 /// `halflight bounces`
 #[derive(Args, Debug)]
@@ -41,146 +46,159 @@ pub struct Bounces {
 /// Bounces shown in the sheet at most: more would not fit a page.
 const SHEET: usize = 12;
 
+/// `halflight bounces --json`, one for each mode.
+#[derive(Serialize)]
+struct BouncesReport {
+    scene: String,
+    #[serde(flatten)]
+    transport: Transport,
+    patches: usize,
+    /// Proved bounds.
+    spectral_radius: Bounds,
+    verdict: Verdict,
+    /// Whether every term is within the tolerance; null where effort was given instead.
+    met: Option<bool>,
+    /// What keeps it from that.
+    why: Option<&'static str>,
+    bounces: Vec<BounceReport>,
+}
+
+/// One term.
+#[derive(Serialize)]
+struct BounceReport {
+    #[serde(flatten)]
+    bounce: Bounce,
+    /// Estimated relative errors of the power; null where effort was given instead of a tolerance.
+    error: Option<TermError>,
+}
+
 /// The series of one mode.
 struct Studied {
     transport: Transport,
     solution: Solution,
     patches: usize,
-    /// Errors of the terms, where a tolerance was asked for.
-    errors: Option<Vec<TermError>>,
-    /// What ended the search for it.
+    /// Errors of the terms, and what ended the search for them, where a tolerance was requested.
+    errors: Vec<TermError>,
     end: Option<End>,
 }
 
-/// Studies every mode asked for.
-pub fn run(own: &Bounces, common: &Common) -> Result<(), CliError> {
-    let console = Console::new(common);
-    let (fixed, term) = pixel::BOUNCES;
-    let each = fixed + term * f64::from(own.count);
-    own.problem.effort.limit.check_pictures(own.size, each)?;
-    let scene = own.problem.subject.load(|warning| console.warn(warning))?;
-    make_directory(&common.out)?;
-    let transports = own.problem.subject.transports(&scene);
-    let run = Run { own, common, console: &console };
-    let (prepared, studies) = match own.problem.effort.precision() {
-        Precision::Fixed(fineness, samples) => run.fixed(scene, &transports, fineness, samples)?,
-        Precision::Within(tolerance) => run.within(scene, &transports, tolerance)?,
-    };
-    let Studies { studied, mut files } = studies;
-    files.extend(chart_and_table(common, &prepared, &studied)?);
-    for file in &files {
-        console.say(file.display().to_string());
-    }
-    console.report(&Modes { modes: studied.iter().map(|s| report(&prepared, s)).collect(), files })
-}
-
-/// The modes studied so far, and the files written.
-#[derive(Default)]
-struct Studies {
-    studied: Vec<Studied>,
-    files: Vec<PathBuf>,
-}
-
-/// What all modes of one run share.
+/// What all modes of one run share, and what is known of them so far.
 struct Run<'a> {
     own: &'a Bounces,
     common: &'a Common,
     console: &'a Console,
+    studied: Vec<Studied>,
+    files: Files,
+}
+
+/// Studies every requested mode.
+pub fn run(own: &Bounces, common: &Common, console: &Console) -> Result<(), CliError> {
+    let Problem { subject, effort, .. } = &own.problem;
+    let (fixed, term) = pixel::BOUNCES;
+    effort.limit.check_pictures(own.size, fixed + term * f64::from(own.count))?;
+    let scene = subject.load(console)?;
+    make_directory(&common.out)?;
+    let transports = subject.transports(&scene);
+    let files = Files::new(&common.out, &format!("{}-bounces", scene.name));
+    let mut run = Run { own, common, console, studied: Vec::new(), files };
+    match effort.precision() {
+        Precision::Fixed(fineness, samples) => run.fixed(&scene, &transports, fineness, samples)?,
+        Precision::Within(tolerance) => run.within(&scene, &transports, tolerance)?,
+    }
+    run.chart_and_table(&scene)?;
+    let Run { studied, files, .. } = run;
+    let modes = studied.iter().map(|s| s.report(&scene)).collect();
+    console.report(&Modes { modes, files: files.said(console) })
 }
 
 impl Run<'_> {
     /// Every mode with the effort given: one set of patches and one cast of rays for all.
     fn fixed(
-        &self,
-        scene: Scene,
+        &mut self,
+        scene: &Scene,
         transports: &[Transport],
         fineness: Fineness,
         samples: u32,
-    ) -> Result<(Prepared, Studies), CliError> {
-        let Run { own, common, console } = *self;
-        let p = own.problem.effort.prepare(scene, transports, fineness, common.seed)?;
-        let (modes, _) = assemble(&p, transports, &fineness.sampling(common.seed), console);
-        let sampling = GatherSampling::with_samples(samples, common.seed);
-        let mut studies = Studies::default();
-        for mode in &modes {
-            let solution = explore(&mode.operator, own.count as usize);
-            let (transport, patches) = (mode.transport, p.patches.len());
-            let s = Studied { transport, solution, patches, errors: None, end: None };
-            self.take(&mut studies, &p, mode, s, (&sampling).into())?;
-        }
-        Ok((p, studies))
-    }
-
-    /// Every mode to a tolerance of its terms' powers, each with the patches that it needs.
-    fn within(&self, scene: Scene, transports: &[Transport], tolerance: f64) -> Result<(Prepared, Studies), CliError> {
-        let Run { own, common, console } = *self;
-        let (time, seed) = (own.problem.time, common.seed);
-        let Within { prepared: mut p, memory } = own.problem.effort.prepare_within(scene, transports, tolerance)?;
-        let mut studies = Studies::default();
-        for &transport in transports {
-            let deadline = time.and_then(|seconds| deadline_after(Instant::now(), seconds));
-            let wanted = WantedTerms { count: own.count.into(), tolerance, time, memory, seed };
-            let BounceSeries { mode, solution, errors, end, .. } = explore_within(&mut p, transport, &wanted, console);
-            let (errors, end) = (Some(errors), Some(end));
-            let s = Studied { transport, solution, patches: p.patches.len(), errors, end };
-            self.take(&mut studies, &p, &mode, s, Gathering::Within { error: tolerance, seed, deadline })?;
-        }
-        Ok((p, studies))
-    }
-
-    /// Shows one mode's table and writes its sheet.
-    fn take(
-        &self,
-        studies: &mut Studies,
-        p: &Prepared,
-        mode: &Assembled,
-        s: Studied,
-        gathering: Gathering,
     ) -> Result<(), CliError> {
-        self.console.say(table(&s));
-        studies.files.push(self.sheet(p, mode, &s.solution, gathering)?);
-        studies.studied.push(s);
+        let seed = self.common.seed;
+        let solver = self.own.problem.effort.limit.solver(scene, seed);
+        let equations = solver.assemble(transports, fineness, self.console)?;
+        let sampling = GatherSampling::with_samples(samples, seed);
+        for mode in equations.modes {
+            let solution = explore(&mode.operator, self.own.count as usize);
+            self.take(BounceSeries { mode, solution, errors: Vec::new(), end: None }, (&sampling).into())?;
+        }
         Ok(())
     }
 
-    /// The sheet of one mode: its terms, and their sums under them.
-    fn sheet(
-        &self,
-        prepared: &Prepared,
-        mode: &Assembled,
-        solution: &Solution,
-        gathering: Gathering,
-    ) -> Result<PathBuf, CliError> {
-        let Run { own, common, console } = *self;
-        let count = SHEET.min(own.count as usize);
-        let pass = GatherPass::new(own.size, gathering);
-        let terms = bounce_pictures(prepared, mode, &bounce_fields(prepared, solution, count), &pass, console);
-        let sums = partial_sums(&terms);
-        let scene = &prepared.scene.name;
+    /// Every mode to a tolerance of its terms' powers, each with the patches that it needs.
+    fn within(&mut self, scene: &Scene, transports: &[Transport], tolerance: f64) -> Result<(), CliError> {
+        let (Problem { effort, time, .. }, seed) = (&self.own.problem, self.common.seed);
+        let solver = effort.limit.solver(scene, seed);
+        solver.check_tolerance(transports, tolerance)?;
+        for &transport in transports {
+            let deadline = time.and_then(|seconds| deadline_after(Instant::now(), seconds));
+            let mut request = solver.bounces(transport, self.own.count.into()).watch(self.console);
+            if let Some(seconds) = *time {
+                request = request.time(seconds);
+            }
+            let series = request.tolerance(tolerance);
+            self.take(series, Gathering::Within { error: tolerance, seed, deadline })?;
+        }
+        Ok(())
+    }
+
+    /// Shows one mode's table and writes its sheet: its terms, and their sums under them.
+    fn take(&mut self, series: BounceSeries, gathering: Gathering) -> Result<(), CliError> {
+        let BounceSeries { mode, solution, errors, end } = series;
+        let studied = Studied { transport: mode.transport, solution, patches: mode.patches().len(), errors, end };
+        self.console.say(table(&studied));
+        let solution = &studied.solution;
+        let pass = GatherPass::new(self.own.size, gathering);
+        let fields = bounce_fields(&mode.lights, solution, SHEET.min(self.own.count as usize));
+        let terms = bounce_pictures(&mode.lights, &fields, &pass, self.console);
         let label = mode.transport.label();
-        let heading = format!("{scene}, {label}: {}", sentence(mode.transport, solution));
-        let exposure = Exposure { stops: own.problem.subject.exposure };
-        let path = common.out.join(format!("{scene}-bounces-{}.png", label.replace(' ', "-")));
-        bounce_sheet(heading, &terms, &sums, exposure).write(&path)?;
-        Ok(path)
+        let heading = format!("{}, {label}: {}", mode.scene().name, sentence(mode.transport, solution));
+        let exposure = self.own.problem.subject.exposure();
+        let sheet = bounce_sheet(heading, &terms, &partial_sums(&terms), exposure);
+        self.files.draw(&format!("-{}", label.replace(' ', "-")), &["png"], &sheet.drawing())?;
+        self.studied.push(studied);
+        Ok(())
+    }
+
+    fn chart_and_table(&mut self, scene: &Scene) -> Result<(), CliError> {
+        let lines: Vec<_> = self.studied.iter().map(|s| (s.transport.label(), s.solution.bounces.as_slice())).collect();
+        let caption = format!(
+            "{}: {} triangles, up to {} patches. Norm: area-weighted RMS over patches, channels and halves.",
+            scene.name,
+            scene.solid_faces(),
+            self.studied.iter().map(|s| s.patches).max().unwrap_or(0),
+        );
+        let chart = bounces_chart(format!("The bounce series of {}", scene.name), caption, &lines);
+        self.files.draw("", &["svg", "png"], &chart.drawing())?;
+        Ok(table_of_terms(&self.studied).write(self.files.add(".csv"))?)
     }
 }
 
-fn chart_and_table(common: &Common, prepared: &Prepared, studied: &[Studied]) -> Result<[PathBuf; 3], CliError> {
-    let scene = &prepared.scene.name;
-    let lines: Vec<_> = studied.iter().map(|s| (s.transport.label(), s.solution.bounces.as_slice())).collect();
-    let caption = format!(
-        "{scene}: {} triangles, up to {} patches. Norm: area-weighted RMS over patches, channels and halves.",
-        prepared.scene.solid_faces(),
-        studied.iter().map(|s| s.patches).max().unwrap_or(0),
-    );
-    let chart = bounces_chart(format!("The bounce series of {scene}"), caption, &lines);
-    let file = |extension: &str| common.out.join(format!("{scene}-bounces.{extension}"));
-    let files = [file("svg"), file("png"), file("csv")];
-    chart.write(&files[0])?;
-    chart.write(&files[1])?;
-    table_of_terms(studied).write(&files[2])?;
-    Ok(files)
+impl Studied {
+    /// Error of one term, where known.
+    fn error(&self, n: usize) -> Option<TermError> {
+        self.errors.get(n).copied()
+    }
+
+    fn report(&self, scene: &Scene) -> BouncesReport {
+        let bounce = |b: &Bounce| BounceReport { bounce: *b, error: self.error(b.n) };
+        BouncesReport {
+            scene: scene.name.clone(),
+            transport: self.transport,
+            patches: self.patches,
+            spectral_radius: self.solution.radius,
+            verdict: self.solution.verdict,
+            met: self.end.map(|end| end == End::Met),
+            why: self.end.and_then(End::why),
+            bounces: self.solution.bounces.iter().map(bounce).collect(),
+        }
+    }
 }
 
 /// What a person should take from the series.
@@ -198,10 +216,10 @@ fn sentence(transport: Transport, solution: &Solution) -> String {
     }
 }
 
-/// The table of one mode.
+/// The table of one mode for people.
 fn table(studied: &Studied) -> String {
     let (transport, solution) = (studied.transport, &studied.solution);
-    let (_, alpha, tau) = mode_of(transport);
+    let Transport { alpha, tau } = transport;
     let mut text = format!("{} (alpha {alpha}, tau {tau})\n", transport.label());
     let _ = writeln!(
         text,
@@ -234,39 +252,14 @@ fn table_of_terms(studied: &[Studied]) -> Table {
         "mode,alpha,tau,n,power_r,power_g,power_b,power_invisible_r,power_invisible_g,power_invisible_b,norm,ratio,tail_bound,error",
     );
     for s in studied {
-        let (mode, alpha, tau) = mode_of(s.transport);
+        let Transport { alpha, tau } = s.transport;
+        let mode = s.transport.mode().map_or("", Mode::name);
         for b in &s.solution.bounces {
             let ([r, g, blue], [x, y, z]) = (&b.power, &b.power_invisible);
             let error = known(s.error(b.n).map(|e| e.total));
             let (ratio, tail) = (known(b.ratio), known(b.tail_bound));
-            let mode = mode.unwrap_or_default();
             table.row(&[&mode, &alpha, &tau, &b.n, r, g, blue, x, y, z, &b.norm, &ratio, &tail, &error]);
         }
     }
     table
-}
-
-fn report(prepared: &Prepared, studied: &Studied) -> BouncesReport {
-    let solution = &studied.solution;
-    let (mode, alpha, tau) = mode_of(studied.transport);
-    let bounce = |b: &Bounce| BounceReport { bounce: *b, error: studied.error(b.n) };
-    BouncesReport {
-        scene: prepared.scene.name.clone(),
-        mode,
-        alpha,
-        tau,
-        patches: studied.patches,
-        spectral_radius: solution.radius,
-        verdict: solution.verdict.name(),
-        met: studied.end.map(|end| end == End::Met),
-        why: studied.end.and_then(End::why),
-        bounces: solution.bounces.iter().map(bounce).collect(),
-    }
-}
-
-impl Studied {
-    /// Error of one term, where known.
-    fn error(&self, n: usize) -> Option<TermError> {
-        self.errors.as_ref()?.get(n).copied()
-    }
 }

@@ -6,11 +6,10 @@ use std::sync::Mutex;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::error::CliError;
-use crate::cli::options::Common;
 use crate::pictures::WriteError;
 use crate::render::Watch;
 
-/// Where text for people goes: stdout, stderr beside a JSON report, or nowhere.
+/// Where text for people goes: stdout, stderr next to a JSON report, or nowhere.
 pub struct Console {
     json: bool,
     quiet: bool,
@@ -20,14 +19,9 @@ pub struct Console {
 }
 
 impl Console {
-    /// As the arguments ask.
-    pub fn new(common: &Common) -> Console {
-        Console {
-            json: common.json,
-            quiet: common.quiet,
-            bar: Mutex::new(ProgressBar::hidden()),
-            failure: Mutex::new(None),
-        }
+    /// Whether there will be a JSON report on stdout, and whether nothing but errors is said.
+    pub fn new(json: bool, quiet: bool) -> Console {
+        Console { json, quiet, bar: Mutex::new(ProgressBar::hidden()), failure: Mutex::new(None) }
     }
 
     /// A line for people.
@@ -43,7 +37,7 @@ impl Console {
         }
     }
 
-    /// Whether warnings are said: what only they tell need not be found otherwise.
+    /// Whether warnings are said: what only they need is not computed otherwise.
     pub fn warns(&self) -> bool {
         !self.quiet
     }
@@ -56,7 +50,7 @@ impl Console {
         }
     }
 
-    /// The last word of a command: the JSON report, if one was asked for.
+    /// The last word of a command: the JSON report, if one is requested.
     ///
     /// # Errors
     /// Where stdout did not take this or an earlier line. A reader who has had enough (`| head`) is no error.

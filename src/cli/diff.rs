@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 
+use crate::cli::arguments::Common;
+use crate::cli::arguments::stops;
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::cli::options::Common;
-use crate::cli::values::stops;
 use crate::pictures::{
     Exposure, Largest, Picture, check_extension, largest_difference, make_directory, mean_difference, mean_e_pixel,
     read_picture, relative_rms,
 };
-use crate::plot::{Sheet, Tile, difference_scale, difference_tiles};
+use crate::plot::{Cell, Heading, Page, Shown, difference_cells, difference_scale};
 
 /// `halflight diff`
 #[derive(Args, Debug)]
@@ -49,8 +49,7 @@ struct DiffReport {
 }
 
 /// Compares a picture with a reference.
-pub fn run(own: &Diff, common: &Common) -> Result<(), CliError> {
-    let console = Console::new(common);
+pub fn run(own: &Diff, common: &Common, console: &Console) -> Result<(), CliError> {
     if let Some(path) = &own.output {
         check_extension(path)?;
     }
@@ -65,11 +64,11 @@ pub fn run(own: &Diff, common: &Common) -> Result<(), CliError> {
         largest: largest_difference(&picture, &reference)?,
         files: vec![figure(own, common, &picture, &reference)?],
     };
-    tell(&console, &report, mean.relative);
+    say(console, &report, mean.relative);
     console.report(&report)
 }
 
-fn tell(console: &Console, r: &DiffReport, relative: [Option<f64>; 3]) {
+fn say(console: &Console, r: &DiffReport, relative: [Option<f64>; 3]) {
     let [red, green, blue] = r.mean_difference;
     let percent = relative.map(|r| r.map_or("-".into(), |r| format!("{:+.3} %", 100.0 * r)));
     console.say(format!("relative RMS error   {:.4} %", 100.0 * r.rms));
@@ -87,26 +86,15 @@ fn figure(own: &Diff, common: &Common, picture: &Picture, reference: &Picture) -
     let exposure = Exposure { stops: own.exposure };
     let names = [&own.picture, &own.reference].map(|p| name(p));
     let scale = difference_scale(picture, reference);
-    let difference = difference_tiles(picture, reference, scale, exposure);
-    let tile = |picture, title: &str| Tile {
-        picture: Some(picture),
-        title: title.to_string(),
-        note: String::new(),
-        gain: 1.0,
-    };
-    let mut tiles = vec![tile(picture, &names[0]), tile(reference, &names[1])];
-    tiles.extend(difference.iter().map(Tile::from));
-    let sheet = Sheet {
-        heading: format!("{} − {}: red where brighter, blue where darker", names[0], names[1]),
-        tiles,
-        columns: 2,
-        exposure,
-    };
+    let cell = |picture, name: &str| Cell::new(Heading::new(name, ""), Shown::image(picture, exposure));
+    let mut cells = vec![cell(picture, &names[0]), cell(reference, &names[1])];
+    cells.extend(difference_cells(picture, reference, scale));
+    let sheet = Page::sheet(format!("{} − {}: red where brighter, blue where darker", names[0], names[1]), cells, 2);
     let path = own.output.clone().unwrap_or_else(|| common.out.join(format!("{}-minus-{}.png", names[0], names[1])));
     if own.output.is_none() {
         make_directory(&common.out)?;
     }
-    sheet.write(&path)?;
+    sheet.drawing().write(&path)?;
     Ok(path)
 }
 

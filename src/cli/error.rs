@@ -1,15 +1,24 @@
-//! Everything that can end a command early, and the exit code of each.
+//! Everything that can end a command early, the exit code of each, and how a person reads it on stderr: its code, what
+//! was found, and what to do; coloured and wrapped on a terminal.
 //!
-//! Not handled: wrong arguments, which clap refuses before a command begins, and faults of the program (exit code 101).
+//! Not handled: wide characters, whose lines may be broken late; wrong arguments, which clap refuses before a command
+//! begins, and faults of the program (exit code 101).
 
+use crate::Rendered;
+use crate::render::RenderError;
+use std::io::{Write as _, stderr};
+
+use console::{Term, style};
 use miette::Diagnostic;
 
 use crate::pictures::{ImageError, MetricError, WriteError};
 use crate::plot::ChartError;
+use crate::plot::font::broken;
 use crate::reference::Overflow;
 use crate::render::{PictureUnfit, Unfit};
 use crate::scene::SceneError;
 use crate::solve::{Diverges, Verdict};
+use crate::study::compare::StudyError;
 
 /// Everything that can end a command early.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -77,6 +86,53 @@ impl CliError {
     }
 }
 
+/// A picture, or why its mode has none; what else went wrong ends the command.
+pub fn picture_or_divergence(found: Result<Rendered, RenderError>) -> Result<Result<Rendered, Diverges>, CliError> {
+    match found {
+        Ok(rendered) => Ok(Ok(rendered)),
+        Err(RenderError::Diverges(e)) => Ok(Err(e)),
+        Err(RenderError::Memory(unfit)) => Err(unfit.into()),
+    }
+}
+
+impl From<StudyError> for CliError {
+    fn from(error: StudyError) -> CliError {
+        match error {
+            StudyError::Diverges(e) => e.into(),
+            StudyError::Memory(e) => e.into(),
+            StudyError::Image(e) => e.into(),
+            StudyError::Metric(e) => e.into(),
+        }
+    }
+}
+
+/// Writes the error to stderr. Lines are wrapped on a terminal only, so that a path stays in one piece elsewhere.
+pub fn show(error: &CliError) {
+    let terminal = Term::stderr();
+    let columns = terminal.is_term().then(|| usize::from(terminal.size().1));
+    let _ = writeln!(stderr(), "{}", text(error, columns));
+}
+
+/// The error in lines of at most `columns`, where there is a limit; ends with a line break.
+fn text(error: &CliError, columns: Option<usize>) -> String {
+    let code = error.code().map(|code| format!("{}\n\n", style(code).red().for_stderr()));
+    let mut text = code.unwrap_or_default();
+    text += &block(&style("  × ").red().for_stderr().to_string(), "  │ ", &error.to_string(), columns);
+    if let Some(help) = error.help() {
+        text += &block(&style("  help: ").cyan().for_stderr().to_string(), "        ", &help.to_string(), columns);
+    }
+    text
+}
+
+/// A paragraph: its first line after `first`, the others after `rest`.
+fn block(first: &str, rest: &str, paragraph: &str, columns: Option<usize>) -> String {
+    let lines = match columns {
+        Some(columns) => broken(paragraph, |line| rest.chars().count() + line.chars().count() <= columns),
+        None => vec![paragraph.to_owned()],
+    };
+    format!("{first}{}\n", lines.join(&format!("\n{rest}")))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,5 +152,14 @@ mod tests {
         assert!(help(&open).contains("enclose 1") && help(&shut).contains("no finite value"));
         assert_eq!(CliError::from(open).exit_code(), 6);
         assert_eq!(CliError::from(shut).exit_code(), 4);
+    }
+
+    #[test]
+    fn paths_stay_in_one_piece_off_the_terminal() {
+        let usage = CliError::Usage { message: "/a/long path".into(), help: "shorten the path".into() };
+        assert!(text(&usage, None).ends_with("/a/long path\n  help: shorten the path\n"));
+        let narrow = text(&usage, Some(18));
+        assert!(narrow.contains("/a/long path\n") && narrow.ends_with("shorten\n        the path\n"), "{narrow}");
+        assert!(narrow.starts_with("halflight::usage\n\n  × "));
     }
 }

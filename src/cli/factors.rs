@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
+use crate::cli::arguments::{Common, Completion};
+use crate::cli::arguments::{tolerance, unit_interval};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::cli::options::{Common, Completion};
-use crate::cli::values::{tolerance, unit_interval};
 use crate::light::Transport;
 use crate::pictures::{Table, make_directory};
 use crate::scene::Scene;
@@ -75,9 +75,8 @@ struct ReciprocityReport<'a> {
 }
 
 /// Finds them and reports.
-pub fn run(own: &Factors, common: &Common) -> Result<(), CliError> {
-    let console = Console::new(common);
-    let scene = own.completion.load(&own.scene, |warning| console.warn(warning))?;
+pub fn run(own: &Factors, common: &Common, console: &Console) -> Result<(), CliError> {
+    let scene = own.completion.load(&own.scene, console)?;
     make_directory(&common.out)?;
     if !scene.lights.is_empty() {
         console.warn("lights without area ([[lights]]) have no form factors: there are no columns for them");
@@ -86,7 +85,7 @@ pub fn run(own: &Factors, common: &Common) -> Result<(), CliError> {
     let default = Transport { alpha: base.alpha, tau: own.tau.unwrap_or(base.tau) };
     let tau: Vec<f32> = scene.transports(default).iter().map(|t| t.tau).collect();
     let settings = FactorSettings { tolerance: own.tolerance, seed: common.seed };
-    let table = factors(&scene, &tau, &settings, &console);
+    let table = factors(&scene, &tau, &settings, console);
     console.say(text(&table));
     if table.unmet > 0 {
         console.warn(format!(

@@ -1,36 +1,38 @@
 //! `halflight figure`: labelled pictures for print, as PNG and SVG: the four modes, successive approximation, what lies
-//! between the modes, and the local mode beside OpenGL ([`figure_four`]).
+//! between the modes, and the local mode next to OpenGL.
 //!
 //! Not handled: charts of the series ([`bounces`](crate::cli::bounces)) and of where it converges
 //! ([`map`](crate::cli::map)).
 
+use crate::Solver;
+use crate::cli::error::picture_or_divergence;
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
+use crate::cli::arguments::Common;
+use crate::cli::arguments::Completion;
+use crate::cli::arguments::Effort;
+use crate::cli::arguments::Precision;
+use crate::cli::arguments::pixel;
+use crate::cli::arguments::size;
+use crate::cli::arguments::stops;
 use crate::cli::console::Console;
-use crate::cli::effort::{Effort, Precision};
 use crate::cli::error::CliError;
-use crate::cli::figure_four;
-use crate::cli::figure_four::FigureFour;
-use crate::cli::figure_report::{PageReport, page_report};
-use crate::cli::memory::{Within, pixel};
-use crate::cli::options::{Common, Completion};
-use crate::cli::unmet::warn_of_error;
-use crate::cli::values::{size, stops};
+use crate::cli::pictures::Files;
+use crate::cli::warnings::warn_of_error;
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Mode;
 use crate::pictures::{Size, make_directory};
-use crate::render::solved::Spent;
-use crate::render::solver::render_fixed;
-use crate::render::{Fineness, Prepared, Wanted, assemble, prepare, render_within};
+use crate::render::Fineness;
 use crate::scene::Scene;
 use crate::solve::{Settings, neumann};
 use crate::study::figures::{
-    Figure, LocalEffort, PageSettings, SolvedMode, SquareEffort, Successive, TRIANGLES, between_grid, between_strip,
-    four_modes, solve_points, square_points, successive,
+    Figure, LocalEffort, LocalLight, PageSettings, SolvedMode, SquareEffort, Successive, Swept, TRIANGLES,
+    between_grid, between_strip, four_modes, local_light, local_page, local_sweep, solve_points, square_points,
+    successive, sweep_chart,
 };
 use crate::study::map::check_crossings;
 use crate::study::{bounce_fields_and_rest, bounce_pictures};
@@ -98,11 +100,28 @@ struct FigureReport {
     figure: &'static str,
     scene: String,
     /// Size of each picture, pixels.
-    width: usize,
-    height: usize,
+    #[serde(flatten)]
+    size: Size,
     /// The whole command.
     seconds: f64,
     pages: Vec<PageReport>,
+    files: Vec<PathBuf>,
+}
+
+/// One page of a figure.
+#[derive(Serialize)]
+struct PageReport {
+    file: PathBuf,
+    #[serde(flatten)]
+    figure: Figure,
+}
+
+/// `halflight figure 4 --json`
+#[derive(Serialize)]
+struct LocalReport<'a> {
+    #[serde(flatten)]
+    found: &'a LocalLight,
+    sweep: Vec<Swept>,
     files: Vec<PathBuf>,
 }
 
@@ -114,43 +133,32 @@ struct Work<'a> {
     size: Size,
 }
 
-/// Makes the figure asked for.
-pub fn run(own: &FigureArguments, common: &Common) -> Result<(), CliError> {
-    let (start, console) = (Instant::now(), Console::new(common));
+/// Makes the requested figure.
+pub fn run(own: &FigureArguments, common: &Common, console: &Console) -> Result<(), CliError> {
+    let start = Instant::now();
     let size = own.size.unwrap_or(own.figure.size());
     own.check_effort()?;
     own.effort.limit.check_pictures(size, own.figure.pixel_bytes())?;
-    let scene = own.completion.load(&own.scene, |warning| console.warn(warning))?;
+    let scene = own.completion.load(&own.scene, console)?;
     scene.require_emission()?;
     make_directory(&common.out)?;
     let name = scene.name.clone();
-    let work = Work { own, common, console: &console, size };
+    let work = Work { own, common, console, size };
     let figures = match own.figure {
         Name::FourModes => vec![("-figure-1", work.four_modes(scene)?)],
         Name::Series => vec![("-figure-series", work.series(scene)?)],
         Name::Between => work.between(scene)?.into(),
-        Name::Local => return figure_four::run(&own.figure_four(size, common.seed), common),
+        Name::Local => return work.local(),
     };
-    let mut report = FigureReport {
-        figure: own.figure.name(),
-        scene: name.clone(),
-        width: size.width,
-        height: size.height,
-        seconds: 0.0,
-        pages: Vec::new(),
-        files: Vec::new(),
-    };
-    for (end, figure) in &figures {
-        let [png, svg] = ["png", "svg"].map(|kind| common.out.join(format!("{name}{end}.{kind}")));
-        for file in [&png, &svg] {
-            figure.page.write(file)?;
-            console.say(file.display().to_string());
-        }
-        report.pages.push(page_report(figure, png.clone()));
-        report.files.extend([png, svg]);
+    let mut files = Files::new(&common.out, &name);
+    let mut pages = Vec::new();
+    for (end, figure) in figures {
+        files.draw(end, &["png", "svg"], &figure.page.drawing())?;
+        pages.push(PageReport { file: common.out.join(format!("{name}{end}.png")), figure });
     }
-    report.seconds = start.elapsed().as_secs_f64();
-    console.report(&report)
+    let files = files.said(console);
+    let seconds = start.elapsed().as_secs_f64();
+    console.report(&FigureReport { figure: own.figure.name(), scene: name, size, seconds, pages, files })
 }
 
 impl Name {
@@ -164,7 +172,7 @@ impl Name {
         }
     }
 
-    /// Size of its pictures where none is asked for.
+    /// Size of its pictures where none is requested.
     fn size(self) -> Size {
         match self {
             Name::FourModes => Size { width: 600, height: 400 },
@@ -196,13 +204,6 @@ impl FigureArguments {
         })
     }
 
-    /// What figure 4 is made with.
-    fn figure_four(&self, size: Size, seed: u32) -> FigureFour {
-        let samples = self.effort.samples.unwrap_or(FOUR);
-        let effort = LocalEffort { size, triangles: self.triangles as usize, samples, seed };
-        FigureFour { effort, exposure: self.exposure, sweep: self.sweep }
-    }
-
     /// Patches and rays, and hemisphere rays of a pixel.
     fn fineness(&self) -> (Fineness, u32) {
         match self.effort.precision() {
@@ -225,10 +226,11 @@ impl Work<'_> {
         let mut solved = Vec::new();
         match effort.precision() {
             Precision::Within(tolerance) => {
-                let Within { prepared: mut p, memory } = effort.prepare_within(scene, &modes, tolerance)?;
-                let wanted = Wanted { tolerance, size: self.size, deadline: None, memory, seed };
+                let solver = effort.limit.solver(&scene, seed);
+                solver.check_tolerance(&modes, tolerance)?;
                 for mode in Mode::ALL {
-                    let picture = render_within(&mut p, mode.transport(), &wanted, self.console);
+                    let request = solver.render(mode, self.size).watch(self.console);
+                    let picture = picture_or_divergence(request.tolerance(tolerance))?;
                     if let Ok(found) = &picture {
                         warn_of_error(self.console, mode.transport(), found, tolerance);
                     }
@@ -236,11 +238,9 @@ impl Work<'_> {
                 }
             }
             Precision::Fixed(fineness, samples) => {
-                let p = effort.prepare(scene, &modes, fineness, seed)?;
-                let (assembled, _) = assemble(&p, &modes, &fineness.sampling(seed), self.console);
+                let equations = effort.limit.solver(&scene, seed).assemble(&modes, fineness, self.console)?;
                 let pass = GatherPass::new(self.size, &GatherSampling::with_samples(samples, seed));
-                for (mode, k) in Mode::ALL.into_iter().zip(&assembled) {
-                    let picture = render_fixed(&p, k, &pass, Spent::default(), self.console);
+                for (mode, picture) in Mode::ALL.into_iter().zip(equations.render(&pass, self.console)) {
                     solved.push(SolvedMode { mode, picture, judged: false });
                 }
             }
@@ -258,15 +258,14 @@ impl Work<'_> {
         let (name, modes) = (scene.name.clone(), Mode::ALL.map(Mode::transport));
         let (fineness, samples) = self.own.fineness();
         let seed = self.common.seed;
-        let p = self.own.effort.prepare(scene, &modes, fineness, seed)?;
-        let (assembled, _) = assemble(&p, &modes, &fineness.sampling(seed), self.console);
+        let equations = self.own.effort.limit.solver(&scene, seed).assemble(&modes, fineness, self.console)?;
         let pass = GatherPass::new(self.size, &GatherSampling::with_samples(samples, seed));
         let mut series = Vec::new();
-        for mode in &assembled {
+        for mode in &equations.modes {
             series.push(match neumann(&mode.operator, &Settings::default()) {
                 Ok(s) => {
-                    let terms =
-                        bounce_pictures(&p, mode, &bounce_fields_and_rest(&p, &s, BOUNCES), &pass, self.console);
+                    let fields = bounce_fields_and_rest(&mode.lights, &s.terms, BOUNCES);
+                    let terms = bounce_pictures(&mode.lights, &fields, &pass, self.console);
                     Successive { transport: mode.transport, verdict: s.verdict, radius: s.radius, terms }
                 }
                 Err(e) => {
@@ -282,7 +281,7 @@ impl Work<'_> {
     fn between(&self, scene: Scene) -> Result<[(&'static str, Figure); 2], CliError> {
         let name = scene.name.clone();
         let (fineness, samples) = self.own.fineness();
-        let p: Prepared = prepare(scene, fineness.patches);
+        let p = Solver::new(&scene).cut(fineness.patches);
         let sampling = fineness.sampling(self.common.seed);
         check_crossings(&p, &sampling, 1, self.own.effort.limit.bytes())?;
         let gather = GatherSampling::with_samples(samples, self.common.seed);
@@ -291,5 +290,61 @@ impl Work<'_> {
         let grid = between_grid(&self.settings(&name), &points);
         let strip = between_strip(&self.settings(&name), &points);
         Ok([("-figure-between", grid), ("-figure-between-strips", strip)])
+    }
+
+    /// Local illumination next to real OpenGL and path tracing, as a page, numbers and a chart.
+    fn local(&self) -> Result<(), CliError> {
+        let Work { own, common, console, size } = *self;
+        let samples = own.effort.samples.unwrap_or(FOUR);
+        let effort = LocalEffort { size, triangles: own.triangles as usize, samples, seed: common.seed };
+        let found = local_light(&effort, console);
+        let mut files = Files::new(&common.out, "gallery-figure-4");
+        files.draw("", &["png", "svg"], &local_page(&found, &effort, own.exposure).drawing())?;
+        let mut sweep = Vec::new();
+        if own.sweep {
+            sweep = local_sweep(common.seed, console);
+            let chart = sweep_chart(&sweep, found.opengl.as_ref().map_or("the local mode", |_| "OpenGL"));
+            files.draw("-sweep", &["png", "svg"], &chart.drawing())?;
+        }
+        let files = files.said(console);
+        say_local(&found, &sweep, console);
+        console.report(&LocalReport { found: &found, sweep, files })
+    }
+}
+
+/// The table.
+fn say_local(found: &LocalLight, swept: &[Swept], console: &Console) {
+    if let Err(why) = &found.opengl {
+        console.warn(format!("no OpenGL: {why}. Its lights are lit by the local mode instead"));
+    }
+    let line = |what: &str, e_pixel: f64, mean: Option<f64>, largest: Option<f64>, seconds: Option<f64>| {
+        let or = |value: Option<String>| value.unwrap_or_else(|| "-".into());
+        console.say(format!(
+            "{what:34} {:>11} {:>11} {:>10} {:>8}",
+            format!("{:.5} %", 100.0 * e_pixel),
+            or(mean.map(|mean| format!("{:.3}/255", 255.0 * mean))),
+            or(largest.map(|largest| format!("{:.3} %", 100.0 * largest))),
+            or(seconds.map(|seconds| format!("{seconds:.2}"))),
+        ));
+    };
+    console.say(format!("{:34} {:>11} {:>11} {:>10} {:>8}", "", "e_pixel", "mean colour", "largest", "seconds"));
+    for lights in &found.point_lights {
+        line(&format!("OpenGL, {}", lights.kind), lights.e_pixel, None, Some(lights.largest), None);
+    }
+    let (area, tracer) = (&found.area, &found.tracer);
+    let seconds = found.opengl.as_ref().ok().map(|drawn| drawn.seconds);
+    line("five lights for the luminaire", area.e_pixel, Some(area.mean_colour), Some(area.largest), seconds);
+    line("halflight against a quadrature", found.quadrature.e_pixel, None, None, Some(found.local.seconds.total));
+    let noise = &tracer.difference;
+    line("path tracing", tracer.e_pixel, Some(noise.mean_colour), Some(noise.largest), Some(tracer.seconds));
+    let equal = tracer.equal_seconds;
+    console.say(format!("path tracing would need {equal:.1} s for the standard error of halflight's picture"));
+    for s in swept {
+        console.say(format!(
+            "w/h {:4.2}: {:9.6} %, closed form {:9.6} %",
+            s.ratio,
+            100.0 * s.e_pixel,
+            100.0 * s.closed_form
+        ));
     }
 }

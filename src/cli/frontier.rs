@@ -1,21 +1,24 @@
 //! `halflight frontier`: what each method does on both sides of the frontier, at one tau, as tables, charts and JSON.
 
+use crate::Solver;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
 
+use crate::cli::arguments::Common;
+use crate::cli::arguments::Completion;
+use crate::cli::arguments::MemoryLimit;
+use crate::cli::arguments::unit_interval;
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::cli::memory::MemoryLimit;
-use crate::cli::options::{Common, Completion};
-use crate::cli::values::unit_interval;
+use crate::cli::pictures::Files;
 use crate::form_factors::Sampling;
 use crate::light::Transport;
 use crate::pictures::{Table, make_directory, write_whole};
 use crate::plot::Chart;
-use crate::render::{Silent, assemble, prepare};
+use crate::render::Silent;
 use crate::scene::Scene;
 use crate::solve::Settings;
 use crate::study::frontier::{
@@ -89,13 +92,12 @@ struct FormalReport {
 }
 
 /// Studies a scene at one tau.
-pub fn run(own: &Frontier, common: &Common) -> Result<(), CliError> {
-    let console = Console::new(common);
-    let scene = own.completion.load(&own.scene, |warning| console.warn(warning))?;
+pub fn run(own: &Frontier, common: &Common, console: &Console) -> Result<(), CliError> {
+    let scene = own.completion.load(&own.scene, console)?;
     scene.require_emission()?;
     make_directory(&common.out)?;
     let sampling = Sampling { rays: own.rays, seed: common.seed, ..Sampling::default() };
-    let (slice, patches) = slice(own, &scene, &sampling, &console)?;
+    let (slice, patches) = slice(own, &scene, &sampling, console)?;
     console.say(format!(
         "{} at tau {}: the series diverges beyond alpha_c = {:.4}, the path tracer's variance beyond {:.4}\n",
         scene.name, slice.tau, slice.alpha_c, slice.alpha_variance
@@ -114,7 +116,7 @@ pub fn run(own: &Frontier, common: &Common) -> Result<(), CliError> {
             f.light.len()
         ));
     }
-    let spread = if own.trace { trace(&scene, &slice, common.seed, &console) } else { Vec::new() };
+    let spread = if own.trace { trace(&scene, &slice, common.seed, console) } else { Vec::new() };
     let mut report = FrontierReport {
         patches,
         tau: slice.tau,
@@ -126,16 +128,13 @@ pub fn run(own: &Frontier, common: &Common) -> Result<(), CliError> {
         files: Vec::new(),
         scene: scene.name,
     };
-    report.files = write(own, common, &report)?;
-    for file in &report.files {
-        console.say(file.display().to_string());
-    }
+    report.files = write(own, common, &report)?.said(console);
     console.report(&report)
 }
 
 /// Finds the frontiers, on how many patches: an error where memory or alpha ends before them.
 fn slice(own: &Frontier, scene: &Scene, sampling: &Sampling, console: &Console) -> Result<(Slice, usize), CliError> {
-    let prepared = prepare(scene.clone(), own.patches as usize);
+    let prepared = Solver::new(scene).cut(own.patches as usize);
     let limit = own.limit.bytes();
     check_crossings(&prepared, sampling, 1, limit)?;
     check_dense(&prepared, limit)?;
@@ -156,8 +155,8 @@ fn slice(own: &Frontier, scene: &Scene, sampling: &Sampling, console: &Console) 
 fn beyond(own: &Frontier, scene: &Scene, slice: &Slice, sampling: &Sampling) -> Option<FormalReport> {
     let share = SHARES.into_iter().find(|s| *s > 1.0)?;
     let alpha = (share * slice.alpha_c).min(1.0);
-    let prepared = prepare(at(scene, alpha, slice.tau), own.patches as usize);
-    let (modes, _) = assemble(&prepared, &[Transport::default()], sampling, &Silent);
+    let prepared = Solver::new(&at(scene, alpha, slice.tau)).cut(own.patches as usize);
+    let (modes, _) = prepared.assemble(&[Transport::default()], sampling, &Silent);
     Some(FormalReport { label: NOT_LIGHT, alpha, found: formal(&modes[0].operator)? })
 }
 
@@ -207,7 +206,7 @@ fn table(found: &[SeriesRun]) -> String {
 }
 
 /// Draws the charts, and writes the formal solution where there is one.
-fn write(own: &Frontier, common: &Common, r: &FrontierReport) -> Result<Vec<PathBuf>, CliError> {
+fn write(own: &Frontier, common: &Common, r: &FrontierReport) -> Result<Files, CliError> {
     let name = &r.scene;
     let caption = || {
         format!(
@@ -215,26 +214,16 @@ fn write(own: &Frontier, common: &Common, r: &FrontierReport) -> Result<Vec<Path
             r.tau, r.patches, own.rays, r.alpha_c, r.alpha_variance,
         )
     };
-    let file = |end: &str| common.out.join(format!("{name}-frontier-{end}"));
     let title = |what: &str| format!("{what}, {name}");
-    let mut files = Vec::new();
-    let mut draw = |end: &str, chart: Chart| -> Result<(), CliError> {
-        for extension in ["svg", "png"] {
-            let path = file(&format!("{end}.{extension}"));
-            chart.write(&path)?;
-            files.push(path);
-        }
-        Ok(())
-    };
+    let mut files = Files::new(&common.out, &format!("{name}-frontier-"));
+    let mut draw = |end: &str, chart: Chart| files.draw(end, &["svg", "png"], &chart.drawing());
     draw("series", series_chart(title("The series near its frontier"), caption(), &r.runs))?;
     draw("shooting", shooting_chart(title("Progressive shooting near the frontier"), caption(), &r.runs))?;
     if !r.spread.is_empty() {
         draw("spread", spread_chart(title("The path tracer's error"), caption(), &r.spread))?;
     }
     if let Some(formal) = &r.formal {
-        let path = file("formal-not-light.csv");
-        write_whole(&path, formal.csv().as_bytes())?;
-        files.push(path);
+        write_whole(files.add("formal-not-light.csv"), formal.csv().as_bytes())?;
     }
     Ok(files)
 }

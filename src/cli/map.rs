@@ -1,5 +1,6 @@
 //! `halflight map`: where the bounce series converges, over the (alpha, tau) square, as a chart, CSV and JSON.
 
+use crate::Solver;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -7,13 +8,15 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
+use crate::cli::arguments::Common;
+use crate::cli::arguments::Completion;
+use crate::cli::arguments::MemoryLimit;
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::cli::memory::MemoryLimit;
-use crate::cli::options::{Common, Completion};
+use crate::cli::pictures::Files;
 use crate::form_factors::Sampling;
 use crate::pictures::{Table, make_directory};
-use crate::render::{Prepared, prepare};
+use crate::render::Discretization;
 use crate::study::map::{FrontierPoint, GridPoint, Map, MapChart, TauPoint, check_crossings, map};
 
 /// `halflight map`
@@ -62,25 +65,21 @@ struct MapReport {
 }
 
 /// Maps a scene.
-pub fn run(own: &MapArguments, common: &Common) -> Result<(), CliError> {
-    let console = Console::new(common);
+pub fn run(own: &MapArguments, common: &Common, console: &Console) -> Result<(), CliError> {
     let start = Instant::now();
-    let scene = own.completion.load(&own.scene, |warning| console.warn(warning))?;
+    let scene = own.completion.load(&own.scene, console)?;
     make_directory(&common.out)?;
-    let prepared = prepare(scene, own.patches as usize);
+    let prepared = Solver::new(&scene).cut(own.patches as usize);
     let sampling = Sampling { rays: own.rays, seed: common.seed, ..Sampling::default() };
     let limit = own.limit.bytes();
     check_crossings(&prepared, &sampling, own.grid.into(), limit)?;
-    let map = map(&prepared, own.grid.into(), &sampling, &console);
+    let map = map(&prepared, own.grid.into(), &sampling, console);
     let seconds = start.elapsed().as_secs_f64();
     console.say(table(&map));
     console.say(sentence(&prepared, &map, seconds));
-    let files = write(common, &prepared, &map)?;
-    for file in &files {
-        console.say(file.display().to_string());
-    }
+    let files = write(common, &prepared, &map)?.said(console);
     console.report(&MapReport {
-        scene: prepared.scene.name.clone(),
+        scene: prepared.geometry.scene.name.clone(),
         patches: prepared.patches.len(),
         rays: map.rays,
         crossings: map.crossings,
@@ -94,35 +93,26 @@ pub fn run(own: &MapArguments, common: &Common) -> Result<(), CliError> {
     })
 }
 
-fn write(common: &Common, prepared: &Prepared, map: &Map) -> Result<Vec<PathBuf>, CliError> {
-    let scene = &prepared.scene.name;
-    let file = |end: &str| common.out.join(format!("{scene}-map{end}"));
+fn write(common: &Common, prepared: &Discretization, map: &Map) -> Result<Files, CliError> {
+    let scene = &prepared.geometry.scene;
     let chart = MapChart {
         map,
-        title: format!("Where the bounce series of {scene} converges"),
+        title: format!("Where the bounce series of {} converges", scene.name),
         caption: format!(
-            "{scene}: {} triangles, {} patches, {} rays, {} by {} points.",
-            prepared.scene.solid_faces(),
+            "{}: {} triangles, {} patches, {} rays, {} by {} points.",
+            scene.name,
+            scene.solid_faces(),
             prepared.patches.len(),
             map.rays,
             map.columns.len(),
             map.columns.len(),
         ),
     };
-    let charts = [file(".svg"), file(".png")];
-    for path in &charts {
-        chart.write(path)?;
-    }
-    let tables = [
-        (file(".csv"), grid_table(map)),
-        (file("-alpha-c.csv"), alpha_table(map)),
-        (file("-tau-c.csv"), tau_table(map)),
-    ];
-    let mut files = charts.to_vec();
-    for (path, table) in tables {
-        table.write(&path)?;
-        files.push(path);
-    }
+    let mut files = Files::new(&common.out, &format!("{}-map", scene.name));
+    files.draw("", &["svg", "png"], &chart.drawing())?;
+    grid_table(map).write(files.add(".csv"))?;
+    alpha_table(map).write(files.add("-alpha-c.csv"))?;
+    tau_table(map).write(files.add("-tau-c.csv"))?;
     Ok(files)
 }
 
@@ -147,7 +137,7 @@ fn table(map: &Map) -> String {
 }
 
 /// What a person should take from the map.
-fn sentence(prepared: &Prepared, map: &Map, seconds: f64) -> String {
+fn sentence(prepared: &Discretization, map: &Map, seconds: f64) -> String {
     let highest = map.columns.last().map_or(0.0, |c| c.radius.upper);
     let verdict = match map.tau_frontier.last() {
         Some(full) if full.alpha == 1.0 => {
@@ -158,7 +148,7 @@ fn sentence(prepared: &Prepared, map: &Map, seconds: f64) -> String {
     };
     format!(
         "{}: {verdict} ({} patches, {} rays, {} crossings, {seconds:.2} s)",
-        prepared.scene.name,
+        prepared.geometry.scene.name,
         prepared.patches.len(),
         map.rays,
         map.crossings,

@@ -1,4 +1,4 @@
-//! The command line: one file a command, one table of exit codes.
+//! The command line: the commands and their help, one file a command, one table of exit codes.
 //!
 //! | code | meaning |
 //! |------|---------|
@@ -6,50 +6,114 @@
 //! | 1 | a file could not be written |
 //! | 2 | the arguments are wrong |
 //! | 3 | the scene is wrong (not found, unreadable, or it fails a check), or two pictures cannot be read or compared |
-//! | 4 | the bounce series of the mode asked for diverges, or overflows while traced: there is no picture |
+//! | 4 | the bounce series of the requested mode diverges, or overflows while traced: there is no picture |
 //! | 5 | K or the pictures would not fit in memory: the message has the number of patches or pixels that would |
 //! | 6 | undecided: the bounds on the spectral radius enclose 1, so no picture can be proved to be the sum |
 //! | 101 | a fault of the program |
 //! | 130 | interrupted: finished files are whole, the others were not written |
+//!
+//! An interrupt ends the program at once: the handler runs in a thread of its own, so a loop over all cores need not look
+//! for it. SIGTERM and SIGHUP count the same. Where one of the three is already ignored or handled, as under `nohup`, all
+//! three stay as they are. Only place for `ctrlc`.
 
-pub(crate) mod backs;
+pub(crate) mod arguments;
 pub(crate) mod bounces;
-pub(crate) mod chart;
-pub(crate) mod command;
-pub(crate) mod compare;
 pub(crate) mod console;
 pub(crate) mod diff;
-pub(crate) mod effort;
 pub(crate) mod error;
 pub(crate) mod factors;
 pub(crate) mod figure;
-pub(crate) mod figure_four;
-pub(crate) mod figure_report;
 pub(crate) mod frontier;
-pub(crate) mod interrupt;
 pub(crate) mod map;
-pub(crate) mod memory;
-pub(crate) mod message;
-pub(crate) mod options;
 pub(crate) mod pictures;
 pub(crate) mod render;
-pub(crate) mod report;
-pub(crate) mod scenes;
-pub(crate) mod study;
+pub(crate) mod studies;
 pub(crate) mod trace;
-pub(crate) mod unmet;
-pub(crate) mod values;
-pub(crate) mod variance;
+pub(crate) mod warnings;
 
+use std::io::{Write as _, stderr};
 use std::process::ExitCode;
 
-use clap::{CommandFactory, FromArgMatches};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use serde::Serialize;
 
-use crate::cli::command::{Cli, Command};
-use crate::cli::error::CliError;
-use crate::cli::interrupt::end_cleanly;
-use crate::cli::message::show;
-use crate::cli::options::use_threads;
+use crate::cli::arguments::{Common, use_threads};
+use crate::cli::bounces::Bounces;
+use crate::cli::console::Console;
+use crate::cli::diff::Diff;
+use crate::cli::error::{CliError, show};
+use crate::cli::factors::Factors;
+use crate::cli::figure::FigureArguments;
+use crate::cli::frontier::Frontier;
+use crate::cli::map::MapArguments;
+use crate::cli::render::Render;
+use crate::cli::studies::{Chart, Compare};
+use crate::cli::trace::Trace;
+use crate::pictures::abandon_files;
+use crate::scene::{Scene, builtin};
+
+/// What long help ends with.
+const EXAMPLES: &str = "\
+Examples:
+  halflight render                                     the Cornell box in all four modes, into out/
+  halflight render room.obj --mode global -o room.exr  one picture, as numbers
+  halflight render furnished-room --alpha 0.5 --tau 1  between the modes
+  halflight bounces furnished-room --mode shadowless   a series that diverges
+
+Exit codes:
+  0  done (for `bounces`, also where a series diverges)
+  1  a file could not be written
+  2  the arguments are wrong
+  3  the scene is wrong (not found, not readable, or it fails a check), or pictures cannot be
+     read or compared
+  4  the bounce series of the mode asked for diverges: there is no picture
+  5  K or the pictures would not fit in memory: the message has the number of patches or
+     pixels that would
+  6  undecided: the bounds on the spectral radius enclose 1
+  101  a fault of the program
+  130  interrupted (Ctrl-C): finished files are whole, the others were not written";
+
+/// Light transport with vector-valued light: L = E + K L for diffuse scenes.
+///
+/// Global illumination, shadowless, one-bounce and local shading from one equation and two numbers:
+/// alpha (interreflection) and tau (transmission).
+#[derive(Parser, Debug)]
+#[command(version, arg_required_else_help = true, after_long_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Render a scene: the visible half of L
+    Render(Render),
+    /// Study the bounce series E, KE, K²E, ... of a scene
+    Bounces(Bounces),
+    /// Chart speed against accuracy: error over time of every method and setting, and where the time goes
+    Chart(Chart),
+    /// Compare Neumann, shooting and path tracing on one scene: error against time, and whether they agree
+    Compare(Compare),
+    /// Compare two pictures, number by number
+    Diff(Diff),
+    /// Form factors between the objects of a scene, with their errors
+    Factors(Factors),
+    /// Make a labelled figure for print: the four modes, successive approximation, or what lies between the modes
+    Figure(FigureArguments),
+    /// Render a scene by path tracing, a witness to the solver
+    Trace(Trace),
+    /// Map where the series converges over the (alpha, tau) square
+    Map(MapArguments),
+    /// Show what each method does on both sides of the frontier where the series starts to diverge
+    Frontier(Frontier),
+    /// List the scenes that are built in
+    Scenes,
+}
+
+/// The shells' 128 + 2 for a program ended by SIGINT.
+const INTERRUPTED: u8 = 130;
 
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
@@ -75,21 +139,52 @@ fn arguments() -> Cli {
     Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
 }
 
-fn run(cli: Cli) -> Result<(), CliError> {
-    use_threads(cli.common.threads)?;
-    match &cli.command {
-        Command::Render(own) => render::run(own, &cli.common),
-        Command::Bounces(own) => bounces::run(own, &cli.common),
-        Command::Chart(own) => chart::run(own, &cli.common),
-        Command::Compare(own) => compare::run(own, &cli.common),
-        Command::Diff(own) => diff::run(own, &cli.common),
-        Command::Factors(own) => factors::run(own, &cli.common),
-        Command::Figure(own) => figure::run(own, &cli.common),
-        Command::Trace(own) => trace::run(own, &cli.common),
-        Command::Frontier(own) => frontier::run(own, &cli.common),
-        Command::Map(own) => map::run(own, &cli.common),
-        Command::Scenes => scenes::run(&cli.common),
+/// From here on an interrupt ends the program cleanly: finished files stay whole, and nothing unfinished is left.
+fn end_cleanly() {
+    // Where it cannot be set the system's own way of ending stays, which is what there was before.
+    let _ = ctrlc::try_set_handler(|| {
+        // Never released: what is not finished stays unwritten until the process is gone.
+        let _held = abandon_files();
+        let _ = writeln!(stderr(), "interrupted: finished files are whole, the others were not written");
+        std::process::exit(INTERRUPTED.into());
+    });
+}
+
+fn run(Cli { command, common }: Cli) -> Result<(), CliError> {
+    if let Some(threads) = common.threads {
+        use_threads(threads)?;
     }
+    let console = Console::new(common.json, common.quiet);
+    match &command {
+        Command::Render(own) => render::run(own, &common, &console),
+        Command::Bounces(own) => bounces::run(own, &common, &console),
+        Command::Chart(own) => studies::chart(own, &common, &console),
+        Command::Compare(own) => studies::compare(own, &common, &console),
+        Command::Diff(own) => diff::run(own, &common, &console),
+        Command::Factors(own) => factors::run(own, &common, &console),
+        Command::Figure(own) => figure::run(own, &common, &console),
+        Command::Trace(own) => trace::run(own, &common, &console),
+        Command::Frontier(own) => frontier::run(own, &common, &console),
+        Command::Map(own) => map::run(own, &common, &console),
+        Command::Scenes => scenes(&console),
+    }
+}
+
+/// Lists the built-in scenes.
+fn scenes(console: &Console) -> Result<(), CliError> {
+    #[derive(Serialize)]
+    struct Listed {
+        name: &'static str,
+        description: &'static str,
+        triangles: u32,
+    }
+    let mut list = Vec::new();
+    for (name, description) in builtin::NAMES {
+        let triangles = Scene::open(name)?.solid_faces();
+        console.say(format!("{name:<18} {triangles:>6} triangles  {description}"));
+        list.push(Listed { name, description, triangles });
+    }
+    console.report(&list)
 }
 
 #[cfg(test)]
@@ -106,9 +201,14 @@ mod tests {
     #[test]
     fn the_help_has_every_code_of_the_table() {
         let table = codes(include_str!("mod.rs"), "//! | ");
-        assert_eq!(table, [0, 1, 2, 3, 4, 5, 6, 101, crate::cli::interrupt::INTERRUPTED]);
+        assert_eq!(table, [0, 1, 2, 3, 4, 5, 6, 101, INTERRUPTED]);
         let help = Cli::command().render_long_help().to_string();
         let (_, listed) = help.split_once("Exit codes:").unwrap();
         assert_eq!(codes(listed, "  "), table);
+    }
+
+    #[test]
+    fn arguments_are_consistent() {
+        Cli::command().debug_assert();
     }
 }

@@ -1,28 +1,28 @@
 //! `halflight render`: the picture of each mode, and a contact sheet of several.
 
+use crate::cli::error::picture_or_divergence;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
 
-use crate::cli::backs;
+use crate::cli::arguments::Common;
+use crate::cli::arguments::Precision;
+use crate::cli::arguments::Problem;
+use crate::cli::arguments::pixel;
+use crate::cli::arguments::size;
 use crate::cli::console::Console;
-use crate::cli::effort::Precision;
 use crate::cli::error::CliError;
-use crate::cli::memory::{Within, pixel};
-use crate::cli::options::{Common, Problem};
-use crate::cli::pictures::{Places, Shown, mode_sheet};
-use crate::cli::report::{Modes, RenderReport};
-use crate::cli::unmet::{unmet, warn_of_error};
-use crate::cli::values::size;
-use crate::gather::sampling::deadline_after;
+use crate::cli::pictures::{Outcome, Places, RenderReport, finish};
+use crate::cli::warnings::{Pictured, unmet, warn_of_backs, warn_of_error};
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
 use crate::operator::Bounds;
-use crate::pictures::{Exposure, Picture, Size, check_extension, write_picture, write_with_error};
-use crate::render::solved::Spent;
-use crate::render::solver::render_fixed;
-use crate::render::{Fineness, Prepared, Rendered, Seconds, Wanted, assemble, render_within};
+use crate::pictures::{Size, check_extension, write_picture, write_with_error};
+use crate::render::Fineness;
+use crate::render::Rendered;
+use crate::render::Seconds;
+use crate::render::Solver;
 use crate::scene::Scene;
 use crate::solve::Diverges;
 
@@ -43,33 +43,23 @@ pub struct Render {
     pub standard_error: bool,
 }
 
-/// One mode's picture, or the reason why there is none.
-struct Outcome {
-    transport: Transport,
-    picture: Result<Picture, Diverges>,
-    /// Share of the camera's rays that meet the black back of a face.
-    backs: f64,
-    report: RenderReport,
-}
-
-/// Solves and renders every mode asked for.
-pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
+/// Solves and renders every requested mode.
+pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliError> {
     let start = Instant::now();
-    let console = Console::new(common);
     if let Some(path) = &own.output {
         check_extension(path)?;
     }
     if own.standard_error {
         check_layered(own.output.as_deref())?;
     }
-    let effort = &own.problem.effort;
+    let Problem { subject, effort, .. } = &own.problem;
     let each = match effort.precision() {
         Precision::Within(_) => pixel::WITHIN,
         Precision::Fixed(..) => pixel::RENDER,
     };
     effort.limit.check_pictures(own.size, each)?;
-    let scene = own.problem.subject.load(|warning| console.warn(warning))?;
-    let transports = own.problem.subject.transports(&scene);
+    let scene = subject.load(console)?;
+    let transports = subject.transports(&scene);
     let places = Places {
         output: own.output.as_deref(),
         directory: &common.out,
@@ -77,25 +67,19 @@ pub fn run(own: &Render, common: &Common) -> Result<(), CliError> {
         several: transports.len() > 1,
     };
     places.check(&transports)?;
-    let run = Shared { own, common, console: &console, places: &places, load: start.elapsed().as_secs_f64(), start };
+    let run = Run { own, common, console, places: &places, load: start.elapsed().as_secs_f64(), start };
     let outcomes = match effort.precision() {
         Precision::Within(tolerance) => run.within(scene, &transports, tolerance)?,
         Precision::Fixed(fineness, samples) => run.fixed(scene, &transports, fineness, samples)?,
     };
-    finish(&places, &console, exposure(own), outcomes)
+    let heading = format!("{}: L = E + K L, the visible half", places.stem);
+    finish(outcomes, &places, heading, subject.exposure(), console)
 }
 
-/// Whether a picture's error is known.
-#[derive(Clone, Copy)]
-enum Stated {
-    /// It was to be at most so much.
-    Within { tolerance: f64 },
-    /// The effort was given, not the error.
-    Nothing,
-}
+type Rendering = Outcome<RenderReport, Diverges>;
 
 /// What all modes of one run share.
-struct Shared<'a> {
+struct Run<'a> {
     own: &'a Render,
     common: &'a Common,
     console: &'a Console,
@@ -106,26 +90,28 @@ struct Shared<'a> {
     start: Instant,
 }
 
-impl Shared<'_> {
+impl Run<'_> {
     /// Every mode to a tolerance, each with the patches that it needs.
-    fn within(&self, scene: Scene, transports: &[Transport], tolerance: f64) -> Result<Vec<Outcome>, CliError> {
-        let (size, seed) = (self.own.size, self.common.seed);
-        let effort = &self.own.problem.effort;
-        let Within { mut prepared, memory } = effort.prepare_within(scene, transports, tolerance)?;
-        let mut start = self.start;
+    fn within(&self, scene: Scene, transports: &[Transport], tolerance: f64) -> Result<Vec<Rendering>, CliError> {
+        let Problem { effort, time, .. } = &self.own.problem;
+        let solver = effort.limit.solver(&scene, self.common.seed);
+        solver.check_tolerance(transports, tolerance)?;
+        // Reading the scene counts in the time of the first picture.
+        let mut before = self.start.elapsed().as_secs_f64();
         let mut outcomes = Vec::new();
         for &transport in transports {
-            let deadline = self.own.problem.time.and_then(|seconds| deadline_after(start, seconds));
-            let wanted = Wanted { tolerance, size, deadline, memory, seed };
-            let found = render_within(&mut prepared, transport, &wanted, self.console);
-            if let Ok(within) = &found {
-                warn_of_error(self.console, transport, within, tolerance);
+            let mut request = solver.render(transport, self.own.size).watch(self.console);
+            if let Some(seconds) = time {
+                request = request.time((seconds - before).max(0.0));
             }
-            let report = self.report(&prepared, transport);
-            outcomes.push(self.outcome(transport, Stated::Within { tolerance }, report, found)?);
-            start = Instant::now();
+            let found = picture_or_divergence(request.tolerance(tolerance))?;
+            if let Ok(found) = &found {
+                warn_of_error(self.console, transport, found, tolerance);
+            }
+            outcomes.push(self.outcome(&solver, transport, Some(tolerance), found)?);
+            before = 0.0;
         }
-        self.warn_of_backs(&prepared, transports, &outcomes);
+        self.warn_of_backs(&solver, transports, &outcomes);
         Ok(outcomes)
     }
 
@@ -136,91 +122,93 @@ impl Shared<'_> {
         transports: &[Transport],
         fineness: Fineness,
         samples: u32,
-    ) -> Result<Vec<Outcome>, CliError> {
-        let prepared = self.own.problem.effort.prepare(scene, transports, fineness, self.common.seed)?;
-        let clock = Instant::now();
-        let (modes, rays) = assemble(&prepared, transports, &fineness.sampling(self.common.seed), self.console);
-        let form_factors = clock.elapsed().as_secs_f64();
-        let sampling = GatherSampling::with_samples(samples, self.common.seed);
-        let pass = GatherPass::new(self.own.size, &sampling);
-        let spent = Spent { seconds: Seconds { form_factors, ..Seconds::default() }, rays };
+    ) -> Result<Vec<Rendering>, CliError> {
+        let seed = self.common.seed;
+        let solver = self.own.problem.effort.limit.solver(&scene, seed);
+        let equations = solver.assemble(transports, fineness, self.console)?;
+        let pass = GatherPass::new(self.own.size, &GatherSampling::with_samples(samples, seed));
         let mut outcomes = Vec::new();
-        for mode in &modes {
-            let found = render_fixed(&prepared, mode, &pass, spent.clone(), self.console);
-            let report = self.report(&prepared, mode.transport);
-            outcomes.push(self.outcome(mode.transport, Stated::Nothing, report, found)?);
+        for (&transport, found) in transports.iter().zip(equations.render(&pass, self.console)) {
+            outcomes.push(self.outcome(&solver, transport, None, found)?);
         }
-        self.warn_of_backs(&prepared, transports, &outcomes);
+        self.warn_of_backs(&solver, transports, &outcomes);
         Ok(outcomes)
     }
 
-    fn warn_of_backs(&self, p: &Prepared, transports: &[Transport], outcomes: &[Outcome]) {
-        let shown = backs::Shown { scene: &p.scene, rays: &p.rays, size: self.own.size, transports };
-        backs::warn_of_backs(self.console, &shown, outcomes.iter().map(|o| o.backs));
-    }
-
-    fn report(&self, prepared: &Prepared, transport: Transport) -> RenderReport {
-        let known = RenderReport::new(&prepared.scene, transport, self.own.size);
-        RenderReport { patches: prepared.patches.len(), ..known }
+    fn warn_of_backs(&self, solver: &Solver, transports: &[Transport], outcomes: &[Rendering]) {
+        let geometry = solver.geometry();
+        let pictured = Pictured { scene: &geometry.scene, rays: &geometry.rays, size: self.own.size, transports };
+        warn_of_backs(self.console, &pictured, outcomes.iter().map(|o| o.backs));
     }
 
     /// Writes a picture, and reports it, or why there is none.
     fn outcome(
         &self,
+        solver: &Solver,
         transport: Transport,
-        stated: Stated,
-        mut report: RenderReport,
+        tolerance: Option<f64>,
         found: Result<Rendered, Diverges>,
-    ) -> Result<Outcome, CliError> {
-        let (radius, verdict) = match &found {
-            Ok(s) => (s.radius, s.verdict),
-            Err(e) => (e.radius, e.verdict),
+    ) -> Result<Rendering, CliError> {
+        let (radius, verdict) = found.as_ref().map_or_else(|e| (e.radius, e.verdict), |s| (s.radius, s.verdict));
+        let mut report = RenderReport {
+            patches: solver.last_cut().patches.len(),
+            spectral_radius: Some(radius),
+            verdict: verdict.name(),
+            ..RenderReport::new(&solver.geometry().scene, transport, self.own.size)
         };
-        report.spectral_radius = Some(radius);
-        report.verdict = verdict.name();
-        let mut backs = 0.0;
-        let picture = match found {
-            Ok(within) => {
-                report.take(&within, self.load);
-                match stated {
-                    Stated::Within { tolerance } => {
-                        report.why = unmet(&within, tolerance);
-                        report.met = Some(report.why.is_none());
-                    }
-                    Stated::Nothing => report.error = None,
-                }
-                backs = within.backs;
-                let path = self.places.picture(transport);
-                if self.own.standard_error {
-                    write_with_error(&path, &within.picture, &within.standard_error)?;
-                } else {
-                    write_picture(&path, &within.picture, exposure(self.own))?;
-                }
-                report.files.push(path);
-                Ok(within.picture)
-            }
-            Err(diverges) => Err(diverges),
-        };
-        let outcome = Outcome { transport, picture, backs, report };
-        tell(self.console, &outcome, self.places.several);
+        if let Ok(found) = &found {
+            self.describe(found, tolerance, &mut report);
+            report.files.push(self.write(transport, found)?);
+        }
+        let backs = found.as_ref().map_or(0.0, |found| found.backs);
+        let outcome = Outcome { transport, picture: found.map(|found| found.picture), backs, report };
+        self.say(&outcome);
         Ok(outcome)
     }
-}
 
-/// The contact sheet and the report of several modes, or the report or error of one.
-fn finish(places: &Places, console: &Console, exposure: Exposure, mut outcomes: Vec<Outcome>) -> Result<(), CliError> {
-    if outcomes.len() == 1 {
-        let outcome = outcomes.remove(0);
-        outcome.picture?;
-        return console.report(&outcome.report);
+    /// What a picture cost and how good it is.
+    fn describe(&self, found: &Rendered, tolerance: Option<f64>, report: &mut RenderReport) {
+        report.patches = found.patches;
+        report.rays = found.rays;
+        report.seconds = Seconds { load: self.load, ..found.seconds };
+        report.seconds.sum();
+        report.closure = found.closure;
+        if let Some(tolerance) = tolerance {
+            report.error = Some(found.error);
+            report.why = unmet(found, tolerance);
+            report.met = Some(report.why.is_none());
+        }
     }
-    let path = places.sheet();
-    let shown: Vec<Shown> =
-        outcomes.iter().map(|o| (o.transport, o.picture.as_ref().map_err(|e| e.to_string()))).collect();
-    let heading = format!("{}: L = E + K L, the visible half", places.stem);
-    mode_sheet(heading, &shown, exposure).write(&path)?;
-    console.say(format!("contact sheet: {}", path.display()));
-    console.report(&Modes { modes: outcomes.into_iter().map(|o| o.report).collect(), files: vec![path] })
+
+    fn write(&self, transport: Transport, found: &Rendered) -> Result<PathBuf, CliError> {
+        let path = self.places.picture(transport);
+        if self.own.standard_error {
+            write_with_error(&path, &found.picture, &found.standard_error)?;
+        } else {
+            write_picture(&path, &found.picture, self.own.problem.subject.exposure())?;
+        }
+        Ok(path)
+    }
+
+    /// A line on one mode.
+    fn say(&self, outcome: &Rendering) {
+        let label = outcome.label(self.places.several, self.console);
+        let (r, s) = (&outcome.report, &outcome.report.seconds);
+        if outcome.picture.is_ok() {
+            self.console.say(format!(
+                "{label:<11} {} in {:.2} s ({} patches, F {:.2} s, L {:.2} s, gather {:.2} s), {}spectral radius {}: {}",
+                r.verdict,
+                s.total,
+                r.patches,
+                s.form_factors,
+                s.solve,
+                s.gather,
+                r.error.map_or(String::new(), |e| format!("estimated error {:.2} %, ", 100.0 * e.total)),
+                bounds(r.spectral_radius),
+                r.file_names(),
+            ));
+        }
+    }
 }
 
 /// The standard error is a layer of an EXR file.
@@ -235,36 +223,9 @@ fn check_layered(output: Option<&Path>) -> Result<(), CliError> {
     })
 }
 
-/// A line on one mode; where it was the only one, its error speaks for itself.
-fn tell(console: &Console, outcome: &Outcome, several: bool) {
-    let label = outcome.transport.label();
-    let r = &outcome.report;
-    let s = &r.seconds;
-    match &outcome.picture {
-        Ok(_) => console.say(format!(
-            "{label:<11} {} in {:.2} s ({} patches, F {:.2} s, L {:.2} s, gather {:.2} s), {}spectral radius {}: {}",
-            r.verdict,
-            s.total,
-            r.patches,
-            s.form_factors,
-            s.solve,
-            s.gather,
-            r.error.map_or(String::new(), |e| format!("estimated error {:.2} %, ", 100.0 * e.total)),
-            bounds(r.spectral_radius),
-            r.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(" "),
-        )),
-        Err(e) if several => console.warn(format!("{label}: no picture, {e}")),
-        Err(_) => (),
-    }
-}
-
 fn bounds(radius: Option<Bounds>) -> String {
     match radius {
         Some(r) if r.upper > 0.0 => format!("{:.4} to {:.4}", r.lower, r.upper),
         _ => "0".into(),
     }
-}
-
-fn exposure(own: &Render) -> Exposure {
-    Exposure { stops: own.problem.subject.exposure }
 }

@@ -7,18 +7,15 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
+use serde::Serialize;
 
-use crate::cli::backs;
+use crate::cli::arguments::{Common, MemoryLimit, NextEventChoice, Subject, pixel, seconds, size};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::cli::memory::{MemoryLimit, pixel};
-use crate::cli::options::{Common, Subject};
-use crate::cli::pictures::{Places, Shown, mode_sheet};
-use crate::cli::report::{MeanReport, Modes, RenderReport, TraceReport};
-use crate::cli::values::{NextEventChoice, seconds, size};
-use crate::cli::variance::check_variance;
+use crate::cli::pictures::{Outcome, Places, RenderReport, finish};
+use crate::cli::warnings::{Pictured, check_variance, warn_of_backs};
 use crate::light::Transport;
-use crate::pictures::{Exposure, Picture, Size, check_extension, write_picture};
+use crate::pictures::{Size, check_extension, write_picture};
 use crate::rays::Rays;
 use crate::reference::{Mean, NextEvent, Overflow, TraceSettings, Tracer};
 use crate::render::{Seconds, Watch};
@@ -60,18 +57,49 @@ const PASS: u32 = 16;
 /// Samples a pixel where neither their number nor a time is given.
 const SAMPLES: u32 = 256;
 
-/// One mode's picture, or the reason why there is none.
-struct Outcome {
-    transport: Transport,
-    picture: Result<Picture, Overflow>,
-    growth: Growth,
-    report: TraceReport,
-    /// Share of the camera's rays that meet the black back of a face.
-    backs: f64,
+/// `halflight trace --json`, one for each mode: render's fields and these.
+///
+/// There are no patches, form factors or bounds: those fields are 0 or null; `gather` is the time spent tracing. The
+/// verdict is `ends` (alpha is 0 everywhere), `sampled` (every path ended by itself), `truncated` (`--max-bounces`
+/// ended some, so later bounces are missing) or `overflows` (no picture).
+#[derive(Serialize)]
+pub struct TraceReport {
+    /// The fields of render.
+    #[serde(flatten)]
+    pub render: RenderReport,
+    /// Paths for each pixel.
+    pub samples: u64,
+    /// RMS of the pixels' standard errors over RMS of the pixels without their noise, where no luminaire is seen; null
+    /// from one sample, and where there is more noise than picture.
+    pub standard_error: Option<f64>,
+    /// Whether the standard errors mean anything.
+    pub variance: Growth,
+    /// Whether emitters were sampled at every vertex.
+    pub next_event: bool,
+    /// Reflections after which a path ends in any case.
+    pub max_bounces: u32,
+    /// Paths.
+    pub paths: u64,
+    /// Paths that `max_bounces` ended with light still to gather.
+    pub paths_cut: u64,
+    /// Mean radiance of the picture by bounce; the last is that of all later bounces together.
+    pub bounces: Vec<MeanReport>,
 }
 
+/// Mean radiance of one bounce order over the picture, with its standard error.
+#[derive(Serialize)]
+pub struct MeanReport {
+    /// Number of reflections.
+    pub n: usize,
+    /// Mean radiance per channel and its standard error.
+    #[serde(flatten)]
+    pub mean: Mean,
+}
+
+type Tracing = Outcome<TraceReport, Overflow>;
+
 /// What all modes of one run share.
-struct Shared<'a> {
+struct Run<'a> {
     own: &'a Trace,
     common: &'a Common,
     console: &'a Console,
@@ -81,15 +109,14 @@ struct Shared<'a> {
     places: &'a Places<'a>,
 }
 
-/// Traces every mode asked for.
-pub fn run(own: &Trace, common: &Common) -> Result<(), CliError> {
+/// Traces every requested mode.
+pub fn run(own: &Trace, common: &Common, console: &Console) -> Result<(), CliError> {
     let start = Instant::now();
-    let console = Console::new(common);
     if let Some(path) = &own.output {
         check_extension(path)?;
     }
     own.limit.check_pictures(own.size, pixel::TRACE)?;
-    let scene = own.subject.load(|warning| console.warn(warning))?;
+    let scene = own.subject.load(console)?;
     let load = start.elapsed().as_secs_f64();
     let rays = Rays::new(&scene);
     let transports = own.subject.transports(&scene);
@@ -101,38 +128,25 @@ pub fn run(own: &Trace, common: &Common) -> Result<(), CliError> {
         several: transports.len() > 1,
     };
     places.check(&transports)?;
-    let run = Shared {
-        own,
-        common,
-        console: &console,
-        places: &places,
-        scene: &scene,
-        rays: &rays,
-        seconds: Seconds { load, patches: start.elapsed().as_secs_f64() - load, ..Seconds::default() },
-    };
+    let seconds = Seconds { load, patches: start.elapsed().as_secs_f64() - load, ..Seconds::default() };
+    let run = Run { own, common, console, places: &places, scene: &scene, rays: &rays, seconds };
     let mut outcomes = Vec::new();
     for &transport in &transports {
         outcomes.push(run.one_mode(transport)?);
     }
-    let shown = backs::Shown { scene: &scene, rays: &rays, size: own.size, transports: &transports };
-    backs::warn_of_backs(&console, &shown, outcomes.iter().map(|outcome| outcome.backs));
-    run.finish(outcomes)
+    let pictured = Pictured { scene: &scene, rays: &rays, size: own.size, transports: &transports };
+    warn_of_backs(console, &pictured, outcomes.iter().map(|outcome| outcome.backs));
+    let heading = format!("{}: path tracing, the visible half", scene.name);
+    finish(outcomes, &places, heading, own.subject.exposure(), console)
 }
 
-impl Shared<'_> {
+impl Run<'_> {
     /// Traces and writes one mode.
-    fn one_mode(&self, transport: Transport) -> Result<Outcome, CliError> {
-        let own = self.own;
-        let settings = TraceSettings {
-            next_event: match own.next_event {
-                NextEventChoice::On => NextEvent::On,
-                NextEventChoice::Off => NextEvent::Off,
-            },
-            max_bounces: own.max_bounces,
-            seed: self.common.seed,
-        };
+    fn one_mode(&self, transport: Transport) -> Result<Tracing, CliError> {
+        let (own, seed) = (self.own, self.common.seed);
+        let next_event = if own.next_event == NextEventChoice::On { NextEvent::On } else { NextEvent::Off };
+        let settings = TraceSettings { next_event, max_bounces: own.max_bounces, seed };
         let transports = self.scene.transports(transport);
-        let seed = self.common.seed;
         let growth = check_variance(self.console, self.scene, self.rays, transport, seed);
         let clock = Instant::now();
         let mut tracer = Tracer::new(self.scene, self.rays, &transports, own.size, &settings);
@@ -144,12 +158,12 @@ impl Shared<'_> {
         let picture = tracer.check().map(|()| tracer.picture());
         if let Ok(picture) = &picture {
             let path = self.places.picture(transport);
-            write_picture(&path, picture, self.exposure())?;
+            write_picture(&path, picture, own.subject.exposure())?;
             report.render.files.push(path);
         }
         let backs = tracer.counts().backs as f64 / tracer.counts().paths.max(1) as f64;
-        let outcome = Outcome { transport, picture, growth, report, backs };
-        self.tell(&outcome);
+        let outcome = Outcome { transport, picture, backs, report };
+        self.say(&outcome);
         Ok(outcome)
     }
 
@@ -157,16 +171,16 @@ impl Shared<'_> {
     fn sample(&self, tracer: &mut Tracer) {
         let limit = self.own.time.unwrap_or(f64::INFINITY);
         let unlimited = if self.own.time.is_some() { u32::MAX } else { SAMPLES };
-        let mut left = self.own.samples.unwrap_or(unlimited);
+        let mut remaining = self.own.samples.unwrap_or(unlimited);
         if self.own.time.is_none() {
-            self.console.begin("trace", u64::from(left.div_ceil(PASS)));
+            self.console.begin("trace", u64::from(remaining.div_ceil(PASS)));
         }
         let start = Instant::now();
         let mut longest = 0.0_f64;
         let mut now = 0.0;
-        while left > 0 && (tracer.samples() == 0 || now + longest <= limit) {
-            tracer.pass(left.min(PASS));
-            left -= left.min(PASS);
+        while remaining > 0 && (tracer.samples() == 0 || now + longest <= limit) {
+            tracer.pass(remaining.min(PASS));
+            remaining -= remaining.min(PASS);
             let then = start.elapsed().as_secs_f64();
             longest = longest.max(then - now);
             now = then;
@@ -174,8 +188,7 @@ impl Shared<'_> {
         }
     }
 
-    fn report(&self, transport: Transport, tracer: &Tracer, ends: bool, growth: Growth) -> TraceReport {
-        let known = RenderReport::new(self.scene, transport, self.own.size);
+    fn report(&self, transport: Transport, tracer: &Tracer, ends: bool, variance: Growth) -> TraceReport {
         let counts = tracer.counts();
         let verdict = match (tracer.check(), counts.cut) {
             (Err(_), _) => "overflows",
@@ -183,12 +196,13 @@ impl Shared<'_> {
             (_, 0) => "sampled",
             _ => "truncated",
         };
+        let known = RenderReport::new(self.scene, transport, self.own.size);
         let bounce = |(n, mean): (usize, Mean)| MeanReport { n, mean };
         TraceReport {
             render: RenderReport { rays: counts.rays, seconds: self.seconds, verdict, ..known },
             samples: tracer.samples(),
             standard_error: tracer.relative_error(),
-            variance: growth,
+            variance,
             next_event: self.own.next_event == NextEventChoice::On,
             max_bounces: self.own.max_bounces,
             paths: counts.paths,
@@ -198,28 +212,21 @@ impl Shared<'_> {
     }
 
     /// One line for a mode, and what limits its picture.
-    fn tell(&self, outcome: &Outcome) {
-        let label = outcome.transport.label();
+    fn say(&self, outcome: &Tracing) {
+        let label = outcome.label(self.places.several, self.console);
         let r = &outcome.report;
-        if let Err(e) = &outcome.picture {
-            // One mode alone ends with this error.
-            if self.places.several {
-                self.console.warn(format!("{label}: no picture, {e}"));
-            }
+        if outcome.picture.is_err() {
             return;
         }
-        let error = match r.standard_error {
-            Some(error) => format!("{:.3} %", 100.0 * error),
-            None => "unknown".into(),
-        };
+        let error = r.standard_error.map_or("unknown".into(), |error| format!("{:.3} %", 100.0 * error));
         self.console.say(format!(
             "{label:<11} {} samples a pixel in {:.2} s, relative standard error {error}: {}",
             r.samples,
             r.render.seconds.total,
-            files(&r.render.files),
+            r.render.file_names(),
         ));
         if r.paths_cut > 0 {
-            let advice = if outcome.growth.diverges() {
+            let advice = if r.variance.diverges() {
                 ""
             } else {
                 ". Raise --max-bounces, unless `halflight bounces` says that the series diverges"
@@ -231,29 +238,4 @@ impl Shared<'_> {
             ));
         }
     }
-
-    /// The contact sheet and the report of several modes, or the report or error of one.
-    fn finish(&self, mut outcomes: Vec<Outcome>) -> Result<(), CliError> {
-        if outcomes.len() == 1 {
-            let outcome = outcomes.remove(0);
-            outcome.picture?;
-            return self.console.report(&outcome.report);
-        }
-        let path = self.places.sheet();
-        let shown: Vec<Shown> =
-            outcomes.iter().map(|o| (o.transport, o.picture.as_ref().map_err(|e| e.to_string()))).collect();
-        let heading = format!("{}: path tracing, the visible half", self.scene.name);
-        mode_sheet(heading, &shown, self.exposure()).write(&path)?;
-        self.console.say(format!("contact sheet: {}", path.display()));
-        self.console.report(&Modes { modes: outcomes.into_iter().map(|o| o.report).collect(), files: vec![path] })
-    }
-
-    fn exposure(&self) -> Exposure {
-        Exposure { stops: self.own.subject.exposure }
-    }
-}
-
-fn files(files: &[PathBuf]) -> String {
-    let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
-    names.join(" ")
 }

@@ -20,8 +20,8 @@ use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
 
 use crate::direct::emission_tree::{Asking, EmissionTree, Node, Place};
-use crate::form_factors::geometry::lambert::signed_edges;
-use crate::form_factors::geometry::plane::ON_FACE;
+use crate::form_factors::lambert::signed_edges;
+use crate::form_factors::plane::ON_FACE;
 use crate::scene::convex_polygon::{area, put_above};
 
 /// Corners of a polygon that need no memory of their own.
@@ -223,7 +223,7 @@ fn form(polygon: &[DVec2], asking: &Asking) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::form_factors::geometry::plane::split;
+    use crate::form_factors::plane::split;
     use crate::rays::sobol::hash;
 
     const CORNERS: [DVec3; 3] = [DVec3::new(0.1, 0.0, 0.0), DVec3::new(1.3, 0.2, 0.1), DVec3::new(0.3, 1.1, -0.2)];

@@ -1,22 +1,78 @@
 //! Many luminaires as a tree: halves of halves by direction and place, each with what is needed to speak for all of it.
 //!
 //! A node's luminaires are stood for by its [`Moments`]. A cone holds all their normals and a box all their corners,
-//! which tells where a node lights nothing at all.
+//! which shows where a node lights nothing at all. Directions are parted first where they differ much, else places; both
+//! are cut across the longest side of the box around them.
 //!
 //! Source of the tree: A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*,
-//! PACMCGIT 1(2), 2018. Not handled: hulls closer than boxes.
+//! PACMCGIT 1(2), 2018. Not handled: hulls closer than boxes; costs of the two parts, as the cut is in the middle.
 
+use crate::direct::Luminaires;
+use crate::direct::shafts::luminaire_body;
+use crate::form_factors::point_kernel;
+use crate::rays::End;
+use crate::surfaces::SurfacePoint;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 
-use crate::direct::convex_body::Body;
-use crate::direct::light_halving::{Placed, halve};
-use crate::direct::luminaire::{Luminaire, Luminaires};
+use crate::direct::luminaire::Luminaire;
 use crate::direct::moments::{Moments, Sums};
-use crate::direct::normal_cone::Facing;
-use crate::form_factors::geometry::hull::bounds;
+use crate::direct::shafts::Body;
+use crate::form_factors::hull::bounds;
+
+/// Normals further apart than this cosine are parted before places are.
+const APART: f64 = 0.9;
+
+/// Something with a place and a direction, and its number.
+#[derive(Clone, Copy)]
+pub(crate) struct Placed {
+    pub place: DVec3,
+    pub direction: DVec3,
+    pub number: u32,
+}
+
+/// Sorts things into two parts, neither empty where there are two things: by direction where directions differ much,
+/// else by place.
+pub(crate) fn halve(things: &mut [Placed]) -> (&mut [Placed], &mut [Placed]) {
+    let (low, high) = bounds(things.iter().map(|t| t.direction));
+    let by_direction = 1.0 - 0.5 * (high - low).length_squared() < APART;
+    let (low, high) = if by_direction { (low, high) } else { bounds(things.iter().map(|t| t.place)) };
+    let axis = (0..3).max_by(|&a, &b| (high - low)[a].total_cmp(&(high - low)[b])).unwrap_or(0);
+    let key = |t: &Placed| if by_direction { t.direction[axis] } else { t.place[axis] };
+    things.sort_unstable_by(|a, b| key(a).total_cmp(&key(b)).then(a.number.cmp(&b.number)));
+    let middle = 0.5 * (low[axis] + high[axis]);
+    let cut = things.partition_point(|t| key(t) < middle);
+    // Places are parted by number; directions at the middle of their range, unless all lie on one side of it.
+    let by_range = by_direction && cut > 0 && cut < things.len();
+    things.split_at_mut(if by_range { cut } else { things.len() / 2 })
+}
+
+/// How luminaires face a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Facing {
+    /// All of their fronts are seen from it.
+    Towards,
+    /// None is.
+    Away,
+    /// Some, or it is not known.
+    Both,
+}
+
+impl Facing {
+    /// From the largest and least angle between a normal and the way to the place.
+    pub fn of(most: f64, least: f64) -> Facing {
+        use std::f64::consts::FRAC_PI_2;
+        if most <= FRAC_PI_2 {
+            Facing::Towards
+        } else if least >= FRAC_PI_2 {
+            Facing::Away
+        } else {
+            Facing::Both
+        }
+    }
+}
 
 /// Some luminaires that lie together.
 #[derive(Clone, Debug)]
@@ -47,6 +103,8 @@ pub(crate) struct LightTree {
     before: Vec<f64>,
     /// Radius of a node over its distance at which its moments speak for it.
     pub small: f64,
+    /// Share of its light that what stands for many luminaires may be off by.
+    pub exactness: f64,
 }
 
 /// Radius of a node over its distance at which its moments, which err in third order, are off by no more than
@@ -57,8 +115,8 @@ const FAR_OFF: f64 = 0.01;
 const MANY: f64 = 10.0;
 
 impl LightTree {
-    /// The tree over all luminaires; there must be one.
-    pub fn new(luminaires: &Luminaires) -> LightTree {
+    /// The tree over all luminaires; there must be one. What stands for many may be off by the share `exactness`.
+    pub fn new(luminaires: &Luminaires, exactness: f64) -> LightTree {
         let list = &luminaires.list;
         let sums: Vec<Sums> = list.iter().map(Sums::of).collect();
         let place = |(k, s): (usize, &Sums)| {
@@ -66,8 +124,8 @@ impl LightTree {
             Placed { place: s.first / weight, direction: s.normal.normalize_or_zero(), number: k as u32 }
         };
         let mut things: Vec<Placed> = sums.iter().enumerate().map(place).collect();
-        let small = FAR * (MANY * luminaires.tolerable / FAR_OFF).cbrt().min(1.0);
-        let mut tree = LightTree { nodes: Vec::new(), order: Vec::new(), before: vec![0.0], small };
+        let small = FAR * (MANY * exactness / FAR_OFF).cbrt().min(1.0);
+        let mut tree = LightTree { nodes: Vec::new(), order: Vec::new(), before: vec![0.0], small, exactness };
         tree.grow(&mut things, list, &sums);
         for &l in &tree.order {
             let last = tree.before[tree.before.len() - 1];
@@ -152,7 +210,7 @@ fn leaf(place: usize, luminaire: &Luminaire, sums: &Sums) -> Node {
     Node {
         range: place..place + 1,
         children: None,
-        body: luminaire.body(),
+        body: luminaire_body(luminaire),
         low,
         high,
         axis,
@@ -185,8 +243,34 @@ fn join(range: Range<usize>, children: [usize; 2], nodes: &[Node], sums: &Sums) 
     }
 }
 
+/// A point drawn on a node's luminaires, and its light over its density.
+pub(crate) struct Drawn {
+    pub end: End,
+    pub light: DVec3,
+}
+
+/// Draws a luminaire of a node by power, and a point on it, `at` in the unit square; `None` where that does not
+/// face the receiver.
+pub(crate) fn draw(
+    tree: &LightTree,
+    luminaires: &Luminaires,
+    node: usize,
+    receiver: &SurfacePoint,
+    at: Vec2,
+) -> Option<Drawn> {
+    let (l, chance, u) = tree.draw(&tree.nodes[node].range, f64::from(at.x));
+    let luminaire = &luminaires.list[l as usize];
+    let y = luminaire.point((u as f32).min(0.999_999_94), at.y);
+    let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
+    let kernel = point_kernel(x, n, y.position.as_dvec3(), y.normal);
+    let light = luminaire.radiance.as_dvec3() * y.share * (luminaire.area * kernel / chance);
+    (kernel > 0.0).then_some(Drawn { end: y.end(), light })
+}
+
 #[cfg(test)]
 mod tests {
+    use crate::direct::TOLERABLE;
+
     use super::*;
     use crate::light::Rgb;
     use crate::scene::{Material, Scene};
@@ -220,7 +304,7 @@ mod tests {
     #[test]
     fn moments_err_in_the_third_order_in_every_channel() {
         let luminaires = lamps();
-        let tree = LightTree::new(&luminaires);
+        let tree = LightTree::new(&luminaires, TOLERABLE);
         let root = &tree.nodes[tree.root()];
         let away = DVec3::new(0.3, -0.2, -1.0).normalize();
         let errors = |distance: f64| {
@@ -242,7 +326,7 @@ mod tests {
     #[test]
     fn luminaires_are_drawn_by_power() {
         let luminaires = lamps();
-        let tree = LightTree::new(&luminaires);
+        let tree = LightTree::new(&luminaires, TOLERABLE);
         let whole = 0..tree.order.len();
         let power = |l: u32| {
             let own = &luminaires.list[l as usize];

@@ -1,35 +1,21 @@
-//! Luminaires: emitting surfaces small enough that light as emitted is worth a closed form.
+//! One luminaire: an emitting surface small enough that light as emitted is worth a closed form; its triangles, points
+//! drawn on them, and the convex polygons that they make up.
 //!
-//! An emitting material is carried by luminaires, one for each object, where hemisphere rays would miss it too often
-//! ([`crate::direct::large_emitters`]). The choice is the material's, because a patch has one material but may span
-//! objects. Emitters that are large as seen from what they light (a furnace, a sky) are found by hemisphere rays.
-//!
-//! Where luminaires are many, or one has many faces, all are divided ([`crate::direct::luminaire_parts`]), and
-//! [`crate::direct::light_cut`] sees to it that a receiver need not ask each.
+//! Not handled: which emitters are luminaires ([`crate::direct::luminaires`]); polygons of more than two triangles.
 
-use std::collections::HashMap;
-use std::sync::Arc;
-
+use crate::direct::luminaire_texture::SeenPart;
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 
-use crate::direct::convex_body::Body;
-use crate::direct::convex_luminaires::convex_parts;
-use crate::direct::emission_moments::Moments;
-use crate::direct::emission_parts::Polygons;
-use crate::direct::emitting_triangle::{EmittingPoint, EmittingTriangle, polygons};
-use crate::direct::large_emitters::carried;
-use crate::direct::luminaire_parts::divided;
-use crate::direct::luminaire_texture::{EmissionTexture, TOLERABLE, UnevenEmission, is_textured};
-use crate::form_factors::geometry::hull::bounds;
-use crate::form_factors::geometry::plane::sees_front;
-use crate::form_factors::geometry::shadow::{Caster, Pieces, visible_form};
-use crate::form_factors::geometry::silhouette::Outline;
+use crate::direct::emission_tree::Moments;
+use crate::direct::luminaire_texture::UnevenEmission;
+use crate::form_factors::lambert::Outline;
+use crate::form_factors::plane::sees_front;
 use crate::form_factors::point_to_polygon;
+use crate::form_factors::shadow::{Caster, Pieces, visible_form};
 use crate::light::Rgb;
-use crate::rays::Side;
 use crate::rays::warp::triangle_point;
-use crate::scene::{PunctualLight, Scene, Sides};
+use crate::rays::{End, Side};
+use crate::scene::Scene;
 
 /// One emitting surface of uniform radiance, or with a texture.
 #[derive(Clone, Debug)]
@@ -39,106 +25,18 @@ pub struct Luminaire {
     /// Total area, unit coordinates squared.
     pub area: f64,
     /// The convex lamp it is a part of, if of one.
-    part: Option<u32>,
+    pub(super) part: Option<u32>,
     /// Where it has a texture.
-    uneven: Option<UnevenEmission>,
-    triangles: Vec<EmittingTriangle>,
+    pub(super) uneven: Option<UnevenEmission>,
+    pub(super) triangles: Vec<EmittingTriangle>,
     /// Convex polygons that cover it, as few as are easily found.
     pub(crate) polygons: Vec<Vec<DVec3>>,
     /// None where it has too many faces; points drawn on it stand in for the closed form then.
-    outline: Option<Outline>,
-}
-
-/// The luminaires of a scene, lights without area, and which materials' emission they carry.
-#[derive(Clone, Debug)]
-pub struct Luminaires {
-    /// Evaluated by closed form.
-    pub list: Vec<Luminaire>,
-    /// Per material: its emission is the luminaires', so hemisphere rays must not count it again.
-    pub carries: Vec<bool>,
-    /// Per material: the radiance of its luminaires.
-    pub(crate) radiances: Vec<Rgb>,
-    /// Lights without area that shine.
-    pub punctual: Vec<PunctualLight>,
-    /// Of each face: the convex lamp it belongs to, if to one; empty where there is no such lamp.
-    parts: Vec<Option<u32>>,
-    /// Share of the light that a node of a texture, and what stands for many luminaires, may be off by.
-    pub(crate) tolerable: f64,
-}
-
-impl Luminaires {
-    /// Sets the share of the light that a node of a texture, and what stands for many luminaires, may be off by.
-    pub(crate) fn tolerate(&mut self, share: f64) {
-        self.tolerable = share;
-        self.list.iter_mut().filter_map(|lamp| lamp.uneven.as_mut()).for_each(|uneven| uneven.tolerable = share);
-    }
-
-    /// Chooses the emitters of a scene that are worth a closed form.
-    pub fn new(scene: &Scene) -> Luminaires {
-        let punctual = scene.lights.iter().filter(|light| light.shines()).cloned().collect();
-        let radiances = scene.materials.iter().map(|material| material.emission).collect();
-        let (carries, tolerable, list, parts) = (carried(scene), TOLERABLE, Vec::new(), Vec::new());
-        let mut luminaires = Luminaires { list, carries, radiances, punctual, parts, tolerable };
-        let textures = luminaires.textures(scene);
-        textures.iter().for_each(|(&m, texture)| luminaires.radiances[m as usize] *= texture.mean());
-        let mut all = luminaires.with_even(scene);
-        let count = all.list.len();
-        all.list.par_iter_mut().for_each(|lamp| {
-            let texture = textures.get(&scene.faces[lamp.triangles[0].face as usize].material);
-            lamp.uneven = texture.map(|texture| UnevenEmission::new(texture.clone(), &lamp.triangles, count));
-        });
-        // Pieces that only have the black of a texture.
-        all.list.retain(|lamp| lamp.uneven.as_ref().is_none_or(UnevenEmission::shines));
-        all
-    }
-
-    /// The textures of the carried materials that have one.
-    fn textures(&self, scene: &Scene) -> HashMap<u32, Arc<EmissionTexture>> {
-        let carried = (0..scene.materials.len()).filter(|&m| self.carries[m] && is_textured(scene, m));
-        carried.filter_map(|m| Some((m as u32, Arc::new(EmissionTexture::new(scene, m)?)))).collect()
-    }
-
-    /// Adds the luminaires of the carried materials, even ones.
-    fn with_even(mut self, scene: &Scene) -> Luminaires {
-        let groups = self.groups(scene);
-        self.parts = convex_parts(scene, &groups);
-        for faces in divided(scene, groups) {
-            let part = self.part(faces[0]);
-            let whole = faces.iter().all(|&f| self.part(f) == part);
-            let radiance = self.radiances[scene.faces[faces[0] as usize].material as usize];
-            let front = Luminaire::new(scene, radiance, &faces, Side::Front);
-            self.list.push(Luminaire { part: part.filter(|_| whole), ..front });
-            if scene.material(faces[0]).sides == Sides::Two {
-                self.list.push(Luminaire::new(scene, radiance, &faces, Side::Back));
-            }
-        }
-        self
-    }
-
-    /// The convex lamp that a face belongs to, if to one.
-    pub(crate) fn part(&self, face: u32) -> Option<u32> {
-        self.parts.get(face as usize).copied().flatten()
-    }
-
-    /// Faces of the carried materials, an object and material together, in the order of their first faces.
-    fn groups(&self, scene: &Scene) -> Vec<Vec<u32>> {
-        let mut order: HashMap<(u32, u32), usize> = HashMap::new();
-        let mut groups: Vec<Vec<u32>> = Vec::new();
-        for (f, face) in scene.faces.iter().enumerate() {
-            if self.carries[face.material as usize] {
-                let k = *order.entry((face.object, face.material)).or_insert_with(|| {
-                    groups.push(Vec::new());
-                    groups.len() - 1
-                });
-                groups[k].push(f as u32);
-            }
-        }
-        groups
-    }
+    pub(super) outline: Option<Outline>,
 }
 
 impl Luminaire {
-    fn new(scene: &Scene, radiance: Rgb, faces: &[u32], side: Side) -> Luminaire {
+    pub(super) fn new(scene: &Scene, radiance: Rgb, faces: &[u32], side: Side) -> Luminaire {
         let mut triangles: Vec<EmittingTriangle> = Vec::with_capacity(faces.len());
         let mut sum = 0.0;
         for &face in faces {
@@ -183,19 +81,20 @@ impl Luminaire {
     }
 
     /// The light of all of it over its radiance, channel by channel, at a point with unit normal to which its form
-    /// factor is `form`, nothing between: that itself, unless its points do not emit alike.
-    pub fn light(&self, x: Vec3, n: Vec3, form: f64) -> DVec3 {
+    /// factor is `form`, nothing between: that itself, unless its points do not emit alike; then a node of its texture
+    /// may be off by the share `exactness`.
+    pub fn light(&self, x: Vec3, n: Vec3, form: f64, exactness: f64) -> DVec3 {
         match &self.uneven {
-            Some(own) if form > 0.0 => own.light(x.as_dvec3(), n.as_dvec3(), form),
+            Some(own) if form > 0.0 => own.light(x.as_dvec3(), n.as_dvec3(), form, exactness),
             _ => DVec3::splat(form),
         }
     }
 
     /// The light of the pieces of it that a point with unit normal sees over its radiance, channel by channel; their
     /// form factor is `form`.
-    pub(crate) fn light_of(&self, x: Vec3, n: Vec3, pieces: &Pieces, form: f64, memory: &mut Polygons) -> DVec3 {
+    pub(crate) fn light_of(&self, x: Vec3, n: Vec3, seen: &mut SeenPart, form: f64, exactness: f64) -> DVec3 {
         match &self.uneven {
-            Some(own) if form > 0.0 => own.light_of(x.as_dvec3(), n.as_dvec3(), pieces, form, memory),
+            Some(own) if form > 0.0 => own.light_of(x.as_dvec3(), n.as_dvec3(), seen, form, exactness),
             _ => DVec3::splat(form),
         }
     }
@@ -219,15 +118,6 @@ impl Luminaire {
     /// Corners of its triangles, three by three, counter-clockwise seen from the emitting side.
     pub(crate) fn corners(&self) -> impl Iterator<Item = DVec3> {
         self.triangles.iter().flat_map(|t| t.exact)
-    }
-
-    /// A convex body that holds it: its corners, or a box around them where they are many.
-    pub(crate) fn body(&self) -> Body {
-        let body = Body::new(self.corners()).unwrap_or_else(|| {
-            let (low, high) = bounds(self.corners());
-            Body::of_box(low, high)
-        });
-        Body { part: self.part, ..body }
     }
 
     /// Form factor from a point to what it sees of the luminaire behind `casters`; `None` where that is too ragged, or
@@ -257,11 +147,74 @@ impl Luminaire {
     }
 }
 
+/// One triangle of a luminaire, counter-clockwise seen from the emitting side.
+#[derive(Clone, Debug)]
+pub(crate) struct EmittingTriangle {
+    pub corners: [Vec3; 3],
+    pub exact: [DVec3; 3],
+    pub normal: DVec3,
+    pub face: u32,
+    /// Area of the triangles up to and including this one over the luminaire's.
+    pub share: f32,
+}
+
+/// A point drawn on a luminaire.
+#[derive(Clone, Copy, Debug)]
+pub struct EmittingPoint {
+    /// Unit coordinates.
+    pub position: Vec3,
+    /// Unit normal of the emitting side.
+    pub normal: DVec3,
+    /// The face it lies on.
+    pub face: u32,
+    /// What it emits over the luminaire's radiance, channel by channel.
+    pub share: DVec3,
+}
+
+impl EmittingPoint {
+    /// The point as an end of a visibility ray.
+    pub fn end(&self) -> End {
+        (self.position, Some(self.face))
+    }
+}
+
+/// Triangles, those that follow one another and make up a convex quadrangle of one plane taken together.
+pub(crate) fn polygons(triangles: &[EmittingTriangle]) -> Vec<Vec<DVec3>> {
+    let mut polygons: Vec<Vec<DVec3>> = Vec::new();
+    let mut rest = triangles;
+    while let [first, others @ ..] = rest {
+        let joined = others.first().and_then(|second| quadrangle(first, second));
+        rest = &others[usize::from(joined.is_some())..];
+        polygons.push(joined.map_or_else(|| first.exact.to_vec(), |q| q.to_vec()));
+    }
+    polygons
+}
+
+/// The quadrangle that two triangles make up, if they share an edge and a plane and it is convex.
+fn quadrangle(first: &EmittingTriangle, second: &EmittingTriangle) -> Option<[DVec3; 4]> {
+    let n = first.normal;
+    let turned = |t: &[DVec3; 3], k: usize| [t[k], t[(k + 1) % 3], t[(k + 2) % 3]];
+    let turns = (0..9).map(|k| (turned(&first.exact, k / 3), turned(&second.exact, k % 3)));
+    // c-a of the first, a-c of the second.
+    let shared = turns.into_iter().find(|([a, _, c], [p, q, _])| (a, c) == (p, q));
+    let ([a, b, c], [_, _, d]) = shared?;
+    let corners = [a, b, c, d];
+    let size = (c - a).length();
+    let flat = n.dot(d - a).abs() <= 1e-12 * size;
+    let bends = |k: usize| {
+        let [p, q, r] = [0, 1, 2].map(|i| corners[(k + i) % 4]);
+        n.dot((q - p).cross(r - q)) > 0.0
+    };
+    (flat && (0..4).all(bends)).then_some(corners)
+}
+
 #[cfg(test)]
 mod tests {
+    use crate::direct::Luminaires;
+
     use super::*;
     use crate::rays::sobol::hash;
-    use glam::DVec3;
+    use crate::scene::Sides;
 
     /// A dark floor and panels of one emitting material, as many as `objects`, each its own object.
     fn panels(objects: u32, size: f64) -> Scene {

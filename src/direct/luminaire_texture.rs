@@ -14,12 +14,11 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::direct::emission_moments::Moments;
 use crate::direct::emission_parts::Polygons;
 use crate::direct::emission_tree::EmissionTree;
-use crate::direct::emitting_triangle::EmittingTriangle;
-use crate::direct::luminaire_parts::FEW;
-use crate::form_factors::geometry::shadow::Pieces;
+use crate::direct::emission_tree::Moments;
+use crate::direct::luminaire::EmittingTriangle;
+use crate::form_factors::shadow::Pieces;
 use crate::light::Rgb;
 use crate::scene::Scene;
 use crate::scene::textures::Texture;
@@ -34,12 +33,14 @@ pub(crate) struct EmissionTexture {
     faces: HashMap<u32, ([DVec3; 3], [DVec2; 3])>,
 }
 
+/// Luminaires that each receiver evaluates one by one, at most.
+pub(crate) const FEW: usize = 16;
 /// Leaves of the trees of one luminaire, about: at least, as an edge between two texels may cross any of them, and at
 /// most. Where luminaires are many they have together as many as few have, so that memory does not grow with them.
 const LEAVES: [f64; 2] = [4096.0, 65_536.0];
 /// Leaves on one texel where there are neither too few nor too many.
 const ON_TEXEL: f64 = 4.0;
-/// Share of a luminaire's light that one node of its closed form may be off by, where no error is asked for. All nodes
+/// Share of a luminaire's light that one node of its closed form may be off by, where no error is requested. All nodes
 /// together are off by up to twice that in RMS, beside a wide luminaire with one sign
 /// (`wide_luminaires_are_as_near_as_a_node`).
 pub(crate) const TOLERABLE: f64 = 5e-4;
@@ -53,8 +54,13 @@ pub(crate) struct UnevenEmission {
     texture: Arc<EmissionTexture>,
     /// Of each triangle.
     trees: Vec<EmissionTree>,
-    /// Share of its light that one node of its closed form may be off by.
-    pub tolerable: f64,
+}
+
+/// What a receiver sees of a luminaire: polygons from it, and memory for their places on the luminaire's plane.
+#[derive(Default)]
+pub(crate) struct SeenPart {
+    pub pieces: Pieces,
+    pub polygons: Polygons,
 }
 
 /// Whether the emission of a material has a texture.
@@ -67,7 +73,7 @@ impl UnevenEmission {
     pub fn new(texture: Arc<EmissionTexture>, triangles: &[EmittingTriangle], luminaires: usize) -> UnevenEmission {
         let parts = triangles.len() as f64 * (luminaires as f64 / FEW as f64).max(1.0);
         let trees = triangles.par_iter().map(|t| texture.tree(t.face, t.exact, parts)).collect();
-        UnevenEmission { texture, trees, tolerable: TOLERABLE }
+        UnevenEmission { texture, trees }
     }
 
     /// Whether any of it emits.
@@ -87,22 +93,23 @@ impl UnevenEmission {
 
     /// The light of all of it over that of its mean radiance at a point with unit normal to which its form factor is
     /// `form`, nothing between.
-    pub fn light(&self, x: DVec3, n: DVec3, form: f64) -> DVec3 {
-        let tolerable = self.tolerable(x, form);
+    pub fn light(&self, x: DVec3, n: DVec3, form: f64, share: f64) -> DVec3 {
+        let tolerable = share * self.scale(x, form);
         self.trees.iter().map(|tree| tree.beyond(x, n, tolerable)).sum::<DVec3>() + form
     }
 
     /// The same of the pieces of it that the point sees.
-    pub fn light_of(&self, x: DVec3, n: DVec3, pieces: &Pieces, form: f64, memory: &mut Polygons) -> DVec3 {
-        let tolerable = self.tolerable(x, form);
-        let beyond = |tree: &EmissionTree| tree.beyond_within(x, n, tolerable, pieces.seen(), memory);
+    pub fn light_of(&self, x: DVec3, n: DVec3, seen: &mut SeenPart, form: f64, share: f64) -> DVec3 {
+        let tolerable = share * self.scale(x, form);
+        let SeenPart { pieces, polygons } = seen;
+        let beyond = |tree: &EmissionTree| tree.beyond_within(x, n, tolerable, pieces.seen(), polygons);
         self.trees.iter().map(beyond).sum::<DVec3>() + form
     }
 
-    /// The form factor that a node may be off by.
-    fn tolerable(&self, x: DVec3, form: f64) -> f64 {
+    /// The form factor that what a node may be off by is a share of.
+    fn scale(&self, x: DVec3, form: f64) -> f64 {
         let seen: f64 = self.trees.iter().map(|tree| tree.seen(x)).sum();
-        self.tolerable * form.max(TYPICAL * seen.min(1.0))
+        form.max(TYPICAL * seen.min(1.0))
     }
 }
 
@@ -161,7 +168,7 @@ impl EmissionTexture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::direct::emission_moments::Part;
+    use crate::direct::emission_tree::Part;
     use crate::form_factors::point_to_polygon;
     use crate::rays::sobol::hash;
 

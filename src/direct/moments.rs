@@ -20,7 +20,7 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 
-use crate::direct::emission_moments::Moments as EmittedMoments;
+use crate::direct::emission_tree::Moments as EmittedMoments;
 use crate::direct::luminaire::Luminaire;
 
 /// Normals are alike where their mean is shorter than 1 by less: they vary by 5e-5 then, and the kernel by less.

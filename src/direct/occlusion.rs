@@ -1,6 +1,6 @@
 //! What lies between two points, modelled no further than the scene and the transports need.
 //!
-//! Not handled: what is known of whole patches and luminaires ([`crate::direct::shaft_culling`]).
+//! Not handled: what is known of whole patches and luminaires ([`crate::direct::shafts`]).
 
 use glam::DVec3;
 

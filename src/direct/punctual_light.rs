@@ -13,10 +13,10 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use crate::direct::cut_light::somewhere;
+use crate::direct::drawn_light::point_for;
+use crate::direct::lights::Lights;
+use crate::direct::luminaire_light::Scratch;
 use crate::direct::occlusion::Occlusion;
-use crate::direct::ratio_estimator::Scratch;
-use crate::direct::visibility::Lighting;
 use crate::scene::{PunctualForm, PunctualLight, PunctualPlace};
 use crate::surfaces::SurfacePoint;
 
@@ -70,35 +70,35 @@ fn at(place: &PunctualPlace, x: DVec3, spot: impl Fn(DVec3) -> f64) -> (DVec3, f
     (way, spot(way) / place.weakening(distance), distance)
 }
 
-impl Lighting<'_> {
-    /// Irradiance over pi from all lights without area at a receiver, W/(m² sr), and the rays cast.
-    pub fn gather_punctual(&self, receiver: &SurfacePoint, scratch: &mut Scratch) -> (DVec3, u64) {
+impl Lights {
+    /// Irradiance over pi from all lights without area at a receiver, W/(m² sr).
+    pub fn gather_punctual(&self, receiver: &SurfacePoint, scratch: &mut Scratch) -> DVec3 {
         let n = receiver.normal.as_dvec3();
         self.gather_weighted(receiver, |way| n.dot(way), scratch)
     }
 
     /// Light of all lights without area at a receiver, W/(m² sr), where of each `weigh(l)` stands for n·l, l the unit
-    /// vector to it; and the rays cast.
+    /// vector to it.
     pub(crate) fn gather_weighted(
         &self,
         receiver: &SurfacePoint,
         weigh: impl Fn(DVec3) -> f64,
         scratch: &mut Scratch,
-    ) -> (DVec3, u64) {
+    ) -> DVec3 {
         let x = receiver.position.as_dvec3();
         let each = self.luminaires.punctual.iter().filter_map(|light| Falling::new(light, x, &weigh));
-        if self.sight.punctual == Occlusion::Nothing {
-            return (each.map(|f| f.light).sum(), 0);
+        if self.punctual == Occlusion::Nothing {
+            return each.map(|f| f.light).sum();
         }
         let falling: Vec<Falling> = each.collect();
-        let (mut sum, mut cast) = (DVec3::ZERO, 0);
-        for (k, weight) in asked(&falling, || somewhere(receiver.position, u32::MAX).x) {
+        let mut sum = DVec3::ZERO;
+        for (k, weight) in asked(&falling, || point_for(receiver.position, u32::MAX).x) {
             let to = (falling[k].end, None);
-            let arrived = self.sight.punctual.transmittance(self.rays, receiver.end(), to, scratch.hits());
+            let arrived = self.punctual.transmittance(&self.geometry.rays, receiver.end(), to, &mut scratch.hits);
             sum += falling[k].light * (weight * f64::from(arrived));
-            cast += 1;
+            scratch.cast += 1;
         }
-        (sum, cast)
+        sum
     }
 }
 

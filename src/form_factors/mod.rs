@@ -9,19 +9,31 @@
 //! are exactly 1. [`cast_layers`] keeps the crossings of the rays apart, so that one cast gives `F^tau` for every tau.
 //! Light as emitted by luminaires goes by the other estimator of the same operator, in `direct`.
 //!
-//! Between whole objects, [`objects::exact`] finds form factors by contour integrals and by quadrature, to as many
-//! digits as asked for, and [`objects::sampled`] by rays where there are too many faces for that.
+//! Between whole objects, [`Bodies`] finds form factors by contour integrals and by quadrature, to as many digits as
+//! requested, and [`Sampler`] by rays where there are too many faces for that.
 //!
 //! [`closure`] and [`reciprocity`] are checks for anyone to call; nothing is silently repaired.
 
-pub mod geometry;
-pub mod objects;
-pub mod rows;
-pub(crate) mod sampling;
+pub(crate) mod adaptive_integration;
+pub(crate) mod cast;
+pub(crate) mod chebyshev;
+pub(crate) mod contour_integral;
+pub(crate) mod cubature;
+pub(crate) mod exact;
+pub(crate) mod facet;
+pub(crate) mod hull;
+pub(crate) mod lambert;
+pub(crate) mod layers;
+pub(crate) mod occluders;
+pub(crate) mod plane;
+pub(crate) mod sampled;
+pub(crate) mod shadow;
+pub(crate) mod sparse;
 
-pub use geometry::lambert::{point_kernel, point_to_polygon};
-pub use rows::cast::{FormFactors, Variant, cast, cast_counts};
-pub use rows::checks::{Closure, closure, reciprocity};
-pub use rows::layers::{Layers, cast_layers};
-pub use rows::sparse::Rows;
-pub use sampling::{Progress, Sampling};
+pub use adaptive_integration::{Estimate, Tolerance};
+pub use cast::{Closure, FormFactors, Progress, Sampling, Variant, cast, cast_counts, closure, reciprocity};
+pub use exact::{Bodies, Method};
+pub use lambert::{point_kernel, point_to_polygon};
+pub use layers::{Layers, cast_layers};
+pub use sampled::Sampler;
+pub use sparse::Rows;

@@ -8,18 +8,17 @@
 
 use glam::{DVec2, DVec3, Vec2};
 
-use crate::direct::{DirectSum, LightCuts, Scratch as Memory};
-use crate::gather::fields::Fields;
-use crate::gather::highlights::Highlights;
+use crate::direct::{Choice, Highlights, LightSum, Scratch as Memory};
 use crate::gather::pixel::Pixel;
-use crate::gather::pixel_cells::PixelCells;
-use crate::gather::pixel_layer::SurfaceKey;
+use crate::gather::pixel::SurfaceKey;
+use crate::gather::pixel_texture::PixelCells;
 use crate::gather::pixel_texture::{Adjusted, SeenPoint, surfaces};
-use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{Hit, Side};
+use crate::reading::patch_light::Fields;
+use crate::reading::view::View;
 use crate::surfaces::SurfacePoint;
 
 /// Keeps the points of highlights apart from those of diffuse light.
@@ -55,9 +54,8 @@ pub(crate) struct CameraRays<'a> {
 /// Memory that one thread uses again for each pixel.
 pub(crate) struct Scratch {
     memory: Memory,
-    sums: Vec<DirectSum>,
-    /// Light of luminaires that are too many for a sum each, of lights without area, and highlights.
-    linked: DVec3,
+    /// Direct light and highlights.
+    sum: LightSum,
     /// The points seen.
     seen: Vec<SeenPoint>,
 }
@@ -72,36 +70,25 @@ struct CameraRay {
     seed: u32,
 }
 
-/// A point that a camera ray sees, its patch, and its reflectance.
-struct Shaded<'a> {
-    receiver: &'a SurfacePoint,
-    patch: u32,
-    rho: DVec3,
-}
-
 impl<'a> CameraRays<'a> {
     /// Camera rays of a view, for pixels that reflect some fields.
     pub fn new(view: &'a View, fields: &'a Fields, sampling: &CameraSampling) -> CameraRays<'a> {
         let visibility = sampling.visibility.max(1);
-        let most = view.sight.cuts.as_ref().map_or(1, |_| LightCuts::MOST_DRAWN);
-        let sobol = Sobol::new((sampling.tabled * visibility * most) as usize, 4);
-        let (seed, dark, highlights) = (sampling.seed, fields.is_dark(), Highlights::new(view));
+        let sobol = Sobol::new((sampling.tabled * view.lights.points(visibility)) as usize, 4);
+        let (seed, dark, highlights) = (sampling.seed, fields.is_dark(), Highlights::new(view.lights));
         let textured = view.scene.is_textured();
         CameraRays { view, fields, sobol, visibility, seed, dark, textured, highlights }
     }
 
     /// Memory for one thread.
     pub fn scratch(&self) -> Scratch {
-        let luminaires = if self.view.sight.cuts.is_some() { 0 } else { self.view.luminaires.list.len() };
-        let sums = vec![DirectSum::default(); luminaires];
-        Scratch { memory: Memory::default(), sums, linked: DVec3::ZERO, seen: Vec::new() }
+        Scratch { memory: Memory::default(), sum: LightSum::default(), seen: Vec::new() }
     }
 
     /// Casts camera rays until each half has `count`.
     pub fn extend(&self, k: usize, pixel: &mut Pixel, count: u32, scratch: &mut Scratch) {
         for half in 0..2 {
-            scratch.sums.fill(DirectSum::default());
-            scratch.linked = DVec3::ZERO;
+            scratch.sum.clear();
             let mut seen = std::mem::take(&mut scratch.seen);
             seen.clear();
             let first = self.camera_ray(k, half, 0);
@@ -123,11 +110,11 @@ impl<'a> CameraRays<'a> {
                 pixel.emitting += u32::from(emitting > 0);
             }
             scratch.seen = seen;
-            let direct = self.direct(scratch);
+            let direct = self.view.lights.total(&scratch.sum);
             pixel.direct += direct;
             pixel.lit[half] += direct;
         }
-        pixel.rays += 2 * u64::from(count - pixel.count);
+        pixel.rays += std::mem::take(&mut scratch.memory.cast) + 2 * u64::from(count - pixel.count);
         pixel.count = count;
     }
 
@@ -173,10 +160,9 @@ impl<'a> CameraRays<'a> {
         let mut seen = self.seen_at(k, 0, (place - pixel.as_dvec2()).as_vec2());
         let seen = seen.find(|seen| seen.hit.face == face)?;
         let mut alone = Pixel::default();
-        scratch.sums.fill(DirectSum::default());
-        scratch.linked = DVec3::ZERO;
+        scratch.sum.clear();
         self.shade(&seen, Adjusted::NOT, ray, &mut alone, scratch);
-        (alone.reflecting > 0).then(|| self.direct(scratch) + alone.ambient[0])
+        (alone.reflecting > 0).then(|| self.view.lights.total(&scratch.sum) + alone.ambient[0])
     }
 
     /// What a camera ray sees.
@@ -228,67 +214,24 @@ impl<'a> CameraRays<'a> {
             let seed = hash(HIGHLIGHTS, ray.seed);
             let draw = |d: usize, seed: u32| f64::from(self.sobol.point(ray.index, d, seed));
             let draws = [seed, !seed].map(|seed| DVec2::new(draw(2, seed), draw(3, seed)));
-            let (light, cast) = highlights.gather(&receiver, gloss, draws, &mut scratch.memory);
-            scratch.linked += share * light;
-            pixel.rays += cast;
+            let light = highlights.gather(&receiver, gloss, draws, &mut scratch.memory);
+            view.lights.add_other(&mut scratch.sum, share * light);
         }
         if typical == Rgb::ZERO {
             return emits;
         }
         let rho = share * adjusted.rho(rho);
-        pixel.rays += self.add_direct(&Shaded { receiver: &receiver, patch, rho }, ray, scratch);
+        // The first luminaire shares the camera ray's scrambling: joint points over pixel and emitter.
+        let point = |Choice { luminaire, k, of }: Choice| {
+            let own = if luminaire == 0 { ray.seed } else { hash(luminaire, ray.seed) };
+            Vec2::from([2, 3].map(|d| self.sobol.point(ray.index * of + k, d, own)))
+        };
+        let Scratch { memory, sum, .. } = scratch;
+        view.lights.add(sum, (&receiver, patch, rho), self.visibility, point, memory);
         if !self.dark {
             pixel.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();
             pixel.layer(key, receiver, typical).add(ray.half, &receiver, rho);
         }
         emits
-    }
-
-    /// Light of all luminaires, summed over the camera rays.
-    fn direct(&self, scratch: &Scratch) -> DVec3 {
-        let luminaires = self.view.luminaires.list.iter().zip(&scratch.sums);
-        let each = luminaires.map(|(l, sum)| sum.estimate() * l.radiance.as_dvec3());
-        each.sum::<DVec3>() + scratch.linked
-    }
-
-    /// Adds the light of every luminaire and light without area at one point; returns the rays cast.
-    fn add_direct(&self, shaded: &Shaded, ray: CameraRay, scratch: &mut Scratch) -> u64 {
-        let Shaded { receiver, patch, rho } = *shaded;
-        let lighting = self.view.lighting();
-        let mut cast = 0;
-        if !lighting.luminaires.punctual.is_empty() {
-            let (light, rays) = lighting.gather_punctual(receiver, &mut scratch.memory);
-            scratch.linked += rho * light;
-            cast += rays;
-        }
-        if let Some(cuts) = &lighting.sight.cuts {
-            return cast + self.add_by_cut(cuts, shaded, ray, scratch);
-        }
-        for l in 0..lighting.luminaires.list.len() {
-            // The first luminaire shares the camera ray's scrambling: joint points over pixel and emitter.
-            let own = if l == 0 { ray.seed } else { hash(l as u32, ray.seed) };
-            let draw = (0..self.visibility as usize).map(|k| {
-                let index = ray.index * self.visibility + k as u32;
-                Vec2::new(self.sobol.point(index, 2, own), self.sobol.point(index, 3, own))
-            });
-            let lamp = lighting.lamp(l, patch);
-            cast += lighting.gather_luminaire(lamp, receiver, rho, draw, &mut scratch.memory, &mut scratch.sums[l]);
-        }
-        cast
-    }
-
-    /// Adds the light of many luminaires at one point, some of which are drawn; returns the rays cast.
-    fn add_by_cut(&self, cuts: &LightCuts, shaded: &Shaded, ray: CameraRay, scratch: &mut Scratch) -> u64 {
-        let Shaded { receiver, patch, rho } = *shaded;
-        // Blocks of one length for all patches, or two of them in a pixel would share points.
-        let block = self.visibility * LightCuts::MOST_DRAWN;
-        let draw = |k: usize| {
-            let at = |d: usize| self.sobol.point(ray.index * block + k as u32, d, ray.seed);
-            Vec2::new(at(2), at(3))
-        };
-        let drawn = (0..(self.visibility * cuts.draws(patch)) as usize).map(draw);
-        let (light, cast) = cuts.gather(&self.view.lighting(), receiver, patch, drawn, &mut scratch.memory);
-        scratch.linked += rho * light;
-        cast
     }
 }

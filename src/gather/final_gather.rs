@@ -9,14 +9,14 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::gather::continuation::{Continuation, RaySample};
-use crate::gather::fields::Fields;
 use crate::gather::guiding::Guiding;
-use crate::gather::reflection::{Memory, SurfaceHit, Walker};
-use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{FAN, Fan, Hit, Ray};
+use crate::reading::patch_light::Fields;
+use crate::reading::reflection::{Continuation, RaySample};
+use crate::reading::reflection::{Memory, SurfaceHit, Walker};
+use crate::reading::view::View;
 use crate::surfaces::SurfacePoint;
 
 /// Rays of a place whose numbers are tabled: few places cast more.
@@ -146,8 +146,9 @@ impl<'a> FinalGather<'a> {
 
 #[cfg(test)]
 mod tests {
+    use crate::reading::view::lights_of;
+
     use super::*;
-    use crate::gather::view::Ready;
     use crate::light::Mode;
     use crate::rays::sobol::Stream;
     use crate::rays::warp::cosine_direction;
@@ -156,8 +157,8 @@ mod tests {
     /// each point looked at a half of its hemisphere only.
     #[test]
     fn every_point_that_rays_leave_looks_all_around() {
-        let ready = Ready::new("furnace", Mode::Global.transport(), 6);
-        let view = ready.view(1, 1);
+        let lights = lights_of("furnace", Mode::Global.transport(), 6);
+        let view = View::new(&lights, (1, 1).into());
         let patches = view.patches;
         // Three walls that meet in a corner are bright.
         let bright = |i: usize| patches.point(i, 0.5, 0.5).normal.element_sum() > 0.0;
@@ -188,8 +189,8 @@ mod tests {
     #[test]
     fn rays_that_end_near_see_the_texels_there() {
         let room = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/textured/room.toml");
-        let ready = Ready::new(room, Mode::Global.transport(), 100);
-        let view = ready.view(1, 1);
+        let lights = lights_of(room, Mode::Global.transport(), 100);
+        let view = View::new(&lights, (1, 1).into());
         let patches = view.patches;
         let reflectance = |i: usize| patches.reflectance(view.scene, i);
         let fields = Fields::new(&[(0..patches.len()).map(reflectance).collect()]);

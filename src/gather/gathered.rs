@@ -52,7 +52,7 @@ impl GatherError {
 
     /// The same beside the picture without its noise, whose square is part of that of the RMS; at least a quarter of
     /// the RMS is left.
-    pub(crate) fn beside_signal_alone(self) -> GatherError {
+    pub(crate) fn over_signal_alone(self) -> GatherError {
         let left = self.signal.powi(2) - self.camera.powi(2) - self.hemisphere.powi(2);
         GatherError { signal: left.max((LEAST * self.signal).powi(2)).sqrt(), ..self }
     }
@@ -118,7 +118,7 @@ mod tests {
     #[test]
     fn noise_is_no_part_of_what_errors_are_told_beside() {
         let beside = |camera: f64, hemisphere: f64| {
-            let error = GatherError { camera, hemisphere, fit: 3.0, signal: 5.0 }.beside_signal_alone();
+            let error = GatherError { camera, hemisphere, fit: 3.0, signal: 5.0 }.over_signal_alone();
             assert_eq!((error.camera, error.hemisphere, error.fit), (camera, hemisphere, 3.0));
             error.signal
         };

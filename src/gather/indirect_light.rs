@@ -2,21 +2,22 @@
 //!
 //! Not handled: where to place records and how many rays they get ([`crate::gather::budget`]).
 
+use crate::error::halves::Halves;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::gather::adaptive_sampling::{Measured, measure};
 use crate::gather::adaptive_sampling::{Plan, refine};
-use crate::gather::cached_irradiance::Fitted;
 use crate::gather::camera_rays::CameraRays;
-use crate::gather::fields::Fields;
 use crate::gather::gathered::{GatherError, Gathered};
+use crate::gather::irradiance_cache::Fitted;
 use crate::gather::irradiance_cache::IrradianceCache;
 use crate::gather::pixel::Pixel;
 use crate::gather::pixel_lattice::skewed;
-use crate::gather::pixel_noise::{Measured, measure};
-use crate::gather::view::View;
 use crate::light::Rgb;
 use crate::pictures::Picture;
+use crate::reading::patch_light::Fields;
+use crate::reading::view::View;
 
 /// Indirect light of every pixel, and the variance of its sum over the leading fields.
 #[derive(Default)]
@@ -178,11 +179,10 @@ fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitte
             ambient[half] += mean * (counts[half] * (total + change[half]));
         }
     }
-    let d = 0.5 * (halves[0] - halves[1]);
     PixelIndirect {
         fields: sums.iter().map(|s| s.as_vec3()).collect(),
-        variance: d * d,
-        riders: riders.iter().map(|[a, b]| a.dot(*b)).collect(),
+        variance: Halves::of(halves).variance(),
+        riders: riders.iter().map(|own| Halves::of(*own).squared()).collect(),
         ambient,
     }
 }

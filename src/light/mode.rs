@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use serde::ser::{Serialize, SerializeStruct as _, Serializer};
+
 /// How much a surface passes on: `alpha` of what it reflects travels further, `tau` of what reaches it goes through.
 ///
 /// Both lie in 0..=1. Every point of the square is legal; [`Mode`] names its corners.
@@ -45,6 +47,18 @@ impl Transport {
             Some(mode) => mode.to_string(),
             None => format!("alpha {} tau {}", self.alpha, self.tau),
         }
+    }
+}
+
+/// In reports: `mode`, null away from the corners, `alpha` and `tau`, as a person writes them (0.1, not 0.10000000149).
+impl Serialize for Transport {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let decimal = |x: f32| x.to_string().parse().unwrap_or(f64::from(x));
+        let mut fields = to.serialize_struct("Transport", 3)?;
+        fields.serialize_field("mode", &self.mode().map(Mode::name))?;
+        fields.serialize_field("alpha", &decimal(self.alpha))?;
+        fields.serialize_field("tau", &decimal(self.tau))?;
+        fields.end()
     }
 }
 

@@ -6,10 +6,12 @@
 use std::sync::OnceLock;
 
 use glam::Vec4;
+use nalgebra::{DMatrix, Matrix2};
+use sprs::{CsMat, TriMat};
 
 use crate::direct::Luminaires;
 use crate::form_factors::{FormFactors, Rows};
-use crate::light::{Light, Rgb, Transport};
+use crate::light::{Light, Rgb, Transport, reflectance};
 use crate::operator::linear::{LinearOperator, padded, reflected};
 use crate::patches::Patches;
 use crate::scene::Scene;
@@ -216,5 +218,32 @@ impl LinearOperator for Operator {
             if self.glows.contains(&true) { self.f.product(&padded(&glow)) } else { vec![Vec4::ZERO; self.len()] };
         let total = |i: usize| from_glow[i].truncate() + self.received[i];
         (0..self.len()).map(|i| reflected(self.rho[i], self.alpha[i], total(i))).collect()
+    }
+}
+
+impl Operator {
+    /// K of channel c (0 red, 1 green, 2 blue) with blocks `K_ij = F_ij rho_i [[alpha_i, 0], [1, 0]]`.
+    pub fn blocks(&self, c: usize) -> CsMat<Matrix2<f32>> {
+        let n = self.len();
+        let mut k = TriMat::new((n, n));
+        for i in 0..n {
+            let matrix = reflectance(self.reflectance(i)[c], self.alpha(i));
+            let (columns, values) = self.form_factors().row(i);
+            for (&j, &f) in columns.iter().zip(values) {
+                k.add_triplet(i, j as usize, f * matrix);
+            }
+        }
+        k.to_csr()
+    }
+
+    /// K of channel c as a dense 2n×2n matrix, components of a patch side by side (invisible, visible).
+    pub fn dense(&self, c: usize) -> DMatrix<f64> {
+        let n = self.len();
+        let mut k = DMatrix::zeros(2 * n, 2 * n);
+        for (block, (i, j)) in self.blocks(c).iter() {
+            let mut place = k.fixed_view_mut::<2, 2>(2 * i, 2 * j);
+            place.copy_from(&block.cast::<f64>());
+        }
+        k
     }
 }

@@ -10,15 +10,12 @@
 //!
 //! Not handled: the entries of F, which `form_factors` finds.
 
-pub(crate) mod blocks;
 pub(crate) mod factored;
 pub(crate) mod linear;
-pub(crate) mod lit_patches;
-pub(crate) mod norm;
 pub(crate) mod spectrum;
 
 pub use factored::{Operator, PatchMaterials};
 pub use linear::LinearOperator;
-pub use lit_patches::LitPatches;
-pub use norm::operator_norm;
+pub use linear::LitPatches;
+pub use spectrum::operator_norm;
 pub use spectrum::{Bounds, Effort, Product, Spectrum, spectrum, spectrum_of};

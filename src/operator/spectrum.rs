@@ -14,6 +14,7 @@
 use glam::Vec4;
 
 use crate::form_factors::Rows;
+use crate::light::Light;
 use crate::operator::linear::LinearOperator;
 
 /// A product `F x` with relative error at most [`Rows::ROUNDING`] where x >= 0.
@@ -196,4 +197,39 @@ fn shifted_step(x: &[Vec4], bx: &[Vec4], upper: [f64; 3]) -> Vec<Vec4> {
 /// Widens the bounds by the rounding of F x and of the scaling by alpha rho.
 fn widened(lower: f64, upper: f64) -> Bounds {
     Bounds { lower: lower * (1.0 - Spectrum::ROUNDING), upper: upper * (1.0 + Spectrum::ROUNDING) }
+}
+
+/// A lower bound on the area-weighted norm of K, from so many products with K and as many with its transpose.
+pub fn operator_norm(k: &dyn LinearOperator, products: usize) -> f64 {
+    let one = Light { invisible: crate::light::Rgb::ONE, visible: crate::light::Rgb::ZERO };
+    let mut x = vec![one; k.areas().len()];
+    let mut norm = 0.0f64;
+    for _ in 0..products {
+        let y = k.apply(&x);
+        let (before, after) = (size(k, &x), size(k, &y));
+        // Nothing travels, or it grew beyond the numbers.
+        if !(before > 0.0 && after > 0.0 && after.is_finite()) {
+            break;
+        }
+        norm = norm.max(after / before);
+        let weighted = weigh(&y, |i| k.areas()[i] / after);
+        x = weigh(&k.apply_transposed(&weighted), |i| 1.0 / k.areas()[i]);
+    }
+    norm
+}
+
+fn size(k: &dyn LinearOperator, x: &[Light]) -> f64 {
+    let squares = x.iter().zip(k.areas()).map(|(l, a)| {
+        let halves = [l.invisible, l.visible].map(|h| h.as_dvec3().length_squared());
+        a * (halves[0] + halves[1])
+    });
+    squares.sum::<f64>().sqrt()
+}
+
+fn weigh(x: &[Light], weight: impl Fn(usize) -> f64) -> Vec<Light> {
+    let scaled = x.iter().enumerate().map(|(i, l)| {
+        let w = weight(i) as f32;
+        Light { invisible: w * l.invisible, visible: w * l.visible }
+    });
+    scaled.collect()
 }

@@ -9,7 +9,7 @@
 use glam::Vec3;
 
 use crate::patches::grid::Grid;
-use crate::patches::pieces::NONE;
+use crate::patches::grid::NONE;
 use crate::patches::scene_patches::Patches;
 
 /// The patches beside each patch, and where they lie.
@@ -38,12 +38,12 @@ impl Neighbours {
             middles: (0..patches.len()).map(|i| patches.extent(i).middle).collect(),
             halves: vec![[Vec3::ZERO; 2]; patches.len()],
         };
-        for grid in &patches.grids {
+        for grid in &patches.mesh.grids {
             for patch in grid.whole() {
                 let middle = found.middles[patch as usize];
                 let beside = grid.beside(patch, middle);
                 found.set(patch, beside, grid);
-                let behind = |p: u32| patches.backs.get(p as usize).copied().unwrap_or(NONE);
+                let behind = |p: u32| patches.mesh.backs.get(p as usize).copied().unwrap_or(NONE);
                 if behind(patch) != NONE {
                     found.set(behind(patch), beside.map(behind), grid);
                 }

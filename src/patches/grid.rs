@@ -11,10 +11,8 @@ use std::collections::{BTreeMap, VecDeque};
 
 use glam::{DVec2, Vec2, Vec3};
 
-use crate::patches::clip::{Line, passes_inside, side_bits, span, split};
-use crate::patches::pieces::{Draft, NONE, Piece};
 use crate::scene::Scene;
-use crate::scene::convex_polygon::clip;
+use crate::scene::convex_polygon::{clip, half_plane};
 use crate::surfaces::coplanar::Surface;
 
 /// Finds a patch from a point's (u, v).
@@ -279,5 +277,132 @@ impl Shape {
         ]
         .into_iter()
         .flatten()
+    }
+}
+
+/// No patch: the black back of a one-sided face.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// A patch before numbering: its material and the pieces of faces it consists of.
+pub(crate) struct Draft {
+    pub material: u32,
+    pub pieces: Vec<Piece>,
+}
+
+/// A triangle cut from a face, and its area.
+pub(crate) struct Piece {
+    pub face: u32,
+    pub corners: [Vec3; 3],
+    pub area: f64,
+}
+
+/// A piece of one face that belongs to a patch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fragment {
+    pub corners: [Vec3; 3],
+    pub face: u32,
+    /// Areas of the patch's fragments up to and including this one, divided by the patch's area.
+    pub share: f32,
+}
+
+/// The line `normal · (u, v) = offset`, in units of cells.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line {
+    pub normal: Vec2,
+    pub offset: f32,
+}
+
+/// Bit k tells on which side of line k a point lies.
+#[inline]
+pub(crate) fn side_bits(lines: &[Line], at: Vec2) -> usize {
+    let bit = |(k, l): (usize, &Line)| usize::from(l.normal.dot(at) >= l.offset) << k;
+    lines.iter().enumerate().map(bit).sum()
+}
+
+/// The cells that an interval touches, at least one.
+pub(crate) fn span(low: f64, high: f64, n: usize) -> std::ops::Range<usize> {
+    (low.floor().max(0.0) as usize).min(n - 1)..(high.ceil().max(1.0) as usize).min(n)
+}
+
+/// Whether a segment passes through the inside of the unit square, not merely along its rim.
+pub(crate) fn passes_inside(a: DVec2, b: DVec2) -> bool {
+    const RIM: f64 = 1e-4;
+    let d = b - a;
+    let (mut enter, mut leave) = (0.0f64, 1.0f64);
+    for axis in 0..2 {
+        if d[axis].abs() < 1e-12 {
+            if a[axis] <= RIM || a[axis] >= 1.0 - RIM {
+                return false;
+            }
+            continue;
+        }
+        let (t, u) = ((RIM - a[axis]) / d[axis], (1.0 - RIM - a[axis]) / d[axis]);
+        enter = enter.max(t.min(u));
+        leave = leave.min(t.max(u));
+    }
+    enter < leave
+}
+
+/// The parts of a convex polygon on each side of the lines.
+pub(crate) fn split(polygon: Vec<DVec2>, lines: &[Line]) -> Vec<(usize, Vec<DVec2>)> {
+    let mut parts = vec![(0, polygon)];
+    for (k, line) in lines.iter().enumerate() {
+        let (normal, offset) = (line.normal.as_dvec2(), f64::from(line.offset));
+        parts = parts
+            .into_iter()
+            .flat_map(|(bits, part)| {
+                [(bits, half_plane(&part, -normal, -offset)), (bits | 1 << k, half_plane(&part, normal, offset))]
+            })
+            .filter(|(_, part)| part.len() > 2)
+            .collect();
+    }
+    parts
+}
+
+impl Grid {
+    /// Every patch of the grid with the block of two by two cells it lies in; a patch may come several times.
+    pub fn blocks(&self) -> impl Iterator<Item = (u32, u32)> {
+        let across = self.columns.div_ceil(2);
+        self.cells.iter().enumerate().flat_map(move |(k, cell)| {
+            let (row, column) = (k / self.columns, k % self.columns);
+            let block = (row / 2 * across + column / 2) as u32;
+            let patches = match cell {
+                Cell::Patch(patch) => std::slice::from_ref(patch),
+                // A line of contact divides light from dark: its patches join no block.
+                Cell::Cut(_) => &[],
+            };
+            patches.iter().map(move |&patch| (patch, block))
+        })
+    }
+
+    /// Every patch of whole cells; a patch may come several times.
+    pub fn whole(&self) -> impl Iterator<Item = u32> {
+        self.cells.iter().filter_map(|cell| match cell {
+            Cell::Patch(patch) => Some(*patch),
+            Cell::Cut(_) => None,
+        })
+    }
+
+    /// The patches of the cells beside that of a patch with its middle there: in u after and before, in v after and
+    /// before. NONE stands for the rim, a cell cut by lines, and a cell that shares the patch.
+    pub fn beside(&self, patch: u32, middle: Vec3) -> [u32; 4] {
+        let d = middle - self.origin;
+        let (column, row) = (d.dot(self.per_cell[0]) as usize, d.dot(self.per_cell[1]) as usize);
+        let at = |row: usize, column: usize| {
+            if row >= self.rows || column >= self.columns {
+                return NONE;
+            }
+            match &self.cells[row * self.columns + column] {
+                Cell::Patch(other) if *other != patch => *other,
+                _ => NONE,
+            }
+        };
+        let before = |k: usize| k.wrapping_sub(1);
+        [at(row, column + 1), at(row, before(column)), at(row + 1, column), at(before(row), column)]
+    }
+
+    /// Half a cell along u and along v.
+    pub fn halves(&self) -> [Vec3; 2] {
+        self.per_cell.map(|axis| 0.5 * axis / axis.length_squared())
     }
 }

@@ -1,16 +1,24 @@
-//! Cutting a scene's surfaces into patches: grids on large surfaces, clusters of small ones.
+//! Cutting a scene's surfaces into patches: grids on large surfaces, clusters of small ones, and the larger patch that
+//! each would be part of at twice the size.
 //!
-//! Not handled: which size light asks for; callers choose the sizes.
+//! Small surfaces share one patch where they have one material, near-equal normals and lie close together: they are
+//! grouped by a voxel of the target size and by the cell of a cube map that the normal points to (26 cells, about 45°
+//! wide), so that the cost is linear and neither connectivity nor order of the faces matters. A larger patch is a block
+//! of two by two cells of a grid, or the cluster of twice the size; a solution on those shows what patch size does.
+//!
+//! Not handled: which size light asks for; light that differs between the surfaces of a cluster. Patches along lines of
+//! contact, which separate light from dark, and surfaces of a single patch are their own parents.
 
+use crate::patches::scene_patches::Mesh;
+use crate::surfaces::Geometry;
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use glam::DVec3;
 use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::patches::clusters;
-use crate::patches::grid::Grid;
-use crate::patches::hierarchy::Parents;
-use crate::patches::pieces::{Draft, Fragment, NONE, Piece};
+use crate::patches::grid::{Draft, Fragment, Grid, NONE, Piece};
 use crate::patches::scene_patches::{Owner, Patches};
 use crate::rays::{Rays, Side};
 use crate::scene::{Scene, Sides};
@@ -55,11 +63,15 @@ impl Patches {
     /// The count is met within about a quarter where the geometry allows: at least one patch per surface and
     /// direction of the normal is needed, and at least one patch is always made.
     pub fn new(scene: &Scene, rays: &Rays, count: usize) -> Patches {
-        Patches::cut(scene, rays, &Surfaces::new(scene, rays), count)
+        Patches::cut_surfaces(scene, rays, &Surfaces::new(scene, rays), count)
     }
 
     /// Cuts a scene whose surfaces are known into about `count` patches, counted as in [`Patches::new`].
-    pub fn cut(scene: &Scene, rays: &Rays, found: &Arc<Surfaces>, count: usize) -> Patches {
+    pub fn cut(geometry: &Geometry, count: usize) -> Patches {
+        Patches::cut_surfaces(&geometry.scene, &geometry.rays, &geometry.surfaces, count)
+    }
+
+    fn cut_surfaces(scene: &Scene, rays: &Rays, found: &Surfaces, count: usize) -> Patches {
         let surfaces = &found.list;
         let total: f64 = surfaces.iter().map(|s| s.area * sides_of(scene, s.material)).sum();
         let mut size = (total / count.max(1) as f64).sqrt();
@@ -80,7 +92,7 @@ impl Patches {
         let (large, small): (Vec<_>, Vec<_>) = surfaces.iter().partition(|s| is_large(s, size));
         let cells: f64 = large.iter().map(|s| s.cells(size) * sides_of(scene, s.material)).sum();
         let small: Vec<_> = small.into_iter().map(|s| (s, size)).collect();
-        cells as usize + clusters::count(&small)
+        cells as usize + count_clusters(&small)
     }
 
     /// Cuts all surfaces into patches of about a size, unit coordinates.
@@ -104,9 +116,9 @@ impl Patches {
         // Gather small ones.
         let small: Vec<(&Surface, f64)> =
             (0..surfaces.len()).filter(|&s| small[s]).map(|s| (&surfaces[s], size)).collect();
-        let clusters = clusters::groups(&small, 1.0);
+        let clusters = cluster_groups(&small, 1.0);
         let first = own.drafts.len() as u32;
-        let parents = Parents::new(&own.grids, clusters::parents(&small, &clusters, first));
+        let parents = Parents::new(&own.grids, cluster_parents(&small, &clusters, first));
         let together = |group: &Vec<usize>| together(scene, group.iter().map(|&k| small[k].0));
         let drafts: Vec<Draft> = clusters.par_iter().map(together).collect();
         drafts.into_iter().for_each(|draft| own.add(draft));
@@ -116,44 +128,40 @@ impl Patches {
     /// Lays out drafts as patches: fronts first, then the backs of two-sided materials.
     fn number(scene: &Scene, found: &Surfaces, own: Owned, parents: Parents, size: f64) -> Patches {
         let drafts = own.drafts;
-        let mut patches = Patches {
-            areas: Vec::new(),
-            materials: Vec::new(),
-            sides: Vec::new(),
+        let mut mesh = Mesh {
             starts: vec![0],
-            fragments: Vec::new(),
             owners: own.owners,
             grids: own.grids,
             size,
             backs: vec![NONE; drafts.len()],
             parents: parents.of(drafts.len()),
             normals: Arc::clone(&found.normals),
-            starts_of_rays: Vec::new(),
-            parts: Default::default(),
-            means: Vec::new(),
+            ..Mesh::default()
         };
         for draft in &drafts {
-            patches.push(draft, Side::Front);
+            mesh.push(draft, Side::Front);
         }
-        let fronts = patches.parents.clone();
+        let fronts = mesh.parents.clone();
         let mut next = fronts.iter().max().map_or(0, |p| p + 1);
         let mut behind: HashMap<u32, u32> = HashMap::new();
         for (front, draft) in drafts.iter().enumerate() {
             if scene.materials[draft.material as usize].sides == Sides::Two {
-                patches.backs[front] = patches.len() as u32;
-                patches.push(draft, Side::Back);
+                mesh.backs[front] = mesh.areas.len() as u32;
+                mesh.push(draft, Side::Back);
                 // Numbers have no gaps: only some fronts have a back.
                 let parent = *behind.entry(fronts[front]).or_insert_with(|| {
                     next += 1;
                     next - 1
                 });
-                patches.parents.push(parent);
+                mesh.parents.push(parent);
             }
         }
-        patches.take_textures(scene, &found.means);
-        patches
+        mesh.take_textures(scene, &found.means);
+        mesh.into()
     }
+}
 
+impl Mesh {
     fn push(&mut self, draft: &Draft, side: Side) {
         let area: f64 = draft.pieces.iter().map(|p| p.area).sum();
         let mut sum = 0.0;
@@ -185,5 +193,113 @@ fn sides_of(scene: &Scene, material: u32) -> f64 {
     match scene.materials[material as usize].sides {
         Sides::One => 1.0,
         Sides::Two => 2.0,
+    }
+}
+
+/// What surfaces of one group agree in: material, voxel, cell of the normal, size.
+type Key = (u32, [i64; 3], [i8; 3], u64);
+
+/// The keys of surfaces with the size of their patches, at sizes larger by a factor.
+fn keys(small: &[(&Surface, f64)], factor: f64) -> Vec<Key> {
+    let key = |(s, size): &(&Surface, f64)| {
+        let middle = s.origin + 0.5 * (s.axes[0] * s.extent[0] + s.axes[1] * s.extent[1]);
+        let voxel = (middle / (factor * size)).floor().as_i64vec3();
+        let cell = direction_cell(s.normal);
+        (s.material, voxel.to_array(), cell, size.to_bits())
+    };
+    small.par_iter().with_min_len(1024).map(key).collect()
+}
+
+/// Number of groups.
+fn count_clusters(small: &[(&Surface, f64)]) -> usize {
+    let keys = keys(small, 1.0);
+    let distinct: FxHashSet<Key> = keys.into_iter().collect();
+    distinct.len()
+}
+
+/// Indices into `small`, surfaces with the size of their patches, that belong together at sizes larger by a factor, in
+/// the order of their first members.
+fn cluster_groups(small: &[(&Surface, f64)], factor: f64) -> Vec<Vec<usize>> {
+    let mut order: FxHashMap<Key, usize> = FxHashMap::default();
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (k, key) in keys(small, factor).into_iter().enumerate() {
+        let g = *order.entry(key).or_insert_with(|| {
+            groups.push(Vec::new());
+            groups.len() - 1
+        });
+        groups[g].push(k);
+    }
+    groups
+}
+
+/// For each of the groups, numbered from `first`, the number of the group of twice the size that it is part of.
+fn cluster_parents(small: &[(&Surface, f64)], clusters: &[Vec<usize>], first: u32) -> Vec<(u32, u32)> {
+    let mut larger = vec![0; small.len()];
+    for (g, group) in cluster_groups(small, 2.0).iter().enumerate() {
+        group.iter().for_each(|&k| larger[k] = g as u32);
+    }
+    let numbered = clusters.iter().zip(first..);
+    numbered.map(|(group, own)| (own, larger[group[0]])).collect()
+}
+
+/// Cell of a cube map with 3×3 cells a face; cells on an edge or corner of the cube belong to all its faces.
+fn direction_cell(n: DVec3) -> [i8; 3] {
+    let along = n / n.abs().max_element();
+    // Nudged so that directions on a cell's border, as of a box at 45°, fall on one side whatever the rounding.
+    (along * 1.4999).round().to_array().map(|x| x as i8)
+}
+
+/// What larger patches the patches would be part of: patches with a number for the larger one.
+pub(crate) struct Parents {
+    /// Of grids: (patch, grid, block).
+    blocks: Vec<(u32, u32, u32)>,
+    /// Of clusters: (patch, cluster of twice the size).
+    clusters: Vec<(u32, u32)>,
+}
+
+impl Parents {
+    /// Blocks of cells of the grids, and clusters with the cluster of twice the size.
+    pub fn new(grids: &[Grid], clusters: Vec<(u32, u32)>) -> Parents {
+        let of = |(g, grid): (usize, &Grid)| {
+            let blocks: Vec<_> = grid.blocks().map(|(p, b)| (p, g as u32, b)).collect();
+            blocks
+        };
+        Parents { blocks: grids.iter().enumerate().flat_map(of).collect(), clusters }
+    }
+
+    /// The parent of each of `count` patches, numbered without gaps.
+    pub fn of(self, count: usize) -> Vec<u32> {
+        let mut parents = vec![NONE; count];
+        let mut numbers: HashMap<(u32, u32), u32> = HashMap::new();
+        let clusters = self.clusters.into_iter().map(|(p, c)| (p, NONE, c));
+        for (patch, grid, block) in self.blocks.into_iter().chain(clusters) {
+            let next = numbers.len() as u32;
+            let own = &mut parents[patch as usize];
+            if *own == NONE {
+                *own = *numbers.entry((grid, block)).or_insert(next);
+            }
+        }
+        let alone = parents.iter_mut().filter(|p| **p == NONE);
+        for (own, next) in alone.zip(numbers.len() as u32..) {
+            *own = next;
+        }
+        parents
+    }
+}
+
+impl Patches {
+    /// Whether each patch is no part of a larger one.
+    pub fn each_alone(&self) -> Vec<bool> {
+        let mut parts = vec![0_u32; self.len()];
+        self.parents().iter().for_each(|&p| parts[p as usize] += 1);
+        let alone = |&p: &u32| parts[p as usize] == 1;
+        self.parents().iter().map(alone).collect()
+    }
+
+    /// Share of the area whose patches are no part of a larger one.
+    pub fn alone(&self) -> f64 {
+        let each = self.each_alone().into_iter().zip(self.areas());
+        let alone: f64 = each.filter(|own| own.0).map(|own| own.1).sum();
+        alone / self.areas().iter().sum::<f64>()
     }
 }

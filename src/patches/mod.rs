@@ -9,20 +9,11 @@
 //! Patches have one size over the scene, until they are divided by light. Not handled: which size light asks for.
 
 pub(crate) mod adjacency;
-pub(crate) mod clip;
-pub(crate) mod clusters;
-pub(crate) mod extent;
+pub(crate) mod division;
 pub(crate) mod grid;
-pub(crate) mod grid_adjacency;
-pub(crate) mod hierarchy;
-pub(crate) mod mean_textures;
 pub(crate) mod meshing;
-pub(crate) mod parts;
-pub(crate) mod pieces;
-pub(crate) mod regression_tree;
 pub(crate) mod scene_patches;
-pub(crate) mod subdivision;
 
 pub use adjacency::Neighbours;
-pub use regression_tree::Sample;
+pub use division::Sample;
 pub use scene_patches::Patches;

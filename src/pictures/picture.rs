@@ -69,7 +69,7 @@ impl Picture {
 }
 
 /// Width and height in pixels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize)]
 pub struct Size {
     /// Pixels across.
     pub width: usize,

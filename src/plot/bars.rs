@@ -1,19 +1,17 @@
-//! Stacked bars: how a whole divides into parts, one bar beside the other, as SVG and PNG from one drawing.
+//! Stacked bars: how wholes divide into parts, one bar next to the other.
 //!
 //! Every bar shows shares of its own whole and reaches 100 %; what the whole amounts to stands above it. So wholes that
 //! differ by orders of magnitude stay readable. Parts that are too small to see are not labelled. Not handled: negative
 //! parts.
 
-use std::path::Path;
-
 use glam::dvec2;
 
 use crate::pictures::Size;
-use crate::plot::axis::{Range, Scale};
+use crate::plot::axes::{Frame, TICK_EM};
+use crate::plot::axes::{Range, Scale};
 use crate::plot::chart::PALETTE;
-use crate::plot::drawing::{ChartError, Drawing};
-use crate::plot::figure::{Figure, TICK_EM};
-use crate::plot::shapes::{Align, Colour, INK, PAPER};
+use crate::plot::drawing::Drawing;
+use crate::plot::drawing::{Align, Colour, INK, PAPER};
 
 /// Bars that divide wholes into parts.
 #[derive(Clone, Debug)]
@@ -22,7 +20,7 @@ pub struct Bars {
     pub title: String,
     /// Scene and settings, below; wrapped.
     pub caption: String,
-    /// What tells the bars apart, quantity and unit.
+    /// What the bars differ by, quantity and unit.
     pub x: String,
     /// What is divided, as in "share of the time, %".
     pub y: String,
@@ -54,28 +52,20 @@ impl Bars {
     /// The chart, drawn.
     pub fn drawing(&self) -> Drawing {
         let ranges = [[0.0, 1.0], [0.0, 100.0]].map(|ends| Range::of(Scale::Linear, ends));
-        let mut figure = Figure::new(self.size, [&self.title, &self.caption], ranges, 72.0);
-        figure.y_ticks();
+        let mut frame = Frame::new(self.size, [&self.title, &self.caption], ranges, 72.0);
+        frame.y_ticks();
         for (number, bar) in self.bars.iter().enumerate() {
-            let side = |at: f64| figure.across((number as f64 + 0.5 + 0.5 * at) / self.bars.len() as f64).round();
-            draw_bar(bar, [side(-FILLED), side(FILLED)], &mut figure);
+            let side = |at: f64| frame.across((number as f64 + 0.5 + 0.5 * at) / self.bars.len() as f64).round();
+            draw_bar(bar, [side(-FILLED), side(FILLED)], &mut frame);
         }
-        figure.axes([&self.x, &self.y]);
+        frame.axes([&self.x, &self.y]);
         // The topmost first, as in the bars.
-        let (left, mut y) = (figure.right + 24.0, figure.top + 10.0);
+        let (left, mut y) = (frame.right + 24.0, frame.top + 10.0);
         for (part, name) in self.parts.iter().enumerate().rev() {
-            figure.drawing.rectangle(dvec2(left, y - 7.0), dvec2(left + 22.0, y + 7.0), colour(part));
-            y = figure.entry(name, y, 56.0);
+            frame.drawing.rectangle(dvec2(left, y - 7.0), dvec2(left + 22.0, y + 7.0), colour(part));
+            y = frame.entry(name, y, 56.0);
         }
-        figure.drawing
-    }
-
-    /// Writes the chart, as SVG where the path ends in `.svg` and as PNG where it ends in `.png`.
-    ///
-    /// # Errors
-    /// Another extension, a size out of range, a destination that cannot be written. Nothing is left behind.
-    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), ChartError> {
-        self.drawing().write(path.as_ref())
+        frame.drawing
     }
 }
 
@@ -86,25 +76,25 @@ fn colour(part: usize) -> Colour {
 /// One bar, its parts labelled by their shares where there is room.
 ///
 /// Each part is drawn up to the top and covered by those above it, so that no seam shows.
-fn draw_bar(bar: &Bar, [left, right]: [f64; 2], figure: &mut Figure) {
+fn draw_bar(bar: &Bar, [left, right]: [f64; 2], frame: &mut Frame) {
     let middle = 0.5 * (left + right);
-    figure.drawing.text(&bar.name, dvec2(middle, figure.bottom + 22.0), TICK_EM, Align::Center, INK);
-    figure.drawing.text(&bar.whole, dvec2(middle, figure.top - 8.0), TICK_EM, Align::Center, INK);
+    frame.drawing.text(&bar.name, dvec2(middle, frame.bottom + 22.0), TICK_EM, Align::Center, INK);
+    frame.drawing.text(&bar.whole, dvec2(middle, frame.top - 8.0), TICK_EM, Align::Center, INK);
     let whole: f64 = bar.parts.iter().sum();
     let (mut below, mut labels) = (0.0, Vec::new());
     for (part, share) in bar.parts.iter().map(|amount| amount / whole).enumerate() {
         if !share.is_finite() || share <= 0.0 {
             continue;
         }
-        figure.drawing.rectangle(dvec2(left, figure.up(below)), dvec2(right, figure.up(1.0)), colour(part));
+        frame.drawing.rectangle(dvec2(left, frame.up(below)), dvec2(right, frame.up(1.0)), colour(part));
         if share >= LABELLED {
-            let at = dvec2(middle, figure.up(below + 0.5 * share) + 0.35 * TICK_EM);
+            let at = dvec2(middle, frame.up(below + 0.5 * share) + 0.35 * TICK_EM);
             labels.push((format!("{:.0} %", 100.0 * share), at, on(colour(part))));
         }
         below += share;
     }
     for (label, at, colour) in labels {
-        figure.drawing.text(&label, at, TICK_EM, Align::Center, colour);
+        frame.drawing.text(&label, at, TICK_EM, Align::Center, colour);
     }
 }
 

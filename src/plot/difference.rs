@@ -1,27 +1,16 @@
 //! Signed differences of pictures as colours: blue where the first is darker, white where equal, red where brighter.
 //!
 //! The difference is that of the mean of the three channels. The colours run linearly in sRGB codes from `RdBu` of
-//! ColorBrewer (C. Brewer), which readers with red-green blindness tell apart. Not handled: differences of colour
+//! ColorBrewer (C. Brewer), which readers with red-green blindness distinguish. Not handled: differences of colour
 //! alone.
 
 use crate::light::Rgb;
 use crate::pictures::{Exposure, Picture, decode_srgb};
-use crate::plot::sheet::Tile;
+use crate::plot::page::{Cell, Heading, Shown};
 
 const DARKER: Rgb = Rgb::new(0.129, 0.400, 0.675);
 const EQUAL: Rgb = Rgb::new(0.969, 0.969, 0.969);
 const BRIGHTER: Rgb = Rgb::new(0.698, 0.094, 0.169);
-
-/// A picture with the words that stand above and below it.
-#[derive(Clone, Debug)]
-pub struct Titled {
-    /// The picture.
-    pub picture: Picture,
-    /// Above it.
-    pub title: String,
-    /// Below it.
-    pub note: String,
-}
 
 /// A scale that shows all but the largest hundredth of the differences without saturating, rounded up to 1, 2 or 5
 /// times a power of ten; 1 for equal pictures.
@@ -41,28 +30,19 @@ pub fn difference_scale(a: &Picture, b: &Picture) -> f32 {
     }
 }
 
-/// The difference a - b and its legend, as tiles for a sheet at `exposure`; full colour at ±`scale`.
-pub fn difference_tiles(a: &Picture, b: &Picture, scale: f32, exposure: Exposure) -> [Titled; 2] {
-    let shown = |share: f32| colour(share) / exposure.factor();
-    let picture =
-        Picture { width: a.width, height: a.height, pixels: differences(a, b).map(|d| shown(d / scale)).collect() };
+/// The difference a - b and its legend, as cells of a page; full colour at ±`scale`, whatever the page's exposure.
+pub fn difference_cells(a: &Picture, b: &Picture, scale: f32) -> [Cell; 2] {
+    let cell = |title: String, picture: &Picture| {
+        Cell::new(Heading::new(title, ""), Shown::image(picture, Exposure::default()))
+    };
+    let pixels = differences(a, b).map(|d| colour(d / scale)).collect();
     let height = (a.height / 12).clamp(8, 24).min(a.height);
-    let legend = Picture::from_fn(a.width, height, |x, _| shown(2.0 * (x as f32 + 0.5) / a.width as f32 - 1.0));
+    let legend = Picture::from_fn(a.width, height, |x, _| colour(2.0 * (x as f32 + 0.5) / a.width as f32 - 1.0));
+    let legend = cell(format!("−{scale} … 0 … +{scale}"), &legend);
     [
-        Titled { picture, title: "difference".into(), note: String::new() },
-        Titled {
-            picture: legend,
-            title: format!("−{scale} … 0 … +{scale}"),
-            note: "W/(m² sr), mean of the channels".into(),
-        },
+        cell("difference".into(), &Picture { pixels, ..*a }),
+        Cell { below: "W/(m² sr), mean of the channels".into(), ..legend },
     ]
-}
-
-impl<'a> From<&'a Titled> for Tile<'a> {
-    /// At the sheet's exposure.
-    fn from(Titled { picture, title, note }: &'a Titled) -> Self {
-        Tile { picture: Some(picture), title: title.clone(), note: note.clone(), gain: 1.0 }
-    }
 }
 
 fn differences(a: &Picture, b: &Picture) -> impl Iterator<Item = f32> {
@@ -85,10 +65,10 @@ mod tests {
     fn signs_have_their_colours_and_equal_is_neutral() {
         let a = Picture::from_fn(3, 1, |x, _| Rgb::splat(x as f32));
         let b = Picture::filled(3, 1, Rgb::ONE);
-        let [Titled { picture, .. }, _] = difference_tiles(&a, &b, 1.0, Exposure { stops: 0.0 });
-        let [darker, equal, brighter] = [0, 1, 2].map(|x| picture.pixels[x]);
-        assert!(darker.z > darker.x && brighter.x > brighter.z);
-        assert_eq!(equal.x, equal.z);
+        let [Cell { shown: Shown::Image(shown), .. }, _] = difference_cells(&a, &b, 1.0) else { panic!() };
+        let [darker, equal, brighter] = [0, 1, 2].map(|x| shown.get(x, 0).unwrap());
+        assert!(darker[2] > darker[0] && brighter[0] > brighter[2]);
+        assert_eq!(equal[0], equal[2]);
     }
 
     #[test]

@@ -2,24 +2,17 @@
 //!
 //! Only place for `zeno` and `ttf_parser`. Not handled: what is drawn; that is a question of `study`.
 
-pub(crate) mod axis;
+pub(crate) mod axes;
 pub(crate) mod bars;
 pub(crate) mod chart;
 pub(crate) mod difference;
 pub(crate) mod drawing;
-pub(crate) mod figure;
 pub(crate) mod font;
-pub(crate) mod labels;
-pub(crate) mod lines;
 pub(crate) mod page;
-pub(crate) mod shapes;
-pub(crate) mod sheet;
 
-pub use axis::Scale;
+pub use axes::Scale;
 pub use bars::{Bar, Bars};
-pub use chart::{Axis, Chart, Look, Series};
-pub use difference::{Titled, difference_scale, difference_tiles};
-pub use drawing::{ChartError, Corner, DrawError, Drawing};
-pub use page::{Cell, Heading, Page, PageRow, Shown};
-pub use shapes::Marker;
-pub use sheet::{Sheet, Tile};
+pub use chart::{Axis, Chart, Look, Series, term_name};
+pub use difference::{difference_cells, difference_scale};
+pub use drawing::{ChartError, Corner, DrawError, Drawing, Marker};
+pub use page::{Cell, Heading, Page, PageRow, Shown, Style};

@@ -1,23 +1,20 @@
-//! Some of the scene's faces made ready for rays, and the three ways to ask for meetings.
+//! Some of the scene's faces made ready for rays, and the three queries for meetings.
 //!
 //! Few faces are tested in blocks ([`crate::rays::block_list`]), many through a hierarchy ([`crate::rays::bvh`]). Both
-//! give the same meetings: of those close together the first is chosen by [`crate::rays::query::Candidate::precedes`],
+//! give the same meetings: of those close together the first is chosen by [`crate::rays::triangle::Candidate::precedes`],
 //! whatever order they are found in.
 //!
-//! Not handled: how the questions are compiled; that is [`crate::rays::meetings`].
+//! Not handled: the dispatch to vector instructions; that is [`crate::rays::meetings`].
 
+use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
-use crate::rays::block_clusters::clusters;
-use crate::rays::block_list::{BLOCKS, BlockList};
-use crate::rays::bounds::Bounds;
+use crate::rays::block_list::{BLOCKS, BlockList, clusters};
 use crate::rays::bvh::Bvh;
 use crate::rays::bvh_build::Layout;
+use crate::rays::lanes::LANES;
 use crate::rays::meetings::Faces;
-use crate::rays::query::{Label, Query};
-use crate::rays::ray::Hit;
-use crate::rays::simd_block::LANES;
-use crate::rays::triangle::Triangle;
+use crate::rays::triangle::{Hit, Label, Query, Triangle};
 
 /// Faces from which a hierarchy is built at once. Blocks are still 1.7 times as fast at 384 faces, so they are used as
 /// far as there is room for them (`benches/rays.rs`).
@@ -32,7 +29,7 @@ pub(crate) enum Accelerator {
 impl Accelerator {
     /// In blocks if there are fewer than `many` faces and the blocks suffice, otherwise in a hierarchy.
     pub(crate) fn of(faces: &[(Triangle, Label)], pad: f32, many: usize) -> Self {
-        let boxes: Vec<Bounds> = faces.par_iter().map(|(t, _)| t.padded_box(pad)).collect();
+        let boxes: Vec<Aabb> = faces.par_iter().map(|(t, _)| t.padded_box(pad)).collect();
         if faces.len() < many {
             let groups = clusters(&boxes, LANES);
             if groups.len() <= BLOCKS {

@@ -4,7 +4,7 @@
 //! plane touches such a segment at its ends at most. The walls of a room are of this kind: visibility between
 //! its surfaces need not test them, and in an empty convex room needs no ray at all.
 //!
-//! Detection is exact to [`TOLERANCE`] and bounded in cost: a plane it has no budget left for is an ordinary
+//! Detection is exact to [`TOLERANCE`] and bounded in cost: a plane beyond the budget is an ordinary
 //! occluder, which is always right. So is a wall whose corners are further from planar than the tolerance.
 //!
 //! Not handled: hulls of parts of the scene, as of a room within a building.

@@ -2,7 +2,7 @@
 //!
 //! A share a of a surface between 0 and 1 is met with the chance a, drawn from the bits of the place itself (stochastic
 //! transparency: E. Enderton et al., 2010). So the mean over rays is that of a surface with tau = 1 - a, one ray always
-//! answers the same, and nobody who casts rays need know of masks. Rays of the camera, each of which shows in the
+//! finds the same, and what casts rays need not know of masks. Rays of the camera, each of which shows in the
 //! picture, see through uniform masks by weight instead.
 //!
 //! Not handled: closed forms, which take faces as whole; [`crate::direct::Shafts`] leave masked ones to rays.
@@ -14,14 +14,13 @@ use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use crate::rays::accelerator::Accelerator;
-use crate::rays::crossings::settle;
-use crate::rays::query::Query;
-use crate::rays::ray::Hit;
+use crate::rays::ray::settle;
 use crate::rays::sobol::{fraction, hash};
+use crate::rays::triangle::{Hit, Query};
 use crate::scene::Scene;
 use crate::scene::textures::Maps;
 
-/// What is left of a ray's light below this is met by chance, as one surface: each that is met by weight is lit.
+/// Where less than this of a ray's light remains, surfaces are met by chance: each that is met by weight is lit.
 const LITTLE: f32 = 1.0 / 64.0;
 
 /// What a ray sees through uniform masks, each with its share.
@@ -58,7 +57,7 @@ impl MaskedFaces {
         let Some(MaskedFace { maps, coordinates: [a, b, c], alpha }) = self.faces.get(&hit.face) else { return true };
         let at = *a + hit.u * (*b - *a) + hit.v * (*c - *a);
         let alpha = alpha[0] + hit.u * (alpha[1] - alpha[0]) + hit.v * (alpha[2] - alpha[0]);
-        // Of faces in one place the first that is there is met, so what lies over this one is asked for by itself.
+        // Of faces in one place the first that is there is met, so what lies over this one is looked up by itself.
         let share = maps.mask.as_ref().map_or(1.0, |mask| mask.alone_at(at.as_dvec2(), alpha));
         let drawn = || fraction(hash(hit.u.to_bits(), hash(hit.v.to_bits(), hit.face)));
         share >= 1.0 || (share > 0.0 && drawn() < share)
@@ -81,21 +80,21 @@ impl MaskedFaces {
         self.tree.all(query, &mut hits);
         hits.extend(other);
         settle(&mut hits, planes);
-        let mut left = 1.0;
+        let mut remaining = 1.0;
         for hit in hits {
-            let share = match left < LITTLE {
+            let share = match remaining < LITTLE {
                 true => f32::from(u8::from(self.is_there(&hit))),
                 false => self.share(&hit),
             };
             if share > 0.0 {
-                out.push((hit, left * share));
-                left *= 1.0 - share;
+                out.push((hit, remaining * share));
+                remaining *= 1.0 - share;
             }
-            if left == 0.0 {
+            if remaining == 0.0 {
                 break;
             }
         }
-        left
+        remaining
     }
 
     /// Appends every meeting with a surface to `out`, in no order.

@@ -1,6 +1,6 @@
-//! The questions asked of faces that are ready for rays, whatever holds them.
+//! The queries of rays to faces, whatever holds these: the first meeting, every one, whether there is none.
 //!
-//! Each is compiled once for every level of vector instructions and the level is chosen at run time. Results do not
+//! Each is compiled once for every level of vector instructions, and the level is chosen at run time. Results do not
 //! depend on it: Rust never fuses a multiplication with an addition by itself.
 //!
 //! Not handled: registers of more than eight lanes; one lane at a time takes their place.
@@ -9,12 +9,10 @@ use std::ops::ControlFlow;
 
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
-use crate::rays::query::{Query, hit};
-use crate::rays::ray::Hit;
-use crate::rays::simd_block::LANES;
-use crate::rays::triangle::Meeting;
+use crate::rays::lanes::LANES;
+use crate::rays::triangle::{Hit, Meeting, Query};
 
-/// Faces that can be asked for their meetings with a ray.
+/// Faces that find their meetings with a ray.
 pub(crate) trait Faces: Sized {
     /// The level of vector instructions to be used.
     fn arch(&self) -> Arch;
@@ -22,7 +20,7 @@ pub(crate) trait Faces: Sized {
     /// The first meeting, by instructions of one level.
     fn first<S: Simd>(&self, simd: S, query: &Query) -> Option<Hit>;
 
-    /// Tells `meet` of every meeting and its face, in no order, edges counted once for each face, until it breaks.
+    /// Calls `meet` with every meeting and its face, in no order, edges counted once for each face, until it breaks.
     fn each<S: Simd>(
         &self,
         simd: S,
@@ -90,7 +88,7 @@ impl<F: Faces, O: Fn(u32) -> bool> WithSimd for AllUnless<'_, F, O> {
             if opaque(face) {
                 return ControlFlow::Break(());
             }
-            out.push(hit(&meeting, face));
+            out.push(meeting.hit(face));
             ControlFlow::Continue(())
         });
         passed.is_continue()

@@ -7,33 +7,25 @@
 //! Not handled: curved primitives, instances, moving scenes. Lengths are unit coordinates throughout.
 
 pub(crate) mod accelerator;
-pub(crate) mod block_clusters;
 pub(crate) mod block_list;
-pub(crate) mod bounds;
-pub(crate) mod box_block;
+pub(crate) mod blocks;
 pub(crate) mod bvh;
 pub(crate) mod bvh_build;
-pub(crate) mod bvh_traversal;
-pub(crate) mod crossings;
 pub(crate) mod hull_faces;
+pub(crate) mod lanes;
 pub(crate) mod masked_faces;
 pub(crate) mod meetings;
-pub(crate) mod packet;
 pub(crate) mod purpose;
-pub(crate) mod query;
 pub(crate) mod ray;
 pub(crate) mod ray_offset;
-pub(crate) mod sah_bins;
 pub(crate) mod scene_rays;
-pub(crate) mod simd_block;
 pub mod sobol;
 #[cfg(test)]
 mod tests;
-pub(crate) mod transmit;
 pub(crate) mod triangle;
-pub(crate) mod vector_level;
 pub mod warp;
 
-pub use packet::{FAN, Fan};
-pub use ray::{End, Hit, Ray, Side};
+pub use ray::{End, Ray};
 pub use scene_rays::Rays;
+pub use triangle::{Hit, Side};
+pub use warp::{FAN, Fan};

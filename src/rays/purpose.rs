@@ -1,6 +1,6 @@
 //! Seeds by purpose: what a seed of the user's chooses is many things, and no two of them may share random numbers.
 //!
-//! Not handled: numbers within one purpose, which [`hash`](crate::rays::sobol::hash) tells apart by patch or pixel.
+//! Not handled: numbers within one purpose, which [`hash`](crate::rays::sobol::hash) separates by patch or pixel.
 
 /// What random numbers are for.
 #[derive(Clone, Copy, Debug)]
@@ -13,9 +13,9 @@ pub(crate) enum Purpose {
     CameraRays(usize),
     /// Hemisphere rays of a half of an irradiance record, 0 or 1.
     HemisphereRays(usize),
-    /// Places that tell what the fit between records misses.
+    /// Places at which the error of the fit between records is sampled.
     CrossValidation,
-    /// Pixels that tell the error of the light, and their paths.
+    /// Pixels at which the error of the light is sampled, and their paths.
     SampledPixels,
     /// The n-th set of paths that patches are divided by.
     Paths(u32),

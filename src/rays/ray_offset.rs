@@ -17,7 +17,7 @@ pub(crate) const MARGIN: f32 = 1e-6;
 /// Distance to the face's plane; a few roundings.
 pub(crate) const LIFT: f32 = 5e-7;
 
-/// Points further outside their face than this are not on it; they are left where they are.
+/// Points further outside their face than this are not on it; they stay where they are.
 const FOREIGN: f32 = -1e-5;
 
 /// The face's unit normal and its edges' inward distance functions, `(n, c)` with distance `n . p + c`: the edges' x, y
@@ -77,9 +77,9 @@ impl RayOffset {
     fn inside(&self, point: Vec3A, margin: f32, [a, b, c]: [Vec3; 3]) -> Vec3A {
         let centroid = Vec3A::from((a + b + c) / 3.0);
         let (here, there) = (self.clearance(point), self.clearance(centroid));
-        let wanted = (0.5 * there).min(Vec3A::splat(margin));
-        let way = (wanted - here) / (there - here);
-        let short = here.cmplt(wanted);
+        let least = (0.5 * there).min(Vec3A::splat(margin));
+        let way = (least - here) / (there - here);
+        let short = here.cmplt(least);
         let share = Vec3A::select(short, way, Vec3A::ZERO).max_element();
         point + (centroid - point) * share.clamp(0.0, 1.0)
     }

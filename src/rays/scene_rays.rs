@@ -1,27 +1,30 @@
 //! A scene's faces ready for rays: the first face met, every face met in order, and whether two points see each other.
 //!
-//! Faces that can lie between no two points of the scene are found once and left out where both ends lie on the scene.
+//! Faces that can lie between no two points of the scene are found once and skipped where both ends lie on the scene.
 //! Where there is a sky, a ray meets it last of all, and where no face is met; it lies between no two points. Faces
 //! with masks are met where there is a surface ([`crate::rays::masked_faces`]).
+//!
+//! Light along a ray is the sum over its crossings of what they send times the product of tau of the surfaces crossed
+//! before; behind tau = 0 nothing is seen.
 //!
 //! Results depend on the scene and the ray alone, so any number of threads may cast them.
 //!
 //! Not handled: scenes that change after they were made ready.
 
+use std::ops::Mul;
+
 use glam::{Vec3, Vec3A};
+use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 use crate::rays::accelerator::{Accelerator, MANY};
-use crate::rays::bounds::Bounds;
 use crate::rays::bvh::Bvh;
 use crate::rays::bvh_build::Layout;
-use crate::rays::crossings::settle;
 use crate::rays::hull_faces::occluders;
 use crate::rays::masked_faces::{MaskedFaces, Seen};
-use crate::rays::query::{Label, NO_PLANE, Query};
-use crate::rays::ray::{End, Hit, Ray, Side};
+use crate::rays::ray::{End, Ray, settle};
 use crate::rays::ray_offset::RayOffset;
-use crate::rays::triangle::Triangle;
+use crate::rays::triangle::{Hit, Label, NO_PLANE, Query, Side, Triangle};
 use crate::scene::planes::Planes;
 use crate::scene::{Scene, Sky};
 
@@ -40,8 +43,8 @@ pub struct Rays {
 }
 
 /// Distance at which the sky is met, unit coordinates: the longest side of the scene's box. What it lights changes
-/// within the scene only because things stand before it, so a hemisphere that sees much of it tells nothing of how near
-/// they are: were it at infinity, the irradiance beside the few things in an open scene would count as known far from
+/// within the scene only because things stand before it, so a hemisphere that sees much of it shows nothing of how near
+/// they are: were it at infinity, the irradiance next to the few things in an open scene would count as known far from
 /// it, and the dark places below them come out too bright (by 0.4 % of the mean light for a sheet among three, 0.1 %
 /// so).
 const SKY_DISTANCE: f32 = 2.0;
@@ -66,16 +69,15 @@ impl Rays {
     /// for 512 at most. Both find the same; this is for measuring which is faster.
     pub fn with_blocks(scene: &Scene, many: usize) -> Rays {
         let (masked, whole): (Vec<u32>, Vec<u32>) = (0..scene.solid_faces()).partition(|&face| scene.is_masked(face));
-        let faces = Faces::new(scene, many);
+        let faces = SceneFaces::new(scene, many);
         let inner = occluders(scene, &faces.planes);
-        let occluders = match inner.len() {
-            0 => Occluders::None,
-            n if n == masked.len() + whole.len() => Occluders::All,
-            _ if masked.is_empty() => Occluders::Some(faces.tree(&inner)),
-            _ => {
-                let whole: Vec<u32> = inner.iter().copied().filter(|&face| !scene.is_masked(face)).collect();
-                Occluders::Some(faces.tree(&whole))
-            }
+        let occluders = if inner.is_empty() {
+            Occluders::None
+        } else if inner.len() == scene.solid_faces() as usize {
+            Occluders::All
+        } else {
+            let inner: Vec<u32> = inner.iter().copied().filter(|&face| !scene.is_masked(face)).collect();
+            Occluders::Some(faces.tree(&inner))
         };
         Rays {
             occluding: inner,
@@ -109,14 +111,14 @@ impl Rays {
         let query = self.query(ray);
         let whole = self.tree.closest(&query);
         let mut seen = Seen::new();
-        let left = match &self.masked {
+        let remaining = match &self.masked {
             Some(masked) => masked.seen(&query, whole, &self.planes, &mut seen),
             None => {
                 seen.extend(whole.map(|hit| (hit, 1.0)));
                 if whole.is_some() { 0.0 } else { 1.0 }
             }
         };
-        seen.extend(self.sky_met(ray).filter(|_| left > 0.0).map(|hit| (hit, left)));
+        seen.extend(self.sky_met(ray).filter(|_| remaining > 0.0).map(|hit| (hit, remaining)));
         seen
     }
 
@@ -149,7 +151,7 @@ impl Rays {
 
     /// Whether nothing lies strictly between the points (tau = 0 everywhere).
     ///
-    /// The planes of the end points' own faces do not count; whether those faces look at each other is not asked.
+    /// The planes of the end points' own faces do not count; whether those faces face each other is not checked.
     #[inline]
     pub fn visible(&self, from: End, to: End) -> bool {
         match (self.between(from, to), self.segment(from, to)) {
@@ -176,6 +178,38 @@ impl Rays {
         }
         settle(scratch, &self.planes);
         scratch.iter().map(|hit| tau_of(hit.face)).product()
+    }
+
+    /// The crossings that light along a ray may come from into `out`, cleared first: all in order, or the closest where
+    /// every surface is `opaque`.
+    #[inline]
+    pub fn light_crossings(&self, ray: &Ray, opaque: bool, out: &mut Vec<Hit>) {
+        if opaque {
+            out.clear();
+            out.extend(self.closest(ray));
+        } else {
+            self.crossings(ray, out);
+        }
+    }
+
+    /// Calls `meet` with each crossing in order and the product of tau before it, until that is 0; returns the product
+    /// behind the last. `tau` is given the material.
+    #[inline]
+    pub fn transmit<T: Copy + From<f32> + Mul<Output = T> + PartialEq>(
+        &self,
+        crossings: &[Hit],
+        tau: impl Fn(usize) -> T,
+        mut meet: impl FnMut(&Hit, T),
+    ) -> T {
+        let mut through = T::from(1.0);
+        for hit in crossings {
+            meet(hit, through);
+            through = through * tau(self.material(hit.face));
+            if through == T::from(0.0) {
+                break;
+            }
+        }
+        through
     }
 
     /// The faces that may lie between two points of the scene's surface, in order; all others are proved not to.
@@ -257,7 +291,7 @@ impl Rays {
 }
 
 /// The faces of a scene, and what all trees over them have in common.
-struct Faces {
+struct SceneFaces {
     corners: Vec<[Vec3; 3]>,
     planes: Planes,
     /// Over all faces, where there are many.
@@ -268,8 +302,8 @@ struct Faces {
     many: usize,
 }
 
-impl Faces {
-    fn new(scene: &Scene, many: usize) -> Faces {
+impl SceneFaces {
+    fn new(scene: &Scene, many: usize) -> SceneFaces {
         let all = (0..scene.faces.len() as u32).into_par_iter();
         let corners: Vec<[Vec3; 3]> = all.map(|f| scene.corners(f)).collect();
         let solid = &corners[..scene.solid_faces() as usize];
@@ -277,7 +311,7 @@ impl Faces {
         // Planes are found one after the other; meanwhile the other threads lay out the tree.
         let layout = || (solid.len() >= many).then(|| Layout::new(&boxes(solid, pad)));
         let (planes, layout) = rayon::join(|| Planes::new(scene), layout);
-        Faces { corners, planes, layout, pad, many }
+        SceneFaces { corners, planes, layout, pad, many }
     }
 
     /// A face ready for rays.
@@ -306,12 +340,12 @@ impl Faces {
 
 /// Length of the diagonal of the box around triangles.
 fn diagonal(corners: &[[Vec3; 3]]) -> f32 {
-    let whole = boxes(corners, 0.0).into_par_iter().reduce(|| Bounds::EMPTY, Bounds::join);
-    (whole.high - whole.low).length()
+    let whole = boxes(corners, 0.0).into_par_iter().reduce(|| Aabb::INVALID, |a, b| a.union(&b));
+    whole.diagonal().length()
 }
 
 /// The triangles' boxes, padded.
-fn boxes(corners: &[[Vec3; 3]], pad: f32) -> Vec<Bounds> {
+fn boxes(corners: &[[Vec3; 3]], pad: f32) -> Vec<Aabb> {
     let padded = |c: &[Vec3; 3]| Triangle::new(*c).padded_box(pad);
     corners.par_iter().map(padded).collect()
 }

@@ -1,18 +1,42 @@
-//! The watertight meeting of a line and a triangle.
+//! The watertight meeting of a line and a triangle, and which of several meetings of a ray comes first.
 //!
 //! The ray is sheared so that it becomes the z axis; the triangle is met where the three edge functions of its
 //! projection agree in sign. Two triangles that share an edge compute that edge's function from the same two
 //! projected points, with opposite sign and the same rounding, so no ray slips between them. Where a function is
 //! exactly 0 it is computed again in f64, in which the products are exact.
 //!
-//! Not handled: choosing which meeting counts (t range, the face a ray starts on); that is the tree's.
+//! Meetings that are close together are ordered by [`Candidate::precedes`], whatever order they are found in.
+//!
+//! Not handled: curved primitives; lines within the plane of a triangle, which miss it.
 //!
 //! Source: S. Woop, C. Benthin, I. Wald, *Watertight ray/triangle intersection*, JCGT 2(1), 2013.
 
 use glam::{Vec3, Vec3A, Vec3Swizzles};
+use obvhs::aabb::Aabb;
 
-use crate::rays::bounds::Bounds;
-use crate::rays::ray::Side;
+/// One meeting of a ray and a face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance along the ray, unit coordinates.
+    pub t: f32,
+    /// The face's index in the scene.
+    pub face: u32,
+    /// The side of the face the ray meets.
+    pub side: Side,
+    /// Barycentric weight of the face's second corner.
+    pub u: f32,
+    /// Barycentric weight of the face's third corner.
+    pub v: f32,
+}
+
+/// A side of a face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Side {
+    /// From which its corners run counter-clockwise.
+    Front,
+    /// The other.
+    Back,
+}
 
 /// Three corners, one register for each axis: register 0 holds the corners' x.
 #[derive(Clone, Copy, Debug)]
@@ -42,18 +66,15 @@ pub(crate) struct Shear {
 }
 
 impl Triangle {
-    /// Meets no line.
-    pub(crate) const NOTHING: Triangle = Triangle([Vec3A::NAN; 3]);
-
     pub(crate) fn new([a, b, c]: [Vec3; 3]) -> Self {
         Triangle([0, 1, 2].map(|axis| Vec3A::new(a[axis], b[axis], c[axis])))
     }
 
     /// Its bounding box, wider by `pad` on every side.
-    pub(crate) fn padded_box(&self, pad: f32) -> Bounds {
+    pub(crate) fn padded_box(&self, pad: f32) -> Aabb {
         let low = Vec3A::from_array(self.0.map(Vec3A::min_element));
         let high = Vec3A::from_array(self.0.map(Vec3A::max_element));
-        Bounds { low: low - pad, high: high + pad }
+        Aabb::new(low - pad, high + pad)
     }
 }
 
@@ -110,9 +131,15 @@ impl Meeting {
     fn new(t: f32, edges: Vec3A, inverse: f32) -> Self {
         let side = if inverse > 0.0 { Side::Front } else { Side::Back };
         let u = edges.y * inverse;
-        // On the edge opposite the first corner u + v is exactly 1, so that `on_edge` can be read off u and v.
+        // On the edge opposite the first corner u + v is exactly 1, so that u and v show that it is on the edge.
         let v = if edges.x == 0.0 { 1.0 - u } else { edges.z * inverse };
         Meeting { t, side, u, v }
+    }
+
+    /// The meeting as one with a face.
+    #[inline]
+    pub(crate) fn hit(&self, face: u32) -> Hit {
+        Hit { t: self.t, face, side: self.side, u: self.u, v: self.v }
     }
 }
 
@@ -130,6 +157,78 @@ fn edge_functions(px: Vec3A, py: Vec3A) -> Vec3A {
 fn exact_edges(px: Vec3A, py: Vec3A) -> Vec3A {
     let (px, py) = (px.as_dvec3(), py.as_dvec3());
     py.cross(px).as_vec3a()
+}
+
+/// Two meetings further apart than this are not taken for the same place of one plane. t errs by about 2e-7 over the
+/// cosine between ray and normal, so this covers all but the most grazing rays.
+pub(crate) const SAME_PLACE: f32 = 1e-3;
+
+/// No plane: nothing is skipped.
+pub(crate) const NO_PLANE: u32 = u32::MAX;
+
+/// What a triangle belongs to.
+#[derive(Clone, Copy)]
+pub(crate) struct Label {
+    pub face: u32,
+    pub plane: u32,
+}
+
+/// A ray made ready: where it runs, how far, and the planes it cannot meet.
+pub(crate) struct Query {
+    pub shear: Shear,
+    pub origin: Vec3A,
+    pub direction: Vec3A,
+    pub end: f32,
+    pub skip: [u32; 2],
+}
+
+impl Query {
+    /// Meetings with `0 < t < end` of planes other than `skip`.
+    #[inline]
+    pub(crate) fn new(origin: Vec3A, direction: Vec3A, end: f32, skip: [u32; 2]) -> Self {
+        // Zeros are made positive: -0.0 and its inverse would disagree in sign.
+        let direction = direction + Vec3A::ZERO;
+        Query { shear: Shear::new(origin, direction), origin, direction, end, skip }
+    }
+
+    /// The meeting with a triangle of a plane, if it is before `reach` and the plane is none to skip.
+    #[inline(always)]
+    pub(crate) fn candidate(&self, triangle: &Triangle, plane: u32, reach: f32) -> Option<Candidate> {
+        let meeting = self.shear.meet(triangle)?;
+        let within = meeting.t > 0.0 && meeting.t < reach;
+        (within && plane != self.skip[0] && plane != self.skip[1]).then_some(Candidate { meeting, plane })
+    }
+}
+
+/// A meeting that counts, and the plane of the triangle met.
+#[derive(Clone, Copy)]
+pub(crate) struct Candidate {
+    pub meeting: Meeting,
+    pub plane: u32,
+}
+
+/// Sorting key of a meeting: backs count as a few ulps further, so that of a thin sheet the front comes first.
+#[inline]
+pub(crate) fn depth(t: f32, side: Side) -> f32 {
+    match side {
+        Side::Front => t,
+        Side::Back => t + 5e-7 * (1.0 + t),
+    }
+}
+
+impl Candidate {
+    /// Whether it is met before another: by depth, then front before back, then by face, which `by_face` compares.
+    ///
+    /// Within one plane, which a line meets once, the front comes first whatever the rounding of t.
+    #[inline]
+    pub(crate) fn precedes(&self, other: &Candidate, by_face: impl FnOnce() -> bool) -> bool {
+        let (a, b) = (&self.meeting, &other.meeting);
+        if self.plane == other.plane && a.side != b.side {
+            return a.side == Side::Front;
+        }
+        let (near, far) = (depth(a.t, a.side), depth(b.t, b.side));
+        near < far || (near == far && (a.side < b.side || (a.side == b.side && by_face())))
+    }
 }
 
 #[cfg(test)]

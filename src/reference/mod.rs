@@ -11,22 +11,17 @@
 //! T_c          = product of tau of the surfaces crossed before c
 //! ```
 //!
-//! Not handled: whether the series converges. A tracer sees finitely many bounces; it tells how many paths were cut.
+//! Not handled: whether the series converges. A tracer sees finitely many bounces; it counts the paths that were cut.
 //!
 //! Source: D. C. Banks, K. M. Beason, *Retro-rendering with vector-valued light*, SPIE 6060, 2006.
 
-pub(crate) mod emitters;
-pub(crate) mod highlight;
-pub(crate) mod moments;
+pub(crate) mod lights;
 pub mod opengl;
 pub(crate) mod path;
-pub(crate) mod punctual;
 pub(crate) mod random;
-pub(crate) mod report;
 pub(crate) mod surfaces;
-pub(crate) mod textures;
 pub(crate) mod tracer;
 
 pub use path::{KEPT, NextEvent};
-pub use report::{Counts, Mean, Overflow, TraceSettings};
 pub use tracer::Tracer;
+pub use tracer::{Counts, Mean, Overflow, TraceSettings};

@@ -20,20 +20,19 @@
 
 use std::f32::consts::PI;
 
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 
-use crate::light::Rgb;
+use crate::light::{Gloss, Rgb};
 use crate::rays::{End, Hit, Ray, Rays, Side};
-use crate::reference::emitters::Emitters;
-use crate::reference::punctual;
+use crate::reference::lights::{Emitters, draw_light, sent};
 use crate::reference::random::Random;
-use crate::reference::surfaces::{Matter, Seen, SurfacePoint, Surfaces};
+use crate::reference::surfaces::{Matter, SurfacePoint, Surfaces};
 use crate::scene::PunctualLight;
 
 /// Bounce orders kept apart: 0 (emission) to `KEPT - 1`. Later ones are kept together.
 pub const KEPT: usize = 9;
 
-/// Whether light is looked for on purpose.
+/// Whether emitters are sampled at every vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NextEvent {
     /// Every vertex also draws a point on an emitter.
@@ -80,10 +79,25 @@ impl Found {
     }
 }
 
+/// What a path draws from and works in.
+struct Draws<'a> {
+    random: &'a mut Random,
+    hits: &'a mut Vec<Hit>,
+    /// Rays cast.
+    rays: u64,
+}
+
 impl Space<'_> {
     /// Follows a camera ray.
     pub(crate) fn follow(&self, camera: &Ray, random: &mut Random, hits: &mut Vec<Hit>) -> Found {
-        let mut found = Found { rays: 1, ..Found::default() };
+        let mut draws = Draws { random, hits, rays: 1 };
+        let mut found = self.gather(camera, &mut draws);
+        found.rays = draws.rays;
+        found
+    }
+
+    fn gather(&self, camera: &Ray, draws: &mut Draws) -> Found {
+        let mut found = Found::default();
         let Some(hit) = self.rays.closest(camera) else {
             return found;
         };
@@ -98,9 +112,7 @@ impl Space<'_> {
         let (mut point, mut throughput) = (self.surfaces.point(&hit), matter.rho);
         let reference = throughput.max_element();
         if let Some(gloss) = matter.gloss.filter(|_| self.max_bounces > 0) {
-            let seen = Seen { point: &point, to_viewer: -camera.direction, gloss };
-            let light = self.highlight(&seen, random, hits, &mut found.rays);
-            found.add(1, light);
+            found.add(1, self.highlight(&point, -camera.direction, &gloss, draws));
         }
         for order in 1_u32.. {
             if throughput == Rgb::ZERO {
@@ -111,24 +123,26 @@ impl Space<'_> {
                 break;
             }
             // Gather what emitters send here.
+            let cosine = |way: Vec3| point.normal.dot(way) / PI;
             if self.next_event == NextEvent::On {
-                let light = self.drawn(&point, random, hits, &mut found.rays);
+                let light = self.drawn(&point, |way| [cosine(way); 2], draws);
                 found.add(order, throughput * light);
             }
-            if let Some(sent) = punctual::drawn(&self.lights, &point, random) {
-                found.rays += 1;
-                let through = self.through((point.position, Some(point.face)), (sent.end, None), hits);
+            if let Some(sent) = draw_light(&self.lights, &point, draws.random) {
+                draws.rays += 1;
+                let through = self.through((point.position, Some(point.face)), (sent.end, None), draws.hits);
                 found.add(order, throughput * sent.light * through);
             }
-            let ray = self.cast(&point, random, hits);
-            found.rays += 1;
-            found.add(order, throughput * self.met(&point, &ray, hits));
+            let way = draws.random.cosine_direction(point.normal);
+            self.cast(&point, way, draws.hits);
+            draws.rays += 1;
+            found.add(order, throughput * self.met(way, cosine(way), draws.hits));
             // Go on at one of the crossings.
-            let Some((next, carried)) = self.choose(throughput, hits, random) else {
+            let Some((next, carried)) = self.choose(throughput, draws.hits, draws.random) else {
                 break;
             };
             let survival = (carried.max_element() / reference).min(1.0);
-            if random.uniform() >= survival {
+            if draws.random.uniform() >= survival {
                 break;
             }
             (point, throughput) = (next, carried / survival);
@@ -136,13 +150,8 @@ impl Space<'_> {
         found
     }
 
-    /// A cosine-distributed ray from a point; its crossings as far as light comes through.
-    fn cast(&self, point: &SurfacePoint, random: &mut Random, hits: &mut Vec<Hit>) -> Ray {
-        self.cast_along(point, random.cosine_direction(point.normal), hits)
-    }
-
     /// A ray from a point; its crossings as far as light comes through.
-    pub(super) fn cast_along(&self, point: &SurfacePoint, direction: Vec3, hits: &mut Vec<Hit>) -> Ray {
+    fn cast(&self, point: &SurfacePoint, direction: Vec3, hits: &mut Vec<Hit>) {
         let ray = Ray { origin: point.position, direction, source: Some(point.face) };
         if self.surfaces.opaque {
             hits.clear();
@@ -150,11 +159,10 @@ impl Space<'_> {
         } else {
             self.rays.crossings(&ray, hits);
         }
-        ray
     }
 
     /// The crossings that send light towards the start of the ray, each with T_c.
-    pub(super) fn sending<'s>(&'s self, hits: &'s [Hit]) -> impl Iterator<Item = (&'s Hit, Matter, f32)> {
+    fn sending<'s>(&'s self, hits: &'s [Hit]) -> impl Iterator<Item = (&'s Hit, Matter, f32)> {
         let mut through = 1.0;
         let crossings = hits.iter().map_while(move |hit| {
             let before = through;
@@ -165,51 +173,72 @@ impl Space<'_> {
         crossings.filter(|(hit, matter, _)| matter.sends(hit.side))
     }
 
-    /// Light emitted towards `point` at all crossings of a ray cast from it.
-    fn met(&self, point: &SurfacePoint, ray: &Ray, hits: &[Hit]) -> Rgb {
+    /// Light emitted towards the start of a ray at all its crossings; its direction was drawn with that density.
+    fn met(&self, way: Vec3, density: f32, hits: &[Hit]) -> Rgb {
         let lights = self.sending(hits).filter(|(_, matter, _)| matter.emits());
         let weighted = lights.map(|(hit, matter, through)| {
-            let light = through * matter.emitted.invisible;
-            match self.next_event {
-                NextEvent::Off => light,
-                // The sky, of which no point is drawn.
-                NextEvent::On if hit.face >= self.surfaces.count() => light,
-                NextEvent::On => {
-                    let facing = self.surfaces.facet(hit.face).normal.dot(ray.direction);
-                    let cosines = point.normal.dot(ray.direction) * facing.abs();
-                    let met = cosines / (PI * hit.t * hit.t);
-                    light * power_heuristic(met, self.emitters.density(hit.face))
-                }
-            }
+            let facing = self.surfaces.facet(hit.face).normal.dot(way).abs();
+            let drawn = if self.next_event == NextEvent::On { self.emitters.density(hit.face) } else { 0.0 };
+            // Of the sky no point is drawn.
+            let weight = if drawn > 0.0 { power_heuristic(density * facing / (hit.t * hit.t), drawn) } else { 1.0 };
+            through * weight * matter.emitted.invisible
         });
         weighted.sum()
     }
 
-    /// Light emitted towards `point` from one point drawn on an emitter, over its probability.
-    fn drawn(&self, point: &SurfacePoint, random: &mut Random, hits: &mut Vec<Hit>, rays: &mut u64) -> Rgb {
-        let Some(drawn) = self.emitters.draw(&self.surfaces, random) else {
+    /// Light emitted towards `point` from one point drawn on an emitter, over its probability; `scatter` has the share
+    /// of a direction's irradiance that is passed on, and the density with which it would be drawn.
+    fn drawn(&self, point: &SurfacePoint, scatter: impl Fn(Vec3) -> [f32; 2], draws: &mut Draws) -> Rgb {
+        let Some(drawn) = self.emitters.draw(&self.surfaces, draws.random) else {
             return Rgb::ZERO;
         };
         let across = drawn.position - point.position;
-        let distance2 = across.length_squared();
-        let direction = across / distance2.sqrt();
-        let facing = -self.surfaces.facet(drawn.face).normal.dot(direction);
-        let matter = self.surfaces.matter_at(drawn.face, drawn.weights);
+        let way = across.normalize_or_zero();
+        let facing = -self.surfaces.facet(drawn.face).normal.dot(way);
         let side = if facing > 0.0 { Side::Front } else { Side::Back };
-        let cosine = point.normal.dot(direction);
-        let met = cosine * facing.abs() / (PI * distance2);
+        let matter = self.surfaces.matter_at(drawn.face, drawn.weights);
+        let ([share, density], per_area) = (scatter(way), facing.abs() / across.length_squared());
         // NaN where the two points are one.
-        if !(cosine > 0.0 && met > 0.0 && matter.sends(side)) {
+        if !(share > 0.0 && per_area > 0.0 && matter.sends(side)) {
             return Rgb::ZERO;
         }
-        *rays += 1;
-        let through = self.through((point.position, Some(point.face)), (drawn.position, Some(drawn.face)), hits);
-        let weight = power_heuristic(drawn.density, met);
-        matter.emitted.invisible * (matter.there * through * weight * met / drawn.density)
+        draws.rays += 1;
+        let from = (point.position, Some(point.face));
+        let through = self.through(from, (drawn.position, Some(drawn.face)), draws.hits);
+        let weight = power_heuristic(drawn.density, density * per_area);
+        matter.emitted.invisible * (matter.there * share * per_area / drawn.density * weight * through)
+    }
+
+    /// Highlights of all that is emitted, at the point that a camera ray sees: Phong's specular term
+    /// `Ks/pi L T (n·h)^Ns`, which the camera collects, of a point drawn on an emitter and of a direction drawn from the
+    /// lobe, weighted as paths are; of lights without area every one. Nothing of it is passed on.
+    fn highlight(&self, point: &SurfacePoint, to_viewer: Vec3, gloss: &Gloss, draws: &mut Draws) -> Rgb {
+        let (normal, to_viewer) = (point.normal.as_dvec3(), to_viewer.as_dvec3());
+        let lobe = |way: Vec3| gloss.lobe(normal, way.as_dvec3(), to_viewer) as f32 / PI;
+        let density = |way: Vec3| gloss.density(normal, way.as_dvec3(), to_viewer) as f32;
+        let mut sum = Rgb::ZERO;
+        for found in self.lights.iter().filter_map(|light| sent(light, point)) {
+            let way = (found.end - point.position).normalize();
+            let through = self.through((point.position, Some(point.face)), (found.end, None), draws.hits);
+            draws.rays += 1;
+            sum += found.light * (PI * lobe(way) / point.normal.dot(way) * through);
+        }
+        if self.next_event == NextEvent::On {
+            sum += self.drawn(point, |way| [lobe(way), density(way)], draws);
+        }
+        let at = DVec2::new(draws.random.uniform().into(), draws.random.uniform().into());
+        if let Some(way) = gloss.direction(normal, to_viewer, at).map(|way| way.as_vec3())
+            && density(way) > 0.0
+        {
+            self.cast(point, way, draws.hits);
+            draws.rays += 1;
+            sum += self.met(way, density(way), draws.hits) * (lobe(way) / density(way));
+        }
+        gloss.specular * sum
     }
 
     /// The product of tau between two points.
-    pub(super) fn through(&self, from: End, to: End, hits: &mut Vec<Hit>) -> f32 {
+    fn through(&self, from: End, to: End, hits: &mut Vec<Hit>) -> f32 {
         if self.surfaces.opaque {
             f32::from(u8::from(self.rays.visible(from, to)))
         } else {
@@ -225,12 +254,12 @@ impl Space<'_> {
         };
         let all = || self.sending(hits).map(weigh).filter(|(_, _, w)| *w > 0.0);
         let total: f32 = all().map(|(_, _, w)| w).sum();
-        let mut left = random.uniform() * total;
+        let mut remaining = random.uniform() * total;
         let mut chosen = None;
         for (hit, carried, weight) in all() {
             chosen = Some((hit, carried * (total / weight)));
-            left -= weight;
-            if left < 0.0 {
+            remaining -= weight;
+            if remaining < 0.0 {
                 break;
             }
         }
@@ -240,7 +269,7 @@ impl Space<'_> {
 
 /// Weight of a point found with density `own` where another way finds it with density `other`.
 #[inline]
-pub(super) fn power_heuristic(own: f32, other: f32) -> f32 {
+fn power_heuristic(own: f32, other: f32) -> f32 {
     let ratio = other / own;
     1.0 / (1.0 + ratio * ratio)
 }

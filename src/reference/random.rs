@@ -1,56 +1,43 @@
-//! Random numbers of the path tracer: one stream for each (seed, pixel, sample), whatever thread draws from it.
+//! Random numbers of the path tracer: one stream of xoshiro256++ for each (seed, pixel, sample), whatever thread draws
+//! from it, and directions drawn with them.
 //!
-//! xoshiro256++ whose state is filled by SplitMix64 from a hash of the three numbers. Kept apart from the sequences
-//! the solver samples with, so that a flaw of one is not a flaw of both. Not handled: stratification; cryptography.
-//!
-//! Sources: D. Blackman, S. Vigna, *Scrambled linear pseudorandom number generators*, ACM TOMS 47(4), 2021; G. Steele,
-//! D. Lea, C. Flood, *Fast splittable pseudorandom number generators*, OOPSLA 2014.
+//! Kept apart from the sequences the solver samples with, so that a flaw of one is not a flaw of both. Only place for
+//! `rand_xoshiro`. Not handled: stratification; cryptography.
 
 use std::f32::consts::TAU;
 
 use glam::Vec3;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use rand_xoshiro::{SplitMix64, Xoshiro256PlusPlus};
 
 /// A stream of random numbers.
-pub(crate) struct Random {
-    state: [u64; 4],
-}
+pub(crate) struct Random(Xoshiro256PlusPlus);
 
 impl Random {
     /// The stream of one path.
     pub(crate) fn new(seed: u32, pixel: u64, sample: u64) -> Random {
-        let mut key = u64::from(seed);
-        for part in [pixel, sample] {
-            key = split_mix(&mut key).wrapping_add(part);
-        }
-        let mut key = split_mix(&mut key);
-        Random { state: std::array::from_fn(|_| split_mix(&mut key)) }
-    }
-
-    /// 64 random bits.
-    #[inline]
-    fn bits(&mut self) -> u64 {
-        let s = &mut self.state;
-        let bits = s[0].wrapping_add(s[3]).rotate_left(23).wrapping_add(s[0]);
-        let shifted = s[1] << 17;
-        s[2] ^= s[0];
-        s[3] ^= s[1];
-        s[1] ^= s[2];
-        s[0] ^= s[3];
-        s[2] ^= shifted;
-        s[3] = s[3].rotate_left(45);
-        bits
+        let mixed = |key: u64| SplitMix64::seed_from_u64(key).next_u64();
+        let key = mixed(mixed(seed.into()).wrapping_add(pixel)).wrapping_add(sample);
+        Random(Xoshiro256PlusPlus::seed_from_u64(mixed(key)))
     }
 
     /// Uniform in [0, 1), a multiple of 2^-24.
     #[inline]
     pub(crate) fn uniform(&mut self) -> f32 {
-        (self.bits() >> 40) as f32 / (1 << 24) as f32
+        (self.0.next_u64() >> 40) as f32 / (1 << 24) as f32
     }
 
     /// Uniform in [0, 1), a multiple of 2^-53.
     #[inline]
     pub(crate) fn fine(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+        (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Uniform weights of a triangle's second and third corner: the half of the unit square beyond the diagonal is
+    /// folded back.
+    pub(crate) fn triangle(&mut self) -> [f32; 2] {
+        let (u, v) = (self.uniform(), self.uniform());
+        if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] }
     }
 
     /// A unit direction about the unit `normal` with density cos(theta)/pi per steradian: a uniform point of the sphere
@@ -71,37 +58,13 @@ impl Random {
     }
 }
 
-/// The next number of a SplitMix64 stream.
-#[inline]
-fn split_mix(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Published test vectors of the two generators.
-    #[test]
-    fn the_generators_are_the_published_ones() {
-        let mut state = 1_234_567;
-        let split: [u64; 3] = std::array::from_fn(|_| split_mix(&mut state));
-        let expected = [6_457_827_717_110_365_317, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423];
-        assert_eq!(split, expected);
-        let state = [1, 2, 3, 4];
-        let mut random = Random { state };
-        let bits: [u64; 4] = std::array::from_fn(|_| random.bits());
-        let expected = [41_943_041, 58_720_359, 3_588_806_011_781_223, 3_591_011_842_654_386];
-        assert_eq!(bits, expected);
-    }
-
     #[test]
     fn streams_depend_on_all_three_numbers() {
-        let first = |seed, pixel, sample| Random::new(seed, pixel, sample).bits();
+        let first = |seed, pixel, sample| Random::new(seed, pixel, sample).fine();
         let all = [first(0, 0, 0), first(1, 0, 0), first(0, 1, 0), first(0, 0, 1), first(1, 1, 0)];
         for i in 1..all.len() {
             assert!(!all[..i].contains(&all[i]));

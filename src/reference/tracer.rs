@@ -4,20 +4,132 @@
 //! mean holds. A pass of given size gives the same bits for any number of threads. A pixel takes 284 bytes.
 //!
 //! Not handled: filters other than the box; adaptive sampling; proof that a series converges.
+//!
+//! Source of the moments: T. Chan, G. Golub, R. LeVeque, *Algorithms for computing the sample variance*, The American
+//! Statistician 37, 1983.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::light::{Rgb, Transport};
 use crate::pictures::{Picture, Size};
 use crate::rays::{Hit, Ray, Rays};
-use crate::reference::emitters::Emitters;
-use crate::reference::moments::{Moments, Sums};
-use crate::reference::path::{KEPT, Space};
+use crate::reference::lights::Emitters;
+use crate::reference::path::{KEPT, NextEvent, Space};
 use crate::reference::random::Random;
-use crate::reference::report::{Counts, Mean, Overflow, TraceSettings};
 use crate::reference::surfaces::Surfaces;
 use crate::scene::{Camera, Scene};
+
+/// How paths are traced.
+#[derive(Clone, Copy, Debug)]
+pub struct TraceSettings {
+    /// Whether emitters are sampled at every vertex.
+    pub next_event: NextEvent,
+    /// Reflections after which a path ends in any case; what comes later is missing from the picture.
+    pub max_bounces: u32,
+    /// Chooses the random numbers.
+    pub seed: u32,
+}
+
+impl Default for TraceSettings {
+    fn default() -> Self {
+        TraceSettings { next_event: NextEvent::On, max_bounces: 128, seed: 0 }
+    }
+}
+
+/// What was done so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Paths, one for each sample of each pixel.
+    pub paths: u64,
+    /// Rays cast: from the camera, from surface to surface, and to emitters.
+    pub rays: u64,
+    /// Paths that `max_bounces` ended with light still to gather.
+    pub cut: u64,
+    /// Paths that met the black back of a one-sided face first.
+    pub backs: u64,
+}
+
+/// A mean over the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Mean {
+    /// Radiance per channel, W/(m² sr); `mean` in reports.
+    #[serde(rename = "mean")]
+    pub value: [f64; 3],
+    /// Its standard error per channel; `standard_error` in reports.
+    #[serde(rename = "standard_error")]
+    pub error: [f64; 3],
+}
+
+/// Light grew beyond single precision: a series that diverges, followed too far.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
+#[error("the light overflows within {max_bounces} bounces: the series diverges")]
+#[diagnostic(
+    code(halflight::trace::overflow),
+    help("--max-bounces N with a smaller N shows the first bounces; `halflight bounces` shows how they grow")
+)]
+pub struct Overflow {
+    /// Reflections after which paths ended.
+    pub max_bounces: u32,
+}
+
+impl Counts {
+    fn add(&mut self, other: &Counts) {
+        self.paths += other.paths;
+        self.rays += other.rays;
+        self.cut += other.cut;
+        self.backs += other.backs;
+    }
+}
+
+/// Mean and sum of squared deviations of samples of one pixel, which come in passes and are not kept:
+///
+/// ```text
+/// merging (mean, M, n) with (m, Q, k), d = m - mean:   mean += d k/(n+k),   M += Q + d² n k/(n+k)
+/// standard error of the mean = sqrt(M / (n (n - 1)))
+/// ```
+///
+/// Sums run in f64 within a pass; between passes nothing cancels, so f32 holds them.
+#[derive(Clone, Copy, Default)]
+struct Moments {
+    mean: Vec3,
+    deviation: Vec3,
+}
+
+/// Sums over one pass.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    sum: DVec3,
+    squares: DVec3,
+}
+
+impl Sums {
+    #[inline]
+    fn add(&mut self, sample: Vec3) {
+        let x = sample.as_dvec3();
+        self.sum += x;
+        self.squares += x * x;
+    }
+}
+
+impl Moments {
+    /// Takes in a pass of `new` samples after `old` ones.
+    fn merge(&mut self, old: u64, pass: &Sums, new: u64) {
+        let (n, k) = (old as f64, new as f64);
+        let mean = pass.sum / k;
+        let within = (pass.squares - pass.sum * mean).max(DVec3::ZERO);
+        let apart = mean - self.mean.as_dvec3();
+        self.mean = (self.mean.as_dvec3() + apart * (k / (n + k))).as_vec3();
+        let between = apart * apart * (n * k / (n + k));
+        self.deviation = (self.deviation.as_dvec3() + within + between).as_vec3();
+    }
+
+    /// Square of the standard error of the mean of `count` samples, at least two.
+    fn squared_error(&self, count: u64) -> DVec3 {
+        let n = count as f64;
+        self.deviation.as_dvec3() / (n * (n - 1.0))
+    }
+}
 
 /// A picture that grows more exact with every pass.
 pub struct Tracer<'a> {
@@ -114,7 +226,7 @@ impl<'a> Tracer<'a> {
                 sums.add(light);
             }
             pixel.luminaire |= found.luminaire;
-            counts.add(&Counts { paths: 1, rays: found.rays, cut: u64::from(found.cut), backs: u64::from(found.back) });
+            counts.add(&Counts { paths: 1, rays: found.rays, cut: found.cut.into(), backs: found.back.into() });
         }
         let new = u64::from(samples);
         pixel.total.merge(self.samples, &total, new);
@@ -234,5 +346,27 @@ impl<'a> Tracer<'a> {
             }
         }
         Mean { value: (value / count).to_array(), error: (noise.map(f64::sqrt) / count).to_array() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_of_any_size_give_the_textbook_mean_and_error() {
+        let samples = [3.0, 1.0, 4.0, 1.0, 5.0, 9.0, 2.0, 6.0].map(Vec3::splat);
+        let mut moments = Moments::default();
+        let mut old = 0;
+        for pass in [&samples[..3], &samples[3..4], &samples[4..]] {
+            let mut sums = Sums::default();
+            pass.iter().for_each(|&x| sums.add(x));
+            moments.merge(old, &sums, pass.len() as u64);
+            old += pass.len() as u64;
+        }
+        // Mean 31/8; sum of squares 173; deviations 173 - 31²/8 = 52.875.
+        assert!((moments.mean.x - 3.875).abs() < 1e-6);
+        let error = moments.squared_error(8).x;
+        assert!((error - 52.875 / 56.0).abs() < 1e-6, "{error}");
     }
 }

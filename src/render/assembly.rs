@@ -1,19 +1,25 @@
-//! The way from a scene to its operators: rays, patches, form factors and K, with what each step cost.
+//! The equation `L = E + K L` of one mode on patches, put together; its light, looked at by the scene's camera.
 //!
-//! One set of patches and one cast of rays serves all the modes asked for.
+//! One cast of rays serves all the modes asked for. Not handled: how many patches and rays; callers choose.
 
-use std::ops::Deref;
+use crate::operator::linear::LinearOperator;
 use std::sync::Arc;
-use std::time::Instant;
 
-use crate::direct::{Lighting, Luminaires, Sight, receive_emitted, receive_punctual};
+use crate::direct::{Lights, Luminaires, TOLERABLE};
 use crate::form_factors::{Closure, Sampling, Variant, cast_counts, closure};
-use crate::light::{Rgb, Transport};
+use crate::gather::GatherPass;
+use crate::gather::Gathered;
+use crate::gather::gather;
+use crate::light::{Light, Rgb, Transport};
 use crate::operator::{Operator, PatchMaterials};
 use crate::patches::{Patches, Sample};
-use crate::rays::Rays;
+use crate::reading::Fields;
+use crate::reading::View;
+use crate::reading::invisible;
+use crate::reading::linear;
 use crate::scene::Scene;
-use crate::surfaces::Surfaces;
+use crate::solve::{AssembledShooter, RaySettings, RayShooter, Solution};
+use crate::surfaces::Geometry;
 
 /// Seconds spent on each step.
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]
@@ -58,57 +64,8 @@ impl Seconds {
     }
 }
 
-/// What no choice of patches changes: a scene, its rays and its surfaces.
-pub struct Geometry {
-    /// The scene.
-    pub scene: Scene,
-    /// Its rays.
-    pub rays: Rays,
-    /// Its surfaces.
-    pub surfaces: Arc<Surfaces>,
-    /// Seconds that finding them, and cutting the first patches, took.
-    pub seconds: f64,
-}
-
-/// A scene made ready for any mode: its [`Geometry`], which nothing changes and which is read as if it were part of
-/// this, and what is cut anew.
-pub struct Prepared {
-    geometry: Geometry,
-    /// Its patches.
-    pub patches: Patches,
-    /// Its emitters by closed form.
-    pub luminaires: Luminaires,
-    /// Rays of each patch over the number asked for; empty where all have the same.
-    pub(crate) densities: Vec<f32>,
-    /// The number of patches asked for, where all of them are of one size as first cut.
-    even: Option<usize>,
-}
-
-/// Rays, scene and surfaces are there to be read; there is no way to change them.
-impl Deref for Prepared {
-    type Target = Geometry;
-
-    fn deref(&self) -> &Geometry {
-        &self.geometry
-    }
-}
-
-/// K of one mode, with what is known of its F.
-pub struct Assembled {
-    /// The default (alpha, tau) it was made for.
-    pub transport: Transport,
-    /// (alpha, tau) of every material.
-    pub transports: Vec<Transport>,
-    /// What lies between patches and luminaires.
-    pub sight: Arc<Sight>,
-    /// K.
-    pub operator: Operator,
-    /// Row sums of F; none where no ray was needed.
-    pub closure: Option<Closure>,
-}
-
 /// What happens while the pipeline works.
-pub trait Watch: Sync {
+pub trait Watch: Send + Sync {
     /// A step of `length` ticks begins.
     fn begin(&self, step: &str, length: u64);
     /// So many ticks were done.
@@ -123,131 +80,217 @@ impl Watch for Silent {
     fn tick(&self, _done: u64) {}
 }
 
-/// Builds rays, patches and luminaires.
-pub fn prepare(scene: Scene, patches: usize) -> Prepared {
-    let start = Instant::now();
-    let rays = Rays::new(&scene);
-    let surfaces = Surfaces::new(&scene, &rays);
-    let cut = Patches::cut(&scene, &rays, &surfaces, patches);
-    let luminaires = Luminaires::new(&scene);
-    let seconds = start.elapsed().as_secs_f64();
-    let geometry = Geometry { scene, rays, surfaces, seconds };
-    Prepared { geometry, patches: cut, luminaires, densities: Vec::new(), even: Some(patches) }
+/// A scene cut into patches; a value, of which others are made, and cheap to clone.
+#[derive(Clone)]
+pub struct Discretization {
+    /// The scene, its rays and its surfaces.
+    pub geometry: Arc<Geometry>,
+    /// Emitters by closed form.
+    pub luminaires: Arc<Luminaires>,
+    /// The patches.
+    pub patches: Arc<Patches>,
 }
 
-impl Prepared {
-    /// The patches that [`Prepared::recut`] makes, which is not done again where they are those.
-    pub(crate) fn cut_to(&mut self, patches: usize) {
-        if self.even == Some(patches) {
-            self.densities.clear();
-        } else {
-            self.recut(patches);
-        }
+impl Discretization {
+    /// A scene cut into about so many patches of one size.
+    pub fn new(scene: Scene, patches: usize) -> Discretization {
+        let geometry = Geometry::new(scene);
+        let luminaires = Arc::new(Luminaires::new(&geometry.scene));
+        let patches = Arc::new(Patches::cut(&geometry, patches));
+        Discretization { geometry, luminaires, patches }
     }
 
-    /// Cuts the surfaces anew, into about so many patches; scene, rays and luminaires stay.
-    pub fn recut(&mut self, patches: usize) {
-        self.densities.clear();
-        self.patches = Patches::cut(&self.scene, &self.rays, &self.surfaces, patches);
-        self.even = Some(patches);
+    /// The same scene cut anew into about so many patches of one size.
+    pub fn cut(&self, patches: usize) -> Discretization {
+        Discretization { patches: Arc::new(Patches::cut(&self.geometry, patches)), ..self.clone() }
     }
 
-    /// Divides the patches as they were cut by the light sampled on them.
-    pub(crate) fn divide(&mut self, samples: Vec<Vec<Sample>>) {
-        self.even = None;
-        self.patches.divide(samples);
+    /// The same patches divided by the light sampled on each of their mesh.
+    pub(crate) fn divided(&self, samples: Vec<Vec<Sample>>) -> Discretization {
+        Discretization { patches: Arc::new(self.patches.divided(samples)), ..self.clone() }
     }
 
-    /// Mean over the patches of their rays over the number asked for.
-    pub(crate) fn density(&self) -> f64 {
-        let sum: f64 = self.densities.iter().map(|&d| f64::from(d)).sum();
-        match self.densities.len() {
-            0 => 1.0,
-            n => sum / n as f64,
-        }
+    /// (alpha, tau) of every material in a mode.
+    pub fn transports(&self, mode: Transport) -> Vec<Transport> {
+        self.geometry.scene.transports(mode)
     }
 
-    /// Rays of each patch where `rays` are asked for.
-    fn counts(&self, rays: u32) -> Vec<u32> {
-        let count = |density: &f32| (rays as f32 * density).ceil() as u32;
-        if self.densities.len() == self.patches.len() {
-            self.densities.iter().map(count).collect()
-        } else {
-            vec![rays; self.patches.len()]
-        }
+    /// `L = E + K L` of several modes, from one cast of rays; also tells how many rays were cast.
+    pub fn assemble(&self, modes: &[Transport], sampling: &Sampling, watch: &dyn Watch) -> (Vec<Assembled>, u64) {
+        let lights = |&mode: &Transport| (mode, self.lights(self.transports(mode), TOLERABLE));
+        assemble(&modes.iter().map(lights).collect::<Vec<_>>(), sampling, watch)
+    }
+
+    /// What lights the patches where materials have these (alpha, tau); stand-ins for many luminaires, or for a texture,
+    /// may be off by the share `exactness` of the light.
+    pub fn lights(&self, transports: Vec<Transport>, exactness: f64) -> Arc<Lights> {
+        Arc::new(Lights::new(&self.geometry, &self.patches, &self.luminaires, transports, exactness))
     }
 }
 
-/// Casts the rays for all `modes` at once and puts each one's K together; also tells how many rays were cast.
-pub fn assemble(p: &Prepared, modes: &[Transport], sampling: &Sampling, watch: &dyn Watch) -> (Vec<Assembled>, u64) {
-    let sights: Vec<Arc<Sight>> = modes.iter().map(|&m| sight(p, &p.scene.transports(m))).collect();
-    assemble_seeing(p, modes, &sights, sampling, watch)
+/// `L = E + K L` of one mode on patches.
+pub struct Assembled {
+    /// The default (alpha, tau) it was made for.
+    pub transport: Transport,
+    /// The patches, what lights them, and what lies between.
+    pub lights: Arc<Lights>,
+    /// K, and E.
+    pub operator: Operator,
+    /// Row sums of F; none where no ray was needed.
+    pub closure: Option<Closure>,
 }
 
-/// The same where it is known what lies between patches and luminaires.
-pub(crate) fn assemble_seeing(
-    p: &Prepared,
-    modes: &[Transport],
-    sights: &[Arc<Sight>],
+/// Casts the rays for the modes of all `lights`, which share their patches, and puts each one's K together; also tells
+/// how many rays were cast.
+pub(crate) fn assemble(
+    lights: &[(Transport, Arc<Lights>)],
     sampling: &Sampling,
     watch: &dyn Watch,
 ) -> (Vec<Assembled>, u64) {
-    let transports: Vec<Vec<Transport>> = modes.iter().map(|&m| p.scene.transports(m)).collect();
-    let materials: Vec<PatchMaterials> =
-        transports.iter().map(|t| PatchMaterials::new(&p.scene, &p.patches, &p.luminaires, t)).collect();
-    let variants: Vec<Variant> = transports
-        .iter()
-        .zip(&materials)
-        .map(|(t, m)| Variant { tau: t.iter().map(|t| t.tau).collect(), rows: m.receives(), columns: m.sends() })
-        .collect();
-    watch.begin("form factors", p.patches.len() as u64);
+    let Some((_, any)) = lights.first() else { return (Vec::new(), 0) };
+    let (geometry, patches) = (&any.geometry, &any.patches);
+    let materials = |(_, lights): &(Transport, Arc<Lights>)| materials(lights);
+    let materials: Vec<PatchMaterials> = lights.iter().map(materials).collect();
+    let variant = |((_, lights), m): (&(Transport, Arc<Lights>), &PatchMaterials)| variant(&lights.transports, m);
+    let variants: Vec<Variant> = lights.iter().zip(&materials).map(variant).collect();
+    watch.begin("form factors", patches.len() as u64);
     let tick = |done| watch.tick(done);
-    let counts = p.counts(sampling.rays);
-    let (factors, mut rays) = cast_counts(&p.rays, &p.patches, &variants, sampling, &counts, &tick);
-    let unit = p.scene.frame.scale * p.scene.frame.scale;
-    let areas: Vec<f64> = p.patches.areas().iter().map(|a| a * unit).collect();
+    let counts = patches.ray_counts(sampling.rays);
+    let (factors, mut rays) = cast_counts(&geometry.rays, patches, &variants, sampling, &counts, &tick);
     let mut assembled = Vec::new();
-    for ((((f, m), t), &transport), sight) in factors.into_iter().zip(materials).zip(transports).zip(modes).zip(sights)
-    {
-        let sight = Arc::clone(sight);
-        let received = received(p, &sight, &m, sampling, watch);
+    for ((f, m), (transport, lights)) in factors.into_iter().zip(materials).zip(lights) {
+        watch.begin("light as emitted", patches.len() as u64);
+        let received = lights.receive(&m.receives(), sampling, &tick);
         rays += received.rays;
-        let closure = closure(&f, p.patches.areas());
-        let operator = Operator::new(f, m, areas.clone(), received.luminaires).with_punctual(&received.punctual);
-        assembled.push(Assembled { transport, transports: t, sight, operator, closure });
+        let closure = closure(&f, patches.areas());
+        let operator =
+            Operator::new(f, m, areas(geometry, patches), received.luminaires).with_punctual(&received.punctual);
+        assembled.push(Assembled { transport: *transport, lights: Arc::clone(lights), operator, closure });
     }
     (assembled, rays)
 }
 
-/// What lies between the patches and the luminaires.
-pub(crate) fn sight(p: &Prepared, transports: &[Transport]) -> Arc<Sight> {
-    let reflects = |&m: &u32| p.scene.materials[m as usize].rho != Rgb::ZERO;
-    let receives: Vec<bool> = p.patches.materials().iter().map(reflects).collect();
-    Arc::new(Sight::new(&p.scene, &p.rays, &p.patches, &p.luminaires, transports, &receives))
+/// What the patches are made of in the mode of their lights.
+pub(crate) fn materials(lights: &Lights) -> PatchMaterials {
+    PatchMaterials::new(&lights.geometry.scene, &lights.patches, &lights.luminaires, &lights.transports)
 }
 
-/// What patches receive as emitted.
-pub(crate) struct Received {
-    /// `F E` of the luminaires for every patch that reflects.
-    pub luminaires: Vec<Rgb>,
-    /// Irradiance over pi from lights without area; empty where there are none.
-    pub punctual: Vec<Rgb>,
-    /// Rays cast.
-    pub rays: u64,
+/// The rows and columns of F that patches of these materials need, for tau of each material.
+pub(crate) fn variant(transports: &[Transport], m: &PatchMaterials) -> Variant {
+    Variant { tau: transports.iter().map(|t| t.tau).collect(), rows: m.receives(), columns: m.sends() }
 }
 
-/// Light as emitted that every patch that reflects receives by closed form.
-pub(crate) fn received(
-    p: &Prepared,
-    sight: &Sight,
-    materials: &PatchMaterials,
-    sampling: &Sampling,
-    watch: &dyn Watch,
-) -> Received {
-    watch.begin("light as emitted", p.patches.len() as u64);
-    let lighting = Lighting { rays: &p.rays, luminaires: &p.luminaires, sight };
-    let receives = materials.receives();
-    let (luminaires, cast) = receive_emitted(&lighting, &p.patches, &receives, sampling, &|done| watch.tick(done));
-    let (punctual, more) = receive_punctual(&lighting, &p.patches, &receives, sampling);
-    Received { luminaires, punctual, rays: cast + more }
+/// Areas of the patches, the file's units squared.
+pub(crate) fn areas(geometry: &Geometry, patches: &Patches) -> Vec<f64> {
+    let unit = geometry.scene.frame.scale * geometry.scene.frame.scale;
+    patches.areas().iter().map(|a| a * unit).collect()
+}
+
+impl Assembled {
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.lights.geometry.scene
+    }
+
+    /// The patches.
+    pub fn patches(&self) -> &Patches {
+        &self.lights.patches
+    }
+
+    /// What hemisphere rays read of E: all of it but the luminaires', which are gathered by closed form.
+    pub fn without_luminaires(&self, emission: &[Light]) -> Vec<Rgb> {
+        without_luminaires(&self.lights, emission)
+    }
+
+    /// The invisible light that the picture of a solution reads: every term, luminaires' emission excepted.
+    pub(crate) fn reflected(&self, terms: &[Vec<Light>]) -> Vec<Rgb> {
+        let mut terms = terms.iter();
+        let mut field = terms.next().map_or_else(Vec::new, |emission| self.without_luminaires(emission));
+        for term in terms {
+            for (sum, l) in field.iter_mut().zip(term) {
+                *sum += l.invisible;
+            }
+        }
+        field
+    }
+
+    /// What the patches receive of the reflected light, irradiance over pi.
+    pub(crate) fn ambient(&self, solution: &Solution) -> Vec<Rgb> {
+        let k = &self.operator;
+        let received = |i: usize| {
+            let visible = solution.light[i].visible - k.emission()[i].visible;
+            let rho = k.reflectance(i);
+            let over = |c: usize| if rho[c] > 0.0 { visible[c] / rho[c] } else { 0.0 };
+            Rgb::new(over(0), over(1), over(2)) - k.received()[i]
+        };
+        (0..k.len()).map(received).collect()
+    }
+
+    /// Light that leaves the patches for what luminaires send there, one value each.
+    pub(crate) fn direct(&self) -> Vec<Rgb> {
+        let k = &self.operator;
+        let one = |(i, received): (usize, &Rgb)| k.passed_on(i) * *received;
+        k.received().iter().enumerate().map(one).collect()
+    }
+
+    /// Fields to gather from one value a patch each, read as linear within a patch.
+    pub(crate) fn fields(&self, values: &[Vec<Rgb>]) -> Fields {
+        fields(self.patches(), values)
+    }
+
+    /// Renders the visible half of what fields of one value a patch send: a picture each, from the same rays.
+    pub fn pictures(&self, values: &[Vec<Rgb>], pass: &GatherPass, watch: &dyn Watch) -> Gathered {
+        pictures(&self.lights, values, pass, watch)
+    }
+
+    /// Renders a solution.
+    pub fn picture(&self, solution: &Solution, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
+        let fields = self.fields(&[self.reflected(&solution.terms)]).with_ambient(self.ambient(solution));
+        self.look(&fields, pass, watch)
+    }
+
+    /// Renders the visible half of what the fields send.
+    pub(crate) fn look(&self, fields: &Fields, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
+        look(&self.lights, fields, pass, watch)
+    }
+
+    /// Shoots over this K.
+    pub fn shooter(&self) -> AssembledShooter<'_> {
+        AssembledShooter::new(&self.operator)
+    }
+
+    /// Shoots rays from the same patches in the same mode.
+    pub fn ray_shooter(&self, settings: RaySettings) -> RayShooter<'_> {
+        RayShooter::new(&self.lights, settings)
+    }
+}
+
+/// What hemisphere rays read of E under some lights: all of it but the luminaires', which are gathered by closed form.
+pub fn without_luminaires(lights: &Lights, emission: &[Light]) -> Vec<Rgb> {
+    let mut field = invisible(emission);
+    for (l, &material) in field.iter_mut().zip(lights.patches.materials()) {
+        if lights.luminaires.carries[material as usize] {
+            *l = Rgb::ZERO;
+        }
+    }
+    field
+}
+
+/// Renders the visible half of what fields of one value a patch send under some lights: a picture each, from the same
+/// rays.
+pub fn pictures(lights: &Lights, values: &[Vec<Rgb>], pass: &GatherPass, watch: &dyn Watch) -> Gathered {
+    look(lights, &fields(&lights.patches, values), pass, watch)
+}
+
+/// Fields to gather from one value a patch each, read as linear within a patch.
+fn fields(patches: &Patches, values: &[Vec<Rgb>]) -> Fields {
+    let neighbours = patches.neighbours();
+    let each = values.iter().map(|field| linear(&neighbours, field));
+    Fields::linear(&each.collect::<Vec<_>>())
+}
+
+/// Renders the visible half of what the fields send.
+fn look(lights: &Lights, fields: &Fields, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
+    watch.begin("gather", pass.size.height as u64);
+    gather(&View::new(lights, pass.size), fields, &pass.gathering, &|done| watch.tick(done))
 }

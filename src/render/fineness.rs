@@ -29,8 +29,15 @@ impl Fineness {
         Fineness { patches: (FIRST_PATCHES * finer) as usize, rays: rays.next_power_of_two() }
     }
 
-    /// How many times finer than for a tolerance of 1 % the first patches and rays are.
-    pub(crate) fn over_one_percent(tolerance: f64) -> f64 {
+    /// What the terms of the bounce series are solved with whose powers are wanted to a tolerance: the default at 1 %.
+    pub(crate) fn of_terms(tolerance: f64) -> Fineness {
+        let (finer, Fineness { patches, rays }) = (Fineness::over_one_percent(tolerance), Fineness::default());
+        let rays = ((f64::from(rays) * finer) as u32).max(16);
+        Fineness { patches: (patches as f64 * finer) as usize, rays }
+    }
+
+    /// How many times finer than for a tolerance of 1 % patches and rays are.
+    fn over_one_percent(tolerance: f64) -> f64 {
         (0.01 / tolerance).clamp(0.1, 10.0)
     }
 

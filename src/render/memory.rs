@@ -22,7 +22,7 @@
 use crate::form_factors::{FormFactors, Rows, Sampling, Variant, cast};
 use crate::light::Transport;
 use crate::operator::PatchMaterials;
-use crate::render::assembly::Prepared;
+use crate::render::assembly::Discretization;
 use crate::render::unfit::{Stored, Unfit};
 use crate::solve::Settings;
 
@@ -66,7 +66,7 @@ pub(crate) struct Held {
 
 impl Held {
     /// So many casts of K of all modes, which are solved one after the other.
-    fn of_modes(modes: &[Transport], casts: usize) -> Held {
+    pub fn of_modes(modes: &[Transport], casts: usize) -> Held {
         Held { casts, solutions: modes.len().min(casts.max(1)), terms: Kept::Enough }
     }
 }
@@ -106,17 +106,25 @@ impl Pilot {
     }
 }
 
-/// Checks that K of all `modes` together fits in `limit` bytes; infinity asks nothing.
-///
-/// # Errors
-/// [`Unfit`], with the number of patches that would.
-pub fn check_memory(p: &Prepared, modes: &[Transport], sampling: &Sampling, limit: f64) -> Result<(), Unfit> {
-    check_held(p, modes, sampling, Held::of_modes(modes, 1), limit)
+impl Discretization {
+    /// Checks that K of all `modes` together, with so many solutions, fits in `limit` bytes; infinity asks nothing.
+    ///
+    /// # Errors
+    /// [`Unfit`], with the number of patches that would.
+    pub fn check_memory(
+        &self,
+        modes: &[Transport],
+        sampling: &Sampling,
+        solutions: usize,
+        limit: f64,
+    ) -> Result<(), Unfit> {
+        check_held(self, modes, sampling, Held { casts: 1, solutions, terms: Kept::Enough }, limit)
+    }
 }
 
 /// Checks that what is `held` of all `modes` fits in `limit` bytes.
 pub(crate) fn check_held(
-    p: &Prepared,
+    p: &Discretization,
     modes: &[Transport],
     sampling: &Sampling,
     held: Held,
@@ -130,13 +138,14 @@ pub(crate) fn check_held(
     if bytes <= limit { Ok(()) } else { Err(unfit) }
 }
 
-/// Estimates what K of all `modes` takes when `casts` of it are held at once, and the patches that fit in `limit`
-/// bytes.
-pub fn estimate_memory(p: &Prepared, modes: &[Transport], sampling: &Sampling, casts: usize, limit: f64) -> Estimate {
-    estimate(p, modes, sampling, Held::of_modes(modes, casts), limit)
-}
-
-fn estimate(p: &Prepared, modes: &[Transport], sampling: &Sampling, held: Held, limit: f64) -> Estimate {
+/// What is `held` of all `modes` takes, and the patches that fit in `limit` bytes.
+pub(crate) fn estimate(
+    p: &Discretization,
+    modes: &[Transport],
+    sampling: &Sampling,
+    held: Held,
+    limit: f64,
+) -> Estimate {
     let pilot = pilot(p, modes, sampling);
     let (entries, variants) = (pilot.entries, pilot.variants);
     let n = p.patches.len();
@@ -171,15 +180,15 @@ pub(crate) fn pilots(n: usize, sampling: &Sampling) -> Vec<usize> {
 }
 
 /// Casts a few rows of every choice of tau that needs any.
-fn pilot(p: &Prepared, modes: &[Transport], sampling: &Sampling) -> Pilot {
+fn pilot(p: &Discretization, modes: &[Transport], sampling: &Sampling) -> Pilot {
     let n = p.patches.len();
     let chosen = pilots(n, sampling);
     let mut passed = Vec::new();
     let variants: Vec<Variant> = modes
         .iter()
         .filter_map(|&mode| {
-            let transports = p.scene.transports(mode);
-            let m = PatchMaterials::new(&p.scene, &p.patches, &p.luminaires, &transports);
+            let transports = p.transports(mode);
+            let m = PatchMaterials::new(&p.geometry.scene, &p.patches, &p.luminaires, &transports);
             let receives = m.receives();
             let mut rows = vec![false; n];
             for &i in &chosen {
@@ -191,7 +200,7 @@ fn pilot(p: &Prepared, modes: &[Transport], sampling: &Sampling) -> Pilot {
             })
         })
         .collect();
-    let (factors, _) = cast(&p.rays, &p.patches, &variants, sampling, &|_| ());
+    let (factors, _) = cast(&p.geometry.rays, &p.patches, &variants, sampling, &|_| ());
     let entries: usize = factors.iter().map(|f| Rows::entries(&f.rows)).sum();
     let rows = chosen.len() * variants.len();
     let radius = |(f, passed): (&FormFactors, &Vec<f32>)| {
@@ -241,20 +250,23 @@ fn control_group() -> f64 {
     least
 }
 
-/// Cuts fewer patches where what is `held` of a mode would not fit in `limit` bytes; tells whether it did.
-pub(crate) fn keep_within(p: &mut Prepared, mode: Transport, sampling: &Sampling, held: Held, limit: f64) -> bool {
-    if limit.is_infinite() {
-        return false;
-    }
+/// Fewer patches, where what is `held` of a mode would not fit in `limit` bytes; none where it does.
+pub(crate) fn fewer(
+    p: &Discretization,
+    mode: Transport,
+    sampling: &Sampling,
+    held: Held,
+    limit: f64,
+) -> Option<Discretization> {
+    let mut fewer: Option<Discretization> = None;
     // The count asked for is met within about a quarter only.
-    let mut cut = false;
-    for share in [1.0, 0.75, 0.5] {
-        let e = estimate(p, &[mode], sampling, held, limit);
+    for share in if limit.is_infinite() { &[][..] } else { &[1.0, 0.75, 0.5] } {
+        let own = fewer.as_ref().unwrap_or(p);
+        let e = estimate(own, &[mode], sampling, held, limit);
         if e.bytes <= limit {
             break;
         }
-        p.recut((share * e.fitting as f64).max(1.0) as usize);
-        cut = true;
+        fewer = Some(own.cut((share * e.fitting as f64).max(1.0) as usize));
     }
-    cut
+    fewer
 }

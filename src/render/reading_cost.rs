@@ -9,10 +9,12 @@
 //!
 //! Not handled: noise that one more ray adds to what a ray reads.
 
+use crate::gather::GatherError;
 use crate::gather::adaptive_sampling::EDGES;
-use crate::gather::cache_refinement::RATE;
-use crate::gather::{GatherError, READINGS, Reading};
+use crate::gather::record_rounds::RATE;
 use crate::light::budget::{CAMERA, HEMISPHERE_SQUARED, LIGHT, left};
+use crate::reading::READINGS;
+use crate::reading::Reading;
 use crate::render::solved::{ROUGH_RAYS, Rough};
 use crate::render::wanted::Wanted;
 

@@ -3,10 +3,12 @@
 use std::path::Path;
 
 use crate::form_factors::Closure;
+use crate::gather::Gathered;
 use crate::operator::Bounds;
 use crate::pictures::{Exposure, ImageError, Picture, write_picture};
-use crate::render::assembly::Seconds;
-use crate::solve::Verdict;
+use crate::render::assembly::{Assembled, Seconds};
+use crate::render::wanted::Spent;
+use crate::solve::{Solution, Verdict};
 
 /// Estimated relative errors of a picture, and their root sum of squares.
 #[derive(Clone, Copy, Debug, Default, serde::Serialize)]
@@ -71,6 +73,25 @@ pub struct Rendered {
 }
 
 impl Rendered {
+    /// A picture of a solution, of whose errors nothing is known.
+    pub(crate) fn new(mode: &Assembled, solution: &Solution, gathered: Gathered, mut spent: Spent) -> Rendered {
+        spent.seconds.sum();
+        Rendered {
+            picture: gathered.total(),
+            error: ErrorParts::default(),
+            ended: Ended::ByItself,
+            seconds: spent.seconds,
+            patches: mode.patches().len(),
+            rays: spent.rays + gathered.rays,
+            radius: solution.radius,
+            verdict: solution.verdict,
+            closure: mode.closure,
+            backs: gathered.backs,
+            sees: gathered.sees,
+            standard_error: gathered.standard_error,
+        }
+    }
+
     /// Whether no pixel has any light though the camera sees a surface's reflecting side.
     pub(crate) fn is_black(&self) -> bool {
         let dark = |pixel: &crate::light::Rgb| *pixel == crate::light::Rgb::ZERO;

@@ -1,19 +1,27 @@
 //! Whether patches of one size stand for a scene at all, as measured at points: the two levels of patches agree where
-//! both are wrong alike, the residual does not ([`crate::gather::path_errors`]).
+//! both are wrong alike, the residual does not ([`crate::error::residual`]).
 //!
 //! A few pixels, each by many paths, tell the squared error of the picture with its standard error. More of both make
 //! sure of an error that is suspected, and of light that is to be accepted.
 //!
 //! Not handled: errors that few paths cannot tell from none; their standard error is stated.
 
-use std::time::Instant;
-
-use crate::gather::{Effort, Gathered, READINGS, Reading, SampledPixels, SquaredError};
+use crate::error::Effort;
+use crate::error::SampledPixels;
+use crate::error::SquaredError;
+use crate::error::sampled_pixels::Brightness;
+use crate::gather::Gathered;
 use crate::light::budget::{MATTERS, READ_AT_ONCE, SURE};
-use crate::render::assembly::Prepared;
+use crate::rays::purpose::Purpose;
+use crate::reading::READINGS;
+use crate::reading::Reading;
 use crate::render::reading_cost::ReadingCost;
-use crate::render::solved::{Rough, Solved, Spent};
+use crate::render::solved::Rough;
+use crate::render::solved::Solved;
+use crate::render::solved::rough_size;
+use crate::render::wanted::Spent;
 use crate::render::wanted::Wanted;
+use crate::render::wanted::timed;
 
 /// Paths at first, and at most where an error is suspected or light is to be accepted, at a tolerance of 2 % or less;
 /// of those fewer in proportion at larger ones.
@@ -57,12 +65,14 @@ pub(crate) struct Check {
 
 impl Check {
     /// Of a solution whose rough picture is given.
-    pub fn new(p: &Prepared, solved: &Solved, wanted: &Wanted, rough: &Gathered) -> Check {
-        let pixels = solved.pixels(p, wanted, &brightness(rough));
+    pub fn new(solved: &Solved, wanted: &Wanted, rough: &Gathered) -> Check {
+        let bright = brightness(rough);
+        let bright = Brightness { values: &bright, size: rough_size(wanted.size) };
+        let pixels = SampledPixels::new(&solved.view(wanted), bright, Purpose::SampledPixels.seed(wanted.seed));
         Check { pixels, signal: rough.error.signal.powi(2), found: Default::default() }
     }
 
-    /// Errors are told beside the signal of this rough picture from now on.
+    /// Errors are relative to the signal of this rough picture from now on.
     pub fn compare_with(&mut self, rough: &Gathered) {
         self.signal = rough.error.signal.powi(2);
     }
@@ -70,30 +80,45 @@ impl Check {
     /// Whether the light is off by more than its two levels of patches and its noise say, and by more than is
     /// tolerable.
     ///
-    /// Where nothing is left to do but to `accept` the light more paths are followed until they tell.
-    pub fn find(&mut self, p: &Prepared, solved: &Solved, wanted: &Wanted, accept: bool, spent: &mut Spent) -> Finding {
+    /// Where nothing is left to do but to `accept` the light more paths are followed until they are sure.
+    pub fn find(&mut self, solved: &Solved, wanted: &Wanted, accept: bool, spent: &mut Spent) -> Finding {
         if self.signal == 0.0 {
             return Finding::Agrees;
         }
-        let clock = Instant::now();
         let [first, most] = PATHS;
         let most = (most as f64 * (0.02 / wanted.tolerance).min(1.0)) as usize;
-        self.measure(p, solved, wanted, first, spent);
+        self.measure(solved, wanted, first, spent);
         let mut judgement = self.judge(solved, wanted);
         if !judgement.is_certain && (accept || judgement.is_suspicious) {
-            self.measure(p, solved, wanted, most, spent);
+            self.measure(solved, wanted, most, spent);
             judgement = self.judge(solved, wanted);
         }
-        spent.seconds.solve += clock.elapsed().as_secs_f64();
         judgement.finding
     }
 
-    /// Has pixels tell of a solution, by so many paths at most.
-    fn measure(&mut self, p: &Prepared, solved: &Solved, wanted: &Wanted, most: usize, spent: &mut Spent) {
+    /// The squared error of a solution by reading, relative to the picture's square, from so many paths at most; no more
+    /// of them where there is no time.
+    pub fn measure(
+        &mut self,
+        solved: &Solved,
+        wanted: &Wanted,
+        most: usize,
+        spent: &mut Spent,
+    ) -> [SquaredError; READINGS] {
         let certain = self.signal * (SURE * wanted.tolerance).powi(2);
+        let most = if wanted.is_late() { 0 } else { most };
         let effort = Effort { wanted: certain, most, deadline: wanted.deadline };
-        let found = solved.drawn(p, wanted, &mut self.pixels, effort, spent);
+        let before = self.pixels.rays();
+        let (found, seconds) = timed(|| self.pixels.measure(&solved.view(wanted), &solved.fields, effort));
+        spent.rays += self.pixels.rays() - before;
+        spent.seconds.solve += seconds;
         self.found = found.map(|squared| squared.over(self.signal));
+        self.found
+    }
+
+    /// By reading: what a gather ray takes until it has read, in rays.
+    pub fn prices(&self, solved: &Solved) -> [f64; READINGS] {
+        self.pixels.prices(solved.patches(), &solved.fields)
     }
 
     /// The squared error of light that is read at once, of the solution judged last, less a standard error.
@@ -130,16 +155,14 @@ impl Check {
     ///
     /// Read at once, its error is the larger of what the two levels of patches say and what the pixels last asked do,
     /// with their standard error.
-    pub fn confirm(&mut self, p: &Prepared, solved: &mut Solved, wanted: &Wanted, rough: &Rough, spent: &mut Spent) {
+    pub fn confirm(&mut self, solved: &mut Solved, wanted: &Wanted, rough: &Rough, spent: &mut Spent) {
         if self.signal == 0.0 {
             return;
         }
         if !solved.fields.is_read_at_once() {
-            let clock = Instant::now();
-            self.measure(p, solved, wanted, 0, spent);
-            spent.seconds.solve += clock.elapsed().as_secs_f64();
+            self.measure(solved, wanted, 0, spent);
         }
-        let cost = ReadingCost::new(rough, wanted, self.pixels.prices(&p.patches, &solved.fields));
+        let cost = ReadingCost::new(rough, wanted, self.prices(solved));
         self.state(solved, wanted, &cost);
     }
 
@@ -176,8 +199,9 @@ pub(crate) fn brightness(rough: &Gathered) -> Vec<f32> {
 mod tests {
     use super::*;
     use crate::light::Mode;
-    use crate::render::assembly::{Silent, prepare};
-    use crate::render::solved::{Task, solve};
+    use crate::render::assembly::Discretization;
+    use crate::render::assembly::Silent;
+    use crate::render::solved::Task;
     use crate::scene::Scene;
 
     const TOLERANCE: f64 = 0.02;
@@ -197,16 +221,15 @@ mod tests {
     }
 
     fn checked() -> Checked {
-        let p = prepare(Scene::open("cornell-box").expect("a scene"), 200);
+        let p = Discretization::new(Scene::open("cornell-box").expect("a scene"), 200);
         let (tolerance, size) = (TOLERANCE, (16, 16).into());
         let wanted = Wanted { tolerance, size, deadline: None, memory: f64::INFINITY, seed: 0 };
         let task = Task { transport: Mode::Global.transport(), wanted: &wanted, watch: &Silent };
-        let mut spent = Spent::default();
-        let solved = solve(&p, &task, 256, &mut spent).expect("converges");
-        let rough = solved.rough(&p, &wanted, &mut spent, &Silent);
-        let mut check = Check::new(&p, &solved, &wanted, &rough.gathered);
-        check.find(&p, &solved, &wanted, false, &mut spent);
-        let cost = ReadingCost::new(&rough, &wanted, check.pixels.prices(&p.patches, &solved.fields));
+        let (solved, mut spent) = Solved::new(&p, &task, 256).expect("converges");
+        let rough = solved.rough(&wanted, &Silent);
+        let mut check = Check::new(&solved, &wanted, &rough.gathered);
+        check.find(&solved, &wanted, false, &mut spent);
+        let cost = ReadingCost::new(&rough, &wanted, check.prices(&solved));
         Checked { wanted, solved, check, cost }
     }
 

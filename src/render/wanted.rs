@@ -1,16 +1,17 @@
-//! What is asked of a picture: how near, how large, by when, and from which random numbers.
+//! What a picture is to be, and what was spent on it.
 
 use std::time::Instant;
 
-use crate::gather::sampling::{is_over, would_be_over};
+use crate::error::deadline::{is_over, would_be_over};
 use crate::pictures::Size;
+use crate::render::assembly::Seconds;
 
 /// Share of the time that is left that finding the light may take; the rest is the gather pass's.
 const LIGHT: f64 = 2.0 / 3.0;
 
-/// What is asked.
+/// What a picture is to be.
 #[derive(Clone, Copy, Debug)]
-pub struct Wanted {
+pub(crate) struct Wanted {
     /// Relative RMS error of the picture.
     pub tolerance: f64,
     /// Pixels across and down.
@@ -25,19 +26,41 @@ pub struct Wanted {
 
 impl Wanted {
     /// Whether the time is over.
-    pub(crate) fn is_late(&self) -> bool {
+    pub fn is_late(&self) -> bool {
         is_over(self.deadline)
     }
 
     /// Whether twice what has begun then, and ends now, would end too late.
-    pub(crate) fn would_be_late(&self, began: Instant) -> bool {
+    pub fn would_be_late(&self, began: Instant) -> bool {
         would_be_over(self.deadline, began, 2.0)
     }
 
-    /// What is asked of the light that a picture shows: two thirds of the time that is left.
-    pub(crate) fn of_light(&self) -> Wanted {
+    /// The same for the light that a picture shows: two thirds of the time that is left.
+    pub fn of_light(&self) -> Wanted {
         let now = Instant::now();
         let deadline = self.deadline.map(|end| now + end.saturating_duration_since(now).mul_f64(LIGHT));
         Wanted { deadline, ..*self }
     }
+}
+
+/// What was spent so far.
+#[derive(Clone, Default)]
+pub(crate) struct Spent {
+    pub seconds: Seconds,
+    pub rays: u64,
+}
+
+impl Spent {
+    /// Adds what something else took.
+    pub fn add(&mut self, other: &Spent) {
+        self.seconds = self.seconds.plus(&other.seconds);
+        self.rays += other.rays;
+    }
+}
+
+/// What some work gives, and the seconds that it took.
+pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let given = work();
+    (given, start.elapsed().as_secs_f64())
 }

@@ -27,7 +27,8 @@ impl Default for Settings {
 }
 
 /// How the series behaves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// Spectral radius proved below 1.
     Converges,

@@ -1,31 +1,34 @@
 //! The bounce series as pictures: one of every term `KⁿE`, and their partial sums.
 
-use crate::gather::{GatherPass, invisible};
-use crate::light::Rgb;
+use crate::direct::Lights;
+use crate::gather::GatherPass;
+use crate::light::{Light, Rgb};
 use crate::pictures::Picture;
-use crate::render::look::fields;
-use crate::render::{Assembled, Prepared, Watch, picture, without_luminaires};
+use crate::reading::invisible;
+use crate::render::{Watch, pictures, without_luminaires};
 use crate::solve::Solution;
 
 /// What hemisphere rays read for each of the first `count` bounces: the picture of bounce n shows the patch light of
 /// bounce n - 1 reflected once more. Fewer where the series ends.
-pub fn bounce_fields(p: &Prepared, solution: &Solution, count: usize) -> Vec<Vec<Rgb>> {
-    let of = |n: usize| match n {
-        0 => without_luminaires(p, &solution.terms[0]),
-        n => invisible(&solution.terms[n]),
-    };
-    (0..count.min(solution.terms.len() - 1)).map(of).collect()
+pub fn bounce_fields(lights: &Lights, solution: &Solution, count: usize) -> Vec<Vec<Rgb>> {
+    let terms = &solution.terms;
+    (0..count.min(terms.len() - 1)).map(|n| bounce_field(lights, n, &terms[n])).collect()
 }
 
-/// What hemisphere rays read for each of the first `count` bounces, and for all later ones of the solution together.
-/// Fewer where the series ends; then nothing is left for the last.
-pub fn bounce_fields_and_rest(p: &Prepared, solution: &Solution, count: usize) -> Vec<Vec<Rgb>> {
-    let mut values = bounce_fields(p, solution, count);
-    let later = solution.terms.iter().skip(values.len());
-    let mut rest = vec![Rgb::ZERO; p.patches.len()];
-    for term in later {
-        for (sum, l) in rest.iter_mut().zip(term) {
-            *sum += l.invisible;
+/// What hemisphere rays read of the light of bounce n.
+fn bounce_field(lights: &Lights, n: usize, term: &[Light]) -> Vec<Rgb> {
+    if n == 0 { without_luminaires(lights, term) } else { invisible(term) }
+}
+
+/// What hemisphere rays read for each of the first `count` bounces of a series, and for all later ones together. Fewer
+/// where the series ends; then nothing remains for the last.
+pub fn bounce_fields_and_rest(lights: &Lights, terms: &[Vec<Light>], count: usize) -> Vec<Vec<Rgb>> {
+    let count = count.min(terms.len() - 1);
+    let mut values: Vec<Vec<Rgb>> = (0..count).map(|n| bounce_field(lights, n, &terms[n])).collect();
+    let mut rest = vec![Rgb::ZERO; lights.patches.len()];
+    for (n, term) in terms.iter().enumerate().skip(count) {
+        for (sum, light) in rest.iter_mut().zip(bounce_field(lights, n, term)) {
+            *sum += light;
         }
     }
     values.push(rest);
@@ -34,22 +37,16 @@ pub fn bounce_fields_and_rest(p: &Prepared, solution: &Solution, count: usize) -
 
 /// A picture of E, and one of each of the [`bounce_fields`], all from the same rays; the first of these has the
 /// luminaires' direct light.
-pub fn bounce_pictures(
-    p: &Prepared,
-    mode: &Assembled,
-    values: &[Vec<Rgb>],
-    pass: &GatherPass,
-    watch: &dyn Watch,
-) -> Vec<Picture> {
-    let parts = picture(p, &mode.transports, &fields(p, values), pass, watch);
-    let mut pictures = vec![parts.emission];
-    pictures.extend(parts.indirect);
-    if let Some(first) = pictures.get_mut(1) {
+pub fn bounce_pictures(lights: &Lights, values: &[Vec<Rgb>], pass: &GatherPass, watch: &dyn Watch) -> Vec<Picture> {
+    let parts = pictures(lights, values, pass, watch);
+    let mut all = vec![parts.emission];
+    all.extend(parts.indirect);
+    if let Some(first) = all.get_mut(1) {
         for (sum, direct) in first.pixels.iter_mut().zip(&parts.direct.pixels) {
             *sum += *direct;
         }
     }
-    pictures
+    all
 }
 
 /// Partial sums of pictures.

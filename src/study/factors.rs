@@ -6,9 +6,7 @@
 
 use rayon::prelude::*;
 
-use crate::form_factors::objects::adaptive_integration::Estimate;
-use crate::form_factors::objects::exact::{Bodies, Method, Tolerance};
-use crate::form_factors::objects::sampled::Sampler;
+use crate::form_factors::{Bodies, Estimate, Method, Sampler, Tolerance};
 use crate::rays::Rays;
 use crate::render::Watch;
 use crate::scene::Scene;
@@ -100,7 +98,7 @@ pub struct FactorTable {
     pub unmet: usize,
 }
 
-/// What is asked of the table.
+/// How exact the table is.
 #[derive(Clone, Copy, Debug)]
 pub struct FactorSettings {
     /// Error allowed, as a share of each form factor; a thousandth of it is allowed to any.

@@ -2,8 +2,6 @@
 //! accuracy, and what light objects exchange. Answers are numbers, and, with
 //! the feature `plot`, figures.
 
-#[cfg(feature = "plot")]
-pub(crate) mod bounce_figures;
 pub(crate) mod bounces;
 pub mod compare;
 pub(crate) mod factors;
@@ -13,7 +11,5 @@ pub mod frontier;
 pub mod map;
 pub(crate) mod statistics;
 
-#[cfg(feature = "plot")]
-pub use bounce_figures::{bounce_sheet, bounces_chart, term_name};
 pub use bounces::{bounce_fields, bounce_fields_and_rest, bounce_pictures, partial_sums};
 pub use factors::{Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors};

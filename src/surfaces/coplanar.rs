@@ -2,15 +2,19 @@
 //!
 //! Each has a rectangular frame (u, v) in its plane, turned so that the rectangle around it is smallest.
 //!
-//! Not handled: smooth surfaces; each of their facets is a surface.
+//! Faces touch where they share a corner: parts are found by union and find over corners.
+//!
+//! Not handled: smooth surfaces, each of whose facets is a surface; faces that touch without a common corner.
+
+use std::hash::Hash;
 
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use crate::rays::Rays;
 use crate::scene::Scene;
 use crate::scene::planes::by_plane;
-use crate::surfaces::connected::connected;
 
 /// A maximal set of touching coplanar faces with its (u, v) frame.
 #[derive(Debug)]
@@ -70,6 +74,42 @@ pub(crate) fn find(scene: &Scene, rays: &Rays) -> Vec<Surface> {
     let mut parts: Vec<Vec<u32>> = connected.collect();
     parts.par_sort_unstable_by_key(|faces| faces[0]);
     parts.into_par_iter().map(|f| measure(scene, f)).collect()
+}
+
+/// Connected parts of `faces`: faces of one `kind` that share a corner. Parts and the faces of each keep their
+/// order.
+pub(crate) fn connected<K: Copy + Eq + Hash>(scene: &Scene, faces: &[u32], kind: impl Fn(u32) -> K) -> Vec<Vec<u32>> {
+    if let [face] = faces {
+        return vec![vec![*face]];
+    }
+    let mut parents: Vec<u32> = (0..faces.len() as u32).collect();
+    let mut first: FxHashMap<([u32; 3], K), u32> = FxHashMap::default();
+    for (k, &face) in (0u32..).zip(faces) {
+        let kind = kind(face);
+        for corner in scene.corners(face) {
+            // Corners are compared by position: exporters repeat vertices.
+            let position = corner.to_array().map(|x| (x + 0.0).to_bits());
+            let other = *first.entry((position, kind)).or_insert(k);
+            let (a, b) = (root(&mut parents, k), root(&mut parents, other));
+            // The first face of a part is its root.
+            parents[a.max(b) as usize] = a.min(b);
+        }
+    }
+    let mut parts: Vec<Vec<u32>> = vec![Vec::new(); faces.len()];
+    for (k, &face) in (0u32..).zip(faces) {
+        parts[root(&mut parents, k) as usize].push(face);
+    }
+    parts.retain(|faces| !faces.is_empty());
+    parts
+}
+
+/// The root of k in a forest, whose paths it halves.
+fn root(parents: &mut [u32], mut k: u32) -> u32 {
+    while parents[k as usize] != k {
+        parents[k as usize] = parents[parents[k as usize] as usize];
+        k = parents[k as usize];
+    }
+    k
 }
 
 /// Area, normal and the smallest rectangle around a surface's faces.

@@ -1,7 +1,7 @@
 //! Where other faces touch or cut a surface: the lines across which its light jumps.
 //!
 //! A box on a floor hides the floor under it. A patch that lies half under the box would carry the mean of a lit and
-//! a buried half, and everyone who sees the lit half would read it too dark: an error that falls only with the first
+//! a buried half, and whatever sees the lit half would find it too dark: an error that falls only with the first
 //! power of the patch size. Cells are therefore cut along these lines (the D0 discontinuities of Heckbert 1992).
 //!
 //! Not handled: discontinuities of higher order, the edges of shadows.
@@ -25,7 +25,7 @@ const VOXELS: usize = 32;
 #[derive(Debug)]
 pub(crate) struct Discontinuities {
     voxels: Voxels,
-    /// Of every surface, found when first asked for.
+    /// Of every surface, found when first requested.
     segments: Vec<OnceLock<Vec<[DVec2; 2]>>>,
 }
 

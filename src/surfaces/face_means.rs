@@ -3,14 +3,14 @@
 //! Exporters map the leaves of a tree, all of them, onto the same few triangles of a texture: what agrees in material
 //! and coordinates is integrated once.
 //!
-//! Not handled: parts of faces; callers ask the [`Scene`] for those.
+//! Not handled: parts of faces; [`Scene::means`] integrates those.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::scene::{Means, Scene};
 
-/// Stands for a face whose material is the same everywhere.
+/// A face whose material is the same everywhere.
 const NONE: u32 = u32::MAX;
 
 /// Material, and the bits of coordinates and colours at the corners: what the means of a whole face depend on.
@@ -70,7 +70,7 @@ mod tests {
                 continue;
             };
             let part = scene.means(face, scene.corners(face));
-            // Points tell coordinates within some 1e-6, so 48 texels within 1e-4 of one; a mask's points are 1/576
+            // Points give coordinates within some 1e-6, so 48 texels within 1e-4 of one; a mask's points are 1/576
             // each.
             let apart = [whole.rho - part.rho, whole.emission - part.emission].map(|d| d.abs().max_element());
             assert!(apart[0].max(apart[1]) < 2e-3 && (whole.coverage - part.coverage).abs() < 2e-3, "{face} {apart:?}");

@@ -3,12 +3,11 @@
 //! All of it depends on the scene alone and is found once, however often patches are cut from it. A [`SurfacePoint`] is
 //! a place on it.
 
-pub(crate) mod connected;
 pub(crate) mod coplanar;
 pub(crate) mod discontinuities;
 pub(crate) mod face_means;
-pub(crate) mod point;
+pub(crate) mod geometry;
 pub(crate) mod scene_surfaces;
 
-pub use point::SurfacePoint;
-pub use scene_surfaces::Surfaces;
+pub use geometry::Geometry;
+pub use scene_surfaces::{SurfacePoint, Surfaces};

@@ -1,19 +1,16 @@
-//! What cutting needs to know of a scene and does not depend on the patches: its surfaces, where they touch, its
-//! normals.
+//! What patches are cut from and does not depend on them, made once for a scene: its surfaces, where they touch, its
+//! normals; and points of it.
 //!
-//! Made once for a scene; all cuts share it.
-//!
-//! Not handled: patches, which are cut from surfaces.
+//! Not handled: patches; the patch a point belongs to, which [`Patches::at`](crate::patches::Patches::at) finds.
 
 use std::sync::Arc;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::rays::Rays;
+use crate::rays::{End, Rays};
 use crate::scene::Scene;
-use crate::surfaces::coplanar;
-use crate::surfaces::coplanar::Surface;
+use crate::surfaces::coplanar::{self, Surface};
 use crate::surfaces::discontinuities::Discontinuities;
 use crate::surfaces::face_means::FaceMeans;
 
@@ -40,5 +37,23 @@ impl Surfaces {
             normals: normals.into(),
             means: FaceMeans::new(scene),
         })
+    }
+}
+
+/// A point on one side of a face, that sends or receives light there.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// Unit coordinates.
+    pub position: Vec3,
+    /// Unit normal of the side.
+    pub normal: Vec3,
+    /// The face it lies on.
+    pub face: u32,
+}
+
+impl SurfacePoint {
+    /// The point as an end of a visibility ray.
+    pub fn end(&self) -> End {
+        (self.position, Some(self.face))
     }
 }

@@ -3,9 +3,8 @@
 use rayon::prelude::*;
 
 use crate::rays::accelerator::Accelerator;
-use crate::rays::query::{Label, NO_PLANE, Query};
 use crate::rays::tests::*;
-use crate::rays::triangle::Triangle;
+use crate::rays::triangle::{Label, NO_PLANE, Query, Triangle};
 
 /// The same faces in blocks and in a hierarchy.
 fn both(triangles: &[[Vec3; 3]]) -> (Rays, [Accelerator; 2]) {

@@ -128,7 +128,7 @@ fn transmittance_is_the_product_of_tau_over_the_surfaces_between() {
     let scene = scene_of(&panes, &[0, 0, 1, 1, 2, 2, 3, 3, 0, 0]);
     let rays = Rays::new(&scene);
     let mut scratch = Vec::new();
-    // Straight through the diagonal both halves share, and beside it.
+    // Straight through the diagonal both halves share, and next to it.
     for (x, y) in [(0.25, 0.25), (0.1, 0.3)] {
         let ends = [0.9, -0.9].map(|z| Vec3::new(x, y, z));
         let (from, to) = ((ends[0], Some(0)), (ends[1], Some(8)));

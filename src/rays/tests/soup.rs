@@ -105,10 +105,10 @@ fn check(scene: &Scene, rays: &Rays, ray: &Ray) -> Result<(), TestCaseError> {
     rays.crossings(ray, &mut hits);
     // Same faces, but for those in doubt.
     let mut found: Vec<u32> = hits.iter().map(|h| h.face).filter(|f| !open.contains(f)).collect();
-    let mut wanted: Vec<u32> = sure.iter().map(|s| s.0).collect();
+    let mut expected: Vec<u32> = sure.iter().map(|s| s.0).collect();
     found.sort_unstable();
-    wanted.sort_unstable();
-    prop_assert_eq!(found, wanted);
+    expected.sort_unstable();
+    prop_assert_eq!(found, expected);
     // Same place and side, in order.
     prop_assert!(hits.windows(2).all(|w| w[0].t <= w[1].t + 1e-5));
     for (face, truth) in &sure {

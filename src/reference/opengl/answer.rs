@@ -5,9 +5,10 @@
 use crate::pictures::Picture;
 
 /// A picture by OpenGL.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize)]
 pub struct OpenGlPicture {
     /// Radiance, W/(m² sr), as OpenGL's colours have it: means over the samples of each pixel.
+    #[serde(skip)]
     pub picture: Picture,
     /// OpenGL's name for itself.
     pub renderer: String,
@@ -16,6 +17,7 @@ pub struct OpenGlPicture {
     /// From the triangles to the picture, context and upload included.
     pub seconds: f64,
     /// Whether colours were kept as floating point; 8 bits a channel elsewhere, clamped to 0..1.
+    #[serde(skip)]
     pub floating: bool,
 }
 

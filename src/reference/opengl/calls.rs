@@ -4,7 +4,7 @@
 //! the addresses of OpenGL's functions. [`Gl`] is safe to use: it hands OpenGL only pointers to memory that is long
 //! enough, draws only vertices that were loaded, and makes its context current before each call.
 //!
-//! Not handled: windows, shaders, textures; errors of single calls ([`Gl::failed`] tells of them all).
+//! Not handled: windows, shaders, textures; errors of single calls ([`Gl::failed`] is of all of them).
 #![allow(unsafe_code)]
 
 use std::cell::Cell;
@@ -143,7 +143,7 @@ impl Gl {
         usize::try_from(value[0]).unwrap_or(0)
     }
 
-    /// Whether any call failed since this was asked last.
+    /// Whether any call failed since the last such question.
     pub fn failed(&self) -> bool {
         // SAFETY: takes and leaves nothing.
         unsafe { (self.functions().GetError)() != gl::NO_ERROR }

@@ -1,5 +1,5 @@
 //! A scene drawn by fixed-function OpenGL: its triangles with flat normals, lit at their corners, and as many samples a
-//! pixel as asked for.
+//! pixel as requested.
 //!
 //! ```text
 //! colour of a corner = emission + sum over lights of

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::solve::shooting::shooter::{Column, Surfaces};
+use crate::solve::shooting::shooters::{Column, Surfaces};
 
 /// Chunks that receivers are divided into: fixed, so that sums do not depend on the number of threads.
 const CHUNKS: usize = 64;

@@ -19,16 +19,13 @@
 //! Source: M. Cohen, S. Chen, J. Wallace, D. Greenberg, *A progressive refinement approach to fast radiosity image
 //! generation*, SIGGRAPH 1988.
 
-pub(crate) mod assembled;
-pub(crate) mod cast;
-pub(crate) mod growth;
 pub(crate) mod ledger;
 pub(crate) mod report;
-pub(crate) mod shooter;
+pub(crate) mod shooters;
 
-pub use assembled::AssembledShooter;
 pub use report::{Balance, Progress, ShootingSettings};
-pub use shooter::{Column, Sender, Shooter};
+pub use shooters::AssembledShooter;
+pub use shooters::{Column, Sender, Shooter};
 
 use std::borrow::Cow;
 use std::f64::consts::PI;
@@ -37,8 +34,8 @@ use glam::DVec3;
 
 use crate::light::Light;
 use crate::solve::neumann::Diverges;
-use crate::solve::shooting::growth::Growth;
 use crate::solve::shooting::ledger::{Ledger, Shot};
+use crate::solve::shooting::report::Growth;
 
 /// A running solution.
 pub struct Shooting<'a> {

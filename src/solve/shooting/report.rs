@@ -8,6 +8,13 @@
 //! arises, so that [`Balance::residual`] is a check and not a definition; only what columns without a known fate (an
 //! assembled F, a closed form) did not deliver is taken as a difference, shot less landed.
 
+use glam::DVec3;
+
+use crate::operator::Bounds;
+use crate::solve::neumann::{Diverges, Verdict};
+use crate::solve::shooting::ledger::{Ledger, Shot};
+use crate::solve::shooting::shooters::{Foreknowledge, Surfaces};
+
 /// When to stop, and in what steps.
 #[derive(Clone, Copy, Debug)]
 pub struct ShootingSettings {
@@ -80,4 +87,72 @@ impl Balance {
         let spent = self.absorbed + self.held + self.left() + self.unshot;
         if self.emitted > 0.0 { (self.emitted + self.made() - spent) / self.emitted } else { 0.0 }
     }
+}
+
+/// Watches a run whose convergence is not known beforehand.
+pub(crate) struct Growth {
+    watched: bool,
+    /// Invisible light each patch has shot after its first reflection.
+    shot: Vec<DVec3>,
+    /// Shots after which to look next.
+    next: u64,
+    /// Shots after which to give up.
+    most: u64,
+}
+
+impl Growth {
+    /// Nothing shot yet.
+    pub fn new(patches: usize, foreknowledge: Foreknowledge, shots_per_patch: u64) -> Growth {
+        Growth {
+            watched: foreknowledge == Foreknowledge::Unknown,
+            shot: vec![DVec3::ZERO; patches],
+            next: patches as u64,
+            most: shots_per_patch.saturating_mul(patches as u64),
+        }
+    }
+
+    /// Notes what patch i shoots; light as emitted does not count.
+    pub fn add(&mut self, i: usize, shot: &Shot) {
+        let reflected = shot.iter().filter(|(n, _)| *n >= 1).map(|(_, l)| *l);
+        self.shot[i] += reflected.sum::<DVec3>();
+    }
+
+    /// Looks four times a sweep over all patches whether the light shot so far shows growth.
+    pub fn look(&mut self, surfaces: &Surfaces, ledger: &Ledger, shots: u64) -> Result<(), Diverges> {
+        if !self.watched || shots < self.next {
+            return Ok(());
+        }
+        self.next = shots + (self.shot.len() as u64).div_ceil(4);
+        let radius = bounds(surfaces, ledger, &self.shot);
+        let verdict = if radius.lower >= 1.0 {
+            Verdict::Diverges
+        } else if shots >= self.most {
+            Verdict::Undecided
+        } else {
+            return Ok(());
+        };
+        Err(Diverges::new(surfaces.rho, surfaces.alpha, verdict, radius))
+    }
+}
+
+/// Bounds on the spectral radius, worst channel, from the light `shot` by every patch after its first reflection.
+fn bounds(surfaces: &Surfaces, ledger: &Ledger, shot: &[DVec3]) -> Bounds {
+    let mut products = DVec3::ZERO;
+    let mut squares = DVec3::ZERO;
+    let mut upper = 0.0f64;
+    for (i, &s) in shot.iter().enumerate() {
+        let passed = (surfaces.alpha[i] * surfaces.rho[i]).as_dvec3();
+        let incident: DVec3 = ledger.all_incident(i).iter().skip(1).sum();
+        for c in (0..3).filter(|&c| passed[c] > 0.0) {
+            let r = passed[c] * incident[c];
+            products[c] += surfaces.areas[i] * s[c] * r / passed[c];
+            squares[c] += surfaces.areas[i] * s[c] * s[c] / passed[c];
+            if r > 0.0 {
+                upper = upper.max(r / s[c]);
+            }
+        }
+    }
+    let quotient = |c: usize| if squares[c] > 0.0 { products[c] / squares[c] } else { 0.0 };
+    let lower = (0..3).map(quotient).fold(0.0, f64::max);
+    Bounds { lower, upper: upper.max(lower) }
 }

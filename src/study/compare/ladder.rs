@@ -5,6 +5,7 @@
 //!
 //! Not handled: how pictures and references are made.
 
+use crate::render::RenderError;
 use std::time::Instant;
 
 use serde::{Serialize, Serializer};
@@ -34,7 +35,7 @@ impl Study {
         if self == Study::Compare { ORDERS + 1 } else { 0 }
     }
 
-    /// Unshot share, and tail of the series, that count as none beside the errors looked for.
+    /// Unshot share, and tail of the series, that count as none next to the errors measured.
     pub(crate) fn rest(self) -> f64 {
         if self == Study::Compare { 2e-5 } else { 1e-4 }
     }
@@ -57,8 +58,10 @@ pub struct StudyPlan<'a> {
     pub memory: f64,
     /// Seconds that reading the scene took, which count for every picture.
     pub load: f64,
-    /// Told what happens.
+    /// Follows the progress of each step.
     pub watch: &'a dyn Watch,
+    /// Called with the name of each ladder that begins.
+    pub begins: &'a dyn Fn(&str),
 }
 
 /// There is nothing to study.
@@ -76,6 +79,15 @@ pub enum StudyError {
     /// A reference does not fit, or it is black.
     #[error(transparent)]
     Metric(#[from] MetricError),
+}
+
+impl From<RenderError> for StudyError {
+    fn from(error: RenderError) -> StudyError {
+        match error {
+            RenderError::Diverges(diverges) => diverges.into(),
+            RenderError::Memory(unfit) => unfit.into(),
+        }
+    }
 }
 
 /// A way to a picture, and what is varied on it.
@@ -117,9 +129,9 @@ pub struct Ladder {
     pub method: Method,
     /// Steps at most.
     pub steps: u32,
-    /// The next step is foreseen to take as many times the last as that did the one before, but within these.
+    /// The next step is predicted to take as many times the last as that did the one before, but within these.
     growth: [f64; 2],
-    /// A step that is foreseen to take more than this share of the plan's seconds is not begun.
+    /// A step that is predicted to take more than this share of the plan's seconds is not begun.
     share: f64,
 }
 
@@ -149,13 +161,20 @@ impl Ladder {
     ];
 }
 
+/// In reports by its name.
+impl Serialize for Ladder {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(self.name)
+    }
+}
+
 /// One picture on the way up.
 #[derive(Clone, Debug, Default)]
 pub struct LadderStep {
     /// How fine, in words.
     pub effort: String,
-    /// The relative error asked for, where one was.
-    pub asked: Option<f64>,
+    /// The requested relative error, where there is one.
+    pub requested: Option<f64>,
     /// The relative error estimated while running, where it was.
     pub estimated: Option<f64>,
     /// Where the time went.
@@ -166,7 +185,7 @@ pub struct LadderStep {
     pub orders: Vec<Picture>,
 }
 
-/// Climbs as long as the next step is foreseen to end in time; a step of none, for want of memory, is the end too.
+/// Climbs as long as the next step is predicted to end in time; a step of none, for want of memory, is the end too.
 ///
 /// # Errors
 /// What `step` fails with.
@@ -178,12 +197,12 @@ pub(crate) fn climb<E>(
     let mut steps: Vec<LadderStep> = Vec::new();
     let [least, most] = ladder.growth;
     for k in 0..ladder.steps {
-        let foreseen = match &steps[..] {
+        let predicted = match &steps[..] {
             [] => 0.0,
             [only] => only.seconds.total * least,
             [.., before, last] => last.seconds.total * (last.seconds.total / before.seconds.total).clamp(least, most),
         };
-        if foreseen > ladder.share * plan.seconds {
+        if predicted > ladder.share * plan.seconds {
             break;
         }
         let Some(mut made) = step(k)? else {
@@ -208,12 +227,13 @@ pub(crate) fn lap(clock: &mut Instant) -> f64 {
 #[derive(Clone, Debug, Serialize)]
 pub struct LadderPoint {
     /// What climbed.
-    #[serde(rename = "method", serialize_with = "name")]
+    #[serde(rename = "method")]
     pub ladder: Ladder,
     /// How fine, in words.
     pub effort: String,
-    /// The error asked for; null where effort was given.
-    pub asked: Option<f64>,
+    /// The requested error; null where effort was given.
+    #[serde(rename = "asked")]
+    pub requested: Option<f64>,
     /// The error estimated while running; null where none was.
     pub estimated: Option<f64>,
     /// The error against the reference.
@@ -228,10 +248,6 @@ pub struct LadderPoint {
     pub on_front: bool,
 }
 
-fn name<S: Serializer>(ladder: &Ladder, to: S) -> Result<S::Ok, S::Error> {
-    to.serialize_str(ladder.name)
-}
-
 /// Holds a step against references: of the whole picture, then of each order.
 ///
 /// # Errors
@@ -243,7 +259,7 @@ pub(crate) fn measured(ladder: &Ladder, step: LadderStep, truths: &[Truth]) -> R
         orders: orders.map(|(picture, truth)| Some(reached(picture, truth).ok()?.error)).collect(),
         ladder: *ladder,
         effort: step.effort,
-        asked: step.asked,
+        requested: step.requested,
         estimated: step.estimated,
         seconds: step.seconds,
         on_front: false,

@@ -21,8 +21,8 @@ use serde::{Serialize, Serializer};
 
 use crate::light::Rgb;
 use crate::pictures::{Picture, Size};
-use crate::study::compare::answer::{Answer, Mean};
 use crate::study::compare::arithmetic::{counted, map, smoothed, window};
+use crate::study::compare::truth::{Made, Truth};
 use crate::study::statistics::{bennett, student_quantile, variance_limit};
 
 /// Probability of calling two equal pictures different.
@@ -33,6 +33,55 @@ const POOL: usize = 3;
 
 /// What the end of a series leaves out, relative: counts as none.
 const NEGLIGIBLE: f64 = 1e-4;
+
+/// A method's best picture, its bounce orders and means, with all that is known of their errors: what verdicts rest on,
+/// and what methods of the other kind are held against.
+#[derive(Clone, Debug, Default)]
+pub struct Answer {
+    /// The method.
+    pub name: &'static str,
+    /// How fine: patches and rays, or samples a pixel.
+    pub effort: String,
+    /// All bounces.
+    pub picture: Picture,
+    /// Standard error of each pixel and channel.
+    pub noise: Picture,
+    /// Estimated size of the error that more samples do not reduce, per pixel and channel; none for a path tracer.
+    pub systematic: Option<Picture>,
+    /// Bounces n = 0 to [`ORDERS`](crate::study::compare::ORDERS).
+    pub orders: Vec<Picture>,
+    /// Standard errors of the orders.
+    pub order_noise: Vec<Picture>,
+    /// Means over the mask: of the picture, then of the orders.
+    pub means: Vec<Mean>,
+    /// Degrees of freedom behind the standard errors of the means.
+    pub freedom: f64,
+    /// The most that one sample adds to each pixel; none where noise counts as normal.
+    pub sample: Option<Picture>,
+}
+
+/// A mean over the mask, per channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mean {
+    /// Radiance, W/(m² sr).
+    pub value: [f64; 3],
+    /// Its standard error.
+    pub noise: [f64; 3],
+    /// Bound on the error that the size of patches makes.
+    pub systematic: [f64; 3],
+}
+
+impl Answer {
+    /// The references it gives: of the picture, then of each order.
+    pub(crate) fn truths(&self, mask: &Picture) -> Vec<Truth> {
+        let pictures = std::iter::once((&self.picture, &self.noise)).chain(self.orders.iter().zip(&self.order_noise));
+        let made = Made { by: self.name.into(), effort: String::new(), seconds: 0.0, error: None };
+        let truth = |(picture, noise): (&Picture, &Picture)| {
+            Truth::new(picture.clone(), noise.clone(), mask.clone(), made.clone())
+        };
+        pictures.map(truth).collect()
+    }
+}
 
 /// Two methods, compared.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -83,16 +132,12 @@ pub struct OrderDifference {
 impl Difference {
     /// `agree` or `differ`.
     pub fn verdict(&self) -> &'static str {
-        verdict(self.agree)
+        if self.agree { "agree" } else { "differ" }
     }
 }
 
-fn verdict(agree: bool) -> &'static str {
-    if agree { "agree" } else { "differ" }
-}
-
 fn in_a_word<S: Serializer>(agree: &bool, to: S) -> Result<S::Ok, S::Error> {
-    to.serialize_str(verdict(*agree))
+    to.serialize_str(if *agree { "agree" } else { "differ" })
 }
 
 /// Compares two answers over the mask.

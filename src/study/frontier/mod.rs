@@ -7,14 +7,12 @@
 
 #[cfg(feature = "plot")]
 pub(crate) mod charts;
-pub(crate) mod formal;
 pub(crate) mod series;
-pub(crate) mod slice;
 pub(crate) mod spread;
 
 #[cfg(feature = "plot")]
 pub use charts::{series_chart, shooting_chart, spread_chart};
-pub use formal::{Formal, check_dense, formal};
 pub use series::{Approach, SeriesRun, Shot, Timing, runs};
-pub use slice::{Slice, at};
+pub use series::{Formal, check_dense, formal};
+pub use series::{Slice, at};
 pub use spread::{Scaling, Spread, Traced, scaling};

@@ -1,19 +1,74 @@
-//! The series, its bounds, its true tails and progressive shooting at given shares of the frontier's alpha.
+//! One tau of a scene's stability map: where both frontiers lie along alpha, and what the series, its bounds, its true
+//! tails, progressive shooting and the formal solution do at given shares of the frontier's alpha.
+//!
+//! Not handled: the whole map ([`map`](crate::study::map::map)).
 
+use crate::Solver;
+use crate::render::most_fitting;
 use std::time::Instant;
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use crate::form_factors::Sampling;
 use crate::light::{Light, Transport};
-use crate::operator::{Bounds, operator_norm};
-use crate::render::{Assembled, Silent, assemble, assembled_shooter, prepare, ray_shooter};
+use crate::operator::{Bounds, Operator, operator_norm};
+use crate::render::Assembled;
+use crate::render::Discretization;
+use crate::render::Silent;
+use crate::render::Stored;
+use crate::render::Unfit;
+use crate::render::Watch;
 use crate::scene::Scene;
 use crate::solve::{
     RaySettings, Settings, Shooter, Shooting, ShootingSettings, TailBound, Verdict, direct, extrapolated, neumann,
     norm, terms, verdict,
 };
-use crate::study::frontier::slice::at;
+use crate::study::map::Survey;
+
+/// The scene with every own alpha and tau (1 where a material has none) times these: a point of its stability map.
+pub fn at(scene: &Scene, alpha: f64, tau: f64) -> Scene {
+    let own = scene.transports(Transport { alpha: 1.0, tau: 1.0 });
+    let mut scaled = scene.clone();
+    for (material, own) in scaled.materials.iter_mut().zip(own) {
+        material.alpha = Some((alpha * f64::from(own.alpha)) as f32);
+        material.tau = Some((tau * f64::from(own.tau)) as f32);
+    }
+    scaled
+}
+
+/// Where the frontiers lie at one tau.
+pub struct Slice {
+    /// Factor on every tau.
+    pub tau: f64,
+    /// The mean diverges beyond: 1 over the spectral radius at alpha = 1.
+    pub alpha_c: f64,
+    /// The path tracer's variance is infinite beyond.
+    pub alpha_variance: f64,
+    /// Upper bound on the spectral radius at alpha = 1.
+    pub radius: f64,
+    survey: Survey,
+}
+
+impl Slice {
+    /// Casts the rays, and finds both frontiers from the middle of their bounds.
+    pub fn new(p: &Discretization, tau: f64, sampling: &Sampling, watch: &dyn Watch) -> Slice {
+        let survey = Survey::new(p, sampling, watch);
+        let radius = survey.spectrum(tau, &survey.start()).worst();
+        let squares = survey.moment(tau, 2.0, &survey.start()).worst();
+        Slice {
+            tau,
+            alpha_c: 2.0 / (radius.lower + radius.upper),
+            alpha_variance: (2.0 / (squares.lower + squares.upper)).sqrt(),
+            radius: radius.upper,
+            survey,
+        }
+    }
+
+    /// x of the path tracer's predicted error ~ N^x at this alpha: -(1 - 1/p) for a weight with a tail of index p.
+    pub fn exponent(&self, alpha: f64) -> f64 {
+        1.0 / self.survey.tail_index(alpha, self.tau).unwrap_or(2.0) - 1.0
+    }
+}
 
 /// Products to estimate a norm from.
 const NORM_PRODUCTS: usize = 64;
@@ -38,7 +93,6 @@ pub struct SeriesRun {
     #[serde(rename = "norm_of_k")]
     pub norm: f64,
     /// What the bounds say of the series.
-    #[serde(serialize_with = "name")]
     pub verdict: Verdict,
     /// Norms of `KⁿE`, n from 0.
     #[serde(skip)]
@@ -57,7 +111,7 @@ pub struct SeriesRun {
     /// Seconds of each solve of L over the same K.
     pub seconds: Timing,
     /// How progressive shooting with rays ended.
-    #[serde(rename = "shooting", serialize_with = "name")]
+    #[serde(rename = "shooting")]
     pub shot: Verdict,
     /// Its last batch.
     #[serde(flatten)]
@@ -90,11 +144,6 @@ pub struct Shot {
     pub unshot: f64,
 }
 
-/// A verdict as its name.
-fn name<S: Serializer>(verdict: &Verdict, to: S) -> Result<S::Ok, S::Error> {
-    to.serialize_str(verdict.name())
-}
-
 /// Points at one tau that approach the frontier.
 #[derive(Clone, Debug)]
 pub struct Approach {
@@ -113,13 +162,11 @@ pub fn runs(
     settings: &Settings,
 ) -> Vec<SeriesRun> {
     let run = |&(share, alpha): &(f64, f64)| {
-        let prepared = prepare(at(scene, alpha, approach.tau), patches);
-        let (mut modes, _) = assemble(&prepared, &[Transport::default()], sampling, &Silent);
-        let mode = modes.remove(0);
+        let p = Solver::new(&at(scene, alpha, approach.tau)).cut(patches);
+        let mode = p.assemble(&[Transport::default()], sampling, &Silent).0.remove(0);
         let mut run = follow(&mode, share, alpha, settings);
         let rays = RaySettings { rays: SHOOTING_RAYS, seed: sampling.seed, ..RaySettings::default() };
-        let shooter = ray_shooter(&prepared, Transport::default(), rays);
-        (run.shots, run.shot) = shoot(&shooter, prepared.patches.len());
+        (run.shots, run.shot) = shoot(&mode.ray_shooter(rays), mode.patches().len());
         run.last_shot = run.shots.last().copied().unwrap_or(run.last_shot);
         run
     };
@@ -187,7 +234,7 @@ fn time(mode: &Assembled, settings: &Settings) -> Timing {
 /// Shoots over K until a thousandth is unshot; none where that takes too many shots.
 fn empty(mode: &Assembled) -> Option<()> {
     let settings = ShootingSettings { generations: 2, shots_per_patch: SHOTS_A_PATCH, ..ShootingSettings::default() };
-    Shooting::new(&assembled_shooter(mode), settings).ok()?.run(|_| ()).ok().map(drop)
+    Shooting::new(&mode.shooter(), settings).ok()?.run(|_| ()).ok().map(drop)
 }
 
 /// Seconds that something took, if it came to an end.
@@ -216,4 +263,52 @@ fn shoot(shooter: &dyn Shooter, patches: usize) -> (Vec<Shot>, Verdict) {
     });
     let verdict = ended.map_or_else(|refused| refused.verdict, |_| Verdict::Converges);
     (seen, verdict)
+}
+
+/// The formal solution of (I - K) L = E beyond the frontier, in figures: there is one, and it is not light.
+///
+/// If L >= 0 solved it with radius lambda > 1 and y > 0 the left eigenvector of B, then `y L = y E + lambda y L`, so
+/// `y L = -y E/(lambda - 1) < 0`: some patch of every scene whose light reaches everything is negative.
+#[derive(Clone, Debug, Serialize)]
+pub struct Formal {
+    /// L, negative in places.
+    #[serde(skip)]
+    pub light: Vec<Light>,
+    /// The smallest invisible radiance, W/(m² sr).
+    pub smallest: f64,
+    /// The largest.
+    pub largest: f64,
+    /// Patches with a negative channel.
+    #[serde(rename = "negative_patches")]
+    pub negative: usize,
+}
+
+/// Checks that the dense solves of a frontier's study fit in `limit` bytes.
+///
+/// # Errors
+/// [`Unfit`] where three matrices of both halves' size do not.
+pub fn check_dense(p: &Discretization, limit: f64) -> Result<(), Unfit> {
+    // (2 n)² numbers of 8 bytes: I, K, and their difference.
+    let bytes = |n: f64| 3.0 * 8.0 * (2.0 * n).powi(2);
+    let patches = p.patches.len();
+    let fitting = most_fitting(patches, limit, bytes).max(1);
+    if bytes(patches as f64) <= limit {
+        return Ok(());
+    }
+    Err(Unfit { patches, stored: Stored::Dense, bytes: bytes(patches as f64), limit, fitting })
+}
+
+/// Solves (I - K) L = E by LU ([`direct`]), O(patches³); none where that is singular, lambda being an eigenvalue to
+/// rounding.
+pub fn formal(k: &Operator) -> Option<Formal> {
+    let light = direct(k)?;
+    let least = |l: &Light| l.invisible.min_element().min(l.visible.min_element());
+    let smallest = light.iter().map(|l| l.invisible.min_element());
+    let largest = light.iter().map(|l| l.invisible.max_element());
+    Some(Formal {
+        smallest: smallest.fold(f32::INFINITY, f32::min).into(),
+        largest: largest.fold(f32::NEG_INFINITY, f32::max).into(),
+        negative: light.iter().filter(|l| least(l) < 0.0).count(),
+        light,
+    })
 }

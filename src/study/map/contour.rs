@@ -5,18 +5,16 @@
 //! by straight lines between the columns. Colours are viridis, which rises evenly in lightness (S. van der Walt, N.
 //! Smith 2015). Not handled: the gap of the bounds, which is narrower than a line.
 
-use std::path::Path;
-
 use glam::{DVec2, dvec2};
 
 use crate::light::Mode;
 use crate::operator::Bounds;
 use crate::pictures::Size;
-use crate::plot::axis::Range;
+use crate::plot::axes::Range;
+use crate::plot::axes::{Frame, TICK_EM};
 use crate::plot::drawing::Drawing;
-use crate::plot::figure::{Figure, TICK_EM};
-use crate::plot::shapes::{Align, Colour, INK, PAPER};
-use crate::plot::{ChartError, Marker, Scale, font};
+use crate::plot::drawing::{Align, Colour, INK, PAPER};
+use crate::plot::{Marker, Scale, font};
 use crate::study::map::stability::{Column, Map};
 
 const SIZE: Size = Size { width: 880, height: 720 };
@@ -48,28 +46,20 @@ struct Curve {
 }
 
 impl MapChart<'_> {
-    /// Writes the chart, as SVG where the path ends in `.svg` and as PNG where it ends in `.png`.
-    ///
-    /// # Errors
-    /// Another extension, or a destination that cannot be written.
-    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), ChartError> {
-        self.drawing().write(path.as_ref())
-    }
-
     /// The chart, drawn.
     pub fn drawing(&self) -> Drawing {
         let unit = || Range::of(Scale::Linear, [0.0, 1.0]);
-        let mut figure = Figure::new(SIZE, [&self.title, &self.caption], [unit(), unit()], 72.0);
-        figure.x_ticks();
-        figure.y_ticks();
+        let mut frame = Frame::new(SIZE, [&self.title, &self.caption], [unit(), unit()], 72.0);
+        frame.x_ticks();
+        frame.y_ticks();
         let levels = self.levels();
-        self.draw_bands(&levels, &mut figure);
-        figure.axes(["alpha: interreflection", "tau: transmission"]);
-        self.draw_frontiers(&mut figure);
-        draw_corners(&mut figure);
-        draw_colours(&levels, &mut figure);
-        self.draw_meanings(&mut figure);
-        figure.drawing
+        self.draw_bands(&levels, &mut frame);
+        frame.axes(["alpha: interreflection", "tau: transmission"]);
+        self.draw_frontiers(&mut frame);
+        draw_corners(&mut frame);
+        draw_colours(&levels, &mut frame);
+        self.draw_meanings(&mut frame);
+        frame.drawing
     }
 
     /// The lower edges of the bands, and the upper edge of the last.
@@ -84,7 +74,7 @@ impl MapChart<'_> {
     }
 
     /// From the lowest band up, each drawn over all that is above its level, so that no seam shows.
-    fn draw_bands(&self, levels: &[f64], figure: &mut Figure) {
+    fn draw_bands(&self, levels: &[f64], frame: &mut Frame) {
         for (k, &level) in levels[..levels.len() - 1].iter().enumerate() {
             let curve = Curve::new(&self.map.columns, |c| c.radius, |r| level / r);
             let inside: Vec<f64> = curve.alphas.iter().map(|a| a.min(1.0)).collect();
@@ -92,35 +82,35 @@ impl MapChart<'_> {
                 continue;
             }
             let corners = inside.into_iter().zip(curve.taus).chain([(1.0, 1.0), (1.0, 0.0)]);
-            let corners: Vec<_> = corners.filter_map(|(alpha, tau)| figure.place(alpha, tau)).collect();
-            figure.drawing.polygon(&corners, colour(k, levels));
+            let corners: Vec<_> = corners.filter_map(|(alpha, tau)| frame.place(alpha, tau)).collect();
+            frame.drawing.polygon(&corners, colour(k, levels));
         }
     }
 
-    fn draw_frontiers(&self, figure: &mut Figure) {
+    fn draw_frontiers(&self, frame: &mut Frame) {
         let columns = &self.map.columns;
-        for piece in Curve::new(columns, |c| c.radius, |r| 1.0 / r).inside(figure) {
-            mean_line(&piece, &mut figure.drawing);
+        for piece in Curve::new(columns, |c| c.radius, |r| 1.0 / r).inside(frame) {
+            mean_line(&piece, &mut frame.drawing);
         }
-        for piece in Curve::new(columns, |c| c.squares, |r| 1.0 / r.sqrt()).inside(figure) {
-            figure.drawing.dashed(&piece, INK, 4.0, 7.0);
-            figure.drawing.dashed(&piece, PAPER, 2.0, 7.0);
+        for piece in Curve::new(columns, |c| c.squares, |r| 1.0 / r.sqrt()).inside(frame) {
+            frame.drawing.dashed(&piece, INK, 4.0, 7.0);
+            frame.drawing.dashed(&piece, PAPER, 2.0, 7.0);
         }
     }
 
     /// What the lines mean.
-    fn draw_meanings(&self, figure: &mut Figure) {
-        let sample = |figure: &Figure, y: f64| [24.0, 54.0].map(|across| dvec2(figure.right + across, y));
-        let y = figure.top + 10.0;
-        mean_line(&sample(figure, y), &mut figure.drawing);
-        let y = figure.entry("radius = 1: beyond, the series diverges", y, 62.0);
-        figure.drawing.dashed(&sample(figure, y), INK, 4.0, 7.0);
+    fn draw_meanings(&self, frame: &mut Frame) {
+        let sample = |frame: &Frame, y: f64| [24.0, 54.0].map(|across| dvec2(frame.right + across, y));
+        let y = frame.top + 10.0;
+        mean_line(&sample(frame, y), &mut frame.drawing);
+        let y = frame.entry("radius = 1: beyond, the series diverges", y, 62.0);
+        frame.drawing.dashed(&sample(frame, y), INK, 4.0, 7.0);
         let words = if self.map.grey {
             "beyond: the path tracer's variance is infinite"
         } else {
             "inside: the path tracer's variance is finite"
         };
-        figure.entry(words, y, 62.0);
+        frame.entry(words, y, 62.0);
     }
 }
 
@@ -131,21 +121,21 @@ fn mean_line(points: &[DVec2], drawing: &mut Drawing) {
 }
 
 /// The colour bar with the frontier on it.
-fn draw_colours(levels: &[f64], figure: &mut Figure) {
-    let left = figure.right.floor() + 36.0;
-    let (top, bottom) = (figure.top.floor() + 200.0, figure.bottom.ceil());
+fn draw_colours(levels: &[f64], frame: &mut Frame) {
+    let left = frame.right.floor() + 36.0;
+    let (top, bottom) = (frame.top.floor() + 200.0, frame.bottom.ceil());
     let y = |level: f64| bottom - (bottom - top) * level / levels[levels.len() - 1];
     let digits = if levels[1] < 0.1 { 2 } else { 1 };
     for (k, &level) in levels[..levels.len() - 1].iter().enumerate() {
-        figure.drawing.rectangle(dvec2(left, y(level)), dvec2(left + 22.0, top), colour(k, levels));
+        frame.drawing.rectangle(dvec2(left, y(level)), dvec2(left + 22.0, top), colour(k, levels));
     }
     for &level in levels {
-        figure.drawing.line(&[dvec2(left + 22.0, y(level)), dvec2(left + 27.0, y(level))], INK, 1.0);
+        frame.drawing.line(&[dvec2(left + 22.0, y(level)), dvec2(left + 27.0, y(level))], INK, 1.0);
         let at = dvec2(left + 33.0, y(level) + 0.35 * TICK_EM);
-        figure.drawing.text(&format!("{level:.digits$}"), at, TICK_EM, Align::Left, INK);
+        frame.drawing.text(&format!("{level:.digits$}"), at, TICK_EM, Align::Left, INK);
     }
-    mean_line(&[dvec2(left - 5.0, y(1.0)), dvec2(left + 27.0, y(1.0))], &mut figure.drawing);
-    figure.drawing.text("spectral radius of K", dvec2(left, top - 14.0), TICK_EM, Align::Left, INK);
+    mean_line(&[dvec2(left - 5.0, y(1.0)), dvec2(left + 27.0, y(1.0))], &mut frame.drawing);
+    frame.drawing.text("spectral radius of K", dvec2(left, top - 14.0), TICK_EM, Align::Left, INK);
 }
 
 /// The colour of band k, by the middle of its levels, from dark blue to yellow.
@@ -160,24 +150,24 @@ fn colour(k: usize, levels: &[f64]) -> Colour {
 }
 
 /// A disc and the mode's name in every corner.
-fn draw_corners(figure: &mut Figure) {
+fn draw_corners(frame: &mut Frame) {
     for mode in Mode::ALL {
         let at = mode.transport();
-        let Some(DVec2 { x, y }) = figure.place(at.alpha.into(), at.tau.into()) else {
+        let Some(DVec2 { x, y }) = frame.place(at.alpha.into(), at.tau.into()) else {
             continue;
         };
-        figure.drawing.marker(Marker::Disc, dvec2(x, y), 13.0, INK);
-        figure.drawing.marker(Marker::Disc, dvec2(x, y), 8.0, PAPER);
+        frame.drawing.marker(Marker::Disc, dvec2(x, y), 13.0, INK);
+        frame.drawing.marker(Marker::Disc, dvec2(x, y), 8.0, PAPER);
         // Above the square nothing is hidden; below it are the ticks.
         if at.tau > 0.5 {
-            figure.drawing.text(mode.name(), dvec2(x, y - 11.0), TICK_EM, Align::Center, INK);
+            frame.drawing.text(mode.name(), dvec2(x, y - 11.0), TICK_EM, Align::Center, INK);
             continue;
         }
         let wide = font::width(mode.name(), TICK_EM) + 12.0;
         let left = if at.alpha > 0.5 { x - 10.0 - wide } else { x + 10.0 };
         let base = y - 14.0;
-        figure.drawing.rectangle(dvec2(left, base - 15.0), dvec2(left + wide, base + 6.0), PAPER);
-        figure.drawing.text(mode.name(), dvec2(left + 6.0, base), TICK_EM, Align::Left, INK);
+        frame.drawing.rectangle(dvec2(left, base - 15.0), dvec2(left + wide, base + 6.0), PAPER);
+        frame.drawing.text(mode.name(), dvec2(left + 6.0, base), TICK_EM, Align::Left, INK);
     }
 }
 
@@ -199,11 +189,11 @@ impl Curve {
     }
 
     /// The parts of the curve inside the square, as drawn.
-    fn inside(&self, figure: &Figure) -> Vec<Vec<DVec2>> {
+    fn inside(&self, frame: &Frame) -> Vec<Vec<DVec2>> {
         let points: Vec<_> = self.alphas.iter().zip(&self.taus).collect();
         let pieces = points.split(|(alpha, _)| **alpha > 1.0);
         let placed = pieces.map(|piece| {
-            let place = |&(&alpha, &tau): &(&f64, &f64)| figure.place(alpha, tau);
+            let place = |&(&alpha, &tau): &(&f64, &f64)| frame.place(alpha, tau);
             piece.iter().filter_map(place).collect()
         });
         placed.filter(|piece: &Vec<_>| piece.len() > 1).collect()

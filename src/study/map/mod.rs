@@ -17,14 +17,13 @@
 
 #[cfg(feature = "plot")]
 pub(crate) mod contour;
-pub(crate) mod memory;
 pub(crate) mod stability;
 pub(crate) mod survey;
 pub(crate) mod variance;
 
 #[cfg(feature = "plot")]
 pub use contour::MapChart;
-pub use memory::check_crossings;
 pub use stability::{Column, FrontierPoint, GridPoint, Map, TauPoint, map};
 pub use survey::Survey;
+pub use survey::check_crossings;
 pub use variance::{Growth, Variance, growth};

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::form_factors::Sampling;
 use crate::operator::{Bounds, Spectrum};
-use crate::render::{Prepared, Watch};
+use crate::render::{Discretization, Watch};
 use crate::study::map::survey::Survey;
 
 /// Radii looked at for one alpha at most.
@@ -83,7 +83,7 @@ pub struct Map {
 }
 
 /// Maps a scene at `steps` by `steps` points, at least 2 each way.
-pub fn map(p: &Prepared, steps: usize, sampling: &Sampling, watch: &dyn Watch) -> Map {
+pub fn map(p: &Discretization, steps: usize, sampling: &Sampling, watch: &dyn Watch) -> Map {
     let survey = Survey::new(p, sampling, watch);
     let last = steps.max(2) - 1;
     watch.begin("spectral radii", steps.max(2) as u64);

@@ -1,4 +1,5 @@
-//! One cast of rays, asked for spectral radii at any tau, and for those of any moment of the path tracer's weights.
+//! One cast of rays: spectral radii at any tau, and those of any moment of the path tracer's weights; and how much memory
+//! that takes.
 //!
 //! What a path carries, as [`reference`](crate::reference) samples it: at a vertex with throughput T (its largest
 //! channel over that of the first surface, so T >= 1 always) one ray is cast; X_j is the light of the crossings with
@@ -27,9 +28,9 @@ use crate::light::{Rgb, Transport};
 use crate::operator::{Effort, Spectrum, spectrum_of};
 use crate::patches::Patches;
 use crate::rays::Rays;
+use crate::render::{Discretization, Stored, Unfit, Watch};
+use crate::render::{most_fitting, pilots};
 use crate::scene::Scene;
-
-use crate::render::{Prepared, Watch};
 
 /// How exactly radii are found. They are those at alpha = 1: on which side of 1 they lie is no question.
 const EFFORT: Effort = Effort { gap: 1e-3, products: 256, undecided: 0 };
@@ -57,10 +58,10 @@ pub struct Survey {
 
 impl Survey {
     /// Casts the rays for materials at alpha = tau = 1, or their own.
-    pub fn new(p: &Prepared, sampling: &Sampling, watch: &dyn Watch) -> Survey {
+    pub fn new(p: &Discretization, sampling: &Sampling, watch: &dyn Watch) -> Survey {
         let corner = Transport { alpha: 1.0, tau: 1.0 };
-        let transports = p.scene.transports(corner);
-        let subject = Subject { scene: &p.scene, rays: &p.rays, patches: &p.patches };
+        let transports = p.geometry.scene.transports(corner);
+        let subject = Subject { scene: &p.geometry.scene, rays: &p.geometry.rays, patches: &p.patches };
         Survey::of(&subject, &transports, sampling, watch)
     }
 
@@ -141,4 +142,64 @@ impl Survey {
     pub fn crossings(&self) -> usize {
         self.layers.crossings()
     }
+}
+
+/// Bytes of a crossing, of a column or ray that is listed, and of a patch's three lists.
+const CROSSING: f64 = 12.0;
+const LISTED: f64 = 4.0;
+const LISTS: f64 = 72.0;
+/// Bytes of an entry of a matrix while it is made, and of its row.
+const ENTRY: f64 = 24.0;
+const ROW: f64 = 72.0;
+/// Bytes of a patch for each column of the map, and for all other lists.
+const VECTORS: f64 = 32.0;
+const PATCH: f64 = 200.0;
+
+/// Checks that the crossings of a [`map`](crate::study::map::map) of so many `steps` each way fit in `limit` bytes;
+/// infinity checks nothing.
+///
+/// ```text
+/// n (12 x + 4 c + 4 r + 72)    x crossings, c columns and r rays a patch; three lists
+/// n (24 c + 72)                one matrix made from them, apart and joined
+/// n (32 s + 200)               eigenvectors of s columns of the map, and other lists
+/// ```
+///
+/// x and c are measured on a few patches; the scene itself is already loaded.
+///
+/// # Errors
+/// [`Unfit`], with the number of patches that would.
+pub fn check_crossings(p: &Discretization, sampling: &Sampling, steps: usize, limit: f64) -> Result<(), Unfit> {
+    if limit.is_infinite() {
+        return Ok(());
+    }
+    let n = p.patches.len();
+    let (crossings, columns) = pilot(p, sampling);
+    let needs = |n: f64| {
+        let c = columns.min(n);
+        let kept = CROSSING * crossings + LISTED * (c + f64::from(sampling.rays)) + LISTS;
+        n * (kept + ENTRY * c + ROW + VECTORS * steps as f64 + PATCH)
+    };
+    let bytes = needs(n as f64);
+    if bytes <= limit {
+        return Ok(());
+    }
+    let fitting = most_fitting(n, limit, needs).max(1);
+    Err(Unfit { patches: n, stored: Stored::Crossings(crossings), bytes, limit, fitting })
+}
+
+/// Mean crossings and columns of a few patches at alpha = tau = 1.
+fn pilot(p: &Discretization, sampling: &Sampling) -> (f64, f64) {
+    let n = p.patches.len();
+    let mut receives = vec![false; n];
+    let chosen = pilots(n, sampling);
+    for &i in &chosen {
+        receives[i] = true;
+    }
+    let corner = Transport { alpha: 1.0, tau: 1.0 };
+    let transports = p.geometry.scene.transports(corner);
+    let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
+    let own = Variant { tau, rows: receives, columns: vec![true; n] };
+    let (layers, _) = cast_layers(&p.geometry.rays, &p.patches, &own, sampling, &|_| ());
+    let mean = |count: usize| count as f64 / chosen.len().max(1) as f64;
+    (mean(layers.crossings()), mean(layers.columns()))
 }

@@ -1,4 +1,4 @@
-//! Whether the path tracer's variance is finite in one scene and mode, told before it starts.
+//! Whether the path tracer's variance is finite in one scene and mode, found before it starts.
 //!
 //! With B and `M = M^(2)` of [`Survey`] for the materials' (alpha, tau), the second moment of a path's weight is finite
 //! where the radii of both are below 1, and infinite where that of M is 1 or more. Nothing need be cast where
@@ -9,7 +9,7 @@
 //!                                                  rows of B sum to at most q and those of M to q²
 //! ```
 //!
-//! Elsewhere some hundred patches tell. Their size and the noise of their rays move the radii by some percent, so what
+//! Elsewhere radii come from some hundred patches. Their size and the noise of their rays move the radii by some percent, so what
 //! lies within [`MARGIN`] of 1 is left open, as is what colours leave open. Not handled: `max_bounces`, which makes any
 //! variance finite, of the sum up to there, and by far too large to be of use where it would be infinite without.
 
@@ -59,17 +59,6 @@ pub struct Growth {
     /// x of the error of a mean of N paths, which falls as N^-x: 1 - 1/p where the variance is infinite and the mean is
     /// not.
     pub exponent: Option<f64>,
-}
-
-impl Variance {
-    /// As in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Variance::Finite => "finite",
-            Variance::Infinite => "infinite",
-            Variance::Undecided => "undecided",
-        }
-    }
 }
 
 impl Growth {

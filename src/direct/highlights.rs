@@ -1,0 +1,161 @@
+//! Highlights: Phong's specular term of direct light, at the points that camera rays see.
+//!
+//! ```text
+//! H(x) = Ks/pi integral of  L(l) T(x, l) (n·h)^Ns  over directions l with n·l > 0,     h between l and the viewer
+//! ```
+//!
+//! L is light as emitted, by luminaires, other emitters and the sky; T the product of tau of what is crossed before.
+//! Lights without area enter by closed form times visibility. Everything else is found in two ways at once: by a point
+//! drawn on a luminaire, chosen by power and uniform in area, and by a ray in a direction drawn from the lobe, which
+//! also finds emitters that are no luminaires. Both are weighted by the power heuristic (E. Veach, *Robust Monte Carlo
+//! methods for light transport simulation*, 1997), so that small lamps and narrow lobes are both well met.
+//!
+//! Not handled: highlights of light that was reflected before; drawing among many luminaires by their distance.
+
+use crate::surfaces::Geometry;
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+
+use crate::direct::lights::Lights;
+use crate::direct::luminaire_light::Scratch;
+use crate::light::Gloss;
+use crate::rays::{Ray, Side};
+use crate::scene::Sides;
+use crate::surfaces::SurfacePoint;
+
+/// Finds highlights.
+pub(crate) struct Highlights<'a> {
+    lights: &'a Lights,
+    /// Power of each luminaire and those before it, as shares of all: area times radiance, channels added.
+    until: Vec<f64>,
+    /// All of that power.
+    power: f64,
+    /// Some face emits.
+    emits: bool,
+    /// Every ray ends at its first crossing.
+    opaque: bool,
+}
+
+/// A point that shows highlights.
+struct Shown<'a> {
+    receiver: &'a SurfacePoint,
+    position: DVec3,
+    normal: DVec3,
+    /// Unit vector to the viewer.
+    to_viewer: DVec3,
+    gloss: Gloss,
+}
+
+impl Shown<'_> {
+    fn lobe(&self, to_light: DVec3) -> f64 {
+        self.gloss.lobe(self.normal, to_light, self.to_viewer)
+    }
+
+    fn density(&self, to_light: DVec3) -> f64 {
+        self.gloss.density(self.normal, to_light, self.to_viewer)
+    }
+}
+
+impl<'a> Highlights<'a> {
+    /// What finds highlights; none where no material shows any.
+    pub fn new(lights: &'a Lights) -> Option<Highlights<'a>> {
+        let materials = &lights.geometry.scene.materials;
+        materials.iter().find(|m| m.gloss.is_some())?;
+        let mut power = 0.0;
+        let powers = lights.luminaires.list.iter().map(|l| {
+            power += l.area * f64::from(l.radiance.element_sum());
+            power
+        });
+        let sums: Vec<f64> = powers.collect();
+        Some(Highlights {
+            lights,
+            until: sums.iter().map(|sum| sum / power).collect(),
+            power,
+            emits: materials.iter().any(|m| m.emits()),
+            opaque: lights.transports.iter().all(|t| t.tau == 0.0),
+        })
+    }
+
+    /// H at a point, W/(m² sr), from one draw of each kind, points of the unit square.
+    pub fn gather(&self, receiver: &SurfacePoint, gloss: Gloss, draws: [DVec2; 2], memory: &mut Scratch) -> DVec3 {
+        let position = receiver.position.as_dvec3();
+        let to_viewer = (self.lights.geometry.scene.camera.position.as_dvec3() - position).normalize_or_zero();
+        let shown = Shown { receiver, position, normal: receiver.normal.as_dvec3(), to_viewer, gloss };
+        let mut light = self.lights.gather_weighted(receiver, |way| shown.lobe(way), memory);
+        if self.emits {
+            light += (self.drawn(&shown, draws[0], memory) + self.met(&shown, draws[1], memory)) / PI;
+            memory.cast += 1;
+        }
+        gloss.specular.as_dvec3() * light
+    }
+
+    /// Density per area at which points of a luminaire of that radiance are drawn.
+    fn density(&self, radiance: DVec3) -> f64 {
+        radiance.element_sum() / self.power
+    }
+
+    /// Light over Ks/pi of a point drawn on a luminaire, over its density.
+    fn drawn(&self, shown: &Shown, at: DVec2, memory: &mut Scratch) -> DVec3 {
+        let Some(last) = self.until.len().checked_sub(1) else { return DVec3::ZERO };
+        let k = self.until.partition_point(|&until| until <= at.x).min(last);
+        let before = if k == 0 { 0.0 } else { self.until[k - 1] };
+        let u = ((at.x - before) / (self.until[k] - before)).clamp(0.0, 1.0) as f32;
+        let luminaire = &self.lights.luminaires.list[k];
+        let y = luminaire.point(u.min(0.999_999_94), at.y as f32);
+        let across = y.position.as_dvec3() - shown.position;
+        let (d2, way) = (across.length_squared(), across.normalize_or_zero());
+        let per_area = -y.normal.dot(way) / d2;
+        let lobe = shown.lobe(way);
+        // NaN where the two points are one.
+        if !(per_area > 0.0 && lobe > 0.0) {
+            return DVec3::ZERO;
+        }
+        let arrived = self.lights.transmittance(shown.receiver, y.end(), memory);
+        let radiance = luminaire.radiance.as_dvec3();
+        let own = self.density(radiance);
+        let weight = power_heuristic(own, shown.density(way) * per_area);
+        radiance * y.share * (lobe * per_area / own * weight * arrived)
+    }
+
+    /// Light over Ks/pi along a ray drawn from the lobe, over its density.
+    fn met(&self, shown: &Shown, at: DVec2, memory: &mut Scratch) -> DVec3 {
+        let Some(way) = shown.gloss.direction(shown.normal, shown.to_viewer, at) else { return DVec3::ZERO };
+        let Lights { luminaires, transports, .. } = self.lights;
+        let Geometry { scene, rays, .. } = &*self.lights.geometry;
+        let direction = way.as_vec3();
+        let ray = Ray { origin: shown.receiver.position, direction, source: Some(shown.receiver.face) };
+        let density = shown.density(way);
+        let mut sum = DVec3::ZERO;
+        rays.light_crossings(&ray, self.opaque, &mut memory.hits);
+        rays.transmit(
+            &memory.hits,
+            |m| f64::from(transports[m].tau),
+            |hit, through| {
+                let index = rays.material(hit.face);
+                let material = &scene.materials[index];
+                if !material.emits() || hit.side == Side::Back && material.sides == Sides::One {
+                    return;
+                }
+                let radiance = scene.emitted_at(hit.face, ray.at(hit.t)).invisible.as_dvec3();
+                let other = if luminaires.carries[index] {
+                    let [a, b, c] = scene.corners(hit.face).map(|p| p.as_dvec3());
+                    let facing = (b - a).cross(c - a).normalize().dot(way).abs();
+                    let mean = luminaires.radiances[index].as_dvec3();
+                    self.density(mean) * f64::from(hit.t).powi(2) / facing
+                } else {
+                    0.0
+                };
+                sum += radiance * (through * power_heuristic(density, other));
+            },
+        );
+        // NaN where the lobe has no density to speak of.
+        if density > 0.0 { sum * (shown.lobe(way) / density) } else { DVec3::ZERO }
+    }
+}
+
+/// Weight of what was found with density `own` where another way finds it with density `other`.
+fn power_heuristic(own: f64, other: f64) -> f64 {
+    let ratio = other / own;
+    1.0 / (1.0 + ratio * ratio)
+}

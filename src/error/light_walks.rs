@@ -1,0 +1,480 @@
+//! Powers of the terms `KⁿE` by walks of light from the emitters: no patch is in them, so they have no error but chance.
+//!
+//! A walk starts at a point of an emitting side, drawn by power, along a cosine-distributed direction, at the sphere
+//! around the scene, where light of the sky enters it, or at a light without area. Its ray crosses surfaces c = 1, 2, ...;
+//! s_c is the product of tau before c. With W the power that the walk carries, per channel,
+//!
+//! ```text
+//! power of KⁿE, visible half   = mean over walks of  sum over crossings c of  W s_c rho_c
+//! power of KⁿE, invisible half = mean over walks of  sum over crossings c of  W s_c rho_c alpha_c
+//! goes on from one crossing,     drawn by p_c in proportion to s_c alpha_c |rho_c|,   with W s_c rho_c alpha_c / p_c
+//! ```
+//!
+//! Both means are free of bias (J. Arvo, D. Kirk, *Particle transport and image synthesis*, 1990). Standard errors come
+//! from batches of equal size. Walks end where nothing travels on, not by chance, so late terms keep all their walks.
+//!
+//! A light of radiant intensity I has the power `integral of I dω` in all; where its light weakens otherwise than by
+//! the square of the distance, the power that a walk carries depends on how far it comes:
+//! `I d² / (a0 + a1 d + a2 d²)` to the solid angle. Parallel light starts from a disc that shades the whole scene.
+//!
+//! Not handled: norms of the terms, which need light by place.
+
+use std::f64::consts::{PI, TAU};
+use std::time::Instant;
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::error::deadline::is_over;
+use crate::light::Transport;
+use crate::rays::purpose::Purpose;
+use crate::rays::sobol::{Stream, hash};
+use crate::rays::warp::{cosine_direction, hemisphere_direction, triangle_point};
+use crate::rays::{Hit, Ray, Rays, Side};
+use crate::scene::{PunctualForm, PunctualLight, PunctualPlace, Scene, Sides};
+
+/// Walks of a batch.
+const BATCH: u32 = 4096;
+/// Batches at first and at most.
+const BATCHES: (u32, u32) = (16, 1024);
+
+/// Powers of both halves of one term, W.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct TermPower {
+    pub visible: DVec3,
+    pub invisible: DVec3,
+}
+
+/// What the walks found.
+pub(crate) struct WalkedPowers {
+    /// KE first.
+    pub terms: Vec<TermPower>,
+    /// Relative standard errors of the visible half's power, channels added; 0 where nothing arrived.
+    pub errors: Vec<f64>,
+}
+
+/// What is asked of the walks.
+pub(crate) struct WalkGoal {
+    /// Terms from KE on.
+    pub count: usize,
+    /// Relative standard error that ends the search.
+    pub error: f64,
+    /// No batch is begun after it.
+    pub deadline: Option<Instant>,
+    pub seed: u32,
+}
+
+/// Everything that walks need.
+struct Walks<'a> {
+    scene: &'a Scene,
+    rays: &'a Rays,
+    transports: Vec<Transport>,
+    sources: WalkSources<'a>,
+    opaque: bool,
+}
+
+/// Walks until every term is known to the error asked for, or as many walks are made as ever are.
+pub(crate) fn walked_powers(scene: &Scene, rays: &Rays, transport: Transport, goal: &WalkGoal) -> WalkedPowers {
+    let walks = Walks::new(scene, rays, transport);
+    let mut batches: Vec<Vec<TermPower>> = Vec::new();
+    let mut wanted = BATCHES.0;
+    loop {
+        let more = (batches.len() as u32..wanted).into_par_iter().map(|batch| walks.batch(batch, goal));
+        batches.extend(more.collect::<Vec<_>>());
+        let found = WalkedPowers::of(&batches, goal.count);
+        let late = is_over(goal.deadline);
+        if wanted >= BATCHES.1 || late || found.errors.iter().all(|&e| e <= goal.error) {
+            return found;
+        }
+        wanted *= 2;
+    }
+}
+
+impl WalkedPowers {
+    /// Means over batches, and the standard errors of the means.
+    fn of(batches: &[Vec<TermPower>], count: usize) -> WalkedPowers {
+        let n = batches.len() as f64;
+        let mean = |k: usize| {
+            let sum = batches.iter().fold(TermPower::default(), |sum, b| sum.plus(b[k]));
+            TermPower { visible: sum.visible / n, invisible: sum.invisible / n }
+        };
+        let terms: Vec<TermPower> = (0..count).map(mean).collect();
+        let error = |k: usize| {
+            let mean = terms[k].visible.element_sum();
+            let squares: f64 = batches.iter().map(|b| (b[k].visible.element_sum() - mean).powi(2)).sum();
+            if mean > 0.0 { (squares / (n * (n - 1.0))).sqrt() / mean } else { 0.0 }
+        };
+        WalkedPowers { errors: (0..count).map(error).collect(), terms }
+    }
+}
+
+impl TermPower {
+    /// Whether any walk brought light.
+    pub fn is_known(&self) -> bool {
+        self.visible.element_sum() > 0.0
+    }
+
+    fn plus(self, other: TermPower) -> TermPower {
+        TermPower { visible: self.visible + other.visible, invisible: self.invisible + other.invisible }
+    }
+}
+
+impl<'a> Walks<'a> {
+    fn new(scene: &'a Scene, rays: &'a Rays, transport: Transport) -> Walks<'a> {
+        let transports = scene.transports(transport);
+        let opaque = transports.iter().all(|t| t.tau == 0.0);
+        Walks { scene, rays, transports, sources: WalkSources::new(scene), opaque }
+    }
+
+    /// The mean power of each term over one batch of walks.
+    fn batch(&self, batch: u32, goal: &WalkGoal) -> Vec<TermPower> {
+        let mut sums = vec![TermPower::default(); goal.count];
+        let mut hits = Vec::new();
+        for walk in 0..BATCH {
+            let own = hash(batch * BATCH + walk, Purpose::Walks.seed(goal.seed));
+            self.walk(&mut Stream::new(own), &mut sums, &mut hits);
+        }
+        for sum in &mut sums {
+            sum.visible /= f64::from(BATCH);
+            sum.invisible /= f64::from(BATCH);
+        }
+        sums
+    }
+
+    /// One walk: what it brings to each term.
+    fn walk(&self, random: &mut Stream, sums: &mut [TermPower], hits: &mut Vec<Hit>) {
+        let Some(start) = self.sources.start(random) else { return };
+        let Some((first, rest)) = sums.split_first_mut() else { return };
+        self.rays.light_crossings(&start.ray, self.opaque, hits);
+        let arrived = self.arrive(&start.ray, hits, |hit| start.power(f64::from(hit.t)), first, random);
+        let Some((mut ray, mut weight)) = arrived else { return };
+        for sum in rest {
+            self.rays.light_crossings(&ray, self.opaque, hits);
+            let Some((next, carried)) = self.arrive(&ray, hits, |_| weight, sum, random) else { return };
+            (ray, weight) = (next, carried);
+        }
+    }
+
+    /// Adds what arrives at the surfaces crossed, and draws the one that the walk goes on from.
+    fn arrive(
+        &self,
+        ray: &Ray,
+        hits: &[Hit],
+        weight: impl Fn(&Hit) -> DVec3,
+        sum: &mut TermPower,
+        random: &mut Stream,
+    ) -> Option<(Ray, DVec3)> {
+        let mut chosen: Option<(Hit, DVec3, f64)> = None;
+        let mut total = 0.0;
+        self.rays.transmit(
+            hits,
+            |m| f64::from(self.transports[m].tau),
+            |hit, through: f64| {
+                let (rho, own) = self.reflects(ray, hit);
+                let seen = weight(hit) * through * rho;
+                let passed = seen * f64::from(own.alpha);
+                sum.visible += seen;
+                sum.invisible += passed;
+                // Reservoir of one: the crossings' shares need not be known beforehand.
+                let share = passed.element_sum();
+                total += share;
+                if share > 0.0 && (total == share || f64::from(random.uniform()) * total < share) {
+                    chosen = Some((*hit, passed, share));
+                }
+            },
+        );
+        let (hit, passed, share) = chosen?;
+        let position = ray.origin + hit.t * ray.direction;
+        Some((leave(self.scene, position, hit.face, hit.side, random), passed * (total / share)))
+    }
+
+    /// rho of the side met, black on the back of a one-sided face, and the (alpha, tau) of its material.
+    fn reflects(&self, ray: &Ray, hit: &Hit) -> (DVec3, Transport) {
+        let material = self.scene.material(hit.face);
+        let own = self.transports[self.scene.faces[hit.face as usize].material as usize];
+        let lit = hit.side == Side::Front || material.sides == Sides::Two;
+        let rho = || self.scene.rho_at(hit.face, ray.at(hit.t)).as_dvec3();
+        (if lit { rho() } else { DVec3::ZERO }, own)
+    }
+}
+
+/// All places that walks start from.
+pub(crate) struct WalkSources<'a> {
+    scene: &'a Scene,
+    list: Vec<Source<'a>>,
+    /// Radius of the ball about the middle of the unit frame that holds the scene, unit coordinates.
+    radius: f64,
+    /// The emitted power of all, channels added, W.
+    total: f64,
+}
+
+/// Something that emits.
+struct Source<'a> {
+    origin: Origin<'a>,
+    /// Share of the emitted power that leaves this source and those before it.
+    cumulative: f64,
+    /// What a walk from here carries.
+    weight: DVec3,
+}
+
+#[derive(Clone, Copy)]
+enum Origin<'a> {
+    /// A side of a face.
+    Side(u32, Side),
+    /// A light without area.
+    Light(&'a PunctualLight),
+}
+
+/// The first ray of a walk.
+pub(crate) struct Start<'a> {
+    pub ray: Ray,
+    /// The power it stands for, W; that of unit distance where it depends on that.
+    pub weight: DVec3,
+    /// Where it comes from a point.
+    place: Option<(&'a PunctualPlace, f64)>,
+}
+
+impl Start<'_> {
+    /// The power that arrives so far away, W, nothing between.
+    pub fn power(&self, distance: f64) -> DVec3 {
+        match self.place {
+            Some((place, scale)) => self.weight * spread(place, scale, distance),
+            None => self.weight,
+        }
+    }
+}
+
+/// `d² / (a0 + a1 d + a2 d²)`, d² in the file's units: 1 where light obeys physics.
+fn spread(place: &PunctualPlace, scale: f64, distance: f64) -> f64 {
+    (scale * distance).powi(2) / place.weakening(distance)
+}
+
+impl<'a> WalkSources<'a> {
+    /// The emitting sides of a scene and its lights without area, with the chance of each in proportion to its power,
+    /// channels added.
+    pub fn new(scene: &'a Scene) -> WalkSources<'a> {
+        let far = |radius: f64, v: &Vec3| radius.max(v.as_dvec3().length());
+        // The faces that stand for a sky lie beyond the scene.
+        let radius = scene.sky.map_or_else(|| scene.vertices.iter().fold(0.0, far), |sky| sky.radius);
+        let mut sources = WalkSources { scene, list: Vec::new(), radius, total: 0.0 };
+        let mut total = 0.0;
+        for face in 0..scene.faces.len() as u32 {
+            let material = scene.material(face);
+            let emission = match &material.maps {
+                None => material.emitted().invisible.as_dvec3(),
+                Some(_) => scene.means(face, scene.corners(face)).emission,
+            };
+            let sides: &[Side] = if material.sides == Sides::Two { &[Side::Front, Side::Back] } else { &[Side::Front] };
+            let unit = scene.frame.scale * scene.frame.scale;
+            let power = PI * unit * scene.emitting_area(face) * emission.element_sum();
+            for &side in sides.iter().filter(|_| power > 0.0) {
+                total += power;
+                let weight = emission / emission.element_sum();
+                sources.list.push(Source { origin: Origin::Side(face, side), cumulative: total, weight });
+            }
+        }
+        for light in scene.lights.iter().filter(|light| light.shines()) {
+            let intensity = light.intensity.as_dvec3();
+            let (size, at_unit) = sources.sizes(light);
+            total += size * at_unit * intensity.element_sum();
+            let weight = intensity / (intensity.element_sum() * at_unit);
+            sources.list.push(Source { origin: Origin::Light(light), cumulative: total, weight });
+        }
+        for source in &mut sources.list {
+            source.cumulative /= total;
+            source.weight *= total;
+        }
+        sources.total = total;
+        sources
+    }
+
+    /// Solid angle that a light shines into, weighted by its cosine to the exponent, and its spread at unit distance;
+    /// for parallel light the area of the disc and 1.
+    fn sizes(&self, light: &PunctualLight) -> (f64, f64) {
+        let scale = self.scene.frame.scale;
+        match light.form {
+            PunctualForm::Point(place) => (2.0 * TAU, spread(&place, scale, 1.0)),
+            PunctualForm::Spot { place, exponent, cutoff, .. } => {
+                let angle = TAU * (1.0 - cutoff.powf(exponent + 1.0)) / (exponent + 1.0);
+                (angle, spread(&place, scale, 1.0))
+            }
+            PunctualForm::Directional { .. } => (PI * (scale * self.radius).powi(2), 1.0),
+        }
+    }
+
+    /// A ray that leaves a source, and the power it stands for; none where nothing emits.
+    pub fn start(&self, random: &mut Stream) -> Option<Start<'a>> {
+        let last = self.list.len().checked_sub(1)?;
+        let share = f64::from(random.uniform());
+        let source = &self.list[self.list.partition_point(|s| s.cumulative <= share).min(last)];
+        let weight = source.weight;
+        let light = match source.origin {
+            Origin::Light(light) => light,
+            Origin::Side(face, _) if self.scene.is_sky(face) => {
+                return Some(Start { ray: self.enter(face, random)?, weight, place: None });
+            }
+            Origin::Side(face, side) => {
+                let position = triangle_point(self.scene.corners(face), random.uniform(), random.uniform());
+                let weight = self.textured(face, position).unwrap_or(source.weight);
+                return Some(Start { ray: leave(self.scene, position, face, side, random), weight, place: None });
+            }
+        };
+        let (u, v) = (f64::from(random.uniform()), f64::from(random.uniform()));
+        let ray = |origin: DVec3, direction: DVec3| Ray {
+            origin: origin.as_vec3(),
+            direction: direction.as_vec3(),
+            source: None,
+        };
+        let scale = self.scene.frame.scale;
+        Some(match &light.form {
+            PunctualForm::Point(place) => {
+                let ray = ray(place.position, around(DVec3::Z, 1.0 - 2.0 * u, v));
+                Start { ray, weight, place: Some((place, scale)) }
+            }
+            PunctualForm::Spot { place, direction, exponent, cutoff } => {
+                let power = exponent + 1.0;
+                let cosine = (1.0 - u * (1.0 - cutoff.powf(power))).powf(1.0 / power);
+                let ray = ray(place.position, around(*direction, cosine, v));
+                Start { ray, weight, place: Some((place, scale)) }
+            }
+            PunctualForm::Directional { direction } => {
+                let aside = self.radius * u.sqrt() * around(*direction, 0.0, v);
+                Start { ray: ray(aside - 2.0 * self.radius * *direction, *direction), weight, place: None }
+            }
+        })
+    }
+
+    /// What a walk carries from a point of a face with textures, whose points are drawn alike.
+    fn textured(&self, face: u32, position: Vec3) -> Option<DVec3> {
+        self.scene.maps(face)?;
+        let there = f64::from(self.scene.coverage_at(face, position));
+        let own = there * self.scene.emitted_at(face, position).invisible.as_dvec3();
+        Some(self.total / self.scene.means(face, self.scene.corners(face)).emission.element_sum() * own)
+    }
+
+    /// A ray that enters the sphere around the scene from a half of the sky: of uniform direction, through a uniform
+    /// point of the sphere's cross-section.
+    fn enter(&self, face: u32, random: &mut Stream) -> Option<Ray> {
+        let sky = self.scene.sky?;
+        let up = if face == sky.first { sky.up } else { -sky.up };
+        let outward = hemisphere_direction(up, random.uniform(), random.uniform());
+        let aside = cosine_direction(outward, random.uniform(), random.uniform());
+        let origin = sky.radius as f32 * (outward + aside - aside.dot(outward) * outward);
+        Some(Ray { origin, direction: -outward, source: None })
+    }
+}
+
+/// The unit vector of this cosine to an axis, turned about it by the share `turn` of a full turn.
+fn around(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
+    let (a, b) = axis.any_orthonormal_pair();
+    let (sin, cos) = (TAU * turn).sin_cos();
+    axis * cosine + (a * cos + b * sin) * (1.0 - cosine * cosine).max(0.0).sqrt()
+}
+
+/// A cosine-distributed ray from a point of a side.
+pub(crate) fn leave(scene: &Scene, origin: Vec3, face: u32, side: Side, random: &mut Stream) -> Ray {
+    let [a, b, c] = scene.exact_corners(face);
+    let front = (b - a).cross(c - a).normalize().as_vec3();
+    let normal = if side == Side::Front { front } else { -front };
+    Ray { origin, direction: cosine_direction(normal, random.uniform(), random.uniform()), source: Some(face) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::Mode;
+
+    fn walked(scene: &Scene, transport: Transport) -> WalkedPowers {
+        let goal = WalkGoal { count: 4, error: 0.01, deadline: None, seed: 3 };
+        walked_powers(scene, &Rays::new(scene), transport, &goal)
+    }
+
+    /// Every side of a closed cube emits 0.25 and reflects 0.5: the power of KⁿE is pi A 0.25 · 0.5ⁿ, walk by walk.
+    #[test]
+    fn powers_in_a_furnace_halve_with_every_bounce() {
+        let scene = Scene::open("furnace").unwrap();
+        let area: f64 = (0..scene.faces.len() as u32).map(|f| scene.area(f)).sum();
+        let emitted = std::f64::consts::PI * 0.25 * area * scene.frame.scale.powi(2);
+        let found = walked(&scene, Mode::Global.transport());
+        for (n, (term, error)) in found.terms.iter().zip(&found.errors).enumerate() {
+            let power = emitted * 0.5_f64.powi(n as i32 + 1);
+            // All walks bring the same: what is left is the rounding of f32 reflectances and areas.
+            assert!((term.visible.x / power - 1.0).abs() < 1e-5, "{n}: {} {power}", term.visible.x);
+            assert_eq!(term.visible, term.invisible);
+            assert!(*error < 1e-6);
+        }
+    }
+
+    /// Faces of a cube with corners at ±r: outward, or inward.
+    fn cube(first: usize, r: f32, inward: bool) -> String {
+        let mut text = String::new();
+        for k in 0..8 {
+            let at = |bit: usize| if k >> bit & 1 == 1 { r } else { -r };
+            text += &format!("v {} {} {}\n", at(0), at(1), at(2));
+        }
+        for face in [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]] {
+            let mut corners = face.map(|c: usize| (c + first).to_string());
+            if inward {
+                corners.reverse();
+            }
+            text += &format!("f {}\n", corners.join(" "));
+        }
+        text
+    }
+
+    /// A glowing cube in a sheet of a cube in a closed cube: the light of every walk meets the sheet, and tau of it the
+    /// walls, so KE has the power P (rho_sheet + tau rho_wall).
+    #[test]
+    fn light_is_left_at_every_surface_that_it_passes() {
+        let obj = [
+            "mtllib nested.mtl\nusemtl lamp\n".to_string() + &cube(0, 0.1, false),
+            "usemtl sheet\n".to_string() + &cube(8, 0.5, true),
+            "usemtl wall\n".to_string() + &cube(16, 1.0, true),
+        ]
+        .concat();
+        let mtl = "newmtl lamp\nKd 0 0 0\nKe 1 2 3\nnewmtl sheet\nKd 0.5 0.5 0.5\nnewmtl wall\nKd 0.25 0.25 0.25\n";
+        let scene = Scene::from_obj_text("nested", &obj, mtl).unwrap();
+        let found = walked(&scene, Transport { alpha: 0.5, tau: 0.5 });
+        let emitted = std::f64::consts::PI * 6.0 * 0.2 * 0.2 * DVec3::new(1.0, 2.0, 3.0);
+        let expected = (0.5 + 0.5 * 0.25) * emitted;
+        assert!((found.terms[0].visible / expected - 1.0).abs().max_element() < 1e-5, "{:?}", found.terms[0]);
+        assert!((found.terms[0].invisible / (0.5 * expected) - 1.0).abs().max_element() < 1e-5);
+    }
+
+    /// A closed cube of two units with one light in it; all of its light meets the walls.
+    fn lit_cube(form: PunctualForm) -> TermPower {
+        let obj = "mtllib cube.mtl\nusemtl wall\n".to_string() + &cube(0, 1.0, true);
+        let mut scene = Scene::from_obj_text("cube", &obj, "newmtl wall\nKd 0.5 0.5 0.5\n").unwrap();
+        scene.lights.push(PunctualLight { form, intensity: glam::Vec3::new(1.0, 2.0, 3.0) });
+        walked(&scene, Transport { alpha: 0.5, tau: 0.5 }).terms[0]
+    }
+
+    #[test]
+    fn lights_without_area_send_their_intensity_times_the_solid_angle() {
+        let place = |attenuation| PunctualPlace { position: DVec3::new(0.3, -0.5, 0.2), attenuation };
+        let spot = |place, cutoff| PunctualForm::Spot { place, direction: DVec3::X, exponent: 3.0, cutoff };
+        let physical = place([0.0, 0.0, 1.0]);
+        let half = place([0.0, 0.0, 2.0]);
+        let cases = [
+            (PunctualForm::Point(physical), 4.0 * PI),
+            (PunctualForm::Point(half), 2.0 * PI),
+            (spot(physical, 0.0), 0.5 * PI),
+            (spot(physical, 0.5), 0.5 * PI * (1.0 - 0.0625)),
+        ];
+        for (form, angle) in cases {
+            let expected = 0.5 * angle * DVec3::new(1.0, 2.0, 3.0);
+            let found = lit_cube(form);
+            assert!((found.visible / expected - 1.0).abs().max_element() < 1e-5, "{form:?} {found:?}");
+            assert!((found.invisible / (0.5 * expected) - 1.0).abs().max_element() < 1e-5);
+        }
+        // Without weakening E = I cos, whose integral over a wall is known: from the middle of the cube, a wall at
+        // distance 1 gets the integral of (1 + x² + y²)^-1/2 over [-1, 1]², 8 ln((1 + sqrt 3) / sqrt 2) - 2 pi / 3.
+        let even = PunctualPlace { position: DVec3::ZERO, attenuation: [1.0, 0.0, 0.0] };
+        let walls = 6.0 * (8.0 * ((1.0 + 3f64.sqrt()) / 2f64.sqrt()).ln() - 2.0 * PI / 3.0);
+        let found = lit_cube(PunctualForm::Point(even)).visible.x / (0.5 * walls);
+        assert!((found - 1.0).abs() < 0.01, "{found}");
+        // Parallel light meets the outside of opaque walls, which is black.
+        let form = PunctualForm::Directional { direction: DVec3::NEG_Y };
+        assert!(lit_cube(form).visible.x > 0.0, "tau of 0.5 lets it in");
+    }
+}

@@ -1,0 +1,362 @@
+//! The squared error of light on patches from a few pixels, each by many paths.
+//!
+//! A pixel k is drawn with the chance p_k, and n paths that start from it tell errors x whose mean is that of the pixel
+//! ([`crate::error::residual`]). Of N pixels the squared error is
+//!
+//! ```text
+//! mean over all pixels of |e_k|² / 3 = E[ U_k / (3 N p_k) ],    U_k = (|sum x|² - sum |x|²) / (n (n - 1))
+//! ```
+//!
+//! (M. Hansen, W. Hurwitz, *On the theory of sampling from finite populations*, 1943; W. Hoeffding, *A class of
+//! statistics with asymptotically normal distribution*, 1948). Its mean has no noise of paths in it, and errors that
+//! change sign from pixel to pixel do not cancel. As many paths over all pixels would tell nothing of single ones:
+//! noise of U_k falls as n^-2, and as m^-1 only with the m pixels. What pixels differ by falls as m^-1 alone. So the
+//! larger of both is halved: by twice the paths, or by twice the pixels.
+//!
+//! Not handled: places that few pixels show and none that was drawn.
+
+use std::time::Instant;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::error::deadline::would_be_over;
+use crate::error::importance_paths::{ImportancePaths, Path};
+use crate::error::residual::errors;
+use crate::patches::Patches;
+use crate::pictures::Size;
+use crate::rays::sobol::{Stream, hash};
+use crate::reading::patch_light::{Fields, READINGS, Reading};
+use crate::reading::view::View;
+
+/// Pixels drawn at first: by the squares of so many a mean square is known to a tenth.
+const DRAWS: usize = 256;
+/// Paths of each at first.
+const EACH: u32 = 32;
+/// The golden ratio's multiples lie well spread between whole numbers, however many there are.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// A squared error and its standard error.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SquaredError {
+    /// The mean over pixels and channels, (W/(m² sr))²; may be negative by chance.
+    pub value: f64,
+    /// Its standard error.
+    pub deviation: f64,
+}
+
+impl SquaredError {
+    /// What it is at most, but for chance of one standard error.
+    pub fn upper(self) -> f64 {
+        self.value.max(0.0) + self.deviation
+    }
+
+    /// What it is at least, but for chance of one standard error.
+    pub fn lower(self) -> f64 {
+        (self.value - self.deviation).max(0.0)
+    }
+
+    /// The same in units of a square.
+    pub fn over(self, square: f64) -> SquaredError {
+        SquaredError { value: self.value / square, deviation: self.deviation / square }
+    }
+}
+
+/// How bright a picture is, by pixels of a smaller one.
+#[derive(Clone, Copy)]
+pub(crate) struct Brightness<'a> {
+    /// Above 0, row by row.
+    pub values: &'a [f32],
+    /// Of the smaller picture.
+    pub size: Size,
+}
+
+/// How well an error is to be told.
+#[derive(Clone, Copy)]
+pub(crate) struct Effort {
+    /// Standard error of the squared error, (W/(m² sr))².
+    pub wanted: f64,
+    /// Paths at most, whatever that is by then. All are kept, some 2 KB each.
+    pub most: usize,
+    /// When to stop, whatever that is by then.
+    pub deadline: Option<Instant>,
+}
+
+/// A few pixels of a picture, and paths that start from them; they serve every set of patches.
+pub(crate) struct SampledPixels {
+    chances: Chances,
+    batches: Vec<Batch>,
+    /// Paths of each pixel.
+    each: u32,
+    seed: u32,
+}
+
+impl SampledPixels {
+    /// None yet, of a view; brighter ones are drawn more often.
+    pub fn new(view: &View, bright: Brightness, seed: u32) -> SampledPixels {
+        SampledPixels { chances: Chances::new(view, bright), batches: Vec::new(), each: EACH, seed }
+    }
+
+    /// The squared error by reading, told by more pixels and paths until that of light which is read at once has the
+    /// standard error wanted, or twice as many are more than there may be.
+    pub fn measure(&mut self, view: &View, fields: &Fields, effort: Effort) -> [SquaredError; READINGS] {
+        if self.batches.is_empty() {
+            self.widen(view, DRAWS);
+        }
+        self.batches.iter_mut().for_each(Batch::forget);
+        let mut began = Instant::now();
+        loop {
+            self.batches.iter_mut().for_each(|batch| batch.measure(view.patches, fields));
+            let told = self.tell(Reading::AtOnce);
+            let is_most = 2 * self.draws() * self.each as usize > effort.most;
+            let is_last = is_most || would_be_over(effort.deadline, began, 2.0);
+            began = Instant::now();
+            if told.error.deviation <= effort.wanted || is_last {
+                return Reading::ALL.map(|reading| self.tell(reading).error);
+            }
+            if told.is_noise {
+                self.each *= 2;
+                self.batches.iter_mut().for_each(|batch| batch.paths.extend(view, self.each / 2));
+            } else {
+                self.widen(view, self.draws());
+            }
+        }
+    }
+
+    /// By reading: what a gather ray takes until it has read, in rays ([`ImportancePaths::prices`]).
+    pub fn prices(&self, patches: &Patches, fields: &Fields) -> [f64; READINGS] {
+        let mut prices = [0.0; READINGS];
+        let all: usize = self.batches.iter().map(|batch| batch.paths.paths.len()).sum();
+        for batch in &self.batches {
+            let share = batch.paths.paths.len() as f64 / all as f64;
+            let own = batch.paths.prices(patches, fields);
+            prices.iter_mut().zip(own).for_each(|(price, own)| *price += share * own);
+        }
+        prices
+    }
+
+    /// Rays cast so far.
+    pub fn rays(&self) -> u64 {
+        self.batches.iter().map(|batch| batch.paths.rays).sum()
+    }
+
+    fn draws(&self) -> usize {
+        self.batches.iter().map(|batch| batch.draws.len()).sum()
+    }
+
+    /// Draws more pixels.
+    fn widen(&mut self, view: &View, more: usize) {
+        let offset = f64::from(Stream::new(self.seed).uniform());
+        let before = self.draws();
+        let drawn = (before..before + more).map(|j| self.chances.draw((offset + j as f64 * GOLDEN).fract()));
+        let drawn: Vec<(u32, f64)> = drawn.collect();
+        let mut pixels: Vec<u32> = drawn.iter().map(|(pixel, _)| *pixel).collect();
+        pixels.sort_unstable();
+        pixels.dedup();
+        let start = |pixel: u32| pixels.partition_point(|p| *p < pixel);
+        let draws = drawn.iter().map(|&(pixel, counts)| Draw { start: start(pixel), counts }).collect();
+        let sums = vec![[Sums::default(); READINGS]; pixels.len()];
+        let seed = hash(self.batches.len() as u32, self.seed);
+        let mut paths = ImportancePaths::from_pixels(pixels.into_iter(), seed);
+        paths.extend(view, self.each);
+        self.batches.push(Batch { draws, paths, measured: 0, sums });
+    }
+
+    fn tell(&self, reading: Reading) -> Findings {
+        let told: Vec<Told> = self.batches.iter().flat_map(|batch| batch.told(reading)).collect();
+        let count = told.len() as f64;
+        let mean = told.iter().map(|t| t.value).sum::<f64>() / count;
+        let noise = told.iter().map(|t| t.noise).sum::<f64>() / count;
+        let variance = told.iter().map(|t| (t.value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        // Where rare paths bring most of the light, what they would add if there were two is in the noise alone.
+        let error = SquaredError { value: mean, deviation: (variance.max(noise) / count).sqrt() };
+        Findings { error, is_noise: noise > 0.5 * variance }
+    }
+}
+
+/// The chance that a pixel is drawn.
+struct Chances {
+    /// Of all pixels up to each and with it.
+    sums: Vec<f64>,
+}
+
+impl Chances {
+    /// In proportion to how bright pixels are.
+    fn new(view: &View, Brightness { values, size }: Brightness) -> Chances {
+        let mut sum = 0.0;
+        let add = |k: usize| {
+            let (x, y) = (k % view.width * size.width / view.width, k / view.width * size.height / view.height);
+            sum += f64::from(values[y * size.width + x]);
+            sum
+        };
+        Chances { sums: (0..view.width * view.height).map(add).collect() }
+    }
+
+    /// The pixel at a point of the unit interval, and 1/(N p).
+    fn draw(&self, at: f64) -> (u32, f64) {
+        let count = self.sums.len();
+        let all = self.sums[count - 1];
+        let k = self.sums.partition_point(|sum| *sum <= at * all).min(count - 1);
+        let own = self.sums[k] - if k == 0 { 0.0 } else { self.sums[k - 1] };
+        (k as u32, all / (own * count as f64))
+    }
+}
+
+/// A pixel that was drawn.
+struct Draw {
+    /// Its number among those that paths start from.
+    start: usize,
+    /// 1/(N p).
+    counts: f64,
+}
+
+/// Sums over the paths of a pixel of the errors x that they tell.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    errors: DVec3,
+    squares: f64,
+}
+
+/// A squared error that a pixel tells, and the variance that noise of its paths gives it.
+#[derive(Clone, Copy)]
+struct Told {
+    value: f64,
+    noise: f64,
+}
+
+/// What pixels tell of one reading.
+struct Findings {
+    error: SquaredError,
+    /// Noise of paths is more of the variance than what pixels differ by.
+    is_noise: bool,
+}
+
+/// Pixels drawn together.
+struct Batch {
+    draws: Vec<Draw>,
+    paths: ImportancePaths,
+    /// Paths that were measured.
+    measured: usize,
+    /// By pixel that paths start from, and by reading.
+    sums: Vec<[Sums; READINGS]>,
+}
+
+impl Batch {
+    /// Forgets what was measured, as after patches or their light became others.
+    fn forget(&mut self) {
+        self.measured = 0;
+        self.sums.fill([Sums::default(); READINGS]);
+    }
+
+    /// Measures the paths that were not measured yet.
+    fn measure(&mut self, patches: &Patches, fields: &Fields) {
+        let own = |path: &Path| (path.start as usize, errors(path, patches, fields));
+        let told: Vec<(usize, [DVec3; READINGS])> = self.paths.paths[self.measured..].par_iter().map(own).collect();
+        // One after the other: the sums are the same for any number of threads.
+        for (start, errors) in told {
+            for (sums, error) in self.sums[start].iter_mut().zip(errors) {
+                sums.errors += error;
+                sums.squares += error.length_squared();
+            }
+        }
+        self.measured = self.paths.paths.len();
+    }
+
+    /// What each pixel drawn tells of a reading, as if it were the whole picture.
+    fn told(&self, reading: Reading) -> impl Iterator<Item = Told> {
+        let paths = (self.measured / self.sums.len()) as f64;
+        self.draws.iter().map(move |Draw { start, counts }| {
+            let Told { value, noise } = self.sums[*start][reading.number()].told(paths);
+            Told { value: counts * value, noise: counts * counts * noise }
+        })
+    }
+}
+
+impl Sums {
+    /// What n paths tell, channels in the mean.
+    fn told(&self, n: f64) -> Told {
+        let pairs = n * (n - 1.0);
+        let value = (self.errors.length_squared() - self.squares) / pairs;
+        // Of one path, all channels as if they were one: no less than it is.
+        let variance = (self.squares - self.errors.length_squared() / n) / (n - 1.0);
+        let noise = 2.0 * variance * variance / pairs + 4.0 * value.max(0.0) * variance / n;
+        Told { value: value / 3.0, noise: noise / 9.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::reading::view::lights_of;
+
+    use super::*;
+    use crate::light::{Mode, Rgb};
+
+    #[test]
+    fn noise_of_paths_is_not_in_the_mean() {
+        const PATHS: usize = 16;
+        const PIXELS: u32 = 4000;
+        let mut random = Stream::new(7);
+        // Errors of 1 with uniform noise of the variance 3, alike in all channels.
+        let mut pixel = || {
+            let mut sums = Sums::default();
+            for _ in 0..PATHS {
+                let error = DVec3::splat(1.0 + 6.0 * (f64::from(random.uniform()) - 0.5));
+                sums.errors += error;
+                sums.squares += error.length_squared();
+            }
+            sums.told(PATHS as f64)
+        };
+        let told: Vec<Told> = (0..PIXELS).map(|_| pixel()).collect();
+        let count = f64::from(PIXELS);
+        let mean = told.iter().map(|t| t.value).sum::<f64>() / count;
+        let variance = told.iter().map(|t| (t.value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        assert!((mean - 1.0).abs() < 4.0 * (variance / count).sqrt(), "{mean}");
+        // The variance of a variance over so many, of values whose kurtosis is below 9, and as much again.
+        let noise = told.iter().map(|t| t.noise).sum::<f64>() / count;
+        assert!((noise / variance - 1.0).abs() < 8.0 * (8.0 / count).sqrt(), "{noise} {variance}");
+    }
+
+    #[test]
+    fn pixels_are_drawn_as_often_as_they_are_bright() {
+        let lights = lights_of("furnace", Mode::Global.transport(), 24);
+        let view = View::new(&lights, (6, 2).into());
+        let bright = Brightness { values: &[1.0, 3.0], size: (2, 1).into() };
+        let chances = Chances::new(&view, bright);
+        const DRAWS: usize = 1024;
+        let drawn: Vec<(u32, f64)> = (0..DRAWS).map(|j| chances.draw((j as f64 * GOLDEN).fract())).collect();
+        // Multiples of the golden ratio miss the length of an interval by less than 3 of so many.
+        let right = drawn.iter().filter(|(pixel, _)| pixel % 6 >= 3).count();
+        assert!(right.abs_diff(3 * DRAWS / 4) < 3, "{right}");
+        // Of pixels that are all 1 the mean is 1.
+        let mean = drawn.iter().map(|(_, counts)| counts).sum::<f64>() / DRAWS as f64;
+        assert!((mean - 1.0).abs() < 0.01, "{mean}");
+        assert_eq!([chances.draw(0.0).0, chances.draw(1.0).0], [0, 11]);
+    }
+
+    /// In a furnace all light is E / (1 - rho): that leaves nothing, and light a tenth too bright leaves a tenth of it
+    /// in every pixel, reflected once.
+    #[test]
+    fn exact_light_leaves_nothing_and_wrong_light_its_error() {
+        let lights = lights_of("furnace", Mode::Global.transport(), 24);
+        let view = View::new(&lights, (8, 8).into());
+        let material = &view.scene.materials[0];
+        let (rho, e) = (material.rho.x, material.emission.x);
+        let exact = e / (1.0 - rho);
+        let bright = Brightness { values: &[1.0], size: (1, 1).into() };
+        let mut pixels = SampledPixels::new(&view, bright, 5);
+        let mut off = |factor: f32| {
+            let fields = Fields::new(&[vec![Rgb::splat(factor * exact); view.patches.len()]]);
+            let once = Effort { wanted: f64::INFINITY, most: 0, deadline: None };
+            pixels.measure(&view, &fields, once)[Reading::AtOnce.number()]
+        };
+        assert!(off(1.0).value.abs() < 1e-9, "{:?}", off(1.0));
+        // Light of a surface is E + rho L: what is read wrong by 0.1 L shows as rho 0.1 L.
+        let squared = f64::from(0.1 * exact * rho).powi(2);
+        let found = off(1.1);
+        assert!(found.deviation < 0.1 * squared, "{found:?}");
+        assert!((found.value - squared).abs() < 4.0 * found.deviation, "{found:?} {squared}");
+        // What is measured again is not counted twice.
+        let again = off(1.1);
+        assert_eq!((again.value, again.deviation), (found.value, found.deviation));
+    }
+}

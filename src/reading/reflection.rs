@@ -1,0 +1,347 @@
+//! One reflection after the other: what a ray meets, what leaves the surface there, and rays that go on before they read
+//! the light of patches: where what they meet is nearer than it is wide, and where patches stand for the light too
+//! coarsely.
+//!
+//! Not handled: fields beyond the first for rays that go on.
+
+use glam::{DVec3, Vec3};
+use smallvec::SmallVec;
+
+use crate::direct::Scratch;
+use crate::light::Rgb;
+use crate::patches::Patches;
+use crate::rays::sobol::Stream;
+use crate::rays::warp::cosine_direction;
+use crate::rays::{Fan, Hit, Ray, Side};
+use crate::reading::patch_light::Fields;
+use crate::reading::view::View;
+
+/// Width at distance 1 of the cone over which a ray that reads light of a patch sees its texture: one of a few hundred
+/// over the hemisphere.
+const READ: f64 = 0.125;
+
+/// A point of a reflecting side that a ray met.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SurfaceHit {
+    pub face: u32,
+    /// The patch that it lies on, among those of the view that the ray was followed in.
+    pub patch: u32,
+    pub side: Side,
+    pub position: Vec3,
+    /// The product of tau before it.
+    pub through: f32,
+    /// Length of the ray that met it.
+    pub distance: f32,
+    /// Reflectance within the ray's cone, where it tells how the light here differs from the patch's.
+    pub read: Option<Rgb>,
+}
+
+impl SurfaceHit {
+    /// Light as the ray reads it here over that of the patch: what is far shows its mean, what is near its texels.
+    #[inline]
+    pub fn over_patch(&self, patches: &Patches, patch: u32) -> Rgb {
+        self.read.map_or(Rgb::ONE, |rho| patches.over_mean(patch as usize, rho))
+    }
+}
+
+/// The points that a ray meets; one, unless something is transparent.
+pub(crate) type Met = SmallVec<[SurfaceHit; 1]>;
+
+/// What leaves a point of a surface, as far as one ray tells.
+#[derive(Clone, Debug)]
+pub(crate) struct Reflection {
+    /// Light that leaves for what luminaires send there: `alpha rho D`.
+    pub direct: DVec3,
+    /// Light that the surface emits without being a luminaire.
+    pub glow: DVec3,
+    /// `rho` within the ray's cone.
+    pub rho: DVec3,
+    /// `alpha rho`.
+    pub reflect: DVec3,
+    /// What the next rays meet.
+    pub next: Met,
+}
+
+impl Reflection {
+    /// What leaves the point when `incident` arrives along the next rays, beside the light asked for.
+    pub fn light(&self, incident: DVec3) -> DVec3 {
+        self.glow + self.direct + self.reflect * incident
+    }
+}
+
+/// Memory that one thread uses again from ray to ray.
+#[derive(Default)]
+pub(crate) struct Memory {
+    pub hits: Vec<Hit>,
+    pub met: Vec<SurfaceHit>,
+    /// Also counts the rays cast.
+    pub scratch: Scratch,
+}
+
+/// Follows light through a scene.
+#[derive(Clone)]
+pub(crate) struct Walker<'a> {
+    pub view: &'a View<'a>,
+    /// Every ray ends at its first crossing.
+    opaque: bool,
+    /// Width at distance 1 of the cone that a ray stands for: of a texture it sees the mean over what lies within,
+    /// about.
+    cone: f64,
+    /// Some surface has a texture.
+    textured: bool,
+}
+
+impl<'a> Walker<'a> {
+    pub fn new(view: &'a View<'a>) -> Walker<'a> {
+        Walker {
+            view,
+            opaque: view.lights.transports.iter().all(|t| t.tau == 0.0),
+            cone: 0.0,
+            textured: view.scene.is_textured(),
+        }
+    }
+
+    /// The same walker, to whose rays a texture is its mean over a cone that is so wide at distance 1.
+    pub fn with_cone(self, cone: f64) -> Walker<'a> {
+        Walker { cone, ..self }
+    }
+
+    /// `rho` of the point met.
+    pub fn rho(&self, at: &SurfaceHit) -> DVec3 {
+        self.rho_within(at, self.cone)
+    }
+
+    /// Reflectance within the cone of a ray that reads light where it ends, at a distance; none where there is no
+    /// texture or a mask, or the surface glows, so that its light does not go as its reflectance.
+    #[inline]
+    pub fn read_reflectance(&self, face: u32, position: Vec3, distance: f32) -> Option<Rgb> {
+        if !self.textured || self.glows(face) {
+            return None;
+        }
+        self.view.scene.whole_texture(face)?;
+        Some(self.view.scene.rho_about(face, position, READ * f64::from(distance)))
+    }
+
+    /// Whether a face emits without being a luminaire.
+    fn glows(&self, face: u32) -> bool {
+        let material = self.view.scene.faces[face as usize].material as usize;
+        self.view.scene.materials[material].emits() && !self.view.lights.luminaires.carries[material]
+    }
+
+    /// `rho` of the point met, a mean over a cone that is so wide at distance 1.
+    pub fn rho_within(&self, at: &SurfaceHit, cone: f64) -> DVec3 {
+        self.view.scene.rho_about(at.face, at.position, cone * f64::from(at.distance)).as_dvec3()
+    }
+
+    /// `alpha rho D` and the light emitted at a point; `alpha rho`.
+    pub fn direct(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Reflection {
+        let view = self.view;
+        let index = view.scene.faces[at.face as usize].material as usize;
+        let luminaire = view.lights.luminaires.carries[index];
+        let width = self.cone * f64::from(at.distance);
+        let emitted = || view.scene.emitted_about(at.face, at.position, width).invisible.as_dvec3();
+        let glow = if luminaire { DVec3::ZERO } else { emitted() };
+        let rho = self.rho(at);
+        let reflect = f64::from(view.lights.transports[index].alpha) * rho;
+        let mut direct = DVec3::ZERO;
+        if reflect != DVec3::ZERO {
+            let receiver = view.surface_point(at.face, at.side, at.position);
+            direct = reflect * view.lights.sample(&receiver, at.patch, random, &mut memory.scratch);
+        }
+        Reflection { direct, glow, rho, reflect, next: Met::new() }
+    }
+
+    /// All that one cosine-distributed ray meets and sees light from.
+    pub fn bounce(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Met {
+        self.bounce_towards(at, random.uniform(), random.uniform(), memory)
+    }
+
+    /// All that one ray meets and sees light from, its direction made of a point of the unit square.
+    pub fn bounce_towards(&self, at: &SurfaceHit, u: f32, v: f32, memory: &mut Memory) -> Met {
+        let normal = self.view.patches.normal(at.face, at.side);
+        let ray = Ray { origin: at.position, direction: cosine_direction(normal, u, v), source: Some(at.face) };
+        let mut met = Met::new();
+        self.follow(&ray, memory, |m| met.push(m));
+        met
+    }
+
+    /// All that the first `count` rays of a fan meet and see light from, each ray for its part of the whole.
+    pub fn bounce_all(&self, at: &SurfaceHit, fan: &Fan, count: usize, memory: &mut Memory) -> Met {
+        let normal = self.view.patches.normal(at.face, at.side);
+        let part = 1.0 / count as f32;
+        let mut met = Met::with_capacity(count);
+        for k in 0..count {
+            let ray = Ray { origin: at.position, direction: fan.direction(k, normal), source: Some(at.face) };
+            self.follow(&ray, memory, |m| met.push(SurfaceHit { through: part * m.through, ..m }));
+        }
+        met
+    }
+
+    /// Calls `meet` for all points of reflecting sides that a ray sees light from; returns the inverse distance to the
+    /// first face.
+    pub fn follow(&self, ray: &Ray, memory: &mut Memory, mut meet: impl FnMut(SurfaceHit)) -> f64 {
+        memory.scratch.cast += 1;
+        self.each(ray, &mut memory.hits, |hit, through| {
+            if let Some(found) = self.met(ray, hit, through) {
+                meet(found);
+            }
+        })
+    }
+
+    /// Calls `meet(hit, through)` for every face that light comes through from along a ray, `through` being the product
+    /// of tau before it; returns the inverse distance to the first, 0 where there is none.
+    #[inline(always)]
+    pub fn each(&self, ray: &Ray, hits: &mut Vec<Hit>, meet: impl FnMut(&Hit, f32)) -> f64 {
+        let view = self.view;
+        view.rays.light_crossings(ray, self.opaque, hits);
+        view.rays.transmit(hits, |m| view.lights.transports[m].tau, meet);
+        hits.first().map_or(0.0, |hit| 1.0 / f64::from(hit.t))
+    }
+
+    /// The point where a ray meets a face; none on a black back, which has no patch.
+    pub fn met(&self, ray: &Ray, hit: &Hit, through: f32) -> Option<SurfaceHit> {
+        let position = self.view.met_at(ray, hit);
+        let patch = self.view.patches.at(hit.face, hit.side, position)?;
+        let read = self.read_reflectance(hit.face, position, hit.t);
+        Some(SurfaceHit { face: hit.face, patch, side: hit.side, position, through, distance: hit.t, read })
+    }
+}
+
+/// Rays that follow one another at most before one reads, however near what they meet is.
+pub(crate) const MOST: u32 = 16;
+
+/// What one ray found.
+pub(crate) struct RaySample {
+    /// Inverse distance to the first face that it met.
+    pub nearness: f64,
+    /// Light of the first field.
+    pub light: DVec3,
+}
+
+/// How far a ray may go on.
+#[derive(Clone, Copy)]
+struct Left {
+    /// Rays before light is read anywhere.
+    bounces: u32,
+    /// Rays before light is read however near what is met.
+    most: u32,
+}
+
+/// Follows rays until they read the first field.
+pub(crate) struct Continuation<'a> {
+    pub walker: Walker<'a>,
+    pub fields: &'a Fields,
+}
+
+impl Continuation<'_> {
+    /// What a ray finds that goes on before it reads; `seed` is that of its numbers.
+    ///
+    /// Most rays read what they meet at once, and take nothing but that.
+    pub fn read(&self, ray: &Ray, seed: u32, memory: &mut Memory) -> RaySample {
+        let mut met = std::mem::take(&mut memory.met);
+        met.clear();
+        let left = Left { bounces: self.fields.reading().bounces(), most: MOST };
+        let mut light = DVec3::ZERO;
+        let nearness = self.walker.follow(ray, memory, |m| {
+            if self.ends(&m, left) {
+                light += f64::from(m.through) * self.of_patch(&m);
+            } else {
+                met.push(m);
+            }
+        });
+        if !met.is_empty() {
+            light += self.incident(&met, left, &mut Stream::new(seed), memory);
+        }
+        memory.met = met;
+        RaySample { nearness, light }
+    }
+
+    /// What arrives along one ray from all that it met.
+    ///
+    /// Light is read at every place that ends the ray. Of the places that the ray goes on from, one is drawn by what
+    /// gets through to it and stands for all: with tau > 0 a ray meets many, and going on from each of them would
+    /// double the rays with every bounce.
+    fn incident(&self, met: &[SurfaceHit], left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+        if let [one] = met {
+            return f64::from(one.through) * self.light(one, left, random, memory);
+        }
+        let mut sum = DVec3::ZERO;
+        let mut onward: Option<&SurfaceHit> = None;
+        let mut through = 0.0;
+        for m in met {
+            if self.ends(m, left) {
+                sum += f64::from(m.through) * self.light(m, left, random, memory);
+                continue;
+            }
+            through += m.through;
+            if onward.is_none() || random.uniform() * through < m.through {
+                onward = Some(m);
+            }
+        }
+        let on = onward.map_or(DVec3::ZERO, |m| f64::from(through) * self.light(m, left, random, memory));
+        sum + on
+    }
+
+    /// What arrives at a point along one more ray.
+    fn onward(&self, at: &SurfaceHit, left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+        let next = self.walker.bounce(at, random, memory);
+        self.incident(&next, left, random, memory)
+    }
+
+    /// Whether light is read at a place.
+    fn ends(&self, at: &SurfaceHit, left: Left) -> bool {
+        left.most == 0 || (left.bounces == 0 && !self.fields.is_near(at.patch, at.distance))
+    }
+
+    /// A sample of the first field at a point, read there or after more rays.
+    fn light(&self, at: &SurfaceHit, left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+        if !self.ends(at, left) {
+            let found = self.walker.direct(at, random, memory);
+            if found.reflect == DVec3::ZERO {
+                return found.light(DVec3::ZERO);
+            }
+            let left = Left { bounces: left.bounces.saturating_sub(1), most: left.most - 1 };
+            return found.light(self.onward(at, left, random, memory));
+        }
+        self.of_patch(at)
+    }
+
+    /// The first field where a ray meets a patch.
+    #[inline]
+    fn of_patch(&self, at: &SurfaceHit) -> DVec3 {
+        let over_patch = at.over_patch(self.walker.view.patches, at.patch);
+        (self.fields.of_patch(at.patch)[0].at(at.position) * over_patch).as_dvec3()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::Transport;
+    use crate::reading::view::lights_of;
+
+    /// Rays once went on from every surface that they crossed: with tau > 0 their number doubled and more with every
+    /// bounce, and a furnished staircase at alpha = tau = 0.5 did not end in nine minutes.
+    #[test]
+    fn a_ray_that_crosses_many_surfaces_goes_on_from_one() {
+        let lights = lights_of("furnished-room", Transport { alpha: 0.5, tau: 0.9 }, 300);
+        let view = View::new(&lights, (1, 1).into());
+        let patches = view.patches;
+        let fields = Fields::new(&[vec![Rgb::ONE; patches.len()]]);
+        let fields = fields.not_read_nearer(vec![f32::INFINITY; patches.len()]);
+        let continuation = Continuation { walker: Walker::new(&view), fields: &fields };
+        let mut memory = Memory::default();
+        let mut random = Stream::new(1);
+        for i in 0..patches.len() {
+            let from = patches.point(i, 0.5, 0.5);
+            let direction = cosine_direction(from.normal, random.uniform(), random.uniform());
+            let before = memory.scratch.cast;
+            let ray = Ray { origin: from.position, direction, source: Some(from.face) };
+            continuation.read(&ray, i as u32, &mut memory);
+            // Each bounce is one ray and those to luminaires, one for each of at most a handful.
+            let lamps = view.lights.luminaires.list.len() as u64;
+            let most = u64::from(MOST + 1) * (1 + lamps);
+            assert!(memory.scratch.cast - before <= most, "{i}: {} rays", memory.scratch.cast - before);
+        }
+    }
+}
