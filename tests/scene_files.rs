@@ -324,13 +324,19 @@ fn mistakes_in_lights_are_named_with_their_line() {
     refuses(lit("type = \"point\"\n"), &["line 2", "`point`", "`position`"]);
     refuses(lit(SPOT), &["line 2", "`spot`", "`cutoff`"]);
     refuses(lit(&format!("{SPOT}cutoff = 30\n")), &["line 2", "`direction`"]);
-    refuses(lit(&format!("{SPOT}cutoff = 91\n")), &["line 6", "`cutoff`", "91", "90 degrees"]);
-    refuses(lit(&format!("{SPOT}cutoff = 0\n")), &["line 6", "`cutoff`"]);
+    refuses(lit(&format!("{SPOT}cutoff = 91\ndirection = [0, 0, 1]\n")), &["line 6", "`cutoff`", "91", "90 degrees"]);
+    refuses(lit(&format!("{SPOT}cutoff = 0\ndirection = [0, 0, 1]\n")), &["line 6", "`cutoff`"]);
     refuses(lit(&format!("{SPOT}cutoff = 30\ndirection = [0, 0, 0]\n")), &["line 7", "`direction`", "not zero"]);
     refuses(lit(&format!("{SPOT}cutoff = 30\ndirection = [0, nan, 0]\n")), &["line 7", "not finite"]);
-    refuses(lit(&format!("{SPOT}cutoff = 30\nexponent = -1\n")), &["line 7", "`exponent`", "-1"]);
-    refuses(lit(&format!("{SPOT}attenuation = [0, 0, 0]\ncutoff = 30\n")), &["line 6", "`attenuation`"]);
-    refuses(lit(&format!("{SPOT}attenuation = [0, -1, 0]\ncutoff = 30\n")), &["line 6", "-1"]);
+    refuses(
+        lit(&format!("{SPOT}cutoff = 30\nexponent = -1\ndirection = [0, 0, 1]\n")),
+        &["line 7", "`exponent`", "-1"],
+    );
+    refuses(
+        lit(&format!("{SPOT}attenuation = [0, 0, 0]\ncutoff = 30\ndirection = [0, 0, 1]\n")),
+        &["line 6", "`attenuation`"],
+    );
+    refuses(lit(&format!("{SPOT}attenuation = [0, -1, 0]\ncutoff = 30\ndirection = [0, 0, 1]\n")), &["line 6", "-1"]);
     refuses(lit("type = \"warn\"\ndirection = [0, 0, 1]\nposition = [0, 0, 1]\n"), &["`warn`", "`exponent`"]);
     refuses(lit("type = \"warn\"\ncutoff = 5\n"), &["line 5", "`warn`", "no `cutoff`"]);
     refuses(lit("type = \"point\"\nexponent = 5\n"), &["line 5", "no `exponent`"]);

@@ -95,7 +95,7 @@ fn make_up<'a>(parts: impl Iterator<Item = &'a Polygon>, polygon: &[DVec2]) -> b
     lacking <= NARROW * around
 }
 
-/// What becomes of a piece under a [`Cover`].
+/// What becomes of a piece under a polygon that covers it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Covering {
     /// It is not there.
@@ -104,13 +104,6 @@ pub(super) enum Covering {
     Masked(u32),
     /// Its back is behind another face's front.
     Back,
-}
-
-/// A polygon that covers what lies under it.
-#[derive(Clone, Debug)]
-pub(super) struct Cover {
-    pub polygon: Polygon,
-    pub covering: Covering,
 }
 
 /// What is known of a piece by its covers.
@@ -152,18 +145,22 @@ impl Marks {
 
 /// What remains of pieces of a polygon under covers, of which `next` finds one that covers something of a piece and is
 /// not in its marks yet: the polygon itself where nothing of it is gone and all has the same marks.
-pub(super) fn divided(polygon: &[DVec2], pieces: Vec<Piece>, next: impl Fn(&Piece) -> Option<Cover>) -> Vec<Piece> {
+pub(super) fn divided(
+    polygon: &[DVec2],
+    pieces: Vec<Piece>,
+    next: impl Fn(&Piece) -> Option<([DVec2; 3], Covering)>,
+) -> Vec<Piece> {
     let (mut work, mut done) = (pieces, Vec::new());
     work.reverse();
     while let Some(piece) = work.pop() {
-        let Some(cover) = next(&piece) else {
+        let Some((cover, covering)) = next(&piece) else {
             done.push(piece);
             continue;
         };
         let (polygon, marks) = piece;
-        let (inside, outside) = parted(&polygon, &cover.polygon);
+        let (inside, outside) = parted(&polygon, &cover);
         work.extend(outside.into_iter().map(|part| (part, marks.clone())));
-        work.extend(inside.and_then(|part| Some((part, marks.under(cover.covering)?))));
+        work.extend(inside.and_then(|part| Some((part, marks.under(covering)?))));
     }
     match done.first() {
         Some((_, marks))

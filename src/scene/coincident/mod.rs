@@ -10,7 +10,6 @@
 //!
 //! Not handled: faces whose planes rounding separates (see there); they are as near as rays find them.
 
-mod candidates;
 mod division;
 mod masks;
 mod plane;
@@ -20,7 +19,6 @@ mod triangle_tree;
 use glam::{DVec2, DVec3, Vec2, Vec4};
 use rayon::prelude::*;
 
-use crate::scene::coincident::candidates::candidates;
 use crate::scene::coincident::division::Polygon;
 use crate::scene::coincident::masks::Materials;
 use crate::scene::coincident::plane::{Covered, covered};
@@ -65,10 +63,7 @@ fn all_covered(scene: &Scene) -> Vec<Covered> {
     let (faces, starts) = by_plane(&planes.of_face);
     let own = |plane: &usize| &faces[starts[*plane] as usize..starts[*plane + 1] as usize];
     let several = (0..planes.planes.len()).into_par_iter().with_min_len(64).filter(|plane| own(plane).len() > 1);
-    let found = several.flat_map_iter(|plane| {
-        let candidates = candidates(scene, &planes.planes[plane], own(&plane));
-        if candidates.is_empty() { Vec::new() } else { covered(scene, &planes.planes[plane], &candidates) }
-    });
+    let found = several.flat_map_iter(|plane| covered(scene, &planes.planes[plane], own(&plane)));
     let mut found: Vec<Covered> = found.collect();
     found.sort_unstable_by_key(|covered| covered.face);
     found

@@ -1,8 +1,10 @@
 //! What is there of the faces of one plane.
 //!
-//! Faces are taken in the order of the file, those of either way by themselves. What earlier ones cover of a face is
-//! cut out of it; under a masked one that is not the same once more a piece stays that is there where the mask is not.
-//! Where the front of a face of the other way lies on the back of one with two sides, a piece stays that has no back.
+//! Faces whose boxes meet are tested for overlaps pair by pair; where that would take long, all faces of the plane are
+//! taken to overlap. Those that do are taken in the order of the file, those of either way by themselves. What earlier
+//! ones cover of a face is cut out of it; under a masked one that is not the same once more a piece stays that is there
+//! where the mask is not. Where the front of a face of the other way lies on the back of one with two sides, a piece
+//! stays that has no back.
 //!
 //! Not handled: masks by alpha of vertices given twice, of which the second stays for what the first leaves; masked
 //! fronts on backs. Rays see the back through the mask; where it emits, closed forms count all.
@@ -10,13 +12,19 @@
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
-use crate::scene::coincident::division::{Cover, Covering, Marks, Piece, Polygon, divided};
+use crate::scene::coincident::division::{Covering, Marks, Piece, Polygon, divided, overlap};
 use crate::scene::coincident::planes::Plane;
 use crate::scene::coincident::triangle_tree::TriangleTree;
-use crate::scene::{Scene, Sides};
+use crate::scene::model::{Scene, Sides};
 
 /// How far texture coordinates of one place may lie apart to be the same.
 const TWICE: f64 = 1e-4;
+
+/// Pairs of faces tested for each face of a plane in the mean, at most.
+const MOST: usize = 256;
+
+/// Faces of a plane up to which all pairs are tested.
+const FEW: usize = 8;
 
 /// A face of which not all is there as the file has it.
 pub(super) struct Covered {
@@ -34,6 +42,8 @@ struct Tile {
     corners: [DVec2; 3],
     /// Whether its corners run counter-clockwise there.
     is_upright: bool,
+    low: DVec2,
+    high: DVec2,
 }
 
 /// The faces of one way.
@@ -53,31 +63,89 @@ struct Remaining {
     pieces: Vec<Piece>,
 }
 
-/// Those faces of a plane of which not all is there, in no order; `faces` are in the order of the file.
+/// Those of a plane's faces of which not all is there, in no order; `faces` are in the order of the file.
 pub(super) fn covered(scene: &Scene, plane: &Plane, faces: &[u32]) -> Vec<Covered> {
     let axes = plane.normal.any_orthonormal_pair();
-    let tiles = faces.iter().map(|&face| Tile::new(scene, face, axes));
-    let (upright, turned): (Vec<Tile>, Vec<Tile>) = tiles.partition(|tile| tile.is_upright);
+    let tiles = overlapping(scene, faces.iter().map(|&face| Tile::new(scene, face, axes)).collect());
+    if tiles.is_empty() {
+        return Vec::new();
+    }
+    let (upright, turned): (Vec<Tile>, Vec<Tile>) = tiles.into_iter().partition(|tile| tile.is_upright);
     let [upright, turned] = [upright, turned].map(|tiles| Layer::of(scene, tiles));
     upright.covered(&turned).chain(turned.covered(&upright)).collect()
+}
+
+/// Of the tiles of a plane those that overlap another one; all where the pairs are too many to test.
+fn overlapping(scene: &Scene, mut tiles: Vec<Tile>) -> Vec<Tile> {
+    let mut found = vec![false; tiles.len()];
+    let are_all_tested = pairs(&tiles, |j, k| {
+        let is_known = found[j] && found[k];
+        if !is_known && tiles[j].overlaps(&tiles[k]) && may_meet(scene, &tiles[j], &tiles[k]) {
+            (found[j], found[k]) = (true, true);
+        }
+    });
+    let mut found = found.into_iter();
+    tiles.retain(|_| found.next() == Some(true) || !are_all_tested);
+    tiles
+}
+
+/// Calls `visit` with pairs of tiles, of which others do not overlap; whether with all of them.
+fn pairs(tiles: &[Tile], mut visit: impl FnMut(usize, usize)) -> bool {
+    let n = tiles.len();
+    if n <= FEW {
+        (1..n).for_each(|k| (0..k).for_each(|j| visit(j, k)));
+        return true;
+    }
+    let extent = tiles.iter().fold(DVec2::ZERO, |extent, own| extent.max((own.low - tiles[0].low).abs()));
+    let axis = extent.max_position();
+    let mut order: Vec<(f64, usize)> = tiles.iter().map(|tile| tile.low[axis]).zip(0..).collect();
+    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut remaining = MOST * n;
+    for (place, &(_, k)) in order.iter().enumerate() {
+        for &(_, j) in order[place + 1..].iter().take_while(|(low, _)| *low < tiles[k].high[axis]) {
+            if remaining == 0 {
+                return false;
+            }
+            remaining -= 1;
+            visit(j, k);
+        }
+    }
+    true
+}
+
+/// Whether two faces face the same way or have a back that counts, and are not neighbours.
+fn may_meet(scene: &Scene, a: &Tile, b: &Tile) -> bool {
+    let opposite = a.is_upright != b.is_upright;
+    let two_sided = |face: u32| scene.material(face).sides == Sides::Two;
+    !are_neighbours(scene, a.face, b.face, opposite) && (!opposite || two_sided(a.face) || two_sided(b.face))
+}
+
+/// Whether two faces lie on the two sides of an edge that they share.
+fn are_neighbours(scene: &Scene, a: u32, b: u32, opposite: bool) -> bool {
+    let [own, other] = [a, b].map(|face| scene.faces[face as usize].vertices);
+    let other = if opposite { [other[0], other[2], other[1]] } else { other };
+    let edges = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)];
+    let other = edges(other);
+    edges(own).iter().any(|&(from, to)| other.contains(&(to, from)))
 }
 
 impl Tile {
     fn new(scene: &Scene, face: u32, (u, v): (DVec3, DVec3)) -> Tile {
         let corners = scene.exact_corners(face).map(|p| DVec2::new(p.dot(u), p.dot(v)));
         let [a, b, c] = corners;
-        Tile { face, corners, is_upright: (b - a).perp_dot(c - a) > 0.0 }
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        Tile { face, corners, is_upright: (b - a).perp_dot(c - a) > 0.0, low, high }
+    }
+
+    fn overlaps(&self, other: &Tile) -> bool {
+        let boxes_meet = self.low.cmplt(other.high).all() && other.low.cmplt(self.high).all();
+        boxes_meet && overlap(&self.ring(), &other.ring())
     }
 
     /// Its corners counter-clockwise.
     fn ring(&self) -> [DVec2; 3] {
         let [a, b, c] = self.corners;
         if self.is_upright { [a, b, c] } else { [a, c, b] }
-    }
-
-    /// As it covers others.
-    fn cover(&self, covering: Covering) -> Cover {
-        Cover { polygon: self.ring().to_vec(), covering }
     }
 
     /// Points by the weights of its second and third corner, in the order of its own corners.
@@ -127,7 +195,7 @@ impl<'a> Layer<'a> {
         before: usize,
         covering: impl Fn(u32) -> Option<Covering>,
     ) -> Vec<Piece> {
-        let cover = |k: usize| covering(self.tiles[k].face).map(|covering| self.tiles[k].cover(covering));
+        let cover = |k: usize| covering(self.tiles[k].face).map(|covering| (self.tiles[k].ring(), covering));
         let is_new =
             |marks: &Marks, k: usize| covering(self.tiles[k].face).is_some_and(|covering| !marks.has(covering));
         let near = |(polygon, marks): &Piece| self.tree.find(polygon, before, |k| is_new(marks, k));

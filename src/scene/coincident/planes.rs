@@ -12,7 +12,7 @@ use glam::{BVec4, DVec3, DVec4, I64Vec4};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::scene::Scene;
+use crate::scene::model::Scene;
 
 /// Largest distance of a face's corner from the plane it joins, unit coordinates.
 pub(crate) const TOLERANCE: f64 = 2e-6;
@@ -24,7 +24,7 @@ const CELL: f64 = 1.0 / 4096.0;
 const BORDER: f64 = CELL / 8.0;
 
 /// A direction that planes people draw are rarely parallel to; about a unit vector.
-pub(crate) const GENERIC: DVec3 = DVec3::new(0.537, 0.623, 0.568);
+const GENERIC: DVec3 = DVec3::new(0.537, 0.623, 0.568);
 
 /// Planes whose normals have a larger part along [`GENERIC`] are entered under one orientation only: those looked at
 /// have normals within a cell and its border in each coordinate, `sqrt(3)` times that altogether.
@@ -42,7 +42,7 @@ pub(crate) struct Plane {
 
 /// The planes of a scene.
 pub(crate) struct Planes {
-    /// The plane of every face of those grouped.
+    /// The plane of every face.
     pub of_face: Vec<u32>,
     /// The founders' planes, by falling area of the founder.
     pub planes: Vec<Plane>,
@@ -55,7 +55,7 @@ impl Plane {
     }
 
     /// The plane seen from the other side.
-    pub(crate) fn flipped(self) -> Plane {
+    fn flipped(self) -> Plane {
         Plane { normal: -self.normal, offset: -self.offset }
     }
 
@@ -67,17 +67,11 @@ impl Plane {
 impl Planes {
     /// Groups the faces of a scene, in about linear time.
     pub(crate) fn new(scene: &Scene) -> Self {
-        let all: Vec<u32> = (0..scene.faces.len() as u32).collect();
-        Planes::of(scene, &all)
-    }
-
-    /// Groups some faces, which stand in order; `of_face` is in theirs.
-    pub(crate) fn of(scene: &Scene, faces: &[u32]) -> Self {
         let mut finder = Finder::default();
-        let mut of_face = vec![0; faces.len()];
-        for (k, plane) in by_falling_area(scene, faces) {
-            let corners = scene.corners(faces[k as usize]).map(|c| c.as_dvec3());
-            of_face[k as usize] = finder.find(plane, &corners);
+        let mut of_face = vec![0; scene.faces.len()];
+        for (face, plane) in by_falling_area(scene) {
+            let corners = scene.corners(face).map(|c| c.as_dvec3());
+            of_face[face as usize] = finder.find(plane, &corners);
         }
         Planes { of_face, planes: finder.planes }
     }
@@ -100,21 +94,21 @@ pub(crate) fn by_plane(of_face: &[u32]) -> (Vec<u32>, Vec<u32>) {
     (faces, starts)
 }
 
-/// Faces by their places among some, with their planes, largest first, ties by place.
-fn by_falling_area(scene: &Scene, faces: &[u32]) -> Vec<(u32, Plane)> {
-    let corners = |k: u32| scene.corners(faces[k as usize]).map(|c| c.as_dvec3());
-    let measured = (0..faces.len() as u32).into_par_iter().map(|k| {
-        let [a, b, c] = corners(k);
+/// Faces with their planes, largest first, ties by number.
+fn by_falling_area(scene: &Scene) -> Vec<(u32, Plane)> {
+    let corners = |face: u32| scene.corners(face).map(|c| c.as_dvec3());
+    let measured = (0..scene.faces.len() as u32).into_par_iter().map(|face| {
+        let [a, b, c] = corners(face);
         // The bits of numbers that are not negative are in their order.
-        (!(b - a).cross(c - a).length().to_bits(), k)
+        (!(b - a).cross(c - a).length().to_bits(), face)
     });
     let mut order: Vec<(u64, u32)> = measured.collect();
     order.par_sort_unstable();
-    order.into_par_iter().map(|(_, k)| (k, plane_of(&corners(k)))).collect()
+    order.into_par_iter().map(|(_, face)| (face, plane_of(&corners(face)))).collect()
 }
 
 /// The plane of a face.
-pub(crate) fn plane_of(&[a, b, c]: &[DVec3; 3]) -> Plane {
+fn plane_of(&[a, b, c]: &[DVec3; 3]) -> Plane {
     let normal = (b - a).cross(c - a).normalize_or_zero();
     Plane { normal, offset: normal.dot(a + b + c) / 3.0 }
 }
@@ -167,7 +161,7 @@ impl Finder {
 
 /// The orientation under which a plane is entered. Planes on the border between the two orientations are found under
 /// either, as `find` looks for both.
-pub(crate) fn upright(plane: Plane) -> Plane {
+fn upright(plane: Plane) -> Plane {
     if plane.normal.dot(GENERIC) < 0.0 { plane.flipped() } else { plane }
 }
 
@@ -180,13 +174,13 @@ fn cell(coordinates: DVec4) -> I64Vec4 {
 }
 
 /// A cell as one number, of 16 bits for each coordinate.
-pub(crate) fn number(cell: I64Vec4) -> u64 {
+fn number(cell: I64Vec4) -> u64 {
     cell.to_array().iter().fold(0, |all, &n| all << 16 | n as u64 & 0xffff)
 }
 
 /// The cells between two that differ by one at most in each coordinate, these included.
 #[inline]
-pub(crate) fn across(low: I64Vec4, high: I64Vec4) -> impl Iterator<Item = I64Vec4> {
+fn across(low: I64Vec4, high: I64Vec4) -> impl Iterator<Item = I64Vec4> {
     let borders = low.cmpne(high).bitmask();
     (0..=borders).filter(move |beyond| beyond & !borders == 0).map(move |beyond| {
         let beyond = BVec4::new(beyond & 1 > 0, beyond & 2 > 0, beyond & 4 > 0, beyond & 8 > 0);

@@ -30,21 +30,13 @@ const OF_TEXTURES: [&str; 4] = ["KHR_texture_basisu", "EXT_texture_webp", "EXT_t
 /// Bytes of a GLB's header: magic, version and length.
 const HEADER: usize = 12;
 
-/// What a file is made of.
-pub(super) struct Container<'a> {
-    /// The text of the JSON.
-    pub json: &'a [u8],
-    /// The binary chunk of a GLB.
-    pub binary: Option<&'a [u8]>,
-}
-
 /// The bytes of a buffer.
 pub(super) type Bytes<'a> = Rc<Cow<'a, [u8]>>;
 
-/// The chunks of a GLB, or all of it as JSON where it does not begin as a GLB does.
-pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, String> {
+/// The JSON and the binary chunk of a GLB, or all as JSON where it does not begin as a GLB does.
+pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     if !bytes.starts_with(b"glTF") {
-        return Ok(Container { json: bytes, binary: None });
+        return Ok((bytes, None));
     }
     let version = word(bytes, 4).ok_or("the GLB header is cut off")?;
     if version != 2 {
@@ -55,7 +47,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, String> {
     let mut rest = bytes.get(HEADER..length).ok_or_else(short)?;
     let json = chunk(&mut rest)?.filter(|chunk| chunk.0 == b"JSON").ok_or("the first chunk of the GLB is not JSON")?.1;
     let binary = chunk(&mut rest)?.filter(|chunk| chunk.0 == b"BIN\0").map(|chunk| chunk.1);
-    Ok(Container { json, binary })
+    Ok((json, binary))
 }
 
 type Chunk<'a> = (&'a [u8], &'a [u8]);
@@ -265,7 +257,7 @@ mod tests {
             let words = [2, length, chunk].map(u32::to_le_bytes);
             [b"glTF".as_slice(), words.as_flattened(), b"JSON{}  "].concat()
         };
-        assert_eq!(split(&glb(24, 4)).unwrap().json, b"{}  ");
+        assert_eq!(split(&glb(24, 4)).unwrap().0, b"{}  ");
         for (length, chunk) in [(0, 4), (11, 4), (25, 4), (u32::MAX, 4), (24, 5), (24, u32::MAX), (12, 4), (14, 4)] {
             assert!(split(&glb(length, chunk)).is_err(), "{length} {chunk}");
         }

@@ -55,7 +55,13 @@ impl Geometry<'_> {
             }
             let mut points = HashMap::new();
             for primitive in &mesh.primitives {
-                self.ignore(primitive, &object);
+                if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
+                    self.ignored.add("morph targets of nodes", &object);
+                }
+                if triangles(primitive, 0).is_none() {
+                    self.ignored.add("points and lines of nodes", &object);
+                    continue;
+                }
                 self.primitive(primitive, placed, &object, &mut points)
                     .map_err(|what| format!("node `{object}`: {what}"))?;
             }
@@ -67,16 +73,8 @@ impl Geometry<'_> {
         Ok(())
     }
 
-    fn ignore(&mut self, primitive: &Primitive, object: &str) {
-        if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
-            self.ignored.add("morph targets of nodes", object);
-        }
-        if triangles(primitive, 0).is_none() {
-            self.ignored.add("points and lines of nodes", object);
-        }
-    }
-
-    /// Appends a primitive. `points` has where the points of each accessor begin that the node has used before.
+    /// Appends a primitive of triangles. `points` has where the points of each accessor begin that the node has used
+    /// before.
     fn primitive(
         &mut self,
         primitive: &Primitive,
@@ -85,9 +83,6 @@ impl Geometry<'_> {
         points: &mut HashMap<usize, (usize, usize)>,
     ) -> Result<(), String> {
         let Some(position) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else { return Ok(()) };
-        if triangles(primitive, 0).is_none() {
-            return Ok(());
-        }
         let (first, count) = match points.get(&position.value()) {
             Some(known) => *known,
             None => *points.entry(position.value()).or_insert(self.points(*position, placed)?),

@@ -95,13 +95,12 @@ fn maps(read: &Read, name: &str, images: &mut Images, ignored: &mut Ignored) -> 
     let pbr = &read.pbr_metallic_roughness;
     let base = images.texture(pbr.base_color_texture.as_ref(), name, ignored)?;
     let mut glow = images.texture(read.emissive_texture.as_ref(), name, ignored)?;
-    let set = base.as_ref().or(glow.as_ref()).map_or(0, |placed| placed.set);
-    if glow.as_ref().is_some_and(|glow| glow.set != set) {
+    let set = base.as_ref().or(glow.as_ref()).map_or(0, |(_, set)| *set);
+    if glow.as_ref().is_some_and(|(_, of_glow)| *of_glow != set) {
         ignored.add("emission by a second set of texture coordinates, of materials", name);
         glow = None;
     }
-    let texture = |placed: Option<Placed>| placed.map(|placed| placed.texture);
-    let (reflectance, emission) = (texture(base), texture(glow));
+    let (reflectance, emission) = (base.map(|(texture, _)| texture), glow.map(|(texture, _)| texture));
     let mask = mask(read, reflectance.as_ref());
     Ok((Maps { reflectance, emission, mask, vertex_colours: false }, set))
 }
@@ -151,20 +150,14 @@ enum Source<'a> {
     Uri(&'a str),
 }
 
-/// A texture and the set of coordinates that it goes by.
-pub(super) struct Placed {
-    pub texture: Texture,
-    pub set: u32,
-}
-
 impl<'a, 'r> Images<'a, 'r> {
     /// No image yet.
     pub fn new(file: &'a str, data: &'a Data<'a>, reader: Reader<'r>) -> Images<'a, 'r> {
         Images { file, data, reader, known: HashMap::new(), read: 0 }
     }
 
-    /// The texture that a material names, if it names one whose image can be read; else the material is named in
-    /// `ignored`.
+    /// The texture that a material names and the set of coordinates that it goes by, if its image can be read; else the
+    /// material is named in `ignored`.
     ///
     /// # Errors
     /// A broken image.
@@ -173,7 +166,7 @@ impl<'a, 'r> Images<'a, 'r> {
         info: Option<&Info>,
         material: &str,
         ignored: &mut Ignored,
-    ) -> Result<Option<Placed>, SceneError> {
+    ) -> Result<Option<(Texture, u32)>, SceneError> {
         let Some(info) = info else { return Ok(None) };
         let texture = &self.data.root.textures[info.index.value()];
         let Some(image) = self.image(texture.source.value())? else {
@@ -182,15 +175,13 @@ impl<'a, 'r> Images<'a, 'r> {
         };
         let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
         let sampler = texture.sampler.map(|sampler| &self.data.root.samplers[sampler.value()]);
-        Ok(Some(Placed {
-            texture: Texture {
-                image,
-                placement: transform.map_or(DAffine2::IDENTITY, placement),
-                wrap: sampler.map_or([Wrap::Repeat; 2], |s| [wrap(&s.wrap_s), wrap(&s.wrap_t)]),
-                filter: sampler.map_or(Filter::Linear, filter),
-            },
-            set: transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord),
-        }))
+        let texture = Texture {
+            image,
+            placement: transform.map_or(DAffine2::IDENTITY, placement),
+            wrap: sampler.map_or([Wrap::Repeat; 2], |s| [wrap(&s.wrap_s), wrap(&s.wrap_t)]),
+            filter: sampler.map_or(Filter::Linear, filter),
+        };
+        Ok(Some((texture, transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord))))
     }
 
     fn image(&mut self, number: usize) -> Result<Option<Arc<Image>>, SceneError> {

@@ -30,9 +30,9 @@ use crate::scene::soup::{Defined, Reflects, SceneInput, Soup};
 pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
     let SceneInput { name, file, bytes, reader, options } = *input;
     let wrong = |message: String| SceneError::Gltf { file: file.to_owned(), message };
-    let container = split(bytes).map_err(wrong)?;
-    let root = parse(file, container.json)?;
-    let buffers = buffers(file, &root, container.binary, reader)?;
+    let (json, binary) = split(bytes).map_err(wrong)?;
+    let root = parse(file, json)?;
+    let buffers = buffers(file, &root, binary, reader)?;
     let nodes = placed(&root).map_err(wrong)?;
     let mut ignored = Ignored::default();
     let data = Data { root: &root, buffers: &buffers };

@@ -326,10 +326,14 @@ mod tests {
     use crate::pictures::Texels;
     use crate::scene::textures::stored_image::Image;
 
+    fn of(texels: Texels, filter: Filter, wrap: Wrap) -> Texture {
+        let placement = Texture::upright(DVec2::ONE, DVec2::ZERO);
+        Texture { image: Arc::new(Image::new(texels)), placement, wrap: [wrap; 2], filter }
+    }
+
     fn texture(width: usize, height: usize, filter: Filter, wrap: Wrap) -> Texture {
         let codes = (0..width * height * 3).map(|k| (k * k * 7 + k * 13) as u8).collect();
-        let image = Arc::new(Image::new(Texels { width, height, channels: 3, codes }));
-        Texture { image, placement: Texture::upright(DVec2::ONE, DVec2::ZERO), wrap: [wrap; 2], filter }
+        of(Texels { width, height, channels: 3, codes }, filter, wrap)
     }
 
     /// By 1024² points.
@@ -384,9 +388,7 @@ mod tests {
     fn a_plane_of_light_has_the_light_of_the_middle() {
         // Codes of one row that rise in linear light by nothing but their own steps: between two texels.
         let texels = Texels { width: 2, height: 1, channels: 1, codes: vec![0, 255] };
-        let placement = Texture::upright(DVec2::ONE, DVec2::ZERO);
-        let texture =
-            Texture { image: Arc::new(Image::new(texels)), placement, wrap: [Wrap::Clamp; 2], filter: Filter::Linear };
+        let texture = of(texels, Filter::Linear, Wrap::Clamp);
         let triangle = [DVec2::new(0.3, 0.1), DVec2::new(0.7, 0.2), DVec2::new(0.44, 5.0)];
         let middle = (triangle[0] + triangle[1] + triangle[2]) / 3.0;
         assert!((texture.mean(triangle).x - 2.0 * (middle.x - 0.25)).abs() < 1e-12);
@@ -419,13 +421,13 @@ mod tests {
         let rim = |x: usize, y: usize| x == 0 || y == 0 || x == width - 1 || y == height - 1;
         let code = |k: usize| if rim(k % width, k / width) { 20 } else { (k * k % 256) as u8 };
         let codes: Vec<u8> = (0..width * height).map(code).collect();
-        let image = Arc::new(Image::new(Texels { width, height, channels: 1, codes }));
-        let placement = Texture::upright(DVec2::ONE, DVec2::ZERO);
-        let edge = image.colour(0, 0).as_dvec3();
+        let texels = Texels { width, height, channels: 1, codes };
         let size = DVec2::new(width as f64, height as f64);
         for filter in [Filter::Linear, Filter::Nearest] {
             for side in [3.0, 20.0, 1e4] {
-                let clamped = Texture { image: image.clone(), placement, wrap: [Wrap::Clamp; 2], filter };
+                let clamped = of(texels.clone(), filter, Wrap::Clamp);
+                let image = clamped.image.clone();
+                let edge = image.colour(0, 0).as_dvec3();
                 let [low, high] = [0.5 - 0.5 * side, 0.5 + 0.5 * side];
                 let corners = [(low, low), (high, low), (high, high), (low, high)].map(|(x, y)| DVec2::new(x, y));
                 let [a, b, c, d] = corners;
