@@ -12,7 +12,7 @@ const COUNT: usize = 6;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = Scene::open(&args().nth(1).unwrap_or_else(|| "furnished-room".into()))?;
-    let mut solver = Solver::new(&scene);
+    let solver = Solver::new(&scene);
     for mode in Mode::ALL {
         let k = solver.operator(mode, Fineness { patches: 1000, rays: 128 })?;
         let series = explore(&k, COUNT);

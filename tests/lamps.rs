@@ -219,7 +219,7 @@ fn what_many_lamps_light_from_close_by_is_no_matter_of_luck() {
     let glow = Material { emission: Rgb::ONE, ..grey("glow", 0.0) };
     let p = Solver::new(&mesh.scene(vec![grey("wax", 0.8), grey("board", 0.5), glow])).cut(8);
     let tops: Vec<usize> = (0..p.patches.len()).filter(|&i| p.patches.materials()[i] == 0).collect();
-    assert!(tops.len() == 4 && p.luminaires.list.len() == 24);
+    assert_eq!((tops.len(), p.luminaires.list.len()), (4, 24));
     let powers = |general: bool| -> Vec<f64> {
         let power = |found: Vec<Rgb>| tops.iter().map(|&i| p.patches.areas()[i] * f64::from(found[i].x)).sum();
         (0..RUNS).map(|seed| power(receive(&p, Mode::OneBounce, general, 64, seed))).collect()

@@ -10,9 +10,9 @@
 //! Nodes have chances in proportion to what a few rays found, never zero for one that may light the patch, so that
 //! drawing is free of bias; a node's luminaires are drawn by power and points on them by area.
 //!
-//! A patch gives each node one chance. A large patch has receivers next to a candle and receivers far from all, and next
-//! to the candle that chance is thousands of times too small. So where luminaires are near a patch, half of the draws go
-//! by the patch's chances, and half go down the tree by what each half of a node may light at the receiver:
+//! A patch gives each node one chance. A large patch has receivers next to a candle and receivers far from all, and
+//! next to the candle that chance is thousands of times too small. So where luminaires are near a patch, half of the
+//! draws go by the patch's chances, and half go down the tree by what each half of a node may light at the receiver:
 //!
 //! ```text
 //! chance = patch / 2 + place / 2,    place = product over the way down of  Q_a g_a / (Q_a g_a + Q_b g_b)
@@ -24,20 +24,21 @@
 //! Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*, PACMCGIT 1(2), 2018).
 //!
 //! What stands for many luminaires, moments of nodes and polynomials, is nearer the less is tolerable of a picture
-//! ([`LightTree::new`](crate::direct::light_tree::LightTree::new)); samples for the error of a picture use neither.
+//! ([`LightTree::new`](crate::direct::many::light_tree::LightTree::new)); samples for the error of a picture use
+//! neither.
 //!
-//! Not handled: receivers off their patch; a luminaire by closed form whose shadows are too ragged costs one ray and its
-//! ratio's bias, as elsewhere.
+//! Not handled: receivers off their patch; a luminaire by closed form whose shadows are too ragged costs one ray and
+//! its ratio's bias, as elsewhere.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2};
 
 use crate::direct::Luminaires;
-use crate::direct::light_cut::{Chance, LightCut, LightCuts, Seen, light};
-use crate::direct::light_tree::{LightTree, Node, draw};
+use crate::direct::emitters::shafts::Between;
 use crate::direct::lights::Lights;
-use crate::direct::luminaire_light::{DirectSum, Lamp, Scratch};
-use crate::direct::shafts::Between;
-use crate::rays::sobol::{Stream, fraction, hash};
+use crate::direct::luminaire_light::{DirectSum, Lamp, Scratch, point_for};
+use crate::direct::many::light_cut::{Chance, LightCut, LightCuts, Seen, light};
+use crate::direct::many::light_tree::{LightTree, Node, draw};
+use crate::rays::sobol::Stream;
 use crate::surfaces::SurfacePoint;
 
 /// Luminaires drawn where one by one stands for all that is seen.
@@ -160,13 +161,6 @@ fn lamps<'a>(cut: &'a LightCut, luminaires: &'a Luminaires) -> impl Iterator<Ite
         let between = if faces.is_empty() { Between::Nothing } else { Between::Faces(faces) };
         Numbered { number: *number, lamp: Lamp { luminaire: &luminaires.list[*number as usize], between } }
     })
-}
-
-/// A point of the unit square that differs from receiver to receiver and from luminaire to luminaire.
-pub(crate) fn point_for(x: Vec3, luminaire: u32) -> Vec2 {
-    let place = x.to_array().map(f32::to_bits);
-    let seed = place.into_iter().fold(luminaire, |seed, bits| hash(bits, seed));
-    Vec2::new(fraction(seed), fraction(hash(1, seed)))
 }
 
 /// A node drawn.
@@ -313,6 +307,8 @@ fn cosine_less(cosine: f64, (sin, cos): (f64, f64)) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
     use crate::direct::TOLERABLE;
     use crate::light::Rgb;

@@ -26,15 +26,15 @@
 //!
 //! Not handled: luminaires that a light cut leaves to be drawn ([`crate::direct::drawn_light`]).
 
-use glam::{DVec3, Vec2};
+use glam::{DVec3, Vec2, Vec3};
 
+use crate::direct::emitters::luminaire::{EmittingPoint, Luminaire};
+use crate::direct::emitters::luminaire_texture::SeenPart;
+use crate::direct::emitters::occlusion::Occlusion;
+use crate::direct::emitters::shafts::Between;
 use crate::direct::lights::Lights;
-use crate::direct::luminaire::{EmittingPoint, Luminaire};
-use crate::direct::luminaire_texture::SeenPart;
-use crate::direct::occlusion::Occlusion;
-use crate::direct::shafts::Between;
 use crate::form_factors::point_kernel;
-use crate::rays::sobol::Stream;
+use crate::rays::sobol::{Stream, fraction, hash};
 use crate::rays::{End, Hit};
 use crate::surfaces::SurfacePoint;
 
@@ -139,8 +139,13 @@ pub struct Scratch {
 }
 
 impl Lights {
+    /// Luminaire l as a patch sees it.
+    pub fn lamp(&self, l: usize, patch: u32) -> Lamp<'_> {
+        Lamp { luminaire: &self.luminaires.list[l], between: self.shafts.between(patch, l) }
+    }
+
     /// Product of tau between a receiver and a point drawn on a luminaire, by one visibility ray.
-    pub(super) fn transmittance(&self, receiver: &SurfacePoint, end: End, scratch: &mut Scratch) -> f64 {
+    pub(crate) fn transmittance(&self, receiver: &SurfacePoint, end: End, scratch: &mut Scratch) -> f64 {
         scratch.cast += 1;
         let rays = &self.geometry.rays;
         f64::from(self.occlusion.transmittance(rays, receiver.end(), end, &mut scratch.hits))
@@ -267,8 +272,8 @@ impl Lights {
         form * lamp.luminaire.radiance.as_dvec3()
     }
 
-    /// An estimate without bias of the form factor to what is seen of a luminaire, by points drawn on it and a visibility
-    /// ray to one of them.
+    /// An estimate without bias of the form factor to what is seen of a luminaire, by points drawn on it and a
+    /// visibility ray to one of them.
     fn draw(
         &self,
         receiver: &SurfacePoint,
@@ -298,6 +303,13 @@ impl Lights {
         let arrived = chosen.map_or(0.0, |y| self.transmittance(receiver, y.end(), scratch));
         arrived * mean + closed.map_or(DVec3::ZERO, |form| GUESS * (form - mean))
     }
+}
+
+/// A point of the unit square that differs from receiver to receiver and from luminaire to luminaire.
+pub(crate) fn point_for(x: Vec3, luminaire: u32) -> Vec2 {
+    let place = x.to_array().map(f32::to_bits);
+    let seed = place.into_iter().fold(luminaire, |seed, bits| hash(bits, seed));
+    Vec2::new(fraction(seed), fraction(hash(1, seed)))
 }
 
 #[cfg(test)]

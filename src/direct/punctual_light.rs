@@ -13,15 +13,12 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use crate::direct::drawn_light::point_for;
+use crate::direct::emitters::occlusion::Occlusion;
 use crate::direct::lights::Lights;
-use crate::direct::luminaire_light::Scratch;
-use crate::direct::occlusion::Occlusion;
+use crate::direct::luminaire_light::{Scratch, point_for};
 use crate::scene::{PunctualForm, PunctualLight, PunctualPlace};
 use crate::surfaces::SurfacePoint;
 
-/// Lights that fall on a receiver and are asked each; of more, some are drawn.
-pub const FEW: usize = 32;
 /// Lights drawn where they are many.
 pub const DRAWN: usize = 16;
 /// Parallel light comes from so far away: beyond the scene, which lies in [-1, 1]³, seen from any point of it.
@@ -120,6 +117,9 @@ fn asked(falling: &[Falling], random: impl Fn() -> f32) -> Vec<(usize, f64)> {
     }
     chosen
 }
+
+/// Lights that fall on a receiver and are asked each; of more, some are drawn.
+pub const FEW: usize = 32;
 
 #[cfg(test)]
 mod tests {

@@ -1,8 +1,9 @@
-//! Powers of the terms `KⁿE` by walks of light from the emitters: no patch is in them, so they have no error but chance.
+//! Powers of the terms `KⁿE` by walks of light from the emitters: no patch is in them, so they have no error but
+//! chance.
 //!
 //! A walk starts at a point of an emitting side, drawn by power, along a cosine-distributed direction, at the sphere
-//! around the scene, where light of the sky enters it, or at a light without area. Its ray crosses surfaces c = 1, 2, ...;
-//! s_c is the product of tau before c. With W the power that the walk carries, per channel,
+//! around the scene, where light of the sky enters it, or at a light without area. Its ray crosses surfaces c = 1, 2,
+//! ...; s_c is the product of tau before c. With W the power that the walk carries, per channel,
 //!
 //! ```text
 //! power of KⁿE, visible half   = mean over walks of  sum over crossings c of  W s_c rho_c

@@ -1,8 +1,8 @@
 //! How far light on patches is off, measured without patches: paths from the camera and what of the equation they find
 //! unmet, pixels drawn by chance that add it up to a squared error, and walks of light from the emitters.
 //!
-//! Not handled: errors of the gather pass, which it estimates itself with [`Halves`]; what is done about an error, which
-//! is the business of those that render.
+//! Not handled: errors of the gather pass, which it estimates itself with [`Halves`]; what is done about an error,
+//! which is the business of those that render.
 
 pub(crate) mod deadline;
 pub(crate) mod halves;

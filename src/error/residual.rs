@@ -1,6 +1,7 @@
 //! By how much a picture is off because of the light it reads on patches, as one path shows: the dual-weighted residual
 //! of the equation that patches stand for (R. Becker, R. Rannacher, *An optimal control approach to a posteriori error
-//! estimation*, Acta Numerica 10, 2001); and samples of the light on patches, where paths reach and where most of it is.
+//! estimation*, Acta Numerica 10, 2001); and samples of the light on patches, where paths reach and where most of it
+//! is.
 //!
 //! The light L_h that is read on patches misses the equation of points by `r = E + K L_h - L_h`, and the picture misses
 //! that of the exact light by

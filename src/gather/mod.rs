@@ -6,22 +6,11 @@
 //!
 //! Not handled: specular reflection of what was reflected before, depth of field, motion.
 
-pub(crate) mod adaptive_sampling;
-pub(crate) mod camera_rays;
-pub(crate) mod final_gather;
-pub(crate) mod fit_error;
 pub(crate) mod gathered;
-pub(crate) mod guiding;
-pub(crate) mod indirect_light;
-pub(crate) mod interpolation;
-pub(crate) mod irradiance_cache;
 pub(crate) mod pass;
-pub(crate) mod pixel;
-pub(crate) mod pixel_lattice;
-pub(crate) mod pixel_texture;
-pub(crate) mod record_rounds;
+pub(crate) mod pixels;
+pub(crate) mod records;
 pub(crate) mod sampling;
-pub(crate) mod small_faces;
 
 pub use gathered::{GatherError, Gathered};
 pub use pass::gather;

@@ -18,14 +18,14 @@
 
 use crate::error::deadline::is_over;
 use crate::form_factors::Progress;
-use crate::gather::adaptive_sampling::{Plan, sample_pixels};
-use crate::gather::camera_rays::{CameraRays, CameraSampling};
-use crate::gather::final_gather::FinalGather;
 use crate::gather::gathered::Gathered;
-use crate::gather::indirect_light::IndirectLight;
-use crate::gather::irradiance_cache::{Density, IrradianceCache};
-use crate::gather::pixel::Pixel;
-use crate::gather::record_rounds::{Rounds, foreseen};
+use crate::gather::pixels::adaptive_sampling::{Plan, sample_pixels};
+use crate::gather::pixels::camera_rays::{CameraRays, CameraSampling};
+use crate::gather::pixels::pixel::Pixel;
+use crate::gather::records::final_gather::FinalGather;
+use crate::gather::records::indirect_light::IndirectLight;
+use crate::gather::records::irradiance_cache::{Density, IrradianceCache};
+use crate::gather::records::record_rounds::{Rounds, foreseen};
 use crate::gather::sampling::Gathering;
 use crate::light::budget::CAMERA;
 use crate::reading::patch_light::Fields;

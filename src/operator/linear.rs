@@ -14,8 +14,8 @@
 //! own, and white walls have one of 1: a closed white box in an open scene would leave the series of the whole scene
 //! undecided. With alpha 0 on such patches every term is the same, and all bounds are those of the rest.
 //!
-//! Not handled: single columns of F, which progressive shooting takes from its [`Shooter`](crate::solve::Shooter); light
-//! that the rays of F miss.
+//! Not handled: single columns of F, which progressive shooting takes from its [`Shooter`](crate::solve::Shooter);
+//! light that the rays of F miss.
 
 use glam::Vec4;
 

@@ -2,12 +2,12 @@
 //! they reflect.
 //!
 //! Areas are in unit coordinates squared. Invariants: the patches' areas of one side sum to the faces' area, but for
-//! what masks cut away; every point of every face belongs to exactly one patch per reflecting side; numbering depends on
-//! the scene only. A patch of a masked surface counts the area of what there is of it, and reflects and emits the mean
-//! over that.
+//! what masks cut away; every point of every face belongs to exactly one patch per reflecting side; numbering depends
+//! on the scene only. A patch of a masked surface counts the area of what there is of it, and reflects and emits the
+//! mean over that.
 //!
-//! Not handled: how surfaces are cut ([`crate::patches::meshing`]), the shape of a patch: a long one is about as wide as
-//! it is long, and the parts of a divided patch, which reflect the mean of the patch they were cut from.
+//! Not handled: how surfaces are cut ([`crate::patches::meshing`]), the shape of a patch: a long one is about as wide
+//! as it is long, and the parts of a divided patch, which reflect the mean of the patch they were cut from.
 
 use std::sync::Arc;
 
@@ -340,8 +340,8 @@ impl Patches {
         self.parts.whole(patch as usize) as u32
     }
 
-    /// The mesh divided anew by the light sampled on it: rays of the parts start from where it was sampled; `samples` are
-    /// those of every patch of the mesh.
+    /// The mesh divided anew by the light sampled on it: rays of the parts start from where it was sampled; `samples`
+    /// are those of every patch of the mesh.
     pub fn divided(&self, mut samples: Vec<Vec<Sample>>) -> Patches {
         let mesh = &self.mesh;
         let Mesh { areas, materials, sides, parents, .. } = &**mesh;

@@ -1,5 +1,5 @@
-//! Reading the light on patches along rays: what a ray meets in a scene, which light leaves there for its pixel, and from
-//! how near the light of a patch may stand for that of its points.
+//! Reading the light on patches along rays: what a ray meets in a scene, which light leaves there for its pixel, and
+//! from how near the light of a patch may stand for that of its points.
 //!
 //! Not handled: how many rays there are, and what their mean is off by.
 

@@ -1,5 +1,5 @@
-//! One reflection after the other: what a ray meets, what leaves the surface there, and rays that go on before they read
-//! the light of patches: where what they meet is nearer than it is wide, and where patches stand for the light too
+//! One reflection after the other: what a ray meets, what leaves the surface there, and rays that go on before they
+//! read the light of patches: where what they meet is nearer than it is wide, and where patches stand for the light too
 //! coarsely.
 //!
 //! Not handled: fields beyond the first for rays that go on.

@@ -121,8 +121,8 @@ impl Discretization {
         RayShooter::new(self.lights(self.transports(mode), TOLERABLE), settings)
     }
 
-    /// What lights the patches where materials have these (alpha, tau); stand-ins for many luminaires, or for a texture,
-    /// may be off by the share `exactness` of the light.
+    /// What lights the patches where materials have these (alpha, tau); stand-ins for many luminaires, or for a
+    /// texture, may be off by the share `exactness` of the light.
     pub fn lights(&self, transports: Vec<Transport>, exactness: f64) -> Arc<Lights> {
         Arc::new(Lights::new(&self.geometry, &self.patches, &self.luminaires, transports, exactness))
     }

@@ -1,9 +1,9 @@
 //! The terms of the bounce series to a tolerance: powers by walks of light, everything else on patches of a size.
 //!
-//! Walks of light ([`crate::error::light_walks`]) know no patches, so the powers of terms that they measure have no error
-//! but their standard error. Patches that lie half inside walls or half in the sun get each bounce wrong by more than the
-//! one before (5 % at K⁸E in a furnished staircase with 0.65 % stated by two levels of them), so norms, ratios, bounds
-//! and pictures alone are those of the patches.
+//! Walks of light ([`crate::error::light_walks`]) know no patches, so the powers of terms that they measure have no
+//! error but their standard error. Patches that lie half inside walls or half in the sun get each bounce wrong by more
+//! than the one before (5 % at K⁸E in a furnished staircase with 0.65 % stated by two levels of them), so norms,
+//! ratios, bounds and pictures alone are those of the patches.
 //!
 //! Not handled: errors of norms and pictures of single terms; light that no walk finds, whose power stays that of the
 //! patches with an error of 100 %.

@@ -11,9 +11,10 @@
 use std::time::{Duration, Instant};
 
 use crate::render::assembly::Discretization;
+use crate::render::fineness::Fineness;
 use crate::render::rendered::{Ended, Rendered};
-use crate::render::search::render_to_tolerance;
-use crate::render::solved::Task;
+use crate::render::search::rounds::render_to_tolerance;
+use crate::render::search::solved::Task;
 use crate::render::wanted::Wanted;
 use crate::solve::Diverges;
 
@@ -25,8 +26,8 @@ const POWER: f64 = 2.0;
 /// A tolerance that is not smaller by this factor is not worth another picture.
 const GAIN: f64 = 0.7;
 
-/// Renders one mode to a tolerance, beginning with the patches of `first`. With a deadline the picture is the best one
-/// that could be finished by then, and at least one at a tolerance of 10 %.
+/// Renders one mode to a tolerance, beginning with the patches of `first`, which are cut for it. With a deadline the
+/// picture is the best one that could be finished by then, and at least one at a tolerance of 10 %.
 ///
 /// # Errors
 /// [`Diverges`] where the series does.
@@ -39,12 +40,14 @@ pub(crate) fn render_by_deadline(first: &Discretization, task: &Task) -> Result<
     let mut best: Option<Rendered> = None;
     loop {
         let clock = Instant::now();
-        let found = render_to_tolerance(first, &Task { wanted: &now, ..*task })?;
+        let coarser = now.tolerance > wanted.tolerance;
+        let cut = coarser.then(|| first.cut(Fineness::first(now.tolerance).patches));
+        let found = render_to_tolerance(cut.as_ref().unwrap_or(first), &Task { wanted: &now, ..*task })?;
         let left = deadline.saturating_duration_since(Instant::now());
         let next = next_tolerance(now.tolerance, wanted.tolerance, clock.elapsed(), left);
         let found = better(best.take(), found);
         let Some(tolerance) = next else {
-            let short = now.tolerance > wanted.tolerance || wanted.is_late();
+            let short = coarser || wanted.is_late();
             return Ok(Rendered { ended: if short { Ended::ByTime } else { Ended::ByItself }, ..found });
         };
         now.tolerance = tolerance;

@@ -7,15 +7,10 @@
 mod assembly;
 mod bounces;
 mod by_deadline;
-mod division;
 mod fineness;
-mod levels;
 mod memory;
-mod reading_cost;
 mod rendered;
-mod residual_check;
 mod search;
-mod solved;
 mod solver;
 mod square;
 mod unfit;

@@ -24,7 +24,7 @@ use crate::render::by_deadline::render_by_deadline;
 use crate::render::fineness::Fineness;
 use crate::render::memory::usable_memory;
 use crate::render::rendered::Rendered;
-use crate::render::solved::Task;
+use crate::render::search::solved::Task;
 use crate::render::unfit::Unfit;
 use crate::render::wanted::{Spent, Wanted, timed};
 use crate::scene::Scene;

@@ -1,0 +1,35 @@
+//! Things with a place and a direction in two halves: trees of luminaires and pieces of large ones are made so.
+//!
+//! Directions are parted first where they differ much, else places; both are cut across the longest side of the box
+//! around them. Not handled: costs of the two parts, as the cut is in the middle.
+
+use glam::DVec3;
+
+use crate::form_factors::hull::bounds;
+
+/// Normals further apart than this cosine are parted before places are.
+const APART: f64 = 0.9;
+
+/// Something with a place and a direction, and its number.
+#[derive(Clone, Copy)]
+pub(crate) struct Placed {
+    pub place: DVec3,
+    pub direction: DVec3,
+    pub number: u32,
+}
+
+/// Sorts things into two parts, neither empty where there are two things: by direction where directions differ much,
+/// else by place.
+pub(crate) fn halve(things: &mut [Placed]) -> (&mut [Placed], &mut [Placed]) {
+    let (low, high) = bounds(things.iter().map(|t| t.direction));
+    let by_direction = 1.0 - 0.5 * (high - low).length_squared() < APART;
+    let (low, high) = if by_direction { (low, high) } else { bounds(things.iter().map(|t| t.place)) };
+    let axis = (0..3).max_by(|&a, &b| (high - low)[a].total_cmp(&(high - low)[b])).unwrap_or(0);
+    let key = |t: &Placed| if by_direction { t.direction[axis] } else { t.place[axis] };
+    things.sort_unstable_by(|a, b| key(a).total_cmp(&key(b)).then(a.number.cmp(&b.number)));
+    let middle = 0.5 * (low[axis] + high[axis]);
+    let cut = things.partition_point(|t| key(t) < middle);
+    // Places are parted by number; directions at the middle of their range, unless all lie on one side of it.
+    let by_range = by_direction && cut > 0 && cut < things.len();
+    things.split_at_mut(if by_range { cut } else { things.len() / 2 })
+}

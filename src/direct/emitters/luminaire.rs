@@ -1,0 +1,232 @@
+//! One luminaire: an emitting surface small enough that light as emitted is worth a closed form; its triangles, points
+//! drawn on them, and the convex polygons that they make up.
+//!
+//! Not handled: which emitters are luminaires ([`crate::direct::emitters::luminaires`]); polygons of more than two
+//! triangles.
+
+use glam::{DVec3, Vec3};
+
+use crate::direct::emitters::emission_tree::Moments;
+use crate::direct::emitters::emitting_triangle::{EmittingTriangle, polygons};
+use crate::direct::emitters::luminaire_texture::{SeenPart, UnevenEmission};
+use crate::form_factors::lambert::Outline;
+use crate::form_factors::plane::sees_front;
+use crate::form_factors::point_to_polygon;
+use crate::form_factors::shadow::{Caster, Pieces, visible_form};
+use crate::light::Rgb;
+use crate::rays::warp::triangle_point;
+use crate::rays::{End, Side};
+use crate::scene::Scene;
+
+/// One emitting surface of uniform radiance, or with a texture.
+#[derive(Clone, Debug)]
+pub struct Luminaire {
+    /// Emitted radiance, W/(m² sr); the mean over its material's faces where it has a texture.
+    pub radiance: Rgb,
+    /// Total area, unit coordinates squared.
+    pub area: f64,
+    /// The convex lamp it is a part of, if of one.
+    pub(crate) part: Option<u32>,
+    /// Where it has a texture.
+    pub(crate) uneven: Option<UnevenEmission>,
+    pub(crate) triangles: Vec<EmittingTriangle>,
+    /// Convex polygons that cover it, as few as are easily found.
+    pub(crate) polygons: Vec<Vec<DVec3>>,
+    /// None where it has too many faces; points drawn on it stand in for the closed form then.
+    pub(crate) outline: Option<Outline>,
+}
+
+impl Luminaire {
+    pub(crate) fn new(scene: &Scene, radiance: Rgb, faces: &[u32], side: Side) -> Luminaire {
+        let mut triangles: Vec<EmittingTriangle> = Vec::with_capacity(faces.len());
+        let mut sum = 0.0;
+        for &face in faces {
+            let mut corners = scene.corners(face);
+            if side == Side::Back {
+                corners.swap(1, 2);
+            }
+            sum += scene.area(face);
+            let exact = corners.map(|p| p.as_dvec3());
+            let normal = (exact[1] - exact[0]).cross(exact[2] - exact[0]).normalize();
+            triangles.push(EmittingTriangle { corners, exact, normal, face, share: sum as f32 });
+        }
+        for t in &mut triangles {
+            t.share = (t.share as f64 / sum) as f32;
+        }
+        Luminaire {
+            radiance,
+            area: sum,
+            part: None,
+            uneven: None,
+            outline: Outline::new(triangles.iter().map(|t| t.exact)),
+            polygons: polygons(&triangles),
+            triangles,
+        }
+    }
+
+    /// Form factor from a point with unit normal to all of the luminaire, nothing between; `None` where its faces are
+    /// too many for the closed form to be worth its price.
+    pub fn closed_form(&self, x: Vec3, n: Vec3) -> Option<f64> {
+        let outline = self.outline.as_ref()?;
+        Some(outline.form(x.as_dvec3(), n.as_dvec3()))
+    }
+
+    /// Form factor from a point with unit normal to all of the luminaire, nothing between, whatever the number of
+    /// faces.
+    pub fn exact_form(&self, x: Vec3, n: Vec3) -> f64 {
+        self.closed_form(x, n).unwrap_or_else(|| {
+            let (x, n) = (x.as_dvec3(), n.as_dvec3());
+            let relative = self.triangles.iter().map(|t| t.exact.map(|p| p - x));
+            relative.filter(|corners| sees_front(corners)).map(|corners| point_to_polygon(n, &corners)).sum()
+        })
+    }
+
+    /// The light of all of it over its radiance, channel by channel, at a point with unit normal to which its form
+    /// factor is `form`, nothing between: that itself, unless its points do not emit alike; then a node of its texture
+    /// may be off by the share `exactness`.
+    pub fn light(&self, x: Vec3, n: Vec3, form: f64, exactness: f64) -> DVec3 {
+        match &self.uneven {
+            Some(own) if form > 0.0 => own.light(x.as_dvec3(), n.as_dvec3(), form, exactness),
+            _ => DVec3::splat(form),
+        }
+    }
+
+    /// The light of the pieces of it that a point with unit normal sees over its radiance, channel by channel; their
+    /// form factor is `form`.
+    pub(crate) fn light_of(&self, x: Vec3, n: Vec3, seen: &mut SeenPart, form: f64, exactness: f64) -> DVec3 {
+        match &self.uneven {
+            Some(own) if form > 0.0 => own.light_of(x.as_dvec3(), n.as_dvec3(), seen, form, exactness),
+            _ => DVec3::splat(form),
+        }
+    }
+
+    /// Whether its points do not emit alike, so that no closed form is its light.
+    pub fn is_textured(&self) -> bool {
+        self.uneven.is_some()
+    }
+
+    /// Moments of what triangle k emits over the luminaire's radiance, places in shares of its edges; none where all
+    /// points emit alike.
+    pub(crate) fn emitted_moments(&self, k: usize) -> Option<Moments> {
+        self.uneven.as_ref().map(|own| own.moments(k))
+    }
+
+    /// Its triangles, counter-clockwise seen from the emitting side.
+    pub(crate) fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        self.triangles.iter().map(|t| t.exact)
+    }
+
+    /// Corners of its triangles, three by three, counter-clockwise seen from the emitting side.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = DVec3> {
+        self.triangles.iter().flat_map(|t| t.exact)
+    }
+
+    /// Form factor from a point to what it sees of the luminaire behind `casters`; `None` where that is too ragged, or
+    /// the faces are too many.
+    pub(crate) fn visible_form(
+        &self,
+        x: Vec3,
+        n: Vec3,
+        casters: impl Iterator<Item = Caster>,
+        memory: &mut Pieces,
+    ) -> Option<f64> {
+        self.outline.as_ref()?;
+        let polygons = self.polygons.iter().map(|p| &p[..]);
+        visible_form(x.as_dvec3(), n.as_dvec3(), polygons, casters, memory)
+    }
+
+    /// The point at (u, v) in the unit square, uniform in area.
+    pub fn point(&self, u: f32, v: f32) -> EmittingPoint {
+        let k = self.triangles.partition_point(|t| t.share <= u);
+        let k = k.min(self.triangles.len() - 1);
+        let t = &self.triangles[k];
+        let before = if k == 0 { 0.0 } else { self.triangles[k - 1].share };
+        let u = ((u - before) / (t.share - before)).clamp(0.0, 0.999_999_94);
+        let position = triangle_point(t.corners, u, v);
+        let share = self.uneven.as_ref().map_or(DVec3::ONE, |own| own.share(t.face, position));
+        EmittingPoint { position, normal: t.normal, face: t.face, share }
+    }
+}
+
+/// A point drawn on a luminaire.
+#[derive(Clone, Copy, Debug)]
+pub struct EmittingPoint {
+    /// Unit coordinates.
+    pub position: Vec3,
+    /// Unit normal of the emitting side.
+    pub normal: DVec3,
+    /// The face it lies on.
+    pub face: u32,
+    /// What it emits over the luminaire's radiance, channel by channel.
+    pub share: DVec3,
+}
+
+impl EmittingPoint {
+    /// The point as an end of a visibility ray.
+    pub fn end(&self) -> End {
+        (self.position, Some(self.face))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::direct::Luminaires;
+    use crate::rays::sobol::hash;
+    use crate::scene::Sides;
+
+    /// A dark floor and panels of one emitting material, as many as `objects`, each its own object.
+    fn panels(objects: u32, size: f64) -> Scene {
+        let floor = crate::scene::Material::new("floor", Rgb::splat(0.5), Rgb::ZERO);
+        let glow = crate::scene::Material::new("glow", Rgb::splat(0.5), Rgb::ONE);
+        let mut corners = Vec::new();
+        let mut faces = Vec::new();
+        let mut square = |x: f64, z: f64, a: f64, material: u32| {
+            let first = corners.len() as u32;
+            for (u, v) in [(0.0, 0.0), (a, 0.0), (a, a), (0.0, a)] {
+                corners.push(DVec3::new(x + u, v, z));
+            }
+            faces.push(((first..first + 4).collect::<Vec<u32>>(), material));
+        };
+        square(0.0, 0.0, 10.0, 0);
+        for k in 0..objects {
+            square(f64::from(k) * size, 1.0, size, 1);
+        }
+        let mut scene = Scene::from_faces("panels", &corners, &faces, vec![floor, glow]).unwrap();
+        for (f, face) in scene.faces.iter_mut().enumerate() {
+            face.object = f as u32 / 2;
+        }
+        scene
+    }
+
+    #[test]
+    fn a_material_is_carried_whole_or_not_at_all() {
+        // Each panel is a luminaire of its own, whatever their area.
+        let few = Luminaires::new(&panels(2, 1.0));
+        assert_eq!((few.list.len(), few.carries), (2, vec![false, true]));
+        let many = Luminaires::new(&panels(9, 2.0));
+        assert_eq!((many.list.len(), many.carries), (9, vec![false, true]));
+    }
+
+    /// Points of a sheet are kept in single precision, so half of them lie before its other side by their rounding.
+    #[test]
+    fn a_sheet_that_glows_on_both_sides_does_not_light_itself() {
+        let glow = crate::scene::Material { sides: Sides::Two, ..panels(1, 1.0).materials[1].clone() };
+        let corners = [(0.1, 0.2, -0.3), (0.9, 0.4, -0.1), (0.8, 0.7, 0.6), (0.0, 0.5, 0.4)];
+        let corners = corners.map(|(x, y, z)| DVec3::new(x, y, z));
+        let faces = [(vec![0, 1, 2, 3], 0)];
+        let scene = Scene::from_faces("sheet", &corners, &faces, vec![glow]).expect("a correct scene");
+        let sides = [Side::Front, Side::Back].map(|side| Luminaire::new(&scene, Rgb::ONE, &[0, 1], side));
+        for k in 0..1000 {
+            let at = |dimension: u32| (hash(k, dimension) >> 8) as f32 / (1 << 24) as f32;
+            let point = sides[0].point(at(0), at(1));
+            for normal in [point.normal, -point.normal].map(|n| n.as_vec3()) {
+                for lamp in &sides {
+                    let pieces = &mut Pieces::default();
+                    let beside = lamp.visible_form(point.position, normal, std::iter::empty(), pieces);
+                    assert_eq!((lamp.exact_form(point.position, normal), beside), (0.0, Some(0.0)));
+                }
+            }
+        }
+    }
+}

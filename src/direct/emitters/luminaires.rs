@@ -1,0 +1,413 @@
+//! The luminaires of a scene: which emitters are worth a closed form, and the pieces that they are asked in.
+//!
+//! An emitting material is carried by luminaires, one for each object, where hemisphere rays would miss it too often.
+//! The choice is the material's, because a patch has one material but may span objects. Of N hemisphere rays a share F
+//! meets the emitter, so light from it has the relative variance `(1 - F) / (F N)`. A luminaire takes its closed form
+//! and one visibility ray, which together cost what `1 + PRICE n` hemisphere rays do where it has n faces, and leave
+//! the variance `(1 - V) / V` where the share V of it is seen, 1 if that is a half. So luminaires are the better way
+//! where
+//!
+//! ```text
+//! (1 - F) / F  >  1 + PRICE n          F < 1 / (2 + PRICE n)
+//! ```
+//!
+//! F is measured in each scene: the mean of the closed form over points of the reflecting surfaces, of those that the
+//! emitter is above the horizon of. A wide window far away is small by that measure, however large its area; a sky
+//! around everything, or a furnace, is large, and hemisphere rays find it.
+//!
+//! Where luminaires are many, or one has many faces, all are divided into what hangs together (shares a corner, or is
+//! near next to its size), halved until few faces are left. Lamps that lie apart are luminaires of their own whatever
+//! object they belong to, as exporters often write all lamps as one. Few lamps stay as they are written: one ray to any
+//! of them costs less than one to each. Lamps that are convex bodies are known as such: whoever sees the front of one
+//! of their faces has no other of them in between, or a ball of a thousand faces would count as a thousand casters of
+//! shadows on itself.
+//!
+//! Not handled: what lies between; a sky seen through a window counts as large, since its closed form would mostly be
+//! of what is hidden. Lamps of so many faces that testing each against all corners would take long cast shadows on
+//! themselves, which costs time and no accuracy.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::iter::{IntoParallelRefMutIterator, ParallelIterator};
+
+use crate::direct::Luminaire;
+use crate::direct::emitters::halving::{Placed, halve};
+use crate::direct::emitters::luminaire_texture::{EmissionTexture, FEW, UnevenEmission, is_textured};
+use crate::form_factors::hull::bounds;
+use crate::form_factors::lambert::Outline;
+use crate::form_factors::point_to_polygon;
+use crate::light::Rgb;
+use crate::rays::Side;
+use crate::rays::sobol::{Sobol, hash};
+use crate::rays::warp::triangle_point;
+use crate::scene::{PunctualLight, Scene, Sides};
+use crate::surfaces::coplanar::connected;
+
+/// Cost of one triangle of a closed form over that of a ray, about (measured on one core: 20 ns, and 300 ns in a small
+/// room). The choice moves by little where this is off: a lamp of two faces is carried up to F = 0.47, one of a hundred
+/// to 0.12.
+const PRICE: f64 = 1.0 / 16.0;
+/// Faces that a receiver asks at most: where there are more, [`crate::direct::many::light_cut`] spare it most of them.
+const MOST_ASKED: usize = 128;
+/// Points of the reflecting surfaces.
+const POINTS: usize = 256;
+/// Closed forms of triangles for all points together; of more faces only every so many are taken.
+const MOST_FORMS: usize = 1 << 19;
+
+/// A face with its corners turned so that they run counter-clockwise seen from a side that counts.
+type Turned = [DVec3; 3];
+
+/// Per material: whether it emits, has no mask, and is small enough, as seen from the surfaces that reflect,
+/// for luminaires to carry it.
+pub(crate) fn carried(scene: &Scene) -> Vec<bool> {
+    let points = receivers(scene);
+    let carried = |m: usize| {
+        let material = &scene.materials[m];
+        let whole = material.maps.as_ref().is_none_or(|maps| maps.mask.is_none());
+        material.emits() && whole && !scene.is_sky_material(m) && {
+            let faces = sides(scene, |face| face == m as u32);
+            let asked = faces.len().min(MOST_ASKED) as f64;
+            seen(&points, &faces) < 1.0 / (2.0 + PRICE * asked)
+        }
+    };
+    (0..scene.materials.len()).map(carried).collect()
+}
+
+/// The sides that reflect and emit of the faces whose material is `wanted`.
+fn sides(scene: &Scene, wanted: impl Fn(u32) -> bool) -> Vec<Turned> {
+    let mut list = Vec::new();
+    for (f, face) in scene.faces.iter().enumerate() {
+        if wanted(face.material) {
+            let [a, b, c] = scene.exact_corners(f as u32);
+            list.push([a, b, c]);
+            if scene.material(f as u32).sides == Sides::Two {
+                list.push([a, c, b]);
+            }
+        }
+    }
+    list
+}
+
+/// Points of the reflecting surfaces, spread evenly over their area, with their normals.
+fn receivers(scene: &Scene) -> Vec<(DVec3, DVec3)> {
+    let reflects = |m: u32| scene.materials[m as usize].rho != Rgb::ZERO;
+    let faces = sides(scene, reflects);
+    let mut until = Vec::with_capacity(faces.len());
+    let mut sum = 0.0;
+    for [a, b, c] in &faces {
+        sum += (*b - *a).cross(*c - *a).length();
+        until.push(sum);
+    }
+    let sobol = Sobol::new(POINTS, 2);
+    let point = |k: usize| {
+        let at = (k as f64 + 0.5) / POINTS as f64 * sum;
+        let face = faces[until.partition_point(|&u| u <= at).min(faces.len() - 1)];
+        let [a, b, c] = face;
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let (u, v) = (sobol.point(k as u32, 0, 0), sobol.point(k as u32, 1, 0));
+        let place = triangle_point(face.map(|p| p.as_vec3()), u, v);
+        (place.as_dvec3(), normal)
+    };
+    let count = if faces.is_empty() { 0 } else { POINTS };
+    (0..count).map(point).collect()
+}
+
+/// Mean form factor to the faces from those of the points that they are above the horizon of; 0 where there are none.
+fn seen(points: &[(DVec3, DVec3)], faces: &[Turned]) -> f64 {
+    let stride = (faces.len() * points.len()).div_ceil(MOST_FORMS).max(1);
+    let from = |(k, &(x, n)): (usize, &(DVec3, DVec3))| -> f64 {
+        let first = hash(k as u32, 0x1a6e) as usize % stride;
+        let taken = faces.iter().skip(first).step_by(stride);
+        let forms = taken.map(|t| point_to_polygon(n, &t.map(|p| p - x)));
+        stride as f64 * forms.sum::<f64>()
+    };
+    let forms: Vec<f64> = points.iter().enumerate().map(from).collect();
+    let count = forms.iter().filter(|&&f| f > 0.0).count();
+    forms.iter().sum::<f64>() / count.max(1) as f64
+}
+
+/// Faces of a piece at most.
+const PIECE: usize = 16;
+/// Gap between the boxes of two parts, in diagonals of the smaller, below which they are one lamp.
+const NEAR: f64 = 0.5;
+
+/// Groups of faces, cut into pieces where they make up many lamps, or many faces are in one.
+pub(crate) fn divided(scene: &Scene, groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
+    let many = |faces: &Vec<u32>| faces.len() > Outline::MOST_FACES;
+    if !groups.iter().any(many) && groups.iter().map(|group| lamps(scene, group)).sum::<usize>() <= FEW {
+        return groups;
+    }
+    let mut pieces = Vec::new();
+    for group in groups.iter().flat_map(|g| connected(scene, g, |_| ())) {
+        let place = |face: u32| {
+            let [a, b, c] = scene.corners(face).map(|p| p.as_dvec3());
+            let direction = (b - a).cross(c - a).normalize_or_zero();
+            Placed { place: (a + b + c) / 3.0, direction, number: face }
+        };
+        divide(&mut group.into_iter().map(place).collect::<Vec<_>>(), &mut pieces);
+    }
+    pieces
+}
+
+/// The box of one part.
+struct PartBox {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl PartBox {
+    fn of(scene: &Scene, faces: &[u32]) -> PartBox {
+        let corners = faces.iter().flat_map(|&face| scene.corners(face)).map(|p| p.as_dvec3());
+        let (low, high) = bounds(corners);
+        PartBox { low, high }
+    }
+
+    fn is_near(&self, other: &PartBox) -> bool {
+        let gap = (self.low - other.high).max(other.low - self.high).max(DVec3::ZERO).length();
+        let diagonal = |part: &PartBox| (part.high - part.low).length();
+        gap <= NEAR * diagonal(self).min(diagonal(other))
+    }
+}
+
+/// Number of lamps in a group of few faces: what hangs together, with what is near.
+fn lamps(scene: &Scene, group: &[u32]) -> usize {
+    let mut lamps: Vec<Vec<PartBox>> = Vec::new();
+    for faces in connected(scene, group, |_| ()) {
+        let own = PartBox::of(scene, &faces);
+        let is_near = |lamp: &Vec<PartBox>| lamp.iter().any(|other| other.is_near(&own));
+        let (near, apart): (Vec<_>, Vec<_>) = lamps.into_iter().partition(is_near);
+        lamps = apart;
+        lamps.push(near.into_iter().flatten().chain([own]).collect());
+    }
+    lamps.len()
+}
+
+/// Halves faces until few are left together.
+fn divide(faces: &mut [Placed], pieces: &mut Vec<Vec<u32>>) {
+    if faces.len() <= PIECE {
+        let mut piece: Vec<u32> = faces.iter().map(|f| f.number).collect();
+        piece.sort_unstable();
+        return pieces.push(piece);
+    }
+    let (left, right) = halve(faces);
+    divide(left, pieces);
+    divide(right, pieces);
+}
+
+/// Faces times corners of one lamp at most: a fifth of a second.
+const MOST_TESTS: usize = 200_000_000;
+/// Heights below this lie in the plane: a few roundings of unit coordinates.
+const FLAT: f64 = 1e-6;
+
+/// Of each face of the scene the number of the convex lamp it belongs to, if to one; empty where there is no such lamp.
+pub(crate) fn convex_parts(scene: &Scene, groups: &[Vec<u32>]) -> Vec<Option<u32>> {
+    let (mut parts, mut count) = (Vec::new(), 0);
+    for faces in groups.iter().flat_map(|g| connected(scene, g, |_| ())) {
+        // What lies in one plane has no use for this: no caster rises above it there anyway.
+        if faces.len() > 2 && is_convex(scene, &faces) {
+            parts.resize(scene.faces.len(), None);
+            faces.iter().for_each(|&f| parts[f as usize] = Some(count));
+            count += 1;
+        }
+    }
+    parts
+}
+
+/// Whether no corner rises above the plane of any face.
+fn is_convex(scene: &Scene, faces: &[u32]) -> bool {
+    let vertices = |&f: &u32| scene.faces[f as usize].vertices;
+    let mut corners: Vec<u32> = faces.iter().flat_map(vertices).collect();
+    corners.sort_unstable();
+    corners.dedup();
+    let place = |&v: &u32| scene.vertices[v as usize].as_dvec3();
+    let corners: Vec<DVec3> = corners.iter().map(place).collect();
+    let below = |&face: &u32| {
+        let [a, b, c] = scene.corners(face).map(|p| p.as_dvec3());
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        corners.iter().all(|p| normal.dot(*p - a) <= FLAT)
+    };
+    faces.len() * corners.len() <= MOST_TESTS && faces.iter().all(below)
+}
+
+/// The luminaires of a scene, lights without area, and which materials' emission they carry.
+#[derive(Clone, Debug)]
+pub struct Luminaires {
+    /// Evaluated by closed form.
+    pub list: Vec<Luminaire>,
+    /// Per material: its emission is the luminaires', so hemisphere rays must not count it again.
+    pub carries: Vec<bool>,
+    /// Per material: the radiance of its luminaires.
+    pub(crate) radiances: Vec<Rgb>,
+    /// Lights without area that shine.
+    pub punctual: Vec<PunctualLight>,
+    /// Of each face: the convex lamp it belongs to, if to one; empty where there is no such lamp.
+    parts: Vec<Option<u32>>,
+}
+
+impl Luminaires {
+    /// Chooses the emitters of a scene that are worth a closed form.
+    pub fn new(scene: &Scene) -> Luminaires {
+        let punctual = scene.lights.iter().filter(|light| light.shines()).cloned().collect();
+        let radiances = scene.materials.iter().map(|material| material.emission).collect();
+        let (carries, list, parts) = (carried(scene), Vec::new(), Vec::new());
+        let mut luminaires = Luminaires { list, carries, radiances, punctual, parts };
+        let textures = luminaires.textures(scene);
+        textures.iter().for_each(|(&m, texture)| luminaires.radiances[m as usize] *= texture.mean());
+        let mut all = luminaires.with_even(scene);
+        let count = all.list.len();
+        all.list.par_iter_mut().for_each(|lamp| {
+            let texture = textures.get(&scene.faces[lamp.triangles[0].face as usize].material);
+            lamp.uneven = texture.map(|texture| UnevenEmission::new(texture.clone(), &lamp.triangles, count));
+        });
+        // Pieces that only have the black of a texture.
+        all.list.retain(|lamp| lamp.uneven.as_ref().is_none_or(UnevenEmission::shines));
+        all
+    }
+
+    /// The textures of the carried materials that have one.
+    fn textures(&self, scene: &Scene) -> HashMap<u32, Arc<EmissionTexture>> {
+        let carried = (0..scene.materials.len()).filter(|&m| self.carries[m] && is_textured(scene, m));
+        carried.filter_map(|m| Some((m as u32, Arc::new(EmissionTexture::new(scene, m)?)))).collect()
+    }
+
+    /// Adds the luminaires of the carried materials, even ones.
+    fn with_even(mut self, scene: &Scene) -> Luminaires {
+        let groups = self.groups(scene);
+        self.parts = convex_parts(scene, &groups);
+        for faces in divided(scene, groups) {
+            let part = self.part(faces[0]);
+            let whole = faces.iter().all(|&f| self.part(f) == part);
+            let radiance = self.radiances[scene.faces[faces[0] as usize].material as usize];
+            let front = Luminaire::new(scene, radiance, &faces, Side::Front);
+            self.list.push(Luminaire { part: part.filter(|_| whole), ..front });
+            if scene.material(faces[0]).sides == Sides::Two {
+                self.list.push(Luminaire::new(scene, radiance, &faces, Side::Back));
+            }
+        }
+        self
+    }
+
+    /// The convex lamp that a face belongs to, if to one.
+    pub(crate) fn part(&self, face: u32) -> Option<u32> {
+        self.parts.get(face as usize).copied().flatten()
+    }
+
+    /// Faces of the carried materials, an object and material together, in the order of their first faces.
+    fn groups(&self, scene: &Scene) -> Vec<Vec<u32>> {
+        let mut order: HashMap<(u32, u32), usize> = HashMap::new();
+        let mut groups: Vec<Vec<u32>> = Vec::new();
+        for (f, face) in scene.faces.iter().enumerate() {
+            if self.carries[face.material as usize] {
+                let k = *order.entry((face.object, face.material)).or_insert_with(|| {
+                    groups.push(Vec::new());
+                    groups.len() - 1
+                });
+                groups[k].push(f as u32);
+            }
+        }
+        groups
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Material;
+
+    /// A floor of side 2 and a panel above it that faces down, of the given side and height.
+    fn under(side: f64, height: f64) -> Scene {
+        let floor = Material::new("floor", Rgb::splat(0.5), Rgb::ZERO);
+        let glow = Material::new("glow", Rgb::ZERO, Rgb::ONE);
+        let square = |a: f64, z: f64, turn: f64| {
+            let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+            corners.map(|(x, y)| DVec3::new(0.5 * a * x, 0.5 * a * turn * y, z))
+        };
+        let corners = [square(2.0, 0.0, 1.0), square(side, height, -1.0)].concat();
+        let faces = [(vec![0, 1, 2, 3], 0), (vec![4, 5, 6, 7], 1)];
+        Scene::from_faces("panel", &corners, &faces, vec![floor, glow]).expect("a correct scene")
+    }
+
+    #[test]
+    fn what_is_large_is_told_by_solid_angle_and_not_by_area() {
+        // Form factors from the floor's middle: 4/(20² pi), 0.24 and 0.99.
+        assert_eq!(carried(&under(4.0, 20.0)), [false, true]);
+        assert_eq!(carried(&under(2.0, 2.0)), [false, true]);
+        assert_eq!(carried(&under(20.0, 1.0)), [false, false]);
+    }
+
+    #[test]
+    fn the_mean_form_factor_is_that_of_the_catalogue() {
+        // Two parallel unit squares one apart, twice as large: Howell's catalogue, C-11.
+        let scene = under(2.0, 2.0);
+        let found = seen(&receivers(&scene), &sides(&scene, |m| m == 1));
+        // 256 stratified points: their error is far below the integrand's range of 0.1 over sqrt(256).
+        assert!((found - 0.199_825).abs() < 0.1 / 16.0, "{found}");
+    }
+
+    #[test]
+    fn lamps_are_luminaires_and_a_furnace_is_not() {
+        for (name, luminaires) in [
+            ("cornell-box", true),
+            ("furnace", false),
+            ("concentric-spheres", true),
+            ("furnished-room", true),
+            ("two-rooms", true),
+        ] {
+            let scene = Scene::open(name).expect("built in");
+            assert_eq!(carried(&scene).contains(&true), luminaires, "{name}");
+        }
+    }
+
+    /// Panels of side 0.01 as one object, one every `pitch`; 300 have more faces than one closed form takes.
+    fn panels(count: u32, pitch: f64) -> Scene {
+        let square = |k: u32| {
+            let x = f64::from(k) * pitch;
+            [(0.0, 0.0), (0.01, 0.0), (0.01, 0.01), (0.0, 0.01)].map(|(u, v)| DVec3::new(x + u, v, 0.0))
+        };
+        let corners: Vec<DVec3> = (0..count).flat_map(square).collect();
+        let faces: Vec<(Vec<u32>, u32)> = (0..count).map(|k| ((4 * k..4 * k + 4).collect(), 0)).collect();
+        let glow = Material::new("glow", Rgb::ZERO, Rgb::ONE);
+        Scene::from_faces("panels", &corners, &faces, vec![glow]).expect("a correct scene")
+    }
+
+    #[test]
+    fn lamps_that_lie_apart_are_no_pieces_of_one() {
+        let pieces = |pitch: f64| divided(&panels(300, pitch), vec![(0..600).collect()]);
+        assert_eq!(pieces(0.02).len(), 300);
+        let touching = pieces(0.01);
+        assert!(touching.len() < 100 && touching.iter().all(|p| p.len() <= PIECE));
+        assert_eq!(touching.iter().map(Vec::len).sum::<usize>(), 600);
+    }
+
+    /// A hundred lamps of one object were one luminaire of 200 faces, which every point asked as a whole.
+    #[test]
+    fn few_faces_are_as_many_luminaires_as_lamps_where_those_are_many() {
+        let lamps = |count: u32, pitch: f64| divided(&panels(count, pitch), vec![(0..2 * count).collect()]).len();
+        assert_eq!(lamps(100, 0.03), 100);
+        assert_eq!(lamps(FEW as u32, 0.03), 1);
+        // Gaps of a quarter of a panel leave them one.
+        assert_eq!(lamps(100, 0.0125), 1);
+    }
+
+    #[test]
+    fn a_ball_is_convex_and_a_hollow_is_not() {
+        let scene = Scene::open("concentric-spheres").expect("built in");
+        // The ball's faces look out of it, the sphere's into it.
+        let groups: Vec<Vec<u32>> = (0..scene.objects.len() as u32)
+            .map(|o| {
+                let own = |f: &u32| scene.faces[*f as usize].object == o;
+                (0..scene.faces.len() as u32).filter(own).collect()
+            })
+            .collect();
+        let parts = convex_parts(&scene, &groups);
+        for (faces, name) in groups.iter().zip(&scene.objects) {
+            let found = faces.iter().filter(|&&f| parts[f as usize].is_some()).count();
+            let radius = |&f: &u32| scene.corners(f)[0].length();
+            let ball = faces.iter().all(|f| radius(f) < 0.75);
+            assert_eq!(found, if ball { faces.len() } else { 0 }, "{name}");
+        }
+        assert!(parts.iter().any(|&p| p.is_some()));
+    }
+}

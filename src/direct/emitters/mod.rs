@@ -1,0 +1,11 @@
+//! Luminaires: emitters with an area, their emission with its texture, and what may lie before them.
+
+pub(crate) mod emission_parts;
+pub(crate) mod emission_tree;
+pub(crate) mod emitting_triangle;
+pub(crate) mod halving;
+pub(crate) mod luminaire;
+pub(crate) mod luminaire_texture;
+pub(crate) mod luminaires;
+pub(crate) mod occlusion;
+pub(crate) mod shafts;

@@ -1,0 +1,79 @@
+//! What lies between two points, modelled no further than the scene and the transports need.
+//!
+//! Not handled: what is known of whole patches and luminaires ([`crate::direct::emitters::shafts`]).
+
+use glam::DVec3;
+
+use crate::light::Transport;
+use crate::rays::{End, Hit, Rays};
+use crate::scene::{PunctualForm, PunctualLight, Scene};
+
+/// Heights below this lie in the plane: a few roundings of unit coordinates.
+const FLAT: f64 = 1e-6;
+
+/// What lies between two points, as far as the scene needs it modelled.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Occlusion {
+    /// Nothing can occlude: tau is 1 everywhere, or every face lies on the scene's convex hull.
+    Nothing,
+    /// tau is 0 everywhere: the first face ends a ray.
+    Opaque,
+    /// tau of each material; every crossing counts.
+    Partial(Vec<f32>),
+}
+
+impl Occlusion {
+    /// The least that models these materials in this scene.
+    pub fn new(rays: &Rays, transports: &[Transport]) -> Occlusion {
+        Occlusion::of(transports, rays.anything_occludes())
+    }
+
+    /// The least that models what lies between the scene and lights without area, which may be outside of it.
+    pub(crate) fn of_punctual(
+        scene: &Scene,
+        rays: &Rays,
+        transports: &[Transport],
+        lights: &[PunctualLight],
+    ) -> Occlusion {
+        // The faces that stand for a sky have no place.
+        let inside = || scene.sky.is_none() && lights.iter().all(|light| is_inside(scene, light));
+        Occlusion::of(transports, rays.anything_occludes() || !inside())
+    }
+
+    /// `anything` tells whether some face may lie between two of the points asked about.
+    fn of(transports: &[Transport], anything: bool) -> Occlusion {
+        if transports.iter().all(|t| t.tau == 1.0) || !anything {
+            Occlusion::Nothing
+        } else if transports.iter().all(|t| t.tau == 0.0) {
+            Occlusion::Opaque
+        } else {
+            Occlusion::Partial(transports.iter().map(|t| t.tau).collect())
+        }
+    }
+
+    /// Product of tau between two points, each with the face it lies on.
+    #[inline]
+    pub fn transmittance(&self, rays: &Rays, from: End, to: End, scratch: &mut Vec<Hit>) -> f32 {
+        match self {
+            Occlusion::Nothing => 1.0,
+            Occlusion::Opaque => f32::from(rays.visible(from, to)),
+            Occlusion::Partial(tau) => rays.transmittance(from, to, tau, scratch),
+        }
+    }
+}
+
+/// Whether a light lies on the scene's side of every face's plane, all faces lying on the scene's convex hull.
+fn is_inside(scene: &Scene, light: &PunctualLight) -> bool {
+    let position = match light.form {
+        PunctualForm::Point(place) | PunctualForm::Spot { place, .. } => place.position,
+        PunctualForm::Directional { .. } => return false,
+    };
+    let middle = scene.vertices.iter().map(|v| v.as_dvec3()).sum::<DVec3>() / scene.vertices.len() as f64;
+    (0..scene.faces.len() as u32).all(|face| {
+        let [a, b, c] = scene.corners(face).map(|p| p.as_dvec3());
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let [own, all] = [position, middle].map(|p| normal.dot(p - a));
+        // A scene of one plane has no inside, and hides nothing from what is off it.
+        own.abs() > FLAT && (all.abs() <= FLAT || own * all > 0.0)
+    })
+}

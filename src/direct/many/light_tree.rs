@@ -1,0 +1,316 @@
+//! Many luminaires as a tree: halves of halves by direction and place, each with what is needed to speak for all of it.
+//!
+//! A node's luminaires are stood for by its [`Moments`]. A cone holds all their normals and a box all their corners,
+//! which shows where a node lights nothing at all. Directions are parted first where they differ much, else places;
+//! both are cut across the longest side of the box around them.
+//!
+//! Source of the tree: A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*,
+//! PACMCGIT 1(2), 2018. Not handled: hulls closer than boxes; costs of the two parts, as the cut is in the middle.
+
+use std::f64::consts::PI;
+use std::ops::Range;
+
+use glam::{DVec3, Vec2};
+
+use crate::direct::Luminaires;
+use crate::direct::emitters::halving::{Placed, halve};
+use crate::direct::emitters::luminaire::Luminaire;
+use crate::direct::emitters::shafts::{Body, luminaire_body};
+use crate::direct::many::moments::{Moments, Sums};
+use crate::form_factors::hull::bounds;
+use crate::form_factors::point_kernel;
+use crate::rays::End;
+use crate::surfaces::SurfacePoint;
+
+/// How luminaires face a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Facing {
+    /// All of their fronts are seen from it.
+    Towards,
+    /// None is.
+    Away,
+    /// Some, or it is not known.
+    Both,
+}
+
+impl Facing {
+    /// From the largest and least angle between a normal and the way to the place.
+    pub fn of(most: f64, least: f64) -> Facing {
+        use std::f64::consts::FRAC_PI_2;
+        if most <= FRAC_PI_2 {
+            Facing::Towards
+        } else if least >= FRAC_PI_2 {
+            Facing::Away
+        } else {
+            Facing::Both
+        }
+    }
+}
+
+/// Some luminaires that lie together.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    /// Which, in the tree's order.
+    pub range: Range<usize>,
+    /// The halves; none where there is one luminaire.
+    pub children: Option<[usize; 2]>,
+    /// Corners of a body that holds them.
+    pub body: Body,
+    pub low: DVec3,
+    pub high: DVec3,
+    /// Axis of the cone of normals, and its half angle.
+    pub axis: DVec3,
+    pub spread: f64,
+    /// Mean of the channels' power over pi.
+    pub power: f64,
+    pub moments: Moments,
+}
+
+/// The tree; the last node is the root.
+#[derive(Clone, Debug)]
+pub(crate) struct LightTree {
+    pub nodes: Vec<Node>,
+    /// Luminaires in the tree's order.
+    pub order: Vec<u32>,
+    /// Power of those before each, in the tree's order.
+    before: Vec<f64>,
+    /// Radius of a node over its distance at which its moments speak for it.
+    pub small: f64,
+    /// Share of its light that what stands for many luminaires may be off by.
+    pub exactness: f64,
+}
+
+/// Radius of a node over its distance at which its moments, which err in third order, are off by no more than
+/// [`FAR_OFF`] of its light, the worst of all directions (a test below).
+const FAR: f64 = 0.2;
+const FAR_OFF: f64 = 0.01;
+/// Over what is tolerable of one node: many nodes err in all directions, and each seldom in the worst.
+const MANY: f64 = 10.0;
+
+impl LightTree {
+    /// The tree over all luminaires; there must be one. What stands for many may be off by the share `exactness`.
+    pub fn new(luminaires: &Luminaires, exactness: f64) -> LightTree {
+        let list = &luminaires.list;
+        let sums: Vec<Sums> = list.iter().map(Sums::of).collect();
+        let place = |(k, s): (usize, &Sums)| {
+            let weight = s.weight.max(f64::MIN_POSITIVE);
+            Placed { place: s.first / weight, direction: s.normal.normalize_or_zero(), number: k as u32 }
+        };
+        let mut things: Vec<Placed> = sums.iter().enumerate().map(place).collect();
+        let small = FAR * (MANY * exactness / FAR_OFF).cbrt().min(1.0);
+        let mut tree = LightTree { nodes: Vec::new(), order: Vec::new(), before: vec![0.0], small, exactness };
+        tree.grow(&mut things, list, &sums);
+        for &l in &tree.order {
+            let last = tree.before[tree.before.len() - 1];
+            tree.before.push(last + sums[l as usize].weight);
+        }
+        tree
+    }
+
+    /// Adds the tree over some luminaires; returns its root and sums.
+    fn grow(&mut self, things: &mut [Placed], list: &[Luminaire], sums: &[Sums]) -> (usize, Sums) {
+        let first = self.order.len();
+        let (node, own) = if let [Placed { number: l, .. }] = *things {
+            self.order.push(l);
+            let own = sums[l as usize];
+            (leaf(first, &list[l as usize], &own), own)
+        } else {
+            let (left, right) = halve(things);
+            let (a, a_sums) = self.grow(left, list, sums);
+            let (b, b_sums) = self.grow(right, list, sums);
+            let own = a_sums.add(&b_sums);
+            (join(first..self.order.len(), [a, b], &self.nodes, &own), own)
+        };
+        self.nodes.push(node);
+        (self.nodes.len() - 1, own)
+    }
+
+    /// The node that holds all luminaires.
+    pub fn root(&self) -> usize {
+        self.nodes.len() - 1
+    }
+
+    /// The luminaire of a node's range at u in the unit interval, by power; its probability, and u within it.
+    pub fn draw(&self, range: &Range<usize>, u: f64) -> (u32, f64, f64) {
+        let (low, high) = (self.before[range.start], self.before[range.end]);
+        let at = low + u * (high - low);
+        let k = self.before[range.start + 1..range.end].partition_point(|&b| b <= at) + range.start;
+        let own = self.before[k + 1] - self.before[k];
+        let rest = ((at - self.before[k]) / own).clamp(0.0, 1.0);
+        (self.order[k], own / (high - low), rest)
+    }
+}
+
+impl Node {
+    /// How its luminaires face a point.
+    pub fn facing(&self, x: DVec3) -> Facing {
+        if let Some((normal, offset)) = self.body.plane {
+            return if normal.dot(x) > offset { Facing::Towards } else { Facing::Away };
+        }
+        self.cone_facing(x - self.center(), self.radius())
+    }
+
+    /// How its luminaires face a place `away` from its centre, from the cone of their normals; `reach` is the sum of
+    /// the radii of node and place.
+    pub fn cone_facing(&self, away: DVec3, reach: f64) -> Facing {
+        let far = away.length();
+        if reach >= far {
+            return Facing::Both;
+        }
+        let angle = (away.dot(self.axis) / far).clamp(-1.0, 1.0).acos();
+        let margin = self.spread + (reach / far).asin();
+        Facing::of(angle + margin, angle - margin)
+    }
+
+    /// Centre of the box.
+    pub fn center(&self) -> DVec3 {
+        0.5 * (self.low + self.high)
+    }
+
+    /// Half the diagonal of the box.
+    pub fn radius(&self) -> f64 {
+        0.5 * (self.high - self.low).length()
+    }
+}
+
+fn leaf(place: usize, luminaire: &Luminaire, sums: &Sums) -> Node {
+    let (low, high) = bounds(luminaire.corners());
+    let axis = sums.normal.normalize_or_zero();
+    let angle = |t: [DVec3; 3]| {
+        let normal = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
+        normal.dot(axis).clamp(-1.0, 1.0).acos()
+    };
+    Node {
+        range: place..place + 1,
+        children: None,
+        body: luminaire_body(luminaire),
+        low,
+        high,
+        axis,
+        spread: luminaire.triangles().map(angle).fold(0.0, f64::max),
+        power: sums.weight,
+        moments: sums.moments(),
+    }
+}
+
+fn join(range: Range<usize>, children: [usize; 2], nodes: &[Node], sums: &Sums) -> Node {
+    let [a, b] = children.map(|k| &nodes[k]);
+    let (low, high) = (a.low.min(b.low), a.high.max(b.high));
+    let axis = sums.normal.normalize_or_zero();
+    let reach = |n: &Node| axis.dot(n.axis).clamp(-1.0, 1.0).acos() + n.spread;
+    let mut body = Body::of_box(low, high);
+    body.plane = a.body.common_plane(&b.body);
+    if a.body.part == b.body.part {
+        body.part = a.body.part;
+    }
+    Node {
+        range,
+        children: Some(children),
+        body,
+        low,
+        high,
+        axis,
+        spread: reach(a).max(reach(b)).min(PI),
+        power: sums.weight,
+        moments: sums.moments(),
+    }
+}
+
+/// A point drawn on a node's luminaires, and its light over its density.
+pub(crate) struct Drawn {
+    pub end: End,
+    pub light: DVec3,
+}
+
+/// Draws a luminaire of a node by power, and a point on it, `at` in the unit square; `None` where that does not
+/// face the receiver.
+pub(crate) fn draw(
+    tree: &LightTree,
+    luminaires: &Luminaires,
+    node: usize,
+    receiver: &SurfacePoint,
+    at: Vec2,
+) -> Option<Drawn> {
+    let (l, chance, u) = tree.draw(&tree.nodes[node].range, f64::from(at.x));
+    let luminaire = &luminaires.list[l as usize];
+    let y = luminaire.point((u as f32).min(0.999_999_94), at.y);
+    let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
+    let kernel = point_kernel(x, n, y.position.as_dvec3(), y.normal);
+    let light = luminaire.radiance.as_dvec3() * y.share * (luminaire.area * kernel / chance);
+    (kernel > 0.0).then_some(Drawn { end: y.end(), light })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::direct::TOLERABLE;
+    use crate::light::Rgb;
+    use crate::scene::{Material, Scene};
+
+    /// Nine small red and blue squares that face down, over a floor.
+    fn lamps() -> Luminaires {
+        let floor = Material::new("floor", Rgb::splat(0.5), Rgb::ZERO);
+        let red = Material::new("red", Rgb::ZERO, Rgb::new(3.0, 1.0, 0.0));
+        let blue = Material::new("blue", Rgb::ZERO, Rgb::new(0.0, 1.0, 2.0));
+        let mut corners = Vec::new();
+        let mut faces = Vec::new();
+        let mut square = |x: f64, y: f64, z: f64, a: f64, material: u32| {
+            let first = corners.len() as u32;
+            for (u, v) in [(0.0, 0.0), (0.0, a), (a, a), (a, 0.0)] {
+                corners.push(DVec3::new(x + u, y + v, z));
+            }
+            faces.push(((first..first + 4).collect::<Vec<u32>>(), material));
+        };
+        square(0.0, 0.0, -1.0, 10.0, 0);
+        for k in 0..9 {
+            let (x, y) = (f64::from(k % 3), f64::from(k / 3));
+            square(x, y, 0.1 * x, 0.1 + 0.02 * y, 1 + k % 2);
+        }
+        let mut scene = Scene::from_faces("", &corners, &faces, vec![floor, red, blue]).unwrap();
+        for (f, face) in scene.faces.iter_mut().enumerate() {
+            face.object = f as u32 / 2;
+        }
+        Luminaires::new(&scene)
+    }
+
+    #[test]
+    fn moments_err_in_the_third_order_in_every_channel() {
+        let luminaires = lamps();
+        let tree = LightTree::new(&luminaires, TOLERABLE);
+        let root = &tree.nodes[tree.root()];
+        let away = DVec3::new(0.3, -0.2, -1.0).normalize();
+        let errors = |distance: f64| {
+            let x = root.center() + distance * away;
+            let each = luminaires.list.iter().map(|l| {
+                let form = l.exact_form(x.as_vec3(), -away.as_vec3());
+                form * l.radiance.as_dvec3()
+            });
+            let exact: DVec3 = each.sum();
+            let off = root.moments.light(x, -away) - exact;
+            (off / exact).abs().max_element()
+        };
+        let radius = root.radius();
+        let (near, far) = (errors(radius / FAR), errors(2.0 * radius / FAR));
+        // At twice the distance an eighth, if the leading term leads.
+        assert!(near < FAR_OFF && far < near / 6.0, "{near} {far}");
+    }
+
+    #[test]
+    fn luminaires_are_drawn_by_power() {
+        let luminaires = lamps();
+        let tree = LightTree::new(&luminaires, TOLERABLE);
+        let whole = 0..tree.order.len();
+        let power = |l: u32| {
+            let own = &luminaires.list[l as usize];
+            own.area * f64::from(own.radiance.element_sum())
+        };
+        let all: f64 = tree.order.iter().map(|&l| power(l)).sum();
+        let mut sum = 0.0;
+        for &l in &tree.order {
+            let (drawn, chance, rest) = tree.draw(&whole, sum + 0.25 * power(l) / all);
+            sum += power(l) / all;
+            assert_eq!(drawn, l);
+            assert!((chance - power(l) / all).abs() < 1e-12 && (rest - 0.25).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! Camera rays of the gather pass: what a pixel sees, and from each point seen the rays to luminaires.
+//!
+//! Every camera ray carries its own points on the luminaires, drawn together from one Sobol sequence, so that a
+//! penumbra is sampled over pixel and emitter at once. Camera rays come in two halves with independent scramblings:
+//! what the halves differ by is the standard error.
+//!
+//! Not handled: indirect light; that is gathered from the irradiance cache.
+
+use glam::{DVec2, DVec3, Vec2};
+
+use crate::direct::{Choice, Highlights, LightSum, Scratch as Memory};
+use crate::gather::pixels::pixel::Pixel;
+use crate::gather::pixels::pixel_layer::SurfaceKey;
+use crate::gather::pixels::pixel_texture::{Adjusted, PixelCells, SeenPoint, surfaces};
+use crate::light::Rgb;
+use crate::rays::purpose::Purpose;
+use crate::rays::sobol::{Sobol, hash};
+use crate::rays::{Hit, Side};
+use crate::reading::patch_light::Fields;
+use crate::reading::view::View;
+use crate::surfaces::SurfacePoint;
+
+/// Keeps the points of highlights apart from those of diffuse light.
+const HIGHLIGHTS: u32 = 0x676c_6f73;
+
+/// How camera rays are drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CameraSampling {
+    /// Camera rays of a half whose points are tabled.
+    pub tabled: u32,
+    /// Visibility rays of each camera ray and luminaire.
+    pub visibility: u32,
+    /// Chooses the scrambling of the points.
+    pub seed: u32,
+}
+
+/// Casts the camera rays of all pixels.
+pub(crate) struct CameraRays<'a> {
+    pub view: &'a View<'a>,
+    fields: &'a Fields,
+    sobol: Sobol,
+    /// Visibility rays of each camera ray and luminaire.
+    visibility: u32,
+    seed: u32,
+    /// No hemisphere ray finds any light.
+    dark: bool,
+    /// Some surface has a texture.
+    textured: bool,
+    /// Where some material shows any.
+    highlights: Option<Highlights<'a>>,
+}
+
+/// Memory that one thread uses again for each pixel.
+pub(crate) struct Scratch {
+    memory: Memory,
+    /// Direct light and highlights.
+    sum: LightSum,
+    /// The points seen.
+    seen: Vec<SeenPoint>,
+}
+
+/// One camera ray of a pixel.
+#[derive(Clone, Copy)]
+struct CameraRay {
+    half: usize,
+    /// Its number within the half.
+    index: u32,
+    /// Scrambling of the pixel's half.
+    seed: u32,
+}
+
+impl<'a> CameraRays<'a> {
+    /// Camera rays of a view, for pixels that reflect some fields.
+    pub fn new(view: &'a View, fields: &'a Fields, sampling: &CameraSampling) -> CameraRays<'a> {
+        let visibility = sampling.visibility.max(1);
+        let sobol = Sobol::new((sampling.tabled * view.lights.points(visibility)) as usize, 4);
+        let (seed, dark, highlights) = (sampling.seed, fields.is_dark(), Highlights::new(view.lights));
+        let textured = view.scene.is_textured();
+        CameraRays { view, fields, sobol, visibility, seed, dark, textured, highlights }
+    }
+
+    /// Memory for one thread.
+    pub fn scratch(&self) -> Scratch {
+        Scratch { memory: Memory::default(), sum: LightSum::default(), seen: Vec::new() }
+    }
+
+    /// Casts camera rays until each half has `count`.
+    pub fn extend(&self, k: usize, pixel: &mut Pixel, count: u32, scratch: &mut Scratch) {
+        for half in 0..2 {
+            scratch.sum.clear();
+            let mut seen = std::mem::take(&mut scratch.seen);
+            seen.clear();
+            let first = self.camera_ray(k, half, 0);
+            let ray = |index: u32| CameraRay { index, ..first };
+            seen.extend((pixel.count..count).flat_map(|index| self.seen(k, ray(index))));
+            let all = seen.len() as u32 == count - pixel.count && seen.iter().all(|point| point.share == 1.0);
+            let eye = self.view.scene.camera.position;
+            let met = seen.chunk_by(|a, b| a.index == b.index).count() as u32;
+            let beyond = (met < count - pixel.count).then_some(f32::INFINITY);
+            let distances = seen.iter().map(|point| point.position.distance(eye)).chain(beyond);
+            distances.for_each(|distance| pixel.extend_reach(distance));
+            let adjusted = pixel.texture.see(self.view, k, &seen, all);
+            if self.textured && pixel.texture.is_varied() {
+                self.average(k, count - pixel.count, &mut seen);
+            }
+            for points in seen.chunk_by(|a, b| a.index == b.index) {
+                let shade = |point: &SeenPoint| self.shade(point, adjusted, ray(point.index), pixel, scratch);
+                let emitting = points.iter().map(shade).filter(|emits| *emits).count();
+                pixel.emitting += u32::from(emitting > 0);
+            }
+            scratch.seen = seen;
+            let direct = self.view.lights.total(&scratch.sum);
+            pixel.direct += direct;
+            pixel.lit[half] += direct;
+        }
+        pixel.rays += std::mem::take(&mut scratch.memory.cast) + 2 * u64::from(count - pixel.count);
+        pixel.count = count;
+    }
+
+    /// Gives the points that so many rays of pixel k see, away from edges, the mean reflectance over the cells that
+    /// they stand for.
+    fn average(&self, k: usize, rays: u32, seen: &mut [SeenPoint]) {
+        let Some(mut cells) = PixelCells::new(rays) else { return };
+        let surfaces = surfaces(self.view, seen);
+        seen.iter().zip(surfaces).for_each(|(point, surface)| cells.see(point.at, surface));
+        for point in seen {
+            let mean = || cells.mean(self.view, k, point.hit.face, point.at);
+            if let Some(mean) = cells.is_within_surface(point.at).then(mean).flatten() {
+                point.rho = mean.as_vec3();
+            }
+        }
+    }
+
+    /// The surfaces that a camera ray of one half of pixel k sees, and the points.
+    pub fn look(&self, k: usize, half: usize, index: u32) -> impl Iterator<Item = (SurfaceKey, SurfacePoint)> {
+        let view = self.view;
+        let one = |SeenPoint { hit, position, key, .. }: SeenPoint| {
+            view.patches.at(hit.face, hit.side, position)?;
+            Some((key, view.surface_point(hit.face, hit.side, position)))
+        };
+        self.seen(k, self.camera_ray(k, half, index)).filter_map(one)
+    }
+
+    /// The surface that a face belongs to.
+    pub fn key(&self, face: u32, side: Side) -> SurfaceKey {
+        let view = self.view;
+        SurfaceKey { plane: view.rays.plane(face), side, material: view.scene.faces[face as usize].material }
+    }
+
+    fn camera_ray(&self, k: usize, half: usize, index: u32) -> CameraRay {
+        CameraRay { half, index, seed: hash(k as u32, Purpose::CameraRays(half).seed(self.seed)) }
+    }
+
+    /// The light of the point of a face at some place of the picture, in pixels, if the face is what is seen there.
+    pub fn glance(&self, face: u32, place: DVec2, scratch: &mut Scratch) -> Option<DVec3> {
+        let pixel = place.as_uvec2();
+        let k = pixel.y as usize * self.view.width + pixel.x as usize;
+        let ray = self.camera_ray(k, 0, 0);
+        let mut seen = self.seen_at(k, 0, (place - pixel.as_dvec2()).as_vec2());
+        let seen = seen.find(|seen| seen.hit.face == face)?;
+        let mut alone = Pixel::default();
+        scratch.sum.clear();
+        self.shade(&seen, Adjusted::NOT, ray, &mut alone, scratch);
+        (alone.reflecting > 0).then(|| self.view.lights.total(&scratch.sum) + alone.ambient[0])
+    }
+
+    /// What a camera ray sees.
+    fn seen(&self, k: usize, CameraRay { index, seed, .. }: CameraRay) -> impl Iterator<Item = SeenPoint> {
+        self.seen_at(k, index, Vec2::from([0, 1].map(|d| self.sobol.point(index, d, seed))))
+    }
+
+    /// The surfaces that are seen through a place of pixel k, and where, put exactly into the faces' planes.
+    fn seen_at(&self, k: usize, index: u32, at: Vec2) -> impl Iterator<Item = SeenPoint> {
+        let view = self.view;
+        let ray = view.camera_ray(k, at.x, at.y);
+        let one = move |(hit, share): (Hit, f32)| {
+            let key = self.key(hit.face, hit.side);
+            let position = view.met_at(&ray, &hit);
+            let rho = view.scene.rho_at(hit.face, position);
+            SeenPoint { index, at: at.as_dvec2(), hit, position, key, rho, share }
+        };
+        view.rays.seen(&ray).into_iter().map(one)
+    }
+
+    /// Adds what a camera ray found at one point: the light that is emitted there, and what it receives from
+    /// luminaires. Returns whether it emits any.
+    fn shade(
+        &self,
+        seen: &SeenPoint,
+        adjusted: Adjusted,
+        ray: CameraRay,
+        pixel: &mut Pixel,
+        scratch: &mut Scratch,
+    ) -> bool {
+        let view = self.view;
+        let SeenPoint { hit, position, key, rho, share, .. } = *seen;
+        let share = f64::from(share);
+        let Some(patch) = view.patches.at(hit.face, hit.side, position) else {
+            // A second side would change nothing where none reflects.
+            pixel.backs += u32::from(view.scene.material(hit.face).rho != Rgb::ZERO);
+            return false;
+        };
+        let emitted = view.scene.emitted_at(hit.face, position).visible.as_dvec3();
+        let emits = emitted != DVec3::ZERO;
+        pixel.emitted[ray.half] += share * emitted;
+        let (material, typical) = (view.scene.material(hit.face), view.patches.reflectance(view.scene, patch as usize));
+        if typical == Rgb::ZERO && material.gloss.is_none() {
+            return emits;
+        }
+        pixel.reflecting += 1;
+        let receiver = view.surface_point(hit.face, hit.side, position);
+        if let (Some(highlights), Some(gloss)) = (&self.highlights, material.gloss) {
+            let seed = hash(HIGHLIGHTS, ray.seed);
+            let draw = |d: usize, seed: u32| f64::from(self.sobol.point(ray.index, d, seed));
+            let draws = [seed, !seed].map(|seed| DVec2::new(draw(2, seed), draw(3, seed)));
+            let light = highlights.gather(&receiver, gloss, draws, &mut scratch.memory);
+            view.lights.add_other(&mut scratch.sum, share * light);
+        }
+        if typical == Rgb::ZERO {
+            return emits;
+        }
+        let rho = share * adjusted.rho(rho);
+        // The first luminaire shares the camera ray's scrambling: joint points over pixel and emitter.
+        let point = |Choice { luminaire, k, of }: Choice| {
+            let own = if luminaire == 0 { ray.seed } else { hash(luminaire, ray.seed) };
+            Vec2::from([2, 3].map(|d| self.sobol.point(ray.index * of + k, d, own)))
+        };
+        let Scratch { memory, sum, .. } = scratch;
+        view.lights.add(sum, (&receiver, patch, rho), self.visibility, point, memory);
+        if !self.dark {
+            pixel.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();
+            pixel.layer(key, receiver, typical).add(ray.half, &receiver, rho);
+        }
+        emits
+    }
+}

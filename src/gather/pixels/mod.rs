@@ -1,0 +1,8 @@
+//! What pixels see: camera rays, the surfaces that they find, and how many of them each pixel gets.
+
+pub(crate) mod adaptive_sampling;
+pub(crate) mod camera_rays;
+pub(crate) mod pixel;
+pub(crate) mod pixel_layer;
+pub(crate) mod pixel_texture;
+pub(crate) mod small_faces;

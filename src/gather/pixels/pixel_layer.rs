@@ -1,0 +1,160 @@
+//! One surface that a pixel sees, where indirect light is interpolated.
+//!
+//! Facets of a bent surface join where their normals say that they belong together. Not handled: depth within a pixel
+//! beyond that of the points kept.
+
+use glam::{DVec3, Vec3};
+
+use crate::light::Rgb;
+use crate::rays::Side;
+use crate::surfaces::SurfacePoint;
+
+/// Normals of facets of one surface agree to this cosine.
+const ALIGNED: f32 = 0.99;
+
+/// Facets of one surface lie off each other's plane by at most this share of their distance.
+const FLAT: f32 = 0.1;
+
+/// Points of a half that camera rays leave for hemisphere rays to start from.
+const ORIGINS: usize = 16;
+
+/// What camera rays of one surface agree in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SurfaceKey {
+    /// The plane of the face.
+    pub plane: u32,
+    pub side: Side,
+    pub material: u32,
+}
+
+/// A surface as one pixel sees it.
+#[derive(Clone, Debug)]
+pub(crate) struct Layer {
+    /// Plane, side and material.
+    key: SurfaceKey,
+    /// The first point seen, with the normal of the side seen.
+    pub first: SurfacePoint,
+    /// Reflectance about there: the patch's mean.
+    pub rho: Rgb,
+    /// Number of camera rays of each half.
+    pub count: [u32; 2],
+    /// Sums of the points seen.
+    sum: [DVec3; 2],
+    /// Sums of the reflectance of the points seen.
+    reflected: [DVec3; 2],
+    /// The first points seen by each half.
+    origins: [Vec<SurfacePoint>; 2],
+}
+
+impl Layer {
+    /// A layer that no ray has seen yet.
+    pub fn new(key: SurfaceKey, first: SurfacePoint, rho: Rgb) -> Layer {
+        let (sum, reflected) = ([DVec3::ZERO; 2], [DVec3::ZERO; 2]);
+        Layer { key, first, rho, count: [0; 2], sum, reflected, origins: [Vec::new(), Vec::new()] }
+    }
+
+    /// Adds one camera ray of a half, and the reflectance where it ended.
+    pub fn add(&mut self, half: usize, seen: &SurfacePoint, rho: DVec3) {
+        if self.origins[half].len() < ORIGINS {
+            self.start(half, *seen);
+        }
+        self.count[half] += 1;
+        self.sum[half] += seen.position.as_dvec3();
+        self.reflected[half] += rho;
+    }
+
+    /// Sums of the reflectance of the points that each half saw; of one reflectance they are exact, as f64 holds them.
+    pub fn reflected(&self) -> [DVec3; 2] {
+        self.reflected
+    }
+
+    /// Reflectance, in the mean over so many camera rays of which some met the surface.
+    pub fn mean_reflectance(&self, camera: f64) -> DVec3 {
+        let all = f64::from(self.count[0]) + f64::from(self.count[1]);
+        // Division by their number gives one reflectance back exactly.
+        (self.reflected[0] + self.reflected[1]) / all * (all / camera)
+    }
+
+    /// Points that rays of a half may start from: those that it saw first, or the other half's where it saw none.
+    pub fn origins(&self, half: usize) -> &[SurfacePoint] {
+        match &self.origins[half][..] {
+            [] => &self.origins[1 - half],
+            own => own,
+        }
+    }
+
+    /// Adds a point that rays of a half may start from.
+    pub fn start(&mut self, half: usize, seen: SurfacePoint) {
+        self.origins[half].push(seen);
+    }
+
+    /// Where its irradiance is wanted, and what may speak for it.
+    pub fn place(&self) -> Place {
+        Place {
+            position: self.position(),
+            normal: self.first.normal,
+            material: 2 * self.key.material + u32::from(self.key.side == Side::Back),
+            reach: f64::INFINITY,
+        }
+    }
+
+    /// Mean of the points seen.
+    pub fn position(&self) -> DVec3 {
+        (self.sum[0] + self.sum[1]) / f64::from(self.count[0] + self.count[1])
+    }
+
+    /// How far a half's mean of the points seen lies from that of both.
+    pub fn off(&self, half: usize) -> DVec3 {
+        let n = self.count[half];
+        if n == 0 { DVec3::ZERO } else { self.sum[half] / f64::from(n) - self.position() }
+    }
+
+    /// Whether a point belongs to this surface: in its plane, or on a facet that continues it around a bend.
+    pub fn holds(&self, key: SurfaceKey, seen: &SurfacePoint) -> bool {
+        if self.key == key {
+            return true;
+        }
+        let (n, m) = (self.first.normal, seen.normal);
+        let d = seen.position - self.first.position;
+        (self.key.side, self.key.material) == (key.side, key.material)
+            && (ALIGNED..1.0 - 1e-6).contains(&n.dot(m))
+            && d.dot(n).abs() <= FLAT * d.length()
+    }
+}
+
+/// A place on a surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub position: DVec3,
+    /// Unit normal of the side seen.
+    pub normal: Vec3,
+    /// Side and material of other places it may borrow from agree.
+    pub material: u32,
+    /// Other places it may borrow from lie within this distance, unit coordinates.
+    pub reach: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    fn receiver(position: Vec3, normal: Vec3) -> SurfacePoint {
+        SurfacePoint { position, normal: normal.normalize(), face: 0 }
+    }
+
+    #[test]
+    fn parallel_planes_stay_apart_and_facets_join() {
+        let key = |plane: u32, material: u32| SurfaceKey { plane, side: Side::Front, material };
+        let layer = Layer::new(key(0, 0), receiver(Vec3::ZERO, Vec3::Z), Rgb::ONE);
+        let beside = Vec3::new(0.1, 0.0, 0.001);
+        let other = key(1, 0);
+        assert!(layer.holds(key(0, 0), &receiver(beside, Vec3::Z)));
+        assert!(!layer.holds(other, &receiver(beside, Vec3::Z)));
+        assert!(layer.holds(other, &receiver(beside, Vec3::new(0.05, 0.0, 1.0))));
+        assert!(!layer.holds(other, &receiver(beside, Vec3::new(0.5, 0.0, 1.0))));
+        let glass = key(1, 7);
+        assert!(!layer.holds(glass, &receiver(beside, Vec3::new(0.05, 0.0, 1.0))));
+    }
+}

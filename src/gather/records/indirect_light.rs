@@ -1,0 +1,197 @@
+//! Indirect light of the pixels from the irradiance cache, and the pictures with their errors.
+//!
+//! Not handled: where to place records and how many rays they get ([`crate::gather::budget`]).
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::error::halves::Halves;
+use crate::gather::gathered::{GatherError, Gathered};
+use crate::gather::pixels::adaptive_sampling::{Measured, Plan, measure, refine};
+use crate::gather::pixels::camera_rays::CameraRays;
+use crate::gather::pixels::pixel::Pixel;
+use crate::gather::records::irradiance_cache::{Fitted, IrradianceCache};
+use crate::gather::records::pixel_lattice::skewed;
+use crate::light::Rgb;
+use crate::pictures::Picture;
+use crate::reading::patch_light::Fields;
+use crate::reading::view::View;
+
+/// Indirect light of every pixel, and the variance of its sum over the leading fields.
+#[derive(Default)]
+pub(crate) struct IndirectLight {
+    pixels: Vec<PixelIndirect>,
+    /// Squared error of the fit, summed over the pixels that see no luminaire.
+    misfit: f64,
+}
+
+/// Indirect light of one pixel.
+#[derive(Default)]
+struct PixelIndirect {
+    /// Every field's light.
+    fields: Vec<Rgb>,
+    /// Of the sum of the leading fields.
+    variance: DVec3,
+    /// Product of the two halves of every field that rides along, channels added: free of noise in the mean.
+    riders: Vec<f64>,
+    /// What each half of the camera rays reflects, sums over them.
+    ambient: [DVec3; 2],
+}
+
+impl IndirectLight {
+    /// One pixel in `step`, in every row and column; the others stay dark.
+    pub fn new(pixels: &[Pixel], cache: &IrradianceCache, step: usize) -> IndirectLight {
+        let width = cache.width();
+        let reflected = |fitted: &mut Fitted, (k, pixel): (usize, &Pixel)| {
+            let chosen = skewed(k, width) % step == step / 2;
+            if chosen { indirect(k, pixel, cache, fitted) } else { PixelIndirect::default() }
+        };
+        let indexed = pixels.par_iter().enumerate();
+        IndirectLight { pixels: indexed.map_init(Default::default, reflected).collect(), misfit: 0.0 }
+    }
+
+    /// States the squared error of the fit, summed over the pixels that see no luminaire.
+    pub fn biased_by(mut self, misfit: f64) -> IndirectLight {
+        self.misfit = positive(misfit);
+        self
+    }
+
+    /// The noise of the indirect light and the light itself, over the pixels that were gathered.
+    pub fn measure(&self, pixels: &[Pixel]) -> Measured {
+        let mut sums = Measured::default();
+        let seen = self.pixels.iter().zip(pixels);
+        for (found, pixel) in seen.filter(|(f, _)| !f.fields.is_empty()) {
+            let total: Rgb = found.fields.iter().sum();
+            sums.add(pixel, found.variance, total.as_dvec3());
+        }
+        sums
+    }
+
+    /// Gives pixels more camera rays where the light now gathered varies within them.
+    pub fn sharpen(&mut self, camera_rays: &CameraRays, pixels: &mut [Pixel], cache: &IrradianceCache, plan: &Plan) {
+        for (pixel, found) in pixels.iter_mut().zip(&self.pixels) {
+            pixel.ambient = found.ambient;
+        }
+        refine(camera_rays, pixels, plan, |pixels, extended| {
+            let again = |fitted: &mut _, &k: &u32| indirect(k as usize, &pixels[k as usize], cache, fitted);
+            let found: Vec<PixelIndirect> = extended.par_iter().map_init(Default::default, again).collect();
+            for (&k, found) in extended.iter().zip(found) {
+                pixels[k as usize].ambient = found.ambient;
+                self.pixels[k as usize] = found;
+            }
+        });
+    }
+
+    /// The pictures of all parts, with their errors.
+    pub fn assemble(&self, pixels: &[Pixel], fields: &Fields, view: &View) -> Gathered {
+        let picture = |value: &dyn Fn(usize) -> DVec3| Picture {
+            width: view.width,
+            height: view.height,
+            pixels: (0..pixels.len()).map(|k| value(k).as_vec3()).collect(),
+        };
+        let own = |k: usize| self.pixels.get(k);
+        let variance = |k: usize| own(k).map_or(DVec3::ZERO, |p| p.variance);
+        let field = |f: usize| picture(&|k| own(k).map_or(DVec3::ZERO, |p| p.fields[f].as_dvec3()));
+        let deviation = |k: usize| (pixels[k].variance(pixels[k].halves()) + variance(k)).map(f64::sqrt);
+        let cast: f64 = pixels.iter().map(Pixel::camera).sum();
+        let reflecting: u64 = pixels.iter().map(|p| u64::from(p.reflecting)).sum();
+        let backs: u64 = pixels.iter().map(|p| u64::from(p.backs)).sum();
+        Gathered {
+            emission: picture(&|k| pixels[k].emission() / pixels[k].camera()),
+            direct: picture(&|k| pixels[k].direct / pixels[k].camera()),
+            indirect: (0..fields.count()).map(field).collect(),
+            standard_error: picture(&deviation),
+            error: self.error(pixels),
+            riders: self.riders(pixels, fields),
+            backs: backs as f64 / cast,
+            sees: reflecting as f64 / cast,
+            rays: pixels.iter().map(|p| p.rays).sum(),
+            leading: fields.leading(),
+        }
+    }
+
+    /// RMS of the picture of every field that rides along.
+    fn riders(&self, pixels: &[Pixel], fields: &Fields) -> Vec<f64> {
+        let mut sums = vec![0.0; fields.count() - fields.leading()];
+        let seen = self.pixels.iter().zip(pixels);
+        for (found, pixel) in seen {
+            for (sum, product) in sums.iter_mut().zip(&found.riders) {
+                *sum += pixel.weight() * product;
+            }
+        }
+        let count = pixels.iter().map(Pixel::weight).sum::<f64>().max(1.0);
+        let rms = |sum: f64| (positive(sum) / (3.0 * count)).sqrt();
+        sums.into_iter().map(rms).collect()
+    }
+
+    /// The parts of the error, RMS over the pixels that see no luminaire.
+    fn error(&self, pixels: &[Pixel]) -> GatherError {
+        let camera = measure(pixels);
+        let indirect = self.measure(pixels);
+        let rms = |sum: f64| (sum / (3.0 * camera.count.max(1.0))).sqrt();
+        GatherError {
+            camera: rms(camera.variance),
+            hemisphere: rms(indirect.variance),
+            fit: rms(self.misfit),
+            signal: rms(camera.signal),
+        }
+    }
+}
+
+/// A squared error by products of halves, which noise may make negative; what is no number stays so, where
+/// [`f64::max`] would make it 0.
+fn positive(squared: f64) -> f64 {
+    if squared < 0.0 { 0.0 } else { squared }
+}
+
+/// What one pixel reflects of every field, and the variance of the leading ones together.
+fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitted) -> PixelIndirect {
+    let leading = cache.leading;
+    let mut halves = [DVec3::ZERO; 2];
+    let mut sums = vec![DVec3::ZERO; cache.fields];
+    let mut riders = vec![[DVec3::ZERO; 2]; cache.fields - leading];
+    let mut ambient = [DVec3::ZERO; 2];
+    for (l, layer) in pixel.layers.iter().enumerate() {
+        let counts = layer.count.map(f64::from);
+        let reflected = layer.reflected();
+        let rho = layer.mean_reflectance(pixel.camera());
+        let change = cache.at(fitted, k, l, layer);
+        let mut total = DVec3::ZERO;
+        for (f, [a, b]) in fitted.values.iter().enumerate() {
+            let mean = 0.5 * (*a + *b);
+            // A plane through noise may dip below the dark; light does not. Differences of fields may.
+            let mean = if f < leading { mean.max(DVec3::ZERO) } else { mean };
+            sums[f] += rho * mean;
+            let own = match f.checked_sub(leading) {
+                Some(rider) => &mut riders[rider],
+                None => {
+                    total += mean;
+                    &mut halves
+                }
+            };
+            own[0] += rho * *a;
+            own[1] += rho * *b;
+        }
+        for half in 0..2 {
+            let mean = if counts[half] > 0.0 { reflected[half] / counts[half] } else { DVec3::ZERO };
+            ambient[half] += mean * (counts[half] * (total + change[half]));
+        }
+    }
+    PixelIndirect {
+        fields: sums.iter().map(|s| s.as_vec3()).collect(),
+        variance: Halves::of(halves).variance(),
+        riders: riders.iter().map(|own| Halves::of(*own).squared()).collect(),
+        ambient,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_is_not_taken_for_no_error() {
+        assert_eq!([-1.0, 0.0, 2.0].map(positive), [0.0, 0.0, 2.0]);
+        assert!(positive(f64::NAN).is_nan());
+    }
+}

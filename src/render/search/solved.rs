@@ -1,0 +1,237 @@
+//! A solution of one mode with what is needed to tell its error: another scrambling, and larger patches.
+//!
+//! Not handled: how fine the patches are and how many rays are cast ([`crate::render::search::rounds`]).
+
+use std::sync::Arc;
+
+use crate::Fineness;
+use crate::direct::Lights;
+use crate::error::nearest_read;
+use crate::form_factors::Sampling;
+use crate::gather::{GatherPass, GatherSampling, Gathered};
+use crate::light::budget::{STAND_INS, TRUNCATION};
+use crate::light::{Rgb, Transport};
+use crate::patches::Patches;
+use crate::pictures::Size;
+use crate::rays::sobol::replica_seed;
+use crate::reading::{Fields, Reading, View};
+use crate::render::assembly::{Assembled, Discretization, Watch, assemble};
+use crate::render::rendered::{ErrorParts, Rendered};
+use crate::render::search::levels::{fields, of_finer};
+use crate::render::wanted::{Spent, Wanted, timed};
+use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
+
+/// Hemisphere rays of a patch for each to a luminaire.
+const FOR_EACH: u32 = 4;
+/// Width and height of the rough gather at most, pixels.
+const ROUGH: usize = 64;
+/// Camera rays of its pixels at first.
+const ROUGH_CAMERA: u32 = 2;
+/// Hemisphere rays of each of its pixels, and camera rays at most.
+pub(crate) const ROUGH_RAYS: u32 = 32;
+/// Noise of camera rays over all that the picture shows, beyond which they are doubled: what is left of the picture
+/// without it is then known too poorly.
+const ROUGH_NOISE: f64 = 0.5;
+
+/// A small picture of light on patches, enough to tell the errors of that.
+pub(crate) struct Rough {
+    /// Its RMS is that of the picture without the noise, which would make all errors seem small beside it.
+    pub gathered: Gathered,
+    /// Camera rays of each pixel.
+    pub camera: u32,
+}
+
+/// What is to be solved, and who watches.
+#[derive(Clone, Copy)]
+pub(crate) struct Task<'a> {
+    /// The mode.
+    pub transport: Transport,
+    /// How near the picture is to be.
+    pub wanted: &'a Wanted,
+    pub watch: &'a dyn Watch,
+}
+
+/// A solution of one mode, with its difference to another scrambling and to larger patches.
+pub(crate) struct Solved {
+    pub mode: Assembled,
+    solution: Solution,
+    pub fields: Fields,
+    pub error: ErrorParts,
+    /// RMS of the picture that the errors of F and of patches are told beside.
+    signal: f64,
+    /// How the gather pass is to read the light.
+    pub reading: Reading,
+}
+
+impl Solved {
+    /// Two solutions of half the rays each: their mean, half their difference, and that to larger patches; and what
+    /// that took.
+    ///
+    /// # Errors
+    /// [`Diverges`] where the spectral radius is not proved to be below 1.
+    pub fn new(p: &Discretization, task: &Task, rays: u32) -> Result<(Solved, Spent), Diverges> {
+        let Task { transport, wanted, watch } = *task;
+        let mut spent = Spent::default();
+        let cast = || {
+            let lights = p.lights(p.transports(transport), STAND_INS * wanted.tolerance);
+            [0, 1].map(|half| cast_half(&lights, transport, half_of(rays, wanted.seed, half), watch))
+        };
+        let ([(first, a), (second, b)], seconds) = timed(cast);
+        (spent.seconds.form_factors, spent.rays) = (seconds, a + b);
+        let settings = Settings { tolerance: TRUNCATION * wanted.tolerance, ..Settings::default() };
+        let solve = || {
+            let solution = neumann(&first.operator, &settings)?;
+            let other = neumann(&second.operator, &settings)?;
+            let patches = &p.patches;
+            let last = solution.terms.len() - 1;
+            let coarse = coarse_terms(&first.operator, &patches.weights(), patches.parents(), last);
+            let levels = [&solution.terms, &other.terms, &coarse].map(|terms| first.reflected(terms));
+            let fields = fields(patches, levels)
+                .with_ambient(first.ambient(&solution))
+                .with_rest([&first, &second].map(Assembled::direct), patches);
+            Ok((solution, fields))
+        };
+        let (solved, seconds) = timed(solve);
+        let (solution, fields): (Solution, Fields) = solved?;
+        spent.seconds.solve = seconds;
+        let truncation = solution.rest() / solution.reflected.max(f64::MIN_POSITIVE);
+        let error = ErrorParts { truncation, ..ErrorParts::default() };
+        Ok((Solved { mode: first, solution, fields, error, signal: 0.0, reading: Reading::AtOnce }, spent))
+    }
+}
+
+/// K from one half of the rays, and how many were cast.
+fn cast_half(
+    lights: &Arc<Lights>,
+    transport: Transport,
+    mut sampling: Sampling,
+    watch: &dyn Watch,
+) -> (Assembled, u64) {
+    if is_dark(lights) {
+        // What patches receive goes nowhere.
+        sampling.emitter_rays = 1;
+    }
+    let (mut modes, cast) = assemble(&[(transport, Arc::clone(lights))], &sampling, watch);
+    (modes.remove(0), cast)
+}
+
+/// Whether nothing but luminaires sends any light.
+fn is_dark(lights: &Lights) -> bool {
+    let materials = lights.geometry.scene.materials.iter().zip(&lights.transports);
+    let mut all = materials.zip(&lights.luminaires.carries);
+    all.all(|((material, t), carried)| (t.alpha == 0.0 || material.rho == Rgb::ZERO) && (*carried || !material.emits()))
+}
+
+/// One half of the rays. Those to luminaires become more with the others: noise of light as emitted is noise of F as
+/// well, and no other rays lessen it.
+pub(crate) fn half_of(rays: u32, seed: u32, half: u32) -> Sampling {
+    let rays = (rays / 2).max(1);
+    let emitter_rays = Sampling::default().emitter_rays.max(rays / FOR_EACH);
+    Sampling { rays, emitter_rays, seed: replica_seed(seed, half) }
+}
+
+impl Solved {
+    /// The patches it is on.
+    pub fn patches(&self) -> &Patches {
+        self.mode.patches()
+    }
+
+    /// What a small picture looks at.
+    pub fn rough_view(&self, wanted: &Wanted) -> View<'_> {
+        View::new(&self.mode.lights, rough_size(wanted.size))
+    }
+
+    /// What the picture looks at.
+    pub fn view(&self, wanted: &Wanted) -> View<'_> {
+        View::new(&self.mode.lights, wanted.size)
+    }
+
+    /// A small picture, enough to estimate the errors of the fields.
+    pub fn rough(&self, wanted: &Wanted, watch: &dyn Watch) -> Rough {
+        let (mut camera, mut rays) = (ROUGH_CAMERA, 0);
+        loop {
+            let sampling = GatherSampling { camera, luminaire: 1, hemisphere: ROUGH_RAYS / camera, seed: wanted.seed };
+            let mut gathered =
+                self.mode.look(&self.fields, &GatherPass::new(rough_size(wanted.size), &sampling), watch);
+            rays += gathered.rays;
+            let noise = gathered.error.share(gathered.error.camera);
+            if noise <= ROUGH_NOISE || camera == ROUGH_RAYS || wanted.is_late() {
+                gathered.rays = rays;
+                gathered.error = gathered.error.over_signal_alone();
+                return Rough { gathered, camera };
+            }
+            camera *= 2;
+        }
+    }
+
+    /// Finds from how near the light of each patch may be read, and returns the rays cast. Errors of patch light
+    /// itself, which show whether patches are to be divided, are measured before.
+    pub fn set_nearest(&mut self, wanted: &Wanted) -> u64 {
+        let (nearest, cast) = nearest_read(&self.rough_view(wanted), &self.fields, wanted.seed);
+        self.fields = std::mem::take(&mut self.fields).not_read_nearer(nearest);
+        cast
+    }
+
+    /// Takes the errors of F and of patch size from a picture.
+    pub fn set_errors(&mut self, gathered: &Gathered) {
+        self.signal = gathered.error.signal;
+        if let [noise, coarse] = gathered.riders[..] {
+            self.error.form_factors = gathered.error.share(noise);
+            self.error.patches = of_finer() * gathered.error.share(coarse);
+        }
+    }
+
+    /// Takes the squared error of the light as it is read, relative to the picture's: noise of F, truncation, all else.
+    pub fn state(&mut self, squared: f64) {
+        let noise = self.error.form_factors.min(squared.sqrt());
+        let left = (squared - noise * noise).max(0.0);
+        let truncation = self.error.truncation.min(left.sqrt());
+        self.error.form_factors = noise;
+        self.error.truncation = truncation;
+        self.error.patches = (left - truncation * truncation).max(0.0).sqrt();
+    }
+
+    /// What is rendered, with its errors.
+    pub fn finish(mut self, gathered: Gathered, spent: Spent) -> Rendered {
+        // A rough picture that came out too bright made the errors of the light too small relative to it.
+        let over = self.signal / gathered.error.signal;
+        if over.is_finite() && over > 1.0 {
+            self.error.form_factors *= over;
+            self.error.patches *= over;
+        }
+        // Where nodes of many luminaires and polynomials stand for them, those may be off by what is tolerable.
+        self.error.gather = gathered.error.relative().hypot(self.mode.lights.stand_ins());
+        Rendered { error: self.error.sum(), ..Rendered::new(&self.mode, &self.solution, gathered, spent) }
+    }
+}
+
+/// What is to be done after a round.
+pub(crate) enum Next {
+    /// Nothing: this light is as it is wanted, or as good as it gets.
+    Accept(Box<Solved>),
+    /// So many rays from each patch, on the same patches.
+    Rays(u32),
+    /// Smaller patches everywhere, and so many rays.
+    Finer(Fineness),
+    /// Patches of a size do not stand for the scene, or are not known to: divide them by this light, whose squared
+    /// error may be infinite.
+    Divide(Box<Solved>, f64),
+}
+
+/// Width and height of a rough picture.
+pub(crate) fn rough_size(Size { width, height }: Size) -> Size {
+    let divisor = width.max(height).div_ceil(ROUGH);
+    Size { width: width.div_ceil(divisor), height: height.div_ceil(divisor) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// They were 64 whatever the others were, so that no number of rays lessened the noise of a sun behind windows.
+    #[test]
+    fn rays_to_luminaires_grow_with_the_others() {
+        let of = |rays: u32| half_of(rays, 0, 1).emitter_rays;
+        assert_eq!([2, 512, 1024, 8192].map(of), [64, 64, 128, 1024]);
+    }
+}
