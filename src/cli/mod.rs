@@ -12,9 +12,9 @@
 //! | 101 | a fault of the program |
 //! | 130 | interrupted: finished files are whole, the others were not written |
 //!
-//! An interrupt ends the program at once: the handler runs in a thread of its own, so a loop over all cores need not look
-//! for it. SIGTERM and SIGHUP count the same. Where one of the three is already ignored or handled, as under `nohup`, all
-//! three stay as they are. Only place for `ctrlc`.
+//! An interrupt ends the program at once: the handler runs in a thread of its own, so a loop over all cores need not
+//! look for it. SIGTERM and SIGHUP count the same. Where one of the three is already ignored or handled, as under
+//! `nohup`, all three stay as they are. Only place for `ctrlc`.
 
 pub(crate) mod arguments;
 pub(crate) mod bounces;

@@ -81,7 +81,8 @@ pub struct Outcome<R, E> {
 }
 
 impl<R, E: Display> Outcome<R, E> {
-    /// The name of the mode; a warning where there is no picture of one of several modes. One alone ends with its error.
+    /// The name of the mode; a warning where there is no picture of one of several modes. One alone ends with its
+    /// error.
     pub fn label(&self, several: bool, console: &Console) -> String {
         let label = self.transport.label();
         if let (Err(e), true) = (&self.picture, several) {

@@ -213,7 +213,8 @@ type Area = [f64; 4];
 /// each stands from its point, and where.
 ///
 /// Heights below and above the point are tried in order of distance, to its right and to its left; the first place that
-/// is inside the plot and free of lines and other labels is taken. Where no place is free, the one next to the point is.
+/// is inside the plot and free of lines and other labels is taken. Where no place is free, the one next to the point
+/// is.
 fn place(labels: &[(String, DVec2)], lines: &[Vec<DVec2>], plot: Area) -> Vec<(i32, Area)> {
     let mut placed: Vec<(i32, Area)> = Vec::new();
     for (text, point) in labels {

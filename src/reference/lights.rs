@@ -10,8 +10,8 @@
 //! A face that sends from both sides is one face here: a point is lit by the side it sees. Distance and orientation
 //! are made up for by the weights against rays that meet emitters by chance; only those meet the sky.
 //!
-//! Of points, spots and parallel light one is drawn in proportion to what it brings, so its light is divided by its share
-//! of the sum. Rays never meet these by chance: they are drawn at every vertex, with or without next events.
+//! Of points, spots and parallel light one is drawn in proportion to what it brings, so its light is divided by its
+//! share of the sum. Rays never meet these by chance: they are drawn at every vertex, with or without next events.
 //!
 //! Not handled: what lies between; the path casts a ray.
 

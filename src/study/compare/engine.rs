@@ -1,8 +1,8 @@
-//! The engine of both studies: every ladder is climbed, every picture is held against a reference of another method, and
-//! where methods are compared every pair is judged.
+//! The engine of both studies: every ladder is climbed, every picture is held against a reference of another method,
+//! and where methods are compared every pair is judged.
 //!
-//! Patch methods are held against the path tracer with next-event estimation, path tracers against the Neumann series: a
-//! reference is never of the kind under test, and its own noise is subtracted. Where settings are charted each step
+//! Patch methods are held against the path tracer with next-event estimation, path tracers against the Neumann series:
+//! a reference is never of the kind under test, and its own noise is subtracted. Where settings are charted each step
 //! starts from scratch, but for the path tracer's, and seconds run from the scene's files to the picture in memory.
 //! Where methods are compared the hierarchy of rays is built once, its time counts for no method, and references and
 //! verdicts rest on [answers](patch_answers) of their own.

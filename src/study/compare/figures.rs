@@ -1,5 +1,5 @@
-//! Charts, tables and sheets of measured ladders: error over seconds, requested over reached error, where the time went,
-//! the pictures with their differences, all points as rows, and a comparison in Markdown.
+//! Charts, tables and sheets of measured ladders: error over seconds, requested over reached error, where the time
+//! went, the pictures with their differences, all points as rows, and a comparison in Markdown.
 
 use std::fmt::{Display, Write as _};
 

@@ -6,10 +6,10 @@
 //! Answers are repeated for their noise, and coarsened for the error that the size of patches makes and no number of
 //! rays takes away. Patches are as fine as time allows, whatever the number of camera rays: solving is cheap next to
 //! gathering. All methods work on the same patches, over the same K where they have one, and are gathered by the same
-//! rays; each repetition casts all rays anew. The Neumann solution is repeated with a quarter of the patches as well. An
-//! error of first order in patch size halves with the size, one of second order falls to a quarter, so the difference of
-//! the two bounds the remaining error from above in either case. It is the same for all three methods, and cancels
-//! between them.
+//! rays; each repetition casts all rays anew. The Neumann solution is repeated with a quarter of the patches as well.
+//! An error of first order in patch size halves with the size, one of second order falls to a quarter, so the
+//! difference of the two bounds the remaining error from above in either case. It is the same for all three methods,
+//! and cancels between them.
 //!
 //! Not handled: patches cut where they are needed; errors that do not fall with the size of patches.
 

@@ -1,9 +1,9 @@
 //! The bounce series in pictures: a sheet of the terms of one mode, a figure of all modes, and a chart of the norms.
 //!
-//! In the figure the terms E, KE, K²E, ... of each mode stand in a row, and under each the sum up to it; the last column
-//! has all later terms together, and L. Sums share one exposure; terms after KE are brightened by powers of two to about
-//! the brightness of KE, and say so. Modes whose series diverges have no L and no rows in the figure: its caption names
-//! them.
+//! In the figure the terms E, KE, K²E, ... of each mode stand in a row, and under each the sum up to it; the last
+//! column has all later terms together, and L. Sums share one exposure; terms after KE are brightened by powers of two
+//! to about the brightness of KE, and say so. Modes whose series diverges have no L and no rows in the figure: its
+//! caption names them.
 
 use crate::light::Transport;
 use crate::operator::Bounds;

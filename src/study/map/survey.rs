@@ -1,5 +1,5 @@
-//! One cast of rays: spectral radii at any tau, and those of any moment of the path tracer's weights; and how much memory
-//! that takes.
+//! One cast of rays: spectral radii at any tau, and those of any moment of the path tracer's weights; and how much
+//! memory that takes.
 //!
 //! What a path carries, as [`reference`](crate::reference) samples it: at a vertex with throughput T (its largest
 //! channel over that of the first surface, so T >= 1 always) one ray is cast; X_j is the light of the crossings with

@@ -9,9 +9,10 @@
 //!                                                  rows of B sum to at most q and those of M to q²
 //! ```
 //!
-//! Elsewhere radii come from some hundred patches. Their size and the noise of their rays move the radii by some percent, so what
-//! lies within [`MARGIN`] of 1 is left open, as is what colours leave open. Not handled: `max_bounces`, which makes any
-//! variance finite, of the sum up to there, and by far too large to be of use where it would be infinite without.
+//! Elsewhere radii come from some hundred patches. Their size and the noise of their rays move the radii by some
+//! percent, so what lies within [`MARGIN`] of 1 is left open, as is what colours leave open. Not handled:
+//! `max_bounces`, which makes any variance finite, of the sum up to there, and by far too large to be of use where it
+//! would be infinite without.
 
 use crate::form_factors::Sampling;
 use crate::light::Transport;
