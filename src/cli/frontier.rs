@@ -68,11 +68,9 @@ pub struct Frontier {
 struct FrontierReport {
     scene: String,
     patches: usize,
-    tau: f64,
-    /// The mean diverges beyond.
-    alpha_c: f64,
-    /// The path tracer's variance is infinite beyond.
-    alpha_variance: f64,
+    /// tau, and where the mean diverges and the path tracer's variance becomes infinite.
+    #[serde(flatten)]
+    slice: Slice,
     runs: Vec<SeriesRun>,
     formal: Option<FormalReport>,
     spread: Vec<Traced>,
@@ -114,17 +112,8 @@ pub fn run(own: &Frontier, common: &Common, console: &Console) -> Result<(), Cli
         ));
     }
     let spread = if own.trace { trace(&scene, &slice, common.seed, console) } else { Vec::new() };
-    let mut report = FrontierReport {
-        patches,
-        tau: slice.tau,
-        alpha_c: slice.alpha_c,
-        alpha_variance: slice.alpha_variance,
-        runs: found,
-        formal,
-        spread,
-        files: Vec::new(),
-        scene: scene.name,
-    };
+    let mut report =
+        FrontierReport { patches, slice, runs: found, formal, spread, files: Vec::new(), scene: scene.name };
     report.files = write(own, common, &report)?.said(console);
     console.report(&report)
 }
@@ -208,7 +197,7 @@ fn write(own: &Frontier, common: &Common, r: &FrontierReport) -> Result<Files, C
     let caption = || {
         format!(
             "{name} at tau {}: {} patches, {} rays each; alpha_c = {:.4}, variance frontier {:.4}.",
-            r.tau, r.patches, own.rays, r.alpha_c, r.alpha_variance,
+            r.slice.tau, r.patches, own.rays, r.slice.alpha_c, r.slice.alpha_variance,
         )
     };
     let title = |what: &str| format!("{what}, {name}");

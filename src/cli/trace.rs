@@ -169,23 +169,15 @@ impl Run<'_> {
 
     /// Runs passes until the samples are there or the next pass would take too long.
     fn sample(&self, tracer: &mut Tracer) {
-        let limit = self.own.time.unwrap_or(f64::INFINITY);
-        let unlimited = if self.own.time.is_some() { u32::MAX } else { SAMPLES };
-        let mut remaining = self.own.samples.unwrap_or(unlimited);
+        let (seconds, unlimited) = self.own.time.map_or((f64::INFINITY, SAMPLES), |seconds| (seconds, u32::MAX));
+        let most = self.own.samples.unwrap_or(unlimited);
         if self.own.time.is_none() {
-            self.console.begin("trace", u64::from(remaining.div_ceil(PASS)));
+            self.console.begin("trace", u64::from(most.div_ceil(PASS)));
         }
-        let start = Instant::now();
-        let mut longest = 0.0_f64;
-        let mut now = 0.0;
-        while remaining > 0 && (tracer.samples() == 0 || now + longest <= limit) {
-            tracer.pass(remaining.min(PASS));
-            remaining -= remaining.min(PASS);
-            let then = start.elapsed().as_secs_f64();
-            longest = longest.max(then - now);
-            now = then;
+        tracer.sample_within(PASS, most, seconds, |_, _| {
             self.console.tick(1);
-        }
+            true
+        });
     }
 
     fn report(&self, transport: Transport, tracer: &Tracer, ends: bool, variance: Growth) -> TraceReport {

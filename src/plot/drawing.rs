@@ -47,7 +47,7 @@ pub enum ChartError {
 pub struct Drawing {
     size: Size,
     paper: Colour,
-    images: Vec<Image>,
+    images: Vec<(Bitmap, Corner)>,
     shapes: Vec<(Shape, Colour)>,
 }
 
@@ -60,26 +60,17 @@ pub struct Corner {
     pub top: usize,
 }
 
-/// Finished pixels of a drawing.
-#[derive(Clone, Debug)]
-struct Image {
-    bitmap: Bitmap,
-    at: Corner,
-}
-
-impl Image {
-    /// Its element of an SVG document, the PNG file inside it; nothing for no pixels.
-    fn element(&self) -> String {
-        let Image { bitmap: Bitmap { width, height, .. }, at: Corner { left, top } } = self;
-        let Ok(file) = encode_png(&self.bitmap) else {
-            return String::new();
-        };
-        format!(
-            "<image x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" \
-             href=\"data:image/png;base64,{}\"/>\n",
-            base64(&file),
-        )
-    }
+/// The element of finished pixels in an SVG document, their PNG file inside it; nothing for no pixels.
+fn image_element(bitmap: &Bitmap, Corner { left, top }: Corner) -> String {
+    let Bitmap { width, height, .. } = bitmap;
+    let Ok(file) = encode_png(bitmap) else {
+        return String::new();
+    };
+    format!(
+        "<image x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" \
+         href=\"data:image/png;base64,{}\"/>\n",
+        base64(&file),
+    )
 }
 
 /// Bytes as text of 64 signs, three bytes in four of them (RFC 4648).
@@ -103,7 +94,7 @@ impl Drawing {
 
     /// Finished pixels with their top left corner at a pixel, one for one; all shapes are drawn over them.
     pub fn image(&mut self, bitmap: Bitmap, at: Corner) {
-        self.images.push(Image { bitmap, at });
+        self.images.push((bitmap, at));
     }
 
     /// A line through all points, straight between them.
@@ -147,8 +138,8 @@ impl Drawing {
             font::FAMILY,
             hex(self.paper),
         );
-        for image in &self.images {
-            document += &image.element();
+        for (bitmap, at) in &self.images {
+            document += &image_element(bitmap, *at);
         }
         for (shape, colour) in &self.shapes {
             document += &shape.element(&hex(*colour));
@@ -167,7 +158,7 @@ impl Drawing {
             return Err(DrawError { width, height });
         }
         let mut page = Bitmap::filled(width, height, self.paper);
-        for Image { bitmap, at } in &self.images {
+        for (bitmap, at) in &self.images {
             page.paste(bitmap, at.left, at.top);
         }
         for (shape, colour) in &self.shapes {
@@ -375,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn text_stands_on_its_baseline_and_ends_where_told() {
+    fn text_stands_on_its_baseline_and_ends_at_its_point() {
         let [left, top, right, bottom] = inked(|d| d.text("HEH", dvec2(150.0, 60.0), 20.0, Align::Right, INK));
         // Capitals are about 0.7 em high; side bearings are up to 0.1 em.
         assert!((59..=60).contains(&bottom) && (44..=47).contains(&top), "{top} {bottom}");
@@ -384,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn upward_text_is_centred_beside_its_baseline() {
+    fn upward_text_is_centred_next_to_its_baseline() {
         let [left, top, right, bottom] = inked(|d| d.text("HEH", dvec2(60.0, 100.0), 20.0, Align::Upwards, INK));
         assert!((44..=47).contains(&left) && (59..=60).contains(&right), "{left} {right}");
         let middle = 0.5 * (top + bottom + 1) as f64;

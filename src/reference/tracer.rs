@@ -8,6 +8,8 @@
 //! Source of the moments: T. Chan, G. Golub, R. LeVeque, *Algorithms for computing the sample variance*, The American
 //! Statistician 37, 1983.
 
+use std::time::Instant;
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -207,6 +209,31 @@ impl<'a> Tracer<'a> {
         for row in rows {
             self.counts.add(&row);
         }
+    }
+
+    /// Adds passes of `pass` samples, one at least, until there are `most` more samples, `goes_on` says no after a pass
+    /// at so many seconds, or the next one, as long as the longest so far, would end after `seconds`. Returns the
+    /// seconds.
+    pub fn sample_within(
+        &mut self,
+        pass: u32,
+        most: u32,
+        seconds: f64,
+        mut goes_on: impl FnMut(&Self, f64) -> bool,
+    ) -> f64 {
+        let (clock, mut remaining) = (Instant::now(), most);
+        let (mut longest, mut now) = (0.0_f64, 0.0);
+        while remaining > 0 {
+            self.pass(remaining.min(pass));
+            remaining -= remaining.min(pass);
+            let then = clock.elapsed().as_secs_f64();
+            longest = longest.max(then - now);
+            now = then;
+            if !goes_on(self, now) || now + longest > seconds {
+                break;
+            }
+        }
+        now
     }
 
     /// Adds samples to pixel k.

@@ -90,28 +90,22 @@ pub(crate) fn made(
 
 /// The path tracer, until the time is over.
 fn traced(scene: &Scene, plan: &StudyPlan) -> Truth {
-    let clock = Instant::now();
     plan.watch.begin("reference, paths", plan.seconds.ceil() as u64);
+    let mut clock = Instant::now();
     let rays = Rays::new(scene);
     let seed = Purpose::TracedReference.seed(plan.seed);
     let settings = TraceSettings { seed, ..TraceSettings::default() };
     let mut tracer = Tracer::new(scene, &rays, &scene.transports(plan.transport), plan.size, &settings);
-    let (mut longest, mut now) = (0.0_f64, 0.0);
-    loop {
-        tracer.pass(PASS);
-        let then = clock.elapsed().as_secs_f64();
-        plan.watch.tick((then as u64).saturating_sub(now as u64));
-        longest = longest.max(then - now);
-        now = then;
-        let fine = tracer.relative_error().is_some_and(|e| e < NOISE);
-        if fine || now + longest > plan.seconds {
-            break;
-        }
-    }
+    let (ready, mut ticked) = (lap(&mut clock), 0);
+    let seconds = tracer.sample_within(PASS, u32::MAX, plan.seconds - ready, |tracer, now| {
+        plan.watch.tick(now as u64 - ticked);
+        ticked = now as u64;
+        tracer.relative_error().is_none_or(|e| e >= NOISE)
+    });
     let made = Made {
         by: "path tracing, next event".into(),
         effort: format!("{} samples a pixel", tracer.samples()),
-        seconds: now,
+        seconds: ready + seconds,
         error: tracer.relative_error(),
     };
     let picture = tracer.picture();

@@ -31,6 +31,7 @@ pub fn at(scene: &Scene, alpha: f64, tau: f64) -> Scene {
 }
 
 /// Where the frontiers lie at one tau.
+#[derive(Serialize)]
 pub struct Slice {
     /// Factor on every tau.
     pub tau: f64,
@@ -39,7 +40,9 @@ pub struct Slice {
     /// The path tracer's variance is infinite beyond.
     pub alpha_variance: f64,
     /// Upper bound on the spectral radius at alpha = 1.
+    #[serde(skip)]
     pub radius: f64,
+    #[serde(skip)]
     survey: Survey,
 }
 
