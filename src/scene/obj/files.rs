@@ -27,6 +27,9 @@ use crate::scene::textures::{Channel, Filter, Image, Maps, Mask, Texture};
 /// The most words of an `mtllib` line that are tried as file names.
 const MOST_WORDS: usize = 32;
 
+/// Names and bytes of files.
+type Files<'a> = Vec<(String, Cow<'a, [u8]>)>;
+
 /// Names of files that could not be read, their lines, and why the first of them could not.
 #[derive(Default)]
 struct Missing {
@@ -65,7 +68,7 @@ pub(super) fn read_libraries(
 
 impl Missing {
     /// Names and bytes of the files that an `mtllib` line stands for.
-    fn find<'a>(&mut self, line: usize, names: &str, reader: Reader<'a>) -> Vec<(String, Cow<'a, [u8]>)> {
+    fn find<'a>(&mut self, line: usize, names: &str, reader: Reader<'a>) -> Files<'a> {
         let failure = match read_either_way(names, reader) {
             Ok(bytes) => return vec![(names.to_owned(), bytes)],
             Err(failure) => failure,
@@ -81,7 +84,7 @@ impl Missing {
 }
 
 /// The longest runs of words that are files, and the words in between, each run of them as one name.
-fn runs<'a>(words: &[&str], reader: Reader<'a>) -> (Vec<(String, Cow<'a, [u8]>)>, Vec<String>) {
+fn runs<'a>(words: &[&str], reader: Reader<'a>) -> (Files<'a>, Vec<String>) {
     let (mut found, mut missing, mut start) = (Vec::new(), Vec::new(), 0);
     let mut between: Vec<&str> = Vec::new();
     while start < words.len() {
