@@ -2,8 +2,8 @@
 //!
 //! Rays start at Owen-scrambled Sobol points over position × direction. One cast serves several variants of tau: each
 //! ray's crossings are found once (all of them when any variant's tau is above 0, the first only when none is) and
-//! weighted for each. Rows that reflect nothing, and columns that send nothing, are not stored; where no column remains,
-//! no ray is cast.
+//! weighted for each. Rows that reflect nothing, and columns that send nothing, are not stored; where no column
+//! remains, no ray is cast.
 //!
 //! Not handled: numbers of rays that follow from an error; callers give them.
 

@@ -79,8 +79,8 @@ impl Rectangle {
 
     /// The polynomial with these values there, at x; at the nearest place of the rectangle where x lies outside it.
     ///
-    /// Points of patches are rounded to single precision, and a patch may be thinner than that: its polynomial, evaluated at
-    /// places hundreds of widths away, would be anything.
+    /// Points of patches are rounded to single precision, and a patch may be thinner than that: its polynomial,
+    /// evaluated at places hundreds of widths away, would be anything.
     pub fn interpolate(&self, values: &[Vec3; SIDE * SIDE], x: DVec3) -> DVec3 {
         let d = x - self.center;
         let [s, t] = self.half.map(|h| weights((d.dot(h) / h.length_squared()).clamp(-1.0, 1.0)));

@@ -25,8 +25,8 @@ const REPLICATES: u32 = 16;
 /// Points of each scrambling in the first round; every later round doubles them.
 const FIRST: u32 = 1 << 8;
 
-/// One in so many points is cast again from twice as far: a sixteenth more rays, which show by how much moving the starts
-/// of all of them is off.
+/// One in so many points is cast again from twice as far: a sixteenth more rays, which show by how much moving the
+/// starts of all of them is off.
 const MOVED: u32 = 16;
 
 /// What casts and meets the rays.

@@ -18,8 +18,8 @@ use crate::scene::convex_polygon::cut;
 const CORNERS: usize = 32;
 
 /// Pieces at most, where there is a limit. Points drawn in place of exact pieces leave noise, for which camera rays are
-/// added, and a bias where near points count most: with 12 corners and 64 pieces a picture of scraps below a luminaire takes
-/// 2.4 s in place of 0.3 (`cargo bench --bench lamps -- scraps`).
+/// added, and a bias where near points count most: with 12 corners and 64 pieces a picture of scraps below a luminaire
+/// takes 2.4 s in place of 0.3 (`cargo bench --bench lamps -- scraps`).
 const MOST: usize = 512;
 
 /// Heights below this lie in the plane: a few roundings of unit coordinates.

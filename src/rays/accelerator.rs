@@ -1,8 +1,8 @@
 //! Some of the scene's faces made ready for rays, and the three queries for meetings.
 //!
 //! Few faces are tested in blocks ([`crate::rays::block_list`]), many through a hierarchy ([`crate::rays::bvh`]). Both
-//! give the same meetings: of those close together the first is chosen by [`crate::rays::triangle::Candidate::precedes`],
-//! whatever order they are found in.
+//! give the same meetings: of those close together the first is chosen by
+//! [`crate::rays::triangle::Candidate::precedes`], whatever order they are found in.
 //!
 //! Not handled: the dispatch to vector instructions; that is [`crate::rays::meetings`].
 

@@ -1,8 +1,9 @@
 //! Eight triangles or eight boxes side by side, tested against one ray at a time.
 //!
-//! The test of triangles is that of [`crate::rays::triangle`] to the bit, written as a loop over lanes without branches,
-//! which the compiler turns into vector instructions. Where an edge function is 0 the lanes cannot decide, and the exact
-//! test must. A block gives lanes and distances; the rest of a hit is computed of the one triangle that counts.
+//! The test of triangles is that of [`crate::rays::triangle`] to the bit, written as a loop over lanes without
+//! branches, which the compiler turns into vector instructions. Where an edge function is 0 the lanes cannot decide,
+//! and the exact test must. A block gives lanes and distances; the rest of a hit is computed of the one triangle that
+//! counts.
 //!
 //! A ray meets a box where it runs through the slabs of all three axes at once (T. Kay, J. Kajiya, *Ray tracing complex
 //! scenes*, 1986). Boxes must be padded by more than rounding moves them: each slab's distances are off by a few units

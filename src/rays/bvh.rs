@@ -2,7 +2,8 @@
 //!
 //! One pass of vector instructions tests the eight boxes of a node. Those met are walked from near to far, and boxes
 //! that begin beyond the remaining reach are passed over. Boxes are padded by 1e-5 of the scene's diagonal: those of
-//! axis-aligned meshes would be flat, and rounding in the box test could cull what the watertight triangle test accepts.
+//! axis-aligned meshes would be flat, and rounding in the box test could cull what the watertight triangle test
+//! accepts.
 //!
 //! Not handled: faces that move; a hierarchy is built anew.
 

@@ -4,9 +4,9 @@
 //! tree is then collapsed to eight branches a node at the least expected cost of a ray.
 //!
 //! PLOC merges one pair a round, in quadratic time, where the costs of neighbours are equal or rise along a line: boxes
-//! in one place, nested boxes, rows of equal ones. It is given at most [`GROUP`] boxes at a time, the cells of an octree
-//! over the boxes' centres, and then the boxes around those cells. Below [`DEEP`] levels nodes are split into equal
-//! parts. Groups are built in parallel; no step depends on the number of threads.
+//! in one place, nested boxes, rows of equal ones. It is given at most [`GROUP`] boxes at a time, the cells of an
+//! octree over the boxes' centres, and then the boxes around those cells. Below [`DEEP`] levels nodes are split into
+//! equal parts. Groups are built in parallel; no step depends on the number of threads.
 //!
 //! Not handled: splitting a triangle between two leaves.
 //!
@@ -56,7 +56,8 @@ pub(crate) struct Layout {
     pub nodes: Vec<Branches>,
 }
 
-/// At most [`BRANCHES`] branches of a node: their boxes, with the number of a node, or with that of a leaf and [`LEAF`].
+/// At most [`BRANCHES`] branches of a node: their boxes, with the number of a node, or with that of a leaf and
+/// [`LEAF`].
 pub(crate) type Branches = Vec<(Aabb, u32)>;
 
 impl Layout {
