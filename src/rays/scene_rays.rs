@@ -31,7 +31,7 @@ use crate::scene::{Scene, Sky};
 /// A scene made ready for casting rays.
 pub struct Rays {
     pub(super) tree: Accelerator,
-    pub(super) occluders: Occluders,
+    occluders: Occluders,
     masked: Option<MaskedFaces>,
     /// The faces that may occlude.
     occluding: Vec<u32>,
@@ -50,7 +50,7 @@ pub struct Rays {
 const SKY_DISTANCE: f32 = 2.0;
 
 /// The faces that may lie between two points of the scene.
-pub(super) enum Occluders {
+enum Occluders {
     /// All of them: no face was proved to lie on the hull.
     All,
     /// Some.
@@ -281,7 +281,7 @@ impl Rays {
 
     /// The faces that may lie between two points; `None` if there are none.
     #[inline]
-    fn between(&self, from: End, to: End) -> Option<&Accelerator> {
+    pub(super) fn between(&self, from: End, to: End) -> Option<&Accelerator> {
         match &self.occluders {
             Occluders::Some(tree) if from.1.is_some() && to.1.is_some() => Some(tree),
             Occluders::None if from.1.is_some() && to.1.is_some() => None,

@@ -12,7 +12,6 @@ use std::collections::HashMap;
 use glam::{DVec3, Quat, Vec2, Vec3};
 
 use crate::light::Rgb;
-use crate::rays::scene_rays::Occluders;
 use crate::rays::*;
 use crate::scene::{Camera, Face, Material, Scene, UnitFrame};
 
