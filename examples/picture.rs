@@ -11,7 +11,7 @@ use halflight::{Mode, Scene, Solver};
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = Scene::open(&args().nth(1).unwrap_or_else(|| "cornell-box".into()))?;
     let tolerance = args().nth(2).map_or(Ok(0.02), |text| text.parse())?;
-    let mut solver = Solver::new(&scene).seed(7);
+    let solver = Solver::new(&scene).seed(7);
     let picture = solver.render(Mode::Global, (128, 128)).tolerance(tolerance)?;
     let parts = picture.error;
     let shares = [
