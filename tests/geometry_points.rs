@@ -79,7 +79,7 @@ fn emitted(p: &Discretization, occlusion: &Occlusion, only: impl Fn(usize) -> bo
     let receives: Vec<bool> = (0..p.patches.len()).map(|i| materials[i] == 0 && only(i)).collect();
     let one = |seed: u32| {
         let sampling = Sampling { emitter_rays: 256, ..sampling(1, seed) };
-        let lights = lights_behind(&p, occlusion);
+        let lights = lights_behind(p, occlusion);
         let (light, _) = lights.receive_emitted(&receives, &sampling, &|_| ());
         let (mut sum, mut area) = (0.0, 0.0);
         for i in (0..light.len()).filter(|&i| receives[i]) {
