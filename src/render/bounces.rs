@@ -15,7 +15,7 @@ use crate::error::light_walks::{WalkGoal, WalkedPowers, walked_powers};
 use crate::light::Transport;
 use crate::render::assembly::{Assembled, Discretization, Watch, assemble};
 use crate::render::fineness::Fineness;
-use crate::render::memory::{Held, Kept, fewer};
+use crate::render::memory::{Held, fewer};
 use crate::solve::{Solution, explore};
 
 /// Standard errors of the walks that are aimed at, as a share of the tolerance.
@@ -98,7 +98,7 @@ pub(crate) fn bounces_to_tolerance(
     let fineness = Fineness::of_terms(wanted.tolerance);
     let sampling = fineness.sampling(wanted.seed);
     let p = first.cut(fineness.patches);
-    let held = Held { casts: 1, solutions: 1, terms: Kept::First(wanted.count) };
+    let held = Held { casts: 1, solutions: 1, bounces: Some(wanted.count) };
     let p = fewer(&p, transport, &sampling, held, wanted.memory).unwrap_or(p);
     let lights = p.lights(p.transports(transport), wanted.tolerance);
     let mode = assemble(&[(transport, lights)], &sampling, watch).0.remove(0);

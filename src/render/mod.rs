@@ -13,15 +13,13 @@ mod rendered;
 mod search;
 mod solver;
 mod square;
-mod unfit;
 mod wanted;
 
 pub use assembly::{Assembled, Discretization, Seconds, Silent, Watch, pictures, without_luminaires};
 pub use bounces::{BounceSeries, End, TermError};
 pub use fineness::Fineness;
-pub use memory::{Estimate, usable_memory};
-pub(crate) use memory::{most_fitting, pilots};
+pub use memory::{PictureUnfit, Stored, Unfit, check_pictures, usable_memory};
+pub(crate) use memory::{check_fit, pilots};
 pub use rendered::{Ended, ErrorParts, Rendered};
 pub use solver::{BouncesRequest, Equations, PictureRequest, RenderError, Solver};
 pub use square::{Square, SquareColumn};
-pub use unfit::{PictureUnfit, Stored, Unfit, check_pictures};

@@ -25,7 +25,7 @@ use crate::gather::{GatherPass, Gathering};
 use crate::light::budget::{FEW_PIXELS, FORM_FACTORS, PATCHES, left};
 use crate::render::assembly::Discretization;
 use crate::render::fineness::Fineness;
-use crate::render::memory::{Held, Kept, fewer};
+use crate::render::memory::{Held, fewer};
 use crate::render::rendered::Rendered;
 use crate::render::search::division::Division;
 use crate::render::search::levels::patches_for;
@@ -42,7 +42,7 @@ const ENOUGH: usize = 256;
 /// Times that patches of one size are chosen.
 const ROUNDS: usize = 5;
 /// Two solutions, and F transposed.
-const HELD: Held = Held { casts: 3, solutions: 1, terms: Kept::Enough };
+const HELD: Held = Held { casts: 3, solutions: 1, bounces: None };
 /// Share of the squared error, as measured at points, that patches half as wide may leave for more of them to be of
 /// use: light that is smooth in patches leaves a quarter or less.
 const HELPED: f64 = 0.5;

@@ -11,7 +11,7 @@ use crate::Solver;
 use crate::form_factors::Sampling;
 use crate::light::{Light, Transport};
 use crate::operator::{Bounds, Operator, operator_norm};
-use crate::render::{Assembled, Discretization, Silent, Stored, Unfit, Watch, most_fitting};
+use crate::render::{Assembled, Discretization, Silent, Stored, Unfit, Watch, check_fit};
 use crate::scene::Scene;
 use crate::solve::{
     RaySettings, Settings, Shooter, Shooting, ShootingSettings, TailBound, Verdict, direct, extrapolated, neumann,
@@ -286,13 +286,7 @@ pub struct Formal {
 /// [`Unfit`] where three matrices of both halves' size do not.
 pub fn check_dense(p: &Discretization, limit: f64) -> Result<(), Unfit> {
     // (2 n)² numbers of 8 bytes: I, K, and their difference.
-    let bytes = |n: f64| 3.0 * 8.0 * (2.0 * n).powi(2);
-    let patches = p.patches.len();
-    let fitting = most_fitting(patches, limit, bytes).max(1);
-    if bytes(patches as f64) <= limit {
-        return Ok(());
-    }
-    Err(Unfit { patches, stored: Stored::Dense, bytes: bytes(patches as f64), limit, fitting })
+    check_fit(p.patches.len(), Stored::Dense, limit, |n| 3.0 * 8.0 * (2.0 * n).powi(2))
 }
 
 /// Solves (I - K) L = E by LU ([`direct`]), O(patches³); none where that is singular, lambda being an eigenvalue to

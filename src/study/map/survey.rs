@@ -28,7 +28,7 @@ use crate::light::{Rgb, Transport};
 use crate::operator::{Effort, Spectrum, spectrum_of};
 use crate::patches::Patches;
 use crate::rays::Rays;
-use crate::render::{Discretization, Stored, Unfit, Watch, most_fitting, pilots};
+use crate::render::{Discretization, Stored, Unfit, Watch, check_fit, pilots};
 use crate::scene::Scene;
 
 /// How exactly radii are found. They are those at alpha = 1: on which side of 1 they lie is no question.
@@ -171,19 +171,13 @@ pub fn check_crossings(p: &Discretization, sampling: &Sampling, steps: usize, li
     if limit.is_infinite() {
         return Ok(());
     }
-    let n = p.patches.len();
     let (crossings, columns) = pilot(p, sampling);
     let needs = |n: f64| {
         let c = columns.min(n);
         let kept = CROSSING * crossings + LISTED * (c + f64::from(sampling.rays)) + LISTS;
         n * (kept + ENTRY * c + ROW + VECTORS * steps as f64 + PATCH)
     };
-    let bytes = needs(n as f64);
-    if bytes <= limit {
-        return Ok(());
-    }
-    let fitting = most_fitting(n, limit, needs).max(1);
-    Err(Unfit { patches: n, stored: Stored::Crossings(crossings), bytes, limit, fitting })
+    check_fit(p.patches.len(), Stored::Crossings(crossings), limit, needs)
 }
 
 /// Mean crossings and columns of a few patches at alpha = tau = 1.
