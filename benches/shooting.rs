@@ -1,8 +1,8 @@
-//! Shots per second of both forms in the Cornell box, global mode, and how the size of a batch changes it.
+//! Shots per second of both forms in the Cornell box, global mode.
 //!
 //! One iteration shoots from the start to 1 % unshot. Ratios count, not the absolute numbers.
 
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::light::Mode;
@@ -18,8 +18,8 @@ impl Watch for Quiet {
 }
 
 /// Shoots to 1 %; tells how many shots it took.
-fn shoot(shooter: &dyn Shooter, batch: usize) -> u64 {
-    let settings = ShootingSettings { unshot: 1e-2, batch, ..ShootingSettings::default() };
+fn shoot(shooter: &dyn Shooter) -> u64 {
+    let settings = ShootingSettings { unshot: 1e-2, ..ShootingSettings::default() };
     let mut shooting = Shooting::new(shooter, settings).expect("it converges");
     shooting.run(|_| ()).expect("it converges").shots
 }
@@ -34,13 +34,9 @@ fn shots(c: &mut Criterion) {
     let cast = p.ray_shooter(mode, RaySettings::default());
     let forms: [(&str, &dyn Shooter); 2] = [("assembled", &assembled), ("rays", &cast)];
     for (name, shooter) in forms {
-        let mut group = c.benchmark_group(name);
-        group.sample_size(10);
-        for batch in [4, 32, 128, 512] {
-            group.throughput(Throughput::Elements(shoot(shooter, batch)));
-            let id = BenchmarkId::new("batch", batch);
-            group.bench_function(id, |b| b.iter(|| shoot(shooter, batch)));
-        }
+        let mut group = c.benchmark_group("shooting");
+        group.sample_size(10).throughput(Throughput::Elements(shoot(shooter)));
+        group.bench_function(name, |b| b.iter(|| shoot(shooter)));
         group.finish();
     }
 }

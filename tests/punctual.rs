@@ -284,7 +284,6 @@ fn shooting_and_bounces_know_them() {
         shooting.run(|_| ()).expect("converges");
         let apart = difference(mode.operator.areas(), &shooting.light(), &series.light);
         assert!(apart < 1e-4, "{apart}");
-        assert!(shooting.balance().residual().abs() < 1e-6);
         for emitted in [Emitted::ClosedForm, Emitted::Rays] {
             let rays = RaySettings { rays: 1 << 18, emitted, ..RaySettings::default() };
             let shooter = p.ray_shooter(half, rays);
@@ -293,7 +292,6 @@ fn shooting_and_bounces_know_them() {
             shooting.run(|_| ()).expect("converges");
             let apart = difference(mode.operator.areas(), &shooting.light(), &series.light);
             assert!(apart < 0.02, "{emitted:?} {apart}");
-            assert!(shooting.balance().residual().abs() < 1e-6);
         }
         // Powers of the bounces, patches and walks of light together.
         let found = Solver::new(&p.geometry.scene).bounces(half, 3).tolerance(0.02);

@@ -36,15 +36,6 @@ pub(crate) struct Ledger {
     power: Vec<f64>,
 }
 
-/// Power that landed in one deposit, W over all channels.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Landed {
-    pub absorbed: f64,
-    pub held: f64,
-    /// Landed from columns whose fate is not known.
-    pub unexplained: f64,
-}
-
 impl Ledger {
     /// All of E unshot, nothing received. `last` is at least 1.
     pub fn new(surfaces: &Surfaces, last: usize) -> Ledger {
@@ -86,13 +77,6 @@ impl Ledger {
         &self.incident[i * self.stride + 1..(i + 1) * self.stride]
     }
 
-    /// Unshot power of one generation, W.
-    pub fn unshot_power(&self, areas: &[f64], n: usize) -> f64 {
-        let at = |i: usize| self.unshot[i * self.stride + n].element_sum();
-        let sum = |(i, a): (usize, &f64)| PI * a * at(i);
-        if n < self.stride { areas.iter().enumerate().map(sum).sum() } else { 0.0 }
-    }
-
     /// Takes all that patch i has not shot.
     pub fn take(&mut self, i: usize) -> Shot {
         self.power[i] = 0.0;
@@ -121,7 +105,7 @@ impl Ledger {
     }
 
     /// Adds `F_ij L_j` of every column to its receivers, one generation later.
-    pub fn deposit(&mut self, surfaces: &Surfaces, columns: &[Column], shots: &[Shot]) -> Landed {
+    pub fn deposit(&mut self, surfaces: &Surfaces, columns: &[Column], shots: &[Shot]) {
         self.make_room(shots);
         let (stride, last) = (self.stride, self.last);
         let later: Vec<Shot> = shots.iter().map(|s| s.iter().map(|&(n, l)| ((n + 1).min(last), l)).collect()).collect();
@@ -133,21 +117,10 @@ impl Ledger {
         let receive = |chunk: &mut Chunk| chunk.receive(surfaces, columns, &later);
         let additions: usize = columns.iter().map(|c| c.receivers.len() * later[c.sender].len()).sum();
         // The same chunks either way, so that sums are the same bits.
-        let landed: Vec<Landed> = if additions + self.patches * stride < ALONE {
-            chunks.iter_mut().map(receive).collect()
+        if additions + self.patches * stride < ALONE {
+            chunks.iter_mut().for_each(receive);
         } else {
-            chunks.par_iter_mut().map(receive).collect()
-        };
-        landed.into_iter().fold(Landed::default(), Landed::plus)
-    }
-}
-
-impl Landed {
-    fn plus(self, other: Landed) -> Landed {
-        Landed {
-            absorbed: self.absorbed + other.absorbed,
-            held: self.held + other.held,
-            unexplained: self.unexplained + other.unexplained,
+            chunks.par_iter_mut().for_each(receive);
         }
     }
 }
@@ -162,43 +135,28 @@ struct Chunk<'a> {
 }
 
 impl Chunk<'_> {
-    fn receive(&mut self, surfaces: &Surfaces, columns: &[Column], later: &[Shot]) -> Landed {
+    /// Sums what the columns bring, then enters it patch by patch.
+    fn receive(&mut self, surfaces: &Surfaces, columns: &[Column], later: &[Shot]) {
         let mut arrived = vec![DVec3::ZERO; self.incident.len()];
-        let unexplained = self.gather(surfaces, columns, later, &mut arrived);
-        let mut landed = Landed { unexplained, ..Landed::default() };
-        for (k, arrived) in arrived.chunks(self.stride).enumerate() {
-            self.credit(surfaces, k, arrived, &mut landed);
-        }
-        landed
-    }
-
-    /// Sums what the columns bring; tells the power brought by those without a known fate.
-    fn gather(&self, surfaces: &Surfaces, columns: &[Column], later: &[Shot], arrived: &mut [DVec3]) -> f64 {
-        let mut unexplained = 0.0;
         let end = (self.first + self.power.len()) as u32;
         for column in columns {
             let from = column.receivers.partition_point(|&i| (i as usize) < self.first);
             let to = from + column.receivers[from..].partition_point(|&i| i < end);
-            let shot = &later[column.sender];
-            let mut area = 0.0;
             for (&i, &f) in column.receivers[from..to].iter().zip(&column.factors[from..to]) {
                 let k = i as usize - self.first;
                 let own = &mut arrived[k * self.stride..(k + 1) * self.stride];
-                for &(n, l) in shot {
+                for &(n, l) in &later[column.sender] {
                     own[n] += f as f64 * l;
                 }
-                area += f as f64 * surfaces.areas[i as usize];
-            }
-            if column.fate.is_none() {
-                let sum: f64 = shot.iter().map(|(_, l)| l.element_sum()).sum();
-                unexplained += PI * area * sum;
             }
         }
-        unexplained
+        for (k, arrived) in arrived.chunks(self.stride).enumerate() {
+            self.enter(surfaces, k, arrived);
+        }
     }
 
-    /// Enters what arrived at one patch.
-    fn credit(&mut self, surfaces: &Surfaces, k: usize, arrived: &[DVec3], landed: &mut Landed) {
+    /// Enters what arrived at patch `first + k`, generation by generation.
+    fn enter(&mut self, surfaces: &Surfaces, k: usize, arrived: &[DVec3]) {
         let i = self.first + k;
         let rho = surfaces.rho[i].as_dvec3();
         let alpha = surfaces.alpha[i] as f64;
@@ -210,10 +168,6 @@ impl Chunk<'_> {
                 total += incident;
             }
         }
-        let area = PI * surfaces.areas[i];
-        let reflected = (rho * total).element_sum();
-        self.power[k] += area * alpha * reflected;
-        landed.absorbed += area * ((1.0 - rho) * total).element_sum();
-        landed.held += area * (1.0 - alpha) * reflected;
+        self.power[k] += PI * surfaces.areas[i] * alpha * (rho * total).element_sum();
     }
 }

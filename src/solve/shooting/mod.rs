@@ -7,42 +7,76 @@
 //!
 //! A batch of the brightest patches shoots at a time, each all its generations at once, every one into the next. So the
 //! bounce number stays explicit: generation n tends to `KⁿE`. Two forms stand behind [`Shooter`]: [`AssembledShooter`]
-//! over the columns of an assembled K, and [`RayShooter`] with rays alone. tau acts inside F. The result does not
-//! depend on the number of threads.
+//! over the columns of an assembled K, and [`RayShooter`](shooters::RayShooter) with rays alone. tau acts inside F. The
+//! result does not depend on the number of threads.
 //!
 //! Not handled, both measured at about 500 patches over K. An ambient term for what is unshot lowers the error of the
 //! light by a third, which saves a quarter of the shots at 10 % unshot and an eighth at 1 %; but it belongs to no
-//! generation and no account of power. Shooting 1.2 times the unshot light, the excess taken back later, saves a third
-//! of the shots to 1 % or more; but rays are spent by power and not by shots, and unshot light of either sign would
-//! make the accounts and the stop harder to read.
+//! generation. Shooting 1.2 times the unshot light, the excess taken back later, saves a third of the shots to 1 % or
+//! more; but rays are spent by power and not by shots, and unshot light of either sign would make the stop harder to
+//! read.
 //!
 //! Source: M. Cohen, S. Chen, J. Wallace, D. Greenberg, *A progressive refinement approach to fast radiosity image
 //! generation*, SIGGRAPH 1988.
 
 pub(crate) mod ledger;
-pub(crate) mod report;
 pub(crate) mod shooters;
 
-pub use report::{Balance, Progress, ShootingSettings};
 pub use shooters::AssembledShooter;
 pub use shooters::{Column, Sender, Shooter};
 
 use std::borrow::Cow;
-use std::f64::consts::PI;
 
 use glam::DVec3;
 
 use crate::light::Light;
-use crate::solve::neumann::Diverges;
+use crate::operator::Bounds;
+use crate::solve::neumann::{Diverges, Verdict};
 use crate::solve::shooting::ledger::{Ledger, Shot};
-use crate::solve::shooting::report::Growth;
+use crate::solve::shooting::shooters::{Foreknowledge, Surfaces};
+
+/// Batches in which all patches would shoot once.
+const BATCHES: usize = 64;
+
+/// When to stop.
+#[derive(Clone, Copy, Debug)]
+pub struct ShootingSettings {
+    /// Requested unshot power as a share of the power emitted.
+    pub unshot: f64,
+    /// Generations kept apart, at least 2; the last also takes all later ones.
+    pub generations: usize,
+    /// Shots at most, per patch on average; a series not decided by then is refused as undecided.
+    pub shots_per_patch: u64,
+}
+
+impl Default for ShootingSettings {
+    fn default() -> Self {
+        ShootingSettings { unshot: 1e-3, generations: 16, shots_per_patch: 1000 }
+    }
+}
+
+/// How far shooting has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Progress {
+    /// Patches that shot, each shot counted.
+    pub shots: u64,
+    /// Batches.
+    pub batches: u64,
+    /// Rays cast.
+    pub rays: u64,
+    /// Unshot power, W over all channels.
+    pub unshot: f64,
+    /// Unshot power as a share of the power emitted.
+    pub share: f64,
+}
 
 /// A running solution.
 pub struct Shooting<'a> {
     shooter: &'a dyn Shooter,
     settings: ShootingSettings,
     ledger: Ledger,
-    balance: Balance,
+    /// `pi sum A E_invisible`, and what lights without area bring to the patches, W over all channels.
+    emitted: f64,
     progress: Progress,
     growth: Growth,
 }
@@ -60,14 +94,14 @@ impl<'a> Shooting<'a> {
         Ok(Shooting {
             shooter,
             settings,
-            balance: Balance { emitted, ..Balance::default() },
+            emitted,
             progress: Progress { unshot: emitted, share: f64::from(u8::from(emitted > 0.0)), ..Progress::default() },
             growth: Growth::new(n, foreknowledge, settings.shots_per_patch),
             ledger,
         })
     }
 
-    /// Shoots one batch; `None` once no more than the wanted share is unshot.
+    /// Shoots one batch; `None` once no more than the requested share is unshot.
     ///
     /// # Errors
     /// [`Diverges`] when the light shot so far shows that the series diverges, or when it stays undecided.
@@ -84,13 +118,13 @@ impl<'a> Shooting<'a> {
         }
         self.progress.batches += 1;
         self.progress.unshot = self.ledger.power().iter().sum();
-        self.progress.share = self.progress.unshot / self.balance.emitted;
+        self.progress.share = self.progress.unshot / self.emitted;
         let surfaces = self.shooter.surfaces();
-        self.growth.look(&surfaces, &self.ledger, self.progress.shots)?;
+        self.growth.check(&surfaces, &self.ledger, self.progress.shots)?;
         Ok(Some(self.progress))
     }
 
-    /// Steps to the end, with a look at the running solution after each batch.
+    /// Steps to the end; `each` sees the running solution after each batch.
     ///
     /// # Errors
     /// As [`Shooting::step`].
@@ -132,13 +166,6 @@ impl<'a> Shooting<'a> {
         self.ledger.generations()
     }
 
-    /// Where the invisible power went.
-    pub fn balance(&self) -> Balance {
-        let areas = self.shooter.surfaces().areas;
-        let unshot = |n| self.ledger.unshot_power(areas, n);
-        Balance { unshot: (0..self.generations()).map(unshot).sum(), ..self.balance }
-    }
-
     /// Light reflected where this much is incident.
     fn reflect(&self, i: usize, incident: DVec3) -> Light {
         let surfaces = self.shooter.surfaces();
@@ -158,11 +185,7 @@ impl<'a> Shooting<'a> {
     /// Lets the emitters among `patches` and lights without area send all they emit, once: the first bounce by closed
     /// form.
     fn receive_emitted(&mut self, patches: &[usize]) {
-        let surfaces = self.shooter.surfaces();
-        let mut sent = self.shooter.punctual();
-        for &i in patches {
-            sent += power(surfaces.areas[i], &self.ledger.take(i));
-        }
+        patches.iter().for_each(|&i| drop(self.ledger.take(i)));
         // The light received is a column for each channel of a sender of unit radiance.
         let (received, rays) = self.shooter.received();
         let shots = DVec3::AXES.map(|axis| vec![(0, axis)]);
@@ -171,56 +194,30 @@ impl<'a> Shooting<'a> {
             sender: c,
             receivers: Cow::Borrowed(&all),
             factors: received.iter().map(|r| r[c]).collect(),
-            fate: None,
             rays: 0,
         });
         self.progress.rays += rays;
         self.progress.shots += patches.len() as u64;
-        self.enter(&columns, &shots, sent);
+        self.ledger.deposit(&self.shooter.surfaces(), &columns, &shots);
     }
 
     /// Lets the patches with the most unshot power shoot.
     fn shoot_batch(&mut self) {
-        let areas = self.shooter.surfaces().areas;
         let senders = self.brightest();
         let shots: Vec<Shot> = senders.iter().map(|s| self.ledger.take(s.patch as usize)).collect();
         for (s, shot) in senders.iter().zip(&shots) {
             self.growth.add(s.patch as usize, shot);
         }
         let columns = self.shooter.columns(&senders);
-        let mut unexplained = vec![0.0; senders.len()];
-        for column in &columns {
-            let sent = power(areas[senders[column.sender].patch as usize], &shots[column.sender]);
-            self.progress.rays += column.rays;
-            match column.fate {
-                None => unexplained[column.sender] = sent,
-                Some(fate) => {
-                    self.balance.escaped += sent * fate.escaped;
-                    self.balance.black += sent * fate.black;
-                    self.balance.created += sent * fate.created;
-                }
-            }
-        }
+        self.progress.rays += columns.iter().map(|column| column.rays).sum::<u64>();
         self.progress.shots += senders.len() as u64;
-        self.enter(&columns, &shots, unexplained.iter().sum());
-    }
-
-    /// Deposits columns; `sent` is the power of those without a known fate.
-    fn enter(&mut self, columns: &[Column], shots: &[Shot], sent: f64) {
-        let surfaces = self.shooter.surfaces();
-        let landed = self.ledger.deposit(&surfaces, columns, shots);
-        self.balance.absorbed += landed.absorbed;
-        self.balance.held += landed.held;
-        self.balance.undelivered += sent - landed.unexplained;
+        self.ledger.deposit(&self.shooter.surfaces(), &columns, &shots);
     }
 
     /// The next batch, brightest first; of equals the one with the smaller number.
     fn brightest(&self) -> Vec<Sender> {
         let power = self.ledger.power();
-        let size = match self.settings.batch {
-            0 => (power.len() / 64).max(1),
-            size => size,
-        };
+        let size = (power.len() / BATCHES).max(1);
         let order = |a: &u32, b: &u32| {
             let [p, q] = [a, b].map(|&i| power[i as usize]);
             q.total_cmp(&p).then(a.cmp(b))
@@ -234,14 +231,76 @@ impl<'a> Shooting<'a> {
         let sender = |(k, &patch): (usize, &u32)| Sender {
             patch,
             shot: self.progress.shots + k as u64,
-            share: power[patch as usize] / self.balance.emitted,
+            share: power[patch as usize] / self.emitted,
         };
         waiting.iter().enumerate().map(sender).collect()
     }
 }
 
-/// Power of light about to be shot, W over all channels.
-fn power(area: f64, shot: &Shot) -> f64 {
-    let sum: f64 = shot.iter().map(|(_, l)| l.element_sum()).sum();
-    PI * area * sum
+/// Watches a run whose convergence is not known beforehand.
+struct Growth {
+    watched: bool,
+    /// Invisible light each patch has shot after its first reflection.
+    shot: Vec<DVec3>,
+    /// Shots after which the growth is checked next.
+    next: u64,
+    /// Shots after which to give up.
+    most: u64,
+}
+
+impl Growth {
+    /// Nothing shot yet.
+    fn new(patches: usize, foreknowledge: Foreknowledge, shots_per_patch: u64) -> Growth {
+        Growth {
+            watched: foreknowledge == Foreknowledge::Unknown,
+            shot: vec![DVec3::ZERO; patches],
+            next: patches as u64,
+            most: shots_per_patch.saturating_mul(patches as u64),
+        }
+    }
+
+    /// Notes what patch i shoots; light as emitted does not count.
+    fn add(&mut self, i: usize, shot: &Shot) {
+        let reflected = shot.iter().filter(|(n, _)| *n >= 1).map(|(_, l)| *l);
+        self.shot[i] += reflected.sum::<DVec3>();
+    }
+
+    /// Checks four times a sweep over all patches whether the light shot so far shows growth.
+    fn check(&mut self, surfaces: &Surfaces, ledger: &Ledger, shots: u64) -> Result<(), Diverges> {
+        if !self.watched || shots < self.next {
+            return Ok(());
+        }
+        self.next = shots + (self.shot.len() as u64).div_ceil(4);
+        let radius = bounds(surfaces, ledger, &self.shot);
+        let verdict = if radius.lower >= 1.0 {
+            Verdict::Diverges
+        } else if shots >= self.most {
+            Verdict::Undecided
+        } else {
+            return Ok(());
+        };
+        Err(Diverges::new(surfaces.rho, surfaces.alpha, verdict, radius))
+    }
+}
+
+/// Bounds on the spectral radius, worst channel, from the light `shot` by every patch after its first reflection.
+fn bounds(surfaces: &Surfaces, ledger: &Ledger, shot: &[DVec3]) -> Bounds {
+    let mut products = DVec3::ZERO;
+    let mut squares = DVec3::ZERO;
+    let mut upper = 0.0f64;
+    for (i, &s) in shot.iter().enumerate() {
+        let passed = (surfaces.alpha[i] * surfaces.rho[i]).as_dvec3();
+        let incident: DVec3 = ledger.all_incident(i).iter().skip(1).sum();
+        for c in (0..3).filter(|&c| passed[c] > 0.0) {
+            let r = passed[c] * incident[c];
+            products[c] += surfaces.areas[i] * s[c] * r / passed[c];
+            squares[c] += surfaces.areas[i] * s[c] * s[c] / passed[c];
+            if r > 0.0 {
+                upper = upper.max(r / s[c]);
+            }
+        }
+    }
+    let quotient = |c: usize| if squares[c] > 0.0 { products[c] / squares[c] } else { 0.0 };
+    let lower = (0..3).map(quotient).fold(0.0, f64::max);
+    Bounds { lower, upper: upper.max(lower) }
 }

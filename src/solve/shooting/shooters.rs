@@ -52,24 +52,8 @@ pub struct Column<'a> {
     pub receivers: Cow<'a, [u32]>,
     /// `F_ij` of each receiver i.
     pub factors: Cow<'a, [f32]>,
-    /// What became of the rest; `None` where the form cannot tell.
-    pub fate: Option<Fate>,
     /// Rays it took.
     pub rays: u64,
-}
-
-/// Shares of the sender's power that do not land on a patch, or land beyond what was sent.
-///
-/// A ray meets its crossings with weight w, the product of tau before. At each, a reflecting side receives w and passes
-/// on tau w: it makes tau w. A black back keeps (1 - tau) w. So `1 + created = landed + black + escaped`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Fate {
-    /// Left the scene.
-    pub escaped: f64,
-    /// Kept by black backs.
-    pub black: f64,
-    /// Passed on by reflecting sides on top of what they received.
-    pub created: f64,
 }
 
 /// What is known of convergence before the first shot.
@@ -145,7 +129,7 @@ impl Shooter for AssembledShooter<'_> {
         let transposed = self.k.transposed();
         let column = |(sender, s): (usize, &Sender)| {
             let (receivers, factors) = transposed.row(s.patch as usize);
-            Column { sender, receivers: Cow::Borrowed(receivers), factors: Cow::Borrowed(factors), fate: None, rays: 0 }
+            Column { sender, receivers: Cow::Borrowed(receivers), factors: Cow::Borrowed(factors), rays: 0 }
         };
         senders.iter().enumerate().map(column).collect()
     }
@@ -166,7 +150,8 @@ pub enum Emitted {
     /// Closed form times visibility, the estimate the operator uses.
     #[default]
     ClosedForm,
-    /// Rays from the luminaires, as for reflected light; lights without area go by closed form all the same.
+    /// Rays from the luminaires, as for reflected light: power is conserved to rounding. Lights without area go by
+    /// closed form all the same.
     Rays,
 }
 
@@ -294,43 +279,24 @@ impl RayShooter {
         let to = (from + BLOCK).min(count);
         let seed = hash(s.patch, hash(s.shot as u32, hash((s.shot >> 32) as u32, self.settings.seed)));
         let mut landed = Vec::new();
-        let mut fate = Fate::default();
         let mut hits = Vec::new();
         for k in from..to {
             let ray = hemisphere_ray(&self.lights.patches, s.patch as usize, |d| self.sobol.point(k as u32, d, seed));
             self.lights.geometry.rays.light_crossings(&ray, self.opaque, &mut hits);
-            self.follow(&ray, &hits, &mut landed, &mut fate);
+            self.follow(&ray, &hits, &mut landed);
         }
         let share = 1.0 / count as f64;
         let (receivers, factors) = self.merge(&mut landed, share * self.areas[s.patch as usize]);
-        Column {
-            sender: number,
-            receivers: Cow::Owned(receivers),
-            factors: Cow::Owned(factors),
-            fate: Some(Fate {
-                escaped: fate.escaped * share,
-                black: fate.black * share,
-                created: fate.created * share,
-            }),
-            rays: to - from,
-        }
+        Column { sender: number, receivers: Cow::Owned(receivers), factors: Cow::Owned(factors), rays: to - from }
     }
 
     /// Lets one ray's unit of power land along its crossings.
-    fn follow(&self, ray: &Ray, hits: &[Hit], landed: &mut Vec<(u32, f64)>, fate: &mut Fate) {
+    fn follow(&self, ray: &Ray, hits: &[Hit], landed: &mut Vec<(u32, f64)>) {
+        let rays = &self.lights.geometry.rays;
         let tau = |m: usize| f64::from(self.tau[m]);
-        fate.escaped += self.lights.geometry.rays.transmit(hits, tau, |hit, through| {
-            if self.lights.geometry.rays.is_sky(hit.face) {
-                fate.escaped += through;
-                return;
-            }
-            let tau = tau(self.lights.geometry.rays.material(hit.face));
-            match self.lights.patches.met(ray, hit) {
-                Some(j) => {
-                    landed.push((j, through));
-                    fate.created += through * tau;
-                }
-                None => fate.black += through * (1.0 - tau),
+        rays.transmit(hits, tau, |hit, through| {
+            if !rays.is_sky(hit.face) {
+                landed.extend(self.lights.patches.met(ray, hit).map(|j| (j, through)));
             }
         });
     }
