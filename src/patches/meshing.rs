@@ -21,7 +21,6 @@ use crate::patches::scene_patches::{Mesh, Owner, Patches};
 use crate::rays::{Rays, Side};
 use crate::scene::{Scene, Sides};
 use crate::surfaces::coplanar::Surface;
-use crate::surfaces::discontinuities::Place;
 use crate::surfaces::{Geometry, Surfaces};
 
 /// What the faces of a scene belong to, as far as they are cut.
@@ -89,18 +88,17 @@ impl Patches {
     fn estimate(scene: &Scene, surfaces: &[Surface], size: f64) -> usize {
         let (large, small): (Vec<_>, Vec<_>) = surfaces.iter().partition(|s| is_large(s, size));
         let cells: f64 = large.iter().map(|s| s.cells(size) * sides_of(scene, s.material)).sum();
-        let small: Vec<_> = small.into_iter().map(|s| (s, size)).collect();
-        cells as usize + count_clusters(&small)
+        let clusters: FxHashSet<Key> = keys(&small, size).into_iter().collect();
+        cells as usize + clusters.len()
     }
 
     /// Cuts all surfaces into patches of about a size, unit coordinates.
     fn of_size(scene: &Scene, rays: &Rays, found: &Surfaces, size: f64) -> Patches {
-        let place = Place { scene, rays };
         let surfaces = &found.list;
         // Cut large surfaces into grids, side by side.
         let large = (0..surfaces.len()).into_par_iter().with_max_len(64);
         let cut = |s: usize| {
-            let segments = found.discontinuities.segments(place, s, &surfaces[s]);
+            let segments = found.discontinuities.segments(scene, rays, s, &surfaces[s]);
             Some((s, Grid::cut(scene, &surfaces[s], segments, size)?))
         };
         let cuts: Vec<(usize, (Grid, Vec<Draft>))> =
@@ -112,19 +110,18 @@ impl Patches {
             own.enter(cut, &surfaces[s]);
         }
         // Gather small ones.
-        let small: Vec<(&Surface, f64)> =
-            (0..surfaces.len()).filter(|&s| small[s]).map(|s| (&surfaces[s], size)).collect();
-        let clusters = cluster_groups(&small, 1.0);
-        let first = own.drafts.len() as u32;
-        let parents = Parents::new(&own.grids, cluster_parents(&small, &clusters, first));
-        let together = |group: &Vec<usize>| together(scene, group.iter().map(|&k| small[k].0));
+        let small: Vec<&Surface> = (0..surfaces.len()).filter(|&s| small[s]).map(|s| &surfaces[s]).collect();
+        let clusters = clusters(&small, size);
+        let larger = larger_clusters(&small, &clusters, size);
+        let parents = parents(&own.grids, own.drafts.len(), &larger);
+        let together = |group: &Vec<usize>| together(scene, group.iter().map(|&k| small[k]));
         let drafts: Vec<Draft> = clusters.par_iter().map(together).collect();
         drafts.into_iter().for_each(|draft| own.add(draft));
         Patches::number(scene, found, own, parents, size)
     }
 
     /// Lays out drafts as patches: fronts first, then the backs of two-sided materials.
-    fn number(scene: &Scene, found: &Surfaces, own: Owned, parents: Parents, size: f64) -> Patches {
+    fn number(scene: &Scene, found: &Surfaces, own: Owned, parents: Vec<u32>, size: f64) -> Patches {
         let drafts = own.drafts;
         let mut mesh = Mesh {
             starts: vec![0],
@@ -132,7 +129,7 @@ impl Patches {
             grids: own.grids,
             size,
             backs: vec![NONE; drafts.len()],
-            parents: parents.of(drafts.len()),
+            parents,
             normals: Arc::clone(&found.normals),
             ..Mesh::default()
         };
@@ -194,50 +191,40 @@ fn sides_of(scene: &Scene, material: u32) -> f64 {
     }
 }
 
-/// What surfaces of one group agree in: material, voxel, cell of the normal, size.
-type Key = (u32, [i64; 3], [i8; 3], u64);
+/// What surfaces of one cluster agree in: material, voxel, cell of the normal.
+type Key = (u32, [i64; 3], [i8; 3]);
 
-/// The keys of surfaces with the size of their patches, at sizes larger by a factor.
-fn keys(small: &[(&Surface, f64)], factor: f64) -> Vec<Key> {
-    let key = |(s, size): &(&Surface, f64)| {
+/// The keys of surfaces in voxels of a size.
+fn keys(small: &[&Surface], size: f64) -> Vec<Key> {
+    let key = |s: &&Surface| {
         let middle = s.origin + 0.5 * (s.axes[0] * s.extent[0] + s.axes[1] * s.extent[1]);
-        let voxel = (middle / (factor * size)).floor().as_i64vec3();
-        let cell = direction_cell(s.normal);
-        (s.material, voxel.to_array(), cell, size.to_bits())
+        let voxel = (middle / size).floor().as_i64vec3();
+        (s.material, voxel.to_array(), direction_cell(s.normal))
     };
     small.par_iter().with_min_len(1024).map(key).collect()
 }
 
-/// Number of groups.
-fn count_clusters(small: &[(&Surface, f64)]) -> usize {
-    let keys = keys(small, 1.0);
-    let distinct: FxHashSet<Key> = keys.into_iter().collect();
-    distinct.len()
-}
-
-/// Indices into `small`, surfaces with the size of their patches, that belong together at sizes larger by a factor, in
-/// the order of their first members.
-fn cluster_groups(small: &[(&Surface, f64)], factor: f64) -> Vec<Vec<usize>> {
+/// Indices into `small` of the surfaces that belong together at a size, in the order of their first members.
+fn clusters(small: &[&Surface], size: f64) -> Vec<Vec<usize>> {
     let mut order: FxHashMap<Key, usize> = FxHashMap::default();
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for (k, key) in keys(small, factor).into_iter().enumerate() {
+    let mut found: Vec<Vec<usize>> = Vec::new();
+    for (k, key) in keys(small, size).into_iter().enumerate() {
         let g = *order.entry(key).or_insert_with(|| {
-            groups.push(Vec::new());
-            groups.len() - 1
+            found.push(Vec::new());
+            found.len() - 1
         });
-        groups[g].push(k);
+        found[g].push(k);
     }
-    groups
+    found
 }
 
-/// For each of the groups, numbered from `first`, the number of the group of twice the size that it is part of.
-fn cluster_parents(small: &[(&Surface, f64)], clusters: &[Vec<usize>], first: u32) -> Vec<(u32, u32)> {
+/// For each cluster of a size the number of the cluster of twice the size that it is part of.
+fn larger_clusters(small: &[&Surface], own: &[Vec<usize>], size: f64) -> Vec<u32> {
     let mut larger = vec![0; small.len()];
-    for (g, group) in cluster_groups(small, 2.0).iter().enumerate() {
+    for (g, group) in clusters(small, 2.0 * size).iter().enumerate() {
         group.iter().for_each(|&k| larger[k] = g as u32);
     }
-    let numbered = clusters.iter().zip(first..);
-    numbered.map(|(group, own)| (own, larger[group[0]])).collect()
+    own.iter().map(|group| larger[group[0]]).collect()
 }
 
 /// Cell of a cube map with 3×3 cells a face; cells on an edge or corner of the cube belong to all its faces.
@@ -247,42 +234,25 @@ fn direction_cell(n: DVec3) -> [i8; 3] {
     (along * 1.4999).round().to_array().map(|x| x as i8)
 }
 
-/// What larger patches the patches would be part of: patches with a number for the larger one.
-pub(crate) struct Parents {
-    /// Of grids: (patch, grid, block).
-    blocks: Vec<(u32, u32, u32)>,
-    /// Of clusters: (patch, cluster of twice the size).
-    clusters: Vec<(u32, u32)>,
-}
-
-impl Parents {
-    /// Blocks of cells of the grids, and clusters with the cluster of twice the size.
-    pub fn new(grids: &[Grid], clusters: Vec<(u32, u32)>) -> Parents {
-        let of = |(g, grid): (usize, &Grid)| {
-            let blocks: Vec<_> = grid.blocks().map(|(p, b)| (p, g as u32, b)).collect();
-            blocks
-        };
-        Parents { blocks: grids.iter().enumerate().flat_map(of).collect(), clusters }
-    }
-
-    /// The parent of each of `count` patches, numbered without gaps.
-    pub fn of(self, count: usize) -> Vec<u32> {
-        let mut parents = vec![NONE; count];
-        let mut numbers: HashMap<(u32, u32), u32> = HashMap::new();
-        let clusters = self.clusters.into_iter().map(|(p, c)| (p, NONE, c));
-        for (patch, grid, block) in self.blocks.into_iter().chain(clusters) {
-            let next = numbers.len() as u32;
-            let own = &mut parents[patch as usize];
-            if *own == NONE {
-                *own = *numbers.entry((grid, block)).or_insert(next);
-            }
+/// The larger patch, numbered without gaps, that each patch is part of: a block of cells of a grid, or the cluster of
+/// twice the size, `clusters` for each of those numbered from `first`.
+fn parents(grids: &[Grid], first: usize, clusters: &[u32]) -> Vec<u32> {
+    let mut parents = vec![NONE; first + clusters.len()];
+    let mut numbers: HashMap<(u32, u32), u32> = HashMap::new();
+    let blocks = grids.iter().zip(0..).flat_map(|(grid, g)| grid.blocks().map(move |(patch, block)| (patch, g, block)));
+    let clusters = clusters.iter().zip(first as u32..).map(|(&cluster, patch)| (patch, NONE, cluster));
+    for (patch, grid, block) in blocks.chain(clusters) {
+        let next = numbers.len() as u32;
+        let own = &mut parents[patch as usize];
+        if *own == NONE {
+            *own = *numbers.entry((grid, block)).or_insert(next);
         }
-        let alone = parents.iter_mut().filter(|p| **p == NONE);
-        for (own, next) in alone.zip(numbers.len() as u32..) {
-            *own = next;
-        }
-        parents
     }
+    let alone = parents.iter_mut().filter(|p| **p == NONE);
+    for (own, next) in alone.zip(numbers.len() as u32..) {
+        *own = next;
+    }
+    parents
 }
 
 impl Patches {

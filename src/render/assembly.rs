@@ -1,6 +1,6 @@
-//! The equation `L = E + K L` of one mode on patches, put together; its light, looked at by the scene's camera.
+//! The equation `L = E + K L` of one mode on patches, put together; the picture of its light from the scene's camera.
 //!
-//! One cast of rays serves all the modes asked for. Not handled: how many patches and rays; callers choose.
+//! One cast of rays serves all the modes requested. Not handled: how many patches and rays; callers choose.
 
 use std::sync::Arc;
 
@@ -110,7 +110,7 @@ impl Discretization {
         self.geometry.scene.transports(mode)
     }
 
-    /// `L = E + K L` of several modes, from one cast of rays; also tells how many rays were cast.
+    /// `L = E + K L` of several modes, from one cast of rays; also returns how many rays were cast.
     pub fn assemble(&self, modes: &[Transport], sampling: &Sampling, watch: &dyn Watch) -> (Vec<Assembled>, u64) {
         let lights = |&mode: &Transport| (mode, self.lights(self.transports(mode), TOLERABLE));
         assemble(&modes.iter().map(lights).collect::<Vec<_>>(), sampling, watch)
@@ -140,7 +140,7 @@ pub struct Assembled {
     pub closure: Option<Closure>,
 }
 
-/// Casts the rays for the modes of all `lights`, which share their patches, and puts each one's K together; also tells
+/// Casts the rays for the modes of all `lights`, which share their patches, and puts each one's K together; also returns
 /// how many rays were cast.
 pub(crate) fn assemble(
     lights: &[(Transport, Arc<Lights>)],
@@ -197,15 +197,10 @@ impl Assembled {
         &self.lights.patches
     }
 
-    /// What hemisphere rays read of E: all of it but the luminaires', which are gathered by closed form.
-    pub fn without_luminaires(&self, emission: &[Light]) -> Vec<Rgb> {
-        without_luminaires(&self.lights, emission)
-    }
-
     /// The invisible light that the picture of a solution reads: every term, luminaires' emission excepted.
     pub(crate) fn reflected(&self, terms: &[Vec<Light>]) -> Vec<Rgb> {
         let mut terms = terms.iter();
-        let mut field = terms.next().map_or_else(Vec::new, |emission| self.without_luminaires(emission));
+        let mut field = terms.next().map_or_else(Vec::new, |emission| without_luminaires(&self.lights, emission));
         for term in terms {
             for (sum, l) in field.iter_mut().zip(term) {
                 *sum += l.invisible;
@@ -233,25 +228,10 @@ impl Assembled {
         k.received().iter().enumerate().map(one).collect()
     }
 
-    /// Fields to gather from one value a patch each, read as linear within a patch.
-    pub(crate) fn fields(&self, values: &[Vec<Rgb>]) -> Fields {
-        fields(self.patches(), values)
-    }
-
-    /// Renders the visible half of what fields of one value a patch send: a picture each, from the same rays.
-    pub fn pictures(&self, values: &[Vec<Rgb>], pass: &GatherPass, watch: &dyn Watch) -> Gathered {
-        pictures(&self.lights, values, pass, watch)
-    }
-
     /// Renders a solution.
     pub fn picture(&self, solution: &Solution, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
-        let fields = self.fields(&[self.reflected(&solution.terms)]).with_ambient(self.ambient(solution));
-        self.look(&fields, pass, watch)
-    }
-
-    /// Renders the visible half of what the fields send.
-    pub(crate) fn look(&self, fields: &Fields, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
-        look(&self.lights, fields, pass, watch)
+        let fields = fields(self.patches(), &[self.reflected(&solution.terms)]).with_ambient(self.ambient(solution));
+        render(&self.lights, &fields, pass, watch)
     }
 
     /// Shoots over this K.
@@ -279,7 +259,7 @@ pub fn without_luminaires(lights: &Lights, emission: &[Light]) -> Vec<Rgb> {
 /// Renders the visible half of what fields of one value a patch send under some lights: a picture each, from the same
 /// rays.
 pub fn pictures(lights: &Lights, values: &[Vec<Rgb>], pass: &GatherPass, watch: &dyn Watch) -> Gathered {
-    look(lights, &fields(&lights.patches, values), pass, watch)
+    render(lights, &fields(&lights.patches, values), pass, watch)
 }
 
 /// Fields to gather from one value a patch each, read as linear within a patch.
@@ -290,7 +270,7 @@ fn fields(patches: &Patches, values: &[Vec<Rgb>]) -> Fields {
 }
 
 /// Renders the visible half of what the fields send.
-fn look(lights: &Lights, fields: &Fields, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
+pub(crate) fn render(lights: &Lights, fields: &Fields, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
     watch.begin("gather", pass.size.height as u64);
     gather(&View::new(lights, pass.size), fields, &pass.gathering, &|done| watch.tick(done))
 }

@@ -10,7 +10,7 @@
 
 use std::time::Instant;
 
-use crate::error::deadline::deadline_after;
+use crate::error::deadline::{deadline_after, is_over};
 use crate::error::light_walks::{WalkGoal, WalkedPowers, walked_powers};
 use crate::light::Transport;
 use crate::render::assembly::{Assembled, Discretization, Watch, assemble};
@@ -104,14 +104,10 @@ pub(crate) fn bounces_to_tolerance(
     let mode = assemble(&[(transport, lights)], &sampling, watch).0.remove(0);
     let mut solution = explore(&mode.operator, wanted.count);
     let errors = take_powers(&mut solution, &walked);
-    let met = errors.iter().all(|e| e.total <= wanted.tolerance);
-    let late = deadline.is_some_and(|deadline| Instant::now() >= deadline);
-    let end = if met {
-        End::Met
-    } else if late {
-        End::Time
-    } else {
-        End::Most
+    let end = match errors.iter().all(|e| e.total <= wanted.tolerance) {
+        true => End::Met,
+        false if is_over(deadline) => End::Time,
+        false => End::Most,
     };
     BounceSeries { mode, solution, errors, end: Some(end) }
 }

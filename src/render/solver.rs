@@ -12,8 +12,9 @@
 //! Not handled: scenes without light, whose pictures are black ([`Scene::require_emission`]).
 
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
+use crate::error::deadline::deadline_after;
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
 use crate::operator::Operator;
@@ -193,7 +194,7 @@ impl<'a> PictureRequest<'a> {
     /// # Errors
     /// [`RenderError`] where the series is not proved to converge, or not even a coarse K fits in memory.
     pub fn tolerance(self, tolerance: f64) -> Result<Rendered, RenderError> {
-        let deadline = deadline(self.time);
+        let deadline = self.time.and_then(|seconds| deadline_after(Instant::now(), seconds));
         let PictureRequest { solver, transport, size, watch, .. } = self;
         let (memory, seed) = (solver.memory, solver.seed);
         let first = Fineness::first(tolerance);
@@ -254,9 +255,4 @@ impl<'a> BouncesRequest<'a> {
         let solution = explore(&mode.operator, self.count);
         Ok(BounceSeries { mode, solution, errors: Vec::new(), end: None })
     }
-}
-
-/// The moment so many seconds from now; none where there is no limit, or it is beyond what a clock can tell.
-fn deadline(seconds: Option<f64>) -> Option<Instant> {
-    Instant::now().checked_add(Duration::try_from_secs_f64(seconds?).ok()?)
 }

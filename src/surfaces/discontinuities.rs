@@ -71,59 +71,49 @@ impl Discontinuities {
     }
 
     /// Segments in the (u, v) of surface k along which faces of other planes touch or cut it.
-    pub fn segments(&self, place: Place, k: usize, s: &Surface) -> &[[DVec2; 2]] {
+    pub fn segments(&self, scene: &Scene, rays: &Rays, k: usize, s: &Surface) -> &[[DVec2; 2]] {
         // Nothing in here works on several threads: a thread that waits for others might come by again.
-        self.segments[k].get_or_init(|| place.segments(&self.voxels, s))
+        self.segments[k].get_or_init(|| segments(scene, rays, &self.voxels, s))
     }
 }
 
-/// A scene with its planes.
-#[derive(Clone, Copy)]
-pub(crate) struct Place<'a> {
-    pub scene: &'a Scene,
-    pub rays: &'a Rays,
+fn segments(scene: &Scene, rays: &Rays, voxels: &Voxels, s: &Surface) -> Vec<[DVec2; 2]> {
+    let [u, v] = [s.axes[0] * s.extent[0], s.axes[1] * s.extent[1]];
+    let (low, high) = bounds([s.origin, s.origin + u, s.origin + v, s.origin + u + v]);
+    let mut faces = Vec::new();
+    for_voxels(low, high, |k, middle| {
+        let reach = 3f64.sqrt() / VOXELS as f64 + TOUCHES;
+        if (middle - s.origin).dot(s.normal).abs() <= reach {
+            faces.extend(voxels.faces(k));
+        }
+    });
+    faces.sort_unstable();
+    faces.dedup();
+    let own = rays.plane(s.faces[0]);
+    faces.retain(|&f| rays.plane(f) != own);
+    faces.iter().filter_map(|&f| segment(scene, s, f)).collect()
 }
 
-impl Place<'_> {
-    fn segments(&self, voxels: &Voxels, s: &Surface) -> Vec<[DVec2; 2]> {
-        let [u, v] = [s.axes[0] * s.extent[0], s.axes[1] * s.extent[1]];
-        let corners = [s.origin, s.origin + u, s.origin + v, s.origin + u + v];
-        let (low, high) = bounds(corners);
-        let mut faces = Vec::new();
-        for_voxels(low, high, |k, middle| {
-            let reach = 3f64.sqrt() / VOXELS as f64 + TOUCHES;
-            if (middle - s.origin).dot(s.normal).abs() <= reach {
-                faces.extend(voxels.faces(k));
-            }
-        });
-        faces.sort_unstable();
-        faces.dedup();
-        let own = self.rays.plane(s.faces[0]);
-        faces.retain(|&f| self.rays.plane(f) != own);
-        faces.iter().filter_map(|&f| self.segment(s, f)).collect()
+/// The segment in which a face meets the surface's plane.
+fn segment(scene: &Scene, s: &Surface, face: u32) -> Option<[DVec2; 2]> {
+    let corners = scene.corners(face).map(|p| p.as_dvec3());
+    let heights = corners.map(|p| {
+        let h = (p - s.origin).dot(s.normal);
+        if h.abs() < TOUCHES { 0.0 } else { h }
+    });
+    let mut ends: Vec<DVec2> = Vec::with_capacity(2);
+    for k in 0..3 {
+        let next = (k + 1) % 3;
+        let (h, g) = (heights[k], heights[next]);
+        if h == 0.0 {
+            ends.push(s.uv(corners[k]));
+        } else if h * g < 0.0 {
+            ends.push(s.uv(corners[k].lerp(corners[next], h / (h - g))));
+        }
     }
-
-    /// The segment in which a face meets the surface's plane.
-    fn segment(&self, s: &Surface, face: u32) -> Option<[DVec2; 2]> {
-        let corners = self.scene.corners(face).map(|p| p.as_dvec3());
-        let heights = corners.map(|p| {
-            let h = (p - s.origin).dot(s.normal);
-            if h.abs() < TOUCHES { 0.0 } else { h }
-        });
-        let mut ends: Vec<DVec2> = Vec::with_capacity(2);
-        for k in 0..3 {
-            let next = (k + 1) % 3;
-            let (h, g) = (heights[k], heights[next]);
-            if h == 0.0 {
-                ends.push(s.uv(corners[k]));
-            } else if h * g < 0.0 {
-                ends.push(s.uv(corners[k].lerp(corners[next], h / (h - g))));
-            }
-        }
-        match ends[..] {
-            [a, b] if a.distance(b) > TOUCHES => Some([a, b]),
-            _ => None,
-        }
+    match ends[..] {
+        [a, b] if a.distance(b) > TOUCHES => Some([a, b]),
+        _ => None,
     }
 }
 

@@ -1,12 +1,20 @@
-//! What no choice of patches, light or mode changes: a scene, its rays and its surfaces.
+//! What no choice of patches, light or mode changes, made once for a scene: its rays, its surfaces, where they touch, its
+//! normals; and points of it.
 //!
-//! Not handled: emitters by closed form, which [`crate::direct::Luminaires`] finds.
+//! Not handled: patches; the patch a point belongs to, which [`Patches::at`](crate::patches::Patches::at) finds; emitters
+//! by closed form, which [`crate::direct::Luminaires`] finds.
 
 use std::sync::Arc;
 
-use crate::rays::Rays;
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::rays::{End, Rays};
 use crate::scene::Scene;
-use crate::surfaces::scene_surfaces::Surfaces;
+use crate::surfaces::coplanar;
+use crate::surfaces::coplanar::Surface;
+use crate::surfaces::discontinuities::Discontinuities;
+use crate::surfaces::face_means::FaceMeans;
 
 /// A scene with its rays and surfaces; immutable, and shared by all that is made of it.
 pub struct Geometry {
@@ -15,7 +23,7 @@ pub struct Geometry {
     /// Its rays.
     pub rays: Rays,
     /// Its surfaces.
-    pub surfaces: Arc<Surfaces>,
+    pub surfaces: Surfaces,
 }
 
 impl Geometry {
@@ -24,5 +32,49 @@ impl Geometry {
         let rays = Rays::new(&scene);
         let surfaces = Surfaces::new(&scene, &rays);
         Arc::new(Geometry { scene, rays, surfaces })
+    }
+}
+
+/// The surfaces of a scene.
+#[derive(Debug)]
+pub struct Surfaces {
+    pub(crate) list: Vec<Surface>,
+    /// Front unit normals of the faces.
+    pub(crate) normals: Arc<[Vec3]>,
+    pub(crate) discontinuities: Discontinuities,
+    /// What whole faces with textures reflect and emit.
+    pub(crate) means: FaceMeans,
+}
+
+impl Surfaces {
+    /// Finds the surfaces of a scene, in about linear time.
+    pub fn new(scene: &Scene, rays: &Rays) -> Surfaces {
+        let list = coplanar::find(scene, rays);
+        let faces = (0..scene.faces.len() as u32).into_par_iter();
+        let normals: Vec<Vec3> = faces.map(|f| coplanar::normal(scene.corners(f)).as_vec3()).collect();
+        Surfaces {
+            discontinuities: Discontinuities::new(scene, list.len()),
+            list,
+            normals: normals.into(),
+            means: FaceMeans::new(scene),
+        }
+    }
+}
+
+/// A point on one side of a face, that sends or receives light there.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// Unit coordinates.
+    pub position: Vec3,
+    /// Unit normal of the side.
+    pub normal: Vec3,
+    /// The face it lies on.
+    pub face: u32,
+}
+
+impl SurfacePoint {
+    /// The point as an end of a visibility ray.
+    pub fn end(&self) -> End {
+        (self.position, Some(self.face))
     }
 }

@@ -7,7 +7,5 @@ pub(crate) mod coplanar;
 pub(crate) mod discontinuities;
 pub(crate) mod face_means;
 pub(crate) mod geometry;
-pub(crate) mod scene_surfaces;
 
-pub use geometry::Geometry;
-pub use scene_surfaces::{SurfacePoint, Surfaces};
+pub use geometry::{Geometry, SurfacePoint, Surfaces};

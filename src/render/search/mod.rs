@@ -1,7 +1,6 @@
 //! Light to a tolerance: rounds of patches and rays, what judges them, and how near the light is.
 
 pub(crate) mod division;
-pub(crate) mod levels;
 pub(crate) mod reading_cost;
 pub(crate) mod residual_check;
 pub(crate) mod rounds;

@@ -6,7 +6,7 @@
 //! * Noise of F: the rows are cast twice with independent scramblings and half the rays each; the picture of half the
 //!   difference of the two solutions is the standard error.
 //! * Size of patches: the solution on patches four times as large, from the same rays ([`crate::solve::coarse_terms`]).
-//!   The error is of order 1.5 ([`crate::render::search::levels`]), so that of the finer patches is about half the
+//!   The error is of order 1.5 ([`ORDER`](crate::render::search::solved::ORDER)), so that of the finer patches is about half the
 //!   difference.
 //! * Truncation of the series: bounded.
 //! * The gather pass: estimated by itself ([`crate::gather::GatherError`]).
@@ -23,14 +23,13 @@ use std::time::Instant;
 
 use crate::gather::{GatherPass, Gathering};
 use crate::light::budget::{FEW_PIXELS, FORM_FACTORS, PATCHES, left};
-use crate::render::assembly::Discretization;
+use crate::render::assembly::{Discretization, render};
 use crate::render::fineness::Fineness;
 use crate::render::memory::{Held, fewer};
 use crate::render::rendered::Rendered;
 use crate::render::search::division::Division;
-use crate::render::search::levels::patches_for;
 use crate::render::search::residual_check::{Check, Finding};
-use crate::render::search::solved::{Next, Rough, Solved, Task, half_of};
+use crate::render::search::solved::{Next, Rough, Solved, Task, half_of, patches_for};
 use crate::render::wanted::{Spent, Wanted, timed};
 use crate::scene::Material;
 use crate::solve::Diverges;
@@ -65,7 +64,7 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let within = Gathering::Within { error, seed: wanted.seed, deadline: wanted.deadline };
     // The rough picture has shown the errors of the fields.
     let fields = solved.fields.led().read_by(solved.reading);
-    let gather = || solved.mode.look(&fields, &GatherPass::new(wanted.size, within), watch);
+    let gather = || render(&solved.mode.lights, &fields, &GatherPass::new(wanted.size, within), watch);
     let (gathered, seconds) = timed(gather);
     spent.seconds.gather += seconds;
     let gathered = if step > 1 { gathered.averaged(step) } else { gathered };
@@ -253,7 +252,7 @@ impl<'a> Search<'a> {
     }
 
     /// The patches and rays that errors ask for: errors of patch size fall as the size to the power
-    /// [`ORDER`](crate::render::search::levels::ORDER), noise of F as the root of all rays, at least.
+    /// [`ORDER`](crate::render::search::solved::ORDER), noise of F as the root of all rays, at least.
     fn finer(&self, patches: usize, excess: Excess) -> Fineness {
         let more = patches_for(MARGIN * excess.size).clamp(1.0, 4.0);
         let denser = (1.2 * excess.noise * excess.noise / more).clamp(1.0, 16.0);

@@ -18,7 +18,7 @@ use crate::light::{Mode, Rgb, Transport};
 use crate::pictures::{Exposure, Picture, Size};
 use crate::plot::{Cell, Heading, Shown};
 use crate::reading::invisible;
-use crate::render::{Assembled, Discretization, Square, SquareColumn, Watch, pictures};
+use crate::render::{Assembled, Discretization, Square, SquareColumn, Watch, pictures, without_luminaires};
 use crate::solve::{Diverges, Extrapolated, Settings, extrapolated};
 use crate::study::figures::panel::{AXES, Figure, PageSettings, Panel, exposure_for, exposure_words, no_light};
 
@@ -78,7 +78,7 @@ fn solve_column(column: &SquareColumn, alphas: Vec<f32>, effort: &SquareEffort, 
 /// The invisible light that hemisphere rays read: all of L but what luminaires emit.
 fn reflected(equation: &Assembled, found: &Extrapolated) -> Vec<Rgb> {
     let emission = equation.operator.emission();
-    let others = equation.without_luminaires(emission);
+    let others = without_luminaires(&equation.lights, emission);
     let light = invisible(&found.light).into_iter();
     light.zip(invisible(emission).into_iter().zip(others)).map(|(l, (e, other))| l - (e - other)).collect()
 }
