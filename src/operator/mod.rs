@@ -15,7 +15,5 @@ pub(crate) mod linear;
 pub(crate) mod spectrum;
 
 pub use factored::{Operator, PatchMaterials};
-pub use linear::LinearOperator;
-pub use linear::LitPatches;
-pub use spectrum::operator_norm;
-pub use spectrum::{Bounds, Effort, Product, Spectrum, spectrum, spectrum_of};
+pub use linear::{LinearOperator, LitPatches};
+pub use spectrum::{Bounds, Effort, Product, Spectrum, operator_norm, spectrum, spectrum_of};

@@ -18,8 +18,7 @@ use glam::DVec3;
 
 use crate::light::Light;
 use crate::operator::{Bounds, LinearOperator, LitPatches};
-use crate::solve::bounce::norm;
-use crate::solve::neumann::{Diverges, Settings, Verdict, refuse, verdict_on_lit};
+use crate::solve::neumann::{Diverges, Settings, Verdict, norm, refuse, verdict_on_lit};
 use crate::solve::tail::TailBound;
 
 /// L, and what it took.
@@ -48,10 +47,10 @@ pub fn extrapolated(k: &dyn LinearOperator, settings: &Settings) -> Result<Extra
     let k = &LitPatches::of(k);
     let (verdict, spectrum) = verdict_on_lit(k);
     let tail = spectrum.as_ref().and_then(|s| TailBound::new(k, s));
-    let radius = spectrum.as_ref().map_or(Bounds::default(), |s| s.worst());
     if matches!(verdict, Verdict::Diverges | Verdict::Undecided) {
-        return Err(refuse(k, verdict, radius));
+        return Err(refuse(k, verdict, spectrum.as_ref()));
     }
+    let radius = spectrum.as_ref().map(|s| s.worst()).unwrap_or_default();
     let bound = |term: &[Light]| match &tail {
         Some(tail) => tail.after(term).unwrap_or(f64::INFINITY),
         None => 0.0,

@@ -8,7 +8,6 @@
 //!
 //! [`extrapolated`] gives L alone, without its bounces, in far fewer products where the spectral radius is near 1.
 
-pub(crate) mod bounce;
 pub(crate) mod dense;
 pub(crate) mod extrapolated;
 pub(crate) mod neumann;
@@ -16,11 +15,10 @@ pub(crate) mod shooting;
 pub(crate) mod tail;
 pub(crate) mod two_level;
 
-pub use bounce::{Bounce, measure, norm};
 pub use dense::direct;
 pub use extrapolated::{Extrapolated, extrapolated};
-pub use neumann::{Diverges, Settings, Solution, Verdict, explore, neumann, terms, verdict};
+pub use neumann::{Bounce, Diverges, Settings, Solution, Verdict, explore, neumann, norm, terms, verdict};
 pub use shooting::shooters::{Column, Emitted, Foreknowledge, RaySettings, RayShooter, Sender, Shooter, Surfaces};
 pub use shooting::{AssembledShooter, Progress, Shooting, ShootingSettings};
 pub use tail::TailBound;
-pub use two_level::{average, coarse_terms};
+pub use two_level::coarse_terms;

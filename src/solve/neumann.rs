@@ -5,9 +5,12 @@
 //! where nothing reflected travels on, and refuses, before any term is summed, where the spectral radius is proved >=
 //! 1.
 
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
 use crate::light::{Light, Rgb};
 use crate::operator::{Bounds, LinearOperator, LitPatches, Spectrum, spectrum};
-use crate::solve::bounce::{Bounce, measure, norm};
 use crate::solve::tail::TailBound;
 
 /// When to stop.
@@ -49,6 +52,23 @@ impl Verdict {
             Verdict::Undecided => "undecided",
         }
     }
+}
+
+/// Figures of one term of the series.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Bounce {
+    /// Number of reflections.
+    pub n: usize,
+    /// Power of the visible half per channel, W: `pi sum A_i L_i`.
+    pub power: [f64; 3],
+    /// Power of the invisible half per channel, W.
+    pub power_invisible: [f64; 3],
+    /// Area-weighted RMS over patches, channels and halves, W/(m² sr).
+    pub norm: f64,
+    /// Norm over that of the term before; none for n = 0 or after a zero term.
+    pub ratio: Option<f64>,
+    /// Proven bound on the norm of the sum of all later terms; none where there is none that says anything.
+    pub tail_bound: Option<f64>,
 }
 
 /// L, its bounces, and the proof that it is one.
@@ -102,6 +122,34 @@ pub struct Diverges {
     pub uniform: bool,
 }
 
+/// Measures a term; `before` is the norm of the one before it.
+fn measure(k: &dyn LinearOperator, n: usize, term: &[Light], before: Option<f64>) -> Bounce {
+    let power = |half: fn(&Light) -> glam::Vec3| {
+        let sum: DVec3 = term.iter().zip(k.areas()).map(|(l, a)| PI * a * half(l).as_dvec3()).sum();
+        sum.to_array()
+    };
+    let norm = norm(k.areas(), term);
+    Bounce {
+        n,
+        power: power(|l| l.visible),
+        power_invisible: power(|l| l.invisible),
+        norm,
+        ratio: before.filter(|&b| b > 0.0).map(|b| norm / b),
+        tail_bound: None,
+    }
+}
+
+/// Area-weighted RMS over patches, channels and halves: `sqrt(sum A_i |L_i|² / (6 sum A_i))`.
+pub fn norm(areas: &[f64], x: &[Light]) -> f64 {
+    let (mut sum, mut area) = (0.0, 0.0);
+    for (l, a) in x.iter().zip(areas) {
+        let squared = l.invisible.as_dvec3().length_squared() + l.visible.as_dvec3().length_squared();
+        sum += a * squared;
+        area += a;
+    }
+    (sum / (6.0 * area)).sqrt()
+}
+
 /// The terms `E, KE, K²E, ...` without end, whether their sum converges or not; stops after an exactly zero term.
 pub fn terms(k: &dyn LinearOperator) -> impl Iterator<Item = Vec<Light>> {
     let mut n = 0;
@@ -150,8 +198,7 @@ pub fn neumann(k: &dyn LinearOperator, settings: &Settings) -> Result<Solution, 
     let k = &LitPatches::of(k);
     let (verdict, spectrum) = verdict_on_lit(k);
     if matches!(verdict, Verdict::Diverges | Verdict::Undecided) {
-        let radius = spectrum.map_or(NOTHING, |s| s.worst());
-        return Err(refuse(k, verdict, radius));
+        return Err(refuse(k, verdict, spectrum.as_ref()));
     }
     let enough = |s: &Solution| s.rest() <= settings.tolerance * s.reflected;
     Ok(expand(k, verdict, spectrum, settings.max_terms, enough))
@@ -167,9 +214,6 @@ pub fn explore(k: &dyn LinearOperator, count: usize) -> Solution {
 /// A bound on the tail so many times the reflected light says nothing.
 const SAYS_NOTHING: f64 = 1e3;
 
-/// The radius of an operator that passes nothing on.
-const NOTHING: Bounds = Bounds { lower: 0.0, upper: 0.0 };
-
 /// Adds bounces up to `last`, until `enough` says so or a term is no longer finite.
 fn expand(
     k: &dyn LinearOperator,
@@ -184,7 +228,7 @@ fn expand(
         terms: Vec::new(),
         bounces: Vec::new(),
         verdict,
-        radius: spectrum.map_or(NOTHING, |s| s.worst()),
+        radius: spectrum.map(|s| s.worst()).unwrap_or_default(),
         reflected: 0.0,
         left: Vec::new(),
     };
@@ -262,8 +306,9 @@ impl Solution {
     }
 }
 
-pub(crate) fn refuse(k: &dyn LinearOperator, verdict: Verdict, radius: Bounds) -> Diverges {
-    Diverges::new(k.reflectances(), k.alphas(), verdict, radius)
+/// The refusal of a series over K with this spectrum.
+pub(crate) fn refuse(k: &dyn LinearOperator, verdict: Verdict, spectrum: Option<&Spectrum>) -> Diverges {
+    Diverges::new(k.reflectances(), k.alphas(), verdict, spectrum.map(Spectrum::worst).unwrap_or_default())
 }
 
 impl Diverges {

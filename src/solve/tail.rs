@@ -18,7 +18,7 @@
 //! `(B y)_i / y_i` found, widened by the rounding of the products. Of all y that are tried the least bound is taken;
 //! each is proved, so that is.
 //!
-//! Beside these the bound by the resolvent applied to ones ([`crate::solve::tail`]) is taken where it is less.
+//! The bound by the resolvent applied to ones, z = (I - B)^-1 1, is taken where it is less: `term <= max term 1`.
 //!
 //! Not handled: radii that are not proved to be below 1.
 
@@ -49,7 +49,7 @@ struct Proof {
     u: f64,
     v: f64,
     lambda: f64,
-    /// Norms of y and of `rho F y` in this channel, as in [`norm`](crate::solve::bounce::norm).
+    /// Norms of y and of `rho F y` in this channel, as in [`norm`](crate::solve::norm).
     norms: [f64; 2],
 }
 

@@ -13,7 +13,7 @@ use crate::form_factors::cast::hemisphere_ray;
 use crate::form_factors::{Sampling, Variant, cast};
 use crate::light::{Light, Rgb};
 use crate::operator::factored::arriving;
-use crate::operator::{Bounds, Operator, PatchMaterials};
+use crate::operator::{Operator, PatchMaterials};
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{Hit, Ray};
 use crate::solve::neumann::{Diverges, Verdict, refuse, verdict};
@@ -136,10 +136,9 @@ impl Shooter for AssembledShooter<'_> {
 
     fn foreknowledge(&self) -> Result<Foreknowledge, Diverges> {
         let (verdict, spectrum) = verdict(self.k);
-        let zero = Bounds { lower: 0.0, upper: 0.0 };
         match verdict {
             Verdict::Converges | Verdict::Ends => Ok(Foreknowledge::Converges),
-            _ => Err(refuse(self.k, verdict, spectrum.map_or(zero, |s| s.worst()))),
+            _ => Err(refuse(self.k, verdict, spectrum.as_ref())),
         }
     }
 }
