@@ -16,6 +16,7 @@ use halflight::error::ImportancePaths;
 use halflight::form_factors::Sampling;
 use halflight::gather::{GatherPass, GatherSampling, Gathering, gather};
 use halflight::light::{Mode, Rgb};
+use halflight::operator::LinearOperator as _;
 use halflight::pictures::Size;
 use halflight::reading::{Fields, Reading, View};
 use halflight::render::{Assembled, Discretization, Silent};

@@ -5,6 +5,7 @@
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling, Gathering};
 use halflight::light::{Light, Mode, Rgb, Visibility};
+use halflight::operator::LinearOperator as _;
 use halflight::render::Discretization;
 use halflight::scene::Scene;
 use halflight::solve::{Settings, Verdict, neumann};

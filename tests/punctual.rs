@@ -8,6 +8,7 @@ use halflight::Solver;
 use halflight::direct::{Lights, Scratch};
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Transport};
+use halflight::operator::LinearOperator as _;
 use halflight::pictures::{Picture, Size, relative_rms};
 use halflight::rays::Rays;
 use halflight::reference::{NextEvent, TraceSettings, Tracer};

@@ -3,6 +3,7 @@
 use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::light::{Light, Mode, Transport};
+use halflight::operator::LinearOperator as _;
 use halflight::render::{Assembled, Discretization, Watch};
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::{

@@ -123,34 +123,9 @@ impl Operator {
         self.rho.is_empty()
     }
 
-    /// `E`.
-    pub fn emission(&self) -> &[Light] {
-        &self.emission
-    }
-
-    /// Areas of the patches, the file's units squared.
-    pub fn areas(&self) -> &[f64] {
-        &self.areas
-    }
-
     /// F as stored.
     pub fn form_factors(&self) -> &Rows {
         &self.f
-    }
-
-    /// `rho_i`.
-    pub fn reflectance(&self, i: usize) -> Rgb {
-        self.rho[i]
-    }
-
-    /// `rho` of every patch.
-    pub fn reflectances(&self) -> &[Rgb] {
-        &self.rho
-    }
-
-    /// `alpha` of every patch.
-    pub fn alphas(&self) -> &[f32] {
-        &self.alpha
     }
 
     /// `F E` of the luminaires by closed form, and what lights without area send, W/(m² sr); 0 on patches that reflect
@@ -167,11 +142,6 @@ impl Operator {
     /// F transposed, its row j what patch j sends; made on first use.
     pub fn transposed(&self) -> &Rows {
         self.transposed.get_or_init(|| self.f.transposed())
-    }
-
-    /// `alpha_i`.
-    pub fn alpha(&self, i: usize) -> f32 {
-        self.alpha[i]
     }
 }
 
@@ -227,7 +197,7 @@ impl Operator {
         let n = self.len();
         let mut k = TriMat::new((n, n));
         for i in 0..n {
-            let matrix = reflectance(self.reflectance(i)[c], self.alpha(i));
+            let matrix = reflectance(self.rho[i][c], self.alpha[i]);
             let (columns, values) = self.form_factors().row(i);
             for (&j, &f) in columns.iter().zip(values) {
                 k.add_triplet(i, j as usize, f * matrix);

@@ -124,7 +124,7 @@ fn kept_positive(x: Vec4, b: Vec4) -> Vec4 {
 }
 
 /// 1 in the components that are above 0.
-fn positive(b: Vec4) -> Vec4 {
+pub(crate) fn positive(b: Vec4) -> Vec4 {
     Vec4::select(b.cmpgt(Vec4::ZERO), Vec4::ONE, Vec4::ZERO)
 }
 

@@ -214,7 +214,7 @@ impl Assembled {
         let k = &self.operator;
         let received = |i: usize| {
             let visible = solution.light[i].visible - k.emission()[i].visible;
-            let rho = k.reflectance(i);
+            let rho = k.reflectances()[i];
             let over = |c: usize| if rho[c] > 0.0 { visible[c] / rho[c] } else { 0.0 };
             Rgb::new(over(0), over(1), over(2)) - k.received()[i]
         };

@@ -25,6 +25,7 @@
 use glam::{DVec3, Vec4};
 
 use crate::light::{Light, Rgb};
+use crate::operator::spectrum::positive;
 use crate::operator::{LinearOperator, Spectrum};
 
 /// Products with B that s may take.
@@ -203,7 +204,7 @@ fn lift(k: &dyn LinearOperator, b: &[Vec4], upper: [f64; 3]) -> (Vec<Vec4>, Vec<
     // Half way to 1: mu far above the radius makes t shrink, mu far below 1 keeps the bound tight.
     let mu = DVec3::from_array(upper.map(|u| 0.5 * (1.0 + u))).as_vec3();
     let over = (Rgb::ONE / mu).extend(0.0);
-    let mut t: Vec<Vec4> = b.iter().map(support).collect();
+    let mut t: Vec<Vec4> = b.iter().map(|b| positive(*b)).collect();
     let mut s = t.clone();
     for _ in 0..MOST {
         let next = scaled(&k.incident(&t), b);
@@ -243,7 +244,7 @@ pub(crate) struct Resolvent {
 impl Resolvent {
     /// z, from products with B and a bound on what follows the last, which `after` gives patch by patch.
     pub fn new(k: &dyn LinearOperator, b: &[Vec4], after: impl Fn(&[Light]) -> Option<Vec<Light>>) -> Resolvent {
-        let mut term: Vec<Vec4> = b.iter().map(support).collect();
+        let mut term: Vec<Vec4> = b.iter().map(|b| positive(*b)).collect();
         let mut rest = vec![Vec4::ZERO; b.len()];
         for _ in 0..MOST_ONES {
             term = scaled(&k.incident(&term), b);
@@ -265,7 +266,7 @@ impl Resolvent {
         for (i, sum) in rest.iter_mut().enumerate() {
             *sum = wide * *sum + left(i).extend(0.0);
         }
-        let whole: Vec<Vec4> = rest.iter().zip(b).map(|(r, b)| *r + support(b)).collect();
+        let whole: Vec<Vec4> = rest.iter().zip(b).map(|(r, b)| *r + positive(*b)).collect();
         let seen: Vec<Vec4> = k.incident(&whole);
         let rho = k.reflectances().iter();
         let seen: Vec<Vec4> = seen.iter().zip(rho).map(|(f, r)| wide * *f * r.extend(0.0)).collect();
@@ -278,12 +279,7 @@ impl Resolvent {
     }
 }
 
-/// 1 where alpha rho is above 0.
-pub(crate) fn support(b: &Vec4) -> Vec4 {
-    Vec4::select(b.cmpgt(Vec4::ZERO), Vec4::ONE, Vec4::ZERO)
-}
-
 /// `x_i b_i` for every patch.
-pub(crate) fn scaled(x: &[Vec4], b: &[Vec4]) -> Vec<Vec4> {
+fn scaled(x: &[Vec4], b: &[Vec4]) -> Vec<Vec4> {
     x.iter().zip(b).map(|(x, b)| *x * *b).collect()
 }

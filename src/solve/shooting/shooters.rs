@@ -13,7 +13,7 @@ use crate::form_factors::cast::hemisphere_ray;
 use crate::form_factors::{Sampling, Variant, cast};
 use crate::light::{Light, Rgb};
 use crate::operator::factored::arriving;
-use crate::operator::{Operator, PatchMaterials};
+use crate::operator::{LinearOperator, Operator, PatchMaterials};
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{Hit, Ray};
 use crate::solve::neumann::{Diverges, Verdict, refuse, verdict};

@@ -15,6 +15,7 @@
 use crate::form_factors::Sampling;
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::{Mode, Rgb, Transport};
+use crate::operator::LinearOperator;
 use crate::pictures::{Exposure, Picture, Size};
 use crate::plot::{Cell, Heading, Shown};
 use crate::reading::invisible;

@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::Solver;
 use crate::form_factors::Sampling;
 use crate::light::{Light, Transport};
-use crate::operator::{Bounds, Operator, operator_norm};
+use crate::operator::{Bounds, LinearOperator, Operator, operator_norm};
 use crate::render::{Assembled, Discretization, Silent, Stored, Unfit, Watch, check_fit};
 use crate::scene::Scene;
 use crate::solve::{
