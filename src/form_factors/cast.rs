@@ -175,7 +175,6 @@ pub(crate) struct Caster<'a> {
     pub patches: &'a Patches,
     /// Only the first crossing of a ray matters.
     opaque: bool,
-    count: u32,
     sobol: Sobol,
     seed: u32,
 }
@@ -183,8 +182,7 @@ pub(crate) struct Caster<'a> {
 impl<'a> Caster<'a> {
     /// Finds the first crossing of each ray where all is `opaque`, else all of them.
     pub(crate) fn new(rays: &'a Rays, patches: &'a Patches, opaque: bool, sampling: &Sampling) -> Caster<'a> {
-        let count = sampling.rays.max(1);
-        Caster { rays, patches, opaque, count, sobol: Sobol::new(count as usize, 4), seed: sampling.seed }
+        Caster { rays, patches, opaque, sobol: Sobol::new(sampling.rays.max(1) as usize, 4), seed: sampling.seed }
     }
 
     /// Row i of every variant, from so many rays.
@@ -199,7 +197,7 @@ impl<'a> Caster<'a> {
         if !variants.iter().any(|v| v.rows[i]) {
             return vec![CastRow::default(); variants.len()];
         }
-        self.each_of(i, count, hits, |ray, hits| {
+        self.each(i, count, hits, |ray, hits| {
             for (variant, sum) in variants.iter().zip(sums.iter_mut()) {
                 self.rays.transmit(
                     hits,
@@ -222,13 +220,8 @@ impl<'a> Caster<'a> {
             .collect()
     }
 
-    /// Calls `each` with every ray of patch i and its crossings in order.
-    pub(crate) fn each(&self, i: usize, hits: &mut Vec<Hit>, each: impl FnMut(&Ray, &[Hit])) {
-        self.each_of(i, self.count, hits, each);
-    }
-
     /// Calls `each` with the first `count` rays of patch i and their crossings in order.
-    fn each_of(&self, i: usize, count: u32, hits: &mut Vec<Hit>, mut each: impl FnMut(&Ray, &[Hit])) {
+    pub(crate) fn each(&self, i: usize, count: u32, hits: &mut Vec<Hit>, mut each: impl FnMut(&Ray, &[Hit])) {
         let seed = hash(i as u32, self.seed);
         for k in 0..count {
             let ray = hemisphere_ray(self.patches, i, |d| self.sobol.point(k, d, seed));

@@ -148,8 +148,10 @@ impl Bodies {
         if senders.len() * receivers.len() > MOST_PAIRS {
             return None;
         }
+        // The parts of two facets in front of each other's planes.
+        let facing = |a: &Facet, b: &Facet| Some((a.in_front_of(&b.plane)?, b.in_front_of(&a.plane)?));
         let pairs: Vec<(Facet, Facet)> =
-            senders.par_iter().flat_map_iter(|a| receivers.iter().filter_map(|b| facing(a, b))).collect();
+            senders.par_iter().flat_map_iter(|a| receivers.iter().filter_map(move |b| facing(a, b))).collect();
         if pairs.len() * self.occluders.len() > MOST_TESTS {
             return None;
         }
@@ -179,12 +181,6 @@ fn shades(facet: &Facet, tau: f32) -> impl Iterator<Item = Occluder> {
         tau: f64::from(tau),
         masked: false,
     })
-}
-
-/// The parts of two facets in front of each other's planes.
-fn facing(a: &Facet, b: &Facet) -> Option<(Facet, Facet)> {
-    let (from, to) = (a.in_front_of(&b.plane)?, b.in_front_of(&a.plane)?);
-    Some((from, to))
 }
 
 /// `A F` with nothing between.

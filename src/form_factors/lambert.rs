@@ -28,16 +28,13 @@ pub fn point_to_polygon(n: DVec3, corners: &[DVec3; 3]) -> f64 {
     if a.dot((b - a).cross(c - a)) >= 0.0 {
         return 0.0;
     }
-    if corners.iter().all(|p| p.dot(n) >= 0.0) {
-        return edges(n, corners);
-    }
-    let (clipped, count) = clip_to_horizon(n, corners);
-    edges(n, &clipped[..count])
-}
-
-/// Lambert's formula for a polygon above the horizon.
-fn edges(n: DVec3, polygon: &[DVec3]) -> f64 {
-    signed_edges(n, polygon).abs() / std::f64::consts::TAU
+    let sum = if corners.iter().all(|p| p.dot(n) >= 0.0) {
+        signed_edges(n, corners)
+    } else {
+        let (clipped, count) = clip_to_horizon(n, corners);
+        signed_edges(n, &clipped[..count])
+    };
+    sum.abs() / std::f64::consts::TAU
 }
 
 /// Lambert's sum over the edges of a polygon above the horizon; its sign is that of the polygon's turning.
@@ -109,19 +106,6 @@ struct Edge {
     right: Option<u32>,
 }
 
-/// One bit for each face of a mesh of up to [`Outline::MOST_FACES`].
-struct Bits([u64; Outline::MOST_FACES / 64]);
-
-impl Bits {
-    fn set(&mut self, k: u32) {
-        self.0[k as usize / 64] |= 1 << (k % 64);
-    }
-
-    fn get(&self, k: u32) -> bool {
-        self.0[k as usize / 64] >> (k % 64) & 1 == 1
-    }
-}
-
 impl Outline {
     /// The largest mesh this handles.
     pub const MOST_FACES: usize = 512;
@@ -167,7 +151,7 @@ impl Outline {
     /// Form factor from the point x with unit normal n to the mesh's front, nothing between; faces that x lies on count
     /// for nothing.
     pub fn form(&self, x: DVec3, n: DVec3) -> f64 {
-        let mut seen = Bits([0; Outline::MOST_FACES / 64]);
+        let mut seen = [false; Outline::MOST_FACES];
         let mut sum = 0.0;
         let at = |k: u32| self.corners[k as usize] - x;
         // Sort faces into whole, cut by the horizon, and unseen.
@@ -178,7 +162,7 @@ impl Outline {
             let corners = face.corners.map(at);
             let heights = corners.map(|p| p.dot(n));
             if heights.iter().all(|&h| h >= 0.0) {
-                seen.set(k as u32);
+                seen[k] = true;
             } else if heights.iter().any(|&h| h > 0.0) {
                 let (clipped, count) = clip_to_horizon(n, &corners);
                 sum += signed_edges(n, &clipped[..count]);
@@ -186,7 +170,7 @@ impl Outline {
         }
         // Sum over the outline of the whole ones.
         for e in &self.edges {
-            let (left, right) = (seen.get(e.left), e.right.is_some_and(|r| seen.get(r)));
+            let (left, right) = (seen[e.left as usize], e.right.is_some_and(|r| seen[r as usize]));
             if left != right {
                 let term = edge_term(n, at(e.a), at(e.b));
                 sum += if left { term } else { -term };

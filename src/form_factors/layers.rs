@@ -68,22 +68,22 @@ pub fn cast_layers(
     let Variant { tau, rows: receives, columns: sends } = own;
     let opaque = !tau.iter().any(|&t| t > 0.0);
     let caster = Caster::new(rays, patches, opaque, sampling);
+    let count = sampling.rays.max(1);
     let needed = |i: usize| receives[i] && sends.contains(&true);
     let row = |hits: &mut Vec<Hit>, i: usize| {
         tick(1);
         let mut row = Row::default();
         if needed(i) {
-            caster.each(i, hits, |ray, hits| row.collect(&caster, sends, tau, ray, hits));
+            caster.each(i, count, hits, |ray, hits| row.collect(&caster, sends, tau, ray, hits));
             row.number_columns();
         }
         row
     };
     let rows: Vec<Row> = (0..patches.len()).into_par_iter().map_init(Vec::new, row).collect();
-    let rays = sampling.rays.max(1);
     let sources = (0..rows.len()).filter(|&i| needed(i)).count();
     let depths = rows.iter().flat_map(|r| &r.crossings).map(|c| c.depth);
-    let layers = Layers { deepest: depths.max().unwrap_or(0), rows, rays };
-    (layers, sources as u64 * u64::from(rays))
+    let layers = Layers { deepest: depths.max().unwrap_or(0), rows, rays: count };
+    (layers, sources as u64 * u64::from(count))
 }
 
 impl Row {

@@ -25,37 +25,32 @@ pub struct Neighbours {
 impl Patches {
     /// Which patches lie beside each other.
     pub fn neighbours(&self) -> Neighbours {
-        Neighbours::new(self)
-    }
-}
-
-impl Neighbours {
-    /// The neighbours of all patches.
-    fn new(patches: &Patches) -> Neighbours {
         let mut found = Neighbours {
-            beside: vec![[NONE; 4]; patches.len()],
-            middles: (0..patches.len()).map(|i| patches.extent(i).middle).collect(),
-            halves: vec![[Vec3::ZERO; 2]; patches.len()],
+            beside: vec![[NONE; 4]; self.len()],
+            middles: (0..self.len()).map(|i| self.extent(i).middle).collect(),
+            halves: vec![[Vec3::ZERO; 2]; self.len()],
         };
-        for grid in &patches.mesh.grids {
+        for grid in &self.mesh.grids {
             for patch in grid.whole() {
                 let middle = found.middles[patch as usize];
                 let beside = grid.beside(patch, middle);
                 found.set(patch, beside, grid);
-                let behind = |p: u32| patches.mesh.backs.get(p as usize).copied().unwrap_or(NONE);
+                let behind = |p: u32| self.mesh.backs.get(p as usize).copied().unwrap_or(NONE);
                 if behind(patch) != NONE {
                     found.set(behind(patch), beside.map(behind), grid);
                 }
             }
         }
-        if patches.are_divided() {
+        if self.are_divided() {
             // The parts of a patch have no grid.
             found.beside.fill([NONE; 4]);
         }
         found.keep_mutual();
         found
     }
+}
 
+impl Neighbours {
     /// A cell that joined another's patch has that patch beside it, but does not lie beside the patch's own cell.
     fn keep_mutual(&mut self) {
         let before = self.beside.clone();

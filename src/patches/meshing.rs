@@ -152,7 +152,7 @@ impl Patches {
             }
         }
         mesh.take_textures(scene, &found.means);
-        mesh.into()
+        Patches::of_mesh(Arc::new(mesh))
     }
 }
 
@@ -256,18 +256,12 @@ fn parents(grids: &[Grid], first: usize, clusters: &[u32]) -> Vec<u32> {
 }
 
 impl Patches {
-    /// Whether each patch is no part of a larger one.
-    pub fn each_alone(&self) -> Vec<bool> {
-        let mut parts = vec![0_u32; self.len()];
-        self.parents().iter().for_each(|&p| parts[p as usize] += 1);
-        let alone = |&p: &u32| parts[p as usize] == 1;
-        self.parents().iter().map(alone).collect()
-    }
-
     /// Share of the area whose patches are no part of a larger one.
     pub fn alone(&self) -> f64 {
-        let each = self.each_alone().into_iter().zip(self.areas());
-        let alone: f64 = each.filter(|own| own.0).map(|own| own.1).sum();
+        let mut parts = vec![0_u32; self.len()];
+        self.parents().iter().for_each(|&p| parts[p as usize] += 1);
+        let each = self.parents().iter().zip(self.areas());
+        let alone: f64 = each.filter(|(p, _)| parts[**p as usize] == 1).map(|(_, area)| area).sum();
         alone / self.areas().iter().sum::<f64>()
     }
 }

@@ -75,16 +75,14 @@ pub struct Patches {
     parts: Parts,
 }
 
-impl From<Mesh> for Patches {
-    fn from(mesh: Mesh) -> Patches {
-        let Mesh { areas, materials, sides, parents, .. } = &mesh;
-        let (areas, materials, sides, parents) = (areas.clone(), materials.clone(), sides.clone(), parents.clone());
-        let (points, parts) = (Vec::new(), Parts::default());
-        Patches { mesh: Arc::new(mesh), areas, materials, sides, parents, points, parts }
-    }
-}
-
 impl Patches {
+    /// The patches of a mesh, none of them divided.
+    pub(super) fn of_mesh(mesh: Arc<Mesh>) -> Patches {
+        let Mesh { areas, materials, sides, parents, .. } = &*mesh;
+        let (areas, materials, sides, parents) = (areas.clone(), materials.clone(), sides.clone(), parents.clone());
+        Patches { mesh, areas, materials, sides, parents, points: Vec::new(), parts: Parts::default() }
+    }
+
     /// Number of patches.
     pub fn len(&self) -> usize {
         self.areas.len()
@@ -343,19 +341,14 @@ impl Patches {
     /// The mesh divided anew by the light sampled on it: rays of the parts start from where it was sampled; `samples`
     /// are those of every patch of the mesh.
     pub fn divided(&self, mut samples: Vec<Vec<Sample>>) -> Patches {
-        let mesh = &self.mesh;
-        let Mesh { areas, materials, sides, parents, .. } = &**mesh;
+        let Mesh { areas, materials, sides, parents, .. } = &*self.mesh;
         let count = areas.len();
         samples.resize_with(count, Vec::new);
         let trees: Vec<Tree> = samples.into_par_iter().map(grow).collect();
         let mut all = Patches {
-            mesh: Arc::clone(mesh),
-            areas: areas.clone(),
-            materials: materials.clone(),
-            sides: sides.clone(),
-            parents: parents.clone(),
             points: vec![Vec::new(); count],
             parts: Parts { roots: vec![NONE; count], count, ..Parts::default() },
+            ..Patches::of_mesh(Arc::clone(&self.mesh))
         };
         let mut planes = Vec::new();
         for (i, tree) in trees.into_iter().enumerate() {
