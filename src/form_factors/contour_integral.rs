@@ -46,19 +46,19 @@ const GAUSS: [f64; 4] =
 const GOAL: f64 = 1e-10;
 
 /// Intervals at most, beyond those of the edge pairs themselves.
-const MOST: usize = 200_000;
+const MOST_INTERVALS: usize = 200_000;
 
 /// `A_1 F_12` from the contours, counter-clockwise seen from the fronts.
 pub(crate) fn exchange(first: &[Edge], second: &[Edge]) -> Estimate {
     // A constant factor of r drops out around a contour; one near the mean keeps the terms small.
     let scale = 1.0 / typical_distance(first, second);
     let pairs = first.iter().flat_map(|a| second.iter().map(move |b| Pair::new(a, b, scale)));
-    let cells: Vec<Cell<Part>> = pairs.flatten().map(|pair| measure(pair, 0.0, 1.0)).collect();
+    let cells: Vec<Cell<Interval>> = pairs.flatten().map(|pair| measure(pair, 0.0, 1.0)).collect();
     let size: f64 = cells.iter().map(|c| c.place.size()).sum();
     let floor = 16.0 * f64::EPSILON * size;
-    let most = cells.len() + MOST;
-    let split = |c: &Cell<Part>| {
-        let Part { pair, from, to } = c.place;
+    let most = cells.len() + MOST_INTERVALS;
+    let split = |c: &Cell<Interval>| {
+        let Interval { pair, from, to } = c.place;
         let middle = 0.5 * (from + to);
         [measure(pair, from, middle), measure(pair, middle, to)]
     };
@@ -92,13 +92,13 @@ struct Pair {
 
 /// A part of the first edge, as parameters in 0..=1.
 #[derive(Clone, Copy)]
-struct Part {
+struct Interval {
     pair: Pair,
     from: f64,
     to: f64,
 }
 
-impl Part {
+impl Interval {
     /// The size of the terms that cancel in it.
     fn size(&self) -> f64 {
         let p = &self.pair;
@@ -169,12 +169,12 @@ fn kronrod(f: impl Fn(f64) -> f64) -> [f64; 2] {
 }
 
 /// Kronrod's integral over a part of the first edge, its difference from Gauss's as the error.
-fn measure(pair: Pair, from: f64, to: f64) -> Cell<Part> {
+fn measure(pair: Pair, from: f64, to: f64) -> Cell<Interval> {
     let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
     let [fine, coarse] = kronrod(|x| pair.potential(middle + half * x));
     let factor = pair.cosine * half;
     Cell {
-        place: Part { pair, from, to },
+        place: Interval { pair, from, to },
         integral: Estimate { value: factor * fine, error: (factor * (fine - coarse)).abs() },
     }
 }

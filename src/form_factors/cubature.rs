@@ -36,7 +36,7 @@ pub(crate) struct Link<'a> {
 
 /// A triangle of a link's sender.
 #[derive(Clone, Copy)]
-struct Part {
+struct SenderPart {
     corners: [DVec3; 3],
     link: u32,
 }
@@ -56,11 +56,11 @@ const TRUST: [f64; 2] = [1.0 / 8.0, 1.0 / 64.0];
 
 /// `sum of A F` over the links, refined until the error is `goal(sum)` or the triangles are `most`.
 pub(crate) fn exchange(links: &[Link], goal: impl Fn(f64) -> f64, most: usize) -> Estimate {
-    let start = |(k, link): (usize, &Link)| -> Vec<Cell<Part>> {
+    let start = |(k, link): (usize, &Link)| -> Vec<Cell<SenderPart>> {
         let parts = parts(link, most / (4 * links.len())).into_iter();
-        parts.map(|t| first(links, Part { corners: t, link: k as u32 })).collect()
+        parts.map(|t| first(links, SenderPart { corners: t, link: k as u32 })).collect()
     };
-    let cells: Vec<Vec<Cell<Part>>> = links.par_iter().enumerate().map(start).collect();
+    let cells: Vec<Vec<Cell<SenderPart>>> = links.par_iter().enumerate().map(start).collect();
     let sum = refine(cells.concat(), goal, most, |cell| halves(links, cell));
     Estimate { value: sum.value.max(0.0), error: sum.error + 64.0 * f64::EPSILON * sum.value }
 }
@@ -142,7 +142,7 @@ fn bisect(t: &[DVec3; 3]) -> [[DVec3; 3]; 2] {
 }
 
 /// A triangle of the start: nothing is known of its error yet, so all of its value is.
-fn first(links: &[Link], part: Part) -> Cell<Part> {
+fn first(links: &[Link], part: SenderPart) -> Cell<SenderPart> {
     let value = radon(links, &part);
     let possible = area_vector(&part.corners).length();
     let hidden = !links[part.link as usize].occluders.is_empty();
@@ -150,8 +150,8 @@ fn first(links: &[Link], part: Part) -> Cell<Part> {
     Cell { place: part, integral: Estimate { value, error } }
 }
 
-fn halves(links: &[Link], cell: &Cell<Part>) -> [Cell<Part>; 2] {
-    let places = bisect(&cell.place.corners).map(|corners| Part { corners, ..cell.place });
+fn halves(links: &[Link], cell: &Cell<SenderPart>) -> [Cell<SenderPart>; 2] {
+    let places = bisect(&cell.place.corners).map(|corners| SenderPart { corners, ..cell.place });
     let values = places.map(|p| radon(links, &p));
     let apart = (values[0] + values[1] - cell.integral.value).abs();
     let open = links[cell.place.link as usize].occluders.is_empty();
@@ -161,7 +161,7 @@ fn halves(links: &[Link], cell: &Cell<Part>) -> [Cell<Part>; 2] {
 }
 
 /// Radon's rule over a triangle.
-fn radon(links: &[Link], part: &Part) -> f64 {
+fn radon(links: &[Link], part: &SenderPart) -> f64 {
     let link = &links[part.link as usize];
     let [a, b, c] = part.corners;
     let form = |p: DVec3| visible_form(p, link.from.plane.normal, &link.to, &link.occluders);
@@ -179,7 +179,7 @@ fn radon(links: &[Link], part: &Part) -> f64 {
 
 /// Lines taken at most: k of them cut a sender into up to k²/2 parts.
 const MOST_LINES: usize = 6;
-/// Pairs of an edge and a corner looked at, at most.
+/// Pairs of an edge and a corner tried, at most.
 const MOST_PAIRS: usize = 20_000;
 /// Lines are one where they are no further apart than so many times the flatness of the sender's plane.
 const SAME: f64 = 64.0;

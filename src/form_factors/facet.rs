@@ -92,7 +92,7 @@ pub(crate) fn facets(triangles: &[[DVec3; 3]], flat: f64) -> Vec<Facet> {
             by_edge.entry(key(t[i], t[(i + 1) % 3])).or_default().push(k);
         }
     }
-    // Larger triangles have truer planes: they found facets first.
+    // Larger triangles have truer planes: facets begin with them.
     let areas: Vec<f64> = triangles.iter().map(|t| area_vector(t).length()).collect();
     let mut order: Vec<usize> = (0..triangles.len()).collect();
     order.sort_by(|&a, &b| areas[b].total_cmp(&areas[a]));

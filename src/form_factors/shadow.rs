@@ -15,12 +15,12 @@ use crate::form_factors::plane::{sees_front, towards};
 use crate::scene::convex_polygon::cut;
 
 /// Corners of a piece at most, where there is a limit: a quadrangle cut by the horizon and by a dozen cones.
-const CORNERS: usize = 32;
+const MOST_CORNERS: usize = 32;
 
 /// Pieces at most, where there is a limit. Points drawn in place of exact pieces leave noise, for which camera rays are
 /// added, and a bias where near points count most: with 12 corners and 64 pieces a picture of scraps below a luminaire
 /// takes 2.4 s in place of 0.3 (`cargo bench --bench lamps -- scraps`).
-const MOST: usize = 512;
+const MOST_PIECES: usize = 512;
 
 /// Heights below this lie in the plane: a few roundings of unit coordinates.
 const FLAT: f64 = 1e-7;
@@ -156,7 +156,7 @@ impl Pieces {
 
     /// Whether the pieces and their corners are few enough to go on where there is a limit.
     fn is_simple(&self) -> bool {
-        self.now.count <= MOST && self.now.all().iter().all(|p| p.corners.len() <= CORNERS)
+        self.now.count <= MOST_PIECES && self.now.all().iter().all(|p| p.corners.len() <= MOST_CORNERS)
     }
 
     /// Corners of all pieces that a share of their light arrives from, and that share.

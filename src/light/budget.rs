@@ -13,13 +13,13 @@
 /// Where the series is cut.
 pub(crate) const TRUNCATION: f64 = 0.02;
 /// Moments of nodes of many luminaires, and polynomials for them, together; also one node of a textured luminaire's
-/// closed form, of which all together are then off by at most twice as much, beside wide luminaires.
+/// closed form, of which all together are then off by at most twice as much, next to wide luminaires.
 pub(crate) const STAND_INS: f64 = 0.1;
 /// Noise of F that rounds aim at where patches have one size.
 pub(crate) const FORM_FACTORS: f64 = 0.35;
 /// The size of patches that rounds aim at.
 pub(crate) const PATCHES: f64 = 0.4;
-/// Noise of F that rounds aim at where patches are divided by light, whose error is told with it.
+/// Noise of F that rounds aim at where patches are divided by light, whose error is estimated with it.
 pub(crate) const DIVIDED_FORM_FACTORS: f64 = 0.3;
 /// The light on patches, however cheap it is to read.
 pub(crate) const LIGHT: f64 = 0.85;
@@ -27,9 +27,9 @@ pub(crate) const LIGHT: f64 = 0.85;
 pub(crate) const READ_AT_ONCE: f64 = 0.5;
 /// An error of the light that matters, where two levels of patches and noise of F do not know of it.
 pub(crate) const MATTERS: f64 = 0.7;
-/// Root of the standard error of the squared error of the light, as a few pixels tell it.
+/// Root of the standard error of the squared error of the light, as estimated from a few pixels.
 pub(crate) const SURE: f64 = 0.35;
-/// What the gather pass aims at of what is left: its own estimate has an error too.
+/// What the gather pass aims at of what remains: its own estimate has an error too.
 pub(crate) const GATHER: f64 = 0.9;
 /// What the gather pass has at least, as a share of T², where the light has used up more.
 pub(crate) const GATHER_LEAST: f64 = 0.25;
@@ -41,11 +41,11 @@ pub(crate) const HEMISPHERE: f64 = 0.8;
 pub(crate) const FIT: f64 = 0.55;
 /// Noise of hemisphere rays, as a share of the squared error of the gather pass.
 pub(crate) const HEMISPHERE_SQUARED: f64 = (1.0 - CAMERA * CAMERA) * HEMISPHERE * HEMISPHERE;
-/// The larger picture that one of few pixels is the mean of: its RMS, which errors are told beside, is larger than that
+/// The larger picture that one of few pixels is the mean of: its RMS, which errors are relative to, is larger than that
 /// of its means.
 pub(crate) const FEW_PIXELS: f64 = 0.7;
 
-/// The error that the gather pass may make at a tolerance beside a squared error of the light.
+/// The error that the gather pass may make at a tolerance, given the squared error of the light.
 pub(crate) fn left(tolerance: f64, squared: f64) -> f64 {
     let squares = tolerance * tolerance;
     GATHER * (squares - squared).max(GATHER_LEAST * squares).sqrt()

@@ -4,7 +4,7 @@
 //! seen of light L from direction l by a viewer in direction v: Ks/pi L (n·h)^Ns   if n·l > 0,   h = (l + v) / |l + v|
 //! ```
 //!
-//! per solid angle, beside `rho/pi L (n·l)` of diffuse reflection. In these units the colour of an OpenGL light of
+//! per solid angle, added to `rho/pi L (n·l)` of diffuse reflection. In these units the colour of an OpenGL light of
 //! radiant intensity I is `(rho (n·l) + Ks (n·h)^Ns) I / (pi (a0 + a1 d + a2 d²))`.
 //!
 //! The term stands in the visible row of the reflectance matrix alone: what it adds is collected by the camera and

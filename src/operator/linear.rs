@@ -1,4 +1,4 @@
-//! What a solver of `L = E + K L` asks of K: products, never how F is stored; and K on the patches that light reaches.
+//! What a solver of `L = E + K L` needs of K: products, never how F is stored; and K on the patches that light reaches.
 //!
 //! Patch i receives `(F x)_i` and reflects it by its reflectance matrix, channel by channel:
 //!

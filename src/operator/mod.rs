@@ -5,7 +5,7 @@
 //!                   [ 1        0 ]        (K L)_visible   =       rho F L_invisible
 //! ```
 //!
-//! for each channel. [`LinearOperator`] is what a solver of `L = E + K L` asks of K; [`Operator`] is the K of a scene,
+//! for each channel. [`LinearOperator`] is what a solver of `L = E + K L` needs of K; [`Operator`] is the K of a scene,
 //! stored factored; [`spectrum`] bounds its spectral radius.
 //!
 //! Not handled: the entries of F, which `form_factors` finds.
@@ -16,4 +16,4 @@ pub(crate) mod spectrum;
 
 pub use factored::{Operator, PatchMaterials};
 pub use linear::{LinearOperator, LitPatches};
-pub use spectrum::{Bounds, Effort, Product, Spectrum, operator_norm, spectrum, spectrum_of};
+pub use spectrum::{Bounds, Product, Spectrum, SpectrumEffort, operator_norm, spectrum, spectrum_of};

@@ -54,7 +54,7 @@ impl Spectrum {
 
 /// When the power iteration stops.
 #[derive(Clone, Copy, Debug)]
-pub struct Effort {
+pub struct SpectrumEffort {
     /// The bounds of every channel are within this share of each other.
     pub gap: f64,
     /// Products to spend on that at most.
@@ -64,13 +64,13 @@ pub struct Effort {
     pub undecided: usize,
 }
 
-impl Default for Effort {
+impl Default for SpectrumEffort {
     fn default() -> Self {
-        Effort { gap: 0.005, products: 64, undecided: 1024 }
+        SpectrumEffort { gap: 0.005, products: 64, undecided: 1024 }
     }
 }
 
-/// The gap that bounds below 1 may have, as a share of what is left to 1.
+/// The gap that bounds below 1 may have, as a share of what remains to 1.
 const VAGUE: f64 = 0.25;
 /// Shift of the power iteration as a share of the radius: bipartite scenes (two facing walls) would oscillate.
 const SHIFT: f32 = 0.2;
@@ -79,7 +79,7 @@ const SHIFT: f32 = 0.2;
 pub fn spectrum(k: &dyn LinearOperator) -> Spectrum {
     let b: Vec<Vec4> = (0..k.areas().len()).map(|i| k.passed_on(i).extend(0.0)).collect();
     let start: Vec<Vec4> = b.iter().map(|b| positive(*b)).collect();
-    spectrum_of(&|x| k.incident(x), &b, &start, &Effort::default())
+    spectrum_of(&|x| k.incident(x), &b, &start, &SpectrumEffort::default())
 }
 
 /// Bounds the spectral radius of `b F`, b >= 0 one number a row and channel (the fourth component unused).
@@ -89,7 +89,7 @@ pub fn spectrum(k: &dyn LinearOperator) -> Spectrum {
 ///
 /// # Panics
 /// If `b` and `start` differ in length.
-pub fn spectrum_of(f: Product, b: &[Vec4], start: &[Vec4], effort: &Effort) -> Spectrum {
+pub fn spectrum_of(f: Product, b: &[Vec4], start: &[Vec4], effort: &SpectrumEffort) -> Spectrum {
     assert_eq!(b.len(), start.len());
     let pairs = b.iter().zip(start);
     let mut x: Vec<Vec4> = pairs.map(|(b, x)| kept_positive(*x, *b)).collect();
@@ -99,7 +99,7 @@ pub fn spectrum_of(f: Product, b: &[Vec4], start: &[Vec4], effort: &Effort) -> S
         let bx: Vec<Vec4> = b.iter().zip(&fx).map(|(b, fx)| b * fx).collect();
         let upper = largest_ratio(&bx, &x);
         raise(&mut lower, smallest_ratio(&bx, &x));
-        // Bounds from subsets cost products of their own: look every few steps only.
+        // Bounds from subsets cost products of their own: compute them every few steps only.
         if step % 4 == 0 && !settled(lower, upper, step, effort) {
             raise(&mut lower, best_subset(f, b, &x, &bx, upper));
         }
@@ -176,7 +176,7 @@ fn smallest_ratio(bx: &[Vec4], x: &[Vec4]) -> [f64; 3] {
     smallest.map(|s| if s.is_finite() { s } else { 0.0 })
 }
 
-fn settled(lower: [f64; 3], upper: [f64; 3], step: usize, effort: &Effort) -> bool {
+fn settled(lower: [f64; 3], upper: [f64; 3], step: usize, effort: &SpectrumEffort) -> bool {
     let radius = |v: [f64; 3]| v.into_iter().fold(0.0, f64::max);
     let undecided = radius(lower) < 1.0 && radius(upper) >= 1.0;
     // Just below 1 the sum of the series is as uncertain as 1 - radius, and so is the number of its terms.

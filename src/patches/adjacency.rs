@@ -1,4 +1,4 @@
-//! Which patches lie beside each other on one surface, for light that is read as linear within a patch.
+//! Which patches are neighbours on one surface, for light that is read as linear within a patch.
 //!
 //! On a grid the four cells that share an edge. A line of contact divides light from dark, so patches along it are no
 //! one's neighbours.
@@ -11,7 +11,7 @@ use glam::Vec3;
 use crate::patches::grid::{Grid, NONE};
 use crate::patches::scene_patches::Patches;
 
-/// The patches beside each patch, and where they lie.
+/// The neighbours of each patch, and where they lie.
 #[derive(Clone, Debug)]
 pub struct Neighbours {
     /// Along the first axis after and before, along the second after and before; [`u32::MAX`] where there is none.
@@ -23,7 +23,7 @@ pub struct Neighbours {
 }
 
 impl Patches {
-    /// Which patches lie beside each other.
+    /// Which patches are neighbours.
     pub fn neighbours(&self) -> Neighbours {
         let mut found = Neighbours {
             beside: vec![[NONE; 4]; self.len()],
@@ -51,7 +51,7 @@ impl Patches {
 }
 
 impl Neighbours {
-    /// A cell that joined another's patch has that patch beside it, but does not lie beside the patch's own cell.
+    /// A cell that joined another's patch has that patch as a neighbour, but is none of the patch's own cell.
     fn keep_mutual(&mut self) {
         let before = self.beside.clone();
         for (i, beside) in self.beside.iter_mut().enumerate() {
@@ -69,7 +69,7 @@ impl Neighbours {
         self.halves[patch as usize] = grid.halves();
     }
 
-    /// The neighbours of larger patches: `parents` tells which one each patch is part of, `areas` how much of it.
+    /// The neighbours of larger patches: `parents` has the one that each patch is part of, `areas` its size.
     pub fn larger(&self, parents: &[u32], areas: &[f64]) -> Neighbours {
         let count = parents.iter().max().map_or(0, |&p| p as usize + 1);
         let mut found = Neighbours {
@@ -116,7 +116,7 @@ impl Neighbours {
         self.halves[i]
     }
 
-    /// Whether patch i has one beside it along both axes, so that light on it can be read as linear.
+    /// Whether patch i has a neighbour along both axes, so that light on it can be read as linear.
     pub fn has_slopes(&self, i: usize) -> bool {
         [0, 1].into_iter().all(|axis| self.beside(i, axis) != [None; 2])
     }

@@ -1,4 +1,4 @@
-//! Patches divided where the light on them differs, as samples of it tell: a regression tree, and the parts it makes.
+//! Patches divided where sampled light differs: a regression tree over the samples, and the parts it makes.
 //!
 //! A patch is one value of light, but what it stands for may be lit here and dark there: on both sides of a partition,
 //! inside a cupboard, across a shadow's edge. Samples at points of the patch are divided by planes across an axis of
@@ -9,7 +9,7 @@
 //! F = (n - 2) * between / within > SIGNIFICANT,     between = n_a n_b / n |mean_a - mean_b|²
 //! ```
 //!
-//! so flat patches stay whole, and more samples tell finer differences apart. Parts have the pieces of the patch they
+//! so flat patches stay whole, and more samples separate finer differences. Parts have the pieces of the patch they
 //! were cut from; areas are shared out by samples.
 //!
 //! Not handled: borders that are not across an axis; they take several planes.
@@ -21,14 +21,14 @@ use crate::patches::grid::NONE;
 use crate::surfaces::SurfacePoint;
 
 /// Samples of a part at least.
-const LEAST: usize = 12;
+const LEAST_SAMPLES: usize = 12;
 /// F beyond which a difference is no chance: the best of some hundred planes reaches 10 in one of twenty samples of
 /// noise.
 const SIGNIFICANT: f64 = 10.0;
 /// Planes in a row at most.
 const DEEPEST: u32 = 24;
 
-/// The light that leaves a point, as far as one ray tells.
+/// The light that leaves a point, sampled by one ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
     /// Where.
@@ -70,7 +70,7 @@ pub(crate) fn grow(own: Vec<Sample>) -> Tree {
 
 /// Axes that planes stand across: three of place, three of the normal.
 const AXES: usize = 6;
-/// Samples from which on the axes of a node, and its sides, are looked at side by side.
+/// Samples from which on the axes of a node, and its sides, are searched in parallel.
 const MANY: usize = 4096;
 
 /// Samples with what planes compare, axis by axis.
@@ -135,7 +135,7 @@ impl Columns {
     /// The plane that leaves least variance, if it leaves significantly less.
     fn best(&self, orders: &[&mut [u32]; AXES]) -> Option<Division> {
         let n = orders[0].len();
-        if n < 2 * LEAST {
+        if n < 2 * LEAST_SAMPLES {
             return None;
         }
         let light = |&i: &u32| self.samples[i as usize].light;
@@ -156,12 +156,12 @@ impl Columns {
         let own = &self.coordinates[axis];
         let mut below = DVec3::ZERO;
         let mut found: Option<Division> = None;
-        for k in 1..=n - LEAST {
+        for k in 1..=n - LEAST_SAMPLES {
             let (last, next) = (order[k - 1] as usize, order[k] as usize);
             below += self.samples[last].light;
             let (low, high) = (own[last], own[next]);
             // Places nearer to each other than coordinates are certain are one place.
-            if k < LEAST || high - low <= 4.0 * f32::EPSILON {
+            if k < LEAST_SAMPLES || high - low <= 4.0 * f32::EPSILON {
                 continue;
             }
             let (a, b) = (k as f64, (n - k) as f64);

@@ -33,7 +33,7 @@ pub(crate) enum Cell {
     Cut(Box<Cut>),
 }
 
-/// A cell crossed by lines: bit k of the index into `patches` tells the side of line k.
+/// A cell crossed by lines: bit k of the index into `patches` is the side of line k.
 #[derive(Clone, Debug)]
 pub(crate) struct Cut {
     lines: Vec<Line>,
@@ -312,7 +312,7 @@ pub(crate) struct Line {
     pub offset: f32,
 }
 
-/// Bit k tells on which side of line k a point lies.
+/// Bit k is the side of line k that a point lies on.
 #[inline]
 pub(crate) fn side_bits(lines: &[Line], at: Vec2) -> usize {
     let bit = |(k, l): (usize, &Line)| usize::from(l.normal.dot(at) >= l.offset) << k;
@@ -383,7 +383,7 @@ impl Grid {
         })
     }
 
-    /// The patches of the cells beside that of a patch with its middle there: in u after and before, in v after and
+    /// The patches of the cells next to that of a patch with its middle there: in u after and before, in v after and
     /// before. NONE stands for the rim, a cell cut by lines, and a cell that shares the patch.
     pub fn beside(&self, patch: u32, middle: Vec3) -> [u32; 4] {
         let d = middle - self.origin;

@@ -6,8 +6,8 @@
 //! wide), so that the cost is linear and neither connectivity nor order of the faces matters. A larger patch is a block
 //! of two by two cells of a grid, or the cluster of twice the size; a solution on those shows what patch size does.
 //!
-//! Not handled: which size light asks for; light that differs between the surfaces of a cluster. Patches along lines of
-//! contact, which separate light from dark, and surfaces of a single patch are their own parents.
+//! Not handled: which size the light requires; light that differs between the surfaces of a cluster. Patches along
+//! lines of contact, which separate light from dark, and surfaces of a single patch are their own parents.
 
 use std::collections::HashMap;
 use std::sync::Arc;

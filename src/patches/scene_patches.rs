@@ -23,7 +23,7 @@ use crate::scene::{Means, Scene};
 use crate::surfaces::SurfacePoint;
 use crate::surfaces::face_means::FaceMeans;
 
-/// What the area of a patch without chosen points counts beside those that have some: next to nothing, but more than
+/// What the area of a patch without chosen points weighs next to those that have some: next to nothing, but more than
 /// none.
 const UNSEEN: f64 = 1e-6;
 /// Rays of a part over those of all in the mean, at least and at most.
@@ -205,7 +205,7 @@ pub(crate) struct Extent {
 
 /// Sums over points: how much they weigh, and what they and their squares come to.
 #[derive(Clone, Copy, Default)]
-struct Moments {
+struct PointSums {
     weight: f64,
     sum: DVec3,
     squares: f64,
@@ -218,29 +218,29 @@ impl Patches {
         if chosen.is_empty() {
             return self.cut_extent(i);
         }
-        let point = |m: Moments, point: &SurfacePoint| m.with_point(point.position.as_dvec3());
-        chosen.iter().fold(Moments::default(), point).extent()
+        let point = |m: PointSums, point: &SurfacePoint| m.with_point(point.position.as_dvec3());
+        chosen.iter().fold(PointSums::default(), point).extent()
     }
 
     /// Where a patch as it was cut lies, by its area.
     pub(crate) fn cut_extent(&self, i: usize) -> Extent {
-        let triangle = |m: Moments, (_, corners): (u32, [Vec3; 3])| m.with_triangle(corners.map(Vec3::as_dvec3));
-        self.pieces(i).fold(Moments::default(), triangle).extent()
+        let triangle = |m: PointSums, (_, corners): (u32, [Vec3; 3])| m.with_triangle(corners.map(Vec3::as_dvec3));
+        self.pieces(i).fold(PointSums::default(), triangle).extent()
     }
 }
 
-impl Moments {
-    fn with_point(self, x: DVec3) -> Moments {
-        Moments { weight: self.weight + 1.0, sum: self.sum + x, squares: self.squares + x.length_squared() }
+impl PointSums {
+    fn with_point(self, x: DVec3) -> PointSums {
+        PointSums { weight: self.weight + 1.0, sum: self.sum + x, squares: self.squares + x.length_squared() }
     }
 
     /// With the points of a triangle, which weigh as much as its area: the mean of their squares is a twelfth of the
     /// corners' squares and of the square of the corners' sum.
-    fn with_triangle(self, [a, b, c]: [DVec3; 3]) -> Moments {
+    fn with_triangle(self, [a, b, c]: [DVec3; 3]) -> PointSums {
         let area = 0.5 * (b - a).cross(c - a).length();
         let corners = a + b + c;
         let squares = [a, b, c, corners].iter().map(|x| x.length_squared()).sum::<f64>() / 12.0;
-        Moments {
+        PointSums {
             weight: self.weight + area,
             sum: self.sum + area / 3.0 * corners,
             squares: self.squares + area * squares,
@@ -258,7 +258,7 @@ impl Moments {
 }
 
 /// Share of its area that a patch has at least: one of which there is nothing still has a row of K.
-const LEAST: f64 = 1e-6;
+const LEAST_COVERAGE: f64 = 1e-6;
 
 impl Mesh {
     /// The pieces of patch i.
@@ -284,7 +284,7 @@ impl Mesh {
         let found: Vec<Option<Means>> =
             (0..self.areas.len()).into_par_iter().map(|i| textured(&i).then(|| own(i)).flatten()).collect();
         for (area, means) in self.areas.iter_mut().zip(&found) {
-            *area *= means.map_or(1.0, |means| means.coverage.max(LEAST));
+            *area *= means.map_or(1.0, |means| means.coverage.max(LEAST_COVERAGE));
         }
         self.means = found;
     }
@@ -378,8 +378,8 @@ impl Patches {
         all
     }
 
-    /// Rays of each patch where `rays` are asked of all in the mean: in proportion to the points that stand for a part,
-    /// within limits, and few where there are none.
+    /// Rays of each patch where `rays` are requested of all in the mean: in proportion to the points that stand for a
+    /// part, within limits, and few where there are none.
     pub fn ray_counts(&self, rays: u32) -> Vec<u32> {
         if !self.are_divided() {
             return vec![rays; self.len()];

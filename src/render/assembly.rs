@@ -140,8 +140,8 @@ pub struct Assembled {
     pub closure: Option<Closure>,
 }
 
-/// Casts the rays for the modes of all `lights`, which share their patches, and puts each one's K together; also returns
-/// how many rays were cast.
+/// Casts the rays for the modes of all `lights`, which share their patches, and puts each one's K together; also
+/// returns how many rays were cast.
 pub(crate) fn assemble(
     lights: &[(Transport, Arc<Lights>)],
     sampling: &Sampling,

@@ -70,9 +70,9 @@ pub struct BounceSeries {
     pub end: Option<End>,
 }
 
-/// What is wanted of the terms.
+/// The requested accuracy of the terms, and what it may take.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct WantedTerms {
+pub(crate) struct TermsGoal {
     /// Bounces, E not counted.
     pub count: usize,
     /// Relative error of each one's power.
@@ -89,22 +89,22 @@ pub(crate) struct WantedTerms {
 pub(crate) fn bounces_to_tolerance(
     first: &Discretization,
     transport: Transport,
-    wanted: &WantedTerms,
+    goal: &TermsGoal,
     watch: &dyn Watch,
 ) -> BounceSeries {
-    let deadline = wanted.time.and_then(|time| deadline_after(Instant::now(), WALKS_TIME * time));
-    let goal = WalkGoal { count: wanted.count, error: WALKS * wanted.tolerance, deadline, seed: wanted.seed };
-    let walked = walked_powers(&first.geometry.scene, &first.geometry.rays, transport, &goal);
-    let fineness = Fineness::of_terms(wanted.tolerance);
-    let sampling = fineness.sampling(wanted.seed);
+    let deadline = goal.time.and_then(|time| deadline_after(Instant::now(), WALKS_TIME * time));
+    let walks = WalkGoal { count: goal.count, error: WALKS * goal.tolerance, deadline, seed: goal.seed };
+    let walked = walked_powers(&first.geometry.scene, &first.geometry.rays, transport, &walks);
+    let fineness = Fineness::of_terms(goal.tolerance);
+    let sampling = fineness.sampling(goal.seed);
     let p = first.cut(fineness.patches);
-    let held = Held { casts: 1, solutions: 1, bounces: Some(wanted.count) };
-    let p = fewer(&p, transport, &sampling, held, wanted.memory).unwrap_or(p);
-    let lights = p.lights(p.transports(transport), wanted.tolerance);
+    let held = Held { casts: 1, solutions: 1, bounces: Some(goal.count) };
+    let p = fewer(&p, transport, &sampling, held, goal.memory).unwrap_or(p);
+    let lights = p.lights(p.transports(transport), goal.tolerance);
     let mode = assemble(&[(transport, lights)], &sampling, watch).0.remove(0);
-    let mut solution = explore(&mode.operator, wanted.count);
+    let mut solution = explore(&mode.operator, goal.count);
     let errors = take_powers(&mut solution, &walked);
-    let end = match errors.iter().all(|e| e.total <= wanted.tolerance) {
+    let end = match errors.iter().all(|e| e.total <= goal.tolerance) {
         true => End::Met,
         false if is_over(deadline) => End::Time,
         false => End::Most,

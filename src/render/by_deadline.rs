@@ -1,6 +1,6 @@
 //! A picture by a deadline: coarse first, then as near as what that took lets expect.
 //!
-//! Rounds of work cannot be left half done, and how long one takes is not known before. So a first picture at a
+//! Rounds of work cannot be stopped half way, and how long one takes is not known before. So a first picture at a
 //! tolerance of 10 % shows what the scene takes on this machine, and the next is aimed at what fits in the time that is
 //! left. Every picture states its own error, and the best one counts. Where the time suffices the last one is the
 //! picture that there would be without a deadline, bit by bit.
@@ -12,10 +12,10 @@ use std::time::{Duration, Instant};
 
 use crate::render::assembly::Discretization;
 use crate::render::fineness::Fineness;
+use crate::render::goal::PictureGoal;
 use crate::render::rendered::{Ended, Rendered};
 use crate::render::search::rounds::render_to_tolerance;
 use crate::render::search::solved::Task;
-use crate::render::wanted::Wanted;
 use crate::solve::Diverges;
 
 /// Tolerance of the first picture, at most as fine.
@@ -32,22 +32,22 @@ const GAIN: f64 = 0.7;
 /// # Errors
 /// [`Diverges`] where the series does.
 pub(crate) fn render_by_deadline(first: &Discretization, task: &Task) -> Result<Rendered, Diverges> {
-    let wanted = task.wanted;
-    let Some(deadline) = wanted.deadline else {
+    let goal = task.goal;
+    let Some(deadline) = goal.deadline else {
         return render_to_tolerance(first, task);
     };
-    let mut now = Wanted { tolerance: wanted.tolerance.max(COARSE), ..*wanted };
+    let mut now = PictureGoal { tolerance: goal.tolerance.max(COARSE), ..*goal };
     let mut best: Option<Rendered> = None;
     loop {
         let clock = Instant::now();
-        let coarser = now.tolerance > wanted.tolerance;
+        let coarser = now.tolerance > goal.tolerance;
         let cut = coarser.then(|| first.cut(Fineness::first(now.tolerance).patches));
-        let found = render_to_tolerance(cut.as_ref().unwrap_or(first), &Task { wanted: &now, ..*task })?;
+        let found = render_to_tolerance(cut.as_ref().unwrap_or(first), &Task { goal: &now, ..*task })?;
         let left = deadline.saturating_duration_since(Instant::now());
-        let next = next_tolerance(now.tolerance, wanted.tolerance, clock.elapsed(), left);
+        let next = next_tolerance(now.tolerance, goal.tolerance, clock.elapsed(), left);
         let found = better(best.take(), found);
         let Some(tolerance) = next else {
-            let short = coarser || wanted.is_late();
+            let short = coarser || goal.is_late();
             return Ok(Rendered { ended: if short { Ended::ByTime } else { Ended::ByItself }, ..found });
         };
         now.tolerance = tolerance;
@@ -56,11 +56,11 @@ pub(crate) fn render_by_deadline(first: &Discretization, task: &Task) -> Result<
 }
 
 /// The tolerance that the time left suffices for, after a picture at some tolerance took so long; none where that gains
-/// little, or nothing more is wanted.
-fn next_tolerance(tolerance: f64, wanted: f64, took: Duration, left: Duration) -> Option<f64> {
+/// little, or nothing more is requested.
+fn next_tolerance(tolerance: f64, goal: f64, took: Duration, left: Duration) -> Option<f64> {
     let affordable = tolerance * (took.as_secs_f64() / left.as_secs_f64().max(f64::MIN_POSITIVE)).powf(1.0 / POWER);
-    let next = affordable.max(wanted);
-    (tolerance > wanted && (next == wanted || next < GAIN * tolerance)).then_some(next)
+    let next = affordable.max(goal);
+    (tolerance > goal && (next == goal || next < GAIN * tolerance)).then_some(next)
 }
 
 /// The picture that states the smaller error, with the work of both.
@@ -77,13 +77,13 @@ mod tests {
 
     #[test]
     fn the_next_tolerance_fits_in_the_time_left() {
-        let next = |wanted, took, left| {
+        let next = |goal, took, left| {
             let [took, left] = [took, left].map(Duration::from_secs_f64);
-            next_tolerance(0.1, wanted, took, left)
+            next_tolerance(0.1, goal, took, left)
         };
         // A hundred times the time is a tenth of the error.
         assert!((next(0.001, 1.0, 100.0).unwrap() - 0.01).abs() < 1e-12);
-        // No finer than wanted, and that even where it gains little.
+        // No finer than requested, and that even where it gains little.
         assert_eq!(next(0.02, 1.0, 100.0), Some(0.02));
         assert_eq!(next(0.09, 1.0, 2.0), Some(0.09));
         // What would take longer than is left, or gain little, is not begun.

@@ -29,7 +29,7 @@ impl Fineness {
         Fineness { patches: (FIRST_PATCHES * finer) as usize, rays: rays.next_power_of_two() }
     }
 
-    /// What the terms of the bounce series are solved with whose powers are wanted to a tolerance: the default at 1 %.
+    /// What the terms of the bounce series are solved with where their powers have a tolerance: the default at 1 %.
     pub(crate) fn of_terms(tolerance: f64) -> Fineness {
         let (finer, Fineness { patches, rays }) = (Fineness::over_one_percent(tolerance), Fineness::default());
         let rays = ((f64::from(rays) * finer) as u32).max(16);

@@ -1,5 +1,5 @@
-//! How much memory K will take, estimated before it is put together; how much there is; and the refusal where it would not
-//! do: what needs it, and what would fit.
+//! How much memory K will take, estimated before it is put together; how much there is; and the refusal where it would
+//! not do: what needs it, and what would fit.
 //!
 //! Rows of F are nearly all of it. Their length is measured: a few rows are cast as they will be, with every column
 //! kept. With n patches, e entries a row, v choices of tau and c casts held at once,
@@ -74,7 +74,7 @@ struct Pilot {
 }
 
 impl Discretization {
-    /// Checks that K of all `modes` together, with so many solutions, fits in `limit` bytes; infinity requests nothing.
+    /// Checks that K of all `modes` together, with so many solutions, fits in `limit` bytes; infinity checks nothing.
     ///
     /// # Errors
     /// [`Unfit`], with the bytes needed, the mean entries of a row and the number of patches that would fit.
@@ -191,7 +191,7 @@ fn pilot(p: &Discretization, modes: &[Transport], sampling: &Sampling) -> Pilot 
 }
 
 /// Bytes that may be used: a share of what the machine, or the control group this runs in, has left. Infinite where
-/// the system does not tell.
+/// the system does not say.
 pub fn usable_memory() -> f64 {
     USABLE * machine().min(control_group())
 }
@@ -227,7 +227,7 @@ fn control_group() -> f64 {
 /// What memory is needed for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stored {
-    /// Rows of F, of so many entries for each choice of tau; the number of patches was asked for.
+    /// Rows of F, of so many entries for each choice of tau; the number of patches was requested.
     Rows(f64),
     /// The same for the patches that verdicts rest on, whose number the time chooses.
     Verdicts(f64),
@@ -250,7 +250,7 @@ pub enum Stored {
     help("{}. About {fitting} patches would fit: {}", .stored.why(), self.remedy())
 )]
 pub struct Unfit {
-    /// Patches asked for, or that the scene needs at least.
+    /// Patches requested, or that the scene needs at least.
     pub patches: usize,
     /// What takes the memory.
     pub stored: Stored,
@@ -276,7 +276,7 @@ pub struct Unfit {
     )
 )]
 pub struct PictureUnfit {
-    /// Width and height asked for.
+    /// Width and height requested.
     pub size: Size,
     /// Bytes a pixel.
     pub each: f64,
@@ -298,7 +298,7 @@ pub fn check_pictures(size: Size, each: f64, limit: f64) -> Result<(), PictureUn
 }
 
 impl Unfit {
-    /// The same where rows of so many entries are those of something else than patches asked for.
+    /// The same where rows of so many entries are those of something else than patches requested.
     pub(crate) fn of(self, stored: fn(f64) -> Stored) -> Unfit {
         match self.stored {
             Stored::Rows(entries) => Unfit { stored: stored(entries), ..self },
@@ -347,7 +347,7 @@ impl Stored {
 impl Unfit {
     /// What to try.
     fn remedy(&self) -> String {
-        // A count asked for is met within about a third.
+        // A requested count is met within about a third.
         let fewer = (self.fitting * 2 / 3).max(1);
         let asked = format!("pass --patches {fewer} (a count asked for is met within about a third)");
         let more = "--memory GIB if there is more memory than it seems";

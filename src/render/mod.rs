@@ -1,19 +1,19 @@
 //! The way from a scene to a picture with its error, and to the terms of the bounce series.
 //!
-//! [`Solver`] is the door: whatever is asked of a scene is asked of it.
+//! [`Solver`] is the entry: pictures, series and operators of a scene are requested from it.
 //!
-//! Not handled: which picture is asked for; that is a scene's camera and a [`Transport`](crate::light::Transport).
+//! Not handled: which picture is requested; that is a scene's camera and a [`Transport`](crate::light::Transport).
 
 mod assembly;
 mod bounces;
 mod by_deadline;
 mod fineness;
+mod goal;
 mod memory;
 mod rendered;
 mod search;
 mod solver;
 mod square;
-mod wanted;
 
 pub use assembly::{Assembled, Discretization, Seconds, Silent, Watch, pictures, without_luminaires};
 pub use bounces::{BounceSeries, End, TermError};

@@ -7,7 +7,7 @@ use crate::gather::Gathered;
 use crate::operator::Bounds;
 use crate::pictures::{Exposure, ImageError, Picture, write_picture};
 use crate::render::assembly::{Assembled, Seconds};
-use crate::render::wanted::Spent;
+use crate::render::goal::Spent;
 use crate::solve::{Solution, Verdict};
 
 /// Estimated relative errors of a picture, and their root sum of squares.

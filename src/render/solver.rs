@@ -20,13 +20,13 @@ use crate::light::Transport;
 use crate::operator::Operator;
 use crate::pictures::Size;
 use crate::render::assembly::{Assembled, Discretization, Silent, Watch};
-use crate::render::bounces::{BounceSeries, WantedTerms, bounces_to_tolerance};
+use crate::render::bounces::{BounceSeries, TermsGoal, bounces_to_tolerance};
 use crate::render::by_deadline::render_by_deadline;
 use crate::render::fineness::Fineness;
+use crate::render::goal::{PictureGoal, Spent, timed};
 use crate::render::memory::{Unfit, usable_memory};
 use crate::render::rendered::Rendered;
 use crate::render::search::solved::Task;
-use crate::render::wanted::{Spent, Wanted, timed};
 use crate::scene::Scene;
 use crate::solve::{Diverges, Settings, explore, neumann};
 use crate::surfaces::Geometry;
@@ -200,8 +200,8 @@ impl<'a> PictureRequest<'a> {
         let first = Fineness::first(tolerance);
         let (p, cutting) = timed(|| solver.cut(first.patches));
         p.check_memory(&[transport], &first.sampling(seed), 1, memory)?;
-        let wanted = Wanted { tolerance, size, deadline, memory, seed };
-        let found = render_by_deadline(&p, &Task { transport, wanted: &wanted, watch })?;
+        let goal = PictureGoal { tolerance, size, deadline, memory, seed };
+        let found = render_by_deadline(&p, &Task { transport, goal: &goal, watch })?;
         Ok(Rendered { seconds: found.seconds.after(solver.ready + cutting), ..found })
     }
 
@@ -242,8 +242,8 @@ impl<'a> BouncesRequest<'a> {
     /// shown growing.
     pub fn tolerance(self, tolerance: f64) -> BounceSeries {
         let BouncesRequest { solver, transport, count, time, watch } = self;
-        let wanted = WantedTerms { count, tolerance, time, memory: solver.memory, seed: solver.seed };
-        bounces_to_tolerance(&solver.last_cut(), transport, &wanted, watch)
+        let goal = TermsGoal { count, tolerance, time, memory: solver.memory, seed: solver.seed };
+        bounces_to_tolerance(&solver.last_cut(), transport, &goal, watch)
     }
 
     /// The terms on patches of a fineness; errors are not estimated.

@@ -38,7 +38,7 @@ pub struct Extrapolated {
     pub radius: Bounds,
 }
 
-/// Solves `L = E + K L` to the wanted bound on the rest, a share of the reflected light's norm; `settings.max_terms`
+/// Solves `L = E + K L` to the requested bound on the rest, a share of the reflected light's norm; `settings.max_terms`
 /// bounds the products.
 ///
 /// # Errors

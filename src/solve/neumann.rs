@@ -1,6 +1,6 @@
 //! The Neumann series `L = E + KE + K²E + ...`, term by term.
 //!
-//! It stops when the proven bound on the tail is below the wanted share of the reflected light, KE and what follows:
+//! It stops when the proven bound on the tail is below the requested share of the reflected light, KE and what follows:
 //! the lamp's own radiance is no measure of what is missing, however small and bright it is. It ends exactly at n = 1
 //! where nothing reflected travels on, and refuses, before any term is summed, where the spectral radius is proved >=
 //! 1.
@@ -16,7 +16,7 @@ use crate::solve::tail::TailBound;
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Wanted bound on the tail's norm as a share of the norm of the reflected light so far, `KE + K²E + ...`.
+    /// Requested bound on the tail's norm as a share of the norm of the reflected light so far, `KE + K²E + ...`.
     pub tolerance: f64,
     /// Bounces to compute at most; the tail bound of the last says what is missing.
     pub max_terms: usize,

@@ -29,7 +29,7 @@ use crate::operator::spectrum::positive;
 use crate::operator::{LinearOperator, Spectrum};
 
 /// Products with B that s may take.
-const MOST: usize = 16;
+const LIFT_PRODUCTS: usize = 16;
 /// Multiples of s that are added to x, as shares of their largest components; and s alone.
 const LIFTS: [f64; 8] = [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0];
 
@@ -127,7 +127,7 @@ impl TailBound {
         [squares(&self.x, &self.s).sqrt(), seen]
     }
 
-    /// Bound on the norm of everything after this term; `None` if the term is not 0 somewhere nothing is passed on.
+    /// Bound on the norm of everything after this term; `None` if the term is not 0 on a patch that passes nothing on.
     pub fn after(&self, term: &[Light]) -> Option<f64> {
         let mut sum = 0.0;
         for (c, proofs) in self.channels.iter().enumerate() {
@@ -154,7 +154,7 @@ impl TailBound {
         self.field_of(term, |i, c| [&self.ones.rest, &self.ones.seen].map(|v| most[c] * f64::from(v[i][c])))
     }
 
-    /// The least of what all y tell, and of another bound on both halves of channel c of patch i.
+    /// The least of the bounds of all y, and of another bound on both halves of channel c of patch i.
     fn field_of(&self, term: &[Light], other: impl Fn(usize, usize) -> [f64; 2]) -> Option<Vec<Light>> {
         let mut field = vec![Light::default(); term.len()];
         for (c, proofs) in self.channels.iter().enumerate() {
@@ -206,7 +206,7 @@ fn lift(k: &dyn LinearOperator, b: &[Vec4], upper: [f64; 3]) -> (Vec<Vec4>, Vec<
     let over = (Rgb::ONE / mu).extend(0.0);
     let mut t: Vec<Vec4> = b.iter().map(|b| positive(*b)).collect();
     let mut s = t.clone();
-    for _ in 0..MOST {
+    for _ in 0..LIFT_PRODUCTS {
         let next = scaled(&k.incident(&t), b);
         t = next.iter().map(|t| *t * over).collect();
         if t.iter().all(|t| t.max_element() <= 1.0) {
@@ -227,7 +227,7 @@ fn largest(term: &[Light], c: usize) -> f64 {
 }
 
 /// Products with B that z may take, and the size of its last term that ends it.
-const MOST_ONES: usize = 64;
+const RESOLVENT_PRODUCTS: usize = 64;
 const SMALL: f32 = 1e-4;
 
 /// z of all channels; infinite where nothing is proved.
@@ -246,7 +246,7 @@ impl Resolvent {
     pub fn new(k: &dyn LinearOperator, b: &[Vec4], after: impl Fn(&[Light]) -> Option<Vec<Light>>) -> Resolvent {
         let mut term: Vec<Vec4> = b.iter().map(|b| positive(*b)).collect();
         let mut rest = vec![Vec4::ZERO; b.len()];
-        for _ in 0..MOST_ONES {
+        for _ in 0..RESOLVENT_PRODUCTS {
             term = scaled(&k.incident(&term), b);
             for (sum, t) in rest.iter_mut().zip(&term) {
                 *sum += *t;
@@ -256,7 +256,7 @@ impl Resolvent {
             }
         }
         // Each product is off by its rounding at the most, and so is each sum.
-        let wide = (1.0 + 2.0 * MOST_ONES as f64 * Spectrum::ROUNDING) as f32;
+        let wide = (1.0 + 2.0 * RESOLVENT_PRODUCTS as f64 * Spectrum::ROUNDING) as f32;
         let last: Vec<Light> = term.iter().map(|t| Light::unseen(wide * t.truncate())).collect();
         let field = after(&last);
         let left = |i: usize| match &field {

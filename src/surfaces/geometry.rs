@@ -1,8 +1,8 @@
-//! What no choice of patches, light or mode changes, made once for a scene: its rays, its surfaces, where they touch, its
-//! normals; and points of it.
+//! What no choice of patches, light or mode changes, made once for a scene: its rays, its surfaces, where they touch,
+//! its normals; and points of it.
 //!
-//! Not handled: patches; the patch a point belongs to, which [`Patches::at`](crate::patches::Patches::at) finds; emitters
-//! by closed form, which [`crate::direct::Luminaires`] finds.
+//! Not handled: patches; the patch a point belongs to, which [`Patches::at`](crate::patches::Patches::at) finds;
+//! emitters by closed form, which [`crate::direct::Luminaires`] finds.
 
 use std::sync::Arc;
 

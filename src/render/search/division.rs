@@ -6,7 +6,7 @@
 //! by importance: Smits, Arvo, Salesin 1992; Becker and Rannacher 2001). Where the light sampled at those points
 //! differs by more than chance the patch is divided ([`crate::patches::Patches::divided`]).
 //!
-//! Other paths, of a few pixels, measure what error is left. The gather pass makes up for it with less noise, or
+//! Other paths, of a few pixels, measure the error that remains. The gather pass makes up for it with less noise, or
 //! follows one more ray; or more paths divide patches further, as long as that is the cheaper ([`ReadingCost`]).
 //!
 //! Not handled: what no path reaches; its patches keep few rays.
@@ -19,13 +19,13 @@ use crate::light::budget::DIVIDED_FORM_FACTORS;
 use crate::patches::Sample;
 use crate::rays::purpose::Purpose;
 use crate::reading::{READINGS, Reading};
+use crate::render::goal::{Spent, timed};
 use crate::render::search::reading_cost::{MATTERS, ReadingCost};
 use crate::render::search::residual_check::{Check, brightness};
 use crate::render::search::solved::{Next, Rough, Solved, Task};
-use crate::render::wanted::{Spent, timed};
 
-/// What a round leaves of the squared error: of twice the samples the mean of parts as many as they can tell apart
-/// leaves the power -1/2, on surfaces (C. J. Stone, *Optimal global rates of convergence for nonparametric
+/// The share of the squared error that remains after a round: of twice the samples the mean of as many parts as they
+/// can separate leaves the power -1/2, on surfaces (C. J. Stone, *Optimal global rates of convergence for nonparametric
 /// regression*, 1982: `n^(-2p / (2p + d))` with p = 1, d = 2).
 const FALLS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Rounds in a row that leave no less than the best before them, after which there are no more.
@@ -89,7 +89,7 @@ impl Division {
 
     /// Follows the first paths, from a solution whose rough picture is given.
     pub fn new(task: &Task, solved: &Solved, rough: &Rough, spent: &mut Spent) -> Division {
-        let tolerance = task.wanted.tolerance;
+        let tolerance = task.goal.tolerance;
         let each = ((EACH.0 * 0.02 / tolerance) as u32).clamp(EACH.1, EACH.2);
         let bright = brightness(&rough.gathered);
         let paths = follow(task, solved, &bright, each, 1, spent);
@@ -124,12 +124,12 @@ impl Division {
         began: Instant,
         spent: &mut Spent,
     ) -> Vec<Vec<Sample>> {
-        let wanted = task.wanted;
+        let goal = task.goal;
         self.round += 1;
         (self.began, self.before, self.is_dense) = (began, spent.rays, false);
         let sample = || {
             let mut samples = self.paths.samples(solved.mode.scene(), solved.patches(), &solved.fields);
-            let (view, seed) = (solved.rough_view(wanted), Purpose::BrightPatches(self.round).seed(wanted.seed));
+            let (view, seed) = (solved.rough_view(goal), Purpose::BrightPatches(self.round).seed(goal.seed));
             let cast = add_samples_of_bright(&view, &solved.fields, &mut samples, BRIGHT << self.round, seed);
             (samples, cast)
         };
@@ -153,23 +153,23 @@ impl Division {
         check: &mut Check,
         spent: &mut Spent,
     ) -> Next {
-        let wanted = task.wanted;
+        let goal = task.goal;
         if rough.gathered.error.signal == 0.0 {
             return Next::Accept(Box::new(solved));
         }
-        if !std::mem::replace(&mut self.is_dense, true) && !wanted.is_late() {
+        if !std::mem::replace(&mut self.is_dense, true) && !goal.is_late() {
             let took = spent.rays - self.before - rough.gathered.rays;
-            let cost = ReadingCost::new(rough, wanted, self.paths.prices(solved.patches(), &solved.fields));
+            let cost = ReadingCost::new(rough, goal, self.paths.prices(solved.patches(), &solved.fields));
             let denser = rays.saturating_mul(cost.denser(took as f64, solved.error.form_factors)).min(RAYS.2);
-            if denser > rays && !would_be_over(wanted.deadline, self.began, f64::from(denser / rays)) {
+            if denser > rays && !would_be_over(goal.deadline, self.began, f64::from(denser / rays)) {
                 return Next::Rays(denser);
             }
         }
         self.bright = brightness(&rough.gathered);
         check.compare_with(&rough.gathered);
-        let found = check.measure(&solved, wanted, DRAWN, spent);
+        let found = check.measure(&solved, goal, DRAWN, spent);
         let all = no_less_than_noise(found.map(SquaredError::upper), solved.error.form_factors);
-        let cost = ReadingCost::new(rough, wanted, check.prices(&solved));
+        let cost = ReadingCost::new(rough, goal, check.prices(&solved));
         let (now, then) = (cost.cheapest(all), cost.cheapest(all.map(|s| FALLS * s)));
         let squared = all[now.reading.number()];
         // The next round has twice the paths.
@@ -177,7 +177,7 @@ impl Division {
         let is_enough = now.rays.is_finite() && now.rays <= again + then.rays;
         let helped = self.best.as_ref().is_none_or(|best| !best.leaves_no_more_than(squared / FALLS));
         self.stalls = if helped { 0 } else { self.stalls + 1 };
-        if is_enough || self.round >= self.last || self.stalls == STALLS || wanted.would_be_late(self.began) {
+        if is_enough || self.round >= self.last || self.stalls == STALLS || goal.would_be_late(self.began) {
             let better = self.best.take().filter(|best| !now.rays.is_finite() && best.leaves_no_more_than(squared));
             if let Some(best) = better {
                 return Next::Accept(best.solved);
@@ -186,7 +186,7 @@ impl Division {
             solved.state(squared);
             return Next::Accept(Box::new(solved));
         }
-        self.more = (solved.error.form_factors / (DIVIDED_FORM_FACTORS * wanted.tolerance)).powi(2);
+        self.more = (solved.error.form_factors / (DIVIDED_FORM_FACTORS * goal.tolerance)).powi(2);
         solved.reading = now.reading;
         solved.state(squared);
         // Sets that exceed what paths may take together are not joined.
@@ -221,8 +221,8 @@ fn rounds(tolerance: f64, first: u32) -> u32 {
 
 /// Set number `set` of paths, `each` of every pixel.
 fn follow(task: &Task, solved: &Solved, bright: &[f32], each: u32, set: u32, spent: &mut Spent) -> ImportancePaths {
-    let view = solved.rough_view(task.wanted);
-    let seed = Purpose::Paths(set).seed(task.wanted.seed);
+    let view = solved.rough_view(task.goal);
+    let seed = Purpose::Paths(set).seed(task.goal.seed);
     let mut paths = ImportancePaths::new(&view, bright.to_vec(), seed);
     let ((), seconds) = timed(|| paths.extend(&view, each));
     spent.rays += paths.rays;

@@ -1,9 +1,9 @@
-//! What a picture costs by how it reads light, beside what it costs to find light that may be read at once.
+//! What a picture costs by how it reads light, against what it costs to solve for light that may be read at once.
 //!
 //! Patches can be divided until the mean of each will do where a ray ends, but each round of that takes twice the paths
-//! of the one before. A gather pass that makes less noise beside a larger error of the light, or follows another ray
+//! of the one before. A gather pass that makes less noise next to a larger error of the light, or follows another ray
 //! first, pays at every ray instead. Which is the cheaper depends on how many rays it takes: few where indirect light
-//! is even, or the tolerance large. A rough picture tells, as it knows its own noise and rays.
+//! is even, or the tolerance large. It is extrapolated from a rough picture, whose noise and rays are known.
 //!
 //! Costs only choose between ways to the same accuracy, so it is enough that they are about right.
 //!
@@ -14,14 +14,14 @@ use crate::gather::pixels::adaptive_sampling::EDGES;
 use crate::gather::records::record_rays::RATE;
 use crate::light::budget::{CAMERA, HEMISPHERE_SQUARED, LIGHT, left};
 use crate::reading::{READINGS, Reading};
+use crate::render::goal::PictureGoal;
 use crate::render::search::solved::{ROUGH_RAYS, Rough};
-use crate::render::wanted::Wanted;
 
 /// Errors of the light that are all too large matter where one is so many times another.
 pub(crate) const MATTERS: f64 = 1.5;
-/// What a hemisphere ray takes beside a ray of a path, which knows nothing of records: 1.5 us beside 0.7 in a bathroom
-/// of 367,161 triangles; and what a camera ray foreseen does with its rays to lamps, 0.4 us each: rays go where the
-/// noise is, and a third to an eighth of those foreseen are cast there and in two more rooms.
+/// What a hemisphere ray takes over a ray of a path, which knows nothing of records: 1.5 us against 0.7 in a bathroom
+/// of 367,161 triangles; and what a predicted camera ray does with its rays to lamps, 0.4 us each: rays go where the
+/// noise is, and a third to an eighth of those predicted are cast there and in two more rooms.
 const HEMISPHERE_RAY: f64 = 2.0;
 const CAMERA_RAY: f64 = 0.5;
 /// Doublings of the rays of F at most, in one go.
@@ -35,7 +35,7 @@ pub(crate) struct Priced {
     pub rays: f64,
 }
 
-/// What rays a gather pass is foreseen to take.
+/// The predicted rays of a gather pass.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReadingCost {
     tolerance: f64,
@@ -47,17 +47,18 @@ pub(crate) struct ReadingCost {
 }
 
 impl ReadingCost {
-    /// The cost of a wanted picture, from the error of a rough one of the same light and the price of hemisphere rays.
-    pub fn new(rough: &Rough, wanted: &Wanted, prices: [f64; READINGS]) -> ReadingCost {
-        ReadingCost::of(&rough.gathered.error, rough.camera, wanted, prices)
+    /// The cost of a requested picture, from the error of a rough one of the same light and the price of hemisphere
+    /// rays.
+    pub fn new(rough: &Rough, goal: &PictureGoal, prices: [f64; READINGS]) -> ReadingCost {
+        ReadingCost::of(&rough.gathered.error, rough.camera, goal, prices)
     }
 
     /// The same from the error that so many camera rays of each pixel left.
-    fn of(rough: &GatherError, rays: u32, wanted: &Wanted, prices: [f64; READINGS]) -> ReadingCost {
-        let pixels = (wanted.size.width * wanted.size.height) as f64;
+    fn of(rough: &GatherError, rays: u32, goal: &PictureGoal, prices: [f64; READINGS]) -> ReadingCost {
+        let pixels = (goal.size.width * goal.size.height) as f64;
         let [camera, hemisphere] = [rough.camera, rough.hemisphere].map(|rms| rough.share(rms));
         ReadingCost {
-            tolerance: wanted.tolerance,
+            tolerance: goal.tolerance,
             camera: pixels * f64::from(rays) * camera.powf(2.0 / EDGES),
             hemisphere: pixels * f64::from(ROUGH_RAYS) * hemisphere.powf(2.0 / RATE),
             prices,
@@ -82,14 +83,14 @@ impl ReadingCost {
     }
 
     /// By how many times more rays F is worth casting with, which `took` some and left `noise` relative to the picture:
-    /// they are few beside those of a gather pass that makes up for it.
+    /// they are few next to those of a gather pass that makes up for it.
     pub fn denser(&self, took: f64, noise: f64) -> u32 {
         let all = |times: u32| f64::from(times) * took + self.rays(noise * noise / f64::from(times), Reading::AtOnce);
         let times = (0..=DENSER).map(|k| 1 << k);
         times.min_by(|&a, &b| all(a).total_cmp(&all(b))).expect("1 is among them")
     }
 
-    /// What a pass takes beside a squared error of the light, relative to the picture, that is read in a way; in rays
+    /// What a pass takes next to a squared error of the light, relative to the picture, that is read in a way; in rays
     /// of paths.
     fn rays(&self, squared: f64, reading: Reading) -> f64 {
         let variance = left(self.tolerance, squared).powi(2);
@@ -105,8 +106,8 @@ mod tests {
 
     fn cost(hemisphere: f64, tolerance: f64) -> ReadingCost {
         let error = GatherError { camera: 0.3, hemisphere, fit: 0.0, signal: 1.0 };
-        let wanted = Wanted { tolerance, size: (100, 100).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
-        ReadingCost::of(&error, 2, &wanted, std::array::from_fn(|k| 1.0 + k as f64))
+        let goal = PictureGoal { tolerance, size: (100, 100).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
+        ReadingCost::of(&error, 2, &goal, std::array::from_fn(|k| 1.0 + k as f64))
     }
 
     /// Twice the noise takes 2^(2/1.4) times the hemisphere rays, and so does half the tolerance.

@@ -1,10 +1,10 @@
 //! Whether patches of one size stand for a scene at all, as measured at points: the two levels of patches agree where
 //! both are wrong alike, the residual does not ([`crate::error::residual`]).
 //!
-//! A few pixels, each by many paths, tell the squared error of the picture with its standard error. More of both make
-//! sure of an error that is suspected, and of light that is to be accepted.
+//! A few pixels, each by many paths, estimate the squared error of the picture with its standard error. More of both
+//! make sure of an error that is suspected, and of light that is to be accepted.
 //!
-//! Not handled: errors that few paths cannot tell from none; their standard error is stated.
+//! Not handled: errors below the standard error of few paths; it is stated.
 
 use crate::error::sampled_pixels::Brightness;
 use crate::error::{Effort, SampledPixels, SquaredError};
@@ -12,22 +12,21 @@ use crate::gather::Gathered;
 use crate::light::budget::{MATTERS, READ_AT_ONCE, SURE};
 use crate::rays::purpose::Purpose;
 use crate::reading::{READINGS, Reading};
+use crate::render::goal::{PictureGoal, Spent, timed};
 use crate::render::search::reading_cost::ReadingCost;
 use crate::render::search::solved::{Rough, Solved, rough_size};
-use crate::render::wanted::{Spent, Wanted, timed};
 
 /// Paths at first, and at most where an error is suspected or light is to be accepted, at a tolerance of 2 % or less;
 /// of those fewer in proportion at larger ones.
 const PATHS: [usize; 2] = [1 << 13, 1 << 16];
 /// Paths of a pixel over those of all in the mean, at least and at most.
-const LEAST: f32 = 0.25;
-const MOST: f32 = 16.0;
+const DENSITY: (f32, f32) = (0.25, 16.0);
 /// Standard errors beyond which an error is certain.
 const CERTAIN: f64 = 3.0;
 /// Squared error over what the two levels and the noise of F say, beyond which they are contradicted.
 const BEYOND: f64 = 2.0;
 
-/// What pixels say of the light on patches, beside what two levels of patches and two scramblings do.
+/// What sampled pixels show of the light on patches, next to what two levels of patches and two scramblings show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Finding {
     /// No more, or nothing that matters.
@@ -58,10 +57,10 @@ pub(crate) struct Check {
 
 impl Check {
     /// Of a solution whose rough picture is given.
-    pub fn new(solved: &Solved, wanted: &Wanted, rough: &Gathered) -> Check {
+    pub fn new(solved: &Solved, goal: &PictureGoal, rough: &Gathered) -> Check {
         let bright = brightness(rough);
-        let bright = Brightness { values: &bright, size: rough_size(wanted.size) };
-        let pixels = SampledPixels::new(&solved.view(wanted), bright, Purpose::SampledPixels.seed(wanted.seed));
+        let bright = Brightness { values: &bright, size: rough_size(goal.size) };
+        let pixels = SampledPixels::new(&solved.view(goal), bright, Purpose::SampledPixels.seed(goal.seed));
         Check { pixels, signal: rough.error.signal.powi(2), found: Default::default() }
     }
 
@@ -73,18 +72,18 @@ impl Check {
     /// Whether the light is off by more than its two levels of patches and its noise say, and by more than is
     /// tolerable.
     ///
-    /// Where nothing is left to do but to `accept` the light more paths are followed until they are sure.
-    pub fn find(&mut self, solved: &Solved, wanted: &Wanted, accept: bool, spent: &mut Spent) -> Finding {
+    /// Where the light is to be accepted more paths are followed until the error is certain.
+    pub fn find(&mut self, solved: &Solved, goal: &PictureGoal, accept: bool, spent: &mut Spent) -> Finding {
         if self.signal == 0.0 {
             return Finding::Agrees;
         }
         let [first, most] = PATHS;
-        let most = (most as f64 * (0.02 / wanted.tolerance).min(1.0)) as usize;
-        self.measure(solved, wanted, first, spent);
-        let mut judgement = self.judge(solved, wanted);
+        let most = (most as f64 * (0.02 / goal.tolerance).min(1.0)) as usize;
+        self.measure(solved, goal, first, spent);
+        let mut judgement = self.judge(solved, goal);
         if !judgement.is_certain && (accept || judgement.is_suspicious) {
-            self.measure(solved, wanted, most, spent);
-            judgement = self.judge(solved, wanted);
+            self.measure(solved, goal, most, spent);
+            judgement = self.judge(solved, goal);
         }
         judgement.finding
     }
@@ -94,15 +93,15 @@ impl Check {
     pub fn measure(
         &mut self,
         solved: &Solved,
-        wanted: &Wanted,
+        goal: &PictureGoal,
         most: usize,
         spent: &mut Spent,
     ) -> [SquaredError; READINGS] {
-        let certain = self.signal * (SURE * wanted.tolerance).powi(2);
-        let most = if wanted.is_late() { 0 } else { most };
-        let effort = Effort { wanted: certain, most, deadline: wanted.deadline };
+        let certain = self.signal * (SURE * goal.tolerance).powi(2);
+        let most = if goal.is_late() { 0 } else { most };
+        let effort = Effort { wanted: certain, most, deadline: goal.deadline };
         let before = self.pixels.rays();
-        let (found, seconds) = timed(|| self.pixels.measure(&solved.view(wanted), &solved.fields, effort));
+        let (found, seconds) = timed(|| self.pixels.measure(&solved.view(goal), &solved.fields, effort));
         spent.rays += self.pixels.rays() - before;
         spent.seconds.solve += seconds;
         self.found = found.map(|squared| squared.over(self.signal));
@@ -124,9 +123,9 @@ impl Check {
     }
 
     /// What the pixels say of the light.
-    fn judge(&self, solved: &Solved, wanted: &Wanted) -> Judgement {
+    fn judge(&self, solved: &Solved, goal: &PictureGoal) -> Judgement {
         let found = self.at_once();
-        let matters = (MATTERS * wanted.tolerance).powi(2);
+        let matters = (MATTERS * goal.tolerance).powi(2);
         let [noise, patches] = [solved.error.form_factors, solved.error.patches].map(|e| BEYOND * e.powi(2));
         let tolerable = matters.max(noise + patches);
         let finding = if found.lower() > tolerable {
@@ -146,22 +145,22 @@ impl Check {
     /// Chooses how the light is read, and states its error: if more than its share is certain, by the reading that the
     /// picture is the cheapest with; else the light is read at once.
     ///
-    /// Read at once, its error is the larger of what the two levels of patches say and what the pixels last asked do,
+    /// Read at once, its error is the larger of what the two levels of patches say and of the pixels sampled last,
     /// with their standard error.
-    pub fn confirm(&mut self, solved: &mut Solved, wanted: &Wanted, rough: &Rough, spent: &mut Spent) {
+    pub fn confirm(&mut self, solved: &mut Solved, goal: &PictureGoal, rough: &Rough, spent: &mut Spent) {
         if self.signal == 0.0 {
             return;
         }
         if !solved.fields.is_read_at_once() {
-            self.measure(solved, wanted, 0, spent);
+            self.measure(solved, goal, 0, spent);
         }
-        let cost = ReadingCost::new(rough, wanted, self.prices(solved));
-        self.state(solved, wanted, &cost);
+        let cost = ReadingCost::new(rough, goal, self.prices(solved));
+        self.state(solved, goal, &cost);
     }
 
-    /// The same from what pixels tell of the light as rays read it.
-    fn state(&self, solved: &mut Solved, wanted: &Wanted, cost: &ReadingCost) {
-        if self.at_once().lower() > (READ_AT_ONCE * wanted.tolerance).powi(2) {
+    /// The same from the sampled errors of the light as rays read it.
+    fn state(&self, solved: &mut Solved, goal: &PictureGoal, cost: &ReadingCost) {
+        if self.at_once().lower() > (READ_AT_ONCE * goal.tolerance).powi(2) {
             let squared = self.found.map(SquaredError::upper);
             let now = cost.cheapest(squared);
             if now.rays.is_finite() {
@@ -169,14 +168,14 @@ impl Check {
                 return solved.state(squared[now.reading.number()]);
             }
         }
-        // The paths see the noise of F as well, which is stated beside.
+        // The paths see the noise of F as well, which is stated separately.
         let noise = solved.error.form_factors.powi(2);
         let patches = (self.at_once().upper() - noise).max(0.0).sqrt();
         solved.error.patches = solved.error.patches.max(patches);
     }
 }
 
-/// The light of every pixel of a rough picture over their mean, within limits: dark pixels are looked at too, and
+/// The light of every pixel of a rough picture over their mean, within limits: dark pixels are sampled too, and
 /// luminaires are no part of the error.
 pub(crate) fn brightness(rough: &Gathered) -> Vec<f32> {
     let (picture, lamps) = (rough.total(), &rough.emission);
@@ -184,7 +183,7 @@ pub(crate) fn brightness(rough: &Gathered) -> Vec<f32> {
     let own = light.map(|(l, e)| if e.max_element() > 0.0 { 0.0 } else { l.element_sum() });
     let own: Vec<f32> = own.collect();
     let mean = own.iter().sum::<f32>() / own.len().max(1) as f32;
-    let within = |l: &f32| (l / mean.max(f32::MIN_POSITIVE)).clamp(LEAST, MOST);
+    let within = |l: &f32| (l / mean.max(f32::MIN_POSITIVE)).clamp(DENSITY.0, DENSITY.1);
     own.iter().map(within).collect()
 }
 
@@ -198,15 +197,15 @@ mod tests {
 
     const TOLERANCE: f64 = 0.02;
 
-    /// What pixels tell that find an error of `plain`, relative to the picture, if light is read at once and none after
-    /// one more ray, with a standard error of the square of `noise`.
+    /// The estimate of pixels that sample an error of `plain`, relative to the picture, if light is read at once and
+    /// none after one more ray, with a standard error of the square of `noise`.
     fn found(plain: f64, noise: f64) -> [SquaredError; READINGS] {
         [plain, 0.0].map(|error| SquaredError { value: error * error, deviation: noise * noise })
     }
 
     /// A solution of the Cornell box with its check, whose picture is 1 in all pixels.
     struct Checked {
-        wanted: Wanted,
+        goal: PictureGoal,
         solved: Solved,
         check: Check,
         cost: ReadingCost,
@@ -215,24 +214,24 @@ mod tests {
     fn checked() -> Checked {
         let p = Discretization::new(Scene::open("cornell-box").expect("a scene"), 200);
         let (tolerance, size) = (TOLERANCE, (16, 16).into());
-        let wanted = Wanted { tolerance, size, deadline: None, memory: f64::INFINITY, seed: 0 };
-        let task = Task { transport: Mode::Global.transport(), wanted: &wanted, watch: &Silent };
+        let goal = PictureGoal { tolerance, size, deadline: None, memory: f64::INFINITY, seed: 0 };
+        let task = Task { transport: Mode::Global.transport(), goal: &goal, watch: &Silent };
         let (solved, mut spent) = Solved::new(&p, &task, 256).expect("converges");
-        let rough = solved.rough(&wanted, &Silent);
-        let mut check = Check::new(&solved, &wanted, &rough.gathered);
-        check.find(&solved, &wanted, false, &mut spent);
-        let cost = ReadingCost::new(&rough, &wanted, check.prices(&solved));
-        Checked { wanted, solved, check, cost }
+        let rough = solved.rough(&goal, &Silent);
+        let mut check = Check::new(&solved, &goal, &rough.gathered);
+        check.find(&solved, &goal, false, &mut spent);
+        let cost = ReadingCost::new(&rough, &goal, check.prices(&solved));
+        Checked { goal, solved, check, cost }
     }
 
-    /// A street at night stated 0.62 % with 1.2 true: lamps beside what they light, whose direct light patches mixed.
-    /// Two levels of patches did not tell; the paths did, and nothing came of it.
+    /// A street at night stated 0.62 % with 1.2 true: lamps close to what they light, whose direct light patches mixed.
+    /// Two levels of patches do not show that error; paths do.
     #[test]
     fn one_more_ray_is_followed_where_patches_certainly_mix_light() {
         let confirmed = |found: [SquaredError; READINGS]| {
-            let Checked { wanted, mut solved, mut check, cost } = checked();
+            let Checked { goal, mut solved, mut check, cost } = checked();
             check.found = found;
-            check.state(&mut solved, &wanted, &cost);
+            check.state(&mut solved, &goal, &cost);
             (solved.reading, solved.error.sum().total)
         };
         // More than half of the tolerance is certain.
@@ -253,11 +252,11 @@ mod tests {
     /// the same kind, which took twice as long and stated 3.7 % with 4.8 true, where other seeds divided them.
     #[test]
     fn noise_that_may_explain_an_error_is_lessened_before_patches_are_judged() {
-        let Checked { wanted, mut solved, mut check, .. } = checked();
+        let Checked { goal, mut solved, mut check, .. } = checked();
         let mut finding = |error: f64, noise: f64, patches: f64| {
             (solved.error.form_factors, solved.error.patches) = (noise * TOLERANCE, patches * TOLERANCE);
             check.found = found(error * TOLERANCE, 0.0);
-            check.judge(&solved, &wanted).finding
+            check.judge(&solved, &goal).finding
         };
         assert_eq!(finding(1.9, 1.6, 0.0), Finding::Noisy);
         // Twice the squared error of the rounds is less.

@@ -6,8 +6,8 @@
 //! * Noise of F: the rows are cast twice with independent scramblings and half the rays each; the picture of half the
 //!   difference of the two solutions is the standard error.
 //! * Size of patches: the solution on patches four times as large, from the same rays ([`crate::solve::coarse_terms`]).
-//!   The error is of order 1.5 ([`ORDER`](crate::render::search::solved::ORDER)), so that of the finer patches is about half the
-//!   difference.
+//!   The error is of order 1.5 ([`ORDER`](crate::render::search::solved::ORDER)), so that of the finer patches is about
+//!   half the difference.
 //! * Truncation of the series: bounded.
 //! * The gather pass: estimated by itself ([`crate::gather::GatherError`]).
 //!
@@ -15,7 +15,7 @@
 //! and no visible surface receives does not count. A few pixels by many paths say whether that is all
 //! ([`crate::render::search::residual_check`]). Until the errors are within their shares, all patches become smaller
 //! and their rays more, or patches are divided by light ([`crate::render::search::division`]). Then the gather pass
-//! gets what is left of the tolerance. Where memory ends first they stay as they are, and the error says so.
+//! gets what remains of the tolerance. Where memory ends first they stay as they are, which the stated error includes.
 //!
 //! Not handled: patches along lines of contact have no larger patch; detail that neither level of patches resolves.
 
@@ -25,17 +25,17 @@ use crate::gather::{GatherPass, Gathering};
 use crate::light::budget::{FEW_PIXELS, FORM_FACTORS, PATCHES, left};
 use crate::render::assembly::{Discretization, render};
 use crate::render::fineness::Fineness;
+use crate::render::goal::{PictureGoal, Spent, timed};
 use crate::render::memory::{Held, fewer};
 use crate::render::rendered::Rendered;
 use crate::render::search::division::Division;
 use crate::render::search::residual_check::{Check, Finding};
 use crate::render::search::solved::{Next, Rough, Solved, Task, half_of, patches_for};
-use crate::render::wanted::{Spent, Wanted, timed};
 use crate::scene::Material;
 use crate::solve::Diverges;
 
 /// Patches, and rays a patch, at most.
-const MOST: Fineness = Fineness { patches: 200_000, rays: 1 << 16 };
+const FINEST: Fineness = Fineness { patches: 200_000, rays: 1 << 16 };
 /// Pixels that show their errors together; a picture of fewer is the mean of one of more.
 const ENOUGH: usize = 256;
 /// Times that patches of one size are chosen.
@@ -55,16 +55,16 @@ const MARGIN: f64 = 1.1;
 /// A picture of few pixels is the mean of a larger one: what a handful of pixels show of their own errors, each by one
 /// difference of halves, is chance.
 pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result<Rendered, Diverges> {
-    let Task { wanted, watch, .. } = *task;
-    let step = wanted.size.enlargement(ENOUGH);
-    let tolerance = if step > 1 { FEW_PIXELS * wanted.tolerance } else { wanted.tolerance };
-    let wanted = &Wanted { size: wanted.size.times(step), tolerance, ..*wanted };
-    let (solved, mut spent) = Search::new(first, &Task { wanted: &wanted.of_light(), ..*task }).run()?;
-    let error = left(wanted.tolerance, solved.error.sum().total.powi(2));
-    let within = Gathering::Within { error, seed: wanted.seed, deadline: wanted.deadline };
+    let Task { goal, watch, .. } = *task;
+    let step = goal.size.enlargement(ENOUGH);
+    let tolerance = if step > 1 { FEW_PIXELS * goal.tolerance } else { goal.tolerance };
+    let goal = &PictureGoal { size: goal.size.times(step), tolerance, ..*goal };
+    let (solved, mut spent) = Search::new(first, &Task { goal: &goal.of_light(), ..*task }).run()?;
+    let error = left(goal.tolerance, solved.error.sum().total.powi(2));
+    let within = Gathering::Within { error, seed: goal.seed, deadline: goal.deadline };
     // The rough picture has shown the errors of the fields.
     let fields = solved.fields.led().read_by(solved.reading);
-    let gather = || render(&solved.mode.lights, &fields, &GatherPass::new(wanted.size, within), watch);
+    let gather = || render(&solved.mode.lights, &fields, &GatherPass::new(goal.size, within), watch);
     let (gathered, seconds) = timed(gather);
     spent.seconds.gather += seconds;
     let gathered = if step > 1 { gathered.averaged(step) } else { gathered };
@@ -113,7 +113,7 @@ impl<'a> Search<'a> {
         Search {
             task: *task,
             patches: first.clone(),
-            rays: Fineness::first(task.wanted.tolerance).rays,
+            rays: Fineness::first(task.goal.tolerance).rays,
             spent: Spent::default(),
             check: None,
             division: None,
@@ -144,14 +144,14 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Cuts fewer patches where memory asks for it.
+    /// Cuts fewer patches where memory would not do.
     fn keep_within_memory(&mut self) {
         if self.division.is_some() {
             return;
         }
-        let Task { transport, wanted, .. } = self.task;
-        let sampling = half_of(self.rays, wanted.seed, 0);
-        let (found, seconds) = timed(|| fewer(&self.patches, transport, &sampling, HELD, wanted.memory));
+        let Task { transport, goal, .. } = self.task;
+        let sampling = half_of(self.rays, goal.seed, 0);
+        let (found, seconds) = timed(|| fewer(&self.patches, transport, &sampling, HELD, goal.memory));
         self.spent.seconds.patches += seconds;
         self.count += 1;
         self.is_full = found.is_some();
@@ -161,8 +161,8 @@ impl<'a> Search<'a> {
 
     /// A rough picture, which shows the errors of F and of patch size.
     fn look(&mut self, solved: &mut Solved) -> Rough {
-        let Task { wanted, watch, .. } = self.task;
-        let (rough, seconds) = timed(|| solved.rough(wanted, watch));
+        let Task { goal, watch, .. } = self.task;
+        let (rough, seconds) = timed(|| solved.rough(goal, watch));
         self.spent.seconds.gather += seconds;
         self.spent.rays += rough.gathered.rays;
         solved.set_errors(&rough.gathered);
@@ -174,7 +174,7 @@ impl<'a> Search<'a> {
 
     /// Finds from how near light may be read.
     fn set_nearest(&mut self, solved: &mut Solved) {
-        let (cast, seconds) = timed(|| solved.set_nearest(self.task.wanted));
+        let (cast, seconds) = timed(|| solved.set_nearest(self.task.goal));
         self.spent.seconds.solve += seconds;
         self.spent.rays += cast;
     }
@@ -195,28 +195,28 @@ impl<'a> Search<'a> {
     /// What is to be done with a solution on patches of one size, whose errors two levels of patches and two
     /// scramblings show; states what the check says of one that is accepted.
     fn judge_even(&mut self, solved: Solved, rough: &Rough) -> Next {
-        let wanted = self.task.wanted;
+        let goal = self.task.goal;
         let patches = solved.patches().len();
         let mut excess = Excess {
-            noise: solved.error.form_factors / (FORM_FACTORS * wanted.tolerance),
-            size: solved.error.patches / (PATCHES * wanted.tolerance),
+            noise: solved.error.form_factors / (FORM_FACTORS * goal.tolerance),
+            size: solved.error.patches / (PATCHES * goal.tolerance),
         };
         if self.is_first && solved.patches().alone() > ALONE {
             excess.size = excess.size.max(2.0);
         }
-        let last = self.is_full || wanted.is_late() || self.count == ROUNDS;
-        let check = self.check.get_or_insert_with(|| Check::new(&solved, wanted, &rough.gathered));
+        let last = self.is_full || goal.is_late() || self.count == ROUNDS;
+        let check = self.check.get_or_insert_with(|| Check::new(&solved, goal, &rough.gathered));
         check.compare_with(&rough.gathered);
         let is_within = |excess: Excess| excess.noise <= 1.0 && excess.size <= 1.0;
-        let finding = check.find(&solved, wanted, last || is_within(excess), &mut self.spent);
-        if finding == Finding::Noisy && excess.noise > 1.0 && self.rays < MOST.rays && !last {
+        let finding = check.find(&solved, goal, last || is_within(excess), &mut self.spent);
+        if finding == Finding::Noisy && excess.noise > 1.0 && self.rays < FINEST.rays && !last {
             return Next::Rays(self.finer(patches, Excess { size: 0.0, ..excess }).rays);
         }
         let wrong = finding == Finding::Wrong;
         let squared = check.squared();
         let helped = squared < HELPED * std::mem::replace(&mut self.squared, squared);
         // Patches half as wide would be as many as triangles, and so could separate those.
-        let are_separated = (solved.mode.scene().faces.len()..=MOST.patches).contains(&(4 * patches));
+        let are_separated = (solved.mode.scene().faces.len()..=FINEST.patches).contains(&(4 * patches));
         if wrong && helped && !last && are_separated {
             return Next::Finer(self.finer(patches, Excess { size: f64::INFINITY, ..excess }));
         }
@@ -224,9 +224,9 @@ impl<'a> Search<'a> {
             return Next::Divide(Box::new(solved), f64::INFINITY);
         }
         if helped {
-            excess.size = excess.size.max(squared.sqrt() / (PATCHES * wanted.tolerance));
+            excess.size = excess.size.max(squared.sqrt() / (PATCHES * goal.tolerance));
         }
-        if is_within(excess) || last || (excess.size > 1.0 && patches >= MOST.patches) {
+        if is_within(excess) || last || (excess.size > 1.0 && patches >= FINEST.patches) {
             return self.accept(solved, rough);
         }
         if excess.size > 1.0 {
@@ -239,26 +239,26 @@ impl<'a> Search<'a> {
     /// Accepts light on patches of one size, unless those divided by light may come nearer and memory is not what is
     /// short.
     fn accept(&mut self, mut solved: Solved, rough: &Rough) -> Next {
-        let wanted = self.task.wanted;
+        let goal = self.task.goal;
         // Not before: rays that go on hide what patches mix, and dividing those serves all rays.
         self.set_nearest(&mut solved);
         let check = self.check.as_mut().expect("light is checked before it is accepted");
-        check.confirm(&mut solved, wanted, rough, &mut self.spent);
+        check.confirm(&mut solved, goal, rough, &mut self.spent);
         let total = solved.error.sum().total;
-        if total > wanted.tolerance && !self.is_tight && !wanted.is_late() {
+        if total > goal.tolerance && !self.is_tight && !goal.is_late() {
             return Next::Divide(Box::new(solved), total * total);
         }
         Next::Accept(Box::new(solved))
     }
 
-    /// The patches and rays that errors ask for: errors of patch size fall as the size to the power
+    /// The patches and rays that errors require: errors of patch size fall as the size to the power
     /// [`ORDER`](crate::render::search::solved::ORDER), noise of F as the root of all rays, at least.
     fn finer(&self, patches: usize, excess: Excess) -> Fineness {
         let more = patches_for(MARGIN * excess.size).clamp(1.0, 4.0);
         let denser = (1.2 * excess.noise * excess.noise / more).clamp(1.0, 16.0);
         Fineness {
-            patches: ((patches as f64 * more) as usize).min(MOST.patches),
-            rays: ((f64::from(self.rays) * denser) as u32).min(MOST.rays),
+            patches: ((patches as f64 * more) as usize).min(FINEST.patches),
+            rays: ((f64::from(self.rays) * denser) as u32).min(FINEST.rays),
         }
     }
 
@@ -274,7 +274,7 @@ impl<'a> Search<'a> {
         let (task, spent) = (&self.task, &mut self.spent);
         let began = Instant::now();
         let division = self.division.get_or_insert_with(|| {
-            self.rays = Division::first_rays(task.wanted.tolerance);
+            self.rays = Division::first_rays(task.goal.tolerance);
             Division::new(task, &solved, rough, spent)
         });
         self.rays = division.rays(self.rays);

@@ -1,5 +1,5 @@
-//! A solution of one mode with what is needed to estimate its error: the mean of two scramblings, half their difference,
-//! and the difference to patches four times as large.
+//! A solution of one mode with what is needed to estimate its error: the mean of two scramblings, half their
+//! difference, and the difference to patches four times as large.
 //!
 //! Not handled: how fine the patches are and how many rays are cast ([`crate::render::search::rounds`]).
 
@@ -17,8 +17,8 @@ use crate::pictures::Size;
 use crate::rays::sobol::replica_seed;
 use crate::reading::{Fields, Linear, Reading, View, linear};
 use crate::render::assembly::{Assembled, Discretization, Watch, assemble, render};
+use crate::render::goal::{PictureGoal, Spent, timed};
 use crate::render::rendered::{ErrorParts, Rendered};
-use crate::render::wanted::{Spent, Wanted, timed};
 use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
 
 /// Hemisphere rays of a patch for each to a luminaire.
@@ -29,7 +29,7 @@ const ROUGH: usize = 64;
 const ROUGH_CAMERA: u32 = 2;
 /// Hemisphere rays of each of its pixels, and camera rays at most.
 pub(crate) const ROUGH_RAYS: u32 = 32;
-/// Noise of camera rays over all that the picture shows, beyond which they are doubled: what is left of the picture
+/// Noise of camera rays over all that the picture shows, beyond which they are doubled: what remains of the picture
 /// without it is then known too poorly.
 const ROUGH_NOISE: f64 = 0.5;
 
@@ -50,9 +50,9 @@ pub(crate) fn patches_for(smaller: f64) -> f64 {
     smaller.powf(2.0 / ORDER)
 }
 
-/// A small picture of light on patches, enough to tell the errors of that.
+/// A small picture of light on patches, enough to estimate its errors.
 pub(crate) struct Rough {
-    /// Its RMS is that of the picture without the noise, which would make all errors seem small beside it.
+    /// Its RMS is that of the picture without the noise, which would make all errors seem small relative to it.
     pub gathered: Gathered,
     /// Camera rays of each pixel.
     pub camera: u32,
@@ -64,7 +64,7 @@ pub(crate) struct Task<'a> {
     /// The mode.
     pub transport: Transport,
     /// How near the picture is to be.
-    pub wanted: &'a Wanted,
+    pub goal: &'a PictureGoal,
     pub watch: &'a dyn Watch,
 }
 
@@ -74,7 +74,7 @@ pub(crate) struct Solved {
     solution: Solution,
     pub fields: Fields,
     pub error: ErrorParts,
-    /// RMS of the picture that the errors of F and of patches are told beside.
+    /// RMS of the picture that the errors of F and of patches are relative to.
     signal: f64,
     /// How the gather pass is to read the light.
     pub reading: Reading,
@@ -87,15 +87,15 @@ impl Solved {
     /// # Errors
     /// [`Diverges`] where the spectral radius is not proved to be below 1.
     pub fn new(p: &Discretization, task: &Task, rays: u32) -> Result<(Solved, Spent), Diverges> {
-        let Task { transport, wanted, watch } = *task;
+        let Task { transport, goal, watch } = *task;
         let mut spent = Spent::default();
         let cast = || {
-            let lights = p.lights(p.transports(transport), STAND_INS * wanted.tolerance);
-            [0, 1].map(|half| cast_half(&lights, transport, half_of(rays, wanted.seed, half), watch))
+            let lights = p.lights(p.transports(transport), STAND_INS * goal.tolerance);
+            [0, 1].map(|half| cast_half(&lights, transport, half_of(rays, goal.seed, half), watch))
         };
         let ([(first, a), (second, b)], seconds) = timed(cast);
         (spent.seconds.form_factors, spent.rays) = (seconds, a + b);
-        let settings = Settings { tolerance: TRUNCATION * wanted.tolerance, ..Settings::default() };
+        let settings = Settings { tolerance: TRUNCATION * goal.tolerance, ..Settings::default() };
         let solve = || {
             let solution = neumann(&first.operator, &settings)?;
             let other = neumann(&second.operator, &settings)?;
@@ -177,26 +177,26 @@ impl Solved {
         self.mode.patches()
     }
 
-    /// What a small picture looks at.
-    pub fn rough_view(&self, wanted: &Wanted) -> View<'_> {
-        View::new(&self.mode.lights, rough_size(wanted.size))
+    /// The view of a small picture.
+    pub fn rough_view(&self, goal: &PictureGoal) -> View<'_> {
+        View::new(&self.mode.lights, rough_size(goal.size))
     }
 
-    /// What the picture looks at.
-    pub fn view(&self, wanted: &Wanted) -> View<'_> {
-        View::new(&self.mode.lights, wanted.size)
+    /// The view of the picture.
+    pub fn view(&self, goal: &PictureGoal) -> View<'_> {
+        View::new(&self.mode.lights, goal.size)
     }
 
     /// A small picture, enough to estimate the errors of the fields.
-    pub fn rough(&self, wanted: &Wanted, watch: &dyn Watch) -> Rough {
+    pub fn rough(&self, goal: &PictureGoal, watch: &dyn Watch) -> Rough {
         let (mut camera, mut rays) = (ROUGH_CAMERA, 0);
         loop {
-            let sampling = GatherSampling { camera, luminaire: 1, hemisphere: ROUGH_RAYS / camera, seed: wanted.seed };
+            let sampling = GatherSampling { camera, luminaire: 1, hemisphere: ROUGH_RAYS / camera, seed: goal.seed };
             let mut gathered =
-                render(&self.mode.lights, &self.fields, &GatherPass::new(rough_size(wanted.size), &sampling), watch);
+                render(&self.mode.lights, &self.fields, &GatherPass::new(rough_size(goal.size), &sampling), watch);
             rays += gathered.rays;
             let noise = gathered.error.share(gathered.error.camera);
-            if noise <= ROUGH_NOISE || camera == ROUGH_RAYS || wanted.is_late() {
+            if noise <= ROUGH_NOISE || camera == ROUGH_RAYS || goal.is_late() {
                 gathered.rays = rays;
                 gathered.error = gathered.error.over_signal_alone();
                 return Rough { gathered, camera };
@@ -207,8 +207,8 @@ impl Solved {
 
     /// Finds from how near the light of each patch may be read, and returns the rays cast. Errors of patch light
     /// itself, which show whether patches are to be divided, are measured before.
-    pub fn set_nearest(&mut self, wanted: &Wanted) -> u64 {
-        let (nearest, cast) = nearest_read(&self.rough_view(wanted), &self.fields, wanted.seed);
+    pub fn set_nearest(&mut self, goal: &PictureGoal) -> u64 {
+        let (nearest, cast) = nearest_read(&self.rough_view(goal), &self.fields, goal.seed);
         self.fields = std::mem::take(&mut self.fields).not_read_nearer(nearest);
         cast
     }
@@ -248,7 +248,7 @@ impl Solved {
 
 /// What is to be done after a round.
 pub(crate) enum Next {
-    /// Nothing: this light is as it is wanted, or as good as it gets.
+    /// Nothing: this light is as accurate as requested, or as it can be.
     Accept(Box<Solved>),
     /// So many rays from each patch, on the same patches.
     Rays(u32),

@@ -1,4 +1,4 @@
-//! What progressive shooting asks of a scene: the light that one patch sends, and what is emitted at first; over an
+//! What progressive shooting needs of a scene: the light that one patch sends, and what is emitted at first; over an
 //! assembled K, or by rays without any F.
 //!
 //! Not handled: the order of shots, and what is unshot; that is [`crate::solve::shooting`]'s.

@@ -13,7 +13,7 @@ use crate::operator::{Bounds, Spectrum};
 use crate::render::{Discretization, Watch};
 use crate::study::map::survey::Survey;
 
-/// Radii looked at for one alpha at most.
+/// Radii bounded for one alpha at most.
 const STEPS: usize = 4;
 
 /// The spectral radii at one tau and alpha = 1.

@@ -25,14 +25,14 @@ use glam::Vec4;
 
 use crate::form_factors::{Layers, Sampling, Variant, cast_layers};
 use crate::light::{Rgb, Transport};
-use crate::operator::{Effort, Spectrum, spectrum_of};
+use crate::operator::{Spectrum, SpectrumEffort, spectrum_of};
 use crate::patches::Patches;
 use crate::rays::Rays;
 use crate::render::{Discretization, Stored, Unfit, Watch, check_fit, pilots};
 use crate::scene::Scene;
 
 /// How exactly radii are found. They are those at alpha = 1: on which side of 1 they lie is no question.
-const EFFORT: Effort = Effort { gap: 1e-3, products: 256, undecided: 0 };
+const EFFORT: SpectrumEffort = SpectrumEffort { gap: 1e-3, products: 256, undecided: 0 };
 
 /// What is surveyed.
 #[derive(Clone, Copy)]

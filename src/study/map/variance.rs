@@ -10,7 +10,7 @@
 //! ```
 //!
 //! Elsewhere radii come from some hundred patches. Their size and the noise of their rays move the radii by some
-//! percent, so what lies within [`MARGIN`] of 1 is left open, as is what colours leave open. Not handled:
+//! percent, so what lies within [`MARGIN`] of 1 is undecided, as is what colours leave open. Not handled:
 //! `max_bounces`, which makes any variance finite, of the sum up to there, and by far too large to be of use where it
 //! would be infinite without.
 

@@ -1,4 +1,4 @@
-//! What a picture is to be, and what was spent on it.
+//! The requested accuracy of a picture, and what was spent on it.
 
 use std::time::Instant;
 
@@ -6,12 +6,12 @@ use crate::error::deadline::{is_over, would_be_over};
 use crate::pictures::Size;
 use crate::render::assembly::Seconds;
 
-/// Share of the time that is left that finding the light may take; the rest is the gather pass's.
+/// Share of the remaining time that the light on patches may take; the rest is the gather pass's.
 const LIGHT: f64 = 2.0 / 3.0;
 
-/// What a picture is to be.
+/// The requested accuracy of a picture, and what it may take.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wanted {
+pub(crate) struct PictureGoal {
     /// Relative RMS error of the picture.
     pub tolerance: f64,
     /// Pixels across and down.
@@ -24,7 +24,7 @@ pub(crate) struct Wanted {
     pub seed: u32,
 }
 
-impl Wanted {
+impl PictureGoal {
     /// Whether the time is over.
     pub fn is_late(&self) -> bool {
         is_over(self.deadline)
@@ -35,11 +35,11 @@ impl Wanted {
         would_be_over(self.deadline, began, 2.0)
     }
 
-    /// The same for the light that a picture shows: two thirds of the time that is left.
-    pub fn of_light(&self) -> Wanted {
+    /// The same for the light that a picture shows: two thirds of the remaining time.
+    pub fn of_light(&self) -> PictureGoal {
         let now = Instant::now();
         let deadline = self.deadline.map(|end| now + end.saturating_duration_since(now).mul_f64(LIGHT));
-        Wanted { deadline, ..*self }
+        PictureGoal { deadline, ..*self }
     }
 }
 
