@@ -11,7 +11,7 @@ use glam::{DVec3, Vec3};
 use halflight::light::Gloss;
 use halflight::pictures::{Picture, Size};
 use halflight::reference::opengl::{NoOpenGl, OpenGlPicture, render};
-use halflight::scene::{Camera, Material, PunctualForm, PunctualLight, PunctualPlace, Scene};
+use halflight::scene::{Beam, Camera, Material, PunctualForm, PunctualLight, PunctualPlace, Scene};
 use halflight::study::figures::{FiveLights, Lit, LocalEffort, TwoSpheres, local_light};
 
 /// OpenGL's picture; none where there is no OpenGL.
@@ -47,18 +47,18 @@ fn its_colours_are_the_closed_form() {
     let position = DVec3::new(-0.5, 0.4, 1.1);
     let place = PunctualPlace { position, attenuation: [0.3, 0.2, 0.7] };
     let direction = DVec3::new(0.2, -0.1, -1.0).normalize();
-    let spot = PunctualForm::Spot { place, direction, exponent: 3.0, cutoff: 0.0 };
+    let spot = PunctualForm::Point { place, beam: Beam::Spot { direction, exponent: 3.0, cutoff: 0.0 } };
     let d = position.length();
     let l = position / d;
     let weak = 0.3 + 0.2 * d + 0.7 * d * d;
     let cases = [
-        (PunctualForm::Point(place), l, 1.0 / weak),
+        (PunctualForm::even(place), l, 1.0 / weak),
         (spot, l, (-direction.dot(l)).powi(3) / weak),
         (PunctualForm::Directional { direction }, -direction, 1.0),
     ];
     for (form, l, falling) in cases {
         for gloss in [None, Some(Gloss { specular: Vec3::new(0.1, 0.2, 0.3), exponent: 12.0 })] {
-            let scene = floor(gloss, vec![PunctualLight { form, intensity: Vec3::new(1.0, 0.8, 0.6) }]);
+            let scene = floor(gloss, vec![PunctualLight { form: form.clone(), intensity: Vec3::new(1.0, 0.8, 0.6) }]);
             let Some(found) = drawn(&scene, (1, 1), 4) else { return };
             let h = (l + scene.camera.position.as_dvec3().normalize()).normalize();
             let specular = gloss.map_or(DVec3::ZERO, |g| g.specular.as_dvec3() * h.z.powf(f64::from(g.exponent)));
@@ -73,7 +73,7 @@ fn its_colours_are_the_closed_form() {
 #[test]
 fn what_it_has_not_is_refused() {
     let place = PunctualPlace { position: DVec3::Z, attenuation: [0.0, 0.0, 1.0] };
-    let light = PunctualLight { form: PunctualForm::Point(place), intensity: Vec3::ONE };
+    let light = PunctualLight { form: PunctualForm::even(place), intensity: Vec3::ONE };
     let many = floor(None, vec![light.clone(); 9]);
     let sharp = floor(Some(Gloss { specular: Vec3::ONE, exponent: 500.0 }), vec![light]);
     for scene in [many, sharp] {

@@ -13,7 +13,7 @@ use halflight::pictures::{Picture, Size, relative_rms};
 use halflight::rays::Rays;
 use halflight::reference::{NextEvent, TraceSettings, Tracer};
 use halflight::render::{Discretization, End};
-use halflight::scene::{LoadOptions, PunctualForm, PunctualLight, PunctualPlace, Scene};
+use halflight::scene::{Beam, LoadOptions, PunctualForm, PunctualLight, PunctualPlace, Scene};
 use halflight::solve::{Emitted, RaySettings, Settings, Shooting, ShootingSettings, explore, neumann, norm};
 use halflight::surfaces::SurfacePoint;
 
@@ -165,7 +165,7 @@ fn shadows_end_where_geometry_says() {
 }
 
 /// A room without a ceiling or a front in which a slab hangs, or a closed one; lights of one kind.
-fn room(open: bool, form: PunctualForm, intensity: f32) -> Scene {
+fn room(open: bool, form: &PunctualForm, intensity: f32) -> Scene {
     let mut mesh = Mesh::default();
     let p = DVec3::new;
     if open {
@@ -179,7 +179,7 @@ fn room(open: bool, form: PunctualForm, intensity: f32) -> Scene {
     }
     mesh.cuboid(p(0.2, -0.3, 0.1), p(0.4, 0.1, 0.3), DQuat::from_rotation_y(0.4), Facing::Out, 2);
     let mut scene = mesh.scene(vec![grey("floor", 0.6), grey("wall", 0.5), grey("slab", 0.7)]);
-    scene.lights.push(PunctualLight { form, intensity: intensity * Vec3::new(1.0, 0.8, 0.6) });
+    scene.lights.push(PunctualLight { form: form.clone(), intensity: intensity * Vec3::new(1.0, 0.8, 0.6) });
     scene
 }
 
@@ -189,9 +189,12 @@ fn place(attenuation: [f64; 3]) -> PunctualPlace {
 
 fn forms() -> [PunctualForm; 4] {
     let direction = DVec3::new(0.2, -1.0, -0.1).normalize();
-    let spot = |exponent, cutoff| PunctualForm::Spot { place: place([0.0, 0.0, 1.0]), direction, exponent, cutoff };
+    let spot = |exponent, cutoff| PunctualForm::Point {
+        place: place([0.0, 0.0, 1.0]),
+        beam: Beam::Spot { direction, exponent, cutoff },
+    };
     [
-        PunctualForm::Point(place([0.1, 0.3, 1.0])),
+        PunctualForm::even(place([0.1, 0.3, 1.0])),
         spot(1.0, 40f64.to_radians().cos()),
         spot(4.0, 0.0),
         PunctualForm::Directional { direction: DVec3::new(0.3, -1.0, -0.5).normalize() },
@@ -232,27 +235,27 @@ fn agrees(scene: &Scene, transport: Transport, samples: u32, times: f64, what: &
 fn every_mode_agrees_with_the_path_tracer() {
     for form in forms() {
         for mode in Mode::ALL {
-            agrees(&room(true, form, 3.0), mode.transport(), 3072, 1.5, &format!("{mode} {form:?}"));
+            agrees(&room(true, &form, 3.0), mode.transport(), 3072, 1.5, &format!("{mode} {form:?}"));
         }
-        agrees(&room(true, form, 3.0), transport(0.5, 0.5), 3072, 1.5, &format!("half {form:?}"));
+        agrees(&room(true, &form, 3.0), transport(0.5, 0.5), 3072, 1.5, &format!("half {form:?}"));
     }
 }
 
 #[test]
 fn the_error_stated_of_a_room_lit_by_one_light_is_true() {
     for form in &forms()[..2] {
-        agrees(&room(false, *form, 1.0), Mode::Global.transport(), 4096, 1.2, &format!("closed {form:?}"));
+        agrees(&room(false, form, 1.0), Mode::Global.transport(), 4096, 1.2, &format!("closed {form:?}"));
     }
 }
 
 #[test]
 fn many_lights_are_drawn_without_bias() {
-    let mut scene = room(true, forms()[0], 0.0);
+    let mut scene = room(true, &forms()[0], 0.0);
     scene.lights = (0..200)
         .map(|k| {
             let at = |axis| 1.6 * random(k, axis) - 0.8;
             let position = DVec3::new(at(0), at(1), at(2));
-            let form = PunctualForm::Point(PunctualPlace { position, attenuation: [0.0, 0.0, 1.0] });
+            let form = PunctualForm::even(PunctualPlace { position, attenuation: [0.0, 0.0, 1.0] });
             PunctualLight { form, intensity: Vec3::new(1.0, 0.5, random(k, 3) as f32) }
         })
         .collect();
@@ -275,8 +278,8 @@ fn many_lights_are_drawn_without_bias() {
 #[test]
 fn shooting_and_bounces_know_them() {
     let half = transport(0.5, 0.5);
-    for form in [forms()[1], forms()[3]] {
-        let p = Solver::new(&room(true, form, 3.0)).cut(300);
+    for form in [1, 3].map(|k| forms()[k].clone()) {
+        let p = Solver::new(&room(true, &form, 3.0)).cut(300);
         let mode = assemble_one(&p, half, &sampling(256, 0));
         let series = explore(&mode.operator, 20);
         let shooter = mode.shooter();
@@ -313,4 +316,52 @@ fn difference(areas: &[f64], a: &[halflight::Light], b: &[halflight::Light]) -> 
     };
     let apart: Vec<halflight::Light> = a.iter().zip(b).map(apart).collect();
     norm(areas, &apart) / norm(areas, b)
+}
+
+/// An IES file of a light whose intensity goes as the cosine to its axis, `down` W/sr at most, every half degree.
+fn cosine_file(down: f64) -> String {
+    let angles: Vec<f64> = (0..=180).map(|k| 0.5 * f64::from(k)).collect();
+    let row = |of: &dyn Fn(f64) -> f64| angles.iter().map(|&a| format!("{} ", of(a))).collect::<String>();
+    let candela = row(&|a| 683.0 * down * a.to_radians().cos());
+    format!("IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 181 1 1 2 0 0 0\n1 1 0\n{}\n0\n{candela}\n", row(&|a| a))
+}
+
+/// A measured intensity of cosine is Warn's light of exponent 1, whoever computes its picture: gather pass, path tracer
+/// with and without next-event estimation, and walks of light.
+#[test]
+fn a_measured_cosine_is_warns_light() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("a file");
+    let manifest = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    for file in ["cornell-box.obj", "cornell-box.mtl"] {
+        std::fs::copy(manifest.join("meshes").join(file), folder.path().join(file)).expect("a copy");
+    }
+    write("cosine.ies", &cosine_file(2e4));
+    let head = "obj = \"cornell-box.obj\"\n[materials.light]\nemission = [0, 0, 0]\n[[lights]]\n";
+    let place = "position = [300, 500, 250]\ndirection = [0.2, -1, 0.1]\n";
+    write("ies.toml", &format!("{head}type = \"ies\"\nfile = \"cosine.ies\"\nintensity = [1, 0.5, 0.25]\n{place}"));
+    write("warn.toml", &format!("{head}type = \"warn\"\nexponent = 1\nintensity = [2e4, 1e4, 5e3]\n{place}"));
+    let scenes = ["ies.toml", "warn.toml"]
+        .map(|name| Scene::load(&folder.path().join(name), LoadOptions::default()).expect("a scene"));
+    let size = Size { width: 24, height: 24 };
+    let off = |[a, b]: [Picture; 2]| relative_rms(&a, &b, None, None).expect("one size");
+    // Chords of the cosine over half a degree are off by a hundred thousandth.
+    let local = scenes.each_ref().map(|s| rendered(s, Mode::Local.transport(), size, 0.05, 0).picture);
+    assert!(off(local) < 2e-5);
+    let settings = TraceSettings::default();
+    let traced = scenes.each_ref().map(|s| {
+        let transports = s.transports(Mode::Global.transport());
+        let rays = Rays::new(s);
+        let mut tracer = Tracer::new(s, &rays, &transports, size, &settings);
+        tracer.pass(16);
+        tracer.picture()
+    });
+    assert!(off(traced) < 1e-4);
+    let powers = scenes.each_ref().map(|s| {
+        let series = Solver::new(s).bounces(Mode::Global, 3).tolerance(0.02);
+        series.solution.bounces.iter().map(|b| b.power[0]).collect::<Vec<_>>()
+    });
+    for (a, b) in powers[0].iter().zip(&powers[1]).skip(1) {
+        assert!((a / b - 1.0).abs() < 0.04, "{powers:?}");
+    }
 }

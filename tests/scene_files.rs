@@ -4,7 +4,9 @@ use std::fs;
 
 use glam::{DVec3, Vec3};
 use halflight::light::{Mode, Rgb, Visibility};
-use halflight::scene::{LoadOptions, Material, PunctualForm, PunctualLight, PunctualPlace, Scene, SceneError, Sides};
+use halflight::scene::{
+    Beam, LoadOptions, Material, PunctualForm, PunctualLight, PunctualPlace, Scene, SceneError, Sides,
+};
 use miette::Diagnostic;
 use proptest::prelude::*;
 
@@ -291,18 +293,19 @@ fn lights_without_area_are_read_in_unit_coordinates() {
     // The square is one unit wide, so the frame's scale is a half.
     let scene = lit("type = \"point\"\nposition = [0.5, 0.5, 1]\nattenuation = [1, 2, 3]\n").unwrap();
     let place = PunctualPlace { position: DVec3::new(0.0, 0.0, 2.0), attenuation: [1.0, 1.0, 0.75] };
-    let expected = PunctualLight { form: PunctualForm::Point(place), intensity: Vec3::new(1.0, 2.0, 3.0) };
+    let expected = PunctualLight { form: PunctualForm::even(place), intensity: Vec3::new(1.0, 2.0, 3.0) };
     assert_eq!(scene.lights, [expected]);
     let spot = "type = \"spot\"\nposition = [0.5, 0.5, 1]\ndirection = [0, 0, -1e-200]\ncutoff = 60\n";
-    let PunctualForm::Spot { place, direction, exponent, cutoff } = lit(spot).unwrap().lights[0].form else {
+    let scene = lit(spot).unwrap();
+    let PunctualForm::Point { place, beam: Beam::Spot { direction, exponent, cutoff } } = &scene.lights[0].form else {
         panic!("a spot");
     };
-    assert_eq!((place.attenuation, direction, exponent), ([0.0, 0.0, 0.25], DVec3::NEG_Z, 0.0));
+    assert_eq!((place.attenuation, *direction, *exponent), ([0.0, 0.0, 0.25], DVec3::NEG_Z, 0.0));
     assert!((cutoff - 0.5).abs() < 1e-15);
     let warn = "type = \"warn\"\nposition = [0, 0, 1]\ndirection = [0, 0, -2]\nexponent = 4\n";
-    let form = lit(warn).unwrap().lights[0].form;
-    assert!(matches!(form, PunctualForm::Spot { exponent: 4.0, cutoff: 0.0, .. }));
-    let form = lit("type = \"directional\"\ndirection = [3, 0, -4]\n").unwrap().lights[0].form;
+    let form = lit(warn).unwrap().lights[0].form.clone();
+    assert!(matches!(form, PunctualForm::Point { beam: Beam::Spot { exponent: 4.0, cutoff: 0.0, .. }, .. }));
+    let form = lit("type = \"directional\"\ndirection = [3, 0, -4]\n").unwrap().lights[0].form.clone();
     let PunctualForm::Directional { direction } = form else { panic!("parallel light") };
     assert!(direction.distance(DVec3::new(0.6, 0.0, -0.8)) < 1e-15);
     // Two tables are two lights; a scene without emission is not dark where one of them shines.

@@ -16,7 +16,7 @@ use glam::{DVec3, Vec3};
 use crate::direct::emitters::occlusion::Occlusion;
 use crate::direct::lights::Lights;
 use crate::direct::luminaire_light::{Scratch, point_for};
-use crate::scene::{PunctualForm, PunctualLight, PunctualPlace};
+use crate::scene::{PunctualForm, PunctualLight};
 use crate::surfaces::SurfacePoint;
 
 /// Lights drawn where they are many.
@@ -38,13 +38,14 @@ impl Falling {
     /// What falls from a light on a point, `weigh(l)` standing for n·l, l the unit vector to the light; `None` where
     /// nothing does.
     fn new(light: &PunctualLight, x: DVec3, weigh: &impl Fn(DVec3) -> f64) -> Option<Falling> {
-        let (way, share, distance) = match light.form {
-            PunctualForm::Point(place) => at(&place, x, |_| 1.0),
-            PunctualForm::Spot { place, direction, exponent, cutoff } => at(&place, x, |way| {
-                let cosine = -direction.dot(way);
-                if cosine > 0.0 && cosine >= cutoff { cosine.powf(exponent) } else { 0.0 }
-            }),
-            PunctualForm::Directional { direction } => (-direction, 1.0, AWAY),
+        let (way, share, distance) = match &light.form {
+            PunctualForm::Point { place, beam } => {
+                let across = place.position - x;
+                let distance = across.length();
+                let way = across / distance;
+                (way, beam.share(-way) / place.weakening(distance), distance)
+            }
+            PunctualForm::Directional { direction } => (-*direction, 1.0, AWAY),
         };
         let irradiance = weigh(way) * share;
         // NaN where the two points are one.
@@ -57,14 +58,6 @@ impl Falling {
     fn brightness(&self) -> f64 {
         self.light.element_sum()
     }
-}
-
-/// Unit vector to a light, what is left of its intensity where `spot` of it goes that way, and its distance.
-fn at(place: &PunctualPlace, x: DVec3, spot: impl Fn(DVec3) -> f64) -> (DVec3, f64, f64) {
-    let across = place.position - x;
-    let distance = across.length();
-    let way = across / distance;
-    (way, spot(way) / place.weakening(distance), distance)
 }
 
 impl Lights {

@@ -32,7 +32,7 @@ use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
 use crate::rays::warp::{cosine_direction, hemisphere_direction, triangle_point};
 use crate::rays::{Hit, Ray, Rays, Side};
-use crate::scene::{PunctualForm, PunctualLight, PunctualPlace, Scene, Sides};
+use crate::scene::{Beam, PunctualForm, PunctualLight, PunctualPlace, Scene, Sides};
 
 /// Walks of a batch.
 const BATCH: u32 = 4096;
@@ -293,14 +293,15 @@ impl<'a> WalkSources<'a> {
     /// for parallel light the area of the disc and 1.
     fn sizes(&self, light: &PunctualLight) -> (f64, f64) {
         let scale = self.scene.frame.scale;
-        match light.form {
-            PunctualForm::Point(place) => (2.0 * TAU, spread(&place, scale, 1.0)),
-            PunctualForm::Spot { place, exponent, cutoff, .. } => {
-                let angle = TAU * (1.0 - cutoff.powf(exponent + 1.0)) / (exponent + 1.0);
-                (angle, spread(&place, scale, 1.0))
-            }
-            PunctualForm::Directional { .. } => (PI * (scale * self.radius).powi(2), 1.0),
-        }
+        let PunctualForm::Point { place, beam } = &light.form else {
+            return (PI * (scale * self.radius).powi(2), 1.0);
+        };
+        let angle = match beam {
+            Beam::Even => 2.0 * TAU,
+            Beam::Spot { exponent, cutoff, .. } => TAU * (1.0 - cutoff.powf(exponent + 1.0)) / (exponent + 1.0),
+            Beam::Measured(photometry) => photometry.power(),
+        };
+        (angle, spread(place, scale, 1.0))
     }
 
     /// A ray that leaves a source, and the power it stands for; none where nothing emits.
@@ -327,22 +328,28 @@ impl<'a> WalkSources<'a> {
             source: None,
         };
         let scale = self.scene.frame.scale;
-        Some(match &light.form {
-            PunctualForm::Point(place) => {
-                let ray = ray(place.position, around(DVec3::Z, 1.0 - 2.0 * u, v));
-                Start { ray, weight, place: Some((place, scale)) }
-            }
-            PunctualForm::Spot { place, direction, exponent, cutoff } => {
-                let power = exponent + 1.0;
-                let cosine = (1.0 - u * (1.0 - cutoff.powf(power))).powf(1.0 / power);
-                let ray = ray(place.position, around(*direction, cosine, v));
-                Start { ray, weight, place: Some((place, scale)) }
-            }
+        let (place, beam) = match &light.form {
+            PunctualForm::Point { place, beam } => (place, beam),
             PunctualForm::Directional { direction } => {
                 let aside = self.radius * u.sqrt() * around(*direction, 0.0, v);
-                Start { ray: ray(aside - 2.0 * self.radius * *direction, *direction), weight, place: None }
+                let ray = ray(aside - 2.0 * self.radius * *direction, *direction);
+                return Some(Start { ray, weight, place: None });
             }
-        })
+        };
+        let (direction, share) = match beam {
+            Beam::Even => (around(DVec3::Z, 1.0 - 2.0 * u, v), 1.0),
+            Beam::Spot { direction, exponent, cutoff } => {
+                let power = exponent + 1.0;
+                let cosine = (1.0 - u * (1.0 - cutoff.powf(power))).powf(1.0 / power);
+                (around(*direction, cosine, v), 1.0)
+            }
+            Beam::Measured(photometry) => {
+                let drawn = photometry.draw(u, v);
+                (drawn.direction, drawn.weight)
+            }
+        };
+        let ray = ray(place.position, direction);
+        Some(Start { ray, weight: weight * share, place: Some((place, scale)) })
     }
 
     /// What a walk carries from a point of a face with textures, whose points are drawn alike.
@@ -453,18 +460,21 @@ mod tests {
     #[test]
     fn lights_without_area_send_their_intensity_times_the_solid_angle() {
         let place = |attenuation| PunctualPlace { position: DVec3::new(0.3, -0.5, 0.2), attenuation };
-        let spot = |place, cutoff| PunctualForm::Spot { place, direction: DVec3::X, exponent: 3.0, cutoff };
+        let spot = |place, cutoff| PunctualForm::Point {
+            place,
+            beam: Beam::Spot { direction: DVec3::X, exponent: 3.0, cutoff },
+        };
         let physical = place([0.0, 0.0, 1.0]);
         let half = place([0.0, 0.0, 2.0]);
         let cases = [
-            (PunctualForm::Point(physical), 4.0 * PI),
-            (PunctualForm::Point(half), 2.0 * PI),
+            (PunctualForm::even(physical), 4.0 * PI),
+            (PunctualForm::even(half), 2.0 * PI),
             (spot(physical, 0.0), 0.5 * PI),
             (spot(physical, 0.5), 0.5 * PI * (1.0 - 0.0625)),
         ];
         for (form, angle) in cases {
             let expected = 0.5 * angle * DVec3::new(1.0, 2.0, 3.0);
-            let found = lit_cube(form);
+            let found = lit_cube(form.clone());
             assert!((found.visible / expected - 1.0).abs().max_element() < 1e-5, "{form:?} {found:?}");
             assert!((found.invisible / (0.5 * expected) - 1.0).abs().max_element() < 1e-5);
         }
@@ -472,7 +482,7 @@ mod tests {
         // distance 1 gets the integral of (1 + x² + y²)^-1/2 over [-1, 1]², 8 ln((1 + sqrt 3) / sqrt 2) - 2 pi / 3.
         let even = PunctualPlace { position: DVec3::ZERO, attenuation: [1.0, 0.0, 0.0] };
         let walls = 6.0 * (8.0 * ((1.0 + 3f64.sqrt()) / 2f64.sqrt()).ln() - 2.0 * PI / 3.0);
-        let found = lit_cube(PunctualForm::Point(even)).visible.x / (0.5 * walls);
+        let found = lit_cube(PunctualForm::even(even)).visible.x / (0.5 * walls);
         assert!((found - 1.0).abs() < 0.01, "{found}");
         // Parallel light meets the outside of opaque walls, which is black.
         let form = PunctualForm::Directional { direction: DVec3::NEG_Y };

@@ -22,7 +22,7 @@ use glam::Vec3;
 use crate::light::Rgb;
 use crate::reference::random::Random;
 use crate::reference::surfaces::{SurfacePoint, Surfaces};
-use crate::scene::{PunctualForm, PunctualLight};
+use crate::scene::{Beam, PunctualForm, PunctualLight};
 
 /// All faces that emit.
 pub(crate) struct Emitters {
@@ -128,28 +128,30 @@ pub(crate) fn draw_light(lights: &[PunctualLight], point: &SurfacePoint, random:
 
 /// What one light sends; none where the vertex faces away or lies outside its cone.
 pub(super) fn sent(light: &PunctualLight, point: &SurfacePoint) -> Option<Sent> {
-    let spot = match light.form {
+    let (place, beam) = match &light.form {
         PunctualForm::Directional { direction } => {
             let way = -direction.as_vec3();
             let cosine = point.normal.dot(way);
             let light = light.intensity * (cosine / PI);
             return (cosine > 0.0).then(|| Sent { light, end: point.position + OUTSIDE * way });
         }
-        PunctualForm::Point(place) => (place, None),
-        PunctualForm::Spot { place, direction, exponent, cutoff } => (place, Some((direction, exponent, cutoff))),
+        PunctualForm::Point { place, beam } => (place, beam),
     };
-    let (place, cone) = spot;
     let ray = place.position - point.position.as_dvec3();
     let d2 = ray.length_squared();
     let [a0, a1, a2] = place.attenuation;
     let mut strength = point.normal.as_dvec3().dot(ray) / d2.sqrt() / (a0 + a1 * d2.sqrt() + a2 * d2);
-    if let Some((axis, exponent, cutoff)) = cone {
-        let off_axis = axis.dot(-ray) / d2.sqrt();
-        if off_axis <= 0.0 || off_axis < cutoff {
-            return None;
+    strength *= match beam {
+        Beam::Even => 1.0,
+        Beam::Spot { direction, exponent, cutoff } => {
+            let off_axis = direction.dot(-ray) / d2.sqrt();
+            if off_axis <= 0.0 || off_axis < *cutoff {
+                return None;
+            }
+            off_axis.powf(*exponent)
         }
-        strength *= off_axis.powf(exponent);
-    }
+        Beam::Measured(photometry) => photometry.intensity(-ray / d2.sqrt()),
+    };
     let end = place.position.as_vec3();
     let short = SHORT * (point.position - end).normalize_or_zero();
     let light = light.intensity * (strength as f32 / PI);

@@ -149,7 +149,7 @@ fn lights(soup: &Soup, frame: &UnitFrame) -> Result<Vec<PunctualLight>, SceneErr
         |place: PunctualPlace| PunctualPlace::new(frame.to_unit(place.position), place.attenuation, frame.scale);
     let mut all = soup.lights.clone();
     for (number, light) in all.iter_mut().enumerate() {
-        if let PunctualForm::Point(place) | PunctualForm::Spot { place, .. } = &mut light.form {
+        if let PunctualForm::Point { place, .. } = &mut light.form {
             *place = placed(*place);
             if !place.position.as_vec3().is_finite() {
                 let (statement, word) = ("light".to_owned(), place.position.to_string());

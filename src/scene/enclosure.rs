@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::scene::punctual::{PunctualForm, PunctualLight};
+use crate::scene::punctual::PunctualLight;
 use crate::scene::{Scene, Sides};
 
 /// Directions from each place.
@@ -153,10 +153,7 @@ impl Walls {
     /// Whether light is inside of the scene, and whether it is outside.
     fn lights(&self, scene: &Scene) -> [bool; 2] {
         let lamps = self.around(lamps(scene).into_iter()).into_iter().map(|ends| ends.escaped_share() <= LAMP_INSIDE);
-        let place = |light: &PunctualLight| match &light.form {
-            PunctualForm::Directional { .. } => None,
-            PunctualForm::Point(place) | PunctualForm::Spot { place, .. } => Some(place.position.as_vec3()),
-        };
+        let place = |light: &PunctualLight| light.form.place().map(|place| place.position.as_vec3());
         let lights: Vec<_> = scene.lights.iter().filter(|light| light.shines()).map(place).collect();
         let points = self.around(lights.iter().filter_map(|place| *place)).into_iter();
         let points = points.map(|ends| ends.escaped_share() <= CLOSED);

@@ -89,6 +89,16 @@ pub enum SceneError {
     ))]
     Image { place: Place, name: String, message: String },
 
+    /// A file of measured intensities is missing or cannot be read.
+    #[error("{place}: cannot read the IES file `{name}`: {source}")]
+    #[diagnostic(help("`file` of a light is a path relative to the scene file's folder"))]
+    MissingPhotometry { place: Place, name: String, source: io::Error },
+
+    /// A file of measured intensities breaks a rule of LM-63.
+    #[error("{place}: {message}")]
+    #[diagnostic(help("the file cannot be read as IES LM-63 of type C: ask its maker for another, or convert it"))]
+    Photometry { place: Place, message: String },
+
     /// The text is not UTF-8.
     #[error("{place}: byte 0x{byte:02x} is not UTF-8 text")]
     #[diagnostic(help("save the file as UTF-8 text; UTF-16 and binary files cannot be read"))]

@@ -164,7 +164,7 @@ fn from_scene_file(input: &SceneInput) -> Result<Scene, SceneError> {
     let is_framed_lit = read.is_lit() && !read.has_camera() && options.light != Some(AddedLight::Ceiling);
     soup.has_view = read.has_camera() || is_framed_lit;
     let mut scene = assemble_lit(soup, options.light)?;
-    read.finish(&text, &mut scene)?;
+    read.finish(&text, &mut scene, reader)?;
     if is_framed_lit && scene.cameras.is_empty() {
         scene.camera = Camera::framing(&scene);
     }

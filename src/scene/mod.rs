@@ -16,9 +16,11 @@ pub(crate) mod convex_polygon;
 mod enclosure;
 mod error;
 mod gltf;
+mod ies;
 mod load;
 mod model;
 mod obj;
+mod photometry;
 mod polygon;
 mod punctual;
 mod scene_file;
@@ -33,7 +35,8 @@ pub use model::{
     AddedLight, Camera, DEFAULT_FOV, DEFAULT_RHO, Face, LoadOptions, Material, NO_MATERIAL, NamedCamera, Scene, Sides,
     Sky, UnitFrame,
 };
+pub use photometry::{DrawnDirection, EFFICACY, Photometry};
 pub use polygon::THINNEST;
-pub use punctual::{PunctualForm, PunctualLight, PunctualPlace};
+pub use punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
 pub use sky::SkyLight;
 pub use surface::Means;

@@ -3,8 +3,9 @@
 //! With l the unit vector from a receiver of normal n to the light and d its distance, nothing between,
 //!
 //! ```text
-//! irradiance = intensity max(0, n·l) spot / (a0 + a1 d + a2 d²)      W/m², a point or a spot
-//! spot       = max(0, -l·direction)^exponent inside the cutoff, 0 outside it; 1 for a point
+//! irradiance = intensity max(0, n·l) share(-l) / (a0 + a1 d + a2 d²)      W/m², from a point
+//! share(w)   = max(0, w·direction)^exponent inside the cutoff, 0 outside it; 1 where it is alike in all directions;
+//!              or as measured
 //! irradiance = intensity max(0, n·l),  l = -direction                 W/m², parallel light
 //! ```
 //!
@@ -12,9 +13,12 @@
 //!
 //! Not handled: a face to be seen; the camera does not see these lights, and no surface meets them by chance.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::light::Rgb;
+use crate::scene::photometry::Photometry;
 
 /// A light without area, in unit coordinates.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,14 +30,29 @@ pub struct PunctualLight {
 }
 
 /// Where a light without area is, and where it shines.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum PunctualForm {
-    /// In all directions from a point.
-    Point(PunctualPlace),
-    /// Around an axis: intensity times the exponent-th power of the cosine to it, within a cone.
-    Spot {
-        /// The point it shines from.
+    /// From a point.
+    Point {
+        /// The point.
         place: PunctualPlace,
+        /// Where to.
+        beam: Beam,
+    },
+    /// Parallel light from infinitely far away.
+    Directional {
+        /// Unit vector, the way the light goes.
+        direction: DVec3,
+    },
+}
+
+/// How the intensity of a light goes with the direction in which it leaves.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Beam {
+    /// Alike in all directions.
+    Even,
+    /// Around an axis: the exponent-th power of the cosine to it, within a cone.
+    Spot {
         /// Unit vector along the axis, away from the light.
         direction: DVec3,
         /// Exponent of the cosine, 0 or more.
@@ -41,11 +60,45 @@ pub enum PunctualForm {
         /// Cosine of the cone's half angle; 0 where all of the half space is lit.
         cutoff: f64,
     },
-    /// Parallel light from infinitely far away.
-    Directional {
-        /// Unit vector, the way the light goes.
-        direction: DVec3,
-    },
+    /// As measured, W/sr over the light's intensity, which is its colour then.
+    Measured(Arc<Photometry>),
+}
+
+impl Beam {
+    /// What the intensity is multiplied by towards a unit vector away from the light.
+    pub fn share(&self, way: DVec3) -> f64 {
+        match self {
+            Beam::Even => 1.0,
+            Beam::Spot { direction, exponent, cutoff } => {
+                let cosine = direction.dot(way);
+                if cosine > 0.0 && cosine >= *cutoff { cosine.powf(*exponent) } else { 0.0 }
+            }
+            Beam::Measured(photometry) => photometry.intensity(way),
+        }
+    }
+}
+
+impl PunctualForm {
+    /// The same alike in all directions.
+    pub fn even(place: PunctualPlace) -> PunctualForm {
+        PunctualForm::Point { place, beam: Beam::Even }
+    }
+
+    /// Where it shines; none for parallel light.
+    pub fn beam(&self) -> Option<&Beam> {
+        match self {
+            PunctualForm::Point { beam, .. } => Some(beam),
+            PunctualForm::Directional { .. } => None,
+        }
+    }
+
+    /// Where it is; none for parallel light.
+    pub fn place(&self) -> Option<&PunctualPlace> {
+        match self {
+            PunctualForm::Point { place, .. } => Some(place),
+            PunctualForm::Directional { .. } => None,
+        }
+    }
 }
 
 /// The place of a light, and how its light weakens with distance.
@@ -77,6 +130,7 @@ impl PunctualLight {
 
     /// Whether any channel shines.
     pub fn shines(&self) -> bool {
-        self.intensity.max_element() > 0.0
+        let is_dark = matches!(&self.form, PunctualForm::Point { beam: Beam::Measured(m), .. } if m.power() == 0.0);
+        self.intensity.max_element() > 0.0 && !is_dark
     }
 }

@@ -5,10 +5,12 @@
 //!
 //! Not handled: geometry, which is the OBJ's or the glTF's.
 
+use crate::scene::soup::Reader;
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Debug;
 use std::io;
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::DVec3;
 use serde::Deserialize;
@@ -16,8 +18,9 @@ use toml::Spanned;
 
 use crate::light::{Mode, Rgb, Transport, TransportError, Visibility};
 use crate::scene::error::{Place, SceneError, ViewError, list, shorten};
-use crate::scene::model::{Camera, DEFAULT_FOV, Material, Scene, Sides, UnitFrame};
-use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
+use crate::scene::ies::{self, Mounting};
+use crate::scene::model::{Camera, DEFAULT_FOV, Material, Scene, Sides};
+use crate::scene::punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::sky::SkyLight;
 use crate::scene::soup::{Soup, check_emission, outside_f32};
 
@@ -74,7 +77,11 @@ struct LightTable {
     kind: LightType,
     position: Given<[f64; 3]>,
     direction: Given<[f64; 3]>,
-    intensity: Spanned<[f64; 3]>,
+    /// Where a luminaire's horizontal angles begin.
+    along: Given<[f64; 3]>,
+    /// Of measured intensities.
+    file: Given<String>,
+    intensity: Given<[f64; 3]>,
     attenuation: Given<[f64; 3]>,
     exponent: Given<f64>,
     cutoff: Given<f64>,
@@ -87,6 +94,7 @@ enum LightType {
     Spot,
     Warn,
     Directional,
+    Ies,
 }
 
 #[derive(Deserialize)]
@@ -218,7 +226,9 @@ impl SceneFile {
     }
 
     /// Gives a scene its transport, its camera, its lights and its sky.
-    pub fn finish(&self, text: &Text, scene: &mut Scene) -> Result<(), SceneError> {
+    ///
+    /// `reader` reads files next to the scene file.
+    pub fn finish(&self, text: &Text, scene: &mut Scene, reader: Reader) -> Result<(), SceneError> {
         let default = Transport::default();
         let [alpha, tau] = text.transport(&self.mode, &self.alpha, &self.tau)?;
         scene.transport = (alpha.is_some() || tau.is_some())
@@ -227,7 +237,8 @@ impl SceneFile {
             scene.camera = camera.get_ref().camera(text, camera.span(), scene)?;
         }
         for table in &self.lights {
-            scene.lights.push(table.get_ref().light(text, table.span(), &scene.frame)?);
+            let read = table.get_ref().light(text, table.span(), scene, reader)?;
+            scene.lights.push(read);
         }
         if let Some(sky) = &self.sky {
             let up = self.camera.as_ref().and_then(|camera| camera.get_ref().up.as_ref());
@@ -273,12 +284,19 @@ impl CameraTable {
 
 impl LightTable {
     /// The light in unit coordinates, once its keys are those of its type.
-    fn light(&self, text: &Text, table: Range<usize>, frame: &UnitFrame) -> Result<PunctualLight, SceneError> {
+    fn light(
+        &self,
+        text: &Text,
+        table: Range<usize>,
+        scene: &mut Scene,
+        reader: Reader,
+    ) -> Result<PunctualLight, SceneError> {
         let (needed, optional): (&[&str], &[&str]) = match self.kind {
-            LightType::Point => (&["position"], &["attenuation"]),
-            LightType::Spot => (&["cutoff", "position", "direction"], &["attenuation", "exponent"]),
-            LightType::Warn => (&["exponent", "position", "direction"], &["attenuation"]),
-            LightType::Directional => (&["direction"], &[]),
+            LightType::Point => (&["intensity", "position"], &["attenuation"]),
+            LightType::Spot => (&["intensity", "cutoff", "position", "direction"], &["attenuation", "exponent"]),
+            LightType::Warn => (&["intensity", "exponent", "position", "direction"], &["attenuation"]),
+            LightType::Directional => (&["intensity", "direction"], &[]),
+            LightType::Ies => (&["file", "position"], &["direction", "along", "intensity"]),
         };
         let kind = format!("{:?}", self.kind).to_lowercase();
         let keys = [
@@ -287,6 +305,9 @@ impl LightTable {
             ("attenuation", self.attenuation.as_ref().map(Spanned::span)),
             ("exponent", self.exponent.as_ref().map(Spanned::span)),
             ("cutoff", self.cutoff.as_ref().map(Spanned::span)),
+            ("intensity", self.intensity.as_ref().map(Spanned::span)),
+            ("along", self.along.as_ref().map(Spanned::span)),
+            ("file", self.file.as_ref().map(Spanned::span)),
         ];
         for (key, span) in &keys {
             if let Some(span) = span.clone().filter(|_| !needed.contains(key) && !optional.contains(key)) {
@@ -297,18 +318,23 @@ impl LightTable {
         if let Some(key) = needed.iter().find(is_missing) {
             return Err(text.error(table, format!("a light of type `{kind}` needs `{key}`")));
         }
-        let intensity = text.light("a light", "intensity", Some(&self.intensity))?;
-        Ok(PunctualLight { form: self.form(text, frame)?, intensity })
+        let intensity = match &self.intensity {
+            Some(given) => text.light("a light", "intensity", Some(given))?,
+            None => Rgb::ONE,
+        };
+        Ok(PunctualLight { form: self.form(text, scene, reader)?, intensity })
     }
 
     /// Its form; keys that are not given have no effect on it.
-    fn form(&self, text: &Text, frame: &UnitFrame) -> Result<PunctualForm, SceneError> {
-        let direction = given(&self.direction, |given| {
+    fn form(&self, text: &Text, scene: &mut Scene, reader: Reader) -> Result<PunctualForm, SceneError> {
+        let frame = scene.frame;
+        let unit_vector = |key: &'static str, given: &Spanned<[f64; 3]>| {
             // The largest number first: squares of very small or large ones would under- or overflow.
             let unit = |vector: DVec3| (vector / vector.abs().max_element()).try_normalize();
-            let vector = text.vector("direction", given)?;
-            text.checked("direction", given, "a vector that is not zero", |_| unit(vector))
-        })?;
+            let vector = text.vector(key, given)?;
+            text.checked(key, given, "a vector that is not zero", |_| unit(vector))
+        };
+        let direction = given(&self.direction, |given| unit_vector("direction", given))?;
         let position = given(&self.position, |given| {
             let unit = frame.to_unit(text.vector("position", given)?);
             let is_near = unit.as_vec3().is_finite();
@@ -329,10 +355,46 @@ impl LightTable {
         })?;
         let place = PunctualPlace::new(position, attenuation.unwrap_or(PunctualLight::PHYSICAL), frame.scale);
         Ok(match self.kind {
-            LightType::Point => PunctualForm::Point(place),
-            LightType::Spot | LightType::Warn => PunctualForm::Spot { place, direction, exponent, cutoff },
+            LightType::Point => PunctualForm::even(place),
+            LightType::Spot | LightType::Warn => {
+                PunctualForm::Point { place, beam: Beam::Spot { direction, exponent, cutoff } }
+            }
             LightType::Directional => PunctualForm::Directional { direction },
+            LightType::Ies => {
+                let along = given(&self.along, |given| unit_vector("along", given).map(Some))?;
+                let axis = if self.direction.is_some() { direction } else { DVec3::NEG_Y };
+                if let Some(along) = along.filter(|along| along.cross(axis).length() < 1e-6) {
+                    let span = self.along.as_ref().map_or(0..0, Spanned::span);
+                    return Err(text.error(span, format!("`along` {along} is the luminaire's own axis")));
+                }
+                PunctualForm::Point { place, beam: self.measured(text, &Mounting { axis, along }, scene, reader)? }
+            }
         })
+    }
+
+    /// The intensities of the file that it names.
+    fn measured(
+        &self,
+        text: &Text,
+        mounting: &Mounting,
+        scene: &mut Scene,
+        reader: Reader,
+    ) -> Result<Beam, SceneError> {
+        let Some(file) = &self.file else { return Ok(Beam::Even) };
+        let name = file.get_ref();
+        let missing =
+            |source| SceneError::MissingPhotometry { place: text.place(file.span()), name: shorten(name), source };
+        let read = ies::read(name, &reader(name).map_err(missing)?, mounting)?;
+        let named = format!("{name}: ");
+        if read.opening > 0.0 && !scene.warnings.iter().any(|warning| warning.starts_with(&named)) {
+            scene.warnings.push(format!(
+                "{named}a luminous opening of {:.2} m is taken for a point: light nearer than {:.1} m to it is off by \
+                 more than one percent",
+                read.opening,
+                5.0 * read.opening
+            ));
+        }
+        Ok(Beam::Measured(Arc::new(read.photometry)))
     }
 }
 

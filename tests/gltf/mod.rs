@@ -7,7 +7,7 @@ use std::fs;
 
 use glam::{DVec3, Vec3};
 use glb::{bytes, export, glb};
-use halflight::scene::{DEFAULT_RHO, LoadOptions, PunctualForm, Scene, SceneError, Sides};
+use halflight::scene::{Beam, DEFAULT_RHO, LoadOptions, PunctualForm, Scene, SceneError, Sides};
 use halflight::{Mode, Solver};
 use serde_json::{Value, json};
 
@@ -188,11 +188,13 @@ fn lights_are_read_in_their_units() {
     let scene = with(&[("/extensions", lights), ("/nodes", nodes)]).unwrap();
     let [point, spot, sun] = &scene.lights[..] else { panic!("{:?}", scene.lights) };
     assert_eq!(point.intensity, Vec3::new(8.0, 4.0, 2.0));
-    let PunctualForm::Point(place) = point.form else { panic!("{point:?}") };
+    let PunctualForm::Point { place, beam: Beam::Even } = &point.form else { panic!("{point:?}") };
     // Half the box's largest extent is 0.5, its middle (0.5, 0.5, 0).
     assert_eq!((place.position, place.attenuation), (DVec3::new(0.0, 0.0, 4.0), [0.0, 0.0, 0.25]));
-    let PunctualForm::Spot { cutoff, direction, exponent, .. } = spot.form else { panic!("{spot:?}") };
-    assert!((cutoff - (2.0 + 1f64.cos()) / 3.0).abs() < 1e-7 && direction == DVec3::NEG_Z && exponent == 0.0);
+    let PunctualForm::Point { beam: Beam::Spot { cutoff, direction, exponent }, .. } = &spot.form else {
+        panic!("{spot:?}")
+    };
+    assert!((cutoff - (2.0 + 1f64.cos()) / 3.0).abs() < 1e-7 && *direction == DVec3::NEG_Z && *exponent == 0.0);
     assert_eq!(sun.intensity, Vec3::splat(2.0));
     assert_eq!(sun.form, PunctualForm::Directional { direction: DVec3::Z });
     let warning = &scene.warnings[0];

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::light::Transport;
 use crate::rays::{End, Hit, Rays};
-use crate::scene::{PunctualForm, PunctualLight, Scene};
+use crate::scene::{PunctualLight, PunctualPlace, Scene};
 
 /// Heights below this lie in the plane: a few roundings of unit coordinates.
 const FLAT: f64 = 1e-6;
@@ -64,15 +64,12 @@ impl Occlusion {
 
 /// Whether a light lies on the scene's side of every face's plane, all faces lying on the scene's convex hull.
 fn is_inside(scene: &Scene, light: &PunctualLight) -> bool {
-    let position = match light.form {
-        PunctualForm::Point(place) | PunctualForm::Spot { place, .. } => place.position,
-        PunctualForm::Directional { .. } => return false,
-    };
+    let Some(PunctualPlace { position, .. }) = light.form.place() else { return false };
     let middle = scene.vertices.iter().map(|v| v.as_dvec3()).sum::<DVec3>() / scene.vertices.len() as f64;
     (0..scene.faces.len() as u32).all(|face| {
         let [a, b, c] = scene.corners(face).map(|p| p.as_dvec3());
         let normal = (b - a).cross(c - a).normalize_or_zero();
-        let [own, all] = [position, middle].map(|p| normal.dot(p - a));
+        let [own, all] = [*position, middle].map(|p| normal.dot(p - a));
         // A scene of one plane has no inside, and hides nothing from what is off it.
         own.abs() > FLAT && (all.abs() <= FLAT || own * all > 0.0)
     })

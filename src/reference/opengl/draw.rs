@@ -21,7 +21,7 @@ use crate::pictures::{Picture, Size};
 use crate::reference::opengl::answer::{NoOpenGl, OpenGlPicture};
 use crate::reference::opengl::calls::{Gl, Vertex};
 use crate::reference::opengl::constants as gl;
-use crate::scene::{Material, PunctualForm, PunctualLight, Scene, Sides};
+use crate::scene::{Beam, Material, PunctualForm, PunctualLight, Scene, Sides};
 
 /// Samples of a tile's side at most.
 const TILE: usize = 4096;
@@ -84,10 +84,11 @@ fn check(scene: &Scene, most: usize) -> Result<(), NoOpenGl> {
     if scene.is_textured() {
         return unable("it has textures".into());
     }
-    let spots = scene.lights.iter().map(|light| match light.form {
-        PunctualForm::Spot { exponent, .. } => exponent,
-        _ => 0.0,
-    });
+    let beams = || scene.lights.iter().filter_map(|light| light.form.beam());
+    if beams().any(|beam| matches!(beam, Beam::Measured(_))) {
+        return unable("a light has a measured intensity (type `ies`)".into());
+    }
+    let spots = beams().map(|beam| if let Beam::Spot { exponent, .. } = beam { *exponent } else { 0.0 });
     let highlights = scene.materials.iter().filter_map(|m| Some(f64::from(m.gloss?.exponent)));
     match spots.chain(highlights).find(|&exponent| exponent > MOST_EXPONENT) {
         Some(exponent) => unable(format!("an exponent is {exponent}, at most {MOST_EXPONENT}")),
@@ -145,17 +146,16 @@ fn set(gl: &Gl, number: u32, light: &PunctualLight) {
     gl.light(number, gl::SPECULAR, colour);
     let one = |value: f64| [value as f32; 4];
     let at = |point: DVec3, w: f32| point.as_vec3().extend(w).to_array();
-    let place = match light.form {
-        PunctualForm::Directional { direction } => return gl.light(number, gl::POSITION, at(-direction, 0.0)),
-        PunctualForm::Point(place) => place,
-        PunctualForm::Spot { place, direction, exponent, cutoff } => {
-            gl.light(number, gl::SPOT_DIRECTION, at(direction, 0.0));
-            gl.light(number, gl::SPOT_EXPONENT, one(exponent));
-            // At 180, OpenGL's default, a light is no spot; at 90 it is one of the whole half space.
-            gl.light(number, gl::SPOT_CUTOFF, one(cutoff.clamp(0.0, 1.0).acos().to_degrees()));
-            place
-        }
+    let (place, beam) = match &light.form {
+        PunctualForm::Directional { direction } => return gl.light(number, gl::POSITION, at(-*direction, 0.0)),
+        PunctualForm::Point { place, beam } => (place, beam),
     };
+    if let Beam::Spot { direction, exponent, cutoff } = beam {
+        gl.light(number, gl::SPOT_DIRECTION, at(*direction, 0.0));
+        gl.light(number, gl::SPOT_EXPONENT, one(*exponent));
+        // At 180, OpenGL's default, a light is no spot; at 90 it is one of the whole half space.
+        gl.light(number, gl::SPOT_CUTOFF, one(cutoff.clamp(0.0, 1.0).acos().to_degrees()));
+    }
     gl.light(number, gl::POSITION, at(place.position, 1.0));
     let names = [gl::CONSTANT_ATTENUATION, gl::LINEAR_ATTENUATION, gl::QUADRATIC_ATTENUATION];
     for (name, value) in names.into_iter().zip(place.attenuation) {

@@ -24,7 +24,7 @@ use gltf_json::{Index, Node, Root};
 use crate::scene::error::{Place, SceneError};
 use crate::scene::gltf::document::{Ignored, name};
 use crate::scene::model::Camera;
-use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
+use crate::scene::punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::soup::SoupCamera;
 
 /// A node and where it is.
@@ -160,9 +160,10 @@ fn read_light(light: &Light, placed: &Placed) -> Result<PunctualLight, Fault> {
         Checked::Valid(Type::Directional) => PunctualForm::Directional { direction: direction()? },
         Checked::Valid(Type::Spot) => {
             let cutoff = cutoff(&light.spot.clone().unwrap_or_default())?;
-            PunctualForm::Spot { place, direction: direction()?, exponent: 0.0, cutoff }
+            let beam = Beam::Spot { direction: direction()?, exponent: 0.0, cutoff };
+            PunctualForm::Point { place, beam }
         }
-        Checked::Valid(Type::Point) | Checked::Invalid => PunctualForm::Point(place),
+        Checked::Valid(Type::Point) | Checked::Invalid => PunctualForm::even(place),
     };
     Ok(PunctualLight { form, intensity })
 }

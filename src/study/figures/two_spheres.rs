@@ -18,7 +18,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::light::{Gloss, Rgb};
-use crate::scene::{Camera, Material, PunctualForm, PunctualLight, PunctualPlace, Scene};
+use crate::scene::{Beam, Camera, Material, PunctualForm, PunctualLight, PunctualPlace, Scene};
 
 /// Height of the luminaire.
 pub const HEIGHT: f64 = 20.0;
@@ -205,7 +205,8 @@ impl TwoSpheres {
         let light = |form, intensity: f64| PunctualLight { form, intensity: Rgb::splat(intensity as f32) };
         let warn = |x, y, share: f64| {
             let place = place(x, y, PunctualLight::PHYSICAL);
-            light(PunctualForm::Spot { place, direction: DVec3::NEG_Z, exponent: 1.0, cutoff: 0.0 }, share * power)
+            let beam = Beam::Spot { direction: DVec3::NEG_Z, exponent: 1.0, cutoff: 0.0 };
+            light(PunctualForm::Point { place, beam }, share * power)
         };
         let third = 2.0 * half / 3.0;
         let five = [(0.0, 0.0), (-third, -third), (-third, third), (third, -third), (third, third)];
@@ -219,12 +220,13 @@ impl TwoSpheres {
             Lit::Five(kind) => five
                 .map(|(x, y)| match kind {
                     FiveLights::Warn => warn(x, y, 0.2),
-                    FiveLights::Point => light(PunctualForm::Point(place(x, y, [60.0, 2.0, 0.8])), 0.1 * power),
+                    FiveLights::Point => light(PunctualForm::even(place(x, y, [60.0, 2.0, 0.8])), 0.1 * power),
                     FiveLights::Spot => {
                         let place = place(x, y, PunctualLight::PHYSICAL);
                         let direction = DVec3::new(-x, -y, -HEIGHT).normalize();
                         let cutoff = 80_f64.to_radians().cos();
-                        light(PunctualForm::Spot { place, direction, exponent: 8.0, cutoff }, 0.1 * power)
+                        let beam = Beam::Spot { direction, exponent: 8.0, cutoff };
+                        light(PunctualForm::Point { place, beam }, 0.1 * power)
                     }
                     FiveLights::Directional => {
                         let direction = DVec3::new(-x, -y, -HEIGHT).normalize();
