@@ -150,7 +150,7 @@ fn weights(x: f64) -> [f64; SIDE] {
 mod tests {
     use super::*;
 
-    /// A cabinet's patch 1e-10 wide once received 1e18 times the light of a luminaire of many faces.
+    /// Extrapolated over hundreds of widths, light on a patch 1e-10 wide would be 1e18 times too much.
     #[test]
     fn a_patch_thinner_than_rounding_has_the_light_of_its_place() {
         let thin = Rectangle { center: DVec3::ZERO, normal: DVec3::Z, half: [DVec3::X, 1e-10 * DVec3::Y] };

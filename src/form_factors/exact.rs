@@ -80,8 +80,13 @@ impl Bodies {
             let is_masked = scene.materials[*material as usize].is_masked();
             masked[*object as usize] |= is_masked;
             if through < 1.0 {
-                let own = facets.iter().flat_map(|f| shades(f, through));
-                occluders.extend(own.map(|o| Occluder { masked: is_masked, ..o }));
+                let shade = |facet: &Facet, tile: &Vec<DVec3>| Occluder {
+                    plane: facet.plane,
+                    polygon: tile.clone(),
+                    tau: f64::from(through),
+                    masked: is_masked,
+                };
+                occluders.extend(facets.iter().flat_map(|f| f.tiles.iter().map(move |tile| shade(f, tile))));
             }
             let body: &mut Vec<Facet> = &mut bodies[*object as usize];
             if scene.materials[*material as usize].sides == Sides::Two {
@@ -128,14 +133,14 @@ impl Bodies {
             return None;
         }
         let parts: Vec<Estimate> = open.par_iter().map(unoccluded).collect();
-        let mut sum = parts.iter().fold(Estimate::default(), |a, b| plus(&a, b));
+        let mut sum = parts.into_iter().fold(Estimate::default(), plus);
         let method = if hidden.is_empty() { Method::ClosedForm } else { Method::Quadrature };
         if method == Method::Quadrature {
             // A quarter, so that an error estimated too small by so much still meets the tolerance.
             let known = sum;
             let goal = |value: f64| 0.25 * area * tolerance.of((known.value + value) / area) - known.error;
             let most = work * hidden.len() / cuts;
-            sum = plus(&sum, &cubature::exchange(&hidden, goal, most));
+            sum = plus(sum, cubature::exchange(&hidden, goal, most));
         }
         let value = (sum.value / area).min(self.bound);
         let error = sum.error / area;
@@ -173,16 +178,6 @@ fn groups(scene: &Scene) -> Vec<Group> {
     found.into_iter().collect()
 }
 
-/// A facet's tiles as occluders.
-fn shades(facet: &Facet, tau: f32) -> impl Iterator<Item = Occluder> {
-    facet.tiles.iter().map(move |tile| Occluder {
-        plane: facet.plane,
-        polygon: tile.clone(),
-        tau: f64::from(tau),
-        masked: false,
-    })
-}
-
 /// `A F` with nothing between.
 fn unoccluded(link: &Link) -> Estimate {
     let (a, b) = (&link.from, &link.to);
@@ -205,6 +200,6 @@ fn distance_over_size(a: &Facet, b: &Facet) -> f64 {
     p.distance(q) / (2.0 * r.max(s))
 }
 
-fn plus(a: &Estimate, b: &Estimate) -> Estimate {
+fn plus(a: Estimate, b: Estimate) -> Estimate {
     Estimate { value: a.value + b.value, error: a.error + b.error }
 }

@@ -179,7 +179,6 @@ mod tests {
         Operator::new(f, materials, vec![1.0; 5], received.map(Rgb::splat).to_vec())
     }
 
-    /// A white box with two sides once made every scene that it stood in undecided.
     #[test]
     fn a_white_box_that_no_light_enters_leaves_the_series_as_it_is() {
         let all = boxed([0.0, 0.0, 1.0, 0.0, 0.0]);

@@ -128,17 +128,25 @@ pub(crate) fn positive(b: Vec4) -> Vec4 {
     Vec4::select(b.cmpgt(Vec4::ZERO), Vec4::ONE, Vec4::ZERO)
 }
 
-/// max over i of `(Bx)_i / x_i`; `(Bx)_i` is 0 wherever x_i is.
-fn largest_ratio(bx: &[Vec4], x: &[Vec4]) -> [f64; 3] {
-    let mut largest = [0.0f64; 3];
+/// `(Bx)_i / x_i` over the support of x: the extremes of each channel, `begin` for an empty support.
+fn extreme_ratio(bx: &[Vec4], x: &[Vec4], begin: f64, extreme: fn(f64, f64) -> f64) -> [f64; 3] {
+    let mut found = [begin; 3];
     for (y, x) in bx.iter().zip(x) {
-        for c in 0..3 {
-            if x[c] > 0.0 {
-                largest[c] = largest[c].max(y[c] as f64 / x[c] as f64);
-            }
+        for c in (0..3).filter(|&c| x[c] > 0.0) {
+            found[c] = extreme(found[c], y[c] as f64 / x[c] as f64);
         }
     }
-    largest
+    found
+}
+
+/// max over i of `(Bx)_i / x_i`; `(Bx)_i` is 0 wherever x_i is.
+fn largest_ratio(bx: &[Vec4], x: &[Vec4]) -> [f64; 3] {
+    extreme_ratio(bx, x, 0.0, f64::max)
+}
+
+/// min over the support of x of `(Bx)_i / x_i`; 0 for an empty support.
+fn smallest_ratio(bx: &[Vec4], x: &[Vec4]) -> [f64; 3] {
+    extreme_ratio(bx, x, f64::INFINITY, f64::min).map(|s| if s.is_finite() { s } else { 0.0 })
 }
 
 /// Lower bounds from subsets on which the ratio is nearly the largest, each with its own product.
@@ -161,19 +169,6 @@ fn best_subset(f: Product, b: &[Vec4], x: &[Vec4], bx: &[Vec4], upper: [f64; 3])
         raise(&mut best, smallest_ratio(&image, &restricted));
     }
     best
-}
-
-/// min over the support of x of `(Bx)_i / x_i`; 0 for an empty support.
-fn smallest_ratio(bx: &[Vec4], x: &[Vec4]) -> [f64; 3] {
-    let mut smallest = [f64::INFINITY; 3];
-    for (y, x) in bx.iter().zip(x) {
-        for c in 0..3 {
-            if x[c] > 0.0 {
-                smallest[c] = smallest[c].min(y[c] as f64 / x[c] as f64);
-            }
-        }
-    }
-    smallest.map(|s| if s.is_finite() { s } else { 0.0 })
 }
 
 fn settled(lower: [f64; 3], upper: [f64; 3], step: usize, effort: &SpectrumEffort) -> bool {

@@ -166,7 +166,7 @@ mod tests {
         }
     }
 
-    /// A part that is no cell of a grid once took the size from the larger patch, whose slopes were then 0 / 0.
+    /// Slopes of a larger patch without a size would be 0 / 0.
     #[test]
     fn a_part_without_neighbours_leaves_a_larger_patch_its_size() {
         let halves = [0.1 * Vec3::X, 0.1 * Vec3::Y];

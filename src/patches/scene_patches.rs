@@ -414,7 +414,7 @@ mod tests {
         assert!(chosen.middle.distance(0.5 * (ends[0].position + ends[1].position)) < 1e-5);
     }
 
-    /// A patch whose pieces rounding leaves without an area once reflected what is no number.
+    /// A patch whose pieces rounding leaves without an area reflects a number all the same.
     #[test]
     fn pieces_without_an_area_have_a_mean() {
         let means = |rho: f64| Means { coverage: 1.0, rho: DVec3::splat(rho), emission: DVec3::ZERO };

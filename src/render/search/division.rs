@@ -234,7 +234,7 @@ fn follow(task: &Task, solved: &Solved, bright: &[f32], each: u32, set: u32, spe
 mod tests {
     use super::*;
 
-    /// A classroom lit through its windows had paths that showed 1.1 % where noise of F was 2.1 and 1.5 were true.
+    /// As in a classroom lit through its windows: paths show 1.1 % where noise of F is 2.1 and 1.5 are true.
     #[test]
     fn paths_that_show_less_than_noise_of_f_are_scaled_to_it() {
         let mut shown = [1e-4; READINGS];

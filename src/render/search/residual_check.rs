@@ -224,8 +224,8 @@ mod tests {
         Checked { goal, solved, check, cost }
     }
 
-    /// A street at night stated 0.62 % with 1.2 true: lamps close to what they light, whose direct light patches mixed.
-    /// Two levels of patches do not show that error; paths do.
+    /// As in a street at night: patches mix the direct light of lamps close to what they light, which two levels of
+    /// patches do not show (0.62 % with 1.2 true) and paths do.
     #[test]
     fn one_more_ray_is_followed_where_patches_certainly_mix_light() {
         let confirmed = |found: [SquaredError; READINGS]| {

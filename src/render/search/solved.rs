@@ -269,7 +269,7 @@ pub(crate) fn rough_size(Size { width, height }: Size) -> Size {
 mod tests {
     use super::*;
 
-    /// They were 64 whatever the others were, so that no number of rays lessened the noise of a sun behind windows.
+    /// With a fixed number of them no rays would lessen the noise of a sun behind windows.
     #[test]
     fn rays_to_luminaires_grow_with_the_others() {
         let of = |rays: u32| half_of(rays, 0, 1).emitter_rays;
