@@ -29,6 +29,13 @@ pub struct Bounds {
     pub upper: f64,
 }
 
+impl Bounds {
+    /// The number half way between the bounds.
+    pub fn middle(&self) -> f64 {
+        0.5 * (self.lower + self.upper)
+    }
+}
+
 /// Bounds of each channel, with the vectors that prove the upper ones.
 #[derive(Clone, Debug)]
 pub struct Spectrum {

@@ -98,6 +98,12 @@ impl Patches {
         &self.areas
     }
 
+    /// The same in the file's units squared.
+    pub(crate) fn file_areas(&self, scene: &Scene) -> Vec<f64> {
+        let unit = scene.frame.scale * scene.frame.scale;
+        self.areas.iter().map(|a| a * unit).collect()
+    }
+
     /// Material index of every patch.
     pub fn materials(&self) -> &[u32] {
         &self.materials

@@ -163,8 +163,8 @@ pub(crate) fn assemble(
         let received = lights.receive(&m.receives(), sampling, &tick);
         rays += received.rays;
         let closure = closure(&f, patches.areas());
-        let operator =
-            Operator::new(f, m, areas(geometry, patches), received.luminaires).with_punctual(&received.punctual);
+        let areas = patches.file_areas(&geometry.scene);
+        let operator = Operator::new(f, m, areas, received.luminaires).with_punctual(&received.punctual);
         assembled.push(Assembled { transport: *transport, lights: Arc::clone(lights), operator, closure });
     }
     (assembled, rays)
@@ -178,12 +178,6 @@ pub(crate) fn materials(lights: &Lights) -> PatchMaterials {
 /// The rows and columns of F that patches of these materials need, for tau of each material.
 pub(crate) fn variant(transports: &[Transport], m: &PatchMaterials) -> Variant {
     Variant { tau: transports.iter().map(|t| t.tau).collect(), rows: m.receives(), columns: m.sends() }
-}
-
-/// Areas of the patches, the file's units squared.
-pub(crate) fn areas(geometry: &Geometry, patches: &Patches) -> Vec<f64> {
-    let unit = geometry.scene.frame.scale * geometry.scene.frame.scale;
-    patches.areas().iter().map(|a| a * unit).collect()
 }
 
 impl Assembled {

@@ -15,7 +15,7 @@ use crate::direct::{Lights, Received, TOLERABLE};
 use crate::form_factors::{FormFactors, Layers, Rows, Sampling, cast_layers};
 use crate::light::Transport;
 use crate::operator::{Operator, PatchMaterials};
-use crate::render::assembly::{Assembled, Discretization, Watch, areas, materials, variant};
+use crate::render::assembly::{Assembled, Discretization, Watch, materials, variant};
 
 /// All crossings of the rays of a scene's patches.
 pub struct Square<'a> {
@@ -71,7 +71,7 @@ impl SquareColumn<'_> {
         let own = transports(&self.square.patches, transport);
         let m = PatchMaterials::new(&geometry.scene, patches, luminaires, &own);
         let f = FormFactors { rows: self.rows.clone(), row_sums: vec![None; patches.len()] };
-        let operator = Operator::new(f, m, areas(geometry, patches), self.received.luminaires.clone())
+        let operator = Operator::new(f, m, patches.file_areas(&geometry.scene), self.received.luminaires.clone())
             .with_punctual(&self.received.punctual);
         Assembled { transport, lights: Arc::clone(&self.lights), operator, closure: None }
     }

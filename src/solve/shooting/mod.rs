@@ -33,7 +33,7 @@ use crate::light::Light;
 use crate::operator::Bounds;
 use crate::solve::neumann::{Diverges, Verdict};
 use crate::solve::shooting::ledger::{Ledger, Shot};
-use crate::solve::shooting::shooters::{Foreknowledge, Surfaces};
+use crate::solve::shooting::shooters::{Convergence, Surfaces};
 
 /// Batches in which all patches would shoot once.
 const BATCHES: usize = 64;
@@ -87,7 +87,7 @@ impl<'a> Shooting<'a> {
     /// # Errors
     /// [`Diverges`] where the form proves beforehand that the series does not converge.
     pub fn new(shooter: &'a dyn Shooter, settings: ShootingSettings) -> Result<Self, Diverges> {
-        let foreknowledge = shooter.foreknowledge()?;
+        let convergence = shooter.convergence()?;
         let ledger = Ledger::new(&shooter.surfaces(), settings.generations.max(2));
         let emitted: f64 = ledger.power().iter().sum::<f64>() + shooter.punctual();
         let n = ledger.power().len();
@@ -96,7 +96,7 @@ impl<'a> Shooting<'a> {
             settings,
             emitted,
             progress: Progress { unshot: emitted, share: f64::from(u8::from(emitted > 0.0)), ..Progress::default() },
-            growth: Growth::new(n, foreknowledge, settings.shots_per_patch),
+            growth: Growth::new(n, convergence, settings.shots_per_patch),
             ledger,
         })
     }
@@ -250,9 +250,9 @@ struct Growth {
 
 impl Growth {
     /// Nothing shot yet.
-    fn new(patches: usize, foreknowledge: Foreknowledge, shots_per_patch: u64) -> Growth {
+    fn new(patches: usize, convergence: Convergence, shots_per_patch: u64) -> Growth {
         Growth {
-            watched: foreknowledge == Foreknowledge::Unknown,
+            watched: convergence == Convergence::Unknown,
             shot: vec![DVec3::ZERO; patches],
             next: patches as u64,
             most: shots_per_patch.saturating_mul(patches as u64),

@@ -58,9 +58,9 @@ pub struct Column<'a> {
 
 /// What is known of convergence before the first shot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Foreknowledge {
+pub enum Convergence {
     /// Spectral radius proved below 1.
-    Converges,
+    Proved,
     /// Nothing: the run has to be watched.
     Unknown,
 }
@@ -87,7 +87,7 @@ pub trait Shooter: Sync {
     ///
     /// # Errors
     /// [`Diverges`] where the form knows that its series does not converge, or can bound it but not below 1.
-    fn foreknowledge(&self) -> Result<Foreknowledge, Diverges>;
+    fn convergence(&self) -> Result<Convergence, Diverges>;
 }
 
 /// Shoots over an [`Operator`].
@@ -134,10 +134,10 @@ impl Shooter for AssembledShooter<'_> {
         senders.iter().enumerate().map(column).collect()
     }
 
-    fn foreknowledge(&self) -> Result<Foreknowledge, Diverges> {
+    fn convergence(&self) -> Result<Convergence, Diverges> {
         let (verdict, spectrum) = verdict(self.k);
         match verdict {
-            Verdict::Converges | Verdict::Ends => Ok(Foreknowledge::Converges),
+            Verdict::Converges | Verdict::Ends => Ok(Convergence::Proved),
             _ => Err(refuse(self.k, verdict, spectrum.as_ref())),
         }
     }
@@ -250,8 +250,7 @@ impl RayShooter {
             }
             received.1 += cast;
         }
-        let unit = scene.frame.scale * scene.frame.scale;
-        let areas: Vec<f64> = patches.areas().iter().map(|a| a * unit).collect();
+        let areas = patches.file_areas(scene);
         let opaque = !transports.iter().any(|t| t.tau > 0.0);
         RayShooter {
             lights,
@@ -348,11 +347,11 @@ impl Shooter for RayShooter {
         blocks.into_par_iter().map(|block| self.block(block)).collect()
     }
 
-    fn foreknowledge(&self) -> Result<Foreknowledge, Diverges> {
+    fn convergence(&self) -> Result<Convergence, Diverges> {
         let m = &self.materials;
         let passed = m.rho.iter().zip(&m.alpha).map(|(r, a)| a * r.max_element());
         let most = passed.fold(0.0, f32::max);
         let converges = most == 0.0 || (self.opaque && most < 1.0);
-        Ok(if converges { Foreknowledge::Converges } else { Foreknowledge::Unknown })
+        Ok(if converges { Convergence::Proved } else { Convergence::Unknown })
     }
 }

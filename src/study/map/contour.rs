@@ -172,13 +172,12 @@ fn draw_corners(frame: &mut Frame) {
 impl Curve {
     /// alpha over tau, from the radius of each column.
     fn new(columns: &[Column], of: fn(&Column) -> Bounds, alpha: impl Fn(f64) -> f64) -> Curve {
-        let middle = |c: &Column| 0.5 * (of(c).lower + of(c).upper);
         let (mut taus, mut alphas) = (Vec::new(), Vec::new());
         for pair in columns.windows(2) {
             for piece in 0..=PIECES {
                 let share = piece as f64 / PIECES as f64;
                 let [a, b] = [&pair[0], &pair[1]];
-                let radius = middle(a).powf(1.0 - share) * middle(b).powf(share);
+                let radius = of(a).middle().powf(1.0 - share) * of(b).middle().powf(share);
                 taus.push(a.tau + (b.tau - a.tau) * share);
                 alphas.push(alpha(radius));
             }

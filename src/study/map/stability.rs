@@ -150,22 +150,18 @@ fn tau_frontier(survey: &Survey, columns: &[Column], spectra: &[Spectrum]) -> Ve
     let last = columns.len() - 1;
     let alphas = (1..=last).map(|step| step as f64 / last as f64);
     let found = alphas.filter_map(|alpha| {
-        let right = columns.partition_point(|c| alpha * middle(c) < 1.0);
+        let right = columns.partition_point(|c| alpha * c.radius.middle() < 1.0);
         let inside = 1 <= right && right <= last;
         inside.then(|| solve(survey, alpha, &columns[right - 1..=right], &spectra[right]))
     });
     found.collect()
 }
 
-fn middle(c: &Column) -> f64 {
-    0.5 * (c.radius.lower + c.radius.upper)
-}
-
 /// The tau between two columns at which alpha times the radius is 1.
 fn solve(survey: &Survey, alpha: f64, ends: &[Column], near: &Spectrum) -> TauPoint {
     let excess = |radius: f64| (alpha * radius).ln();
-    let mut low = (ends[0].tau, excess(middle(&ends[0])));
-    let mut high = (ends[1].tau, excess(middle(&ends[1])));
+    let mut low = (ends[0].tau, excess(ends[0].radius.middle()));
+    let mut high = (ends[1].tau, excess(ends[1].radius.middle()));
     let mut start = near.x.clone();
     for step in 1.. {
         // A radius of 0 has no logarithm: halve.
@@ -176,7 +172,7 @@ fn solve(survey: &Survey, alpha: f64, ends: &[Column], near: &Spectrum) -> TauPo
         if (radius.lower <= 1.0 && radius.upper >= 1.0) || step == STEPS {
             return TauPoint { alpha, tau, radius };
         }
-        let here = (tau, (0.5 * (radius.lower + radius.upper)).ln());
+        let here = (tau, radius.middle().ln());
         if here.1 < 0.0 {
             low = here;
         } else {

@@ -104,9 +104,9 @@ impl Survey {
         let mut start = self.start();
         let mut grows = |p: f64| {
             let found = self.moment(tau, p, &start);
-            let radius = found.worst();
+            let radius = found.worst().middle();
             start = found.x;
-            alpha.powf(p) * 0.5 * (radius.lower + radius.upper) >= 1.0
+            alpha.powf(p) * radius >= 1.0
         };
         let (mut low, mut high) = (1.0, 2.0);
         if grows(low) || !grows(high) {
