@@ -15,12 +15,12 @@
 //! draws go by the patch's chances, and half go down the tree by what each half of a node may light at the receiver:
 //!
 //! ```text
-//! chance = patch / 2 + place / 2,    place = product over the way down of  Q_a g_a / (Q_a g_a + Q_b g_b)
+//! chance = patch / 2 + place / 2,    place = product over the descent down of  Q_a g_a / (Q_a g_a + Q_b g_b)
 //! ```
 //!
 //! with Q the doubtful power of the luminaires below and `g = cos cos / d²` at most, d no less than the node's radius.
 //! Whichever half a draw is of it has the sum of both chances, so that no draw counts more than twice what it would by
-//! the better of the two (E. Veach, L. Guibas, *Optimally combining sampling techniques*, 1995; the way down: A. Conty
+//! the better of the two (E. Veach, L. Guibas, *Optimally combining sampling techniques*, 1995; the descent down: A. Conty
 //! Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*, PACMCGIT 1(2), 2018).
 //!
 //! What stands for many luminaires, moments of nodes and polynomials, is nearer the less is tolerable of a picture
@@ -100,7 +100,7 @@ impl LightCuts {
         let mut sum = DVec3::ZERO;
         let share = 1.0 / points.len().max(1) as f64;
         for point in points {
-            let Some(Choice { drawn: picked, chance, rest }) = choose(cut, &self.tree, receiver, point.x) else {
+            let Some(NodeDraw { entry: picked, chance, rest }) = choose(cut, &self.tree, receiver, point.x) else {
                 break;
             };
             let at = Vec2::new(rest, point.y);
@@ -164,39 +164,39 @@ fn lamps<'a>(cut: &'a LightCut, luminaires: &'a Luminaires) -> impl Iterator<Ite
 }
 
 /// A node drawn.
-pub(crate) struct Choice {
-    pub drawn: Chance,
+pub(crate) struct NodeDraw {
+    pub entry: Chance,
     /// The chance that it is drawn.
     pub chance: f64,
     /// A number of the unit interval that is left to draw within the node, below 1 also where it is rounded.
     pub rest: f32,
 }
 
-impl Choice {
-    fn new(cut: &LightCut, k: usize, chance: f64, rest: f64) -> Choice {
+impl NodeDraw {
+    fn new(cut: &LightCut, k: usize, chance: f64, rest: f64) -> NodeDraw {
         // A luminaire of no power to speak of may be the last.
-        Choice { drawn: cut.drawn[k], chance, rest: (rest as f32).clamp(0.0, 0.999_999_94) }
+        NodeDraw { entry: cut.drawn[k], chance, rest: (rest as f32).clamp(0.0, 0.999_999_94) }
     }
 }
 
 /// Draws a node at a receiver by a number u of the unit interval; `None` where none is left to be drawn.
-pub(crate) fn choose(cut: &LightCut, tree: &LightTree, receiver: &SurfacePoint, u: f32) -> Option<Choice> {
+pub(crate) fn choose(cut: &LightCut, tree: &LightTree, receiver: &SurfacePoint, u: f32) -> Option<NodeDraw> {
     let u = f64::from(u);
     if cut.drawn.is_empty() {
         return None;
     }
     if !cut.near {
         let (k, rest) = by_patch(cut, u);
-        return Some(Choice::new(cut, k, chance_of(cut, k), rest));
+        return Some(NodeDraw::new(cut, k, chance_of(cut, k), rest));
     }
-    let way = Way { cut, tree, position: receiver.position.as_dvec3(), normal: receiver.normal.as_dvec3() };
+    let descent = Descent { cut, tree, position: receiver.position.as_dvec3(), normal: receiver.normal.as_dvec3() };
     let (k, rest, place) = if u < 0.5 {
         let (k, rest) = by_patch(cut, 2.0 * u);
-        (k, rest, way.chance_of(k))
+        (k, rest, descent.chance_of(k))
     } else {
-        way.draw(2.0 * u - 1.0)
+        descent.draw(2.0 * u - 1.0)
     };
-    Some(Choice::new(cut, k, 0.5 * (chance_of(cut, k) + place), rest))
+    Some(NodeDraw::new(cut, k, 0.5 * (chance_of(cut, k) + place), rest))
 }
 
 /// The patch's chance of entry k.
@@ -211,22 +211,22 @@ fn by_patch(cut: &LightCut, u: f64) -> (usize, f64) {
     (k, (u - (cut.drawn[k].until - chance)) / chance)
 }
 
-/// The way down the tree to what is left to be drawn, as a receiver sees it.
-struct Way<'a> {
+/// The descent down the tree to what is left to be drawn, as a receiver sees it.
+struct Descent<'a> {
     cut: &'a LightCut,
     tree: &'a LightTree,
     position: DVec3,
     normal: DVec3,
 }
 
-/// Where a way down has come to: a node, and which entries lie below it.
-struct Fork {
+/// Where a descent down has come to: a node, and which entries lie below it.
+struct Subtree {
     node: usize,
     low: usize,
     high: usize,
 }
 
-impl Way<'_> {
+impl Descent<'_> {
     /// The entry at u, where u lies within its share, and its chance.
     fn draw(&self, mut u: f64) -> (usize, f64, f64) {
         let left = |share: f64, _| {
@@ -238,7 +238,7 @@ impl Way<'_> {
         (k, u, chance)
     }
 
-    /// The chance that a way down ends at entry k.
+    /// The chance that a descent down ends at entry k.
     fn chance_of(&self, k: usize) -> f64 {
         self.follow(|_, first| k < first).1
     }
@@ -246,7 +246,7 @@ impl Way<'_> {
     /// Goes down from the root: `left` is told the share of the left half at each fork, and the first entry of the
     /// right one. Returns the entry at the end and its chance.
     fn follow(&self, mut left: impl FnMut(f64, usize) -> bool) -> (usize, f64) {
-        let mut at = Fork { node: self.tree.root(), low: 0, high: self.cut.drawn.len() };
+        let mut at = Subtree { node: self.tree.root(), low: 0, high: self.cut.drawn.len() };
         let mut chance = 1.0;
         while at.high - at.low > 1 {
             // Entries are no part of each other: a node that holds two is none.
@@ -267,17 +267,17 @@ impl Way<'_> {
     }
 
     /// The first entry of a right half.
-    fn first_of(&self, right: usize, at: &Fork) -> usize {
+    fn first_of(&self, right: usize, at: &Subtree) -> usize {
         let start = |k: usize| self.tree.nodes[k].range.start;
         let before = |d: &Chance| start(d.node) < start(right);
         at.low + self.cut.drawn[at.low..at.high].partition_point(before)
     }
 
     /// The share of the left half at a fork whose right half begins with entry `first`.
-    fn share(&self, at: &Fork, first: usize) -> f64 {
+    fn share(&self, at: &Subtree, first: usize) -> f64 {
         let until = |k: usize| if k == 0 { 0.0 } else { self.cut.drawn[k - 1].power };
         let weigh = |node: usize, low: usize, high: usize| {
-            (until(high) - until(low)) * most(&self.tree.nodes[node], self.position, self.normal)
+            (until(high) - until(low)) * largest_kernel(&self.tree.nodes[node], self.position, self.normal)
         };
         let Some([a, b]) = self.tree.nodes[at.node].children else { return 1.0 };
         let (a, b) = (weigh(a, at.low, first), weigh(b, first, at.high));
@@ -286,7 +286,7 @@ impl Way<'_> {
 }
 
 /// `cos cos / d²` of a node at most, at a point x with unit normal n; d is no less than the node's radius.
-fn most(node: &Node, x: DVec3, n: DVec3) -> f64 {
+fn largest_kernel(node: &Node, x: DVec3, n: DVec3) -> f64 {
     let (away, radius) = (node.center() - x, node.radius());
     let distance = away.length();
     if distance <= radius {
@@ -337,7 +337,7 @@ mod tests {
         (tree, LightCut { drawn, near, draws: 1, ..LightCut::default() })
     }
 
-    /// A place below one of the lamps, at a share of the way to the next.
+    /// A place below one of the lamps, at a share of the descent to the next.
     fn below(tree: &LightTree, lamp: usize, depth: f64) -> SurfacePoint {
         let step = tree.nodes[0].center().distance(tree.nodes[1].center());
         let position = tree.nodes[lamp].center() - DVec3::Z * (depth * step);
@@ -353,7 +353,7 @@ mod tests {
             let mut found = [0.0; COUNT];
             for i in 0..DRAWS {
                 let choice = choose(&cut, &tree, &receiver, (i as f32 + 0.5) / DRAWS as f32).expect("some are left");
-                let k = cut.drawn.iter().position(|d| d.node == choice.drawn.node).expect("one of them");
+                let k = cut.drawn.iter().position(|d| d.node == choice.entry.node).expect("one of them");
                 assert!((0.0..1.0).contains(&choice.rest));
                 found[k] += 1.0 / (choice.chance * f64::from(DRAWS));
             }
@@ -369,15 +369,15 @@ mod tests {
     fn a_lamp_close_by_is_drawn_as_often_as_it_counts() {
         let (tree, cut) = lamps(true);
         let receiver = below(&tree, cut.drawn[11].node, 0.1);
-        let way = Way { cut: &cut, tree: &tree, position: receiver.position.as_dvec3(), normal: DVec3::Z };
-        let light = |k: usize| tree.nodes[cut.drawn[k].node].moments.light(way.position, way.normal).element_sum();
+        let descent = Descent { cut: &cut, tree: &tree, position: receiver.position.as_dvec3(), normal: DVec3::Z };
+        let light = |k: usize| tree.nodes[cut.drawn[k].node].moments.light(descent.position, descent.normal).element_sum();
         let all: f64 = (0..COUNT).map(light).sum();
         assert!(light(11) > 0.9 * all);
         for k in 0..COUNT {
             // Boxes of lamps side by side say less than each of them: a third is enough.
-            assert!(way.chance_of(k) > 0.3 * light(k) / all, "{k}: {} {}", way.chance_of(k), light(k) / all);
+            assert!(descent.chance_of(k) > 0.3 * light(k) / all, "{k}: {} {}", descent.chance_of(k), light(k) / all);
         }
-        let sum: f64 = (0..COUNT).map(|k| way.chance_of(k)).sum();
+        let sum: f64 = (0..COUNT).map(|k| descent.chance_of(k)).sum();
         assert!((sum - 1.0).abs() < 1e-12, "{sum}");
     }
 
@@ -387,7 +387,7 @@ mod tests {
         let receiver = below(&tree, cut.drawn[11].node, 0.1);
         for k in 0..COUNT {
             let choice = choose(&cut, &tree, &receiver, (k as f32 + 0.25) / COUNT as f32).expect("some are left");
-            assert_eq!((choice.drawn.node, choice.chance), (cut.drawn[k].node, 1.0 / COUNT as f64));
+            assert_eq!((choice.entry.node, choice.chance), (cut.drawn[k].node, 1.0 / COUNT as f64));
             assert!((choice.rest - 0.25).abs() < 1e-4);
         }
     }

@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use crate::direct::emitters::luminaire_texture::FEW;
+use crate::direct::emitters::luminaire_texture::FEW_LUMINAIRES;
 use crate::direct::emitters::luminaires::Luminaires;
 use crate::direct::emitters::occlusion::Occlusion;
 use crate::direct::emitters::shafts::{Shafts, casters};
@@ -57,7 +57,7 @@ impl Lights {
         let tau: Vec<f32> = lights.transports.iter().map(|t| t.tau).collect();
         let casters =
             if *occlusion == Occlusion::Nothing { Vec::new() } else { casters(scene, rays, luminaires, &tau) };
-        if luminaires.list.len() > FEW {
+        if luminaires.list.len() > FEW_LUMINAIRES {
             let inputs = CutInputs { rays, patches, luminaires, occlusion, casters: &casters, exactness };
             lights.cuts = Some(LightCuts::new(&inputs, &receives));
             lights.shafts = Shafts::casting(casters);

@@ -122,7 +122,7 @@ pub struct Lamp<'a> {
 }
 
 /// A form factor to what is seen of a luminaire.
-enum Known {
+enum VisibleForm {
     /// Of all of it, or of one whose parts emit alike.
     Whole(f64),
     /// Of a part of a texture.
@@ -155,37 +155,37 @@ impl Lights {
     /// factor to what it sees, in each channel if all of it emits alike.
     pub(crate) fn exact_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<DVec3> {
         let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
-        let known = self.known(lamp, receiver, scratch)?;
+        let known = self.visible_form(lamp, receiver, scratch)?;
         Some(match known {
-            Known::Whole(form) => luminaire.light(x, n, form, self.exactness),
-            Known::Part(form) => luminaire.light_of(x, n, &mut scratch.seen, form, self.exactness),
+            VisibleForm::Whole(form) => luminaire.light(x, n, form, self.exactness),
+            VisibleForm::Part(form) => luminaire.light_of(x, n, &mut scratch.seen, form, self.exactness),
         })
     }
 
     /// The same where it costs no more than a few rays: not of a texture of which a part is hidden.
     pub(crate) fn cheap_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<DVec3> {
         let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
-        match self.known(lamp, receiver, scratch)? {
-            Known::Whole(form) => Some(luminaire.light(x, n, form, self.exactness)),
-            Known::Part(_) => None,
+        match self.visible_form(lamp, receiver, scratch)? {
+            VisibleForm::Whole(form) => Some(luminaire.light(x, n, form, self.exactness)),
+            VisibleForm::Part(_) => None,
         }
     }
 
     /// The form factor from a receiver to what it sees of a luminaire, where that is known without a ray; the pieces
     /// are in `scratch` if a part is hidden.
-    fn known(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<Known> {
+    fn visible_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<VisibleForm> {
         let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
         if self.occlusion == Occlusion::Nothing {
-            return Some(Known::Whole(luminaire.exact_form(x, n)));
+            return Some(VisibleForm::Whole(luminaire.exact_form(x, n)));
         }
         match lamp.between {
-            Between::Nothing => luminaire.closed_form(x, n).map(Known::Whole),
+            Between::Nothing => luminaire.closed_form(x, n).map(VisibleForm::Whole),
             Between::Faces(faces) => {
                 let casters = self.shafts.casters(faces);
                 let form = luminaire.visible_form(x, n, casters, &mut scratch.seen.pieces)?;
                 // A part of a texture emits otherwise than the whole.
                 let is_part = luminaire.is_textured() && form > 0.0 && form < WHOLE * luminaire.exact_form(x, n);
-                Some(if is_part { Known::Part(form) } else { Known::Whole(form) })
+                Some(if is_part { VisibleForm::Part(form) } else { VisibleForm::Whole(form) })
             }
             Between::Unknown => None,
         }
@@ -219,7 +219,7 @@ impl Lights {
             // A luminaire half below the horizon hides most points drawn; until one is found, others are tried.
             for (a, b) in [(0.0, 0.0), (0.5, 0.5), (0.5, 0.0), (0.0, 0.5)] {
                 let at = Vec2::new((point.x + a).fract(), (point.y + b).fract());
-                if let Some(mut sent) = self.look(luminaire, receiver, at, scratch) {
+                if let Some(mut sent) = self.sent_from(luminaire, receiver, at, scratch) {
                     sent.kernel /= count;
                     sum.add_sent(weight, &sent);
                     match closed {
@@ -237,7 +237,7 @@ impl Lights {
 
     /// What the point sends that belongs to a place of the unit square on a luminaire, by one visibility ray; `None`
     /// where the two points do not face each other.
-    fn look(&self, luminaire: &Luminaire, receiver: &SurfacePoint, at: Vec2, scratch: &mut Scratch) -> Option<Sent> {
+    fn sent_from(&self, luminaire: &Luminaire, receiver: &SurfacePoint, at: Vec2, scratch: &mut Scratch) -> Option<Sent> {
         let y = luminaire.point(at.x, at.y);
         let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
         let kernel = luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal);

@@ -89,7 +89,7 @@ impl Lights {
         }
         let falling: Vec<Falling> = each.collect();
         let mut sum = DVec3::ZERO;
-        for (k, weight) in asked(&falling, || point_for(receiver.position, u32::MAX).x) {
+        for (k, weight) in drawn(&falling, || point_for(receiver.position, u32::MAX).x) {
             let to = (falling[k].end, None);
             let arrived = self.punctual.transmittance(&self.geometry.rays, receiver.end(), to, &mut scratch.hits);
             sum += falling[k].light * (weight * f64::from(arrived));
@@ -100,7 +100,7 @@ impl Lights {
 }
 
 /// The lights to ask, and the weight of each: all of them where they are few.
-fn asked(falling: &[Falling], random: impl Fn() -> f32) -> Vec<(usize, f64)> {
+fn drawn(falling: &[Falling], random: impl Fn() -> f32) -> Vec<(usize, f64)> {
     if falling.len() <= FEW {
         return (0..falling.len()).map(|k| (k, 1.0)).collect();
     }
@@ -131,7 +131,7 @@ mod tests {
             (0..50).map(|k| Falling { light: DVec3::new(f64::from(k * k), 1.0, 0.5), end: Vec3::ZERO }).collect();
         let mut mean = vec![0.0; falling.len()];
         for u in 0..1000 {
-            let chosen = asked(&falling, || (u as f32 + 0.5) / 1000.0);
+            let chosen = drawn(&falling, || (u as f32 + 0.5) / 1000.0);
             assert!(chosen.len() <= DRAWN + 1);
             chosen.iter().for_each(|&(k, weight)| mean[k] += weight / 1000.0);
             let total: f64 = chosen.iter().map(|&(k, weight)| weight * falling[k].brightness()).sum();

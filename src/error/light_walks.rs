@@ -227,7 +227,7 @@ enum Origin<'a> {
 }
 
 /// The first ray of a walk.
-pub(crate) struct Start<'a> {
+pub(crate) struct FirstRay<'a> {
     pub ray: Ray,
     /// The power it stands for, W; that of unit distance where it depends on that.
     pub weight: DVec3,
@@ -235,7 +235,7 @@ pub(crate) struct Start<'a> {
     place: Option<(&'a PunctualPlace, f64)>,
 }
 
-impl Start<'_> {
+impl FirstRay<'_> {
     /// The power that arrives so far away, W, nothing between.
     pub fn power(&self, distance: f64) -> DVec3 {
         match self.place {
@@ -304,7 +304,7 @@ impl<'a> WalkSources<'a> {
     }
 
     /// A ray that leaves a source, and the power it stands for; none where nothing emits.
-    pub fn start(&self, random: &mut Stream) -> Option<Start<'a>> {
+    pub fn start(&self, random: &mut Stream) -> Option<FirstRay<'a>> {
         let last = self.list.len().checked_sub(1)?;
         let share = f64::from(random.uniform());
         let source = &self.list[self.list.partition_point(|s| s.cumulative <= share).min(last)];
@@ -312,12 +312,12 @@ impl<'a> WalkSources<'a> {
         let light = match source.origin {
             Origin::Light(light) => light,
             Origin::Side(face, _) if self.scene.is_sky(face) => {
-                return Some(Start { ray: self.enter(face, random)?, weight, place: None });
+                return Some(FirstRay { ray: self.enter(face, random)?, weight, place: None });
             }
             Origin::Side(face, side) => {
                 let position = triangle_point(self.scene.corners(face), random.uniform(), random.uniform());
                 let weight = self.textured(face, position).unwrap_or(source.weight);
-                return Some(Start { ray: leave(self.scene, position, face, side, random), weight, place: None });
+                return Some(FirstRay { ray: leave(self.scene, position, face, side, random), weight, place: None });
             }
         };
         let (u, v) = (f64::from(random.uniform()), f64::from(random.uniform()));
@@ -330,17 +330,17 @@ impl<'a> WalkSources<'a> {
         Some(match &light.form {
             PunctualForm::Point(place) => {
                 let ray = ray(place.position, around(DVec3::Z, 1.0 - 2.0 * u, v));
-                Start { ray, weight, place: Some((place, scale)) }
+                FirstRay { ray, weight, place: Some((place, scale)) }
             }
             PunctualForm::Spot { place, direction, exponent, cutoff } => {
                 let power = exponent + 1.0;
                 let cosine = (1.0 - u * (1.0 - cutoff.powf(power))).powf(1.0 / power);
                 let ray = ray(place.position, around(*direction, cosine, v));
-                Start { ray, weight, place: Some((place, scale)) }
+                FirstRay { ray, weight, place: Some((place, scale)) }
             }
             PunctualForm::Directional { direction } => {
                 let aside = self.radius * u.sqrt() * around(*direction, 0.0, v);
-                Start { ray: ray(aside - 2.0 * self.radius * *direction, *direction), weight, place: None }
+                FirstRay { ray: ray(aside - 2.0 * self.radius * *direction, *direction), weight, place: None }
             }
         })
     }

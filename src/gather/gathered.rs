@@ -5,7 +5,7 @@
 use crate::pictures::Picture;
 
 /// Share of the RMS of a noisy picture that is surely no noise.
-const LEAST: f64 = 0.25;
+const LEAST_SIGNAL: f64 = 0.25;
 
 /// The parts of the picture.
 #[derive(Clone, Debug)]
@@ -16,19 +16,19 @@ pub struct Gathered {
     pub direct: Picture,
     /// What each field sends.
     pub indirect: Vec<Picture>,
-    /// Standard error of the picture that the leading fields make.
+    /// Standard error of the picture that the picture fields make.
     pub standard_error: Picture,
     /// Estimated error.
     pub error: GatherError,
-    /// RMS of what each field beyond the leading ones sends, over the pixels that see no luminaire, W/(m² sr).
-    pub riders: Vec<f64>,
+    /// RMS of what each field beyond the picture fields sends, over the pixels that see no luminaire, W/(m² sr).
+    pub auxiliary_rms: Vec<f64>,
     /// Share of the camera rays that met the black back of a one-sided face.
     pub backs: f64,
     /// Share of the camera rays that met a side that reflects.
     pub sees: f64,
     /// Rays cast.
     pub rays: u64,
-    pub(crate) leading: usize,
+    pub(crate) picture_fields: usize,
 }
 
 /// Estimated RMS errors over the pixels that see no luminaire, W/(m² sr), and the RMS picture they compare with.
@@ -54,7 +54,7 @@ impl GatherError {
     /// the RMS is left.
     pub(crate) fn over_signal_alone(self) -> GatherError {
         let left = self.signal.powi(2) - self.camera.powi(2) - self.hemisphere.powi(2);
-        GatherError { signal: left.max((LEAST * self.signal).powi(2)).sqrt(), ..self }
+        GatherError { signal: left.max((LEAST_SIGNAL * self.signal).powi(2)).sqrt(), ..self }
     }
 
     /// An RMS error as a share of the picture: 0 for a black picture, infinite where it is not a number.
@@ -70,10 +70,10 @@ impl GatherError {
 }
 
 impl Gathered {
-    /// Emission, direct light and the leading fields together.
+    /// Emission, direct light and the picture fields together.
     pub fn total(&self) -> Picture {
         let mut total = self.emission.clone();
-        let parts = std::iter::once(&self.direct).chain(&self.indirect[..self.leading]);
+        let parts = std::iter::once(&self.direct).chain(&self.indirect[..self.picture_fields]);
         for part in parts {
             for (sum, p) in total.pixels.iter_mut().zip(&part.pixels) {
                 *sum += *p;

@@ -25,7 +25,7 @@ use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::final_gather::FinalGather;
 use crate::gather::records::indirect_light::IndirectLight;
 use crate::gather::records::irradiance_cache::{Density, IrradianceCache};
-use crate::gather::records::record_rounds::{Rounds, foreseen};
+use crate::gather::records::record_rounds::{RecordRounds, predicted_misfit};
 use crate::gather::sampling::Gathering;
 use crate::light::budget::CAMERA;
 use crate::reading::patch_light::Fields;
@@ -33,7 +33,7 @@ use crate::reading::view::View;
 
 /// Renders the visible half: emission, direct light and what each field sends, with their errors; `tick` counts rows.
 pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progress) -> Gathered {
-    let settings = Settings::new(view, fields, gathering);
+    let settings = GatherSettings::new(view, fields, gathering);
     let camera_rays = CameraRays::new(view, fields, &settings.camera);
     let mut pixels = sample_pixels(&camera_rays, &settings.plan, tick);
     let final_gather = FinalGather::new(view, fields);
@@ -54,23 +54,23 @@ const RADIUS: f64 = 0.15;
 /// fit's bias grows as its power 1.2.
 const WITHIN: f64 = 0.18;
 /// The least valid radius at first, in pixels, at an error of 1 %.
-const LEAST: f64 = 3.0;
+const LEAST_RADIUS: f64 = 3.0;
 /// Rays of a half at first, at an error of 1 %.
 const RAYS: f64 = 128.0;
 
 /// What [`Gathering`] comes to for one picture.
-pub(crate) struct Settings {
+pub(crate) struct GatherSettings {
     pub plan: Plan,
     pub density: Density,
     pub camera: CameraSampling,
     error: Option<f64>,
 }
 
-impl Settings {
+impl GatherSettings {
     /// The first guess; rounds of sampling correct it.
-    pub fn new(view: &View, fields: &Fields, gathering: &Gathering) -> Settings {
+    pub fn new(view: &View, fields: &Fields, gathering: &Gathering) -> GatherSettings {
         match *gathering {
-            Gathering::Uniform(sampling) => Settings {
+            Gathering::Uniform(sampling) => GatherSettings {
                 plan: Plan { first: (sampling.camera / 2).max(1), noise: None, deadline: None },
                 density: Density {
                     spacing: 1,
@@ -91,7 +91,7 @@ impl Settings {
                 // Where there is no time for rounds the first guess is all there is.
                 let fineness = if is_over(deadline) { 0.1 } else { (0.01 / error).clamp(0.1, 100.0) };
                 let pixel = view.scene.camera.pixel(view.height);
-                Settings {
+                GatherSettings {
                     plan: Plan {
                         first: ((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(),
                         noise: Some(error * if fields.is_dark() { 1.0 } else { CAMERA }),
@@ -101,7 +101,7 @@ impl Settings {
                         spacing: spacing(view.width.max(view.height)),
                         rays: ((RAYS * fineness.powf(1.4)) as u32).max(16),
                         radius: WITHIN * fineness.powf(-0.5),
-                        least: LEAST * fineness.powf(-0.3),
+                        least: LEAST_RADIUS * fineness.powf(-0.3),
                         pixel,
                         seed,
                     },
@@ -120,10 +120,10 @@ impl Settings {
     /// Places records and casts their rays until noise and bias are within their parts.
     pub fn gather_indirect(&self, pixels: &[Pixel], cache: &mut IrradianceCache) -> IndirectLight {
         cache.place(pixels);
-        let misfit = self.error.map(|error| Rounds::new(cache, pixels, error).run(&self.plan));
+        let misfit = self.error.map(|error| RecordRounds::new(cache, pixels, error).run(&self.plan));
         let found = IndirectLight::new(pixels, cache, 1);
-        let foreseen = || foreseen(cache, pixels, &cache.biases(), found.measure(pixels).signal);
-        let misfit = misfit.unwrap_or_else(foreseen);
+        let predicted = || predicted_misfit(cache, pixels, &cache.biases(), found.measure(pixels).signal);
+        let misfit = misfit.unwrap_or_else(predicted);
         found.biased_by(misfit)
     }
 }

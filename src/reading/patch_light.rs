@@ -23,7 +23,7 @@ use crate::patches::{Neighbours, Patches};
 pub struct Fields {
     count: usize,
     /// The fields that add up to the picture come first.
-    leading: usize,
+    picture_fields: usize,
     /// Patch by patch, field by field.
     values: Vec<Linear>,
     /// Irradiance over pi of the patches themselves; empty where it is not known.
@@ -54,20 +54,20 @@ impl Fields {
         let patches = fields.first().map_or(0, Vec::len);
         assert!(fields.iter().all(|f| f.len() == patches));
         let values = (0..patches).flat_map(|i| fields.iter().map(move |f| f[i]));
-        Fields { count: fields.len(), leading: fields.len(), values: values.collect(), ..Fields::default() }
+        Fields { count: fields.len(), picture_fields: fields.len(), values: values.collect(), ..Fields::default() }
     }
 
-    /// Only the first `leading` fields make the picture; the others ride along on the same rays.
-    pub fn led_by(mut self, leading: usize) -> Fields {
-        self.leading = leading.min(self.count);
+    /// Only the first `picture_fields` fields make the picture; the others ride along on the same rays.
+    pub fn with_picture_fields(mut self, picture_fields: usize) -> Fields {
+        self.picture_fields = picture_fields.min(self.count);
         self
     }
 
     /// The fields that make the picture, without those that ride along.
-    pub fn led(&self) -> Fields {
+    pub fn picture_only(&self) -> Fields {
         let own = self.values.chunks_exact(self.count.max(1));
-        let values = own.flat_map(|v| &v[..self.leading]).copied().collect();
-        Fields { count: self.leading, values, ..self.clone() }
+        let values = own.flat_map(|v| &v[..self.picture_fields]).copied().collect();
+        Fields { count: self.picture_fields, values, ..self.clone() }
     }
 
     /// Adds what the patches themselves receive of these fields, irradiance over pi: it tells edges of indirect light
@@ -133,8 +133,8 @@ impl Fields {
     }
 
     /// Number of fields that make the picture.
-    pub(crate) fn leading(&self) -> usize {
-        self.leading
+    pub(crate) fn picture_fields(&self) -> usize {
+        self.picture_fields
     }
 
     /// Whether no field has any light.

@@ -208,7 +208,7 @@ impl<'a> Walker<'a> {
 }
 
 /// Rays that follow one another at most before one reads, however near what they meet is.
-pub(crate) const MOST: u32 = 16;
+pub(crate) const MOST_BOUNCES: u32 = 16;
 
 /// What one ray found.
 pub(crate) struct RaySample {
@@ -220,7 +220,7 @@ pub(crate) struct RaySample {
 
 /// How far a ray may go on.
 #[derive(Clone, Copy)]
-struct Left {
+struct RayBudget {
     /// Rays before light is read anywhere.
     bounces: u32,
     /// Rays before light is read however near what is met.
@@ -240,17 +240,17 @@ impl Continuation<'_> {
     pub fn read(&self, ray: &Ray, seed: u32, memory: &mut Memory) -> RaySample {
         let mut met = std::mem::take(&mut memory.met);
         met.clear();
-        let left = Left { bounces: self.fields.reading().bounces(), most: MOST };
+        let budget = RayBudget { bounces: self.fields.reading().bounces(), most: MOST_BOUNCES };
         let mut light = DVec3::ZERO;
         let nearness = self.walker.follow(ray, memory, |m| {
-            if self.ends(&m, left) {
+            if self.ends(&m, budget) {
                 light += f64::from(m.through) * self.of_patch(&m);
             } else {
                 met.push(m);
             }
         });
         if !met.is_empty() {
-            light += self.incident(&met, left, &mut Stream::new(seed), memory);
+            light += self.incident(&met, budget, &mut Stream::new(seed), memory);
         }
         memory.met = met;
         RaySample { nearness, light }
@@ -261,16 +261,16 @@ impl Continuation<'_> {
     /// Light is read at every place that ends the ray. Of the places that the ray goes on from, one is drawn by what
     /// gets through to it and stands for all: with tau > 0 a ray meets many, and going on from each of them would
     /// double the rays with every bounce.
-    fn incident(&self, met: &[SurfaceHit], left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+    fn incident(&self, met: &[SurfaceHit], budget: RayBudget, random: &mut Stream, memory: &mut Memory) -> DVec3 {
         if let [one] = met {
-            return f64::from(one.through) * self.light(one, left, random, memory);
+            return f64::from(one.through) * self.light(one, budget, random, memory);
         }
         let mut sum = DVec3::ZERO;
         let mut onward: Option<&SurfaceHit> = None;
         let mut through = 0.0;
         for m in met {
-            if self.ends(m, left) {
-                sum += f64::from(m.through) * self.light(m, left, random, memory);
+            if self.ends(m, budget) {
+                sum += f64::from(m.through) * self.light(m, budget, random, memory);
                 continue;
             }
             through += m.through;
@@ -278,30 +278,30 @@ impl Continuation<'_> {
                 onward = Some(m);
             }
         }
-        let on = onward.map_or(DVec3::ZERO, |m| f64::from(through) * self.light(m, left, random, memory));
+        let on = onward.map_or(DVec3::ZERO, |m| f64::from(through) * self.light(m, budget, random, memory));
         sum + on
     }
 
     /// What arrives at a point along one more ray.
-    fn onward(&self, at: &SurfaceHit, left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+    fn onward(&self, at: &SurfaceHit, budget: RayBudget, random: &mut Stream, memory: &mut Memory) -> DVec3 {
         let next = self.walker.bounce(at, random, memory);
-        self.incident(&next, left, random, memory)
+        self.incident(&next, budget, random, memory)
     }
 
     /// Whether light is read at a place.
-    fn ends(&self, at: &SurfaceHit, left: Left) -> bool {
-        left.most == 0 || (left.bounces == 0 && !self.fields.is_near(at.patch, at.distance))
+    fn ends(&self, at: &SurfaceHit, budget: RayBudget) -> bool {
+        budget.most == 0 || (budget.bounces == 0 && !self.fields.is_near(at.patch, at.distance))
     }
 
     /// A sample of the first field at a point, read there or after more rays.
-    fn light(&self, at: &SurfaceHit, left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
-        if !self.ends(at, left) {
+    fn light(&self, at: &SurfaceHit, budget: RayBudget, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+        if !self.ends(at, budget) {
             let found = self.walker.direct(at, random, memory);
             if found.reflect == DVec3::ZERO {
                 return found.light(DVec3::ZERO);
             }
-            let left = Left { bounces: left.bounces.saturating_sub(1), most: left.most - 1 };
-            return found.light(self.onward(at, left, random, memory));
+            let budget = RayBudget { bounces: budget.bounces.saturating_sub(1), most: budget.most - 1 };
+            return found.light(self.onward(at, budget, random, memory));
         }
         self.of_patch(at)
     }
@@ -340,7 +340,7 @@ mod tests {
             continuation.read(&ray, i as u32, &mut memory);
             // Each bounce is one ray and those to luminaires, one for each of at most a handful.
             let lamps = view.lights.luminaires.list.len() as u64;
-            let most = u64::from(MOST + 1) * (1 + lamps);
+            let most = u64::from(MOST_BOUNCES + 1) * (1 + lamps);
             assert!(memory.scratch.cast - before <= most, "{i}: {} rays", memory.scratch.cast - before);
         }
     }

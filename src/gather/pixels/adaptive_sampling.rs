@@ -6,13 +6,13 @@
 //! as many: with scrambled nets the error at an edge falls as about N^-3/4, the variance as N^-3/2.
 //!
 //! Two halves that both miss what a pixel shows little of agree, and pixels that are chosen by what their halves tell
-//! leave behind those that missed. So choosing alone never ends the search: pixels are *looked at*, all that have few
+//! leave behind those that missed. So choosing alone never ends the search: pixels are *resampled at*, all that have few
 //! rays get twice as many whatever theirs told, and of those the new rays alone tell the variance. Their sum over
 //! pixels has no bias: what some of them meet once stands for what others have missed. Pixels that are then chosen
 //! for what neither their neighbours show nor a known face made go on to count with it until the next look, since about
 //! as much is still unseen as was seen once only (I. J. Good, *The population frequencies of species and the estimation
 //! of population parameters*, 1953). Of a plate with pinholes that throws dots of light 26, 20 and 12 % true were told
-//! as 2; with looks 1.9, 1.0 and 1.3 (5 % asked).
+//! as 2; with resampled_counts 1.9, 1.0 and 1.3 (5 % asked).
 //!
 //! Where few pixels make most of the squared picture their halves are too few to be believed: a pixel, and those around
 //! it, get rays in proportion to its share.
@@ -29,19 +29,19 @@ use crate::error::deadline::is_over;
 use crate::form_factors::Progress;
 use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
-use crate::gather::pixels::small_faces::find;
+use crate::gather::pixels::small_faces::find_small_faces;
 
 /// The variance of a pixel with an edge falls as this power of its rays, which are scrambled nets.
 pub(crate) const EDGES: f64 = 1.5;
 /// Share of the variance left after doubling the rays of a pixel with an edge: 2 to the power -[`EDGES`].
 const DOUBLED: f64 = 0.354;
 /// Camera rays of a half at most.
-const MOST: u32 = 1 << 16;
-/// Share of the mean rays that every pixel gets when it is looked at.
-const SHARE: f64 = 0.25;
+const MOST_RAYS: u32 = 1 << 16;
+/// Share of the mean rays that every pixel gets when it is resampled at.
+const RESAMPLED: f64 = 0.25;
 /// Camera rays that are to stand behind the squared picture: by the squares of so many differences a variance is known
 /// to a tenth (their standard error is `sqrt(2 / 256)`), as in pictures of so many like pixels.
-const BELIEVED: f64 = 256.0;
+const RELIABLE: f64 = 256.0;
 /// Share of the variance wanted that pixels chosen since the last look may have counted with before another is due.
 const UNSEEN: f64 = 0.25;
 
@@ -81,7 +81,7 @@ pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan, tick: Progres
     let shows_luminaires_only = pixels.iter().all(|pixel| pixel.weight() == 0.0);
     pixels.iter_mut().for_each(|pixel| pixel.counts_emission = shows_luminaires_only);
     if plan.noise.is_some() {
-        find(camera_rays, &mut pixels);
+        find_small_faces(camera_rays, &mut pixels);
     }
     refine(camera_rays, &mut pixels, plan, |_, _| ());
     pixels
@@ -95,7 +95,7 @@ pub(crate) fn refine(
     mut cast: impl FnMut(&mut [Pixel], &[u32]),
 ) {
     let Some(noise) = plan.noise else { return };
-    // Each round doubles the rays of some pixel, of which none gets more than [`MOST`].
+    // Each round doubles the rays of some pixel, of which none gets more than [`MOST_RAYS`].
     loop {
         let next = if plan.is_late() { Next::Enough } else { next(pixels, camera_rays.view.width, noise) };
         let extended = match next {
@@ -104,8 +104,8 @@ pub(crate) fn refine(
                 extend(camera_rays, pixels, &chosen, |pixel| 2 * pixel.count);
                 chosen
             }
-            Next::Look(few) => {
-                look(camera_rays, pixels, &few);
+            Next::Resample(few) => {
+                resample(camera_rays, pixels, &few);
                 few
             }
         };
@@ -120,7 +120,7 @@ enum Next {
     /// Pixels to get twice their rays, because of what those told.
     Double(Vec<u32>),
     /// Pixels to get more rays whatever theirs told.
-    Look(Vec<u32>),
+    Resample(Vec<u32>),
 }
 
 fn next(pixels: &mut [Pixel], width: usize, noise: f64) -> Next {
@@ -135,23 +135,23 @@ fn next(pixels: &mut [Pixel], width: usize, noise: f64) -> Next {
             return Next::Double(chosen);
         }
     }
-    let few = if is_due { few(pixels) } else { Vec::new() };
+    let few = if is_due { undersampled(pixels) } else { Vec::new() };
     if !few.is_empty() {
-        return Next::Look(few);
+        return Next::Resample(few);
     }
     // Last of all: what chose a pixel before stands for others that have missed it.
-    let bold = bold(pixels, width, &measured);
-    bold.iter().for_each(|&k| pixels[k as usize].choose(true));
-    if bold.is_empty() { Next::Enough } else { Next::Double(bold) }
+    let dominant = dominant(pixels, width, &measured);
+    dominant.iter().for_each(|&k| pixels[k as usize].choose(true));
+    if dominant.is_empty() { Next::Enough } else { Next::Double(dominant) }
 }
 
-/// The pixels that have fewer rays than [`BELIEVED`] times their own or a neighbour's share of the squared picture.
-fn bold(pixels: &[Pixel], width: usize, measured: &Measured) -> Vec<u32> {
+/// The pixels that have fewer rays than [`RELIABLE`] times their own or a neighbour's share of the squared picture.
+fn dominant(pixels: &[Pixel], width: usize, measured: &Measured) -> Vec<u32> {
     let height = pixels.len() / width.max(1);
-    let few = |k: usize, rays: f64| pixels[k].count > 0 && pixels[k].count < MOST && pixels[k].camera() < rays;
+    let few = |k: usize, rays: f64| pixels[k].count > 0 && pixels[k].count < MOST_RAYS && pixels[k].camera() < rays;
     let mut found = Vec::new();
     for (k, pixel) in pixels.iter().enumerate() {
-        let rays = BELIEVED * pixel.weight() * pixel.reflected().length_squared() / measured.signal;
+        let rays = RELIABLE * pixel.weight() * pixel.reflected().length_squared() / measured.signal;
         if rays <= 2.0 {
             continue;
         }
@@ -170,33 +170,33 @@ fn unseen(pixels: &[Pixel]) -> f64 {
     pixels.iter().map(|pixel| pixel.weight() * pixel.unseen).sum()
 }
 
-/// Rays of a half that each pixel is to have when it is looked at: twice the fewest, and a share of the mean; on the
+/// Rays of a half that each pixel is to have when it is resampled at: twice the fewest, and a share of the mean; on the
 /// outline of a luminaire the mean, as luminaires show though their outlines count for next to nothing.
-fn looks(pixels: &[Pixel]) -> impl Fn(&Pixel) -> u32 + use<> {
+fn resampled_counts(pixels: &[Pixel]) -> impl Fn(&Pixel) -> u32 + use<> {
     let counts = |p: &Pixel| if p.weight() > 0.0 { p.count } else { u32::MAX };
     let fewest = pixels.iter().map(counts).min().unwrap_or(1);
     let mean = pixels.iter().map(|pixel| f64::from(pixel.count)).sum::<f64>() / pixels.len().max(1) as f64;
-    let all = (SHARE * mean).max(2.0 * f64::from(fewest));
-    move |pixel: &Pixel| (if pixel.shows_outline() { all.max(mean) } else { all }).min(f64::from(MOST)) as u32
+    let all = (RESAMPLED * mean).max(2.0 * f64::from(fewest));
+    move |pixel: &Pixel| (if pixel.shows_outline() { all.max(mean) } else { all }).min(f64::from(MOST_RAYS)) as u32
 }
 
-/// The pixels that have fewer rays than they are to have when they are looked at.
-fn few(pixels: &[Pixel]) -> Vec<u32> {
-    let looks = looks(pixels);
-    let few = |pixel: &Pixel| pixel.count > 0 && 2 * pixel.count <= looks(pixel);
+/// The pixels that have fewer rays than they are to have when they are resampled at.
+fn undersampled(pixels: &[Pixel]) -> Vec<u32> {
+    let resampled_counts = resampled_counts(pixels);
+    let few = |pixel: &Pixel| pixel.count > 0 && 2 * pixel.count <= resampled_counts(pixel);
     pixels.iter().zip(0..).filter(|(pixel, _)| few(pixel)).map(|(_, k)| k).collect()
 }
 
 /// Looks at pixels: they get more rays whatever theirs told, and the new ones alone tell their variance.
-fn look(camera_rays: &CameraRays, pixels: &mut [Pixel], few: &[u32]) {
+fn resample(camera_rays: &CameraRays, pixels: &mut [Pixel], few: &[u32]) {
     let bright = measure(pixels).bright();
-    let looks = looks(pixels);
+    let resampled_counts = resampled_counts(pixels);
     let before: Vec<_> = few.iter().map(|&k| pixels[k as usize].sums_below(bright)).collect();
-    let count = |pixel: &Pixel| pixel.count << (looks(pixel) / pixel.count).ilog2();
+    let count = |pixel: &Pixel| pixel.count << (resampled_counts(pixel) / pixel.count).ilog2();
     extend(camera_rays, pixels, few, count);
     pixels.iter_mut().for_each(|pixel| pixel.unseen = 0.0);
     for (&k, before) in few.iter().zip(before) {
-        pixels[k as usize].look_back(before, bright);
+        pixels[k as usize].take_resampled(before, bright);
     }
 }
 
@@ -219,7 +219,7 @@ fn extend(camera_rays: &CameraRays, pixels: &mut [Pixel], some: &[u32], count: i
     );
 }
 
-/// The pixels to double, in order: best gain for the price first, until the noise is foreseen to be as wanted.
+/// The pixels to double, in order: best gain for the price first, until the noise is predicted to be as wanted.
 fn choose(pixels: &mut [Pixel], width: usize, measured: &Measured, wanted: f64) -> Vec<u32> {
     let mut left = measured.variance - unseen(pixels);
     pixels.par_iter_mut().for_each(|pixel| pixel.note_difference(measured.bright(), DOUBLED));
@@ -228,12 +228,12 @@ fn choose(pixels: &mut [Pixel], width: usize, measured: &Measured, wanted: f64) 
     let total: f64 = variances.iter().sum();
     let price = |k: u32| variances[k as usize] / f64::from(pixels[k as usize].count);
     let mut order: Vec<(f64, u32)> = (0..pixels.len() as u32)
-        .filter(|&k| pixels[k as usize].count < MOST && variances[k as usize] > 0.0)
+        .filter(|&k| pixels[k as usize].count < MOST_RAYS && variances[k as usize] > 0.0)
         .map(|k| (price(k), k))
         .collect();
     order.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let scale = left / total;
-    let most = |k: &u32| pixels[*k as usize].count >= MOST;
+    let most = |k: &u32| pixels[*k as usize].count >= MOST_RAYS;
     let stays = scale * (0..pixels.len() as u32).filter(most).map(|k| variances[k as usize]).sum::<f64>();
     // A round aims no lower than half the variance: the next one knows the pixels better. Nor is more done about others
     // than those leave that have all the rays they may.
@@ -283,7 +283,7 @@ impl Measured {
 /// The noise of the picture and the picture, with the light of the patches for what is reflected more than once.
 ///
 /// The picture is what is reflected: slivers of a small bright lamp would outshine all of it, and any error would be
-/// small beside them. Its noise has emission up to twice the picture, so that the outlines of lamps are looked at.
+/// small beside them. Its noise has emission up to twice the picture, so that the outlines of lamps are resampled at.
 pub(crate) fn measure(pixels: &[Pixel]) -> Measured {
     let mut measured = Measured::default();
     for pixel in pixels {
@@ -324,7 +324,7 @@ pub(crate) fn is_seen_around(pixels: &[Pixel], means: &[DVec3], width: usize, k:
 /// The variance of every pixel, whose [`means`] are given: what its neighbourhood's halves differ by, or what an edge
 /// through it would leave, if that is more.
 ///
-/// A pixel itself counts as it was foreseen before its last rays, [`Pixel::foreseen`]. What its halves differ by states
+/// A pixel itself counts as it was predicted before its last rays, [`Pixel::predicted`]. What its halves differ by states
 /// its error in the end: if the same number chose when to stop, pixels would stop where it is small by chance, and the
 /// picture would state less than it is off by (a bathroom's direct light at 1 %, four seeds: 1.34 times as much; 1.07
 /// as it is).
@@ -351,13 +351,13 @@ pub(crate) fn variances(pixels: &[Pixel], means: &[DVec3], width: usize) -> Vec<
         let pool = || rows.clone().flat_map(|y| columns.clone().map(move |x| y * width + x));
         let n = (columns.len() * rows.len()) as f64;
         let difference = |j: usize| match j == k {
-            true => pixels[j].foreseen,
+            true => pixels[j].predicted,
             // A small face is in one pixel.
             false if pixels[j].is_explained => 0.0,
             false => pixels[j].differed,
         };
         let edge = pool().map(|j| bends[j]).sum::<f64>() / n / 12.0 * f64::from(pixels[k].count).powf(-1.5);
-        (pool().map(difference).sum::<f64>() / n).max(edge).max(pixels[k].foretold().element_sum())
+        (pool().map(difference).sum::<f64>() / n).max(edge).max(pixels[k].small_face_variance().element_sum())
     };
     (0..pixels.len()).into_par_iter().map(around).collect()
 }
@@ -415,13 +415,13 @@ mod tests {
         // The rays that it got have told it apart; what was seen of it once still counts.
         (pixels[NOISY].count, pixels[NOISY].lit) = (8192, [DVec3::splat(8192.0); 2]);
         assert!(measure(&pixels).variance > 0.0);
-        let Next::Look(few) = next(&mut pixels, WIDTH, 1e-4) else { panic!("a look is due") };
+        let Next::Resample(few) = next(&mut pixels, WIDTH, 1e-4) else { panic!("a look is due") };
         assert_eq!(few.len(), pixels.len() - 1);
         // A share of what pixels have in the mean, and on the outline of a luminaire all of it.
-        let (looks, mean) = (looks(&pixels), (8192.0 + 127.0 * 4.0) / 128.0);
-        assert_eq!(looks(&pixels[0]), (SHARE * mean) as u32);
+        let (resampled_counts, mean) = (resampled_counts(&pixels), (8192.0 + 127.0 * 4.0) / 128.0);
+        assert_eq!(resampled_counts(&pixels[0]), (RESAMPLED * mean) as u32);
         pixels[0].emitting = 1;
-        assert_eq!(looks(&pixels[0]), mean as u32);
+        assert_eq!(resampled_counts(&pixels[0]), mean as u32);
         // Noise that goes on from pixel to pixel stands for nothing unseen.
         let mut pixels: Vec<Pixel> = (0..8 * WIDTH).map(|_| pixel(4, [1.0, 0.9])).collect();
         assert!(!doubled(&mut pixels, WIDTH, 1e-4).is_empty() && unseen(&pixels) == 0.0);
@@ -445,13 +445,13 @@ mod tests {
         assert!(doubled(&mut pixels, WIDTH, 0.05).is_empty());
     }
 
-    /// What one look finds once stands for what it missed; once pixels have been looked at, the new rays alone tell.
+    /// What one look finds once stands for what it missed; once pixels have been resampled at, the new rays alone tell.
     #[test]
     fn a_look_tells_by_its_own_rays() {
         let mut one = pixel(4, [1.0, 1.0]);
         let before = one.sums_below(f64::INFINITY);
         (one.count, one.lit) = (8, [DVec3::splat(8.0), DVec3::splat(4.0 + 4.0 * 2.0)]);
-        one.look_back(before, f64::INFINITY);
+        one.take_resampled(before, f64::INFINITY);
         // Halves of the new rays are 1 and 2: a variance of 1/4 by half of the rays.
         assert!((one.variance_below(f64::INFINITY) - DVec3::splat(0.125)).abs().max_element() < 1e-12);
         one.choose(false);
@@ -466,10 +466,10 @@ mod tests {
     #[test]
     fn faces_smaller_than_a_pixel_are_looked_for() {
         const WIDTH: usize = 8;
-        const SHARE: f64 = 0.003;
+        const RESAMPLED: f64 = 0.003;
         let mut pixels: Vec<Pixel> = (0..64).map(|_| pixel(2, [1.0, 1.0])).collect();
-        pixels[20].small_faces.push(SmallFace { share: SHARE, light: DVec3::splat(2000.0) });
-        assert!((measure(&pixels).variance - 3.0 * SHARE * (1.0 - SHARE) * 1999.0_f64.powi(2) / 4.0).abs() < 1e-6);
+        pixels[20].small_faces.push(SmallFace { share: RESAMPLED, light: DVec3::splat(2000.0) });
+        assert!((measure(&pixels).variance - 3.0 * RESAMPLED * (1.0 - RESAMPLED) * 1999.0_f64.powi(2) / 4.0).abs() < 1e-6);
         assert_eq!(doubled(&mut pixels, WIDTH, 0.05), [20]);
         // Nothing stands for others that is known to be there.
         assert_eq!(unseen(&pixels), 0.0);

@@ -51,7 +51,7 @@ pub(crate) struct CameraRays<'a> {
 }
 
 /// Memory that one thread uses again for each pixel.
-pub(crate) struct Scratch {
+pub(crate) struct PixelScratch {
     memory: Memory,
     /// Direct light and highlights.
     sum: LightSum,
@@ -80,12 +80,12 @@ impl<'a> CameraRays<'a> {
     }
 
     /// Memory for one thread.
-    pub fn scratch(&self) -> Scratch {
-        Scratch { memory: Memory::default(), sum: LightSum::default(), seen: Vec::new() }
+    pub fn scratch(&self) -> PixelScratch {
+        PixelScratch { memory: Memory::default(), sum: LightSum::default(), seen: Vec::new() }
     }
 
     /// Casts camera rays until each half has `count`.
-    pub fn extend(&self, k: usize, pixel: &mut Pixel, count: u32, scratch: &mut Scratch) {
+    pub fn extend(&self, k: usize, pixel: &mut Pixel, count: u32, scratch: &mut PixelScratch) {
         for half in 0..2 {
             scratch.sum.clear();
             let mut seen = std::mem::take(&mut scratch.seen);
@@ -132,7 +132,7 @@ impl<'a> CameraRays<'a> {
     }
 
     /// The surfaces that a camera ray of one half of pixel k sees, and the points.
-    pub fn look(&self, k: usize, half: usize, index: u32) -> impl Iterator<Item = (SurfaceKey, SurfacePoint)> {
+    pub fn surfaces_seen(&self, k: usize, half: usize, index: u32) -> impl Iterator<Item = (SurfaceKey, SurfacePoint)> {
         let view = self.view;
         let one = |SeenPoint { hit, position, key, .. }: SeenPoint| {
             view.patches.at(hit.face, hit.side, position)?;
@@ -152,7 +152,7 @@ impl<'a> CameraRays<'a> {
     }
 
     /// The light of the point of a face at some place of the picture, in pixels, if the face is what is seen there.
-    pub fn glance(&self, face: u32, place: DVec2, scratch: &mut Scratch) -> Option<DVec3> {
+    pub fn light_of_face(&self, face: u32, place: DVec2, scratch: &mut PixelScratch) -> Option<DVec3> {
         let pixel = place.as_uvec2();
         let k = pixel.y as usize * self.view.width + pixel.x as usize;
         let ray = self.camera_ray(k, 0, 0);
@@ -190,7 +190,7 @@ impl<'a> CameraRays<'a> {
         adjusted: Adjusted,
         ray: CameraRay,
         pixel: &mut Pixel,
-        scratch: &mut Scratch,
+        scratch: &mut PixelScratch,
     ) -> bool {
         let view = self.view;
         let SeenPoint { hit, position, key, rho, share, .. } = *seen;
@@ -225,7 +225,7 @@ impl<'a> CameraRays<'a> {
             let own = if luminaire == 0 { ray.seed } else { hash(luminaire, ray.seed) };
             Vec2::from([2, 3].map(|d| self.sobol.point(ray.index * of + k, d, own)))
         };
-        let Scratch { memory, sum, .. } = scratch;
+        let PixelScratch { memory, sum, .. } = scratch;
         view.lights.add(sum, (&receiver, patch, rho), self.visibility, point, memory);
         if !self.dark {
             pixel.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();

@@ -40,13 +40,13 @@ pub(crate) struct Pixel {
     pub rays: u64,
     /// The variance by the difference of the halves, when that was last noted.
     pub differed: f64,
-    /// The variance as it was foreseen before the last rays were cast, which knows nothing of what they found.
-    pub foreseen: f64,
+    /// The variance as it was predicted before the last rays were cast, which knows nothing of what they found.
+    pub predicted: f64,
     /// Camera rays of each half when the difference was last noted.
     pub noted: u32,
     /// The variance by the rays of the last look alone; none where the pixel was chosen since, or all its rays are one
     /// look.
-    looked: Option<DVec3>,
+    resampled: Option<DVec3>,
     /// Whether it was chosen since the last look.
     chosen: bool,
     /// The variance for which it was chosen since the last look, and which others stand for that have missed it.
@@ -61,7 +61,7 @@ pub(crate) struct Pixel {
 }
 
 /// What a pixel found until some moment.
-pub(crate) struct Found {
+pub(crate) struct HalfSums {
     halves: [DVec3; 2],
     count: u32,
 }
@@ -69,7 +69,7 @@ pub(crate) struct Found {
 /// Share of its distance that a surface seen head on may be nearer or farther within a pixel.
 const LEVEL: f32 = 1e-3;
 /// Rays that tell whether a pixel sees a luminaire.
-const LOOKS: i32 = 16;
+const LUMINAIRE_RAYS: i32 = 16;
 
 impl Pixel {
     /// The layer of a surface seen; a new one if no camera ray has seen it before.
@@ -116,12 +116,12 @@ impl Pixel {
     /// What the variance is taken to be, emission counting up to `bright`: what rays tell that were cast whatever the
     /// others told, if there are any; no less than small faces make it.
     pub fn variance_below(&self, bright: f64) -> DVec3 {
-        self.found_below(bright).max(self.foretold())
+        self.sampled_variance_below(bright).max(self.small_face_variance())
     }
 
     /// The variance that rays tell.
-    fn found_below(&self, bright: f64) -> DVec3 {
-        self.looked.unwrap_or_else(|| self.variance(self.halves_below(bright)))
+    fn sampled_variance_below(&self, bright: f64) -> DVec3 {
+        self.resampled.unwrap_or_else(|| self.variance(self.halves_below(bright)))
     }
 
     /// Takes in a point that a ray met at a distance, or that one met none.
@@ -136,7 +136,7 @@ impl Pixel {
     }
 
     /// The variance that small faces make which its rays may have missed.
-    pub fn foretold(&self) -> DVec3 {
+    pub fn small_face_variance(&self) -> DVec3 {
         let mean = self.reflected();
         self.small_faces.iter().map(|face| face.variance(mean, self.camera())).sum()
     }
@@ -147,19 +147,19 @@ impl Pixel {
     }
 
     /// What it found so far.
-    pub fn sums_below(&self, bright: f64) -> Found {
-        Found { halves: self.halves_below(bright), count: self.count }
+    pub fn sums_below(&self, bright: f64) -> HalfSums {
+        HalfSums { halves: self.halves_below(bright), count: self.count }
     }
 
     /// Takes the variance from what was found since `before`; of all rays it is as much less as they are more.
-    pub fn look_back(&mut self, before: Found, bright: f64) {
+    pub fn take_resampled(&mut self, before: HalfSums, bright: f64) {
         let now = self.sums_below(bright);
         let more = f64::from(now.count - before.count);
         let own = Halves::of([0, 1].map(|half| (now.halves[half] - before.halves[half]) / more));
         let own = own.variance() * (more / f64::from(now.count));
-        (self.looked, self.chosen) = (Some(own), false);
-        self.foreseen = own.element_sum();
-        (self.differed, self.noted) = (self.foreseen, self.count);
+        (self.resampled, self.chosen) = (Some(own), false);
+        self.predicted = own.element_sum();
+        (self.differed, self.noted) = (self.predicted, self.count);
     }
 
     /// Is chosen to get more rays, because of what its own or its neighbours' have told; what is seen around it as
@@ -168,24 +168,24 @@ impl Pixel {
         if !self.chosen && !self.is_explained && !is_seen_around {
             self.unseen = self.differed;
         }
-        (self.looked, self.chosen) = (None, true);
+        (self.resampled, self.chosen) = (None, true);
     }
 
     /// Takes note of what the halves differ by, their emission up to `bright`; what they differed by before the last
     /// rays counts by the share `left` that those rays are expected to leave.
     pub fn note_difference(&mut self, bright: f64, left: f64) {
-        let now = self.found_below(bright).element_sum();
+        let now = self.sampled_variance_below(bright).element_sum();
         let mean = self.reflected();
         self.is_explained = self.small_faces.iter().any(|face| face.explains(now, mean, self.camera()));
         if self.noted == 0 {
-            self.foreseen = now;
+            self.predicted = now;
         } else if self.noted < self.count {
-            self.foreseen = left * self.differed;
+            self.predicted = left * self.differed;
         }
         (self.differed, self.noted) = (now, self.count);
     }
 
-    /// How much the pixel counts in the error: the chance that none of [`LOOKS`] rays through it meets light as
+    /// How much the pixel counts in the error: the chance that none of [`LUMINAIRE_RAYS`] rays through it meets light as
     /// emitted. Pixels that see a luminaire count nothing, those that a sliver of one lies in count a little less than
     /// others.
     pub fn weight(&self) -> f64 {
@@ -193,7 +193,7 @@ impl Pixel {
             return 1.0;
         }
         let share = f64::from(self.emitting) / self.camera().max(1.0);
-        (1.0 - share).powi(LOOKS)
+        (1.0 - share).powi(LUMINAIRE_RAYS)
     }
 }
 

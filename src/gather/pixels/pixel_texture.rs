@@ -196,7 +196,7 @@ fn parts(view: &View, k: usize, face: u32) -> Option<UVec2> {
 /// each was off by 0.5 % at any number of rays.
 pub(crate) const UNEVEN: f64 = 1.01;
 /// Cells to a side at least: of fewer, each lies beside all others.
-const LEAST: u32 = 4;
+const LEAST_CELLS: u32 = 4;
 
 /// The square cells of a pixel that its camera rays stand for.
 #[derive(Clone, Debug)]
@@ -221,7 +221,7 @@ impl PixelCells {
     pub fn new(rays: u32) -> Option<PixelCells> {
         let number = 1_u32 << (rays.max(1).ilog2() / 2);
         let shown = || vec![Shown::Nothing; (number * number) as usize];
-        (number >= LEAST).then(|| PixelCells { number, shown: shown() })
+        (number >= LEAST_CELLS).then(|| PixelCells { number, shown: shown() })
     }
 
     /// Adds that a ray through a place of the pixel sees surface number `surface`.

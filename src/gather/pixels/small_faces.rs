@@ -15,29 +15,29 @@
 //!
 //! Faces farther than all that the rays of a pixel met are taken to be hidden there: in rooms most are.
 //!
-//! Not handled: faces wider than a pixel; small places of light on them, for which pixels are looked at
+//! Not handled: faces wider than a pixel; small places of light on them, for which pixels are resampled at
 //! ([`crate::gather::pixels::adaptive_sampling`]).
 
 use crate::gather::pixels::pixel::SmallFace;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::gather::pixels::camera_rays::{CameraRays, Scratch};
+use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
 use crate::gather::pixels::pixel::Pixel;
 use crate::rays::Side;
 use crate::reading::view::View;
 use crate::scene::convex_polygon::{area, clip};
 
-/// Pixels at most that a face is looked for in.
-const MOST: usize = 4096;
+/// Pixels at most that a face is resampled for in.
+const MOST_PIXELS: usize = 4096;
 /// Below this share of the scene's half extent before the camera a corner has no place in the picture.
 const NEAR: f64 = 1e-6;
 
 /// Finds the faces smaller or thinner than a pixel, and tells the pixels of them.
-pub(crate) fn find(camera_rays: &CameraRays, pixels: &mut [Pixel]) {
+pub(crate) fn find_small_faces(camera_rays: &CameraRays, pixels: &mut [Pixel]) {
     let projection = Projection::new(camera_rays.view);
     let faces = (0..camera_rays.view.scene.solid_faces()).into_par_iter();
-    let one = |scratch: &mut Scratch, face: u32| {
+    let one = |scratch: &mut PixelScratch, face: u32| {
         let thin = projection.thin_face(face)?;
         let parts = thin.pixels(&projection).filter_map(|k| thin.part(camera_rays, &pixels[k], k, scratch));
         Some(parts.collect()).filter(|parts: &Vec<_>| !parts.is_empty())
@@ -107,7 +107,7 @@ impl ThinFace {
         let (first, end) = (low.max(DVec2::ZERO).as_uvec2(), high.min(projection.size).ceil().as_uvec2());
         let width = projection.view.width;
         let row = move |y: u32| (first.x..end.x).map(move |x| y as usize * width + x as usize);
-        (first.y..end.y).flat_map(row).take(MOST)
+        (first.y..end.y).flat_map(row).take(MOST_PIXELS)
     }
 
     /// What of it a pixel shows, unless the pixel's rays have met the surface that it is part of, or hide it.
@@ -116,7 +116,7 @@ impl ThinFace {
         camera_rays: &CameraRays,
         pixel: &Pixel,
         k: usize,
-        scratch: &mut Scratch,
+        scratch: &mut PixelScratch,
     ) -> Option<(usize, SmallFace)> {
         let view = camera_rays.view;
         let key = camera_rays.key(self.face, self.side);
@@ -129,7 +129,7 @@ impl ThinFace {
         let inside = within(&self.polygon, corner);
         let share = if inside.len() > 2 { area(&inside).abs() } else { return None };
         let place = inside.iter().sum::<DVec2>() / inside.len() as f64;
-        Some((k, SmallFace { share, light: camera_rays.glance(self.face, place, scratch)? }))
+        Some((k, SmallFace { share, light: camera_rays.light_of_face(self.face, place, scratch)? }))
     }
 
     /// The least distance from the camera at which its plane may be met within a pixel: along a pixel that is d wide at

@@ -56,8 +56,8 @@ impl<'a> FinalGather<'a> {
     }
 
     /// Number of fields that make the picture.
-    pub fn leading(&self) -> usize {
-        self.fields.leading()
+    pub fn picture_fields(&self) -> usize {
+        self.fields.picture_fields()
     }
 
     /// The length of the brightest light of the fields that make the picture, over the middles of patches.
@@ -65,7 +65,7 @@ impl<'a> FinalGather<'a> {
         let patches = self.view.patches;
         let light = |i: usize| -> Rgb {
             let at = patches.point(i, 0.5, 0.5).position;
-            let own = &self.fields.of_patch(i as u32)[..self.leading()];
+            let own = &self.fields.of_patch(i as u32)[..self.picture_fields()];
             own.iter().map(|l| l.at(at)).sum()
         };
         let lengths = (0..patches.len()).map(|i| f64::from(light(i).length()));

@@ -49,7 +49,7 @@ pub(crate) struct Bias {
     /// There and in its share of the layers that have no record, where others foresee light as they do here.
     pub around: f64,
     /// That of the irradiance over pi which others foresee there, times the pixels that the record stood for.
-    pub foreseen: f64,
+    pub predicted: f64,
     /// Squared irradiance over pi, times the pixels that the record stood for.
     pub light: f64,
 }
@@ -71,12 +71,12 @@ impl IrradianceCache<'_> {
             let misfit = own_light.less(fit).squared();
             let coefficient = fitted.fit.coefficient_of(i as u32);
             let others = if coefficient < NEEDED { 1.0 - coefficient } else { 1.0 };
-            let foreseen = misfit / (others * others);
+            let predicted = misfit / (others * others);
             let pixels = (own.site.spacing * own.site.spacing) as f64;
             Bias {
                 here: own.counts().powi(2) * misfit,
-                around: own.counts().powi(2) * (misfit + bare * foreseen),
-                foreseen: pixels * foreseen,
+                around: own.counts().powi(2) * (misfit + bare * predicted),
+                predicted: pixels * predicted,
                 light: pixels * own_light.squared(),
             }
         };
@@ -124,15 +124,15 @@ impl IrradianceCache<'_> {
 
 /// Mean squared bias that records foresee where there is none, as a share of the mean squared irradiance.
 pub(crate) fn relative(biases: &[Bias]) -> f64 {
-    let foreseen: f64 = biases.iter().map(|b| b.foreseen).sum();
+    let predicted: f64 = biases.iter().map(|b| b.predicted).sum();
     let light: f64 = biases.iter().map(|b| b.light).sum();
-    if light > 0.0 { (foreseen / light).max(0.0) } else { 0.0 }
+    if light > 0.0 { (predicted / light).max(0.0) } else { 0.0 }
 }
 
 /// Rays cast from the places over those of all records.
 const SHARE: f64 = 0.125;
 /// Places at least.
-const LEAST: f64 = 16.0;
+const LEAST_PLACES: f64 = 16.0;
 
 /// A place that was drawn.
 #[derive(Clone, Copy, Debug)]
@@ -162,7 +162,7 @@ impl IrradianceCache<'_> {
     fn fresh(&mut self, &LayerFit { pixel, layer, .. }: &LayerFit, pixels: &[Pixel], round: u32) -> Record {
         let seed =
             hash(pixel as u32, hash(layer as u32, hash(round, Purpose::CrossValidation.seed(self.density.seed))));
-        let site = Site { pixel, looked: pixels[pixel].count, spacing: 1, seed, density: 0 };
+        let site = Site { pixel, camera_rays: pixels[pixel].count, spacing: 1, seed, density: 0 };
         self.record(&pixels[pixel].layers[layer], site)
     }
 
@@ -171,7 +171,7 @@ impl IrradianceCache<'_> {
         let chances = chances(places);
         let all: f64 = self.records.iter().map(|record| f64::from(record.rays)).sum();
         let price: f64 = chances.iter().zip(places).map(|(chance, place)| chance * place.rays.max(1.0)).sum();
-        let count = (SHARE * all / price).max(LEAST).round();
+        let count = (SHARE * all / price).max(LEAST_PLACES).round();
         drawn(
             &chances,
             count,
@@ -204,8 +204,8 @@ fn drawn(chances: &[f64], count: f64, offset: f64) -> Vec<Draw> {
         .collect()
 }
 
-/// Layers looked at, to a factor of two: many times as many as are drawn.
-const LOOKED: usize = 16_384;
+/// Layers camera_rays at, to a factor of two: many times as many as are drawn.
+const LAYERS: usize = 16_384;
 
 /// A layer of a pixel, as one of [`IrradianceCache::layer_fits`].
 pub(crate) struct LayerFit {
@@ -240,9 +240,9 @@ impl IrradianceCache<'_> {
         all.map_init(Default::default, of_pixel).flatten_iter().collect()
     }
 
-    /// One in so many pixels is looked at: errors larger than a few pixels show in some of them.
+    /// One in so many pixels is camera_rays at: errors larger than a few pixels show in some of them.
     pub fn pixel_stride(&self) -> usize {
-        (self.record_of.len() / LOOKED).max(1)
+        (self.record_of.len() / LAYERS).max(1)
     }
 
     /// Layer l of pixel k.
@@ -288,7 +288,7 @@ pub(crate) fn least_certain(mut fits: Vec<LayerFit>, rest: f64) -> Vec<LayerFit>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gather::pass::Settings;
+    use crate::gather::pass::GatherSettings;
     use crate::gather::pixels::adaptive_sampling::sample_pixels;
     use crate::gather::pixels::camera_rays::CameraRays;
     use crate::gather::records::final_gather::FinalGather;
@@ -327,7 +327,7 @@ mod tests {
         // Few bright patches, so that records miss some of them.
         let light = |i: usize| if i.is_multiple_of(7) { Rgb::splat(8.0) } else { Rgb::splat(0.1) };
         let fields = Fields::new(&[(0..view.patches.len()).map(light).collect()]);
-        let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
+        let settings = GatherSettings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
         let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
         let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
         let final_gather = FinalGather::new(&view, &fields);
@@ -359,7 +359,7 @@ mod tests {
         let lights = lights_of("cornell-box", Mode::Global.transport(), 100);
         let view = View::new(&lights, (224, 224).into());
         let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
-        let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
+        let settings = GatherSettings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
         let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
         let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
         let final_gather = FinalGather::new(&view, &fields);

@@ -36,7 +36,7 @@ const TILES: usize = 24;
 /// theirs is as short, would touch it.
 const APART: f64 = 2.0;
 /// Rays of a half at least.
-const LEAST: u32 = 8;
+const LEAST_RAYS: u32 = 8;
 
 /// How many records and rays.
 #[derive(Clone, Copy, Debug)]
@@ -69,7 +69,7 @@ pub(crate) struct IrradianceCache<'a> {
     pub(crate) values: Vec<[DVec3; 2]>,
     pub(crate) fields: usize,
     /// Number of fields that make the picture.
-    pub(crate) leading: usize,
+    pub(crate) picture_fields: usize,
     pub(crate) lattice: Lattice,
     /// The record of each layer that has one, by the layer's number; else NONE.
     pub(crate) record_of: Vec<u32>,
@@ -105,7 +105,7 @@ impl<'a> IrradianceCache<'a> {
             supports: Vec::new(),
             values: Vec::new(),
             fields: final_gather.fields(),
-            leading: final_gather.leading(),
+            picture_fields: final_gather.picture_fields(),
             lattice: Lattice::new(density.spacing, width, pixels.len() / width.max(1)),
             record_of: vec![NONE; starts[pixels.len()]],
             starts,
@@ -182,7 +182,7 @@ impl<'a> IrradianceCache<'a> {
     pub(crate) fn add(&mut self, k: usize, l: usize, pixel: &Pixel, spacing: usize) {
         self.record_of[self.starts[k] + l] = self.records.len() as u32;
         let seed = hash(k as u32, hash(l as u32, self.density.seed));
-        let site = Site { pixel: k, looked: pixel.count, spacing, seed, density: 0 };
+        let site = Site { pixel: k, camera_rays: pixel.count, spacing, seed, density: 0 };
         let record = self.record(&pixel.layers[l], site);
         self.records.push(record);
     }
@@ -196,7 +196,7 @@ impl<'a> IrradianceCache<'a> {
     /// Rays of a half that the records of one lattice get.
     fn rays_at(&self, spacing: usize) -> u32 {
         let rays = self.density.rays as usize * spacing / self.density.spacing;
-        (rays as u32).max(LEAST.min(self.density.rays))
+        (rays as u32).max(LEAST_RAYS.min(self.density.rays))
     }
 
     /// Casts rays from the records after `first` until each half has as many as `wanted` says of each of them.
@@ -251,7 +251,7 @@ const FAR_APART: f64 = 0.05;
 /// Hemisphere rays for each point that they start from, where those are too few.
 const EACH: u32 = 4;
 /// Camera rays to look for one more point to start from.
-const LOOKS: u32 = 4;
+const CAMERA_RAYS: u32 = 4;
 
 /// Where a record belongs, and what it is named by.
 #[derive(Clone, Copy, Debug)]
@@ -259,7 +259,7 @@ pub(crate) struct Site {
     /// The pixel that sees its surface.
     pub pixel: usize,
     /// Camera rays of each half of the pixel so far.
-    pub looked: u32,
+    pub camera_rays: u32,
     /// Spacing of its lattice, pixels.
     pub spacing: usize,
     /// Chooses the scrambling of its rays.
@@ -277,7 +277,7 @@ pub(crate) struct Casting<'a> {
 
 /// One irradiance record.
 pub(crate) struct Record {
-    /// Where it belongs; `looked` counts the camera rays that looked for its surface.
+    /// Where it belongs; `camera_rays` counts the camera rays that camera_rays for its surface.
     pub site: Site,
     /// The surface; rays start where its camera rays met it.
     layer: Layer,
@@ -303,7 +303,7 @@ impl Record {
             site,
             layer: layer.clone(),
             shortened: 1.0,
-            seen: f64::from(layer.count[0] + layer.count[1]) / f64::from(2 * site.looked),
+            seen: f64::from(layer.count[0] + layer.count[1]) / f64::from(2 * site.camera_rays),
             distance: layer.first.position.as_dvec3().distance(camera),
             rays: 0,
             nearness: 0.0,
@@ -318,7 +318,7 @@ impl Record {
             cast += self.gather(with, count.min(FIRST), memory);
         }
         if count > self.rays {
-            cast += self.look(with.camera_rays, count / EACH);
+            cast += self.find_origins(with.camera_rays, count / EACH);
             cast += self.gather(with, count, memory);
         }
         cast
@@ -341,21 +341,21 @@ impl Record {
     }
 
     /// Looks for more points to start from, `count` for each half, where those there are lie far apart.
-    fn look(&mut self, camera_rays: &CameraRays, count: u32) -> u64 {
+    fn find_origins(&mut self, camera_rays: &CameraRays, count: u32) -> u64 {
         if self.spread() < FAR_APART * self.surroundings() {
             return 0;
         }
         let mut cast = 0;
-        let most = self.site.looked + LOOKS * count;
+        let most = self.site.camera_rays + CAMERA_RAYS * count;
         let few = |layer: &Layer| (0..2).any(|half| (layer.origins(half).len() as u32) < count);
-        while self.site.looked < most && few(&self.layer) {
+        while self.site.camera_rays < most && few(&self.layer) {
             for half in 0..2 {
-                let mut looked = camera_rays.look(self.site.pixel, half, self.site.looked);
-                if let Some((_, seen)) = looked.find(|(key, seen)| self.layer.holds(*key, seen)) {
+                let mut camera_rays = camera_rays.surfaces_seen(self.site.pixel, half, self.site.camera_rays);
+                if let Some((_, seen)) = camera_rays.find(|(key, seen)| self.layer.holds(*key, seen)) {
                     self.layer.start(half, seen);
                 }
             }
-            self.site.looked += 1;
+            self.site.camera_rays += 1;
             cast += 2;
         }
         cast
@@ -500,12 +500,12 @@ impl IrradianceCache<'_> {
 
     /// The mean of both halves that a record found of the fields that make the picture together.
     fn mean(&self, i: u32) -> DVec3 {
-        let means = &self.means(i as usize)[..self.leading];
+        let means = &self.means(i as usize)[..self.picture_fields];
         means.iter().map(|[a, b]| 0.5 * (*a + *b)).sum()
     }
 
     /// Of values of every field in both halves the light of the fields that make the picture together.
     pub(crate) fn total(&self, values: &[[DVec3; 2]]) -> [DVec3; 2] {
-        [0, 1].map(|half| values[..self.leading].iter().map(|m| m[half]).sum())
+        [0, 1].map(|half| values[..self.picture_fields].iter().map(|m| m[half]).sum())
     }
 }

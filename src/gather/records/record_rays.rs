@@ -11,7 +11,7 @@ use crate::gather::records::interpolation::Fit;
 use crate::gather::records::irradiance_cache::{IrradianceCache, NONE};
 
 /// Rays of a half at most.
-const MOST: f64 = 16_384.0;
+const MOST_RAYS: f64 = 16_384.0;
 /// Records placed in a round where light is uncertain at most, over those there were.
 const MORE: f64 = 0.125;
 /// Spacings within which records are alike in noise.
@@ -41,21 +41,21 @@ impl Share {
 
     /// Rays at a level: none is taken back, and none has more than ever are.
     fn at(self, level: f64) -> f64 {
-        self.rays.max((level * self.worth()).min(MOST))
+        self.rays.max((level * self.worth()).min(MOST_RAYS))
     }
 
-    /// The variance foreseen of rays at a level.
-    fn left(self, level: f64) -> f64 {
+    /// The variance predicted of rays at a level.
+    fn remaining(self, level: f64) -> f64 {
         self.variance * (self.rays / self.at(level)).powf(RATE)
     }
 }
 
 impl IrradianceCache<'_> {
-    /// Casts more rays from the records, where they lessen the noise of the picture most, until they are foreseen to
-    /// leave the share `left` of its variance.
-    pub fn refine(&mut self, left: f64, pixels: &[Pixel]) {
+    /// Casts more rays from the records, where they lessen the noise of the picture most, until they are predicted to
+    /// leave the share `remaining` of its variance.
+    pub fn refine(&mut self, remaining: f64, pixels: &[Pixel]) {
         let shares = self.shares(pixels);
-        let level = level(&shares, left);
+        let level = level(&shares, remaining);
         self.cast_from(0, |i| shares[i].at(level) as u32);
     }
 
@@ -71,7 +71,7 @@ impl IrradianceCache<'_> {
         self.place_where(pixels, &marked);
     }
 
-    /// Places records at the layers without one whose light is least certain, until the others are foreseen to be off
+    /// Places records at the layers without one whose light is least certain, until the others are predicted to be off
     /// by no more than `rest`, squared and summed over the pixels. Each gets as many rays as records have in the mean:
     /// where all records around miss what is bright, no record can tell that it is off.
     pub fn place_uncertain(&mut self, rest: f64, pixels: &[Pixel], round: u32) {
@@ -148,14 +148,14 @@ impl IrradianceCache<'_> {
     }
 }
 
-/// The least level that is foreseen to leave so small a share of the variance, within the growth of one round.
-fn level(shares: &[Share], left: f64) -> f64 {
+/// The least level that is predicted to leave so small a share of the variance, within the growth of one round.
+fn level(shares: &[Share], remaining: f64) -> f64 {
     let sum = |of: &dyn Fn(&Share) -> f64| shares.iter().map(of).sum::<f64>();
     let (rays, worth) = (sum(&|s| s.rays), sum(&|s| s.worth()));
-    let goal = left * sum(&|s| s.variance);
+    let goal = remaining * sum(&|s| s.variance);
     let enough = |level: f64| {
         let growth = sum(&|s| s.at(level)) / rays;
-        growth >= GROWTH[1] || (growth >= GROWTH[0] && sum(&|s| s.left(level)) <= goal)
+        growth >= GROWTH[1] || (growth >= GROWTH[0] && sum(&|s| s.remaining(level)) <= goal)
     };
     if worth <= 0.0 {
         return 0.0;
@@ -177,7 +177,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::gather::pass::Settings;
+    use crate::gather::pass::GatherSettings;
     use crate::gather::pixels::adaptive_sampling::sample_pixels;
     use crate::gather::pixels::camera_rays::CameraRays;
     use crate::gather::records::final_gather::FinalGather;
@@ -209,7 +209,7 @@ mod tests {
         let lights = lights_of("furnished-room", Mode::Global.transport(), 300);
         let view = View::new(&lights, (48, 48).into());
         let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
-        let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
+        let settings = GatherSettings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
         let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
         let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
         let final_gather = FinalGather::new(&view, &fields);
@@ -236,7 +236,7 @@ mod tests {
         let lights = lights_of("furnished-room", Mode::Global.transport(), 300);
         let view = View::new(&lights, (128, 128).into());
         let fields = Fields::new(&[(0..view.patches.len()).map(|i| Rgb::splat((i % 5) as f32)).collect()]);
-        let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
+        let settings = GatherSettings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
         let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
         let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
         let final_gather = FinalGather::new(&view, &fields);
@@ -260,11 +260,11 @@ mod tests {
         assert!(of(true).len() == more && least >= most, "{least} {most}");
     }
 
-    /// The variance that rays leave which are foreseen to leave so much.
-    fn foreseen(shares: &[Share], left: f64) -> (f64, Vec<f64>) {
-        let level = level(shares, left);
+    /// The variance that rays leave which are predicted to leave so much.
+    fn predicted(shares: &[Share], remaining: f64) -> (f64, Vec<f64>) {
+        let level = level(shares, remaining);
         let before: f64 = shares.iter().map(|s| s.variance).sum();
-        let after: f64 = shares.iter().map(|s| s.left(level)).sum();
+        let after: f64 = shares.iter().map(|s| s.remaining(level)).sum();
         (after / before, shares.iter().map(|s| s.at(level)).collect())
     }
 
@@ -273,29 +273,29 @@ mod tests {
         // Worth 1, 2, 4 and 0 times ten rays.
         let shares = [0.1, 0.4, 1.6, 0.0].map(|variance| Share { rays: 10.0, variance });
         // One record, two, three get more rays.
-        for left in [0.6, 0.3, 0.1] {
-            let (found, rays) = foreseen(&shares, left);
-            assert!((found / left - 1.0).abs() < 1e-5, "{found} of {left}");
+        for remaining in [0.6, 0.3, 0.1] {
+            let (found, rays) = predicted(&shares, remaining);
+            assert!((found / remaining - 1.0).abs() < 1e-5, "{found} of {remaining}");
             assert_eq!(rays[3], 10.0);
             // Those that get any get them in proportion to what they are worth.
             assert!((rays[2] / 2.0 - rays[1]).abs() < 1e-9 || rays[1] == 10.0, "{rays:?}");
         }
     }
 
-    /// Rays were once foreseen that no record ever gets.
+    /// Rays were once predicted that no record ever gets.
     #[test]
     fn a_record_that_has_all_the_rays_it_may_have_is_foreseen_to_stay_as_it_is() {
         let mut shares = vec![Share { rays: 64.0, variance: 0.0025 }; 400];
-        shares.insert(0, Share { rays: MOST, variance: 1.0 });
-        let (found, rays) = foreseen(&shares, 0.6);
-        assert_eq!(rays[0], MOST);
-        assert!((found - 0.6).abs() < 1e-5 && shares[0].left(1e9) == 1.0, "{found}");
+        shares.insert(0, Share { rays: MOST_RAYS, variance: 1.0 });
+        let (found, rays) = predicted(&shares, 0.6);
+        assert_eq!(rays[0], MOST_RAYS);
+        assert!((found - 0.6).abs() < 1e-5 && shares[0].remaining(1e9) == 1.0, "{found}");
     }
 
     #[test]
     fn a_round_casts_a_tenth_more_rays_at_least_and_eight_times_as_many_at_most() {
         let shares = [0.1, 0.4, 1.6].map(|variance| Share { rays: 10.0, variance });
-        let sum = |left: f64| foreseen(&shares, left).1.into_iter().sum::<f64>();
+        let sum = |remaining: f64| predicted(&shares, remaining).1.into_iter().sum::<f64>();
         assert!((sum(0.999) / 33.0 - 1.0).abs() < 1e-5, "{}", sum(0.999));
         assert!((sum(1e-9) / 240.0 - 1.0).abs() < 1e-5, "{}", sum(1e-9));
         let dark = [Share { rays: 10.0, variance: 0.0 }; 2];

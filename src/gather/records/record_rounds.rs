@@ -19,7 +19,7 @@ use crate::light::budget::{FIT, HEMISPHERE};
 /// How far below its share the next round aims.
 const MARGIN: f64 = 0.93;
 /// Share of the squared error which the fit may make that places without a record may be uncertain by: those foresee it
-/// to a factor of two only, and what is foreseen is the larger for light that is merely noisy.
+/// to a factor of two only, and what is predicted is the larger for light that is merely noisy.
 const REST: f64 = 0.25;
 /// The least share of the noise that one round of rays leaves where the bias asks for less than its part.
 const LESS: f64 = 0.5;
@@ -29,25 +29,25 @@ const SOME: usize = 9;
 const SHORTER: [f64; 2] = [0.35, 0.6];
 /// The power of what is wanted over the squared bias that the factor goes by: the bias grows as the radius's power 1.2.
 const POWER: f64 = 0.42;
-/// Rounds of more records in a row that leave no less bias than those before, after which there are no more.
+/// RecordRounds of more records in a row that leave no less bias than those before, after which there are no more.
 const STALLS: usize = 3;
-/// Rounds of more rays, or more records.
+/// RecordRounds of more rays, or more records.
 const ROUNDS: u32 = 40;
-/// Rounds that were foreseen to be the last and were not, and times as many rays as were cast before the first of them,
-/// after which no end is foreseen.
+/// RecordRounds that were predicted to be the last and were not, and times as many rays as were cast before the first of them,
+/// after which no end is predicted.
 const MISSED: usize = 3;
 const LONGER: f64 = 6.0;
 
 /// Records of a picture and what they are asked.
-pub(crate) struct Rounds<'a, 'b> {
+pub(crate) struct RecordRounds<'a, 'b> {
     cache: &'a mut IrradianceCache<'b>,
     pixels: &'a [Pixel],
     /// The picture by camera rays alone.
     camera: Measured,
     /// Squared error that indirect light may have, summed over the pixels.
-    left: f64,
+    allowed: f64,
     progress: Progress,
-    told: Told,
+    validation: Validation,
     /// One pixel in so many tells the noise, in every row and column.
     step: usize,
     /// Noise when rays were last cast for its sake.
@@ -62,19 +62,19 @@ struct Noise {
     signal: f64,
 }
 
-impl<'a, 'b> Rounds<'a, 'b> {
-    /// Rounds for a picture whose error relative to itself may be `error`, camera rays among it.
-    pub fn new(cache: &'a mut IrradianceCache<'b>, pixels: &'a [Pixel], error: f64) -> Rounds<'a, 'b> {
+impl<'a, 'b> RecordRounds<'a, 'b> {
+    /// RecordRounds for a picture whose error relative to itself may be `error`, camera rays among it.
+    pub fn new(cache: &'a mut IrradianceCache<'b>, pixels: &'a [Pixel], error: f64) -> RecordRounds<'a, 'b> {
         let camera = measure(pixels);
         let all = error * error * camera.signal;
-        let left = (all - camera.variance).max(0.25 * all);
-        Rounds {
+        let allowed = (all - camera.variance).max(0.25 * all);
+        RecordRounds {
             cache,
             pixels,
             camera,
-            left,
+            allowed,
             progress: Progress::default(),
-            told: Told::default(),
+            validation: Validation::default(),
             step: SOME,
             before: f64::INFINITY,
             is_probed: false,
@@ -92,10 +92,10 @@ impl<'a, 'b> Rounds<'a, 'b> {
             // One round casts up to so many times the rays of the one before.
             let is_last =
                 plan.is_late() || would_be_over(plan.deadline, std::mem::replace(&mut began, Instant::now()), 2.0);
-            if is_last || self.left <= 0.0 {
-                return foreseen(self.cache, self.pixels, &self.cache.biases(), found.signal);
+            if is_last || self.allowed <= 0.0 {
+                return predicted_misfit(self.cache, self.pixels, &self.cache.biases(), found.signal);
             }
-            let noise = found.variance / (HEMISPHERE * HEMISPHERE * self.left);
+            let noise = found.variance / (HEMISPHERE * HEMISPHERE * self.allowed);
             // Noise that more rays did not lessen is not theirs.
             if noise > 1.0 && noise < 0.8 * self.before {
                 self.before = noise;
@@ -105,16 +105,16 @@ impl<'a, 'b> Rounds<'a, 'b> {
             // Where no record lies a bias shows in none: the least certain places get one first.
             if !self.is_probed {
                 self.is_probed = true;
-                self.cache.place_uncertain(REST * FIT * FIT * self.left, self.pixels, round);
+                self.cache.place_uncertain(REST * FIT * FIT * self.allowed, self.pixels, round);
                 continue;
             }
             // Only now: a bias measured through much noise is itself noisy.
             let biases = self.cache.biases();
-            let foreseen = foreseen(self.cache, self.pixels, &biases, found.signal);
-            let is_asked = self.told.is_known();
-            misfit = self.confirmed(foreseen, noise, round);
+            let predicted = predicted_misfit(self.cache, self.pixels, &biases, found.signal);
+            let was_validated = self.validation.is_known();
+            misfit = self.confirmed(predicted, noise, round);
             let bias = self.over(misfit);
-            if self.progress.stalls == STALLS || self.progress.sees_no_end(self.cache.cast) {
+            if self.progress.stalls == STALLS || self.progress.is_endless(self.cache.cast) {
                 break;
             }
             if is_enough(noise, bias) {
@@ -126,7 +126,7 @@ impl<'a, 'b> Rounds<'a, 'b> {
             }
             // What records do not find of themselves is left to rays once, as far as those can make up for it.
             let room = (1.0 - FIT * FIT * bias) / (HEMISPHERE * HEMISPHERE * noise);
-            if foreseen < misfit && room > LESS && !is_asked {
+            if predicted < misfit && room > LESS && !was_validated {
                 self.cache.refine(MARGIN * room.min(1.0), self.pixels);
                 continue;
             }
@@ -138,7 +138,7 @@ impl<'a, 'b> Rounds<'a, 'b> {
     /// The noise of the indirect light of all pixels over its part; from now on all are looked at.
     fn noise_of_all(&mut self) -> f64 {
         self.step = 1;
-        self.noise().variance / (HEMISPHERE * HEMISPHERE * self.left)
+        self.noise().variance / (HEMISPHERE * HEMISPHERE * self.allowed)
     }
 
     /// The noise of the indirect light, and the light.
@@ -150,13 +150,13 @@ impl<'a, 'b> Rounds<'a, 'b> {
 
     /// What the fit may be off by: what records foresee, and no less than places tell that were drawn by chance. Those
     /// are asked where records find nothing wrong, or know no better.
-    fn confirmed(&mut self, foreseen: f64, noise: f64, round: u32) -> f64 {
-        let known = self.told.is_known();
-        let mut misfit = foreseen;
-        if known || is_enough(noise, self.over(foreseen)) || self.progress.stalls + 1 == STALLS {
-            let told = self.told.by(|| self.cache.validate(self.pixels, round));
+    fn confirmed(&mut self, predicted: f64, noise: f64, round: u32) -> f64 {
+        let known = self.validation.is_known();
+        let mut misfit = predicted;
+        if known || is_enough(noise, self.over(predicted)) || self.progress.stalls + 1 == STALLS {
+            let validation = self.validation.by(|| self.cache.validate(self.pixels, round));
             // What is no number stays so, where `f64::max` would take the other.
-            misfit = if told > foreseen { told } else { foreseen };
+            misfit = if validation > predicted { validation } else { predicted };
         }
         // A bias that more records did not lessen is that of light they cannot follow, or chance. Where only rays
         // became more it says nothing.
@@ -171,19 +171,19 @@ impl<'a, 'b> Rounds<'a, 'b> {
         self.progress.foresee(self.cache.cast);
         let worst = self.cache.worst(biases, (1.5 * (1.0 - 1.0 / bias)).clamp(0.3, 1.0));
         self.cache.shorten(&worst, shortening(bias), self.pixels);
-        self.cache.place_uncertain(REST * FIT * FIT * self.left, self.pixels, round);
-        self.told.is_over();
+        self.cache.place_uncertain(REST * FIT * FIT * self.allowed, self.pixels, round);
+        self.validation.is_over();
         self.before = f64::INFINITY;
     }
 
     /// A squared error of the fit over what it may be.
     fn over(&self, misfit: f64) -> f64 {
-        misfit / (FIT * FIT * self.left)
+        misfit / (FIT * FIT * self.allowed)
     }
 }
 
 /// The squared error of the fit that records tell, of indirect light whose squares add up to `signal`.
-pub(crate) fn foreseen(cache: &IrradianceCache, pixels: &[Pixel], biases: &[Bias], signal: f64) -> f64 {
+pub(crate) fn predicted_misfit(cache: &IrradianceCache, pixels: &[Pixel], biases: &[Bias], signal: f64) -> f64 {
     let bare = cache.bare() as f64 / cache.record_of.len().max(1) as f64;
     bare * relative(biases) * signal + cache.misfit(pixels, biases)
 }
@@ -193,21 +193,21 @@ fn is_enough(noise: f64, bias: f64) -> bool {
     HEMISPHERE * HEMISPHERE * noise + FIT * FIT * bias <= 1.0
 }
 
-/// What places drawn by chance told of the squared error of the fit.
+/// What places drawn by chance validation of the squared error of the fit.
 #[derive(Default)]
-struct Told {
+struct Validation {
     /// Of the records there are now.
     now: Option<f64>,
     /// Of the records there were before.
     before: Option<f64>,
 }
 
-impl Told {
+impl Validation {
     fn is_known(&self) -> bool {
         self.now.is_some()
     }
 
-    /// The mean of what is told now and was told before, or what would be stated is that at which rounds ended because
+    /// The mean of what is validation now and was validation before, or what would be stated is that at which rounds ended because
     /// it was small by chance.
     fn by(&mut self, ask: impl FnOnce() -> f64) -> f64 {
         let now = *self.now.get_or_insert_with(ask);
@@ -222,13 +222,13 @@ impl Told {
 
 /// How the bias went from round to round.
 struct Progress {
-    /// Rounds that were to bring it down to what it may be, and did not.
+    /// RecordRounds that were to bring it down to what it may be, and did not.
     missed: usize,
     /// Rays cast before the first of those.
     first: f64,
     /// The least so far, over what it may be.
     least: f64,
-    /// Rounds since.
+    /// RecordRounds since.
     stalls: usize,
 }
 
@@ -239,14 +239,14 @@ impl Default for Progress {
 }
 
 impl Progress {
-    /// Takes note of records added after so many rays, which are foreseen to be the last.
+    /// Takes note of records added after so many rays, which are predicted to be the last.
     fn foresee(&mut self, cast: u64) {
         self.missed += 1;
         self.first = self.first.min(cast as f64);
     }
 
     /// Whether ever more records are added, for ever more rays.
-    fn sees_no_end(&self, cast: u64) -> bool {
+    fn is_endless(&self, cast: u64) -> bool {
         self.missed > MISSED && cast as f64 > LONGER * self.first
     }
 
@@ -268,7 +268,7 @@ mod tests {
     use super::*;
 
     /// A door ajar by 5 mm ended at 3.8 % where 2 % was asked, as rounds that lessened nothing were counted over all:
-    /// its bias was 53, 51, 2.2, 6.0 times what it may be, as places drawn by chance told it, and then the last.
+    /// its bias was 53, 51, 2.2, 6.0 times what it may be, as places drawn by chance validation it, and then the last.
     #[test]
     fn rounds_go_on_as_long_as_some_in_a_row_help() {
         let stalls = |biases: &[f64]| {
@@ -281,19 +281,19 @@ mod tests {
         assert_eq!(stalls(&[0.9, 0.5, 0.1]), STALLS);
     }
 
-    /// Rounds that end where places drawn by chance tell little would state that little: a room of lamps in cans told
+    /// RecordRounds that end where places drawn by chance tell little would state that little: a room of lamps in cans validation
     /// 4.6 % and then 2.1 %, and was 3.9 % off.
     #[test]
     fn what_is_told_counts_with_what_was_told_before() {
-        let mut told = Told::default();
-        assert_eq!([told.by(|| 9.0), told.by(|| unreachable!("asked again of the same records"))], [9.0, 9.0]);
-        told.is_over();
-        assert!(!told.is_known());
-        assert_eq!(told.by(|| 1.0), 5.0);
+        let mut validation = Validation::default();
+        assert_eq!([validation.by(|| 9.0), validation.by(|| unreachable!("asked again of the same records"))], [9.0, 9.0]);
+        validation.is_over();
+        assert!(!validation.is_known());
+        assert_eq!(validation.by(|| 1.0), 5.0);
         // Not asked of those in between.
-        told.is_over();
-        told.is_over();
-        assert_eq!(told.by(|| 3.0), 2.0);
+        validation.is_over();
+        validation.is_over();
+        assert_eq!(validation.by(|| 3.0), 2.0);
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub(crate) fn fields(patches: &Patches, [a, b, c]: [Vec<Rgb>; 3]) -> Fields {
     let mix = |x: &[Linear], y: &[Linear], u: f32, v: f32| -> Vec<Linear> {
         x.iter().zip(y).map(|(x, y)| x.mix(u, y, v)).collect()
     };
-    Fields::linear(&[mix(&a, &b, 0.5, 0.5), mix(&a, &b, 0.5, -0.5), mix(&a, &c, 1.0, -1.0)]).led_by(1)
+    Fields::linear(&[mix(&a, &b, 0.5, 0.5), mix(&a, &b, 0.5, -0.5), mix(&a, &c, 1.0, -1.0)]).with_picture_fields(1)
 }
 
 /// Light of larger patches, given on the smaller ones, as linear within the larger.

@@ -7,7 +7,7 @@
 //! Not handled: errors that few paths cannot tell from none; their standard error is stated.
 
 use crate::error::sampled_pixels::Brightness;
-use crate::error::{Effort, SampledPixels, SquaredError};
+use crate::error::{SamplingGoal, SampledPixels, SquaredError};
 use crate::gather::Gathered;
 use crate::light::budget::{MATTERS, READ_AT_ONCE, SURE};
 use crate::rays::purpose::Purpose;
@@ -100,9 +100,9 @@ impl Check {
     ) -> [SquaredError; READINGS] {
         let certain = self.signal * (SURE * wanted.tolerance).powi(2);
         let most = if wanted.is_late() { 0 } else { most };
-        let effort = Effort { wanted: certain, most, deadline: wanted.deadline };
+        let goal = SamplingGoal { wanted: certain, most, deadline: wanted.deadline };
         let before = self.pixels.rays();
-        let (found, seconds) = timed(|| self.pixels.measure(&solved.view(wanted), &solved.fields, effort));
+        let (found, seconds) = timed(|| self.pixels.measure(&solved.view(wanted), &solved.fields, goal));
         spent.rays += self.pixels.rays() - before;
         spent.seconds.solve += seconds;
         self.found = found.map(|squared| squared.over(self.signal));

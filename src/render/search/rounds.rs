@@ -64,7 +64,7 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let error = left(wanted.tolerance, solved.error.sum().total.powi(2));
     let within = Gathering::Within { error, seed: wanted.seed, deadline: wanted.deadline };
     // The rough picture has shown the errors of the fields.
-    let fields = solved.fields.led().read_by(solved.reading);
+    let fields = solved.fields.picture_only().read_by(solved.reading);
     let gather = || solved.mode.look(&fields, &GatherPass::new(wanted.size, within), watch);
     let (gathered, seconds) = timed(gather);
     spent.seconds.gather += seconds;

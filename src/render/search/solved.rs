@@ -175,7 +175,7 @@ impl Solved {
     /// Takes the errors of F and of patch size from a picture.
     pub fn set_errors(&mut self, gathered: &Gathered) {
         self.signal = gathered.error.signal;
-        if let [noise, coarse] = gathered.riders[..] {
+        if let [noise, coarse] = gathered.auxiliary_rms[..] {
             self.error.form_factors = gathered.error.share(noise);
             self.error.patches = of_finer() * gathered.error.share(coarse);
         }
