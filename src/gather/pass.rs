@@ -1,4 +1,4 @@
-//! The gather pass: the visible half of L at every pixel, from the solution on patches; with how many rays.
+//! The gather pass: the visible half of L at every pixel, from the solution on patches.
 //!
 //! ```text
 //! pixel = mean over the box of   E_visible                                     seen directly
@@ -7,12 +7,9 @@
 //! ```
 //!
 //! with `L'` the invisible light of the patches less what luminaires emit. Direct light is evaluated at the points
-//! seen; irradiance from patches at records placed where it varies, with a linear fit between them, so no patch edge
-//! shows. Several fields `L'` are gathered from the same rays, one picture each: the bounces of a series cost no more
-//! rays than their sum. A camera ray ends at the first surface whatever its tau, as in the paper; the back of a
-//! one-sided face is black.
-//!
-//! No visibility ray is cast where nothing can occlude, and no hemisphere ray where no field has light.
+//! seen, irradiance from patches at records placed where it varies, with a linear fit between them. Several fields `L'`
+//! are gathered from the same rays, one picture each. A camera ray ends at the first surface whatever its tau, as in the
+//! paper; the back of a one-sided face is black.
 //!
 //! Not handled: depth of field, motion, filters other than the box.
 
@@ -38,12 +35,12 @@ pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progres
     let mut pixels = sample_pixels(&camera_rays, &settings.plan, tick);
     let final_gather = FinalGather::new(view, fields);
     let mut cache = IrradianceCache::new(&camera_rays, &final_gather, settings.density, &pixels);
-    let mut found = IndirectLight::default();
+    let mut indirect = IndirectLight::default();
     if !fields.is_dark() {
-        found = settings.gather_indirect(&pixels, &mut cache);
-        found.sharpen(&camera_rays, &mut pixels, &cache, &settings.plan);
+        indirect = settings.gather_indirect(&pixels, &mut cache);
+        indirect.sharpen(&camera_rays, &mut pixels, &cache, &settings.plan);
     }
-    let mut gathered = found.assemble(&pixels, fields, view);
+    let mut gathered = indirect.assemble(&pixels, fields, view);
     gathered.rays += cache.cast;
     gathered
 }
@@ -58,7 +55,7 @@ const LEAST_RADIUS: f64 = 3.0;
 /// Rays of a half at first, at an error of 1 %.
 const RAYS: f64 = 128.0;
 
-/// What [`Gathering`] comes to for one picture.
+/// The parameters of the pass that [`Gathering`] makes for one picture.
 pub(crate) struct GatherSettings {
     pub plan: Plan,
     pub density: Density,
@@ -67,7 +64,7 @@ pub(crate) struct GatherSettings {
 }
 
 impl GatherSettings {
-    /// The first guess; rounds of sampling correct it.
+    /// The first estimate; rounds of sampling correct it.
     pub fn new(view: &View, fields: &Fields, gathering: &Gathering) -> GatherSettings {
         match *gathering {
             Gathering::Uniform(sampling) => GatherSettings {
@@ -88,7 +85,7 @@ impl GatherSettings {
                 error: None,
             },
             Gathering::Within { error, seed, deadline } => {
-                // Where there is no time for rounds the first guess is all there is.
+                // Without time for rounds the first estimate stays.
                 let fineness = if is_over(deadline) { 0.1 } else { (0.01 / error).clamp(0.1, 100.0) };
                 let pixel = view.scene.camera.pixel(view.height);
                 GatherSettings {
@@ -107,7 +104,6 @@ impl GatherSettings {
                     },
                     camera: CameraSampling {
                         tabled: 64,
-                        // The ratio of few drawn points is biased.
                         visibility: view.lights.visibility_rays(),
                         seed,
                     },
@@ -121,10 +117,10 @@ impl GatherSettings {
     pub fn gather_indirect(&self, pixels: &[Pixel], cache: &mut IrradianceCache) -> IndirectLight {
         cache.place(pixels);
         let misfit = self.error.map(|error| RecordRounds::new(cache, pixels, error).run(&self.plan));
-        let found = IndirectLight::new(pixels, cache, 1);
-        let predicted = || predicted_misfit(cache, pixels, &cache.biases(), found.measure(pixels).signal);
+        let light = IndirectLight::new(pixels, cache, 1);
+        let predicted = || predicted_misfit(cache, pixels, &cache.biases(), light.measure(pixels).signal);
         let misfit = misfit.unwrap_or_else(predicted);
-        found.biased_by(misfit)
+        light.biased_by(misfit)
     }
 }
 

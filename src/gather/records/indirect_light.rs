@@ -1,6 +1,6 @@
 //! Indirect light of the pixels from the irradiance cache, and the pictures with their errors.
 //!
-//! Not handled: where to place records and how many rays they get ([`crate::gather::budget`]).
+//! Not handled: where to place records and how many rays they get ([`crate::gather::records::record_rounds`]).
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -32,7 +32,7 @@ struct PixelIndirect {
     fields: Vec<Rgb>,
     /// Of the sum of the picture fields.
     variance: DVec3,
-    /// Product of the two halves of every field that rides along, channels added: free of noise in the mean.
+    /// Product of the two halves of every auxiliary field, channels added: no bias by noise.
     auxiliary: Vec<f64>,
     /// What each half of the camera rays reflects, sums over them.
     ambient: [DVec3; 2],
@@ -110,7 +110,7 @@ impl IndirectLight {
         }
     }
 
-    /// RMS of the picture of every field that rides along.
+    /// RMS of the picture of every auxiliary field.
     fn auxiliary_rms(&self, pixels: &[Pixel], fields: &Fields) -> Vec<f64> {
         let mut sums = vec![0.0; fields.count() - fields.picture_fields()];
         let seen = self.pixels.iter().zip(pixels);
@@ -138,8 +138,7 @@ impl IndirectLight {
     }
 }
 
-/// A squared error by products of halves, which noise may make negative; what is no number stays so, where
-/// [`f64::max`] would make it 0.
+/// A squared error by products of halves, which noise may make negative; NaN stays, where [`f64::max`] makes it 0.
 fn positive(squared: f64) -> f64 {
     if squared < 0.0 { 0.0 } else { squared }
 }
