@@ -1,11 +1,11 @@
-//! Light of points, spots and parallel light at a receiver: closed form times what a visibility ray says.
+//! Light of points, spots and parallel light at a receiver: closed form times visibility.
 //!
 //! ```text
 //! sum over lights of  E_l(x) T_l / pi,      E_l by OpenGL's terms (`scene::punctual`), T the product of tau between
 //! ```
 //!
-//! Up to [`FEW`] lights that fall on a receiver are asked each. Of more, [`DRAWN`] are drawn in proportion to E_l by
-//! systematic sampling: the closed forms of all are known, so only shadows are left to chance, and the mean is right.
+//! Up to [`FEW`] lights at a receiver get a ray each. Of more, [`DRAWN`] are drawn in proportion to E_l by systematic
+//! sampling: the closed forms of all are known, so only shadows are sampled, without bias.
 //!
 //! Not handled: a tree over these lights; the closed form of each is evaluated at every receiver, some 5 ns a light.
 
@@ -19,14 +19,16 @@ use crate::direct::luminaire_light::{Scratch, point_for};
 use crate::scene::{PunctualForm, PunctualLight, PunctualPlace};
 use crate::surfaces::SurfacePoint;
 
+/// Lights at a receiver that get a visibility ray each; of more, some are drawn.
+const FEW: usize = 32;
 /// Lights drawn where they are many.
-pub const DRAWN: usize = 16;
+const DRAWN: usize = 16;
 /// Parallel light comes from so far away: beyond the scene, which lies in [-1, 1]³, seen from any point of it.
 const AWAY: f64 = 4.0;
 /// Visibility rays end so far before a light, which may lie in a surface: several times what rays take for one plane.
 const BEFORE: f64 = 1e-5;
 
-/// What falls on a receiver from one light, nothing between.
+/// What falls on a receiver from one light without occlusion.
 struct Falling {
     /// Irradiance over pi, W/(m² sr).
     light: DVec3,
@@ -59,7 +61,7 @@ impl Falling {
     }
 }
 
-/// Unit vector to a light, what is left of its intensity where `spot` of it goes that way, and its distance.
+/// Unit vector to a light, its attenuation times `spot` of that direction, and its distance.
 fn at(place: &PunctualPlace, x: DVec3, spot: impl Fn(DVec3) -> f64) -> (DVec3, f64, f64) {
     let across = place.position - x;
     let distance = across.length();
@@ -74,8 +76,8 @@ impl Lights {
         self.gather_weighted(receiver, |way| n.dot(way), scratch)
     }
 
-    /// Light of all lights without area at a receiver, W/(m² sr), where of each `weigh(l)` stands for n·l, l the unit
-    /// vector to it.
+    /// Light of all lights without area at a receiver, W/(m² sr), with `weigh(l)` in place of n·l, l the unit vector to
+    /// each.
     pub(crate) fn gather_weighted(
         &self,
         receiver: &SurfacePoint,
@@ -99,7 +101,7 @@ impl Lights {
     }
 }
 
-/// The lights to ask, and the weight of each: all of them where they are few.
+/// The lights that get a visibility ray, and the weight of each: all of them where they are few.
 fn drawn(falling: &[Falling], random: impl Fn() -> f32) -> Vec<(usize, f64)> {
     if falling.len() <= FEW {
         return (0..falling.len()).map(|k| (k, 1.0)).collect();
@@ -117,9 +119,6 @@ fn drawn(falling: &[Falling], random: impl Fn() -> f32) -> Vec<(usize, f64)> {
     }
     chosen
 }
-
-/// Lights that fall on a receiver and are asked each; of more, some are drawn.
-pub const FEW: usize = 32;
 
 #[cfg(test)]
 mod tests {
