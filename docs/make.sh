@@ -99,7 +99,7 @@ memory() {
     done
 }
 
-# The order of convergence in patch size, on which FINER and POWER rest (theory.md, section 18).
+# The order of convergence in patch size, on which ORDER of levels.rs rests (theory.md, section 14).
 constants() {
     local patches
     scratch="$(mktemp -d)"
