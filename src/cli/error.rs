@@ -4,6 +4,7 @@
 //! Not handled: wide characters, whose lines may be broken late; wrong arguments, which clap refuses before a command
 //! begins, and faults of the program (exit code 101).
 
+use crate::render::SensorError;
 use std::io::{Write as _, stderr};
 
 use console::{Term, style};
@@ -46,6 +47,10 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Image(#[from] ImageError),
+    /// A table of sensors is wrong, or there is nothing to lay them over: exit code 3.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Sensor(SensorError),
     /// A file could not be written: exit code 1.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -77,7 +82,7 @@ impl CliError {
             CliError::Image(ImageError::Extension { .. }) | CliError::Usage { .. } => 2,
             CliError::Image(ImageError::Read { .. } | ImageError::Decode { .. }) => 3,
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
-            CliError::Scene(_) | CliError::Metric(_) => 3,
+            CliError::Scene(_) | CliError::Metric(_) | CliError::Sensor(_) => 3,
             CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
             CliError::Diverges(_) | CliError::Overflow(_) => 4,
             CliError::Memory(_) | CliError::Pictures(_) => 5,

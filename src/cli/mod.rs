@@ -26,6 +26,7 @@ pub(crate) mod figure;
 pub(crate) mod frontier;
 pub(crate) mod map;
 pub(crate) mod pictures;
+pub(crate) mod points;
 pub(crate) mod render;
 pub(crate) mod studies;
 pub(crate) mod trace;

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
+use crate::cli::points::PointReport;
 use crate::form_factors::Closure;
 use crate::light::Transport;
 use crate::operator::Bounds;
@@ -202,6 +203,9 @@ pub struct RenderReport {
     pub closure: Option<Closure>,
     /// `converges`, `ends` or `diverges`; of a traced picture see [`TraceReport`](crate::cli::trace::TraceReport).
     pub verdict: &'static str,
+    /// Light at points, where it is requested.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points: Option<Vec<PointReport>>,
     /// Files written.
     pub files: Vec<PathBuf>,
 }

@@ -10,6 +10,7 @@ use crate::cli::arguments::{Common, Effort, Precision, Problem, pixel, size};
 use crate::cli::console::Console;
 use crate::cli::error::{CliError, picture_or_divergence};
 use crate::cli::pictures::{Outcome, Places, RenderReport, finish};
+use crate::cli::points::{Points, Sensors};
 use crate::cli::warnings::{Pictured, unmet, warn_of_backs, warn_of_error};
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
@@ -25,6 +26,9 @@ pub struct Render {
     /// What to solve.
     #[command(flatten)]
     pub problem: Problem,
+    /// Where light is measured.
+    #[command(flatten)]
+    pub points: Points,
     /// Size of the picture
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
     pub size: Size,
@@ -60,8 +64,12 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
         several: transports.len() > 1,
     };
     places.check(&transports)?;
+    let sensors = own.points.sensors(&scene)?;
+    if let Some(sensors) = &sensors {
+        sensors.check(&common.out, &scene.name, &transports)?;
+    }
     let load = start.elapsed().as_secs_f64();
-    let run = Run { own, console, places: &places, load };
+    let run = Run { own, console, places: &places, load, sensors };
     let mut outcomes = Vec::new();
     let rendering = Rendering { effort, size: own.size, seed: common.seed, time: own.problem.time, start, console };
     let solver = rendering.each_mode(&scene, &transports, |solver, transport, found| {
@@ -136,6 +144,7 @@ struct Run<'a> {
     places: &'a Places<'a>,
     /// Seconds that loading took.
     load: f64,
+    sensors: Option<Sensors>,
 }
 
 impl Run<'_> {
@@ -156,6 +165,14 @@ impl Run<'_> {
         if let Ok(found) = &found {
             self.describe(found, &mut report);
             report.files.push(self.write(transport, found)?);
+        }
+        if let (Some(sensors), Precision::Within(tolerance)) = (&self.sensors, self.own.problem.effort.precision()) {
+            let place = (self.places.directory, self.places.stem.as_str());
+            let measured = sensors.measure((solver, transport, tolerance), place, self.console)?;
+            report.points = measured.map(|(points, path)| {
+                report.files.push(path);
+                points
+            });
         }
         let backs = found.as_ref().map_or(0.0, |found| found.backs);
         let outcome = Outcome { transport, picture: found.map(|found| found.picture), backs, report };

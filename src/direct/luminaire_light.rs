@@ -92,6 +92,17 @@ impl DirectSum {
         self.exact + self.unoccluded * DVec3::new(share(0), share(1), share(2))
     }
 
+    /// Adds the sums of other receivers.
+    pub(crate) fn join(&mut self, other: &DirectSum) {
+        self.exact += other.exact;
+        self.unoccluded += other.unoccluded;
+        self.drawn += other.drawn;
+        self.arrived += other.arrived;
+        self.even.drawn += other.even.drawn;
+        self.even.arrived += other.even.arrived;
+        self.even.count += other.even.count;
+    }
+
     /// Whether no point drawn so far faced a receiver.
     fn is_unfaced(&self) -> bool {
         self.drawn + self.even.drawn == DVec3::ZERO
@@ -223,7 +234,13 @@ impl Lights {
 
     /// The sample by the point of a luminaire that belongs to a point of the unit square, with one visibility ray;
     /// `None` where the two points do not face each other.
-    fn sent_from(&self, luminaire: &Luminaire, receiver: &SurfacePoint, at: Vec2, scratch: &mut Scratch) -> Option<Sent> {
+    fn sent_from(
+        &self,
+        luminaire: &Luminaire,
+        receiver: &SurfacePoint,
+        at: Vec2,
+        scratch: &mut Scratch,
+    ) -> Option<Sent> {
         let y = luminaire.point(at.x, at.y);
         let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
         let kernel = luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal);

@@ -59,6 +59,13 @@ impl LightSum {
         self.each.fill(DirectSum::default());
         self.others = DVec3::ZERO;
     }
+
+    /// Adds the light of other receivers.
+    pub(crate) fn join(&mut self, other: &LightSum) {
+        self.each.resize(self.each.len().max(other.each.len()), DirectSum::default());
+        self.each.iter_mut().zip(&other.each).for_each(|(own, other)| own.join(other));
+        self.others += other.others;
+    }
 }
 
 impl Lights {

@@ -7,6 +7,7 @@
 //! Not handled: specular reflection of what was reflected before, depth of field, motion.
 
 pub(crate) mod gathered;
+pub(crate) mod irradiance;
 pub(crate) mod pass;
 pub(crate) mod pixels;
 pub(crate) mod records;

@@ -19,5 +19,5 @@ pub use metrics::{
 };
 pub use picture::{Picture, Size};
 pub use srgb::{Bitmap, Exposure, decode_srgb, encode_srgb};
-pub use table::{Table, known};
+pub use table::{Row, Table, known, rows};
 pub use texels::{Texels, TexelsError};

@@ -1,7 +1,7 @@
 //! Tables of numbers as comma-separated values (RFC 4180).
 //!
 //! Fields are quoted where they hold a comma, a quote or a line break; numbers have their shortest decimal form. Only
-//! place for `csv`. Not handled: reading tables.
+//! place for `csv`.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -41,6 +41,37 @@ impl Table {
     }
 }
 
+/// A row of a table that was read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Its first line, counted from 1.
+    pub line: usize,
+    /// Its fields, without spaces around them.
+    pub fields: Vec<String>,
+}
+
+/// The rows of a table as text; empty lines and those that begin with `#` are left out.
+///
+/// # Errors
+/// The line, and what is wrong there.
+pub fn rows(bytes: &[u8]) -> Result<Vec<Row>, (usize, String)> {
+    let mut reader = csv::ReaderBuilder::new();
+    let mut reader =
+        reader.has_headers(false).flexible(true).comment(Some(b'#')).trim(csv::Trim::All).from_reader(bytes);
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|error| {
+            let line = error.position().map_or(1, csv::Position::line);
+            let what =
+                if matches!(error.kind(), csv::ErrorKind::Utf8 { .. }) { "is not UTF-8 text" } else { "is no row" };
+            (line as usize, what.to_owned())
+        })?;
+        let line = record.position().map_or(1, csv::Position::line) as usize;
+        rows.push(Row { line, fields: record.iter().map(str::to_owned).collect() });
+    }
+    Ok(rows)
+}
+
 /// The cell of a number that may not be known: empty where it is not.
 pub fn known(value: Option<impl Display>) -> String {
     value.map_or_else(String::new, |value| value.to_string())
@@ -55,6 +86,13 @@ mod tests {
         let mut table = Table::new("name,value");
         table.row(&[&"wall, \"left\"", &0.1]);
         table.row(&[&known(None::<f64>), &1e-7]);
-        assert_eq!(table.text(), "name,value\n\"wall, \"\"left\"\"\",0.1\n,0.0000001\n");
+        let text = table.text();
+        assert_eq!(text, "name,value\n\"wall, \"\"left\"\"\",0.1\n,0.0000001\n");
+        let read = rows(format!("# made\n\n{text}").as_bytes()).expect("a table");
+        let fields: Vec<_> = read.iter().map(|row| row.fields.join("|")).collect();
+        assert_eq!(
+            (fields, read[0].line),
+            (vec!["name|value".into(), "wall, \"left\"|0.1".into(), "|0.0000001".into()], 3)
+        );
     }
 }

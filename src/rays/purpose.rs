@@ -13,6 +13,8 @@ pub(crate) enum Purpose {
     CameraRays(usize),
     /// Hemisphere rays of a half of an irradiance record, 0 or 1.
     HemisphereRays(usize),
+    /// Rays of a replica of a point that irradiance is estimated at.
+    Points(usize),
     /// Places at which the error of the fit between records is sampled.
     CrossValidation,
     /// Pixels at which the error of the light is sampled, and their paths.
@@ -44,6 +46,7 @@ impl Purpose {
             Purpose::ReceivedFromPoints => 0x706f_696e,
             Purpose::CameraRays(half) => [0x9a7e_0000, 0x3c6e_f372][half],
             Purpose::HemisphereRays(half) => [0x51ed_270b, 0xa3b1_95c7][half],
+            Purpose::Points(replica) => 0x1f83_0000_u32 ^ (replica as u32).wrapping_mul(0x0a54_1000),
             Purpose::CrossValidation => 0x7a11_da7e,
             Purpose::SampledPixels => 0x7f4a_7c15,
             Purpose::Paths(set) => set.wrapping_mul(0x85eb_ca6b),
@@ -74,6 +77,7 @@ mod tests {
         ];
         all.extend([0, 1].map(Purpose::CameraRays));
         all.extend([0, 1].map(Purpose::HemisphereRays));
+        all.extend((0..16).map(Purpose::Points));
         all.extend((1..=16).flat_map(|n| [Purpose::Paths(n), Purpose::BrightPatches(n)]));
         for (k, a) in all.iter().enumerate() {
             assert!(a.salt() >= SEEDS, "{a:?}: as if it were a seed");

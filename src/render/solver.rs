@@ -16,8 +16,10 @@ use crate::render::by_deadline::render_by_deadline;
 use crate::render::fineness::Fineness;
 use crate::render::goal::{PictureGoal, Spent, timed};
 use crate::render::memory::{Unfit, usable_memory};
+use crate::render::points::{SensorLights, sense};
 use crate::render::rendered::Rendered;
 use crate::render::search::solved::Task;
+use crate::render::sensors::Sensor;
 use crate::scene::Scene;
 use crate::solve::{Diverges, Settings, explore, neumann};
 use crate::surfaces::Geometry;
@@ -121,6 +123,11 @@ impl Solver {
     /// radiance of the visible half, W/(m² sr).
     pub fn render(&self, mode: impl Into<Transport>, size: impl Into<Size>) -> PictureRequest<'_> {
         PictureRequest { solver: self, transport: mode.into(), size: size.into(), time: None, watch: &Silent }
+    }
+
+    /// The irradiance of a mode at points: of the half that travels, as sensors in the scene would measure it.
+    pub fn points<'a>(&'a self, mode: impl Into<Transport>, sensors: &'a [Sensor]) -> PointsRequest<'a> {
+        PointsRequest { solver: self, transport: mode.into(), sensors, watch: &Silent }
     }
 
     /// E and the first `count` bounces `KⁿE` of a mode's series.
@@ -240,6 +247,37 @@ impl<'a> PictureRequest<'a> {
         let equations = self.solver.assemble(&[self.transport], fineness, self.watch)?;
         let pass = GatherPass::new(self.size, &GatherSampling::with_samples(samples, self.solver.seed));
         Ok(equations.render(&pass, self.watch).remove(0)?)
+    }
+}
+
+/// Light at points that is requested; [`tolerance`](Self::tolerance) computes it.
+#[must_use = "nothing is solved until a tolerance is given"]
+pub struct PointsRequest<'a> {
+    solver: &'a Solver,
+    transport: Transport,
+    sensors: &'a [Sensor],
+    watch: &'a dyn Watch,
+}
+
+impl<'a> PointsRequest<'a> {
+    /// Has every step of the work reported to `watch`.
+    pub fn watch(self, watch: &'a dyn Watch) -> Self {
+        Self { watch, ..self }
+    }
+
+    /// Irradiance with an estimated relative error of at most `tolerance` at each point; where rays or memory do not
+    /// suffice, the errors of the points say so.
+    ///
+    /// # Errors
+    /// [`RenderError`] where the series is not proved to converge, or not even a coarse K fits in memory.
+    pub fn tolerance(self, tolerance: f64) -> Result<SensorLights, RenderError> {
+        let PointsRequest { solver, transport, sensors, watch } = self;
+        let first = Fineness::first(tolerance);
+        let p = solver.cut(first.patches);
+        p.check_memory(&[transport], &first.sampling(solver.seed), 1, solver.memory)?;
+        let size = (1, 1).into();
+        let goal = PictureGoal { tolerance, size, deadline: None, memory: solver.memory, seed: solver.seed };
+        Ok(sense(&p, &Task { transport, goal: &goal, watch }, sensors)?)
     }
 }
 

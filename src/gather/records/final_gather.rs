@@ -119,7 +119,7 @@ impl<'a> FinalGather<'a> {
                     from => &from[(f64::from(fan.third(k)) * from.len() as f64) as usize],
                 };
                 let direction = fan.direction(k, from.normal);
-                let ray = Ray { origin: from.position, direction, source: Some(from.face) };
+                let ray = Ray { origin: from.position, direction, source: from.source() };
                 let counted = Counted { weight: warped.weights[k], offset: warped.offsets[k] };
                 let sample = each(&ray, first + k as u32, counted);
                 nearness += f64::from(warped.weights[k]) * sample.nearness;

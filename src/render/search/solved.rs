@@ -11,7 +11,7 @@ use crate::error::nearest_read;
 use crate::form_factors::Sampling;
 use crate::gather::{GatherPass, GatherSampling, Gathered};
 use crate::light::budget::{STAND_INS, TRUNCATION};
-use crate::light::{Rgb, Transport};
+use crate::light::{Light, Rgb, Transport};
 use crate::patches::{Neighbours, Patches};
 use crate::pictures::Size;
 use crate::rays::sobol::replica_seed;
@@ -41,7 +41,7 @@ pub(crate) const ORDER: f64 = 1.5;
 
 /// The error on the finer patches as a share of the difference between two levels, whose patches differ by a factor of
 /// two in size: `1 / (2^ORDER - 1)`.
-fn of_finer() -> f64 {
+pub(crate) fn of_finer() -> f64 {
     1.0 / (ORDER.exp2() - 1.0)
 }
 
@@ -80,13 +80,21 @@ pub(crate) struct Solved {
     pub reading: Reading,
 }
 
-impl Solved {
-    /// Two solutions of half the rays each: their mean, half their difference, and that to larger patches; and what
-    /// that took.
+/// Two solutions of one mode on the same patches, of half the rays each, and that on larger patches.
+pub(crate) struct TwoSolutions {
+    /// K of either half.
+    pub modes: [Assembled; 2],
+    pub solutions: [Solution; 2],
+    /// The terms of the first on patches four times as large.
+    pub coarse: Vec<Vec<Light>>,
+}
+
+impl TwoSolutions {
+    /// Solves with so many rays a patch; also says what that took.
     ///
     /// # Errors
     /// [`Diverges`] where the spectral radius is not proved to be below 1.
-    pub fn new(p: &Discretization, task: &Task, rays: u32) -> Result<(Solved, Spent), Diverges> {
+    pub fn new(p: &Discretization, task: &Task, rays: u32) -> Result<(TwoSolutions, Spent), Diverges> {
         let Task { transport, goal, watch } = *task;
         let mut spent = Spent::default();
         let cast = || {
@@ -97,23 +105,44 @@ impl Solved {
         (spent.seconds.form_factors, spent.rays) = (seconds, a + b);
         let settings = Settings { tolerance: TRUNCATION * goal.tolerance, ..Settings::default() };
         let solve = || {
-            let solution = neumann(&first.operator, &settings)?;
-            let other = neumann(&second.operator, &settings)?;
+            let solutions = [neumann(&first.operator, &settings)?, neumann(&second.operator, &settings)?];
             let patches = &p.patches;
-            let last = solution.terms.len() - 1;
+            let last = solutions[0].terms.len() - 1;
             let coarse = coarse_terms(&first.operator, &patches.weights(), patches.parents(), last);
-            let levels = [&solution.terms, &other.terms, &coarse].map(|terms| first.reflected(terms));
-            let fields = fields(patches, levels)
-                .with_ambient(first.ambient(&solution))
-                .with_rest([&first, &second].map(Assembled::direct), patches);
-            Ok((solution, fields))
+            Ok((solutions, coarse))
         };
         let (solved, seconds) = timed(solve);
-        let (solution, fields): (Solution, Fields) = solved?;
+        let (solutions, coarse) = solved?;
         spent.seconds.solve = seconds;
-        let truncation = solution.rest() / solution.reflected.max(f64::MIN_POSITIVE);
-        let error = ErrorParts { truncation, ..ErrorParts::default() };
-        Ok((Solved { mode: first, solution, fields, error, signal: 0.0, reading: Reading::AtOnce }, spent))
+        Ok((TwoSolutions { modes: [first, second], solutions, coarse }, spent))
+    }
+
+    /// What the series left out at most, as a share of the reflected light.
+    pub fn truncation(&self) -> f64 {
+        let first = &self.solutions[0];
+        first.rest() / first.reflected.max(f64::MIN_POSITIVE)
+    }
+}
+
+impl Solved {
+    /// Two solutions of half the rays each: their mean, half their difference, and that to larger patches; and what
+    /// that took.
+    ///
+    /// # Errors
+    /// [`Diverges`] where the spectral radius is not proved to be below 1.
+    pub fn new(p: &Discretization, task: &Task, rays: u32) -> Result<(Solved, Spent), Diverges> {
+        let (two, mut spent) = TwoSolutions::new(p, task, rays)?;
+        let error = ErrorParts { truncation: two.truncation(), ..ErrorParts::default() };
+        let TwoSolutions { modes: [mode, second], solutions: [solution, other], coarse } = two;
+        let read = || {
+            let levels = [&solution.terms, &other.terms, &coarse].map(|terms| mode.reflected(terms));
+            fields(&p.patches, levels)
+                .with_ambient(mode.ambient(&solution))
+                .with_rest([&mode, &second].map(Assembled::direct), &p.patches)
+        };
+        let (fields, seconds) = timed(read);
+        spent.seconds.solve += seconds;
+        Ok((Solved { mode, solution, fields, error, signal: 0.0, reading: Reading::AtOnce }, spent))
     }
 }
 
@@ -130,7 +159,7 @@ fn fields(patches: &Patches, [a, b, c]: [Vec<Rgb>; 3]) -> Fields {
 }
 
 /// Light of larger patches, given on the smaller ones, as linear within the larger.
-fn larger(patches: &Patches, neighbours: &Neighbours, values: &[Rgb]) -> Vec<Linear> {
+pub(crate) fn larger(patches: &Patches, neighbours: &Neighbours, values: &[Rgb]) -> Vec<Linear> {
     let parents = patches.parents();
     let neighbours = neighbours.larger(parents, &patches.weights());
     let mut own = vec![Rgb::ZERO; neighbours.len()];

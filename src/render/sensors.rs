@@ -1,0 +1,265 @@
+//! Sensors: where light is measured, read from a table or laid over an object as a grid.
+//!
+//! Not handled: sensors that see less than a hemisphere.
+
+use std::path::Path;
+use std::{fs, io};
+
+use glam::{DVec2, DVec3};
+
+use crate::pictures::{Row, rows};
+use crate::rays::warp::basis;
+use crate::scene::{Place, Scene};
+
+/// A place and a direction to measure light at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensor {
+    /// What the results are called by.
+    pub name: Option<String>,
+    /// Where, in the file's units.
+    pub position: DVec3,
+    /// The middle of the directions that light is measured from; of any length but 0.
+    pub normal: DVec3,
+}
+
+/// Sensors side by side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorGrid {
+    /// All sensors, row by row.
+    pub sensors: Vec<Sensor>,
+    /// Column and row of each.
+    pub cells: Vec<[usize; 2]>,
+    /// Columns and rows.
+    pub size: [usize; 2],
+}
+
+/// Why there are no sensors.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum SensorError {
+    /// The table cannot be read.
+    #[error("cannot read {file}: {source}")]
+    #[diagnostic(help("check the path, and that the file may be read"))]
+    Read {
+        /// The file.
+        file: String,
+        /// Why.
+        source: io::Error,
+    },
+    /// A row is none of a sensor.
+    #[error("{place}: {message}")]
+    #[diagnostic(help("a row is x,y,z,nx,ny,nz and, if you like, a name; the first row may name the columns"))]
+    Row {
+        /// Where.
+        place: Place,
+        /// What is wrong.
+        message: String,
+    },
+    /// There is no such object.
+    #[error("`{scene}` has no object `{name}`")]
+    #[diagnostic(help("its objects are: {known}"))]
+    NoObject {
+        /// The scene.
+        scene: String,
+        /// The object.
+        name: String,
+        /// Those that there are.
+        known: String,
+    },
+    /// No sensor of a grid lies over its object, or too many do.
+    #[error("a grid of {spacing} over `{name}` has {count} sensors")]
+    #[diagnostic(help("choose another spacing: there may be from 1 to {} sensors", MOST))]
+    Count {
+        /// The object.
+        name: String,
+        /// The grid's spacing, the file's units.
+        spacing: f64,
+        /// Sensors of its box.
+        count: f64,
+    },
+}
+
+/// Sensors of a grid at most.
+const MOST: usize = 4_000_000;
+
+impl Sensor {
+    /// Reads a table: x, y, z, nx, ny, nz and, if there is a seventh column, a name. A first row without numbers names
+    /// the columns.
+    ///
+    /// # Errors
+    /// [`SensorError`] with the line of the first row that is none.
+    pub fn read(path: &Path) -> Result<Vec<Sensor>, SensorError> {
+        let file = path.display().to_string();
+        let bytes = fs::read(path).map_err(|source| SensorError::Read { file: file.clone(), source })?;
+        let wrong = |line: usize, message: String| SensorError::Row { place: Place::line(&file, line), message };
+        let rows = rows(&bytes).map_err(|(line, message)| wrong(line, format!("the line {message}")))?;
+        let is_heading = |row: &Row| row.fields.iter().all(|field| field.parse::<f64>().is_err());
+        let skipped = usize::from(rows.first().is_some_and(is_heading));
+        let sensors = rows[skipped..].iter().map(|row| Sensor::of_row(row).map_err(|message| wrong(row.line, message)));
+        let sensors: Vec<Sensor> = sensors.collect::<Result<_, _>>()?;
+        if sensors.is_empty() {
+            return Err(wrong(1, "there is no sensor in the file".to_owned()));
+        }
+        Ok(sensors)
+    }
+
+    fn of_row(row: &Row) -> Result<Sensor, String> {
+        let Row { fields, .. } = row;
+        if !(6..=7).contains(&fields.len()) {
+            return Err(format!("{} fields, where six or seven are needed", fields.len()));
+        }
+        let number = |k: usize| {
+            let number = fields[k].parse::<f64>().ok().filter(|x| x.is_finite());
+            number.ok_or_else(|| format!("`{}` is not a finite number", fields[k]))
+        };
+        let vector = |k: usize| -> Result<DVec3, String> { Ok(DVec3::new(number(k)?, number(k + 1)?, number(k + 2)?)) };
+        let (position, normal) = (vector(0)?, vector(3)?);
+        if !(position.as_vec3().is_finite() && normal.as_vec3().is_finite()) {
+            return Err("a coordinate is beyond 3e38".to_owned());
+        }
+        if normal.normalize_or_zero() == DVec3::ZERO {
+            return Err("the normal is zero".to_owned());
+        }
+        Ok(Sensor { name: fields.get(6).filter(|name| !name.is_empty()).cloned(), position, normal })
+    }
+}
+
+impl SensorGrid {
+    /// Lays sensors over the object of a name, at a height over it and a spacing, both in the file's units: in the plane
+    /// of the object's mean normal, above the front of one of its faces.
+    ///
+    /// # Errors
+    /// [`SensorError`] where there is no such object, or no sensor over it.
+    pub fn over(scene: &Scene, name: &str, height: f64, spacing: f64) -> Result<SensorGrid, SensorError> {
+        let number = scene.objects.iter().position(|object| object == name);
+        let faces: Vec<u32> = match number {
+            Some(number) => {
+                let own = |&face: &u32| scene.faces[face as usize].object == number as u32;
+                (0..scene.solid_faces()).filter(own).collect()
+            }
+            None => Vec::new(),
+        };
+        if faces.is_empty() {
+            let mut known: Vec<&str> = scene.objects.iter().map(String::as_str).collect();
+            known.dedup();
+            let known = known.join(", ");
+            return Err(SensorError::NoObject { scene: scene.name.clone(), name: name.to_owned(), known });
+        }
+        let corners: Vec<[DVec3; 3]> = faces.iter().map(|&f| scene.exact_corners(f)).collect();
+        let cross = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a);
+        let normal = corners.iter().map(cross).sum::<DVec3>().normalize_or(DVec3::Y);
+        // The axes of the coordinates where the object is level, so that rows follow walls.
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        let along = axes.into_iter().find(|axis| axis.dot(normal).abs() < 1e-6);
+        let u = along.unwrap_or_else(|| basis(normal.as_vec3()).0.as_dvec3());
+        let v = normal.cross(u);
+        let (step, lift) = (spacing / scene.frame.scale, height / scene.frame.scale);
+        let all = || corners.iter().flatten();
+        let range = |axis: DVec3| {
+            let along = all().map(|corner| corner.dot(axis));
+            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+        };
+        let ([low_u, high_u], [low_v, high_v]) = (<[f64; 2]>::from(range(u)), <[f64; 2]>::from(range(v)));
+        let count = |low: f64, high: f64| ((high - low) / step + 1e-9).floor().max(1.0);
+        let (columns, lines) = (count(low_u, high_u), count(low_v, high_v));
+        let refuse = |count: f64| SensorError::Count { name: name.to_owned(), spacing, count };
+        if !(columns * lines <= MOST as f64) {
+            return Err(refuse(columns * lines));
+        }
+        let size = [columns as usize, lines as usize];
+        // The grid stands in the middle of the box.
+        let first = [0.5 * (low_u + high_u - (columns - 1.0) * step), 0.5 * (low_v + high_v - (lines - 1.0) * step)];
+        let heights = heights(&corners, [u, v, normal], first, step, size);
+        let mut grid = SensorGrid { sensors: Vec::new(), cells: Vec::new(), size };
+        for (k, height) in heights.into_iter().enumerate().filter(|(_, height)| height.is_finite()) {
+            let cell = [k % size[0], k / size[0]];
+            let [x, y] = [0, 1].map(|axis| first[axis] + cell[axis] as f64 * step);
+            let position = scene.frame.to_file(x * u + y * v + (height + lift) * normal);
+            grid.sensors.push(Sensor { name: None, position, normal });
+            grid.cells.push(cell);
+        }
+        if grid.sensors.is_empty() { Err(refuse(0.0)) } else { Ok(grid) }
+    }
+}
+
+/// How high the fronts of triangles lie along the third axis over each cell of a grid, row by row: the highest where
+/// there are several, and no number where there is none.
+fn heights(
+    triangles: &[[DVec3; 3]],
+    [u, v, normal]: [DVec3; 3],
+    first: [f64; 2],
+    step: f64,
+    size: [usize; 2],
+) -> Vec<f64> {
+    let mut heights = vec![f64::NEG_INFINITY; size[0] * size[1]];
+    for corners in triangles {
+        let flat = corners.map(|c| DVec2::new(c.dot(u), c.dot(v)));
+        let [a, b, c] = flat;
+        let area = (b - a).perp_dot(c - a);
+        if area <= 0.0 {
+            continue;
+        }
+        let cells = |axis: usize| {
+            let low = flat.iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
+            let high = flat.iter().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max);
+            let cell = |x: f64| (x - first[axis]) / step;
+            let last = cell(high).floor().clamp(-1.0, size[axis] as f64 - 1.0);
+            cell(low).ceil().max(0.0) as usize..(last + 1.0) as usize
+        };
+        for j in cells(1) {
+            for i in cells(0) {
+                let p = DVec2::new(first[0] + i as f64 * step, first[1] + j as f64 * step);
+                let weights = [(c - b).perp_dot(p - b), (a - c).perp_dot(p - c), (b - a).perp_dot(p - a)];
+                if weights.iter().all(|w| *w >= -1e-9 * area) {
+                    let height: f64 = weights.iter().zip(corners).map(|(w, c)| w / area * c.dot(normal)).sum();
+                    let own = &mut heights[j * size[0] + i];
+                    *own = own.max(height);
+                }
+            }
+        }
+    }
+    heights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_are_read_and_what_is_wrong_is_named() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let read = |text: &str| {
+            let path = folder.path().join("p.csv");
+            fs::write(&path, text).expect("a file");
+            Sensor::read(&path).map_err(|error| error.to_string())
+        };
+        let found = read("x,y,z,nx,ny,nz,name\n1, 2, 3, 0, 1, 0, desk\n# a note\n4,5,6,0,0,-2\n").expect("a table");
+        assert_eq!(found.len(), 2);
+        assert_eq!((found[0].name.as_deref(), found[0].position), (Some("desk"), DVec3::new(1.0, 2.0, 3.0)));
+        assert_eq!((found[1].name.as_deref(), found[1].normal), (None, DVec3::new(0.0, 0.0, -2.0)));
+        for (text, line, what) in [
+            ("1,2,3,0,1\n", 1, "5 fields"),
+            ("1,2,3,0,1,0\n1,2,x,0,1,0\n", 2, "`x` is not"),
+            ("1,2,3,0,0,0\n", 1, "normal is zero"),
+            ("1,2,inf,0,1,0\n", 1, "`inf` is not"),
+            ("1,2,1e200,0,1,0\n", 1, "beyond"),
+            ("x,y,z\n", 1, "no sensor"),
+        ] {
+            let error = read(text).expect_err("a broken table");
+            assert!(error.contains(&format!("line {line}")) && error.contains(what), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_grid_lies_over_the_fronts_of_its_object() {
+        let scene = Scene::open("cornell-box").expect("a scene");
+        let grid = SensorGrid::over(&scene, "floor", 80.0, 50.0).expect("a grid");
+        assert_eq!(grid.sensors.len(), grid.size[0] * grid.size[1]);
+        for sensor in &grid.sensors {
+            assert!((sensor.position.y - 80.0).abs() < 1e-3 && sensor.normal.y > 0.999, "{sensor:?}");
+        }
+        let step = grid.sensors[1].position - grid.sensors[0].position;
+        assert!((step.length() - 50.0).abs() < 1e-9);
+        assert!(SensorGrid::over(&scene, "roof", 0.8, 0.25).is_err());
+        assert!(SensorGrid::over(&scene, "floor", 0.8, 1e-6).is_err());
+    }
+}
