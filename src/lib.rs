@@ -119,8 +119,8 @@
 //! They stand in the order in which light flows through the code; each uses only those above it. [`light`] to
 //! [`surfaces`] say what there is, [`patches`] to [`solve`] put `L = E + K L` together and solve it, [`reading`] to
 //! [`gather`] look at the solution and estimate its error, [`render`] has all of it as [`Solver`];
-//! [reference](mod@reference) is the path tracer, [`study`] what is measured with both. Two features, both on by default,
-//! may be left out: `plot` draws charts and sheets, `cli` is the program and needs `plot`.
+//! [reference](mod@reference) is the path tracer, [`study`] what is measured with both. Two features, both on by
+//! default, may be left out: `plot` draws charts and sheets, `cli` is the program and needs `plot`.
 
 #![cfg_attr(not(feature = "opengl"), forbid(unsafe_code))]
 

@@ -1,7 +1,7 @@
 //! Errors of the light on patches, measured without patches: the residual of the equation along paths from the camera,
 //! its squared sum over sampled pixels, and walks of light from the emitters.
 //!
-//! Not handled: errors of the gather pass, which it estimates itself with [`halves::Halves`]; what is done about an
+//! Not handled: errors of the gather pass, which it estimates itself with `halves::Halves`; what is done about an
 //! error, which is up to [`crate::render`].
 
 pub(crate) mod deadline;

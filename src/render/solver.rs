@@ -135,8 +135,8 @@ impl Solver {
         BouncesRequest { solver: self, transport: mode.into(), count, time: None, watch: &Silent }
     }
 
-    /// K of a mode with the E it acts on: `L = E + K L`, one equation for each patch, half and channel. F is sampled with
-    /// the rays of `fineness`; what is proved of K is proved with that noise in it.
+    /// K of a mode with the E it acts on: `L = E + K L`, one equation for each patch, half and channel. F is sampled
+    /// with the rays of `fineness`; what is proved of K is proved with that noise in it.
     ///
     /// # Errors
     /// [`Unfit`] where K would not fit in memory, with the number of patches that would.
@@ -219,8 +219,8 @@ impl<'a> PictureRequest<'a> {
         Self { time: Some(seconds), ..self }
     }
 
-    /// The picture with an estimated relative RMS error of at most `tolerance`, such as 0.01, over the pixels that see no
-    /// luminaire; patches and rays follow from it.
+    /// The picture with an estimated relative RMS error of at most `tolerance`, such as 0.01, over the pixels that see
+    /// no luminaire; patches and rays follow from it.
     ///
     /// Where memory, time or detail end the search before, `error.total` of the picture is larger than `tolerance`.
     ///
