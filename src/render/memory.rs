@@ -16,9 +16,8 @@
 //! that a patch passes on, its mean over the rows weighted by r itself, for light stays where much of it is passed on.
 //! The tail bound `r^n / (1 - r)` then ends the series.
 //!
-//! Fewer patches have rows no longer, which bounds from below the number that fits. Estimates are within some tenths of
-//! what a process takes. Not handled: the pictures (some hundred bytes a pixel), guiding densities of patches (at most
-//! 230 MB), and the scene itself, which is already loaded when this is estimated.
+//! Fewer patches have rows no longer, which bounds from below the number that fits. Not handled: the pictures (some
+//! hundred bytes a pixel), and the scene itself, which is already loaded.
 
 use crate::form_factors::{FormFactors, Rows, Sampling, Variant, cast};
 use crate::light::Transport;

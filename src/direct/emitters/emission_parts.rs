@@ -1,15 +1,18 @@
-//! The light of a part of an emitting triangle with a texture: of what a point sees of it behind others.
+//! The light of the visible part of an emitting triangle with a texture.
 //!
 //! The part is given as convex polygons that may touch. A node of the triangle's tree
-//! ([`crate::direct::emitters::emission_tree`]) that they cover is asked as a whole, and one that the part's edge
-//! crosses by its quarters, down to where little is left. There its emission is taken as linear in the place, by the
-//! least squares that its dipole tells:
+//! ([`crate::direct::emitters::emission_tree`]) that they cover is integrated as a whole, and one that the part's edge
+//! crosses by its quarters, down to where the error is tolerable. There its emission is taken as linear, by least
+//! squares from its dipole:
 //!
 //! ```text
 //! ∫ E k dA  =  m F + ∫ (E - m) k dA,      E(y) - m = sum over corners of b_i(y) e_i,      e_i = 6 w_i - 2 sum of w
 //! ```
 //!
 //! over the node's part, with F its form factor by Lambert's formula and b the barycentric coordinates.
+//!
+//! Worth: 25 textured panels, partly hidden, state their error; with points sampled on them 0.8 % were stated of 1 to
+//! 1.5 (CHANGELOG.md).
 //!
 //! Not handled: texels smaller than the leaves.
 
@@ -27,23 +30,23 @@ use crate::scene::convex_polygon::{area, put_above};
 /// Corners of a polygon that need no memory of their own.
 const CORNERS: usize = 16;
 
-/// How much more a node may be off by that the part's edge crosses than one that is asked as a whole: some dozen do,
-/// and what they are off by has no common sign.
+/// Factor on the tolerable error of a node that the part's edge crosses: these are some dozen, with errors of random
+/// sign.
 const CROSSED: f64 = 4.0;
-/// Share of a node from which on all of it is seen; what is missing is rounding.
+/// Share of a node that counts as all of it, up to rounding.
 const WHOLE: f64 = 1.0 - 1e-9;
 
-/// Convex polygons of the plane as a stack, counter-clockwise seen from the emitting side: those of a node above those
+/// A stack of convex polygons of the plane, counter-clockwise seen from the emitting side: those of a node above those
 /// of the node it is a quarter of.
 #[derive(Default)]
 pub(crate) struct Polygons {
     corners: Vec<DVec2>,
     list: Vec<Polygon>,
-    /// What is being cut.
+    /// The result of one cut.
     part: Vec<DVec2>,
 }
 
-/// Where a polygon's corners stand, and the share of its light that arrives.
+/// The range of a polygon's corners, and the transmittance of its light.
 #[derive(Clone)]
 struct Polygon {
     corners: Range<usize>,
@@ -78,7 +81,7 @@ impl Polygons {
         self.list.clear();
     }
 
-    /// Adds a polygon; whichever way it turns.
+    /// Adds a polygon of any orientation.
     fn add(&mut self, corners: impl Iterator<Item = DVec2>, through: f64) {
         let start = self.corners.len();
         self.corners.extend(corners);
@@ -89,7 +92,7 @@ impl Polygons {
         self.list.push(Polygon { corners: own, through });
     }
 
-    /// Adds what lies inside of the lines of some polygons; which those are now.
+    /// Adds the parts of some polygons inside of all lines; returns their range.
     fn cut(&mut self, mut of: Range<usize>, lines: &[Line]) -> Range<usize> {
         for line in lines {
             let first = self.list.len();
@@ -121,7 +124,7 @@ impl Polygons {
         self.each(of).map(|(corners, _)| area(corners)).sum()
     }
 
-    /// The share of their light that arrives from all of some polygons alike.
+    /// The transmittance that some polygons have in common.
     fn through(&self, of: Range<usize>) -> Option<f64> {
         let first = self.list.get(of.start)?.through;
         self.list[of].iter().all(|polygon| polygon.through == first).then_some(first)
@@ -129,8 +132,8 @@ impl Polygons {
 }
 
 impl EmissionTree {
-    /// The form factor of the emission beyond 1 of what is `seen` of it: convex polygons relative to the receiver and
-    /// above its horizon, each with the share of its light that arrives; those of other planes are left out.
+    /// The form factor of the emission beyond 1 of the part `seen` of it: convex polygons relative to the receiver and
+    /// above its horizon, each with its transmittance; those of other planes are ignored.
     pub fn beyond_within<'a>(
         &self,
         x: DVec3,
@@ -174,7 +177,7 @@ impl EmissionTree {
         }
         let inverse = 1.0 / (place.middle.length_squared() + receiver.depth * receiver.depth);
         let height = receiver.lift + place.middle.dot(receiver.rise) + self.radius * place.scale.abs();
-        // What a part of the node differs from what is linear by is no more than this, by Cauchy and Schwarz.
+        // Bound of the deviation of a part of the node from linear emission, by Cauchy and Schwarz.
         let rough = f64::from(node.rough) * (covered * (1.0 - covered)).sqrt();
         let error = rough * (own / PI * inverse).min(1.0) * (height * inverse.sqrt()).min(1.0);
         if node.quarters == 0 || error <= CROSSED * receiver.tolerable {
@@ -200,7 +203,7 @@ impl EmissionTree {
         sum
     }
 
-    /// The light of a part of a node, its emission taken as linear in the place.
+    /// The light of a part of a node, its emission taken as linear.
     fn of_part(&self, node: &EmissionNode, place: Placement, part: &[DVec2], receiver: &PlaneReceiver) -> DVec3 {
         let weights = node.weights.map(|w| w.as_dvec3());
         let beyond: DVec3 = weights.iter().sum();
@@ -230,14 +233,8 @@ fn form(polygon: &[DVec2], receiver: &PlaneReceiver) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::direct::emitters::emission_tree::samples::{CORNERS, receivers, uniform};
     use crate::form_factors::plane::split;
-    use crate::rays::sobol::hash;
-
-    const CORNERS: [DVec3; 3] = [DVec3::new(0.1, 0.0, 0.0), DVec3::new(1.3, 0.2, 0.1), DVec3::new(0.3, 1.1, -0.2)];
-
-    fn uniform(k: u32, d: u32) -> f64 {
-        f64::from(hash(k, d) >> 8) / f64::from(1 << 24)
-    }
 
     /// A slope along one edge, with noise from leaf to leaf in the third channel.
     fn tree() -> EmissionTree {
@@ -248,17 +245,14 @@ mod tests {
         })
     }
 
-    /// Whatever is cut in two, one part reaching beyond the triangle: both send what all of it sends, and each what it
-    /// sends by its leaves.
+    /// Cut in two, one part reaching beyond the triangle: the light of both adds up, and that of each is that of its
+    /// leaves.
     #[test]
     fn parts_of_a_texture_make_up_the_whole() {
         let tree = tree();
         let place = |s: f64, t: f64| CORNERS[0] + s * (CORNERS[1] - CORNERS[0]) + t * (CORNERS[2] - CORNERS[0]);
         let (mut seen, mut apart) = (0, 0);
-        for k in 0..200 {
-            let off = DVec3::new(uniform(k, 0), uniform(k, 1), 0.0) * 4.0 - DVec3::new(1.5, 1.5, 0.0);
-            let x = off + DVec3::Z * (0.02 + 3.0 * uniform(k, 5).powi(2));
-            let n = (DVec3::new(uniform(k, 2), uniform(k, 3), uniform(k, 4)) * 2.0 - 1.0 - DVec3::Z).normalize();
+        for (k, (x, n)) in (0..).zip(receivers()) {
             let around = [place(-0.1, -0.1), place(1.3, -0.1), place(-0.1, 1.2)].map(|p| p - x);
             let line = DVec3::new(uniform(k, 6) - 0.5, uniform(k, 7) - 0.5, 0.0);
             let through = place(0.3, 0.3) - x;
@@ -278,7 +272,7 @@ mod tests {
             assert!((sum - whole).abs().max_element() <= 1e-6 * all, "{sum} {whole} of {all} at {x}, {n}");
             for part in [&left, &right] {
                 let off = (within(part, 1e-3) - within(part, 0.0)).abs().max_element();
-                // Two dozen nodes that the edge crosses, off with no common sign.
+                // Two dozen nodes that the edge crosses, with errors of random sign.
                 assert!(off <= 24.0_f64.sqrt() * CROSSED * 1e-3 * all, "{off} of {all} at {x}, {n}");
             }
             seen += u32::from(whole != DVec3::ZERO);

@@ -1,16 +1,16 @@
-//! Things with a place and a direction in two halves: trees of luminaires and pieces of large ones are made so.
+//! Bisection of placed and directed objects, for trees of luminaires and pieces of large ones.
 //!
-//! Directions are parted first where they differ much, else places; both are cut across the longest side of the box
-//! around them. Not handled: costs of the two parts, as the cut is in the middle.
+//! Directions are split first where they differ much, else places, across the longest side of the box around them. Not
+//! handled: costs of the two halves, as the cut is in the middle.
 
 use glam::DVec3;
 
 use crate::form_factors::hull::bounds;
 
-/// Normals further apart than this cosine are parted before places are.
+/// Directions further apart than this cosine are split before places are.
 const APART: f64 = 0.9;
 
-/// Something with a place and a direction, and its number.
+/// An object with a place and a direction, and its number.
 #[derive(Clone, Copy)]
 pub(crate) struct Placed {
     pub place: DVec3,
@@ -18,8 +18,8 @@ pub(crate) struct Placed {
     pub number: u32,
 }
 
-/// Sorts things into two parts, neither empty where there are two things: by direction where directions differ much,
-/// else by place.
+/// Sorts objects into two halves, neither empty where there are two: by direction where directions differ much, else by
+/// place.
 pub(crate) fn halve(things: &mut [Placed]) -> (&mut [Placed], &mut [Placed]) {
     let (low, high) = bounds(things.iter().map(|t| t.direction));
     let by_direction = 1.0 - 0.5 * (high - low).length_squared() < APART;
@@ -29,7 +29,7 @@ pub(crate) fn halve(things: &mut [Placed]) -> (&mut [Placed], &mut [Placed]) {
     things.sort_unstable_by(|a, b| key(a).total_cmp(&key(b)).then(a.number.cmp(&b.number)));
     let middle = 0.5 * (low[axis] + high[axis]);
     let cut = things.partition_point(|t| key(t) < middle);
-    // Places are parted by number; directions at the middle of their range, unless all lie on one side of it.
+    // Places are split at the median; directions at the middle of their range, unless all lie on one side of it.
     let by_range = by_direction && cut > 0 && cut < things.len();
     things.split_at_mut(if by_range { cut } else { things.len() / 2 })
 }

@@ -1,5 +1,5 @@
-//! One luminaire: an emitting surface small enough that light as emitted is worth a closed form; its triangles, points
-//! drawn on them, and the convex polygons that they make up.
+//! One luminaire: an emitting surface whose light has a closed form; its triangles, points drawn on them, and the convex
+//! polygons that they make up.
 //!
 //! Not handled: which emitters are luminaires ([`crate::direct::emitters::luminaires`]); polygons of more than two
 //! triangles.
@@ -25,14 +25,14 @@ pub struct Luminaire {
     pub radiance: Rgb,
     /// Total area, unit coordinates squared.
     pub area: f64,
-    /// The convex lamp it is a part of, if of one.
+    /// The convex lamp it belongs to, if to one.
     pub(crate) convex_lamp: Option<u32>,
     /// Where it has a texture.
     pub(crate) uneven: Option<UnevenEmission>,
     pub(crate) triangles: Vec<EmittingTriangle>,
     /// Convex polygons that cover it, as few as are easily found.
     pub(crate) polygons: Vec<Vec<DVec3>>,
-    /// None where it has too many faces; points drawn on it stand in for the closed form then.
+    /// None where it has too many faces; then points are drawn on it.
     pub(crate) outline: Option<Outline>,
 }
 
@@ -64,15 +64,14 @@ impl Luminaire {
         }
     }
 
-    /// Form factor from a point with unit normal to all of the luminaire, nothing between; `None` where its faces are
-    /// too many for the closed form to be worth its price.
+    /// Form factor from a point with unit normal to all of the luminaire without occlusion; `None` where it has too
+    /// many faces for the closed form to pay.
     pub fn closed_form(&self, x: Vec3, n: Vec3) -> Option<f64> {
         let outline = self.outline.as_ref()?;
         Some(outline.form(x.as_dvec3(), n.as_dvec3()))
     }
 
-    /// Form factor from a point with unit normal to all of the luminaire, nothing between, whatever the number of
-    /// faces.
+    /// The same whatever the number of faces.
     pub fn exact_form(&self, x: Vec3, n: Vec3) -> f64 {
         self.closed_form(x, n).unwrap_or_else(|| {
             let (x, n) = (x.as_dvec3(), n.as_dvec3());
@@ -82,8 +81,8 @@ impl Luminaire {
     }
 
     /// The light of all of it over its radiance, channel by channel, at a point with unit normal to which its form
-    /// factor is `form`, nothing between: that itself, unless its points do not emit alike; then a node of its texture
-    /// may be off by the share `exactness`.
+    /// factor is `form`, without occlusion: that itself, unless it has a texture, of which a node may have the relative
+    /// error `exactness`.
     pub fn light(&self, x: Vec3, n: Vec3, form: f64, exactness: f64) -> DVec3 {
         match &self.uneven {
             Some(own) if form > 0.0 => own.light(x.as_dvec3(), n.as_dvec3(), form, exactness),
@@ -91,7 +90,7 @@ impl Luminaire {
         }
     }
 
-    /// The light of the pieces of it that a point with unit normal sees over its radiance, channel by channel; their
+    /// The light of the pieces of it visible from a point with unit normal over its radiance, channel by channel; their
     /// form factor is `form`.
     pub(crate) fn light_of(&self, x: Vec3, n: Vec3, seen: &mut SeenPart, form: f64, exactness: f64) -> DVec3 {
         match &self.uneven {
@@ -100,13 +99,13 @@ impl Luminaire {
         }
     }
 
-    /// Whether its points do not emit alike, so that no closed form is its light.
+    /// Whether its emission is not uniform.
     pub fn is_textured(&self) -> bool {
         self.uneven.is_some()
     }
 
-    /// EmissionMoments of what triangle k emits over the luminaire's radiance, places in shares of its edges; none where all
-    /// points emit alike.
+    /// Moments of the emission of triangle k over the luminaire's radiance, in shares of its edges; none where it is
+    /// uniform.
     pub(crate) fn emitted_moments(&self, k: usize) -> Option<EmissionMoments> {
         self.uneven.as_ref().map(|own| own.moments(k))
     }
@@ -121,8 +120,8 @@ impl Luminaire {
         self.triangles.iter().flat_map(|t| t.exact)
     }
 
-    /// Form factor from a point to what it sees of the luminaire behind `casters`; `None` where that is too ragged, or
-    /// the faces are too many.
+    /// Form factor from a point to the part of the luminaire visible behind `casters`; `None` where that is too ragged,
+    /// or the faces are too many.
     pub(crate) fn visible_form(
         &self,
         x: Vec3,
@@ -157,7 +156,7 @@ pub struct EmittingPoint {
     pub normal: DVec3,
     /// The face it lies on.
     pub face: u32,
-    /// What it emits over the luminaire's radiance, channel by channel.
+    /// Its emission over the luminaire's radiance, channel by channel.
     pub share: DVec3,
 }
 
@@ -208,7 +207,7 @@ mod tests {
         assert_eq!((many.list.len(), many.carries), (9, vec![false, true]));
     }
 
-    /// Points of a sheet are kept in single precision, so half of them lie before its other side by their rounding.
+    /// Points of a sheet are in single precision, so half of them lie before its other side by their rounding.
     #[test]
     fn a_sheet_that_glows_on_both_sides_does_not_light_itself() {
         let glow = crate::scene::Material { sides: Sides::Two, ..panels(1, 1.0).materials[1].clone() };
@@ -223,8 +222,8 @@ mod tests {
             for normal in [point.normal, -point.normal].map(|n| n.as_vec3()) {
                 for lamp in &sides {
                     let pieces = &mut Pieces::default();
-                    let beside = lamp.visible_form(point.position, normal, std::iter::empty(), pieces);
-                    assert_eq!((lamp.exact_form(point.position, normal), beside), (0.0, Some(0.0)));
+                    let visible = lamp.visible_form(point.position, normal, std::iter::empty(), pieces);
+                    assert_eq!((lamp.exact_form(point.position, normal), visible), (0.0, Some(0.0)));
                 }
             }
         }

@@ -1,11 +1,9 @@
-//! Luminaires with a texture: what a point emits over the mean of its material's faces.
+//! Luminaires with a texture: the emission of their points over the mean of its material's faces.
 //!
-//! What is seen of a luminaire has a closed form, all of it ([`crate::direct::emitters::emission_tree`]) or a part
-//! ([`crate::direct::emitters::emission_parts`]). Where too much lies between points are drawn: they carry `E(y)` over
-//! the mean, so that the ratio and resampling estimators find what the texture does to shadows.
-//!
-//! Where luminaires are many each brings the moments of its emission to the tree of all
-//! ([`crate::direct::many::moments`]).
+//! All of a luminaire ([`crate::direct::emitters::emission_tree`]) and its visible part
+//! ([`crate::direct::emitters::emission_parts`]) have closed forms. Where that is too complex points are drawn, with
+//! `E(y)` over the mean in the ratio and resampling estimators. The tree of many luminaires takes the moments of their
+//! emission ([`crate::direct::many::moments`]).
 //!
 //! Not handled: texels that are smaller than the leaves.
 
@@ -35,20 +33,19 @@ pub(crate) struct EmissionTexture {
 
 /// Luminaires that each receiver evaluates one by one, at most.
 pub(crate) const FEW_LUMINAIRES: usize = 16;
-/// Leaves of the trees of one luminaire, about: at least, as an edge between two texels may cross any of them, and at
-/// most. Where luminaires are many they have together as many as few have, so that memory does not grow with them.
+/// Least and most leaves of the trees of one luminaire, about. Many luminaires have together as many as few, which
+/// bounds the memory.
 const LEAVES: [f64; 2] = [4096.0, 65_536.0];
-/// Leaves on one texel where there are neither too few nor too many.
+/// Leaves per texel within those bounds.
 const ON_TEXEL: f64 = 4.0;
-/// Share of a luminaire's light that one node of its closed form may be off by, where no error is requested. All nodes
-/// together are off by up to twice that in RMS, beside a wide luminaire with one sign
-/// (`wide_luminaires_are_as_near_as_a_node`).
+/// Relative error of a luminaire's light by one node of its closed form, where no error is requested. That of all nodes
+/// is up to twice as much in RMS (`wide_luminaires_are_as_exact_as_a_node`).
 pub(crate) const TOLERABLE: f64 = 5e-4;
-/// `pi r² k` in the mean over all directions of both normals that see each other: of the light that a receiver at the
-/// luminaire's horizon gets, less of it is as good.
+/// `pi r² k` in the mean over all directions of both normals that face each other: tolerable errors are no smaller for
+/// receivers at the luminaire's horizon.
 const TYPICAL: f64 = 0.25;
 
-/// What the points of one luminaire emit over its mean.
+/// The emission of one luminaire over its mean.
 #[derive(Clone, Debug)]
 pub(crate) struct UnevenEmission {
     texture: Arc<EmissionTexture>,
@@ -56,7 +53,7 @@ pub(crate) struct UnevenEmission {
     trees: Vec<EmissionTree>,
 }
 
-/// What a receiver sees of a luminaire: polygons from it, and memory for their places on the luminaire's plane.
+/// The visible part of a luminaire: polygons relative to the receiver, and memory for them on the luminaire's plane.
 #[derive(Default)]
 pub(crate) struct SeenPart {
     pub pieces: Pieces,
@@ -92,13 +89,13 @@ impl UnevenEmission {
     }
 
     /// The light of all of it over that of its mean radiance at a point with unit normal to which its form factor is
-    /// `form`, nothing between.
+    /// `form`, without occlusion.
     pub fn light(&self, x: DVec3, n: DVec3, form: f64, share: f64) -> DVec3 {
         let tolerable = share * self.scale(x, form);
         self.trees.iter().map(|tree| tree.beyond(x, n, tolerable)).sum::<DVec3>() + form
     }
 
-    /// The same of the pieces of it that the point sees.
+    /// The same of the pieces of it visible from the point.
     pub fn light_of(&self, x: DVec3, n: DVec3, seen: &mut SeenPart, form: f64, share: f64) -> DVec3 {
         let tolerable = share * self.scale(x, form);
         let SeenPart { pieces, polygons } = seen;
@@ -106,7 +103,7 @@ impl UnevenEmission {
         self.trees.iter().map(beyond).sum::<DVec3>() + form
     }
 
-    /// The form factor that what a node may be off by is a share of.
+    /// The form factor that errors of nodes are relative to.
     fn scale(&self, x: DVec3, form: f64) -> f64 {
         let seen: f64 = self.trees.iter().map(|tree| tree.seen(x)).sum();
         form.max(TYPICAL * seen.min(1.0))
@@ -139,7 +136,7 @@ impl EmissionTexture {
         at.map_or(DVec3::ONE, |at| self.over_mean(self.texture.colour(at).as_dvec3()))
     }
 
-    /// The closed form of a face's light, its corners turned as the side that emits has them, with its part of the
+    /// The closed form of a face's light, its corners as seen from the side that emits, with one of `parts` of the
     /// leaves.
     fn tree(&self, face: u32, corners: [DVec3; 3], parts: f64) -> EmissionTree {
         let [p, q, r] = corners.map(|at| self.coordinates(face, at).unwrap_or_default());
@@ -169,13 +166,12 @@ impl EmissionTexture {
 mod tests {
     use super::*;
     use crate::direct::emitters::emission_tree::SubTriangle;
+    use crate::direct::emitters::emission_tree::samples::uniform;
     use crate::form_factors::point_to_polygon;
-    use crate::rays::sobol::hash;
 
-    /// A floor that is one luminaire, as walls and things above it see it: 0.17 % in RMS where each node may be off by
-    /// 0.2 % of the light, and of one sign beside it; below twice what a node may be off by, whatever that is.
+    /// A floor that is one luminaire, at receivers above it: the RMS error is below twice that of a node.
     #[test]
-    fn wide_luminaires_are_as_near_as_a_node() {
+    fn wide_luminaires_are_as_exact_as_a_node() {
         let corners = [DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, -2.0, 0.0), DVec3::new(2.0, 2.0, 0.0)];
         let emission = |part: [DVec2; 3]| {
             let at = SubTriangle { corners: part, scale: 1.0 }.middle();
@@ -183,14 +179,13 @@ mod tests {
         };
         let tree = EmissionTree::new(corners, 6, emission);
         for normal in [DVec3::X, -DVec3::Z, DVec3::new(0.5, 0.1, -0.5).normalize()] {
-            let uniform = |k: u32, d: u32| f64::from(hash(k, d) >> 8) / f64::from(1 << 24);
             let place = |k: u32| DVec3::new(3.9 * uniform(k, 2), 3.8 * uniform(k, 0), 0.05 + 2.0 * uniform(k, 1));
             for tolerable in [4.0 * TOLERABLE, TOLERABLE, 0.25 * TOLERABLE] {
                 let mut squares = Vec::new();
                 for x in (0..100).map(|k| place(k) - DVec3::new(2.0, 1.9, 0.0)) {
                     let form = point_to_polygon(normal, &corners.map(|p| p - x));
-                    let [found, exact] = [tolerable, 0.0].map(|share| tree.beyond(x, normal, share * form).x);
-                    squares.extend((form > 0.0).then(|| ((found - exact) / form).powi(2)));
+                    let [estimate, exact] = [tolerable, 0.0].map(|share| tree.beyond(x, normal, share * form).x);
+                    squares.extend((form > 0.0).then(|| ((estimate - exact) / form).powi(2)));
                 }
                 let error = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
                 assert!(squares.len() > 40 && error < 2.0 * tolerable, "{normal}, {tolerable}: {error}");

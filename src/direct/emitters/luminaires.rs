@@ -1,30 +1,26 @@
-//! The luminaires of a scene: which emitters are worth a closed form, and the pieces that they are asked in.
+//! The luminaires of a scene: which emitters get a closed form, and the pieces that they are divided into.
 //!
 //! An emitting material is carried by luminaires, one for each object, where hemisphere rays would miss it too often.
 //! The choice is the material's, because a patch has one material but may span objects. Of N hemisphere rays a share F
-//! meets the emitter, so light from it has the relative variance `(1 - F) / (F N)`. A luminaire takes its closed form
-//! and one visibility ray, which together cost what `1 + PRICE n` hemisphere rays do where it has n faces, and leave
-//! the variance `(1 - V) / V` where the share V of it is seen, 1 if that is a half. So luminaires are the better way
-//! where
+//! meets the emitter, so light from it has the relative variance `(1 - F) / (F N)`. A luminaire of n faces takes its
+//! closed form and one visibility ray, as long as `1 + PRICE n` hemisphere rays, and leaves the variance `(1 - V) / V`
+//! where the share V of it is visible, 1 if that is a half. So luminaires are chosen where
 //!
 //! ```text
 //! (1 - F) / F  >  1 + PRICE n          F < 1 / (2 + PRICE n)
 //! ```
 //!
-//! F is measured in each scene: the mean of the closed form over points of the reflecting surfaces, of those that the
-//! emitter is above the horizon of. A wide window far away is small by that measure, however large its area; a sky
-//! around everything, or a furnace, is large, and hemisphere rays find it.
+//! F is the mean of the closed form over points of the reflecting surfaces that have the emitter above their horizon. A
+//! wide window far away is small by that measure; a sky around everything, or a furnace, is large.
 //!
-//! Where luminaires are many, or one has many faces, all are divided into what hangs together (shares a corner, or is
-//! near next to its size), halved until few faces are left. Lamps that lie apart are luminaires of their own whatever
-//! object they belong to, as exporters often write all lamps as one. Few lamps stay as they are written: one ray to any
-//! of them costs less than one to each. Lamps that are convex bodies are known as such: whoever sees the front of one
-//! of their faces has no other of them in between, or a ball of a thousand faces would count as a thousand casters of
-//! shadows on itself.
+//! Where luminaires are many, or one has many faces, all are divided into connected components (which share a corner,
+//! or are near compared with their size), halved until few faces remain, as exporters often write all lamps as one
+//! object. Few lamps stay as they are: one ray to any of them costs less than one to each. A face of a convex lamp
+//! cannot hide another from where that one's front is visible, so that a ball of a thousand faces does not count as a
+//! thousand occluders of itself.
 //!
-//! Not handled: what lies between; a sky seen through a window counts as large, since its closed form would mostly be
-//! of what is hidden. Lamps of so many faces that testing each against all corners would take long cast shadows on
-//! themselves, which costs time and no accuracy.
+//! Not handled: occlusion, so that a sky behind a window counts as large. Lamps of too many faces to test convexity
+//! cast shadows on themselves, which costs time and no accuracy.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -45,18 +41,17 @@ use crate::rays::warp::triangle_point;
 use crate::scene::{PunctualLight, Scene, Sides};
 use crate::surfaces::coplanar::connected;
 
-/// Cost of one triangle of a closed form over that of a ray, about (measured on one core: 20 ns, and 300 ns in a small
-/// room). The choice moves by little where this is off: a lamp of two faces is carried up to F = 0.47, one of a hundred
-/// to 0.12.
+/// Cost of one triangle of a closed form over that of a ray, about (on one core 20 ns, and 300 ns in a small room). A
+/// lamp of two faces is carried up to F = 0.47, one of a hundred to 0.12.
 const PRICE: f64 = 1.0 / 16.0;
-/// Faces that a receiver asks at most: where there are more, [`crate::direct::many::light_cut`] spare it most of them.
-const MOST_ASKED: usize = 128;
+/// Faces that a receiver evaluates at most: light cuts spare it most of more ([`crate::direct::many::light_cut`]).
+const MOST_FACES: usize = 128;
 /// Points of the reflecting surfaces.
 const POINTS: usize = 256;
 /// Closed forms of triangles for all points together; of more faces only every so many are taken.
 const MOST_FORMS: usize = 1 << 19;
 
-/// A face with its corners turned so that they run counter-clockwise seen from a side that counts.
+/// A side of a face, its corners counter-clockwise seen from there.
 type Turned = [DVec3; 3];
 
 /// Per material: whether it emits, has no mask, and is small enough, as seen from the surfaces that reflect,
@@ -68,8 +63,8 @@ pub(crate) fn carried(scene: &Scene) -> Vec<bool> {
         let whole = material.maps.as_ref().is_none_or(|maps| maps.mask.is_none());
         material.emits() && whole && !scene.is_sky_material(m) && {
             let faces = sides(scene, |face| face == m as u32);
-            let asked = faces.len().min(MOST_ASKED) as f64;
-            seen(&points, &faces) < 1.0 / (2.0 + PRICE * asked)
+            let evaluated = faces.len().min(MOST_FACES) as f64;
+            mean_form(&points, &faces) < 1.0 / (2.0 + PRICE * evaluated)
         }
     };
     (0..scene.materials.len()).map(carried).collect()
@@ -115,7 +110,7 @@ fn receivers(scene: &Scene) -> Vec<(DVec3, DVec3)> {
 }
 
 /// Mean form factor to the faces from those of the points that they are above the horizon of; 0 where there are none.
-fn seen(points: &[(DVec3, DVec3)], faces: &[Turned]) -> f64 {
+fn mean_form(points: &[(DVec3, DVec3)], faces: &[Turned]) -> f64 {
     let stride = (faces.len() * points.len()).div_ceil(MOST_FORMS).max(1);
     let from = |(k, &(x, n)): (usize, &(DVec3, DVec3))| -> f64 {
         let first = hash(k as u32, 0x1a6e) as usize % stride;
@@ -133,7 +128,7 @@ const PIECE: usize = 16;
 /// Gap between the boxes of two parts, in diagonals of the smaller, below which they are one lamp.
 const NEAR: f64 = 0.5;
 
-/// Groups of faces, cut into pieces where they make up many lamps, or many faces are in one.
+/// Groups of faces, divided into pieces where they make up many lamps, or one has many faces.
 pub(crate) fn divided(scene: &Scene, groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
     let many = |faces: &Vec<u32>| faces.len() > Outline::MOST_FACES;
     if !groups.iter().any(many) && groups.iter().map(|group| lamps(scene, group)).sum::<usize>() <= FEW_LUMINAIRES {
@@ -151,7 +146,7 @@ pub(crate) fn divided(scene: &Scene, groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
     pieces
 }
 
-/// The box of one part.
+/// The bounding box of connected faces.
 struct LampBox {
     low: DVec3,
     high: DVec3,
@@ -166,12 +161,12 @@ impl LampBox {
 
     fn is_near(&self, other: &LampBox) -> bool {
         let gap = (self.low - other.high).max(other.low - self.high).max(DVec3::ZERO).length();
-        let diagonal = |part: &LampBox| (part.high - part.low).length();
+        let diagonal = |lamp: &LampBox| (lamp.high - lamp.low).length();
         gap <= NEAR * diagonal(self).min(diagonal(other))
     }
 }
 
-/// Number of lamps in a group of few faces: what hangs together, with what is near.
+/// Number of lamps in a group of few faces: connected faces, with others that are near.
 fn lamps(scene: &Scene, group: &[u32]) -> usize {
     let mut lamps: Vec<Vec<LampBox>> = Vec::new();
     for faces in connected(scene, group, |_| ()) {
@@ -184,7 +179,7 @@ fn lamps(scene: &Scene, group: &[u32]) -> usize {
     lamps.len()
 }
 
-/// Halves faces until few are left together.
+/// Halves faces down to pieces of few.
 fn divide(faces: &mut [Placed], pieces: &mut Vec<Vec<u32>>) {
     if faces.len() <= PIECE {
         let mut piece: Vec<u32> = faces.iter().map(|f| f.number).collect();
@@ -201,11 +196,11 @@ const MOST_TESTS: usize = 200_000_000;
 /// Heights below this lie in the plane: a few roundings of unit coordinates.
 const FLAT: f64 = 1e-6;
 
-/// Of each face of the scene the number of the convex lamp it belongs to, if to one; empty where there is no such lamp.
+/// For each face of the scene the number of the convex lamp it belongs to, if to one; empty without such lamps.
 pub(crate) fn convex_lamps(scene: &Scene, groups: &[Vec<u32>]) -> Vec<Option<u32>> {
     let (mut parts, mut count) = (Vec::new(), 0);
     for faces in groups.iter().flat_map(|g| connected(scene, g, |_| ())) {
-        // What lies in one plane has no use for this: no caster rises above it there anyway.
+        // Faces in one plane do not hide each other anyway.
         if faces.len() > 2 && is_convex(scene, &faces) {
             parts.resize(scene.faces.len(), None);
             faces.iter().for_each(|&f| parts[f as usize] = Some(count));
@@ -242,12 +237,12 @@ pub struct Luminaires {
     pub(crate) radiances: Vec<Rgb>,
     /// Lights without area that shine.
     pub punctual: Vec<PunctualLight>,
-    /// Of each face: the convex lamp it belongs to, if to one; empty where there is no such lamp.
+    /// For each face the convex lamp it belongs to, if to one; empty without such lamps.
     convex_lamps: Vec<Option<u32>>,
 }
 
 impl Luminaires {
-    /// Chooses the emitters of a scene that are worth a closed form.
+    /// Chooses the emitters of a scene that get a closed form.
     pub fn new(scene: &Scene) -> Luminaires {
         let punctual = scene.lights.iter().filter(|light| light.shines()).cloned().collect();
         let radiances = scene.materials.iter().map(|material| material.emission).collect();
@@ -261,7 +256,7 @@ impl Luminaires {
             let texture = textures.get(&scene.faces[lamp.triangles[0].face as usize].material);
             lamp.uneven = texture.map(|texture| UnevenEmission::new(texture.clone(), &lamp.triangles, count));
         });
-        // Pieces that only have the black of a texture.
+        // Pieces where the texture is black.
         all.list.retain(|lamp| lamp.uneven.as_ref().is_none_or(UnevenEmission::shines));
         all
     }
@@ -330,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_large_is_told_by_solid_angle_and_not_by_area() {
+    fn emitters_are_chosen_by_solid_angle_and_not_by_area() {
         // Form factors from the floor's middle: 4/(20² pi), 0.24 and 0.99.
         assert_eq!(carried(&under(4.0, 20.0)), [false, true]);
         assert_eq!(carried(&under(2.0, 2.0)), [false, true]);
@@ -341,9 +336,9 @@ mod tests {
     fn the_mean_form_factor_is_that_of_the_catalogue() {
         // Two parallel unit squares one apart, twice as large: Howell's catalogue, C-11.
         let scene = under(2.0, 2.0);
-        let found = seen(&receivers(&scene), &sides(&scene, |m| m == 1));
+        let form = mean_form(&receivers(&scene), &sides(&scene, |m| m == 1));
         // 256 stratified points: their error is far below the integrand's range of 0.1 over sqrt(256).
-        assert!((found - 0.199_825).abs() < 0.1 / 16.0, "{found}");
+        assert!((form - 0.199_825).abs() < 0.1 / 16.0, "{form}");
     }
 
     #[test]
@@ -381,7 +376,6 @@ mod tests {
         assert_eq!(touching.iter().map(Vec::len).sum::<usize>(), 600);
     }
 
-    /// A hundred lamps of one object were one luminaire of 200 faces, which every point asked as a whole.
     #[test]
     fn few_faces_are_as_many_luminaires_as_lamps_where_those_are_many() {
         let lamps = |count: u32, pitch: f64| divided(&panels(count, pitch), vec![(0..2 * count).collect()]).len();
@@ -403,10 +397,10 @@ mod tests {
             .collect();
         let parts = convex_lamps(&scene, &groups);
         for (faces, name) in groups.iter().zip(&scene.objects) {
-            let found = faces.iter().filter(|&&f| parts[f as usize].is_some()).count();
+            let convex = faces.iter().filter(|&&f| parts[f as usize].is_some()).count();
             let radius = |&f: &u32| scene.corners(f)[0].length();
             let ball = faces.iter().all(|f| radius(f) < 0.75);
-            assert_eq!(found, if ball { faces.len() } else { 0 }, "{name}");
+            assert_eq!(convex, if ball { faces.len() } else { 0 }, "{name}");
         }
         assert!(parts.iter().any(|&p| p.is_some()));
     }

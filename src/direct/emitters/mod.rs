@@ -1,4 +1,4 @@
-//! Luminaires: emitters with an area, their emission with its texture, and what may lie before them.
+//! Luminaires: emitters with an area, textures of their emission, and occlusion.
 
 pub(crate) mod emission_parts;
 pub(crate) mod emission_tree;

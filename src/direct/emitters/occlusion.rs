@@ -1,6 +1,6 @@
-//! What lies between two points, modelled no further than the scene and the transports need.
+//! Occlusion between two points, by the simplest model for the scene and the transports.
 //!
-//! Not handled: what is known of whole patches and luminaires ([`crate::direct::emitters::shafts`]).
+//! Not handled: occlusion between whole patches and luminaires ([`crate::direct::emitters::shafts`]).
 
 use glam::DVec3;
 
@@ -11,7 +11,7 @@ use crate::scene::{PunctualLight, PunctualPlace, Scene};
 /// Heights below this lie in the plane: a few roundings of unit coordinates.
 const FLAT: f64 = 1e-6;
 
-/// What lies between two points, as far as the scene needs it modelled.
+/// A model of the occlusion between two points.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Occlusion {
     /// Nothing can occlude: tau is 1 everywhere, or every face lies on the scene's convex hull.
@@ -23,26 +23,25 @@ pub enum Occlusion {
 }
 
 impl Occlusion {
-    /// The least that models these materials in this scene.
+    /// The simplest model for these materials in this scene.
     pub fn new(rays: &Rays, transports: &[Transport]) -> Occlusion {
         Occlusion::of(transports, rays.anything_occludes())
     }
 
-    /// The least that models what lies between the scene and lights without area, which may be outside of it.
+    /// The simplest model between the scene and lights without area, which may be outside of it.
     pub(crate) fn of_punctual(
         scene: &Scene,
         rays: &Rays,
         transports: &[Transport],
         lights: &[PunctualLight],
     ) -> Occlusion {
-        // The faces that stand for a sky have no place.
+        // The faces that represent a sky have no place.
         let inside = || scene.sky.is_none() && lights.iter().all(|light| is_inside(scene, light));
         Occlusion::of(transports, rays.anything_occludes() || !inside())
     }
 
-    /// `anything` tells whether some face may lie between two of the points asked about.
-    fn of(transports: &[Transport], anything: bool) -> Occlusion {
-        if transports.iter().all(|t| t.tau == 1.0) || !anything {
+    fn of(transports: &[Transport], anything_occludes: bool) -> Occlusion {
+        if transports.iter().all(|t| t.tau == 1.0) || !anything_occludes {
             Occlusion::Nothing
         } else if transports.iter().all(|t| t.tau == 0.0) {
             Occlusion::Opaque

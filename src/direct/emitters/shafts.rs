@@ -1,14 +1,14 @@
-//! What may lie between a patch and a luminaire: nothing, a few faces, or too much to know.
+//! The occluders between a patch and a luminaire: none, a few faces, or too many to list.
 //!
 //! Everything between a point of the patch and one of the luminaire lies in the convex hull of both. A face does not
 //! reach into it if it lies on or behind the plane of either, if both lie on one side of its own plane, or if a plane
 //! separates it from the hull ([`apart`]): shaft culling (E. A. Haines, J. R. Wallace, 1991).
 //!
-//! Where nothing lies between, the closed form is the answer and no ray is cast; where few faces do, their shadows are
-//! cut out of the luminaire ([`crate::form_factors::shadow`]); else points are drawn.
+//! Without occluders the closed form needs no ray; the shadows of few are cut out of the luminaire
+//! ([`crate::form_factors::shadow`]); else points are drawn.
 //!
-//! Not handled: hierarchies of faces: scenes with too many faces draw points everywhere. Bodies of many corners: boxes
-//! stand for them.
+//! Not handled: hierarchies of faces: scenes with too many faces draw points everywhere. Bodies of many corners, which
+//! are replaced by boxes.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -31,7 +31,7 @@ pub(crate) const FLAT: f64 = 1e-6;
 pub(crate) struct Body {
     pub corners: Vec<DVec3>,
     pub plane: Option<(DVec3, f64)>,
-    /// The convex lamp it is a part of, if of one.
+    /// The convex lamp it belongs to, if to one.
     pub convex_lamp: Option<u32>,
 }
 
@@ -66,7 +66,6 @@ impl Body {
             if !body.corners.contains(&p) {
                 body.corners.push(p);
             }
-            // Patches of thousands of leaves have too many at once.
             if body.corners.len() > MOST_CORNERS {
                 return None;
             }
@@ -74,7 +73,7 @@ impl Body {
         let normal = area.normalize_or_zero();
         let offset = normal.dot(*body.corners.first()?);
         let flat = |p: &DVec3| (normal.dot(*p) - offset).abs() <= FLAT;
-        // The faces of a closed body add up to nothing, which is no plane.
+        // The areas of a closed body add up to 0, which is no plane.
         let lies = normal != DVec3::ZERO && body.corners.iter().all(flat);
         body.plane = lies.then_some((normal, offset));
         Some(body)
@@ -119,20 +118,20 @@ impl Body {
 
 /// Tests of a face against a patch and a luminaire, for the whole scene.
 const MOST_TESTS: usize = 20_000_000;
-/// Faces between that are cut out; more are left to drawn points.
+/// Occluding faces that are cut out; with more, points are drawn.
 const MOST_FACES: usize = 32;
-/// Pairs of a face between and a polygon of the luminaire that are cut: a pair takes some 40 ns, a visibility ray and
-/// what goes with it about a microsecond. A bulb of 128 polygons in a shade of 48 faces took 9 times as long by cuts.
+/// Pairs of an occluding face and a polygon of the luminaire that are cut: a pair takes some 40 ns, a visibility ray
+/// with its arithmetic about a microsecond.
 const MOST_CUTS: usize = 256;
 
-/// What may lie between.
+/// The occluders between a patch and a luminaire.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Between<'a> {
     /// Nothing: every point of the patch sees all of the luminaire that is above its horizon.
     Nothing,
     /// These faces, as indices into the shafts' casters.
     Faces(&'a [u32]),
-    /// Too much to tell.
+    /// Not listed.
     Unknown,
 }
 
@@ -144,19 +143,19 @@ pub struct Shafts {
     /// Of patch i and luminaire l: `starts[k]..starts[k + 1]` of `faces`, k = i * luminaires + l.
     starts: Vec<u32>,
     faces: Vec<u32>,
-    /// Shafts of which nothing is known.
+    /// Shafts whose occluders are not listed.
     unknown: Vec<bool>,
 }
 
 impl Shafts {
-    /// Finds which casters may lie between every patch that `receives` and every luminaire.
+    /// Lists the casters between every patch that `receives` and every luminaire.
     pub(crate) fn new(casters: Vec<Caster>, patches: &Patches, luminaires: &Luminaires, receives: &[bool]) -> Shafts {
         let count = luminaires.list.len();
         if casters.len() * count * patches.len() > MOST_TESTS {
             return Shafts::default();
         }
         let lamps: Vec<(Body, usize)> = luminaires.list.iter().map(|l| (luminaire_body(l), most_faces(l))).collect();
-        let find = |i: usize| -> Vec<Option<Vec<u32>>> {
+        let list = |i: usize| -> Vec<Option<Vec<u32>>> {
             if !receives[i] {
                 return vec![Some(Vec::new()); count];
             }
@@ -164,32 +163,32 @@ impl Shafts {
             let one = |(lamp, most): &(Body, usize)| between(patch.as_ref()?, lamp, *most, &casters);
             lamps.iter().map(one).collect()
         };
-        let found: Vec<Option<Vec<u32>>> = (0..patches.len()).into_par_iter().flat_map_iter(find).collect();
+        let lists: Vec<Option<Vec<u32>>> = (0..patches.len()).into_par_iter().flat_map_iter(list).collect();
         let mut shafts = Shafts {
             luminaires: count,
             starts: vec![0],
-            unknown: found.iter().map(Option::is_none).collect(),
+            unknown: lists.iter().map(Option::is_none).collect(),
             faces: Vec::new(),
             casters,
         };
-        for faces in found {
+        for faces in lists {
             shafts.faces.extend(faces.unwrap_or_default());
             shafts.starts.push(shafts.faces.len() as u32);
         }
         shafts
     }
 
-    /// Casters by number, and nothing known of any pair.
+    /// Casters by number, without lists for pairs.
     pub(crate) fn casting(casters: Vec<Caster>) -> Shafts {
         Shafts { casters, ..Shafts::default() }
     }
 
-    /// Whether something is known of every patch and luminaire.
+    /// Whether the occluders of every patch and luminaire are listed.
     pub fn know_all(&self) -> bool {
         !self.unknown.is_empty() && self.unknown.iter().all(|u| !u)
     }
 
-    /// What may lie between patch i and luminaire l.
+    /// The occluders between a patch and a luminaire.
     #[inline]
     pub fn between(&self, patch: u32, luminaire: usize) -> Between<'_> {
         let k = patch as usize * self.luminaires + luminaire;
@@ -227,18 +226,17 @@ pub(crate) fn casters(scene: &Scene, rays: &Rays, luminaires: &Luminaires, tau: 
         .collect()
 }
 
-/// Faces between a luminaire and a patch that are cut out of it at most.
+/// Occluding faces that are cut out of a luminaire at most.
 pub(crate) fn most_faces(luminaire: &Luminaire) -> usize {
     (MOST_CUTS / luminaire.polygons.len().max(1)).min(MOST_FACES)
 }
 
-/// The casters between two bodies; `None` where they are more than `most`, or the outline of one's shadow is not its
-/// own.
+/// The casters between two bodies; `None` where they are more than `most`, or one has a mask.
 fn between(patch: &Body, lamp: &Body, most: usize, casters: &[Caster]) -> Option<Vec<u32>> {
     let all = 0..casters.len() as u32;
-    let found: Vec<u32> = sieve(patch, lamp, casters, all).take(most + 1).collect();
+    let list: Vec<u32> = sieve(patch, lamp, casters, all).take(most + 1).collect();
     let is_masked = |&k: &u32| casters[k as usize].masked;
-    (found.len() <= most && !found.iter().any(is_masked)).then_some(found)
+    (list.len() <= most && !list.iter().any(is_masked)).then_some(list)
 }
 
 /// Those `among` the casters that may lie between two bodies.
@@ -262,7 +260,7 @@ pub(crate) fn sieve(
     })
 }
 
-/// Whether the segment between two points surely passes through a caster: then there is no plane to search for.
+/// Whether the segment between two points passes through a caster: then no plane separates them.
 fn pierced(c: &Caster, from: DVec3, to: DVec3) -> bool {
     let [h, g] = [from, to].map(|p| c.normal.dot(p - c.corners[0]));
     if !(h > FLAT && g < -FLAT || h < -FLAT && g > FLAT) {
@@ -286,7 +284,6 @@ fn straddled(c: &Caster, points: &[DVec3]) -> bool {
 mod tests {
     use super::*;
 
-    /// One polygon is cut by as many faces as ever, each of many by few.
     #[test]
     fn luminaires_of_many_polygons_are_cut_by_few_faces() {
         let of = |scene: &str| Luminaires::new(&Scene::open(scene).expect("a scene")).list;

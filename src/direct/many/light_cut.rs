@@ -1,14 +1,12 @@
-//! Light cuts: who lights a patch, where luminaires are many.
+//! Light cuts: the nodes of the light tree that light a patch, where luminaires are many.
 //!
-//! Each patch walks the tree of luminaires once. What surely sees all of the patch, with nothing between, is summed
-//! over nodes of the tree: a polynomial over a flat patch, the nodes themselves for a curved one. The few near or
-//! strong ones keep their closed form, shadows cut out. The rest is drawn from ([`crate::direct::drawn_light`]). Nodes
-//! whose part of the patch's light is small are not tested for what lies between: drawing among them costs little
-//! noise.
+//! Each patch walks the tree of luminaires once. Nodes visible from all of the patch without occlusion are summed: as a
+//! polynomial over a flat patch, by their moments for a curved one. The few near or strong luminaires keep their closed
+//! form, shadows cut out. The rest is sampled ([`crate::direct::drawn_light`]). Nodes with a small part of the patch's
+//! light are sampled without a test of occlusion, at little noise.
 //!
 //! After B. Walter et al., *Lightcuts*, 2005. Not handled: hierarchies of faces; where faces are too many all
-//! luminaires are drawn. On curved patches no node is known to light nothing, and only nodes far from the patch are
-//! seen whole.
+//! luminaires are sampled. On curved patches no node is culled, and only nodes far from the patch count as visible.
 
 use glam::{DVec3, Vec2};
 use rayon::prelude::*;
@@ -25,7 +23,7 @@ use crate::rays::{Hit, Rays};
 
 /// Luminaires by closed form at most.
 const MOST_EXACT: usize = 48;
-/// Faces × patches beyond which what lies between is not tests_shadows.
+/// Faces × patches beyond which occlusion is not tested.
 const MOST_TESTS: usize = 20_000_000;
 /// The largest misfit of a polynomial, where more is tolerable.
 const MISFIT: f64 = 1e-3;
@@ -37,24 +35,24 @@ pub struct LightCuts {
     cuts: Vec<LightCut>,
 }
 
-/// A cut through the tree of luminaires: who lights one patch, and how each is tests_shadows.
+/// A cut through the tree of luminaires for one patch.
 #[derive(Debug, Default)]
 pub(crate) struct LightCut {
-    /// What is surely seen and what likely arrives of the rest.
+    /// Visible nodes, and the expected shares of sampled ones.
     pub seen: Vec<Seen>,
-    /// The sum of that as a polynomial, where there is one.
+    /// The sum of those as a polynomial, where there is one.
     pub smooth: Option<Tiles>,
     /// Luminaires by closed form, with the casters between.
     pub exact: Vec<(u32, Vec<u32>)>,
     /// Nodes to draw from, in the tree's order.
     pub drawn: Vec<Chance>,
-    /// Some of those are near the patch: which of them lights a receiver depends on where it is.
+    /// Some of those are near the patch, so that probabilities must depend on the receiver.
     pub near: bool,
     /// How many to draw at a receiver.
     pub draws: u32,
 }
 
-/// A node of which a share arrives.
+/// A node with its visible share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
     pub node: usize,
@@ -70,7 +68,7 @@ impl LightCuts {
     /// The cut of each patch that `receives`.
     pub(crate) fn new(inputs: &CutInputs, receives: &[bool]) -> LightCuts {
         let tree = LightTree::new(inputs.luminaires, inputs.exactness);
-        // Faces behind all luminaires lie between none and anything.
+        // Faces behind all luminaires do not occlude.
         let root = &tree.nodes[tree.root()].body;
         let reached = |&k: &u32| root.reached_by(&inputs.casters[k as usize]);
         let among: Vec<u32> = (0..inputs.casters.len() as u32).filter(reached).collect();
@@ -94,13 +92,13 @@ impl LightCuts {
     }
 }
 
-/// `sum of F L` of shares of nodes at a point x with unit normal n, nothing between.
+/// `sum of F L` of shares of nodes at a point x with unit normal n without occlusion.
 pub(crate) fn light(tree: &LightTree, luminaires: &Luminaires, nodes: &[Seen], x: DVec3, n: DVec3) -> DVec3 {
     nodes.iter().map(|seen| seen.share * node_light(tree, luminaires, seen.node, x, n)).sum()
 }
 
-/// `F L` of node k at a point x with unit normal n, nothing between: its moments where it is far, above the horizon and
-/// faces the point, else the sum over its parts.
+/// `F L` of node k at a point x with unit normal n without occlusion: by its moments where it is far, above the horizon
+/// and faces the point, else the sum over its halves.
 fn node_light(tree: &LightTree, luminaires: &Luminaires, k: usize, x: DVec3, n: DVec3) -> DVec3 {
     let node = &tree.nodes[k];
     let away = node.center() - x;
@@ -122,7 +120,7 @@ fn node_light(tree: &LightTree, luminaires: &Luminaires, k: usize, x: DVec3, n: 
     luminaire.light(x, n, luminaire.exact_form(x, n), tree.exactness) * luminaire.radiance.as_dvec3()
 }
 
-/// What a walk found, as a cut.
+/// The cut that a walk makes.
 fn finish(mut walk: Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hit>) -> LightCut {
     // The strongest luminaires keep their closed form.
     let tree = walk.tree;
@@ -145,7 +143,7 @@ fn finish(mut walk: Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hit>) -> 
     cut
 }
 
-/// Lists what is surely seen and likely arrives, and makes its polynomial.
+/// Lists the visible nodes and expected shares, and makes their polynomial.
 fn smoothe(walk: &Walk, inputs: &CutInputs, cut: &mut LightCut) {
     let sure = walk.seen.iter().map(|&k| (k, 1.0));
     let likely = cut.drawn.iter().map(|d| (d.node, d.expected));
@@ -164,10 +162,10 @@ fn smoothe(walk: &Walk, inputs: &CutInputs, cut: &mut LightCut) {
 
 /// Luminaires nearer to a patch than so many of its radii are no part of a polynomial.
 const NEAR: f64 = 2.0;
-/// Where a rectangle is looked at beside its centre, in shares of half its sides.
+/// Where moments are compared in addition to a rectangle's centre, in shares of half its sides.
 const OFF_CENTER: f64 = 0.7;
-/// Shares of a patch's light: below the first what lies between is not tests_shadows, below the second nodes are drawn whole,
-/// above the third a luminaire keeps its closed form.
+/// Shares of a patch's light: below the first occlusion is not tested, below the second nodes are sampled whole, above
+/// the third a luminaire keeps its closed form.
 const NEGLIGIBLE: f64 = 1.0 / 64.0;
 const WHOLE: f64 = 1.0 / 256.0;
 const STRONG: f64 = 1.0 / 32.0;
@@ -180,24 +178,24 @@ pub(crate) struct CutInputs<'a> {
     pub occlusion: &'a Occlusion,
     /// All faces that occlude.
     pub casters: &'a [Caster],
-    /// Share of its light that what stands for many luminaires may be off by.
+    /// Relative error that a node may have.
     pub exactness: f64,
 }
 
-/// One patch while it walks the tree.
+/// The walk of one patch through the tree.
 pub(crate) struct Walk<'a> {
     pub tree: &'a LightTree,
     luminaires: &'a Luminaires,
     casters: &'a [Caster],
-    /// None where nothing is to be tests_shadows.
+    /// None where occlusion is not tested.
     body: Option<Body>,
     pub rectangle: Option<Rectangle>,
     center: DVec3,
     pub normal: DVec3,
     radius: f64,
-    /// About all its light, nothing between.
+    /// Estimate of all its light without occlusion.
     pub total: f64,
-    /// Nodes surely seen by all of the patch.
+    /// Nodes visible from all of the patch.
     pub seen: Vec<usize>,
     /// Luminaires that keep their closed form, with the casters between.
     pub exact: Vec<(usize, Vec<u32>)>,
@@ -206,7 +204,7 @@ pub(crate) struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    /// A walk of patch i; where what lies between is not `tests_shadows`, anything may.
+    /// A walk of patch i, with tests of occlusion or not.
     pub fn new(inputs: &'a CutInputs, tree: &'a LightTree, i: usize, tests_shadows: bool) -> Walk<'a> {
         let patches = inputs.patches;
         let rectangle = Rectangle::new(patches, i);
@@ -239,7 +237,7 @@ impl<'a> Walk<'a> {
         self.center.distance(node.center())
     }
 
-    /// About the light of a node, a mean of the channels, never zero.
+    /// Estimate of the light of a node, mean of the channels, never zero.
     pub fn estimate(&self, node: &Node) -> f64 {
         let off = self.distance(node).powi(2) + node.radius().powi(2) + self.radius.powi(2);
         let light = node.moments.light(self.center, self.normal).element_sum() / 3.0;
@@ -247,7 +245,7 @@ impl<'a> Walk<'a> {
         light.min(most) + 0.02 * most
     }
 
-    /// About the light of a node's luminaires, each part of it estimated from afar.
+    /// Estimate of the light of a node's luminaires, by parts of it that are far.
     fn roughly(&self, node: usize) -> f64 {
         let own = &self.tree.nodes[node];
         if self.misses(own) {
@@ -277,7 +275,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// How a node's luminaires face the patch, told by the corners of both; only for luminaires of one direction.
+    /// How a node's luminaires face the patch, by the corners of both; only for luminaires of one direction.
     fn facing_near(&self, node: &Node) -> Facing {
         let Some(rectangle) = self.rectangle.as_ref().filter(|_| node.spread < 1e-6) else {
             return Facing::Both;
@@ -293,7 +291,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Whether moments speak for a node at every point of the patch.
+    /// Whether moments of a node are exact enough at every point of the patch.
     fn is_far(&self, node: &Node) -> bool {
         let above = |r: &Rectangle| {
             let height = |p: &DVec3| (*p - r.center).dot(r.normal);
@@ -301,18 +299,18 @@ impl<'a> Walk<'a> {
         };
         node.radius() <= self.tree.small * (self.distance(node) - self.radius)
             && self.rectangle.as_ref().is_none_or(above)
-            && self.speaks_for_its_halves(node)
+            && self.agrees_with_its_halves(node)
             && match self.facing(node) {
                 Facing::Towards => true,
-                // Of luminaires in one plane the kernel itself knows the side.
+                // Luminaires in one plane have the side in the kernel.
                 Facing::Both => node.body.plane.is_some(),
                 Facing::Away => false,
             }
     }
 
-    /// Whether moments of a node are off by no more than half of what is tolerable in any channel: told by its halves',
-    /// which err by an eighth as much where the third order leads, at two places of the patch.
-    fn speaks_for_its_halves(&self, node: &Node) -> bool {
+    /// Whether moments of a node have an error of no more than half of what is tolerable in any channel, estimated by
+    /// the moments of its halves, which have an eighth of it in third order, at two points of the patch.
+    fn agrees_with_its_halves(&self, node: &Node) -> bool {
         let Some(halves) = node.children else { return true };
         let agrees = |x: DVec3| {
             let of = |node: &Node| node.moments.light(x, self.normal);
@@ -367,7 +365,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Leaves a node to be drawn, in parts small enough.
+    /// Adds a node to sample, in parts small enough.
     fn part(&mut self, k: usize) {
         let node = &self.tree.nodes[k];
         match node.children {
@@ -383,27 +381,27 @@ impl<'a> Walk<'a> {
 /// Luminaires drawn at a receiver at most.
 pub(crate) const MOST_DRAWN: u32 = 8;
 
-/// Rays that tell how much of a node arrives.
+/// Rays that estimate the visible share of a node.
 const TRIALS: u32 = 8;
 
-/// Luminaires drawn at a receiver, where the doubt is as large as its light.
+/// Luminaires drawn at a receiver, where the standard deviation is as large as its light.
 const DRAWS: f64 = 16.0;
 
 /// A node to draw from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Chance {
     pub node: usize,
-    /// The chance of it and those before it.
+    /// The probability of it and those before it.
     pub until: f64,
-    /// Its doubtful power and that of those before it.
+    /// Its uncertain power and that of those before it.
     pub power: f64,
-    /// The share of its light that is summed already: only what arrives beyond it is drawn.
+    /// The expected visible share, which is summed already: only the difference is sampled.
     pub expected: f64,
 }
 
-/// Chances of the nodes a walk left to be drawn, in proportion to how far what arrives may be from what is expected;
-/// and how many to draw at a receiver.
-pub(crate) fn weigh(walk: &Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hit>) -> (Vec<Chance>, u32) {
+/// The nodes that a walk leaves to sampling, with probabilities in proportion to the standard deviation of their
+/// visible light; and how many to draw at a receiver.
+fn weigh(walk: &Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hit>) -> (Vec<Chance>, u32) {
     let mut chances = Vec::with_capacity(walk.drawn.len());
     let sobol = Sobol::new(TRIALS as usize, 4);
     let (mut until, mut power) = (0.0, 0.0);
@@ -411,12 +409,12 @@ pub(crate) fn weigh(walk: &Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hi
         let seed = hash(node as u32, hash(i as u32, 0x11_6a5b));
         let [all, arrived] = trials(inputs, walk.tree, i, node, |s, d| sobol.point(s, d, seed), hits);
         let share = if all > 0.0 { arrived / all } else { 1.0 };
-        // Laplace's rule: so many trials leave a doubt even where all went alike.
+        // Laplace's rule: the variance is not 0 where all trials agree.
         let likely = (f64::from(TRIALS) * share + 0.5) / f64::from(TRIALS + 1);
         let own = &walk.tree.nodes[node];
-        let (expected, doubt) = if walk.is_near(own) { (0.0, likely) } else { (share, likely * (1.0 - likely)) };
-        until += all.max(walk.estimate(own)) * doubt.sqrt();
-        power += own.power * doubt.sqrt();
+        let (expected, variance) = if walk.is_near(own) { (0.0, likely) } else { (share, likely * (1.0 - likely)) };
+        until += all.max(walk.estimate(own)) * variance.sqrt();
+        power += own.power * variance.sqrt();
         chances.push(Chance { node, until, power, expected });
     }
     chances.iter_mut().for_each(|d| d.until /= until);
@@ -426,8 +424,8 @@ pub(crate) fn weigh(walk: &Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hi
     (chances, draws)
 }
 
-/// Mean light of a node from points drawn on it, at points of patch i: nothing between, and what arrives. `at(s, d)` is
-/// number d of draw s.
+/// Mean light of a node from points drawn on it, at points of patch i, without and with occlusion. `at(s, d)` is number
+/// d of draw s.
 fn trials(
     inputs: &CutInputs,
     tree: &LightTree,

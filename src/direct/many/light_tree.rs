@@ -1,8 +1,7 @@
-//! Many luminaires as a tree: halves of halves by direction and place, each with what is needed to speak for all of it.
+//! Many luminaires as a binary tree by direction and place ([`crate::direct::emitters::halving`]).
 //!
-//! A node's luminaires are stood for by its [`Moments`]. A cone holds all their normals and a box all their corners,
-//! which shows where a node lights nothing at all. Directions are parted first where they differ much, else places;
-//! both are cut across the longest side of the box around them.
+//! A node represents its luminaires by its [`Moments`]. A cone holds all their normals and a box all their corners, for
+//! culling.
 //!
 //! Source of the tree: A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*,
 //! PACMCGIT 1(2), 2018. Not handled: hulls closer than boxes; costs of the two parts, as the cut is in the middle.
@@ -22,10 +21,10 @@ use crate::form_factors::point_kernel;
 use crate::rays::End;
 use crate::surfaces::SurfacePoint;
 
-/// How luminaires face a place.
+/// How luminaires face a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Facing {
-    /// All of their fronts are seen from it.
+    /// It is in front of all of them.
     Towards,
     /// None is.
     Away,
@@ -34,7 +33,7 @@ pub(crate) enum Facing {
 }
 
 impl Facing {
-    /// From the largest and least angle between a normal and the way to the place.
+    /// From the largest and least angle between a normal and the direction to the point.
     pub fn of(most: f64, least: f64) -> Facing {
         use std::f64::consts::FRAC_PI_2;
         if most <= FRAC_PI_2 {
@@ -47,7 +46,7 @@ impl Facing {
     }
 }
 
-/// Some luminaires that lie together.
+/// A node of the tree.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
     /// Which, in the tree's order.
@@ -74,21 +73,21 @@ pub(crate) struct LightTree {
     pub order: Vec<u32>,
     /// Power of those before each, in the tree's order.
     before: Vec<f64>,
-    /// Radius of a node over its distance at which its moments speak for it.
+    /// Radius of a node over its distance up to which its moments are used.
     pub small: f64,
-    /// Share of its light that what stands for many luminaires may be off by.
+    /// Relative error that a node may have.
     pub exactness: f64,
 }
 
-/// Radius of a node over its distance at which its moments, which err in third order, are off by no more than
-/// [`FAR_OFF`] of its light, the worst of all directions (a test below).
+/// Radius of a node over its distance at which the error of its moments, of third order, is [`FAR_OFF`] of its light at
+/// most in the worst direction (a test below).
 const FAR: f64 = 0.2;
 const FAR_OFF: f64 = 0.01;
-/// Over what is tolerable of one node: many nodes err in all directions, and each seldom in the worst.
+/// Factor on the tolerable error: few nodes have the error of the worst direction.
 const MANY: f64 = 10.0;
 
 impl LightTree {
-    /// The tree over all luminaires; there must be one. What stands for many may be off by the share `exactness`.
+    /// The tree over all luminaires, of which there must be one; nodes may have the relative error `exactness`.
     pub fn new(luminaires: &Luminaires, exactness: f64) -> LightTree {
         let list = &luminaires.list;
         let sums: Vec<Sums> = list.iter().map(Sums::of).collect();
@@ -150,8 +149,8 @@ impl Node {
         self.cone_facing(x - self.center(), self.radius())
     }
 
-    /// How its luminaires face a place `away` from its centre, from the cone of their normals; `reach` is the sum of
-    /// the radii of node and place.
+    /// How its luminaires face points `away` from its centre, by the cone of their normals; `reach` is the sum of the
+    /// radii of the node and of the points.
     pub fn cone_facing(&self, away: DVec3, reach: f64) -> Facing {
         let far = away.length();
         if reach >= far {
@@ -274,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn moments_err_in_the_third_order_in_every_channel() {
+    fn moments_have_errors_of_third_order_in_every_channel() {
         let luminaires = lamps();
         let tree = LightTree::new(&luminaires, TOLERABLE);
         let root = &tree.nodes[tree.root()];

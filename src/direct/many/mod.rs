@@ -1,4 +1,4 @@
-//! Many luminaires: a tree of them with moments that stand for halves, and the cut through it that each patch keeps.
+//! Many luminaires: a tree of them with moments for every node, and the cut through it for each patch.
 
 pub(crate) mod light_cut;
 pub(crate) mod light_tree;

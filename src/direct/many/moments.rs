@@ -1,4 +1,4 @@
-//! Sums over luminaires, and the few points that stand for them.
+//! Moments of luminaires, and the few points that represent them.
 //!
 //! Light from a node is `1/pi ∫ (n·d) (-d·m) / |d|^4 L dA` with d = y - x and m the normal at y: a smooth function of y
 //! times the area vector `m L dA`. Points that carry vectors in place of powers, and have
@@ -7,14 +7,13 @@
 //! sum w = ∫ m L dA       sum w (x) y = ∫ m (x) y L dA       sum w (x) y (x) y = ∫ m (x) y (x) y L dA
 //! ```
 //!
-//! therefore err in third order of the node's extent over its distance, however its normals vary: nothing but the
-//! covariances of place and normal enters. A point at the centroid, two on each principal axis and two between each
-//! pair of axes have enough weights for that, and each has a vector of its own for every channel, so that each channel
-//! errs in third order whatever the colours of the luminaires that lie together. Where all normals are alike, and the
-//! channels lie alike, the vectors are parallel, and up to six points do.
+//! therefore have an error of third order in the node's extent over its distance, however its normals vary. A point at
+//! the centroid, two on each principal axis and two between each pair of axes have enough weights for that, with a
+//! vector of each for every channel, so that this holds for every channel. Where all normals are equal, and the channels
+//! have equal second moments, the vectors are parallel, and up to six points are enough.
 //!
-//! Not handled: what lies between; luminaires that face away from the receiver and points below its horizon
-//! ([`crate::direct::many::light_cut`] asks for parts of the node there).
+//! Not handled: occlusion; luminaires that face away from the receiver and points below its horizon, where
+//! [`crate::direct::many::light_cut`] takes parts of the node.
 
 use std::f64::consts::PI;
 
@@ -52,7 +51,7 @@ pub(crate) struct Sums {
     pub normal: DVec3,
 }
 
-/// Points that stand for a node.
+/// Points that represent a node.
 #[derive(Clone, Debug)]
 pub(crate) enum Moments {
     /// Powers by channel, and the normal that all share.
@@ -263,7 +262,7 @@ fn places(axes: &[DVec3]) -> Vec<DVec3> {
 }
 
 impl Moments {
-    /// `sum of F L` at a point with unit normal n, nothing between.
+    /// `sum of F L` at a point with unit normal n without occlusion.
     pub fn light(&self, x: DVec3, n: DVec3) -> DVec3 {
         let over = |d: DVec3| {
             let square = d.length_squared().max(1e-30);
@@ -286,7 +285,7 @@ impl Moments {
                 points.iter().map(kernel).sum()
             }
         };
-        // Only the sum of vectors is light, and only far away.
+        // Single vectors may have negative light; their sum has none far away.
         sum.max(DVec3::ZERO) / PI
     }
 }

@@ -15,7 +15,6 @@ use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::pixel_layer::{Layer, Place};
 use crate::gather::records::final_gather::{FinalGather, HemisphereRays};
-use crate::gather::records::guiding::{Guiding, GuidingField};
 use crate::gather::records::interpolation::{Fit, Support};
 use crate::gather::records::pixel_lattice::Lattice;
 use crate::rays::purpose::Purpose;
@@ -27,10 +26,6 @@ use crate::surfaces::SurfacePoint;
 pub(crate) const NONE: u32 = u32::MAX;
 /// A place is covered where the fit leaves at most this share of a record's variance: some four records around it.
 pub(crate) const COVERED: f64 = 0.34;
-/// Spacings of the coarsest lattice to a side of the squares whose records share a guiding density.
-const TILE: usize = 2;
-/// Such squares across the picture at most.
-const TILES: usize = 24;
 /// A record with a shortened valid radius interpolates from others up to so many of its radii away.
 const APART: f64 = 2.0;
 /// Rays of a half at least.
@@ -73,8 +68,6 @@ pub(crate) struct IrradianceCache<'a> {
     pub(crate) record_of: Vec<u32>,
     /// Number of the first layer of every pixel.
     pub(crate) starts: Vec<usize>,
-    /// Guiding densities of the rays; none where every pixel has a record.
-    guiding: Option<GuidingField>,
     /// Rays cast.
     pub cast: u64,
 }
@@ -89,7 +82,6 @@ impl<'a> IrradianceCache<'a> {
     ) -> IrradianceCache<'a> {
         let view = camera_rays.view;
         let width = view.width;
-        let tile = (TILE * density.spacing).max(width / TILES);
         let mut starts = vec![0];
         for pixel in pixels {
             starts.push(starts[starts.len() - 1] + pixel.layers.len());
@@ -107,7 +99,6 @@ impl<'a> IrradianceCache<'a> {
             lattice: Lattice::new(density.spacing, width, pixels.len() / width.max(1)),
             record_of: vec![NONE; starts[pixels.len()]],
             starts,
-            guiding: (density.spacing > 1).then(|| GuidingField::new(tile, width, final_gather.brightest())),
             cast: 0,
         }
     }
@@ -180,15 +171,14 @@ impl<'a> IrradianceCache<'a> {
     pub(crate) fn add(&mut self, k: usize, l: usize, pixel: &Pixel, spacing: usize) {
         self.record_of[self.starts[k] + l] = self.records.len() as u32;
         let seed = hash(k as u32, hash(l as u32, self.density.seed));
-        let site = Site { pixel: k, camera_count: pixel.count, spacing, seed, density: 0 };
+        let site = Site { pixel: k, camera_count: pixel.count, spacing, seed };
         let record = self.record(&pixel.layers[l], site);
         self.records.push(record);
     }
 
-    /// A record of a layer, without rays and not of the cache, with the density of its place.
-    pub(crate) fn record(&mut self, layer: &Layer, site: Site) -> Record {
-        let density = self.guiding.as_mut().map_or(0, |g| g.number(site.pixel, layer.first.normal));
-        Record::new(layer, Site { density, ..site }, self.camera, self.fields)
+    /// A record of a layer, without rays and not of the cache.
+    pub(crate) fn record(&self, layer: &Layer, site: Site) -> Record {
+        Record::new(layer, site, self.camera, self.fields)
     }
 
     /// Rays of a half that the records of one lattice get.
@@ -207,16 +197,12 @@ impl<'a> IrradianceCache<'a> {
 
     /// Casts rays from records, of the cache or not, until each half has as many as `wanted` says of each of them.
     pub(crate) fn extend(&mut self, records: &mut [Record], wanted: impl Fn(usize) -> u32 + Sync) {
-        if let Some(guiding) = &mut self.guiding {
-            guiding.update();
-        }
-        let (camera_rays, final_gather, guiding) = (self.camera_rays, self.final_gather, self.guiding.as_ref());
+        let (camera_rays, final_gather) = (self.camera_rays, self.final_gather);
         let added: u64 = records
             .par_iter_mut()
             .enumerate()
             .map_init(Memory::default, |memory, (i, record)| {
-                let guiding = guiding.map_or(Guiding::NONE, |g| g.of(record.site.density));
-                record.extend(&Casting { camera_rays, final_gather, guiding }, wanted(i), memory)
+                record.extend(&Casting { camera_rays, final_gather }, wanted(i), memory)
             })
             .sum();
         self.cast += added;
@@ -262,15 +248,12 @@ pub(crate) struct Site {
     pub spacing: usize,
     /// Chooses the scrambling of its rays.
     pub seed: u32,
-    /// The number of its guiding density.
-    pub density: u32,
 }
 
 /// What a record's rays are cast with.
 pub(crate) struct Casting<'a> {
     pub camera_rays: &'a CameraRays<'a>,
     pub final_gather: &'a FinalGather<'a>,
-    pub guiding: Guiding<'a>,
 }
 
 /// One irradiance record.
@@ -330,7 +313,6 @@ impl Record {
                 from: self.layer.origins(half),
                 indices: range.clone(),
                 seed: Purpose::HemisphereRays(half).seed(self.site.seed),
-                guiding: with.guiding,
             };
             self.nearness += with.final_gather.read(&rays, memory, sums);
         }
