@@ -6,8 +6,8 @@
 //! ```
 //!
 //! A batch of the brightest patches shoots at a time, each all its generations at once, every one into the next. So the
-//! bounce number stays explicit: generation n tends to `KⁿE`. Two forms stand behind [`Shooter`]: [`AssembledShooter`]
-//! over the columns of an assembled K, and [`RayShooter`](shooters::RayShooter) with rays alone. tau acts inside F. The
+//! bounce number stays explicit: generation n tends to `KⁿE`. Two forms stand behind [`Shooter`]: [`Operator`](crate::operator::Operator)
+//! over its columns, and [`RayShooter`](shooters::RayShooter) with rays alone. tau acts inside F. The
 //! result does not depend on the number of threads.
 //!
 //! Not handled, both measured at about 500 patches over K. An ambient term for what is unshot lowers the error of the
@@ -22,7 +22,6 @@
 pub(crate) mod ledger;
 pub(crate) mod shooters;
 
-pub use shooters::AssembledShooter;
 pub use shooters::{Column, Sender, Shooter};
 
 use std::borrow::Cow;
