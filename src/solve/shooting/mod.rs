@@ -160,7 +160,7 @@ impl<'a> Shooting<'a> {
         }
     }
 
-    /// The number of generations there is room for; later ones are 0.
+    /// The number of generations that light reached, those of E and KE at least; later ones are 0.
     pub fn generations(&self) -> usize {
         self.ledger.generations()
     }
