@@ -87,7 +87,7 @@ agreement() {
     rm -rf "$scratch"
 }
 
-# Memory foreseen: the message of a refusal has it.
+# Memory predicted: the message of a refusal has it.
 memory() {
     local case size mode patches rays
     for case in "global 8000 256" "global 24000 256" "shadowless 12000 512"; do
@@ -99,7 +99,7 @@ memory() {
     done
 }
 
-# The order of convergence in patch size, on which FINER and POWER rest (theory.md, section 18).
+# The order of convergence in patch size, on which ORDER of levels.rs rests (theory.md, section 14).
 constants() {
     local patches
     scratch="$(mktemp -d)"
@@ -143,7 +143,7 @@ tables:
   accuracy    errors asked for, stated and reached                  twelve charts of one to two minutes
   agreement   whether five methods agree                            some minutes a scene
   frontier    both sides of the frontier, in numbers                some minutes
-  memory      memory foreseen for K                                 some seconds
+  memory      memory predicted for K                                some seconds
   constants   order of convergence in patch size                    a minute or two
   truths      cargo test                                            see CONTRIBUTING.md
   factors     60 exact form factors                                 seconds, and compiling

@@ -1,34 +1,31 @@
-//! Light as emitted at one receiver, from many luminaires, by its patch's light cut.
+//! Direct light of many luminaires at one receiver, by its patch's light cut.
 //!
 //! ```text
-//! sum over what is surely seen + sum over closed forms + sum over nodes e of c_e F_e L_e
-//!     + mean over draws of L A k(x, y) (T - c_e) / chance
+//! sum over visible nodes + sum over closed forms + sum over sampled nodes e of c_e F_e L_e
+//!     + mean over draws of L A k(x, y) (T - c_e) / p
 //! ```
 //!
-//! with `c_e` the share of a node's light that is expected to arrive: where the guess is right nothing is left to
-//! chance, and where it is wrong the draws make up for it. The first and third sum are one polynomial on a flat patch.
-//! Nodes have chances in proportion to what a few rays found, never zero for one that may light the patch, so that
-//! drawing is free of bias; a node's luminaires are drawn by power and points on them by area.
+//! with `c_e` the expected visible share of a node, a control variate. The first and third sum are one polynomial on a
+//! flat patch. Nodes have probabilities p in proportion to estimates by a few rays, never zero for one that may light
+//! the patch, so that sampling has no bias; a node's luminaires are drawn by power and points on them by area.
 //!
-//! A patch gives each node one chance. A large patch has receivers next to a candle and receivers far from all, and
-//! next to the candle that chance is thousands of times too small. So where luminaires are near a patch, half of the
-//! draws go by the patch's chances, and half go down the tree by what each half of a node may light at the receiver:
+//! One probability per patch is thousands of times too small at receivers next to a small luminaire. So where
+//! luminaires are near a patch, half of the draws go by the patch's probabilities, and half descend the tree by an upper
+//! bound of what each half of a node contributes at the receiver:
 //!
 //! ```text
-//! chance = patch / 2 + place / 2,    place = product over the way down of  Q_a g_a / (Q_a g_a + Q_b g_b)
+//! p = p_patch / 2 + p_point / 2,    p_point = product over the descent of  Q_a g_a / (Q_a g_a + Q_b g_b)
 //! ```
 //!
-//! with Q the doubtful power of the luminaires below and `g = cos cos / d²` at most, d no less than the node's radius.
-//! Whichever half a draw is of it has the sum of both chances, so that no draw counts more than twice what it would by
-//! the better of the two (E. Veach, L. Guibas, *Optimally combining sampling techniques*, 1995; the way down: A. Conty
-//! Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*, PACMCGIT 1(2), 2018).
+//! with Q the uncertain power of the luminaires below and g the largest `cos cos / d²`, d no less than the node's
+//! radius. The sum of both is the balance heuristic (E. Veach, L. Guibas, *Optimally combining sampling techniques*,
+//! 1995; the descent: A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*,
+//! PACMCGIT 1(2), 2018). Worth: without it a picture of a table under 24 candles did not reach 5 % in ten minutes.
 //!
-//! What stands for many luminaires, moments of nodes and polynomials, is nearer the less is tolerable of a picture
-//! ([`LightTree::new`](crate::direct::many::light_tree::LightTree::new)); samples for the error of a picture use
-//! neither.
+//! Samples for the error of a picture use neither moments of nodes nor polynomials, which have bias.
 //!
 //! Not handled: receivers off their patch; a luminaire by closed form whose shadows are too ragged costs one ray and
-//! its ratio's bias, as elsewhere.
+//! the bias of its ratio, as elsewhere.
 
 use glam::{DVec3, Vec2};
 
@@ -41,8 +38,8 @@ use crate::direct::many::light_tree::{LightTree, Node, draw};
 use crate::rays::sobol::Stream;
 use crate::surfaces::SurfacePoint;
 
-/// Luminaires drawn where one by one stands for all that is seen.
-const WITNESSES: u32 = 4;
+/// Luminaires sampled without bias for all visible nodes.
+const VISIBLE_DRAWS: u32 = 4;
 
 impl LightCuts {
     /// How many luminaires to draw at a receiver on a patch.
@@ -50,7 +47,7 @@ impl LightCuts {
         self.of(patch as usize).draws
     }
 
-    /// `sum over luminaires of F_l L_l` at a receiver on a patch; points of the unit square choose what is drawn.
+    /// `sum over luminaires of F_l L_l` at a receiver on a patch, with a draw for each point of the unit square.
     pub fn gather(
         &self,
         lights: &Lights,
@@ -60,8 +57,8 @@ impl LightCuts {
         scratch: &mut Scratch,
     ) -> DVec3 {
         let cut = self.of(patch as usize);
-        let mut sum = self.seen(cut, &lights.luminaires, receiver);
-        for Numbered { number, lamp } in lamps(cut, &lights.luminaires) {
+        let mut sum = self.visible(cut, &lights.luminaires, receiver);
+        for (number, lamp) in lamps(cut, &lights.luminaires) {
             let mut own = DirectSum::default();
             let point = std::iter::once(point_for(receiver.position, number));
             lights.gather_luminaire(lamp, receiver, DVec3::ONE, point, scratch, &mut own);
@@ -70,7 +67,7 @@ impl LightCuts {
         sum + self.beyond(cut, lights, receiver, points, scratch)
     }
 
-    /// The same without bias, by luminaires drawn one by one where nodes or a polynomial would stand for many.
+    /// The same without bias, by luminaires drawn one by one in place of nodes and polynomials.
     pub fn sample(
         &self,
         lights: &Lights,
@@ -81,14 +78,14 @@ impl LightCuts {
     ) -> DVec3 {
         let cut = self.of(patch as usize);
         let mut sum = self.one_by_one(cut, &lights.luminaires, receiver, random);
-        for Numbered { lamp, .. } in lamps(cut, &lights.luminaires) {
+        for (_, lamp) in lamps(cut, &lights.luminaires) {
             sum += lights.sample_luminaire(lamp, receiver, random, scratch);
         }
         let points: Vec<Vec2> = (0..cut.draws).map(|_| Vec2::new(random.uniform(), random.uniform())).collect();
         sum + self.beyond(cut, lights, receiver, points.into_iter(), scratch)
     }
 
-    /// What is drawn of the luminaires left to chance, beyond what is expected of them.
+    /// The light of the sampled nodes beyond what is expected of them.
     fn beyond(
         &self,
         cut: &LightCut,
@@ -100,20 +97,18 @@ impl LightCuts {
         let mut sum = DVec3::ZERO;
         let share = 1.0 / points.len().max(1) as f64;
         for point in points {
-            let Some(Choice { drawn: picked, chance, rest }) = choose(cut, &self.tree, receiver, point.x) else {
-                break;
-            };
+            let Some(NodeDraw { entry, chance, rest }) = choose(cut, &self.tree, receiver, point.x) else { break };
             let at = Vec2::new(rest, point.y);
-            if let Some(drawn) = draw(&self.tree, &lights.luminaires, picked.node, receiver, at) {
-                let beyond = lights.transmittance(receiver, drawn.end, scratch) - picked.expected;
+            if let Some(drawn) = draw(&self.tree, &lights.luminaires, entry.node, receiver, at) {
+                let beyond = lights.transmittance(receiver, drawn.end, scratch) - entry.expected;
                 sum += drawn.light * (beyond * share / chance);
             }
         }
         sum
     }
 
-    /// What is surely seen and likely arrives, by closed forms of luminaires drawn from its nodes: of the nodes by
-    /// their parts of the patch's light, well spread, and within each by power.
+    /// The light of visible nodes and the expected light of sampled ones, by closed forms of luminaires drawn from
+    /// them: of the nodes by their parts of the patch's light, stratified, and within each by power.
     fn one_by_one(
         &self,
         cut: &LightCut,
@@ -126,7 +121,7 @@ impl LightCuts {
         }
         let first = f64::from(random.uniform());
         let one = |k: u32| {
-            let u = (first + f64::from(k)) / f64::from(WITNESSES);
+            let u = (first + f64::from(k)) / f64::from(VISIBLE_DRAWS);
             let i = cut.seen.partition_point(|seen| seen.until <= u).min(cut.seen.len() - 1);
             let Seen { node, share, until } = cut.seen[i];
             let chance = until - if i == 0 { 0.0 } else { cut.seen[i - 1].until };
@@ -134,13 +129,13 @@ impl LightCuts {
             let (luminaire, x, n) = (&luminaires.list[l as usize], receiver.position, receiver.normal);
             let light =
                 luminaire.light(x, n, luminaire.exact_form(x, n), self.tree.exactness) * luminaire.radiance.as_dvec3();
-            light * (share / (chance * of_node * f64::from(WITNESSES)))
+            light * (share / (chance * of_node * f64::from(VISIBLE_DRAWS)))
         };
-        (0..WITNESSES).map(one).sum()
+        (0..VISIBLE_DRAWS).map(one).sum()
     }
 
-    /// What is surely seen.
-    fn seen(&self, cut: &LightCut, luminaires: &Luminaires, receiver: &SurfacePoint) -> DVec3 {
+    /// The light of visible nodes and the expected light of sampled ones.
+    fn visible(&self, cut: &LightCut, luminaires: &Luminaires, receiver: &SurfacePoint) -> DVec3 {
         let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
         match &cut.smooth {
             Some(tiles) => tiles.at(x),
@@ -149,85 +144,79 @@ impl LightCuts {
     }
 }
 
-/// A luminaire that keeps its closed form, with its number.
-struct Numbered<'a> {
-    number: u32,
-    lamp: Lamp<'a>,
-}
-
-/// The luminaires of a cut that keep their closed form.
-fn lamps<'a>(cut: &'a LightCut, luminaires: &'a Luminaires) -> impl Iterator<Item = Numbered<'a>> {
+/// The luminaires of a cut that keep their closed form, with their numbers.
+fn lamps<'a>(cut: &'a LightCut, luminaires: &'a Luminaires) -> impl Iterator<Item = (u32, Lamp<'a>)> {
     cut.exact.iter().map(|(number, faces)| {
         let between = if faces.is_empty() { Between::Nothing } else { Between::Faces(faces) };
-        Numbered { number: *number, lamp: Lamp { luminaire: &luminaires.list[*number as usize], between } }
+        (*number, Lamp { luminaire: &luminaires.list[*number as usize], between })
     })
 }
 
 /// A node drawn.
-pub(crate) struct Choice {
-    pub drawn: Chance,
-    /// The chance that it is drawn.
-    pub chance: f64,
-    /// A number of the unit interval that is left to draw within the node, below 1 also where it is rounded.
-    pub rest: f32,
+struct NodeDraw {
+    entry: Chance,
+    /// Its probability.
+    chance: f64,
+    /// A number of the unit interval to draw within the node, below 1 also where it is rounded.
+    rest: f32,
 }
 
-impl Choice {
-    fn new(cut: &LightCut, k: usize, chance: f64, rest: f64) -> Choice {
-        // A luminaire of no power to speak of may be the last.
-        Choice { drawn: cut.drawn[k], chance, rest: (rest as f32).clamp(0.0, 0.999_999_94) }
+impl NodeDraw {
+    fn new(cut: &LightCut, k: usize, chance: f64, rest: f64) -> NodeDraw {
+        // The last node may have next to no power.
+        NodeDraw { entry: cut.drawn[k], chance, rest: (rest as f32).clamp(0.0, 0.999_999_94) }
     }
 }
 
-/// Draws a node at a receiver by a number u of the unit interval; `None` where none is left to be drawn.
-pub(crate) fn choose(cut: &LightCut, tree: &LightTree, receiver: &SurfacePoint, u: f32) -> Option<Choice> {
+/// Draws a node at a receiver by a number u of the unit interval; `None` without nodes to draw from.
+fn choose(cut: &LightCut, tree: &LightTree, receiver: &SurfacePoint, u: f32) -> Option<NodeDraw> {
     let u = f64::from(u);
     if cut.drawn.is_empty() {
         return None;
     }
     if !cut.near {
         let (k, rest) = by_patch(cut, u);
-        return Some(Choice::new(cut, k, chance_of(cut, k), rest));
+        return Some(NodeDraw::new(cut, k, chance_of(cut, k), rest));
     }
-    let way = Way { cut, tree, position: receiver.position.as_dvec3(), normal: receiver.normal.as_dvec3() };
+    let descent = Descent { cut, tree, position: receiver.position.as_dvec3(), normal: receiver.normal.as_dvec3() };
     let (k, rest, place) = if u < 0.5 {
         let (k, rest) = by_patch(cut, 2.0 * u);
-        (k, rest, way.chance_of(k))
+        (k, rest, descent.chance_of(k))
     } else {
-        way.draw(2.0 * u - 1.0)
+        descent.draw(2.0 * u - 1.0)
     };
-    Some(Choice::new(cut, k, 0.5 * (chance_of(cut, k) + place), rest))
+    Some(NodeDraw::new(cut, k, 0.5 * (chance_of(cut, k) + place), rest))
 }
 
-/// The patch's chance of entry k.
+/// The patch's probability of entry k.
 fn chance_of(cut: &LightCut, k: usize) -> f64 {
     cut.drawn[k].until - if k == 0 { 0.0 } else { cut.drawn[k - 1].until }
 }
 
-/// The entry at u by the patch's chances, and where u lies within it.
+/// The entry at u by the patch's probabilities, and where u lies within it.
 fn by_patch(cut: &LightCut, u: f64) -> (usize, f64) {
     let k = cut.drawn.partition_point(|d| d.until <= u).min(cut.drawn.len() - 1);
     let chance = chance_of(cut, k);
     (k, (u - (cut.drawn[k].until - chance)) / chance)
 }
 
-/// The way down the tree to what is left to be drawn, as a receiver sees it.
-struct Way<'a> {
+/// The descent of the tree to the nodes to draw from, at a receiver.
+struct Descent<'a> {
     cut: &'a LightCut,
     tree: &'a LightTree,
     position: DVec3,
     normal: DVec3,
 }
 
-/// Where a way down has come to: a node, and which entries lie below it.
-struct Fork {
+/// A node of the descent, and the entries below it.
+struct Subtree {
     node: usize,
     low: usize,
     high: usize,
 }
 
-impl Way<'_> {
-    /// The entry at u, where u lies within its share, and its chance.
+impl Descent<'_> {
+    /// The entry at u, where u lies within its share, and its probability.
     fn draw(&self, mut u: f64) -> (usize, f64, f64) {
         let left = |share: f64, _| {
             let left = u < share;
@@ -238,18 +227,18 @@ impl Way<'_> {
         (k, u, chance)
     }
 
-    /// The chance that a way down ends at entry k.
+    /// The probability that a descent ends at entry k.
     fn chance_of(&self, k: usize) -> f64 {
         self.follow(|_, first| k < first).1
     }
 
-    /// Goes down from the root: `left` is told the share of the left half at each fork, and the first entry of the
-    /// right one. Returns the entry at the end and its chance.
+    /// Descends from the root; `left(share, first)` chooses the left half at each node, from its share and the first
+    /// entry of the right half. Returns the entry at the end and its probability.
     fn follow(&self, mut left: impl FnMut(f64, usize) -> bool) -> (usize, f64) {
-        let mut at = Fork { node: self.tree.root(), low: 0, high: self.cut.drawn.len() };
+        let mut at = Subtree { node: self.tree.root(), low: 0, high: self.cut.drawn.len() };
         let mut chance = 1.0;
         while at.high - at.low > 1 {
-            // Entries are no part of each other: a node that holds two is none.
+            // Entries are disjoint: a node that holds two is none.
             let Some([a, b]) = self.tree.nodes[at.node].children else { break };
             let first = self.first_of(b, &at);
             if first == at.low || first == at.high {
@@ -267,17 +256,17 @@ impl Way<'_> {
     }
 
     /// The first entry of a right half.
-    fn first_of(&self, right: usize, at: &Fork) -> usize {
+    fn first_of(&self, right: usize, at: &Subtree) -> usize {
         let start = |k: usize| self.tree.nodes[k].range.start;
         let before = |d: &Chance| start(d.node) < start(right);
         at.low + self.cut.drawn[at.low..at.high].partition_point(before)
     }
 
-    /// The share of the left half at a fork whose right half begins with entry `first`.
-    fn share(&self, at: &Fork, first: usize) -> f64 {
+    /// The share of the left half of a node whose right half begins with entry `first`.
+    fn share(&self, at: &Subtree, first: usize) -> f64 {
         let until = |k: usize| if k == 0 { 0.0 } else { self.cut.drawn[k - 1].power };
         let weigh = |node: usize, low: usize, high: usize| {
-            (until(high) - until(low)) * most(&self.tree.nodes[node], self.position, self.normal)
+            (until(high) - until(low)) * largest_kernel(&self.tree.nodes[node], self.position, self.normal)
         };
         let Some([a, b]) = self.tree.nodes[at.node].children else { return 1.0 };
         let (a, b) = (weigh(a, at.low, first), weigh(b, first, at.high));
@@ -285,8 +274,8 @@ impl Way<'_> {
     }
 }
 
-/// `cos cos / d²` of a node at most, at a point x with unit normal n; d is no less than the node's radius.
-fn most(node: &Node, x: DVec3, n: DVec3) -> f64 {
+/// Upper bound of `cos cos / d²` of a node at a point x with unit normal n; d is no less than the node's radius.
+fn largest_kernel(node: &Node, x: DVec3, n: DVec3) -> f64 {
     let (away, radius) = (node.center() - x, node.radius());
     let distance = away.length();
     if distance <= radius {
@@ -300,7 +289,7 @@ fn most(node: &Node, x: DVec3, n: DVec3) -> f64 {
     receives.max(0.0) * emits.max(0.0) / (distance * distance)
 }
 
-/// Cosine of an angle of some cosine less another angle of some sine and cosine, 1 where nothing is left.
+/// Cosine of the difference of two angles, the second by its sine and cosine; 1 where it is negative.
 fn cosine_less(cosine: f64, (sin, cos): (f64, f64)) -> f64 {
     if cosine >= cos { 1.0 } else { cosine * cos + (1.0 - cosine * cosine).max(0.0).sqrt() * sin }
 }
@@ -317,7 +306,7 @@ mod tests {
     const SIDE: u32 = 8;
     const COUNT: usize = (SIDE * SIDE) as usize;
 
-    /// A square grid of lamps that face down, and a cut that leaves all of them to be drawn with one chance each.
+    /// A square grid of lamps that face down, and a cut that samples all of them with equal probabilities.
     fn lamps(near: bool) -> (LightTree, LightCut) {
         let glow = Material::new("glow", Rgb::ZERO, Rgb::ONE);
         let corner = |k: u32, (u, v): (f64, f64)| {
@@ -337,7 +326,7 @@ mod tests {
         (tree, LightCut { drawn, near, draws: 1, ..LightCut::default() })
     }
 
-    /// A place below one of the lamps, at a share of the way to the next.
+    /// A point below one of the lamps, at a depth in units of their spacing.
     fn below(tree: &LightTree, lamp: usize, depth: f64) -> SurfacePoint {
         let step = tree.nodes[0].center().distance(tree.nodes[1].center());
         let position = tree.nodes[lamp].center() - DVec3::Z * (depth * step);
@@ -345,39 +334,37 @@ mod tests {
     }
 
     #[test]
-    fn what_is_drawn_is_drawn_by_its_chance() {
+    fn nodes_are_drawn_with_their_probability() {
         const DRAWS: u32 = 1 << 16;
         let (tree, cut) = lamps(true);
         for depth in [0.03, 0.5, 20.0] {
             let receiver = below(&tree, cut.drawn[11].node, depth);
-            let mut found = [0.0; COUNT];
+            let mut counts = [0.0; COUNT];
             for i in 0..DRAWS {
-                let choice = choose(&cut, &tree, &receiver, (i as f32 + 0.5) / DRAWS as f32).expect("some are left");
-                let k = cut.drawn.iter().position(|d| d.node == choice.drawn.node).expect("one of them");
+                let choice = choose(&cut, &tree, &receiver, (i as f32 + 0.5) / DRAWS as f32).expect("a node");
+                let k = cut.drawn.iter().position(|d| d.node == choice.entry.node).expect("one of them");
                 assert!((0.0..1.0).contains(&choice.rest));
-                found[k] += 1.0 / (choice.chance * f64::from(DRAWS));
+                counts[k] += 1.0 / (choice.chance * f64::from(DRAWS));
             }
-            // Both ways to a lamp hold a whole number of draws, give or take one at each end.
-            let off = found.iter().map(|f| (f - 1.0).abs()).fold(0.0, f64::max);
+            // Both techniques draw a lamp a whole number of times, give or take one at each end.
+            let off = counts.iter().map(|f| (f - 1.0).abs()).fold(0.0, f64::max);
             assert!(off < 4.0 * COUNT as f64 / f64::from(DRAWS), "{depth}: {off}");
         }
     }
 
-    /// Of the light below a lamp of twenty-four candles on one table one draw in thousands made nearly all, and a
-    /// picture asked to 5 % did not end in ten minutes.
     #[test]
     fn a_lamp_close_by_is_drawn_as_often_as_it_counts() {
         let (tree, cut) = lamps(true);
         let receiver = below(&tree, cut.drawn[11].node, 0.1);
-        let way = Way { cut: &cut, tree: &tree, position: receiver.position.as_dvec3(), normal: DVec3::Z };
-        let light = |k: usize| tree.nodes[cut.drawn[k].node].moments.light(way.position, way.normal).element_sum();
+        let descent = Descent { cut: &cut, tree: &tree, position: receiver.position.as_dvec3(), normal: DVec3::Z };
+        let light = |k: usize| tree.nodes[cut.drawn[k].node].moments.light(descent.position, descent.normal).element_sum();
         let all: f64 = (0..COUNT).map(light).sum();
         assert!(light(11) > 0.9 * all);
         for k in 0..COUNT {
-            // Boxes of lamps side by side say less than each of them: a third is enough.
-            assert!(way.chance_of(k) > 0.3 * light(k) / all, "{k}: {} {}", way.chance_of(k), light(k) / all);
+            // Bounds of boxes of neighbouring lamps are loose: a third is enough.
+            assert!(descent.chance_of(k) > 0.3 * light(k) / all, "{k}: {} {}", descent.chance_of(k), light(k) / all);
         }
-        let sum: f64 = (0..COUNT).map(|k| way.chance_of(k)).sum();
+        let sum: f64 = (0..COUNT).map(|k| descent.chance_of(k)).sum();
         assert!((sum - 1.0).abs() < 1e-12, "{sum}");
     }
 
@@ -386,8 +373,8 @@ mod tests {
         let (tree, cut) = lamps(false);
         let receiver = below(&tree, cut.drawn[11].node, 0.1);
         for k in 0..COUNT {
-            let choice = choose(&cut, &tree, &receiver, (k as f32 + 0.25) / COUNT as f32).expect("some are left");
-            assert_eq!((choice.drawn.node, choice.chance), (cut.drawn[k].node, 1.0 / COUNT as f64));
+            let choice = choose(&cut, &tree, &receiver, (k as f32 + 0.25) / COUNT as f32).expect("a node");
+            assert_eq!((choice.entry.node, choice.chance), (cut.drawn[k].node, 1.0 / COUNT as f64));
             assert!((choice.rest - 0.25).abs() < 1e-4);
         }
     }

@@ -5,10 +5,10 @@
 //! ```
 //!
 //! L is light as emitted, by luminaires, other emitters and the sky; T the product of tau of what is crossed before.
-//! Lights without area enter by closed form times visibility. Everything else is found in two ways at once: by a point
-//! drawn on a luminaire, chosen by power and uniform in area, and by a ray in a direction drawn from the lobe, which
-//! also finds emitters that are no luminaires. Both are weighted by the power heuristic (E. Veach, *Robust Monte Carlo
-//! methods for light transport simulation*, 1997), so that small lamps and narrow lobes are both well met.
+//! Lights without area enter by closed form times visibility. All other light is sampled by two techniques: a point on
+//! a luminaire, chosen by power and uniform in area, and a direction drawn from the lobe, which also meets emitters
+//! that are no luminaires. Both are weighted by the power heuristic (E. Veach, *Robust Monte Carlo methods for light
+//! transport simulation*, 1997), for small lamps and narrow lobes alike.
 //!
 //! Not handled: highlights of light that was reflected before; drawing among many luminaires by their distance.
 
@@ -23,7 +23,7 @@ use crate::rays::{Ray, Side};
 use crate::scene::Sides;
 use crate::surfaces::{Geometry, SurfacePoint};
 
-/// Finds highlights.
+/// Samples highlights.
 pub(crate) struct Highlights<'a> {
     lights: &'a Lights,
     /// Power of each luminaire and those before it, as shares of all: area times radiance, channels added.
@@ -57,7 +57,7 @@ impl Shown<'_> {
 }
 
 impl<'a> Highlights<'a> {
-    /// What finds highlights; none where no material shows any.
+    /// For the materials of a scene; none where none is glossy.
     pub fn new(lights: &'a Lights) -> Option<Highlights<'a>> {
         let materials = &lights.geometry.scene.materials;
         materials.iter().find(|m| m.gloss.is_some())?;
@@ -81,7 +81,7 @@ impl<'a> Highlights<'a> {
         let position = receiver.position.as_dvec3();
         let to_viewer = (self.lights.geometry.scene.camera.position.as_dvec3() - position).normalize_or_zero();
         let shown = Shown { receiver, position, normal: receiver.normal.as_dvec3(), to_viewer, gloss };
-        let mut light = self.lights.gather_weighted(receiver, |way| shown.lobe(way), memory);
+        let mut light = self.lights.gather_weighted(receiver, |to_light| shown.lobe(to_light), memory);
         if self.emits {
             light += (self.drawn(&shown, draws[0], memory) + self.met(&shown, draws[1], memory)) / PI;
             memory.cast += 1;
@@ -148,12 +148,12 @@ impl<'a> Highlights<'a> {
                 sum += radiance * (through * power_heuristic(density, other));
             },
         );
-        // NaN where the lobe has no density to speak of.
+        // NaN where the density of the lobe underflows.
         if density > 0.0 { sum * (shown.lobe(way) / density) } else { DVec3::ZERO }
     }
 }
 
-/// Weight of what was found with density `own` where another way finds it with density `other`.
+/// Weight of a sample of density `own` that another technique has with density `other`.
 fn power_heuristic(own: f64, other: f64) -> f64 {
     let ratio = other / own;
     1.0 / (1.0 + ratio * ratio)

@@ -1,14 +1,14 @@
-//! What lights a scene under one choice of (alpha, tau): luminaires, lights without area, and what lies between them
-//! and the patches.
+//! The lights of a scene under one choice of (alpha, tau): luminaires, lights without area, and the occluders between
+//! them and the patches.
 //!
 //! Few luminaires are evaluated one by one, by closed form or with a ratio estimator
 //! ([`crate::direct::luminaire_light`]); many through each patch's light cut ([`crate::direct::many::light_cut`]).
 //!
-//! Not handled: emitters that are no luminaires; hemisphere rays find those.
+//! Not handled: emitters that are no luminaires, whose light hemisphere rays sample.
 
 use std::sync::Arc;
 
-use crate::direct::emitters::luminaire_texture::FEW;
+use crate::direct::emitters::luminaire_texture::{FEW_LUMINAIRES, TOLERABLE};
 use crate::direct::emitters::luminaires::Luminaires;
 use crate::direct::emitters::occlusion::Occlusion;
 use crate::direct::emitters::shafts::{Shafts, casters};
@@ -17,7 +17,7 @@ use crate::light::{Rgb, Transport};
 use crate::patches::Patches;
 use crate::surfaces::Geometry;
 
-/// What lights a scene in one mode, and what lies between lights and patches.
+/// The lights of a scene in one mode, and the occluders between lights and patches.
 pub struct Lights {
     /// The scene, its rays and its surfaces.
     pub geometry: Arc<Geometry>,
@@ -27,21 +27,21 @@ pub struct Lights {
     pub luminaires: Arc<Luminaires>,
     /// (alpha, tau) of every material.
     pub transports: Vec<Transport>,
-    /// Share of its light that what stands for many luminaires, or for a texture, may be off by.
+    /// Relative error of light that a node of many luminaires, or of a texture, may have.
     pub exactness: f64,
-    /// What a ray between any two points meets.
+    /// Occlusion between any two points.
     pub(crate) occlusion: Occlusion,
-    /// What a ray to a light without area meets.
+    /// Occlusion of lights without area.
     pub(crate) punctual: Occlusion,
-    /// What may lie between a patch and a luminaire.
+    /// Occluders between a patch and a luminaire.
     pub(crate) shafts: Shafts,
-    /// Who lights each patch, where luminaires are many.
+    /// The light cut of each patch, where luminaires are many.
     pub(crate) cuts: Option<LightCuts>,
 }
 
 impl Lights {
-    /// Finds what may lie between every patch that reflects and every luminaire; `exactness` is the share of its light
-    /// that what stands for many luminaires, or for a texture, may be off by.
+    /// Determines the occluders between every patch that reflects and every luminaire; `exactness` is the relative
+    /// error that a node of many luminaires, or of a texture, may have.
     pub fn new(
         geometry: &Arc<Geometry>,
         patches: &Arc<Patches>,
@@ -57,7 +57,7 @@ impl Lights {
         let tau: Vec<f32> = lights.transports.iter().map(|t| t.tau).collect();
         let casters =
             if *occlusion == Occlusion::Nothing { Vec::new() } else { casters(scene, rays, luminaires, &tau) };
-        if luminaires.list.len() > FEW {
+        if luminaires.list.len() > FEW_LUMINAIRES {
             let inputs = CutInputs { rays, patches, luminaires, occlusion, casters: &casters, exactness };
             lights.cuts = Some(LightCuts::new(&inputs, &receives));
             lights.shafts = Shafts::casting(casters);
@@ -67,8 +67,8 @@ impl Lights {
         lights
     }
 
-    /// The same with nothing known of any pair: luminaires are evaluated one by one, and points are drawn wherever
-    /// something can occlude.
+    /// The same without shafts and cuts: luminaires are evaluated one by one, and points are drawn wherever something
+    /// can occlude.
     pub fn by_rays(
         geometry: &Arc<Geometry>,
         patches: &Arc<Patches>,
@@ -83,19 +83,19 @@ impl Lights {
             patches: Arc::clone(patches),
             luminaires: Arc::clone(luminaires),
             transports,
-            exactness: crate::direct::emitters::luminaire_texture::TOLERABLE,
+            exactness: TOLERABLE,
             shafts: Shafts::default(),
             cuts: None,
         }
     }
 
-    /// Models what lies between two points by this in place of the least that the scene needs, and knows of no pair.
+    /// The same with another model of occlusion, without shafts and cuts.
     pub fn occluded_by(self, occlusion: Occlusion) -> Lights {
         Lights { punctual: occlusion.clone(), occlusion, shafts: Shafts::default(), cuts: None, ..self }
     }
 
-    /// Visibility rays for each receiver and luminaire that a mean over few receivers takes: the ratio of few drawn
-    /// points is biased. Light cuts draw without a ratio, and have chosen how many.
+    /// Visibility rays for each receiver and luminaire in a mean over few receivers: 4 for the ratio estimator, whose
+    /// bias falls with them. Light cuts have no ratio, and their own number of draws.
     pub fn visibility_rays(&self) -> u32 {
         let takes_ratios = self.cuts.is_none() && self.occlusion != Occlusion::Nothing && !self.shafts.know_all();
         if takes_ratios { 4 } else { 1 }
@@ -106,7 +106,7 @@ impl Lights {
         rays * self.cuts.as_ref().map_or(1, |_| LightCuts::MOST_DRAWN)
     }
 
-    /// Share of the light that stand-ins for many luminaires may be off by; 0 where there are none.
+    /// Relative error that nodes of many luminaires may have; 0 where there are none.
     pub fn stand_ins(&self) -> f64 {
         if self.cuts.is_some() { self.exactness } else { 0.0 }
     }

@@ -1,4 +1,4 @@
-//! Light of one luminaire at receivers: closed form where it is known what lies between, else points drawn on it.
+//! Light of one luminaire at receivers: closed form where its visible part is known, else points sampled on it.
 //!
 //! The mean over receiver points x, with points y drawn on a luminaire of area A, is the ratio estimator
 //!
@@ -10,21 +10,21 @@
 //! edge; its bias falls as 1/rays (E. Heitz, S. Hill, M. McGuire, *Combining analytic direct illumination and
 //! stochastic shadows*, 2018): good for many rays of one receiver, wrong for one ray of each of many.
 //!
-//! One sample at one point has no bias. Some points `y` are drawn, one of them is chosen in proportion to the kernel k,
+//! One sample at one point has no bias: some points `y` are drawn, one of them is chosen in proportion to the kernel k,
 //! and one visibility ray goes there (resampled importance sampling, J. F. Talbot et al. 2005). With c any number,
 //!
 //! ```text
 //! F_V = T(y) m + c (F - m),      m = mean of A k over the points drawn,      E[m] = F
 //! ```
 //!
-//! so that a guess c of the visible share lessens the noise of m and changes no mean.
+//! so that a guess c of the visible share is a control variate.
 //!
 //! Of a luminaire with a texture `A k` is times `E(y)` over the mean E, channel by channel, and F is the closed form of
-//! its texture; one sample does without that where a part is hidden, as it costs more than a ray is worth. A few points
-//! may all be black in a channel that the luminaire emits, so in the ratio the visibility of the points counts in every
-//! channel as if one point more had been drawn that emits the mean.
+//! its texture; one sample does without that where a part is hidden, as it costs more than a ray. A few points may all
+//! be black in a channel that the luminaire emits, so the ratio has in every channel one more point that emits the mean
+//! and has the mean visibility.
 //!
-//! Not handled: luminaires that a light cut leaves to be drawn ([`crate::direct::drawn_light`]).
+//! Not handled: nodes that a light cut samples ([`crate::direct::drawn_light`]).
 
 use glam::{DVec3, Vec2, Vec3};
 
@@ -38,7 +38,7 @@ use crate::rays::sobol::{Stream, fraction, hash};
 use crate::rays::{End, Hit};
 use crate::surfaces::SurfacePoint;
 
-/// Share of a textured luminaire's form factor from which on all of it is seen; what is missing is rounding.
+/// Share of a textured luminaire's form factor that counts as all of it, up to rounding.
 const WHOLE: f64 = 1.0 - 1e-9;
 
 /// Sums of one luminaire's light over receiver points, weighted per channel (by rho, say).
@@ -60,31 +60,17 @@ struct Even {
     count: f64,
 }
 
-/// What one point drawn on a luminaire sends.
+/// A sample by one point drawn on a luminaire.
 struct Sent {
     /// `A k`.
     kernel: f64,
-    /// What it emits over the luminaire's mean.
+    /// Its emission over the luminaire's mean.
     share: DVec3,
     transmittance: f64,
 }
 
 impl DirectSum {
-    /// Adds a receiver point whose form factor is known.
-    pub fn add_exact(&mut self, weight: DVec3, form: DVec3) {
-        self.exact += weight * form;
-    }
-
-    /// Adds a receiver point that sees the luminaire under form factor `closed` when nothing is between.
-    pub fn add_point(&mut self, weight: DVec3, closed: DVec3) {
-        self.unoccluded += weight * closed;
-    }
-
-    /// Adds a point drawn on the luminaire: `kernel` is `A k(x, y)`.
-    pub fn add_ray(&mut self, weight: DVec3, kernel: f64, transmittance: f32) {
-        self.add_sent(weight, &Sent { kernel, share: DVec3::ONE, transmittance: f64::from(transmittance) });
-    }
-
+    /// Adds a point drawn on the luminaire for a receiver.
     fn add_sent(&mut self, weight: DVec3, sent: &Sent) {
         let kernel = sent.kernel * sent.share;
         self.drawn += weight * kernel;
@@ -117,13 +103,13 @@ impl DirectSum {
 pub struct Lamp<'a> {
     /// The luminaire.
     pub luminaire: &'a Luminaire,
-    /// What may lie between it and the patch.
+    /// The occluders between it and the patch.
     pub between: Between<'a>,
 }
 
-/// A form factor to what is seen of a luminaire.
-enum Known {
-    /// Of all of it, or of one whose parts emit alike.
+/// The form factor to the visible part of a luminaire.
+enum VisibleForm {
+    /// Of all of it, or of one of uniform emission.
     Whole(f64),
     /// Of a part of a texture.
     Part(f64),
@@ -151,47 +137,46 @@ impl Lights {
         f64::from(self.occlusion.transmittance(rays, receiver.end(), end, &mut scratch.hits))
     }
 
-    /// The light that a receiver gets from a luminaire over its radiance, where that is known without a ray: the form
-    /// factor to what it sees, in each channel if all of it emits alike.
+    /// The light that a receiver gets from a luminaire over its radiance, channel by channel, where that is known
+    /// without a ray: the form factor to its visible part, if its emission is uniform.
     pub(crate) fn exact_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<DVec3> {
         let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
-        let known = self.known(lamp, receiver, scratch)?;
-        Some(match known {
-            Known::Whole(form) => luminaire.light(x, n, form, self.exactness),
-            Known::Part(form) => luminaire.light_of(x, n, &mut scratch.seen, form, self.exactness),
+        Some(match self.visible_form(lamp, receiver, scratch)? {
+            VisibleForm::Whole(form) => luminaire.light(x, n, form, self.exactness),
+            VisibleForm::Part(form) => luminaire.light_of(x, n, &mut scratch.seen, form, self.exactness),
         })
     }
 
     /// The same where it costs no more than a few rays: not of a texture of which a part is hidden.
     pub(crate) fn cheap_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<DVec3> {
         let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
-        match self.known(lamp, receiver, scratch)? {
-            Known::Whole(form) => Some(luminaire.light(x, n, form, self.exactness)),
-            Known::Part(_) => None,
+        match self.visible_form(lamp, receiver, scratch)? {
+            VisibleForm::Whole(form) => Some(luminaire.light(x, n, form, self.exactness)),
+            VisibleForm::Part(_) => None,
         }
     }
 
-    /// The form factor from a receiver to what it sees of a luminaire, where that is known without a ray; the pieces
+    /// The form factor from a receiver to the visible part of a luminaire, where that is known without a ray; the pieces
     /// are in `scratch` if a part is hidden.
-    fn known(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<Known> {
+    fn visible_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<VisibleForm> {
         let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
         if self.occlusion == Occlusion::Nothing {
-            return Some(Known::Whole(luminaire.exact_form(x, n)));
+            return Some(VisibleForm::Whole(luminaire.exact_form(x, n)));
         }
         match lamp.between {
-            Between::Nothing => luminaire.closed_form(x, n).map(Known::Whole),
+            Between::Nothing => luminaire.closed_form(x, n).map(VisibleForm::Whole),
             Between::Faces(faces) => {
                 let casters = self.shafts.casters(faces);
                 let form = luminaire.visible_form(x, n, casters, &mut scratch.seen.pieces)?;
-                // A part of a texture emits otherwise than the whole.
+                // The mean emission of a part of a texture differs from that of the whole.
                 let is_part = luminaire.is_textured() && form > 0.0 && form < WHOLE * luminaire.exact_form(x, n);
-                Some(if is_part { Known::Part(form) } else { Known::Whole(form) })
+                Some(if is_part { VisibleForm::Part(form) } else { VisibleForm::Whole(form) })
             }
             Between::Unknown => None,
         }
     }
 
-    /// Adds what one receiver gets from a luminaire to `sum`: its closed form where it is known what lies between, else
+    /// Adds what one receiver gets from a luminaire to `sum`: its closed form where its visible part is known, else
     /// with one visibility ray for each point of the unit square given.
     pub fn gather_luminaire(
         &self,
@@ -203,7 +188,8 @@ impl Lights {
         sum: &mut DirectSum,
     ) {
         if let Some(form) = self.exact_form(lamp, receiver, scratch) {
-            return sum.add_exact(weight, form);
+            sum.exact += weight * form;
+            return;
         }
         let luminaire = lamp.luminaire;
         let (x, n) = (receiver.position, receiver.normal);
@@ -211,19 +197,19 @@ impl Lights {
         match closed {
             // Nothing of it faces the receiver.
             Some(0.0) => return,
-            Some(form) => sum.add_point(weight, luminaire.light(x, n, form, self.exactness)),
+            Some(form) => sum.unoccluded += weight * luminaire.light(x, n, form, self.exactness),
             None => {}
         }
         let count = points.len() as f64;
         for point in points {
-            // A luminaire half below the horizon hides most points drawn; until one is found, others are tried.
+            // Most points of a luminaire half below the horizon are hidden; others are tried until one faces it.
             for (a, b) in [(0.0, 0.0), (0.5, 0.5), (0.5, 0.0), (0.0, 0.5)] {
                 let at = Vec2::new((point.x + a).fract(), (point.y + b).fract());
-                if let Some(mut sent) = self.look(luminaire, receiver, at, scratch) {
+                if let Some(mut sent) = self.sent_from(luminaire, receiver, at, scratch) {
                     sent.kernel /= count;
                     sum.add_sent(weight, &sent);
                     match closed {
-                        None => sum.add_point(weight, sent.kernel * sent.share),
+                        None => sum.unoccluded += weight * (sent.kernel * sent.share),
                         Some(_) if luminaire.is_textured() => sum.add_even(weight, &sent),
                         Some(_) => {}
                     }
@@ -235,9 +221,9 @@ impl Lights {
         }
     }
 
-    /// What the point sends that belongs to a place of the unit square on a luminaire, by one visibility ray; `None`
-    /// where the two points do not face each other.
-    fn look(&self, luminaire: &Luminaire, receiver: &SurfacePoint, at: Vec2, scratch: &mut Scratch) -> Option<Sent> {
+    /// The sample by the point of a luminaire that belongs to a point of the unit square, with one visibility ray;
+    /// `None` where the two points do not face each other.
+    fn sent_from(&self, luminaire: &Luminaire, receiver: &SurfacePoint, at: Vec2, scratch: &mut Scratch) -> Option<Sent> {
         let y = luminaire.point(at.x, at.y);
         let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
         let kernel = luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal);
@@ -272,7 +258,7 @@ impl Lights {
         form * lamp.luminaire.radiance.as_dvec3()
     }
 
-    /// An estimate without bias of the form factor to what is seen of a luminaire, by points drawn on it and a
+    /// An estimate without bias of the form factor to the visible part of a luminaire, by points drawn on it and a
     /// visibility ray to one of them.
     fn draw(
         &self,
@@ -298,7 +284,7 @@ impl Lights {
                 chosen = Some(y);
             }
         }
-        // What arrives where nothing lies between.
+        // The estimate without occlusion.
         let mean = chosen.map_or(DVec3::ZERO, |y| sum / CANDIDATES as f64 * y.share / mean_of(y.share));
         let arrived = chosen.map_or(0.0, |y| self.transmittance(receiver, y.end(), scratch));
         arrived * mean + closed.map_or(DVec3::ZERO, |form| GUESS * (form - mean))
@@ -318,11 +304,9 @@ mod tests {
 
     const LIGHT: DVec3 = DVec3::new(1.0, 0.5, 0.25);
 
-    /// Light of a screen whose left half is red and whose right half is white, from points of which `seen` tells which
-    /// arrive.
+    /// Light of a screen whose left half is red and whose right half is white, from points visible by `seen`.
     fn estimate(points: usize, seen: impl Fn(bool) -> bool) -> DVec3 {
-        let mut sum = DirectSum::default();
-        sum.add_point(DVec3::ONE, LIGHT);
+        let mut sum = DirectSum { unoccluded: LIGHT, ..DirectSum::default() };
         for k in 0..points {
             let is_red = k % 2 == 0;
             let share = if is_red { DVec3::new(1.5, 0.0, 0.0) } else { DVec3::new(0.5, 2.0, 2.0) };
@@ -334,13 +318,13 @@ mod tests {
     }
 
     #[test]
-    fn a_point_that_is_black_in_a_channel_takes_nothing_from_it() {
+    fn a_point_that_is_black_in_a_channel_does_not_darken_it() {
         assert_eq!(estimate(1, |_| true), LIGHT);
         assert_eq!(estimate(1, |_| false), DVec3::ZERO);
     }
 
     #[test]
-    fn many_points_tell_which_colours_are_hidden() {
+    fn many_points_show_which_colours_are_hidden() {
         // Of the red light three quarters come from the red half, of the rest nothing; one point in 1001 is even.
         let expected = LIGHT * DVec3::new(0.75, 0.0, 0.0);
         let off = (estimate(1000, |is_red| is_red) - expected).abs();

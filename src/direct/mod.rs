@@ -1,13 +1,11 @@
-//! Direct light: what a place receives as emitted from luminaires, in closed form times what is seen of them.
+//! Direct light: what a point receives as emitted from luminaires, in closed form times visibility.
 //!
-//! [`Lights`] integrates Lambert's closed form over the part of each [`Luminaire`] that the place sees ([`emitters`]).
-//! Where there are many luminaires they stand in a light tree and each patch keeps a cut through it ([`many`]); what
-//! the cut leaves open is drawn by chance with the cut's light as control variate. After B. Walter et al., *Lightcuts*,
-//! 2005, and A. Conty, C. Kulla, *Importance sampling of many lights*, 2018.
+//! [`Lights`] integrates Lambert's closed form over the visible part of each [`Luminaire`] ([`emitters`]). Many
+//! luminaires form a light tree, and each patch has a cut through it ([`many`]); nodes that the cut does not resolve are
+//! sampled with the cut's light as control variate (B. Walter et al., *Lightcuts*, 2005; A. Conty Estevez, C. Kulla,
+//! *Importance sampling of many lights with adaptive tree splitting*, 2018).
 //!
-//! Lights without area are closed forms times visibility alone.
-//!
-//! Not handled: emitters that fill much of what is seen (a furnace); those go by the rows of F.
+//! Not handled: emitters of large solid angle (a furnace), whose light is in the rows of F.
 
 pub(crate) mod drawn_light;
 pub(crate) mod emitters;

@@ -1,11 +1,11 @@
-//! Light of points, spots and parallel light at a receiver: closed form times what a visibility ray says.
+//! Light of points, spots and parallel light at a receiver: closed form times visibility.
 //!
 //! ```text
 //! sum over lights of  E_l(x) T_l / pi,      E_l by OpenGL's terms (`scene::punctual`), T the product of tau between
 //! ```
 //!
-//! Up to [`FEW`] lights that fall on a receiver are asked each. Of more, [`DRAWN`] are drawn in proportion to E_l by
-//! systematic sampling: the closed forms of all are known, so only shadows are left to chance, and the mean is right.
+//! Up to [`FEW`] lights at a receiver get a ray each. Of more, [`DRAWN`] are drawn in proportion to E_l by systematic
+//! sampling: the closed forms of all are known, so only shadows are sampled, without bias.
 //!
 //! Not handled: a tree over these lights; the closed form of each is evaluated at every receiver, some 5 ns a light.
 
@@ -19,14 +19,16 @@ use crate::direct::luminaire_light::{Scratch, point_for};
 use crate::scene::{PunctualForm, PunctualLight};
 use crate::surfaces::SurfacePoint;
 
+/// Lights at a receiver that get a visibility ray each; of more, some are drawn.
+const FEW: usize = 32;
 /// Lights drawn where they are many.
-pub const DRAWN: usize = 16;
+const DRAWN: usize = 16;
 /// Parallel light comes from so far away: beyond the scene, which lies in [-1, 1]³, seen from any point of it.
 const AWAY: f64 = 4.0;
 /// Visibility rays end so far before a light, which may lie in a surface: several times what rays take for one plane.
 const BEFORE: f64 = 1e-5;
 
-/// What falls on a receiver from one light, nothing between.
+/// What falls on a receiver from one light without occlusion.
 struct Falling {
     /// Irradiance over pi, W/(m² sr).
     light: DVec3,
@@ -67,8 +69,8 @@ impl Lights {
         self.gather_weighted(receiver, |way| n.dot(way), scratch)
     }
 
-    /// Light of all lights without area at a receiver, W/(m² sr), where of each `weigh(l)` stands for n·l, l the unit
-    /// vector to it.
+    /// Light of all lights without area at a receiver, W/(m² sr), with `weigh(l)` in place of n·l, l the unit vector to
+    /// each.
     pub(crate) fn gather_weighted(
         &self,
         receiver: &SurfacePoint,
@@ -82,7 +84,7 @@ impl Lights {
         }
         let falling: Vec<Falling> = each.collect();
         let mut sum = DVec3::ZERO;
-        for (k, weight) in asked(&falling, || point_for(receiver.position, u32::MAX).x) {
+        for (k, weight) in drawn(&falling, || point_for(receiver.position, u32::MAX).x) {
             let to = (falling[k].end, None);
             let arrived = self.punctual.transmittance(&self.geometry.rays, receiver.end(), to, &mut scratch.hits);
             sum += falling[k].light * (weight * f64::from(arrived));
@@ -92,8 +94,8 @@ impl Lights {
     }
 }
 
-/// The lights to ask, and the weight of each: all of them where they are few.
-fn asked(falling: &[Falling], random: impl Fn() -> f32) -> Vec<(usize, f64)> {
+/// The lights that get a visibility ray, and the weight of each: all of them where they are few.
+fn drawn(falling: &[Falling], random: impl Fn() -> f32) -> Vec<(usize, f64)> {
     if falling.len() <= FEW {
         return (0..falling.len()).map(|k| (k, 1.0)).collect();
     }
@@ -111,9 +113,6 @@ fn asked(falling: &[Falling], random: impl Fn() -> f32) -> Vec<(usize, f64)> {
     chosen
 }
 
-/// Lights that fall on a receiver and are asked each; of more, some are drawn.
-pub const FEW: usize = 32;
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -124,7 +123,7 @@ mod tests {
             (0..50).map(|k| Falling { light: DVec3::new(f64::from(k * k), 1.0, 0.5), end: Vec3::ZERO }).collect();
         let mut mean = vec![0.0; falling.len()];
         for u in 0..1000 {
-            let chosen = asked(&falling, || (u as f32 + 0.5) / 1000.0);
+            let chosen = drawn(&falling, || (u as f32 + 0.5) / 1000.0);
             assert!(chosen.len() <= DRAWN + 1);
             chosen.iter().for_each(|&(k, weight)| mean[k] += weight / 1000.0);
             let total: f64 = chosen.iter().map(|&(k, weight)| weight * falling[k].brightness()).sum();

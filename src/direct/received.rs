@@ -1,10 +1,10 @@
-//! What receivers get from all lights, by three questions whatever the lights are:
+//! Direct light of all lights at receivers:
 //!
 //! * what every patch receives: [`Lights::receive`], the mean over receiver points of the patch;
 //! * one sample at a point, without bias: [`Lights::sample`];
 //! * the mean over receivers of what they reflect: [`Lights::add`] and [`Lights::total`] with a [`LightSum`].
 //!
-//! Not handled: emitters that are no luminaires; hemisphere rays find those.
+//! Not handled: emitters that are no luminaires, whose light hemisphere rays sample.
 
 use glam::{DVec3, Vec2};
 use rayon::prelude::*;
@@ -45,7 +45,7 @@ pub struct LightSum {
 /// Which point of the unit square a receiver uses: number k of `of` for a luminaire.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice {
-    /// The luminaire, or 0 where points stand for all of them.
+    /// The luminaire, or 0 where the points are for all of them.
     pub luminaire: u32,
     /// Number of the point.
     pub k: u32,
@@ -75,8 +75,8 @@ impl Lights {
         sum
     }
 
-    /// Adds the light at a receiver on a patch, weighted per channel, with `rays` visibility rays for each luminaire of
-    /// which it is not known what is seen; `point` tells the points of the unit square that choose what is drawn.
+    /// Adds the light at a receiver on a patch, weighted per channel, with `rays` visibility rays for each luminaire
+    /// whose visible part is not known; `point` are the points of the unit square for sampling.
     pub fn add(
         &self,
         sum: &mut LightSum,
@@ -87,7 +87,7 @@ impl Lights {
     ) {
         sum.others += weight * self.gather_punctual(receiver, scratch);
         if let Some(cuts) = &self.cuts {
-            // Blocks of one length for all patches, or two of them in a pixel would share points.
+            // Blocks of one length for all patches, so that two of them in a pixel share no points.
             let of = self.points(rays);
             let drawn = 0..(rays * cuts.draws(patch)) as usize;
             let drawn = drawn.map(|k| point(Choice { luminaire: 0, k: k as u32, of }));

@@ -1,8 +1,8 @@
-//! When work is to end: questions that every loop asks before it goes on.
+//! When work is to end; every loop checks it before it goes on.
 
 use std::time::{Duration, Instant};
 
-/// The moment so many seconds after a start; none where they are too many for the clock to tell, which is never.
+/// The moment so many seconds after a start; none (never) where the clock cannot represent it.
 pub(crate) fn deadline_after(start: Instant, seconds: f64) -> Option<Instant> {
     start.checked_add(Duration::try_from_secs_f64(seconds).ok()?)
 }
@@ -12,7 +12,7 @@ pub(crate) fn is_over(deadline: Option<Instant>) -> bool {
     deadline.is_some_and(|end| Instant::now() >= end)
 }
 
-/// Whether what takes so many times as long as what has begun then, and ends now, would end too late.
+/// Whether a step `times` as long as the one that began at `began` and ends now would end after the deadline.
 pub(crate) fn would_be_over(deadline: Option<Instant>, began: Instant, times: f64) -> bool {
     deadline.is_some_and(|end| Instant::now() + began.elapsed().mul_f64(times) > end)
 }

@@ -1,13 +1,12 @@
-//! Two independent estimates of one thing: the noise of their mean, and a square without noise.
+//! Two independent estimates of one quantity: the variance of their mean, and its square without bias by noise.
 //!
 //! Where estimates a and b have independent errors of mean 0,
 //!
 //! ```text
-//! ((a - b) / 2)²     is in the mean the variance of (a + b) / 2,
-//! a · b              is in the mean the square of what both estimate,
+//! E[((a - b) / 2)²] = variance of (a + b) / 2,        E[a · b] = square of what both estimate.
 //! ```
 //!
-//! whatever their noise. This is the only place where halves are multiplied.
+//! This is the only place where halves are multiplied.
 
 use glam::DVec3;
 
@@ -27,12 +26,12 @@ impl Halves {
         d * d
     }
 
-    /// The square of what is estimated, channels added; may be negative by chance.
+    /// The square of the estimated quantity, channels added; noise may make it negative.
     pub fn squared(self) -> f64 {
         self.0.dot(self.1)
     }
 
-    /// Both, less what two other estimates are.
+    /// The differences to two other estimates.
     pub fn less(self, other: Self) -> Self {
         Halves(self.0 - other.0, self.1 - other.1)
     }

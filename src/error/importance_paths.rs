@@ -1,24 +1,22 @@
-//! Importance on its way: paths that start at the camera and go where what the picture shows came from.
+//! Importance paths: paths that start at the camera and carry importance, the adjoint of light (B. Smits, J. Arvo, D.
+//! Salesin, *An importance-driven radiosity algorithm*, 1992).
 //!
 //! A pixel shows `rho(x0) ∫ L'` over the hemisphere of the point x0 it sees. A path follows one cosine-distributed ray
-//! after the other, and at each vertex y it reaches keeps
+//! after the other, and at each vertex y it keeps
 //!
 //! ```text
-//! w_k     what light 1 that leaves y_k adds to the pixel (the adjoint of light: Smits, Arvo, Salesin 1992)
-//! D_k     light as emitted that arrives at y_k, asked with a visibility ray
+//! w_k     importance: what light 1 that leaves y_k adds to the pixel
+//! D_k     light as emitted that arrives at y_k, sampled with a visibility ray
 //! z_k     what the next rays meet: alpha rho (D_k + mean L'(z_k)) + E is a sample of the light that leaves y_k
 //! ```
 //!
 //! Every vertex casts [`SPREAD`] rays, well spread over the hemisphere, and the path goes on along one of them
-//! (splitting: J. Arvo, D. Kirk, *Particle transport and image synthesis*, 1990). Most of what makes one such sample
-//! differ from the next is where its rays happen to end, and a ray costs less than the direct light of a vertex.
+//! (splitting: J. Arvo, D. Kirk, *Particle transport and image synthesis*, 1990), as most of the variance of a sample
+//! is that of where its rays end, and a ray costs less than the direct light of a vertex. Russian roulette in
+//! proportion to the absorption keeps all w of a colourless scene alike. Paths depend on the scene and the luminaires
+//! and on no patches, so that they serve every set of patches.
 //!
-//! Paths end by chance in proportion to what is absorbed, so that all w of a colourless scene are alike. They know the
-//! scene and the luminaires but no patches: the same paths serve every set of patches, to tell where patches are seen
-//! ([`ImportancePaths::samples`]) and by how much the light read on them is off ([`crate::gather::SampledPixels`]).
-//!
-//! Of a texture a path sees the mean over a narrow cone, not a texel: paths are few, and what texels finer than any of
-//! them make each differ by would be their noise.
+//! Of a texture a path sees the mean over a narrow cone, as texels would be noise of the few paths.
 //!
 //! Not handled: series that diverge; paths end after [`LONGEST`] vertices.
 
@@ -30,14 +28,12 @@ use crate::rays::{FAN, Fan};
 use crate::reading::reflection::{Memory, Met, Reflection, SurfaceHit, Walker};
 use crate::reading::view::View;
 
-/// Width at distance 1 of the cone that a ray stands for. Texels within it need not be told apart: squares of a width h
-/// differ from their mean by what is as often too bright as too dark, rays meet them with a density that changes by
-/// some h within one, and some 1/h² of them fill the hemisphere, so that the light they send is off by h² of how much
-/// texels differ. A sixteenth leaves less than half a percent of that in what is measured of an error.
+/// Width h at distance 1 of the cone that a ray stands for: means over it leave h² of the contrast of texels in the
+/// light that they send, less than half a percent.
 const CONE: f64 = 1.0 / 16.0;
 
-/// Rays of a vertex. Against 1 they leave a tenth of the noise in the squared error of a picture, by paths that cost
-/// twice as much (`cargo bench --bench gather -- residual`, with the one and the other number here).
+/// Rays of a vertex. Compared with 1 they leave a tenth of the variance of the squared error of a picture, by paths
+/// that cost twice as much (`cargo bench --bench gather -- residual`).
 const SPREAD: usize = 8;
 /// Vertices of a path at most.
 const LONGEST: usize = 256;
@@ -48,12 +44,12 @@ pub(crate) struct Vertex {
     pub at: SurfaceHit,
     /// What light 1 that leaves here adds to the pixel.
     pub weight: DVec3,
-    pub found: Reflection,
+    pub reflection: Reflection,
 }
 
 /// A pixel that paths start from.
 #[derive(Clone, Copy, Debug)]
-struct Start {
+struct StartPixel {
     pixel: u32,
     /// Its paths over those of all in the mean.
     density: f32,
@@ -71,7 +67,7 @@ pub(crate) struct Path {
 #[derive(Clone, Debug)]
 pub struct ImportancePaths {
     pub(crate) paths: Vec<Path>,
-    starts: Vec<Start>,
+    starts: Vec<StartPixel>,
     seed: u32,
     /// Paths of a pixel so far, in the mean.
     each: u32,
@@ -80,25 +76,22 @@ pub struct ImportancePaths {
 }
 
 impl ImportancePaths {
-    /// No paths yet, of a picture of the view's size; `densities` tell how many each pixel gets over those of all in
-    /// the mean.
-    ///
-    /// Squared errors of a picture are mostly those of its bright pixels, so in proportion to their light is a
-    /// good choice.
+    /// No paths yet, of a picture of the view's size; `densities` are the paths of each pixel over the mean of all.
+    /// Squared errors of a picture are mostly those of its bright pixels, so their light is a good density.
     ///
     /// # Panics
     /// If there is not one number a pixel.
     pub fn new(view: &View, densities: Vec<f32>, seed: u32) -> ImportancePaths {
         assert_eq!(densities.len(), view.width * view.height);
-        ImportancePaths::from_starts((0..).zip(densities).map(|(pixel, density)| Start { pixel, density }), seed)
+        ImportancePaths::from_starts((0..).zip(densities).map(|(pixel, density)| StartPixel { pixel, density }), seed)
     }
 
     /// No paths yet; all are to start from a few pixels, which get the same number of them.
     pub(crate) fn from_pixels(pixels: impl Iterator<Item = u32>, seed: u32) -> ImportancePaths {
-        ImportancePaths::from_starts(pixels.map(|pixel| Start { pixel, density: 1.0 }), seed)
+        ImportancePaths::from_starts(pixels.map(|pixel| StartPixel { pixel, density: 1.0 }), seed)
     }
 
-    fn from_starts(starts: impl Iterator<Item = Start>, seed: u32) -> ImportancePaths {
+    fn from_starts(starts: impl Iterator<Item = StartPixel>, seed: u32) -> ImportancePaths {
         ImportancePaths { paths: Vec::new(), starts: starts.collect(), seed, each: 0, rays: 0 }
     }
 
@@ -134,13 +127,13 @@ impl ImportancePaths {
         self.rays += others.rays;
     }
 
-    /// Rays that asking for the direct light of a vertex takes, in the mean over all vertices.
-    pub(crate) fn asked(&self) -> f64 {
+    /// Visibility rays per vertex, in the mean.
+    pub(crate) fn direct_rays(&self) -> f64 {
         let (mut vertices, mut others) = (0.0, 0.0);
         for path in &self.paths {
-            let reflecting = path.vertices.iter().filter(|v| v.found.reflect != DVec3::ZERO).count();
+            let reflecting = path.vertices.iter().filter(|v| v.reflection.reflect != DVec3::ZERO).count();
             vertices += path.vertices.len() as f64;
-            // From the camera, from what it sees, and to what comes next.
+            // From the camera, from what it sees, and from the vertices.
             others += 2.0 + (SPREAD * reflecting) as f64;
         }
         (self.rays as f64 - others).max(0.0) / f64::max(vertices, 1.0)
@@ -149,7 +142,7 @@ impl ImportancePaths {
     /// Bytes that they take.
     pub(crate) fn bytes(&self) -> usize {
         let met = |next: &Met| if next.spilled() { next.capacity() * size_of::<SurfaceHit>() } else { 0 };
-        let own = |vertex: &Vertex| size_of::<Vertex>() + met(&vertex.found.next);
+        let own = |vertex: &Vertex| size_of::<Vertex>() + met(&vertex.reflection.next);
         self.paths.par_iter().map(|path| path.vertices.iter().map(own).sum::<usize>()).sum()
     }
 
@@ -159,7 +152,7 @@ impl ImportancePaths {
     }
 }
 
-impl Start {
+impl StartPixel {
     /// Its paths where all have `each` in the mean; some of every pixel.
     fn paths(&self, each: u32) -> u32 {
         if each == 0 { 0 } else { (each as f32 * self.density).ceil().max(1.0) as u32 }
@@ -202,15 +195,15 @@ impl<'a> PathTracer<'a> {
             return vertices;
         }
         let mut next = walker.bounce(&seen, &mut random, memory);
-        while let Some((at, share)) = choose(&next, &mut random)
+        while let Some((at, share)) = draw(&next, &mut random)
             && vertices.len() < LONGEST
         {
             weight *= share;
-            let found = self.reflect(&at, &mut random, memory);
-            let onward = weight * found.reflect;
+            let reflection = self.reflect(&at, &mut random, memory);
+            let onward = weight * reflection.reflect;
             let chance = (onward.max_element() / weight.max_element()).min(1.0);
-            next.clone_from(&found.next);
-            vertices.push(Vertex { at, weight, found });
+            next.clone_from(&reflection.next);
+            vertices.push(Vertex { at, weight, reflection });
             if f64::from(random.uniform()) >= chance {
                 break;
             }
@@ -219,19 +212,19 @@ impl<'a> PathTracer<'a> {
         vertices
     }
 
-    /// What leaves a vertex, by what [`SPREAD`] rays from there meet.
+    /// What leaves a vertex, with what [`SPREAD`] rays from there meet.
     pub fn reflect(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Reflection {
-        let mut found = self.walker.direct(at, random, memory);
-        if found.reflect != DVec3::ZERO {
+        let mut reflection = self.walker.direct(at, random, memory);
+        if reflection.reflect != DVec3::ZERO {
             let fan = Fan::new(&self.sobol, 0, random.bits());
-            found.next = self.walker.bounce_all(at, &fan, SPREAD, memory);
+            reflection.next = self.walker.bounce_all(at, &fan, SPREAD, memory);
         }
-        found
+        reflection
     }
 }
 
-/// One of the points met, in proportion to what comes through from it, and what that stands for.
-fn choose(met: &[SurfaceHit], random: &mut Stream) -> Option<(SurfaceHit, f64)> {
+/// One of the points met, drawn in proportion to the transmittance to it, and the sum of all transmittances.
+fn draw(met: &[SurfaceHit], random: &mut Stream) -> Option<(SurfaceHit, f64)> {
     let total: f32 = met.iter().map(|m| m.through).sum();
     let mut at = random.uniform() * total;
     let chosen = met.iter().find(|m| {
@@ -247,10 +240,9 @@ mod tests {
     use crate::light::Mode;
     use crate::reading::view::lights_of;
 
-    /// In a closed room nothing escapes: the rays of a vertex stand for the whole hemisphere together, and the path
-    /// goes on with the weight of one.
+    /// In a closed room nothing escapes: the rays of a vertex stand for the whole hemisphere.
     #[test]
-    fn rays_of_a_vertex_stand_for_the_whole_together() {
+    fn rays_of_a_vertex_stand_for_the_hemisphere() {
         let lights = lights_of("furnace", Mode::Global.transport(), 24);
         let view = View::new(&lights, (8, 8).into());
         let mut paths = ImportancePaths::new(&view, vec![1.0; 64], 3);
@@ -259,8 +251,8 @@ mod tests {
         for path in &paths.paths {
             let mut next: Option<DVec3> = None;
             for vertex in &path.vertices {
-                let whole: f32 = vertex.found.next.iter().map(|m| m.through).sum();
-                assert!(vertex.found.next.len() == SPREAD && (whole - 1.0).abs() < 1e-6, "{whole}");
+                let whole: f32 = vertex.reflection.next.iter().map(|m| m.through).sum();
+                assert!(vertex.reflection.next.len() == SPREAD && (whole - 1.0).abs() < 1e-6, "{whole}");
                 // Roulette makes up for what is absorbed, so that a colourless room keeps every weight.
                 assert!(next.is_none_or(|w| (w - vertex.weight).abs().max_element() < 1e-6 * w.x), "{next:?}");
                 next = Some(vertex.weight);

@@ -1,5 +1,4 @@
-//! Powers of the terms `KⁿE` by walks of light from the emitters: no patch is in them, so they have no error but
-//! chance.
+//! Powers of the terms `KⁿE` by walks of light from the emitters, without patches and so without bias.
 //!
 //! A walk starts at a point of an emitting side, drawn by power, along a cosine-distributed direction, at the sphere
 //! around the scene, where light of the sky enters it, or at a light without area. Its ray crosses surfaces c = 1, 2,
@@ -8,17 +7,17 @@
 //! ```text
 //! power of KⁿE, visible half   = mean over walks of  sum over crossings c of  W s_c rho_c
 //! power of KⁿE, invisible half = mean over walks of  sum over crossings c of  W s_c rho_c alpha_c
-//! goes on from one crossing,     drawn by p_c in proportion to s_c alpha_c |rho_c|,   with W s_c rho_c alpha_c / p_c
+//! continues from one crossing,   drawn by p_c in proportion to s_c alpha_c |rho_c|,   with W s_c rho_c alpha_c / p_c
 //! ```
 //!
-//! Both means are free of bias (J. Arvo, D. Kirk, *Particle transport and image synthesis*, 1990). Standard errors come
-//! from batches of equal size. Walks end where nothing travels on, not by chance, so late terms keep all their walks.
+//! Both means have no bias (J. Arvo, D. Kirk, *Particle transport and image synthesis*, 1990). Standard errors come
+//! from batches of equal size. There is no Russian roulette, so late terms keep all their walks.
 //!
-//! A light of radiant intensity I has the power `integral of I dω` in all; where its light weakens otherwise than by
-//! the square of the distance, the power that a walk carries depends on how far it comes:
-//! `I d² / (a0 + a1 d + a2 d²)` to the solid angle. Parallel light starts from a disc that shades the whole scene.
+//! A light of radiant intensity I has the power `integral of I dω`; where it attenuates otherwise than by the square of
+//! the distance, the power of a walk depends on its length: `I d² / (a0 + a1 d + a2 d²)` to the solid angle. Parallel
+//! light starts from a disc that shades the whole scene.
 //!
-//! Not handled: norms of the terms, which need light by place.
+//! Not handled: norms of the terms, which need light by position.
 
 use std::f64::consts::{PI, TAU};
 use std::time::Instant;
@@ -46,7 +45,7 @@ pub(crate) struct TermPower {
     pub invisible: DVec3,
 }
 
-/// What the walks found.
+/// Estimates by the walks.
 pub(crate) struct WalkedPowers {
     /// KE first.
     pub terms: Vec<TermPower>,
@@ -54,18 +53,17 @@ pub(crate) struct WalkedPowers {
     pub errors: Vec<f64>,
 }
 
-/// What is asked of the walks.
+/// Which terms the walks estimate, and how precisely.
 pub(crate) struct WalkGoal {
     /// Terms from KE on.
     pub count: usize,
-    /// Relative standard error that ends the search.
+    /// Relative standard error at which the walks end.
     pub error: f64,
     /// No batch is begun after it.
     pub deadline: Option<Instant>,
     pub seed: u32,
 }
 
-/// Everything that walks need.
 struct Walks<'a> {
     scene: &'a Scene,
     rays: &'a Rays,
@@ -74,7 +72,7 @@ struct Walks<'a> {
     opaque: bool,
 }
 
-/// Walks until every term is known to the error asked for, or as many walks are made as ever are.
+/// Walks until every term has the standard error requested, or [`BATCHES`] are made.
 pub(crate) fn walked_powers(scene: &Scene, rays: &Rays, transport: Transport, goal: &WalkGoal) -> WalkedPowers {
     let walks = Walks::new(scene, rays, transport);
     let mut batches: Vec<Vec<TermPower>> = Vec::new();
@@ -82,10 +80,10 @@ pub(crate) fn walked_powers(scene: &Scene, rays: &Rays, transport: Transport, go
     loop {
         let more = (batches.len() as u32..wanted).into_par_iter().map(|batch| walks.batch(batch, goal));
         batches.extend(more.collect::<Vec<_>>());
-        let found = WalkedPowers::of(&batches, goal.count);
+        let powers = WalkedPowers::of(&batches, goal.count);
         let late = is_over(goal.deadline);
-        if wanted >= BATCHES.1 || late || found.errors.iter().all(|&e| e <= goal.error) {
-            return found;
+        if wanted >= BATCHES.1 || late || powers.errors.iter().all(|&e| e <= goal.error) {
+            return powers;
         }
         wanted *= 2;
     }
@@ -142,7 +140,7 @@ impl<'a> Walks<'a> {
         sums
     }
 
-    /// One walk: what it brings to each term.
+    /// Adds one walk to each term.
     fn walk(&self, random: &mut Stream, sums: &mut [TermPower], hits: &mut Vec<Hit>) {
         let Some(start) = self.sources.start(random) else { return };
         let Some((first, rest)) = sums.split_first_mut() else { return };
@@ -156,7 +154,7 @@ impl<'a> Walks<'a> {
         }
     }
 
-    /// Adds what arrives at the surfaces crossed, and draws the one that the walk goes on from.
+    /// Adds what arrives at the surfaces crossed, and draws the one that the walk continues from.
     fn arrive(
         &self,
         ray: &Ray,
@@ -176,7 +174,7 @@ impl<'a> Walks<'a> {
                 let passed = seen * f64::from(own.alpha);
                 sum.visible += seen;
                 sum.invisible += passed;
-                // Reservoir of one: the crossings' shares need not be known beforehand.
+                // Reservoir sampling of one crossing.
                 let share = passed.element_sum();
                 total += share;
                 if share > 0.0 && (total == share || f64::from(random.uniform()) * total < share) {
@@ -199,8 +197,8 @@ impl<'a> Walks<'a> {
     }
 }
 
-/// All places that walks start from.
-pub(crate) struct WalkSources<'a> {
+/// All sources that walks start from.
+struct WalkSources<'a> {
     scene: &'a Scene,
     list: Vec<Source<'a>>,
     /// Radius of the ball about the middle of the unit frame that holds the scene, unit coordinates.
@@ -209,7 +207,6 @@ pub(crate) struct WalkSources<'a> {
     total: f64,
 }
 
-/// Something that emits.
 struct Source<'a> {
     origin: Origin<'a>,
     /// Share of the emitted power that leaves this source and those before it.
@@ -227,7 +224,7 @@ enum Origin<'a> {
 }
 
 /// The first ray of a walk.
-pub(crate) struct Start<'a> {
+struct FirstRay<'a> {
     pub ray: Ray,
     /// The power it stands for, W; that of unit distance where it depends on that.
     pub weight: DVec3,
@@ -235,7 +232,7 @@ pub(crate) struct Start<'a> {
     place: Option<(&'a PunctualPlace, f64)>,
 }
 
-impl Start<'_> {
+impl FirstRay<'_> {
     /// The power that arrives so far away, W, nothing between.
     pub fn power(&self, distance: f64) -> DVec3 {
         match self.place {
@@ -245,7 +242,7 @@ impl Start<'_> {
     }
 }
 
-/// `d² / (a0 + a1 d + a2 d²)`, d² in the file's units: 1 where light obeys physics.
+/// `d² / (a0 + a1 d + a2 d²)`, d² in the file's units: 1 for physical attenuation.
 fn spread(place: &PunctualPlace, scale: f64, distance: f64) -> f64 {
     (scale * distance).powi(2) / place.weakening(distance)
 }
@@ -305,7 +302,7 @@ impl<'a> WalkSources<'a> {
     }
 
     /// A ray that leaves a source, and the power it stands for; none where nothing emits.
-    pub fn start(&self, random: &mut Stream) -> Option<Start<'a>> {
+    pub fn start(&self, random: &mut Stream) -> Option<FirstRay<'a>> {
         let last = self.list.len().checked_sub(1)?;
         let share = f64::from(random.uniform());
         let source = &self.list[self.list.partition_point(|s| s.cumulative <= share).min(last)];
@@ -313,12 +310,12 @@ impl<'a> WalkSources<'a> {
         let light = match source.origin {
             Origin::Light(light) => light,
             Origin::Side(face, _) if self.scene.is_sky(face) => {
-                return Some(Start { ray: self.enter(face, random)?, weight, place: None });
+                return Some(FirstRay { ray: self.enter(face, random)?, weight, place: None });
             }
             Origin::Side(face, side) => {
                 let position = triangle_point(self.scene.corners(face), random.uniform(), random.uniform());
                 let weight = self.textured(face, position).unwrap_or(source.weight);
-                return Some(Start { ray: leave(self.scene, position, face, side, random), weight, place: None });
+                return Some(FirstRay { ray: leave(self.scene, position, face, side, random), weight, place: None });
             }
         };
         let (u, v) = (f64::from(random.uniform()), f64::from(random.uniform()));
@@ -333,7 +330,7 @@ impl<'a> WalkSources<'a> {
             PunctualForm::Directional { direction } => {
                 let aside = self.radius * u.sqrt() * around(*direction, 0.0, v);
                 let ray = ray(aside - 2.0 * self.radius * *direction, *direction);
-                return Some(Start { ray, weight, place: None });
+                return Some(FirstRay { ray, weight, place: None });
             }
         };
         let (direction, share) = match beam {
@@ -349,7 +346,7 @@ impl<'a> WalkSources<'a> {
             }
         };
         let ray = ray(place.position, direction);
-        Some(Start { ray, weight: weight * share, place: Some((place, scale)) })
+        Some(FirstRay { ray, weight: weight * share, place: Some((place, scale)) })
     }
 
     /// What a walk carries from a point of a face with textures, whose points are drawn alike.
@@ -380,7 +377,7 @@ fn around(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
 }
 
 /// A cosine-distributed ray from a point of a side.
-pub(crate) fn leave(scene: &Scene, origin: Vec3, face: u32, side: Side, random: &mut Stream) -> Ray {
+fn leave(scene: &Scene, origin: Vec3, face: u32, side: Side, random: &mut Stream) -> Ray {
     let [a, b, c] = scene.exact_corners(face);
     let front = (b - a).cross(c - a).normalize().as_vec3();
     let normal = if side == Side::Front { front } else { -front };
@@ -403,10 +400,10 @@ mod tests {
         let scene = Scene::open("furnace").unwrap();
         let area: f64 = (0..scene.faces.len() as u32).map(|f| scene.area(f)).sum();
         let emitted = std::f64::consts::PI * 0.25 * area * scene.frame.scale.powi(2);
-        let found = walked(&scene, Mode::Global.transport());
-        for (n, (term, error)) in found.terms.iter().zip(&found.errors).enumerate() {
+        let powers = walked(&scene, Mode::Global.transport());
+        for (n, (term, error)) in powers.terms.iter().zip(&powers.errors).enumerate() {
             let power = emitted * 0.5_f64.powi(n as i32 + 1);
-            // All walks bring the same: what is left is the rounding of f32 reflectances and areas.
+            // All walks carry the same: rounding of f32 reflectances and areas remains.
             assert!((term.visible.x / power - 1.0).abs() < 1e-5, "{n}: {} {power}", term.visible.x);
             assert_eq!(term.visible, term.invisible);
             assert!(*error < 1e-6);
@@ -433,7 +430,7 @@ mod tests {
     /// A glowing cube in a sheet of a cube in a closed cube: the light of every walk meets the sheet, and tau of it the
     /// walls, so KE has the power P (rho_sheet + tau rho_wall).
     #[test]
-    fn light_is_left_at_every_surface_that_it_passes() {
+    fn light_is_reflected_at_every_surface_that_it_passes() {
         let obj = [
             "mtllib nested.mtl\nusemtl lamp\n".to_string() + &cube(0, 0.1, false),
             "usemtl sheet\n".to_string() + &cube(8, 0.5, true),
@@ -442,11 +439,11 @@ mod tests {
         .concat();
         let mtl = "newmtl lamp\nKd 0 0 0\nKe 1 2 3\nnewmtl sheet\nKd 0.5 0.5 0.5\nnewmtl wall\nKd 0.25 0.25 0.25\n";
         let scene = Scene::from_obj_text("nested", &obj, mtl).unwrap();
-        let found = walked(&scene, Transport { alpha: 0.5, tau: 0.5 });
+        let term = walked(&scene, Transport { alpha: 0.5, tau: 0.5 }).terms[0];
         let emitted = std::f64::consts::PI * 6.0 * 0.2 * 0.2 * DVec3::new(1.0, 2.0, 3.0);
         let expected = (0.5 + 0.5 * 0.25) * emitted;
-        assert!((found.terms[0].visible / expected - 1.0).abs().max_element() < 1e-5, "{:?}", found.terms[0]);
-        assert!((found.terms[0].invisible / (0.5 * expected) - 1.0).abs().max_element() < 1e-5);
+        assert!((term.visible / expected - 1.0).abs().max_element() < 1e-5, "{term:?}");
+        assert!((term.invisible / (0.5 * expected) - 1.0).abs().max_element() < 1e-5);
     }
 
     /// A closed cube of two units with one light in it; all of its light meets the walls.
@@ -478,12 +475,12 @@ mod tests {
             assert!((found.visible / expected - 1.0).abs().max_element() < 1e-5, "{form:?} {found:?}");
             assert!((found.invisible / (0.5 * expected) - 1.0).abs().max_element() < 1e-5);
         }
-        // Without weakening E = I cos, whose integral over a wall is known: from the middle of the cube, a wall at
+        // Without attenuation E = I cos, whose integral over a wall is known: from the middle of the cube, a wall at
         // distance 1 gets the integral of (1 + x² + y²)^-1/2 over [-1, 1]², 8 ln((1 + sqrt 3) / sqrt 2) - 2 pi / 3.
         let even = PunctualPlace { position: DVec3::ZERO, attenuation: [1.0, 0.0, 0.0] };
         let walls = 6.0 * (8.0 * ((1.0 + 3f64.sqrt()) / 2f64.sqrt()).ln() - 2.0 * PI / 3.0);
-        let found = lit_cube(PunctualForm::even(even)).visible.x / (0.5 * walls);
-        assert!((found - 1.0).abs() < 0.01, "{found}");
+        let ratio = lit_cube(PunctualForm::even(even)).visible.x / (0.5 * walls);
+        assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
         // Parallel light meets the outside of opaque walls, which is black.
         let form = PunctualForm::Directional { direction: DVec3::NEG_Y };
         assert!(lit_cube(form).visible.x > 0.0, "tau of 0.5 lets it in");

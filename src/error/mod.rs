@@ -1,8 +1,8 @@
-//! How far light on patches is off, measured without patches: paths from the camera and what of the equation they find
-//! unmet, pixels drawn by chance that add it up to a squared error, and walks of light from the emitters.
+//! Errors of the light on patches, measured without patches: the residual of the equation along paths from the camera,
+//! its squared sum over sampled pixels, and walks of light from the emitters.
 //!
-//! Not handled: errors of the gather pass, which it estimates itself with [`Halves`]; what is done about an error,
-//! which is the business of those that render.
+//! Not handled: errors of the gather pass, which it estimates itself with [`halves::Halves`]; what is done about an
+//! error, which is up to [`crate::render`].
 
 pub(crate) mod deadline;
 pub(crate) mod halves;
@@ -15,4 +15,4 @@ pub(crate) mod sampled_pixels;
 pub use importance_paths::ImportancePaths;
 pub(crate) use reading_distance::nearest_read;
 pub(crate) use residual::add_samples_of_bright;
-pub(crate) use sampled_pixels::{Effort, SampledPixels, SquaredError};
+pub(crate) use sampled_pixels::{SamplingGoal, SampledPixels, SquaredError};

@@ -1,15 +1,14 @@
-//! From how near the light of a patch may be read: what is near sees parts of it, not its mean.
+//! The least distance from which the light of a patch may be read; from nearer a point sees parts of it, not its mean.
 //!
 //! ```text
 //! d_i = w_i max(s_i, u_i / EVEN)        u_i² = mean over points of |alpha rho D(x) - D_i(x)|² / |L_i|²
 //! ```
 //!
 //! with w the width of the patch, s 0 where light is read as linear along both axes and 1 elsewhere, D the light of
-//! luminaires at the point and `D_i(x)` that of the patch as it is read there. Across a patch of width w at the
-//! distance d the weights of its points differ by about w / d, so what is read in place of uneven light is off by
-//! u w / d.
+//! luminaires at the point and `D_i(x)` that of the patch as it is read there. Across a patch of width w at distance d
+//! the weights of its points differ by about w / d, so the error of uneven light read there is u w / d.
 //!
-//! Not handled: indirect light that is uneven within a patch; what is read at the width of a patch has it anyway.
+//! Not handled: indirect light that is uneven within a patch.
 
 use rayon::prelude::*;
 
@@ -22,21 +21,21 @@ use crate::reading::view::View;
 /// Share of a patch's light that its direct light differs by, where it is read from its width on like patches whose
 /// light is one value.
 const EVEN: f64 = 0.25;
-/// Points of a patch that are asked for direct light, twice each: the product of both has no noise in the mean.
+/// Points of a patch at which direct light is sampled, twice each: the mean of the products has no bias by noise.
 const POINTS: u32 = 8;
 
 /// The length below which a ray does not read the patch it meets, by patch, in unit coordinates, empty where it is 0 on
 /// all; and how many rays were cast.
 pub(crate) fn nearest_read(view: &View, fields: &Fields, seed: u32) -> (Vec<f32>, u64) {
     let neighbours = view.patches.neighbours();
-    let asking =
-        Asking { walker: Walker::new(view).with_cone(1.0), fields, sobol: Sobol::new(POINTS as usize, 2), seed };
+    let sampler =
+        UnevennessSampler { walker: Walker::new(view).with_cone(1.0), fields, sobol: Sobol::new(POINTS as usize, 2), seed };
     let of = |memory: &mut Memory, i: usize| {
         let least = if neighbours.has_slopes(i) { 0.0 } else { 1.0 };
-        let extent = if asking.is_told_by_points(i) { view.patches.extent(i) } else { view.patches.cut_extent(i) };
+        let extent = if sampler.has_enough_points(i) { view.patches.extent(i) } else { view.patches.cut_extent(i) };
         let width = extent.width;
         let before = memory.scratch.cast;
-        let widths = (asking.unevenness(i, width, memory) / EVEN).max(least);
+        let widths = (sampler.unevenness(i, width, memory) / EVEN).max(least);
         (widths as f32 * width, memory.scratch.cast - before)
     };
     let all = (0..view.patches.len()).into_par_iter().map_init(Memory::default, of);
@@ -45,21 +44,21 @@ pub(crate) fn nearest_read(view: &View, fields: &Fields, seed: u32) -> (Vec<f32>
     (nearest, cast.iter().sum())
 }
 
-/// Asks patches for the direct light at their points.
-struct Asking<'a> {
+/// Samples the direct light at points of patches.
+struct UnevennessSampler<'a> {
     walker: Walker<'a>,
     fields: &'a Fields,
     sobol: Sobol,
     seed: u32,
 }
 
-impl Asking<'_> {
-    /// Whether a patch has as many chosen points as are asked: fewer tell too little of how wide and how even it is.
-    fn is_told_by_points(&self, i: usize) -> bool {
+impl UnevennessSampler<'_> {
+    /// Whether a patch has enough chosen points to represent its width and evenness.
+    fn has_enough_points(&self, i: usize) -> bool {
         self.walker.view.patches.chosen(i).len() >= POINTS as usize
     }
 
-    /// u of a patch: by how much direct light differs at its points from what is read of it, over all its light.
+    /// u of a patch: RMS difference of direct light at its points from what is read of it, over all its light.
     fn unevenness(&self, i: usize, width: f32, memory: &mut Memory) -> f64 {
         let patch = i as u32;
         let own = self.fields.of_patch(patch)[0];
@@ -68,19 +67,19 @@ impl Asking<'_> {
         for k in 0..POINTS {
             let [u, v] = [0, 1].map(|d| self.sobol.point(k, d, hash(patch, self.seed)));
             let patches = self.walker.view.patches;
-            let point = if self.is_told_by_points(i) { patches.point(i, u, v) } else { patches.cut_point(i, u, v) };
+            let point = if self.has_enough_points(i) { patches.point(i, u, v) } else { patches.cut_point(i, u, v) };
             let at = SurfaceHit {
                 face: point.face,
                 patch,
                 side: self.walker.view.patches.side(i),
                 position: point.position,
                 through: 1.0,
-                // A texture is its mean over so much.
+                // The cone over which a texture is averaged.
                 distance: width,
                 read: None,
             };
-            let mut asked = || self.walker.direct(&at, &mut random, memory).direct;
-            let halves = [asked(), asked()];
+            let mut sample = || self.walker.direct(&at, &mut random, memory).direct;
+            let halves = [sample(), sample()];
             let all = own.at(point.position);
             let read = (all - self.fields.without_direct(patch, point.position)).as_dvec3();
             squared += Halves::of(halves.map(|direct| direct - read)).squared();
@@ -98,10 +97,10 @@ mod tests {
     use crate::reading::patch_light::linear;
     use crate::reading::view::lights_of;
 
-    /// Clusters, cut cells and cells in a row are read as one value along an axis at least; light that grows along all
-    /// axes shows which patches those are. Without interreflection direct light is read nowhere.
+    /// Clusters, cut cells and cells in a row are constant along an axis at least; light that grows along all axes
+    /// shows which patches those are. Without interreflection direct light is read nowhere.
     #[test]
-    fn what_is_near_reads_patches_whose_light_has_slopes_along_both_axes() {
+    fn near_rays_read_patches_whose_light_has_slopes_along_both_axes() {
         let local = Mode::Local.transport();
         let lights = lights_of("furnace", local, 600);
         let even = |view: &View| Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
@@ -123,8 +122,8 @@ mod tests {
         assert!(0 < near && near < view.patches.len(), "{near}");
     }
 
-    /// Where a field of light 1 knows of no direct light, all of `alpha rho D` is uneven, and u is its RMS over a
-    /// patch: no less than its mean, and not much more where no shadow falls. Where the field has it, little is left.
+    /// Where a field of light 1 has no direct light, all of `alpha rho D` is uneven, and u is its RMS over a patch: no
+    /// less than its mean, and not much more where no shadow falls. Where the field has it, little remains.
     #[test]
     fn patches_are_read_from_further_the_more_uneven_their_direct_light_is() {
         let lights = lights_of("cornell-box", Mode::Global.transport(), 400);

@@ -1,30 +1,28 @@
-//! By how much a picture is off because of the light it reads on patches, as one path shows: the dual-weighted residual
-//! of the equation that patches stand for (R. Becker, R. Rannacher, *An optimal control approach to a posteriori error
-//! estimation*, Acta Numerica 10, 2001); and samples of the light on patches, where paths reach and where most of it
-//! is.
+//! The dual-weighted residual (R. Becker, R. Rannacher, *An optimal control approach to a posteriori error estimation*,
+//! Acta Numerica 10, 2001): the error of a picture due to the light it reads on patches, sampled by paths; and samples
+//! of the light that leaves patches.
 //!
-//! The light L_h that is read on patches misses the equation of points by `r = E + K L_h - L_h`, and the picture misses
-//! that of the exact light by
+//! The light L_h that is read on patches has the residual `r = E + K L_h - L_h`, and the picture the error
 //!
 //! ```text
 //! G (L - L_h) = G (I - K)^-1 r = E[ sum over the vertices of a path of w_k r_k ],
 //!     r_k = glow + D_k + alpha rho L_h(z_k) - L_h(y_k)
 //! ```
 //!
-//! whose mean over paths ([`crate::error::importance_paths`]) has no bias however coarse the patches are: it sees the
-//! noise of F, the truncation of the series, and patches that mix light which no other grid would part. If the gather
-//! pass itself follows one more ray before it reads, the first term of the sum is left out.
+//! whose mean over paths ([`crate::error::importance_paths`]) has no bias however coarse the patches are: noise of F,
+//! truncation of the series and light that varies within patches are all in it. Where the gather pass follows one more
+//! ray before it reads, the first term is left out.
 //!
-//! Paths from the camera meet a small bright place, as the spot of a lamp that shines at a wall, one time in thousands.
-//! A patch that stands for the few points that paths reached would be as bright as those happen to be, and is not
-//! divided where none of them lies in the spot. So a patch has as many samples as its part of all light asks for,
+//! Paths from the camera seldom meet a small bright place, as the spot of a lamp on a wall, and a patch represented by
+//! a few of their vertices would be as bright as those happen to be. So patch i has at least
 //!
 //! ```text
-//! n_i = N A_i L_i / sum of A_j L_j        those that paths have not reached at points uniform over it
+//! n_i = N A_i L_i / sum of A_j L_j
 //! ```
 //!
-//! Not handled: what many paths show of a picture ([`crate::error::sampled_pixels`]); places that are bright for the
-//! picture alone, which paths reach.
+//! samples: those that paths do not supply lie at points uniform over it.
+//!
+//! Not handled: the sum over a picture ([`crate::error::sampled_pixels`]).
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -39,22 +37,22 @@ use crate::reading::view::View;
 use crate::scene::Scene;
 use crate::surfaces::SurfacePoint;
 
-/// The leading field on the patch of a point, as a ray reads it; nothing where there is none.
+/// The first field on the patch of a point, as a ray reads it; nothing where there is none.
 fn light_at(patches: &Patches, fields: &Fields, at: &SurfaceHit) -> DVec3 {
     let read = |patch: u32| fields.of_patch(patch)[0].at(at.position) * at.over_patch(patches, patch);
     patches.at(at.face, at.side, at.position).map_or(DVec3::ZERO, |patch| read(patch).as_dvec3())
 }
 
-/// A sample of the light that leaves a vertex of a path, from the leading field on what its next rays meet.
+/// A sample of the light that leaves a vertex of a path, from the first field on what its next rays meet.
 pub(crate) fn sample(vertex: &Vertex, patches: &Patches, fields: &Fields) -> DVec3 {
     let incident = |m: &SurfaceHit| f64::from(m.through) * light_at(patches, fields, m);
-    vertex.found.light(vertex.found.next.iter().map(incident).sum())
+    vertex.reflection.light(vertex.reflection.next.iter().map(incident).sum())
 }
 
-/// `sum of w_k r_k` over the vertices of a path that each reading leaves to the patches.
+/// `sum of w_k r_k` over the vertices of a path from the one on where each reading reads patches.
 pub(crate) fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] {
     let mut errors = [DVec3::ZERO; READINGS];
-    // From the last vertex on, so that sums over what follows are known.
+    // From the last vertex back, so that the sum over those that follow is known.
     let (mut rest, mut own) = (DVec3::ZERO, DVec3::ZERO);
     for (k, vertex) in path.vertices.iter().enumerate().rev() {
         let SurfaceHit { face, side, position, distance, .. } = vertex.at;
@@ -63,7 +61,7 @@ pub(crate) fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3;
         let read = |patch: u32| (fields.of_patch(patch)[0].at(position) * over_patch).as_dvec3();
         let light = patch.map_or(DVec3::ZERO, read);
         rest += vertex.weight * (sample(vertex, patches, fields) - light);
-        // A ray that is too short goes on: what the next one leaves is what it leaves.
+        // A ray too short to read goes on, with the error of the next one.
         if !patch.is_some_and(|patch| fields.is_near(patch, distance)) {
             own = rest;
         }
@@ -74,18 +72,18 @@ pub(crate) fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3;
     errors
 }
 
-/// What asking for direct light takes for each of its rays, in rays: points on lamps are drawn and weighed beside.
-const ASKED: f64 = 2.0;
+/// Cost of a visibility ray for direct light, in rays: points on luminaires are drawn and weighted, too.
+const DIRECT_RAY: f64 = 2.0;
 /// Paths that one thread takes at a time.
 const CHUNK: usize = 1024;
 
 impl ImportancePaths {
-    /// By reading: what a gather ray takes until it has read, in rays. It goes on while what it meets is too near, and
-    /// direct light is asked for where it goes on.
+    /// Cost of a gather ray by reading, in rays: it goes on while what it meets is too near, with direct light sampled
+    /// where it goes on.
     pub fn prices(&self, patches: &Patches, fields: &Fields) -> [f64; READINGS] {
-        let asked = ASKED * self.asked();
+        let direct = DIRECT_RAY * self.direct_rays();
         let further = |reading: Reading| self.further(patches, fields, reading.bounces() as usize);
-        Reading::ALL.map(|reading| 1.0 + further(reading) * (1.0 + asked))
+        Reading::ALL.map(|reading| 1.0 + further(reading) * (1.0 + direct))
     }
 
     /// Rays that follow a gather ray before it reads, in the mean: `bounces`, and more while what they meet is near.
@@ -96,7 +94,7 @@ impl ImportancePaths {
         };
         let before = |path: &Path| {
             let read = path.vertices.iter().skip(bounces).position(reads);
-            // By how much a path would have gone on that ended before is not known.
+            // How far a path that ended before would have gone on is not known.
             read.map_or(path.vertices.len(), |k| k + bounces)
         };
         let count: usize = self.paths.par_iter().map(before).sum();
@@ -104,7 +102,7 @@ impl ImportancePaths {
     }
 
     /// For every patch as it was cut samples of the light that leaves it, at the vertices of the paths, from the
-    /// leading field on what they meet; as if every patch reflected its mean, so that no patch is divided for a
+    /// first field on what they meet; as if every patch reflected its mean, so that no patch is divided for a
     /// texture.
     pub fn samples(&self, scene: &Scene, patches: &Patches, fields: &Fields) -> Vec<Vec<Sample>> {
         let chunks = self.paths.par_chunks(CHUNK);
@@ -112,9 +110,9 @@ impl ImportancePaths {
             let all = chunk.iter().flat_map(|p| &p.vertices);
             all.filter_map(|vertex| patch_sample(vertex, scene, patches, fields)).collect()
         };
-        let found: Vec<Vec<(u32, Sample)>> = chunks.map(vertices).collect();
+        let all: Vec<Vec<(u32, Sample)>> = chunks.map(vertices).collect();
         let mut samples = vec![Vec::new(); patches.len()];
-        for (whole, sample) in found.into_iter().flatten() {
+        for (whole, sample) in all.into_iter().flatten() {
             samples[whole as usize].push(sample);
         }
         samples
@@ -133,10 +131,10 @@ pub(crate) fn patch_sample(
     let whole = patches.whole(patches.at(face, side, position)?);
     let mut light = sample(vertex, patches, fields);
     if scene.maps(face).is_some() {
-        let own = vertex.found.rho;
+        let own = vertex.reflection.rho;
         let mean = patches.reflectance(scene, whole as usize).as_dvec3();
-        // Where a texel is black nothing is known of the light that arrives.
-        let even = || vertex.found.glow + (light - vertex.found.glow) * mean / own;
+        // At a black texel the light that arrives is unknown.
+        let even = || vertex.reflection.glow + (light - vertex.reflection.glow) * mean / own;
         light = (own.min_element() > 0.0).then(even)?;
     }
     Some((whole, Sample { point: SurfacePoint { position, normal, face }, light }))
@@ -182,12 +180,12 @@ fn sample_of(
         side,
         position: point.position,
         through: 1.0,
-        // A texture is its mean over so much.
+        // The cone over which a texture is averaged.
         distance: view.patches.cut_extent(k).width,
         read: None,
     };
-    let found = tracer.reflect(&at, random, memory);
-    let vertex = Vertex { at, weight: glam::DVec3::ONE, found };
+    let reflection = tracer.reflect(&at, random, memory);
+    let vertex = Vertex { at, weight: DVec3::ONE, reflection };
     Some(patch_sample(&vertex, view.scene, view.patches, fields)?.1)
 }
 
@@ -215,14 +213,14 @@ mod tests {
         (paths, Fields::new(&[vec![Rgb::ONE; view.patches.len()]]))
     }
 
-    /// In a closed room nothing ends a ray but what it reads, and its glow is asked for without a ray.
+    /// In a closed room a ray ends only where it reads, and emission takes no ray.
     #[test]
     fn a_reading_is_priced_by_the_rays_it_takes() {
         let lights = lights_of("furnace", Mode::Global.transport(), 24);
         let view = View::new(&lights, (8, 8).into());
         let (paths, fields) = followed(&view);
         let far = paths.prices(view.patches, &fields);
-        assert_eq!(paths.asked(), 0.0);
+        assert_eq!(paths.direct_rays(), 0.0);
         // Paths of a room that absorbs half of the light seldom end where the first reads.
         assert_eq!(far[0], 1.0);
         let second = far[1];
@@ -233,19 +231,17 @@ mod tests {
         assert_eq!(paths.prices(view.patches, &near)[0], 1.0 + vertices as f64 / paths.paths.len() as f64);
     }
 
-    /// Each vertex of the furnished room's paths asks its lamps by rays, and so does each place that a ray goes on
-    /// from.
     #[test]
-    fn asking_for_direct_light_has_its_price() {
+    fn direct_light_has_its_price() {
         let lights = lights_of("furnished-room", Mode::Global.transport(), 100);
         let view = View::new(&lights, (8, 8).into());
         let (paths, fields) = followed(&view);
         let prices = paths.prices(view.patches, &fields);
-        let asked = ASKED * paths.asked();
-        let most = ASKED * view.lights.luminaires.list.len() as f64;
-        assert!(0.0 < asked && asked <= most, "{asked} {most}");
+        let direct = DIRECT_RAY * paths.direct_rays();
+        let most = DIRECT_RAY * view.lights.luminaires.list.len() as f64;
+        assert!(0.0 < direct && direct <= most, "{direct} {most}");
         // In a closed room nearly every ray that goes on reads what the next one meets.
-        let more = (prices[1] - prices[0]) / (1.0 + asked);
+        let more = (prices[1] - prices[0]) / (1.0 + direct);
         assert!((0.9..1.1).contains(&more), "{more} {prices:?}");
     }
 

@@ -1,7 +1,7 @@
 //! The squared error of light on patches from a few pixels, each by many paths.
 //!
-//! A pixel k is drawn with the chance p_k, and n paths that start from it tell errors x whose mean is that of the pixel
-//! ([`crate::error::residual`]). Of N pixels the squared error is
+//! A pixel k is drawn with probability p_k, and n paths that start from it sample errors x whose mean is that of the
+//! pixel ([`crate::error::residual`]). Of N pixels the squared error is
 //!
 //! ```text
 //! mean over all pixels of |e_k|² / 3 = E[ U_k / (3 N p_k) ],    U_k = (|sum x|² - sum |x|²) / (n (n - 1))
@@ -9,11 +9,11 @@
 //!
 //! (M. Hansen, W. Hurwitz, *On the theory of sampling from finite populations*, 1943; W. Hoeffding, *A class of
 //! statistics with asymptotically normal distribution*, 1948). Its mean has no noise of paths in it, and errors that
-//! change sign from pixel to pixel do not cancel. As many paths over all pixels would tell nothing of single ones:
-//! noise of U_k falls as n^-2, and as m^-1 only with the m pixels. What pixels differ by falls as m^-1 alone. So the
-//! larger of both is halved: by twice the paths, or by twice the pixels.
+//! change sign from pixel to pixel do not cancel. The variance of U_k from paths falls as n^-2 and, over m pixels, as
+//! m^-1; that between pixels falls as m^-1 alone. So the larger of the two is halved, by twice the paths or by twice the
+//! pixels.
 //!
-//! Not handled: places that few pixels show and none that was drawn.
+//! Not handled: places that few pixels show, none of which was drawn.
 
 use std::time::Instant;
 
@@ -29,7 +29,7 @@ use crate::rays::sobol::{Stream, hash};
 use crate::reading::patch_light::{Fields, READINGS, Reading};
 use crate::reading::view::View;
 
-/// Pixels drawn at first: by the squares of so many a mean square is known to a tenth.
+/// Pixels drawn at first: the mean of so many squares has a standard error of a tenth.
 const DRAWS: usize = 256;
 /// Paths of each at first.
 const EACH: u32 = 32;
@@ -46,12 +46,12 @@ pub struct SquaredError {
 }
 
 impl SquaredError {
-    /// What it is at most, but for chance of one standard error.
+    /// One standard error above the value.
     pub fn upper(self) -> f64 {
         self.value.max(0.0) + self.deviation
     }
 
-    /// What it is at least, but for chance of one standard error.
+    /// One standard error below the value, at least 0.
     pub fn lower(self) -> f64 {
         (self.value - self.deviation).max(0.0)
     }
@@ -71,9 +71,9 @@ pub(crate) struct Brightness<'a> {
     pub size: Size,
 }
 
-/// How well an error is to be told.
+/// How precisely an error is to be estimated.
 #[derive(Clone, Copy)]
-pub(crate) struct Effort {
+pub(crate) struct SamplingGoal {
     /// Standard error of the squared error, (W/(m² sr))².
     pub wanted: f64,
     /// Paths at most, whatever that is by then. All are kept, some 2 KB each.
@@ -97,9 +97,9 @@ impl SampledPixels {
         SampledPixels { chances: Chances::new(view, bright), batches: Vec::new(), each: EACH, seed }
     }
 
-    /// The squared error by reading, told by more pixels and paths until that of light which is read at once has the
-    /// standard error wanted, or twice as many are more than there may be.
-    pub fn measure(&mut self, view: &View, fields: &Fields, effort: Effort) -> [SquaredError; READINGS] {
+    /// The squared error by reading, from more pixels and paths until that of light which is read at once has the
+    /// standard error requested, or twice as many would be more than there may be.
+    pub fn measure(&mut self, view: &View, fields: &Fields, goal: SamplingGoal) -> [SquaredError; READINGS] {
         if self.batches.is_empty() {
             self.widen(view, DRAWS);
         }
@@ -107,14 +107,14 @@ impl SampledPixels {
         let mut began = Instant::now();
         loop {
             self.batches.iter_mut().for_each(|batch| batch.measure(view.patches, fields));
-            let told = self.tell(Reading::AtOnce);
-            let is_most = 2 * self.draws() * self.each as usize > effort.most;
-            let is_last = is_most || would_be_over(effort.deadline, began, 2.0);
+            let at_once = self.estimate(Reading::AtOnce);
+            let is_most = 2 * self.draws() * self.each as usize > goal.most;
+            let is_last = is_most || would_be_over(goal.deadline, began, 2.0);
             began = Instant::now();
-            if told.error.deviation <= effort.wanted || is_last {
-                return Reading::ALL.map(|reading| self.tell(reading).error);
+            if at_once.error.deviation <= goal.wanted || is_last {
+                return Reading::ALL.map(|reading| self.estimate(reading).error);
             }
-            if told.is_noise {
+            if at_once.is_noise {
                 self.each *= 2;
                 self.batches.iter_mut().for_each(|batch| batch.paths.extend(view, self.each / 2));
             } else {
@@ -155,26 +155,31 @@ impl SampledPixels {
         pixels.dedup();
         let start = |pixel: u32| pixels.partition_point(|p| *p < pixel);
         let draws = drawn.iter().map(|&(pixel, counts)| Draw { start: start(pixel), counts }).collect();
-        let sums = vec![[Sums::default(); READINGS]; pixels.len()];
+        let sums = vec![[ErrorSums::default(); READINGS]; pixels.len()];
         let seed = hash(self.batches.len() as u32, self.seed);
         let mut paths = ImportancePaths::from_pixels(pixels.into_iter(), seed);
         paths.extend(view, self.each);
         self.batches.push(Batch { draws, paths, measured: 0, sums });
     }
 
-    fn tell(&self, reading: Reading) -> Findings {
-        let told: Vec<Told> = self.batches.iter().flat_map(|batch| batch.told(reading)).collect();
-        let count = told.len() as f64;
-        let mean = told.iter().map(|t| t.value).sum::<f64>() / count;
-        let noise = told.iter().map(|t| t.noise).sum::<f64>() / count;
-        let variance = told.iter().map(|t| (t.value - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        // Where rare paths bring most of the light, what they would add if there were two is in the noise alone.
-        let error = SquaredError { value: mean, deviation: (variance.max(noise) / count).sqrt() };
-        Findings { error, is_noise: noise > 0.5 * variance }
+    fn estimate(&self, reading: Reading) -> ReadingEstimate {
+        let pixels: Vec<PixelEstimate> = self.batches.iter().flat_map(|batch| batch.estimates(reading)).collect();
+        let [mean, noise, variance] = moments(&pixels);
+        // Where rare paths carry most of the light, what two of them would add is in the variance of paths alone.
+        let error = SquaredError { value: mean, deviation: (variance.max(noise) / pixels.len() as f64).sqrt() };
+        ReadingEstimate { error, is_noise: noise > 0.5 * variance }
     }
 }
 
-/// The chance that a pixel is drawn.
+/// The mean of the values, the mean of their variances by paths, and the variance of the values.
+fn moments(pixels: &[PixelEstimate]) -> [f64; 3] {
+    let count = pixels.len() as f64;
+    let mean = pixels.iter().map(|p| p.value).sum::<f64>() / count;
+    let noise = pixels.iter().map(|p| p.variance).sum::<f64>() / count;
+    [mean, noise, pixels.iter().map(|p| (p.value - mean).powi(2)).sum::<f64>() / (count - 1.0)]
+}
+
+/// The probability that a pixel is drawn.
 struct Chances {
     /// Of all pixels up to each and with it.
     sums: Vec<f64>,
@@ -210,24 +215,24 @@ struct Draw {
     counts: f64,
 }
 
-/// Sums over the paths of a pixel of the errors x that they tell.
+/// Sums over the paths of a pixel of their errors x.
 #[derive(Clone, Copy, Default)]
-struct Sums {
+struct ErrorSums {
     errors: DVec3,
     squares: f64,
 }
 
-/// A squared error that a pixel tells, and the variance that noise of its paths gives it.
+/// The squared error estimated at a pixel, and its variance from the noise of paths.
 #[derive(Clone, Copy)]
-struct Told {
+struct PixelEstimate {
     value: f64,
-    noise: f64,
+    variance: f64,
 }
 
-/// What pixels tell of one reading.
-struct Findings {
+/// The estimate of one reading from all pixels.
+struct ReadingEstimate {
     error: SquaredError,
-    /// Noise of paths is more of the variance than what pixels differ by.
+    /// Paths make more of the variance than differences between pixels.
     is_noise: bool,
 }
 
@@ -235,25 +240,25 @@ struct Findings {
 struct Batch {
     draws: Vec<Draw>,
     paths: ImportancePaths,
-    /// Paths that were measured.
+    /// Paths measured so far.
     measured: usize,
     /// By pixel that paths start from, and by reading.
-    sums: Vec<[Sums; READINGS]>,
+    sums: Vec<[ErrorSums; READINGS]>,
 }
 
 impl Batch {
-    /// Forgets what was measured, as after patches or their light became others.
+    /// Discards what was measured, as patches or their light have changed.
     fn forget(&mut self) {
         self.measured = 0;
-        self.sums.fill([Sums::default(); READINGS]);
+        self.sums.fill([ErrorSums::default(); READINGS]);
     }
 
     /// Measures the paths that were not measured yet.
     fn measure(&mut self, patches: &Patches, fields: &Fields) {
         let own = |path: &Path| (path.start as usize, errors(path, patches, fields));
-        let told: Vec<(usize, [DVec3; READINGS])> = self.paths.paths[self.measured..].par_iter().map(own).collect();
-        // One after the other: the sums are the same for any number of threads.
-        for (start, errors) in told {
+        let errors: Vec<(usize, [DVec3; READINGS])> = self.paths.paths[self.measured..].par_iter().map(own).collect();
+        // In order: the sums are the same for any number of threads.
+        for (start, errors) in errors {
             for (sums, error) in self.sums[start].iter_mut().zip(errors) {
                 sums.errors += error;
                 sums.squares += error.length_squared();
@@ -262,25 +267,25 @@ impl Batch {
         self.measured = self.paths.paths.len();
     }
 
-    /// What each pixel drawn tells of a reading, as if it were the whole picture.
-    fn told(&self, reading: Reading) -> impl Iterator<Item = Told> {
+    /// The estimates of a reading at each pixel drawn, as if it were the whole picture.
+    fn estimates(&self, reading: Reading) -> impl Iterator<Item = PixelEstimate> {
         let paths = (self.measured / self.sums.len()) as f64;
         self.draws.iter().map(move |Draw { start, counts }| {
-            let Told { value, noise } = self.sums[*start][reading.number()].told(paths);
-            Told { value: counts * value, noise: counts * counts * noise }
+            let PixelEstimate { value, variance } = self.sums[*start][reading.number()].estimate(paths);
+            PixelEstimate { value: counts * value, variance: counts * counts * variance }
         })
     }
 }
 
-impl Sums {
-    /// What n paths tell, channels in the mean.
-    fn told(&self, n: f64) -> Told {
+impl ErrorSums {
+    /// The estimate from n paths, mean of the channels.
+    fn estimate(&self, n: f64) -> PixelEstimate {
         let pairs = n * (n - 1.0);
         let value = (self.errors.length_squared() - self.squares) / pairs;
-        // Of one path, all channels as if they were one: no less than it is.
-        let variance = (self.squares - self.errors.length_squared() / n) / (n - 1.0);
-        let noise = 2.0 * variance * variance / pairs + 4.0 * value.max(0.0) * variance / n;
-        Told { value: value / 3.0, noise: noise / 9.0 }
+        // Of one path, as if all channels were fully correlated, which is an upper bound.
+        let path = (self.squares - self.errors.length_squared() / n) / (n - 1.0);
+        let variance = 2.0 * path * path / pairs + 4.0 * value.max(0.0) * path / n;
+        PixelEstimate { value: value / 3.0, variance: variance / 9.0 }
     }
 }
 
@@ -297,21 +302,18 @@ mod tests {
         let mut random = Stream::new(7);
         // Errors of 1 with uniform noise of the variance 3, alike in all channels.
         let mut pixel = || {
-            let mut sums = Sums::default();
+            let mut sums = ErrorSums::default();
             for _ in 0..PATHS {
                 let error = DVec3::splat(1.0 + 6.0 * (f64::from(random.uniform()) - 0.5));
                 sums.errors += error;
                 sums.squares += error.length_squared();
             }
-            sums.told(PATHS as f64)
+            sums.estimate(PATHS as f64)
         };
-        let told: Vec<Told> = (0..PIXELS).map(|_| pixel()).collect();
+        let [mean, noise, variance] = moments(&(0..PIXELS).map(|_| pixel()).collect::<Vec<_>>());
         let count = f64::from(PIXELS);
-        let mean = told.iter().map(|t| t.value).sum::<f64>() / count;
-        let variance = told.iter().map(|t| (t.value - mean).powi(2)).sum::<f64>() / (count - 1.0);
         assert!((mean - 1.0).abs() < 4.0 * (variance / count).sqrt(), "{mean}");
         // The variance of a variance over so many, of values whose kurtosis is below 9, and as much again.
-        let noise = told.iter().map(|t| t.noise).sum::<f64>() / count;
         assert!((noise / variance - 1.0).abs() < 8.0 * (8.0 / count).sqrt(), "{noise} {variance}");
     }
 
@@ -345,17 +347,17 @@ mod tests {
         let mut pixels = SampledPixels::new(&view, bright, 5);
         let mut off = |factor: f32| {
             let fields = Fields::new(&[vec![Rgb::splat(factor * exact); view.patches.len()]]);
-            let once = Effort { wanted: f64::INFINITY, most: 0, deadline: None };
+            let once = SamplingGoal { wanted: f64::INFINITY, most: 0, deadline: None };
             pixels.measure(&view, &fields, once)[Reading::AtOnce.number()]
         };
         assert!(off(1.0).value.abs() < 1e-9, "{:?}", off(1.0));
         // Light of a surface is E + rho L: what is read wrong by 0.1 L shows as rho 0.1 L.
         let squared = f64::from(0.1 * exact * rho).powi(2);
-        let found = off(1.1);
-        assert!(found.deviation < 0.1 * squared, "{found:?}");
-        assert!((found.value - squared).abs() < 4.0 * found.deviation, "{found:?} {squared}");
+        let error = off(1.1);
+        assert!(error.deviation < 0.1 * squared, "{error:?}");
+        assert!((error.value - squared).abs() < 4.0 * error.deviation, "{error:?} {squared}");
         // What is measured again is not counted twice.
         let again = off(1.1);
-        assert_eq!((again.value, again.deviation), (found.value, found.deviation));
+        assert_eq!((again.value, again.deviation), (error.value, error.deviation));
     }
 }

@@ -1,11 +1,11 @@
-//! What the gather pass gives: the parts of the picture, and the parts of their error.
+//! The result of the gather pass: the parts of the picture, and the parts of their error.
 //!
 //! Not handled: errors of the solution that is gathered.
 
 use crate::pictures::Picture;
 
-/// Share of the RMS of a noisy picture that is surely no noise.
-const LEAST: f64 = 0.25;
+/// Share of the RMS of a noisy picture that is taken to be signal at least.
+const LEAST_SIGNAL: f64 = 0.25;
 
 /// The parts of the picture.
 #[derive(Clone, Debug)]
@@ -16,19 +16,19 @@ pub struct Gathered {
     pub direct: Picture,
     /// What each field sends.
     pub indirect: Vec<Picture>,
-    /// Standard error of the picture that the leading fields make.
+    /// Standard error of the picture that the picture fields make.
     pub standard_error: Picture,
     /// Estimated error.
     pub error: GatherError,
-    /// RMS of what each field beyond the leading ones sends, over the pixels that see no luminaire, W/(m² sr).
-    pub riders: Vec<f64>,
+    /// RMS of the picture of each auxiliary field, over the pixels that see no luminaire, W/(m² sr).
+    pub auxiliary_rms: Vec<f64>,
     /// Share of the camera rays that met the black back of a one-sided face.
     pub backs: f64,
     /// Share of the camera rays that met a side that reflects.
     pub sees: f64,
     /// Rays cast.
     pub rays: u64,
-    pub(crate) leading: usize,
+    pub(crate) picture_fields: usize,
 }
 
 /// Estimated RMS errors over the pixels that see no luminaire, W/(m² sr), and the RMS picture they compare with.
@@ -50,11 +50,11 @@ impl GatherError {
         self.share((self.camera.powi(2) + self.hemisphere.powi(2) + self.fit.powi(2)).sqrt())
     }
 
-    /// The same beside the picture without its noise, whose square is part of that of the RMS; at least a quarter of
-    /// the RMS is left.
+    /// The same errors with the signal less the noise in it, `sqrt(signal² - camera² - hemisphere²)`; a quarter of the
+    /// RMS at least.
     pub(crate) fn over_signal_alone(self) -> GatherError {
-        let left = self.signal.powi(2) - self.camera.powi(2) - self.hemisphere.powi(2);
-        GatherError { signal: left.max((LEAST * self.signal).powi(2)).sqrt(), ..self }
+        let squared = self.signal.powi(2) - self.camera.powi(2) - self.hemisphere.powi(2);
+        GatherError { signal: squared.max((LEAST_SIGNAL * self.signal).powi(2)).sqrt(), ..self }
     }
 
     /// An RMS error as a share of the picture: 0 for a black picture, infinite where it is not a number.
@@ -70,10 +70,10 @@ impl GatherError {
 }
 
 impl Gathered {
-    /// Emission, direct light and the leading fields together.
+    /// Emission, direct light and the picture fields together.
     pub fn total(&self) -> Picture {
         let mut total = self.emission.clone();
-        let parts = std::iter::once(&self.direct).chain(&self.indirect[..self.leading]);
+        let parts = std::iter::once(&self.direct).chain(&self.indirect[..self.picture_fields]);
         for part in parts {
             for (sum, p) in total.pixels.iter_mut().zip(&part.pixels) {
                 *sum += *p;
@@ -81,12 +81,9 @@ impl Gathered {
         }
         total
     }
-}
 
-impl Gathered {
     /// The picture whose pixels are the means of `step` by `step` of these. Noise of camera rays is independent from
-    /// pixel to pixel, and so adds up as squares; of all else the RMS error of means is at most that of what they are
-    /// means of.
+    /// pixel to pixel, so its variances add up; the RMS of all other errors does not grow by averaging.
     pub(crate) fn averaged(self, step: usize) -> Gathered {
         let mean = |picture: &Picture| picture.averaged(step);
         let squares = |picture: &Picture| picture.pixels.iter().map(|p| p.as_dvec3().length_squared()).sum::<f64>();
@@ -114,20 +111,18 @@ impl Gathered {
 mod tests {
     use super::*;
 
-    /// Below a door the noise of a rough picture was six sevenths of it: errors of 6.2 % were told as 2.4 beside both.
     #[test]
-    fn noise_is_no_part_of_what_errors_are_told_beside() {
-        let beside = |camera: f64, hemisphere: f64| {
+    fn noise_is_no_part_of_the_signal() {
+        let signal = |camera: f64, hemisphere: f64| {
             let error = GatherError { camera, hemisphere, fit: 3.0, signal: 5.0 }.over_signal_alone();
             assert_eq!((error.camera, error.hemisphere, error.fit), (camera, hemisphere, 3.0));
             error.signal
         };
-        assert_eq!([beside(0.0, 0.0), beside(4.0, 0.0), beside(0.0, 3.0)], [5.0, 3.0, 4.0]);
-        // Noise may be told too large, but not all is noise.
-        assert_eq!(beside(6.0, 1.0), 1.25);
+        assert_eq!([signal(0.0, 0.0), signal(4.0, 0.0), signal(0.0, 3.0)], [5.0, 3.0, 4.0]);
+        // Noise may be estimated too large, but not all is noise.
+        assert_eq!(signal(6.0, 1.0), 1.25);
     }
 
-    /// Light that was no number once stated an error of 0 %.
     #[test]
     fn an_error_that_is_no_number_is_not_small() {
         let error = |camera: f64, signal: f64| GatherError { camera, signal, ..GatherError::default() }.relative();

@@ -1,8 +1,8 @@
 //! The gather pass: the visible half of L at every pixel, by final gathering from the solution on patches.
 //!
-//! Camera rays find what a pixel sees; direct light is evaluated there in closed form; indirect light is gathered by
-//! hemisphere rays at irradiance records (G. Ward, F. Rubinstein, R. Clear, *A ray tracing solution for diffuse
-//! interreflection*, 1988) and interpolated between them. Every part of the error is estimated beside the picture.
+//! Camera rays determine what a pixel sees; direct light is evaluated there in closed form; indirect light is gathered
+//! by hemisphere rays at irradiance records (G. Ward, F. Rubinstein, R. Clear, *A ray tracing solution for diffuse
+//! interreflection*, 1988) and interpolated between them. Every part of the error is estimated with the picture.
 //!
 //! Not handled: specular reflection of what was reflected before, depth of field, motion.
 

@@ -1,4 +1,4 @@
-//! The gather pass: the visible half of L at every pixel, from the solution on patches; with how many rays.
+//! The gather pass: the visible half of L at every pixel, from the solution on patches.
 //!
 //! ```text
 //! pixel = mean over the box of   E_visible                                     seen directly
@@ -7,12 +7,9 @@
 //! ```
 //!
 //! with `L'` the invisible light of the patches less what luminaires emit. Direct light is evaluated at the points
-//! seen; irradiance from patches at records placed where it varies, with a linear fit between them, so no patch edge
-//! shows. Several fields `L'` are gathered from the same rays, one picture each: the bounces of a series cost no more
-//! rays than their sum. A camera ray ends at the first surface whatever its tau, as in the paper; the back of a
-//! one-sided face is black.
-//!
-//! No visibility ray is cast where nothing can occlude, and no hemisphere ray where no field has light.
+//! seen, irradiance from patches at records placed where it varies, with a linear fit between them. Several fields `L'`
+//! are gathered from the same rays, one picture each. A camera ray ends at the first surface whatever its tau, as in the
+//! paper; the back of a one-sided face is black.
 //!
 //! Not handled: depth of field, motion, filters other than the box.
 
@@ -25,7 +22,7 @@ use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::final_gather::FinalGather;
 use crate::gather::records::indirect_light::IndirectLight;
 use crate::gather::records::irradiance_cache::{Density, IrradianceCache};
-use crate::gather::records::record_rounds::{Rounds, foreseen};
+use crate::gather::records::record_rounds::{RecordRounds, predicted_misfit};
 use crate::gather::sampling::Gathering;
 use crate::light::budget::CAMERA;
 use crate::reading::patch_light::Fields;
@@ -33,17 +30,17 @@ use crate::reading::view::View;
 
 /// Renders the visible half: emission, direct light and what each field sends, with their errors; `tick` counts rows.
 pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progress) -> Gathered {
-    let settings = Settings::new(view, fields, gathering);
+    let settings = GatherSettings::new(view, fields, gathering);
     let camera_rays = CameraRays::new(view, fields, &settings.camera);
     let mut pixels = sample_pixels(&camera_rays, &settings.plan, tick);
     let final_gather = FinalGather::new(view, fields);
     let mut cache = IrradianceCache::new(&camera_rays, &final_gather, settings.density, &pixels);
-    let mut found = IndirectLight::default();
+    let mut indirect = IndirectLight::default();
     if !fields.is_dark() {
-        found = settings.gather_indirect(&pixels, &mut cache);
-        found.sharpen(&camera_rays, &mut pixels, &cache, &settings.plan);
+        indirect = settings.gather_indirect(&pixels, &mut cache);
+        indirect.sharpen(&camera_rays, &mut pixels, &cache, &settings.plan);
     }
-    let mut gathered = found.assemble(&pixels, fields, view);
+    let mut gathered = indirect.assemble(&pixels, fields, view);
     gathered.rays += cache.cast;
     gathered
 }
@@ -54,23 +51,23 @@ const RADIUS: f64 = 0.15;
 /// fit's bias grows as its power 1.2.
 const WITHIN: f64 = 0.18;
 /// The least valid radius at first, in pixels, at an error of 1 %.
-const LEAST: f64 = 3.0;
+const LEAST_RADIUS: f64 = 3.0;
 /// Rays of a half at first, at an error of 1 %.
 const RAYS: f64 = 128.0;
 
-/// What [`Gathering`] comes to for one picture.
-pub(crate) struct Settings {
+/// The parameters of the pass that [`Gathering`] makes for one picture.
+pub(crate) struct GatherSettings {
     pub plan: Plan,
     pub density: Density,
     pub camera: CameraSampling,
     error: Option<f64>,
 }
 
-impl Settings {
-    /// The first guess; rounds of sampling correct it.
-    pub fn new(view: &View, fields: &Fields, gathering: &Gathering) -> Settings {
+impl GatherSettings {
+    /// The first estimate; rounds of sampling correct it.
+    pub fn new(view: &View, fields: &Fields, gathering: &Gathering) -> GatherSettings {
         match *gathering {
-            Gathering::Uniform(sampling) => Settings {
+            Gathering::Uniform(sampling) => GatherSettings {
                 plan: Plan { first: (sampling.camera / 2).max(1), noise: None, deadline: None },
                 density: Density {
                     spacing: 1,
@@ -88,10 +85,10 @@ impl Settings {
                 error: None,
             },
             Gathering::Within { error, seed, deadline } => {
-                // Where there is no time for rounds the first guess is all there is.
+                // Without time for rounds the first estimate stays.
                 let fineness = if is_over(deadline) { 0.1 } else { (0.01 / error).clamp(0.1, 100.0) };
                 let pixel = view.scene.camera.pixel(view.height);
-                Settings {
+                GatherSettings {
                     plan: Plan {
                         first: ((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(),
                         noise: Some(error * if fields.is_dark() { 1.0 } else { CAMERA }),
@@ -101,13 +98,12 @@ impl Settings {
                         spacing: spacing(view.width.max(view.height)),
                         rays: ((RAYS * fineness.powf(1.4)) as u32).max(16),
                         radius: WITHIN * fineness.powf(-0.5),
-                        least: LEAST * fineness.powf(-0.3),
+                        least: LEAST_RADIUS * fineness.powf(-0.3),
                         pixel,
                         seed,
                     },
                     camera: CameraSampling {
                         tabled: 64,
-                        // The ratio of few drawn points is biased.
                         visibility: view.lights.visibility_rays(),
                         seed,
                     },
@@ -120,11 +116,11 @@ impl Settings {
     /// Places records and casts their rays until noise and bias are within their parts.
     pub fn gather_indirect(&self, pixels: &[Pixel], cache: &mut IrradianceCache) -> IndirectLight {
         cache.place(pixels);
-        let misfit = self.error.map(|error| Rounds::new(cache, pixels, error).run(&self.plan));
-        let found = IndirectLight::new(pixels, cache, 1);
-        let foreseen = || foreseen(cache, pixels, &cache.biases(), found.measure(pixels).signal);
-        let misfit = misfit.unwrap_or_else(foreseen);
-        found.biased_by(misfit)
+        let misfit = self.error.map(|error| RecordRounds::new(cache, pixels, error).run(&self.plan));
+        let light = IndirectLight::new(pixels, cache, 1);
+        let predicted = || predicted_misfit(cache, pixels, &cache.biases(), light.measure(pixels).signal);
+        let misfit = misfit.unwrap_or_else(predicted);
+        light.biased_by(misfit)
     }
 }
 

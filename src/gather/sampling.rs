@@ -1,6 +1,6 @@
-//! How many rays a picture is gathered with: the same for every pixel, or as an error asks for.
+//! How many rays a picture is gathered with: the same for every pixel, or adaptively to a requested error.
 //!
-//! Not handled: how an error is divided between kinds of rays; that is `budget`.
+//! Not handled: how an error is divided between kinds of rays ([`crate::light::budget`]).
 
 use std::time::Instant;
 
@@ -20,10 +20,8 @@ pub struct GatherSampling {
 }
 
 impl GatherSampling {
-    /// Spreads about `samples` hemisphere rays a pixel over camera rays: 16 of those at least, then one for each 8.
-    ///
-    /// Measured on the Cornell box: edges in a picture want as many camera rays as its insides want rays to look
-    /// around.
+    /// Spreads about `samples` hemisphere rays a pixel over camera rays: 16 of those at least, then one for each 8,
+    /// which balances noise at edges and within surfaces of the Cornell box.
     pub fn with_samples(samples: u32, seed: u32) -> GatherSampling {
         let samples = samples.clamp(1, 1 << 20).next_power_of_two();
         let camera = (samples / 8).max(samples.min(16));
@@ -35,16 +33,16 @@ impl GatherSampling {
 /// How well the picture is to be gathered.
 #[derive(Clone, Copy, Debug)]
 pub enum Gathering {
-    /// As many rays for every pixel, and irradiance from records of each pixel's own.
+    /// The same number of rays for every pixel, and a record at every pixel.
     Uniform(GatherSampling),
-    /// Rays where they are needed until the estimated error is below `error`: RMS, as a share of the RMS picture, over
-    /// the pixels that see no luminaire.
+    /// Adaptive until the estimated error is below `error`: RMS, as a share of the RMS picture, over the pixels that
+    /// see no luminaire.
     Within {
         /// The error.
         error: f64,
         /// Chooses the scrambling of the points.
         seed: u32,
-        /// When to stop, whatever the error is by then.
+        /// When to stop at any error.
         deadline: Option<Instant>,
     },
 }

@@ -1,7 +1,6 @@
-//! Reading the light on patches along rays: what a ray meets in a scene, which light leaves there for its pixel, and
-//! from how near the light of a patch may stand for that of its points.
+//! Reading the light on patches along rays: what a ray meets in a scene, and which light it carries back.
 //!
-//! Not handled: how many rays there are, and what their mean is off by.
+//! Not handled: how many rays there are, and the error of their mean.
 
 pub(crate) mod patch_light;
 pub(crate) mod reflection;

@@ -1,17 +1,16 @@
-//! The light on patches that rays read: one or more fields at once, linear within each patch, and how they are read.
+//! The light on patches that rays read: one or more fields at once, linear within each patch, and how rays read them.
 //!
 //! ```text
 //! L(x) = L_i + G_i (x - c_i)      c_i the patch's centroid, so the patch keeps its mean
 //! ```
 //!
-//! Next to a crease a surface gathers light from the first patch of the other within less than that patch's size, where
-//! one value a patch is wrong by the first order of its size (too bright in corners); with slopes the second is left.
-//! Along each axis the slope is the mean of the differences to both sides, at most twice the smaller one and none where
-//! they differ in sign (van Leer 1977), so that a shadow's edge makes no ripples; at a rim it is the difference to the
-//! one side. Light stays positive.
+//! In a corner, light gathered from within a patch's size has an error of first order in that size where patches have
+//! one value each (too bright), of second order with slopes. Along each axis the slope is the mean of the differences
+//! to both sides, at most twice the smaller one and none where their signs differ (B. van Leer, 1977), so that a
+//! shadow's edge makes no ripples; at a rim it is the difference to the one side. Light stays positive.
 //!
-//! Not handled: patches without neighbours, whose light is one value; light that varies within a patch by more than
-//! linearly; which reading a picture needs, which the weighted residual shows.
+//! Not handled: patches without neighbours, which have one value; variation within a patch beyond linear; which reading
+//! a picture needs ([`crate::error`]).
 
 use glam::{Mat3, Vec3};
 
@@ -22,17 +21,16 @@ use crate::patches::{Neighbours, Patches};
 #[derive(Clone, Debug, Default)]
 pub struct Fields {
     count: usize,
-    /// The fields that add up to the picture come first.
-    leading: usize,
+    /// Number of fields that add up to the picture; they come first, auxiliary fields follow.
+    picture_fields: usize,
     /// Patch by patch, field by field.
     values: Vec<Linear>,
-    /// Irradiance over pi of the patches themselves; empty where it is not known.
+    /// Irradiance over pi of the patches themselves; empty where unknown.
     ambient: Vec<Rgb>,
-    /// The first field without what luminaires send there directly; empty where it is not known.
+    /// The first field without direct light of luminaires; empty where unknown.
     without_direct: Vec<Linear>,
-    /// How gather rays read.
     reading: Reading,
-    /// Patches met by shorter rays than this are not read, the rays go on; empty where all are.
+    /// Least distance from which each patch is read; shorter rays go on. Empty where there is none.
     near: Vec<f32>,
 }
 
@@ -54,31 +52,31 @@ impl Fields {
         let patches = fields.first().map_or(0, Vec::len);
         assert!(fields.iter().all(|f| f.len() == patches));
         let values = (0..patches).flat_map(|i| fields.iter().map(move |f| f[i]));
-        Fields { count: fields.len(), leading: fields.len(), values: values.collect(), ..Fields::default() }
+        Fields { count: fields.len(), picture_fields: fields.len(), values: values.collect(), ..Fields::default() }
     }
 
-    /// Only the first `leading` fields make the picture; the others ride along on the same rays.
-    pub fn led_by(mut self, leading: usize) -> Fields {
-        self.leading = leading.min(self.count);
+    /// Only the first `picture_fields` fields make the picture; the others are auxiliary, gathered by the same rays.
+    pub fn with_picture_fields(mut self, picture_fields: usize) -> Fields {
+        self.picture_fields = picture_fields.min(self.count);
         self
     }
 
-    /// The fields that make the picture, without those that ride along.
-    pub fn led(&self) -> Fields {
+    /// The fields that make the picture, without auxiliary ones.
+    pub fn picture_only(&self) -> Fields {
         let own = self.values.chunks_exact(self.count.max(1));
-        let values = own.flat_map(|v| &v[..self.leading]).copied().collect();
-        Fields { count: self.leading, values, ..self.clone() }
+        let values = own.flat_map(|v| &v[..self.picture_fields]).copied().collect();
+        Fields { count: self.picture_fields, values, ..self.clone() }
     }
 
-    /// Adds what the patches themselves receive of these fields, irradiance over pi: it tells edges of indirect light
+    /// Adds the irradiance over pi that the patches themselves receive of these fields, an estimate of indirect light
     /// before any of it is gathered.
     pub fn with_ambient(mut self, ambient: Vec<Rgb>) -> Fields {
         self.ambient = ambient;
         self
     }
 
-    /// Adds what the first field is without the direct light of luminaires, two estimates of that light given, for
-    /// readers that ask for it where they read.
+    /// Adds the first field without the direct light of luminaires, of which two estimates are given, for readers that
+    /// sample direct light themselves.
     pub fn with_rest(mut self, direct: [Vec<Rgb>; 2], patches: &Patches) -> Fields {
         let neighbours = patches.neighbours();
         let [a, b] = direct.map(|values| linear(&neighbours, &values));
@@ -90,13 +88,13 @@ impl Fields {
         self
     }
 
-    /// Has gather rays read in some way; asked light and further rays tell the first field only.
+    /// Sets how gather rays read; rays that go on read the first field only.
     pub fn read_by(mut self, reading: Reading) -> Fields {
         self.reading = reading;
         self
     }
 
-    /// Has rays go on that meet a patch nearer than its number, in unit coordinates.
+    /// Sets the least distance from which each patch is read, unit coordinates; shorter rays go on.
     pub fn not_read_nearer(mut self, near: Vec<f32>) -> Fields {
         self.near = near;
         self
@@ -133,8 +131,8 @@ impl Fields {
     }
 
     /// Number of fields that make the picture.
-    pub(crate) fn leading(&self) -> usize {
-        self.leading
+    pub(crate) fn picture_fields(&self) -> usize {
+        self.picture_fields
     }
 
     /// Whether no field has any light.
@@ -159,10 +157,10 @@ pub fn invisible(light: &[Light]) -> Vec<Rgb> {
     light.iter().map(|l| l.invisible).collect()
 }
 
-/// Light that varies linearly: `at_origin + slope * x`.
+/// Light that varies linearly with position: `at_origin + slope * x`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linear {
-    /// What it would be at the origin of coordinates.
+    /// Its value at the origin of coordinates.
     pub at_origin: Rgb,
     /// Change of (R, G, B) over x.
     pub slope: Mat3,
@@ -203,7 +201,7 @@ fn one(neighbours: &Neighbours, values: &[Rgb], i: usize) -> Linear {
         let difference = |j: usize| {
             let steps = (neighbours.middle(j) - middle).dot(halves[axis]) / length;
             let change = (values[j] - values[i]) / steps;
-            // A larger patch beside along one axis may have its middle square to that; it tells no slope.
+            // The step to a larger neighbour along one axis may be orthogonal to it; then there is no slope.
             if change.is_finite() { change } else { Rgb::ZERO }
         };
         match neighbours.beside(i, axis) {
@@ -247,7 +245,7 @@ pub enum Reading {
     /// The light of the patch that is met.
     #[default]
     AtOnce,
-    /// Direct light at the point that is met, and what one more ray reads.
+    /// Direct light sampled at the point that is met, and what one more ray reads.
     AfterOneMore,
 }
 
@@ -320,10 +318,10 @@ mod tests {
         }
     }
 
-    /// Of larger patches that share no more than an edge of one part each, one may lie beside the other along an axis
-    /// that is square to the step between their middles.
+    /// Of larger patches that share no more than an edge of one part each, one may be the other's neighbour along an
+    /// axis that is orthogonal to the step between their middles.
     #[test]
-    fn patches_beside_each_other_without_a_step_between_have_finite_light() {
+    fn neighbours_without_a_step_between_have_finite_light() {
         let patches = furnace();
         let neighbours = patches.neighbours();
         let after = |i: usize, axis: usize| neighbours.beside(i, axis)[0];

@@ -1,6 +1,5 @@
-//! One reflection after the other: what a ray meets, what leaves the surface there, and rays that go on before they
-//! read the light of patches: where what they meet is nearer than it is wide, and where patches stand for the light too
-//! coarsely.
+//! Reflection along rays: what a ray meets, what leaves the surface there, and rays that go on before they read the
+//! light of patches, where that is too near or too coarse.
 //!
 //! Not handled: fields beyond the first for rays that go on.
 
@@ -32,12 +31,12 @@ pub(crate) struct SurfaceHit {
     pub through: f32,
     /// Length of the ray that met it.
     pub distance: f32,
-    /// Reflectance within the ray's cone, where it tells how the light here differs from the patch's.
+    /// Reflectance within the ray's cone; none where the patch's mean is taken.
     pub read: Option<Rgb>,
 }
 
 impl SurfaceHit {
-    /// Light as the ray reads it here over that of the patch: what is far shows its mean, what is near its texels.
+    /// Light as the ray reads it here over that of the patch: near surfaces show texels, far ones their mean.
     #[inline]
     pub fn over_patch(&self, patches: &Patches, patch: u32) -> Rgb {
         self.read.map_or(Rgb::ONE, |rho| patches.over_mean(patch as usize, rho))
@@ -47,12 +46,12 @@ impl SurfaceHit {
 /// The points that a ray meets; one, unless something is transparent.
 pub(crate) type Met = SmallVec<[SurfaceHit; 1]>;
 
-/// What leaves a point of a surface, as far as one ray tells.
+/// A sample of what leaves a point of a surface.
 #[derive(Clone, Debug)]
 pub(crate) struct Reflection {
-    /// Light that leaves for what luminaires send there: `alpha rho D`.
+    /// Reflected direct light of luminaires, `alpha rho D`.
     pub direct: DVec3,
-    /// Light that the surface emits without being a luminaire.
+    /// Emission of a surface that is no luminaire.
     pub glow: DVec3,
     /// `rho` within the ray's cone.
     pub rho: DVec3,
@@ -63,7 +62,7 @@ pub(crate) struct Reflection {
 }
 
 impl Reflection {
-    /// What leaves the point when `incident` arrives along the next rays, beside the light asked for.
+    /// What leaves the point when `incident` arrives along the next rays in addition to direct light.
     pub fn light(&self, incident: DVec3) -> DVec3 {
         self.glow + self.direct + self.reflect * incident
     }
@@ -84,8 +83,7 @@ pub(crate) struct Walker<'a> {
     pub view: &'a View<'a>,
     /// Every ray ends at its first crossing.
     opaque: bool,
-    /// Width at distance 1 of the cone that a ray stands for: of a texture it sees the mean over what lies within,
-    /// about.
+    /// Width at distance 1 of the cone over which a ray sees the mean of a texture.
     cone: f64,
     /// Some surface has a texture.
     textured: bool,
@@ -101,7 +99,7 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// The same walker, to whose rays a texture is its mean over a cone that is so wide at distance 1.
+    /// The same walker with rays that see means of textures over a cone so wide at distance 1.
     pub fn with_cone(self, cone: f64) -> Walker<'a> {
         Walker { cone, ..self }
     }
@@ -111,8 +109,8 @@ impl<'a> Walker<'a> {
         self.rho_within(at, self.cone)
     }
 
-    /// Reflectance within the cone of a ray that reads light where it ends, at a distance; none where there is no
-    /// texture or a mask, or the surface glows, so that its light does not go as its reflectance.
+    /// Reflectance within the cone of a ray that reads light at a distance; none without texture, with a mask, and on a
+    /// surface that glows, whose light is not proportional to its reflectance.
     #[inline]
     pub fn read_reflectance(&self, face: u32, position: Vec3, distance: f32) -> Option<Rgb> {
         if !self.textured || self.glows(face) {
@@ -153,19 +151,15 @@ impl<'a> Walker<'a> {
 
     /// All that one cosine-distributed ray meets and sees light from.
     pub fn bounce(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Met {
-        self.bounce_towards(at, random.uniform(), random.uniform(), memory)
-    }
-
-    /// All that one ray meets and sees light from, its direction made of a point of the unit square.
-    pub fn bounce_towards(&self, at: &SurfaceHit, u: f32, v: f32, memory: &mut Memory) -> Met {
         let normal = self.view.patches.normal(at.face, at.side);
-        let ray = Ray { origin: at.position, direction: cosine_direction(normal, u, v), source: Some(at.face) };
+        let direction = cosine_direction(normal, random.uniform(), random.uniform());
+        let ray = Ray { origin: at.position, direction, source: Some(at.face) };
         let mut met = Met::new();
         self.follow(&ray, memory, |m| met.push(m));
         met
     }
 
-    /// All that the first `count` rays of a fan meet and see light from, each ray for its part of the whole.
+    /// All that the first `count` rays of a fan meet and see light from, each weighted by `1 / count`.
     pub fn bounce_all(&self, at: &SurfaceHit, fan: &Fan, count: usize, memory: &mut Memory) -> Met {
         let normal = self.view.patches.normal(at.face, at.side);
         let part = 1.0 / count as f32;
@@ -182,8 +176,8 @@ impl<'a> Walker<'a> {
     pub fn follow(&self, ray: &Ray, memory: &mut Memory, mut meet: impl FnMut(SurfaceHit)) -> f64 {
         memory.scratch.cast += 1;
         self.each(ray, &mut memory.hits, |hit, through| {
-            if let Some(found) = self.met(ray, hit, through) {
-                meet(found);
+            if let Some(at) = self.met(ray, hit, through) {
+                meet(at);
             }
         })
     }
@@ -207,10 +201,10 @@ impl<'a> Walker<'a> {
     }
 }
 
-/// Rays that follow one another at most before one reads, however near what they meet is.
-pub(crate) const MOST: u32 = 16;
+/// Rays in sequence at most before one reads, however near what they meet is.
+pub(crate) const MOST_BOUNCES: u32 = 16;
 
-/// What one ray found.
+/// A sample by one ray.
 pub(crate) struct RaySample {
     /// Inverse distance to the first face that it met.
     pub nearness: f64,
@@ -218,12 +212,12 @@ pub(crate) struct RaySample {
     pub light: DVec3,
 }
 
-/// How far a ray may go on.
+/// How many more rays may follow.
 #[derive(Clone, Copy)]
-struct Left {
-    /// Rays before light is read anywhere.
+struct RayBudget {
+    /// Rays that must follow before light is read.
     bounces: u32,
-    /// Rays before light is read however near what is met.
+    /// Rays that may follow before light is read however near what is met.
     most: u32,
 }
 
@@ -234,23 +228,22 @@ pub(crate) struct Continuation<'a> {
 }
 
 impl Continuation<'_> {
-    /// What a ray finds that goes on before it reads; `seed` is that of its numbers.
-    ///
-    /// Most rays read what they meet at once, and take nothing but that.
+    /// The sample of a ray that may go on before it reads; `seed` is that of its random numbers. Most rays read what
+    /// they meet at once.
     pub fn read(&self, ray: &Ray, seed: u32, memory: &mut Memory) -> RaySample {
         let mut met = std::mem::take(&mut memory.met);
         met.clear();
-        let left = Left { bounces: self.fields.reading().bounces(), most: MOST };
+        let budget = RayBudget { bounces: self.fields.reading().bounces(), most: MOST_BOUNCES };
         let mut light = DVec3::ZERO;
         let nearness = self.walker.follow(ray, memory, |m| {
-            if self.ends(&m, left) {
+            if self.ends(&m, budget) {
                 light += f64::from(m.through) * self.of_patch(&m);
             } else {
                 met.push(m);
             }
         });
         if !met.is_empty() {
-            light += self.incident(&met, left, &mut Stream::new(seed), memory);
+            light += self.incident(&met, budget, &mut Stream::new(seed), memory);
         }
         memory.met = met;
         RaySample { nearness, light }
@@ -258,19 +251,18 @@ impl Continuation<'_> {
 
     /// What arrives along one ray from all that it met.
     ///
-    /// Light is read at every place that ends the ray. Of the places that the ray goes on from, one is drawn by what
-    /// gets through to it and stands for all: with tau > 0 a ray meets many, and going on from each of them would
-    /// double the rays with every bounce.
-    fn incident(&self, met: &[SurfaceHit], left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+    /// Light is read at every point that ends the ray. Of the points that the ray goes on from one is drawn by
+    /// transmittance: with tau > 0 a ray meets many, and continuing from each would double the rays with every bounce.
+    fn incident(&self, met: &[SurfaceHit], budget: RayBudget, random: &mut Stream, memory: &mut Memory) -> DVec3 {
         if let [one] = met {
-            return f64::from(one.through) * self.light(one, left, random, memory);
+            return f64::from(one.through) * self.light(one, budget, random, memory);
         }
         let mut sum = DVec3::ZERO;
         let mut onward: Option<&SurfaceHit> = None;
         let mut through = 0.0;
         for m in met {
-            if self.ends(m, left) {
-                sum += f64::from(m.through) * self.light(m, left, random, memory);
+            if self.ends(m, budget) {
+                sum += f64::from(m.through) * self.light(m, budget, random, memory);
                 continue;
             }
             through += m.through;
@@ -278,30 +270,25 @@ impl Continuation<'_> {
                 onward = Some(m);
             }
         }
-        let on = onward.map_or(DVec3::ZERO, |m| f64::from(through) * self.light(m, left, random, memory));
+        let on = onward.map_or(DVec3::ZERO, |m| f64::from(through) * self.light(m, budget, random, memory));
         sum + on
     }
 
-    /// What arrives at a point along one more ray.
-    fn onward(&self, at: &SurfaceHit, left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
-        let next = self.walker.bounce(at, random, memory);
-        self.incident(&next, left, random, memory)
-    }
-
-    /// Whether light is read at a place.
-    fn ends(&self, at: &SurfaceHit, left: Left) -> bool {
-        left.most == 0 || (left.bounces == 0 && !self.fields.is_near(at.patch, at.distance))
+    /// Whether light is read at a point.
+    fn ends(&self, at: &SurfaceHit, budget: RayBudget) -> bool {
+        budget.most == 0 || (budget.bounces == 0 && !self.fields.is_near(at.patch, at.distance))
     }
 
     /// A sample of the first field at a point, read there or after more rays.
-    fn light(&self, at: &SurfaceHit, left: Left, random: &mut Stream, memory: &mut Memory) -> DVec3 {
-        if !self.ends(at, left) {
-            let found = self.walker.direct(at, random, memory);
-            if found.reflect == DVec3::ZERO {
-                return found.light(DVec3::ZERO);
+    fn light(&self, at: &SurfaceHit, budget: RayBudget, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+        if !self.ends(at, budget) {
+            let reflection = self.walker.direct(at, random, memory);
+            if reflection.reflect == DVec3::ZERO {
+                return reflection.light(DVec3::ZERO);
             }
-            let left = Left { bounces: left.bounces.saturating_sub(1), most: left.most - 1 };
-            return found.light(self.onward(at, left, random, memory));
+            let budget = RayBudget { bounces: budget.bounces.saturating_sub(1), most: budget.most - 1 };
+            let next = self.walker.bounce(at, random, memory);
+            return reflection.light(self.incident(&next, budget, random, memory));
         }
         self.of_patch(at)
     }
@@ -320,8 +307,7 @@ mod tests {
     use crate::light::Transport;
     use crate::reading::view::lights_of;
 
-    /// Rays once went on from every surface that they crossed: with tau > 0 their number doubled and more with every
-    /// bounce, and a furnished staircase at alpha = tau = 0.5 did not end in nine minutes.
+    /// With tau > 0 rays that continued from every crossing would double in number with every bounce.
     #[test]
     fn a_ray_that_crosses_many_surfaces_goes_on_from_one() {
         let lights = lights_of("furnished-room", Transport { alpha: 0.5, tau: 0.9 }, 300);
@@ -340,7 +326,7 @@ mod tests {
             continuation.read(&ray, i as u32, &mut memory);
             // Each bounce is one ray and those to luminaires, one for each of at most a handful.
             let lamps = view.lights.luminaires.list.len() as u64;
-            let most = u64::from(MOST + 1) * (1 + lamps);
+            let most = u64::from(MOST_BOUNCES + 1) * (1 + lamps);
             assert!(memory.scratch.cast - before <= most, "{i}: {} rays", memory.scratch.cast - before);
         }
     }

@@ -1,6 +1,6 @@
-//! What the gather pass looks at: a scene made ready, and the size of the picture.
+//! A view: a prepared scene with its lights, and the size of the picture.
 //!
-//! Not handled: the light that is gathered; that is [`crate::gather::Fields`].
+//! Not handled: the light that is gathered ([`crate::reading::Fields`]).
 
 use glam::Vec3;
 

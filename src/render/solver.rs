@@ -1,13 +1,4 @@
-//! The crate's door: whatever is asked of one scene, whose rays and surfaces are built once.
-//!
-//! * [`Solver::render`]: the picture of a mode, to a tolerance, in a time, or of given effort;
-//! * [`Solver::bounces`]: the terms of its bounce series, with their powers to a tolerance or of given effort;
-//! * [`Solver::assemble`]: `L = E + K L` of several modes from one cast of rays, to be solved, looked at and shot over;
-//! * [`Solver::operator`]: K alone;
-//! * [`Solver::cut`] and [`Solver::geometry`]: what they are made on.
-//!
-//! Nothing that a solver answers depends on what it was asked before, so it may be shared. Memory and seed are chosen
-//! once ([`Solver::memory`], [`Solver::seed`]); whoever wants to see how work goes on gives a [`Watch`].
+//! [`Solver`]: the one way from a scene to its pictures, its bounce series and K.
 //!
 //! Not handled: scenes without light, whose pictures are black ([`Scene::require_emission`]).
 
@@ -48,6 +39,38 @@ pub enum RenderError {
 }
 
 /// A scene with its rays and surfaces, ready to be solved in any mode.
+///
+/// | method | gives |
+/// |---|---|
+/// | [`render`](Solver::render) | the picture of a mode, to a tolerance, in a time, or with given effort |
+/// | [`bounces`](Solver::bounces) | the terms `KⁿE`, with their powers to a tolerance or with given effort |
+/// | [`operator`](Solver::operator) | K of a mode, for solvers of [`crate::solve`] or of your own |
+/// | [`assemble`](Solver::assemble) | `L = E + K L` of several modes from one cast of rays, with patches and lights |
+/// | [`cut`](Solver::cut), [`geometry`](Solver::geometry) | the scene cut into patches; its rays and surfaces |
+///
+/// Nothing that a solver answers depends on what it was asked before, so it may be shared between threads. Memory and
+/// seed are chosen once; work is watched by a [`Watch`].
+///
+/// ```
+/// use halflight::{Fineness, Mode, Scene, Solver};
+///
+/// let solver = Solver::new(&Scene::open("cornell-box")?).seed(7);
+///
+/// // A picture with a stated error of at most 10 %, and one with given effort, whose error is not estimated.
+/// let picture = solver.render(Mode::Local, (16, 16)).tolerance(0.1)?;
+/// assert!(picture.error.total <= 0.1);
+/// let coarse = Fineness { patches: 300, rays: 64 };
+/// let quick = solver.render(Mode::Global, (16, 16)).fineness(coarse, 16)?;
+/// assert_eq!(quick.error.total, 0.0);
+///
+/// // Powers of KE and K²E within 5 %, with the standard error of each.
+/// let series = solver.bounces(Mode::Global, 2).tolerance(0.05);
+/// for (bounce, error) in series.solution.bounces.iter().zip(&series.errors) {
+///     println!("{}: {:?} W, {:.1} %", bounce.n, bounce.power, 100.0 * error.total);
+/// }
+/// assert!(series.errors.iter().all(|error| error.total <= 0.05));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Solver {
     /// The scene, cut as it was last.
     last: Mutex<(usize, Discretization)>,
@@ -59,7 +82,8 @@ pub struct Solver {
 }
 
 impl Solver {
-    /// Builds the ray hierarchy and finds the surfaces of a scene. Four fifths of the memory that is free may be used.
+    /// Builds the ray hierarchy and finds the surfaces of a scene, which all else shares. K may take four fifths of the
+    /// memory that is free.
     pub fn new(scene: &Scene) -> Solver {
         let patches = Fineness::first(TOLERANCE).patches;
         let (cut, ready) = timed(|| Discretization::new(scene.clone(), patches));
@@ -73,7 +97,7 @@ impl Solver {
         self
     }
 
-    /// Bytes of memory that K may take.
+    /// Bytes that K may take; [`Unfit`] says what would fit where it needs more.
     pub fn memory(mut self, bytes: f64) -> Solver {
         self.memory = bytes;
         self
@@ -84,7 +108,7 @@ impl Solver {
         self.last_cut().geometry
     }
 
-    /// The scene cut into about so many patches of one size; not done again where it was the last time.
+    /// The scene cut into about so many patches of one size; kept until another number is requested.
     pub fn cut(&self, patches: usize) -> Discretization {
         let mut last = self.last.lock().expect("no holder of this panics");
         if last.0 != patches {
@@ -93,17 +117,19 @@ impl Solver {
         last.1.clone()
     }
 
-    /// The picture of a mode, so many pixels across and down, from the scene's camera.
+    /// The picture of a mode, or of any (alpha, tau), so many pixels across and down, from the scene's camera: linear
+    /// radiance of the visible half, W/(m² sr).
     pub fn render(&self, mode: impl Into<Transport>, size: impl Into<Size>) -> PictureRequest<'_> {
         PictureRequest { solver: self, transport: mode.into(), size: size.into(), time: None, watch: &Silent }
     }
 
-    /// The first `count` bounces of a mode's series, E not counted.
+    /// E and the first `count` bounces `KⁿE` of a mode's series.
     pub fn bounces(&self, mode: impl Into<Transport>, count: usize) -> BouncesRequest<'_> {
         BouncesRequest { solver: self, transport: mode.into(), count, time: None, watch: &Silent }
     }
 
-    /// K of a mode with the E it acts on: `L = E + K L`, one equation for each patch, half and channel.
+    /// K of a mode with the E it acts on: `L = E + K L`, one equation for each patch, half and channel. F is sampled with
+    /// the rays of `fineness`; what is proved of K is proved with that noise in it.
     ///
     /// # Errors
     /// [`Unfit`] where K would not fit in memory, with the number of patches that would.
@@ -165,7 +191,7 @@ impl Equations {
     }
 }
 
-/// A picture that is asked for; what is left to say is how good it is to be.
+/// A picture that is requested; [`tolerance`](Self::tolerance) or [`fineness`](Self::fineness) makes it.
 #[must_use = "nothing is rendered until a tolerance or an effort is given"]
 pub struct PictureRequest<'a> {
     solver: &'a Solver,
@@ -176,7 +202,7 @@ pub struct PictureRequest<'a> {
 }
 
 impl<'a> PictureRequest<'a> {
-    /// Has every step of the work told to `watch`.
+    /// Reports every step of the work to `watch`.
     pub fn watch(self, watch: &'a dyn Watch) -> Self {
         Self { watch, ..self }
     }
@@ -186,10 +212,10 @@ impl<'a> PictureRequest<'a> {
         Self { time: Some(seconds), ..self }
     }
 
-    /// The picture with an estimated relative RMS error of at most `tolerance`, such as 0.01; patches and rays follow
-    /// from it.
+    /// The picture with an estimated relative RMS error of at most `tolerance`, such as 0.01, over the pixels that see no
+    /// luminaire; patches and rays follow from it.
     ///
-    /// Where memory, time or detail end the search before, `error.total` of the picture says so.
+    /// Where memory, time or detail end the search before, `error.total` of the picture is larger than `tolerance`.
     ///
     /// # Errors
     /// [`RenderError`] where the series is not proved to converge, or not even a coarse K fits in memory.
@@ -217,7 +243,7 @@ impl<'a> PictureRequest<'a> {
     }
 }
 
-/// Terms of a series that are asked for; what is left to say is how good they are to be.
+/// Terms of a series that are requested; [`tolerance`](Self::tolerance) or [`fineness`](Self::fineness) makes them.
 #[must_use = "nothing is solved until a tolerance or an effort is given"]
 pub struct BouncesRequest<'a> {
     solver: &'a Solver,
@@ -228,7 +254,7 @@ pub struct BouncesRequest<'a> {
 }
 
 impl<'a> BouncesRequest<'a> {
-    /// Has every step of the work told to `watch`.
+    /// Reports every step of the work to `watch`.
     pub fn watch(self, watch: &'a dyn Watch) -> Self {
         Self { watch, ..self }
     }
@@ -238,15 +264,16 @@ impl<'a> BouncesRequest<'a> {
         Self { time: Some(seconds), ..self }
     }
 
-    /// The terms with an estimated relative error of at most `tolerance` of each one's power; a series that diverges is
-    /// shown growing.
+    /// The terms with a relative standard error of at most `tolerance` of each one's power, by walks of light from the
+    /// emitters; norms and bounds are those of patches whose number follows from it. A series that diverges is shown
+    /// growing. [`BounceSeries::end`] says whether it was met.
     pub fn tolerance(self, tolerance: f64) -> BounceSeries {
         let BouncesRequest { solver, transport, count, time, watch } = self;
         let goal = TermsGoal { count, tolerance, time, memory: solver.memory, seed: solver.seed };
         bounces_to_tolerance(&solver.last_cut(), transport, &goal, watch)
     }
 
-    /// The terms on patches of a fineness; errors are not estimated.
+    /// The terms on patches of a fineness, powers included; errors are not estimated.
     ///
     /// # Errors
     /// [`Unfit`] where K does not fit in memory.

@@ -19,7 +19,7 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
 
-use crate::direct::emitters::emission_tree::{Asking, EmissionTree, Node, Place};
+use crate::direct::emitters::emission_tree::{PlaneReceiver, EmissionTree, EmissionNode, Placement};
 use crate::form_factors::lambert::signed_edges;
 use crate::form_factors::plane::ON_FACE;
 use crate::scene::convex_polygon::{area, put_above};
@@ -139,40 +139,40 @@ impl EmissionTree {
         seen: impl Iterator<Item = (&'a [DVec3], f64)>,
         memory: &mut Polygons,
     ) -> DVec3 {
-        let Some((place, asking)) = self.seen_from(x, n, tolerable) else { return DVec3::ZERO };
+        let Some((place, receiver)) = self.seen_from(x, n, tolerable) else { return DVec3::ZERO };
         let along = self.frame.transpose();
         memory.clear();
-        let is_here = |p: &DVec3| (self.frame.z_axis.dot(*p) + asking.depth).abs() <= ON_FACE;
+        let is_here = |p: &DVec3| (self.frame.z_axis.dot(*p) + receiver.depth).abs() <= ON_FACE;
         for (corners, through) in seen.filter(|(corners, _)| corners.iter().all(is_here)) {
             memory.add(corners.iter().map(|p| (along * *p).truncate()), through);
         }
         let [a, b, c] = self.corners_at(place);
         let own = memory.cut(0..memory.list.len(), &[Line::between(a, b), Line::between(b, c), Line::between(c, a)]);
-        self.ask_within(0, place, own, &asking, memory)
+        self.integrate_within(0, place, own, &receiver, memory)
     }
 
     /// The corners of a node.
-    fn corners_at(&self, Place { middle, scale }: Place) -> [DVec2; 3] {
+    fn corners_at(&self, Placement { middle, scale }: Placement) -> [DVec2; 3] {
         self.corners.map(|p| middle + scale * p)
     }
 
     /// The form factor of the emission beyond 1 of the polygons `of` node k.
-    fn ask_within(&self, k: usize, place: Place, of: Range<usize>, asking: &Asking, memory: &mut Polygons) -> DVec3 {
+    fn integrate_within(&self, k: usize, place: Placement, of: Range<usize>, receiver: &PlaneReceiver, memory: &mut Polygons) -> DVec3 {
         let (node, own) = (&self.nodes[k], self.area * place.scale * place.scale);
         let covered = (memory.area(of.clone()) / own).min(1.0);
         if covered >= WHOLE
             && let Some(through) = memory.through(of.clone())
         {
-            return through * self.ask(k, place, asking);
+            return through * self.integrate(k, place, receiver);
         }
-        let inverse = 1.0 / (place.middle.length_squared() + asking.depth * asking.depth);
-        let height = asking.lift + place.middle.dot(asking.rise) + self.radius * place.scale.abs();
+        let inverse = 1.0 / (place.middle.length_squared() + receiver.depth * receiver.depth);
+        let height = receiver.lift + place.middle.dot(receiver.rise) + self.radius * place.scale.abs();
         // What a part of the node differs from what is linear by is no more than this, by Cauchy and Schwarz.
         let rough = f64::from(node.rough) * (covered * (1.0 - covered)).sqrt();
         let error = rough * (own / PI * inverse).min(1.0) * (height * inverse.sqrt()).min(1.0);
-        if node.quarters == 0 || error <= CROSSED * asking.tolerable {
+        if node.quarters == 0 || error <= CROSSED * receiver.tolerable {
             let each = memory.each(of);
-            return each.map(|(part, through)| through * self.of_part(node, place, part, asking)).sum();
+            return each.map(|(part, through)| through * self.of_part(node, place, part, receiver)).sum();
         }
         let [p, q, r] = self.corners_at(place);
         let [pq, qr, rp] = [0.5 * (p + q), 0.5 * (q + r), 0.5 * (r + p)];
@@ -185,7 +185,7 @@ impl EmissionTree {
                 None => memory.cut(of.clone(), &lines.map(Line::turned)),
             };
             if !part.is_empty() {
-                sum += self.ask_within(node.quarters as usize + i, quarter, part, asking, memory);
+                sum += self.integrate_within(node.quarters as usize + i, quarter, part, receiver, memory);
             }
             memory.corners.truncate(before.0);
             memory.list.truncate(before.1);
@@ -194,7 +194,7 @@ impl EmissionTree {
     }
 
     /// The light of a part of a node, its emission taken as linear in the place.
-    fn of_part(&self, node: &Node, place: Place, part: &[DVec2], asking: &Asking) -> DVec3 {
+    fn of_part(&self, node: &EmissionNode, place: Placement, part: &[DVec2], receiver: &PlaneReceiver) -> DVec3 {
         let weights = node.weights.map(|w| w.as_dvec3());
         let beyond: DVec3 = weights.iter().sum();
         let [p, q, r] = self.corners_at(place);
@@ -208,16 +208,16 @@ impl EmissionTree {
         let slanted = |e: &[DVec2]| {
             let sixth = (e[0] - first).perp_dot(e[1] - first) / 6.0;
             let middles = [0.5 * (first + e[0]), 0.5 * (e[0] + e[1]), 0.5 * (e[1] + first)];
-            sixth * middles.map(|m| tilt(m) * asking.kernel(m)).iter().sum::<DVec3>()
+            sixth * middles.map(|m| tilt(m) * receiver.kernel(m)).iter().sum::<DVec3>()
         };
-        beyond * form(part, asking) + part[1..].windows(2).map(slanted).sum::<DVec3>() / PI
+        beyond * form(part, receiver) + part[1..].windows(2).map(slanted).sum::<DVec3>() / PI
     }
 }
 
 /// The form factor to a polygon of the plane above the horizon.
-fn form(polygon: &[DVec2], asking: &Asking) -> f64 {
-    let corners: SmallVec<[DVec3; CORNERS]> = polygon.iter().map(|p| asking.relative(*p)).collect();
-    signed_edges(asking.normal(), &corners).abs() / TAU
+fn form(polygon: &[DVec2], receiver: &PlaneReceiver) -> f64 {
+    let corners: SmallVec<[DVec3; CORNERS]> = polygon.iter().map(|p| receiver.relative(*p)).collect();
+    signed_edges(receiver.normal(), &corners).abs() / TAU
 }
 
 #[cfg(test)]

@@ -38,14 +38,14 @@ pub(crate) struct EmissionTree {
     /// The distance of the farthest corner from the middle.
     pub(crate) radius: f64,
     /// The root first, quarters of one node beside each other.
-    pub(crate) nodes: Vec<Node>,
+    pub(crate) nodes: Vec<EmissionNode>,
     /// Of all of its emission.
-    pub moments: Moments,
+    pub moments: EmissionMoments,
 }
 
 /// A node, in single precision: a few thousand of them are asked again and again.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Node {
+pub(crate) struct EmissionNode {
     /// w of its three points, less a third each.
     pub weights: [Vec3; 3],
     /// Frobenius norm of Q, the largest channel's.
@@ -60,7 +60,7 @@ pub(crate) struct Node {
 
 /// Where a node lies as a receiver sees it: the tree's corners, scaled.
 #[derive(Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct Placement {
     /// Its middle along the plane, from the receiver's foot.
     pub middle: DVec2,
     /// A power of a half; negative where the node is turned by half a turn.
@@ -69,7 +69,7 @@ pub(crate) struct Place {
 
 /// Who asks. A place at p along the plane lies at height `lift + p . rise` above its horizon, and at the distance
 /// `sqrt(depth² + p²)`.
-pub(crate) struct Asking {
+pub(crate) struct PlaneReceiver {
     /// Distance from the plane.
     pub depth: f64,
     pub lift: f64,
@@ -78,7 +78,7 @@ pub(crate) struct Asking {
     pub tolerable: f64,
 }
 
-impl Asking {
+impl PlaneReceiver {
     /// `pi k` of a place.
     #[inline]
     pub fn kernel(&self, place: DVec2) -> f64 {
@@ -118,10 +118,10 @@ impl EmissionTree {
             corners: corners.map(|p| (frame.transpose() * (p - middle)).truncate()),
             area: 0.5 * cross.length(),
             radius: corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max),
-            nodes: vec![Node::default()],
-            moments: Moments::default(),
+            nodes: vec![EmissionNode::default()],
+            moments: EmissionMoments::default(),
         };
-        tree.moments = tree.grow(0, Part { corners: [DVec2::ZERO, DVec2::X, DVec2::Y], scale: 1.0 }, levels, &mean);
+        tree.moments = tree.grow(0, SubTriangle { corners: [DVec2::ZERO, DVec2::X, DVec2::Y], scale: 1.0 }, levels, &mean);
         tree
     }
 
@@ -140,16 +140,16 @@ impl EmissionTree {
     }
 
     /// Fills node k, with quarters over so many levels where they differ.
-    fn grow(&mut self, k: usize, part: Part, levels: u32, mean: &impl Fn([DVec2; 3]) -> DVec3) -> Moments {
+    fn grow(&mut self, k: usize, part: SubTriangle, levels: u32, mean: &impl Fn([DVec2; 3]) -> DVec3) -> EmissionMoments {
         let first = self.nodes.len();
-        let mut moments = Moments::default();
+        let mut moments = EmissionMoments::default();
         if levels == 0 {
             moments.mean = mean(part.corners);
         } else {
-            self.nodes.resize(first + 4, Node::default());
+            self.nodes.resize(first + 4, EmissionNode::default());
             let parts = part.quarters();
             let each = std::array::from_fn(|i| self.grow(first + i, parts[i], levels - 1, mean));
-            moments = Moments::of_quarters(&each, &part, &parts);
+            moments = EmissionMoments::of_quarters(&each, &part, &parts);
         }
         let is_even = moments.variance == DVec3::ZERO;
         if is_even {
@@ -157,7 +157,7 @@ impl EmissionTree {
         }
         let missed = moments.missed(part.scale);
         let bend = |channel: usize| self.norm(missed.map(|of| of[channel]));
-        self.nodes[k] = Node {
+        self.nodes[k] = EmissionNode {
             weights: moments.weights(part.scale).map(DVec3::as_vec3),
             bend: (0..3).map(bend).fold(0.0, f64::max) as f32,
             spread: moments.variance.max_element().sqrt() as f32,
@@ -177,28 +177,28 @@ impl EmissionTree {
     /// The form factor of the emission beyond 1 from a receiver with unit normal n, nothing between: each node that is
     /// asked is off by at most about `tolerable`.
     pub fn beyond(&self, x: DVec3, n: DVec3, tolerable: f64) -> DVec3 {
-        self.seen_from(x, n, tolerable).map_or(DVec3::ZERO, |(place, asking)| self.ask(0, place, &asking))
+        self.seen_from(x, n, tolerable).map_or(DVec3::ZERO, |(place, receiver)| self.integrate(0, place, &receiver))
     }
 
     /// Where all of it lies as a receiver with unit normal n sees it, and who asks; none behind it.
-    pub(crate) fn seen_from(&self, x: DVec3, n: DVec3, tolerable: f64) -> Option<(Place, Asking)> {
+    pub(crate) fn seen_from(&self, x: DVec3, n: DVec3, tolerable: f64) -> Option<(Placement, PlaneReceiver)> {
         let along = self.frame.transpose();
         let (middle, normal) = (along * (self.middle - x), along * n);
         let depth = -middle.z;
-        let asking = Asking { depth, lift: -depth * normal.z, rise: normal.truncate(), tolerable };
-        (depth > 0.0).then_some((Place { middle: middle.truncate(), scale: 1.0 }, asking))
+        let receiver = PlaneReceiver { depth, lift: -depth * normal.z, rise: normal.truncate(), tolerable };
+        (depth > 0.0).then_some((Placement { middle: middle.truncate(), scale: 1.0 }, receiver))
     }
 
     /// The form factor of the emission beyond 1 of node k, nothing between.
-    pub(crate) fn ask(&self, k: usize, place: Place, asking: &Asking) -> DVec3 {
-        let Place { middle, scale } = place;
+    pub(crate) fn integrate(&self, k: usize, place: Placement, receiver: &PlaneReceiver) -> DVec3 {
+        let Placement { middle, scale } = place;
         let (node, radius) = (&self.nodes[k], self.radius * scale.abs());
-        let height = asking.lift + middle.dot(asking.rise);
+        let height = receiver.lift + middle.dot(receiver.rise);
         if height <= -radius {
             return DVec3::ZERO;
         }
         let beyond: DVec3 = node.weights.iter().map(|w| w.as_dvec3()).sum();
-        let inverse = 1.0 / (middle.length_squared() + asking.depth * asking.depth);
+        let inverse = 1.0 / (middle.length_squared() + receiver.depth * receiver.depth);
         let (area, width) = (self.area * scale * scale, radius * inverse.sqrt());
         let seen = area / PI * inverse;
         let whole = height >= radius && width <= FAR;
@@ -208,23 +208,23 @@ impl EmissionTree {
             // What is above the horizon rises no higher than the node is wide.
             f64::from(node.spread) * seen.min(1.0) * width.min(1.0)
         };
-        if node.quarters > 0 && error > asking.tolerable {
+        if node.quarters > 0 && error > receiver.tolerable {
             let places = self.quarters(place).into_iter().zip(node.quarters as usize..);
-            return places.map(|(place, k)| self.ask(k, place, asking)).sum();
+            return places.map(|(place, k)| self.integrate(k, place, receiver)).sum();
         }
-        if !whole || error > asking.tolerable {
-            return beyond * asking.form(self.corners.map(|p| middle + scale * p));
+        if !whole || error > receiver.tolerable {
+            return beyond * receiver.form(self.corners.map(|p| middle + scale * p));
         }
         let each = node.weights.iter().zip(self.corners);
-        let sent = each.map(|(w, p)| w.as_dvec3() * asking.kernel(middle + 0.5 * scale * p));
+        let sent = each.map(|(w, p)| w.as_dvec3() * receiver.kernel(middle + 0.5 * scale * p));
         area / PI * sent.sum::<DVec3>()
     }
 
     /// The places of a node's quarters.
-    pub(crate) fn quarters(&self, Place { middle, scale }: Place) -> [Place; 4] {
+    pub(crate) fn quarters(&self, Placement { middle, scale }: Placement) -> [Placement; 4] {
         let half = 0.5 * scale;
-        let [a, b, c] = self.corners.map(|p| Place { middle: middle + half * p, scale: half });
-        [a, b, c, Place { middle, scale: -half }]
+        let [a, b, c] = self.corners.map(|p| Placement { middle: middle + half * p, scale: half });
+        [a, b, c, Placement { middle, scale: -half }]
     }
 }
 
@@ -240,7 +240,7 @@ const SECOND: [f64; 3] = [1.0 / 18.0, 1.0 / 18.0, -1.0 / 36.0];
 
 /// What is known of the emission of a part, with places in shares of the triangle's edges.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Moments {
+pub(crate) struct EmissionMoments {
     pub mean: DVec3,
     pub variance: DVec3,
     /// The mean of `(E - m)(y - c)` along both edges.
@@ -252,30 +252,30 @@ pub(crate) struct Moments {
 /// A part of the triangle: places in shares of its edges, and its size over that of the whole, negative where it is
 /// turned by half a turn.
 #[derive(Clone, Copy)]
-pub(crate) struct Part {
+pub(crate) struct SubTriangle {
     pub corners: [DVec2; 3],
     pub scale: f64,
 }
 
-impl Part {
+impl SubTriangle {
     pub fn middle(&self) -> DVec2 {
         let [a, b, c] = self.corners;
         (a + b + c) / 3.0
     }
 
     /// The four equal parts: at its corners, and the one in its middle by half a turn.
-    pub fn quarters(&self) -> [Part; 4] {
+    pub fn quarters(&self) -> [SubTriangle; 4] {
         let [a, b, c] = self.corners;
         let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
-        let part = |corners, scale| Part { corners, scale: scale * self.scale };
+        let part = |corners, scale| SubTriangle { corners, scale: scale * self.scale };
         [part([a, ab, ca], 0.5), part([ab, b, bc], 0.5), part([ca, bc, c], 0.5), part([bc, ca, ab], -0.5)]
     }
 }
 
-impl Moments {
+impl EmissionMoments {
     /// Those of a node from those of its quarters.
-    pub fn of_quarters(each: &[Moments; 4], whole: &Part, parts: &[Part; 4]) -> Moments {
-        let mut sum = Moments { mean: 0.25 * each.iter().map(|m| m.mean).sum::<DVec3>(), ..Moments::default() };
+    pub fn of_quarters(each: &[EmissionMoments; 4], whole: &SubTriangle, parts: &[SubTriangle; 4]) -> EmissionMoments {
+        let mut sum = EmissionMoments { mean: 0.25 * each.iter().map(|m| m.mean).sum::<DVec3>(), ..EmissionMoments::default() };
         for (own, part) in each.iter().zip(parts) {
             let (beyond, off) = (own.mean - sum.mean, part.middle() - whole.middle());
             let [uu, vv, uv] = SECOND.map(|mean| mean * part.scale * part.scale);
@@ -336,7 +336,7 @@ mod tests {
     /// Emission of mean 1: even over each leaf, coarse (from end to end) or fine (from leaf to leaf).
     fn emission(fine: bool) -> impl Fn([DVec2; 3]) -> DVec3 {
         move |corners| {
-            let at = Part { corners, scale: 1.0 }.middle();
+            let at = SubTriangle { corners, scale: 1.0 }.middle();
             let random =
                 |d: u32| f64::from(hash((at.x * 1e6) as u32, hash((at.y * 1e6) as u32, d)) >> 8) / (1 << 24) as f64;
             if fine {
@@ -354,12 +354,12 @@ mod tests {
     /// All leaves one by one.
     fn expected(fine: bool, x: DVec3, n: DVec3) -> DVec3 {
         let emission = emission(fine);
-        let mut parts = vec![Part { corners: [DVec2::ZERO, DVec2::X, DVec2::Y], scale: 1.0 }];
+        let mut parts = vec![SubTriangle { corners: [DVec2::ZERO, DVec2::X, DVec2::Y], scale: 1.0 }];
         for _ in 0..LEVELS {
-            parts = parts.iter().flat_map(Part::quarters).collect();
+            parts = parts.iter().flat_map(SubTriangle::quarters).collect();
         }
         let place = |at: DVec2| CORNERS[0] + at.x * (CORNERS[1] - CORNERS[0]) + at.y * (CORNERS[2] - CORNERS[0]) - x;
-        let sent = |part: Part| (emission(part.corners) - 1.0) * point_to_polygon(n, &part.corners.map(place));
+        let sent = |part: SubTriangle| (emission(part.corners) - 1.0) * point_to_polygon(n, &part.corners.map(place));
         parts.into_iter().map(sent).sum()
     }
 
@@ -447,17 +447,17 @@ mod tests {
         const LEVELS: usize = 3;
         let mut most = 0.0_f64;
         for corners in [[(0.0, 0.0), (1.0, 0.0), (0.5, 0.866)], [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]] {
-            let whole = Part { corners: corners.map(DVec2::from), scale: 1.0 };
-            let whole = Part { corners: whole.corners.map(|p| p - whole.middle()), ..whole };
+            let whole = SubTriangle { corners: corners.map(DVec2::from), scale: 1.0 };
+            let whole = SubTriangle { corners: whole.corners.map(|p| p - whole.middle()), ..whole };
             let radius = whole.corners.iter().map(|p| p.length()).fold(0.0, f64::max);
             let mut parts = vec![whole];
             for _ in 0..LEVELS {
-                parts = parts.iter().flat_map(Part::quarters).collect();
+                parts = parts.iter().flat_map(SubTriangle::quarters).collect();
             }
             for [y, n, m] in directions().take(2000).filter(|[y, n, _]| n.dot(*y) > 0.5) {
                 let (u, v) = m.any_orthonormal_pair();
                 let at = |p: DVec2| kernel(2.0 * radius * y + p.x * u + p.y * v, n, m) * (2.0 * radius).powi(2);
-                let three = |part: &Part| {
+                let three = |part: &SubTriangle| {
                     let middle = part.middle();
                     part.corners.iter().map(|p| at(0.5 * (*p + middle))).sum::<f64>() / 3.0
                 };

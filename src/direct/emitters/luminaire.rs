@@ -6,7 +6,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::direct::emitters::emission_tree::Moments;
+use crate::direct::emitters::emission_tree::EmissionMoments;
 use crate::direct::emitters::emitting_triangle::{EmittingTriangle, polygons};
 use crate::direct::emitters::luminaire_texture::{SeenPart, UnevenEmission};
 use crate::form_factors::lambert::Outline;
@@ -26,7 +26,7 @@ pub struct Luminaire {
     /// Total area, unit coordinates squared.
     pub area: f64,
     /// The convex lamp it is a part of, if of one.
-    pub(crate) part: Option<u32>,
+    pub(crate) convex_lamp: Option<u32>,
     /// Where it has a texture.
     pub(crate) uneven: Option<UnevenEmission>,
     pub(crate) triangles: Vec<EmittingTriangle>,
@@ -56,7 +56,7 @@ impl Luminaire {
         Luminaire {
             radiance,
             area: sum,
-            part: None,
+            convex_lamp: None,
             uneven: None,
             outline: Outline::new(triangles.iter().map(|t| t.exact)),
             polygons: polygons(&triangles),
@@ -105,9 +105,9 @@ impl Luminaire {
         self.uneven.is_some()
     }
 
-    /// Moments of what triangle k emits over the luminaire's radiance, places in shares of its edges; none where all
+    /// EmissionMoments of what triangle k emits over the luminaire's radiance, places in shares of its edges; none where all
     /// points emit alike.
-    pub(crate) fn emitted_moments(&self, k: usize) -> Option<Moments> {
+    pub(crate) fn emitted_moments(&self, k: usize) -> Option<EmissionMoments> {
         self.uneven.as_ref().map(|own| own.moments(k))
     }
 

@@ -16,7 +16,7 @@ use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::direct::emitters::emission_parts::Polygons;
-use crate::direct::emitters::emission_tree::{EmissionTree, Moments};
+use crate::direct::emitters::emission_tree::{EmissionTree, EmissionMoments};
 use crate::direct::emitters::emitting_triangle::EmittingTriangle;
 use crate::form_factors::shadow::Pieces;
 use crate::light::Rgb;
@@ -34,7 +34,7 @@ pub(crate) struct EmissionTexture {
 }
 
 /// Luminaires that each receiver evaluates one by one, at most.
-pub(crate) const FEW: usize = 16;
+pub(crate) const FEW_LUMINAIRES: usize = 16;
 /// Leaves of the trees of one luminaire, about: at least, as an edge between two texels may cross any of them, and at
 /// most. Where luminaires are many they have together as many as few have, so that memory does not grow with them.
 const LEAVES: [f64; 2] = [4096.0, 65_536.0];
@@ -71,7 +71,7 @@ pub(crate) fn is_textured(scene: &Scene, material: usize) -> bool {
 impl UnevenEmission {
     /// That of a luminaire of these triangles, one of `luminaires`.
     pub fn new(texture: Arc<EmissionTexture>, triangles: &[EmittingTriangle], luminaires: usize) -> UnevenEmission {
-        let parts = triangles.len() as f64 * (luminaires as f64 / FEW as f64).max(1.0);
+        let parts = triangles.len() as f64 * (luminaires as f64 / FEW_LUMINAIRES as f64).max(1.0);
         let trees = triangles.par_iter().map(|t| texture.tree(t.face, t.exact, parts)).collect();
         UnevenEmission { texture, trees }
     }
@@ -81,8 +81,8 @@ impl UnevenEmission {
         self.trees.iter().any(|tree| tree.moments.mean != DVec3::ZERO)
     }
 
-    /// Moments of triangle k's emission.
-    pub fn moments(&self, k: usize) -> Moments {
+    /// EmissionMoments of triangle k's emission.
+    pub fn moments(&self, k: usize) -> EmissionMoments {
         self.trees[k].moments
     }
 
@@ -168,7 +168,7 @@ impl EmissionTexture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::direct::emitters::emission_tree::Part;
+    use crate::direct::emitters::emission_tree::SubTriangle;
     use crate::form_factors::point_to_polygon;
     use crate::rays::sobol::hash;
 
@@ -178,7 +178,7 @@ mod tests {
     fn wide_luminaires_are_as_near_as_a_node() {
         let corners = [DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, -2.0, 0.0), DVec3::new(2.0, 2.0, 0.0)];
         let emission = |part: [DVec2; 3]| {
-            let at = Part { corners: part, scale: 1.0 }.middle();
+            let at = SubTriangle { corners: part, scale: 1.0 }.middle();
             DVec3::splat(1.0 + 0.6 * (39.0 * (at.x + at.y)).sin() + 0.4 * (18.0 * at.y).cos())
         };
         let tree = EmissionTree::new(corners, 6, emission);

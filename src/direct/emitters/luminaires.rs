@@ -34,7 +34,7 @@ use rayon::iter::{IntoParallelRefMutIterator, ParallelIterator};
 
 use crate::direct::Luminaire;
 use crate::direct::emitters::halving::{Placed, halve};
-use crate::direct::emitters::luminaire_texture::{EmissionTexture, FEW, UnevenEmission, is_textured};
+use crate::direct::emitters::luminaire_texture::{EmissionTexture, FEW_LUMINAIRES, UnevenEmission, is_textured};
 use crate::form_factors::hull::bounds;
 use crate::form_factors::lambert::Outline;
 use crate::form_factors::point_to_polygon;
@@ -136,7 +136,7 @@ const NEAR: f64 = 0.5;
 /// Groups of faces, cut into pieces where they make up many lamps, or many faces are in one.
 pub(crate) fn divided(scene: &Scene, groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
     let many = |faces: &Vec<u32>| faces.len() > Outline::MOST_FACES;
-    if !groups.iter().any(many) && groups.iter().map(|group| lamps(scene, group)).sum::<usize>() <= FEW {
+    if !groups.iter().any(many) && groups.iter().map(|group| lamps(scene, group)).sum::<usize>() <= FEW_LUMINAIRES {
         return groups;
     }
     let mut pieces = Vec::new();
@@ -152,31 +152,31 @@ pub(crate) fn divided(scene: &Scene, groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
 }
 
 /// The box of one part.
-struct PartBox {
+struct LampBox {
     low: DVec3,
     high: DVec3,
 }
 
-impl PartBox {
-    fn of(scene: &Scene, faces: &[u32]) -> PartBox {
+impl LampBox {
+    fn of(scene: &Scene, faces: &[u32]) -> LampBox {
         let corners = faces.iter().flat_map(|&face| scene.corners(face)).map(|p| p.as_dvec3());
         let (low, high) = bounds(corners);
-        PartBox { low, high }
+        LampBox { low, high }
     }
 
-    fn is_near(&self, other: &PartBox) -> bool {
+    fn is_near(&self, other: &LampBox) -> bool {
         let gap = (self.low - other.high).max(other.low - self.high).max(DVec3::ZERO).length();
-        let diagonal = |part: &PartBox| (part.high - part.low).length();
+        let diagonal = |part: &LampBox| (part.high - part.low).length();
         gap <= NEAR * diagonal(self).min(diagonal(other))
     }
 }
 
 /// Number of lamps in a group of few faces: what hangs together, with what is near.
 fn lamps(scene: &Scene, group: &[u32]) -> usize {
-    let mut lamps: Vec<Vec<PartBox>> = Vec::new();
+    let mut lamps: Vec<Vec<LampBox>> = Vec::new();
     for faces in connected(scene, group, |_| ()) {
-        let own = PartBox::of(scene, &faces);
-        let is_near = |lamp: &Vec<PartBox>| lamp.iter().any(|other| other.is_near(&own));
+        let own = LampBox::of(scene, &faces);
+        let is_near = |lamp: &Vec<LampBox>| lamp.iter().any(|other| other.is_near(&own));
         let (near, apart): (Vec<_>, Vec<_>) = lamps.into_iter().partition(is_near);
         lamps = apart;
         lamps.push(near.into_iter().flatten().chain([own]).collect());
@@ -202,7 +202,7 @@ const MOST_TESTS: usize = 200_000_000;
 const FLAT: f64 = 1e-6;
 
 /// Of each face of the scene the number of the convex lamp it belongs to, if to one; empty where there is no such lamp.
-pub(crate) fn convex_parts(scene: &Scene, groups: &[Vec<u32>]) -> Vec<Option<u32>> {
+pub(crate) fn convex_lamps(scene: &Scene, groups: &[Vec<u32>]) -> Vec<Option<u32>> {
     let (mut parts, mut count) = (Vec::new(), 0);
     for faces in groups.iter().flat_map(|g| connected(scene, g, |_| ())) {
         // What lies in one plane has no use for this: no caster rises above it there anyway.
@@ -243,7 +243,7 @@ pub struct Luminaires {
     /// Lights without area that shine.
     pub punctual: Vec<PunctualLight>,
     /// Of each face: the convex lamp it belongs to, if to one; empty where there is no such lamp.
-    parts: Vec<Option<u32>>,
+    convex_lamps: Vec<Option<u32>>,
 }
 
 impl Luminaires {
@@ -251,8 +251,8 @@ impl Luminaires {
     pub fn new(scene: &Scene) -> Luminaires {
         let punctual = scene.lights.iter().filter(|light| light.shines()).cloned().collect();
         let radiances = scene.materials.iter().map(|material| material.emission).collect();
-        let (carries, list, parts) = (carried(scene), Vec::new(), Vec::new());
-        let mut luminaires = Luminaires { list, carries, radiances, punctual, parts };
+        let (carries, list, convex_lamps) = (carried(scene), Vec::new(), Vec::new());
+        let mut luminaires = Luminaires { list, carries, radiances, punctual, convex_lamps };
         let textures = luminaires.textures(scene);
         textures.iter().for_each(|(&m, texture)| luminaires.radiances[m as usize] *= texture.mean());
         let mut all = luminaires.with_even(scene);
@@ -275,13 +275,13 @@ impl Luminaires {
     /// Adds the luminaires of the carried materials, even ones.
     fn with_even(mut self, scene: &Scene) -> Luminaires {
         let groups = self.groups(scene);
-        self.parts = convex_parts(scene, &groups);
+        self.convex_lamps = convex_lamps(scene, &groups);
         for faces in divided(scene, groups) {
-            let part = self.part(faces[0]);
-            let whole = faces.iter().all(|&f| self.part(f) == part);
+            let lamp = self.convex_lamp(faces[0]);
+            let whole = faces.iter().all(|&f| self.convex_lamp(f) == lamp);
             let radiance = self.radiances[scene.faces[faces[0] as usize].material as usize];
             let front = Luminaire::new(scene, radiance, &faces, Side::Front);
-            self.list.push(Luminaire { part: part.filter(|_| whole), ..front });
+            self.list.push(Luminaire { convex_lamp: lamp.filter(|_| whole), ..front });
             if scene.material(faces[0]).sides == Sides::Two {
                 self.list.push(Luminaire::new(scene, radiance, &faces, Side::Back));
             }
@@ -290,8 +290,8 @@ impl Luminaires {
     }
 
     /// The convex lamp that a face belongs to, if to one.
-    pub(crate) fn part(&self, face: u32) -> Option<u32> {
-        self.parts.get(face as usize).copied().flatten()
+    pub(crate) fn convex_lamp(&self, face: u32) -> Option<u32> {
+        self.convex_lamps.get(face as usize).copied().flatten()
     }
 
     /// Faces of the carried materials, an object and material together, in the order of their first faces.
@@ -386,7 +386,7 @@ mod tests {
     fn few_faces_are_as_many_luminaires_as_lamps_where_those_are_many() {
         let lamps = |count: u32, pitch: f64| divided(&panels(count, pitch), vec![(0..2 * count).collect()]).len();
         assert_eq!(lamps(100, 0.03), 100);
-        assert_eq!(lamps(FEW as u32, 0.03), 1);
+        assert_eq!(lamps(FEW_LUMINAIRES as u32, 0.03), 1);
         // Gaps of a quarter of a panel leave them one.
         assert_eq!(lamps(100, 0.0125), 1);
     }
@@ -401,7 +401,7 @@ mod tests {
                 (0..scene.faces.len() as u32).filter(own).collect()
             })
             .collect();
-        let parts = convex_parts(&scene, &groups);
+        let parts = convex_lamps(&scene, &groups);
         for (faces, name) in groups.iter().zip(&scene.objects) {
             let found = faces.iter().filter(|&&f| parts[f as usize].is_some()).count();
             let radius = |&f: &u32| scene.corners(f)[0].length();

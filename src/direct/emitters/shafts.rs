@@ -32,7 +32,7 @@ pub(crate) struct Body {
     pub corners: Vec<DVec3>,
     pub plane: Option<(DVec3, f64)>,
     /// The convex lamp it is a part of, if of one.
-    pub part: Option<u32>,
+    pub convex_lamp: Option<u32>,
 }
 
 /// A convex body that holds a luminaire: its corners, or a box around them where they are many.
@@ -41,7 +41,7 @@ pub(crate) fn luminaire_body(luminaire: &Luminaire) -> Body {
         let (low, high) = bounds(luminaire.corners());
         Body::of_box(low, high)
     });
-    Body { part: luminaire.part, ..body }
+    Body { convex_lamp: luminaire.convex_lamp, ..body }
 }
 
 /// A patch's corners, counter-clockwise seen from the side it lies on.
@@ -56,7 +56,7 @@ pub(crate) fn patch_body(patches: &Patches, i: usize) -> Option<Body> {
 impl Body {
     /// `None` where there are too many corners.
     pub fn new(corners: impl Iterator<Item = DVec3>) -> Option<Body> {
-        let mut body = Body { corners: Vec::new(), plane: None, part: None };
+        let mut body = Body { corners: Vec::new(), plane: None, convex_lamp: None };
         let mut area = DVec3::ZERO;
         let all: Vec<DVec3> = corners.collect();
         for t in all.chunks_exact(3) {
@@ -95,7 +95,7 @@ impl Body {
                 corners.push(p);
             }
         }
-        Body { corners, plane: None, part: None }
+        Body { corners, plane: None, convex_lamp: None }
     }
 
     /// The plane that this and another body lie in, if in one.
@@ -107,7 +107,7 @@ impl Body {
     /// Whether a caster may hide the front of the body: it rises above its plane, and is not of the same convex lamp,
     /// no face of which hides another from where that one's front is seen.
     pub fn reached_by(&self, caster: &Caster) -> bool {
-        if caster.part.is_some() && caster.part == self.part {
+        if caster.convex_lamp.is_some() && caster.convex_lamp == self.convex_lamp {
             return false;
         }
         let Some((normal, offset)) = self.plane else {
@@ -220,7 +220,7 @@ pub(crate) fn casters(scene: &Scene, rays: &Rays, luminaires: &Luminaires, tau: 
                 normal: (b - a).cross(c - a).normalize_or_zero(),
                 tau: f64::from(tau[scene.faces[face as usize].material as usize]),
                 masked: scene.is_masked(face),
-                part: luminaires.part(face),
+                convex_lamp: luminaires.convex_lamp(face),
             }
         })
         .filter(|c| c.tau < 1.0 && c.normal != DVec3::ZERO)

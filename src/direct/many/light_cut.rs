@@ -25,7 +25,7 @@ use crate::rays::{Hit, Rays};
 
 /// Luminaires by closed form at most.
 const MOST_EXACT: usize = 48;
-/// Faces × patches beyond which what lies between is not asked.
+/// Faces × patches beyond which what lies between is not tests_shadows.
 const MOST_TESTS: usize = 20_000_000;
 /// The largest misfit of a polynomial, where more is tolerable.
 const MISFIT: f64 = 1e-3;
@@ -37,7 +37,7 @@ pub struct LightCuts {
     cuts: Vec<LightCut>,
 }
 
-/// A cut through the tree of luminaires: who lights one patch, and how each is asked.
+/// A cut through the tree of luminaires: who lights one patch, and how each is tests_shadows.
 #[derive(Debug, Default)]
 pub(crate) struct LightCut {
     /// What is surely seen and what likely arrives of the rest.
@@ -74,12 +74,12 @@ impl LightCuts {
         let root = &tree.nodes[tree.root()].body;
         let reached = |&k: &u32| root.reached_by(&inputs.casters[k as usize]);
         let among: Vec<u32> = (0..inputs.casters.len() as u32).filter(reached).collect();
-        let asked = among.len() * inputs.patches.len() <= MOST_TESTS;
+        let tests_shadows = among.len() * inputs.patches.len() <= MOST_TESTS;
         let cut = |hits: &mut Vec<Hit>, i: usize| {
             if !receives[i] {
                 return LightCut::default();
             }
-            let mut walk = Walk::new(inputs, &tree, i, asked);
+            let mut walk = Walk::new(inputs, &tree, i, tests_shadows);
             walk.visit(tree.root(), &among);
             finish(walk, inputs, i, hits)
         };
@@ -166,9 +166,9 @@ fn smoothe(walk: &Walk, inputs: &CutInputs, cut: &mut LightCut) {
 const NEAR: f64 = 2.0;
 /// Where a rectangle is looked at beside its centre, in shares of half its sides.
 const OFF_CENTER: f64 = 0.7;
-/// Shares of a patch's light: below the first what lies between is not asked, below the second nodes are drawn whole,
+/// Shares of a patch's light: below the first what lies between is not tests_shadows, below the second nodes are drawn whole,
 /// above the third a luminaire keeps its closed form.
-const ASKED: f64 = 1.0 / 64.0;
+const NEGLIGIBLE: f64 = 1.0 / 64.0;
 const WHOLE: f64 = 1.0 / 256.0;
 const STRONG: f64 = 1.0 / 32.0;
 
@@ -189,7 +189,7 @@ pub(crate) struct Walk<'a> {
     pub tree: &'a LightTree,
     luminaires: &'a Luminaires,
     casters: &'a [Caster],
-    /// None where nothing is to be asked.
+    /// None where nothing is to be tests_shadows.
     body: Option<Body>,
     pub rectangle: Option<Rectangle>,
     center: DVec3,
@@ -206,8 +206,8 @@ pub(crate) struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    /// A walk of patch i; where what lies between is not `asked`, anything may.
-    pub fn new(inputs: &'a CutInputs, tree: &'a LightTree, i: usize, asked: bool) -> Walk<'a> {
+    /// A walk of patch i; where what lies between is not `tests_shadows`, anything may.
+    pub fn new(inputs: &'a CutInputs, tree: &'a LightTree, i: usize, tests_shadows: bool) -> Walk<'a> {
         let patches = inputs.patches;
         let rectangle = Rectangle::new(patches, i);
         let corners: Vec<DVec3> = patches.pieces(i).flat_map(|p| p.1.map(|q| q.as_dvec3())).collect();
@@ -218,7 +218,7 @@ impl<'a> Walk<'a> {
             tree,
             luminaires: inputs.luminaires,
             casters: inputs.casters,
-            body: patch_body(patches, i).filter(|_| asked),
+            body: patch_body(patches, i).filter(|_| tests_shadows),
             center: rectangle.as_ref().map_or(mean, |r| r.center),
             normal: patches.normal(face, patches.side(i)).as_dvec3(),
             radius: match &rectangle {
@@ -338,7 +338,7 @@ impl<'a> Walk<'a> {
         if !near && node.children.is_some() && among.is_empty() && self.is_far(node) {
             return self.seen.push(k);
         }
-        if !near && !among.is_empty() && estimate < ASKED * self.total && node.children.is_some() {
+        if !near && !among.is_empty() && estimate < NEGLIGIBLE * self.total && node.children.is_some() {
             return self.part(k);
         }
         let between: Option<Vec<u32>> = self.body.as_ref().map(|patch| {

@@ -200,8 +200,8 @@ fn join(range: Range<usize>, children: [usize; 2], nodes: &[Node], sums: &Sums) 
     let reach = |n: &Node| axis.dot(n.axis).clamp(-1.0, 1.0).acos() + n.spread;
     let mut body = Body::of_box(low, high);
     body.plane = a.body.common_plane(&b.body);
-    if a.body.part == b.body.part {
-        body.part = a.body.part;
+    if a.body.convex_lamp == b.body.convex_lamp {
+        body.convex_lamp = a.body.convex_lamp;
     }
     Node {
         range,

@@ -20,7 +20,7 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 
-use crate::direct::emitters::emission_tree::Moments as EmittedMoments;
+use crate::direct::emitters::emission_tree::EmissionMoments;
 use crate::direct::emitters::luminaire::Luminaire;
 
 /// Normals are alike where their mean is shorter than 1 by less: they vary by 5e-5 then, and the kernel by less.
@@ -107,7 +107,7 @@ impl Sums {
     }
 
     /// Adds a triangle whose emission over `radiance` has these moments.
-    fn add_uneven(&mut self, [a, b, c]: [DVec3; 3], radiance: DVec3, own: &EmittedMoments) {
+    fn add_uneven(&mut self, [a, b, c]: [DVec3; 3], radiance: DVec3, own: &EmissionMoments) {
         let (u, v) = (b - a, c - a);
         let (cross, middle) = (0.5 * u.cross(v), (a + b + c) / 3.0);
         let m = cross.normalize_or_zero();

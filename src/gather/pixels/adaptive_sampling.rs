@@ -1,24 +1,22 @@
-//! Spends camera rays where the picture is noisy: edges, penumbrae.
+//! Adaptive sampling of pixels by camera rays, for edges and penumbrae.
 //!
 //! All pixels get a few rays in two independent halves; the squared difference of the halves estimates each pixel's
-//! variance, pooled with its neighbours because one difference says little and edges continue from pixel to pixel.
-//! Then, until the picture's noise is as wanted, the pixels where doubling the rays gains most for its price get twice
-//! as many: with scrambled nets the error at an edge falls as about N^-3/4, the variance as N^-3/2.
+//! variance, pooled with its neighbours, as edges continue from pixel to pixel. Then, until the picture's noise is as
+//! requested, the pixels where doubling the rays gains most for its price get twice as many: with scrambled nets the
+//! error at an edge falls as about N^-3/4, the variance as N^-3/2.
 //!
-//! Two halves that both miss what a pixel shows little of agree, and pixels that are chosen by what their halves tell
-//! leave behind those that missed. So choosing alone never ends the search: pixels are *looked at*, all that have few
-//! rays get twice as many whatever theirs told, and of those the new rays alone tell the variance. Their sum over
-//! pixels has no bias: what some of them meet once stands for what others have missed. Pixels that are then chosen
-//! for what neither their neighbours show nor a known face made go on to count with it until the next look, since about
-//! as much is still unseen as was seen once only (I. J. Good, *The population frequencies of species and the estimation
-//! of population parameters*, 1953). Of a plate with pinholes that throws dots of light 26, 20 and 12 % true were told
-//! as 2; with looks 1.9, 1.0 and 1.3 (5 % asked).
+//! Halves that both miss a detail agree, so choosing pixels by their own variance is biased. Therefore pixels are
+//! *resampled*: all that have few rays get twice as many whatever their variance, which is then estimated from the new
+//! rays alone. The sum of these over pixels has no bias. Pixels then chosen for a variance that neither their
+//! neighbours show nor a known face explains keep that variance until the next resampling, since about as much is
+//! unseen as was seen once only (I. J. Good, *The population frequencies of species and the estimation of population
+//! parameters*, 1953). Worth: dots of light through pinholes have true errors of 1.9, 1.0 and 1.3 % at 5 % requested;
+//! without, 26, 20 and 12 % with 2 % stated (`tests/small_things.rs`).
 //!
-//! Where few pixels make most of the squared picture their halves are too few to be believed: a pixel, and those around
-//! it, get rays in proportion to its share.
+//! Where few pixels make most of the squared picture, they and those around them get rays in proportion to their share.
 //!
-//! Not handled: what no ray of any pixel meets; of detail that covers a share A of the picture N camera rays in all
-//! miss every part with the chance `exp(-N A)`.
+//! Not handled: what no ray of any pixel meets; N camera rays in all miss every part of detail that covers a share A of
+//! the picture with probability `exp(-N A)`.
 
 use std::time::Instant;
 
@@ -29,20 +27,20 @@ use crate::error::deadline::is_over;
 use crate::form_factors::Progress;
 use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
-use crate::gather::pixels::small_faces::find;
+use crate::gather::pixels::small_faces::find_small_faces;
 
 /// The variance of a pixel with an edge falls as this power of its rays, which are scrambled nets.
 pub(crate) const EDGES: f64 = 1.5;
 /// Share of the variance left after doubling the rays of a pixel with an edge: 2 to the power -[`EDGES`].
 const DOUBLED: f64 = 0.354;
 /// Camera rays of a half at most.
-const MOST: u32 = 1 << 16;
-/// Share of the mean rays that every pixel gets when it is looked at.
-const SHARE: f64 = 0.25;
-/// Camera rays that are to stand behind the squared picture: by the squares of so many differences a variance is known
-/// to a tenth (their standard error is `sqrt(2 / 256)`), as in pictures of so many like pixels.
-const BELIEVED: f64 = 256.0;
-/// Share of the variance wanted that pixels chosen since the last look may have counted with before another is due.
+const MOST_RAYS: u32 = 1 << 16;
+/// Share of the mean rays that every pixel gets when it is resampled.
+const RESAMPLED: f64 = 0.25;
+/// Camera rays for a reliable variance of the squared picture: that of so many squared differences has the relative
+/// standard error `sqrt(2 / 256)`, a tenth.
+const RELIABLE: f64 = 256.0;
+/// Share of the requested variance that pixels chosen since the last resampling may keep before another is due.
 const UNSEEN: f64 = 0.25;
 
 /// How many camera rays.
@@ -50,17 +48,10 @@ const UNSEEN: f64 = 0.25;
 pub(crate) struct Plan {
     /// Camera rays of each half at first.
     pub first: u32,
-    /// Wanted RMS noise as a share of the RMS picture; all pixels keep the first rays where there is none.
+    /// Requested RMS noise as a share of the RMS picture; all pixels keep the first rays where there is none.
     pub noise: Option<f64>,
-    /// When to stop, whatever the noise is by then.
+    /// When to stop at any noise.
     pub deadline: Option<Instant>,
-}
-
-impl Plan {
-    /// Whether the time is over.
-    pub fn is_late(&self) -> bool {
-        is_over(self.deadline)
-    }
 }
 
 /// Samples all pixels.
@@ -81,13 +72,14 @@ pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan, tick: Progres
     let shows_luminaires_only = pixels.iter().all(|pixel| pixel.weight() == 0.0);
     pixels.iter_mut().for_each(|pixel| pixel.counts_emission = shows_luminaires_only);
     if plan.noise.is_some() {
-        find(camera_rays, &mut pixels);
+        find_small_faces(camera_rays, &mut pixels);
     }
     refine(camera_rays, &mut pixels, plan, |_, _| ());
     pixels
 }
 
-/// Casts more camera rays until the picture is no noisier than wanted; `cast` hears of the pixels that got some.
+/// Casts more camera rays until the picture is no noisier than requested; `cast` is called with the pixels that got
+/// some.
 pub(crate) fn refine(
     camera_rays: &CameraRays,
     pixels: &mut [Pixel],
@@ -95,17 +87,17 @@ pub(crate) fn refine(
     mut cast: impl FnMut(&mut [Pixel], &[u32]),
 ) {
     let Some(noise) = plan.noise else { return };
-    // Each round doubles the rays of some pixel, of which none gets more than [`MOST`].
+    // Each round doubles the rays of some pixel, of which none gets more than [`MOST_RAYS`].
     loop {
-        let next = if plan.is_late() { Next::Enough } else { next(pixels, camera_rays.view.width, noise) };
+        let next = if is_over(plan.deadline) { Next::Enough } else { next(pixels, camera_rays.view.width, noise) };
         let extended = match next {
             Next::Enough => return,
             Next::Double(chosen) => {
                 extend(camera_rays, pixels, &chosen, |pixel| 2 * pixel.count);
                 chosen
             }
-            Next::Look(few) => {
-                look(camera_rays, pixels, &few);
+            Next::Resample(few) => {
+                resample(camera_rays, pixels, &few);
                 few
             }
         };
@@ -113,14 +105,14 @@ pub(crate) fn refine(
     }
 }
 
-/// What is to be done next.
+/// The next step.
 enum Next {
-    /// Nothing: the noise is as wanted.
+    /// Nothing: the noise is as requested.
     Enough,
-    /// Pixels to get twice their rays, because of what those told.
+    /// Pixels to get twice their rays, because of their variance.
     Double(Vec<u32>),
-    /// Pixels to get more rays whatever theirs told.
-    Look(Vec<u32>),
+    /// Pixels to get more rays whatever their variance.
+    Resample(Vec<u32>),
 }
 
 fn next(pixels: &mut [Pixel], width: usize, noise: f64) -> Next {
@@ -135,68 +127,68 @@ fn next(pixels: &mut [Pixel], width: usize, noise: f64) -> Next {
             return Next::Double(chosen);
         }
     }
-    let few = if is_due { few(pixels) } else { Vec::new() };
+    let few = if is_due { undersampled(pixels) } else { Vec::new() };
     if !few.is_empty() {
-        return Next::Look(few);
+        return Next::Resample(few);
     }
-    // Last of all: what chose a pixel before stands for others that have missed it.
-    let bold = bold(pixels, width, &measured);
-    bold.iter().for_each(|&k| pixels[k as usize].choose(true));
-    if bold.is_empty() { Next::Enough } else { Next::Double(bold) }
+    // Last, as pixels chosen before count for others that missed the same.
+    let dominant = dominant(pixels, width, &measured);
+    dominant.iter().for_each(|&k| pixels[k as usize].choose(true));
+    if dominant.is_empty() { Next::Enough } else { Next::Double(dominant) }
 }
 
-/// The pixels that have fewer rays than [`BELIEVED`] times their own or a neighbour's share of the squared picture.
-fn bold(pixels: &[Pixel], width: usize, measured: &Measured) -> Vec<u32> {
+/// The pixels that have fewer rays than [`RELIABLE`] times their own or a neighbour's share of the squared picture.
+fn dominant(pixels: &[Pixel], width: usize, measured: &Measured) -> Vec<u32> {
     let height = pixels.len() / width.max(1);
-    let few = |k: usize, rays: f64| pixels[k].count > 0 && pixels[k].count < MOST && pixels[k].camera() < rays;
-    let mut found = Vec::new();
+    let few = |k: usize, rays: f64| pixels[k].count > 0 && pixels[k].count < MOST_RAYS && pixels[k].camera() < rays;
+    let mut chosen = Vec::new();
     for (k, pixel) in pixels.iter().enumerate() {
-        let rays = BELIEVED * pixel.weight() * pixel.reflected().length_squared() / measured.signal;
+        let rays = RELIABLE * pixel.weight() * pixel.reflected().length_squared() / measured.signal;
         if rays <= 2.0 {
             continue;
         }
         let around = |p: usize, length: usize| p.saturating_sub(1)..(p + 2).min(length);
         let rows = around(k / width, height);
         let all = rows.flat_map(|y| around(k % width, width).map(move |x| y * width + x));
-        found.extend(all.filter(|&j| few(j, rays)).map(|j| j as u32));
+        chosen.extend(all.filter(|&j| few(j, rays)).map(|j| j as u32));
     }
-    found.sort_unstable();
-    found.dedup();
-    found
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen
 }
 
-/// The variance that pixels chosen since the last look stood for, summed as they count.
+/// The variance kept by pixels chosen since the last resampling, weighted as pixels count.
 fn unseen(pixels: &[Pixel]) -> f64 {
     pixels.iter().map(|pixel| pixel.weight() * pixel.unseen).sum()
 }
 
-/// Rays of a half that each pixel is to have when it is looked at: twice the fewest, and a share of the mean; on the
+/// Rays of a half that each pixel is to have when it is resampled: twice the fewest, and a share of the mean; on the
 /// outline of a luminaire the mean, as luminaires show though their outlines count for next to nothing.
-fn looks(pixels: &[Pixel]) -> impl Fn(&Pixel) -> u32 + use<> {
+fn resampled_counts(pixels: &[Pixel]) -> impl Fn(&Pixel) -> u32 + use<> {
     let counts = |p: &Pixel| if p.weight() > 0.0 { p.count } else { u32::MAX };
     let fewest = pixels.iter().map(counts).min().unwrap_or(1);
     let mean = pixels.iter().map(|pixel| f64::from(pixel.count)).sum::<f64>() / pixels.len().max(1) as f64;
-    let all = (SHARE * mean).max(2.0 * f64::from(fewest));
-    move |pixel: &Pixel| (if pixel.shows_outline() { all.max(mean) } else { all }).min(f64::from(MOST)) as u32
+    let all = (RESAMPLED * mean).max(2.0 * f64::from(fewest));
+    move |pixel: &Pixel| (if pixel.shows_outline() { all.max(mean) } else { all }).min(f64::from(MOST_RAYS)) as u32
 }
 
-/// The pixels that have fewer rays than they are to have when they are looked at.
-fn few(pixels: &[Pixel]) -> Vec<u32> {
-    let looks = looks(pixels);
-    let few = |pixel: &Pixel| pixel.count > 0 && 2 * pixel.count <= looks(pixel);
+/// The pixels that have fewer rays than they are to have when they are resampled.
+fn undersampled(pixels: &[Pixel]) -> Vec<u32> {
+    let resampled_counts = resampled_counts(pixels);
+    let few = |pixel: &Pixel| pixel.count > 0 && 2 * pixel.count <= resampled_counts(pixel);
     pixels.iter().zip(0..).filter(|(pixel, _)| few(pixel)).map(|(_, k)| k).collect()
 }
 
-/// Looks at pixels: they get more rays whatever theirs told, and the new ones alone tell their variance.
-fn look(camera_rays: &CameraRays, pixels: &mut [Pixel], few: &[u32]) {
+/// Gives pixels more rays whatever their variance, which the new ones alone then estimate.
+fn resample(camera_rays: &CameraRays, pixels: &mut [Pixel], few: &[u32]) {
     let bright = measure(pixels).bright();
-    let looks = looks(pixels);
+    let resampled_counts = resampled_counts(pixels);
     let before: Vec<_> = few.iter().map(|&k| pixels[k as usize].sums_below(bright)).collect();
-    let count = |pixel: &Pixel| pixel.count << (looks(pixel) / pixel.count).ilog2();
+    let count = |pixel: &Pixel| pixel.count << (resampled_counts(pixel) / pixel.count).ilog2();
     extend(camera_rays, pixels, few, count);
     pixels.iter_mut().for_each(|pixel| pixel.unseen = 0.0);
     for (&k, before) in few.iter().zip(before) {
-        pixels[k as usize].look_back(before, bright);
+        pixels[k as usize].take_resampled(before, bright);
     }
 }
 
@@ -219,31 +211,31 @@ fn extend(camera_rays: &CameraRays, pixels: &mut [Pixel], some: &[u32], count: i
     );
 }
 
-/// The pixels to double, in order: best gain for the price first, until the noise is foreseen to be as wanted.
+/// The pixels to double, in order: best gain for the price first, until the noise is predicted to be as requested.
 fn choose(pixels: &mut [Pixel], width: usize, measured: &Measured, wanted: f64) -> Vec<u32> {
-    let mut left = measured.variance - unseen(pixels);
+    let mut remaining = measured.variance - unseen(pixels);
     pixels.par_iter_mut().for_each(|pixel| pixel.note_difference(measured.bright(), DOUBLED));
     let means = means(pixels, measured.bright());
     let variances = variances(pixels, &means, width);
     let total: f64 = variances.iter().sum();
     let price = |k: u32| variances[k as usize] / f64::from(pixels[k as usize].count);
     let mut order: Vec<(f64, u32)> = (0..pixels.len() as u32)
-        .filter(|&k| pixels[k as usize].count < MOST && variances[k as usize] > 0.0)
+        .filter(|&k| pixels[k as usize].count < MOST_RAYS && variances[k as usize] > 0.0)
         .map(|k| (price(k), k))
         .collect();
     order.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let scale = left / total;
-    let most = |k: &u32| pixels[*k as usize].count >= MOST;
+    let scale = remaining / total;
+    let most = |k: &u32| pixels[*k as usize].count >= MOST_RAYS;
     let stays = scale * (0..pixels.len() as u32).filter(most).map(|k| variances[k as usize]).sum::<f64>();
-    // A round aims no lower than half the variance: the next one knows the pixels better. Nor is more done about others
-    // than those leave that have all the rays they may.
-    let goal = (0.9 * wanted).max(0.5 * left).max(2.0 * stays);
+    // A round aims at no less than half the variance, as the next one has better estimates, and than twice that of the
+    // pixels that have all the rays they may.
+    let goal = (0.9 * wanted).max(0.5 * remaining).max(2.0 * stays);
     let mut chosen = Vec::new();
     for &(_, k) in &order {
-        if left <= goal {
+        if remaining <= goal {
             break;
         }
-        left -= (1.0 - DOUBLED) * variances[k as usize] * scale;
+        remaining -= (1.0 - DOUBLED) * variances[k as usize] * scale;
         let is_seen_around = is_seen_around(pixels, &means, width, k as usize);
         pixels[k as usize].choose(is_seen_around);
         chosen.push(k);
@@ -274,16 +266,16 @@ impl Measured {
         self.count += pixel.weight();
     }
 
-    /// Radiance above which what a pixel emits counts no more in its noise: twice the RMS of the picture.
+    /// Radiance up to which emission counts in the noise of a pixel: twice the RMS of the picture.
     pub fn bright(&self) -> f64 {
         2.0 * (self.signal / (3.0 * self.count.max(1.0))).sqrt()
     }
 }
 
-/// The noise of the picture and the picture, with the light of the patches for what is reflected more than once.
+/// The noise of the picture and its signal, with the light of the patches for what is reflected more than once.
 ///
-/// The picture is what is reflected: slivers of a small bright lamp would outshine all of it, and any error would be
-/// small beside them. Its noise has emission up to twice the picture, so that the outlines of lamps are looked at.
+/// The signal is reflected light only, as slivers of a small bright lamp would outshine all of it. The noise includes
+/// emission up to twice the signal, for the outlines of lamps.
 pub(crate) fn measure(pixels: &[Pixel]) -> Measured {
     let mut measured = Measured::default();
     for pixel in pixels {
@@ -301,37 +293,34 @@ pub(crate) fn means(pixels: &[Pixel], bright: f64) -> Vec<DVec3> {
     pixels.iter().map(|p| p.halves_below(bright).into_iter().sum::<DVec3>() / p.camera()).collect()
 }
 
-/// Whether what pixel k has seen shows around it as well: an edge, on whose two sides pixels differ by more than their
-/// noise and by as much as its halves may; or noise of half of the pixels around. Rays of a line thinner than a pixel
-/// make neither.
+/// Whether the variance of pixel k shows around it as well: as an edge, on whose two sides pixels differ by more than
+/// their noise and by as much as its halves may, or as noise of half of the pixels around. A line thinner than a pixel
+/// makes neither.
 pub(crate) fn is_seen_around(pixels: &[Pixel], means: &[DVec3], width: usize, k: usize) -> bool {
     let variance = pixels[k].differed;
-    let beside = |[u, v]: [isize; 2]| {
+    let neighbour = |[u, v]: [isize; 2]| {
         let (x, y) = ((k % width).checked_add_signed(u)?, (k / width).checked_add_signed(v)?);
         (x < width && y * width < pixels.len()).then_some(y * width + x)
     };
     const HALF: [[isize; 2]; 4] = [[1, 0], [0, 1], [1, 1], [1, -1]];
-    let opposite = HALF.map(|to| beside(to).zip(beside(to.map(|d| -d))));
+    let opposite = HALF.map(|to| neighbour(to).zip(neighbour(to.map(|d| -d))));
     let is_edge = |(a, b): (usize, usize)| {
         let noise = 4.0 * (pixels[a].differed + pixels[b].differed);
         (means[a] - means[b]).length_squared() >= variance.max(noise)
     };
-    let around = || HALF.into_iter().flat_map(|to| [beside(to), beside(to.map(|d| -d))]).flatten();
+    let around = || HALF.into_iter().flat_map(|to| [neighbour(to), neighbour(to.map(|d| -d))]).flatten();
     let noisy = around().filter(|j| 4.0 * pixels[*j].differed >= variance).count();
     opposite.into_iter().flatten().any(is_edge) || 2 * noisy >= around().count().max(1)
 }
 
-/// The variance of every pixel, whose [`means`] are given: what its neighbourhood's halves differ by, or what an edge
-/// through it would leave, if that is more.
+/// The variance of every pixel, whose [`means`] are given: that by the halves of its neighbourhood, or that of an edge
+/// through it if that is more.
 ///
-/// A pixel itself counts as it was foreseen before its last rays, [`Pixel::foreseen`]. What its halves differ by states
-/// its error in the end: if the same number chose when to stop, pixels would stop where it is small by chance, and the
-/// picture would state less than it is off by (a bathroom's direct light at 1 %, four seeds: 1.34 times as much; 1.07
-/// as it is).
+/// A pixel itself counts with its variance predicted before its last rays, [`Pixel::predicted`]: the difference of its
+/// halves states its error, and as a stopping rule it would end pixels where it is small by chance.
 ///
-/// Halves may agree by chance where an edge passes, and such pixels would never get more rays. An edge of contrast c
-/// leaves about `c²/12 n^-3/2` of n rays a half, and shows in the second differences of the picture whose squares,
-/// summed across it, are c² in the mean.
+/// Halves may agree by chance where an edge passes. An edge of contrast c leaves about `c²/12 n^-3/2` of n rays a half,
+/// and the squared second differences of the picture, summed across it, are c² in the mean.
 pub(crate) fn variances(pixels: &[Pixel], means: &[DVec3], width: usize) -> Vec<f64> {
     let height = pixels.len() / width.max(1);
     let bends = |k: usize| -> f64 {
@@ -351,13 +340,13 @@ pub(crate) fn variances(pixels: &[Pixel], means: &[DVec3], width: usize) -> Vec<
         let pool = || rows.clone().flat_map(|y| columns.clone().map(move |x| y * width + x));
         let n = (columns.len() * rows.len()) as f64;
         let difference = |j: usize| match j == k {
-            true => pixels[j].foreseen,
+            true => pixels[j].predicted,
             // A small face is in one pixel.
             false if pixels[j].is_explained => 0.0,
             false => pixels[j].differed,
         };
         let edge = pool().map(|j| bends[j]).sum::<f64>() / n / 12.0 * f64::from(pixels[k].count).powf(-1.5);
-        (pool().map(difference).sum::<f64>() / n).max(edge).max(pixels[k].foretold().element_sum())
+        (pool().map(difference).sum::<f64>() / n).max(edge).max(pixels[k].small_face_variance().element_sum())
     };
     (0..pixels.len()).into_par_iter().map(around).collect()
 }
@@ -367,9 +356,11 @@ mod tests {
     use super::*;
     use crate::gather::pixels::pixel::SmallFace;
 
-    /// A pixel that so many camera rays of each half found some light in.
+    /// A pixel with so many camera rays in each half, and the mean light of each.
     fn pixel(count: u32, light: [f64; 2]) -> Pixel {
-        Pixel::of_halves(count, light)
+        let mut pixel = Pixel::default();
+        (pixel.count, pixel.lit) = (count, light.map(|l| DVec3::splat(l * f64::from(count))));
+        pixel
     }
 
     /// The pixels that are to get twice their rays.
@@ -380,9 +371,8 @@ mod tests {
         }
     }
 
-    /// Pixels on edges once stopped where their own halves agreed by chance, and the picture stated too little.
     #[test]
-    fn what_the_last_rays_of_a_pixel_found_does_not_choose_whether_it_gets_more() {
+    fn the_last_rays_of_a_pixel_do_not_choose_whether_it_gets_more() {
         const WIDTH: usize = 16;
         const NOISY: u32 = 3 * WIDTH as u32 + 5;
         let is_chosen_again = |last: f64| {
@@ -393,7 +383,7 @@ mod tests {
                 (pixels[k].count, pixels[k].lit) = (8, [a, b].map(|l| DVec3::splat(8.0 * l)));
             };
             (0..8 * WIDTH).for_each(|k| twice(k, [0.9, 0.9]));
-            // What else differs in the picture lies far away.
+            // Another difference in the picture, far away.
             twice(0, [0.91, 0.89]);
             twice(NOISY as usize, [0.9 + last, 0.9 - last]);
             doubled(&mut pixels, WIDTH, 1e-4).contains(&NOISY)
@@ -401,36 +391,32 @@ mod tests {
         assert!(is_chosen_again(0.05) && is_chosen_again(0.0));
     }
 
-    /// The halves of four rays that all miss a thin bright thing agree, and the pixel never got another ray though
-    /// others got hundreds: in a furnished bathroom four seeds differed by 1.72 % where 1.60 % was stated, and now by
-    /// 1.65 %.
+    /// Halves of rays that all miss a thin bright thing agree, so pixels are resampled before sampling ends.
     #[test]
-    fn choosing_does_not_end_the_search() {
+    fn pixels_are_resampled_before_sampling_ends() {
         const WIDTH: usize = 16;
         const NOISY: usize = 3 * WIDTH + 5;
         let at = |k: usize| if k == NOISY { pixel(4, [1.0, 0.9]) } else { pixel(4, [1.0, 1.0]) };
         let mut pixels: Vec<Pixel> = (0..8 * WIDTH).map(at).collect();
         let chosen = doubled(&mut pixels, WIDTH, 1e-4);
         assert!(chosen.is_sorted_by(|a, b| a < b) && chosen.contains(&(NOISY as u32)));
-        // The rays that it got have told it apart; what was seen of it once still counts.
+        // With more rays the halves agree; the variance it was chosen for still counts.
         (pixels[NOISY].count, pixels[NOISY].lit) = (8192, [DVec3::splat(8192.0); 2]);
         assert!(measure(&pixels).variance > 0.0);
-        let Next::Look(few) = next(&mut pixels, WIDTH, 1e-4) else { panic!("a look is due") };
+        let Next::Resample(few) = next(&mut pixels, WIDTH, 1e-4) else { panic!("resampling is due") };
         assert_eq!(few.len(), pixels.len() - 1);
         // A share of what pixels have in the mean, and on the outline of a luminaire all of it.
-        let (looks, mean) = (looks(&pixels), (8192.0 + 127.0 * 4.0) / 128.0);
-        assert_eq!(looks(&pixels[0]), (SHARE * mean) as u32);
+        let (resampled_counts, mean) = (resampled_counts(&pixels), (8192.0 + 127.0 * 4.0) / 128.0);
+        assert_eq!(resampled_counts(&pixels[0]), (RESAMPLED * mean) as u32);
         pixels[0].emitting = 1;
-        assert_eq!(looks(&pixels[0]), mean as u32);
-        // Noise that goes on from pixel to pixel stands for nothing unseen.
+        assert_eq!(resampled_counts(&pixels[0]), mean as u32);
+        // Noise that continues from pixel to pixel means nothing unseen.
         let mut pixels: Vec<Pixel> = (0..8 * WIDTH).map(|_| pixel(4, [1.0, 0.9])).collect();
         assert!(!doubled(&mut pixels, WIDTH, 1e-4).is_empty() && unseen(&pixels) == 0.0);
     }
 
-    /// A pinhole that all rays of one pixel met and those of its neighbours missed was 55 % off with 1.2 stated: halves
-    /// of two pixels, which were the picture, agreed.
     #[test]
-    fn few_pixels_that_are_the_picture_get_as_many_rays_as_are_believed() {
+    fn few_pixels_that_dominate_the_picture_get_enough_rays() {
         const WIDTH: usize = 16;
         let mut pixels: Vec<Pixel> = (0..16 * WIDTH).map(|_| pixel(2, [1e-3, 1e-3])).collect();
         pixels[3 * WIDTH + 5] = pixel(2, [4.0, 4.0]);
@@ -445,13 +431,12 @@ mod tests {
         assert!(doubled(&mut pixels, WIDTH, 0.05).is_empty());
     }
 
-    /// What one look finds once stands for what it missed; once pixels have been looked at, the new rays alone tell.
     #[test]
-    fn a_look_tells_by_its_own_rays() {
+    fn a_resampled_pixel_has_the_variance_of_its_new_rays() {
         let mut one = pixel(4, [1.0, 1.0]);
         let before = one.sums_below(f64::INFINITY);
         (one.count, one.lit) = (8, [DVec3::splat(8.0), DVec3::splat(4.0 + 4.0 * 2.0)]);
-        one.look_back(before, f64::INFINITY);
+        one.take_resampled(before, f64::INFINITY);
         // Halves of the new rays are 1 and 2: a variance of 1/4 by half of the rays.
         assert!((one.variance_below(f64::INFINITY) - DVec3::splat(0.125)).abs().max_element() < 1e-12);
         one.choose(false);
@@ -461,22 +446,18 @@ mod tests {
         assert_eq!(one.variance_below(f64::INFINITY), one.variance(one.halves()));
     }
 
-    /// A plane with 122 bright grains of 0.3 % of a pixel each, which make two fifths of the squared picture, was 65 %
-    /// off with 0.2 stated: halves that both missed them agreed.
     #[test]
-    fn faces_smaller_than_a_pixel_are_looked_for() {
+    fn faces_smaller_than_a_pixel_count_as_variance() {
         const WIDTH: usize = 8;
-        const SHARE: f64 = 0.003;
+        const RESAMPLED: f64 = 0.003;
         let mut pixels: Vec<Pixel> = (0..64).map(|_| pixel(2, [1.0, 1.0])).collect();
-        pixels[20].small_faces.push(SmallFace { share: SHARE, light: DVec3::splat(2000.0) });
-        assert!((measure(&pixels).variance - 3.0 * SHARE * (1.0 - SHARE) * 1999.0_f64.powi(2) / 4.0).abs() < 1e-6);
+        pixels[20].small_faces.push(SmallFace { share: RESAMPLED, light: DVec3::splat(2000.0) });
+        assert!((measure(&pixels).variance - 3.0 * RESAMPLED * (1.0 - RESAMPLED) * 1999.0_f64.powi(2) / 4.0).abs() < 1e-6);
         assert_eq!(doubled(&mut pixels, WIDTH, 0.05), [20]);
-        // Nothing stands for others that is known to be there.
+        // A known face means nothing unseen.
         assert_eq!(unseen(&pixels), 0.0);
     }
 
-    /// Pixels that a few rays see a lamp of 500 W/(m² sr) in once counted it as picture: 14 street lamps stated 0.44 %
-    /// where what they light was off by 1.75 %.
     #[test]
     fn a_sliver_of_a_lamp_makes_no_error_small() {
         let share = |pixels: &[Pixel]| {

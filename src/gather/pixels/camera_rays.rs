@@ -1,10 +1,10 @@
 //! Camera rays of the gather pass: what a pixel sees, and from each point seen the rays to luminaires.
 //!
 //! Every camera ray carries its own points on the luminaires, drawn together from one Sobol sequence, so that a
-//! penumbra is sampled over pixel and emitter at once. Camera rays come in two halves with independent scramblings:
-//! what the halves differ by is the standard error.
+//! penumbra is sampled over pixel and emitter at once. Camera rays come in two halves with independent scramblings,
+//! whose difference estimates the standard error.
 //!
-//! Not handled: indirect light; that is gathered from the irradiance cache.
+//! Not handled: indirect light, which comes from the irradiance cache.
 
 use glam::{DVec2, DVec3, Vec2};
 
@@ -51,7 +51,7 @@ pub(crate) struct CameraRays<'a> {
 }
 
 /// Memory that one thread uses again for each pixel.
-pub(crate) struct Scratch {
+pub(crate) struct PixelScratch {
     memory: Memory,
     /// Direct light and highlights.
     sum: LightSum,
@@ -80,12 +80,12 @@ impl<'a> CameraRays<'a> {
     }
 
     /// Memory for one thread.
-    pub fn scratch(&self) -> Scratch {
-        Scratch { memory: Memory::default(), sum: LightSum::default(), seen: Vec::new() }
+    pub fn scratch(&self) -> PixelScratch {
+        PixelScratch { memory: Memory::default(), sum: LightSum::default(), seen: Vec::new() }
     }
 
     /// Casts camera rays until each half has `count`.
-    pub fn extend(&self, k: usize, pixel: &mut Pixel, count: u32, scratch: &mut Scratch) {
+    pub fn extend(&self, k: usize, pixel: &mut Pixel, count: u32, scratch: &mut PixelScratch) {
         for half in 0..2 {
             scratch.sum.clear();
             let mut seen = std::mem::take(&mut scratch.seen);
@@ -117,8 +117,7 @@ impl<'a> CameraRays<'a> {
         pixel.count = count;
     }
 
-    /// Gives the points that so many rays of pixel k see, away from edges, the mean reflectance over the cells that
-    /// they stand for.
+    /// Gives the points that so many rays of pixel k see, away from edges, the mean reflectance over their cells.
     fn average(&self, k: usize, rays: u32, seen: &mut [SeenPoint]) {
         let Some(mut cells) = PixelCells::new(rays) else { return };
         let surfaces = surfaces(self.view, seen);
@@ -132,7 +131,7 @@ impl<'a> CameraRays<'a> {
     }
 
     /// The surfaces that a camera ray of one half of pixel k sees, and the points.
-    pub fn look(&self, k: usize, half: usize, index: u32) -> impl Iterator<Item = (SurfaceKey, SurfacePoint)> {
+    pub fn surfaces_seen(&self, k: usize, half: usize, index: u32) -> impl Iterator<Item = (SurfaceKey, SurfacePoint)> {
         let view = self.view;
         let one = |SeenPoint { hit, position, key, .. }: SeenPoint| {
             view.patches.at(hit.face, hit.side, position)?;
@@ -151,17 +150,17 @@ impl<'a> CameraRays<'a> {
         CameraRay { half, index, seed: hash(k as u32, Purpose::CameraRays(half).seed(self.seed)) }
     }
 
-    /// The light of the point of a face at some place of the picture, in pixels, if the face is what is seen there.
-    pub fn glance(&self, face: u32, place: DVec2, scratch: &mut Scratch) -> Option<DVec3> {
+    /// The light of a face at a point of the picture, in pixels, if the face is visible there.
+    pub fn light_of_face(&self, face: u32, place: DVec2, scratch: &mut PixelScratch) -> Option<DVec3> {
         let pixel = place.as_uvec2();
         let k = pixel.y as usize * self.view.width + pixel.x as usize;
         let ray = self.camera_ray(k, 0, 0);
         let mut seen = self.seen_at(k, 0, (place - pixel.as_dvec2()).as_vec2());
         let seen = seen.find(|seen| seen.hit.face == face)?;
-        let mut alone = Pixel::default();
+        let mut own = Pixel::default();
         scratch.sum.clear();
-        self.shade(&seen, Adjusted::NOT, ray, &mut alone, scratch);
-        (alone.reflecting > 0).then(|| self.view.lights.total(&scratch.sum) + alone.ambient[0])
+        self.shade(&seen, Adjusted::NOT, ray, &mut own, scratch);
+        (own.reflecting > 0).then(|| self.view.lights.total(&scratch.sum) + own.ambient[0])
     }
 
     /// What a camera ray sees.
@@ -182,15 +181,14 @@ impl<'a> CameraRays<'a> {
         view.rays.seen(&ray).into_iter().map(one)
     }
 
-    /// Adds what a camera ray found at one point: the light that is emitted there, and what it receives from
-    /// luminaires. Returns whether it emits any.
+    /// Adds the light emitted and reflected at a point that a camera ray sees. Returns whether it emits any.
     fn shade(
         &self,
         seen: &SeenPoint,
         adjusted: Adjusted,
         ray: CameraRay,
         pixel: &mut Pixel,
-        scratch: &mut Scratch,
+        scratch: &mut PixelScratch,
     ) -> bool {
         let view = self.view;
         let SeenPoint { hit, position, key, rho, share, .. } = *seen;
@@ -220,12 +218,12 @@ impl<'a> CameraRays<'a> {
             return emits;
         }
         let rho = share * adjusted.rho(rho);
-        // The first luminaire shares the camera ray's scrambling: joint points over pixel and emitter.
+        // The first luminaire has the camera ray's scrambling: joint points over pixel and emitter.
         let point = |Choice { luminaire, k, of }: Choice| {
             let own = if luminaire == 0 { ray.seed } else { hash(luminaire, ray.seed) };
             Vec2::from([2, 3].map(|d| self.sobol.point(ray.index * of + k, d, own)))
         };
-        let Scratch { memory, sum, .. } = scratch;
+        let PixelScratch { memory, sum, .. } = scratch;
         view.lights.add(sum, (&receiver, patch, rho), self.visibility, point, memory);
         if !self.dark {
             pixel.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();

@@ -1,4 +1,4 @@
-//! What pixels see: camera rays, the surfaces that they find, and how many of them each pixel gets.
+//! What pixels see: camera rays, the surfaces that they meet, and how many of them each pixel gets.
 
 pub(crate) mod adaptive_sampling;
 pub(crate) mod camera_rays;

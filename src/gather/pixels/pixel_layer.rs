@@ -1,7 +1,7 @@
 //! One surface that a pixel sees, where indirect light is interpolated.
 //!
-//! Facets of a bent surface join where their normals say that they belong together. Not handled: depth within a pixel
-//! beyond that of the points kept.
+//! Facets of a bent surface join where their normals nearly agree. Not handled: depth within a pixel beyond that of the
+//! points kept.
 
 use glam::{DVec3, Vec3};
 
@@ -88,7 +88,7 @@ impl Layer {
         self.origins[half].push(seen);
     }
 
-    /// Where its irradiance is wanted, and what may speak for it.
+    /// Where its irradiance is interpolated, and from which records.
     pub fn place(&self) -> Place {
         Place {
             position: self.position(),
@@ -103,7 +103,7 @@ impl Layer {
         (self.sum[0] + self.sum[1]) / f64::from(self.count[0] + self.count[1])
     }
 
-    /// How far a half's mean of the points seen lies from that of both.
+    /// The mean of the points seen by one half less that of both.
     pub fn off(&self, half: usize) -> DVec3 {
         let n = self.count[half];
         if n == 0 { DVec3::ZERO } else { self.sum[half] / f64::from(n) - self.position() }
@@ -128,9 +128,9 @@ pub(crate) struct Place {
     pub position: DVec3,
     /// Unit normal of the side seen.
     pub normal: Vec3,
-    /// Side and material of other places it may borrow from agree.
+    /// Side and material; irradiance is interpolated among places that agree in it.
     pub material: u32,
-    /// Other places it may borrow from lie within this distance, unit coordinates.
+    /// Largest distance of other places it may interpolate from, unit coordinates.
     pub reach: f64,
 }
 

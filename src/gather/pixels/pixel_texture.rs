@@ -1,5 +1,4 @@
-//! The texture that a pixel shows: means over what its camera rays stand for, so that a texture finer than that is no
-//! noise.
+//! The texture that a pixel shows: means over pixels or parts of them, so that finer textures are no noise.
 //!
 //! Where all camera rays end on one plane surface the mean over the pixel is known. With rho_i the reflectance where
 //! ray i of n ended, D_i the light that arrives there, and rho the mean reflectance over the pixel (exact, by
@@ -10,15 +9,17 @@
 //! ```
 //!
 //! the ratio estimator of W. G. Cochran, *Sampling Techniques*, 1977, chapter 6. Light that is even within the pixel
-//! leaves no noise; light that varies in step with the texture leaves a bias of order 1/n, which falls faster than the
-//! noise. Where every rho_i of a channel is 0 the mean of D_i stands for the ratio.
+//! leaves no noise; light correlated with the texture leaves a bias of order 1/n, which falls faster than the noise.
+//! Where every rho_i of a channel is 0 the mean of D_i stands for the ratio.
 //!
-//! Where a pixel shows several surfaces a ray stands for a cell of the pixel as large as its share of it
-//! ([`crate::gather::pixels::pixel_texture`]), and has the mean reflectance of its surface over that, if the cells
-//! around show nothing else. At an edge it keeps its own point's: the mean over a cell would hold texels that are
-//! hidden, alike in both halves, whose difference would not tell.
+//! Where a pixel shows several surfaces a ray has the mean reflectance of its surface over a cell as large as its share
+//! of the pixel, if the cells around show nothing else. At an edge it keeps its own point's: the mean over a cell would
+//! include hidden texels, alike in both halves, so that the standard error would not show it.
 //!
-//! Not handled: surfaces with masks: there the mean of the rays is all there is.
+//! Worth: rooms with images take 1.2 to 1.7 times as long as with their mean colours (docs/validation.md, Textures);
+//! pixels at edges took ten times as many rays.
+//!
+//! Not handled: surfaces with masks, which keep the mean of the rays.
 
 use glam::{DVec2, DVec3, UVec2, Vec3};
 
@@ -29,9 +30,9 @@ use crate::reading::view::View;
 use crate::scene::Scene;
 use crate::surfaces::SurfacePoint;
 
-/// Parts of a pixel at most; a pixel so near the horizon of a plane keeps its rays' mean.
+/// Parts of a pixel at most; nearer to the horizon of a plane a pixel keeps its rays' mean.
 const PARTS: u32 = 64;
-/// How far the textures of two faces may lie apart to be one, as a share of what they are compared over.
+/// Distance of the textures of two faces that count as one, as a share of the extent over which they are compared.
 const APART: f64 = 0.01;
 
 /// A point that a camera ray sees.
@@ -51,7 +52,7 @@ pub(crate) struct SeenPoint {
     pub share: f32,
 }
 
-/// What is known of the texture of one pixel.
+/// The texture of one pixel, as far as its camera rays show.
 #[derive(Debug, Default)]
 pub(crate) enum PixelTexture {
     /// No camera ray was cast yet.
@@ -75,7 +76,7 @@ pub(crate) struct Footprint {
     extent: f64,
 }
 
-/// What stands for the reflectance of points, `factor * rho + offset`.
+/// Adjusted reflectance of points, `factor * rho + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Adjusted {
     factor: DVec3,
@@ -86,12 +87,12 @@ impl Adjusted {
     /// The reflectance itself.
     pub const NOT: Adjusted = Adjusted { factor: DVec3::ONE, offset: DVec3::ZERO };
 
-    /// What stands for a point's reflectance.
+    /// The adjusted reflectance of a point.
     pub fn rho(&self, own: Rgb) -> DVec3 {
         own.as_dvec3() * self.factor + self.offset
     }
 
-    /// Points of these reflectances have the mean `rho` then.
+    /// The adjustment by which points of these reflectances have the mean `rho`.
     fn to_mean(rho: DVec3, points: impl ExactSizeIterator<Item = Rgb>) -> Adjusted {
         let count = points.len() as f64;
         let mean = points.map(|own| own.as_dvec3()).sum::<DVec3>() / count;
@@ -106,8 +107,8 @@ impl PixelTexture {
         matches!(self, PixelTexture::Varied)
     }
 
-    /// Adds the points that more camera rays of pixel k see; `all` says whether each of the rays saw one. Returns what
-    /// stands for their reflectance.
+    /// Adds the points that more camera rays of pixel k see; `all`: whether each of the rays saw one. Returns the
+    /// adjustment of their reflectance.
     pub fn see(&mut self, view: &View, k: usize, points: &[SeenPoint], all: bool) -> Adjusted {
         if let PixelTexture::Unknown = self {
             let first = points.first().and_then(|point| Footprint::new(view, k, point));
@@ -121,8 +122,7 @@ impl PixelTexture {
         Adjusted::to_mean(own.rho, points.iter().map(|point| point.rho))
     }
 
-    /// How many times as much light this pixel shows as another one of the same surface, where both receive the same;
-    /// 1 for those of different ones.
+    /// Ratio of the mean reflectance to that of another pixel of the same surface; 1 for different ones.
     pub fn over(&self, other: &PixelTexture) -> DVec3 {
         match (self, other) {
             (PixelTexture::One(own), PixelTexture::One(other)) if own.key == other.key => {
@@ -157,9 +157,9 @@ impl Footprint {
     }
 }
 
-/// Numbers the surfaces that a pixel's rays see, so that each goes on from point to point with one texture.
+/// The number of the surface of each point that a pixel's rays see, each with one continuous texture.
 pub(crate) fn surfaces(view: &View, seen: &[SeenPoint]) -> Vec<u32> {
-    let mut found: Vec<Layer> = Vec::new();
+    let mut known: Vec<Layer> = Vec::new();
     let number = |point: &SeenPoint| {
         let own = view.surface_point(point.hit.face, point.hit.side, point.position);
         let distance = |from: &SurfacePoint| {
@@ -167,17 +167,17 @@ pub(crate) fn surfaces(view: &View, seen: &[SeenPoint]) -> Vec<u32> {
             a.distance(b)
         };
         let goes_on = |from: &SurfacePoint| goes_on(view.scene, from.face, point, || distance(from));
-        let known = found.iter().position(|l| l.holds(point.key, &own) && goes_on(&l.first));
-        let number = known.unwrap_or_else(|| {
-            found.push(Layer::new(point.key, own, point.rho));
-            found.len() - 1
+        let same = known.iter().position(|l| l.holds(point.key, &own) && goes_on(&l.first));
+        let number = same.unwrap_or_else(|| {
+            known.push(Layer::new(point.key, own, point.rho));
+            known.len() - 1
         });
         number as u32
     };
     seen.iter().map(number).collect()
 }
 
-/// Whether the texture of a face goes on to a point of another one, to a small share of an extent in coordinates.
+/// Whether the texture of a face continues at a point of another one, to a small share of an extent in coordinates.
 fn goes_on(scene: &Scene, face: u32, point: &SeenPoint, extent: impl FnOnce() -> f64) -> bool {
     let alike = |face: u32| scene.coordinates_beyond(face, point.position.as_dvec3());
     face == point.hit.face || alike(face).distance(alike(point.hit.face)) <= APART * extent()
@@ -190,15 +190,14 @@ fn parts(view: &View, k: usize, face: u32) -> Option<UVec2> {
     (parts.element_product() <= f64::from(PARTS)).then(|| parts.as_uvec2())
 }
 
-/// How many times as much surface a point of a pixel stands for as another, at most, along each axis: a pixel is taken
-/// apart until that holds in each part, as the mean over a part is one over the surface. Such a mean is off by what
-/// texels differ in the direction of the tilt, times `(UNEVEN - 1) / 6` at most; with 1.1 a room of checks in one pixel
-/// each was off by 0.5 % at any number of rays.
-pub(crate) const UNEVEN: f64 = 1.01;
-/// Cells to a side at least: of fewer, each lies beside all others.
-const LEAST: u32 = 4;
+/// Largest ratio of the surface areas seen per pixel area along each axis: a pixel is divided until that holds in each
+/// part, as the mean over a part is one over the surface. Such a mean is off by `(UNEVEN - 1) / 6` of the contrast of
+/// texels at most.
+const UNEVEN: f64 = 1.01;
+/// Cells to a side at least: of fewer, each is a neighbour of all others.
+const LEAST_CELLS: u32 = 4;
 
-/// The square cells of a pixel that its camera rays stand for.
+/// The square cells of a pixel, one for each camera ray.
 #[derive(Clone, Debug)]
 pub(crate) struct PixelCells {
     /// Cells to a side.
@@ -221,7 +220,7 @@ impl PixelCells {
     pub fn new(rays: u32) -> Option<PixelCells> {
         let number = 1_u32 << (rays.max(1).ilog2() / 2);
         let shown = || vec![Shown::Nothing; (number * number) as usize];
-        (number >= LEAST).then(|| PixelCells { number, shown: shown() })
+        (number >= LEAST_CELLS).then(|| PixelCells { number, shown: shown() })
     }
 
     /// Adds that a ray through a place of the pixel sees surface number `surface`.
@@ -235,7 +234,7 @@ impl PixelCells {
         };
     }
 
-    /// Whether rays see one surface, and nothing else, through the cell around a place and all cells beside it.
+    /// Whether rays see one surface, and nothing else, through the cell around a place and all its neighbours.
     pub fn is_within_surface(&self, at: DVec2) -> bool {
         let [x, y] = self.cell(at);
         let around = |p: u32| p.saturating_sub(1)..(p + 2).min(self.number);
@@ -269,8 +268,8 @@ impl PixelCells {
     }
 }
 
-/// How many times as much of a face's plane one corner of a part of pixel k stands for as the next along each axis.
-pub(crate) fn unevenness(view: &View, k: usize, face: u32, [low, high]: [DVec2; 2]) -> Option<DVec2> {
+/// Ratio of the areas of a face's plane seen per pixel area, between corners of a part of pixel k along each axis.
+fn unevenness(view: &View, k: usize, face: u32, [low, high]: [DVec2; 2]) -> Option<DVec2> {
     let forward = view.scene.camera.forward.as_dvec3();
     let camera = view.scene.camera.position.as_dvec3();
     let depth = |u: f64, v: f64| Some((in_plane(view, k, face, DVec2::new(u, v))? - camera).dot(forward));
@@ -282,7 +281,7 @@ pub(crate) fn unevenness(view: &View, k: usize, face: u32, [low, high]: [DVec2; 
 }
 
 /// Coordinates of the texture at a point of pixel k.
-pub(crate) fn coordinates(view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec2> {
+fn coordinates(view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec2> {
     let found = view.scene.coordinates_beyond(face, in_plane(view, k, face, at)?);
     found.is_finite().then_some(found)
 }

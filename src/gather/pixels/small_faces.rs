@@ -1,43 +1,40 @@
 //! Faces smaller or thinner than a pixel, which the pixel's first camera rays may all miss: each is projected into the
-//! picture, and met once in each pixel that it lies in.
+//! picture, and sampled once in each pixel that it lies in.
 //!
-//! A face that covers a share a of a pixel is missed by n rays with the chance `(1 - a)^n`. If its light differs from
+//! A face that covers a share a of a pixel is missed by n rays with probability `(1 - a)^n`. If its light differs from
 //! that of the pixel by c, the mean of n rays through the pixel has the variance
 //!
 //! ```text
 //! a (1 - a) |c|² / n · min(1, (a n)^-1/2)
 //! ```
 //!
-//! which halves that both missed the face know nothing of, and of which the difference of two halves is a poor estimate
-//! in the one pixel that has the face. (Of more than one ray that meets it the points are well spread, and only those
-//! by its outline are left to chance.) A plane with grains of 0.3 % of a pixel is 2 % off with it where 5 are
-//! requested, and 57 % with 0.2 stated without (`tests/small_things.rs`).
+//! of which the difference of two halves is a poor estimate in the one pixel that has the face, and 0 where both missed
+//! it. (The last factor: scrambled nets are well spread, so that only points near its outline vary.) Worth: a plane with
+//! grains of 0.3 % of a pixel is 2 % off at 5 % requested; without, 57 % with 0.2 % stated (`tests/small_things.rs`).
 //!
-//! Faces farther than all that the rays of a pixel met are taken to be hidden there: in rooms most are.
+//! Faces farther than all that the rays of a pixel met are taken to be hidden.
 //!
-//! Not handled: faces wider than a pixel; small places of light on them, for which pixels are looked at
-//! ([`crate::gather::pixels::adaptive_sampling`]).
+//! Not handled: faces wider than a pixel; small bright spots on them ([`crate::gather::pixels::adaptive_sampling`]).
 
-use crate::gather::pixels::pixel::SmallFace;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::gather::pixels::camera_rays::{CameraRays, Scratch};
-use crate::gather::pixels::pixel::Pixel;
+use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
+use crate::gather::pixels::pixel::{Pixel, SmallFace};
 use crate::rays::Side;
 use crate::reading::view::View;
 use crate::scene::convex_polygon::{area, clip};
 
-/// Pixels at most that a face is looked for in.
-const MOST: usize = 4096;
-/// Below this share of the scene's half extent before the camera a corner has no place in the picture.
+/// Pixels that one face is sampled in at most.
+const MOST_PIXELS: usize = 4096;
+/// Corners nearer to the camera than this share of the scene's half extent are not projected.
 const NEAR: f64 = 1e-6;
 
-/// Finds the faces smaller or thinner than a pixel, and tells the pixels of them.
-pub(crate) fn find(camera_rays: &CameraRays, pixels: &mut [Pixel]) {
+/// Adds the faces smaller or thinner than a pixel to the pixels that show them.
+pub(crate) fn find_small_faces(camera_rays: &CameraRays, pixels: &mut [Pixel]) {
     let projection = Projection::new(camera_rays.view);
     let faces = (0..camera_rays.view.scene.solid_faces()).into_par_iter();
-    let one = |scratch: &mut Scratch, face: u32| {
+    let one = |scratch: &mut PixelScratch, face: u32| {
         let thin = projection.thin_face(face)?;
         let parts = thin.pixels(&projection).filter_map(|k| thin.part(camera_rays, &pixels[k], k, scratch));
         Some(parts.collect()).filter(|parts: &Vec<_>| !parts.is_empty())
@@ -107,16 +104,16 @@ impl ThinFace {
         let (first, end) = (low.max(DVec2::ZERO).as_uvec2(), high.min(projection.size).ceil().as_uvec2());
         let width = projection.view.width;
         let row = move |y: u32| (first.x..end.x).map(move |x| y as usize * width + x as usize);
-        (first.y..end.y).flat_map(row).take(MOST)
+        (first.y..end.y).flat_map(row).take(MOST_PIXELS)
     }
 
-    /// What of it a pixel shows, unless the pixel's rays have met the surface that it is part of, or hide it.
+    /// Its part within a pixel, unless the pixel's rays have met its surface, or hide it.
     fn part(
         &self,
         camera_rays: &CameraRays,
         pixel: &Pixel,
         k: usize,
-        scratch: &mut Scratch,
+        scratch: &mut PixelScratch,
     ) -> Option<(usize, SmallFace)> {
         let view = camera_rays.view;
         let key = camera_rays.key(self.face, self.side);
@@ -129,7 +126,7 @@ impl ThinFace {
         let inside = within(&self.polygon, corner);
         let share = if inside.len() > 2 { area(&inside).abs() } else { return None };
         let place = inside.iter().sum::<DVec2>() / inside.len() as f64;
-        Some((k, SmallFace { share, light: camera_rays.glance(self.face, place, scratch)? }))
+        Some((k, SmallFace { share, light: camera_rays.light_of_face(self.face, place, scratch)? }))
     }
 
     /// The least distance from the camera at which its plane may be met within a pixel: along a pixel that is d wide at
@@ -150,7 +147,7 @@ fn bounds(polygon: &[DVec2]) -> [DVec2; 2] {
     [low, polygon.iter().fold(DVec2::NEG_INFINITY, |m, p| m.max(*p))]
 }
 
-/// What of a polygon lies in the pixel whose upper left corner this is.
+/// The part of a polygon in the pixel whose upper left corner this is.
 fn within(polygon: &[DVec2], corner: DVec2) -> Vec<DVec2> {
     let between = |low: f64| [Some(low), Some(low + 1.0)];
     clip(&clip(polygon, DVec2::X, between(corner.x)), DVec2::Y, between(corner.y))

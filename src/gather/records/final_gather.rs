@@ -1,9 +1,9 @@
-//! Final gathering: hemisphere rays from one place that read the solution, as irradiance over pi, and how near the
-//! surroundings are.
+//! Final gathering: irradiance over pi at one place by hemisphere rays that read the solution, and the inverse distance
+//! to the surroundings.
 //!
-//! Rays are spread by Sobol points and follow a guiding density where there is one.
+//! Rays have Sobol points and follow a guiding density where there is one.
 //!
-//! Not handled: where to gather; that is the irradiance cache.
+//! Not handled: where to gather ([`crate::gather::records::irradiance_cache`]).
 
 use std::ops::Range;
 
@@ -29,11 +29,11 @@ pub(crate) struct HemisphereRays<'a> {
     pub indices: Range<u32>,
     /// Chooses the scrambling of the sequence.
     pub seed: u32,
-    /// The density that they follow, and where they tell what they find.
+    /// The density that they follow and that they are recorded in.
     pub guiding: Guiding<'a>,
 }
 
-/// How what a ray reads is counted: `weight * light + offset`, the offset for the first field only.
+/// Weight of the light that a ray reads: `weight * light + offset`, the offset for the first field only.
 #[derive(Clone, Copy)]
 struct Counted {
     weight: f32,
@@ -56,8 +56,8 @@ impl<'a> FinalGather<'a> {
     }
 
     /// Number of fields that make the picture.
-    pub fn leading(&self) -> usize {
-        self.fields.leading()
+    pub fn picture_fields(&self) -> usize {
+        self.fields.picture_fields()
     }
 
     /// The length of the brightest light of the fields that make the picture, over the middles of patches.
@@ -65,7 +65,7 @@ impl<'a> FinalGather<'a> {
         let patches = self.view.patches;
         let light = |i: usize| -> Rgb {
             let at = patches.point(i, 0.5, 0.5).position;
-            let own = &self.fields.of_patch(i as u32)[..self.leading()];
+            let own = &self.fields.of_patch(i as u32)[..self.picture_fields()];
             own.iter().map(|l| l.at(at)).sum()
         };
         let lengths = (0..patches.len()).map(|i| f64::from(light(i).length()));
@@ -113,7 +113,7 @@ impl<'a> FinalGather<'a> {
         while first < rays.indices.end {
             let (fan, warped) = Fan::warped(&self.sobol, first, rays.seed, |u, v| rays.guiding.warp(u, v));
             for k in 0..FAN.min((rays.indices.end - first) as usize) {
-                // A dimension of its own chooses the point, or each would look at a part of the hemisphere only.
+                // A dimension of its own chooses the point: every other Sobol point lies in the same half.
                 let from = match rays.from {
                     [one] => one,
                     from => &from[(f64::from(fan.third(k)) * from.len() as f64) as usize],
@@ -151,10 +151,9 @@ mod tests {
     use crate::rays::warp::cosine_direction;
     use crate::reading::view::lights_of;
 
-    /// Rays once took their points in turn. Of Sobol points every other one lies in the same half of the interval, so
-    /// each point looked at a half of its hemisphere only.
+    /// Rays from several points sample the whole hemisphere of each.
     #[test]
-    fn every_point_that_rays_leave_looks_all_around() {
+    fn every_origin_samples_all_of_its_hemisphere() {
         let lights = lights_of("furnace", Mode::Global.transport(), 6);
         let view = View::new(&lights, (1, 1).into());
         let patches = view.patches;
@@ -182,8 +181,6 @@ mod tests {
         }
     }
 
-    /// Rays once read the mean of a patch however near it was: a plain wall beside a bright joint of bricks was a tenth
-    /// too dark, and 0.62 % was stated where pictures were 0.74 % off.
     #[test]
     fn rays_that_end_near_see_the_texels_there() {
         let room = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/textured/room.toml");
@@ -199,7 +196,7 @@ mod tests {
         let (mut random, mut most_apart) = (Stream::new(3), 0.0_f64);
         let floor = (0..patches.len()).filter(|&i| patches.point(i, 0.5, 0.5).face < 2);
         for i in floor.step_by(2) {
-            // Looks down from a hand's breadth above the floor.
+            // Faces down, a hand's breadth above the floor.
             let below = patches.point(i, 0.3, 0.6);
             let from = SurfacePoint { position: below.position + 0.01 * below.normal, normal: -below.normal, face: 3 };
             let mut sums = [DVec3::ZERO];

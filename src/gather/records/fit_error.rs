@@ -1,31 +1,27 @@
-//! How far the light between irradiance records is off: what the records show of each other, and what places drawn by
-//! chance show with rays of their own.
+//! The bias of the fit between irradiance records: by cross-validation of the records, and by validation at randomly
+//! sampled places with rays of their own.
 //!
-//! Fitting each record from the others, in either half, and multiplying the two misfits, leaves the squared bias of the
-//! fit: the halves' noises do not correlate.
+//! Cross-validation fits each record from the others in either half; the product of the two misfits is the squared bias
+//! of the fit in the mean, as the noise of the halves is independent.
 //!
-//! But records lie where those before them could not speak, and get rays and neighbours where they seem to be off. What
-//! they show of themselves was therefore chosen by what it shows: a record that misses bright light with both halves of
-//! its rays looks right, and stays. So places are drawn anew, whether they have a record or not, and their light is
-//! gathered by as many rays as stand behind the fit there. The product of what both halves of the fit and of those rays
-//! differ by is, in the mean, what the fit is off by beyond the noise of its own halves. The rays are not used again,
-//! or the next choice would know them.
+//! But records were placed and refined by that very estimate: a record whose rays miss bright light in both halves
+//! looks right, and stays. So places are sampled at random, with a record or not, and their light is gathered by as
+//! many rays as the fit there has. The product of the differences of both halves is, in the mean, the squared error of
+//! the fit beyond the noise of its own halves. These rays are not used again, so that no later choice depends on them.
 //!
-//! A place i is drawn with the chance p_i; of N places the squared error is the sum of product_i / (N p_i) (M. Hansen,
-//! W. Hurwitz, *On the theory of sampling from finite populations*, 1943). A third of the chance is the same
-//! everywhere, one goes by the squared light, one by what its records would leave if they were drawn by chance from
-//! light that varies about the fit as they do,
+//! A place i is drawn with probability p_i; of N places the squared error is the sum of product_i / (N p_i) (M. Hansen,
+//! W. Hurwitz, *On the theory of sampling from finite populations*, 1943). A third of p is uniform, one goes by the
+//! squared light, one by the variance that its records would leave if they were samples of light that varies about the
+//! fit as they do,
 //!
 //! ```text
 //! sum c_j² * spread,    spread = sum |c_j| (v_j - fit)²       for a fit of sum c_j v_j
 //! ```
 //!
-//! with the noise of their rays in it. Light that is linear over the records has a spread too, though the fit follows
-//! it: this shows where errors may lie, not how large they are. In a room of lamps in cans a hundredth of the layers
-//! makes a quarter of it and of the error, a twentieth three quarters of both; in a bathroom a hundredth all of both.
+//! with the noise of their rays in it. It shows where errors may lie, not how large they are, as light that is linear
+//! over the records has a spread too.
 //!
-//! Not handled: errors in fewer layers than are likely to be drawn, of which a standard error from few places shows too
-//! little.
+//! Not handled: errors in fewer layers than are likely to be drawn.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -38,7 +34,7 @@ use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
 
 /// Coefficient of a record in the fit at its own place beyond which the others leave more than [`COVERED`] of the
-/// variance there: they would not speak for it, it would be a record. (A coefficient h leaves the others h / (1 - h).)
+/// variance there, so that it would have a record anyway. (A coefficient h leaves the others h / (1 - h).)
 const NEEDED: f64 = COVERED / (1.0 + COVERED);
 
 /// Squared bias of the fit at a record.
@@ -46,20 +42,20 @@ const NEEDED: f64 = COVERED / (1.0 + COVERED);
 pub(crate) struct Bias {
     /// In the pixel that the record lies in, (W/(m² sr))², channels added.
     pub here: f64,
-    /// There and in its share of the layers that have no record, where others foresee light as they do here.
+    /// There and in its share of the layers that have no record, where others predict light as they do here.
     pub around: f64,
-    /// That of the irradiance over pi which others foresee there, times the pixels that the record stood for.
-    pub foreseen: f64,
-    /// Squared irradiance over pi, times the pixels that the record stood for.
+    /// That of the irradiance over pi which others predict there, times the pixels that the record was placed for.
+    pub predicted: f64,
+    /// Squared irradiance over pi, times the pixels that the record was placed for.
     pub light: f64,
 }
 
 impl IrradianceCache<'_> {
-    /// The bias of the fit at each record, of the light of all fields that make the picture together. Single products
-    /// are noisy, their sums are not.
+    /// The bias of the fit at each record, for the sum of the fields that make the picture. Single products are noisy,
+    /// their sums are not.
     ///
-    /// The fit is linear in the records' values, so where a record itself has the coefficient s in it, what the others
-    /// alone would miss is the misfit over 1 - s.
+    /// The fit is linear in the records' values, so where a record itself has the coefficient s in it, the misfit of
+    /// the others alone is the misfit over 1 - s.
     pub fn biases(&self) -> Vec<Bias> {
         let bare = self.bare() as f64 / self.records.len().max(1) as f64;
         let one = |fitted: &mut Fitted, i: usize| -> Bias {
@@ -71,12 +67,12 @@ impl IrradianceCache<'_> {
             let misfit = own_light.less(fit).squared();
             let coefficient = fitted.fit.coefficient_of(i as u32);
             let others = if coefficient < NEEDED { 1.0 - coefficient } else { 1.0 };
-            let foreseen = misfit / (others * others);
+            let predicted = misfit / (others * others);
             let pixels = (own.site.spacing * own.site.spacing) as f64;
             Bias {
                 here: own.counts().powi(2) * misfit,
-                around: own.counts().powi(2) * (misfit + bare * foreseen),
-                foreseen: pixels * foreseen,
+                around: own.counts().powi(2) * (misfit + bare * predicted),
+                predicted: pixels * predicted,
                 light: pixels * own_light.squared(),
             }
         };
@@ -122,47 +118,47 @@ impl IrradianceCache<'_> {
     }
 }
 
-/// Mean squared bias that records foresee where there is none, as a share of the mean squared irradiance.
+/// Mean squared bias predicted where there is no record, as a share of the mean squared irradiance.
 pub(crate) fn relative(biases: &[Bias]) -> f64 {
-    let foreseen: f64 = biases.iter().map(|b| b.foreseen).sum();
+    let predicted: f64 = biases.iter().map(|b| b.predicted).sum();
     let light: f64 = biases.iter().map(|b| b.light).sum();
-    if light > 0.0 { (foreseen / light).max(0.0) } else { 0.0 }
+    if light > 0.0 { (predicted / light).max(0.0) } else { 0.0 }
 }
 
 /// Rays cast from the places over those of all records.
 const SHARE: f64 = 0.125;
 /// Places at least.
-const LEAST: f64 = 16.0;
+const LEAST_PLACES: f64 = 16.0;
 
-/// A place that was drawn.
+/// A sampled place.
 #[derive(Clone, Copy, Debug)]
 struct Draw {
     place: usize,
-    /// What it stands for: how often it was drawn over N p.
+    /// Its weight: how often it was drawn over N p.
     counts: f64,
 }
 
 impl IrradianceCache<'_> {
-    /// The sum over the pixels of the squared error of the fit beyond what the halves of the rays differ by, as places
-    /// drawn in one `round` tell it, channels added.
+    /// The sum over the pixels of the squared error of the fit beyond the noise of its halves, channels added, estimated
+    /// at places sampled in one `round`.
     pub fn validate(&mut self, pixels: &[Pixel], round: u32) -> f64 {
         let places = self.layer_fits(pixels, round);
         let draws = self.draws(&places, round);
         let mut fresh: Vec<Record> = draws.iter().map(|draw| self.fresh(&places[draw.place], pixels, round)).collect();
         self.extend(&mut fresh, |j| (places[draws[j].place].rays as u32).max(1));
-        let told = draws.iter().zip(&fresh).map(|(draw, record)| {
+        let errors = draws.iter().zip(&fresh).map(|(draw, record)| {
             let place = &places[draw.place];
             let own = self.total(&record.means().collect::<Vec<_>>());
             draw.counts * place.weight * Halves::of(place.fitted).less(Halves::of(own)).times(place.rho).squared()
         });
-        self.pixel_stride() as f64 * told.sum::<f64>()
+        self.pixel_stride() as f64 * errors.sum::<f64>()
     }
 
-    /// A record of a place that knows nothing of those in the cache.
+    /// A record of a place, independent of those in the cache.
     fn fresh(&mut self, &LayerFit { pixel, layer, .. }: &LayerFit, pixels: &[Pixel], round: u32) -> Record {
         let seed =
             hash(pixel as u32, hash(layer as u32, hash(round, Purpose::CrossValidation.seed(self.density.seed))));
-        let site = Site { pixel, looked: pixels[pixel].count, spacing: 1, seed, density: 0 };
+        let site = Site { pixel, camera_count: pixels[pixel].count, spacing: 1, seed, density: 0 };
         self.record(&pixels[pixel].layers[layer], site)
     }
 
@@ -171,16 +167,13 @@ impl IrradianceCache<'_> {
         let chances = chances(places);
         let all: f64 = self.records.iter().map(|record| f64::from(record.rays)).sum();
         let price: f64 = chances.iter().zip(places).map(|(chance, place)| chance * place.rays.max(1.0)).sum();
-        let count = (SHARE * all / price).max(LEAST).round();
-        drawn(
-            &chances,
-            count,
-            Stream::new(hash(round, Purpose::CrossValidation.seed(self.density.seed))).uniform().into(),
-        )
+        let count = (SHARE * all / price).max(LEAST_PLACES).round();
+        let mut random = Stream::new(hash(round, Purpose::CrossValidation.seed(self.density.seed)));
+        drawn(&chances, count, random.uniform().into())
     }
 }
 
-/// The chance that each place is drawn.
+/// The probability that each place is drawn.
 fn chances(places: &[LayerFit]) -> Vec<f64> {
     let even = 1.0 / places.len().max(1) as f64;
     let sum = |part: fn(&LayerFit) -> f64| places.iter().map(part).sum::<f64>();
@@ -189,7 +182,7 @@ fn chances(places: &[LayerFit]) -> Vec<f64> {
     places.iter().map(|p| (even + of(p.light, light) + of(p.uncertainty, uncertainty)) / 3.0).collect()
 }
 
-/// `count` draws, evenly spread over the places one after the other; neighbours are not drawn together by chance.
+/// `count` draws by systematic sampling.
 fn drawn(chances: &[f64], count: f64, offset: f64) -> Vec<Draw> {
     let (mut sum, mut before) = (offset, 0.0);
     let times = chances.iter().map(|chance| {
@@ -204,8 +197,8 @@ fn drawn(chances: &[f64], count: f64, offset: f64) -> Vec<Draw> {
         .collect()
 }
 
-/// Layers looked at, to a factor of two: many times as many as are drawn.
-const LOOKED: usize = 16_384;
+/// Layers to draw from, to a factor of two: many times as many as are drawn.
+const LAYERS: usize = 16_384;
 
 /// A layer of a pixel, as one of [`IrradianceCache::layer_fits`].
 pub(crate) struct LayerFit {
@@ -217,11 +210,11 @@ pub(crate) struct LayerFit {
     pub rho: DVec3,
     /// How much the pixel counts.
     pub weight: f64,
-    /// Squared light that it reflects, as much as it counts, channels added.
+    /// Squared light that it reflects, weighted as the pixel counts, channels added.
     pub light: f64,
-    /// What the spread of its records would leave, as much as it counts.
+    /// Variance that the spread of its records would leave, weighted as the pixel counts.
     pub uncertainty: f64,
-    /// Rays of a half that stand behind the fit: as many from here would have its variance.
+    /// Rays of a half that would have the variance of the fit.
     pub rays: f64,
 }
 
@@ -240,9 +233,9 @@ impl IrradianceCache<'_> {
         all.map_init(Default::default, of_pixel).flatten_iter().collect()
     }
 
-    /// One in so many pixels is looked at: errors larger than a few pixels show in some of them.
+    /// One in so many pixels is evaluated: errors larger than a few pixels show in some of them.
     pub fn pixel_stride(&self) -> usize {
-        (self.record_of.len() / LOOKED).max(1)
+        (self.record_of.len() / LAYERS).max(1)
     }
 
     /// Layer l of pixel k.
@@ -273,13 +266,13 @@ impl IrradianceCache<'_> {
 
 /// The fewest that leave no more uncertainty than `rest` to the others, the least certain first.
 pub(crate) fn least_certain(mut fits: Vec<LayerFit>, rest: f64) -> Vec<LayerFit> {
-    let mut left: f64 = fits.iter().map(|fit| fit.uncertainty).sum();
+    let mut remaining: f64 = fits.iter().map(|fit| fit.uncertainty).sum();
     let place = |fit: &LayerFit| (fit.pixel, fit.layer);
     fits.sort_unstable_by(|a, b| b.uncertainty.total_cmp(&a.uncertainty).then(place(a).cmp(&place(b))));
     fits.into_iter()
         .take_while(|fit| {
-            let before = left;
-            left -= fit.uncertainty;
+            let before = remaining;
+            remaining -= fit.uncertainty;
             fit.uncertainty > 0.0 && before > rest
         })
         .collect()
@@ -288,16 +281,8 @@ pub(crate) fn least_certain(mut fits: Vec<LayerFit>, rest: f64) -> Vec<LayerFit>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gather::pass::Settings;
-    use crate::gather::pixels::adaptive_sampling::sample_pixels;
-    use crate::gather::pixels::camera_rays::CameraRays;
-    use crate::gather::records::final_gather::FinalGather;
-    use crate::gather::records::irradiance_cache::Density;
-    use crate::gather::sampling::Gathering;
-    use crate::light::{Mode, Rgb};
-    use crate::reading::View;
-    use crate::reading::patch_light::Fields;
-    use crate::reading::view::lights_of;
+    use crate::gather::records::irradiance_cache::{Density, with_records};
+    use crate::light::Rgb;
 
     #[test]
     fn a_place_counts_one_in_the_mean_however_often_it_is_drawn() {
@@ -318,64 +303,47 @@ mod tests {
         }
     }
 
-    /// Records chosen by what they say of themselves once told 1.0 % where they were off by 2.6 %. Fresh rays tell what
-    /// a record at every layer does.
+    /// Validation at sampled places has the mean of validation by a record at every layer.
     #[test]
-    fn places_tell_what_fresh_rays_at_every_layer_do() {
-        let lights = lights_of("furnished-room", Mode::Global.transport(), 300);
-        let view = View::new(&lights, (24, 24).into());
+    fn sampled_places_estimate_the_error_of_every_layer() {
         // Few bright patches, so that records miss some of them.
         let light = |i: usize| if i.is_multiple_of(7) { Rgb::splat(8.0) } else { Rgb::splat(0.1) };
-        let fields = Fields::new(&[(0..view.patches.len()).map(light).collect()]);
-        let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
-        let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
-        let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
-        let final_gather = FinalGather::new(&view, &fields);
-        let cache = |density: Density| {
-            let mut cache = IrradianceCache::new(&camera_rays, &final_gather, density, &pixels);
-            cache.place(&pixels);
-            cache
-        };
-        let mut own = cache(settings.density);
-        let all = cache(Density { spacing: 1, rays: 2048, seed: 77, ..settings.density });
-        let fits = own.layer_fits(&pixels, 0);
-        let exact = |fit: &LayerFit| {
-            let record = all.record_of[all.starts[fit.pixel] + fit.layer] as usize;
-            fit.weight * Halves::of(fit.fitted).less(Halves::of(all.total(all.means(record)))).times(fit.rho).squared()
-        };
-        let expected: f64 = fits.iter().map(exact).sum();
-        const ROUNDS: u32 = 64;
-        let told: Vec<f64> = (0..ROUNDS).map(|round| own.validate(&pixels, round)).collect();
-        let count = f64::from(ROUNDS);
-        let mean = told.iter().sum::<f64>() / count;
-        let variance = told.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        // The fits are the same throughout; what is exact has less noise than one round by the ratio of all rays.
-        assert!((mean - expected).abs() < 4.0 * (variance / count).sqrt(), "{mean} {expected} {variance}");
-        assert!(expected > 4.0 * (variance / count).sqrt(), "nothing to tell: {expected} {variance}");
+        with_records(("furnished-room", 300, 24), light, |pixels, cache| {
+            let mut own = cache(|density| density);
+            let all = cache(|density| Density { spacing: 1, rays: 2048, seed: 77, ..density });
+            let exact = |fit: &LayerFit| {
+                let record = all.record_of[all.starts[fit.pixel] + fit.layer] as usize;
+                let error = Halves::of(fit.fitted).less(Halves::of(all.total(all.means(record))));
+                fit.weight * error.times(fit.rho).squared()
+            };
+            let expected: f64 = own.layer_fits(pixels, 0).iter().map(exact).sum();
+            const ROUNDS: u32 = 64;
+            let estimates: Vec<f64> = (0..ROUNDS).map(|round| own.validate(pixels, round)).collect();
+            let count = f64::from(ROUNDS);
+            let mean = estimates.iter().sum::<f64>() / count;
+            let variance = estimates.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (count - 1.0);
+            // The fits are the same throughout; the exact ones have less noise by the ratio of all rays.
+            assert!((mean - expected).abs() < 4.0 * (variance / count).sqrt(), "{mean} {expected} {variance}");
+            assert!(expected > 4.0 * (variance / count).sqrt(), "no error: {expected} {variance}");
+        });
     }
 
     #[test]
-    fn turns_look_at_every_layer_once() {
-        let lights = lights_of("cornell-box", Mode::Global.transport(), 100);
-        let view = View::new(&lights, (224, 224).into());
-        let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
-        let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
-        let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
-        let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
-        let final_gather = FinalGather::new(&view, &fields);
-        let mut cache = IrradianceCache::new(&camera_rays, &final_gather, settings.density, &pixels);
-        cache.place(&pixels);
-        let stride = cache.pixel_stride() as u32;
-        assert!(stride > 1, "one turn looks at all");
-        let mut times = vec![0; cache.record_of.len()];
-        for fit in (0..stride).flat_map(|turn| cache.layer_fits(&pixels, turn)) {
-            times[cache.starts[fit.pixel] + fit.layer] += 1;
-        }
-        assert!(times.iter().all(|&n| n == 1));
+    fn turns_evaluate_every_layer_once() {
+        with_records(("cornell-box", 100, 224), |_| Rgb::ONE, |pixels, cache| {
+            let cache = cache(|density| density);
+            let stride = cache.pixel_stride() as u32;
+            assert!(stride > 1, "one turn evaluates all");
+            let mut times = vec![0; cache.record_of.len()];
+            for fit in (0..stride).flat_map(|turn| cache.layer_fits(pixels, turn)) {
+                times[cache.starts[fit.pixel] + fit.layer] += 1;
+            }
+            assert!(times.iter().all(|&n| n == 1));
+        });
     }
 
     #[test]
-    fn as_few_layers_are_chosen_as_leave_little_uncertain() {
+    fn the_fewest_layers_are_chosen_that_leave_little_uncertain() {
         let fits = |uncertainties: &[f64]| -> Vec<LayerFit> {
             let fit = |(pixel, &uncertainty): (usize, &f64)| LayerFit {
                 pixel,
@@ -396,7 +364,7 @@ mod tests {
         assert_eq!(chosen(&of, 10.0), [0; 0]);
         assert_eq!(chosen(&of, 9.9), [2]);
         assert_eq!(chosen(&of, 3.0), [2, 4]);
-        // Never those of which all is known.
+        // Never those without uncertainty.
         assert_eq!(chosen(&of, -1.0), [2, 4, 0, 3]);
     }
 }

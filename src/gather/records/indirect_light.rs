@@ -1,6 +1,6 @@
 //! Indirect light of the pixels from the irradiance cache, and the pictures with their errors.
 //!
-//! Not handled: where to place records and how many rays they get ([`crate::gather::budget`]).
+//! Not handled: where to place records and how many rays they get ([`crate::gather::records::record_rounds`]).
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -17,7 +17,7 @@ use crate::pictures::Picture;
 use crate::reading::patch_light::Fields;
 use crate::reading::view::View;
 
-/// Indirect light of every pixel, and the variance of its sum over the leading fields.
+/// Indirect light of every pixel, and the variance of its sum over the picture fields.
 #[derive(Default)]
 pub(crate) struct IndirectLight {
     pixels: Vec<PixelIndirect>,
@@ -30,10 +30,10 @@ pub(crate) struct IndirectLight {
 struct PixelIndirect {
     /// Every field's light.
     fields: Vec<Rgb>,
-    /// Of the sum of the leading fields.
+    /// Of the sum of the picture fields.
     variance: DVec3,
-    /// Product of the two halves of every field that rides along, channels added: free of noise in the mean.
-    riders: Vec<f64>,
+    /// Product of the two halves of every auxiliary field, channels added: no bias by noise.
+    auxiliary: Vec<f64>,
     /// What each half of the camera rays reflects, sums over them.
     ambient: [DVec3; 2],
 }
@@ -102,20 +102,20 @@ impl IndirectLight {
             indirect: (0..fields.count()).map(field).collect(),
             standard_error: picture(&deviation),
             error: self.error(pixels),
-            riders: self.riders(pixels, fields),
+            auxiliary_rms: self.auxiliary_rms(pixels, fields),
             backs: backs as f64 / cast,
             sees: reflecting as f64 / cast,
             rays: pixels.iter().map(|p| p.rays).sum(),
-            leading: fields.leading(),
+            picture_fields: fields.picture_fields(),
         }
     }
 
-    /// RMS of the picture of every field that rides along.
-    fn riders(&self, pixels: &[Pixel], fields: &Fields) -> Vec<f64> {
-        let mut sums = vec![0.0; fields.count() - fields.leading()];
+    /// RMS of the picture of every auxiliary field.
+    fn auxiliary_rms(&self, pixels: &[Pixel], fields: &Fields) -> Vec<f64> {
+        let mut sums = vec![0.0; fields.count() - fields.picture_fields()];
         let seen = self.pixels.iter().zip(pixels);
         for (found, pixel) in seen {
-            for (sum, product) in sums.iter_mut().zip(&found.riders) {
+            for (sum, product) in sums.iter_mut().zip(&found.auxiliary) {
                 *sum += pixel.weight() * product;
             }
         }
@@ -138,18 +138,17 @@ impl IndirectLight {
     }
 }
 
-/// A squared error by products of halves, which noise may make negative; what is no number stays so, where
-/// [`f64::max`] would make it 0.
+/// A squared error by products of halves, which noise may make negative; NaN stays, where [`f64::max`] makes it 0.
 fn positive(squared: f64) -> f64 {
     if squared < 0.0 { 0.0 } else { squared }
 }
 
-/// What one pixel reflects of every field, and the variance of the leading ones together.
+/// What one pixel reflects of every field, and the variance of the picture fields together.
 fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitted) -> PixelIndirect {
-    let leading = cache.leading;
+    let picture_fields = cache.picture_fields;
     let mut halves = [DVec3::ZERO; 2];
     let mut sums = vec![DVec3::ZERO; cache.fields];
-    let mut riders = vec![[DVec3::ZERO; 2]; cache.fields - leading];
+    let mut auxiliary = vec![[DVec3::ZERO; 2]; cache.fields - picture_fields];
     let mut ambient = [DVec3::ZERO; 2];
     for (l, layer) in pixel.layers.iter().enumerate() {
         let counts = layer.count.map(f64::from);
@@ -160,10 +159,10 @@ fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitte
         for (f, [a, b]) in fitted.values.iter().enumerate() {
             let mean = 0.5 * (*a + *b);
             // A plane through noise may dip below the dark; light does not. Differences of fields may.
-            let mean = if f < leading { mean.max(DVec3::ZERO) } else { mean };
+            let mean = if f < picture_fields { mean.max(DVec3::ZERO) } else { mean };
             sums[f] += rho * mean;
-            let own = match f.checked_sub(leading) {
-                Some(rider) => &mut riders[rider],
+            let own = match f.checked_sub(picture_fields) {
+                Some(number) => &mut auxiliary[number],
                 None => {
                     total += mean;
                     &mut halves
@@ -180,7 +179,7 @@ fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitte
     PixelIndirect {
         fields: sums.iter().map(|s| s.as_vec3()).collect(),
         variance: Halves::of(halves).variance(),
-        riders: riders.iter().map(|own| Halves::of(*own).squared()).collect(),
+        auxiliary: auxiliary.iter().map(|own| Halves::of(*own).squared()).collect(),
         ambient,
     }
 }

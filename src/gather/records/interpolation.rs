@@ -6,11 +6,11 @@
 //! is exact for irradiance that varies linearly, so what remains is of second order in that part, and noise averages
 //! over the records.
 //!
-//! A place whose record was found to be biased borrows only from those near beside its own valid radius: others with a
-//! long one would speak over its own record.
+//! A place whose record was biased interpolates only from those near in units of its own valid radius, as others with a
+//! long radius would outweigh its own record.
 //!
-//! A fit is a linear combination of the records' values. The sum of its squared coefficients is the variance that it
-//! leaves of theirs: it is small where many records surround the place, and large where the place lies outside of them.
+//! A fit is a linear combination of the records' values. The sum of its squared coefficients is the share of their
+//! variance that it leaves: small where many records surround the place, large where it extrapolates.
 //!
 //! Not handled: direct light, whose shadows have sharp edges.
 
@@ -25,16 +25,16 @@ const FLAT: f64 = 0.02;
 /// Where the surface bends they lie off it by at most so much more of their distance for each unit that normals differ
 /// by: half of it on a circle, and a little more between flat facets.
 const BENT: f64 = 0.75;
-/// Keeps the fit regular where neighbours lie in a line or are few: a slope costs something.
+/// Ridge of the regression, for neighbours that lie in a line or are few.
 const RIDGE: f64 = 1e-4;
 
-/// Where a record's irradiance is known, and how far it speaks.
+/// Place, valid radius and weight of a record.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Support {
     pub place: Place,
     /// The valid radius, unit coordinates.
     pub radius: f64,
-    /// How much it counts beside others: the inverse of its variance.
+    /// Weight in fits.
     pub weight: f64,
 }
 
@@ -84,8 +84,7 @@ impl Fit {
         self.terms.push((k, support.weight * nearness, place));
     }
 
-    /// Solves for the value in the middle, the first row of the inverse of the normal equations; false where no record
-    /// speaks for the place.
+    /// Solves for the value in the middle, the first row of the inverse of the normal equations; false without records.
     pub fn solve(&mut self) -> bool {
         let mut normal = DMat3::ZERO;
         for (_, w, b) in &self.terms {
@@ -103,8 +102,7 @@ impl Fit {
         true
     }
 
-    /// Replaces a fit that leaves more than `most` of a record's variance, because the place lies outside of its
-    /// records, by their mean.
+    /// Replaces a fit that leaves more than `most` of a record's variance, as it extrapolates, by the mean.
     pub fn settle(&mut self, most: f64) {
         if self.coefficients.len() > 1 && self.variance() > most {
             self.flat = true;
@@ -114,8 +112,7 @@ impl Fit {
         }
     }
 
-    /// By how much the fitted value changes over a step: the change is the sum of `coefficient * value` over the
-    /// records. None where the fit is a mean.
+    /// Coefficients of the change of the fitted value over a step; none where the fit is a mean.
     pub fn change(&self, step: DVec3) -> impl Iterator<Item = (u32, f64)> {
         let [u, v] = self.axes.map(|axis| step.dot(axis) / self.unit.max(f64::MIN_POSITIVE));
         let row = self.inverse.y_axis * u + self.inverse.z_axis * v;
@@ -123,7 +120,7 @@ impl Fit {
         terms.iter().map(move |(k, w, b)| (*k, w * row.dot(*b)))
     }
 
-    /// Knows nothing: the value is 0.
+    /// The value is 0.
     pub fn clear(&mut self) {
         self.flat = true;
         self.coefficients.clear();
@@ -147,7 +144,7 @@ impl Fit {
     }
 }
 
-/// Whether a step from a place to a record leaves the surface: a parallel one beside it sees other light.
+/// Whether a step from a place to a record leaves the surface, as to a parallel one next to it.
 #[inline]
 fn is_off(at: &Place, support: &Support, d: DVec3) -> bool {
     let bend = f64::from((at.normal - support.place.normal).length());
@@ -232,10 +229,9 @@ mod tests {
         assert_eq!(fit.coefficients.iter().map(|s| s.0).collect::<Vec<_>>(), [1]);
     }
 
-    /// Records with a long valid radius once spoke over the record of a place whose own was shortened: at the edge of a
-    /// bright reveal its own light counted 7 %, more records made the bias larger, and 1 % ended at 1.5 %.
+    /// Far records with a long valid radius do not outweigh the record of a place whose own was shortened.
     #[test]
-    fn where_light_bends_records_from_afar_do_not_speak_over_the_own_one() {
+    fn a_shortened_record_limits_the_reach_of_its_place() {
         let at = known(0.0, 0.0, 0.005, Vec3::Z);
         let far = (1..20).map(|k| known(0.01 * f64::from(k), 0.0, 1.0, Vec3::Z));
         let points: Vec<Support> = std::iter::once(at).chain(far).collect();

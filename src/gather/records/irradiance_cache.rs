@@ -3,11 +3,10 @@
 //! A coarse lattice of pixels comes first. At each finer lattice those pixels get records that the records so far do
 //! not cover (G. Ward, F. Rubinstein, R. Clear, *A ray tracing solution for diffuse interreflection*, 1988; here by the
 //! variance of a local linear fit, where G. Ward, P. Heckbert, *Irradiance gradients*, 1992, extrapolate each record).
-//! A record of a coarse lattice stands for more pixels and gets more rays, in proportion to the spacing: that minimises
+//! A record of a coarse lattice counts in more pixels and gets more rays, in proportion to the spacing: that minimises
 //! the noise of the picture for the rays cast. Every record's rays come in two halves with independent scramblings.
 //!
-//! Not handled: places seen only by camera rays that came after the records were placed; the nearest record speaks for
-//! them.
+//! Not handled: surfaces first seen after the records were placed; they take the nearest record.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -32,11 +31,10 @@ pub(crate) const COVERED: f64 = 0.34;
 const TILE: usize = 2;
 /// Such squares across the picture at most.
 const TILES: usize = 24;
-/// Where light bends, a record borrows from others up to so many times its own valid radius away: those whose own, if
-/// theirs is as short, would touch it.
+/// A record with a shortened valid radius interpolates from others up to so many of its radii away.
 const APART: f64 = 2.0;
 /// Rays of a half at least.
-const LEAST: u32 = 8;
+const LEAST_RAYS: u32 = 8;
 
 /// How many records and rays.
 #[derive(Clone, Copy, Debug)]
@@ -63,19 +61,19 @@ pub(crate) struct IrradianceCache<'a> {
     /// The camera's position.
     camera: DVec3,
     pub(crate) records: Vec<Record>,
-    /// Where each record lies and how far it speaks.
+    /// Place, valid radius and weight of each record.
     pub(crate) supports: Vec<Support>,
     /// Irradiance over pi of each record, field by field in both halves.
     pub(crate) values: Vec<[DVec3; 2]>,
     pub(crate) fields: usize,
     /// Number of fields that make the picture.
-    pub(crate) leading: usize,
+    pub(crate) picture_fields: usize,
     pub(crate) lattice: Lattice,
     /// The record of each layer that has one, by the layer's number; else NONE.
     pub(crate) record_of: Vec<u32>,
     /// Number of the first layer of every pixel.
     pub(crate) starts: Vec<usize>,
-    /// What guides the rays, where records of one place are cast one after the other.
+    /// Guiding densities of the rays; none where every pixel has a record.
     guiding: Option<GuidingField>,
     /// Rays cast.
     pub cast: u64,
@@ -105,7 +103,7 @@ impl<'a> IrradianceCache<'a> {
             supports: Vec::new(),
             values: Vec::new(),
             fields: final_gather.fields(),
-            leading: final_gather.leading(),
+            picture_fields: final_gather.picture_fields(),
             lattice: Lattice::new(density.spacing, width, pixels.len() / width.max(1)),
             record_of: vec![NONE; starts[pixels.len()]],
             starts,
@@ -135,18 +133,18 @@ impl<'a> IrradianceCache<'a> {
         loop {
             let own = self.lattice.pixels(spacing).filter(|&k| marked[k]);
             let own: Vec<usize> = own.collect();
-            let found: Vec<(usize, usize)> = own
+            let uncovered: Vec<(usize, usize)> = own
                 .par_iter()
                 .map_init(Fit::default, |fit, &k| self.uncovered(fit, k, &pixels[k]))
                 .flatten_iter()
                 .collect();
             let first = self.records.len();
-            for &(k, l) in &found {
+            for &(k, l) in &uncovered {
                 self.add(k, l, &pixels[k], spacing);
             }
             let rays = self.rays_at(spacing);
             self.cast_from(first, |_| rays);
-            for (i, &(k, _)) in found.iter().enumerate() {
+            for (i, &(k, _)) in uncovered.iter().enumerate() {
                 self.lattice.insert(spacing, k, (first + i) as u32);
             }
             if spacing == 1 {
@@ -171,7 +169,7 @@ impl<'a> IrradianceCache<'a> {
         self.fit(fit, k, &layer.place()) && fit.variance() <= COVERED
     }
 
-    /// Fits the records around pixel k at a place; false where none speaks for it.
+    /// Fits the records around pixel k at a place; false where none is valid there.
     pub(crate) fn fit(&self, fit: &mut Fit, k: usize, at: &Place) -> bool {
         fit.begin(at);
         self.lattice.visit(k, |i| fit.consider(at, i, &self.supports[i as usize]));
@@ -182,7 +180,7 @@ impl<'a> IrradianceCache<'a> {
     pub(crate) fn add(&mut self, k: usize, l: usize, pixel: &Pixel, spacing: usize) {
         self.record_of[self.starts[k] + l] = self.records.len() as u32;
         let seed = hash(k as u32, hash(l as u32, self.density.seed));
-        let site = Site { pixel: k, looked: pixel.count, spacing, seed, density: 0 };
+        let site = Site { pixel: k, camera_count: pixel.count, spacing, seed, density: 0 };
         let record = self.record(&pixel.layers[l], site);
         self.records.push(record);
     }
@@ -196,7 +194,7 @@ impl<'a> IrradianceCache<'a> {
     /// Rays of a half that the records of one lattice get.
     fn rays_at(&self, spacing: usize) -> u32 {
         let rays = self.density.rays as usize * spacing / self.density.spacing;
-        (rays as u32).max(LEAST.min(self.density.rays))
+        (rays as u32).max(LEAST_RAYS.min(self.density.rays))
     }
 
     /// Casts rays from the records after `first` until each half has as many as `wanted` says of each of them.
@@ -237,29 +235,29 @@ impl<'a> IrradianceCache<'a> {
             self.supports.push(Support {
                 place: Place { reach, ..p.place() },
                 radius,
-                // Not by their own rays or variance: a record that met bright light by chance would count less.
+                // Not the inverse variance: a record that met bright light by chance would count less.
                 weight: p.site.spacing as f64,
             });
         }
     }
 }
 
-/// Rays of a half that tell how near the surroundings are.
+/// Rays of a half from which the distance to the surroundings is estimated.
 const FIRST: u32 = 8;
-/// Points seen further from their middle than this share of the distance to the surroundings are too few.
+/// Origins whose RMS distance to their mean is above this share of the distance to the surroundings are too few.
 const FAR_APART: f64 = 0.05;
-/// Hemisphere rays for each point that they start from, where those are too few.
+/// Hemisphere rays for each origin, where those are too few.
 const EACH: u32 = 4;
-/// Camera rays to look for one more point to start from.
-const LOOKS: u32 = 4;
+/// Camera rays for one more origin at most.
+const CAMERA_RAYS: u32 = 4;
 
-/// Where a record belongs, and what it is named by.
+/// The pixel, lattice and random numbers of a record.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Site {
     /// The pixel that sees its surface.
     pub pixel: usize,
     /// Camera rays of each half of the pixel so far.
-    pub looked: u32,
+    pub camera_count: u32,
     /// Spacing of its lattice, pixels.
     pub spacing: usize,
     /// Chooses the scrambling of its rays.
@@ -277,11 +275,11 @@ pub(crate) struct Casting<'a> {
 
 /// One irradiance record.
 pub(crate) struct Record {
-    /// Where it belongs; `looked` counts the camera rays that looked for its surface.
+    /// Its `camera_count` includes camera rays cast for more origins.
     pub site: Site,
     /// The surface; rays start where its camera rays met it.
     layer: Layer,
-    /// Factor on its valid radius, where the fit was biased.
+    /// Factor on its valid radius, below 1 where the fit was biased.
     pub shortened: f64,
     /// Share of the camera rays of its pixel that met the surface.
     seen: f64,
@@ -296,14 +294,14 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    /// A record of a surface that no ray has left yet; `camera` is the camera's position.
+    /// A record without rays; `camera` is the camera's position.
     pub fn new(layer: &Layer, site: Site, camera: DVec3, fields: usize) -> Record {
         let none = || vec![DVec3::ZERO; fields];
         Record {
             site,
             layer: layer.clone(),
             shortened: 1.0,
-            seen: f64::from(layer.count[0] + layer.count[1]) / f64::from(2 * site.looked),
+            seen: f64::from(layer.count[0] + layer.count[1]) / f64::from(2 * site.camera_count),
             distance: layer.first.position.as_dvec3().distance(camera),
             rays: 0,
             nearness: 0.0,
@@ -318,7 +316,7 @@ impl Record {
             cast += self.gather(with, count.min(FIRST), memory);
         }
         if count > self.rays {
-            cast += self.look(with.camera_rays, count / EACH);
+            cast += self.find_origins(with.camera_rays, count / EACH);
             cast += self.gather(with, count, memory);
         }
         cast
@@ -340,28 +338,28 @@ impl Record {
         2 * range.len() as u64
     }
 
-    /// Looks for more points to start from, `count` for each half, where those there are lie far apart.
-    fn look(&mut self, camera_rays: &CameraRays, count: u32) -> u64 {
+    /// Adds origins by camera rays, up to `count` for each half, where those there are lie far apart.
+    fn find_origins(&mut self, camera_rays: &CameraRays, count: u32) -> u64 {
         if self.spread() < FAR_APART * self.surroundings() {
             return 0;
         }
         let mut cast = 0;
-        let most = self.site.looked + LOOKS * count;
+        let most = self.site.camera_count + CAMERA_RAYS * count;
         let few = |layer: &Layer| (0..2).any(|half| (layer.origins(half).len() as u32) < count);
-        while self.site.looked < most && few(&self.layer) {
+        while self.site.camera_count < most && few(&self.layer) {
             for half in 0..2 {
-                let mut looked = camera_rays.look(self.site.pixel, half, self.site.looked);
-                if let Some((_, seen)) = looked.find(|(key, seen)| self.layer.holds(*key, seen)) {
+                let mut seen = camera_rays.surfaces_seen(self.site.pixel, half, self.site.camera_count);
+                if let Some((_, seen)) = seen.find(|(key, seen)| self.layer.holds(*key, seen)) {
                     self.layer.start(half, seen);
                 }
             }
-            self.site.looked += 1;
+            self.site.camera_count += 1;
             cast += 2;
         }
         cast
     }
 
-    /// RMS distance of the points that rays start from to their middle.
+    /// RMS distance of the origins to their mean.
     fn spread(&self) -> f64 {
         let middle = self.middle();
         let all = (0..2).flat_map(|half| self.layer.origins(half));
@@ -382,10 +380,10 @@ impl Record {
         a.iter().zip(b).map(move |(a, b)| [*a * share, *b * share])
     }
 
-    /// What irradiance over pi counts in the pixel: reflectance, the largest channel, times the share of camera rays
-    /// that met the surface.
+    /// The factor of its irradiance over pi in the pixel: reflectance, the largest channel, times the share of camera
+    /// rays that met the surface.
     pub fn counts(&self) -> f64 {
-        self.rho() * self.seen
+        f64::from(self.layer.rho.max_element()) * self.seen
     }
 
     /// Where it is.
@@ -393,12 +391,7 @@ impl Record {
         Place { position: self.middle(), ..self.layer.place() }
     }
 
-    /// Reflectance of the surface, the largest channel.
-    pub fn rho(&self) -> f64 {
-        f64::from(self.layer.rho.max_element())
-    }
-
-    /// Mean of where its rays start, each half counting the same.
+    /// Mean of the origins of its rays, each half counting the same.
     fn middle(&self) -> DVec3 {
         let mean = |half: usize| {
             let from = self.layer.origins(half);
@@ -409,10 +402,10 @@ impl Record {
     }
 }
 
-/// A fit that leaves more than this share of a record's variance reaches out of its records.
+/// A fit that leaves more than this share of a record's variance extrapolates.
 const LOOSE: f64 = 0.5;
 
-/// A fit and what it gives; memory that one thread uses again.
+/// A fit and its values; memory that one thread uses again.
 #[derive(Default)]
 pub(crate) struct Fitted {
     pub fit: Fit,
@@ -423,8 +416,7 @@ pub(crate) struct Fitted {
 impl IrradianceCache<'_> {
     /// Irradiance over pi at layer l of pixel k, every field in both halves, as the `values` of `fitted`.
     ///
-    /// Returns by how much that of the fields that make the picture differs between where each half of the camera rays
-    /// met the layer and the middle.
+    /// Returns the changes of that of the picture from the middle to the mean point of each half of the camera rays.
     pub fn at(&self, fitted: &mut Fitted, k: usize, l: usize, layer: &Layer) -> [DVec3; 2] {
         self.fit_layer(&mut fitted.fit, k, l, layer);
         self.evaluate(fitted);
@@ -434,23 +426,22 @@ impl IrradianceCache<'_> {
         })
     }
 
-    /// The fit of the records around record i at its own place, itself among them; false where none speaks for it.
+    /// The fit of the records around record i at its own place, itself among them; false where none is valid there.
     pub(crate) fn at_record(&self, fitted: &mut Fitted, i: u32) -> bool {
-        let found = self.fit(&mut fitted.fit, self.lattice.pixel_of(i), &self.supports[i as usize].place);
-        if found {
+        let is_fitted = self.fit(&mut fitted.fit, self.lattice.pixel_of(i), &self.supports[i as usize].place);
+        if is_fitted {
             fitted.fit.settle(LOOSE);
             self.evaluate(fitted);
         }
-        found
+        is_fitted
     }
 
-    /// Fits layer l of pixel k; takes a mean where the fit reaches out of its records, and a single record where none
-    /// speaks for the layer.
+    /// Fits layer l of pixel k; takes a mean where the fit extrapolates, and a single record where none is valid.
     pub(crate) fn fit_layer(&self, fit: &mut Fit, k: usize, l: usize, layer: &Layer) {
         let own = self.own_record(k, l);
         let reach = own.map_or(f64::INFINITY, |record| self.supports[record as usize].place.reach);
         let place = Place { reach, ..layer.place() };
-        // A record near a contact speaks for less than its pixel.
+        // The valid radius of a record near a contact may be less than a pixel.
         if !self.fit(fit, k, &place) {
             match own.or_else(|| self.nearest(k, &place)) {
                 Some(record) => fit.take(record),
@@ -460,7 +451,7 @@ impl IrradianceCache<'_> {
         fit.settle(LOOSE);
     }
 
-    /// Finds the values that a fit gives.
+    /// Evaluates a fit.
     fn evaluate(&self, Fitted { fit, values }: &mut Fitted) {
         values.clear();
         values.resize(self.fields, [DVec3::ZERO; 2]);
@@ -475,7 +466,7 @@ impl IrradianceCache<'_> {
     /// The record of a layer, if it has one.
     fn own_record(&self, k: usize, l: usize) -> Option<u32> {
         let own = &self.record_of[self.starts[k]..self.starts[k + 1]];
-        // Layers that later camera rays found come after those that records were placed for.
+        // Layers that later camera rays met follow those that records were placed for.
         own.get(l).copied().filter(|&record| record != NONE)
     }
 
@@ -493,19 +484,56 @@ impl IrradianceCache<'_> {
         best.map(|b| b.1)
     }
 
-    /// Irradiance over pi that a record found: every field in both halves.
+    /// Irradiance over pi of a record: every field in both halves.
     pub(crate) fn means(&self, i: usize) -> &[[DVec3; 2]] {
         &self.values[i * self.fields..(i + 1) * self.fields]
     }
 
-    /// The mean of both halves that a record found of the fields that make the picture together.
+    /// The mean of both halves of a record, the sum of the fields that make the picture.
     fn mean(&self, i: u32) -> DVec3 {
-        let means = &self.means(i as usize)[..self.leading];
+        let means = &self.means(i as usize)[..self.picture_fields];
         means.iter().map(|[a, b]| 0.5 * (*a + *b)).sum()
     }
 
-    /// Of values of every field in both halves the light of the fields that make the picture together.
+    /// The sum of the fields that make the picture in both halves, of values of every field.
     pub(crate) fn total(&self, values: &[[DVec3; 2]]) -> [DVec3; 2] {
-        [0, 1].map(|half| values[..self.leading].iter().map(|m| m[half]).sum())
+        [0, 1].map(|half| values[..self.picture_fields].iter().map(|m| m[half]).sum())
+    }
+}
+
+#[cfg(test)]
+pub(crate) use placed::with_records;
+
+#[cfg(test)]
+mod placed {
+    use super::*;
+    use crate::gather::pass::GatherSettings;
+    use crate::gather::pixels::adaptive_sampling::sample_pixels;
+    use crate::gather::sampling::Gathering;
+    use crate::light::{Mode, Rgb};
+    use crate::reading::patch_light::Fields;
+    use crate::reading::view::{View, lights_of};
+
+    /// Calls `test` with the pixels of a square picture of a built-in scene whose patches have some `light`, and what
+    /// makes caches with their first records, of the density for an error of 10 % as `changed`.
+    pub(crate) fn with_records(
+        (scene, patches, side): (&str, usize, usize),
+        light: impl Fn(usize) -> Rgb,
+        test: impl for<'a> FnOnce(&'a [Pixel], &'a dyn Fn(fn(Density) -> Density) -> IrradianceCache<'a>),
+    ) {
+        let lights = lights_of(scene, Mode::Global.transport(), patches);
+        let view = View::new(&lights, (side, side).into());
+        let fields = Fields::new(&[(0..view.patches.len()).map(light).collect()]);
+        let gathering = Gathering::Within { error: 0.1, seed: 0, deadline: None };
+        let settings = GatherSettings::new(&view, &fields, &gathering);
+        let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
+        let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
+        let final_gather = FinalGather::new(&view, &fields);
+        test(&pixels, &|changed| {
+            let density = changed(settings.density);
+            let mut cache = IrradianceCache::new(&camera_rays, &final_gather, density, &pixels);
+            cache.place(&pixels);
+            cache
+        });
     }
 }

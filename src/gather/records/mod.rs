@@ -1,4 +1,4 @@
-//! Indirect light at pixels: irradiance records, what is interpolated between them, and how many there are.
+//! Indirect light at pixels: irradiance records, the interpolation between them, and how many there are.
 
 pub(crate) mod final_gather;
 pub(crate) mod fit_error;

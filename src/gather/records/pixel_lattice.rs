@@ -7,10 +7,10 @@
 
 /// Spacing of the smallest tiles, pixels.
 const LEAST_TILE: usize = 4;
-/// Spacings that a record is looked for to each side.
+/// Spacings to each side within which records are visited.
 const AROUND: usize = 2;
 
-/// Places of one row's chosen pixels before those of the next.
+/// Columns by which the chosen pixels of a row are shifted from those of the next.
 const SKEW: usize = 4;
 
 /// A number of pixel k of which every n-th value chooses one pixel in n of each row and column: creases lie along rows

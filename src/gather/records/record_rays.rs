@@ -1,4 +1,4 @@
-//! How many rays each record gets, and where more records go: where the picture has its noise and its doubt.
+//! How many rays each record gets, by the variance of the picture, and where more records go, by its uncertainty.
 //!
 //! Not handled: bias, which shorter valid radii lessen ([`crate::gather::records::record_rounds`]).
 
@@ -11,7 +11,7 @@ use crate::gather::records::interpolation::Fit;
 use crate::gather::records::irradiance_cache::{IrradianceCache, NONE};
 
 /// Rays of a half at most.
-const MOST: f64 = 16_384.0;
+const MOST_RAYS: f64 = 16_384.0;
 /// Records placed in a round where light is uncertain at most, over those there were.
 const MORE: f64 = 0.125;
 /// Spacings within which records are alike in noise.
@@ -33,33 +33,33 @@ struct Share {
 }
 
 impl Share {
-    /// What the record's rays are worth: of shares `w s² / n` the sum is least for `n` that go as `s sqrt(w)` (J.
-    /// Neyman, *On the two different aspects of the representative method*, 1934).
+    /// Optimal allocation: of shares `w s² / n` the sum is least for `n` in proportion to `s sqrt(w)` (J. Neyman, *On
+    /// the two different aspects of the representative method*, 1934).
     fn worth(self) -> f64 {
         (self.variance * self.rays).sqrt()
     }
 
-    /// Rays at a level: none is taken back, and none has more than ever are.
+    /// Rays at a level: no fewer than before, and no more than [`MOST_RAYS`].
     fn at(self, level: f64) -> f64 {
-        self.rays.max((level * self.worth()).min(MOST))
+        self.rays.max((level * self.worth()).min(MOST_RAYS))
     }
 
-    /// The variance foreseen of rays at a level.
-    fn left(self, level: f64) -> f64 {
+    /// The variance predicted of rays at a level.
+    fn remaining(self, level: f64) -> f64 {
         self.variance * (self.rays / self.at(level)).powf(RATE)
     }
 }
 
 impl IrradianceCache<'_> {
-    /// Casts more rays from the records, where they lessen the noise of the picture most, until they are foreseen to
-    /// leave the share `left` of its variance.
-    pub fn refine(&mut self, left: f64, pixels: &[Pixel]) {
+    /// Casts more rays from the records, where they lessen the noise of the picture most, until they are predicted to
+    /// leave the share `remaining` of its variance.
+    pub fn refine(&mut self, remaining: f64, pixels: &[Pixel]) {
         let shares = self.shares(pixels);
-        let level = level(&shares, left);
+        let level = level(&shares, remaining);
         self.cast_from(0, |i| shares[i].at(level) as u32);
     }
 
-    /// Shortens the valid radius of some records, and adds records for the places that they spoke for.
+    /// Shortens the valid radius of some records, and adds records for the places that they no longer cover.
     pub fn shorten(&mut self, some: &[u32], factor: f64, pixels: &[Pixel]) {
         let mut marked = vec![false; pixels.len()];
         for &i in some {
@@ -71,9 +71,9 @@ impl IrradianceCache<'_> {
         self.place_where(pixels, &marked);
     }
 
-    /// Places records at the layers without one whose light is least certain, until the others are foreseen to be off
-    /// by no more than `rest`, squared and summed over the pixels. Each gets as many rays as records have in the mean:
-    /// where all records around miss what is bright, no record can tell that it is off.
+    /// Places records at the layers without one whose light is least certain, until the predicted squared error of the
+    /// others, summed over the pixels, is no more than `rest`. Each gets as many rays as records have in the mean: where
+    /// all records around miss bright light, cross-validation does not show it.
     pub fn place_uncertain(&mut self, rest: f64, pixels: &[Pixel], round: u32) {
         let mut bare = self.layer_fits(pixels, round);
         bare.retain(|fit| self.record_of[self.starts[fit.pixel] + fit.layer] == NONE);
@@ -88,8 +88,8 @@ impl IrradianceCache<'_> {
         self.cast_from(first, |_| (rays as u32).max(1));
     }
 
-    /// What each record's rays leave of the variance of the picture: their own, as it shows in the records nearby, for
-    /// two halves say little about one, times what it is [used](IrradianceCache::uses).
+    /// The part of the picture's variance due to each record's rays: the variance of its rays, pooled over the records
+    /// nearby, times its [use](IrradianceCache::uses).
     fn shares(&self, pixels: &[Pixel]) -> Vec<Share> {
         let one = |i: usize| {
             let own = Halves::of(self.total(self.means(i)));
@@ -117,14 +117,14 @@ impl IrradianceCache<'_> {
         count.into_par_iter().map(share).collect()
     }
 
-    /// What a unit of each record's variance adds to that of the picture: the sum over the pixels of its squared
+    /// The derivative of the picture's variance by that of each record: the sum over the pixels of its squared
     /// coefficients there, times their squared reflectance.
     fn uses(&self, pixels: &[Pixel]) -> Vec<f64> {
         let indexed = pixels.par_iter().enumerate();
         let each = indexed.map_init(Fit::default, |fit, (k, pixel)| self.coefficients(fit, k, pixel));
         let each: Vec<Vec<(u32, f64)>> = each.collect();
         let mut uses = vec![0.0; self.records.len()];
-        // One after the other: the sum is the same for any number of threads.
+        // In order: the sum is the same for any number of threads.
         for (pixel, coefficients) in pixels.iter().zip(each) {
             for (record, coefficient) in coefficients {
                 uses[record as usize] += pixel.weight() * coefficient * coefficient;
@@ -133,7 +133,7 @@ impl IrradianceCache<'_> {
         uses
     }
 
-    /// By how much the light of a pixel grows with that of each record, RMS over the channels.
+    /// Derivatives of the light of a pixel by that of each record, RMS over the channels.
     fn coefficients(&self, fit: &mut Fit, k: usize, pixel: &Pixel) -> Vec<(u32, f64)> {
         let mut all: Vec<(u32, f64)> = Vec::new();
         for (l, layer) in pixel.layers.iter().enumerate() {
@@ -148,14 +148,14 @@ impl IrradianceCache<'_> {
     }
 }
 
-/// The least level that is foreseen to leave so small a share of the variance, within the growth of one round.
-fn level(shares: &[Share], left: f64) -> f64 {
+/// The least level that is predicted to leave so small a share of the variance, within the growth of one round.
+fn level(shares: &[Share], remaining: f64) -> f64 {
     let sum = |of: &dyn Fn(&Share) -> f64| shares.iter().map(of).sum::<f64>();
     let (rays, worth) = (sum(&|s| s.rays), sum(&|s| s.worth()));
-    let goal = left * sum(&|s| s.variance);
+    let goal = remaining * sum(&|s| s.variance);
     let enough = |level: f64| {
         let growth = sum(&|s| s.at(level)) / rays;
-        growth >= GROWTH[1] || (growth >= GROWTH[0] && sum(&|s| s.left(level)) <= goal)
+        growth >= GROWTH[1] || (growth >= GROWTH[0] && sum(&|s| s.remaining(level)) <= goal)
     };
     if worth <= 0.0 {
         return 0.0;
@@ -177,16 +177,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::gather::pass::Settings;
-    use crate::gather::pixels::adaptive_sampling::sample_pixels;
-    use crate::gather::pixels::camera_rays::CameraRays;
-    use crate::gather::records::final_gather::FinalGather;
-    use crate::gather::records::irradiance_cache::Fitted;
-    use crate::gather::sampling::Gathering;
-    use crate::light::{Mode, Rgb};
-    use crate::reading::View;
-    use crate::reading::patch_light::Fields;
-    use crate::reading::view::lights_of;
+    use crate::gather::records::irradiance_cache::{Fitted, with_records};
+    use crate::light::Rgb;
 
     /// What every pixel reflects of the light in the cache.
     fn reflected(cache: &IrradianceCache, pixels: &[Pixel]) -> Vec<DVec3> {
@@ -202,69 +194,53 @@ mod tests {
         pixels.iter().enumerate().map(&mut pixel).collect()
     }
 
-    /// Rays once went by the lattice of a record and its whole reflectance: a strip that fills a tenth of a pixel got
-    /// as many as a wall, and a living room at 2 % took 107 s instead of 30.
     #[test]
-    fn the_use_of_a_record_is_what_pixels_change_by_with_it() {
-        let lights = lights_of("furnished-room", Mode::Global.transport(), 300);
-        let view = View::new(&lights, (48, 48).into());
-        let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
-        let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
-        let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
-        let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
-        let final_gather = FinalGather::new(&view, &fields);
-        let mut cache = IrradianceCache::new(&camera_rays, &final_gather, settings.density, &pixels);
-        cache.place(&pixels);
-        let (uses, before) = (cache.uses(&pixels), reflected(&cache, &pixels));
-        let count = cache.records.len();
-        for i in (0..count).step_by(count.div_ceil(20)) {
-            cache.values[i] = cache.values[i].map(|half| half + DVec3::ONE);
-            let after = reflected(&cache, &pixels);
-            cache.values[i] = cache.values[i].map(|half| half - DVec3::ONE);
-            // Of each channel, as its reflectance counts by the mean of squares over the channels.
-            let squares = pixels.iter().zip(before.iter().zip(&after));
-            let found: f64 = squares.map(|(p, (b, a))| p.weight() * (a - b).length_squared() / 3.0).sum();
-            // Layers that share a record are of one material, so their channels go alike.
-            assert!((found / uses[i] - 1.0).abs() < 1e-6, "record {i} of {count}: {found} {}", uses[i]);
-        }
+    fn the_use_of_a_record_is_the_change_of_pixels_with_it() {
+        with_records(("furnished-room", 300, 48), |_| Rgb::ONE, |pixels, cache| {
+            let mut cache = cache(|density| density);
+            let (uses, before) = (cache.uses(pixels), reflected(&cache, pixels));
+            let count = cache.records.len();
+            for i in (0..count).step_by(count.div_ceil(20)) {
+                cache.values[i] = cache.values[i].map(|half| half + DVec3::ONE);
+                let after = reflected(&cache, pixels);
+                cache.values[i] = cache.values[i].map(|half| half - DVec3::ONE);
+                // Reflectance counts by the mean of squares over the channels.
+                let squares = pixels.iter().zip(before.iter().zip(&after));
+                let change: f64 = squares.map(|(p, (b, a))| p.weight() * (a - b).length_squared() / 3.0).sum();
+                // Layers that share a record are of one material, so their channels are proportional.
+                assert!((change / uses[i] - 1.0).abs() < 1e-6, "record {i} of {count}: {change} {}", uses[i]);
+            }
+        });
     }
 
-    /// Where all records around miss a small bright thing none of them tells that it is off: places near it had none
-    /// of their own, and a picture at 5 % ended at 5.7 %.
     #[test]
     fn records_go_where_the_light_between_them_is_least_certain() {
-        let lights = lights_of("furnished-room", Mode::Global.transport(), 300);
-        let view = View::new(&lights, (128, 128).into());
-        let fields = Fields::new(&[(0..view.patches.len()).map(|i| Rgb::splat((i % 5) as f32)).collect()]);
-        let settings = Settings::new(&view, &fields, &Gathering::Within { error: 0.1, seed: 0, deadline: None });
-        let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
-        let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
-        let final_gather = FinalGather::new(&view, &fields);
-        let mut cache = IrradianceCache::new(&camera_rays, &final_gather, settings.density, &pixels);
-        cache.place(&pixels);
-        let (first, bare) = (cache.records.len(), cache.bare());
-        let was_bare: Vec<bool> = cache.record_of.iter().map(|&record| record == NONE).collect();
-        let before = cache.layer_fits(&pixels, 0);
-        cache.place_uncertain(0.0, &pixels, 0);
-        let more = cache.records.len() - first;
-        assert!(0 < more && more <= (MORE * first as f64).ceil() as usize, "{more} more than {first}");
-        assert_eq!(cache.bare(), bare - more);
-        let number = |fit: &LayerFit| cache.starts[fit.pixel] + fit.layer;
-        let of = |placed: bool| -> Vec<f64> {
-            let known = before.iter().filter(|fit| was_bare[number(fit)]);
-            let chosen = known.filter(|fit| (cache.record_of[number(fit)] != NONE) == placed);
-            chosen.map(|fit| fit.uncertainty).collect()
-        };
-        let least = of(true).into_iter().fold(f64::INFINITY, f64::min);
-        let most = of(false).into_iter().fold(0.0, f64::max);
-        assert!(of(true).len() == more && least >= most, "{least} {most}");
+        with_records(("furnished-room", 300, 128), |i| Rgb::splat((i % 5) as f32), |pixels, cache| {
+            let mut cache = cache(|density| density);
+            let (first, bare) = (cache.records.len(), cache.bare());
+            let was_bare: Vec<bool> = cache.record_of.iter().map(|&record| record == NONE).collect();
+            let before = cache.layer_fits(pixels, 0);
+            cache.place_uncertain(0.0, pixels, 0);
+            let more = cache.records.len() - first;
+            assert!(0 < more && more <= (MORE * first as f64).ceil() as usize, "{more} more than {first}");
+            assert_eq!(cache.bare(), bare - more);
+            let number = |fit: &LayerFit| cache.starts[fit.pixel] + fit.layer;
+            let of = |placed: bool| -> Vec<f64> {
+                let known = before.iter().filter(|fit| was_bare[number(fit)]);
+                let chosen = known.filter(|fit| (cache.record_of[number(fit)] != NONE) == placed);
+                chosen.map(|fit| fit.uncertainty).collect()
+            };
+            let least = of(true).into_iter().fold(f64::INFINITY, f64::min);
+            let most = of(false).into_iter().fold(0.0, f64::max);
+            assert!(of(true).len() == more && least >= most, "{least} {most}");
+        });
     }
 
-    /// The variance that rays leave which are foreseen to leave so much.
-    fn foreseen(shares: &[Share], left: f64) -> (f64, Vec<f64>) {
-        let level = level(shares, left);
+    /// The variance that rays leave which are predicted to leave so much.
+    fn predicted(shares: &[Share], remaining: f64) -> (f64, Vec<f64>) {
+        let level = level(shares, remaining);
         let before: f64 = shares.iter().map(|s| s.variance).sum();
-        let after: f64 = shares.iter().map(|s| s.left(level)).sum();
+        let after: f64 = shares.iter().map(|s| s.remaining(level)).sum();
         (after / before, shares.iter().map(|s| s.at(level)).collect())
     }
 
@@ -273,29 +249,28 @@ mod tests {
         // Worth 1, 2, 4 and 0 times ten rays.
         let shares = [0.1, 0.4, 1.6, 0.0].map(|variance| Share { rays: 10.0, variance });
         // One record, two, three get more rays.
-        for left in [0.6, 0.3, 0.1] {
-            let (found, rays) = foreseen(&shares, left);
-            assert!((found / left - 1.0).abs() < 1e-5, "{found} of {left}");
+        for remaining in [0.6, 0.3, 0.1] {
+            let (found, rays) = predicted(&shares, remaining);
+            assert!((found / remaining - 1.0).abs() < 1e-5, "{found} of {remaining}");
             assert_eq!(rays[3], 10.0);
             // Those that get any get them in proportion to what they are worth.
             assert!((rays[2] / 2.0 - rays[1]).abs() < 1e-9 || rays[1] == 10.0, "{rays:?}");
         }
     }
 
-    /// Rays were once foreseen that no record ever gets.
     #[test]
-    fn a_record_that_has_all_the_rays_it_may_have_is_foreseen_to_stay_as_it_is() {
+    fn a_record_with_the_most_rays_is_predicted_to_stay_as_it_is() {
         let mut shares = vec![Share { rays: 64.0, variance: 0.0025 }; 400];
-        shares.insert(0, Share { rays: MOST, variance: 1.0 });
-        let (found, rays) = foreseen(&shares, 0.6);
-        assert_eq!(rays[0], MOST);
-        assert!((found - 0.6).abs() < 1e-5 && shares[0].left(1e9) == 1.0, "{found}");
+        shares.insert(0, Share { rays: MOST_RAYS, variance: 1.0 });
+        let (found, rays) = predicted(&shares, 0.6);
+        assert_eq!(rays[0], MOST_RAYS);
+        assert!((found - 0.6).abs() < 1e-5 && shares[0].remaining(1e9) == 1.0, "{found}");
     }
 
     #[test]
     fn a_round_casts_a_tenth_more_rays_at_least_and_eight_times_as_many_at_most() {
         let shares = [0.1, 0.4, 1.6].map(|variance| Share { rays: 10.0, variance });
-        let sum = |left: f64| foreseen(&shares, left).1.into_iter().sum::<f64>();
+        let sum = |remaining: f64| predicted(&shares, remaining).1.into_iter().sum::<f64>();
         assert!((sum(0.999) / 33.0 - 1.0).abs() < 1e-5, "{}", sum(0.999));
         assert!((sum(1e-9) / 240.0 - 1.0).abs() < 1e-5, "{}", sum(1e-9));
         let dark = [Share { rays: 10.0, variance: 0.0 }; 2];

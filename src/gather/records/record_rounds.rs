@@ -1,14 +1,15 @@
-//! The rounds of rays and records that bring the noise and the bias of indirect light below what they may be.
+//! Rounds of more rays and records until the noise and the bias of indirect light are within their parts of the error.
 //!
 //! Noise is lessened by more rays, cast where they lessen it most; bias by shorter valid radii and so by more records.
-//! Records estimate their own bias, but they were chosen by what they show ([`crate::gather::records::fit_error`]). So
-//! where they find it small enough places drawn by chance are evaluated, and the larger of both counts.
+//! Records predict their own bias by cross-validation, which is biased as they were chosen by it
+//! ([`crate::gather::records::fit_error`]). Where the prediction is small enough it is validated at randomly sampled
+//! places, and the larger of both counts.
 //!
 //! Not handled: errors of camera rays, and of the solution that is gathered.
 
 use std::time::Instant;
 
-use crate::error::deadline::would_be_over;
+use crate::error::deadline::{is_over, would_be_over};
 use crate::gather::pixels::adaptive_sampling::{Measured, Plan, measure};
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::fit_error::{Bias, relative};
@@ -16,117 +17,117 @@ use crate::gather::records::indirect_light::IndirectLight;
 use crate::gather::records::irradiance_cache::IrradianceCache;
 use crate::light::budget::{FIT, HEMISPHERE};
 
-/// How far below its share the next round aims.
+/// Share of the allowed noise that the next round aims at.
 const MARGIN: f64 = 0.93;
-/// Share of the squared error which the fit may make that places without a record may be uncertain by: those foresee it
-/// to a factor of two only, and what is foreseen is the larger for light that is merely noisy.
+/// Share of the allowed squared error of the fit that may be predicted for places without a record, as predictions are
+/// good to a factor of two and larger for light that is merely noisy.
 const REST: f64 = 0.25;
-/// The least share of the noise that one round of rays leaves where the bias asks for less than its part.
+/// The least share of the noise that one round of rays may have to leave to compensate for bias.
 const LESS: f64 = 0.5;
-/// One pixel in so many tells the errors of a round.
+/// The noise of a round is estimated at one pixel in so many.
 const SOME: usize = 9;
 /// The least and the most that a valid radius too long is multiplied by.
 const SHORTER: [f64; 2] = [0.35, 0.6];
-/// The power of what is wanted over the squared bias that the factor goes by: the bias grows as the radius's power 1.2.
+/// The power of allowed over squared bias that the factor is: the bias grows as the radius to the power 1.2.
 const POWER: f64 = 0.42;
-/// Rounds of more records in a row that leave no less bias than those before, after which there are no more.
+/// Rounds of more records in a row without less bias after which there are no more.
 const STALLS: usize = 3;
 /// Rounds of more rays, or more records.
 const ROUNDS: u32 = 40;
-/// Rounds that were foreseen to be the last and were not, and times as many rays as were cast before the first of them,
-/// after which no end is foreseen.
+/// Rounds of more records, and ratio of the rays to those before the first of them, beyond which rounds count as
+/// endless.
 const MISSED: usize = 3;
 const LONGER: f64 = 6.0;
 
-/// Records of a picture and what they are asked.
-pub(crate) struct Rounds<'a, 'b> {
+/// The rounds of one picture.
+pub(crate) struct RecordRounds<'a, 'b> {
     cache: &'a mut IrradianceCache<'b>,
     pixels: &'a [Pixel],
     /// The picture by camera rays alone.
     camera: Measured,
     /// Squared error that indirect light may have, summed over the pixels.
-    left: f64,
+    allowed: f64,
     progress: Progress,
-    told: Told,
-    /// One pixel in so many tells the noise, in every row and column.
+    validation: Validation,
+    /// Noise is estimated at one pixel in so many, in every row and column.
     step: usize,
-    /// Noise when rays were last cast for its sake.
+    /// Noise when rays were last cast to lessen it.
     before: f64,
     /// Whether the places where the first records leave light least certain have records.
     is_probed: bool,
 }
 
-/// Variances and squares of what is known of indirect light, summed over the pixels.
+/// Variance and squared signal of indirect light, summed over the pixels.
 struct Noise {
     variance: f64,
     signal: f64,
 }
 
-impl<'a, 'b> Rounds<'a, 'b> {
+impl<'a, 'b> RecordRounds<'a, 'b> {
     /// Rounds for a picture whose error relative to itself may be `error`, camera rays among it.
-    pub fn new(cache: &'a mut IrradianceCache<'b>, pixels: &'a [Pixel], error: f64) -> Rounds<'a, 'b> {
+    pub fn new(cache: &'a mut IrradianceCache<'b>, pixels: &'a [Pixel], error: f64) -> RecordRounds<'a, 'b> {
         let camera = measure(pixels);
         let all = error * error * camera.signal;
-        let left = (all - camera.variance).max(0.25 * all);
-        Rounds {
+        let allowed = (all - camera.variance).max(0.25 * all);
+        RecordRounds {
             cache,
             pixels,
             camera,
-            left,
+            allowed,
             progress: Progress::default(),
-            told: Told::default(),
+            validation: Validation::default(),
             step: SOME,
             before: f64::INFINITY,
             is_probed: false,
         }
     }
 
-    /// Casts rays and adds records until both are small enough, late, or of no use; returns the squared error of the
-    /// fit beyond noise, summed over the pixels.
+    /// Casts rays and adds records until noise and bias are small enough, time is over, or they do not fall; returns
+    /// the squared error of the fit beyond noise, summed over the pixels.
     pub fn run(mut self, plan: &Plan) -> f64 {
         let mut misfit = 0.0;
         let mut began = Instant::now();
         for round in 0..ROUNDS {
-            let found = self.noise();
-            // A picture without light has no error relative to it.
-            // One round casts up to so many times the rays of the one before.
-            let is_last =
-                plan.is_late() || would_be_over(plan.deadline, std::mem::replace(&mut began, Instant::now()), 2.0);
-            if is_last || self.left <= 0.0 {
-                return foreseen(self.cache, self.pixels, &self.cache.biases(), found.signal);
+            let Noise { variance, signal } = self.noise();
+            // A round takes about twice as long as the one before.
+            let is_last = is_over(plan.deadline)
+                || would_be_over(plan.deadline, std::mem::replace(&mut began, Instant::now()), 2.0);
+            // A picture without light has no relative error.
+            if is_last || self.allowed <= 0.0 {
+                return predicted_misfit(self.cache, self.pixels, &self.cache.biases(), signal);
             }
-            let noise = found.variance / (HEMISPHERE * HEMISPHERE * self.left);
-            // Noise that more rays did not lessen is not theirs.
+            let noise = variance / (HEMISPHERE * HEMISPHERE * self.allowed);
+            // Noise that more rays did not lessen has another cause.
             if noise > 1.0 && noise < 0.8 * self.before {
                 self.before = noise;
                 self.cache.refine(MARGIN / noise, self.pixels);
                 continue;
             }
-            // Where no record lies a bias shows in none: the least certain places get one first.
+            // Cross-validation shows no bias where there is no record: the least certain places get one first.
             if !self.is_probed {
                 self.is_probed = true;
-                self.cache.place_uncertain(REST * FIT * FIT * self.left, self.pixels, round);
+                self.cache.place_uncertain(REST * FIT * FIT * self.allowed, self.pixels, round);
                 continue;
             }
-            // Only now: a bias measured through much noise is itself noisy.
+            // Only now, as noise makes the estimated bias noisy.
             let biases = self.cache.biases();
-            let foreseen = foreseen(self.cache, self.pixels, &biases, found.signal);
-            let is_asked = self.told.is_known();
-            misfit = self.confirmed(foreseen, noise, round);
+            let predicted = predicted_misfit(self.cache, self.pixels, &biases, signal);
+            let was_validated = self.validation.is_known();
+            misfit = self.confirmed(predicted, noise, round);
             let bias = self.over(misfit);
-            if self.progress.stalls == STALLS || self.progress.sees_no_end(self.cache.cast) {
+            if self.progress.stalls == STALLS || self.progress.is_endless(self.cache.cast) {
                 break;
             }
             if is_enough(noise, bias) {
-                // One bright pixel may lie between those looked at.
+                // A bright pixel may lie between those evaluated.
                 if self.step == 1 || is_enough(self.noise_of_all(), bias) {
                     break;
                 }
                 continue;
             }
-            // What records do not find of themselves is left to rays once, as far as those can make up for it.
+            // Bias that cross-validation does not show is compensated by rays once, as far as possible.
             let room = (1.0 - FIT * FIT * bias) / (HEMISPHERE * HEMISPHERE * noise);
-            if foreseen < misfit && room > LESS && !is_asked {
+            if predicted < misfit && room > LESS && !was_validated {
                 self.cache.refine(MARGIN * room.min(1.0), self.pixels);
                 continue;
             }
@@ -135,98 +136,97 @@ impl<'a, 'b> Rounds<'a, 'b> {
         misfit
     }
 
-    /// The noise of the indirect light of all pixels over its part; from now on all are looked at.
+    /// The noise of the indirect light of all pixels over its part; from now on all are evaluated.
     fn noise_of_all(&mut self) -> f64 {
         self.step = 1;
-        self.noise().variance / (HEMISPHERE * HEMISPHERE * self.left)
+        self.noise().variance / (HEMISPHERE * HEMISPHERE * self.allowed)
     }
 
-    /// The noise of the indirect light, and the light.
+    /// The noise of the indirect light.
     fn noise(&self) -> Noise {
         let some = IndirectLight::new(self.pixels, self.cache, self.step).measure(self.pixels);
         let scale = self.camera.count / some.count.max(1.0);
         Noise { variance: scale * some.variance, signal: scale * some.signal }
     }
 
-    /// What the fit may be off by: what records foresee, and no less than places tell that were drawn by chance. Those
-    /// are asked where records find nothing wrong, or know no better.
-    fn confirmed(&mut self, foreseen: f64, noise: f64, round: u32) -> f64 {
-        let known = self.told.is_known();
-        let mut misfit = foreseen;
-        if known || is_enough(noise, self.over(foreseen)) || self.progress.stalls + 1 == STALLS {
-            let told = self.told.by(|| self.cache.validate(self.pixels, round));
-            // What is no number stays so, where `f64::max` would take the other.
-            misfit = if told > foreseen { told } else { foreseen };
+    /// The squared error of the fit: predicted by the records, and no less than by validation, which takes place where
+    /// the prediction is small enough or has stalled.
+    fn confirmed(&mut self, predicted: f64, noise: f64, round: u32) -> f64 {
+        let known = self.validation.is_known();
+        let mut misfit = predicted;
+        if known || is_enough(noise, self.over(predicted)) || self.progress.stalls + 1 == STALLS {
+            let validated = self.validation.mean_with(|| self.cache.validate(self.pixels, round));
+            // NaN stays, where `f64::max` would take the other.
+            misfit = if validated > predicted { validated } else { predicted };
         }
-        // A bias that more records did not lessen is that of light they cannot follow, or chance. Where only rays
-        // became more it says nothing.
+        // Progress is judged after more records only.
         if !known {
             self.progress.note(self.over(misfit));
         }
         misfit
     }
 
-    /// Shortens the valid radius of the records that are off most, and adds records where the light is least certain.
+    /// Shortens the valid radius of the most biased records, and adds records where the light is least certain.
     fn add_records(&mut self, biases: &[Bias], bias: f64, round: u32) {
-        self.progress.foresee(self.cache.cast);
+        self.progress.note_records(self.cache.cast);
         let worst = self.cache.worst(biases, (1.5 * (1.0 - 1.0 / bias)).clamp(0.3, 1.0));
         self.cache.shorten(&worst, shortening(bias), self.pixels);
-        self.cache.place_uncertain(REST * FIT * FIT * self.left, self.pixels, round);
-        self.told.is_over();
+        self.cache.place_uncertain(REST * FIT * FIT * self.allowed, self.pixels, round);
+        self.validation.outdate();
         self.before = f64::INFINITY;
     }
 
     /// A squared error of the fit over what it may be.
     fn over(&self, misfit: f64) -> f64 {
-        misfit / (FIT * FIT * self.left)
+        misfit / (FIT * FIT * self.allowed)
     }
 }
 
-/// The squared error of the fit that records tell, of indirect light whose squares add up to `signal`.
-pub(crate) fn foreseen(cache: &IrradianceCache, pixels: &[Pixel], biases: &[Bias], signal: f64) -> f64 {
+/// The squared error of the fit predicted by records, of indirect light whose squares add up to `signal`.
+pub(crate) fn predicted_misfit(cache: &IrradianceCache, pixels: &[Pixel], biases: &[Bias], signal: f64) -> f64 {
     let bare = cache.bare() as f64 / cache.record_of.len().max(1) as f64;
     bare * relative(biases) * signal + cache.misfit(pixels, biases)
 }
 
-/// Whether noise and bias, each over its part, leave no more than all that they may.
+/// Whether noise and bias, each over its part, are together no more than allowed.
 fn is_enough(noise: f64, bias: f64) -> bool {
     HEMISPHERE * HEMISPHERE * noise + FIT * FIT * bias <= 1.0
 }
 
-/// What places drawn by chance told of the squared error of the fit.
+/// Squared errors of the fit by validation.
 #[derive(Default)]
-struct Told {
-    /// Of the records there are now.
+struct Validation {
+    /// Of the present records.
     now: Option<f64>,
-    /// Of the records there were before.
+    /// Of the records validated before.
     before: Option<f64>,
 }
 
-impl Told {
+impl Validation {
     fn is_known(&self) -> bool {
         self.now.is_some()
     }
 
-    /// The mean of what is told now and was told before, or what would be stated is that at which rounds ended because
-    /// it was small by chance.
-    fn by(&mut self, ask: impl FnOnce() -> f64) -> f64 {
-        let now = *self.now.get_or_insert_with(ask);
+    /// The mean of the present and the previous validation: the present one alone would be small by chance where it
+    /// ends the rounds.
+    fn mean_with(&mut self, validate: impl FnOnce() -> f64) -> f64 {
+        let now = *self.now.get_or_insert_with(validate);
         0.5 * (now + self.before.unwrap_or(now))
     }
 
-    /// Records have become others.
-    fn is_over(&mut self) {
+    /// Records have changed.
+    fn outdate(&mut self) {
         self.before = self.now.take().or(self.before);
     }
 }
 
-/// How the bias went from round to round.
+/// The bias from round to round.
 struct Progress {
-    /// Rounds that were to bring it down to what it may be, and did not.
+    /// Rounds of more records.
     missed: usize,
     /// Rays cast before the first of those.
     first: f64,
-    /// The least so far, over what it may be.
+    /// The least bias so far, over the allowed one.
     least: f64,
     /// Rounds since.
     stalls: usize,
@@ -239,17 +239,18 @@ impl Default for Progress {
 }
 
 impl Progress {
-    /// Takes note of records added after so many rays, which are foreseen to be the last.
-    fn foresee(&mut self, cast: u64) {
+    /// Notes that records are added after so many rays.
+    fn note_records(&mut self, cast: u64) {
         self.missed += 1;
         self.first = self.first.min(cast as f64);
     }
 
-    /// Whether ever more records are added, for ever more rays.
-    fn sees_no_end(&self, cast: u64) -> bool {
+    /// Whether many rounds have added records, for many more rays.
+    fn is_endless(&self, cast: u64) -> bool {
         self.missed > MISSED && cast as f64 > LONGER * self.first
     }
 
+    /// Notes the bias of a round.
     fn note(&mut self, bias: f64) {
         let helped = bias > 1.0 && bias <= 0.95 * self.least;
         self.stalls = if helped { 0 } else { self.stalls + 1 };
@@ -257,8 +258,7 @@ impl Progress {
     }
 }
 
-/// What a valid radius too long is multiplied by, for a squared bias over what it may be. One measured through noise
-/// may be negative.
+/// The factor on valid radii that are too long, for a squared bias over the allowed one, which noise may make negative.
 fn shortening(bias: f64) -> f64 {
     bias.max(f64::MIN_POSITIVE).powf(-POWER).clamp(SHORTER[0], SHORTER[1])
 }
@@ -267,8 +267,7 @@ fn shortening(bias: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A door ajar by 5 mm ended at 3.8 % where 2 % was asked, as rounds that lessened nothing were counted over all:
-    /// its bias was 53, 51, 2.2, 6.0 times what it may be, as places drawn by chance told it, and then the last.
+    /// Rounds without progress count only in a row.
     #[test]
     fn rounds_go_on_as_long_as_some_in_a_row_help() {
         let stalls = |biases: &[f64]| {
@@ -281,19 +280,18 @@ mod tests {
         assert_eq!(stalls(&[0.9, 0.5, 0.1]), STALLS);
     }
 
-    /// Rounds that end where places drawn by chance tell little would state that little: a room of lamps in cans told
-    /// 4.6 % and then 2.1 %, and was 3.9 % off.
     #[test]
-    fn what_is_told_counts_with_what_was_told_before() {
-        let mut told = Told::default();
-        assert_eq!([told.by(|| 9.0), told.by(|| unreachable!("asked again of the same records"))], [9.0, 9.0]);
-        told.is_over();
-        assert!(!told.is_known());
-        assert_eq!(told.by(|| 1.0), 5.0);
-        // Not asked of those in between.
-        told.is_over();
-        told.is_over();
-        assert_eq!(told.by(|| 3.0), 2.0);
+    fn a_validation_counts_with_the_one_before() {
+        let mut validation = Validation::default();
+        assert_eq!(validation.mean_with(|| 9.0), 9.0);
+        assert_eq!(validation.mean_with(|| unreachable!("the records are the same")), 9.0);
+        validation.outdate();
+        assert!(!validation.is_known());
+        assert_eq!(validation.mean_with(|| 1.0), 5.0);
+        // Records in between are not validated.
+        validation.outdate();
+        validation.outdate();
+        assert_eq!(validation.mean_with(|| 3.0), 2.0);
     }
 
     #[test]
@@ -304,10 +302,8 @@ mod tests {
         assert!(is_enough(half, -1.0));
     }
 
-    /// The power of a negative bias was no number, nor was any valid radius after it: a room with 25 textured lamps
-    /// came out black after 90 s.
     #[test]
-    fn radii_stay_numbers_whatever_the_bias_measured() {
+    fn radii_stay_numbers_whatever_the_bias() {
         let of = [-1.0, -1e-300, 0.0, 1e-9, 1.0, 3.0, 81.0, 1e300].map(shortening);
         assert!(of.iter().all(|&f| (SHORTER[0]..=SHORTER[1]).contains(&f)), "{of:?}");
         assert!(of.is_sorted_by(|a, b| a >= b));

@@ -7,7 +7,7 @@
 //! Not handled: errors below the standard error of few paths; it is stated.
 
 use crate::error::sampled_pixels::Brightness;
-use crate::error::{Effort, SampledPixels, SquaredError};
+use crate::error::{SamplingGoal, SampledPixels, SquaredError};
 use crate::gather::Gathered;
 use crate::light::budget::{MATTERS, READ_AT_ONCE, SURE};
 use crate::rays::purpose::Purpose;
@@ -99,7 +99,7 @@ impl Check {
     ) -> [SquaredError; READINGS] {
         let certain = self.signal * (SURE * goal.tolerance).powi(2);
         let most = if goal.is_late() { 0 } else { most };
-        let effort = Effort { wanted: certain, most, deadline: goal.deadline };
+        let effort = SamplingGoal { wanted: certain, most, deadline: goal.deadline };
         let before = self.pixels.rays();
         let (found, seconds) = timed(|| self.pixels.measure(&solved.view(goal), &solved.fields, effort));
         spent.rays += self.pixels.rays() - before;

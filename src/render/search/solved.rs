@@ -126,7 +126,7 @@ fn fields(patches: &Patches, [a, b, c]: [Vec<Rgb>; 3]) -> Fields {
     let mix = |x: &[Linear], y: &[Linear], u: f32, v: f32| -> Vec<Linear> {
         x.iter().zip(y).map(|(x, y)| x.mix(u, y, v)).collect()
     };
-    Fields::linear(&[mix(&a, &b, 0.5, 0.5), mix(&a, &b, 0.5, -0.5), mix(&a, &c, 1.0, -1.0)]).led_by(1)
+    Fields::linear(&[mix(&a, &b, 0.5, 0.5), mix(&a, &b, 0.5, -0.5), mix(&a, &c, 1.0, -1.0)]).with_picture_fields(1)
 }
 
 /// Light of larger patches, given on the smaller ones, as linear within the larger.
@@ -216,7 +216,7 @@ impl Solved {
     /// Takes the errors of F and of patch size from a picture.
     pub fn set_errors(&mut self, gathered: &Gathered) {
         self.signal = gathered.error.signal;
-        if let [noise, coarse] = gathered.riders[..] {
+        if let [noise, coarse] = gathered.auxiliary_rms[..] {
             self.error.form_factors = gathered.error.share(noise);
             self.error.patches = of_finer() * gathered.error.share(coarse);
         }
