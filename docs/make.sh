@@ -99,7 +99,7 @@ memory() {
     done
 }
 
-# The order of convergence in patch size, on which ORDER of levels.rs rests (theory.md, section 14).
+# The order of convergence in patch size, on which ORDER of solved.rs rests (theory.md, section 14).
 constants() {
     local patches
     scratch="$(mktemp -d)"

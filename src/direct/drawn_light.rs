@@ -357,7 +357,8 @@ mod tests {
         let (tree, cut) = lamps(true);
         let receiver = below(&tree, cut.drawn[11].node, 0.1);
         let descent = Descent { cut: &cut, tree: &tree, position: receiver.position.as_dvec3(), normal: DVec3::Z };
-        let light = |k: usize| tree.nodes[cut.drawn[k].node].moments.light(descent.position, descent.normal).element_sum();
+        let light =
+            |k: usize| tree.nodes[cut.drawn[k].node].moments.light(descent.position, descent.normal).element_sum();
         let all: f64 = (0..COUNT).map(light).sum();
         assert!(light(11) > 0.9 * all);
         for k in 0..COUNT {

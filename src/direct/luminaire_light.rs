@@ -223,7 +223,13 @@ impl Lights {
 
     /// The sample by the point of a luminaire that belongs to a point of the unit square, with one visibility ray;
     /// `None` where the two points do not face each other.
-    fn sent_from(&self, luminaire: &Luminaire, receiver: &SurfacePoint, at: Vec2, scratch: &mut Scratch) -> Option<Sent> {
+    fn sent_from(
+        &self,
+        luminaire: &Luminaire,
+        receiver: &SurfacePoint,
+        at: Vec2,
+        scratch: &mut Scratch,
+    ) -> Option<Sent> {
         let y = luminaire.point(at.x, at.y);
         let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
         let kernel = luminaire.area * point_kernel(x, n, y.position.as_dvec3(), y.normal);

@@ -15,4 +15,4 @@ pub(crate) mod sampled_pixels;
 pub use importance_paths::ImportancePaths;
 pub(crate) use reading_distance::nearest_read;
 pub(crate) use residual::add_samples_of_bright;
-pub(crate) use sampled_pixels::{SamplingGoal, SampledPixels, SquaredError};
+pub(crate) use sampled_pixels::{SampledPixels, SamplingGoal, SquaredError};

@@ -28,8 +28,12 @@ const POINTS: u32 = 8;
 /// all; and how many rays were cast.
 pub(crate) fn nearest_read(view: &View, fields: &Fields, seed: u32) -> (Vec<f32>, u64) {
     let neighbours = view.patches.neighbours();
-    let sampler =
-        UnevennessSampler { walker: Walker::new(view).with_cone(1.0), fields, sobol: Sobol::new(POINTS as usize, 2), seed };
+    let sampler = UnevennessSampler {
+        walker: Walker::new(view).with_cone(1.0),
+        fields,
+        sobol: Sobol::new(POINTS as usize, 2),
+        seed,
+    };
     let of = |memory: &mut Memory, i: usize| {
         let least = if neighbours.has_slopes(i) { 0.0 } else { 1.0 };
         let extent = if sampler.has_enough_points(i) { view.patches.extent(i) } else { view.patches.cut_extent(i) };

@@ -102,11 +102,7 @@ impl GatherSettings {
                         pixel,
                         seed,
                     },
-                    camera: CameraSampling {
-                        tabled: 64,
-                        visibility: view.lights.visibility_rays(),
-                        seed,
-                    },
+                    camera: CameraSampling { tabled: 64, visibility: view.lights.visibility_rays(), seed },
                     error: Some(error),
                 }
             }

@@ -19,7 +19,7 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
 
-use crate::direct::emitters::emission_tree::{PlaneReceiver, EmissionTree, EmissionNode, Placement};
+use crate::direct::emitters::emission_tree::{EmissionNode, EmissionTree, Placement, PlaneReceiver};
 use crate::form_factors::lambert::signed_edges;
 use crate::form_factors::plane::ON_FACE;
 use crate::scene::convex_polygon::{area, put_above};
@@ -157,7 +157,14 @@ impl EmissionTree {
     }
 
     /// The form factor of the emission beyond 1 of the polygons `of` node k.
-    fn integrate_within(&self, k: usize, place: Placement, of: Range<usize>, receiver: &PlaneReceiver, memory: &mut Polygons) -> DVec3 {
+    fn integrate_within(
+        &self,
+        k: usize,
+        place: Placement,
+        of: Range<usize>,
+        receiver: &PlaneReceiver,
+        memory: &mut Polygons,
+    ) -> DVec3 {
         let (node, own) = (&self.nodes[k], self.area * place.scale * place.scale);
         let covered = (memory.area(of.clone()) / own).min(1.0);
         if covered >= WHOLE

@@ -121,7 +121,8 @@ impl EmissionTree {
             nodes: vec![EmissionNode::default()],
             moments: EmissionMoments::default(),
         };
-        tree.moments = tree.grow(0, SubTriangle { corners: [DVec2::ZERO, DVec2::X, DVec2::Y], scale: 1.0 }, levels, &mean);
+        tree.moments =
+            tree.grow(0, SubTriangle { corners: [DVec2::ZERO, DVec2::X, DVec2::Y], scale: 1.0 }, levels, &mean);
         tree
     }
 
@@ -140,7 +141,13 @@ impl EmissionTree {
     }
 
     /// Fills node k, with quarters over so many levels where they differ.
-    fn grow(&mut self, k: usize, part: SubTriangle, levels: u32, mean: &impl Fn([DVec2; 3]) -> DVec3) -> EmissionMoments {
+    fn grow(
+        &mut self,
+        k: usize,
+        part: SubTriangle,
+        levels: u32,
+        mean: &impl Fn([DVec2; 3]) -> DVec3,
+    ) -> EmissionMoments {
         let first = self.nodes.len();
         let mut moments = EmissionMoments::default();
         if levels == 0 {
@@ -275,7 +282,8 @@ impl SubTriangle {
 impl EmissionMoments {
     /// Those of a node from those of its quarters.
     pub fn of_quarters(each: &[EmissionMoments; 4], whole: &SubTriangle, parts: &[SubTriangle; 4]) -> EmissionMoments {
-        let mut sum = EmissionMoments { mean: 0.25 * each.iter().map(|m| m.mean).sum::<DVec3>(), ..EmissionMoments::default() };
+        let mut sum =
+            EmissionMoments { mean: 0.25 * each.iter().map(|m| m.mean).sum::<DVec3>(), ..EmissionMoments::default() };
         for (own, part) in each.iter().zip(parts) {
             let (beyond, off) = (own.mean - sum.mean, part.middle() - whole.middle());
             let [uu, vv, uv] = SECOND.map(|mean| mean * part.scale * part.scale);

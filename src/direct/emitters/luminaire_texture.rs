@@ -16,7 +16,7 @@ use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::direct::emitters::emission_parts::Polygons;
-use crate::direct::emitters::emission_tree::{EmissionTree, EmissionMoments};
+use crate::direct::emitters::emission_tree::{EmissionMoments, EmissionTree};
 use crate::direct::emitters::emitting_triangle::EmittingTriangle;
 use crate::form_factors::shadow::Pieces;
 use crate::light::Rgb;

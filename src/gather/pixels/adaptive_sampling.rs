@@ -452,7 +452,9 @@ mod tests {
         const RESAMPLED: f64 = 0.003;
         let mut pixels: Vec<Pixel> = (0..64).map(|_| pixel(2, [1.0, 1.0])).collect();
         pixels[20].small_faces.push(SmallFace { share: RESAMPLED, light: DVec3::splat(2000.0) });
-        assert!((measure(&pixels).variance - 3.0 * RESAMPLED * (1.0 - RESAMPLED) * 1999.0_f64.powi(2) / 4.0).abs() < 1e-6);
+        assert!(
+            (measure(&pixels).variance - 3.0 * RESAMPLED * (1.0 - RESAMPLED) * 1999.0_f64.powi(2) / 4.0).abs() < 1e-6
+        );
         assert_eq!(doubled(&mut pixels, WIDTH, 0.05), [20]);
         // A known face means nothing unseen.
         assert_eq!(unseen(&pixels), 0.0);

@@ -330,16 +330,20 @@ mod tests {
 
     #[test]
     fn turns_evaluate_every_layer_once() {
-        with_records(("cornell-box", 100, 224), |_| Rgb::ONE, |pixels, cache| {
-            let cache = cache(|density| density);
-            let stride = cache.pixel_stride() as u32;
-            assert!(stride > 1, "one turn evaluates all");
-            let mut times = vec![0; cache.record_of.len()];
-            for fit in (0..stride).flat_map(|turn| cache.layer_fits(pixels, turn)) {
-                times[cache.starts[fit.pixel] + fit.layer] += 1;
-            }
-            assert!(times.iter().all(|&n| n == 1));
-        });
+        with_records(
+            ("cornell-box", 100, 224),
+            |_| Rgb::ONE,
+            |pixels, cache| {
+                let cache = cache(|density| density);
+                let stride = cache.pixel_stride() as u32;
+                assert!(stride > 1, "one turn evaluates all");
+                let mut times = vec![0; cache.record_of.len()];
+                for fit in (0..stride).flat_map(|turn| cache.layer_fits(pixels, turn)) {
+                    times[cache.starts[fit.pixel] + fit.layer] += 1;
+                }
+                assert!(times.iter().all(|&n| n == 1));
+            },
+        );
     }
 
     #[test]

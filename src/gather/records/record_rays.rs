@@ -196,44 +196,52 @@ mod tests {
 
     #[test]
     fn the_use_of_a_record_is_the_change_of_pixels_with_it() {
-        with_records(("furnished-room", 300, 48), |_| Rgb::ONE, |pixels, cache| {
-            let mut cache = cache(|density| density);
-            let (uses, before) = (cache.uses(pixels), reflected(&cache, pixels));
-            let count = cache.records.len();
-            for i in (0..count).step_by(count.div_ceil(20)) {
-                cache.values[i] = cache.values[i].map(|half| half + DVec3::ONE);
-                let after = reflected(&cache, pixels);
-                cache.values[i] = cache.values[i].map(|half| half - DVec3::ONE);
-                // Reflectance counts by the mean of squares over the channels.
-                let squares = pixels.iter().zip(before.iter().zip(&after));
-                let change: f64 = squares.map(|(p, (b, a))| p.weight() * (a - b).length_squared() / 3.0).sum();
-                // Layers that share a record are of one material, so their channels are proportional.
-                assert!((change / uses[i] - 1.0).abs() < 1e-6, "record {i} of {count}: {change} {}", uses[i]);
-            }
-        });
+        with_records(
+            ("furnished-room", 300, 48),
+            |_| Rgb::ONE,
+            |pixels, cache| {
+                let mut cache = cache(|density| density);
+                let (uses, before) = (cache.uses(pixels), reflected(&cache, pixels));
+                let count = cache.records.len();
+                for i in (0..count).step_by(count.div_ceil(20)) {
+                    cache.values[i] = cache.values[i].map(|half| half + DVec3::ONE);
+                    let after = reflected(&cache, pixels);
+                    cache.values[i] = cache.values[i].map(|half| half - DVec3::ONE);
+                    // Reflectance counts by the mean of squares over the channels.
+                    let squares = pixels.iter().zip(before.iter().zip(&after));
+                    let change: f64 = squares.map(|(p, (b, a))| p.weight() * (a - b).length_squared() / 3.0).sum();
+                    // Layers that share a record are of one material, so their channels are proportional.
+                    assert!((change / uses[i] - 1.0).abs() < 1e-6, "record {i} of {count}: {change} {}", uses[i]);
+                }
+            },
+        );
     }
 
     #[test]
     fn records_go_where_the_light_between_them_is_least_certain() {
-        with_records(("furnished-room", 300, 128), |i| Rgb::splat((i % 5) as f32), |pixels, cache| {
-            let mut cache = cache(|density| density);
-            let (first, bare) = (cache.records.len(), cache.bare());
-            let was_bare: Vec<bool> = cache.record_of.iter().map(|&record| record == NONE).collect();
-            let before = cache.layer_fits(pixels, 0);
-            cache.place_uncertain(0.0, pixels, 0);
-            let more = cache.records.len() - first;
-            assert!(0 < more && more <= (MORE * first as f64).ceil() as usize, "{more} more than {first}");
-            assert_eq!(cache.bare(), bare - more);
-            let number = |fit: &LayerFit| cache.starts[fit.pixel] + fit.layer;
-            let of = |placed: bool| -> Vec<f64> {
-                let known = before.iter().filter(|fit| was_bare[number(fit)]);
-                let chosen = known.filter(|fit| (cache.record_of[number(fit)] != NONE) == placed);
-                chosen.map(|fit| fit.uncertainty).collect()
-            };
-            let least = of(true).into_iter().fold(f64::INFINITY, f64::min);
-            let most = of(false).into_iter().fold(0.0, f64::max);
-            assert!(of(true).len() == more && least >= most, "{least} {most}");
-        });
+        with_records(
+            ("furnished-room", 300, 128),
+            |i| Rgb::splat((i % 5) as f32),
+            |pixels, cache| {
+                let mut cache = cache(|density| density);
+                let (first, bare) = (cache.records.len(), cache.bare());
+                let was_bare: Vec<bool> = cache.record_of.iter().map(|&record| record == NONE).collect();
+                let before = cache.layer_fits(pixels, 0);
+                cache.place_uncertain(0.0, pixels, 0);
+                let more = cache.records.len() - first;
+                assert!(0 < more && more <= (MORE * first as f64).ceil() as usize, "{more} more than {first}");
+                assert_eq!(cache.bare(), bare - more);
+                let number = |fit: &LayerFit| cache.starts[fit.pixel] + fit.layer;
+                let of = |placed: bool| -> Vec<f64> {
+                    let known = before.iter().filter(|fit| was_bare[number(fit)]);
+                    let chosen = known.filter(|fit| (cache.record_of[number(fit)] != NONE) == placed);
+                    chosen.map(|fit| fit.uncertainty).collect()
+                };
+                let least = of(true).into_iter().fold(f64::INFINITY, f64::min);
+                let most = of(false).into_iter().fold(0.0, f64::max);
+                assert!(of(true).len() == more && least >= most, "{least} {most}");
+            },
+        );
     }
 
     /// The variance that rays leave which are predicted to leave so much.

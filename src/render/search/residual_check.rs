@@ -7,7 +7,7 @@
 //! Not handled: errors below the standard error of few paths; it is stated.
 
 use crate::error::sampled_pixels::Brightness;
-use crate::error::{SamplingGoal, SampledPixels, SquaredError};
+use crate::error::{SampledPixels, SamplingGoal, SquaredError};
 use crate::gather::Gathered;
 use crate::light::budget::{MATTERS, READ_AT_ONCE, SURE};
 use crate::rays::purpose::Purpose;

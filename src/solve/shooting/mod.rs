@@ -6,9 +6,9 @@
 //! ```
 //!
 //! A batch of the brightest patches shoots at a time, each all its generations at once, every one into the next. So the
-//! bounce number stays explicit: generation n tends to `KⁿE`. Two forms stand behind [`Shooter`]: [`Operator`](crate::operator::Operator)
-//! over its columns, and [`RayShooter`](shooters::RayShooter) with rays alone. tau acts inside F. The
-//! result does not depend on the number of threads.
+//! bounce number stays explicit: generation n tends to `KⁿE`. Two forms stand behind [`Shooter`]:
+//! [`Operator`](crate::operator::Operator) over its columns, and [`RayShooter`](shooters::RayShooter) with rays alone.
+//! tau acts inside F. The result does not depend on the number of threads.
 //!
 //! Not handled, both measured at about 500 patches over K. An ambient term for what is unshot lowers the error of the
 //! light by a third, which saves a quarter of the shots at 10 % unshot and an eighth at 1 %; but it belongs to no
