@@ -30,9 +30,9 @@ fn shots(c: &mut Criterion) {
     let p = Solver::new(&scene).cut(2000);
     let mode = Mode::Global.transport();
     let (modes, _) = p.assemble(&[mode], &Sampling::default(), &Quiet);
-    let assembled = modes[0].shooter();
+    let assembled = &modes[0].operator;
     let cast = p.ray_shooter(mode, RaySettings::default());
-    let forms: [(&str, &dyn Shooter); 2] = [("assembled", &assembled), ("rays", &cast)];
+    let forms: [(&str, &dyn Shooter); 2] = [("assembled", assembled), ("rays", &cast)];
     for (name, shooter) in forms {
         let mut group = c.benchmark_group("shooting");
         group.sample_size(10).throughput(Throughput::Elements(shoot(shooter)));

@@ -282,9 +282,9 @@ fn shooting_and_bounces_know_them() {
         let p = Solver::new(&room(true, &form, 3.0)).cut(300);
         let mode = assemble_one(&p, half, &sampling(256, 0));
         let series = explore(&mode.operator, 20);
-        let shooter = mode.shooter();
+        let shooter = &mode.operator;
         let settings = ShootingSettings { unshot: 1e-5, ..ShootingSettings::default() };
-        let mut shooting = Shooting::new(&shooter, settings).expect("converges");
+        let mut shooting = Shooting::new(shooter, settings).expect("converges");
         shooting.run(|_| ()).expect("converges");
         let apart = difference(mode.operator.areas(), &shooting.light(), &series.light);
         assert!(apart < 1e-4, "{apart}");

@@ -113,8 +113,8 @@ fn generations_are_the_neumann_terms_of_the_same_k() {
         let p = Solver::new(&scene).cut(500);
         let k = k(&p, mode, 0);
         let series = explore(&k.operator, 6);
-        let shooter = k.shooter();
-        let shooting = finished(&shooter, 1e-9);
+        let shooter = &k.operator;
+        let shooting = finished(shooter, 1e-9);
         let areas = k.operator.areas();
         for n in 0..=5 {
             let own = shooting.generation(n);
@@ -137,10 +137,10 @@ fn generations_are_the_neumann_terms_of_the_same_k() {
 fn later_generations_are_kept_together() {
     let p = Solver::new(&scene("cornell-box")).cut(200);
     let k = k(&p, Mode::Global.transport(), 0);
-    let shooter = k.shooter();
-    let all = finished(&shooter, 1e-9);
+    let shooter = &k.operator;
+    let all = finished(shooter, 1e-9);
     let settings = ShootingSettings { generations: 3, ..until(1e-9) };
-    let mut few = Shooting::new(&shooter, settings).unwrap();
+    let mut few = Shooting::new(shooter, settings).unwrap();
     few.run(|_| ()).unwrap();
     let areas = k.operator.areas();
     assert!(few.generations() == 4 && all.generations() > 10);
@@ -213,9 +213,9 @@ fn it_stops_at_the_wanted_share_and_counts() {
     let global = Mode::Global.transport();
     let p = Solver::new(&scene("cornell-box")).cut(200);
     let k = k(&p, global, 0);
-    let assembled = k.shooter();
+    let assembled = &k.operator;
     let cast = p.ray_shooter(global, rays(Emitted::ClosedForm, 0));
-    let forms: [&dyn Shooter; 2] = [&assembled, &cast];
+    let forms: [&dyn Shooter; 2] = [assembled, &cast];
     for shooter in forms {
         for wanted in [1.0, 0.1, 1e-2, 1e-3] {
             let mut seen: Vec<Progress> = Vec::new();
@@ -236,12 +236,12 @@ fn where_nothing_is_passed_on_only_emitters_shoot() {
     let p = Solver::new(&scene("cornell-box")).cut(300);
     for mode in [Mode::Local, Mode::OneBounce] {
         let k = k(&p, mode.transport(), 0);
-        let assembled = k.shooter();
+        let assembled = &k.operator;
         let closed = p.ray_shooter(mode.transport(), rays(Emitted::ClosedForm, 0));
         let cast = p.ray_shooter(mode.transport(), rays(Emitted::Rays, 0));
         let emitters = k.operator.emission().iter();
         let emitters = emitters.filter(|e| **e != Light::default()).count() as u64;
-        let forms: [&dyn Shooter; 3] = [&assembled, &closed, &cast];
+        let forms: [&dyn Shooter; 3] = [assembled, &closed, &cast];
         for shooter in forms {
             let shooting = finished(shooter, 0.0);
             assert_eq!(shooting.progress().shots, emitters);
@@ -266,7 +266,7 @@ fn a_room_full_of_furniture_is_refused_without_shadows() {
     let mode = Mode::Shadowless.transport();
     let p = Solver::new(&scene("furnished-room")).cut(600);
     let k = k(&p, mode, 0);
-    let proof = refusal(&k.shooter()).expect("refused by proof");
+    let proof = refusal(&k.operator).expect("refused by proof");
     assert_eq!(proof.verdict, Verdict::Diverges);
     let found = refusal(&p.ray_shooter(mode, rays(Emitted::ClosedForm, 0)));
     let found = found.expect("refused while running");
@@ -293,7 +293,7 @@ fn spheres_are_refused_just_beyond_the_frontier_and_solved_just_before() {
         let alpha = (times * frontier) as f32;
         let mode = Transport::new(alpha, 1.0).expect("a frontier below alpha 1");
         let k = k(&p, mode, 0);
-        assert_eq!(refusal(&k.shooter()).is_some(), refused);
+        assert_eq!(refusal(&k.operator).is_some(), refused);
         for emitted in [Emitted::ClosedForm, Emitted::Rays] {
             let found = refusal(&p.ray_shooter(mode, few(emitted)));
             assert_eq!(found.is_some(), refused, "{times} {found:?}");
@@ -323,8 +323,8 @@ fn the_same_bits_for_any_number_of_threads_and_other_bits_for_another_seed() {
         pool.build().unwrap().install(|| {
             let cast = p.ray_shooter(mode, rays(Emitted::Rays, seed));
             let cast = finished(&cast, 1e-3);
-            let assembled = k.shooter();
-            let assembled = finished(&assembled, 1e-3);
+            let assembled = &k.operator;
+            let assembled = finished(assembled, 1e-3);
             (cast.light(), assembled.light(), cast.progress())
         })
     };

@@ -13,7 +13,7 @@ use crate::operator::{Operator, PatchMaterials};
 use crate::patches::{Patches, Sample};
 use crate::reading::{Fields, View, invisible, linear};
 use crate::scene::Scene;
-use crate::solve::{AssembledShooter, RaySettings, RayShooter, Solution};
+use crate::solve::{RaySettings, RayShooter, Solution};
 use crate::surfaces::Geometry;
 
 /// Seconds spent on each step.
@@ -226,11 +226,6 @@ impl Assembled {
     pub fn picture(&self, solution: &Solution, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
         let fields = fields(self.patches(), &[self.reflected(&solution.terms)]).with_ambient(self.ambient(solution));
         render(&self.lights, &fields, pass, watch)
-    }
-
-    /// Shoots over this K.
-    pub fn shooter(&self) -> AssembledShooter<'_> {
-        AssembledShooter::new(&self.operator)
     }
 
     /// Shoots rays from the same patches in the same mode.

@@ -19,6 +19,6 @@ pub use dense::direct;
 pub use extrapolated::{Extrapolated, extrapolated};
 pub use neumann::{Bounce, Diverges, Settings, Solution, Verdict, explore, neumann, norm, terms, verdict};
 pub use shooting::shooters::{Column, Convergence, Emitted, RaySettings, RayShooter, Sender, Shooter, Surfaces};
-pub use shooting::{AssembledShooter, Progress, Shooting, ShootingSettings};
+pub use shooting::{Progress, Shooting, ShootingSettings};
 pub use tail::TailBound;
 pub use two_level::coarse_terms;

@@ -11,50 +11,44 @@ use rayon::prelude::*;
 
 use crate::solve::shooting::shooters::{Column, Surfaces};
 
-/// Chunks that receivers are divided into: fixed, so that sums do not depend on the number of threads.
+/// Chunks that receivers are divided into: each searches every column for its own once.
 const CHUNKS: usize = 64;
 /// Additions below which one thread does all: at a nanosecond each they end before another thread has woken, which
 /// takes some 50 microseconds, and far more where the machine has other work.
 const ALONE: usize = 1 << 16;
 
-/// Unshot light of one sender: generation and invisible radiance, zeros left out.
+/// Unshot light of one sender: generation and invisible radiance, zeros omitted.
 pub(crate) type Shot = Vec<(usize, DVec3)>;
 
 /// The state of all patches.
 #[derive(Clone, Debug)]
 pub(crate) struct Ledger {
-    patches: usize,
-    /// Generations there is room for, 0 included.
-    stride: usize,
     /// The last generation kept apart.
     last: usize,
-    /// Incident light, patch by patch; generation 0 stays 0.
-    incident: Vec<DVec3>,
-    /// Unshot invisible radiance, patch by patch.
-    unshot: Vec<DVec3>,
+    patches: Vec<Account>,
     /// Unshot power of every patch, all channels, W.
     power: Vec<f64>,
+}
+
+/// Light of one patch, by generation as far as any arrived.
+#[derive(Clone, Debug)]
+struct Account {
+    /// Incident light; that of generation 0 stays 0.
+    incident: Vec<DVec3>,
+    /// Unshot invisible radiance.
+    unshot: Vec<DVec3>,
 }
 
 impl Ledger {
     /// All of E unshot, nothing received. `last` is at least 1.
     pub fn new(surfaces: &Surfaces, last: usize) -> Ledger {
-        let patches = surfaces.areas.len();
-        let stride = 2;
-        let mut ledger = Ledger {
-            patches,
-            stride,
+        let emitted = surfaces.emission.iter().map(|e| e.invisible.as_dvec3());
+        let power = emitted.clone().zip(surfaces.areas).map(|(e, area)| PI * area * e.element_sum());
+        Ledger {
             last: last.max(1),
-            incident: vec![DVec3::ZERO; patches * stride],
-            unshot: vec![DVec3::ZERO; patches * stride],
-            power: vec![0.0; patches],
-        };
-        for (i, e) in surfaces.emission.iter().enumerate() {
-            let e = e.invisible.as_dvec3();
-            ledger.unshot[i * stride] = e;
-            ledger.power[i] = PI * surfaces.areas[i] * e.element_sum();
+            power: power.collect(),
+            patches: emitted.map(|e| Account { incident: vec![DVec3::ZERO], unshot: vec![e] }).collect(),
         }
-        ledger
     }
 
     /// Unshot power of every patch, W.
@@ -62,112 +56,82 @@ impl Ledger {
         &self.power
     }
 
-    /// The generations there is room for; those beyond what was reached are 0.
+    /// The generations that light reached, those of E and KE at least.
     pub fn generations(&self) -> usize {
-        self.stride
+        self.patches.iter().map(|own| own.incident.len()).max().unwrap_or(0).max(2)
     }
 
     /// Incident light of patch i in generation n.
     pub fn incident(&self, i: usize, n: usize) -> DVec3 {
-        if n < self.stride { self.incident[i * self.stride + n] } else { DVec3::ZERO }
+        self.patches[i].incident.get(n).copied().unwrap_or_default()
     }
 
     /// Incident light of patch i, generations 1 to the last.
     pub fn all_incident(&self, i: usize) -> &[DVec3] {
-        &self.incident[i * self.stride + 1..(i + 1) * self.stride]
+        &self.patches[i].incident[1..]
     }
 
     /// Takes all that patch i has not shot.
     pub fn take(&mut self, i: usize) -> Shot {
         self.power[i] = 0.0;
-        let own = &mut self.unshot[i * self.stride..(i + 1) * self.stride];
-        let taken = own.iter_mut().map(std::mem::take).enumerate();
+        let taken = self.patches[i].unshot.iter_mut().map(std::mem::take).enumerate();
         taken.filter(|(_, l)| *l != DVec3::ZERO).collect()
-    }
-
-    /// Makes room for the generation after the latest of these shots.
-    fn make_room(&mut self, shots: &[Shot]) {
-        let latest = shots.iter().filter_map(|s| s.last()).map(|l| l.0).max();
-        let needed = (latest.unwrap_or(0) + 1).min(self.last) + 1;
-        if needed <= self.stride {
-            return;
-        }
-        let stride = needed.max(self.stride + self.stride / 2).min(self.last + 1);
-        for cells in [&mut self.incident, &mut self.unshot] {
-            let mut wider = vec![DVec3::ZERO; self.patches * stride];
-            let rows = wider.chunks_mut(stride).zip(cells.chunks(self.stride));
-            for (wide, row) in rows {
-                wide[..row.len()].copy_from_slice(row);
-            }
-            *cells = wider;
-        }
-        self.stride = stride;
     }
 
     /// Adds `F_ij L_j` of every column to its receivers, one generation later.
     pub fn deposit(&mut self, surfaces: &Surfaces, columns: &[Column], shots: &[Shot]) {
-        self.make_room(shots);
-        let (stride, last) = (self.stride, self.last);
+        let last = self.last;
         let later: Vec<Shot> = shots.iter().map(|s| s.iter().map(|&(n, l)| ((n + 1).min(last), l)).collect()).collect();
-        let size = self.patches.div_ceil(CHUNKS).max(1);
-        let incident = self.incident.chunks_mut(size * stride);
-        let cells = incident.zip(self.unshot.chunks_mut(size * stride)).zip(self.power.chunks_mut(size));
-        let chunk = |(k, ((incident, unshot), power))| Chunk { first: k * size, stride, incident, unshot, power };
-        let mut chunks: Vec<Chunk> = cells.enumerate().map(chunk).collect();
-        let receive = |chunk: &mut Chunk| chunk.receive(surfaces, columns, &later);
+        let generations = later.iter().flatten().map(|shot| shot.0).max().unwrap_or(0) + 1;
+        let size = self.patches.len().div_ceil(CHUNKS).max(1);
+        let receive = |(k, (patches, power)): (usize, (&mut [Account], &mut [f64]))| {
+            let first = k * size;
+            let arrived = arrived(first..first + patches.len(), columns, &later, generations);
+            for (k, arrived) in arrived.chunks(generations).enumerate() {
+                power[k] += patches[k].enter(surfaces, first + k, arrived);
+            }
+        };
         let additions: usize = columns.iter().map(|c| c.receivers.len() * later[c.sender].len()).sum();
-        // The same chunks either way, so that sums are the same bits.
-        if additions + self.patches * stride < ALONE {
-            chunks.iter_mut().for_each(receive);
+        let (patches, power) = (&mut self.patches, &mut self.power);
+        if additions + patches.len() * generations < ALONE {
+            patches.chunks_mut(size).zip(power.chunks_mut(size)).enumerate().for_each(receive);
         } else {
-            chunks.par_iter_mut().for_each(receive);
+            patches.par_chunks_mut(size).zip(power.par_chunks_mut(size)).enumerate().for_each(receive);
         }
     }
 }
 
-/// A run of receivers.
-struct Chunk<'a> {
-    first: usize,
-    stride: usize,
-    incident: &'a mut [DVec3],
-    unshot: &'a mut [DVec3],
-    power: &'a mut [f64],
-}
-
-impl Chunk<'_> {
-    /// Sums what the columns bring, then enters it patch by patch.
-    fn receive(&mut self, surfaces: &Surfaces, columns: &[Column], later: &[Shot]) {
-        let mut arrived = vec![DVec3::ZERO; self.incident.len()];
-        let end = (self.first + self.power.len()) as u32;
-        for column in columns {
-            let from = column.receivers.partition_point(|&i| (i as usize) < self.first);
-            let to = from + column.receivers[from..].partition_point(|&i| i < end);
-            for (&i, &f) in column.receivers[from..to].iter().zip(&column.factors[from..to]) {
-                let k = i as usize - self.first;
-                let own = &mut arrived[k * self.stride..(k + 1) * self.stride];
-                for &(n, l) in &later[column.sender] {
-                    own[n] += f as f64 * l;
-                }
+/// What the columns bring to a run of receivers: `generations` numbers for each.
+fn arrived(receivers: std::ops::Range<usize>, columns: &[Column], later: &[Shot], generations: usize) -> Vec<DVec3> {
+    let mut arrived = vec![DVec3::ZERO; receivers.len() * generations];
+    for column in columns {
+        let [from, to] =
+            [receivers.start, receivers.end].map(|end| column.receivers.partition_point(|&i| (i as usize) < end));
+        for (&i, &f) in column.receivers[from..to].iter().zip(&column.factors[from..to]) {
+            let own = (i as usize - receivers.start) * generations;
+            for &(n, l) in &later[column.sender] {
+                arrived[own + n] += f as f64 * l;
             }
         }
-        for (k, arrived) in arrived.chunks(self.stride).enumerate() {
-            self.enter(surfaces, k, arrived);
-        }
     }
+    arrived
+}
 
-    /// Enters what arrived at patch `first + k`, generation by generation.
-    fn enter(&mut self, surfaces: &Surfaces, k: usize, arrived: &[DVec3]) {
-        let i = self.first + k;
+impl Account {
+    /// Enters what arrived at patch i, generation by generation; returns the power of it that is unshot, W.
+    fn enter(&mut self, surfaces: &Surfaces, i: usize, arrived: &[DVec3]) -> f64 {
         let rho = surfaces.rho[i].as_dvec3();
         let alpha = surfaces.alpha[i] as f64;
         let mut total = DVec3::ZERO;
-        for (n, &incident) in arrived.iter().enumerate() {
-            if incident != DVec3::ZERO {
-                self.incident[k * self.stride + n] += incident;
-                self.unshot[k * self.stride + n] += alpha * rho * incident;
-                total += incident;
+        for (n, &incident) in arrived.iter().enumerate().filter(|(_, incident)| **incident != DVec3::ZERO) {
+            if n >= self.incident.len() {
+                self.incident.resize(n + 1, DVec3::ZERO);
+                self.unshot.resize(n + 1, DVec3::ZERO);
             }
+            self.incident[n] += incident;
+            self.unshot[n] += alpha * rho * incident;
+            total += incident;
         }
-        self.power[k] += PI * surfaces.areas[i] * alpha * (rho * total).element_sum();
+        PI * surfaces.areas[i] * alpha * (rho * total).element_sum()
     }
 }

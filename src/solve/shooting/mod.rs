@@ -6,9 +6,9 @@
 //! ```
 //!
 //! A batch of the brightest patches shoots at a time, each all its generations at once, every one into the next. So the
-//! bounce number stays explicit: generation n tends to `KⁿE`. Two forms stand behind [`Shooter`]: [`AssembledShooter`]
-//! over the columns of an assembled K, and [`RayShooter`](shooters::RayShooter) with rays alone. tau acts inside F. The
-//! result does not depend on the number of threads.
+//! bounce number stays explicit: generation n tends to `KⁿE`. Two forms stand behind [`Shooter`]:
+//! [`Operator`](crate::operator::Operator) over its columns, and [`RayShooter`](shooters::RayShooter) with rays alone.
+//! tau acts inside F. The result does not depend on the number of threads.
 //!
 //! Not handled, both measured at about 500 patches over K. An ambient term for what is unshot lowers the error of the
 //! light by a third, which saves a quarter of the shots at 10 % unshot and an eighth at 1 %; but it belongs to no
@@ -22,7 +22,6 @@
 pub(crate) mod ledger;
 pub(crate) mod shooters;
 
-pub use shooters::AssembledShooter;
 pub use shooters::{Column, Sender, Shooter};
 
 use std::borrow::Cow;
@@ -161,7 +160,7 @@ impl<'a> Shooting<'a> {
         }
     }
 
-    /// The number of generations there is room for; later ones are 0.
+    /// The number of generations that light reached, those of E and KE at least; later ones are 0.
     pub fn generations(&self) -> usize {
         self.ledger.generations()
     }

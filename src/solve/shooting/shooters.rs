@@ -90,55 +90,37 @@ pub trait Shooter: Sync {
     fn convergence(&self) -> Result<Convergence, Diverges>;
 }
 
-/// Shoots over an [`Operator`].
-#[derive(Clone, Copy, Debug)]
-pub struct AssembledShooter<'a> {
-    k: &'a Operator,
-}
-
-impl<'a> AssembledShooter<'a> {
-    /// Shoots over this K. F is transposed on its first use, which doubles its memory.
-    pub fn new(k: &'a Operator) -> Self {
-        AssembledShooter { k }
-    }
-}
-
-impl Shooter for AssembledShooter<'_> {
+/// Shoots over K. F is transposed on its first use, which doubles its memory.
+impl Shooter for Operator {
     fn surfaces(&self) -> Surfaces<'_> {
-        Surfaces {
-            areas: self.k.areas(),
-            rho: self.k.reflectances(),
-            alpha: self.k.alphas(),
-            emission: self.k.emission(),
-        }
+        Surfaces { areas: self.areas(), rho: self.reflectances(), alpha: self.alphas(), emission: self.emission() }
     }
 
     fn received(&self) -> (&[Rgb], u64) {
-        (self.k.received(), 0)
+        (Operator::received(self), 0)
     }
 
     fn punctual(&self) -> f64 {
-        self.k.punctual()
+        Operator::punctual(self)
     }
 
     fn emits_by_closed_form(&self, i: usize) -> bool {
-        !self.k.glows()[i]
+        !self.glows()[i]
     }
 
     fn columns(&self, senders: &[Sender]) -> Vec<Column<'_>> {
-        let transposed = self.k.transposed();
         let column = |(sender, s): (usize, &Sender)| {
-            let (receivers, factors) = transposed.row(s.patch as usize);
+            let (receivers, factors) = self.transposed().row(s.patch as usize);
             Column { sender, receivers: Cow::Borrowed(receivers), factors: Cow::Borrowed(factors), rays: 0 }
         };
         senders.iter().enumerate().map(column).collect()
     }
 
     fn convergence(&self) -> Result<Convergence, Diverges> {
-        let (verdict, spectrum) = verdict(self.k);
+        let (verdict, spectrum) = verdict(self);
         match verdict {
             Verdict::Converges | Verdict::Ends => Ok(Convergence::Proved),
-            _ => Err(refuse(self.k, verdict, spectrum.as_ref())),
+            _ => Err(refuse(self, verdict, spectrum.as_ref())),
         }
     }
 }

@@ -169,7 +169,7 @@ impl PatchWork<'_> {
     fn generations(&self, method: Method, k: Option<&Assembled>) -> Result<Generations, Diverges> {
         let PatchWork { p, plan, effort } = self;
         match k {
-            Some(k) if method == Method::ShootingAssembled => shot(&k.shooter(), plan),
+            Some(k) if method == Method::ShootingAssembled => shot(&k.operator, plan),
             Some(k) if method != Method::ShootingRays => {
                 let settings = Settings { tolerance: plan.study.rest(), ..Settings::default() };
                 Ok(neumann(&k.operator, &settings)?.terms)

@@ -231,7 +231,7 @@ fn time(mode: &Assembled, settings: &Settings) -> Timing {
 /// Shoots over K until a thousandth is unshot; none where that takes too many shots.
 fn empty(mode: &Assembled) -> Option<()> {
     let settings = ShootingSettings { generations: 2, shots_per_patch: SHOTS_A_PATCH, ..ShootingSettings::default() };
-    Shooting::new(&mode.shooter(), settings).ok()?.run(|_| ()).ok().map(drop)
+    Shooting::new(&mode.operator, settings).ok()?.run(|_| ()).ok().map(drop)
 }
 
 /// Seconds that something took, if it came to an end.
