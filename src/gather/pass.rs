@@ -8,8 +8,8 @@
 //!
 //! with `L'` the invisible light of the patches less what luminaires emit. Direct light is evaluated at the points
 //! seen, irradiance from patches at records placed where it varies, with a linear fit between them. Several fields `L'`
-//! are gathered from the same rays, one picture each. A camera ray ends at the first surface whatever its tau, as in the
-//! paper; the back of a one-sided face is black.
+//! are gathered from the same rays, one picture each. A camera ray ends at the first surface whatever its tau, as in
+//! the paper; the back of a one-sided face is black.
 //!
 //! Not handled: depth of field, motion, filters other than the box.
 

@@ -124,8 +124,8 @@ impl Sensor {
 }
 
 impl SensorGrid {
-    /// Lays sensors over the object of a name, at a height over it and a spacing, both in the file's units: in the plane
-    /// of the object's mean normal, above the front of one of its faces.
+    /// Lays sensors over the object of a name, at a height over it and a spacing, both in the file's units: in the
+    /// plane of the object's mean normal, above the front of one of its faces.
     ///
     /// # Errors
     /// [`SensorError`] where there is no such object, or no sensor over it.

@@ -9,8 +9,8 @@
 //!
 //! therefore have an error of third order in the node's extent over its distance, however its normals vary. A point at
 //! the centroid, two on each principal axis and two between each pair of axes have enough weights for that, with a
-//! vector of each for every channel, so that this holds for every channel. Where all normals are equal, and the channels
-//! have equal second moments, the vectors are parallel, and up to six points are enough.
+//! vector of each for every channel, so that this holds for every channel. Where all normals are equal, and the
+//! channels have equal second moments, the vectors are parallel, and up to six points are enough.
 //!
 //! Not handled: occlusion; luminaires that face away from the receiver and points below its horizon, where
 //! [`crate::direct::many::light_cut`] takes parts of the node.

@@ -139,8 +139,8 @@ struct Draw {
 }
 
 impl IrradianceCache<'_> {
-    /// The sum over the pixels of the squared error of the fit beyond the noise of its halves, channels added, estimated
-    /// at places sampled in one `round`.
+    /// The sum over the pixels of the squared error of the fit beyond the noise of its halves, channels added,
+    /// estimated at places sampled in one `round`.
     pub fn validate(&mut self, pixels: &[Pixel], round: u32) -> f64 {
         let places = self.layer_fits(pixels, round);
         let draws = self.draws(&places, round);
