@@ -197,13 +197,11 @@ impl<'a> IrradianceCache<'a> {
 
     /// Casts rays from records, of the cache or not, until each half has as many as `wanted` says of each of them.
     pub(crate) fn extend(&mut self, records: &mut [Record], wanted: impl Fn(usize) -> u32 + Sync) {
-        let (camera_rays, final_gather) = (self.camera_rays, self.final_gather);
+        let with = (self.camera_rays, self.final_gather);
         let added: u64 = records
             .par_iter_mut()
             .enumerate()
-            .map_init(Memory::default, |memory, (i, record)| {
-                record.extend(&Casting { camera_rays, final_gather }, wanted(i), memory)
-            })
+            .map_init(Memory::default, |memory, (i, record)| record.extend(with, wanted(i), memory))
             .sum();
         self.cast += added;
     }
@@ -250,12 +248,6 @@ pub(crate) struct Site {
     pub seed: u32,
 }
 
-/// What a record's rays are cast with.
-pub(crate) struct Casting<'a> {
-    pub camera_rays: &'a CameraRays<'a>,
-    pub final_gather: &'a FinalGather<'a>,
-}
-
 /// One irradiance record.
 pub(crate) struct Record {
     /// Its `camera_count` includes camera rays cast for more origins.
@@ -293,20 +285,21 @@ impl Record {
     }
 
     /// Casts rays until each half has `count`; returns the number of rays cast.
-    pub fn extend(&mut self, with: &Casting, count: u32, memory: &mut Memory) -> u64 {
+    fn extend(&mut self, with: (&CameraRays, &FinalGather), count: u32, memory: &mut Memory) -> u64 {
+        let (camera_rays, final_gather) = with;
         let mut cast = 0;
         if self.rays == 0 {
-            cast += self.gather(with, count.min(FIRST), memory);
+            cast += self.gather(final_gather, count.min(FIRST), memory);
         }
         if count > self.rays {
-            cast += self.find_origins(with.camera_rays, count / EACH);
-            cast += self.gather(with, count, memory);
+            cast += self.find_origins(camera_rays, count / EACH);
+            cast += self.gather(final_gather, count, memory);
         }
         cast
     }
 
     /// Casts hemisphere rays until each half has `count`.
-    fn gather(&mut self, with: &Casting, count: u32, memory: &mut Memory) -> u64 {
+    fn gather(&mut self, final_gather: &FinalGather, count: u32, memory: &mut Memory) -> u64 {
         let range = self.rays..count.max(self.rays);
         for (half, sums) in self.sums.iter_mut().enumerate() {
             let rays = HemisphereRays {
@@ -314,7 +307,7 @@ impl Record {
                 indices: range.clone(),
                 seed: Purpose::HemisphereRays(half).seed(self.site.seed),
             };
-            self.nearness += with.final_gather.read(&rays, memory, sums);
+            self.nearness += final_gather.read(&rays, memory, sums);
         }
         self.rays = range.end;
         2 * range.len() as u64
