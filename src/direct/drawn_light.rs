@@ -10,8 +10,8 @@
 //! the patch, so that sampling has no bias; a node's luminaires are drawn by power and points on them by area.
 //!
 //! One probability per patch is thousands of times too small at receivers next to a small luminaire. So where
-//! luminaires are near a patch, half of the draws go by the patch's probabilities, and half descend the tree by an upper
-//! bound of what each half of a node contributes at the receiver:
+//! luminaires are near a patch, half of the draws go by the patch's probabilities, and half descend the tree by an
+//! upper bound of what each half of a node contributes at the receiver:
 //!
 //! ```text
 //! p = p_patch / 2 + p_point / 2,    p_point = product over the descent of  Q_a g_a / (Q_a g_a + Q_b g_b)

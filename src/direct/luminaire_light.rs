@@ -156,8 +156,8 @@ impl Lights {
         }
     }
 
-    /// The form factor from a receiver to the visible part of a luminaire, where that is known without a ray; the pieces
-    /// are in `scratch` if a part is hidden.
+    /// The form factor from a receiver to the visible part of a luminaire, where that is known without a ray; the
+    /// pieces are in `scratch` if a part is hidden.
     fn visible_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<VisibleForm> {
         let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
         if self.occlusion == Occlusion::Nothing {

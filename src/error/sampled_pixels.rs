@@ -10,8 +10,8 @@
 //! (M. Hansen, W. Hurwitz, *On the theory of sampling from finite populations*, 1943; W. Hoeffding, *A class of
 //! statistics with asymptotically normal distribution*, 1948). Its mean has no noise of paths in it, and errors that
 //! change sign from pixel to pixel do not cancel. The variance of U_k from paths falls as n^-2 and, over m pixels, as
-//! m^-1; that between pixels falls as m^-1 alone. So the larger of the two is halved, by twice the paths or by twice the
-//! pixels.
+//! m^-1; that between pixels falls as m^-1 alone. So the larger of the two is halved, by twice the paths or by twice
+//! the pixels.
 //!
 //! Not handled: places that few pixels show, none of which was drawn.
 

@@ -1,5 +1,5 @@
-//! One luminaire: an emitting surface whose light has a closed form; its triangles, points drawn on them, and the convex
-//! polygons that they make up.
+//! One luminaire: an emitting surface whose light has a closed form; its triangles, points drawn on them, and the
+//! convex polygons that they make up.
 //!
 //! Not handled: which emitters are luminaires ([`crate::direct::emitters::luminaires`]); polygons of more than two
 //! triangles.

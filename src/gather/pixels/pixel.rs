@@ -43,7 +43,8 @@ pub(crate) struct Pixel {
     pub predicted: f64,
     /// Camera rays of each half when the difference was last noted.
     pub noted: u32,
-    /// The variance by the rays of the last resampling alone; none where the pixel was never resampled, or chosen since.
+    /// The variance by the rays of the last resampling alone; none where the pixel was never resampled, or chosen
+    /// since.
     resampled: Option<DVec3>,
     /// Whether it was chosen since the last resampling.
     chosen: bool,

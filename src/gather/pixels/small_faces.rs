@@ -9,8 +9,9 @@
 //! ```
 //!
 //! of which the difference of two halves is a poor estimate in the one pixel that has the face, and 0 where both missed
-//! it. (The last factor: scrambled nets are well spread, so that only points near its outline vary.) Worth: a plane with
-//! grains of 0.3 % of a pixel is 2 % off at 5 % requested; without, 57 % with 0.2 % stated (`tests/small_things.rs`).
+//! it. (The last factor: scrambled nets are well spread, so that only points near its outline vary.) Worth: a plane
+//! with grains of 0.3 % of a pixel is 2 % off at 5 % requested; without, 57 % with 0.2 % stated
+//! (`tests/small_things.rs`).
 //!
 //! Faces farther than all that the rays of a pixel met are taken to be hidden.
 //!

@@ -139,8 +139,8 @@ struct Draw {
 }
 
 impl IrradianceCache<'_> {
-    /// The sum over the pixels of the squared error of the fit beyond the noise of its halves, channels added, estimated
-    /// at places sampled in one `round`.
+    /// The sum over the pixels of the squared error of the fit beyond the noise of its halves, channels added,
+    /// estimated at places sampled in one `round`.
     pub fn validate(&mut self, pixels: &[Pixel], round: u32) -> f64 {
         let places = self.layer_fits(pixels, round);
         let draws = self.draws(&places, round);
@@ -281,7 +281,8 @@ pub(crate) fn least_certain(mut fits: Vec<LayerFit>, rest: f64) -> Vec<LayerFit>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gather::records::irradiance_cache::{Density, with_records};
+    use crate::gather::pass::placed::with_records;
+    use crate::gather::records::irradiance_cache::Density;
     use crate::light::Rgb;
 
     #[test]

@@ -72,8 +72,8 @@ impl IrradianceCache<'_> {
     }
 
     /// Places records at the layers without one whose light is least certain, until the predicted squared error of the
-    /// others, summed over the pixels, is no more than `rest`. Each gets as many rays as records have in the mean: where
-    /// all records around miss bright light, cross-validation does not show it.
+    /// others, summed over the pixels, is no more than `rest`. Each gets as many rays as records have in the mean:
+    /// where all records around miss bright light, cross-validation does not show it.
     pub fn place_uncertain(&mut self, rest: f64, pixels: &[Pixel], round: u32) {
         let mut bare = self.layer_fits(pixels, round);
         bare.retain(|fit| self.record_of[self.starts[fit.pixel] + fit.layer] == NONE);
@@ -177,7 +177,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::gather::records::irradiance_cache::{Fitted, with_records};
+    use crate::gather::pass::placed::with_records;
+    use crate::gather::records::irradiance_cache::Fitted;
     use crate::light::Rgb;
 
     /// What every pixel reflects of the light in the cache.
