@@ -282,8 +282,8 @@ fn unevenness(view: &View, k: usize, face: u32, [low, high]: [DVec2; 2]) -> Opti
 
 /// Coordinates of the texture at a point of pixel k.
 fn coordinates(view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec2> {
-    let found = view.scene.coordinates_beyond(face, in_plane(view, k, face, at)?);
-    found.is_finite().then_some(found)
+    let coordinates = view.scene.coordinates_beyond(face, in_plane(view, k, face, at)?);
+    coordinates.is_finite().then_some(coordinates)
 }
 
 /// Where the ray through a point of pixel k meets a face's plane, if it does.
@@ -354,10 +354,10 @@ mod tests {
         let rho = DVec3::new(0.3, 0.5, 0.2);
         let points = [Rgb::new(0.1, 0.0, 0.9), Rgb::new(0.2, 0.0, 0.0), Rgb::new(0.9, 0.0, 0.1)];
         let adjusted = Adjusted::to_mean(rho, points.into_iter());
-        let found = points.map(|own| adjusted.rho(own));
-        assert!((found.iter().sum::<DVec3>() / 3.0 - rho).abs().max_element() < 1e-12, "{found:?}");
+        let values = points.map(|own| adjusted.rho(own));
+        assert!((values.iter().sum::<DVec3>() / 3.0 - rho).abs().max_element() < 1e-12, "{values:?}");
         // Where all are black they count alike.
-        assert_eq!(found.map(|own| own.y), [0.5; 3]);
+        assert_eq!(values.map(|own| own.y), [0.5; 3]);
         assert_eq!(Adjusted::NOT.rho(points[0]), points[0].as_dvec3());
     }
 
