@@ -34,6 +34,7 @@ mod map;
 mod memory;
 mod modes;
 mod operator;
+mod points;
 mod punctual;
 mod reference;
 mod run;

@@ -1,9 +1,9 @@
 //! Direct light: what a point receives as emitted from luminaires, in closed form times visibility.
 //!
 //! [`Lights`] integrates Lambert's closed form over the visible part of each [`Luminaire`] (`emitters`). Many
-//! luminaires form a light tree, and each patch has a cut through it (`many`); nodes that the cut does not resolve are
-//! sampled with the cut's light as control variate (B. Walter et al., *Lightcuts*, 2005; A. Conty Estevez, C. Kulla,
-//! *Importance sampling of many lights with adaptive tree splitting*, 2018).
+//! luminaires form a light tree, and each patch has a cut through it (`many`); nodes that the cut does not resolve
+//! are sampled with the cut's light as control variate (B. Walter et al., *Lightcuts*, 2005; A. Conty Estevez, C.
+//! Kulla, *Importance sampling of many lights with adaptive tree splitting*, 2018).
 //!
 //! Not handled: emitters of large solid angle (a furnace), whose light is in the rows of F.
 

@@ -66,6 +66,11 @@ impl LightSum {
         self.each.iter_mut().zip(&other.each).for_each(|(own, other)| own.join(other));
         self.others += other.others;
     }
+
+    /// Adds light of another source.
+    pub fn add(&mut self, light: DVec3) {
+        self.others += light;
+    }
 }
 
 impl Lights {
@@ -106,11 +111,6 @@ impl Lights {
             let drawn = (0..rays as usize).map(|k| point(Choice { luminaire: l as u32, k: k as u32, of: rays }));
             self.gather_luminaire(self.lamp(l, patch), receiver, weight, drawn, scratch, own);
         }
-    }
-
-    /// Adds light of another source.
-    pub fn add_other(&self, sum: &mut LightSum, light: DVec3) {
-        sum.others += light;
     }
 
     /// All light that was added, summed over the receivers.

@@ -4,17 +4,19 @@
 //! E(x) = integral over the hemisphere of L_invisible(x, w) cos dw,     L_invisible = sum of KⁿE
 //! ```
 //!
-//! is what a sensor measures: the half that travels. Light on patches is solved for twice, with independent rays, and
-//! on larger patches; hemisphere rays at each point read all of it at once. The relative error of a point has the
-//! standard error of its own rays; the noise of F and the size of patches as they show at this point, or at all points
-//! in the RMS where that is more; and what the series left out. Where the last three exceed their shares of the
-//! tolerance, patches become smaller or their rays more.
+//! is what a sensor measures: the half that travels. Light on patches is solved for twice, with independent rays.
+//! Hemisphere rays read it where they end, and again after one more ray and direct light at their ends
+//! ([`Reading::AfterOneMore`]). The second is the result: what patches mix counts a reflection less in it. The
+//! difference to the first is the residual of the light on patches as this point sees it, and its error is taken to be
+//! as large: it is less by a reflectance at least, where light on patches is off in the same way everywhere.
 //!
-//! The size of patches counts as the larger of what two levels of them say and of the residual: what one more ray and
-//! direct light at its end change ([`Reading::AfterOneMore`]), as measured at some of the points.
+//! The error of a point has the standard error of its own rays, that residual, the noise of F, and what the series left
+//! out. Where the residual or the noise of F of one point in ten exceeds its share of the tolerance, patches become
+//! smaller or their rays more.
 //!
-//! Not handled: patches divided by light, so that light next to small things takes many patches; light from under the
-//! surface that a point lies on.
+//! Not handled: patches divided by light, so that light next to small things takes many patches.
+
+use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -32,7 +34,7 @@ use crate::render::assembly::{Assembled, Discretization, without_luminaires};
 use crate::render::fineness::Fineness;
 use crate::render::goal::{Spent, timed};
 use crate::render::memory::{Held, fewer};
-use crate::render::search::solved::{Task, TwoSolutions, half_of, larger, of_finer, patches_for};
+use crate::render::search::solved::{Task, TwoSolutions, half_of, patches_for};
 use crate::render::sensors::Sensor;
 use crate::scene::UnitFrame;
 use crate::solve::Diverges;
@@ -40,8 +42,12 @@ use crate::surfaces::SurfacePoint;
 
 /// Bounces that are kept apart; the last holds all that follow.
 const APART: usize = 16;
-/// Points that the error of the light is measured at.
+/// Points that the error of the light is measured at in each round.
 const SOME: usize = 64;
+/// Share of those that may exceed it.
+const BEYOND: f64 = 0.1;
+/// Error of a round over that of the one before, above which smaller patches are of no use.
+const HELPED: f64 = 0.8;
 /// Times that patches or rays are chosen.
 const ROUNDS: usize = 6;
 /// Patches, and rays a patch, at most.
@@ -84,21 +90,12 @@ fn point(sensor: &Sensor, frame: &UnitFrame) -> SurfacePoint {
     SurfacePoint { position, normal, face: SurfacePoint::NO_FACE }
 }
 
-/// Errors of the light on patches, as shares of the irradiance, RMS over points.
-#[derive(Clone, Copy, Debug, Default)]
-struct LightError {
-    /// Noise of F.
-    noise: f64,
-    /// Size of patches.
-    size: f64,
-}
-
 /// Solved light on patches, as sensors read it.
 struct SensorFields {
-    /// Bounces, then half the difference of two scramblings, then the difference to larger patches.
-    bounces: Fields,
+    /// Bounces, then half the difference of two scramblings.
+    at_once: Fields,
     /// All bounces in one, read after one more ray.
-    residual: Fields,
+    after: Fields,
     count: usize,
 }
 
@@ -131,83 +128,101 @@ impl SensorFields {
         let mut fields: Vec<Vec<Linear>> = a.iter().zip(&b).map(|(a, b)| mix(a, b, 0.5, 0.5)).collect();
         let total = sum(&fields);
         let [all_a, all_b] = [sum(&a), sum(&b)];
-        let coarse = larger(patches, &neighbours, &first.reflected(&two.coarse));
         fields.push(mix(&all_a, &all_b, 0.5, -0.5));
-        fields.push(mix(&all_a, &coarse, 1.0, -1.0));
         let direct = [first, second].map(Assembled::direct);
-        let residual = Fields::linear(&[total]).with_rest(direct, patches).read_by(Reading::AfterOneMore);
-        SensorFields { bounces: Fields::linear(&fields).with_picture_fields(count), residual, count }
+        let after = Fields::linear(&[total]).with_rest(direct, patches).read_by(Reading::AfterOneMore);
+        SensorFields { at_once: Fields::linear(&fields).with_picture_fields(count), after, count }
     }
 }
 
 /// Light at sensors on one set of patches.
 struct SensorRound<'a> {
-    view: View<'a>,
-    fields: &'a SensorFields,
+    at_once: IrradianceSampler<'a>,
+    after: IrradianceSampler<'a>,
     points: &'a [SurfacePoint],
-    seed: u32,
+    /// Number of bounces.
+    count: usize,
 }
 
-impl SensorRound<'_> {
-    /// The error of the light on patches, as some of the points see it; and the rays cast.
-    fn light_error(&self, tolerance: f64) -> (LightError, u64) {
-        let step = self.points.len().div_ceil(SOME);
-        let chosen: Vec<usize> = (0..self.points.len()).step_by(step.max(1)).collect();
-        // Of the mean square of n differences noise leaves so much that it is a quarter of what may be.
-        let noise = 0.5 * PATCHES * tolerance * (chosen.len() as f64).powf(0.25);
-        let at_once = IrradianceSampler::new(&self.view, &self.fields.bounces, self.seed);
-        let after = IrradianceSampler::new(&self.view, &self.fields.residual, self.seed);
-        let one = |memory: &mut Memory, &k: &usize| {
-            // The same rays, so that only what is read at their ends differs.
-            let own = at_once.at(k as u32, &self.points[k], noise, memory);
-            let more = after.at(k as u32, &self.points[k], noise, memory);
-            let half = |estimate: &Irradiance, half: usize| {
-                let own = &estimate.replicas[half * REPLICAS / 2..(half + 1) * REPLICAS / 2];
-                own.iter().sum::<DVec3>() / own.len() as f64
-            };
-            let halves = |estimate: &Irradiance| Halves(half(estimate, 0), half(estimate, 1));
-            let residual = halves(&more).less(halves(&own)).squared();
-            (own, residual, more.rays)
+/// What one sensor gets, over pi.
+struct Sensed {
+    at_once: Irradiance,
+    after: Irradiance,
+}
+
+impl Sensed {
+    /// The residual of the light on patches, squared, without bias by the noise of rays.
+    fn residual(&self) -> f64 {
+        let half = |estimate: &Irradiance, half: usize| {
+            let own = &estimate.replicas[half * REPLICAS / 2..(half + 1) * REPLICAS / 2];
+            own.iter().sum::<DVec3>() / own.len() as f64
         };
-        let found: Vec<_> = chosen.par_iter().map_init(Memory::default, one).collect();
-        let signal: f64 = found.iter().map(|(own, ..)| own.total.length_squared()).sum();
-        if signal == 0.0 {
-            return (LightError::default(), 0);
-        }
-        let share = |f: usize| {
-            let squares = found.iter().map(|(own, ..)| own.fields[self.fields.count + f].length_squared());
-            (squares.sum::<f64>() / signal).sqrt()
-        };
-        let count = found.len() as f64;
-        let mean = found.iter().map(|f| f.1).sum::<f64>() / count;
-        let spread: f64 = found.iter().map(|f| (f.1 - mean).powi(2)).sum::<f64>();
-        let deviation = (spread / (count * (count - 1.0).max(1.0))).sqrt();
-        let residual = ((mean.max(0.0) + deviation) * count / signal).sqrt();
-        let rays = found.iter().map(|(own, _, more)| own.rays + more).sum();
-        (LightError { noise: share(0), size: residual.max(of_finer() * share(1)) }, rays)
+        let halves = |estimate: &Irradiance| Halves(half(estimate, 0), half(estimate, 1));
+        halves(&self.after).less(halves(&self.at_once)).squared()
+    }
+}
+
+impl<'a> SensorRound<'a> {
+    fn new(view: &'a View, fields: &'a SensorFields, points: &'a [SurfacePoint], seed: u32) -> SensorRound<'a> {
+        let [at_once, after] = [&fields.at_once, &fields.after].map(|f| IrradianceSampler::new(view, f, seed));
+        SensorRound { at_once, after, points, count: fields.count }
     }
 
-    /// What arrives at every point, next to an error of the light; and the rays cast.
-    fn gather(&self, tolerance: f64, light: LightError, truncation: f64) -> (Vec<SensorLight>, u64) {
-        let sampler = IrradianceSampler::new(&self.view, &self.fields.bounces, self.seed);
-        let own = left(tolerance, light.noise.powi(2) + light.size.powi(2));
-        let pi = std::f64::consts::PI;
-        let one = |memory: &mut Memory, (k, point): (usize, &SurfacePoint)| {
-            let found = sampler.at(k as u32, point, own, memory);
-            let count = self.fields.count;
-            let [noise, coarse] = [0, 1].map(|f| found.fields[count + f].abs());
-            let squared = STUDENT * STUDENT * found.variance
-                + noise.max(light.noise * found.total).powf(2.0)
-                + (of_finer() * coarse).max(light.size * found.total).powf(2.0)
-                + (truncation * found.total).powf(2.0);
-            let mut bounces: Vec<[f64; 3]> = found.fields[..count].iter().map(|f| (pi * *f).to_array()).collect();
-            bounces[0] = (pi * (found.fields[0] + found.direct)).to_array();
-            let irradiance = (pi * found.total).to_array();
-            (SensorLight { irradiance, error: (pi * squared.powf(0.5)).to_array(), bounces }, found.rays)
+    /// Sensor k to a relative standard error of its rays; both readings from the same rays.
+    fn sense(&self, k: usize, tolerance: f64, memory: &mut Memory) -> Sensed {
+        let at =
+            |sampler: &IrradianceSampler, memory: &mut Memory| sampler.at(k as u32, &self.points[k], tolerance, memory);
+        Sensed { at_once: at(&self.at_once, memory), after: at(&self.after, memory) }
+    }
+
+    /// Errors of the light on patches at some of the points, relative to all light there, as all but one in ten have
+    /// them: the residual, and the noise of F; and the rays cast.
+    fn light_error(&self, tolerance: f64) -> ([f64; 2], u64) {
+        let step = self.points.len().div_ceil(SOME).max(1);
+        let chosen: Vec<usize> = (0..self.points.len()).step_by(step).collect();
+        // Noise of rays is a quarter of what the square of the residual may be.
+        let one = |memory: &mut Memory, &k: &usize| self.sense(k, 0.5 * PATCHES * tolerance, memory);
+        let found: Vec<Sensed> = chosen.par_iter().map_init(Memory::default, one).collect();
+        let rays = found.iter().map(|s| s.at_once.rays + s.after.rays).sum();
+        let beyond = |of: &dyn Fn(&Sensed) -> f64| {
+            let lit = found.iter().filter(|s| s.after.total != DVec3::ZERO);
+            let mut shares: Vec<f64> = lit.map(|s| of(s) / s.after.total.length_squared()).collect();
+            shares.sort_by(f64::total_cmp);
+            let last = ((1.0 - BEYOND) * shares.len() as f64) as usize;
+            shares.get(last.min(shares.len().saturating_sub(1))).map_or(0.0, |share| share.max(0.0).sqrt())
         };
-        let found = self.points.par_iter().enumerate().map_init(Memory::default, one);
+        let noise = |s: &Sensed| s.at_once.fields[self.count].length_squared();
+        ([beyond(&Sensed::residual), beyond(&noise)], rays)
+    }
+
+    /// What arrives at every point, given errors of the light of most; and the rays cast.
+    fn gather(&self, tolerance: f64, [residual, noise]: [f64; 2], truncation: f64) -> (Vec<SensorLight>, u64) {
+        let own = left(tolerance, residual * residual + noise * noise);
+        let one = |memory: &mut Memory, k: usize| {
+            let found = self.sense(k, own, memory);
+            (self.light(&found, truncation), found.at_once.rays + found.after.rays)
+        };
+        let found = (0..self.points.len()).into_par_iter().map_init(Memory::default, one);
         let (lights, rays): (Vec<_>, Vec<u64>) = found.unzip();
         (lights, rays.into_iter().sum())
+    }
+
+    /// Irradiance, its error and its bounces: those that reflect as they are read at once, scaled to what all are after
+    /// one more ray.
+    fn light(&self, found: &Sensed, truncation: f64) -> SensorLight {
+        let Sensed { at_once, after } = found;
+        let bounces = &at_once.fields[..self.count];
+        let [once, more] = [at_once, after].map(|s| s.total - s.direct);
+        let scale = DVec3::from([0, 1, 2].map(|c| if once[c] > 0.0 { (more[c] / once[c]).max(0.0) } else { 0.0 }));
+        let noise = at_once.fields[self.count];
+        let squared = STUDENT * STUDENT * after.variance
+            + (more - once).powf(2.0)
+            + noise.powf(2.0)
+            + (truncation * more).powf(2.0);
+        let watts = |light: DVec3| (PI * light).to_array();
+        let mut bounces: Vec<[f64; 3]> = bounces.iter().map(|bounce| watts(scale * *bounce)).collect();
+        bounces[0] = watts(scale * at_once.fields[0] + after.direct);
+        SensorLight { irradiance: watts(after.total), error: watts(squared.powf(0.5)), bounces }
     }
 }
 
@@ -221,6 +236,8 @@ pub(crate) fn sense(first: &Discretization, task: &Task, sensors: &[Sensor]) -> 
     let points: Vec<SurfacePoint> = sensors.iter().map(|sensor| point(sensor, &frame)).collect();
     let transports = first.transports(task.transport);
     let (mut patches, mut rays, mut spent) = (first.clone(), Fineness::first(goal.tolerance).rays, Spent::default());
+    // Of the round before, over its share.
+    let mut before = f64::INFINITY;
     for round in 1.. {
         let held = fewer(&patches, task.transport, &half_of(rays, goal.seed, 0), HELD, goal.memory);
         let is_full = held.is_some();
@@ -231,20 +248,20 @@ pub(crate) fn sense(first: &Discretization, task: &Task, sensors: &[Sensor]) -> 
         spent.seconds.solve += seconds;
         let lights = Lights::by_rays(&patches.geometry, &patches.patches, &patches.luminaires, transports.clone());
         let view = View::new(&lights, (1, 1).into());
-        let own = SensorRound { view, fields: &fields, points: &points, seed: goal.seed };
+        let own = SensorRound::new(&view, &fields, &points, goal.seed);
         let ((error, cast), seconds) = timed(|| own.light_error(goal.tolerance));
         spent.rays += cast;
         spent.seconds.gather += seconds;
-        let noise = error.noise / (FORM_FACTORS * goal.tolerance);
-        let size = error.size / (PATCHES * goal.tolerance);
+        let [size, noise] = [error[0] / (PATCHES * goal.tolerance), error[1] / (FORM_FACTORS * goal.tolerance)];
         let count = patches.patches.len();
-        let can_divide = count < MOST.patches && !is_full;
+        let can_divide = count < MOST.patches && !is_full && size < HELPED * before;
         let is_last = round == ROUNDS || goal.is_late();
         if !is_last && (size > 1.0 && can_divide || noise > 1.0 && rays < MOST.rays) {
             let more = if can_divide { patches_for(1.1 * size).clamp(1.0, 4.0) } else { 1.0 };
             let denser = (1.2 * noise * noise / more).clamp(1.0, 16.0);
             rays = ((f64::from(rays) * denser) as u32).min(MOST.rays);
             if more > 1.0 {
+                before = size;
                 patches = patches.cut(((count as f64 * more) as usize).min(MOST.patches));
             }
             continue;

@@ -15,7 +15,6 @@ use rayon::prelude::*;
 
 use crate::direct::emitters::emission_parts::Polygons;
 use crate::direct::emitters::emission_tree::{EmissionMoments, EmissionTree};
-use crate::direct::emitters::emitting_triangle::EmittingTriangle;
 use crate::form_factors::shadow::Pieces;
 use crate::light::Rgb;
 use crate::scene::Scene;
@@ -66,10 +65,10 @@ pub(crate) fn is_textured(scene: &Scene, material: usize) -> bool {
 }
 
 impl UnevenEmission {
-    /// That of a luminaire of these triangles, one of `luminaires`.
-    pub fn new(texture: Arc<EmissionTexture>, triangles: &[EmittingTriangle], luminaires: usize) -> UnevenEmission {
-        let parts = triangles.len() as f64 * (luminaires as f64 / FEW_LUMINAIRES as f64).max(1.0);
-        let trees = triangles.par_iter().map(|t| texture.tree(t.face, t.exact, parts)).collect();
+    /// That of a luminaire of these faces with their corners, one of `luminaires`.
+    pub fn new(texture: Arc<EmissionTexture>, faces: &[(u32, [DVec3; 3])], luminaires: usize) -> UnevenEmission {
+        let parts = faces.len() as f64 * (luminaires as f64 / FEW_LUMINAIRES as f64).max(1.0);
+        let trees = faces.par_iter().map(|&(face, corners)| texture.tree(face, corners, parts)).collect();
         UnevenEmission { texture, trees }
     }
 
@@ -78,7 +77,7 @@ impl UnevenEmission {
         self.trees.iter().any(|tree| tree.moments.mean != DVec3::ZERO)
     }
 
-    /// EmissionMoments of triangle k's emission.
+    /// Moments of triangle k's emission.
     pub fn moments(&self, k: usize) -> EmissionMoments {
         self.trees[k].moments
     }

@@ -254,7 +254,8 @@ impl Luminaires {
         let count = all.list.len();
         all.list.par_iter_mut().for_each(|lamp| {
             let texture = textures.get(&scene.faces[lamp.triangles[0].face as usize].material);
-            lamp.uneven = texture.map(|texture| UnevenEmission::new(texture.clone(), &lamp.triangles, count));
+            let faces = || lamp.triangles.iter().map(|t| (t.face, t.exact)).collect::<Vec<_>>();
+            lamp.uneven = texture.map(|texture| UnevenEmission::new(texture.clone(), &faces(), count));
         });
         // Pieces where the texture is black.
         all.list.retain(|lamp| lamp.uneven.as_ref().is_none_or(UnevenEmission::shines));

@@ -2,7 +2,6 @@
 
 pub(crate) mod emission_parts;
 pub(crate) mod emission_tree;
-pub(crate) mod emitting_triangle;
 pub(crate) mod halving;
 pub(crate) mod luminaire;
 pub(crate) mod luminaire_texture;

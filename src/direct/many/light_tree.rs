@@ -6,7 +6,7 @@
 //! Source of the tree: A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*,
 //! PACMCGIT 1(2), 2018. Not handled: hulls closer than boxes; costs of the two parts, as the cut is in the middle.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::Range;
 
 use glam::{DVec3, Vec2};
@@ -30,20 +30,6 @@ pub(crate) enum Facing {
     Away,
     /// Some, or it is not known.
     Both,
-}
-
-impl Facing {
-    /// From the largest and least angle between a normal and the direction to the point.
-    pub fn of(most: f64, least: f64) -> Facing {
-        use std::f64::consts::FRAC_PI_2;
-        if most <= FRAC_PI_2 {
-            Facing::Towards
-        } else if least >= FRAC_PI_2 {
-            Facing::Away
-        } else {
-            Facing::Both
-        }
-    }
 }
 
 /// A node of the tree.
@@ -158,7 +144,11 @@ impl Node {
         }
         let angle = (away.dot(self.axis) / far).clamp(-1.0, 1.0).acos();
         let margin = self.spread + (reach / far).asin();
-        Facing::of(angle + margin, angle - margin)
+        match (angle + margin <= FRAC_PI_2, angle - margin >= FRAC_PI_2) {
+            (true, _) => Facing::Towards,
+            (_, true) => Facing::Away,
+            _ => Facing::Both,
+        }
     }
 
     /// Centre of the box.

@@ -212,7 +212,7 @@ impl<'a> CameraRays<'a> {
             let draw = |d: usize, seed: u32| f64::from(self.sobol.point(ray.index, d, seed));
             let draws = [seed, !seed].map(|seed| DVec2::new(draw(2, seed), draw(3, seed)));
             let light = highlights.gather(&receiver, gloss, draws, &mut scratch.memory);
-            view.lights.add_other(&mut scratch.sum, share * light);
+            scratch.sum.add(share * light);
         }
         if typical == Rgb::ZERO {
             return emits;

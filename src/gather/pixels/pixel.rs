@@ -73,8 +73,8 @@ const LUMINAIRE_RAYS: i32 = 16;
 impl Pixel {
     /// The layer of a surface seen; a new one if no camera ray has seen it before.
     pub fn layer(&mut self, key: SurfaceKey, seen: SurfacePoint, rho: Rgb) -> &mut Layer {
-        let found = self.layers.iter().position(|l| l.holds(key, &seen));
-        let k = found.unwrap_or_else(|| {
+        let known = self.layers.iter().position(|l| l.holds(key, &seen));
+        let k = known.unwrap_or_else(|| {
             self.layers.push(Layer::new(key, seen, rho));
             self.layers.len() - 1
         });

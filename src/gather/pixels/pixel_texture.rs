@@ -282,8 +282,8 @@ fn unevenness(view: &View, k: usize, face: u32, [low, high]: [DVec2; 2]) -> Opti
 
 /// Coordinates of the texture at a point of pixel k.
 fn coordinates(view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec2> {
-    let found = view.scene.coordinates_beyond(face, in_plane(view, k, face, at)?);
-    found.is_finite().then_some(found)
+    let coordinates = view.scene.coordinates_beyond(face, in_plane(view, k, face, at)?);
+    coordinates.is_finite().then_some(coordinates)
 }
 
 /// Where the ray through a point of pixel k meets a face's plane, if it does.
@@ -338,8 +338,6 @@ mod tests {
         assert!(judged > SIZE * SIZE / 4, "{judged}");
     }
 
-    /// A room with images finer than pixels once asked for as many camera rays as if every pixel lay on an edge, and
-    /// took 4.5 times as long as one with their mean colours.
     #[test]
     fn textures_finer_than_a_pixel_leave_no_noise_where_light_is_smooth() {
         let lights = lights_of(ROOM, Mode::Local.transport(), 100);
@@ -356,10 +354,10 @@ mod tests {
         let rho = DVec3::new(0.3, 0.5, 0.2);
         let points = [Rgb::new(0.1, 0.0, 0.9), Rgb::new(0.2, 0.0, 0.0), Rgb::new(0.9, 0.0, 0.1)];
         let adjusted = Adjusted::to_mean(rho, points.into_iter());
-        let found = points.map(|own| adjusted.rho(own));
-        assert!((found.iter().sum::<DVec3>() / 3.0 - rho).abs().max_element() < 1e-12, "{found:?}");
+        let values = points.map(|own| adjusted.rho(own));
+        assert!((values.iter().sum::<DVec3>() / 3.0 - rho).abs().max_element() < 1e-12, "{values:?}");
         // Where all are black they count alike.
-        assert_eq!(found.map(|own| own.y), [0.5; 3]);
+        assert_eq!(values.map(|own| own.y), [0.5; 3]);
         assert_eq!(Adjusted::NOT.rho(points[0]), points[0].as_dvec3());
     }
 
@@ -396,11 +394,11 @@ mod tests {
                 .sum();
             assert!((area - f64::from(number * number)).abs() < 1e-9, "{rays}: {area} cells");
         }
-        assert!((0..16).all(|rays| PixelCells::new(rays).is_none()), "each of four cells lies beside all others");
+        assert!((0..16).all(|rays| PixelCells::new(rays).is_none()), "each of four cells is next to all others");
     }
 
     #[test]
-    fn cells_beside_another_surface_are_not_within_one() {
+    fn cells_next_to_another_surface_are_not_within_one() {
         let mut cells = PixelCells::new(64).unwrap();
         let middle = |x: u32, y: u32| (DVec2::new(x.into(), y.into()) + 0.5) / 8.0;
         for (x, y) in (0..64).map(|k| (k % 8, k / 8)).filter(|&cell| cell != (1, 6)) {
@@ -408,9 +406,8 @@ mod tests {
             cells.see(middle(x, y), u32::from(x > 3));
         }
         for (x, y) in (0..64).map(|k| (k % 8, k / 8)) {
-            let beside_edge = (3..5).contains(&x);
-            let beside_nothing = x < 3 && y > 4;
-            assert_eq!(cells.is_within_surface(middle(x, y)), !beside_edge && !beside_nothing, "{x} {y}");
+            let is_at_edge = (3..5).contains(&x) || x < 3 && y > 4;
+            assert_eq!(cells.is_within_surface(middle(x, y)), !is_at_edge, "{x} {y}");
         }
         // A second ray through a cell that sees another surface makes it an edge, for its neighbours too.
         cells.see(middle(6, 1), 0);
@@ -418,7 +415,6 @@ mod tests {
         assert!(cells.is_within_surface(middle(7, 3)));
     }
 
-    /// Rays of a pixel on an edge once had the texel that each met, and such pixels took ten times as many of them.
     #[test]
     fn the_mean_over_cells_is_that_over_the_pixel() {
         let lights = lights_of(ROOM, Mode::Local.transport(), 100);

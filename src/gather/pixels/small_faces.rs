@@ -40,8 +40,8 @@ pub(crate) fn find_small_faces(camera_rays: &CameraRays, pixels: &mut [Pixel]) {
         let parts = thin.pixels(&projection).filter_map(|k| thin.part(camera_rays, &pixels[k], k, scratch));
         Some(parts.collect()).filter(|parts: &Vec<_>| !parts.is_empty())
     };
-    let found: Vec<Vec<(usize, SmallFace)>> = faces.map_init(|| camera_rays.scratch(), one).flatten_iter().collect();
-    for (k, face) in found.into_iter().flatten() {
+    let parts: Vec<Vec<(usize, SmallFace)>> = faces.map_init(|| camera_rays.scratch(), one).flatten_iter().collect();
+    for (k, face) in parts.into_iter().flatten() {
         pixels[k].small_faces.push(face);
     }
 }

@@ -60,24 +60,24 @@ impl IndirectLight {
     pub fn measure(&self, pixels: &[Pixel]) -> Measured {
         let mut sums = Measured::default();
         let seen = self.pixels.iter().zip(pixels);
-        for (found, pixel) in seen.filter(|(f, _)| !f.fields.is_empty()) {
-            let total: Rgb = found.fields.iter().sum();
-            sums.add(pixel, found.variance, total.as_dvec3());
+        for (light, pixel) in seen.filter(|(f, _)| !f.fields.is_empty()) {
+            let total: Rgb = light.fields.iter().sum();
+            sums.add(pixel, light.variance, total.as_dvec3());
         }
         sums
     }
 
     /// Gives pixels more camera rays where the light now gathered varies within them.
     pub fn sharpen(&mut self, camera_rays: &CameraRays, pixels: &mut [Pixel], cache: &IrradianceCache, plan: &Plan) {
-        for (pixel, found) in pixels.iter_mut().zip(&self.pixels) {
-            pixel.ambient = found.ambient;
+        for (pixel, light) in pixels.iter_mut().zip(&self.pixels) {
+            pixel.ambient = light.ambient;
         }
         refine(camera_rays, pixels, plan, |pixels, extended| {
             let again = |fitted: &mut _, &k: &u32| indirect(k as usize, &pixels[k as usize], cache, fitted);
-            let found: Vec<PixelIndirect> = extended.par_iter().map_init(Default::default, again).collect();
-            for (&k, found) in extended.iter().zip(found) {
-                pixels[k as usize].ambient = found.ambient;
-                self.pixels[k as usize] = found;
+            let light: Vec<PixelIndirect> = extended.par_iter().map_init(Default::default, again).collect();
+            for (&k, light) in extended.iter().zip(light) {
+                pixels[k as usize].ambient = light.ambient;
+                self.pixels[k as usize] = light;
             }
         });
     }
@@ -114,8 +114,8 @@ impl IndirectLight {
     fn auxiliary_rms(&self, pixels: &[Pixel], fields: &Fields) -> Vec<f64> {
         let mut sums = vec![0.0; fields.count() - fields.picture_fields()];
         let seen = self.pixels.iter().zip(pixels);
-        for (found, pixel) in seen {
-            for (sum, product) in sums.iter_mut().zip(&found.auxiliary) {
+        for (light, pixel) in seen {
+            for (sum, product) in sums.iter_mut().zip(&light.auxiliary) {
                 *sum += pixel.weight() * product;
             }
         }

@@ -193,10 +193,10 @@ mod tests {
         ) {
             let field = |p: &Support| a + b * p.place.position.x + c * p.place.position.y;
             let at = known(x, y, 1.0, Vec3::Z);
-            let (found, _) = fitted(&floor(0.035), &at, field).unwrap();
+            let (value, _) = fitted(&floor(0.035), &at, field).unwrap();
             // A ridge r takes r mᵀ (C + r)⁻¹ s of slopes s over the radius, where m is the neighbours' centroid and C
             // their covariance, summed: 1.94e-4 |s| at most, in the corners of the floor.
-            prop_assert!((found - field(&at)).abs() < 2e-4 * 0.035 * b.hypot(c), "{found} {}", field(&at));
+            prop_assert!((value - field(&at)).abs() < 2e-4 * 0.035 * b.hypot(c), "{value} {}", field(&at));
         }
     }
 
@@ -251,7 +251,7 @@ mod tests {
         let mut points = floor(0.035);
         points.extend((0..81).map(|k| known((k % 9) as f64 * 0.01, (k / 9) as f64 * 0.01, 0.035, Vec3::X)));
         let value = |p: &Support| if p.place.normal == Vec3::X { 5.0 } else { 1.0 };
-        let (found, _) = fitted(&points, &known(0.04, 0.04, 1.0, Vec3::Z), value).unwrap();
-        assert!((found - 1.0).abs() < 1e-9);
+        let (fit, _) = fitted(&points, &known(0.04, 0.04, 1.0, Vec3::Z), value).unwrap();
+        assert!((fit - 1.0).abs() < 1e-9);
     }
 }

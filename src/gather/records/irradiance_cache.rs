@@ -197,13 +197,11 @@ impl<'a> IrradianceCache<'a> {
 
     /// Casts rays from records, of the cache or not, until each half has as many as `wanted` says of each of them.
     pub(crate) fn extend(&mut self, records: &mut [Record], wanted: impl Fn(usize) -> u32 + Sync) {
-        let (camera_rays, final_gather) = (self.camera_rays, self.final_gather);
+        let with = (self.camera_rays, self.final_gather);
         let added: u64 = records
             .par_iter_mut()
             .enumerate()
-            .map_init(Memory::default, |memory, (i, record)| {
-                record.extend(&Casting { camera_rays, final_gather }, wanted(i), memory)
-            })
+            .map_init(Memory::default, |memory, (i, record)| record.extend(with, wanted(i), memory))
             .sum();
         self.cast += added;
     }
@@ -250,12 +248,6 @@ pub(crate) struct Site {
     pub seed: u32,
 }
 
-/// What a record's rays are cast with.
-pub(crate) struct Casting<'a> {
-    pub camera_rays: &'a CameraRays<'a>,
-    pub final_gather: &'a FinalGather<'a>,
-}
-
 /// One irradiance record.
 pub(crate) struct Record {
     /// Its `camera_count` includes camera rays cast for more origins.
@@ -293,20 +285,21 @@ impl Record {
     }
 
     /// Casts rays until each half has `count`; returns the number of rays cast.
-    pub fn extend(&mut self, with: &Casting, count: u32, memory: &mut Memory) -> u64 {
+    fn extend(&mut self, with: (&CameraRays, &FinalGather), count: u32, memory: &mut Memory) -> u64 {
+        let (camera_rays, final_gather) = with;
         let mut cast = 0;
         if self.rays == 0 {
-            cast += self.gather(with, count.min(FIRST), memory);
+            cast += self.gather(final_gather, count.min(FIRST), memory);
         }
         if count > self.rays {
-            cast += self.find_origins(with.camera_rays, count / EACH);
-            cast += self.gather(with, count, memory);
+            cast += self.find_origins(camera_rays, count / EACH);
+            cast += self.gather(final_gather, count, memory);
         }
         cast
     }
 
     /// Casts hemisphere rays until each half has `count`.
-    fn gather(&mut self, with: &Casting, count: u32, memory: &mut Memory) -> u64 {
+    fn gather(&mut self, final_gather: &FinalGather, count: u32, memory: &mut Memory) -> u64 {
         let range = self.rays..count.max(self.rays);
         for (half, sums) in self.sums.iter_mut().enumerate() {
             let rays = HemisphereRays {
@@ -314,7 +307,7 @@ impl Record {
                 indices: range.clone(),
                 seed: Purpose::HemisphereRays(half).seed(self.site.seed),
             };
-            self.nearness += with.final_gather.read(&rays, memory, sums);
+            self.nearness += final_gather.read(&rays, memory, sums);
         }
         self.rays = range.end;
         2 * range.len() as u64
@@ -480,42 +473,5 @@ impl IrradianceCache<'_> {
     /// The sum of the fields that make the picture in both halves, of values of every field.
     pub(crate) fn total(&self, values: &[[DVec3; 2]]) -> [DVec3; 2] {
         [0, 1].map(|half| values[..self.picture_fields].iter().map(|m| m[half]).sum())
-    }
-}
-
-#[cfg(test)]
-pub(crate) use placed::with_records;
-
-#[cfg(test)]
-mod placed {
-    use super::*;
-    use crate::gather::pass::GatherSettings;
-    use crate::gather::pixels::adaptive_sampling::sample_pixels;
-    use crate::gather::sampling::Gathering;
-    use crate::light::{Mode, Rgb};
-    use crate::reading::patch_light::Fields;
-    use crate::reading::view::{View, lights_of};
-
-    /// Calls `test` with the pixels of a square picture of a built-in scene whose patches have some `light`, and what
-    /// makes caches with their first records, of the density for an error of 10 % as `changed`.
-    pub(crate) fn with_records(
-        (scene, patches, side): (&str, usize, usize),
-        light: impl Fn(usize) -> Rgb,
-        test: impl for<'a> FnOnce(&'a [Pixel], &'a dyn Fn(fn(Density) -> Density) -> IrradianceCache<'a>),
-    ) {
-        let lights = lights_of(scene, Mode::Global.transport(), patches);
-        let view = View::new(&lights, (side, side).into());
-        let fields = Fields::new(&[(0..view.patches.len()).map(light).collect()]);
-        let gathering = Gathering::Within { error: 0.1, seed: 0, deadline: None };
-        let settings = GatherSettings::new(&view, &fields, &gathering);
-        let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
-        let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
-        let final_gather = FinalGather::new(&view, &fields);
-        test(&pixels, &|changed| {
-            let density = changed(settings.density);
-            let mut cache = IrradianceCache::new(&camera_rays, &final_gather, density, &pixels);
-            cache.place(&pixels);
-            cache
-        });
     }
 }

@@ -177,7 +177,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::gather::records::irradiance_cache::{Fitted, with_records};
+    use crate::gather::pass::placed::with_records;
+    use crate::gather::records::irradiance_cache::Fitted;
     use crate::light::Rgb;
 
     /// What every pixel reflects of the light in the cache.
@@ -258,8 +259,8 @@ mod tests {
         let shares = [0.1, 0.4, 1.6, 0.0].map(|variance| Share { rays: 10.0, variance });
         // One record, two, three get more rays.
         for remaining in [0.6, 0.3, 0.1] {
-            let (found, rays) = predicted(&shares, remaining);
-            assert!((found / remaining - 1.0).abs() < 1e-5, "{found} of {remaining}");
+            let (share, rays) = predicted(&shares, remaining);
+            assert!((share / remaining - 1.0).abs() < 1e-5, "{share} of {remaining}");
             assert_eq!(rays[3], 10.0);
             // Those that get any get them in proportion to what they are worth.
             assert!((rays[2] / 2.0 - rays[1]).abs() < 1e-9 || rays[1] == 10.0, "{rays:?}");
@@ -270,9 +271,9 @@ mod tests {
     fn a_record_with_the_most_rays_is_predicted_to_stay_as_it_is() {
         let mut shares = vec![Share { rays: 64.0, variance: 0.0025 }; 400];
         shares.insert(0, Share { rays: MOST_RAYS, variance: 1.0 });
-        let (found, rays) = predicted(&shares, 0.6);
+        let (share, rays) = predicted(&shares, 0.6);
         assert_eq!(rays[0], MOST_RAYS);
-        assert!((found - 0.6).abs() < 1e-5 && shares[0].remaining(1e9) == 1.0, "{found}");
+        assert!((share - 0.6).abs() < 1e-5 && shares[0].remaining(1e9) == 1.0, "{share}");
     }
 
     #[test]

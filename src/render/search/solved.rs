@@ -41,7 +41,7 @@ pub(crate) const ORDER: f64 = 1.5;
 
 /// The error on the finer patches as a share of the difference between two levels, whose patches differ by a factor of
 /// two in size: `1 / (2^ORDER - 1)`.
-pub(crate) fn of_finer() -> f64 {
+fn of_finer() -> f64 {
     1.0 / (ORDER.exp2() - 1.0)
 }
 
@@ -159,7 +159,7 @@ fn fields(patches: &Patches, [a, b, c]: [Vec<Rgb>; 3]) -> Fields {
 }
 
 /// Light of larger patches, given on the smaller ones, as linear within the larger.
-pub(crate) fn larger(patches: &Patches, neighbours: &Neighbours, values: &[Rgb]) -> Vec<Linear> {
+fn larger(patches: &Patches, neighbours: &Neighbours, values: &[Rgb]) -> Vec<Linear> {
     let parents = patches.parents();
     let neighbours = neighbours.larger(parents, &patches.weights());
     let mut own = vec![Rgb::ZERO; neighbours.len()];
