@@ -44,8 +44,19 @@ pub(crate) struct Irradiance {
     pub variance: DVec3,
     /// The fields that make the picture, by replica.
     pub replicas: [DVec3; REPLICAS],
+    /// Rays of each replica: hemisphere rays, and visibility rays to every luminaire.
+    pub effort: [u32; 2],
     /// Rays cast.
     pub rays: u64,
+}
+
+/// When the rays of a point are enough.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Enough {
+    /// At a relative standard error.
+    Within(f64),
+    /// At those of another estimate, whose rays they are.
+    Like([u32; 2]),
 }
 
 fn mean(values: &[DVec3; REPLICAS]) -> DVec3 {
@@ -53,7 +64,7 @@ fn mean(values: &[DVec3; REPLICAS]) -> DVec3 {
 }
 
 /// Variance of the mean of independent values.
-fn variance(values: &[DVec3; REPLICAS]) -> DVec3 {
+pub(crate) fn variance(values: &[DVec3; REPLICAS]) -> DVec3 {
     let mean = mean(values);
     let squares: DVec3 = values.iter().map(|v| (*v - mean) * (*v - mean)).sum();
     squares / (REPLICAS * (REPLICAS - 1)) as f64
@@ -81,14 +92,14 @@ impl<'a> IrradianceSampler<'a> {
         IrradianceSampler { lights: view.lights, final_gather: FinalGather::new(view, fields), sobol, seed }
     }
 
-    /// Irradiance over pi at point number k, with a standard error of at most `tolerance` of it where rays enough
-    /// allow.
-    pub fn at(&self, k: u32, point: &SurfacePoint, tolerance: f64, memory: &mut Memory) -> Irradiance {
+    /// Irradiance over pi at point number k, by no more rays than there may be.
+    pub fn at(&self, k: u32, point: &SurfacePoint, enough: Enough, memory: &mut Memory) -> Irradiance {
         let picture = self.final_gather.picture_fields();
         let none = |_| Replica { fields: vec![DVec3::ZERO; self.final_gather.fields()], direct: LightSum::default() };
         let mut replicas: [Replica; REPLICAS] = std::array::from_fn(none);
         let before = memory.scratch.cast;
-        let (mut rays, mut visibility) = (0..RAYS[0], 0..VISIBILITY[0]);
+        let [first, visible] = if let Enough::Like(effort) = enough { effort } else { [RAYS[0], VISIBILITY[0]] };
+        let (mut rays, mut visibility) = (0..first, 0..visible);
         let mut cast = 0;
         loop {
             for (j, replica) in replicas.iter_mut().enumerate() {
@@ -102,7 +113,10 @@ impl<'a> IrradianceSampler<'a> {
             let direct = replicas.each_ref().map(|r| self.lights.total(&r.direct) / m);
             let both: [DVec3; REPLICAS] = std::array::from_fn(|j| indirect[j] + direct[j]);
             let [own, other] = [&indirect, &direct].map(|values| variance(values).element_sum());
-            let is_enough = (own + other).sqrt() <= tolerance * mean(&both).length();
+            let is_enough = match enough {
+                Enough::Within(tolerance) => (own + other).sqrt() <= tolerance * mean(&both).length(),
+                Enough::Like(_) => true,
+            };
             // Rays of the kind that varies more, while there may be more of it.
             let can = [own > 0.0 && rays.end < RAYS[1], other > 0.0 && visibility.end < VISIBILITY[1]];
             if is_enough || can == [false, false] {
@@ -114,9 +128,11 @@ impl<'a> IrradianceSampler<'a> {
                 let mut all = LightSum::default();
                 replicas.iter().for_each(|replica| all.join(&replica.direct));
                 let direct = self.lights.total(&all) / (m * REPLICAS as f64);
+                let rays_end = rays.end;
                 let rays = cast + memory.scratch.cast - before;
                 let (total, variance) = (mean(&indirect) + direct, variance(&both));
-                return Irradiance { direct, fields: fields.collect(), total, variance, replicas: indirect, rays };
+                let (fields, effort) = (fields.collect(), [rays_end, visibility.end]);
+                return Irradiance { direct, fields, total, variance, replicas: indirect, effort, rays };
             }
             let is_hemisphere = can[0] && (own >= other || !can[1]);
             rays = rays.end..if is_hemisphere { 2 * rays.end } else { rays.end };

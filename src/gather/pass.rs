@@ -126,33 +126,26 @@ fn spacing(length: usize) -> usize {
     1 << most.ilog2()
 }
 
-/// Records of a picture for the tests of their errors.
+/// Calls `test` with the pixels of a square picture of a built-in scene whose patches have some `light`, and what
+/// makes caches with their first records, of the density for an error of 10 % as `changed`.
 #[cfg(test)]
-pub(crate) mod placed {
-    use super::*;
-    use crate::light::{Mode, Rgb};
-    use crate::reading::view::lights_of;
-
-    /// Calls `test` with the pixels of a square picture of a built-in scene whose patches have some `light`, and what
-    /// makes caches with their first records, of the density for an error of 10 % as `changed`.
-    pub(crate) fn with_records(
-        (scene, patches, side): (&str, usize, usize),
-        light: impl Fn(usize) -> Rgb,
-        test: impl for<'a> FnOnce(&'a [Pixel], &'a dyn Fn(fn(Density) -> Density) -> IrradianceCache<'a>),
-    ) {
-        let lights = lights_of(scene, Mode::Global.transport(), patches);
-        let view = View::new(&lights, (side, side).into());
-        let fields = Fields::new(&[(0..view.patches.len()).map(light).collect()]);
-        let gathering = Gathering::Within { error: 0.1, seed: 0, deadline: None };
-        let settings = GatherSettings::new(&view, &fields, &gathering);
-        let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
-        let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
-        let final_gather = FinalGather::new(&view, &fields);
-        test(&pixels, &|changed| {
-            let density = changed(settings.density);
-            let mut cache = IrradianceCache::new(&camera_rays, &final_gather, density, &pixels);
-            cache.place(&pixels);
-            cache
-        });
-    }
+pub(crate) fn with_records(
+    (scene, patches, side): (&str, usize, usize),
+    light: impl Fn(usize) -> crate::light::Rgb,
+    test: impl for<'a> FnOnce(&'a [Pixel], &'a dyn Fn(fn(Density) -> Density) -> IrradianceCache<'a>),
+) {
+    let lights = crate::reading::view::lights_of(scene, crate::light::Mode::Global.transport(), patches);
+    let view = View::new(&lights, (side, side).into());
+    let fields = Fields::new(&[(0..view.patches.len()).map(light).collect()]);
+    let gathering = Gathering::Within { error: 0.1, seed: 0, deadline: None };
+    let settings = GatherSettings::new(&view, &fields, &gathering);
+    let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
+    let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
+    let final_gather = FinalGather::new(&view, &fields);
+    test(&pixels, &|changed| {
+        let density = changed(settings.density);
+        let mut cache = IrradianceCache::new(&camera_rays, &final_gather, density, &pixels);
+        cache.place(&pixels);
+        cache
+    });
 }

@@ -22,8 +22,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::direct::Lights;
-use crate::error::halves::Halves;
-use crate::gather::irradiance::{Irradiance, IrradianceSampler, REPLICAS, STUDENT};
+use crate::gather::irradiance::{Enough, Irradiance, IrradianceSampler, REPLICAS, STUDENT, variance};
 use crate::light::budget::{FORM_FACTORS, PATCHES, left};
 use crate::light::{Light, Rgb};
 use crate::patches::Patches;
@@ -151,14 +150,12 @@ struct Sensed {
 }
 
 impl Sensed {
-    /// The residual of the light on patches, squared, without bias by the noise of rays.
-    fn residual(&self) -> f64 {
-        let half = |estimate: &Irradiance, half: usize| {
-            let own = &estimate.replicas[half * REPLICAS / 2..(half + 1) * REPLICAS / 2];
-            own.iter().sum::<DVec3>() / own.len() as f64
-        };
-        let halves = |estimate: &Irradiance| Halves(half(estimate, 0), half(estimate, 1));
-        halves(&self.after).less(halves(&self.at_once)).squared()
+    /// The square of what one more ray changes, channel by channel, less what noise adds to it.
+    fn squared_change(&self) -> DVec3 {
+        let change = |j: usize| self.after.replicas[j] - self.at_once.replicas[j];
+        let changes: [DVec3; REPLICAS] = std::array::from_fn(change);
+        let mean = changes.iter().sum::<DVec3>() / REPLICAS as f64;
+        (mean * mean - variance(&changes)).max(DVec3::ZERO)
     }
 }
 
@@ -170,9 +167,10 @@ impl<'a> SensorRound<'a> {
 
     /// Sensor k to a relative standard error of its rays; both readings from the same rays.
     fn sense(&self, k: usize, tolerance: f64, memory: &mut Memory) -> Sensed {
-        let at =
-            |sampler: &IrradianceSampler, memory: &mut Memory| sampler.at(k as u32, &self.points[k], tolerance, memory);
-        Sensed { at_once: at(&self.at_once, memory), after: at(&self.after, memory) }
+        let point = &self.points[k];
+        let after = self.after.at(k as u32, point, Enough::Within(tolerance), memory);
+        let at_once = self.at_once.at(k as u32, point, Enough::Like(after.effort), memory);
+        Sensed { at_once, after }
     }
 
     /// Errors of the light on patches at some of the points, relative to all light there, as all but one in ten have
@@ -192,7 +190,7 @@ impl<'a> SensorRound<'a> {
             shares.get(last.min(shares.len().saturating_sub(1))).map_or(0.0, |share| share.max(0.0).sqrt())
         };
         let noise = |s: &Sensed| s.at_once.fields[self.count].length_squared();
-        ([beyond(&Sensed::residual), beyond(&noise)], rays)
+        ([beyond(&|s| s.squared_change().element_sum()), beyond(&noise)], rays)
     }
 
     /// What arrives at every point, given errors of the light of most; and the rays cast.
@@ -216,13 +214,13 @@ impl<'a> SensorRound<'a> {
         let scale = DVec3::from([0, 1, 2].map(|c| if once[c] > 0.0 { (more[c] / once[c]).max(0.0) } else { 0.0 }));
         let noise = at_once.fields[self.count];
         let squared = STUDENT * STUDENT * after.variance
-            + (more - once).powf(2.0)
+            + found.squared_change()
             + noise.powf(2.0)
             + (truncation * more).powf(2.0);
         let watts = |light: DVec3| (PI * light).to_array();
         let mut bounces: Vec<[f64; 3]> = bounces.iter().map(|bounce| watts(scale * *bounce)).collect();
         bounces[0] = watts(scale * at_once.fields[0] + after.direct);
-        SensorLight { irradiance: watts(after.total), error: watts(squared.powf(0.5)), bounces }
+        SensorLight { irradiance: watts(after.total.max(DVec3::ZERO)), error: watts(squared.powf(0.5)), bounces }
     }
 }
 

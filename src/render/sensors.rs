@@ -162,7 +162,7 @@ impl SensorGrid {
         let count = |low: f64, high: f64| ((high - low) / step + 1e-9).floor().max(1.0);
         let (columns, lines) = (count(low_u, high_u), count(low_v, high_v));
         let refuse = |count: f64| SensorError::Count { name: name.to_owned(), spacing, count };
-        if !(columns * lines <= MOST as f64) {
+        if !(columns * lines).is_finite() || columns * lines > MOST as f64 {
             return Err(refuse(columns * lines));
         }
         let size = [columns as usize, lines as usize];

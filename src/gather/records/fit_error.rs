@@ -281,7 +281,7 @@ pub(crate) fn least_certain(mut fits: Vec<LayerFit>, rest: f64) -> Vec<LayerFit>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gather::pass::placed::with_records;
+    use crate::gather::pass::with_records;
     use crate::gather::records::irradiance_cache::Density;
     use crate::light::Rgb;
 

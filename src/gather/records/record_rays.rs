@@ -177,7 +177,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::gather::pass::placed::with_records;
+    use crate::gather::pass::with_records;
     use crate::gather::records::irradiance_cache::Fitted;
     use crate::light::Rgb;
 
