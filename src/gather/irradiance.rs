@@ -15,6 +15,7 @@ use glam::{DVec3, Vec2};
 
 use crate::direct::{Choice, LightSum, Lights};
 use crate::gather::records::final_gather::{FinalGather, HemisphereRays};
+use crate::gather::records::guiding::Guiding;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Sobol, hash};
 use crate::reading::reflection::Memory;
@@ -150,7 +151,7 @@ impl<'a> IrradianceSampler<'a> {
     ) {
         if !indices.is_empty() && self.final_gather.fields() > 0 {
             let from = std::slice::from_ref(point);
-            let rays = HemisphereRays { from, indices, seed };
+            let rays = HemisphereRays { from, indices, seed, guiding: Guiding::NONE };
             self.final_gather.read(&rays, memory, &mut replica.fields);
         }
     }

@@ -66,10 +66,17 @@ pub fn rows(bytes: &[u8]) -> Result<Vec<Row>, (usize, String)> {
                 if matches!(error.kind(), csv::ErrorKind::Utf8 { .. }) { "is not UTF-8 text" } else { "is no row" };
             (line as usize, what.to_owned())
         })?;
-        let line = record.position().map_or(1, csv::Position::line) as usize;
+        let line = record.position().map_or(1, |at| first_line(bytes, at));
         rows.push(Row { line, fields: record.iter().map(str::to_owned).collect() });
     }
     Ok(rows)
+}
+
+/// The first line of a row that was read from a place on: empty lines and comments before it are part of the place.
+fn first_line(bytes: &[u8], at: &csv::Position) -> usize {
+    let rest = bytes.get(at.byte() as usize..).unwrap_or_default();
+    let left_out = |line: &&[u8]| line.starts_with(b"#") || line.is_empty() || *line == b"\r";
+    at.line() as usize + rest.split(|&byte| byte == b'\n').take_while(left_out).count()
 }
 
 /// The cell of a number that may not be known: empty where it is not.

@@ -116,12 +116,24 @@ pub struct Fan {
 impl Fan {
     /// The directions of the [`FAN`] points from `first` on by their dimensions 0 and 1, and their dimension 2.
     pub fn new(sobol: &Sobol, first: u32, seed: u32) -> Fan {
+        Fan::warped(sobol, first, seed, |_, _| ()).0
+    }
+
+    /// The directions of [`Fan::new`] with dimensions 0 and 1 changed by `warp` before directions are made of them;
+    /// also what `warp` returned.
+    pub fn warped<B>(
+        sobol: &Sobol,
+        first: u32,
+        seed: u32,
+        warp: impl FnOnce(&mut [f32; FAN], &mut [f32; FAN]) -> B,
+    ) -> (Fan, B) {
         let nothing = [0.0; FAN];
         let mut fan = Fan { x: nothing, y: nothing, z: nothing, third: nothing };
         let arch = Arch::new();
         arch.dispatch(Points(&mut fan, sobol, first, seed));
+        let warped = warp(&mut fan.x, &mut fan.y);
         arch.dispatch(Directions(&mut fan));
-        fan
+        (fan, warped)
     }
 
     /// Direction k about a unit `normal`, a unit vector.

@@ -17,7 +17,8 @@
 //! The tail bound `r^n / (1 - r)` then ends the series.
 //!
 //! Fewer patches have rows no longer, which bounds from below the number that fits. Not handled: the pictures (some
-//! hundred bytes a pixel), and the scene itself, which is already loaded.
+//! hundred bytes a pixel), guiding densities of patches (at most 230 MB), and the scene itself, which is already loaded
+//! when this is asked.
 
 use crate::form_factors::{FormFactors, Rows, Sampling, Variant, cast};
 use crate::light::Transport;

@@ -1,7 +1,7 @@
 //! Final gathering: irradiance over pi at one place by hemisphere rays that read the solution, and the inverse distance
 //! to the surroundings.
 //!
-//! Rays have Sobol points.
+//! Rays have Sobol points and follow a guiding density where there is one.
 //!
 //! Not handled: where to gather ([`crate::gather::records::irradiance_cache`]).
 
@@ -9,10 +9,12 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use crate::gather::records::guiding::Guiding;
+use crate::light::Rgb;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{FAN, Fan, Hit, Ray};
 use crate::reading::patch_light::Fields;
-use crate::reading::reflection::{Continuation, Memory, SurfaceHit, Walker};
+use crate::reading::reflection::{Continuation, Memory, RaySample, SurfaceHit, Walker};
 use crate::reading::view::View;
 use crate::surfaces::SurfacePoint;
 
@@ -27,6 +29,15 @@ pub(crate) struct HemisphereRays<'a> {
     pub indices: Range<u32>,
     /// Chooses the scrambling of the sequence.
     pub seed: u32,
+    /// The density that they follow and that they are recorded in.
+    pub guiding: Guiding<'a>,
+}
+
+/// Weight of the light that a ray reads: `weight * light + offset`, the offset for the first field only.
+#[derive(Clone, Copy)]
+struct Counted {
+    weight: f32,
+    offset: Rgb,
 }
 
 /// Reads fields along cosine-distributed rays.
@@ -49,17 +60,58 @@ impl<'a> FinalGather<'a> {
         self.fields.picture_fields()
     }
 
+    /// The length of the brightest light of the fields that make the picture, over the middles of patches.
+    pub fn brightest(&self) -> f64 {
+        let patches = self.view.patches;
+        let light = |i: usize| -> Rgb {
+            let at = patches.point(i, 0.5, 0.5).position;
+            let own = &self.fields.of_patch(i as u32)[..self.picture_fields()];
+            own.iter().map(|l| l.at(at)).sum()
+        };
+        let lengths = (0..patches.len()).map(|i| f64::from(light(i).length()));
+        lengths.fold(0.0, f64::max)
+    }
+
     /// Number of fields read.
     pub fn fields(&self) -> usize {
         self.fields.count()
     }
 
-    /// Adds what rays read in every field to `incident`; returns the sum of the rays' inverse lengths.
+    /// Adds what rays read in every field to `incident`; returns the weighted sum of the rays' inverse lengths.
     pub fn read(&self, rays: &HemisphereRays, memory: &mut Memory, incident: &mut [DVec3]) -> f64 {
-        let is_read_at_once = self.fields.is_read_at_once();
+        if !self.fields.is_read_at_once() {
+            return self.cast(rays, |ray, k, counted| {
+                let sample = self.continuation.read(ray, hash(k, rays.seed), memory);
+                incident[0] += f64::from(counted.weight) * sample.light + counted.offset.as_dvec3();
+                sample
+            });
+        }
+        self.cast(rays, |ray, _, counted| {
+            let mut light = Rgb::ZERO;
+            incident[0] += counted.offset.as_dvec3();
+            let nearness = self.meet(ray, &mut memory.hits, |at| {
+                let fields = self.fields.of_patch(at.patch).iter().enumerate();
+                let through = at.through * at.over_patch(self.view.patches, at.patch);
+                for ((f, l), sum) in fields.zip(incident.iter_mut()) {
+                    let found = through * l.at(at.position);
+                    *sum += (counted.weight * found).as_dvec3();
+                    if f == 0 {
+                        light += found;
+                    }
+                }
+            });
+            RaySample { nearness, light: light.as_dvec3() }
+        })
+    }
+
+    /// Calls `each(ray, index, counted)` for the rays as their guiding density warps them. Returns the weighted sum of
+    /// the rays' inverse lengths.
+    #[inline(always)]
+    fn cast(&self, rays: &HemisphereRays, mut each: impl FnMut(&Ray, u32, Counted) -> RaySample) -> f64 {
         let mut nearness = 0.0;
-        for first in rays.indices.clone().step_by(FAN) {
-            let fan = Fan::new(&self.sobol, first, rays.seed);
+        let mut first = rays.indices.start;
+        while first < rays.indices.end {
+            let (fan, warped) = Fan::warped(&self.sobol, first, rays.seed, |u, v| rays.guiding.warp(u, v));
             for k in 0..FAN.min((rays.indices.end - first) as usize) {
                 // A dimension of its own chooses the point: every other Sobol point lies in the same half.
                 let from = match rays.from {
@@ -68,30 +120,24 @@ impl<'a> FinalGather<'a> {
                 };
                 let direction = fan.direction(k, from.normal);
                 let ray = Ray { origin: from.position, direction, source: from.source() };
-                nearness += if is_read_at_once {
-                    self.read_at_once(&ray, &mut memory.hits, incident)
-                } else {
-                    let sample = self.continuation.read(&ray, hash(first + k as u32, rays.seed), memory);
-                    incident[0] += sample.light;
-                    sample.nearness
-                };
+                let counted = Counted { weight: warped.weights[k], offset: warped.offsets[k] };
+                let sample = each(&ray, first + k as u32, counted);
+                nearness += f64::from(warped.weights[k]) * sample.nearness;
+                rays.guiding.record(warped.cells[k], sample.light);
             }
+            first += FAN as u32;
         }
         nearness
     }
 
-    /// Adds every field on the patches that a ray meets; returns the inverse distance to the first face.
+    /// Calls `meet` for all that light comes from along a ray; returns the inverse distance to the first face.
     #[inline(always)]
-    fn read_at_once(&self, ray: &Ray, hits: &mut Vec<Hit>, incident: &mut [DVec3]) -> f64 {
-        let (patches, walker) = (self.view.patches, &self.continuation.walker);
-        walker.each(ray, hits, |hit, through| {
+    fn meet(&self, ray: &Ray, hits: &mut Vec<Hit>, mut meet: impl FnMut(SurfaceHit)) -> f64 {
+        self.continuation.walker.each(ray, hits, |hit, through| {
             let position = ray.at(hit.t);
-            let Some(patch) = patches.at(hit.face, hit.side, position) else { return };
-            let read = walker.read_reflectance(hit.face, position, hit.t);
-            let at = SurfaceHit { face: hit.face, patch, side: hit.side, position, through, distance: hit.t, read };
-            let through = through * at.over_patch(patches, patch);
-            for (field, sum) in self.fields.of_patch(patch).iter().zip(incident.iter_mut()) {
-                *sum += (through * field.at(position)).as_dvec3();
+            if let Some(patch) = self.view.patches.at(hit.face, hit.side, position) {
+                let read = self.continuation.walker.read_reflectance(hit.face, position, hit.t);
+                meet(SurfaceHit { face: hit.face, patch, side: hit.side, position, through, distance: hit.t, read });
             }
         })
     }
@@ -100,7 +146,7 @@ impl<'a> FinalGather<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::{Mode, Rgb};
+    use crate::light::Mode;
     use crate::rays::sobol::Stream;
     use crate::rays::warp::cosine_direction;
     use crate::reading::view::lights_of;
@@ -120,7 +166,7 @@ mod tests {
         const RAYS: u32 = 4096;
         let read = |from: &[SurfacePoint]| {
             let mut sums = [DVec3::ZERO];
-            let rays = HemisphereRays { from, indices: 0..RAYS, seed: 5 };
+            let rays = HemisphereRays { from, indices: 0..RAYS, seed: 5, guiding: Guiding::NONE };
             gather.read(&rays, &mut Memory::default(), &mut sums);
             sums[0].x / f64::from(RAYS)
         };
@@ -154,7 +200,7 @@ mod tests {
             let below = patches.point(i, 0.3, 0.6);
             let from = SurfacePoint { position: below.position + 0.01 * below.normal, normal: -below.normal, face: 3 };
             let mut sums = [DVec3::ZERO];
-            let rays = HemisphereRays { from: &[from], indices: 0..RAYS, seed: 5 };
+            let rays = HemisphereRays { from: &[from], indices: 0..RAYS, seed: 5, guiding: Guiding::NONE };
             gather.read(&rays, &mut Memory::default(), &mut sums);
             let texels = (0..RAYS).map(|_| {
                 let direction = cosine_direction(from.normal, random.uniform(), random.uniform());

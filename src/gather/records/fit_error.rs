@@ -155,10 +155,10 @@ impl IrradianceCache<'_> {
     }
 
     /// A record of a place, independent of those in the cache.
-    fn fresh(&self, &LayerFit { pixel, layer, .. }: &LayerFit, pixels: &[Pixel], round: u32) -> Record {
+    fn fresh(&mut self, &LayerFit { pixel, layer, .. }: &LayerFit, pixels: &[Pixel], round: u32) -> Record {
         let seed =
             hash(pixel as u32, hash(layer as u32, hash(round, Purpose::CrossValidation.seed(self.density.seed))));
-        let site = Site { pixel, camera_count: pixels[pixel].count, spacing: 1, seed };
+        let site = Site { pixel, camera_count: pixels[pixel].count, spacing: 1, seed, density: 0 };
         self.record(&pixels[pixel].layers[layer], site)
     }
 

@@ -15,6 +15,7 @@ use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::pixel_layer::{Layer, Place};
 use crate::gather::records::final_gather::{FinalGather, HemisphereRays};
+use crate::gather::records::guiding::{Guiding, GuidingField};
 use crate::gather::records::interpolation::{Fit, Support};
 use crate::gather::records::pixel_lattice::Lattice;
 use crate::rays::purpose::Purpose;
@@ -26,6 +27,10 @@ use crate::surfaces::SurfacePoint;
 pub(crate) const NONE: u32 = u32::MAX;
 /// A place is covered where the fit leaves at most this share of a record's variance: some four records around it.
 pub(crate) const COVERED: f64 = 0.34;
+/// Spacings of the coarsest lattice to a side of the squares whose records share a guiding density.
+const TILE: usize = 2;
+/// Such squares across the picture at most.
+const TILES: usize = 24;
 /// A record with a shortened valid radius interpolates from others up to so many of its radii away.
 const APART: f64 = 2.0;
 /// Rays of a half at least.
@@ -68,6 +73,8 @@ pub(crate) struct IrradianceCache<'a> {
     pub(crate) record_of: Vec<u32>,
     /// Number of the first layer of every pixel.
     pub(crate) starts: Vec<usize>,
+    /// Guiding densities of the rays; none where every pixel has a record.
+    guiding: Option<GuidingField>,
     /// Rays cast.
     pub cast: u64,
 }
@@ -82,6 +89,7 @@ impl<'a> IrradianceCache<'a> {
     ) -> IrradianceCache<'a> {
         let view = camera_rays.view;
         let width = view.width;
+        let tile = (TILE * density.spacing).max(width / TILES);
         let mut starts = vec![0];
         for pixel in pixels {
             starts.push(starts[starts.len() - 1] + pixel.layers.len());
@@ -99,6 +107,7 @@ impl<'a> IrradianceCache<'a> {
             lattice: Lattice::new(density.spacing, width, pixels.len() / width.max(1)),
             record_of: vec![NONE; starts[pixels.len()]],
             starts,
+            guiding: (density.spacing > 1).then(|| GuidingField::new(tile, width, final_gather.brightest())),
             cast: 0,
         }
     }
@@ -171,14 +180,15 @@ impl<'a> IrradianceCache<'a> {
     pub(crate) fn add(&mut self, k: usize, l: usize, pixel: &Pixel, spacing: usize) {
         self.record_of[self.starts[k] + l] = self.records.len() as u32;
         let seed = hash(k as u32, hash(l as u32, self.density.seed));
-        let site = Site { pixel: k, camera_count: pixel.count, spacing, seed };
+        let site = Site { pixel: k, camera_count: pixel.count, spacing, seed, density: 0 };
         let record = self.record(&pixel.layers[l], site);
         self.records.push(record);
     }
 
-    /// A record of a layer, without rays and not of the cache.
-    pub(crate) fn record(&self, layer: &Layer, site: Site) -> Record {
-        Record::new(layer, site, self.camera, self.fields)
+    /// A record of a layer, without rays and not of the cache, with the density of its place.
+    pub(crate) fn record(&mut self, layer: &Layer, site: Site) -> Record {
+        let density = self.guiding.as_mut().map_or(0, |g| g.number(site.pixel, layer.first.normal));
+        Record::new(layer, Site { density, ..site }, self.camera, self.fields)
     }
 
     /// Rays of a half that the records of one lattice get.
@@ -197,11 +207,17 @@ impl<'a> IrradianceCache<'a> {
 
     /// Casts rays from records, of the cache or not, until each half has as many as `wanted` says of each of them.
     pub(crate) fn extend(&mut self, records: &mut [Record], wanted: impl Fn(usize) -> u32 + Sync) {
-        let with = (self.camera_rays, self.final_gather);
+        if let Some(guiding) = &mut self.guiding {
+            guiding.update();
+        }
+        let (camera_rays, final_gather, guiding) = (self.camera_rays, self.final_gather, self.guiding.as_ref());
         let added: u64 = records
             .par_iter_mut()
             .enumerate()
-            .map_init(Memory::default, |memory, (i, record)| record.extend(with, wanted(i), memory))
+            .map_init(Memory::default, |memory, (i, record)| {
+                let guiding = guiding.map_or(Guiding::NONE, |g| g.of(record.site.density));
+                record.extend(&Casting { camera_rays, final_gather, guiding }, wanted(i), memory)
+            })
             .sum();
         self.cast += added;
     }
@@ -246,6 +262,15 @@ pub(crate) struct Site {
     pub spacing: usize,
     /// Chooses the scrambling of its rays.
     pub seed: u32,
+    /// The number of its guiding density.
+    pub density: u32,
+}
+
+/// What a record's rays are cast with.
+pub(crate) struct Casting<'a> {
+    pub camera_rays: &'a CameraRays<'a>,
+    pub final_gather: &'a FinalGather<'a>,
+    pub guiding: Guiding<'a>,
 }
 
 /// One irradiance record.
@@ -285,29 +310,29 @@ impl Record {
     }
 
     /// Casts rays until each half has `count`; returns the number of rays cast.
-    fn extend(&mut self, with: (&CameraRays, &FinalGather), count: u32, memory: &mut Memory) -> u64 {
-        let (camera_rays, final_gather) = with;
+    fn extend(&mut self, with: &Casting, count: u32, memory: &mut Memory) -> u64 {
         let mut cast = 0;
         if self.rays == 0 {
-            cast += self.gather(final_gather, count.min(FIRST), memory);
+            cast += self.gather(with, count.min(FIRST), memory);
         }
         if count > self.rays {
-            cast += self.find_origins(camera_rays, count / EACH);
-            cast += self.gather(final_gather, count, memory);
+            cast += self.find_origins(with.camera_rays, count / EACH);
+            cast += self.gather(with, count, memory);
         }
         cast
     }
 
     /// Casts hemisphere rays until each half has `count`.
-    fn gather(&mut self, final_gather: &FinalGather, count: u32, memory: &mut Memory) -> u64 {
+    fn gather(&mut self, with: &Casting, count: u32, memory: &mut Memory) -> u64 {
         let range = self.rays..count.max(self.rays);
         for (half, sums) in self.sums.iter_mut().enumerate() {
             let rays = HemisphereRays {
                 from: self.layer.origins(half),
                 indices: range.clone(),
                 seed: Purpose::HemisphereRays(half).seed(self.site.seed),
+                guiding: with.guiding,
             };
-            self.nearness += final_gather.read(&rays, memory, sums);
+            self.nearness += with.final_gather.read(&rays, memory, sums);
         }
         self.rays = range.end;
         2 * range.len() as u64

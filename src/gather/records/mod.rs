@@ -2,6 +2,7 @@
 
 pub(crate) mod final_gather;
 pub(crate) mod fit_error;
+pub(crate) mod guiding;
 pub(crate) mod indirect_light;
 pub(crate) mod interpolation;
 pub(crate) mod irradiance_cache;
