@@ -9,7 +9,7 @@ const FIRST_RAYS: f64 = 128.0;
 /// How finely a scene is cut into patches, and how many rays each of them casts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fineness {
-    /// About how many patches; never fewer than the scene has faces.
+    /// About how many patches; small faces next to each other share one.
     pub patches: usize,
     /// Hemisphere rays from each patch.
     pub rays: u32,
