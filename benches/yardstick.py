@@ -193,7 +193,7 @@ def seconds_for(before, error, tolerance):
             share = math.log(error / e0) / math.log(e1 / e0) if e1 > e0 else 0.5
             return c0 * (c1 / c0) ** share
     at = before[tolerance]
-    return at["cpu"] * (at["true"] / error) ** 2 if error > 0 else at["cpu"]
+    return at["cpu"] * (at["true"] / error) ** 2 if min(at["true"], error) > 0 else at["cpu"]
 
 
 def compare(options):

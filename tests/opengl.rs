@@ -58,7 +58,10 @@ fn its_colours_are_the_closed_form() {
     ];
     for (form, l, falling) in cases {
         for gloss in [None, Some(Gloss { specular: Vec3::new(0.1, 0.2, 0.3), exponent: 12.0 })] {
-            let scene = floor(gloss, vec![PunctualLight { form: form.clone(), intensity: Vec3::new(1.0, 0.8, 0.6) }]);
+            let scene = floor(
+                gloss,
+                vec![PunctualLight { form: form.clone(), intensity: Vec3::new(1.0, 0.8, 0.6), name: None }],
+            );
             let Some(found) = drawn(&scene, (1, 1), 4) else { return };
             let h = (l + scene.camera.position.as_dvec3().normalize()).normalize();
             let specular = gloss.map_or(DVec3::ZERO, |g| g.specular.as_dvec3() * h.z.powf(f64::from(g.exponent)));
@@ -73,7 +76,7 @@ fn its_colours_are_the_closed_form() {
 #[test]
 fn what_it_has_not_is_refused() {
     let place = PunctualPlace { position: DVec3::Z, attenuation: [0.0, 0.0, 1.0] };
-    let light = PunctualLight { form: PunctualForm::even(place), intensity: Vec3::ONE };
+    let light = PunctualLight { form: PunctualForm::even(place), intensity: Vec3::ONE, name: None };
     let many = floor(None, vec![light.clone(); 9]);
     let sharp = floor(Some(Gloss { specular: Vec3::ONE, exponent: 500.0 }), vec![light]);
     for scene in [many, sharp] {

@@ -99,7 +99,11 @@ fn a_square_lamp_has_lamberts_closed_form_and_a_measured_cosine_its_own() {
     let mut dark = with(Vec3::ZERO);
     let place = PunctualPlace::new(dark.frame.to_unit(DVec3::Y), PunctualLight::PHYSICAL, dark.frame.scale);
     let beam = Beam::Spot { direction: DVec3::NEG_Y, exponent: 1.0, cutoff: 0.0 };
-    dark.lights.push(PunctualLight { form: PunctualForm::Point { place, beam }, intensity: Vec3::splat(5.0) });
+    dark.lights.push(PunctualLight {
+        form: PunctualForm::Point { place, beam },
+        intensity: Vec3::splat(5.0),
+        name: None,
+    });
     let off_axis = DVec3::new(1.5, -1.0, 0.0);
     let found = measure(&dark, Mode::Global, &[sensor(off_axis, DVec3::Y)], 0.01, 4);
     let d2 = 4.0 + 2.25;

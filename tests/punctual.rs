@@ -53,7 +53,8 @@ impl Asked {
         let position = self.p.geometry.scene.frame.to_unit(x).as_vec3();
         let receiver = SurfacePoint { position, normal: Vec3::Y, face: 0 };
         let mut scratch = Scratch::default();
-        let light = self.lights.gather_punctual(&receiver, &mut scratch);
+        let mut light = DVec3::ZERO;
+        self.lights.gather_punctual(&receiver, &mut scratch, |_, own| light += own);
         (PI * light, scratch.cast)
     }
 }
@@ -179,7 +180,11 @@ fn room(open: bool, form: &PunctualForm, intensity: f32) -> Scene {
     }
     mesh.cuboid(p(0.2, -0.3, 0.1), p(0.4, 0.1, 0.3), DQuat::from_rotation_y(0.4), Facing::Out, 2);
     let mut scene = mesh.scene(vec![grey("floor", 0.6), grey("wall", 0.5), grey("slab", 0.7)]);
-    scene.lights.push(PunctualLight { form: form.clone(), intensity: intensity * Vec3::new(1.0, 0.8, 0.6) });
+    scene.lights.push(PunctualLight {
+        form: form.clone(),
+        intensity: intensity * Vec3::new(1.0, 0.8, 0.6),
+        name: None,
+    });
     scene
 }
 
@@ -256,7 +261,7 @@ fn many_lights_are_drawn_without_bias() {
             let at = |axis| 1.6 * random(k, axis) - 0.8;
             let position = DVec3::new(at(0), at(1), at(2));
             let form = PunctualForm::even(PunctualPlace { position, attenuation: [0.0, 0.0, 1.0] });
-            PunctualLight { form, intensity: Vec3::new(1.0, 0.5, random(k, 3) as f32) }
+            PunctualLight { form, intensity: Vec3::new(1.0, 0.5, random(k, 3) as f32), name: None }
         })
         .collect();
     let asked = Asked::new(scene.clone(), Mode::Global.transport());

@@ -293,7 +293,7 @@ fn lights_without_area_are_read_in_unit_coordinates() {
     // The square is one unit wide, so the frame's scale is a half.
     let scene = lit("type = \"point\"\nposition = [0.5, 0.5, 1]\nattenuation = [1, 2, 3]\n").unwrap();
     let place = PunctualPlace { position: DVec3::new(0.0, 0.0, 2.0), attenuation: [1.0, 1.0, 0.75] };
-    let expected = PunctualLight { form: PunctualForm::even(place), intensity: Vec3::new(1.0, 2.0, 3.0) };
+    let expected = PunctualLight { form: PunctualForm::even(place), intensity: Vec3::new(1.0, 2.0, 3.0), name: None };
     assert_eq!(scene.lights, [expected]);
     let spot = "type = \"spot\"\nposition = [0.5, 0.5, 1]\ndirection = [0, 0, -1e-200]\ncutoff = 60\n";
     let scene = lit(spot).unwrap();

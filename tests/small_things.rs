@@ -87,7 +87,7 @@ fn grains_smaller_than_a_pixel_are_seen() {
     ];
     let mut scene = faces.seen_from(HEIGHT, FOV, materials);
     let form = PunctualForm::Directional { direction: -DVec3::Z };
-    scene.lights.push(PunctualLight { form, intensity: Rgb::splat(10.0) });
+    scene.lights.push(PunctualLight { form, intensity: Rgb::splat(10.0), name: None });
     // What is left of a picture that misses all grains.
     let exact = |x: usize, y: usize| f64::from(DARK) + f64::from(BRIGHT - DARK) * covered(x, y);
     let all = || (0..PIXELS * PIXELS).map(|k| exact(k % PIXELS, k / PIXELS));

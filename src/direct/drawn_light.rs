@@ -315,8 +315,12 @@ mod tests {
         let square = |k: u32| [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|at| corner(k, at));
         let corners: Vec<DVec3> = (0..SIDE * SIDE).flat_map(square).collect();
         let faces: Vec<(Vec<u32>, u32)> = (0..SIDE * SIDE).map(|k| ((4 * k..4 * k + 4).collect(), 0)).collect();
-        let tree =
-            LightTree::new(&Luminaires::new(&Scene::from_faces("", &corners, &faces, vec![glow]).unwrap()), TOLERABLE);
+        let tree = {
+            let scene = Scene::from_faces("", &corners, &faces, vec![glow]).unwrap();
+            let luminaires = Luminaires::new(&scene);
+            let all: Vec<u32> = (0..luminaires.list.len() as u32).collect();
+            LightTree::new(&luminaires, &all, TOLERABLE)
+        };
         let mut leaves: Vec<usize> = (0..tree.nodes.len()).filter(|&k| tree.nodes[k].children.is_none()).collect();
         leaves.sort_unstable_by_key(|&k| tree.nodes[k].range.start);
         assert_eq!(leaves.len(), COUNT);

@@ -76,17 +76,28 @@ impl<'a> Highlights<'a> {
         })
     }
 
-    /// H at a point, W/(m² sr), from one draw of each kind, points of the unit square.
-    pub fn gather(&self, receiver: &SurfacePoint, gloss: Gloss, draws: [DVec2; 2], memory: &mut Scratch) -> DVec3 {
+    /// Calls `each` with the emitters' parts of H at a point, W/(m² sr), from one draw of each kind, points of the unit
+    /// square.
+    pub fn gather(
+        &self,
+        receiver: &SurfacePoint,
+        gloss: Gloss,
+        draws: [DVec2; 2],
+        memory: &mut Scratch,
+        mut each: impl FnMut(usize, DVec3),
+    ) {
         let position = receiver.position.as_dvec3();
         let to_viewer = (self.lights.geometry.scene.camera.position.as_dvec3() - position).normalize_or_zero();
         let shown = Shown { receiver, position, normal: receiver.normal.as_dvec3(), to_viewer, gloss };
-        let mut light = self.lights.gather_weighted(receiver, |to_light| shown.lobe(to_light), memory);
+        let specular = gloss.specular.as_dvec3();
+        let lobe = |to_light| shown.lobe(to_light);
+        self.lights.gather_weighted(receiver, lobe, memory, |emitter, light| each(emitter, specular * light));
         if self.emits {
-            light += (self.drawn(&shown, draws[0], memory) + self.met(&shown, draws[1], memory)) / PI;
+            let (emitter, light) = self.drawn(&shown, draws[0], memory);
+            each(emitter, specular * light / PI);
+            self.met(&shown, draws[1], memory, |emitter, light| each(emitter, specular * light / PI));
             memory.cast += 1;
         }
-        gloss.specular.as_dvec3() * light
     }
 
     /// Density per area at which points of a luminaire of that radiance are drawn.
@@ -94,9 +105,9 @@ impl<'a> Highlights<'a> {
         radiance.element_sum() / self.power
     }
 
-    /// Light over Ks/pi of a point drawn on a luminaire, over its density.
-    fn drawn(&self, shown: &Shown, at: DVec2, memory: &mut Scratch) -> DVec3 {
-        let Some(last) = self.until.len().checked_sub(1) else { return DVec3::ZERO };
+    /// Light over Ks/pi of a point drawn on a luminaire, over its density, and the emitter.
+    fn drawn(&self, shown: &Shown, at: DVec2, memory: &mut Scratch) -> (usize, DVec3) {
+        let Some(last) = self.until.len().checked_sub(1) else { return (0, DVec3::ZERO) };
         let k = self.until.partition_point(|&until| until <= at.x).min(last);
         let before = if k == 0 { 0.0 } else { self.until[k - 1] };
         let u = ((at.x - before) / (self.until[k] - before)).clamp(0.0, 1.0) as f32;
@@ -108,24 +119,28 @@ impl<'a> Highlights<'a> {
         let lobe = shown.lobe(way);
         // NaN where the two points are one.
         if !(per_area > 0.0 && lobe > 0.0) {
-            return DVec3::ZERO;
+            return (luminaire.emitter, DVec3::ZERO);
         }
         let arrived = self.lights.transmittance(shown.receiver, y.end(), memory);
         let radiance = luminaire.radiance.as_dvec3();
         let own = self.density(radiance);
         let weight = power_heuristic(own, shown.density(way) * per_area);
-        radiance * y.share * (lobe * per_area / own * weight * arrived)
+        (luminaire.emitter, radiance * y.share * (lobe * per_area / own * weight * arrived))
     }
 
-    /// Light over Ks/pi along a ray drawn from the lobe, over its density.
-    fn met(&self, shown: &Shown, at: DVec2, memory: &mut Scratch) -> DVec3 {
-        let Some(way) = shown.gloss.direction(shown.normal, shown.to_viewer, at) else { return DVec3::ZERO };
+    /// Calls `each` with light over Ks/pi along a ray drawn from the lobe, over its density.
+    fn met(&self, shown: &Shown, at: DVec2, memory: &mut Scratch, mut each: impl FnMut(usize, DVec3)) {
+        let Some(way) = shown.gloss.direction(shown.normal, shown.to_viewer, at) else { return };
         let Lights { luminaires, transports, .. } = self.lights;
         let Geometry { scene, rays, .. } = &*self.lights.geometry;
         let direction = way.as_vec3();
         let ray = Ray { origin: shown.receiver.position, direction, source: Some(shown.receiver.face) };
         let density = shown.density(way);
-        let mut sum = DVec3::ZERO;
+        // NaN where the density of the lobe underflows.
+        if density.is_nan() || density <= 0.0 {
+            return;
+        }
+        let share = shown.lobe(way) / density;
         rays.light_crossings(&ray, self.opaque, &mut memory.hits);
         rays.transmit(
             &memory.hits,
@@ -145,11 +160,10 @@ impl<'a> Highlights<'a> {
                 } else {
                     0.0
                 };
-                sum += radiance * (through * power_heuristic(density, other));
+                let emitter = luminaires.emitters.of_face(scene, hit.face);
+                each(emitter, radiance * (share * through * power_heuristic(density, other)));
             },
         );
-        // NaN where the density of the lobe underflows.
-        if density > 0.0 { sum * (shown.lobe(way) / density) } else { DVec3::ZERO }
     }
 }
 

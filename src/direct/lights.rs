@@ -15,6 +15,7 @@ use crate::direct::emitters::shafts::{Shafts, casters};
 use crate::direct::many::light_cut::{CutInputs, LightCuts};
 use crate::light::{Rgb, Transport};
 use crate::patches::Patches;
+use crate::scene::Emitters;
 use crate::surfaces::Geometry;
 
 /// The lights of a scene in one mode, and the occluders between lights and patches.
@@ -35,8 +36,8 @@ pub struct Lights {
     pub(crate) punctual: Occlusion,
     /// Occluders between a patch and a luminaire.
     pub(crate) shafts: Shafts,
-    /// The light cut of each patch, where luminaires are many.
-    pub(crate) cuts: Option<LightCuts>,
+    /// The light cuts of the patches for each emitter that has luminaires, where luminaires are many.
+    pub(crate) cuts: Vec<LightCuts>,
 }
 
 impl Lights {
@@ -58,8 +59,14 @@ impl Lights {
         let casters =
             if *occlusion == Occlusion::Nothing { Vec::new() } else { casters(scene, rays, luminaires, &tau) };
         if luminaires.list.len() > FEW_LUMINAIRES {
-            let inputs = CutInputs { rays, patches, luminaires, occlusion, casters: &casters, exactness };
-            lights.cuts = Some(LightCuts::new(&inputs, &receives));
+            let mut emitters: Vec<usize> = luminaires.list.iter().map(|luminaire| luminaire.emitter).collect();
+            emitters.sort_unstable();
+            emitters.dedup();
+            let cuts = emitters.into_iter().map(|emitter| {
+                let inputs = CutInputs { rays, patches, luminaires, emitter, occlusion, casters: &casters, exactness };
+                LightCuts::new(&inputs, &receives)
+            });
+            lights.cuts = cuts.collect();
             lights.shafts = Shafts::casting(casters);
         } else if *occlusion != Occlusion::Nothing {
             lights.shafts = Shafts::new(casters, patches, luminaires, &receives);
@@ -85,29 +92,34 @@ impl Lights {
             transports,
             exactness: TOLERABLE,
             shafts: Shafts::default(),
-            cuts: None,
+            cuts: Vec::new(),
         }
     }
 
     /// The same with another model of occlusion, without shafts and cuts.
     pub fn occluded_by(self, occlusion: Occlusion) -> Lights {
-        Lights { punctual: occlusion.clone(), occlusion, shafts: Shafts::default(), cuts: None, ..self }
+        Lights { punctual: occlusion.clone(), occlusion, shafts: Shafts::default(), cuts: Vec::new(), ..self }
+    }
+
+    /// The emitters whose light is kept apart.
+    pub fn emitters(&self) -> &Emitters {
+        &self.luminaires.emitters
     }
 
     /// Visibility rays for each receiver and luminaire in a mean over few receivers: 4 for the ratio estimator, whose
     /// bias falls with them. Light cuts have no ratio, and their own number of draws.
     pub fn visibility_rays(&self) -> u32 {
-        let takes_ratios = self.cuts.is_none() && self.occlusion != Occlusion::Nothing && !self.shafts.know_all();
+        let takes_ratios = self.cuts.is_empty() && self.occlusion != Occlusion::Nothing && !self.shafts.know_all();
         if takes_ratios { 4 } else { 1 }
     }
 
     /// Points of the unit square that one receiver uses at most for `rays` visibility rays.
     pub fn points(&self, rays: u32) -> u32 {
-        rays * self.cuts.as_ref().map_or(1, |_| LightCuts::MOST_DRAWN)
+        if self.cuts.is_empty() { rays } else { rays * LightCuts::MOST_DRAWN }
     }
 
     /// Relative error that nodes of many luminaires may have; 0 where there are none.
     pub fn stand_ins(&self) -> f64 {
-        if self.cuts.is_some() { self.exactness } else { 0.0 }
+        if self.cuts.is_empty() { 0.0 } else { self.exactness }
     }
 }

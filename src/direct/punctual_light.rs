@@ -30,6 +30,8 @@ const BEFORE: f64 = 1e-5;
 
 /// What falls on a receiver from one light without occlusion.
 struct Falling {
+    /// The emitter that the light is.
+    emitter: usize,
     /// Irradiance over pi, W/(m² sr).
     light: DVec3,
     /// Where its visibility ray ends.
@@ -39,7 +41,7 @@ struct Falling {
 impl Falling {
     /// What falls from a light on a point, `weigh(l)` standing for n·l, l the unit vector to the light; `None` where
     /// nothing does.
-    fn new(light: &PunctualLight, x: DVec3, weigh: &impl Fn(DVec3) -> f64) -> Option<Falling> {
+    fn new(emitter: usize, light: &PunctualLight, x: DVec3, weigh: &impl Fn(DVec3) -> f64) -> Option<Falling> {
         let (way, share, distance) = match &light.form {
             PunctualForm::Point { place, beam } => {
                 let across = place.position - x;
@@ -52,6 +54,7 @@ impl Falling {
         let irradiance = weigh(way) * share;
         // NaN where the two points are one.
         (irradiance > 0.0).then(|| Falling {
+            emitter,
             light: light.intensity.as_dvec3() * (irradiance / PI),
             end: (x + way * (distance - BEFORE)).as_vec3(),
         })
@@ -63,34 +66,34 @@ impl Falling {
 }
 
 impl Lights {
-    /// Irradiance over pi from all lights without area at a receiver, W/(m² sr).
-    pub fn gather_punctual(&self, receiver: &SurfacePoint, scratch: &mut Scratch) -> DVec3 {
+    /// Calls `each` with irradiance over pi from lights without area at a receiver, W/(m² sr), and their emitters.
+    pub fn gather_punctual(&self, receiver: &SurfacePoint, scratch: &mut Scratch, each: impl FnMut(usize, DVec3)) {
         let n = receiver.normal.as_dvec3();
-        self.gather_weighted(receiver, |way| n.dot(way), scratch)
+        self.gather_weighted(receiver, |way| n.dot(way), scratch, each);
     }
 
-    /// Light of all lights without area at a receiver, W/(m² sr), with `weigh(l)` in place of n·l, l the unit vector to
-    /// each.
+    /// The same with `weigh(l)` in place of n·l, l the unit vector to each.
     pub(crate) fn gather_weighted(
         &self,
         receiver: &SurfacePoint,
         weigh: impl Fn(DVec3) -> f64,
         scratch: &mut Scratch,
-    ) -> DVec3 {
+        mut each: impl FnMut(usize, DVec3),
+    ) {
         let x = receiver.position.as_dvec3();
-        let each = self.luminaires.punctual.iter().filter_map(|light| Falling::new(light, x, &weigh));
+        let lights = self.luminaires.punctual.iter().enumerate();
+        let falling =
+            lights.filter_map(|(k, light)| Falling::new(self.luminaires.punctual_emitter(k), light, x, &weigh));
         if self.punctual == Occlusion::Nothing {
-            return each.map(|f| f.light).sum();
+            return falling.for_each(|f| each(f.emitter, f.light));
         }
-        let falling: Vec<Falling> = each.collect();
-        let mut sum = DVec3::ZERO;
+        let falling: Vec<Falling> = falling.collect();
         for (k, weight) in drawn(&falling, || point_for(receiver.position, u32::MAX).x) {
             let to = (falling[k].end, None);
             let arrived = self.punctual.transmittance(&self.geometry.rays, receiver.end(), to, &mut scratch.hits);
-            sum += falling[k].light * (weight * f64::from(arrived));
+            each(falling[k].emitter, falling[k].light * (weight * f64::from(arrived)));
             scratch.cast += 1;
         }
-        sum
     }
 }
 
@@ -119,8 +122,9 @@ mod tests {
 
     #[test]
     fn lights_that_are_drawn_have_the_right_mean() {
-        let falling: Vec<Falling> =
-            (0..50).map(|k| Falling { light: DVec3::new(f64::from(k * k), 1.0, 0.5), end: Vec3::ZERO }).collect();
+        let falling: Vec<Falling> = (0..50)
+            .map(|k| Falling { emitter: 0, light: DVec3::new(f64::from(k * k), 1.0, 0.5), end: Vec3::ZERO })
+            .collect();
         let mut mean = vec![0.0; falling.len()];
         for u in 0..1000 {
             let chosen = drawn(&falling, || (u as f32 + 0.5) / 1000.0);

@@ -29,6 +29,8 @@ pub struct Received {
     pub luminaires: Vec<Rgb>,
     /// Irradiance over pi from lights without area, W/(m² sr); empty where there are none.
     pub punctual: Vec<Rgb>,
+    /// All of both, emitter by emitter; empty where they are not kept apart.
+    pub emitters: Vec<Vec<Rgb>>,
     /// Rays cast.
     pub rays: u64,
 }
@@ -38,8 +40,8 @@ pub struct Received {
 pub struct LightSum {
     /// Luminaires evaluated one by one.
     each: Vec<DirectSum>,
-    /// All other light.
-    others: DVec3,
+    /// All other light, emitter by emitter.
+    others: Vec<DVec3>,
 }
 
 /// Which point of the unit square a receiver uses: number k of `of` for a luminaire.
@@ -57,19 +59,23 @@ impl LightSum {
     /// Forgets all light; memory stays.
     pub fn clear(&mut self) {
         self.each.fill(DirectSum::default());
-        self.others = DVec3::ZERO;
+        self.others.fill(DVec3::ZERO);
     }
 
     /// Adds the light of other receivers.
     pub(crate) fn join(&mut self, other: &LightSum) {
         self.each.resize(self.each.len().max(other.each.len()), DirectSum::default());
         self.each.iter_mut().zip(&other.each).for_each(|(own, other)| own.join(other));
-        self.others += other.others;
+        self.others.resize(self.others.len().max(other.others.len()), DVec3::ZERO);
+        self.others.iter_mut().zip(&other.others).for_each(|(own, other)| *own += *other);
     }
 
-    /// Adds light of another source.
-    pub fn add(&mut self, light: DVec3) {
-        self.others += light;
+    /// Adds other light of an emitter.
+    pub fn add(&mut self, emitter: usize, light: DVec3) {
+        if self.others.len() <= emitter {
+            self.others.resize(emitter + 1, DVec3::ZERO);
+        }
+        self.others[emitter] += light;
     }
 }
 
@@ -77,14 +83,29 @@ impl Lights {
     /// Light at a receiver on a patch, `sum of F_l E_l` and irradiance over pi from lights without area, W/(m² sr): one
     /// sample without bias.
     pub fn sample(&self, receiver: &SurfacePoint, patch: u32, random: &mut Stream, scratch: &mut Scratch) -> DVec3 {
-        let mut sum = self.gather_punctual(receiver, scratch);
-        if let Some(cuts) = &self.cuts {
-            return sum + cuts.sample(self, receiver, patch, random, scratch);
-        }
-        for l in 0..self.luminaires.list.len() {
-            sum += self.sample_luminaire(self.lamp(l, patch), receiver, random, scratch);
-        }
+        let mut sum = DVec3::ZERO;
+        self.sample_each((receiver, patch), random, scratch, |_, light| sum += light);
         sum
+    }
+
+    /// Calls `each` with the emitters' parts of such a sample.
+    pub fn sample_each(
+        &self,
+        (receiver, patch): (&SurfacePoint, u32),
+        random: &mut Stream,
+        scratch: &mut Scratch,
+        mut each: impl FnMut(usize, DVec3),
+    ) {
+        self.gather_punctual(receiver, scratch, &mut each);
+        if !self.cuts.is_empty() {
+            for cuts in &self.cuts {
+                each(cuts.emitter, cuts.sample(self, receiver, patch, random, scratch));
+            }
+            return;
+        }
+        for (l, luminaire) in self.luminaires.list.iter().enumerate() {
+            each(luminaire.emitter, self.sample_luminaire(self.lamp(l, patch), receiver, random, scratch));
+        }
     }
 
     /// Adds the light at a receiver on a patch, weighted per channel, with `rays` visibility rays for each luminaire
@@ -97,13 +118,15 @@ impl Lights {
         point: impl Fn(Choice) -> Vec2,
         scratch: &mut Scratch,
     ) {
-        sum.others += weight * self.gather_punctual(receiver, scratch);
-        if let Some(cuts) = &self.cuts {
+        self.gather_punctual(receiver, scratch, |emitter, light| sum.add(emitter, weight * light));
+        if !self.cuts.is_empty() {
             // Blocks of one length for all patches, so that two of them in a pixel share no points.
             let of = self.points(rays);
-            let drawn = 0..(rays * cuts.draws(patch)) as usize;
-            let drawn = drawn.map(|k| point(Choice { luminaire: 0, k: k as u32, of }));
-            sum.others += weight * cuts.gather(self, receiver, patch, drawn, scratch);
+            for (luminaire, cuts) in (0..).zip(&self.cuts) {
+                let drawn = 0..(rays * cuts.draws(patch)) as usize;
+                let drawn = drawn.map(|k| point(Choice { luminaire, k: k as u32, of }));
+                sum.add(cuts.emitter, weight * cuts.gather(self, receiver, patch, drawn, scratch));
+            }
             return;
         }
         sum.each.resize(self.luminaires.list.len(), DirectSum::default());
@@ -117,63 +140,113 @@ impl Lights {
     pub fn total(&self, sum: &LightSum) -> DVec3 {
         let luminaires = self.luminaires.list.iter().zip(&sum.each);
         let each = luminaires.map(|(l, sum)| sum.estimate() * l.radiance.as_dvec3());
-        each.sum::<DVec3>() + sum.others
+        each.sum::<DVec3>() + sum.others.iter().sum::<DVec3>()
+    }
+
+    /// Calls `each` with the emitters' parts of it.
+    pub fn by_emitter(&self, sum: &LightSum, mut each: impl FnMut(usize, DVec3)) {
+        let luminaires = self.luminaires.list.iter().zip(&sum.each);
+        luminaires.for_each(|(l, sum)| each(l.emitter, sum.estimate() * l.radiance.as_dvec3()));
+        sum.others.iter().enumerate().for_each(|(emitter, light)| each(emitter, *light));
     }
 
     /// What every patch that `receives` gets from luminaires and from lights without area; `tick` counts patches.
     pub fn receive(&self, receives: &[bool], sampling: &Sampling, tick: Progress) -> Received {
-        let (luminaires, cast) = self.receive_emitted(receives, sampling, tick);
-        let (punctual, more) = self.receive_punctual(receives, sampling);
-        Received { luminaires, punctual, rays: cast + more }
+        let luminaires = self.emitted(receives, sampling, tick);
+        let punctual = self.punctual(receives, sampling);
+        let of = |all: &PatchSums, e: usize, i: usize| all.emitters.get(e).map_or(Rgb::ZERO, |own| own[i]);
+        let count = self.emitters().names().len();
+        let both = |e: usize| (0..self.patches.len()).map(|i| of(&luminaires, e, i) + of(&punctual, e, i)).collect();
+        Received {
+            emitters: (0..count).map(both).collect(),
+            luminaires: luminaires.total,
+            punctual: punctual.total,
+            rays: luminaires.rays + punctual.rays,
+        }
     }
 
     /// `sum over luminaires of F_il E_l` for every patch that `receives`, W/(m² sr); and how many rays were cast.
     pub fn receive_emitted(&self, receives: &[bool], sampling: &Sampling, tick: Progress) -> (Vec<Rgb>, u64) {
-        let rays = sampling.emitter_rays;
-        let most = match self.cuts {
-            Some(_) => rays.clamp(1, SMOOTH) * rays.div_ceil(SMOOTH).next_power_of_two() * LightCuts::MOST_DRAWN,
-            None => rays.max(1),
-        };
-        let sobol = Sobol::new(most as usize, 4);
-        let points = ReceiverPoints { lights: self, sobol, rays, seed: Purpose::Received.seed(sampling.seed) };
-        let receive = |scratch: &mut Scratch, i: usize| {
-            tick(1);
-            match &self.cuts {
-                _ if !receives[i] => DVec3::ZERO,
-                Some(cuts) => points.by_cut(cuts, i, scratch),
-                None => points.one_by_one(i, scratch),
-            }
-        };
-        self.for_all(receive)
+        let PatchSums { total, rays, .. } = self.emitted(receives, sampling, tick);
+        (total, rays)
     }
 
     /// Irradiance over pi from lights without area for every patch that `receives`, W/(m² sr), nothing at all where
     /// there are no such lights; and how many rays were cast.
     pub fn receive_punctual(&self, receives: &[bool], sampling: &Sampling) -> (Vec<Rgb>, u64) {
+        let PatchSums { total, rays, .. } = self.punctual(receives, sampling);
+        (total, rays)
+    }
+
+    /// What luminaires send to every patch that `receives`.
+    fn emitted(&self, receives: &[bool], sampling: &Sampling, tick: Progress) -> PatchSums {
+        let rays = sampling.emitter_rays;
+        let most = match self.cuts.is_empty() {
+            true => rays.max(1),
+            false => rays.clamp(1, SMOOTH) * rays.div_ceil(SMOOTH).next_power_of_two() * LightCuts::MOST_DRAWN,
+        };
+        let sobol = Sobol::new(most as usize, 4);
+        let points = ReceiverPoints { lights: self, sobol, rays, seed: Purpose::Received.seed(sampling.seed) };
+        self.for_all(|scratch, i, sums| {
+            tick(1);
+            if !receives[i] {
+                return;
+            }
+            if self.cuts.is_empty() {
+                return points.one_by_one(i, scratch, sums);
+            }
+            for (number, cuts) in (0..).zip(&self.cuts) {
+                sums[cuts.emitter] += points.by_cut((number, cuts), i, scratch);
+            }
+        })
+    }
+
+    /// What lights without area send to every patch that `receives`; nothing at all where there are none.
+    fn punctual(&self, receives: &[bool], sampling: &Sampling) -> PatchSums {
         if self.luminaires.punctual.is_empty() {
-            return (Vec::new(), 0);
+            return PatchSums::default();
         }
         let most = if self.punctual == Occlusion::Nothing { SMOOTH } else { u32::MAX };
         let rays = sampling.emitter_rays.clamp(1, most);
         let sobol = Sobol::new(rays as usize, 2);
         let points =
             ReceiverPoints { lights: self, sobol, rays, seed: Purpose::ReceivedFromPoints.seed(sampling.seed) };
-        let receive = |scratch: &mut Scratch, i: usize| {
-            if receives[i] { points.by_punctual(i, scratch) } else { DVec3::ZERO }
-        };
-        self.for_all(receive)
+        self.for_all(|scratch, i, sums| {
+            if receives[i] {
+                points.by_punctual(i, scratch, sums);
+            }
+        })
     }
 
-    /// What every patch receives, and the sum of the rays.
-    fn for_all(&self, receive: impl Fn(&mut Scratch, usize) -> DVec3 + Sync + Send) -> (Vec<Rgb>, u64) {
-        let one = |scratch: &mut Scratch, i: usize| {
+    /// What every patch receives, added to the sums of the emitters.
+    fn for_all(&self, receive: impl Fn(&mut Scratch, usize, &mut [DVec3]) + Sync + Send) -> PatchSums {
+        let (count, is_apart) = (self.emitters().count(), self.emitters().are_apart());
+        let one = |(scratch, sums): &mut (Scratch, Vec<DVec3>), i: usize| {
             let before = scratch.cast;
-            (receive(scratch, i).as_vec3(), scratch.cast - before)
+            sums.fill(DVec3::ZERO);
+            receive(scratch, i, sums);
+            let apart: Vec<Rgb> = if is_apart { sums.iter().map(|s| s.as_vec3()).collect() } else { Vec::new() };
+            (sums.iter().sum::<DVec3>().as_vec3(), apart, scratch.cast - before)
         };
-        let received = (0..self.patches.len()).into_par_iter().map_init(Scratch::default, one);
-        let (light, cast): (Vec<Rgb>, Vec<u64>) = received.unzip();
-        (light, cast.iter().sum())
+        let memory = || (Scratch::default(), vec![DVec3::ZERO; count]);
+        let received = (0..self.patches.len()).into_par_iter().map_init(memory, one);
+        let all: Vec<(Rgb, Vec<Rgb>, u64)> = received.collect();
+        PatchSums {
+            total: all.iter().map(|own| own.0).collect(),
+            emitters: (0..self.emitters().names().len()).map(|e| all.iter().map(|own| own.1[e]).collect()).collect(),
+            rays: all.iter().map(|own| own.2).sum(),
+        }
     }
+}
+
+/// Light that patches receive, W/(m² sr).
+#[derive(Default)]
+struct PatchSums {
+    total: Vec<Rgb>,
+    /// Emitter by emitter, where they are kept apart.
+    emitters: Vec<Vec<Rgb>>,
+    /// Rays cast.
+    rays: u64,
 }
 
 /// Where patches receive.
@@ -191,17 +264,18 @@ impl ReceiverPoints<'_> {
         self.lights.patches.point(i, self.sobol.point(k, 0, seed), self.sobol.point(k, 1, seed))
     }
 
-    /// What patch i receives from lights without area.
-    fn by_punctual(&self, i: usize, scratch: &mut Scratch) -> DVec3 {
+    /// Adds what patch i receives from lights without area.
+    fn by_punctual(&self, i: usize, scratch: &mut Scratch, sums: &mut [DVec3]) {
         let seed = hash(i as u32, self.seed);
-        let one = |k: u32| self.lights.gather_punctual(&self.point(i, k, seed), scratch) / f64::from(self.rays);
-        (0..self.rays).map(one).sum()
+        for k in 0..self.rays {
+            let add = |emitter: usize, light: DVec3| sums[emitter] += light / f64::from(self.rays);
+            self.lights.gather_punctual(&self.point(i, k, seed), scratch, add);
+        }
     }
 
-    /// What patch i receives from luminaires evaluated one by one.
-    fn one_by_one(&self, i: usize, scratch: &mut Scratch) -> DVec3 {
+    /// Adds what patch i receives from luminaires evaluated one by one.
+    fn one_by_one(&self, i: usize, scratch: &mut Scratch, sums: &mut [DVec3]) {
         let count = self.lights.luminaires.list.len();
-        let mut received = DVec3::ZERO;
         for l in 0..count {
             let lamp = self.lights.lamp(l, i as u32);
             let is_known = !matches!(lamp.between, Between::Unknown);
@@ -215,17 +289,17 @@ impl ReceiverPoints<'_> {
                 let receiver = self.point(i, k, seed);
                 self.lights.gather_luminaire(lamp, &receiver, DVec3::ONE, draw, scratch, &mut sum);
             }
-            received += sum.estimate() / f64::from(receivers) * lamp.luminaire.radiance.as_dvec3();
+            let received = sum.estimate() / f64::from(receivers) * lamp.luminaire.radiance.as_dvec3();
+            sums[lamp.luminaire.emitter] += received;
         }
-        received
     }
 
-    /// What patch i receives through its light cut: points are drawn on luminaires in proportion to the rays of a
+    /// What patch i receives through its light cut number k: points are drawn on luminaires in proportion to the rays of a
     /// patch, however many luminaires there are.
-    fn by_cut(&self, cuts: &LightCuts, i: usize, scratch: &mut Scratch) -> DVec3 {
+    fn by_cut(&self, (number, cuts): (u32, &LightCuts), i: usize, scratch: &mut Scratch) -> DVec3 {
         let receivers = self.rays.clamp(1, SMOOTH);
         let draws = self.rays.div_ceil(SMOOTH).next_power_of_two() * cuts.draws(i as u32);
-        let seed = hash(i as u32, self.seed);
+        let seed = hash(i as u32, if number == 0 { self.seed } else { hash(number, self.seed) });
         let mut received = DVec3::ZERO;
         for k in 0..receivers {
             let draw = |j: usize| Vec2::from([2, 3].map(|d| self.sobol.point(k * draws + j as u32, d, seed)));

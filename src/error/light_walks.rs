@@ -450,7 +450,7 @@ mod tests {
     fn lit_cube(form: PunctualForm) -> TermPower {
         let obj = "mtllib cube.mtl\nusemtl wall\n".to_string() + &cube(0, 1.0, true);
         let mut scene = Scene::from_obj_text("cube", &obj, "newmtl wall\nKd 0.5 0.5 0.5\n").unwrap();
-        scene.lights.push(PunctualLight { form, intensity: glam::Vec3::new(1.0, 2.0, 3.0) });
+        scene.lights.push(PunctualLight { form, intensity: glam::Vec3::new(1.0, 2.0, 3.0), name: None });
         walked(&scene, Transport { alpha: 0.5, tau: 0.5 }).terms[0]
     }
 

@@ -17,6 +17,7 @@
 pub(crate) mod adaptive_integration;
 pub(crate) mod cast;
 pub(crate) mod chebyshev;
+pub(crate) mod columns;
 pub(crate) mod contour_integral;
 pub(crate) mod cubature;
 pub(crate) mod exact;
@@ -32,6 +33,7 @@ pub(crate) mod sparse;
 
 pub use adaptive_integration::{Estimate, Tolerance};
 pub use cast::{Closure, FormFactors, Progress, Sampling, Variant, cast, cast_counts, closure, reciprocity};
+pub use columns::Columns;
 pub use exact::{Bodies, Method};
 pub use lambert::{point_kernel, point_to_polygon};
 pub use layers::{Layers, cast_layers};

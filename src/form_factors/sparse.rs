@@ -15,7 +15,7 @@ pub struct Rows {
 }
 
 /// Length of the runs summed in f32.
-const RUN: usize = 64;
+pub(crate) const RUN: usize = 64;
 /// Entries below which one thread does all: they take some ten microseconds, and another thread longer to wake.
 const ALONE: usize = 1 << 14;
 

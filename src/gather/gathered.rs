@@ -20,6 +20,8 @@ pub struct Gathered {
     pub standard_error: Picture,
     /// Estimated error.
     pub error: GatherError,
+    /// The picture taken apart: the emitters, then the bounces, each of which add up to it; empty where it is not.
+    pub layers: Vec<GatheredLayer>,
     /// RMS of the picture of each auxiliary field, over the pixels that see no luminaire, W/(m² sr).
     pub auxiliary_rms: Vec<f64>,
     /// Share of the camera rays that met the black back of a one-sided face.
@@ -29,6 +31,15 @@ pub struct Gathered {
     /// Rays cast.
     pub rays: u64,
     pub(crate) picture_fields: usize,
+}
+
+/// A part of the picture.
+#[derive(Clone, Debug)]
+pub struct GatheredLayer {
+    /// Linear radiance.
+    pub picture: Picture,
+    /// Standard error of every pixel.
+    pub standard_error: Picture,
 }
 
 /// Estimated RMS errors over the pixels that see no luminaire, W/(m² sr), and the RMS picture they compare with.
@@ -88,10 +99,18 @@ impl Gathered {
         let mean = |picture: &Picture| picture.averaged(step);
         let squares = |picture: &Picture| picture.pixels.iter().map(|p| p.as_dvec3().length_squared()).sum::<f64>();
         let rms = |picture: &Picture| (squares(picture) / (3 * picture.pixels.len().max(1)) as f64).sqrt();
-        let mut standard_error = self.standard_error.clone();
-        standard_error.pixels.iter_mut().for_each(|p| *p *= *p);
-        standard_error = mean(&standard_error);
-        standard_error.pixels.iter_mut().for_each(|p| *p = p.map(f32::sqrt) / step as f32);
+        let deviation = |of: &Picture| {
+            let mut squares = of.clone();
+            squares.pixels.iter_mut().for_each(|p| *p *= *p);
+            let mut all = mean(&squares);
+            all.pixels.iter_mut().for_each(|p| *p = p.map(f32::sqrt) / step as f32);
+            all
+        };
+        let standard_error = deviation(&self.standard_error);
+        let layer = |layer: &GatheredLayer| GatheredLayer {
+            picture: mean(&layer.picture),
+            standard_error: deviation(&layer.standard_error),
+        };
         let emission = mean(&self.emission);
         let mut reflected = mean(&self.total());
         reflected.pixels.iter_mut().zip(&emission.pixels).for_each(|(p, e)| *p -= *e);
@@ -100,6 +119,7 @@ impl Gathered {
             emission,
             direct: mean(&self.direct),
             indirect: self.indirect.iter().map(mean).collect(),
+            layers: self.layers.iter().map(layer).collect(),
             standard_error,
             error,
             ..self

@@ -13,6 +13,6 @@ pub(crate) mod pixels;
 pub(crate) mod records;
 pub(crate) mod sampling;
 
-pub use gathered::{GatherError, Gathered};
+pub use gathered::{GatherError, Gathered, GatheredLayer};
 pub use pass::gather;
 pub use sampling::{GatherPass, GatherSampling, Gathering};

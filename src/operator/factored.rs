@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, Matrix2};
 use sprs::{CsMat, TriMat};
 
 use crate::direct::Luminaires;
-use crate::form_factors::{FormFactors, Rows};
+use crate::form_factors::{Columns, FormFactors, Rows};
 use crate::light::{Light, Rgb, Transport, reflectance};
 use crate::operator::linear::{LinearOperator, padded, reflected};
 use crate::patches::Patches;
@@ -31,6 +31,17 @@ pub struct Operator {
     received: Vec<Rgb>,
     /// Power that lights without area bring to the patches, W over all channels.
     punctual: f64,
+    /// The emitters' parts of `E`, and of `received`; empty where they are not kept apart.
+    emitters: Vec<EmitterLight>,
+}
+
+/// The light of one emitter on its way to the patches.
+#[derive(Clone, Debug)]
+pub struct EmitterLight {
+    /// Its part of `E`.
+    pub emission: Vec<Light>,
+    /// Its part of [`Operator::received`].
+    pub received: Vec<Rgb>,
 }
 
 /// What each patch is made of, under one choice of (alpha, tau).
@@ -96,7 +107,23 @@ impl Operator {
             glows: materials.glows,
             received,
             punctual: 0.0,
+            emitters: Vec::new(),
         }
+    }
+
+    /// Keeps the light of emitters apart, which together are `E` and what is received.
+    pub fn with_emitters(self, emitters: Vec<EmitterLight>) -> Operator {
+        Operator { emitters, ..self }
+    }
+
+    /// The light of each emitter; empty where they are not kept apart.
+    pub fn emitters(&self) -> &[EmitterLight] {
+        &self.emitters
+    }
+
+    /// `K E` of a part of E whose light by luminaires is `received`.
+    pub fn first_bounce_of(&self, light: &EmitterLight) -> Vec<Light> {
+        self.bounce_once(&light.emission, &light.received)
     }
 
     /// Adds what patches receive from lights without area, irradiance over pi in W/(m² sr); none of them may be given.
@@ -178,20 +205,25 @@ impl LinearOperator for Operator {
 
     /// Luminaires go by closed form, other emitters by the rows of F.
     fn first_bounce(&self) -> Vec<Light> {
-        let glow: Vec<Light> = self
-            .emission
-            .iter()
-            .zip(&self.glows)
-            .map(|(e, &glows)| if glows { *e } else { Light::default() })
-            .collect();
-        let from_glow =
-            if self.glows.contains(&true) { self.f.product(&padded(&glow)) } else { vec![Vec4::ZERO; self.len()] };
-        let total = |i: usize| from_glow[i].truncate() + self.received[i];
-        (0..self.len()).map(|i| reflected(self.rho[i], self.alpha[i], total(i))).collect()
+        self.bounce_once(&self.emission, &self.received)
+    }
+
+    fn incident_columns(&self, x: &Columns) -> Columns {
+        self.f.product_of_columns(x)
     }
 }
 
 impl Operator {
+    /// What patches reflect of the light `received` and, by the rows of F, of what glows.
+    fn bounce_once(&self, emission: &[Light], received: &[Rgb]) -> Vec<Light> {
+        let glows = emission.iter().zip(&self.glows);
+        let glow: Vec<Light> = glows.map(|(e, &glows)| if glows { *e } else { Light::default() }).collect();
+        let is_dark = glow.iter().all(|l| *l == Light::default());
+        let from_glow = if is_dark { vec![Vec4::ZERO; self.len()] } else { self.f.product(&padded(&glow)) };
+        let total = |i: usize| from_glow[i].truncate() + received[i];
+        (0..self.len()).map(|i| reflected(self.rho[i], self.alpha[i], total(i))).collect()
+    }
+
     /// K of channel c (0 red, 1 green, 2 blue) with blocks `K_ij = F_ij rho_i [[alpha_i, 0], [1, 0]]`.
     pub fn blocks(&self, c: usize) -> CsMat<Matrix2<f32>> {
         let n = self.len();

@@ -19,6 +19,7 @@
 
 use glam::Vec4;
 
+use crate::form_factors::Columns;
 use crate::light::{Light, Rgb};
 
 /// K of n patches, and the E it acts on first. Whoever can multiply with F has every solver and bound of
@@ -41,6 +42,11 @@ pub trait LinearOperator: Sync {
     /// F >= 0, and the relative error of the result is at most [`Rows::ROUNDING`](crate::form_factors::Rows::ROUNDING)
     /// where x >= 0, or the bounds of [`spectrum`](crate::operator::spectrum()) are no proofs.
     fn incident(&self, x: &[Vec4]) -> Vec<Vec4>;
+
+    /// `F x` of many columns, one number a patch and column.
+    fn incident_columns(&self, x: &Columns) -> Columns {
+        x.by_fours(|four| self.incident(four))
+    }
 
     /// `F^T y` of several columns at once.
     fn sent(&self, y: &[Vec4]) -> Vec<Vec4>;
@@ -142,6 +148,10 @@ impl LinearOperator for LitPatches<'_> {
 
     fn incident(&self, x: &[Vec4]) -> Vec<Vec4> {
         self.k.incident(x)
+    }
+
+    fn incident_columns(&self, x: &Columns) -> Columns {
+        self.k.incident_columns(x)
     }
 
     fn sent(&self, y: &[Vec4]) -> Vec<Vec4> {

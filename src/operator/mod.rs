@@ -14,6 +14,6 @@ pub(crate) mod factored;
 pub(crate) mod linear;
 pub(crate) mod spectrum;
 
-pub use factored::{Operator, PatchMaterials};
+pub use factored::{EmitterLight, Operator, PatchMaterials};
 pub use linear::{LinearOperator, LitPatches};
 pub use spectrum::{Bounds, Product, Spectrum, SpectrumEffort, operator_norm, spectrum, spectrum_of};

@@ -23,6 +23,8 @@ pub struct Fields {
     count: usize,
     /// Number of fields that add up to the picture; they come first, auxiliary fields follow.
     picture_fields: usize,
+    /// The last fields are the picture's taken apart.
+    layers: FieldLayers,
     /// Patch by patch, field by field.
     values: Vec<Linear>,
     /// Irradiance over pi of the patches themselves; empty where unknown.
@@ -32,6 +34,22 @@ pub struct Fields {
     reading: Reading,
     /// Least distance from which each patch is read; shorter rays go on. Empty where there is none.
     near: Vec<f32>,
+}
+
+/// Fields that are the light of the picture taken apart, twice: by emitters, and by bounces. Each adds up to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct FieldLayers {
+    /// Fields of the emitters, before those of the bounces.
+    pub emitters: usize,
+    /// Fields of the bounces; light that was reflected as often as there are, or more, is in the last.
+    pub bounces: usize,
+}
+
+impl FieldLayers {
+    /// Number of fields.
+    pub fn count(&self) -> usize {
+        self.emitters + self.bounces
+    }
 }
 
 impl Fields {
@@ -65,7 +83,32 @@ impl Fields {
     pub fn picture_only(&self) -> Fields {
         let own = self.values.chunks_exact(self.count.max(1));
         let values = own.flat_map(|v| &v[..self.picture_fields]).copied().collect();
-        Fields { count: self.picture_fields, values, ..self.clone() }
+        Fields { count: self.picture_fields, values, layers: FieldLayers::default(), ..self.clone() }
+    }
+
+    /// Adds fields that are the picture's by emitters, and by bounces: auxiliary ones, gathered by the same rays.
+    ///
+    /// # Panics
+    /// If the fields differ in length.
+    pub fn with_layers(mut self, emitters: &[Vec<Linear>], bounces: &[Vec<Linear>]) -> Fields {
+        let patches = self.values.len() / self.count.max(1);
+        let added = || emitters.iter().chain(bounces);
+        assert!(added().all(|field| field.len() == patches));
+        let own = self.values.chunks_exact(self.count.max(1)).enumerate();
+        self.values = own.flat_map(|(i, v)| v.iter().copied().chain(added().map(move |field| field[i]))).collect();
+        self.layers = FieldLayers { emitters: emitters.len(), bounces: bounces.len() };
+        self.count += self.layers.count();
+        self
+    }
+
+    /// The fields that are the picture's taken apart.
+    pub(crate) fn layers(&self) -> FieldLayers {
+        self.layers
+    }
+
+    /// The first of those.
+    pub(crate) fn first_layer(&self) -> usize {
+        self.count - self.layers.count()
     }
 
     /// Adds the irradiance over pi that the patches themselves receive of these fields, an estimate of indirect light

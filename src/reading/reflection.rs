@@ -1,7 +1,7 @@
 //! Reflection along rays: what a ray meets, what leaves the surface there, and rays that go on before they read the
 //! light of patches, where that is too near or too coarse.
 //!
-//! Not handled: fields beyond the first for rays that go on.
+//! Not handled: bounces of fields that are not the picture's taken apart.
 
 use glam::{DVec3, Vec3};
 use smallvec::SmallVec;
@@ -73,6 +73,8 @@ impl Reflection {
 pub(crate) struct Memory {
     pub hits: Vec<Hit>,
     pub met: Vec<SurfaceHit>,
+    /// What a ray read, field by field.
+    pub read: Vec<DVec3>,
     /// Also counts the rays cast.
     pub scratch: Scratch,
 }
@@ -133,6 +135,17 @@ impl<'a> Walker<'a> {
 
     /// `alpha rho D` and the light emitted at a point; `alpha rho`.
     pub fn direct(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Reflection {
+        self.direct_each(at, random, memory, |_, _| ())
+    }
+
+    /// The same; calls `each` with the emitters' parts of `alpha rho D`.
+    pub fn direct_each(
+        &self,
+        at: &SurfaceHit,
+        random: &mut Stream,
+        memory: &mut Memory,
+        mut each: impl FnMut(usize, DVec3),
+    ) -> Reflection {
         let view = self.view;
         let index = view.scene.faces[at.face as usize].material as usize;
         let luminaire = view.lights.luminaires.carries[index];
@@ -144,7 +157,10 @@ impl<'a> Walker<'a> {
         let mut direct = DVec3::ZERO;
         if reflect != DVec3::ZERO {
             let receiver = view.surface_point(at.face, at.side, at.position);
-            direct = reflect * view.lights.sample(&receiver, at.patch, random, &mut memory.scratch);
+            view.lights.sample_each((&receiver, at.patch), random, &mut memory.scratch, |emitter, light| {
+                direct += reflect * light;
+                each(emitter, reflect * light);
+            });
         }
         Reflection { direct, glow, rho, reflect, next: Met::new() }
     }
@@ -221,7 +237,30 @@ struct RayBudget {
     most: u32,
 }
 
-/// Follows rays until they read the first field.
+/// A walk from where a ray began to a point that it met.
+#[derive(Clone, Copy)]
+struct Walk {
+    /// What light at the point counts: transmittance times all reflectances before.
+    weight: DVec3,
+    /// Reflections before.
+    reflections: usize,
+    budget: RayBudget,
+}
+
+impl Walk {
+    fn through(self, at: f32) -> Walk {
+        Walk { weight: f64::from(at) * self.weight, ..self }
+    }
+
+    /// The walk after one more reflection.
+    fn reflected(self, reflect: DVec3) -> Walk {
+        let RayBudget { bounces, most } = self.budget;
+        let budget = RayBudget { bounces: bounces.saturating_sub(1), most: most - 1 };
+        Walk { weight: self.weight * reflect, reflections: self.reflections + 1, budget }
+    }
+}
+
+/// Follows rays until they read the fields.
 pub(crate) struct Continuation<'a> {
     pub walker: Walker<'a>,
     pub fields: &'a Fields,
@@ -229,40 +268,43 @@ pub(crate) struct Continuation<'a> {
 
 impl Continuation<'_> {
     /// The sample of a ray that may go on before it reads; `seed` is that of its random numbers. Most rays read what
-    /// they meet at once.
+    /// they meet at once. What it read of every field is in the memory.
     pub fn read(&self, ray: &Ray, seed: u32, memory: &mut Memory) -> RaySample {
         let mut met = std::mem::take(&mut memory.met);
+        let mut read = std::mem::take(&mut memory.read);
         met.clear();
+        read.clear();
+        read.resize(self.fields.count(), DVec3::ZERO);
         let budget = RayBudget { bounces: self.fields.reading().bounces(), most: MOST_BOUNCES };
-        let mut light = DVec3::ZERO;
+        let walk = Walk { weight: DVec3::ONE, reflections: 0, budget };
         let nearness = self.walker.follow(ray, memory, |m| {
             if self.ends(&m, budget) {
-                light += f64::from(m.through) * self.of_patch(&m);
+                self.read_patch(&m, walk.through(m.through), &mut read);
             } else {
                 met.push(m);
             }
         });
         if !met.is_empty() {
-            light += self.incident(&met, budget, &mut Stream::new(seed), memory);
+            self.incident(&met, walk, &mut Stream::new(seed), memory, &mut read);
         }
-        memory.met = met;
+        let light = read[0];
+        (memory.met, memory.read) = (met, read);
         RaySample { nearness, light }
     }
 
-    /// What arrives along one ray from all that it met.
+    /// Adds what arrives along one ray from all that it met.
     ///
     /// Light is read at every point that ends the ray. Of the points that the ray goes on from one is drawn by
     /// transmittance: with tau > 0 a ray meets many, and continuing from each would double the rays with every bounce.
-    fn incident(&self, met: &[SurfaceHit], budget: RayBudget, random: &mut Stream, memory: &mut Memory) -> DVec3 {
+    fn incident(&self, met: &[SurfaceHit], walk: Walk, random: &mut Stream, memory: &mut Memory, read: &mut [DVec3]) {
         if let [one] = met {
-            return f64::from(one.through) * self.light(one, budget, random, memory);
+            return self.light(one, walk.through(one.through), random, memory, read);
         }
-        let mut sum = DVec3::ZERO;
         let mut onward: Option<&SurfaceHit> = None;
         let mut through = 0.0;
         for m in met {
-            if self.ends(m, budget) {
-                sum += f64::from(m.through) * self.light(m, budget, random, memory);
+            if self.ends(m, walk.budget) {
+                self.read_patch(m, walk.through(m.through), read);
                 continue;
             }
             through += m.through;
@@ -270,8 +312,9 @@ impl Continuation<'_> {
                 onward = Some(m);
             }
         }
-        let on = onward.map_or(DVec3::ZERO, |m| f64::from(through) * self.light(m, budget, random, memory));
-        sum + on
+        if let Some(m) = onward {
+            self.light(m, walk.through(through), random, memory, read);
+        }
     }
 
     /// Whether light is read at a point.
@@ -279,25 +322,49 @@ impl Continuation<'_> {
         budget.most == 0 || (budget.bounces == 0 && !self.fields.is_near(at.patch, at.distance))
     }
 
-    /// A sample of the first field at a point, read there or after more rays.
-    fn light(&self, at: &SurfaceHit, budget: RayBudget, random: &mut Stream, memory: &mut Memory) -> DVec3 {
-        if !self.ends(at, budget) {
-            let reflection = self.walker.direct(at, random, memory);
-            if reflection.reflect == DVec3::ZERO {
-                return reflection.light(DVec3::ZERO);
-            }
-            let budget = RayBudget { bounces: budget.bounces.saturating_sub(1), most: budget.most - 1 };
-            let next = self.walker.bounce(at, random, memory);
-            return reflection.light(self.incident(&next, budget, random, memory));
+    /// Adds a sample of the fields at a point, read there or after more rays.
+    fn light(&self, at: &SurfaceHit, walk: Walk, random: &mut Stream, memory: &mut Memory, read: &mut [DVec3]) {
+        if self.ends(at, walk.budget) {
+            return self.read_patch(at, walk, read);
         }
-        self.of_patch(at)
+        let emitted = walk.reflections;
+        let reflection = self.walker.direct_each(at, random, memory, |emitter, light| {
+            self.add(emitter, emitted + 1, walk.weight * light, read);
+        });
+        if reflection.glow != DVec3::ZERO {
+            let view = self.walker.view;
+            let emitter = view.lights.emitters().of_face(view.scene, at.face);
+            self.add(emitter, emitted, walk.weight * reflection.glow, read);
+        }
+        if reflection.reflect != DVec3::ZERO {
+            let next = self.walker.bounce(at, random, memory);
+            self.incident(&next, walk.reflected(reflection.reflect), random, memory, read);
+        }
     }
 
-    /// The first field where a ray meets a patch.
+    /// Adds light of an emitter that was reflected so often to the picture and to its layers.
+    fn add(&self, emitter: usize, bounce: usize, light: DVec3, read: &mut [DVec3]) {
+        read[0] += light;
+        let (layers, first) = (self.fields.layers(), self.fields.first_layer());
+        if layers.emitters > 0 {
+            read[first + emitter] += light;
+        }
+        if layers.bounces > 0 {
+            read[first + layers.emitters + bounce.min(layers.bounces - 1)] += light;
+        }
+    }
+
+    /// Adds the fields where a ray meets a patch.
     #[inline]
-    fn of_patch(&self, at: &SurfaceHit) -> DVec3 {
+    fn read_patch(&self, at: &SurfaceHit, walk: Walk, read: &mut [DVec3]) {
         let over_patch = at.over_patch(self.walker.view.patches, at.patch);
-        (self.fields.of_patch(at.patch)[0].at(at.position) * over_patch).as_dvec3()
+        let layers = self.fields.layers();
+        let bounces = self.fields.count() - layers.bounces;
+        for (f, field) in self.fields.of_patch(at.patch).iter().enumerate() {
+            // Each reflection before makes it one of a later bounce.
+            let own = if f < bounces { f } else { (f + walk.reflections).min(bounces + layers.bounces - 1) };
+            read[own] += walk.weight * (field.at(at.position) * over_patch).as_dvec3();
+        }
     }
 }
 

@@ -4,15 +4,18 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use crate::direct::{Lights, Luminaires, TOLERABLE};
 use crate::form_factors::{Closure, Sampling, Variant, cast_counts, closure};
 use crate::gather::{GatherPass, Gathered, gather};
 use crate::light::{Light, Rgb, Transport};
 use crate::operator::linear::LinearOperator;
-use crate::operator::{Operator, PatchMaterials};
+use crate::operator::{EmitterLight, Operator, PatchMaterials};
 use crate::patches::{Patches, Sample};
 use crate::reading::{Fields, View, invisible, linear};
-use crate::scene::Scene;
+use crate::render::layers::{Apart, with_layers};
+use crate::scene::{Emitters, Scene};
 use crate::solve::{RaySettings, RayShooter, Solution};
 use crate::surfaces::Geometry;
 
@@ -95,6 +98,12 @@ impl Discretization {
         Discretization { geometry, luminaires, patches }
     }
 
+    /// The same with the light of each emitter kept apart.
+    pub fn apart(&self) -> Discretization {
+        let scene = &self.geometry.scene;
+        Discretization { luminaires: Arc::new(Luminaires::apart(scene, Emitters::of(scene))), ..self.clone() }
+    }
+
     /// The same scene cut anew into about so many patches of one size.
     pub fn cut(&self, patches: usize) -> Discretization {
         Discretization { patches: Arc::new(Patches::cut(&self.geometry, patches)), ..self.clone() }
@@ -164,10 +173,35 @@ pub(crate) fn assemble(
         rays += received.rays;
         let closure = closure(&f, patches.areas());
         let areas = patches.file_areas(&geometry.scene);
-        let operator = Operator::new(f, m, areas, received.luminaires).with_punctual(&received.punctual);
+        let emitters = emitter_lights(lights, &m.emission, received.emitters);
+        let operator =
+            Operator::new(f, m, areas, received.luminaires).with_punctual(&received.punctual).with_emitters(emitters);
         assembled.push(Assembled { transport: *transport, lights: Arc::clone(lights), operator, closure });
     }
     (assembled, rays)
+}
+
+/// The light of each emitter, given what patches receive of it: a patch of several emits as they share its area.
+pub(crate) fn emitter_lights(lights: &Lights, emission: &[Light], received: Vec<Vec<Rgb>>) -> Vec<EmitterLight> {
+    let (scene, patches) = (&lights.geometry.scene, &lights.patches);
+    let dark = || vec![Light::default(); patches.len()];
+    let own = |received| EmitterLight { emission: dark(), received };
+    let mut emitters: Vec<EmitterLight> = received.into_iter().map(own).collect();
+    for (i, light) in emission.iter().enumerate().filter(|(_, light)| **light != Light::default()) {
+        if emitters.is_empty() {
+            break;
+        }
+        let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length();
+        let all: f32 = patches.pieces(i).map(|piece| area(piece.1)).sum();
+        let count = patches.pieces(i).count() as f32;
+        for (face, corners) in patches.pieces(i) {
+            let share = if all > 0.0 { area(corners) / all } else { 1.0 / count };
+            let own = &mut emitters[lights.emitters().of_face(scene, face)].emission[i];
+            own.invisible += share * light.invisible;
+            own.visible += share * light.visible;
+        }
+    }
+    emitters
 }
 
 /// What the patches are made of in the mode of their lights.
@@ -222,9 +256,10 @@ impl Assembled {
         k.received().iter().enumerate().map(one).collect()
     }
 
-    /// Renders a solution.
-    pub fn picture(&self, solution: &Solution, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
+    /// Renders a solution, and its light apart.
+    pub fn picture(&self, solution: &Solution, pass: &GatherPass, apart: Apart, watch: &dyn Watch) -> Gathered {
         let fields = fields(self.patches(), &[self.reflected(&solution.terms)]).with_ambient(self.ambient(solution));
+        let fields = if apart.is_nothing() { fields } else { with_layers(fields, &[(self, solution)], apart) };
         render(&self.lights, &fields, pass, watch)
     }
 

@@ -8,6 +8,7 @@ use crate::operator::Bounds;
 use crate::pictures::{Exposure, ImageError, Picture, write_picture};
 use crate::render::assembly::{Assembled, Seconds};
 use crate::render::goal::Spent;
+use crate::render::layers::{Apart, Layer, named};
 use crate::solve::{Solution, Verdict};
 
 /// Estimated relative errors of a picture, and their root sum of squares.
@@ -50,6 +51,8 @@ pub struct Rendered {
     pub picture: Picture,
     /// Standard error of every pixel from the gather pass.
     pub standard_error: Picture,
+    /// The picture taken apart, where that was requested: the emitters, then the bounces, each of which add up to it.
+    pub layers: Vec<Layer>,
     /// Estimated errors of the picture.
     pub error: ErrorParts,
     /// What ended the work on it.
@@ -74,10 +77,18 @@ pub struct Rendered {
 
 impl Rendered {
     /// A picture of a solution, of whose errors nothing is known.
-    pub(crate) fn new(mode: &Assembled, solution: &Solution, gathered: Gathered, mut spent: Spent) -> Rendered {
+    pub(crate) fn new(
+        mode: &Assembled,
+        solution: &Solution,
+        mut gathered: Gathered,
+        apart: Apart,
+        mut spent: Spent,
+    ) -> Rendered {
         spent.seconds.sum();
+        let layers = std::mem::take(&mut gathered.layers);
         Rendered {
             picture: gathered.total(),
+            layers: named(mode, apart, layers),
             error: ErrorParts::default(),
             ended: Ended::ByItself,
             seconds: spent.seconds,

@@ -15,6 +15,7 @@ use crate::render::bounces::{BounceSeries, TermsGoal, bounces_to_tolerance};
 use crate::render::by_deadline::render_by_deadline;
 use crate::render::fineness::Fineness;
 use crate::render::goal::{PictureGoal, Spent, timed};
+use crate::render::layers::Apart;
 use crate::render::memory::{Unfit, usable_memory};
 use crate::render::points::{SensorLights, sense};
 use crate::render::rendered::Rendered;
@@ -81,6 +82,8 @@ pub struct Solver {
     /// Bytes that K may take.
     memory: f64,
     seed: u32,
+    /// What light is taken apart into.
+    apart: Apart,
 }
 
 impl Solver {
@@ -90,7 +93,7 @@ impl Solver {
         let patches = Fineness::first(TOLERANCE).patches;
         let (cut, ready) = timed(|| Discretization::new(scene.clone(), patches));
         let last = Mutex::new((patches, cut));
-        Solver { last, ready, memory: usable_memory(), seed: 0 }
+        Solver { last, ready, memory: usable_memory(), seed: 0, apart: Apart::default() }
     }
 
     /// Chooses the scrambling of all sample points: a seed gives the same bits on any number of threads.
@@ -103,6 +106,15 @@ impl Solver {
     pub fn memory(mut self, bytes: f64) -> Solver {
         self.memory = bytes;
         self
+    }
+
+    /// Takes all that is requested apart: [`Rendered::layers`], and the parts of light at points.
+    pub fn apart(mut self, apart: Apart) -> Solver {
+        let last = self.last.get_mut().expect("no holder of this panics");
+        if apart.emitters {
+            last.1 = last.1.apart();
+        }
+        Solver { apart, ..self }
     }
 
     /// The scene, its rays and its surfaces.
@@ -155,7 +167,7 @@ impl Solver {
         let ((modes, rays), casting) = timed(|| p.assemble(modes, &sampling, watch));
         let mut spent = Spent { rays, ..Spent::default() };
         (spent.seconds.patches, spent.seconds.form_factors) = (self.ready + cutting, casting);
-        Ok(Equations { modes, spent })
+        Ok(Equations { modes, apart: self.apart, spent })
     }
 
     /// Checks that K of each of the `modes` fits in memory on the patches that a search for a tolerance begins with.
@@ -178,6 +190,7 @@ impl Solver {
 pub struct Equations {
     /// In the order in which they were asked for.
     pub modes: Vec<Assembled>,
+    apart: Apart,
     spent: Spent,
 }
 
@@ -190,9 +203,9 @@ impl Equations {
             let (solution, seconds) = timed(|| neumann(&mode.operator, &Settings::default()));
             let solution = solution?;
             spent.seconds.solve = seconds;
-            let (gathered, seconds) = timed(|| mode.picture(&solution, pass, watch));
+            let (gathered, seconds) = timed(|| mode.picture(&solution, pass, self.apart, watch));
             spent.seconds.gather = seconds;
-            Ok(Rendered::new(mode, &solution, gathered, spent))
+            Ok(Rendered::new(mode, &solution, gathered, self.apart, spent))
         };
         self.modes.iter().map(one).collect()
     }
@@ -234,7 +247,7 @@ impl<'a> PictureRequest<'a> {
         let (p, cutting) = timed(|| solver.cut(first.patches));
         p.check_memory(&[transport], &first.sampling(seed), 1, memory)?;
         let goal = PictureGoal { tolerance, size, deadline, memory, seed };
-        let found = render_by_deadline(&p, &Task { transport, goal: &goal, watch })?;
+        let found = render_by_deadline(&p, &Task { transport, goal: &goal, apart: solver.apart, watch })?;
         Ok(Rendered { seconds: found.seconds.after(solver.ready + cutting), ..found })
     }
 
@@ -277,7 +290,7 @@ impl<'a> PointsRequest<'a> {
         p.check_memory(&[transport], &first.sampling(solver.seed), 1, solver.memory)?;
         let size = (1, 1).into();
         let goal = PictureGoal { tolerance, size, deadline: None, memory: solver.memory, seed: solver.seed };
-        Ok(sense(&p, &Task { transport, goal: &goal, watch }, sensors)?)
+        Ok(sense(&p, &Task { transport, goal: &goal, apart: solver.apart, watch }, sensors)?)
     }
 }
 

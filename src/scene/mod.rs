@@ -13,6 +13,7 @@ mod camera;
 mod ceiling_light;
 mod coincident;
 pub(crate) mod convex_polygon;
+mod emitters;
 mod enclosure;
 mod error;
 mod gltf;
@@ -30,6 +31,7 @@ mod surface;
 pub mod textures;
 
 pub(crate) use coincident::planes;
+pub use emitters::{Emitters, MOST_EMITTERS};
 pub use error::{Place, SceneError, ViewError};
 pub use model::{
     AddedLight, Camera, DEFAULT_FOV, DEFAULT_RHO, Face, LoadOptions, Material, NO_MATERIAL, NamedCamera, Scene, Sides,

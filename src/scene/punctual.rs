@@ -27,6 +27,8 @@ pub struct PunctualLight {
     pub form: PunctualForm,
     /// Radiant intensity in W/sr; irradiance in W/m² of what faces it for [`PunctualForm::Directional`].
     pub intensity: Rgb,
+    /// Its name, where the file gives one.
+    pub name: Option<String>,
 }
 
 /// Where a light without area is, and where it shines.

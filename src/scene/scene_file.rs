@@ -75,6 +75,7 @@ struct MaterialTable {
 struct LightTable {
     #[serde(rename = "type")]
     kind: LightType,
+    name: Option<String>,
     position: Given<[f64; 3]>,
     direction: Given<[f64; 3]>,
     /// Where a luminaire's horizontal angles begin.
@@ -322,7 +323,7 @@ impl LightTable {
             Some(given) => text.light("a light", "intensity", Some(given))?,
             None => Rgb::ONE,
         };
-        Ok(PunctualLight { form: self.form(text, scene, reader)?, intensity })
+        Ok(PunctualLight { form: self.form(text, scene, reader)?, intensity, name: self.name.clone() })
     }
 
     /// Its form; keys that are not given have no effect on it.

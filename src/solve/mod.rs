@@ -8,6 +8,7 @@
 //!
 //! [`extrapolated`] gives L alone, without its bounces, in far fewer products where the spectral radius is near 1.
 
+pub(crate) mod columns;
 pub(crate) mod dense;
 pub(crate) mod extrapolated;
 pub(crate) mod neumann;
@@ -15,6 +16,7 @@ pub(crate) mod shooting;
 pub(crate) mod tail;
 pub(crate) mod two_level;
 
+pub use columns::{ColumnSolution, Source, apply_columns, neumann_columns, reflected_columns};
 pub use dense::direct;
 pub use extrapolated::{Extrapolated, extrapolated};
 pub use neumann::{Bounce, Diverges, Settings, Solution, Verdict, explore, neumann, norm, terms, verdict};

@@ -26,7 +26,7 @@ fn floor(filter: Filter) -> Scene {
     // Image rows run along +z.
     place(&mut scene, DVec3::X, DVec3::NEG_Z);
     let form = PunctualForm::Directional { direction: DVec3::NEG_Y };
-    scene.lights.push(PunctualLight { form, intensity: Vec3::splat(2.0) });
+    scene.lights.push(PunctualLight { form, intensity: Vec3::splat(2.0), name: None });
     scene
 }
 

@@ -24,6 +24,8 @@ pub struct Luminaire {
     pub radiance: Rgb,
     /// Total area, unit coordinates squared.
     pub area: f64,
+    /// The emitter that it is a part of.
+    pub emitter: usize,
     /// The convex lamp it belongs to, if to one.
     pub(crate) convex_lamp: Option<u32>,
     /// Where it has a texture.
@@ -55,6 +57,7 @@ impl Luminaire {
         Luminaire {
             radiance,
             area: sum,
+            emitter: 0,
             convex_lamp: None,
             uneven: None,
             outline: Outline::new(triangles.iter().map(|t| t.exact)),

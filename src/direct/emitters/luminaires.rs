@@ -38,7 +38,7 @@ use crate::light::Rgb;
 use crate::rays::Side;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::triangle_point;
-use crate::scene::{PunctualLight, Scene, Sides};
+use crate::scene::{Emitters, PunctualLight, Scene, Sides};
 use crate::surfaces::coplanar::connected;
 
 /// Cost of one triangle of a closed form over that of a ray, about (on one core 20 ns, and 300 ns in a small room). A
@@ -237,17 +237,28 @@ pub struct Luminaires {
     pub(crate) radiances: Vec<Rgb>,
     /// Lights without area that shine.
     pub punctual: Vec<PunctualLight>,
+    /// The emitters that are kept apart.
+    pub emitters: Arc<Emitters>,
+    /// The emitter that each light without area is.
+    punctual_emitters: Vec<usize>,
     /// For each face the convex lamp it belongs to, if to one; empty without such lamps.
     convex_lamps: Vec<Option<u32>>,
 }
 
 impl Luminaires {
-    /// Chooses the emitters of a scene that get a closed form.
+    /// Chooses the emitters of a scene that get a closed form; all light is kept together.
     pub fn new(scene: &Scene) -> Luminaires {
-        let punctual = scene.lights.iter().filter(|light| light.shines()).cloned().collect();
+        Luminaires::apart(scene, Emitters::together())
+    }
+
+    /// The same with the light of each of the `emitters` kept apart.
+    pub fn apart(scene: &Scene, emitters: Arc<Emitters>) -> Luminaires {
+        let shining = scene.lights.iter().enumerate().filter(|(_, light)| light.shines());
+        let (punctual, punctual_emitters) = shining.map(|(k, light)| (light.clone(), emitters.of_light(k))).unzip();
         let radiances = scene.materials.iter().map(|material| material.emission).collect();
         let (carries, list, convex_lamps) = (carried(scene), Vec::new(), Vec::new());
-        let mut luminaires = Luminaires { list, carries, radiances, punctual, convex_lamps };
+        let mut luminaires =
+            Luminaires { list, carries, radiances, punctual, emitters, punctual_emitters, convex_lamps };
         let textures = luminaires.textures(scene);
         textures.iter().for_each(|(&m, texture)| luminaires.radiances[m as usize] *= texture.mean());
         let mut all = luminaires.with_even(scene);
@@ -276,13 +287,19 @@ impl Luminaires {
             let lamp = self.convex_lamp(faces[0]);
             let whole = faces.iter().all(|&f| self.convex_lamp(f) == lamp);
             let radiance = self.radiances[scene.faces[faces[0] as usize].material as usize];
+            let emitter = self.emitters.of_face(scene, faces[0]);
             let front = Luminaire::new(scene, radiance, &faces, Side::Front);
-            self.list.push(Luminaire { convex_lamp: lamp.filter(|_| whole), ..front });
+            self.list.push(Luminaire { convex_lamp: lamp.filter(|_| whole), emitter, ..front });
             if scene.material(faces[0]).sides == Sides::Two {
-                self.list.push(Luminaire::new(scene, radiance, &faces, Side::Back));
+                self.list.push(Luminaire { emitter, ..Luminaire::new(scene, radiance, &faces, Side::Back) });
             }
         }
         self
+    }
+
+    /// The emitter that light number k of [`Luminaires::punctual`] is.
+    pub(crate) fn punctual_emitter(&self, k: usize) -> usize {
+        self.punctual_emitters[k]
     }
 
     /// The convex lamp that a face belongs to, if to one.

@@ -32,6 +32,8 @@ const MISFIT: f64 = 1e-3;
 /// The tree of luminaires, and each patch's cut through it.
 #[derive(Debug)]
 pub struct LightCuts {
+    /// The emitter whose luminaires these are.
+    pub(crate) emitter: usize,
     pub(crate) tree: LightTree,
     cuts: Vec<LightCut>,
 }
@@ -68,7 +70,10 @@ impl LightCuts {
 
     /// The cut of each patch that `receives`.
     pub(crate) fn new(inputs: &CutInputs, receives: &[bool]) -> LightCuts {
-        let tree = LightTree::new(inputs.luminaires, inputs.exactness);
+        let list = &inputs.luminaires.list;
+        let numbers: Vec<u32> =
+            (0..list.len() as u32).filter(|&l| list[l as usize].emitter == inputs.emitter).collect();
+        let tree = LightTree::new(inputs.luminaires, &numbers, inputs.exactness);
         // Faces behind all luminaires do not occlude.
         let root = &tree.nodes[tree.root()].body;
         let reached = |&k: &u32| root.reached_by(&inputs.casters[k as usize]);
@@ -84,7 +89,7 @@ impl LightCuts {
         };
         let all = (0..inputs.patches.len()).into_par_iter();
         let cuts: Vec<LightCut> = all.map_init(Vec::new, cut).collect();
-        LightCuts { tree, cuts }
+        LightCuts { emitter: inputs.emitter, tree, cuts }
     }
 
     /// The cut of patch i.
@@ -176,6 +181,8 @@ pub(crate) struct CutInputs<'a> {
     pub rays: &'a Rays,
     pub patches: &'a Patches,
     pub luminaires: &'a Luminaires,
+    /// The emitter whose luminaires are taken.
+    pub emitter: usize,
     pub occlusion: &'a Occlusion,
     /// All faces that occlude.
     pub casters: &'a [Caster],

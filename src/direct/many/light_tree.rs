@@ -73,15 +73,17 @@ const FAR_OFF: f64 = 0.01;
 const MANY: f64 = 10.0;
 
 impl LightTree {
-    /// The tree over all luminaires, of which there must be one; nodes may have the relative error `exactness`.
-    pub fn new(luminaires: &Luminaires, exactness: f64) -> LightTree {
+    /// The tree over some luminaires by their numbers, of which there must be one; nodes may have the relative error
+    /// `exactness`.
+    pub fn new(luminaires: &Luminaires, numbers: &[u32], exactness: f64) -> LightTree {
         let list = &luminaires.list;
         let sums: Vec<Sums> = list.iter().map(Sums::of).collect();
-        let place = |(k, s): (usize, &Sums)| {
+        let place = |&number: &u32| {
+            let s = &sums[number as usize];
             let weight = s.weight.max(f64::MIN_POSITIVE);
-            Placed { place: s.first / weight, direction: s.normal.normalize_or_zero(), number: k as u32 }
+            Placed { place: s.first / weight, direction: s.normal.normalize_or_zero(), number }
         };
-        let mut things: Vec<Placed> = sums.iter().enumerate().map(place).collect();
+        let mut things: Vec<Placed> = numbers.iter().map(place).collect();
         let small = FAR * (MANY * exactness / FAR_OFF).cbrt().min(1.0);
         let mut tree = LightTree { nodes: Vec::new(), order: Vec::new(), before: vec![0.0], small, exactness };
         tree.grow(&mut things, list, &sums);
@@ -236,6 +238,10 @@ mod tests {
     use crate::light::Rgb;
     use crate::scene::{Material, Scene};
 
+    fn all(luminaires: &Luminaires) -> Vec<u32> {
+        (0..luminaires.list.len() as u32).collect()
+    }
+
     /// Nine small red and blue squares that face down, over a floor.
     fn lamps() -> Luminaires {
         let floor = Material::new("floor", Rgb::splat(0.5), Rgb::ZERO);
@@ -265,7 +271,7 @@ mod tests {
     #[test]
     fn moments_have_errors_of_third_order_in_every_channel() {
         let luminaires = lamps();
-        let tree = LightTree::new(&luminaires, TOLERABLE);
+        let tree = LightTree::new(&luminaires, &all(&luminaires), TOLERABLE);
         let root = &tree.nodes[tree.root()];
         let away = DVec3::new(0.3, -0.2, -1.0).normalize();
         let errors = |distance: f64| {
@@ -287,7 +293,7 @@ mod tests {
     #[test]
     fn luminaires_are_drawn_by_power() {
         let luminaires = lamps();
-        let tree = LightTree::new(&luminaires, TOLERABLE);
+        let tree = LightTree::new(&luminaires, &all(&luminaires), TOLERABLE);
         let whole = 0..tree.order.len();
         let power = |l: u32| {
             let own = &luminaires.list[l as usize];

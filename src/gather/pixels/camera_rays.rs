@@ -9,7 +9,7 @@
 use glam::{DVec2, DVec3, Vec2};
 
 use crate::direct::{Choice, Highlights, LightSum, Scratch as Memory};
-use crate::gather::pixels::pixel::Pixel;
+use crate::gather::pixels::pixel::{EmitterSums, Pixel};
 use crate::gather::pixels::pixel_layer::SurfaceKey;
 use crate::gather::pixels::pixel_texture::{Adjusted, PixelCells, SeenPoint, surfaces};
 use crate::light::Rgb;
@@ -112,6 +112,11 @@ impl<'a> CameraRays<'a> {
             let direct = self.view.lights.total(&scratch.sum);
             pixel.direct += direct;
             pixel.lit[half] += direct;
+            if self.view.lights.emitters().are_apart() {
+                let own = &mut pixel.emitters;
+                own.resize(self.view.lights.emitters().count(), EmitterSums::default());
+                self.view.lights.by_emitter(&scratch.sum, |emitter, light| own[emitter].lit[half] += light);
+            }
         }
         pixel.rays += std::mem::take(&mut scratch.memory.cast) + 2 * u64::from(count - pixel.count);
         pixel.count = count;
@@ -201,6 +206,11 @@ impl<'a> CameraRays<'a> {
         let emitted = view.scene.emitted_at(hit.face, position).visible.as_dvec3();
         let emits = emitted != DVec3::ZERO;
         pixel.emitted[ray.half] += share * emitted;
+        if emits && view.lights.emitters().are_apart() {
+            let emitter = view.lights.emitters().of_face(view.scene, hit.face);
+            pixel.emitters.resize(view.lights.emitters().count(), EmitterSums::default());
+            pixel.emitters[emitter].emitted[ray.half] += share * emitted;
+        }
         let (material, typical) = (view.scene.material(hit.face), view.patches.reflectance(view.scene, patch as usize));
         if typical == Rgb::ZERO && material.gloss.is_none() {
             return emits;
@@ -211,8 +221,8 @@ impl<'a> CameraRays<'a> {
             let seed = hash(HIGHLIGHTS, ray.seed);
             let draw = |d: usize, seed: u32| f64::from(self.sobol.point(ray.index, d, seed));
             let draws = [seed, !seed].map(|seed| DVec2::new(draw(2, seed), draw(3, seed)));
-            let light = highlights.gather(&receiver, gloss, draws, &mut scratch.memory);
-            scratch.sum.add(share * light);
+            let PixelScratch { memory, sum, .. } = &mut *scratch;
+            highlights.gather(&receiver, gloss, draws, memory, |emitter, light| sum.add(emitter, share * light));
         }
         if typical == Rgb::ZERO {
             return emits;

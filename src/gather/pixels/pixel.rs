@@ -22,6 +22,8 @@ pub(crate) struct Pixel {
     pub direct: DVec3,
     /// Direct light of each half.
     pub lit: [DVec3; 2],
+    /// The emitters' parts of light as emitted and of direct light; empty where they are not kept apart.
+    pub emitters: Vec<EmitterSums>,
     /// Indirect light of each half: what the patches themselves receive, until it is gathered.
     pub ambient: [DVec3; 2],
     /// Camera rays of each half.
@@ -57,6 +59,15 @@ pub(crate) struct Pixel {
     pub small_faces: Vec<SmallFace>,
     /// Whether one of those may explain the difference of the halves when that was last noted.
     pub is_explained: bool,
+}
+
+/// What one emitter sends to a pixel without another reflection, of each half.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct EmitterSums {
+    /// Light as emitted.
+    pub emitted: [DVec3; 2],
+    /// Direct light.
+    pub lit: [DVec3; 2],
 }
 
 /// The sums of a pixel at some moment.

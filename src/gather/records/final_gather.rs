@@ -13,7 +13,7 @@ use crate::gather::records::guiding::Guiding;
 use crate::light::Rgb;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{FAN, Fan, Hit, Ray};
-use crate::reading::patch_light::Fields;
+use crate::reading::patch_light::{FieldLayers, Fields};
 use crate::reading::reflection::{Continuation, Memory, RaySample, SurfaceHit, Walker};
 use crate::reading::view::View;
 use crate::surfaces::SurfacePoint;
@@ -60,6 +60,11 @@ impl<'a> FinalGather<'a> {
         self.fields.picture_fields()
     }
 
+    /// Which of the last fields are the picture's taken apart.
+    pub fn layers(&self) -> FieldLayers {
+        self.fields.layers()
+    }
+
     /// The length of the brightest light of the fields that make the picture, over the middles of patches.
     pub fn brightest(&self) -> f64 {
         let patches = self.view.patches;
@@ -82,7 +87,10 @@ impl<'a> FinalGather<'a> {
         if !self.fields.is_read_at_once() {
             return self.cast(rays, |ray, k, counted| {
                 let sample = self.continuation.read(ray, hash(k, rays.seed), memory);
-                incident[0] += f64::from(counted.weight) * sample.light + counted.offset.as_dvec3();
+                incident[0] += counted.offset.as_dvec3();
+                for (sum, read) in incident.iter_mut().zip(&memory.read) {
+                    *sum += f64::from(counted.weight) * *read;
+                }
                 sample
             });
         }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::halves::Halves;
-use crate::gather::gathered::{GatherError, Gathered};
+use crate::gather::gathered::{GatherError, Gathered, GatheredLayer};
 use crate::gather::pixels::adaptive_sampling::{Measured, Plan, measure, refine};
 use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
@@ -14,7 +14,7 @@ use crate::gather::records::irradiance_cache::{Fitted, IrradianceCache};
 use crate::gather::records::pixel_lattice::skewed;
 use crate::light::Rgb;
 use crate::pictures::Picture;
-use crate::reading::patch_light::Fields;
+use crate::reading::patch_light::{FieldLayers, Fields};
 use crate::reading::view::View;
 
 /// Indirect light of every pixel, and the variance of its sum over the picture fields.
@@ -34,6 +34,8 @@ struct PixelIndirect {
     variance: DVec3,
     /// Product of the two halves of every auxiliary field, channels added: no bias by noise.
     auxiliary: Vec<f64>,
+    /// Both halves of the layers of the picture, each set of which adds up to it.
+    layers: Vec<[DVec3; 2]>,
     /// What each half of the camera rays reflects, sums over them.
     ambient: [DVec3; 2],
 }
@@ -84,13 +86,9 @@ impl IndirectLight {
 
     /// The pictures of all parts, with their errors.
     pub fn assemble(&self, pixels: &[Pixel], fields: &Fields, view: &View) -> Gathered {
-        let picture = |value: &dyn Fn(usize) -> DVec3| Picture {
-            width: view.width,
-            height: view.height,
-            pixels: (0..pixels.len()).map(|k| value(k).as_vec3()).collect(),
-        };
         let own = |k: usize| self.pixels.get(k);
         let variance = |k: usize| own(k).map_or(DVec3::ZERO, |p| p.variance);
+        let picture = |value: &dyn Fn(usize) -> DVec3| drawn(view, value);
         let field = |f: usize| picture(&|k| own(k).map_or(DVec3::ZERO, |p| p.fields[f].as_dvec3()));
         let deviation = |k: usize| (pixels[k].variance(pixels[k].halves()) + variance(k)).map(f64::sqrt);
         let cast: f64 = pixels.iter().map(Pixel::camera).sum();
@@ -102,12 +100,41 @@ impl IndirectLight {
             indirect: (0..fields.count()).map(field).collect(),
             standard_error: picture(&deviation),
             error: self.error(pixels),
+            layers: self.layers(pixels, fields.layers(), view),
             auxiliary_rms: self.auxiliary_rms(pixels, fields),
             backs: backs as f64 / cast,
             sees: reflecting as f64 / cast,
             rays: pixels.iter().map(|p| p.rays).sum(),
             picture_fields: fields.picture_fields(),
         }
+    }
+
+    /// The layers of the picture: those of the emitters, then those of the bounces, E first.
+    fn layers(&self, pixels: &[Pixel], fields: FieldLayers, view: &View) -> Vec<GatheredLayer> {
+        // Both halves of field f of a pixel, sums over the camera rays of each; those of its mean over them.
+        let indirect = |k: usize, f: usize| -> [DVec3; 2] {
+            let own = self.pixels.get(k).and_then(|light| light.layers.get(f));
+            own.map_or([DVec3::ZERO; 2], |halves| halves.map(|half| half * f64::from(pixels[k].count)))
+        };
+        let layer = |halves: &dyn Fn(usize) -> [DVec3; 2]| GatheredLayer {
+            picture: drawn(view, |k| {
+                let [a, b] = halves(k);
+                (a + b) / pixels[k].camera()
+            }),
+            standard_error: drawn(view, |k| pixels[k].variance(halves(k)).map(f64::sqrt)),
+        };
+        let added = |a: [DVec3; 2], b: [DVec3; 2]| [a[0] + b[0], a[1] + b[1]];
+        let emitter = |e: usize| {
+            let own = |k: usize| pixels[k].emitters.get(e).copied().unwrap_or_default();
+            layer(&|k| added(added(own(k).emitted, own(k).lit), indirect(k, e)))
+        };
+        let bounce = |n: usize| match n {
+            0 => layer(&|k| pixels[k].emitted),
+            1 => layer(&|k| added(pixels[k].lit, indirect(k, fields.emitters))),
+            _ => layer(&|k| indirect(k, fields.emitters + n - 1)),
+        };
+        let bounces = if fields.bounces > 0 { fields.bounces + 1 } else { 0 };
+        (0..fields.emitters).map(emitter).chain((0..bounces).map(bounce)).collect()
     }
 
     /// RMS of the picture of every auxiliary field.
@@ -136,6 +163,12 @@ impl IndirectLight {
             signal: rms(camera.signal),
         }
     }
+}
+
+/// The picture of a value for each pixel.
+fn drawn(view: &View, value: impl Fn(usize) -> DVec3) -> Picture {
+    let &View { width, height, .. } = view;
+    Picture { width, height, pixels: (0..width * height).map(|k| value(k).as_vec3()).collect() }
 }
 
 /// A squared error by products of halves, which noise may make negative; NaN stays, where [`f64::max`] makes it 0.
@@ -180,8 +213,30 @@ fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitte
         fields: sums.iter().map(|s| s.as_vec3()).collect(),
         variance: Halves::of(halves).variance(),
         auxiliary: auxiliary.iter().map(|own| Halves::of(*own).squared()).collect(),
+        layers: apart(&auxiliary, sums[..picture_fields].iter().sum(), cache.layers),
         ambient,
     }
+}
+
+/// Halves of the layers, the last of the auxiliary fields, each set of which is scaled to the light of the picture:
+/// slopes of its patches differ from the sum of theirs.
+fn apart(auxiliary: &[[DVec3; 2]], total: DVec3, layers: FieldLayers) -> Vec<[DVec3; 2]> {
+    let fields = &auxiliary[auxiliary.len() - layers.count()..];
+    let (emitters, bounces) = fields.split_at(layers.emitters);
+    let mut all = Vec::with_capacity(layers.count());
+    for set in [emitters, bounces] {
+        let light = |[a, b]: &[DVec3; 2]| (0.5 * (*a + *b)).max(DVec3::ZERO);
+        let sum: DVec3 = set.iter().map(light).sum();
+        let scale = DVec3::from([0, 1, 2].map(|c| if sum[c] > 0.0 { total[c] / sum[c] } else { 0.0 }));
+        // Light of which no layer has any is alike in all of them.
+        let rest = DVec3::select(sum.cmpgt(DVec3::ZERO), DVec3::ZERO, total) / set.len().max(1) as f64;
+        all.extend(set.iter().map(|halves| {
+            let half = 0.5 * (halves[0] - halves[1]);
+            let mean = light(halves);
+            [mean + half, mean - half].map(|value| scale * value + rest)
+        }));
+    }
+    all
 }
 
 #[cfg(test)]

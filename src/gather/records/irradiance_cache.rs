@@ -20,6 +20,7 @@ use crate::gather::records::interpolation::{Fit, Support};
 use crate::gather::records::pixel_lattice::Lattice;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::hash;
+use crate::reading::patch_light::FieldLayers;
 use crate::reading::reflection::Memory;
 use crate::surfaces::SurfacePoint;
 
@@ -68,6 +69,8 @@ pub(crate) struct IrradianceCache<'a> {
     pub(crate) fields: usize,
     /// Number of fields that make the picture.
     pub(crate) picture_fields: usize,
+    /// Which of the last fields are the picture's taken apart.
+    pub(crate) layers: FieldLayers,
     pub(crate) lattice: Lattice,
     /// The record of each layer that has one, by the layer's number; else NONE.
     pub(crate) record_of: Vec<u32>,
@@ -104,6 +107,7 @@ impl<'a> IrradianceCache<'a> {
             values: Vec::new(),
             fields: final_gather.fields(),
             picture_fields: final_gather.picture_fields(),
+            layers: final_gather.layers(),
             lattice: Lattice::new(density.spacing, width, pixels.len() / width.max(1)),
             record_of: vec![NONE; starts[pixels.len()]],
             starts,

@@ -62,8 +62,8 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let (solved, mut spent) = Search::new(first, &Task { goal: &goal.of_light(), ..*task }).run()?;
     let error = left(goal.tolerance, solved.error.sum().total.powi(2));
     let within = Gathering::Within { error, seed: goal.seed, deadline: goal.deadline };
-    // The rough picture has shown the errors of the fields.
-    let fields = solved.fields.picture_only().read_by(solved.reading);
+    let (fields, seconds) = timed(|| solved.picture_fields());
+    spent.seconds.solve += seconds;
     let gather = || render(&solved.mode.lights, &fields, &GatherPass::new(goal.size, within), watch);
     let (gathered, seconds) = timed(gather);
     spent.seconds.gather += seconds;

@@ -18,6 +18,7 @@ use crate::rays::sobol::replica_seed;
 use crate::reading::{Fields, Linear, Reading, View, linear};
 use crate::render::assembly::{Assembled, Discretization, Watch, assemble, render};
 use crate::render::goal::{PictureGoal, Spent, timed};
+use crate::render::layers::{Apart, with_layers};
 use crate::render::rendered::{ErrorParts, Rendered};
 use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
 
@@ -65,6 +66,8 @@ pub(crate) struct Task<'a> {
     pub transport: Transport,
     /// How near the picture is to be.
     pub goal: &'a PictureGoal,
+    /// What the picture is taken apart into.
+    pub apart: Apart,
     pub watch: &'a dyn Watch,
 }
 
@@ -72,6 +75,9 @@ pub(crate) struct Task<'a> {
 pub(crate) struct Solved {
     pub mode: Assembled,
     solution: Solution,
+    /// The other scrambling, where the picture is taken apart.
+    other: Option<(Assembled, Solution)>,
+    apart: Apart,
     pub fields: Fields,
     pub error: ErrorParts,
     /// RMS of the picture that the errors of F and of patches are relative to.
@@ -95,7 +101,7 @@ impl TwoSolutions {
     /// # Errors
     /// [`Diverges`] where the spectral radius is not proved to be below 1.
     pub fn new(p: &Discretization, task: &Task, rays: u32) -> Result<(TwoSolutions, Spent), Diverges> {
-        let Task { transport, goal, watch } = *task;
+        let Task { transport, goal, watch, .. } = *task;
         let mut spent = Spent::default();
         let cast = || {
             let lights = p.lights(p.transports(transport), STAND_INS * goal.tolerance);
@@ -142,7 +148,9 @@ impl Solved {
         };
         let (fields, seconds) = timed(read);
         spent.seconds.solve += seconds;
-        Ok((Solved { mode, solution, fields, error, signal: 0.0, reading: Reading::AtOnce }, spent))
+        let other = (!task.apart.is_nothing()).then_some((second, other));
+        let (signal, reading, apart) = (0.0, Reading::AtOnce, task.apart);
+        Ok((Solved { mode, solution, other, apart, fields, error, signal, reading }, spent))
     }
 }
 
@@ -242,6 +250,15 @@ impl Solved {
         cast
     }
 
+    /// The fields that the picture is gathered from; the rough one has shown the errors of the others.
+    pub fn picture_fields(&self) -> Fields {
+        let fields = self.fields.picture_only().read_by(self.reading);
+        match &self.other {
+            Some((second, other)) => with_layers(fields, &[(&self.mode, &self.solution), (second, other)], self.apart),
+            None => fields,
+        }
+    }
+
     /// Takes the errors of F and of patch size from a picture.
     pub fn set_errors(&mut self, gathered: &Gathered) {
         self.signal = gathered.error.signal;
@@ -271,7 +288,8 @@ impl Solved {
         }
         // Where nodes of many luminaires and polynomials stand for them, those may be off by what is tolerable.
         self.error.gather = gathered.error.relative().hypot(self.mode.lights.stand_ins());
-        Rendered { error: self.error.sum(), ..Rendered::new(&self.mode, &self.solution, gathered, spent) }
+        let rendered = Rendered::new(&self.mode, &self.solution, gathered, self.apart, spent);
+        Rendered { error: self.error.sum(), ..rendered }
     }
 }
 

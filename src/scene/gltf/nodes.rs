@@ -165,7 +165,8 @@ fn read_light(light: &Light, placed: &Placed) -> Result<PunctualLight, Fault> {
         }
         Checked::Valid(Type::Point) | Checked::Invalid => PunctualForm::even(place),
     };
-    Ok(PunctualLight { form, intensity })
+    let name = placed.node.name.clone().or_else(|| light.name.clone());
+    Ok(PunctualLight { form, intensity, name })
 }
 
 /// Cosine of the cone that carries a spot's power at its full intensity.

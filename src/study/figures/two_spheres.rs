@@ -202,7 +202,7 @@ impl TwoSpheres {
             let position = scene.frame.to_unit(DVec3::new(x, y, HEIGHT));
             PunctualPlace::new(position, attenuation, scene.frame.scale)
         };
-        let light = |form, intensity: f64| PunctualLight { form, intensity: Rgb::splat(intensity as f32) };
+        let light = |form, intensity: f64| PunctualLight { form, intensity: Rgb::splat(intensity as f32), name: None };
         let warn = |x, y, share: f64| {
             let place = place(x, y, PunctualLight::PHYSICAL);
             let beam = Beam::Spot { direction: DVec3::NEG_Z, exponent: 1.0, cutoff: 0.0 };

@@ -1,0 +1,127 @@
+//! A picture taken apart: the light of each emitter, and that of each bounce.
+//!
+//! ```text
+//! picture = sum over emitters of  E_e + rho (D_e + F L_e)    =    E + KE + K²E + ...       each visible half
+//! ```
+//!
+//! The solutions that make the picture are repeated emitter by emitter, all in one pass over F for each bounce, and
+//! gathered by the rays and at the places of the picture itself. So each set of layers adds up to the picture to
+//! rounding, and neither the picture nor its stated error changes.
+//!
+//! Not handled: emitters and bounces together.
+
+use crate::gather::GatheredLayer;
+use crate::light::{Light, Rgb};
+use crate::reading::{Fields, Linear, linear};
+use crate::render::assembly::{Assembled, without_luminaires};
+use crate::solve::{Solution, Source, reflected_columns};
+
+/// What a picture is taken apart into.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Apart {
+    /// The light of each emitter ([`Emitters`](crate::scene::Emitters)).
+    pub emitters: bool,
+    /// Light that was reflected 0, 1, 2, ... times; the last has all that was reflected more.
+    pub bounces: bool,
+}
+
+impl Apart {
+    /// Whether the picture stays whole.
+    pub fn is_nothing(self) -> bool {
+        self == Apart::default()
+    }
+}
+
+/// Bounces that are kept apart, E among them; the last holds all that follow.
+pub(crate) const BOUNCES: usize = 16;
+
+/// What a layer of a picture shows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LayerKind {
+    /// The light of an emitter, by its name.
+    Emitter(String),
+    /// `KⁿE`.
+    Bounce(usize),
+    /// `KⁿE` and all that follows.
+    BouncesFrom(usize),
+}
+
+impl LayerKind {
+    /// Its name in files, by the convention that groups channels by what stands before the last dot: `lamp.desk`,
+    /// `bounce.2`.
+    pub fn name(&self) -> String {
+        match self {
+            LayerKind::Emitter(name) => format!("lamp.{name}"),
+            LayerKind::Bounce(n) => format!("bounce.{n}"),
+            LayerKind::BouncesFrom(n) => format!("bounce.{n}+"),
+        }
+    }
+}
+
+/// A layer of a picture.
+#[derive(Clone, Debug)]
+pub struct Layer {
+    /// What it shows.
+    pub kind: LayerKind,
+    /// Linear radiance, and its standard error.
+    pub light: GatheredLayer,
+}
+
+/// Names the layers of a picture in the order in which they are gathered.
+pub(crate) fn named(mode: &Assembled, apart: Apart, gathered: Vec<GatheredLayer>) -> Vec<Layer> {
+    let emitters = if apart.emitters { mode.lights.emitters().names() } else { &[] };
+    let bounces = gathered.len() - emitters.len();
+    let names = emitters.iter().map(|name| LayerKind::Emitter(name.clone()));
+    let bounce = |n: usize| if n == BOUNCES { LayerKind::BouncesFrom(n) } else { LayerKind::Bounce(n) };
+    let kinds = names.chain((0..bounces).map(bounce));
+    kinds.zip(gathered).map(|(kind, light)| Layer { kind, light }).collect()
+}
+
+/// The fields of a picture with those of its layers: the means of independent solutions, each with its equation.
+pub(crate) fn with_layers(fields: Fields, solved: &[(&Assembled, &Solution)], apart: Apart) -> Fields {
+    let Some((mode, _)) = solved.first() else { return fields };
+    let neighbours = mode.patches().neighbours();
+    let count = mode.operator.emitters().len();
+    let mut emitters = vec![vec![Rgb::ZERO; mode.patches().len()]; if apart.emitters { count } else { 0 }];
+    let terms = solved.iter().map(|(_, solution)| solution.terms.len()).max().unwrap_or(0);
+    let bounces = if apart.bounces { terms.min(BOUNCES) } else { 0 };
+    let mut bounces = vec![vec![Rgb::ZERO; mode.patches().len()]; bounces];
+    let share = 1.0 / solved.len() as f32;
+    for (mode, solution) in solved {
+        let add = |field: &mut Vec<Rgb>, light: &[Rgb]| {
+            field.iter_mut().zip(light).for_each(|(sum, l)| *sum += share * *l);
+        };
+        if !emitters.is_empty() {
+            for (field, light) in emitters.iter_mut().zip(of_emitters(mode, solution)) {
+                add(field, &light);
+            }
+        }
+        let last = bounces.len().saturating_sub(1);
+        for (n, term) in solution.terms.iter().enumerate().take(if apart.bounces { usize::MAX } else { 0 }) {
+            add(&mut bounces[n.min(last)], &travelling(mode, n, term));
+        }
+    }
+    let read =
+        |fields: &[Vec<Rgb>]| -> Vec<Vec<Linear>> { fields.iter().map(|field| linear(&neighbours, field)).collect() };
+    fields.with_layers(&read(&emitters), &read(&bounces))
+}
+
+/// What hemisphere rays read of term n.
+fn travelling(mode: &Assembled, n: usize, term: &[Light]) -> Vec<Rgb> {
+    if n == 0 { without_luminaires(&mode.lights, term) } else { term.iter().map(|l| l.invisible).collect() }
+}
+
+/// What hemisphere rays read of the light of each emitter, summed over as many bounces as a solution has.
+fn of_emitters(mode: &Assembled, solution: &Solution) -> Vec<Vec<Rgb>> {
+    let operator = &mode.operator;
+    let source = |light: &_| Source { first_bounce: Some(operator.first_bounce_of(light)), ..Source::default() };
+    let sources: Vec<Source> = operator.emitters().iter().map(source).collect();
+    let reflected = reflected_columns(operator, &sources, solution.terms.len().saturating_sub(1));
+    let all = operator.emitters().iter().zip(reflected);
+    all.map(|(light, reflected)| {
+        let mut field = without_luminaires(&mode.lights, &light.emission);
+        field.iter_mut().zip(reflected).for_each(|(sum, l)| *sum += l.invisible);
+        field
+    })
+    .collect()
+}
