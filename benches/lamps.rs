@@ -119,9 +119,7 @@ fn lamps(c: &mut Criterion) {
         let solution = explore(&modes[0].operator, 1);
         let gather = GatherSampling::with_samples(16, 0);
         group.bench_function(BenchmarkId::new("picture", count), |b| {
-            b.iter(|| {
-                black_box(modes[0].picture(&solution, &GatherPass::new((48, 48), &gather), Apart::default(), &Silent))
-            })
+            b.iter(|| black_box(modes[0].picture(&solution, &GatherPass::new((48, 48), &gather), &Silent)))
         });
     }
     group.finish();

@@ -19,7 +19,7 @@ use halflight::light::Mode;
 use halflight::pictures::{Picture, Size, mean_e_pixel};
 use halflight::rays::Rays;
 use halflight::reference::{NextEvent, TraceSettings, Tracer};
-use halflight::render::{Apart, Silent};
+use halflight::render::Silent;
 use halflight::scene::Scene;
 use halflight::solve::{Settings, neumann};
 
@@ -59,7 +59,7 @@ fn closed_form(scene: &Scene) -> Picture {
     let (modes, _) = p.assemble(&[Mode::Local.transport()], &Sampling::default(), &Silent);
     let solution = neumann(&modes[0].operator, &Settings::default()).expect("it ends");
     let sampling = GatherSampling { camera: 1024, luminaire: 1, hemisphere: 1, seed: 0 };
-    modes[0].picture(&solution, &GatherPass::new(SIZE, &sampling), Apart::default(), &Silent).total()
+    modes[0].picture(&solution, &GatherPass::new(SIZE, &sampling), &Silent).total()
 }
 
 /// e_pixel after each of the ascending numbers of samples.

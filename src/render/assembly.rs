@@ -256,8 +256,13 @@ impl Assembled {
         k.received().iter().enumerate().map(one).collect()
     }
 
+    /// Renders a solution.
+    pub fn picture(&self, solution: &Solution, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
+        self.layered(solution, pass, Apart::default(), watch)
+    }
+
     /// Renders a solution, and its light apart.
-    pub fn picture(&self, solution: &Solution, pass: &GatherPass, apart: Apart, watch: &dyn Watch) -> Gathered {
+    pub fn layered(&self, solution: &Solution, pass: &GatherPass, apart: Apart, watch: &dyn Watch) -> Gathered {
         let fields = fields(self.patches(), &[self.reflected(&solution.terms)]).with_ambient(self.ambient(solution));
         let fields = if apart.is_nothing() { fields } else { with_layers(fields, &[(self, solution)], apart) };
         render(&self.lights, &fields, pass, watch)

@@ -203,7 +203,7 @@ impl Equations {
             let (solution, seconds) = timed(|| neumann(&mode.operator, &Settings::default()));
             let solution = solution?;
             spent.seconds.solve = seconds;
-            let (gathered, seconds) = timed(|| mode.picture(&solution, pass, self.apart, watch));
+            let (gathered, seconds) = timed(|| mode.layered(&solution, pass, self.apart, watch));
             spent.seconds.gather = seconds;
             Ok(Rendered::new(mode, &solution, gathered, self.apart, spent))
         };

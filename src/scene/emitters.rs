@@ -127,7 +127,8 @@ mod tests {
         assert_eq!([0, 1, 2].map(|k| emitters.of_light(k)), [2, 3, 4]);
         let last = scene.faces.len() as u32 - 1;
         assert_eq!([last, last - 1].map(|face| emitters.of_face(&scene, face)), [1, 1]);
-        // Two lamps of one object are told by their materials.
+        // Two lamps of one object are told apart by their materials.
+        let mut scene = Scene::open("cornell-box").expect("a scene");
         let object = scene.faces[0].object;
         for (k, name) in ["red", "blue"].into_iter().enumerate() {
             scene.faces[k] = crate::scene::Face { material: scene.materials.len() as u32, object, ..scene.faces[k] };

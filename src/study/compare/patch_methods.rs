@@ -22,7 +22,7 @@ use crate::gather::{GatherPass, GatherSampling};
 use crate::light::{Light, Rgb};
 use crate::pictures::Picture;
 use crate::rays::sobol::replica_seed;
-use crate::render::{Apart, Assembled, Discretization, Seconds, Stored, Unfit, pictures};
+use crate::render::{Assembled, Discretization, Seconds, Stored, Unfit, pictures};
 use crate::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
 use crate::study::bounces::bounce_fields_and_rest;
 use crate::study::compare::arithmetic::{average, combine, map, masked_mean, smoothed, standard_error, sum};
@@ -136,7 +136,7 @@ impl PatchWork<'_> {
             (Some(k), Method::Patches | Method::Rays | Method::Samples) => {
                 let solution = neumann(&k.operator, &Settings::default())?;
                 seconds.solve = lap(&mut clock);
-                vec![k.picture(&solution, &self.pass(), Apart::default(), plan.watch).total()]
+                vec![k.picture(&solution, &self.pass(), plan.watch).total()]
             }
             _ => {
                 let generations = self.generations(method, k.as_ref())?;
