@@ -1,5 +1,6 @@
 //! `halflight bounces`: the series E, KE, K²E, ... of each mode, as a table, a chart, CSV and pictures.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::time::Instant;
 
@@ -9,6 +10,7 @@ use serde::Serialize;
 use crate::cli::arguments::{Common, Precision, Problem, pixel, size};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
+use crate::cli::layers::PerEmitter;
 use crate::cli::pictures::{Files, Modes};
 use crate::error::deadline::deadline_after;
 use crate::gather::{GatherPass, GatherSampling, Gathering};
@@ -16,9 +18,9 @@ use crate::light::{Mode, Transport};
 use crate::operator::Bounds;
 use crate::pictures::{Size, Table, known, make_directory};
 use crate::plot::term_name;
-use crate::render::{BounceSeries, End, Fineness, TermError};
+use crate::render::{BounceSeries, EmitterTerms, End, Fineness, TermError};
 use crate::scene::Scene;
-use crate::solve::{Bounce, Solution, Verdict, explore};
+use crate::solve::{Bounce, Solution, Verdict};
 use crate::study::figures::{bounce_sheet, bounces_chart};
 use crate::study::{bounce_fields, bounce_pictures, partial_sums};
 
@@ -28,6 +30,9 @@ pub struct Bounces {
     /// What to solve.
     #[command(flatten)]
     pub problem: Problem,
+    /// What light is kept apart by.
+    #[command(flatten)]
+    pub per: PerEmitter,
     /// Terms in the table, the chart and the sheet, E not counted
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub count: u16,
@@ -63,6 +68,11 @@ struct BounceReport {
     bounce: Bounce,
     /// Estimated relative errors of the power; null where effort was given instead of a tolerance.
     error: Option<TermError>,
+    /// Power of the visible half of each emitter per channel, W, and its relative error, where they are kept apart.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    luminaires: BTreeMap<String, [f64; 3]>,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    luminaire_errors: BTreeMap<String, f64>,
 }
 
 /// The series of one mode.
@@ -73,6 +83,7 @@ struct Studied {
     /// Errors of the terms, and what ended the search for them, where a tolerance was requested.
     errors: Vec<TermError>,
     end: Option<End>,
+    emitters: Vec<EmitterTerms>,
 }
 
 /// What all modes of one run share, and what is known of them so far.
@@ -114,12 +125,11 @@ impl Run<'_> {
         samples: u32,
     ) -> Result<(), CliError> {
         let seed = self.common.seed;
-        let solver = self.own.problem.effort.limit.solver(scene, seed);
+        let solver = self.own.problem.effort.limit.solver(scene, seed).apart(self.own.per.apart());
         let equations = solver.assemble(transports, fineness, self.console)?;
         let sampling = GatherSampling::with_samples(samples, seed);
-        for mode in equations.modes {
-            let solution = explore(&mode.operator, self.own.count as usize);
-            self.take(BounceSeries { mode, solution, errors: Vec::new(), end: None }, (&sampling).into())?;
+        for series in equations.bounces(self.own.count.into()) {
+            self.take(series, (&sampling).into())?;
         }
         Ok(())
     }
@@ -127,7 +137,7 @@ impl Run<'_> {
     /// Every mode to a tolerance of its terms' powers, each with the patches that it needs.
     fn within(&mut self, scene: &Scene, transports: &[Transport], tolerance: f64) -> Result<(), CliError> {
         let (Problem { effort, time, .. }, seed) = (&self.own.problem, self.common.seed);
-        let solver = effort.limit.solver(scene, seed);
+        let solver = effort.limit.solver(scene, seed).apart(self.own.per.apart());
         solver.check_tolerance(transports, tolerance)?;
         for &transport in transports {
             let deadline = time.and_then(|seconds| deadline_after(Instant::now(), seconds));
@@ -143,8 +153,9 @@ impl Run<'_> {
 
     /// Shows one mode's table and writes its sheet: its terms, and their sums under them.
     fn take(&mut self, series: BounceSeries, gathering: Gathering) -> Result<(), CliError> {
-        let BounceSeries { mode, solution, errors, end } = series;
-        let studied = Studied { transport: mode.transport, solution, patches: mode.patches().len(), errors, end };
+        let BounceSeries { mode, solution, errors, end, emitters } = series;
+        let (transport, patches) = (mode.transport, mode.patches().len());
+        let studied = Studied { transport, solution, patches, errors, end, emitters };
         self.console.say(table(&studied));
         let solution = &studied.solution;
         let pass = GatherPass::new(self.own.size, gathering);
@@ -169,6 +180,9 @@ impl Run<'_> {
         );
         let chart = bounces_chart(format!("The bounce series of {}", scene.name), caption, &lines);
         self.files.draw("", &["svg", "png"], &chart.drawing())?;
+        if self.own.per.apart().emitters {
+            table_of_emitters(&self.studied).write(self.files.add("-luminaires.csv"))?;
+        }
         Ok(table_of_terms(&self.studied).write(self.files.add(".csv"))?)
     }
 }
@@ -180,7 +194,14 @@ impl Studied {
     }
 
     fn report(&self, scene: &Scene) -> BouncesReport {
-        let bounce = |b: &Bounce| BounceReport { bounce: *b, error: self.error(b.n) };
+        let apart = |n: usize| self.emitters.iter().filter_map(move |e| Some((e.name.clone(), *e.powers.get(n)?)));
+        let errors = |n: usize| self.emitters.iter().filter_map(move |e| Some((e.name.clone(), *e.errors.get(n)?)));
+        let bounce = |b: &Bounce| BounceReport {
+            bounce: *b,
+            error: self.error(b.n),
+            luminaires: apart(b.n).collect(),
+            luminaire_errors: errors(b.n).collect(),
+        };
         BouncesReport {
             scene: scene.name.clone(),
             transport: self.transport,
@@ -232,11 +253,36 @@ fn table(studied: &Studied) -> String {
             studied.error(b.n).map_or("-".into(), |e| format!("{:.2} %", 100.0 * e.total)),
         );
     }
+    for emitter in &studied.emitters {
+        let of = |powers: &[[f64; 3]]| powers.iter().flatten().sum::<f64>();
+        let reflected = of(emitter.powers.get(1..).unwrap_or_default());
+        let _ = writeln!(
+            text,
+            "{:<24} {:>11.4e} W emitted, {reflected:>11.4e} W reflected",
+            emitter.name,
+            of(&emitter.powers[..1])
+        );
+    }
     let _ = writeln!(text, "{}", sentence(transport, solution));
     if let Some(why) = studied.end.and_then(End::why) {
         let _ = writeln!(text, "the tolerance is not met: {why}");
     }
     text
+}
+
+/// The terms of every emitter, one row each.
+fn table_of_emitters(studied: &[Studied]) -> Table {
+    let mut table = Table::new("mode,alpha,tau,luminaire,n,power_r,power_g,power_b,error");
+    for s in studied {
+        let Transport { alpha, tau } = s.transport;
+        let mode = s.transport.mode().map_or("", Mode::name);
+        for emitter in &s.emitters {
+            for (n, [r, g, b]) in emitter.powers.iter().enumerate() {
+                table.row(&[&mode, &alpha, &tau, &emitter.name, &n, r, g, b, &known(emitter.errors.get(n))]);
+            }
+        }
+    }
+    table
 }
 
 /// All modes' terms, one row each.

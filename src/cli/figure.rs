@@ -19,7 +19,7 @@ use crate::cli::render::Rendering;
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Mode;
 use crate::pictures::{Size, make_directory};
-use crate::render::Fineness;
+use crate::render::{Apart, Fineness};
 use crate::scene::Scene;
 use crate::solve::{Settings, neumann};
 use crate::study::figures::{
@@ -217,7 +217,8 @@ impl Work<'_> {
         let (name, effort, console) = (scene.name.clone(), &self.own.effort, self.console);
         let judged = matches!(effort.precision(), Precision::Within(_));
         let start = Instant::now();
-        let rendering = Rendering { effort, size: self.size, seed: self.common.seed, time: None, start, console };
+        let (seed, apart) = (self.common.seed, Apart::default());
+        let rendering = Rendering { effort, size: self.size, seed, time: None, apart, start, console };
         let mut solved = Vec::new();
         rendering.each_mode(&scene, &Mode::ALL.map(Mode::transport), |_, transport, picture| {
             let mode = transport.mode().expect("these are the four modes");

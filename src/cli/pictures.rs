@@ -206,6 +206,9 @@ pub struct RenderReport {
     /// Light at points, where it is requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<Vec<PointReport>>,
+    /// Names of the picture's layers, where it is taken apart.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<String>,
     /// Files written.
     pub files: Vec<PathBuf>,
 }

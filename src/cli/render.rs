@@ -9,14 +9,15 @@ use crate::Solver;
 use crate::cli::arguments::{Common, Effort, Precision, Problem, pixel, size};
 use crate::cli::console::Console;
 use crate::cli::error::{CliError, picture_or_divergence};
+use crate::cli::layers::{self, Layers};
 use crate::cli::pictures::{Outcome, Places, RenderReport, finish};
 use crate::cli::points::{Points, Sensors};
 use crate::cli::warnings::{Pictured, unmet, warn_of_backs, warn_of_error};
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
 use crate::operator::Bounds;
-use crate::pictures::{Size, check_extension, write_picture, write_with_error};
-use crate::render::{Rendered, Seconds};
+use crate::pictures::{Size, check_extension};
+use crate::render::{Apart, Rendered, Seconds};
 use crate::scene::Scene;
 use crate::solve::Diverges;
 
@@ -29,13 +30,16 @@ pub struct Render {
     /// Where light is measured.
     #[command(flatten)]
     pub points: Points,
+    /// What the picture is taken apart into.
+    #[command(flatten)]
+    pub layers: Layers,
     /// Size of the picture
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
     pub size: Size,
     /// Picture to write, .png or .exr [default: <out>/<scene>-<mode>.png]; with several modes the mode is added
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Add the standard error of every pixel as a layer of the EXR file
+    /// Add the standard error of every pixel, and that of each layer, as layers of the EXR file
     #[arg(long)]
     pub standard_error: bool,
 }
@@ -71,7 +75,15 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
     let load = start.elapsed().as_secs_f64();
     let run = Run { own, console, places: &places, load, sensors };
     let mut outcomes = Vec::new();
-    let rendering = Rendering { effort, size: own.size, seed: common.seed, time: own.problem.time, start, console };
+    let rendering = Rendering {
+        effort,
+        size: own.size,
+        seed: common.seed,
+        time: own.problem.time,
+        apart: own.layers.apart(),
+        start,
+        console,
+    };
     let solver = rendering.each_mode(&scene, &transports, |solver, transport, found| {
         outcomes.push(run.outcome(solver, transport, found)?);
         Ok(())
@@ -91,6 +103,8 @@ pub(crate) struct Rendering<'a> {
     pub seed: u32,
     /// Seconds for each mode, where a tolerance is aimed at.
     pub time: Option<f64>,
+    /// What is taken apart.
+    pub apart: Apart,
     /// When the first mode began.
     pub start: Instant,
     pub console: &'a Console,
@@ -105,8 +119,8 @@ impl Rendering<'_> {
         transports: &[Transport],
         mut take: impl FnMut(&Solver, Transport, Result<Rendered, Diverges>) -> Result<(), CliError>,
     ) -> Result<Solver, CliError> {
-        let Rendering { effort, size, seed, time, start, console } = *self;
-        let solver = effort.limit.solver(scene, seed);
+        let Rendering { effort, size, seed, time, apart, start, console } = *self;
+        let solver = effort.limit.solver(scene, seed).apart(apart);
         match effort.precision() {
             Precision::Within(tolerance) => {
                 solver.check_tolerance(transports, tolerance)?;
@@ -164,7 +178,8 @@ impl Run<'_> {
         };
         if let Ok(found) = &found {
             self.describe(found, &mut report);
-            report.files.push(self.write(transport, found)?);
+            report.layers = found.layers.iter().map(|layer| layer.kind.name()).collect();
+            report.files.extend(self.write(transport, found)?);
         }
         if let (Some(sensors), Precision::Within(tolerance)) = (&self.sensors, self.own.problem.effort.precision()) {
             let place = (self.places.directory, self.places.stem.as_str());
@@ -194,14 +209,9 @@ impl Run<'_> {
         }
     }
 
-    fn write(&self, transport: Transport, found: &Rendered) -> Result<PathBuf, CliError> {
-        let path = self.places.picture(transport);
-        if self.own.standard_error {
-            write_with_error(&path, &found.picture, &found.standard_error)?;
-        } else {
-            write_picture(&path, &found.picture, self.own.problem.subject.exposure())?;
-        }
-        Ok(path)
+    fn write(&self, transport: Transport, found: &Rendered) -> Result<Vec<PathBuf>, CliError> {
+        let exposure = self.own.problem.subject.exposure();
+        layers::write(&self.places.picture(transport), found, exposure, self.own.standard_error)
     }
 
     /// A line on one mode.

@@ -20,6 +20,7 @@
 //! Not handled: norms of the terms, which need light by position.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DVec3, Vec3};
@@ -31,7 +32,7 @@ use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
 use crate::rays::warp::{cosine_direction, hemisphere_direction, triangle_point};
 use crate::rays::{Hit, Ray, Rays, Side};
-use crate::scene::{Beam, PunctualForm, PunctualLight, PunctualPlace, Scene, Sides};
+use crate::scene::{Beam, Emitters, PunctualForm, PunctualLight, PunctualPlace, Scene, Sides};
 
 /// Walks of a batch.
 const BATCH: u32 = 4096;
@@ -51,6 +52,8 @@ pub(crate) struct WalkedPowers {
     pub terms: Vec<TermPower>,
     /// Relative standard errors of the visible half's power, channels added; 0 where nothing arrived.
     pub errors: Vec<f64>,
+    /// The same of each emitter, where they are kept apart.
+    pub emitters: Vec<Vec<(TermPower, f64)>>,
 }
 
 /// Which terms the walks estimate, and how precisely.
@@ -62,7 +65,41 @@ pub(crate) struct WalkGoal {
     /// No batch is begun after it.
     pub deadline: Option<Instant>,
     pub seed: u32,
+    /// Whose light is kept apart.
+    pub emitters: Arc<Emitters>,
 }
+
+/// Sums over batches, term by term.
+#[derive(Default)]
+struct BatchSums {
+    count: f64,
+    /// Of each term; and of the squares of the visible half's power, channels added.
+    terms: Vec<(TermPower, f64)>,
+}
+
+impl BatchSums {
+    /// Adds the terms of a batch.
+    fn add(&mut self, batch: &[TermPower]) {
+        self.count += 1.0;
+        self.terms.resize(batch.len(), Default::default());
+        for ((sum, squares), term) in self.terms.iter_mut().zip(batch) {
+            *sum = sum.plus(*term);
+            *squares += term.visible.element_sum().powi(2);
+        }
+    }
+
+    /// The mean of term k, and its relative standard error.
+    fn mean(&self, k: usize) -> (TermPower, f64) {
+        let (n, (sum, squares)) = (self.count, self.terms[k]);
+        let mean = TermPower { visible: sum.visible / n, invisible: sum.invisible / n };
+        let power = mean.visible.element_sum();
+        let variance = (squares / n - power * power).max(0.0) / (n - 1.0);
+        (mean, if power > 0.0 { variance.sqrt() / power } else { 0.0 })
+    }
+}
+
+/// Terms of emitters that batches keep at a time, at most.
+const MOST_TERMS: usize = 1 << 20;
 
 struct Walks<'a> {
     scene: &'a Scene,
@@ -74,15 +111,29 @@ struct Walks<'a> {
 
 /// Walks until every term has the standard error requested, or [`BATCHES`] are made.
 pub(crate) fn walked_powers(scene: &Scene, rays: &Rays, transport: Transport, goal: &WalkGoal) -> WalkedPowers {
-    let walks = Walks::new(scene, rays, transport);
+    let walks = Walks::new(scene, rays, transport, &goal.emitters);
     let mut batches: Vec<Vec<TermPower>> = Vec::new();
+    let mut apart = BatchSums::default();
     let mut wanted = BATCHES.0;
+    let step = (MOST_TERMS / (goal.emitters.count() * goal.count).max(1)).max(1) as u32;
     loop {
-        let more = (batches.len() as u32..wanted).into_par_iter().map(|batch| walks.batch(batch, goal));
-        batches.extend(more.collect::<Vec<_>>());
-        let powers = WalkedPowers::of(&batches, goal.count);
+        for first in (batches.len() as u32..wanted).step_by(step as usize) {
+            let end = wanted.min(first + step);
+            let more: Vec<_> = (first..end).into_par_iter().map(|batch| walks.batch(batch, goal)).collect();
+            for batch in more {
+                if goal.emitters.are_apart() {
+                    apart.add(&batch);
+                }
+                let total =
+                    |k: usize| batch.iter().skip(k).step_by(goal.count).fold(TermPower::default(), |s, t| s.plus(*t));
+                batches.push((0..goal.count).map(total).collect());
+            }
+        }
+        let mut powers = WalkedPowers::of(&batches, goal.count);
         let late = is_over(goal.deadline);
         if wanted >= BATCHES.1 || late || powers.errors.iter().all(|&e| e <= goal.error) {
+            let terms: Vec<_> = (0..apart.terms.len()).map(|k| apart.mean(k)).collect();
+            powers.emitters = terms.chunks(goal.count.max(1)).map(<[_]>::to_vec).collect();
             return powers;
         }
         wanted *= 2;
@@ -103,7 +154,7 @@ impl WalkedPowers {
             let squares: f64 = batches.iter().map(|b| (b[k].visible.element_sum() - mean).powi(2)).sum();
             if mean > 0.0 { (squares / (n * (n - 1.0))).sqrt() / mean } else { 0.0 }
         };
-        WalkedPowers { errors: (0..count).map(error).collect(), terms }
+        WalkedPowers { errors: (0..count).map(error).collect(), terms, emitters: Vec::new() }
     }
 }
 
@@ -119,19 +170,19 @@ impl TermPower {
 }
 
 impl<'a> Walks<'a> {
-    fn new(scene: &'a Scene, rays: &'a Rays, transport: Transport) -> Walks<'a> {
+    fn new(scene: &'a Scene, rays: &'a Rays, transport: Transport, emitters: &Emitters) -> Walks<'a> {
         let transports = scene.transports(transport);
         let opaque = transports.iter().all(|t| t.tau == 0.0);
-        Walks { scene, rays, transports, sources: WalkSources::new(scene), opaque }
+        Walks { scene, rays, transports, sources: WalkSources::new(scene, emitters), opaque }
     }
 
-    /// The mean power of each term over one batch of walks.
+    /// The mean power of each term over one batch of walks, emitter by emitter.
     fn batch(&self, batch: u32, goal: &WalkGoal) -> Vec<TermPower> {
-        let mut sums = vec![TermPower::default(); goal.count];
+        let mut sums = vec![TermPower::default(); goal.count * goal.emitters.count()];
         let mut hits = Vec::new();
         for walk in 0..BATCH {
             let own = hash(batch * BATCH + walk, Purpose::Walks.seed(goal.seed));
-            self.walk(&mut Stream::new(own), &mut sums, &mut hits);
+            self.walk(&mut Stream::new(own), (&mut sums, goal.count), &mut hits);
         }
         for sum in &mut sums {
             sum.visible /= f64::from(BATCH);
@@ -140,10 +191,11 @@ impl<'a> Walks<'a> {
         sums
     }
 
-    /// Adds one walk to each term.
-    fn walk(&self, random: &mut Stream, sums: &mut [TermPower], hits: &mut Vec<Hit>) {
+    /// Adds one walk to each of the `count` terms of its emitter.
+    fn walk(&self, random: &mut Stream, (sums, count): (&mut [TermPower], usize), hits: &mut Vec<Hit>) {
         let Some(start) = self.sources.start(random) else { return };
-        let Some((first, rest)) = sums.split_first_mut() else { return };
+        let own = &mut sums[start.emitter * count..][..count];
+        let Some((first, rest)) = own.split_first_mut() else { return };
         self.rays.light_crossings(&start.ray, self.opaque, hits);
         let arrived = self.arrive(&start.ray, hits, |hit| start.power(f64::from(hit.t)), first, random);
         let Some((mut ray, mut weight)) = arrived else { return };
@@ -209,6 +261,7 @@ struct WalkSources<'a> {
 
 struct Source<'a> {
     origin: Origin<'a>,
+    emitter: usize,
     /// Share of the emitted power that leaves this source and those before it.
     cumulative: f64,
     /// What a walk from here carries.
@@ -230,6 +283,8 @@ struct FirstRay<'a> {
     pub weight: DVec3,
     /// Where it comes from a point.
     place: Option<(&'a PunctualPlace, f64)>,
+    /// What sends it.
+    emitter: usize,
 }
 
 impl FirstRay<'_> {
@@ -250,7 +305,7 @@ fn spread(place: &PunctualPlace, scale: f64, distance: f64) -> f64 {
 impl<'a> WalkSources<'a> {
     /// The emitting sides of a scene and its lights without area, with the chance of each in proportion to its power,
     /// channels added.
-    pub fn new(scene: &'a Scene) -> WalkSources<'a> {
+    pub fn new(scene: &'a Scene, emitters: &Emitters) -> WalkSources<'a> {
         let far = |radius: f64, v: &Vec3| radius.max(v.as_dvec3().length());
         // The faces that stand for a sky lie beyond the scene.
         let radius = scene.sky.map_or_else(|| scene.vertices.iter().fold(0.0, far), |sky| sky.radius);
@@ -268,15 +323,17 @@ impl<'a> WalkSources<'a> {
             for &side in sides.iter().filter(|_| power > 0.0) {
                 total += power;
                 let weight = emission / emission.element_sum();
-                sources.list.push(Source { origin: Origin::Side(face, side), cumulative: total, weight });
+                let (origin, emitter) = (Origin::Side(face, side), emitters.of_face(scene, face));
+                sources.list.push(Source { origin, emitter, cumulative: total, weight });
             }
         }
-        for light in scene.lights.iter().filter(|light| light.shines()) {
+        for (k, light) in scene.lights.iter().enumerate().filter(|(_, light)| light.shines()) {
             let intensity = light.intensity.as_dvec3();
             let (size, at_unit) = sources.sizes(light);
             total += size * at_unit * intensity.element_sum();
             let weight = intensity / (intensity.element_sum() * at_unit);
-            sources.list.push(Source { origin: Origin::Light(light), cumulative: total, weight });
+            let (origin, emitter) = (Origin::Light(light), emitters.of_light(k));
+            sources.list.push(Source { origin, emitter, cumulative: total, weight });
         }
         for source in &mut sources.list {
             source.cumulative /= total;
@@ -306,16 +363,21 @@ impl<'a> WalkSources<'a> {
         let last = self.list.len().checked_sub(1)?;
         let share = f64::from(random.uniform());
         let source = &self.list[self.list.partition_point(|s| s.cumulative <= share).min(last)];
-        let weight = source.weight;
+        let (weight, emitter) = (source.weight, source.emitter);
         let light = match source.origin {
             Origin::Light(light) => light,
             Origin::Side(face, _) if self.scene.is_sky(face) => {
-                return Some(FirstRay { ray: self.enter(face, random)?, weight, place: None });
+                return Some(FirstRay { ray: self.enter(face, random)?, weight, place: None, emitter });
             }
             Origin::Side(face, side) => {
                 let position = triangle_point(self.scene.corners(face), random.uniform(), random.uniform());
                 let weight = self.textured(face, position).unwrap_or(source.weight);
-                return Some(FirstRay { ray: leave(self.scene, position, face, side, random), weight, place: None });
+                return Some(FirstRay {
+                    ray: leave(self.scene, position, face, side, random),
+                    weight,
+                    place: None,
+                    emitter,
+                });
             }
         };
         let (u, v) = (f64::from(random.uniform()), f64::from(random.uniform()));
@@ -330,7 +392,7 @@ impl<'a> WalkSources<'a> {
             PunctualForm::Directional { direction } => {
                 let aside = self.radius * u.sqrt() * around(*direction, 0.0, v);
                 let ray = ray(aside - 2.0 * self.radius * *direction, *direction);
-                return Some(FirstRay { ray, weight, place: None });
+                return Some(FirstRay { ray, weight, place: None, emitter });
             }
         };
         let (direction, share) = match beam {
@@ -346,7 +408,7 @@ impl<'a> WalkSources<'a> {
             }
         };
         let ray = ray(place.position, direction);
-        Some(FirstRay { ray, weight: weight * share, place: Some((place, scale)) })
+        Some(FirstRay { ray, weight: weight * share, place: Some((place, scale)), emitter })
     }
 
     /// What a walk carries from a point of a face with textures, whose points are drawn alike.
@@ -390,7 +452,8 @@ mod tests {
     use crate::light::Mode;
 
     fn walked(scene: &Scene, transport: Transport) -> WalkedPowers {
-        let goal = WalkGoal { count: 4, error: 0.01, deadline: None, seed: 3 };
+        let emitters = Emitters::of(scene);
+        let goal = WalkGoal { count: 4, error: 0.01, deadline: None, seed: 3, emitters };
         walked_powers(scene, &Rays::new(scene), transport, &goal)
     }
 
@@ -439,7 +502,8 @@ mod tests {
         .concat();
         let mtl = "newmtl lamp\nKd 0 0 0\nKe 1 2 3\nnewmtl sheet\nKd 0.5 0.5 0.5\nnewmtl wall\nKd 0.25 0.25 0.25\n";
         let scene = Scene::from_obj_text("nested", &obj, mtl).unwrap();
-        let term = walked(&scene, Transport { alpha: 0.5, tau: 0.5 }).terms[0];
+        let powers = walked(&scene, Transport { alpha: 0.5, tau: 0.5 });
+        let term = powers.terms[0];
         let emitted = std::f64::consts::PI * 6.0 * 0.2 * 0.2 * DVec3::new(1.0, 2.0, 3.0);
         let expected = (0.5 + 0.5 * 0.25) * emitted;
         assert!((term.visible / expected - 1.0).abs().max_element() < 1e-5, "{term:?}");

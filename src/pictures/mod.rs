@@ -13,7 +13,10 @@ mod table;
 mod texels;
 
 pub use atomic::{WriteError, abandon_files, check_destination, make_directory, write_whole};
-pub use files::{ImageError, check_extension, encode_png, read_picture, write_bitmap, write_picture, write_with_error};
+pub use files::{
+    ImageError, NamedPicture, check_extension, encode_png, read_layers, read_picture, write_bitmap, write_layers,
+    write_picture,
+};
 pub use metrics::{
     Largest, MeanDifference, MetricError, largest_difference, mean_difference, mean_e_pixel, relative_rms,
 };

@@ -16,7 +16,7 @@ use crate::patches::{Patches, Sample};
 use crate::reading::{Fields, View, invisible, linear};
 use crate::render::layers::{Apart, with_layers};
 use crate::scene::{Emitters, Scene};
-use crate::solve::{RaySettings, RayShooter, Solution};
+use crate::solve::{RaySettings, RayShooter, Solution, Source};
 use crate::surfaces::Geometry;
 
 /// Seconds spent on each step.
@@ -235,6 +235,13 @@ impl Assembled {
             }
         }
         field
+    }
+
+    /// E of each emitter, and what patches reflect of it first; none where they are not kept apart.
+    pub fn sources(&self) -> Vec<Source> {
+        let first = |light: &EmitterLight| Some(self.operator.first_bounce_of(light));
+        let source = |light: &EmitterLight| Source { emission: light.emission.clone(), first_bounce: first(light) };
+        self.operator.emitters().iter().map(source).collect()
     }
 
     /// What the patches receive of the reflected light, irradiance over pi.

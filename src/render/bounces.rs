@@ -8,15 +8,17 @@
 //! Not handled: errors of norms and pictures of single terms; light that no walk finds, whose power stays that of the
 //! patches with an error of 100 %.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use crate::error::deadline::{deadline_after, is_over};
 use crate::error::light_walks::{WalkGoal, WalkedPowers, walked_powers};
-use crate::light::Transport;
+use crate::light::{Light, Transport};
+use crate::operator::{EmitterLight, LinearOperator};
 use crate::render::assembly::{Assembled, Discretization, Watch, assemble};
 use crate::render::fineness::Fineness;
 use crate::render::memory::{Held, fewer};
-use crate::solve::{Solution, explore};
+use crate::solve::{Solution, each_bounce, explore, powers};
 
 /// Standard errors of the walks that are aimed at, as a share of the tolerance.
 const WALKS: f64 = 0.5;
@@ -68,6 +70,61 @@ pub struct BounceSeries {
     pub errors: Vec<TermError>,
     /// What ended the search for a tolerance; none where effort was given.
     pub end: Option<End>,
+    /// The terms of each emitter, where they are kept apart.
+    pub emitters: Vec<EmitterTerms>,
+}
+
+/// The terms of one emitter.
+#[derive(Clone, Debug)]
+pub struct EmitterTerms {
+    /// Its name.
+    pub name: String,
+    /// Power of the visible half of each term per channel, W, E first.
+    pub powers: Vec<[f64; 3]>,
+    /// Estimated relative errors of those; empty where effort was given in place of a tolerance.
+    pub errors: Vec<f64>,
+}
+
+impl BounceSeries {
+    /// The first bounces on patches as they are.
+    pub(crate) fn fixed(mode: Assembled, count: usize) -> BounceSeries {
+        let solution = explore(&mode.operator, count);
+        let emitters = emitter_terms(&mode, solution.bounces.len() - 1);
+        BounceSeries { mode, solution, errors: Vec::new(), end: None, emitters }
+    }
+}
+
+/// The terms of every emitter on patches; none where they are not kept apart.
+fn emitter_terms(mode: &Assembled, count: usize) -> Vec<EmitterTerms> {
+    let k = &mode.operator;
+    let power = |term: &[Light]| powers(k.areas(), term)[0];
+    let names = mode.lights.emitters().names().iter().zip(k.emitters());
+    let own = |(name, light): (&String, &EmitterLight)| EmitterTerms {
+        name: name.clone(),
+        powers: vec![power(&light.emission)],
+        errors: Vec::new(),
+    };
+    let mut emitters: Vec<EmitterTerms> = names.map(own).collect();
+    if !emitters.is_empty() {
+        each_bounce(k, &mode.sources(), count, |_, terms| {
+            emitters.iter_mut().zip(terms).for_each(|(own, term)| own.powers.push(power(term)));
+        });
+    }
+    emitters
+}
+
+/// The terms of every emitter as walks measured them.
+fn walked_terms(mode: &Assembled, walked: &WalkedPowers) -> Vec<EmitterTerms> {
+    let mut emitters = emitter_terms(mode, 0);
+    for (own, terms) in emitters.iter_mut().zip(&walked.emitters) {
+        own.powers.truncate(1);
+        own.errors = vec![0.0];
+        for (term, error) in terms {
+            own.powers.push(term.visible.to_array());
+            own.errors.push(*error);
+        }
+    }
+    emitters
 }
 
 /// The requested accuracy of the terms, and what it may take.
@@ -93,7 +150,8 @@ pub(crate) fn bounces_to_tolerance(
     watch: &dyn Watch,
 ) -> BounceSeries {
     let deadline = goal.time.and_then(|time| deadline_after(Instant::now(), WALKS_TIME * time));
-    let walks = WalkGoal { count: goal.count, error: WALKS * goal.tolerance, deadline, seed: goal.seed };
+    let emitters = Arc::clone(&first.luminaires.emitters);
+    let walks = WalkGoal { count: goal.count, error: WALKS * goal.tolerance, deadline, seed: goal.seed, emitters };
     let walked = walked_powers(&first.geometry.scene, &first.geometry.rays, transport, &walks);
     let fineness = Fineness::of_terms(goal.tolerance);
     let sampling = fineness.sampling(goal.seed);
@@ -109,7 +167,8 @@ pub(crate) fn bounces_to_tolerance(
         false if is_over(deadline) => End::Time,
         false => End::Most,
     };
-    BounceSeries { mode, solution, errors, end: Some(end) }
+    let emitters = walked_terms(&mode, &walked);
+    BounceSeries { mode, solution, errors, end: Some(end), emitters }
 }
 
 /// Gives the terms the powers that walks measured, and returns their errors.

@@ -14,7 +14,7 @@ use crate::gather::GatheredLayer;
 use crate::light::{Light, Rgb};
 use crate::reading::{Fields, Linear, linear};
 use crate::render::assembly::{Assembled, without_luminaires};
-use crate::solve::{Solution, Source, reflected_columns};
+use crate::solve::{Solution, reflected_columns};
 
 /// What a picture is taken apart into.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -114,9 +114,7 @@ fn travelling(mode: &Assembled, n: usize, term: &[Light]) -> Vec<Rgb> {
 /// What hemisphere rays read of the light of each emitter, summed over as many bounces as a solution has.
 fn of_emitters(mode: &Assembled, solution: &Solution) -> Vec<Vec<Rgb>> {
     let operator = &mode.operator;
-    let source = |light: &_| Source { first_bounce: Some(operator.first_bounce_of(light)), ..Source::default() };
-    let sources: Vec<Source> = operator.emitters().iter().map(source).collect();
-    let reflected = reflected_columns(operator, &sources, solution.terms.len().saturating_sub(1));
+    let reflected = reflected_columns(operator, &mode.sources(), solution.terms.len().saturating_sub(1));
     let all = operator.emitters().iter().zip(reflected);
     all.map(|(light, reflected)| {
         let mut field = without_luminaires(&mode.lights, &light.emission);

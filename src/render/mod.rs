@@ -19,7 +19,7 @@ mod solver;
 mod square;
 
 pub use assembly::{Assembled, Discretization, Seconds, Silent, Watch, pictures, without_luminaires};
-pub use bounces::{BounceSeries, End, TermError};
+pub use bounces::{BounceSeries, EmitterTerms, End, TermError};
 pub use fineness::Fineness;
 pub use layers::{Apart, Layer, LayerKind};
 pub use memory::{PictureUnfit, Stored, Unfit, check_pictures, usable_memory};

@@ -22,7 +22,7 @@ use crate::render::rendered::Rendered;
 use crate::render::search::solved::Task;
 use crate::render::sensors::Sensor;
 use crate::scene::Scene;
-use crate::solve::{Diverges, Settings, explore, neumann};
+use crate::solve::{Diverges, Settings, neumann};
 use crate::surfaces::Geometry;
 
 /// The tolerance that patches are cut for before one is asked for.
@@ -195,6 +195,11 @@ pub struct Equations {
 }
 
 impl Equations {
+    /// The first `count` bounces of each equation; errors are not estimated.
+    pub fn bounces(self, count: usize) -> Vec<BounceSeries> {
+        self.modes.into_iter().map(|mode| BounceSeries::fixed(mode, count)).collect()
+    }
+
     /// Solves each equation and renders it; errors are not estimated. A mode whose spectral radius is not proved to be
     /// below 1 has no picture.
     pub fn render(&self, pass: &GatherPass, watch: &dyn Watch) -> Vec<Result<Rendered, Diverges>> {
@@ -330,7 +335,6 @@ impl<'a> BouncesRequest<'a> {
     /// [`Unfit`] where K does not fit in memory.
     pub fn fineness(self, fineness: Fineness) -> Result<BounceSeries, Unfit> {
         let mode = self.solver.assemble(&[self.transport], fineness, self.watch)?.modes.remove(0);
-        let solution = explore(&mode.operator, self.count);
-        Ok(BounceSeries { mode, solution, errors: Vec::new(), end: None })
+        Ok(BounceSeries::fixed(mode, self.count))
     }
 }

@@ -131,17 +131,29 @@ pub fn neumann_columns(
 
 /// The first `bounces` of each of several E together, E itself not counted.
 pub fn reflected_columns(k: &dyn LinearOperator, sources: &[Source], bounces: usize) -> Vec<Vec<Light>> {
-    let mut term = first_bounces(k, sources);
     let mut sums = vec![vec![Light::default(); k.areas().len()]; sources.len()];
-    for n in 1..=bounces {
-        for (sum, term) in sums.iter_mut().zip(&term) {
+    each_bounce(k, sources, bounces, |_, terms| {
+        for (sum, term) in sums.iter_mut().zip(terms) {
             sum.iter_mut().zip(term).for_each(|(sum, l)| *sum = added(*sum, *l));
         }
+    });
+    sums
+}
+
+/// Calls `each(n, KⁿE of every E)` for n from 1 to `bounces`, whether the series converges or not.
+pub fn each_bounce(
+    k: &dyn LinearOperator,
+    sources: &[Source],
+    bounces: usize,
+    mut each: impl FnMut(usize, &[Vec<Light>]),
+) {
+    let mut term = first_bounces(k, sources);
+    for n in 1..=bounces {
+        each(n, &term);
         if n < bounces {
             term = apply_columns(k, &term);
         }
     }
-    sums
 }
 
 /// `K x` of several x, all in one pass over F.

@@ -16,9 +16,10 @@ pub(crate) mod shooting;
 pub(crate) mod tail;
 pub(crate) mod two_level;
 
-pub use columns::{ColumnSolution, Source, apply_columns, neumann_columns, reflected_columns};
+pub use columns::{ColumnSolution, Source, apply_columns, each_bounce, neumann_columns, reflected_columns};
 pub use dense::direct;
 pub use extrapolated::{Extrapolated, extrapolated};
+pub(crate) use neumann::powers;
 pub use neumann::{Bounce, Diverges, Settings, Solution, Verdict, explore, neumann, norm, terms, verdict};
 pub use shooting::shooters::{Column, Convergence, Emitted, RaySettings, RayShooter, Sender, Shooter, Surfaces};
 pub use shooting::{Progress, Shooting, ShootingSettings};

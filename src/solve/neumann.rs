@@ -122,21 +122,20 @@ pub struct Diverges {
     pub uniform: bool,
 }
 
-/// Measures a term; `before` is the norm of the one before it.
-fn measure(k: &dyn LinearOperator, n: usize, term: &[Light], before: Option<f64>) -> Bounce {
+/// Power of the visible and of the invisible half per channel, W: `pi sum A_i L_i`.
+pub(crate) fn powers(areas: &[f64], term: &[Light]) -> [[f64; 3]; 2] {
     let power = |half: fn(&Light) -> glam::Vec3| {
-        let sum: DVec3 = term.iter().zip(k.areas()).map(|(l, a)| PI * a * half(l).as_dvec3()).sum();
+        let sum: DVec3 = term.iter().zip(areas).map(|(l, a)| PI * a * half(l).as_dvec3()).sum();
         sum.to_array()
     };
+    [power(|l| l.visible), power(|l| l.invisible)]
+}
+
+/// Measures a term; `before` is the norm of the one before it.
+fn measure(k: &dyn LinearOperator, n: usize, term: &[Light], before: Option<f64>) -> Bounce {
+    let [power, power_invisible] = powers(k.areas(), term);
     let norm = norm(k.areas(), term);
-    Bounce {
-        n,
-        power: power(|l| l.visible),
-        power_invisible: power(|l| l.invisible),
-        norm,
-        ratio: before.filter(|&b| b > 0.0).map(|b| norm / b),
-        tail_bound: None,
-    }
+    Bounce { n, power, power_invisible, norm, ratio: before.filter(|&b| b > 0.0).map(|b| norm / b), tail_bound: None }
 }
 
 /// Area-weighted RMS over patches, channels and halves: `sqrt(sum A_i |L_i|² / (6 sum A_i))`.

@@ -21,6 +21,8 @@ use crate::reading::view::View;
 #[derive(Default)]
 pub(crate) struct IndirectLight {
     pixels: Vec<PixelIndirect>,
+    /// Number of fields that make the picture.
+    picture_fields: usize,
     /// Squared error of the fit, summed over the pixels that see no luminaire.
     misfit: f64,
 }
@@ -49,7 +51,8 @@ impl IndirectLight {
             if chosen { indirect(k, pixel, cache, fitted) } else { PixelIndirect::default() }
         };
         let indexed = pixels.par_iter().enumerate();
-        IndirectLight { pixels: indexed.map_init(Default::default, reflected).collect(), misfit: 0.0 }
+        let pixels = indexed.map_init(Default::default, reflected).collect();
+        IndirectLight { pixels, picture_fields: cache.picture_fields, misfit: 0.0 }
     }
 
     /// States the squared error of the fit, summed over the pixels that see no luminaire.
@@ -63,7 +66,7 @@ impl IndirectLight {
         let mut sums = Measured::default();
         let seen = self.pixels.iter().zip(pixels);
         for (light, pixel) in seen.filter(|(f, _)| !f.fields.is_empty()) {
-            let total: Rgb = light.fields.iter().sum();
+            let total: Rgb = light.fields[..self.picture_fields].iter().sum();
             sums.add(pixel, light.variance, total.as_dvec3());
         }
         sums
