@@ -28,6 +28,7 @@ mod hard_scenes;
 mod highlights;
 mod interrupt;
 mod lamps;
+mod layers;
 mod lenient_files;
 mod local_picture;
 mod map;

@@ -63,6 +63,16 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Metric(#[from] MetricError),
+    /// What an earlier run kept is not what is needed: exit code 3.
+    #[error("{message}")]
+    #[diagnostic(code(halflight::kept))]
+    Kept {
+        /// What is wrong.
+        message: String,
+        /// What to do.
+        #[help]
+        help: String,
+    },
     /// The arguments contradict each other or the machine: exit code 2.
     #[error("{message}")]
     #[diagnostic(code(halflight::usage))]
@@ -82,7 +92,7 @@ impl CliError {
             CliError::Image(ImageError::Extension { .. }) | CliError::Usage { .. } => 2,
             CliError::Image(ImageError::Read { .. } | ImageError::Decode { .. }) => 3,
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
-            CliError::Scene(_) | CliError::Metric(_) | CliError::Sensor(_) => 3,
+            CliError::Scene(_) | CliError::Metric(_) | CliError::Sensor(_) | CliError::Kept { .. } => 3,
             CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
             CliError::Diverges(_) | CliError::Overflow(_) => 4,
             CliError::Memory(_) | CliError::Pictures(_) => 5,

@@ -28,6 +28,7 @@ pub(crate) mod layers;
 pub(crate) mod map;
 pub(crate) mod pictures;
 pub(crate) mod points;
+pub(crate) mod relight;
 pub(crate) mod render;
 pub(crate) mod studies;
 pub(crate) mod trace;
@@ -48,6 +49,7 @@ use crate::cli::factors::Factors;
 use crate::cli::figure::FigureArguments;
 use crate::cli::frontier::Frontier;
 use crate::cli::map::MapArguments;
+use crate::cli::relight::Relight;
 use crate::cli::render::Render;
 use crate::cli::studies::{Chart, Compare};
 use crate::cli::trace::Trace;
@@ -104,6 +106,8 @@ enum Command {
     Factors(Factors),
     /// Make a labelled figure for print: the four modes, successive approximation, or what lies between the modes
     Figure(FigureArguments),
+    /// Dim or recolour the lamps of what was solved, or find how far to dim them: no ray is cast
+    Relight(Relight),
     /// Render a scene by path tracing, a witness to the solver
     Trace(Trace),
     /// Map where the series converges over the (alpha, tau) square
@@ -165,6 +169,7 @@ fn run(Cli { command, common }: Cli) -> Result<(), CliError> {
         Command::Diff(own) => diff::run(own, &common, &console),
         Command::Factors(own) => factors::run(own, &common, &console),
         Command::Figure(own) => figure::run(own, &common, &console),
+        Command::Relight(own) => relight::run(own, &common, &console),
         Command::Trace(own) => trace::run(own, &common, &console),
         Command::Frontier(own) => frontier::run(own, &common, &console),
         Command::Map(own) => map::run(own, &common, &console),

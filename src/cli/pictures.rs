@@ -15,7 +15,7 @@ use crate::light::Transport;
 use crate::operator::Bounds;
 use crate::pictures::{Exposure, Picture, Size, check_destination, make_directory};
 use crate::plot::{Cell, Drawing, Heading, Page, Shown};
-use crate::render::{ErrorParts, Seconds};
+use crate::render::{EmitterPower, ErrorParts, Seconds};
 use crate::scene::Scene;
 
 /// Where the files of one run go.
@@ -206,6 +206,9 @@ pub struct RenderReport {
     /// Light at points, where it is requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<Vec<PointReport>>,
+    /// Powers of the emitters, where their light is kept apart.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub luminaires: Vec<EmitterPower>,
     /// Names of the picture's layers, where it is taken apart.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub layers: Vec<String>,

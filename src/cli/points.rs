@@ -162,7 +162,7 @@ impl Sensors {
 }
 
 /// Illuminance of an irradiance, lm/m².
-fn lux(irradiance: &[f64; 3]) -> f64 {
+pub fn lux(irradiance: &[f64; 3]) -> f64 {
     EFFICACY * irradiance.iter().zip(LUMINANCE).map(|(e, y)| e * y).sum::<f64>()
 }
 

@@ -178,6 +178,7 @@ impl Run<'_> {
         };
         if let Ok(found) = &found {
             self.describe(found, &mut report);
+            report.luminaires.clone_from(&found.emitters);
             report.layers = found.layers.iter().map(|layer| layer.kind.name()).collect();
             report.files.extend(self.write(transport, found)?);
         }

@@ -14,7 +14,7 @@ use crate::operator::linear::LinearOperator;
 use crate::operator::{EmitterLight, Operator, PatchMaterials};
 use crate::patches::{Patches, Sample};
 use crate::reading::{Fields, View, invisible, linear};
-use crate::render::layers::{Apart, with_layers};
+use crate::render::layers::{Apart, EmitterPower, with_layers};
 use crate::scene::{Emitters, Scene};
 use crate::solve::{RaySettings, RayShooter, Solution, Source};
 use crate::surfaces::Geometry;
@@ -265,14 +265,21 @@ impl Assembled {
 
     /// Renders a solution.
     pub fn picture(&self, solution: &Solution, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
-        self.layered(solution, pass, Apart::default(), watch)
+        self.layered(solution, pass, Apart::default(), watch).0
     }
 
     /// Renders a solution, and its light apart.
-    pub fn layered(&self, solution: &Solution, pass: &GatherPass, apart: Apart, watch: &dyn Watch) -> Gathered {
+    pub fn layered(
+        &self,
+        solution: &Solution,
+        pass: &GatherPass,
+        apart: Apart,
+        watch: &dyn Watch,
+    ) -> (Gathered, Vec<EmitterPower>) {
         let fields = fields(self.patches(), &[self.reflected(&solution.terms)]).with_ambient(self.ambient(solution));
-        let fields = if apart.is_nothing() { fields } else { with_layers(fields, &[(self, solution)], apart) };
-        render(&self.lights, &fields, pass, watch)
+        let solved = [(self, solution)];
+        let (fields, powers) = with_layers(fields, if apart.is_nothing() { &[] } else { &solved }, apart);
+        (render(&self.lights, &fields, pass, watch), powers)
     }
 
     /// Shoots rays from the same patches in the same mode.

@@ -12,9 +12,10 @@
 
 use crate::gather::GatheredLayer;
 use crate::light::{Light, Rgb};
+use crate::operator::{EmitterLight, LinearOperator};
 use crate::reading::{Fields, Linear, linear};
 use crate::render::assembly::{Assembled, without_luminaires};
-use crate::solve::{Solution, reflected_columns};
+use crate::solve::{Solution, powers, reflected_columns};
 
 /// What a picture is taken apart into.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -58,6 +59,17 @@ impl LayerKind {
     }
 }
 
+/// The power of an emitter, and what the surfaces make of it.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct EmitterPower {
+    /// Its name.
+    pub name: String,
+    /// Power of the visible half of its E per channel, W: `pi sum A_i E_i`; 0 of lights without area.
+    pub emitted: [f64; 3],
+    /// The same of all that is reflected of its light, `KE + K²E + ...`.
+    pub reflected: [f64; 3],
+}
+
 /// A layer of a picture.
 #[derive(Clone, Debug)]
 pub struct Layer {
@@ -77,9 +89,15 @@ pub(crate) fn named(mode: &Assembled, apart: Apart, gathered: Vec<GatheredLayer>
     kinds.zip(gathered).map(|(kind, light)| Layer { kind, light }).collect()
 }
 
-/// The fields of a picture with those of its layers: the means of independent solutions, each with its equation.
-pub(crate) fn with_layers(fields: Fields, solved: &[(&Assembled, &Solution)], apart: Apart) -> Fields {
-    let Some((mode, _)) = solved.first() else { return fields };
+/// The fields of a picture with those of its layers: the means of independent solutions, each with its equation; and
+/// the powers of the emitters.
+pub(crate) fn with_layers(
+    fields: Fields,
+    solved: &[(&Assembled, &Solution)],
+    apart: Apart,
+) -> (Fields, Vec<EmitterPower>) {
+    let Some((mode, _)) = solved.first() else { return (fields, Vec::new()) };
+    let mut emitted = Vec::new();
     let neighbours = mode.patches().neighbours();
     let count = mode.operator.emitters().len();
     let mut emitters = vec![vec![Rgb::ZERO; mode.patches().len()]; if apart.emitters { count } else { 0 }];
@@ -92,9 +110,11 @@ pub(crate) fn with_layers(fields: Fields, solved: &[(&Assembled, &Solution)], ap
             field.iter_mut().zip(light).for_each(|(sum, l)| *sum += share * *l);
         };
         if !emitters.is_empty() {
-            for (field, light) in emitters.iter_mut().zip(of_emitters(mode, solution)) {
-                add(field, &light);
+            let found = of_emitters(mode, solution);
+            for (field, (light, _)) in emitters.iter_mut().zip(&found) {
+                add(field, light);
             }
+            emitted.push(found.into_iter().map(|own| own.1).collect::<Vec<_>>());
         }
         let last = bounces.len().saturating_sub(1);
         for (n, term) in solution.terms.iter().enumerate().take(if apart.bounces { usize::MAX } else { 0 }) {
@@ -103,7 +123,23 @@ pub(crate) fn with_layers(fields: Fields, solved: &[(&Assembled, &Solution)], ap
     }
     let read =
         |fields: &[Vec<Rgb>]| -> Vec<Vec<Linear>> { fields.iter().map(|field| linear(&neighbours, field)).collect() };
-    fields.with_layers(&read(&emitters), &read(&bounces))
+    (fields.with_layers(&read(&emitters), &read(&bounces)), mean_powers(mode, &emitted))
+}
+
+/// The powers of the emitters, the reflected ones means over solutions.
+fn mean_powers(mode: &Assembled, reflected: &[Vec<[f64; 3]>]) -> Vec<EmitterPower> {
+    if reflected.is_empty() {
+        return Vec::new();
+    }
+    let areas = mode.operator.areas();
+    let names = mode.lights.emitters().names().iter().zip(mode.operator.emitters()).enumerate();
+    let mean = |e: usize, c: usize| reflected.iter().map(|all| all[e][c]).sum::<f64>() / reflected.len() as f64;
+    let one = |(e, (name, light)): (usize, (&String, &EmitterLight))| EmitterPower {
+        name: name.clone(),
+        emitted: powers(areas, &light.emission)[0],
+        reflected: [0, 1, 2].map(|c| mean(e, c)),
+    };
+    names.map(one).collect()
 }
 
 /// What hemisphere rays read of term n.
@@ -111,15 +147,16 @@ fn travelling(mode: &Assembled, n: usize, term: &[Light]) -> Vec<Rgb> {
     if n == 0 { without_luminaires(&mode.lights, term) } else { term.iter().map(|l| l.invisible).collect() }
 }
 
-/// What hemisphere rays read of the light of each emitter, summed over as many bounces as a solution has.
-fn of_emitters(mode: &Assembled, solution: &Solution) -> Vec<Vec<Rgb>> {
+/// What hemisphere rays read of the light of each emitter, summed over as many bounces as a solution has, and the power
+/// of the visible half of what is reflected.
+fn of_emitters(mode: &Assembled, solution: &Solution) -> Vec<(Vec<Rgb>, [f64; 3])> {
     let operator = &mode.operator;
     let reflected = reflected_columns(operator, &mode.sources(), solution.terms.len().saturating_sub(1));
     let all = operator.emitters().iter().zip(reflected);
     all.map(|(light, reflected)| {
         let mut field = without_luminaires(&mode.lights, &light.emission);
-        field.iter_mut().zip(reflected).for_each(|(sum, l)| *sum += l.invisible);
-        field
+        field.iter_mut().zip(&reflected).for_each(|(sum, l)| *sum += l.invisible);
+        (field, powers(operator.areas(), &reflected)[0])
     })
     .collect()
 }

@@ -21,7 +21,7 @@ mod square;
 pub use assembly::{Assembled, Discretization, Seconds, Silent, Watch, pictures, without_luminaires};
 pub use bounces::{BounceSeries, EmitterTerms, End, TermError};
 pub use fineness::Fineness;
-pub use layers::{Apart, Layer, LayerKind};
+pub use layers::{Apart, EmitterPower, Layer, LayerKind};
 pub use memory::{PictureUnfit, Stored, Unfit, check_pictures, usable_memory};
 pub(crate) use memory::{check_fit, pilots};
 pub use points::{SensorLight, SensorLights};

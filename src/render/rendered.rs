@@ -8,7 +8,7 @@ use crate::operator::Bounds;
 use crate::pictures::{Exposure, ImageError, Picture, write_picture};
 use crate::render::assembly::{Assembled, Seconds};
 use crate::render::goal::Spent;
-use crate::render::layers::{Apart, Layer, named};
+use crate::render::layers::{Apart, EmitterPower, Layer, named};
 use crate::solve::{Solution, Verdict};
 
 /// Estimated relative errors of a picture, and their root sum of squares.
@@ -53,6 +53,8 @@ pub struct Rendered {
     pub standard_error: Picture,
     /// The picture taken apart, where that was requested: the emitters, then the bounces, each of which add up to it.
     pub layers: Vec<Layer>,
+    /// The powers of the emitters, where their light is kept apart.
+    pub emitters: Vec<EmitterPower>,
     /// Estimated errors of the picture.
     pub error: ErrorParts,
     /// What ended the work on it.
@@ -89,6 +91,7 @@ impl Rendered {
         Rendered {
             picture: gathered.total(),
             layers: named(mode, apart, layers),
+            emitters: Vec::new(),
             error: ErrorParts::default(),
             ended: Ended::ByItself,
             seconds: spent.seconds,

@@ -208,9 +208,9 @@ impl Equations {
             let (solution, seconds) = timed(|| neumann(&mode.operator, &Settings::default()));
             let solution = solution?;
             spent.seconds.solve = seconds;
-            let (gathered, seconds) = timed(|| mode.layered(&solution, pass, self.apart, watch));
+            let ((gathered, emitters), seconds) = timed(|| mode.layered(&solution, pass, self.apart, watch));
             spent.seconds.gather = seconds;
-            Ok(Rendered::new(mode, &solution, gathered, self.apart, spent))
+            Ok(Rendered { emitters, ..Rendered::new(mode, &solution, gathered, self.apart, spent) })
         };
         self.modes.iter().map(one).collect()
     }

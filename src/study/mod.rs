@@ -4,6 +4,8 @@
 
 pub(crate) mod bounces;
 pub mod compare;
+#[cfg(feature = "cli")]
+pub(crate) mod dimming;
 pub(crate) mod factors;
 #[cfg(feature = "plot")]
 pub mod figures;
@@ -12,4 +14,6 @@ pub mod map;
 pub(crate) mod statistics;
 
 pub use bounces::{bounce_fields, bounce_fields_and_rest, bounce_pictures, partial_sums};
+#[cfg(feature = "cli")]
+pub use dimming::dimmed;
 pub use factors::{Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors};

@@ -62,14 +62,14 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let (solved, mut spent) = Search::new(first, &Task { goal: &goal.of_light(), ..*task }).run()?;
     let error = left(goal.tolerance, solved.error.sum().total.powi(2));
     let within = Gathering::Within { error, seed: goal.seed, deadline: goal.deadline };
-    let (fields, seconds) = timed(|| solved.picture_fields());
+    let ((fields, emitters), seconds) = timed(|| solved.picture_fields());
     spent.seconds.solve += seconds;
     let gather = || render(&solved.mode.lights, &fields, &GatherPass::new(goal.size, within), watch);
     let (gathered, seconds) = timed(gather);
     spent.seconds.gather += seconds;
     let gathered = if step > 1 { gathered.averaged(step) } else { gathered };
     let lit = solved.mode.scene().materials.iter().any(Material::emits);
-    let mut rendered = solved.finish(gathered, spent);
+    let mut rendered = Rendered { emitters, ..solved.finish(gathered, spent) };
     if lit && rendered.is_black() {
         // Light that no ray found is no proof that there is none.
         rendered.error.gather = 1.0;

@@ -18,7 +18,7 @@ use crate::rays::sobol::replica_seed;
 use crate::reading::{Fields, Linear, Reading, View, linear};
 use crate::render::assembly::{Assembled, Discretization, Watch, assemble, render};
 use crate::render::goal::{PictureGoal, Spent, timed};
-use crate::render::layers::{Apart, with_layers};
+use crate::render::layers::{Apart, EmitterPower, with_layers};
 use crate::render::rendered::{ErrorParts, Rendered};
 use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
 
@@ -250,12 +250,13 @@ impl Solved {
         cast
     }
 
-    /// The fields that the picture is gathered from; the rough one has shown the errors of the others.
-    pub fn picture_fields(&self) -> Fields {
+    /// The fields that the picture is gathered from, and the powers of emitters whose light is kept apart; the rough
+    /// picture has shown the errors of the other fields.
+    pub fn picture_fields(&self) -> (Fields, Vec<EmitterPower>) {
         let fields = self.fields.picture_only().read_by(self.reading);
         match &self.other {
             Some((second, other)) => with_layers(fields, &[(&self.mode, &self.solution), (second, other)], self.apart),
-            None => fields,
+            None => (fields, Vec::new()),
         }
     }
 
