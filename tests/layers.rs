@@ -151,7 +151,8 @@ fn the_layer_of_every_lamp_is_what_path_tracing_shows_of_it_alone() {
             let mean = |picture: &Picture| picture.pixels.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / (count / 3.0);
             let (value, error) = (DVec3::from(tracer.mean().value), DVec3::from(tracer.mean().error));
             let z = (mean(&layer.light.picture) - value) / error.max(DVec3::splat(1e-6 * whole));
-            // The layer has an error of its own: half a percent of it is more than what it is stated to have in the mean.
+            // The layer has an error of its own: half a percent of it is more than what it is stated to have in the
+            // mean.
             let share = (mean(&layer.light.picture) / value - 1.0).abs();
             assert!(z.abs().max_element() < 4.0 || share.max_element() < 0.01, "{rows} {}: {z} {share}", names[e]);
         }

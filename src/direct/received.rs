@@ -294,8 +294,8 @@ impl ReceiverPoints<'_> {
         }
     }
 
-    /// What patch i receives through its light cut number k: points are drawn on luminaires in proportion to the rays of a
-    /// patch, however many luminaires there are.
+    /// What patch i receives through its light cut number k: points are drawn on luminaires in proportion to the rays
+    /// of a patch, however many luminaires there are.
     fn by_cut(&self, (number, cuts): (u32, &LightCuts), i: usize, scratch: &mut Scratch) -> DVec3 {
         let receivers = self.rays.clamp(1, SMOOTH);
         let draws = self.rays.div_ceil(SMOOTH).next_power_of_two() * cuts.draws(i as u32);

@@ -14,7 +14,6 @@ use crate::operator::linear::LinearOperator;
 use crate::operator::{EmitterLight, Operator, PatchMaterials};
 use crate::patches::{Patches, Sample};
 use crate::reading::{Fields, View, invisible, linear};
-use crate::render::layers::{Apart, EmitterPower, with_layers};
 use crate::scene::{Emitters, Scene};
 use crate::solve::{RaySettings, RayShooter, Solution, Source};
 use crate::surfaces::Geometry;
@@ -263,23 +262,14 @@ impl Assembled {
         k.received().iter().enumerate().map(one).collect()
     }
 
-    /// Renders a solution.
-    pub fn picture(&self, solution: &Solution, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
-        self.layered(solution, pass, Apart::default(), watch).0
+    /// What the picture of a solution is gathered from.
+    pub(crate) fn picture_fields(&self, solution: &Solution) -> Fields {
+        fields(self.patches(), &[self.reflected(&solution.terms)]).with_ambient(self.ambient(solution))
     }
 
-    /// Renders a solution, and its light apart.
-    pub fn layered(
-        &self,
-        solution: &Solution,
-        pass: &GatherPass,
-        apart: Apart,
-        watch: &dyn Watch,
-    ) -> (Gathered, Vec<EmitterPower>) {
-        let fields = fields(self.patches(), &[self.reflected(&solution.terms)]).with_ambient(self.ambient(solution));
-        let solved = [(self, solution)];
-        let (fields, powers) = with_layers(fields, if apart.is_nothing() { &[] } else { &solved }, apart);
-        (render(&self.lights, &fields, pass, watch), powers)
+    /// Renders a solution.
+    pub fn picture(&self, solution: &Solution, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
+        render(&self.lights, &self.picture_fields(solution), pass, watch)
     }
 
     /// Shoots rays from the same patches in the same mode.

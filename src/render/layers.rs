@@ -10,11 +10,11 @@
 //!
 //! Not handled: emitters and bounces together.
 
-use crate::gather::GatheredLayer;
+use crate::gather::{GatherPass, Gathered, GatheredLayer};
 use crate::light::{Light, Rgb};
 use crate::operator::{EmitterLight, LinearOperator};
 use crate::reading::{Fields, Linear, linear};
-use crate::render::assembly::{Assembled, without_luminaires};
+use crate::render::assembly::{Assembled, Watch, render, without_luminaires};
 use crate::solve::{Solution, powers, reflected_columns};
 
 /// What a picture is taken apart into.
@@ -77,6 +77,22 @@ pub struct Layer {
     pub kind: LayerKind,
     /// Linear radiance, and its standard error.
     pub light: GatheredLayer,
+}
+
+impl Assembled {
+    /// Renders a solution, and its light apart; also the powers of the emitters.
+    pub(crate) fn layered(
+        &self,
+        solution: &Solution,
+        pass: &GatherPass,
+        apart: Apart,
+        watch: &dyn Watch,
+    ) -> (Gathered, Vec<EmitterPower>) {
+        let solved = [(self, solution)];
+        let solved = if apart.is_nothing() { &[][..] } else { &solved };
+        let (fields, powers) = with_layers(self.picture_fields(solution), solved, apart);
+        (render(&self.lights, &fields, pass, watch), powers)
+    }
 }
 
 /// Names the layers of a picture in the order in which they are gathered.

@@ -10,12 +10,12 @@ use glam::DVec3;
 
 use crate::light::Rgb;
 use crate::scene::build::assemble;
+use crate::scene::emission::SkyLight;
 use crate::scene::error::{SceneError, list};
 use crate::scene::model::{AddedLight, Camera, LoadOptions, Scene};
 use crate::scene::obj::lines::decode;
 use crate::scene::punctual::PunctualLight;
 use crate::scene::scene_file::Text;
-use crate::scene::sky::SkyLight;
 use crate::scene::soup::{SceneInput, Soup};
 use crate::scene::{builtin, ceiling_light, gltf, obj};
 

@@ -13,7 +13,7 @@ mod camera;
 mod ceiling_light;
 mod coincident;
 pub(crate) mod convex_polygon;
-mod emitters;
+mod emission;
 mod enclosure;
 mod error;
 mod gltf;
@@ -25,13 +25,12 @@ mod photometry;
 mod polygon;
 mod punctual;
 mod scene_file;
-mod sky;
 mod soup;
 mod surface;
 pub mod textures;
 
 pub(crate) use coincident::planes;
-pub use emitters::{Emitters, MOST_EMITTERS};
+pub use emission::{Emitters, MOST_EMITTERS, SkyLight};
 pub use error::{Place, SceneError, ViewError};
 pub use model::{
     AddedLight, Camera, DEFAULT_FOV, DEFAULT_RHO, Face, LoadOptions, Material, NO_MATERIAL, NamedCamera, Scene, Sides,
@@ -40,5 +39,4 @@ pub use model::{
 pub use photometry::{DrawnDirection, EFFICACY, Photometry};
 pub use polygon::THINNEST;
 pub use punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
-pub use sky::SkyLight;
 pub use surface::Means;

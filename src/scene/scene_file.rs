@@ -17,11 +17,11 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::light::{Mode, Rgb, Transport, TransportError, Visibility};
+use crate::scene::emission::SkyLight;
 use crate::scene::error::{Place, SceneError, ViewError, list, shorten};
 use crate::scene::ies::{self, Mounting};
 use crate::scene::model::{Camera, DEFAULT_FOV, Material, Scene, Sides};
 use crate::scene::punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
-use crate::scene::sky::SkyLight;
 use crate::scene::soup::{Soup, check_emission, outside_f32};
 
 /// A scene file's text, to find lines in.

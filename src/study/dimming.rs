@@ -5,8 +5,8 @@
 //! ```
 //!
 //! Light is linear in E, so A is known once every lamp's light was kept apart. A quadratic programme with bounds, by an
-//! interior point method (P. J. Goulart, Y. Chen, *Clarabel*, 2024), to 1e-6 of the largest illuminance. Where several x
-//! are as good the result is one in their middle.
+//! interior point method (P. J. Goulart, Y. Chen, *Clarabel*, 2024), to 1e-6 of the largest illuminance. Where several
+//! x are as good the result is one in their middle.
 //!
 //! Not handled: lamps that are either on or off; power as a cost.
 
