@@ -159,7 +159,11 @@ fn solves() {
         }));
     }
     let (single, together) = (median(singles), median(together));
-    println!("{} patches, {} entries a row, {products_taken} products a column", k.len(), k.form_factors().entries() / k.len());
+    println!(
+        "{} patches, {} entries a row, {products_taken} products a column",
+        k.len(),
+        k.form_factors().entries() / k.len()
+    );
     println!(
         "{SOLVED} columns together {together:.3} s, one alone {single:.3} s: 1/{:.1} of {SOLVED} single solves",
         SOLVED as f64 * single / together
