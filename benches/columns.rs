@@ -142,9 +142,10 @@ fn products(f: &Rows) {
 fn solves() {
     let (mut found, _) = room(PATCHES).assemble(&[Mode::Global.transport()], &Sampling::default(), &Silent);
     let k = found.remove(0).operator;
+    // About half of all patches are lit, as by a sun.
     let emission = |c: usize| -> Vec<Light> {
-        let glow = |i: usize| if i % SOLVED == c { Rgb::new(1.0, number(i, c), 0.5) } else { Rgb::ZERO };
-        (0..k.len()).map(|i| Light { invisible: glow(i), visible: glow(i) }).collect()
+        let lit = |i: usize| (number(i, c) - 0.5).max(0.0) * Rgb::new(1.0, 0.9, 0.8);
+        (0..k.len()).map(|i| Light::unseen(lit(i))).collect()
     };
     let sources: Vec<Source> = (0..SOLVED).map(|c| Source { emission: emission(c), first_bounce: None }).collect();
     let settings = Settings::default();

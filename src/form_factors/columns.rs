@@ -16,6 +16,9 @@ use crate::light::Rgb;
 /// Columns kept and summed together: 16 of RGB.
 pub const PANEL: usize = 48;
 
+/// Patches that a thread takes at once, or more.
+const ROWS: usize = 64;
+
 /// A number for each of n patches and each of several columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
@@ -78,10 +81,21 @@ impl Columns {
     pub fn for_each(&mut self, f: impl Fn(usize, usize, &mut [f32]) + Sync + Send) {
         let count = self.count;
         for (k, panel) in self.panels.iter_mut().enumerate() {
-            let first = k * PANEL;
-            let own = (count - first).min(PANEL);
-            let patches = panel.par_chunks_mut(width(own)).with_min_len(64).enumerate();
-            patches.for_each(|(i, numbers)| f(i, first, &mut numbers[..own]));
+            let own = (count - k * PANEL).min(PANEL);
+            let patches = panel.par_chunks_mut(width(own)).with_min_len(ROWS).enumerate();
+            patches.for_each(|(i, numbers)| f(i, k * PANEL, &mut numbers[..own]));
+        }
+    }
+
+    /// The same of three of one shape at once.
+    pub(crate) fn for_each_of(all: [&mut Columns; 3], f: impl Fn(usize, usize, [&mut [f32]; 3]) + Sync + Send) {
+        let [a, b, c] = all;
+        let panels = a.panels.iter_mut().zip(&mut b.panels).zip(&mut c.panels);
+        for (k, ((x, y), z)) in panels.enumerate() {
+            let own = (a.count - k * PANEL).min(PANEL);
+            let [x, y, z] = [x, y, z].map(|panel| panel.par_chunks_mut(width(own)).with_min_len(ROWS));
+            let patches = x.zip(y).zip(z).enumerate();
+            patches.for_each(|(i, ((x, y), z))| f(i, k * PANEL, [x, y, z].map(|numbers| &mut numbers[..own])));
         }
     }
 

@@ -9,7 +9,7 @@
 //!
 //! a_k and b_k are those of the Chebyshev iteration for eigenvalues between minus and plus the spectral radius s, where
 //! reciprocity puts them, but for the noise of F: errors shrink by s/(1 + sqrt(1 - s²)) a product where the Neumann series
-//! has s, which takes a third of its products at s = 0.85. Where the bound does not fall all the same, a = 0 and b = 1 make
+//! has s, which takes a third of its products at s = 0.8. Where the bound does not fall all the same, a = 0 and b = 1 make
 //! it the Neumann series. Whatever the iteration, the bound on what it leaves is proved.
 //!
 //! K is the same for all columns, and light is linear in E: a sum of columns, each times any factor, is the light of the
@@ -136,19 +136,14 @@ pub fn solve_columns(
     }
     let tail = spectrum.as_ref().and_then(|s| TailBound::new(k, s));
     let radius = spectrum.as_ref().map(Spectrum::worst).unwrap_or_default();
-    let mut solution = ColumnSolution { light: Vec::new(), products: 1, rest: Vec::new(), verdict, radius };
     let solving = Solving { k, tail, chebyshev: Chebyshev::new(spectrum.as_ref()), settings };
-    for bounces in bounces.chunks(TOGETHER) {
-        let (products, solved) = solving.solve(bounces);
-        solution.products = solution.products.max(products);
-        for own in solved {
-            solution.light.push(own.reflected);
-            solution.rest.push(own.rest);
-        }
-    }
-    let all = solution.light.par_iter_mut().zip(sources);
-    all.for_each(|(light, source)| light.iter_mut().zip(&source.emission).for_each(|(sum, e)| *sum = added(*sum, *e)));
-    Ok(solution)
+    let groups: Vec<_> = bounces.chunks(TOGETHER).map(|bounces| solving.solve(bounces)).collect();
+    let products = groups.iter().map(|(products, _)| *products).max().unwrap_or(1);
+    let (mut light, rest): (Vec<_>, Vec<_>) = groups.into_iter().flat_map(|(_, solved)| solved).unzip();
+    light.par_iter_mut().zip(sources).for_each(|(light, source)| {
+        light.iter_mut().zip(&source.emission).for_each(|(sum, e)| *sum = added(*sum, *e));
+    });
+    Ok(ColumnSolution { light, products, rest, verdict, radius })
 }
 
 /// What all columns share.
@@ -159,31 +154,31 @@ struct Solving<'a> {
     settings: &'a Settings,
 }
 
-/// The reflected light of a column.
-struct Reflected {
-    reflected: Vec<Light>,
-    /// Bound on the norm of what is missing.
-    rest: f64,
-    /// The same over what is tolerable.
-    excess: f64,
-}
+/// R of a column, and the bound on the norm of what it misses.
+type Reflected = (Vec<Light>, f64);
 
 impl Solving<'_> {
     /// R of some columns from their first bounces, and how many products it took.
+    ///
+    /// One column is asked whether it is good enough, and where it is all others are; the worst of them is asked next.
     fn solve(&self, bounces: &[Vec<Light>]) -> (usize, Vec<Reflected>) {
         let mut running = Running::new(bounces);
         let mut chebyshev = self.chebyshev;
-        let mut products = 1;
+        let (mut products, mut asked, mut before) = (1, 0, f64::INFINITY);
         let mut due = if self.tail.is_some() { 1 + chebyshev.steps(1.0 / self.settings.tolerance) } else { 1 };
-        let mut before = f64::INFINITY;
         loop {
-            if products >= due.min(self.settings.max_terms) {
-                let found = self.look(&running, bounces);
-                let excess = found.iter().map(|own| own.excess).fold(0.0, f64::max);
-                if excess <= 1.0 || products >= self.settings.max_terms {
-                    return (products, found);
-                }
-                if excess >= before && !chebyshev.is_plain() {
+            let is_last = products >= self.settings.max_terms;
+            if products >= due || is_last {
+                let mut excess = self.excess(&self.look(&running, asked, &bounces[asked]));
+                if excess <= 1.0 || is_last {
+                    let all = bounces.par_iter().enumerate().map(|(c, bounce)| self.look(&running, c, bounce));
+                    let all: Vec<Reflected> = all.collect();
+                    let each = all.iter().map(|own| self.excess(own)).enumerate();
+                    (asked, excess) = each.fold((0, 0.0), |worst, own| if own.1 > worst.1 { own } else { worst });
+                    if excess <= 1.0 || is_last {
+                        return (products, all);
+                    }
+                } else if excess >= before && !chebyshev.is_plain() {
                     chebyshev = chebyshev.plain();
                     running = Running::new(bounces);
                 }
@@ -195,19 +190,19 @@ impl Solving<'_> {
         }
     }
 
-    /// The light that the columns have come to, and the bounds on what is missing.
-    fn look(&self, running: &Running, bounces: &[Vec<Light>]) -> Vec<Reflected> {
-        let one = |(c, bounce): (usize, &Vec<Light>)| {
-            let reflected = running.light(self.k, c, bounce);
-            let rest = self.tail.as_ref().map_or(0.0, |tail| {
-                let left = running.left.triples(c).map(Light::unseen);
-                tail.after(&left.collect::<Vec<_>>()).filter(|rest| !rest.is_nan()).unwrap_or(f64::INFINITY)
-            });
-            let tolerable = self.settings.tolerance * norm(self.k.areas(), &reflected);
-            let excess = if rest <= tolerable { 1.0 } else { rest / tolerable };
-            Reflected { reflected, rest, excess }
-        };
-        bounces.par_iter().enumerate().map(one).collect()
+    /// The light that column c has come to.
+    fn look(&self, running: &Running, c: usize, bounce: &[Light]) -> Reflected {
+        let rest = self.tail.as_ref().map_or(0.0, |tail| {
+            let left: Vec<Light> = running.left.triples(c).map(Light::unseen).collect();
+            tail.after(&left).filter(|rest| !rest.is_nan()).unwrap_or(f64::INFINITY)
+        });
+        (running.light(self.k, c, bounce), rest)
+    }
+
+    /// What is missing over what is tolerable, at least 1.
+    fn excess(&self, (reflected, rest): &Reflected) -> f64 {
+        let tolerable = self.settings.tolerance * norm(self.k.areas(), reflected);
+        if *rest <= tolerable { 1.0 } else { rest / tolerable }
     }
 }
 
@@ -280,20 +275,18 @@ impl Running {
     fn step(&mut self, k: &dyn LinearOperator, [a, b]: [[f32; PANEL]; 2]) {
         let incident = k.incident_columns(&self.step);
         let Running { step, left, seen, .. } = self;
-        seen.for_each(|i, first, seen| {
-            let rho = repeated(k.reflectances()[i]);
-            let numbers = incident.of(i, first).iter().zip(&rho);
-            seen.iter_mut().zip(numbers).for_each(|(seen, (y, rho))| *seen += rho * y);
-        });
-        left.for_each(|i, first, left| {
-            let passed = repeated(k.passed_on(i));
-            let numbers = incident.of(i, first).iter().zip(&passed).zip(step.of(i, first));
-            // Where d = r, r becomes B d to the bit.
-            left.iter_mut().zip(numbers).for_each(|(r, ((y, passed), d))| *r = (*r - d) + passed * y);
-        });
-        step.for_each(|i, first, step| {
-            let numbers = left.of(i, first).iter().zip(&a).zip(&b);
-            step.iter_mut().zip(numbers).for_each(|(d, ((r, a), b))| *d = a * *d + b * r);
+        Columns::for_each_of([step, left, seen], |i, first, [step, left, seen]| {
+            let (rho, alpha) = (repeated(k.reflectances()[i]), k.alphas()[i]);
+            let coefficients = rho.iter().zip(a.iter().zip(&b));
+            let numbers = incident.of(i, first).iter().zip(coefficients);
+            let columns = step.iter_mut().zip(left).zip(seen);
+            for (((d, r), seen), (incident, (rho, (a, b)))) in columns.zip(numbers) {
+                let visible = rho * incident;
+                *seen += visible;
+                // Where d = r, what remains is B d to the bit.
+                *r = (*r - *d) + alpha * visible;
+                *d = a * *d + b * *r;
+            }
         });
     }
 
@@ -332,8 +325,8 @@ pub fn reflected_columns(k: &dyn LinearOperator, sources: &[Source], bounces: us
 }
 
 /// `K x` of several x, in one pass over F for each [`TOGETHER`] of them.
-pub fn apply_columns(k: &dyn LinearOperator, x: &[Vec<Light>]) -> Vec<Vec<Light>> {
-    let of_group = |x: &[Vec<Light>]| {
+pub fn apply_columns(k: &dyn LinearOperator, x: &[impl AsRef<[Light]> + Sync]) -> Vec<Vec<Light>> {
+    let of_group = |x: &[_]| {
         let incident = k.incident_columns(&invisible(k.areas().len(), x));
         let patches = || k.reflectances().iter().zip(k.alphas());
         let one = |c: usize| {
@@ -346,11 +339,11 @@ pub fn apply_columns(k: &dyn LinearOperator, x: &[Vec<Light>]) -> Vec<Vec<Light>
 }
 
 /// The invisible halves of several lights, three columns of each.
-fn invisible(patches: usize, lights: &[Vec<Light>]) -> Columns {
+fn invisible(patches: usize, lights: &[impl AsRef<[Light]> + Sync]) -> Columns {
     let mut columns = Columns::zeros(patches, 3 * lights.len());
     columns.for_each(|i, first, row| {
         let own = row.chunks_exact_mut(3).zip(&lights[first / 3..]);
-        own.for_each(|(row, light)| row.copy_from_slice(&light[i].invisible.to_array()));
+        own.for_each(|(row, light)| row.copy_from_slice(&light.as_ref()[i].invisible.to_array()));
     });
     columns
 }
@@ -358,7 +351,7 @@ fn invisible(patches: usize, lights: &[Vec<Light>]) -> Columns {
 /// `K E` of every source.
 fn first_bounces(k: &dyn LinearOperator, sources: &[Source]) -> Vec<Vec<Light>> {
     let unknown = sources.iter().filter(|source| source.first_bounce.is_none());
-    let unknown: Vec<Vec<Light>> = unknown.map(|source| source.emission.clone()).collect();
+    let unknown: Vec<&[Light]> = unknown.map(|source| &*source.emission).collect();
     let mut found = apply_columns(k, &unknown).into_iter();
     sources.iter().map(|source| source.first_bounce.clone().or_else(|| found.next()).unwrap_or_default()).collect()
 }
