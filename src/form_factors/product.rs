@@ -111,3 +111,26 @@ fn run_product<const W: usize, N: Numbers<W>>(columns: &[u32], values: &[f32], x
     }
     run
 }
+
+#[cfg(test)]
+mod tests {
+    use pulp::Scalar;
+
+    use super::*;
+
+    #[test]
+    fn bits_do_not_depend_on_the_instructions() {
+        let n = 200u32;
+        let number = |i: u32, c: usize| ((i as usize * 31 + c * 17) % 101) as f32 / 101.0;
+        let row = |i: u32| ((0..i).collect(), (0..i).map(|j| number(i * j, 3)).collect());
+        let f = Rows::from_rows((0..n).map(row).collect());
+        let x: Vec<[f32; 48]> = (0..n).map(|i| std::array::from_fn(|c| number(i, c))).collect();
+        let mut chosen = vec![[0.0; 48]; n as usize];
+        let mut scalar = chosen.clone();
+        multiply(&f, &x, &mut chosen);
+        Chunk { f: &f, x: &x, first: 0, out: &mut scalar }.with_simd(Scalar::new());
+        assert_eq!(chosen, scalar);
+        let fours: Vec<Vec4> = x.iter().map(|x| Vec4::from_slice(x)).collect();
+        assert!(f.product(&fours).iter().zip(&scalar).all(|(four, all)| four.to_array() == all[..4]));
+    }
+}

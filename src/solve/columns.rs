@@ -306,8 +306,9 @@ impl Running {
 /// A colour for each column of a panel.
 #[inline]
 fn repeated(colour: Rgb) -> [f32; PANEL] {
-    let colour = colour.to_array();
-    std::array::from_fn(|c| colour[c % 3])
+    let mut all = [0.0; PANEL];
+    all.as_chunks_mut().0.fill(colour.to_array());
+    all
 }
 
 /// The first `bounces` of each of several E together, E itself not counted.
