@@ -4,11 +4,11 @@
 //! y_i = sum over runs of [ sum over the run of F_ij x_j in f32 ] in f64          of each of W numbers
 //! ```
 //!
-//! The order of all sums is that of the row, whatever W is and whatever instructions the machine has, so the bits are the
-//! same for any of them. pulp compiles the loops for AVX2 too, which multiplies 16 RGB columns in half the time.
+//! The order of all sums is that of the row, whatever W is and whatever instructions the machine has, so the bits are
+//! the same for any of them. pulp compiles the loops for AVX2 too, which multiplies 16 RGB columns in half the time.
 //!
-//! Worth: `cargo bench --bench columns`. Not handled: blocks of rows and patches that would keep x in the nearest cache:
-//! they lose more by short loops than they gain.
+//! Worth: `cargo bench --bench columns`. Not handled: blocks of rows and patches that would keep x in the nearest
+//! cache, which lose more by short loops than they gain.
 
 use glam::Vec4;
 use pulp::{Arch, Simd, WithSimd};
