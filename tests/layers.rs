@@ -11,7 +11,7 @@ use halflight::rays::Rays;
 use halflight::reference::{TraceSettings, Tracer};
 use halflight::render::{Apart, LayerKind, Rendered};
 use halflight::scene::{Emitters, LoadOptions, Scene};
-use halflight::solve::{Settings, neumann_columns};
+use halflight::solve::{Settings, solve_columns};
 
 use crate::run::{halflight, place, report, succeed};
 
@@ -195,7 +195,7 @@ fn light_of_emitters_on_patches_is_that_of_columns() {
         .remove(0);
     let settings = Settings::default();
     let whole = halflight::solve::neumann(&mode.operator, &settings).expect("converges");
-    let apart = neumann_columns(&mode.operator, &mode.sources(), &settings).expect("converges");
+    let apart = solve_columns(&mode.operator, &mode.sources(), &settings).expect("converges");
     for i in 0..whole.light.len() {
         let sum: Vec3 = apart.light.iter().map(|light| light[i].visible).sum();
         let most = whole.light[i].visible.max(Vec3::splat(1e-3));

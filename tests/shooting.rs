@@ -2,12 +2,13 @@
 
 use halflight::Solver;
 use halflight::form_factors::Sampling;
-use halflight::light::{Light, Mode, Transport};
-use halflight::operator::LinearOperator as _;
+use halflight::light::{Light, Mode, Rgb, Transport};
+use halflight::operator::{EmitterLight, LinearOperator as _};
 use halflight::render::{Assembled, Discretization, Watch};
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::{
-    Emitted, Progress, RaySettings, Shooter, Shooting, ShootingSettings, Verdict, explore, neumann, norm, verdict,
+    Emitted, Progress, RaySettings, Settings, Shooter, Shooting, ShootingSettings, Source, Verdict, explore, neumann,
+    norm, solve_columns, verdict,
 };
 
 struct Quiet;
@@ -102,6 +103,74 @@ fn a_furnace_is_uniform_to_the_rays_noise() {
     let deviation = sum(|l| (l - 1.0) * (l - 1.0)).sqrt();
     let poisson = 0.5 / ((1 << 17) as f64 / p.patches.len() as f64).sqrt();
     assert!(deviation < 1.5 * poisson, "{deviation} {poisson}");
+}
+
+/// Parts of the light of K's emitters: the share of part c changes from patch to patch.
+fn parts(k: &Assembled, count: usize) -> Vec<EmitterLight> {
+    let part = |c: usize| {
+        let share = |i: usize| if i % count == c { 0.5 } else { 0.5 / (count - 1) as f32 };
+        let scaled = |l: &Light, share: f32| Light { invisible: share * l.invisible, visible: share * l.visible };
+        EmitterLight {
+            emission: k.operator.emission().iter().enumerate().map(|(i, l)| scaled(l, share(i))).collect(),
+            received: k.operator.received().iter().enumerate().map(|(i, l)| share(i) * *l).collect(),
+        }
+    };
+    (0..count).map(part).collect()
+}
+
+fn summed(lights: &[Vec<Light>]) -> Vec<Light> {
+    let mut sum = vec![Light::default(); lights[0].len()];
+    for light in lights {
+        for (sum, l) in sum.iter_mut().zip(light) {
+            sum.invisible += l.invisible;
+            sum.visible += l.visible;
+        }
+    }
+    sum
+}
+
+/// Sources that shoot together have the light that the same shots give their sum, and each its own solution.
+#[test]
+fn sources_shoot_together() {
+    let p = Solver::new(&scene("cornell-box")).cut(500);
+    let k = k(&p, Mode::Global.transport(), 0);
+    let areas = k.operator.areas();
+    let parts = parts(&k, 3);
+    assert!(parts.iter().all(|part| part.received.iter().any(|r| *r != Rgb::ZERO)));
+    let mut together = Shooting::of_sources(&k.operator, &parts, until(1e-6)).expect("a converging series");
+    let progress = together.run(|_| ()).expect("a converging series");
+    let alone = finished(&k.operator, 1e-6);
+    // Powers are the same to rounding, and so are the shots.
+    assert!(progress.shots.abs_diff(alone.progress().shots) * 100 <= progress.shots);
+    let lights: Vec<Vec<Light>> = (0..3).map(|c| together.light_of(c)).collect();
+    assert!(difference(areas, &summed(&lights), &alone.light()) < 2e-6);
+    for n in 0..4 {
+        let generations: Vec<Vec<Light>> = (0..3).map(|c| together.generation_of(c, n)).collect();
+        assert!(difference(areas, &summed(&generations), &alone.generation(n)) < 1e-4, "{n}");
+    }
+    let source = |part: &EmitterLight| Source {
+        emission: part.emission.clone(),
+        first_bounce: Some(k.operator.first_bounce_of(part)),
+    };
+    let sources: Vec<Source> = parts.iter().map(source).collect();
+    let settings = Settings { tolerance: 1e-6, ..Settings::default() };
+    let solved = solve_columns(&k.operator, &sources, &settings).expect("a converging series");
+    for (light, solved) in lights.iter().zip(&solved.light) {
+        assert!(difference(areas, light, solved) < 1e-5);
+    }
+}
+
+/// A source alone is what the shooter has as its own, bit by bit, by rays as well.
+#[test]
+fn a_source_alone_is_the_shooters_own() {
+    let p = Solver::new(&scene("cornell-box")).cut(300);
+    let shooter = p.ray_shooter(Mode::Global.transport(), rays(Emitted::ClosedForm, 0));
+    let source =
+        EmitterLight { emission: shooter.surfaces().emission.to_vec(), received: shooter.received().0.to_vec() };
+    let sources = [source];
+    let mut shooting = Shooting::of_sources(&shooter, &sources, until(1e-2)).expect("a converging series");
+    shooting.run(|_| ()).expect("a converging series");
+    assert_eq!(shooting.light(), finished(&shooter, 1e-2).light());
 }
 
 #[test]

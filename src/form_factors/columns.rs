@@ -1,38 +1,48 @@
-//! Many columns at once, and their product with F in one pass over it.
+//! Many columns at once, and their product with F.
 //!
-//! A row of F is read once from memory for all columns: runs of it stay in the nearest cache while one block of
-//! [`BLOCK`] columns after another is summed in registers. Sums are those of [`Rows::product`], column by column: f32
-//! within runs, f64 between them.
+//! Columns are kept in panels of [`PANEL`], each a table of its own: a product reads F once for each panel and sums all
+//! of it in registers. Where the numbers of a patch were side by side for all columns, 64 RGB columns of 100,000 patches
+//! would be 80 MB that every row picks from, far beyond the caches, and a product takes five times as long.
 //!
 //! Worth: `cargo bench --bench columns`. Not handled: columns with zeros in most places.
 
 use glam::Vec4;
 use rayon::prelude::*;
 
-use crate::form_factors::sparse::{RUN, Rows};
+use crate::form_factors::product::multiply;
+use crate::form_factors::sparse::Rows;
+use crate::light::Rgb;
 
-/// Columns summed together.
-pub const BLOCK: usize = 16;
+/// Columns kept and summed together: 16 of RGB.
+pub const PANEL: usize = 48;
 
-/// A number for each of n patches and each of several columns, patch by patch.
+/// Patches that a thread takes at once, or more.
+const ROWS: usize = 64;
+
+/// A number for each of n patches and each of several columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
+    patches: usize,
     count: usize,
-    /// Numbers of a patch, a multiple of [`BLOCK`]; those beyond `count` are 0.
-    stride: usize,
-    values: Vec<f32>,
+    /// Of each panel its numbers patch by patch, as many as [`width`] says; those beyond `count` are 0.
+    panels: Vec<Vec<f32>>,
+}
+
+/// Numbers of a patch in a panel of so many columns.
+fn width(columns: usize) -> usize {
+    if columns <= 4 { 4 } else { columns.next_multiple_of(16) }
 }
 
 impl Columns {
     /// `count` columns of zeros.
     pub fn zeros(patches: usize, count: usize) -> Columns {
-        let stride = count.next_multiple_of(BLOCK);
-        Columns { count, stride, values: vec![0.0; patches * stride] }
+        let panel = |first: usize| vec![0.0; patches * width((count - first).min(PANEL))];
+        Columns { patches, count, panels: (0..count).step_by(PANEL).map(panel).collect() }
     }
 
     /// Number of patches.
     pub fn patches(&self) -> usize {
-        self.values.len().checked_div(self.stride).unwrap_or(0)
+        self.patches
     }
 
     /// Number of columns.
@@ -40,41 +50,71 @@ impl Columns {
         self.count
     }
 
-    /// The numbers of patch i.
-    pub fn of(&self, i: usize) -> &[f32] {
-        &self.values[i * self.stride..i * self.stride + self.count]
-    }
-
-    /// The numbers of patch i, to be changed.
-    pub fn of_mut(&mut self, i: usize) -> &mut [f32] {
-        &mut self.values[i * self.stride..i * self.stride + self.count]
+    /// The numbers of patch i in the panel whose first column is `first`, a multiple of [`PANEL`].
+    ///
+    /// # Panics
+    /// Without such a panel or patch.
+    pub fn of(&self, i: usize, first: usize) -> &[f32] {
+        let own = (self.count - first).min(PANEL);
+        &self.panels[first / PANEL][i * width(own)..][..own]
     }
 
     /// Column c.
+    ///
+    /// # Panics
+    /// Without such a column.
     pub fn column(&self, c: usize) -> Vec<f32> {
-        (0..self.patches()).map(|i| self.of(i)[c]).collect()
+        let (first, own) = (c / PANEL * PANEL, c % PANEL);
+        (0..self.patches).map(|i| self.of(i, first)[own]).collect()
     }
 
-    /// `f(i, numbers of patch i)` for all patches in parallel.
-    pub fn for_each(&mut self, f: impl Fn(usize, &mut [f32]) + Sync + Send) {
+    /// Columns 3c, 3c + 1 and 3c + 2, which are red, green and blue of RGB column c.
+    ///
+    /// # Panics
+    /// Without such columns.
+    pub fn triples(&self, c: usize) -> impl Iterator<Item = Rgb> {
+        let (first, own) = (3 * c / PANEL * PANEL, 3 * c % PANEL);
+        (0..self.patches).map(move |i| Rgb::from_slice(&self.of(i, first)[own..own + 3]))
+    }
+
+    /// `f(i, first, numbers of patch i)` for all patches in parallel, panel after panel, whose first column is `first`.
+    pub fn for_each(&mut self, f: impl Fn(usize, usize, &mut [f32]) + Sync + Send) {
         let count = self.count;
-        let rows = self.values.par_chunks_mut(self.stride.max(1)).with_min_len(64).enumerate();
-        rows.for_each(|(i, row)| f(i, &mut row[..count]));
+        for (k, panel) in self.panels.iter_mut().enumerate() {
+            let own = (count - k * PANEL).min(PANEL);
+            let patches = panel.par_chunks_mut(width(own)).with_min_len(ROWS).enumerate();
+            patches.for_each(|(i, numbers)| f(i, k * PANEL, &mut numbers[..own]));
+        }
+    }
+
+    /// The same of three of one shape at once.
+    pub(crate) fn for_each_of(all: [&mut Columns; 3], f: impl Fn(usize, usize, [&mut [f32]; 3]) + Sync + Send) {
+        let [a, b, c] = all;
+        let panels = a.panels.iter_mut().zip(&mut b.panels).zip(&mut c.panels);
+        for (k, ((x, y), z)) in panels.enumerate() {
+            let own = (a.count - k * PANEL).min(PANEL);
+            let [x, y, z] = [x, y, z].map(|panel| panel.par_chunks_mut(width(own)).with_min_len(ROWS));
+            let patches = x.zip(y).zip(z).enumerate();
+            patches.for_each(|(i, ((x, y), z))| f(i, k * PANEL, [x, y, z].map(|numbers| &mut numbers[..own])));
+        }
     }
 
     /// The product of each four columns by a function that multiplies four at once.
     pub(crate) fn by_fours(&self, product: impl Fn(&[Vec4]) -> Vec<Vec4>) -> Columns {
-        let mut all = Columns::zeros(self.patches(), self.count);
-        for first in (0..self.count).step_by(4) {
-            let own = first..(first + 4).min(self.count);
+        let mut all = Columns::zeros(self.patches, self.count);
+        for c in (0..self.count).step_by(4) {
+            let (first, from) = (c / PANEL * PANEL, c % PANEL);
+            let own = from..(from + 4).min(self.count - first);
             let four = |i: usize| {
                 let mut x = [0.0; 4];
-                x[..own.len()].copy_from_slice(&self.of(i)[own.clone()]);
+                x[..own.len()].copy_from_slice(&self.of(i, first)[own.clone()]);
                 Vec4::from(x)
             };
-            let found = product(&(0..self.patches()).map(four).collect::<Vec<_>>());
-            for (i, y) in found.into_iter().enumerate() {
-                all.of_mut(i)[own.clone()].copy_from_slice(&y.to_array()[..own.len()]);
+            let found = product(&(0..self.patches).map(four).collect::<Vec<_>>());
+            let panel = &mut all.panels[first / PANEL];
+            let width = width((self.count - first).min(PANEL));
+            for (numbers, y) in panel.chunks_exact_mut(width).zip(found) {
+                numbers[own.clone()].copy_from_slice(&y.to_array()[..own.len()]);
             }
         }
         all
@@ -82,41 +122,23 @@ impl Columns {
 }
 
 impl Rows {
-    /// `F x` of many columns; the same bits for any number of threads.
+    /// `F x` of many columns; the same bits for any number of threads, and for each column those of [`Rows::product`].
     pub fn product_of_columns(&self, x: &Columns) -> Columns {
-        let stride = x.stride;
         let mut product = Columns::zeros(self.len(), x.count);
-        let rows = product.values.par_chunks_mut(stride.max(1)).with_min_len(16).enumerate();
-        rows.for_each_init(Vec::new, |totals: &mut Vec<[f64; BLOCK]>, (i, out)| {
-            let (columns, values) = self.row(i);
-            totals.clear();
-            totals.resize(stride / BLOCK, [0.0; BLOCK]);
-            for (columns, values) in columns.chunks(RUN).zip(values.chunks(RUN)) {
-                for (block, total) in totals.iter_mut().enumerate() {
-                    let run = run_product((columns, values), &x.values, (stride, block * BLOCK));
-                    total.iter_mut().zip(run).for_each(|(total, run)| *total += f64::from(run));
-                }
+        for (k, (x, out)) in x.panels.iter().zip(&mut product.panels).enumerate() {
+            match width((product.count - k * PANEL).min(PANEL)) {
+                4 => self.panel_product::<4>(x, out),
+                16 => self.panel_product::<16>(x, out),
+                32 => self.panel_product::<32>(x, out),
+                _ => self.panel_product::<PANEL>(x, out),
             }
-            for (out, total) in out.chunks_exact_mut(BLOCK).zip(totals.iter()) {
-                out.iter_mut().zip(total).for_each(|(out, total)| *out = *total as f32);
-            }
-        });
+        }
         product
     }
-}
 
-/// The product of a run of a row with one block of columns, which begins at `first` of every patch's numbers.
-#[inline]
-fn run_product((columns, values): (&[u32], &[f32]), x: &[f32], (stride, first): (usize, usize)) -> [f32; BLOCK] {
-    let mut run = [0.0f32; BLOCK];
-    for (&j, &f) in columns.iter().zip(values) {
-        let start = j as usize * stride + first;
-        let own: &[f32; BLOCK] = x[start..start + BLOCK].try_into().expect("a block has its length");
-        for (sum, x) in run.iter_mut().zip(own) {
-            *sum += f * x;
-        }
+    fn panel_product<const W: usize>(&self, x: &[f32], out: &mut [f32]) {
+        multiply::<W, [f32; W]>(self, x.as_chunks().0, out.as_chunks_mut().0);
     }
-    run
 }
 
 #[cfg(test)]
@@ -134,9 +156,11 @@ mod tests {
             (columns, values)
         };
         let f = Rows::from_rows((0..n).map(|i| row(i as u32)).collect());
-        for count in [0, 1, 3, 16, 37] {
+        for count in [0, 1, 4, 16, 37, 48, 101] {
             let mut x = Columns::zeros(n, count);
-            (0..n).for_each(|i| x.of_mut(i).iter_mut().for_each(|x| *x = random.uniform()));
+            let number = |i: usize, c: usize| ((i * 31 + c * 17) % 101) as f32 / 101.0;
+            x.for_each(|i, first, row| row.iter_mut().enumerate().for_each(|(c, x)| *x = number(i, first + c)));
+            assert!((0..count).all(|c| x.column(c)[7] == number(7, c)));
             let together = f.product_of_columns(&x);
             assert_eq!(together, x.by_fours(|four| f.product(four)));
             assert_eq!(together.count(), count);

@@ -27,13 +27,14 @@ pub(crate) mod lambert;
 pub(crate) mod layers;
 pub(crate) mod occluders;
 pub(crate) mod plane;
+pub(crate) mod product;
 pub(crate) mod sampled;
 pub(crate) mod shadow;
 pub(crate) mod sparse;
 
 pub use adaptive_integration::{Estimate, Tolerance};
 pub use cast::{Closure, FormFactors, Progress, Sampling, Variant, cast, cast_counts, closure, reciprocity};
-pub use columns::Columns;
+pub use columns::{Columns, PANEL};
 pub use exact::{Bodies, Method};
 pub use lambert::{point_kernel, point_to_polygon};
 pub use layers::{Layers, cast_layers};

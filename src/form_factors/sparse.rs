@@ -1,10 +1,7 @@
-//! Sparse rows (compressed row storage) of f32 with u32 columns, and their products with RGB vectors.
+//! Sparse rows (compressed row storage) of f32 with u32 columns.
 //!
 //! Products accumulate in f32 over short runs and in f64 between them, so that the relative rounding error of a
-//! non-negative row stays below [`Rows::ROUNDING`] however long the row.
-
-use glam::{DVec4, Vec4};
-use rayon::prelude::*;
+//! non-negative row stays below [`Rows::ROUNDING`] however long the row. Not handled: the products themselves.
 
 /// A sparse matrix of non-negative f32 by rows, columns ascending.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,8 +13,6 @@ pub struct Rows {
 
 /// Length of the runs summed in f32.
 pub(crate) const RUN: usize = 64;
-/// Entries below which one thread does all: they take some ten microseconds, and another thread longer to wake.
-const ALONE: usize = 1 << 14;
 
 impl Rows {
     /// Bound on the relative error of one component of a product with non-negative numbers: `RUN` additions and
@@ -78,29 +73,6 @@ impl Rows {
         columns.binary_search(&j).map_or(0.0, |k| values[k])
     }
 
-    /// `F x` for all components at once, row-parallel where there is enough to do; the same bits for any number of
-    /// threads.
-    pub fn product(&self, x: &[Vec4]) -> Vec<Vec4> {
-        let row = |i: usize| self.row_product(i, x);
-        if self.values.len() < ALONE {
-            return (0..self.len()).map(row).collect();
-        }
-        (0..self.len()).into_par_iter().with_min_len(64).map(row).collect()
-    }
-
-    fn row_product(&self, i: usize, x: &[Vec4]) -> Vec4 {
-        let (columns, values) = self.row(i);
-        let mut total = DVec4::ZERO;
-        for (columns, values) in columns.chunks(RUN).zip(values.chunks(RUN)) {
-            let mut run = Vec4::ZERO;
-            for (&j, &f) in columns.iter().zip(values) {
-                run += f * x[j as usize];
-            }
-            total += run.as_dvec4();
-        }
-        total.as_vec4()
-    }
-
     /// The transposed matrix.
     pub fn transposed(&self) -> Rows {
         let n = self.len();
@@ -129,6 +101,8 @@ impl Rows {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec4;
+
     use super::*;
 
     fn sample() -> Rows {
