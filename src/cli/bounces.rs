@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::cli::arguments::{Common, Precision, Problem, pixel, size};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
+use crate::cli::keep::{Keep, Kept};
 use crate::cli::pictures::{Files, Modes};
 use crate::error::deadline::deadline_after;
 use crate::gather::{GatherPass, GatherSampling, Gathering};
@@ -28,6 +29,9 @@ pub struct Bounces {
     /// What to solve.
     #[command(flatten)]
     pub problem: Problem,
+    /// What is kept.
+    #[command(flatten)]
+    pub keep: Keep,
     /// Terms in the table, the chart and the sheet, E not counted
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub count: u16,
@@ -80,6 +84,7 @@ struct Run<'a> {
     own: &'a Bounces,
     common: &'a Common,
     console: &'a Console,
+    kept: Option<Kept>,
     studied: Vec<Studied>,
     files: Files,
 }
@@ -93,12 +98,16 @@ pub fn run(own: &Bounces, common: &Common, console: &Console) -> Result<(), CliE
     make_directory(&common.out)?;
     let transports = subject.transports(&scene);
     let files = Files::new(&common.out, &format!("{}-bounces", scene.name));
-    let mut run = Run { own, common, console, studied: Vec::new(), files };
+    let kept = own.keep.open(effort, transports.len() > 1, subject.exposure())?;
+    let mut run = Run { own, common, console, kept, studied: Vec::new(), files };
     match effort.precision() {
         Precision::Fixed(fineness, samples) => run.fixed(&scene, &transports, fineness, samples)?,
         Precision::Within(tolerance) => run.within(&scene, &transports, tolerance)?,
     }
     run.chart_and_table(&scene)?;
+    if let Some(kept) = &run.kept {
+        kept.finish(console)?;
+    }
     let Run { studied, files, .. } = run;
     let modes = studied.iter().map(|s| s.report(&scene)).collect();
     console.report(&Modes { modes, files: files.said(console) })
@@ -114,7 +123,10 @@ impl Run<'_> {
         samples: u32,
     ) -> Result<(), CliError> {
         let seed = self.common.seed;
-        let solver = self.own.problem.effort.limit.solver(scene, seed);
+        let solver = Kept::with(self.kept.as_ref(), self.own.problem.effort.limit.solver(scene, seed));
+        if let Some(kept) = &self.kept {
+            kept.check_fineness(&solver, transports, (fineness, seed), self.console)?;
+        }
         let equations = solver.assemble(transports, fineness, self.console)?;
         let sampling = GatherSampling::with_samples(samples, seed);
         for mode in equations.modes {
@@ -127,7 +139,7 @@ impl Run<'_> {
     /// Every mode to a tolerance of its terms' powers, each with the patches that it needs.
     fn within(&mut self, scene: &Scene, transports: &[Transport], tolerance: f64) -> Result<(), CliError> {
         let (Problem { effort, time, .. }, seed) = (&self.own.problem, self.common.seed);
-        let solver = effort.limit.solver(scene, seed);
+        let solver = Kept::with(self.kept.as_ref(), effort.limit.solver(scene, seed));
         solver.check_tolerance(transports, tolerance)?;
         for &transport in transports {
             let deadline = time.and_then(|seconds| deadline_after(Instant::now(), seconds));
@@ -144,6 +156,9 @@ impl Run<'_> {
     /// Shows one mode's table and writes its sheet: its terms, and their sums under them.
     fn take(&mut self, series: BounceSeries, gathering: Gathering) -> Result<(), CliError> {
         let BounceSeries { mode, solution, errors, end } = series;
+        if let Some(kept) = &self.kept {
+            kept.save(&mode, &solution)?;
+        }
         let studied = Studied { transport: mode.transport, solution, patches: mode.patches().len(), errors, end };
         self.console.say(table(&studied));
         let solution = &studied.solution;

@@ -217,7 +217,8 @@ impl Work<'_> {
         let (name, effort, console) = (scene.name.clone(), &self.own.effort, self.console);
         let judged = matches!(effort.precision(), Precision::Within(_));
         let start = Instant::now();
-        let rendering = Rendering { effort, size: self.size, seed: self.common.seed, time: None, start, console };
+        let rendering =
+            Rendering { effort, size: self.size, seed: self.common.seed, time: None, start, console, kept: None };
         let mut solved = Vec::new();
         rendering.each_mode(&scene, &Mode::ALL.map(Mode::transport), |_, transport, picture| {
             let mode = transport.mode().expect("these are the four modes");

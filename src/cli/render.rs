@@ -9,6 +9,7 @@ use crate::Solver;
 use crate::cli::arguments::{Common, Effort, Precision, Problem, pixel, size};
 use crate::cli::console::Console;
 use crate::cli::error::{CliError, picture_or_divergence};
+use crate::cli::keep::{Keep, Kept, Watched};
 use crate::cli::pictures::{Outcome, Places, RenderReport, finish};
 use crate::cli::points::{Points, Sensors};
 use crate::cli::warnings::{Pictured, unmet, warn_of_backs, warn_of_error};
@@ -35,6 +36,9 @@ pub struct Render {
     /// Picture to write, .png or .exr [default: <out>/<scene>-<mode>.png]; with several modes the mode is added
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// What is kept.
+    #[command(flatten)]
+    pub keep: Keep,
     /// Add the standard error of every pixel as a layer of the EXR file
     #[arg(long)]
     pub standard_error: bool,
@@ -50,13 +54,14 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
         check_layered(own.output.as_deref())?;
     }
     let Problem { subject, effort, .. } = &own.problem;
+    let scene = subject.load(console)?;
+    let transports = subject.transports(&scene);
+    let kept = own.keep.open(effort, transports.len() > 1, subject.exposure())?;
     let each = match effort.precision() {
         Precision::Within(_) => pixel::WITHIN,
         Precision::Fixed(..) => pixel::RENDER,
     };
     effort.limit.check_pictures(own.size, each)?;
-    let scene = subject.load(console)?;
-    let transports = subject.transports(&scene);
     let places = Places {
         output: own.output.as_deref(),
         directory: &common.out,
@@ -71,11 +76,22 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
     let load = start.elapsed().as_secs_f64();
     let run = Run { own, console, places: &places, load, sensors };
     let mut outcomes = Vec::new();
-    let rendering = Rendering { effort, size: own.size, seed: common.seed, time: own.problem.time, start, console };
+    let rendering = Rendering {
+        effort,
+        size: own.size,
+        seed: common.seed,
+        time: own.problem.time,
+        start,
+        console,
+        kept: kept.as_ref(),
+    };
     let solver = rendering.each_mode(&scene, &transports, |solver, transport, found| {
         outcomes.push(run.outcome(solver, transport, found)?);
         Ok(())
     })?;
+    if let Some(kept) = &kept {
+        kept.finish(console)?;
+    }
     let geometry = solver.geometry();
     let (scene, rays) = (&geometry.scene, &geometry.rays);
     let pictured = Pictured { scene, rays, size: own.size, transports: &transports };
@@ -94,6 +110,8 @@ pub(crate) struct Rendering<'a> {
     /// When the first mode began.
     pub start: Instant,
     pub console: &'a Console,
+    /// Where F comes from, and what is kept.
+    pub kept: Option<&'a Kept>,
 }
 
 impl Rendering<'_> {
@@ -105,15 +123,16 @@ impl Rendering<'_> {
         transports: &[Transport],
         mut take: impl FnMut(&Solver, Transport, Result<Rendered, Diverges>) -> Result<(), CliError>,
     ) -> Result<Solver, CliError> {
-        let Rendering { effort, size, seed, time, start, console } = *self;
-        let solver = effort.limit.solver(scene, seed);
+        let Rendering { effort, size, seed, time, start, console, kept } = *self;
+        let solver = Kept::with(kept, effort.limit.solver(scene, seed));
+        let watch = &Watched { console, kept };
         match effort.precision() {
             Precision::Within(tolerance) => {
                 solver.check_tolerance(transports, tolerance)?;
                 // What came before counts in the time of the first picture.
                 let mut before = start.elapsed().as_secs_f64();
                 for &transport in transports {
-                    let mut request = solver.render(transport, size).watch(console);
+                    let mut request = solver.render(transport, size).watch(watch);
                     if let Some(seconds) = time {
                         request = request.time((seconds - before).max(0.0));
                     }
@@ -126,9 +145,12 @@ impl Rendering<'_> {
                 }
             }
             Precision::Fixed(fineness, samples) => {
-                let equations = solver.assemble(transports, fineness, console)?;
+                if let Some(kept) = kept {
+                    kept.check_fineness(&solver, transports, (fineness, seed), console)?;
+                }
+                let equations = solver.assemble(transports, fineness, watch)?;
                 let pass = GatherPass::new(size, &GatherSampling::with_samples(samples, seed));
-                for (&transport, found) in transports.iter().zip(equations.render(&pass, console)) {
+                for (&transport, found) in transports.iter().zip(equations.render(&pass, watch)) {
                     take(&solver, transport, found)?;
                 }
             }

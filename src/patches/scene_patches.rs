@@ -73,6 +73,8 @@ pub struct Patches {
     points: Vec<Vec<SurfacePoint>>,
     /// Patches that are divided further.
     parts: Parts,
+    /// About how many were requested.
+    requested: usize,
 }
 
 impl Patches {
@@ -80,7 +82,17 @@ impl Patches {
     pub(super) fn of_mesh(mesh: Arc<Mesh>) -> Patches {
         let Mesh { areas, materials, sides, parents, .. } = &*mesh;
         let (areas, materials, sides, parents) = (areas.clone(), materials.clone(), sides.clone(), parents.clone());
-        Patches { mesh, areas, materials, sides, parents, points: Vec::new(), parts: Parts::default() }
+        Patches { mesh, areas, materials, sides, parents, points: Vec::new(), parts: Parts::default(), requested: 0 }
+    }
+
+    /// The same, of which about so many were requested.
+    pub(super) fn of_about(self, requested: usize) -> Patches {
+        Patches { requested, ..self }
+    }
+
+    /// About how many were requested when they were cut.
+    pub fn requested(&self) -> usize {
+        self.requested
     }
 
     /// Number of patches.
@@ -354,7 +366,7 @@ impl Patches {
         let mut all = Patches {
             points: vec![Vec::new(); count],
             parts: Parts { roots: vec![NONE; count], count, ..Parts::default() },
-            ..Patches::of_mesh(Arc::clone(&self.mesh))
+            ..Patches::of_mesh(Arc::clone(&self.mesh)).of_about(self.requested)
         };
         let mut planes = Vec::new();
         for (i, tree) in trees.into_iter().enumerate() {

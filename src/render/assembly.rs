@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::direct::{Lights, Luminaires, TOLERABLE};
-use crate::form_factors::{Closure, Sampling, Variant, cast_counts, closure};
+use crate::form_factors::{Closure, Sampling, Variant, closure};
 use crate::gather::{GatherPass, Gathered, gather};
 use crate::light::{Light, Rgb, Transport};
 use crate::operator::linear::LinearOperator;
@@ -15,6 +15,7 @@ use crate::operator::{EmitterLight, Operator, PatchMaterials};
 use crate::patches::{Patches, Sample};
 use crate::reading::{Fields, View, invisible, linear};
 use crate::render::layers::{Apart, with_layers};
+use crate::render::row_source::{Cast, RowSource, Wanted};
 use crate::scene::{Emitters, Scene};
 use crate::solve::{RaySettings, RayShooter, Solution};
 use crate::surfaces::Geometry;
@@ -68,6 +69,8 @@ pub trait Watch: Send + Sync {
     fn begin(&self, step: &str, length: u64);
     /// So many ticks were done.
     fn tick(&self, done: u64);
+    /// The light that a picture is made of is known.
+    fn solved(&self, _mode: &Assembled, _solution: &Solution) {}
 }
 
 /// Watches nothing.
@@ -87,6 +90,8 @@ pub struct Discretization {
     pub luminaires: Arc<Luminaires>,
     /// The patches.
     pub patches: Arc<Patches>,
+    /// Where rows of F come from.
+    pub rows: Arc<dyn RowSource>,
 }
 
 impl Discretization {
@@ -95,7 +100,7 @@ impl Discretization {
         let geometry = Geometry::new(scene);
         let luminaires = Arc::new(Luminaires::new(&geometry.scene));
         let patches = Arc::new(Patches::cut(&geometry, patches));
-        Discretization { geometry, luminaires, patches }
+        Discretization { geometry, luminaires, patches, rows: Arc::new(Cast) }
     }
 
     /// The same with the light of each emitter kept apart.
@@ -122,7 +127,18 @@ impl Discretization {
     /// `L = E + K L` of several modes, from one cast of rays; also returns how many rays were cast.
     pub fn assemble(&self, modes: &[Transport], sampling: &Sampling, watch: &dyn Watch) -> (Vec<Assembled>, u64) {
         let lights = |&mode: &Transport| (mode, self.lights(self.transports(mode), TOLERABLE));
-        assemble(&modes.iter().map(lights).collect::<Vec<_>>(), sampling, watch)
+        assemble(&modes.iter().map(lights).collect::<Vec<_>>(), &*self.rows, sampling, watch)
+    }
+
+    /// Whether F of these modes takes no ray.
+    pub(crate) fn knows(&self, modes: &[Transport], sampling: &Sampling) -> bool {
+        let of = |mode: &Transport| {
+            let own = self.transports(*mode);
+            variant(&own, &PatchMaterials::new(&self.geometry.scene, &self.patches, &self.luminaires, &own))
+        };
+        let variants: Vec<Variant> = modes.iter().map(of).collect();
+        let (geometry, patches) = (&*self.geometry, &*self.patches);
+        self.rows.knows(&Wanted { geometry, patches, variants: &variants, sampling, tick: &|_| () })
     }
 
     /// Shoots rays from the patches in a mode; no F is made.
@@ -147,12 +163,15 @@ pub struct Assembled {
     pub operator: Operator,
     /// Row sums of F; none where no ray was needed.
     pub closure: Option<Closure>,
+    /// The rays of F.
+    pub sampling: Sampling,
 }
 
 /// Casts the rays for the modes of all `lights`, which share their patches, and puts each one's K together; also
 /// returns how many rays were cast.
 pub(crate) fn assemble(
     lights: &[(Transport, Arc<Lights>)],
+    rows: &dyn RowSource,
     sampling: &Sampling,
     watch: &dyn Watch,
 ) -> (Vec<Assembled>, u64) {
@@ -164,8 +183,7 @@ pub(crate) fn assemble(
     let variants: Vec<Variant> = lights.iter().zip(&materials).map(variant).collect();
     watch.begin("form factors", patches.len() as u64);
     let tick = |done| watch.tick(done);
-    let counts = patches.ray_counts(sampling.rays);
-    let (factors, mut rays) = cast_counts(&geometry.rays, patches, &variants, sampling, &counts, &tick);
+    let (factors, mut rays) = rows.rows(&Wanted { geometry, patches, variants: &variants, sampling, tick: &tick });
     let mut assembled = Vec::new();
     for ((f, m), (transport, lights)) in factors.into_iter().zip(materials).zip(lights) {
         watch.begin("light as emitted", patches.len() as u64);
@@ -176,7 +194,8 @@ pub(crate) fn assemble(
         let emitters = emitter_lights(lights, &m.emission, received.emitters);
         let operator =
             Operator::new(f, m, areas, received.luminaires).with_punctual(&received.punctual).with_emitters(emitters);
-        assembled.push(Assembled { transport: *transport, lights: Arc::clone(lights), operator, closure });
+        let (transport, lights, sampling) = (*transport, Arc::clone(lights), *sampling);
+        assembled.push(Assembled { transport, lights, operator, closure, sampling });
     }
     (assembled, rays)
 }

@@ -19,6 +19,7 @@ use crate::render::layers::Apart;
 use crate::render::memory::{Unfit, usable_memory};
 use crate::render::points::{SensorLights, sense};
 use crate::render::rendered::Rendered;
+use crate::render::row_source::RowSource;
 use crate::render::search::solved::Task;
 use crate::render::sensors::Sensor;
 use crate::scene::Scene;
@@ -117,6 +118,12 @@ impl Solver {
         Solver { apart, ..self }
     }
 
+    /// Takes rows of F from a source that may know some.
+    pub fn rows(mut self, rows: Arc<dyn RowSource>) -> Solver {
+        self.last.get_mut().expect("no holder of this panics").1.rows = rows;
+        self
+    }
+
     /// The scene, its rays and its surfaces.
     pub fn geometry(&self) -> Arc<Geometry> {
         self.last_cut().geometry
@@ -203,6 +210,7 @@ impl Equations {
             let (solution, seconds) = timed(|| neumann(&mode.operator, &Settings::default()));
             let solution = solution?;
             spent.seconds.solve = seconds;
+            watch.solved(mode, &solution);
             let (gathered, seconds) = timed(|| mode.layered(&solution, pass, self.apart, watch));
             spent.seconds.gather = seconds;
             Ok(Rendered::new(mode, &solution, gathered, self.apart, spent))

@@ -105,7 +105,7 @@ impl TwoSolutions {
         let mut spent = Spent::default();
         let cast = || {
             let lights = p.lights(p.transports(transport), STAND_INS * goal.tolerance);
-            [0, 1].map(|half| cast_half(&lights, transport, half_of(rays, goal.seed, half), watch))
+            [0, 1].map(|half| cast_half(p, &lights, transport, half_of(rays, goal.seed, half), watch))
         };
         let ([(first, a), (second, b)], seconds) = timed(cast);
         (spent.seconds.form_factors, spent.rays) = (seconds, a + b);
@@ -180,6 +180,7 @@ fn larger(patches: &Patches, neighbours: &Neighbours, values: &[Rgb]) -> Vec<Lin
 
 /// K from one half of the rays, and how many were cast.
 fn cast_half(
+    p: &Discretization,
     lights: &Arc<Lights>,
     transport: Transport,
     mut sampling: Sampling,
@@ -189,7 +190,7 @@ fn cast_half(
         // What patches receive goes nowhere.
         sampling.emitter_rays = 1;
     }
-    let (mut modes, cast) = assemble(&[(transport, Arc::clone(lights))], &sampling, watch);
+    let (mut modes, cast) = assemble(&[(transport, Arc::clone(lights))], &*p.rows, &sampling, watch);
     (modes.remove(0), cast)
 }
 
