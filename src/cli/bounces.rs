@@ -141,6 +141,9 @@ impl Run<'_> {
         let (Problem { effort, time, .. }, seed) = (&self.own.problem, self.common.seed);
         let solver = Kept::with(self.kept.as_ref(), effort.limit.solver(scene, seed));
         solver.check_tolerance(transports, tolerance)?;
+        if let Some(kept) = &self.kept {
+            kept.check_fineness(&solver, transports, (Fineness::of_terms(tolerance), seed), self.console)?;
+        }
         for &transport in transports {
             let deadline = time.and_then(|seconds| deadline_after(Instant::now(), seconds));
             let mut request = solver.bounces(transport, self.own.count.into()).watch(self.console);

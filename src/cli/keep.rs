@@ -10,11 +10,11 @@ use clap::{Args, ValueEnum};
 use crate::cli::arguments::{Effort, Precision};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::export::kept::{Also, Keeper, Keeping, SavedLight};
+use crate::export::kept::{Also, Keeper, Keeping};
 use crate::form_factors::Sampling;
 use crate::light::Transport;
 use crate::pictures::Exposure;
-use crate::render::{Assembled, Discretization, Fineness, Solver, Watch};
+use crate::render::{Assembled, Discretization, Fineness, PatchLight, Solver, Watch};
 use crate::solve::Solution;
 
 /// A folder to make, and one to go on from.
@@ -25,7 +25,7 @@ pub struct Keep {
     pub save: Option<PathBuf>,
     /// Take F from a folder that --save made, with its --patches and --rays; reflectances, lights, alpha and the camera
     /// may be others
-    #[arg(long, value_name = "DIR", conflicts_with = "tolerance")]
+    #[arg(long, value_name = "DIR")]
     pub load: Option<PathBuf>,
     /// Files that the folder is to have too: ply (patches with colours), mtx (F as Matrix Market)
     #[arg(long, value_name = "KINDS", value_enum, value_delimiter = ',', requires = "save")]
@@ -86,13 +86,28 @@ impl Kept {
         sampling: &Sampling,
         console: &Console,
     ) -> Result<(), CliError> {
-        let Some(folder) = self.0.loaded() else { return Ok(()) };
         let changed = self.0.check(p, modes, sampling)?;
-        let what =
-            if changed.is_empty() { "nothing that it was made of has changed".into() } else { changed.join(", ") };
-        let since = if changed.is_empty() { "" } else { "changed since: " };
-        console.say(format!("F from {}; {since}{what}", folder.display()));
+        self.say(&changed, console);
         Ok(())
+    }
+
+    /// What a search for a tolerance begins with; says what has changed since that was found.
+    pub fn start(
+        &self,
+        solver: &Solver,
+        (mode, seed): (Transport, u32),
+        console: &Console,
+    ) -> Result<Option<Discretization>, CliError> {
+        let Some(requested) = self.0.requested() else { return Ok(None) };
+        let Some((start, changed)) = self.0.start(&solver.cut(requested), mode, seed)? else { return Ok(None) };
+        self.say(&changed, console);
+        Ok(Some(start))
+    }
+
+    fn say(&self, changed: &[String], console: &Console) {
+        let Some(folder) = self.0.loaded() else { return };
+        let since = if changed.is_empty() { String::new() } else { format!("; changed since: {}", changed.join(", ")) };
+        console.say(format!("F from {}{since}", folder.display()));
     }
 
     /// Checks it for patches and rays that are given.
@@ -108,8 +123,7 @@ impl Kept {
 
     /// Writes the folder of a mode's light.
     pub fn save(&self, mode: &Assembled, solution: &Solution) -> Result<(), CliError> {
-        let light = SavedLight { light: &solution.light, terms: &solution.terms, error: None };
-        Ok(self.0.save(mode, Some(light), &[mode.sampling])?)
+        Ok(self.0.save(&mode.light(solution))?)
     }
 
     /// Puts the folder in its place, and says where it is.
@@ -137,12 +151,15 @@ impl Watch for Watched<'_> {
         self.console.tick(done);
     }
 
-    fn solved(&self, mode: &Assembled, solution: &Solution) {
+    fn solved(&self, light: &PatchLight) {
         let Some(kept) = self.kept else { return };
-        let light = SavedLight { light: &solution.light, terms: &solution.terms, error: None };
-        if let Err(error) = kept.0.save(mode, Some(light), &[mode.sampling]) {
+        if let Err(error) = kept.0.save(light) {
             kept.0.fail(error);
         }
+    }
+
+    fn wants_light(&self) -> bool {
+        self.kept.is_some_and(|kept| kept.0.saves())
     }
 }
 

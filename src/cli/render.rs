@@ -132,7 +132,11 @@ impl Rendering<'_> {
                 // What came before counts in the time of the first picture.
                 let mut before = start.elapsed().as_secs_f64();
                 for &transport in transports {
-                    let mut request = solver.render(transport, size).watch(watch);
+                    let start = match kept {
+                        Some(kept) => kept.start(&solver, (transport, seed), console)?,
+                        None => None,
+                    };
+                    let mut request = solver.render(transport, size).watch(watch).start(start);
                     if let Some(seconds) = time {
                         request = request.time((seconds - before).max(0.0));
                     }

@@ -70,7 +70,26 @@ pub trait Watch: Send + Sync {
     /// So many ticks were done.
     fn tick(&self, done: u64);
     /// The light that a picture is made of is known.
-    fn solved(&self, _mode: &Assembled, _solution: &Solution) {}
+    fn solved(&self, _light: &PatchLight) {}
+    /// Whether all of that light is wanted, its terms and errors too.
+    fn wants_light(&self) -> bool {
+        false
+    }
+}
+
+/// Light on patches.
+#[derive(Clone, Copy)]
+pub struct PatchLight<'a> {
+    /// The equation.
+    pub mode: &'a Assembled,
+    /// The rays of each F that it was solved with; the light is the mean of all.
+    pub casts: &'a [Sampling],
+    /// `L`.
+    pub light: &'a [Light],
+    /// `KⁿE`.
+    pub terms: &'a [Vec<Light>],
+    /// Standard error of the visible half of `L`, where it is known.
+    pub error: Option<&'a [Rgb]>,
 }
 
 /// Watches nothing.
@@ -92,6 +111,8 @@ pub struct Discretization {
     pub patches: Arc<Patches>,
     /// Where rows of F come from.
     pub rows: Arc<dyn RowSource>,
+    /// Rays of each patch that a search for a tolerance begins with, where these patches are those of an earlier one.
+    pub begins_with: Option<u32>,
 }
 
 impl Discretization {
@@ -100,7 +121,7 @@ impl Discretization {
         let geometry = Geometry::new(scene);
         let luminaires = Arc::new(Luminaires::new(&geometry.scene));
         let patches = Arc::new(Patches::cut(&geometry, patches));
-        Discretization { geometry, luminaires, patches, rows: Arc::new(Cast) }
+        Discretization { geometry, luminaires, patches, rows: Arc::new(Cast), begins_with: None }
     }
 
     /// The same with the light of each emitter kept apart.
@@ -111,12 +132,17 @@ impl Discretization {
 
     /// The same scene cut anew into about so many patches of one size.
     pub fn cut(&self, patches: usize) -> Discretization {
-        Discretization { patches: Arc::new(Patches::cut(&self.geometry, patches)), ..self.clone() }
+        self.with_patches(Patches::cut(&self.geometry, patches))
     }
 
     /// The same patches divided by the light sampled on each of their mesh.
     pub(crate) fn divided(&self, samples: Vec<Vec<Sample>>) -> Discretization {
-        Discretization { patches: Arc::new(self.patches.divided(samples)), ..self.clone() }
+        self.with_patches(self.patches.divided(samples))
+    }
+
+    /// The same scene on other patches.
+    pub fn with_patches(&self, patches: Patches) -> Discretization {
+        Discretization { patches: Arc::new(patches), begins_with: None, ..self.clone() }
     }
 
     /// (alpha, tau) of every material in a mode.
@@ -285,6 +311,12 @@ impl Assembled {
         let fields = fields(self.patches(), &[self.reflected(&solution.terms)]).with_ambient(self.ambient(solution));
         let fields = if apart.is_nothing() { fields } else { with_layers(fields, &[(self, solution)], apart) };
         render(&self.lights, &fields, pass, watch)
+    }
+
+    /// A solution of one F.
+    pub fn light<'a>(&'a self, solution: &'a Solution) -> PatchLight<'a> {
+        let casts = std::slice::from_ref(&self.sampling);
+        PatchLight { mode: self, casts, light: &solution.light, terms: &solution.terms, error: None }
     }
 
     /// Shoots rays from the same patches in the same mode.

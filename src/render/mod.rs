@@ -19,7 +19,7 @@ mod sensors;
 mod solver;
 mod square;
 
-pub use assembly::{Assembled, Discretization, Seconds, Silent, Watch, pictures, without_luminaires};
+pub use assembly::{Assembled, Discretization, PatchLight, Seconds, Silent, Watch, pictures, without_luminaires};
 pub use bounces::{BounceSeries, End, TermError};
 pub use fineness::Fineness;
 pub use layers::{Apart, Layer, LayerKind};
@@ -28,6 +28,7 @@ pub(crate) use memory::{check_fit, pilots};
 pub use points::{SensorLight, SensorLights};
 pub use rendered::{Ended, ErrorParts, Rendered};
 pub use row_source::{Cast, RowSource, Wanted};
+pub(crate) use search::solved::half_of;
 pub use sensors::{Sensor, SensorError, SensorGrid};
 pub use solver::{BouncesRequest, Equations, PictureRequest, PointsRequest, RenderError, Solver};
 pub use square::{Square, SquareColumn};

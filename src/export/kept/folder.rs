@@ -14,24 +14,14 @@ use crate::export::matrix_market::write_matrix_market;
 use crate::export::mesh::{CellData, PatchMesh};
 use crate::export::npz::{csr, read_npz, rows_of_csr, write_npz};
 use crate::form_factors::{FormFactors, Sampling};
-use crate::light::{Light, Rgb, Transport};
-use crate::patches::Patches;
+use crate::light::{Rgb, Transport};
+use crate::patches::{DivisionNumbers, Patches};
 use crate::pictures::{Exposure, write_whole_by};
+use crate::render::PatchLight;
 use crate::scene::Scene;
 
 /// Terms that are shown on the patches, each an array of its own; `terms.npy` has all.
 const SHOWN: usize = 16;
-
-/// Light on patches.
-#[derive(Clone, Copy)]
-pub struct SavedLight<'a> {
-    /// `L`.
-    pub light: &'a [Light],
-    /// `KⁿE`.
-    pub terms: &'a [Vec<Light>],
-    /// Standard error of the visible half of `L`, where it is known.
-    pub error: Option<&'a [Rgb]>,
-}
 
 /// What a folder is made of.
 #[derive(Clone, Copy)]
@@ -47,7 +37,7 @@ pub struct Saved<'a> {
     /// Every F of the mode, all rows and columns, and its rays.
     pub casts: &'a [(&'a FormFactors, Sampling)],
     /// None where only F is kept.
-    pub light: Option<SavedLight<'a>>,
+    pub light: Option<PatchLight<'a>>,
     /// What else is written.
     pub also: &'a [Also],
     /// How bright the colours of patches are.
@@ -70,7 +60,11 @@ impl Saved<'_> {
             write_factors(&folder.join(factors_name(k)), factors)?;
             meta.add(folder, &factors_name(k))?;
         }
-        if let Some(SavedLight { light, terms, .. }) = self.light {
+        if let Some(numbers) = self.patches.division() {
+            write_npz(folder.join(DIVISION), &division_arrays(&numbers))?;
+            meta.add(folder, DIVISION)?;
+        }
+        if let Some(PatchLight { light, terms, .. }) = self.light {
             for (name, array) in [("L.npy", light_array(light)), ("terms.npy", terms_array(terms))] {
                 write_whole_by(folder.join(name), |file| array.write_to(&mut std::io::BufWriter::new(file)))?;
                 meta.add(folder, name)?;
@@ -128,7 +122,7 @@ impl Saved<'_> {
         let (scene, patches) = (self.scene, self.patches);
         let all = || 0..patches.len();
         let mut data = Vec::new();
-        if let Some(SavedLight { light, terms, error }) = self.light {
+        if let Some(PatchLight { light, terms, error, .. }) = self.light {
             data.push(CellData::colour("L", light.iter().map(|l| l.visible)));
             data.push(CellData::colour("L_invisible", light.iter().map(|l| l.invisible)));
             data.extend(error.map(|error| CellData::colour("standard_error", error.iter().copied())));
@@ -143,6 +137,56 @@ impl Saved<'_> {
         data.push(CellData::scalar("alpha", patches.materials().iter().map(|&m| self.transports[m as usize].alpha)));
         data
     }
+}
+
+/// Where the patches' division by light is.
+const DIVISION: &str = "division.npz";
+
+fn division_arrays(numbers: &DivisionNumbers) -> Vec<(&'static str, Array<'_>)> {
+    let DivisionNumbers { parts: [roots, wholes, planes], areas, counts, faces, places } = numbers;
+    vec![
+        ("roots", Array::vector(Values::I32(roots.into()))),
+        ("wholes", Array::vector(Values::I32(wholes.into()))),
+        ("planes", Array::vector(Values::I32(planes.into()))),
+        ("areas", Array::vector(Values::F64(areas.into()))),
+        ("counts", Array::vector(Values::I64(counts.into()))),
+        ("faces", Array::vector(Values::I32(faces.into()))),
+        ("places", Array::vector(Values::F32(places.into()))),
+    ]
+}
+
+/// The patches of a folder: those of a mesh, divided as they were.
+///
+/// # Errors
+/// A file that is missing, or not the one that was written.
+pub fn read_division(folder: &Path, meta: &Meta, mesh: &Patches) -> Result<Option<Patches>, KeptError> {
+    if !meta.files.contains_key(DIVISION) {
+        return Ok(None);
+    }
+    let broken = |what: &str| KeptError::Broken { path: folder.join(DIVISION), what: what.into() };
+    let mut arrays = read_npz(&meta.file(folder, DIVISION)?).map_err(|what| broken(&what))?;
+    let mut take = |name: &str| arrays.remove(name).map(|array| array.values);
+    let (
+        Some(Values::I32(roots)),
+        Some(Values::I32(wholes)),
+        Some(Values::I32(planes)),
+        Some(Values::F64(areas)),
+        Some(Values::I64(counts)),
+        Some(Values::I32(faces)),
+        Some(Values::F32(places)),
+    ) = (take("roots"), take("wholes"), take("planes"), take("areas"), take("counts"), take("faces"), take("places"))
+    else {
+        return Err(broken("does not hold a division of patches"));
+    };
+    let numbers = DivisionNumbers {
+        parts: [roots, wholes, planes].map(std::borrow::Cow::into_owned),
+        areas: areas.into_owned(),
+        counts: counts.into_owned(),
+        faces: faces.into_owned(),
+        places: places.into_owned(),
+    };
+    let divided = mesh.divided_as(numbers);
+    divided.map(Some).ok_or_else(|| broken("does not hold a division of these patches"))
 }
 
 /// The sum over the lights without area.

@@ -45,7 +45,8 @@ pub struct MaterialIdentity {
     pub two_sided: bool,
     pub mask: Option<String>,
     pub tau: f32,
-    pub alpha: f32,
+    /// Its own alpha, where it has one; that of the others is the mode's.
+    pub alpha: Option<f32>,
     pub rho: [f32; 3],
     pub emission: [f32; 3],
     /// Its textures but the mask.
@@ -128,7 +129,7 @@ pub fn materials(scene: &Scene, transports: &[Transport]) -> Vec<MaterialIdentit
             sum.digits()
         }),
         tau: transport.tau,
-        alpha: transport.alpha,
+        alpha: material.alpha,
         rho: material.rho.to_array(),
         emission: material.emission.to_array(),
         textures: textures(material),

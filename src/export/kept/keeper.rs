@@ -8,7 +8,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use crate::export::kept::folder::{Saved, SavedLight, lights, read_factors};
+use crate::export::kept::folder::{Saved, lights, read_division, read_factors};
 use crate::export::kept::identity::{
     GeometryIdentity, MaterialIdentity, felt_difference, materials, sum_of_patches, unfelt_differences,
 };
@@ -20,7 +20,7 @@ use crate::form_factors::{FormFactors, Sampling, Variant};
 use crate::light::Transport;
 use crate::patches::Patches;
 use crate::pictures::{Exposure, NewFolder};
-use crate::render::{Assembled, Cast, Discretization, Fineness, RowSource, Wanted};
+use crate::render::{Cast, Discretization, Fineness, PatchLight, RowSource, Wanted, half_of};
 use crate::scene::Scene;
 
 /// What is to be kept, and what was.
@@ -118,25 +118,70 @@ impl Keeper {
         modes: &[Transport],
         sampling: &Sampling,
     ) -> Result<Vec<String>, KeptError> {
-        let Some((folder, meta)) = self.units.first() else { return Ok(Vec::new()) };
-        let (scene, differs) = (&p.geometry.scene, |what| KeptError::Differs { path: folder.clone(), what });
-        if let Some(what) = meta.scene.difference(&GeometryIdentity::of(scene)) {
-            return Err(differs(what));
-        }
         let mut changed = Vec::new();
         for &mode in modes {
-            let now = materials(scene, &p.transports(mode));
-            let (folder, meta) = self.unit_of(&now).map_err(differs)?;
-            self.check_patches(meta, p, sampling).map_err(differs)?;
+            let Some(((folder, meta), since)) = self.fitting(p, mode)? else { continue };
+            let differs = |what| KeptError::Differs { path: folder.clone(), what };
+            check_patches(meta, p, sampling).map_err(differs)?;
             self.hold(folder, meta)?;
-            changed.extend(unfelt_differences(&meta.materials, &now));
-            if meta.lights != lights(scene) {
-                changed.push("lights without area".into());
-            }
+            changed.extend(since);
         }
         changed.sort();
         changed.dedup();
         Ok(changed)
+    }
+
+    /// The patches and rays that a search for a tolerance ended with, to begin another with, `p` being the scene cut as
+    /// [`Keeper::requested`] says; also returns what has changed since. None where no folder is read.
+    ///
+    /// # Errors
+    /// [`KeptError::Differs`] with the first difference; a file that is damaged.
+    pub fn start(
+        &self,
+        p: &Discretization,
+        mode: Transport,
+        seed: u32,
+    ) -> Result<Option<(Discretization, Vec<String>)>, KeptError> {
+        let Some(((folder, meta), changed)) = self.fitting(p, mode)? else { return Ok(None) };
+        let differs = |what| KeptError::Differs { path: folder.clone(), what };
+        let [first, second] = &meta.casts[..] else {
+            return Err(differs("it was made with given patches and rays, and now a tolerance is requested".into()));
+        };
+        let rays = first.rays.saturating_mul(2);
+        let halves = [0, 1].map(|half| half_of(rays, seed, half));
+        if [first, second].iter().zip(&halves).any(|(cast, now)| (cast.rays, cast.seed) != (now.rays, now.seed)) {
+            return Err(differs(format!("it is of another seed than {seed}")));
+        }
+        let divided = read_division(folder, meta, &p.patches)?;
+        let start = divided.map_or_else(|| p.clone(), |patches| p.with_patches(patches));
+        check_sum(meta, &start).map_err(differs)?;
+        self.hold(folder, meta)?;
+        Ok(Some((Discretization { begins_with: Some(rays), ..start }, changed)))
+    }
+
+    /// About how many patches the folder read was cut into.
+    pub fn requested(&self) -> Option<usize> {
+        self.units.first().map(|(_, meta)| meta.patches.requested)
+    }
+
+    /// The folder of a mode, and what has changed since.
+    fn fitting(
+        &self,
+        p: &Discretization,
+        mode: Transport,
+    ) -> Result<Option<(&(PathBuf, Meta), Vec<String>)>, KeptError> {
+        let Some((folder, meta)) = self.units.first() else { return Ok(None) };
+        let (scene, differs) = (&p.geometry.scene, |what| KeptError::Differs { path: folder.clone(), what });
+        if let Some(what) = meta.scene.difference(&GeometryIdentity::of(scene)) {
+            return Err(differs(what));
+        }
+        let now = materials(scene, &p.transports(mode));
+        let unit = self.unit_of(&now).map_err(differs)?;
+        let mut changed = unfelt_differences(&unit.1.materials, &now);
+        if unit.1.lights != lights(scene) {
+            changed.push("lights without area".into());
+        }
+        Ok(Some((unit, changed)))
     }
 
     /// The folder of the tau of these materials, or how the first differs.
@@ -146,27 +191,6 @@ impl Keeper {
             let first = self.units.first().and_then(|unit| felt_difference(&unit.1.materials, now));
             first.unwrap_or_default()
         })
-    }
-
-    fn check_patches(&self, meta: &Meta, p: &Discretization, sampling: &Sampling) -> Result<(), String> {
-        let [cast] = &meta.casts[..] else {
-            return Err("it was made to a tolerance, and now patches and rays are given".into());
-        };
-        let differs = |name: &str, kept: usize, now: usize| format!("it is of --{name} {kept}, and now it is {now}");
-        let (kept, now) = (meta.patches.requested, p.patches.requested());
-        if kept != now {
-            return Err(differs("patches", kept, now));
-        }
-        for (name, kept, now) in [("rays", cast.rays, sampling.rays), ("seed", cast.seed, sampling.seed)] {
-            if kept != now {
-                return Err(differs(name, kept as usize, now as usize));
-            }
-        }
-        if meta.patches.sum != sum_of_patches(&p.patches) {
-            let (kept, now) = (meta.patches.count, p.patches.len());
-            return Err(format!("its {kept} patches are others than the {now} that the scene is cut into now"));
-        }
-        Ok(())
     }
 
     /// Reads F of a folder, unless it is held.
@@ -233,15 +257,15 @@ impl Keeper {
         }
     }
 
-    /// Writes the folder of a mode's light, or of F alone, with F of these rays.
+    /// Writes the folder of a mode's light, with every F that it was solved with.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn save(&self, mode: &Assembled, light: Option<SavedLight>, casts: &[Sampling]) -> Result<(), KeptError> {
-        let lights = &mode.lights;
+    pub fn save(&self, light: &PatchLight) -> Result<(), KeptError> {
+        let lights = &light.mode.lights;
         let (geometry, patches, transports) = (&*lights.geometry, &*lights.patches, &lights.transports);
-        let whole = (geometry, patches, &transports[..], mode.transport);
-        self.save_parts(whole, light, casts)
+        let whole = (geometry, patches, &transports[..], light.mode.transport);
+        self.save_parts(whole, Some(*light), light.casts)
     }
 
     /// The same from its parts: the scene with its rays, patches, (alpha, tau) of every material, the mode.
@@ -251,7 +275,7 @@ impl Keeper {
     pub fn save_parts(
         &self,
         (geometry, patches, transports, transport): (&crate::surfaces::Geometry, &Patches, &[Transport], Transport),
-        light: Option<SavedLight>,
+        light: Option<PatchLight>,
         casts: &[Sampling],
     ) -> Result<(), KeptError> {
         let Some(path) = self.state().new.as_ref().map(|new| new.path().to_path_buf()) else { return Ok(()) };
@@ -297,6 +321,29 @@ impl Keeper {
     pub fn fail(&self, error: KeptError) {
         self.state().failed.get_or_insert(error);
     }
+}
+
+fn check_patches(meta: &Meta, p: &Discretization, sampling: &Sampling) -> Result<(), String> {
+    let [cast] = &meta.casts[..] else {
+        return Err("it was made to a tolerance, and now patches and rays are given".into());
+    };
+    let differs = |name: &str, kept: usize, now: usize| format!("it is of --{name} {kept}, and now it is {now}");
+    let (kept, now) = (meta.patches.requested, p.patches.requested());
+    if kept != now {
+        return Err(differs("patches", kept, now));
+    }
+    for (name, kept, now) in [("rays", cast.rays, sampling.rays), ("seed", cast.seed, sampling.seed)] {
+        if kept != now {
+            return Err(differs(name, kept as usize, now as usize));
+        }
+    }
+    check_sum(meta, p)
+}
+
+fn check_sum(meta: &Meta, p: &Discretization) -> Result<(), String> {
+    let (kept, now) = (meta.patches.count, p.patches.len());
+    let others = || format!("its {kept} patches are others than the {now} that the scene is cut into now");
+    if meta.patches.sum == sum_of_patches(&p.patches) { Ok(()) } else { Err(others()) }
 }
 
 /// All that rows depend on but for tau and the rays.

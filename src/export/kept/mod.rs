@@ -5,6 +5,7 @@
 //! F.1.npz      the same from other rays, where a tolerance was aimed at: the light is the mean of both
 //! L.npy        light, patches × halves × channels        terms.npy   bounces × patches × halves × channels
 //! patches.vtu  the patches with their light              meta.json   what all was made of; sums of all files
+//! division.npz what light divided the patches into, where a tolerance was aimed at and it did
 //! ```
 //!
 //! F depends on the geometry, the patches, tau of the materials, which of their sides there are, their masks, the rays
@@ -29,7 +30,7 @@ mod sums;
 
 use std::path::PathBuf;
 
-pub use folder::{Saved, SavedLight};
+pub use folder::Saved;
 pub use keeper::{Keeper, Keeping};
 
 use crate::pictures::WriteError;
