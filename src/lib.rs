@@ -118,10 +118,10 @@
 //!
 //! They stand in the order in which light flows through the code; each uses only those above it. [`light`] to
 //! [`surfaces`] say what there is, [`patches`] to [`solve`] put `L = E + K L` together and solve it, [`reading`] to
-//! [`gather`] look at the solution and estimate its error, [`render`] has all of it as [`Solver`], `export` files that
-//! others read; [reference](mod@reference) is the path tracer, [`study`] what is measured with both. Three features, all
-//! on by default, may be left out: `plot` draws charts and sheets, `export` writes files of numbers and keeps solved
-//! scenes, `cli` is the program and needs both.
+//! [`gather`] look at the solution and estimate its error, [`render`] has all of it as [`Solver`], `export` writes
+//! files that others read; [reference](mod@reference) is the path tracer, [`study`] what is measured with both. Three
+//! features, all on by default, may be left out: `plot` draws charts and sheets, `export` writes files of numbers and
+//! keeps solved scenes, `cli` is the program and needs both.
 
 #![cfg_attr(not(feature = "opengl"), forbid(unsafe_code))]
 

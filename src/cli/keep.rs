@@ -91,6 +91,18 @@ impl Kept {
         Ok(())
     }
 
+    /// The same for the crossings of a map.
+    pub fn check_layers(
+        &self,
+        p: &Discretization,
+        (mode, sampling): (Transport, &Sampling),
+        console: &Console,
+    ) -> Result<(), CliError> {
+        let changed = self.0.check_layers(p, mode, sampling)?;
+        self.say(&changed, console);
+        Ok(())
+    }
+
     /// What a search for a tolerance begins with; says what has changed since that was found.
     pub fn start(
         &self,

@@ -3,11 +3,11 @@
 //! The bytes go to a temporary file in the destination's directory, which is renamed over the destination only once
 //! everything is on disk. A reader sees the old file or the new one, never half of it. Permissions are those of any
 //! new file (`0666` less the umask). A symbolic link stays a link: its target is replaced. Devices and pipes cannot
-//! be renamed over and are written directly. A program about to end early calls [`abandon_files`], which removes the
-//! temporary files of all threads and lets no other come into being. A folder is filled under a temporary name beside its
-//! place and renamed like a file; one that it replaces is moved aside first. Not handled: a process killed outright
-//! between the steps leaves a hidden `.halflight-*` file or folder behind, which then may be all there is of a folder
-//! that was to be replaced.
+//! be renamed over and are written directly. A folder is filled under a temporary name beside its place and renamed
+//! like a file; one that it replaces is moved aside first. A program about to end early calls [`abandon_files`], which
+//! removes what is temporary of all threads and lets nothing else come into being. Not handled: a process killed
+//! outright between the steps leaves a hidden `.halflight-*` file or folder behind, which then may be all there is of a
+//! folder that was to be replaced.
 
 use std::fs::{File, Permissions};
 use std::io::{Seek, SeekFrom, Write};

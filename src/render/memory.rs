@@ -74,8 +74,8 @@ struct Pilot {
 }
 
 impl Discretization {
-    /// Checks that K of all `modes` together, with so many solutions, fits in `limit` bytes; infinity checks nothing, and
-    /// what is known already fits.
+    /// Checks that K of all `modes` together, with so many solutions, fits in `limit` bytes; infinity checks nothing,
+    /// and what is known already fits.
     ///
     /// # Errors
     /// [`Unfit`], with the bytes needed, the mean entries of a row and the number of patches that would fit.

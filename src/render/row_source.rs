@@ -6,7 +6,7 @@
 //!
 //! Not handled: keeping anything ([`crate::export::kept`], with the feature `export`).
 
-use crate::form_factors::{FormFactors, Progress, Sampling, Variant, cast_counts};
+use crate::form_factors::{FormFactors, Layers, Progress, Sampling, Variant, cast_counts, cast_layers};
 use crate::patches::Patches;
 use crate::surfaces::Geometry;
 
@@ -30,6 +30,9 @@ pub trait RowSource: Send + Sync {
     /// F of every variant, and how many rays were cast for it.
     fn rows(&self, wanted: &Wanted) -> (Vec<FormFactors>, u64);
 
+    /// All crossings of the rays of the only variant, and how many were cast.
+    fn layers(&self, wanted: &Wanted) -> (Layers, u64);
+
     /// Whether it takes no ray.
     fn knows(&self, wanted: &Wanted) -> bool;
 }
@@ -41,6 +44,11 @@ impl RowSource for Cast {
     fn rows(&self, wanted: &Wanted) -> (Vec<FormFactors>, u64) {
         let Wanted { geometry, patches, variants, sampling, tick } = *wanted;
         cast_counts(&geometry.rays, patches, variants, sampling, &patches.ray_counts(sampling.rays), tick)
+    }
+
+    fn layers(&self, wanted: &Wanted) -> (Layers, u64) {
+        let Wanted { geometry, patches, variants, sampling, tick } = *wanted;
+        cast_layers(&geometry.rays, patches, &variants[0], sampling, tick)
     }
 
     fn knows(&self, _wanted: &Wanted) -> bool {

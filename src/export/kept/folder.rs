@@ -6,14 +6,14 @@ use std::path::Path;
 
 use crate::export::arrays::{Array, Values};
 use crate::export::fields::{light_array, terms_array};
+use crate::export::kept::error::KeptError;
 use crate::export::kept::identity::{GeometryIdentity, PatchIdentity, materials, sum_of_patches};
 use crate::export::kept::meta::{CastMeta, FORMAT, Meta};
 use crate::export::kept::sums::sum_of;
-use crate::export::kept::{Also, KeptError};
 use crate::export::matrix_market::write_matrix_market;
 use crate::export::mesh::{CellData, PatchMesh};
 use crate::export::npz::{csr, read_npz, rows_of_csr, write_npz};
-use crate::form_factors::{FormFactors, Sampling};
+use crate::form_factors::{FormFactors, LayerNumbers, Layers, Sampling};
 use crate::light::{Rgb, Transport};
 use crate::patches::{DivisionNumbers, Patches};
 use crate::pictures::{Exposure, write_whole_by};
@@ -22,6 +22,15 @@ use crate::scene::Scene;
 
 /// Terms that are shown on the patches, each an array of its own; `terms.npy` has all.
 const SHOWN: usize = 16;
+
+/// Files that a folder may have beyond those that every one has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Also {
+    /// `patches.ply`: the patches with the colours of their light.
+    Ply,
+    /// `F.mtx`: F as Matrix Market.
+    Mtx,
+}
 
 /// What a folder is made of.
 #[derive(Clone, Copy)]
@@ -36,6 +45,8 @@ pub struct Saved<'a> {
     pub transports: &'a [Transport],
     /// Every F of the mode, all rows and columns, and its rays.
     pub casts: &'a [(&'a FormFactors, Sampling)],
+    /// All crossings for every tau, in place of F.
+    pub layers: Option<(&'a Layers, Sampling)>,
     /// None where only F is kept.
     pub light: Option<PatchLight<'a>>,
     /// What else is written.
@@ -59,6 +70,10 @@ impl Saved<'_> {
         for (k, (factors, _)) in self.casts.iter().enumerate() {
             write_factors(&folder.join(factors_name(k)), factors)?;
             meta.add(folder, &factors_name(k))?;
+        }
+        if let Some((layers, _)) = self.layers {
+            write_npz(folder.join(CROSSINGS), &layer_arrays(&layers.numbers()))?;
+            meta.add(folder, CROSSINGS)?;
         }
         if let Some(numbers) = self.patches.division() {
             write_npz(folder.join(DIVISION), &division_arrays(&numbers))?;
@@ -96,6 +111,11 @@ impl Saved<'_> {
             rays: sampling.rays,
             seed: sampling.seed,
         };
+        let crossings = |(_, sampling): (&Layers, Sampling)| CastMeta {
+            file: CROSSINGS.into(),
+            rays: sampling.rays,
+            seed: sampling.seed,
+        };
         Meta {
             sum: String::new(),
             format: FORMAT,
@@ -109,7 +129,7 @@ impl Saved<'_> {
                 count: self.patches.len(),
                 sum: sum_of_patches(self.patches),
             },
-            casts: self.casts.iter().enumerate().map(cast).collect(),
+            casts: self.casts.iter().enumerate().map(cast).chain(self.layers.map(crossings)).collect(),
             materials: materials(self.scene, self.transports),
             lights: lights(self.scene),
             terms: self.light.map_or(0, |light| light.terms.len()),
@@ -137,6 +157,55 @@ impl Saved<'_> {
         data.push(CellData::scalar("alpha", patches.materials().iter().map(|&m| self.transports[m as usize].alpha)));
         data
     }
+}
+
+/// Where the crossings of all rays are.
+pub const CROSSINGS: &str = "crossings.npz";
+
+fn layer_arrays(numbers: &LayerNumbers) -> Vec<(&'static str, Array<'_>)> {
+    vec![
+        ("rays", Array::vector(Values::I32(vec![numbers.rays].into()))),
+        ("columns_of", Array::vector(Values::I64((&numbers.columns_of).into()))),
+        ("rays_of", Array::vector(Values::I64((&numbers.rays_of).into()))),
+        ("columns", Array::vector(Values::I32((&numbers.columns).into()))),
+        ("ends", Array::vector(Values::I32((&numbers.ends).into()))),
+        ("slots", Array::vector(Values::I32((&numbers.slots).into()))),
+        ("depths", Array::vector(Values::I32((&numbers.depths).into()))),
+        ("weights", Array::vector(Values::F32((&numbers.weights).into()))),
+    ]
+}
+
+/// The crossings of a folder.
+///
+/// # Errors
+/// A file that is missing, or not the one that was written.
+pub fn read_layers(folder: &Path, meta: &Meta) -> Result<Layers, KeptError> {
+    let broken = |what: &str| KeptError::Broken { path: folder.join(CROSSINGS), what: what.into() };
+    let mut arrays = read_npz(&meta.file(folder, CROSSINGS)?).map_err(|what| broken(&what))?;
+    let mut take = |name: &str| match arrays.remove(name).map(|array| array.values) {
+        Some(Values::I32(numbers)) => Some(numbers.into_owned()),
+        _ => None,
+    };
+    let of = |take: &mut dyn FnMut(&str) -> Option<Vec<u32>>| {
+        Some([take("rays")?, take("columns")?, take("ends")?, take("slots")?, take("depths")?])
+    };
+    let whole = of(&mut take);
+    let mut long = |name: &str| match arrays.remove(name).map(|array| array.values) {
+        Some(Values::I64(numbers)) => Some(numbers.into_owned()),
+        _ => None,
+    };
+    let (columns_of, rays_of) = (long("columns_of"), long("rays_of"));
+    let weights = arrays.remove("weights").map(|array| array.values);
+    let (Some([rays, columns, ends, slots, depths]), Some(columns_of), Some(rays_of), Some(Values::F32(weights))) =
+        (whole, columns_of, rays_of, weights)
+    else {
+        return Err(broken("does not hold the crossings of rays"));
+    };
+    let [rays] = rays[..] else { return Err(broken("does not hold the crossings of rays")) };
+    let weights = weights.into_owned();
+    let numbers = LayerNumbers { rays, columns_of, rays_of, columns, ends, slots, depths, weights };
+    let layers = Layers::of_numbers(&numbers).filter(|_| numbers.columns_of.len() == meta.patches.count);
+    layers.ok_or_else(|| broken("does not hold the crossings of these patches"))
 }
 
 /// Where the patches' division by light is.

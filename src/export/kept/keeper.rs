@@ -8,15 +8,15 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use crate::export::kept::folder::{Saved, lights, read_division, read_factors};
+use crate::export::kept::error::KeptError;
+use crate::export::kept::folder::{Also, CROSSINGS, Saved, lights, read_division, read_factors, read_layers};
 use crate::export::kept::identity::{
     GeometryIdentity, MaterialIdentity, felt_difference, materials, sum_of_patches, unfelt_differences,
 };
 use crate::export::kept::meta::{FORMAT, Meta, is_kept, units};
 use crate::export::kept::pieces::Pieces;
 use crate::export::kept::sums::Sum;
-use crate::export::kept::{Also, KeptError};
-use crate::form_factors::{FormFactors, Sampling, Variant};
+use crate::form_factors::{FormFactors, Layers, Sampling, Variant};
 use crate::light::Transport;
 use crate::patches::Patches;
 use crate::pictures::{Exposure, NewFolder};
@@ -47,10 +47,20 @@ struct Held {
     factors: Arc<FormFactors>,
 }
 
+/// Crossings on some patches, all rows and columns.
+#[derive(Clone)]
+struct HeldLayers {
+    patches: String,
+    sampling: Sampling,
+    tau: Vec<f32>,
+    layers: Arc<Layers>,
+}
+
 /// What is held, and made, by now.
 #[derive(Default)]
 struct State {
     held: Vec<Held>,
+    layers: Option<HeldLayers>,
     new: Option<NewFolder>,
     failed: Option<KeptError>,
 }
@@ -123,6 +133,9 @@ impl Keeper {
             let Some(((folder, meta), since)) = self.fitting(p, mode)? else { continue };
             let differs = |what| KeptError::Differs { path: folder.clone(), what };
             check_patches(meta, p, sampling).map_err(differs)?;
+            if meta.casts[0].file == CROSSINGS {
+                return Err(differs("it is of `map`: it holds crossings of rays for every tau and no F".into()));
+            }
             self.hold(folder, meta)?;
             changed.extend(since);
         }
@@ -157,6 +170,51 @@ impl Keeper {
         check_sum(meta, &start).map_err(differs)?;
         self.hold(folder, meta)?;
         Ok(Some((Discretization { begins_with: Some(rays), ..start }, changed)))
+    }
+
+    /// Checks that the folder read has the crossings that a map of a scene cut into patches needs, and reads them;
+    /// returns what has changed since. Nothing is checked where no folder is read.
+    ///
+    /// # Errors
+    /// As [`Keeper::check`].
+    pub fn check_layers(
+        &self,
+        p: &Discretization,
+        mode: Transport,
+        sampling: &Sampling,
+    ) -> Result<Vec<String>, KeptError> {
+        let Some(((folder, meta), changed)) = self.fitting(p, mode)? else { return Ok(Vec::new()) };
+        let differs = |what| KeptError::Differs { path: folder.clone(), what };
+        check_patches(meta, p, sampling).map_err(differs)?;
+        if meta.casts[0].file != CROSSINGS {
+            return Err(differs(
+                "it holds F of one tau, and a map needs all crossings, which `map --save` keeps".into(),
+            ));
+        }
+        let layers = Arc::new(read_layers(folder, meta)?);
+        let tau = meta.materials.iter().map(|m| m.tau).collect();
+        let (patches, sampling) = (meta.patches.sum.clone(), *sampling);
+        self.state().layers = Some(HeldLayers { patches, sampling, tau, layers });
+        Ok(changed)
+    }
+
+    /// Writes the folder of a map's crossings.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn save_layers(&self, p: &Discretization, transport: Transport) -> Result<(), KeptError> {
+        let (Some(held), Some(folder)) = (self.state().layers.clone(), self.new_folder()) else { return Ok(()) };
+        let (scene, transports) = (&p.geometry.scene, &p.transports(transport)[..]);
+        let layers = Some((&*held.layers, held.sampling));
+        let (patches, exposure) = (&p.patches, self.keeping.exposure);
+        let saved =
+            Saved { scene, patches, transport, transports, casts: &[], layers, light: None, also: &[], exposure };
+        saved.write(&folder)
+    }
+
+    /// Where the new folder is filled.
+    fn new_folder(&self) -> Option<PathBuf> {
+        self.state().new.as_ref().map(|new| new.path().to_path_buf())
     }
 
     /// About how many patches the folder read was cut into.
@@ -234,8 +292,9 @@ impl Keeper {
             let (found, cast) = self.cast(&Wanted { variants: &variants, ..*wanted }, &patches);
             rays = cast;
             let mut state = self.state();
-            // Rounds of a search go on to other patches.
-            state.held.retain(|held| held.patches == patches);
+            // Rounds of a search go on to other patches and rays.
+            let rays = wanted.sampling.rays;
+            state.held.retain(|held| held.patches == patches && held.sampling.rays == rays);
             for (tau, factors) in missing.into_iter().zip(found) {
                 let (patches, sampling, factors) = (patches.clone(), *wanted.sampling, Arc::new(factors));
                 state.held.push(Held { patches, sampling, tau, factors });
@@ -278,7 +337,7 @@ impl Keeper {
         light: Option<PatchLight>,
         casts: &[Sampling],
     ) -> Result<(), KeptError> {
-        let Some(path) = self.state().new.as_ref().map(|new| new.path().to_path_buf()) else { return Ok(()) };
+        let Some(path) = self.new_folder() else { return Ok(()) };
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
         let factors = casts.iter().flat_map(|sampling| {
             let wanted = Wanted { geometry, patches, variants: &[], sampling, tick: &|_| () };
@@ -294,7 +353,17 @@ impl Keeper {
         }
         let Keeping { also, exposure, .. } = &self.keeping;
         let scene = &geometry.scene;
-        let saved = Saved { scene, patches, transport, transports, casts: &casts, light, also, exposure: *exposure };
+        let saved = Saved {
+            scene,
+            patches,
+            transport,
+            transports,
+            casts: &casts,
+            layers: None,
+            light,
+            also,
+            exposure: *exposure,
+        };
         saved.write(&folder)
     }
 
@@ -399,6 +468,26 @@ impl RowSource for Keeper {
             None => empty(),
         };
         (wanted.variants.iter().map(own).collect(), rays)
+    }
+
+    fn layers(&self, wanted: &Wanted) -> (Layers, u64) {
+        let own = &wanted.variants[0];
+        let (patches, sampling) = (sum_of_patches(wanted.patches), *wanted.sampling);
+        let fits = |held: &HeldLayers| {
+            let rays = (held.sampling.rays, held.sampling.seed) == (sampling.rays, sampling.seed);
+            rays && held.patches == patches && held.tau == own.tau
+        };
+        if let Some(held) = self.state().layers.clone().filter(fits) {
+            return (held.layers.restricted(&own.rows, &own.columns), 0);
+        }
+        if !self.saves() {
+            return Cast.layers(wanted);
+        }
+        let variants = [whole(wanted, &own.tau)];
+        let (all, rays) = Cast.layers(&Wanted { variants: &variants, ..*wanted });
+        let part = all.restricted(&own.rows, &own.columns);
+        self.state().layers = Some(HeldLayers { patches, sampling, tau: own.tau.clone(), layers: Arc::new(all) });
+        (part, rays)
     }
 
     fn knows(&self, wanted: &Wanted) -> bool {

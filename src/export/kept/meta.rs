@@ -11,7 +11,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::export::kept::KeptError;
+use crate::export::kept::error::KeptError;
 use crate::export::kept::identity::{GeometryIdentity, MaterialIdentity, PatchIdentity};
 use crate::export::kept::sums::{sum_of, sum_of_file};
 use crate::pictures::{WriteError, write_whole};
