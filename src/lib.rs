@@ -118,9 +118,10 @@
 //!
 //! They stand in the order in which light flows through the code; each uses only those above it. [`light`] to
 //! [`surfaces`] say what there is, [`patches`] to [`solve`] put `L = E + K L` together and solve it, [`reading`] to
-//! [`gather`] look at the solution and estimate its error, [`render`] has all of it as [`Solver`];
-//! [reference](mod@reference) is the path tracer, [`study`] what is measured with both. Two features, both on by
-//! default, may be left out: `plot` draws charts and sheets, `cli` is the program and needs `plot`.
+//! [`gather`] look at the solution and estimate its error, [`render`] has all of it as [`Solver`], `export` writes
+//! files that others read; [reference](mod@reference) is the path tracer, [`study`] what is measured with both. Three
+//! features, all on by default, may be left out: `plot` draws charts and sheets, `export` writes files of numbers and
+//! keeps solved scenes, `cli` is the program and needs both.
 
 #![cfg_attr(not(feature = "opengl"), forbid(unsafe_code))]
 
@@ -153,6 +154,9 @@ pub mod error;
 pub mod gather;
 
 pub mod render;
+
+#[cfg(feature = "export")]
+pub mod export;
 
 pub mod reference;
 

@@ -13,7 +13,7 @@ use crate::source::imports::{Imports, circle, imports};
 use crate::source::{Source, code, is_word, sources, words};
 
 /// The outer crates that belong to some modules only, by the name they have in code.
-const HOMES: [(&str, &[&str]); 17] = [
+const HOMES: [(&str, &[&str]); 19] = [
     ("tobj", &["scene"]),
     ("gltf_json", &["scene"]),
     ("data_url", &["scene"]),
@@ -21,6 +21,8 @@ const HOMES: [(&str, &[&str]); 17] = [
     ("earcut", &["scene"]),
     ("image", &["pictures"]),
     ("csv", &["pictures"]),
+    ("zip", &["export"]),
+    ("twox_hash", &["export"]),
     ("obvhs", &["rays"]),
     ("rand_xoshiro", &["reference"]),
     ("khronos_egl", &["reference"]),

@@ -6,6 +6,7 @@
 use std::ops::RangeBounds;
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::OnceLock;
 
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
@@ -180,6 +181,9 @@ pub struct Effort {
     /// Within which memory.
     #[command(flatten)]
     pub limit: MemoryLimit,
+    /// That of the folder that F comes from.
+    #[arg(skip)]
+    pub kept: OnceLock<Fineness>,
 }
 
 /// What [`Effort`] requests.
@@ -194,6 +198,9 @@ pub enum Precision {
 impl Effort {
     /// The tolerance, unless some effort is given.
     pub fn precision(&self) -> Precision {
+        if let Some(kept) = self.kept_precision(self.samples.unwrap_or(SAMPLES)) {
+            return kept;
+        }
         if let (None, None, None) = (self.patches, self.rays, self.samples) {
             return Precision::Within(self.tolerance.unwrap_or(0.01));
         }

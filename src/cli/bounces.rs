@@ -10,6 +10,7 @@ use serde::Serialize;
 use crate::cli::arguments::{Common, Precision, Problem, pixel, size};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
+use crate::cli::keep::{Keep, Kept};
 use crate::cli::layers::PerEmitter;
 use crate::cli::pictures::{Files, Modes};
 use crate::error::deadline::deadline_after;
@@ -33,6 +34,9 @@ pub struct Bounces {
     /// What light is kept apart by.
     #[command(flatten)]
     pub per: PerEmitter,
+    /// What is kept.
+    #[command(flatten)]
+    pub keep: Keep,
     /// Terms in the table, the chart and the sheet, E not counted
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub count: u16,
@@ -91,6 +95,7 @@ struct Run<'a> {
     own: &'a Bounces,
     common: &'a Common,
     console: &'a Console,
+    kept: Option<Kept>,
     studied: Vec<Studied>,
     files: Files,
 }
@@ -104,12 +109,16 @@ pub fn run(own: &Bounces, common: &Common, console: &Console) -> Result<(), CliE
     make_directory(&common.out)?;
     let transports = subject.transports(&scene);
     let files = Files::new(&common.out, &format!("{}-bounces", scene.name));
-    let mut run = Run { own, common, console, studied: Vec::new(), files };
+    let kept = own.keep.open(effort, transports.len() > 1, subject.exposure())?;
+    let mut run = Run { own, common, console, kept, studied: Vec::new(), files };
     match effort.precision() {
         Precision::Fixed(fineness, samples) => run.fixed(&scene, &transports, fineness, samples)?,
         Precision::Within(tolerance) => run.within(&scene, &transports, tolerance)?,
     }
     run.chart_and_table(&scene)?;
+    if let Some(kept) = &run.kept {
+        kept.finish(console)?;
+    }
     let Run { studied, files, .. } = run;
     let modes = studied.iter().map(|s| s.report(&scene)).collect();
     console.report(&Modes { modes, files: files.said(console) })
@@ -125,7 +134,11 @@ impl Run<'_> {
         samples: u32,
     ) -> Result<(), CliError> {
         let seed = self.common.seed;
-        let solver = self.own.problem.effort.limit.solver(scene, seed).apart(self.own.per.apart());
+        let limit = &self.own.problem.effort.limit;
+        let solver = Kept::with(self.kept.as_ref(), limit.solver(scene, seed)).apart(self.own.per.apart());
+        if let Some(kept) = &self.kept {
+            kept.check_fineness(&solver, transports, (fineness, seed), self.console)?;
+        }
         let equations = solver.assemble(transports, fineness, self.console)?;
         let sampling = GatherSampling::with_samples(samples, seed);
         for series in equations.bounces(self.own.count.into()) {
@@ -137,8 +150,11 @@ impl Run<'_> {
     /// Every mode to a tolerance of its terms' powers, each with the patches that it needs.
     fn within(&mut self, scene: &Scene, transports: &[Transport], tolerance: f64) -> Result<(), CliError> {
         let (Problem { effort, time, .. }, seed) = (&self.own.problem, self.common.seed);
-        let solver = effort.limit.solver(scene, seed).apart(self.own.per.apart());
+        let solver = Kept::with(self.kept.as_ref(), effort.limit.solver(scene, seed)).apart(self.own.per.apart());
         solver.check_tolerance(transports, tolerance)?;
+        if let Some(kept) = &self.kept {
+            kept.check_fineness(&solver, transports, (Fineness::of_terms(tolerance), seed), self.console)?;
+        }
         for &transport in transports {
             let deadline = time.and_then(|seconds| deadline_after(Instant::now(), seconds));
             let mut request = solver.bounces(transport, self.own.count.into()).watch(self.console);
@@ -154,6 +170,9 @@ impl Run<'_> {
     /// Shows one mode's table and writes its sheet: its terms, and their sums under them.
     fn take(&mut self, series: BounceSeries, gathering: Gathering) -> Result<(), CliError> {
         let BounceSeries { mode, solution, errors, end, emitters } = series;
+        if let Some(kept) = &self.kept {
+            kept.save(&mode, &solution)?;
+        }
         let (transport, patches) = (mode.transport, mode.patches().len());
         let studied = Studied { transport, solution, patches, errors, end, emitters };
         self.console.say(table(&studied));

@@ -11,6 +11,7 @@ use console::{Term, style};
 use miette::Diagnostic;
 
 use crate::Rendered;
+use crate::export::kept::KeptError;
 use crate::pictures::{ImageError, MetricError, WriteError};
 use crate::plot::ChartError;
 use crate::plot::font::broken;
@@ -55,6 +56,10 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Write(#[from] WriteError),
+    /// A kept folder cannot be used: exit code 3, or written: 1.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Kept(#[from] KeptError),
     /// A chart could not be drawn: exit code 1.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -65,8 +70,8 @@ pub enum CliError {
     Metric(#[from] MetricError),
     /// What an earlier run kept is not what is needed: exit code 3.
     #[error("{message}")]
-    #[diagnostic(code(halflight::kept))]
-    Kept {
+    #[diagnostic(code(halflight::relight))]
+    Relight {
         /// What is wrong.
         message: String,
         /// What to do.
@@ -92,7 +97,9 @@ impl CliError {
             CliError::Image(ImageError::Extension { .. }) | CliError::Usage { .. } => 2,
             CliError::Image(ImageError::Read { .. } | ImageError::Decode { .. }) => 3,
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
-            CliError::Scene(_) | CliError::Metric(_) | CliError::Sensor(_) | CliError::Kept { .. } => 3,
+            CliError::Kept(KeptError::Write(_) | KeptError::Occupied { .. }) => 1,
+            CliError::Kept(_) | CliError::Relight { .. } => 3,
+            CliError::Scene(_) | CliError::Metric(_) | CliError::Sensor(_) => 3,
             CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
             CliError::Diverges(_) | CliError::Overflow(_) => 4,
             CliError::Memory(_) | CliError::Pictures(_) => 5,

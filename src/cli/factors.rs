@@ -1,6 +1,7 @@
-//! `halflight factors`: form factors between the objects of a scene, as a table, CSV and JSON.
+//! `halflight factors`: form factors between the objects of a scene, or between its patches, as tables, CSV, `.npz` and
+//! JSON.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 use std::path::PathBuf;
 
 use clap::Args;
@@ -9,10 +10,14 @@ use serde::Serialize;
 use crate::cli::arguments::{Common, Completion, tolerance, unit_interval};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
+use crate::cli::keep::{Keep, Kept};
+use crate::export::{Array, Values, csr, write_npz};
+use crate::form_factors::{Closure, closure};
 use crate::light::Transport;
-use crate::pictures::{Table, make_directory};
+use crate::pictures::{Exposure, Table, make_directory};
+use crate::render::{Fineness, Solver, usable_memory};
 use crate::scene::Scene;
-use crate::study::{FactorSettings, FactorTable, How, factors};
+use crate::study::{FactorMatrix, FactorSettings, FactorTable, How, PatchFactors, factors, patch_factors};
 
 /// Factors shown in the table at most; the files hold all of them.
 const SHOWN: usize = 400;
@@ -29,6 +34,15 @@ pub struct Factors {
     /// Transmission of the materials that have none of their own, 0 to 1 [default: the scene file's, or 0]
     #[arg(long, value_name = "X", value_parser = unit_interval)]
     pub tau: Option<f32>,
+    /// Find those between about so many patches instead, by rays
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub patches: Option<u32>,
+    /// Cast so many hemisphere rays from each patch [default with --patches: 256]
+    #[arg(long, value_name = "N", requires = "patches", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub rays: Option<u32>,
+    /// What is kept of the patches.
+    #[command(flatten)]
+    pub keep: Keep,
     /// What its files do not say.
     #[command(flatten)]
     pub completion: Completion,
@@ -83,6 +97,10 @@ pub fn run(own: &Factors, common: &Common, console: &Console) -> Result<(), CliE
     let base = scene.transport.unwrap_or_default();
     let default = Transport { alpha: base.alpha, tau: own.tau.unwrap_or(base.tau) };
     let tau: Vec<f32> = scene.transports(default).iter().map(|t| t.tau).collect();
+    let kept = own.keep.folders(false, Exposure::default())?;
+    if let Some(fineness) = own.fineness(kept.as_ref())? {
+        return of_patches(&scene, default, (fineness, common), kept, console);
+    }
     let settings = FactorSettings { tolerance: own.tolerance, seed: common.seed };
     let table = factors(&scene, &tau, &settings, console);
     console.say(text(&table));
@@ -93,10 +111,152 @@ pub fn run(own: &Factors, common: &Common, console: &Console) -> Result<(), CliE
             table.factors.len()
         ));
     }
-    let file = common.out.join(format!("{}-factors.csv", scene.name));
-    rows(&table).write(&file)?;
-    console.say(file.display().to_string());
-    console.report(&report(&scene, own, &table, vec![file]))
+    let files = write(&scene, &table, common)?;
+    files.iter().for_each(|file| console.say(file.display().to_string()));
+    console.report(&report(&scene, own, &table, files))
+}
+
+/// Writes all pairs, and the matrix with its residuals.
+fn write(scene: &Scene, table: &FactorTable, common: &Common) -> Result<Vec<PathBuf>, CliError> {
+    let file = |end: &str| common.out.join(format!("{}-factors{end}", scene.name));
+    let files = vec![file(".csv"), file("-matrix.csv"), file("-residuals.csv"), file(".npz")];
+    rows(table).write(&files[0])?;
+    let matrix = FactorMatrix::of(table);
+    matrix_table(&matrix).write(&files[1])?;
+    residuals_table(&matrix, table).write(&files[2])?;
+    write_npz(&files[3], &matrix_arrays(&matrix))?;
+    Ok(files)
+}
+
+/// The matrix, its rows and columns named.
+fn matrix_table(matrix: &FactorMatrix) -> Table {
+    let mut table = Table::of(std::iter::once("from").chain(matrix.columns.iter().map(String::as_str)));
+    for (name, row) in matrix.rows.iter().zip(matrix.values.chunks(matrix.columns.len().max(1))) {
+        let cells: Vec<&dyn Display> = std::iter::once(name as _).chain(row.iter().map(|f| f as _)).collect();
+        table.row(&cells);
+    }
+    table
+}
+
+/// What each row leaves of closure and reciprocity.
+fn residuals_table(matrix: &FactorMatrix, table: &FactorTable) -> Table {
+    let mut residuals = Table::new("object,area,row_sum,standard_error,closure,reciprocity");
+    for (i, row) in table.rows.iter().enumerate() {
+        let (sum, worst) = (&row.sum, matrix.worst_reciprocity(i));
+        residuals.row(&[&matrix.rows[i], &row.area, &sum.value, &sum.error, &matrix.closure[i], &worst]);
+    }
+    residuals
+}
+
+/// The same as arrays: `F[i, j]` is the share of what leaves object i that reaches column j.
+fn matrix_arrays(matrix: &FactorMatrix) -> Vec<(&'static str, Array<'_>)> {
+    let (n, m) = (matrix.rows.len(), matrix.columns.len());
+    let of = |shape: &[usize], values| Array { shape: shape.to_vec(), values };
+    let numbers = |values: &'_ [f64]| Values::F64(values.to_vec().into());
+    vec![
+        ("F", of(&[n, m], numbers(&matrix.values))),
+        ("standard_error", of(&[n, m], numbers(&matrix.errors))),
+        ("rows", of(&[n], Values::Text((&matrix.rows[..]).into()))),
+        ("columns", of(&[m], Values::Text((&matrix.columns[..]).into()))),
+        ("area", of(&[n], numbers(&matrix.areas))),
+        ("closure", of(&[n], numbers(&matrix.closure))),
+        ("reciprocity", of(&[n, n], numbers(&matrix.reciprocity))),
+    ]
+}
+
+impl Factors {
+    /// The patches and rays requested, or those of the folder that is read; none where objects are.
+    fn fineness(&self, kept: Option<&Kept>) -> Result<Option<Fineness>, CliError> {
+        let known = kept.and_then(|kept| kept.0.fineness());
+        let default = known.unwrap_or_default();
+        let Some(patches) = self.patches.map(|n| n as usize).or(known.map(|known| known.patches)) else {
+            return match kept {
+                None => Ok(None),
+                Some(_) => Err(CliError::Usage {
+                    message:
+                        "--save and --load keep form factors between patches, and those between objects are requested"
+                            .into(),
+                    help: "pass --patches N".into(),
+                }),
+            };
+        };
+        Ok(Some(Fineness { patches, rays: self.rays.unwrap_or(default.rays) }))
+    }
+}
+
+/// `halflight factors --patches --json`
+#[derive(Serialize)]
+struct PatchReport<'a> {
+    scene: &'a str,
+    patches: usize,
+    /// Rays cast; 0 where F was read.
+    rays: u64,
+    entries: usize,
+    /// Row sums.
+    closure: Option<Closure>,
+    /// Frobenius norm of `A F - (A F)^T` over that of `A F`.
+    reciprocity: f64,
+    files: Vec<PathBuf>,
+}
+
+/// Finds those between patches and reports.
+fn of_patches(
+    scene: &Scene,
+    transport: Transport,
+    (fineness, common): (Fineness, &Common),
+    kept: Option<Kept>,
+    console: &Console,
+) -> Result<(), CliError> {
+    let solver = Kept::with(kept.as_ref(), Solver::new(scene));
+    let p = solver.cut(fineness.patches);
+    let sampling = fineness.sampling(common.seed);
+    if let Some(kept) = &kept {
+        kept.check(&p, &[transport], &sampling, console)?;
+    }
+    p.check_memory(&[transport], &sampling, 1, usable_memory())?;
+    let transports = p.transports(transport);
+    let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
+    let found = patch_factors(&p, &tau, &sampling, console);
+    let mut files = vec![common.out.join(format!("{}-patch-factors.npz", scene.name))];
+    write_npz(&files[0], &patch_arrays(scene, &found))?;
+    if let Some(kept) = &kept {
+        kept.0.save_parts((&p.geometry, &p.patches, &transports, transport), None, &[sampling])?;
+        files.extend(kept.finish(console)?);
+    }
+    let report = PatchReport {
+        scene: &scene.name,
+        patches: p.patches.len(),
+        rays: found.rays,
+        entries: found.factors.rows.entries(),
+        closure: closure(&found.factors, p.patches.areas()),
+        reciprocity: found.residual,
+        files,
+    };
+    let sums = report.closure.map_or("no rows".into(), |c| format!("row sums {:.6} to {:.6}", c.min, c.max));
+    console.say(format!(
+        "{}: {} patches, {} form factors between them from {} rays; {sums}, reciprocity residual {:.4}: {}",
+        scene.name,
+        report.patches,
+        report.entries,
+        report.rays,
+        report.reciprocity,
+        report.files[0].display()
+    ));
+    console.report(&report)
+}
+
+/// F with SciPy's names for CSR, row i what patch i receives of all others; and what is known of every patch.
+fn patch_arrays<'a>(scene: &'a Scene, found: &'a PatchFactors) -> Vec<(&'static str, Array<'a>)> {
+    let mut arrays = csr(&found.factors.rows);
+    arrays.extend([
+        ("sky", Array::vector(Values::F32((&found.sky[..]).into()))),
+        ("area", Array::vector(Values::F64((&found.areas[..]).into()))),
+        ("closure", Array::vector(Values::F32((&found.closure[..]).into()))),
+        ("reciprocity", Array::vector(Values::F32((&found.reciprocity[..]).into()))),
+        ("object", Array::vector(Values::I32((&found.objects[..]).into()))),
+        ("objects", Array::vector(Values::Text((&scene.objects[..]).into()))),
+    ]);
+    arrays
 }
 
 fn text(table: &FactorTable) -> String {

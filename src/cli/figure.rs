@@ -218,7 +218,7 @@ impl Work<'_> {
         let judged = matches!(effort.precision(), Precision::Within(_));
         let start = Instant::now();
         let (seed, apart) = (self.common.seed, Apart::default());
-        let rendering = Rendering { effort, size: self.size, seed, time: None, apart, start, console };
+        let rendering = Rendering { effort, size: self.size, seed, time: None, apart, start, console, kept: None };
         let mut solved = Vec::new();
         rendering.each_mode(&scene, &Mode::ALL.map(Mode::transport), |_, transport, picture| {
             let mode = transport.mode().expect("these are the four modes");

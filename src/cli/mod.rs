@@ -24,6 +24,7 @@ pub(crate) mod error;
 pub(crate) mod factors;
 pub(crate) mod figure;
 pub(crate) mod frontier;
+pub(crate) mod keep;
 pub(crate) mod layers;
 pub(crate) mod map;
 pub(crate) mod pictures;

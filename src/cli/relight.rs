@@ -350,7 +350,7 @@ fn is_near(a: f64, b: f64) -> bool {
 }
 
 fn refused(path: &Path, what: &str, help: &str) -> CliError {
-    CliError::Kept { message: format!("{} {what}", path.display()), help: help.to_owned() }
+    CliError::Relight { message: format!("{} {what}", path.display()), help: help.to_owned() }
 }
 
 /// The factors, the powers, and how the points are lit.

@@ -9,6 +9,7 @@ use crate::Solver;
 use crate::cli::arguments::{Common, Effort, Precision, Problem, pixel, size};
 use crate::cli::console::Console;
 use crate::cli::error::{CliError, picture_or_divergence};
+use crate::cli::keep::{Keep, Kept, Watched};
 use crate::cli::layers::{self, Layers};
 use crate::cli::pictures::{Outcome, Places, RenderReport, finish};
 use crate::cli::points::{Points, Sensors};
@@ -39,6 +40,9 @@ pub struct Render {
     /// Picture to write, .png or .exr [default: <out>/<scene>-<mode>.png]; with several modes the mode is added
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// What is kept.
+    #[command(flatten)]
+    pub keep: Keep,
     /// Add the standard error of every pixel, and that of each layer, as layers of the EXR file
     #[arg(long)]
     pub standard_error: bool,
@@ -54,13 +58,14 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
         check_layered(own.output.as_deref())?;
     }
     let Problem { subject, effort, .. } = &own.problem;
+    let scene = subject.load(console)?;
+    let transports = subject.transports(&scene);
+    let kept = own.keep.open(effort, transports.len() > 1, subject.exposure())?;
     let each = match effort.precision() {
         Precision::Within(_) => pixel::WITHIN,
         Precision::Fixed(..) => pixel::RENDER,
     };
     effort.limit.check_pictures(own.size, each)?;
-    let scene = subject.load(console)?;
-    let transports = subject.transports(&scene);
     let places = Places {
         output: own.output.as_deref(),
         directory: &common.out,
@@ -83,11 +88,15 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
         apart: own.layers.apart(),
         start,
         console,
+        kept: kept.as_ref(),
     };
     let solver = rendering.each_mode(&scene, &transports, |solver, transport, found| {
         outcomes.push(run.outcome(solver, transport, found)?);
         Ok(())
     })?;
+    if let Some(kept) = &kept {
+        kept.finish(console)?;
+    }
     let geometry = solver.geometry();
     let (scene, rays) = (&geometry.scene, &geometry.rays);
     let pictured = Pictured { scene, rays, size: own.size, transports: &transports };
@@ -108,6 +117,8 @@ pub(crate) struct Rendering<'a> {
     /// When the first mode began.
     pub start: Instant,
     pub console: &'a Console,
+    /// Where F comes from, and what is kept.
+    pub kept: Option<&'a Kept>,
 }
 
 impl Rendering<'_> {
@@ -119,15 +130,20 @@ impl Rendering<'_> {
         transports: &[Transport],
         mut take: impl FnMut(&Solver, Transport, Result<Rendered, Diverges>) -> Result<(), CliError>,
     ) -> Result<Solver, CliError> {
-        let Rendering { effort, size, seed, time, apart, start, console } = *self;
-        let solver = effort.limit.solver(scene, seed).apart(apart);
+        let Rendering { effort, size, seed, time, apart, start, console, kept } = *self;
+        let solver = Kept::with(kept, effort.limit.solver(scene, seed)).apart(apart);
+        let watch = &Watched { console, kept };
         match effort.precision() {
             Precision::Within(tolerance) => {
                 solver.check_tolerance(transports, tolerance)?;
                 // What came before counts in the time of the first picture.
                 let mut before = start.elapsed().as_secs_f64();
                 for &transport in transports {
-                    let mut request = solver.render(transport, size).watch(console);
+                    let start = match kept {
+                        Some(kept) => kept.start(&solver, (transport, seed), console)?,
+                        None => None,
+                    };
+                    let mut request = solver.render(transport, size).watch(watch).start(start);
                     if let Some(seconds) = time {
                         request = request.time((seconds - before).max(0.0));
                     }
@@ -140,9 +156,12 @@ impl Rendering<'_> {
                 }
             }
             Precision::Fixed(fineness, samples) => {
-                let equations = solver.assemble(transports, fineness, console)?;
+                if let Some(kept) = kept {
+                    kept.check_fineness(&solver, transports, (fineness, seed), console)?;
+                }
+                let equations = solver.assemble(transports, fineness, watch)?;
                 let pass = GatherPass::new(size, &GatherSampling::with_samples(samples, seed));
-                for (&transport, found) in transports.iter().zip(equations.render(&pass, console)) {
+                for (&transport, found) in transports.iter().zip(equations.render(&pass, watch)) {
                     take(&solver, transport, found)?;
                 }
             }

@@ -157,7 +157,92 @@ impl Row {
     }
 }
 
+/// All crossings as numbers, row by row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayerNumbers {
+    /// Rays of each patch.
+    pub rays: u32,
+    /// Columns, and rays that meet something, of each row.
+    pub columns_of: Vec<usize>,
+    /// See `columns_of`.
+    pub rays_of: Vec<usize>,
+    /// Columns that a row meets, ascending.
+    pub columns: Vec<u32>,
+    /// Where the crossings of each ray end, counted from the row's first.
+    pub ends: Vec<u32>,
+    /// Of each crossing its place in the row's columns, the surfaces crossed before, and the product of their tau.
+    pub slots: Vec<u32>,
+    /// See `slots`.
+    pub depths: Vec<u32>,
+    /// See `slots`.
+    pub weights: Vec<f32>,
+}
+
 impl Layers {
+    /// All crossings as numbers.
+    pub fn numbers(&self) -> LayerNumbers {
+        let crossings = || self.rows.iter().flat_map(|row| &row.crossings);
+        LayerNumbers {
+            rays: self.rays,
+            columns_of: self.rows.iter().map(|row| row.columns.len()).collect(),
+            rays_of: self.rows.iter().map(|row| row.ends.len()).collect(),
+            columns: self.rows.iter().flat_map(|row| row.columns.iter().copied()).collect(),
+            ends: self.rows.iter().flat_map(|row| row.ends.iter().copied()).collect(),
+            slots: crossings().map(|c| c.slot).collect(),
+            depths: crossings().map(|c| c.depth).collect(),
+            weights: crossings().map(|c| c.weight).collect(),
+        }
+    }
+
+    /// The crossings of such numbers; none where they are not those of rays.
+    pub fn of_numbers(numbers: &LayerNumbers) -> Option<Layers> {
+        let LayerNumbers { rays, columns_of, rays_of, columns, ends, slots, depths, weights } = numbers;
+        let (count, all) = (columns_of.len(), slots.len());
+        let whole = |lengths: &[usize]| lengths.iter().try_fold(0usize, |sum, &n| sum.checked_add(n));
+        let lengths = whole(columns_of) == Some(columns.len()) && whole(rays_of) == Some(ends.len());
+        let sane = depths.iter().all(|&d| (d as usize) < all) && weights.iter().all(|w| w.is_finite() && *w >= 0.0);
+        if !lengths || !sane || *rays == 0 || (count, all, all) != (rays_of.len(), depths.len(), weights.len()) {
+            return None;
+        }
+        let (mut columns, mut ends, mut first) = (&columns[..], &ends[..], 0);
+        let row = |(&n, &rays): (&usize, &usize)| {
+            let (own, own_ends);
+            (own, columns) = columns.split_at(n);
+            (own_ends, ends) = ends.split_at(rays);
+            let last = first + own_ends.last().map_or(0, |&end| end as usize);
+            let crossing = |k: usize| Crossing { slot: slots[k], depth: depths[k], weight: weights[k] };
+            let is_row = own.is_sorted_by(|a, b| a < b) && own.last().is_none_or(|&j| (j as usize) < count);
+            let is_row = is_row && own_ends.is_sorted() && last <= all;
+            let crossings: Vec<Crossing> = is_row.then(|| (first..last).map(crossing).collect())?;
+            first = last;
+            let inside = crossings.iter().all(|c| (c.slot as usize) < n);
+            inside.then(|| Row { columns: own.to_vec(), ends: own_ends.to_vec(), crossings })
+        };
+        let rows: Vec<Row> = columns_of.iter().zip(rays_of).map(row).collect::<Option<_>>()?;
+        let deepest = depths.iter().copied().max().unwrap_or(0);
+        (first == all).then_some(Layers { rows, rays: *rays, deepest })
+    }
+
+    /// The crossings of some rows with some columns.
+    pub fn restricted(&self, rows: &[bool], columns: &[bool]) -> Layers {
+        let part = |(i, row): (usize, &Row)| {
+            let mut part = Row::default();
+            for ray in row.rays().filter(|_| rows[i]) {
+                let before = part.crossings.len();
+                let met = ray.iter().map(|c| Crossing { slot: row.columns[c.slot as usize], ..*c });
+                part.crossings.extend(met.filter(|c| columns[c.slot as usize]));
+                if part.crossings.len() > before {
+                    part.ends.push(part.crossings.len() as u32);
+                }
+            }
+            part.number_columns();
+            part
+        };
+        let rows: Vec<Row> = self.rows.par_iter().enumerate().map(part).collect();
+        let depths = rows.iter().flat_map(|r| &r.crossings).map(|c| c.depth);
+        Layers { deepest: depths.max().unwrap_or(0), rows, rays: self.rays }
+    }
+
     /// Crossings kept.
     pub fn crossings(&self) -> usize {
         self.rows.iter().map(|r| r.crossings.len()).sum()

@@ -37,6 +37,6 @@ pub use cast::{Closure, FormFactors, Progress, Sampling, Variant, cast, cast_cou
 pub use columns::{Columns, PANEL};
 pub use exact::{Bodies, Method};
 pub use lambert::{point_kernel, point_to_polygon};
-pub use layers::{Layers, cast_layers};
+pub use layers::{LayerNumbers, Layers, cast_layers};
 pub use sampled::Sampler;
 pub use sparse::Rows;

@@ -3,6 +3,8 @@
 //! Products accumulate in f32 over short runs and in f64 between them, so that the relative rounding error of a
 //! non-negative row stays below [`Rows::ROUNDING`] however long the row. Not handled: the products themselves.
 
+use rayon::prelude::*;
+
 /// A sparse matrix of non-negative f32 by rows, columns ascending.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
@@ -34,6 +36,36 @@ impl Rows {
             joined.starts.push(joined.columns.len());
         }
         joined
+    }
+
+    /// A square matrix of its parts: row i has the entries `starts[i]..starts[i + 1]`; none where they are no such
+    /// matrix of non-negative numbers.
+    pub fn from_parts(starts: Vec<usize>, columns: Vec<u32>, values: Vec<f32>) -> Option<Rows> {
+        let count = starts.len().checked_sub(1)?;
+        let bounds = starts[0] == 0 && starts[count] == columns.len() && columns.len() == values.len();
+        let rows = Rows { starts, columns, values };
+        let is_row = |i: usize| {
+            let (columns, values) = rows.row(i);
+            let inside = columns.last().is_none_or(|&last| (last as usize) < count);
+            inside && columns.is_sorted_by(|a, b| a < b) && values.iter().all(|v| v.is_finite() && *v >= 0.0)
+        };
+        let is_matrix = bounds && rows.starts.is_sorted() && (0..count).into_par_iter().all(is_row);
+        is_matrix.then_some(rows)
+    }
+
+    /// Where the entries of each row start, the columns of all entries, and their values.
+    pub fn parts(&self) -> (&[usize], &[u32], &[f32]) {
+        (&self.starts, &self.columns, &self.values)
+    }
+
+    /// The entries of some rows in some columns; all others are empty.
+    pub fn restricted(&self, rows: &[bool], columns: &[bool]) -> Rows {
+        let own = |i: usize| -> (Vec<u32>, Vec<f32>) {
+            let (own, values) = self.row(i);
+            let entries = own.iter().zip(values).filter(|(j, _)| rows[i] && columns[**j as usize]);
+            entries.map(|(j, value)| (*j, *value)).unzip()
+        };
+        Rows::from_rows((0..self.len()).into_par_iter().map(own).collect())
     }
 
     /// `n` empty rows.
@@ -116,6 +148,34 @@ mod tests {
         assert_eq!(first(sample().product(&x)), [2.25, 0.0, 2.0]);
         assert_eq!(first(sample().transposed().product(&x)), [0.25, 4.0, 0.5]);
         assert_eq!(sample().transposed().transposed(), sample());
+    }
+
+    #[test]
+    fn parts_make_the_same_matrix_or_none() {
+        let of = |starts: &[usize], columns: &[u32], values: &[f32]| {
+            Rows::from_parts(starts.to_vec(), columns.to_vec(), values.to_vec())
+        };
+        let rows = sample();
+        let (starts, columns, values) = rows.parts();
+        assert_eq!(of(starts, columns, values).as_ref(), Some(&rows));
+        for (starts, columns, values) in [
+            (&[][..], &[][..], &[][..]),
+            (&[1, 1], &[], &[]),
+            (&[0, 2], &[0], &[1.0]),
+            (&[0, 2, 1], &[0, 1], &[1.0, 1.0]),
+            (&[0, 2, 2], &[1, 0], &[1.0, 1.0]),
+            (&[0, 1], &[1], &[1.0]),
+            (&[0, 1], &[0], &[f32::NAN]),
+            (&[0, 1], &[0], &[-1.0]),
+        ] {
+            assert_eq!(of(starts, columns, values), None, "{starts:?} {columns:?} {values:?}");
+        }
+    }
+
+    #[test]
+    fn a_part_of_a_matrix_has_its_entries() {
+        let part = sample().restricted(&[true, true, false], &[true, true, false]);
+        assert_eq!(part, Rows::from_rows(vec![(vec![0], vec![0.25]), (vec![], vec![]), (vec![], vec![])]));
     }
 
     #[test]

@@ -81,7 +81,7 @@ impl Patches {
             }
             size *= ratio.sqrt();
         }
-        Patches::of_size(scene, rays, found, size)
+        Patches::of_size(scene, rays, found, size).of_about(count)
     }
 
     /// Number of patches that `size` would give, without cutting anything.

@@ -1,23 +1,30 @@
-//! Files written whole or not at all.
+//! Files, and folders of files, written whole or not at all.
 //!
 //! The bytes go to a temporary file in the destination's directory, which is renamed over the destination only once
 //! everything is on disk. A reader sees the old file or the new one, never half of it. Permissions are those of any
 //! new file (`0666` less the umask). A symbolic link stays a link: its target is replaced. Devices and pipes cannot
-//! be renamed over and are written directly. A program about to end early calls [`abandon_files`], which removes the
-//! temporary files of all threads and lets no other come into being. Not handled: a process killed outright between
-//! the two steps leaves a hidden `.halflight-*` file behind.
+//! be renamed over and are written directly. A folder is filled under a temporary name beside its place and renamed
+//! like a file; one that it replaces is moved aside first. A program about to end early calls [`abandon_files`], which
+//! removes what is temporary of all threads and lets nothing else come into being. Not handled: a process killed
+//! outright between the steps leaves a hidden `.halflight-*` file or folder behind, which then may be all there is of a
+//! folder that was to be replaced.
 
 use std::fs::{File, Permissions};
-use std::io::Write;
+use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::{fs, io};
 
-use tempfile::{Builder, TempPath};
+use tempfile::{Builder, TempDir, TempPath};
 
-/// The temporary files that exist now, each removed when it is dropped. Held while one is made, renamed or removed,
-/// never while one is written.
-static LIVE: Mutex<Vec<TempPath>> = Mutex::new(Vec::new());
+/// What exists now under a temporary name, each removed when it is dropped.
+struct Live {
+    files: Vec<TempPath>,
+    folders: Vec<TempDir>,
+}
+
+/// Held while one is made, renamed or removed, never while one is written.
+static LIVE: Mutex<Live> = Mutex::new(Live { files: Vec::new(), folders: Vec::new() });
 
 /// A file could not be written; whatever was there before is untouched.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -38,12 +45,29 @@ pub struct WriteError {
 /// # Errors
 /// [`WriteError`] where the directory is missing, the destination is a directory or read-only, or the disk is full.
 pub fn write_whole(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), WriteError> {
+    write_whole_by(path, |file| file.write_all(bytes))
+}
+
+/// Writes to `path` what `write` writes to the file it is given, whole or not at all.
+///
+/// # Errors
+/// As [`write_whole`], and those of `write`.
+pub fn write_whole_by(
+    path: impl AsRef<Path>,
+    write: impl FnOnce(&mut File) -> io::Result<()>,
+) -> Result<(), WriteError> {
     let path = path.as_ref();
     let written = target(path).and_then(|target| match target {
-        None => fs::write(path, bytes),
+        None => {
+            // A pipe has no places to go back to.
+            let mut file = tempfile::tempfile()?;
+            write(&mut file)?;
+            file.seek(SeekFrom::Start(0))?;
+            io::copy(&mut file, &mut File::options().write(true).open(path)?).map(drop)
+        }
         Some(target) => {
             let mut file = Temporary::new(folder(&target))?;
-            file.file.write_all(bytes)?;
+            write(&mut file.file)?;
             file.file.sync_all()?;
             file.rename(&target)
         }
@@ -85,11 +109,12 @@ pub fn make_directory(path: impl AsRef<Path>) -> Result<(), WriteError> {
 #[must_use]
 pub fn abandon_files() -> impl Drop {
     let mut live = live();
-    live.clear();
+    live.files.clear();
+    live.folders.clear();
     live
 }
 
-fn live() -> MutexGuard<'static, Vec<TempPath>> {
+fn live() -> MutexGuard<'static, Live> {
     LIVE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -120,31 +145,105 @@ struct Temporary {
 }
 
 impl Temporary {
-    /// In a directory, with the permissions of an ordinary file: tempfile's own default is owner only.
+    /// In a directory, with the permissions of an ordinary file.
     fn new(directory: &Path) -> io::Result<Temporary> {
         fs::metadata(directory)?;
-        let mut builder = Builder::new();
-        builder.prefix(".halflight-");
-        if let Some(permissions) = ordinary_permissions() {
-            builder.permissions(permissions);
-        }
         let mut live = live();
-        let (file, path) = builder.tempfile_in(directory).map_err(plain)?.into_parts();
-        live.push(path);
-        Ok(Temporary { file, path: live[live.len() - 1].to_path_buf() })
+        let (file, path) = builder(0o666).tempfile_in(directory).map_err(plain)?.into_parts();
+        let own = path.to_path_buf();
+        live.files.push(path);
+        Ok(Temporary { file, path: own })
     }
 
     fn rename(self, path: &Path) -> io::Result<()> {
         let mut live = live();
-        let own = live.iter().position(|known| **known == *self.path);
-        own.map_or(Ok(()), |own| live.swap_remove(own).persist(path).map_err(|refused| refused.error))
+        let own = live.files.iter().position(|known| **known == *self.path);
+        own.map_or(Ok(()), |own| live.files.swap_remove(own).persist(path).map_err(|refused| refused.error))
     }
 }
 
 impl Drop for Temporary {
     fn drop(&mut self) {
-        live().retain(|known| **known != *self.path);
+        live().files.retain(|known| **known != *self.path);
     }
+}
+
+/// A folder that is filled under a temporary name and then put in its place, whole or not at all; removed where it is
+/// dropped before.
+pub struct NewFolder {
+    own: PathBuf,
+    place: PathBuf,
+}
+
+impl NewFolder {
+    /// An empty folder whose place will be `place`.
+    ///
+    /// # Errors
+    /// [`WriteError`] where the folder above is missing or not writable.
+    pub fn new(place: impl AsRef<Path>) -> Result<NewFolder, WriteError> {
+        let place = place.as_ref();
+        let make = || {
+            fs::metadata(folder(place))?;
+            let mut live = live();
+            let made = builder(0o777).tempdir_in(folder(place)).map_err(plain)?;
+            let own = made.path().to_path_buf();
+            live.folders.push(made);
+            Ok(own)
+        };
+        let failed = |source| WriteError { path: place.to_path_buf(), source };
+        Ok(NewFolder { own: make().map_err(failed)?, place: place.to_path_buf() })
+    }
+
+    /// Where it is filled.
+    pub fn path(&self) -> &Path {
+        &self.own
+    }
+
+    /// Puts it in its place, instead of the folder that may be there.
+    ///
+    /// # Errors
+    /// [`WriteError`] where it cannot be renamed; what is there stays.
+    pub fn finish(self) -> Result<(), WriteError> {
+        self.rename().map_err(|source| WriteError { path: self.place.clone(), source })
+    }
+
+    /// Moves it to its place; what is there is moved into another temporary folder, and back where that fails.
+    fn rename(&self) -> io::Result<()> {
+        let path = &self.place;
+        let mut live = live();
+        let Some(own) = live.folders.iter().position(|known| known.path() == self.own) else { return Ok(()) };
+        let aside = builder(0o777).tempdir_in(folder(path)).map_err(plain)?;
+        let before = aside.path().join("before");
+        let is_there = fs::symlink_metadata(path).is_ok();
+        if is_there {
+            fs::rename(path, &before)?;
+        }
+        if let Err(refused) = fs::rename(&self.own, path) {
+            if is_there {
+                fs::rename(&before, path)?;
+            }
+            return Err(refused);
+        }
+        // It has gone from there, so nothing is removed.
+        let _ = live.folders.swap_remove(own).keep();
+        Ok(())
+    }
+}
+
+impl Drop for NewFolder {
+    fn drop(&mut self) {
+        live().folders.retain(|known| known.path() != self.own);
+    }
+}
+
+/// Names with our prefix, and the permissions of ordinary files or folders: tempfile's own default is owner only.
+fn builder(mode: u32) -> Builder<'static, 'static> {
+    let mut builder = Builder::new();
+    builder.prefix(".halflight-");
+    if let Some(permissions) = ordinary_permissions(mode) {
+        builder.permissions(permissions);
+    }
+    builder
 }
 
 /// The system's error, without the name of the temporary file, which means nothing to anyone.
@@ -157,13 +256,13 @@ fn plain(error: io::Error) -> io::Error {
 }
 
 #[cfg(unix)]
-fn ordinary_permissions() -> Option<Permissions> {
+fn ordinary_permissions(mode: u32) -> Option<Permissions> {
     use std::os::unix::fs::PermissionsExt;
-    Some(Permissions::from_mode(0o666))
+    Some(Permissions::from_mode(mode))
 }
 
 #[cfg(not(unix))]
-fn ordinary_permissions() -> Option<Permissions> {
+fn ordinary_permissions(_mode: u32) -> Option<Permissions> {
     None
 }
 
@@ -225,6 +324,22 @@ mod tests {
         assert!(check_destination(&path).is_err() && check_destination(&folder).is_err());
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(names(directory.path()).len(), 2);
+    }
+
+    #[test]
+    fn a_folder_is_replaced_whole_or_stays() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("kept");
+        let fill = |name: &str| {
+            let new = NewFolder::new(&path).unwrap();
+            write_whole(new.path().join(name), b"x").unwrap();
+            new
+        };
+        fill("a").finish().unwrap();
+        fill("b").finish().unwrap();
+        assert_eq!((names(directory.path()), names(&path)), (vec!["kept".into()], vec!["b".into()]));
+        drop(fill("c"));
+        assert_eq!((names(directory.path()), names(&path)), (vec!["kept".into()], vec!["b".into()]));
     }
 
     #[test]

@@ -12,7 +12,9 @@ mod srgb;
 mod table;
 mod texels;
 
-pub use atomic::{WriteError, abandon_files, check_destination, make_directory, write_whole};
+pub use atomic::{
+    NewFolder, WriteError, abandon_files, check_destination, make_directory, write_whole, write_whole_by,
+};
 pub use files::{
     ImageError, NamedPicture, check_extension, encode_png, read_layers, read_picture, write_bitmap, write_layers,
     write_picture,

@@ -7,13 +7,14 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::direct::{Lights, Luminaires, TOLERABLE};
-use crate::form_factors::{Closure, Sampling, Variant, cast_counts, closure};
+use crate::form_factors::{Closure, Sampling, Variant, closure};
 use crate::gather::{GatherPass, Gathered, gather};
 use crate::light::{Light, Rgb, Transport};
 use crate::operator::linear::LinearOperator;
 use crate::operator::{EmitterLight, Operator, PatchMaterials};
 use crate::patches::{Patches, Sample};
 use crate::reading::{Fields, View, invisible, linear};
+use crate::render::row_source::{Cast, RowSource, Wanted};
 use crate::scene::{Emitters, Scene};
 use crate::solve::{RaySettings, RayShooter, Solution, Source};
 use crate::surfaces::Geometry;
@@ -67,6 +68,27 @@ pub trait Watch: Send + Sync {
     fn begin(&self, step: &str, length: u64);
     /// So many ticks were done.
     fn tick(&self, done: u64);
+    /// The light that a picture is made of is known.
+    fn solved(&self, _light: &PatchLight) {}
+    /// Whether all of that light is wanted, its terms and errors too.
+    fn wants_light(&self) -> bool {
+        false
+    }
+}
+
+/// Light on patches.
+#[derive(Clone, Copy)]
+pub struct PatchLight<'a> {
+    /// The equation.
+    pub mode: &'a Assembled,
+    /// The rays of each F that it was solved with; the light is the mean of all.
+    pub casts: &'a [Sampling],
+    /// `L`.
+    pub light: &'a [Light],
+    /// `KⁿE`.
+    pub terms: &'a [Vec<Light>],
+    /// Standard error of the visible half of `L`, where it is known.
+    pub error: Option<&'a [Rgb]>,
 }
 
 /// Watches nothing.
@@ -86,6 +108,10 @@ pub struct Discretization {
     pub luminaires: Arc<Luminaires>,
     /// The patches.
     pub patches: Arc<Patches>,
+    /// Where rows of F come from.
+    pub rows: Arc<dyn RowSource>,
+    /// Rays of each patch that a search for a tolerance begins with, where these patches are those of an earlier one.
+    pub begins_with: Option<u32>,
 }
 
 impl Discretization {
@@ -94,7 +120,7 @@ impl Discretization {
         let geometry = Geometry::new(scene);
         let luminaires = Arc::new(Luminaires::new(&geometry.scene));
         let patches = Arc::new(Patches::cut(&geometry, patches));
-        Discretization { geometry, luminaires, patches }
+        Discretization { geometry, luminaires, patches, rows: Arc::new(Cast), begins_with: None }
     }
 
     /// The same with the light of each emitter kept apart.
@@ -105,12 +131,17 @@ impl Discretization {
 
     /// The same scene cut anew into about so many patches of one size.
     pub fn cut(&self, patches: usize) -> Discretization {
-        Discretization { patches: Arc::new(Patches::cut(&self.geometry, patches)), ..self.clone() }
+        self.with_patches(Patches::cut(&self.geometry, patches))
     }
 
     /// The same patches divided by the light sampled on each of their mesh.
     pub(crate) fn divided(&self, samples: Vec<Vec<Sample>>) -> Discretization {
-        Discretization { patches: Arc::new(self.patches.divided(samples)), ..self.clone() }
+        self.with_patches(self.patches.divided(samples))
+    }
+
+    /// The same scene on other patches.
+    pub fn with_patches(&self, patches: Patches) -> Discretization {
+        Discretization { patches: Arc::new(patches), begins_with: None, ..self.clone() }
     }
 
     /// (alpha, tau) of every material in a mode.
@@ -121,7 +152,18 @@ impl Discretization {
     /// `L = E + K L` of several modes, from one cast of rays; also returns how many rays were cast.
     pub fn assemble(&self, modes: &[Transport], sampling: &Sampling, watch: &dyn Watch) -> (Vec<Assembled>, u64) {
         let lights = |&mode: &Transport| (mode, self.lights(self.transports(mode), TOLERABLE));
-        assemble(&modes.iter().map(lights).collect::<Vec<_>>(), sampling, watch)
+        assemble(&modes.iter().map(lights).collect::<Vec<_>>(), &*self.rows, sampling, watch)
+    }
+
+    /// Whether F of these modes takes no ray.
+    pub(crate) fn knows(&self, modes: &[Transport], sampling: &Sampling) -> bool {
+        let of = |mode: &Transport| {
+            let own = self.transports(*mode);
+            variant(&own, &PatchMaterials::new(&self.geometry.scene, &self.patches, &self.luminaires, &own))
+        };
+        let variants: Vec<Variant> = modes.iter().map(of).collect();
+        let (geometry, patches) = (&*self.geometry, &*self.patches);
+        self.rows.knows(&Wanted { geometry, patches, variants: &variants, sampling, tick: &|_| () })
     }
 
     /// Shoots rays from the patches in a mode; no F is made.
@@ -146,12 +188,15 @@ pub struct Assembled {
     pub operator: Operator,
     /// Row sums of F; none where no ray was needed.
     pub closure: Option<Closure>,
+    /// The rays of F.
+    pub sampling: Sampling,
 }
 
 /// Casts the rays for the modes of all `lights`, which share their patches, and puts each one's K together; also
 /// returns how many rays were cast.
 pub(crate) fn assemble(
     lights: &[(Transport, Arc<Lights>)],
+    rows: &dyn RowSource,
     sampling: &Sampling,
     watch: &dyn Watch,
 ) -> (Vec<Assembled>, u64) {
@@ -163,8 +208,7 @@ pub(crate) fn assemble(
     let variants: Vec<Variant> = lights.iter().zip(&materials).map(variant).collect();
     watch.begin("form factors", patches.len() as u64);
     let tick = |done| watch.tick(done);
-    let counts = patches.ray_counts(sampling.rays);
-    let (factors, mut rays) = cast_counts(&geometry.rays, patches, &variants, sampling, &counts, &tick);
+    let (factors, mut rays) = rows.rows(&Wanted { geometry, patches, variants: &variants, sampling, tick: &tick });
     let mut assembled = Vec::new();
     for ((f, m), (transport, lights)) in factors.into_iter().zip(materials).zip(lights) {
         watch.begin("light as emitted", patches.len() as u64);
@@ -175,7 +219,8 @@ pub(crate) fn assemble(
         let emitters = emitter_lights(lights, &m.emission, received.emitters);
         let operator =
             Operator::new(f, m, areas, received.luminaires).with_punctual(&received.punctual).with_emitters(emitters);
-        assembled.push(Assembled { transport: *transport, lights: Arc::clone(lights), operator, closure });
+        let (transport, lights, sampling) = (*transport, Arc::clone(lights), *sampling);
+        assembled.push(Assembled { transport, lights, operator, closure, sampling });
     }
     (assembled, rays)
 }
@@ -270,6 +315,12 @@ impl Assembled {
     /// Renders a solution.
     pub fn picture(&self, solution: &Solution, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
         render(&self.lights, &self.picture_fields(solution), pass, watch)
+    }
+
+    /// A solution of one F.
+    pub fn light<'a>(&'a self, solution: &'a Solution) -> PatchLight<'a> {
+        let casts = std::slice::from_ref(&self.sampling);
+        PatchLight { mode: self, casts, light: &solution.light, terms: &solution.terms, error: None }
     }
 
     /// Shoots rays from the same patches in the same mode.

@@ -157,9 +157,10 @@ pub(crate) fn bounces_to_tolerance(
     let sampling = fineness.sampling(goal.seed);
     let p = first.cut(fineness.patches);
     let held = Held { casts: 1, solutions: 1, bounces: Some(goal.count) };
-    let p = fewer(&p, transport, &sampling, held, goal.memory).unwrap_or(p);
+    let less = if p.knows(&[transport], &sampling) { None } else { fewer(&p, transport, &sampling, held, goal.memory) };
+    let p = less.unwrap_or(p);
     let lights = p.lights(p.transports(transport), goal.tolerance);
-    let mode = assemble(&[(transport, lights)], &sampling, watch).0.remove(0);
+    let mode = assemble(&[(transport, lights)], &*p.rows, &sampling, watch).0.remove(0);
     let mut solution = explore(&mode.operator, goal.count);
     let errors = take_powers(&mut solution, &walked);
     let end = match errors.iter().all(|e| e.total <= goal.tolerance) {

@@ -74,7 +74,8 @@ struct Pilot {
 }
 
 impl Discretization {
-    /// Checks that K of all `modes` together, with so many solutions, fits in `limit` bytes; infinity checks nothing.
+    /// Checks that K of all `modes` together, with so many solutions, fits in `limit` bytes; infinity checks nothing,
+    /// and what is known already fits.
     ///
     /// # Errors
     /// [`Unfit`], with the bytes needed, the mean entries of a row and the number of patches that would fit.
@@ -85,6 +86,9 @@ impl Discretization {
         solutions: usize,
         limit: f64,
     ) -> Result<(), Unfit> {
+        if self.knows(modes, sampling) {
+            return Ok(());
+        }
         check_held(self, modes, sampling, Held { casts: 1, solutions, bounces: None }, limit)
     }
 }

@@ -19,6 +19,7 @@ use crate::render::layers::Apart;
 use crate::render::memory::{Unfit, usable_memory};
 use crate::render::points::{SensorLights, sense};
 use crate::render::rendered::Rendered;
+use crate::render::row_source::RowSource;
 use crate::render::search::solved::Task;
 use crate::render::sensors::Sensor;
 use crate::scene::Scene;
@@ -117,6 +118,12 @@ impl Solver {
         Solver { apart, ..self }
     }
 
+    /// Takes rows of F from a source that may know some.
+    pub fn rows(mut self, rows: Arc<dyn RowSource>) -> Solver {
+        self.last.get_mut().expect("no holder of this panics").1.rows = rows;
+        self
+    }
+
     /// The scene, its rays and its surfaces.
     pub fn geometry(&self) -> Arc<Geometry> {
         self.last_cut().geometry
@@ -134,7 +141,14 @@ impl Solver {
     /// The picture of a mode, or of any (alpha, tau), so many pixels across and down, from the scene's camera: linear
     /// radiance of the visible half, W/(m² sr).
     pub fn render(&self, mode: impl Into<Transport>, size: impl Into<Size>) -> PictureRequest<'_> {
-        PictureRequest { solver: self, transport: mode.into(), size: size.into(), time: None, watch: &Silent }
+        PictureRequest {
+            solver: self,
+            transport: mode.into(),
+            size: size.into(),
+            time: None,
+            start: None,
+            watch: &Silent,
+        }
     }
 
     /// The irradiance of a mode at points: of the half that travels, as sensors in the scene would measure it.
@@ -208,6 +222,7 @@ impl Equations {
             let (solution, seconds) = timed(|| neumann(&mode.operator, &Settings::default()));
             let solution = solution?;
             spent.seconds.solve = seconds;
+            watch.solved(&mode.light(&solution));
             let ((gathered, emitters), seconds) = timed(|| mode.layered(&solution, pass, self.apart, watch));
             spent.seconds.gather = seconds;
             Ok(Rendered { emitters, ..Rendered::new(mode, &solution, gathered, self.apart, spent) })
@@ -223,10 +238,16 @@ pub struct PictureRequest<'a> {
     transport: Transport,
     size: Size,
     time: Option<f64>,
+    start: Option<Discretization>,
     watch: &'a dyn Watch,
 }
 
 impl<'a> PictureRequest<'a> {
+    /// Begins the search for a tolerance with the patches and rays of an earlier one.
+    pub fn start(self, start: Option<Discretization>) -> Self {
+        Self { start, ..self }
+    }
+
     /// Reports every step of the work to `watch`.
     pub fn watch(self, watch: &'a dyn Watch) -> Self {
         Self { watch, ..self }
@@ -246,11 +267,13 @@ impl<'a> PictureRequest<'a> {
     /// [`RenderError`] where the series is not proved to converge, or not even a coarse K fits in memory.
     pub fn tolerance(self, tolerance: f64) -> Result<Rendered, RenderError> {
         let deadline = self.time.and_then(|seconds| deadline_after(Instant::now(), seconds));
-        let PictureRequest { solver, transport, size, watch, .. } = self;
+        let PictureRequest { solver, transport, size, start, watch, .. } = self;
         let (memory, seed) = (solver.memory, solver.seed);
         let first = Fineness::first(tolerance);
-        let (p, cutting) = timed(|| solver.cut(first.patches));
-        p.check_memory(&[transport], &first.sampling(seed), 1, memory)?;
+        let (p, cutting) = timed(|| start.unwrap_or_else(|| solver.cut(first.patches)));
+        if p.begins_with.is_none() {
+            p.check_memory(&[transport], &first.sampling(seed), 1, memory)?;
+        }
         let goal = PictureGoal { tolerance, size, deadline, memory, seed };
         let found = render_by_deadline(&p, &Task { transport, goal: &goal, apart: solver.apart, watch })?;
         Ok(Rendered { seconds: found.seconds.after(solver.ready + cutting), ..found })

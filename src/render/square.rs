@@ -45,7 +45,7 @@ impl<'a> Square<'a> {
     /// Casts the rays, materials at alpha = tau = 1 or their own.
     pub fn new(patches: &Discretization, sampling: &Sampling, watch: &'a dyn Watch) -> Square<'a> {
         let corner = transports(patches, Transport { alpha: 1.0, tau: 1.0 });
-        let Discretization { geometry, luminaires, patches: own } = patches;
+        let Discretization { geometry, luminaires, patches: own, .. } = patches;
         let m = PatchMaterials::new(&geometry.scene, own, luminaires, &corner);
         watch.begin("form factors", own.len() as u64);
         let tick = |done| watch.tick(done);
@@ -66,13 +66,14 @@ impl<'a> Square<'a> {
 impl SquareColumn<'_> {
     /// The equation at an alpha.
     pub fn at(&self, alpha: f32) -> Assembled {
-        let Discretization { geometry, luminaires, patches } = &self.square.patches;
+        let Discretization { geometry, luminaires, patches, .. } = &self.square.patches;
         let transport = Transport { alpha, tau: self.tau };
         let own = transports(&self.square.patches, transport);
         let m = PatchMaterials::new(&geometry.scene, patches, luminaires, &own);
         let f = FormFactors { rows: self.rows.clone(), row_sums: vec![None; patches.len()] };
         let operator = Operator::new(f, m, patches.file_areas(&geometry.scene), self.received.luminaires.clone())
             .with_punctual(&self.received.punctual);
-        Assembled { transport, lights: Arc::clone(&self.lights), operator, closure: None }
+        let sampling = self.square.sampling;
+        Assembled { transport, lights: Arc::clone(&self.lights), operator, closure: None, sampling }
     }
 }

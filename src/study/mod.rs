@@ -6,6 +6,7 @@ pub(crate) mod bounces;
 pub mod compare;
 #[cfg(feature = "cli")]
 pub(crate) mod dimming;
+pub(crate) mod factor_matrix;
 pub(crate) mod factors;
 #[cfg(feature = "plot")]
 pub mod figures;
@@ -16,4 +17,5 @@ pub(crate) mod statistics;
 pub use bounces::{bounce_fields, bounce_fields_and_rest, bounce_pictures, partial_sums};
 #[cfg(feature = "cli")]
 pub use dimming::dimmed;
+pub use factor_matrix::{FactorMatrix, PatchFactors, patch_factors};
 pub use factors::{Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors};

@@ -60,6 +60,7 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let tolerance = if step > 1 { FEW_PIXELS * goal.tolerance } else { goal.tolerance };
     let goal = &PictureGoal { size: goal.size.times(step), tolerance, ..*goal };
     let (solved, mut spent) = Search::new(first, &Task { goal: &goal.of_light(), ..*task }).run()?;
+    solved.tell(watch);
     let error = left(goal.tolerance, solved.error.sum().total.powi(2));
     let within = Gathering::Within { error, seed: goal.seed, deadline: goal.deadline };
     let ((fields, emitters), seconds) = timed(|| solved.picture_fields());
@@ -113,14 +114,14 @@ impl<'a> Search<'a> {
         Search {
             task: *task,
             patches: first.clone(),
-            rays: Fineness::first(task.goal.tolerance).rays,
+            rays: first.begins_with.unwrap_or(Fineness::first(task.goal.tolerance).rays),
             spent: Spent::default(),
             check: None,
             division: None,
             count: 0,
             is_full: false,
             is_tight: false,
-            is_first: true,
+            is_first: first.begins_with.is_none(),
             squared: f64::INFINITY,
         }
     }
@@ -151,7 +152,9 @@ impl<'a> Search<'a> {
         }
         let Task { transport, goal, .. } = self.task;
         let sampling = half_of(self.rays, goal.seed, 0);
-        let (found, seconds) = timed(|| fewer(&self.patches, transport, &sampling, HELD, goal.memory));
+        let is_known = self.patches.knows(&[transport], &sampling);
+        let less = || if is_known { None } else { fewer(&self.patches, transport, &sampling, HELD, goal.memory) };
+        let (found, seconds) = timed(less);
         self.spent.seconds.patches += seconds;
         self.count += 1;
         self.is_full = found.is_some();

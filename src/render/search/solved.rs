@@ -16,7 +16,7 @@ use crate::patches::{Neighbours, Patches};
 use crate::pictures::Size;
 use crate::rays::sobol::replica_seed;
 use crate::reading::{Fields, Linear, Reading, View, linear};
-use crate::render::assembly::{Assembled, Discretization, Watch, assemble, render};
+use crate::render::assembly::{Assembled, Discretization, PatchLight, Watch, assemble, render};
 use crate::render::goal::{PictureGoal, Spent, timed};
 use crate::render::layers::{Apart, EmitterPower, with_layers};
 use crate::render::rendered::{ErrorParts, Rendered};
@@ -84,6 +84,37 @@ pub(crate) struct Solved {
     signal: f64,
     /// How the gather pass is to read the light.
     pub reading: Reading,
+    /// The mean of both halves, where it is wanted.
+    mean: Option<Mean>,
+}
+
+/// The mean of the light of two halves.
+struct Mean {
+    casts: [Sampling; 2],
+    light: Vec<Light>,
+    terms: Vec<Vec<Light>>,
+    /// Half their difference, visible.
+    error: Vec<Rgb>,
+}
+
+impl Mean {
+    fn of(modes: [&Assembled; 2], [a, b]: [&Solution; 2]) -> Mean {
+        let mean = |(a, b): (&Light, &Light)| Light {
+            invisible: 0.5 * (a.invisible + b.invisible),
+            visible: 0.5 * (a.visible + b.visible),
+        };
+        let dark = vec![Light::default(); a.light.len()];
+        let term = |n: usize| {
+            let [a, b] = [a, b].map(|s| s.terms.get(n).unwrap_or(&dark));
+            a.iter().zip(b).map(mean).collect()
+        };
+        Mean {
+            casts: modes.map(|mode| mode.sampling),
+            light: a.light.iter().zip(&b.light).map(mean).collect(),
+            terms: (0..a.terms.len().max(b.terms.len())).map(term).collect(),
+            error: a.light.iter().zip(&b.light).map(|(a, b)| 0.5 * (a.visible - b.visible).abs()).collect(),
+        }
+    }
 }
 
 /// Two solutions of one mode on the same patches, of half the rays each, and that on larger patches.
@@ -105,7 +136,7 @@ impl TwoSolutions {
         let mut spent = Spent::default();
         let cast = || {
             let lights = p.lights(p.transports(transport), STAND_INS * goal.tolerance);
-            [0, 1].map(|half| cast_half(&lights, transport, half_of(rays, goal.seed, half), watch))
+            [0, 1].map(|half| cast_half(p, &lights, transport, half_of(rays, goal.seed, half), watch))
         };
         let ([(first, a), (second, b)], seconds) = timed(cast);
         (spent.seconds.form_factors, spent.rays) = (seconds, a + b);
@@ -148,9 +179,10 @@ impl Solved {
         };
         let (fields, seconds) = timed(read);
         spent.seconds.solve += seconds;
+        let mean = task.watch.wants_light().then(|| Mean::of([&mode, &second], [&solution, &other]));
         let other = (!task.apart.is_nothing()).then_some((second, other));
         let (signal, reading, apart) = (0.0, Reading::AtOnce, task.apart);
-        Ok((Solved { mode, solution, other, apart, fields, error, signal, reading }, spent))
+        Ok((Solved { mode, solution, other, apart, fields, error, signal, reading, mean }, spent))
     }
 }
 
@@ -180,6 +212,7 @@ fn larger(patches: &Patches, neighbours: &Neighbours, values: &[Rgb]) -> Vec<Lin
 
 /// K from one half of the rays, and how many were cast.
 fn cast_half(
+    p: &Discretization,
     lights: &Arc<Lights>,
     transport: Transport,
     mut sampling: Sampling,
@@ -189,7 +222,7 @@ fn cast_half(
         // What patches receive goes nowhere.
         sampling.emitter_rays = 1;
     }
-    let (mut modes, cast) = assemble(&[(transport, Arc::clone(lights))], &sampling, watch);
+    let (mut modes, cast) = assemble(&[(transport, Arc::clone(lights))], &*p.rows, &sampling, watch);
     (modes.remove(0), cast)
 }
 
@@ -212,6 +245,13 @@ impl Solved {
     /// The patches it is on.
     pub fn patches(&self) -> &Patches {
         self.mode.patches()
+    }
+
+    /// Shows the light to those who want it.
+    pub fn tell(&self, watch: &dyn Watch) {
+        if let Some(Mean { casts, light, terms, error }) = &self.mean {
+            watch.solved(&PatchLight { mode: &self.mode, casts, light, terms, error: Some(error) });
+        }
     }
 
     /// The view of a small picture.

@@ -68,6 +68,11 @@ impl Image {
         image
     }
 
+    /// The texels as they are coded.
+    pub fn texels(&self) -> &Texels {
+        &self.texels
+    }
+
     /// Texels in a row.
     pub fn width(&self) -> usize {
         self.texels.width

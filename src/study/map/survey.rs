@@ -23,12 +23,12 @@
 
 use glam::Vec4;
 
-use crate::form_factors::{Layers, Sampling, Variant, cast_layers};
+use crate::form_factors::{Layers, Progress, Sampling, Variant, cast_layers};
 use crate::light::{Rgb, Transport};
 use crate::operator::{Spectrum, SpectrumEffort, spectrum_of};
 use crate::patches::Patches;
 use crate::rays::Rays;
-use crate::render::{Discretization, Stored, Unfit, Watch, check_fit, pilots};
+use crate::render::{Discretization, Stored, Unfit, Wanted, Watch, check_fit, pilots};
 use crate::scene::Scene;
 
 /// How exactly radii are found. They are those at alpha = 1: on which side of 1 they lie is no question.
@@ -56,17 +56,34 @@ pub struct Survey {
 }
 
 impl Survey {
+    /// (alpha, tau) of materials without their own, for the rays of a map.
+    pub const CORNER: Transport = Transport { alpha: 1.0, tau: 1.0 };
+
     /// Casts the rays for materials at alpha = tau = 1, or their own.
     pub fn new(p: &Discretization, sampling: &Sampling, watch: &dyn Watch) -> Survey {
-        let corner = Transport { alpha: 1.0, tau: 1.0 };
-        let transports = p.geometry.scene.transports(corner);
-        let subject = Subject { scene: &p.geometry.scene, rays: &p.geometry.rays, patches: &p.patches };
-        Survey::of(&subject, &transports, sampling, watch)
+        let transports = p.geometry.scene.transports(Survey::CORNER);
+        let (geometry, patches) = (&*p.geometry, &*p.patches);
+        let subject = Subject { scene: &geometry.scene, rays: &geometry.rays, patches };
+        Survey::with(&subject, &transports, watch, |own, tick| {
+            let variants = std::slice::from_ref(own);
+            p.rows.layers(&Wanted { geometry, patches, variants, sampling, tick })
+        })
     }
 
     /// The same for any (alpha, tau) of the materials, which take the place of their own.
     pub fn of(subject: &Subject, transports: &[Transport], sampling: &Sampling, watch: &dyn Watch) -> Survey {
-        let Subject { scene, rays, patches } = *subject;
+        let Subject { rays, patches, .. } = *subject;
+        Survey::with(subject, transports, watch, |own, tick| cast_layers(rays, patches, own, sampling, tick))
+    }
+
+    /// The same with the crossings that `layers` has.
+    fn with(
+        subject: &Subject,
+        transports: &[Transport],
+        watch: &dyn Watch,
+        layers: impl FnOnce(&Variant, Progress) -> (Layers, u64),
+    ) -> Survey {
+        let Subject { scene, patches, .. } = *subject;
         let of = |(i, &m): (usize, &u32)| transports[m as usize].alpha * patches.reflectance(scene, i);
         let passed: Vec<Rgb> = patches.materials().iter().enumerate().map(of).collect();
         let largest: Vec<f32> = passed.iter().map(|b| b.max_element()).collect();
@@ -74,7 +91,7 @@ impl Survey {
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
         watch.begin("form factors", patches.len() as u64);
         let own = Variant { tau, rows: travels.clone(), columns: travels };
-        let (layers, rays) = cast_layers(rays, patches, &own, sampling, &|done| watch.tick(done));
+        let (layers, rays) = layers(&own, &|done| watch.tick(done));
         Survey { layers, passed: passed.iter().map(|b| b.extend(0.0)).collect(), largest, rays }
     }
 

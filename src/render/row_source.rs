@@ -1,0 +1,57 @@
+//! Where rows of F come from: cast, as always, or kept by an earlier run.
+//!
+//! F of one choice of tau depends on the geometry, the patches, the rays and their seed, and on nothing else: not on
+//! what surfaces reflect and emit, nor on alpha, which only choose the rows and columns that are needed. So a source
+//! may answer with what it has as long as that is what [`Cast`] would give.
+//!
+//! Not handled: keeping anything ([`crate::export::kept`], with the feature `export`).
+
+use crate::form_factors::{FormFactors, Layers, Progress, Sampling, Variant, cast_counts, cast_layers};
+use crate::patches::Patches;
+use crate::surfaces::Geometry;
+
+/// Rows of F that are wanted.
+#[derive(Clone, Copy)]
+pub struct Wanted<'a> {
+    /// The scene, its rays and its surfaces.
+    pub geometry: &'a Geometry,
+    /// The patches.
+    pub patches: &'a Patches,
+    /// The choices of tau, and the rows and columns of each.
+    pub variants: &'a [Variant],
+    /// How many rays, and which.
+    pub sampling: &'a Sampling,
+    /// Called with the number of rows that were just finished.
+    pub tick: Progress<'a>,
+}
+
+/// What gives rows of F.
+pub trait RowSource: Send + Sync {
+    /// F of every variant, and how many rays were cast for it.
+    fn rows(&self, wanted: &Wanted) -> (Vec<FormFactors>, u64);
+
+    /// All crossings of the rays of the only variant, and how many were cast.
+    fn layers(&self, wanted: &Wanted) -> (Layers, u64);
+
+    /// Whether it takes no ray.
+    fn knows(&self, wanted: &Wanted) -> bool;
+}
+
+/// Casts all rays.
+pub struct Cast;
+
+impl RowSource for Cast {
+    fn rows(&self, wanted: &Wanted) -> (Vec<FormFactors>, u64) {
+        let Wanted { geometry, patches, variants, sampling, tick } = *wanted;
+        cast_counts(&geometry.rays, patches, variants, sampling, &patches.ray_counts(sampling.rays), tick)
+    }
+
+    fn layers(&self, wanted: &Wanted) -> (Layers, u64) {
+        let Wanted { geometry, patches, variants, sampling, tick } = *wanted;
+        cast_layers(&geometry.rays, patches, &variants[0], sampling, tick)
+    }
+
+    fn knows(&self, _wanted: &Wanted) -> bool {
+        false
+    }
+}
