@@ -85,11 +85,17 @@ fn length(channels: [f64; 3]) -> f64 {
 }
 
 fn compare(found: &[SensorLight], truth: &[SensorLight]) {
-    let lit: Vec<_> = found.iter().zip(truth).filter(|(_, truth)| length(truth.irradiance) > 0.0).collect();
+    let sees = |(_, truth): &(&SensorLight, &SensorLight)| !truth.is_inside && length(truth.irradiance) > 0.0;
+    let lit: Vec<_> = found.iter().zip(truth).filter(sees).collect();
+    let mut worst = (0.0, 0);
     let (mut held, mut stated, mut reached) = (0, 0.0, 0.0);
-    for (own, truth) in &lit {
+    for (k, (own, truth)) in lit.iter().enumerate() {
         let off = length([0, 1, 2].map(|c| own.irradiance[c] - truth.irradiance[c]));
         let (error, other, all) = (length(own.error), length(truth.error), length(truth.irradiance));
+        let sigmas = off / error.hypot(other).max(1e-9 * all);
+        if sigmas > worst.0 {
+            worst = (sigmas, k);
+        }
         held += usize::from(off <= 2.0 * error.hypot(other));
         stated += (error / all).powi(2);
         reached += (off * off - other * other) / (all * all);
@@ -102,5 +108,10 @@ fn compare(found: &[SensorLight], truth: &[SensorLight]) {
         100.0 * (stated / count).sqrt(),
         100.0 * (reached / count).max(0.0).sqrt(),
         (stated / reached.max(0.0)).sqrt()
+    );
+    let (own, other) = lit[worst.1];
+    println!(
+        "    farthest off, {:.1} stated errors: {:?} ± {:?}, reference {:?} ± {:?}",
+        worst.0, own.irradiance, own.error, other.irradiance, other.error
     );
 }

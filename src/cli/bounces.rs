@@ -6,10 +6,12 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
+use crate::Solver;
 use crate::cli::arguments::{Common, Precision, Problem, pixel, size};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::pictures::{Files, Modes};
+use crate::cli::points::{MeasuredReport, Points, Sensors};
 use crate::error::deadline::deadline_after;
 use crate::gather::{GatherPass, GatherSampling, Gathering};
 use crate::light::{Mode, Transport};
@@ -28,6 +30,9 @@ pub struct Bounces {
     /// What to solve.
     #[command(flatten)]
     pub problem: Problem,
+    /// Where light is measured, bounce by bounce.
+    #[command(flatten)]
+    pub points: Points,
     /// Terms in the table, the chart and the sheet, E not counted
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub count: u16,
@@ -54,6 +59,9 @@ struct BouncesReport {
     /// What keeps it from that.
     why: Option<&'static str>,
     bounces: Vec<BounceReport>,
+    /// Light at points, where it is requested.
+    #[serde(flatten)]
+    measured: Option<MeasuredReport>,
 }
 
 /// One term.
@@ -73,6 +81,7 @@ struct Studied {
     /// Errors of the terms, and what ended the search for them, where a tolerance was requested.
     errors: Vec<TermError>,
     end: Option<End>,
+    measured: Option<MeasuredReport>,
 }
 
 /// What all modes of one run share, and what is known of them so far.
@@ -80,6 +89,7 @@ struct Run<'a> {
     own: &'a Bounces,
     common: &'a Common,
     console: &'a Console,
+    sensors: Option<Sensors>,
     studied: Vec<Studied>,
     files: Files,
 }
@@ -92,16 +102,25 @@ pub fn run(own: &Bounces, common: &Common, console: &Console) -> Result<(), CliE
     let scene = subject.load(console)?;
     make_directory(&common.out)?;
     let transports = subject.transports(&scene);
-    let files = Files::new(&common.out, &format!("{}-bounces", scene.name));
-    let mut run = Run { own, common, console, studied: Vec::new(), files };
+    let sensors = own.points.sensors(&scene)?.map(Sensors::by_bounce);
+    if let Some(sensors) = &sensors {
+        sensors.check(&common.out, &stem(&scene), &transports)?;
+    }
+    let files = Files::new(&common.out, &stem(&scene));
+    let mut run = Run { own, common, console, sensors, studied: Vec::new(), files };
     match effort.precision() {
         Precision::Fixed(fineness, samples) => run.fixed(&scene, &transports, fineness, samples)?,
         Precision::Within(tolerance) => run.within(&scene, &transports, tolerance)?,
     }
     run.chart_and_table(&scene)?;
     let Run { studied, files, .. } = run;
-    let modes = studied.iter().map(|s| s.report(&scene)).collect();
+    let modes = studied.into_iter().map(|s| s.report(&scene)).collect();
     console.report(&Modes { modes, files: files.said(console) })
+}
+
+/// What the files of a run are named after.
+fn stem(scene: &Scene) -> String {
+    format!("{}-bounces", scene.name)
 }
 
 impl Run<'_> {
@@ -137,6 +156,20 @@ impl Run<'_> {
             }
             let series = request.tolerance(tolerance);
             self.take(series, Gathering::Within { error: tolerance, seed, deadline })?;
+            self.measure((&solver, transport, tolerance), &stem(scene))?;
+        }
+        Ok(())
+    }
+
+    /// Measures light at points in the mode that was taken last.
+    fn measure(&mut self, asked: (&Solver, Transport, f64), stem: &str) -> Result<(), CliError> {
+        let Some(sensors) = &self.sensors else { return Ok(()) };
+        let measured = sensors.measure(asked, (&self.common.out, stem), self.console)?;
+        if measured.is_none() {
+            self.console.warn(format!("{}: no light at points, the series is not proved to converge", asked.1.label()));
+        }
+        if let (Some(last), Some((measured, _))) = (self.studied.last_mut(), measured) {
+            last.measured = Some(measured);
         }
         Ok(())
     }
@@ -144,7 +177,8 @@ impl Run<'_> {
     /// Shows one mode's table and writes its sheet: its terms, and their sums under them.
     fn take(&mut self, series: BounceSeries, gathering: Gathering) -> Result<(), CliError> {
         let BounceSeries { mode, solution, errors, end } = series;
-        let studied = Studied { transport: mode.transport, solution, patches: mode.patches().len(), errors, end };
+        let studied =
+            Studied { transport: mode.transport, solution, patches: mode.patches().len(), errors, end, measured: None };
         self.console.say(table(&studied));
         let solution = &studied.solution;
         let pass = GatherPass::new(self.own.size, gathering);
@@ -179,7 +213,7 @@ impl Studied {
         self.errors.get(n).copied()
     }
 
-    fn report(&self, scene: &Scene) -> BouncesReport {
+    fn report(self, scene: &Scene) -> BouncesReport {
         let bounce = |b: &Bounce| BounceReport { bounce: *b, error: self.error(b.n) };
         BouncesReport {
             scene: scene.name.clone(),
@@ -190,6 +224,7 @@ impl Studied {
             met: self.end.map(|end| end == End::Met),
             why: self.end.and_then(End::why),
             bounces: self.solution.bounces.iter().map(bounce).collect(),
+            measured: self.measured,
         }
     }
 }

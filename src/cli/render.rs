@@ -169,9 +169,9 @@ impl Run<'_> {
         if let (Some(sensors), Precision::Within(tolerance)) = (&self.sensors, self.own.problem.effort.precision()) {
             let place = (self.places.directory, self.places.stem.as_str());
             let measured = sensors.measure((solver, transport, tolerance), place, self.console)?;
-            report.points = measured.map(|(points, path)| {
-                report.files.push(path);
-                points
+            report.measured = measured.map(|(measured, paths)| {
+                report.files.extend(paths);
+                measured
             });
         }
         let backs = found.as_ref().map_or(0.0, |found| found.backs);

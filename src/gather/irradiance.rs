@@ -38,8 +38,10 @@ const AT_ONCE: usize = 0;
 const ONWARD: usize = 1;
 const VISIBILITY: usize = 2;
 /// Rays of each kind and replica at first, and at most.
-const FIRST: [u32; KINDS] = [16, 8, 2];
+const FIRST: [u32; KINDS] = [16, 16, 2];
 const MOST: [u32; KINDS] = [1 << 14, 1 << 13, 1 << 12];
+/// Rays that read at once for each that goes on, at most: what a few of them meet must be met by those as well.
+const FOR_EACH: u32 = 4;
 /// Share of the tolerance that noise is worth lessening to, where the error of the light that is read exceeds it alone.
 const NOISE: f64 = 0.5;
 /// Standard errors beyond which a change that more rays make is no chance.
@@ -56,7 +58,7 @@ pub(crate) struct Irradiance {
     pub fields: Vec<DVec3>,
     /// Direct light and all that rays read.
     pub total: DVec3,
-    /// The square of its error, channel by channel: of its noise, of light on patches, and what the series left out.
+    /// The square of its error, channel by channel: of its noise, and of light on patches.
     pub squared_error: DVec3,
     /// Whether the light on patches is what keeps the error above the tolerance; one more ray would lessen it.
     pub is_coarse: bool,
@@ -69,8 +71,12 @@ pub(crate) struct Irradiance {
 pub(crate) struct Asked {
     /// Relative error.
     pub tolerance: f64,
-    /// Share of the reflected light that the series left out.
-    pub truncation: f64,
+    /// Squared errors of the light that is read which the point itself does not show: those in proportion to reflected
+    /// light, and to all light, as squared shares of them.
+    pub of_reflected: DVec3,
+    pub of_all: DVec3,
+    /// Light that is none: what single precision cannot tell from it.
+    pub dark: f64,
     /// Whether more may follow: else rays go on until noise is no matter.
     pub may_go_deeper: bool,
 }
@@ -101,6 +107,8 @@ struct Sums {
     counts: [u32; KINDS],
     /// Rays cast for each kind.
     cast: [u64; KINDS],
+    /// Variance of what rays that go on change, before there were twice as many.
+    before: DVec3,
 }
 
 /// What the replicas say together.
@@ -110,6 +118,8 @@ struct Means {
     /// Of the total, and of the parts by each kind of ray.
     variance: DVec3,
     variances: [f64; KINDS],
+    /// Of what rays that go on change.
+    onward: DVec3,
     /// The square of what the last of the rays that go on changes, less what noise adds to it; and that.
     change: DVec3,
     change_noise: DVec3,
@@ -120,7 +130,7 @@ fn mean(values: &[DVec3; REPLICAS]) -> DVec3 {
 }
 
 /// Variance of the mean of independent values.
-fn variance(values: &[DVec3; REPLICAS]) -> DVec3 {
+pub(crate) fn variance(values: &[DVec3; REPLICAS]) -> DVec3 {
     let mean = mean(values);
     let squares: DVec3 = values.iter().map(|v| (*v - mean) * (*v - mean)).sum();
     squares / (REPLICAS * (REPLICAS - 1)) as f64
@@ -143,10 +153,14 @@ impl Sums {
         // The bias of a ratio falls as the number of all points drawn.
         let joined = lights.total(&self.direct()) / (visibility * REPLICAS as f64);
         let noise = variance(&last);
+        let varies = variance(&corrected);
+        // Twice as many leave half of it: rays do not end because their spread happened to be small.
+        let by_chance = (0.5 * self.before - varies).max(DVec3::ZERO);
         Means {
             total: mean(&at_once) + mean(&corrected) + joined,
             direct: joined,
-            variance: variance(&total),
+            variance: variance(&total) + by_chance,
+            onward: varies,
             variances: [&at_once, &corrected, &direct].map(|values| variance(values).element_sum()),
             change: (mean(&last) * mean(&last) - noise).max(DVec3::ZERO),
             change_noise: noise,
@@ -164,7 +178,9 @@ impl Sums {
     fn next(&self, means: &Means) -> Option<usize> {
         let can = |&kind: &usize| means.variances[kind] > 0.0 && self.counts[kind] < MOST[kind];
         let worth = |kind: usize| means.variances[kind] / self.cast[kind].max(1) as f64;
-        (0..KINDS).filter(can).max_by(|&a, &b| worth(a).total_cmp(&worth(b)))
+        let next = (0..KINDS).filter(can).max_by(|&a, &b| worth(a).total_cmp(&worth(b)));
+        let is_ahead = self.counts[AT_ONCE] >= FOR_EACH * self.counts[ONWARD] && can(&ONWARD);
+        if next == Some(AT_ONCE) && is_ahead { Some(ONWARD) } else { next }
     }
 }
 
@@ -174,9 +190,10 @@ fn onward_change(read: &[DVec3], from: usize) -> DVec3 {
 }
 
 impl Means {
-    fn squared_error(&self, truncation: f64) -> DVec3 {
-        let left_out = truncation * (self.total - self.direct);
-        STUDENT * STUDENT * self.variance + self.change + left_out * left_out
+    fn squared_error(&self, asked: &Asked) -> DVec3 {
+        let reflected = self.total - self.direct;
+        let light = asked.of_reflected * reflected * reflected + asked.of_all * self.total * self.total;
+        STUDENT * STUDENT * self.variance + self.change + light
     }
 
     /// Whether light on patches alone exceeds what is asked by as much as is no chance.
@@ -206,29 +223,30 @@ impl<'a> IrradianceSampler<'a> {
         }
         loop {
             let means = sums.means(self.lights);
-            let allowed = (asked.tolerance * means.total.length()).powi(2);
-            let squared = means.squared_error(asked.truncation);
+            let allowed = (asked.tolerance * means.total.length().max(asked.dark)).powi(2);
+            let squared = means.squared_error(asked);
             let is_coarse = means.is_coarse(allowed);
             let is_enough = squared.element_sum() <= allowed
                 || is_coarse && asked.may_go_deeper
-                || means.variance.element_sum() <= NOISE * NOISE * allowed;
+                || means.variance.element_sum() <= NOISE * NOISE * allowed
+                || means.total.length() <= asked.dark && means.variance.element_sum() <= asked.dark * asked.dark;
             let next = sums.next(&means).filter(|_| !is_enough);
             let Some(kind) = next else {
                 return self.irradiance(&sums, &means, (squared, is_coarse && squared.element_sum() > allowed));
             };
             let as_many = sums.counts[kind];
+            if kind == ONWARD {
+                sums.before = means.onward;
+            }
             self.extend(&mut sums, kind, as_many, (k, point), memory);
         }
     }
 
     fn nothing(&self) -> Sums {
         let dark = |of: &FinalGather| vec![DVec3::ZERO; of.fields()];
-        let none = |_| Replica {
-            at_once: dark(&self.at_once),
-            onward: dark(&self.onward),
-            direct: LightSum::default(),
-        };
-        Sums { replicas: std::array::from_fn(none), counts: [0; KINDS], cast: [0; KINDS] }
+        let none =
+            |_| Replica { at_once: dark(&self.at_once), onward: dark(&self.onward), direct: LightSum::default() };
+        Sums { replicas: std::array::from_fn(none), counts: [0; KINDS], cast: [0; KINDS], before: DVec3::ZERO }
     }
 
     /// So many more rays of a kind in every replica.

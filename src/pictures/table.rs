@@ -14,8 +14,12 @@ pub struct Table(csv::Writer<Vec<u8>>);
 impl Table {
     /// A table of these columns, named with commas between them, and no row yet.
     pub fn new(columns: &str) -> Table {
+        Table::with_columns(&columns.split(',').collect::<Vec<_>>())
+    }
+
+    /// A table of columns whose names may hold commas, and no row yet.
+    pub fn with_columns(names: &[impl Display]) -> Table {
         let mut table = Table(csv::Writer::from_writer(Vec::new()));
-        let names: Vec<&str> = columns.split(',').collect();
         table.row(&names.iter().map(|name| name as &dyn Display).collect::<Vec<_>>());
         table
     }

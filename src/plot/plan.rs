@@ -9,7 +9,7 @@
 
 use glam::{DVec2, dvec2};
 
-use crate::pictures::{Bitmap, Size};
+use crate::pictures::Bitmap;
 use crate::plot::axes::{Range, TICK_EM, round_step};
 use crate::plot::drawing::{Align, Colour, Corner, Drawing, FAINT_INK, INK, PAPER};
 use crate::plot::isolines::GridValues;
@@ -227,7 +227,8 @@ fn between(values: &GridValues, at: DVec2) -> Option<f64> {
     values.at(x.round() as usize, y.round() as usize)?;
     let (i, j) = (x as usize, y as usize);
     let (u, v) = (x - i as f64, y - j as f64);
-    let corners = [(i, j, (1.0 - u) * (1.0 - v)), (i + 1, j, u * (1.0 - v)), (i, j + 1, (1.0 - u) * v), (i + 1, j + 1, u * v)];
+    let corners =
+        [(i, j, (1.0 - u) * (1.0 - v)), (i + 1, j, u * (1.0 - v)), (i, j + 1, (1.0 - u) * v), (i + 1, j + 1, u * v)];
     let (mut sum, mut weights) = (0.0, 0.0);
     for (i, j, weight) in corners.into_iter().filter(|corner| corner.2 > 0.0) {
         if let Some(value) = values.at(i.min(last[0]), j.min(last[1])) {

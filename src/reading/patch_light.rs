@@ -167,11 +167,6 @@ impl Fields {
         self.near.get(patch as usize).is_some_and(|&near| distance < near)
     }
 
-    /// How gather rays read.
-    pub(crate) fn reading(&self) -> Reading {
-        self.reading
-    }
-
     /// Whether every ray reads the first patch that it meets.
     pub(crate) fn is_read_at_once(&self) -> bool {
         self.near.is_empty() && self.bounces() == 0

@@ -12,11 +12,13 @@ mod goal;
 mod layers;
 mod memory;
 mod points;
+mod pooled_error;
 mod rendered;
 mod search;
 mod sensors;
 mod solver;
 mod square;
+mod uniformity;
 
 pub use assembly::{Assembled, Discretization, Seconds, Silent, Watch, pictures, without_luminaires};
 pub use bounces::{BounceSeries, End, TermError};
@@ -29,3 +31,4 @@ pub use rendered::{Ended, ErrorParts, Rendered};
 pub use sensors::{Sensor, SensorError, SensorGrid};
 pub use solver::{BouncesRequest, Equations, PictureRequest, PointsRequest, RenderError, Solver};
 pub use square::{Square, SquareColumn};
+pub use uniformity::Uniformity;

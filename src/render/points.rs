@@ -23,6 +23,7 @@ use rayon::prelude::*;
 
 use crate::direct::Lights;
 use crate::gather::irradiance::{Asked, Irradiance, IrradianceSampler};
+use crate::gather::records::final_gather::FinalGather;
 use crate::light::budget::{STAND_INS, TRUNCATION};
 use crate::rays::Ray;
 use crate::rays::sobol::Sobol;
@@ -34,6 +35,7 @@ use crate::render::fineness::Fineness;
 use crate::render::goal::{Spent, timed};
 use crate::render::layers::{Apart, with_layers};
 use crate::render::memory::{Held, fewer};
+use crate::render::pooled_error::{PooledError, PooledPoint};
 use crate::render::search::solved::Task;
 use crate::render::sensors::Sensor;
 use crate::scene::UnitFrame;
@@ -120,6 +122,8 @@ struct SensorRound<'a> {
     /// Emitters that are kept apart.
     names: &'a [String],
     asked: Asked,
+    /// What is left of the error of light on patches, once it is known.
+    pooled: PooledError,
 }
 
 /// What the points of a round get, and the rays cast.
@@ -128,12 +132,28 @@ struct Sensed {
     rays: u64,
 }
 
+/// What some points of a round get.
+struct Trial {
+    /// Those that see light.
+    pooled: Vec<PooledPoint>,
+    /// The rays that all points would take, and those of points that need more than one more ray.
+    of_all: [f64; 2],
+    /// Rays cast.
+    rays: u64,
+}
+
 impl SensorRound<'_> {
     /// What arrives at point k, after as few more rays as do, and the rays cast for it.
     fn sense(&self, k: usize, memory: &mut Memory) -> (Irradiance, usize) {
         let mut rays = 0;
         for (depth, sampler) in self.samplers.iter().enumerate() {
-            let asked = Asked { may_go_deeper: depth + 1 < self.samplers.len(), ..self.asked };
+            let [_, variance, own] = self.pooled.after(depth + 1);
+            let asked = Asked {
+                may_go_deeper: depth + 1 < self.samplers.len(),
+                of_reflected: self.asked.of_reflected + variance,
+                of_all: own,
+                ..self.asked
+            };
             let found = sampler.at(k as u32, &self.points[k], &asked, memory);
             rays += found.rays;
             if !(found.is_coarse && asked.may_go_deeper) {
@@ -149,20 +169,32 @@ impl SensorRound<'_> {
         Sensed { found, rays }
     }
 
-    /// Of some points the rays that all of them will take, and of those the ones for points that need more than one
-    /// more ray; and what that took.
-    fn try_some(&self) -> ([f64; 2], u64) {
+    /// The points that are tried, of which there is one in so many.
+    fn some(&self) -> (usize, Vec<usize>) {
         let step = self.points.len().div_ceil(SOME).max(1);
-        let chosen: Vec<usize> = (0..self.points.len()).step_by(step).collect();
-        let Sensed { found, rays } = self.sense_all(chosen.into_par_iter());
-        let deeper: u64 = found.iter().filter(|(_, depth)| *depth > 0).map(|(found, _)| found.rays).sum();
-        ([rays, deeper].map(|rays| (rays * step as u64) as f64), rays)
+        (step, (0..self.points.len()).step_by(step).collect())
     }
 
-    fn light(&self, found: &Irradiance, is_inside: bool) -> SensorLight {
+    /// What some of the points get.
+    fn try_some(&self) -> Trial {
+        let (step, chosen) = self.some();
+        let Sensed { found, rays } = self.sense_all(chosen.par_iter().copied());
+        let deeper: u64 = found.iter().filter(|(_, depth)| *depth > 0).map(|(found, _)| found.rays).sum();
+        let pooled = chosen.iter().zip(&found).filter_map(|(&k, (found, _))| {
+            let direct: DVec3 = found.direct.iter().sum();
+            let is_lit = found.total.length() > self.asked.dark;
+            let (point, total) = (self.points[k], found.total);
+            is_lit.then(|| PooledPoint { number: k as u32, point, total, reflected: total - direct })
+        });
+        let of_all = [rays, deeper].map(|rays| (rays * step as u64) as f64);
+        Trial { pooled: pooled.collect(), of_all, rays }
+    }
+
+    fn light(&self, (found, depth): &(Irradiance, usize), is_inside: bool) -> SensorLight {
         let watts = |light: DVec3| (PI * light).to_array();
         let direct: DVec3 = found.direct.iter().sum();
-        let total = found.total.max(direct);
+        let [missing, ..] = self.pooled.after(depth + 1);
+        let total = (found.total + missing * (found.total - direct)).max(direct);
         let (emitters, bounces) = found.fields.split_at(self.names.len());
         let mut emitters = scaled(emitters, total - direct);
         let mut bounces = scaled(bounces, total - direct);
@@ -239,42 +271,50 @@ pub(crate) fn sense(first: &Discretization, task: &Task, sensors: &[Sensor]) -> 
         let (fields, seconds) = timed(|| SensorFields::new(&mode, &solution, task.apart));
         spent.seconds.solve += seconds;
         let lights = &mode.lights;
-        let by_rays =
-            Lights::by_rays(&lights.geometry, &lights.patches, &lights.luminaires, lights.transports.clone());
+        let by_rays = Lights::by_rays(&lights.geometry, &lights.patches, &lights.luminaires, lights.transports.clone());
         let view = View::new(lights, goal.size);
-        let sampler =
-            |onward| IrradianceSampler::new((&by_rays, &view), (&fields.at_once, onward), goal.seed);
+        let sampler = |onward| IrradianceSampler::new((&by_rays, &view), (&fields.at_once, onward), goal.seed);
         let truncation = solution.rest() / solution.reflected.max(f64::MIN_POSITIVE);
+        let dark = f64::from(f32::EPSILON) * FinalGather::new(&view, &fields.at_once).brightest();
         let round = SensorRound {
             samplers: fields.onward.iter().map(sampler).collect(),
             points: &points,
             names: if task.apart.emitters { lights.emitters().names() } else { &[] },
-            asked: Asked { tolerance: goal.tolerance, truncation, may_go_deeper: true },
+            asked: Asked {
+                tolerance: goal.tolerance,
+                of_reflected: DVec3::splat(truncation * truncation),
+                of_all: DVec3::ZERO,
+                dark,
+                may_go_deeper: true,
+            },
+            pooled: PooledError::default(),
         };
         let count = patches.patches.len();
-        if !is_full && MORE * count <= MOST && points.len() > SOME {
-            let (([all, deeper], cast), seconds) = timed(|| round.try_some());
-            spent.rays += cast;
-            spent.seconds.gather += seconds;
-            if std::env::var("PTS").is_ok() { eprintln!("patches {count} F rays {} all {all} deeper {deeper}", own.rays); }
-            if SAVED * deeper > (MORE as u64 * own.rays) as f64 {
-                patches = patches.cut(MORE * count);
-                continue;
-            }
+        let (trial, seconds) = timed(|| round.try_some());
+        spent.rays += trial.rays;
+        spent.seconds.gather += seconds;
+        let can_divide = !is_full && MORE * count <= MOST && points.len() > SOME;
+        if can_divide && SAVED * trial.of_all[1] > (MORE as u64 * own.rays) as f64 {
+            patches = patches.cut(MORE * count);
+            continue;
         }
+        let measure =
+            || PooledError::new(&view, &fields.onward[0], &trial.pooled, DEEPEST, (goal.tolerance, goal.seed));
+        let (pooled, seconds) = timed(measure);
+        spent.rays += pooled.rays;
+        let round = SensorRound { pooled, ..round };
+        spent.seconds.solve += seconds;
         let (found, seconds) = timed(|| round.sense_all((0..points.len()).into_par_iter()));
         let sobol = Sobol::new(ROUND as usize, 2);
-        if std::env::var("PTS").is_ok() { let mut h=[0;8]; for (_,d) in &found.found { h[*d]+=1; } eprintln!("depths {h:?}"); }
         let all = found.found.par_iter().zip(&points);
-        let light = |((found, _), point): (&(Irradiance, usize), &SurfacePoint)| {
-            round.light(found, is_inside(&view, &sobol, point))
-        };
+        let light =
+            |(found, point): (&(Irradiance, usize), &SurfacePoint)| round.light(found, is_inside(&view, &sobol, point));
         let lights: Vec<SensorLight> = all.map(light).collect();
         spent.rays += found.rays;
         spent.seconds.gather += seconds;
         spent.seconds.sum();
         return Ok(SensorLights {
-            met: met(&lights, goal.tolerance),
+            met: met(&lights, goal.tolerance, PI * dark),
             points: lights,
             patches: count,
             rays: spent.rays,
@@ -283,10 +323,10 @@ pub(crate) fn sense(first: &Discretization, task: &Task, sensors: &[Sensor]) -> 
     }
 }
 
-/// Share of the points whose error is at most the tolerance.
-fn met(points: &[SensorLight], tolerance: f64) -> f64 {
-    let is_met = |light: &&SensorLight| {
-        DVec3::from(light.error).length() <= (1.0 + 1e-9) * tolerance * DVec3::from(light.irradiance).length()
-    };
+/// Share of the points whose error is at most the tolerance, or as small as `dark`, which is no light.
+fn met(points: &[SensorLight], tolerance: f64, dark: f64) -> f64 {
+    let length = |channels: [f64; 3]| DVec3::from(channels).length();
+    let allowed = |light: &SensorLight| (tolerance * length(light.irradiance)).max(dark);
+    let is_met = |light: &&SensorLight| length(light.error) <= (1.0 + 1e-9) * allowed(light);
     points.iter().filter(is_met).count() as f64 / points.len().max(1) as f64
 }
