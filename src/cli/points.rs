@@ -155,7 +155,7 @@ impl Sensors {
         let paths: Vec<PathBuf> = self.extensions().iter().map(|end| place(end)).collect();
         self.table(&found).write(&paths[0])?;
         if let Some(grid) = &self.grid {
-            let title = format!("{stem}, {}: {} {} over {}", transport.label(), self.of(), grid.height, grid.object);
+            let title = format!("{stem}, {}: {} at {} over {}", transport.label(), self.of(), grid.height, grid.object);
             let plan = self.plan(grid, &found, (title, &uniformity)).drawing();
             paths[1..].iter().try_for_each(|path| plan.write(path))?;
         }
@@ -281,7 +281,7 @@ fn plan_axis(direction: DVec3, first: f64, step: f64) -> PlanAxis {
     let own = (0..3).find(|&k| direction[k].abs() > 1.0 - 1e-9);
     // Along an axis of the file, either way, it is that coordinate.
     let (name, sign) = own.map_or(("along", 1.0), |k| (names[k], direction[k].signum()));
-    PlanAxis { name: name.to_owned(), first: sign * first, step: sign * step }
+    PlanAxis { name: format!("{name}, the file's units"), first: sign * first, step: sign * step }
 }
 
 /// Illuminance of an irradiance, lm/m².
