@@ -7,11 +7,13 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
-use crate::cli::arguments::{Common, Precision, Problem, pixel, size};
+use crate::Solver;
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::cli::keep::{Keep, Kept};
-use crate::cli::layers::PerEmitter;
+use crate::cli::options::arguments::{Common, Precision, Problem, pixel, size};
+use crate::cli::options::keep::{Keep, Kept};
+use crate::cli::options::layers::PerEmitter;
+use crate::cli::options::points::{MeasuredReport, Points, Sensors};
 use crate::cli::pictures::{Files, Modes};
 use crate::error::deadline::deadline_after;
 use crate::gather::{GatherPass, GatherSampling, Gathering};
@@ -37,6 +39,9 @@ pub struct Bounces {
     /// What is kept.
     #[command(flatten)]
     pub keep: Keep,
+    /// Where light is measured, bounce by bounce.
+    #[command(flatten)]
+    pub points: Points,
     /// Terms in the table, the chart and the sheet, E not counted
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub count: u16,
@@ -63,6 +68,9 @@ struct BouncesReport {
     /// What keeps it from that.
     why: Option<&'static str>,
     bounces: Vec<BounceReport>,
+    /// Light at points, where it is requested.
+    #[serde(flatten)]
+    measured: Option<MeasuredReport>,
 }
 
 /// One term.
@@ -88,6 +96,7 @@ struct Studied {
     errors: Vec<TermError>,
     end: Option<End>,
     emitters: Vec<EmitterTerms>,
+    measured: Option<MeasuredReport>,
 }
 
 /// What all modes of one run share, and what is known of them so far.
@@ -96,6 +105,7 @@ struct Run<'a> {
     common: &'a Common,
     console: &'a Console,
     kept: Option<Kept>,
+    sensors: Option<Sensors>,
     studied: Vec<Studied>,
     files: Files,
 }
@@ -108,9 +118,13 @@ pub fn run(own: &Bounces, common: &Common, console: &Console) -> Result<(), CliE
     let scene = subject.load(console)?;
     make_directory(&common.out)?;
     let transports = subject.transports(&scene);
-    let files = Files::new(&common.out, &format!("{}-bounces", scene.name));
+    let sensors = own.points.sensors(&scene)?.map(Sensors::by_bounce);
+    if let Some(sensors) = &sensors {
+        sensors.check(&common.out, &stem(&scene), &transports)?;
+    }
+    let files = Files::new(&common.out, &stem(&scene));
     let kept = own.keep.open(effort, transports.len() > 1, subject.exposure())?;
-    let mut run = Run { own, common, console, kept, studied: Vec::new(), files };
+    let mut run = Run { own, common, console, kept, sensors, studied: Vec::new(), files };
     match effort.precision() {
         Precision::Fixed(fineness, samples) => run.fixed(&scene, &transports, fineness, samples)?,
         Precision::Within(tolerance) => run.within(&scene, &transports, tolerance)?,
@@ -120,8 +134,13 @@ pub fn run(own: &Bounces, common: &Common, console: &Console) -> Result<(), CliE
         kept.finish(console)?;
     }
     let Run { studied, files, .. } = run;
-    let modes = studied.iter().map(|s| s.report(&scene)).collect();
+    let modes = studied.into_iter().map(|s| s.report(&scene)).collect();
     console.report(&Modes { modes, files: files.said(console) })
+}
+
+/// What the files of a run are named after.
+fn stem(scene: &Scene) -> String {
+    format!("{}-bounces", scene.name)
 }
 
 impl Run<'_> {
@@ -163,6 +182,20 @@ impl Run<'_> {
             }
             let series = request.tolerance(tolerance);
             self.take(series, Gathering::Within { error: tolerance, seed, deadline })?;
+            self.measure((&solver, transport, tolerance), &stem(scene))?;
+        }
+        Ok(())
+    }
+
+    /// Measures light at points in the mode that was taken last.
+    fn measure(&mut self, asked: (&Solver, Transport, f64), stem: &str) -> Result<(), CliError> {
+        let Some(sensors) = &self.sensors else { return Ok(()) };
+        let measured = sensors.measure(asked, (&self.common.out, stem), self.console)?;
+        if measured.is_none() {
+            self.console.warn(format!("{}: no light at points, the series is not proved to converge", asked.1.label()));
+        }
+        if let (Some(last), Some((measured, _))) = (self.studied.last_mut(), measured) {
+            last.measured = Some(measured);
         }
         Ok(())
     }
@@ -174,7 +207,7 @@ impl Run<'_> {
             kept.save(&mode, &solution)?;
         }
         let (transport, patches) = (mode.transport, mode.patches().len());
-        let studied = Studied { transport, solution, patches, errors, end, emitters };
+        let studied = Studied { transport, solution, patches, errors, end, emitters, measured: None };
         self.console.say(table(&studied));
         let solution = &studied.solution;
         let pass = GatherPass::new(self.own.size, gathering);
@@ -212,7 +245,7 @@ impl Studied {
         self.errors.get(n).copied()
     }
 
-    fn report(&self, scene: &Scene) -> BouncesReport {
+    fn report(self, scene: &Scene) -> BouncesReport {
         let apart = |n: usize| self.emitters.iter().filter_map(move |e| Some((e.name.clone(), *e.powers.get(n)?)));
         let errors = |n: usize| self.emitters.iter().filter_map(move |e| Some((e.name.clone(), *e.errors.get(n)?)));
         let bounce = |b: &Bounce| BounceReport {
@@ -230,6 +263,7 @@ impl Studied {
             met: self.end.map(|end| end == End::Met),
             why: self.end.and_then(End::why),
             bounces: self.solution.bounces.iter().map(bounce).collect(),
+            measured: self.measured,
         }
     }
 }

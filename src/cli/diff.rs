@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 
-use crate::cli::arguments::{Common, stops};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
+use crate::cli::options::arguments::{Common, stops};
 use crate::pictures::{
     Exposure, Largest, Picture, check_extension, largest_difference, make_directory, mean_difference, mean_e_pixel,
     read_picture, relative_rms,

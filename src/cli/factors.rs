@@ -7,10 +7,10 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use crate::cli::arguments::{Common, Completion, tolerance, unit_interval};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::cli::keep::{Keep, Kept};
+use crate::cli::options::arguments::{Common, Completion, tolerance, unit_interval};
+use crate::cli::options::keep::{Keep, Kept};
 use crate::export::{Array, Values, csr, write_npz};
 use crate::form_factors::{Closure, closure};
 use crate::light::Transport;
@@ -130,7 +130,8 @@ fn write(scene: &Scene, table: &FactorTable, common: &Common) -> Result<Vec<Path
 
 /// The matrix, its rows and columns named.
 fn matrix_table(matrix: &FactorMatrix) -> Table {
-    let mut table = Table::of(std::iter::once("from").chain(matrix.columns.iter().map(String::as_str)));
+    let names: Vec<&str> = std::iter::once("from").chain(matrix.columns.iter().map(String::as_str)).collect();
+    let mut table = Table::with_columns(&names);
     for (name, row) in matrix.rows.iter().zip(matrix.values.chunks(matrix.columns.len().max(1))) {
         let cells: Vec<&dyn Display> = std::iter::once(name as _).chain(row.iter().map(|f| f as _)).collect();
         table.row(&cells);

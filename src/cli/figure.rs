@@ -11,9 +11,9 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use crate::Solver;
-use crate::cli::arguments::{Common, Completion, Effort, Precision, pixel, size, stops};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
+use crate::cli::options::arguments::{Common, Completion, Effort, Precision, pixel, size, stops};
 use crate::cli::pictures::Files;
 use crate::cli::render::Rendering;
 use crate::gather::{GatherPass, GatherSampling};

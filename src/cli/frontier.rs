@@ -7,9 +7,9 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::Solver;
-use crate::cli::arguments::{Common, Completion, MemoryLimit, unit_interval};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
+use crate::cli::options::arguments::{Common, Completion, MemoryLimit, unit_interval};
 use crate::cli::pictures::Files;
 use crate::form_factors::Sampling;
 use crate::light::Transport;

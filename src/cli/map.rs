@@ -8,10 +8,10 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::Solver;
-use crate::cli::arguments::{Common, Completion, MemoryLimit};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::cli::keep::{Keep, Kept};
+use crate::cli::options::arguments::{Common, Completion, MemoryLimit};
+use crate::cli::options::keep::{Keep, Kept};
 use crate::cli::pictures::Files;
 use crate::form_factors::Sampling;
 use crate::pictures::{Exposure, Table, make_directory};

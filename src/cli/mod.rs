@@ -16,7 +16,6 @@
 //! look for it. SIGTERM and SIGHUP count the same. Where one of the three is already ignored or handled, as under
 //! `nohup`, all three stay as they are. Only place for `ctrlc`.
 
-pub(crate) mod arguments;
 pub(crate) mod bounces;
 pub(crate) mod console;
 pub(crate) mod diff;
@@ -24,11 +23,9 @@ pub(crate) mod error;
 pub(crate) mod factors;
 pub(crate) mod figure;
 pub(crate) mod frontier;
-pub(crate) mod keep;
-pub(crate) mod layers;
 pub(crate) mod map;
+pub(crate) mod options;
 pub(crate) mod pictures;
-pub(crate) mod points;
 pub(crate) mod relight;
 pub(crate) mod render;
 pub(crate) mod studies;
@@ -41,7 +38,6 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use serde::Serialize;
 
-use crate::cli::arguments::{Common, use_threads};
 use crate::cli::bounces::Bounces;
 use crate::cli::console::Console;
 use crate::cli::diff::Diff;
@@ -50,6 +46,7 @@ use crate::cli::factors::Factors;
 use crate::cli::figure::FigureArguments;
 use crate::cli::frontier::Frontier;
 use crate::cli::map::MapArguments;
+use crate::cli::options::arguments::{Common, use_threads};
 use crate::cli::relight::Relight;
 use crate::cli::render::Render;
 use crate::cli::studies::{Chart, Compare};

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::cli::points::PointReport;
+use crate::cli::options::points::MeasuredReport;
 use crate::form_factors::Closure;
 use crate::light::Transport;
 use crate::operator::Bounds;
@@ -204,8 +204,8 @@ pub struct RenderReport {
     /// `converges`, `ends` or `diverges`; of a traced picture see [`TraceReport`](crate::cli::trace::TraceReport).
     pub verdict: &'static str,
     /// Light at points, where it is requested.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub points: Option<Vec<PointReport>>,
+    #[serde(flatten)]
+    pub measured: Option<MeasuredReport>,
     /// Powers of the emitters, where their light is kept apart.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub luminaires: Vec<EmitterPower>,

@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 
-use crate::cli::arguments::{Common, stops};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::cli::points::lux;
+use crate::cli::options::arguments::{Common, stops};
+use crate::cli::options::points::lux;
 use crate::pictures::{
     Exposure, NamedPicture, Picture, Table, check_destination, check_extension, make_directory, read_layers, rows,
     write_picture,

@@ -6,13 +6,13 @@ use std::time::Instant;
 use clap::Args;
 
 use crate::Solver;
-use crate::cli::arguments::{Common, Effort, Precision, Problem, pixel, size};
 use crate::cli::console::Console;
 use crate::cli::error::{CliError, picture_or_divergence};
-use crate::cli::keep::{Keep, Kept, Watched};
-use crate::cli::layers::{self, Layers};
+use crate::cli::options::arguments::{Common, Effort, Precision, Problem, pixel, size};
+use crate::cli::options::keep::{Keep, Kept, Watched};
+use crate::cli::options::layers::{self, Layers};
+use crate::cli::options::points::{Points, Sensors};
 use crate::cli::pictures::{Outcome, Places, RenderReport, finish};
-use crate::cli::points::{Points, Sensors};
 use crate::cli::warnings::{Pictured, unmet, warn_of_backs, warn_of_error};
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
@@ -204,9 +204,9 @@ impl Run<'_> {
         if let (Some(sensors), Precision::Within(tolerance)) = (&self.sensors, self.own.problem.effort.precision()) {
             let place = (self.places.directory, self.places.stem.as_str());
             let measured = sensors.measure((solver, transport, tolerance), place, self.console)?;
-            report.points = measured.map(|(points, path)| {
-                report.files.push(path);
-                points
+            report.measured = measured.map(|(measured, paths)| {
+                report.files.extend(paths);
+                measured
             });
         }
         let backs = found.as_ref().map_or(0.0, |found| found.backs);

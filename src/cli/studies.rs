@@ -10,9 +10,9 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::cli::arguments::{Common, MemoryLimit, Subject, pixel, seconds, size};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
+use crate::cli::options::arguments::{Common, MemoryLimit, Subject, pixel, seconds, size};
 use crate::cli::pictures::{Files, Modes};
 use crate::cli::warnings::check_variance;
 use crate::light::Transport;

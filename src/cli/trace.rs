@@ -9,9 +9,9 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
-use crate::cli::arguments::{Common, MemoryLimit, NextEventChoice, Subject, pixel, seconds, size};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
+use crate::cli::options::arguments::{Common, MemoryLimit, NextEventChoice, Subject, pixel, seconds, size};
 use crate::cli::pictures::{Outcome, Places, RenderReport, finish};
 use crate::cli::warnings::{Pictured, check_variance, warn_of_backs};
 use crate::light::Transport;

@@ -1,13 +1,19 @@
 //! Irradiance at given points: direct light by closed form and visibility rays, all other light by hemisphere rays.
 //!
 //! ```text
-//! irradiance(x) = pi (sum over luminaires of F_l E_l T  +  mean over cosine-distributed rays of what they read)
+//! irradiance(x) = pi (sum over luminaires of F_l E_l T  +  mean of L_0 over N rays  +  mean of L_d - L_0 over n)
 //! ```
 //!
-//! Every point is estimated by [`REPLICAS`] independent scramblings of one sequence, whose spread is the variance of
-//! their mean. Rays double, of the kind that varies more, until that is small enough.
+//! L_k is what a cosine-distributed ray reads of the light on patches after k more rays, with direct light sampled
+//! where it goes on. L_d is the result; most rays read L_0, which costs a cast and varies little, and the others, which
+//! are among them, what d more rays change of it (control variate: M. Giles, *Multilevel Monte Carlo path simulation*,
+//! Operations Research 56, 2008). With e the error of light on patches L_k is off by `F K^k e`, so the last change, from
+//! L_(d-1) to L_d, is larger than the error of L_d by about the share of light that surfaces pass on.
 //!
-//! Not handled: the error of the light that is read; light that rays read only after going on.
+//! Every point is estimated by [`REPLICAS`] independent scramblings of one sequence, whose spread is the variance of
+//! their mean. Rays double, of the kind that takes most variance for its price, until the error is small enough.
+//!
+//! Not handled: light that rays read only after going on for being near.
 
 use std::ops::Range;
 
@@ -25,39 +31,98 @@ use crate::surfaces::SurfacePoint;
 /// Independent estimates of a point. Their mean is within twice its standard error, times [`STUDENT`], in 95 of 100.
 pub(crate) const REPLICAS: usize = 16;
 /// Half the quantile of Student's distribution of 15 degrees of freedom that 95 of 100 are within, 2.131.
-pub(crate) const STUDENT: f64 = 1.066;
-/// Hemisphere rays, and visibility rays to every luminaire, of each estimate at first, and at most.
-const RAYS: [u32; 2] = [16, 1 << 14];
-const VISIBILITY: [u32; 2] = [2, 1 << 12];
+const STUDENT: f64 = 1.066;
+/// Kinds of rays: those that read at once, those that go on, visibility rays to every luminaire.
+const KINDS: usize = 3;
+const AT_ONCE: usize = 0;
+const ONWARD: usize = 1;
+const VISIBILITY: usize = 2;
+/// Rays of each kind and replica at first, and at most.
+const FIRST: [u32; KINDS] = [16, 16, 2];
+const MOST: [u32; KINDS] = [1 << 14, 1 << 13, 1 << 12];
+/// Rays that read at once for each that goes on, at most: what a few of them meet must be met by those as well.
+const FOR_EACH: u32 = 4;
+/// Share of the tolerance that noise is worth lessening to, where the error of the light that is read exceeds it alone.
+const NOISE: f64 = 0.5;
+/// Standard errors beyond which a change that more rays make is no chance.
+const CERTAIN: f64 = 2.0;
 /// Patches of luminaires seen from points in the air, which lie on none.
 const NO_PATCH: u32 = 0;
 
 /// What arrives at a point, over pi.
 #[derive(Clone, Debug)]
 pub(crate) struct Irradiance {
-    /// Of luminaires and lights without area.
-    pub direct: DVec3,
-    /// Of every field.
+    /// Of luminaires and lights without area, emitter by emitter.
+    pub direct: Vec<DVec3>,
+    /// Of the fields that are read at once, which those that go on do not correct.
     pub fields: Vec<DVec3>,
-    /// Of direct light and the fields that make the picture.
+    /// Direct light and all that rays read.
     pub total: DVec3,
-    /// Variance of that, channel by channel.
-    pub variance: DVec3,
-    /// The fields that make the picture, by replica.
-    pub replicas: [DVec3; REPLICAS],
-    /// Rays of each replica: hemisphere rays, and visibility rays to every luminaire.
-    pub effort: [u32; 2],
+    /// The square of its error, channel by channel: of its noise, and of light on patches.
+    pub squared_error: DVec3,
+    /// Whether the light on patches is what keeps the error above the tolerance; one more ray would lessen it.
+    pub is_coarse: bool,
     /// Rays cast.
     pub rays: u64,
 }
 
-/// When the rays of a point are enough.
+/// What is asked of a point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Enough {
-    /// At a relative standard error.
-    Within(f64),
-    /// At those of another estimate, whose rays they are.
-    Like([u32; 2]),
+pub(crate) struct Asked {
+    /// Relative error.
+    pub tolerance: f64,
+    /// Squared errors of the light that is read which the point itself does not show: those in proportion to reflected
+    /// light, and to all light, as squared shares of them.
+    pub of_reflected: DVec3,
+    pub of_all: DVec3,
+    /// Light that is none: what single precision cannot tell from it.
+    pub dark: f64,
+    /// Whether more may follow: else rays go on until noise is no matter.
+    pub may_go_deeper: bool,
+}
+
+/// Estimates irradiance at points under some lights, of fields of light on patches.
+pub(crate) struct IrradianceSampler<'a> {
+    lights: &'a Lights,
+    at_once: FinalGather<'a>,
+    onward: FinalGather<'a>,
+    /// Of the points on luminaires.
+    sobol: Sobol,
+    seed: u32,
+}
+
+/// The sums of one replica.
+struct Replica {
+    /// What rays read at once, field by field.
+    at_once: Vec<DVec3>,
+    /// What rays read that go on: after all of them, then after 0, 1, ... of them.
+    onward: Vec<DVec3>,
+    direct: LightSum,
+}
+
+/// All replicas of a point so far.
+struct Sums {
+    replicas: [Replica; REPLICAS],
+    /// Rays of each kind and replica.
+    counts: [u32; KINDS],
+    /// Rays cast for each kind.
+    cast: [u64; KINDS],
+    /// Variance of what rays that go on change, before there were twice as many.
+    before: DVec3,
+}
+
+/// What the replicas say together.
+struct Means {
+    total: DVec3,
+    direct: DVec3,
+    /// Of the total, and of the parts by each kind of ray.
+    variance: DVec3,
+    variances: [f64; KINDS],
+    /// Of what rays that go on change.
+    onward: DVec3,
+    /// The square of what the last of the rays that go on changes, less what noise adds to it; and that.
+    change: DVec3,
+    change_noise: DVec3,
 }
 
 fn mean(values: &[DVec3; REPLICAS]) -> DVec3 {
@@ -71,89 +136,144 @@ pub(crate) fn variance(values: &[DVec3; REPLICAS]) -> DVec3 {
     squares / (REPLICAS * (REPLICAS - 1)) as f64
 }
 
-/// Estimates irradiance at points under some lights, of fields of light on patches.
-pub(crate) struct IrradianceSampler<'a> {
-    lights: &'a Lights,
-    final_gather: FinalGather<'a>,
-    /// Of the points on luminaires.
-    sobol: Sobol,
-    seed: u32,
+impl Sums {
+    /// Of what the replicas have of a kind.
+    fn each(&self, value: impl Fn(&Replica) -> DVec3) -> [DVec3; REPLICAS] {
+        self.replicas.each_ref().map(value)
+    }
+
+    fn means(&self, lights: &Lights) -> Means {
+        let [n, onward, visibility] = self.counts.map(f64::from);
+        let at_once = self.each(|r| r.at_once.first().copied().unwrap_or_default() / n);
+        let change = |from: usize| self.each(|r| onward_change(&r.onward, from) / onward);
+        let corrected = change(1);
+        let last = change(self.replicas[0].onward.len() - 1);
+        let direct = self.each(|r| lights.total(&r.direct) / visibility);
+        let total: [DVec3; REPLICAS] = std::array::from_fn(|j| at_once[j] + corrected[j] + direct[j]);
+        // The bias of a ratio falls as the number of all points drawn.
+        let joined = lights.total(&self.direct()) / (visibility * REPLICAS as f64);
+        let noise = variance(&last);
+        let varies = variance(&corrected);
+        // Twice as many leave half of it: rays do not end because their spread happened to be small.
+        let by_chance = (0.5 * self.before - varies).max(DVec3::ZERO);
+        Means {
+            total: mean(&at_once) + mean(&corrected) + joined,
+            direct: joined,
+            variance: variance(&total) + by_chance,
+            onward: varies,
+            variances: [&at_once, &corrected, &direct].map(|values| variance(values).element_sum()),
+            change: (mean(&last) * mean(&last) - noise).max(DVec3::ZERO),
+            change_noise: noise,
+        }
+    }
+
+    /// Direct light of all replicas together.
+    fn direct(&self) -> LightSum {
+        let mut all = LightSum::default();
+        self.replicas.iter().for_each(|replica| all.join(&replica.direct));
+        all
+    }
+
+    /// The kind of rays that takes most variance for its price, of those that may become more.
+    fn next(&self, means: &Means) -> Option<usize> {
+        let can = |&kind: &usize| means.variances[kind] > 0.0 && self.counts[kind] < MOST[kind];
+        let worth = |kind: usize| means.variances[kind] / self.cast[kind].max(1) as f64;
+        let next = (0..KINDS).filter(can).max_by(|&a, &b| worth(a).total_cmp(&worth(b)));
+        let is_ahead = self.counts[AT_ONCE] >= FOR_EACH * self.counts[ONWARD] && can(&ONWARD);
+        if next == Some(AT_ONCE) && is_ahead { Some(ONWARD) } else { next }
+    }
 }
 
-/// The sums of one replica.
-struct Replica {
-    fields: Vec<DVec3>,
-    direct: LightSum,
+/// What the rays from reading number `from` on change: 1 stands for L_0, the last for L_(d-1).
+fn onward_change(read: &[DVec3], from: usize) -> DVec3 {
+    if from == 0 { DVec3::ZERO } else { read[0] - read[from] }
+}
+
+impl Means {
+    fn squared_error(&self, asked: &Asked) -> DVec3 {
+        let reflected = self.total - self.direct;
+        let light = asked.of_reflected * reflected * reflected + asked.of_all * self.total * self.total;
+        STUDENT * STUDENT * self.variance + self.change + light
+    }
+
+    /// Whether light on patches alone exceeds what is asked by as much as is no chance.
+    fn is_coarse(&self, allowed: f64) -> bool {
+        let [change, noise] = [self.change, self.change_noise].map(DVec3::element_sum);
+        change > NOISE * allowed && change > CERTAIN * CERTAIN * noise
+    }
 }
 
 impl<'a> IrradianceSampler<'a> {
-    /// The lights of the view must know of no pair of a patch and a luminaire, as [`Lights::by_rays`] does.
-    pub fn new(view: &'a View, fields: &'a Fields, seed: u32) -> IrradianceSampler<'a> {
-        let sobol = Sobol::new(64, 2);
-        IrradianceSampler { lights: view.lights, final_gather: FinalGather::new(view, fields), sobol, seed }
+    /// The `lights` must know of no pair of a patch and a luminaire, as [`Lights::by_rays`] does. The first field of
+    /// either is the light of everything; those that go on record what they read before.
+    pub fn new(
+        (lights, view): (&'a Lights, &'a View),
+        (at_once, onward): (&'a Fields, &'a Fields),
+        seed: u32,
+    ) -> IrradianceSampler<'a> {
+        let [at_once, onward] = [at_once, onward].map(|fields| FinalGather::new(view, fields));
+        IrradianceSampler { lights, at_once, onward, sobol: Sobol::new(64, 2), seed }
     }
 
     /// Irradiance over pi at point number k, by no more rays than there may be.
-    pub fn at(&self, k: u32, point: &SurfacePoint, enough: Enough, memory: &mut Memory) -> Irradiance {
-        let picture = self.final_gather.picture_fields();
-        let none = |_| Replica { fields: vec![DVec3::ZERO; self.final_gather.fields()], direct: LightSum::default() };
-        let mut replicas: [Replica; REPLICAS] = std::array::from_fn(none);
-        let before = memory.scratch.cast;
-        let [first, visible] = if let Enough::Like(effort) = enough { effort } else { [RAYS[0], VISIBILITY[0]] };
-        let (mut rays, mut visibility) = (0..first, 0..visible);
-        let mut cast = 0;
+    pub fn at(&self, k: u32, point: &SurfacePoint, asked: &Asked, memory: &mut Memory) -> Irradiance {
+        let mut sums = self.nothing();
+        for (kind, first) in FIRST.into_iter().enumerate() {
+            self.extend(&mut sums, kind, first, (k, point), memory);
+        }
         loop {
-            for (j, replica) in replicas.iter_mut().enumerate() {
-                let seed = hash(k, Purpose::Points(j).seed(self.seed));
-                self.read(replica, rays.clone(), (point, seed), memory);
-                self.add(replica, visibility.clone(), (point, seed), memory);
-            }
-            cast += (REPLICAS * rays.len()) as u64;
-            let [n, m] = [rays.end, visibility.end].map(f64::from);
-            let indirect = replicas.each_ref().map(|r| r.fields[..picture].iter().sum::<DVec3>() / n);
-            let direct = replicas.each_ref().map(|r| self.lights.total(&r.direct) / m);
-            let both: [DVec3; REPLICAS] = std::array::from_fn(|j| indirect[j] + direct[j]);
-            let [own, other] = [&indirect, &direct].map(|values| variance(values).element_sum());
-            let is_enough = match enough {
-                Enough::Within(tolerance) => (own + other).sqrt() <= tolerance * mean(&both).length(),
-                Enough::Like(_) => true,
+            let means = sums.means(self.lights);
+            let allowed = (asked.tolerance * means.total.length().max(asked.dark)).powi(2);
+            let squared = means.squared_error(asked);
+            let is_coarse = means.is_coarse(allowed);
+            let is_enough = squared.element_sum() <= allowed
+                || is_coarse && asked.may_go_deeper
+                || means.variance.element_sum() <= NOISE * NOISE * allowed
+                || means.total.length() <= asked.dark && means.variance.element_sum() <= asked.dark * asked.dark;
+            let next = sums.next(&means).filter(|_| !is_enough);
+            let Some(kind) = next else {
+                return self.irradiance(&sums, &means, (squared, is_coarse && squared.element_sum() > allowed));
             };
-            // Rays of the kind that varies more, while there may be more of it.
-            let can = [own > 0.0 && rays.end < RAYS[1], other > 0.0 && visibility.end < VISIBILITY[1]];
-            if is_enough || can == [false, false] {
-                let fields = (0..self.final_gather.fields()).map(|f| {
-                    let sum: DVec3 = replicas.iter().map(|r| r.fields[f]).sum();
-                    sum / (n * REPLICAS as f64)
-                });
-                // The bias of a ratio falls as the number of all points drawn.
-                let mut all = LightSum::default();
-                replicas.iter().for_each(|replica| all.join(&replica.direct));
-                let direct = self.lights.total(&all) / (m * REPLICAS as f64);
-                let rays_end = rays.end;
-                let rays = cast + memory.scratch.cast - before;
-                let (total, variance) = (mean(&indirect) + direct, variance(&both));
-                let (fields, effort) = (fields.collect(), [rays_end, visibility.end]);
-                return Irradiance { direct, fields, total, variance, replicas: indirect, effort, rays };
+            let as_many = sums.counts[kind];
+            if kind == ONWARD {
+                sums.before = means.onward;
             }
-            let is_hemisphere = can[0] && (own >= other || !can[1]);
-            rays = rays.end..if is_hemisphere { 2 * rays.end } else { rays.end };
-            visibility = visibility.end..if is_hemisphere { visibility.end } else { 2 * visibility.end };
+            self.extend(&mut sums, kind, as_many, (k, point), memory);
         }
     }
 
-    /// Reads fields along more hemisphere rays.
-    fn read(
-        &self,
-        replica: &mut Replica,
-        indices: Range<u32>,
-        (point, seed): (&SurfacePoint, u32),
-        memory: &mut Memory,
-    ) {
-        if !indices.is_empty() && self.final_gather.fields() > 0 {
-            let from = std::slice::from_ref(point);
-            let rays = HemisphereRays { from, indices, seed, guiding: Guiding::NONE };
-            self.final_gather.read(&rays, memory, &mut replica.fields);
+    fn nothing(&self) -> Sums {
+        let dark = |of: &FinalGather| vec![DVec3::ZERO; of.fields()];
+        let none =
+            |_| Replica { at_once: dark(&self.at_once), onward: dark(&self.onward), direct: LightSum::default() };
+        Sums { replicas: std::array::from_fn(none), counts: [0; KINDS], cast: [0; KINDS], before: DVec3::ZERO }
+    }
+
+    /// So many more rays of a kind in every replica.
+    fn extend(&self, sums: &mut Sums, kind: usize, more: u32, (k, point): (u32, &SurfacePoint), memory: &mut Memory) {
+        let indices = sums.counts[kind]..sums.counts[kind] + more;
+        let before = memory.scratch.cast;
+        for (j, replica) in sums.replicas.iter_mut().enumerate() {
+            let seed = hash(k, Purpose::Points(j).seed(self.seed));
+            match kind {
+                AT_ONCE => read(&self.at_once, &mut replica.at_once, indices.clone(), (point, seed), memory),
+                ONWARD => read(&self.onward, &mut replica.onward, indices.clone(), (point, seed), memory),
+                _ => self.add(replica, indices.clone(), (point, seed), memory),
+            }
         }
+        // Rays that read at once are not counted one by one.
+        let own = if kind == AT_ONCE { (REPLICAS * indices.len()) as u64 } else { memory.scratch.cast - before };
+        sums.cast[kind] += own;
+        sums.counts[kind] = indices.end;
+    }
+
+    fn irradiance(&self, sums: &Sums, means: &Means, (squared_error, is_coarse): (DVec3, bool)) -> Irradiance {
+        let count = |kind: usize| f64::from(sums.counts[kind]) * REPLICAS as f64;
+        let mut direct = vec![DVec3::ZERO; self.lights.emitters().count()];
+        self.lights.by_emitter(&sums.direct(), |emitter, light| direct[emitter] += light / count(VISIBILITY));
+        let of = |f: usize| sums.replicas.iter().map(|r| r.at_once[f]).sum::<DVec3>() / count(AT_ONCE);
+        let fields = (1..self.at_once.fields()).map(of).collect();
+        Irradiance { direct, fields, total: means.total, squared_error, is_coarse, rays: sums.cast.iter().sum() }
     }
 
     /// Adds direct light of more points on luminaires.
@@ -164,15 +284,24 @@ impl<'a> IrradianceSampler<'a> {
         (point, seed): (&SurfacePoint, u32),
         memory: &mut Memory,
     ) {
-        if indices.is_empty() {
-            return;
-        }
-        let weight = DVec3::splat(f64::from(indices.end - indices.start));
+        let count = indices.end - indices.start;
+        let weight = DVec3::splat(f64::from(count));
         let draw = |choice: Choice| {
             let seed = hash(choice.luminaire, seed);
             Vec2::from([0, 1].map(|d| self.sobol.point(indices.start + choice.k, d, seed)))
         };
-        let count = indices.end - indices.start;
         self.lights.add(&mut replica.direct, (point, NO_PATCH, weight), count, draw, &mut memory.scratch);
     }
+}
+
+/// Reads fields along more hemisphere rays.
+fn read(
+    gather: &FinalGather,
+    sums: &mut [DVec3],
+    indices: Range<u32>,
+    (point, seed): (&SurfacePoint, u32),
+    memory: &mut Memory,
+) {
+    let from = std::slice::from_ref(point);
+    gather.read(&HemisphereRays { from, indices, seed, guiding: Guiding::NONE }, memory, sums);
 }

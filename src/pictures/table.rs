@@ -14,13 +14,12 @@ pub struct Table(csv::Writer<Vec<u8>>);
 impl Table {
     /// A table of these columns, named with commas between them, and no row yet.
     pub fn new(columns: &str) -> Table {
-        Table::of(columns.split(','))
+        Table::with_columns(&columns.split(',').collect::<Vec<_>>())
     }
 
-    /// The same for columns whose names may have commas in them.
-    pub fn of<'a>(columns: impl IntoIterator<Item = &'a str>) -> Table {
+    /// A table of columns whose names may hold commas, and no row yet.
+    pub fn with_columns(names: &[impl Display]) -> Table {
         let mut table = Table(csv::Writer::from_writer(Vec::new()));
-        let names: Vec<&str> = columns.into_iter().collect();
         table.row(&names.iter().map(|name| name as &dyn Display).collect::<Vec<_>>());
         table
     }

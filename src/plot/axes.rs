@@ -113,7 +113,7 @@ impl Range {
 }
 
 /// The smallest of 1, 2, 5 times a power of ten that is at least `step`; 1 where there is no such thing.
-fn round_step(step: f64) -> f64 {
+pub fn round_step(step: f64) -> f64 {
     let power = 10_f64.powf(step.log10().floor());
     let found = [1.0, 2.0, 5.0, 10.0].map(|m| m * power);
     let fits = found.into_iter().find(|&s| s >= step * (1.0 - 1e-9));

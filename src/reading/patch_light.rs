@@ -32,6 +32,8 @@ pub struct Fields {
     /// The first field without direct light of luminaires; empty where unknown.
     without_direct: Vec<Linear>,
     reading: Reading,
+    /// Rays at least before light is read, where readings after fewer of them are recorded as well.
+    recorded: usize,
     /// Least distance from which each patch is read; shorter rays go on. Empty where there is none.
     near: Vec<f32>,
 }
@@ -137,6 +139,22 @@ impl Fields {
         self
     }
 
+    /// Has every ray read after so many more rays, and record what it would have read of the first field after 0, 1, ...
+    /// of them; those readings follow the fields.
+    pub(crate) fn recording(self, recorded: usize) -> Fields {
+        Fields { recorded, ..self }
+    }
+
+    /// Readings that are recorded.
+    pub(crate) fn recorded(&self) -> usize {
+        self.recorded
+    }
+
+    /// More rays that are followed before light is read.
+    pub(crate) fn bounces(&self) -> u32 {
+        self.reading.bounces().max(self.recorded as u32)
+    }
+
     /// Sets the least distance from which each patch is read, unit coordinates; shorter rays go on.
     pub fn not_read_nearer(mut self, near: Vec<f32>) -> Fields {
         self.near = near;
@@ -149,14 +167,9 @@ impl Fields {
         self.near.get(patch as usize).is_some_and(|&near| distance < near)
     }
 
-    /// How gather rays read.
-    pub(crate) fn reading(&self) -> Reading {
-        self.reading
-    }
-
     /// Whether every ray reads the first patch that it meets.
     pub(crate) fn is_read_at_once(&self) -> bool {
-        self.near.is_empty() && self.reading == Reading::AtOnce
+        self.near.is_empty() && self.bounces() == 0
     }
 
     /// The first field at a point of a patch, without the direct light of luminaires.

@@ -75,6 +75,8 @@ pub(crate) struct Memory {
     pub met: Vec<SurfaceHit>,
     /// What a ray read, field by field.
     pub read: Vec<DVec3>,
+    /// What it would have read of the first field after 0, 1, ... more rays, where fields record that.
+    pub earlier: Vec<DVec3>,
     /// Also counts the rays cast.
     pub scratch: Scratch,
 }
@@ -274,8 +276,9 @@ impl Continuation<'_> {
         let mut read = std::mem::take(&mut memory.read);
         met.clear();
         read.clear();
+        memory.earlier.clear();
         read.resize(self.fields.count(), DVec3::ZERO);
-        let budget = RayBudget { bounces: self.fields.reading().bounces(), most: MOST_BOUNCES };
+        let budget = RayBudget { bounces: self.fields.bounces(), most: MOST_BOUNCES };
         let walk = Walk { weight: DVec3::ONE, reflections: 0, budget };
         let nearness = self.walker.follow(ray, memory, |m| {
             if self.ends(&m, budget) {
@@ -288,6 +291,8 @@ impl Continuation<'_> {
             self.incident(&met, walk, &mut Stream::new(seed), memory, &mut read);
         }
         let light = read[0];
+        // A ray that ended reads the same however many more there may be.
+        memory.earlier.resize(self.fields.recorded(), light);
         (memory.met, memory.read) = (met, read);
         RaySample { nearness, light }
     }
@@ -328,6 +333,11 @@ impl Continuation<'_> {
             return self.read_patch(at, walk, read);
         }
         let emitted = walk.reflections;
+        if memory.earlier.len() < self.fields.recorded() {
+            let over_patch = at.over_patch(self.walker.view.patches, at.patch);
+            let light = self.fields.of_patch(at.patch)[0].at(at.position) * over_patch;
+            memory.earlier.push(read[0] + walk.weight * light.as_dvec3());
+        }
         let reflection = self.walker.direct_each(at, random, memory, |emitter, light| {
             self.add(emitter, emitted + 1, walk.weight * light, read);
         });

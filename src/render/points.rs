@@ -1,60 +1,63 @@
-//! Irradiance at points anywhere in a scene, bounce by bounce, each with its estimated error.
+//! Irradiance at points anywhere in a scene, bounce by bounce and emitter by emitter, each with its estimated error.
 //!
 //! ```text
 //! E(x) = integral over the hemisphere of L_invisible(x, w) cos dw,     L_invisible = sum of KⁿE
 //! ```
 //!
-//! is what a sensor measures: the half that travels. Light on patches is solved for twice, with independent rays.
-//! Hemisphere rays read it where they end, and again after one more ray and direct light at their ends
-//! ([`Reading::AfterOneMore`]). The second is the result: what patches mix counts a reflection less in it. The
-//! difference to the first is the residual of the light on patches as this point sees it, and its error is taken to be
-//! as large: it is less by a reflectance at least, where light on patches is off in the same way everywhere.
+//! is what a sensor measures: the half that travels. Hemisphere rays read the light on patches after one more ray and
+//! direct light at their ends, most of them by way of a control variate ([`crate::gather::irradiance`]); at points where
+//! that changes more than the tolerance allows, after two, three or four. What the last of them changes is stated for
+//! the error of the light on patches: it is less by a reflectance at least, where that is off in the same way
+//! everywhere. So a point is as accurate as requested whatever the patches are, and smaller ones only save rays: they are
+//! cut as long as their form factors cost less than they may save.
 //!
-//! The error of a point has the standard error of its own rays, that residual, the noise of F, and what the series left
-//! out. Where the residual or the noise of F of one point in ten exceeds its share of the tolerance, patches become
-//! smaller or their rays more.
+//! Bounces and emitters are read at once and scaled to what all light is together, so each set adds up to it.
 //!
-//! Not handled: patches divided by light, so that light next to small things takes many patches.
+//! Not handled: patches divided by light; errors of single bounces and emitters.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::direct::Lights;
-use crate::gather::irradiance::{Enough, Irradiance, IrradianceSampler, REPLICAS, STUDENT, variance};
-use crate::light::budget::{FORM_FACTORS, PATCHES, left};
-use crate::light::{Light, Rgb};
-use crate::patches::Patches;
-use crate::reading::patch_light::invisible;
+use crate::gather::irradiance::{Asked, Irradiance, IrradianceSampler};
+use crate::gather::records::final_gather::FinalGather;
+use crate::light::budget::{STAND_INS, TRUNCATION};
+use crate::rays::Ray;
+use crate::rays::sobol::Sobol;
+use crate::rays::warp::hemisphere_direction;
 use crate::reading::reflection::Memory;
-use crate::reading::{Fields, Linear, Reading, View, linear};
-use crate::render::assembly::{Assembled, Discretization, without_luminaires};
+use crate::reading::{Fields, View, linear};
+use crate::render::assembly::{Assembled, Discretization, assemble};
 use crate::render::fineness::Fineness;
 use crate::render::goal::{Spent, timed};
+use crate::render::layers::{Apart, with_layers};
 use crate::render::memory::{Held, fewer};
-use crate::render::search::solved::{Task, TwoSolutions, half_of, patches_for};
+use crate::render::pooled_error::{PooledError, PooledPoint};
+use crate::render::search::solved::Task;
 use crate::render::sensors::Sensor;
 use crate::scene::UnitFrame;
-use crate::solve::Diverges;
+use crate::solve::{Diverges, Settings, Solution, neumann};
 use crate::surfaces::SurfacePoint;
 
-/// Bounces that are kept apart; the last holds all that follow.
-const APART: usize = 16;
-/// Points that the error of the light is measured at in each round.
+/// Points that are tried on each set of patches.
 const SOME: usize = 64;
-/// Share of those that may exceed it.
-const BEYOND: f64 = 0.1;
-/// Error of a round over that of the one before, above which smaller patches are of no use.
-const HELPED: f64 = 0.8;
-/// Times that patches or rays are chosen.
-const ROUNDS: usize = 6;
-/// Patches, and rays a patch, at most.
-const MOST: Fineness = Fineness { patches: 200_000, rays: 1 << 16 };
-/// Two solutions, and F transposed.
-const HELD: Held = Held { casts: 3, solutions: 2, bounces: None };
+/// Rays that follow one at most before it reads.
+const DEEPEST: usize = 4;
+/// How many times as many patches the next set has.
+const MORE: usize = 4;
+/// Share of the rays of points that go deeper than one more ray which smaller patches are taken to save.
+const SAVED: f64 = 0.25;
+/// Patches at most.
+const MOST: usize = 200_000;
+/// One cast, and its solution.
+const HELD: Held = Held { casts: 1, solutions: 1, bounces: None };
 /// How far before a surface points on it lie, unit coordinates: rays take faces closer than half of it for one plane.
 const BEFORE: f32 = 4e-6;
+/// Rays, half of them to either side, that show whether a point is inside of something.
+const ROUND: u32 = 64;
 
 /// What arrives at a sensor.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -65,6 +68,12 @@ pub struct SensorLight {
     pub error: [f64; 3],
     /// Irradiance by light that was reflected 0, 1, 2, ... times, W/m²; the last holds all that was reflected more.
     pub bounces: Vec<[f64; 3]>,
+    /// Irradiance by the light of each emitter, W/m²; none where the solver does not keep them
+    /// [apart](crate::Solver::apart).
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub luminaires: BTreeMap<String, [f64; 3]>,
+    /// Whether the sensor is inside of a solid: most of what it sees are the backs of faces.
+    pub is_inside: bool,
 }
 
 /// Light at sensors, and what it took.
@@ -91,137 +100,155 @@ fn point(sensor: &Sensor, frame: &UnitFrame) -> SurfacePoint {
 
 /// Solved light on patches, as sensors read it.
 struct SensorFields {
-    /// Bounces, then half the difference of two scramblings.
+    /// All light; then emitter by emitter, and bounce by bounce.
     at_once: Fields,
-    /// All bounces in one, read after one more ray.
-    after: Fields,
-    count: usize,
+    /// All light, read after 1, 2, ... more rays.
+    onward: Vec<Fields>,
 }
 
 impl SensorFields {
-    fn new(two: &TwoSolutions, patches: &Patches) -> SensorFields {
-        let neighbours = patches.neighbours();
-        let [first, second] = &two.modes;
-        let count = two.solutions.iter().map(|s| s.terms.len()).max().unwrap_or(1).min(APART);
-        // Bounce n of one solution; the last with all that follow.
-        let bounce = |terms: &[Vec<Light>], n: usize| -> Vec<Rgb> {
-            let own = if n + 1 == count { n..terms.len().max(n) } else { n..(n + 1).min(terms.len()) };
-            let mut sum = vec![Rgb::ZERO; patches.len()];
-            for m in own {
-                let term = if m == 0 { without_luminaires(&first.lights, &terms[0]) } else { invisible(&terms[m]) };
-                sum.iter_mut().zip(term).for_each(|(sum, l)| *sum += l);
-            }
-            sum
-        };
-        let each = |k: usize| -> Vec<Vec<Linear>> {
-            let terms = &two.solutions[k].terms;
-            (0..count).map(|n| linear(&neighbours, &bounce(terms, n))).collect()
-        };
-        let [a, b] = [each(0), each(1)];
-        let mix = |x: &[Linear], y: &[Linear], u: f32, v: f32| -> Vec<Linear> {
-            x.iter().zip(y).map(|(x, y)| x.mix(u, y, v)).collect()
-        };
-        let sum = |bounces: &[Vec<Linear>]| -> Vec<Linear> {
-            bounces.iter().skip(1).fold(bounces[0].clone(), |sum, next| mix(&sum, next, 1.0, 1.0))
-        };
-        let mut fields: Vec<Vec<Linear>> = a.iter().zip(&b).map(|(a, b)| mix(a, b, 0.5, 0.5)).collect();
-        let total = sum(&fields);
-        let [all_a, all_b] = [sum(&a), sum(&b)];
-        fields.push(mix(&all_a, &all_b, 0.5, -0.5));
-        let direct = [first, second].map(Assembled::direct);
-        let after = Fields::linear(&[total]).with_rest(direct, patches).read_by(Reading::AfterOneMore);
-        SensorFields { at_once: Fields::linear(&fields).with_picture_fields(count), after, count }
+    fn new(mode: &Assembled, solution: &Solution, apart: Apart) -> SensorFields {
+        let total = Fields::linear(&[linear(&mode.patches().neighbours(), &mode.reflected(&solution.terms))]);
+        let onward = (1..=DEEPEST).map(|depth| total.clone().recording(depth)).collect();
+        SensorFields { at_once: with_layers(total, &[(mode, solution)], Apart { bounces: true, ..apart }).0, onward }
     }
 }
 
 /// Light at sensors on one set of patches.
 struct SensorRound<'a> {
-    at_once: IrradianceSampler<'a>,
-    after: IrradianceSampler<'a>,
+    /// By how many more rays there are before they read.
+    samplers: Vec<IrradianceSampler<'a>>,
     points: &'a [SurfacePoint],
-    /// Number of bounces.
-    count: usize,
+    /// Emitters that are kept apart.
+    names: &'a [String],
+    asked: Asked,
+    /// What is left of the error of light on patches, once it is known.
+    pooled: PooledError,
 }
 
-/// What one sensor gets, over pi.
+/// What the points of a round get, and the rays cast.
 struct Sensed {
-    at_once: Irradiance,
-    after: Irradiance,
+    found: Vec<(Irradiance, usize)>,
+    rays: u64,
 }
 
-impl Sensed {
-    /// The square of what one more ray changes, channel by channel, less what noise adds to it.
-    fn squared_change(&self) -> DVec3 {
-        let change = |j: usize| self.after.replicas[j] - self.at_once.replicas[j];
-        let changes: [DVec3; REPLICAS] = std::array::from_fn(change);
-        let mean = changes.iter().sum::<DVec3>() / REPLICAS as f64;
-        (mean * mean - variance(&changes)).max(DVec3::ZERO)
-    }
+/// What some points of a round get.
+struct Trial {
+    /// Those that see light.
+    pooled: Vec<PooledPoint>,
+    /// The rays that all points would take, and those of points that need more than one more ray.
+    of_all: [f64; 2],
+    /// Rays cast.
+    rays: u64,
 }
 
-impl<'a> SensorRound<'a> {
-    fn new(view: &'a View, fields: &'a SensorFields, points: &'a [SurfacePoint], seed: u32) -> SensorRound<'a> {
-        let [at_once, after] = [&fields.at_once, &fields.after].map(|f| IrradianceSampler::new(view, f, seed));
-        SensorRound { at_once, after, points, count: fields.count }
+impl SensorRound<'_> {
+    /// What arrives at point k, after as few more rays as do, and the rays cast for it.
+    fn sense(&self, k: usize, memory: &mut Memory) -> (Irradiance, usize) {
+        let mut rays = 0;
+        for (depth, sampler) in self.samplers.iter().enumerate() {
+            let [_, variance, own] = self.pooled.after(depth + 1);
+            let asked = Asked {
+                may_go_deeper: depth + 1 < self.samplers.len(),
+                of_reflected: self.asked.of_reflected + variance,
+                of_all: own,
+                ..self.asked
+            };
+            let found = sampler.at(k as u32, &self.points[k], &asked, memory);
+            rays += found.rays;
+            if !(found.is_coarse && asked.may_go_deeper) {
+                return (Irradiance { rays, ..found }, depth);
+            }
+        }
+        unreachable!("the last may not go deeper")
     }
 
-    /// Sensor k to a relative standard error of its rays; both readings from the same rays.
-    fn sense(&self, k: usize, tolerance: f64, memory: &mut Memory) -> Sensed {
-        let point = &self.points[k];
-        let after = self.after.at(k as u32, point, Enough::Within(tolerance), memory);
-        let at_once = self.at_once.at(k as u32, point, Enough::Like(after.effort), memory);
-        Sensed { at_once, after }
+    fn sense_all(&self, points: impl IndexedParallelIterator<Item = usize>) -> Sensed {
+        let found: Vec<_> = points.map_init(Memory::default, |memory, k| self.sense(k, memory)).collect();
+        let rays = found.iter().map(|(found, _)| found.rays).sum();
+        Sensed { found, rays }
     }
 
-    /// Errors of the light on patches at some of the points, relative to all light there, as all but one in ten have
-    /// them: the residual, and the noise of F; and the rays cast.
-    fn light_error(&self, tolerance: f64) -> ([f64; 2], u64) {
+    /// The points that are tried, of which there is one in so many.
+    fn some(&self) -> (usize, Vec<usize>) {
         let step = self.points.len().div_ceil(SOME).max(1);
-        let chosen: Vec<usize> = (0..self.points.len()).step_by(step).collect();
-        // Noise of rays is a quarter of what the square of the residual may be.
-        let one = |memory: &mut Memory, &k: &usize| self.sense(k, 0.5 * PATCHES * tolerance, memory);
-        let found: Vec<Sensed> = chosen.par_iter().map_init(Memory::default, one).collect();
-        let rays = found.iter().map(|s| s.at_once.rays + s.after.rays).sum();
-        let beyond = |of: &dyn Fn(&Sensed) -> f64| {
-            let lit = found.iter().filter(|s| s.after.total != DVec3::ZERO);
-            let mut shares: Vec<f64> = lit.map(|s| of(s) / s.after.total.length_squared()).collect();
-            shares.sort_by(f64::total_cmp);
-            let last = ((1.0 - BEYOND) * shares.len() as f64) as usize;
-            shares.get(last.min(shares.len().saturating_sub(1))).map_or(0.0, |share| share.max(0.0).sqrt())
-        };
-        let noise = |s: &Sensed| s.at_once.fields[self.count].length_squared();
-        ([beyond(&|s| s.squared_change().element_sum()), beyond(&noise)], rays)
+        (step, (0..self.points.len()).step_by(step).collect())
     }
 
-    /// What arrives at every point, given errors of the light of most; and the rays cast.
-    fn gather(&self, tolerance: f64, [residual, noise]: [f64; 2], truncation: f64) -> (Vec<SensorLight>, u64) {
-        let own = left(tolerance, residual * residual + noise * noise);
-        let one = |memory: &mut Memory, k: usize| {
-            let found = self.sense(k, own, memory);
-            (self.light(&found, truncation), found.at_once.rays + found.after.rays)
-        };
-        let found = (0..self.points.len()).into_par_iter().map_init(Memory::default, one);
-        let (lights, rays): (Vec<_>, Vec<u64>) = found.unzip();
-        (lights, rays.into_iter().sum())
+    /// What some of the points get.
+    fn try_some(&self) -> Trial {
+        let (step, chosen) = self.some();
+        let Sensed { found, rays } = self.sense_all(chosen.par_iter().copied());
+        let deeper: u64 = found.iter().filter(|(_, depth)| *depth > 0).map(|(found, _)| found.rays).sum();
+        let pooled = chosen.iter().zip(&found).filter_map(|(&k, (found, _))| {
+            let direct: DVec3 = found.direct.iter().sum();
+            let is_lit = found.total.length() > self.asked.dark;
+            let (point, total) = (self.points[k], found.total);
+            is_lit.then(|| PooledPoint { number: k as u32, point, total, reflected: total - direct })
+        });
+        let of_all = [rays, deeper].map(|rays| (rays * step as u64) as f64);
+        Trial { pooled: pooled.collect(), of_all, rays }
     }
 
-    /// Irradiance, its error and its bounces: those that reflect as they are read at once, scaled to what all are after
-    /// one more ray.
-    fn light(&self, found: &Sensed, truncation: f64) -> SensorLight {
-        let Sensed { at_once, after } = found;
-        let bounces = &at_once.fields[..self.count];
-        let [once, more] = [at_once, after].map(|s| s.total - s.direct);
-        let scale = DVec3::from([0, 1, 2].map(|c| if once[c] > 0.0 { (more[c] / once[c]).max(0.0) } else { 0.0 }));
-        let noise = at_once.fields[self.count];
-        let squared = STUDENT * STUDENT * after.variance
-            + found.squared_change()
-            + noise.powf(2.0)
-            + (truncation * more).powf(2.0);
+    fn light(&self, (found, depth): &(Irradiance, usize), is_inside: bool) -> SensorLight {
         let watts = |light: DVec3| (PI * light).to_array();
-        let mut bounces: Vec<[f64; 3]> = bounces.iter().map(|bounce| watts(scale * *bounce)).collect();
-        bounces[0] = watts(scale * at_once.fields[0] + after.direct);
-        SensorLight { irradiance: watts(after.total.max(DVec3::ZERO)), error: watts(squared.powf(0.5)), bounces }
+        let direct: DVec3 = found.direct.iter().sum();
+        let [missing, ..] = self.pooled.after(depth + 1);
+        let total = (found.total + missing * (found.total - direct)).max(direct);
+        let (emitters, bounces) = found.fields.split_at(self.names.len());
+        let mut emitters = scaled(emitters, total - direct);
+        let mut bounces = scaled(bounces, total - direct);
+        emitters.iter_mut().zip(&found.direct).for_each(|(own, direct)| *own += direct);
+        if let Some(first) = bounces.first_mut() {
+            *first += direct;
+        }
+        SensorLight {
+            irradiance: watts(total),
+            error: watts(found.squared_error.powf(0.5)),
+            bounces: bounces.into_iter().map(watts).collect(),
+            luminaires: self.names.iter().cloned().zip(emitters.into_iter().map(watts)).collect(),
+            is_inside,
+        }
     }
+}
+
+/// Parts of light, scaled to add up to all of it; light that none of them has any of is alike in all.
+fn scaled(parts: &[DVec3], total: DVec3) -> Vec<DVec3> {
+    let own = || parts.iter().map(|part| part.max(DVec3::ZERO));
+    let sum: DVec3 = own().sum();
+    let scale = DVec3::from([0, 1, 2].map(|c| if sum[c] > 0.0 { total[c] / sum[c] } else { 0.0 }));
+    let rest = DVec3::select(sum.cmpgt(DVec3::ZERO), DVec3::ZERO, total) / parts.len().max(1) as f64;
+    own().map(|part| scale * part + rest).collect()
+}
+
+/// Whether a point is inside of something: more than half of what it sees all around are backs of faces that send no
+/// light.
+fn is_inside(view: &View, sobol: &Sobol, point: &SurfacePoint) -> bool {
+    let is_back = |k: &u32| {
+        let side = if k.is_multiple_of(2) { point.normal } else { -point.normal };
+        let direction = hemisphere_direction(side, sobol.point(k / 2, 0, 0), sobol.point(k / 2, 1, 0));
+        let ray = Ray { origin: point.position, direction, source: None };
+        let hit = view.rays.closest(&ray);
+        hit.is_some_and(|hit| view.patches.at(hit.face, hit.side, ray.at(hit.t)).is_none())
+    };
+    (0..ROUND).filter(is_back).count() > ROUND as usize / 2
+}
+
+/// K of a mode, solved; and what that took.
+fn solve(p: &Discretization, task: &Task, rays: u32) -> Result<(Assembled, Solution, Spent), Diverges> {
+    let mut spent = Spent::default();
+    let sampling = Fineness { patches: 0, rays }.sampling(task.goal.seed);
+    let cast = || {
+        let lights = p.lights(p.transports(task.transport), STAND_INS * task.goal.tolerance);
+        assemble(&[(task.transport, lights)], &*p.rows, &sampling, task.watch)
+    };
+    let ((mut modes, rays), seconds) = timed(cast);
+    (spent.seconds.form_factors, spent.rays) = (seconds, rays);
+    let mode = modes.remove(0);
+    let settings = Settings { tolerance: TRUNCATION * task.goal.tolerance, ..Settings::default() };
+    let (solution, seconds) = timed(|| neumann(&mode.operator, &settings));
+    spent.seconds.solve = seconds;
+    Ok((mode, solution?, spent))
 }
 
 /// Light at sensors to a relative error of each, beginning with the patches of `first`.
@@ -232,46 +259,74 @@ pub(crate) fn sense(first: &Discretization, task: &Task, sensors: &[Sensor]) -> 
     let goal = task.goal;
     let frame = first.geometry.scene.frame;
     let points: Vec<SurfacePoint> = sensors.iter().map(|sensor| point(sensor, &frame)).collect();
-    let transports = first.transports(task.transport);
-    let (mut patches, mut rays, mut spent) = (first.clone(), Fineness::first(goal.tolerance).rays, Spent::default());
-    // Of the round before, over its share.
-    let mut before = f64::INFINITY;
-    for round in 1.. {
-        let held = fewer(&patches, task.transport, &half_of(rays, goal.seed, 0), HELD, goal.memory);
+    let rays = Fineness::first(goal.tolerance).rays;
+    let sampling = Fineness { patches: 0, rays }.sampling(goal.seed);
+    let (mut patches, mut spent) = (first.clone(), Spent::default());
+    loop {
+        let held = fewer(&patches, task.transport, &sampling, HELD, goal.memory);
         let is_full = held.is_some();
         patches = held.unwrap_or(patches);
-        let (two, own) = TwoSolutions::new(&patches, task, rays)?;
+        let (mode, solution, own) = solve(&patches, task, rays)?;
         spent.add(&own);
-        let (fields, seconds) = timed(|| SensorFields::new(&two, &patches.patches));
+        let (fields, seconds) = timed(|| SensorFields::new(&mode, &solution, task.apart));
         spent.seconds.solve += seconds;
-        let lights = Lights::by_rays(&patches.geometry, &patches.patches, &patches.luminaires, transports.clone());
-        let view = View::new(&lights, (1, 1).into());
-        let own = SensorRound::new(&view, &fields, &points, goal.seed);
-        let ((error, cast), seconds) = timed(|| own.light_error(goal.tolerance));
-        spent.rays += cast;
-        spent.seconds.gather += seconds;
-        let [size, noise] = [error[0] / (PATCHES * goal.tolerance), error[1] / (FORM_FACTORS * goal.tolerance)];
+        let lights = &mode.lights;
+        let by_rays = Lights::by_rays(&lights.geometry, &lights.patches, &lights.luminaires, lights.transports.clone());
+        let view = View::new(lights, goal.size);
+        let sampler = |onward| IrradianceSampler::new((&by_rays, &view), (&fields.at_once, onward), goal.seed);
+        let truncation = solution.rest() / solution.reflected.max(f64::MIN_POSITIVE);
+        let dark = f64::from(f32::EPSILON) * FinalGather::new(&view, &fields.at_once).brightest();
+        let round = SensorRound {
+            samplers: fields.onward.iter().map(sampler).collect(),
+            points: &points,
+            names: if task.apart.emitters { lights.emitters().names() } else { &[] },
+            asked: Asked {
+                tolerance: goal.tolerance,
+                of_reflected: DVec3::splat(truncation * truncation),
+                of_all: DVec3::ZERO,
+                dark,
+                may_go_deeper: true,
+            },
+            pooled: PooledError::default(),
+        };
         let count = patches.patches.len();
-        let can_divide = count < MOST.patches && !is_full && size < HELPED * before;
-        let is_last = round == ROUNDS || goal.is_late();
-        if !is_last && (size > 1.0 && can_divide || noise > 1.0 && rays < MOST.rays) {
-            let more = if can_divide { patches_for(1.1 * size).clamp(1.0, 4.0) } else { 1.0 };
-            let denser = (1.2 * noise * noise / more).clamp(1.0, 16.0);
-            rays = ((f64::from(rays) * denser) as u32).min(MOST.rays);
-            if more > 1.0 {
-                before = size;
-                patches = patches.cut(((count as f64 * more) as usize).min(MOST.patches));
-            }
+        let (trial, seconds) = timed(|| round.try_some());
+        spent.rays += trial.rays;
+        spent.seconds.gather += seconds;
+        let can_divide = !is_full && MORE * count <= MOST && points.len() > SOME;
+        if can_divide && SAVED * trial.of_all[1] > (MORE as u64 * own.rays) as f64 {
+            patches = patches.cut(MORE * count);
             continue;
         }
-        let ((found, cast), seconds) = timed(|| own.gather(goal.tolerance, error, two.truncation()));
-        spent.rays += cast;
+        let measure =
+            || PooledError::new(&view, &fields.onward[0], &trial.pooled, DEEPEST, (goal.tolerance, goal.seed));
+        let (pooled, seconds) = timed(measure);
+        spent.rays += pooled.rays;
+        let round = SensorRound { pooled, ..round };
+        spent.seconds.solve += seconds;
+        let (found, seconds) = timed(|| round.sense_all((0..points.len()).into_par_iter()));
+        let sobol = Sobol::new(ROUND as usize, 2);
+        let all = found.found.par_iter().zip(&points);
+        let light =
+            |(found, point): (&(Irradiance, usize), &SurfacePoint)| round.light(found, is_inside(&view, &sobol, point));
+        let lights: Vec<SensorLight> = all.map(light).collect();
+        spent.rays += found.rays;
         spent.seconds.gather += seconds;
         spent.seconds.sum();
-        let length = |v: &[f64; 3]| Vec3::from(v.map(|x| x as f32)).length();
-        let is_met = |light: &&SensorLight| length(&light.error) <= goal.tolerance as f32 * length(&light.irradiance);
-        let met = found.iter().filter(is_met).count() as f64 / found.len().max(1) as f64;
-        return Ok(SensorLights { points: found, met, patches: count, rays: spent.rays, seconds: spent.seconds.total });
+        return Ok(SensorLights {
+            met: met(&lights, goal.tolerance, PI * dark),
+            points: lights,
+            patches: count,
+            rays: spent.rays,
+            seconds: spent.seconds.total,
+        });
     }
-    unreachable!("the number of rounds is bounded")
+}
+
+/// Share of the points whose error is at most the tolerance, or as small as `dark`, which is no light.
+fn met(points: &[SensorLight], tolerance: f64, dark: f64) -> f64 {
+    let length = |channels: [f64; 3]| DVec3::from(channels).length();
+    let allowed = |light: &SensorLight| (tolerance * length(light.irradiance)).max(dark);
+    let is_met = |light: &&SensorLight| length(light.error) <= (1.0 + 1e-9) * allowed(light);
+    points.iter().filter(is_met).count() as f64 / points.len().max(1) as f64
 }

@@ -31,6 +31,10 @@ pub struct SensorGrid {
     pub cells: Vec<[usize; 2]>,
     /// Columns and rows.
     pub size: [usize; 2],
+    /// The directions of rows and of columns, of length 1.
+    pub axes: [DVec3; 2],
+    /// From a column or row to the next, the file's units.
+    pub spacing: f64,
 }
 
 /// Why there are no sensors.
@@ -169,7 +173,7 @@ impl SensorGrid {
         // The grid stands in the middle of the box.
         let first = [0.5 * (low_u + high_u - (columns - 1.0) * step), 0.5 * (low_v + high_v - (lines - 1.0) * step)];
         let heights = heights(&corners, [u, v, normal], first, step, size);
-        let mut grid = SensorGrid { sensors: Vec::new(), cells: Vec::new(), size };
+        let mut grid = SensorGrid { sensors: Vec::new(), cells: Vec::new(), size, axes: [u, v], spacing };
         for (k, height) in heights.into_iter().enumerate().filter(|(_, height)| height.is_finite()) {
             let cell = [k % size[0], k / size[0]];
             let [x, y] = [0, 1].map(|axis| first[axis] + cell[axis] as f64 * step);

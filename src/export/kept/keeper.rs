@@ -5,7 +5,7 @@
 //!
 //! Not handled: errors while rows are cast, which no caller expects there; [`Keeper::finish`] has the first.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::export::kept::error::KeptError;
@@ -56,6 +56,9 @@ struct HeldLayers {
     layers: Arc<Layers>,
 }
 
+/// The folder of one tau, and what it says of itself.
+type Unit = (PathBuf, Meta);
+
 /// What is held, and made, by now.
 #[derive(Default)]
 struct State {
@@ -69,7 +72,7 @@ struct State {
 pub struct Keeper {
     keeping: Keeping,
     /// The folders that were read, one a mode.
-    units: Vec<(PathBuf, Meta)>,
+    units: Vec<Unit>,
     state: Mutex<State>,
 }
 
@@ -223,11 +226,7 @@ impl Keeper {
     }
 
     /// The folder of a mode, and what has changed since.
-    fn fitting(
-        &self,
-        p: &Discretization,
-        mode: Transport,
-    ) -> Result<Option<(&(PathBuf, Meta), Vec<String>)>, KeptError> {
+    fn fitting(&self, p: &Discretization, mode: Transport) -> Result<Option<(&Unit, Vec<String>)>, KeptError> {
         let Some((folder, meta)) = self.units.first() else { return Ok(None) };
         let (scene, differs) = (&p.geometry.scene, |what| KeptError::Differs { path: folder.clone(), what });
         if let Some(what) = meta.scene.difference(&GeometryIdentity::of(scene)) {
@@ -243,8 +242,8 @@ impl Keeper {
     }
 
     /// The folder of the tau of these materials, or how the first differs.
-    fn unit_of(&self, now: &[MaterialIdentity]) -> Result<&(PathBuf, Meta), String> {
-        let fits = |unit: &&(PathBuf, Meta)| felt_difference(&unit.1.materials, now).is_none();
+    fn unit_of(&self, now: &[MaterialIdentity]) -> Result<&Unit, String> {
+        let fits = |unit: &&Unit| felt_difference(&unit.1.materials, now).is_none();
         self.units.iter().find(fits).ok_or_else(|| {
             let first = self.units.first().and_then(|unit| felt_difference(&unit.1.materials, now));
             first.unwrap_or_default()
@@ -252,7 +251,7 @@ impl Keeper {
     }
 
     /// Reads F of a folder, unless it is held.
-    fn hold(&self, folder: &PathBuf, meta: &Meta) -> Result<(), KeptError> {
+    fn hold(&self, folder: &Path, meta: &Meta) -> Result<(), KeptError> {
         let tau: Vec<f32> = meta.materials.iter().map(|m| m.tau).collect();
         for (k, cast) in meta.casts.iter().enumerate() {
             let sampling = Sampling { rays: cast.rays, seed: cast.seed, ..Sampling::default() };

@@ -77,9 +77,9 @@ impl<'a> FinalGather<'a> {
         lengths.fold(0.0, f64::max)
     }
 
-    /// Number of fields read.
+    /// Number of fields read, and of earlier readings of the first that follow them.
     pub fn fields(&self) -> usize {
-        self.fields.count()
+        self.fields.count() + self.fields.recorded()
     }
 
     /// Adds what rays read in every field to `incident`; returns the weighted sum of the rays' inverse lengths.
@@ -88,7 +88,7 @@ impl<'a> FinalGather<'a> {
             return self.cast(rays, |ray, k, counted| {
                 let sample = self.continuation.read(ray, hash(k, rays.seed), memory);
                 incident[0] += counted.offset.as_dvec3();
-                for (sum, read) in incident.iter_mut().zip(&memory.read) {
+                for (sum, read) in incident.iter_mut().zip(memory.read.iter().chain(&memory.earlier)) {
                     *sum += f64::from(counted.weight) * *read;
                 }
                 sample

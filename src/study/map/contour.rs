@@ -12,6 +12,7 @@ use crate::operator::Bounds;
 use crate::pictures::Size;
 use crate::plot::axes::{Frame, Range, TICK_EM};
 use crate::plot::drawing::{Align, Colour, Drawing, INK, PAPER};
+use crate::plot::viridis::viridis;
 use crate::plot::{Marker, Scale, font};
 use crate::study::map::stability::{Column, Map};
 
@@ -20,12 +21,6 @@ const SIZE: Size = Size { width: 880, height: 720 };
 const PIECES: usize = 8;
 /// Bands at most.
 const BANDS: f64 = 16.0;
-/// The colour scale viridis at even steps.
-#[rustfmt::skip]
-const VIRIDIS: [Colour; 8] = [
-    [68, 1, 84], [70, 50, 127], [54, 92, 141], [39, 127, 143],
-    [31, 162, 136], [74, 194, 110], [160, 219, 57], [254, 232, 37],
-];
 
 /// A map and the words around it.
 pub struct MapChart<'a> {
@@ -138,13 +133,7 @@ fn draw_colours(levels: &[f64], frame: &mut Frame) {
 
 /// The colour of band k, by the middle of its levels, from dark blue to yellow.
 fn colour(k: usize, levels: &[f64]) -> Colour {
-    let at = (VIRIDIS.len() - 1) as f64 * (k as f64 + 0.5) / (levels.len() - 1) as f64;
-    let low = (at as usize).min(VIRIDIS.len() - 2);
-    let mixed = |c: usize| {
-        let [from, to] = [low, low + 1].map(|i| f64::from(VIRIDIS[i][c]));
-        (from + (to - from) * (at - low as f64)).round() as u8
-    };
-    [0, 1, 2].map(mixed)
+    viridis((k as f64 + 0.5) / (levels.len() - 1) as f64)
 }
 
 /// A disc and the mode's name in every corner.

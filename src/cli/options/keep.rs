@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 
-use crate::cli::arguments::{Effort, Precision};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
+use crate::cli::options::arguments::{Effort, Precision};
 use crate::export::kept::{Also, Keeper, Keeping};
 use crate::form_factors::Sampling;
 use crate::light::Transport;
