@@ -5,7 +5,7 @@
 //!
 //! Not handled: errors while rows are cast, which no caller expects there; [`Keeper::finish`] has the first.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::export::kept::error::KeptError;
@@ -16,12 +16,13 @@ use crate::export::kept::identity::{
 use crate::export::kept::meta::{FORMAT, Meta, is_kept, units};
 use crate::export::kept::pieces::Pieces;
 use crate::export::kept::sums::Sum;
-use crate::form_factors::{FormFactors, Layers, Sampling, Variant};
+use crate::form_factors::{FormFactors, Layers, Rows, Sampling, Variant};
 use crate::light::Transport;
 use crate::patches::Patches;
-use crate::pictures::{Exposure, NewFolder};
+use crate::pictures::{Exposure, NewFolder, WriteError};
 use crate::render::{Cast, Discretization, Fineness, PatchLight, RowSource, Wanted, half_of};
 use crate::scene::Scene;
+use crate::surfaces::Geometry;
 
 /// What is to be kept, and what was.
 #[derive(Clone, Debug, Default)]
@@ -37,6 +38,9 @@ pub struct Keeping {
     /// How bright the colours of patches are.
     pub exposure: Exposure,
 }
+
+/// A folder that was read, and what it holds.
+type Unit = (PathBuf, Meta);
 
 /// F of one tau on some patches, all rows and columns.
 #[derive(Clone)]
@@ -69,7 +73,7 @@ struct State {
 pub struct Keeper {
     keeping: Keeping,
     /// The folders that were read, one a mode.
-    units: Vec<(PathBuf, Meta)>,
+    units: Vec<Unit>,
     state: Mutex<State>,
 }
 
@@ -108,7 +112,7 @@ impl Keeper {
     }
 
     /// The folder that is read.
-    pub fn loaded(&self) -> Option<&std::path::Path> {
+    pub fn loaded(&self) -> Option<&Path> {
         self.keeping.load.as_deref()
     }
 
@@ -203,7 +207,8 @@ impl Keeper {
     /// # Errors
     /// A file that cannot be written.
     pub fn save_layers(&self, p: &Discretization, transport: Transport) -> Result<(), KeptError> {
-        let (Some(held), Some(folder)) = (self.state().layers.clone(), self.new_folder()) else { return Ok(()) };
+        let held = self.state().layers.clone();
+        let (Some(held), Some(folder)) = (held, self.new_folder()) else { return Ok(()) };
         let (scene, transports) = (&p.geometry.scene, &p.transports(transport)[..]);
         let layers = Some((&*held.layers, held.sampling));
         let (patches, exposure) = (&p.patches, self.keeping.exposure);
@@ -223,11 +228,7 @@ impl Keeper {
     }
 
     /// The folder of a mode, and what has changed since.
-    fn fitting(
-        &self,
-        p: &Discretization,
-        mode: Transport,
-    ) -> Result<Option<(&(PathBuf, Meta), Vec<String>)>, KeptError> {
+    fn fitting(&self, p: &Discretization, mode: Transport) -> Result<Option<(&Unit, Vec<String>)>, KeptError> {
         let Some((folder, meta)) = self.units.first() else { return Ok(None) };
         let (scene, differs) = (&p.geometry.scene, |what| KeptError::Differs { path: folder.clone(), what });
         if let Some(what) = meta.scene.difference(&GeometryIdentity::of(scene)) {
@@ -243,8 +244,8 @@ impl Keeper {
     }
 
     /// The folder of the tau of these materials, or how the first differs.
-    fn unit_of(&self, now: &[MaterialIdentity]) -> Result<&(PathBuf, Meta), String> {
-        let fits = |unit: &&(PathBuf, Meta)| felt_difference(&unit.1.materials, now).is_none();
+    fn unit_of(&self, now: &[MaterialIdentity]) -> Result<&Unit, String> {
+        let fits = |unit: &&Unit| felt_difference(&unit.1.materials, now).is_none();
         self.units.iter().find(fits).ok_or_else(|| {
             let first = self.units.first().and_then(|unit| felt_difference(&unit.1.materials, now));
             first.unwrap_or_default()
@@ -252,7 +253,7 @@ impl Keeper {
     }
 
     /// Reads F of a folder, unless it is held.
-    fn hold(&self, folder: &PathBuf, meta: &Meta) -> Result<(), KeptError> {
+    fn hold(&self, folder: &Path, meta: &Meta) -> Result<(), KeptError> {
         let tau: Vec<f32> = meta.materials.iter().map(|m| m.tau).collect();
         for (k, cast) in meta.casts.iter().enumerate() {
             let sampling = Sampling { rays: cast.rays, seed: cast.seed, ..Sampling::default() };
@@ -333,7 +334,7 @@ impl Keeper {
     /// A file that cannot be written.
     pub fn save_parts(
         &self,
-        (geometry, patches, transports, transport): (&crate::surfaces::Geometry, &Patches, &[Transport], Transport),
+        (geometry, patches, transports, transport): (&Geometry, &Patches, &[Transport], Transport),
         light: Option<PatchLight>,
         casts: &[Sampling],
     ) -> Result<(), KeptError> {
@@ -348,8 +349,7 @@ impl Keeper {
         let mut folder = path;
         if self.keeping.several {
             folder = folder.join(transport.label().replace(' ', "-"));
-            std::fs::create_dir_all(&folder)
-                .map_err(|source| crate::pictures::WriteError { path: folder.clone(), source })?;
+            std::fs::create_dir_all(&folder).map_err(|source| WriteError { path: folder.clone(), source })?;
         }
         let Keeping { also, exposure, .. } = &self.keeping;
         let scene = &geometry.scene;
@@ -461,7 +461,7 @@ impl RowSource for Keeper {
         let mut all = all.iter();
         let empty = || {
             let n = wanted.patches.len();
-            FormFactors { rows: crate::form_factors::Rows::empty(n), row_sums: vec![None; n] }
+            FormFactors { rows: Rows::empty(n), row_sums: vec![None; n] }
         };
         let own = |v: &Variant| match needs_rays(v).then(|| all.next()).flatten() {
             Some(all) => part(all, v),
