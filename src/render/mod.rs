@@ -28,6 +28,7 @@ pub(crate) use memory::{check_fit, pilots};
 pub use points::{SensorLight, SensorLights};
 pub use rendered::{Ended, ErrorParts, Rendered};
 pub use row_source::{Cast, RowSource, Wanted};
+#[cfg(feature = "export")]
 pub(crate) use search::solved::half_of;
 pub use sensors::{Sensor, SensorError, SensorGrid};
 pub use solver::{BouncesRequest, Equations, PictureRequest, PointsRequest, RenderError, Solver};
