@@ -7,7 +7,9 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
+use glam::DVec3;
 use halflight::export::kept::{Keeper, Keeping, KeptError};
+use halflight::patches::{DivisionNumbers, Patches, Sample};
 use halflight::render::Discretization;
 use halflight::{Fineness, Mode, Scene, Solver};
 use serde_json::Value;
@@ -279,6 +281,45 @@ fn factors_between_patches_are_kept() {
     assert!(first == bytes(&place, "out/room-patch-factors.npz"));
     refuses(&place, "factors room.toml --save else", 2, &["--patches N"]);
     same_with(&place, "kept", "render room.toml --mode global --size 16x16 --samples 4 --patches 100 --rays 64");
+}
+
+/// Patches divided by light come back from the numbers that are kept of them; numbers of no division do not.
+#[test]
+fn a_division_of_patches_comes_back() {
+    let p = cut(&Scene::open("furnace").unwrap(), Fineness { patches: 24, rays: 1 });
+    let of_patch = |i: usize| -> Vec<Sample> {
+        let sample = |k: usize| {
+            let point = p.patches.point(i, (k as f32 + 0.5) / 64.0, (k % 8) as f32 / 8.0);
+            let bright = f64::from(u8::from(point.position.x + point.position.y > 0.3));
+            Sample { point, light: DVec3::splat(bright + 0.01 * (k % 3) as f64) }
+        };
+        (0..64).map(sample).collect()
+    };
+    let divided = p.patches.divided((0..p.patches.len()).map(of_patch).collect());
+    let numbers = divided.division().unwrap();
+    assert!(divided.len() > p.patches.len() && p.patches.division().is_none());
+    let back = p.patches.divided_as(numbers.clone()).unwrap();
+    assert_eq!((back.division(), back.len()), (Some(numbers.clone()), divided.len()));
+    for i in 0..divided.len() {
+        assert_eq!((back.whole(i as u32), back.areas()[i]), (divided.whole(i as u32), divided.areas()[i]));
+        for point in divided.chosen(i) {
+            let at = |patches: &Patches| patches.at(point.face, patches.side(i), point.position);
+            assert_eq!(at(&back), at(&divided));
+        }
+    }
+    let breaks: [fn(&mut DivisionNumbers); 6] = [
+        |n| n.parts[0][0] = 1 << 20,
+        |n| n.parts[1][0] = 1 << 20,
+        |n| n.parts[2][0] = 6,
+        |n| n.parts[2].truncate(5),
+        |n| n.counts[0] += 1,
+        |n| n.faces[0] = 1 << 20,
+    ];
+    for (k, breaks) in breaks.iter().enumerate() {
+        let mut broken = numbers.clone();
+        breaks(&mut broken);
+        assert!(p.patches.divided_as(broken).is_none(), "{k}");
+    }
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Many columns at once, and their product with F.
 //!
 //! Columns are kept in panels of [`PANEL`], each a table of its own: a product reads F once for each panel and sums all
-//! of it in registers. Where the numbers of a patch were side by side for all columns, 64 RGB columns of 100,000 patches
-//! would be 80 MB that every row picks from, far beyond the caches, and a product takes five times as long.
+//! of it in registers. Where the numbers of a patch were side by side for all columns, 64 RGB columns of 100,000
+//! patches would be 80 MB that every row picks from, far beyond the caches, and a product takes five times as long.
 //!
 //! Worth: `cargo bench --bench columns`. Not handled: columns with zeros in most places.
 

@@ -7,8 +7,8 @@
 //! L_k is what a cosine-distributed ray reads of the light on patches after k more rays, with direct light sampled
 //! where it goes on. L_d is the result; most rays read L_0, which costs a cast and varies little, and the others, which
 //! are among them, what d more rays change of it (control variate: M. Giles, *Multilevel Monte Carlo path simulation*,
-//! Operations Research 56, 2008). With e the error of light on patches L_k is off by `F K^k e`, so the last change, from
-//! L_(d-1) to L_d, is larger than the error of L_d by about the share of light that surfaces pass on.
+//! Operations Research 56, 2008). With e the error of light on patches L_k is off by `F K^k e`, so the last change,
+//! from L_(d-1) to L_d, is larger than the error of L_d by about the share of light that surfaces pass on.
 //!
 //! Every point is estimated by [`REPLICAS`] independent scramblings of one sequence, whose spread is the variance of
 //! their mean. Rays double, of the kind that takes most variance for its price, until the error is small enough.

@@ -29,6 +29,7 @@ pub use memory::{PictureUnfit, Stored, Unfit, check_pictures, usable_memory};
 pub(crate) use memory::{check_fit, pilots};
 pub use points::{SensorLight, SensorLights};
 pub use rendered::{Ended, ErrorParts, Rendered};
+#[cfg(feature = "export")]
 pub(crate) use search::solved::half_of;
 pub use sensors::{Sensor, SensorError, SensorGrid};
 pub use solver::{BouncesRequest, Equations, PictureRequest, PointsRequest, RenderError, Solver};

@@ -89,7 +89,7 @@ residuals = pandas.read_csv(factors / "squares-factors-residuals.csv", index_col
 same("closure", residuals["closure"], 1 - arrays["F"].sum(axis=1), 1e-9)
 between = scipy.sparse.load_npz(factors / "squares-patch-factors.npz")
 arrays = numpy.load(factors / "squares-patch-factors.npz")
-same("closure of patches", 1 - between.sum(axis=1).ravel(), arrays["closure"][None].ravel(), 1e-6)
+same("closure of patches", 1 - numpy.asarray(between.sum(axis=1)).ravel(), arrays["closure"], 1e-6)
 low, high = (numpy.flatnonzero(arrays["object"] == number) for number in [0, 1])
 area = arrays["area"]
 mean = (area[low] @ between[low][:, high].sum(axis=1)).item() / area[low].sum()

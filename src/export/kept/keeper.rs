@@ -16,12 +16,13 @@ use crate::export::kept::identity::{
 use crate::export::kept::meta::{FORMAT, Meta, is_kept, units};
 use crate::export::kept::pieces::Pieces;
 use crate::export::kept::sums::Sum;
-use crate::form_factors::{FormFactors, Layers, Sampling, Variant};
+use crate::form_factors::{FormFactors, Layers, Rows, Sampling, Variant};
 use crate::light::Transport;
 use crate::patches::Patches;
-use crate::pictures::{Exposure, NewFolder};
+use crate::pictures::{Exposure, NewFolder, WriteError};
 use crate::render::{Cast, Discretization, Fineness, PatchLight, RowSource, Wanted, half_of};
 use crate::scene::Scene;
+use crate::surfaces::Geometry;
 
 /// What is to be kept, and what was.
 #[derive(Clone, Debug, Default)]
@@ -37,6 +38,9 @@ pub struct Keeping {
     /// How bright the colours of patches are.
     pub exposure: Exposure,
 }
+
+/// A folder that was read, and what it holds.
+type Unit = (PathBuf, Meta);
 
 /// F of one tau on some patches, all rows and columns.
 #[derive(Clone)]
@@ -111,7 +115,7 @@ impl Keeper {
     }
 
     /// The folder that is read.
-    pub fn loaded(&self) -> Option<&std::path::Path> {
+    pub fn loaded(&self) -> Option<&Path> {
         self.keeping.load.as_deref()
     }
 
@@ -206,7 +210,8 @@ impl Keeper {
     /// # Errors
     /// A file that cannot be written.
     pub fn save_layers(&self, p: &Discretization, transport: Transport) -> Result<(), KeptError> {
-        let (Some(held), Some(folder)) = (self.state().layers.clone(), self.new_folder()) else { return Ok(()) };
+        let held = self.state().layers.clone();
+        let (Some(held), Some(folder)) = (held, self.new_folder()) else { return Ok(()) };
         let (scene, transports) = (&p.geometry.scene, &p.transports(transport)[..]);
         let layers = Some((&*held.layers, held.sampling));
         let (patches, exposure) = (&p.patches, self.keeping.exposure);
@@ -332,7 +337,7 @@ impl Keeper {
     /// A file that cannot be written.
     pub fn save_parts(
         &self,
-        (geometry, patches, transports, transport): (&crate::surfaces::Geometry, &Patches, &[Transport], Transport),
+        (geometry, patches, transports, transport): (&Geometry, &Patches, &[Transport], Transport),
         light: Option<PatchLight>,
         casts: &[Sampling],
     ) -> Result<(), KeptError> {
@@ -347,8 +352,7 @@ impl Keeper {
         let mut folder = path;
         if self.keeping.several {
             folder = folder.join(transport.label().replace(' ', "-"));
-            std::fs::create_dir_all(&folder)
-                .map_err(|source| crate::pictures::WriteError { path: folder.clone(), source })?;
+            std::fs::create_dir_all(&folder).map_err(|source| WriteError { path: folder.clone(), source })?;
         }
         let Keeping { also, exposure, .. } = &self.keeping;
         let scene = &geometry.scene;
@@ -460,7 +464,7 @@ impl RowSource for Keeper {
         let mut all = all.iter();
         let empty = || {
             let n = wanted.patches.len();
-            FormFactors { rows: crate::form_factors::Rows::empty(n), row_sums: vec![None; n] }
+            FormFactors { rows: Rows::empty(n), row_sums: vec![None; n] }
         };
         let own = |v: &Variant| match needs_rays(v).then(|| all.next()).flatten() {
             Some(all) => part(all, v),

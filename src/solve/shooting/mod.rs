@@ -10,8 +10,8 @@
 //! [`Operator`](crate::operator::Operator) over its columns, and [`RayShooter`](shooters::RayShooter) with rays alone.
 //! tau acts inside F. The result does not depend on the number of threads.
 //!
-//! Several E shoot together: a patch shoots what is unshot of each of them by one column of F, and the brightest is told
-//! by the sum of their unshot power. The light of each is what the same shots give it alone.
+//! Several E shoot together: a patch shoots what is unshot of each of them by one column of F, and the brightest is
+//! told by the sum of their unshot power. The light of each is what the same shots give it alone.
 //!
 //! Not handled, both measured at about 500 patches over K. An ambient term for what is unshot lowers the error of the
 //! light by a third, which saves a quarter of the shots at 10 % unshot and an eighth at 1 %; but it belongs to no
