@@ -60,9 +60,6 @@ struct HeldLayers {
     layers: Arc<Layers>,
 }
 
-/// The folder of one tau, and what it says of itself.
-type Unit = (PathBuf, Meta);
-
 /// What is held, and made, by now.
 #[derive(Default)]
 struct State {
