@@ -1,9 +1,9 @@
 //! Contour lines of values on a grid, some of which may be missing: marching squares (W. Lorensen, H. Cline 1987, in
 //! two dimensions), joined to lines.
 //!
-//! A line crosses the side between two neighbours where the value linear between them is the level, and a square of four
-//! neighbours as straight pieces; of a saddle the mean of the four says which corners belong together. Squares with a
-//! missing corner have no line, so lines end there.
+//! A line crosses the side between two neighbours where the value linear between them is the level, and a square of
+//! four neighbours as straight pieces; of a saddle the mean of the four says which corners belong together. Squares
+//! with a missing corner have no line, so lines end there.
 //!
 //! Of our own since the crates for it know of no missing values, and draw lines around them. Not handled: smoothing.
 

@@ -2,8 +2,8 @@
 //! units and a legend.
 //!
 //! Between points colours are bilinear; where a neighbour is missing, in those that there are. Contours stand at the
-//! values that EN 12464-1 grades illuminance by (1, 1.5, 2, 3, 5, 7.5 times a power of ten), or at even steps of 1, 2 or
-//! 5 where values differ by little. Missing points are left grey.
+//! values that EN 12464-1 grades illuminance by (1, 1.5, 2, 3, 5, 7.5 times a power of ten), or at even steps of 1, 2
+//! or 5 where values differ by little. Missing points are left grey.
 //!
 //! Not handled: rows that are not at right angles to columns.
 

@@ -1,17 +1,17 @@
 //! What the error of light on patches leaves at points that read it after some more rays, measured at some of them by
 //! longer paths.
 //!
-//! With e the error of light on patches, a reading after m more rays is off by `F K^m e`. What one more ray changes shows
-//! `F K^(m-1) (1 - K) e`, which is little of an error that is alike everywhere in a room: where surfaces pass on four
-//! fifths of the light it is a quarter of what remains. But such an error is alike at all points too. So at some points i
-//! paths of [`LONGEST`] more rays measure what remains, b_i ± s_i, and with x_i the reflected light there
+//! With e the error of light on patches, a reading after m more rays is off by `F K^m e`. What one more ray changes
+//! shows `F K^(m-1) (1 - K) e`, which is little of an error that is alike everywhere in a room: where surfaces pass on
+//! four fifths of the light it is a quarter of what remains. But such an error is alike at all points too. So at some
+//! points i paths of [`LONGEST`] more rays measure what remains, b_i ± s_i, and with x_i the reflected light there
 //!
 //! ```text
-//! b_i = c x_i + what is the point's own,     c = sum of x_i b_i / sum of x_i²,     own² = mean of (b_i - c x_i)² - s_i²
+//! b_i = c x_i + the point's own,     c = sum of x_i b_i / sum of x_i²,     own² = mean of (b_i - c x_i)² - s_i²
 //! ```
 //!
-//! all of it over the point's light (random effects: R. DerSimonian, N. Laird, *Meta-analysis in clinical trials*, 1986).
-//! c x corrects each point; its standard error and the own part are stated.
+//! all of it over the point's light (random effects: R. DerSimonian, N. Laird, *Meta-analysis in clinical trials*,
+//! 1986). c x corrects each point; its standard error and the own part are stated.
 //!
 //! Not handled: what longer paths than these would change, a `LONGEST`-th power of what surfaces pass on.
 
