@@ -6,7 +6,7 @@ Needs Python 3.11, `pyradiance` and `numpy` (both from PyPI) and a release build
     cargo build --release
     python3 benches/against_rtrace.py [--points 10000] [--program target/release/halflight]
 
-The furnished room, all surfaces diffuse: `plastic` without specular part, `light` for the lamp with Ke over pi as the
+The furnished room, all surfaces diffuse, the lamp without reflection: `plastic` without specular part, `light` for the lamp with Ke over pi as the
 file's radiance; polygons as the OBJ has them. Points lie on a grid 0.8 over the floor; those inside of solids, as
 halflight reports them, count for neither.
 
@@ -22,6 +22,7 @@ import csv
 import json
 import os
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -65,6 +66,18 @@ def radiance_scene(obj, mtl, out):
     Path(out).write_text("\n".join(text))
 
 
+def without_reflection(folder):
+    """A copy of the room whose lamp reflects nothing, as `light` does in Radiance; its scene file."""
+    for end in ("obj", "toml"):
+        shutil.copy(HOME / f"meshes/furnished-room.{end}", folder)
+    text, lamp = [], False
+    for line in (HOME / "meshes/furnished-room.mtl").read_text().splitlines():
+        lamp = line.split()[1:] == ["lamp"] if line.startswith("newmtl") else lamp
+        text.append("Kd 0 0 0" if lamp and line.startswith("Kd") else line)
+    (Path(folder) / "furnished-room.mtl").write_text("\n".join(text) + "\n")
+    return f"{folder}/furnished-room.toml"
+
+
 def run(command, **options):
     """Runs a program; its output, and the CPU seconds of it."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -84,7 +97,7 @@ def rtrace(tool, octree, points, settings, env, bounces=BOUNCES):
 
 def halflight(program, grid, tolerance, folder, seed):
     """The points' rows, and the CPU seconds that they took."""
-    common = [program, "render", "furnished-room", "--mode", "global", "--size", "16x16", "--out", folder, "--quiet",
+    common = [program, "render", without_reflection(folder), "--mode", "global", "--size", "16x16", "--out", folder, "--quiet",
               "--tolerance", str(tolerance), "--seed", str(seed)]
     _, without = run(common)
     _, both = run([*common, "--points", grid])
