@@ -139,8 +139,8 @@ impl Fields {
         self
     }
 
-    /// Has every ray read after so many more rays, and record what it would have read of the first field after 0, 1, ...
-    /// of them; those readings follow the fields.
+    /// Has every ray read after so many more rays, and record what it would have read of the first field after 0, 1,
+    /// ... of them; those readings follow the fields.
     pub(crate) fn recording(self, recorded: usize) -> Fields {
         Fields { recorded, ..self }
     }

@@ -155,12 +155,12 @@ fn remaining(points: &[PooledPoint], sums: &[Missing], depth: usize, count: f64)
     }
     let over = |a: DVec3, b: DVec3| DVec3::from([0, 1, 2].map(|c| if b[c] > 0.0 { a[c] / b[c] } else { 0.0 }));
     let share = over(xb, xx);
-    let own = |(x, b, s): &(DVec3, DVec3, DVec3)| (*b - share * *x) * (*b - share * *x) - *s;
+    let own = |(x, b, s): &(DVec3, DVec3, DVec3), times: f64| (*b - share * *x) * (*b - share * *x) - times * *s;
     // Points differ from c by chance too.
     let freedom = (most.len() as f64 - 1.0).max(1.0);
-    let mean = most.iter().map(own).sum::<DVec3>() / freedom;
-    let of_most = DVec3::from([0, 1, 2].map(|c| quantile(each.iter().map(|point| own(point)[c]).collect())));
-    // Of 100 points 95 are to be within twice what is stated.
+    let mean = most.iter().map(|point| own(point, 1.0)).sum::<DVec3>() / freedom;
+    // Of 100 points 95 are to be within twice what is stated, as they are by chance alone.
+    let of_most = DVec3::from([0, 1, 2].map(|c| quantile(each.iter().map(|point| own(point, 4.0)[c]).collect())));
     let own = mean.max(0.25 * of_most).max(DVec3::ZERO);
     Remaining { share, variance: over(noise, xx * xx), own }
 }
