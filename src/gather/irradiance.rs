@@ -219,8 +219,8 @@ impl<'a> IrradianceSampler<'a> {
     /// Irradiance over pi at point number k, by no more rays than there may be.
     pub fn at(&self, k: u32, point: &SurfacePoint, asked: &Asked, memory: &mut Memory) -> Irradiance {
         let mut sums = self.nothing();
-        for kind in 0..KINDS {
-            self.extend(&mut sums, kind, FIRST[kind], (k, point), memory);
+        for (kind, first) in FIRST.into_iter().enumerate() {
+            self.extend(&mut sums, kind, first, (k, point), memory);
         }
         loop {
             let means = sums.means(self.lights);

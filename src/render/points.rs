@@ -225,7 +225,7 @@ fn scaled(parts: &[DVec3], total: DVec3) -> Vec<DVec3> {
 /// light.
 fn is_inside(view: &View, sobol: &Sobol, point: &SurfacePoint) -> bool {
     let is_back = |k: &u32| {
-        let side = if k % 2 == 0 { point.normal } else { -point.normal };
+        let side = if k.is_multiple_of(2) { point.normal } else { -point.normal };
         let direction = hemisphere_direction(side, sobol.point(k / 2, 0, 0), sobol.point(k / 2, 1, 0));
         let ray = Ray { origin: point.position, direction, source: None };
         let hit = view.rays.closest(&ray);
