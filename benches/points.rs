@@ -1,15 +1,17 @@
 //! Light at points: seconds, the share of points within the tolerance, and how often stated errors hold.
 //!
 //! ```text
-//! cargo bench --bench points -- SCENE TOLERANCE REFERENCE COUNT [SEEDS] [grid:OBJECT@HEIGHT,SPACING]
+//! cargo bench --bench points -- SCENE TOLERANCE REFERENCE COUNT [SEEDS] [grid:OBJECT@HEIGHT,SPACING | FILE.csv]
 //! ```
 //!
-//! COUNT points all over the box of the scene, or a grid, are measured to TOLERANCE with some seeds, and once with
-//! another seed to REFERENCE, a smaller one. `held` is the share within twice the root of both squared errors, of the
-//! points that see light; `stated / true` the root of the ratio of the mean squares, relative to each point's light,
-//! with the reference's taken off. Not handled: whether the reference is right; `benches/against_rtrace.py` asks that.
+//! COUNT points all over the box of the scene, a grid, or those of a table are measured to TOLERANCE with some seeds,
+//! and once with another seed to REFERENCE, a smaller one. `held` is the share within twice the root of both squared
+//! errors, of the points that see light; `stated / true` the root of the ratio of the mean squares, relative to each
+//! point's light, with the reference's taken off. Not handled: whether the reference is right;
+//! `benches/against_rtrace.py` asks that.
 
 use std::env;
+use std::path::Path;
 use std::time::Instant;
 
 use glam::DVec3;
@@ -26,14 +28,17 @@ const OTHER: u32 = 1000;
 fn main() {
     let given: Vec<String> = env::args().skip(1).filter(|argument| argument != "--bench").collect();
     let [scene, numbers @ ..] = &given[..] else {
-        println!("SCENE TOLERANCE REFERENCE COUNT [SEEDS] [grid:OBJECT@HEIGHT,SPACING]");
+        println!("SCENE TOLERANCE REFERENCE COUNT [SEEDS] [grid:OBJECT@HEIGHT,SPACING | FILE.csv]");
         return;
     };
     let scene = Scene::open(scene).expect("a scene");
     let number = |k: usize, default: f64| numbers.get(k).and_then(|text| text.parse().ok()).unwrap_or(default);
     let (tolerance, reference) = (number(0, 0.01), number(1, 0.003));
-    let sensors = match numbers.get(4).and_then(|grid| grid.strip_prefix("grid:")) {
-        Some(grid) => laid(&scene, grid),
+    let sensors = match numbers.get(4) {
+        Some(place) => match place.strip_prefix("grid:") {
+            Some(grid) => laid(&scene, grid),
+            None => Sensor::read(Path::new(place)).expect("a table of points"),
+        },
         None => anywhere(&scene, number(2, 200.0) as u32),
     };
     let truth = if reference > 0.0 { Some(measure(&scene, &sensors, reference, OTHER)) } else { None };

@@ -7,13 +7,14 @@
 //! L_k is what a cosine-distributed ray reads of the light on patches after k more rays, with direct light sampled
 //! where it goes on. L_d is the result; most rays read L_0, which costs a cast and varies little, and the others, which
 //! are among them, what d more rays change of it (control variate: M. Giles, *Multilevel Monte Carlo path simulation*,
-//! Operations Research 56, 2008). With e the error of light on patches L_k is off by `F K^k e`, so the last change,
-//! from L_(d-1) to L_d, is larger than the error of L_d by about the share of light that surfaces pass on.
+//! Operations Research 56, 2008). With e the error of light on patches L_k is off by `F K^k e`. The last change,
+//! from L_(d-1) to L_d, shows what of it differs from place to place; of what is alike everywhere it shows little.
 //!
 //! Every point is estimated by [`REPLICAS`] independent scramblings of one sequence, whose spread is the variance of
 //! their mean. Rays double, of the kind that takes most variance for its price, until the error is small enough.
 //!
-//! Not handled: light that rays read only after going on for being near.
+//! Not handled: what of the error is alike everywhere, which callers know ([`Asked`]); light that rays read only after
+//! going on for being near.
 
 use std::ops::Range;
 

@@ -7,9 +7,9 @@
 //! is what a sensor measures: the half that travels. Hemisphere rays read the light on patches after one more ray and
 //! direct light at their ends, most of them by way of a control variate ([`crate::gather::irradiance`]); at points
 //! where that changes more than the tolerance allows, after two, three or four. What the last of them changes is stated
-//! for the error of the light on patches: it is less by a reflectance at least, where that is off in the same way
-//! everywhere. So a point is as accurate as requested whatever the patches are, and smaller ones only save rays: they
-//! are cut as long as their form factors cost less than they may save.
+//! for the error of the light on patches, and what is left of one that is alike everywhere is measured by long paths,
+//! taken off and stated ([`crate::render::pooled_error`]). So a point is as accurate as requested on patches of any
+//! size, and smaller ones only save rays: they are cut as long as their form factors cost less than they may save.
 //!
 //! Bounces and emitters are read at once and scaled to what all light is together, so each set adds up to it.
 //!

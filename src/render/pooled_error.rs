@@ -7,8 +7,7 @@
 //! points i paths of [`LONGEST`] more rays measure what remains, b_i ± s_i, and with x_i the reflected light there
 //!
 //! ```text
-//! b_i = c x_i + what is the point's own,     c = sum of x_i b_i / sum of x_i²,     own² = mean of (b_i - c x_i)² -
-//! s_i²
+//! b_i = c x_i + the point's own,     c = sum of x_i b_i / sum of x_i²,     own² = mean of (b_i - c x_i)² - s_i²
 //! ```
 //!
 //! all of it over the point's light (random effects: R. DerSimonian, N. Laird, *Meta-analysis in clinical trials*,
@@ -32,6 +31,8 @@ use crate::surfaces::SurfacePoint;
 pub(crate) const LONGEST: usize = 12;
 /// Share of the tolerance that the standard error of c may be.
 const NOISE: f64 = 0.2;
+/// Share of the points that c is of: those of which least is missing.
+const MOST: f64 = 0.9;
 /// Paths of each point and replica at first, and at most.
 const PATHS: [u32; 2] = [4, 1 << 12];
 /// Marks numbers of points whose paths share no random numbers with the rays of the points themselves.
@@ -134,7 +135,7 @@ fn extend(
 /// What remains in a depth, of `count` paths of each point and replica.
 fn remaining(points: &[PooledPoint], sums: &[Missing], depth: usize, count: f64) -> Remaining {
     let (mut xx, mut xb, mut noise) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
-    let each: Vec<(DVec3, DVec3, DVec3)> = points
+    let mut each: Vec<(DVec3, DVec3, DVec3)> = points
         .iter()
         .zip(sums)
         .map(|(point, sums)| {
@@ -144,15 +145,29 @@ fn remaining(points: &[PooledPoint], sums: &[Missing], depth: usize, count: f64)
             (point.reflected / all, mean, variance(&missing))
         })
         .collect();
-    for (x, b, s) in &each {
+    // What a few points in the dark miss of their light is no matter of all.
+    each.sort_by(|(_, a, _), (_, b, _)| a.length_squared().total_cmp(&b.length_squared()));
+    let most = &each[..(MOST * each.len() as f64).ceil() as usize];
+    for (x, b, s) in most {
         xx += *x * *x;
         xb += *x * *b;
         noise += *x * *x * *s;
     }
     let over = |a: DVec3, b: DVec3| DVec3::from([0, 1, 2].map(|c| if b[c] > 0.0 { a[c] / b[c] } else { 0.0 }));
     let share = over(xb, xx);
-    let own: DVec3 = each.iter().map(|(x, b, s)| (*b - share * *x) * (*b - share * *x) - *s).sum();
+    let own = |(x, b, s): &(DVec3, DVec3, DVec3), times: f64| (*b - share * *x) * (*b - share * *x) - times * *s;
     // Points differ from c by chance too.
-    let freedom = (each.len() as f64 - 1.0).max(1.0);
-    Remaining { share, variance: over(noise, xx * xx), own: (own / freedom).max(DVec3::ZERO) }
+    let freedom = (most.len() as f64 - 1.0).max(1.0);
+    let mean = most.iter().map(|point| own(point, 1.0)).sum::<DVec3>() / freedom;
+    // Of 100 points 95 are to be within twice what is stated, as they are by chance alone.
+    let of_most = DVec3::from([0, 1, 2].map(|c| quantile(each.iter().map(|point| own(point, 4.0)[c]).collect())));
+    let own = mean.max(0.25 * of_most).max(DVec3::ZERO);
+    Remaining { share, variance: over(noise, xx * xx), own }
+}
+
+/// What 95 of 100 values are at most.
+fn quantile(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().saturating_sub(1);
+    values.get((0.95 * last as f64) as usize).copied().unwrap_or(0.0)
 }

@@ -8,8 +8,6 @@
 //!
 //! Not handled: the margin at walls that the standard allows to leave out; which points a task area has.
 
-use crate::render::points::SensorLight;
-
 /// How evenly a value is spread over points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Uniformity {
@@ -30,10 +28,11 @@ pub struct Uniformity {
 }
 
 impl Uniformity {
-    /// Of a value of the light at points, such as their illuminance; all 0 where no point counts.
-    pub fn of(points: &[SensorLight], value: impl Fn(&SensorLight) -> f64) -> Uniformity {
-        let kept: Vec<f64> = points.iter().filter(|point| !point.is_inside).map(value).collect();
-        let left_out = points.len() - kept.len();
+    /// Of the values at points, such as their illuminance, none where one is left out; all 0 where none counts.
+    pub fn of(points: impl IntoIterator<Item = Option<f64>>) -> Uniformity {
+        let all: Vec<Option<f64>> = points.into_iter().collect();
+        let kept: Vec<f64> = all.iter().flatten().copied().collect();
+        let left_out = all.len() - kept.len();
         if kept.is_empty() {
             return Uniformity { left_out, ..Uniformity::default() };
         }
@@ -50,23 +49,12 @@ impl Uniformity {
 mod tests {
     use super::*;
 
-    fn point(value: f64, is_inside: bool) -> SensorLight {
-        SensorLight {
-            irradiance: [value; 3],
-            error: [0.0; 3],
-            bounces: Vec::new(),
-            luminaires: Default::default(),
-            is_inside,
-        }
-    }
-
     #[test]
     fn points_inside_of_solids_do_not_count() {
-        let points = [point(2.0, false), point(0.0, true), point(6.0, false)];
-        let found = Uniformity::of(&points, |light| light.irradiance[0]);
+        let found = Uniformity::of([Some(2.0), None, Some(6.0)]);
         assert_eq!((found.count, found.left_out, found.mean, found.least, found.most), (2, 1, 4.0, 2.0, 6.0));
         assert_eq!((found.least_over_mean, found.least_over_most), (0.5, 1.0 / 3.0));
-        assert_eq!(Uniformity::of(&points[1..2], |_| 1.0).count, 0);
-        assert_eq!(Uniformity::of(&[point(0.0, false)], |_| 0.0).least_over_mean, 0.0);
+        assert_eq!(Uniformity::of([None]).count, 0);
+        assert_eq!(Uniformity::of([Some(0.0)]).least_over_mean, 0.0);
     }
 }

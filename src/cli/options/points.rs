@@ -150,7 +150,7 @@ impl Sensors {
             Err(RenderError::Diverges(_)) => return Ok(None),
             Err(RenderError::Memory(unfit)) => return Err(unfit.into()),
         };
-        let uniformity = Uniformity::of(&found.points, |light| self.value(light));
+        let uniformity = Uniformity::of(found.points.iter().map(|light| self.value_outside(light)));
         let place = |end: &str| Sensors::place(directory, stem, transport, end);
         let paths: Vec<PathBuf> = self.extensions().iter().map(|end| place(end)).collect();
         self.table(&found).write(&paths[0])?;
@@ -174,6 +174,11 @@ impl Sensors {
     /// What is shown of the light at a point.
     fn value(&self, light: &SensorLight) -> f64 {
         if self.lux { lux(&light.irradiance) } else { light.irradiance.iter().sum::<f64>() / 3.0 }
+    }
+
+    /// The same; none of a point inside of a solid.
+    fn value_outside(&self, light: &SensorLight) -> Option<f64> {
+        (!light.is_inside).then(|| self.value(light))
     }
 
     /// Its name and unit.
@@ -222,7 +227,7 @@ impl Sensors {
         let SensorGrid { sensors, cells, size, axes, spacing } = &named.grid;
         let mut values = vec![None; size[0] * size[1]];
         for (&[column, row], light) in cells.iter().zip(&found.points) {
-            values[row * size[0] + column] = (!light.is_inside).then(|| self.value(light));
+            values[row * size[0] + column] = self.value_outside(light);
         }
         let unit = self.unit();
         let [mean, least, most] = [all.mean, all.least, all.most].map(digits);
