@@ -22,9 +22,9 @@ pub(crate) struct GridValues<'a> {
 type Side = (usize, usize);
 
 impl GridValues<'_> {
-    /// The value at a column and row.
+    /// The value at a column and row; none where there is no such point.
     pub fn at(&self, column: usize, row: usize) -> Option<f64> {
-        self.values[row * self.size[0] + column]
+        self.values.get(row * self.size[0] + column).copied().flatten()
     }
 
     /// The contour lines of a level, in columns and rows from the first point; closed ones end where they begin.
