@@ -13,7 +13,6 @@ mod layers;
 mod memory;
 mod points;
 mod rendered;
-mod row_source;
 mod search;
 mod sensors;
 mod solver;
@@ -27,7 +26,6 @@ pub use memory::{PictureUnfit, Stored, Unfit, check_pictures, usable_memory};
 pub(crate) use memory::{check_fit, pilots};
 pub use points::{SensorLight, SensorLights};
 pub use rendered::{Ended, ErrorParts, Rendered};
-pub use row_source::{Cast, RowSource, Wanted};
 #[cfg(feature = "export")]
 pub(crate) use search::solved::half_of;
 pub use sensors::{Sensor, SensorError, SensorGrid};
