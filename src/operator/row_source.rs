@@ -4,7 +4,7 @@
 //! what surfaces reflect and emit, nor on alpha, which only choose the rows and columns that are needed. So a source
 //! may answer with what it has as long as that is what [`Cast`] would give.
 //!
-//! Not handled: keeping anything ([`crate::export::kept`], with the feature `export`).
+//! Not handled: keeping anything (`export::kept`, with the feature `export`).
 
 use crate::form_factors::{FormFactors, Layers, Progress, Sampling, Variant, cast_counts, cast_layers};
 use crate::patches::Patches;

@@ -12,7 +12,8 @@
 use rayon::prelude::*;
 
 use crate::form_factors::{FormFactors, Rows, Sampling, Variant, reciprocity};
-use crate::render::{Discretization, Wanted, Watch};
+use crate::operator::Wanted;
+use crate::render::{Discretization, Watch};
 use crate::study::factors::FactorTable;
 
 /// Form factors between n objects as a matrix, whose columns are the objects and, where there is one, the sky.

@@ -18,9 +18,10 @@ use crate::export::kept::pieces::Pieces;
 use crate::export::kept::sums::Sum;
 use crate::form_factors::{FormFactors, Layers, Rows, Sampling, Variant};
 use crate::light::Transport;
+use crate::operator::{Cast, RowSource, Wanted};
 use crate::patches::Patches;
 use crate::pictures::{Exposure, NewFolder, WriteError};
-use crate::render::{Cast, Discretization, Fineness, PatchLight, RowSource, Wanted, half_of};
+use crate::render::{Discretization, Fineness, PatchLight, half_of};
 use crate::scene::Scene;
 use crate::surfaces::Geometry;
 
@@ -41,6 +42,15 @@ pub struct Keeping {
 
 /// A folder that was read, and what it holds.
 type Unit = (PathBuf, Meta);
+
+/// What is to be read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// F.
+    Rows,
+    /// All crossings, for a map.
+    Crossings,
+}
 
 /// F of one tau on some patches, all rows and columns.
 #[derive(Clone)]
@@ -134,12 +144,9 @@ impl Keeper {
     ) -> Result<Vec<String>, KeptError> {
         let mut changed = Vec::new();
         for &mode in modes {
-            let Some(((folder, meta), since)) = self.fitting(p, mode)? else { continue };
+            let Some(((folder, meta), since)) = self.fitting(p, mode, Kind::Rows)? else { continue };
             let differs = |what| KeptError::Differs { path: folder.clone(), what };
             check_patches(meta, p, sampling).map_err(differs)?;
-            if meta.casts[0].file == CROSSINGS {
-                return Err(differs("it is of `map`: it holds crossings of rays for every tau and no F".into()));
-            }
             self.hold(folder, meta)?;
             changed.extend(since);
         }
@@ -159,7 +166,7 @@ impl Keeper {
         mode: Transport,
         seed: u32,
     ) -> Result<Option<(Discretization, Vec<String>)>, KeptError> {
-        let Some(((folder, meta), changed)) = self.fitting(p, mode)? else { return Ok(None) };
+        let Some(((folder, meta), changed)) = self.fitting(p, mode, Kind::Rows)? else { return Ok(None) };
         let differs = |what| KeptError::Differs { path: folder.clone(), what };
         let [first, second] = &meta.casts[..] else {
             return Err(differs("it was made with given patches and rays, and now a tolerance is requested".into()));
@@ -187,14 +194,9 @@ impl Keeper {
         mode: Transport,
         sampling: &Sampling,
     ) -> Result<Vec<String>, KeptError> {
-        let Some(((folder, meta), changed)) = self.fitting(p, mode)? else { return Ok(Vec::new()) };
+        let Some(((folder, meta), changed)) = self.fitting(p, mode, Kind::Crossings)? else { return Ok(Vec::new()) };
         let differs = |what| KeptError::Differs { path: folder.clone(), what };
         check_patches(meta, p, sampling).map_err(differs)?;
-        if meta.casts[0].file != CROSSINGS {
-            return Err(differs(
-                "it holds F of one tau, and a map needs all crossings, which `map --save` keeps".into(),
-            ));
-        }
         let layers = Arc::new(read_layers(folder, meta)?);
         let tau = meta.materials.iter().map(|m| m.tau).collect();
         let (patches, sampling) = (meta.patches.sum.clone(), *sampling);
@@ -228,11 +230,24 @@ impl Keeper {
     }
 
     /// The folder of a mode, and what has changed since.
-    fn fitting(&self, p: &Discretization, mode: Transport) -> Result<Option<(&Unit, Vec<String>)>, KeptError> {
+    fn fitting(
+        &self,
+        p: &Discretization,
+        mode: Transport,
+        kind: Kind,
+    ) -> Result<Option<(&Unit, Vec<String>)>, KeptError> {
         let Some((folder, meta)) = self.units.first() else { return Ok(None) };
         let (scene, differs) = (&p.geometry.scene, |what| KeptError::Differs { path: folder.clone(), what });
         if let Some(what) = meta.scene.difference(&GeometryIdentity::of(scene)) {
             return Err(differs(what));
+        }
+        match (kind, meta.casts.iter().any(|cast| cast.file == CROSSINGS)) {
+            (Kind::Rows, true) => return Err(differs("it is of `map`: it holds crossings of rays and no F".into())),
+            (Kind::Crossings, false) => {
+                let what = "it holds F of one tau, and a map needs all crossings, which `map --save` keeps";
+                return Err(differs(what.into()));
+            }
+            _ => (),
         }
         let now = materials(scene, &p.transports(mode));
         let unit = self.unit_of(&now).map_err(differs)?;

@@ -14,8 +14,8 @@ use crate::export::arrays::{Array, Values};
 use crate::export::kept::sums::{Sum, sum_of};
 use crate::export::npz::{npz_bytes, read_npz};
 use crate::form_factors::{FormFactors, Rows, Variant, cast_counts};
+use crate::operator::Wanted;
 use crate::pictures::{WriteError, make_directory, write_whole};
-use crate::render::Wanted;
 
 /// Rays of a piece, about: some seconds.
 const PIECE: usize = 1 << 22;

@@ -25,10 +25,10 @@ use glam::Vec4;
 
 use crate::form_factors::{Layers, Progress, Sampling, Variant, cast_layers};
 use crate::light::{Rgb, Transport};
-use crate::operator::{Spectrum, SpectrumEffort, spectrum_of};
+use crate::operator::{Spectrum, SpectrumEffort, Wanted, spectrum_of};
 use crate::patches::Patches;
 use crate::rays::Rays;
-use crate::render::{Discretization, Stored, Unfit, Wanted, Watch, check_fit, pilots};
+use crate::render::{Discretization, Stored, Unfit, Watch, check_fit, pilots};
 use crate::scene::Scene;
 
 /// How exactly radii are found. They are those at alpha = 1: on which side of 1 they lie is no question.
