@@ -78,6 +78,9 @@ struct Kept {
 struct KeptPoint {
     name: Option<String>,
     position: [f64; 3],
+    /// Whether it lies inside of a solid, where nobody measures.
+    #[serde(default)]
+    is_inside: bool,
     #[serde(default)]
     luminaires: BTreeMap<String, [f64; 3]>,
 }
@@ -104,6 +107,7 @@ struct RelitPoint {
     /// W/m², and lux.
     irradiance: [f64; 3],
     illuminance: f64,
+    is_inside: bool,
     /// Lux.
     #[serde(skip_serializing_if = "Option::is_none")]
     wanted: Option<f64>,
@@ -319,6 +323,7 @@ impl Kept {
             RelitPoint {
                 name: point.name.clone(),
                 position: point.position,
+                is_inside: point.is_inside,
                 irradiance,
                 illuminance: lux(&irradiance),
                 wanted: wanted.and_then(|wanted| wanted[k]),
@@ -365,8 +370,9 @@ fn say(report: &RelightReport, console: &Console) {
         console.say(format!("{name:<24} x {factor}{power}"));
     }
     if !report.points.is_empty() {
-        let all: Vec<f64> = report.points.iter().map(|point| point.illuminance).collect();
-        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        let outside = report.points.iter().filter(|point| !point.is_inside);
+        let all: Vec<f64> = outside.map(|point| point.illuminance).collect();
+        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
         let (least, most) = all.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &x| (low.min(x), high.max(x)));
         console.say(format!("{} points: mean {mean:.2} lx, least {least:.2}, most {most:.2}", all.len()));
     }
