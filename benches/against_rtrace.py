@@ -15,7 +15,7 @@ its time is measured at the sample and is in proportion to the points.
 
 The reference is rtrace without interpolation (-aa 0) at a sample of the points and many rays: neither program's own
 answer at the settings compared, and one of another method than halflight's. Error: RMS over the sample of the relative
-difference of the mean of the channels, the reference's standard error (two halves by the seed of its rays) taken off in
+difference of the mean of the channels, the reference's standard error (from two runs, whose rays differ) taken off in
 squares. CPU seconds are user and system time of the program's process: rtrace's with the octree ready; halflight's from
 reading the scene to the table, less those of the same run with the points taken out, for it renders a picture as well.
 """
@@ -100,8 +100,8 @@ def rtrace(tool, octree, points, settings, env, bounces=BOUNCES):
 
 def halflight(program, grid, tolerance, folder, seed):
     """The points' rows, and the CPU seconds that they took."""
-    common = [program, "render", without_reflection(folder), "--mode", "global", "--size", "16x16", "--out", folder, "--quiet",
-              "--tolerance", str(tolerance), "--seed", str(seed)]
+    common = [program, "render", without_reflection(folder), "--mode", "global", "--size", "16x16", "--out", folder,
+              "--quiet", "--tolerance", str(tolerance), "--seed", str(seed)]
     _, without = run(common)
     _, both = run([*common, "--points", grid])
     with open(Path(folder) / "furnished-room-points-global.csv", newline="") as file:
