@@ -7,8 +7,8 @@ Needs Python 3.11, `pyradiance` and `numpy` (both from PyPI) and a release build
     python3 benches/against_rtrace.py [--points 10000] [--program target/release/halflight]
 
 The furnished room, all surfaces diffuse, the lamp without reflection: `plastic` without specular part, `light` with Ke
-for the lamp; polygons as the OBJ has them. Points lie on a grid 0.8 over the floor; those inside of solids, as halflight
-reports them, have no part in the error.
+for the lamp; polygons as the OBJ has them. Points lie on a grid 0.8 over the floor; those inside of solids, as
+halflight reports them, have no part in the error.
 
 With interpolation (--settings 0.3,256,64) rtrace did not end 24 bounces at 10,000 points within five minutes; without,
 its time is measured at the sample and is in proportion to the points.
