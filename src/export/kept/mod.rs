@@ -16,7 +16,7 @@
 //! computed has the bits that it has without a folder.
 //!
 //! Several modes are one folder each in one folder, by their names. While rays are cast for a folder its finished rows
-//! lie beside it ([`pieces`]), and a run that was interrupted goes on from there.
+//! lie beside it (`pieces`), and a run that was interrupted goes on from there.
 //!
 //! Worth: F of 16,000 patches with 1,024 rays is read in a hundredth of the time that its rays take.
 //!
