@@ -224,6 +224,9 @@ fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitte
 /// Halves of the layers, the last of the auxiliary fields, each set of which is scaled to the light of the picture:
 /// slopes of its patches differ from the sum of theirs.
 fn apart(auxiliary: &[[DVec3; 2]], total: DVec3, layers: FieldLayers) -> Vec<[DVec3; 2]> {
+    if layers.count() == 0 {
+        return Vec::new();
+    }
     let fields = &auxiliary[auxiliary.len() - layers.count()..];
     let (emitters, bounces) = fields.split_at(layers.emitters);
     let mut all = Vec::with_capacity(layers.count());
