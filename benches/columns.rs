@@ -15,8 +15,8 @@ use glam::Vec4;
 use halflight::Solver;
 use halflight::form_factors::{Columns, Rows, Sampling, Variant, cast};
 use halflight::light::{Light, Mode, Rgb};
-use halflight::operator::{LinearOperator, Operator};
-use halflight::render::{Discretization, Watch};
+use halflight::operator::WithSource;
+use halflight::render::{Discretization, Silent};
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::{Settings, Source, neumann, solve_columns};
 use rayon::prelude::*;
@@ -30,45 +30,6 @@ const ARRAY: usize = 1 << 27;
 /// Columns solved together, and patches they are solved on.
 const SOLVED: usize = 500;
 const PATCHES: usize = 4000;
-
-struct Silent;
-
-impl Watch for Silent {
-    fn begin(&self, _: &str, _: u64) {}
-    fn tick(&self, _: u64) {}
-}
-
-/// K with an E of its own, which goes by the rows of F.
-struct OfColumn<'a> {
-    k: &'a Operator,
-    emission: Vec<Light>,
-}
-
-impl LinearOperator for OfColumn<'_> {
-    fn areas(&self) -> &[f64] {
-        self.k.areas()
-    }
-
-    fn reflectances(&self) -> &[Rgb] {
-        self.k.reflectances()
-    }
-
-    fn alphas(&self) -> &[f32] {
-        self.k.alphas()
-    }
-
-    fn emission(&self) -> &[Light] {
-        &self.emission
-    }
-
-    fn incident(&self, x: &[Vec4]) -> Vec<Vec4> {
-        self.k.incident(x)
-    }
-
-    fn sent(&self, y: &[Vec4]) -> Vec<Vec4> {
-        self.k.sent(y)
-    }
-}
 
 fn room(patches: usize) -> Discretization {
     let scene = Scene::builtin("furnished-room", LoadOptions::default());
@@ -153,7 +114,7 @@ fn solves() {
     let mut together = Vec::new();
     let mut products_taken = 0;
     for turn in 0..TURNS {
-        let single = OfColumn { k: &k, emission: sources[turn * SOLVED / TURNS].emission.clone() };
+        let single = WithSource::new(&k, sources[turn * SOLVED / TURNS].clone());
         singles.push(seconds(|| neumann(&single, &settings).expect("it converges")));
         together.push(seconds(|| {
             products_taken = solve_columns(&k, &sources, &settings).expect("it converges").products;

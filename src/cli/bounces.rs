@@ -217,7 +217,7 @@ impl Run<'_> {
         let heading = format!("{}, {label}: {}", mode.scene().name, sentence(mode.transport, solution));
         let exposure = self.own.problem.subject.exposure();
         let sheet = bounce_sheet(heading, &terms, &partial_sums(&terms), exposure);
-        self.files.draw(&format!("-{}", label.replace(' ', "-")), &["png"], &sheet.drawing())?;
+        self.files.draw(&format!("-{}", mode.transport.file_name()), &["png"], &sheet.drawing())?;
         self.studied.push(studied);
         Ok(())
     }

@@ -11,6 +11,7 @@ use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::options::arguments::{Common, Completion, tolerance, unit_interval};
 use crate::cli::options::keep::{Keep, Kept};
+use crate::export::kept::KeptMode;
 use crate::export::{Array, Values, csr, write_npz};
 use crate::form_factors::{Closure, closure};
 use crate::light::Transport;
@@ -221,7 +222,8 @@ fn of_patches(
     let mut files = vec![common.out.join(format!("{}-patch-factors.npz", scene.name))];
     write_npz(&files[0], &patch_arrays(scene, &found))?;
     if let Some(kept) = &kept {
-        kept.0.save_parts((&p.geometry, &p.patches, &transports, transport), None, &[sampling])?;
+        let (geometry, patches, transports) = (&*p.geometry, &*p.patches, &transports[..]);
+        kept.0.save_mode(&KeptMode { geometry, patches, transport, transports }, None, &[sampling])?;
         files.extend(kept.finish(console)?);
     }
     let report = PatchReport {

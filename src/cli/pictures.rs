@@ -47,7 +47,7 @@ impl Places<'_> {
 
     /// One mode's picture.
     pub fn picture(&self, transport: Transport) -> PathBuf {
-        let mode = transport.label().replace(' ', "-");
+        let mode = transport.file_name();
         match self.output {
             None => self.directory.join(format!("{}-{mode}.png", self.stem)),
             Some(path) if self.several => {

@@ -15,13 +15,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::cli::options::arguments::{Common, stops};
+use crate::cli::options::arguments::{Brightness, Common};
+use crate::cli::options::layers::STANDARD_ERROR;
 use crate::cli::options::points::lux;
 use crate::pictures::{
-    Exposure, NamedPicture, Picture, Table, check_destination, check_extension, make_directory, read_layers, rows,
+    NamedPicture, Picture, Table, check_destination, check_extension, is_exr, make_directory, read_layers, rows,
     write_picture,
 };
-use crate::render::EmitterPower;
+use crate::render::{EmitterPower, LayerKind, Uniformity};
 use crate::study::dimmed;
 
 /// `halflight relight`
@@ -39,9 +40,9 @@ pub struct Relight {
     /// Picture to write, .png or .exr [default: <out>/<file>-relit.png]
     #[arg(short, long, value_name = "PICTURE")]
     pub output: Option<PathBuf>,
-    /// Brighten PNG files by so many stops (factors of two); EXR files stay as they are
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = stops)]
-    pub exposure: f32,
+    /// How bright a PNG file is.
+    #[command(flatten)]
+    pub brightness: Brightness,
 }
 
 /// A lamp and its factor.
@@ -60,11 +61,11 @@ fn lamp(text: &str) -> Result<(String, [f64; 3]), String> {
 
 /// What was kept of a run: the parts of its report that hold the light of lamps.
 #[derive(Default, Deserialize)]
-struct Kept {
+struct Earlier {
     #[serde(default)]
     luminaires: Vec<EmitterPower>,
     #[serde(default)]
-    points: Vec<KeptPoint>,
+    points: Vec<EarlierPoint>,
     #[serde(default)]
     files: Vec<PathBuf>,
     /// Of a report of several modes.
@@ -75,7 +76,7 @@ struct Kept {
 
 /// A point of a report.
 #[derive(Deserialize)]
-struct KeptPoint {
+struct EarlierPoint {
     name: Option<String>,
     position: [f64; 3],
     /// Whether it lies inside of a solid, where nobody measures.
@@ -113,17 +114,14 @@ struct RelitPoint {
     wanted: Option<f64>,
 }
 
-/// The prefix of layers that are lamps.
-const LAMP: &str = "lamp.";
-
 /// Mixes the lamps, and writes and says what comes of it.
 pub fn run(own: &Relight, common: &Common, console: &Console) -> Result<(), CliError> {
     if let Some(path) = &own.output {
         check_extension(path)?;
         check_destination(path)?;
     }
-    let kept = Kept::open(&own.file)?;
-    let names = kept.names();
+    let earlier = Earlier::open(&own.file)?;
+    let names = earlier.names();
     if names.is_empty() {
         return Err(refused(
             &own.file,
@@ -133,16 +131,16 @@ pub fn run(own: &Relight, common: &Common, console: &Console) -> Result<(), CliE
     }
     let mut factors = own.given(&names)?;
     let wanted = match &own.lux {
-        Some(path) => Some(kept.wanted(&own.file, path)?),
+        Some(path) => Some(earlier.wanted(&own.file, path)?),
         None => None,
     };
     if let Some(wanted) = &wanted {
-        kept.aim(wanted, &names, &mut factors);
+        earlier.aim(wanted, &names, &mut factors);
     }
     let factor = |name: &str| factors.get(name).copied().unwrap_or([1.0; 3]);
-    let mut report = kept.relit(factor, wanted.as_deref());
+    let mut report = earlier.relit(factor, wanted.as_deref());
     report.factors = names.iter().map(|name| (name.clone(), factor(name))).collect();
-    own.write(&kept, common, &mut report)?;
+    own.write(&earlier, common, &mut report)?;
     say(&report, console);
     console.report(&report)
 }
@@ -161,10 +159,10 @@ impl Relight {
     }
 
     /// Writes the picture, where there are layers to make it from, and the table of the points.
-    fn write(&self, kept: &Kept, common: &Common, report: &mut RelightReport) -> Result<(), CliError> {
+    fn write(&self, earlier: &Earlier, common: &Common, report: &mut RelightReport) -> Result<(), CliError> {
         let stem = self.file.file_stem().unwrap_or_default().to_string_lossy();
         let place = |end: &str| common.out.join(format!("{stem}-relit{end}"));
-        let Some(first) = kept.layers.first() else {
+        let Some(first) = earlier.layers.first() else {
             if let Some(path) = &self.output {
                 return Err(refused(
                     &self.file,
@@ -175,8 +173,9 @@ impl Relight {
             return self.write_points(report, || place(".csv"), common);
         };
         let mut picture = Picture::new(first.picture.width, first.picture.height);
-        for NamedPicture { name, picture: layer } in &kept.layers {
-            let factor = name.strip_prefix(LAMP).and_then(|lamp| report.factors.get(lamp)).copied().unwrap_or([1.0; 3]);
+        for NamedPicture { name, picture: layer } in &earlier.layers {
+            let factor =
+                LayerKind::emitter(name).and_then(|lamp| report.factors.get(lamp)).copied().unwrap_or([1.0; 3]);
             let factor = glam::DVec3::from(factor).as_vec3();
             picture.pixels.iter_mut().zip(&layer.pixels).for_each(|(sum, p)| *sum += factor * *p);
         }
@@ -184,7 +183,7 @@ impl Relight {
             make_directory(&common.out)?;
         }
         let path = self.output.clone().unwrap_or_else(|| place(".png"));
-        write_picture(&path, &picture, Exposure { stops: self.exposure })?;
+        write_picture(&path, &picture, self.brightness.exposure())?;
         report.files.push(path);
         self.write_points(report, || place(".csv"), common)
     }
@@ -212,36 +211,35 @@ impl Relight {
     }
 }
 
-impl Kept {
+impl Earlier {
     /// Reads a report, and the layers of the EXR file that it names; or those of an EXR file.
-    fn open(path: &Path) -> Result<Kept, CliError> {
-        let is_exr = |path: &Path| path.extension().is_some_and(|own| own.eq_ignore_ascii_case("exr"));
+    fn open(path: &Path) -> Result<Earlier, CliError> {
         if is_exr(path) {
             let layers = read_layers(path)?;
-            return Ok(Kept { layers: lamps(layers), ..Kept::default() });
+            return Ok(Earlier { layers: lamps(layers), ..Earlier::default() });
         }
         let text = fs::read_to_string(path).map_err(|error| {
             refused(path, &format!("cannot be read: {error}"), "check the file's name and permissions")
         })?;
-        let read: Result<Kept, _> = serde_json::from_str(&text);
-        let mut kept = read.map_err(|error| {
+        let read: Result<Earlier, _> = serde_json::from_str(&text);
+        let mut earlier = read.map_err(|error| {
             refused(path, &format!("is no report of `render --json`: {error}"), "name the report or an EXR file")
         })?;
-        if kept.modes.is_some() {
+        if earlier.modes.is_some() {
             return Err(refused(path, "is a report of several modes", "render one of them: --mode MODE"));
         }
-        if let Some(own) = kept.files.iter().find(|file| is_exr(file)) {
+        if let Some(own) = earlier.files.iter().find(|file| is_exr(file)) {
             let beside = path.parent().map(|folder| folder.join(own));
             let found = beside.filter(|path| path.is_file()).unwrap_or_else(|| own.clone());
-            kept.layers = lamps(read_layers(&found)?);
+            earlier.layers = lamps(read_layers(&found)?);
         }
-        Ok(kept)
+        Ok(earlier)
     }
 
     /// The lamps of all that was kept.
     fn names(&self) -> Vec<String> {
         let of_points = self.points.iter().take(1).flat_map(|point| point.luminaires.keys().cloned());
-        let of_layers = self.layers.iter().filter_map(|layer| layer.name.strip_prefix(LAMP).map(str::to_owned));
+        let of_layers = self.layers.iter().filter_map(|layer| LayerKind::emitter(&layer.name).map(str::to_owned));
         let mut names: Vec<String> = Vec::new();
         for name in self.luminaires.iter().map(|own| own.name.clone()).chain(of_points).chain(of_layers) {
             if !names.contains(&name) {
@@ -317,7 +315,7 @@ impl Kept {
             emitted: times(own.emitted, factor(&own.name)),
             reflected: times(own.reflected, factor(&own.name)),
         };
-        let point = |(k, point): (usize, &KeptPoint)| {
+        let point = |(k, point): (usize, &EarlierPoint)| {
             let each = point.luminaires.iter().map(|(name, light)| times(*light, factor(name)));
             let irradiance = each.fold([0.0; 3], |sum, light| [0, 1, 2].map(|c| sum[c] + light[c]));
             RelitPoint {
@@ -340,8 +338,9 @@ impl Kept {
 
 /// The layers of lamps.
 fn lamps(layers: Vec<NamedPicture<Picture>>) -> Vec<NamedPicture<Picture>> {
-    let is_lamp =
-        |layer: &NamedPicture<Picture>| layer.name.starts_with(LAMP) && !layer.name.ends_with("standard error");
+    let is_lamp = |layer: &NamedPicture<Picture>| {
+        LayerKind::emitter(&layer.name).is_some_and(|lamp| !lamp.ends_with(STANDARD_ERROR))
+    };
     layers.into_iter().filter(is_lamp).collect()
 }
 
@@ -370,11 +369,9 @@ fn say(report: &RelightReport, console: &Console) {
         console.say(format!("{name:<24} x {factor}{power}"));
     }
     if !report.points.is_empty() {
-        let outside = report.points.iter().filter(|point| !point.is_inside);
-        let all: Vec<f64> = outside.map(|point| point.illuminance).collect();
-        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
-        let (least, most) = all.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &x| (low.min(x), high.max(x)));
-        console.say(format!("{} points: mean {mean:.2} lx, least {least:.2}, most {most:.2}", all.len()));
+        let values = report.points.iter().map(|point| (!point.is_inside).then_some(point.illuminance));
+        let Uniformity { count, mean, least, most, .. } = Uniformity::of(values);
+        console.say(format!("{count} points: mean {mean:.2} lx, least {least:.2}, most {most:.2}"));
     }
     if let Some([rms, most]) = report.left_over {
         console.say(format!("left over: {rms:.2} lx in the root mean square, {most:.2} at most"));

@@ -17,7 +17,7 @@ use crate::cli::warnings::{Pictured, unmet, warn_of_backs, warn_of_error};
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
 use crate::operator::Bounds;
-use crate::pictures::{Size, check_extension};
+use crate::pictures::{Size, check_extension, is_exr};
 use crate::render::{Apart, Rendered, Seconds};
 use crate::scene::Scene;
 use crate::solve::Diverges;
@@ -257,8 +257,7 @@ impl Run<'_> {
 
 /// The standard error is a layer of an EXR file.
 fn check_layered(output: Option<&Path>) -> Result<(), CliError> {
-    let extension = output.and_then(Path::extension).unwrap_or_default();
-    if extension.eq_ignore_ascii_case("exr") {
+    if output.is_some_and(is_exr) {
         return Ok(());
     }
     Err(CliError::Usage {

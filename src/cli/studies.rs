@@ -213,7 +213,7 @@ impl Run<'_> {
 
     /// The files of one mode, called after the scene, what is done with it, and the mode.
     fn files(&self, what: &str, transport: Transport) -> Files {
-        let mode = transport.label().replace(' ', "-");
+        let mode = transport.file_name();
         Files::new(&self.common.out, &format!("{}-{what}-{mode}", self.scene.name))
     }
 

@@ -69,7 +69,7 @@ impl PatchMesh {
         let whole: Vec<u32> = (0..patches.len() as u32).map(|i| patches.whole(i)).collect();
         let mut mesh = PatchMesh { corners: Vec::new(), patch: Vec::new(), whole, areas: patches.areas().to_vec() };
         for i in (0..patches.len()).filter(|&i| patches.whole(i as u32) as usize == i) {
-            for (_, corners) in patches.pieces(i).filter(|(face, _)| scene.sky.is_none_or(|sky| !sky.holds(*face))) {
+            for (_, corners) in patches.pieces(i).filter(|(face, _)| !scene.is_sky(*face)) {
                 mesh.corners.push(corners.map(|p: Vec3| scene.frame.to_file(p.as_dvec3())));
                 mesh.patch.push(i as u32);
             }

@@ -14,6 +14,7 @@ use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::cosine_direction;
 use crate::rays::{Hit, Ray, Rays};
+use crate::scene::Scene;
 
 /// How many rays, and which.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +45,14 @@ pub struct Variant {
     pub rows: Vec<bool>,
     /// Which patches send: those whose reflected light travels on, or that emit without being a luminaire.
     pub columns: Vec<bool>,
+}
+
+impl Variant {
+    /// All rows and columns of a tau, whatever patches reflect; nothing is cast from the sky, which has no place.
+    pub fn whole(scene: &Scene, patches: &Patches, tau: &[f32]) -> Variant {
+        let rows = (0..patches.len()).map(|i| !patches.is_sky(scene, i)).collect();
+        Variant { tau: tau.to_vec(), rows, columns: vec![true; patches.len()] }
+    }
 }
 
 /// `F^tau`, row i = receiver.

@@ -41,6 +41,11 @@ impl Transport {
         Mode::ALL.into_iter().find(|mode| mode.transport() == self)
     }
 
+    /// The label as a part of a file's name: without spaces.
+    pub fn file_name(self) -> String {
+        self.label().replace(' ', "-")
+    }
+
     /// The mode's name at a corner, `alpha A tau T` elsewhere.
     pub fn label(self) -> String {
         match self.mode() {

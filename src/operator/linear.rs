@@ -92,6 +92,62 @@ pub(crate) fn padded(x: &[Light]) -> Vec<Vec4> {
     x.iter().map(|l| l.invisible.extend(0.0)).collect()
 }
 
+/// One E, and what K makes of it.
+#[derive(Clone, Debug, Default)]
+pub struct Source {
+    /// `E`, one light a patch, W/(m² sr).
+    pub emission: Vec<Light>,
+    /// `K E`, where that is known better than by the product with F.
+    pub first_bounce: Option<Vec<Light>>,
+}
+
+/// K with another E.
+pub struct WithSource<'a> {
+    k: &'a dyn LinearOperator,
+    source: Source,
+}
+
+impl<'a> WithSource<'a> {
+    /// K of the same patches, to act on E of this source.
+    pub fn new(k: &'a dyn LinearOperator, source: Source) -> WithSource<'a> {
+        WithSource { k, source }
+    }
+}
+
+impl LinearOperator for WithSource<'_> {
+    fn areas(&self) -> &[f64] {
+        self.k.areas()
+    }
+
+    fn reflectances(&self) -> &[Rgb] {
+        self.k.reflectances()
+    }
+
+    fn alphas(&self) -> &[f32] {
+        self.k.alphas()
+    }
+
+    fn emission(&self) -> &[Light] {
+        &self.source.emission
+    }
+
+    fn incident(&self, x: &[Vec4]) -> Vec<Vec4> {
+        self.k.incident(x)
+    }
+
+    fn incident_columns(&self, x: &Columns) -> Columns {
+        self.k.incident_columns(x)
+    }
+
+    fn sent(&self, y: &[Vec4]) -> Vec<Vec4> {
+        self.k.sent(y)
+    }
+
+    fn first_bounce(&self) -> Vec<Light> {
+        self.source.first_bounce.clone().unwrap_or_else(|| self.apply(&self.source.emission))
+    }
+}
+
 /// K with alpha 0 on patches that no light from E reaches; K itself where there is no light at all.
 pub struct LitPatches<'a> {
     k: &'a dyn LinearOperator,

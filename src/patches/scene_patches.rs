@@ -206,6 +206,11 @@ impl Patches {
         self.mesh.fragments(whole).iter().map(|f| (f.face, f.corners))
     }
 
+    /// Whether a patch is a half of the sky.
+    pub fn is_sky(&self, scene: &Scene, i: usize) -> bool {
+        scene.is_sky_material(self.materials[i] as usize)
+    }
+
     /// Which side of its faces a patch lies on.
     pub fn side(&self, i: usize) -> Side {
         self.sides[i]

@@ -24,6 +24,7 @@ use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
 
 use crate::light::Rgb;
 use crate::pictures::atomic::{WriteError, write_whole};
+use crate::pictures::names::{spaced, unlike};
 use crate::pictures::picture::{Picture, Size};
 use crate::pictures::srgb::{Bitmap, Exposure, decode_srgb};
 
@@ -179,7 +180,7 @@ pub fn write_layers(
         let samples = of.pixels.iter().map(|p| p[c]).collect();
         AnyChannel::new(name.as_str(), FlatSamples::F32(samples))
     };
-    let names = unlike(layers.iter().map(|layer| printable(&layer.name)));
+    let names = unlike(layers.iter().map(|layer| printable(&layer.name)), spaced);
     let colours = ["R", "G", "B"].into_iter().enumerate();
     let all = colours.flat_map(|(c, colour)| {
         let own = channel(colour.into(), picture, c);
@@ -206,17 +207,6 @@ const NAME: usize = 200;
 /// A name of printable ASCII.
 fn printable(name: &str) -> String {
     name.chars().take(NAME).map(|c| if c == ' ' || c.is_ascii_graphic() { c } else { '_' }).collect()
-}
-
-/// The names, of which each that was there before has a number.
-fn unlike(names: impl Iterator<Item = String>) -> Vec<String> {
-    let mut all: Vec<String> = Vec::new();
-    for name in names {
-        let numbered = (2..).map(|k| format!("{name} {k}"));
-        let free = std::iter::once(name.clone()).chain(numbered).find(|own| !all.contains(own));
-        all.extend(free);
-    }
-    all
 }
 
 /// Reads the layers of an `.exr` file: its picture, whose name is empty, and all whose channels are named R, G and B,
@@ -259,6 +249,11 @@ pub fn check_extension(path: &Path) -> Result<(), ImageError> {
         Format::Png | Format::Exr => Ok(()),
         Format::Hdr => Err(unknown(path)),
     }
+}
+
+/// Whether a file's name is one of OpenEXR.
+pub fn is_exr(path: &Path) -> bool {
+    matches!(Format::of(path), Ok(Format::Exr))
 }
 
 /// Writes finished sRGB codes as `.png`.
@@ -451,7 +446,6 @@ mod tests {
         assert_eq!(names, ["", "bounce.2", "lamp.d_sk", "lamp.dask"]);
         assert_eq!(bits(&back[0].picture), bits(&picture));
         assert!(back[1..].iter().all(|layer| bits(&layer.picture) == bits(&halves)));
-        assert_eq!(unlike(["a", "a", "a 2"].map(String::from).into_iter()), ["a", "a 2", "a 2 2"]);
         // Whatever is damaged is refused or read, without a panic.
         let whole = std::fs::read(&path).unwrap();
         for k in (0..whole.len().min(1200)).step_by(7) {

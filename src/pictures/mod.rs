@@ -7,6 +7,7 @@
 mod atomic;
 mod files;
 mod metrics;
+mod names;
 mod picture;
 mod srgb;
 mod table;
@@ -16,12 +17,13 @@ pub use atomic::{
     NewFolder, WriteError, abandon_files, check_destination, make_directory, write_whole, write_whole_by,
 };
 pub use files::{
-    ImageError, NamedPicture, check_extension, encode_png, read_layers, read_picture, write_bitmap, write_layers,
-    write_picture,
+    ImageError, NamedPicture, check_extension, encode_png, is_exr, read_layers, read_picture, write_bitmap,
+    write_layers, write_picture,
 };
 pub use metrics::{
     Largest, MeanDifference, MetricError, largest_difference, mean_difference, mean_e_pixel, relative_rms,
 };
+pub use names::{spaced, unlike};
 pub use picture::{Picture, Size};
 pub use srgb::{Bitmap, Exposure, decode_srgb, encode_srgb};
 pub use table::{Row, Table, known, rows};

@@ -12,7 +12,7 @@
 //! Not handled: patches without neighbours, which have one value; variation within a patch beyond linear; which reading
 //! a picture needs ([`crate::error`]).
 
-use glam::{Mat3, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 
 use crate::light::{Light, Rgb};
 use crate::patches::{Neighbours, Patches};
@@ -45,6 +45,15 @@ pub(crate) struct FieldLayers {
     pub emitters: usize,
     /// Fields of the bounces; light that was reflected as often as there are, or more, is in the last.
     pub bounces: usize,
+}
+
+/// What each part of some light is multiplied by, and what is added to it, so that the parts add up to the whole; light
+/// of which no part has any is alike in all of them.
+pub(crate) fn to_whole(parts: impl ExactSizeIterator<Item = DVec3>, whole: DVec3) -> (DVec3, DVec3) {
+    let count = parts.len().max(1) as f64;
+    let sum: DVec3 = parts.sum();
+    let scale = DVec3::from([0, 1, 2].map(|c| if sum[c] > 0.0 { whole[c] / sum[c] } else { 0.0 }));
+    (scale, DVec3::select(sum.cmpgt(DVec3::ZERO), DVec3::ZERO, whole) / count)
 }
 
 impl FieldLayers {

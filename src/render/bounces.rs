@@ -94,19 +94,24 @@ impl BounceSeries {
     }
 }
 
-/// The terms of every emitter on patches; none where they are not kept apart.
-fn emitter_terms(mode: &Assembled, count: usize) -> Vec<EmitterTerms> {
+/// Every emitter with its E; none where they are not kept apart.
+fn emitted_terms(mode: &Assembled) -> Vec<EmitterTerms> {
     let k = &mode.operator;
-    let power = |term: &[Light]| powers(k.areas(), term)[0];
     let names = mode.lights.emitters().names().iter().zip(k.emitters());
     let own = |(name, light): (&String, &EmitterLight)| EmitterTerms {
         name: name.clone(),
-        powers: vec![power(&light.emission)],
+        powers: vec![powers(k.areas(), &light.emission)[0]],
         errors: Vec::new(),
     };
-    let mut emitters: Vec<EmitterTerms> = names.map(own).collect();
+    names.map(own).collect()
+}
+
+/// The first terms of every emitter on patches.
+fn emitter_terms(mode: &Assembled, count: usize) -> Vec<EmitterTerms> {
+    let mut emitters = emitted_terms(mode);
     if !emitters.is_empty() {
-        each_bounce(k, &mode.sources(), count, |_, terms| {
+        each_bounce(&mode.operator, &mode.sources(), count, |_, terms| {
+            let power = |term: &[Light]| powers(mode.operator.areas(), term)[0];
             emitters.iter_mut().zip(terms).for_each(|(own, term)| own.powers.push(power(term)));
         });
     }
@@ -115,10 +120,9 @@ fn emitter_terms(mode: &Assembled, count: usize) -> Vec<EmitterTerms> {
 
 /// The terms of every emitter as walks measured them.
 fn walked_terms(mode: &Assembled, walked: &WalkedPowers) -> Vec<EmitterTerms> {
-    let mut emitters = emitter_terms(mode, 0);
+    let mut emitters = emitted_terms(mode);
     for (own, terms) in emitters.iter_mut().zip(&walked.emitters) {
-        own.powers.truncate(1);
-        own.errors = vec![0.0];
+        own.errors.push(0.0);
         for (term, error) in terms {
             own.powers.push(term.visible.to_array());
             own.errors.push(*error);

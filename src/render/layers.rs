@@ -47,12 +47,20 @@ pub enum LayerKind {
     BouncesFrom(usize),
 }
 
+/// Before the names of layers that are lamps.
+const LAMP: &str = "lamp.";
+
 impl LayerKind {
+    /// The emitter that a layer of this name shows; none of another kind.
+    pub fn emitter(name: &str) -> Option<&str> {
+        name.strip_prefix(LAMP)
+    }
+
     /// Its name in files, by the convention that groups channels by what stands before the last dot: `lamp.desk`,
     /// `bounce.2`.
     pub fn name(&self) -> String {
         match self {
-            LayerKind::Emitter(name) => format!("lamp.{name}"),
+            LayerKind::Emitter(name) => format!("{LAMP}{name}"),
             LayerKind::Bounce(n) => format!("bounce.{n}"),
             LayerKind::BouncesFrom(n) => format!("bounce.{n}+"),
         }

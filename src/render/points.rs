@@ -28,6 +28,7 @@ use crate::light::budget::{STAND_INS, TRUNCATION};
 use crate::rays::Ray;
 use crate::rays::sobol::Sobol;
 use crate::rays::warp::hemisphere_direction;
+use crate::reading::patch_light::to_whole;
 use crate::reading::reflection::Memory;
 use crate::reading::{Fields, View, linear};
 use crate::render::assembly::{Assembled, Discretization, assemble};
@@ -190,6 +191,14 @@ impl SensorRound<'_> {
         Trial { pooled: pooled.collect(), of_all, rays }
     }
 
+    /// The light at all points, and the rays cast.
+    fn lights(&self, view: &View) -> (Vec<SensorLight>, u64) {
+        let Sensed { found, rays } = self.sense_all((0..self.points.len()).into_par_iter());
+        let sobol = Sobol::new(ROUND as usize, 2);
+        let all = found.par_iter().zip(self.points);
+        (all.map(|(found, point)| self.light(found, is_inside(view, &sobol, point))).collect(), rays)
+    }
+
     fn light(&self, (found, depth): &(Irradiance, usize), is_inside: bool) -> SensorLight {
         let watts = |light: DVec3| (PI * light).to_array();
         let direct: DVec3 = found.direct.iter().sum();
@@ -212,12 +221,10 @@ impl SensorRound<'_> {
     }
 }
 
-/// Parts of light, scaled to add up to all of it; light that none of them has any of is alike in all.
+/// Parts of light, none below 0, scaled to add up to all of it.
 fn scaled(parts: &[DVec3], total: DVec3) -> Vec<DVec3> {
     let own = || parts.iter().map(|part| part.max(DVec3::ZERO));
-    let sum: DVec3 = own().sum();
-    let scale = DVec3::from([0, 1, 2].map(|c| if sum[c] > 0.0 { total[c] / sum[c] } else { 0.0 }));
-    let rest = DVec3::select(sum.cmpgt(DVec3::ZERO), DVec3::ZERO, total) / parts.len().max(1) as f64;
+    let (scale, rest) = to_whole(own(), total);
     own().map(|part| scale * part + rest).collect()
 }
 
@@ -232,6 +239,12 @@ fn is_inside(view: &View, sobol: &Sobol, point: &SurfacePoint) -> bool {
         hit.is_some_and(|hit| view.patches.at(hit.face, hit.side, ray.at(hit.t)).is_none())
     };
     (0..ROUND).filter(is_back).count() > ROUND as usize / 2
+}
+
+/// What is asked of every point where the series left out so much of the reflected light.
+fn asked(tolerance: f64, truncation: f64, dark: f64) -> Asked {
+    let of_reflected = DVec3::splat(truncation * truncation);
+    Asked { tolerance, of_reflected, of_all: DVec3::ZERO, dark, may_go_deeper: true }
 }
 
 /// K of a mode, solved; and what that took.
@@ -274,19 +287,12 @@ pub(crate) fn sense(first: &Discretization, task: &Task, sensors: &[Sensor]) -> 
         let by_rays = Lights::by_rays(&lights.geometry, &lights.patches, &lights.luminaires, lights.transports.clone());
         let view = View::new(lights, goal.size);
         let sampler = |onward| IrradianceSampler::new((&by_rays, &view), (&fields.at_once, onward), goal.seed);
-        let truncation = solution.rest() / solution.reflected.max(f64::MIN_POSITIVE);
         let dark = f64::from(f32::EPSILON) * FinalGather::new(&view, &fields.at_once).brightest();
         let round = SensorRound {
             samplers: fields.onward.iter().map(sampler).collect(),
             points: &points,
             names: if task.apart.emitters { lights.emitters().names() } else { &[] },
-            asked: Asked {
-                tolerance: goal.tolerance,
-                of_reflected: DVec3::splat(truncation * truncation),
-                of_all: DVec3::ZERO,
-                dark,
-                may_go_deeper: true,
-            },
+            asked: asked(goal.tolerance, solution.truncation(), dark),
             pooled: PooledError::default(),
         };
         let count = patches.patches.len();
@@ -304,13 +310,8 @@ pub(crate) fn sense(first: &Discretization, task: &Task, sensors: &[Sensor]) -> 
         spent.rays += pooled.rays;
         let round = SensorRound { pooled, ..round };
         spent.seconds.solve += seconds;
-        let (found, seconds) = timed(|| round.sense_all((0..points.len()).into_par_iter()));
-        let sobol = Sobol::new(ROUND as usize, 2);
-        let all = found.found.par_iter().zip(&points);
-        let light =
-            |(found, point): (&(Irradiance, usize), &SurfacePoint)| round.light(found, is_inside(&view, &sobol, point));
-        let lights: Vec<SensorLight> = all.map(light).collect();
-        spent.rays += found.rays;
+        let ((lights, cast), seconds) = timed(|| round.lights(&view));
+        spent.rays += cast;
         spent.seconds.gather += seconds;
         spent.seconds.sum();
         return Ok(SensorLights {

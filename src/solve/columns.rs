@@ -18,27 +18,17 @@
 //! Source: Y. Saad, *Iterative Methods for Sparse Linear Systems*, 2nd ed. 2003, algorithm 12.1. Worth: `cargo bench
 //! --bench columns`. Not handled: the bounces of each column.
 
-use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::form_factors::{Columns, PANEL};
 use crate::light::{Light, Rgb};
 use crate::operator::linear::reflected;
-use crate::operator::{Bounds, LinearOperator, LitPatches, Spectrum};
+use crate::operator::{Bounds, LinearOperator, LitPatches, Source, Spectrum, WithSource};
 use crate::solve::neumann::{Diverges, Settings, Verdict, norm, refuse, verdict_on_lit};
 use crate::solve::tail::TailBound;
 
 /// Columns of RGB solved together: a panel of [`Columns`].
 pub const TOGETHER: usize = PANEL / 3;
-
-/// One E, and what K makes of it.
-#[derive(Clone, Debug, Default)]
-pub struct Source {
-    /// `E`, one light a patch, W/(m² sr).
-    pub emission: Vec<Light>,
-    /// `K E`, where that is known better than by the product with F.
-    pub first_bounce: Option<Vec<Light>>,
-}
 
 /// L of several E.
 #[derive(Clone, Debug)]
@@ -55,56 +45,14 @@ pub struct ColumnSolution {
     pub radius: Bounds,
 }
 
-/// K with the sum of all columns' magnitudes for E, whose lit patches are those that any column lights.
-struct OfSum<'a> {
-    k: &'a dyn LinearOperator,
-    emission: Vec<Light>,
-    first_bounce: Vec<Light>,
-}
-
-impl LinearOperator for OfSum<'_> {
-    fn areas(&self) -> &[f64] {
-        self.k.areas()
+/// The sum of all columns' magnitudes, whose lit patches are those that any column lights.
+fn magnitudes(patches: usize, sources: &[Source], bounces: &[Vec<Light>]) -> Source {
+    let [mut emission, mut first_bounce] = [(); 2].map(|_| vec![Light::default(); patches]);
+    for (source, bounce) in sources.iter().zip(bounces) {
+        add_magnitude(&mut emission, &source.emission);
+        add_magnitude(&mut first_bounce, bounce);
     }
-
-    fn reflectances(&self) -> &[Rgb] {
-        self.k.reflectances()
-    }
-
-    fn alphas(&self) -> &[f32] {
-        self.k.alphas()
-    }
-
-    fn emission(&self) -> &[Light] {
-        &self.emission
-    }
-
-    fn incident(&self, x: &[Vec4]) -> Vec<Vec4> {
-        self.k.incident(x)
-    }
-
-    fn incident_columns(&self, x: &Columns) -> Columns {
-        self.k.incident_columns(x)
-    }
-
-    fn sent(&self, y: &[Vec4]) -> Vec<Vec4> {
-        self.k.sent(y)
-    }
-
-    fn first_bounce(&self) -> Vec<Light> {
-        self.first_bounce.clone()
-    }
-}
-
-impl<'a> OfSum<'a> {
-    fn new(k: &'a dyn LinearOperator, sources: &[Source], bounces: &[Vec<Light>]) -> OfSum<'a> {
-        let [mut emission, mut first_bounce] = [(); 2].map(|_| vec![Light::default(); k.areas().len()]);
-        for (source, bounce) in sources.iter().zip(bounces) {
-            add_magnitude(&mut emission, &source.emission);
-            add_magnitude(&mut first_bounce, bounce);
-        }
-        OfSum { k, emission, first_bounce }
-    }
+    Source { emission, first_bounce: Some(first_bounce) }
 }
 
 fn add_magnitude(sum: &mut [Light], light: &[Light]) {
@@ -128,7 +76,7 @@ pub fn solve_columns(
     settings: &Settings,
 ) -> Result<ColumnSolution, Diverges> {
     let bounces = first_bounces(k, sources);
-    let of_sum = OfSum::new(k, sources, &bounces);
+    let of_sum = WithSource::new(k, magnitudes(k.areas().len(), sources, &bounces));
     let k = &LitPatches::of(&of_sum);
     let (verdict, spectrum) = verdict_on_lit(k);
     if matches!(verdict, Verdict::Diverges | Verdict::Undecided) {

@@ -16,7 +16,8 @@ pub(crate) mod shooting;
 pub(crate) mod tail;
 pub(crate) mod two_level;
 
-pub use columns::{ColumnSolution, Source, TOGETHER, apply_columns, each_bounce, reflected_columns, solve_columns};
+pub use crate::operator::Source;
+pub use columns::{ColumnSolution, TOGETHER, apply_columns, each_bounce, reflected_columns, solve_columns};
 pub use dense::direct;
 pub use extrapolated::{Extrapolated, extrapolated};
 pub(crate) use neumann::powers;

@@ -275,6 +275,11 @@ impl Solution {
         last.unwrap_or(f64::INFINITY)
     }
 
+    /// What the series left out at most, as a share of the reflected light.
+    pub fn truncation(&self) -> f64 {
+        self.rest() / self.reflected.max(f64::MIN_POSITIVE)
+    }
+
     /// The bound on what follows the last term as a field.
     fn bound_field(&self, tail: Option<&TailBound>) -> Vec<Light> {
         let last = self.terms.last().filter(|_| self.terms.len() > 1);

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use crate::form_factors::{FormFactors, Rows, Sampling, Variant, reciprocity};
 use crate::operator::Wanted;
+use crate::pictures::unlike;
 use crate::render::{Discretization, Watch};
 use crate::study::factors::FactorTable;
 
@@ -39,7 +40,7 @@ impl FactorMatrix {
     /// That of a table.
     pub fn of(table: &FactorTable) -> FactorMatrix {
         let n = table.rows.len();
-        let columns = unique(&table.columns);
+        let columns = unlike(table.columns.iter().cloned(), |name, k| format!("{name} ({k})"));
         let mut reciprocity = vec![0.0; n * n];
         for r in &table.reciprocity {
             let (i, j) = r.pair;
@@ -62,17 +63,6 @@ impl FactorMatrix {
         let own = &self.reciprocity[i * n..(i + 1) * n];
         own.iter().fold(0.0, |worst: f64, r| if r.abs() > worst.abs() { *r } else { worst })
     }
-}
-
-/// The names, with a number after those that came before.
-fn unique(names: &[String]) -> Vec<String> {
-    let mut taken: Vec<String> = Vec::with_capacity(names.len());
-    for name in names {
-        let numbered = (2..).map(|k| format!("{name} ({k})"));
-        let free = std::iter::once(name.clone()).chain(numbered).find(|name| !taken.contains(name));
-        taken.extend(free);
-    }
-    taken
 }
 
 /// Form factors between patches.
@@ -100,9 +90,7 @@ pub fn patch_factors(p: &Discretization, tau: &[f32], sampling: &Sampling, watch
     let (geometry, patches) = (&*p.geometry, &*p.patches);
     let scene = &geometry.scene;
     let face = |i: usize| patches.pieces(i).next().map_or(0, |piece| piece.0);
-    let is_sky: Vec<bool> = (0..patches.len()).map(|i| scene.sky.is_some_and(|sky| sky.holds(face(i)))).collect();
-    let rows = is_sky.iter().map(|is| !is).collect();
-    let variants = [Variant { tau: tau.to_vec(), rows, columns: vec![true; patches.len()] }];
+    let variants = [Variant::whole(scene, patches, tau)];
     watch.begin("form factors", patches.len() as u64);
     let tick = |done| watch.tick(done);
     let (mut found, rays) = p.rows.rows(&Wanted { geometry, patches, variants: &variants, sampling, tick: &tick });
@@ -110,7 +98,7 @@ pub fn patch_factors(p: &Discretization, tau: &[f32], sampling: &Sampling, watch
     let areas = patches.file_areas(scene);
     let sky = |i: usize| {
         let (columns, values) = factors.rows.row(i);
-        let own = columns.iter().zip(values).filter(|(j, _)| is_sky[**j as usize]);
+        let own = columns.iter().zip(values).filter(|(j, _)| patches.is_sky(scene, **j as usize));
         own.map(|(_, value)| f64::from(*value)).sum::<f64>() as f32
     };
     let objects = (0..patches.len()).map(|i| scene.faces[face(i) as usize].object);
@@ -145,12 +133,6 @@ fn row_residuals(f: &Rows, areas: &[f64]) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn names_become_unique() {
-        let names = ["a", "b", "a", "a (2)", "a"].map(String::from);
-        assert_eq!(unique(&names), ["a", "b", "a (2)", "a (2) (2)", "a (3)"]);
-    }
 
     #[test]
     fn residuals_of_rows_by_hand() {

@@ -78,6 +78,14 @@ pub struct Subject {
     /// Look through the file's camera of this name (glTF) [default: the scene file's, or the first]
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
+    /// How bright PNG files are.
+    #[command(flatten)]
+    pub brightness: Brightness,
+}
+
+/// How bright PNG files are.
+#[derive(Args, Debug)]
+pub struct Brightness {
     /// Brighten PNG files by so many stops (factors of two); EXR files stay as they are
     #[arg(
         long,
@@ -86,7 +94,14 @@ pub struct Subject {
         allow_negative_numbers = true,
         value_parser = stops
     )]
-    pub exposure: f32,
+    exposure: f32,
+}
+
+impl Brightness {
+    /// How PNG files are shown.
+    pub fn exposure(&self) -> Exposure {
+        Exposure { stops: self.exposure }
+    }
 }
 
 /// The scene, its modes, and how finely it is solved.
@@ -128,7 +143,7 @@ impl Subject {
 
     /// How its PNG files are shown.
     pub fn exposure(&self) -> Exposure {
-        Exposure { stops: self.exposure }
+        self.brightness.exposure()
     }
 
     /// The requested (alpha, tau): one, or the four modes.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use crate::cli::error::CliError;
-use crate::pictures::{Exposure, NamedPicture, write_layers, write_picture};
+use crate::pictures::{Exposure, NamedPicture, is_exr, write_layers, write_picture};
 use crate::render::{Apart, Layer, Rendered};
 
 /// What pictures are taken apart into.
@@ -65,7 +65,7 @@ impl Layers {
 }
 
 /// What names the standard error of a picture or a layer.
-const STANDARD_ERROR: &str = "standard error";
+pub const STANDARD_ERROR: &str = "standard error";
 
 /// Writes a picture with its layers and, where wanted, the standard error of all; returns the files.
 pub fn write(
@@ -74,8 +74,7 @@ pub fn write(
     exposure: Exposure,
     standard_error: bool,
 ) -> Result<Vec<PathBuf>, CliError> {
-    let is_exr = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
-    if !is_exr || (found.layers.is_empty() && !standard_error) {
+    if !is_exr(path) || (found.layers.is_empty() && !standard_error) {
         let mut files = vec![path.to_path_buf()];
         write_picture(path, &found.picture, exposure)?;
         for Layer { kind, light } in &found.layers {

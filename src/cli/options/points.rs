@@ -120,7 +120,7 @@ impl Sensors {
 
     /// Where a file of a mode goes.
     fn place(directory: &Path, stem: &str, transport: Transport, extension: &str) -> PathBuf {
-        directory.join(format!("{stem}-points-{}.{extension}", transport.label().replace(' ', "-")))
+        directory.join(format!("{stem}-points-{}.{extension}", transport.file_name()))
     }
 
     /// What is written for each mode.

@@ -19,6 +19,7 @@ use crate::patches::{DivisionNumbers, Patches};
 use crate::pictures::{Exposure, write_whole_by};
 use crate::render::PatchLight;
 use crate::scene::Scene;
+use crate::surfaces::Geometry;
 
 /// Terms that are shown on the patches, each an array of its own; `terms.npy` has all.
 const SHOWN: usize = 16;
@@ -32,17 +33,24 @@ pub enum Also {
     Mtx,
 }
 
-/// What a folder is made of.
+/// A mode of a scene cut into patches, of which F is kept.
 #[derive(Clone, Copy)]
-pub struct Saved<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
+pub struct KeptMode<'a> {
+    /// The scene with its rays.
+    pub geometry: &'a Geometry,
     /// Its patches.
     pub patches: &'a Patches,
     /// The mode.
     pub transport: Transport,
     /// (alpha, tau) of every material in it.
     pub transports: &'a [Transport],
+}
+
+/// What a folder is made of.
+#[derive(Clone, Copy)]
+pub struct Saved<'a> {
+    /// The mode, with its scene and patches.
+    pub mode: KeptMode<'a>,
     /// Every F of the mode, all rows and columns, and its rays.
     pub casts: &'a [(&'a FormFactors, Sampling)],
     /// All crossings for every tau, in place of F.
@@ -61,6 +69,10 @@ fn factors_name(k: usize) -> String {
 }
 
 impl Saved<'_> {
+    fn scene(&self) -> &Scene {
+        &self.mode.geometry.scene
+    }
+
     /// Writes all files into an empty folder, `meta.json` last.
     ///
     /// # Errors
@@ -75,7 +87,7 @@ impl Saved<'_> {
             write_npz(folder.join(CROSSINGS), &layer_arrays(&layers.numbers()))?;
             meta.add(folder, CROSSINGS)?;
         }
-        if let Some(numbers) = self.patches.division() {
+        if let Some(numbers) = self.mode.patches.division() {
             write_npz(folder.join(DIVISION), &division_arrays(&numbers))?;
             meta.add(folder, DIVISION)?;
         }
@@ -85,7 +97,7 @@ impl Saved<'_> {
                 meta.add(folder, name)?;
             }
         }
-        let mesh = PatchMesh::new(self.scene, self.patches);
+        let mesh = PatchMesh::new(self.scene(), self.mode.patches);
         mesh.write_vtu(folder.join("patches.vtu"), &self.cell_data())?;
         meta.add(folder, "patches.vtu")?;
         for also in self.also {
@@ -116,22 +128,23 @@ impl Saved<'_> {
             rays: sampling.rays,
             seed: sampling.seed,
         };
+        let KeptMode { patches, transport, transports, .. } = self.mode;
         Meta {
             sum: String::new(),
             format: FORMAT,
             halflight: env!("CARGO_PKG_VERSION").into(),
-            scene: GeometryIdentity::of(self.scene),
-            mode: self.transport.label(),
-            alpha: self.transport.alpha,
-            tau: self.transport.tau,
+            scene: GeometryIdentity::of(self.scene()),
+            mode: transport.label(),
+            alpha: transport.alpha,
+            tau: transport.tau,
             patches: PatchIdentity {
-                requested: self.patches.requested(),
-                count: self.patches.len(),
-                sum: sum_of_patches(self.patches),
+                requested: patches.requested(),
+                count: patches.len(),
+                sum: sum_of_patches(patches),
             },
             casts: self.casts.iter().enumerate().map(cast).chain(self.layers.map(crossings)).collect(),
-            materials: materials(self.scene, self.transports),
-            lights: lights(self.scene),
+            materials: materials(self.scene(), transports),
+            lights: lights(self.scene()),
             terms: self.light.map_or(0, |light| light.terms.len()),
             files: Default::default(),
         }
@@ -139,7 +152,7 @@ impl Saved<'_> {
 
     /// What is shown on the patches: light and its terms, visible half; reflectance, area, material.
     fn cell_data(&self) -> Vec<CellData> {
-        let (scene, patches) = (self.scene, self.patches);
+        let (scene, KeptMode { patches, transports, .. }) = (self.scene(), self.mode);
         let all = || 0..patches.len();
         let mut data = Vec::new();
         if let Some(PatchLight { light, terms, error, .. }) = self.light {
@@ -154,7 +167,7 @@ impl Saved<'_> {
         data.push(CellData::colour("rho", all().map(|i| patches.reflectance(scene, i))));
         data.push(CellData::scalar("area", areas.iter().map(|&area| area as f32)));
         data.push(CellData::scalar("material", patches.materials().iter().map(|&m| m as f32)));
-        data.push(CellData::scalar("alpha", patches.materials().iter().map(|&m| self.transports[m as usize].alpha)));
+        data.push(CellData::scalar("alpha", patches.materials().iter().map(|&m| transports[m as usize].alpha)));
         data
     }
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::export::kept::error::KeptError;
-use crate::export::kept::folder::{Also, CROSSINGS, Saved, lights, read_division, read_factors, read_layers};
+use crate::export::kept::folder::{Also, CROSSINGS, KeptMode, Saved, lights, read_division, read_factors, read_layers};
 use crate::export::kept::identity::{
     GeometryIdentity, MaterialIdentity, felt_difference, materials, sum_of_patches, unfelt_differences,
 };
@@ -19,11 +19,9 @@ use crate::export::kept::sums::Sum;
 use crate::form_factors::{FormFactors, Layers, Rows, Sampling, Variant};
 use crate::light::Transport;
 use crate::operator::{Cast, RowSource, Wanted};
-use crate::patches::Patches;
 use crate::pictures::{Exposure, NewFolder, WriteError};
 use crate::render::{Discretization, Fineness, PatchLight, half_of};
 use crate::scene::Scene;
-use crate::surfaces::Geometry;
 
 /// What is to be kept, and what was.
 #[derive(Clone, Debug, Default)]
@@ -211,12 +209,11 @@ impl Keeper {
     pub fn save_layers(&self, p: &Discretization, transport: Transport) -> Result<(), KeptError> {
         let held = self.state().layers.clone();
         let (Some(held), Some(folder)) = (held, self.new_folder()) else { return Ok(()) };
-        let (scene, transports) = (&p.geometry.scene, &p.transports(transport)[..]);
+        let (geometry, patches, transports) = (&*p.geometry, &*p.patches, &p.transports(transport)[..]);
+        let mode = KeptMode { geometry, patches, transport, transports };
         let layers = Some((&*held.layers, held.sampling));
-        let (patches, exposure) = (&p.patches, self.keeping.exposure);
-        let saved =
-            Saved { scene, patches, transport, transports, casts: &[], layers, light: None, also: &[], exposure };
-        saved.write(&folder)
+        let exposure = self.keeping.exposure;
+        Saved { mode, casts: &[], layers, light: None, also: &[], exposure }.write(&folder)
     }
 
     /// Where the new folder is filled.
@@ -304,7 +301,8 @@ impl Keeper {
         }
         let mut rays = 0;
         if !missing.is_empty() {
-            let variants: Vec<Variant> = missing.iter().map(|tau| whole(wanted, tau)).collect();
+            let variants: Vec<Variant> =
+                missing.iter().map(|tau| Variant::whole(&wanted.geometry.scene, wanted.patches, tau)).collect();
             let (found, cast) = self.cast(&Wanted { variants: &variants, ..*wanted }, &patches);
             rays = cast;
             let mut state = self.state();
@@ -338,22 +336,18 @@ impl Keeper {
     /// A file that cannot be written.
     pub fn save(&self, light: &PatchLight) -> Result<(), KeptError> {
         let lights = &light.mode.lights;
-        let (geometry, patches, transports) = (&*lights.geometry, &*lights.patches, &lights.transports);
-        let whole = (geometry, patches, &transports[..], light.mode.transport);
-        self.save_parts(whole, Some(*light), light.casts)
+        let (geometry, patches, transports) = (&*lights.geometry, &*lights.patches, &lights.transports[..]);
+        let mode = KeptMode { geometry, patches, transport: light.mode.transport, transports };
+        self.save_mode(&mode, Some(*light), light.casts)
     }
 
-    /// The same from its parts: the scene with its rays, patches, (alpha, tau) of every material, the mode.
+    /// The same of a mode, with its light or of F alone.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn save_parts(
-        &self,
-        (geometry, patches, transports, transport): (&Geometry, &Patches, &[Transport], Transport),
-        light: Option<PatchLight>,
-        casts: &[Sampling],
-    ) -> Result<(), KeptError> {
+    pub fn save_mode(&self, mode: &KeptMode, light: Option<PatchLight>, casts: &[Sampling]) -> Result<(), KeptError> {
         let Some(path) = self.new_folder() else { return Ok(()) };
+        let KeptMode { geometry, patches, transport, transports } = *mode;
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
         let factors = casts.iter().flat_map(|sampling| {
             let wanted = Wanted { geometry, patches, variants: &[], sampling, tick: &|_| () };
@@ -363,23 +357,11 @@ impl Keeper {
         let casts: Vec<(&FormFactors, Sampling)> = factors.iter().map(|f| &**f).zip(casts.iter().copied()).collect();
         let mut folder = path;
         if self.keeping.several {
-            folder = folder.join(transport.label().replace(' ', "-"));
+            folder = folder.join(transport.file_name());
             std::fs::create_dir_all(&folder).map_err(|source| WriteError { path: folder.clone(), source })?;
         }
         let Keeping { also, exposure, .. } = &self.keeping;
-        let scene = &geometry.scene;
-        let saved = Saved {
-            scene,
-            patches,
-            transport,
-            transports,
-            casts: &casts,
-            layers: None,
-            light,
-            also,
-            exposure: *exposure,
-        };
-        saved.write(&folder)
+        Saved { mode: *mode, casts: &casts, layers: None, light, also, exposure: *exposure }.write(&folder)
     }
 
     /// Puts the folder in its place, where one is made, and says where that is.
@@ -443,14 +425,6 @@ fn identity(scene: &Scene, patches: &str) -> String {
     sum.digits()
 }
 
-/// All rows and columns of a tau; nothing is cast from the sky, which has no place.
-fn whole(wanted: &Wanted, tau: &[f32]) -> Variant {
-    let (scene, patches) = (&wanted.geometry.scene, wanted.patches);
-    let is_sky = |i: usize| scene.sky.is_some_and(|sky| patches.pieces(i).any(|(face, _)| sky.holds(face)));
-    let rows = (0..patches.len()).map(|i| !is_sky(i)).collect();
-    Variant { tau: tau.to_vec(), rows, columns: vec![true; patches.len()] }
-}
-
 /// Whether a variant has any entry.
 fn needs_rays(variant: &Variant) -> bool {
     variant.rows.contains(&true) && variant.columns.contains(&true)
@@ -498,7 +472,7 @@ impl RowSource for Keeper {
         if !self.saves() {
             return Cast.layers(wanted);
         }
-        let variants = [whole(wanted, &own.tau)];
+        let variants = [Variant::whole(&wanted.geometry.scene, wanted.patches, &own.tau)];
         let (all, rays) = Cast.layers(&Wanted { variants: &variants, ..*wanted });
         let part = all.restricted(&own.rows, &own.columns);
         self.state().layers = Some(HeldLayers { patches, sampling, tau: own.tau.clone(), layers: Arc::new(all) });

@@ -31,5 +31,5 @@ mod pieces;
 mod sums;
 
 pub use error::KeptError;
-pub use folder::{Also, Saved};
+pub use folder::{Also, KeptMode, Saved};
 pub use keeper::{Keeper, Keeping};

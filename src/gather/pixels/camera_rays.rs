@@ -9,7 +9,7 @@
 use glam::{DVec2, DVec3, Vec2};
 
 use crate::direct::{Choice, Highlights, LightSum, Scratch as Memory};
-use crate::gather::pixels::pixel::{EmitterSums, Pixel};
+use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::pixel_layer::SurfaceKey;
 use crate::gather::pixels::pixel_texture::{Adjusted, PixelCells, SeenPoint, surfaces};
 use crate::light::Rgb;
@@ -113,9 +113,7 @@ impl<'a> CameraRays<'a> {
             pixel.direct += direct;
             pixel.lit[half] += direct;
             if self.view.lights.emitters().are_apart() {
-                let own = &mut pixel.emitters;
-                own.resize(self.view.lights.emitters().count(), EmitterSums::default());
-                self.view.lights.by_emitter(&scratch.sum, |emitter, light| own[emitter].lit[half] += light);
+                self.view.lights.by_emitter(&scratch.sum, |e, light| pixel.emitter(e).lit[half] += light);
             }
         }
         pixel.rays += std::mem::take(&mut scratch.memory.cast) + 2 * u64::from(count - pixel.count);
@@ -208,8 +206,7 @@ impl<'a> CameraRays<'a> {
         pixel.emitted[ray.half] += share * emitted;
         if emits && view.lights.emitters().are_apart() {
             let emitter = view.lights.emitters().of_face(view.scene, hit.face);
-            pixel.emitters.resize(view.lights.emitters().count(), EmitterSums::default());
-            pixel.emitters[emitter].emitted[ray.half] += share * emitted;
+            pixel.emitter(emitter).emitted[ray.half] += share * emitted;
         }
         let (material, typical) = (view.scene.material(hit.face), view.patches.reflectance(view.scene, patch as usize));
         if typical == Rgb::ZERO && material.gloss.is_none() {

@@ -92,6 +92,14 @@ impl Pixel {
         &mut self.layers[k]
     }
 
+    /// The sums of an emitter that is kept apart.
+    pub fn emitter(&mut self, number: usize) -> &mut EmitterSums {
+        if self.emitters.len() <= number {
+            self.emitters.resize(number + 1, EmitterSums::default());
+        }
+        &mut self.emitters[number]
+    }
+
     /// Camera rays of both halves.
     pub fn camera(&self) -> f64 {
         f64::from(2 * self.count)

@@ -14,7 +14,7 @@ use crate::gather::records::irradiance_cache::{Fitted, IrradianceCache};
 use crate::gather::records::pixel_lattice::skewed;
 use crate::light::Rgb;
 use crate::pictures::Picture;
-use crate::reading::patch_light::{FieldLayers, Fields};
+use crate::reading::patch_light::{FieldLayers, Fields, to_whole};
 use crate::reading::view::View;
 
 /// Indirect light of every pixel, and the variance of its sum over the picture fields.
@@ -142,7 +142,7 @@ impl IndirectLight {
 
     /// RMS of the picture of every auxiliary field.
     fn auxiliary_rms(&self, pixels: &[Pixel], fields: &Fields) -> Vec<f64> {
-        let mut sums = vec![0.0; fields.count() - fields.picture_fields()];
+        let mut sums = vec![0.0; fields.first_layer() - fields.picture_fields()];
         let seen = self.pixels.iter().zip(pixels);
         for (light, pixel) in seen {
             for (sum, product) in sums.iter_mut().zip(&light.auxiliary) {
@@ -212,30 +212,27 @@ fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitte
             ambient[half] += mean * (counts[half] * (total + change[half]));
         }
     }
+    let (others, layers) = auxiliary.split_at(auxiliary.len() - cache.layers().count());
     PixelIndirect {
         fields: sums.iter().map(|s| s.as_vec3()).collect(),
         variance: Halves::of(halves).variance(),
-        auxiliary: auxiliary.iter().map(|own| Halves::of(*own).squared()).collect(),
-        layers: apart(&auxiliary, sums[..picture_fields].iter().sum(), cache.layers),
+        auxiliary: others.iter().map(|own| Halves::of(*own).squared()).collect(),
+        layers: apart(layers, sums[..picture_fields].iter().sum(), cache.layers()),
         ambient,
     }
 }
 
-/// Halves of the layers, the last of the auxiliary fields, each set of which is scaled to the light of the picture:
-/// slopes of its patches differ from the sum of theirs.
-fn apart(auxiliary: &[[DVec3; 2]], total: DVec3, layers: FieldLayers) -> Vec<[DVec3; 2]> {
-    if layers.count() == 0 {
+/// Halves of the layers, each set of which is scaled to the light of the picture: slopes of its patches differ from the
+/// sum of theirs.
+fn apart(fields: &[[DVec3; 2]], total: DVec3, layers: FieldLayers) -> Vec<[DVec3; 2]> {
+    if fields.is_empty() {
         return Vec::new();
     }
-    let fields = &auxiliary[auxiliary.len() - layers.count()..];
     let (emitters, bounces) = fields.split_at(layers.emitters);
     let mut all = Vec::with_capacity(layers.count());
     for set in [emitters, bounces] {
         let light = |[a, b]: &[DVec3; 2]| (0.5 * (*a + *b)).max(DVec3::ZERO);
-        let sum: DVec3 = set.iter().map(light).sum();
-        let scale = DVec3::from([0, 1, 2].map(|c| if sum[c] > 0.0 { total[c] / sum[c] } else { 0.0 }));
-        // Light of which no layer has any is alike in all of them.
-        let rest = DVec3::select(sum.cmpgt(DVec3::ZERO), DVec3::ZERO, total) / set.len().max(1) as f64;
+        let (scale, rest) = to_whole(set.iter().map(light), total);
         all.extend(set.iter().map(|halves| {
             let half = 0.5 * (halves[0] - halves[1]);
             let mean = light(halves);

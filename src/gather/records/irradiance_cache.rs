@@ -69,8 +69,6 @@ pub(crate) struct IrradianceCache<'a> {
     pub(crate) fields: usize,
     /// Number of fields that make the picture.
     pub(crate) picture_fields: usize,
-    /// Which of the last fields are the picture's taken apart.
-    pub(crate) layers: FieldLayers,
     pub(crate) lattice: Lattice,
     /// The record of each layer that has one, by the layer's number; else NONE.
     pub(crate) record_of: Vec<u32>,
@@ -107,13 +105,17 @@ impl<'a> IrradianceCache<'a> {
             values: Vec::new(),
             fields: final_gather.fields(),
             picture_fields: final_gather.picture_fields(),
-            layers: final_gather.layers(),
             lattice: Lattice::new(density.spacing, width, pixels.len() / width.max(1)),
             record_of: vec![NONE; starts[pixels.len()]],
             starts,
             guiding: (density.spacing > 1).then(|| GuidingField::new(tile, width, final_gather.brightest())),
             cast: 0,
         }
+    }
+
+    /// Which of the last fields are the picture's taken apart.
+    pub(crate) fn layers(&self) -> FieldLayers {
+        self.final_gather.layers()
     }
 
     /// Pixels across.

@@ -75,7 +75,7 @@ pub(crate) struct Task<'a> {
 pub(crate) struct Solved {
     pub mode: Assembled,
     solution: Solution,
-    /// The other scrambling, where the picture is taken apart.
+    /// The other scrambling, where the picture is taken apart or somebody wants its light.
     other: Option<(Assembled, Solution)>,
     apart: Apart,
     pub fields: Fields,
@@ -84,8 +84,6 @@ pub(crate) struct Solved {
     signal: f64,
     /// How the gather pass is to read the light.
     pub reading: Reading,
-    /// The mean of both halves, where it is wanted.
-    mean: Option<Mean>,
 }
 
 /// The mean of the light of two halves.
@@ -118,12 +116,12 @@ impl Mean {
 }
 
 /// Two solutions of one mode on the same patches, of half the rays each, and that on larger patches.
-pub(crate) struct TwoSolutions {
+struct TwoSolutions {
     /// K of either half.
-    pub modes: [Assembled; 2],
-    pub solutions: [Solution; 2],
+    modes: [Assembled; 2],
+    solutions: [Solution; 2],
     /// The terms of the first on patches four times as large.
-    pub coarse: Vec<Vec<Light>>,
+    coarse: Vec<Vec<Light>>,
 }
 
 impl TwoSolutions {
@@ -131,7 +129,7 @@ impl TwoSolutions {
     ///
     /// # Errors
     /// [`Diverges`] where the spectral radius is not proved to be below 1.
-    pub fn new(p: &Discretization, task: &Task, rays: u32) -> Result<(TwoSolutions, Spent), Diverges> {
+    fn new(p: &Discretization, task: &Task, rays: u32) -> Result<(TwoSolutions, Spent), Diverges> {
         let Task { transport, goal, watch, .. } = *task;
         let mut spent = Spent::default();
         let cast = || {
@@ -153,12 +151,6 @@ impl TwoSolutions {
         spent.seconds.solve = seconds;
         Ok((TwoSolutions { modes: [first, second], solutions, coarse }, spent))
     }
-
-    /// What the series left out at most, as a share of the reflected light.
-    pub fn truncation(&self) -> f64 {
-        let first = &self.solutions[0];
-        first.rest() / first.reflected.max(f64::MIN_POSITIVE)
-    }
 }
 
 impl Solved {
@@ -169,7 +161,7 @@ impl Solved {
     /// [`Diverges`] where the spectral radius is not proved to be below 1.
     pub fn new(p: &Discretization, task: &Task, rays: u32) -> Result<(Solved, Spent), Diverges> {
         let (two, mut spent) = TwoSolutions::new(p, task, rays)?;
-        let error = ErrorParts { truncation: two.truncation(), ..ErrorParts::default() };
+        let error = ErrorParts { truncation: two.solutions[0].truncation(), ..ErrorParts::default() };
         let TwoSolutions { modes: [mode, second], solutions: [solution, other], coarse } = two;
         let read = || {
             let levels = [&solution.terms, &other.terms, &coarse].map(|terms| mode.reflected(terms));
@@ -179,10 +171,9 @@ impl Solved {
         };
         let (fields, seconds) = timed(read);
         spent.seconds.solve += seconds;
-        let mean = task.watch.wants_light().then(|| Mean::of([&mode, &second], [&solution, &other]));
-        let other = (!task.apart.is_nothing()).then_some((second, other));
+        let other = (!task.apart.is_nothing() || task.watch.wants_light()).then_some((second, other));
         let (signal, reading, apart) = (0.0, Reading::AtOnce, task.apart);
-        Ok((Solved { mode, solution, other, apart, fields, error, signal, reading, mean }, spent))
+        Ok((Solved { mode, solution, other, apart, fields, error, signal, reading }, spent))
     }
 }
 
@@ -249,8 +240,10 @@ impl Solved {
 
     /// Shows the light to those who want it.
     pub fn tell(&self, watch: &dyn Watch) {
-        if let Some(Mean { casts, light, terms, error }) = &self.mean {
-            watch.solved(&PatchLight { mode: &self.mode, casts, light, terms, error: Some(error) });
+        if let Some((second, other)) = self.other.as_ref().filter(|_| watch.wants_light()) {
+            let Mean { casts, light, terms, error } = Mean::of([&self.mode, second], [&self.solution, other]);
+            let (light, terms, error) = (&light[..], &terms[..], Some(&error[..]));
+            watch.solved(&PatchLight { mode: &self.mode, casts: &casts, light, terms, error });
         }
     }
 
@@ -295,8 +288,10 @@ impl Solved {
     pub fn picture_fields(&self) -> (Fields, Vec<EmitterPower>) {
         let fields = self.fields.picture_only().read_by(self.reading);
         match &self.other {
-            Some((second, other)) => with_layers(fields, &[(&self.mode, &self.solution), (second, other)], self.apart),
-            None => (fields, Vec::new()),
+            Some((second, other)) if !self.apart.is_nothing() => {
+                with_layers(fields, &[(&self.mode, &self.solution), (second, other)], self.apart)
+            }
+            _ => (fields, Vec::new()),
         }
     }
 

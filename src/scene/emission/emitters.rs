@@ -10,6 +10,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use crate::pictures::{spaced, unlike};
 use crate::scene::model::Scene;
 
 /// The emitters of a scene that are kept apart; all in one where nobody asked for that.
@@ -46,32 +47,15 @@ impl Emitters {
             });
             emitters.of.entry((face.object, face.material)).or_insert(number);
         }
-        let single = scene.solid_objects() <= 1;
-        for &(object, material) in keys.iter().take(MOST_EMITTERS) {
-            let among = keys.iter().filter(|key| key.0 == object).count();
-            let of_object = &scene.objects[object as usize];
-            let name = match scene.materials.get(material as usize) {
-                Some(material) if single || of_object.is_empty() => material.name.clone(),
-                Some(material) if among > 1 => format!("{of_object} {}", material.name),
-                _ => of_object.clone(),
-            };
-            emitters.add(name);
-        }
+        let mut names: Vec<String> = keys.iter().take(MOST_EMITTERS).map(|key| name(scene, &keys, *key)).collect();
         for (k, light) in scene.lights.iter().enumerate() {
-            if emitters.names.len() < MOST_EMITTERS {
-                emitters.add(light.name.clone().unwrap_or_else(|| format!("light {}", k + 1)));
+            if names.len() < MOST_EMITTERS {
+                names.push(light.name.clone().unwrap_or_else(|| format!("light {}", k + 1)));
             }
-            emitters.of_lights.push(emitters.names.len() as u16 - 1);
+            emitters.of_lights.push(names.len() as u16 - 1);
         }
+        emitters.names = unlike(names, spaced);
         Arc::new(emitters)
-    }
-
-    /// Adds a name; one that is taken gets a number.
-    fn add(&mut self, name: String) {
-        let is_free = |name: &String| !self.names.contains(name);
-        let numbered = (2..).map(|k| format!("{name} {k}"));
-        let free = std::iter::once(name.clone()).chain(numbered).find(is_free);
-        self.names.extend(free);
     }
 
     /// How many are kept apart; 1 where all are together.
@@ -98,6 +82,17 @@ impl Emitters {
     /// The emitter that light number k of the scene is.
     pub fn of_light(&self, k: usize) -> usize {
         self.of_lights.get(k).map_or(0, |&e| e.into())
+    }
+}
+
+/// The name of an object's and material's faces, among all that emit.
+fn name(scene: &Scene, keys: &[(u32, u32)], (object, material): (u32, u32)) -> String {
+    let among = keys.iter().filter(|key| key.0 == object).count();
+    let of_object = &scene.objects[object as usize];
+    match scene.materials.get(material as usize) {
+        Some(material) if scene.solid_objects() <= 1 || of_object.is_empty() => material.name.clone(),
+        Some(material) if among > 1 => format!("{of_object} {}", material.name),
+        _ => of_object.clone(),
     }
 }
 

@@ -207,7 +207,7 @@ impl RayShooter {
         let Lights { geometry, patches, luminaires, transports, .. } = &*lights;
         let Geometry { scene, rays, .. } = &**geometry;
         let materials = PatchMaterials::new(scene, patches, luminaires, transports);
-        let sky: Vec<bool> = patches.materials().iter().map(|&m| scene.is_sky_material(m as usize)).collect();
+        let sky: Vec<bool> = (0..patches.len()).map(|i| patches.is_sky(scene, i)).collect();
         // Shafts and light cuts would cost more than the little that is received by closed form.
         let by_rays = Lights::by_rays(geometry, patches, luminaires, transports.clone());
         let sampling = Sampling { rays: 0, emitter_rays: settings.emitter_rays, seed: settings.seed };

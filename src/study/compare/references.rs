@@ -222,7 +222,7 @@ impl Kept {
     /// In `folder`, named for a reader after the scene, the mode and the method, and by the start of the key.
     fn new(folder: &Path, scene: &Scene, plan: &StudyPlan, by: &str) -> Kept {
         let key = key(scene, plan.transport, plan.size);
-        let mode = plan.transport.label().replace(' ', "-");
+        let mode = plan.transport.file_name();
         let stem = format!("{}-{mode}-{by}-{}", scene.name, &key[..12]);
         Kept { folder: folder.to_path_buf(), stem, key, time: plan.seconds }
     }
