@@ -168,7 +168,7 @@ pub mod study;
 #[cfg(feature = "cli")]
 pub mod cli;
 
-pub use light::{Light, Mode, Transport};
+pub use light::{Interrupt, Light, Mode, Transport};
 pub use operator::{LinearOperator, Operator};
 pub use render::{Fineness, Rendered, Solver};
 pub use scene::{LoadOptions, Scene};

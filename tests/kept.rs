@@ -69,11 +69,14 @@ fn a_folder_holds_what_was_solved() {
     // The lamp's row as well, which reflects nothing now.
     assert!(saved["rays"].as_u64() > plain["rays"].as_u64());
     let kept: Vec<String> = files(&place).into_iter().filter(|name| name.starts_with("kept/")).collect();
-    assert_eq!(kept, ["F.npz", "L.npy", "meta.json", "patches.vtu", "terms.npy"].map(|name| format!("kept/{name}")));
+    assert_eq!(
+        kept,
+        ["F.npz", "L.npy", "meta.json", "patches.vtu", "scene.bin", "terms.npy"].map(|name| format!("kept/{name}"))
+    );
     let meta: Value = serde_json::from_slice(&bytes(&place, "kept/meta.json")).unwrap();
     assert_eq!(meta["patches"]["count"], plain["patches"]);
     assert_eq!((meta["mode"].as_str(), meta["patches"]["requested"].as_u64()), (Some("global"), Some(300)));
-    assert_eq!(fields(&meta["files"]), ["F.npz", "L.npy", "patches.vtu", "terms.npy"]);
+    assert_eq!(fields(&meta["files"]), ["F.npz", "L.npy", "patches.vtu", "scene.bin", "terms.npy"]);
     // No time, no name of a machine: the same folder from any number of threads.
     succeed(&place, &format!("render room.toml --mode global {SMALL} --save again --threads 1"));
     for name in kept {

@@ -16,13 +16,12 @@ use serde::{Deserialize, Serialize};
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
 use crate::cli::options::arguments::{Brightness, Common};
-use crate::cli::options::layers::STANDARD_ERROR;
 use crate::cli::options::points::lux;
 use crate::pictures::{
     NamedPicture, Picture, Table, check_destination, check_extension, is_exr, make_directory, read_layers, rows,
     write_picture,
 };
-use crate::render::{EmitterPower, LayerKind, Uniformity};
+use crate::render::{EmitterPower, LayerKind, STANDARD_ERROR, Uniformity};
 use crate::study::dimmed;
 
 /// `halflight relight`

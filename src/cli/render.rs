@@ -10,15 +10,15 @@ use crate::cli::console::Console;
 use crate::cli::error::{CliError, picture_or_divergence};
 use crate::cli::options::arguments::{Common, Effort, Precision, Problem, pixel, size};
 use crate::cli::options::keep::{Keep, Kept, Watched};
-use crate::cli::options::layers::{self, Layers};
+use crate::cli::options::layers::Layers;
 use crate::cli::options::points::{Points, Sensors};
 use crate::cli::pictures::{Outcome, Places, RenderReport, finish};
-use crate::cli::warnings::{Pictured, unmet, warn_of_backs, warn_of_error};
+use crate::cli::warnings::{Pictured, warn_of_backs, warn_of_error};
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
 use crate::operator::Bounds;
 use crate::pictures::{Size, check_extension, is_exr};
-use crate::render::{Apart, Rendered, Seconds};
+use crate::render::{Apart, Errors, Rendered, Seconds};
 use crate::scene::Scene;
 use crate::solve::Diverges;
 
@@ -224,14 +224,15 @@ impl Run<'_> {
         report.closure = found.closure;
         if let Precision::Within(tolerance) = self.own.problem.effort.precision() {
             report.error = Some(found.error);
-            report.why = unmet(found, tolerance);
+            report.why = found.unmet(tolerance);
             report.met = Some(report.why.is_none());
         }
     }
 
     fn write(&self, transport: Transport, found: &Rendered) -> Result<Vec<PathBuf>, CliError> {
         let exposure = self.own.problem.subject.exposure();
-        layers::write(&self.places.picture(transport), found, exposure, self.own.standard_error)
+        let errors = if self.own.standard_error { Errors::Written } else { Errors::LeftOut };
+        Ok(found.save_layers(self.places.picture(transport), exposure, errors)?)
     }
 
     /// A line on one mode.

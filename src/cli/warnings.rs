@@ -16,7 +16,7 @@ use crate::rays::sobol::{fraction, hash};
 use crate::rays::warp::cosine_direction;
 use crate::rays::{Hit, Ray, Rays, Side};
 use crate::reference::{Mean, TraceSettings, Tracer};
-use crate::render::{Ended, Rendered};
+use crate::render::Rendered;
 use crate::scene::{Scene, Sides};
 use crate::study::map::{Growth, Variance, growth};
 
@@ -261,43 +261,9 @@ fn warning(g: &Growth) -> Option<String> {
 
 /// Warns where the estimated error is above the tolerance.
 pub(crate) fn warn_of_error(console: &Console, transport: Transport, found: &Rendered, tolerance: f64) {
-    if let Some(why) = unmet(found, tolerance) {
+    if let Some(why) = found.unmet(tolerance) {
         console.warn(format!("{}: {why}", transport.label()));
     }
-}
-
-/// Why a picture's estimated error is above its tolerance, and what would help; none where it is not.
-pub(crate) fn unmet(found: &Rendered, tolerance: f64) -> Option<String> {
-    let error = &found.error;
-    if error.total <= tolerance {
-        return None;
-    }
-    let parts = [
-        (error.form_factors, "noise of F"),
-        (error.patches, "the light read on patches"),
-        (error.truncation, "the series' truncation"),
-        (error.gather, "the gather pass"),
-    ];
-    let largest = parts.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
-    let (part, name) = largest.unwrap_or_default();
-    if found.is_black() {
-        return Some(
-            "the scene emits light, but no ray found any on what the camera sees: the error is not known".into(),
-        );
-    }
-    if error.total >= 1.0 {
-        return Some(format!("the error is not known: most of the light comes by ways that few rays find ({name})"));
-    }
-    let why = match found.ended {
-        Ended::ByTime => "when the time was over; a longer --time helps",
-        Ended::ByItself => "which more effort lessened too little; a larger --size leaves less to bend within a pixel",
-    };
-    Some(format!(
-        "estimated error {:.2} %, more than the {:.2} % asked for; most of it ({:.2} %) is {name}, {why}",
-        100.0 * error.total,
-        100.0 * tolerance,
-        100.0 * part,
-    ))
 }
 
 #[cfg(test)]

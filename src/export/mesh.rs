@@ -77,6 +77,16 @@ impl PatchMesh {
         mesh
     }
 
+    /// Corners of the triangles, in the file's units, counter-clockwise seen from the front.
+    pub fn corners(&self) -> &[[DVec3; 3]] {
+        &self.corners
+    }
+
+    /// The patch of each triangle.
+    pub fn patch(&self) -> &[u32] {
+        &self.patch
+    }
+
     /// Number of triangles.
     pub fn triangles(&self) -> usize {
         self.patch.len()

@@ -20,9 +20,11 @@ pub mod kept;
 mod matrix_market;
 mod mesh;
 mod npz;
+mod scene_bytes;
 
 pub use arrays::{Array, Values};
 pub use fields::{light_array, terms_array};
 pub use matrix_market::write_matrix_market;
 pub use mesh::{CellData, PatchMesh};
 pub use npz::{csr, npz_bytes, read_npz, rows_of_csr, write_npz};
+pub use scene_bytes::{SceneBytesError, scene_from_bytes, scene_to_bytes};

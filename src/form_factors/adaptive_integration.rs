@@ -5,6 +5,8 @@
 
 use rayon::prelude::*;
 
+use crate::light::interrupt::heed_interrupt;
+
 /// A number and how far it may be off.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
@@ -54,6 +56,7 @@ pub(crate) fn refine<P: Copy + Send + Sync>(
 ) -> Estimate {
     let mut sum = total(&cells);
     for _ in 0..ROUNDS {
+        heed_interrupt();
         if sum.error <= goal(sum.value) || cells.len() >= most {
             break;
         }

@@ -26,6 +26,7 @@ use crate::form_factors::adaptive_integration::{Cell, Estimate, refine};
 use crate::form_factors::facet::{Edge, Facet};
 use crate::form_factors::occluders::{Occluder, visible_form};
 use crate::form_factors::plane::{Plane, area_vector};
+use crate::light::interrupt::heed_interrupt;
 
 /// A sender, a receiver in front of it, and what may lie between.
 pub(crate) struct Link<'a> {
@@ -143,6 +144,7 @@ fn bisect(t: &[DVec3; 3]) -> [[DVec3; 3]; 2] {
 
 /// A triangle of the start: nothing is known of its error yet, so all of its value is.
 fn first(links: &[Link], part: SenderPart) -> Cell<SenderPart> {
+    heed_interrupt();
     let value = radon(links, &part);
     let possible = area_vector(&part.corners).length();
     let hidden = !links[part.link as usize].occluders.is_empty();

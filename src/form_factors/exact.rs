@@ -22,6 +22,7 @@ use crate::form_factors::cubature::Link;
 use crate::form_factors::facet::{Facet, facets};
 use crate::form_factors::occluders::{Occluder, between};
 use crate::form_factors::{contour_integral, cubature};
+use crate::light::interrupt::heed_interrupt;
 use crate::scene::{Scene, Sides};
 
 /// Pairs of facets of two bodies beyond which rays are the better way.
@@ -180,6 +181,7 @@ fn groups(scene: &Scene) -> Vec<Group> {
 
 /// `A F` with nothing between.
 fn unoccluded(link: &Link) -> Estimate {
+    heed_interrupt();
     let (a, b) = (&link.from, &link.to);
     if distance_over_size(a, b) < FAR {
         return contour_integral::exchange(&a.edges, &b.edges);

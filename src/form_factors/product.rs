@@ -15,6 +15,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::form_factors::sparse::{RUN, Rows};
+use crate::light::interrupt::heed_interrupt;
 
 /// Rows that a thread takes at once.
 const CHUNK: usize = 64;
@@ -64,6 +65,7 @@ impl Rows {
 
 /// `F x` into `out`, which has one entry a row; row-parallel where there is enough to do.
 pub(crate) fn multiply<const W: usize, N: Numbers<W>>(f: &Rows, x: &[N], out: &mut [N]) {
+    heed_interrupt();
     let arch = Arch::new();
     let chunk = |(k, out)| arch.dispatch(Chunk::<W, N> { f, x, first: k * CHUNK, out });
     if f.entries() * W / 4 < ALONE {

@@ -14,7 +14,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 /// How a surface shows highlights.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Gloss {
     /// Ks, per channel.
     pub specular: Vec3,

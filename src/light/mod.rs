@@ -17,9 +17,11 @@
 
 pub(crate) mod budget;
 pub(crate) mod gloss;
+pub(crate) mod interrupt;
 pub(crate) mod mode;
 
 pub use gloss::Gloss;
+pub use interrupt::Interrupt;
 pub use mode::{Mode, Transport, TransportError};
 
 use nalgebra::Matrix2;
@@ -27,8 +29,9 @@ use nalgebra::Matrix2;
 /// Radiance, reflectance or emission of the three channels red, green, blue.
 pub type Rgb = glam::Vec3;
 
-/// Light of one point or patch: `(L_invisible, L_visible)`, each an RGB radiance in W/(m² sr).
+/// Light of one point or patch: `(L_invisible, L_visible)`, each an RGB radiance in W/(m² sr); six numbers in memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
 pub struct Light {
     /// The half that travels: `L_inv = E_inv + alpha rho F L_inv`.
     pub invisible: Rgb,
@@ -59,7 +62,7 @@ impl Light {
 }
 
 /// Whether the camera sees the emission of a luminaire.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Visibility {
     /// `E_visible = E_invisible`.
     #[default]

@@ -7,7 +7,8 @@ use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 /// How much a surface passes on: `alpha` of what it reflects travels further, `tau` of what reaches it goes through.
 ///
 /// Both lie in 0..=1. Every point of the square is legal; [`Mode`] names its corners.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
+#[serde(from = "Reported")]
 pub struct Transport {
     /// Interreflection: the share of reflected light that travels on (invisible half).
     pub alpha: f32,
@@ -64,6 +65,21 @@ impl Serialize for Transport {
         fields.serialize_field("alpha", &decimal(self.alpha))?;
         fields.serialize_field("tau", &decimal(self.tau))?;
         fields.end()
+    }
+}
+
+/// What a report has of it.
+#[derive(serde::Deserialize)]
+struct Reported {
+    #[serde(rename = "mode")]
+    _mode: Option<String>,
+    alpha: f64,
+    tau: f64,
+}
+
+impl From<Reported> for Transport {
+    fn from(Reported { alpha, tau, .. }: Reported) -> Transport {
+        Transport { alpha: alpha as f32, tau: tau as f32 }
     }
 }
 

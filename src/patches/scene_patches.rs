@@ -206,6 +206,21 @@ impl Patches {
         self.mesh.fragments(whole).iter().map(|f| (f.face, f.corners))
     }
 
+    /// The middle of a patch's area, unit coordinates; of a patch divided by light that of its chosen points.
+    pub fn middle(&self, i: usize) -> Vec3 {
+        self.extent(i).middle
+    }
+
+    /// The unit normal of a patch's side: the mean over its area. 0 where that has no direction.
+    pub fn mean_normal(&self, i: usize) -> Vec3 {
+        let triangle = |(face, [a, b, c]): (u32, [Vec3; 3])| {
+            let area = f64::from((b - a).cross(c - a).length());
+            area * self.normal(face, self.side(i)).as_dvec3()
+        };
+        let sum: DVec3 = self.pieces(i).map(triangle).sum();
+        sum.normalize_or_zero().as_vec3()
+    }
+
     /// Whether a patch is a half of the sky.
     pub fn is_sky(&self, scene: &Scene, i: usize) -> bool {
         scene.is_sky_material(self.materials[i] as usize)

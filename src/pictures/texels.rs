@@ -19,7 +19,7 @@ const FREE_PIXELS: u64 = 1 << 16;
 const MOST_BYTES: u64 = 1 << 29;
 
 /// An image as it was stored, row by row from the top left.
-#[derive(Clone, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Texels {
     /// Pixels in a row.
     pub width: usize,

@@ -17,6 +17,7 @@ use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
+use crate::light::interrupt::heed_interrupt;
 use crate::rays::accelerator::{Accelerator, MANY};
 use crate::rays::bvh::Bvh;
 use crate::rays::bvh_build::Layout;
@@ -244,6 +245,7 @@ impl Rays {
     /// The ray with its start lifted off its source.
     #[inline]
     pub(super) fn query(&self, ray: &Ray) -> Query {
+        heed_interrupt();
         let direction = Vec3A::from(ray.direction);
         let (start, skip) = self.start((ray.origin, ray.source), direction);
         Query::new(start, direction, f32::INFINITY, [skip, NO_PLANE])
@@ -260,6 +262,7 @@ impl Rays {
     /// The segment between two points, both lifted towards the other; `None` if they are one point.
     #[inline]
     pub(super) fn segment(&self, from: End, to: End) -> Option<Query> {
+        heed_interrupt();
         let across = Vec3A::from(to.0 - from.0);
         let (start, first) = self.start(from, across);
         let (end, last) = self.start(to, -across);

@@ -1,11 +1,11 @@
 //! A picture and how far it may be off: what `halflight render` returns and reports.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::form_factors::Closure;
 use crate::gather::Gathered;
 use crate::operator::Bounds;
-use crate::pictures::{Exposure, ImageError, Picture, write_picture};
+use crate::pictures::{Exposure, ImageError, NamedPicture, Picture, is_exr, write_layers, write_picture};
 use crate::render::assembly::{Assembled, Seconds};
 use crate::render::goal::Spent;
 use crate::render::layers::{Apart, EmitterPower, Layer, named};
@@ -112,6 +112,44 @@ impl Rendered {
         self.sees > 0.0 && self.picture.pixels.iter().all(dark)
     }
 
+    /// Why a picture's estimated error is above its tolerance, and what would help; none where it is not.
+    pub fn unmet(&self, tolerance: f64) -> Option<String> {
+        let error = &self.error;
+        if error.total <= tolerance {
+            return None;
+        }
+        let parts = [
+            (error.form_factors, "noise of F"),
+            (error.patches, "the light read on patches"),
+            (error.truncation, "the series' truncation"),
+            (error.gather, "the gather pass"),
+        ];
+        let largest = parts.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        let (part, name) = largest.unwrap_or_default();
+        if self.is_black() {
+            return Some(
+                "the scene emits light, but no ray found any on what the camera sees: the error is not known".into(),
+            );
+        }
+        if error.total >= 1.0 {
+            return Some(format!(
+                "the error is not known: most of the light comes by ways that few rays find ({name})"
+            ));
+        }
+        let why = match self.ended {
+            Ended::ByTime => "when the time was over; a longer --time helps",
+            Ended::ByItself => {
+                "which more effort lessened too little; a larger --size leaves less to bend within a pixel"
+            }
+        };
+        Some(format!(
+            "estimated error {:.2} %, more than the {:.2} % asked for; most of it ({:.2} %) is {name}, {why}",
+            100.0 * error.total,
+            100.0 * tolerance,
+            100.0 * part,
+        ))
+    }
+
     /// Writes the picture: `.exr` holds its radiances, `.png` what the eye is to see of them.
     ///
     /// # Errors
@@ -119,4 +157,63 @@ impl Rendered {
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), ImageError> {
         write_picture(path, &self.picture, Exposure::default())
     }
+
+    /// Writes the picture with its layers, and to `.exr` where that is wanted the standard error of all; returns the
+    /// files. An EXR file has the picture in its channels R, G and B and each layer under its name, `lamp.desk.R` or
+    /// `bounce.2.R`. PNG files have one picture each, so that layers are files of their own.
+    ///
+    /// # Errors
+    /// As [`Rendered::save`].
+    pub fn save_layers(
+        &self,
+        path: impl AsRef<Path>,
+        exposure: Exposure,
+        errors: Errors,
+    ) -> Result<Vec<PathBuf>, ImageError> {
+        let path = path.as_ref();
+        if !is_exr(path) || (self.layers.is_empty() && errors == Errors::LeftOut) {
+            let mut files = vec![path.to_path_buf()];
+            write_picture(path, &self.picture, exposure)?;
+            for Layer { kind, light } in &self.layers {
+                let own = beside(path, &kind.name());
+                write_picture(&own, &light.picture, exposure)?;
+                files.push(own);
+            }
+            return Ok(files);
+        }
+        let named = |name: String, picture| NamedPicture { name, picture };
+        let mut layers = Vec::new();
+        if errors == Errors::Written {
+            layers.push(named(STANDARD_ERROR.into(), &self.standard_error));
+        }
+        for Layer { kind, light } in &self.layers {
+            layers.push(named(kind.name(), &light.picture));
+            if errors == Errors::Written {
+                layers.push(named(format!("{}.{STANDARD_ERROR}", kind.name()), &light.standard_error));
+            }
+        }
+        write_layers(path, &self.picture, &layers)?;
+        Ok(vec![path.to_path_buf()])
+    }
+}
+
+/// Whether the standard errors of pixels are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Errors {
+    /// As layers of their own.
+    Written,
+    /// Light alone.
+    #[default]
+    LeftOut,
+}
+
+/// What names the standard error of a picture or a layer.
+pub const STANDARD_ERROR: &str = "standard error";
+
+/// The place of a layer's own file; what may not be in a file's name is replaced.
+fn beside(path: &Path, layer: &str) -> PathBuf {
+    let [stem, extension] = [path.file_stem(), path.extension()].map(|s| s.unwrap_or_default().to_string_lossy());
+    let safe = |c: char| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '-' };
+    let layer: String = layer.chars().map(safe).collect();
+    path.with_file_name(format!("{stem}-{layer}.{extension}"))
 }

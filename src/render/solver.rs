@@ -2,7 +2,7 @@
 //!
 //! Not handled: scenes without light, whose pictures are black ([`Scene::require_emission`]).
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use crate::error::deadline::deadline_after;
@@ -41,7 +41,7 @@ pub enum RenderError {
     Memory(#[from] Unfit),
 }
 
-/// A scene with its rays and surfaces, ready to be solved in any mode.
+/// A scene with its rays and surfaces, ready to be solved in any mode; a clone shares them.
 ///
 /// | method | gives |
 /// |---|---|
@@ -86,6 +86,12 @@ pub struct Solver {
     apart: Apart,
 }
 
+impl Clone for Solver {
+    fn clone(&self) -> Solver {
+        Solver { last: Mutex::new(self.held().clone()), ..*self }
+    }
+}
+
 impl Solver {
     /// Builds the ray hierarchy and finds the surfaces of a scene, which all else shares. K may take four fifths of the
     /// memory that is free.
@@ -110,7 +116,7 @@ impl Solver {
 
     /// Takes all that is requested apart: [`Rendered::layers`], and the parts of light at points.
     pub fn apart(mut self, apart: Apart) -> Solver {
-        let last = self.last.get_mut().expect("no holder of this panics");
+        let last = self.last.get_mut().unwrap_or_else(PoisonError::into_inner);
         if apart.emitters {
             last.1 = last.1.apart();
         }
@@ -119,7 +125,7 @@ impl Solver {
 
     /// Takes rows of F from a source that may know some.
     pub fn rows(mut self, rows: Arc<dyn RowSource>) -> Solver {
-        self.last.get_mut().expect("no holder of this panics").1.rows = rows;
+        self.last.get_mut().unwrap_or_else(PoisonError::into_inner).1.rows = rows;
         self
     }
 
@@ -130,7 +136,7 @@ impl Solver {
 
     /// The scene cut into about so many patches of one size; kept until another number is requested.
     pub fn cut(&self, patches: usize) -> Discretization {
-        let mut last = self.last.lock().expect("no holder of this panics");
+        let mut last = self.held();
         if last.0 != patches {
             *last = (patches, last.1.cut(patches));
         }
@@ -195,7 +201,12 @@ impl Solver {
 
     /// The scene as it was cut last.
     pub fn last_cut(&self) -> Discretization {
-        self.last.lock().expect("no holder of this panics").1.clone()
+        self.held().1.clone()
+    }
+
+    /// The scene as it was cut last; what is unwound by an [interrupt](crate::Interrupt) leaves it whole.
+    fn held(&self) -> MutexGuard<'_, (usize, Discretization)> {
+        self.last.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

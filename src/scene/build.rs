@@ -17,8 +17,20 @@ use crate::scene::polygon::{Cover, MOST_CORNERS, Points, THINNEST, Triangulator,
 use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::soup::{Polygon, Soup, SoupCamera, check_emission, check_gloss, check_rho};
 
+/// A polygon of a scene that is made from arrays.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct GivenFace {
+    /// Numbers of its vertices, counter-clockwise seen from the front.
+    pub corners: Vec<u32>,
+    /// The number of its material.
+    pub material: u32,
+    /// The number of its object.
+    pub object: u32,
+}
+
 impl Scene {
-    /// A scene from arrays: vertices in any unit, faces as (corners counter-clockwise seen from the front, material).
+    /// A scene from arrays: vertices in any unit, faces as (corners counter-clockwise seen from the front, material),
+    /// all of one object, which has the scene's name.
     ///
     /// Checks, unit frame and camera are those of files. Corners and materials count from 0.
     ///
@@ -30,11 +42,32 @@ impl Scene {
         faces: &[(Vec<u32>, u32)],
         materials: Vec<Material>,
     ) -> Result<Scene, SceneError> {
-        check_arrays(name, vertices, faces, &materials)?;
-        let polygon = |(number, (corners, material)): (usize, &(Vec<u32>, u32))| Polygon {
-            corners: corners.len(),
+        let face = |(corners, material): &(Vec<u32>, u32)| GivenFace {
+            corners: corners.clone(),
             material: *material,
             object: 0,
+        };
+        let faces: Vec<GivenFace> = faces.iter().map(face).collect();
+        Scene::from_objects(name, vertices, &faces, materials, vec![name.to_owned()])
+    }
+
+    /// The same from faces of several objects, which count from 0 too.
+    ///
+    /// # Errors
+    /// As [`Scene::from_faces`].
+    pub fn from_objects(
+        name: &str,
+        vertices: &[DVec3],
+        faces: &[GivenFace],
+        materials: Vec<Material>,
+        objects: Vec<String>,
+    ) -> Result<Scene, SceneError> {
+        check_arrays(name, vertices, &materials)?;
+        check_faces(name, faces, [vertices.len(), materials.len(), objects.len()])?;
+        let polygon = |(number, face): (usize, &GivenFace)| Polygon {
+            corners: face.corners.len(),
+            material: face.material,
+            object: face.object,
             number,
         };
         assemble(Soup {
@@ -42,21 +75,16 @@ impl Scene {
             file: name.to_owned(),
             item: "face",
             vertices: vertices.to_vec(),
-            corners: faces.iter().flat_map(|face| face.0.iter().copied()).collect(),
+            corners: faces.iter().flat_map(|face| face.corners.iter().copied()).collect(),
             polygons: faces.iter().enumerate().map(polygon).collect(),
             materials,
-            objects: vec![name.to_owned()],
+            objects,
             ..Soup::default()
         })
     }
 }
 
-fn check_arrays(
-    name: &str,
-    vertices: &[DVec3],
-    faces: &[(Vec<u32>, u32)],
-    materials: &[Material],
-) -> Result<(), SceneError> {
+fn check_arrays(name: &str, vertices: &[DVec3], materials: &[Material]) -> Result<(), SceneError> {
     if let Some(number) = vertices.iter().position(|vertex| !vertex.is_finite()) {
         let (statement, word) = ("vertex".to_owned(), vertices[number].to_string());
         return Err(SceneError::NotFinite { place: Place::item(name, "vertex", number), statement, word });
@@ -70,11 +98,19 @@ fn check_arrays(
         }
         material.check_transport().map_err(|source| SceneError::Transport { place: place(), source })?;
     }
-    for (number, (corners, material)) in faces.iter().enumerate() {
-        let (place, index) = (Place::item(name, "face", number), *material);
-        check_corners(&place, corners, vertices.len())?;
-        if index as usize >= materials.len() {
-            return Err(SceneError::MaterialOutOfRange { place, index, materials: materials.len() });
+    Ok(())
+}
+
+/// Checks faces of so many vertices, materials and objects.
+fn check_faces(name: &str, faces: &[GivenFace], [vertices, materials, objects]: [usize; 3]) -> Result<(), SceneError> {
+    for (number, face) in faces.iter().enumerate() {
+        let place = Place::item(name, "face", number);
+        check_corners(&place, &face.corners, vertices)?;
+        if face.material as usize >= materials {
+            return Err(SceneError::MaterialOutOfRange { place, index: face.material, materials });
+        }
+        if face.object as usize >= objects {
+            return Err(SceneError::ObjectOutOfRange { place, index: face.object, objects });
         }
     }
     Ok(())

@@ -170,6 +170,11 @@ pub enum SceneError {
     #[diagnostic(help("materials count from 0"))]
     MaterialOutOfRange { place: Place, index: u32, materials: usize },
 
+    /// A face of a caller's array belongs to an object that does not exist.
+    #[error("{place}: a face belongs to object {index}, but there are {objects} objects")]
+    #[diagnostic(help("objects count from 0"))]
+    ObjectOutOfRange { place: Place, index: u32, objects: usize },
+
     /// Nothing to see: no faces, or only faces without area.
     #[error("{file} has no faces with area ({dropped} without)")]
     #[diagnostic(help(
@@ -219,6 +224,53 @@ pub enum SceneError {
     #[error("{file}: the OBJ reader failed: {message}")]
     #[diagnostic(help("this is a fault of the program: please report it together with the file"))]
     Reader { file: String, message: String },
+}
+
+impl SceneError {
+    /// Where in the input the mistake is, if it has one place.
+    pub fn place(&self) -> Option<&Place> {
+        use SceneError::*;
+        match self {
+            MissingObj { place, .. }
+            | Image { place, .. }
+            | MissingPhotometry { place, .. }
+            | Photometry { place, .. }
+            | NotUtf8 { place, .. }
+            | NotANumber { place, .. }
+            | NotFinite { place, .. }
+            | Malformed { place, .. }
+            | IndexOutOfRange { place, .. }
+            | TooFewCorners { place, .. }
+            | TooManyCorners { place, .. }
+            | Rho { place, .. }
+            | Emission { place, .. }
+            | Gloss { place, .. }
+            | UnknownMaterial { place, .. }
+            | MaterialOutOfRange { place, .. }
+            | ObjectOutOfRange { place, .. }
+            | SceneFile { place, .. }
+            | Transport { place, .. }
+            | View { place, .. }
+            | LightValue { place, .. } => Some(place),
+            _ => None,
+        }
+    }
+
+    /// The file that the mistake is in, if it is in one.
+    pub fn file(&self) -> Option<&str> {
+        use SceneError::*;
+        match self {
+            UnknownKind { file }
+            | Read { file, .. }
+            | Gltf { file, .. }
+            | GltfExtensions { file, .. }
+            | MissingBuffer { file, .. }
+            | OneLine { file }
+            | Empty { file, .. }
+            | Reader { file, .. } => Some(file),
+            other => other.place().map(|place| place.file.as_str()),
+        }
+    }
 }
 
 /// Why a camera cannot look that way.

@@ -29,6 +29,7 @@ mod soup;
 mod surface;
 pub mod textures;
 
+pub use build::GivenFace;
 pub(crate) use coincident::planes;
 pub use emission::{Emitters, MOST_EMITTERS, SkyLight};
 pub use error::{Place, SceneError, ViewError};

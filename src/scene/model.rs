@@ -24,7 +24,7 @@ pub const DEFAULT_FOV: f64 = 39.307_648_116_106_62;
 ///
 /// Invariants: at least one face; every vertex finite, no two the same; no face thinner than
 /// [`crate::scene::THINNEST`]; every index in range; rho in 0..=1; emission finite and not negative.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Scene {
     /// The built-in scene's name or the file's stem.
     pub name: String,
@@ -61,7 +61,7 @@ pub struct Scene {
 }
 
 /// The faces that stand for a scene's sky.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Sky {
     /// Unit vector upwards, which separates the halves.
     pub up: Vec3,
@@ -86,7 +86,7 @@ impl Sky {
 }
 
 /// `file = center + scale * unit`, in the file's units.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct UnitFrame {
     /// The middle of the scene's bounding box.
     pub center: DVec3,
@@ -117,7 +117,7 @@ impl UnitFrame {
 }
 
 /// One triangle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Face {
     /// Indices into [`Scene::vertices`], counter-clockwise seen from the front.
     pub vertices: [u32; 3],
@@ -128,7 +128,7 @@ pub struct Face {
 }
 
 /// A diffuse material.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Material {
     /// The MTL's name.
     pub name: String,
@@ -151,7 +151,7 @@ pub struct Material {
 }
 
 /// Which sides of a face reflect and emit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Sides {
     /// The front only, as in the paper: the back is black and still occludes by its tau.
     #[default]
@@ -161,7 +161,7 @@ pub enum Sides {
 }
 
 /// A pinhole camera in unit coordinates.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Camera {
     /// The eye.
     pub position: Vec3,
@@ -176,7 +176,7 @@ pub struct Camera {
 }
 
 /// A camera of a scene's file.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct NamedCamera {
     /// The name that the file has for it.
     pub name: String,

@@ -13,7 +13,7 @@ use glam::DVec3;
 /// Lumens of a watt of white light: the luminous efficacy that CIE Y is scaled by.
 pub const EFFICACY: f64 = 683.0;
 /// Radiant intensity by direction.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Photometry {
     /// Unit vectors: where phi is 0, where it is 90 degrees, and where gamma is 0.
     frame: [DVec3; 3],

@@ -21,7 +21,7 @@ use crate::light::Rgb;
 use crate::scene::photometry::Photometry;
 
 /// A light without area, in unit coordinates.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PunctualLight {
     /// Where it is, or where it comes from.
     pub form: PunctualForm,
@@ -32,7 +32,7 @@ pub struct PunctualLight {
 }
 
 /// Where a light without area is, and where it shines.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum PunctualForm {
     /// From a point.
     Point {
@@ -49,7 +49,7 @@ pub enum PunctualForm {
 }
 
 /// How the intensity of a light goes with the direction in which it leaves.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Beam {
     /// Alike in all directions.
     Even,
@@ -104,7 +104,7 @@ impl PunctualForm {
 }
 
 /// The place of a light, and how its light weakens with distance.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PunctualPlace {
     /// Unit coordinates.
     pub position: DVec3,

@@ -13,10 +13,11 @@ use crate::export::kept::sums::sum_of;
 use crate::export::matrix_market::write_matrix_market;
 use crate::export::mesh::{CellData, PatchMesh};
 use crate::export::npz::{csr, read_npz, rows_of_csr, write_npz};
+use crate::export::scene_bytes::{SceneBytesError, scene_from_bytes, scene_to_bytes};
 use crate::form_factors::{FormFactors, LayerNumbers, Layers, Sampling};
 use crate::light::{Rgb, Transport};
 use crate::patches::{DivisionNumbers, Patches};
-use crate::pictures::{Exposure, write_whole_by};
+use crate::pictures::{Exposure, write_whole, write_whole_by};
 use crate::render::PatchLight;
 use crate::scene::Scene;
 use crate::surfaces::Geometry;
@@ -79,6 +80,8 @@ impl Saved<'_> {
     /// A file that cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), KeptError> {
         let mut meta = self.meta();
+        write_whole(folder.join(SCENE), &scene_to_bytes(self.scene()))?;
+        meta.add(folder, SCENE)?;
         for (k, (factors, _)) in self.casts.iter().enumerate() {
             write_factors(&folder.join(factors_name(k)), factors)?;
             meta.add(folder, &factors_name(k))?;
@@ -170,6 +173,18 @@ impl Saved<'_> {
         data.push(CellData::scalar("alpha", patches.materials().iter().map(|&m| transports[m as usize].alpha)));
         data
     }
+}
+
+/// Where the scene is.
+const SCENE: &str = "scene.bin";
+
+/// The scene of a folder.
+///
+/// # Errors
+/// A file that is missing, or not the one that was written.
+pub fn read_scene(folder: &Path, meta: &Meta) -> Result<Scene, KeptError> {
+    let broken = |error: SceneBytesError| KeptError::Broken { path: folder.join(SCENE), what: error.to_string() };
+    scene_from_bytes(&meta.file(folder, SCENE)?).map_err(broken)
 }
 
 /// Where the crossings of all rays are.

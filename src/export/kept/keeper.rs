@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::export::kept::error::KeptError;
-use crate::export::kept::folder::{Also, CROSSINGS, KeptMode, Saved, lights, read_division, read_factors, read_layers};
+use crate::export::kept::folder::{
+    Also, CROSSINGS, KeptMode, Saved, lights, read_division, read_factors, read_layers, read_scene,
+};
 use crate::export::kept::identity::{
     GeometryIdentity, MaterialIdentity, felt_difference, materials, sum_of_patches, unfelt_differences,
 };
@@ -36,6 +38,21 @@ pub struct Keeping {
     pub several: bool,
     /// How bright the colours of patches are.
     pub exposure: Exposure,
+}
+
+/// What a folder's series was solved for: with the rows of its [`Keeper`] it comes out as it did.
+#[derive(Clone, Debug)]
+pub struct KeptSeries {
+    /// The scene.
+    pub scene: Scene,
+    /// The mode.
+    pub transport: Transport,
+    /// Patches and rays.
+    pub fineness: Fineness,
+    /// The seed of the rays.
+    pub seed: u32,
+    /// Bounces that are kept, E not counted; none where only F is.
+    pub bounces: Option<usize>,
 }
 
 /// A folder that was read, and what it holds.
@@ -117,6 +134,38 @@ impl Keeper {
         let (_, meta) = self.units.first()?;
         let [cast] = &meta.casts[..] else { return None };
         Some(Fineness { patches: meta.patches.requested, rays: cast.rays })
+    }
+
+    /// What the folder that is read was solved for.
+    ///
+    /// # Errors
+    /// A folder of several modes, of a map or of a tolerance, whose light is no single series; a file that is damaged.
+    pub fn series(&self) -> Result<KeptSeries, KeptError> {
+        let folder = || self.keeping.load.clone().unwrap_or_default();
+        let differs = |what: String| KeptError::Differs { path: folder(), what };
+        let (folder, meta) = match &self.units[..] {
+            [one] => one,
+            [] => return Err(differs("it holds nothing".into())),
+            several => {
+                let names = several.iter().filter_map(|(folder, _)| folder.file_name()?.to_str()).collect::<Vec<_>>();
+                return Err(differs(format!("it holds several modes, each a folder of its own: {}", names.join(", "))));
+            }
+        };
+        let [cast] = &meta.casts[..] else {
+            return Err(differs(
+                "it was made to a tolerance, from several F: numpy.load reads L.npy and terms.npy".into(),
+            ));
+        };
+        if cast.file == CROSSINGS {
+            return Err(differs("it is of `map`: it holds crossings of rays and no F".into()));
+        }
+        Ok(KeptSeries {
+            scene: read_scene(folder, meta)?,
+            transport: Transport { alpha: meta.alpha, tau: meta.tau },
+            fineness: Fineness { patches: meta.patches.requested, rays: cast.rays },
+            seed: cast.seed,
+            bounces: meta.terms.checked_sub(1),
+        })
     }
 
     /// The folder that is read.

@@ -19,7 +19,7 @@ use crate::pictures::{WriteError, write_whole};
 /// The file's name.
 pub const NAME: &str = "meta.json";
 /// Raised whenever what is kept, or the rays that a seed stands for, become others.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 /// What the sum stands in while it is made.
 const ZEROS: &str = "00000000000000000000000000000000";
 /// Before the sum.

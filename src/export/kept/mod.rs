@@ -6,6 +6,7 @@
 //! L.npy        light, patches × halves × channels        terms.npy   bounces × patches × halves × channels
 //! patches.vtu  the patches with their light              meta.json   what all was made of; sums of all files
 //! crossings.npz  in place of F: all crossings of the rays for every tau, of `map`
+//! scene.bin    the scene ([`scene_to_bytes`](crate::export::scene_to_bytes))
 //! division.npz what light divided the patches into, where a tolerance was aimed at and it did
 //! ```
 //!
@@ -32,4 +33,4 @@ mod sums;
 
 pub use error::KeptError;
 pub use folder::{Also, KeptMode, Saved};
-pub use keeper::{Keeper, Keeping};
+pub use keeper::{Keeper, Keeping, KeptSeries};

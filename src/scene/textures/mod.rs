@@ -21,7 +21,7 @@ pub use stored_image::{Channel, Image};
 pub use texture::{Filter, Texture, Wrap};
 
 /// The textures of a material, and whether its vertices are coloured: at least one of these.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Maps {
     /// Factor on rho.
     pub reflectance: Option<Texture>,
@@ -34,7 +34,7 @@ pub struct Maps {
 }
 
 /// Where there is a surface.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Mask {
     /// Its texture; 1 everywhere where there is none.
     pub texture: Option<Texture>,

@@ -24,7 +24,8 @@ const LARGER: usize = 4;
 static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|code| decode_srgb(code as f32 / 255.0)));
 
 /// A decoded image.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
+#[serde(from = "Texels", into = "Texels")]
 pub struct Image {
     texels: Texels,
     /// Means over squares, the smallest first; the last one is the mean of all.
@@ -40,7 +41,7 @@ pub(crate) struct Cells {
 }
 
 /// Which number of a texel is read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Channel {
     /// Red, green or blue by number; of a grey image its grey.
     Colour(usize),
@@ -48,6 +49,18 @@ pub enum Channel {
     Alpha,
     /// The mean of red, green and blue as coded.
     Luminance,
+}
+
+impl From<Texels> for Image {
+    fn from(texels: Texels) -> Image {
+        Image::new(texels)
+    }
+}
+
+impl From<Image> for Texels {
+    fn from(image: Image) -> Texels {
+        image.texels
+    }
 }
 
 impl Image {

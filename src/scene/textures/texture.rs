@@ -13,7 +13,7 @@ use glam::{DAffine2, DMat2, DVec2, Vec3};
 use crate::scene::textures::stored_image::{Cells, Channel, Image};
 
 /// A texture of one material.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Texture {
     /// Its texels.
     pub image: Arc<Image>,
@@ -26,7 +26,7 @@ pub struct Texture {
 }
 
 /// What is beyond the edge of an image.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Wrap {
     /// The image again.
     #[default]
@@ -38,7 +38,7 @@ pub enum Wrap {
 }
 
 /// What is between the middles of texels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Filter {
     /// The four around, bilinear in linear light.
     #[default]

@@ -1,0 +1,202 @@
+"""Irradiance at points: what sensors in a scene would measure."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from halflight import _arguments as arguments
+from halflight import _native
+from halflight._errors import ToleranceWarning
+from halflight._picture import factors_of, of
+from halflight._scene import Scene
+
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = ["Irradiance", "points"]
+
+Float64 = npt.NDArray[np.float64]
+
+#: Lumens of a watt of white light, and CIE Y of linear sRGB (IEC 61966-2-1).
+EFFICACY = 683.0
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+@dataclass(frozen=True, repr=False)
+class Irradiance:
+    """Irradiance at points.
+
+    Attributes
+    ----------
+    positions, normals : (n, 3) float64
+        The points, and the middles of the hemispheres that light comes from.
+    irradiance : (n, 3) float64
+        W/m² per channel.
+    error : (n, 3) float64
+        Its standard error, W/m²: of 100 points 95 are within twice that.
+    bounces : (terms, n, 3) float64
+        Irradiance by light that was reflected 0, 1, 2, ... times; the last has all that was reflected more.
+    luminaires : dict of str to (n, 3) float64
+        Irradiance by the light of each luminaire, where those are kept apart.
+    is_inside : (n,) bool
+        Whether a point is inside of a solid, where most of what it sees are backs of faces.
+    met : float
+        Share of the points whose error is at most the tolerance.
+    patches, rays : int
+        Patches at last, and rays cast.
+    seconds : float
+        Time that it took.
+    """
+
+    positions: Float64
+    normals: Float64
+    irradiance: Float64
+    error: Float64
+    bounces: Float64
+    luminaires: dict[str, Float64]
+    is_inside: npt.NDArray[np.bool_]
+    met: float
+    patches: int
+    rays: int
+    seconds: float
+
+    @property
+    def lux(self) -> Float64:
+        """Illuminance, (n,) lux: 683 lm/W times CIE Y of linear sRGB."""
+        return EFFICACY * (self.irradiance @ LUMINANCE)
+
+    @property
+    def lux_error(self) -> Float64:
+        """Its standard error, (n,) lux: at most what the channels' come to together."""
+        return EFFICACY * (self.error @ LUMINANCE)
+
+    def mix(self, luminaires: Mapping[str, Any]) -> Float64:
+        """The irradiance with luminaires dimmed, brightened or coloured, (n, 3) float64, W/m².
+
+        Parameters
+        ----------
+        luminaires : mapping of str to float or (3,) floats
+            Factors by name, 0 or more; those that are not named stay as they are.
+        """
+        if not self.luminaires:
+            raise ValueError('there are no luminaires apart: ask for per="luminaire"')
+        factors = factors_of(luminaires, list(self.luminaires))
+        total = np.zeros_like(self.irradiance)
+        for own, factor in zip(self.luminaires.values(), factors):
+            total += np.array(factor) * own
+        return total
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A table: x, y, z, irradiance and error by channel, lux, lux_error and is_inside; needs pandas."""
+        import pandas
+
+        channels = "rgb"
+        columns: dict[str, Any] = {name: self.positions[:, k] for k, name in enumerate("xyz")}
+        columns |= {f"irradiance_{c}": self.irradiance[:, k] for k, c in enumerate(channels)}
+        columns |= {f"error_{c}": self.error[:, k] for k, c in enumerate(channels)}
+        return pandas.DataFrame({**columns, "lux": self.lux, "lux_error": self.lux_error, "is_inside": self.is_inside})
+
+    def __len__(self) -> int:
+        return len(self.irradiance)
+
+    def __repr__(self) -> str:
+        return f"<halflight.Irradiance: {len(self)} points, {100 * self.met:.0f} % within the tolerance>"
+
+
+def points(
+    scene: Scene,
+    xyz: npt.ArrayLike,
+    normals: npt.ArrayLike,
+    *,
+    mode: arguments.Mode | None = None,
+    alpha: float | None = None,
+    tau: float | None = None,
+    tolerance: float = 0.01,
+    per: Literal["luminaire"] | None = None,
+    seed: int = 0,
+    memory: float | None = None,
+    progress: bool | Callable[[str, int, int], object] | None = None,
+) -> Irradiance:
+    """Irradiance at points, of the half of light that travels.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene; something in it must emit.
+    xyz : (n, 3) floats
+        Positions in the scene's units; on a surface or anywhere else.
+    normals : (n, 3) or (3,) floats
+        The middle of the directions that light is measured from, of any length but 0; one for all points if there is
+        one.
+    mode, alpha, tau
+        As in :func:`render`.
+    tolerance : float
+        Relative error to aim at, at each point.
+    per : {"luminaire"}, optional
+        Keep the light of each luminaire apart.
+    seed, memory, progress
+        As in :func:`render`.
+
+    Returns
+    -------
+    Irradiance
+        W/m² per channel, with standard errors; ``.lux``.
+
+    Raises
+    ------
+    Diverges
+        The series is not proved to converge.
+    ValueError
+        A normal of length 0, numbers that are not finite, other shapes.
+
+    Warns
+    -----
+    ToleranceWarning
+        The error of some points is above the tolerance.
+    """
+    own = of(scene)
+    pair = arguments.transport(mode, alpha, tau, scene.transport)
+    positions = arguments.array("xyz", xyz, ("n", 3))
+    if len(positions) == 0:
+        raise ValueError("xyz must have the shape (n, 3), and n is 0")
+    if np.abs(positions).max() > 1e150:
+        raise ValueError("xyz must be within 1e150")
+    given = np.asarray(normals)
+    axes = arguments.array("normals", normals, (3,) if given.ndim == 1 else (len(positions), 3))
+    axes = np.ascontiguousarray(np.broadcast_to(axes, positions.shape))
+    lengths = np.abs(axes).max(axis=1)
+    if (lengths == 0.0).any():
+        raise ValueError(f"normals must not be zero, and normals[{int(np.argmin(lengths))}] is")
+    aim = arguments.real("tolerance", tolerance, 0.0, 1.0, open_below=True)
+    apart = arguments.per(per)
+    asked = arguments.run(seed, memory, progress)
+    own.require_emission()
+    unit = axes / lengths[:, None] if ((lengths < 1e-100) | (lengths > 1e100)).any() else axes
+    found = _native.points(own, pair, positions, unit, aim, apart, asked)
+    irradiance, error = found.irradiance()
+    met, patches, rays, seconds = found.taken()
+    if met < 1.0:
+        warnings.warn(
+            f"the error of {100 * (1 - met):.0f} % of the points is above the tolerance of {100 * aim:g} %",
+            ToleranceWarning,
+            stacklevel=2,
+        )
+    return Irradiance(
+        positions,
+        axes,
+        irradiance,
+        error,
+        np.array([found.bounce(n) for n in range(found.bounces())]).reshape(-1, len(positions), 3),
+        {name: found.luminaire(name) for name in found.luminaires()},
+        np.array(found.is_inside(), dtype=bool),
+        met,
+        patches,
+        rays,
+        seconds,
+    )

@@ -1,0 +1,126 @@
+//! Errors of the library as exceptions of `halflight._errors`, with what they know as attributes.
+//!
+//! The help of an error follows its message; `halflight._errors` puts Python's words for the program's options.
+
+use std::fmt::Display;
+
+use halflight::export::SceneBytesError;
+use halflight::export::kept::KeptError;
+use halflight::pictures::ImageError;
+use halflight::reference::Overflow;
+use halflight::render::{PictureUnfit, RenderError, Unfit};
+use halflight::scene::{SceneError, ViewError};
+use halflight::solve::Diverges;
+use miette::Diagnostic;
+use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// The message of an error, and what to do about it.
+pub fn words(error: &(impl Diagnostic + Display)) -> String {
+    match error.help() {
+        Some(help) => format!("{error}\n{help}"),
+        None => error.to_string(),
+    }
+}
+
+/// An exception of `halflight._errors` with a message and attributes.
+fn raised(name: &str, message: String, known: impl FnOnce(&Bound<PyDict>) -> PyResult<()>) -> PyErr {
+    let make = |py: Python| {
+        let attributes = PyDict::new(py);
+        known(&attributes)?;
+        let kind = py.import("halflight._errors")?.getattr(name)?;
+        Ok(PyErr::from_value(kind.call((message,), Some(&attributes))?))
+    };
+    Python::attach(|py| make(py).unwrap_or_else(|error| error))
+}
+
+/// What the library may fail with.
+pub trait Raise {
+    /// The exception for it.
+    fn raise(self) -> PyErr;
+}
+
+impl Raise for SceneError {
+    fn raise(self) -> PyErr {
+        let place = self.place().cloned();
+        let file = self.file().map(str::to_owned);
+        let line = place.as_ref().filter(|place| place.item == "line").map(|place| place.number);
+        raised("SceneError", words(&self), |known| {
+            known.set_item("file", file)?;
+            known.set_item("line", line)?;
+            known.set_item("item", place.map(|place| (place.item, place.number)))
+        })
+    }
+}
+
+impl Raise for ViewError {
+    fn raise(self) -> PyErr {
+        PyValueError::new_err(format!(
+            "{self}: position and target must differ, up must not point along the view, vertical_fov is in degrees"
+        ))
+    }
+}
+
+impl Raise for Diverges {
+    fn raise(self) -> PyErr {
+        raised("Diverges", words(&self), |known| {
+            known.set_item("radius", (self.radius.lower, self.radius.upper))?;
+            known.set_item("verdict", self.verdict.name())?;
+            known.set_item("alpha_limit", self.alpha_limit)
+        })
+    }
+}
+
+impl Raise for Unfit {
+    fn raise(self) -> PyErr {
+        raised("DoesNotFit", words(&self), |known| {
+            known.set_item("bytes", self.bytes)?;
+            known.set_item("limit", self.limit)?;
+            known.set_item("fitting", self.fitting)
+        })
+    }
+}
+
+impl Raise for PictureUnfit {
+    fn raise(self) -> PyErr {
+        raised("DoesNotFit", words(&self), |known| {
+            known.set_item("bytes", self.bytes)?;
+            known.set_item("limit", self.limit)?;
+            known.set_item("fitting", self.fitting)
+        })
+    }
+}
+
+impl Raise for RenderError {
+    fn raise(self) -> PyErr {
+        match self {
+            RenderError::Diverges(error) => error.raise(),
+            RenderError::Memory(error) => error.raise(),
+        }
+    }
+}
+
+impl Raise for Overflow {
+    fn raise(self) -> PyErr {
+        raised("Diverges", words(&self), |_| Ok(()))
+    }
+}
+
+impl Raise for KeptError {
+    fn raise(self) -> PyErr {
+        raised("FolderError", words(&self), |_| Ok(()))
+    }
+}
+
+impl Raise for SceneBytesError {
+    fn raise(self) -> PyErr {
+        PyValueError::new_err(words(&self))
+    }
+}
+
+impl Raise for ImageError {
+    fn raise(self) -> PyErr {
+        PyOSError::new_err(words(&self))
+    }
+}

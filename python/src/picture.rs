@@ -1,0 +1,235 @@
+//! Pictures: rendered and traced, with their errors and layers; and arrays as files.
+//!
+//! Not handled: words for what is not met; `halflight._picture` has them.
+
+use std::path::PathBuf;
+
+use halflight::pictures::{Bitmap, Exposure, Picture, check_extension, write_picture};
+use halflight::reference::{NextEvent, TraceSettings, Tracer};
+use halflight::render::{Apart, Ended, Errors, Fineness, Rendered as Found, check_pictures};
+use numpy::{PyArray3, PyReadonlyArray3};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::arrays;
+use crate::errors::Raise;
+use crate::running::run;
+use crate::scene::{Run, Scene, transport};
+
+/// Bytes a pixel, as the program allows for them: made to a tolerance, with given effort, traced.
+const BYTES: [f64; 3] = [1800.0, 260.0, 310.0];
+
+/// A picture and what is known of it.
+#[pyclass(frozen, module = "halflight._native")]
+pub struct Rendered(Found);
+
+/// How much is done for a picture: a tolerance and seconds, or patches, rays and samples.
+#[derive(FromPyObject)]
+pub struct Effort {
+    pub tolerance: Option<f64>,
+    time: Option<f64>,
+    pub patches: usize,
+    pub rays: u32,
+    pub samples: u32,
+}
+
+impl Effort {
+    /// Patches and rays, where there is no tolerance.
+    pub fn fineness(&self) -> Fineness {
+        Fineness { patches: self.patches, rays: self.rays }
+    }
+}
+
+/// Renders a picture.
+#[pyfunction]
+pub fn render(
+    py: Python,
+    scene: &Scene,
+    mode: (f32, f32),
+    size: (usize, usize),
+    effort: Effort,
+    apart: (bool, bool),
+    asked: Run,
+) -> PyResult<Rendered> {
+    let bytes = asked.bytes();
+    let each = BYTES[usize::from(effort.tolerance.is_none())];
+    check_pictures(size.into(), each, bytes).map_err(Raise::raise)?;
+    let apart = Apart { bounces: apart.0, emitters: apart.1 };
+    let found = run(py, asked.progress.as_ref(), |steps| {
+        let solver = scene.solver(asked.seed, bytes).apart(apart);
+        let mut request = solver.render(transport(mode), size).watch(steps);
+        if let Some(seconds) = effort.time {
+            request = request.time(seconds);
+        }
+        match effort.tolerance {
+            Some(tolerance) => request.tolerance(tolerance),
+            None => request.fineness(effort.fineness(), effort.samples),
+        }
+    })?;
+    found.map(Rendered).map_err(Raise::raise)
+}
+
+/// How paths are traced.
+#[derive(FromPyObject)]
+pub struct Tracing {
+    samples: Option<u32>,
+    time: Option<f64>,
+    next_event: bool,
+    max_bounces: u32,
+}
+
+/// Samples of a pass, as the program has them.
+const PASS: u32 = 16;
+
+/// What path tracing came to.
+type Traced<'py> =
+    (Bound<'py, PyArray3<f32>>, Option<Bound<'py, PyArray3<f32>>>, u64, Option<f64>, (u64, u64, u64), f64);
+
+/// Traces paths: the picture, its standard error, samples a pixel, relative standard error; paths, rays and paths cut;
+/// and seconds.
+#[pyfunction]
+pub fn trace<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    mode: (f32, f32),
+    size: (usize, usize),
+    tracing: Tracing,
+    asked: Run,
+) -> PyResult<Traced<'py>> {
+    check_pictures(size.into(), BYTES[2], asked.bytes()).map_err(Raise::raise)?;
+    let next_event = if tracing.next_event { NextEvent::On } else { NextEvent::Off };
+    let settings = TraceSettings { next_event, max_bounces: tracing.max_bounces, seed: asked.seed };
+    let most = tracing.samples.unwrap_or(u32::MAX);
+    let traced = run(py, asked.progress.as_ref(), |steps| {
+        use halflight::render::Watch;
+        let geometry = scene.solver(asked.seed, f64::INFINITY).geometry();
+        let transports = scene.scene.transports(transport(mode));
+        let mut tracer = Tracer::new(&scene.scene, &geometry.rays, &transports, size, &settings);
+        if tracing.time.is_none() {
+            steps.begin("trace", u64::from(most.div_ceil(PASS)));
+        }
+        let seconds = tracer.sample_within(PASS, most, tracing.time.unwrap_or(f64::INFINITY), |_, _| {
+            steps.tick(1);
+            true
+        });
+        tracer.check()?;
+        let counts = tracer.counts();
+        let counts = (counts.paths, counts.rays, counts.cut);
+        let error = tracer.relative_error();
+        Ok::<_, halflight::reference::Overflow>((
+            tracer.picture(),
+            tracer.standard_error(),
+            tracer.samples(),
+            error,
+            counts,
+            seconds,
+        ))
+    })?;
+    let (picture, standard_error, samples, error, counts, seconds) = traced.map_err(Raise::raise)?;
+    let standard_error = standard_error.map(|picture| owned(py, picture)).transpose()?;
+    Ok((owned(py, picture)?, standard_error, samples, error, counts, seconds))
+}
+
+/// A picture that nothing else holds, as an array over its memory.
+#[pyclass(frozen, module = "halflight._native")]
+struct Held(Picture);
+
+/// An array over the memory of a picture.
+pub fn owned<'py>(py: Python<'py>, picture: Picture) -> PyResult<Bound<'py, PyArray3<f32>>> {
+    let held = Bound::new(py, Held(picture))?;
+    Ok(arrays::picture(held.clone().into_any(), &held.get().0))
+}
+
+/// Writes a picture: `.exr` holds radiances, `.png` what the eye is to see of them.
+#[pyfunction]
+pub fn save_picture(path: PathBuf, picture: PyReadonlyArray3<f32>, stops: f32) -> PyResult<()> {
+    check_extension(&path).map_err(Raise::raise)?;
+    write_picture(&path, &arrays::picture_of(&picture), Exposure { stops }).map_err(Raise::raise)
+}
+
+/// Reads a picture.
+#[pyfunction]
+pub fn read_picture<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyArray3<f32>>> {
+    owned(py, halflight::pictures::read_picture(path).map_err(Raise::raise)?)
+}
+
+/// The bytes of a PNG file.
+#[pyfunction]
+pub fn encode_png<'py>(py: Python<'py>, picture: PyReadonlyArray3<f32>, stops: f32) -> PyResult<Bound<'py, PyBytes>> {
+    let bitmap = Bitmap::from_picture(&arrays::picture_of(&picture), Exposure { stops });
+    Ok(PyBytes::new(py, &halflight::pictures::encode_png(&bitmap).map_err(Raise::raise)?))
+}
+
+#[pymethods]
+impl Rendered {
+    /// Linear radiance.
+    fn picture(slf: Bound<'_, Self>) -> Bound<'_, PyArray3<f32>> {
+        arrays::picture(slf.clone().into_any(), &slf.get().0.picture)
+    }
+
+    /// Its standard error from the gather pass.
+    fn standard_error(slf: Bound<'_, Self>) -> Bound<'_, PyArray3<f32>> {
+        arrays::picture(slf.clone().into_any(), &slf.get().0.standard_error)
+    }
+
+    /// Names of the layers.
+    fn layers(&self) -> Vec<String> {
+        self.0.layers.iter().map(|layer| layer.kind.name()).collect()
+    }
+
+    /// Layer k, and its standard error.
+    fn layer(slf: Bound<'_, Self>, k: usize) -> (Bound<'_, PyArray3<f32>>, Bound<'_, PyArray3<f32>>) {
+        let light = &slf.get().0.layers[k].light;
+        let view = |picture| arrays::picture(slf.clone().into_any(), picture);
+        (view(&light.picture), view(&light.standard_error))
+    }
+
+    /// Name of each luminaire, power emitted and power reflected per channel, W.
+    fn luminaires(&self) -> Vec<(&str, [f64; 3], [f64; 3])> {
+        self.0.emitters.iter().map(|e| (e.name.as_str(), e.emitted, e.reflected)).collect()
+    }
+
+    /// Noise of F, patches, truncation, gather pass, and all together.
+    fn error(&self) -> [f64; 5] {
+        let e = &self.0.error;
+        [e.form_factors, e.patches, e.truncation, e.gather, e.total]
+    }
+
+    /// Why the error is above a tolerance, if it is.
+    fn unmet(&self, tolerance: f64) -> Option<String> {
+        self.0.unmet(tolerance)
+    }
+
+    /// Whether time ended the work.
+    fn ended_by_time(&self) -> bool {
+        self.0.ended == Ended::ByTime
+    }
+
+    /// Seconds of each step: patches, form factors, solve, gather, and all together.
+    fn seconds(&self) -> [f64; 5] {
+        let s = &self.0.seconds;
+        [s.patches, s.form_factors, s.solve, s.gather, s.total]
+    }
+
+    /// Patches and rays.
+    fn counts(&self) -> (usize, u64) {
+        (self.0.patches, self.0.rays)
+    }
+
+    /// Bounds on the spectral radius, and the verdict.
+    fn verdict(&self) -> (f64, f64, &'static str) {
+        (self.0.radius.lower, self.0.radius.upper, self.0.verdict.name())
+    }
+
+    /// Share of the camera's rays that met black backs.
+    fn backs(&self) -> f64 {
+        self.0.backs
+    }
+
+    /// Writes the picture with its layers; returns the files.
+    fn save(&self, path: PathBuf, stops: f32, standard_error: bool) -> PyResult<Vec<PathBuf>> {
+        let errors = if standard_error { Errors::Written } else { Errors::LeftOut };
+        check_extension(&path).map_err(Raise::raise)?;
+        self.0.save_layers(path, Exposure { stops }, errors).map_err(Raise::raise)
+    }
+}

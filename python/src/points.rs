@@ -1,0 +1,93 @@
+//! Irradiance at points.
+
+use halflight::render::{Apart, Sensor, SensorLights};
+use numpy::{PyArray2, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use crate::errors::Raise;
+use crate::running::run;
+use crate::scene::{Run, Scene, numbers, transport};
+
+/// Irradiance at points: `halflight.Irradiance`.
+#[pyclass(frozen, module = "halflight._native")]
+pub struct Sensed {
+    lights: SensorLights,
+}
+
+/// Measures light at points, positions and normals in the file's units.
+#[pyfunction]
+pub fn points(
+    py: Python,
+    scene: &Scene,
+    mode: (f32, f32),
+    positions: PyReadonlyArray2<f64>,
+    normals: PyReadonlyArray2<f64>,
+    tolerance: f64,
+    luminaires: bool,
+    asked: Run,
+) -> PyResult<Sensed> {
+    let pairs = positions.as_array();
+    let pairs = pairs
+        .rows()
+        .into_iter()
+        .zip(normals.as_array().rows().into_iter().map(|n| [n[0], n[1], n[2]]).collect::<Vec<_>>());
+    let sensor = |(p, normal): (numpy::ndarray::ArrayView1<f64>, [f64; 3])| Sensor {
+        name: None,
+        position: [p[0], p[1], p[2]].into(),
+        normal: normal.into(),
+    };
+    let sensors: Vec<Sensor> = pairs.map(sensor).collect();
+    let apart = Apart { emitters: luminaires, bounces: false };
+    let found = run(py, asked.progress.as_ref(), |steps| {
+        let solver = scene.solver(asked.seed, asked.bytes()).apart(apart);
+        solver.points(transport(mode), &sensors).watch(steps).tolerance(tolerance)
+    })?;
+    Ok(Sensed { lights: found.map_err(Raise::raise)? })
+}
+
+#[pymethods]
+impl Sensed {
+    /// Irradiance, and its standard error, W/m².
+    fn irradiance<'py>(&self, py: Python<'py>) -> (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>) {
+        let of = |own: fn(&halflight::render::SensorLight) -> [f64; 3]| {
+            let rows: Vec<[f64; 3]> = self.lights.points.iter().map(own).collect();
+            PyArray2::from_owned_array(py, numbers(&rows))
+        };
+        (of(|light| light.irradiance), of(|light| light.error))
+    }
+
+    /// Bounces that are kept apart.
+    fn bounces(&self) -> usize {
+        self.lights.points.iter().map(|light| light.bounces.len()).max().unwrap_or(0)
+    }
+
+    /// Irradiance by light that was reflected n times.
+    fn bounce<'py>(&self, py: Python<'py>, n: usize) -> Bound<'py, PyArray2<f64>> {
+        let own = |light: &halflight::render::SensorLight| light.bounces.get(n).copied().unwrap_or_default();
+        let rows: Vec<[f64; 3]> = self.lights.points.iter().map(own).collect();
+        PyArray2::from_owned_array(py, numbers(&rows))
+    }
+
+    /// Names of the luminaires that are kept apart.
+    fn luminaires(&self) -> Vec<&str> {
+        self.lights.points.first().map_or_else(Vec::new, |light| light.luminaires.keys().map(String::as_str).collect())
+    }
+
+    /// Irradiance by the light of one.
+    fn luminaire<'py>(&self, py: Python<'py>, name: &str) -> Bound<'py, PyArray2<f64>> {
+        let own = |light: &halflight::render::SensorLight| light.luminaires.get(name).copied().unwrap_or_default();
+        let rows: Vec<[f64; 3]> = self.lights.points.iter().map(own).collect();
+        PyArray2::from_owned_array(py, numbers(&rows))
+    }
+
+    /// Whether each is inside of a solid.
+    fn is_inside(&self) -> Vec<bool> {
+        self.lights.points.iter().map(|light| light.is_inside).collect()
+    }
+
+    /// Share of the points whose error is at most the tolerance; patches, rays and seconds.
+    fn taken(&self) -> (f64, usize, u64, f64) {
+        let SensorLights { met, patches, rays, seconds, .. } = &self.lights;
+        (*met, *patches, *rays, *seconds)
+    }
+}
