@@ -217,7 +217,7 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
     def __copy__(self) -> Picture:
         return self
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Picture:
+    def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Picture:
         return self
 
 
@@ -370,7 +370,7 @@ def of(scene: Any) -> _native.Scene:
     if not isinstance(scene, Scene):
         hint = ": read it with halflight.load first" if isinstance(scene, (str, os.PathLike)) else ""
         raise TypeError(f"scene must be a halflight.Scene, not {scene!r}{hint}")
-    return scene._native
+    return scene._held
 
 
 def effort_of(tolerance: Any, time: Any, patches: Any, rays: Any, samples: Any) -> arguments.Effort:

@@ -17,7 +17,7 @@ def shown(progress: Any) -> Callable[[str, int, int], object] | None:
         raise TypeError(
             f"progress must be True, False or a function of (step, done, length), not {progress!r}"
         )
-    return progress  # type: ignore[no-any-return]
+    return progress
 
 
 class _Bar:

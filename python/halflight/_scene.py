@@ -133,7 +133,7 @@ class Scene:
     2
     """
 
-    _native: _native.Scene
+    _held: _native.Scene
 
     def __init__(
         self,
@@ -161,17 +161,17 @@ class Scene:
             made = _under_sky(made, sky)
         if camera is not None:
             made = _looked_at(made, camera)
-        self._native = made
+        self._held = made
         self._warn()
 
     @classmethod
     def _of(cls, native: _native.Scene) -> Scene:
         scene = cls.__new__(cls)
-        scene._native = native
+        scene._held = native
         return scene
 
     def _warn(self) -> None:
-        for warning in self._native.warnings():
+        for warning in self._held.warnings():
             warnings.warn(warning, SceneWarning, stacklevel=3)
 
     # What it holds.
@@ -179,27 +179,27 @@ class Scene:
     @property
     def name(self) -> str:
         """The built-in scene's name or the file's stem."""
-        return self._native.name
+        return self._held.name
 
     @property
     def vertices(self) -> npt.NDArray[np.float64]:
         """Corner points in the file's units, (n, 3) float64."""
-        return self._native.vertices()
+        return self._held.vertices()
 
     @property
     def faces(self) -> npt.NDArray[np.uint32]:
         """Vertices of each triangle, counter-clockwise seen from the front, (m, 3) uint32."""
-        return self._native.faces()
+        return self._held.faces()
 
     @property
     def face_material(self) -> npt.NDArray[np.uint32]:
         """The number in ``materials`` of each triangle, (m,) uint32."""
-        return self._native.face_material()
+        return self._held.face_material()
 
     @property
     def face_object(self) -> npt.NDArray[np.uint32]:
         """The number in ``objects`` of each triangle, (m,) uint32."""
-        return self._native.face_object()
+        return self._held.face_object()
 
     @property
     def triangles(self) -> int:
@@ -209,38 +209,45 @@ class Scene:
     @property
     def materials(self) -> list[Material]:
         """What the faces are made of; without textures, which files have and this does not show."""
-        return [Material(*fields) for fields in self._native.materials()]
+
+        def short(colour: Sequence[float]) -> list[float]:
+            """Single precision as a person writes it: 0.73, not 0.7300000190734863."""
+            return [float(str(np.float32(x))) for x in colour]
+
+        return [
+            Material(name, short(rho), short(emission), *own) for name, rho, emission, *own in self._held.materials()
+        ]
 
     @property
     def objects(self) -> list[str]:
         """Names of the objects."""
-        return self._native.objects()
+        return self._held.objects()
 
     @property
     def luminaires(self) -> list[str]:
         """Names of what emits, by which ``per="luminaire"`` keeps light apart."""
-        return self._native.luminaires()
+        return self._held.luminaires()
 
     @property
     def cameras(self) -> list[str]:
         """Names of the cameras that the file brings."""
-        return self._native.cameras()
+        return self._held.cameras()
 
     @property
     def camera(self) -> Camera:
         """Where pictures are taken from."""
-        position, forward, up, fov = self._native.camera()
+        position, forward, up, fov = self._held.camera()
         return Camera(position, np.add(position, forward), up, fov)
 
     @property
     def warnings(self) -> list[str]:
         """What the reader left out."""
-        return self._native.warnings()
+        return self._held.warnings()
 
     @property
     def transport(self) -> tuple[float, float] | None:
         """(alpha, tau) that the scene file gives, if it gives any."""
-        return self._native.transport()
+        return self._held.transport()
 
     # Others made from it.
 
@@ -268,13 +275,13 @@ class Scene:
             The scene; its rays are shared if they are ready.
         """
         if isinstance(camera, str):
-            seen = Scene._of(self._native.looked_through(camera))
+            seen = Scene._of(self._held.looked_through(camera))
             return seen.with_camera(position=position, target=target, up=up, vertical_fov=vertical_fov)
         if camera is not None and not isinstance(camera, Camera):
             raise TypeError(f"camera must be a Camera or the name of one of the scene's, not {camera!r}")
-        given = {"position": position, "target": target, "up": up, "vertical_fov": vertical_fov}
+        given: dict[str, Any] = {"position": position, "target": target, "up": up, "vertical_fov": vertical_fov}
         own = self.camera if camera is None else camera
-        return Scene._of(_looked_at(self._native, replace(own, **{k: v for k, v in given.items() if v is not None})))
+        return Scene._of(_looked_at(self._held, replace(own, **{k: v for k, v in given.items() if v is not None})))
 
     def with_material(
         self,
@@ -309,7 +316,7 @@ class Scene:
         if name not in known:
             raise KeyError(f"there is no material {name!r}; the materials are {', '.join(map(repr, known))}")
         return Scene._of(
-            self._native.with_material(
+            self._held.with_material(
                 name,
                 None if rho is None else arguments.triple("rho", rho, 0.0, 1.0),
                 None if emission is None else arguments.triple("emission", emission, 0.0, 3e38),
@@ -333,7 +340,7 @@ class Scene:
         up : (3,) floats
             What is above.
         """
-        return Scene._of(_under_sky(self._native, radiance, lower, up))
+        return Scene._of(_under_sky(self._held, radiance, lower, up))
 
     # How it is shown, copied and kept.
 
@@ -347,7 +354,7 @@ class Scene:
         return _show.scene(self)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (_scene_of_bytes, (self._native.to_bytes(),))
+        return (_scene_of_bytes, (self._held.to_bytes(),))
 
     def __copy__(self) -> Scene:
         return self

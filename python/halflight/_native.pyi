@@ -1,0 +1,528 @@
+"""
+The module `halflight._native`.
+"""
+
+from _typeshed import Incomplete, SupportsGetItem, SupportsLenAndGetItem
+from os import PathLike
+from pathlib import Path
+from typing import SupportsFloat, SupportsIndex, final
+
+@final
+class Between:
+    """
+    Form factors between patches: `halflight.PatchFactors`.
+    """
+    def areas(self, /) -> Incomplete:
+        """
+        Areas, the file's units squared.
+        """
+    def factors(self, /) -> tuple[Incomplete, Incomplete]:
+        """
+        Columns and values of F, row by row.
+        """
+    def names(self, /) -> list[str]:
+        """
+        Names of the objects.
+        """
+    def objects(self, /) -> Incomplete:
+        """
+        The object of each patch.
+        """
+    def shares(self, /) -> list[Incomplete]:
+        """
+        Share of each patch's rays that reach the sky, what is missing of 1 in its row, and its residual of reciprocity.
+        """
+    def starts(self, /) -> Incomplete:
+        """
+        Where the rows of F begin, and their end.
+        """
+    def taken(self, /) -> tuple[float, int]:
+        """
+        The residual of reciprocity of all rows together, and rays cast.
+        """
+
+@final
+class Lamps:
+    """
+    L of each luminaire.
+    """
+    def light(self, /) -> Incomplete:
+        """
+        L of each: (lamps, patches, 2, 3).
+        """
+    def rest(self, /) -> list[float]:
+        """
+        Proved bounds on the norm of what is missing of each.
+        """
+    def verdict(self, /) -> tuple[float, float, str]:
+        """
+        Bounds on the spectral radius, and the verdict.
+        """
+
+@final
+class ObjectFactors:
+    """
+    Form factors between the objects of a scene: `halflight.Factors`.
+    """
+    def how(self, /) -> list[str]:
+        """
+        How each was found, row by row.
+        """
+    def matrix(self, /) -> tuple[Incomplete, Incomplete]:
+        """
+        `F_ij`, and their standard errors.
+        """
+    def names(self, /) -> tuple[list[str], list[str]]:
+        """
+        Names of the rows, and of the columns.
+        """
+    def reciprocity(self, /) -> Incomplete:
+        """
+        Residuals of reciprocity of each pair.
+        """
+    def rows(self, /) -> tuple[Incomplete, Incomplete]:
+        """
+        Areas, the file's units squared, and what is missing of 1 in each row.
+        """
+    def unmet(self, /) -> int:
+        """
+        Form factors whose standard error exceeds the tolerance.
+        """
+
+@final
+class Rendered:
+    """
+    A picture and what is known of it.
+    """
+    def backs(self, /) -> float:
+        """
+        Share of the camera's rays that met black backs.
+        """
+    def counts(self, /) -> tuple[int, int]:
+        """
+        Patches and rays.
+        """
+    def ended_by_time(self, /) -> bool:
+        """
+        Whether time ended the work.
+        """
+    def error(self, /) -> list[float]:
+        """
+        Noise of F, patches, truncation, gather pass, and all together.
+        """
+    def layer(self, /, k: SupportsIndex) -> tuple[Incomplete, Incomplete]:
+        """
+        Layer k, and its standard error.
+        """
+    def layers(self, /) -> list[str]:
+        """
+        Names of the layers.
+        """
+    def luminaires(self, /) -> list[tuple[str, list[float], list[float]]]:
+        """
+        Name of each luminaire, power emitted and power reflected per channel, W.
+        """
+    def picture(self, /) -> Incomplete:
+        """
+        Linear radiance.
+        """
+    def save(self, /, path: str | PathLike[str], stops: SupportsFloat | SupportsIndex, standard_error: bool) -> list[Path]:
+        """
+        Writes the picture with its layers; returns the files.
+        """
+    def seconds(self, /) -> list[float]:
+        """
+        Seconds of each step: patches, form factors, solve, gather, and all together.
+        """
+    def standard_error(self, /) -> Incomplete:
+        """
+        Its standard error from the gather pass.
+        """
+    def unmet(self, /, tolerance: SupportsFloat | SupportsIndex) -> str | None:
+        """
+        Why the error is above a tolerance, if it is.
+        """
+    def verdict(self, /) -> tuple[float, float, str]:
+        """
+        Bounds on the spectral radius, and the verdict.
+        """
+
+@final
+class Scene:
+    """
+    A checked scene.
+    """
+    def camera(self, /) -> tuple[list[float], list[float], list[float], float]:
+        """
+        Position, direction and up of the camera in the file's units, and its vertical field of view, degrees.
+        """
+    def cameras(self, /) -> list[str]:
+        """
+        Names of the file's cameras.
+        """
+    def face_material(self, /) -> Incomplete:
+        """
+        The material of each triangle.
+        """
+    def face_object(self, /) -> Incomplete:
+        """
+        The object of each triangle.
+        """
+    def faces(self, /) -> Incomplete:
+        """
+        Vertices of the triangles, counter-clockwise seen from the front.
+        """
+    def has_sky(self, /) -> bool:
+        """
+        Whether there is a sky.
+        """
+    def lights(self, /) -> int:
+        """
+        Number of lights without area.
+        """
+    def looked_at(self, /, position: SupportsLenAndGetItem[SupportsFloat | SupportsIndex], target: SupportsLenAndGetItem[SupportsFloat | SupportsIndex], up: SupportsLenAndGetItem[SupportsFloat | SupportsIndex], vertical_fov: SupportsFloat | SupportsIndex) -> Scene:
+        """
+        The same from another camera.
+        """
+    def looked_through(self, /, name: str) -> Scene:
+        """
+        The same through a camera of its file.
+        """
+    def luminaires(self, /) -> list[str]:
+        """
+        Names of what emits, as light is kept apart by.
+        """
+    def materials(self, /) -> list[tuple[str, list[float], list[float], float | None, float | None, bool, bool]]:
+        """
+        Name, rho, emission, alpha, tau, whether two-sided, and whether its emission is seen, of each material.
+        """
+    @property
+    def name(self, /) -> str: ...
+    def objects(self, /) -> list[str]:
+        """
+        Names of the objects, without the sky's.
+        """
+    def require_emission(self, /) -> None:
+        """
+        Raises `SceneError` where nothing emits.
+        """
+    def to_bytes(self, /) -> bytes:
+        """
+        All of it.
+        """
+    def transport(self, /) -> tuple[float, float] | None:
+        """
+        (alpha, tau) that the file gives.
+        """
+    def under_sky(self, /, upper: SupportsLenAndGetItem[SupportsFloat | SupportsIndex], lower: SupportsLenAndGetItem[SupportsFloat | SupportsIndex], up: SupportsLenAndGetItem[SupportsFloat | SupportsIndex]) -> Scene:
+        """
+        The same under another sky, which has no patch of the old one.
+        """
+    def vertices(self, /) -> Incomplete:
+        """
+        Corner points in the file's units, those of faces that have a place.
+        """
+    def warnings(self, /) -> list[str]:
+        """
+        What the reader left out, and what else a person should know.
+        """
+    def with_material(self, /, name: str, rho: SupportsLenAndGetItem[SupportsFloat | SupportsIndex] | None = None, emission: SupportsLenAndGetItem[SupportsFloat | SupportsIndex] | None = None, alpha: SupportsFloat | SupportsIndex | None = None, tau: SupportsFloat | SupportsIndex | None = None, two_sided: bool | None = None) -> Scene:
+        """
+        The same with other numbers of the material of a name; what is `None` stays.
+        """
+
+@final
+class Sensed:
+    """
+    Irradiance at points: `halflight.Irradiance`.
+    """
+    def bounce(self, /, n: SupportsIndex) -> Incomplete:
+        """
+        Irradiance by light that was reflected n times.
+        """
+    def bounces(self, /) -> int:
+        """
+        Bounces that are kept apart.
+        """
+    def irradiance(self, /) -> tuple[Incomplete, Incomplete]:
+        """
+        Irradiance, and its standard error, W/m².
+        """
+    def is_inside(self, /) -> list[bool]:
+        """
+        Whether each is inside of a solid.
+        """
+    def luminaire(self, /, name: str) -> Incomplete:
+        """
+        Irradiance by the light of one.
+        """
+    def luminaires(self, /) -> list[str]:
+        """
+        Names of the luminaires that are kept apart.
+        """
+    def taken(self, /) -> tuple[float, int, int, float]:
+        """
+        Share of the points whose error is at most the tolerance; patches, rays and seconds.
+        """
+
+@final
+class Series:
+    """
+    A series that was summed, or some of its first terms.
+    """
+    def errors(self, /) -> list[float]:
+        """
+        Relative standard errors of the powers; empty where they are those of patches.
+        """
+    def figures(self, /) -> list[list[float]]:
+        """
+        Of each term: norm, ratio to the one before, and the proved bound on all later ones; NaN where there is none.
+        """
+    def left(self, /) -> Incomplete | None:
+        """
+        The proved bound on all that follows the last term, patch by patch; none where there is none.
+        """
+    def light(self, /) -> Incomplete:
+        """
+        `L`.
+        """
+    def luminaires(self, /) -> list[tuple[str, list[list[float]], list[float]]]:
+        """
+        Name, powers and relative errors of each luminaire's terms.
+        """
+    def powers(self, /) -> tuple[Incomplete, Incomplete]:
+        """
+        Of each term: power of the visible half and of the invisible, W per channel.
+        """
+    def term(self, /, n: SupportsIndex) -> Incomplete:
+        """
+        `KⁿE`.
+        """
+    def truncation(self, /) -> float:
+        """
+        What the series left out at most, as a share of the reflected light.
+        """
+    def unmet(self, /) -> str | None:
+        """
+        What keeps them above the tolerance.
+        """
+    def verdict(self, /) -> tuple[float, float, str]:
+        """
+        Bounds on the spectral radius, and the verdict.
+        """
+
+@final
+class System:
+    """
+    An equation.
+    """
+    def alpha(self, /) -> Incomplete:
+        """
+        Shares of what is reflected that travel on.
+        """
+    def apply(self, /, x: Incomplete) -> Incomplete:
+        """
+        `K x`.
+        """
+    def apply_columns(self, /, x: Incomplete) -> Incomplete:
+        """
+        `K x` of the columns of a matrix.
+        """
+    def apply_transposed(self, /, y: Incomplete) -> Incomplete:
+        """
+        `K^T y`.
+        """
+    def areas(self, /) -> Incomplete:
+        """
+        Areas, the file's units squared.
+        """
+    def closure(self, /) -> tuple[float, float, float] | None:
+        """
+        Mean, least and largest sum of the rows of F before anything was left out.
+        """
+    def emission(self, /) -> Incomplete:
+        """
+        `E`.
+        """
+    def factors(self, /) -> tuple[Incomplete, Incomplete]:
+        """
+        Columns and values of F, row by row.
+        """
+    def first_bounce(self, /) -> Incomplete:
+        """
+        `K E`, luminaires by closed form.
+        """
+    def incident(self, /, x: Incomplete) -> Incomplete:
+        """
+        `F x`: what arrives on each patch of three numbers a patch, over pi.
+        """
+    def label(self, /) -> str:
+        """
+        The mode's name, or its numbers.
+        """
+    def luminaires(self, /) -> list[str]:
+        """
+        Names of the luminaires, where they are kept apart.
+        """
+    def materials(self, /) -> Incomplete:
+        """
+        Numbers of the materials.
+        """
+    def objects(self, /) -> Incomplete:
+        """
+        Numbers of the objects.
+        """
+    def patches(self, /) -> int:
+        """
+        Number of patches.
+        """
+    def places(self, /) -> tuple[Incomplete, Incomplete]:
+        """
+        Middles in the file's units, NaN for halves of the sky; and unit normals.
+        """
+    def received(self, /) -> Incomplete:
+        """
+        What luminaires send by closed form, irradiance over pi.
+        """
+    def recipe(self, /) -> tuple[tuple[float, float], tuple[int, int], int, bool]:
+        """
+        (alpha, tau), patches and rays requested, seed, whether luminaires are apart.
+        """
+    def rho(self, /) -> Incomplete:
+        """
+        Reflectances.
+        """
+    def sampling(self, /) -> tuple[int, int]:
+        """
+        Rays of each patch, and their seed: those of F.
+        """
+    def scene(self, /) -> Scene:
+        """
+        The scene.
+        """
+    def starts(self, /) -> Incomplete:
+        """
+        Where the rows of F begin, and their end.
+        """
+    def triangles(self, /) -> tuple[Incomplete, Incomplete]:
+        """
+        Corners of the patches' triangles in the file's units, and the patch of each.
+        """
+
+def assemble(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], fineness: tuple[SupportsIndex, SupportsIndex], luminaires: bool, asked: Incomplete) -> System:
+    """
+    Casts F and puts K together.
+    """
+
+def assemble_kept(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], fineness: tuple[SupportsIndex, SupportsIndex], luminaires: bool, factors: Incomplete, asked: Incomplete) -> System:
+    """
+    The same with rows of F that are known.
+    """
+
+def bounces(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], count: SupportsIndex, tolerance: SupportsFloat | SupportsIndex, time: SupportsFloat | SupportsIndex | None, luminaires: bool, asked: Incomplete) -> tuple[System, Series]:
+    """
+    The first bounces with their powers to a tolerance.
+    """
+
+def builtin_scenes() -> list[tuple[str, str]]:
+    """
+    The names of the built-in scenes, each with a line on it.
+    """
+
+def encode_png(picture: Incomplete, stops: SupportsFloat | SupportsIndex) -> bytes:
+    """
+    The bytes of a PNG file.
+    """
+
+def first_terms(system: System, count: SupportsIndex) -> Series:
+    """
+    The first bounces, whether the series converges or not.
+    """
+
+def lamps(system: System, truncation: SupportsFloat | SupportsIndex) -> Lamps:
+    """
+    L of each luminaire, over one K.
+    """
+
+def object_factors(scene: Scene, tau: SupportsFloat | SupportsIndex, tolerance: SupportsFloat | SupportsIndex, asked: Incomplete) -> ObjectFactors:
+    """
+    Finds those between objects.
+    """
+
+def open_folder(folder: str | PathLike[str], asked: Incomplete) -> tuple[Scene, System, int | None]:
+    """
+    What a folder was solved for, made again from its F; the number of bounces is none where it has no light.
+    """
+
+def open_scene(scene: str, two_sided: bool, reflectance: SupportsFloat | SupportsIndex, light: str | None, highlights: bool, camera: str | None) -> Scene:
+    """
+    Reads a file, or a built-in scene, on another thread, so that signals are heard.
+    """
+
+def patch_factors(scene: Scene, tau: SupportsFloat | SupportsIndex, fineness: tuple[SupportsIndex, SupportsIndex], asked: Incomplete) -> Between:
+    """
+    Finds those between patches.
+    """
+
+def points(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], positions: Incomplete, normals: Incomplete, tolerance: SupportsFloat | SupportsIndex, luminaires: bool, asked: Incomplete) -> Sensed:
+    """
+    Measures light at points, positions and normals in the file's units.
+    """
+
+def read_picture(path: str | PathLike[str]) -> Incomplete:
+    """
+    Reads a picture.
+    """
+
+def render(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], size: tuple[SupportsIndex, SupportsIndex], effort: Incomplete, apart: tuple[bool, bool], asked: Incomplete) -> Rendered:
+    """
+    Renders a picture.
+    """
+
+def save_folder(system: System, series: Series, folder: str | PathLike[str], also: SupportsGetItem[int, str], asked: Incomplete) -> None:
+    """
+    Keeps F, L and all terms in a folder, as the program's `--save` does.
+    """
+
+def save_picture(path: str | PathLike[str], picture: Incomplete, stops: SupportsFloat | SupportsIndex) -> None:
+    """
+    Writes a picture: `.exr` holds radiances, `.png` what the eye is to see of them.
+    """
+
+def scene_from_arrays(name: str, vertices: Incomplete, corners: Incomplete, counts: Incomplete, face_material: Incomplete, face_object: Incomplete, materials: SupportsGetItem[int, Incomplete], objects: SupportsGetItem[int, str]) -> Scene:
+    """
+    Makes a scene of polygons: `counts` corners each, one after the other in `corners`.
+    """
+
+def scene_from_bytes(bytes: bytes) -> Scene:
+    """
+    The scene that [`Scene::to_bytes`] gave.
+    """
+
+def solution_picture(system: System, series: Series, size: tuple[SupportsIndex, SupportsIndex], samples: SupportsIndex, asked: Incomplete) -> Incomplete:
+    """
+    A picture of a solution, with so many hemisphere rays a pixel.
+    """
+
+def stability_map(scene: Scene, grid: SupportsIndex, patches: SupportsIndex, rays: SupportsIndex, asked: Incomplete) -> tuple[list[list[float]], list[list[float]], list[list[float]], list[list[float]], bool, tuple[int, int, int]]:
+    """
+    Maps a scene.
+    """
+
+def summed(system: System, truncation: SupportsFloat | SupportsIndex) -> Series:
+    """
+    The sum of the series.
+    """
+
+def term_pictures(system: System, series: Series, count: SupportsIndex, size: tuple[SupportsIndex, SupportsIndex], samples: SupportsIndex, asked: Incomplete) -> list[Incomplete]:
+    """
+    A picture of E, and of each of the first bounces.
+    """
+
+def trace(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], size: tuple[SupportsIndex, SupportsIndex], tracing: Incomplete, asked: Incomplete) -> tuple[Incomplete, Incomplete | None, int, float | None, tuple[int, int, int], float]:
+    """
+    Traces paths: the picture, its standard error, samples a pixel, relative standard error; paths, rays and paths cut;
+    and seconds.
+    """
+
+def __getattr__(name: str) -> Incomplete: ...
