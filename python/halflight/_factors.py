@@ -105,43 +105,44 @@ class PatchFactors:
     """
 
     def __init__(self, found: _native.Between) -> None:
-        self._found = found
+        self._rows = (found.starts(), *found.factors())
+        self._sky, self._closure, self._reciprocity = found.shares()
+        self._areas, self._objects = found.areas(), found.objects()
         self.names: list[str] = found.names()
         self.residual, self.rays = found.taken()
-        self._shares = found.shares()
 
     def __len__(self) -> int:
-        return len(self.areas)
+        return len(self._areas)
 
     @property
     def matrix(self) -> scipy.sparse.csr_array:
         """F as SciPy's CSR matrix (n, n), float32, over the memory that halflight has it in; needs scipy."""
-        return sparse(self._found, len(self))
+        return sparse(self._rows, len(self))
 
     @property
     def sky(self) -> npt.NDArray[np.float32]:
         """Share of each patch's rays that reach the sky, (n,) float32; a view."""
-        return self._shares[0]
+        return self._sky
 
     @property
     def closure(self) -> npt.NDArray[np.float32]:
         """What is missing of 1 in each row, (n,) float32; a view."""
-        return self._shares[1]
+        return self._closure
 
     @property
     def reciprocity(self) -> npt.NDArray[np.float32]:
         """Residual of each row, (n,) float32; a view."""
-        return self._shares[2]
+        return self._reciprocity
 
     @property
     def areas(self) -> Float64:
         """Areas, the scene's units squared, (n,) float64; a view."""
-        return self._found.areas()
+        return self._areas
 
     @property
     def objects(self) -> npt.NDArray[np.uint32]:
         """Number in ``names`` of each patch's object, (n,) uint32; a view."""
-        return self._found.objects()
+        return self._objects
 
     def __repr__(self) -> str:
         return f"<halflight.PatchFactors: {len(self)} patches, residual {100 * self.residual:.2f} %>"

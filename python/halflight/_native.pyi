@@ -408,6 +408,10 @@ class System:
         """
         Corners of the patches' triangles in the file's units, and the patch of each.
         """
+    def wholes(self, /) -> Incomplete:
+        """
+        The patch, as it was cut, that each is a part of; itself where it was not divided.
+        """
 
 def assemble(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], fineness: tuple[SupportsIndex, SupportsIndex], luminaires: bool, asked: Incomplete) -> System:
     """
@@ -419,7 +423,7 @@ def assemble_kept(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, Suppo
     The same with rows of F that are known.
     """
 
-def bounces(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], count: SupportsIndex, tolerance: SupportsFloat | SupportsIndex, time: SupportsFloat | SupportsIndex | None, luminaires: bool, asked: Incomplete) -> tuple[System, Series]:
+def bounces(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], count: SupportsIndex, aim: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex | None], luminaires: bool, asked: Incomplete) -> tuple[System, Series]:
     """
     The first bounces with their powers to a tolerance.
     """
@@ -464,7 +468,7 @@ def patch_factors(scene: Scene, tau: SupportsFloat | SupportsIndex, fineness: tu
     Finds those between patches.
     """
 
-def points(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], positions: Incomplete, normals: Incomplete, tolerance: SupportsFloat | SupportsIndex, luminaires: bool, asked: Incomplete) -> Sensed:
+def points(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], sensors: tuple[Incomplete, Incomplete], tolerance: SupportsFloat | SupportsIndex, luminaires: bool, asked: Incomplete) -> Sensed:
     """
     Measures light at points, positions and normals in the file's units.
     """

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from halflight import _arguments as arguments
 from halflight import _native
+from halflight._kept import Kept, assembled_again, kept
 
 if TYPE_CHECKING:
     import scipy.sparse
@@ -34,6 +35,15 @@ class Patches:
 
     def __repr__(self) -> str:
         return f"<halflight.Patches: {len(self)}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_again, (Patches, self._system.scene().to_bytes(), kept(self._system)))
+
+    def __copy__(self) -> Patches:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Patches:
+        return self
 
     @property
     def areas(self) -> npt.NDArray[np.float64]:
@@ -82,12 +92,50 @@ class Patches:
 
     @property
     def triangle_patch(self) -> npt.NDArray[np.uint32]:
-        """The patch that each triangle is a part of, (m,) uint32, ascending; a view."""
+        """The patch that each triangle is a part of, (m,) uint32, ascending; a view. Only patches of ``whole`` are here."""
         return self._meshed()[1]
 
+    @property
+    def whole(self) -> npt.NDArray[np.uint32]:
+        """The patch that each is a part of, (n,) uint32; itself where it was not divided.
+
+        Where surfaces touch or a shadow's edge would run through them, patches are divided by points; the parts lie
+        mixed on the triangles of the whole.
+        """
+        return self._system.wholes()
+
+    def on_triangles(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Numbers of patches as numbers of ``triangles``: of a divided patch the mean by area.
+
+        Parameters
+        ----------
+        values : (n, ...) array
+            A number, or several, of each patch.
+
+        Returns
+        -------
+        (m, ...) array
+        """
+        given = np.asarray(values)
+        if given.shape[:1] != (len(self),):
+            raise ValueError(f"values must have the shape ({len(self)}, ...), not {given.shape}")
+        whole = self.whole
+        owner = self.triangle_patch
+        parts = np.flatnonzero(np.bincount(whole, minlength=len(self))[whole] > 1)
+        if len(parts) == 0 or given.dtype.kind not in "f":
+            return given[owner]
+        areas = self.areas.reshape(-1, *[1] * (given.ndim - 1))
+        sums, weights = np.zeros(given.shape), np.zeros(areas.shape)
+        np.add.at(sums, whole[parts], areas[parts] * given[parts])
+        np.add.at(weights, whole[parts], areas[parts])
+        means = given.copy()
+        own = np.unique(whole[parts])
+        means[own] = sums[own] / np.maximum(weights[own], np.finfo(float).tiny)
+        return means[owner]
+
     def faces(self, patch: int) -> npt.NDArray[np.float64]:
-        """Corners of the triangles of one patch, (k, 3, 3) float64; none of a sky's."""
-        number = arguments.integer("patch", patch, 0, len(self) - 1)
+        """Corners of the triangles of one patch, (k, 3, 3) float64; of a part those of the whole, of a sky's none."""
+        number = int(self.whole[arguments.integer("patch", patch, 0, len(self) - 1)])
         corners, owners = self._meshed()
         begin, end = np.searchsorted(owners, [number, number + 1])
         return corners[begin:end]
@@ -139,6 +187,15 @@ class Operator:
 
     def __repr__(self) -> str:
         return f"<halflight.Operator K: {self.shape[0]}x{self.shape[1]}, float32>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_again, (Operator, self._system.scene().to_bytes(), kept(self._system)))
+
+    def __copy__(self) -> Operator:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Operator:
+        return self
 
     # Products.
 
@@ -221,7 +278,7 @@ class Operator:
         Rows of patches that reflect nothing and columns of those that send nothing through F are empty; luminaires' are
         among these. :func:`halflight.patch_factors` has all.
         """
-        return sparse(self._system, len(self.patches))
+        return sparse((self._system.starts(), *self._system.factors()), len(self.patches))
 
     def matrix(self, channel: int) -> scipy.sparse.bsr_array:
         """K of one channel (0 red, 1 green, 2 blue) as SciPy's matrix of 2×2 blocks, (2 n, 2 n) float32; a copy."""
@@ -237,12 +294,17 @@ class Operator:
         return scipy.sparse.bsr_array((blocks, F.indices, F.indptr), shape=(2 * F.shape[0], 2 * F.shape[1]))
 
 
-def sparse(found: _native.System | _native.Between, n: int) -> scipy.sparse.csr_array:
-    """F of rows held in Rust as a CSR matrix over their memory."""
+def _again(kind: Any, scene: bytes, own: Kept) -> Any:
+    return kind(assembled_again(_native.scene_from_bytes(scene), own))
+
+
+def sparse(
+    rows: tuple[npt.NDArray[np.int64], npt.NDArray[np.uint32], Float32], n: int
+) -> scipy.sparse.csr_array:
+    """F of its row starts, columns and values as a CSR matrix over their memory."""
     import scipy.sparse
 
-    indices, data = found.factors()
-    starts = found.starts()
+    starts, indices, data = rows
     if len(data) < 2**31:
         starts = starts.astype(np.int32)
     matrix = scipy.sparse.csr_array((data, indices.view(np.int32), starts), shape=(n, n), copy=False)

@@ -90,7 +90,7 @@ def mesh(solution: Solution) -> Any:
     made = pyvista.PolyData(corners.reshape(-1, 3), faces.ravel())
 
     def put(name: str, values: npt.NDArray[Any]) -> None:
-        made.cell_data[name] = values[owner]
+        made.cell_data[name] = patches.on_triangles(values)
 
     put("L", solution.light[:, 1])
     put("L_invisible", solution.light[:, 0])

@@ -178,7 +178,7 @@ def points(
     asked = arguments.run(seed, memory, progress)
     own.require_emission()
     unit = axes / lengths[:, None] if ((lengths < 1e-100) | (lengths > 1e100)).any() else axes
-    found = _native.points(own, pair, positions, unit, aim, apart, asked)
+    found = _native.points(own, pair, (positions, unit), aim, apart, asked)
     irradiance, error = found.irradiance()
     met, patches, rays, seconds = found.taken()
     if met < 1.0:

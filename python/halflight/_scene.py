@@ -210,12 +210,21 @@ class Scene:
     def materials(self) -> list[Material]:
         """What the faces are made of; without textures, which files have and this does not show."""
 
-        def short(colour: Sequence[float]) -> list[float]:
+        def short(x: float) -> float:
             """Single precision as a person writes it: 0.73, not 0.7300000190734863."""
-            return [float(str(np.float32(x))) for x in colour]
+            return float(str(np.float32(x)))
 
         return [
-            Material(name, short(rho), short(emission), *own) for name, rho, emission, *own in self._held.materials()
+            Material(
+                name,
+                tuple(short(x) for x in rho),
+                tuple(short(x) for x in emission),
+                None if alpha is None else short(alpha),
+                None if tau is None else short(tau),
+                two_sided,
+                seen,
+            )
+            for name, rho, emission, alpha, tau, two_sided, seen in self._held.materials()
         ]
 
     @property

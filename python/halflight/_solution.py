@@ -15,6 +15,7 @@ from halflight import _arguments as arguments
 from halflight import _native
 from halflight import _points
 from halflight._errors import ToleranceWarning
+from halflight._kept import Kept, assembled_again, kept
 from halflight._operator import Operator, Patches
 from halflight._picture import factors_of, of
 from halflight._scene import Scene
@@ -71,8 +72,9 @@ class Bounces(Sequence[Bounce]):
     ``bounces[2].light`` is K²E on the patches.
     """
 
-    def __init__(self, series: _native.Series) -> None:
-        self._series = series
+    def __init__(self, solution: Solution) -> None:
+        self._solution = solution
+        series = self._series = solution._series
         self._power, self._power_invisible = series.powers()
         self._figures = np.array(series.figures()).reshape(-1, 3)
         errors = series.errors()
@@ -136,6 +138,9 @@ class Bounces(Sequence[Bounce]):
     def __repr__(self) -> str:
         return f"<halflight.Bounces: E and {len(self) - 1} bounces>"
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (Bounces, (self._solution,))
+
 
 class Solution:
     """L = E + K L on the patches of a scene, with every bounce apart.
@@ -151,8 +156,6 @@ class Solution:
         How the series behaves; all but the last are proved.
     truncation : float
         What the series left out at most, as a share of the reflected light.
-    bounces : Bounces
-        The terms.
     luminaires : dict of str to (terms, 3) float64
         Power of each luminaire's terms, W, of :func:`bounces` with ``per="luminaire"``.
     """
@@ -166,8 +169,12 @@ class Solution:
         lower, upper, self.verdict = series.verdict()
         self.radius = (lower, upper)
         self.truncation = series.truncation()
-        self.bounces = Bounces(series)
         self.luminaires = {name: np.array(powers) for name, powers, _ in series.luminaires()}
+
+    @property
+    def bounces(self) -> Bounces:
+        """The terms E, KE, K²E, ..."""
+        return Bounces(self)
 
     @property
     def light(self) -> Float32:
@@ -344,7 +351,7 @@ class Solution:
     def __reduce__(self) -> tuple[Any, ...]:
         if self._how[0] == "tolerance":
             return (_bounces_again, (self.scene, self._how[1]))
-        return (_solution_again, (self.scene, _kept(self._system), self._how))
+        return (_solution_again, (self.scene, kept(self._system), self._how))
 
     def __copy__(self) -> Solution:
         return self
@@ -428,7 +435,7 @@ class Lamps:
         return f"<halflight.Lamps {self.scene.name}: {', '.join(self.names)}; {len(self.patches)} patches>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (_lamps_again, (self.scene, _kept(self._system), self._truncation))
+        return (_lamps_again, (self.scene, kept(self._system), self._truncation))
 
     def __copy__(self) -> Lamps:
         return self
@@ -437,39 +444,12 @@ class Lamps:
         return self
 
 
-@dataclass(frozen=True)
-class _Kept:
-    """What an equation is made of beside its scene, as the native module takes F."""
-
-    mode: tuple[float, float]
-    fineness: tuple[int, int]
-    seed: int
-    luminaires: bool
-    closure: tuple[float, float, float] | None
-    indptr: npt.NDArray[np.int64]
-    indices: npt.NDArray[np.int32]
-    data: Float32
+def _solution_again(scene: Scene, own: Kept, how: tuple[str, Any]) -> Solution:
+    return _solved(scene, assembled_again(scene._held, own), how)
 
 
-def _kept(system: _native.System) -> _Kept:
-    indices, data = system.factors()
-    mode, fineness, seed, luminaires = system.recipe()
-    return _Kept(
-        mode, fineness, seed, luminaires, system.closure(), system.starts(), indices.view(np.int32), data
-    )
-
-
-def _again(scene: Scene, kept: _Kept) -> _native.System:
-    asked = arguments.run(kept.seed, None, None)
-    return _native.assemble_kept(of(scene), kept.mode, kept.fineness, kept.luminaires, kept, asked)
-
-
-def _solution_again(scene: Scene, kept: _Kept, how: tuple[str, Any]) -> Solution:
-    return _solved(scene, _again(scene, kept), how)
-
-
-def _lamps_again(scene: Scene, kept: _Kept, truncation: float) -> Lamps:
-    system = _again(scene, kept)
+def _lamps_again(scene: Scene, own: Kept, truncation: float) -> Lamps:
+    system = assembled_again(scene._held, own)
     return Lamps(scene, system, _native.lamps(system, truncation), truncation)
 
 
@@ -647,7 +627,7 @@ def bounces(
     apart = arguments.per(per)
     asked = arguments.run(seed, memory, progress)
     own.require_emission()
-    system, series = _native.bounces(own, pair, terms, aim, seconds, apart, asked)
+    system, series = _native.bounces(own, pair, terms, (aim, seconds), apart, asked)
     if (why := series.unmet()) is not None:
         warnings.warn(f"the tolerance of {100 * aim:g} % is not met: {why}", ToleranceWarning, stacklevel=2)
     again = dict(

@@ -1,6 +1,8 @@
 //! Irradiance at points.
 
+use glam::DVec3;
 use halflight::render::{Apart, Sensor, SensorLights};
+use numpy::ndarray::ArrayView1;
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 
@@ -20,22 +22,15 @@ pub fn points(
     py: Python,
     scene: &Scene,
     mode: (f32, f32),
-    positions: PyReadonlyArray2<f64>,
-    normals: PyReadonlyArray2<f64>,
+    sensors: (PyReadonlyArray2<f64>, PyReadonlyArray2<f64>),
     tolerance: f64,
     luminaires: bool,
     asked: Run,
 ) -> PyResult<Sensed> {
-    let pairs = positions.as_array();
-    let pairs = pairs
-        .rows()
-        .into_iter()
-        .zip(normals.as_array().rows().into_iter().map(|n| [n[0], n[1], n[2]]).collect::<Vec<_>>());
-    let sensor = |(p, normal): (numpy::ndarray::ArrayView1<f64>, [f64; 3])| Sensor {
-        name: None,
-        position: [p[0], p[1], p[2]].into(),
-        normal: normal.into(),
-    };
+    let point = |row: ArrayView1<f64>| DVec3::new(row[0], row[1], row[2]);
+    let (positions, normals) = (sensors.0.as_array(), sensors.1.as_array());
+    let pairs = positions.rows().into_iter().zip(normals.rows());
+    let sensor = |(at, normal)| Sensor { name: None, position: point(at), normal: point(normal) };
     let sensors: Vec<Sensor> = pairs.map(sensor).collect();
     let apart = Apart { emitters: luminaires, bounces: false };
     let found = run(py, asked.progress.as_ref(), |steps| {

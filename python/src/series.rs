@@ -132,11 +132,11 @@ pub fn bounces(
     scene: &Scene,
     mode: (f32, f32),
     count: usize,
-    tolerance: f64,
-    time: Option<f64>,
+    aim: (f64, Option<f64>),
     luminaires: bool,
     asked: Run,
 ) -> PyResult<(System, Series)> {
+    let (tolerance, time) = aim;
     let (transport, apart) = (transport(mode), Apart { emitters: luminaires, bounces: false });
     let checked = run(py, asked.progress.as_ref(), |steps| {
         let solver = scene.solver(asked.seed, asked.bytes()).apart(apart);

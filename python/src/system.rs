@@ -201,6 +201,12 @@ impl System {
         PyArray1::from_vec(py, (0..patches.len()).map(object).collect())
     }
 
+    /// The patch, as it was cut, that each is a part of; itself where it was not divided.
+    fn wholes<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
+        let patches = self.mode.patches();
+        PyArray1::from_vec(py, (0..patches.len() as u32).map(|i| patches.whole(i)).collect())
+    }
+
     /// Middles in the file's units, NaN for halves of the sky; and unit normals.
     fn places<'py>(&self, py: Python<'py>) -> (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f32>>) {
         let (scene, patches) = (self.mode.scene(), self.mode.patches());

@@ -206,19 +206,27 @@ impl Patches {
         self.mesh.fragments(whole).iter().map(|f| (f.face, f.corners))
     }
 
-    /// The middle of a patch's area, unit coordinates; of a patch divided by light that of its chosen points.
+    /// The middle of a patch's area, unit coordinates, and of a sliver too thin to have one that of its corners; of a
+    /// patch divided by light the middle of its chosen points.
     pub fn middle(&self, i: usize) -> Vec3 {
-        self.extent(i).middle
+        let extent = self.extent(i);
+        if extent.width > 0.0 || !self.chosen(i).is_empty() {
+            return extent.middle;
+        }
+        let corners = || self.pieces(i).flat_map(|(_, corners)| corners);
+        corners().sum::<Vec3>() / corners().count().max(1) as f32
     }
 
-    /// The unit normal of a patch's side: the mean over its area. 0 where that has no direction.
+    /// The unit normal of a patch's side: the mean over its area, and over its triangles where it is too thin to have
+    /// one. 0 where that has no direction.
     pub fn mean_normal(&self, i: usize) -> Vec3 {
-        let triangle = |(face, [a, b, c]): (u32, [Vec3; 3])| {
-            let area = f64::from((b - a).cross(c - a).length());
-            area * self.normal(face, self.side(i)).as_dvec3()
+        let sum = |weight: fn([Vec3; 3]) -> f64| -> DVec3 {
+            let normal = |face| self.normal(face, self.side(i)).as_dvec3();
+            self.pieces(i).map(|(face, corners)| weight(corners) * normal(face)).sum()
         };
-        let sum: DVec3 = self.pieces(i).map(triangle).sum();
-        sum.normalize_or_zero().as_vec3()
+        let by_area = sum(|[a, b, c]| f64::from((b - a).cross(c - a).length()));
+        let mean = if by_area == DVec3::ZERO { sum(|_| 1.0) } else { by_area };
+        mean.normalize_or_zero().as_vec3()
     }
 
     /// Whether a patch is a half of the sky.
