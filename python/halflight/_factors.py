@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, TYPE_CHECKING, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -122,27 +122,27 @@ class PatchFactors:
     @property
     def sky(self) -> npt.NDArray[np.float32]:
         """Share of each patch's rays that reach the sky, (n,) float32; a view."""
-        return self._sky
+        return cast("npt.NDArray[np.float32]", self._sky)
 
     @property
     def closure(self) -> npt.NDArray[np.float32]:
         """What is missing of 1 in each row, (n,) float32; a view."""
-        return self._closure
+        return cast("npt.NDArray[np.float32]", self._closure)
 
     @property
     def reciprocity(self) -> npt.NDArray[np.float32]:
         """Residual of each row, (n,) float32; a view."""
-        return self._reciprocity
+        return cast("npt.NDArray[np.float32]", self._reciprocity)
 
     @property
     def areas(self) -> Float64:
         """Areas, the scene's units squared, (n,) float64; a view."""
-        return self._areas
+        return cast("Float64", self._areas)
 
     @property
     def objects(self) -> npt.NDArray[np.uint32]:
         """Number in ``names`` of each patch's object, (n,) uint32; a view."""
-        return self._objects
+        return cast("npt.NDArray[np.uint32]", self._objects)
 
     def __repr__(self) -> str:
         return f"<halflight.PatchFactors: {len(self)} patches, residual {100 * self.residual:.2f} %>"

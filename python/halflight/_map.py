@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, TYPE_CHECKING, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -69,7 +69,7 @@ class StabilityMap:
         """
         from halflight import _plots
 
-        return _plots.stability(self, axes)
+        return cast("matplotlib.figure.Figure", _plots.stability(self, axes))
 
     def __repr__(self) -> str:
         g = len(self.alpha)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, TYPE_CHECKING, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -48,7 +48,7 @@ class Patches:
     @property
     def areas(self) -> npt.NDArray[np.float64]:
         """Areas, (n,) float64; a view."""
-        return self._system.areas()
+        return cast("npt.NDArray[np.float64]", self._system.areas())
 
     @property
     def centres(self) -> npt.NDArray[np.float64]:
@@ -63,27 +63,27 @@ class Patches:
     @property
     def rho(self) -> Float32:
         """Reflectances, (n, 3) float32; a view."""
-        return self._system.rho()
+        return cast("Float32", self._system.rho())
 
     @property
     def alpha(self) -> Float32:
         """Shares of what is reflected that travel on, (n,) float32; a view."""
-        return self._system.alpha()
+        return cast("Float32", self._system.alpha())
 
     @property
     def emission(self) -> Float32:
         """E, (n, 2, 3) float32, W/(m² sr); a view."""
-        return self._system.emission()
+        return cast("Float32", self._system.emission())
 
     @property
     def materials(self) -> npt.NDArray[np.uint32]:
         """Numbers of materials of the scene, (n,) uint32; a view. Those of a sky come after the scene's."""
-        return self._system.materials()
+        return cast("npt.NDArray[np.uint32]", self._system.materials())
 
     @property
     def objects(self) -> npt.NDArray[np.uint32]:
         """Numbers of objects of the scene, (n,) uint32; that of a sky comes after the scene's."""
-        return self._system.objects()
+        return cast("npt.NDArray[np.uint32]", self._system.objects())
 
     @property
     def triangles(self) -> npt.NDArray[np.float64]:
@@ -102,7 +102,7 @@ class Patches:
         Where surfaces touch or a shadow's edge would run through them, patches are divided by points; the parts lie
         mixed on the triangles of the whole.
         """
-        return self._system.wholes()
+        return cast("npt.NDArray[np.uint32]", self._system.wholes())
 
     def on_triangles(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Numbers of patches as numbers of ``triangles``: of a divided patch the mean by area.
@@ -221,12 +221,12 @@ class Operator:
         array of the shape of x, float32
         """
         flat, shape = self._flat("x", x)
-        return self._system.apply(flat).reshape(shape)
+        return cast("Float32", self._system.apply(flat).reshape(shape))
 
     def rmatvec(self, y: npt.ArrayLike) -> Float32:
         """Kᵀ y, shapes as in :meth:`matvec`. F is transposed when this is first called, and kept: as much memory again."""
         flat, shape = self._flat("y", y)
-        return self._system.apply_transposed(flat).reshape(shape)
+        return cast("Float32", self._system.apply_transposed(flat).reshape(shape))
 
     def matmat(self, x: npt.ArrayLike) -> Float32:
         """K X of many columns in one pass over F for each 16 of them.
@@ -245,7 +245,7 @@ class Operator:
             raise (TypeError if given.dtype.kind not in "fiu" else ValueError)(
                 f"x must be numbers of shape ({n}, m), not {given.shape} ({given.dtype})"
             )
-        return self._system.apply_columns(given.astype(np.float32, copy=False))
+        return cast("Float32", self._system.apply_columns(given.astype(np.float32, copy=False)))
 
     def __matmul__(self, x: npt.ArrayLike) -> Float32:
         given = np.asarray(x)
@@ -261,7 +261,7 @@ class Operator:
     @property
     def emission(self) -> Float32:
         """E, (n, 2, 3) float32, W/(m² sr); a view."""
-        return self._system.emission()
+        return cast("Float32", self._system.emission())
 
     @property
     def first_bounce(self) -> Float32:

@@ -7,7 +7,7 @@ import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -492,4 +492,4 @@ def save_picture(file: str | os.PathLike[str], picture: npt.ArrayLike, *, exposu
 
 def read_picture(file: str | os.PathLike[str]) -> Float32:
     """Reads an ``.exr``, ``.hdr`` or ``.png`` file: linear radiance, (height, width, 3) float32."""
-    return _native.read_picture(arguments.path("file", file))
+    return cast("Float32", _native.read_picture(arguments.path("file", file)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, TYPE_CHECKING, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -69,12 +69,12 @@ class Irradiance:
     @property
     def lux(self) -> Float64:
         """Illuminance, (n,) lux: 683 lm/W times CIE Y of linear sRGB."""
-        return EFFICACY * (self.irradiance @ LUMINANCE)
+        return cast("Float64", EFFICACY * (self.irradiance @ LUMINANCE))
 
     @property
     def lux_error(self) -> Float64:
         """Its standard error, (n,) lux: at most what the channels' come to together."""
-        return EFFICACY * (self.error @ LUMINANCE)
+        return cast("Float64", EFFICACY * (self.error @ LUMINANCE))
 
     def mix(self, luminaires: Mapping[str, Any]) -> Float64:
         """The irradiance with luminaires dimmed, brightened or coloured, (n, 3) float64, W/m².

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 
 def shown(progress: Any) -> Callable[[str, int, int], object] | None:
@@ -17,7 +17,7 @@ def shown(progress: Any) -> Callable[[str, int, int], object] | None:
         raise TypeError(
             f"progress must be True, False or a function of (step, done, length), not {progress!r}"
         )
-    return progress
+    return cast("Callable[[str, int, int], object] | None", progress)
 
 
 class _Bar:

@@ -6,7 +6,7 @@ import os
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -184,22 +184,22 @@ class Scene:
     @property
     def vertices(self) -> npt.NDArray[np.float64]:
         """Corner points in the file's units, (n, 3) float64."""
-        return self._held.vertices()
+        return cast("npt.NDArray[np.float64]", self._held.vertices())
 
     @property
     def faces(self) -> npt.NDArray[np.uint32]:
         """Vertices of each triangle, counter-clockwise seen from the front, (m, 3) uint32."""
-        return self._held.faces()
+        return cast("npt.NDArray[np.uint32]", self._held.faces())
 
     @property
     def face_material(self) -> npt.NDArray[np.uint32]:
         """The number in ``materials`` of each triangle, (m,) uint32."""
-        return self._held.face_material()
+        return cast("npt.NDArray[np.uint32]", self._held.face_material())
 
     @property
     def face_object(self) -> npt.NDArray[np.uint32]:
         """The number in ``objects`` of each triangle, (m,) uint32."""
-        return self._held.face_object()
+        return cast("npt.NDArray[np.uint32]", self._held.face_object())
 
     @property
     def triangles(self) -> int:

@@ -6,7 +6,7 @@ import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import Any, Literal, TYPE_CHECKING, cast, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -108,12 +108,12 @@ class Bounces(Sequence[Bounce]):
     @property
     def power(self) -> Float64:
         """Power of the visible half of each term per channel, W, (terms, 3)."""
-        return self._power
+        return cast("Float64", self._power)
 
     @property
     def power_invisible(self) -> Float64:
         """Power of the invisible half of each term per channel, W, (terms, 3)."""
-        return self._power_invisible
+        return cast("Float64", self._power_invisible)
 
     @property
     def norm(self) -> Float64:
@@ -179,7 +179,7 @@ class Solution:
     @property
     def light(self) -> Float32:
         """L, (patches, 2, 3) float32, W/(m² sr): invisible and visible half; red, green, blue; a view."""
-        return self._series.light()
+        return cast("Float32", self._series.light())
 
     @property
     def left(self) -> Float32 | None:
@@ -251,7 +251,7 @@ class Solution:
         """
         asked = arguments.run(self._seed if seed is None else seed, memory, progress)
         rays = arguments.integer("samples", samples, 1, arguments.MOST_RAYS)
-        return _native.solution_picture(self._system, self._series, arguments.size(size), rays, asked)
+        return cast("Float32", _native.solution_picture(self._system, self._series, arguments.size(size), rays, asked))
 
     def pictures(
         self,
@@ -321,7 +321,7 @@ class Solution:
         """
         from halflight import _plots
 
-        return _plots.bounces([self], axes)
+        return cast("matplotlib.figure.Figure", _plots.bounces([self], axes))
 
     def to_pyvista(self) -> pyvista.PolyData:
         """The patches as a mesh for pyvista.
@@ -334,7 +334,7 @@ class Solution:
         """
         from halflight import _plots
 
-        return _plots.mesh(self)
+        return cast("pyvista.PolyData", _plots.mesh(self))
 
     def __repr__(self) -> str:
         lower, upper = self.radius
@@ -402,7 +402,7 @@ class Lamps:
 
     def __getitem__(self, name: str) -> Float32:
         """L of the luminaire of a name, (patches, 2, 3) float32."""
-        return self.light[self.names.index(arguments.choice("the name of a luminaire", name, self.names))]
+        return cast("Float32", self.light[self.names.index(arguments.choice("the name of a luminaire", name, self.names))])
 
     def mix(self, luminaires: Mapping[str, Any]) -> Float32:
         """L with luminaires dimmed, brightened or coloured, without solving again.
@@ -649,6 +649,8 @@ def open(
     ----------
     folder : str or path
         The folder of one mode.
+    progress
+        As in :func:`render`.
 
     Returns
     -------
