@@ -20,8 +20,8 @@ Lengths are in the scene's units, radiances in W/(m² sr), irradiances in W/m²,
 """
 
 from halflight._errors import (
-    DoesNotFit,
     Diverges,
+    DoesNotFit,
     FolderError,
     HalflightError,
     SceneError,

@@ -11,17 +11,14 @@ import operator
 import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Union
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from halflight import _progress
 
-Floats = npt.NDArray[np.floating[Any]]
 Mode = Literal["global", "shadowless", "one-bounce", "local"]
-Progress = Union[bool, None, Callable[[str, int, int], object]]
-Path = Union[str, "os.PathLike[str]"]
 
 MODES: dict[str, tuple[float, float]] = {
     "global": (1.0, 0.0),
@@ -217,9 +214,7 @@ def size(value: Any) -> tuple[int, int]:
     return integer("size[0]", width, 1, MOST_PIXELS), integer("size[1]", height, 1, MOST_PIXELS)
 
 
-def transport(
-    mode: Any, alpha: Any, tau: Any, own: tuple[float, float] | None
-) -> tuple[float, float]:
+def transport(mode: Any, alpha: Any, tau: Any, own: tuple[float, float] | None) -> tuple[float, float]:
     """(alpha, tau) of a mode by name, or of numbers in place of it; else those of the scene, or global."""
     if mode is not None and (alpha is not None or tau is not None):
         raise ValueError("give either a mode or alpha and tau: a mode is a name for two such numbers")

@@ -9,8 +9,8 @@ import re
 from typing import Any
 
 __all__ = [
-    "DoesNotFit",
     "Diverges",
+    "DoesNotFit",
     "FolderError",
     "HalflightError",
     "SceneError",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -200,7 +200,8 @@ def factors(
     n = len(rows)
     if found.unmet() > 0:
         warnings.warn(
-            f"{found.unmet()} of {matrix.size} form factors have a standard error above the tolerance: the rays ran out",
+            f"{found.unmet()} of {matrix.size} form factors have a standard error above the tolerance: "
+            "the rays ran out",
             ToleranceWarning,
             stacklevel=2,
         )

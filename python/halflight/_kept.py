@@ -33,9 +33,7 @@ def kept(system: _native.System) -> Kept:
     """What an equation is made of."""
     indices, data = system.factors()
     mode, fineness, seed, luminaires = system.recipe()
-    return Kept(
-        mode, fineness, seed, luminaires, system.closure(), system.starts(), indices.view(np.int32), data
-    )
+    return Kept(mode, fineness, seed, luminaires, system.closure(), system.starts(), indices.view(np.int32), data)
 
 
 def assembled_again(scene: _native.Scene, own: Kept) -> _native.System:

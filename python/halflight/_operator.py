@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -92,7 +92,7 @@ class Patches:
 
     @property
     def triangle_patch(self) -> npt.NDArray[np.uint32]:
-        """The patch that each triangle is a part of, (m,) uint32, ascending; a view. Only patches of ``whole`` are here."""
+        """The patch that each triangle is a part of, (m,) uint32, ascending; a view. All are of ``whole``."""
         return self._meshed()[1]
 
     @property
@@ -204,7 +204,8 @@ class Operator:
         given = np.asarray(x)
         if given.dtype.kind not in "fiu" or given.size != n or given.shape not in [(n,), (n, 1), (n // 6, 2, 3)]:
             raise (TypeError if given.dtype.kind not in "fiu" else ValueError)(
-                f"{name} must be numbers of shape ({n},), ({n}, 1) or ({n // 6}, 2, 3), not {given.shape} ({given.dtype})"
+                f"{name} must be numbers of shape ({n},), ({n}, 1) or ({n // 6}, 2, 3), "
+                f"not {given.shape} ({given.dtype})"
             )
         with np.errstate(over="ignore"):
             return np.ascontiguousarray(given, np.float32).reshape(n), given.shape
@@ -224,7 +225,7 @@ class Operator:
         return cast("Float32", self._system.apply(flat).reshape(shape))
 
     def rmatvec(self, y: npt.ArrayLike) -> Float32:
-        """Kᵀ y, shapes as in :meth:`matvec`. F is transposed when this is first called, and kept: as much memory again."""
+        """Kᵀ y, shapes as in :meth:`matvec`. The first call transposes F and keeps it: as much memory again."""
         flat, shape = self._flat("y", y)
         return cast("Float32", self._system.apply_transposed(flat).reshape(shape))
 
@@ -298,9 +299,7 @@ def _again(kind: Any, scene: bytes, own: Kept) -> Any:
     return kind(assembled_again(_native.scene_from_bytes(scene), own))
 
 
-def sparse(
-    rows: tuple[npt.NDArray[np.int64], npt.NDArray[np.uint32], Float32], n: int
-) -> scipy.sparse.csr_array:
+def sparse(rows: tuple[npt.NDArray[np.int64], npt.NDArray[np.uint32], Float32], n: int) -> scipy.sparse.csr_array:
     """F of its row starts, columns and values as a CSR matrix over their memory."""
     import scipy.sparse
 

@@ -159,9 +159,7 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
             total += np.asarray(factor, np.float32) * self.layers[f"lamp.{name}"]
         return total
 
-    def save(
-        self, file: str | os.PathLike[str], *, exposure: float = 0.0, standard_error: bool = False
-    ) -> list[str]:
+    def save(self, file: str | os.PathLike[str], *, exposure: float = 0.0, standard_error: bool = False) -> list[str]:
         """Writes it, with its layers.
 
         Parameters
@@ -485,9 +483,7 @@ def save_picture(file: str | os.PathLike[str], picture: npt.ArrayLike, *, exposu
         Stops by which a PNG file is brighter.
     """
     pixels = arguments.array("picture", picture, ("height", "width", 3), np.float32)
-    _native.save_picture(
-        arguments.path("file", file), pixels, arguments.real("exposure", exposure, -100.0, 100.0)
-    )
+    _native.save_picture(arguments.path("file", file), pixels, arguments.real("exposure", exposure, -100.0, 100.0))
 
 
 def read_picture(file: str | os.PathLike[str]) -> Float32:

@@ -14,9 +14,7 @@ def shown(progress: Any) -> Callable[[str, int, int], object] | None:
     if progress is True:
         return _Bar()
     if not callable(progress):
-        raise TypeError(
-            f"progress must be True, False or a function of (step, done, length), not {progress!r}"
-        )
+        raise TypeError(f"progress must be True, False or a function of (step, done, length), not {progress!r}")
     return cast("Callable[[str, int, int], object] | None", progress)
 
 

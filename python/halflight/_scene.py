@@ -425,9 +425,7 @@ def _given(name: str, value: Any, count: int, most: int, what: str) -> npt.NDArr
     return found
 
 
-def _under_sky(
-    native: _native.Scene, radiance: Any, lower: Any = None, up: Any = (0.0, 1.0, 0.0)
-) -> _native.Scene:
+def _under_sky(native: _native.Scene, radiance: Any, lower: Any = None, up: Any = (0.0, 1.0, 0.0)) -> _native.Scene:
     above = arguments.triple("sky", radiance, 0.0, 3e38)
     below = above if lower is None else arguments.triple("lower", lower, 0.0, 3e38)
     axis = arguments.array("up", up, (3,))

@@ -6,14 +6,13 @@ import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TYPE_CHECKING, cast, overload
+from typing import TYPE_CHECKING, Any, Literal, cast, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from halflight import _arguments as arguments
-from halflight import _native
-from halflight import _points
+from halflight import _native, _points
 from halflight._errors import ToleranceWarning
 from halflight._kept import Kept, assembled_again, kept
 from halflight._operator import Operator, Patches
@@ -63,7 +62,8 @@ class Bounce:
 
     def __repr__(self) -> str:
         red, green, blue = self.power
-        return f"<halflight.Bounce {self.n}: {red:.4g}, {green:.4g}, {blue:.4g} W, all later at most {self.tail_bound:.3g}>"
+        tail = f"all later at most {self.tail_bound:.3g}"
+        return f"<halflight.Bounce {self.n}: {red:.4g}, {green:.4g}, {blue:.4g} W, {tail}>"
 
 
 class Bounces(Sequence[Bounce]):
@@ -402,7 +402,9 @@ class Lamps:
 
     def __getitem__(self, name: str) -> Float32:
         """L of the luminaire of a name, (patches, 2, 3) float32."""
-        return cast("Float32", self.light[self.names.index(arguments.choice("the name of a luminaire", name, self.names))])
+        return cast(
+            "Float32", self.light[self.names.index(arguments.choice("the name of a luminaire", name, self.names))]
+        )
 
     def mix(self, luminaires: Mapping[str, Any]) -> Float32:
         """L with luminaires dimmed, brightened or coloured, without solving again.
@@ -560,7 +562,9 @@ def solve(
     count = None if bounces is None else arguments.integer("bounces", bounces, 1, 10_000)
     apart = arguments.per(per)
     if apart and count is not None:
-        raise ValueError('give either bounces or per="luminaire": bounces of single luminaires are of halflight.bounces')
+        raise ValueError(
+            'give either bounces or per="luminaire": bounces of single luminaires are of halflight.bounces'
+        )
     asked = arguments.run(seed, memory, progress)
     if apart:
         own.require_emission()
@@ -630,9 +634,7 @@ def bounces(
     system, series = _native.bounces(own, pair, terms, (aim, seconds), apart, asked)
     if (why := series.unmet()) is not None:
         warnings.warn(f"the tolerance of {100 * aim:g} % is not met: {why}", ToleranceWarning, stacklevel=2)
-    again = dict(
-        count=terms, alpha=pair[0], tau=pair[1], tolerance=aim, time=seconds, per=per, seed=asked.seed
-    )
+    again = dict(count=terms, alpha=pair[0], tau=pair[1], tolerance=aim, time=seconds, per=per, seed=asked.seed)
     return Solution(scene, system, series, ("tolerance", again))
 
 
@@ -643,7 +645,7 @@ def open(
 ) -> Solution:
     """Opens a folder that :meth:`Solution.save`, or ``--save`` of the program, made.
 
-    No ray of F is cast; the scene, patches and light come out bit by bit as they were. A folder without light is solved.
+    No ray of F is cast; scene, patches and light come out bit by bit as they were. A folder without light is solved.
 
     Parameters
     ----------

@@ -8,8 +8,9 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
-import halflight as hl
 import pytest
+
+import halflight as hl
 
 ROOT = Path(__file__).resolve().parents[2]
 

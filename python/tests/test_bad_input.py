@@ -10,9 +10,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import halflight as hl
 import numpy as np
 import pytest
+
+import halflight as hl
 
 hypothesis = pytest.importorskip("hypothesis")
 from hypothesis import given, settings  # noqa: E402
@@ -42,17 +43,42 @@ WRONG: dict[str, list[Any]] = {
 #: What each function takes, by the kind of its arguments.
 TAKES: dict[Callable[..., Any], dict[str, str]] = {
     hl.render: {
-        "mode": "mode", "alpha": "fraction", "tau": "fraction", "size": "size", "tolerance": "tolerance",
-        "time": "time", "patches": "count", "rays": "count", "samples": "count", "seed": "seed", "memory": "memory",
+        "mode": "mode",
+        "alpha": "fraction",
+        "tau": "fraction",
+        "size": "size",
+        "tolerance": "tolerance",
+        "time": "time",
+        "patches": "count",
+        "rays": "count",
+        "samples": "count",
+        "seed": "seed",
+        "memory": "memory",
         "progress": "progress",
     },
     hl.trace: {
-        "mode": "mode", "alpha": "fraction", "size": "size", "samples": "seed", "time": "time", "next_event": "flag",
-        "seed": "seed", "memory": "memory", "progress": "progress",
+        "mode": "mode",
+        "alpha": "fraction",
+        "size": "size",
+        "samples": "seed",
+        "time": "time",
+        "next_event": "flag",
+        "seed": "seed",
+        "memory": "memory",
+        "progress": "progress",
     },
     hl.solve: {
-        "mode": "mode", "alpha": "fraction", "tau": "fraction", "patches": "count", "rays": "count", "bounces": "count",
-        "truncation": "tolerance", "per": "mode", "seed": "seed", "memory": "memory", "progress": "progress",
+        "mode": "mode",
+        "alpha": "fraction",
+        "tau": "fraction",
+        "patches": "count",
+        "rays": "count",
+        "bounces": "count",
+        "truncation": "tolerance",
+        "per": "mode",
+        "seed": "seed",
+        "memory": "memory",
+        "progress": "progress",
     },
     hl.bounces: {"count": "count", "tolerance": "tolerance", "time": "time", "per": "mode", "seed": "seed"},
     hl.factors: {"tolerance": "tolerance", "tau": "fraction", "seed": "seed", "progress": "progress"},
@@ -202,7 +228,10 @@ def test_there_are_many_of_them() -> None:
     ],
 )
 def test_what_is_wrong_is_said(
-    words: str, make: Callable[[], object], capfd: pytest.CaptureFixture[str], tmp_path: Path,
+    words: str,
+    make: Callable[[], object],
+    capfd: pytest.CaptureFixture[str],
+    tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -283,10 +312,18 @@ def test_a_tolerance_that_is_not_met_is_a_warning(box: hl.Scene) -> None:
 
 
 anything = st.one_of(
-    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5), st.binary(max_size=5),
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.floats(),
+    st.text(max_size=5),
+    st.binary(max_size=5),
     st.lists(st.one_of(st.floats(), st.integers(-5, 10), st.text(max_size=2)), max_size=4),
     st.lists(st.lists(st.integers(-2, 6), max_size=4), max_size=3),
-    st.just(np.zeros((2, 3))), st.just(np.array([[NAN, 1, 2]])), st.just(object()), st.just({}),
+    st.just(np.zeros((2, 3))),
+    st.just(np.array([[NAN, 1, 2]])),
+    st.just(object()),
+    st.just({}),
 )
 EXPECTED = (TypeError, ValueError, KeyError, OSError, hl.HalflightError)
 
@@ -328,7 +365,8 @@ def test_functions_of_anything(function: Callable[..., Any], data: Any) -> None:
 @given(
     st.lists(st.tuples(*[st.floats(-1e30, 1e30)] * 3), min_size=3, max_size=8),
     st.lists(st.lists(st.integers(0, 7), min_size=3, max_size=5), min_size=1, max_size=6),
-    st.floats(0, 1), st.floats(0, 1e6),
+    st.floats(0, 1),
+    st.floats(0, 1e6),
 )
 def test_any_polygons_can_be_solved_or_are_refused(vertices: Any, faces: Any, rho: float, emission: float) -> None:
     try:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import copy
 import multiprocessing
-import os
 import pickle
-import signal
 import subprocess
 import sys
 import threading
@@ -15,9 +13,10 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-import halflight as hl
 import numpy as np
 import pytest
+
+import halflight as hl
 
 LONG: dict[str, str] = {
     "render": "hl.render(box, size=(1500, 1500), tolerance=1e-4)",
@@ -76,7 +75,9 @@ def test_progress_is_shown_and_its_errors_end_the_work(box: hl.Scene) -> None:
     assert time.perf_counter() - start < 30.0
 
 
-def test_the_bar_is_optional(box: hl.Scene, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_bar_is_optional(
+    box: hl.Scene, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     hl.solve(box, patches=2000, rays=512, progress=True)
     monkeypatch.setitem(sys.modules, "tqdm.auto", None)
     capsys.readouterr()
@@ -87,7 +88,9 @@ def test_the_bar_is_optional(box: hl.Scene, capsys: pytest.CaptureFixture[str], 
 def test_two_threads_solve_at_once(box: hl.Scene) -> None:
     alone = hl.solve(box, patches=300, rays=64).light
     found: list[np.ndarray] = []
-    threads = [threading.Thread(target=lambda: found.append(hl.solve(box, patches=300, rays=64).light)) for _ in range(4)]
+    threads = [
+        threading.Thread(target=lambda: found.append(hl.solve(box, patches=300, rays=64).light)) for _ in range(4)
+    ]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -199,5 +202,3 @@ def test_no_copy_of_f_and_of_light(tmp_path: Path) -> None:
     grown = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
     # 20 copies of F alone would be 20 times this; row starts are made anew, 4 bytes a patch.
     assert grown < F.data.nbytes + F.indices.nbytes
-
-

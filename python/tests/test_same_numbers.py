@@ -7,9 +7,10 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import halflight as hl
 import numpy as np
 import pytest
+
+import halflight as hl
 
 Program = Callable[..., None]
 
@@ -36,7 +37,9 @@ def test_saved_pictures_have_the_same_bytes(box: hl.Scene, program: Program, tmp
 
 
 def test_folders_are_the_same_and_open_as_they_were(box: hl.Scene, program: Program, tmp_path: Path) -> None:
-    program(tmp_path, "bounces cornell-box --alpha 0.9 --tau 0.2 --count 5 --patches 300 --rays 64 --save theirs --size 8x8")
+    program(
+        tmp_path, "bounces cornell-box --alpha 0.9 --tau 0.2 --count 5 --patches 300 --rays 64 --save theirs --size 8x8"
+    )
     solution = hl.solve(box, alpha=0.9, tau=0.2, patches=300, rays=64, bounces=5)
     solution.save(tmp_path / "ours")
     names = sorted(path.name for path in (tmp_path / "theirs").iterdir())
@@ -96,7 +99,9 @@ def test_any_number_of_threads() -> None:
         command = [sys.executable, "-c", SUMS]
         import os
 
-        run = subprocess.run(command, env={**os.environ, "RAYON_NUM_THREADS": str(threads)}, capture_output=True, text=True)
+        run = subprocess.run(
+            command, env={**os.environ, "RAYON_NUM_THREADS": str(threads)}, capture_output=True, text=True
+        )
         assert run.returncode == 0, run.stderr
         return run.stdout
 

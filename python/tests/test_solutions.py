@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-import halflight as hl
 import numpy as np
 import pytest
+
+import halflight as hl
 
 scipy_sparse = pytest.importorskip("scipy.sparse")
 linalg = pytest.importorskip("scipy.sparse.linalg")
@@ -42,7 +43,9 @@ def test_terms_add_up_and_bounds_hold(solved: hl.Solution) -> None:
         solved.bounces[len(solved.bounces)]
 
 
-@pytest.mark.parametrize("name, mode", [("cornell-box", "global"), ("furnished-room", "global"), ("two-rooms", "shadowless")])
+@pytest.mark.parametrize(
+    "name, mode", [("cornell-box", "global"), ("furnished-room", "global"), ("two-rooms", "shadowless")]
+)
 def test_scipy_agrees_with_the_series_and_its_bounds(name: str, mode: hl._arguments.Mode) -> None:
     solution = hl.solve(hl.load(name), mode=mode, patches=300, rays=64, bounces=400 if mode == "global" else 60)
     K = solution.operator
@@ -123,7 +126,9 @@ def test_where_patches_are(solved: hl.Solution) -> None:
     assert np.array_equal(patches.faces(k), corners[owner == k])
     names = solved.scene.objects
     floor = patches.objects == names.index("floor")
-    assert np.allclose(patches.normals[floor], [0, 1, 0], atol=1e-6) and np.allclose(patches.centres[floor, 1], 0, atol=1e-3)
+    assert np.allclose(patches.normals[floor], [0, 1, 0], atol=1e-6) and np.allclose(
+        patches.centres[floor, 1], 0, atol=1e-3
+    )
 
 
 def test_series_that_diverge_say_so_and_can_be_looked_at() -> None:
@@ -174,7 +179,9 @@ def test_factors_against_closed_forms() -> None:
     # Unit squares at distance 1: 0.19982490; closed boxes have rows of sum 1.
     lower = [[0, 0, 0], [0, 0, 1], [1, 0, 1], [1, 0, 0]]
     upper = [[0, 1, 0], [1, 1, 0], [1, 1, 1], [0, 1, 1]]
-    pair = hl.Scene(lower + upper, [[0, 1, 2, 3], [4, 5, 6, 7]], [hl.Material("m")], objects=["low", "high"], face_object=[0, 1])
+    pair = hl.Scene(
+        lower + upper, [[0, 1, 2, 3], [4, 5, 6, 7]], [hl.Material("m")], objects=["low", "high"], face_object=[0, 1]
+    )
     found = hl.factors(pair, tolerance=1e-6)
     assert found.names == ["low", "high"] and found.sky is None
     assert found.matrix[0, 1] == pytest.approx(0.19982490, abs=1e-7)

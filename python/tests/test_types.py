@@ -1,4 +1,4 @@
-"""Types and words: the stubs are what is generated, mypy is content with them, and help says shapes, units and errors."""
+"""Types and words: stubs are what is generated, mypy is content with them, help says shapes, units and errors."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import halflight as hl
 import pytest
+
+import halflight as hl
 
 PYTHON = Path(__file__).resolve().parents[1]
 EXAMPLES = """
@@ -81,7 +82,18 @@ def test_stubs_are_what_is_generated(tmp_path: Path) -> None:
     )
 
 
-FUNCTIONS = ["render", "trace", "solve", "bounces", "points", "factors", "patch_factors", "stability_map", "load", "open"]
+FUNCTIONS = [
+    "render",
+    "trace",
+    "solve",
+    "bounces",
+    "points",
+    "factors",
+    "patch_factors",
+    "stability_map",
+    "load",
+    "open",
+]
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
