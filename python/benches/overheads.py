@@ -17,9 +17,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import halflight as hl
 import numpy as np
 import scipy.sparse
+
+import halflight as hl
 
 ROOT = Path(__file__).resolve().parents[2]
 RELEASE = ROOT / "target" / "release"
@@ -81,7 +82,7 @@ def pictures() -> None:
         out = str(Path(folder) / "a.exr")
         command = [
             str(RELEASE / "halflight"),
-            *"render cornell-box --mode global --size 256x256 --tolerance 0.02 -o".split(),
+            *["render", "cornell-box", "--mode", "global", "--size", "256x256", "--tolerance", "0.02", "-o"],
             out,
         ]
         for _ in range(7):

@@ -34,7 +34,7 @@ from halflight._native import __version__
 from halflight._operator import Operator, Patches
 from halflight._picture import Errors, Picture, Seconds, read_picture, render, save_picture, trace
 from halflight._plots import plot_bounces, plot_map, to_pyvista
-from halflight._points import Irradiance, points
+from halflight._points import Irradiance, lux, points
 from halflight._scene import Camera, Material, Scene, cornell_box, load, scenes
 from halflight._solution import Bounce, Bounces, Lamps, Solution, bounces, open, solve
 
@@ -67,6 +67,7 @@ __all__ = [
     "cornell_box",
     "factors",
     "load",
+    "lux",
     "open",
     "patch_factors",
     "plot_bounces",

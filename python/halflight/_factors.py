@@ -92,7 +92,7 @@ def _unlike(name: str, names: list[str]) -> str:
 
 
 class PatchFactors:
-    """Form factors between n patches, all rows and columns, found by rays.
+    """Form factors between the n patches of surfaces, all rows and columns, found by rays.
 
     Attributes
     ----------
@@ -104,11 +104,13 @@ class PatchFactors:
         Rays cast.
     """
 
-    def __init__(self, found: _native.Between) -> None:
+    def __init__(self, found: _native.Between, names: list[str]) -> None:
+        n = found.solid()
         self._rows = (found.starts(), *found.factors())
-        self._sky, self._closure, self._reciprocity = found.shares()
-        self._areas, self._objects = found.areas(), found.objects()
-        self.names: list[str] = found.names()
+        self._sky, self._closure, self._reciprocity = (share[:n] for share in found.shares())
+        self._areas, self._objects = found.areas()[:n], found.objects()[:n]
+        self._centres, self._normals = (place[:n] for place in found.places())
+        self.names = names
         self.residual, self.rays = found.taken()
 
     def __len__(self) -> int:
@@ -116,8 +118,23 @@ class PatchFactors:
 
     @property
     def matrix(self) -> scipy.sparse.csr_array:
-        """F as SciPy's CSR matrix (n, n), float32, over the memory that halflight has it in; needs scipy."""
-        return sparse(self._rows, len(self))
+        """F as SciPy's CSR matrix (n, n), float32, over the memory that halflight has it in; needs scipy.
+
+        Under a sky it is a copy without the sky's columns, which ``sky`` is the sum of.
+        """
+        n, all_of_them = len(self), len(self._rows[0]) - 1
+        whole = sparse(self._rows, all_of_them)
+        return whole if n == all_of_them else whole[:n, :n]
+
+    @property
+    def centres(self) -> Float64:
+        """Middles of the patches, the scene's units, (n, 3) float64."""
+        return cast("Float64", self._centres)
+
+    @property
+    def normals(self) -> npt.NDArray[np.float32]:
+        """Unit normals, (n, 3) float32."""
+        return cast("npt.NDArray[np.float32]", self._normals)
 
     @property
     def sky(self) -> npt.NDArray[np.float32]:
@@ -255,4 +272,4 @@ def patch_factors(
     own = of(scene)
     fineness = arguments.fineness(patches, rays)
     asked = arguments.run(seed, memory, progress)
-    return PatchFactors(_native.patch_factors(own, _tau(scene, tau), fineness, asked))
+    return PatchFactors(_native.patch_factors(own, _tau(scene, tau), fineness, asked), scene.objects)

@@ -20,17 +20,21 @@ class Between:
         """
         Columns and values of F, row by row.
         """
-    def names(self, /) -> list[str]:
-        """
-        Names of the objects.
-        """
     def objects(self, /) -> Incomplete:
         """
         The object of each patch.
         """
+    def places(self, /) -> tuple[Incomplete, Incomplete]:
+        """
+        Middles in the file's units, NaN for halves of the sky; and unit normals.
+        """
     def shares(self, /) -> list[Incomplete]:
         """
         Share of each patch's rays that reach the sky, what is missing of 1 in its row, and its residual of reciprocity.
+        """
+    def solid(self, /) -> int:
+        """
+        Number of patches that are no sky's, which come last.
         """
     def starts(self, /) -> Incomplete:
         """

@@ -13,6 +13,7 @@ from halflight._kept import Kept, assembled_again, kept
 
 if TYPE_CHECKING:
     import scipy.sparse
+    import scipy.sparse.linalg
 
 __all__ = ["Operator", "Patches"]
 
@@ -251,6 +252,18 @@ class Operator:
     def __matmul__(self, x: npt.ArrayLike) -> Float32:
         given = np.asarray(x)
         return self.matmat(given) if given.ndim == 2 and given.shape[1] != 1 else self.matvec(given)
+
+    def one_minus(self) -> scipy.sparse.linalg.LinearOperator:
+        """I - K for SciPy: ``scipy.sparse.linalg.gmres(K.one_minus(), K.first_bounce.ravel())``; needs scipy."""
+        import scipy.sparse.linalg
+
+        return scipy.sparse.linalg.LinearOperator(
+            self.shape,
+            matvec=lambda x: np.ravel(x) - self.matvec(np.ravel(x)),
+            rmatvec=lambda y: np.ravel(y) - self.rmatvec(np.ravel(y)),
+            matmat=lambda x: x - self.matmat(x),
+            dtype=self.dtype,
+        )
 
     # What it is made of.
 

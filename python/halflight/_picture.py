@@ -95,7 +95,8 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
     samples : int or None
         Paths a pixel of a traced picture.
     relative_error : float or None
-        Of a traced picture: RMS of the standard errors over RMS of the radiances, where no luminaire is seen.
+        The error as one number: ``error.total`` of a rendered picture; of a traced one RMS of the standard errors over
+        RMS of the radiances, where no luminaire is seen.
     """
 
     error: Errors | None
@@ -196,9 +197,7 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
     __str__ = __repr__
 
     def _said(self) -> str:
-        error = getattr(self, "error", None)
-        relative = getattr(self, "relative_error", None)
-        known = error.total if error is not None else relative
+        known = getattr(self, "relative_error", None)
         words = "error not estimated" if known is None else f"error {100 * known:.2f} %"
         seconds = getattr(self, "seconds", None)
         return words if seconds is None else f"{words}, {seconds.total:.2f} s"
@@ -340,6 +339,7 @@ def render(
     picture = _picture(
         made.picture(),
         error=None if effort.tolerance is None else Errors(*made.error()),
+        relative_error=None if effort.tolerance is None else made.error()[-1],
         standard_error=made.standard_error(),
         layers={name: layer for name, (layer, _) in held},
         layer_errors={name: error for name, (_, error) in held},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -24,8 +25,16 @@ def _figure(axes: Any, size: tuple[float, float]) -> tuple[Any, Any]:
         raise ImportError("figures need matplotlib: pip install matplotlib") from None
     if axes is not None:
         return axes.figure, axes
-    # Not of pyplot: it is shown once where a notebook shows it, and closed by itself.
-    figure = matplotlib.figure.Figure(figsize=size, layout="constrained")
+
+    class Figure(matplotlib.figure.Figure):
+        """A figure that notebooks show, whether or not pyplot is imported; it is closed by itself."""
+
+        def _repr_png_(self) -> bytes:
+            held = io.BytesIO()
+            self.savefig(held, format="png")
+            return held.getvalue()
+
+    figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     return figure, figure.add_subplot()
 

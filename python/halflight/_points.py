@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -19,13 +19,31 @@ from halflight._scene import Scene
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["Irradiance", "points"]
+__all__ = ["Irradiance", "lux", "points"]
 
 Float64 = npt.NDArray[np.float64]
 
 #: Lumens of a watt of white light, and CIE Y of linear sRGB (IEC 61966-2-1).
 EFFICACY = 683.0
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+def lux(irradiance: npt.ArrayLike) -> Float64:
+    """Illuminance in lux of irradiances in W/m²: 683 lm/W times CIE Y of linear sRGB.
+
+    Parameters
+    ----------
+    irradiance : (..., 3) floats
+        Red, green, blue, W/m².
+
+    Returns
+    -------
+    (...) float64
+    """
+    given = np.asarray(irradiance)
+    if given.dtype.kind not in "fiu" or given.shape[-1:] != (3,):
+        raise TypeError(f"irradiance must be numbers of shape (..., 3), not {given.shape} ({given.dtype})")
+    return np.asarray(EFFICACY * (given @ LUMINANCE), np.float64)
 
 
 @dataclass(frozen=True, repr=False)
@@ -69,12 +87,12 @@ class Irradiance:
     @property
     def lux(self) -> Float64:
         """Illuminance, (n,) lux: 683 lm/W times CIE Y of linear sRGB."""
-        return cast("Float64", EFFICACY * (self.irradiance @ LUMINANCE))
+        return lux(self.irradiance)
 
     @property
     def lux_error(self) -> Float64:
         """Its standard error, (n,) lux: at most what the channels' come to together."""
-        return cast("Float64", EFFICACY * (self.error @ LUMINANCE))
+        return lux(self.error)
 
     def mix(self, luminaires: Mapping[str, Any]) -> Float64:
         """The irradiance with luminaires dimmed, brightened or coloured, (n, 3) float64, W/m².

@@ -198,7 +198,8 @@ class Solution:
 
     @property
     def closure(self) -> tuple[float, float, float] | None:
-        """Mean, least and largest sum of the rows of F, 1 in a closed scene; ``None`` where no ray was needed."""
+        """Mean, least and largest sum of the rows of F, 1 in a closed scene but on faces inside of solids, which see
+        nothing; ``None`` where no ray was needed."""
         return self._system.closure()
 
     def points(

@@ -1,9 +1,7 @@
 //! Form factors between objects, and between patches.
 
-use std::sync::Arc;
-
 use halflight::Transport;
-use halflight::render::Fineness;
+use halflight::render::{Discretization, Fineness};
 use halflight::study::{FactorMatrix, FactorSettings, PatchFactors, factors, patch_factors as between};
 use numpy::ndarray::Array2;
 use numpy::{PyArray1, PyArray2};
@@ -13,6 +11,7 @@ use crate::arrays;
 use crate::errors::Raise;
 use crate::running::run;
 use crate::scene::{Run, Scene};
+use crate::system::{Places, places};
 
 /// Form factors between the objects of a scene: `halflight.Factors`.
 #[pyclass(frozen, module = "halflight._native")]
@@ -25,8 +24,8 @@ pub struct ObjectFactors {
 /// Form factors between patches: `halflight.PatchFactors`.
 #[pyclass(frozen, module = "halflight._native")]
 pub struct Between {
-    found: Arc<PatchFactors>,
-    names: Vec<String>,
+    found: PatchFactors,
+    cut: Discretization,
 }
 
 /// tau of each material where those without their own take one.
@@ -52,10 +51,10 @@ pub fn patch_factors(py: Python, scene: &Scene, tau: f32, fineness: (usize, u32)
         let solver = scene.solver(asked.seed, bytes);
         let (cut, sampling) = (solver.cut(fineness.patches), fineness.sampling(asked.seed));
         cut.check_memory(&[Transport { alpha: 1.0, tau }], &sampling, 1, bytes)?;
-        Ok(between(&cut, &taus(scene, tau), &sampling, steps))
+        Ok((between(&cut, &taus(scene, tau), &sampling, steps), cut))
     })?;
-    let found = found.map_err(halflight::render::Unfit::raise)?;
-    Ok(Between { found: Arc::new(found), names: scene.scene.objects.clone() })
+    let (found, cut) = found.map_err(halflight::render::Unfit::raise)?;
+    Ok(Between { found, cut })
 }
 
 #[pymethods]
@@ -132,9 +131,15 @@ impl Between {
         arrays::view(slf.clone().into_any(), &objects[..], objects.len())
     }
 
-    /// Names of the objects.
-    fn names(&self) -> Vec<String> {
-        self.names.clone()
+    /// Middles in the file's units, NaN for halves of the sky; and unit normals.
+    fn places<'py>(&self, py: Python<'py>) -> PyResult<Places<'py>> {
+        places(py, &self.cut.geometry.scene, &self.cut.patches)
+    }
+
+    /// Number of patches that are no sky's, which come last.
+    fn solid(&self) -> usize {
+        let (scene, patches) = (&self.cut.geometry.scene, &self.cut.patches);
+        (0..patches.len()).take_while(|&i| !patches.is_sky(scene, i)).count()
     }
 
     /// The residual of reciprocity of all rows together, and rays cast.

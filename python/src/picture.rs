@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use halflight::pictures::{Bitmap, Exposure, Picture, check_extension, write_picture};
+use halflight::pictures::{Bitmap, Exposure, Picture, check_extension, encode_png as encode, write_picture};
 use halflight::reference::{NextEvent, TraceSettings, Tracer};
 use halflight::render::{Apart, Ended, Errors, Fineness, Rendered as Found, check_pictures};
 use numpy::{PyArray3, PyReadonlyArray3};
@@ -13,7 +13,7 @@ use pyo3::types::PyBytes;
 
 use crate::arrays;
 use crate::errors::Raise;
-use crate::running::run;
+use crate::running::{briefly, run};
 use crate::scene::{Run, Scene, transport};
 
 /// Bytes a pixel, as the program allows for them: made to a tolerance, with given effort, traced.
@@ -142,22 +142,24 @@ pub fn owned<'py>(py: Python<'py>, picture: Picture) -> PyResult<Bound<'py, PyAr
 
 /// Writes a picture: `.exr` holds radiances, `.png` what the eye is to see of them.
 #[pyfunction]
-pub fn save_picture(path: PathBuf, picture: PyReadonlyArray3<f32>, stops: f32) -> PyResult<()> {
+pub fn save_picture(py: Python, path: PathBuf, picture: PyReadonlyArray3<f32>, stops: f32) -> PyResult<()> {
     check_extension(&path).map_err(Raise::raise)?;
-    write_picture(&path, &arrays::picture_of(&picture), Exposure { stops }).map_err(Raise::raise)
+    let picture = arrays::picture_of(&picture);
+    briefly(py, || write_picture(&path, &picture, Exposure { stops }))?.map_err(Raise::raise)
 }
 
 /// Reads a picture.
 #[pyfunction]
 pub fn read_picture<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyArray3<f32>>> {
-    owned(py, halflight::pictures::read_picture(path).map_err(Raise::raise)?)
+    owned(py, briefly(py, || halflight::pictures::read_picture(path))?.map_err(Raise::raise)?)
 }
 
 /// The bytes of a PNG file.
 #[pyfunction]
 pub fn encode_png<'py>(py: Python<'py>, picture: PyReadonlyArray3<f32>, stops: f32) -> PyResult<Bound<'py, PyBytes>> {
-    let bitmap = Bitmap::from_picture(&arrays::picture_of(&picture), Exposure { stops });
-    Ok(PyBytes::new(py, &halflight::pictures::encode_png(&bitmap).map_err(Raise::raise)?))
+    let picture = arrays::picture_of(&picture);
+    let encoded = briefly(py, || encode(&Bitmap::from_picture(&picture, Exposure { stops })))?;
+    Ok(PyBytes::new(py, &encoded.map_err(Raise::raise)?))
 }
 
 #[pymethods]
@@ -227,9 +229,9 @@ impl Rendered {
     }
 
     /// Writes the picture with its layers; returns the files.
-    fn save(&self, path: PathBuf, stops: f32, standard_error: bool) -> PyResult<Vec<PathBuf>> {
+    fn save(&self, py: Python, path: PathBuf, stops: f32, standard_error: bool) -> PyResult<Vec<PathBuf>> {
         let errors = if standard_error { Errors::Written } else { Errors::LeftOut };
         check_extension(&path).map_err(Raise::raise)?;
-        self.0.save_layers(path, Exposure { stops }, errors).map_err(Raise::raise)
+        briefly(py, || self.0.save_layers(path, Exposure { stops }, errors))?.map_err(Raise::raise)
     }
 }

@@ -3,6 +3,9 @@
 //! The work runs on another thread; this one wakes up some twenty times a second, lets Python handle its signals and
 //! calls the progress function. An exception in either ends the work and is raised when it has ended.
 //!
+//! Nothing runs on the threads that rayon starts by itself: a process that is forked has none of them, and would wait for
+//! them forever.
+//!
 //! Not handled: signals while another thread than Python's main one waits, which Python itself handles there.
 
 use std::panic::resume_unwind;

@@ -18,7 +18,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::errors::Raise;
-use crate::running::run;
+use crate::running::{briefly, run};
 
 /// A checked scene.
 #[pyclass(frozen, module = "halflight._native")]
@@ -115,6 +115,7 @@ pub fn builtin_scenes() -> Vec<(&'static str, &'static str)> {
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the arrays of a scene")]
 pub fn scene_from_arrays(
+    py: Python,
     name: &str,
     vertices: PyReadonlyArray2<f64>,
     corners: PyReadonlyArray1<u32>,
@@ -135,14 +136,14 @@ pub fn scene_from_arrays(
     };
     let faces: Vec<GivenFace> = faces.map(face).collect();
     let materials = materials.into_iter().map(Material::from).collect();
-    let made = halflight::Scene::from_objects(name, &vertices, &faces, materials, objects);
+    let made = briefly(py, || halflight::Scene::from_objects(name, &vertices, &faces, materials, objects))?;
     made.map(Scene::from).map_err(halflight::scene::SceneError::raise)
 }
 
 /// The scene that [`Scene::to_bytes`] gave.
 #[pyfunction]
-pub fn scene_from_bytes(bytes: &[u8]) -> PyResult<Scene> {
-    of_bytes(bytes).map(Scene::from).map_err(Raise::raise)
+pub fn scene_from_bytes(py: Python, bytes: &[u8]) -> PyResult<Scene> {
+    briefly(py, || of_bytes(bytes))?.map(Scene::from).map_err(Raise::raise)
 }
 
 #[pymethods]
@@ -237,8 +238,8 @@ impl Scene {
     }
 
     /// All of it.
-    fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        PyBytes::new(py, &scene_to_bytes(&self.scene))
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        Ok(PyBytes::new(py, &briefly(py, || scene_to_bytes(&self.scene))?))
     }
 
     /// The same from another camera.

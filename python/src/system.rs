@@ -7,6 +7,7 @@ use std::sync::{Arc, OnceLock};
 use halflight::export::PatchMesh;
 use halflight::form_factors::{FormFactors, Layers, Rows, Sampling};
 use halflight::operator::{Cast, LinearOperator, RowSource, Wanted};
+use halflight::patches::Patches;
 use halflight::render::{Apart, Assembled, Fineness};
 use halflight::solve::apply_columns;
 use halflight::{Light, Transport};
@@ -83,7 +84,8 @@ pub fn assemble_kept(
     let recipe = Recipe { transport: transport(mode), fineness, seed: asked.seed, apart };
     let starts = factors.indptr.as_slice()?.iter().map(|&start| start as usize).collect();
     let columns = factors.indices.as_slice()?.iter().map(|&column| column as u32).collect();
-    let rows = Rows::from_parts(starts, columns, factors.data.as_slice()?.to_vec());
+    let values = factors.data.as_slice()?.to_vec();
+    let rows = briefly(py, || Rows::from_parts(starts, columns, values))?;
     let rows = rows.ok_or_else(|| PyValueError::new_err("F is no square matrix of shares: the pickle is broken"))?;
     let known = FormFactors { row_sums: vec![None; rows.len()], rows };
     Ok(System { closure: factors.closure, ..assembled(py, scene, recipe, Some(known), asked)? })
@@ -131,6 +133,22 @@ impl RowSource for KnownRows {
     fn knows(&self, wanted: &Wanted) -> bool {
         self.0.rows.len() == wanted.patches.len()
     }
+}
+
+/// Middles and normals of patches.
+pub type Places<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f32>>);
+
+/// Middles of patches in the file's units, NaN for halves of the sky; and unit normals.
+pub fn places<'py>(py: Python<'py>, scene: &halflight::Scene, patches: &Patches) -> PyResult<Places<'py>> {
+    let middle = |i: usize| match patches.is_sky(scene, i) {
+        true => [f64::NAN; 3],
+        false => scene.frame.to_file(patches.middle(i).as_dvec3()).to_array(),
+    };
+    let (middles, normals): (Vec<[f64; 3]>, Vec<[f32; 3]>) = briefly(py, || {
+        let normal = |i: usize| patches.mean_normal(i).to_array();
+        (0..patches.len()).map(|i| (middle(i), normal(i))).unzip()
+    })?;
+    Ok((PyArray2::from_owned_array(py, numbers(&middles)), PyArray2::from_owned_array(py, numbers(&normals))))
 }
 
 #[pymethods]
@@ -208,24 +226,18 @@ impl System {
     }
 
     /// Middles in the file's units, NaN for halves of the sky; and unit normals.
-    fn places<'py>(&self, py: Python<'py>) -> (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f32>>) {
-        let (scene, patches) = (self.mode.scene(), self.mode.patches());
-        let middle = |i: usize| match patches.is_sky(scene, i) {
-            true => [f64::NAN; 3],
-            false => scene.frame.to_file(patches.middle(i).as_dvec3()).to_array(),
-        };
-        let middles: Vec<[f64; 3]> = (0..patches.len()).map(middle).collect();
-        let normals: Vec<[f32; 3]> = (0..patches.len()).map(|i| patches.mean_normal(i).to_array()).collect();
-        (PyArray2::from_owned_array(py, numbers(&middles)), PyArray2::from_owned_array(py, numbers(&normals)))
+    fn places<'py>(&self, py: Python<'py>) -> PyResult<Places<'py>> {
+        places(py, self.mode.scene(), self.mode.patches())
     }
 
     /// Corners of the patches' triangles in the file's units, and the patch of each.
-    fn triangles<'py>(slf: Bound<'py, Self>) -> (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray1<u32>>) {
-        let (owner, mesh) = (slf.clone().into_any(), slf.get().mesh());
+    fn triangles<'py>(slf: Bound<'py, Self>) -> PyResult<(Bound<'py, PyArray3<f64>>, Bound<'py, PyArray1<u32>>)> {
+        let (owner, system) = (slf.clone().into_any(), slf.get());
+        let mesh = briefly(slf.py(), || system.mesh())?;
         let corners: Vec<f64> = mesh.corners().iter().flatten().flat_map(|corner| corner.to_array()).collect();
         let corners = numpy::ndarray::Array3::from_shape_vec((mesh.triangles(), 3, 3), corners);
         let corners = PyArray3::from_owned_array(slf.py(), corners.expect("nine numbers a triangle"));
-        (corners, arrays::view(owner, mesh.patch(), mesh.triangles()))
+        Ok((corners, arrays::view(owner, mesh.patch(), mesh.triangles())))
     }
 
     /// Columns and values of F, row by row.

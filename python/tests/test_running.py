@@ -99,15 +99,22 @@ def test_two_threads_solve_at_once(box: hl.Scene) -> None:
 
 
 def power(scene: hl.Scene, seed: int) -> np.ndarray:
-    return hl.solve(scene, patches=200, rays=32, seed=seed).light
+    # All that may work on several threads is done here.
+    square = [[0, 0, 0], [0, 0, 1], [1, 0, 1], [1, 0, 0]]
+    made = hl.Scene(square, [[0, 1, 2, 3]], [hl.Material("m")], sky=1.0)
+    picture = hl.render(made, size=(16, 16), patches=20, rays=16, samples=8)
+    solution = pickle.loads(pickle.dumps(hl.solve(scene, patches=200, rays=32, seed=seed)))
+    assert picture._repr_html_() and len(solution.patches.centres) == len(solution.light)
+    return solution.light
 
 
 @pytest.mark.parametrize("way", sorted(set(multiprocessing.get_all_start_methods()) & {"fork", "spawn"}))
 def test_a_process_pool(box: hl.Scene, solved: hl.Solution, way: str) -> None:
     # Threads of this process have worked before the fork, which does not take them along.
+    assert np.array_equal(power(box, 1), power(box, 1))
     solved.operator.matvec(solved.light)
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context(way)) as pool:
-        lights = list(pool.map(power, [box, box], [1, 2]))
+        lights = list(pool.map(power, [box, box], [1, 2], timeout=60))
         products = list(pool.map(type(solved.operator).matvec, [solved.operator] * 2, [solved.light] * 2, timeout=60))
     assert np.array_equal(lights[0], power(box, 1)) and np.array_equal(lights[1], power(box, 2))
     assert np.array_equal(products[0], solved.operator.matvec(solved.light))
@@ -172,6 +179,7 @@ def test_figures_and_meshes(solved: hl.Solution, box: hl.Scene, tmp_path: Path) 
     mapped = hl.stability_map(box, grid=5, patches=100, rays=16)
     mapped.plot().savefig(tmp_path / "c.png")
     hl.plot_map(mapped).savefig(tmp_path / "d.png")
+    assert mapped.plot()._repr_png_().startswith(b"\x89PNG")
     assert all((tmp_path / f"{name}.png").stat().st_size > 5000 for name in "abcd")
 
 

@@ -77,9 +77,9 @@ pub struct PatchFactors {
     pub objects: Vec<u32>,
     /// What is missing of 1 in each row; 0 in rows of the sky.
     pub closure: Vec<f32>,
-    /// The residual of each row.
+    /// The residual of each row, without what goes to the sky.
     pub reciprocity: Vec<f32>,
-    /// The residual of all rows together.
+    /// The residual of all rows together, likewise.
     pub residual: f64,
     /// Rays cast.
     pub rays: u64,
@@ -99,15 +99,19 @@ pub fn patch_factors(p: &Discretization, tau: &[f32], sampling: &Sampling, watch
     let sky = |i: usize| {
         let (columns, values) = factors.rows.row(i);
         let own = columns.iter().zip(values).filter(|(j, _)| patches.is_sky(scene, **j as usize));
-        own.map(|(_, value)| f64::from(*value)).sum::<f64>() as f32
+        own.fold(0.0, |sum, (_, value)| sum + f64::from(*value)) as f32
     };
     let objects = (0..patches.len()).map(|i| scene.faces[face(i) as usize].object);
+    // What goes to the sky does not come back by rows of F, which the sky has none of.
+    let solid: Vec<bool> = (0..patches.len()).map(|i| !patches.is_sky(scene, i)).collect();
+    let among = if scene.sky.is_some() { &factors.rows.restricted(&solid, &solid) } else { &factors.rows };
+    let (each, residual) = (row_residuals(among, &areas), reciprocity(among, &areas));
     PatchFactors {
         sky: (0..patches.len()).map(sky).collect(),
         objects: objects.collect(),
         closure: factors.row_sums.iter().map(|sum| sum.map_or(0.0, |sum| 1.0 - sum)).collect(),
-        reciprocity: row_residuals(&factors.rows, &areas),
-        residual: reciprocity(&factors.rows, &areas),
+        reciprocity: each,
+        residual,
         areas,
         factors,
         rays,
