@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -11,7 +12,8 @@ use glam::DVec3;
 use halflight::export::kept::{Keeper, Keeping, KeptError};
 use halflight::patches::{DivisionNumbers, Patches, Sample};
 use halflight::render::Discretization;
-use halflight::{Fineness, Mode, Scene, Solver};
+use halflight::solve::explore;
+use halflight::{Fineness, Light, Mode, Scene, Solver};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -188,8 +190,34 @@ fn other_versions_are_refused() {
     succeed(&place, &format!("render room.toml --mode global {SMALL} --save kept"));
     let path = place.path().join("kept/meta.json");
     let text = fs::read_to_string(&path).unwrap();
-    fs::write(&path, text.replace("\"format\": 1", "\"format\": 2")).unwrap();
+    fs::write(&path, text.replace("\"format\": 2", "\"format\": 3")).unwrap();
     refuses(&place, &format!("render room.toml --mode global {SMALL} --load kept"), 3, &["meta.json was changed"]);
+}
+
+#[test]
+fn a_folder_is_opened_without_any_other_file() {
+    let place = room();
+    succeed(&place, &format!("bounces room.toml --alpha 0.9 --tau 0.2 --count 3 {SMALL} --save kept"));
+    succeed(&place, &format!("render room.toml --mode all {SMALL} --save modes"));
+    let opened = |name: &str| Keeper::open(Keeping { load: Some(place.path().join(name)), ..Keeping::default() });
+    let keeper = opened("kept").unwrap();
+    let kept = keeper.series().unwrap();
+    assert_eq!((kept.bounces, kept.fineness), (Some(3), Fineness { patches: 300, rays: 64 }));
+    for file in ["room.obj", "room.mtl", "room.toml"] {
+        fs::remove_file(place.path().join(file)).unwrap();
+    }
+    let solver = Solver::new(&kept.scene).seed(kept.seed);
+    keeper.check(&solver.cut(300), &[kept.transport], &kept.fineness.sampling(kept.seed)).unwrap();
+    let k = solver.rows(Arc::new(keeper)).operator(kept.transport, kept.fineness).unwrap();
+    let light = explore(&k, 3).light;
+    assert!(bytes(&place, "kept/L.npy").ends_with(&light_bytes(&light)));
+    let several = opened("modes").unwrap().series().unwrap_err().to_string();
+    assert!(several.contains("several modes") && several.contains("shadowless"), "{several}");
+}
+
+/// The numbers of lights as a file has them.
+fn light_bytes(light: &[Light]) -> Vec<u8> {
+    light.iter().flat_map(|light| light.components()).flat_map(f32::to_le_bytes).collect()
 }
 
 /// The scene of a folder, cut as it is there.

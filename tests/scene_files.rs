@@ -5,7 +5,7 @@ use std::fs;
 use glam::{DVec3, Vec3};
 use halflight::light::{Mode, Rgb, Visibility};
 use halflight::scene::{
-    Beam, LoadOptions, Material, PunctualForm, PunctualLight, PunctualPlace, Scene, SceneError, Sides,
+    Beam, GivenFace, LoadOptions, Material, PunctualForm, PunctualLight, PunctualPlace, Scene, SceneError, Sides,
 };
 use miette::Diagnostic;
 use proptest::prelude::*;
@@ -216,6 +216,15 @@ fn arrays_go_through_the_same_checks() {
     let nan = [DVec3::NAN, DVec3::X, DVec3::Y];
     refuses(Scene::from_faces("s", &nan, &[(vec![0, 1, 2], 0)], grey(0.5, 1.0)), &["s, vertex 0"]);
     refuses(Scene::from_faces("s", &square, &[], grey(0.5, 1.0)), &["no faces"]);
+    let face = |object| GivenFace { corners: vec![0, 1, 2], material: 0, object };
+    let named = |object| {
+        let names = vec!["floor".into(), "wall".into()];
+        Scene::from_objects("s", &square, &[face(0), face(object)], grey(0.5, 1.0), names)
+    };
+    assert_eq!(named(1).unwrap().objects, ["floor", "wall"]);
+    let error = named(2).unwrap_err();
+    assert_eq!((error.file(), error.place().map(|place| (place.item, place.number))), (Some("s"), Some(("face", 1))));
+    refuses(named(2), &["s, face 1", "object 2", "2 objects"]);
 }
 
 #[test]
