@@ -135,6 +135,9 @@ impl RowSource for KnownRows {
     }
 }
 
+/// Corners of triangles, and the patch of each.
+type Triangles<'py> = (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray1<u32>>);
+
 /// Middles and normals of patches.
 pub type Places<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f32>>);
 
@@ -231,7 +234,7 @@ impl System {
     }
 
     /// Corners of the patches' triangles in the file's units, and the patch of each.
-    fn triangles<'py>(slf: Bound<'py, Self>) -> PyResult<(Bound<'py, PyArray3<f64>>, Bound<'py, PyArray1<u32>>)> {
+    fn triangles<'py>(slf: Bound<'py, Self>) -> PyResult<Triangles<'py>> {
         let (owner, system) = (slf.clone().into_any(), slf.get());
         let mesh = briefly(slf.py(), || system.mesh())?;
         let corners: Vec<f64> = mesh.corners().iter().flatten().flat_map(|corner| corner.to_array()).collect();
