@@ -36,7 +36,8 @@ from halflight._picture import Errors, Picture, Seconds, read_picture, render, s
 from halflight._plots import plot_bounces, plot_map, to_pyvista
 from halflight._points import Irradiance, lux, points
 from halflight._scene import Camera, Material, Scene, cornell_box, load, scenes
-from halflight._solution import Bounce, Bounces, Lamps, Solution, bounces, open, solve
+from halflight._solution import Bounce, Bounces, Lamps, Solution, bounces, solve
+from halflight._solution import open as open
 
 __all__ = [
     "Bounce",
@@ -68,7 +69,6 @@ __all__ = [
     "factors",
     "load",
     "lux",
-    "open",
     "patch_factors",
     "plot_bounces",
     "plot_map",

@@ -193,8 +193,10 @@ def indices(name: str, value: Any, shape: Sequence[int | str], most: int, what: 
 
 def triple(name: str, value: Any, least: float = -math.inf, most: float = math.inf) -> list[float]:
     """Three numbers; one number stands for three where it is a colour."""
-    if isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool):
-        value = [value] * 3
+    if not isinstance(value, (bool, str, bytes)) and np.ndim(value) == 0 and np.asarray(value).dtype.kind in "fiu":
+        value = np.full(3, value)
+    elif np.ndim(value) == 0:
+        raise TypeError(f"{name} must be one number or three, not {_shown(value)}")
     numbers = array(name, value, (3,))
     outside = (numbers < least) | (numbers > most)
     if outside.any():

@@ -19,8 +19,9 @@ __all__ = [
 ]
 
 
-def _in_python(words: str) -> str:
+def in_python(words: str) -> str:
     """The program's options as arguments."""
+    words = re.sub(r"`--([a-z-]+) ([a-z]+)`", lambda m: f'`{m[1].replace("-", "_")}="{m[2]}"`', words)
     named = re.sub(r"--([a-z-]+)[ =](\d[\d.e+-]*)", lambda m: f"{m[1].replace('-', '_')}={m[2]}", words)
     return re.sub(r"--([a-z-]+)(?: [A-Z]+\b)?", lambda m: f"`{m[1].replace('-', '_')}`", named)
 
@@ -29,7 +30,7 @@ class HalflightError(Exception):
     """Every error of halflight that has a class of its own."""
 
     def __init__(self, message: str, **known: Any) -> None:
-        super().__init__(_in_python(message))
+        super().__init__(in_python(message))
         self._known = known
         for name, value in known.items():
             setattr(self, name, value)

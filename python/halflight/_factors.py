@@ -26,7 +26,7 @@ __all__ = ["Factors", "PatchFactors", "factors", "patch_factors"]
 Float64 = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Factors:
     """Form factors between n objects.
 

@@ -22,7 +22,7 @@ __all__ = ["StabilityMap", "stability_map"]
 Float64 = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class StabilityMap:
     """Proved bounds on the spectral radius over the (alpha, tau) square, and its frontiers.
 

@@ -130,10 +130,6 @@ class Rendered:
         """
         Linear radiance.
         """
-    def save(self, /, path: str | PathLike[str], stops: SupportsFloat | SupportsIndex, standard_error: bool) -> list[Path]:
-        """
-        Writes the picture with its layers; returns the files.
-        """
     def seconds(self, /) -> list[float]:
         """
         Seconds of each step: patches, form factors, solve, gather, and all together.
@@ -158,7 +154,8 @@ class Scene:
     """
     def camera(self, /) -> tuple[list[float], list[float], list[float], float]:
         """
-        Position, direction and up of the camera in the file's units, and its vertical field of view, degrees.
+        Position, target and up of the camera in the file's units, and its vertical field of view, degrees. The target
+        is as far away as the middle of the scene, or half the scene's size where that is behind.
         """
     def cameras(self, /) -> list[str]:
         """
@@ -490,6 +487,11 @@ def render(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloa
 def save_folder(system: System, series: Series, folder: str | PathLike[str], also: SupportsGetItem[int, str], asked: Incomplete) -> None:
     """
     Keeps F, L and all terms in a folder, as the program's `--save` does.
+    """
+
+def save_layers(path: str | PathLike[str], picture: Incomplete, layers: SupportsGetItem[int, tuple[str, Incomplete]], stops: SupportsFloat | SupportsIndex) -> list[Path]:
+    """
+    Writes a picture with layers: in an EXR file, or in files of their own beside it; returns the files.
     """
 
 def save_picture(path: str | PathLike[str], picture: Incomplete, stops: SupportsFloat | SupportsIndex) -> None:

@@ -23,7 +23,8 @@ Float32 = npt.NDArray[np.float32]
 class Patches:
     """The patches of a solution: every property is an array with an entry for each patch.
 
-    Lengths are in the scene's units. A side of a surface is a patch of its own.
+    Lengths are in the scene's units. A side of a surface is a patch of its own. The halves of a sky are patches too,
+    with areas of their stand-ins, which norms and the power of E count.
     """
 
     def __init__(self, system: _native.System) -> None:
@@ -250,8 +251,12 @@ class Operator:
         return cast("Float32", self._system.apply_columns(given.astype(np.float32, copy=False)))
 
     def __matmul__(self, x: npt.ArrayLike) -> Float32:
+        """K x, or K X of a matrix of columns."""
         given = np.asarray(x)
         return self.matmat(given) if given.ndim == 2 and given.shape[1] != 1 else self.matvec(given)
+
+    #: K x, as of numpy's matrices.
+    dot = __matmul__
 
     def one_minus(self) -> scipy.sparse.linalg.LinearOperator:
         """I - K for SciPy: ``scipy.sparse.linalg.gmres(K.one_minus(), K.first_bounce.ravel())``; needs scipy."""

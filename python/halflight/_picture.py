@@ -14,12 +14,15 @@ import numpy.typing as npt
 
 from halflight import _arguments as arguments
 from halflight import _native
-from halflight._errors import SceneWarning, ToleranceWarning
+from halflight._errors import SceneWarning, ToleranceWarning, in_python
 from halflight._scene import Scene
 
 __all__ = ["Errors", "Picture", "Seconds", "read_picture", "render", "save_picture", "trace"]
 
 Float32 = npt.NDArray[np.float32]
+
+#: What names the standard error of a picture or a layer, as in the program.
+STANDARD_ERROR = "standard error"
 
 #: Share of the camera's rays that may meet black backs before it is worth a warning, as in the program.
 BACKS = 0.01
@@ -115,7 +118,8 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
     # What arrays are made of pictures are arrays.
 
     def __array_finalize__(self, made_from: Any) -> None:
-        pass
+        # What numpy makes of it under this class all the same, such as a transpose, knows nothing.
+        self.__dict__.update(_unknown())
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **named: Any) -> Any:
         def plain(value: Any) -> Any:
@@ -185,13 +189,22 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
         """
         place, stops = arguments.path("file", file), arguments.real("exposure", exposure, -100.0, 100.0)
         errors = arguments.flag("standard_error", standard_error)
-        made: _native.Rendered | None = getattr(self, "_made", None)
-        if made is not None:
-            return [os.fspath(one) for one in made.save(place, stops, errors)]
-        _native.save_picture(place, np.asarray(self, np.float32).view(np.ndarray), stops)
-        return [place]
+        pixels = arguments.array("the picture", self.view(np.ndarray), ("height", "width", 3), np.float32)
+        named: list[tuple[str, Float32]] = []
+        if errors and self.standard_error is not None and place.lower().endswith(".exr"):
+            named.append((STANDARD_ERROR, self.standard_error))
+        for name, layer in self.layers.items():
+            named.append((name, layer))
+            if errors and name in self.layer_errors and place.lower().endswith(".exr"):
+                named.append((f"{name}.{STANDARD_ERROR}", self.layer_errors[name]))
+        if not named:
+            _native.save_picture(place, pixels, stops)
+            return [place]
+        return [os.fspath(one) for one in _native.save_layers(place, pixels, named, stops)]
 
     def __repr__(self) -> str:
+        if self.ndim != 3:
+            return repr(self.view(np.ndarray))
         return f"<halflight.Picture {self.shape[1]}x{self.shape[0]}: {self._said()}>"
 
     __str__ = __repr__
@@ -202,14 +215,15 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
         seconds = getattr(self, "seconds", None)
         return words if seconds is None else f"{words}, {seconds.total:.2f} s"
 
-    def _repr_html_(self) -> str:
+    def _repr_html_(self) -> str | None:
         from halflight import _show
 
+        if self.ndim != 3 or self.shape[-1] != 3 or self.size == 0:
+            return None
         return _show.picture(self, self._said())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        known = {name: value for name, value in self.__dict__.items() if name != "_made"}
-        return (_picture_again, (np.array(self.view(np.ndarray)), known))
+        return (_picture_again, (np.array(self.view(np.ndarray)), dict(self.__dict__)))
 
     def __copy__(self) -> Picture:
         return self
@@ -223,10 +237,9 @@ def _picture_again(pixels: Float32, known: dict[str, Any]) -> Picture:
     return _picture(pixels, **known)
 
 
-def _picture(pixels: Float32, **known: Any) -> Picture:
-    """A picture over an array; what is not known of it is none."""
-    picture = pixels.view(Picture)
-    unknown: dict[str, Any] = {
+def _unknown() -> dict[str, Any]:
+    """What is known of a picture of which nothing is."""
+    return {
         "error": None,
         "standard_error": None,
         "layers": {},
@@ -240,7 +253,12 @@ def _picture(pixels: Float32, **known: Any) -> Picture:
         "samples": None,
         "relative_error": None,
     }
-    picture.__dict__.update({**unknown, **known})
+
+
+def _picture(pixels: Float32, **known: Any) -> Picture:
+    """A picture over an array; what is not known of it is none."""
+    picture = pixels.view(Picture)
+    picture.__dict__.update(known)
     return picture
 
 
@@ -350,9 +368,8 @@ def render(
         patches=count,
         rays=cast,
     )
-    picture.__dict__["_made"] = made
     if effort.tolerance is not None and (why := made.unmet(effort.tolerance)) is not None:
-        warnings.warn(why.replace("--time", "time").replace("--size", "size"), ToleranceWarning, stacklevel=2)
+        warnings.warn(in_python(why), ToleranceWarning, stacklevel=2)
     if made.backs() > BACKS:
         warnings.warn(
             f"{100 * made.backs():.1f} % of the camera's rays meet the black backs of one-sided faces: turn these "

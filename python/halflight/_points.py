@@ -46,7 +46,7 @@ def lux(irradiance: npt.ArrayLike) -> Float64:
     return np.asarray(EFFICACY * (given @ LUMINANCE), np.float64)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Irradiance:
     """Irradiance at points.
 
@@ -178,16 +178,43 @@ def points(
     ToleranceWarning
         The error of some points is above the tolerance.
     """
-    own = of(scene)
+    of(scene)
     pair = arguments.transport(mode, alpha, tau, scene.transport)
-    positions = arguments.array("xyz", xyz, ("n", 3))
+    return measured(
+        scene,
+        xyz,
+        normals,
+        transport=pair,
+        tolerance=tolerance,
+        per=per,
+        seed=seed,
+        memory=memory,
+        progress=progress,
+    )
+
+
+def measured(
+    scene: Scene,
+    xyz: npt.ArrayLike,
+    normals: npt.ArrayLike,
+    *,
+    transport: tuple[float, float],
+    tolerance: float,
+    per: Any,
+    seed: Any,
+    memory: Any,
+    progress: Any,
+) -> Irradiance:
+    """What :func:`points` and ``Solution.points`` find; warns their caller."""
+    own = of(scene)
+    positions = arguments.array("xyz", xyz, ("n", 3)).copy()
     if len(positions) == 0:
         raise ValueError("xyz must have the shape (n, 3), and n is 0")
     if np.abs(positions).max() > 1e150:
         raise ValueError("xyz must be within 1e150")
     given = np.asarray(normals)
     axes = arguments.array("normals", normals, (3,) if given.ndim == 1 else (len(positions), 3))
-    axes = np.ascontiguousarray(np.broadcast_to(axes, positions.shape))
+    axes = np.array(np.broadcast_to(axes, positions.shape))
     lengths = np.abs(axes).max(axis=1)
     if (lengths == 0.0).any():
         raise ValueError(f"normals must not be zero, and normals[{int(np.argmin(lengths))}] is")
@@ -196,14 +223,14 @@ def points(
     asked = arguments.run(seed, memory, progress)
     own.require_emission()
     unit = axes / lengths[:, None] if ((lengths < 1e-100) | (lengths > 1e100)).any() else axes
-    found = _native.points(own, pair, (positions, unit), aim, apart, asked)
+    found = _native.points(own, transport, (positions, unit), aim, apart, asked)
     irradiance, error = found.irradiance()
     met, patches, rays, seconds = found.taken()
     if met < 1.0:
         warnings.warn(
             f"the error of {100 * (1 - met):.0f} % of the points is above the tolerance of {100 * aim:g} %",
             ToleranceWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
     return Irradiance(
         positions,

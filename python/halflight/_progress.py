@@ -6,9 +6,13 @@ import sys
 from collections.abc import Callable
 from typing import Any, cast
 
+import numpy as np
+
 
 def shown(progress: Any) -> Callable[[str, int, int], object] | None:
     """The function that is called with step, done and length some twenty times a second; none where nobody looks."""
+    if isinstance(progress, np.bool_):
+        progress = bool(progress)
     if progress is None or progress is False:
         return None
     if progress is True:

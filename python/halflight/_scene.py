@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from halflight import _arguments as arguments
 from halflight import _native
-from halflight._errors import SceneWarning
+from halflight._errors import SceneWarning, in_python
 
 __all__ = ["Camera", "Material", "Scene", "cornell_box", "load", "scenes"]
 
@@ -87,7 +87,7 @@ class Camera:
         for name in ("position", "target", "up"):
             point = arguments.array(name, getattr(self, name), (3,))
             object.__setattr__(self, name, tuple(float(x) for x in point))
-        fov = arguments.real("vertical_fov", self.vertical_fov, 0.0, 180.0, open_below=True)
+        fov = arguments.real("vertical_fov", self.vertical_fov, 0.0, 179.999, open_below=True)
         object.__setattr__(self, "vertical_fov", fov)
 
 
@@ -134,6 +134,8 @@ class Scene:
     """
 
     _held: _native.Scene
+    #: As it was given, where it was.
+    _camera: Camera | None
 
     def __init__(
         self,
@@ -162,17 +164,19 @@ class Scene:
         if camera is not None:
             made = _looked_at(made, camera)
         self._held = made
+        self._camera = camera
         self._warn()
 
     @classmethod
-    def _of(cls, native: _native.Scene) -> Scene:
+    def _of(cls, native: _native.Scene, camera: Camera | None = None) -> Scene:
         scene = cls.__new__(cls)
         scene._held = native
+        scene._camera = camera
         return scene
 
     def _warn(self) -> None:
         for warning in self._held.warnings():
-            warnings.warn(warning, SceneWarning, stacklevel=3)
+            warnings.warn(in_python(warning), SceneWarning, stacklevel=3)
 
     # What it holds.
 
@@ -245,8 +249,9 @@ class Scene:
     @property
     def camera(self) -> Camera:
         """Where pictures are taken from."""
-        position, forward, up, fov = self._held.camera()
-        return Camera(position, np.add(position, forward), up, fov)
+        if self._camera is not None:
+            return self._camera
+        return Camera(*self._held.camera())
 
     @property
     def warnings(self) -> list[str]:
@@ -281,7 +286,7 @@ class Scene:
         Returns
         -------
         Scene
-            The scene; its rays are shared if they are ready.
+            The scene. What is left out of the camera stays, its target too.
         """
         if isinstance(camera, str):
             seen = Scene._of(self._held.looked_through(camera))
@@ -290,7 +295,8 @@ class Scene:
             raise TypeError(f"camera must be a Camera or the name of one of the scene's, not {camera!r}")
         given: dict[str, Any] = {"position": position, "target": target, "up": up, "vertical_fov": vertical_fov}
         own = self.camera if camera is None else camera
-        return Scene._of(_looked_at(self._held, replace(own, **{k: v for k, v in given.items() if v is not None})))
+        seen_by = replace(own, **{k: v for k, v in given.items() if v is not None})
+        return Scene._of(_looked_at(self._held, seen_by), seen_by)
 
     def with_material(
         self,
@@ -332,7 +338,8 @@ class Scene:
                 None if alpha is None else arguments.real("alpha", alpha, 0.0, 1.0),
                 None if tau is None else arguments.real("tau", tau, 0.0, 1.0),
                 None if two_sided is None else arguments.flag("two_sided", two_sided),
-            )
+            ),
+            self._camera,
         )
 
     def with_sky(
@@ -349,7 +356,7 @@ class Scene:
         up : (3,) floats
             What is above.
         """
-        return Scene._of(_under_sky(self._held, radiance, lower, up))
+        return Scene._of(_under_sky(self._held, radiance, lower, up), self._camera)
 
     # How it is shown, copied and kept.
 
@@ -363,7 +370,7 @@ class Scene:
         return _show.scene(self)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (_scene_of_bytes, (self._held.to_bytes(),))
+        return (_scene_of_bytes, (self._held.to_bytes(), self._camera))
 
     def __copy__(self) -> Scene:
         return self
@@ -372,8 +379,8 @@ class Scene:
         return self
 
 
-def _scene_of_bytes(held: bytes) -> Scene:
-    return Scene._of(_native.scene_from_bytes(held))
+def _scene_of_bytes(held: bytes, camera: Camera | None) -> Scene:
+    return Scene._of(_native.scene_from_bytes(held), camera)
 
 
 def _sequence(name: str, value: Any) -> list[Any]:

@@ -29,7 +29,7 @@ Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Bounce:
     """A term of the series: light that was reflected n times.
 
@@ -214,12 +214,11 @@ class Solution:
         progress: bool | Callable[[str, int, int], object] | None = None,
     ) -> _points.Irradiance:
         """The irradiance of the solution's mode at points; see :func:`halflight.points`, whose patches are its own."""
-        return _points.points(
+        return _points.measured(
             self.scene,
             xyz,
             normals,
-            alpha=self.alpha,
-            tau=self.tau,
+            transport=(self.alpha, self.tau),
             tolerance=tolerance,
             per=per,
             seed=self._seed if seed is None else seed,
@@ -396,10 +395,22 @@ class Lamps:
         return self.light.shape
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
-        return np.array(self.light, dtype=dtype, copy=bool(copy))
+        if copy is False and dtype is not None and np.dtype(dtype) != self.light.dtype:
+            raise ValueError("another type of numbers needs a copy")
+        return np.array(self.light, dtype) if copy else np.asarray(self.light, dtype)
 
     def __len__(self) -> int:
         return len(self.names)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def keys(self) -> list[str]:
+        """The luminaires' names, so that ``dict(lamps)`` has L of each."""
+        return list(self.names)
 
     def __getitem__(self, name: str) -> Float32:
         """L of the luminaire of a name, (patches, 2, 3) float32."""
@@ -602,7 +613,8 @@ def bounces(
     tolerance : float
         Relative standard error of each term's power to aim at.
     time : float, optional
-        Seconds after which the search ends with what it has.
+        Seconds of which walks take half at most. Patches, of which norms and bounds are, follow from the tolerance and
+        are solved in any case: ask for a larger one where they take too long.
     per : {"luminaire"}, optional
         Measure each luminaire's terms too: ``luminaires`` of the result.
     seed, memory, progress
@@ -646,7 +658,8 @@ def open(
 ) -> Solution:
     """Opens a folder that :meth:`Solution.save`, or ``--save`` of the program, made.
 
-    No ray of F is cast; scene, patches and light come out bit by bit as they were. A folder without light is solved.
+    No ray of F is cast: L is solved again from it, and scene, patches and light come out bit by bit as they were.
+    Powers are those of patches, also where :func:`bounces` had measured them. A folder without light is solved.
 
     Parameters
     ----------

@@ -12,7 +12,8 @@ use halflight::Light;
 use halflight::light::Rgb;
 use halflight::pictures::Picture;
 use numpy::ndarray::{ArrayView, Dimension, ShapeBuilder};
-use numpy::{Element, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods};
+use numpy::npyffi::flags::NPY_ARRAY_WRITEABLE;
+use numpy::{Element, PyArray, PyArray1, PyArray2, PyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 const _: () = assert!(size_of::<Rgb>() == 12 && align_of::<Rgb>() == 4);
@@ -28,7 +29,8 @@ pub fn view<'py, T: Element, D: Dimension>(
         ArrayView::from_shape(shape.into_shape_with_order(), numbers).expect("as many numbers as the shape has");
     // SAFETY: the array holds the owner, a frozen class, whose lists neither move nor change; it is made read-only.
     let array = unsafe { PyArray::borrow_from_array(&shaped, owner) };
-    array.readwrite().make_nonwriteable();
+    // SAFETY: nobody else knows the array yet. Its borrow is not asked for: others may be reading the same memory.
+    unsafe { (*array.as_array_ptr()).fields.flags &= !NPY_ARRAY_WRITEABLE };
     array
 }
 

@@ -32,7 +32,7 @@ mod _native {
     #[pymodule_export]
     use super::map::stability_map;
     #[pymodule_export]
-    use super::picture::{Rendered, encode_png, read_picture, render, save_picture, trace};
+    use super::picture::{Rendered, encode_png, read_picture, render, save_layers, save_picture, trace};
     #[pymodule_export]
     use super::points::{Sensed, points};
     #[pymodule_export]

@@ -4,9 +4,11 @@
 
 use std::path::PathBuf;
 
-use halflight::pictures::{Bitmap, Exposure, Picture, check_extension, encode_png as encode, write_picture};
+use halflight::pictures::{
+    Bitmap, Exposure, NamedPicture, Picture, check_extension, encode_png as encode, is_exr, write_layers, write_picture,
+};
 use halflight::reference::{NextEvent, TraceSettings, Tracer};
-use halflight::render::{Apart, Ended, Errors, Fineness, Rendered as Found, check_pictures};
+use halflight::render::{Apart, Ended, Fineness, Rendered as Found, check_pictures, layer_path};
 use numpy::{PyArray3, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -148,6 +150,40 @@ pub fn save_picture(py: Python, path: PathBuf, picture: PyReadonlyArray3<f32>, s
     briefly(py, || write_picture(&path, &picture, Exposure { stops }))?.map_err(Raise::raise)
 }
 
+/// A layer: its name, and its pixels.
+type GivenLayer<'py> = (String, PyReadonlyArray3<'py, f32>);
+
+/// Writes a picture with layers: in an EXR file, or in files of their own beside it; returns the files.
+#[pyfunction]
+pub fn save_layers(
+    py: Python,
+    path: PathBuf,
+    picture: PyReadonlyArray3<f32>,
+    layers: Vec<GivenLayer>,
+    stops: f32,
+) -> PyResult<Vec<PathBuf>> {
+    check_extension(&path).map_err(Raise::raise)?;
+    let picture = arrays::picture_of(&picture);
+    let layers: Vec<(String, Picture)> =
+        layers.into_iter().map(|(name, layer)| (name, arrays::picture_of(&layer))).collect();
+    let write = || {
+        if is_exr(&path) {
+            let named = |(name, picture)| NamedPicture { name: String::clone(name), picture };
+            let all: Vec<_> = layers.iter().map(|(name, picture)| named((name, picture))).collect();
+            write_layers(&path, &picture, &all)?;
+            return Ok(vec![path.clone()]);
+        }
+        let mut files = vec![path.clone()];
+        write_picture(&path, &picture, Exposure { stops })?;
+        for (name, layer) in &layers {
+            files.push(layer_path(&path, name));
+            write_picture(&files[files.len() - 1], layer, Exposure { stops })?;
+        }
+        Ok(files)
+    };
+    briefly(py, write)?.map_err(halflight::pictures::ImageError::raise)
+}
+
 /// Reads a picture.
 #[pyfunction]
 pub fn read_picture<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyArray3<f32>>> {
@@ -226,12 +262,5 @@ impl Rendered {
     /// Share of the camera's rays that met black backs.
     fn backs(&self) -> f64 {
         self.0.backs
-    }
-
-    /// Writes the picture with its layers; returns the files.
-    fn save(&self, py: Python, path: PathBuf, stops: f32, standard_error: bool) -> PyResult<Vec<PathBuf>> {
-        let errors = if standard_error { Errors::Written } else { Errors::LeftOut };
-        check_extension(&path).map_err(Raise::raise)?;
-        briefly(py, || self.0.save_layers(path, Exposure { stops }, errors))?.map_err(Raise::raise)
     }
 }

@@ -215,11 +215,14 @@ impl Scene {
         self.scene.cameras.iter().map(|camera| camera.name.as_str()).collect()
     }
 
-    /// Position, direction and up of the camera in the file's units, and its vertical field of view, degrees.
+    /// Position, target and up of the camera in the file's units, and its vertical field of view, degrees. The target
+    /// is as far away as the middle of the scene, or half the scene's size where that is behind.
     fn camera(&self) -> ([f64; 3], [f64; 3], [f64; 3], f64) {
         let Camera { position, forward, up, vertical_fov, .. } = self.scene.camera;
-        let file = |v: glam::Vec3| v.as_dvec3().to_array();
-        (self.scene.frame.to_file(position.as_dvec3()).to_array(), file(forward), file(up), vertical_fov.into())
+        let (eye, way) = (position.as_dvec3(), forward.as_dvec3());
+        let target = eye + (-eye.dot(way)).max(1.0) * way;
+        let file = |point: DVec3| self.scene.frame.to_file(point).to_array();
+        (file(eye), file(target), up.as_dvec3().to_array(), vertical_fov.into())
     }
 
     /// (alpha, tau) that the file gives.

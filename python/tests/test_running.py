@@ -210,3 +210,66 @@ def test_no_copy_of_f_and_of_light(tmp_path: Path) -> None:
     grown = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
     # 20 copies of F alone would be 20 times this; row starts are made anew, 4 bytes a patch.
     assert grown < F.data.nbytes + F.indices.nbytes
+
+
+def test_views_are_taken_while_others_read(solved: hl.Solution, box: hl.Scene, tmp_path: Path) -> None:
+    K, picture = solved.operator, hl.render(box, size=(32, 32), tolerance=0.2)
+    failed: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            for _ in range(60):
+                K.matvec(solved.light)
+                picture.save(tmp_path / f"{threading.get_ident()}.png")
+        except BaseException as error:
+            failed.append(error)
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert failed == []
+
+
+def test_pictures_save_what_they_know(box: hl.Scene, tmp_path: Path) -> None:
+    picture = hl.render(box, size=(16, 16), tolerance=0.2, layers=["bounces", "luminaires"])
+    again = pickle.loads(pickle.dumps(picture))
+    for name, one in [("a", picture), ("b", again)]:
+        one.save(tmp_path / f"{name}.exr", standard_error=True)
+    assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
+    assert len(again.save(tmp_path / "c.png")) == 1 + len(picture.layers)
+    traced = hl.trace(box, size=(16, 16), samples=4)
+    traced.save(tmp_path / "d.exr")
+    traced.save(tmp_path / "e.exr", standard_error=True)
+    assert (tmp_path / "e.exr").stat().st_size > 1.5 * (tmp_path / "d.exr").stat().st_size
+    for derived in (picture.copy(), picture.T, picture.ravel()):
+        assert repr(derived) and (not isinstance(derived, hl.Picture) or derived.error is None)
+
+
+def test_a_camera_keeps_its_target(box: hl.Scene) -> None:
+    camera = hl.Camera([278, 273, -800], [278, 273, 0])
+    seen = box.with_camera(camera)
+    assert seen.camera == camera == pickle.loads(pickle.dumps(seen)).camera
+    moved = seen.with_camera(position=[300, 273, -800])
+    assert moved.camera.target == camera.target
+    # A camera of a file looks at what is as far away as the middle of the scene.
+    assert box.camera.target[2] > 0
+    assert hl.render(box.with_camera(position=[300, 273, -800]), size=(16, 16), patches=100).mean() > 0.05
+
+
+def test_lamps_are_a_mapping(lamps: hl.Scene) -> None:
+    apart = hl.solve(lamps, per="luminaire", patches=50, rays=16)
+    assert "left" in apart and list(apart) == ["left", "right"] and set(dict(apart)) == {"left", "right"}
+    assert np.asarray(apart, dtype=float).dtype == np.float64
+
+
+def test_folders_of_others_are_not_replaced(solved: hl.Solution, tmp_path: Path) -> None:
+    (tmp_path / "thesis.txt").write_text("years")
+    solved.save(tmp_path / "kept")
+    with pytest.raises(hl.FolderError):
+        solved.save(tmp_path)
+    (tmp_path / "kept" / "notes.txt").write_text("mine")
+    with pytest.raises(hl.FolderError):
+        solved.save(tmp_path / "kept")
+    assert (tmp_path / "thesis.txt").exists() and (tmp_path / "kept" / "notes.txt").exists()

@@ -28,7 +28,7 @@ pub use layers::{Apart, EmitterPower, Layer, LayerKind};
 pub use memory::{PictureUnfit, Stored, Unfit, check_pictures, usable_memory};
 pub(crate) use memory::{check_fit, pilots};
 pub use points::{SensorLight, SensorLights};
-pub use rendered::{Ended, ErrorParts, Errors, Rendered, STANDARD_ERROR};
+pub use rendered::{Ended, ErrorParts, Errors, Rendered, STANDARD_ERROR, layer_path};
 #[cfg(feature = "export")]
 pub(crate) use search::solved::half_of;
 pub use sensors::{Sensor, SensorError, SensorGrid};

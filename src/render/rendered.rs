@@ -175,7 +175,7 @@ impl Rendered {
             let mut files = vec![path.to_path_buf()];
             write_picture(path, &self.picture, exposure)?;
             for Layer { kind, light } in &self.layers {
-                let own = beside(path, &kind.name());
+                let own = layer_path(path, &kind.name());
                 write_picture(&own, &light.picture, exposure)?;
                 files.push(own);
             }
@@ -210,8 +210,8 @@ pub enum Errors {
 /// What names the standard error of a picture or a layer.
 pub const STANDARD_ERROR: &str = "standard error";
 
-/// The place of a layer's own file; what may not be in a file's name is replaced.
-fn beside(path: &Path, layer: &str) -> PathBuf {
+/// The place of a layer's own file beside the picture's; what may not be in a file's name is replaced.
+pub fn layer_path(path: &Path, layer: &str) -> PathBuf {
     let [stem, extension] = [path.file_stem(), path.extension()].map(|s| s.unwrap_or_default().to_string_lossy());
     let safe = |c: char| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '-' };
     let layer: String = layer.chars().map(safe).collect();

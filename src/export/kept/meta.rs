@@ -126,10 +126,20 @@ impl Meta {
     }
 }
 
-/// Whether a folder is one that `--save` wrote, or a folder of those.
+/// Whether a folder holds what `--save` wrote and nothing else, or such folders alone: it may be replaced.
 pub fn is_kept(folder: &Path) -> bool {
-    let begins = |path: &Path| fs::read_to_string(path).is_ok_and(|text| text.starts_with(OPENING));
-    begins(&folder.join(NAME)) || units(folder).iter().any(|unit| begins(&unit.join(NAME)))
+    let Ok(entries) = fs::read_dir(folder) else { return false };
+    let all: Vec<std::path::PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    is_unit(folder) || (!all.is_empty() && all.iter().all(|entry| is_unit(entry)))
+}
+
+/// Whether all that a folder holds is its `meta.json` and the files that this names.
+fn is_unit(folder: &Path) -> bool {
+    let text = fs::read_to_string(folder.join(NAME)).unwrap_or_default();
+    let Ok(meta) = serde_json::from_str::<serde_json::Value>(&text) else { return false };
+    let own = |name: &str| name == NAME || meta["files"].get(name).is_some();
+    let mut names = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.file_name());
+    text.starts_with(OPENING) && names.all(|name| name.to_str().is_some_and(own))
 }
 
 /// The folders in a folder that have a `meta.json`, in order of their names; itself where it has one.
