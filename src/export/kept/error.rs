@@ -46,7 +46,7 @@ pub enum KeptError {
         what: String,
     },
     /// There is something that would be lost.
-    #[error("{} is there, and --save did not write it", path.display())]
+    #[error("{} is there, and holds what --save did not write", path.display())]
     #[diagnostic(
         code(halflight::kept::occupied),
         help("name a folder that is not there yet, or one that --save wrote")
