@@ -106,10 +106,6 @@ class Rendered:
         """
         Patches and rays.
         """
-    def ended_by_time(self, /) -> bool:
-        """
-        Whether time ended the work.
-        """
     def error(self, /) -> list[float]:
         """
         Noise of F, patches, truncation, gather pass, and all together.
@@ -172,14 +168,6 @@ class Scene:
     def faces(self, /) -> Incomplete:
         """
         Vertices of the triangles, counter-clockwise seen from the front.
-        """
-    def has_sky(self, /) -> bool:
-        """
-        Whether there is a sky.
-        """
-    def lights(self, /) -> int:
-        """
-        Number of lights without area.
         """
     def looked_at(self, /, position: SupportsLenAndGetItem[SupportsFloat | SupportsIndex], target: SupportsLenAndGetItem[SupportsFloat | SupportsIndex], up: SupportsLenAndGetItem[SupportsFloat | SupportsIndex], vertical_fov: SupportsFloat | SupportsIndex) -> Scene:
         """
@@ -353,10 +341,6 @@ class System:
         """
         `K E`, luminaires by closed form.
         """
-    def incident(self, /, x: Incomplete) -> Incomplete:
-        """
-        `F x`: what arrives on each patch of three numbers a patch, over pi.
-        """
     def label(self, /) -> str:
         """
         The mode's name, or its numbers.
@@ -381,10 +365,6 @@ class System:
         """
         Middles in the file's units, NaN for halves of the sky; and unit normals.
         """
-    def received(self, /) -> Incomplete:
-        """
-        What luminaires send by closed form, irradiance over pi.
-        """
     def recipe(self, /) -> tuple[tuple[float, float], tuple[int, int], int, bool]:
         """
         (alpha, tau), patches and rays requested, seed, whether luminaires are apart.
@@ -392,10 +372,6 @@ class System:
     def rho(self, /) -> Incomplete:
         """
         Reflectances.
-        """
-    def sampling(self, /) -> tuple[int, int]:
-        """
-        Rays of each patch, and their seed: those of F.
         """
     def scene(self, /) -> Scene:
         """

@@ -5,10 +5,10 @@
 use std::path::PathBuf;
 
 use halflight::pictures::{
-    Bitmap, Exposure, NamedPicture, Picture, check_extension, encode_png as encode, is_exr, write_layers, write_picture,
+    Bitmap, Exposure, NamedPicture, Picture, check_extension, encode_png as encode, write_picture,
 };
 use halflight::reference::{NextEvent, TraceSettings, Tracer};
-use halflight::render::{Apart, Ended, Fineness, Rendered as Found, check_pictures, layer_path};
+use halflight::render::{Apart, Fineness, Rendered as Found, check_pictures, pixel, write_layered};
 use numpy::{PyArray3, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -17,9 +17,6 @@ use crate::arrays;
 use crate::errors::Raise;
 use crate::running::{briefly, run};
 use crate::scene::{Run, Scene, transport};
-
-/// Bytes a pixel, as the program allows for them: made to a tolerance, with given effort, traced.
-const BYTES: [f64; 3] = [1800.0, 260.0, 310.0];
 
 /// A picture and what is known of it.
 #[pyclass(frozen, module = "halflight._native")]
@@ -54,7 +51,7 @@ pub fn render(
     asked: Run,
 ) -> PyResult<Rendered> {
     let bytes = asked.bytes();
-    let each = BYTES[usize::from(effort.tolerance.is_none())];
+    let each = if effort.tolerance.is_some() { pixel::WITHIN } else { pixel::RENDER };
     check_pictures(size.into(), each, bytes).map_err(Raise::raise)?;
     let apart = Apart { bounces: apart.0, emitters: apart.1 };
     let found = run(py, asked.progress.as_ref(), |steps| {
@@ -98,7 +95,7 @@ pub fn trace<'py>(
     tracing: Tracing,
     asked: Run,
 ) -> PyResult<Traced<'py>> {
-    check_pictures(size.into(), BYTES[2], asked.bytes()).map_err(Raise::raise)?;
+    check_pictures(size.into(), pixel::TRACE, asked.bytes()).map_err(Raise::raise)?;
     let next_event = if tracing.next_event { NextEvent::On } else { NextEvent::Off };
     let settings = TraceSettings { next_event, max_bounces: tracing.max_bounces, seed: asked.seed };
     let most = tracing.samples.unwrap_or(u32::MAX);
@@ -167,19 +164,9 @@ pub fn save_layers(
     let layers: Vec<(String, Picture)> =
         layers.into_iter().map(|(name, layer)| (name, arrays::picture_of(&layer))).collect();
     let write = || {
-        if is_exr(&path) {
-            let named = |(name, picture)| NamedPicture { name: String::clone(name), picture };
-            let all: Vec<_> = layers.iter().map(|(name, picture)| named((name, picture))).collect();
-            write_layers(&path, &picture, &all)?;
-            return Ok(vec![path.clone()]);
-        }
-        let mut files = vec![path.clone()];
-        write_picture(&path, &picture, Exposure { stops })?;
-        for (name, layer) in &layers {
-            files.push(layer_path(&path, name));
-            write_picture(&files[files.len() - 1], layer, Exposure { stops })?;
-        }
-        Ok(files)
+        let named = |(name, picture)| NamedPicture { name: String::clone(name), picture };
+        let layers: Vec<_> = layers.iter().map(|(name, picture)| named((name, picture))).collect();
+        write_layered(&path, &picture, &layers, Exposure { stops })
     };
     briefly(py, write)?.map_err(halflight::pictures::ImageError::raise)
 }
@@ -236,11 +223,6 @@ impl Rendered {
     /// Why the error is above a tolerance, if it is.
     fn unmet(&self, tolerance: f64) -> Option<String> {
         self.0.unmet(tolerance)
-    }
-
-    /// Whether time ended the work.
-    fn ended_by_time(&self) -> bool {
-        self.0.ended == Ended::ByTime
     }
 
     /// Seconds of each step: patches, form factors, solve, gather, and all together.

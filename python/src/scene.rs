@@ -200,16 +200,6 @@ impl Scene {
         Emitters::of(&self.scene).names().to_vec()
     }
 
-    /// Whether there is a sky.
-    fn has_sky(&self) -> bool {
-        self.scene.sky.is_some()
-    }
-
-    /// Number of lights without area.
-    fn lights(&self) -> usize {
-        self.scene.lights.len()
-    }
-
     /// Names of the file's cameras.
     fn cameras(&self) -> Vec<&str> {
         self.scene.cameras.iter().map(|camera| camera.name.as_str()).collect()

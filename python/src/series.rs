@@ -8,7 +8,7 @@ use std::sync::Arc;
 use halflight::Solver;
 use halflight::export::kept::{Also, Keeper, Keeping};
 use halflight::gather::{GatherPass, GatherSampling};
-use halflight::render::{Apart, End, Fineness, check_pictures};
+use halflight::render::{Apart, End, Fineness, check_pictures, pixel};
 use halflight::solve::{ColumnSolution, Settings, Solution, explore, neumann, solve_columns};
 use halflight::study::{bounce_fields, bounce_pictures};
 use numpy::ndarray::{Array2, Array4};
@@ -79,7 +79,7 @@ pub fn solution_picture<'py>(
     samples: u32,
     asked: Run,
 ) -> PyResult<Bound<'py, PyArray3<f32>>> {
-    check_pictures(size.into(), 260.0, asked.bytes()).map_err(Raise::raise)?;
+    check_pictures(size.into(), pixel::RENDER, asked.bytes()).map_err(Raise::raise)?;
     let pass = GatherPass::new(size, &GatherSampling::with_samples(samples, asked.seed));
     let found = run(py, asked.progress.as_ref(), |steps| system.mode.picture(&series.solution, &pass, steps).total())?;
     owned(py, found)
@@ -96,7 +96,8 @@ pub fn term_pictures<'py>(
     samples: u32,
     asked: Run,
 ) -> PyResult<Vec<Bound<'py, PyArray3<f32>>>> {
-    check_pictures(size.into(), 2000.0 + 100.0 * count as f64, asked.bytes()).map_err(Raise::raise)?;
+    check_pictures(size.into(), pixel::BOUNCES.0 + pixel::BOUNCES.1 * count as f64, asked.bytes())
+        .map_err(Raise::raise)?;
     let pass = GatherPass::new(size, &GatherSampling::with_samples(samples, asked.seed));
     let found = run(py, asked.progress.as_ref(), |steps| {
         let fields = bounce_fields(&system.mode.lights, &series.solution, count);

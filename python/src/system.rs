@@ -5,7 +5,7 @@
 use std::sync::{Arc, OnceLock};
 
 use halflight::export::PatchMesh;
-use halflight::form_factors::{FormFactors, Layers, Rows, Sampling};
+use halflight::form_factors::{FormFactors, Layers, Rows};
 use halflight::operator::{Cast, LinearOperator, RowSource, Wanted};
 use halflight::patches::Patches;
 use halflight::render::{Apart, Assembled, Fineness};
@@ -204,11 +204,6 @@ impl System {
         arrays::lights(slf.clone().into_any(), slf.get().mode.operator.emission())
     }
 
-    /// What luminaires send by closed form, irradiance over pi.
-    fn received(slf: Bound<'_, Self>) -> Bound<'_, PyArray2<f32>> {
-        arrays::colours(slf.clone().into_any(), slf.get().mode.operator.received())
-    }
-
     /// Numbers of the materials.
     fn materials(slf: Bound<'_, Self>) -> Bound<'_, PyArray1<u32>> {
         let materials = slf.get().mode.patches().materials();
@@ -293,20 +288,5 @@ impl System {
             column.iter_mut().zip(arrays::numbers_of_lights(found)).for_each(|(to, from)| *to = *from);
         }
         Ok(PyArray2::from_owned_array(py, all))
-    }
-
-    /// `F x`: what arrives on each patch of three numbers a patch, over pi.
-    fn incident<'py>(&self, py: Python<'py>, x: PyReadonlyArray2<f32>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let x = x.as_array();
-        let padded: Vec<glam::Vec4> = x.rows().into_iter().map(|r| glam::Vec4::new(r[0], r[1], r[2], 0.0)).collect();
-        let found = briefly(py, || self.mode.operator.incident(&padded))?;
-        let rows: Vec<[f32; 3]> = found.iter().map(|v| v.truncate().to_array()).collect();
-        Ok(PyArray2::from_owned_array(py, numbers(&rows)))
-    }
-
-    /// Rays of each patch, and their seed: those of F.
-    fn sampling(&self) -> (u32, u32) {
-        let Sampling { rays, seed, .. } = self.mode.sampling;
-        (rays, seed)
     }
 }

@@ -292,6 +292,22 @@ pub struct PictureUnfit {
     pub fitting: u64,
 }
 
+/// Bytes a pixel, measured as what a run grows by with its pictures (`within`: made to a tolerance).
+pub mod pixel {
+    /// `render`.
+    pub const RENDER: f64 = 260.0;
+    /// `render` and `bounces` to a tolerance.
+    pub const WITHIN: f64 = 1800.0;
+    /// `trace`.
+    pub const TRACE: f64 = 310.0;
+    /// `bounces`, and for each term.
+    pub const BOUNCES: (f64, f64) = (2000.0, 100.0);
+    /// `compare`: five methods' orders, repeated.
+    pub const COMPARE: f64 = 9000.0;
+    /// `chart`.
+    pub const CHART: f64 = 2500.0;
+}
+
 /// Checks that pictures of a size fit in `limit` bytes where a command keeps `each` bytes a pixel.
 ///
 /// # Errors

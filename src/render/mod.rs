@@ -25,10 +25,10 @@ pub use assembly::{Assembled, Discretization, PatchLight, Seconds, Silent, Watch
 pub use bounces::{BounceSeries, EmitterTerms, End, TermError};
 pub use fineness::Fineness;
 pub use layers::{Apart, EmitterPower, Layer, LayerKind};
-pub use memory::{PictureUnfit, Stored, Unfit, check_pictures, usable_memory};
+pub use memory::{PictureUnfit, Stored, Unfit, check_pictures, pixel, usable_memory};
 pub(crate) use memory::{check_fit, pilots};
 pub use points::{SensorLight, SensorLights};
-pub use rendered::{Ended, ErrorParts, Errors, Rendered, STANDARD_ERROR, layer_path};
+pub use rendered::{Ended, ErrorParts, Errors, Rendered, STANDARD_ERROR, write_layered};
 #[cfg(feature = "export")]
 pub(crate) use search::solved::half_of;
 pub use sensors::{Sensor, SensorError, SensorGrid};

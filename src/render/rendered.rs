@@ -171,30 +171,44 @@ impl Rendered {
         errors: Errors,
     ) -> Result<Vec<PathBuf>, ImageError> {
         let path = path.as_ref();
-        if !is_exr(path) || (self.layers.is_empty() && errors == Errors::LeftOut) {
-            let mut files = vec![path.to_path_buf()];
-            write_picture(path, &self.picture, exposure)?;
-            for Layer { kind, light } in &self.layers {
-                let own = layer_path(path, &kind.name());
-                write_picture(&own, &light.picture, exposure)?;
-                files.push(own);
-            }
-            return Ok(files);
-        }
+        let with_errors = errors == Errors::Written && is_exr(path);
         let named = |name: String, picture| NamedPicture { name, picture };
         let mut layers = Vec::new();
-        if errors == Errors::Written {
+        if with_errors {
             layers.push(named(STANDARD_ERROR.into(), &self.standard_error));
         }
         for Layer { kind, light } in &self.layers {
             layers.push(named(kind.name(), &light.picture));
-            if errors == Errors::Written {
+            if with_errors {
                 layers.push(named(format!("{}.{STANDARD_ERROR}", kind.name()), &light.standard_error));
             }
         }
-        write_layers(path, &self.picture, &layers)?;
-        Ok(vec![path.to_path_buf()])
+        write_layered(path, &self.picture, &layers, exposure)
     }
+}
+
+/// Writes a picture with layers: in one EXR file, or each in a file of its own beside it; returns the files.
+///
+/// # Errors
+/// As [`Rendered::save`].
+pub fn write_layered(
+    path: &Path,
+    picture: &Picture,
+    layers: &[NamedPicture<&Picture>],
+    exposure: Exposure,
+) -> Result<Vec<PathBuf>, ImageError> {
+    let mut files = vec![path.to_path_buf()];
+    if is_exr(path) && !layers.is_empty() {
+        write_layers(path, picture, layers)?;
+        return Ok(files);
+    }
+    write_picture(path, picture, exposure)?;
+    for layer in layers {
+        let own = layer_path(path, &layer.name);
+        write_picture(&own, layer.picture, exposure)?;
+        files.push(own);
+    }
+    Ok(files)
 }
 
 /// Whether the standard errors of pixels are written.
@@ -211,7 +225,7 @@ pub enum Errors {
 pub const STANDARD_ERROR: &str = "standard error";
 
 /// The place of a layer's own file beside the picture's; what may not be in a file's name is replaced.
-pub fn layer_path(path: &Path, layer: &str) -> PathBuf {
+fn layer_path(path: &Path, layer: &str) -> PathBuf {
     let [stem, extension] = [path.file_stem(), path.extension()].map(|s| s.unwrap_or_default().to_string_lossy());
     let safe = |c: char| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '-' };
     let layer: String = layer.chars().map(safe).collect();

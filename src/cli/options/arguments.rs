@@ -226,21 +226,7 @@ impl Effort {
     }
 }
 
-/// Bytes a pixel, measured as what a run grows by with its pictures (`within`: made to a tolerance).
-pub mod pixel {
-    /// `render`.
-    pub const RENDER: f64 = 260.0;
-    /// `render` and `bounces` to a tolerance.
-    pub const WITHIN: f64 = 1800.0;
-    /// `trace`.
-    pub const TRACE: f64 = 310.0;
-    /// `bounces`, and for each term.
-    pub const BOUNCES: (f64, f64) = (2000.0, 100.0);
-    /// `compare`: five methods' orders, repeated.
-    pub const COMPARE: f64 = 9000.0;
-    /// `chart`.
-    pub const CHART: f64 = 2500.0;
-}
+pub use crate::render::pixel;
 
 /// How much memory may be used.
 #[derive(Args, Debug)]
