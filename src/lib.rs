@@ -166,6 +166,9 @@ pub mod plot;
 pub mod study;
 
 #[cfg(feature = "cli")]
+pub mod explore;
+
+#[cfg(feature = "cli")]
 pub mod cli;
 
 pub use light::{Interrupt, Light, Mode, Transport};

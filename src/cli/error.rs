@@ -11,6 +11,7 @@ use console::{Term, style};
 use miette::Diagnostic;
 
 use crate::Rendered;
+use crate::explore::PageError;
 use crate::export::kept::KeptError;
 use crate::pictures::{ImageError, MetricError, WriteError};
 use crate::plot::ChartError;
@@ -113,6 +114,15 @@ pub fn picture_or_divergence(found: Result<Rendered, RenderError>) -> Result<Res
         Ok(rendered) => Ok(Ok(rendered)),
         Err(RenderError::Diverges(e)) => Ok(Err(e)),
         Err(RenderError::Memory(unfit)) => Err(unfit.into()),
+    }
+}
+
+impl From<PageError> for CliError {
+    fn from(error: PageError) -> CliError {
+        match error {
+            PageError::Memory(e) => e.into(),
+            PageError::Image(e) => e.into(),
+        }
     }
 }
 

@@ -20,6 +20,7 @@ pub(crate) mod bounces;
 pub(crate) mod console;
 pub(crate) mod diff;
 pub(crate) mod error;
+pub(crate) mod explore;
 pub(crate) mod factors;
 pub(crate) mod figure;
 pub(crate) mod frontier;
@@ -42,6 +43,7 @@ use crate::cli::bounces::Bounces;
 use crate::cli::console::Console;
 use crate::cli::diff::Diff;
 use crate::cli::error::{CliError, show};
+use crate::cli::explore::Explore;
 use crate::cli::factors::Factors;
 use crate::cli::figure::FigureArguments;
 use crate::cli::frontier::Frontier;
@@ -100,6 +102,8 @@ enum Command {
     Compare(Compare),
     /// Compare two pictures, number by number
     Diff(Diff),
+    /// A page to play with: one HTML file in which bounces, modes and lamps can be moved
+    Explore(Explore),
     /// Form factors between the objects of a scene, with their errors
     Factors(Factors),
     /// Make a labelled figure for print: the four modes, successive approximation, or what lies between the modes
@@ -165,6 +169,7 @@ fn run(Cli { command, common }: Cli) -> Result<(), CliError> {
         Command::Chart(own) => studies::chart(own, &common, &console),
         Command::Compare(own) => studies::compare(own, &common, &console),
         Command::Diff(own) => diff::run(own, &common, &console),
+        Command::Explore(own) => explore::run(own, &common, &console),
         Command::Factors(own) => factors::run(own, &common, &console),
         Command::Figure(own) => figure::run(own, &common, &console),
         Command::Relight(own) => relight::run(own, &common, &console),

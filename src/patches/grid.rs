@@ -40,6 +40,16 @@ pub(crate) struct Cut {
     patches: Vec<u32>,
 }
 
+impl Cell {
+    /// The patches that lie in it, a patch once or several times.
+    pub(crate) fn patches(&self) -> &[u32] {
+        match self {
+            Cell::Patch(patch) => std::slice::from_ref(patch),
+            Cell::Cut(cut) => &cut.patches,
+        }
+    }
+}
+
 /// Lines that cut one cell at most; a fifth is left out.
 const MOST_LINES: usize = 4;
 

@@ -33,7 +33,7 @@ const UNREACHED: f64 = 16.0;
 
 /// How a face's hits find their patch.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Owner {
+pub(crate) enum Owner {
     Patch(u32),
     Grid(u32),
 }
@@ -78,6 +78,16 @@ pub struct Patches {
 }
 
 impl Patches {
+    /// What every face's hits go by, and the grids.
+    pub(crate) fn layout(&self) -> (&[Owner], &[Grid]) {
+        (&self.mesh.owners, &self.mesh.grids)
+    }
+
+    /// The patch on the other side of a front patch, where there is one.
+    pub(crate) fn behind(&self, front: u32) -> Option<u32> {
+        self.mesh.backs.get(front as usize).copied().filter(|&back| back != NONE)
+    }
+
     /// The patches of a mesh, none of them divided.
     pub(super) fn of_mesh(mesh: Arc<Mesh>) -> Patches {
         let Mesh { areas, materials, sides, parents, .. } = &*mesh;

@@ -27,6 +27,7 @@ use crate::pictures::atomic::{WriteError, write_whole};
 use crate::pictures::names::{spaced, unlike};
 use crate::pictures::picture::{Picture, Size};
 use crate::pictures::srgb::{Bitmap, Exposure, decode_srgb};
+use crate::pictures::texels::Texels;
 
 /// What can go wrong with a picture file.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -277,6 +278,23 @@ pub fn encode_png(bitmap: &Bitmap) -> Result<Vec<u8>, ImageError> {
     let mut file = Vec::new();
     let encoder = PngEncoder::new(&mut file);
     encode(encoder, size, &bitmap.bytes, ExtendedColorType::Rgb8)?;
+    Ok(file)
+}
+
+/// The bytes of a PNG file of texels, as they are coded.
+///
+/// # Errors
+/// [`ImageError::Encode`] where there are none.
+pub fn encode_texels(texels: &Texels) -> Result<Vec<u8>, ImageError> {
+    let size = Size { width: texels.width, height: texels.height };
+    let colour = match texels.channels {
+        1 => ExtendedColorType::L8,
+        2 => ExtendedColorType::La8,
+        3 => ExtendedColorType::Rgb8,
+        _ => ExtendedColorType::Rgba8,
+    };
+    let mut file = Vec::new();
+    encode(PngEncoder::new(&mut file), size, &texels.codes, colour)?;
     Ok(file)
 }
 

@@ -25,6 +25,8 @@ pub(crate) enum Purpose {
     BrightPatches(u32),
     /// Walks of light from the emitters.
     Walks,
+    /// Points on luminaires for the texels of pages.
+    Texels,
     /// References that `compare` renders by the path tracer.
     TracedReference,
     /// References that `compare` renders to a tolerance.
@@ -52,6 +54,7 @@ impl Purpose {
             Purpose::Paths(set) => set.wrapping_mul(0x85eb_ca6b),
             Purpose::BrightPatches(round) => 0x2c1b_3c6d_u32.wrapping_add(round.wrapping_mul(0x0101_0000)),
             Purpose::Walks => 0x6c77_616c,
+            Purpose::Texels => 0x3f84_d5b5,
             Purpose::TracedReference => 0xd1b5_4a33,
             Purpose::SolvedReference => 0x5eed_0002,
         }

@@ -1,0 +1,169 @@
+//! A page to play with: one HTML file in which anyone may walk through a solved scene, take bounces away, slide between
+//! the modes, and turn lamps up and down.
+//!
+//! What the page shows is linear in what is solved here, so it is right as well:
+//!
+//! | slider | is |
+//! |---|---|
+//! | lamps | exact: light is linear in E |
+//! | alpha | exact for every term: `alpha^(n-1) KⁿE`; the terms after the last lie in the span of the last two |
+//! | tau | solved at Chebyshev's points, interpolated between them with an error that is measured and stated |
+//! | bounce | terms are kept apart |
+//!
+//! A light ray's way through the files: [`terms`] solves `KⁿE` by lamp and tau, [`charts`] says where on surfaces light
+//! is kept, [`light`] brings it there, [`sums`] says what each layer counts, [`drawn`] draws a picture of it here, as the
+//! oracle of the page's own test, and [`numbers`] and [`document`] write all of it down. The page's own code is plain
+//! HTML, CSS, ES modules and shaders in `page/`, put together here without a bundler.
+//!
+//! Not handled: highlights; patches divided by light.
+
+mod charts;
+mod document;
+mod drawn;
+mod light;
+mod numbers;
+mod parts;
+mod rows;
+mod states;
+mod sums;
+mod terms;
+
+use crate::explore::charts::Charts;
+use crate::explore::document::Contents;
+use crate::explore::drawn::View;
+use crate::explore::light::Layers;
+use crate::explore::parts::joined;
+use crate::explore::states::expected;
+use crate::explore::rows::CoarseRows;
+use crate::explore::sums::{Shown, State};
+use crate::explore::terms::Solved;
+use crate::light::Mode;
+use crate::patches::Patches;
+use crate::pictures::{ImageError, Size, relative_rms};
+use crate::render::{Apart, Solver, Unfit, Watch};
+use crate::scene::{Emitters, Scene};
+
+pub use document::Words;
+pub use terms::TermsEffort;
+
+/// Texels of direct light to a side of a cell at most, and in all.
+const FINEST: usize = 4;
+const TEXELS: usize = 200_000;
+/// The picture that each state of the page's test is compared by.
+const TEST_SIZE: Size = Size { width: 64, height: 48 };
+/// The picture that the page is compared with: pixels, its error, and points of a pixel to a side.
+const COMPARED: Size = Size { width: 128, height: 96 };
+const COMPARED_WITHIN: f64 = 0.02;
+const POINTS: usize = 4;
+
+/// Why there is no page.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum PageError {
+    /// The terms do not fit in memory.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Memory(#[from] Unfit),
+    /// A texture cannot be written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Image(#[from] ImageError),
+}
+
+/// How many there are of what.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct Counts {
+    /// Patches that were solved.
+    pub patches: usize,
+    /// Cells of light.
+    pub cells: usize,
+    /// Texels of direct light.
+    pub texels: usize,
+    /// Lamps with sliders.
+    pub lamps: usize,
+}
+
+/// A finished page, and what is known of it.
+pub struct Page {
+    /// The HTML file.
+    pub html: String,
+    /// How many there are of what.
+    pub counts: Counts,
+    /// The largest relative RMS error of reflected light at taus between the nodes, at which it was solved too.
+    pub tau_error: f64,
+    /// RMS difference from a picture of 2 %, over the pixels that see no luminaire; none where there is none.
+    pub rms: Option<f64>,
+}
+
+/// Solves a scene and makes its page.
+///
+/// # Errors
+/// [`PageError`] where the terms do not fit in memory, or a texture cannot be written.
+pub fn page(solver: Solver, effort: &TermsEffort, words: &Words, watch: &dyn Watch) -> Result<Page, PageError> {
+    let solver = solver.seed(effort.seed).apart(Apart { emitters: true, bounces: false });
+    let cut = solver.cut(effort.fineness.patches);
+    let (geometry, patches) = (&*cut.geometry, &*cut.patches);
+    let scene = &geometry.scene;
+    let charts = Charts::new(scene, patches, fineness(scene, patches));
+    let mut solved = terms::solve(&solver, &charts, effort, watch)?;
+    let layers = Layers::new(&mut solved, &charts, &charts.places(patches));
+    watch.begin("rows of F", 1);
+    let rows = CoarseRows::new(geometry, effort.seed);
+    let emitters = &*Emitters::of(scene);
+    let lamp_of = |face: u32| solved.lamp_of.get(emitters.of_face(scene, face)).copied().unwrap_or(0);
+    let view = |size: Size, step: usize| View::new((scene, &geometry.rays), &charts, &lamp_of, size, step);
+    let expected = expected(&solved, &layers, &view(TEST_SIZE, 1));
+    let rms = compared(&solver, (&solved, &layers), &view(COMPARED, POINTS), watch);
+    let contents = Contents {
+        words,
+        geometry,
+        patches,
+        charts: &charts,
+        solved: &solved,
+        layers: &layers,
+        rows: &rows,
+        expected: &expected,
+        test_size: TEST_SIZE,
+        rms,
+        lamp_of: &lamp_of,
+    };
+    let (json, numbers) = contents.texts()?;
+    Ok(Page {
+        html: joined(&words.title, &json, &numbers),
+        counts: Counts {
+            patches: patches.len(),
+            cells: charts.cells.len(),
+            texels: charts.texels(),
+            lamps: solved.lamps.len(),
+        },
+        tau_error: solved.errors.iter().map(|e| e.error).fold(0.0, f64::max),
+        rms,
+    })
+}
+
+/// Texels to a side of a cell: as many as fit.
+fn fineness(scene: &Scene, patches: &Patches) -> usize {
+    let cells = Charts::new(scene, patches, 1).cells.len();
+    (1..=FINEST).rev().find(|fine| fine * fine * cells <= TEXELS).unwrap_or(1)
+}
+
+/// RMS difference of the page's picture of the mode that converges surely from one of a stated error, over the pixels
+/// that see no luminaire.
+fn compared(
+    solver: &Solver,
+    (solved, layers): (&Solved, &Layers),
+    view: &View,
+    watch: &dyn Watch,
+) -> Option<f64> {
+    let state = State { alpha: 1.0, tau: 0.0, shown: Shown::All, gains: solved.gains(), stops: 0.0 };
+    let mixture = solved.kept.mixture(&state);
+    let rendered = solver.render(Mode::Global, COMPARED).watch(watch).tolerance(COMPARED_WITHIN).ok()?;
+    if let Ok(d) = std::env::var("HLX") {
+        let e = crate::pictures::Exposure::default();
+        let _ = crate::pictures::write_picture(format!("{d}-page.png"), &view.picture(layers, &mixture), e);
+        let _ = crate::pictures::write_picture(format!("{d}-page.exr"), &view.picture(layers, &mixture), e);
+        let _ = crate::pictures::write_picture(format!("{d}-mask.exr"), &view.mask(), e);
+        let _ = crate::pictures::write_picture(format!("{d}-ref.png"), &rendered.picture, e);
+        let _ = crate::pictures::write_picture(format!("{d}-ref.exr"), &rendered.picture, e);
+    }
+    relative_rms(&view.picture(layers, &mixture), &rendered.picture, Some(&view.mask()), None).ok()
+}

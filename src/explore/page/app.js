@@ -1,0 +1,115 @@
+// What the parts of the page share: the scene, the state and what follows from it, and when the picture is drawn anew.
+import { interpolation, mixture, modeOf, travellingCoefficients } from "./transport.js";
+import { gainsOf, initialState, linkOfState, stateOfLink } from "./state.js";
+import { perspective } from "./camera.js";
+
+const PIXEL_RATIO = 2;
+const SLOW = 50; // milliseconds for a picture, beyond which fewer pixels are drawn while something moves
+
+export class App {
+  constructor(scene, light, patches, canvas) {
+    Object.assign(this, { scene, light, patches, canvas });
+    this.view = null;
+    this.state = initialState(scene);
+    this.followers = [];
+    this.isScheduled = false;
+    this.isLightStale = true;
+    this.isSlow = false;
+    this.lastChange = 0;
+    this.follow(this.state);
+  }
+
+  get gains() {
+    return gainsOf(this.state);
+  }
+
+  get mode() {
+    return modeOf(this.state.alpha, this.state.tau);
+  }
+
+  // What follows from the state without WebGL.
+  follow(state) {
+    if (this.blend?.tau !== state.tau) this.blend = interpolation(this.scene, state.tau);
+    this.mixed = mixture(this.scene, this.blend, state, gainsOf(state));
+  }
+
+  // Mixes the light of the present state and hands it to the view.
+  mixLight() {
+    this.follow(this.state);
+    this.light.interpolate(this.blend);
+    const { coefficients } = this.mixed;
+    this.sums = this.light.mix(coefficients, this.gains);
+    this.view?.setLight(this.sums, this.gains.map((gain, l) => gain.map((g, c) => g * coefficients[0][l][c])));
+  }
+
+  // The light that travels to what is shown, and the coefficient of E in it.
+  travelling() {
+    const coefficients = travellingCoefficients(this.mixed, this.state);
+    return { sums: this.light.mix(coefficients, this.gains), coefficient: coefficients[0][0][0] };
+  }
+
+  // Changes the state; whatever is shown follows with the next picture.
+  change(part) {
+    Object.assign(this.state, part);
+    if (["alpha", "tau", "view", "lamps"].some((name) => name in part)) this.isLightStale = true;
+    clearTimeout(this.linkTimer);
+    this.linkTimer = setTimeout(() => this.writeLink(), 250);
+    this.schedule();
+  }
+
+  schedule() {
+    if (this.isScheduled) return;
+    this.isScheduled = true;
+    requestAnimationFrame(() => this.frame());
+  }
+
+  frame() {
+    this.isScheduled = false;
+    const isMoving = performance.now() - this.lastChange < 200;
+    this.lastChange = performance.now();
+    if (this.isLightStale) this.mixLight();
+    this.isLightStale = false;
+    for (const follower of this.followers) follower();
+    if (this.view) this.draw(this.isSlow && isMoving);
+  }
+
+  // Draws the picture; a hasty one has fewer pixels, and a full one follows when all is still.
+  draw(isHasty) {
+    const started = performance.now();
+    this.fitCanvas(isHasty ? 0.6 : Math.min(PIXEL_RATIO, window.devicePixelRatio || 1));
+    this.view.draw(this.camera(), this.state.stops, isHasty ? 0 : 4);
+    clearTimeout(this.stillTimer);
+    if (isHasty) this.stillTimer = setTimeout(() => this.draw(false), 220);
+    else if (!this.isSlow) this.isSlow = this.measuresSlow(started);
+  }
+
+  measuresSlow(started) {
+    this.view.gl.finish();
+    return performance.now() - started > SLOW;
+  }
+
+  fitCanvas(ratio) {
+    const { canvas } = this;
+    const size = [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * ratio)));
+    if (canvas.width !== size[0]) canvas.width = size[0];
+    if (canvas.height !== size[1]) canvas.height = size[1];
+  }
+
+  camera() {
+    return perspective(this.scene, this.state, this.canvas.width / this.canvas.height);
+  }
+
+  writeLink() {
+    const link = `#${linkOfState(this.scene, this.state)}`;
+    if (link !== location.hash) history.replaceState(null, "", link);
+  }
+
+  // Takes the state of a link; returns what was wrong with it.
+  readLink(link) {
+    const { state, problems } = stateOfLink(this.scene, link);
+    this.state = state;
+    this.isLightStale = true;
+    this.schedule();
+    return problems;
+  }
+}

@@ -1,0 +1,229 @@
+// The panel and the header: every control shows the state and changes it.
+import { MODES } from "./transport.js";
+import { fileCamera } from "./state.js";
+import { decodedSrgb, encodedSrgb, escaped, hexColour, numberText, percentText, termName, verdictText } from "./words.js";
+import { showBars } from "./bars.js";
+import { squareMap } from "./square.js";
+
+const element = (id) => document.getElementById(id);
+const outputOf = (input) => input.parentElement.querySelector("output");
+
+// Wires all controls of the panel and lets them follow the state.
+export function startControls(app) {
+  startModes(app);
+  startSlider(app, "alpha", (x) => ({ alpha: x }), () => app.state.alpha.toFixed(2));
+  startSlider(app, "tau", (x) => ({ tau: x }), () => app.state.tau.toFixed(2));
+  startSlider(app, "stops", (x) => ({ stops: x }), () => stopsText(app.state.stops));
+  startBounces(app);
+  startLamps(app);
+  const showSquare = squareMap(element("square"), app.scene.radii, (part) => app.change(part));
+  app.followers.push(() => {
+    showSquare(app.state, `${app.mode ?? "between the modes"}, ${app.mixed.verdict.kind}`);
+    showBars(element("bars"), app.mixed.powers, app.mixed.included, "Visible power of every term, W");
+    showHeader(app);
+    showVerdict(app);
+  });
+  element("facts").innerHTML = facts(app.scene).map((fact) => `<p>${fact}</p>`).join("");
+}
+
+function stopsText(stops) {
+  return stops === 0 ? "0" : `${stops > 0 ? "+" : "−"}${Math.abs(stops).toFixed(1)}`;
+}
+
+function startSlider(app, id, partOf, textOf) {
+  const input = element(id);
+  input.addEventListener("input", () => app.change(partOf(input.valueAsNumber)));
+  app.followers.push(() => {
+    input.value = app.state[id];
+    outputOf(input).textContent = textOf();
+  });
+}
+
+function startModes(app) {
+  const labels = Object.keys(MODES).map((name) =>
+    `<label><input type="radio" name="mode" value="${name}"> ${name}</label>`);
+  element("modes").insertAdjacentHTML("beforeend", `${labels.join("")}
+    <label class="off"><input type="radio" name="mode" value="between" disabled> between</label>`);
+  element("modes").addEventListener("change", (event) => {
+    const { alpha, tau } = MODES[event.target.value];
+    app.change({ alpha, tau });
+  });
+  app.followers.push(() => {
+    element("modes").querySelector(`[value="${app.mode ?? "between"}"]`).checked = true;
+  });
+}
+
+// The view that the slider at `n` and the switch mean; one step after the last term stands for all of the series.
+function viewAt(scene, kind, n) {
+  if (kind === "term") return { kind, n: Math.min(n, scene.terms) };
+  return n > scene.terms ? { kind: "all", n: scene.terms } : { kind: "sum", n };
+}
+
+function bounceText({ kind, n }) {
+  if (kind === "all") return "all of them";
+  return kind === "term" ? `${termName(n)} alone` : n === 0 ? "E" : `up to ${termName(n)}`;
+}
+
+function startBounces(app) {
+  const slider = element("bounce");
+  const kinds = [...document.querySelectorAll("[name=kind]")];
+  slider.max = app.scene.terms + 1;
+  const change = () => {
+    const kind = kinds.find((input) => input.checked).value;
+    app.change({ view: viewAt(app.scene, kind, slider.valueAsNumber) });
+  };
+  for (const input of [slider, ...kinds]) input.addEventListener("input", change);
+  app.followers.push(() => {
+    const { kind, n } = app.state.view;
+    slider.value = kind === "all" ? n + 1 : n;
+    outputOf(slider).textContent = bounceText(app.state.view);
+    slider.setAttribute("aria-valuetext", bounceText(app.state.view));
+    for (const input of kinds) input.checked = (input.value === "term") === (kind === "term");
+  });
+}
+
+function lampControls({ name }, l) {
+  return `<div class="slider lamp"><label for="lamp-${l}">${escaped(name)}</label><output for="lamp-${l}"></output>
+    <input type="color" id="colour-${l}" aria-label="${escaped(name)}: colour">
+    <input type="range" id="lamp-${l}" min="0" max="2" step="0.01"></div>`;
+}
+
+function startLamps(app) {
+  element("lamps").innerHTML = app.scene.lamps.map(lampControls).join("");
+  app.scene.lamps.forEach((_, l) => startLamp(app, l));
+  const setAll = (part) => app.change({ lamps: app.state.lamps.map((lamp) => ({ ...lamp, ...part })) });
+  element("lamps-on").addEventListener("click", () => setAll({ brightness: 1 }));
+  element("lamps-off").addEventListener("click", () => setAll({ brightness: 0 }));
+  element("lamps-reset").addEventListener("click", () => setAll({ brightness: 1, colour: [1, 1, 1] }));
+}
+
+function startLamp(app, l) {
+  const [slider, colour] = [element(`lamp-${l}`), element(`colour-${l}`)];
+  const change = (part) => app.change({ lamps: app.state.lamps.map((lamp, k) => (k === l ? { ...lamp, ...part } : lamp)) });
+  slider.addEventListener("input", () => change({ brightness: slider.valueAsNumber }));
+  colour.addEventListener("input", () => {
+    const codes = [1, 3, 5].map((at) => parseInt(colour.value.slice(at, at + 2), 16) / 255);
+    change({ colour: codes.map(decodedSrgb) });
+  });
+  app.followers.push(() => {
+    const lamp = app.state.lamps[l];
+    slider.value = lamp.brightness;
+    outputOf(slider).textContent = lamp.brightness === 0 ? "off" : `× ${Number(lamp.brightness.toFixed(2))}`;
+    const codes = lamp.colour.map((x) => Math.round(255 * encodedSrgb(Math.min(1, x))));
+    colour.value = `#${codes.map((code) => code.toString(16).padStart(2, "0")).join("")}`;
+  });
+}
+
+// L = E + K L, unrolled: the terms that are in the picture stand out.
+function equation(app) {
+  const { included, hasPicture } = app.mixed;
+  const { terms } = app.scene;
+  const shown = [0, 1, 2, 3, terms - 1, terms].filter((n, i, all) => n <= terms && all.indexOf(n) === i).sort((a, b) => a - b);
+  const { n: chosen } = app.state.view;
+  if (!shown.includes(chosen)) shown.splice(shown.findIndex((n) => n > chosen), 0, chosen);
+  const parts = shown.map((n, i) => {
+    const gap = i > 0 && shown[i - 1] !== n - 1 ? " … +" : "";
+    return `${i > 0 ? " +" : ""}${gap} <span class="term ${included[n] ? "on" : ""}"><b>${termName(n)}</b></span>`;
+  });
+  const isWhole = app.state.view.kind === "all" && hasPicture;
+  return `<b>L</b> = <b>E</b> + <b>K L</b> = ${parts.join("")} + <span class="term ${isWhole ? "on" : ""}">…</span>`;
+}
+
+function showHeader(app) {
+  element("equation").innerHTML = equation(app);
+  const { alpha, tau } = app.state;
+  element("meaning").textContent = app.mode ? MODES[app.mode].meaning
+    : `Between the modes: interreflection ${alpha.toFixed(2)}, ${percentText(tau)} of light passes through surfaces.`;
+}
+
+function showVerdict(app) {
+  const { verdict, hasPicture } = app.mixed;
+  const { terms } = app.scene;
+  const words = verdictText(verdict);
+  const instead = `<strong>▲ No picture:</strong> the series ${verdict.kind === "diverges" ? "has no sum" : "may have no sum"}.
+    ${words} Shown instead: ${termName(terms)} alone, scaled to the power of KE.`;
+  const shown = hasPicture ? words : instead;
+  const verdictElement = element("verdict");
+  verdictElement.classList.toggle("none", !hasPicture);
+  if (verdictElement.dataset.shown !== shown) verdictElement.innerHTML = shown;
+  verdictElement.dataset.shown = shown;
+}
+
+// What the page knows about its own errors.
+function facts(scene) {
+  const { effort, errors } = scene;
+  const worst = errors.tau.reduce((most, { error }) => Math.max(most, error), 0);
+  const places = [...new Set(errors.tau.map(({ tau }) => tau))].join(", ");
+  return [
+    "Lamps, bounces and alpha are exact: light is linear in E, and every term of the series is kept by itself.",
+    errors.tau.length > 0 ? `tau is exact at ${scene.taus.length} nodes (${scene.taus.map((t) => Number(t.toFixed(3))).join(", ")});
+      between them it is off by ${percentText(worst)} at most, measured at ${places}.` : "",
+    `Terms after ${termName(scene.terms)} lie in the span of the last two.`,
+    errors.rms === null ? "" : `Next to halflight’s own picture from the file’s camera this one is off by ${percentText(errors.rms)} (rms).`,
+    `${effort.patches} patches, ${effort.rays} rays each, ${effort.triangles} triangles.`,
+    scene.ownTransport ? "Some material has an alpha or tau of its own; the sliders do not change it." : "",
+    "Diffuse surfaces only: no gloss, no refraction.",
+    escaped(scene.attribution),
+    `Made by halflight ${escaped(scene.version)}.`,
+  ].filter((fact) => fact !== "");
+}
+
+// A message that stays until it is closed.
+export function showMessage(text, canClose = true) {
+  const message = document.createElement("div");
+  message.className = "message";
+  message.setAttribute("role", "alert");
+  message.append(Object.assign(document.createElement("span"), { textContent: text }));
+  const close = Object.assign(document.createElement("button"), { type: "button", textContent: "Close" });
+  close.addEventListener("click", () => message.remove());
+  if (canClose) message.append(close);
+  element("messages").append(message);
+}
+
+// Tells those who listen that something was done, and those who look by the button that did it.
+function tell(button, text) {
+  const words = button.dataset.words ?? button.textContent;
+  button.dataset.words = words;
+  button.textContent = text;
+  element("status").textContent = text;
+  setTimeout(() => (button.textContent = words), 1800);
+}
+
+async function copyLink(app, button) {
+  app.writeLink();
+  try {
+    await navigator.clipboard.writeText(location.href);
+    tell(button, "Link copied");
+  } catch {
+    const field = Object.assign(document.createElement("textarea"), { value: location.href });
+    document.body.append(field);
+    field.select();
+    tell(button, document.execCommand("copy") ? "Link copied" : "Copy it from the address bar");
+    field.remove();
+    button.focus();
+  }
+}
+
+function savePicture(app) {
+  app.draw(false);
+  app.canvas.toBlob((blob) => {
+    const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(blob) });
+    link.download = `${app.scene.scene.replace(/[^\w-]+/g, "-")}-${app.mode ?? "between"}.png`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    tell(element("save"), "Picture saved");
+  });
+}
+
+// The buttons below the sliders, and the one that folds the panel away on small windows.
+export function startButtons(app, openPlan) {
+  element("home").addEventListener("click", () => app.change(fileCamera(app.scene)));
+  element("open-plan").addEventListener("click", openPlan);
+  element("save").addEventListener("click", () => savePicture(app));
+  element("copy").addEventListener("click", (event) => copyLink(app, event.currentTarget));
+  for (const id of app.view ? [] : ["home", "open-plan", "save"]) element(id).disabled = true;
+  const fold = element("fold");
+  const set = (isOpen) => fold.setAttribute("aria-expanded", String(isOpen));
+  fold.addEventListener("click", () => set(fold.getAttribute("aria-expanded") !== "true"));
+  set(window.innerHeight > 480);
+}

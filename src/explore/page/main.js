@@ -1,0 +1,69 @@
+// Opens the page: decodes the scene, starts WebGL2, and joins the parts.
+import { App } from "./app.js";
+import { Charts, triangleBuffers } from "./charts.js";
+import { runTest, testOf } from "./check.js";
+import { showMessage, startButtons, startControls } from "./controls.js";
+import { Light } from "./light.js";
+import { decodedArrays, inflated } from "./numbers.js";
+import { PatchCard } from "./patch.js";
+import { Patches } from "./patches.js";
+import { Plan } from "./plan.js";
+import { loadedImages, View } from "./view.js";
+import { startWalking } from "./walk.js";
+
+const NO_WEBGL = "No room is drawn: this browser has no WebGL2, or it is switched off. Switch on hardware acceleration, or "
+  + "open this page in a current Firefox, Chrome, Edge or Safari. The numbers beside still follow the sliders.";
+
+// The smallest and the largest unit coordinates of the scene.
+function boundsOf({ x, y, z }) {
+  const range = (codes) => codes.reduce(([least, most], c) => [Math.min(least, c), Math.max(most, c)], [65535, 0]);
+  const ranges = [x, y, z].map(range);
+  return [0, 1].map((end) => ranges.map((r) => -1 + (2 * r[end]) / 65535));
+}
+
+// The view of the scene, or null where WebGL2 is missing.
+async function webglView(canvas, scene, arrays, charts) {
+  const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, powerPreference: "high-performance" });
+  if (!gl) return null;
+  canvas.addEventListener("webglcontextlost", () => showMessage("The graphics driver stopped: reload the page."));
+  const images = await loadedImages(scene.textures);
+  return new View(gl, scene, arrays, charts, triangleBuffers(scene, arrays, charts), images);
+}
+
+function tellProblems(problems) {
+  if (problems.length > 0) showMessage(`In the link: ${problems.join("; ")}. The rest of it is shown.`);
+}
+
+function startView(app, arrays) {
+  const card = new PatchCard(app);
+  startWalking(app, (x, y) => card.ask(x, y), (event) => card.hover(event));
+  const plan = new Plan(app, boundsOf(arrays));
+  new ResizeObserver(() => app.schedule()).observe(app.canvas);
+  return plan;
+}
+
+async function start() {
+  const scene = JSON.parse(document.getElementById("scene").textContent);
+  const arrays = decodedArrays(scene.arrays, await inflated(document.getElementById("numbers").textContent));
+  document.getElementById("title").textContent = scene.title;
+  const charts = new Charts(scene, arrays);
+  const canvas = document.getElementById("view");
+  const app = new App(scene, new Light(scene, arrays), new Patches(scene, arrays, charts), canvas);
+  const link = location.hash;
+  app.view = await webglView(canvas, scene, arrays, charts);
+  if (!app.view) showMessage(NO_WEBGL, false);
+  startControls(app);
+  const plan = startView(app, arrays);
+  startButtons(app, () => plan.open());
+  tellProblems(app.readLink(link));
+  window.addEventListener("hashchange", () => tellProblems(app.readLink(location.hash)));
+  app.frame();
+  app.view?.gl.finish();
+  const test = testOf(link);
+  if (test) runTest(app, test, link, Math.round(performance.now()));
+}
+
+start().catch((error) => {
+  showMessage(`The page could not be opened: ${error.message}`, false);
+  if (testOf(location.hash)) document.body.insertAdjacentHTML("beforeend", '<pre id="test">{"webgl2":false,"states":[]}</pre>');
+});

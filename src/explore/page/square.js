@@ -1,0 +1,77 @@
+// The map of the (alpha, tau) square: where the series converges, the four modes at its corners, and a dot to drag.
+import { MODES, radiusBounds } from "./transport.js";
+
+const SIDE = 150;
+const TAUS = Array.from({ length: 101 }, (_, i) => i / 100);
+const xOf = (alpha) => SIDE * alpha;
+const yOf = (tau) => SIDE * (1 - tau);
+
+// The curve alpha = 1 / radius(tau), at most 1, as points of the drawing.
+function curve(radii, bound) {
+  return TAUS.map((tau) => `${xOf(Math.min(1, 1 / radiusBounds(radii, tau)[bound])).toFixed(2)},${yOf(tau).toFixed(2)}`);
+}
+
+// What lies beyond the frontier: hatched where divergence is proved, dotted where the bounds leave it open.
+function frontier(radii) {
+  const [proved, open] = [curve(radii, "lower"), curve(radii, "upper")];
+  const right = `${SIDE},0 ${SIDE},${SIDE}`;
+  const diverges = TAUS.filter((tau) => radiusBounds(radii, tau).lower > 1);
+  if (diverges.length === 0) return "";
+  const middle = yOf((diverges[0] + 3 * diverges.at(-1)) / 4);
+  return `<polygon points="${open.join(" ")} ${right}" fill="#5a2a20"></polygon>
+    <polygon points="${proved.join(" ")} ${right}" fill="url(#hatch)"></polygon>
+    <polyline points="${proved.join(" ")}" fill="none" stroke="#ff8a70" stroke-width="2.5"></polyline>
+    <text class="word" x="${SIDE - 5}" y="${Math.max(34, middle)}" text-anchor="end">diverges</text>`;
+}
+
+function corners() {
+  return Object.entries(MODES).map(([name, { alpha, tau }]) => {
+    const anchor = alpha === 1 ? "end" : "start";
+    return `<text class="corner" data-mode="${name}" x="${xOf(alpha)}" y="${tau === 1 ? -6 : SIDE + 16}"
+      text-anchor="${anchor}">${name}</text>`;
+  }).join("");
+}
+
+// Puts the map into an element; `change` is called with the {alpha, tau} that was chosen.
+export function squareMap(element, radii, change) {
+  element.innerHTML = `<svg viewBox="-22 -22 ${SIDE + 30} ${SIDE + 58}"><rect width="${SIDE}" height="${SIDE}"
+    fill="#0d0f13" stroke="#8d93a1"></rect>${frontier(radii)}${corners()}
+    <text x="${SIDE / 2}" y="${SIDE + 33}" text-anchor="middle">alpha →</text>
+    <text transform="translate(-8 ${SIDE / 2}) rotate(-90)" text-anchor="middle">tau →</text>
+    <g role="slider" tabindex="0" aria-label="alpha and tau" aria-valuemin="0" aria-valuemax="1"><circle r="8"
+    fill="#ffc861" stroke="#000" stroke-width="2.5"></circle></g></svg>`;
+  const [svg, dot] = [element.querySelector("svg"), element.querySelector("g")];
+  listenToPointer(svg, change);
+  dot.addEventListener("keydown", (event) => moveByKey(event, dot, change));
+  return ({ alpha, tau }, words) => {
+    dot.setAttribute("transform", `translate(${xOf(alpha)} ${yOf(tau)})`);
+    Object.assign(dot.dataset, { alpha, tau });
+    dot.setAttribute("aria-valuenow", alpha);
+    dot.setAttribute("aria-valuetext", `alpha ${alpha.toFixed(2)}, tau ${tau.toFixed(2)}: ${words}`);
+  };
+}
+
+const clamped = (x) => Math.min(1, Math.max(0, Math.round(100 * x) / 100));
+
+function listenToPointer(svg, change) {
+  const at = (event) => {
+    const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
+    const snapped = (x) => (x < 0.04 ? 0 : x > 0.96 ? 1 : clamped(x));
+    change({ alpha: snapped(point.x / SIDE), tau: snapped(1 - point.y / SIDE) });
+  };
+  svg.addEventListener("pointerdown", (event) => {
+    const mode = event.target.dataset.mode;
+    if (mode) return change({ alpha: MODES[mode].alpha, tau: MODES[mode].tau });
+    svg.setPointerCapture(event.pointerId);
+    at(event);
+  });
+  svg.addEventListener("pointermove", (event) => svg.hasPointerCapture(event.pointerId) && at(event));
+}
+
+function moveByKey(event, dot, change) {
+  const step = event.shiftKey ? 0.1 : 0.01;
+  const steps = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] }[event.key];
+  if (!steps) return;
+  event.preventDefault();
+  change({ alpha: clamped(Number(dot.dataset.alpha) + steps[0]), tau: clamped(Number(dot.dataset.tau) + steps[1]) });
+}

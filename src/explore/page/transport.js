@@ -1,0 +1,152 @@
+// The equation L = E + K L in numbers: what every stored layer of light weighs in a picture at (alpha, tau), whether the
+// series converges there, and the power of its terms. Pure functions of the manifest and the state.
+
+export const MODES = {
+  global: { alpha: 1, tau: 0, meaning: "Global: shadows and interreflection, as in a real room." },
+  shadowless: { alpha: 1, tau: 1, meaning: "Shadowless: light interreflects, but nothing casts a shadow." },
+  "one-bounce": { alpha: 0, tau: 0, meaning: "One-bounce: shadows, but light is reflected only once." },
+  local: { alpha: 0, tau: 1, meaning: "Local: no shadows, one reflection, as OpenGL shades." },
+};
+
+// The mode at (alpha, tau), or null between the modes.
+export function modeOf(alpha, tau) {
+  return Object.keys(MODES).find((name) => MODES[name].alpha === alpha && MODES[name].tau === tau) ?? null;
+}
+
+// Lagrange's weights of the nodes for interpolation at tau.
+export function lagrangeWeights(taus, tau) {
+  if (taus.includes(tau)) return taus.map((node) => (node === tau ? 1 : 0));
+  const terms = taus.map((node) => {
+    const product = taus.reduce((p, other) => (other === node ? p : p * (node - other)), 1);
+    return 1 / (product * (tau - node));
+  });
+  const sum = terms.reduce((a, b) => a + b, 0);
+  return terms.map((term) => term / sum);
+}
+
+// exp of the weighted mean of logarithms; null where one of the values is not positive.
+function geometricMean(weights, values) {
+  if (!values.every((value) => value > 0)) return null;
+  return Math.exp(values.reduce((sum, value, q) => sum + weights[q] * Math.log(value), 0));
+}
+
+// An array [l][n][c] of what `make` says.
+function overLayers(scene, make) {
+  return scene.lamps.map((_, l) =>
+    Array.from({ length: scene.terms + 1 }, (_, n) => [0, 1, 2].map((c) => make(l, n, c))));
+}
+
+// For every lamp, term and channel: its size at tau, and the weight of each node's layer at gain and coefficient 1.
+export function interpolation(scene, tau) {
+  const weights = lagrangeWeights(scene.taus, tau);
+  const sizesOf = (l, n, c) => scene.taus.map((_, q) => scene.powers[q][l][n][c]);
+  const sizes = overLayers(scene, (l, n, c) => {
+    const nodes = sizesOf(l, n, c);
+    const linear = nodes.reduce((sum, size, q) => sum + weights[q] * size, 0);
+    return geometricMean(weights, nodes) ?? Math.max(0, linear);
+  });
+  const factors = overLayers(scene, (l, n, c) => {
+    const nodes = sizesOf(l, n, c);
+    if (!nodes.every((size) => size > 0)) return weights;
+    return weights.map((weight, q) => weight * (sizes[l][n][c] / nodes[q]));
+  });
+  return { tau, weights, sizes, factors };
+}
+
+// The power of term n with the lamps at their gains, per channel, in W.
+export function powerOfTerm(sizes, gains, alpha, n) {
+  const bounces = n === 0 ? 1 : alpha ** (n - 1);
+  return [0, 1, 2].map((c) => gains.reduce((sum, gain, l) => sum + gain[c] * sizes[l][n][c], 0) * bounces);
+}
+
+// A straight line in (ln tau, ln radius) through two points, at tau.
+function chord(tau0, radius0, tau1, radius1, tau) {
+  const slope = Math.log(radius1 / radius0) / Math.log(tau1 / tau0);
+  return radius0 * Math.exp(slope * Math.log(tau / tau0));
+}
+
+// Proved bounds on the spectral radius of K at alpha = 1: it increases with tau and is log-convex in log tau.
+export function radiusBounds(radii, tau) {
+  const exact = radii.find((radius) => radius.tau === tau);
+  if (exact) return { lower: exact.lower, upper: exact.upper };
+  const after = radii.findIndex((radius) => radius.tau > tau);
+  const [a, b, before, beyond] = [radii[after - 1], radii[after], radii[after - 2], radii[after + 1]];
+  const upper = a.tau > 0 && a.upper > 0 ? chord(a.tau, a.upper, b.tau, b.upper, tau) : b.upper;
+  const lower = [a.lower];
+  if (before && before.tau > 0 && a.lower > 0) lower.push(chord(before.tau, before.upper, a.tau, a.lower, tau));
+  if (beyond && b.lower > 0) lower.push(chord(beyond.tau, beyond.upper, b.tau, b.lower, tau));
+  return { lower: Math.max(...lower), upper };
+}
+
+// Whether the series converges at (alpha, tau), with the bounds that say so.
+export function verdictAt(radii, alpha, tau) {
+  const bounds = radiusBounds(radii, tau);
+  const [lower, upper] = [alpha * bounds.lower, alpha * bounds.upper];
+  const kind = alpha === 0 ? "ends" : upper < 1 ? "converges" : lower >= 1 ? "diverges" : "undecided";
+  return { kind, lower, upper };
+}
+
+// The rest of the series after term N, of one lamp and channel, as multiples of terms N-1 and N.
+function restOfSeries(scene, weights, alpha, l, c) {
+  const m = [0, 1, 2, 3].map((k) => geometricMean(weights, scene.moments.map((node) => node[l][c][k])) ?? 0);
+  if (alpha === 0 || m[2] === 0) return [0, 0];
+  const [A, B, C] = [m[0] - alpha * m[1], m[1] - alpha * m[2], m[2] - alpha * m[3]];
+  const D = A * C - B * B;
+  const bounces = alpha ** scene.terms;
+  if (D > 1e-6 * A * C && A > 0 && C > 0) {
+    return [(bounces * (C * m[2] - B * m[3])) / D, (bounces * (A * m[3] - B * m[2])) / D];
+  }
+  return [0, C > 0 ? (bounces * m[3]) / C : 0];
+}
+
+// Whether term n is part of the picture asked for.
+function isIncluded(view, n) {
+  if (view.kind === "term") return n === view.n;
+  return view.kind === "all" || n <= view.n;
+}
+
+// a_n as [n][l][c] for a term alone, a sum up to a term, or all of a series that converges.
+function coefficientsOfPicture(scene, weights, { alpha, view }) {
+  const terms = Array.from({ length: scene.terms + 1 }, (_, n) => {
+    const a = !isIncluded(view, n) ? 0 : n === 0 ? 1 : alpha ** (n - 1);
+    return scene.lamps.map(() => [a, a, a]);
+  });
+  if (view.kind !== "all") return terms;
+  scene.lamps.forEach((_, l) => [0, 1, 2].forEach((c) => {
+    const [y, z] = restOfSeries(scene, weights, alpha, l, c);
+    terms[scene.terms - 1][l][c] += y;
+    terms[scene.terms][l][c] += z;
+  }));
+  return terms;
+}
+
+// The last term alone, as powerful as the first: what is drawn where all of a series was asked for that has no sum.
+function coefficientsOfGrowth(scene, powers, alpha) {
+  const total = (n) => powers[n][0] + powers[n][1] + powers[n][2];
+  const last = total(scene.terms);
+  const a = last > 0 ? (total(1) / last) * alpha ** (scene.terms - 1) : 0;
+  return powers.map((_, n) => scene.lamps.map(() => (n === scene.terms ? [a, a, a] : [0, 0, 0])));
+}
+
+// All that a state means: coefficients [n][l][c], which terms are in the picture, powers, and the verdict.
+// `blend` is the interpolation at the state's tau; `gains` are those of the lamps.
+export function mixture(scene, blend, state, gains) {
+  const { alpha, tau, view } = state;
+  const verdict = verdictAt(scene.radii, alpha, tau);
+  const powers = Array.from({ length: scene.terms + 1 }, (_, n) => powerOfTerm(blend.sizes, gains, alpha, n));
+  const hasPicture = view.kind !== "all" || verdict.kind === "ends" || verdict.kind === "converges";
+  const coefficients = hasPicture
+    ? coefficientsOfPicture(scene, blend.weights, state)
+    : coefficientsOfGrowth(scene, powers, alpha);
+  const included = powers.map((_, n) => (hasPicture ? isIncluded(view, n) : n === scene.terms));
+  return { verdict, powers, hasPicture, coefficients, included };
+}
+
+// The coefficients of the light that travels to what is shown: F turns it into the light that arrives.
+export function travellingCoefficients(mixed, state) {
+  const { coefficients: a, hasPicture } = mixed;
+  const whole = state.view.kind === "all" && hasPicture;
+  const scaled = (rows, factor) => rows.map((row) => row.map((value) => value * factor));
+  if (whole) return a.map((rows, n) => (n === 0 ? rows : scaled(rows, state.alpha)));
+  return a.map((rows, n) => a[n + 1] ?? scaled(rows, 0));
+}

@@ -1,0 +1,51 @@
+// Numbers and symbols in words and in HTML.
+
+export function escaped(text) {
+  return text.replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
+}
+
+export function superscript(n) {
+  return String(n).replace(/[-0-9]/g, (c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)]));
+}
+
+// The name of term n: E, KE, K²E, …
+export function termName(n) {
+  return n === 0 ? "E" : n === 1 ? "KE" : `K${superscript(n)}E`;
+}
+
+// Three digits of a number, with a power of ten where it is very large or small.
+export function numberText(x) {
+  if (x === 0 || !Number.isFinite(x)) return String(x);
+  const exponent = Math.floor(Math.log10(Math.abs(x)));
+  if (exponent >= -3 && exponent <= 3) return String(Number(x.toPrecision(3)));
+  return `${(x / 10 ** exponent).toFixed(2)} × 10${superscript(exponent)}`;
+}
+
+export function percentText(share) {
+  return `${Number((100 * share).toPrecision(2))} %`;
+}
+
+// Linear light as an sRGB code in 0..1, and back.
+export function encodedSrgb(v) {
+  return v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055;
+}
+
+export function decodedSrgb(code) {
+  return code <= 0.04045 ? code / 12.92 : ((code + 0.055) / 1.055) ** 2.4;
+}
+
+// The colour of light, as bright as can be, as #rrggbb.
+export function hexColour(light) {
+  const most = Math.max(...light);
+  const codes = light.map((x) => (most > 0 ? Math.round(255 * encodedSrgb(Math.max(0, x) / most)) : 128));
+  return `#${codes.map((code) => code.toString(16).padStart(2, "0")).join("")}`;
+}
+
+// What the bounds on the spectral radius say about the series.
+export function verdictText({ kind, lower, upper }) {
+  if (kind === "ends") return "<strong>The series ends:</strong> K²E = 0, the sum is E + KE.";
+  const bounds = `radius ${lower.toFixed(3)} to ${upper.toFixed(3)}`;
+  if (kind === "converges") return `<strong>Converges:</strong> ${bounds}, below 1, proved.`;
+  if (kind === "diverges") return `<strong>Diverges:</strong> ${bounds}, not below 1, proved.`;
+  return `<strong>Undecided:</strong> ${bounds}, 1 lies between the proved bounds.`;
+}

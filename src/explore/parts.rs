@@ -1,0 +1,55 @@
+//! The page's own code, put together: HTML, style, shaders and modules in one file.
+//!
+//! The modules under `page/` are ES modules that import one another. Here they follow one another in one script, in the
+//! order in which each uses those before it, without their `import` lines and the word `export`.
+//!
+//! Not handled: modules that do not keep to that (`docs/explore.md` says how they are written).
+
+/// Where the parts go.
+const HTML: &str = "{{title}}\n{{style}}\n{{shaders}}\n{{data}}\n{{script}}";
+const STYLE: &str = "";
+
+/// The shaders, by the names that the page finds them by.
+const SHADERS: [(&str, &str); 0] = [];
+
+/// The modules, each after those that it uses.
+const MODULES: [&str; 1] = [include_str!("page/numbers.js")];
+
+/// The page of a document and its numbers.
+pub(super) fn joined(title: &str, json: &str, numbers: &str) -> String {
+    let shaders = SHADERS.map(|(name, text)| format!("<script type=\"x-shader\" id=\"{name}\">\n{text}</script>"));
+    // A closing tag inside of a string would end the script.
+    let json = json.replace("</", "<\\/");
+    let data = format!(
+        "<script type=\"application/json\" id=\"scene\">{json}</script>\n\
+         <script type=\"text/plain\" id=\"numbers\">{numbers}</script>"
+    );
+    let script: Vec<String> = MODULES.iter().map(|module| without_exports(module)).collect();
+    let parts = [
+        ("{{title}}", escaped(title)),
+        ("{{style}}", format!("<style>\n{STYLE}</style>")),
+        ("{{shaders}}", shaders.join("\n")),
+        ("{{data}}", data),
+        ("{{script}}", format!("<script type=\"module\">\n{}</script>", script.join("\n"))),
+    ];
+    let mut html = String::with_capacity(numbers.len() + json.len() + (1 << 18));
+    let mut rest = HTML;
+    for (mark, text) in &parts {
+        let Some((before, after)) = rest.split_once(mark) else { continue };
+        html.push_str(before);
+        html.push_str(text);
+        rest = after;
+    }
+    html + rest
+}
+
+/// A module without what joins it to others.
+fn without_exports(module: &str) -> String {
+    let lines = module.lines().filter(|line| !line.starts_with("import "));
+    lines.map(|line| line.strip_prefix("export ").unwrap_or(line).to_owned() + "\n").collect()
+}
+
+/// A text as HTML.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
