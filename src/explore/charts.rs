@@ -9,14 +9,12 @@
 use glam::{Vec2, Vec3};
 
 use crate::patches::Patches;
-use crate::patches::grid::{Grid, NONE};
+use crate::patches::grid::{Grid, NONE, index};
 use crate::patches::scene_patches::Owner;
 use crate::rays::Side;
 use crate::scene::Scene;
 use crate::surfaces::SurfacePoint;
 
-/// Points of a texel of small faces at most.
-const POINTS: usize = 4;
 /// How far from the middle of a texel the surface may lie for the texel to have light of its own, in texels.
 const NEAR: f32 = 1.5;
 /// How far points on an edge are moved towards the middle of their triangle.
@@ -77,6 +75,9 @@ pub(super) struct Charts {
 }
 
 impl Charts {
+    /// Points of a texel of small faces at most.
+    pub const POINTS: usize = 4;
+
     /// The charts of patches that are not divided by light.
     pub fn new(scene: &Scene, patches: &Patches, fine: usize) -> Charts {
         let (owners, grids) = patches.layout();
@@ -131,6 +132,28 @@ impl Charts {
         self.cells.extend((0..columns * rows).map(|k| weighted(own(k), patches)));
     }
 
+    /// The same without light on charts of which no texel is reached, which are black then; and the texels that are left.
+    pub fn kept(mut self, is_reached: &[bool]) -> (Charts, Vec<usize>) {
+        let block = self.fine * self.fine;
+        let (mut cells, mut left) = (Vec::new(), Vec::new());
+        let mut numbers = vec![None; self.list.len()];
+        for (number, chart) in self.list.iter_mut().enumerate() {
+            let (own, first) = (chart.first..chart.first + chart.cells(), cells.len());
+            let texels = own.start * block..own.end * block;
+            if is_reached[texels.clone()].contains(&true) {
+                cells.extend(self.cells[own].iter().cloned());
+                left.extend(texels);
+                numbers[number] = Some(number);
+            } else {
+                (chart.columns, chart.rows) = (0, 0);
+            }
+            chart.first = first;
+        }
+        let of_face =
+            self.of_face.iter().map(|sides| sides.map(|chart| chart.and_then(|chart| numbers[chart]))).collect();
+        (Charts { cells, of_face, ..self }, left)
+    }
+
     /// Texels that so many small faces use.
     fn slots_of(&self, faces: usize) -> usize {
         faces.min(self.fine * self.fine)
@@ -182,6 +205,26 @@ impl Charts {
         Some([coarse, fine.map(|(k, weight)| (texels + k, weight))])
     }
 
+    /// The texel that a point of a face lies in; none on the black back of a one-sided face.
+    pub fn texel(&self, face: u32, side: Side, x: Vec3) -> Option<usize> {
+        let number = self.of_face[face as usize][usize::from(side == Side::Back)]?;
+        let (chart, s) = (&self.list[number], self.fine);
+        let first = chart.first * s * s;
+        if !chart.is_grid() {
+            return Some(first + usize::from(self.slots[face as usize]));
+        }
+        let at = s as f32 * chart.place(x);
+        let [column, row] = [index(at.x, s * chart.columns), index(at.y, s * chart.rows)];
+        Some(first + row * s * chart.columns + column)
+    }
+
+    /// Whether a texel is one of a grid.
+    pub fn is_of_grid(&self, texel: usize) -> bool {
+        let cell = texel / (self.fine * self.fine);
+        let chart = self.list.partition_point(|chart| chart.first <= cell) - 1;
+        self.list[chart].is_grid()
+    }
+
     /// The points of each texel from which direct light is measured, with their patches; none where there is no surface.
     pub fn places(&self, patches: &Patches) -> Vec<Vec<(SurfacePoint, u32)>> {
         let mut places = vec![Vec::new(); self.texels()];
@@ -216,7 +259,7 @@ impl Charts {
         let patch = self.cells[chart.first][0].0;
         for (face, corners) in patches.pieces(patch as usize) {
             let own = &mut places[usize::from(self.slots[face as usize])];
-            if own.len() < POINTS {
+            if own.len() < Charts::POINTS {
                 let position = corners.into_iter().sum::<Vec3>() / 3.0;
                 own.push((SurfacePoint { position, normal: patches.normal(face, side), face }, patch));
             }
@@ -274,7 +317,8 @@ fn bilinear(at: Vec2, [columns, rows]: [usize; 2]) -> Taps {
 /// The up to eight around number k of a grid.
 fn around(k: usize, [columns, rows]: [usize; 2]) -> impl Iterator<Item = usize> {
     let (column, row) = (k % columns, k / columns);
-    let (across, down) = (column.saturating_sub(1)..(column + 2).min(columns), row.saturating_sub(1)..(row + 2).min(rows));
+    let (across, down) =
+        (column.saturating_sub(1)..(column + 2).min(columns), row.saturating_sub(1)..(row + 2).min(rows));
     down.flat_map(move |y| across.clone().map(move |x| y * columns + x)).filter(move |&j| j != k)
 }
 
@@ -313,4 +357,3 @@ pub(super) fn patch_of(cell: &[(u32, f32)]) -> u32 {
     let largest = cell.iter().max_by(|a, b| a.1.total_cmp(&b.1));
     largest.map_or(0, |(patch, _)| *patch)
 }
-

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::explore::charts::{Charts, patch_of};
 use crate::explore::light::Layers;
-use crate::explore::numbers::{Arrays, Stored, light_codes};
+use crate::explore::numbers::{Arrays, Stored, light_codes, predict};
 use crate::explore::rows::CoarseRows;
 use crate::explore::sums::Rest;
 use crate::explore::terms::{Solved, TauError};
@@ -217,7 +217,11 @@ impl Contents<'_> {
             terms: kept.terms(),
             fine: charts.fine,
             lamps: self.lamps(),
-            powers: kept.powers.iter().map(|lamps| lamps.iter().map(|l| l.iter().map(DVec3::to_array).collect()).collect()).collect(),
+            powers: kept
+                .powers
+                .iter()
+                .map(|lamps| lamps.iter().map(|l| l.iter().map(DVec3::to_array).collect()).collect())
+                .collect(),
             lambda: kept.lambda.iter().map(DVec3::to_array).collect(),
             rest: &kept.rest,
             radii: kept.radii.iter().map(|(tau, b)| Radius { tau: *tau, lower: b.lower, upper: b.upper }).collect(),
@@ -247,7 +251,8 @@ impl Contents<'_> {
         let scene = &self.geometry.scene;
         let sky = scene.sky?;
         let radiance = |k: u32| scene.material(sky.first + k).emission.to_array();
-        let lamp = if scene.material(sky.first).emits() { (self.lamp_of)(sky.first) } else { (self.lamp_of)(sky.first + 1) };
+        let lamp =
+            if scene.material(sky.first).emits() { (self.lamp_of)(sky.first) } else { (self.lamp_of)(sky.first + 1) };
         Some(SkyEntry { up: sky.up.to_array(), upper: radiance(0), lower: radiance(1), lamp })
     }
 
@@ -274,7 +279,8 @@ impl Contents<'_> {
         let scene = &self.geometry.scene;
         let mut numbers = vec![NONE; scene.vertices.len()];
         let (mut places, mut corners): ([Vec<u16>; 3], Vec<u32>) = Default::default();
-        let (mut lamps, mut slots, mut uv, mut colours) = (Vec::new(), Vec::new(), [Vec::new(), Vec::new()], Vec::new());
+        let (mut lamps, mut slots, mut uv, mut colours) =
+            (Vec::new(), Vec::new(), [Vec::new(), Vec::new()], Vec::new());
         for &face in self.charts.list.iter().flat_map(|chart| &chart.faces) {
             for v in scene.faces[face as usize].vertices {
                 let number = &mut numbers[v as usize];
@@ -339,17 +345,21 @@ impl Contents<'_> {
 
     fn add_light(&self, arrays: &mut Arrays) {
         let [mut light, mut direct] = [Vec::new(), Vec::new()];
+        let mut dominant = Vec::new();
         for layer in self.layers.reflected.iter().flatten().flatten() {
             light_codes(layer, &mut light);
         }
         for layer in self.layers.direct.iter().flatten() {
             light_codes(layer, &mut direct);
         }
-        let mut dominant = Vec::new();
         self.layers.dominant.iter().for_each(|layer| light_codes(layer, &mut dominant));
-        arrays.shorts("dominant", &dominant);
+        let (taus, lamps, terms) = (self.solved.kept.taus.len(), self.solved.lamps.len(), self.solved.kept.terms());
+        predict(&mut light, [taus, lamps, terms - 1]);
+        predict(&mut direct, [taus, lamps, 1]);
+        predict(&mut dominant, [taus, 1, 1]);
         arrays.shorts("light", &light);
         arrays.shorts("direct", &direct);
+        arrays.shorts("dominant", &dominant);
     }
 }
 

@@ -33,7 +33,13 @@ pub(super) struct View {
 
 impl View {
     /// Casts the camera's rays, `step` by `step` evenly over each pixel.
-    pub fn new((scene, rays): (&Scene, &Rays), charts: &Charts, lamp_of: &dyn Fn(u32) -> usize, size: Size, step: usize) -> View {
+    pub fn new(
+        (scene, rays): (&Scene, &Rays),
+        charts: &Charts,
+        lamp_of: &dyn Fn(u32) -> usize,
+        size: Size,
+        step: usize,
+    ) -> View {
         let Size { width, height } = size;
         let aspect = width as f32 / height as f32;
         let mut seen = Vec::new();

@@ -1,8 +1,8 @@
 //! The light of charts, layer by layer: what every cell and texel receives of each term, lamp and node of tau.
 //!
 //! Cells have what their patches receive, by area of those that any light reaches; texels have direct light at their
-//! points. What lies hidden under something else, and has no light at all at tau = 0, takes the mean of what is beside
-//! it, one cell far, so that it does not darken the light beside it.
+//! points. What lies hidden under something else, where neither paths nor light come at tau = 0, takes the mean of what is
+//! beside it, one cell far, so that it does not darken the light beside it.
 
 use glam::DVec3;
 
@@ -10,7 +10,6 @@ use crate::explore::charts::{Charts, Taps};
 use crate::explore::sums::Mixture;
 use crate::explore::terms::{Solved, received};
 use crate::light::Rgb;
-use crate::surfaces::SurfacePoint;
 
 /// Irradiance over pi by node and lamp.
 pub(super) struct Layers {
@@ -24,12 +23,16 @@ pub(super) struct Layers {
 
 impl Layers {
     /// Brings solved light to the cells and texels of charts.
-    pub fn new(solved: &mut Solved, charts: &Charts, places: &[Vec<(SurfacePoint, u32)>]) -> Layers {
+    pub fn new(solved: &mut Solved, charts: &Charts, reached: &[bool]) -> Layers {
         let is_lit = lit(solved);
         let cells: Vec<Vec<(u32, f32)>> = charts.cells.iter().map(|own| weights(own, &is_lit)).collect();
-        let of_cells: Vec<bool> = cells.iter().map(|own| own.iter().any(|(patch, _)| is_lit[*patch as usize])).collect();
-        let of_texels: Vec<bool> = places.iter().map(|own| own.iter().any(|(_, p)| is_lit[*p as usize])).collect();
-        let (fill_cells, fill_texels) = (charts.fills(1, &of_cells, 1), charts.fills(charts.fine, &of_texels, charts.fine));
+        let of_cells: Vec<bool> =
+            cells.iter().map(|own| own.iter().any(|(patch, _)| is_lit[*patch as usize])).collect();
+        let direct = &solved.nodes[0].direct;
+        let of_texel = |t: usize| reached[t] || direct.iter().any(|lamp| lamp[t] != Rgb::ZERO);
+        let of_texels: Vec<bool> = (0..reached.len()).map(of_texel).collect();
+        let (fill_cells, fill_texels) =
+            (charts.fills(1, &of_cells, 1), charts.fills(charts.fine, &of_texels, charts.fine));
         let rho = &solved.rho;
         let of_term = |term: &Vec<Rgb>| {
             let cell = |own: &Vec<(u32, f32)>| -> Rgb {

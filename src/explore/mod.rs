@@ -11,7 +11,7 @@
 //! | bounce | terms are kept apart |
 //!
 //! A light ray's way through the files: [`terms`] solves `KⁿE` by lamp and tau, [`charts`] says where on surfaces light
-//! is kept, [`light`] brings it there, [`sums`] says what each layer counts, [`drawn`] draws a picture of it here, as the
+//! is kept, [`reached`] what of them is seen, [`light`] brings it there, [`sums`] says what each layer counts, [`drawn`] draws a picture of it here, as the
 //! oracle of the page's own test, and [`numbers`] and [`document`] write all of it down. The page's own code is plain
 //! HTML, CSS, ES modules and shaders in `page/`, put together here without a bundler.
 //!
@@ -23,6 +23,7 @@ mod drawn;
 mod light;
 mod numbers;
 mod parts;
+mod reached;
 mod rows;
 mod states;
 mod sums;
@@ -33,8 +34,9 @@ use crate::explore::document::Contents;
 use crate::explore::drawn::View;
 use crate::explore::light::Layers;
 use crate::explore::parts::joined;
-use crate::explore::states::expected;
+use crate::explore::reached::Reached;
 use crate::explore::rows::CoarseRows;
+use crate::explore::states::expected;
 use crate::explore::sums::{Shown, State};
 use crate::explore::terms::Solved;
 use crate::light::Mode;
@@ -104,8 +106,12 @@ pub fn page(solver: Solver, effort: &TermsEffort, words: &Words, watch: &dyn Wat
     let (geometry, patches) = (&*cut.geometry, &*cut.patches);
     let scene = &geometry.scene;
     let charts = Charts::new(scene, patches, fineness(scene, patches));
-    let mut solved = terms::solve(&solver, &charts, effort, watch)?;
-    let layers = Layers::new(&mut solved, &charts, &charts.places(patches));
+    let reached = Reached::new(geometry, &charts, patches, effort.seed);
+    let cut = cut.with_patches(reached.patches(patches));
+    let (charts, texels) = charts.kept(&reached.texels);
+    let reached = reached.of(&texels);
+    let mut solved = terms::solve(&cut, &reached.places, effort, watch)?;
+    let layers = Layers::new(&mut solved, &charts, &reached.texels);
     watch.begin("rows of F", 1);
     let rows = CoarseRows::new(geometry, effort.seed);
     let emitters = &*Emitters::of(scene);
@@ -148,12 +154,7 @@ fn fineness(scene: &Scene, patches: &Patches) -> usize {
 
 /// RMS difference of the page's picture of the mode that converges surely from one of a stated error, over the pixels
 /// that see no luminaire.
-fn compared(
-    solver: &Solver,
-    (solved, layers): (&Solved, &Layers),
-    view: &View,
-    watch: &dyn Watch,
-) -> Option<f64> {
+fn compared(solver: &Solver, (solved, layers): (&Solved, &Layers), view: &View, watch: &dyn Watch) -> Option<f64> {
     let state = State { alpha: 1.0, tau: 0.0, shown: Shown::All, gains: solved.gains(), stops: 0.0 };
     let mixture = solved.kept.mixture(&state);
     let rendered = solver.render(Mode::Global, COMPARED).watch(watch).tolerance(COMPARED_WITHIN).ok()?;

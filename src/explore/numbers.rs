@@ -106,6 +106,29 @@ pub(super) fn light_codes(values: &[Rgb], codes: &mut Vec<u16>) {
     (0..3).for_each(|c| codes.extend(values.iter().map(|v| light_code(v[c]))));
 }
 
+/// Makes codes of light small: red and blue become differences from green, each term those from the term before, and each
+/// tau those from the tau before, all modulo 2^16. Layers are by tau, lamp, term and channel.
+pub(super) fn predict(codes: &mut [u16], [taus, lamps, terms]: [usize; 3]) {
+    let count = codes.len() / (taus * lamps * terms * 3).max(1);
+    let mut subtract = |layer: usize, other: usize| {
+        for i in 0..count {
+            codes[layer * count + i] = codes[layer * count + i].wrapping_sub(codes[other * count + i]);
+        }
+    };
+    for layer in 0..taus * lamps * terms {
+        subtract(3 * layer, 3 * layer + 1);
+        subtract(3 * layer + 2, 3 * layer + 1);
+    }
+    let per_term = 3;
+    for layer in (0..taus * lamps * terms * 3).rev().filter(|layer| layer / per_term % terms > 0) {
+        subtract(layer, layer - per_term);
+    }
+    let per_tau = lamps * terms * 3;
+    for layer in (per_tau..taus * per_tau).rev() {
+        subtract(layer, layer - per_tau);
+    }
+}
+
 /// The code of a form factor.
 pub(super) fn factor_code(value: f32) -> u8 {
     let code = 255.0 + FACTOR_STEPS * value.log2();
@@ -130,6 +153,29 @@ mod tests {
         }
         assert_eq!([0.0, -1.0, f32::NAN].map(light_code), [0; 3]);
         assert_eq!([1.0, 0.5, 1e-9].map(factor_code), [255, 243, 0]);
+    }
+
+    #[test]
+    fn predictions_can_be_undone() {
+        let [taus, lamps, terms, count] = [3, 2, 4, 5];
+        let codes: Vec<u16> =
+            (0..(taus * lamps * terms * 3 * count) as u32).map(|k| (k * k * 977 % 65521) as u16).collect();
+        let mut small = codes.clone();
+        predict(&mut small, [taus, lamps, terms]);
+        let layer = |q: usize, l: usize, n: usize, c: usize| ((q * lamps + l) * terms + n) * 3 + c;
+        for (q, l, n, i) in (0..taus * lamps * terms * count)
+            .map(|k| (k / count / terms / lamps, k / count / terms % lamps, k / count % terms, k % count))
+        {
+            for c in [1, 0, 2] {
+                // The sum over the taus and terms up to this one.
+                let all = (0..=q).flat_map(|q| (0..=n).map(move |n| (q, n)));
+                let sum = |c: usize| {
+                    all.clone().fold(0_u16, |sum, (q, n)| sum.wrapping_add(small[layer(q, l, n, c) * count + i]))
+                };
+                let own = if c == 1 { sum(1) } else { sum(c).wrapping_add(sum(1)) };
+                assert_eq!(own, codes[layer(q, l, n, c) * count + i]);
+            }
+        }
     }
 
     #[test]

@@ -6,14 +6,40 @@
 //! Not handled: modules that do not keep to that (`docs/explore.md` says how they are written).
 
 /// Where the parts go.
-const HTML: &str = "{{title}}\n{{style}}\n{{shaders}}\n{{data}}\n{{script}}";
-const STYLE: &str = "";
+const HTML: &str = include_str!("page/page.html");
+const STYLE: &str = include_str!("page/page.css");
 
 /// The shaders, by the names that the page finds them by.
-const SHADERS: [(&str, &str); 0] = [];
+const SHADERS: [(&str, &str); 5] = [
+    ("scene.vert", include_str!("page/scene.vert")),
+    ("scene.frag", include_str!("page/scene.frag")),
+    ("sky.frag", include_str!("page/sky.frag")),
+    ("quad.vert", include_str!("page/quad.vert")),
+    ("encode.frag", include_str!("page/encode.frag")),
+];
 
 /// The modules, each after those that it uses.
-const MODULES: [&str; 1] = [include_str!("page/numbers.js")];
+const MODULES: [&str; 19] = [
+    include_str!("page/words.js"),
+    include_str!("page/numbers.js"),
+    include_str!("page/transport.js"),
+    include_str!("page/state.js"),
+    include_str!("page/camera.js"),
+    include_str!("page/light.js"),
+    include_str!("page/charts.js"),
+    include_str!("page/gl.js"),
+    include_str!("page/view.js"),
+    include_str!("page/bars.js"),
+    include_str!("page/square.js"),
+    include_str!("page/controls.js"),
+    include_str!("page/patches.js"),
+    include_str!("page/patch.js"),
+    include_str!("page/plan.js"),
+    include_str!("page/walk.js"),
+    include_str!("page/app.js"),
+    include_str!("page/check.js"),
+    include_str!("page/main.js"),
+];
 
 /// The page of a document and its numbers.
 pub(super) fn joined(title: &str, json: &str, numbers: &str) -> String {

@@ -17,11 +17,11 @@ use crate::scene::Scene;
 use crate::surfaces::Geometry;
 
 /// Coarse patches, about.
-const PATCHES: usize = 500;
+const PATCHES: usize = 300;
 /// Rays of each.
 const RAYS: u32 = 1024;
 /// Layers at most.
-const DEPTHS: usize = 6;
+const DEPTHS: usize = 4;
 
 /// Coarse patches, and F between them.
 pub(super) struct CoarseRows {

@@ -56,7 +56,10 @@ fn states(solved: &Solved) -> Vec<Linked> {
     }
     let (alpha, tau) = (0.5, 0.3);
     add(format!("alpha={alpha}&tau={tau}"), State { alpha, tau, ..global() });
-    add("mode=shadowless&term=3&stops=-2".into(), State { shown: Shown::Term(3), stops: -2.0, ..base(Mode::Shadowless) });
+    add(
+        "mode=shadowless&term=3&stops=-2".into(),
+        State { shown: Shown::Term(3), stops: -2.0, ..base(Mode::Shadowless) },
+    );
     for stops in [-1.5, 1.0] {
         add(format!("mode=global&stops={stops}"), State { stops, ..global() });
     }

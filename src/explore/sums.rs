@@ -142,7 +142,8 @@ impl Kept {
             return *known;
         }
         let i = self.radii.partition_point(|(t, _)| *t < tau).saturating_sub(1);
-        let at = |k: usize| self.radii.get(k).filter(|(t, _)| *t > 0.0).map(|(t, b)| (t.ln(), b.lower.ln(), b.upper.ln()));
+        let at =
+            |k: usize| self.radii.get(k).filter(|(t, _)| *t > 0.0).map(|(t, b)| (t.ln(), b.lower.ln(), b.upper.ln()));
         let x = tau.ln();
         let line = |(x0, y0): (f64, f64), (x1, y1): (f64, f64)| (y0 + (y1 - y0) * (x - x0) / (x1 - x0)).exp();
         let (low, high) = (self.radii[i].1, self.radii.get(i + 1).map_or(self.radii[i].1, |r| r.1));
@@ -264,7 +265,8 @@ mod tests {
             for (k, eigenvalue) in [0.8_f64, 0.3].into_iter().enumerate() {
                 let first = [1.0, 0.5][k];
                 let dominant = if k == 0 { mixture.dominant[0].x } else { 0.0 };
-                let sum: f64 = own.iter().zip(0..).map(|(w, n)| w.x * first * eigenvalue.powi(n)).sum::<f64>() + dominant;
+                let sum: f64 =
+                    own.iter().zip(0..).map(|(w, n)| w.x * first * eigenvalue.powi(n)).sum::<f64>() + dominant;
                 let exact = first / (1.0 - alpha * eigenvalue);
                 assert!((sum - exact).abs() < 1e-9 * exact, "{alpha}: {sum} {exact}");
             }

@@ -14,16 +14,15 @@ use glam::{DVec3, Vec2};
 use rayon::prelude::*;
 
 use crate::direct::{LightSum, Scratch};
-use crate::explore::charts::Charts;
+use crate::explore::reached::Place;
 use crate::explore::sums::{Kept, Mixture, Rest, Shown, State, between, nodes};
 use crate::light::{Light, Rgb, Transport};
 use crate::operator::{EmitterLight, LinearOperator, Source};
 use crate::pictures::unlike;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Sobol, hash};
-use crate::render::{Assembled, Fineness, Solver, Unfit, Watch};
+use crate::render::{Assembled, Discretization, Fineness, Unfit, Watch};
 use crate::solve::{each_bounce, explore};
-use crate::surfaces::SurfacePoint;
 
 /// Lamps that are kept apart; the last stands for all others where there are more.
 pub(super) const LAMPS: usize = 8;
@@ -92,22 +91,30 @@ pub struct TermsEffort {
     pub terms: usize,
     /// Chooses the sample points.
     pub seed: u32,
+    /// Bytes that K may take.
+    pub memory: f64,
 }
 
 /// Solves the terms of a scene whose emitters are kept apart by the solver.
-pub(super) fn solve(solver: &Solver, charts: &Charts, effort: &TermsEffort, watch: &dyn Watch) -> Result<Solved, Unfit> {
+pub(super) fn solve(
+    p: &Discretization,
+    places: &[Vec<Place>],
+    effort: &TermsEffort,
+    watch: &dyn Watch,
+) -> Result<Solved, Unfit> {
     let (taus, checks) = (nodes(effort.taus), between(effort.taus));
     let transports = |taus: &[f64]| -> Vec<Transport> {
         taus.iter().map(|&tau| Transport { alpha: 1.0, tau: tau as f32 }).collect()
     };
-    let at_nodes = solver.assemble(&transports(&taus), effort.fineness, watch)?;
-    let first = &at_nodes.modes[0];
+    let sampling = effort.fineness.sampling(effort.seed);
+    p.check_memory(&transports(&taus), &sampling, 1, effort.memory)?;
+    let (at_nodes, rays) = p.assemble(&transports(&taus), &sampling, watch);
+    let first = &at_nodes[0];
     let (lamps, lamp_of) = lamps(first);
-    let places = charts.places(first.patches());
     let mut kept = Kept { taus: taus.clone(), ..Kept::default() };
     let mut found = Vec::new();
     watch.begin("terms", taus.len() as u64);
-    for (mode, tau) in at_nodes.modes.iter().zip(&taus) {
+    for (mode, tau) in at_nodes.iter().zip(&taus) {
         let sources = together(&mode.sources(), &lamp_of, lamps.len());
         let mut terms = terms(mode, &sources, effort.terms + 1);
         let (dominant, lambda) = dominant(mode, &terms);
@@ -116,29 +123,19 @@ pub(super) fn solve(solver: &Solver, charts: &Charts, effort: &TermsEffort, watc
         terms.iter_mut().for_each(|own| own.truncate(effort.terms));
         kept.powers.push(powers(mode, &sources, &terms));
         kept.radii.push((*tau, explore(&mode.operator, 1).radius));
-        let direct = direct(mode, &places, (&lamp_of, lamps.len()), watch);
+        let direct = direct(mode, places, (&lamp_of, lamps.len()), watch);
         found.push(Node { terms, dominant, direct });
         watch.tick(1);
     }
     let (areas, rho) = (first.operator.areas().to_vec(), first.operator.reflectances().to_vec());
-    let (sampling, patches) = (at_nodes.modes.len() as u64, first.patches().len() as u64);
     drop(at_nodes);
-    let between = solver.assemble(&transports(&checks), effort.fineness, watch)?;
-    for (mode, tau) in between.modes.iter().zip(&checks) {
+    let (between, _) = p.assemble(&transports(&checks), &sampling, watch);
+    for (mode, tau) in between.iter().zip(&checks) {
         kept.radii.push((*tau, explore(&mode.operator, 1).radius));
     }
     kept.radii.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut solved = Solved {
-        lamps,
-        lamp_of,
-        nodes: found,
-        kept,
-        errors: Vec::new(),
-        areas,
-        rho,
-        rays: sampling.min(1) * patches * u64::from(effort.fineness.rays),
-    };
-    for (mode, tau) in between.modes.iter().zip(&checks) {
+    let mut solved = Solved { lamps, lamp_of, nodes: found, kept, errors: Vec::new(), areas, rho, rays };
+    for (mode, tau) in between.iter().zip(&checks) {
         solved.errors.push(solved.error_at(mode, *tau));
     }
     Ok(solved)
@@ -284,7 +281,7 @@ fn powers(mode: &Assembled, sources: &[Source], terms: &[Vec<Vec<Rgb>>]) -> Vec<
 /// Irradiance over pi of the light as emitted of each lamp, in each texel.
 fn direct(
     mode: &Assembled,
-    places: &[Vec<(SurfacePoint, u32)>],
+    places: &[Vec<Place>],
     (lamp_of, lamps): (&[usize], usize),
     watch: &dyn Watch,
 ) -> Vec<Vec<Rgb>> {

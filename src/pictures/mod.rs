@@ -17,8 +17,8 @@ pub use atomic::{
     NewFolder, WriteError, abandon_files, check_destination, make_directory, write_whole, write_whole_by,
 };
 pub use files::{
-    ImageError, NamedPicture, check_extension, encode_png, encode_texels, is_exr, read_layers, read_picture, write_bitmap,
-    write_layers, write_picture,
+    ImageError, NamedPicture, check_extension, encode_png, encode_texels, is_exr, read_layers, read_picture,
+    write_bitmap, write_layers, write_picture,
 };
 pub use metrics::{
     Largest, MeanDifference, MetricError, largest_difference, mean_difference, mean_e_pixel, relative_rms,

@@ -27,6 +27,8 @@ pub(crate) enum Purpose {
     Walks,
     /// Points on luminaires for the texels of pages.
     Texels,
+    /// Paths that tell which texels of a page are reached.
+    Reached,
     /// References that `compare` renders by the path tracer.
     TracedReference,
     /// References that `compare` renders to a tolerance.
@@ -55,6 +57,7 @@ impl Purpose {
             Purpose::BrightPatches(round) => 0x2c1b_3c6d_u32.wrapping_add(round.wrapping_mul(0x0101_0000)),
             Purpose::Walks => 0x6c77_616c,
             Purpose::Texels => 0x3f84_d5b5,
+            Purpose::Reached => 0x9d2c_5680,
             Purpose::TracedReference => 0xd1b5_4a33,
             Purpose::SolvedReference => 0x5eed_0002,
         }
@@ -75,6 +78,8 @@ mod tests {
             Purpose::CrossValidation,
             Purpose::SampledPixels,
             Purpose::Walks,
+            Purpose::Texels,
+            Purpose::Reached,
             Purpose::TracedReference,
             Purpose::SolvedReference,
         ];

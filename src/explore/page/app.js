@@ -4,6 +4,7 @@ import { gainsOf, initialState, linkOfState, stateOfLink } from "./state.js";
 import { perspective } from "./camera.js";
 
 const PIXEL_RATIO = 2;
+const HASTY_RATIO = 0.6;
 const SLOW = 50; // milliseconds for a picture, beyond which fewer pixels are drawn while something moves
 
 export class App {
@@ -14,7 +15,7 @@ export class App {
     this.followers = [];
     this.isScheduled = false;
     this.isLightStale = true;
-    this.isSlow = false;
+    this.slowPictures = 0;
     this.lastChange = 0;
     this.follow(this.state);
   }
@@ -38,14 +39,15 @@ export class App {
     this.follow(this.state);
     this.light.interpolate(this.blend);
     const { coefficients } = this.mixed;
-    this.sums = this.light.mix(coefficients, this.gains);
+    this.sums = this.light.mix(this.mixed, this.gains);
     this.view?.setLight(this.sums, this.gains.map((gain, l) => gain.map((g, c) => g * coefficients[0][l][c])));
   }
 
   // The light that travels to what is shown, and the coefficient of E in it.
   travelling() {
-    const coefficients = travellingCoefficients(this.mixed, this.state);
-    return { sums: this.light.mix(coefficients, this.gains), coefficient: coefficients[0][0][0] };
+    const travelling = travellingCoefficients(this.mixed, this.state.alpha);
+    const sums = this.light.mix(travelling, this.gains);
+    return { sums, coefficient: travelling.coefficients[0][0]?.[0] ?? 0 };
   }
 
   // Changes the state; whatever is shown follows with the next picture.
@@ -70,22 +72,28 @@ export class App {
     if (this.isLightStale) this.mixLight();
     this.isLightStale = false;
     for (const follower of this.followers) follower();
-    if (this.view) this.draw(this.isSlow && isMoving);
+    if (this.view) this.draw(isMoving);
+  }
+
+  // Whether pictures have taken too long more than once while something moved.
+  get isSlow() {
+    return this.slowPictures > 1;
   }
 
   // Draws the picture; a hasty one has fewer pixels, and a full one follows when all is still.
-  draw(isHasty) {
+  draw(isMoving) {
     const started = performance.now();
-    this.fitCanvas(isHasty ? 0.6 : Math.min(PIXEL_RATIO, window.devicePixelRatio || 1));
+    const isHasty = isMoving && this.isSlow;
+    this.fitCanvas(isHasty ? HASTY_RATIO : Math.min(PIXEL_RATIO, window.devicePixelRatio || 1));
     this.view.draw(this.camera(), this.state.stops, isHasty ? 0 : 4);
     clearTimeout(this.stillTimer);
     if (isHasty) this.stillTimer = setTimeout(() => this.draw(false), 220);
-    else if (!this.isSlow) this.isSlow = this.measuresSlow(started);
+    else if (isMoving) this.measure(started);
   }
 
-  measuresSlow(started) {
+  measure(started) {
     this.view.gl.finish();
-    return performance.now() - started > SLOW;
+    if (performance.now() - started > SLOW) this.slowPictures++;
   }
 
   fitCanvas(ratio) {

@@ -7,7 +7,8 @@ const total = (power) => power[0] + power[1] + power[2];
 function axisOf(powers) {
   const positive = powers.map(total).filter((power) => power > 0);
   const [least, most] = [Math.min(...positive), Math.max(...positive)];
-  if (positive.length === 0 || most < 30 * least) return { isLog: false, most, share: (p) => (p > 0 ? p / most : 0) };
+  if (positive.length === 0) return { isLog: false, most: 0, share: () => 0 };
+  if (most < 30 * least) return { isLog: false, most, share: (p) => (p > 0 ? p / most : 0) };
   const top = Math.log10(most) + 0.08;
   const bottom = Math.max(Math.floor(Math.log10(least) - 0.02), top - 7);
   const share = (p) => (p > 0 ? Math.max(0.01, (Math.log10(p) - bottom) / (top - bottom)) : 0);
@@ -15,10 +16,10 @@ function axisOf(powers) {
 }
 
 // Lines at powers of ten, or at the largest power.
-function gridLines({ isLog, bottom, top, share, most }, height, width) {
+function gridLines({ isLog, bottom, top }, height, width) {
   const line = (y, label) => `<line x1="46" x2="${width}" y1="${y}" y2="${y}" stroke="#373c48"></line>
     <text x="42" y="${y + 5}" text-anchor="end">${label}</text>`;
-  if (!isLog) return most > 0 ? line(height * (1 - share(most)) + 12, "") : "";
+  if (!isLog) return line(12, "max") + line(12 + height, "0");
   const exponents = [];
   const step = Math.ceil((top - bottom) / 4);
   for (let e = Math.ceil(bottom); e <= top; e += step) exponents.push(e);
@@ -51,6 +52,6 @@ export function showBars(element, powers, included, caption, height = 118) {
     bar(power, n, included[n], 48 + n * each, each, height, axis.share, n % every === 0)).join("");
   element.innerHTML = `<svg class="bars" aria-hidden="true" viewBox="0 0 ${width} ${height + 38}">
     ${gridLines(axis, height, width)}${shapes}</svg>
-    <p class="note" aria-hidden="true">${escaped(caption)}${axis.isLog ? ", logarithmic" : ""}</p>
+    <p class="note" aria-hidden="true">${escaped(caption)}, ${axis.isLog ? "logarithmic" : `max ${numberText(axis.most)}`}</p>
     ${tableOf(powers, included, caption)}`;
 }

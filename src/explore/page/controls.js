@@ -1,7 +1,7 @@
 // The panel and the header: every control shows the state and changes it.
 import { MODES } from "./transport.js";
 import { fileCamera } from "./state.js";
-import { decodedSrgb, encodedSrgb, escaped, hexColour, numberText, percentText, termName, verdictText } from "./words.js";
+import { decodedSrgb, encodedSrgb, escaped, percentText, termName, verdictText } from "./words.js";
 import { showBars } from "./bars.js";
 import { squareMap } from "./square.js";
 
@@ -99,7 +99,7 @@ function startLamps(app) {
 
 function startLamp(app, l) {
   const [slider, colour] = [element(`lamp-${l}`), element(`colour-${l}`)];
-  const change = (part) => app.change({ lamps: app.state.lamps.map((lamp, k) => (k === l ? { ...lamp, ...part } : lamp)) });
+  const change = (part) => app.change({ lamps: app.state.lamps.with(l, { ...app.state.lamps[l], ...part }) });
   slider.addEventListener("input", () => change({ brightness: slider.valueAsNumber }));
   colour.addEventListener("input", () => {
     const codes = [1, 3, 5].map((at) => parseInt(colour.value.slice(at, at + 2), 16) / 255);
@@ -116,16 +116,17 @@ function startLamp(app, l) {
 
 // L = E + K L, unrolled: the terms that are in the picture stand out.
 function equation(app) {
-  const { included, hasPicture } = app.mixed;
+  const { included, isWhole } = app.mixed;
   const { terms } = app.scene;
-  const shown = [0, 1, 2, 3, terms - 1, terms].filter((n, i, all) => n <= terms && all.indexOf(n) === i).sort((a, b) => a - b);
+  const shown = [...new Set([0, 1, 2, 3, terms - 1, terms])].filter((n) => n <= terms).sort((a, b) => a - b);
   const { n: chosen } = app.state.view;
   if (!shown.includes(chosen)) shown.splice(shown.findIndex((n) => n > chosen), 0, chosen);
   const parts = shown.map((n, i) => {
-    const gap = i > 0 && shown[i - 1] !== n - 1 ? " … +" : "";
-    return `${i > 0 ? " +" : ""}${gap} <span class="term ${included[n] ? "on" : ""}"><b>${termName(n)}</b></span>`;
+    const gap = i > 0 && shown[i - 1] !== n - 1 ? " + …" : "";
+    const isSpare = n > 2 && n < terms && n !== chosen;
+    const term = `<span class="term ${included[n] ? "on" : ""}"><b>${termName(n)}</b></span>`;
+    return `${gap}<span class="${isSpare ? "spare" : ""}">${i > 0 ? " + " : ""}${term}</span>`;
   });
-  const isWhole = app.state.view.kind === "all" && hasPicture;
   return `<b>L</b> = <b>E</b> + <b>K L</b> = ${parts.join("")} + <span class="term ${isWhole ? "on" : ""}">…</span>`;
 }
 
@@ -145,6 +146,7 @@ function showVerdict(app) {
   const shown = hasPicture ? words : instead;
   const verdictElement = element("verdict");
   verdictElement.classList.toggle("none", !hasPicture);
+  verdictElement.classList.toggle("warns", verdict.kind === "diverges" || verdict.kind === "undecided");
   if (verdictElement.dataset.shown !== shown) verdictElement.innerHTML = shown;
   verdictElement.dataset.shown = shown;
 }
@@ -152,15 +154,18 @@ function showVerdict(app) {
 // What the page knows about its own errors.
 function facts(scene) {
   const { effort, errors } = scene;
+  const count = (n) => n.toLocaleString("en");
   const worst = errors.tau.reduce((most, { error }) => Math.max(most, error), 0);
   const places = [...new Set(errors.tau.map(({ tau }) => tau))].join(", ");
   return [
     "Lamps, bounces and alpha are exact: light is linear in E, and every term of the series is kept by itself.",
-    errors.tau.length > 0 ? `tau is exact at ${scene.taus.length} nodes (${scene.taus.map((t) => Number(t.toFixed(3))).join(", ")});
-      between them it is off by ${percentText(worst)} at most, measured at ${places}.` : "",
-    `Terms after ${termName(scene.terms)} lie in the span of the last two.`,
-    errors.rms === null ? "" : `Next to halflight’s own picture from the file’s camera this one is off by ${percentText(errors.rms)} (rms).`,
-    `${effort.patches} patches, ${effort.rays} rays each, ${effort.triangles} triangles.`,
+    errors.tau.length > 0 ? `tau is exact at ${scene.taus.length} nodes
+      (${scene.taus.map((t) => Number(t.toFixed(3))).join(", ")}); between them it is off by ${percentText(worst)} at most, measured at ${places}.` : "",
+    `The terms after ${termName(scene.terms)} are added as two geometric series: the part along the dominant eigenvector of
+      K is exact, what is left shrinks by one ratio.`,
+    errors.rms === null ? "" : `Next to halflight’s own picture from the file’s camera this one is off by
+      ${percentText(errors.rms)} (rms).`,
+    `${count(effort.patches)} patches, ${count(effort.rays)} rays, ${count(effort.triangles)} triangles.`,
     scene.ownTransport ? "Some material has an alpha or tau of its own; the sliders do not change it." : "",
     "Diffuse surfaces only: no gloss, no refraction.",
     escaped(scene.attribution),

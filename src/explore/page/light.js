@@ -1,11 +1,15 @@
-// Mixes the stored layers of light into the two maps that are shown: indirect light, one value a cell, and direct light,
-// one value a fine texel. Layers interpolated at the present tau are kept, so that only a change of tau decodes anything.
-import { lightOfCodes } from "./numbers.js";
+// Mixes the stored layers of light into the two maps that are shown: indirect light, one value a cell, and direct
+// light, one value a fine texel. Layers interpolated at the present tau are kept: only a change of tau decodes anything.
+import { lightOfCodes, restoreLayers } from "./numbers.js";
 
 export class Light {
   constructor(scene, arrays) {
     this.scene = scene;
-    this.codes = { coarse: arrays.light, fine: arrays.direct };
+    const [taus, lamps] = [scene.taus.length, scene.lamps.length];
+    restoreLayers(arrays.light, [taus, lamps, scene.terms - 1]);
+    restoreLayers(arrays.direct, [taus, lamps, 1]);
+    restoreLayers(arrays.dominant, [taus, 1, 1]);
+    this.codes = { coarse: arrays.light, fine: arrays.direct, dominant: arrays.dominant };
     this.counts = { coarse: arrays.cellPatch.length, fine: arrays.cellPatch.length * scene.fine ** 2 };
     this.values = lightOfCodes();
     this.layers = new Map();
@@ -16,34 +20,42 @@ export class Light {
   interpolate(blend) {
     if (this.blend?.tau === blend.tau) return;
     this.blend = blend;
-    for (const layer of this.layers.values()) layer.stale = true;
+    for (const layer of this.layers.values()) layer.isStale = true;
   }
 
   // Incident light of term n ≥ 1, lamp l and channel c at the present tau.
   layer(l, n, c) {
-    const key = (l * (this.scene.terms + 1) + n) * 3 + c;
-    const map = n === 1 ? "fine" : "coarse";
-    if (!this.layers.has(key)) this.layers.set(key, { stale: true, numbers: new Float32Array(this.counts[map]) });
+    const { lamps, terms } = this.scene;
+    const weights = this.blend.factors[l][n][c];
+    const indexOf = (q) => {
+      const lamp = q * lamps.length + l;
+      return n === 1 ? 3 * lamp + c : 3 * (lamp * (terms - 1) + n - 2) + c;
+    };
+    return this.#interpolated(`${l} ${n} ${c}`, n === 1 ? "fine" : "coarse", weights, indexOf);
+  }
+
+  // Incident light of the dominant eigenvector of K at the present tau.
+  dominantLayer(c) {
+    return this.#interpolated(`dominant ${c}`, "dominant", this.blend.weights, (q) => 3 * q + c);
+  }
+
+  // The sum of the nodes' layers times their weights; it is kept until tau changes.
+  #interpolated(key, kind, weights, indexOf) {
+    const count = this.counts[kind === "fine" ? "fine" : "coarse"];
+    if (!this.layers.has(key)) this.layers.set(key, { isStale: true, numbers: new Float32Array(count) });
     const layer = this.layers.get(key);
-    if (layer.stale) this.#fill(layer.numbers, map, l, n, c);
-    layer.stale = false;
+    if (!layer.isStale) return layer.numbers;
+    layer.isStale = false;
+    layer.numbers.fill(0);
+    weights.forEach((weight, q) => {
+      if (weight !== 0) addDecoded(layer.numbers, this.codes[kind], indexOf(q) * count, this.values, weight);
+    });
     return layer.numbers;
   }
 
-  #fill(numbers, map, l, n, c) {
-    const { lamps, terms } = this.scene;
-    const count = numbers.length;
-    numbers.fill(0);
-    this.blend.factors[l][n][c].forEach((weight, q) => {
-      if (weight === 0) return;
-      const lamp = q * lamps.length + l;
-      const start = (n === 1 ? lamp * 3 + c : (lamp * (terms - 1) + n - 2) * 3 + c) * count;
-      addDecoded(numbers, this.codes[map], start, this.values, weight);
-    });
-  }
-
-  // The maps at coefficients [n][l][c] and gains [l][c]: three planes each, {coarse: [r, g, b], fine: [r, g, b]}.
-  mix(coefficients, gains) {
+  // The maps at coefficients [n][l][c] of the terms, gains [l][c], and coefficients [c] of the dominant eigenvector: three
+  // planes each, {coarse: [r, g, b], fine: [r, g, b]}.
+  mix({ coefficients, dominant }, gains) {
     const planes = (count) => [0, 1, 2].map(() => new Float32Array(count));
     const sums = { coarse: planes(this.counts.coarse), fine: planes(this.counts.fine) };
     for (let n = 1; n <= this.scene.terms; n++) {
@@ -53,6 +65,9 @@ export class Light {
         if (weight !== 0) addScaled(map[c], this.layer(l, n, c), weight);
       }));
     }
+    dominant.forEach((weight, c) => {
+      if (weight !== 0) addScaled(sums.coarse[c], this.dominantLayer(c), weight);
+    });
     return sums;
   }
 }

@@ -11,19 +11,23 @@ import { Plan } from "./plan.js";
 import { loadedImages, View } from "./view.js";
 import { startWalking } from "./walk.js";
 
-const NO_WEBGL = "No room is drawn: this browser has no WebGL2, or it is switched off. Switch on hardware acceleration, or "
-  + "open this page in a current Firefox, Chrome, Edge or Safari. The numbers beside still follow the sliders.";
+const NO_WEBGL = "No room is drawn: this browser has no WebGL2, or it is switched off. Switch on hardware "
+  + "acceleration, or open this page in a current Firefox, Chrome, Edge or Safari. The numbers beside still follow the sliders.";
 
 // The smallest and the largest unit coordinates of the scene.
 function boundsOf({ x, y, z }) {
-  const range = (codes) => codes.reduce(([least, most], c) => [Math.min(least, c), Math.max(most, c)], [65535, 0]);
-  const ranges = [x, y, z].map(range);
-  return [0, 1].map((end) => ranges.map((r) => -1 + (2 * r[end]) / 65535));
+  const ends = [x, y, z].map((codes) => {
+    let [least, most] = [65535, 0];
+    for (const code of codes) [least, most] = [Math.min(least, code), Math.max(most, code)];
+    return [least, most];
+  });
+  return [0, 1].map((end) => ends.map((range) => -1 + (2 * range[end]) / 65535));
 }
 
 // The view of the scene, or null where WebGL2 is missing.
 async function webglView(canvas, scene, arrays, charts) {
-  const gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, powerPreference: "high-performance" });
+  const options = { alpha: false, antialias: false, depth: false, powerPreference: "high-performance" };
+  const gl = canvas.getContext("webgl2", options);
   if (!gl) return null;
   canvas.addEventListener("webglcontextlost", () => showMessage("The graphics driver stopped: reload the page."));
   const images = await loadedImages(scene.textures);
@@ -65,5 +69,6 @@ async function start() {
 
 start().catch((error) => {
   showMessage(`The page could not be opened: ${error.message}`, false);
-  if (testOf(location.hash)) document.body.insertAdjacentHTML("beforeend", '<pre id="test">{"webgl2":false,"states":[]}</pre>');
+  const none = '<pre id="test">{"webgl2":false,"states":[]}</pre>';
+  if (testOf(location.hash)) document.body.insertAdjacentHTML("beforeend", none);
 });

@@ -60,6 +60,19 @@ export function decodedArrays(descriptions, blob) {
   return arrays;
 }
 
+// Adds to every layer of codes the layer that it was predicted from, modulo 2^16, in place: that of the node of tau before,
+// of the term before, and of green for red and blue. Layers are by tau, lamp, term and channel.
+export function restoreLayers(codes, [taus, lamps, terms]) {
+  const count = codes.length / (3 * taus * lamps * terms);
+  const add = (layer, other) => {
+    for (let i = layer * count, j = other * count, end = i + count; i < end; i++, j++) codes[i] += codes[j];
+  };
+  const perTau = 3 * lamps * terms;
+  for (let layer = perTau; layer < taus * perTau; layer++) add(layer, layer - perTau);
+  for (let layer = 0; layer < taus * perTau; layer++) if (Math.floor(layer / 3) % terms > 0) add(layer, layer - 3);
+  for (let green = 1; green < taus * perTau; green += 3) [green - 1, green + 1].forEach((layer) => add(layer, green));
+}
+
 // What each of the 65536 codes of light stands for: 0, or a power of two in steps of 1/256.
 export function lightOfCodes() {
   const values = new Float32Array(65536);

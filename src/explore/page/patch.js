@@ -127,8 +127,8 @@ export class PatchCard {
     const choice = (value, text) => `<label><input type="radio" name="row" value="${value}"
       ${this.row === value ? "checked" : ""}> ${text}</label>`;
     return `<fieldset><legend>Where its light comes from</legend>${choice("none", "show the light")}
-      ${choice("light", "F<sub>ij</sub> L<sub>j</sub>: what each surface sends here")}
-      ${choice("factors", "F<sub>ij</sub>: how much of it is seen from here")}</fieldset>`;
+      ${choice("light", "F<sub>ij</sub> L<sub>j</sub>, light sent here")}
+      ${choice("factors", "F<sub>ij</sub>, how much is seen from here")}</fieldset>`;
   }
 
   // Radiance, powers and the row of F in the present light.
@@ -141,6 +141,7 @@ export class PatchCard {
     const powers = patches.powers(patch, app.light, gains, app.state.alpha);
     showBars(this.element.querySelector(".power"), powers, mixed.included, "Its power per bounce, W", 78);
     const row = this.element.querySelector(".row");
+    this.element.querySelector(".power").hidden = this.row !== "none";
     if (this.row === "none") app.view?.setShares(null);
     row.innerHTML = this.row === "none" ? "" : this.#rowText();
   }
@@ -166,7 +167,8 @@ export class PatchCard {
   }
 
   #isTransparent() {
-    return this.app.state.tau > 0 ? " With tau above 0 light comes through surfaces too, so shares of F add up to more." : "";
+    if (this.app.state.tau === 0) return "";
+    return " With tau above 0 light comes through surfaces too, so F adds up to more than 1.";
   }
 }
 
@@ -176,5 +178,6 @@ function legend(largest) {
     title="${k > 0 ? "above" : "up to"} ${percentText(largest / 2 ** (k > 0 ? 8 - k : 7))}"></span>`);
   return `<div class="legend" role="img" aria-label="From dark to bright: up to ${percentText(largest / 128)} to
     ${percentText(largest)}, every step twice the one before">${spans.join("")}</div>
-    <p class="note">≤ ${percentText(largest / 128)} … ${percentText(largest)} per coarse patch, each step twice the last</p>`;
+    <p class="note">≤ ${percentText(largest / 128)} … ${percentText(largest)} per coarse patch, each step twice the
+    last</p>`;
 }

@@ -56,7 +56,7 @@ export class Patches {
   radiance(patch, sums, mixed, gains) {
     const cells = this.cellsOf(patch);
     const rho = this.rho(patch);
-    const shown = mixed.coefficients[0][0][0];
+    const shown = mixed.coefficients[0][0]?.[0] ?? 0;
     return this.emission(patch, gains).map((e, c) => shown * e + rho[c]
       * (this.#meanOfCells(sums.coarse[c], cells, false) + this.#meanOfCells(sums.fine[c], cells, true)));
   }

@@ -1,4 +1,4 @@
-// The plan: the scene from above in a dialog, cut at eye height, with the eye in it; a place that is chosen is gone to.
+// The plan: the scene from above in a dialog, cut above the eye, with the eye in it; a place that is chosen is gone to.
 import { add, basisOf, dot, planAxes, planCamera } from "./camera.js";
 
 const MARGIN = 1.06;
@@ -17,7 +17,7 @@ export class Plan {
   }
 
   open() {
-    this.cursor = this.#flat(this.app.state.position).map((x, i) => x - this.#frame().centre[i]);
+    this.cursor = this.#eye();
     this.dialog.showModal();
     this.#draw();
     this.#mark();
@@ -40,12 +40,26 @@ export class Plan {
     };
   }
 
+  // The eye on the plan, or the place at the edge that is nearest to it.
+  #eye() {
+    const { centre, half } = this.#frame();
+    const within = (x) => Math.max(-0.97 * half, Math.min(0.97 * half, x));
+    return this.#flat(this.app.state.position).map((x, i) => within(x - centre[i]));
+  }
+
+  // Up to where the scene is drawn: some way above the eye, below most ceilings.
+  #cut() {
+    const { up } = this.app.scene;
+    const eye = dot(this.app.state.position, up);
+    const top = Math.max(...this.bounds.map((corner) => dot(corner, up)));
+    return eye < top ? eye + 0.3 * (top - eye) : eye;
+  }
+
   #draw() {
     const { app, canvas } = this;
     const { centre, half } = this.#frame();
     const side = Math.max(16, Math.round(canvas.clientWidth * Math.min(2, window.devicePixelRatio || 1)));
-    const height = dot(app.state.position, app.scene.up);
-    const camera = planCamera(app.scene, height, centre, half, 1);
+    const camera = planCamera(app.scene, this.#cut(), centre, half, 1);
     const pixels = app.view.readPicture(side, side, camera, app.state.stops, 4);
     [canvas.width, canvas.height] = [side, side];
     const image = new ImageData(side, side);
@@ -57,9 +71,9 @@ export class Plan {
 
   // The eye with its direction, and the cross that the keys move.
   #mark() {
-    const { centre, half } = this.#frame();
+    const { half } = this.#frame();
     const onMap = ([x, y]) => [100 * (x / half + 1), 100 * (1 - y / half)];
-    const eye = onMap(this.#flat(this.app.state.position).map((x, i) => x - centre[i]));
+    const eye = onMap(this.#eye());
     const ahead = this.#flat(basisOf(this.app.scene, this.app.state).forward);
     const angle = (Math.atan2(ahead[0], ahead[1]) * 180) / Math.PI;
     const [x, y] = onMap(this.cursor);

@@ -1,14 +1,14 @@
 #version 300 es
-// Radiance of a point: its emission, and rho times the light that arrives there, read from the two maps within the point's
-// chart. With IDS: the number of the cell instead, plus one.
+// Radiance of a point: its emission, and rho times the light that arrives there, read from two maps. With IDS: the number
+// of the point's cell plus one instead.
 precision highp float;
 precision highp int;
-in vec3 place;
-flat in uvec2 lampAndSlot;
-flat in uint front;
-uniform highp sampler2D charts;      // four texels a chart
-uniform highp sampler2D materials;   // rho and emission of each material
-uniform highp sampler2D gains;       // of each lamp, times the coefficient of E; the last is for no lamp
+in vec2 cell;
+flat in vec4 rectangle;
+flat in float firstCell;
+flat in vec2 fixedTexel;
+flat in vec3 rho;
+flat in vec3 emission;
 uniform highp sampler2D coarse;      // indirect light
 uniform highp sampler2D fine;        // direct light
 uniform highp sampler2D cells;       // patch of each cell
@@ -35,25 +35,22 @@ out uint result;
 out vec4 result;
 #endif
 
-vec4 chartTexel(int chart, int k) {
-  return texelFetch(charts, ivec2(4 * (chart % 256) + k, chart / 256), 0);
+// Column and row of the cell at a place of the chart.
+vec2 cellAt(vec2 at) {
+  return clamp(floor(at), vec2(0.0), rectangle.zw - 1.0);
 }
 
-vec4 materialTexel(int material, int k) {
-  return texelFetch(materials, ivec2(2 * (material % 256) + k, material / 256), 0);
+float patchAt(vec2 at) {
+  return texelFetch(cells, ivec2(rectangle.xy + cellAt(at)), 0).x;
 }
 
-float patchAt(vec2 corner, vec2 cell) {
-  return texelFetch(cells, ivec2(corner + floor(cell)), 0).x;
-}
-
-// Whether the point lies at an edge of its patch: a neighbour a few pixels on is of another patch, or there is none.
-bool atEdge(vec2 corner, vec2 cell, vec2 size) {
+// Whether a place of the chart lies at an edge of its patch: a pixel or two on there is another patch, or none.
+bool isAtEdge(vec2 at) {
   vec2 width = max(fwidth(cell) * 2.5, 1e-6);
   for (int k = 0; k < 4; k++) {
-    vec2 neighbour = cell + (k < 2 ? vec2(float(2 * k - 1), 0.0) : vec2(0.0, float(2 * k - 5))) * width;
-    if (any(lessThan(neighbour, vec2(0.0))) || any(greaterThanEqual(neighbour, size))) return true;
-    if (patchAt(corner, neighbour) != chosen) return true;
+    vec2 next = at + (k < 2 ? vec2(float(2 * k - 1), 0.0) : vec2(0.0, float(2 * k - 5))) * width;
+    if (any(lessThan(next, vec2(0.0))) || any(greaterThanEqual(next, rectangle.zw))) return true;
+    if (patchAt(next) != chosen) return true;
   }
   return false;
 }
@@ -62,11 +59,21 @@ vec3 linear(vec3 code) {
   return mix(code / 12.92, pow((code + 0.055) / 1.055, vec3(2.4)), step(0.04045, code));
 }
 
-// The colour of a share: one step darker for every halving, with a line between steps of neighbouring cells.
-vec3 colourOfShare(vec2 corner, vec2 cell) {
-  float share = texelFetch(shares, ivec2(corner + floor(cell)), 0).x;
+// The colour of a share: one step darker for every halving.
+vec3 colourOfShare(vec2 at) {
+  float share = texelFetch(shares, ivec2(rectangle.xy + cellAt(at)), 0).x;
   int k = share > 0.0 ? clamp(int(floor(log2(largestShare / share))), 0, 7) : 7;
   return linear(steps[7 - k]);
+}
+
+// Indirect and direct light at a place of the chart, each read within the chart's own texels.
+vec3 incident(vec2 at) {
+  vec2 texel = fixedTexel.x < 0.0 ? at * fineness : fixedTexel;
+  vec2 indirect = rectangle.xy + clamp(at, vec2(0.5), rectangle.zw - 0.5);
+  vec2 direct = rectangle.xy * fineness + clamp(texel, vec2(0.5), rectangle.zw * fineness - 0.5);
+  vec3 sum = scales.x * textureLod(coarse, indirect / vec2(textureSize(coarse, 0)), 0.0).rgb
+    + scales.y * textureLod(fine, direct / vec2(textureSize(fine, 0)), 0.0).rgb;
+  return max(sum, 0.0);
 }
 
 void main() {
@@ -76,41 +83,19 @@ void main() {
   if (maskChannel != vec4(0.0)) share *= dot(texture(mask, uv), maskChannel);
   if (share < cutoff) discard;
 #endif
-  int chart = gl_FrontFacing ? int(front) : int(chartTexel(int(front), 3).z);
-  if (chart < 0) {
 #ifdef IDS
-    result = 0u;
+  result = firstCell < 0.0 ? 0u : uint(firstCell + dot(cellAt(cell), vec2(1.0, rectangle.z))) + 1u;
 #else
-    result = vec4(0.0, 0.0, 0.0, share);
-#endif
-    return;
-  }
-  vec4 o = chartTexel(chart, 0), p = chartTexel(chart, 1), q = chartTexel(chart, 2), atlas = chartTexel(chart, 3);
-  vec2 size = vec2(o.w, p.w);
-  bool gridless = p.xyz == vec3(0.0) && q.xyz == vec3(0.0);
-  vec3 offset = place - o.xyz;
-  vec2 cell = clamp(vec2(dot(p.xyz, offset), dot(q.xyz, offset)), vec2(0.0), size - 1e-4);
-#ifdef IDS
-  result = uint(atlas.w + floor(cell.y) * size.x + floor(cell.x)) + 1u;
-#else
-  if (gridless) cell = vec2(0.5);
-  float slot = float(lampAndSlot.y);
-  vec2 texel = gridless ? vec2(mod(slot, fineness), floor(slot / fineness)) + 0.5 : cell * fineness;
-  vec2 indirectAt = (atlas.xy + clamp(cell, vec2(0.5), size - 0.5)) / vec2(textureSize(coarse, 0));
-  vec2 directAt = (atlas.xy * fineness + clamp(texel, vec2(0.5), size * fineness - 0.5)) / vec2(textureSize(fine, 0));
-  vec3 light = scales.x * textureLod(coarse, indirectAt, 0.0).rgb + scales.y * textureLod(fine, directAt, 0.0).rgb;
-  vec3 rho = materialTexel(int(q.w), 0).rgb;
-  vec3 emission = materialTexel(int(q.w), 1).rgb;
 #ifdef DETAILED
-  rho *= texture(image, uv).rgb * colour.rgb;
-  emission *= texture(glow, uv).rgb;
+  vec3 radiance = emission * texture(glow, uv).rgb + rho * texture(image, uv).rgb * colour.rgb * incident(cell);
+#else
+  vec3 radiance = emission + rho * incident(cell);
 #endif
-  vec3 radiance = emission * texelFetch(gains, ivec2(int(lampAndSlot.x), 0), 0).rgb + rho * light;
   if (exposure > 0.0) radiance = clamp(radiance * exposure, 0.0, 1.0);
-  if (largestShare > 0.0) radiance = colourOfShare(atlas.xy, cell);
-  if (chosen >= 0.0 && patchAt(atlas.xy, cell) == chosen) {
-    bool stripe = fract((gl_FragCoord.x + gl_FragCoord.y) / 14.0) < 0.18;
-    if (gridless ? stripe : atEdge(atlas.xy, cell, size)) radiance = vec3(1.0, 0.62, 0.1);
+  if (firstCell >= 0.0 && largestShare > 0.0) radiance = colourOfShare(cell);
+  if (firstCell >= 0.0 && chosen >= 0.0 && patchAt(cell) == chosen) {
+    bool isStripe = fract((gl_FragCoord.x + gl_FragCoord.y) / 14.0) < 0.18;
+    if (fixedTexel.x < 0.0 ? isAtEdge(cell) : isStripe) radiance = vec3(1.0, 0.62, 0.1);
   }
   result = vec4(radiance, share);
 #endif

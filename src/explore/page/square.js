@@ -17,26 +17,27 @@ function frontier(radii) {
   const right = `${SIDE},0 ${SIDE},${SIDE}`;
   const diverges = TAUS.filter((tau) => radiusBounds(radii, tau).lower > 1);
   if (diverges.length === 0) return "";
+  const line = proved.slice(Math.max(0, TAUS.indexOf(diverges[0]) - 1));
   const middle = yOf((diverges[0] + 3 * diverges.at(-1)) / 4);
   return `<polygon points="${open.join(" ")} ${right}" fill="#5a2a20"></polygon>
     <polygon points="${proved.join(" ")} ${right}" fill="url(#hatch)"></polygon>
-    <polyline points="${proved.join(" ")}" fill="none" stroke="#ff8a70" stroke-width="2.5"></polyline>
+    <polyline points="${line.join(" ")}" fill="none" stroke="#ff8a70" stroke-width="2.5"></polyline>
     <text class="word" x="${SIDE - 5}" y="${Math.max(34, middle)}" text-anchor="end">diverges</text>`;
 }
 
 function corners() {
   return Object.entries(MODES).map(([name, { alpha, tau }]) => {
     const anchor = alpha === 1 ? "end" : "start";
-    return `<text class="corner" data-mode="${name}" x="${xOf(alpha)}" y="${tau === 1 ? -6 : SIDE + 16}"
+    return `<text class="corner" data-mode="${name}" x="${xOf(alpha)}" y="${tau === 1 ? -11 : SIDE + 23}"
       text-anchor="${anchor}">${name}</text>`;
   }).join("");
 }
 
 // Puts the map into an element; `change` is called with the {alpha, tau} that was chosen.
 export function squareMap(element, radii, change) {
-  element.innerHTML = `<svg viewBox="-22 -22 ${SIDE + 30} ${SIDE + 58}"><rect width="${SIDE}" height="${SIDE}"
+  element.innerHTML = `<svg viewBox="-20 -25 ${SIDE + 30} ${SIDE + 75}"><rect width="${SIDE}" height="${SIDE}"
     fill="#0d0f13" stroke="#8d93a1"></rect>${frontier(radii)}${corners()}
-    <text x="${SIDE / 2}" y="${SIDE + 33}" text-anchor="middle">alpha →</text>
+    <text x="${SIDE / 2}" y="${SIDE + 44}" text-anchor="middle">alpha →</text>
     <text transform="translate(-8 ${SIDE / 2}) rotate(-90)" text-anchor="middle">tau →</text>
     <g role="slider" tabindex="0" aria-label="alpha and tau" aria-valuemin="0" aria-valuemax="1"><circle r="8"
     fill="#ffc861" stroke="#000" stroke-width="2.5"></circle></g></svg>`;
@@ -73,5 +74,7 @@ function moveByKey(event, dot, change) {
   const steps = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step] }[event.key];
   if (!steps) return;
   event.preventDefault();
-  change({ alpha: clamped(Number(dot.dataset.alpha) + steps[0]), tau: clamped(Number(dot.dataset.tau) + steps[1]) });
+  const [alpha, tau] = [clamped(Number(dot.dataset.alpha) + steps[0]), clamped(Number(dot.dataset.tau) + steps[1])];
+  Object.assign(dot.dataset, { alpha, tau });
+  change({ alpha, tau });
 }

@@ -86,17 +86,20 @@ export function verdictAt(radii, alpha, tau) {
   return { kind, lower, upper };
 }
 
-// The rest of the series after term N, of one lamp and channel, as multiples of terms N-1 and N.
+// The series of x from the first term that is not kept: sum of alpha^(n-1) x^(n-N) over n > N.
+function geometricRest(scene, alpha, x) {
+  const sum = (alpha ** scene.terms * x) / (1 - alpha * x);
+  return Number.isFinite(sum) ? sum : 0;
+}
+
+// The rest of the series after term N, of one lamp and channel: T_N = c v + d with v the dominant eigenvector of K, whose
+// eigenvalue is lambda; d shrinks by mu. Returned are the multiples of T_N and of v.
 function restOfSeries(scene, weights, alpha, l, c) {
-  const m = [0, 1, 2, 3].map((k) => geometricMean(weights, scene.moments.map((node) => node[l][c][k])) ?? 0);
-  if (alpha === 0 || m[2] === 0) return [0, 0];
-  const [A, B, C] = [m[0] - alpha * m[1], m[1] - alpha * m[2], m[2] - alpha * m[3]];
-  const D = A * C - B * B;
-  const bounces = alpha ** scene.terms;
-  if (D > 1e-6 * A * C && A > 0 && C > 0) {
-    return [(bounces * (C * m[2] - B * m[3])) / D, (bounces * (A * m[3] - B * m[2])) / D];
-  }
-  return [0, C > 0 ? (bounces * m[3]) / C : 0];
+  const mu = scene.rest.reduce((sum, lamps, q) => sum + weights[q] * lamps[l].mu[c], 0);
+  const own = geometricMean(weights, scene.rest.map((lamps) => lamps[l].dominant[c])) ?? 0;
+  const lambda = geometricMean(weights, scene.lambda.map((node) => node[c])) ?? 0;
+  const ofLast = geometricRest(scene, alpha, mu);
+  return [ofLast, own * (geometricRest(scene, alpha, lambda) - ofLast)];
 }
 
 // Whether term n is part of the picture asked for.
@@ -105,19 +108,23 @@ function isIncluded(view, n) {
   return view.kind === "all" || n <= view.n;
 }
 
-// a_n as [n][l][c] for a term alone, a sum up to a term, or all of a series that converges.
-function coefficientsOfPicture(scene, weights, { alpha, view }) {
-  const terms = Array.from({ length: scene.terms + 1 }, (_, n) => {
+// a_n as [n][l][c] for a term alone or a sum; of all of the series without its rest.
+function coefficientsOfPicture(scene, { alpha, view }) {
+  return Array.from({ length: scene.terms + 1 }, (_, n) => {
     const a = !isIncluded(view, n) ? 0 : n === 0 ? 1 : alpha ** (n - 1);
     return scene.lamps.map(() => [a, a, a]);
   });
-  if (view.kind !== "all") return terms;
-  scene.lamps.forEach((_, l) => [0, 1, 2].forEach((c) => {
-    const [y, z] = restOfSeries(scene, weights, alpha, l, c);
-    terms[scene.terms - 1][l][c] += y;
-    terms[scene.terms][l][c] += z;
+}
+
+// Adds the rest of the series to the coefficients of the last term; returns the coefficients of v, per channel.
+function addRest(scene, weights, alpha, gains, coefficients) {
+  const dominant = [0, 0, 0];
+  gains.forEach((gain, l) => gain.forEach((g, c) => {
+    const [ofLast, ofDominant] = restOfSeries(scene, weights, alpha, l, c);
+    coefficients[scene.terms][l][c] += ofLast;
+    dominant[c] += g * ofDominant;
   }));
-  return terms;
+  return dominant;
 }
 
 // The last term alone, as powerful as the first: what is drawn where all of a series was asked for that has no sum.
@@ -128,25 +135,28 @@ function coefficientsOfGrowth(scene, powers, alpha) {
   return powers.map((_, n) => scene.lamps.map(() => (n === scene.terms ? [a, a, a] : [0, 0, 0])));
 }
 
-// All that a state means: coefficients [n][l][c], which terms are in the picture, powers, and the verdict.
-// `blend` is the interpolation at the state's tau; `gains` are those of the lamps.
+// All that a state means: coefficients [n][l][c] of the terms, those of the dominant eigenvector (with the gains), which
+// terms are in the picture, powers, and the verdict. `blend` is the interpolation at the state's tau.
 export function mixture(scene, blend, state, gains) {
   const { alpha, tau, view } = state;
   const verdict = verdictAt(scene.radii, alpha, tau);
   const powers = Array.from({ length: scene.terms + 1 }, (_, n) => powerOfTerm(blend.sizes, gains, alpha, n));
   const hasPicture = view.kind !== "all" || verdict.kind === "ends" || verdict.kind === "converges";
   const coefficients = hasPicture
-    ? coefficientsOfPicture(scene, blend.weights, state)
+    ? coefficientsOfPicture(scene, state)
     : coefficientsOfGrowth(scene, powers, alpha);
+  const isWhole = hasPicture && view.kind === "all";
+  const dominant = isWhole ? addRest(scene, blend.weights, alpha, gains, coefficients) : [0, 0, 0];
   const included = powers.map((_, n) => (hasPicture ? isIncluded(view, n) : n === scene.terms));
-  return { verdict, powers, hasPicture, coefficients, included };
+  return { verdict, powers, hasPicture, isWhole, coefficients, dominant, included };
 }
 
 // The coefficients of the light that travels to what is shown: F turns it into the light that arrives.
-export function travellingCoefficients(mixed, state) {
-  const { coefficients: a, hasPicture } = mixed;
-  const whole = state.view.kind === "all" && hasPicture;
+export function travellingCoefficients(mixed, alpha) {
+  const { coefficients: a, dominant } = mixed;
   const scaled = (rows, factor) => rows.map((row) => row.map((value) => value * factor));
-  if (whole) return a.map((rows, n) => (n === 0 ? rows : scaled(rows, state.alpha)));
-  return a.map((rows, n) => a[n + 1] ?? scaled(rows, 0));
+  const coefficients = mixed.isWhole
+    ? a.map((rows, n) => (n === 0 ? rows : scaled(rows, alpha)))
+    : a.map((rows, n) => a[n + 1] ?? scaled(rows, 0));
+  return { coefficients, dominant: dominant.map((x) => alpha * x) };
 }

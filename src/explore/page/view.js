@@ -166,29 +166,38 @@ export class View {
     gl.drawArrays(gl.TRIANGLES, 3 * group.first, 3 * group.count);
   }
 
-  // The triangles into what is bound: those that are opaque, then those that are blended with what lies behind.
-  #drawTriangles(shaders, uniforms, culled) {
-    const { gl, buffers, vertexArrays } = this;
+  // The triangles into what is bound: fronts and, unless they are culled, backs of all that is opaque, then of all that
+  // is blended with what lies behind.
+  #drawTriangles(shaders, uniforms, isCulled) {
+    const { gl, buffers, vertexArrays, scene } = this;
+    const sides = isCulled ? [false] : [false, true];
+    const isBehind = (group) => isBlended(scene.materials[group.material]);
     this.#bindTextures();
     gl.enable(gl.DEPTH_TEST);
-    if (culled) gl.enable(gl.CULL_FACE);
-    use(gl, shaders[0], uniforms);
-    gl.bindVertexArray(vertexArrays.plain);
-    gl.drawArrays(gl.TRIANGLES, 3 * buffers.plain.first, 3 * buffers.plain.count);
-    if (buffers.detailed.length > 0) {
-      use(gl, shaders[1], uniforms);
-      gl.bindVertexArray(vertexArrays.detailed);
-      const blended = (group) => isBlended(this.scene.materials[group.material]);
-      for (const group of buffers.detailed) if (!blended(group)) this.#drawDetailed(shaders[1], group);
-      gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE);
-      gl.enable(gl.BLEND);
-      gl.depthMask(false);
-      for (const group of buffers.detailed) if (blended(group)) this.#drawDetailed(shaders[1], group);
-      gl.depthMask(true);
-      gl.disable(gl.BLEND);
+    gl.enable(gl.CULL_FACE);
+    for (const isBack of sides) {
+      gl.cullFace(isBack ? gl.FRONT : gl.BACK);
+      use(gl, shaders[0], { ...uniforms, isBack });
+      gl.bindVertexArray(vertexArrays.plain);
+      gl.drawArrays(gl.TRIANGLES, 3 * buffers.plain.first, 3 * buffers.plain.count);
+      this.#drawGroups(shaders[1], buffers.detailed.filter((group) => !isBehind(group)), { ...uniforms, isBack });
     }
-    gl.disable(gl.CULL_FACE);
-    gl.disable(gl.DEPTH_TEST);
+    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE);
+    gl.enable(gl.BLEND);
+    gl.depthMask(false);
+    for (const isBack of sides) {
+      gl.cullFace(isBack ? gl.FRONT : gl.BACK);
+      this.#drawGroups(shaders[1], buffers.detailed.filter(isBehind), { ...uniforms, isBack });
+    }
+    gl.depthMask(true);
+    for (const capability of [gl.BLEND, gl.CULL_FACE, gl.DEPTH_TEST]) gl.disable(capability);
+  }
+
+  #drawGroups(shader, groups, uniforms) {
+    if (groups.length === 0) return;
+    use(this.gl, shader, uniforms);
+    this.gl.bindVertexArray(this.vertexArrays.detailed);
+    for (const group of groups) this.#drawDetailed(shader, group);
   }
 
   #drawSky(camera, exposure) {

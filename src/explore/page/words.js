@@ -22,7 +22,7 @@ export function numberText(x) {
 }
 
 export function percentText(share) {
-  return `${Number((100 * share).toPrecision(2))} %`;
+  return `${Number((100 * share).toPrecision(2))}\u00a0%`;
 }
 
 // Linear light as an sRGB code in 0..1, and back.
