@@ -1,20 +1,28 @@
 //! Charts: the flat pieces of surface that carry light in the page, cell by cell, and texel by texel.
 //!
-//! A grid of patches is a chart, whose cells have the light of their patches; a cluster of small faces is one of a single
-//! cell. Every cell has [`Charts::fine`] by as many texels for direct light, whose shadows are sharper than patches. Light
-//! is bilinear between the middles of cells, and of texels, and stays within its chart.
+//! A grid of patches is a chart, whose cells have the light of their patches. Every cell has [`Charts::fine`] by as many
+//! texels for direct light, whose shadows are sharper than patches. Light is bilinear between the middles of cells, and of
+//! texels, and stays within its chart. A cluster of small faces is a chart too, without a place in a plane: every face has a
+//! texel of its own, and the faces of a cell the mean light of the patches around them ([`crate::explore::clusters`]).
 //!
 //! The back of a two-sided surface is a chart of its own. Not handled: which light there is.
 
 use glam::{Vec2, Vec3};
 
+use crate::explore::clusters::{Clusters, along_curve};
 use crate::patches::Patches;
-use crate::patches::grid::{Grid, NONE, index};
+use crate::patches::grid::{NONE, index};
 use crate::patches::scene_patches::Owner;
 use crate::rays::Side;
 use crate::scene::Scene;
 use crate::surfaces::SurfacePoint;
 
+/// Texels of a cluster at most, which the page keeps in 12 bits; more faces share them.
+const SLOTS: usize = 4080;
+/// Texels of all clusters, about: one for each of as many faces.
+const MOST_SLOTS: usize = 60_000;
+/// Paths that come to a chart, if it is where paths come, for none of them to be no chance.
+const EXPECTED: f64 = 20.0;
 /// How far from the middle of a texel the surface may lie for the texel to have light of its own, in texels.
 const NEAR: f32 = 1.5;
 /// How far points on an edge are moved towards the middle of their triangle.
@@ -24,7 +32,7 @@ const INWARD: f32 = 1e-3;
 pub(super) struct Chart {
     pub columns: usize,
     pub rows: usize,
-    /// A point x lies at `(p (x - o), q (x - o))` in cells; `[p, q]` are 0 where small faces share the one cell.
+    /// A point x lies at `(p (x - o), q (x - o))` in cells; `[p, q]` are 0 for a cluster of small faces.
     pub origin: Vec3,
     pub per_cell: [Vec3; 2],
     pub material: u32,
@@ -66,12 +74,14 @@ pub(super) struct Charts {
     pub list: Vec<Chart>,
     /// Texels of direct light to a side of a cell.
     pub fine: usize,
-    /// The patches of each cell, with weights by area.
+    /// The patches that light each cell, with weights that add up to 1.
     pub cells: Vec<Vec<(u32, f32)>>,
+    /// The patch that each cell belongs to.
+    pub patches: Vec<u32>,
     /// Of each face the chart of its front and of its back.
     of_face: Vec<[Option<usize>; 2]>,
     /// Of each face of a cluster the texel that it reads.
-    pub slots: Vec<u8>,
+    pub slots: Vec<u16>,
 }
 
 impl Charts {
@@ -86,6 +96,7 @@ impl Charts {
             list: Vec::new(),
             fine,
             cells: Vec::new(),
+            patches: Vec::new(),
             of_face: vec![[None; 2]; scene.faces.len()],
             slots: vec![0; scene.faces.len()],
         };
@@ -99,64 +110,77 @@ impl Charts {
             }
         }
         for (grid, faces) in grids.iter().zip(of_grids) {
-            charts.enter(Some(grid), faces, &|k| grid.cells[k].patches().to_vec(), patches);
+            let material = patches.materials()[grid.cells[0].patches()[0] as usize];
+            let [columns, rows] = [grid.columns, grid.rows];
+            let (origin, per_cell, first) = (grid.origin, grid.per_cell, charts.cells.len());
+            charts.enter(Chart { columns, rows, origin, per_cell, material, faces, front: None, first });
+            charts.add_cells(grid.cells.iter().map(|cell| weighted(cell.patches().to_vec(), patches)));
         }
-        for (patch, faces) in (0..).zip(of_patches) {
-            if !faces.is_empty() {
-                charts.enter(None, faces, &|_| vec![patch], patches);
-            }
+        let share = (MOST_SLOTS as f64 / of_patches.iter().map(Vec::len).sum::<usize>().max(1) as f64).min(1.0);
+        for (patch, faces) in of_patches.into_iter().enumerate().filter(|(_, faces)| !faces.is_empty()) {
+            let slots = (share * faces.len() as f64).ceil() as usize;
+            charts.enter_cluster(scene, patches, (patch as u32, slots), faces);
         }
         charts.enter_backs(patches);
+        let lit = charts.clusters().map(|(cell, faces, side)| (cell, faces.to_vec(), side)).collect::<Vec<_>>();
+        let smooth = Clusters::new(scene, patches);
+        for (cell, faces, side) in lit {
+            charts.cells[cell] = smooth.around(&faces, side, charts.patches[cell]);
+        }
         charts
     }
 
-    /// Adds the chart of a grid, or of small faces that share a patch.
-    fn enter(&mut self, grid: Option<&Grid>, faces: Vec<u32>, own: &dyn Fn(usize) -> Vec<u32>, patches: &Patches) {
-        let number = self.list.len();
-        let [columns, rows] = grid.map_or([1, 1], |grid| [grid.columns, grid.rows]);
-        let material = patches.materials()[own(0)[0] as usize];
-        for (k, &face) in faces.iter().enumerate() {
-            self.of_face[face as usize][0] = Some(number);
-            self.slots[face as usize] = (k * self.slots_of(faces.len()) / faces.len()) as u8;
-        }
-        self.list.push(Chart {
-            columns,
-            rows,
-            origin: grid.map_or(Vec3::ZERO, |grid| grid.origin),
-            per_cell: grid.map_or([Vec3::ZERO; 2], |grid| grid.per_cell),
-            material,
-            faces,
-            front: None,
-            first: self.cells.len(),
-        });
-        self.cells.extend((0..columns * rows).map(|k| weighted(own(k), patches)));
+    /// Adds a chart, without its cells.
+    fn enter(&mut self, chart: Chart) {
+        let side = usize::from(chart.front.is_some());
+        let faces = chart.front.map_or(&chart.faces, |front| &self.list[front].faces);
+        faces.iter().for_each(|&face| self.of_face[face as usize][side] = Some(self.list.len()));
+        self.list.push(chart);
     }
 
-    /// The same without light on charts of which no texel is reached, which are black then; and the texels that are left.
-    pub fn kept(mut self, is_reached: &[bool]) -> (Charts, Vec<usize>) {
+    fn add_cells(&mut self, cells: impl Iterator<Item = Vec<(u32, f32)>>) {
+        for own in cells {
+            let largest = own.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+            self.patches.push(largest.map_or(0, |(patch, _)| *patch));
+            self.cells.push(own);
+        }
+    }
+
+    /// Adds the chart of small faces that share a patch and about so many texels: next to one another in space, as many
+    /// texels to a cell as it has.
+    fn enter_cluster(&mut self, scene: &Scene, patches: &Patches, (patch, slots): (u32, usize), mut faces: Vec<u32>) {
+        faces.sort_by_cached_key(|&face| along_curve(scene.corners(face).into_iter().sum::<Vec3>() / 3.0));
         let block = self.fine * self.fine;
-        let (mut cells, mut left) = (Vec::new(), Vec::new());
-        let mut numbers = vec![None; self.list.len()];
-        for (number, chart) in self.list.iter_mut().enumerate() {
-            let (own, first) = (chart.first..chart.first + chart.cells(), cells.len());
-            let texels = own.start * block..own.end * block;
-            if is_reached[texels.clone()].contains(&true) {
-                cells.extend(self.cells[own].iter().cloned());
-                left.extend(texels);
-                numbers[number] = Some(number);
-            } else {
-                (chart.columns, chart.rows) = (0, 0);
-            }
-            chart.first = first;
+        let columns = slots.min(SLOTS).div_ceil(block);
+        let slots = faces.len().min(columns * block);
+        for (k, &face) in faces.iter().enumerate() {
+            self.slots[face as usize] = self.texel_of_slot(columns, k * slots / faces.len()) as u16;
         }
-        let of_face =
-            self.of_face.iter().map(|sides| sides.map(|chart| chart.and_then(|chart| numbers[chart]))).collect();
-        (Charts { cells, of_face, ..self }, left)
+        let material = patches.materials()[patch as usize];
+        let (origin, per_cell, first) = (Vec3::ZERO, [Vec3::ZERO; 2], self.cells.len());
+        self.enter(Chart { columns, rows: 1, origin, per_cell, material, faces, front: None, first });
+        self.add_cells((0..columns).map(|_| vec![(patch, 1.0)]));
     }
 
-    /// Texels that so many small faces use.
-    fn slots_of(&self, faces: usize) -> usize {
-        faces.min(self.fine * self.fine)
+    /// The texel, row by row of a chart of one row of cells, that is number k cell by cell.
+    fn texel_of_slot(&self, columns: usize, k: usize) -> usize {
+        let (s, cell, within) = (self.fine, k / (self.fine * self.fine), k % (self.fine * self.fine));
+        within / s * s * columns + s * cell + within % s
+    }
+
+    /// The cells of all clusters, with the faces and the side of each.
+    fn clusters(&self) -> impl Iterator<Item = (usize, &[u32], Side)> {
+        let clusters = (0..self.list.len()).filter(|&k| !self.list[k].is_grid());
+        clusters.flat_map(move |k| {
+            let (chart, block) = (&self.list[k], self.fine * self.fine);
+            let faces = chart.front.map_or(&chart.faces, |front| &self.list[front].faces);
+            let slots = faces.len().min(chart.columns * block);
+            let range = move |cell: usize| {
+                let end = |slot: usize| (slot.min(slots) * faces.len()).div_ceil(slots);
+                end(cell * block)..end((cell + 1) * block)
+            };
+            (0..chart.columns).map(move |cell| (chart.first + cell, &faces[range(cell)], self.side(k)))
+        })
     }
 
     /// Adds the backs of two-sided surfaces.
@@ -170,13 +194,47 @@ impl Charts {
             if own.iter().any(Vec::is_empty) {
                 continue;
             }
-            for face in self.list[front].faces.clone() {
-                self.of_face[face as usize][1] = Some(self.list.len());
-            }
             let (faces, front, first) = (Vec::new(), Some(front), self.cells.len());
-            self.list.push(Chart { columns, rows, origin, per_cell, material, faces, front, first });
-            self.cells.extend(own.into_iter().map(|own| weighted(own, patches)));
+            self.enter(Chart { columns, rows, origin, per_cell, material, faces, front, first });
+            self.add_cells(own.into_iter().map(|own| weighted(own, patches)));
         }
+    }
+
+    /// The same without light on charts that no path reaches, which are black then; and the texels that are left. A chart
+    /// so small that [`EXPECTED`] paths would not come to it by its area is kept.
+    pub fn kept(mut self, scene: &Scene, counts: &[u32]) -> (Charts, Vec<usize>) {
+        let block = self.fine * self.fine;
+        let area = |k: usize| -> f64 {
+            let Chart { faces, front, .. } = &self.list[k];
+            let faces = front.map_or(faces, |front| &self.list[front].faces);
+            faces.iter().map(|&face| scene.area(face)).sum()
+        };
+        let count = |k: usize| -> u32 {
+            let Chart { first, .. } = self.list[k];
+            counts[first * block..(first + self.list[k].cells()) * block].iter().sum()
+        };
+        let found: Vec<(f64, u32)> = (0..self.list.len()).map(|k| (area(k), count(k))).collect();
+        let all = found.iter().filter(|(_, count)| *count > 0);
+        let (reached, paths) = all.fold((0.0, 0.0), |sum, (area, count)| (sum.0 + area, sum.1 + f64::from(*count)));
+        let (mut cells, mut patches, mut left) = (Vec::new(), Vec::new(), Vec::new());
+        let mut numbers = vec![None; self.list.len()];
+        for (number, chart) in self.list.iter_mut().enumerate() {
+            let (own, first) = (chart.first..chart.first + chart.cells(), cells.len());
+            let texels = own.start * block..own.end * block;
+            let (area, count) = found[number];
+            if count > 0 || paths * area < EXPECTED * reached {
+                cells.extend(self.cells[own.clone()].iter().cloned());
+                patches.extend(&self.patches[own]);
+                left.extend(texels);
+                numbers[number] = Some(number);
+            } else {
+                (chart.columns, chart.rows) = (0, 0);
+            }
+            chart.first = first;
+        }
+        let of_face =
+            self.of_face.iter().map(|sides| sides.map(|chart| chart.and_then(|chart| numbers[chart]))).collect();
+        (Charts { cells, patches, of_face, ..self }, left)
     }
 
     /// Number of texels.
@@ -196,7 +254,9 @@ impl Charts {
         let texels = chart.first * self.fine * self.fine;
         if !chart.is_grid() {
             let alone = |k: usize| [(k, 1.0), (k, 0.0), (k, 0.0), (k, 0.0)];
-            return Some([alone(chart.first), alone(texels + usize::from(self.slots[face as usize]))]);
+            let slot = usize::from(self.slots[face as usize]);
+            let cell = slot % (self.fine * chart.columns) / self.fine;
+            return Some([alone(chart.first + cell), alone(texels + slot)]);
         }
         let at = chart.place(x);
         let s = self.fine;
@@ -256,7 +316,7 @@ impl Charts {
 
     fn places_of_faces(&self, number: usize, patches: &Patches, places: &mut [Vec<(SurfacePoint, u32)>]) {
         let (chart, side) = (&self.list[number], self.side(number));
-        let patch = self.cells[chart.first][0].0;
+        let patch = self.patches[chart.first];
         for (face, corners) in patches.pieces(patch as usize) {
             let own = &mut places[usize::from(self.slots[face as usize])];
             if own.len() < Charts::POINTS {
@@ -350,10 +410,4 @@ fn nearest_of_triangle(corners: [Vec3; 3], x: Vec3) -> Vec3 {
     };
     let edges = [(a, b), (b, c), (c, a)].map(of_edge);
     edges.into_iter().min_by(|p, q| p.distance(x).total_cmp(&q.distance(x))).unwrap_or(a)
-}
-
-/// The patches of a cell, whatever their weights.
-pub(super) fn patch_of(cell: &[(u32, f32)]) -> u32 {
-    let largest = cell.iter().max_by(|a, b| a.1.total_cmp(&b.1));
-    largest.map_or(0, |(patch, _)| *patch)
 }

@@ -10,7 +10,7 @@ use base64::engine::general_purpose::STANDARD;
 use glam::{DVec3, Vec3};
 use serde::Serialize;
 
-use crate::explore::charts::{Charts, patch_of};
+use crate::explore::charts::Charts;
 use crate::explore::light::Layers;
 use crate::explore::numbers::{Arrays, Stored, light_codes, predict};
 use crate::explore::rows::CoarseRows;
@@ -313,7 +313,7 @@ impl Contents<'_> {
         }
         arrays.words("corners", &corners);
         arrays.bytes("lamp", &lamps);
-        arrays.bytes("slot", &slots);
+        arrays.shorts("slot", &slots);
         arrays.floats("textureU", &uv[0]);
         arrays.floats("textureV", &uv[1]);
         arrays.bytes("colours", &colours);
@@ -329,7 +329,7 @@ impl Contents<'_> {
         arrays.floats("chartFrame", &frame.collect::<Vec<f32>>());
         arrays.words("chartTriangles", &charts.iter().map(|c| c.faces.len() as u32).collect::<Vec<_>>());
         arrays.words("chartFront", &charts.iter().map(|c| c.front.map_or(NONE, |f| f as u32)).collect::<Vec<_>>());
-        arrays.words("cellPatch", &self.charts.cells.iter().map(|cell| patch_of(cell)).collect::<Vec<_>>());
+        arrays.words("cellPatch", &self.charts.patches);
         arrays.floats("patchArea", &self.solved.areas.iter().map(|a| *a as f32).collect::<Vec<_>>());
         arrays.floats("patchRho", &self.solved.rho.iter().flat_map(|rho| rho.to_array()).collect::<Vec<_>>());
         arrays.shorts("patchMaterial", &patches.materials().iter().map(|&m| m as u16).collect::<Vec<_>>());

@@ -23,13 +23,13 @@ pub(super) struct Layers {
 
 impl Layers {
     /// Brings solved light to the cells and texels of charts.
-    pub fn new(solved: &mut Solved, charts: &Charts, reached: &[bool]) -> Layers {
+    pub fn new(solved: &mut Solved, charts: &Charts, reached: &[u32]) -> Layers {
         let is_lit = lit(solved);
         let cells: Vec<Vec<(u32, f32)>> = charts.cells.iter().map(|own| weights(own, &is_lit)).collect();
         let of_cells: Vec<bool> =
             cells.iter().map(|own| own.iter().any(|(patch, _)| is_lit[*patch as usize])).collect();
         let direct = &solved.nodes[0].direct;
-        let of_texel = |t: usize| reached[t] || direct.iter().any(|lamp| lamp[t] != Rgb::ZERO);
+        let of_texel = |t: usize| reached[t] > 0 || direct.iter().any(|lamp| lamp[t] != Rgb::ZERO);
         let of_texels: Vec<bool> = (0..reached.len()).map(of_texel).collect();
         let (fill_cells, fill_texels) =
             (charts.fills(1, &of_cells, 1), charts.fills(charts.fine, &of_texels, charts.fine));

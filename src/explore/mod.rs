@@ -18,6 +18,7 @@
 //! Not handled: highlights; patches divided by light.
 
 mod charts;
+mod clusters;
 mod document;
 mod drawn;
 mod light;
@@ -50,7 +51,7 @@ pub use terms::TermsEffort;
 
 /// Texels of direct light to a side of a cell at most, and in all.
 const FINEST: usize = 4;
-const TEXELS: usize = 200_000;
+const TEXELS: usize = 300_000;
 /// The picture that each state of the page's test is compared by.
 const TEST_SIZE: Size = Size { width: 64, height: 48 };
 /// The picture that the page is compared with: pixels, its error, and points of a pixel to a side.
@@ -105,13 +106,13 @@ pub fn page(solver: Solver, effort: &TermsEffort, words: &Words, watch: &dyn Wat
     let cut = solver.cut(effort.fineness.patches);
     let (geometry, patches) = (&*cut.geometry, &*cut.patches);
     let scene = &geometry.scene;
-    let charts = Charts::new(scene, patches, fineness(scene, patches));
+    let charts = charts(scene, patches);
     let reached = Reached::new(geometry, &charts, patches, effort.seed);
     let cut = cut.with_patches(reached.patches(patches));
-    let (charts, texels) = charts.kept(&reached.texels);
+    let (charts, texels) = charts.kept(scene, &reached.counts);
     let reached = reached.of(&texels);
     let mut solved = terms::solve(&cut, &reached.places, effort, watch)?;
-    let layers = Layers::new(&mut solved, &charts, &reached.texels);
+    let layers = Layers::new(&mut solved, &charts, &reached.counts);
     watch.begin("rows of F", 1);
     let rows = CoarseRows::new(geometry, effort.seed);
     let emitters = &*Emitters::of(scene);
@@ -146,10 +147,11 @@ pub fn page(solver: Solver, effort: &TermsEffort, words: &Words, watch: &dyn Wat
     })
 }
 
-/// Texels to a side of a cell: as many as fit.
-fn fineness(scene: &Scene, patches: &Patches) -> usize {
-    let cells = Charts::new(scene, patches, 1).cells.len();
-    (1..=FINEST).rev().find(|fine| fine * fine * cells <= TEXELS).unwrap_or(1)
+/// The charts of patches, with as many texels to a side of a cell as fit.
+fn charts(scene: &Scene, patches: &Patches) -> Charts {
+    let fits = |charts: &Charts| charts.fine == 1 || charts.texels() <= TEXELS;
+    let finest = (2..=FINEST).rev().map(|fine| Charts::new(scene, patches, fine)).find(fits);
+    finest.unwrap_or_else(|| Charts::new(scene, patches, 1))
 }
 
 /// RMS difference of the page's picture of the mode that converges surely from one of a stated error, over the pixels

@@ -33,8 +33,8 @@ pub(super) type Place = (SurfacePoint, u32);
 pub(super) struct Reached {
     /// The points of every texel from which direct light is measured.
     pub places: Vec<Vec<Place>>,
-    /// Whether a path came to a texel.
-    pub texels: Vec<bool>,
+    /// How often paths came to each texel.
+    pub counts: Vec<u32>,
 }
 
 impl Reached {
@@ -50,34 +50,34 @@ impl Reached {
             found
         };
         let found: Vec<Vec<(usize, Place)>> = (0..batches).into_par_iter().map(of_batch).collect();
-        let mut texels = vec![false; places.len()];
+        let mut counts = vec![0; places.len()];
         for (texel, place) in found.into_iter().flatten() {
             if !charts.is_of_grid(texel) {
                 let own = &mut places[texel];
-                if !std::mem::replace(&mut texels[texel], true) {
+                if counts[texel] == 0 {
                     own.clear();
                 }
                 if own.len() < Charts::POINTS {
                     own.push(place);
                 }
             }
-            texels[texel] = true;
+            counts[texel] += 1;
         }
-        Reached { places, texels }
+        Reached { places, counts }
     }
 
     /// What is left of it on some texels.
     pub fn of(mut self, texels: &[usize]) -> Reached {
         Reached {
             places: texels.iter().map(|&t| std::mem::take(&mut self.places[t])).collect(),
-            texels: texels.iter().map(|&t| self.texels[t]).collect(),
+            counts: texels.iter().map(|&t| self.counts[t]).collect(),
         }
     }
 
     /// Patches that stand for their reached texels.
     pub fn patches(&self, patches: &Patches) -> Patches {
         let mut samples: Vec<Vec<Sample>> = vec![Vec::new(); patches.len()];
-        for (own, _) in self.places.iter().zip(&self.texels).filter(|(_, is_reached)| **is_reached) {
+        for (own, _) in self.places.iter().zip(&self.counts).filter(|(_, count)| **count > 0) {
             own.iter()
                 .for_each(|(point, patch)| samples[*patch as usize].push(Sample { point: *point, light: DVec3::ZERO }));
         }

@@ -38,8 +38,9 @@ function bar(power, n, included, x, width, height, share, isLabelled) {
 function tableOf(powers, included, caption) {
   const rows = powers.map((power, n) => `<tr><th scope="row">${termName(n)}</th>
     ${power.map((p) => `<td>${numberText(p)}</td>`).join("")}<td>${included[n] ? "yes" : "no"}</td></tr>`);
-  return `<table class="unseen"><caption>${escaped(caption)}</caption><tr><th scope="col">term</th><th scope="col">red</th>
-    <th scope="col">green</th><th scope="col">blue</th><th scope="col">in the picture</th></tr>${rows.join("")}</table>`;
+  const heads = ["term", "red", "green", "blue", "in the picture"].map((head) => `<th scope="col">${head}</th>`);
+  return `<table class="unseen"><caption>${escaped(caption)}</caption><tr>${heads.join("")}</tr>
+    ${rows.join("")}</table>`;
 }
 
 // Fills an element with the bars of powers [n][c] in W; terms that are not included are outlined and hatched.
@@ -50,8 +51,9 @@ export function showBars(element, powers, included, caption, height = 118) {
   const every = Math.ceil(powers.length / 9);
   const shapes = powers.map((power, n) =>
     bar(power, n, included[n], 48 + n * each, each, height, axis.share, n % every === 0)).join("");
+  const scale = axis.isLog ? "logarithmic" : `max ${numberText(axis.most)}`;
   element.innerHTML = `<svg class="bars" aria-hidden="true" viewBox="0 0 ${width} ${height + 38}">
     ${gridLines(axis, height, width)}${shapes}</svg>
-    <p class="note" aria-hidden="true">${escaped(caption)}, ${axis.isLog ? "logarithmic" : `max ${numberText(axis.most)}`}</p>
+    <p class="note" aria-hidden="true">${escaped(caption)}, ${scale}</p>
     ${tableOf(powers, included, caption)}`;
 }

@@ -59,7 +59,8 @@ export class Charts {
     for (let chart = 0; chart < this.count; chart++) {
       const corner = this.corners[2 * chart + 1] * fineness * width + this.corners[2 * chart] * fineness;
       for (let row = 0; row < this.rows[chart] * fineness; row++) {
-        for (let column = 0; column < this.columns[chart] * fineness; column++) places[i++] = corner + row * width + column;
+        const first = corner + row * width;
+        for (let column = 0; column < this.columns[chart] * fineness; column++) places[i++] = first + column;
       }
     }
     return places;
@@ -112,8 +113,9 @@ export function isBlended(material) {
     && (material.mask.factor < 1 || material.coloured);
 }
 
-// The vertices of all triangles, 12 bytes each: place (3 × u16), lamp, slot (u8), chart (u32). Detailed triangles come
-// first, in groups of one material; `details` has 12 bytes for each of their vertices: u, v (f32), colour (4 × u8).
+// The vertices of all triangles, 12 bytes each: place (3 × u16), lamp (4 bits) and slot (12), chart (u32). Detailed
+// triangles come first, in groups of one material; `details` has 12 bytes for each of their vertices: u, v (f32),
+// colour (4 × u8).
 export function triangleBuffers(scene, arrays, charts) {
   const needs = scene.materials.map(needsOf);
   const material = arrays.chartMaterial;
@@ -140,7 +142,7 @@ function vertexBuffer(arrays, charts, order, triangles) {
   let at = 0;
   for (const chart of order) {
     for (let triangle = charts.firstTriangle[chart]; triangle < charts.firstTriangle[chart + 1]; triangle++) {
-      const tags = lamp[triangle] | (slot[triangle] << 8);
+      const tags = Math.min(lamp[triangle], 15) | (slot[triangle] << 4);
       for (let corner = 3 * triangle; corner < 3 * triangle + 3; corner++, at++) {
         const vertex = corners[corner];
         shorts[6 * at] = x[vertex];

@@ -141,7 +141,8 @@ function showVerdict(app) {
   const { verdict, hasPicture } = app.mixed;
   const { terms } = app.scene;
   const words = verdictText(verdict);
-  const instead = `<strong>▲ No picture:</strong> the series ${verdict.kind === "diverges" ? "has no sum" : "may have no sum"}.
+  const fault = verdict.kind === "diverges" ? "has no sum" : "may have no sum";
+  const instead = `<strong>▲ No picture:</strong> the series ${fault}.
     ${words} Shown instead: ${termName(terms)} alone, scaled to the power of KE.`;
   const shown = hasPicture ? words : instead;
   const verdictElement = element("verdict");
@@ -160,9 +161,10 @@ function facts(scene) {
   return [
     "Lamps, bounces and alpha are exact: light is linear in E, and every term of the series is kept by itself.",
     errors.tau.length > 0 ? `tau is exact at ${scene.taus.length} nodes
-      (${scene.taus.map((t) => Number(t.toFixed(3))).join(", ")}); between them it is off by ${percentText(worst)} at most, measured at ${places}.` : "",
-    `The terms after ${termName(scene.terms)} are added as two geometric series: the part along the dominant eigenvector of
-      K is exact, what is left shrinks by one ratio.`,
+      (${scene.taus.map((t) => Number(t.toFixed(3))).join(", ")}); between them it is off by
+      ${percentText(worst)} at most, measured at ${places}.` : "",
+    `The terms after ${termName(scene.terms)} are added as two geometric series: the part along the dominant eigenvector
+      of K is exact, what is left shrinks by one ratio.`,
     errors.rms === null ? "" : `Next to halflight’s own picture from the file’s camera this one is off by
       ${percentText(errors.rms)} (rms).`,
     `${count(effort.patches)} patches, ${count(effort.rays)} rays, ${count(effort.triangles)} triangles.`,

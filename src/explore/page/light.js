@@ -1,5 +1,5 @@
 // Mixes the stored layers of light into the two maps that are shown: indirect light, one value a cell, and direct
-// light, one value a fine texel. Layers interpolated at the present tau are kept: only a change of tau decodes anything.
+// light, one value a fine texel. Layers interpolated at the present tau are kept: only another tau decodes anything.
 import { lightOfCodes, restoreLayers } from "./numbers.js";
 
 export class Light {
@@ -53,8 +53,8 @@ export class Light {
     return layer.numbers;
   }
 
-  // The maps at coefficients [n][l][c] of the terms, gains [l][c], and coefficients [c] of the dominant eigenvector: three
-  // planes each, {coarse: [r, g, b], fine: [r, g, b]}.
+  // The maps at coefficients [n][l][c] of the terms, gains [l][c], and coefficients [c] of the dominant eigenvector:
+  // three planes each, {coarse: [r, g, b], fine: [r, g, b]}.
   mix({ coefficients, dominant }, gains) {
     const planes = (count) => [0, 1, 2].map(() => new Float32Array(count));
     const sums = { coarse: planes(this.counts.coarse), fine: planes(this.counts.fine) };

@@ -12,7 +12,8 @@ import { loadedImages, View } from "./view.js";
 import { startWalking } from "./walk.js";
 
 const NO_WEBGL = "No room is drawn: this browser has no WebGL2, or it is switched off. Switch on hardware "
-  + "acceleration, or open this page in a current Firefox, Chrome, Edge or Safari. The numbers beside still follow the sliders.";
+  + "acceleration, or open this page in a current Firefox, Chrome, Edge or Safari. The numbers beside still follow the "
+  + "sliders.";
 
 // The smallest and the largest unit coordinates of the scene.
 function boundsOf({ x, y, z }) {

@@ -60,8 +60,8 @@ export function decodedArrays(descriptions, blob) {
   return arrays;
 }
 
-// Adds to every layer of codes the layer that it was predicted from, modulo 2^16, in place: that of the node of tau before,
-// of the term before, and of green for red and blue. Layers are by tau, lamp, term and channel.
+// Adds to every layer of codes the layer that it was predicted from, modulo 2^16, in place: that of the node of tau
+// before, of the term before, and of green for red and blue. Layers are by tau, lamp, term and channel.
 export function restoreLayers(codes, [taus, lamps, terms]) {
   const count = codes.length / (3 * taus * lamps * terms);
   const add = (layer, other) => {

@@ -80,7 +80,8 @@ export class Plan {
     const marks = document.getElementById("plan-marks");
     marks.setAttribute("viewBox", "0 0 200 200");
     marks.innerHTML = `<g transform="translate(${eye}) rotate(${angle})" stroke="#000" stroke-width="1.5">
-      <path d="M0 0L-13 -26L13 -26Z" fill="#ffc861" fill-opacity="0.45"></path><circle r="5" fill="#ffc861"></circle></g>
+      <path d="M0 0L-13 -26L13 -26Z" fill="#ffc861" fill-opacity="0.45"></path>
+      <circle r="5" fill="#ffc861"></circle></g>
       <path d="M${x - 7} ${y}h14M${x} ${y - 7}v14" stroke="#000" stroke-width="4"></path>
       <path d="M${x - 7} ${y}h14M${x} ${y - 7}v14" stroke="#fff" stroke-width="2"></path>`;
     const place = this.#position(this.cursor).map((u, i) =>

@@ -1,6 +1,6 @@
 #version 300 es
-// Radiance of a point: its emission, and rho times the light that arrives there, read from two maps. With IDS: the number
-// of the point's cell plus one instead.
+// Radiance of a point: its emission, and rho times the light that arrives there, read from two maps. With IDS: the
+// number of the point's cell plus one instead.
 precision highp float;
 precision highp int;
 in vec2 cell;

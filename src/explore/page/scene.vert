@@ -1,10 +1,10 @@
 #version 300 es
-// Vertices of the scene. All that a triangle has of its chart, material and lamp is looked up here. Fronts and backs are
-// drawn one after the other; a back without a chart is black.
+// Vertices of the scene. All that a triangle has of its chart, material and lamp is looked up here. Fronts and backs
+// are drawn one after the other; a back without a chart is black.
 precision highp float;
 precision highp int;
 layout(location = 0) in vec3 code;
-layout(location = 1) in uvec2 lampAndSlot;
+layout(location = 1) in uint lampAndSlot;            // 4 and 12 bits
 layout(location = 2) in uint front;
 #ifdef DETAILED
 layout(location = 3) in vec2 placeInImage;
@@ -51,13 +51,14 @@ void main() {
   rectangle = vec4(atlas.xy, o.w, p.w);
   firstCell = atlas.w;
   if (p.xyz == vec3(0.0) && q.xyz == vec3(0.0)) {
-    float slot = float(lampAndSlot.y);
-    fixedTexel = vec2(mod(slot, fineness), floor(slot / fineness)) + 0.5;
+    uint slot = lampAndSlot >> 4, width = uint(fineness * o.w);
+    fixedTexel = vec2(slot % width, slot / width) + 0.5;
+    cell = floor(fixedTexel / fineness) + 0.5;
   } else {
     cell = vec2(dot(p.xyz, place - o.xyz), dot(q.xyz, place - o.xyz));
   }
 #ifndef IDS
   rho = materialTexel(int(q.w), 0);
-  emission = materialTexel(int(q.w), 1) * texelFetch(gains, ivec2(int(lampAndSlot.x), 0), 0).rgb;
+  emission = materialTexel(int(q.w), 1) * texelFetch(gains, ivec2(int(lampAndSlot & 15u), 0), 0).rgb;
 #endif
 }

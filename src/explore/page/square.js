@@ -8,7 +8,8 @@ const yOf = (tau) => SIDE * (1 - tau);
 
 // The curve alpha = 1 / radius(tau), at most 1, as points of the drawing.
 function curve(radii, bound) {
-  return TAUS.map((tau) => `${xOf(Math.min(1, 1 / radiusBounds(radii, tau)[bound])).toFixed(2)},${yOf(tau).toFixed(2)}`);
+  const alpha = (tau) => Math.min(1, 1 / radiusBounds(radii, tau)[bound]);
+  return TAUS.map((tau) => `${xOf(alpha(tau)).toFixed(2)},${yOf(tau).toFixed(2)}`);
 }
 
 // What lies beyond the frontier: hatched where divergence is proved, dotted where the bounds leave it open.

@@ -1,5 +1,5 @@
-// The equation L = E + K L in numbers: what every stored layer of light weighs in a picture at (alpha, tau), whether the
-// series converges there, and the power of its terms. Pure functions of the manifest and the state.
+// The equation L = E + K L in numbers: what every stored layer of light weighs in a picture at (alpha, tau), whether
+// the series converges there, and the power of its terms. Pure functions of the manifest and the state.
 
 export const MODES = {
   global: { alpha: 1, tau: 0, meaning: "Global: shadows and interreflection, as in a real room." },
@@ -92,8 +92,8 @@ function geometricRest(scene, alpha, x) {
   return Number.isFinite(sum) ? sum : 0;
 }
 
-// The rest of the series after term N, of one lamp and channel: T_N = c v + d with v the dominant eigenvector of K, whose
-// eigenvalue is lambda; d shrinks by mu. Returned are the multiples of T_N and of v.
+// The rest of the series after term N, of one lamp and channel: T_N = c v + d with v the dominant eigenvector of K,
+// whose eigenvalue is lambda; d shrinks by mu. Returned are the multiples of T_N and of v.
 function restOfSeries(scene, weights, alpha, l, c) {
   const mu = scene.rest.reduce((sum, lamps, q) => sum + weights[q] * lamps[l].mu[c], 0);
   const own = geometricMean(weights, scene.rest.map((lamps) => lamps[l].dominant[c])) ?? 0;
@@ -135,8 +135,8 @@ function coefficientsOfGrowth(scene, powers, alpha) {
   return powers.map((_, n) => scene.lamps.map(() => (n === scene.terms ? [a, a, a] : [0, 0, 0])));
 }
 
-// All that a state means: coefficients [n][l][c] of the terms, those of the dominant eigenvector (with the gains), which
-// terms are in the picture, powers, and the verdict. `blend` is the interpolation at the state's tau.
+// All that a state means: coefficients [n][l][c] of the terms, those of the dominant eigenvector (with the gains),
+// which terms are in the picture, powers, and the verdict. `blend` is the interpolation at the state's tau.
 export function mixture(scene, blend, state, gains) {
   const { alpha, tau, view } = state;
   const verdict = verdictAt(scene.radii, alpha, tau);

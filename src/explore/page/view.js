@@ -77,7 +77,7 @@ export class View {
     gl.bindVertexArray(vertexArray);
     gl.bindBuffer(gl.ARRAY_BUFFER, vertices);
     gl.vertexAttribPointer(0, 3, gl.UNSIGNED_SHORT, true, 12, 0);
-    gl.vertexAttribIPointer(1, 2, gl.UNSIGNED_BYTE, 12, 6);
+    gl.vertexAttribIPointer(1, 1, gl.UNSIGNED_SHORT, 12, 6);
     gl.vertexAttribIPointer(2, 1, gl.UNSIGNED_INT, 12, 8);
     for (let i = 0; i < 3; i++) gl.enableVertexAttribArray(i);
     if (!details) return vertexArray;
@@ -146,7 +146,8 @@ export class View {
 
   #uniforms(camera, exposure, overlay) {
     const units = Object.fromEntries(UNITS.map((name, unit) => [name, unit]));
-    return { ...units, camera: camera.matrix, scales: this.scales, fineness: this.charts.fineness, exposure, ...overlay };
+    const { scales, charts } = this;
+    return { ...units, camera: camera.matrix, scales, fineness: charts.fineness, exposure, ...overlay };
   }
 
   #drawDetailed(shader, group) {
@@ -175,8 +176,11 @@ export class View {
     this.#bindTextures();
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.CULL_FACE);
+    // Where front and back meet at a silhouette the front is seen.
+    gl.polygonOffset(1, 4);
     for (const isBack of sides) {
       gl.cullFace(isBack ? gl.FRONT : gl.BACK);
+      if (isBack) gl.enable(gl.POLYGON_OFFSET_FILL);
       use(gl, shaders[0], { ...uniforms, isBack });
       gl.bindVertexArray(vertexArrays.plain);
       gl.drawArrays(gl.TRIANGLES, 3 * buffers.plain.first, 3 * buffers.plain.count);
@@ -190,7 +194,7 @@ export class View {
       this.#drawGroups(shaders[1], buffers.detailed.filter(isBehind), { ...uniforms, isBack });
     }
     gl.depthMask(true);
-    for (const capability of [gl.BLEND, gl.CULL_FACE, gl.DEPTH_TEST]) gl.disable(capability);
+    for (const what of [gl.BLEND, gl.CULL_FACE, gl.DEPTH_TEST, gl.POLYGON_OFFSET_FILL]) gl.disable(what);
   }
 
   #drawGroups(shader, groups, uniforms) {
