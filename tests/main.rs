@@ -13,6 +13,7 @@ mod colours;
 mod common;
 mod compare;
 mod cornell_reference;
+mod explore;
 mod exports;
 mod factor_bodies;
 mod factors;

@@ -44,8 +44,8 @@ const MODULES: [&str; 19] = [
 /// The page of a document and its numbers.
 pub(super) fn joined(title: &str, json: &str, numbers: &str) -> String {
     let shaders = SHADERS.map(|(name, text)| format!("<script type=\"x-shader\" id=\"{name}\">\n{text}</script>"));
-    // A closing tag inside of a string would end the script.
-    let json = json.replace("</", "<\\/");
+    // A tag inside of a string would end the script, or begin another.
+    let json = json.replace('<', "\\u003c");
     let data = format!(
         "<script type=\"application/json\" id=\"scene\">{json}</script>\n\
          <script type=\"text/plain\" id=\"numbers\">{numbers}</script>"

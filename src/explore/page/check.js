@@ -75,11 +75,15 @@ function results(app, test, link, open) {
   return { webgl2: true, renderer: rendererName(app.view.gl), open, picturesPerSecond: speed, states };
 }
 
-// Runs the test and puts what it found into the document.
-export function runTest(app, test, link, open) {
-  const found = results(app, test, link, open);
+// Puts what a test found into the document.
+export function tellTest(found) {
   const pre = Object.assign(document.createElement("pre"), { id: "test", textContent: JSON.stringify(found) });
   document.body.append(pre);
+}
+
+// Runs the test.
+export function runTest(app, test, link, open) {
+  tellTest(results(app, test, link, open));
   setState(app, link);
   app.schedule();
 }

@@ -1,7 +1,7 @@
 // Opens the page: decodes the scene, starts WebGL2, and joins the parts.
 import { App } from "./app.js";
 import { Charts, triangleBuffers } from "./charts.js";
-import { runTest, testOf } from "./check.js";
+import { runTest, tellTest, testOf } from "./check.js";
 import { showMessage, startButtons, startControls } from "./controls.js";
 import { Light } from "./light.js";
 import { decodedArrays, inflated } from "./numbers.js";
@@ -70,6 +70,5 @@ async function start() {
 
 start().catch((error) => {
   showMessage(`The page could not be opened: ${error.message}`, false);
-  const none = '<pre id="test">{"webgl2":false,"states":[]}</pre>';
-  if (testOf(location.hash)) document.body.insertAdjacentHTML("beforeend", none);
+  if (testOf(location.hash)) tellTest({ webgl2: false, states: [], error: error.message });
 });
