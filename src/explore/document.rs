@@ -25,6 +25,8 @@ use crate::surfaces::Geometry;
 
 /// Texels of an image to a side at most; larger ones are halved.
 const LARGEST: usize = 512;
+/// Steps of a coordinate from -1 to 1.
+const COORDINATES: f64 = 2_097_151.0;
 /// No lamp, chart or front.
 const NONE: u32 = u32::MAX;
 
@@ -278,7 +280,7 @@ impl Contents<'_> {
     fn add_geometry(&self, arrays: &mut Arrays) {
         let scene = &self.geometry.scene;
         let mut numbers = vec![NONE; scene.vertices.len()];
-        let (mut places, mut corners): ([Vec<u16>; 3], Vec<u32>) = Default::default();
+        let (mut places, mut corners): ([Vec<u32>; 3], Vec<u32>) = Default::default();
         let (mut lamps, mut slots, mut uv, mut colours) =
             (Vec::new(), Vec::new(), [Vec::new(), Vec::new()], Vec::new());
         for &face in self.charts.list.iter().flat_map(|chart| &chart.faces) {
@@ -309,7 +311,7 @@ impl Contents<'_> {
             }
         }
         for (name, places) in ["x", "y", "z"].into_iter().zip(&places) {
-            arrays.shorts(name, places);
+            arrays.words(name, places);
         }
         arrays.words("corners", &corners);
         arrays.bytes("lamp", &lamps);
@@ -363,9 +365,9 @@ impl Contents<'_> {
     }
 }
 
-/// The code of a coordinate of unit coordinates.
-fn coordinate(x: f32) -> u16 {
-    (0.5 * (f64::from(x).clamp(-1.0, 1.0) + 1.0) * 65535.0).round() as u16
+/// The code of a coordinate of unit coordinates, in steps so small that corners which met still do to a pixel.
+fn coordinate(x: f32) -> u32 {
+    (0.5 * (f64::from(x).clamp(-1.0, 1.0) + 1.0) * COORDINATES).round() as u32
 }
 
 /// The axis nearest to the camera's up, or that of the sky.

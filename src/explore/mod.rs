@@ -53,7 +53,7 @@ pub use terms::TermsEffort;
 const FINEST: usize = 4;
 const TEXELS: usize = 300_000;
 /// The picture that each state of the page's test is compared by.
-const TEST_SIZE: Size = Size { width: 64, height: 48 };
+const TEST_SIZE: Size = Size { width: 128, height: 96 };
 /// The picture that the page is compared with: pixels, its error, and points of a pixel to a side.
 const COMPARED: Size = Size { width: 128, height: 96 };
 const COMPARED_WITHIN: f64 = 0.02;

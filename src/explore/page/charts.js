@@ -1,6 +1,12 @@
 // Charts: the surfaces that carry light, their places in an atlas, and their triangles as arrays for WebGL.
 
 const NONE = 0xffffffff;
+export const VERTEX_BYTES = 20;
+
+// A unit coordinate by its code: 2097151 steps from -1 to 1.
+export function coordinateOf(code) {
+  return (2 * code) / 2097151 - 1;
+}
 
 // Places rectangles in shelves: their corners and the size of the atlas.
 function shelves(columns, rows) {
@@ -113,7 +119,7 @@ export function isBlended(material) {
     && (material.mask.factor < 1 || material.coloured);
 }
 
-// The vertices of all triangles, 12 bytes each: place (3 × u16), lamp (4 bits) and slot (12), chart (u32). Detailed
+// The vertices of all triangles, 20 bytes each: place (3 × f32), lamp (4 bits) and slot (u32), chart (u32). Detailed
 // triangles come first, in groups of one material; `details` has 12 bytes for each of their vertices: u, v (f32),
 // colour (4 × u8).
 export function triangleBuffers(scene, arrays, charts) {
@@ -137,19 +143,19 @@ export function triangleBuffers(scene, arrays, charts) {
 
 function vertexBuffer(arrays, charts, order, triangles) {
   const { x, y, z, corners, lamp, slot } = arrays;
-  const buffer = new ArrayBuffer(36 * triangles);
-  const [shorts, words] = [new Uint16Array(buffer), new Uint32Array(buffer)];
+  const buffer = new ArrayBuffer(3 * VERTEX_BYTES * triangles);
+  const [floats, words] = [new Float32Array(buffer), new Uint32Array(buffer)];
   let at = 0;
   for (const chart of order) {
     for (let triangle = charts.firstTriangle[chart]; triangle < charts.firstTriangle[chart + 1]; triangle++) {
       const tags = Math.min(lamp[triangle], 15) | (slot[triangle] << 4);
-      for (let corner = 3 * triangle; corner < 3 * triangle + 3; corner++, at++) {
+      for (let corner = 3 * triangle; corner < 3 * triangle + 3; corner++, at += 5) {
         const vertex = corners[corner];
-        shorts[6 * at] = x[vertex];
-        shorts[6 * at + 1] = y[vertex];
-        shorts[6 * at + 2] = z[vertex];
-        shorts[6 * at + 3] = tags;
-        words[3 * at + 2] = chart;
+        floats[at] = coordinateOf(x[vertex]);
+        floats[at + 1] = coordinateOf(y[vertex]);
+        floats[at + 2] = coordinateOf(z[vertex]);
+        words[at + 3] = tags;
+        words[at + 4] = chart;
       }
     }
   }

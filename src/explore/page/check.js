@@ -69,7 +69,10 @@ function rendererName(gl) {
 function results(app, test, link, open) {
   if (!app.view) return { webgl2: false, states: [] };
   if (test.isLinear) return linearPicture(app, link, test.size ?? app.scene.test.size);
+  // The program's pictures are of points, one a pixel.
+  app.view.readImagesAt(true);
   const states = app.scene.test.states.map((expected) => drawnState(app, expected));
+  app.view.readImagesAt(false);
   setState(app, "");
   const speed = picturesPerSecond(app);
   return { webgl2: true, renderer: rendererName(app.view.gl), open, picturesPerSecond: speed, states };

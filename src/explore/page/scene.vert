@@ -3,7 +3,7 @@
 // are drawn one after the other; a back without a chart is black.
 precision highp float;
 precision highp int;
-layout(location = 0) in vec3 code;
+layout(location = 0) in vec3 place;
 layout(location = 1) in uint lampAndSlot;            // 4 and 12 bits
 layout(location = 2) in uint front;
 #ifdef DETAILED
@@ -38,7 +38,6 @@ void main() {
   uv = placeInImage;
   colour = cornerColour;
 #endif
-  vec3 place = 2.0 * code - 1.0;
   gl_Position = camera * vec4(place, 1.0);
   cell = vec2(0.5);
   rectangle = vec4(0.0, 0.0, 1.0, 1.0);

@@ -1,6 +1,6 @@
 // The picture: what is uploaded to WebGL2, how the scene is drawn, and what is read back.
 import { atlasTexels } from "./light.js";
-import { isBlended } from "./charts.js";
+import { VERTEX_BYTES, isBlended } from "./charts.js";
 import { dispose, imageTexture, numberTexture, program, refill, resolve, tableTexture, target, use } from "./gl.js";
 
 const UNITS = ["charts", "materials", "gains", "coarse", "fine", "cells", "shares", "image", "glow", "mask"];
@@ -76,9 +76,9 @@ export class View {
     const vertexArray = gl.createVertexArray();
     gl.bindVertexArray(vertexArray);
     gl.bindBuffer(gl.ARRAY_BUFFER, vertices);
-    gl.vertexAttribPointer(0, 3, gl.UNSIGNED_SHORT, true, 12, 0);
-    gl.vertexAttribIPointer(1, 1, gl.UNSIGNED_SHORT, 12, 6);
-    gl.vertexAttribIPointer(2, 1, gl.UNSIGNED_INT, 12, 8);
+    gl.vertexAttribPointer(0, 3, gl.FLOAT, false, VERTEX_BYTES, 0);
+    gl.vertexAttribIPointer(1, 1, gl.UNSIGNED_INT, VERTEX_BYTES, 12);
+    gl.vertexAttribIPointer(2, 1, gl.UNSIGNED_INT, VERTEX_BYTES, 16);
     for (let i = 0; i < 3; i++) gl.enableVertexAttribArray(i);
     if (!details) return vertexArray;
     gl.bindBuffer(gl.ARRAY_BUFFER, details);
@@ -246,6 +246,17 @@ export class View {
     const { gl } = this;
     const { width, height } = gl.canvas;
     this.#drawEncoded(null, "canvas", width, height, samples, camera, stops, this.overlay);
+  }
+
+  // Reads images at points, without the means over squares that a pixel sees of them; or with those again.
+  readImagesAt(points) {
+    const { gl } = this;
+    for (const [key, { handle }] of this.pictures) {
+      const { nearest } = this.scene.textures[parseInt(key, 10)] ?? {};
+      if (nearest !== false) continue;
+      gl.bindTexture(gl.TEXTURE_2D, handle);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, points ? gl.LINEAR : gl.LINEAR_MIPMAP_LINEAR);
+    }
   }
 
   // A picture without overlays as bytes RGBA, the lowest row first.
