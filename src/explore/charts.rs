@@ -10,6 +10,7 @@
 use glam::{Vec2, Vec3};
 
 use crate::explore::clusters::{Clusters, along_curve};
+use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::patches::grid::{NONE, index};
 use crate::patches::scene_patches::Owner;
@@ -20,7 +21,7 @@ use crate::surfaces::SurfacePoint;
 /// Texels of a cluster at most, which the page keeps in 12 bits; more faces share them.
 const SLOTS: usize = 4080;
 /// Texels of all clusters, about: one for each of as many faces.
-const MOST_SLOTS: usize = 60_000;
+const MOST_SLOTS: usize = 300_000;
 /// Paths that come to a chart, if it is where paths come, for none of them to be no chance.
 const EXPECTED: f64 = 20.0;
 /// How far from the middle of a texel the surface may lie for the texel to have light of its own, in texels.
@@ -86,7 +87,7 @@ pub(super) struct Charts {
 
 impl Charts {
     /// Points of a texel of small faces at most.
-    pub const POINTS: usize = 4;
+    pub const POINTS: usize = 8;
 
     /// The charts of patches that are not divided by light.
     pub fn new(scene: &Scene, patches: &Patches, fine: usize) -> Charts {
@@ -245,6 +246,20 @@ impl Charts {
     /// Which side of its faces a chart is.
     pub fn side(&self, chart: usize) -> Side {
         if self.list[chart].front.is_some() { Side::Back } else { Side::Front }
+    }
+
+    /// Adds light of cells to the texels, bilinear between the cells of a grid.
+    pub fn add_to_texels(&self, cells: &[Rgb], texels: &mut [Rgb]) {
+        let s = self.fine;
+        for chart in self.list.iter().filter(|chart| chart.cells() > 0) {
+            let (first, size) = (chart.first * s * s, [chart.columns, chart.rows]);
+            for k in 0..chart.cells() * s * s {
+                let at = Vec2::new((k % (s * size[0])) as f32 + 0.5, (k / (s * size[0])) as f32 + 0.5) / s as f32;
+                let at = if chart.is_grid() { at } else { at.floor() + 0.5 };
+                let read = |(j, weight): (usize, f32)| weight * cells[chart.first + j];
+                texels[first + k] += bilinear(at, size).map(read).into_iter().sum::<Rgb>();
+            }
+        }
     }
 
     /// What a point of a face reads: cells, and texels; none on the black back of a one-sided face.

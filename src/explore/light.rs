@@ -1,14 +1,14 @@
 //! The light of charts, layer by layer: what every cell and texel receives of each term, lamp and node of tau.
 //!
 //! Cells have what their patches receive, by area of those that any light reaches; texels have direct light at their
-//! points. What lies hidden under something else, where neither paths nor light come at tau = 0, takes the mean of what is
+//! points, and what glows as cells receive it, bilinear between them. What lies hidden under something else, where neither paths nor light come at tau = 0, takes the mean of what is
 //! beside it, one cell far, so that it does not darken the light beside it.
 
 use glam::DVec3;
 
 use crate::explore::charts::{Charts, Taps};
 use crate::explore::sums::Mixture;
-use crate::explore::terms::{Solved, received};
+use crate::explore::terms::{Node, Solved, received};
 use crate::light::Rgb;
 
 /// Irradiance over pi by node and lamp.
@@ -43,8 +43,19 @@ impl Layers {
         let of_lamp = |terms: &Vec<Vec<Rgb>>| terms.iter().skip(1).map(of_term).collect();
         let reflected = solved.nodes.iter().map(|node| node.terms.iter().map(of_lamp).collect()).collect();
         let dominant = solved.nodes.iter().map(|node| of_term(&node.dominant)).collect();
-        let take = |texels: &mut Vec<Rgb>| filled(std::mem::take(texels), &fill_texels);
-        let direct = solved.nodes.iter_mut().map(|node| node.direct.iter_mut().map(take).collect()).collect();
+        let of_glow = |glow: &Vec<Rgb>| {
+            let cell = |own: &Vec<(u32, f32)>| -> Rgb { own.iter().map(|&(p, share)| share * glow[p as usize]).sum() };
+            filled(cells.iter().map(cell).collect(), &fill_cells)
+        };
+        let texels = |(direct, glow): (&mut Vec<Rgb>, &Vec<Rgb>)| {
+            let mut texels = filled(std::mem::take(direct), &fill_texels);
+            if glow.iter().any(|light| *light != Rgb::ZERO) {
+                charts.add_to_texels(&of_glow(glow), &mut texels);
+            }
+            texels
+        };
+        let of_node = |node: &mut Node| node.direct.iter_mut().zip(&node.glow).map(texels).collect();
+        let direct = solved.nodes.iter_mut().map(of_node).collect();
         Layers { reflected, dominant, direct }
     }
 

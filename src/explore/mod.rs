@@ -51,7 +51,7 @@ pub use terms::TermsEffort;
 
 /// Texels of direct light to a side of a cell at most, and in all.
 const FINEST: usize = 4;
-const TEXELS: usize = 300_000;
+const TEXELS: usize = 1_000_000;
 /// The picture that each state of the page's test is compared by.
 const TEST_SIZE: Size = Size { width: 128, height: 96 };
 /// The picture that the page is compared with: pixels, its error, and points of a pixel to a side.

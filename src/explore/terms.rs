@@ -53,8 +53,10 @@ pub(super) struct Node {
     pub terms: Vec<Vec<Vec<Rgb>>>,
     /// v, the dominant eigenvector of K on what light reaches: the visible half of each patch, of power pi.
     pub dominant: Vec<Rgb>,
-    /// Irradiance over pi of every lamp's light as emitted, in each texel.
+    /// Irradiance over pi of every lamp's light as emitted, in each texel, and of what glows in each patch.
     pub direct: Vec<Vec<Rgb>>,
+    /// See `direct`.
+    pub glow: Vec<Vec<Rgb>>,
 }
 
 /// How far what is shown at a tau between nodes is from what is solved there.
@@ -124,7 +126,8 @@ pub(super) fn solve(
         kept.powers.push(powers(mode, &sources, &terms));
         kept.radii.push((*tau, explore(&mode.operator, 1).radius));
         let direct = direct(mode, places, (&lamp_of, lamps.len()), watch);
-        found.push(Node { terms, dominant, direct });
+        let glow = glow(mode, &lamp_of, lamps.len());
+        found.push(Node { terms, dominant, direct, glow });
         watch.tick(1);
     }
     let (areas, rho) = (first.operator.areas().to_vec(), first.operator.reflectances().to_vec());
@@ -278,7 +281,21 @@ fn powers(mode: &Assembled, sources: &[Source], terms: &[Vec<Vec<Rgb>>]) -> Vec<
     sources.iter().zip(terms).map(of).collect()
 }
 
-/// Irradiance over pi of the light as emitted of each lamp, in each texel.
+/// Irradiance over pi of the light of each lamp's emitters that are no luminaires, in each patch.
+fn glow(mode: &Assembled, lamp_of: &[usize], lamps: usize) -> Vec<Vec<Rgb>> {
+    let k = &mode.operator;
+    let mut found = vec![vec![Rgb::ZERO; k.len()]; lamps];
+    for (emitter, &lamp) in k.emitters().iter().zip(lamp_of) {
+        let alone = EmitterLight { emission: emitter.emission.clone(), received: vec![Rgb::ZERO; k.len()] };
+        let reflected = k.first_bounce_of(&alone);
+        for (sum, (l, rho)) in found[lamp].iter_mut().zip(reflected.iter().zip(k.reflectances())) {
+            *sum += received(l.visible, *rho);
+        }
+    }
+    found
+}
+
+/// Irradiance over pi of the light of each lamp's luminaires and lights without area, in each texel.
 fn direct(
     mode: &Assembled,
     places: &[Vec<Place>],
@@ -286,13 +303,6 @@ fn direct(
     watch: &dyn Watch,
 ) -> Vec<Vec<Rgb>> {
     let lights = &mode.lights;
-    let k = &mode.operator;
-    let glow = |emitter: &EmitterLight| {
-        let dark = EmitterLight { emission: emitter.emission.clone(), received: vec![Rgb::ZERO; k.len()] };
-        let own = k.first_bounce_of(&dark);
-        own.iter().zip(k.reflectances()).map(|(l, rho)| received(l.visible, *rho)).collect::<Vec<Rgb>>()
-    };
-    let glows: Vec<Vec<Rgb>> = k.emitters().iter().map(glow).collect();
     let sobol = Sobol::new(lights.points(RAYS) as usize, 2);
     let seed = Purpose::Texels.seed(mode.sampling.seed);
     let texel = |scratch: &mut Scratch, t: usize| {
@@ -307,9 +317,6 @@ fn direct(
             };
             lights.add(&mut sum, (point, *patch, DVec3::splat(share)), RAYS, draw, scratch);
             lights.by_emitter(&sum, |e, light| found[lamp_of[e]] += light);
-            for (e, glow) in glows.iter().enumerate() {
-                found[lamp_of[e]] += share * glow[*patch as usize].as_dvec3();
-            }
         }
         found.into_iter().map(|light| light.as_vec3().max(Rgb::ZERO)).collect::<Vec<Rgb>>()
     };
