@@ -13,7 +13,7 @@ use crate::source::imports::{Imports, circle, imports};
 use crate::source::{Source, code, is_word, sources, words};
 
 /// The outer crates that belong to some modules only, by the name they have in code.
-const HOMES: [(&str, &[&str]); 19] = [
+const HOMES: [(&str, &[&str]); 21] = [
     ("tobj", &["scene"]),
     ("gltf_json", &["scene"]),
     ("data_url", &["scene"]),
@@ -23,6 +23,8 @@ const HOMES: [(&str, &[&str]); 19] = [
     ("csv", &["pictures"]),
     ("zip", &["export"]),
     ("twox_hash", &["export"]),
+    ("flate2", &["explore"]),
+    ("base64", &["explore"]),
     ("obvhs", &["rays"]),
     ("rand_xoshiro", &["reference"]),
     ("khronos_egl", &["reference"]),

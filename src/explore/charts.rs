@@ -1,15 +1,15 @@
 //! Charts: the flat pieces of surface that carry light in the page, cell by cell, and texel by texel.
 //!
-//! A grid of patches is a chart, whose cells have the light of their patches. Every cell has [`Charts::fine`] by as many
-//! texels for direct light, whose shadows are sharper than patches. Light is bilinear between the middles of cells, and of
-//! texels, and stays within its chart. A cluster of small faces is a chart too, without a place in a plane: every face has a
-//! texel of its own, and the faces of a cell the mean light of the patches around them ([`crate::explore::clusters`]).
+//! A grid of patches is a chart, whose cells have the light of their patches. Every cell has [`Charts::fine`] by as
+//! many texels for direct light, whose shadows are sharper than patches. Light is bilinear between the middles of
+//! cells, and of texels, and stays within its chart. A cluster of small faces is a chart too, without a place in a
+//! plane: every face has a texel of its own, and the faces of a cell what they receive together
+//! ([`crate::explore::cell_rows`]).
 //!
 //! The back of a two-sided surface is a chart of its own. Not handled: which light there is.
 
 use glam::{Vec2, Vec3};
 
-use crate::explore::clusters::{Clusters, along_curve};
 use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::patches::grid::{NONE, index};
@@ -123,11 +123,6 @@ impl Charts {
             charts.enter_cluster(scene, patches, (patch as u32, slots), faces);
         }
         charts.enter_backs(patches);
-        let lit = charts.clusters().map(|(cell, faces, side)| (cell, faces.to_vec(), side)).collect::<Vec<_>>();
-        let smooth = Clusters::new(scene, patches);
-        for (cell, faces, side) in lit {
-            charts.cells[cell] = smooth.around(&faces, side, charts.patches[cell]);
-        }
         charts
     }
 
@@ -169,19 +164,19 @@ impl Charts {
         within / s * s * columns + s * cell + within % s
     }
 
-    /// The cells of all clusters, with the faces and the side of each.
-    fn clusters(&self) -> impl Iterator<Item = (usize, &[u32], Side)> {
-        let clusters = (0..self.list.len()).filter(|&k| !self.list[k].is_grid());
-        clusters.flat_map(move |k| {
-            let (chart, block) = (&self.list[k], self.fine * self.fine);
-            let faces = chart.front.map_or(&chart.faces, |front| &self.list[front].faces);
-            let slots = faces.len().min(chart.columns * block);
-            let range = move |cell: usize| {
-                let end = |slot: usize| (slot.min(slots) * faces.len()).div_ceil(slots);
-                end(cell * block)..end((cell + 1) * block)
-            };
-            (0..chart.columns).map(move |cell| (chart.first + cell, &faces[range(cell)], self.side(k)))
-        })
+    /// The cells of all clusters.
+    pub fn cells_of_clusters(&self) -> impl Iterator<Item = usize> {
+        let clusters = self.list.iter().filter(|chart| !chart.is_grid());
+        clusters.flat_map(|chart| chart.first..chart.first + chart.cells())
+    }
+
+    /// The texels of a cell.
+    pub fn texels_of(&self, cell: usize) -> impl Iterator<Item = usize> {
+        let chart = &self.list[self.list.partition_point(|chart| chart.first <= cell) - 1];
+        let (s, k) = (self.fine, cell - chart.first);
+        let (column, row, width) = (k % chart.columns.max(1), k / chart.columns.max(1), s * chart.columns);
+        let first = chart.first * s * s + row * s * width + column * s;
+        (0..s * s).map(move |i| first + i / s * width + i % s)
     }
 
     /// Adds the backs of two-sided surfaces.
@@ -201,8 +196,8 @@ impl Charts {
         }
     }
 
-    /// The same without light on charts that no path reaches, which are black then; and the texels that are left. A chart
-    /// so small that [`EXPECTED`] paths would not come to it by its area is kept.
+    /// The same without light on charts that no path reaches, which are black then; and the texels that are left. A
+    /// chart so small that [`EXPECTED`] paths would not come to it by its area is kept.
     pub fn kept(mut self, scene: &Scene, counts: &[u32]) -> (Charts, Vec<usize>) {
         let block = self.fine * self.fine;
         let area = |k: usize| -> f64 {
@@ -300,7 +295,8 @@ impl Charts {
         self.list[chart].is_grid()
     }
 
-    /// The points of each texel from which direct light is measured, with their patches; none where there is no surface.
+    /// The points of each texel from which direct light is measured, with their patches; none where there is no
+    /// surface.
     pub fn places(&self, patches: &Patches) -> Vec<Vec<(SurfacePoint, u32)>> {
         let mut places = vec![Vec::new(); self.texels()];
         for number in 0..self.list.len() {
@@ -425,4 +421,11 @@ fn nearest_of_triangle(corners: [Vec3; 3], x: Vec3) -> Vec3 {
     };
     let edges = [(a, b), (b, c), (c, a)].map(of_edge);
     edges.into_iter().min_by(|p, q| p.distance(x).total_cmp(&q.distance(x))).unwrap_or(a)
+}
+
+/// Where a point of unit coordinates comes on a curve through all of space that keeps neighbours together (G. Morton
+/// 1966): the bits of its coordinates, in turn.
+fn along_curve(x: Vec3) -> u32 {
+    let cells = x.to_array().map(|x| ((x + 1.0) * 512.0).clamp(0.0, 1023.0) as u32);
+    (0..10).fold(0, |code, bit| (0..3).fold(code, |code, axis| code | (cells[axis] >> bit & 1) << (3 * bit + axis)))
 }

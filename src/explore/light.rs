@@ -1,14 +1,16 @@
 //! The light of charts, layer by layer: what every cell and texel receives of each term, lamp and node of tau.
 //!
 //! Cells have what their patches receive, by area of those that any light reaches; texels have direct light at their
-//! points, and what glows as cells receive it, bilinear between them. What lies hidden under something else, where neither paths nor light come at tau = 0, takes the mean of what is
-//! beside it, one cell far, so that it does not darken the light beside it.
+//! points, and what glows as cells receive it, bilinear between them. What lies hidden under something else, where
+//! neither paths nor light come at tau = 0, takes the mean of what is beside it, one cell far, so that it does not
+//! darken the light beside it.
 
 use glam::DVec3;
 
+use crate::explore::cell_rows::CellRows;
 use crate::explore::charts::{Charts, Taps};
 use crate::explore::sums::Mixture;
-use crate::explore::terms::{Node, Solved, received};
+use crate::explore::terms::{Solved, received};
 use crate::light::Rgb;
 
 /// Irradiance over pi by node and lamp.
@@ -22,8 +24,8 @@ pub(super) struct Layers {
 }
 
 impl Layers {
-    /// Brings solved light to the cells and texels of charts.
-    pub fn new(solved: &mut Solved, charts: &Charts, reached: &[u32]) -> Layers {
+    /// Brings solved light to the cells and texels of charts; `reached` counts paths that came to each texel.
+    pub fn new(solved: &mut Solved, charts: &Charts, rows: &CellRows, reached: &[u32]) -> Layers {
         let is_lit = lit(solved);
         let cells: Vec<Vec<(u32, f32)>> = charts.cells.iter().map(|own| weights(own, &is_lit)).collect();
         let of_cells: Vec<bool> =
@@ -31,32 +33,40 @@ impl Layers {
         let direct = &solved.nodes[0].direct;
         let of_texel = |t: usize| reached[t] > 0 || direct.iter().any(|lamp| lamp[t] != Rgb::ZERO);
         let of_texels: Vec<bool> = (0..reached.len()).map(of_texel).collect();
-        let (fill_cells, fill_texels) =
-            (charts.fills(1, &of_cells, 1), charts.fills(charts.fine, &of_texels, charts.fine));
-        let rho = &solved.rho;
-        let of_term = |term: &Vec<Rgb>| {
-            let cell = |own: &Vec<(u32, f32)>| -> Rgb {
-                own.iter().map(|&(p, share)| share * received(term[p as usize], rho[p as usize])).sum()
+        let fill_cells = charts.fills(1, &of_cells, 1);
+        let fill_texels = charts.fills(charts.fine, &of_texels, charts.fine);
+        let Solved { nodes, rho, alpha, kept, .. } = solved;
+        let (rho, alpha) = (&rho[..], &alpha[..]);
+        // Light that patches receive and light that leaves them, as cells receive it at node q.
+        let cells_of = |q: usize, received: &dyn Fn(usize) -> Rgb, sent: &dyn Fn(usize) -> Rgb| -> Vec<Rgb> {
+            let cell = |own: &Vec<(u32, f32)>| own.iter().map(|&(p, share)| share * received(p as usize)).sum();
+            let mut values = filled(cells.iter().map(cell).collect(), &fill_cells);
+            rows.receive(q, sent, &mut values);
+            values
+        };
+        let mut layers = Layers { reflected: Vec::new(), dominant: Vec::new(), direct: Vec::new() };
+        for (q, node) in nodes.iter_mut().enumerate() {
+            let of_terms = |terms: &Vec<Vec<Rgb>>| {
+                let pairs = terms.iter().zip(terms.iter().skip(1));
+                let term = |(before, own): (&Vec<Rgb>, &Vec<Rgb>)| {
+                    cells_of(q, &|i| received(own[i], rho[i]), &|i| alpha[i] * before[i])
+                };
+                pairs.map(term).collect()
             };
-            filled(cells.iter().map(cell).collect(), &fill_cells)
-        };
-        let of_lamp = |terms: &Vec<Vec<Rgb>>| terms.iter().skip(1).map(of_term).collect();
-        let reflected = solved.nodes.iter().map(|node| node.terms.iter().map(of_lamp).collect()).collect();
-        let dominant = solved.nodes.iter().map(|node| of_term(&node.dominant)).collect();
-        let of_glow = |glow: &Vec<Rgb>| {
-            let cell = |own: &Vec<(u32, f32)>| -> Rgb { own.iter().map(|&(p, share)| share * glow[p as usize]).sum() };
-            filled(cells.iter().map(cell).collect(), &fill_cells)
-        };
-        let texels = |(direct, glow): (&mut Vec<Rgb>, &Vec<Rgb>)| {
-            let mut texels = filled(std::mem::take(direct), &fill_texels);
-            if glow.iter().any(|light| *light != Rgb::ZERO) {
-                charts.add_to_texels(&of_glow(glow), &mut texels);
-            }
-            texels
-        };
-        let of_node = |node: &mut Node| node.direct.iter_mut().zip(&node.glow).map(texels).collect();
-        let direct = solved.nodes.iter_mut().map(of_node).collect();
-        Layers { reflected, dominant, direct }
+            layers.reflected.push(node.terms.iter().map(of_terms).collect());
+            let (v, lambda) = (&node.dominant, kept.lambda[q].as_vec3());
+            layers.dominant.push(cells_of(q, &|i| received(v[i], rho[i]), &|i| alpha[i] * received(v[i], lambda)));
+            let texels = |(direct, (glow, glowing)): (&mut Vec<Rgb>, (&Vec<Rgb>, &Vec<Rgb>))| {
+                let mut texels = filled(std::mem::take(direct), &fill_texels);
+                if glow.iter().any(|light| *light != Rgb::ZERO) {
+                    charts.add_to_texels(&cells_of(q, &|i| glow[i], &|i| glowing[i]), &mut texels);
+                }
+                texels
+            };
+            let glows = node.glow.iter().zip(&node.glowing);
+            layers.direct.push(node.direct.iter_mut().zip(glows).map(texels).collect());
+        }
+        layers
     }
 
     /// What is received where some cells and texels are read.

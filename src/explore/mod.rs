@@ -1,24 +1,25 @@
 //! A page to play with: one HTML file in which anyone may walk through a solved scene, take bounces away, slide between
 //! the modes, and turn lamps up and down.
 //!
-//! What the page shows is linear in what is solved here, so it is right as well:
+//! What the page shows is linear in what is solved here:
 //!
 //! | slider | is |
 //! |---|---|
 //! | lamps | exact: light is linear in E |
-//! | alpha | exact for every term: `alpha^(n-1) KⁿE`; the terms after the last lie in the span of the last two |
+//! | alpha | exact for every term: `alpha^(n-1) KⁿE`; the terms after the last are two geometric series |
 //! | tau | solved at Chebyshev's points, interpolated between them with an error that is measured and stated |
 //! | bounce | terms are kept apart |
 //!
-//! A light ray's way through the files: [`terms`] solves `KⁿE` by lamp and tau, [`charts`] says where on surfaces light
-//! is kept, [`reached`] what of them is seen, [`light`] brings it there, [`sums`] says what each layer counts, [`drawn`] draws a picture of it here, as the
-//! oracle of the page's own test, and [`numbers`] and [`document`] write all of it down. The page's own code is plain
-//! HTML, CSS, ES modules and shaders in `page/`, put together here without a bundler.
+//! The files in the order of light: [`charts`] says where on surfaces light is kept, [`reached`] what of them is seen,
+//! [`terms`] solves `KⁿE` by lamp and tau, [`cell_rows`] has what small faces receive, [`light`] brings all of it to
+//! the charts, [`sums`] says what each layer counts. [`drawn`] draws a picture of it here, the oracle of the page's own
+//! test ([`states`]). [`rows`] are those of F between coarse patches; [`numbers`] and [`document`] write everything
+//! down, and [`parts`] puts it together with the page's own code, plain HTML, CSS, ES modules and shaders in `page/`.
 //!
-//! Not handled: highlights; patches divided by light.
+//! Worth: docs/explore.md. Not handled: highlights; patches divided by light.
 
+mod cell_rows;
 mod charts;
-mod clusters;
 mod document;
 mod drawn;
 mod light;
@@ -30,6 +31,7 @@ mod states;
 mod sums;
 mod terms;
 
+use crate::explore::cell_rows::CellRows;
 use crate::explore::charts::Charts;
 use crate::explore::document::Contents;
 use crate::explore::drawn::View;
@@ -40,7 +42,7 @@ use crate::explore::rows::CoarseRows;
 use crate::explore::states::expected;
 use crate::explore::sums::{Shown, State};
 use crate::explore::terms::Solved;
-use crate::light::Mode;
+use crate::light::{Mode, Transport};
 use crate::patches::Patches;
 use crate::pictures::{ImageError, Size, relative_rms};
 use crate::render::{Apart, Solver, Unfit, Watch};
@@ -112,7 +114,10 @@ pub fn page(solver: Solver, effort: &TermsEffort, words: &Words, watch: &dyn Wat
     let (charts, texels) = charts.kept(scene, &reached.counts);
     let reached = reached.of(&texels);
     let mut solved = terms::solve(&cut, &reached.places, effort, watch)?;
-    let layers = Layers::new(&mut solved, &charts, &reached.counts);
+    let taus: Vec<Vec<f32>> = solved.kept.taus.iter().map(|&tau| of_materials(scene, tau)).collect();
+    watch.begin("small faces", 1);
+    let cell_rows = CellRows::new((&geometry.rays, &cut.patches), &charts, &reached.places, &taus, effort.seed);
+    let layers = Layers::new(&mut solved, &charts, &cell_rows, &reached.counts);
     watch.begin("rows of F", 1);
     let rows = CoarseRows::new(geometry, effort.seed);
     let emitters = &*Emitters::of(scene);
@@ -147,6 +152,11 @@ pub fn page(solver: Solver, effort: &TermsEffort, words: &Words, watch: &dyn Wat
     })
 }
 
+/// tau of every material where those without their own take `tau`.
+fn of_materials(scene: &Scene, tau: f64) -> Vec<f32> {
+    scene.transports(Transport { alpha: 1.0, tau: tau as f32 }).iter().map(|own| own.tau).collect()
+}
+
 /// The charts of patches, with as many texels to a side of a cell as fit.
 fn charts(scene: &Scene, patches: &Patches) -> Charts {
     let fits = |charts: &Charts| charts.fine == 1 || charts.texels() <= TEXELS;
@@ -160,13 +170,5 @@ fn compared(solver: &Solver, (solved, layers): (&Solved, &Layers), view: &View, 
     let state = State { alpha: 1.0, tau: 0.0, shown: Shown::All, gains: solved.gains(), stops: 0.0 };
     let mixture = solved.kept.mixture(&state);
     let rendered = solver.render(Mode::Global, COMPARED).watch(watch).tolerance(COMPARED_WITHIN).ok()?;
-    if let Ok(d) = std::env::var("HLX") {
-        let e = crate::pictures::Exposure::default();
-        let _ = crate::pictures::write_picture(format!("{d}-page.png"), &view.picture(layers, &mixture), e);
-        let _ = crate::pictures::write_picture(format!("{d}-page.exr"), &view.picture(layers, &mixture), e);
-        let _ = crate::pictures::write_picture(format!("{d}-mask.exr"), &view.mask(), e);
-        let _ = crate::pictures::write_picture(format!("{d}-ref.png"), &rendered.picture, e);
-        let _ = crate::pictures::write_picture(format!("{d}-ref.exr"), &rendered.picture, e);
-    }
     relative_rms(&view.picture(layers, &mixture), &rendered.picture, Some(&view.mask()), None).ok()
 }

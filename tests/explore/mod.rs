@@ -1,9 +1,9 @@
-//! Pages of `halflight explore`: what is in the file; and in a real browser, whether its pictures are the program's sums,
-//! whether they are those of `render`, and whether a person can play with it.
+//! Pages of `halflight explore`: what is in the file; and in a real browser, whether its pictures are the program's
+//! sums, whether they are those of `render`, and whether a person can play with it.
 //!
-//! The browser is Chromium without a window, named by HALFLIGHT_CHROMIUM or found on the PATH; HALFLIGHT_PLAYWRIGHT names
-//! the folder of the npm package playwright-core. Tests say that they were skipped where these are missing. Not handled:
-//! other browsers.
+//! The browser is Chromium without a window, named by HALFLIGHT_CHROMIUM or found on the PATH; HALFLIGHT_PLAYWRIGHT
+//! names the folder of the npm package playwright-core. Tests say that they were skipped where these are missing. Not
+//! handled: other browsers.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -147,7 +147,7 @@ async function readsBrokenLinks() {
 }
 
 async function isReadableWithoutWebgl() {
-  const page = await opened({}, "", (page) => page.addInitScript(() => {
+  const page = await opened({}, "", (bare) => bare.addInitScript(() => {
     const own = HTMLCanvasElement.prototype.getContext;
     HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
       return kind === "webgl2" ? null : own.call(this, kind, ...rest);

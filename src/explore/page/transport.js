@@ -32,7 +32,7 @@ function geometricMean(weights, values) {
 
 // An array [l][n][c] of what `make` says.
 function overLayers(scene, make) {
-  return scene.lamps.map((_, l) =>
+  return scene.lamps.map((lamp, l) =>
     Array.from({ length: scene.terms + 1 }, (_, n) => [0, 1, 2].map((c) => make(l, n, c))));
 }
 
