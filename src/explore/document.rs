@@ -25,8 +25,6 @@ use crate::surfaces::Geometry;
 
 /// Texels of an image to a side at most; larger ones are halved.
 const LARGEST: usize = 512;
-/// Steps of a coordinate from -1 to 1.
-const COORDINATES: f64 = 2_097_151.0;
 /// No lamp, chart or front.
 const NONE: u32 = u32::MAX;
 
@@ -83,6 +81,8 @@ struct View {
     right: [f32; 3],
     up: [f32; 3],
     fov: f32,
+    /// How far before the eye the nearest surface lies; null where there is none.
+    nearest: f32,
 }
 
 #[derive(Serialize)]
@@ -180,6 +180,8 @@ pub(super) struct Contents<'a> {
     pub expected: &'a [Expected],
     pub test_size: Size,
     pub rms: Option<f64>,
+    /// How far before the eye the nearest surface lies.
+    pub nearest: f32,
     /// The lamp that a face's emission belongs to.
     pub lamp_of: &'a dyn Fn(u32) -> usize,
 }
@@ -212,6 +214,7 @@ impl Contents<'_> {
                 right: camera.right.to_array(),
                 up: camera.up.to_array(),
                 fov: camera.vertical_fov,
+                nearest: self.nearest,
             },
             up: up(scene).to_array(),
             stops: 0.0,
@@ -280,7 +283,7 @@ impl Contents<'_> {
     fn add_geometry(&self, arrays: &mut Arrays) {
         let scene = &self.geometry.scene;
         let mut numbers = vec![NONE; scene.vertices.len()];
-        let (mut places, mut corners): ([Vec<u32>; 3], Vec<u32>) = Default::default();
+        let (mut places, mut corners): ([Vec<f32>; 3], Vec<u32>) = Default::default();
         let (mut lamps, mut slots, mut uv, mut colours) =
             (Vec::new(), Vec::new(), [Vec::new(), Vec::new()], Vec::new());
         for &face in self.charts.list.iter().flat_map(|chart| &chart.faces) {
@@ -289,7 +292,7 @@ impl Contents<'_> {
                 if *number == NONE {
                     *number = places[0].len() as u32;
                     let place = scene.vertices[v as usize];
-                    (0..3).for_each(|axis| places[axis].push(coordinate(place[axis])));
+                    (0..3).for_each(|axis| places[axis].push(place[axis]));
                 }
                 corners.push(*number);
             }
@@ -311,7 +314,7 @@ impl Contents<'_> {
             }
         }
         for (name, places) in ["x", "y", "z"].into_iter().zip(&places) {
-            arrays.words(name, places);
+            arrays.floats(name, places);
         }
         arrays.words("corners", &corners);
         arrays.bytes("lamp", &lamps);
@@ -363,11 +366,6 @@ impl Contents<'_> {
         arrays.shorts("direct", &direct);
         arrays.shorts("dominant", &dominant);
     }
-}
-
-/// The code of a coordinate of unit coordinates, in steps so small that corners which met still do to a pixel.
-fn coordinate(x: f32) -> u32 {
-    (0.5 * (f64::from(x).clamp(-1.0, 1.0) + 1.0) * COORDINATES).round() as u32
 }
 
 /// The axis nearest to the camera's up, or that of the sky.

@@ -27,6 +27,8 @@ struct Seen {
 
 /// What all pixels of a view see.
 pub(super) struct View {
+    /// How far before the eye the nearest surface lies along the view, unit coordinates; infinite where there is none.
+    pub nearest: f32,
     size: Size,
     seen: Vec<Seen>,
 }
@@ -42,7 +44,7 @@ impl View {
     ) -> View {
         let Size { width, height } = size;
         let aspect = width as f32 / height as f32;
-        let mut seen = Vec::new();
+        let (mut seen, mut nearest) = (Vec::new(), f32::INFINITY);
         for k in 0..width * height * step * step {
             let (pixel, part) = (k / (step * step), k % (step * step));
             let offset = |k: usize| (k as f32 + 0.5) / step as f32;
@@ -52,6 +54,9 @@ impl View {
             let ray = Ray { origin, direction, source: None };
             for (hit, share) in rays.seen(&ray) {
                 let at = ray.at(hit.t);
+                if !scene.is_sky(hit.face) {
+                    nearest = nearest.min(hit.t * direction.dot(scene.camera.forward));
+                }
                 let taps = if scene.is_sky(hit.face) { None } else { charts.taps(hit.face, hit.side, at) };
                 let is_lit = scene.is_sky(hit.face) || taps.is_some();
                 let emission = if is_lit { scene.emitted_at(hit.face, at).visible.as_dvec3() } else { DVec3::ZERO };
@@ -64,7 +69,7 @@ impl View {
                 });
             }
         }
-        View { size, seen }
+        View { nearest, size, seen }
     }
 
     /// Pixels that see no emission, nor do those around them, as points may miss a luminaire's edge: 1 there.

@@ -123,7 +123,8 @@ pub fn page(solver: Solver, effort: &TermsEffort, words: &Words, watch: &dyn Wat
     let emitters = &*Emitters::of(scene);
     let lamp_of = |face: u32| solved.lamp_of.get(emitters.of_face(scene, face)).copied().unwrap_or(0);
     let view = |size: Size, step: usize| View::new((scene, &geometry.rays), &charts, &lamp_of, size, step);
-    let expected = expected(&solved, &layers, &view(TEST_SIZE, 1));
+    let points = view(TEST_SIZE, 1);
+    let expected = expected(&solved, &layers, &points);
     let rms = compared(&solver, (&solved, &layers), &view(COMPARED, POINTS), watch);
     let contents = Contents {
         words,
@@ -136,6 +137,7 @@ pub fn page(solver: Solver, effort: &TermsEffort, words: &Words, watch: &dyn Wat
         expected: &expected,
         test_size: TEST_SIZE,
         rms,
+        nearest: points.nearest,
         lamp_of: &lamp_of,
     };
     let (json, numbers) = contents.texts()?;

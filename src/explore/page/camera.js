@@ -19,12 +19,20 @@ export function basisOf(scene, state) {
   return { forward: turn(scene.camera.forward), right: turn(scene.camera.right), up: turn(scene.camera.up) };
 }
 
+// How far before the eye drawing begins: near enough for what the file's camera has before it, as long as the eye is
+// not far from there.
+function nearPlane(scene, state) {
+  const { position, nearest } = scene.camera;
+  const away = Math.hypot(...state.position.map((x, axis) => x - position[axis]));
+  return Math.min(0.002, Math.max(0.3 * (nearest ?? 1), 0.05 * away, 1e-9));
+}
+
 // The camera of a state: where it is, its directions, tangents of half its angles, and its matrix (column-major).
 export function perspective(scene, state, aspect) {
   const basis = basisOf(scene, state);
   const tangent = Math.tan(radians(state.fov) / 2);
   const far = Math.hypot(...state.position) + 2;
-  const near = 0.002;
+  const near = nearPlane(scene, state);
   const { forward: f, right: r, up: u } = basis;
   const eye = state.position;
   const rows = [[...r, -dot(r, eye)], [...u, -dot(u, eye)], [...f, -dot(f, eye)]];

@@ -3,11 +3,6 @@
 const NONE = 0xffffffff;
 export const VERTEX_BYTES = 20;
 
-// A unit coordinate by its code: 2097151 steps from -1 to 1.
-export function coordinateOf(code) {
-  return (2 * code) / 2097151 - 1;
-}
-
 // Places rectangles in shelves: their corners and the size of the atlas.
 function shelves(columns, rows) {
   const order = Array.from(columns.keys()).sort((a, b) => rows[b] - rows[a] || columns[b] - columns[a]);
@@ -151,9 +146,9 @@ function vertexBuffer(arrays, charts, order, triangles) {
       const tags = Math.min(lamp[triangle], 15) | (slot[triangle] << 4);
       for (let corner = 3 * triangle; corner < 3 * triangle + 3; corner++, at += 5) {
         const vertex = corners[corner];
-        floats[at] = coordinateOf(x[vertex]);
-        floats[at + 1] = coordinateOf(y[vertex]);
-        floats[at + 2] = coordinateOf(z[vertex]);
+        floats[at] = x[vertex];
+        floats[at + 1] = y[vertex];
+        floats[at + 2] = z[vertex];
         words[at + 3] = tags;
         words[at + 4] = chart;
       }

@@ -1,6 +1,6 @@
 // Opens the page: decodes the scene, starts WebGL2, and joins the parts.
 import { App } from "./app.js";
-import { Charts, coordinateOf, triangleBuffers } from "./charts.js";
+import { Charts, triangleBuffers } from "./charts.js";
 import { runTest, tellTest, testOf } from "./check.js";
 import { showMessage, startButtons, startControls } from "./controls.js";
 import { Light } from "./light.js";
@@ -17,12 +17,8 @@ const NO_WEBGL = "No room is drawn: this browser has no WebGL2, or it is switche
 
 // The smallest and the largest unit coordinates of the scene.
 function boundsOf({ x, y, z }) {
-  const ends = [x, y, z].map((codes) => {
-    let [least, most] = [Infinity, 0];
-    for (const code of codes) [least, most] = [Math.min(least, code), Math.max(most, code)];
-    return [least, most];
-  });
-  return [0, 1].map((end) => ends.map((range) => coordinateOf(range[end])));
+  const end = (pick, first) => [x, y, z].map((places) => places.reduce((found, place) => pick(found, place), first));
+  return [end(Math.min, Infinity), end(Math.max, -Infinity)];
 }
 
 // The view of the scene, or null where WebGL2 is missing.
