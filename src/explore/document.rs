@@ -58,6 +58,8 @@ pub(super) struct Document<'a> {
     errors: ErrorsEntry<'a>,
     effort: EffortEntry,
     sky: Option<SkyEntry>,
+    /// Whether there are lights without area, which are no patch's.
+    punctual: bool,
     #[serde(rename = "ownTransport")]
     own_transport: bool,
     materials: Vec<MaterialEntry<'a>>,
@@ -124,7 +126,9 @@ struct SkyEntry {
 struct MaterialEntry<'a> {
     name: &'a str,
     rho: [f32; 3],
+    /// As the camera sees it, and as it travels.
     emission: [f32; 3],
+    sends: [f32; 3],
     texture: Option<usize>,
     glow: Option<usize>,
     coloured: bool,
@@ -233,6 +237,7 @@ impl Contents<'_> {
             errors: ErrorsEntry { tau: &solved.errors, rms: self.rms },
             effort: EffortEntry { patches: self.patches.len(), rays: solved.rays, triangles: scene.solid_faces() },
             sky: self.sky(),
+            punctual: !scene.lights.is_empty(),
             own_transport: own_transport(scene),
             materials,
             textures: textures.entries,
@@ -417,6 +422,7 @@ impl Textures {
             name: &material.name,
             rho: material.rho.to_array(),
             emission: material.emitted().visible.to_array(),
+            sends: material.emission.to_array(),
             texture,
             glow,
             coloured: maps.is_some_and(|maps| maps.vertex_colours),

@@ -389,18 +389,18 @@ fn whole(mode: &Assembled, source: &[Source], alpha: f64) -> Vec<DVec3> {
     let Some(source) = source.first() else { return vec![DVec3::ZERO; k.len()] };
     let mut term = source.first_bounce.clone().unwrap_or_else(|| k.apply(&source.emission));
     let mut sum = vec![DVec3::ZERO; k.len()];
-    for n in 0..MOST {
-        let factor = alpha.powi(n as i32);
+    for _ in 0..MOST {
         let [mut added, mut all] = [0.0; 2];
         for ((sum, l), area) in sum.iter_mut().zip(&term).zip(k.areas()) {
-            let own = factor * l.visible.as_dvec3();
-            *sum += own;
-            added += area * own.element_sum();
+            *sum += l.visible.as_dvec3();
+            added += area * f64::from(l.visible.element_sum());
             all += area * sum.element_sum();
         }
         if added <= LITTLE * all {
             break;
         }
+        // Terms times alpha stay within floats where K alone would leave them.
+        term.iter_mut().for_each(|l| l.invisible *= alpha as f32);
         term = k.apply(&term);
     }
     sum

@@ -114,6 +114,7 @@ export class App {
 
   // Takes the state of a link; returns what was wrong with it.
   readLink(link) {
+    clearTimeout(this.linkTimer);
     const { state, problems } = stateOfLink(this.scene, link);
     this.state = state;
     this.isLightStale = true;

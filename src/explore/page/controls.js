@@ -17,7 +17,10 @@ export function startControls(app) {
   startBounces(app);
   startLamps(app);
   const showSquare = squareMap(element("square"), app.scene.radii, (part) => app.change(part));
+  let shown = null;
   app.followers.push(() => {
+    if (app.mixed === shown) return;
+    shown = app.mixed;
     showSquare(app.state, `${app.mode ?? "between the modes"}, ${app.mixed.verdict.kind}`);
     showBars(element("bars"), app.mixed.powers, app.mixed.included, "Visible power of every term, W");
     showHeader(app);
@@ -92,7 +95,9 @@ function startLamps(app) {
   element("lamps").innerHTML = app.scene.lamps.map(lampControls).join("");
   app.scene.lamps.forEach((_, l) => startLamp(app, l));
   const setAll = (part) => app.change({ lamps: app.state.lamps.map((lamp) => ({ ...lamp, ...part })) });
-  element("lamps-on").addEventListener("click", () => setAll({ brightness: 1 }));
+  // Lamps that were coloured black are white again.
+  const lit = ({ colour }) => ({ brightness: 1, colour: colour.some((x) => x > 0) ? colour : [1, 1, 1] });
+  element("lamps-on").addEventListener("click", () => app.change({ lamps: app.state.lamps.map(lit) }));
   element("lamps-off").addEventListener("click", () => setAll({ brightness: 0 }));
   element("lamps-reset").addEventListener("click", () => setAll({ brightness: 1, colour: [1, 1, 1] }));
 }
@@ -160,7 +165,7 @@ function facts(scene) {
   const places = [...new Set(errors.tau.map(({ tau }) => tau))].join(", ");
   return [
     "Lamps, bounces and alpha are exact: light is linear in E, and every term of the series is kept by itself.",
-    errors.tau.length > 0 ? `tau is exact at ${scene.taus.length} nodes
+    errors.tau.length > 0 ? `tau is solved at ${scene.taus.length} nodes
       (${scene.taus.map((t) => Number(t.toFixed(3))).join(", ")}); between them it is off by
       ${percentText(worst)} at most, measured at ${places}.` : "",
     `The terms after ${termName(scene.terms)} are added as two geometric series: the part along the dominant eigenvector
@@ -168,7 +173,9 @@ function facts(scene) {
     errors.rms === null ? "" : `Next to halflight’s own picture from the file’s camera this one is off by
       ${percentText(errors.rms)} (rms).`,
     `${count(effort.patches)} patches, ${count(effort.rays)} rays, ${count(effort.triangles)} triangles.`,
-    scene.ownTransport ? "Some material has an alpha or tau of its own; the sliders do not change it." : "",
+    scene.ownTransport ? `Some material has a tau of its own, which the slider leaves as it is, or an alpha, which multiplies
+      the slider’s.` : "",
+    scene.punctual ? "Where a patch gets its light from does not count lights without area." : "",
     "Diffuse surfaces only: no gloss, no refraction.",
     escaped(scene.attribution),
     `Made by halflight ${escaped(scene.version)}.`,

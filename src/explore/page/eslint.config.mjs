@@ -13,7 +13,8 @@ export default [{
   },
   linterOptions: { reportUnusedDisableDirectives: "error" },
   rules: {
-    "no-undef": "error", "no-unused-vars": "error", "no-redeclare": "error", "no-shadow": "error", "no-const-assign": "error",
+    "no-undef": "error", "no-unused-vars": "error", "no-redeclare": "error", "no-shadow": "error",
+    "no-const-assign": "error",
     "no-dupe-keys": "error", "no-dupe-args": "error", "no-unreachable": "error", "no-self-assign": "error",
     "no-fallthrough": "error", "no-cond-assign": "error", "no-empty": "error", "valid-typeof": "error", "use-isnan": "error",
     "no-unsafe-finally": "error", "no-import-assign": "error", "no-var": "error", "prefer-const": "error", eqeqeq: "error",

@@ -15,6 +15,8 @@ const NO_WEBGL = "No room is drawn: this browser has no WebGL2, or it is switche
   + "acceleration, or open this page in a current Firefox, Chrome, Edge or Safari. The numbers beside still follow the "
   + "sliders.";
 
+const MOST_PROBLEMS = 5;
+
 // The smallest and the largest unit coordinates of the scene.
 function boundsOf({ x, y, z }) {
   const end = (pick, first) => [x, y, z].map((places) => places.reduce((found, place) => pick(found, place), first));
@@ -26,13 +28,20 @@ async function webglView(canvas, scene, arrays, charts) {
   const options = { alpha: false, antialias: false, depth: false, powerPreference: "high-performance" };
   const gl = canvas.getContext("webgl2", options);
   if (!gl) return null;
-  canvas.addEventListener("webglcontextlost", () => showMessage("The graphics driver stopped: reload the page."));
+  canvas.addEventListener("webglcontextlost", () => {
+    showMessage("The graphics driver stopped: reload the page.");
+    for (const id of ["home", "open-plan", "save"]) document.getElementById(id).disabled = true;
+  });
   const images = await loadedImages(scene.textures);
   return new View(gl, scene, arrays, charts, triangleBuffers(scene, arrays, charts), images);
 }
 
+// Names what is wrong in a link, of many things the first.
 function tellProblems(problems) {
-  if (problems.length > 0) showMessage(`In the link: ${problems.join("; ")}. The rest of it is shown.`);
+  if (problems.length === 0) return;
+  const named = problems.slice(0, MOST_PROBLEMS).map((text) => (text.length > 80 ? `${text.slice(0, 80)}…` : text));
+  const more = problems.length > MOST_PROBLEMS ? `; and ${problems.length - MOST_PROBLEMS} more` : "";
+  showMessage(`In the link: ${named.join("; ")}${more}. The rest of it is shown.`);
 }
 
 function startView(app, arrays) {

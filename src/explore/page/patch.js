@@ -107,9 +107,9 @@ export class PatchCard {
     this.element.innerHTML = `<header><h2>${escaped(this.#nameOf(patch))}</h2>
       <button type="button" class="close">Close</button></header>
       <dl><dt>material</dt><dd>${escaped(material)}${arrays.patchSide[patch] ? ", back" : ""}</dd>
-      <dt>area</dt><dd>${numberText(arrays.patchArea[patch])}</dd>
+      <dt>area, file’s units²</dt><dd>${numberText(arrays.patchArea[patch])}</dd>
       <dt>rho</dt><dd>${this.app.patches.rho(patch).map((x) => x.toFixed(2)).join("  ")}</dd>
-      <dt>L, W/(m² sr)</dt><dd class="radiance"></dd></dl><div class="power"></div>${this.#choices()}
+      <dt>L as shown, W/(m² sr)</dt><dd class="radiance"></dd></dl><div class="power"></div>${this.#choices()}
       <div class="row"></div>`;
     this.element.hidden = false;
     this.element.querySelector(".close").addEventListener("click", () => this.close());
@@ -157,7 +157,7 @@ export class PatchCard {
     const largest = shares.reduce((most, share) => Math.max(most, share), 0);
     if (largest === 0) {
       app.view?.setShares(null);
-      return `<p>${factors ? "Nothing is seen from here." : "No light arrives here in this picture."}</p>`;
+      return `<p>${factors ? "Nothing is seen from here." : "No light of surfaces arrives here in this picture."}</p>`;
     }
     app.view?.setShares(patches.toCells(shares), largest, stepColours());
     const list = patches.byObject(shares).filter(({ share }) => share >= 0.005).slice(0, 8)

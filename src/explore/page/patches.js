@@ -39,9 +39,9 @@ export class Patches {
     return [...this.arrays.patchRho.subarray(3 * patch, 3 * patch + 3)];
   }
 
-  // Radiance that a patch emits with the lamps at their gains.
-  emission(patch, gains) {
-    const { emission } = this.scene.materials[this.arrays.patchMaterial[patch]];
+  // Radiance that a patch emits with the lamps at their gains: what is seen of it, or what it `sends`.
+  emission(patch, gains, half = "emission") {
+    const emission = this.scene.materials[this.arrays.patchMaterial[patch]][half];
     const lamp = this.lamps[patch];
     return emission.map((x, c) => (lamp === NO_LAMP ? 0 : x * gains[lamp][c]));
   }
@@ -90,7 +90,8 @@ export class Patches {
     const [areas, powers] = [new Float64Array(scene.coarse.count), new Float64Array(scene.coarse.count)];
     for (let patch = 0; patch < this.count; patch++) {
       const [area, coarse, rho] = [arrays.patchArea[patch], arrays.patchCoarse[patch], this.rho(patch)];
-      const leaving = this.emission(patch, gains).map((e, c) => coefficient * e + rho[c] * light[3 * patch + c]);
+      const sent = this.emission(patch, gains, "sends");
+      const leaving = sent.map((e, c) => coefficient * e + rho[c] * light[3 * patch + c]);
       areas[coarse] += area;
       powers[coarse] += (area * (leaving[0] + leaving[1] + leaving[2])) / 3;
     }

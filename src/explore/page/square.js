@@ -12,7 +12,8 @@ function curve(radii, bound) {
   return TAUS.map((tau) => `${xOf(alpha(tau)).toFixed(2)},${yOf(tau).toFixed(2)}`);
 }
 
-// What lies beyond the frontier: hatched where divergence is proved, dotted where the bounds leave it open.
+// What lies beyond the frontier: hatched where divergence is proved, filled where the bounds leave it
+// open.
 function frontier(radii) {
   const [proved, open] = [curve(radii, "lower"), curve(radii, "upper")];
   const right = `${SIDE},0 ${SIDE},${SIDE}`;

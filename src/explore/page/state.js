@@ -60,7 +60,8 @@ function setters(scene, state) {
     term: (v) => assign(viewOf("term", v, scene.terms), (view) => (state.view = view)),
     stops: (v) => assign(numbersOf(v, 1, STOPS.least, STOPS.most), ([x]) => (state.stops = x)),
     fov: (v) => assign(numbersOf(v, 1, FOV.least, FOV.most), ([x]) => (state.fov = x)),
-    look: (v) => assign(numbersOf(v, 2, -360, 360), ([yaw, pitch]) => Object.assign(state, { yaw, pitch })),
+    look: (v) => assign(numbersOf(v, 2, -360, 360), ([yaw, pitch]) =>
+      Object.assign(state, { yaw, pitch: Math.max(-89, Math.min(89, pitch)) })),
     at: (v) => assign(placeOf(scene, v), (position) => (state.position = position)),
   };
   scene.lamps.forEach((lamp, l) => {

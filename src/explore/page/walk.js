@@ -93,7 +93,8 @@ function startPointers(app, ask, hover) {
   });
   canvas.addEventListener("pointermove", (event) => {
     if (!pointers.has(event.pointerId)) return event.pointerType === "mouse" && hover(event);
-    travelled += Math.abs(event.movementX) + Math.abs(event.movementY);
+    const from = pointers.get(event.pointerId);
+    travelled = Math.max(travelled, Math.hypot(event.clientX - from.x, event.clientY - from.y));
     if (travelled > 5) drag(app, pointers, event);
   });
   const release = (event) => {

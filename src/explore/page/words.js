@@ -16,12 +16,13 @@ export function termName(n) {
 // Three digits of a number, with a power of ten where it is very large or small.
 export function numberText(x) {
   if (x === 0 || !Number.isFinite(x)) return String(x);
-  const exponent = Math.floor(Math.log10(Math.abs(x)));
-  if (exponent >= -3 && exponent <= 3) return String(Number(x.toPrecision(3)));
-  return `${(x / 10 ** exponent).toFixed(2)} × 10${superscript(exponent)}`;
+  const [digits, exponent] = x.toExponential(2).split("e");
+  if (Math.abs(exponent) <= 3) return String(Number(x.toPrecision(3)));
+  return `${digits} × 10${superscript(Number(exponent))}`;
 }
 
 export function percentText(share) {
+  if (share > 0 && share < 1e-4) return "< 0.01\u00a0%";
   return `${Number((100 * share).toPrecision(2))}\u00a0%`;
 }
 
@@ -41,10 +42,19 @@ export function hexColour(light) {
   return `#${codes.map((code) => code.toString(16).padStart(2, "0")).join("")}`;
 }
 
+// Proved bounds in digits: the lower rounded down and the upper up, to as many as keep them apart from 1.
+function boundsText(lower, upper) {
+  let digits = 3;
+  const down = () => Math.floor(lower * 10 ** digits) / 10 ** digits;
+  const up = () => Math.ceil(upper * 10 ** digits) / 10 ** digits;
+  while (digits < 9 && ((upper < 1 && up() >= 1) || (lower > 1 && down() <= 1))) digits++;
+  return `radius ${down().toFixed(digits)} to ${up().toFixed(digits)}`;
+}
+
 // What the bounds on the spectral radius say about the series.
 export function verdictText({ kind, lower, upper }) {
   if (kind === "ends") return "<strong>The series ends:</strong> K²E = 0, the sum is E + KE.";
-  const bounds = `radius ${lower.toFixed(3)} to ${upper.toFixed(3)}`;
+  const bounds = boundsText(lower, upper);
   if (kind === "converges") return `<strong>Converges:</strong> ${bounds}, below 1, proved.`;
   if (kind === "diverges") return `<strong>Diverges:</strong> ${bounds}, not below 1, proved.`;
   return `<strong>Undecided:</strong> ${bounds}, 1 lies between the proved bounds.`;
