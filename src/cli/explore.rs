@@ -96,11 +96,12 @@ pub fn run(own: &Explore, common: &Common, console: &Console) -> Result<(), CliE
     let (seconds, bytes) = (start.elapsed().as_secs_f64(), html.len());
     let apart = rms.map_or_else(String::new, |rms| format!(", its picture {:.1} % from a rendered one", 100.0 * rms));
     console.say(format!(
-        "{}: {} patches, {} lamps, {} terms, {} taus in {seconds:.1} s; between taus {:.2} % off at most{apart}: {} \
+        "{}: {} patches, {} {}, {} terms, {} taus in {seconds:.1} s; between taus {:.2} % off at most{apart}: {} \
          ({:.1} MB)",
         scene.name,
         counts.patches,
         counts.lamps,
+        if counts.lamps == 1 { "lamp" } else { "lamps" },
         own.terms,
         own.taus,
         100.0 * tau_error,

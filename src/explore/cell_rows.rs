@@ -14,7 +14,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::explore::charts::Charts;
-use crate::explore::reached::Place;
+use crate::explore::reached::{Place, Reached};
 use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::rays::purpose::Purpose;
@@ -38,7 +38,7 @@ impl CellRows {
     pub fn new(
         (rays, patches): (&Rays, &Patches),
         charts: &Charts,
-        places: &[Vec<Place>],
+        reached: &Reached,
         taus: &[Vec<f32>],
         seed: u32,
     ) -> CellRows {
@@ -46,7 +46,10 @@ impl CellRows {
         let cells: Vec<usize> = charts.cells_of_clusters().collect();
         let opaque = !taus.iter().flatten().any(|&tau| tau > 0.0);
         let row = |hits: &mut Vec<Hit>, &cell: &usize| {
-            let from: Vec<&Place> = charts.texels_of(cell).flat_map(|texel| &places[texel]).collect();
+            let is_reached = |texel: &usize| reached.counts[*texel] > 0;
+            let any = charts.texels_of(cell).any(|texel| is_reached(&texel));
+            let texels = charts.texels_of(cell).filter(|texel| !any || is_reached(texel));
+            let from: Vec<&Place> = texels.flat_map(|texel| &reached.places[texel]).collect();
             let seed = hash(cell as u32, seed);
             let mut found: Vec<Vec<(u32, f32)>> = vec![Vec::new(); taus.len()];
             for k in 0..if from.is_empty() { 0 } else { RAYS } {

@@ -116,7 +116,7 @@ pub fn page(solver: Solver, effort: &TermsEffort, words: &Words, watch: &dyn Wat
     let mut solved = terms::solve(&cut, &reached.places, effort, watch)?;
     let taus: Vec<Vec<f32>> = solved.kept.taus.iter().map(|&tau| of_materials(scene, tau)).collect();
     watch.begin("small faces", 1);
-    let cell_rows = CellRows::new((&geometry.rays, &cut.patches), &charts, &reached.places, &taus, effort.seed);
+    let cell_rows = CellRows::new((&geometry.rays, &cut.patches), &charts, &reached, &taus, effort.seed);
     let layers = Layers::new(&mut solved, &charts, &cell_rows, &reached.counts);
     watch.begin("rows of F", 1);
     let rows = CoarseRows::new(geometry, effort.seed);
