@@ -119,9 +119,9 @@
 //! They stand in the order in which light flows through the code; each uses only those above it. [`light`] to
 //! [`surfaces`] say what there is, [`patches`] to [`solve`] put `L = E + K L` together and solve it, [`reading`] to
 //! [`gather`] look at the solution and estimate its error, [`render`] has all of it as [`Solver`], `export` writes
-//! files that others read; [reference](mod@reference) is the path tracer, [`study`] what is measured with both. Three
+//! files that others read; [reference](mod@reference) is the path tracer, [`study`] what is measured with both. Four
 //! features, all on by default, may be left out: `plot` draws charts and sheets, `export` writes files of numbers and
-//! keeps solved scenes, `cli` is the program and needs both.
+//! keeps solved scenes, `explore` makes pages, `cli` is the program and needs all of them.
 
 #![cfg_attr(not(feature = "opengl"), forbid(unsafe_code))]
 
@@ -165,7 +165,7 @@ pub mod plot;
 
 pub mod study;
 
-#[cfg(feature = "cli")]
+#[cfg(feature = "explore")]
 pub mod explore;
 
 #[cfg(feature = "cli")]
