@@ -10,11 +10,11 @@
 //! | tau | solved at Chebyshev's points, interpolated between them with an error that is measured and stated |
 //! | bounce | terms are kept apart |
 //!
-//! The files in the order of light: [`charts`] says where on surfaces light is kept, [`reached`] what of them is seen,
-//! [`terms`] solves `KⁿE` by lamp and tau, [`cell_rows`] has what small faces receive, [`light`] brings all of it to
-//! the charts, [`sums`] says what each layer counts. [`drawn`] draws a picture of it here, the oracle of the page's own
-//! test ([`states`]). [`rows`] are those of F between coarse patches; [`numbers`] and [`document`] write everything
-//! down, and [`parts`] puts it together with the page's own code, plain HTML, CSS, ES modules and shaders in `page/`.
+//! The files in the order of light: `charts` says where on surfaces light is kept, `reached` what of them is seen,
+//! `terms` solves `KⁿE` by lamp and tau, `cell_rows` has what small faces receive, `light` brings all of it to
+//! the charts, `sums` says what each layer counts. `drawn` draws a picture of it here, the oracle of the page's own
+//! test (`states`). `rows` are those of F between coarse patches; `numbers` and `document` write everything
+//! down, and `parts` puts it together with the page's own code, plain HTML, CSS, ES modules and shaders in `page/`.
 //!
 //! Worth: docs/explore.md. Not handled: highlights; patches divided by light.
 
