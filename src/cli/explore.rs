@@ -91,7 +91,7 @@ pub fn run(own: &Explore, common: &Common, console: &Console) -> Result<(), CliE
         seed: common.seed,
         memory: own.limit.bytes(),
     };
-    let Page { html, counts, tau_error, rms } = page(own.limit.solver(&scene, common.seed), &effort, &words, console)?;
+    let Page { html, counts, tau_error, rms } = page(&scene, &effort, &words, console)?;
     write_whole(&file, html.as_bytes())?;
     let (seconds, bytes) = (start.elapsed().as_secs_f64(), html.len());
     let apart = rms.map_or_else(String::new, |rms| format!(", its picture {:.1} % from a rendered one", 100.0 * rms));

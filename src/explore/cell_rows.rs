@@ -28,7 +28,7 @@ const RAYS: u32 = 512;
 /// The rows of some cells at every node of tau.
 pub(super) struct CellRows {
     /// The cells.
-    pub cells: Vec<usize>,
+    cells: Vec<usize>,
     /// By node, then in the order of the cells: patches, and form factors to them.
     rows: Vec<Vec<Vec<(u32, f32)>>>,
 }

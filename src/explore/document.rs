@@ -1,7 +1,8 @@
 //! The document of a page: all that it knows besides numbers in arrays, as JSON, and those arrays.
 //!
-//! Every array and field is described in docs/explore.md. Not handled: highlights, placements of several textures of
-//! one material that differ (the first counts), masks over masks.
+//! `page/charts.js`, `page/light.js` and `page/patches.js` read the arrays, which have the same names there. Not
+//! handled: highlights, placements of several textures of one material that differ (the first counts), masks over
+//! masks.
 
 use std::collections::BTreeMap;
 

@@ -103,8 +103,9 @@ pub struct Page {
 ///
 /// # Errors
 /// [`PageError`] where the terms do not fit in memory, or a texture cannot be written.
-pub fn page(solver: Solver, effort: &TermsEffort, words: &Words, watch: &dyn Watch) -> Result<Page, PageError> {
-    let solver = solver.seed(effort.seed).apart(Apart { emitters: true, bounces: false });
+pub fn page(scene: &Scene, effort: &TermsEffort, words: &Words, watch: &dyn Watch) -> Result<Page, PageError> {
+    let apart = Apart { emitters: true, bounces: false };
+    let solver = Solver::new(scene).seed(effort.seed).memory(effort.memory).apart(apart);
     let cut = solver.cut(effort.fineness.patches);
     let (geometry, patches) = (&*cut.geometry, &*cut.patches);
     let scene = &geometry.scene;
@@ -149,7 +150,7 @@ pub fn page(solver: Solver, effort: &TermsEffort, words: &Words, watch: &dyn Wat
             texels: charts.texels(),
             lamps: solved.lamps.len(),
         },
-        tau_error: solved.errors.iter().map(|e| e.error).fold(0.0, f64::max),
+        tau_error: solved.errors.iter().map(|e| e.error).max_by(f64::total_cmp).unwrap_or(0.0),
         rms,
     })
 }

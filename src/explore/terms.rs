@@ -131,7 +131,7 @@ pub(super) fn solve(
         kept.powers.push(powers(mode, &sources, &terms));
         kept.radii.push((*tau, explore(&mode.operator, 1).radius));
         let direct = direct(mode, places, (&lamp_of, lamps.len()), watch);
-        let glow = glow(mode, &lamp_of, lamps.len());
+        let glow = sources.iter().map(|source| glow(mode, source)).collect();
         let glowing = sources.iter().map(|source| glowing(mode, source)).collect();
         found.push(Node { terms, dominant, direct, glow, glowing });
         watch.tick(1);
@@ -294,18 +294,12 @@ fn glowing(mode: &Assembled, source: &Source) -> Vec<Rgb> {
     glows.map(|(light, glows)| if *glows { light.invisible } else { Rgb::ZERO }).collect()
 }
 
-/// Irradiance over pi of the light of each lamp's emitters that are no luminaires, in each patch.
-fn glow(mode: &Assembled, lamp_of: &[usize], lamps: usize) -> Vec<Vec<Rgb>> {
+/// Irradiance over pi of that light, in each patch.
+fn glow(mode: &Assembled, source: &Source) -> Vec<Rgb> {
     let k = &mode.operator;
-    let mut found = vec![vec![Rgb::ZERO; k.len()]; lamps];
-    for (emitter, &lamp) in k.emitters().iter().zip(lamp_of) {
-        let alone = EmitterLight { emission: emitter.emission.clone(), received: vec![Rgb::ZERO; k.len()] };
-        let reflected = k.first_bounce_of(&alone);
-        for (sum, (l, rho)) in found[lamp].iter_mut().zip(reflected.iter().zip(k.reflectances())) {
-            *sum += received(l.visible, *rho);
-        }
-    }
-    found
+    let alone = EmitterLight { emission: source.emission.clone(), received: vec![Rgb::ZERO; k.len()] };
+    let reflected = k.first_bounce_of(&alone);
+    reflected.iter().zip(k.reflectances()).map(|(l, rho)| received(l.visible, *rho)).collect()
 }
 
 /// Irradiance over pi of the light of each lamp's luminaires and lights without area, in each texel.

@@ -274,11 +274,7 @@ pub fn write_bitmap(path: impl AsRef<Path>, bitmap: &Bitmap) -> Result<(), Image
 /// # Errors
 /// [`ImageError::Encode`] where the bitmap has no pixels.
 pub fn encode_png(bitmap: &Bitmap) -> Result<Vec<u8>, ImageError> {
-    let size = Size { width: bitmap.width, height: bitmap.height };
-    let mut file = Vec::new();
-    let encoder = PngEncoder::new(&mut file);
-    encode(encoder, size, &bitmap.bytes, ExtendedColorType::Rgb8)?;
-    Ok(file)
+    png((bitmap.width, bitmap.height).into(), &bitmap.bytes, ExtendedColorType::Rgb8)
 }
 
 /// The bytes of a PNG file of texels, as they are coded.
@@ -286,15 +282,18 @@ pub fn encode_png(bitmap: &Bitmap) -> Result<Vec<u8>, ImageError> {
 /// # Errors
 /// [`ImageError::Encode`] where there are none.
 pub fn encode_texels(texels: &Texels) -> Result<Vec<u8>, ImageError> {
-    let size = Size { width: texels.width, height: texels.height };
     let colour = match texels.channels {
         1 => ExtendedColorType::L8,
         2 => ExtendedColorType::La8,
         3 => ExtendedColorType::Rgb8,
         _ => ExtendedColorType::Rgba8,
     };
+    png((texels.width, texels.height).into(), &texels.codes, colour)
+}
+
+fn png(size: Size, bytes: &[u8], colour: ExtendedColorType) -> Result<Vec<u8>, ImageError> {
     let mut file = Vec::new();
-    encode(PngEncoder::new(&mut file), size, &texels.codes, colour)?;
+    encode(PngEncoder::new(&mut file), size, bytes, colour)?;
     Ok(file)
 }
 

@@ -9,6 +9,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use halflight::light::Rgb;
 use halflight::pictures::{Picture, relative_rms};
 use halflight::{Mode, Scene, Solver};
@@ -146,7 +148,7 @@ fn pages_show_what_is_rendered() {
         let page = page(&place, scene, "--patches 4000 --rays 512");
         // Three by three points of every pixel, as the page's picture has one of each.
         let found = tested(&browser, &page, &format!("test=linear&size={}x{}&mode={mode}", 3 * size.0, 3 * size.1));
-        let bytes = decoded(found["pixels"].as_str().expect("pixels"));
+        let bytes = STANDARD.decode(found["pixels"].as_str().expect("pixels")).expect("base64");
         let pixels = bytes.as_chunks::<12>().0.iter().map(|pixel| {
             let channel = |c: usize| f32::from_le_bytes(std::array::from_fn(|k| pixel[4 * c + k]));
             Rgb::new(channel(0), channel(1), channel(2))
@@ -164,17 +166,6 @@ fn pages_show_what_is_rendered() {
         // The target: 5 %, of which render may have 2.
         assert!(apart < 0.05, "{scene} {mode}: {apart}");
     }
-}
-
-/// The bytes of a base64 text.
-fn decoded(text: &str) -> Vec<u8> {
-    let digits = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let values: Vec<u32> = text.bytes().filter_map(|b| digits.iter().position(|d| *d == b)).map(|k| k as u32).collect();
-    let whole = |four: &[u32]| {
-        let bits = four.iter().enumerate().fold(0, |bits, (k, v)| bits | v << (18 - 6 * k));
-        bits.to_be_bytes()[1..four.len()].to_vec()
-    };
-    values.chunks(4).flat_map(whole).collect()
 }
 
 #[test]

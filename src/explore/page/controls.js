@@ -161,13 +161,14 @@ function showVerdict(app) {
 function facts(scene) {
   const { effort, errors } = scene;
   const count = (n) => n.toLocaleString("en");
-  const worst = errors.tau.reduce((most, { error }) => Math.max(most, error), 0);
+  // An error that is no number is not known.
+  const worst = errors.tau.reduce((most, { error }) => Math.max(most, error ?? Infinity), 0);
   const places = [...new Set(errors.tau.map(({ tau }) => tau))].join(", ");
   return [
     "Lamps, bounces and alpha are exact: light is linear in E, and every term of the series is kept by itself.",
     errors.tau.length > 0 ? `tau is solved at ${scene.taus.length} nodes
       (${scene.taus.map((t) => Number(t.toFixed(3))).join(", ")}); between them it is off by
-      ${percentText(worst)} at most, measured at ${places}.` : "",
+      ${Number.isFinite(worst) ? `${percentText(worst)} at most` : "what is not known"}, measured at ${places}.` : "",
     `The terms after ${termName(scene.terms)} are added as two geometric series: the part along the dominant eigenvector
       of K is exact, what is left shrinks by one ratio.`,
     errors.rms === null ? "" : `Next to halflight’s own picture from the file’s camera this one is off by
