@@ -16,9 +16,8 @@ use halflight::error::ImportancePaths;
 use halflight::form_factors::Sampling;
 use halflight::gather::{GatherPass, GatherSampling, Gathering, gather};
 use halflight::light::{Mode, Rgb};
-use halflight::operator::LinearOperator as _;
 use halflight::pictures::Size;
-use halflight::reading::{Fields, Reading, View};
+use halflight::reading::{Fields, View};
 use halflight::render::{Assembled, Discretization, Silent};
 use halflight::scene::Scene;
 use halflight::solve::{Settings, Solution, neumann};
@@ -53,7 +52,7 @@ fn gatherings() -> Vec<(String, Gathering)> {
     let uniform = Gathering::Uniform(GatherSampling::with_samples(128, 0));
     let within = |error: f64| {
         let name = format!("within {} %", 100.0 * error);
-        (name, Gathering::Within { error, seed: 0, deadline: None })
+        (name, Gathering::Within { error, camera: 0.25, seed: 0, deadline: None })
     };
     let uniform = std::iter::once(("uniform".to_string(), uniform));
     uniform.chain(ERRORS.map(within)).collect()
@@ -141,23 +140,5 @@ fn residual(c: &mut Criterion) {
     group.finish();
 }
 
-/// The gather pass of two rooms whose rays all go on once before they read: light comes through a door, and patches
-/// tell rays where to look.
-fn going_on(c: &mut Criterion) {
-    let mut group = c.benchmark_group("rays that go on");
-    group.sample_size(10);
-    let solved = solve("two-rooms");
-    let light = solved.solution.light.iter().zip(solved.mode.operator.emission());
-    let fields = Fields::new(&[light.map(|(l, emitted)| l.invisible - emitted.invisible).collect()]);
-    let fields = fields.read_by(Reading::AfterOneMore);
-    for error in ERRORS {
-        let gathering = Gathering::Within { error, seed: 0, deadline: None };
-        group.bench_function(BenchmarkId::from_parameter(error), |b| {
-            b.iter(|| black_box(gather(&solved.view(), &fields, &gathering, &|_| ())))
-        });
-    }
-    group.finish();
-}
-
-criterion_group!(benches, pass, patches, textured, residual, going_on);
+criterion_group!(benches, pass, patches, textured, residual);
 criterion_main!(benches);

@@ -5,12 +5,12 @@ use std::f64::consts::PI;
 
 use glam::{DQuat, DVec3};
 use halflight::Solver;
-use halflight::direct::Lights;
+use halflight::direct::{Lights, Scratch};
 use halflight::form_factors::Sampling;
 use halflight::gather::{GatherSampling, Gathering, gather};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, Size};
-use halflight::rays::sobol::Sobol;
+use halflight::rays::sobol::{Sobol, Stream};
 use halflight::reading::{Fields, View};
 use halflight::render::Discretization;
 use halflight::scene::{Camera, Material, Scene};
@@ -121,6 +121,27 @@ fn drawing_is_free_of_bias() {
     let off = mean(&found) - mean(&general);
     // Four standard errors, and what moments leave.
     assert!(off.abs() < 4.0 * error + 2e-3 * mean(&general), "{off} {error} {}", mean(&general));
+}
+
+/// Of nine lamps a sample asks two, drawn by about what each sends: their mean is the sum of all.
+#[test]
+fn a_few_lamps_asked_by_chance_have_the_mean_of_all() {
+    let p = Solver::new(&scene(3, Lamps::Apart)).cut(200);
+    assert_eq!(p.luminaires.list.len(), 9);
+    let lights = lights(&p, Mode::Local.transport());
+    let (mut scratch, mut random) = (Scratch::default(), Stream::new(7));
+    let walls = (0..p.patches.len()).filter(|&i| p.patches.materials()[i] == 0);
+    for patch in walls.step_by(11) {
+        let receiver = p.patches.point(patch, 0.4, 0.6);
+        let (x, n) = (receiver.position, receiver.normal);
+        let exact: f64 = p.luminaires.list.iter().map(|l| f64::from(l.radiance.x) * l.exact_form(x, n)).sum();
+        let mut sample = || lights.sample(&receiver, patch as u32, &mut random, &mut scratch).x;
+        let asked: Vec<f64> = (0..4096).map(|_| sample()).collect();
+        let (mean, error) = crate::common::mean_and_error(&asked);
+        assert!((mean - exact).abs() <= 5.0 * error + 1e-9 * exact, "{patch}: {mean} {exact} {error}");
+        // Lamps are drawn by about what they send, so that a sample is seldom far from the sum.
+        assert!(error * 64.0 <= exact, "{patch}: {error} {exact}");
+    }
 }
 
 /// The room looked down into: no lamp is in the picture.

@@ -17,6 +17,7 @@ use crate::cli::options::points::{MeasuredReport, Points, Sensors};
 use crate::cli::pictures::{Files, Modes};
 use crate::error::deadline::deadline_after;
 use crate::gather::{GatherPass, GatherSampling, Gathering};
+use crate::light::budget::CAMERA;
 use crate::light::{Mode, Transport};
 use crate::operator::Bounds;
 use crate::pictures::{Size, Table, known, make_directory};
@@ -181,7 +182,7 @@ impl Run<'_> {
                 request = request.time(seconds);
             }
             let series = request.tolerance(tolerance);
-            self.take(series, Gathering::Within { error: tolerance, seed, deadline })?;
+            self.take(series, Gathering::Within { error: tolerance, camera: CAMERA[1], seed, deadline })?;
             self.measure((&solver, transport, tolerance), &stem(scene))?;
         }
         Ok(())

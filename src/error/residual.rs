@@ -10,8 +10,7 @@
 //! ```
 //!
 //! whose mean over paths ([`crate::error::importance_paths`]) has no bias however coarse the patches are: noise of F,
-//! truncation of the series and light that varies within patches are all in it. Where the gather pass follows one more
-//! ray before it reads, the first term is left out.
+//! truncation of the series and light that varies within patches are all in it.
 //!
 //! Paths from the camera seldom meet a small bright place, as the spot of a lamp on a wall, and a patch represented by
 //! a few of their vertices would be as bright as those happen to be. So patch i has at least
@@ -31,7 +30,7 @@ use crate::error::importance_paths::{ImportancePaths, Path, PathTracer, Vertex};
 use crate::light::Rgb;
 use crate::patches::{Patches, Sample};
 use crate::rays::sobol::{Stream, hash};
-use crate::reading::patch_light::{Fields, READINGS, Reading};
+use crate::reading::patch_light::Fields;
 use crate::reading::reflection::{Memory, SurfaceHit};
 use crate::reading::view::View;
 use crate::scene::Scene;
@@ -49,12 +48,11 @@ pub(crate) fn sample(vertex: &Vertex, patches: &Patches, fields: &Fields) -> DVe
     vertex.reflection.light(vertex.reflection.next.iter().map(incident).sum())
 }
 
-/// `sum of w_k r_k` over the vertices of a path from the one on where each reading reads patches.
-pub(crate) fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3; READINGS] {
-    let mut errors = [DVec3::ZERO; READINGS];
+/// `sum of w_k r_k` over the vertices of a path from the one on where patches are read.
+pub(crate) fn error(path: &Path, patches: &Patches, fields: &Fields) -> DVec3 {
     // From the last vertex back, so that the sum over those that follow is known.
     let (mut rest, mut own) = (DVec3::ZERO, DVec3::ZERO);
-    for (k, vertex) in path.vertices.iter().enumerate().rev() {
+    for vertex in path.vertices.iter().rev() {
         let SurfaceHit { face, side, position, distance, .. } = vertex.at;
         let patch = patches.at(face, side, position);
         let over_patch = patch.map_or(Rgb::ONE, |patch| vertex.at.over_patch(patches, patch));
@@ -65,11 +63,8 @@ pub(crate) fn errors(path: &Path, patches: &Patches, fields: &Fields) -> [DVec3;
         if !patch.is_some_and(|patch| fields.is_near(patch, distance)) {
             own = rest;
         }
-        if let Some(error) = errors.get_mut(k) {
-            *error = own;
-        }
     }
-    errors
+    own
 }
 
 /// Cost of a visibility ray for direct light, in rays: points on luminaires are drawn and weighted, too.
@@ -78,27 +73,18 @@ const DIRECT_RAY: f64 = 2.0;
 const CHUNK: usize = 1024;
 
 impl ImportancePaths {
-    /// Cost of a gather ray by reading, in rays: it goes on while what it meets is too near, with direct light sampled
-    /// where it goes on.
-    pub fn prices(&self, patches: &Patches, fields: &Fields) -> [f64; READINGS] {
-        let direct = DIRECT_RAY * self.direct_rays();
-        let further = |reading: Reading| self.further(patches, fields, reading.bounces() as usize);
-        Reading::ALL.map(|reading| 1.0 + further(reading) * (1.0 + direct))
-    }
-
-    /// Rays that follow a gather ray before it reads, in the mean: `bounces`, and more while what they meet is near.
-    fn further(&self, patches: &Patches, fields: &Fields, bounces: usize) -> f64 {
+    /// Cost of a gather ray, in rays: it goes on while what it meets is too near, with direct light sampled where it
+    /// goes on.
+    pub fn price(&self, patches: &Patches, fields: &Fields) -> f64 {
         let reads = |vertex: &Vertex| {
             let SurfaceHit { face, side, position, distance, .. } = vertex.at;
             patches.at(face, side, position).is_some_and(|patch| !fields.is_near(patch, distance))
         };
-        let before = |path: &Path| {
-            let read = path.vertices.iter().skip(bounces).position(reads);
-            // How far a path that ended before would have gone on is not known.
-            read.map_or(path.vertices.len(), |k| k + bounces)
-        };
+        // How far a path that ended before would have gone on is not known.
+        let before = |path: &Path| path.vertices.iter().position(reads).unwrap_or(path.vertices.len());
         let count: usize = self.paths.par_iter().map(before).sum();
-        count as f64 / self.paths.len().max(1) as f64
+        let further = count as f64 / self.paths.len().max(1) as f64;
+        1.0 + further * (1.0 + DIRECT_RAY * self.direct_rays())
     }
 
     /// For every patch as it was cut samples of the light that leaves it, at the vertices of the paths, from the
@@ -215,20 +201,15 @@ mod tests {
 
     /// In a closed room a ray ends only where it reads, and emission takes no ray.
     #[test]
-    fn a_reading_is_priced_by_the_rays_it_takes() {
+    fn a_gather_ray_is_priced_by_the_rays_it_takes() {
         let lights = lights_of("furnace", Mode::Global.transport(), 24);
         let view = View::new(&lights, (8, 8).into());
         let (paths, fields) = followed(&view);
-        let far = paths.prices(view.patches, &fields);
-        assert_eq!(paths.direct_rays(), 0.0);
-        // Paths of a room that absorbs half of the light seldom end where the first reads.
-        assert_eq!(far[0], 1.0);
-        let second = far[1];
-        assert!(1.9 < second && second <= 2.0, "{second}");
+        assert_eq!((paths.direct_rays(), paths.price(view.patches, &fields)), (0.0, 1.0));
         // Where everything is near, a ray goes on as long as its path does.
         let near = fields.not_read_nearer(vec![f32::INFINITY; view.patches.len()]);
         let vertices: usize = paths.paths.iter().map(|path| path.vertices.len()).sum();
-        assert_eq!(paths.prices(view.patches, &near)[0], 1.0 + vertices as f64 / paths.paths.len() as f64);
+        assert_eq!(paths.price(view.patches, &near), 1.0 + vertices as f64 / paths.paths.len() as f64);
     }
 
     #[test]
@@ -236,13 +217,13 @@ mod tests {
         let lights = lights_of("furnished-room", Mode::Global.transport(), 100);
         let view = View::new(&lights, (8, 8).into());
         let (paths, fields) = followed(&view);
-        let prices = paths.prices(view.patches, &fields);
         let direct = DIRECT_RAY * paths.direct_rays();
         let most = DIRECT_RAY * view.lights.luminaires.list.len() as f64;
         assert!(0.0 < direct && direct <= most, "{direct} {most}");
-        // In a closed room nearly every ray that goes on reads what the next one meets.
-        let more = (prices[1] - prices[0]) / (1.0 + direct);
-        assert!((0.9..1.1).contains(&more), "{more} {prices:?}");
+        let near = fields.not_read_nearer(vec![f32::INFINITY; view.patches.len()]);
+        let vertices: usize = paths.paths.iter().map(|path| path.vertices.len()).sum();
+        let further = vertices as f64 / paths.paths.len() as f64;
+        assert!((paths.price(view.patches, &near) / (1.0 + further * (1.0 + direct)) - 1.0).abs() < 1e-12);
     }
 
     /// Where one patch has half of all light it gets half of the samples, less those that it has.

@@ -22,11 +22,11 @@ use rayon::prelude::*;
 
 use crate::error::deadline::would_be_over;
 use crate::error::importance_paths::{ImportancePaths, Path};
-use crate::error::residual::errors;
+use crate::error::residual::error;
 use crate::patches::Patches;
 use crate::pictures::Size;
 use crate::rays::sobol::{Stream, hash};
-use crate::reading::patch_light::{Fields, READINGS, Reading};
+use crate::reading::patch_light::Fields;
 use crate::reading::view::View;
 
 /// Pixels drawn at first: the mean of so many squares has a standard error of a tenth.
@@ -97,9 +97,9 @@ impl SampledPixels {
         SampledPixels { chances: Chances::new(view, bright), batches: Vec::new(), each: EACH, seed }
     }
 
-    /// The squared error by reading, from more pixels and paths until that of light which is read at once has the
-    /// standard error requested, or twice as many would be more than there may be.
-    pub fn measure(&mut self, view: &View, fields: &Fields, goal: SamplingGoal) -> [SquaredError; READINGS] {
+    /// The squared error from more pixels and paths until it has the standard error requested, or twice as many would
+    /// be more than there may be.
+    pub fn measure(&mut self, view: &View, fields: &Fields, goal: SamplingGoal) -> SquaredError {
         if self.batches.is_empty() {
             self.widen(view, DRAWS);
         }
@@ -107,14 +107,14 @@ impl SampledPixels {
         let mut began = Instant::now();
         loop {
             self.batches.iter_mut().for_each(|batch| batch.measure(view.patches, fields));
-            let at_once = self.estimate(Reading::AtOnce);
+            let Estimate { error, is_noise } = self.estimate();
             let is_most = 2 * self.draws() * self.each as usize > goal.most;
             let is_last = is_most || would_be_over(goal.deadline, began, 2.0);
             began = Instant::now();
-            if at_once.error.deviation <= goal.wanted || is_last {
-                return Reading::ALL.map(|reading| self.estimate(reading).error);
+            if error.deviation <= goal.wanted || is_last {
+                return error;
             }
-            if at_once.is_noise {
+            if is_noise {
                 self.each *= 2;
                 self.batches.iter_mut().for_each(|batch| batch.paths.extend(view, self.each / 2));
             } else {
@@ -123,16 +123,11 @@ impl SampledPixels {
         }
     }
 
-    /// By reading: what a gather ray takes until it has read, in rays ([`ImportancePaths::prices`]).
-    pub fn prices(&self, patches: &Patches, fields: &Fields) -> [f64; READINGS] {
-        let mut prices = [0.0; READINGS];
-        let all: usize = self.batches.iter().map(|batch| batch.paths.paths.len()).sum();
-        for batch in &self.batches {
-            let share = batch.paths.paths.len() as f64 / all as f64;
-            let own = batch.paths.prices(patches, fields);
-            prices.iter_mut().zip(own).for_each(|(price, own)| *price += share * own);
-        }
-        prices
+    /// What a gather ray takes until it has read, in rays ([`ImportancePaths::price`]).
+    pub fn price(&self, patches: &Patches, fields: &Fields) -> f64 {
+        let count = |batch: &Batch| batch.paths.paths.len() as f64;
+        let own = |batch: &Batch| count(batch) * batch.paths.price(patches, fields);
+        self.batches.iter().map(own).sum::<f64>() / self.batches.iter().map(count).sum::<f64>()
     }
 
     /// Rays cast so far.
@@ -155,19 +150,19 @@ impl SampledPixels {
         pixels.dedup();
         let start = |pixel: u32| pixels.partition_point(|p| *p < pixel);
         let draws = drawn.iter().map(|&(pixel, counts)| Draw { start: start(pixel), counts }).collect();
-        let sums = vec![[ErrorSums::default(); READINGS]; pixels.len()];
+        let sums = vec![ErrorSums::default(); pixels.len()];
         let seed = hash(self.batches.len() as u32, self.seed);
         let mut paths = ImportancePaths::from_pixels(pixels.into_iter(), seed);
         paths.extend(view, self.each);
         self.batches.push(Batch { draws, paths, measured: 0, sums });
     }
 
-    fn estimate(&self, reading: Reading) -> ReadingEstimate {
-        let pixels: Vec<PixelEstimate> = self.batches.iter().flat_map(|batch| batch.estimates(reading)).collect();
+    fn estimate(&self) -> Estimate {
+        let pixels: Vec<PixelEstimate> = self.batches.iter().flat_map(|batch| batch.estimates()).collect();
         let [mean, noise, variance] = moments(&pixels);
         // Where rare paths carry most of the light, what two of them would add is in the variance of paths alone.
         let error = SquaredError { value: mean, deviation: (variance.max(noise) / pixels.len() as f64).sqrt() };
-        ReadingEstimate { error, is_noise: noise > 0.5 * variance }
+        Estimate { error, is_noise: noise > 0.5 * variance }
     }
 }
 
@@ -229,8 +224,8 @@ struct PixelEstimate {
     variance: f64,
 }
 
-/// The estimate of one reading from all pixels.
-struct ReadingEstimate {
+/// The estimate from all pixels.
+struct Estimate {
     error: SquaredError,
     /// Paths make more of the variance than differences between pixels.
     is_noise: bool,
@@ -242,36 +237,34 @@ struct Batch {
     paths: ImportancePaths,
     /// Paths measured so far.
     measured: usize,
-    /// By pixel that paths start from, and by reading.
-    sums: Vec<[ErrorSums; READINGS]>,
+    /// By pixel that paths start from.
+    sums: Vec<ErrorSums>,
 }
 
 impl Batch {
     /// Discards what was measured, as patches or their light have changed.
     fn forget(&mut self) {
         self.measured = 0;
-        self.sums.fill([ErrorSums::default(); READINGS]);
+        self.sums.fill(ErrorSums::default());
     }
 
     /// Measures the paths that were not measured yet.
     fn measure(&mut self, patches: &Patches, fields: &Fields) {
-        let own = |path: &Path| (path.start as usize, errors(path, patches, fields));
-        let errors: Vec<(usize, [DVec3; READINGS])> = self.paths.paths[self.measured..].par_iter().map(own).collect();
+        let own = |path: &Path| (path.start as usize, error(path, patches, fields));
+        let errors: Vec<(usize, DVec3)> = self.paths.paths[self.measured..].par_iter().map(own).collect();
         // In order: the sums are the same for any number of threads.
-        for (start, errors) in errors {
-            for (sums, error) in self.sums[start].iter_mut().zip(errors) {
-                sums.errors += error;
-                sums.squares += error.length_squared();
-            }
+        for (start, error) in errors {
+            self.sums[start].errors += error;
+            self.sums[start].squares += error.length_squared();
         }
         self.measured = self.paths.paths.len();
     }
 
-    /// The estimates of a reading at each pixel drawn, as if it were the whole picture.
-    fn estimates(&self, reading: Reading) -> impl Iterator<Item = PixelEstimate> {
+    /// The estimates at each pixel drawn, as if it were the whole picture.
+    fn estimates(&self) -> impl Iterator<Item = PixelEstimate> {
         let paths = (self.measured / self.sums.len()) as f64;
         self.draws.iter().map(move |Draw { start, counts }| {
-            let PixelEstimate { value, variance } = self.sums[*start][reading.number()].estimate(paths);
+            let PixelEstimate { value, variance } = self.sums[*start].estimate(paths);
             PixelEstimate { value: counts * value, variance: counts * counts * variance }
         })
     }
@@ -348,7 +341,7 @@ mod tests {
         let mut off = |factor: f32| {
             let fields = Fields::new(&[vec![Rgb::splat(factor * exact); view.patches.len()]]);
             let once = SamplingGoal { wanted: f64::INFINITY, most: 0, deadline: None };
-            pixels.measure(&view, &fields, once)[Reading::AtOnce.number()]
+            pixels.measure(&view, &fields, once)
         };
         assert!(off(1.0).value.abs() < 1e-9, "{:?}", off(1.0));
         // Light of a surface is E + rho L: what is read wrong by 0.1 L shows as rho 0.1 L.

@@ -322,7 +322,7 @@ fn direct(
                 let seed = hash(choice.luminaire, hash(t as u32, seed));
                 Vec2::from([0, 1].map(|d| sobol.point(choice.k, d, seed)))
             };
-            lights.add(&mut sum, (point, *patch, DVec3::splat(share)), RAYS, draw, scratch);
+            lights.add(&mut sum, (point, *patch, DVec3::splat(share)), |_| RAYS, draw, scratch);
             lights.by_emitter(&sum, |e, light| found[lamp_of[e]] += light);
         }
         found.into_iter().map(|light| light.as_vec3().max(Rgb::ZERO)).collect::<Vec<Rgb>>()

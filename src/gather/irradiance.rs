@@ -291,7 +291,7 @@ impl<'a> IrradianceSampler<'a> {
             let seed = hash(choice.luminaire, seed);
             Vec2::from([0, 1].map(|d| self.sobol.point(indices.start + choice.k, d, seed)))
         };
-        self.lights.add(&mut replica.direct, (point, NO_PATCH, weight), count, draw, &mut memory.scratch);
+        self.lights.add(&mut replica.direct, (point, NO_PATCH, weight), |_| count, draw, &mut memory.scratch);
     }
 }
 

@@ -22,9 +22,8 @@ use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::final_gather::FinalGather;
 use crate::gather::records::indirect_light::IndirectLight;
 use crate::gather::records::irradiance_cache::{Density, IrradianceCache};
-use crate::gather::records::record_rounds::{RecordRounds, predicted_misfit};
+use crate::gather::records::record_rounds::RecordRounds;
 use crate::gather::sampling::Gathering;
-use crate::light::budget::CAMERA;
 use crate::reading::patch_light::Fields;
 use crate::reading::view::View;
 
@@ -49,9 +48,9 @@ pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progres
 const RADIUS: f64 = 0.15;
 /// Valid radius over the distance to the surroundings at first, at an error of 1 %. Measured on the Cornell box, the
 /// fit's bias grows as its power 1.2.
-const WITHIN: f64 = 0.18;
+const WITHIN: f64 = 0.15;
 /// The least valid radius at first, in pixels, at an error of 1 %.
-const LEAST_RADIUS: f64 = 3.0;
+const LEAST_RADIUS: f64 = 2.5;
 /// Rays of a half at first, at an error of 1 %.
 const RAYS: f64 = 128.0;
 
@@ -84,14 +83,14 @@ impl GatherSettings {
                 },
                 error: None,
             },
-            Gathering::Within { error, seed, deadline } => {
+            Gathering::Within { error, camera, seed, deadline } => {
                 // Without time for rounds the first estimate stays.
                 let fineness = if is_over(deadline) { 0.1 } else { (0.01 / error).clamp(0.1, 100.0) };
                 let pixel = view.scene.camera.pixel(view.height);
                 GatherSettings {
                     plan: Plan {
                         first: ((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(),
-                        noise: Some(error * if fields.is_dark() { 1.0 } else { CAMERA }),
+                        noise: Some(error * if fields.is_dark() { 1.0 } else { camera.sqrt() }),
                         deadline,
                     },
                     density: Density {
@@ -112,11 +111,8 @@ impl GatherSettings {
     /// Places records and casts their rays until noise and bias are within their parts.
     pub fn gather_indirect(&self, pixels: &[Pixel], cache: &mut IrradianceCache) -> IndirectLight {
         cache.place(pixels);
-        let misfit = self.error.map(|error| RecordRounds::new(cache, pixels, error).run(&self.plan));
-        let light = IndirectLight::new(pixels, cache, 1);
-        let predicted = || predicted_misfit(cache, pixels, &cache.biases(), light.measure(pixels).signal);
-        let misfit = misfit.unwrap_or_else(predicted);
-        light.biased_by(misfit)
+        let misfit = self.error.map_or(0.0, |error| RecordRounds::new(cache, pixels, error).run(&self.plan));
+        IndirectLight::new(pixels, cache, 1).biased_by(misfit)
     }
 }
 
@@ -137,7 +133,7 @@ pub(crate) fn with_records(
     let lights = crate::reading::view::lights_of(scene, crate::light::Mode::Global.transport(), patches);
     let view = View::new(&lights, (side, side).into());
     let fields = Fields::new(&[(0..view.patches.len()).map(light).collect()]);
-    let gathering = Gathering::Within { error: 0.1, seed: 0, deadline: None };
+    let gathering = Gathering::Within { error: 0.1, camera: 0.25, seed: 0, deadline: None };
     let settings = GatherSettings::new(&view, &fields, &gathering);
     let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
     let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());

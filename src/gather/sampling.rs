@@ -40,6 +40,8 @@ pub enum Gathering {
     Within {
         /// The error.
         error: f64,
+        /// Share of its square that camera rays may make where there is indirect light.
+        camera: f64,
         /// Chooses the scrambling of the points.
         seed: u32,
         /// When to stop at any error.

@@ -6,5 +6,5 @@ pub(crate) mod patch_light;
 pub(crate) mod reflection;
 pub(crate) mod view;
 
-pub use patch_light::{Fields, Linear, READINGS, Reading, invisible, linear};
+pub use patch_light::{Fields, Linear, invisible, linear};
 pub use view::View;

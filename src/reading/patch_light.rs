@@ -9,8 +9,7 @@
 //! to both sides, at most twice the smaller one and none where their signs differ (B. van Leer, 1977), so that a
 //! shadow's edge makes no ripples; at a rim it is the difference to the one side. Light stays positive.
 //!
-//! Not handled: patches without neighbours, which have one value; variation within a patch beyond linear; which reading
-//! a picture needs ([`crate::error`]).
+//! Not handled: patches without neighbours, which have one value; variation within a patch beyond linear.
 
 use glam::{DVec3, Mat3, Vec3};
 
@@ -31,7 +30,6 @@ pub struct Fields {
     ambient: Vec<Rgb>,
     /// The first field without direct light of luminaires; empty where unknown.
     without_direct: Vec<Linear>,
-    reading: Reading,
     /// Rays at least before light is read, where readings after fewer of them are recorded as well.
     recorded: usize,
     /// Least distance from which each patch is read; shorter rays go on. Empty where there is none.
@@ -142,12 +140,6 @@ impl Fields {
         self
     }
 
-    /// Sets how gather rays read; rays that go on read the first field only.
-    pub fn read_by(mut self, reading: Reading) -> Fields {
-        self.reading = reading;
-        self
-    }
-
     /// Has every ray read after so many more rays, and record what it would have read of the first field after 0, 1,
     /// ... of them; those readings follow the fields.
     pub(crate) fn recording(self, recorded: usize) -> Fields {
@@ -161,7 +153,7 @@ impl Fields {
 
     /// More rays that are followed before light is read.
     pub(crate) fn bounces(&self) -> u32 {
-        self.reading.bounces().max(self.recorded as u32)
+        self.recorded as u32
     }
 
     /// Sets the least distance from which each patch is read, unit coordinates; shorter rays go on.
@@ -303,34 +295,6 @@ fn limited(a: Rgb, b: Rgb) -> Rgb {
     };
     Rgb::new(one(a.x, b.x), one(a.y, b.y), one(a.z, b.z))
 }
-
-/// How a gather ray reads the light of the surface it meets.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Reading {
-    /// The light of the patch that is met.
-    #[default]
-    AtOnce,
-    /// Direct light sampled at the point that is met, and what one more ray reads.
-    AfterOneMore,
-}
-
-impl Reading {
-    /// The readings to choose from, cheapest first.
-    pub const ALL: [Reading; READINGS] = [Reading::AtOnce, Reading::AfterOneMore];
-
-    /// More rays that are followed before light is read.
-    pub fn bounces(self) -> u32 {
-        self as u32
-    }
-
-    /// Its number in [`Reading::ALL`].
-    pub fn number(self) -> usize {
-        self as usize
-    }
-}
-
-/// Readings to choose from.
-pub const READINGS: usize = 2;
 
 #[cfg(test)]
 mod tests {

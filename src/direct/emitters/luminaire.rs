@@ -35,7 +35,31 @@ pub struct Luminaire {
     pub(crate) polygons: Vec<Vec<DVec3>>,
     /// None where it has too many faces; then points are drawn on it.
     pub(crate) outline: Option<Outline>,
+    pub(crate) around: Around,
 }
+
+/// A sphere around a luminaire, and the normal that all of its faces have.
+#[derive(Clone, Debug)]
+pub(crate) struct Around {
+    middle: Vec3,
+    radius: f32,
+    normal: Option<Vec3>,
+}
+
+impl Around {
+    fn new(triangles: &[EmittingTriangle]) -> Around {
+        let corners = || triangles.iter().flat_map(|t| t.corners);
+        let low = corners().fold(Vec3::INFINITY, Vec3::min);
+        let middle = 0.5 * (low + corners().fold(Vec3::NEG_INFINITY, Vec3::max));
+        let first = triangles.first().map_or(DVec3::Z, |t| t.normal);
+        let is_flat = triangles.iter().all(|t| t.normal.dot(first) > FLAT);
+        let radius = corners().map(|p| p.distance(middle)).fold(0.0, f32::max);
+        Around { middle, radius, normal: is_flat.then_some(first.as_vec3()) }
+    }
+}
+
+/// Cosine to which the normals of a flat luminaire agree.
+const FLAT: f64 = 1.0 - 1e-6;
 
 impl Luminaire {
     pub(crate) fn new(scene: &Scene, radiance: Rgb, faces: &[u32], side: Side) -> Luminaire {
@@ -61,6 +85,7 @@ impl Luminaire {
             convex_lamp: None,
             uneven: None,
             outline: Outline::new(triangles.iter().map(|t| t.exact)),
+            around: Around::new(&triangles),
             polygons: polygons(&triangles),
             triangles,
         }
@@ -71,6 +96,17 @@ impl Luminaire {
     pub fn closed_form(&self, x: Vec3, n: Vec3) -> Option<f64> {
         let outline = self.outline.as_ref()?;
         Some(outline.form(x.as_dvec3(), n.as_dvec3()))
+    }
+
+    /// About the light that it sends to a point with unit normal, channels added, without occlusion; 0 only where it
+    /// sends none, as its distance and cosines are those most in its favour within a sphere around it.
+    pub(crate) fn roughly(&self, x: Vec3, n: Vec3) -> f32 {
+        let to = self.around.middle - x;
+        let radius = self.around.radius;
+        let squared = to.length_squared() + radius * radius;
+        let cosine = |along: f32| ((along + radius) / squared.sqrt()).clamp(0.0, 1.0);
+        let leaving = self.around.normal.map_or(1.0, |normal| cosine(-to.dot(normal)));
+        self.area as f32 * self.radiance.element_sum() * cosine(to.dot(n)) * leaving / squared
     }
 
     /// The same whatever the number of faces.

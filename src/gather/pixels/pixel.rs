@@ -11,7 +11,6 @@ use glam::DVec3;
 use crate::error::halves::Halves;
 use crate::gather::pixels::pixel_layer::{Layer, SurfaceKey};
 use crate::gather::pixels::pixel_texture::PixelTexture;
-use crate::light::Rgb;
 use crate::surfaces::SurfacePoint;
 
 /// Sums over the camera rays of one pixel.
@@ -32,6 +31,8 @@ pub(crate) struct Pixel {
     /// The texture, where all of it is one surface.
     pub texture: PixelTexture,
     pub backs: u32,
+    /// Luminaires of which its rays saw a part, by [`bit`].
+    pub partly_hidden: u64,
     /// Camera rays that met light as emitted.
     pub emitting: u32,
     /// Whether the pixel counts in the error whatever it emits, as where the picture shows nothing but luminaires.
@@ -81,12 +82,21 @@ const LEVEL: f32 = 1e-3;
 /// Rays by which [`Pixel::weight`] judges whether a pixel sees a luminaire.
 const LUMINAIRE_RAYS: i32 = 16;
 
+/// Camera rays of a half that show whether a luminaire is partly hidden from what a pixel sees: of one that is seen by
+/// a share p, which their four points each tell, they miss that with the chance `p^64 + (1 - p)^64` in both halves.
+const SHOW: u32 = 8;
+
+/// The bit that stands for a luminaire, of few.
+pub(crate) fn bit(luminaire: usize) -> u64 {
+    1 << (luminaire % u64::BITS as usize)
+}
+
 impl Pixel {
     /// The layer of a surface seen; a new one if no camera ray has seen it before.
-    pub fn layer(&mut self, key: SurfaceKey, seen: SurfacePoint, rho: Rgb) -> &mut Layer {
+    pub fn layer(&mut self, key: SurfaceKey, seen: SurfacePoint) -> &mut Layer {
         let known = self.layers.iter().position(|l| l.holds(key, &seen));
         let k = known.unwrap_or_else(|| {
-            self.layers.push(Layer::new(key, seen, rho));
+            self.layers.push(Layer::new(key, seen));
             self.layers.len() - 1
         });
         &mut self.layers[k]
@@ -98,6 +108,11 @@ impl Pixel {
             self.emitters.resize(number + 1, EmitterSums::default());
         }
         &mut self.emitters[number]
+    }
+
+    /// Whether a luminaire is to be asked with all visibility rays, as a part of it is hidden or may be.
+    pub fn asks(&self, luminaire: usize) -> bool {
+        self.count < SHOW || self.partly_hidden & bit(luminaire) != 0
     }
 
     /// Camera rays of both halves.

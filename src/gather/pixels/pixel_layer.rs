@@ -5,7 +5,6 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::light::Rgb;
 use crate::rays::Side;
 use crate::surfaces::SurfacePoint;
 
@@ -34,8 +33,6 @@ pub(crate) struct Layer {
     key: SurfaceKey,
     /// The first point seen, with the normal of the side seen.
     pub first: SurfacePoint,
-    /// Reflectance about there: the patch's mean.
-    pub rho: Rgb,
     /// Number of camera rays of each half.
     pub count: [u32; 2],
     /// Sums of the points seen.
@@ -48,9 +45,9 @@ pub(crate) struct Layer {
 
 impl Layer {
     /// A layer that no ray has seen yet.
-    pub fn new(key: SurfaceKey, first: SurfacePoint, rho: Rgb) -> Layer {
+    pub fn new(key: SurfaceKey, first: SurfacePoint) -> Layer {
         let (sum, reflected) = ([DVec3::ZERO; 2], [DVec3::ZERO; 2]);
-        Layer { key, first, rho, count: [0; 2], sum, reflected, origins: [Vec::new(), Vec::new()] }
+        Layer { key, first, count: [0; 2], sum, reflected, origins: [Vec::new(), Vec::new()] }
     }
 
     /// Adds one camera ray of a half, and the reflectance where it ended.
@@ -94,7 +91,6 @@ impl Layer {
             position: self.position(),
             normal: self.first.normal,
             material: 2 * self.key.material + u32::from(self.key.side == Side::Back),
-            reach: f64::INFINITY,
         }
     }
 
@@ -130,8 +126,6 @@ pub(crate) struct Place {
     pub normal: Vec3,
     /// Side and material; irradiance is interpolated among places that agree in it.
     pub material: u32,
-    /// Largest distance of other places it may interpolate from, unit coordinates.
-    pub reach: f64,
 }
 
 #[cfg(test)]
@@ -147,7 +141,7 @@ mod tests {
     #[test]
     fn parallel_planes_stay_apart_and_facets_join() {
         let key = |plane: u32, material: u32| SurfaceKey { plane, side: Side::Front, material };
-        let layer = Layer::new(key(0, 0), receiver(Vec3::ZERO, Vec3::Z), Rgb::ONE);
+        let layer = Layer::new(key(0, 0), receiver(Vec3::ZERO, Vec3::Z));
         let beside = Vec3::new(0.1, 0.0, 0.001);
         let other = key(1, 0);
         assert!(layer.holds(key(0, 0), &receiver(beside, Vec3::Z)));

@@ -169,7 +169,7 @@ pub(crate) fn surfaces(view: &View, seen: &[SeenPoint]) -> Vec<u32> {
         let goes_on = |from: &SurfacePoint| goes_on(view.scene, from.face, point, || distance(from));
         let same = known.iter().position(|l| l.holds(point.key, &own) && goes_on(&l.first));
         let number = same.unwrap_or_else(|| {
-            known.push(Layer::new(point.key, own, point.rho));
+            known.push(Layer::new(point.key, own));
             known.len() - 1
         });
         number as u32

@@ -1,18 +1,13 @@
-//! The bias of the fit between irradiance records: by cross-validation of the records, and by validation at randomly
-//! sampled places with rays of their own.
+//! The bias of the fit between irradiance records, by rays of their own from places drawn at random.
 //!
-//! Cross-validation fits each record from the others in either half; the product of the two misfits is the squared bias
-//! of the fit in the mean, as the noise of the halves is independent.
-//!
-//! But records were placed and refined by that very estimate: a record whose rays miss bright light in both halves
-//! looks right, and stays. So places are sampled at random, with a record or not, and their light is gathered by as
-//! many rays as the fit there has. The product of the differences of both halves is, in the mean, the squared error of
-//! the fit beyond the noise of its own halves. These rays are not used again, so that no later choice depends on them.
+//! The light of a place that is drawn is gathered by as many rays as the fit there has. The product of the differences
+//! of both halves is, in the mean, the squared error of the fit beyond the noise of its own halves. These rays are not
+//! used again, so that no later choice depends on them.
 //!
 //! A place i is drawn with probability p_i; of N places the squared error is the sum of product_i / (N p_i) (M. Hansen,
 //! W. Hurwitz, *On the theory of sampling from finite populations*, 1943). A third of p is uniform, one goes by the
-//! squared light, one by the variance that its records would leave if they were samples of light that varies about the
-//! fit as they do,
+//! squared light, one by the *uncertainty*: the variance that the records of a fit would leave if they were samples of
+//! light that varies about the fit as they do,
 //!
 //! ```text
 //! sum c_j² * spread,    spread = sum |c_j| (v_j - fit)²       for a fit of sum c_j v_j
@@ -26,104 +21,13 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::error::SquaredError;
 use crate::error::halves::Halves;
 use crate::gather::pixels::pixel::Pixel;
-use crate::gather::records::irradiance_cache::{COVERED, Fitted, IrradianceCache, Record, Site};
+use crate::gather::records::irradiance_cache::{Fitted, IrradianceCache, Record, Site};
 use crate::gather::records::pixel_lattice::skewed;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
-
-/// Coefficient of a record in the fit at its own place beyond which the others leave more than [`COVERED`] of the
-/// variance there, so that it would have a record anyway. (A coefficient h leaves the others h / (1 - h).)
-const NEEDED: f64 = COVERED / (1.0 + COVERED);
-
-/// Squared bias of the fit at a record.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Bias {
-    /// In the pixel that the record lies in, (W/(m² sr))², channels added.
-    pub here: f64,
-    /// There and in its share of the layers that have no record, where others predict light as they do here.
-    pub around: f64,
-    /// That of the irradiance over pi which others predict there, times the pixels that the record was placed for.
-    pub predicted: f64,
-    /// Squared irradiance over pi, times the pixels that the record was placed for.
-    pub light: f64,
-}
-
-impl IrradianceCache<'_> {
-    /// The bias of the fit at each record, for the sum of the fields that make the picture. Single products are noisy,
-    /// their sums are not.
-    ///
-    /// The fit is linear in the records' values, so where a record itself has the coefficient s in it, the misfit of
-    /// the others alone is the misfit over 1 - s.
-    pub fn biases(&self) -> Vec<Bias> {
-        let bare = self.bare() as f64 / self.records.len().max(1) as f64;
-        let one = |fitted: &mut Fitted, i: usize| -> Bias {
-            if !self.at_record(fitted, i as u32) {
-                return Bias::default();
-            }
-            let own = &self.records[i];
-            let (fit, own_light) = (Halves::of(self.total(&fitted.values)), Halves::of(self.total(self.means(i))));
-            let misfit = own_light.less(fit).squared();
-            let coefficient = fitted.fit.coefficient_of(i as u32);
-            let others = if coefficient < NEEDED { 1.0 - coefficient } else { 1.0 };
-            let predicted = misfit / (others * others);
-            let pixels = (own.site.spacing * own.site.spacing) as f64;
-            Bias {
-                here: own.counts().powi(2) * misfit,
-                around: own.counts().powi(2) * (misfit + bare * predicted),
-                predicted: pixels * predicted,
-                light: pixels * own_light.squared(),
-            }
-        };
-        let all = (0..self.records.len()).into_par_iter();
-        all.map_init(Default::default, one).collect()
-    }
-
-    /// The squared error of the fit at the records themselves, summed over the pixels that see no luminaire.
-    pub fn misfit(&self, pixels: &[Pixel], biases: &[Bias]) -> f64 {
-        let weight = |i: u32| pixels[self.lattice.pixel_of(i)].weight();
-        let own = biases.iter().zip(0_u32..);
-        own.map(|(bias, i)| weight(i) * bias.here).sum()
-    }
-
-    /// The records whose surroundings have the largest bias, up to the `share` of the whole bias that is too much.
-    pub fn worst(&self, biases: &[Bias], share: f64) -> Vec<u32> {
-        let pooled: Vec<f64> = (0..self.records.len()).into_par_iter().map(|i| self.pooled(i, biases)).collect();
-        let total: f64 = pooled.iter().map(|b| b.max(0.0)).sum();
-        let mut order: Vec<u32> = (0..pooled.len() as u32).collect();
-        let bias = |i: u32| pooled[i as usize];
-        order.sort_unstable_by(|&a, &b| bias(b).total_cmp(&bias(a)).then(a.cmp(&b)));
-        let mut sum = 0.0;
-        order.retain(|&i| {
-            sum += bias(i);
-            sum - bias(i) < share * total && bias(i) > 0.0
-        });
-        order
-    }
-
-    /// Mean bias of the records that one record is fitted with.
-    fn pooled(&self, i: usize, biases: &[Bias]) -> f64 {
-        let own = &self.supports[i];
-        let (mut sum, mut count) = (0.0, 0.0);
-        self.lattice.visit(self.lattice.pixel_of(i as u32), |j| {
-            let other = &self.supports[j as usize].place;
-            let near = other.position.distance(own.place.position) < 2.0 * own.radius;
-            if near && other.normal.dot(own.place.normal) > 0.9 {
-                sum += biases[j as usize].around;
-                count += 1.0;
-            }
-        });
-        sum / f64::max(count, 1.0)
-    }
-}
-
-/// Mean squared bias predicted where there is no record, as a share of the mean squared irradiance.
-pub(crate) fn relative(biases: &[Bias]) -> f64 {
-    let predicted: f64 = biases.iter().map(|b| b.predicted).sum();
-    let light: f64 = biases.iter().map(|b| b.light).sum();
-    if light > 0.0 { (predicted / light).max(0.0) } else { 0.0 }
-}
 
 /// Rays cast from the places over those of all records.
 const SHARE: f64 = 0.125;
@@ -138,20 +42,60 @@ struct Draw {
     counts: f64,
 }
 
+/// What one draw adds to the squared error, and how uncertain the fit is there.
+#[derive(Clone, Copy, Debug)]
+struct DrawnError {
+    uncertainty: f64,
+    squared: f64,
+}
+
+/// The squared error of the fit beyond the noise of its halves, channels added, summed over the pixels as they count.
+#[derive(Debug, Default)]
+pub(crate) struct FitError {
+    /// In order of uncertainty.
+    drawn: Vec<DrawnError>,
+}
+
+impl FitError {
+    fn new(mut drawn: Vec<DrawnError>) -> FitError {
+        drawn.sort_by(|a, b| a.uncertainty.total_cmp(&b.uncertainty));
+        FitError { drawn }
+    }
+
+    /// The sum, with the standard error of N independent draws.
+    pub fn sum(&self) -> SquaredError {
+        let sum: f64 = self.drawn.iter().map(|own| own.squared).sum();
+        let mean = sum / self.drawn.len().max(1) as f64;
+        let variance: f64 = self.drawn.iter().map(|own| (own.squared - mean).powi(2)).sum();
+        SquaredError { value: sum, deviation: variance.sqrt() }
+    }
+
+    /// The uncertainty up to which fits are together off by no more than `most`.
+    pub fn most_certain(&self, most: f64) -> f64 {
+        let mut sum = 0.0;
+        let within = self.drawn.iter().filter(|own| {
+            sum += own.squared;
+            sum <= most
+        });
+        within.last().map_or(0.0, |own| own.uncertainty)
+    }
+}
+
 impl IrradianceCache<'_> {
-    /// The sum over the pixels of the squared error of the fit beyond the noise of its halves, channels added,
-    /// estimated at places sampled in one `round`.
-    pub fn validate(&mut self, pixels: &[Pixel], round: u32) -> f64 {
-        let places = self.layer_fits(pixels, round);
+    /// The error of the fit, estimated at places sampled in one `round`.
+    pub fn validate(&mut self, pixels: &[Pixel], round: u32) -> FitError {
+        let stride = self.pixel_stride();
+        let places = self.layer_fits(pixels, round, stride);
         let draws = self.draws(&places, round);
         let mut fresh: Vec<Record> = draws.iter().map(|draw| self.fresh(&places[draw.place], pixels, round)).collect();
         self.extend(&mut fresh, |j| (places[draws[j].place].rays as u32).max(1));
-        let errors = draws.iter().zip(&fresh).map(|(draw, record)| {
+        let error = |(draw, record): (&Draw, &Record)| {
             let place = &places[draw.place];
             let own = self.total(&record.means().collect::<Vec<_>>());
-            draw.counts * place.weight * Halves::of(place.fitted).less(Halves::of(own)).times(place.rho).squared()
-        });
-        self.pixel_stride() as f64 * errors.sum::<f64>()
+            let squared = Halves::of(place.fitted).less(Halves::of(own)).times(place.rho).squared();
+            DrawnError { uncertainty: place.uncertainty, squared: stride as f64 * draw.counts * place.weight * squared }
+        };
+        FitError::new(draws.iter().zip(&fresh).map(error).collect())
     }
 
     /// A record of a place, independent of those in the cache.
@@ -219,15 +163,16 @@ pub(crate) struct LayerFit {
 }
 
 impl IrradianceCache<'_> {
-    /// Every layer of some pixels, in order: one in [`IrradianceCache::pixel_stride`] pixels in each row and column,
-    /// others from turn to turn.
-    pub fn layer_fits(&self, pixels: &[Pixel], turn: u32) -> Vec<LayerFit> {
-        let (width, stride) = (self.width(), self.pixel_stride());
+    /// Every layer of some pixels that takes more than its own record's light, in order: one in `stride` pixels in each
+    /// row and column, others from turn to turn.
+    pub fn layer_fits(&self, pixels: &[Pixel], turn: u32, stride: usize) -> Vec<LayerFit> {
+        let width = self.width();
         let of_pixel = |fitted: &mut Fitted, k: usize| -> Vec<LayerFit> {
             if !(skewed(k, width) + turn as usize).is_multiple_of(stride) {
                 return Vec::new();
             }
-            (0..pixels[k].layers.len()).map(|l| self.layer_fit(fitted, &pixels[k], [k, l])).collect()
+            let fits = (0..pixels[k].layers.len()).filter(|l| !self.alone[self.starts[k] + l]);
+            fits.map(|l| self.layer_fit(fitted, &pixels[k], [k, l])).collect()
         };
         let all = (0..pixels.len()).into_par_iter();
         all.map_init(Default::default, of_pixel).flatten_iter().collect()
@@ -262,20 +207,6 @@ impl IrradianceCache<'_> {
             rays: if variance > 0.0 { variance.recip() } else { 1.0 },
         }
     }
-}
-
-/// The fewest that leave no more uncertainty than `rest` to the others, the least certain first.
-pub(crate) fn least_certain(mut fits: Vec<LayerFit>, rest: f64) -> Vec<LayerFit> {
-    let mut remaining: f64 = fits.iter().map(|fit| fit.uncertainty).sum();
-    let place = |fit: &LayerFit| (fit.pixel, fit.layer);
-    fits.sort_unstable_by(|a, b| b.uncertainty.total_cmp(&a.uncertainty).then(place(a).cmp(&place(b))));
-    fits.into_iter()
-        .take_while(|fit| {
-            let before = remaining;
-            remaining -= fit.uncertainty;
-            fit.uncertainty > 0.0 && before > rest
-        })
-        .collect()
 }
 
 #[cfg(test)]
@@ -317,9 +248,9 @@ mod tests {
                 let error = Halves::of(fit.fitted).less(Halves::of(all.total(all.means(record))));
                 fit.weight * error.times(fit.rho).squared()
             };
-            let expected: f64 = own.layer_fits(pixels, 0).iter().map(exact).sum();
+            let expected: f64 = own.layer_fits(pixels, 0, 1).iter().map(exact).sum();
             const ROUNDS: u32 = 64;
-            let estimates: Vec<f64> = (0..ROUNDS).map(|round| own.validate(pixels, round)).collect();
+            let estimates: Vec<f64> = (0..ROUNDS).map(|round| own.validate(pixels, round).sum().value).collect();
             let count = f64::from(ROUNDS);
             let mean = estimates.iter().sum::<f64>() / count;
             let variance = estimates.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (count - 1.0);
@@ -339,7 +270,7 @@ mod tests {
                 let stride = cache.pixel_stride() as u32;
                 assert!(stride > 1, "one turn evaluates all");
                 let mut times = vec![0; cache.record_of.len()];
-                for fit in (0..stride).flat_map(|turn| cache.layer_fits(pixels, turn)) {
+                for fit in (0..stride).flat_map(|turn| cache.layer_fits(pixels, turn, stride as usize)) {
                     times[cache.starts[fit.pixel] + fit.layer] += 1;
                 }
                 assert!(times.iter().all(|&n| n == 1));
@@ -348,28 +279,17 @@ mod tests {
     }
 
     #[test]
-    fn the_fewest_layers_are_chosen_that_leave_little_uncertain() {
-        let fits = |uncertainties: &[f64]| -> Vec<LayerFit> {
-            let fit = |(pixel, &uncertainty): (usize, &f64)| LayerFit {
-                pixel,
-                layer: 0,
-                fitted: [DVec3::ZERO; 2],
-                rho: DVec3::ONE,
-                weight: 1.0,
-                light: 1.0,
-                uncertainty,
-                rays: 1.0,
-            };
-            uncertainties.iter().enumerate().map(fit).collect()
+    fn the_most_certain_fits_are_those_that_leave_what_may_be_left() {
+        let drawn = |of: &[(f64, f64)]| {
+            FitError::new(of.iter().map(|&(uncertainty, squared)| DrawnError { uncertainty, squared }).collect())
         };
-        let chosen = |of: &[f64], rest: f64| -> Vec<usize> {
-            least_certain(fits(of), rest).iter().map(|fit| fit.pixel).collect()
-        };
-        let of = [1.0, 0.0, 6.0, 1.0, 2.0];
-        assert_eq!(chosen(&of, 10.0), [0; 0]);
-        assert_eq!(chosen(&of, 9.9), [2]);
-        assert_eq!(chosen(&of, 3.0), [2, 4]);
-        // Never those without uncertainty.
-        assert_eq!(chosen(&of, -1.0), [2, 4, 0, 3]);
+        // Noise may make single products negative.
+        let error = drawn(&[(3.0, 4.0), (1.0, 1.0), (2.0, -0.5), (5.0, 8.0)]);
+        assert_eq!(error.sum().value, 12.5);
+        assert_eq!([0.1, 0.6, 4.4, 4.6, 13.0].map(|most| error.most_certain(most)), [0.0, 2.0, 2.0, 3.0, 5.0]);
+        assert_eq!(drawn(&[]).most_certain(1.0), 0.0);
+        // Of N equal draws the sum has no standard error, of two that differ by d it is that of their difference.
+        assert_eq!(drawn(&[(1.0, 2.0); 8]).sum().deviation, 0.0);
+        assert!((drawn(&[(1.0, 0.0), (1.0, 3.0)]).sum().deviation - 3.0 / 2.0_f64.sqrt()).abs() < 1e-12);
     }
 }

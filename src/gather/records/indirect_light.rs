@@ -95,6 +95,7 @@ impl IndirectLight {
         let field = |f: usize| picture(&|k| own(k).map_or(DVec3::ZERO, |p| p.fields[f].as_dvec3()));
         let deviation = |k: usize| (pixels[k].variance(pixels[k].halves()) + variance(k)).map(f64::sqrt);
         let cast: f64 = pixels.iter().map(Pixel::camera).sum();
+        let rays: u64 = pixels.iter().map(|p| p.rays).sum();
         let reflecting: u64 = pixels.iter().map(|p| u64::from(p.reflecting)).sum();
         let backs: u64 = pixels.iter().map(|p| u64::from(p.backs)).sum();
         Gathered {
@@ -107,7 +108,8 @@ impl IndirectLight {
             auxiliary_rms: self.auxiliary_rms(pixels, fields),
             backs: backs as f64 / cast,
             sees: reflecting as f64 / cast,
-            rays: pixels.iter().map(|p| p.rays).sum(),
+            lamp_rays: rays as f64 / cast - 1.0,
+            rays,
             picture_fields: fields.picture_fields(),
         }
     }

@@ -6,9 +6,6 @@
 //! is exact for irradiance that varies linearly, so what remains is of second order in that part, and noise averages
 //! over the records.
 //!
-//! A place whose record was biased interpolates only from those near in units of its own valid radius, as others with a
-//! long radius would outweigh its own record.
-//!
 //! A fit is a linear combination of the records' values. The sum of its squared coefficients is the share of their
 //! variance that it leaves: small where many records surround the place, large where it extrapolates.
 //!
@@ -68,8 +65,7 @@ impl Fit {
     #[inline]
     pub fn consider(&mut self, at: &Place, k: u32, support: &Support) {
         let d = support.place.position - at.position;
-        let reach = support.radius.min(at.reach);
-        let nearness = 1.0 - d.length_squared() / (reach * reach);
+        let nearness = 1.0 - d.length_squared() / (support.radius * support.radius);
         if nearness <= 0.0
             || at.material != support.place.material
             || at.normal.dot(support.place.normal) < ALIGNED
@@ -132,12 +128,6 @@ impl Fit {
         self.coefficients.push((record, 1.0));
     }
 
-    /// The coefficient of one record; 0 where it has none.
-    pub fn coefficient_of(&self, record: u32) -> f64 {
-        let own = self.coefficients.iter().find(|(k, _)| *k == record);
-        own.map_or(0.0, |(_, coefficient)| *coefficient)
-    }
-
     /// Variance left of records of equal variance.
     pub fn variance(&self) -> f64 {
         self.coefficients.iter().map(|(_, s)| s * s).sum()
@@ -160,11 +150,7 @@ mod tests {
     use super::*;
 
     fn known(x: f64, y: f64, radius: f64, normal: Vec3) -> Support {
-        Support {
-            place: Place { position: DVec3::new(x, y, 0.0), normal, material: 0, reach: f64::INFINITY },
-            radius,
-            weight: 1.0,
-        }
+        Support { place: Place { position: DVec3::new(x, y, 0.0), normal, material: 0 }, radius, weight: 1.0 }
     }
 
     /// A floor with records 0.01 apart.
@@ -227,23 +213,6 @@ mod tests {
         fit.consider(&at, 1, &facet);
         assert!(fit.solve());
         assert_eq!(fit.coefficients.iter().map(|s| s.0).collect::<Vec<_>>(), [1]);
-    }
-
-    /// Far records with a long valid radius do not outweigh the record of a place whose own was shortened.
-    #[test]
-    fn a_shortened_record_limits_the_reach_of_its_place() {
-        let at = known(0.0, 0.0, 0.005, Vec3::Z);
-        let far = (1..20).map(|k| known(0.01 * f64::from(k), 0.0, 1.0, Vec3::Z));
-        let points: Vec<Support> = std::iter::once(at).chain(far).collect();
-        let own = |p: &Support| f64::from(u8::from(p.radius < 1.0));
-        let before = fitted(&points, &at, own).unwrap().0;
-        assert!(before < 0.3, "{before}");
-        let within = |reach: f64| {
-            let at = Support { place: Place { reach, ..at.place }, ..at };
-            fitted(&points, &at, own).unwrap().0
-        };
-        assert!((within(0.01) - 1.0).abs() < 1e-9, "{}", within(0.01));
-        assert!(within(0.02) > before);
     }
 
     #[test]

@@ -32,8 +32,6 @@ pub(crate) const COVERED: f64 = 0.34;
 const TILE: usize = 2;
 /// Such squares across the picture at most.
 const TILES: usize = 24;
-/// A record with a shortened valid radius interpolates from others up to so many of its radii away.
-const APART: f64 = 2.0;
 /// Rays of a half at least.
 const LEAST_RAYS: u32 = 8;
 
@@ -72,6 +70,8 @@ pub(crate) struct IrradianceCache<'a> {
     pub(crate) lattice: Lattice,
     /// The record of each layer that has one, by the layer's number; else NONE.
     pub(crate) record_of: Vec<u32>,
+    /// Layers for which no other record speaks: their own is all they take.
+    pub(crate) alone: Vec<bool>,
     /// Number of the first layer of every pixel.
     pub(crate) starts: Vec<usize>,
     /// Guiding densities of the rays; none where every pixel has a record.
@@ -107,6 +107,7 @@ impl<'a> IrradianceCache<'a> {
             picture_fields: final_gather.picture_fields(),
             lattice: Lattice::new(density.spacing, width, pixels.len() / width.max(1)),
             record_of: vec![NONE; starts[pixels.len()]],
+            alone: vec![false; starts[pixels.len()]],
             starts,
             guiding: (density.spacing > 1).then(|| GuidingField::new(tile, width, final_gather.brightest())),
             cast: 0,
@@ -123,22 +124,11 @@ impl<'a> IrradianceCache<'a> {
         self.lattice.width()
     }
 
-    /// Number of layers without a record.
-    pub fn bare(&self) -> usize {
-        self.record_of.iter().filter(|&&record| record == NONE).count()
-    }
-
     /// Adds records until every layer of every pixel is covered.
     pub fn place(&mut self, pixels: &[Pixel]) {
-        self.place_where(pixels, &vec![true; pixels.len()]);
-    }
-
-    /// Adds records until every layer of the pixels marked is covered.
-    pub(crate) fn place_where(&mut self, pixels: &[Pixel], marked: &[bool]) {
         let mut spacing = self.density.spacing;
         loop {
-            let own = self.lattice.pixels(spacing).filter(|&k| marked[k]);
-            let own: Vec<usize> = own.collect();
+            let own: Vec<usize> = self.lattice.pixels(spacing).collect();
             let uncovered: Vec<(usize, usize)> = own
                 .par_iter()
                 .map_init(Fit::default, |fit, &k| self.uncovered(fit, k, &pixels[k]))
@@ -236,11 +226,9 @@ impl<'a> IrradianceCache<'a> {
         for p in &self.records[first..] {
             self.values.extend(p.means());
             let least = density.least * density.pixel * p.distance;
-            let radius = p.shortened * (density.radius * p.surroundings()).min(1.0).max(least);
-            let reach = if p.shortened < 1.0 { APART * radius } else { f64::INFINITY };
             self.supports.push(Support {
-                place: Place { reach, ..p.place() },
-                radius,
+                place: p.place(),
+                radius: (density.radius * p.surroundings()).min(1.0).max(least),
                 // Not the inverse variance: a record that met bright light by chance would count less.
                 weight: p.site.spacing as f64,
             });
@@ -285,10 +273,6 @@ pub(crate) struct Record {
     pub site: Site,
     /// The surface; rays start where its camera rays met it.
     layer: Layer,
-    /// Factor on its valid radius, below 1 where the fit was biased.
-    pub shortened: f64,
-    /// Share of the camera rays of its pixel that met the surface.
-    seen: f64,
     /// Distance from the camera.
     pub distance: f64,
     /// Rays of each half cast so far.
@@ -306,8 +290,6 @@ impl Record {
         Record {
             site,
             layer: layer.clone(),
-            shortened: 1.0,
-            seen: f64::from(layer.count[0] + layer.count[1]) / f64::from(2 * site.camera_count),
             distance: layer.first.position.as_dvec3().distance(camera),
             rays: 0,
             nearness: 0.0,
@@ -386,12 +368,6 @@ impl Record {
         a.iter().zip(b).map(move |(a, b)| [*a * share, *b * share])
     }
 
-    /// The factor of its irradiance over pi in the pixel: reflectance, the largest channel, times the share of camera
-    /// rays that met the surface.
-    pub fn counts(&self) -> f64 {
-        f64::from(self.layer.rho.max_element()) * self.seen
-    }
-
     /// Where it is.
     pub fn place(&self) -> Place {
         Place { position: self.middle(), ..self.layer.place() }
@@ -432,21 +408,14 @@ impl IrradianceCache<'_> {
         })
     }
 
-    /// The fit of the records around record i at its own place, itself among them; false where none is valid there.
-    pub(crate) fn at_record(&self, fitted: &mut Fitted, i: u32) -> bool {
-        let is_fitted = self.fit(&mut fitted.fit, self.lattice.pixel_of(i), &self.supports[i as usize].place);
-        if is_fitted {
-            fitted.fit.settle(LOOSE);
-            self.evaluate(fitted);
-        }
-        is_fitted
-    }
-
-    /// Fits layer l of pixel k; takes a mean where the fit extrapolates, and a single record where none is valid.
+    /// Fits layer l of pixel k; takes a mean where the fit extrapolates, and a single record where none is valid or the
+    /// layer is alone.
     pub(crate) fn fit_layer(&self, fit: &mut Fit, k: usize, l: usize, layer: &Layer) {
         let own = self.own_record(k, l);
-        let reach = own.map_or(f64::INFINITY, |record| self.supports[record as usize].place.reach);
-        let place = Place { reach, ..layer.place() };
+        if let Some(record) = own.filter(|_| self.alone[self.starts[k] + l]) {
+            return fit.take(record);
+        }
+        let place = layer.place();
         // The valid radius of a record near a contact may be less than a pixel.
         if !self.fit(fit, k, &place) {
             match own.or_else(|| self.nearest(k, &place)) {

@@ -78,18 +78,6 @@ impl Lattice {
         self.pixels[record as usize] as usize
     }
 
-    /// Marks the pixels from which a record is visited.
-    pub fn mark(&self, spacing: usize, record: u32, marked: &mut [bool]) {
-        let k = self.pixel_of(record);
-        let (x, y) = (k % self.width, k / self.width);
-        let reach = AROUND * spacing + spacing.max(LEAST_TILE);
-        let range = |p: usize, length: usize| p.saturating_sub(reach)..(p + reach).min(length);
-        for row in range(y, self.height) {
-            let columns = range(x, self.width);
-            marked[row * self.width + columns.start..row * self.width + columns.end].fill(true);
-        }
-    }
-
     /// Visits the records of every lattice near pixel k.
     #[inline]
     pub fn visit(&self, k: usize, mut visit: impl FnMut(u32)) {
@@ -123,22 +111,6 @@ mod tests {
         assert!(seen.iter().all(|&n| n <= 1));
         assert_eq!(lattice.pixels(1).count(), 37 * 21);
         assert_eq!(Lattice::new(8, 2, 1).pixels(8).collect::<Vec<_>>(), vec![1]);
-    }
-
-    #[test]
-    fn every_pixel_that_visits_a_record_is_marked() {
-        let mut lattice = Lattice::new(8, 61, 53);
-        for (record, k) in [0, 61 * 20 + 33, 61 * 53 - 1].into_iter().enumerate() {
-            let spacing = 1 << record;
-            lattice.insert(spacing, k, record as u32);
-            let mut marked = vec![false; 61 * 53];
-            lattice.mark(spacing, record as u32, &mut marked);
-            for (pixel, marked) in marked.iter().enumerate() {
-                let mut visits = false;
-                lattice.visit(pixel, |p| visits |= p == record as u32);
-                assert!(*marked || !visits, "pixel {pixel}, record {record}");
-            }
-        }
     }
 
     #[test]

@@ -6,14 +6,12 @@ use rayon::prelude::*;
 
 use crate::error::halves::Halves;
 use crate::gather::pixels::pixel::Pixel;
-use crate::gather::records::fit_error::{LayerFit, least_certain};
+use crate::gather::records::fit_error::LayerFit;
 use crate::gather::records::interpolation::Fit;
 use crate::gather::records::irradiance_cache::{IrradianceCache, NONE};
 
 /// Rays of a half at most.
 const MOST_RAYS: f64 = 16_384.0;
-/// Records placed in a round where light is uncertain at most, over those there were.
-const MORE: f64 = 0.125;
 /// Spacings within which records are alike in noise.
 const NEAR: f64 = 2.5;
 /// The variance of scrambled nets falls as this power of the number of rays here.
@@ -59,32 +57,20 @@ impl IrradianceCache<'_> {
         self.cast_from(0, |i| shares[i].at(level) as u32);
     }
 
-    /// Shortens the valid radius of some records, and adds records for the places that they no longer cover.
-    pub fn shorten(&mut self, some: &[u32], factor: f64, pixels: &[Pixel]) {
-        let mut marked = vec![false; pixels.len()];
-        for &i in some {
-            let record = &mut self.records[i as usize];
-            record.shortened *= factor;
-            self.lattice.mark(record.site.spacing, i, &mut marked);
-        }
-        self.settle(0);
-        self.place_where(pixels, &marked);
-    }
-
-    /// Places records at the layers without one whose light is least certain, until the predicted squared error of the
-    /// others, summed over the pixels, is no more than `rest`. Each gets as many rays as records have in the mean:
-    /// where all records around miss bright light, cross-validation does not show it.
-    pub fn place_uncertain(&mut self, rest: f64, pixels: &[Pixel], round: u32) {
-        let mut bare = self.layer_fits(pixels, round);
-        bare.retain(|fit| self.record_of[self.starts[fit.pixel] + fit.layer] == NONE);
+    /// Has every layer whose fit is less certain than `most` gather for itself; each gets as many rays as records have
+    /// in the mean.
+    pub fn part(&mut self, most: f64, pixels: &[Pixel]) {
         let first = self.records.len();
-        let most = (MORE * first as f64).ceil() as usize;
-        let rest = rest / self.pixel_stride() as f64;
-        for LayerFit { pixel, layer, .. } in least_certain(bare, rest).into_iter().take(most) {
-            self.lattice.insert(1, pixel, self.records.len() as u32);
-            self.add(pixel, layer, &pixels[pixel], 1);
+        let rays = self.records.iter().map(|p| u64::from(p.rays)).sum::<u64>() / first.max(1) as u64;
+        for LayerFit { pixel, layer, .. } in self.layer_fits(pixels, 0, 1).into_iter().filter(|f| f.uncertainty > most)
+        {
+            let number = self.starts[pixel] + layer;
+            self.alone[number] = true;
+            if self.record_of[number] == NONE {
+                self.lattice.insert(1, pixel, self.records.len() as u32);
+                self.add(pixel, layer, &pixels[pixel], 1);
+            }
         }
-        let rays = self.records[..first].iter().map(|p| u64::from(p.rays)).sum::<u64>() / first.max(1) as u64;
         self.cast_from(first, |_| (rays as u32).max(1));
     }
 
@@ -218,29 +204,33 @@ mod tests {
         );
     }
 
+    /// Those that gather for themselves have no bias, and rays of their own; the others keep their fits.
     #[test]
-    fn records_go_where_the_light_between_them_is_least_certain() {
+    fn the_least_certain_places_take_their_own_light() {
         with_records(
-            ("furnished-room", 300, 128),
+            ("furnished-room", 300, 64),
             |i| Rgb::splat((i % 5) as f32),
             |pixels, cache| {
                 let mut cache = cache(|density| density);
-                let (first, bare) = (cache.records.len(), cache.bare());
-                let was_bare: Vec<bool> = cache.record_of.iter().map(|&record| record == NONE).collect();
-                let before = cache.layer_fits(pixels, 0);
-                cache.place_uncertain(0.0, pixels, 0);
-                let more = cache.records.len() - first;
-                assert!(0 < more && more <= (MORE * first as f64).ceil() as usize, "{more} more than {first}");
-                assert_eq!(cache.bare(), bare - more);
-                let number = |fit: &LayerFit| cache.starts[fit.pixel] + fit.layer;
-                let of = |placed: bool| -> Vec<f64> {
-                    let known = before.iter().filter(|fit| was_bare[number(fit)]);
-                    let chosen = known.filter(|fit| (cache.record_of[number(fit)] != NONE) == placed);
-                    chosen.map(|fit| fit.uncertainty).collect()
-                };
-                let least = of(true).into_iter().fold(f64::INFINITY, f64::min);
-                let most = of(false).into_iter().fold(0.0, f64::max);
-                assert!(of(true).len() == more && least >= most, "{least} {most}");
+                let before = cache.layer_fits(pixels, 0, 1);
+                let mut order: Vec<f64> = before.iter().map(|fit| fit.uncertainty).collect();
+                order.sort_by(f64::total_cmp);
+                let most = order[3 * order.len() / 4];
+                cache.part(most, pixels);
+                let mut fitted = Fitted::default();
+                for fit in &before {
+                    let number = cache.starts[fit.pixel] + fit.layer;
+                    let (is_alone, record) = (cache.alone[number], cache.record_of[number]);
+                    assert_eq!(is_alone, fit.uncertainty > most);
+                    if is_alone {
+                        cache.at(&mut fitted, fit.pixel, fit.layer, &pixels[fit.pixel].layers[fit.layer]);
+                        assert_eq!(fitted.values, cache.means(record as usize));
+                        assert!(cache.records[record as usize].rays > 0);
+                    }
+                }
+                assert_eq!(cache.layer_fits(pixels, 0, 1).len(), 3 * order.len() / 4 + 1);
+                cache.part(-1.0, pixels);
+                assert_eq!(cache.validate(pixels, 0).sum().value, 0.0);
             },
         );
     }

@@ -7,20 +7,19 @@
 //! differs by more than chance the patch is divided ([`crate::patches::Patches::divided`]).
 //!
 //! Other paths, of a few pixels, measure the error that remains. The gather pass makes up for it with less noise, or
-//! follows one more ray; or more paths divide patches further, as long as that is the cheaper ([`ReadingCost`]).
+//! more paths divide patches further, as long as that is the cheaper ([`PictureCost`]).
 //!
 //! Not handled: what no path reaches; its patches keep few rays.
 
 use std::time::Instant;
 
 use crate::error::deadline::would_be_over;
-use crate::error::{ImportancePaths, SquaredError, add_samples_of_bright};
+use crate::error::{ImportancePaths, add_samples_of_bright};
 use crate::light::budget::DIVIDED_FORM_FACTORS;
 use crate::patches::Sample;
 use crate::rays::purpose::Purpose;
-use crate::reading::{READINGS, Reading};
 use crate::render::goal::{Spent, timed};
-use crate::render::search::reading_cost::{MATTERS, ReadingCost};
+use crate::render::search::picture_cost::{MATTERS, PictureCost};
 use crate::render::search::residual_check::{Check, brightness};
 use crate::render::search::solved::{Next, Rough, Solved, Task};
 
@@ -46,7 +45,7 @@ const RAYS: (f64, u32, u32) = (512.0, 64, 1 << 14);
 /// let it read at once stay a like share of all work.
 const ROUNDS: (f64, f64) = (3.0, 2.0);
 
-/// A solution, and the squared error that its reading leaves.
+/// A solution, and the squared error that it leaves.
 struct Candidate {
     squared: f64,
     solved: Box<Solved>,
@@ -159,7 +158,7 @@ impl Division {
         }
         if !std::mem::replace(&mut self.is_dense, true) && !goal.is_late() {
             let took = spent.rays - self.before - rough.gathered.rays;
-            let cost = ReadingCost::new(rough, goal, self.paths.prices(solved.patches(), &solved.fields));
+            let cost = PictureCost::new(rough, goal, self.paths.price(solved.patches(), &solved.fields));
             let denser = rays.saturating_mul(cost.denser(took as f64, solved.error.form_factors)).min(RAYS.2);
             if denser > rays && !would_be_over(goal.deadline, self.began, f64::from(denser / rays)) {
                 return Next::Rays(denser);
@@ -168,10 +167,9 @@ impl Division {
         self.bright = brightness(&rough.gathered);
         check.compare_with(&rough.gathered);
         let found = check.measure(&solved, goal, DRAWN, spent);
-        let all = no_less_than_noise(found.map(SquaredError::upper), solved.error.form_factors);
-        let cost = ReadingCost::new(rough, goal, check.prices(&solved));
-        let (now, then) = (cost.cheapest(all), cost.cheapest(all.map(|s| FALLS * s)));
-        let squared = all[now.reading.number()];
+        let squared = no_less_than_noise(found.upper(), solved.error.form_factors);
+        let cost = PictureCost::new(rough, goal, check.price(&solved));
+        let (now, then) = (cost.priced(squared), cost.priced(FALLS * squared));
         // The next round has twice the paths.
         let again = (spent.rays - self.before + self.paths.rays) as f64;
         let is_enough = now.rays.is_finite() && now.rays <= again + then.rays;
@@ -182,12 +180,12 @@ impl Division {
             if let Some(best) = better {
                 return Next::Accept(best.solved);
             }
-            solved.reading = now.reading;
+            solved.camera = now.camera;
             solved.state(squared);
             return Next::Accept(Box::new(solved));
         }
         self.more = (solved.error.form_factors / (DIVIDED_FORM_FACTORS * goal.tolerance)).powi(2);
-        solved.reading = now.reading;
+        solved.camera = now.camera;
         solved.state(squared);
         // Sets that exceed what paths may take together are not joined.
         let others = follow(task, &solved, &self.bright, self.each, 1 + self.round, spent);
@@ -201,14 +199,11 @@ impl Division {
     }
 }
 
-/// The squared errors by reading that paths show, where they are no less than noise of F alone makes them.
-///
-/// Where light comes by few ways few paths find it, so that most sets of them show too little. Two scramblings of F
-/// show its noise without them; what they contradict is taken to be too small by as much at every reading.
-fn no_less_than_noise(squared: [f64; READINGS], noise: f64) -> [f64; READINGS] {
-    let plain = squared[Reading::AtOnce.number()];
-    let short = if plain > 0.0 { (noise * noise / plain).max(1.0) } else { 1.0 };
-    squared.map(|own| short * own)
+/// A squared error that paths show, where it is no less than noise of F alone makes it: where light comes by few ways
+/// few paths find it, so that most sets of them show too little, and two scramblings of F show its noise without them.
+/// What is no number stays so.
+fn no_less_than_noise(squared: f64, noise: f64) -> f64 {
+    if squared < noise * noise { noise * noise } else { squared }
 }
 
 /// Times that patches are divided at most, from `first` paths of every pixel on: as often as is worth it, while the
@@ -236,14 +231,9 @@ mod tests {
 
     /// As in a classroom lit through its windows: paths show 1.1 % where noise of F is 2.1 and 1.5 are true.
     #[test]
-    fn paths_that_show_less_than_noise_of_f_are_scaled_to_it() {
-        let mut shown = [1e-4; READINGS];
-        shown[1] = 0.25e-4;
-        assert_eq!(no_less_than_noise(shown, 0.005), shown);
-        let more = no_less_than_noise(shown, 0.02);
-        assert!((more[0] - 4e-4).abs() < 1e-12 && (more[1] - 1e-4).abs() < 1e-12, "{more:?}");
-        // What is no number stays so.
-        assert!(no_less_than_noise([f64::NAN; READINGS], 0.02)[0].is_nan());
+    fn paths_that_show_less_than_noise_of_f_count_as_it() {
+        assert_eq!([0.005, 0.02].map(|noise| no_less_than_noise(1e-4, noise)), [1e-4, 4e-4]);
+        assert!(no_less_than_noise(f64::NAN, 0.02).is_nan());
     }
 
     /// Paths double from round to round: 14 rounds at 0.1 % would be 2 million of every pixel.

@@ -9,11 +9,10 @@
 use crate::error::sampled_pixels::Brightness;
 use crate::error::{SampledPixels, SamplingGoal, SquaredError};
 use crate::gather::Gathered;
-use crate::light::budget::{MATTERS, READ_AT_ONCE, SURE};
+use crate::light::budget::{MATTERS, SURE};
 use crate::rays::purpose::Purpose;
-use crate::reading::{READINGS, Reading};
 use crate::render::goal::{PictureGoal, Spent, timed};
-use crate::render::search::reading_cost::ReadingCost;
+use crate::render::search::picture_cost::PictureCost;
 use crate::render::search::solved::{Rough, Solved, rough_size};
 
 /// Paths at first, and at most where an error is suspected or light is to be accepted, at a tolerance of 2 % or less;
@@ -51,8 +50,8 @@ pub(crate) struct Check {
     pixels: SampledPixels,
     /// Squared RMS of the picture.
     signal: f64,
-    /// By reading, what pixels say of the solution judged last, relative to the picture's square.
-    found: [SquaredError; READINGS],
+    /// What pixels say of the solution judged last, relative to the picture's square.
+    found: SquaredError,
 }
 
 impl Check {
@@ -88,15 +87,9 @@ impl Check {
         judgement.finding
     }
 
-    /// The squared error of a solution by reading, relative to the picture's square, from so many paths at most; no
+    /// The squared error of a solution, relative to the picture's square, from so many paths at most; no
     /// more of them where there is no time.
-    pub fn measure(
-        &mut self,
-        solved: &Solved,
-        goal: &PictureGoal,
-        most: usize,
-        spent: &mut Spent,
-    ) -> [SquaredError; READINGS] {
+    pub fn measure(&mut self, solved: &Solved, goal: &PictureGoal, most: usize, spent: &mut Spent) -> SquaredError {
         let certain = self.signal * (SURE * goal.tolerance).powi(2);
         let most = if goal.is_late() { 0 } else { most };
         let effort = SamplingGoal { wanted: certain, most, deadline: goal.deadline };
@@ -104,27 +97,23 @@ impl Check {
         let (found, seconds) = timed(|| self.pixels.measure(&solved.view(goal), &solved.fields, effort));
         spent.rays += self.pixels.rays() - before;
         spent.seconds.solve += seconds;
-        self.found = found.map(|squared| squared.over(self.signal));
+        self.found = found.over(self.signal);
         self.found
     }
 
-    /// By reading: what a gather ray takes until it has read, in rays.
-    pub fn prices(&self, solved: &Solved) -> [f64; READINGS] {
-        self.pixels.prices(solved.patches(), &solved.fields)
+    /// What a gather ray takes until it has read, in rays.
+    pub fn price(&self, solved: &Solved) -> f64 {
+        self.pixels.price(solved.patches(), &solved.fields)
     }
 
-    /// The squared error of light that is read at once, of the solution judged last, less a standard error.
+    /// The squared error of the solution judged last, less a standard error.
     pub fn squared(&self) -> f64 {
-        self.at_once().lower()
-    }
-
-    fn at_once(&self) -> SquaredError {
-        self.found[Reading::AtOnce.number()]
+        self.found.lower()
     }
 
     /// What the pixels say of the light.
     fn judge(&self, solved: &Solved, goal: &PictureGoal) -> Judgement {
-        let found = self.at_once();
+        let found = self.found;
         let matters = (MATTERS * goal.tolerance).powi(2);
         let [noise, patches] = [solved.error.form_factors, solved.error.patches].map(|e| BEYOND * e.powi(2));
         let tolerable = matters.max(noise + patches);
@@ -142,11 +131,8 @@ impl Check {
         }
     }
 
-    /// Chooses how the light is read, and states its error: if more than its share is certain, by the reading that the
-    /// picture is the cheapest with; else the light is read at once.
-    ///
-    /// Read at once, its error is the larger of what the two levels of patches say and of the pixels sampled last,
-    /// with their standard error.
+    /// States the error of the light as rays read it, the larger of what the two levels of patches say and of the
+    /// pixels sampled last, with their standard error; and what camera rays are to make of the rest.
     pub fn confirm(&mut self, solved: &mut Solved, goal: &PictureGoal, rough: &Rough, spent: &mut Spent) {
         if self.signal == 0.0 {
             return;
@@ -154,23 +140,15 @@ impl Check {
         if !solved.fields.is_read_at_once() {
             self.measure(solved, goal, 0, spent);
         }
-        let cost = ReadingCost::new(rough, goal, self.prices(solved));
-        self.state(solved, goal, &cost);
+        self.state(solved);
+        let cost = PictureCost::new(rough, goal, self.price(solved));
+        solved.camera = cost.priced(solved.error.sum().total.powi(2)).camera;
     }
 
-    /// The same from the sampled errors of the light as rays read it.
-    fn state(&self, solved: &mut Solved, goal: &PictureGoal, cost: &ReadingCost) {
-        if self.at_once().lower() > (READ_AT_ONCE * goal.tolerance).powi(2) {
-            let squared = self.found.map(SquaredError::upper);
-            let now = cost.cheapest(squared);
-            if now.rays.is_finite() {
-                solved.reading = now.reading;
-                return solved.state(squared[now.reading.number()]);
-            }
-        }
-        // The paths see the noise of F as well, which is stated separately.
+    /// States the sampled error, in which the noise of F is as well, which is stated separately.
+    fn state(&self, solved: &mut Solved) {
         let noise = solved.error.form_factors.powi(2);
-        let patches = (self.at_once().upper() - noise).max(0.0).sqrt();
+        let patches = (self.found.upper() - noise).max(0.0).sqrt();
         solved.error.patches = solved.error.patches.max(patches);
     }
 }
@@ -198,10 +176,10 @@ mod tests {
 
     const TOLERANCE: f64 = 0.02;
 
-    /// The estimate of pixels that sample an error of `plain`, relative to the picture, if light is read at once and
-    /// none after one more ray, with a standard error of the square of `noise`.
-    fn found(plain: f64, noise: f64) -> [SquaredError; READINGS] {
-        [plain, 0.0].map(|error| SquaredError { value: error * error, deviation: noise * noise })
+    /// The estimate of pixels that sample an error, relative to the picture, with a standard error of the square of
+    /// `noise`.
+    fn found(error: f64, noise: f64) -> SquaredError {
+        SquaredError { value: error * error, deviation: noise * noise }
     }
 
     /// A solution of the Cornell box with its check, whose picture is 1 in all pixels.
@@ -209,7 +187,6 @@ mod tests {
         goal: PictureGoal,
         solved: Solved,
         check: Check,
-        cost: ReadingCost,
     }
 
     fn checked() -> Checked {
@@ -221,32 +198,23 @@ mod tests {
         let rough = solved.rough(&goal, &Silent);
         let mut check = Check::new(&solved, &goal, &rough.gathered);
         check.find(&solved, &goal, false, &mut spent);
-        let cost = ReadingCost::new(&rough, &goal, check.prices(&solved));
-        Checked { goal, solved, check, cost }
+        Checked { goal, solved, check }
     }
 
     /// As in a street at night: patches mix the direct light of lamps close to what they light, which two levels of
     /// patches do not show (0.62 % with 1.2 true) and paths do.
     #[test]
-    fn one_more_ray_is_followed_where_patches_certainly_mix_light() {
-        let confirmed = |found: [SquaredError; READINGS]| {
-            let Checked { goal, mut solved, mut check, cost } = checked();
-            check.found = found;
-            check.state(&mut solved, &goal, &cost);
-            (solved.reading, solved.error.sum().total)
+    fn what_paths_show_is_stated_with_its_standard_error() {
+        let stated = |error: f64, noise: f64| {
+            let Checked { mut solved, mut check, .. } = checked();
+            solved.error.patches = 0.3 * TOLERANCE;
+            check.found = found(error * TOLERANCE, noise * TOLERANCE);
+            check.state(&mut solved);
+            solved.error.sum().total / TOLERANCE
         };
-        // More than half of the tolerance is certain.
-        let (reading, stated) = confirmed(found(0.8 * TOLERANCE, 0.0));
-        assert_eq!(reading, Reading::AfterOneMore);
-        assert!(stated < READ_AT_ONCE * TOLERANCE, "{stated}");
-        // Less than half is as it may be.
-        let (reading, stated) = confirmed(found(0.3 * TOLERANCE, 0.0));
-        assert_eq!(reading, Reading::AtOnce);
-        assert!(stated >= 0.299 * TOLERANCE, "{stated}");
-        // Noise may be all of it; what it hides may be as large.
-        let (reading, stated) = confirmed(found(0.8 * TOLERANCE, TOLERANCE));
-        assert_eq!(reading, Reading::AtOnce);
-        assert!(stated > TOLERANCE, "{stated}");
+        assert!(stated(0.8, 0.0) >= 0.799, "{}", stated(0.8, 0.0));
+        // What two levels say counts where paths say less, and what noise hides may be as large.
+        assert!(stated(0.1, 0.0) >= 0.299 && stated(0.8, 1.0) > 1.0);
     }
 
     /// A bathroom's first rays left noise of 7.8 %, which explained what the paths saw: it was cut into more patches of

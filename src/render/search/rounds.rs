@@ -62,7 +62,7 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let (solved, mut spent) = Search::new(first, &Task { goal: &goal.of_light(), ..*task }).run()?;
     solved.tell(watch);
     let error = left(goal.tolerance, solved.error.sum().total.powi(2));
-    let within = Gathering::Within { error, seed: goal.seed, deadline: goal.deadline };
+    let within = Gathering::Within { error, camera: solved.camera, seed: goal.seed, deadline: goal.deadline };
     let ((fields, emitters), seconds) = timed(|| solved.picture_fields());
     spent.seconds.solve += seconds;
     let gather = || render(&solved.mode.lights, &fields, &GatherPass::new(goal.size, within), watch);

@@ -10,12 +10,12 @@ use crate::direct::Lights;
 use crate::error::nearest_read;
 use crate::form_factors::Sampling;
 use crate::gather::{GatherPass, GatherSampling, Gathered};
-use crate::light::budget::{STAND_INS, TRUNCATION};
+use crate::light::budget::{CAMERA, STAND_INS, TRUNCATION};
 use crate::light::{Light, Rgb, Transport};
 use crate::patches::{Neighbours, Patches};
 use crate::pictures::Size;
 use crate::rays::sobol::replica_seed;
-use crate::reading::{Fields, Linear, Reading, View, linear};
+use crate::reading::{Fields, Linear, View, linear};
 use crate::render::assembly::{Assembled, Discretization, PatchLight, Watch, assemble, render};
 use crate::render::goal::{PictureGoal, Spent, timed};
 use crate::render::layers::{Apart, EmitterPower, with_layers};
@@ -57,6 +57,8 @@ pub(crate) struct Rough {
     pub gathered: Gathered,
     /// Camera rays of each pixel.
     pub camera: u32,
+    /// Visibility rays of a camera ray and luminaire that the picture has for each of its own.
+    pub visibility: u32,
 }
 
 /// What is to be solved, and who watches.
@@ -82,8 +84,8 @@ pub(crate) struct Solved {
     pub error: ErrorParts,
     /// RMS of the picture that the errors of F and of patches are relative to.
     signal: f64,
-    /// How the gather pass is to read the light.
-    pub reading: Reading,
+    /// Share of the squared error of the gather pass that camera rays are to make.
+    pub camera: f64,
 }
 
 /// The mean of the light of two halves.
@@ -172,8 +174,8 @@ impl Solved {
         let (fields, seconds) = timed(read);
         spent.seconds.solve += seconds;
         let other = (!task.apart.is_nothing() || task.watch.wants_light()).then_some((second, other));
-        let (signal, reading, apart) = (0.0, Reading::AtOnce, task.apart);
-        Ok((Solved { mode, solution, other, apart, fields, error, signal, reading }, spent))
+        let (signal, apart) = (0.0, task.apart);
+        Ok((Solved { mode, solution, other, apart, fields, error, signal, camera: CAMERA[1] }, spent))
     }
 }
 
@@ -269,7 +271,7 @@ impl Solved {
             if noise <= ROUGH_NOISE || camera == ROUGH_RAYS || goal.is_late() {
                 gathered.rays = rays;
                 gathered.error = gathered.error.over_signal_alone();
-                return Rough { gathered, camera };
+                return Rough { gathered, camera, visibility: self.mode.lights.visibility_rays() };
             }
             camera *= 2;
         }
@@ -286,7 +288,7 @@ impl Solved {
     /// The fields that the picture is gathered from, and the powers of emitters whose light is kept apart; the rough
     /// picture has shown the errors of the other fields.
     pub fn picture_fields(&self) -> (Fields, Vec<EmitterPower>) {
-        let fields = self.fields.picture_only().read_by(self.reading);
+        let fields = self.fields.picture_only();
         match &self.other {
             Some((second, other)) if !self.apart.is_nothing() => {
                 with_layers(fields, &[(&self.mode, &self.solution), (second, other)], self.apart)
