@@ -15,6 +15,7 @@ pub(crate) mod luminaire_light;
 pub(crate) mod many;
 pub(crate) mod punctual_light;
 pub(crate) mod received;
+pub(crate) mod systematic;
 
 pub use emitters::luminaire::Luminaire;
 pub(crate) use emitters::luminaire_texture::TOLERABLE;

@@ -16,6 +16,7 @@ use glam::{DVec3, Vec3};
 use crate::direct::emitters::occlusion::Occlusion;
 use crate::direct::lights::Lights;
 use crate::direct::luminaire_light::{Scratch, point_for};
+use crate::direct::systematic::{Drawn, systematic};
 use crate::scene::{PunctualForm, PunctualLight};
 use crate::surfaces::SurfacePoint;
 
@@ -98,22 +99,11 @@ impl Lights {
 }
 
 /// The lights that get a visibility ray, and the weight of each: all of them where they are few.
-fn drawn(falling: &[Falling], random: impl Fn() -> f32) -> Vec<(usize, f64)> {
+fn drawn(falling: &[Falling], random: impl Fn() -> f32) -> Drawn {
     if falling.len() <= FEW {
         return (0..falling.len()).map(|k| (k, 1.0)).collect();
     }
-    let step = falling.iter().map(Falling::brightness).sum::<f64>() / DRAWN as f64;
-    let (mut next, mut until) = (step * f64::from(random()), 0.0);
-    let mut chosen = Vec::with_capacity(DRAWN);
-    for (k, f) in falling.iter().enumerate() {
-        until += f.brightness();
-        let times = ((until - next) / step).ceil().max(0.0);
-        next += times * step;
-        if times > 0.0 {
-            chosen.push((k, times * step / f.brightness()));
-        }
-    }
-    chosen
+    systematic(falling.iter().map(Falling::brightness), DRAWN, f64::from(random()))
 }
 
 #[cfg(test)]

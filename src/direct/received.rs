@@ -15,6 +15,7 @@ use crate::direct::emitters::occlusion::Occlusion;
 use crate::direct::emitters::shafts::Between;
 use crate::direct::luminaire_light::{DirectSum, Scratch};
 use crate::direct::many::light_cut::LightCuts;
+use crate::direct::systematic::systematic;
 use crate::form_factors::{Progress, Sampling};
 use crate::light::Rgb;
 use crate::rays::purpose::Purpose;
@@ -114,20 +115,11 @@ impl Lights {
             }
             return;
         }
-        // Of more a few are asked, by systematic sampling in proportion to what they send with nothing between.
-        let about = |l: usize| list[l].roughly(receiver.position, receiver.normal);
-        let step = (0..list.len()).map(about).sum::<f32>() / ASKED as f32;
-        let mut sum = random.uniform() * step;
-        for (l, luminaire) in list.iter().enumerate() {
-            let own = about(l);
-            sum += own;
-            if sum < step || own == 0.0 {
-                continue;
-            }
-            let times = (sum / step).floor();
-            sum -= times * step;
+        // Of more a few are asked, in proportion to what they send with nothing between.
+        let about = list.iter().map(|luminaire| f64::from(luminaire.roughly(receiver.position, receiver.normal)));
+        for (l, weight) in systematic(about, ASKED, 1.0 - f64::from(random.uniform())) {
             let light = self.sample_luminaire(self.lamp(l, patch), receiver, random, scratch);
-            each(luminaire.emitter, f64::from(times * step / own) * light);
+            each(list[l].emitter, weight * light);
         }
     }
 

@@ -46,10 +46,9 @@ pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progres
 
 /// Valid radius over the distance to the surroundings where every pixel has records.
 const RADIUS: f64 = 0.15;
-/// Valid radius over the distance to the surroundings at first, at an error of 1 %. Measured on the Cornell box, the
-/// fit's bias grows as its power 1.2.
+/// Valid radius over the distance to the surroundings at an error of 1 %.
 const WITHIN: f64 = 0.15;
-/// The least valid radius at first, in pixels, at an error of 1 %.
+/// The least valid radius, in pixels, at an error of 1 %.
 const LEAST_RADIUS: f64 = 2.5;
 /// Rays of a half at first, at an error of 1 %.
 const RAYS: f64 = 128.0;

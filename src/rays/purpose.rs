@@ -16,7 +16,7 @@ pub(crate) enum Purpose {
     /// Rays of a replica of a point that irradiance is estimated at.
     Points(usize),
     /// Places at which the error of the fit between records is sampled.
-    CrossValidation,
+    Validation,
     /// Pixels at which the error of the light is sampled, and their paths.
     SampledPixels,
     /// The n-th set of paths that patches are divided by.
@@ -56,7 +56,7 @@ impl Purpose {
             Purpose::CameraRays(half) => [0x9a7e_0000, 0x3c6e_f372][half],
             Purpose::HemisphereRays(half) => [0x51ed_270b, 0xa3b1_95c7][half],
             Purpose::Points(replica) => 0x1f83_0000_u32 ^ (replica as u32).wrapping_mul(0x0a54_1000),
-            Purpose::CrossValidation => 0x7a11_da7e,
+            Purpose::Validation => 0x7a11_da7e,
             Purpose::SampledPixels => 0x7f4a_7c15,
             Purpose::Paths(set) => set.wrapping_mul(0x85eb_ca6b),
             Purpose::BrightPatches(round) => 0x2c1b_3c6d_u32.wrapping_add(round.wrapping_mul(0x0101_0000)),
@@ -84,7 +84,7 @@ mod tests {
         let mut all = vec![
             Purpose::Received,
             Purpose::ReceivedFromPoints,
-            Purpose::CrossValidation,
+            Purpose::Validation,
             Purpose::SampledPixels,
             Purpose::Walks,
             Purpose::TracedReference,

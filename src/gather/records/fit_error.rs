@@ -100,8 +100,7 @@ impl IrradianceCache<'_> {
 
     /// A record of a place, independent of those in the cache.
     fn fresh(&mut self, &LayerFit { pixel, layer, .. }: &LayerFit, pixels: &[Pixel], round: u32) -> Record {
-        let seed =
-            hash(pixel as u32, hash(layer as u32, hash(round, Purpose::CrossValidation.seed(self.density.seed))));
+        let seed = hash(pixel as u32, hash(layer as u32, hash(round, Purpose::Validation.seed(self.density.seed))));
         let site = Site { pixel, camera_count: pixels[pixel].count, spacing: 1, seed, density: 0 };
         self.record(&pixels[pixel].layers[layer], site)
     }
@@ -112,7 +111,7 @@ impl IrradianceCache<'_> {
         let all: f64 = self.records.iter().map(|record| f64::from(record.rays)).sum();
         let price: f64 = chances.iter().zip(places).map(|(chance, place)| chance * place.rays.max(1.0)).sum();
         let count = (SHARE * all / price).max(LEAST_PLACES).round();
-        let mut random = Stream::new(hash(round, Purpose::CrossValidation.seed(self.density.seed)));
+        let mut random = Stream::new(hash(round, Purpose::Validation.seed(self.density.seed)));
         drawn(&chances, count, random.uniform().into())
     }
 }

@@ -19,7 +19,7 @@ use crate::light::budget::DIVIDED_FORM_FACTORS;
 use crate::patches::Sample;
 use crate::rays::purpose::Purpose;
 use crate::render::goal::{Spent, timed};
-use crate::render::search::picture_cost::{MATTERS, PictureCost};
+use crate::render::search::picture_cost::PictureCost;
 use crate::render::search::residual_check::{Check, brightness};
 use crate::render::search::solved::{Next, Rough, Solved, Task};
 
@@ -27,6 +27,8 @@ use crate::render::search::solved::{Next, Rough, Solved, Task};
 /// can separate leaves the power -1/2, on surfaces (C. J. Stone, *Optimal global rates of convergence for nonparametric
 /// regression*, 1982: `n^(-2p / (2p + d))` with p = 1, d = 2).
 const FALLS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// Errors of the light matter where one is so many times another.
+const MATTERS: f64 = 1.5;
 /// Rounds in a row that leave no less than the best before them, after which there are no more.
 const STALLS: u32 = 2;
 /// Paths at most that a few pixels measure it by.

@@ -17,8 +17,6 @@ use crate::light::budget::{CAMERA, FIT_SQUARED, LIGHT, left};
 use crate::render::goal::PictureGoal;
 use crate::render::search::solved::{ROUGH_RAYS, Rough};
 
-/// Errors of the light that are all too large matter where one is so many times another.
-pub(crate) const MATTERS: f64 = 1.5;
 /// What a hemisphere ray takes over a ray of a path, which knows nothing of records: 1.5 us against 0.7 in a bathroom
 /// of 367,161 triangles; and what a predicted camera ray does: rays go where the noise is, and a third to an eighth of
 /// those predicted are cast there and in two more rooms.
@@ -55,9 +53,8 @@ impl PictureCost {
     /// The cost of a requested picture, from the error of a rough one of the same light and the price of hemisphere
     /// rays.
     pub fn new(rough: &Rough, goal: &PictureGoal, price: f64) -> PictureCost {
-        let gathered = &rough.gathered;
-        let camera_ray = 1.0 + f64::from(rough.visibility) * gathered.lamp_rays;
-        PictureCost { camera_ray, ..PictureCost::of(&gathered.error, rough.camera, goal, price) }
+        let Rough { gathered, camera, camera_ray } = rough;
+        PictureCost { camera_ray: *camera_ray, ..PictureCost::of(&gathered.error, *camera, goal, price) }
     }
 
     /// The same from the error that so many camera rays of each pixel left.

@@ -57,8 +57,8 @@ pub(crate) struct Rough {
     pub gathered: Gathered,
     /// Camera rays of each pixel.
     pub camera: u32,
-    /// Visibility rays of a camera ray and luminaire that the picture has for each of its own.
-    pub visibility: u32,
+    /// Rays that a camera ray of the picture takes with those to lights.
+    pub camera_ray: f64,
 }
 
 /// What is to be solved, and who watches.
@@ -271,7 +271,8 @@ impl Solved {
             if noise <= ROUGH_NOISE || camera == ROUGH_RAYS || goal.is_late() {
                 gathered.rays = rays;
                 gathered.error = gathered.error.over_signal_alone();
-                return Rough { gathered, camera, visibility: self.mode.lights.visibility_rays() };
+                let camera_ray = 1.0 + f64::from(self.mode.lights.visibility_rays()) * gathered.lamp_rays;
+                return Rough { gathered, camera, camera_ray };
             }
             camera *= 2;
         }
