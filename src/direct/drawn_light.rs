@@ -10,17 +10,18 @@
 //! the patch, so that sampling has no bias; a node's luminaires are drawn by power and points on them by area.
 //!
 //! One probability per patch is thousands of times too small at receivers next to a small luminaire. So where
-//! luminaires are near a patch, half of the draws go by the patch's probabilities, and half descend the tree by an
-//! upper bound of what each half of a node contributes at the receiver:
+//! luminaires are near a patch, half of the probability is that of an upper bound of what each node contributes at the
+//! receiver:
 //!
 //! ```text
-//! p = p_patch / 2 + p_point / 2,    p_point = product over the descent of  Q_a g_a / (Q_a g_a + Q_b g_b)
+//! p = p_patch / 2 + p_point / 2,    p_point = Q_e g_e / (sum over all sampled nodes of Q g)
 //! ```
 //!
-//! with Q the uncertain power of the luminaires below and g the largest `cos cos / d²`, d no less than the node's
-//! radius. The sum of both is the balance heuristic (E. Veach, L. Guibas, *Optimally combining sampling techniques*,
-//! 1995; the descent: A. Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*,
-//! PACMCGIT 1(2), 2018). Worth: without it a picture of a table under 24 candles did not reach 5 % in ten minutes.
+//! with Q the node's uncertain power and g the largest `cos cos / d²`, d no less than its radius. The sum of both is
+//! the balance heuristic (E. Veach, L. Guibas, *Optimally combining sampling techniques*, 1995; the bound: A. Conty
+//! Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*, PACMCGIT 1(2), 2018). One pass
+//! over a cut's nodes serves all draws of a receiver. Worth: without it a picture of a table under 24 candles did not
+//! reach 5 % in ten minutes.
 //!
 //! Samples for the error of a picture use neither moments of nodes nor polynomials, which have bias.
 //!
@@ -33,8 +34,8 @@ use crate::direct::Luminaires;
 use crate::direct::emitters::shafts::Between;
 use crate::direct::lights::Lights;
 use crate::direct::luminaire_light::{DirectSum, Lamp, Scratch, point_for};
-use crate::direct::many::light_cut::{Chance, LightCut, LightCuts, Seen, light};
-use crate::direct::many::light_tree::{LightTree, Node, draw};
+use crate::direct::many::light_cut::{LightCut, LightCuts, Seen, light};
+use crate::direct::many::light_tree::{LightTree, draw};
 use crate::rays::sobol::Stream;
 use crate::surfaces::SurfacePoint;
 
@@ -94,16 +95,23 @@ impl LightCuts {
         points: impl ExactSizeIterator<Item = Vec2>,
         scratch: &mut Scratch,
     ) -> DVec3 {
+        if cut.drawn.is_empty() {
+            return DVec3::ZERO;
+        }
         let mut sum = DVec3::ZERO;
         let share = 1.0 / points.len().max(1) as f64;
+        let mut until = std::mem::take(&mut scratch.until);
+        add_up_chances(cut, &self.tree, receiver, &mut until);
         for point in points {
-            let Some(NodeDraw { entry, chance, rest }) = choose(cut, &self.tree, receiver, point.x) else { break };
+            let NodeDraw { entry, chance, rest } = choose(&until, point.x);
+            let entry = &cut.drawn[entry];
             let at = Vec2::new(rest, point.y);
             if let Some(drawn) = draw(&self.tree, &lights.luminaires, entry.node, receiver, at) {
                 let beyond = lights.transmittance(receiver, drawn.end, scratch) - entry.expected;
                 sum += drawn.light * (beyond * share / chance);
             }
         }
+        scratch.until = until;
         sum
     }
 
@@ -154,144 +162,43 @@ fn lamps<'a>(cut: &'a LightCut, luminaires: &'a Luminaires) -> impl Iterator<Ite
 
 /// A node drawn.
 struct NodeDraw {
-    entry: Chance,
+    /// Which of the cut's nodes to draw from.
+    entry: usize,
     /// Its probability.
     chance: f64,
     /// A number of the unit interval to draw within the node, below 1 also where it is rounded.
     rest: f32,
 }
 
-impl NodeDraw {
-    fn new(cut: &LightCut, k: usize, chance: f64, rest: f64) -> NodeDraw {
-        // The last node may have next to no power.
-        NodeDraw { entry: cut.drawn[k], chance, rest: (rest as f32).clamp(0.0, 0.999_999_94) }
+/// The probabilities of a cut's nodes at a receiver, to each those before it added.
+fn add_up_chances(cut: &LightCut, tree: &LightTree, receiver: &SurfacePoint, until: &mut Vec<f64>) {
+    until.clear();
+    if cut.near {
+        let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
+        until.extend(cut.drawn.iter().scan(0.0, |sum, d| {
+            *sum += d.power * tree.bounds[d.node].largest_kernel(x, n);
+            Some(*sum)
+        }));
     }
-}
-
-/// Draws a node at a receiver by a number u of the unit interval; `None` without nodes to draw from.
-fn choose(cut: &LightCut, tree: &LightTree, receiver: &SurfacePoint, u: f32) -> Option<NodeDraw> {
-    let u = f64::from(u);
-    if cut.drawn.is_empty() {
-        return None;
-    }
-    if !cut.near {
-        let (k, rest) = by_patch(cut, u);
-        return Some(NodeDraw::new(cut, k, chance_of(cut, k), rest));
-    }
-    let descent = Descent { cut, tree, position: receiver.position.as_dvec3(), normal: receiver.normal.as_dvec3() };
-    let (k, rest, place) = if u < 0.5 {
-        let (k, rest) = by_patch(cut, 2.0 * u);
-        (k, rest, descent.chance_of(k))
-    } else {
-        descent.draw(2.0 * u - 1.0)
-    };
-    Some(NodeDraw::new(cut, k, 0.5 * (chance_of(cut, k) + place), rest))
-}
-
-/// The patch's probability of entry k.
-fn chance_of(cut: &LightCut, k: usize) -> f64 {
-    cut.drawn[k].until - if k == 0 { 0.0 } else { cut.drawn[k - 1].until }
-}
-
-/// The entry at u by the patch's probabilities, and where u lies within it.
-fn by_patch(cut: &LightCut, u: f64) -> (usize, f64) {
-    let k = cut.drawn.partition_point(|d| d.until <= u).min(cut.drawn.len() - 1);
-    let chance = chance_of(cut, k);
-    (k, (u - (cut.drawn[k].until - chance)) / chance)
-}
-
-/// The descent of the tree to the nodes to draw from, at a receiver.
-struct Descent<'a> {
-    cut: &'a LightCut,
-    tree: &'a LightTree,
-    position: DVec3,
-    normal: DVec3,
-}
-
-/// A node of the descent, and the entries below it.
-struct Subtree {
-    node: usize,
-    low: usize,
-    high: usize,
-}
-
-impl Descent<'_> {
-    /// The entry at u, where u lies within its share, and its probability.
-    fn draw(&self, mut u: f64) -> (usize, f64, f64) {
-        let left = |share: f64, _| {
-            let left = u < share;
-            u = if left { u / share } else { (u - share) / (1.0 - share) };
-            left
-        };
-        let (k, chance) = self.follow(left);
-        (k, u, chance)
-    }
-
-    /// The probability that a descent ends at entry k.
-    fn chance_of(&self, k: usize) -> f64 {
-        self.follow(|_, first| k < first).1
-    }
-
-    /// Descends from the root; `left(share, first)` chooses the left half at each node, from its share and the first
-    /// entry of the right half. Returns the entry at the end and its probability.
-    fn follow(&self, mut left: impl FnMut(f64, usize) -> bool) -> (usize, f64) {
-        let mut at = Subtree { node: self.tree.root(), low: 0, high: self.cut.drawn.len() };
-        let mut chance = 1.0;
-        while at.high - at.low > 1 {
-            // Entries are disjoint: a node that holds two is none.
-            let Some([a, b]) = self.tree.nodes[at.node].children else { break };
-            let first = self.first_of(b, &at);
-            if first == at.low || first == at.high {
-                at.node = if first == at.low { b } else { a };
-                continue;
-            }
-            let share = self.share(&at, first);
-            if left(share, first) {
-                (at.node, at.high, chance) = (a, first, chance * share);
-            } else {
-                (at.node, at.low, chance) = (b, first, chance * (1.0 - share));
-            }
+    match until.last() {
+        Some(&all) if all > 0.0 => {
+            until.iter_mut().zip(&cut.drawn).for_each(|(until, d)| *until = 0.5 * (*until / all + d.until));
         }
-        (at.low, chance)
-    }
-
-    /// The first entry of a right half.
-    fn first_of(&self, right: usize, at: &Subtree) -> usize {
-        let start = |k: usize| self.tree.nodes[k].range.start;
-        let before = |d: &Chance| start(d.node) < start(right);
-        at.low + self.cut.drawn[at.low..at.high].partition_point(before)
-    }
-
-    /// The share of the left half of a node whose right half begins with entry `first`.
-    fn share(&self, at: &Subtree, first: usize) -> f64 {
-        let until = |k: usize| if k == 0 { 0.0 } else { self.cut.drawn[k - 1].power };
-        let weigh = |node: usize, low: usize, high: usize| {
-            (until(high) - until(low)) * largest_kernel(&self.tree.nodes[node], self.position, self.normal)
-        };
-        let Some([a, b]) = self.tree.nodes[at.node].children else { return 1.0 };
-        let (a, b) = (weigh(a, at.low, first), weigh(b, first, at.high));
-        if a + b > 0.0 { a / (a + b) } else { 0.5 }
+        _ => {
+            until.clear();
+            until.extend(cut.drawn.iter().map(|d| d.until));
+        }
     }
 }
 
-/// Upper bound of `cos cos / d²` of a node at a point x with unit normal n; d is no less than the node's radius.
-fn largest_kernel(node: &Node, x: DVec3, n: DVec3) -> f64 {
-    let (away, radius) = (node.center() - x, node.radius());
-    let distance = away.length();
-    if distance <= radius {
-        return 1.0 / (radius * radius);
-    }
-    let to = away / distance;
-    let sine = radius / distance;
-    let own = (sine, (1.0 - sine * sine).sqrt());
-    let receives = cosine_less(n.dot(to), own);
-    let emits = cosine_less(cosine_less(-node.axis.dot(to), own), node.spread.sin_cos());
-    receives.max(0.0) * emits.max(0.0) / (distance * distance)
-}
-
-/// Cosine of the difference of two angles, the second by its sine and cosine; 1 where it is negative.
-fn cosine_less(cosine: f64, (sin, cos): (f64, f64)) -> f64 {
-    if cosine >= cos { 1.0 } else { cosine * cos + (1.0 - cosine * cosine).max(0.0).sqrt() * sin }
+/// Draws a node by a number u of the unit interval.
+fn choose(until: &[f64], u: f32) -> NodeDraw {
+    let u = f64::from(u);
+    let entry = until.partition_point(|&until| until <= u).min(until.len() - 1);
+    let before = if entry == 0 { 0.0 } else { until[entry - 1] };
+    let chance = until[entry] - before;
+    // The last node may have next to no power.
+    NodeDraw { entry, chance, rest: (((u - before) / chance) as f32).clamp(0.0, 0.999_999_94) }
 }
 
 #[cfg(test)]
@@ -300,6 +207,7 @@ mod tests {
 
     use super::*;
     use crate::direct::TOLERABLE;
+    use crate::direct::many::light_cut::Chance;
     use crate::light::Rgb;
     use crate::scene::{Material, Scene};
 
@@ -325,7 +233,7 @@ mod tests {
         leaves.sort_unstable_by_key(|&k| tree.nodes[k].range.start);
         assert_eq!(leaves.len(), COUNT);
         let until = |k: usize| (k + 1) as f64 / COUNT as f64;
-        let chance = |(k, node)| Chance { node, until: until(k), power: until(k), expected: 0.0 };
+        let chance = |(k, node)| Chance { node, until: until(k), power: 1.0, expected: 0.0 };
         let drawn = leaves.into_iter().enumerate().map(chance).collect();
         (tree, LightCut { drawn, near, draws: 1, ..LightCut::default() })
     }
@@ -337,20 +245,26 @@ mod tests {
         SurfacePoint { position: position.as_vec3(), normal: Vec3::Z, face: 0 }
     }
 
+    /// The probabilities of the lamps at a receiver, added up.
+    fn chances(cut: &LightCut, tree: &LightTree, receiver: &SurfacePoint) -> Vec<f64> {
+        let mut until = Vec::new();
+        add_up_chances(cut, tree, receiver, &mut until);
+        until
+    }
+
     #[test]
     fn nodes_are_drawn_with_their_probability() {
         const DRAWS: u32 = 1 << 16;
         let (tree, cut) = lamps(true);
         for depth in [0.03, 0.5, 20.0] {
-            let receiver = below(&tree, cut.drawn[11].node, depth);
+            let until = chances(&cut, &tree, &below(&tree, cut.drawn[11].node, depth));
             let mut counts = [0.0; COUNT];
             for i in 0..DRAWS {
-                let choice = choose(&cut, &tree, &receiver, (i as f32 + 0.5) / DRAWS as f32).expect("a node");
-                let k = cut.drawn.iter().position(|d| d.node == choice.entry.node).expect("one of them");
+                let choice = choose(&until, (i as f32 + 0.5) / DRAWS as f32);
                 assert!((0.0..1.0).contains(&choice.rest));
-                counts[k] += 1.0 / (choice.chance * f64::from(DRAWS));
+                counts[choice.entry] += 1.0 / (choice.chance * f64::from(DRAWS));
             }
-            // Both techniques draw a lamp a whole number of times, give or take one at each end.
+            // A lamp is drawn a whole number of times, give or take one at each end.
             let off = counts.iter().map(|f| (f - 1.0).abs()).fold(0.0, f64::max);
             assert!(off < 4.0 * COUNT as f64 / f64::from(DRAWS), "{depth}: {off}");
         }
@@ -360,26 +274,26 @@ mod tests {
     fn a_lamp_close_by_is_drawn_as_often_as_it_counts() {
         let (tree, cut) = lamps(true);
         let receiver = below(&tree, cut.drawn[11].node, 0.1);
-        let descent = Descent { cut: &cut, tree: &tree, position: receiver.position.as_dvec3(), normal: DVec3::Z };
-        let light =
-            |k: usize| tree.nodes[cut.drawn[k].node].moments.light(descent.position, descent.normal).element_sum();
+        let (x, n) = (receiver.position.as_dvec3(), DVec3::Z);
+        let light = |k: usize| tree.nodes[cut.drawn[k].node].moments.light(x, n).element_sum();
         let all: f64 = (0..COUNT).map(light).sum();
         assert!(light(11) > 0.9 * all);
+        let until = chances(&cut, &tree, &receiver);
         for k in 0..COUNT {
-            // Bounds of boxes of neighbouring lamps are loose: a third is enough.
-            assert!(descent.chance_of(k) > 0.3 * light(k) / all, "{k}: {} {}", descent.chance_of(k), light(k) / all);
+            let chance = until[k] - if k == 0 { 0.0 } else { until[k - 1] };
+            // Half is the patch's; bounds of neighbouring lamps are loose.
+            assert!(chance > 0.3 * light(k) / all, "{k}: {chance} {}", light(k) / all);
         }
-        let sum: f64 = (0..COUNT).map(|k| descent.chance_of(k)).sum();
-        assert!((sum - 1.0).abs() < 1e-12, "{sum}");
+        assert!((until[COUNT - 1] - 1.0).abs() < 1e-12, "{}", until[COUNT - 1]);
     }
 
     #[test]
     fn far_from_all_lamps_the_patch_decides() {
         let (tree, cut) = lamps(false);
-        let receiver = below(&tree, cut.drawn[11].node, 0.1);
+        let until = chances(&cut, &tree, &below(&tree, cut.drawn[11].node, 0.1));
         for k in 0..COUNT {
-            let choice = choose(&cut, &tree, &receiver, (k as f32 + 0.25) / COUNT as f32).expect("a node");
-            assert_eq!((choice.entry.node, choice.chance), (cut.drawn[k].node, 1.0 / COUNT as f64));
+            let choice = choose(&until, (k as f32 + 0.25) / COUNT as f32);
+            assert_eq!((choice.entry, choice.chance), (k, 1.0 / COUNT as f64));
             assert!((choice.rest - 0.25).abs() < 1e-4);
         }
     }

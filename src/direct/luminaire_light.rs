@@ -138,6 +138,8 @@ pub struct Scratch {
     /// Rays cast so far.
     pub cast: u64,
     pub(crate) hits: Vec<Hit>,
+    /// Probabilities of the nodes of a light cut, added up.
+    pub(crate) until: Vec<f64>,
     seen: SeenPart,
 }
 

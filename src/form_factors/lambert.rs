@@ -6,14 +6,19 @@
 //!
 //! Over an edge that two triangles of a mesh share the terms cancel where the point sees both from the front and above
 //! its horizon. So the sum runs over the outline of the visible triangles, and triangles cut by the horizon are clipped
-//! one by one: a luminaire of a hundred triangles costs little more than its rim.
+//! one by one: a luminaire of a hundred triangles costs little more than its rim. Faces are tested and edges added some
+//! at a time, in vector registers; the bits do not depend on which the machine has.
+//!
+//! Worth: `cargo bench --bench lambert`.
 //!
 //! Not handled: visibility, also of triangles of a mesh behind others of it; a point on the polygon itself, where the
 //! form factor is discontinuous.
 
 use std::collections::HashMap;
+use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
+use pulp::{Arch, Simd, WithSimd};
 
 use crate::form_factors::plane::{ON_FACE, towards};
 use crate::scene::convex_polygon::cut;
@@ -34,7 +39,7 @@ pub fn point_to_polygon(n: DVec3, corners: &[DVec3; 3]) -> f64 {
         let (clipped, count) = clip_to_horizon(n, corners);
         signed_edges(n, &clipped[..count])
     };
-    sum.abs() / std::f64::consts::TAU
+    sum.abs() / TAU
 }
 
 /// Lambert's sum over the edges of a polygon above the horizon; its sign is that of the polygon's turning.
@@ -44,14 +49,46 @@ pub(crate) fn signed_edges(n: DVec3, polygon: &[DVec3]) -> f64 {
     terms.map(|(k, &a)| edge_term(n, a, next(k))).sum()
 }
 
-/// The angle from a to b times `n · Gamma`, Gamma the unit normal of the plane through both and the point.
-#[inline]
+/// The angle from a to b times `n · Gamma`, Gamma the unit normal of the plane through both and the point; 0 for an edge
+/// seen end on, which spans no angle.
+///
+/// With theta the angle it is `theta / sin theta` times `n · (a × b) / (|a| |b|)`, without a division by what is small.
+#[inline(always)]
 pub(crate) fn edge_term(n: DVec3, a: DVec3, b: DVec3) -> f64 {
-    let normal = a.cross(b);
-    let sine = normal.length();
-    // An edge seen end on spans no angle.
-    if sine > 0.0 { sine.atan2(a.dot(b)) / sine * n.dot(normal) } else { 0.0 }
+    let across = a.cross(b);
+    let inverse = 1.0 / (a.length_squared() * b.length_squared()).sqrt();
+    let (sine, cosine) = (across.length() * inverse, a.dot(b) * inverse);
+    let acute = acute_over_sine(cosine.abs());
+    let over_sine = if cosine < 0.0 { PI / sine - acute } else { acute };
+    if sine > 0.0 { over_sine * (n.dot(across) * inverse) } else { 0.0 }
 }
+
+/// `theta / sin theta` by the cosine of an angle of at most a right one, to two roundings.
+#[inline(always)]
+fn acute_over_sine(cosine: f64) -> f64 {
+    let u = 2.0 * cosine - 1.0;
+    let v = u * u;
+    // Even and odd powers apart, so that one need not wait for the other.
+    let (mut even, mut odd) = (OVER_SINE[20], OVER_SINE[19]);
+    for k in (0..9).rev() {
+        odd = odd * v + OVER_SINE[2 * k + 1];
+    }
+    for k in (0..10).rev() {
+        even = even * v + OVER_SINE[2 * k];
+    }
+    even + u * odd
+}
+
+/// The Chebyshev series of `arccos(c) / sqrt(1 - c²)` over 0 to 1 as far as its terms exceed 2e-16, in powers of
+/// `2 c - 1`: it is analytic but at c = -1, so each term is a sixth of the one before.
+#[rustfmt::skip]
+const OVER_SINE: [f64; 21] = [
+    1.2091995761561452, -0.2636001412812842, 0.06973319205204692, -0.019837146922537297, 0.00586162897495759,
+    -0.0017729284598458914, 0.0005447739881301811, -0.0001693099599106564, 5.307370323056482e-05,
+    -1.6749075082645974e-05, 5.314287188091921e-06, -1.693862205113952e-06, 5.418581985727714e-07,
+    -1.7342788123244604e-07, 5.575738842888287e-08, -1.855750185293783e-08, 6.0331600097782334e-09,
+    -1.495978611795642e-09, 4.681011903625551e-10, -3.5522082207382583e-10, 1.1890151456850346e-10,
+];
 
 /// The part of a triangle above the horizon of a point at the origin with normal n: up to four corners, and how many.
 pub(crate) fn clip_to_horizon(n: DVec3, corners: &[DVec3; 3]) -> ([DVec3; 4], usize) {
@@ -78,23 +115,38 @@ pub fn point_kernel(x: DVec3, n: DVec3, y: DVec3, m: DVec3) -> f64 {
         return 0.0;
     }
     let squared = d.length_squared();
-    leaving * arriving / (std::f64::consts::PI * squared * squared)
+    leaving * arriving / (PI * squared * squared)
 }
+
+/// Faces or edges that are worked on at once.
+const LANES: usize = 4;
+
+/// A number for each lane.
+type Lane = [f64; LANES];
+
+/// A vector for each lane, coordinate by coordinate.
+type Vectors = [Lane; 3];
 
 /// A triangle mesh with its edges.
 #[derive(Clone, Debug)]
 pub(crate) struct Outline {
+    arch: Arch,
     corners: Vec<DVec3>,
-    faces: Vec<Face>,
+    /// The corners of each face.
+    faces: Vec<[u32; 3]>,
+    planes: Vec<Planes>,
     edges: Vec<Edge>,
+    /// A sphere around all corners.
+    middle: DVec3,
+    radius: f64,
 }
 
+/// The planes of some faces, `normal · x = offset` with unit normals, front where it is greater; none is in front of
+/// those that only fill the lanes.
 #[derive(Clone, Debug)]
-struct Face {
-    corners: [u32; 3],
-    /// The plane `normal · x = offset` with a unit normal, front where it is greater.
-    normal: DVec3,
-    offset: f64,
+struct Planes {
+    normals: Vectors,
+    offsets: Lane,
 }
 
 /// An edge from a to b as `left` runs through it; `right` runs the other way.
@@ -115,68 +167,172 @@ impl Outline {
         if triangles.len() > Outline::MOST_FACES {
             return None;
         }
-        let mut mesh = Outline { corners: Vec::new(), faces: Vec::new(), edges: Vec::new() };
+        let (mut corners, mut faces, mut planes) = (Vec::new(), Vec::new(), Vec::new());
         let mut known: HashMap<[u64; 3], u32> = HashMap::new();
         for triangle in triangles {
-            let corners = triangle.map(|p| {
+            faces.push(triangle.map(|p| {
                 *known.entry(p.to_array().map(f64::to_bits)).or_insert_with(|| {
-                    mesh.corners.push(p);
-                    mesh.corners.len() as u32 - 1
+                    corners.push(p);
+                    corners.len() as u32 - 1
                 })
-            });
+            }));
             let [a, b, c] = triangle;
             let normal = (b - a).cross(c - a).normalize_or_zero();
-            mesh.faces.push(Face { corners, normal, offset: normal.dot(a) });
+            planes.push((normal, normal.dot(a)));
         }
-        mesh.find_edges();
-        Some(mesh)
-    }
-
-    /// Pairs every directed edge with the opposite one, if there is just one face on either side.
-    fn find_edges(&mut self) {
-        let mut open: HashMap<(u32, u32), usize> = HashMap::new();
-        for (k, face) in self.faces.iter().enumerate() {
-            for i in 0..3 {
-                let (a, b) = (face.corners[i], face.corners[(i + 1) % 3]);
-                if let Some(edge) = open.remove(&(b, a)) {
-                    self.edges[edge].right = Some(k as u32);
-                } else {
-                    open.insert((a, b), self.edges.len());
-                    self.edges.push(Edge { a, b, left: k as u32, right: None });
-                }
-            }
-        }
+        let low = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let middle = 0.5 * (low + corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max));
+        let radius = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+        let (edges, planes) = (edges(&faces), planes.chunks(LANES).map(Planes::new).collect());
+        Some(Outline { arch: Arch::new(), corners, faces, planes, edges, middle, radius })
     }
 
     /// Form factor from the point x with unit normal n to the mesh's front, nothing between; faces that x lies on count
     /// for nothing.
+    #[inline]
     pub fn form(&self, x: DVec3, n: DVec3) -> f64 {
-        let mut seen = [false; Outline::MOST_FACES];
-        let mut sum = 0.0;
-        let at = |k: u32| self.corners[k as usize] - x;
-        // Sort faces into whole, cut by the horizon, and unseen.
-        for (k, face) in self.faces.iter().enumerate() {
-            if face.normal.dot(x) <= face.offset + ON_FACE {
-                continue;
-            }
-            let corners = face.corners.map(at);
-            let heights = corners.map(|p| p.dot(n));
-            if heights.iter().all(|&h| h >= 0.0) {
-                seen[k] = true;
-            } else if heights.iter().any(|&h| h > 0.0) {
-                let (clipped, count) = clip_to_horizon(n, &corners);
-                sum += signed_edges(n, &clipped[..count]);
+        let height = n.dot(self.middle - x);
+        if height <= -self.radius {
+            return 0.0;
+        }
+        self.arch.dispatch(Form { mesh: self, x, n, is_above: height >= self.radius })
+    }
+}
+
+/// Pairs every directed edge of some faces with the opposite one, if there is just one face on either side.
+fn edges(faces: &[[u32; 3]]) -> Vec<Edge> {
+    let mut edges: Vec<Edge> = Vec::new();
+    let mut open: HashMap<(u32, u32), usize> = HashMap::new();
+    for (k, face) in faces.iter().enumerate() {
+        for i in 0..3 {
+            let (a, b) = (face[i], face[(i + 1) % 3]);
+            if let Some(edge) = open.remove(&(b, a)) {
+                edges[edge].right = Some(k as u32);
+            } else {
+                open.insert((a, b), edges.len());
+                edges.push(Edge { a, b, left: k as u32, right: None });
             }
         }
-        // Sum over the outline of the whole ones.
-        for e in &self.edges {
+    }
+    edges
+}
+
+impl Planes {
+    fn new(planes: &[(DVec3, f64)]) -> Planes {
+        let plane = |lane: usize| planes.get(lane).copied().unwrap_or((DVec3::ZERO, 0.0));
+        let coordinate = |c: usize| std::array::from_fn(|lane| plane(lane).0[c]);
+        Planes { normals: std::array::from_fn(coordinate), offsets: std::array::from_fn(|lane| plane(lane).1) }
+    }
+
+    /// For each face whether x is in front of it and not on it.
+    #[inline(always)]
+    fn fronts(&self, x: DVec3) -> [bool; LANES] {
+        let [u, v, w] = &self.normals;
+        let mut fronts = [false; LANES];
+        for k in 0..LANES {
+            fronts[k] = u[k] * x.x + v[k] * x.y + w[k] * x.z > self.offsets[k] + ON_FACE;
+        }
+        fronts
+    }
+}
+
+/// The form factor from x with normal n to the front of a mesh.
+struct Form<'a> {
+    mesh: &'a Outline,
+    x: DVec3,
+    n: DVec3,
+    /// Whether all of it is above the horizon.
+    is_above: bool,
+}
+
+impl WithSimd for Form<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let Form { mesh, x, n, is_above } = self;
+        let mut seen = [false; Outline::MOST_FACES];
+        for (planes, seen) in mesh.planes.iter().zip(seen.as_chunks_mut().0) {
+            *seen = planes.fronts(x);
+        }
+        let mut sum = EdgeSum::new(n);
+        if !is_above {
+            self.cut(&mut seen, &mut sum);
+        }
+        // Over the outline of the faces that are whole.
+        let at = |k: u32| mesh.corners[k as usize] - x;
+        for e in &mesh.edges {
             let (left, right) = (seen[e.left as usize], e.right.is_some_and(|r| seen[r as usize]));
             if left != right {
-                let term = edge_term(n, at(e.a), at(e.b));
-                sum += if left { term } else { -term };
+                let (a, b) = if left { (e.a, e.b) } else { (e.b, e.a) };
+                sum.add(at(a), at(b));
             }
         }
-        sum.abs() / std::f64::consts::TAU
+        sum.finish().abs() / TAU
+    }
+}
+
+impl Form<'_> {
+    /// Adds the parts above the horizon of the faces that it cuts, and takes those that are not whole from `seen`.
+    #[inline(always)]
+    fn cut(&self, seen: &mut [bool; Outline::MOST_FACES], sum: &mut EdgeSum) {
+        for (face, seen) in self.mesh.faces.iter().zip(seen).filter(|(_, seen)| **seen) {
+            let corners = face.map(|k| self.mesh.corners[k as usize] - self.x);
+            let heights = corners.map(|p| p.dot(self.n));
+            *seen = heights.iter().all(|&h| h >= 0.0);
+            if !*seen && heights.iter().any(|&h| h > 0.0) {
+                let (clipped, count) = clip_to_horizon(self.n, &corners);
+                (0..count).for_each(|k| sum.add(clipped[k], clipped[(k + 1) % count]));
+            }
+        }
+    }
+}
+
+/// A sum of the terms of edges; of some at a time, lane by lane.
+struct EdgeSum {
+    n: DVec3,
+    from: Vectors,
+    to: Vectors,
+    /// Edges that wait for their lanes to be full.
+    waiting: usize,
+    sum: Lane,
+}
+
+impl EdgeSum {
+    #[inline(always)]
+    fn new(n: DVec3) -> EdgeSum {
+        // Lanes without an edge hold one that spans no angle.
+        let none = [[1.0; LANES], [0.0; LANES], [0.0; LANES]];
+        EdgeSum { n, from: none, to: none, waiting: 0, sum: [0.0; LANES] }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, a: DVec3, b: DVec3) {
+        for c in 0..3 {
+            self.from[c][self.waiting] = a[c];
+            self.to[c][self.waiting] = b[c];
+        }
+        self.waiting += 1;
+        if self.waiting == LANES {
+            self.add_waiting();
+            *self = EdgeSum { sum: self.sum, ..EdgeSum::new(self.n) };
+        }
+    }
+
+    #[inline(always)]
+    fn add_waiting(&mut self) {
+        let at = |vectors: &Vectors, k: usize| DVec3::new(vectors[0][k], vectors[1][k], vectors[2][k]);
+        for k in 0..LANES {
+            self.sum[k] += edge_term(self.n, at(&self.from, k), at(&self.to, k));
+        }
+    }
+
+    #[inline(always)]
+    fn finish(mut self) -> f64 {
+        if self.waiting > 0 {
+            self.add_waiting();
+        }
+        self.sum.iter().sum()
     }
 }
 
@@ -196,7 +352,7 @@ mod tests {
     fn corner(a: f64, b: f64, c: f64) -> f64 {
         let (x, y) = (a / c, b / c);
         let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
-        (x / p * (y / p).atan() + y / q * (x / q).atan()) / std::f64::consts::TAU
+        (x / p * (y / p).atan() + y / q * (x / q).atan()) / TAU
     }
 
     #[test]
@@ -233,7 +389,7 @@ mod tests {
     /// A bowl of triangles around the z axis, open upwards, wound to face inwards.
     fn bowl(sides: usize) -> Vec<[DVec3; 3]> {
         let rim = |k: usize, r: f64, z: f64| {
-            let angle = (k % sides) as f64 / sides as f64 * std::f64::consts::TAU;
+            let angle = (k % sides) as f64 / sides as f64 * TAU;
             DVec3::new(r * angle.cos(), r * angle.sin(), z)
         };
         let mut mesh = Vec::new();

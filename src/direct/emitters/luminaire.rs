@@ -31,6 +31,8 @@ pub struct Luminaire {
     /// Where it has a texture.
     pub(crate) uneven: Option<UnevenEmission>,
     pub(crate) triangles: Vec<EmittingTriangle>,
+    /// Area of the triangles up to and including each over the luminaire's.
+    pub(crate) shares: Vec<f32>,
     /// Convex polygons that cover it, as few as are easily found.
     pub(crate) polygons: Vec<Vec<DVec3>>,
     /// None where it has too many faces; then points are drawn on it.
@@ -64,19 +66,17 @@ const FLAT: f64 = 1.0 - 1e-6;
 impl Luminaire {
     pub(crate) fn new(scene: &Scene, radiance: Rgb, faces: &[u32], side: Side) -> Luminaire {
         let mut triangles: Vec<EmittingTriangle> = Vec::with_capacity(faces.len());
-        let mut sum = 0.0;
+        let (mut sum, mut until) = (0.0, Vec::with_capacity(faces.len()));
         for &face in faces {
             let mut corners = scene.corners(face);
             if side == Side::Back {
                 corners.swap(1, 2);
             }
             sum += scene.area(face);
+            until.push(sum);
             let exact = corners.map(|p| p.as_dvec3());
             let normal = (exact[1] - exact[0]).cross(exact[2] - exact[0]).normalize();
-            triangles.push(EmittingTriangle { corners, exact, normal, face, share: sum as f32 });
-        }
-        for t in &mut triangles {
-            t.share = (t.share as f64 / sum) as f32;
+            triangles.push(EmittingTriangle { corners, exact, normal, face });
         }
         Luminaire {
             radiance,
@@ -87,6 +87,7 @@ impl Luminaire {
             outline: Outline::new(triangles.iter().map(|t| t.exact)),
             around: Around::new(&triangles),
             polygons: polygons(&triangles),
+            shares: until.iter().map(|until| (until / sum) as f32).collect(),
             triangles,
         }
     }
@@ -174,11 +175,11 @@ impl Luminaire {
 
     /// The point at (u, v) in the unit square, uniform in area.
     pub fn point(&self, u: f32, v: f32) -> EmittingPoint {
-        let k = self.triangles.partition_point(|t| t.share <= u);
+        let k = self.shares.partition_point(|&share| share <= u);
         let k = k.min(self.triangles.len() - 1);
         let t = &self.triangles[k];
-        let before = if k == 0 { 0.0 } else { self.triangles[k - 1].share };
-        let u = ((u - before) / (t.share - before)).clamp(0.0, 0.999_999_94);
+        let before = if k == 0 { 0.0 } else { self.shares[k - 1] };
+        let u = ((u - before) / (self.shares[k] - before)).clamp(0.0, 0.999_999_94);
         let position = triangle_point(t.corners, u, v);
         let share = self.uneven.as_ref().map_or(DVec3::ONE, |own| own.share(t.face, position));
         EmittingPoint { position, normal: t.normal, face: t.face, share }
@@ -192,8 +193,6 @@ pub(crate) struct EmittingTriangle {
     pub exact: [DVec3; 3],
     pub normal: DVec3,
     pub face: u32,
-    /// Area of the triangles up to and including this one over the luminaire's.
-    pub share: f32,
 }
 
 /// Triangles, those that follow one another and make up a convex quadrangle of one plane taken together.

@@ -401,7 +401,7 @@ pub(crate) struct Chance {
     pub node: usize,
     /// The probability of it and those before it.
     pub until: f64,
-    /// Its uncertain power and that of those before it.
+    /// Its uncertain power.
     pub power: f64,
     /// The expected visible share, which is summed already: only the difference is sampled.
     pub expected: f64,
@@ -412,7 +412,7 @@ pub(crate) struct Chance {
 fn weigh(walk: &Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hit>) -> (Vec<Chance>, u32) {
     let mut chances = Vec::with_capacity(walk.drawn.len());
     let sobol = Sobol::new(TRIALS as usize, 4);
-    let (mut until, mut power) = (0.0, 0.0);
+    let mut until = 0.0;
     for &node in &walk.drawn {
         let seed = hash(node as u32, hash(i as u32, 0x11_6a5b));
         let [all, arrived] = trials(inputs, walk.tree, i, node, |s, d| sobol.point(s, d, seed), hits);
@@ -422,8 +422,7 @@ fn weigh(walk: &Walk, inputs: &CutInputs, i: usize, hits: &mut Vec<Hit>) -> (Vec
         let own = &walk.tree.nodes[node];
         let (expected, variance) = if walk.is_near(own) { (0.0, likely) } else { (share, likely * (1.0 - likely)) };
         until += all.max(walk.estimate(own)) * variance.sqrt();
-        power += own.power * variance.sqrt();
-        chances.push(Chance { node, until, power, expected });
+        chances.push(Chance { node, until, power: own.power * variance.sqrt(), expected });
     }
     chances.iter_mut().for_each(|d| d.until /= until);
     let wanted = (DRAWS * until / walk.total.max(until)).ceil() as u32;

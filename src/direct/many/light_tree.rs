@@ -55,6 +55,8 @@ pub(crate) struct Node {
 #[derive(Clone, Debug)]
 pub(crate) struct LightTree {
     pub nodes: Vec<Node>,
+    /// What bounds the light of each node.
+    pub bounds: Vec<NodeBound>,
     /// Luminaires in the tree's order.
     pub order: Vec<u32>,
     /// Power of those before each, in the tree's order.
@@ -85,8 +87,10 @@ impl LightTree {
         };
         let mut things: Vec<Placed> = numbers.iter().map(place).collect();
         let small = FAR * (MANY * exactness / FAR_OFF).cbrt().min(1.0);
-        let mut tree = LightTree { nodes: Vec::new(), order: Vec::new(), before: vec![0.0], small, exactness };
+        let (nodes, bounds, order) = (Vec::new(), Vec::new(), Vec::new());
+        let mut tree = LightTree { nodes, bounds, order, before: vec![0.0], small, exactness };
         tree.grow(&mut things, list, &sums);
+        tree.bounds = tree.nodes.iter().map(NodeBound::new).collect();
         for &l in &tree.order {
             let last = tree.before[tree.before.len() - 1];
             tree.before.push(last + sums[l as usize].weight);
@@ -162,6 +166,47 @@ impl Node {
     pub fn radius(&self) -> f64 {
         0.5 * (self.high - self.low).length()
     }
+}
+
+/// A sphere around the luminaires of a node and the cone of their normals.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NodeBound {
+    center: DVec3,
+    radius: f64,
+    axis: DVec3,
+    /// Of the cone's half angle.
+    sine: f64,
+    cosine: f64,
+}
+
+impl NodeBound {
+    fn new(node: &Node) -> NodeBound {
+        let (sine, cosine) = node.spread.sin_cos();
+        NodeBound { center: node.center(), radius: node.radius(), axis: node.axis, sine, cosine }
+    }
+
+    /// Upper bound of `cos cos / d²` at a point x with unit normal n; d is no less than the radius.
+    #[inline]
+    pub fn largest_kernel(&self, x: DVec3, n: DVec3) -> f64 {
+        let away = self.center - x;
+        let squared = away.length_squared();
+        let own = self.radius * self.radius;
+        if squared <= own {
+            return 1.0 / own;
+        }
+        let inverse = 1.0 / squared;
+        let to = away * inverse.sqrt();
+        let (sine, cosine) = ((own * inverse).sqrt(), (1.0 - own * inverse).sqrt());
+        let receives = cosine_less(n.dot(to), sine, cosine);
+        let emits = cosine_less(cosine_less(-self.axis.dot(to), sine, cosine), self.sine, self.cosine);
+        receives.max(0.0) * emits.max(0.0) * inverse
+    }
+}
+
+/// Cosine of the difference of two angles, the second by its sine and cosine; 1 where it is negative.
+#[inline]
+fn cosine_less(first: f64, sine: f64, cosine: f64) -> f64 {
+    if first >= cosine { 1.0 } else { first * cosine + (1.0 - first * first).max(0.0).sqrt() * sine }
 }
 
 fn leaf(place: usize, luminaire: &Luminaire, sums: &Sums) -> Node {
