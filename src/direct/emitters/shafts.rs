@@ -233,31 +233,60 @@ pub(crate) fn most_faces(luminaire: &Luminaire) -> usize {
 
 /// The casters between two bodies; `None` where they are more than `most`, or one has a mask.
 fn between(patch: &Body, lamp: &Body, most: usize, casters: &[Caster]) -> Option<Vec<u32>> {
-    let all = 0..casters.len() as u32;
-    let list: Vec<u32> = sieve(patch, lamp, casters, all).take(most + 1).collect();
+    let shaft = Shaft::new(patch, lamp);
+    let list: Vec<u32> = shaft.holds_of(casters, 0..casters.len() as u32).take(most + 1).collect();
     let is_masked = |&k: &u32| casters[k as usize].masked;
     (list.len() <= most && !list.iter().any(is_masked)).then_some(list)
 }
 
-/// Those `among` the casters that may lie between two bodies.
-pub(crate) fn sieve(
-    patch: &Body,
-    lamp: &Body,
-    casters: &[Caster],
-    among: impl Iterator<Item = u32>,
-) -> impl Iterator<Item = u32> {
-    let hull: Vec<DVec3> = patch.corners.iter().chain(&lamp.corners).copied().collect();
-    let (low, high) = bounds(hull.iter().copied());
-    let [from, to] = [patch, lamp].map(Body::middle);
-    among.filter(move |&k| {
-        let c = &casters[k as usize];
+/// The convex hull of two bodies.
+pub(crate) struct Shaft<'a> {
+    ends: [&'a Body; 2],
+    hull: Vec<DVec3>,
+    low: DVec3,
+    high: DVec3,
+}
+
+impl<'a> Shaft<'a> {
+    pub fn new(patch: &'a Body, lamp: &'a Body) -> Shaft<'a> {
+        let hull: Vec<DVec3> = patch.corners.iter().chain(&lamp.corners).copied().collect();
+        let (low, high) = bounds(hull.iter().copied());
+        Shaft { ends: [patch, lamp], hull, low, high }
+    }
+
+    /// Those `among` the casters that may lie between the bodies.
+    pub fn holds_of(&self, casters: &[Caster], among: impl Iterator<Item = u32>) -> impl Iterator<Item = u32> {
+        let [from, to] = self.ends.map(Body::middle);
+        among.filter(move |&k| {
+            let c = &casters[k as usize];
+            self.is_near(c) && self.reaches(c, from, to)
+        })
+    }
+
+    /// The same for shafts to parts of a body: none where none lies between, else perhaps more than there are, as
+    /// only the first is looked for.
+    pub fn holds_any_of(&self, casters: &[Caster], among: impl Iterator<Item = u32>) -> Vec<u32> {
+        let [from, to] = self.ends.map(Body::middle);
+        let mut any = false;
+        let holds = |&k: &u32| {
+            let c = &casters[k as usize];
+            let holds = self.is_near(c) && (any || self.reaches(c, from, to));
+            any |= holds;
+            holds
+        };
+        among.filter(holds).collect()
+    }
+
+    /// Whether a caster's box meets that of the hull, and it may hide one body from the other.
+    fn is_near(&self, c: &Caster) -> bool {
         let (l, h) = bounds(c.corners);
-        l.cmplt(high).all()
-            && h.cmpgt(low).all()
-            && patch.reached_by(c)
-            && lamp.reached_by(c)
-            && (pierced(c, from, to) || straddled(c, &hull) && !apart(&hull, &c.corners))
-    })
+        l.cmplt(self.high).all() && h.cmpgt(self.low).all() && self.ends.iter().all(|body| body.reached_by(c))
+    }
+
+    /// Whether no plane separates a caster from the hull; `from` and `to` are points of the bodies.
+    fn reaches(&self, c: &Caster, from: DVec3, to: DVec3) -> bool {
+        pierced(c, from, to) || straddled(c, &self.hull) && !apart(&self.hull, &c.corners)
+    }
 }
 
 /// Whether the segment between two points passes through a caster: then no plane separates them.

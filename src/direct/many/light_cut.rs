@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use crate::direct::Luminaires;
 use crate::direct::emitters::occlusion::Occlusion;
-use crate::direct::emitters::shafts::{Body, most_faces, patch_body, sieve};
+use crate::direct::emitters::shafts::{Body, Shaft, most_faces, patch_body};
 use crate::direct::many::light_tree::{Facing, LightTree, Node, draw};
 use crate::form_factors::chebyshev::{Rectangle, Tiles};
 use crate::form_factors::shadow::Caster;
@@ -347,15 +347,18 @@ impl<'a> Walk<'a> {
         if !near && !among.is_empty() && estimate < NEGLIGIBLE * self.total && node.children.is_some() {
             return self.part(k);
         }
-        let between: Option<Vec<u32>> = self.body.as_ref().map(|patch| {
-            let among = among.iter().copied();
-            sieve(patch, &node.body, self.casters, among).collect()
-        });
-        let clear = among.is_empty() || between.as_ref().is_some_and(Vec::is_empty);
         let casters = self.casters;
-        let is_masked = |&k: &u32| casters[k as usize].masked;
         // Of a leaf, which is one luminaire.
         let most = most_faces(&self.luminaires.list[self.tree.order[node.range.start] as usize]);
+        let between: Option<Vec<u32>> = self.body.as_ref().map(|patch| {
+            let (shaft, among) = (Shaft::new(patch, &node.body), among.iter().copied());
+            match node.children {
+                Some(_) => shaft.holds_any_of(casters, among),
+                None => shaft.holds_of(casters, among).take(most + 1).collect(),
+            }
+        });
+        let clear = among.is_empty() || between.as_ref().is_some_and(Vec::is_empty);
+        let is_masked = |&k: &u32| casters[k as usize].masked;
         match node.children {
             _ if clear && !near && self.is_far(node) => self.seen.push(k),
             Some(children) => {
