@@ -6,13 +6,15 @@
 //!
 //! `scraps`: such a picture to 1 % with one lamp and 15 scraps of paper (30 triangles) below it, whose shadows have
 //! many pieces. `one object`: to 5 % with 100 lamps that are one object, as exporters write them, above the same
-//! scraps.
+//! scraps. `closed form`: Lambert's sum at 1,000 points below a panel, and below a ball of 320 faces.
 
+use std::f64::consts::{PI, TAU};
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use halflight::Solver;
+use halflight::direct::Luminaires;
 use halflight::form_factors::Sampling;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb};
@@ -125,5 +127,40 @@ fn lamps(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, lamps, scraps, one_object);
+/// A floor under a ball of 16 meridians and 11 parallels, all of it glowing: 320 triangles.
+fn ball() -> Scene {
+    let white = Material::new("white", Rgb::splat(0.7), Rgb::ZERO);
+    let glow = Material::new("glow", Rgb::splat(0.5), Rgb::ONE);
+    let corner = |k: u32, l: u32| {
+        let (s, t) = (f64::from(k % 16) / 16.0 * TAU, f64::from(l) / 11.0 * PI);
+        DVec3::new(0.2 * t.sin() * s.cos(), 0.2 * t.sin() * s.sin(), 2.0 + 0.2 * t.cos())
+    };
+    let [p, u, v] = ROOM[0].map(DVec3::from);
+    let mut corners = vec![p, p + u, p + u + v, p + v];
+    corners.extend((1..11).flat_map(|l| (0..16).map(move |k| corner(k, l))));
+    corners.extend([corner(0, 0), corner(0, 11)]);
+    let at = |k: u32, l: u32| 4 + 16 * (l - 1) + k % 16;
+    let mut faces = vec![(vec![0, 1, 2, 3], 0)];
+    for k in 0..16 {
+        faces.extend((1..10).map(|l| (vec![at(k, l), at(k, l + 1), at(k + 1, l + 1), at(k + 1, l)], 1)));
+        faces.push((vec![164, at(k, 1), at(k + 1, 1)], 1));
+        faces.push((vec![165, at(k + 1, 10), at(k, 10)], 1));
+    }
+    Scene::from_faces("ball", &corners, &faces, vec![white, glow]).expect("a correct scene")
+}
+
+fn closed_form(c: &mut Criterion) {
+    let mut group = c.benchmark_group("lamps");
+    for (name, scene) in [("panel", scene(1, 1, &[])), ("ball", ball())] {
+        let luminaires = Luminaires::new(&scene);
+        let at = |k: u32, d: u32| (hash(k, d) >> 8) as f32 / (1 << 24) as f32 - 0.5;
+        let points: Vec<Vec3> = (0..1000).map(|k| Vec3::new(at(k, 0), at(k, 1), -0.5)).collect();
+        group.bench_function(BenchmarkId::new("closed form", name), |b| {
+            b.iter(|| points.iter().filter_map(|&x| luminaires.list[0].closed_form(x, Vec3::Z)).sum::<f64>())
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, closed_form, lamps, scraps, one_object);
 criterion_main!(benches);

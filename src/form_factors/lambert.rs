@@ -9,7 +9,8 @@
 //! one by one: a luminaire of a hundred triangles costs little more than its rim. Faces are tested and edges added some
 //! at a time, in vector registers; the bits do not depend on which the machine has.
 //!
-//! Worth: `cargo bench --bench lambert`.
+//! Worth: a room under twelve lamps of 48 to 320 faces at 2 % takes 0.75 of the CPU seconds that arcs by `atan2`, one
+//! face and edge after the other, take; `cargo bench --bench lamps`, closed form.
 //!
 //! Not handled: visibility, also of triangles of a mesh behind others of it; a point on the polygon itself, where the
 //! form factor is discontinuous.
@@ -339,8 +340,10 @@ impl EdgeSum {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use pulp::Scalar;
 
     use super::*;
+    use crate::rays::sobol::hash;
 
     /// Both triangles of the unit square [0, 1]² at height h above the origin, facing down.
     fn square(h: f64) -> [[DVec3; 3]; 2] {
@@ -414,6 +417,33 @@ mod tests {
             let form = Outline::new(mesh.iter().copied()).unwrap().form(x, n);
             // A few hundred terms of at most pi, each to f64 rounding.
             prop_assert!((form - sum).abs() < 1e-12, "{form} {sum}");
+        }
+    }
+
+    #[test]
+    fn an_edge_of_any_angle_has_its_term() {
+        let normal = DVec3::new(0.6, 0.0, 0.8);
+        for k in 1..1000 {
+            let angle = PI * f64::from(k) / 1000.0;
+            let (a, b) = (3.0 * DVec3::X, 0.5 * DVec3::new(angle.cos(), angle.sin(), 0.0));
+            // Both ends to rounding, the obtuse ones by a difference from pi over the sine.
+            assert!((edge_term(normal, a, b) - 0.8 * angle).abs() < 1e-14, "{angle}");
+        }
+        for (a, b) in [(DVec3::X, DVec3::X), (DVec3::X, -DVec3::X), (DVec3::ZERO, DVec3::Y)] {
+            assert_eq!(edge_term(normal, a, b), 0.0);
+        }
+    }
+
+    #[test]
+    fn bits_do_not_depend_on_the_instructions() {
+        let mesh = Outline::new(bowl(13).into_iter()).unwrap();
+        for k in 0..500 {
+            let at = |d: u32| f64::from(hash(k, d)) / f64::from(u32::MAX) - 0.5;
+            let (x, n) = (4.0 * DVec3::new(at(0), at(1), at(2)), DVec3::new(at(3), at(4), at(5)).normalize());
+            let height = n.dot(mesh.middle - x);
+            let form = Form { mesh: &mesh, x, n, is_above: height >= mesh.radius };
+            let scalar = if height <= -mesh.radius { 0.0 } else { form.with_simd(Scalar::new()) };
+            assert_eq!(mesh.form(x, n), scalar);
         }
     }
 
