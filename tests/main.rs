@@ -40,6 +40,7 @@ mod modes;
 mod operator;
 mod points;
 mod punctual;
+mod ranks;
 mod reference;
 mod run;
 mod rust_version;

@@ -7,6 +7,7 @@ use std::sync::Mutex;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::error::CliError;
+use crate::light::team;
 use crate::pictures::WriteError;
 use crate::render::Watch;
 
@@ -20,8 +21,10 @@ pub struct Console {
 }
 
 impl Console {
-    /// Whether there will be a JSON report on stdout, and whether nothing but errors is said.
+    /// Whether there will be a JSON report on stdout, and whether nothing but errors is said. Of several processes one
+    /// says it.
     pub fn new(json: bool, quiet: bool) -> Console {
+        let (json, quiet) = (json && team::speaks(), quiet || !team::speaks());
         Console { json, quiet, bar: Mutex::new(ProgressBar::hidden()), failure: Mutex::new(None) }
     }
 

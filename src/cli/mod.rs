@@ -35,6 +35,8 @@ pub(crate) mod warnings;
 
 use std::io::{Write as _, stderr};
 use std::process::ExitCode;
+use std::thread::sleep;
+use std::time::Duration;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use serde::Serialize;
@@ -53,6 +55,7 @@ use crate::cli::relight::Relight;
 use crate::cli::render::Render;
 use crate::cli::studies::{Chart, Compare};
 use crate::cli::trace::Trace;
+use crate::light::team;
 use crate::pictures::abandon_files;
 use crate::scene::{Scene, builtin};
 
@@ -125,14 +128,27 @@ const INTERRUPTED: u8 = 130;
 
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
+    let _connection = team::connect();
     let arguments = arguments();
     end_cleanly();
     match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
+            let_the_first_speak();
             show(&error);
+            team::abort_others(error.exit_code());
             ExitCode::from(error.exit_code())
         }
+    }
+}
+
+/// Time for the first of several processes to say what is wrong and to end all of them, where all see the same.
+const FIRST_SPEAKS: Duration = Duration::from_secs(2);
+
+/// Returns at once in the first of several processes; in others when that one has nothing to say.
+fn let_the_first_speak() {
+    if !team::speaks() {
+        sleep(FIRST_SPEAKS);
     }
 }
 
@@ -143,8 +159,11 @@ fn arguments() -> Cli {
         _ => arg,
     };
     let command = Cli::command().mut_args(numbers);
-    let matches = command.mut_subcommands(|c| c.mut_args(numbers)).get_matches();
-    Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
+    let matches = command.mut_subcommands(|c| c.mut_args(numbers)).try_get_matches();
+    matches.and_then(|matches| Cli::from_arg_matches(&matches)).unwrap_or_else(|error| {
+        let_the_first_speak();
+        error.exit()
+    })
 }
 
 /// From here on an interrupt ends the program cleanly: finished files stay whole, and nothing unfinished is left.
@@ -153,7 +172,9 @@ fn end_cleanly() {
     let _ = ctrlc::try_set_handler(|| {
         // Never released: what is not finished stays unwritten until the process is gone.
         let _held = abandon_files();
-        let _ = writeln!(stderr(), "interrupted: finished files are whole, the others were not written");
+        if team::speaks() {
+            let _ = writeln!(stderr(), "interrupted: finished files are whole, the others were not written");
+        }
         std::process::exit(INTERRUPTED.into());
     });
 }

@@ -18,6 +18,7 @@ use crate::direct::many::light_cut::LightCuts;
 use crate::direct::systematic::systematic;
 use crate::form_factors::{Progress, Sampling};
 use crate::light::Rgb;
+use crate::light::team;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Sobol, Stream, hash};
 use crate::surfaces::SurfacePoint;
@@ -251,8 +252,9 @@ impl Lights {
             (sums.iter().sum::<DVec3>().as_vec3(), apart, scratch.cast - before)
         };
         let memory = || (Scratch::default(), vec![DVec3::ZERO; count]);
-        let received = (0..self.patches.len()).into_par_iter().map_init(memory, one);
-        let all: Vec<(Rgb, Vec<Rgb>, u64)> = received.collect();
+        let share = team::share(self.patches.len(), |_| 1.0);
+        let received = share.range.clone().into_par_iter().map_init(memory, one).collect();
+        let all: Vec<(Rgb, Vec<Rgb>, u64)> = share.gather(received);
         PatchSums {
             total: all.iter().map(|own| own.0).collect(),
             emitters: (0..self.emitters().names().len()).map(|e| all.iter().map(|own| own.1[e]).collect()).collect(),

@@ -23,6 +23,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::light::team;
 use crate::rays::sobol::{Sobol, Stream, hash};
 use crate::rays::{FAN, Fan};
 use crate::reading::reflection::{Memory, Met, Reflection, SurfaceHit, Walker};
@@ -39,7 +40,7 @@ const SPREAD: usize = 8;
 const LONGEST: usize = 256;
 
 /// A point where a path was reflected.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Vertex {
     pub at: SurfaceHit,
     /// What light 1 that leaves here adds to the pixel.
@@ -56,7 +57,7 @@ struct StartPixel {
 }
 
 /// One path from a pixel.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Path {
     /// The number of its pixel among those that paths start from.
     pub start: u32,
@@ -99,11 +100,16 @@ impl ImportancePaths {
     pub fn extend(&mut self, view: &View, more: u32) {
         let tracer = PathTracer::new(view);
         let (seed, before, after) = (self.seed, self.each, self.each + more);
-        let added: Vec<(Vec<Path>, u64)> = self
-            .starts
-            .par_iter()
-            .enumerate()
-            .map_init(Memory::default, |memory, (start, own)| {
+        let share = team::share(self.starts.len(), |k| {
+            let own = &self.starts[k];
+            f64::from(own.paths(after) - own.paths(before))
+        });
+        let added: Vec<(Vec<Path>, u64)> = share
+            .range
+            .clone()
+            .into_par_iter()
+            .map_init(Memory::default, |memory, start| {
+                let own = &self.starts[start];
                 memory.scratch.cast = 0;
                 let path = |n: u32| {
                     let random = Stream::new(hash(n, hash(own.pixel, seed)));
@@ -114,7 +120,7 @@ impl ImportancePaths {
                 (paths, memory.scratch.cast)
             })
             .collect();
-        for (paths, cast) in added {
+        for (paths, cast) in share.gather(added) {
             self.paths.extend(paths);
             self.rays += cast;
         }

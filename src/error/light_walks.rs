@@ -28,6 +28,7 @@ use rayon::prelude::*;
 
 use crate::error::deadline::is_over;
 use crate::light::Transport;
+use crate::light::team;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
 use crate::rays::warp::{cosine_direction, hemisphere_direction, triangle_point};
@@ -40,7 +41,7 @@ const BATCH: u32 = 4096;
 const BATCHES: (u32, u32) = (16, 1024);
 
 /// Powers of both halves of one term, W.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct TermPower {
     pub visible: DVec3,
     pub invisible: DVec3,
@@ -119,8 +120,10 @@ pub(crate) fn walked_powers(scene: &Scene, rays: &Rays, transport: Transport, go
     loop {
         for first in (batches.len() as u32..wanted).step_by(step as usize) {
             let end = wanted.min(first + step);
-            let more: Vec<_> = (first..end).into_par_iter().map(|batch| walks.batch(batch, goal)).collect();
-            for batch in more {
+            let share = team::share((end - first) as usize, |_| 1.0);
+            let own = share.range.clone().into_par_iter();
+            let more: Vec<_> = own.map(|k| walks.batch(first + k as u32, goal)).collect();
+            for batch in share.gather(more) {
                 if goal.emitters.are_apart() {
                     apart.add(&batch);
                 }

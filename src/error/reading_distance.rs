@@ -13,6 +13,7 @@
 use rayon::prelude::*;
 
 use crate::error::halves::Halves;
+use crate::light::team;
 use crate::rays::sobol::{Sobol, Stream, hash};
 use crate::reading::patch_light::Fields;
 use crate::reading::reflection::{Memory, SurfaceHit, Walker};
@@ -42,8 +43,9 @@ pub(crate) fn nearest_read(view: &View, fields: &Fields, seed: u32) -> (Vec<f32>
         let widths = (sampler.unevenness(i, width, memory) / EVEN).max(least);
         (widths as f32 * width, memory.scratch.cast - before)
     };
-    let all = (0..view.patches.len()).into_par_iter().map_init(Memory::default, of);
-    let (nearest, cast): (Vec<f32>, Vec<u64>) = all.unzip();
+    let share = team::share(view.patches.len(), |_| 1.0);
+    let all = share.range.clone().into_par_iter().map_init(Memory::default, of).collect();
+    let (nearest, cast): (Vec<f32>, Vec<u64>) = share.gather(all).into_iter().unzip();
     let nearest = if nearest.iter().all(|near| *near == 0.0) { Vec::new() } else { nearest };
     (nearest, cast.iter().sum())
 }

@@ -28,6 +28,7 @@ use rayon::prelude::*;
 
 use crate::error::importance_paths::{ImportancePaths, Path, PathTracer, Vertex};
 use crate::light::Rgb;
+use crate::light::team;
 use crate::patches::{Patches, Sample};
 use crate::rays::sobol::{Stream, hash};
 use crate::reading::patch_light::Fields;
@@ -146,7 +147,12 @@ pub(crate) fn add_samples_of_bright(
         }
         memory.scratch.cast - before
     };
-    samples.par_iter_mut().enumerate().map_init(Memory::default, add).sum()
+    let share = team::share(samples.len(), |k| powers[k]);
+    let own = share.range.clone();
+    let cast = samples[own.clone()].par_iter_mut().zip(own).map(|(samples, k)| (k, samples));
+    let cast: u64 = cast.map_init(Memory::default, add).sum();
+    share.gather_at(samples, |k| k);
+    team::all(cast).iter().sum()
 }
 
 /// A sample of the light that leaves a point of patch k as it was cut.

@@ -23,6 +23,7 @@ use rayon::prelude::*;
 use crate::error::deadline::would_be_over;
 use crate::error::importance_paths::{ImportancePaths, Path};
 use crate::error::residual::error;
+use crate::light::team;
 use crate::patches::Patches;
 use crate::pictures::Size;
 use crate::rays::sobol::{Stream, hash};
@@ -251,9 +252,11 @@ impl Batch {
     /// Measures the paths that were not measured yet.
     fn measure(&mut self, patches: &Patches, fields: &Fields) {
         let own = |path: &Path| (path.start as usize, error(path, patches, fields));
-        let errors: Vec<(usize, DVec3)> = self.paths.paths[self.measured..].par_iter().map(own).collect();
+        let paths = &self.paths.paths[self.measured..];
+        let share = team::share(paths.len(), |_| 1.0);
+        let errors: Vec<(usize, DVec3)> = paths[share.range.clone()].par_iter().map(own).collect();
         // In order: the sums are the same for any number of threads.
-        for (start, error) in errors {
+        for (start, error) in share.gather(errors) {
             self.sums[start].errors += error;
             self.sums[start].squares += error.length_squared();
         }

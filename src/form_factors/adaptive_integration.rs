@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::light::interrupt::heed_interrupt;
 
 /// A number and how far it may be off.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Estimate {
     /// The number.
     pub value: f64,

@@ -10,6 +10,7 @@
 use rayon::prelude::*;
 
 use crate::form_factors::sparse::Rows;
+use crate::light::team;
 use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::cosine_direction;
@@ -107,7 +108,7 @@ impl Accumulator {
     }
 }
 
-#[derive(Clone, Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 struct CastRow {
     columns: Vec<u32>,
     values: Vec<f32>,
@@ -147,7 +148,10 @@ pub fn cast_counts(
         let rows = needed.iter().map(|_| Accumulator::new(patches.len()));
         (rows.collect::<Vec<_>>(), Vec::new())
     };
-    let rows: Vec<Vec<CastRow>> = (0..patches.len())
+    let share = team::share(patches.len(), |i| f64::from(count(i)));
+    let rows: Vec<Vec<CastRow>> = share
+        .range
+        .clone()
         .into_par_iter()
         .map_init(scratch, |(sums, hits), i| {
             tick(1);
@@ -156,7 +160,7 @@ pub fn cast_counts(
         .collect();
     let sources = (0..patches.len()).filter(|&i| needed.iter().any(|v| v.rows[i]));
     let cast = sources.map(|i| u64::from(count(i))).sum();
-    (distribute(variants, rows), cast)
+    (distribute(variants, share.gather(rows)), cast)
 }
 
 fn needs_rays(v: &Variant) -> bool {

@@ -57,7 +57,7 @@ pub struct Bodies {
 }
 
 /// How a form factor was found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Method {
     /// Contour integrals: nothing lies between.
     ClosedForm,

@@ -50,8 +50,8 @@ pub(crate) fn signed_edges(n: DVec3, polygon: &[DVec3]) -> f64 {
     terms.map(|(k, &a)| edge_term(n, a, next(k))).sum()
 }
 
-/// The angle from a to b times `n · Gamma`, Gamma the unit normal of the plane through both and the point; 0 for an edge
-/// seen end on, which spans no angle.
+/// The angle from a to b times `n · Gamma`, Gamma the unit normal of the plane through both and the point; 0 for an
+/// edge seen end on, which spans no angle.
 ///
 /// With theta the angle it is `theta / sin theta` times `n · (a × b) / (|a| |b|)`, without a division by what is small.
 #[inline(always)]

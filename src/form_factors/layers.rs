@@ -22,6 +22,7 @@ use rayon::prelude::*;
 
 use crate::form_factors::cast::{Caster, Progress, Sampling, Variant};
 use crate::form_factors::sparse::Rows;
+use crate::light::team;
 use crate::patches::Patches;
 use crate::rays::{Hit, Ray, Rays};
 
@@ -34,7 +35,7 @@ pub struct Layers {
 }
 
 /// The crossings of the rays of one patch.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct Row {
     /// Columns that any crossing meets, ascending.
     columns: Vec<u32>,
@@ -44,7 +45,7 @@ struct Row {
 }
 
 /// A crossing with a patch that sends.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct Crossing {
     /// Place in [`Row::columns`].
     slot: u32,
@@ -79,7 +80,9 @@ pub fn cast_layers(
         }
         row
     };
-    let rows: Vec<Row> = (0..patches.len()).into_par_iter().map_init(Vec::new, row).collect();
+    let share = team::share(patches.len(), |_| 1.0);
+    let rows = share.range.clone().into_par_iter().map_init(Vec::new, row).collect();
+    let rows: Vec<Row> = share.gather(rows);
     let sources = (0..rows.len()).filter(|&i| needed(i)).count();
     let depths = rows.iter().flat_map(|r| &r.crossings).map(|c| c.depth);
     let layers = Layers { deepest: depths.max().unwrap_or(0), rows, rays: count };

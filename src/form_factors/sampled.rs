@@ -14,6 +14,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::form_factors::adaptive_integration::{Estimate, Tolerance};
+use crate::light::team;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::{cosine_direction, triangle_point};
 use crate::rays::{Hit, Ray, Rays, Side};
@@ -64,9 +65,12 @@ impl Sampler<'_> {
         let mut sums = vec![Sums { met: vec![0.0; n], moved: vec![0.0; n] }; REPLICATES as usize];
         let (mut done, mut until) = (0, FIRST);
         loop {
-            sums.par_iter_mut().enumerate().for_each(|(r, sum)| {
+            let share = team::share(sums.len(), |_| 1.0);
+            let own = share.range.clone();
+            sums[own.clone()].par_iter_mut().zip(own).for_each(|(sum, r)| {
                 self.cast(&senders, hash(object, self.seed ^ hash(r as u32, 77)), done..until, sum);
             });
+            share.gather_at(&mut sums, |r| r);
             done = until;
             let row: Vec<Estimate> = (0..n).map(|j| estimate(&sums, j, done)).collect();
             let enough = |e: &Estimate| e.error <= tolerance.of(e.value);
@@ -149,7 +153,7 @@ impl Sampler<'_> {
 }
 
 /// What the rays of one scrambling found, object by object.
-#[derive(Clone)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 struct Sums {
     /// What arrived.
     met: Vec<f64>,

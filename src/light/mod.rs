@@ -19,6 +19,7 @@ pub(crate) mod budget;
 pub(crate) mod gloss;
 pub(crate) mod interrupt;
 pub(crate) mod mode;
+pub mod team;
 
 pub use gloss::Gloss;
 pub use interrupt::Interrupt;

@@ -5,9 +5,10 @@
 //! new file (`0666` less the umask). A symbolic link stays a link: its target is replaced. Devices and pipes cannot
 //! be renamed over and are written directly. A folder is filled under a temporary name beside its place and renamed
 //! like a file; one that it replaces is moved aside first. A program about to end early calls [`abandon_files`], which
-//! removes what is temporary of all threads and lets nothing else come into being. Not handled: a process killed
-//! outright between the steps leaves a hidden `.halflight-*` file or folder behind, which then may be all there is of a
-//! folder that was to be replaced.
+//! removes what is temporary of all threads and lets nothing else come into being. Of several processes that share
+//! their work the first writes, and to the others it seems that they did. Not handled: a process killed outright
+//! between the steps leaves a hidden `.halflight-*` file or folder behind, which then may be all there is of a folder
+//! that was to be replaced.
 
 use std::fs::{File, Permissions};
 use std::io::{Seek, SeekFrom, Write};
@@ -16,6 +17,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::{fs, io};
 
 use tempfile::{Builder, TempDir, TempPath};
+
+use crate::light::team;
 
 /// What exists now under a temporary name, each removed when it is dropped.
 struct Live {
@@ -57,6 +60,9 @@ pub fn write_whole_by(
     write: impl FnOnce(&mut File) -> io::Result<()>,
 ) -> Result<(), WriteError> {
     let path = path.as_ref();
+    if !team::speaks() {
+        return Ok(());
+    }
     let written = target(path).and_then(|target| match target {
         None => {
             // A pipe has no places to go back to.
@@ -204,6 +210,9 @@ impl NewFolder {
     /// # Errors
     /// [`WriteError`] where it cannot be renamed; what is there stays.
     pub fn finish(self) -> Result<(), WriteError> {
+        if !team::speaks() {
+            return Ok(());
+        }
         self.rename().map_err(|source| WriteError { path: self.place.clone(), source })
     }
 

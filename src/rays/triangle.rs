@@ -15,7 +15,7 @@ use glam::{Vec3, Vec3A, Vec3Swizzles};
 use obvhs::aabb::Aabb;
 
 /// One meeting of a ray and a face.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Hit {
     /// Distance along the ray, unit coordinates.
     pub t: f32,
@@ -30,7 +30,7 @@ pub struct Hit {
 }
 
 /// A side of a face.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub enum Side {
     /// From which its corners run counter-clockwise.
     Front,

@@ -13,6 +13,7 @@ use std::time::Instant;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::light::team;
 use crate::light::{Rgb, Transport};
 use crate::pictures::{Picture, Size};
 use crate::rays::{Hit, Ray, Rays};
@@ -40,7 +41,7 @@ impl Default for TraceSettings {
 }
 
 /// What was done so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Counts {
     /// Paths, one for each sample of each pixel.
     pub paths: u64,
@@ -92,7 +93,7 @@ impl Counts {
 /// ```
 ///
 /// Sums run in f64 within a pass; between passes nothing cancels, so f32 holds them.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 struct Moments {
     mean: Vec3,
     deviation: Vec3,
@@ -146,7 +147,7 @@ pub struct Tracer<'a> {
 }
 
 /// What the samples of one pixel add up to.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 struct Pixel {
     total: Moments,
     orders: [Moments; KEPT + 1],
@@ -193,9 +194,12 @@ impl<'a> Tracer<'a> {
         }
         let mut pixels = std::mem::take(&mut self.pixels);
         let this = &*self;
-        let rows: Vec<Counts> = pixels
+        let share = team::share(this.height, |_| 1.0);
+        let own = share.range.clone();
+        let rows: Vec<Counts> = pixels[own.start * this.width..own.end * this.width]
             .par_chunks_mut(this.width)
-            .enumerate()
+            .zip(own)
+            .map(|(row, y)| (y, row))
             .map_init(Vec::new, |hits, (y, row)| {
                 let mut counts = Counts::default();
                 for (x, pixel) in row.iter_mut().enumerate() {
@@ -204,10 +208,11 @@ impl<'a> Tracer<'a> {
                 counts
             })
             .collect();
+        share.of_blocks(this.width).gather_at(&mut pixels, |k| k);
         self.pixels = pixels;
         self.samples += u64::from(samples);
-        for row in rows {
-            self.counts.add(&row);
+        for row in team::all(rows).iter().flatten() {
+            self.counts.add(row);
         }
     }
 

@@ -25,6 +25,7 @@ use crate::direct::Lights;
 use crate::gather::irradiance::{Asked, Irradiance, IrradianceSampler};
 use crate::gather::records::final_gather::FinalGather;
 use crate::light::budget::{STAND_INS, TRUNCATION};
+use crate::light::team;
 use crate::rays::Ray;
 use crate::rays::sobol::Sobol;
 use crate::rays::warp::hemisphere_direction;
@@ -164,8 +165,11 @@ impl SensorRound<'_> {
         unreachable!("the last may not go deeper")
     }
 
-    fn sense_all(&self, points: impl IndexedParallelIterator<Item = usize>) -> Sensed {
-        let found: Vec<_> = points.map_init(Memory::default, |memory, k| self.sense(k, memory)).collect();
+    fn sense_all(&self, points: &[usize]) -> Sensed {
+        let share = team::share(points.len(), |_| 1.0);
+        let own = points[share.range.clone()].par_iter();
+        let own = own.map_init(Memory::default, |memory, &k| self.sense(k, memory)).collect();
+        let found: Vec<(Irradiance, usize)> = share.gather(own);
         let rays = found.iter().map(|(found, _)| found.rays).sum();
         Sensed { found, rays }
     }
@@ -179,7 +183,7 @@ impl SensorRound<'_> {
     /// What some of the points get.
     fn try_some(&self) -> Trial {
         let (step, chosen) = self.some();
-        let Sensed { found, rays } = self.sense_all(chosen.par_iter().copied());
+        let Sensed { found, rays } = self.sense_all(&chosen);
         let deeper: u64 = found.iter().filter(|(_, depth)| *depth > 0).map(|(found, _)| found.rays).sum();
         let pooled = chosen.iter().zip(&found).filter_map(|(&k, (found, _))| {
             let direct: DVec3 = found.direct.iter().sum();
@@ -193,7 +197,7 @@ impl SensorRound<'_> {
 
     /// The light at all points, and the rays cast.
     fn lights(&self, view: &View) -> (Vec<SensorLight>, u64) {
-        let Sensed { found, rays } = self.sense_all((0..self.points.len()).into_par_iter());
+        let Sensed { found, rays } = self.sense_all(&(0..self.points.len()).collect::<Vec<_>>());
         let sobol = Sobol::new(ROUND as usize, 2);
         let all = found.par_iter().zip(self.points);
         (all.map(|(found, point)| self.light(found, is_inside(view, &sobol, point))).collect(), rays)

@@ -7,6 +7,7 @@
 use rayon::prelude::*;
 
 use crate::form_factors::{Bodies, Estimate, Method, Sampler, Tolerance};
+use crate::light::team;
 use crate::rays::Rays;
 use crate::render::Watch;
 use crate::scene::Scene;
@@ -125,7 +126,9 @@ pub fn factors(scene: &Scene, tau: &[f32], settings: &FactorSettings, watch: &dy
         watch.tick(1);
         found
     };
-    let exact: Vec<Option<(Estimate, Method)>> = (0..n * columns).into_par_iter().map(pair).collect();
+    let share = team::share(n * columns, |_| 1.0);
+    let own = share.range.clone().into_par_iter().map(pair).collect();
+    let exact: Vec<Option<(Estimate, Method)>> = share.gather(own);
     let most = f64::from(RAYS.1);
     let missing: Vec<bool> = exact
         .iter()

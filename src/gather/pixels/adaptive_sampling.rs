@@ -28,6 +28,7 @@ use crate::form_factors::Progress;
 use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::small_faces::find_small_faces;
+use crate::light::team;
 
 /// The variance of a pixel with an edge falls as this power of its rays, which are scrambled nets.
 pub(crate) const EDGES: f64 = 1.5;
@@ -59,15 +60,18 @@ pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan, tick: Progres
     let (width, height) = (camera_rays.view.width, camera_rays.view.height);
     let mut pixels: Vec<Pixel> = Vec::new();
     pixels.resize_with(width * height, Pixel::default);
-    pixels.par_chunks_mut(width).enumerate().for_each_init(
+    let share = team::share(height, |_| 1.0);
+    let own = share.range.start * width..share.range.end * width;
+    pixels[own.clone()].par_chunks_mut(width).enumerate().for_each_init(
         || camera_rays.scratch(),
         |scratch, (y, row)| {
             for (x, pixel) in row.iter_mut().enumerate() {
-                camera_rays.extend(y * width + x, pixel, plan.first, scratch);
+                camera_rays.extend(own.start + y * width + x, pixel, plan.first, scratch);
             }
             tick(1);
         },
     );
+    share.of_blocks(width).gather_at(&mut pixels, |k| k);
     // An error over no pixel would be none at all.
     let shows_luminaires_only = pixels.iter().all(|pixel| pixel.weight() == 0.0);
     pixels.iter_mut().for_each(|pixel| pixel.counts_emission = shows_luminaires_only);
@@ -195,8 +199,9 @@ fn resample(camera_rays: &CameraRays, pixels: &mut [Pixel], few: &[u32]) {
 /// Casts rays of some pixels until each half has as many as `count` says, by doubling: the points of such parts of a
 /// net are well spread.
 fn extend(camera_rays: &CameraRays, pixels: &mut [Pixel], some: &[u32], count: impl Fn(&Pixel) -> u32 + Sync) {
+    let share = team::share(some.len(), |i| f64::from(count(&pixels[some[i] as usize])));
     let mut marked = vec![false; pixels.len()];
-    some.iter().for_each(|&k| marked[k as usize] = true);
+    some[share.range.clone()].iter().for_each(|&k| marked[k as usize] = true);
     // Blocks of pixels, not rows: noisy pixels gather on a few rows.
     pixels.par_chunks_mut(16).enumerate().for_each_init(
         || camera_rays.scratch(),
@@ -209,6 +214,7 @@ fn extend(camera_rays: &CameraRays, pixels: &mut [Pixel], some: &[u32], count: i
             }
         },
     );
+    share.gather_at(pixels, |i| some[i] as usize);
 }
 
 /// The pixels to double, in order: best gain for the price first, until the noise is predicted to be as requested.

@@ -14,7 +14,7 @@ use crate::gather::pixels::pixel_texture::PixelTexture;
 use crate::surfaces::SurfacePoint;
 
 /// Sums over the camera rays of one pixel.
-#[derive(Default)]
+#[derive(Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Pixel {
     /// Light as emitted, of each half.
     pub emitted: [DVec3; 2],
@@ -63,7 +63,7 @@ pub(crate) struct Pixel {
 }
 
 /// What one emitter sends to a pixel without another reflection, of each half.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct EmitterSums {
     /// Light as emitted.
     pub emitted: [DVec3; 2],
@@ -233,7 +233,7 @@ impl Pixel {
 const CHANCE: f64 = 4.0;
 
 /// A face within a pixel, or the part of one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct SmallFace {
     /// Share of the pixel that it covers.
     pub share: f64,

@@ -18,7 +18,7 @@ const FLAT: f32 = 0.1;
 const ORIGINS: usize = 16;
 
 /// What camera rays of one surface agree in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct SurfaceKey {
     /// The plane of the face.
     pub plane: u32,
@@ -27,7 +27,7 @@ pub(crate) struct SurfaceKey {
 }
 
 /// A surface as one pixel sees it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Layer {
     /// Plane, side and material.
     key: SurfaceKey,

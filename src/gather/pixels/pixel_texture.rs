@@ -36,7 +36,7 @@ const PARTS: u32 = 64;
 const APART: f64 = 0.01;
 
 /// A point that a camera ray sees.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct SeenPoint {
     /// The number of the ray within its half.
     pub index: u32,
@@ -53,7 +53,7 @@ pub(crate) struct SeenPoint {
 }
 
 /// The texture of one pixel, as far as its camera rays show.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) enum PixelTexture {
     /// No camera ray was cast yet.
     #[default]
@@ -65,7 +65,7 @@ pub(crate) enum PixelTexture {
 }
 
 /// A pixel on a plane surface with a texture.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Footprint {
     key: SurfaceKey,
     /// A face of the surface; its texture goes on beyond its edges.
@@ -77,7 +77,7 @@ pub(crate) struct Footprint {
 }
 
 /// Adjusted reflectance of points, `factor * rho + offset`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Adjusted {
     factor: DVec3,
     offset: DVec3,
@@ -198,7 +198,7 @@ const UNEVEN: f64 = 1.01;
 const LEAST_CELLS: u32 = 4;
 
 /// The square cells of a pixel, one for each camera ray.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct PixelCells {
     /// Cells to a side.
     number: u32,
@@ -207,7 +207,7 @@ pub(crate) struct PixelCells {
 }
 
 /// What the rays through a cell see.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 enum Shown {
     Nothing,
     /// The surface of this number.

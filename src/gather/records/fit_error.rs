@@ -26,6 +26,7 @@ use crate::error::halves::Halves;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::irradiance_cache::{Fitted, IrradianceCache, Record, Site};
 use crate::gather::records::pixel_lattice::skewed;
+use crate::light::team;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
 
@@ -144,6 +145,7 @@ fn drawn(chances: &[f64], count: f64, offset: f64) -> Vec<Draw> {
 const LAYERS: usize = 16_384;
 
 /// A layer of a pixel, as one of [`IrradianceCache::layer_fits`].
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct LayerFit {
     pub pixel: usize,
     pub layer: usize,
@@ -173,8 +175,10 @@ impl IrradianceCache<'_> {
             let fits = (0..pixels[k].layers.len()).filter(|l| !self.alone[self.starts[k] + l]);
             fits.map(|l| self.layer_fit(fitted, &pixels[k], [k, l])).collect()
         };
-        let all = (0..pixels.len()).into_par_iter();
-        all.map_init(Default::default, of_pixel).flatten_iter().collect()
+        let share = team::share(pixels.len(), |_| 1.0);
+        let own = share.range.clone().into_par_iter();
+        let own = own.map_init(Default::default, of_pixel).flatten_iter().collect();
+        share.gather(own)
     }
 
     /// One in so many pixels is evaluated: errors larger than a few pixels show in some of them.

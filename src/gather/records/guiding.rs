@@ -28,6 +28,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::light::Rgb;
+use crate::light::team;
 use crate::rays::FAN;
 
 /// Rays that a density is made of at least: one for every four cells.
@@ -69,6 +70,22 @@ impl CellStatistics {
             sums: [none(), none(), none()],
             counts: (0..CELLS * CELLS).map(|_| AtomicU32::new(0)).collect(),
         }
+    }
+
+    /// All numbers.
+    fn all(&self) -> Vec<u64> {
+        let counts = self.counts.iter().map(|count| u64::from(count.load(Ordering::Relaxed)));
+        let sums = self.sums.iter().flatten().chain(&self.squares);
+        sums.map(|sum| sum.load(Ordering::Relaxed)).chain(counts).collect()
+    }
+
+    /// Adds to all numbers, in the same order.
+    fn add(&self, more: &[u64]) {
+        let sums = self.sums.iter().flatten().chain(&self.squares);
+        let (of_sums, of_counts) = more.split_at(4 * CELLS * CELLS);
+        sums.zip(of_sums).for_each(|(sum, more)| _ = sum.fetch_add(*more, Ordering::Relaxed));
+        let counts = self.counts.iter().zip(of_counts);
+        counts.for_each(|(count, more)| _ = count.fetch_add(*more as u32, Ordering::Relaxed));
     }
 
     /// Number of rays so far.
@@ -202,6 +219,26 @@ impl GuidingField {
     /// Makes densities anew from what rays have found, where those have become more.
     pub fn update(&mut self) {
         self.places.par_iter_mut().for_each(GuidedPlace::update);
+    }
+
+    /// What rays have found so far, to be told from what they find later; nothing where this process is alone.
+    pub fn found(&self) -> Vec<Vec<u64>> {
+        if team::is_alone() { Vec::new() } else { self.places.iter().map(|place| place.statistics.all()).collect() }
+    }
+
+    /// Adds what the rays of other processes have found since `before`.
+    pub fn gather_since(&self, before: Vec<Vec<u64>>) {
+        if team::is_alone() {
+            return;
+        }
+        let since = |(k, before): (usize, &Vec<u64>)| -> Option<(usize, Vec<u64>)> {
+            let now = self.places[k].statistics.all();
+            (now != *before).then(|| (k, now.iter().zip(before).map(|(now, before)| now - before).collect()))
+        };
+        let own: Vec<(usize, Vec<u64>)> = before.iter().enumerate().filter_map(since).collect();
+        for (_, found) in team::all(own).into_iter().enumerate().filter(|(rank, _)| *rank != team::rank()) {
+            found.iter().for_each(|(k, more)| self.places[*k].statistics.add(more));
+        }
     }
 
     /// The density of a number, and where its rays are recorded.

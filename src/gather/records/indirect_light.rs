@@ -13,6 +13,7 @@ use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::irradiance_cache::{Fitted, IrradianceCache};
 use crate::gather::records::pixel_lattice::skewed;
 use crate::light::Rgb;
+use crate::light::team;
 use crate::pictures::Picture;
 use crate::reading::patch_light::{FieldLayers, Fields, to_whole};
 use crate::reading::view::View;
@@ -28,7 +29,7 @@ pub(crate) struct IndirectLight {
 }
 
 /// Indirect light of one pixel.
-#[derive(Default)]
+#[derive(Default, serde::Serialize, serde::Deserialize)]
 struct PixelIndirect {
     /// Every field's light.
     fields: Vec<Rgb>,
@@ -50,8 +51,10 @@ impl IndirectLight {
             let chosen = skewed(k, width) % step == step / 2;
             if chosen { indirect(k, pixel, cache, fitted) } else { PixelIndirect::default() }
         };
-        let indexed = pixels.par_iter().enumerate();
-        let pixels = indexed.map_init(Default::default, reflected).collect();
+        let share = team::share(pixels.len(), |_| 1.0);
+        let own = pixels[share.range.clone()].par_iter().zip(share.range.clone());
+        let own = own.map_init(Default::default, |fitted, (pixel, k)| reflected(fitted, (k, pixel))).collect();
+        let pixels = share.gather(own);
         IndirectLight { pixels, picture_fields: cache.picture_fields, misfit: 0.0 }
     }
 
@@ -79,8 +82,9 @@ impl IndirectLight {
         }
         refine(camera_rays, pixels, plan, |pixels, extended| {
             let again = |fitted: &mut _, &k: &u32| indirect(k as usize, &pixels[k as usize], cache, fitted);
-            let light: Vec<PixelIndirect> = extended.par_iter().map_init(Default::default, again).collect();
-            for (&k, light) in extended.iter().zip(light) {
+            let share = team::share(extended.len(), |_| 1.0);
+            let own = extended[share.range.clone()].par_iter().map_init(Default::default, again).collect();
+            for (&k, light) in extended.iter().zip(share.gather::<PixelIndirect>(own)) {
                 pixels[k as usize].ambient = light.ambient;
                 self.pixels[k as usize] = light;
             }

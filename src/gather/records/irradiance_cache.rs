@@ -18,6 +18,7 @@ use crate::gather::records::final_gather::{FinalGather, HemisphereRays};
 use crate::gather::records::guiding::{Guiding, GuidingField};
 use crate::gather::records::interpolation::{Fit, Support};
 use crate::gather::records::pixel_lattice::Lattice;
+use crate::light::team;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::hash;
 use crate::reading::patch_light::FieldLayers;
@@ -207,15 +208,21 @@ impl<'a> IrradianceCache<'a> {
             guiding.update();
         }
         let (camera_rays, final_gather, guiding) = (self.camera_rays, self.final_gather, self.guiding.as_ref());
-        let added: u64 = records
+        let share = team::share(records.len(), |i| f64::from(wanted(i).saturating_sub(records[i].rays)));
+        let (own, before) = (share.range.clone(), guiding.map(GuidingField::found));
+        let added: u64 = records[own.clone()]
             .par_iter_mut()
-            .enumerate()
-            .map_init(Memory::default, |memory, (i, record)| {
+            .zip(own)
+            .map_init(Memory::default, |memory, (record, i)| {
                 let guiding = guiding.map_or(Guiding::NONE, |g| g.of(record.site.density));
                 record.extend(&Casting { camera_rays, final_gather, guiding }, wanted(i), memory)
             })
             .sum();
-        self.cast += added;
+        share.gather_at(records, |i| i);
+        if let (Some(guiding), Some(before)) = (&self.guiding, before) {
+            guiding.gather_since(before);
+        }
+        self.cast += team::all(added).iter().sum::<u64>();
     }
 
     /// Sets value, valid radius and weight of the records after `first`.
@@ -246,7 +253,7 @@ const EACH: u32 = 4;
 const CAMERA_RAYS: u32 = 4;
 
 /// The pixel, lattice and random numbers of a record.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Site {
     /// The pixel that sees its surface.
     pub pixel: usize,
@@ -268,6 +275,7 @@ pub(crate) struct Casting<'a> {
 }
 
 /// One irradiance record.
+#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct Record {
     /// Its `camera_count` includes camera rays cast for more origins.
     pub site: Site,

@@ -1,0 +1,18 @@
+//! What processes that share one solve must be able to do: hand each other bytes.
+//!
+//! Not handled: what the bytes mean, and who works on what ([`crate::light::team`]).
+
+/// Some processes that hand each other bytes.
+pub trait Team: Send + Sync {
+    /// How many they are.
+    fn size(&self) -> usize;
+
+    /// Which of them this one is, from 0 on.
+    fn rank(&self) -> usize;
+
+    /// The bytes that each hands in, in the order of their ranks.
+    fn gather(&self, own: &[u8]) -> Vec<Vec<u8>>;
+
+    /// Ends all of them.
+    fn abort(&self, code: i32) -> !;
+}
