@@ -183,6 +183,12 @@ fn run(Cli { command, common }: Cli) -> Result<(), CliError> {
     if let Some(threads) = common.threads {
         use_threads(threads)?;
     }
+    if matches!(command, Command::Chart(_) | Command::Compare(_)) && !team::is_alone() {
+        return Err(CliError::Usage {
+            message: "times of methods are not compared by several processes".into(),
+            help: "run chart and compare without mpirun".into(),
+        });
+    }
     let console = Console::new(common.json, common.quiet);
     match &command {
         Command::Render(own) => render::run(own, &common, &console),

@@ -163,8 +163,11 @@ fn speeds(pace: &[f64], size: usize) -> Vec<f64> {
 fn part(until: &[f64], speeds: &[f64], rank: usize) -> Range<usize> {
     let all = until.last().copied().unwrap_or(0.0);
     let end = |rank: usize| {
-        if rank == speeds.len() {
-            return until.len();
+        // Things without a cost at either end are someone's, too.
+        match rank {
+            0 => return 0,
+            _ if rank == speeds.len() => return until.len(),
+            _ => {}
         }
         let goal = all * speeds[..rank].iter().sum::<f64>();
         until.partition_point(|&until| until <= goal)
