@@ -1,8 +1,8 @@
 //! The processes that share one solve, on one machine or on many.
 //!
 //! All of them run the same program on the same scene, and go through the same loops in the same order. A loop over
-//! rays is shared out: each process takes a range of it ([`share`]), works on that with its threads, and either keeps
-//! what it found or gathers that of all ([`Share::gather`]), in the order of the loop. What follows is done by every
+//! rays is shared out: each process takes a range of it (`share`), works on that with its threads, and either keeps
+//! what it found or gathers that of all (`Share::gather`), in the order of the loop. What follows is done by every
 //! process alike, so what each thing of a loop finds must not depend on the others, and the bytes of a result do not
 //! depend on the number of processes.
 //!
