@@ -129,12 +129,22 @@ const INTERRUPTED: u8 = 130;
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
     let _connection = team::connect();
-    let arguments = arguments();
+    let arguments = match arguments() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            if team::speaks() {
+                let _ = error.print();
+            }
+            return ExitCode::from(error.exit_code() as u8);
+        }
+    };
     end_cleanly();
     match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let_the_first_speak();
+            if !team::speaks() {
+                sleep(FIRST_SPEAKS);
+            }
             show(&error);
             team::abort_others(error.exit_code());
             ExitCode::from(error.exit_code())
@@ -145,25 +155,15 @@ pub fn main() -> ExitCode {
 /// Time for the first of several processes to say what is wrong and to end all of them, where all see the same.
 const FIRST_SPEAKS: Duration = Duration::from_secs(2);
 
-/// Returns at once in the first of several processes; in others when that one has nothing to say.
-fn let_the_first_speak() {
-    if !team::speaks() {
-        sleep(FIRST_SPEAKS);
-    }
-}
-
 /// The process's arguments. A negative number is a value, to be judged as one, and not an option nobody knows.
-fn arguments() -> Cli {
+fn arguments() -> Result<Cli, clap::Error> {
     let numbers = |arg: clap::Arg| match arg.get_long() {
         Some(_) if arg.get_action().takes_values() => arg.allow_negative_numbers(true),
         _ => arg,
     };
     let command = Cli::command().mut_args(numbers);
     let matches = command.mut_subcommands(|c| c.mut_args(numbers)).try_get_matches();
-    matches.and_then(|matches| Cli::from_arg_matches(&matches)).unwrap_or_else(|error| {
-        let_the_first_speak();
-        error.exit()
-    })
+    matches.and_then(|matches| Cli::from_arg_matches(&matches))
 }
 
 /// From here on an interrupt ends the program cleanly: finished files stay whole, and nothing unfinished is left.

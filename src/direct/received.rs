@@ -8,7 +8,6 @@
 //! Not handled: emitters that are no luminaires, whose light hemisphere rays sample.
 
 use glam::{DVec3, Vec2};
-use rayon::prelude::*;
 
 use crate::direct::Lights;
 use crate::direct::emitters::occlusion::Occlusion;
@@ -253,8 +252,7 @@ impl Lights {
         };
         let memory = || (Scratch::default(), vec![DVec3::ZERO; count]);
         let share = team::share(self.patches.len(), |_| 1.0);
-        let received = share.range.clone().into_par_iter().map_init(memory, one).collect();
-        let all: Vec<(Rgb, Vec<Rgb>, u64)> = share.gather(received);
+        let all: Vec<(Rgb, Vec<Rgb>, u64)> = share.map(memory, one);
         PatchSums {
             total: all.iter().map(|own| own.0).collect(),
             emitters: (0..self.emitters().names().len()).map(|e| all.iter().map(|own| own.1[e]).collect()).collect(),

@@ -104,23 +104,18 @@ impl ImportancePaths {
             let own = &self.starts[k];
             f64::from(own.paths(after) - own.paths(before))
         });
-        let added: Vec<(Vec<Path>, u64)> = share
-            .range
-            .clone()
-            .into_par_iter()
-            .map_init(Memory::default, |memory, start| {
-                let own = &self.starts[start];
-                memory.scratch.cast = 0;
-                let path = |n: u32| {
-                    let random = Stream::new(hash(n, hash(own.pixel, seed)));
-                    let vertices = tracer.trace(own.pixel as usize, random, memory);
-                    Path { start: start as u32, vertices }
-                };
-                let paths = (own.paths(before)..own.paths(after)).map(path).collect();
-                (paths, memory.scratch.cast)
-            })
-            .collect();
-        for (paths, cast) in share.gather(added) {
+        let added: Vec<(Vec<Path>, u64)> = share.map(Memory::default, |memory, start| {
+            let own = &self.starts[start];
+            memory.scratch.cast = 0;
+            let path = |n: u32| {
+                let random = Stream::new(hash(n, hash(own.pixel, seed)));
+                let vertices = tracer.trace(own.pixel as usize, random, memory);
+                Path { start: start as u32, vertices }
+            };
+            let paths = (own.paths(before)..own.paths(after)).map(path).collect();
+            (paths, memory.scratch.cast)
+        });
+        for (paths, cast) in added {
             self.paths.extend(paths);
             self.rays += cast;
         }

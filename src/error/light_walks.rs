@@ -24,7 +24,6 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 
 use crate::error::deadline::is_over;
 use crate::light::Transport;
@@ -121,9 +120,7 @@ pub(crate) fn walked_powers(scene: &Scene, rays: &Rays, transport: Transport, go
         for first in (batches.len() as u32..wanted).step_by(step as usize) {
             let end = wanted.min(first + step);
             let share = team::share((end - first) as usize, |_| 1.0);
-            let own = share.range.clone().into_par_iter();
-            let more: Vec<_> = own.map(|k| walks.batch(first + k as u32, goal)).collect();
-            for batch in share.gather(more) {
+            for batch in share.map(|| (), |(), k| walks.batch(first + k as u32, goal)) {
                 if goal.emitters.are_apart() {
                     apart.add(&batch);
                 }

@@ -10,8 +10,6 @@
 //!
 //! Not handled: indirect light that is uneven within a patch.
 
-use rayon::prelude::*;
-
 use crate::error::halves::Halves;
 use crate::light::team;
 use crate::rays::sobol::{Sobol, Stream, hash};
@@ -44,8 +42,7 @@ pub(crate) fn nearest_read(view: &View, fields: &Fields, seed: u32) -> (Vec<f32>
         (widths as f32 * width, memory.scratch.cast - before)
     };
     let share = team::share(view.patches.len(), |_| 1.0);
-    let all = share.range.clone().into_par_iter().map_init(Memory::default, of).collect();
-    let (nearest, cast): (Vec<f32>, Vec<u64>) = share.gather(all).into_iter().unzip();
+    let (nearest, cast): (Vec<f32>, Vec<u64>) = share.map(Memory::default, of).into_iter().unzip();
     let nearest = if nearest.iter().all(|near| *near == 0.0) { Vec::new() } else { nearest };
     (nearest, cast.iter().sum())
 }

@@ -152,7 +152,7 @@ pub(crate) fn add_samples_of_bright(
     let cast = samples[own.clone()].par_iter_mut().zip(own).map(|(samples, k)| (k, samples));
     let cast: u64 = cast.map_init(Memory::default, add).sum();
     share.gather_at(samples, |k| k);
-    team::all(cast).iter().sum()
+    team::sum(cast)
 }
 
 /// A sample of the light that leaves a point of patch k as it was cut.

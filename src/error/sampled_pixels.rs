@@ -18,10 +18,9 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::error::deadline::would_be_over;
-use crate::error::importance_paths::{ImportancePaths, Path};
+use crate::error::importance_paths::ImportancePaths;
 use crate::error::residual::error;
 use crate::light::team;
 use crate::patches::Patches;
@@ -251,12 +250,11 @@ impl Batch {
 
     /// Measures the paths that were not measured yet.
     fn measure(&mut self, patches: &Patches, fields: &Fields) {
-        let own = |path: &Path| (path.start as usize, error(path, patches, fields));
         let paths = &self.paths.paths[self.measured..];
-        let share = team::share(paths.len(), |_| 1.0);
-        let errors: Vec<(usize, DVec3)> = paths[share.range.clone()].par_iter().map(own).collect();
+        let own = |(): &mut (), k: usize| (paths[k].start as usize, error(&paths[k], patches, fields));
+        let errors = team::share(paths.len(), |_| 1.0).map(|| (), own);
         // In order: the sums are the same for any number of threads.
-        for (start, error) in share.gather(errors) {
+        for (start, error) in errors {
             self.sums[start].errors += error;
             self.sums[start].squares += error.length_squared();
         }

@@ -7,8 +7,6 @@
 //!
 //! Not handled: numbers of rays that follow from an error; callers give them.
 
-use rayon::prelude::*;
-
 use crate::form_factors::sparse::Rows;
 use crate::light::team;
 use crate::patches::Patches;
@@ -149,18 +147,13 @@ pub fn cast_counts(
         (rows.collect::<Vec<_>>(), Vec::new())
     };
     let share = team::share(patches.len(), |i| f64::from(count(i)));
-    let rows: Vec<Vec<CastRow>> = share
-        .range
-        .clone()
-        .into_par_iter()
-        .map_init(scratch, |(sums, hits), i| {
-            tick(1);
-            caster.row(i, count(i), &needed, sums, hits)
-        })
-        .collect();
+    let rows: Vec<Vec<CastRow>> = share.map(scratch, |(sums, hits), i| {
+        tick(1);
+        caster.row(i, count(i), &needed, sums, hits)
+    });
     let sources = (0..patches.len()).filter(|&i| needed.iter().any(|v| v.rows[i]));
     let cast = sources.map(|i| u64::from(count(i))).sum();
-    (distribute(variants, share.gather(rows)), cast)
+    (distribute(variants, rows), cast)
 }
 
 fn needs_rays(v: &Variant) -> bool {

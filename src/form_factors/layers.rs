@@ -81,8 +81,7 @@ pub fn cast_layers(
         row
     };
     let share = team::share(patches.len(), |_| 1.0);
-    let rows = share.range.clone().into_par_iter().map_init(Vec::new, row).collect();
-    let rows: Vec<Row> = share.gather(rows);
+    let rows: Vec<Row> = share.map(Vec::new, row);
     let sources = (0..rows.len()).filter(|&i| needed(i)).count();
     let depths = rows.iter().flat_map(|r| &r.crossings).map(|c| c.depth);
     let layers = Layers { deepest: depths.max().unwrap_or(0), rows, rays: count };

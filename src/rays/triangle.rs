@@ -15,7 +15,7 @@ use glam::{Vec3, Vec3A, Vec3Swizzles};
 use obvhs::aabb::Aabb;
 
 /// One meeting of a ray and a face.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Distance along the ray, unit coordinates.
     pub t: f32,

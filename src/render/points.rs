@@ -167,9 +167,7 @@ impl SensorRound<'_> {
 
     fn sense_all(&self, points: &[usize]) -> Sensed {
         let share = team::share(points.len(), |_| 1.0);
-        let own = points[share.range.clone()].par_iter();
-        let own = own.map_init(Memory::default, |memory, &k| self.sense(k, memory)).collect();
-        let found: Vec<(Irradiance, usize)> = share.gather(own);
+        let found = share.map(Memory::default, |memory, k| self.sense(points[k], memory));
         let rays = found.iter().map(|(found, _)| found.rays).sum();
         Sensed { found, rays }
     }

@@ -4,8 +4,6 @@
 //! in double precision first; the rows with pairs of too many facets, or whose quadrature was stopped, by rays. Where
 //! there is a sky, each row ends with the share of rays that leave the scene, found by rays.
 
-use rayon::prelude::*;
-
 use crate::form_factors::{Bodies, Estimate, Method, Sampler, Tolerance};
 use crate::light::team;
 use crate::rays::Rays;
@@ -120,15 +118,13 @@ pub fn factors(scene: &Scene, tau: &[f32], settings: &FactorSettings, watch: &dy
     let (n, columns) = (scene.solid_objects(), scene.objects.len());
     let bodies = Bodies::new(scene, tau);
     watch.begin("form factors", (n * columns) as u64);
-    let pair = |k: usize| {
+    let pair = |(): &mut (), k: usize| {
         let (from, to) = (k / columns, k % columns);
         let found = if to < n { bodies.factor(from, to, &tolerance, WORK / (n * n)) } else { None };
         watch.tick(1);
         found
     };
-    let share = team::share(n * columns, |_| 1.0);
-    let own = share.range.clone().into_par_iter().map(pair).collect();
-    let exact: Vec<Option<(Estimate, Method)>> = share.gather(own);
+    let exact: Vec<Option<(Estimate, Method)>> = team::share(n * columns, |_| 1.0).map(|| (), pair);
     let most = f64::from(RAYS.1);
     let missing: Vec<bool> = exact
         .iter()

@@ -8,6 +8,7 @@ use glam::{DVec3, Vec3};
 
 use crate::direct::emitters::emission_tree::EmissionMoments;
 use crate::direct::emitters::luminaire_texture::{SeenPart, UnevenEmission};
+use crate::form_factors::hull::bounds;
 use crate::form_factors::lambert::Outline;
 use crate::form_factors::plane::sees_front;
 use crate::form_factors::point_to_polygon;
@@ -50,12 +51,11 @@ pub(crate) struct Around {
 
 impl Around {
     fn new(triangles: &[EmittingTriangle]) -> Around {
-        let corners = || triangles.iter().flat_map(|t| t.corners);
-        let low = corners().fold(Vec3::INFINITY, Vec3::min);
-        let middle = 0.5 * (low + corners().fold(Vec3::NEG_INFINITY, Vec3::max));
+        let (low, high) = bounds(triangles.iter().flat_map(|t| t.exact));
+        let middle = 0.5 * (low.as_vec3() + high.as_vec3());
         let first = triangles.first().map_or(DVec3::Z, |t| t.normal);
         let is_flat = triangles.iter().all(|t| t.normal.dot(first) > FLAT);
-        let radius = corners().map(|p| p.distance(middle)).fold(0.0, f32::max);
+        let radius = triangles.iter().flat_map(|t| t.corners).map(|p| p.distance(middle)).fold(0.0, f32::max);
         Around { middle, radius, normal: is_flat.then_some(first.as_vec3()) }
     }
 }

@@ -36,7 +36,7 @@ const PARTS: u32 = 64;
 const APART: f64 = 0.01;
 
 /// A point that a camera ray sees.
-#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct SeenPoint {
     /// The number of the ray within its half.
     pub index: u32,

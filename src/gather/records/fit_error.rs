@@ -19,7 +19,6 @@
 //! Not handled: errors in fewer layers than are likely to be drawn.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::error::SquaredError;
 use crate::error::halves::Halves;
@@ -175,10 +174,7 @@ impl IrradianceCache<'_> {
             let fits = (0..pixels[k].layers.len()).filter(|l| !self.alone[self.starts[k] + l]);
             fits.map(|l| self.layer_fit(fitted, &pixels[k], [k, l])).collect()
         };
-        let share = team::share(pixels.len(), |_| 1.0);
-        let own = share.range.clone().into_par_iter();
-        let own = own.map_init(Default::default, of_pixel).flatten_iter().collect();
-        share.gather(own)
+        team::share(pixels.len(), |_| 1.0).map(Fitted::default, of_pixel).into_iter().flatten().collect()
     }
 
     /// One in so many pixels is evaluated: errors larger than a few pixels show in some of them.

@@ -3,7 +3,6 @@
 //! Not handled: where to place records and how many rays they get ([`crate::gather::records::record_rounds`]).
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::error::halves::Halves;
 use crate::gather::gathered::{GatherError, Gathered, GatheredLayer};
@@ -47,14 +46,11 @@ impl IndirectLight {
     /// One pixel in `step`, in every row and column; the others stay dark.
     pub fn new(pixels: &[Pixel], cache: &IrradianceCache, step: usize) -> IndirectLight {
         let width = cache.width();
-        let reflected = |fitted: &mut Fitted, (k, pixel): (usize, &Pixel)| {
+        let reflected = |fitted: &mut Fitted, k: usize| {
             let chosen = skewed(k, width) % step == step / 2;
-            if chosen { indirect(k, pixel, cache, fitted) } else { PixelIndirect::default() }
+            if chosen { indirect(k, &pixels[k], cache, fitted) } else { PixelIndirect::default() }
         };
-        let share = team::share(pixels.len(), |_| 1.0);
-        let own = pixels[share.range.clone()].par_iter().zip(share.range.clone());
-        let own = own.map_init(Default::default, |fitted, (pixel, k)| reflected(fitted, (k, pixel))).collect();
-        let pixels = share.gather(own);
+        let pixels = team::share(pixels.len(), |_| 1.0).map(Fitted::default, reflected);
         IndirectLight { pixels, picture_fields: cache.picture_fields, misfit: 0.0 }
     }
 
@@ -81,10 +77,12 @@ impl IndirectLight {
             pixel.ambient = light.ambient;
         }
         refine(camera_rays, pixels, plan, |pixels, extended| {
-            let again = |fitted: &mut _, &k: &u32| indirect(k as usize, &pixels[k as usize], cache, fitted);
-            let share = team::share(extended.len(), |_| 1.0);
-            let own = extended[share.range.clone()].par_iter().map_init(Default::default, again).collect();
-            for (&k, light) in extended.iter().zip(share.gather::<PixelIndirect>(own)) {
+            let again = |fitted: &mut Fitted, i: usize| {
+                let k = extended[i] as usize;
+                indirect(k, &pixels[k], cache, fitted)
+            };
+            let light = team::share(extended.len(), |_| 1.0).map(Fitted::default, again);
+            for (&k, light) in extended.iter().zip(light) {
                 pixels[k as usize].ambient = light.ambient;
                 self.pixels[k as usize] = light;
             }

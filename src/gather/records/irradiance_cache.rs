@@ -222,7 +222,7 @@ impl<'a> IrradianceCache<'a> {
         if let (Some(guiding), Some(before)) = (&self.guiding, before) {
             guiding.gather_since(before);
         }
-        self.cast += team::all(added).iter().sum::<u64>();
+        self.cast += team::sum(added);
     }
 
     /// Sets value, valid radius and weight of the records after `first`.

@@ -16,6 +16,7 @@ use std::ops::Range;
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
+use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -116,6 +117,11 @@ pub(crate) fn all<T: Serialize + DeserializeOwned>(own: T) -> Vec<T> {
     }
 }
 
+/// The sum of what every process has.
+pub(crate) fn sum(own: u64) -> u64 {
+    all(own).iter().sum()
+}
+
 /// The range of a loop that this process takes.
 #[must_use]
 pub(crate) struct Share {
@@ -181,8 +187,19 @@ impl Share {
         Share { range: self.range.start * length..self.range.end * length, ..self }
     }
 
+    /// What `work` finds for each thing of the loop, in its order, by all threads of all processes; `memory` is what a
+    /// thread uses again.
+    pub fn map<M, T: Serialize + DeserializeOwned + Send>(
+        self,
+        memory: impl Fn() -> M + Sync + Send,
+        work: impl Fn(&mut M, usize) -> T + Sync + Send,
+    ) -> Vec<T> {
+        let own = self.range.clone().into_par_iter().map_init(memory, work).collect();
+        self.gather(own)
+    }
+
     /// What all processes found, in the order of the loop.
-    pub fn gather<T: Serialize + DeserializeOwned>(self, own: Vec<T>) -> Vec<T> {
+    fn gather<T: Serialize + DeserializeOwned>(self, own: Vec<T>) -> Vec<T> {
         match team() {
             None => own,
             Some(team) => self.exchange::<Vec<T>, _>(team, &own).into_iter().flatten().collect(),
