@@ -3,6 +3,7 @@
 
 use std::fmt::{Display, Write as _};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 use serde::Serialize;
@@ -15,8 +16,9 @@ use crate::export::kept::KeptMode;
 use crate::export::{Array, Values, csr, write_npz};
 use crate::form_factors::{Closure, closure};
 use crate::light::Transport;
+use crate::operator::Whole;
 use crate::pictures::{Exposure, Table, make_directory};
-use crate::render::{Fineness, Solver, usable_memory};
+use crate::render::{Discretization, Fineness, Solver, usable_memory};
 use crate::scene::Scene;
 use crate::study::{FactorMatrix, FactorSettings, FactorTable, How, PatchFactors, factors, patch_factors};
 
@@ -211,6 +213,8 @@ fn of_patches(
 ) -> Result<(), CliError> {
     let solver = Kept::with(kept.as_ref(), Solver::new(scene));
     let p = solver.cut(fineness.patches);
+    // One file has all rows.
+    let p = Discretization { rows: Arc::new(Whole(Arc::clone(&p.rows))), ..p };
     let sampling = fineness.sampling(common.seed);
     if let Some(kept) = &kept {
         kept.check(&p, &[transport], &sampling, console)?;

@@ -8,7 +8,7 @@
 //! Not handled: numbers of rays that follow from an error; callers give them.
 
 use crate::form_factors::sparse::Rows;
-use crate::light::team;
+use crate::light::team::{self, Owners};
 use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::cosine_direction;
@@ -63,6 +63,18 @@ pub struct FormFactors {
     pub row_sums: Vec<Option<f32>>,
 }
 
+impl FormFactors {
+    /// F of n patches of which none sends or none receives.
+    pub fn none(n: usize) -> FormFactors {
+        FormFactors { rows: Rows::empty(n), row_sums: vec![None; n] }
+    }
+
+    /// The same with all rows here ([`Rows::whole`]).
+    pub fn whole(self) -> FormFactors {
+        FormFactors { rows: self.rows.whole(), ..self }
+    }
+}
+
 /// Accumulates one row of one variant.
 struct Accumulator {
     weights: Vec<f64>,
@@ -106,7 +118,7 @@ impl Accumulator {
     }
 }
 
-#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Default)]
 struct CastRow {
     columns: Vec<u32>,
     values: Vec<f32>,
@@ -146,30 +158,31 @@ pub fn cast_counts(
         let rows = needed.iter().map(|_| Accumulator::new(patches.len()));
         (rows.collect::<Vec<_>>(), Vec::new())
     };
-    let share = team::share(patches.len(), |i| f64::from(count(i)));
-    let rows: Vec<Vec<CastRow>> = share.map(scratch, |(sums, hits), i| {
+    let share = team::share_to_keep(patches.len(), |i| f64::from(count(i)));
+    let (owners, rows) = share.keep(scratch, |(sums, hits), i| {
         tick(1);
         caster.row(i, count(i), &needed, sums, hits)
     });
     let sources = (0..patches.len()).filter(|&i| needed.iter().any(|v| v.rows[i]));
     let cast = sources.map(|i| u64::from(count(i))).sum();
-    (distribute(variants, rows), cast)
+    (distribute(variants, &owners, rows), cast)
 }
 
 fn needs_rays(v: &Variant) -> bool {
     v.columns.contains(&true) && v.rows.contains(&true)
 }
 
-/// F of every variant from the rows of those that need rays, patch by patch.
-fn distribute(variants: &[Variant], mut rows: Vec<Vec<CastRow>>) -> Vec<FormFactors> {
+/// F of every variant from the rows of those that need rays, patch by patch, each kept where it was cast.
+fn distribute(variants: &[Variant], owners: &Owners, mut rows: Vec<Vec<CastRow>>) -> Vec<FormFactors> {
     let mut needed = 0..;
     let of_variant = |v: &Variant| {
-        let k = needs_rays(v).then(|| needed.next()).flatten();
-        let take = |row: &mut Vec<CastRow>| k.map_or_else(CastRow::default, |k: usize| std::mem::take(&mut row[k]));
-        let own: Vec<CastRow> = rows.iter_mut().map(take).collect();
+        let Some(k) = needs_rays(v).then(|| needed.next()).flatten() else { return FormFactors::none(owners.len()) };
+        let own: Vec<CastRow> = rows.iter_mut().map(|row: &mut Vec<CastRow>| std::mem::take(&mut row[k])).collect();
+        // Not a number stands for rows without rays, which processes hand each other as any other.
+        let sums = own.iter().map(|row| row.sum.unwrap_or(f32::NAN)).collect();
         FormFactors {
-            row_sums: own.iter().map(|row| row.sum).collect(),
-            rows: Rows::from_rows(own.into_iter().map(|row| (row.columns, row.values)).collect()),
+            row_sums: owners.join_numbers(sums, 1).into_iter().map(|sum| (!sum.is_nan()).then_some(sum)).collect(),
+            rows: Rows::of_part(owners.clone(), own.into_iter().map(|row| (row.columns, row.values)).collect()),
         }
     };
     variants.iter().map(of_variant).collect()

@@ -124,20 +124,20 @@ impl Columns {
 impl Rows {
     /// `F x` of many columns; the same bits for any number of threads, and for each column those of [`Rows::product`].
     pub fn product_of_columns(&self, x: &Columns) -> Columns {
-        let mut product = Columns::zeros(self.len(), x.count);
-        for (k, (x, out)) in x.panels.iter().zip(&mut product.panels).enumerate() {
-            match width((product.count - k * PANEL).min(PANEL)) {
-                4 => self.panel_product::<4>(x, out),
-                16 => self.panel_product::<16>(x, out),
-                32 => self.panel_product::<32>(x, out),
-                _ => self.panel_product::<PANEL>(x, out),
-            }
-        }
-        product
+        let panel = |(k, panel): (usize, &Vec<f32>)| match width((x.count - k * PANEL).min(PANEL)) {
+            4 => self.panel_product::<4>(panel),
+            16 => self.panel_product::<16>(panel),
+            32 => self.panel_product::<32>(panel),
+            _ => self.panel_product::<PANEL>(panel),
+        };
+        let panels = x.panels.iter().enumerate().map(panel).collect();
+        Columns { patches: self.len(), count: x.count, panels }
     }
 
-    fn panel_product<const W: usize>(&self, x: &[f32], out: &mut [f32]) {
-        multiply::<W, [f32; W]>(self, x.as_chunks().0, out.as_chunks_mut().0);
+    fn panel_product<const W: usize>(&self, x: &[f32]) -> Vec<f32> {
+        let mut own = vec![0.0; W * self.own().len()];
+        multiply::<W, [f32; W]>(self, x.as_chunks().0, own.as_chunks_mut().0);
+        self.owners().join_numbers(own, W)
     }
 }
 

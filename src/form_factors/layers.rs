@@ -22,16 +22,22 @@ use rayon::prelude::*;
 
 use crate::form_factors::cast::{Caster, Progress, Sampling, Variant};
 use crate::form_factors::sparse::Rows;
-use crate::light::team;
+use crate::light::team::{self, Owners};
 use crate::patches::Patches;
 use crate::rays::{Hit, Ray, Rays};
 
-/// The crossings of one cast of rays, from which `F^t` is made for any t.
+/// The crossings of one cast of rays, from which `F^t` is made for any t; where several processes share a solve, each
+/// keeps those of some patches.
 #[derive(Clone, Debug)]
 pub struct Layers {
+    owners: Owners,
+    /// Of the patches kept here.
     rows: Vec<Row>,
     rays: u32,
     deepest: u32,
+    /// Crossings of all patches, wherever they are kept, and columns of all rows.
+    crossings: usize,
+    columns: usize,
 }
 
 /// The crossings of the rays of one patch.
@@ -80,12 +86,9 @@ pub fn cast_layers(
         }
         row
     };
-    let share = team::share(patches.len(), |_| 1.0);
-    let rows: Vec<Row> = share.map(Vec::new, row);
-    let sources = (0..rows.len()).filter(|&i| needed(i)).count();
-    let depths = rows.iter().flat_map(|r| &r.crossings).map(|c| c.depth);
-    let layers = Layers { deepest: depths.max().unwrap_or(0), rows, rays: count };
-    (layers, sources as u64 * u64::from(count))
+    let (owners, rows) = team::share_to_keep(patches.len(), |_| 1.0).keep(Vec::new, row);
+    let sources = (0..patches.len()).filter(|&i| needed(i)).count();
+    (Layers::new(owners, rows, count), sources as u64 * u64::from(count))
 }
 
 impl Row {
@@ -181,7 +184,24 @@ pub struct LayerNumbers {
 }
 
 impl Layers {
-    /// All crossings as numbers.
+    /// All processes are to call it together, each with its own rows.
+    fn new(owners: Owners, rows: Vec<Row>, rays: u32) -> Layers {
+        let deepest = rows.iter().flat_map(|row| &row.crossings).map(|c| c.depth).max().unwrap_or(0);
+        let sum = |own: fn(&Row) -> usize| owners.sum(rows.iter().map(own).sum::<usize>() as u64) as usize;
+        let (crossings, columns) = (sum(|row| row.crossings.len()), sum(|row| row.columns.len()));
+        Layers { deepest: owners.largest(deepest), owners, rows, rays, crossings, columns }
+    }
+
+    /// The crossings of all patches here; all processes are to call it together.
+    pub fn whole(self) -> Layers {
+        if self.owners.is_everyone() {
+            return self;
+        }
+        let rows = team::all(self.rows).into_iter().flatten().collect();
+        Layers { owners: Owners::everyone(self.owners.len()), rows, ..self }
+    }
+
+    /// All crossings kept here as numbers.
     pub fn numbers(&self) -> LayerNumbers {
         let crossings = || self.rows.iter().flat_map(|row| &row.crossings);
         LayerNumbers {
@@ -221,13 +241,12 @@ impl Layers {
             inside.then(|| Row { columns: own.to_vec(), ends: own_ends.to_vec(), crossings })
         };
         let rows: Vec<Row> = columns_of.iter().zip(rays_of).map(row).collect::<Option<_>>()?;
-        let deepest = depths.iter().copied().max().unwrap_or(0);
-        (first == all).then_some(Layers { rows, rays: *rays, deepest })
+        (first == all).then(|| Layers::new(Owners::everyone(count), rows, *rays))
     }
 
     /// The crossings of some rows with some columns.
     pub fn restricted(&self, rows: &[bool], columns: &[bool]) -> Layers {
-        let part = |(i, row): (usize, &Row)| {
+        let part = |(i, row): (usize, &Row)| -> Row {
             let mut part = Row::default();
             for ray in row.rays().filter(|_| rows[i]) {
                 let before = part.crossings.len();
@@ -240,19 +259,18 @@ impl Layers {
             part.number_columns();
             part
         };
-        let rows: Vec<Row> = self.rows.par_iter().enumerate().map(part).collect();
-        let depths = rows.iter().flat_map(|r| &r.crossings).map(|c| c.depth);
-        Layers { deepest: depths.max().unwrap_or(0), rows, rays: self.rays }
+        let own = self.owners.own().into_par_iter().zip(&self.rows);
+        Layers::new(self.owners.clone(), own.map(part).collect(), self.rays)
     }
 
-    /// Crossings kept.
+    /// Crossings kept, by all processes together.
     pub fn crossings(&self) -> usize {
-        self.rows.iter().map(|r| r.crossings.len()).sum()
+        self.crossings
     }
 
     /// Columns of all rows together.
     pub fn columns(&self) -> usize {
-        self.rows.iter().map(|r| r.columns.len()).sum()
+        self.columns
     }
 
     /// Surfaces crossed before the deepest of them.
@@ -291,6 +309,6 @@ impl Layers {
             entries.filter(|(_, v)| **v > 0.0).map(|(&j, &v)| (j, (v * share) as f32)).unzip()
         };
         let rows = self.rows.par_iter().map_init(Vec::new, row);
-        Rows::from_rows(rows.collect())
+        Rows::of_part(self.owners.clone(), rows.collect())
     }
 }

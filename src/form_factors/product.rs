@@ -57,18 +57,19 @@ impl Rows {
     /// `F x` for all components at once, row-parallel where there is enough to do; the same bits for any number of
     /// threads.
     pub fn product(&self, x: &[Vec4]) -> Vec<Vec4> {
-        let mut product = vec![Vec4::ZERO; self.len()];
+        let mut product = vec![Vec4::ZERO; self.own().len()];
         multiply(self, x, &mut product);
-        product
+        self.owners().join(product, Vec4::to_array, Vec4::from_array)
     }
 }
 
-/// `F x` into `out`, which has one entry a row; row-parallel where there is enough to do.
+/// `F x` into `out`, which has one entry for each row that is kept here; row-parallel where there is enough to do.
 pub(crate) fn multiply<const W: usize, N: Numbers<W>>(f: &Rows, x: &[N], out: &mut [N]) {
     heed_interrupt();
     let arch = Arch::new();
-    let chunk = |(k, out)| arch.dispatch(Chunk::<W, N> { f, x, first: k * CHUNK, out });
-    if f.entries() * W / 4 < ALONE {
+    let first = f.own().start;
+    let chunk = |(k, out)| arch.dispatch(Chunk::<W, N> { f, x, first: first + k * CHUNK, out });
+    if f.parts().2.len() * W / 4 < ALONE {
         out.chunks_mut(CHUNK).enumerate().for_each(chunk);
     } else {
         out.par_chunks_mut(CHUNK).enumerate().for_each(chunk);

@@ -1,14 +1,36 @@
-//! Sparse rows (compressed row storage) of f32 with u32 columns.
+//! Sparse rows (compressed row storage) of f32 with u32 columns, all here or each with the process that found it.
 //!
 //! Products accumulate in f32 over short runs and in f64 between them, so that the relative rounding error of a
-//! non-negative row stays below [`Rows::ROUNDING`] however long the row. Not handled: the products themselves.
+//! non-negative row stays below [`Rows::ROUNDING`] however long the row.
+//!
+//! Where several processes share a solve, each keeps the rows of some patches, one after the other, and so much of the
+//! matrix as a [part](Rows::of_part): a product multiplies these and hands them round, and rows of the transposed matrix
+//! lie where their patches are. Not handled: the products themselves.
+
+use std::ops::Range;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::light::team::{self, Owners};
 
 /// A sparse matrix of non-negative f32 by rows, columns ascending.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
+    /// Who keeps which of the rows.
+    owners: Owners,
+    /// Entries of all rows, wherever they are kept.
+    entries: usize,
+    /// Of the rows kept here.
     starts: Vec<usize>,
+    columns: Vec<u32>,
+    values: Vec<f32>,
+}
+
+/// Some rows on their way to another process: their lengths, and the entries of all.
+#[derive(Default, Serialize, Deserialize)]
+struct Sent {
+    lengths: Vec<u32>,
     columns: Vec<u32>,
     values: Vec<f32>,
 }
@@ -24,7 +46,21 @@ impl Rows {
     /// Joins rows given as (columns ascending, values).
     pub fn from_rows(rows: Vec<(Vec<u32>, Vec<f32>)>) -> Rows {
         let entries = rows.iter().map(|r| r.0.len()).sum();
+        Rows::joined(Owners::everyone(rows.len()), rows, entries)
+    }
+
+    /// The same of the rows that this process keeps; all processes are to call it together.
+    pub(crate) fn of_part(owners: Owners, own: Vec<(Vec<u32>, Vec<f32>)>) -> Rows {
+        let entries: usize = own.iter().map(|r| r.0.len()).sum();
+        let all = owners.sum(entries as u64) as usize;
+        Rows::joined(owners, own, all)
+    }
+
+    fn joined(owners: Owners, rows: Vec<(Vec<u32>, Vec<f32>)>, all: usize) -> Rows {
+        let entries = rows.iter().map(|r| r.0.len()).sum();
         let mut joined = Rows {
+            owners,
+            entries: all,
             starts: Vec::with_capacity(rows.len() + 1),
             columns: Vec::with_capacity(entries),
             values: Vec::with_capacity(entries),
@@ -43,7 +79,7 @@ impl Rows {
     pub fn from_parts(starts: Vec<usize>, columns: Vec<u32>, values: Vec<f32>) -> Option<Rows> {
         let count = starts.len().checked_sub(1)?;
         let bounds = starts[0] == 0 && starts[count] == columns.len() && columns.len() == values.len();
-        let rows = Rows { starts, columns, values };
+        let rows = Rows { owners: Owners::everyone(count), entries: values.len(), starts, columns, values };
         let is_row = |i: usize| {
             let (columns, values) = rows.row(i);
             let inside = columns.last().is_none_or(|&last| (last as usize) < count);
@@ -53,7 +89,7 @@ impl Rows {
         is_matrix.then_some(rows)
     }
 
-    /// Where the entries of each row start, the columns of all entries, and their values.
+    /// Where the entries of each row start, the columns of all entries, and their values; of the rows kept here.
     pub fn parts(&self) -> (&[usize], &[u32], &[f32]) {
         (&self.starts, &self.columns, &self.values)
     }
@@ -65,7 +101,37 @@ impl Rows {
             let entries = own.iter().zip(values).filter(|(j, _)| rows[i] && columns[**j as usize]);
             entries.map(|(j, value)| (*j, *value)).unzip()
         };
-        Rows::from_rows((0..self.len()).into_par_iter().map(own).collect())
+        Rows::of_part(self.owners.clone(), self.own().into_par_iter().map(own).collect())
+    }
+
+    /// Who keeps which of the rows.
+    pub(crate) fn owners(&self) -> &Owners {
+        &self.owners
+    }
+
+    /// The rows that this process keeps: all, unless several share a solve.
+    pub fn own(&self) -> Range<usize> {
+        self.owners.own()
+    }
+
+    /// The matrix with all its rows here; all processes are to call it together.
+    pub fn whole(self) -> Rows {
+        if self.owners.is_everyone() {
+            return self;
+        }
+        let own = self.sent(self.own());
+        Rows::from_rows(team::all(own).into_iter().flat_map(Sent::rows).collect())
+    }
+
+    /// Rows that are kept here, to be sent.
+    fn sent(&self, rows: Range<usize>) -> Sent {
+        let first = self.own().start;
+        let (from, to) = (self.starts[rows.start - first], self.starts[rows.end - first]);
+        Sent {
+            lengths: rows.map(|i| self.row(i).0.len() as u32).collect(),
+            columns: self.columns[from..to].to_vec(),
+            values: self.values[from..to].to_vec(),
+        }
     }
 
     /// `n` empty rows.
@@ -75,7 +141,7 @@ impl Rows {
 
     /// Number of rows.
     pub fn len(&self) -> usize {
-        self.starts.len() - 1
+        self.owners.len()
     }
 
     /// Whether there are no rows.
@@ -83,19 +149,23 @@ impl Rows {
         self.len() == 0
     }
 
-    /// Number of stored entries.
+    /// Number of stored entries, by all processes together.
     pub fn entries(&self) -> usize {
-        self.values.len()
+        self.entries
     }
 
-    /// Bytes of memory the matrix holds.
+    /// Bytes of memory the matrix holds here.
     pub fn bytes(&self) -> usize {
         8 * self.starts.len() + 8 * self.values.len()
     }
 
     /// Columns and values of row i.
+    ///
+    /// # Panics
+    /// If another process keeps it ([`Rows::own`], [`Rows::whole`]).
     pub fn row(&self, i: usize) -> (&[u32], &[f32]) {
-        let range = self.starts[i]..self.starts[i + 1];
+        let k = i - self.own().start;
+        let range = self.starts[k]..self.starts[k + 1];
         (&self.columns[range.clone()], &self.values[range])
     }
 
@@ -105,8 +175,31 @@ impl Rows {
         columns.binary_search(&j).map_or(0.0, |k| values[k])
     }
 
-    /// The transposed matrix.
+    /// The transposed matrix; its row j is kept where row j of this one is.
     pub fn transposed(&self) -> Rows {
+        let own = self.own_transposed();
+        if self.owners.is_everyone() {
+            return own;
+        }
+        let to_each = self.owners.ranges().map(|range| own.sent(range));
+        let found = team::hand_out(to_each.collect());
+        drop(own);
+        // Rows of this matrix ascend with the ranks, and so do columns of that one.
+        let mut from_each: Vec<_> = found.into_iter().map(|sent| sent.rows().into_iter()).collect();
+        let join = |_| {
+            let mut row = (Vec::new(), Vec::new());
+            for (columns, values) in from_each.iter_mut().filter_map(Iterator::next) {
+                row.0.extend(columns);
+                row.1.extend(values);
+            }
+            row
+        };
+        let rows = self.own().map(join).collect();
+        Rows::joined(self.owners.clone(), rows, self.entries)
+    }
+
+    /// The rows kept here, transposed: all its rows are here, too.
+    fn own_transposed(&self) -> Rows {
         let n = self.len();
         let mut starts = vec![0usize; n + 1];
         for &j in &self.columns {
@@ -118,7 +211,7 @@ impl Rows {
         let mut next = starts.clone();
         let mut columns = vec![0; self.columns.len()];
         let mut values = vec![0.0; self.values.len()];
-        for i in 0..n {
+        for i in self.own() {
             let (row, f) = self.row(i);
             for (&j, &f) in row.iter().zip(f) {
                 let k = &mut next[j as usize];
@@ -127,7 +220,15 @@ impl Rows {
                 *k += 1;
             }
         }
-        Rows { starts, columns, values }
+        Rows { owners: Owners::everyone(n), entries: values.len(), starts, columns, values }
+    }
+}
+
+impl Sent {
+    fn rows(self) -> Vec<(Vec<u32>, Vec<f32>)> {
+        let (mut columns, mut values) = (self.columns.into_iter(), self.values.into_iter());
+        let row = |&n: &u32| (columns.by_ref().take(n as usize).collect(), values.by_ref().take(n as usize).collect());
+        self.lengths.iter().map(row).collect()
     }
 }
 

@@ -21,6 +21,8 @@ use crate::scene::Scene;
 pub struct Operator {
     f: Rows,
     transposed: OnceLock<Rows>,
+    /// F transposed with all its rows, where `f` is a part.
+    whole_transposed: OnceLock<Rows>,
     rho: Vec<Rgb>,
     alpha: Vec<f32>,
     areas: Vec<f64>,
@@ -100,6 +102,7 @@ impl Operator {
         Operator {
             f: f.rows,
             transposed: OnceLock::new(),
+            whole_transposed: OnceLock::new(),
             rho: materials.rho,
             alpha: materials.alpha,
             areas,
@@ -150,7 +153,7 @@ impl Operator {
         self.rho.is_empty()
     }
 
-    /// F as stored.
+    /// F as stored; where several processes share a solve, the rows that this one keeps ([`Rows::whole`]).
     pub fn form_factors(&self) -> &Rows {
         &self.f
     }
@@ -169,6 +172,13 @@ impl Operator {
     /// F transposed, its row j what patch j sends; made on first use.
     pub fn transposed(&self) -> &Rows {
         self.transposed.get_or_init(|| self.f.transposed())
+    }
+
+    /// The same with all its rows, wherever those of F are kept; all processes are to call it together.
+    pub fn whole_transposed(&self) -> &Rows {
+        let transposed = self.transposed();
+        let is_whole = transposed.own().len() == transposed.len();
+        if is_whole { transposed } else { self.whole_transposed.get_or_init(|| transposed.clone().whole()) }
     }
 }
 
@@ -228,9 +238,10 @@ impl Operator {
     pub fn blocks(&self, c: usize) -> CsMat<Matrix2<f32>> {
         let n = self.len();
         let mut k = TriMat::new((n, n));
+        let f = self.f.clone().whole();
         for i in 0..n {
             let matrix = reflectance(self.rho[i][c], self.alpha[i]);
-            let (columns, values) = self.form_factors().row(i);
+            let (columns, values) = f.row(i);
             for (&j, &f) in columns.iter().zip(values) {
                 k.add_triplet(i, j as usize, f * matrix);
             }

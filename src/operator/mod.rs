@@ -17,5 +17,5 @@ pub(crate) mod spectrum;
 
 pub use factored::{EmitterLight, Operator, PatchMaterials};
 pub use linear::{LinearOperator, LitPatches, Source, WithSource};
-pub use row_source::{Cast, RowSource, Wanted};
+pub use row_source::{Cast, RowSource, Wanted, Whole};
 pub use spectrum::{Bounds, Product, Spectrum, SpectrumEffort, operator_norm, spectrum, spectrum_of};

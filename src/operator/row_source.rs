@@ -6,7 +6,10 @@
 //!
 //! Not handled: keeping anything (`export::kept`, with the feature `export`).
 
+use std::sync::Arc;
+
 use crate::form_factors::{FormFactors, Layers, Progress, Sampling, Variant, cast_counts, cast_layers};
+use crate::light::team;
 use crate::patches::Patches;
 use crate::surfaces::Geometry;
 
@@ -35,6 +38,30 @@ pub trait RowSource: Send + Sync {
 
     /// Whether it takes no ray.
     fn knows(&self, wanted: &Wanted) -> bool;
+
+    /// The largest share of all rows that one process keeps: 1, unless several share a solve and each keeps its own.
+    fn kept_share(&self) -> f64 {
+        1.0
+    }
+}
+
+/// All rows of a source, with every process.
+pub struct Whole(pub Arc<dyn RowSource>);
+
+impl RowSource for Whole {
+    fn rows(&self, wanted: &Wanted) -> (Vec<FormFactors>, u64) {
+        let (found, rays) = self.0.rows(wanted);
+        (found.into_iter().map(FormFactors::whole).collect(), rays)
+    }
+
+    fn layers(&self, wanted: &Wanted) -> (Layers, u64) {
+        let (found, rays) = self.0.layers(wanted);
+        (found.whole(), rays)
+    }
+
+    fn knows(&self, wanted: &Wanted) -> bool {
+        self.0.knows(wanted)
+    }
 }
 
 /// Casts all rays.
@@ -53,5 +80,8 @@ impl RowSource for Cast {
 
     fn knows(&self, _wanted: &Wanted) -> bool {
         false
+    }
+    fn kept_share(&self) -> f64 {
+        team::kept_share()
     }
 }

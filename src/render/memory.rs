@@ -12,6 +12,8 @@
 //! 5 n luminaires            what lies between, where it is known
 //! ```
 //!
+//! Of rows that several processes share, each keeps about its share, and no more than a quarter above.
+//!
 //! The number of terms follows from the spectral radius, which the same rows estimate: where r is the share of light
 //! that a patch passes on, its mean over the rows weighted by r itself, for light stays where much of it is passed on.
 //! The tail bound `r^n / (1 - r)` then ends the series.
@@ -110,7 +112,7 @@ fn check_held(
         // Fewer patches have rows no longer, and no row has more entries than there are patches.
         let e = entries.min(n);
         let (v, earlier) = (variants as f64, held.casts.saturating_sub(1) as f64);
-        let rows = v * (16.0 * e + ROW) + v * earlier * (8.0 * e + 16.0);
+        let rows = p.rows.kept_share() * v * (16.0 * e + ROW + earlier * (8.0 * e + 16.0));
         let terms = held.solutions as f64 * TERM * held.terms(radius);
         let own = rows + terms + PATCH * modes.len() as f64;
         let threads = rayon::current_num_threads() as f64;

@@ -18,9 +18,9 @@ use crate::export::kept::identity::{
 use crate::export::kept::meta::{FORMAT, Meta, is_kept, units};
 use crate::export::kept::pieces::Pieces;
 use crate::export::kept::sums::Sum;
-use crate::form_factors::{FormFactors, Layers, Rows, Sampling, Variant};
-use crate::light::Transport;
-use crate::operator::{Cast, RowSource, Wanted};
+use crate::form_factors::{FormFactors, Layers, Sampling, Variant};
+use crate::light::{Transport, team};
+use crate::operator::{Cast, RowSource, Wanted, Whole};
 use crate::pictures::{Exposure, NewFolder, WriteError};
 use crate::render::{Discretization, Fineness, PatchLight, half_of};
 use crate::scene::Scene;
@@ -114,7 +114,8 @@ impl Keeper {
             if std::fs::symlink_metadata(folder).is_ok() && !is_kept(folder) && !is_empty() {
                 return Err(KeptError::Occupied { path: folder.clone() });
             }
-            state.new = Some(NewFolder::new(folder)?);
+            // One of several processes fills it.
+            state.new = team::speaks().then(|| NewFolder::new(folder)).transpose()?;
         }
         let found = match &keeping.load {
             Some(folder) => match units(folder) {
@@ -369,14 +370,12 @@ impl Keeper {
 
     /// Casts rows, and keeps the finished ones where a folder is made.
     fn cast(&self, wanted: &Wanted, patches: &str) -> (Vec<FormFactors>, u64) {
-        let Some(pieces) = self.keeping.save.as_deref().map(Pieces::beside) else { return Cast.rows(wanted) };
-        match pieces.cast(wanted, &identity(&wanted.geometry.scene, patches)) {
-            Ok(found) => found,
-            Err(error) => {
-                self.state().failed.get_or_insert(error.into());
-                Cast.rows(wanted)
-            }
+        let Some(pieces) = self.keeping.save.as_deref().map(Pieces::beside) else { return all().rows(wanted) };
+        let (found, rays, failed) = pieces.cast(wanted, &identity(&wanted.geometry.scene, patches));
+        if let Some(error) = failed {
+            self.state().failed.get_or_insert(error.into());
         }
+        (found, rays)
     }
 
     /// Writes the folder of a mode's light, with every F that it was solved with.
@@ -395,7 +394,9 @@ impl Keeper {
     /// # Errors
     /// A file that cannot be written.
     pub fn save_mode(&self, mode: &KeptMode, light: Option<PatchLight>, casts: &[Sampling]) -> Result<(), KeptError> {
-        let Some(path) = self.new_folder() else { return Ok(()) };
+        if !self.saves() {
+            return Ok(());
+        }
         let KeptMode { geometry, patches, transport, transports } = *mode;
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
         let factors = casts.iter().flat_map(|sampling| {
@@ -404,7 +405,7 @@ impl Keeper {
         });
         let factors: Vec<Arc<FormFactors>> = factors.collect();
         let casts: Vec<(&FormFactors, Sampling)> = factors.iter().map(|f| &**f).zip(casts.iter().copied()).collect();
-        let mut folder = path;
+        let Some(mut folder) = self.new_folder() else { return Ok(()) };
         if self.keeping.several {
             folder = folder.join(transport.file_name());
             std::fs::create_dir_all(&folder).map_err(|source| WriteError { path: folder.clone(), source })?;
@@ -488,22 +489,23 @@ fn part(all: &FormFactors, variant: &Variant) -> FormFactors {
     }
 }
 
+/// What is cast, with every process: one of them writes it.
+fn all() -> Whole {
+    Whole(Arc::new(Cast))
+}
+
 impl RowSource for Keeper {
     fn rows(&self, wanted: &Wanted) -> (Vec<FormFactors>, u64) {
         if !self.saves() && !self.knows(wanted) {
-            return Cast.rows(wanted);
+            return all().rows(wanted);
         }
         let needed = wanted.variants.iter().filter(|v| needs_rays(v));
         let taus: Vec<Vec<f32>> = needed.map(|v| v.tau.clone()).collect();
         let (all, rays) = self.all_of_f(wanted, &taus);
         let mut all = all.iter();
-        let empty = || {
-            let n = wanted.patches.len();
-            FormFactors { rows: Rows::empty(n), row_sums: vec![None; n] }
-        };
         let own = |v: &Variant| match needs_rays(v).then(|| all.next()).flatten() {
             Some(all) => part(all, v),
-            None => empty(),
+            None => FormFactors::none(wanted.patches.len()),
         };
         (wanted.variants.iter().map(own).collect(), rays)
     }
@@ -519,10 +521,10 @@ impl RowSource for Keeper {
             return (held.layers.restricted(&own.rows, &own.columns), 0);
         }
         if !self.saves() {
-            return Cast.layers(wanted);
+            return all().layers(wanted);
         }
         let variants = [Variant::whole(&wanted.geometry.scene, wanted.patches, &own.tau)];
-        let (all, rays) = Cast.layers(&Wanted { variants: &variants, ..*wanted });
+        let (all, rays) = all().layers(&Wanted { variants: &variants, ..*wanted });
         let part = all.restricted(&own.rows, &own.columns);
         self.state().layers = Some(HeldLayers { patches, sampling, tau: own.tau.clone(), layers: Arc::new(all) });
         (part, rays)

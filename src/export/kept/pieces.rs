@@ -14,6 +14,7 @@ use crate::export::arrays::{Array, Values};
 use crate::export::kept::sums::{Sum, sum_of};
 use crate::export::npz::{npz_bytes, read_npz};
 use crate::form_factors::{FormFactors, Rows, Variant, cast_counts};
+use crate::light::team;
 use crate::operator::Wanted;
 use crate::pictures::{WriteError, make_directory, write_whole};
 
@@ -36,13 +37,14 @@ impl Pieces {
         Pieces(name.into())
     }
 
-    /// Casts the rows of all variants, but for those that lie there already; also returns how many rays were cast.
-    /// `identity` is the sum over all that rows depend on but for tau and the rays.
-    pub fn cast(&self, wanted: &Wanted, identity: &str) -> Result<(Vec<FormFactors>, u64), WriteError> {
+    /// Casts the rows of all variants, but for those that lie there already; also returns how many rays were cast, and
+    /// the first error of a file that could not be written. `identity` is the sum over all that rows depend on but for
+    /// tau and the rays.
+    pub fn cast(&self, wanted: &Wanted, identity: &str) -> (Vec<FormFactors>, u64, Option<WriteError>) {
         let counts = wanted.patches.ray_counts(wanted.sampling.rays);
         let names: Vec<String> = wanted.variants.iter().map(|v| name(wanted, v, identity)).collect();
         let mut all: Vec<Own> = vec![Own::new(); names.len()];
-        let (mut first, mut cast, n) = (0, 0, counts.len());
+        let (mut first, mut cast, mut failed, n) = (0, 0, None, counts.len());
         while first < n {
             let rays = counts[first..].iter().scan(0, |sum, &count| {
                 *sum += count as usize;
@@ -50,7 +52,9 @@ impl Pieces {
             });
             let end = first + 1 + rays.take_while(|&sum| sum <= PIECE).count().saturating_sub(1);
             let path = |name: &String| self.0.join(format!("{name}-{first}-{end}.rows"));
-            let known: Vec<Option<Own>> = names.iter().map(|name| read(&path(name), end - first)).collect();
+            let read = || names.iter().map(|name| read(&path(name), end - first)).collect();
+            // One of several processes may see files that the others do not yet.
+            let known: Vec<Option<Own>> = team::by_first(read);
             if known.iter().all(Option::is_some) {
                 all.iter_mut().zip(known).for_each(|(all, own)| all.extend(own.unwrap_or_default()));
             } else {
@@ -58,9 +62,8 @@ impl Pieces {
                 cast += rays;
                 for ((own, all), name) in rows.into_iter().zip(&mut all).zip(&names) {
                     // A single piece is not worth a file.
-                    if end - first < n {
-                        make_directory(&self.0)?;
-                        write_whole(path(name), &bytes(&own))?;
+                    if end - first < n && failed.is_none() {
+                        failed = self.keep(path(name), &own).err();
                     }
                     all.extend(own);
                 }
@@ -68,7 +71,12 @@ impl Pieces {
             (wanted.tick)((end - first) as u64);
             first = end;
         }
-        Ok((all.into_iter().map(joined).collect(), cast))
+        (all.into_iter().map(joined).collect(), cast, failed)
+    }
+
+    fn keep(&self, path: PathBuf, own: &Own) -> Result<(), WriteError> {
+        make_directory(&self.0)?;
+        write_whole(path, &bytes(own))
     }
 
     /// Removes all pieces; whatever else lies there stays.
@@ -99,6 +107,7 @@ fn cast_some(wanted: &Wanted, counts: &[u32], range: std::ops::Range<usize>) -> 
     let some: Vec<Variant> = wanted.variants.iter().map(|v| Variant { rows: rows(v), ..v.clone() }).collect();
     let Wanted { geometry, patches, sampling, .. } = *wanted;
     let (found, rays) = cast_counts(&geometry.rays, patches, &some, sampling, counts, &|_| ());
+    let found: Vec<FormFactors> = found.into_iter().map(FormFactors::whole).collect();
     let row = |f: &FormFactors, i: usize| {
         let (columns, values) = f.rows.row(i);
         (columns.to_vec(), values.to_vec(), f.row_sums[i])

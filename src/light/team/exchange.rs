@@ -1,4 +1,4 @@
-//! What processes that share one solve must be able to do: hand each other bytes.
+//! What processes that share one solve must be able to do: hand each other bytes and numbers.
 //!
 //! Not handled: what the bytes mean, and who works on what ([`crate::light::team`]).
 
@@ -12,6 +12,12 @@ pub trait Team: Send + Sync {
 
     /// The bytes that each hands in, in the order of their ranks.
     fn gather(&self, own: &[u8]) -> Vec<Vec<u8>>;
+
+    /// The numbers that each hands in one after the other, where it is known how many.
+    fn join(&self, own: &[f32], counts: &[usize]) -> Vec<f32>;
+
+    /// Hands part k of `own` to rank k; returns what each has for this one.
+    fn hand_out(&self, own: &[Vec<u8>]) -> Vec<Vec<u8>>;
 
     /// Ends all of them.
     fn abort(&self, code: i32) -> !;

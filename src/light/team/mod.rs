@@ -21,8 +21,10 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::light::team::exchange::Team;
+pub(crate) use crate::light::team::owners::Owners;
 
 mod exchange;
+mod owners;
 #[cfg(feature = "mpi")]
 mod processes;
 
@@ -117,6 +119,29 @@ pub(crate) fn all<T: Serialize + DeserializeOwned>(own: T) -> Vec<T> {
     }
 }
 
+/// A value that the first process finds, for all of them.
+pub(crate) fn by_first<T: Serialize + DeserializeOwned>(find: impl FnOnce() -> T) -> T {
+    match team() {
+        None => find(),
+        Some(team) => {
+            let own = if team.rank() == 0 { encode(&find()) } else { Vec::new() };
+            decode(&team.gather(&own)[0])
+        }
+    }
+}
+
+/// The largest share that one process keeps of what all keep.
+pub(crate) fn kept_share() -> f64 {
+    team().map_or(1.0, |team| LONGEST / team.size() as f64)
+}
+
+/// Hands the value k to rank k; returns what each has for this process, by rank.
+pub(crate) fn hand_out<T: Serialize + DeserializeOwned>(own: Vec<T>) -> Vec<T> {
+    let Some(team) = team() else { return own };
+    let bytes: Vec<Vec<u8>> = own.into_iter().map(|value| encode(&value)).collect();
+    team.hand_out(&bytes).iter().map(|bytes| decode(bytes)).collect()
+}
+
 /// The sum of what every process has.
 pub(crate) fn sum(own: u64) -> u64 {
     all(own).iter().sum()
@@ -127,20 +152,33 @@ pub(crate) fn sum(own: u64) -> u64 {
 pub(crate) struct Share {
     /// It, among the things of the loop.
     pub range: Range<usize>,
+    owners: Owners,
     cost: f64,
     began: Instant,
 }
 
 /// This process's range of a loop over `count` things of which each is expected to `cost` something.
 pub(crate) fn share(count: usize, cost: impl Fn(usize) -> f64) -> Share {
+    share_by(count, cost, speeds)
+}
+
+/// The same for what each process is to keep of the loop, which takes memory: no range is much longer than others.
+pub(crate) fn share_to_keep(count: usize, cost: impl Fn(usize) -> f64) -> Share {
+    share_by(count, cost, |pace, size| evened(speeds(pace, size)))
+}
+
+fn share_by(count: usize, cost: impl Fn(usize) -> f64, speeds: impl Fn(&[f64], usize) -> Vec<f64>) -> Share {
     let began = Instant::now();
-    let Some(team) = team() else { return Share { range: 0..count, cost: 0.0, began } };
+    let Some(team) = team() else {
+        return Share { range: 0..count, owners: Owners::everyone(count), cost: 0.0, began };
+    };
     let pace = PACE.lock().unwrap_or_else(PoisonError::into_inner).clone();
     let until: Vec<f64> = (0..count).scan(0.0, |sum, k| Some(add(sum, cost(k)))).collect();
-    let range = part(&until, &speeds(&pace, team.size()), team.rank());
+    let owners = Owners::new(starts(&until, &speeds(&pace, team.size())), team.rank());
+    let range = owners.own();
     let before = |k: usize| if k == 0 { 0.0 } else { until[k - 1] };
     let cost = before(range.end) - before(range.start);
-    Share { range, cost, began }
+    Share { range, owners, cost, began }
 }
 
 fn add(sum: &mut f64, more: f64) -> f64 {
@@ -152,6 +190,8 @@ fn add(sum: &mut f64, more: f64) -> f64 {
 const TOLD: Duration = Duration::from_millis(5);
 /// The fastest and the slowest of two processes differ by no more than this factor.
 const APART: f64 = 8.0;
+/// The longest range of what is kept over the mean.
+pub(crate) const LONGEST: f64 = 1.25;
 
 /// What each process does of a loop over what all do, by the seconds that a unit of cost took it.
 fn speeds(pace: &[f64], size: usize) -> Vec<f64> {
@@ -165,10 +205,18 @@ fn speeds(pace: &[f64], size: usize) -> Vec<f64> {
     speeds.iter().map(|s| s / sum).collect()
 }
 
-/// The range of rank r of things with costs added up to `until`.
-fn part(until: &[f64], speeds: &[f64], rank: usize) -> Range<usize> {
+/// What each process does where none is to keep more than [`LONGEST`] times the mean.
+fn evened(speeds: Vec<f64>) -> Vec<f64> {
+    let mean = 1.0 / speeds.len() as f64;
+    let most = speeds.iter().copied().fold(mean, f64::max);
+    let kept = (((LONGEST - 1.0) * mean) / (most - mean)).min(1.0);
+    speeds.iter().map(|speed| mean + kept * (speed - mean)).collect()
+}
+
+/// Where the ranges of all ranks begin among things with costs added up to `until`, and the end of the last.
+fn starts(until: &[f64], speeds: &[f64]) -> Vec<usize> {
     let all = until.last().copied().unwrap_or(0.0);
-    let end = |rank: usize| {
+    let start = |rank: usize| {
         // Things without a cost at either end are someone's, too.
         match rank {
             0 => return 0,
@@ -178,7 +226,7 @@ fn part(until: &[f64], speeds: &[f64], rank: usize) -> Range<usize> {
         let goal = all * speeds[..rank].iter().sum::<f64>();
         until.partition_point(|&until| until <= goal)
     };
-    end(rank)..end(rank + 1)
+    (0..=speeds.len()).map(start).collect()
 }
 
 impl Share {
@@ -196,6 +244,20 @@ impl Share {
     ) -> Vec<T> {
         let own = self.range.clone().into_par_iter().map_init(memory, work).collect();
         self.gather(own)
+    }
+
+    /// What `work` finds for each thing of this process's range, kept by it, and who keeps the others.
+    pub fn keep<M, T: Send>(
+        self,
+        memory: impl Fn() -> M + Sync + Send,
+        work: impl Fn(&mut M, usize) -> T + Sync + Send,
+    ) -> (Owners, Vec<T>) {
+        let own = self.range.clone().into_par_iter().map_init(memory, work).collect();
+        let owners = self.owners.clone();
+        if let Some(team) = team() {
+            let _: Vec<()> = self.exchange(team, &());
+        }
+        (owners, own)
     }
 
     /// What all processes found, in the order of the loop.
@@ -262,20 +324,26 @@ mod tests {
         let until: Vec<f64> = (1..=1000).map(f64::from).collect();
         for pace in [vec![], vec![1.0, 1.0, 1.0], vec![1.0, 2.0, 4.0], vec![1.0, f64::NAN, 1.0]] {
             let speeds = speeds(&pace, 3);
-            let parts: Vec<_> = (0..3).map(|rank| part(&until, &speeds, rank)).collect();
-            assert!(parts[0].start == 0 && parts[2].end == 1000);
-            assert!(parts.windows(2).all(|pair| pair[0].end == pair[1].start));
-            for (part, speed) in parts.iter().zip(&speeds) {
-                assert!((part.len() as f64 / 1000.0 - speed).abs() <= 2e-3, "{part:?} {speeds:?}");
+            let starts = starts(&until, &speeds);
+            assert!(starts[0] == 0 && starts[3] == 1000);
+            for (pair, speed) in starts.windows(2).zip(&speeds) {
+                assert!(((pair[1] - pair[0]) as f64 / 1000.0 - speed).abs() <= 2e-3, "{starts:?} {speeds:?}");
             }
         }
     }
 
     #[test]
     fn costs_of_nothing_and_loops_of_none_are_shared_out() {
-        assert_eq!(part(&[], &[0.5, 0.5], 1), 0..0);
-        let free = [0.0; 4];
-        assert_eq!((part(&free, &[0.5, 0.5], 0), part(&free, &[0.5, 0.5], 1)), (0..4, 4..4));
+        assert_eq!(starts(&[], &[0.5, 0.5]), [0, 0, 0]);
+        assert_eq!(starts(&[0.0; 4], &[0.5, 0.5]), [0, 4, 4]);
+    }
+
+    #[test]
+    fn what_is_kept_is_shared_out_nearly_evenly() {
+        assert_eq!(evened(vec![0.25; 4]), [0.25; 4]);
+        assert_eq!(evened(vec![0.55, 0.45]), [0.55, 0.45]);
+        let fast = evened(vec![0.8, 0.1, 0.1]);
+        assert!((fast[0] - LONGEST / 3.0).abs() < 1e-15 && (fast.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{fast:?}");
     }
 
     #[test]

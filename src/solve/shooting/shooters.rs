@@ -110,7 +110,7 @@ impl Shooter for Operator {
 
     fn columns(&self, senders: &[Sender]) -> Vec<Column<'_>> {
         let column = |(sender, s): (usize, &Sender)| {
-            let (receivers, factors) = self.transposed().row(s.patch as usize);
+            let (receivers, factors) = self.whole_transposed().row(s.patch as usize);
             Column { sender, receivers: Cow::Borrowed(receivers), factors: Cow::Borrowed(factors), rays: 0 }
         };
         senders.iter().enumerate().map(column).collect()

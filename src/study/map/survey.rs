@@ -180,7 +180,8 @@ const PATCH: f64 = 200.0;
 /// n (32 s + 200)               eigenvectors of s columns of the map, and other lists
 /// ```
 ///
-/// x and c are measured on a few patches; the scene itself is already loaded.
+/// x and c are measured on a few patches; the scene itself is already loaded. Of the first two rows each of several
+/// processes has its share.
 ///
 /// # Errors
 /// [`Unfit`], with the number of patches that would.
@@ -192,7 +193,7 @@ pub fn check_crossings(p: &Discretization, sampling: &Sampling, steps: usize, li
     let needs = |n: f64| {
         let c = columns.min(n);
         let kept = CROSSING * crossings + LISTED * (c + f64::from(sampling.rays)) + LISTS;
-        n * (kept + ENTRY * c + ROW + VECTORS * steps as f64 + PATCH)
+        n * (p.rows.kept_share() * (kept + ENTRY * c + ROW) + VECTORS * steps as f64 + PATCH)
     };
     check_fit(p.patches.len(), Stored::Crossings(crossings), limit, needs)
 }
