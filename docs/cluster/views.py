@@ -1,21 +1,21 @@
 """Many cameras of one scene at once: Dask's workers render a picture for each line of a table, to a stated error.
 
-    python docs/cluster/views.py SCENE VIEWS.csv --out views                                    # a worker on each core
-    python docs/cluster/views.py SCENE VIEWS.csv --out views --scheduler tcp://head-node:8786   # workers that there are
+    python docs/cluster/views.py SCENE VIEWS.csv --out views                              # a worker on each core here
+    python docs/cluster/views.py SCENE VIEWS.csv --out views --scheduler tcp://head:8786  # the workers of a scheduler
 
 VIEWS.csv has a camera in each line, in the scene's units, and names its columns in the first:
 
     name,x,y,z,target_x,target_y,target_z,vertical_fov
 
-Each becomes OUT/NAME.exr once it is whole, and is not rendered again where that is. What stdout says is in the order of
-the table. Neither it nor the bytes of the pictures depend on the workers. Where a camera fails the others are made, and
-the exit code is 1.
+and up_x,up_y,up_z where it is not +y that is up. Each becomes OUT/NAME.exr once it is whole, and is not rendered again
+where that is. What stdout says is in the order of the table. Neither it nor the bytes of the pictures depend on the
+workers. Where a camera fails the others are made, and the exit code is 1.
 
-Every camera is solved for by itself: how fine patches have to be follows from what it sees, and most of the time goes
-into the gather pass, which no two cameras share. A worker needs halflight of the same version and no files, since scene
-and pictures travel; and RAYON_NUM_THREADS says how many cores it has, of which Dask is to know nothing:
+Every camera is solved for by itself, since how fine patches have to be follows from what it sees. A worker needs
+halflight of the same version and no files, since scene and pictures travel; and RAYON_NUM_THREADS says how many cores
+it has, of which Dask is to know nothing:
 
-    RAYON_NUM_THREADS=4 dask worker tcp://head-node:8786 --nthreads 1 --memory-limit 0
+    RAYON_NUM_THREADS=4 dask worker tcp://head:8786 --nthreads 1 --memory-limit 0
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ def cameras(table: Path) -> dict[str, hl.Camera]:
             if name in found or not name or Path(name).name != name:
                 raise ValueError(f"{name!r} is to be the name of a file, and of one camera only")
             position, target = ([float(row[own + axis]) for axis in "xyz"] for own in ("", "target_"))
-            found[name] = hl.Camera(position, target, vertical_fov=float(row["vertical_fov"]))
+            up = [float(row.get(f"up_{axis}") or default) for axis, default in zip("xyz", (0, 1, 0))]
+            found[name] = hl.Camera(position, target, up, float(row["vertical_fov"]))
     return found
 
 
