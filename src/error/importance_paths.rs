@@ -18,10 +18,14 @@
 //!
 //! Of a texture a path sees the mean over a narrow cone, as texels would be noise of the few paths.
 //!
+//! Of several processes each keeps the paths that it traced: what is asked of them is a few numbers for each.
+//!
 //! Not handled: series that diverge; paths end after [`LONGEST`] vertices.
 
 use glam::DVec3;
 use rayon::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use crate::light::team;
 use crate::rays::sobol::{Sobol, Stream, hash};
@@ -40,7 +44,7 @@ const SPREAD: usize = 8;
 const LONGEST: usize = 256;
 
 /// A point where a path was reflected.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug)]
 pub(crate) struct Vertex {
     pub at: SurfaceHit,
     /// What light 1 that leaves here adds to the pixel.
@@ -57,7 +61,7 @@ struct StartPixel {
 }
 
 /// One path from a pixel.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug)]
 pub(crate) struct Path {
     /// The number of its pixel among those that paths start from.
     pub start: u32,
@@ -67,7 +71,10 @@ pub(crate) struct Path {
 /// Paths from all pixels, or from some.
 #[derive(Clone, Debug)]
 pub struct ImportancePaths {
-    pub(crate) paths: Vec<Path>,
+    /// Those that this process keeps of what was added at a time, in the order in which they are all numbered.
+    own: Vec<Vec<Path>>,
+    /// All of them, wherever they are kept.
+    pub(crate) count: usize,
     starts: Vec<StartPixel>,
     seed: u32,
     /// Paths of a pixel so far, in the mean.
@@ -93,18 +100,16 @@ impl ImportancePaths {
     }
 
     fn from_starts(starts: impl Iterator<Item = StartPixel>, seed: u32) -> ImportancePaths {
-        ImportancePaths { paths: Vec::new(), starts: starts.collect(), seed, each: 0, rays: 0 }
+        ImportancePaths { own: Vec::new(), count: 0, starts: starts.collect(), seed, each: 0, rays: 0 }
     }
 
     /// Adds `more` paths to every pixel that they start from, in the mean.
     pub fn extend(&mut self, view: &View, more: u32) {
         let tracer = PathTracer::new(view);
         let (seed, before, after) = (self.seed, self.each, self.each + more);
-        let share = team::share(self.starts.len(), |k| {
-            let own = &self.starts[k];
-            f64::from(own.paths(after) - own.paths(before))
-        });
-        let added: Vec<(Vec<Path>, u64)> = share.map(Memory::default, |memory, start| {
+        let more = |own: &StartPixel| own.paths(after) - own.paths(before);
+        let share = team::share(self.starts.len(), |k| f64::from(more(&self.starts[k])));
+        let (_, added): (_, Vec<(Vec<Path>, u64)>) = share.keep(Memory::default, |memory, start| {
             let own = &self.starts[start];
             memory.scratch.cast = 0;
             let path = |n: u32| {
@@ -115,36 +120,57 @@ impl ImportancePaths {
             let paths = (own.paths(before)..own.paths(after)).map(path).collect();
             (paths, memory.scratch.cast)
         });
-        for (paths, cast) in added {
-            self.paths.extend(paths);
-            self.rays += cast;
-        }
+        let (paths, cast): (Vec<Vec<Path>>, Vec<u64>) = added.into_iter().unzip();
+        self.own.push(paths.into_iter().flatten().collect());
+        self.rays += team::sum(cast.into_iter().sum());
+        self.count += self.starts.iter().map(|own| more(own) as usize).sum::<usize>();
         self.each = after;
     }
 
     /// Takes in the paths of others.
     pub fn absorb(&mut self, others: ImportancePaths) {
-        self.paths.extend(others.paths);
+        self.own.extend(others.own);
+        self.count += others.count;
         self.rays += others.rays;
+    }
+
+    /// Those of this process.
+    pub(crate) fn own(&self) -> impl ParallelIterator<Item = &Path> {
+        self.own.par_iter().flatten()
+    }
+
+    /// How often paths were added.
+    pub(crate) fn additions(&self) -> usize {
+        self.own.len()
+    }
+
+    /// What `of_path` finds for the paths that were added from the `first` time on, all in their order.
+    pub(crate) fn each_of<T: Serialize + DeserializeOwned + Send>(
+        &self,
+        first: usize,
+        of_path: impl Fn(&Path) -> T + Sync + Send,
+    ) -> Vec<T> {
+        let own = self.own[first..].iter().map(|paths| paths.par_iter().map(&of_path).collect()).collect();
+        // Of each addition the paths of rank 0, then those of rank 1, and so on.
+        let mut of_all: Vec<_> = team::all::<Vec<Vec<T>>>(own).into_iter().map(Vec::into_iter).collect();
+        let additions = first..self.additions();
+        additions.flat_map(|_| of_all.iter_mut().filter_map(Iterator::next).flatten().collect::<Vec<T>>()).collect()
     }
 
     /// Visibility rays per vertex, in the mean.
     pub(crate) fn direct_rays(&self) -> f64 {
-        let (mut vertices, mut others) = (0.0, 0.0);
-        for path in &self.paths {
-            let reflecting = path.vertices.iter().filter(|v| v.reflection.reflect != DVec3::ZERO).count();
-            vertices += path.vertices.len() as f64;
-            // From the camera, from what it sees, and from the vertices.
-            others += 2.0 + (SPREAD * reflecting) as f64;
-        }
-        (self.rays as f64 - others).max(0.0) / f64::max(vertices, 1.0)
+        let reflecting = |path: &Path| path.vertices.iter().filter(|v| v.reflection.reflect != DVec3::ZERO).count();
+        let vertices = team::sum(self.own().map(|path| path.vertices.len() as u64).sum());
+        // From the camera, from what it sees, and from the vertices.
+        let others = team::sum(self.own().map(|path| 2 + (SPREAD * reflecting(path)) as u64).sum());
+        self.rays.saturating_sub(others) as f64 / vertices.max(1) as f64
     }
 
-    /// Bytes that they take.
-    pub(crate) fn bytes(&self) -> usize {
+    /// Bytes that all of them take.
+    pub(crate) fn bytes(&self) -> u64 {
         let met = |next: &Met| if next.spilled() { next.capacity() * size_of::<SurfaceHit>() } else { 0 };
         let own = |vertex: &Vertex| size_of::<Vertex>() + met(&vertex.reflection.next);
-        self.paths.par_iter().map(|path| path.vertices.iter().map(own).sum::<usize>()).sum()
+        team::sum(self.own().map(|path| path.vertices.iter().map(own).sum::<usize>() as u64).sum())
     }
 
     /// Number of paths of a pixel in the mean.
@@ -248,8 +274,8 @@ mod tests {
         let view = View::new(&lights, (8, 8).into());
         let mut paths = ImportancePaths::new(&view, vec![1.0; 64], 3);
         paths.extend(&view, 4);
-        assert_eq!(paths.paths.len(), 256);
-        for path in &paths.paths {
+        assert_eq!((paths.count, paths.own().count()), (256, 256));
+        for path in paths.own.iter().flatten() {
             let mut next: Option<DVec3> = None;
             for vertex in &path.vertices {
                 let whole: f32 = vertex.reflection.next.iter().map(|m| m.through).sum();

@@ -70,8 +70,6 @@ pub(crate) fn error(path: &Path, patches: &Patches, fields: &Fields) -> DVec3 {
 
 /// Cost of a visibility ray for direct light, in rays: points on luminaires are drawn and weighted, too.
 const DIRECT_RAY: f64 = 2.0;
-/// Paths that one thread takes at a time.
-const CHUNK: usize = 1024;
 
 impl ImportancePaths {
     /// Cost of a gather ray, in rays: it goes on while what it meets is too near, with direct light sampled where it
@@ -83,8 +81,8 @@ impl ImportancePaths {
         };
         // How far a path that ended before would have gone on is not known.
         let before = |path: &Path| path.vertices.iter().position(reads).unwrap_or(path.vertices.len());
-        let count: usize = self.paths.par_iter().map(before).sum();
-        let further = count as f64 / self.paths.len().max(1) as f64;
+        let count = team::sum(self.own().map(|path| before(path) as u64).sum());
+        let further = count as f64 / self.count.max(1) as f64;
         1.0 + further * (1.0 + DIRECT_RAY * self.direct_rays())
     }
 
@@ -92,14 +90,11 @@ impl ImportancePaths {
     /// first field on what they meet; as if every patch reflected its mean, so that no patch is divided for a
     /// texture.
     pub fn samples(&self, scene: &Scene, patches: &Patches, fields: &Fields) -> Vec<Vec<Sample>> {
-        let chunks = self.paths.par_chunks(CHUNK);
-        let vertices = |chunk: &[Path]| {
-            let all = chunk.iter().flat_map(|p| &p.vertices);
-            all.filter_map(|vertex| patch_sample(vertex, scene, patches, fields)).collect()
+        let of_path = |path: &Path| -> Vec<(u32, Sample)> {
+            path.vertices.iter().filter_map(|vertex| patch_sample(vertex, scene, patches, fields)).collect()
         };
-        let all: Vec<Vec<(u32, Sample)>> = chunks.map(vertices).collect();
         let mut samples = vec![Vec::new(); patches.len()];
-        for (whole, sample) in all.into_iter().flatten() {
+        for (whole, sample) in self.each_of(0, of_path).into_iter().flatten() {
             samples[whole as usize].push(sample);
         }
         samples
@@ -214,8 +209,8 @@ mod tests {
         assert_eq!((paths.direct_rays(), paths.price(view.patches, &fields)), (0.0, 1.0));
         // Where everything is near, a ray goes on as long as its path does.
         let near = fields.not_read_nearer(vec![f32::INFINITY; view.patches.len()]);
-        let vertices: usize = paths.paths.iter().map(|path| path.vertices.len()).sum();
-        assert_eq!(paths.price(view.patches, &near), 1.0 + vertices as f64 / paths.paths.len() as f64);
+        let vertices: usize = paths.own().map(|path| path.vertices.len()).sum();
+        assert_eq!(paths.price(view.patches, &near), 1.0 + vertices as f64 / paths.count as f64);
     }
 
     #[test]
@@ -227,8 +222,8 @@ mod tests {
         let most = DIRECT_RAY * view.lights.luminaires.list.len() as f64;
         assert!(0.0 < direct && direct <= most, "{direct} {most}");
         let near = fields.not_read_nearer(vec![f32::INFINITY; view.patches.len()]);
-        let vertices: usize = paths.paths.iter().map(|path| path.vertices.len()).sum();
-        let further = vertices as f64 / paths.paths.len() as f64;
+        let vertices: usize = paths.own().map(|path| path.vertices.len()).sum();
+        let further = vertices as f64 / paths.count as f64;
         assert!((paths.price(view.patches, &near) / (1.0 + further * (1.0 + direct)) - 1.0).abs() < 1e-12);
     }
 

@@ -22,7 +22,6 @@ use glam::DVec3;
 use crate::error::deadline::would_be_over;
 use crate::error::importance_paths::ImportancePaths;
 use crate::error::residual::error;
-use crate::light::team;
 use crate::patches::Patches;
 use crate::pictures::Size;
 use crate::rays::sobol::{Stream, hash};
@@ -125,7 +124,7 @@ impl SampledPixels {
 
     /// What a gather ray takes until it has read, in rays ([`ImportancePaths::price`]).
     pub fn price(&self, patches: &Patches, fields: &Fields) -> f64 {
-        let count = |batch: &Batch| batch.paths.paths.len() as f64;
+        let count = |batch: &Batch| batch.paths.count as f64;
         let own = |batch: &Batch| count(batch) * batch.paths.price(patches, fields);
         self.batches.iter().map(own).sum::<f64>() / self.batches.iter().map(count).sum::<f64>()
     }
@@ -235,7 +234,7 @@ struct Estimate {
 struct Batch {
     draws: Vec<Draw>,
     paths: ImportancePaths,
-    /// Paths measured so far.
+    /// Additions of paths measured so far.
     measured: usize,
     /// By pixel that paths start from.
     sums: Vec<ErrorSums>,
@@ -250,20 +249,18 @@ impl Batch {
 
     /// Measures the paths that were not measured yet.
     fn measure(&mut self, patches: &Patches, fields: &Fields) {
-        let paths = &self.paths.paths[self.measured..];
-        let own = |(): &mut (), k: usize| (paths[k].start as usize, error(&paths[k], patches, fields));
-        let errors = team::share(paths.len(), |_| 1.0).map(|| (), own);
         // In order: the sums are the same for any number of threads.
-        for (start, error) in errors {
-            self.sums[start].errors += error;
-            self.sums[start].squares += error.length_squared();
+        for (start, error) in self.paths.each_of(self.measured, |path| (path.start, error(path, patches, fields))) {
+            let sums = &mut self.sums[start as usize];
+            sums.errors += error;
+            sums.squares += error.length_squared();
         }
-        self.measured = self.paths.paths.len();
+        self.measured = self.paths.additions();
     }
 
     /// The estimates at each pixel drawn, as if it were the whole picture.
     fn estimates(&self) -> impl Iterator<Item = PixelEstimate> {
-        let paths = (self.measured / self.sums.len()) as f64;
+        let paths = (self.paths.count / self.sums.len()) as f64;
         self.draws.iter().map(move |Draw { start, counts }| {
             let PixelEstimate { value, variance } = self.sums[*start].estimate(paths);
             PixelEstimate { value: counts * value, variance: counts * counts * variance }

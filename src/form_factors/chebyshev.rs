@@ -19,7 +19,7 @@ const NODES: [f64; SIDE] =
 const FLAT: f64 = 1e-4;
 
 /// The rectangle around a flat patch.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Rectangle {
     pub center: DVec3,
     pub normal: DVec3,
@@ -95,7 +95,7 @@ impl Rectangle {
 }
 
 /// Polynomials on equal tiles of a rectangle.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Tiles {
     rectangle: Rectangle,
     /// Tiles along a side.

@@ -10,18 +10,17 @@
 //! handled: hierarchies of faces; where faces are too many all luminaires are sampled. On curved patches no node is
 //! culled, and only nodes far from the patch count as visible.
 
-use glam::{DVec3, Vec2};
-use rayon::prelude::*;
-
 use crate::direct::Luminaires;
 use crate::direct::emitters::occlusion::Occlusion;
 use crate::direct::emitters::shafts::{Body, Shaft, most_faces, patch_body};
 use crate::direct::many::light_tree::{Facing, LightTree, Node, draw};
 use crate::form_factors::chebyshev::{Rectangle, Tiles};
 use crate::form_factors::shadow::Caster;
+use crate::light::team;
 use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{Hit, Rays};
+use glam::{DVec3, Vec2};
 
 /// Luminaires by closed form at most.
 const MOST_EXACT: usize = 48;
@@ -40,7 +39,7 @@ pub struct LightCuts {
 }
 
 /// A cut through the tree of luminaires for one patch.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct LightCut {
     /// Visible nodes, and the expected shares of sampled ones.
     pub seen: Vec<Seen>,
@@ -57,7 +56,7 @@ pub(crate) struct LightCut {
 }
 
 /// A node with its visible share.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Seen {
     pub node: usize,
     pub share: f64,
@@ -88,8 +87,7 @@ impl LightCuts {
             walk.visit(tree.root(), &among);
             finish(walk, inputs, i, hits)
         };
-        let all = (0..inputs.patches.len()).into_par_iter();
-        let cuts: Vec<LightCut> = all.map_init(Vec::new, cut).collect();
+        let cuts = team::share(inputs.patches.len(), |i| f64::from(u8::from(receives[i]))).map(Vec::new, cut);
         LightCuts { emitter: inputs.emitter, tree, cuts }
     }
 
@@ -400,7 +398,7 @@ const TRIALS: u32 = 8;
 const DRAWS: f64 = 16.0;
 
 /// A node to draw from.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Chance {
     pub node: usize,
     /// The probability of it and those before it.

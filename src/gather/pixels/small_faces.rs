@@ -17,14 +17,13 @@
 //!
 //! Not handled: faces wider than a pixel; small bright spots on them ([`crate::gather::pixels::adaptive_sampling`]).
 
-use glam::{DVec2, DVec3};
-use rayon::prelude::*;
-
 use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
 use crate::gather::pixels::pixel::{Pixel, SmallFace};
+use crate::light::team;
 use crate::rays::Side;
 use crate::reading::view::View;
 use crate::scene::convex_polygon::{area, clip};
+use glam::{DVec2, DVec3};
 
 /// Pixels that one face is sampled in at most.
 const MOST_PIXELS: usize = 4096;
@@ -34,13 +33,16 @@ const NEAR: f64 = 1e-6;
 /// Adds the faces smaller or thinner than a pixel to the pixels that show them.
 pub(crate) fn find_small_faces(camera_rays: &CameraRays, pixels: &mut [Pixel]) {
     let projection = Projection::new(camera_rays.view);
-    let faces = (0..camera_rays.view.scene.solid_faces()).into_par_iter();
-    let one = |scratch: &mut PixelScratch, face: u32| {
-        let thin = projection.thin_face(face)?;
-        let parts = thin.pixels(&projection).filter_map(|k| thin.part(camera_rays, &pixels[k], k, scratch));
-        Some(parts.collect()).filter(|parts: &Vec<_>| !parts.is_empty())
+    let one = |scratch: &mut PixelScratch, face: usize| -> Vec<(usize, SmallFace)> {
+        let thin = projection.thin_face(face as u32).into_iter();
+        let of_face = |thin: ThinFace| {
+            let parts = thin.pixels(&projection).filter_map(|k| thin.part(camera_rays, &pixels[k], k, scratch));
+            parts.collect::<Vec<_>>()
+        };
+        thin.flat_map(of_face).collect()
     };
-    let parts: Vec<Vec<(usize, SmallFace)>> = faces.map_init(|| camera_rays.scratch(), one).flatten_iter().collect();
+    let faces = camera_rays.view.scene.solid_faces() as usize;
+    let parts = team::share(faces, |_| 1.0).map(|| camera_rays.scratch(), one);
     for (k, face) in parts.into_iter().flatten() {
         pixels[k].small_faces.push(face);
     }

@@ -130,11 +130,9 @@ impl<'a> IrradianceCache<'a> {
         let mut spacing = self.density.spacing;
         loop {
             let own: Vec<usize> = self.lattice.pixels(spacing).collect();
-            let uncovered: Vec<(usize, usize)> = own
-                .par_iter()
-                .map_init(Fit::default, |fit, &k| self.uncovered(fit, k, &pixels[k]))
-                .flatten_iter()
-                .collect();
+            let of_pixel = |fit: &mut Fit, i: usize| self.uncovered(fit, own[i], &pixels[own[i]]);
+            let uncovered: Vec<Vec<(usize, usize)>> = team::share(own.len(), |_| 1.0).map(Fit::default, of_pixel);
+            let uncovered: Vec<(usize, usize)> = uncovered.into_iter().flatten().collect();
             let first = self.records.len();
             for &(k, l) in &uncovered {
                 self.add(k, l, &pixels[k], spacing);

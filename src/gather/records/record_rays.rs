@@ -9,6 +9,7 @@ use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::fit_error::LayerFit;
 use crate::gather::records::interpolation::Fit;
 use crate::gather::records::irradiance_cache::{IrradianceCache, NONE};
+use crate::light::team;
 
 /// Rays of a half at most.
 const MOST_RAYS: f64 = 16_384.0;
@@ -22,7 +23,7 @@ const GROWTH: [f64; 2] = [1.1, 8.0];
 const HALVINGS: usize = 24;
 
 /// The rays of a record, and what they leave of the variance of the picture.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct Share {
     /// Of each half.
     rays: f64,
@@ -84,7 +85,7 @@ impl IrradianceCache<'_> {
         let count = 0..self.records.len();
         let variances: Vec<f64> = count.clone().into_par_iter().map(one).collect();
         let uses = self.uses(pixels);
-        let share = |i: usize| {
+        let share = |(): &mut (), i: usize| {
             let own = &self.records[i];
             let at = &self.supports[i].place;
             let near = NEAR * own.site.spacing as f64 * self.density.pixel * own.distance;
@@ -100,15 +101,14 @@ impl IrradianceCache<'_> {
             let rays = f64::from(own.rays);
             Share { rays, variance: uses[i] * sum / (number * rays) }
         };
-        count.into_par_iter().map(share).collect()
+        team::share(count.len(), |_| 1.0).map(|| (), share)
     }
 
     /// The derivative of the picture's variance by that of each record: the sum over the pixels of its squared
     /// coefficients there, times their squared reflectance.
     fn uses(&self, pixels: &[Pixel]) -> Vec<f64> {
-        let indexed = pixels.par_iter().enumerate();
-        let each = indexed.map_init(Fit::default, |fit, (k, pixel)| self.coefficients(fit, k, pixel));
-        let each: Vec<Vec<(u32, f64)>> = each.collect();
+        let of_pixel = |fit: &mut Fit, k: usize| self.coefficients(fit, k, &pixels[k]);
+        let each: Vec<Vec<(u32, f64)>> = team::share(pixels.len(), |_| 1.0).map(Fit::default, of_pixel);
         let mut uses = vec![0.0; self.records.len()];
         // In order: the sum is the same for any number of threads.
         for (pixel, coefficients) in pixels.iter().zip(each) {

@@ -37,7 +37,7 @@ const DRAWN: usize = 1 << 18;
 /// each: a spot that is a tenth of all light then lies in some 800 of them, or as many as its part of a patch.
 const BRIGHT: usize = 1 << 12;
 /// Bytes that the paths may take that patches are divided by.
-const HELD: usize = 1_500_000_000;
+const HELD: u64 = 1_500_000_000;
 /// Paths of every pixel at a tolerance of 2 %, and at least and at most.
 const EACH: (f64, u32, u32) = (12.0, 6, 256);
 /// Rays of a patch at first at a tolerance of 2 % or less, fewer in proportion at larger ones; at least, and at most.
