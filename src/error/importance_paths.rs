@@ -108,8 +108,8 @@ impl ImportancePaths {
         let tracer = PathTracer::new(view);
         let (seed, before, after) = (self.seed, self.each, self.each + more);
         let more = |own: &StartPixel| own.paths(after) - own.paths(before);
-        let share = team::share(self.starts.len(), |k| f64::from(more(&self.starts[k])));
-        let (_, added): (_, Vec<(Vec<Path>, u64)>) = share.keep(Memory::default, |memory, start| {
+        let all = (self.starts.len(), |k: usize| f64::from(more(&self.starts[k])));
+        let (_, added): (_, Vec<(Vec<Path>, u64)>) = team::keep(all, Memory::default, |memory, start| {
             let own = &self.starts[start];
             memory.scratch.cast = 0;
             let path = |n: u32| {

@@ -133,7 +133,7 @@ pub(crate) fn add_samples_of_bright(
     let powers = powers(view, fields, samples.len());
     let total: f64 = powers.iter().sum();
     let tracer = PathTracer::new(view);
-    let add = |memory: &mut Memory, (k, own): (usize, &mut Vec<Sample>)| {
+    let add = |memory: &mut Memory, k: usize, own: &mut Vec<Sample>| {
         let wanted = (count as f64 * powers[k] / total) as usize;
         let before = memory.scratch.cast;
         let mut random = Stream::new(hash(k as u32, seed));
@@ -143,11 +143,7 @@ pub(crate) fn add_samples_of_bright(
         memory.scratch.cast - before
     };
     let share = team::share(samples.len(), |k| powers[k]);
-    let own = share.range.clone();
-    let cast = samples[own.clone()].par_iter_mut().zip(own).map(|(samples, k)| (k, samples));
-    let cast: u64 = cast.map_init(Memory::default, add).sum();
-    share.gather_at(samples, |k| k);
-    team::sum(cast)
+    share.change((samples, |k| k), Memory::default, add).into_iter().sum()
 }
 
 /// A sample of the light that leaves a point of patch k as it was cut.

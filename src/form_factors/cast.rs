@@ -158,8 +158,7 @@ pub fn cast_counts(
         let rows = needed.iter().map(|_| Accumulator::new(patches.len()));
         (rows.collect::<Vec<_>>(), Vec::new())
     };
-    let share = team::share_to_keep(patches.len(), |i| f64::from(count(i)));
-    let (owners, rows) = share.keep(scratch, |(sums, hits), i| {
+    let (owners, rows) = team::keep((patches.len(), |i| f64::from(count(i))), scratch, |(sums, hits), i| {
         tick(1);
         caster.row(i, count(i), &needed, sums, hits)
     });

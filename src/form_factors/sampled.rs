@@ -11,7 +11,6 @@
 //! Not handled: gaps between faces that rays take for one plane (2e-6 of half the scene's extent).
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use crate::form_factors::adaptive_integration::{Estimate, Tolerance};
 use crate::light::team;
@@ -65,12 +64,10 @@ impl Sampler<'_> {
         let mut sums = vec![Sums { met: vec![0.0; n], moved: vec![0.0; n] }; REPLICATES as usize];
         let (mut done, mut until) = (0, FIRST);
         loop {
-            let share = team::share(sums.len(), |_| 1.0);
-            let own = share.range.clone();
-            sums[own.clone()].par_iter_mut().zip(own).for_each(|(sum, r)| {
+            let cast = |(): &mut (), r: usize, sum: &mut Sums| {
                 self.cast(&senders, hash(object, self.seed ^ hash(r as u32, 77)), done..until, sum);
-            });
-            share.gather_at(&mut sums, |r| r);
+            };
+            team::share(sums.len(), |_| 1.0).change((&mut sums, |r| r), || (), cast);
             done = until;
             let row: Vec<Estimate> = (0..n).map(|j| estimate(&sums, j, done)).collect();
             let enough = |e: &Estimate| e.error <= tolerance.of(e.value);

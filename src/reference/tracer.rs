@@ -11,7 +11,6 @@
 use std::time::Instant;
 
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 
 use crate::light::team;
 use crate::light::{Rgb, Transport};
@@ -192,28 +191,19 @@ impl<'a> Tracer<'a> {
         if samples == 0 || self.pixels.is_empty() {
             return;
         }
-        let mut pixels = std::mem::take(&mut self.pixels);
+        let mut rows: Vec<Vec<Pixel>> = self.pixels.chunks(self.width).map(<[_]>::to_vec).collect();
         let this = &*self;
-        let share = team::share(this.height, |_| 1.0);
-        let own = share.range.clone();
-        let rows: Vec<Counts> = pixels[own.start * this.width..own.end * this.width]
-            .par_chunks_mut(this.width)
-            .zip(own)
-            .map(|(row, y)| (y, row))
-            .map_init(Vec::new, |hits, (y, row)| {
-                let mut counts = Counts::default();
-                for (x, pixel) in row.iter_mut().enumerate() {
-                    this.sample(y * this.width + x, samples, pixel, &mut counts, hits);
-                }
-                counts
-            })
-            .collect();
-        share.of_blocks(this.width).gather_at(&mut pixels, |k| k);
-        self.pixels = pixels;
+        let sample = |hits: &mut Vec<Hit>, y: usize, row: &mut Vec<Pixel>| {
+            let mut counts = Counts::default();
+            for (x, pixel) in row.iter_mut().enumerate() {
+                this.sample(y * this.width + x, samples, pixel, &mut counts, hits);
+            }
+            counts
+        };
+        let counts = team::share(this.height, |_| 1.0).change((&mut rows, |y| y), Vec::new, sample);
+        self.pixels = rows.concat();
         self.samples += u64::from(samples);
-        for row in team::all(rows).iter().flatten() {
-            self.counts.add(row);
-        }
+        counts.iter().for_each(|own| self.counts.add(own));
     }
 
     /// Adds passes of `pass` samples, one at least, until there are `most` more samples, `goes_on` says no after a pass

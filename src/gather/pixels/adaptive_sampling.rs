@@ -25,7 +25,7 @@ use rayon::prelude::*;
 
 use crate::error::deadline::is_over;
 use crate::form_factors::Progress;
-use crate::gather::pixels::camera_rays::CameraRays;
+use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::small_faces::find_small_faces;
 use crate::light::team;
@@ -60,18 +60,13 @@ pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan, tick: Progres
     let (width, height) = (camera_rays.view.width, camera_rays.view.height);
     let mut pixels: Vec<Pixel> = Vec::new();
     pixels.resize_with(width * height, Pixel::default);
-    let share = team::share(height, |_| 1.0);
-    let own = share.range.start * width..share.range.end * width;
-    pixels[own.clone()].par_chunks_mut(width).enumerate().for_each_init(
-        || camera_rays.scratch(),
-        |scratch, (y, row)| {
-            for (x, pixel) in row.iter_mut().enumerate() {
-                camera_rays.extend(own.start + y * width + x, pixel, plan.first, scratch);
-            }
+    let first = |scratch: &mut PixelScratch, k: usize, pixel: &mut Pixel| {
+        camera_rays.extend(k, pixel, plan.first, scratch);
+        if k.is_multiple_of(width) {
             tick(1);
-        },
-    );
-    share.of_blocks(width).gather_at(&mut pixels, |k| k);
+        }
+    };
+    team::share(pixels.len(), |_| 1.0).change((&mut pixels, |k| k), || camera_rays.scratch(), first);
     // An error over no pixel would be none at all.
     let shows_luminaires_only = pixels.iter().all(|pixel| pixel.weight() == 0.0);
     pixels.iter_mut().for_each(|pixel| pixel.counts_emission = shows_luminaires_only);
@@ -200,21 +195,13 @@ fn resample(camera_rays: &CameraRays, pixels: &mut [Pixel], few: &[u32]) {
 /// net are well spread.
 fn extend(camera_rays: &CameraRays, pixels: &mut [Pixel], some: &[u32], count: impl Fn(&Pixel) -> u32 + Sync) {
     let share = team::share(some.len(), |i| f64::from(count(&pixels[some[i] as usize])));
-    let mut marked = vec![false; pixels.len()];
-    some[share.range.clone()].iter().for_each(|&k| marked[k as usize] = true);
-    // Blocks of pixels, not rows: noisy pixels gather on a few rows.
-    pixels.par_chunks_mut(16).enumerate().for_each_init(
-        || camera_rays.scratch(),
-        |scratch, (block, own)| {
-            for (i, pixel) in own.iter_mut().enumerate().filter(|(i, _)| marked[16 * block + i]) {
-                let count = count(pixel);
-                while pixel.count < count {
-                    camera_rays.extend(16 * block + i, pixel, 2 * pixel.count, scratch);
-                }
-            }
-        },
-    );
-    share.gather_at(pixels, |i| some[i] as usize);
+    let extend = |scratch: &mut PixelScratch, i: usize, pixel: &mut Pixel| {
+        let count = count(pixel);
+        while pixel.count < count {
+            camera_rays.extend(some[i] as usize, pixel, 2 * pixel.count, scratch);
+        }
+    };
+    share.change((pixels, |i| some[i] as usize), || camera_rays.scratch(), extend);
 }
 
 /// The pixels to double, in order: best gain for the price first, until the noise is predicted to be as requested.

@@ -9,7 +9,6 @@
 //! Not handled: surfaces first seen after the records were placed; they take the nearest record.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
@@ -207,20 +206,16 @@ impl<'a> IrradianceCache<'a> {
         }
         let (camera_rays, final_gather, guiding) = (self.camera_rays, self.final_gather, self.guiding.as_ref());
         let share = team::share(records.len(), |i| f64::from(wanted(i).saturating_sub(records[i].rays)));
-        let (own, before) = (share.range.clone(), guiding.map(GuidingField::found));
-        let added: u64 = records[own.clone()]
-            .par_iter_mut()
-            .zip(own)
-            .map_init(Memory::default, |memory, (record, i)| {
-                let guiding = guiding.map_or(Guiding::NONE, |g| g.of(record.site.density));
-                record.extend(&Casting { camera_rays, final_gather, guiding }, wanted(i), memory)
-            })
-            .sum();
-        share.gather_at(records, |i| i);
+        let before = guiding.map(GuidingField::found);
+        let cast = |memory: &mut Memory, i: usize, record: &mut Record| {
+            let guiding = guiding.map_or(Guiding::NONE, |g| g.of(record.site.density));
+            record.extend(&Casting { camera_rays, final_gather, guiding }, wanted(i), memory)
+        };
+        let added = share.change((records, |i| i), Memory::default, cast);
         if let (Some(guiding), Some(before)) = (&self.guiding, before) {
             guiding.gather_since(before);
         }
-        self.cast += team::sum(added);
+        self.cast += added.into_iter().sum::<u64>();
     }
 
     /// Sets value, valid radius and weight of the records after `first`.
