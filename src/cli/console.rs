@@ -15,6 +15,8 @@ use crate::render::Watch;
 pub struct Console {
     json: bool,
     quiet: bool,
+    /// Things of a loop that are done when this process has done one of its own.
+    together: u64,
     bar: Mutex<ProgressBar>,
     /// Why a line did not reach stdout.
     failure: Mutex<Option<io::Error>>,
@@ -24,13 +26,13 @@ impl Console {
     /// Whether there will be a JSON report on stdout, and whether nothing but errors is said. Of several processes one
     /// says it.
     pub fn new(json: bool, quiet: bool) -> Console {
-        let (json, quiet) = (json && team::speaks(), quiet || !team::speaks());
-        Console { json, quiet, bar: Mutex::new(ProgressBar::hidden()), failure: Mutex::new(None) }
+        let (bar, failure) = (Mutex::new(ProgressBar::hidden()), Mutex::new(None));
+        Console { json, quiet, together: team::size() as u64, bar, failure }
     }
 
     /// A line for people.
     pub fn say(&self, line: impl AsRef<str>) {
-        if self.quiet {
+        if self.quiet || !team::speaks() {
             return;
         }
         self.clear();
@@ -41,14 +43,14 @@ impl Console {
         }
     }
 
-    /// Whether warnings are said: what only they need is not computed otherwise.
+    /// Whether warnings are said: what only they need is not computed otherwise. All of several processes compute it.
     pub fn warns(&self) -> bool {
         !self.quiet
     }
 
     /// A warning, on stderr.
     pub fn warn(&self, line: impl AsRef<str>) {
-        if self.warns() {
+        if self.warns() && team::speaks() {
             self.clear();
             let _ = writeln!(stderr(), "warning: {}", line.as_ref());
         }
@@ -60,7 +62,7 @@ impl Console {
     /// Where stdout did not take this or an earlier line. A reader who has had enough (`| head`) is no error.
     pub fn report(&self, report: &impl serde::Serialize) -> Result<(), CliError> {
         self.clear();
-        if self.json {
+        if self.json && team::speaks() {
             let text = serde_json::to_string_pretty(report).expect("reports have string keys");
             self.print(&text);
         }
@@ -91,7 +93,7 @@ impl Console {
 
 impl Watch for Console {
     fn begin(&self, step: &str, length: u64) {
-        if self.quiet || !std::io::stderr().is_terminal() {
+        if self.quiet || !team::speaks() || !std::io::stderr().is_terminal() {
             return;
         }
         let style = ProgressStyle::with_template("{msg:18} {bar:40} {pos}/{len} {eta}")
@@ -107,7 +109,7 @@ impl Watch for Console {
 
     fn tick(&self, done: u64) {
         if let Ok(bar) = self.bar.lock() {
-            bar.inc(done);
+            bar.inc(self.together * done);
         }
     }
 }

@@ -190,6 +190,12 @@ fn run(Cli { command, common }: Cli) -> Result<(), CliError> {
         });
     }
     let console = Console::new(common.json, common.quiet);
+    if let Some(count) = team::strangers() {
+        console.warn(format!(
+            "this is one of {count} tasks that do not know of each other, and each does all the work; for one solve by \
+             all of them build with --features mpi and start them by mpirun or srun --mpi=pmix"
+        ));
+    }
     match &command {
         Command::Render(own) => render::run(own, &common, &console),
         Command::Bounces(own) => bounces::run(own, &common, &console),

@@ -68,11 +68,20 @@ pub(crate) struct Path {
     pub vertices: Vec<Vertex>,
 }
 
+/// Paths that were added together.
+#[derive(Clone, Debug)]
+struct Addition {
+    /// Those that this process keeps, in the order in which all are numbered.
+    own: Vec<Path>,
+    /// How many follow each other that one process keeps, number k being of rank k modulo the number of processes.
+    runs: Vec<usize>,
+}
+
 /// Paths from all pixels, or from some.
 #[derive(Clone, Debug)]
 pub struct ImportancePaths {
-    /// Those that this process keeps of what was added at a time, in the order in which they are all numbered.
-    own: Vec<Vec<Path>>,
+    /// What was added at a time.
+    additions: Vec<Addition>,
     /// All of them, wherever they are kept.
     pub(crate) count: usize,
     starts: Vec<StartPixel>,
@@ -100,7 +109,7 @@ impl ImportancePaths {
     }
 
     fn from_starts(starts: impl Iterator<Item = StartPixel>, seed: u32) -> ImportancePaths {
-        ImportancePaths { own: Vec::new(), count: 0, starts: starts.collect(), seed, each: 0, rays: 0 }
+        ImportancePaths { additions: Vec::new(), count: 0, starts: starts.collect(), seed, each: 0, rays: 0 }
     }
 
     /// Adds `more` paths to every pixel that they start from, in the mean.
@@ -109,7 +118,7 @@ impl ImportancePaths {
         let (seed, before, after) = (self.seed, self.each, self.each + more);
         let more = |own: &StartPixel| own.paths(after) - own.paths(before);
         let all = (self.starts.len(), |k: usize| f64::from(more(&self.starts[k])));
-        let (_, added): (_, Vec<(Vec<Path>, u64)>) = team::keep(all, Memory::default, |memory, start| {
+        let (ranges, added) = team::keep_in_stripes(all, Memory::default, |memory, start| {
             let own = &self.starts[start];
             memory.scratch.cast = 0;
             let path = |n: u32| {
@@ -117,31 +126,33 @@ impl ImportancePaths {
                 let vertices = tracer.trace(own.pixel as usize, random, memory);
                 Path { start: start as u32, vertices }
             };
-            let paths = (own.paths(before)..own.paths(after)).map(path).collect();
+            let paths: Vec<Path> = (own.paths(before)..own.paths(after)).map(path).collect();
             (paths, memory.scratch.cast)
         });
         let (paths, cast): (Vec<Vec<Path>>, Vec<u64>) = added.into_iter().unzip();
-        self.own.push(paths.into_iter().flatten().collect());
+        let run = |pair: &[usize]| self.starts[pair[0]..pair[1]].iter().map(|own| more(own) as usize).sum();
+        let runs: Vec<usize> = ranges.windows(2).map(run).collect();
+        self.count += runs.iter().sum::<usize>();
+        self.additions.push(Addition { own: paths.into_iter().flatten().collect(), runs });
         self.rays += team::sum(cast.into_iter().sum());
-        self.count += self.starts.iter().map(|own| more(own) as usize).sum::<usize>();
         self.each = after;
     }
 
     /// Takes in the paths of others.
     pub fn absorb(&mut self, others: ImportancePaths) {
-        self.own.extend(others.own);
+        self.additions.extend(others.additions);
         self.count += others.count;
         self.rays += others.rays;
     }
 
     /// Those of this process.
     pub(crate) fn own(&self) -> impl ParallelIterator<Item = &Path> {
-        self.own.par_iter().flatten()
+        self.additions.par_iter().flat_map(|added| &added.own)
     }
 
     /// How often paths were added.
     pub(crate) fn additions(&self) -> usize {
-        self.own.len()
+        self.additions.len()
     }
 
     /// What `of_path` finds for the paths that were added from the `first` time on, all in their order.
@@ -150,11 +161,12 @@ impl ImportancePaths {
         first: usize,
         of_path: impl Fn(&Path) -> T + Sync + Send,
     ) -> Vec<T> {
-        let own = self.own[first..].iter().map(|paths| paths.par_iter().map(&of_path).collect()).collect();
-        // Of each addition the paths of rank 0, then those of rank 1, and so on.
-        let mut of_all: Vec<_> = team::all::<Vec<Vec<T>>>(own).into_iter().map(Vec::into_iter).collect();
-        let additions = first..self.additions();
-        additions.flat_map(|_| of_all.iter_mut().filter_map(Iterator::next).flatten().collect::<Vec<T>>()).collect()
+        let added = &self.additions[first..];
+        let own = added.iter().flat_map(|added| added.own.par_iter().map(&of_path).collect::<Vec<T>>()).collect();
+        let mut of_ranks: Vec<_> = team::all::<Vec<T>>(own).into_iter().map(Vec::into_iter).collect();
+        let size = of_ranks.len();
+        let runs = added.iter().flat_map(|added| added.runs.iter().enumerate());
+        runs.flat_map(|(k, &run)| of_ranks[k % size].by_ref().take(run).collect::<Vec<T>>()).collect()
     }
 
     /// Visibility rays per vertex, in the mean.
@@ -275,7 +287,7 @@ mod tests {
         let mut paths = ImportancePaths::new(&view, vec![1.0; 64], 3);
         paths.extend(&view, 4);
         assert_eq!((paths.count, paths.own().count()), (256, 256));
-        for path in paths.own.iter().flatten() {
+        for path in paths.additions.iter().flat_map(|added| &added.own) {
             let mut next: Option<DVec3> = None;
             for vertex in &path.vertices {
                 let whole: f32 = vertex.reflection.next.iter().map(|m| m.through).sum();

@@ -3,6 +3,7 @@
 //!
 //! Not handled: the arguments of one command, which stand in its own file.
 
+use std::hash::{DefaultHasher, Hasher};
 use std::ops::RangeBounds;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -13,7 +14,8 @@ use clap::{Args, ValueEnum};
 
 use crate::cli::console::Console;
 use crate::cli::error::CliError;
-use crate::light::{Mode, Transport};
+use crate::export::scene_to_bytes;
+use crate::light::{Mode, Transport, team};
 use crate::pictures::{Exposure, Size};
 use crate::render::{Fineness, Solver, check_pictures, usable_memory};
 use crate::scene::{AddedLight, LoadOptions, Scene, Sides};
@@ -125,9 +127,27 @@ impl Completion {
         let Completion { reflectance, light, highlights, .. } = *self;
         let options = LoadOptions { two_sided, reflectance, light, highlights };
         let scene = Scene::open_with(scene, options)?;
+        check_team(&scene)?;
         scene.warnings.iter().for_each(|warning| console.warn(warning));
         Ok(scene)
     }
+}
+
+/// Checks that all of several processes were asked for the same and read the same: they could not work together.
+fn check_team(scene: &Scene) -> Result<(), CliError> {
+    if team::is_alone() {
+        return Ok(());
+    }
+    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    let mut sum = DefaultHasher::new();
+    sum.write(&scene_to_bytes(scene));
+    let all = team::all((format!("{arguments:?}"), sum.finish()));
+    let Some(rank) = all.iter().position(|own| *own != all[0]) else { return Ok(()) };
+    let what = if all[rank].0 == all[0].0 { "reads another scene" } else { "has other arguments" };
+    Err(CliError::Usage {
+        message: format!("process {rank} of {} {what} than process 0", all.len()),
+        help: "start the same command in all of them, with files that all of their machines see alike".into(),
+    })
 }
 
 impl Subject {

@@ -13,10 +13,10 @@ use std::sync::OnceLock;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::light::team::exchange::Team;
+use crate::light::team::exchange::{Gathered, Team};
 pub(crate) use crate::light::team::owners::Owners;
 use crate::light::team::share::LONGEST;
-pub(crate) use crate::light::team::share::{keep, share};
+pub(crate) use crate::light::team::share::{keep, keep_in_stripes, share};
 
 mod exchange;
 mod owners;
@@ -100,7 +100,7 @@ pub fn abort_others(code: u8) {
 pub(crate) fn agree<T: Serialize + DeserializeOwned>(own: T) -> T {
     match team() {
         None => own,
-        Some(team) => decode(&team.gather(&encode(&own))[0]),
+        Some(team) => decode_of(&team.gather(&encode(&own)), 0),
     }
 }
 
@@ -108,7 +108,7 @@ pub(crate) fn agree<T: Serialize + DeserializeOwned>(own: T) -> T {
 pub(crate) fn all<T: Serialize + DeserializeOwned>(own: T) -> Vec<T> {
     match team() {
         None => vec![own],
-        Some(team) => team.gather(&encode(&own)).iter().map(|bytes| decode(bytes)).collect(),
+        Some(team) => team.gather(&encode(&own)).of_ranks().map(decode).collect(),
     }
 }
 
@@ -118,14 +118,27 @@ pub(crate) fn by_first<T: Serialize + DeserializeOwned>(find: impl FnOnce() -> T
         None => find(),
         Some(team) => {
             let own = if team.rank() == 0 { encode(&find()) } else { Vec::new() };
-            decode(&team.gather(&own)[0])
+            decode_of(&team.gather(&own), 0)
         }
     }
 }
 
+/// How many processes there are.
+pub(crate) fn size() -> usize {
+    team().map_or(1, Team::size)
+}
+
 /// The largest share that one process keeps of what all keep.
 pub(crate) fn kept_share() -> f64 {
-    team().map_or(1.0, |team| LONGEST / team.size() as f64)
+    if is_alone() { 1.0 } else { LONGEST / size() as f64 }
+}
+
+/// How many processes Slurm started that do not know of each other, so that each does all the work; none where this one
+/// is alone or not the first, or they are a team.
+pub fn strangers() -> Option<usize> {
+    let number = |name: &str| std::env::var(name).ok()?.parse::<usize>().ok();
+    let is_first = is_alone() && number("SLURM_PROCID") == Some(0);
+    number("SLURM_STEP_NUM_TASKS").filter(|&count| is_first && count > 1)
 }
 
 /// Hands the value k to rank k; returns what each has for this process, by rank.
@@ -138,6 +151,11 @@ pub(crate) fn hand_out<T: Serialize + DeserializeOwned>(own: Vec<T>) -> Vec<T> {
 /// The sum of what every process has.
 pub(crate) fn sum(own: u64) -> u64 {
     all(own).iter().sum()
+}
+
+/// What one rank has handed in.
+fn decode_of<T: DeserializeOwned>(all: &Gathered, rank: usize) -> T {
+    all.of_ranks().nth(rank).map(decode).expect("one of the ranks")
 }
 
 #[cfg(feature = "mpi")]

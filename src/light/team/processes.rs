@@ -14,7 +14,7 @@ use mpi::datatype::{Equivalence, Partition, PartitionMut};
 use mpi::environment::{Universe, initialize_with_threading};
 use mpi::topology::{Communicator, SimpleCommunicator};
 
-use crate::light::team::exchange::Team;
+use crate::light::team::exchange::{Gathered, Team};
 
 /// Bytes of all processes that are passed at once: MPI counts with 31 bits.
 const PIECE: usize = 1 << 30;
@@ -48,20 +48,13 @@ impl Team for Processes {
         self.rank
     }
 
-    fn gather(&self, own: &[u8]) -> Vec<Vec<u8>> {
+    fn gather(&self, own: &[u8]) -> Gathered {
         let world = SimpleCommunicator::world();
         wait_for_all(&world);
         let mut sizes = vec![0u64; self.size];
         world.all_gather_into(&(own.len() as u64), &mut sizes[..]);
         let sizes: Vec<usize> = sizes.into_iter().map(|size| size as usize).collect();
-        let all = join(&world, own, &sizes);
-        let mut rest = &all[..];
-        let mut part = |size: usize| {
-            let (part, after) = rest.split_at(size);
-            rest = after;
-            part.to_vec()
-        };
-        sizes.into_iter().map(&mut part).collect()
+        Gathered { bytes: join(&world, own, &sizes), sizes }
     }
 
     fn join(&self, own: &[f32], counts: &[usize]) -> Vec<f32> {

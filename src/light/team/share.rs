@@ -18,7 +18,7 @@ use serde::de::DeserializeOwned;
 
 use crate::light::team::exchange::Team;
 use crate::light::team::owners::Owners;
-use crate::light::team::{decode, encode, team};
+use crate::light::team::{decode, encode, rank, team};
 
 /// Parts of a loop in each of which every process has a range.
 const STRIPES: usize = 32;
@@ -55,16 +55,18 @@ pub(crate) fn keep<M, T: Send>(
     memory: impl Fn() -> M + Sync + Send,
     work: impl Fn(&mut M, usize) -> T + Sync + Send,
 ) -> (Owners, Vec<T>) {
-    let share = Share::new(count, cost, 1, evened);
-    let owners = match team() {
-        None => Owners::everyone(count),
-        Some(team) => Owners::new(share.starts.clone(), team.rank()),
-    };
-    let own = owners.own().into_par_iter().map_init(memory, work).collect();
-    if let Some(team) = team() {
-        let _: Vec<()> = share.exchange(team, &());
-    }
-    (owners, own)
+    let (starts, own) = Share::new(count, cost, 1, evened).kept(memory, work);
+    (Owners::new(starts, rank()), own)
+}
+
+/// The same for each thing of this process's part of a loop, stripe by stripe; and where the ranges of all processes
+/// begin, range k being that of rank k modulo their number.
+pub(crate) fn keep_in_stripes<M, T: Send>(
+    (count, cost): (usize, impl Fn(usize) -> f64),
+    memory: impl Fn() -> M + Sync + Send,
+    work: impl Fn(&mut M, usize) -> T + Sync + Send,
+) -> (Vec<usize>, Vec<T>) {
+    share(count, cost).kept(memory, work)
 }
 
 impl Share {
@@ -92,6 +94,19 @@ impl Share {
             None => (0..self.count).collect(),
             Some(team) => self.ranges(team.rank(), team.size()).flatten().collect(),
         }
+    }
+
+    /// What `work` finds for each own thing, and where the ranges of all begin.
+    fn kept<M, T: Send>(
+        self,
+        memory: impl Fn() -> M + Sync + Send,
+        work: impl Fn(&mut M, usize) -> T + Sync + Send,
+    ) -> (Vec<usize>, Vec<T>) {
+        let own = self.own().into_par_iter().map_init(memory, work).collect();
+        let Some(team) = team() else { return (vec![0, self.count], own) };
+        let starts = self.starts.clone();
+        let _ = self.exchange::<Vec<()>, _>(team, &Vec::<()>::new());
+        (starts, own)
     }
 
     /// What `work` finds for each thing of the loop, in its order, by all threads of all processes; `memory` is what a
@@ -123,35 +138,56 @@ impl Share {
         chosen.sort_unstable_by_key(|(n, _)| *n);
         let changed = chosen.into_par_iter().map_init(memory, |memory, (n, item)| (work(memory, own[n], item), item));
         let Some(team) = team() else { return changed.map(|(found, _)| found).collect() };
-        let count = self.count;
-        let own: Vec<(U, &mut T)> = changed.collect();
-        let found: Vec<(U, T)> = self.in_order(team, own);
-        debug_assert_eq!(found.len(), count);
-        let put = |(k, (found, item)): (usize, (U, T))| {
-            items[at(k)] = item;
-            found
-        };
-        found.into_iter().enumerate().map(put).collect()
+        let changed: Vec<(U, &mut T)> = changed.collect();
+        let (order, count) = (self.order(team), self.count);
+        let mut of_others = self.exchange::<Vec<(U, T)>, _>(team, &changed);
+        let mut found: Vec<U> = Vec::with_capacity(count);
+        let mut own = changed.into_iter().map(|(found, _)| found).collect::<Vec<U>>().into_iter();
+        for (k, rank) in order.enumerate() {
+            match &mut of_others[rank] {
+                None => found.extend(own.next()),
+                Some(others) => found.extend(others.next().map(|(found, item)| {
+                    items[at(k)] = item;
+                    found
+                })),
+            }
+        }
+        found
     }
 
     /// What all processes found, in the order of the loop.
-    fn in_order<T: DeserializeOwned, O: Serialize>(self, team: &dyn Team, own: Vec<O>) -> Vec<T> {
-        let (size, count) = (team.size(), self.count);
-        let starts = self.starts.clone();
-        let mut of_ranks: Vec<_> = self.exchange::<Vec<T>, _>(team, &own).into_iter().map(Vec::into_iter).collect();
-        let mut all = Vec::with_capacity(count);
-        for (range, pair) in starts.windows(2).enumerate() {
-            all.extend(of_ranks[range % size].by_ref().take(pair[1] - pair[0]));
+    fn in_order<T: Serialize + DeserializeOwned>(self, team: &dyn Team, own: Vec<T>) -> Vec<T> {
+        let (order, count) = (self.order(team), self.count);
+        let mut of_others = self.exchange::<Vec<T>, _>(team, &own);
+        let (mut own, mut all) = (own.into_iter(), Vec::with_capacity(count));
+        for rank in order {
+            all.extend(of_others[rank].as_mut().map_or_else(|| own.next(), Iterator::next));
         }
         all
     }
 
-    /// Hands each process what each has, and learns how fast they were.
-    fn exchange<T: DeserializeOwned, U: Serialize>(self, team: &dyn Team, own: &U) -> Vec<T> {
+    /// The rank of each thing of the loop.
+    fn order(&self, team: &dyn Team) -> impl Iterator<Item = usize> + use<> {
+        let (starts, size) = (self.starts.clone(), team.size());
+        (1..starts.len()).flat_map(move |end| std::iter::repeat_n((end - 1) % size, starts[end] - starts[end - 1]))
+    }
+
+    /// Hands each process what each has, and learns how fast they were; nothing for what is the own.
+    fn exchange<T: DeserializeOwned + IntoIterator, U: Serialize>(
+        self,
+        team: &dyn Team,
+        own: &U,
+    ) -> Vec<Option<T::IntoIter>> {
         let took = self.began.elapsed().as_secs_f64();
         let all = team.gather(&encode(&((took, self.cost), own)));
-        let (times, found): (Vec<(f64, f64)>, Vec<T>) =
-            all.iter().map(|bytes| decode::<((f64, f64), T)>(bytes)).unzip();
+        let of_rank = |(rank, bytes): (usize, &[u8])| {
+            if rank == team.rank() {
+                return ((took, self.cost), None);
+            }
+            let (times, found) = decode::<((f64, f64), T)>(bytes);
+            (times, Some(found.into_iter()))
+        };
+        let (times, found): (Vec<(f64, f64)>, Vec<_>) = all.of_ranks().enumerate().map(of_rank).unzip();
         learn(&mut SPEEDS.lock().unwrap_or_else(PoisonError::into_inner), &times);
         found
     }
