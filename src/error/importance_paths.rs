@@ -116,24 +116,21 @@ impl ImportancePaths {
     pub fn extend(&mut self, view: &View, more: u32) {
         let tracer = PathTracer::new(view);
         let (seed, before, after) = (self.seed, self.each, self.each + more);
-        let more = |own: &StartPixel| own.paths(after) - own.paths(before);
-        let all = (self.starts.len(), |k: usize| f64::from(more(&self.starts[k])));
-        let (ranges, added) = team::keep_in_stripes(all, Memory::default, |memory, start| {
+        // By path and not by pixel: those of some take many times as long as those of others.
+        let until: Vec<usize> = self.starts.iter().scan(0, |sum, own| Some(own.added(before, after, sum))).collect();
+        let all = until.last().copied().unwrap_or(0);
+        let (ranges, added) = team::keep_in_stripes((all, |_| 1.0), Memory::default, |memory, k| {
+            let start = until.partition_point(|&until| until <= k);
             let own = &self.starts[start];
+            let n = own.paths(after) - (until[start] - k) as u32;
             memory.scratch.cast = 0;
-            let path = |n: u32| {
-                let random = Stream::new(hash(n, hash(own.pixel, seed)));
-                let vertices = tracer.trace(own.pixel as usize, random, memory);
-                Path { start: start as u32, vertices }
-            };
-            let paths: Vec<Path> = (own.paths(before)..own.paths(after)).map(path).collect();
-            (paths, memory.scratch.cast)
+            let random = Stream::new(hash(n, hash(own.pixel, seed)));
+            let vertices = tracer.trace(own.pixel as usize, random, memory);
+            (Path { start: start as u32, vertices }, memory.scratch.cast)
         });
-        let (paths, cast): (Vec<Vec<Path>>, Vec<u64>) = added.into_iter().unzip();
-        let run = |pair: &[usize]| self.starts[pair[0]..pair[1]].iter().map(|own| more(own) as usize).sum();
-        let runs: Vec<usize> = ranges.windows(2).map(run).collect();
-        self.count += runs.iter().sum::<usize>();
-        self.additions.push(Addition { own: paths.into_iter().flatten().collect(), runs });
+        let (own, cast): (Vec<Path>, Vec<u64>) = added.into_iter().unzip();
+        self.additions.push(Addition { own, runs: ranges.windows(2).map(|pair| pair[1] - pair[0]).collect() });
+        self.count += all;
         self.rays += team::sum(cast.into_iter().sum());
         self.each = after;
     }
@@ -195,6 +192,12 @@ impl StartPixel {
     /// Its paths where all have `each` in the mean; some of every pixel.
     fn paths(&self, each: u32) -> u32 {
         if each == 0 { 0 } else { (each as f32 * self.density).ceil().max(1.0) as u32 }
+    }
+
+    /// Adds to a number of paths those that it has more where all have `after` in the mean than where they have `before`.
+    fn added(&self, before: u32, after: u32, sum: &mut usize) -> usize {
+        *sum += (self.paths(after) - self.paths(before)) as usize;
+        *sum
     }
 }
 

@@ -61,6 +61,15 @@ struct CellStatistics {
     counts: Vec<AtomicU32>,
 }
 
+/// What rays through one cell found.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct CellSums {
+    cell: u8,
+    sums: [u64; 3],
+    squares: u64,
+    count: u32,
+}
+
 impl CellStatistics {
     fn none(brightest: f32) -> CellStatistics {
         let none = || (0..CELLS * CELLS).map(|_| AtomicU64::new(0)).collect();
@@ -72,20 +81,25 @@ impl CellStatistics {
         }
     }
 
-    /// All numbers.
-    fn all(&self) -> Vec<u64> {
-        let counts = self.counts.iter().map(|count| u64::from(count.load(Ordering::Relaxed)));
-        let sums = self.sums.iter().flatten().chain(&self.squares);
-        sums.map(|sum| sum.load(Ordering::Relaxed)).chain(counts).collect()
+    /// Takes out the numbers of the cells that rays went through, and leaves none.
+    fn take(&mut self) -> Vec<CellSums> {
+        let mut taken = Vec::new();
+        for (k, count) in self.counts.iter_mut().enumerate().filter(|(_, count)| count.load(Ordering::Relaxed) > 0) {
+            let sums = self.sums.each_mut().map(|sums| std::mem::take(sums[k].get_mut()));
+            let squares = std::mem::take(self.squares[k].get_mut());
+            taken.push(CellSums { cell: k as u8, sums, squares, count: std::mem::take(count.get_mut()) });
+        }
+        taken
     }
 
-    /// Adds to all numbers, in the same order.
-    fn add(&self, more: &[u64]) {
-        let sums = self.sums.iter().flatten().chain(&self.squares);
-        let (of_sums, of_counts) = more.split_at(4 * CELLS * CELLS);
-        sums.zip(of_sums).for_each(|(sum, more)| _ = sum.fetch_add(*more, Ordering::Relaxed));
-        let counts = self.counts.iter().zip(of_counts);
-        counts.for_each(|(count, more)| _ = count.fetch_add(*more as u32, Ordering::Relaxed));
+    /// Adds numbers of some cells.
+    fn add(&mut self, more: &[CellSums]) {
+        for own in more {
+            let k = usize::from(own.cell);
+            self.sums.iter_mut().zip(own.sums).for_each(|(sums, more)| *sums[k].get_mut() += more);
+            *self.squares[k].get_mut() += own.squares;
+            *self.counts[k].get_mut() += own.count;
+        }
     }
 
     /// Number of rays so far.
@@ -162,6 +176,8 @@ pub(crate) struct GuidingField {
 /// What rays of one place found, and the density that later ones follow.
 pub(crate) struct GuidedPlace {
     statistics: CellStatistics,
+    /// What rays of this process found and others do not know yet; none where it is alone.
+    news: Option<Box<CellStatistics>>,
     density: Option<Box<GuidingDensity>>,
     /// Rays that the density was made of.
     rays: f32,
@@ -170,13 +186,16 @@ pub(crate) struct GuidedPlace {
 impl GuidedPlace {
     /// Nothing found yet; `brightest` is the length of the light that all is counted in.
     pub fn none(brightest: f64) -> GuidedPlace {
-        GuidedPlace { statistics: CellStatistics::none(brightest as f32), density: None, rays: 0.0 }
+        let none = || CellStatistics::none(brightest as f32);
+        let news = (!team::is_alone()).then(|| Box::new(none()));
+        GuidedPlace { statistics: none(), news, density: None, rays: 0.0 }
     }
 
     /// The density to follow, and where rays are recorded.
     pub fn guiding(&self) -> Guiding<'_> {
         let scale = 1.0 / f64::from(self.statistics.brightest);
-        Guiding { density: self.density.as_deref(), statistics: Some(&self.statistics), scale }
+        let statistics = self.news.as_deref().unwrap_or(&self.statistics);
+        Guiding { density: self.density.as_deref(), statistics: Some(statistics), scale }
     }
 
     /// Makes the density anew where rays have become more by a share that shows.
@@ -221,23 +240,18 @@ impl GuidingField {
         self.places.par_iter_mut().for_each(GuidedPlace::update);
     }
 
-    /// What rays have found so far, to be told from what they find later; nothing where this process is alone.
-    pub fn found(&self) -> Vec<Vec<u64>> {
-        if team::is_alone() { Vec::new() } else { self.places.iter().map(|place| place.statistics.all()).collect() }
-    }
-
-    /// Adds what the rays of other processes have found since `before`.
-    pub fn gather_since(&self, before: Vec<Vec<u64>>) {
+    /// Tells all processes what the rays of each have found.
+    pub fn gather(&mut self) {
         if team::is_alone() {
             return;
         }
-        let since = |(k, before): (usize, &Vec<u64>)| -> Option<(usize, Vec<u64>)> {
-            let now = self.places[k].statistics.all();
-            (now != *before).then(|| (k, now.iter().zip(before).map(|(now, before)| now - before).collect()))
+        let news = |(k, place): (usize, &mut GuidedPlace)| {
+            let own = place.news.as_mut()?.take();
+            (!own.is_empty()).then_some((k, own))
         };
-        let own: Vec<(usize, Vec<u64>)> = before.iter().enumerate().filter_map(since).collect();
-        for (_, found) in team::all(own).into_iter().enumerate().filter(|(rank, _)| *rank != team::rank()) {
-            found.iter().for_each(|(k, more)| self.places[*k].statistics.add(more));
+        let own: Vec<(usize, Vec<CellSums>)> = self.places.par_iter_mut().enumerate().filter_map(news).collect();
+        for (k, more) in team::all(own).into_iter().flatten() {
+            self.places[k].statistics.add(&more);
         }
     }
 

@@ -206,14 +206,13 @@ impl<'a> IrradianceCache<'a> {
         }
         let (camera_rays, final_gather, guiding) = (self.camera_rays, self.final_gather, self.guiding.as_ref());
         let share = team::share(records.len(), |i| f64::from(wanted(i).saturating_sub(records[i].rays)));
-        let before = guiding.map(GuidingField::found);
         let cast = |memory: &mut Memory, i: usize, record: &mut Record| {
             let guiding = guiding.map_or(Guiding::NONE, |g| g.of(record.site.density));
             record.extend(&Casting { camera_rays, final_gather, guiding }, wanted(i), memory)
         };
         let added = share.change((records, |i| i), Memory::default, cast);
-        if let (Some(guiding), Some(before)) = (&self.guiding, before) {
-            guiding.gather_since(before);
+        if let Some(guiding) = &mut self.guiding {
+            guiding.gather();
         }
         self.cast += added.into_iter().sum::<u64>();
     }

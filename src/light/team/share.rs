@@ -20,8 +20,9 @@ use crate::light::team::exchange::Team;
 use crate::light::team::owners::Owners;
 use crate::light::team::{decode, encode, rank, team};
 
-/// Parts of a loop in each of which every process has a range.
-const STRIPES: usize = 32;
+/// Parts of a loop in each of which every process has a range: so many that a place which costs ten times as much as
+/// others does not show.
+const STRIPES: usize = 1024;
 /// A loop of so many seconds says more of how fast processes are than all before; shorter ones count in proportion.
 const TELLING: f64 = 1.0;
 /// The fastest and the slowest of two processes differ by no more than this factor.
