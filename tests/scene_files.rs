@@ -37,6 +37,25 @@ fn refuses(result: Result<Scene, SceneError>, parts: &[&str]) {
     }
 }
 
+/// Materials and their images are beside the scene file, or else beside the OBJ.
+#[test]
+fn an_obj_in_another_folder_has_its_materials() {
+    let place = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| place.path().join(name);
+    fs::create_dir(at("m")).expect("a folder");
+    fs::write(at("m/s.obj"), SQUARE).expect("it is written");
+    fs::write(at("m/m.mtl"), GREY).expect("it is written");
+    fs::write(at("s.toml"), "obj = \"m/s.obj\"\n").expect("it is written");
+    let rho = || {
+        let scene = Scene::load(&at("s.toml"), LoadOptions::default()).expect("a scene");
+        assert_eq!(scene.warnings, [""; 0]);
+        scene.material(0).rho
+    };
+    assert_eq!(rho(), Rgb::splat(0.5));
+    fs::write(at("m.mtl"), GREY.replace("Kd .5", "Kd .25")).expect("it is written");
+    assert_eq!(rho(), Rgb::splat(0.25));
+}
+
 #[test]
 fn mistakes_in_an_obj_are_named_with_their_line() {
     let with = |line: &str| obj(&format!("{SQUARE}{line}\n"));

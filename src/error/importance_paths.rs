@@ -194,7 +194,7 @@ impl StartPixel {
         if each == 0 { 0 } else { (each as f32 * self.density).ceil().max(1.0) as u32 }
     }
 
-    /// Adds to a number of paths those that it has more where all have `after` in the mean than where they have `before`.
+    /// Adds to a number of paths those that it gets where all go from `before` to `after` in the mean.
     fn added(&self, before: u32, after: u32, sum: &mut usize) -> usize {
         *sum += (self.paths(after) - self.paths(before)) as usize;
         *sum

@@ -42,7 +42,7 @@ impl CoarseRows {
         let tau = transports.iter().map(|t| t.tau).collect();
         let own = Variant { tau, rows: reflecting(scene, &patches), columns: all };
         let sampling = Sampling { rays: RAYS, seed, ..Sampling::default() };
-        let numbers = cast_layers(rays, &patches, &own, &sampling, &|_| ()).0.numbers();
+        let numbers = cast_layers(rays, &patches, &own, &sampling, &|_| ()).0.whole().numbers();
         let count = patches.len();
         let depths = numbers.depths.iter().max().map_or(1, |deepest| (*deepest as usize + 1).min(DEPTHS));
         let mut f = vec![0.0_f32; depths * count * count];

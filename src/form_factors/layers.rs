@@ -201,8 +201,12 @@ impl Layers {
         Layers { owners: Owners::everyone(self.owners.len()), rows, ..self }
     }
 
-    /// All crossings kept here as numbers.
+    /// All crossings as numbers.
+    ///
+    /// # Panics
+    /// If other processes keep some ([`Layers::whole`]).
     pub fn numbers(&self) -> LayerNumbers {
+        assert!(self.owners.is_everyone(), "crossings of some patches are not here");
         let crossings = || self.rows.iter().flat_map(|row| &row.crossings);
         LayerNumbers {
             rays: self.rays,

@@ -3,9 +3,9 @@
 //! Products accumulate in f32 over short runs and in f64 between them, so that the relative rounding error of a
 //! non-negative row stays below [`Rows::ROUNDING`] however long the row.
 //!
-//! Where several processes share a solve, each keeps the rows of some patches, one after the other, and so much of the
-//! matrix as a [part](Rows::of_part): a product multiplies these and hands them round, and rows of the transposed matrix
-//! lie where their patches are. Not handled: the products themselves.
+//! Where several processes share a solve, each keeps the rows of some patches, one after the other
+//! ([`Rows::of_part`]): a product multiplies these and hands its numbers round, and rows of the transposed matrix lie
+//! where their patches are. Not handled: the products themselves.
 
 use std::ops::Range;
 

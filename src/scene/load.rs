@@ -154,9 +154,18 @@ fn from_scene_file(input: &SceneInput) -> Result<Scene, SceneError> {
     let read = text.parse()?;
     let geometry = read.geometry();
     let bytes = reader(geometry).map_err(|source| read.missing_geometry(&text, source))?;
-    // Buffers of a glTF are next to it, libraries of an OBJ next to the scene file.
-    let folder = geometry.rfind(['/', '\\']).filter(|_| is_gltf(geometry)).map_or("", |end| &geometry[..=end]);
-    let beside = |name: &str| reader(&format!("{folder}{name}"));
+    // Buffers of a glTF are next to it, libraries of an OBJ next to the scene file or else to the OBJ.
+    let folder = geometry.rfind(['/', '\\']).map_or("", |end| &geometry[..=end]);
+    let beside = |name: &str| {
+        let there = || reader(&format!("{folder}{name}"));
+        if is_gltf(geometry) {
+            return there();
+        }
+        match reader(name) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => there(),
+            found => found,
+        }
+    };
     let mut soup = read_geometry(&SceneInput { file: geometry, bytes: &bytes, reader: &beside, ..*input })?;
     read.change_materials(&text, &mut soup)?;
     options.apply(&mut soup.materials, |name| read.gives_sides(name));

@@ -94,7 +94,7 @@ pub fn patch_factors(p: &Discretization, tau: &[f32], sampling: &Sampling, watch
     watch.begin("form factors", patches.len() as u64);
     let tick = |done| watch.tick(done);
     let (mut found, rays) = p.rows.rows(&Wanted { geometry, patches, variants: &variants, sampling, tick: &tick });
-    let factors = found.remove(0);
+    let factors = found.remove(0).whole();
     let areas = patches.file_areas(scene);
     let sky = |i: usize| {
         let (columns, values) = factors.rows.row(i);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::light::team;
+use crate::light::team::members;
 
 /// The range of each process; all is everyone's where there is one range.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,12 +45,12 @@ impl Owners {
 
     /// What all things come to, where those of this process come to `own`.
     pub fn sum(&self, own: u64) -> u64 {
-        if self.is_everyone() { own } else { team::sum(own) }
+        if self.is_everyone() { own } else { members::sum(own) }
     }
 
     /// The largest of all things, where that of this process is `own`.
     pub fn largest(&self, own: u32) -> u32 {
-        if self.is_everyone() { own } else { team::all(own).into_iter().max().unwrap_or(own) }
+        if self.is_everyone() { own } else { members::all(own).into_iter().max().unwrap_or(own) }
     }
 
     /// Something of each thing, where this process has that of its own.
@@ -64,7 +64,7 @@ impl Owners {
 
     /// `width` numbers of each thing, where this process has those of its own.
     pub fn join_numbers(&self, own: Vec<f32>, width: usize) -> Vec<f32> {
-        let Some(team) = team::team().filter(|_| !self.is_everyone()) else { return own };
+        let Some(team) = members::team().filter(|_| !self.is_everyone()) else { return own };
         let counts: Vec<usize> = self.ranges().map(|range| width * range.len()).collect();
         team.join(&own, &counts)
     }

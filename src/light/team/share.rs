@@ -17,8 +17,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::light::team::exchange::Team;
+use crate::light::team::members::{decode, encode, is_alone, rank, size, team};
 use crate::light::team::owners::Owners;
-use crate::light::team::{decode, encode, rank, team};
 
 /// Parts of a loop in each of which every process has a range: so many that a place which costs ten times as much as
 /// others does not show.
@@ -28,7 +28,7 @@ const TELLING: f64 = 1.0;
 /// The fastest and the slowest of two processes differ by no more than this factor.
 const APART: f64 = 8.0;
 /// The longest range of what is kept over the mean.
-pub(crate) const LONGEST: f64 = 1.25;
+const LONGEST: f64 = 1.25;
 
 /// The share of each process of all that they do in a time; empty until they are known.
 static SPEEDS: Mutex<Vec<f64>> = Mutex::new(Vec::new());
@@ -68,6 +68,11 @@ pub(crate) fn keep_in_stripes<M, T: Send>(
     work: impl Fn(&mut M, usize) -> T + Sync + Send,
 ) -> (Vec<usize>, Vec<T>) {
     share(count, cost).kept(memory, work)
+}
+
+/// The largest share that one process keeps of what all keep.
+pub(crate) fn kept_share() -> f64 {
+    if is_alone() { 1.0 } else { LONGEST / size() as f64 }
 }
 
 impl Share {

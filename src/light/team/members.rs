@@ -1,0 +1,173 @@
+//! The processes there are, and what each of them has, handed to all.
+//!
+//! Not handled: who works on what of a loop ([`crate::light::team::share`]).
+
+use std::sync::OnceLock;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::light::team::exchange::{Gathered, Team};
+#[cfg(feature = "mpi")]
+use crate::light::team::processes;
+
+static TEAM: OnceLock<Box<dyn Team>> = OnceLock::new();
+
+/// A process's connection with the others, which ends with it.
+#[must_use]
+pub struct Connection {
+    #[cfg(feature = "mpi")]
+    _universe: Option<mpi::environment::Universe>,
+}
+
+/// What those who start processes tell each of them: OpenMPI and Slurm, MPICH and Intel, older versions of the former.
+#[cfg(feature = "mpi")]
+const STARTED: [&str; 3] = ["PMIX_RANK", "PMI_RANK", "OMPI_COMM_WORLD_RANK"];
+
+/// The exit code of a fault of the program.
+#[cfg(feature = "mpi")]
+const FAULT: u8 = 101;
+
+/// Has a fault of one process end all of them: the others would wait for it.
+#[cfg(feature = "mpi")]
+fn end_all_on_panic() {
+    let before = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |fault| {
+        before(fault);
+        abort_others(FAULT);
+    }));
+}
+
+/// Connects this process with those that `mpirun` started beside it, for as long as the returned value lives; alone, or
+/// without the feature `mpi`, nothing happens.
+pub fn connect() -> Connection {
+    #[cfg(feature = "mpi")]
+    {
+        let is_started = STARTED.iter().any(|name| std::env::var_os(name).is_some());
+        let (universe, team) = is_started.then(processes::connect).flatten().unzip();
+        let _ = team.map(|team| TEAM.set(team));
+        if universe.is_some() {
+            end_all_on_panic();
+        }
+        Connection { _universe: universe }
+    }
+    #[cfg(not(feature = "mpi"))]
+    Connection {}
+}
+
+/// The processes that share the work; none where this one is alone.
+pub(super) fn team() -> Option<&'static dyn Team> {
+    TEAM.get().map(|team| &**team).filter(|team| team.size() > 1)
+}
+
+/// Whether there are no other processes.
+pub fn is_alone() -> bool {
+    team().is_none()
+}
+
+/// Which of the processes this one is, from 0 on.
+pub fn rank() -> usize {
+    team().map_or(0, |team| team.rank())
+}
+
+/// Whether this process writes files and tells what there is to tell: one of all does.
+pub fn speaks() -> bool {
+    rank() == 0
+}
+
+/// Ends all other processes, if there are some, with an exit code; returns where there are none.
+pub fn abort_others(code: u8) {
+    if let Some(team) = team() {
+        team.abort(i32::from(code));
+    }
+}
+
+/// A value that every process is to go on with: what the first of them has. For what they may see differently, such as
+/// clocks.
+pub(crate) fn agree<T: Serialize + DeserializeOwned>(own: T) -> T {
+    match team() {
+        None => own,
+        Some(team) => decode_of(&team.gather(&encode(&own)), 0),
+    }
+}
+
+/// What every process has, in the order of their ranks.
+pub(crate) fn all<T: Serialize + DeserializeOwned>(own: T) -> Vec<T> {
+    match team() {
+        None => vec![own],
+        Some(team) => team.gather(&encode(&own)).of_ranks().map(decode).collect(),
+    }
+}
+
+/// A value that the first process finds, for all of them.
+pub(crate) fn by_first<T: Serialize + DeserializeOwned>(find: impl FnOnce() -> T) -> T {
+    match team() {
+        None => find(),
+        Some(team) => {
+            let own = if team.rank() == 0 { encode(&find()) } else { Vec::new() };
+            decode_of(&team.gather(&own), 0)
+        }
+    }
+}
+
+/// How many processes there are.
+pub(crate) fn size() -> usize {
+    team().map_or(1, Team::size)
+}
+
+/// How many processes Slurm started that do not know of each other, so that each does all the work; none where this one
+/// is alone or not the first, or they are a team.
+pub fn strangers() -> Option<usize> {
+    let number = |name: &str| std::env::var(name).ok()?.parse::<usize>().ok();
+    let is_first = is_alone() && number("SLURM_PROCID") == Some(0);
+    number("SLURM_STEP_NUM_TASKS").filter(|&count| is_first && count > 1)
+}
+
+/// Hands the value k to rank k; returns what each has for this process, by rank.
+pub(crate) fn hand_out<T: Serialize + DeserializeOwned>(own: Vec<T>) -> Vec<T> {
+    let Some(team) = team() else { return own };
+    let bytes: Vec<Vec<u8>> = own.into_iter().map(|value| encode(&value)).collect();
+    team.hand_out(&bytes).iter().map(|bytes| decode(bytes)).collect()
+}
+
+/// The sum of what every process has.
+pub(crate) fn sum(own: u64) -> u64 {
+    all(own).iter().sum()
+}
+
+/// What one rank has handed in.
+fn decode_of<T: DeserializeOwned>(all: &Gathered, rank: usize) -> T {
+    all.of_ranks().nth(rank).map(decode).expect("one of the ranks")
+}
+
+#[cfg(feature = "mpi")]
+pub(super) fn encode<T: Serialize>(value: &T) -> Vec<u8> {
+    postcard::to_stdvec(value).expect("numbers, and lists of them")
+}
+
+#[cfg(feature = "mpi")]
+pub(super) fn decode<T: DeserializeOwned>(bytes: &[u8]) -> T {
+    postcard::from_bytes(bytes).expect("what another process of the same program made")
+}
+
+/// A process is alone without a library that connects it with others.
+#[cfg(not(feature = "mpi"))]
+pub(super) fn encode<T: Serialize>(_: &T) -> Vec<u8> {
+    Vec::new()
+}
+
+#[cfg(not(feature = "mpi"))]
+pub(super) fn decode<T: DeserializeOwned>(_: &[u8]) -> T {
+    unreachable!("a team needs the feature mpi")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn alone_a_process_speaks_for_itself() {
+        assert!(is_alone() && speaks() && agree(true) && all(5) == [5] && by_first(|| 3) == 3);
+        assert_eq!((sum(2), hand_out(vec![7]), kept_share()), (2, vec![7], 1.0));
+    }
+}
