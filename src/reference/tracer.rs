@@ -221,7 +221,7 @@ impl<'a> Tracer<'a> {
         while remaining > 0 {
             self.pass(remaining.min(pass));
             remaining -= remaining.min(pass);
-            let then = team::agree(clock.elapsed().as_secs_f64());
+            let then = team::agree(|| clock.elapsed().as_secs_f64());
             longest = longest.max(then - now);
             now = then;
             if !goes_on(self, now) || now + longest > seconds {

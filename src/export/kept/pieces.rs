@@ -54,7 +54,7 @@ impl Pieces {
             let path = |name: &String| self.0.join(format!("{name}-{first}-{end}.rows"));
             let read = || names.iter().map(|name| read(&path(name), end - first)).collect();
             // One of several processes may see files that the others do not yet.
-            let known: Vec<Option<Own>> = team::by_first(read);
+            let known: Vec<Option<Own>> = team::agree(read);
             if known.iter().all(Option::is_some) {
                 all.iter_mut().zip(known).for_each(|(all, own)| all.extend(own.unwrap_or_default()));
             } else {

@@ -82,12 +82,15 @@ pub fn abort_others(code: u8) {
     }
 }
 
-/// A value that every process is to go on with: what the first of them has. For what they may see differently, such as
-/// clocks.
-pub(crate) fn agree<T: Serialize + DeserializeOwned>(own: T) -> T {
+/// A value that every process is to go on with: what the first of them finds. For what they may see differently, such
+/// as clocks and files.
+pub(crate) fn agree<T: Serialize + DeserializeOwned>(find: impl FnOnce() -> T) -> T {
     match team() {
-        None => own,
-        Some(team) => decode_of(&team.gather(&encode(&own)), 0),
+        None => find(),
+        Some(team) => {
+            let own = if team.rank() == 0 { encode(&find()) } else { Vec::new() };
+            decode_of(&team.gather(&own), 0)
+        }
     }
 }
 
@@ -99,19 +102,8 @@ pub(crate) fn all<T: Serialize + DeserializeOwned>(own: T) -> Vec<T> {
     }
 }
 
-/// A value that the first process finds, for all of them.
-pub(crate) fn by_first<T: Serialize + DeserializeOwned>(find: impl FnOnce() -> T) -> T {
-    match team() {
-        None => find(),
-        Some(team) => {
-            let own = if team.rank() == 0 { encode(&find()) } else { Vec::new() };
-            decode_of(&team.gather(&own), 0)
-        }
-    }
-}
-
 /// How many processes there are.
-pub(crate) fn size() -> usize {
+pub fn size() -> usize {
     team().map_or(1, Team::size)
 }
 
@@ -167,7 +159,7 @@ mod tests {
 
     #[test]
     fn alone_a_process_speaks_for_itself() {
-        assert!(is_alone() && speaks() && agree(true) && all(5) == [5] && by_first(|| 3) == 3);
-        assert_eq!((sum(2), hand_out(vec![7]), kept_share()), (2, vec![7], 1.0));
+        assert!(is_alone() && speaks() && agree(|| true) && all(5) == [5]);
+        assert_eq!((sum(2), hand_out(vec![7]), size()), (2, vec![7], 1));
     }
 }

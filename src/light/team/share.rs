@@ -303,6 +303,6 @@ mod tests {
         assert_eq!(share(2, |_| 1.0).change((&mut items, |k| 3 - 2 * k), || (), add), [0, 1]);
         assert_eq!(items, [10, 21, 30, 41]);
         let (owners, kept) = keep((2, |_| 1.0), || (), |(), k| k);
-        assert!(owners.is_everyone() && kept == [0, 1]);
+        assert!(owners.is_everyone() && kept == [0, 1] && kept_share() == 1.0);
     }
 }
