@@ -23,6 +23,8 @@ use crate::light::team::owners::Owners;
 /// Parts of a loop in each of which every process has a range: so many that a place which costs ten times as much as
 /// others does not show.
 const STRIPES: usize = 1024;
+/// Things of a range in the mean, at least: of fewer, some ranks would get more than others by rounding.
+const FEWEST: usize = 4;
 /// A loop of so many seconds says more of how fast processes are than all before; shorter ones count in proportion.
 const TELLING: f64 = 1.0;
 /// The fastest and the slowest of two processes differ by no more than this factor.
@@ -46,7 +48,12 @@ pub(crate) struct Share {
 
 /// This process's part of a loop over `count` things of which each is expected to `cost` something.
 pub(crate) fn share(count: usize, cost: impl Fn(usize) -> f64) -> Share {
-    Share::new(count, cost, STRIPES, |speeds| speeds)
+    Share::new(count, cost, stripes(count, size()), |speeds| speeds)
+}
+
+/// How often a loop over so many things is cut, for so many processes.
+fn stripes(count: usize, size: usize) -> usize {
+    (count / (FEWEST * size)).clamp(1, STRIPES)
 }
 
 /// What `work` finds for each thing of one range of a loop, kept by this process, and who keeps the others; `memory` is
@@ -265,6 +272,19 @@ mod tests {
                     assert!((own as f64 / 10_000.0 - speed).abs() <= bound, "{own} {speed}");
                 }
             }
+        }
+    }
+
+    /// Also where their number and that of stripes have a common measure.
+    #[test]
+    fn few_things_are_shared_out_evenly() {
+        for count in 8..600 {
+            let until: Vec<f64> = (1..=count).map(|k| k as f64).collect();
+            let stripes = stripes(count, 2);
+            let starts = starts(&until, &[0.5, 0.5], stripes);
+            let first: usize = (0..stripes).map(|s| starts[2 * s + 1] - starts[2 * s]).sum();
+            // Each range may lose or gain less than one, and they have four in the mean.
+            assert!(first.abs_diff(count - first) <= 1 + stripes && first >= count / 3, "{count}: {first}");
         }
     }
 
