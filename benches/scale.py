@@ -8,7 +8,7 @@
 n patches with e entries a row of F, R rays cast in all, P products (power iteration and series), N ranks of c threads:
 
     seconds  = (R ray + n row) / (N c) + P (n e entry / (N c) + n vector + 16 n / network + latency log2 N) + n patch
-    bytes    = n (e 16 / N + own) + program
+    bytes    = n (e stored / N + own) + program
 
 CPU seconds on one machine, which `check` compares, are those of work shared out once and of the rest N times. Constants
 are of this machine; network and latency of clusters are assumptions, and so is that c threads are c times as fast.
@@ -34,15 +34,15 @@ SCENE, PRODUCTS = "furnished-room", 97
 class Constants:
     """Seconds and bytes; `measure` prints them."""
 
-    ray: float = 248e-9  # a ray of F, and its place in a row
-    row: float = 14.7e-6  # a row of F besides
-    entry: float = 1.22e-9  # an entry of F, times four numbers
-    vector: float = 25e-9  # what is done with a patch's numbers after a product, by every rank
-    patch: float = 1.7e-6  # a patch: cutting it, and its light in a picture, by every rank
+    ray: float = 228e-9  # a ray of F, and its place in a row
+    row: float = 14.2e-6  # a row of F besides
+    entry: float = 1.13e-9  # an entry of F, times four numbers
+    vector: float = 47e-9  # what is done with a patch's numbers after a product, by every rank
+    patch: float = 1.4e-6  # a patch: cutting it, and its light in a picture, by every rank
     start: float = 0.15  # MPI's, for each rank
-    stored: float = 16.2  # bytes of an entry, while rows are joined
-    own: float = 1590.0  # bytes of a patch with every rank
-    program: float = 19e6
+    stored: float = 14.1  # bytes of an entry, while rows are joined
+    own: float = 2070.0  # bytes of a patch with every rank
+    program: float = 14e6
 
 
 @dataclass
