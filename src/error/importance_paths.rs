@@ -119,15 +119,20 @@ impl ImportancePaths {
         // By path and not by pixel: those of some take many times as long as those of others.
         let until: Vec<usize> = self.starts.iter().scan(0, |sum, own| Some(own.added(before, after, sum))).collect();
         let all = until.last().copied().unwrap_or(0);
-        let (ranges, added) = team::keep_in_stripes((all, |_| 1.0), Memory::default, |memory, k| {
-            let start = until.partition_point(|&until| until <= k);
-            let own = &self.starts[start];
-            let n = own.paths(after) - (until[start] - k) as u32;
-            memory.scratch.cast = 0;
-            let random = Stream::new(hash(n, hash(own.pixel, seed)));
-            let vertices = tracer.trace(own.pixel as usize, random, memory);
-            (Path { start: start as u32, vertices }, memory.scratch.cast)
-        });
+        let (ranges, added) = team::keep_in_stripes(
+            all,
+            |_| 1.0,
+            Memory::default,
+            |memory, k| {
+                let start = until.partition_point(|&until| until <= k);
+                let own = &self.starts[start];
+                let n = own.paths(after) - (until[start] - k) as u32;
+                memory.scratch.cast = 0;
+                let random = Stream::new(hash(n, hash(own.pixel, seed)));
+                let vertices = tracer.trace(own.pixel as usize, random, memory);
+                (Path { start: start as u32, vertices }, memory.scratch.cast)
+            },
+        );
         let (own, cast): (Vec<Path>, Vec<u64>) = added.into_iter().unzip();
         self.additions.push(Addition { own, runs: ranges.windows(2).map(|pair| pair[1] - pair[0]).collect() });
         self.count += all;

@@ -143,7 +143,7 @@ pub(crate) fn add_samples_of_bright(
         memory.scratch.cast - before
     };
     let share = team::share(samples.len(), |k| powers[k]);
-    share.change((samples, |k| k), Memory::default, add).into_iter().sum()
+    share.change(samples, |k| k, Memory::default, add).into_iter().sum()
 }
 
 /// A sample of the light that leaves a point of patch k as it was cut.

@@ -158,10 +158,15 @@ pub fn cast_counts(
         let rows = needed.iter().map(|_| Accumulator::new(patches.len()));
         (rows.collect::<Vec<_>>(), Vec::new())
     };
-    let (owners, rows) = team::keep((patches.len(), |i| f64::from(count(i))), scratch, |(sums, hits), i| {
-        tick(1);
-        caster.row(i, count(i), &needed, sums, hits)
-    });
+    let (owners, rows) = team::keep(
+        patches.len(),
+        |i| f64::from(count(i)),
+        scratch,
+        |(sums, hits), i| {
+            tick(1);
+            caster.row(i, count(i), &needed, sums, hits)
+        },
+    );
     let sources = (0..patches.len()).filter(|&i| needed.iter().any(|v| v.rows[i]));
     let cast = sources.map(|i| u64::from(count(i))).sum();
     (distribute(variants, &owners, rows), cast)

@@ -86,7 +86,7 @@ pub fn cast_layers(
         }
         row
     };
-    let (owners, rows) = team::keep((patches.len(), |_| 1.0), Vec::new, row);
+    let (owners, rows) = team::keep(patches.len(), |_| 1.0, Vec::new, row);
     let sources = (0..patches.len()).filter(|&i| needed(i)).count();
     (Layers::new(owners, rows, count), sources as u64 * u64::from(count))
 }

@@ -67,7 +67,7 @@ impl Sampler<'_> {
             let cast = |(): &mut (), r: usize, sum: &mut Sums| {
                 self.cast(&senders, hash(object, self.seed ^ hash(r as u32, 77)), done..until, sum);
             };
-            team::share(sums.len(), |_| 1.0).change((&mut sums, |r| r), || (), cast);
+            team::share(sums.len(), |_| 1.0).change(&mut sums, |r| r, || (), cast);
             done = until;
             let row: Vec<Estimate> = (0..n).map(|j| estimate(&sums, j, done)).collect();
             let enough = |e: &Estimate| e.error <= tolerance.of(e.value);

@@ -200,7 +200,7 @@ impl<'a> Tracer<'a> {
             }
             counts
         };
-        let counts = team::share(this.height, |_| 1.0).change((&mut rows, |y| y), Vec::new, sample);
+        let counts = team::share(this.height, |_| 1.0).change(&mut rows, |y| y, Vec::new, sample);
         self.pixels = rows.concat();
         self.samples += u64::from(samples);
         counts.iter().for_each(|own| self.counts.add(own));

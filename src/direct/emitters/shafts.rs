@@ -10,6 +10,8 @@
 //! Not handled: hierarchies of faces: scenes with too many faces draw points everywhere. Bodies of many corners, which
 //! are replaced by boxes.
 
+use glam::DVec3;
+
 use crate::direct::Luminaires;
 use crate::direct::emitters::luminaire::Luminaire;
 use crate::form_factors::hull::{apart, bounds};
@@ -18,7 +20,6 @@ use crate::light::team;
 use crate::patches::Patches;
 use crate::rays::{Rays, Side};
 use crate::scene::Scene;
-use glam::DVec3;
 
 /// Corners of a patch, and of a luminaire, at most.
 const MOST_CORNERS: usize = 32;

@@ -10,6 +10,8 @@
 //! handled: hierarchies of faces; where faces are too many all luminaires are sampled. On curved patches no node is
 //! culled, and only nodes far from the patch count as visible.
 
+use glam::{DVec3, Vec2};
+
 use crate::direct::Luminaires;
 use crate::direct::emitters::occlusion::Occlusion;
 use crate::direct::emitters::shafts::{Body, Shaft, most_faces, patch_body};
@@ -20,7 +22,6 @@ use crate::light::team;
 use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{Hit, Rays};
-use glam::{DVec3, Vec2};
 
 /// Luminaires by closed form at most.
 const MOST_EXACT: usize = 48;

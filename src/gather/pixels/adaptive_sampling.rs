@@ -66,7 +66,7 @@ pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan, tick: Progres
             tick(1);
         }
     };
-    team::share(pixels.len(), |_| 1.0).change((&mut pixels, |k| k), || camera_rays.scratch(), first);
+    team::share(pixels.len(), |_| 1.0).change(&mut pixels, |k| k, || camera_rays.scratch(), first);
     // An error over no pixel would be none at all.
     let shows_luminaires_only = pixels.iter().all(|pixel| pixel.weight() == 0.0);
     pixels.iter_mut().for_each(|pixel| pixel.counts_emission = shows_luminaires_only);
@@ -201,7 +201,7 @@ fn extend(camera_rays: &CameraRays, pixels: &mut [Pixel], some: &[u32], count: i
             camera_rays.extend(some[i] as usize, pixel, 2 * pixel.count, scratch);
         }
     };
-    share.change((pixels, |i| some[i] as usize), || camera_rays.scratch(), extend);
+    share.change(pixels, |i| some[i] as usize, || camera_rays.scratch(), extend);
 }
 
 /// The pixels to double, in order: best gain for the price first, until the noise is predicted to be as requested.

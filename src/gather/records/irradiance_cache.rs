@@ -210,7 +210,7 @@ impl<'a> IrradianceCache<'a> {
             let guiding = guiding.map_or(Guiding::NONE, |g| g.of(record.site.density));
             record.extend(&Casting { camera_rays, final_gather, guiding }, wanted(i), memory)
         };
-        let added = share.change((records, |i| i), Memory::default, cast);
+        let added = share.change(records, |i| i, Memory::default, cast);
         if let Some(guiding) = &mut self.guiding {
             guiding.gather();
         }

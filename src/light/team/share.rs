@@ -59,7 +59,8 @@ fn stripes(count: usize, size: usize) -> usize {
 /// What `work` finds for each thing of one range of a loop, kept by this process, and who keeps the others; `memory` is
 /// what a thread uses again. No range is much longer than others, as what is kept takes memory.
 pub(crate) fn keep<M, T: Send>(
-    (count, cost): (usize, impl Fn(usize) -> f64),
+    count: usize,
+    cost: impl Fn(usize) -> f64,
     memory: impl Fn() -> M + Sync + Send,
     work: impl Fn(&mut M, usize) -> T + Sync + Send,
 ) -> (Owners, Vec<T>) {
@@ -70,7 +71,8 @@ pub(crate) fn keep<M, T: Send>(
 /// The same for each thing of this process's part of a loop, stripe by stripe; and where the ranges of all processes
 /// begin, range k being that of rank k modulo their number.
 pub(crate) fn keep_in_stripes<M, T: Send>(
-    (count, cost): (usize, impl Fn(usize) -> f64),
+    count: usize,
+    cost: impl Fn(usize) -> f64,
     memory: impl Fn() -> M + Sync + Send,
     work: impl Fn(&mut M, usize) -> T + Sync + Send,
 ) -> (Vec<usize>, Vec<T>) {
@@ -137,7 +139,8 @@ impl Share {
     /// Has `work` change item `at(k)` for each thing k of the loop, no item twice, and returns what it finds there.
     pub fn change<M, T: Serialize + DeserializeOwned + Send, U: Serialize + DeserializeOwned + Send>(
         self,
-        (items, at): (&mut [T], impl Fn(usize) -> usize),
+        items: &mut [T],
+        at: impl Fn(usize) -> usize,
         memory: impl Fn() -> M + Sync + Send,
         work: impl Fn(&mut M, usize, &mut T) -> U + Sync + Send,
     ) -> Vec<U> {
@@ -320,9 +323,9 @@ mod tests {
             *item += 1;
             k
         };
-        assert_eq!(share(2, |_| 1.0).change((&mut items, |k| 3 - 2 * k), || (), add), [0, 1]);
+        assert_eq!(share(2, |_| 1.0).change(&mut items, |k| 3 - 2 * k, || (), add), [0, 1]);
         assert_eq!(items, [10, 21, 30, 41]);
-        let (owners, kept) = keep((2, |_| 1.0), || (), |(), k| k);
+        let (owners, kept) = keep(2, |_| 1.0, || (), |(), k| k);
         assert!(owners.is_everyone() && kept == [0, 1] && kept_share() == 1.0);
     }
 }
