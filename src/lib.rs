@@ -118,12 +118,11 @@
 //!
 //! They stand in the order in which light flows through the code; each uses only those above it. [`light`] to
 //! [`surfaces`] say what there is, [`patches`] to [`solve`] put `L = E + K L` together and solve it, [`reading`] to
-//! [`gather`] look at the solution and estimate its error, [`render`] has all of it as [`Solver`], `export` writes
-//! files that others read; [reference](mod@reference) is the path tracer, [`study`] what is measured with both. Four
-//! features, all on by default, may be left out: `plot` draws charts and sheets, `export` writes files of numbers and
-//! keeps solved scenes, `explore` makes pages, `cli` is the program and needs all of them.
+//! [`gather`] look at the solution and estimate its error, and [`render`] has all of it as [`Solver`]. What is made of a
+//! solution (files, charts, pages, comparisons with a path tracer, the program) are crates of their own, which use what
+//! is public here.
 
-#![cfg_attr(not(feature = "opengl"), forbid(unsafe_code))]
+#![forbid(unsafe_code)]
 
 // Blank lines keep the order: rustfmt sorts declarations that touch.
 
@@ -154,22 +153,6 @@ pub mod error;
 pub mod gather;
 
 pub mod render;
-
-#[cfg(feature = "export")]
-pub mod export;
-
-pub mod reference;
-
-#[cfg(feature = "plot")]
-pub mod plot;
-
-pub mod study;
-
-#[cfg(feature = "explore")]
-pub mod explore;
-
-#[cfg(feature = "cli")]
-pub mod cli;
 
 pub use light::{Interrupt, Light, Mode, Transport};
 pub use operator::{LinearOperator, Operator};

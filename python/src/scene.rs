@@ -7,7 +7,7 @@
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
-use halflight::export::{scene_from_bytes as of_bytes, scene_to_bytes};
+use halflight_export::{scene_from_bytes as of_bytes, scene_to_bytes};
 use halflight::light::{Rgb, Visibility};
 use halflight::scene::{AddedLight, Camera, Emitters, GivenFace, LoadOptions, Material, Sides, SkyLight, builtin};
 use halflight::{Solver, Transport};

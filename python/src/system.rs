@@ -4,7 +4,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use halflight::export::PatchMesh;
+use halflight_export::PatchMesh;
 use halflight::form_factors::{FormFactors, Layers, Rows};
 use halflight::operator::{Cast, LinearOperator, RowSource, Wanted};
 use halflight::patches::Patches;

@@ -18,7 +18,7 @@ pub(crate) mod received;
 pub(crate) mod systematic;
 
 pub use emitters::luminaire::Luminaire;
-pub(crate) use emitters::luminaire_texture::TOLERABLE;
+pub use emitters::luminaire_texture::TOLERABLE;
 pub use emitters::luminaires::Luminaires;
 pub use emitters::occlusion::Occlusion;
 pub use emitters::shafts::{Between, Shafts};

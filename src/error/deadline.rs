@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use crate::light::team;
 
 /// The moment so many seconds after a start; none (never) where the clock cannot represent it.
-pub(crate) fn deadline_after(start: Instant, seconds: f64) -> Option<Instant> {
+pub fn deadline_after(start: Instant, seconds: f64) -> Option<Instant> {
     start.checked_add(Duration::try_from_secs_f64(seconds).ok()?)
 }
 

@@ -11,38 +11,38 @@
 //! Not handled: effort that is given in place of a tolerance.
 
 /// Where the series is cut.
-pub(crate) const TRUNCATION: f64 = 0.02;
+pub const TRUNCATION: f64 = 0.02;
 /// Moments of nodes of many luminaires, and polynomials for them, together; also one node of a textured luminaire's
 /// closed form, of which all together are then off by at most twice as much, next to wide luminaires.
-pub(crate) const STAND_INS: f64 = 0.1;
+pub const STAND_INS: f64 = 0.1;
 /// Noise of F that rounds aim at where patches have one size.
-pub(crate) const FORM_FACTORS: f64 = 0.35;
+pub const FORM_FACTORS: f64 = 0.35;
 /// The size of patches that rounds aim at.
-pub(crate) const PATCHES: f64 = 0.4;
+pub const PATCHES: f64 = 0.4;
 /// Noise of F that rounds aim at where patches are divided by light, whose error is estimated with it.
-pub(crate) const DIVIDED_FORM_FACTORS: f64 = 0.3;
+pub const DIVIDED_FORM_FACTORS: f64 = 0.3;
 /// The light on patches, however cheap it is to read.
-pub(crate) const LIGHT: f64 = 0.85;
+pub const LIGHT: f64 = 0.85;
 /// An error of the light that matters, where two levels of patches and noise of F do not know of it.
-pub(crate) const MATTERS: f64 = 0.7;
+pub const MATTERS: f64 = 0.7;
 /// Root of the standard error of the squared error of the light, as estimated from a few pixels.
-pub(crate) const SURE: f64 = 0.35;
+pub const SURE: f64 = 0.35;
 /// What the gather pass aims at of what remains.
-pub(crate) const GATHER: f64 = 0.97;
+pub const GATHER: f64 = 0.97;
 /// What the gather pass has at least, as a share of T², where the light has used up more.
-pub(crate) const GATHER_LEAST: f64 = 0.25;
+pub const GATHER_LEAST: f64 = 0.25;
 /// Camera rays, as a share of the squared error of the gather pass, where there is indirect light: the least and the
 /// most; between them it is what costs least.
-pub(crate) const CAMERA: [f64; 2] = [0.05, 0.5];
+pub const CAMERA: [f64; 2] = [0.05, 0.5];
 /// The fit between irradiance records at most, as a share of the squared error that camera rays leave; where it is
 /// larger places gather for themselves, and noise of hemisphere rays may use what it leaves.
-pub(crate) const FIT_SQUARED: f64 = 0.45;
+pub const FIT_SQUARED: f64 = 0.45;
 /// The larger picture that one of few pixels is the mean of: its RMS, which errors are relative to, is larger than that
 /// of its means.
-pub(crate) const FEW_PIXELS: f64 = 0.7;
+pub const FEW_PIXELS: f64 = 0.7;
 
 /// The error that the gather pass may make at a tolerance, given the squared error of the light.
-pub(crate) fn left(tolerance: f64, squared: f64) -> f64 {
+pub fn left(tolerance: f64, squared: f64) -> f64 {
     let squares = tolerance * tolerance;
     GATHER * (squares - squared).max(GATHER_LEAST * squares).sqrt()
 }

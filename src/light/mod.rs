@@ -15,7 +15,7 @@
 //!
 //! Source: D. C. Banks, K. M. Beason, *Retro-rendering with vector-valued light*, SPIE 6060, 2006.
 
-pub(crate) mod budget;
+pub mod budget;
 pub(crate) mod gloss;
 pub(crate) mod interrupt;
 pub(crate) mod mode;

@@ -17,33 +17,38 @@ use crate::surfaces::coplanar::Surface;
 
 /// Finds a patch from a point's (u, v).
 #[derive(Clone, Debug)]
-pub(crate) struct Grid {
-    pub(crate) origin: Vec3,
+pub struct Grid {
+    /// The corner that u and v are measured from.
+    pub origin: Vec3,
     /// u and v axes divided by the cell's width and height.
-    pub(crate) per_cell: [Vec3; 2],
-    pub(crate) columns: usize,
-    pub(crate) rows: usize,
-    pub(crate) cells: Vec<Cell>,
+    pub per_cell: [Vec3; 2],
+    /// Cells along u.
+    pub columns: usize,
+    /// Cells along v.
+    pub rows: usize,
+    /// Row by row.
+    pub cells: Vec<Cell>,
 }
 
 /// What one cell of the grid points to.
 #[derive(Clone, Debug)]
-pub(crate) enum Cell {
+pub enum Cell {
+    /// One patch.
     Patch(u32),
+    /// Patches on the sides of lines that cross it.
     Cut(Box<Cut>),
 }
 
 /// A cell crossed by lines: bit k of the index into `patches` is the side of line k.
 #[derive(Clone, Debug)]
-pub(crate) struct Cut {
+pub struct Cut {
     lines: Vec<Line>,
     patches: Vec<u32>,
 }
 
-#[cfg(feature = "explore")]
 impl Cell {
     /// The patches that lie in it, a patch once or several times.
-    pub(crate) fn patches(&self) -> &[u32] {
+    pub fn patches(&self) -> &[u32] {
         match self {
             Cell::Patch(patch) => std::slice::from_ref(patch),
             Cell::Cut(cut) => &cut.patches,
@@ -87,7 +92,7 @@ impl Grid {
 
 /// The cell of n along an axis that holds a coordinate; points rounded over the rim stay inside.
 #[inline]
-pub(crate) fn index(x: f32, n: usize) -> usize {
+pub fn index(x: f32, n: usize) -> usize {
     // Casts to i32 are one instruction, to usize some ten.
     ((x as i32).max(0) as usize).min(n - 1)
 }
@@ -292,7 +297,7 @@ impl Shape {
 }
 
 /// No patch: the black back of a one-sided face.
-pub(crate) const NONE: u32 = u32::MAX;
+pub const NONE: u32 = u32::MAX;
 
 /// A patch before numbering: its material and the pieces of faces it consists of.
 pub(crate) struct Draft {

@@ -10,10 +10,10 @@
 
 pub(crate) mod adjacency;
 pub(crate) mod division;
-pub(crate) mod grid;
+pub mod grid;
 pub(crate) mod meshing;
 pub(crate) mod scene_patches;
 
 pub use adjacency::Neighbours;
 pub use division::Sample;
-pub use scene_patches::{DivisionNumbers, Patches};
+pub use scene_patches::{DivisionNumbers, Owner, Patches};

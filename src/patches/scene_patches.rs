@@ -33,8 +33,10 @@ const UNREACHED: f64 = 16.0;
 
 /// How a face's hits find their patch.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Owner {
+pub enum Owner {
+    /// One patch; [`NONE`] where it has none.
     Patch(u32),
+    /// The grid of its surface.
     Grid(u32),
 }
 
@@ -79,14 +81,12 @@ pub struct Patches {
 
 impl Patches {
     /// What every face's hits go by, and the grids.
-    #[cfg(feature = "explore")]
-    pub(crate) fn layout(&self) -> (&[Owner], &[Grid]) {
+    pub fn layout(&self) -> (&[Owner], &[Grid]) {
         (&self.mesh.owners, &self.mesh.grids)
     }
 
     /// The patch on the other side of a front patch, where there is one.
-    #[cfg(feature = "explore")]
-    pub(crate) fn behind(&self, front: u32) -> Option<u32> {
+    pub fn behind(&self, front: u32) -> Option<u32> {
         self.mesh.backs.get(front as usize).copied().filter(|&back| back != NONE)
     }
 
@@ -123,7 +123,7 @@ impl Patches {
     }
 
     /// The same in the file's units squared.
-    pub(crate) fn file_areas(&self, scene: &Scene) -> Vec<f64> {
+    pub fn file_areas(&self, scene: &Scene) -> Vec<f64> {
         let unit = scene.frame.scale * scene.frame.scale;
         self.areas.iter().map(|a| a * unit).collect()
     }

@@ -15,7 +15,7 @@ pub(crate) mod hull_faces;
 pub(crate) mod lanes;
 pub(crate) mod masked_faces;
 pub(crate) mod meetings;
-pub(crate) mod purpose;
+pub mod purpose;
 pub(crate) mod ray;
 pub(crate) mod ray_offset;
 pub(crate) mod scene_rays;

@@ -134,12 +134,12 @@ impl Stream {
 
 /// The number in [0, 1) of bits: their first 24, all an f32 below 1 can hold, so that nothing rounds up to 1.
 #[inline(always)]
-pub(crate) fn fraction(bits: u32) -> f32 {
+pub fn fraction(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
 /// The seed of the k-th of several answers that differ in their points only.
-pub(crate) fn replica_seed(seed: u32, k: u32) -> u32 {
+pub fn replica_seed(seed: u32, k: u32) -> u32 {
     seed.wrapping_add(k.wrapping_mul(0x9e37_79b9))
 }
 

@@ -30,7 +30,7 @@ impl Fineness {
     }
 
     /// What the terms of the bounce series are solved with where their powers have a tolerance: the default at 1 %.
-    pub(crate) fn of_terms(tolerance: f64) -> Fineness {
+    pub fn of_terms(tolerance: f64) -> Fineness {
         let (finer, Fineness { patches, rays }) = (Fineness::over_one_percent(tolerance), Fineness::default());
         let rays = ((f64::from(rays) * finer) as u32).max(16);
         Fineness { patches: (patches as f64 * finer) as usize, rays }

@@ -123,7 +123,7 @@ fn check_held(
 }
 
 /// Checks that so many patches fit in `limit` bytes where n of them need `needs(n)`, which grows with n.
-pub(crate) fn check_fit(patches: usize, stored: Stored, limit: f64, needs: impl Fn(f64) -> f64) -> Result<(), Unfit> {
+pub fn check_fit(patches: usize, stored: Stored, limit: f64, needs: impl Fn(f64) -> f64) -> Result<(), Unfit> {
     let bytes = needs(patches as f64);
     if bytes <= limit {
         return Ok(());
@@ -137,7 +137,7 @@ pub(crate) fn check_fit(patches: usize, stored: Stored, limit: f64, needs: impl 
 }
 
 /// Fewer patches, where what is `held` of a mode would not fit in `limit` bytes; none where it does.
-pub(crate) fn fewer(
+pub fn fewer(
     p: &Discretization,
     mode: Transport,
     sampling: &Sampling,
@@ -155,7 +155,7 @@ pub(crate) fn fewer(
 }
 
 /// The rows that are cast to estimate all n, spread over them.
-pub(crate) fn pilots(n: usize, sampling: &Sampling) -> Vec<usize> {
+pub fn pilots(n: usize, sampling: &Sampling) -> Vec<usize> {
     let count = (PILOT_RAYS / sampling.rays.max(1) as usize).clamp(4, PILOTS).min(n);
     (0..count).map(|k| (2 * k + 1) * n / (2 * count)).collect()
 }
@@ -325,7 +325,7 @@ pub fn check_pictures(size: Size, each: f64, limit: f64) -> Result<(), PictureUn
 
 impl Unfit {
     /// The same where rows of so many entries are those of something else than patches requested.
-    pub(crate) fn of(self, stored: fn(f64) -> Stored) -> Unfit {
+    pub fn of(self, stored: fn(f64) -> Stored) -> Unfit {
         match self.stored {
             Stored::Rows(entries) => Unfit { stored: stored(entries), ..self },
             _ => self,

@@ -26,11 +26,10 @@ pub use bounces::{BounceSeries, EmitterTerms, End, TermError};
 pub use fineness::Fineness;
 pub use layers::{Apart, EmitterPower, Layer, LayerKind};
 pub use memory::{PictureUnfit, Stored, Unfit, check_pictures, pixel, usable_memory};
-pub(crate) use memory::{check_fit, pilots};
+pub use memory::{check_fit, pilots};
 pub use points::{SensorLight, SensorLights};
 pub use rendered::{Ended, ErrorParts, Errors, Rendered, STANDARD_ERROR, write_layered};
-#[cfg(feature = "export")]
-pub(crate) use search::solved::half_of;
+pub use search::solved::half_of;
 pub use sensors::{Sensor, SensorError, SensorGrid};
 pub use solver::{BouncesRequest, Equations, PictureRequest, PointsRequest, RenderError, Solver};
 pub use square::{Square, SquareColumn};

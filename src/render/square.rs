@@ -7,7 +7,7 @@
 //! A material without numbers of its own takes (alpha, tau); one with its own takes alpha times its alpha and tau times
 //! its tau. What patches receive as emitted depends on tau alone.
 //!
-//! Not handled: bounds over the square ([`crate::study::map`]).
+//! Not handled: bounds over the square (the guest `study`).
 
 use std::sync::Arc;
 

@@ -227,12 +227,12 @@ impl LoadOptions {
 impl Material {
     /// The mask that gives where its surface is, if it has one.
     #[inline]
-    pub(crate) fn mask(&self) -> Option<&Mask> {
+    pub fn mask(&self) -> Option<&Mask> {
         self.maps.as_ref()?.mask.as_ref()
     }
 
     /// Whether a mask gives where its surface is.
-    pub(crate) fn is_masked(&self) -> bool {
+    pub fn is_masked(&self) -> bool {
         self.mask().is_some()
     }
 

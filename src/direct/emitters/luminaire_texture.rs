@@ -39,7 +39,7 @@ const LEAVES: [f64; 2] = [4096.0, 65_536.0];
 const ON_TEXEL: f64 = 4.0;
 /// Relative error of a luminaire's light by one node of its closed form, where no error is requested. That of all nodes
 /// is up to twice as much in RMS (`wide_luminaires_are_as_exact_as_a_node`).
-pub(crate) const TOLERABLE: f64 = 5e-4;
+pub const TOLERABLE: f64 = 5e-4;
 /// `pi r² k` in the mean over all directions of both normals that face each other: tolerable errors are no smaller for
 /// receivers at the luminaire's horizon.
 const TYPICAL: f64 = 0.25;

@@ -84,7 +84,7 @@ pub fn abort_others(code: u8) {
 
 /// A value that every process is to go on with: what the first of them finds. For what they may see differently, such
 /// as clocks and files.
-pub(crate) fn agree<T: Serialize + DeserializeOwned>(find: impl FnOnce() -> T) -> T {
+pub fn agree<T: Serialize + DeserializeOwned>(find: impl FnOnce() -> T) -> T {
     match team() {
         None => find(),
         Some(team) => {
@@ -95,7 +95,7 @@ pub(crate) fn agree<T: Serialize + DeserializeOwned>(find: impl FnOnce() -> T) -
 }
 
 /// What every process has, in the order of their ranks.
-pub(crate) fn all<T: Serialize + DeserializeOwned>(own: T) -> Vec<T> {
+pub fn all<T: Serialize + DeserializeOwned>(own: T) -> Vec<T> {
     match team() {
         None => vec![own],
         Some(team) => team.gather(&encode(&own)).of_ranks().map(decode).collect(),
@@ -116,14 +116,14 @@ pub fn strangers() -> Option<usize> {
 }
 
 /// Hands the value k to rank k; returns what each has for this process, by rank.
-pub(crate) fn hand_out<T: Serialize + DeserializeOwned>(own: Vec<T>) -> Vec<T> {
+pub fn hand_out<T: Serialize + DeserializeOwned>(own: Vec<T>) -> Vec<T> {
     let Some(team) = team() else { return own };
     let bytes: Vec<Vec<u8>> = own.into_iter().map(|value| encode(&value)).collect();
     team.hand_out(&bytes).iter().map(|bytes| decode(bytes)).collect()
 }
 
 /// The sum of what every process has.
-pub(crate) fn sum(own: u64) -> u64 {
+pub fn sum(own: u64) -> u64 {
     all(own).iter().sum()
 }
 

@@ -9,9 +9,9 @@
 //! Not handled: a process that is lost, which ends all; loops within loops.
 
 pub use crate::light::team::members::{Connection, abort_others, connect, is_alone, rank, size, speaks, strangers};
-pub(crate) use crate::light::team::members::{agree, all, hand_out, sum};
-pub(crate) use crate::light::team::owners::Owners;
-pub(crate) use crate::light::team::share::{keep, keep_in_stripes, kept_share, share};
+pub use crate::light::team::members::{agree, all, hand_out, sum};
+pub use crate::light::team::owners::Owners;
+pub use crate::light::team::share::{keep, keep_in_stripes, kept_share, share};
 
 mod exchange;
 mod members;

@@ -6,7 +6,7 @@ use crate::light::team::members;
 
 /// The range of each process; all is everyone's where there is one range.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Owners {
+pub struct Owners {
     /// Where the range of each begins, and the end of the last.
     starts: Vec<usize>,
     own: Range<usize>,

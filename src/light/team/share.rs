@@ -37,7 +37,7 @@ static SPEEDS: Mutex<Vec<f64>> = Mutex::new(Vec::new());
 
 /// This process's part of a loop.
 #[must_use]
-pub(crate) struct Share {
+pub struct Share {
     count: usize,
     /// Where the ranges begin, stripe by stripe that of each rank, and the end; empty where one process is alone.
     starts: Vec<usize>,
@@ -47,7 +47,7 @@ pub(crate) struct Share {
 }
 
 /// This process's part of a loop over `count` things of which each is expected to `cost` something.
-pub(crate) fn share(count: usize, cost: impl Fn(usize) -> f64) -> Share {
+pub fn share(count: usize, cost: impl Fn(usize) -> f64) -> Share {
     Share::new(count, cost, stripes(count, size()), |speeds| speeds)
 }
 
@@ -58,7 +58,7 @@ fn stripes(count: usize, size: usize) -> usize {
 
 /// What `work` finds for each thing of one range of a loop, kept by this process, and who keeps the others; `memory` is
 /// what a thread uses again. No range is much longer than others, as what is kept takes memory.
-pub(crate) fn keep<M, T: Send>(
+pub fn keep<M, T: Send>(
     count: usize,
     cost: impl Fn(usize) -> f64,
     memory: impl Fn() -> M + Sync + Send,
@@ -70,7 +70,7 @@ pub(crate) fn keep<M, T: Send>(
 
 /// The same for each thing of this process's part of a loop, stripe by stripe; and where the ranges of all processes
 /// begin, range k being that of rank k modulo their number.
-pub(crate) fn keep_in_stripes<M, T: Send>(
+pub fn keep_in_stripes<M, T: Send>(
     count: usize,
     cost: impl Fn(usize) -> f64,
     memory: impl Fn() -> M + Sync + Send,
@@ -80,7 +80,7 @@ pub(crate) fn keep_in_stripes<M, T: Send>(
 }
 
 /// The largest share that one process keeps of what all keep.
-pub(crate) fn kept_share() -> f64 {
+pub fn kept_share() -> f64 {
     if is_alone() { 1.0 } else { LONGEST / size() as f64 }
 }
 

@@ -228,7 +228,7 @@ fn is_dark(lights: &Lights) -> bool {
 
 /// One half of the rays. Those to luminaires become more with the others: noise of light as emitted is noise of F as
 /// well, and no other rays lessen it.
-pub(crate) fn half_of(rays: u32, seed: u32, half: u32) -> Sampling {
+pub fn half_of(rays: u32, seed: u32, half: u32) -> Sampling {
     let rays = (rays / 2).max(1);
     let emitter_rays = Sampling::default().emitter_rays.max(rays / FOR_EACH);
     Sampling { rays, emitter_rays, seed: replica_seed(seed, half) }
