@@ -1,60 +1,35 @@
-//! All tests but those that measure the memory of their process, as one program: it is compiled and linked once.
+//! All tests of the core but those that measure the memory of their process, as one program: it is compiled and linked
+//! once. The witness to it is `halflight_reference`.
 //!
 //! A file that is not named here is not run; `architecture` tells which that are.
 
 mod architecture;
 mod builtin_scenes;
-mod chart;
-mod cli;
-mod cli_errors;
 mod closed_forms;
-mod coincident;
 mod colours;
 mod common;
-mod compare;
-mod cornell_reference;
-mod explore;
-mod exports;
-mod factor_bodies;
-mod factors;
-mod factors_command;
-mod figure;
 mod form_factors;
-mod frontier;
 mod furnace;
-mod geometry_contacts;
 mod geometry_points;
-mod geometry_scenes;
 mod gltf;
 mod hard_scenes;
 mod highlights;
-mod interrupt;
-mod kept;
 mod lamps;
-mod layers;
 mod lenient_files;
 mod local_picture;
-mod map;
-mod memory;
 mod modes;
 mod operator;
 mod points;
 mod punctual;
-mod ranks;
 mod reference;
-mod run;
 mod rust_version;
 mod scale;
 mod scene_files;
 mod shooting;
 mod shortcuts;
-mod sky;
 mod small_things;
 mod source;
 mod spheres;
 mod surfaces;
 mod textures;
 mod tolerance;
-mod trace_command;
-mod verdict;
-mod wound_outwards;

@@ -43,7 +43,11 @@ fn no_dependency_needs_a_newer_compiler_than_is_said() {
     let built: Vec<&str> = nodes.iter().filter_map(|node| node["id"].as_str()).collect();
     let stated = packages.iter().filter(|p| built.contains(&p["id"].as_str().unwrap_or("")));
     let needs = |p: &serde_json::Value| Some((version(p["rust_version"].as_str()?), p["name"].as_str()?.to_owned()));
-    let (newest, name) = stated.filter(|p| p["name"] != "halflight").filter_map(needs).max().expect("some say it");
+    let (newest, name) = stated
+        .filter(|p| !p["name"].as_str().is_some_and(|name| name.starts_with("halflight")))
+        .filter_map(needs)
+        .max()
+        .expect("some say it");
     let own = version(env!("CARGO_PKG_RUST_VERSION"));
     assert!(own >= newest, "rust-version says {own:?}, and {name} needs {newest:?}");
 }

@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use halflight::Solver;
-use halflight_export::kept::{Also, Keeper, Keeping};
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::render::{Apart, End, Fineness, check_pictures, pixel};
 use halflight::solve::{ColumnSolution, Settings, Solution, explore, neumann, solve_columns};
+use halflight_export::kept::{Also, Keeper, Keeping};
 use halflight_study::{bounce_fields, bounce_pictures};
 use numpy::ndarray::{Array2, Array4};
 use numpy::{PyArray2, PyArray3, PyArray4};

@@ -73,7 +73,7 @@ fn a_glb_is_read_with_its_names() {
 
 #[test]
 fn a_gltf_is_read_with_a_data_uri_and_with_a_file() {
-    let place = crate::run::place(&[]);
+    let place = tempfile::tempdir().unwrap();
     fs::create_dir(place.path().join("parts")).unwrap();
     let numbers: String = binary().iter().map(|byte| format!("%{byte:02x}")).collect();
     for uri in [format!("data:application/octet-stream,{numbers}"), "a%20b.bin".to_owned()] {
@@ -268,27 +268,4 @@ fn a_room_is_lit_as_its_obj_is() {
     assert_eq!(obj.camera, glb.camera);
     let picture = |scene| Solver::new(scene).seed(3).render(Mode::Global, (24, 24)).tolerance(0.1).unwrap().picture;
     assert_eq!(picture(&obj).pixels, picture(&glb).pixels);
-}
-
-#[test]
-fn the_program_renders_a_glb_through_a_camera_by_name() {
-    let place = crate::run::place(&[]);
-    let glow = json!({"name": "m", "emissiveFactor": [1, 1, 1], "pbrMetallicRoughness": {"metallicFactor": 0,
-        "baseColorFactor": [0.5, 0.5, 0.5, 1]}});
-    let mut json = base();
-    json["materials"][0] = glow;
-    json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 1}}]);
-    json["nodes"] = json!([{"mesh": 0, "children": [1, 2]}, {"camera": 0, "name": "away", "translation": [0, 0, -9]},
-        {"camera": 0, "name": "near", "translation": [0.5, 0.5, 1]}]);
-    fs::write(place.path().join("s.glb"), glb(&json.to_string(), &binary())).unwrap();
-    let mean = |arguments: &str| {
-        crate::run::succeed(&place, &format!("render s.glb {arguments} --mode local -o s.exr {}", crate::run::SMALL));
-        let picture = halflight::pictures::read_picture(place.path().join("s.exr")).unwrap();
-        picture.pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() / picture.pixels.len() as f64
-    };
-    assert_eq!(mean(""), 0.0);
-    assert!(mean("--camera near") > 0.3);
-    let ran = crate::run::halflight(&place, "render s.glb --camera far");
-    assert_eq!(ran.code, Some(3));
-    assert!(ran.err.contains("no camera `far`") && ran.err.contains("away, near"), "{}", ran.err);
 }

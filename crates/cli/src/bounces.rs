@@ -7,7 +7,6 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
-use halflight::Solver;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::arguments::{Common, Precision, Problem, pixel, size};
@@ -15,16 +14,17 @@ use crate::options::keep::{Keep, Kept};
 use crate::options::layers::PerEmitter;
 use crate::options::points::{MeasuredReport, Points, Sensors};
 use crate::pictures::{Files, Modes};
+use halflight::Solver;
 use halflight::error::deadline::deadline_after;
 use halflight::gather::{GatherPass, GatherSampling, Gathering};
 use halflight::light::budget::CAMERA;
 use halflight::light::{Mode, Transport};
 use halflight::operator::Bounds;
 use halflight::pictures::{Size, Table, known, make_directory};
-use halflight_plot::term_name;
 use halflight::render::{BounceSeries, EmitterTerms, End, Fineness, TermError};
 use halflight::scene::Scene;
 use halflight::solve::{Bounce, Solution, Verdict};
+use halflight_plot::term_name;
 use halflight_study::figures::{bounce_sheet, bounces_chart};
 use halflight_study::{bounce_fields, bounce_pictures, partial_sums};
 

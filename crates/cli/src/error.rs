@@ -11,15 +11,15 @@ use console::{Term, style};
 use miette::Diagnostic;
 
 use halflight::Rendered;
-use halflight_explore::PageError;
-use halflight_export::kept::KeptError;
 use halflight::pictures::{ImageError, MetricError, WriteError};
-use halflight_plot::ChartError;
-use halflight_plot::font::broken;
-use halflight_reference::Overflow;
 use halflight::render::{PictureUnfit, RenderError, Unfit};
 use halflight::scene::SceneError;
 use halflight::solve::{Diverges, Verdict};
+use halflight_explore::PageError;
+use halflight_export::kept::KeptError;
+use halflight_plot::ChartError;
+use halflight_plot::font::broken;
+use halflight_reference::Overflow;
 use halflight_study::compare::StudyError;
 
 /// Everything that can end a command early.

@@ -9,9 +9,9 @@ use serde::Serialize;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::arguments::{Common, Completion, MemoryLimit};
-use halflight_explore::{Counts, Page, TermsEffort, Words, page};
 use halflight::pictures::{check_destination, make_directory, write_whole};
 use halflight::render::Fineness;
+use halflight_explore::{Counts, Page, TermsEffort, Words, page};
 
 /// `halflight explore`
 #[derive(Args, Debug)]

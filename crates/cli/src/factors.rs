@@ -12,14 +12,14 @@ use crate::console::Console;
 use crate::error::CliError;
 use crate::options::arguments::{Common, Completion, tolerance, unit_interval};
 use crate::options::keep::{Keep, Kept};
-use halflight_export::kept::KeptMode;
-use halflight_export::{Array, Values, csr, write_npz};
 use halflight::form_factors::{Closure, closure};
 use halflight::light::Transport;
 use halflight::operator::Whole;
 use halflight::pictures::{Exposure, Table, make_directory};
 use halflight::render::{Discretization, Fineness, Solver, usable_memory};
 use halflight::scene::Scene;
+use halflight_export::kept::KeptMode;
+use halflight_export::{Array, Values, csr, write_npz};
 use halflight_study::{FactorMatrix, FactorSettings, FactorTable, How, PatchFactors, factors, patch_factors};
 
 /// Factors shown in the table at most; the files hold all of them.

@@ -10,12 +10,12 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use halflight::Solver;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::arguments::{Common, Completion, Effort, Precision, pixel, size, stops};
 use crate::pictures::Files;
 use crate::render::Rendering;
+use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Mode;
 use halflight::pictures::{Size, make_directory};

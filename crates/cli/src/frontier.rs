@@ -6,18 +6,18 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use halflight::Solver;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::arguments::{Common, Completion, MemoryLimit, unit_interval};
 use crate::pictures::Files;
+use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::light::Transport;
 use halflight::pictures::{Table, make_directory, write_whole};
-use halflight_plot::Chart;
 use halflight::render::Silent;
 use halflight::scene::Scene;
 use halflight::solve::Settings;
+use halflight_plot::Chart;
 use halflight_study::frontier::{
     Approach, Formal, SeriesRun, Slice, Traced, at, check_dense, formal, runs, scaling, series_chart, shooting_chart,
     spread_chart,

@@ -7,12 +7,12 @@ use std::time::Instant;
 use clap::Args;
 use serde::Serialize;
 
-use halflight::Solver;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::arguments::{Common, Completion, MemoryLimit};
 use crate::options::keep::{Keep, Kept};
 use crate::pictures::Files;
+use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::pictures::{Exposure, Table, make_directory};
 use halflight::render::Discretization;

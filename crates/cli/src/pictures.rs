@@ -14,9 +14,9 @@ use halflight::form_factors::Closure;
 use halflight::light::Transport;
 use halflight::operator::Bounds;
 use halflight::pictures::{Exposure, Picture, Size, check_destination, make_directory};
-use halflight_plot::{Cell, Drawing, Heading, Page, Shown};
 use halflight::render::{EmitterPower, ErrorParts, Seconds};
 use halflight::scene::Scene;
+use halflight_plot::{Cell, Drawing, Heading, Page, Shown};
 
 /// Where the files of one run go.
 pub struct Places<'a> {

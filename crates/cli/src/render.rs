@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use clap::Args;
 
-use halflight::Solver;
 use crate::console::Console;
 use crate::error::{CliError, picture_or_divergence};
 use crate::options::arguments::{Common, Effort, Precision, Problem, pixel, size};
@@ -14,6 +13,7 @@ use crate::options::layers::Layers;
 use crate::options::points::{Points, Sensors};
 use crate::pictures::{Outcome, Places, RenderReport, finish};
 use crate::warnings::{Pictured, warn_of_backs, warn_of_error};
+use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Transport;
 use halflight::operator::Bounds;

@@ -12,15 +12,15 @@ use serde_json::json;
 
 use crate::console::Console;
 use crate::error::CliError;
-use crate::options::arguments::{Common, MemoryLimit, Subject, pixel, seconds, size, ladder};
+use crate::options::arguments::{Common, MemoryLimit, Subject, ladder, pixel, seconds, size};
 use crate::pictures::{Files, Modes};
 use crate::warnings::check_variance;
 use halflight::light::Transport;
 use halflight::pictures::{Size, make_directory, write_whole};
-use halflight_plot::term_name;
 use halflight::rays::Rays;
 use halflight::render::Stored;
 use halflight::scene::Scene;
+use halflight_plot::term_name;
 use halflight_study::compare::{
     Climb, Ladder, LadderPoint, Measurements, Method, ORDERS, Pair, Source, Study, StudyPlan, Truth, charted_chart,
     charted_table, compared_chart, compared_sheet, compared_table, markdown, measure, pairs_table, requested_chart,

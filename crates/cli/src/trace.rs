@@ -17,9 +17,9 @@ use crate::warnings::{Pictured, check_variance, warn_of_backs};
 use halflight::light::Transport;
 use halflight::pictures::{Size, check_extension, write_picture};
 use halflight::rays::Rays;
-use halflight_reference::{Mean, NextEvent, Overflow, TraceSettings, Tracer};
 use halflight::render::{Seconds, Watch};
 use halflight::scene::Scene;
+use halflight_reference::{Mean, NextEvent, Overflow, TraceSettings, Tracer};
 use halflight_study::map::Growth;
 
 /// `halflight trace`

@@ -15,9 +15,9 @@ use halflight::pictures::Size;
 use halflight::rays::sobol::{fraction, hash};
 use halflight::rays::warp::cosine_direction;
 use halflight::rays::{Hit, Ray, Rays, Side};
-use halflight_reference::{Mean, TraceSettings, Tracer};
 use halflight::render::Rendered;
 use halflight::scene::{Scene, Sides};
+use halflight_reference::{Mean, TraceSettings, Tracer};
 use halflight_study::map::{Growth, Variance, growth};
 
 /// Share of rays that may meet black backs before it is worth a warning.

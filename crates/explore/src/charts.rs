@@ -11,9 +11,9 @@
 use glam::{Vec2, Vec3};
 
 use halflight::light::Rgb;
+use halflight::patches::Owner;
 use halflight::patches::Patches;
 use halflight::patches::grid::{NONE, index};
-use halflight::patches::Owner;
 use halflight::rays::Side;
 use halflight::scene::Scene;
 use halflight::surfaces::SurfacePoint;

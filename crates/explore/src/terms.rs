@@ -14,9 +14,9 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec2};
 use rayon::prelude::*;
 
-use halflight::direct::{LightSum, Scratch};
 use crate::reached::Place;
 use crate::sums::{Kept, Mixture, Rest, Shown, State, between, nodes};
+use halflight::direct::{LightSum, Scratch};
 use halflight::light::{Light, Rgb, Transport};
 use halflight::operator::{EmitterLight, LinearOperator, Source};
 use halflight::pictures::unlike;

@@ -6,9 +6,9 @@
 
 use glam::{DVec2, dvec2};
 
-use halflight::pictures::Size;
 use crate::drawing::{Align, Colour, Drawing, FAINT_INK, INK, PAPER};
 use crate::font;
+use halflight::pictures::Size;
 
 /// How values spread along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,10 +6,10 @@
 
 use glam::dvec2;
 
-use halflight::pictures::Size;
 use crate::axes::{Frame, Range, Scale, TICK_EM};
 use crate::chart::PALETTE;
 use crate::drawing::{Align, Colour, Drawing, INK, PAPER};
+use halflight::pictures::Size;
 
 /// Bars that divide wholes into parts.
 #[derive(Clone, Debug)]

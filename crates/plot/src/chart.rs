@@ -8,10 +8,10 @@
 
 use glam::{DVec2, dvec2};
 
-use halflight::pictures::Size;
 use crate::axes::{Frame, Range, Scale, TICK_EM, superscript};
 use crate::drawing::{Align, Colour, Drawing, FAINT_INK, INK, Marker};
 use crate::font;
+use halflight::pictures::Size;
 
 /// A chart.
 #[derive(Clone, Debug)]

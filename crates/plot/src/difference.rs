@@ -4,9 +4,9 @@
 //! ColorBrewer (C. Brewer), which readers with red-green blindness distinguish. Not handled: differences of colour
 //! alone.
 
+use crate::page::{Cell, Heading, Shown};
 use halflight::light::Rgb;
 use halflight::pictures::{Exposure, Picture, decode_srgb};
-use crate::page::{Cell, Heading, Shown};
 
 const DARKER: Rgb = Rgb::new(0.129, 0.400, 0.675);
 const EQUAL: Rgb = Rgb::new(0.969, 0.969, 0.969);

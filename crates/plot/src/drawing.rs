@@ -11,8 +11,8 @@ use std::path::Path;
 use glam::{DVec2, dvec2};
 use zeno::{Join, Mask, Placement, Stroke};
 
-use halflight::pictures::{Bitmap, ImageError, Size, WriteError, encode_png, write_bitmap, write_whole};
 use crate::font;
+use halflight::pictures::{Bitmap, ImageError, Size, WriteError, encode_png, write_bitmap, write_whole};
 
 /// A drawing is too large for a bitmap.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]

@@ -7,9 +7,9 @@
 
 use glam::{DVec2, dvec2};
 
-use halflight::pictures::{Bitmap, Exposure, Picture, Size};
 use crate::drawing::{Align, Colour, Corner, Drawing, FAINT_INK, INK, PAPER};
 use crate::font;
+use halflight::pictures::{Bitmap, Exposure, Picture, Size};
 
 /// Ground and lines of a hatched panel, and the ground of a grey one.
 const HATCHED: Colour = [226; 3];

@@ -9,12 +9,12 @@
 
 use glam::{DVec2, dvec2};
 
-use halflight::pictures::Bitmap;
 use crate::axes::{Range, TICK_EM, round_step};
 use crate::drawing::{Align, Colour, Corner, Drawing, FAINT_INK, INK, PAPER};
 use crate::isolines::GridValues;
 use crate::viridis::viridis;
 use crate::{Scale, font};
+use halflight::pictures::Bitmap;
 
 /// The longer side of the plan, and the shorter one at least, pixels.
 const LONG: f64 = 640.0;

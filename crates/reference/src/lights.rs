@@ -19,9 +19,9 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use halflight::light::Rgb;
 use crate::random::Random;
 use crate::surfaces::{SurfacePoint, Surfaces};
+use halflight::light::Rgb;
 use halflight::scene::{Beam, PunctualForm, PunctualLight};
 
 /// All faces that emit.

@@ -22,11 +22,11 @@ use std::f32::consts::PI;
 
 use glam::{DVec2, Vec3};
 
-use halflight::light::{Gloss, Rgb};
-use halflight::rays::{End, Hit, Ray, Rays, Side};
 use crate::lights::{Emitters, draw_light, sent};
 use crate::random::Random;
 use crate::surfaces::{Matter, SurfacePoint, Surfaces};
+use halflight::light::{Gloss, Rgb};
+use halflight::rays::{End, Hit, Ray, Rays, Side};
 use halflight::scene::PunctualLight;
 
 /// Bounce orders kept apart: 0 (emission) to `KEPT - 1`. Later ones are kept together.

@@ -12,14 +12,14 @@ use std::time::Instant;
 
 use glam::{DVec3, Vec3};
 
-use halflight::light::team;
-use halflight::light::{Rgb, Transport};
-use halflight::pictures::{Picture, Size};
-use halflight::rays::{Hit, Ray, Rays};
 use crate::lights::Emitters;
 use crate::path::{KEPT, NextEvent, Space};
 use crate::random::Random;
 use crate::surfaces::Surfaces;
+use halflight::light::team;
+use halflight::light::{Rgb, Transport};
+use halflight::pictures::{Picture, Size};
+use halflight::rays::{Hit, Ray, Rays};
 use halflight::scene::{Camera, Scene};
 
 /// How paths are traced.

@@ -11,11 +11,11 @@
 
 use rayon::prelude::*;
 
+use crate::factors::FactorTable;
 use halflight::form_factors::{FormFactors, Rows, Sampling, Variant, reciprocity};
 use halflight::operator::Wanted;
 use halflight::pictures::unlike;
 use halflight::render::{Discretization, Watch};
-use crate::factors::FactorTable;
 
 /// Form factors between n objects as a matrix, whose columns are the objects and, where there is one, the sky.
 #[derive(Clone, Debug)]

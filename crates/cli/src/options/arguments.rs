@@ -14,11 +14,11 @@ use clap::{Args, ValueEnum};
 
 use crate::console::Console;
 use crate::error::CliError;
-use halflight_export::scene_to_bytes;
 use halflight::light::{Mode, Transport, team};
 use halflight::pictures::{Exposure, Size};
 use halflight::render::{Fineness, Solver, check_pictures, usable_memory};
 use halflight::scene::{AddedLight, LoadOptions, Scene, Sides};
+use halflight_export::scene_to_bytes;
 use halflight_study::compare::{Ladder, Method};
 
 /// Arguments of every command.

@@ -10,12 +10,12 @@ use clap::{Args, ValueEnum};
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::arguments::{Effort, Precision};
-use halflight_export::kept::{Also, Keeper, Keeping};
 use halflight::form_factors::Sampling;
 use halflight::light::Transport;
 use halflight::pictures::Exposure;
 use halflight::render::{Assembled, Discretization, Fineness, PatchLight, Solver, Watch};
 use halflight::solve::Solution;
+use halflight_export::kept::{Also, Keeper, Keeping};
 
 /// A folder to make, and one to go on from.
 #[derive(Args, Debug)]

@@ -13,9 +13,9 @@ use crate::console::Console;
 use crate::error::CliError;
 use halflight::light::Transport;
 use halflight::pictures::{Table, check_destination};
-use halflight_plot::{Plan, PlanAxis};
 use halflight::render::{RenderError, Sensor, SensorError, SensorGrid, SensorLight, SensorLights, Solver, Uniformity};
 use halflight::scene::{EFFICACY, Scene};
+use halflight_plot::{Plan, PlanAxis};
 
 /// Columns that every table has first.
 const COLUMNS: &str = "name,x,y,z,nx,ny,nz,irradiance_r,irradiance_g,irradiance_b,error_r,error_g,error_b";

@@ -15,8 +15,8 @@ use std::ptr::{null, null_mut};
 
 use khronos_egl as egl;
 
-use halflight::pictures::Size;
 use crate::opengl::constants as gl;
+use halflight::pictures::Size;
 
 /// A function of OpenGL for each line, by its name without `gl`.
 macro_rules! functions {

@@ -16,11 +16,11 @@ use std::time::Instant;
 
 use glam::{DVec3, Vec3};
 
-use halflight::light::Rgb;
-use halflight::pictures::{Picture, Size};
 use crate::opengl::answer::{NoOpenGl, OpenGlPicture};
 use crate::opengl::calls::{Gl, Vertex};
 use crate::opengl::constants as gl;
+use halflight::light::Rgb;
+use halflight::pictures::{Picture, Size};
 use halflight::scene::{Beam, Material, PunctualForm, PunctualLight, Scene, Sides};
 
 /// Samples of a tile's side at most.

@@ -23,6 +23,10 @@ pub use draw::render;
 /// # Errors
 /// Always [`NoOpenGl::NotBuilt`].
 #[cfg(not(feature = "opengl"))]
-pub fn render(_: &halflight::scene::Scene, _: impl Into<halflight::pictures::Size>, _: u32) -> Result<OpenGlPicture, NoOpenGl> {
+pub fn render(
+    _: &halflight::scene::Scene,
+    _: impl Into<halflight::pictures::Size>,
+    _: u32,
+) -> Result<OpenGlPicture, NoOpenGl> {
     Err(NoOpenGl::NotBuilt)
 }

@@ -14,11 +14,6 @@ use std::time::Instant;
 
 use serde::{Serialize, Serializer};
 
-use halflight::Solver;
-use halflight::pictures::Picture;
-use halflight::rays::Rays;
-use halflight::render::{Discretization, Silent};
-use halflight::scene::Scene;
 use crate::compare::arithmetic::combine;
 use crate::compare::ladder::{
     Ladder, LadderPoint, LadderStep, Method, Study, StudyError, StudyPlan, climb, lap, measured, slope,
@@ -28,6 +23,11 @@ use crate::compare::references::{Source, brought, made, within};
 use crate::compare::tracers::{climb_paths, traced_answer};
 use crate::compare::truth::{Truth, or_everywhere};
 use crate::compare::verdict::{Answer, Pair, judge};
+use halflight::Solver;
+use halflight::pictures::Picture;
+use halflight::rays::Rays;
+use halflight::render::{Discretization, Silent};
+use halflight::scene::Scene;
 
 /// The requested errors of the ladder of tolerances.
 const TOLERANCES: [f64; 6] = [0.1, 0.05, 0.02, 0.01, 0.005, 0.002];
@@ -280,8 +280,8 @@ impl Measurements {
 #[cfg(test)]
 /// Points of one ladder at these seconds and errors, the requested error twice the one reached.
 pub(crate) fn made_up(places: &[(f64, f64)]) -> Measurements {
-    use halflight::render::Seconds;
     use crate::compare::truth::Reached;
+    use halflight::render::Seconds;
     let ladder = Ladder::CHARTED[0];
     let point = |&(total, error): &(f64, f64)| LadderPoint {
         ladder,

@@ -3,15 +3,15 @@
 
 use std::fmt::{Display, Write as _};
 
+use crate::compare::engine::Measurements;
+use crate::compare::ladder::{Ladder, LadderPoint, Method, ORDERS};
+use crate::compare::verdict::{Answer, Difference};
+use crate::statistics::log_slope;
 use halflight::pictures::{Exposure, Size, Table, known};
 use halflight_plot::chart::{BLACK, GREY};
 use halflight_plot::{
     Axis, Bar, Bars, Cell, Chart, Heading, Page, Series, Shown, difference_cells, difference_scale, term_name,
 };
-use crate::compare::engine::Measurements;
-use crate::compare::ladder::{Ladder, LadderPoint, Method, ORDERS};
-use crate::compare::verdict::{Answer, Difference};
-use crate::statistics::log_slope;
 
 const ERROR: &str = "error, % of the picture's RMS radiance";
 

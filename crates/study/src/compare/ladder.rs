@@ -9,12 +9,12 @@ use std::time::Instant;
 
 use serde::{Serialize, Serializer};
 
+use crate::compare::truth::{Reached, Truth, reached};
+use crate::statistics::log_slope;
 use halflight::light::Transport;
 use halflight::pictures::{ImageError, MetricError, Picture, Size};
 use halflight::render::{RenderError, Seconds, Unfit, Watch};
 use halflight::solve::Diverges;
-use crate::compare::truth::{Reached, Truth, reached};
-use crate::statistics::log_slope;
 
 /// Bounce orders that are compared one by one: n = 0 to this.
 pub const ORDERS: usize = 5;

@@ -16,6 +16,11 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use crate::bounces::bounce_fields_and_rest;
+use crate::compare::arithmetic::{average, combine, map, masked_mean, smoothed, standard_error, sum};
+use crate::compare::ladder::{Ladder, LadderStep, Method, ORDERS, StudyError, StudyPlan, lap};
+use crate::compare::verdict::{Answer, Mean};
+use crate::statistics::mean_and_error;
 use halflight::direct::{Lights, TOLERABLE};
 use halflight::form_factors::Sampling;
 use halflight::gather::{GatherPass, GatherSampling};
@@ -24,11 +29,6 @@ use halflight::pictures::Picture;
 use halflight::rays::sobol::replica_seed;
 use halflight::render::{Assembled, Discretization, Seconds, Stored, Unfit, pictures};
 use halflight::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
-use crate::bounces::bounce_fields_and_rest;
-use crate::compare::arithmetic::{average, combine, map, masked_mean, smoothed, standard_error, sum};
-use crate::compare::ladder::{Ladder, LadderStep, Method, ORDERS, StudyError, StudyPlan, lap};
-use crate::compare::verdict::{Answer, Mean};
-use crate::statistics::mean_and_error;
 
 /// How fine a patch method works.
 #[derive(Clone, Copy, Debug, PartialEq)]

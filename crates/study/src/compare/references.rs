@@ -15,6 +15,8 @@ use std::{fmt, fs};
 
 use serde::{Deserialize, Serialize};
 
+use crate::compare::ladder::{StudyError, StudyPlan, lap};
+use crate::compare::truth::{Made, Truth, or_everywhere};
 use halflight::Solver;
 use halflight::light::Transport;
 use halflight::pictures::{
@@ -22,11 +24,9 @@ use halflight::pictures::{
 };
 use halflight::rays::Rays;
 use halflight::rays::purpose::Purpose;
-use halflight_reference::{NextEvent, TraceSettings, Tracer};
 use halflight::render::Rendered;
 use halflight::scene::Scene;
-use crate::compare::ladder::{StudyError, StudyPlan, lap};
-use crate::compare::truth::{Made, Truth, or_everywhere};
+use halflight_reference::{NextEvent, TraceSettings, Tracer};
 
 /// Samples of the path tracer between two looks at the clock.
 const PASS: u32 = 16;

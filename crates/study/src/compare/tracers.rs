@@ -6,15 +6,15 @@
 use std::convert::Infallible;
 use std::time::Instant;
 
-use halflight::light::Rgb;
-use halflight::pictures::Picture;
-use halflight::rays::Rays;
-use halflight_reference::{NextEvent, TraceSettings, Tracer};
-use halflight::render::Seconds;
-use halflight::scene::Scene;
 use crate::compare::arithmetic::{counted, masked_error, masked_mean, window};
 use crate::compare::ladder::{Ladder, LadderStep, Method, ORDERS, Study, StudyPlan, climb, lap};
 use crate::compare::verdict::{Answer, Mean};
+use halflight::light::Rgb;
+use halflight::pictures::Picture;
+use halflight::rays::Rays;
+use halflight::render::Seconds;
+use halflight::scene::Scene;
+use halflight_reference::{NextEvent, TraceSettings, Tracer};
 
 /// Times at which tracers that are compared are looked at, as shares of the plan's.
 const LOOKS: [f64; 6] = [1.0 / 32.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 1.0];

@@ -19,11 +19,11 @@
 
 use serde::{Serialize, Serializer};
 
-use halflight::light::Rgb;
-use halflight::pictures::{Picture, Size};
 use crate::compare::arithmetic::{counted, map, smoothed, window};
 use crate::compare::truth::{Made, Truth};
 use crate::statistics::{bennett, student_quantile, variance_limit};
+use halflight::light::Rgb;
+use halflight::pictures::{Picture, Size};
 
 /// Probability of calling two equal pictures different.
 const LEVEL: f64 = 0.01;

@@ -12,16 +12,16 @@
 //! A grid of the square and two paths across it from mode to mode are shown, each at one exposure. Not handled: errors;
 //! the effort is given.
 
+use crate::figures::panel::{AXES, Figure, PageSettings, Panel, exposure_for, exposure_words, no_light};
 use halflight::form_factors::Sampling;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb, Transport};
 use halflight::operator::LinearOperator;
 use halflight::pictures::{Exposure, Picture, Size};
-use halflight_plot::{Cell, Heading, Shown};
 use halflight::reading::invisible;
 use halflight::render::{Assembled, Discretization, Square, SquareColumn, Watch, pictures, without_luminaires};
 use halflight::solve::{Diverges, Extrapolated, Settings, extrapolated};
-use crate::figures::panel::{AXES, Figure, PageSettings, Panel, exposure_for, exposure_words, no_light};
+use halflight_plot::{Cell, Heading, Shown};
 
 /// A point of the square, and its picture or the proof that there is none.
 pub struct Point {

@@ -19,20 +19,20 @@ use std::time::Instant;
 
 use serde::{Serialize, Serializer};
 
+use crate::figures::panel::exposure_words;
+use crate::figures::two_spheres::{FiveLights, Lit, TwoSpheres};
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Exposure, Picture, Size, largest_difference, mean_difference, mean_e_pixel};
+use halflight::rays::Rays;
+use halflight::render::{Fineness, Rendered, Watch};
+use halflight::scene::Scene;
 use halflight_plot::{
     Axis, Cell, Chart, Heading, Page, PageRow, Series, Shown, Style, difference_cells, difference_scale,
 };
-use halflight::rays::Rays;
 use halflight_reference::opengl::{NoOpenGl, OpenGlPicture, render as draw};
 use halflight_reference::{TraceSettings, Tracer};
-use halflight::render::{Fineness, Rendered, Watch};
-use halflight::scene::Scene;
-use crate::figures::panel::exposure_words;
-use crate::figures::two_spheres::{FiveLights, Lit, TwoSpheres};
 
 /// Points of the quadrature, to a side of the luminaire.
 const POINTS: usize = 16;

@@ -10,9 +10,9 @@ use serde::Serialize;
 use halflight::light::{Mode, Transport};
 use halflight::operator::Bounds;
 use halflight::pictures::{Exposure, Picture, Size};
-use halflight_plot::{Cell, Corner, Heading, Page, PageRow, Shown, Style};
 use halflight::render::Rendered;
 use halflight::solve::{Diverges, Verdict};
+use halflight_plot::{Cell, Corner, Heading, Page, PageRow, Shown, Style};
 
 /// A page, and what its panels show.
 #[derive(Serialize)]

@@ -5,13 +5,13 @@
 //! to about the brightness of KE, and say so. Modes whose series diverges have no L and no rows in the figure: its
 //! caption names them.
 
+use crate::figures::panel::{Figure, PageSettings, Panel, exposure_for, exposure_words};
+use crate::partial_sums;
 use halflight::light::Transport;
 use halflight::operator::Bounds;
 use halflight::pictures::{Exposure, Picture};
-use halflight_plot::{Cell, Chart, Heading, Page, Series, Shown, term_name};
 use halflight::solve::{Bounce, Diverges, Verdict};
-use crate::figures::panel::{Figure, PageSettings, Panel, exposure_for, exposure_words};
-use crate::partial_sums;
+use halflight_plot::{Cell, Chart, Heading, Page, Series, Shown, term_name};
 
 /// A sheet with a row of the terms of a series and, under it, their partial sums.
 pub fn bounce_sheet(heading: String, terms: &[Picture], sums: &[Picture], exposure: Exposure) -> Page {

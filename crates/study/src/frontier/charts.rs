@@ -1,9 +1,9 @@
 //! The charts of both sides of the frontier.
 
-use halflight::pictures::Size;
-use halflight_plot::{Axis, Chart, Series};
 use crate::frontier::series::SeriesRun;
 use crate::frontier::spread::Traced;
+use halflight::pictures::Size;
+use halflight_plot::{Axis, Chart, Series};
 
 /// Points a factor of two that long series keep on a logarithmic axis.
 const PER_OCTAVE: f64 = 2.0;

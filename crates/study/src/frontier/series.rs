@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use crate::map::Survey;
 use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::light::{Light, Transport};
@@ -17,7 +18,6 @@ use halflight::solve::{
     RaySettings, Settings, Shooter, Shooting, ShootingSettings, TailBound, Verdict, direct, extrapolated, neumann,
     norm, terms, verdict,
 };
-use crate::map::Survey;
 
 /// The scene with every own alpha and tau (1 where a material has none) times these: a point of its stability map.
 pub fn at(scene: &Scene, alpha: f64, tau: f64) -> Scene {

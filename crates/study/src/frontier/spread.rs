@@ -8,10 +8,10 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use halflight::rays::Rays;
-use halflight_reference::{NextEvent, TraceSettings, Tracer};
-use halflight::scene::Scene;
 use crate::statistics::{log_slope, mean_and_error};
+use halflight::rays::Rays;
+use halflight::scene::Scene;
+use halflight_reference::{NextEvent, TraceSettings, Tracer};
 
 /// Pixels each way of the pictures whose mean is looked at.
 const SIDE: usize = 4;

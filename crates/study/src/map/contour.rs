@@ -7,6 +7,7 @@
 
 use glam::{DVec2, dvec2};
 
+use crate::map::stability::{Column, Map};
 use halflight::light::Mode;
 use halflight::operator::Bounds;
 use halflight::pictures::Size;
@@ -14,7 +15,6 @@ use halflight_plot::axes::{Frame, Range, TICK_EM};
 use halflight_plot::drawing::{Align, Colour, Drawing, INK, PAPER};
 use halflight_plot::viridis::viridis;
 use halflight_plot::{Marker, Scale, font};
-use crate::map::stability::{Column, Map};
 
 const SIZE: Size = Size { width: 880, height: 720 };
 /// Pieces a curve has between two columns.

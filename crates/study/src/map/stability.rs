@@ -8,10 +8,10 @@
 
 use serde::Serialize;
 
+use crate::map::survey::Survey;
 use halflight::form_factors::Sampling;
 use halflight::operator::{Bounds, Spectrum};
 use halflight::render::{Discretization, Watch};
-use crate::map::survey::Survey;
 
 /// Radii bounded for one alpha at most.
 const STEPS: usize = 4;

@@ -14,6 +14,7 @@
 //! `max_bounces`, which makes any variance finite, of the sum up to there, and by far too large to be of use where it
 //! would be infinite without.
 
+use crate::map::survey::{Subject, Survey};
 use halflight::form_factors::Sampling;
 use halflight::light::Transport;
 use halflight::operator::Bounds;
@@ -21,7 +22,6 @@ use halflight::patches::Patches;
 use halflight::rays::Rays;
 use halflight::render::Silent;
 use halflight::scene::Scene;
-use crate::map::survey::{Subject, Survey};
 
 /// Patches that radii are found on.
 const PATCHES: usize = 600;

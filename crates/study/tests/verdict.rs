@@ -4,7 +4,7 @@
 use halflight::light::Rgb;
 use halflight::pictures::Picture;
 use halflight::rays::sobol::hash;
-use halflight::study::compare::{Answer, Mean, judge};
+use halflight_study::compare::{Answer, Mean, judge};
 
 const SIDE: usize = 24;
 

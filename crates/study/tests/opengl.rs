@@ -2,6 +2,7 @@
 //! without highlights. Built with the cargo feature `opengl`; where the machine has no library the tests say that they
 //! are skipped, and why.
 
+#[path = "../../../tests/common/mod.rs"]
 mod common;
 
 use std::f64::consts::PI;
@@ -10,9 +11,9 @@ use common::Silent;
 use glam::{DVec3, Vec3};
 use halflight::light::Gloss;
 use halflight::pictures::{Picture, Size};
-use halflight::reference::opengl::{NoOpenGl, OpenGlPicture, render};
 use halflight::scene::{Beam, Camera, Material, PunctualForm, PunctualLight, PunctualPlace, Scene};
-use halflight::study::figures::{FiveLights, Lit, LocalEffort, TwoSpheres, local_light};
+use halflight_reference::opengl::{NoOpenGl, OpenGlPicture, render};
+use halflight_study::figures::{FiveLights, Lit, LocalEffort, TwoSpheres, local_light};
 
 /// OpenGL's picture; none where there is no OpenGL.
 fn drawn(scene: &Scene, size: impl Into<Size>, samples: u32) -> Option<OpenGlPicture> {

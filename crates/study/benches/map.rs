@@ -13,8 +13,8 @@ use halflight::light::Mode;
 use halflight::render::Silent;
 use halflight::scene::Scene;
 use halflight::solve::explore;
-use halflight::study::map::map;
-use halflight::study::{bounce_fields, bounce_pictures};
+use halflight_study::map::map;
+use halflight_study::{bounce_fields, bounce_pictures};
 
 const PATCHES: usize = 4000;
 

@@ -33,7 +33,7 @@ fn page(place: &TempDir, scene: &str, arguments: &str) -> PathBuf {
 
 /// A file of the project.
 fn data(path: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path).display().to_string()
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path).display().to_string()
 }
 
 /// The browser, or nothing, which is said.

@@ -5,7 +5,7 @@ use halflight::form_factors::Sampling;
 use halflight::light::Mode;
 use halflight::render::{Discretization, Stored};
 use halflight::scene::{LoadOptions, Scene};
-use halflight::study::map::{Survey, check_crossings};
+use halflight_study::map::{Survey, check_crossings};
 
 use crate::run::{contents, halflight, place};
 

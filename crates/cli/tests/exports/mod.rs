@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use glam::Vec3;
-use halflight::export::{Array, Values, light_array};
 use halflight::rays::sobol::Stream;
 use halflight::{Fineness, Light, LinearOperator, Mode, Scene, Solver};
+use halflight_export::{Array, Values, light_array};
 
 use crate::run::{place, succeed};
 
@@ -21,7 +21,7 @@ const SQUARES: &str = "o low\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\no h
 /// An interpreter that has numpy, scipy, pandas and trimesh.
 fn python() -> Option<PathBuf> {
     let named = std::env::var_os("HALFLIGHT_PYTHON").map(PathBuf::from);
-    let python = named.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("target/python/bin/python"));
+    let python = named.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/python/bin/python"));
     let tries = Command::new(&python).args(["-c", "import numpy, scipy, pandas, trimesh"]).output();
     tries.is_ok_and(|tried| tried.status.success()).then_some(python)
 }

@@ -8,10 +8,10 @@ use halflight::Solver;
 use halflight::light::{Mode, Rgb, Transport};
 use halflight::pictures::{Picture, read_layers, read_picture};
 use halflight::rays::Rays;
-use halflight::reference::{TraceSettings, Tracer};
 use halflight::render::{Apart, LayerKind, Rendered};
 use halflight::scene::{Emitters, LoadOptions, Scene};
 use halflight::solve::{Settings, solve_columns};
+use halflight_reference::{TraceSettings, Tracer};
 
 use crate::run::{halflight, place, report, succeed};
 

@@ -9,12 +9,12 @@ use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, mean_difference, read_picture, relative_rms};
 use halflight::render::Fineness;
 use halflight::solve::{Settings, neumann};
-use halflight::study::{bounce_fields, bounce_pictures};
+use halflight_study::{bounce_fields, bounce_pictures};
 
 use crate::common::{Silent, assemble_one, builtin};
 
 fn data(name: &str) -> Picture {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/cornell");
     read_picture(folder.join(format!("{name}.exr"))).expect("a picture")
 }
 
@@ -118,7 +118,7 @@ fn eight_bounces_have_the_means_of_the_reference() {
         &GatherPass::new((256, 256), &gathering),
         &Silent,
     );
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/cornell");
     let mask = read_picture(folder.join("mask256.png")).expect("a picture");
     let black = Picture::new(256, 256);
     for (n, (bounce, exact)) in bounces[1..].iter().zip(MEANS_256).enumerate() {

@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3, EulerRot};
 use halflight::form_factors::{Bodies, Sampler, Tolerance};
 use halflight::rays::Rays;
 use halflight::scene::Scene;
-use halflight::study::{FactorSettings, FactorTable, How, factors};
+use halflight_study::{FactorSettings, FactorTable, How, factors};
 
 use crate::common::{Facing, Mesh, Silent, builtin, grey};
 

@@ -11,8 +11,8 @@ use halflight::scene::Scene;
 use halflight::solve::{
     RaySettings, Settings, Shooting, ShootingSettings, Verdict, direct, explore, extrapolated, neumann, norm, verdict,
 };
-use halflight::study::frontier::{at, formal, scaling};
-use halflight::study::map::Survey;
+use halflight_study::frontier::{at, formal, scaling};
+use halflight_study::map::Survey;
 
 use crate::common::{Facing, Mesh, Silent, assemble_one, builtin, grey, random, sampling, transport};
 
@@ -122,7 +122,7 @@ fn terms_may_grow_before_they_decay() {
 /// walls, in both halves.
 #[test]
 fn the_drawn_hump_is_as_high_as_areas_say() {
-    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hump/hump.toml");
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/hump/hump.toml");
     let p = Solver::new(&Scene::open(file).unwrap()).cut(600);
     let transport = p.geometry.scene.transport.unwrap();
     let mode = assemble_one(&p, transport, &sampling(256, 1));

@@ -5,15 +5,15 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 use halflight::light::Mode;
 use halflight::rays::{Ray, Rays, Side};
-use halflight::reference::{NextEvent, TraceSettings, Tracer};
 use halflight::scene::{LoadOptions, Scene, Sides};
-use halflight::study::{FactorSettings, FactorTable, factors};
 use halflight::{Fineness, Solver};
+use halflight_reference::{NextEvent, TraceSettings, Tracer};
+use halflight_study::{FactorSettings, FactorTable, factors};
 
 use crate::common::Silent;
 
-const ROOM: &str = include_str!("data/coincident/room.obj");
-const MATERIALS: &str = include_str!("data/coincident/room.mtl");
+const ROOM: &str = include_str!("../../../tests/data/coincident/room.obj");
+const MATERIALS: &str = include_str!("../../../tests/data/coincident/room.mtl");
 
 /// Half the room's largest extent.
 const SCALE: f64 = 2.0;
@@ -184,7 +184,7 @@ fn an_opacity_leaves_the_next_face_its_share() {
 #[test]
 fn under_a_mask_the_next_face_is_there() {
     let open = |name: &str| {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/coincident");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/coincident");
         Scene::load(&folder.join(name), LoadOptions::default()).expect("a correct scene")
     };
     let (leaf, card) = (open("leaf.obj"), open("card.obj"));

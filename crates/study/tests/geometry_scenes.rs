@@ -9,7 +9,7 @@ use halflight::light::{Light, Mode, Rgb};
 use halflight::pictures::Picture;
 use halflight::scene::{Material, Scene};
 use halflight::solve::{Settings, neumann};
-use halflight::study::{FactorSettings, factors};
+use halflight_study::{FactorSettings, factors};
 
 use crate::common::rows::objects;
 use crate::common::{Facing, Mesh, Silent, all_of_f, assemble_one, builtin, grey, random, sampling};

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 use halflight::scene::Scene;
-use halflight::study::{FactorSettings, factors};
+use halflight_study::{FactorSettings, factors};
 
 use crate::common::rows::{by_rows, objects};
 use crate::common::{Mesh, Silent, grey};

@@ -9,11 +9,11 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use glam::DVec3;
-use halflight::export::kept::{Keeper, Keeping, KeptError};
 use halflight::patches::{DivisionNumbers, Patches, Sample};
 use halflight::render::Discretization;
 use halflight::solve::explore;
 use halflight::{Fineness, Light, Mode, Scene, Solver};
+use halflight_export::kept::{Keeper, Keeping, KeptError};
 use serde_json::Value;
 use tempfile::TempDir;
 

@@ -9,11 +9,11 @@ use halflight::Solver;
 use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::pictures::Picture;
 use halflight::rays::Rays;
-use halflight::reference::{Mean, NextEvent, TraceSettings, Tracer};
 use halflight::render::{Discretization, Fineness};
 use halflight::scene::{AddedLight, Camera, LoadOptions, Material, Scene, SceneError, Sides, SkyLight};
 use halflight::solve::{Emitted, RaySettings, Settings, Shooting, ShootingSettings, neumann};
-use halflight::study::{FactorSettings, factors};
+use halflight_reference::{Mean, NextEvent, TraceSettings, Tracer};
+use halflight_study::{FactorSettings, factors};
 
 use crate::common::{Facing, Mesh, Silent, assemble_one, grey, sampling, transport};
 

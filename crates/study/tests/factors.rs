@@ -7,7 +7,7 @@ use std::time::Instant;
 use glam::DVec3;
 use halflight::form_factors::{Estimate, point_to_polygon};
 use halflight::scene::Scene;
-use halflight::study::{FactorSettings, FactorTable, How, factors};
+use halflight_study::{FactorSettings, FactorTable, How, factors};
 use serde_json::Value;
 
 use crate::common::Silent;
@@ -16,7 +16,7 @@ use crate::common::rows::objects;
 const TOLERANCE: f64 = 1e-4;
 
 fn cases(kind: &str) -> Vec<Value> {
-    let text = include_str!("data/factors/factors.json");
+    let text = include_str!("../../../tests/data/factors/factors.json");
     let all: Value = serde_json::from_str(text).expect("JSON");
     let cases = all["cases"].as_array().expect("a list").iter();
     cases.filter(|c| c["kind"] == kind).cloned().collect()
@@ -75,7 +75,7 @@ fn every_case_within_its_error_and_the_tolerance() {
         if n == 2 && found.how != How::ClosedForm {
             wrong.push(format!("{id}: by {how}"));
         }
-        let share = |f: &halflight::study::Factor| (0.0..=1.0).contains(&f.share.value);
+        let share = |f: &halflight_study::Factor| (0.0..=1.0).contains(&f.share.value);
         if !table.factors.iter().all(share) || table.unmet > 0 {
             wrong.push(format!("{id}: a form factor outside 0..=1, or {} unmet", table.unmet));
         }

@@ -34,7 +34,7 @@ fn the_picture_is_as_near_the_reference_as_asked_and_stated() {
     let place = place(&[]);
     let found = report(&place, "render --mode global --size 64x64 --tolerance 0.02 -o box.exr");
     let data = |name: &str| {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell");
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/cornell");
         read_picture(folder.join(name)).unwrap()
     };
     let picture = read_picture(place.path().join("box.exr")).unwrap();
@@ -268,7 +268,7 @@ fn powers_are_in_watts() {
 
 /// The text of one of the furnace's files.
 fn furnace(extension: &str) -> String {
-    let stem = concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/furnace.");
+    let stem = concat!(env!("CARGO_MANIFEST_DIR"), "/../../meshes/furnace.");
     fs::read_to_string(format!("{stem}{extension}")).unwrap()
 }
 

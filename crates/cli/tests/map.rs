@@ -15,8 +15,8 @@ use halflight::light::{Rgb, Transport};
 use halflight::operator::spectrum;
 use halflight::render::Discretization;
 use halflight::scene::Scene;
-use halflight::study::frontier::at;
-use halflight::study::map::{GridPoint, Map, map};
+use halflight_study::frontier::at;
+use halflight_study::map::{GridPoint, Map, map};
 
 use crate::common::{Facing, Mesh, Silent, all_of_f, assemble_one, grey, sampling, transport};
 use crate::run::{fields, files, halflight, place, report};

@@ -1,0 +1,22 @@
+//! Tests of the program, which run it, as one program: it is compiled and linked once.
+
+mod chart;
+mod cli;
+mod cli_errors;
+#[path = "../../../tests/common/mod.rs"]
+mod common;
+mod compare;
+mod explore;
+mod exports;
+mod factors_command;
+mod figure;
+mod glb_camera;
+mod interrupt;
+mod kept;
+mod layers;
+mod map;
+mod memory;
+mod ranks;
+mod run;
+mod trace_command;
+mod wound_outwards;
