@@ -7,9 +7,8 @@ use halflight::Solver;
 use halflight::light::{Mode, Rgb};
 use halflight::rays::sobol::Stream;
 use halflight::rays::{Ray, Rays};
-use halflight::render::Silent;
 use halflight::scene::textures::{Channel, Filter, Maps, Mask};
-use halflight::scene::{Camera, Material, Scene, Sides, SkyLight};
+use halflight::scene::{Camera, Material, Scene, SkyLight};
 use halflight_reference::{TraceSettings, Tracer};
 
 use crate::common::{Mesh, grey, rendered};
