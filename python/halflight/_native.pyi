@@ -425,6 +425,11 @@ def lamps(system: System, truncation: SupportsFloat | SupportsIndex) -> Lamps:
     L of each luminaire, over one K.
     """
 
+def lux(irradiance: Incomplete) -> Incomplete:
+    """
+    Illuminance of irradiances.
+    """
+
 def object_factors(scene: Scene, tau: SupportsFloat | SupportsIndex, tolerance: SupportsFloat | SupportsIndex, asked: Incomplete) -> ObjectFactors:
     """
     Finds those between objects.

@@ -23,10 +23,6 @@ __all__ = ["Irradiance", "lux", "points"]
 
 Float64 = npt.NDArray[np.float64]
 
-#: Lumens of a watt of white light, and CIE Y of linear sRGB (IEC 61966-2-1).
-EFFICACY = 683.0
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-
 
 def lux(irradiance: npt.ArrayLike) -> Float64:
     """Illuminance in lux of irradiances in W/m²: 683 lm/W times CIE Y of linear sRGB.
@@ -43,7 +39,8 @@ def lux(irradiance: npt.ArrayLike) -> Float64:
     given = np.asarray(irradiance)
     if given.dtype.kind not in "fiu" or given.shape[-1:] != (3,):
         raise TypeError(f"irradiance must be numbers of shape (..., 3), not {given.shape} ({given.dtype})")
-    return np.asarray(EFFICACY * (given @ LUMINANCE), np.float64)
+    rows = np.ascontiguousarray(given, np.float64).reshape(-1, 3)
+    return np.asarray(_native.lux(rows), np.float64).reshape(given.shape[:-1])
 
 
 @dataclass(frozen=True, repr=False, eq=False)

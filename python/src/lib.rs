@@ -34,7 +34,7 @@ mod _native {
     #[pymodule_export]
     use super::picture::{Rendered, encode_png, read_picture, render, save_layers, save_picture, trace};
     #[pymodule_export]
-    use super::points::{Sensed, points};
+    use super::points::{Sensed, lux, points};
     #[pymodule_export]
     use super::scene::{Scene, builtin_scenes, open_scene, scene_from_arrays, scene_from_bytes};
     #[pymodule_export]

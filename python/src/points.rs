@@ -3,7 +3,7 @@
 use glam::DVec3;
 use halflight::render::{Apart, Sensor, SensorLights};
 use numpy::ndarray::ArrayView1;
-use numpy::{PyArray2, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::errors::Raise;
@@ -30,7 +30,7 @@ pub fn points(
     let point = |row: ArrayView1<f64>| DVec3::new(row[0], row[1], row[2]);
     let (positions, normals) = (sensors.0.as_array(), sensors.1.as_array());
     let pairs = positions.rows().into_iter().zip(normals.rows());
-    let sensor = |(at, normal)| Sensor { name: None, position: point(at), normal: point(normal) };
+    let sensor = |(at, normal)| Sensor { position: point(at), normal: point(normal) };
     let sensors: Vec<Sensor> = pairs.map(sensor).collect();
     let apart = Apart { emitters: luminaires, bounces: false };
     let found = run(py, asked.progress.as_ref(), |steps| {
@@ -38,6 +38,14 @@ pub fn points(
         solver.points(transport(mode), &sensors).watch(steps).tolerance(tolerance)
     })?;
     Ok(Sensed { lights: found.map_err(Raise::raise)? })
+}
+
+/// Illuminance of irradiances.
+#[pyfunction]
+pub fn lux<'py>(py: Python<'py>, irradiance: PyReadonlyArray2<f64>) -> Bound<'py, PyArray1<f64>> {
+    let rows = irradiance.as_array();
+    let of = |row: ArrayView1<f64>| halflight_lighting::lux(&[row[0], row[1], row[2]]);
+    PyArray1::from_vec(py, rows.rows().into_iter().map(of).collect())
 }
 
 #[pymethods]

@@ -26,5 +26,5 @@ pub use metrics::{
 pub use names::{spaced, unlike};
 pub use picture::{Picture, Size};
 pub use srgb::{Bitmap, Exposure, decode_srgb, encode_srgb};
-pub use table::{Row, Table, known, rows};
+pub use table::{Table, known};
 pub use texels::{Texels, TexelsError};

@@ -13,7 +13,8 @@
 //!
 //! Bounces and emitters are read at once and scaled to what all light is together, so each set adds up to it.
 //!
-//! Not handled: patches divided by light; errors of single bounces and emitters.
+//! Not handled: sensors that see less than a hemisphere; patches divided by light; errors of single bounces and
+//! emitters.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -39,7 +40,6 @@ use crate::render::layers::{Apart, with_layers};
 use crate::render::memory::{Held, fewer};
 use crate::render::pooled_error::{PooledError, PooledPoint};
 use crate::render::search::solved::Task;
-use crate::render::sensors::Sensor;
 use crate::scene::UnitFrame;
 use crate::solve::{Diverges, Settings, Solution, neumann};
 use crate::surfaces::SurfacePoint;
@@ -60,6 +60,15 @@ const HELD: Held = Held { casts: 1, solutions: 1, bounces: None };
 const BEFORE: f32 = 4e-6;
 /// Rays, half of them to either side, that show whether a point is inside of something.
 const ROUND: u32 = 64;
+
+/// A place and a direction to measure light at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensor {
+    /// Where, in the file's units.
+    pub position: DVec3,
+    /// The middle of the directions that light is measured from; of any length but 0.
+    pub normal: DVec3,
+}
 
 /// What arrives at a sensor.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]

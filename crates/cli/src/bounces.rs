@@ -12,7 +12,7 @@ use crate::error::CliError;
 use crate::options::arguments::{Common, Precision, Problem, pixel, size};
 use crate::options::keep::{Keep, Kept};
 use crate::options::layers::PerEmitter;
-use crate::options::points::{MeasuredReport, Points, Sensors};
+use crate::options::points::{Points, Sensors};
 use crate::pictures::{Files, Modes};
 use halflight::Solver;
 use halflight::error::deadline::deadline_after;
@@ -24,6 +24,7 @@ use halflight::pictures::{Size, Table, known, make_directory};
 use halflight::render::{BounceSeries, EmitterTerms, End, Fineness, TermError};
 use halflight::scene::Scene;
 use halflight::solve::{Bounce, Solution, Verdict};
+use halflight_lighting::Measured;
 use halflight_plot::term_name;
 use halflight_study::figures::{bounce_sheet, bounces_chart};
 use halflight_study::{bounce_fields, bounce_pictures, partial_sums};
@@ -71,7 +72,7 @@ struct BouncesReport {
     bounces: Vec<BounceReport>,
     /// Light at points, where it is requested.
     #[serde(flatten)]
-    measured: Option<MeasuredReport>,
+    measured: Option<Measured>,
 }
 
 /// One term.
@@ -97,7 +98,7 @@ struct Studied {
     errors: Vec<TermError>,
     end: Option<End>,
     emitters: Vec<EmitterTerms>,
-    measured: Option<MeasuredReport>,
+    measured: Option<Measured>,
 }
 
 /// What all modes of one run share, and what is known of them so far.

@@ -4,7 +4,6 @@
 //! Not handled: wide characters, whose lines may be broken late; wrong arguments, which clap refuses before a command
 //! begins, and faults of the program (exit code 101).
 
-use halflight::render::SensorError;
 use std::io::{Write as _, stderr};
 
 use console::{Term, style};
@@ -17,6 +16,7 @@ use halflight::scene::SceneError;
 use halflight::solve::{Diverges, Verdict};
 use halflight_explore::PageError;
 use halflight_export::kept::KeptError;
+use halflight_lighting::SensorError;
 use halflight_plot::ChartError;
 use halflight_plot::font::broken;
 use halflight_reference::Overflow;
@@ -52,7 +52,7 @@ pub enum CliError {
     /// A table of sensors is wrong, or there is nothing to lay them over: exit code 3.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Sensor(SensorError),
+    Sensor(#[from] SensorError),
     /// A file could not be written: exit code 1.
     #[error(transparent)]
     #[diagnostic(transparent)]

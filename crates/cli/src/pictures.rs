@@ -9,13 +9,13 @@ use serde::Serialize;
 
 use crate::console::Console;
 use crate::error::CliError;
-use crate::options::points::MeasuredReport;
 use halflight::form_factors::Closure;
 use halflight::light::Transport;
 use halflight::operator::Bounds;
 use halflight::pictures::{Exposure, Picture, Size, check_destination, make_directory};
 use halflight::render::{EmitterPower, ErrorParts, Seconds};
 use halflight::scene::Scene;
+use halflight_lighting::Measured;
 use halflight_plot::{Cell, Drawing, Heading, Page, Shown};
 
 /// Where the files of one run go.
@@ -205,7 +205,7 @@ pub struct RenderReport {
     pub verdict: &'static str,
     /// Light at points, where it is requested.
     #[serde(flatten)]
-    pub measured: Option<MeasuredReport>,
+    pub measured: Option<Measured>,
     /// Powers of the emitters, where their light is kept apart.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub luminaires: Vec<EmitterPower>,

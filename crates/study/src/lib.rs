@@ -4,7 +4,6 @@
 
 pub(crate) mod bounces;
 pub mod compare;
-pub(crate) mod dimming;
 pub(crate) mod factor_matrix;
 pub(crate) mod factors;
 pub mod figures;
@@ -13,6 +12,5 @@ pub mod map;
 pub(crate) mod statistics;
 
 pub use bounces::{bounce_fields, bounce_fields_and_rest, bounce_pictures, partial_sums};
-pub use dimming::dimmed;
 pub use factor_matrix::{FactorMatrix, PatchFactors, patch_factors};
 pub use factors::{Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors};

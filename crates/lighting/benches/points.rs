@@ -17,8 +17,9 @@ use std::time::Instant;
 use glam::DVec3;
 use halflight::light::Mode;
 use halflight::rays::sobol::hash;
-use halflight::render::{Sensor, SensorGrid, SensorLight};
+use halflight::render::{Sensor, SensorLight};
 use halflight::{Scene, Solver};
+use halflight_lighting::SensorLayout;
 
 /// Of the points anywhere, so that they lie the same in every run.
 const PLACES: u32 = 0x706c_6163;
@@ -37,7 +38,7 @@ fn main() {
     let sensors = match numbers.get(4) {
         Some(place) => match place.strip_prefix("grid:") {
             Some(grid) => laid(&scene, grid),
-            None => Sensor::read(Path::new(place)).expect("a table of points"),
+            None => SensorLayout::read(Path::new(place)).expect("a table of points").sensors,
         },
         None => anywhere(&scene, number(2, 200.0) as u32),
     };
@@ -57,7 +58,7 @@ fn anywhere(scene: &Scene, count: u32) -> Vec<Sensor> {
     let corners = (0..scene.solid_faces()).flat_map(|f| scene.exact_corners(f));
     let (low, high) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), c| (a.min(c), b.max(c)));
     let place = |k: u32| scene.frame.to_file(0.5 * (low + high) + 0.4 * (high - low) * vector(k, 0));
-    (0..count).map(|k| Sensor { name: None, position: place(k), normal: vector(k, 1) }).collect()
+    (0..count).map(|k| Sensor { position: place(k), normal: vector(k, 1) }).collect()
 }
 
 /// A grid written OBJECT@HEIGHT,SPACING.
@@ -65,7 +66,7 @@ fn laid(scene: &Scene, grid: &str) -> Vec<Sensor> {
     let (object, rest) = grid.split_once('@').expect("OBJECT@HEIGHT,SPACING");
     let (height, spacing) = rest.split_once(',').expect("HEIGHT,SPACING");
     let number = |text: &str| text.parse().expect("a number");
-    SensorGrid::over(scene, object, number(height), number(spacing)).expect("a grid").sensors
+    SensorLayout::over(scene, object, number(height), number(spacing)).expect("a grid").sensors
 }
 
 fn measure(scene: &Scene, sensors: &[Sensor], tolerance: f64, seed: u32) -> Vec<SensorLight> {

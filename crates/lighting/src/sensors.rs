@@ -1,32 +1,36 @@
 //! Sensors: where light is measured, read from a table or laid over an object as a grid.
 //!
-//! Not handled: sensors that see less than a hemisphere.
+//! Not handled: the points that a standard asks of a room, or of a task.
 
 use std::path::Path;
 use std::{fs, io};
 
 use glam::{DVec2, DVec3};
 
-use crate::pictures::{Row, rows};
-use crate::rays::warp::basis;
-use crate::scene::{Place, Scene};
+use halflight::rays::warp::basis;
+use halflight::render::Sensor;
+use halflight::scene::{Place, Scene};
 
-/// A place and a direction to measure light at.
+use crate::rows::{Row, rows};
+
+/// Sensors as they were laid out.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sensor {
-    /// What the results are called by.
-    pub name: Option<String>,
-    /// Where, in the file's units.
-    pub position: DVec3,
-    /// The middle of the directions that light is measured from; of any length but 0.
-    pub normal: DVec3,
+pub struct SensorLayout {
+    /// All sensors: in the table's order, or row by row of the grid.
+    pub sensors: Vec<Sensor>,
+    /// What the results of each are called by.
+    pub names: Vec<Option<String>>,
+    /// Of sensors side by side: how they lie.
+    pub grid: Option<Grid>,
 }
 
-/// Sensors side by side.
+/// How sensors lie over an object.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SensorGrid {
-    /// All sensors, row by row.
-    pub sensors: Vec<Sensor>,
+pub struct Grid {
+    /// The object.
+    pub object: String,
+    /// How far over it they are, the file's units.
+    pub height: f64,
     /// Column and row of each.
     pub cells: Vec<[usize; 2]>,
     /// Columns and rows.
@@ -85,70 +89,34 @@ pub enum SensorError {
 /// Sensors of a grid at most.
 const MOST: usize = 4_000_000;
 
-impl Sensor {
+impl SensorLayout {
     /// Reads a table: x, y, z, nx, ny, nz and, if there is a seventh column, a name. A first row without numbers names
     /// the columns.
     ///
     /// # Errors
     /// [`SensorError`] with the line of the first row that is none.
-    pub fn read(path: &Path) -> Result<Vec<Sensor>, SensorError> {
+    pub fn read(path: &Path) -> Result<SensorLayout, SensorError> {
         let file = path.display().to_string();
         let bytes = fs::read(path).map_err(|source| SensorError::Read { file: file.clone(), source })?;
         let wrong = |line: usize, message: String| SensorError::Row { place: Place::line(&file, line), message };
         let rows = rows(&bytes).map_err(|(line, message)| wrong(line, format!("the line {message}")))?;
         let is_heading = |row: &Row| row.fields.iter().all(|field| field.parse::<f64>().is_err());
         let skipped = usize::from(rows.first().is_some_and(is_heading));
-        let sensors = rows[skipped..].iter().map(|row| Sensor::of_row(row).map_err(|message| wrong(row.line, message)));
-        let sensors: Vec<Sensor> = sensors.collect::<Result<_, _>>()?;
+        let found = rows[skipped..].iter().map(|row| named(row).map_err(|message| wrong(row.line, message)));
+        let (names, sensors): (Vec<_>, Vec<_>) = found.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         if sensors.is_empty() {
             return Err(wrong(1, "there is no sensor in the file".to_owned()));
         }
-        Ok(sensors)
+        Ok(SensorLayout { sensors, names, grid: None })
     }
 
-    fn of_row(row: &Row) -> Result<Sensor, String> {
-        let Row { fields, .. } = row;
-        if !(6..=7).contains(&fields.len()) {
-            return Err(format!("{} fields, where six or seven are needed", fields.len()));
-        }
-        let number = |k: usize| {
-            let number = fields[k].parse::<f64>().ok().filter(|x| x.is_finite());
-            number.ok_or_else(|| format!("`{}` is not a finite number", fields[k]))
-        };
-        let vector = |k: usize| -> Result<DVec3, String> { Ok(DVec3::new(number(k)?, number(k + 1)?, number(k + 2)?)) };
-        let (position, normal) = (vector(0)?, vector(3)?);
-        if !(position.as_vec3().is_finite() && normal.as_vec3().is_finite()) {
-            return Err("a coordinate is beyond 3e38".to_owned());
-        }
-        if normal.normalize_or_zero() == DVec3::ZERO {
-            return Err("the normal is zero".to_owned());
-        }
-        Ok(Sensor { name: fields.get(6).filter(|name| !name.is_empty()).cloned(), position, normal })
-    }
-}
-
-impl SensorGrid {
     /// Lays sensors over the object of a name, at a height over it and a spacing, both in the file's units: in the
     /// plane of the object's mean normal, above the front of one of its faces.
     ///
     /// # Errors
     /// [`SensorError`] where there is no such object, or no sensor over it.
-    pub fn over(scene: &Scene, name: &str, height: f64, spacing: f64) -> Result<SensorGrid, SensorError> {
-        let number = scene.objects.iter().position(|object| object == name);
-        let faces: Vec<u32> = match number {
-            Some(number) => {
-                let own = |&face: &u32| scene.faces[face as usize].object == number as u32;
-                (0..scene.solid_faces()).filter(own).collect()
-            }
-            None => Vec::new(),
-        };
-        if faces.is_empty() {
-            let mut known: Vec<&str> = scene.objects.iter().map(String::as_str).collect();
-            known.dedup();
-            let known = known.join(", ");
-            return Err(SensorError::NoObject { scene: scene.name.clone(), name: name.to_owned(), known });
-        }
-        let corners: Vec<[DVec3; 3]> = faces.iter().map(|&f| scene.exact_corners(f)).collect();
+    pub fn over(scene: &Scene, name: &str, height: f64, spacing: f64) -> Result<SensorLayout, SensorError> {
+        let corners = triangles(scene, name)?;
         let cross = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a);
         let normal = corners.iter().map(cross).sum::<DVec3>().normalize_or(DVec3::Y);
         // The axes of the coordinates where the object is level, so that rows follow walls.
@@ -173,16 +141,54 @@ impl SensorGrid {
         // The grid stands in the middle of the box.
         let first = [0.5 * (low_u + high_u - (columns - 1.0) * step), 0.5 * (low_v + high_v - (lines - 1.0) * step)];
         let heights = heights(&corners, [u, v, normal], first, step, size);
-        let mut grid = SensorGrid { sensors: Vec::new(), cells: Vec::new(), size, axes: [u, v], spacing };
+        let (mut sensors, mut cells) = (Vec::new(), Vec::new());
         for (k, height) in heights.into_iter().enumerate().filter(|(_, height)| height.is_finite()) {
             let cell = [k % size[0], k / size[0]];
             let [x, y] = [0, 1].map(|axis| first[axis] + cell[axis] as f64 * step);
             let position = scene.frame.to_file(x * u + y * v + (height + lift) * normal);
-            grid.sensors.push(Sensor { name: None, position, normal });
-            grid.cells.push(cell);
+            sensors.push(Sensor { position, normal });
+            cells.push(cell);
         }
-        if grid.sensors.is_empty() { Err(refuse(0.0)) } else { Ok(grid) }
+        if sensors.is_empty() {
+            return Err(refuse(0.0));
+        }
+        let grid = Grid { object: name.to_owned(), height, cells, size, axes: [u, v], spacing };
+        Ok(SensorLayout { names: vec![None; sensors.len()], sensors, grid: Some(grid) })
     }
+}
+
+/// The sensor of a row, and its name.
+fn named(Row { fields, .. }: &Row) -> Result<(Option<String>, Sensor), String> {
+    if !(6..=7).contains(&fields.len()) {
+        return Err(format!("{} fields, where six or seven are needed", fields.len()));
+    }
+    let number = |k: usize| {
+        let number = fields[k].parse::<f64>().ok().filter(|x| x.is_finite());
+        number.ok_or_else(|| format!("`{}` is not a finite number", fields[k]))
+    };
+    let vector = |k: usize| -> Result<DVec3, String> { Ok(DVec3::new(number(k)?, number(k + 1)?, number(k + 2)?)) };
+    let (position, normal) = (vector(0)?, vector(3)?);
+    if !(position.as_vec3().is_finite() && normal.as_vec3().is_finite()) {
+        return Err("a coordinate is beyond 3e38".to_owned());
+    }
+    if normal.normalize_or_zero() == DVec3::ZERO {
+        return Err("the normal is zero".to_owned());
+    }
+    Ok((fields.get(6).filter(|name| !name.is_empty()).cloned(), Sensor { position, normal }))
+}
+
+/// The corners of an object's triangles, unit coordinates.
+fn triangles(scene: &Scene, name: &str) -> Result<Vec<[DVec3; 3]>, SensorError> {
+    let number = scene.objects.iter().position(|object| object == name);
+    let is_own = |&face: &u32| Some(scene.faces[face as usize].object as usize) == number;
+    let corners: Vec<_> = (0..scene.solid_faces()).filter(is_own).map(|face| scene.exact_corners(face)).collect();
+    if corners.is_empty() {
+        let mut known: Vec<&str> = scene.objects.iter().map(String::as_str).collect();
+        known.dedup();
+        let known = known.join(", ");
+        return Err(SensorError::NoObject { scene: scene.name.clone(), name: name.to_owned(), known });
+    }
+    Ok(corners)
 }
 
 /// How high the fronts of triangles lie along the third axis over each cell of a grid, row by row: the highest where
@@ -234,12 +240,12 @@ mod tests {
         let read = |text: &str| {
             let path = folder.path().join("p.csv");
             fs::write(&path, text).expect("a file");
-            Sensor::read(&path).map_err(|error| error.to_string())
+            SensorLayout::read(&path).map_err(|error| error.to_string())
         };
         let found = read("x,y,z,nx,ny,nz,name\n1, 2, 3, 0, 1, 0, desk\n# a note\n4,5,6,0,0,-2\n").expect("a table");
-        assert_eq!(found.len(), 2);
-        assert_eq!((found[0].name.as_deref(), found[0].position), (Some("desk"), DVec3::new(1.0, 2.0, 3.0)));
-        assert_eq!((found[1].name.as_deref(), found[1].normal), (None, DVec3::new(0.0, 0.0, -2.0)));
+        assert_eq!(found.names, [Some("desk".to_owned()), None]);
+        assert_eq!(found.sensors[0].position, DVec3::new(1.0, 2.0, 3.0));
+        assert_eq!(found.sensors[1].normal, DVec3::new(0.0, 0.0, -2.0));
         for (text, line, what) in [
             ("1,2,3,0,1\n", 1, "5 fields"),
             ("1,2,3,0,1,0\n1,2,x,0,1,0\n", 2, "`x` is not"),
@@ -256,14 +262,14 @@ mod tests {
     #[test]
     fn a_grid_lies_over_the_fronts_of_its_object() {
         let scene = Scene::open("cornell-box").expect("a scene");
-        let grid = SensorGrid::over(&scene, "floor", 80.0, 50.0).expect("a grid");
-        assert_eq!(grid.sensors.len(), grid.size[0] * grid.size[1]);
-        for sensor in &grid.sensors {
+        let SensorLayout { sensors, grid, .. } = SensorLayout::over(&scene, "floor", 80.0, 50.0).expect("a grid");
+        assert_eq!(sensors.len(), grid.expect("a grid").size.iter().product::<usize>());
+        for sensor in &sensors {
             assert!((sensor.position.y - 80.0).abs() < 1e-3 && sensor.normal.y > 0.999, "{sensor:?}");
         }
-        let step = grid.sensors[1].position - grid.sensors[0].position;
+        let step = sensors[1].position - sensors[0].position;
         assert!((step.length() - 50.0).abs() < 1e-9);
-        assert!(SensorGrid::over(&scene, "roof", 0.8, 0.25).is_err());
-        assert!(SensorGrid::over(&scene, "floor", 0.8, 1e-6).is_err());
+        assert!(SensorLayout::over(&scene, "roof", 0.8, 0.25).is_err());
+        assert!(SensorLayout::over(&scene, "floor", 0.8, 1e-6).is_err());
     }
 }

@@ -1,0 +1,23 @@
+//! Lighting practice on light that was solved: where it is measured, how bright and even it is there, and what lamps of
+//! other strengths make of it.
+//!
+//! Not handled: glare, and what a standard asks of a room.
+
+mod aims;
+mod dimming;
+mod measured;
+mod plan;
+mod quantity;
+mod relight;
+mod rows;
+mod sensors;
+mod uniformity;
+
+pub use aims::aims;
+pub use dimming::dimmed;
+pub use measured::{Columns, Measured, table};
+pub use plan::plan;
+pub use quantity::{Quantity, digits, lux};
+pub use relight::{Factors, LampLight, Relit, RelitPoint, SolvedPoint};
+pub use sensors::{Grid, SensorError, SensorLayout};
+pub use uniformity::Uniformity;
