@@ -18,10 +18,10 @@ use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Mode;
 use halflight::pictures::{Picture, Size, mean_e_pixel};
 use halflight::rays::Rays;
-use halflight::reference::{NextEvent, TraceSettings, Tracer};
 use halflight::render::Silent;
 use halflight::scene::Scene;
 use halflight::solve::{Settings, neumann};
+use halflight_reference::{NextEvent, TraceSettings, Tracer};
 
 const SIZE: Size = Size { width: 64, height: 48 };
 const WANTED: f64 = 0.004;

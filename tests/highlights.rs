@@ -9,10 +9,10 @@ use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Transport};
 use halflight::pictures::{Picture, Size, relative_rms};
 use halflight::rays::Rays;
-use halflight::reference::{NextEvent, TraceSettings, Tracer};
 use halflight::render::Discretization;
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::{Settings, neumann};
+use halflight_reference::{NextEvent, TraceSettings, Tracer};
 
 use crate::common::{Silent, assemble_one, rendered, sampling, transport};
 

@@ -11,11 +11,11 @@ use halflight::light::{Mode, Transport};
 use halflight::operator::LinearOperator as _;
 use halflight::pictures::{Picture, Size, relative_rms};
 use halflight::rays::Rays;
-use halflight::reference::{NextEvent, TraceSettings, Tracer};
 use halflight::render::{Discretization, End};
 use halflight::scene::{Beam, LoadOptions, PunctualForm, PunctualLight, PunctualPlace, Scene};
 use halflight::solve::{Emitted, RaySettings, Settings, Shooting, ShootingSettings, explore, neumann, norm};
 use halflight::surfaces::SurfacePoint;
+use halflight_reference::{NextEvent, TraceSettings, Tracer};
 
 use crate::common::{Facing, Mesh, Silent, assemble_one, grey, lights, random, rendered, sampling, transport};
 

@@ -7,9 +7,9 @@ use halflight::Solver;
 use halflight::light::Mode;
 use halflight::pictures::{Picture, Size, mean_difference, read_picture, relative_rms};
 use halflight::rays::Rays;
-use halflight::reference::{TraceSettings, Tracer};
 use halflight::render::{End, Rendered};
 use halflight::scene::Scene;
+use halflight_reference::{TraceSettings, Tracer};
 
 use crate::common::builtin;
 

@@ -4,13 +4,13 @@
 
 use std::fmt::Display;
 
-use halflight::export::SceneBytesError;
-use halflight::export::kept::KeptError;
 use halflight::pictures::ImageError;
-use halflight::reference::Overflow;
 use halflight::render::{PictureUnfit, RenderError, Unfit};
 use halflight::scene::{SceneError, ViewError};
 use halflight::solve::Diverges;
+use halflight_export::SceneBytesError;
+use halflight_export::kept::KeptError;
+use halflight_reference::Overflow;
 use miette::Diagnostic;
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;

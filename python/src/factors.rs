@@ -2,7 +2,7 @@
 
 use halflight::Transport;
 use halflight::render::{Discretization, Fineness};
-use halflight::study::{FactorMatrix, FactorSettings, PatchFactors, factors, patch_factors as between};
+use halflight_study::{FactorMatrix, FactorSettings, PatchFactors, factors, patch_factors as between};
 use numpy::ndarray::Array2;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;

@@ -1,7 +1,7 @@
 //! The stability map over the (alpha, tau) square.
 
 use halflight::form_factors::Sampling;
-use halflight::study::map::{FrontierPoint, check_crossings, map};
+use halflight_study::map::{FrontierPoint, check_crossings, map};
 use pyo3::prelude::*;
 
 use crate::errors::Raise;

@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use halflight::pictures::{
     Bitmap, Exposure, NamedPicture, Picture, check_extension, encode_png as encode, write_picture,
 };
-use halflight::reference::{NextEvent, TraceSettings, Tracer};
 use halflight::render::{Apart, Fineness, Rendered as Found, check_pictures, pixel, write_layered};
+use halflight_reference::{NextEvent, TraceSettings, Tracer};
 use numpy::{PyArray3, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -115,7 +115,7 @@ pub fn trace<'py>(
         let counts = tracer.counts();
         let counts = (counts.paths, counts.rays, counts.cut);
         let error = tracer.relative_error();
-        Ok::<_, halflight::reference::Overflow>((
+        Ok::<_, halflight_reference::Overflow>((
             tracer.picture(),
             tracer.standard_error(),
             tracer.samples(),

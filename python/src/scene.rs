@@ -7,10 +7,10 @@
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
-use halflight::export::{scene_from_bytes as of_bytes, scene_to_bytes};
 use halflight::light::{Rgb, Visibility};
 use halflight::scene::{AddedLight, Camera, Emitters, GivenFace, LoadOptions, Material, Sides, SkyLight, builtin};
 use halflight::{Solver, Transport};
+use halflight_export::{scene_from_bytes as of_bytes, scene_to_bytes};
 use numpy::ndarray::Array2;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyKeyError;

@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use halflight::Solver;
-use halflight::export::kept::{Also, Keeper, Keeping};
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::render::{Apart, End, Fineness, check_pictures, pixel};
 use halflight::solve::{ColumnSolution, Settings, Solution, explore, neumann, solve_columns};
-use halflight::study::{bounce_fields, bounce_pictures};
+use halflight_export::kept::{Also, Keeper, Keeping};
+use halflight_study::{bounce_fields, bounce_pictures};
 use numpy::ndarray::{Array2, Array4};
 use numpy::{PyArray2, PyArray3, PyArray4};
 use pyo3::prelude::*;
@@ -173,7 +173,7 @@ pub fn open_folder(py: Python, folder: PathBuf, asked: Run) -> PyResult<(Scene, 
         let solver = solver.memory(f64::INFINITY).rows(Arc::new(keeper));
         Ok((solver.assemble(&[kept.transport], kept.fineness, steps), kept))
     })?;
-    let (equations, kept) = kept.map_err(halflight::export::kept::KeptError::raise)?;
+    let (equations, kept) = kept.map_err(halflight_export::kept::KeptError::raise)?;
     let mode = equations.map_err(Raise::raise)?.modes.remove(0);
     let apart = Apart::default();
     let recipe = Recipe { transport: kept.transport, fineness: kept.fineness, seed: kept.seed, apart };

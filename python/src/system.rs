@@ -4,13 +4,13 @@
 
 use std::sync::{Arc, OnceLock};
 
-use halflight::export::PatchMesh;
 use halflight::form_factors::{FormFactors, Layers, Rows};
 use halflight::operator::{Cast, LinearOperator, RowSource, Wanted};
 use halflight::patches::Patches;
 use halflight::render::{Apart, Assembled, Fineness};
 use halflight::solve::apply_columns;
 use halflight::{Light, Transport};
+use halflight_export::PatchMesh;
 use numpy::ndarray::Array2;
 use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;

@@ -40,7 +40,6 @@ pub(crate) struct Cut {
     patches: Vec<u32>,
 }
 
-#[cfg(feature = "explore")]
 impl Cell {
     /// The patches that lie in it, a patch once or several times.
     pub(crate) fn patches(&self) -> &[u32] {

@@ -79,13 +79,11 @@ pub struct Patches {
 
 impl Patches {
     /// What every face's hits go by, and the grids.
-    #[cfg(feature = "explore")]
     pub(crate) fn layout(&self) -> (&[Owner], &[Grid]) {
         (&self.mesh.owners, &self.mesh.grids)
     }
 
     /// The patch on the other side of a front patch, where there is one.
-    #[cfg(feature = "explore")]
     pub(crate) fn behind(&self, front: u32) -> Option<u32> {
         self.mesh.backs.get(front as usize).copied().filter(|&back| back != NONE)
     }

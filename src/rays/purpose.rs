@@ -26,13 +26,10 @@ pub(crate) enum Purpose {
     /// Walks of light from the emitters.
     Walks,
     /// Points on luminaires for the texels of pages.
-    #[cfg(feature = "explore")]
     Texels,
     /// Paths that tell which texels of a page are reached.
-    #[cfg(feature = "explore")]
     Reached,
     /// Rays from the cells of small faces of a page.
-    #[cfg(feature = "explore")]
     CellRows,
     /// References that `compare` renders by the path tracer.
     TracedReference,
@@ -61,11 +58,8 @@ impl Purpose {
             Purpose::Paths(set) => set.wrapping_mul(0x85eb_ca6b),
             Purpose::BrightPatches(round) => 0x2c1b_3c6d_u32.wrapping_add(round.wrapping_mul(0x0101_0000)),
             Purpose::Walks => 0x6c77_616c,
-            #[cfg(feature = "explore")]
             Purpose::Texels => 0x3f84_d5b5,
-            #[cfg(feature = "explore")]
             Purpose::Reached => 0x9d2c_5680,
-            #[cfg(feature = "explore")]
             Purpose::CellRows => 0xefc6_0000,
             Purpose::TracedReference => 0xd1b5_4a33,
             Purpose::SolvedReference => 0x5eed_0002,
@@ -90,7 +84,6 @@ mod tests {
             Purpose::TracedReference,
             Purpose::SolvedReference,
         ];
-        #[cfg(feature = "explore")]
         all.extend([Purpose::Texels, Purpose::Reached, Purpose::CellRows]);
         all.extend([0, 1].map(Purpose::CameraRays));
         all.extend([0, 1].map(Purpose::HemisphereRays));

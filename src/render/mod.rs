@@ -29,7 +29,6 @@ pub use memory::{PictureUnfit, Stored, Unfit, check_pictures, pixel, usable_memo
 pub(crate) use memory::{check_fit, pilots};
 pub use points::{SensorLight, SensorLights};
 pub use rendered::{Ended, ErrorParts, Errors, Rendered, STANDARD_ERROR, write_layered};
-#[cfg(feature = "export")]
 pub(crate) use search::solved::half_of;
 pub use sensors::{Sensor, SensorError, SensorGrid};
 pub use solver::{BouncesRequest, Equations, PictureRequest, PointsRequest, RenderError, Solver};

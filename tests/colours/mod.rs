@@ -11,8 +11,8 @@ use glam::{DVec3, Vec3, Vec4};
 use halflight::Solver;
 use halflight::light::Mode;
 use halflight::rays::Rays;
-use halflight::reference::{TraceSettings, Tracer};
 use halflight::scene::{Camera, LoadOptions, Scene, SkyLight};
+use halflight_reference::{TraceSettings, Tracer};
 
 /// Corners of a square in y = 0 that faces up, each with what follows its coordinates.
 fn square(behind: [&str; 4]) -> String {

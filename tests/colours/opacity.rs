@@ -3,8 +3,8 @@
 use glam::DVec3;
 use halflight::light::{Mode, Rgb};
 use halflight::rays::Rays;
-use halflight::reference::{TraceSettings, Tracer};
 use halflight::scene::{AddedLight, LoadOptions, Scene, SkyLight};
+use halflight_reference::{TraceSettings, Tracer};
 
 use super::warns;
 

@@ -6,8 +6,8 @@ use glam::{DVec3, Vec3};
 use halflight::light::{Mode, Rgb, Transport, Visibility};
 use halflight::pictures::{Picture, read_picture};
 use halflight::rays::Rays;
-use halflight::reference::{KEPT, Mean, NextEvent, TraceSettings};
 use halflight::scene::{Face, Material, Scene, Sides};
+use halflight_reference::{KEPT, Mean, NextEvent, TraceSettings};
 
 use crate::reference::{BOTH, load, settings, traced};
 

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use glam::{DVec3, Vec3};
 use halflight::light::{Mode, Rgb, Transport};
 use halflight::rays::Rays;
-use halflight::reference::{KEPT, Mean, TraceSettings};
 use halflight::scene::{Camera, Material, Scene};
+use halflight_reference::{KEPT, Mean, TraceSettings};
 
 use crate::reference::spheres::concentric_spheres;
 use crate::reference::{BOTH, load, settings, traced};

@@ -9,8 +9,8 @@ mod spheres;
 
 use halflight::light::Transport;
 use halflight::rays::Rays;
-use halflight::reference::{NextEvent, TraceSettings, Tracer};
 use halflight::scene::{LoadOptions, Scene};
+use halflight_reference::{NextEvent, TraceSettings, Tracer};
 
 const BOTH: [NextEvent; 2] = [NextEvent::On, NextEvent::Off];
 

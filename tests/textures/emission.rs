@@ -7,9 +7,9 @@ use halflight::Solver;
 use halflight::direct::Luminaires;
 use halflight::light::{Mode, Rgb};
 use halflight::rays::Rays;
-use halflight::reference::{Mean, NextEvent, TraceSettings, Tracer};
 use halflight::scene::textures::{Filter, Maps};
 use halflight::scene::{Material, Scene};
+use halflight_reference::{Mean, NextEvent, TraceSettings, Tracer};
 
 use crate::common::{Mesh, assemble_one, grey, sampling};
 use crate::textures::{place, texture};

@@ -7,11 +7,11 @@ use halflight::Solver;
 use halflight::light::{Mode, Rgb};
 use halflight::rays::sobol::Stream;
 use halflight::rays::{Ray, Rays};
-use halflight::reference::{TraceSettings, Tracer};
 use halflight::render::Silent;
 use halflight::scene::textures::{Channel, Filter, Maps, Mask};
 use halflight::scene::{Camera, Material, Scene, Sides, SkyLight};
-use halflight::study::{FactorSettings, FactorTable, factors};
+use halflight_reference::{TraceSettings, Tracer};
+use halflight_study::{FactorSettings, FactorTable, factors};
 
 use crate::common::{Mesh, grey, rendered};
 use crate::textures::{place, texture};

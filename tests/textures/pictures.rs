@@ -8,10 +8,10 @@ use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb, Transport};
 use halflight::pictures::{Picture, Size, decode_srgb};
 use halflight::rays::Rays;
-use halflight::reference::{TraceSettings, Tracer};
 use halflight::scene::textures::Filter;
 use halflight::scene::{Camera, Material, PunctualForm, PunctualLight, Scene};
 use halflight::solve::{Settings, neumann};
+use halflight_reference::{TraceSettings, Tracer};
 
 use crate::common::{Facing, Mesh, Silent, assemble_one, sampling, transport};
 use crate::textures::{checker, place, room, texture, textured};

@@ -1,0 +1,196 @@
+//! Everything that can end a command early, the exit code of each, and how a person reads it on stderr: its code, what
+//! was found, and what to do; coloured and wrapped on a terminal.
+//!
+//! Not handled: wide characters, whose lines may be broken late; wrong arguments, which clap refuses before a command
+//! begins, and faults of the program (exit code 101).
+
+use halflight::render::SensorError;
+use std::io::{Write as _, stderr};
+
+use console::{Term, style};
+use miette::Diagnostic;
+
+use halflight::Rendered;
+use halflight::pictures::{ImageError, MetricError, WriteError};
+use halflight::render::{PictureUnfit, RenderError, Unfit};
+use halflight::scene::SceneError;
+use halflight::solve::{Diverges, Verdict};
+use halflight_explore::PageError;
+use halflight_export::kept::KeptError;
+use halflight_plot::ChartError;
+use halflight_plot::font::broken;
+use halflight_reference::Overflow;
+use halflight_study::compare::StudyError;
+
+/// Everything that can end a command early.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+pub enum CliError {
+    /// The scene is wrong: exit code 3.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    /// No picture: exit code 4, or 6 where neither convergence nor divergence is proved.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Diverges(#[from] Diverges),
+    /// K does not fit in memory: exit code 5.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Memory(#[from] Unfit),
+    /// Pictures do not fit in memory: exit code 5.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Pictures(#[from] PictureUnfit),
+    /// A traced picture overflows: exit code 4.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Overflow(#[from] Overflow),
+    /// A picture could not be written: exit code 1; its format is unknown: 2; it could not be read: 3.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Image(#[from] ImageError),
+    /// A table of sensors is wrong, or there is nothing to lay them over: exit code 3.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Sensor(SensorError),
+    /// A file could not be written: exit code 1.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Write(#[from] WriteError),
+    /// A kept folder cannot be used: exit code 3, or written: 1.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Kept(#[from] KeptError),
+    /// A chart could not be drawn: exit code 1.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Chart(#[from] ChartError),
+    /// Two pictures cannot be compared: exit code 3.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Metric(#[from] MetricError),
+    /// What an earlier run kept is not what is needed: exit code 3.
+    #[error("{message}")]
+    #[diagnostic(code(halflight::relight))]
+    Relight {
+        /// What is wrong.
+        message: String,
+        /// What to do.
+        #[help]
+        help: String,
+    },
+    /// The arguments contradict each other or the machine: exit code 2.
+    #[error("{message}")]
+    #[diagnostic(code(halflight::usage))]
+    Usage {
+        /// What is wrong.
+        message: String,
+        /// What to do.
+        #[help]
+        help: String,
+    },
+}
+
+impl CliError {
+    /// The exit code of the process, as listed in [`crate`].
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            CliError::Image(ImageError::Extension { .. }) | CliError::Usage { .. } => 2,
+            CliError::Image(ImageError::Read { .. } | ImageError::Decode { .. }) => 3,
+            CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
+            CliError::Kept(KeptError::Write(_) | KeptError::Occupied { .. }) => 1,
+            CliError::Kept(_) | CliError::Relight { .. } => 3,
+            CliError::Scene(_) | CliError::Metric(_) | CliError::Sensor(_) => 3,
+            CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
+            CliError::Diverges(_) | CliError::Overflow(_) => 4,
+            CliError::Memory(_) | CliError::Pictures(_) => 5,
+        }
+    }
+}
+
+/// A picture, or why its mode has none; what else went wrong ends the command.
+pub fn picture_or_divergence(found: Result<Rendered, RenderError>) -> Result<Result<Rendered, Diverges>, CliError> {
+    match found {
+        Ok(rendered) => Ok(Ok(rendered)),
+        Err(RenderError::Diverges(e)) => Ok(Err(e)),
+        Err(RenderError::Memory(unfit)) => Err(unfit.into()),
+    }
+}
+
+impl From<PageError> for CliError {
+    fn from(error: PageError) -> CliError {
+        match error {
+            PageError::Memory(e) => e.into(),
+            PageError::Image(e) => e.into(),
+        }
+    }
+}
+
+impl From<StudyError> for CliError {
+    fn from(error: StudyError) -> CliError {
+        match error {
+            StudyError::Diverges(e) => e.into(),
+            StudyError::Memory(e) => e.into(),
+            StudyError::Image(e) => e.into(),
+            StudyError::Metric(e) => e.into(),
+        }
+    }
+}
+
+/// Writes the error to stderr. Lines are wrapped on a terminal only, so that a path stays in one piece elsewhere.
+pub fn show(error: &CliError) {
+    let terminal = Term::stderr();
+    let columns = terminal.is_term().then(|| usize::from(terminal.size().1));
+    let _ = writeln!(stderr(), "{}", text(error, columns));
+}
+
+/// The error in lines of at most `columns`, where there is a limit; ends with a line break.
+fn text(error: &CliError, columns: Option<usize>) -> String {
+    let code = error.code().map(|code| format!("{}\n\n", style(code).red().for_stderr()));
+    let mut text = code.unwrap_or_default();
+    text += &block(&style("  × ").red().for_stderr().to_string(), "  │ ", &error.to_string(), columns);
+    if let Some(help) = error.help() {
+        text += &block(&style("  help: ").cyan().for_stderr().to_string(), "        ", &help.to_string(), columns);
+    }
+    text
+}
+
+/// A paragraph: its first line after `first`, the others after `rest`.
+fn block(first: &str, rest: &str, paragraph: &str, columns: Option<usize>) -> String {
+    let lines = match columns {
+        Some(columns) => broken(paragraph, |line| rest.chars().count() + line.chars().count() <= columns),
+        None => vec![paragraph.to_owned()],
+    };
+    format!("{first}{}\n", lines.join(&format!("\n{rest}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use halflight::operator::Bounds;
+
+    #[test]
+    fn what_is_not_proved_has_its_own_code_and_words() {
+        let error = |verdict, lower| Diverges {
+            verdict,
+            radius: Bounds { lower, upper: 1.2 },
+            alpha_limit: 0.8,
+            uniform: true,
+        };
+        let (open, shut) = (error(Verdict::Undecided, 0.9), error(Verdict::Diverges, 1.1));
+        assert!(open.to_string().contains("is undecided") && shut.to_string().contains("diverges"));
+        let help = |e: &Diverges| e.help().unwrap().to_string();
+        assert!(help(&open).contains("enclose 1") && help(&shut).contains("no finite value"));
+        assert_eq!(CliError::from(open).exit_code(), 6);
+        assert_eq!(CliError::from(shut).exit_code(), 4);
+    }
+
+    #[test]
+    fn paths_stay_in_one_piece_off_the_terminal() {
+        let usage = CliError::Usage { message: "/a/long path".into(), help: "shorten the path".into() };
+        assert!(text(&usage, None).ends_with("/a/long path\n  help: shorten the path\n"));
+        let narrow = text(&usage, Some(18));
+        assert!(narrow.contains("/a/long path\n") && narrow.ends_with("shorten\n        the path\n"), "{narrow}");
+        assert!(narrow.starts_with("halflight::usage\n\n  × "));
+    }
+}

@@ -1,0 +1,112 @@
+//! `halflight explore`: a page to play with, one HTML file of a solved scene.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use serde::Serialize;
+
+use crate::console::Console;
+use crate::error::CliError;
+use crate::options::arguments::{Common, Completion, MemoryLimit};
+use halflight::pictures::{check_destination, make_directory, write_whole};
+use halflight::render::Fineness;
+use halflight_explore::{Counts, Page, TermsEffort, Words, page};
+
+/// `halflight explore`
+#[derive(Args, Debug)]
+pub struct Explore {
+    /// A built-in scene (see `halflight scenes`), an .obj, .glb or .gltf file, or a .toml scene file
+    #[arg(default_value = "cornell-box")]
+    pub scene: String,
+    /// The file to write [default: DIR/SCENE.html]
+    #[arg(short, long, value_name = "PAGE.html")]
+    pub output: Option<PathBuf>,
+    /// What its files do not say.
+    #[command(flatten)]
+    pub completion: Completion,
+    /// Look through the file's camera of this name (glTF) [default: the scene file's, or the first]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// What the page is called [default: the scene's name]
+    #[arg(long, value_name = "TEXT")]
+    pub title: Option<String>,
+    /// Who made the scene, and its licence: stands in the page
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    pub attribution: String,
+    /// About how many patches to cut the scene into
+    #[arg(long, value_name = "N", default_value_t = 4000, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub patches: u32,
+    /// Hemisphere rays from each patch
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub rays: u32,
+    /// Terms of the series that are kept apart, E not counted
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(2..=32))]
+    pub terms: u16,
+    /// Values of tau that are solved; between them light is interpolated
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(2..=17))]
+    pub taus: u16,
+    /// Within which memory.
+    #[command(flatten)]
+    pub limit: MemoryLimit,
+}
+
+/// `halflight explore --json`
+#[derive(Serialize)]
+struct ExploreReport {
+    scene: String,
+    #[serde(flatten)]
+    counts: Counts,
+    bytes: usize,
+    /// Largest relative RMS error of reflected light between the taus that are solved.
+    tau_error: f64,
+    /// RMS difference of the page's picture from a rendered one.
+    rms: Option<f64>,
+    seconds: f64,
+    files: Vec<PathBuf>,
+}
+
+/// Makes a page.
+pub fn run(own: &Explore, common: &Common, console: &Console) -> Result<(), CliError> {
+    let start = Instant::now();
+    let mut scene = own.completion.load(&own.scene, console)?;
+    if let Some(name) = &own.camera {
+        scene.look_through(name)?;
+    }
+    scene.require_emission()?;
+    let file = match &own.output {
+        Some(file) => file.clone(),
+        None => {
+            make_directory(&common.out)?;
+            common.out.join(format!("{}.html", scene.name))
+        }
+    };
+    check_destination(&file)?;
+    let title = own.title.clone().unwrap_or_else(|| scene.name.clone());
+    let words = Words { title, attribution: own.attribution.clone() };
+    let effort = TermsEffort {
+        fineness: Fineness { patches: own.patches as usize, rays: own.rays },
+        taus: own.taus.into(),
+        terms: own.terms.into(),
+        seed: common.seed,
+        memory: own.limit.bytes(),
+    };
+    let Page { html, counts, tau_error, rms } = page(&scene, &effort, &words, console)?;
+    write_whole(&file, html.as_bytes())?;
+    let (seconds, bytes) = (start.elapsed().as_secs_f64(), html.len());
+    let apart = rms.map_or_else(String::new, |rms| format!(", its picture {:.1} % from a rendered one", 100.0 * rms));
+    console.say(format!(
+        "{}: {} patches, {} {}, {} terms, {} taus in {seconds:.1} s; between taus {:.2} % off at most{apart}: {} \
+         ({:.1} MB)",
+        scene.name,
+        counts.patches,
+        counts.lamps,
+        if counts.lamps == 1 { "lamp" } else { "lamps" },
+        own.terms,
+        own.taus,
+        100.0 * tau_error,
+        file.display(),
+        bytes as f64 / 1e6,
+    ));
+    console.report(&ExploreReport { scene: scene.name, counts, bytes, tau_error, rms, seconds, files: vec![file] })
+}

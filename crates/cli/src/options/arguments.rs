@@ -1,0 +1,405 @@
+//! Arguments that several commands share: where output goes, which scene and modes, how finely they are solved and
+//! within which memory; and how the text of values is read and checked.
+//!
+//! Not handled: the arguments of one command, which stand in its own file.
+
+use std::hash::{DefaultHasher, Hasher};
+use std::ops::RangeBounds;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::sync::OnceLock;
+
+use clap::builder::PossibleValue;
+use clap::{Args, ValueEnum};
+
+use crate::console::Console;
+use crate::error::CliError;
+use halflight::light::{Mode, Transport, team};
+use halflight::pictures::{Exposure, Size};
+use halflight::render::{Fineness, Solver, check_pictures, usable_memory};
+use halflight::scene::{AddedLight, LoadOptions, Scene, Sides};
+use halflight_export::scene_to_bytes;
+use halflight_study::compare::{Ladder, Method};
+
+/// Arguments of every command.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Options of every command")]
+pub struct Common {
+    /// Print one JSON report on stdout; text for people goes to stderr
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Directory for the files written, made if there is none
+    #[arg(long, global = true, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// Chooses the sample points; the same seed gives the same bytes
+    #[arg(long, global = true, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+    /// Threads to use [default: all cores]; results do not depend on it
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Say nothing but errors
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+}
+
+/// What a scene is given that its files do not say.
+#[derive(Args, Debug)]
+pub struct Completion {
+    /// Let the backs of faces reflect and emit as well; without it they are black
+    #[arg(long)]
+    pub two_sided: bool,
+    /// Reflectance, 0 to below 1, of faces whose material the files lack
+    #[arg(long, value_name = "RHO", default_value_t = 0.5, value_parser = reflectance)]
+    pub reflectance: f32,
+    /// Add a luminaire or a sky to the scene
+    #[arg(long, value_enum)]
+    pub light: Option<AddedLight>,
+    /// Show highlights of direct light, by Ks and Ns of the MTL
+    #[arg(long)]
+    pub highlights: bool,
+}
+
+/// The scene and its modes.
+#[derive(Args, Debug)]
+pub struct Subject {
+    /// A built-in scene (see `halflight scenes`), an .obj, .glb or .gltf file, or a .toml scene file
+    #[arg(default_value = "cornell-box")]
+    pub scene: String,
+    /// Illumination model [default: the scene file's, or all]
+    #[arg(long, value_enum, conflicts_with_all = ["alpha", "tau"])]
+    pub mode: Option<ModeChoice>,
+    /// Interreflection, 0 to 1, instead of a mode [default: the scene file's, or 1]
+    #[arg(long, value_name = "A", value_parser = unit_interval)]
+    pub alpha: Option<f32>,
+    /// Transmission, 0 to 1, instead of a mode [default: the scene file's, or 0]
+    #[arg(long, value_name = "T", value_parser = unit_interval)]
+    pub tau: Option<f32>,
+    /// What its files do not say.
+    #[command(flatten)]
+    pub completion: Completion,
+    /// Look through the file's camera of this name (glTF) [default: the scene file's, or the first]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// How bright PNG files are.
+    #[command(flatten)]
+    pub brightness: Brightness,
+}
+
+/// How bright PNG files are.
+#[derive(Args, Debug)]
+pub struct Brightness {
+    /// Brighten PNG files by so many stops (factors of two); EXR files stay as they are
+    #[arg(
+        long,
+        value_name = "STOPS",
+        default_value_t = 0.0,
+        allow_negative_numbers = true,
+        value_parser = stops
+    )]
+    exposure: f32,
+}
+
+impl Brightness {
+    /// How PNG files are shown.
+    pub fn exposure(&self) -> Exposure {
+        Exposure { stops: self.exposure }
+    }
+}
+
+/// The scene, its modes, and how finely it is solved.
+#[derive(Args, Debug)]
+pub struct Problem {
+    /// The scene and its modes.
+    #[command(flatten)]
+    pub subject: Subject,
+    /// How accurately.
+    #[command(flatten)]
+    pub effort: Effort,
+    /// Where a tolerance is aimed at, begin nothing finer that would not end within so many seconds, for each mode
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with_all = ["patches", "rays", "samples"])]
+    pub time: Option<f64>,
+}
+
+impl Completion {
+    /// Reads and checks the scene of that name or path, and prints its warnings.
+    pub fn load(&self, scene: &str, console: &Console) -> Result<Scene, CliError> {
+        let two_sided = if self.two_sided { Sides::Two } else { Sides::One };
+        let Completion { reflectance, light, highlights, .. } = *self;
+        let options = LoadOptions { two_sided, reflectance, light, highlights };
+        let scene = Scene::open_with(scene, options)?;
+        check_team(&scene)?;
+        scene.warnings.iter().for_each(|warning| console.warn(warning));
+        Ok(scene)
+    }
+}
+
+/// Checks that all of several processes were asked for the same and read the same: they could not work together.
+fn check_team(scene: &Scene) -> Result<(), CliError> {
+    if team::is_alone() {
+        return Ok(());
+    }
+    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    let mut sum = DefaultHasher::new();
+    sum.write(&scene_to_bytes(scene));
+    let all = team::all((format!("{arguments:?}"), sum.finish()));
+    let Some(rank) = all.iter().position(|own| *own != all[0]) else { return Ok(()) };
+    let what = if all[rank].0 == all[0].0 { "reads another scene" } else { "has other arguments" };
+    Err(CliError::Usage {
+        message: format!("process {rank} of {} {what} than process 0", all.len()),
+        help: "start the same command in all of them, with files that all of their machines see alike".into(),
+    })
+}
+
+impl Subject {
+    /// Reads and checks the scene, which must emit, and prints its warnings.
+    pub fn load(&self, console: &Console) -> Result<Scene, CliError> {
+        let mut scene = self.completion.load(&self.scene, console)?;
+        if let Some(name) = &self.camera {
+            scene.look_through(name)?;
+        }
+        scene.require_emission()?;
+        Ok(scene)
+    }
+
+    /// How its PNG files are shown.
+    pub fn exposure(&self) -> Exposure {
+        self.brightness.exposure()
+    }
+
+    /// The requested (alpha, tau): one, or the four modes.
+    pub fn transports(&self, scene: &Scene) -> Vec<Transport> {
+        if self.alpha.is_some() || self.tau.is_some() {
+            let base = scene.transport.unwrap_or_default();
+            let alpha = self.alpha.unwrap_or(base.alpha);
+            let tau = self.tau.unwrap_or(base.tau);
+            return vec![Transport { alpha, tau }];
+        }
+        let one = match (self.mode, scene.transport) {
+            (Some(ModeChoice::Global), _) => Mode::Global.transport(),
+            (Some(ModeChoice::Shadowless), _) => Mode::Shadowless.transport(),
+            (Some(ModeChoice::OneBounce), _) => Mode::OneBounce.transport(),
+            (Some(ModeChoice::Local), _) => Mode::Local.transport(),
+            (None, Some(own)) => own,
+            (Some(ModeChoice::All), _) | (None, None) => return Mode::ALL.map(Mode::transport).to_vec(),
+        };
+        vec![one]
+    }
+}
+
+/// Fixes the number of threads for everything that follows.
+pub fn use_threads(threads: u16) -> Result<(), CliError> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads as usize).build_global().map_err(|error| CliError::Usage {
+        message: format!("cannot start {threads} threads: {error}"),
+        help: "pass a smaller number to --threads".into(),
+    })
+}
+
+/// Hemisphere rays for each pixel where other effort is given, but not this.
+const SAMPLES: u32 = 128;
+
+/// The wanted accuracy, or the effort itself.
+#[derive(Args, Debug)]
+pub struct Effort {
+    /// Error to aim at, a share of the picture's RMS radiance; for bounces, of each term's power [default: 0.01]
+    #[arg(long, value_name = "T", value_parser = picture_error, conflicts_with_all = ["patches", "rays", "samples"])]
+    pub tolerance: Option<f64>,
+    /// Cut the scene into about so many patches, whatever the error [default with --rays or --samples: 4000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub patches: Option<u32>,
+    /// Cast so many hemisphere rays from each patch [default with --patches or --samples: 256]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub rays: Option<u32>,
+    /// Cast so many hemisphere rays for each pixel, rounded up to a power of two [default with --patches or --rays:
+    /// 128]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub samples: Option<u32>,
+    /// Within which memory.
+    #[command(flatten)]
+    pub limit: MemoryLimit,
+    /// That of the folder that F comes from.
+    #[arg(skip)]
+    pub kept: OnceLock<Fineness>,
+}
+
+/// What [`Effort`] requests.
+#[derive(Clone, Copy, Debug)]
+pub enum Precision {
+    /// An error.
+    Within(f64),
+    /// Patches, rays, and hemisphere rays for each pixel.
+    Fixed(Fineness, u32),
+}
+
+impl Effort {
+    /// The tolerance, unless some effort is given.
+    pub fn precision(&self) -> Precision {
+        if let Some(kept) = self.kept_precision(self.samples.unwrap_or(SAMPLES)) {
+            return kept;
+        }
+        if let (None, None, None) = (self.patches, self.rays, self.samples) {
+            return Precision::Within(self.tolerance.unwrap_or(0.01));
+        }
+        let default = Fineness::default();
+        let patches = self.patches.map_or(default.patches, |n| n as usize);
+        let fineness = Fineness { patches, rays: self.rays.unwrap_or(default.rays) };
+        Precision::Fixed(fineness, self.samples.unwrap_or(SAMPLES))
+    }
+}
+
+pub use halflight::render::pixel;
+
+/// How much memory may be used.
+#[derive(Args, Debug)]
+pub struct MemoryLimit {
+    /// Memory that K or the pictures may take; what needs more is refused [default: four fifths of what is free]
+    #[arg(long, value_name = "GIB", value_parser = gibibytes)]
+    pub memory: Option<f64>,
+}
+
+impl MemoryLimit {
+    /// As requested, else what there is.
+    pub fn bytes(&self) -> f64 {
+        let requested = self.memory.map(|gib| gib * f64::from(1 << 30));
+        requested.unwrap_or_else(usable_memory)
+    }
+
+    /// Checks that pictures of a size fit, of which a command keeps `each` bytes a pixel.
+    pub fn check_pictures(&self, size: Size, each: f64) -> Result<(), CliError> {
+        Ok(check_pictures(size, each, self.bytes())?)
+    }
+
+    /// A scene ready to be solved within this memory.
+    pub fn solver(&self, scene: &Scene, seed: u32) -> Solver {
+        Solver::new(scene).seed(seed).memory(self.bytes())
+    }
+}
+
+/// Whether emitters are sampled at every vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum NextEventChoice {
+    /// Every vertex draws a point on an emitter
+    On,
+    /// Emitters are found by chance only
+    Off,
+}
+
+/// The four modes, or all of them.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum ModeChoice {
+    /// Shadows and interreflection
+    Global,
+    /// Interreflection, no shadows; may diverge
+    Shadowless,
+    /// Shadows, no interreflection
+    OneBounce,
+    /// Neither: OpenGL-style local shading
+    Local,
+    /// All four
+    All,
+}
+
+impl ValueEnum for Ladder {
+    fn value_variants<'a>() -> &'a [Ladder] {
+        &Ladder::CHARTED
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let (name, help) = match self.method {
+            Method::Tolerance => ("tolerance", "The error asked for"),
+            Method::Patches => ("patches", "The number of patches, the rest fine"),
+            Method::Rays => ("rays", "Rays a patch, the rest fine"),
+            Method::Samples => ("samples", "Rays a pixel, the rest fine"),
+            Method::ShootingRays => ("shooting", "Progressive shooting, all finer together"),
+            Method::NextEvent => ("paths", "Samples of the path tracer"),
+            Method::Neumann | Method::ShootingAssembled | Method::Paths => return None,
+        };
+        Some(PossibleValue::new(name).help(help))
+    }
+}
+
+impl ValueEnum for AddedLight {
+    fn value_variants<'a>() -> &'a [AddedLight] {
+        &[AddedLight::Ceiling, AddedLight::Sky]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let (name, help) = match self {
+            AddedLight::Ceiling => ("ceiling", "A rectangle below the ceiling, or above an open scene"),
+            AddedLight::Sky => ("sky", "A sky of radiance 1 all around, for scenes that are open"),
+        };
+        Some(PossibleValue::new(name).help(help))
+    }
+}
+
+/// Reads a number of a range, which `words` describe.
+fn number<T: FromStr + PartialOrd>(text: &str, range: impl RangeBounds<T>, words: &str) -> Result<T, String> {
+    text.parse().ok().filter(|value| range.contains(value)).ok_or_else(|| words.into())
+}
+
+/// A number from 0 to 1.
+pub fn unit_interval(text: &str) -> Result<f32, String> {
+    number(text, 0.0..=1.0, "must be a number from 0 to 1")
+}
+
+/// A number from 0 to below 1.
+fn reflectance(text: &str) -> Result<f32, String> {
+    number(text, 0.0..1.0, "must be a number from 0 to below 1")
+}
+
+/// Factors of two that a picture is brightened by.
+pub fn stops(text: &str) -> Result<f32, String> {
+    number(text, -100.0..=100.0, "must be a number from -100 to 100")
+}
+
+/// A relative error of a picture.
+fn picture_error(text: &str) -> Result<f64, String> {
+    number(text, 1e-4..=0.5, "must be a number from 0.0001 to 0.5; 0.01 is 1 %")
+}
+
+/// A relative error.
+pub fn tolerance(text: &str) -> Result<f64, String> {
+    number(text, 1e-9..=1.0, "must be a number from 1e-9 to 1")
+}
+
+/// A time limit.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    number(text, f64::MIN_POSITIVE..=f64::MAX, "must be a number of seconds above 0")
+}
+
+/// Memory.
+fn gibibytes(text: &str) -> Result<f64, String> {
+    number(text, f64::MIN_POSITIVE..=f64::MAX, "write a number of GiB above 0, such as 4 or 0.5")
+}
+
+/// WIDTHxHEIGHT in pixels.
+pub fn size(text: &str) -> Result<Size, String> {
+    const LARGEST: usize = 16_384;
+    let wrong = || format!("must be WIDTHxHEIGHT, each from 1 to {LARGEST}, as in 640x480");
+    let (width, height) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
+    let number = |t: &str| t.parse().ok().filter(|n| (1..=LARGEST).contains(n));
+    match (number(width), number(height)) {
+        (Some(width), Some(height)) => Ok(Size { width, height }),
+        _ => Err(wrong()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn brightness_stays_within_floats() {
+        assert_eq!(stops("-1.5"), Ok(-1.5));
+        for wrong in ["nan", "inf", "1e9", "bright"] {
+            assert!(stops(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn sizes_are_checked() {
+        assert_eq!(size("640x480").map(|s| (s.width, s.height)), Ok((640, 480)));
+        for wrong in ["640", "0x4", "axb", "640x", "99999x1", "-1x4"] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+}

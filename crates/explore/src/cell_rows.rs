@@ -1,0 +1,97 @@
+//! Rows of F from the cells of small faces: what they receive of the light of patches, from the faces' own points.
+//!
+//! ```text
+//! I(cell) = sum over patches j of F^tau_j L_j,     F^tau_j from rays that start at the points of the cell
+//! ```
+//!
+//! One patch stands for many small faces, some lit and some not. With L_h on patches this evaluates `E + K L_h` once
+//! more on what is finer, which is a better solution than L_h (I. Sloan, *Improvement by projection methods*, 1976).
+//! Cells of grids are patches: their row is the one that was solved with.
+//!
+//! Not handled: cells without points, whose rows are empty.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::charts::Charts;
+use crate::reached::{Place, Reached};
+use halflight::light::Rgb;
+use halflight::patches::Patches;
+use halflight::rays::purpose::Purpose;
+use halflight::rays::sobol::{Sobol, hash};
+use halflight::rays::warp::hemisphere_direction;
+use halflight::rays::{Hit, Ray, Rays};
+
+/// Rays of each cell.
+const RAYS: u32 = 512;
+
+/// The rows of some cells at every node of tau.
+pub(super) struct CellRows {
+    /// The cells.
+    cells: Vec<usize>,
+    /// By node, then in the order of the cells: patches, and form factors to them.
+    rows: Vec<Vec<Vec<(u32, f32)>>>,
+}
+
+impl CellRows {
+    /// Casts the rays of all cells of small faces; `taus` are those of every material at each node.
+    pub fn new(
+        (rays, patches): (&Rays, &Patches),
+        charts: &Charts,
+        reached: &Reached,
+        taus: &[Vec<f32>],
+        seed: u32,
+    ) -> CellRows {
+        let (sobol, seed) = (Sobol::new(RAYS as usize, 2), Purpose::CellRows.seed(seed));
+        let cells: Vec<usize> = charts.cells_of_clusters().collect();
+        let opaque = !taus.iter().flatten().any(|&tau| tau > 0.0);
+        let row = |hits: &mut Vec<Hit>, &cell: &usize| {
+            let is_reached = |texel: &usize| reached.counts[*texel] > 0;
+            let any = charts.texels_of(cell).any(|texel| is_reached(&texel));
+            let texels = charts.texels_of(cell).filter(|texel| !any || is_reached(texel));
+            let from: Vec<&Place> = texels.flat_map(|texel| &reached.places[texel]).collect();
+            let seed = hash(cell as u32, seed);
+            let mut found: Vec<Vec<(u32, f32)>> = vec![Vec::new(); taus.len()];
+            for k in 0..if from.is_empty() { 0 } else { RAYS } {
+                let (point, _) = from[k as usize % from.len()];
+                let direction: Vec3 =
+                    hemisphere_direction(point.normal, sobol.point(k, 0, seed), sobol.point(k, 1, seed));
+                let ray = Ray { origin: point.position, direction, source: point.source() };
+                rays.light_crossings(&ray, opaque, hits);
+                for (own, tau) in found.iter_mut().zip(taus) {
+                    let add = |hit: &Hit, through: f32| {
+                        own.extend(patches.met(&ray, hit).map(|patch| (patch, through / RAYS as f32)));
+                    };
+                    rays.transmit(hits, |m| tau[m], add);
+                }
+            }
+            found.into_iter().map(merged).collect::<Vec<_>>()
+        };
+        let by_cell: Vec<Vec<Vec<(u32, f32)>>> = cells.par_iter().map_init(Vec::new, row).collect();
+        let mut rows: Vec<Vec<Vec<(u32, f32)>>> = vec![Vec::new(); taus.len()];
+        for own in by_cell {
+            rows.iter_mut().zip(own).for_each(|(rows, row)| rows.push(row));
+        }
+        CellRows { cells, rows }
+    }
+
+    /// Puts what the cells receive of light that leaves the patches at node q into the values of all cells.
+    pub fn receive(&self, q: usize, sent: impl Fn(usize) -> Rgb, values: &mut [Rgb]) {
+        for (&cell, row) in self.cells.iter().zip(&self.rows[q]) {
+            values[cell] = row.iter().map(|&(patch, factor)| factor * sent(patch as usize)).sum();
+        }
+    }
+}
+
+/// Entries of one patch added up.
+fn merged(mut row: Vec<(u32, f32)>) -> Vec<(u32, f32)> {
+    row.sort_by_key(|entry| entry.0);
+    row.dedup_by(|next, entry| {
+        let same = next.0 == entry.0;
+        if same {
+            entry.1 += next.1;
+        }
+        same
+    });
+    row
+}
