@@ -6,7 +6,7 @@ use crate::form_factors::Closure;
 use crate::gather::Gathered;
 use crate::operator::Bounds;
 use crate::pictures::{Exposure, ImageError, NamedPicture, Picture, is_exr, write_layers, write_picture};
-use crate::render::assembly::{Assembled, Seconds};
+use crate::render::assembly::{Assembled, PatchLight, Seconds};
 use crate::render::goal::Spent;
 use crate::render::layers::{Apart, EmitterPower, Layer, named};
 use crate::solve::{Solution, Verdict};
@@ -45,6 +45,16 @@ pub enum Ended {
     ByTime,
 }
 
+/// Whether the light on patches is returned with a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightOnPatches {
+    /// In [`Rendered::light`].
+    Returned,
+    /// Only the picture is.
+    #[default]
+    LeftOut,
+}
+
 /// A picture of one mode, and how far it may be off.
 pub struct Rendered {
     /// Linear radiance.
@@ -55,6 +65,8 @@ pub struct Rendered {
     pub layers: Vec<Layer>,
     /// The powers of the emitters, where their light is kept apart.
     pub emitters: Vec<EmitterPower>,
+    /// The light on patches that the picture was read from, where that was requested.
+    pub light: Option<PatchLight<'static>>,
     /// Estimated errors of the picture.
     pub error: ErrorParts,
     /// What ended the work on it.
@@ -92,6 +104,7 @@ impl Rendered {
             picture: gathered.total(),
             layers: named(mode, apart, layers),
             emitters: Vec::new(),
+            light: None,
             error: ErrorParts::default(),
             ended: Ended::ByItself,
             seconds: spent.seconds,

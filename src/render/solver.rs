@@ -18,7 +18,7 @@ use crate::render::goal::{PictureGoal, Spent, timed};
 use crate::render::layers::Apart;
 use crate::render::memory::{Unfit, usable_memory};
 use crate::render::points::{SensorLights, sense};
-use crate::render::rendered::Rendered;
+use crate::render::rendered::{LightOnPatches, Rendered};
 use crate::render::search::solved::Task;
 use crate::render::sensors::Sensor;
 use crate::scene::Scene;
@@ -84,6 +84,7 @@ pub struct Solver {
     seed: u32,
     /// What light is taken apart into.
     apart: Apart,
+    on_patches: LightOnPatches,
 }
 
 impl Clone for Solver {
@@ -99,7 +100,14 @@ impl Solver {
         let patches = Fineness::first(TOLERANCE).patches;
         let (cut, ready) = timed(|| Discretization::new(scene.clone(), patches));
         let last = Mutex::new((patches, cut));
-        Solver { last, ready, memory: usable_memory(), seed: 0, apart: Apart::default() }
+        Solver {
+            last,
+            ready,
+            memory: usable_memory(),
+            seed: 0,
+            apart: Apart::default(),
+            on_patches: LightOnPatches::LeftOut,
+        }
     }
 
     /// Chooses the scrambling of all sample points: a seed gives the same bits on any number of threads.
@@ -121,6 +129,11 @@ impl Solver {
             last.1 = last.1.apart();
         }
         Solver { apart, ..self }
+    }
+
+    /// Chooses whether pictures come with the light on patches that they were read from: [`Rendered::light`].
+    pub fn light_on_patches(self, on_patches: LightOnPatches) -> Solver {
+        Solver { on_patches, ..self }
     }
 
     /// Takes rows of F from a source that may know some.
@@ -146,14 +159,7 @@ impl Solver {
     /// The picture of a mode, or of any (alpha, tau), so many pixels across and down, from the scene's camera: linear
     /// radiance of the visible half, W/(m² sr).
     pub fn render(&self, mode: impl Into<Transport>, size: impl Into<Size>) -> PictureRequest<'_> {
-        PictureRequest {
-            solver: self,
-            transport: mode.into(),
-            size: size.into(),
-            time: None,
-            start: None,
-            watch: &Silent,
-        }
+        PictureRequest { solver: self, transport: mode.into(), size: size.into(), time: None, watch: &Silent }
     }
 
     /// The irradiance of a mode at points: of the half that travels, as sensors in the scene would measure it.
@@ -186,7 +192,7 @@ impl Solver {
         let ((modes, rays), casting) = timed(|| p.assemble(modes, &sampling, watch));
         let mut spent = Spent { rays, ..Spent::default() };
         (spent.seconds.patches, spent.seconds.form_factors) = (self.ready + cutting, casting);
-        Ok(Equations { modes, apart: self.apart, spent })
+        Ok(Equations { modes, apart: self.apart, on_patches: self.on_patches, spent })
     }
 
     /// Checks that K of each of the `modes` fits in memory on the patches that a search for a tolerance begins with.
@@ -215,6 +221,7 @@ pub struct Equations {
     /// In the order in which they were asked for.
     pub modes: Vec<Assembled>,
     apart: Apart,
+    on_patches: LightOnPatches,
     spent: Spent,
 }
 
@@ -232,10 +239,12 @@ impl Equations {
             let (solution, seconds) = timed(|| neumann(&mode.operator, &Settings::default()));
             let solution = solution?;
             spent.seconds.solve = seconds;
-            watch.solved(&mode.light(&solution));
             let ((gathered, emitters), seconds) = timed(|| mode.layered(&solution, pass, self.apart, watch));
             spent.seconds.gather = seconds;
-            Ok(Rendered { emitters, ..Rendered::new(mode, &solution, gathered, self.apart, spent) })
+            let rendered = Rendered::new(mode, &solution, gathered, self.apart, spent);
+            let light = (self.on_patches == LightOnPatches::Returned)
+                .then(|| mode.patch_light(solution.light.into(), solution.terms.into()));
+            Ok(Rendered { emitters, light, ..rendered })
         };
         self.modes.iter().map(one).collect()
     }
@@ -248,16 +257,10 @@ pub struct PictureRequest<'a> {
     transport: Transport,
     size: Size,
     time: Option<f64>,
-    start: Option<Discretization>,
     watch: &'a dyn Watch,
 }
 
 impl<'a> PictureRequest<'a> {
-    /// Begins the search for a tolerance with the patches and rays of an earlier one.
-    pub fn start(self, start: Option<Discretization>) -> Self {
-        Self { start, ..self }
-    }
-
     /// Reports every step of the work to `watch`.
     pub fn watch(self, watch: &'a dyn Watch) -> Self {
         Self { watch, ..self }
@@ -277,15 +280,14 @@ impl<'a> PictureRequest<'a> {
     /// [`RenderError`] where the series is not proved to converge, or not even a coarse K fits in memory.
     pub fn tolerance(self, tolerance: f64) -> Result<Rendered, RenderError> {
         let deadline = self.time.and_then(|seconds| deadline_after(Instant::now(), seconds));
-        let PictureRequest { solver, transport, size, start, watch, .. } = self;
+        let PictureRequest { solver, transport, size, watch, .. } = self;
         let (memory, seed) = (solver.memory, solver.seed);
         let first = Fineness::first(tolerance);
-        let (p, cutting) = timed(|| start.unwrap_or_else(|| solver.cut(first.patches)));
-        if p.begins_with.is_none() {
-            p.check_memory(&[transport], &first.sampling(seed), 1, memory)?;
-        }
+        let (p, cutting) = timed(|| solver.cut(first.patches));
+        p.check_memory(&[transport], &first.sampling(seed), 1, memory)?;
         let goal = PictureGoal { tolerance, size, deadline, memory, seed };
-        let found = render_by_deadline(&p, &Task { transport, goal: &goal, apart: solver.apart, watch })?;
+        let task = Task { transport, goal: &goal, apart: solver.apart, on_patches: solver.on_patches, watch };
+        let found = render_by_deadline(&p, &task)?;
         Ok(Rendered { seconds: found.seconds.after(solver.ready + cutting), ..found })
     }
 
@@ -328,7 +330,8 @@ impl<'a> PointsRequest<'a> {
         p.check_memory(&[transport], &first.sampling(solver.seed), 1, solver.memory)?;
         let size = (1, 1).into();
         let goal = PictureGoal { tolerance, size, deadline: None, memory: solver.memory, seed: solver.seed };
-        Ok(sense(&p, &Task { transport, goal: &goal, apart: solver.apart, watch }, sensors)?)
+        let (apart, on_patches) = (solver.apart, LightOnPatches::LeftOut);
+        Ok(sense(&p, &Task { transport, goal: &goal, apart, on_patches, watch }, sensors)?)
     }
 }
 

@@ -60,7 +60,6 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let tolerance = if step > 1 { FEW_PIXELS * goal.tolerance } else { goal.tolerance };
     let goal = &PictureGoal { size: goal.size.times(step), tolerance, ..*goal };
     let (solved, mut spent) = Search::new(first, &Task { goal: &goal.of_light(), ..*task }).run()?;
-    solved.tell(watch);
     let error = left(goal.tolerance, solved.error.sum().total.powi(2));
     let within = Gathering::Within { error, camera: solved.camera, seed: goal.seed, deadline: goal.deadline };
     let ((fields, emitters), seconds) = timed(|| solved.picture_fields());
@@ -114,14 +113,14 @@ impl<'a> Search<'a> {
         Search {
             task: *task,
             patches: first.clone(),
-            rays: first.begins_with.unwrap_or(Fineness::first(task.goal.tolerance).rays),
+            rays: Fineness::first(task.goal.tolerance).rays,
             spent: Spent::default(),
             check: None,
             division: None,
             count: 0,
             is_full: false,
             is_tight: false,
-            is_first: first.begins_with.is_none(),
+            is_first: true,
             squared: f64::INFINITY,
         }
     }
