@@ -139,16 +139,14 @@ pub fn bounces(
 ) -> PyResult<(System, Series)> {
     let (tolerance, time) = aim;
     let (transport, apart) = (transport(mode), Apart { emitters: luminaires, bounces: false });
-    let checked = run(py, asked.progress.as_ref(), |steps| {
+    let found = run(py, asked.progress.as_ref(), |steps| {
         let solver = scene.solver(asked.seed, asked.bytes()).apart(apart);
-        solver.check_tolerance(&[transport], tolerance)?;
         let mut request = solver.bounces(transport, count).watch(steps);
         if let Some(seconds) = time {
             request = request.time(seconds);
         }
-        Ok(request.tolerance(tolerance))
+        request.tolerance(tolerance)
     })?;
-    let found = checked.map_err(halflight::render::Unfit::raise)?;
     let fineness = Fineness { patches: found.mode.patches().requested(), rays: found.mode.sampling.rays };
     let recipe = Recipe { transport, fineness, seed: asked.seed, apart };
     let emitters = found.emitters.into_iter().map(|own| (own.name, own.powers, own.errors));

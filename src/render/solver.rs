@@ -16,7 +16,7 @@ use crate::render::by_deadline::render_by_deadline;
 use crate::render::fineness::Fineness;
 use crate::render::goal::{PictureGoal, Spent, timed};
 use crate::render::layers::Apart;
-use crate::render::memory::{Unfit, usable_memory};
+use crate::render::memory::{MemoryLimit, Pilot, Unfit, usable_memory};
 use crate::render::points::{SensorLights, sense};
 use crate::render::rendered::{LightOnPatches, Rendered};
 use crate::render::search::solved::Task;
@@ -29,15 +29,13 @@ use crate::surfaces::Geometry;
 const TOLERANCE: f64 = 0.01;
 
 /// Why there is no picture.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[derive(Debug, thiserror::Error)]
 pub enum RenderError {
     /// The bounce series is not proved to converge.
     #[error(transparent)]
-    #[diagnostic(transparent)]
     Diverges(#[from] Diverges),
     /// K would not fit in memory.
     #[error(transparent)]
-    #[diagnostic(transparent)]
     Memory(#[from] Unfit),
 }
 
@@ -159,7 +157,14 @@ impl Solver {
     /// The picture of a mode, or of any (alpha, tau), so many pixels across and down, from the scene's camera: linear
     /// radiance of the visible half, W/(m² sr).
     pub fn render(&self, mode: impl Into<Transport>, size: impl Into<Size>) -> PictureRequest<'_> {
-        PictureRequest { solver: self, transport: mode.into(), size: size.into(), time: None, watch: &Silent }
+        PictureRequest {
+            solver: self,
+            transport: mode.into(),
+            size: size.into(),
+            time: None,
+            pilot: None,
+            watch: &Silent,
+        }
     }
 
     /// The irradiance of a mode at points: of the half that travels, as sensors in the scene would measure it.
@@ -195,14 +200,14 @@ impl Solver {
         Ok(Equations { modes, apart: self.apart, on_patches: self.on_patches, spent })
     }
 
-    /// Checks that K of each of the `modes` fits in memory on the patches that a search for a tolerance begins with.
+    /// Checks that K of a mode fits in memory on the patches that a search for a tolerance begins with: what a few rows
+    /// of F show; none where none need be cast.
     ///
     /// # Errors
     /// [`Unfit`] where it does not.
-    pub fn check_tolerance(&self, modes: &[Transport], tolerance: f64) -> Result<(), Unfit> {
+    pub fn pilot(&self, mode: impl Into<Transport>, tolerance: f64) -> Result<Option<Pilot>, Unfit> {
         let first = Fineness::first(tolerance);
-        let (p, sampling) = (self.cut(first.patches), first.sampling(self.seed));
-        modes.iter().try_for_each(|mode| p.check_memory(&[*mode], &sampling, 1, self.memory))
+        self.cut(first.patches).checked(&[mode.into()], &first.sampling(self.seed), 1, self.memory)
     }
 
     /// The scene as it was cut last.
@@ -257,10 +262,16 @@ pub struct PictureRequest<'a> {
     transport: Transport,
     size: Size,
     time: Option<f64>,
+    pilot: Option<Pilot>,
     watch: &'a dyn Watch,
 }
 
 impl<'a> PictureRequest<'a> {
+    /// Takes what [`Solver::pilot`] showed for the mode and the tolerance, which is not looked at again.
+    pub fn pilot(self, pilot: Option<Pilot>) -> Self {
+        Self { pilot, ..self }
+    }
+
     /// Reports every step of the work to `watch`.
     pub fn watch(self, watch: &'a dyn Watch) -> Self {
         Self { watch, ..self }
@@ -281,11 +292,13 @@ impl<'a> PictureRequest<'a> {
     pub fn tolerance(self, tolerance: f64) -> Result<Rendered, RenderError> {
         let deadline = self.time.and_then(|seconds| deadline_after(Instant::now(), seconds));
         let PictureRequest { solver, transport, size, watch, .. } = self;
-        let (memory, seed) = (solver.memory, solver.seed);
-        let first = Fineness::first(tolerance);
-        let (p, cutting) = timed(|| solver.cut(first.patches));
-        p.check_memory(&[transport], &first.sampling(seed), 1, memory)?;
-        let goal = PictureGoal { tolerance, size, deadline, memory, seed };
+        let (p, cutting) = timed(|| solver.cut(Fineness::first(tolerance).patches));
+        let pilot = match self.pilot {
+            None => solver.pilot(transport, tolerance)?,
+            known => known,
+        };
+        let memory = MemoryLimit { bytes: solver.memory, pilot };
+        let goal = PictureGoal { tolerance, size, deadline, memory, seed: solver.seed };
         let task = Task { transport, goal: &goal, apart: solver.apart, on_patches: solver.on_patches, watch };
         let found = render_by_deadline(&p, &task)?;
         Ok(Rendered { seconds: found.seconds.after(solver.ready + cutting), ..found })
@@ -325,11 +338,10 @@ impl<'a> PointsRequest<'a> {
     /// [`RenderError`] where the series is not proved to converge, or not even a coarse K fits in memory.
     pub fn tolerance(self, tolerance: f64) -> Result<SensorLights, RenderError> {
         let PointsRequest { solver, transport, sensors, watch } = self;
-        let first = Fineness::first(tolerance);
-        let p = solver.cut(first.patches);
-        p.check_memory(&[transport], &first.sampling(solver.seed), 1, solver.memory)?;
+        let memory = MemoryLimit { bytes: solver.memory, pilot: solver.pilot(transport, tolerance)? };
+        let p = solver.cut(Fineness::first(tolerance).patches);
         let size = (1, 1).into();
-        let goal = PictureGoal { tolerance, size, deadline: None, memory: solver.memory, seed: solver.seed };
+        let goal = PictureGoal { tolerance, size, deadline: None, memory, seed: solver.seed };
         let (apart, on_patches) = (solver.apart, LightOnPatches::LeftOut);
         Ok(sense(&p, &Task { transport, goal: &goal, apart, on_patches, watch }, sensors)?)
     }

@@ -172,7 +172,6 @@ impl Run<'_> {
     fn within(&mut self, scene: &Scene, transports: &[Transport], tolerance: f64) -> Result<(), CliError> {
         let (Problem { effort, time, .. }, seed) = (&self.own.problem, self.common.seed);
         let solver = Kept::with(self.kept.as_ref(), effort.limit.solver(scene, seed)).apart(self.own.per.apart());
-        solver.check_tolerance(transports, tolerance)?;
         if let Some(kept) = &self.kept {
             let fineness = Fineness::of_terms(tolerance);
             kept.read(&solver.cut(fineness.patches), transports, &fineness.sampling(seed), self.console)?;

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use clap::Args;
 
+use crate::advice;
 use crate::console::Console;
 use crate::error::{CliError, picture_or_divergence};
 use crate::options::arguments::{Common, MemoryLimit, Precision, Problem, pixel, size};
@@ -17,7 +18,7 @@ use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Transport;
 use halflight::operator::Bounds;
-use halflight::pictures::{Size, check_extension, is_exr};
+use halflight::pictures::{Size, check_extension, is_exr, write_layered};
 use halflight::render::{Apart, Errors, Rendered, Seconds};
 use halflight::scene::Scene;
 use halflight::solve::Diverges;
@@ -102,7 +103,7 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
     }
     let geometry = solver.geometry();
     let (scene, rays) = (&geometry.scene, &geometry.rays);
-    let pictured = Pictured { scene, rays, size: own.size, transports: &transports };
+    let pictured = Pictured { scene, rays, size: own.size };
     warn_of_backs(console, &pictured, outcomes.iter().map(|o| o.backs));
     let heading = format!("{}: L = E + K L, the visible half", places.stem);
     finish(outcomes, &places, heading, subject.exposure(), console)
@@ -145,11 +146,12 @@ impl Rendering<'_> {
         };
         match precision {
             Precision::Within(tolerance) => {
-                solver.check_tolerance(transports, tolerance)?;
+                let pilots = transports.iter().map(|&mode| solver.pilot(mode, tolerance));
+                let pilots = pilots.collect::<Result<Vec<_>, _>>()?;
                 // What came before counts in the time of the first picture.
                 let mut before = start.elapsed().as_secs_f64();
-                for &transport in transports {
-                    let mut request = solver.render(transport, size).watch(console);
+                for (&transport, pilot) in transports.iter().zip(pilots) {
+                    let mut request = solver.render(transport, size).watch(console).pilot(pilot);
                     if let Some(seconds) = time {
                         request = request.time((seconds - before).max(0.0));
                     }
@@ -231,7 +233,7 @@ impl Run<'_> {
         report.closure = found.closure;
         if let Precision::Within(tolerance) = self.precision {
             report.error = Some(found.error);
-            report.why = found.unmet(tolerance);
+            report.why = found.unmet(tolerance).map(|unmet| advice::unmet(&unmet));
             report.met = Some(report.why.is_none());
         }
     }
@@ -239,7 +241,8 @@ impl Run<'_> {
     fn write(&self, transport: Transport, found: &Rendered) -> Result<Vec<PathBuf>, CliError> {
         let exposure = self.own.problem.subject.exposure();
         let errors = if self.own.standard_error { Errors::Written } else { Errors::LeftOut };
-        Ok(found.save_layers(self.places.picture(transport), exposure, errors)?)
+        let path = self.places.picture(transport);
+        Ok(write_layered(&path, &found.picture, &found.named_layers(errors), exposure)?)
     }
 
     /// A line on one mode.

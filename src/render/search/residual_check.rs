@@ -193,7 +193,7 @@ mod tests {
     fn checked() -> Checked {
         let p = Discretization::new(Scene::open("cornell-box").expect("a scene"), 200);
         let (tolerance, size) = (TOLERANCE, (16, 16).into());
-        let goal = PictureGoal { tolerance, size, deadline: None, memory: f64::INFINITY, seed: 0 };
+        let goal = PictureGoal { tolerance, size, deadline: None, memory: f64::INFINITY.into(), seed: 0 };
         let task = Task {
             transport: Mode::Global.transport(),
             goal: &goal,

@@ -26,7 +26,8 @@ use crate::light::budget::{FEW_PIXELS, FORM_FACTORS, PATCHES, left};
 use crate::render::assembly::{Discretization, render};
 use crate::render::fineness::Fineness;
 use crate::render::goal::{PictureGoal, Spent, timed};
-use crate::render::memory::{Held, fewer};
+use crate::render::memory::Held;
+use crate::render::pilot::fewer;
 use crate::render::rendered::Rendered;
 use crate::render::search::division::Division;
 use crate::render::search::residual_check::{Check, Finding};
@@ -151,9 +152,7 @@ impl<'a> Search<'a> {
         }
         let Task { transport, goal, .. } = self.task;
         let sampling = half_of(self.rays, goal.seed, 0);
-        let is_known = self.patches.knows(&[transport], &sampling);
-        let less = || if is_known { None } else { fewer(&self.patches, transport, &sampling, HELD, goal.memory) };
-        let (found, seconds) = timed(less);
+        let (found, seconds) = timed(|| fewer(&self.patches, transport, &sampling, HELD, goal.memory));
         self.spent.seconds.patches += seconds;
         self.count += 1;
         self.is_full = found.is_some();
