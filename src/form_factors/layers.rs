@@ -22,6 +22,7 @@ use rayon::prelude::*;
 
 use crate::form_factors::cast::{Caster, Progress, Sampling, Variant};
 use crate::form_factors::sparse::Rows;
+use crate::light::nothing_passes;
 use crate::light::team::{self, Owners};
 use crate::patches::Patches;
 use crate::rays::{Hit, Ray, Rays};
@@ -73,7 +74,7 @@ pub fn cast_layers(
     tick: Progress,
 ) -> (Layers, u64) {
     let Variant { tau, rows: receives, columns: sends } = own;
-    let opaque = !tau.iter().any(|&t| t > 0.0);
+    let opaque = nothing_passes(tau.iter().copied());
     let caster = Caster::new(rays, patches, opaque, sampling);
     let count = sampling.rays.max(1);
     let needed = |i: usize| receives[i] && sends.contains(&true);

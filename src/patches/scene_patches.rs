@@ -14,6 +14,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::light::shares::draw;
 use crate::light::{Light, Rgb};
 use crate::patches::division::{Part, Parts, Sample, Tree, grow, number};
 use crate::patches::grid::{Fragment, Grid, NONE};
@@ -204,12 +205,10 @@ impl Patches {
     pub(crate) fn cut_point(&self, i: usize, u: f32, v: f32) -> SurfacePoint {
         let whole = self.parts.whole(i);
         let own = self.mesh.fragments(whole);
-        let k = own.partition_point(|f| f.share <= u).min(own.len() - 1);
-        let before = if k == 0 { 0.0 } else { own[k - 1].share };
-        // Stretch u over the chosen fragment, so that one stratified number serves twice.
-        let u = ((u - before) / (own[k].share - before)).clamp(0.0, 0.999_999_94);
-        let face = own[k].face;
-        SurfacePoint { position: triangle_point(own[k].corners, u, v), normal: self.normal(face, self.sides[i]), face }
+        let drawn = draw(own, |f| f.share, u);
+        let Fragment { corners, face, .. } = own[drawn.index];
+        let position = triangle_point(corners, drawn.again(), v);
+        SurfacePoint { position, normal: self.normal(face, self.sides[i]), face }
     }
 
     /// The triangles a patch consists of, with the face each is a part of.
