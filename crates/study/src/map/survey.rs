@@ -70,13 +70,13 @@ impl Survey {
         })
     }
 
-    /// The same for any (alpha, tau) of the materials, which take the place of their own.
+    /// Casts the rays for any (alpha, tau) of the materials, which take the place of their own.
     pub fn of(subject: &Subject, transports: &[Transport], sampling: &Sampling, watch: &dyn Watch) -> Survey {
         let Subject { rays, patches, .. } = *subject;
         Survey::with(subject, transports, watch, |own, tick| cast_layers(rays, patches, own, sampling, tick))
     }
 
-    /// The same with the crossings that `layers` has.
+    /// A survey of the crossings that `layers` has.
     fn with(
         subject: &Subject,
         transports: &[Transport],
